@@ -1,0 +1,30 @@
+// bands.h: the eight octave bands that everything is traced, stored and mixed in.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+namespace clamor {
+
+inline constexpr std::size_t kBandCount = 8;
+
+// Nominal octave-band centres (IEC 61260-1). Formulas use these, tables print these.
+inline constexpr std::array<double, kBandCount> kBandCentres_hz = {63,   125,  250,  500,
+                                                                   1000, 2000, 4000, 8000};
+
+// One value per octave band: a power, a gain, an absorption, an exponent.
+using Bands = std::array<float, kBandCount>;
+
+constexpr Bands same_in_all_bands(float value) {
+  Bands bands{};
+  bands.fill(value);
+  return bands;
+}
+
+// Values given at some ascending frequencies, as eight bands: linear over frequency between the
+// given points (the paper, section 4), constant beyond the first and the last. A single value
+// stands for all bands. hz and values have the same, non-zero length.
+Bands bands_from_points(std::span<const double> hz, std::span<const double> values);
+
+}  // namespace clamor

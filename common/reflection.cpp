@@ -1,0 +1,157 @@
+#include "common/reflection.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+namespace clamor {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+Vec3 around(const Vec3& axis, double cos_a, double turn) {
+  const Basis basis = basis_around(axis);
+  const double sin_a = std::sqrt(std::max(0.0, 1 - cos_a * cos_a));
+  const double phi = 2 * kPi * turn;
+  return axis * cos_a + basis.tangent * (sin_a * std::cos(phi)) +
+         basis.bitangent * (sin_a * std::sin(phi));
+}
+
+}  // namespace
+
+PhongLobe::PhongLobe(double exponent) : exponent_(exponent) {
+  assert(exponent > 0);
+  // E(i) is the mean of [cos o > 0] min(1, cos o / cos i) over directions drawn from the lobe, by
+  // the midpoint rule in the lobe's own coordinates, where the exponent is only a change of
+  // variable.
+  constexpr int kRings = 128, kTurns = 96;
+  std::array<double, kRings> ring_cos, ring_sin;
+  std::array<double, kTurns> turn_cos;
+  for (int r = 0; r < kRings; ++r) {
+    ring_cos[r] = std::pow((r + 0.5) / kRings, 1 / (exponent_ + 1));
+    ring_sin[r] = std::sqrt(1 - ring_cos[r] * ring_cos[r]);
+  }
+  for (int t = 0; t < kTurns; ++t) turn_cos[t] = std::cos(kPi * (t + 0.5) / kTurns);
+
+  for (std::size_t k = 0; k <= kCells; ++k) {
+    const double root = static_cast<double>(k) / kCells;
+    const double mu = std::max(root * root, 1e-9);
+    const double sin_i = std::sqrt(1 - mu * mu);
+    double sum = 0;
+    for (int r = 0; r < kRings; ++r)
+      for (int t = 0; t < kTurns; ++t) {
+        const double cos_o = ring_cos[r] * mu + ring_sin[r] * turn_cos[t] * sin_i;
+        sum += std::clamp(cos_o / mu, 0.0, 1.0);
+      }
+    albedo_[k] = static_cast<float>(sum / (kRings * kTurns));
+  }
+
+  // Cells of the compensation term, (1 - E) mu dmu = (1 - E) d(mu^2) / 2, trapezoidal.
+  double lost = 0;
+  std::array<double, kCells + 1> cumulative{};
+  for (std::size_t k = 1; k <= kCells; ++k) {
+    const double low = std::pow(static_cast<double>(k - 1) / kCells, 4);
+    const double high = std::pow(static_cast<double>(k) / kCells, 4);
+    lost += (1 - 0.5 * (albedo_[k - 1] + albedo_[k])) * (high - low);
+    cumulative[k] = lost;
+  }
+  mean_albedo_ = 1 - lost;
+  for (std::size_t k = 0; k <= kCells; ++k)
+    compensation_[k] = static_cast<float>(cumulative[k] / lost);
+}
+
+double PhongLobe::albedo(double cos_i) const {
+  const double x = std::sqrt(std::clamp(cos_i, 0.0, 1.0)) * kCells;
+  const auto k = std::min(static_cast<std::size_t>(x), kCells - 1);
+  const double t = x - static_cast<double>(k);
+  return albedo_[k] + t * (albedo_[k + 1] - albedo_[k]);
+}
+
+double PhongLobe::density(double cos_i, double cos_o, double cos_a) const {
+  if (cos_o <= 0) return 0;
+  const double lobe = cos_a > 0 ? (exponent_ + 1) / (2 * kPi) * std::pow(cos_a, exponent_) *
+                                      std::min(1.0, cos_o / std::max(cos_i, 1e-9))
+                                : 0;
+  return lobe + (1 - albedo(cos_i)) * (1 - albedo(cos_o)) / (kPi * (1 - mean_albedo_)) * cos_o;
+}
+
+double PhongLobe::draw_compensation_cos(double u) const {
+  const auto above = std::upper_bound(compensation_.begin(), compensation_.end(), u);
+  const auto k =
+      std::clamp<std::size_t>(static_cast<std::size_t>(above - compensation_.begin()), 1, kCells);
+  const double step = compensation_[k] - compensation_[k - 1];
+  const double t = step > 0 ? std::clamp((u - compensation_[k - 1]) / step, 0.0, 1.0) : 0.5;
+  const double low = std::pow(static_cast<double>(k - 1) / kCells, 4);
+  const double high = std::pow(static_cast<double>(k) / kCells, 4);
+  return std::sqrt(low + t * (high - low));
+}
+
+ReflectionLaws::ReflectionLaws(std::span<const Material> materials) {
+  const auto lobe_for = [this](float exponent) -> const PhongLobe* {
+    for (const auto& lobe : lobes_)
+      if (lobe->exponent() == exponent) return lobe.get();
+    return lobes_.emplace_back(std::make_unique<PhongLobe>(exponent)).get();
+  };
+  for (const Material& material : materials) {
+    Law law;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      const bool lambert = material.scattering[b] >= 1 || material.phong[b] <= 0;
+      law.scattering[b] = lambert ? 1 : material.scattering[b];
+      law.lobe[b] = lambert ? nullptr : lobe_for(material.phong[b]);
+      // The compensation term never exceeds Lambert's (1 / pi) (1 - 0.5)^2 / (1 - mE) cos o; mE is
+      // at least 0.5, and its factors are largest at grazing angles, where cos o is small.
+      double peak = law.scattering[b] / kPi;
+      if (law.lobe[b] != nullptr)
+        peak += (1 - law.scattering[b]) * ((law.lobe[b]->exponent() + 1) / (2 * kPi) + 1 / kPi);
+      law.peak[b] = static_cast<float>(peak);
+    }
+    laws_.push_back(law);
+  }
+}
+
+double ReflectionLaws::density(std::size_t material, std::size_t band, double cos_i, double cos_o,
+                               double cos_a) const {
+  if (cos_o <= 0) return 0;
+  const Law& law = laws_[material];
+  double density = law.scattering[band] * cos_o / kPi;
+  if (law.lobe[band] != nullptr)
+    density += (1 - law.scattering[band]) * law.lobe[band]->density(cos_i, cos_o, cos_a);
+  return density;
+}
+
+Bands ReflectionLaws::density(std::size_t material, double cos_i, double cos_o,
+                              double cos_a) const {
+  Bands result{};
+  if (cos_o <= 0) return result;
+  const Law& law = laws_[material];
+  const PhongLobe* previous = nullptr;
+  double lobe = 0;  // bands of one exponent share the evaluation
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    double density = law.scattering[b] * cos_o / kPi;
+    if (law.lobe[b] != nullptr) {
+      if (law.lobe[b] != previous) lobe = law.lobe[b]->density(cos_i, cos_o, cos_a);
+      previous = law.lobe[b];
+      density += (1 - law.scattering[b]) * lobe;
+    }
+    result[b] = static_cast<float>(density);
+  }
+  return result;
+}
+
+Vec3 ReflectionLaws::draw(std::size_t material, std::size_t band, const Vec3& arrival,
+                          const Vec3& normal, const std::array<double, 6>& u) const {
+  const Law& law = laws_[material];
+  if (u[0] < law.scattering[band] || law.lobe[band] == nullptr)
+    return around(normal, std::sqrt(1 - u[1]), u[2]);
+
+  const PhongLobe& lobe = *law.lobe[band];
+  const Vec3 proposal =
+      around(mirrored(arrival, normal), std::pow(1 - u[1], 1 / (lobe.exponent() + 1)), u[2]);
+  const double cos_i = -dot(arrival, normal), cos_o = dot(proposal, normal);
+  if (cos_o > 0 && u[3] * cos_i <= cos_o) return proposal;
+  return around(normal, lobe.draw_compensation_cos(u[4]), u[5]);
+}
+
+}  // namespace clamor

@@ -1,0 +1,44 @@
+// audio_file.h: sound files in and out. libsndfile and libsoxr are visible only here.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/result.h"
+
+namespace clamor {
+
+// Mono at kSampleRate_hz: channels are averaged, other rates resampled (soxr, very high quality).
+// At most 30 minutes; NaN and Inf are refused.
+Result<std::vector<float>> read_audio(const std::string& path);
+Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const std::string& name);
+
+// FLAC, 24 bit, one channel, at kSampleRate_hz: how signals are kept in a bake file. Full scale
+// is +-1; louder samples are an Error.
+Result<std::vector<std::byte>> encode_flac(std::span<const float> samples);
+
+enum class SampleFormat { kFloat32, kPcm24, kPcm16 };
+
+// A WAV file that is written beside its final name and renamed when complete.
+class WavWriter {
+ public:
+  static Result<WavWriter> create(const std::string& path, int channels, int rate_hz,
+                                  SampleFormat format);
+  WavWriter(WavWriter&&) noexcept;
+  WavWriter& operator=(WavWriter&&) noexcept;
+  ~WavWriter();  // without finish(), nothing stays behind
+
+  Result<void> write(std::span<const float> interleaved);
+  Result<void> finish();
+
+ private:
+  struct State;
+  explicit WavWriter(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace clamor

@@ -1,0 +1,120 @@
+// bake_file.h: a .clamor file, written atomically and read in place. bake_format.md specifies it.
+//
+// Cap'n Proto, zstd and xxHash are visible only behind this header.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/air.h"
+#include "common/material.h"
+#include "common/result.h"
+#include "formats/level.h"
+#include "formats/source_octree.h"
+
+namespace clamor {
+
+inline constexpr std::uint16_t kFormatMajor = 1;
+inline constexpr std::uint16_t kFormatMinor = 0;
+
+// Everything that made the bake what it is. No clock, no thread count, no path: the same level
+// and settings give the same bytes.
+struct BakeSettings {
+  std::uint64_t seed = 1;
+  std::uint64_t photons = 0;
+  double roulette_kappa = 0.5;
+  double longest_path_s = 10;
+  Air air;
+};
+
+struct Provenance {
+  std::string tool;   // "clamor 0.1.0"
+  std::string level;  // file name of the level
+  std::uint64_t input_hash = 0;
+};
+
+// What the tracing met, for inspect and for warnings.
+struct BakeStatistics {
+  std::uint64_t photons_traced = 0;
+  std::uint64_t bounces = 0;
+  std::uint64_t photons_escaped = 0;
+  double mean_free_path_m = 0;  // over all legs between surfaces
+  Bands power_emitted{};        // by all emitters
+  Bands power_escaped{};        // left the level
+  Bands power_unfinished{};     // still under way at longest_path_s
+  std::vector<std::string> warnings;
+};
+
+struct BakeContents {
+  BakeSettings settings;
+  Provenance provenance;
+  BakeStatistics statistics;
+  std::vector<Material> materials;
+  std::vector<Emitter> emitters;
+  std::vector<Signal> signals;
+  Mesh mesh;  // for visibility rays
+  SourceOctree octree;
+};
+
+// Writes PATH beside itself, syncs, renames. The bytes are a function of `contents` alone, whatever
+// the number of `threads`. On failure nothing stays behind and an older file at PATH is untouched.
+Result<void> write_bake(const std::string& path, const BakeContents& contents, int threads);
+
+// Sizes of a file's parts, for inspect.
+struct BakeBytes {
+  std::uint64_t file = 0, root = 0, pages = 0, signals = 0, geometry = 0;
+  std::uint64_t pages_unpacked = 0;
+};
+
+struct PageInfo {
+  std::uint64_t offset = 0;
+  std::uint32_t packed_bytes = 0, unpacked_bytes = 0, sources = 0;
+};
+
+// An open bake file: mapped, its preamble and root checked, nothing decoded yet.
+//
+// Threads: all const functions may be called from any thread at once.
+class BakeFile {
+ public:
+  // Checks everything but page contents: sizes, offsets, counts, indices, links, floats and
+  // checksums. Opening allocates no more than a small multiple of the root's size.
+  static Result<BakeFile> open(const std::string& path);
+  BakeFile(BakeFile&&) noexcept;
+  BakeFile& operator=(BakeFile&&) noexcept;
+  ~BakeFile();
+
+  const std::string& path() const;
+  std::uint16_t major() const;
+  std::uint16_t minor() const;
+  const BakeSettings& settings() const;
+  const Provenance& provenance() const;
+  const BakeStatistics& statistics() const;
+  const std::vector<Material>& materials() const;
+  const std::vector<Emitter>& emitters() const;
+  const std::vector<OctreeNode>& nodes() const;  // page i belongs to node i
+  std::uint64_t source_count() const;            // emitters included
+  BakeBytes bytes() const;
+
+  std::size_t page_count() const;
+  PageInfo page(std::size_t index) const;
+
+  // Decodes one page, checked: its node's sources, by descending key. Quantised as bake_format.md
+  // says; emitters exactly as in the emitter table.
+  Result<std::vector<Source>> read_page(std::size_t index) const;
+
+  // All pages, in order: the octree's sources. Memory grows with the file.
+  Result<std::vector<Source>> read_all_sources() const;
+
+  std::size_t signal_count() const;
+  Result<Signal> read_signal(std::size_t index) const;
+  Result<Mesh> read_mesh() const;
+
+ private:
+  struct State;
+  explicit BakeFile(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace clamor

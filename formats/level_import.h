@@ -1,0 +1,53 @@
+// level_import.h: reads a level from glTF, its sidecar and the command line, and says what it did.
+//
+//   LEVEL.gltf | .glb          meshes, instances, KHR_audio_emitter, acoustic materials
+//   LEVEL.acoustics.json       beside it: emitters, materials, settings (acoustics.schema.json)
+//   --emitter "name=..., ..."  emitters from the command line
+//
+// Later sources win over earlier ones. Nothing outside the level's folder is read because the level
+// asks for it; sounds named on the command line are read from where the user says.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/result.h"
+#include "formats/level.h"
+
+namespace clamor {
+
+struct ImportOptions {
+  std::vector<std::string> emitters;    // as --emitter takes them
+  std::optional<std::string> sidecar;   // instead of LEVEL.acoustics.json beside the level
+  std::optional<std::string> material;  // preset for materials nobody assigned, default "plaster"
+  bool hidden_meshes = false;           // also take what KHR_node_visibility hides
+  std::uint64_t seed = 1;               // for emitters that ask for a random start
+};
+
+// How a material came to its acoustic values, one per material of the level.
+struct MaterialAssignment {
+  std::string material;  // the level's name for it
+  std::string preset;    // the preset it got, empty where values were given
+  std::string how;  // "CLAMOR_materials_acoustic", "extras", "sidecar 'brick*'", "name", "default"
+  std::size_t triangles = 0;
+  double area_m2 = 0;
+};
+
+struct ImportReport {
+  std::vector<MaterialAssignment> materials;
+  std::vector<std::string> found;     // "66454 triangles in 12 meshes on 14 nodes"
+  std::vector<std::string> ignored;   // "2 cameras", "textures", "distance model 'linear' of ..."
+  std::vector<std::string> warnings;  // what the user should look at
+};
+
+struct ImportedLevel {
+  Level level;
+  ImportReport report;
+  std::uint64_t input_hash = 0;  // xxHash3 of every byte that was read, in a fixed order
+};
+
+// Every failure is one sentence that names the file, the thing in it, and what to do.
+Result<ImportedLevel> import_level(const std::string& path, const ImportOptions& options);
+
+}  // namespace clamor

@@ -1,0 +1,41 @@
+// source_octree.h: all sources of a bake, in a heap-ordered octree.
+//
+// The key of a source is its power, weighed as the sampler will weigh it, over u. A node holds the
+// (up to) kNodeSources highest keys in its cube, in descending order, and hands the rest to its
+// children. So each source is stored once, the first of a node represents all that the node
+// contains, and the top of the tree is an importance sample of the level. One node is one page.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/bands.h"
+#include "common/vec.h"
+#include "formats/source.h"
+
+namespace clamor {
+
+inline constexpr std::uint32_t kNodeSources = 512;
+inline constexpr std::uint32_t kNoNode = 0xffffffff;
+
+struct OctreeNode {
+  Vec3f low_m{}, high_m{};   // tight bounds of all sources in the node and below
+  float highest_key = 0;     // of the node, hence of everything below
+  Bands power{};             // summed over the node and below
+  Vec3f cone_axis{0, 0, 1};  // emission of all in and below lies in this cone
+  float cone_cos = -1;       // cosine of its half angle; -1 for all directions
+  float least_delay_s = 0, most_delay_s = 0;
+  std::array<std::uint32_t, 8> children = {kNoNode, kNoNode, kNoNode, kNoNode,
+                                           kNoNode, kNoNode, kNoNode, kNoNode};
+  std::uint64_t first_source = 0;  // into SourceOctree::sources
+  std::uint32_t source_count = 0;  // of the node alone
+};
+
+// Children come after their parent; node 0 is the root. Empty when there are no sources.
+struct SourceOctree {
+  std::vector<OctreeNode> nodes;
+  std::vector<Source> sources;  // node after node, each by descending key
+};
+
+}  // namespace clamor

@@ -1,0 +1,37 @@
+// walk_file.h: a scripted path of a listener, as `--walk PATH.json` takes it.
+//
+//   { "loop": false,
+//     "points": [ { "time_s": 0, "position_m": [0, 1.7, 3], "yaw_deg": 0, "pitch_deg": 0 }, ... ] }
+//
+// Positions and angles are linear between points (yaw takes the shorter way round) and still
+// beyond the last.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/pose.h"
+#include "common/result.h"
+
+namespace clamor {
+
+class Walk {
+ public:
+  static Result<Walk> read(const std::string& path);
+
+  // A listener who stands still.
+  static Walk standing(const Pose& pose);
+
+  Pose at(double time_s) const;
+  double length_s() const;
+
+ private:
+  struct Point {
+    double time_s;
+    Pose pose;
+  };
+  std::vector<Point> points_;
+  bool loop_ = false;
+};
+
+}  // namespace clamor

@@ -1,0 +1,72 @@
+// auralizer.h: a bake file made audible: samples sources, makes keyframes, mixes them.
+//
+// One step, used alike by the real-time player and the offline render:
+//
+//   sampler thread:  while (auralizer.wants_keyframe())
+//                      auralizer.make_keyframe(pose at auralizer.next_keyframe_time_s());
+//   audio thread:    auralizer.mix(block);
+//
+// Keyframe n says how things are at sample n x kKeyframeFrames; the mixer slides gains and delays
+// in straight lines from each to the next. Keyframes travel through a bounded queue, in order, a
+// few of them ahead of the mixer, so what is heard is a function of the poses alone, never of how
+// the threads were scheduled or how large the device's blocks are. If the mixer finds none, it
+// holds the last one (and counts that); late keyframes then count from the moment they arrive.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "common/pose.h"
+#include "common/result.h"
+#include "formats/bake_file.h"
+#include "runtime/realtime.h"
+
+namespace clamor {
+
+inline constexpr int kKeyframeFrames = 960;     // 20 ms: 50 keyframes a second
+inline constexpr double kEarDistance_m = 0.17;  // between the two receivers
+inline constexpr int kOutputChannels = 2;
+
+struct AuralizerOptions {
+  std::string strategy = "priority";  // or "all"
+  int voices = 2000;                  // of the priority sample; "all" mixes every source
+  double gain = 1;                    // amplitude, on the whole output
+};
+
+struct AuralizerStatistics {
+  std::uint64_t keyframes = 0;       // made
+  std::uint64_t held_blocks = 0;     // mixed without a new keyframe when one was due
+  std::uint32_t voices = 0;          // in the newest keyframe, fading ones included
+  double sampler_ms = 0;             // the last make_keyframe took
+  float peak[kOutputChannels] = {};  // largest sample since the last call of statistics()
+  std::uint64_t clipped_frames = 0;  // frames beyond full scale so far
+};
+
+class Auralizer {
+ public:
+  // Decodes the file's pages and signals. Errors: bad file, unknown strategy, no sources.
+  static Result<std::unique_ptr<Auralizer>> create(const BakeFile& file,
+                                                   const AuralizerOptions& options);
+  ~Auralizer();
+
+  // Sampler thread.
+  bool wants_keyframe() const;
+  double next_keyframe_time_s() const;
+  void make_keyframe(const Pose& pose);
+
+  // Audio thread. Adds nothing to `interleaved`, overwrites it: left, right, left, ... any number
+  // of frames. Costs about voices x frames.
+  void mix(std::span<float> interleaved) noexcept REALTIME;
+
+  // Any one thread.
+  AuralizerStatistics statistics();
+
+ private:
+  struct State;
+  explicit Auralizer(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace clamor
