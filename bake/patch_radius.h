@@ -1,0 +1,22 @@
+// patch_radius.h: how large a patch of wall each secondary source stands for.
+//
+// A secondary source is not a point but its share of a lit wall, so its 1 / r^2 must stop growing
+// when the listener comes closer than the patch is large; else single sources jump out near walls.
+// With sigma the mean power per area of the 16 nearest deposits, the source's own power P fills a
+// disc of
+//
+//   pi R^2 = P / sigma,     R = d sqrt(P / sum of the 16 powers),   d the distance to the farthest:
+//
+// strong sources get large patches, so that none is more than its share of the wall around it.
+#pragma once
+
+#include <span>
+
+#include "formats/source.h"
+
+namespace clamor {
+
+// Sets patch_radius_m of every source. Deterministic for any number of threads. O(n log n).
+void set_patch_radii(std::span<Source> secondary_sources);
+
+}  // namespace clamor

@@ -1,0 +1,17 @@
+// text.h: the name somebody meant.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace clamor {
+
+// The least number of letters to insert, drop or change that make a of b. Case counts for nothing.
+// (V. Levenshtein, 1966.)
+std::size_t edit_distance(std::string_view a, std::string_view b);
+
+// The name nearest to `name`, the first of equals; empty when there are no names.
+std::string nearest_name(std::string_view name, std::span<const std::string> names);
+
+}  // namespace clamor

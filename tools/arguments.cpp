@@ -1,0 +1,124 @@
+#include "tools/arguments.h"
+
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <ostream>
+
+#include <CLI/CLI.hpp>
+
+#include "tools/commands.h"
+
+namespace clamor {
+
+struct Arguments::State {
+  std::string command;
+  CLI::App app;
+};
+
+Arguments::Arguments(const std::string& command, const std::string& purpose,
+                     const std::string& example)
+    : state_(std::make_unique<State>()) {
+  state_->command = command;
+  state_->app.description(purpose);
+  state_->app.name("clamor " + command);
+  state_->app.footer("example: " + example);
+  state_->app.get_formatter()->column_width(34);
+}
+
+Arguments::~Arguments() = default;
+
+void Arguments::positional(const std::string& name, std::string& value, const std::string& help) {
+  state_->app.add_option(name, value, help)->required();
+}
+void Arguments::flag(const std::string& name, bool& value, const std::string& help) {
+  state_->app.add_flag(name, value, help);
+}
+void Arguments::option(const std::string& name, std::string& value, const std::string& help) {
+  state_->app.add_option(name, value, help)->capture_default_str();
+}
+void Arguments::option(const std::string& name, std::optional<std::string>& value,
+                       const std::string& help) {
+  state_->app.add_option(name, value, help);
+}
+void Arguments::option(const std::string& name, std::vector<std::string>& value,
+                       const std::string& help) {
+  state_->app.add_option(name, value, help)
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+void Arguments::option(const std::string& name, double& value, const std::string& help) {
+  state_->app.add_option(name, value, help)->capture_default_str();
+}
+void Arguments::option(const std::string& name, int& value, const std::string& help) {
+  state_->app.add_option(name, value, help)->capture_default_str();
+}
+void Arguments::option(const std::string& name, std::uint64_t& value, const std::string& help) {
+  state_->app.add_option(name, value, help)->capture_default_str();
+}
+void Arguments::required(const std::string& name) { state_->app.get_option(name)->required(); }
+
+std::optional<int> Arguments::parse(std::span<const std::string> words, std::ostream& out,
+                                    std::ostream& err) {
+  try {
+    state_->app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
+    return std::nullopt;
+  } catch (const CLI::CallForHelp&) {
+    out << state_->app.help();
+    return kSuccess;
+  } catch (const CLI::ParseError& error) {
+    return bad_usage(err, error.what());
+  }
+}
+
+int Arguments::bad_usage(std::ostream& err, const std::string& problem) const {
+  err << "clamor " << state_->command << ": " << problem << "; see 'clamor " << state_->command
+      << " --help'\n";
+  return kBadUsage;
+}
+
+namespace {
+
+std::optional<double> number(std::string_view text) {
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (problem != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+Result<Pose> parse_listener(const std::string& text) {
+  const Error wrong("listener " + quoted(text) +
+                    " is not X,Y,Z or X,Y,Z,YAW or X,Y,Z,YAW,PITCH (metres, degrees), "
+                    "as in 0,1.7,3,90");
+  std::vector<double> values;
+  std::string_view rest = text;
+  while (true) {
+    const auto comma = rest.find(',');
+    const auto value = number(rest.substr(0, comma));
+    if (!value) return wrong;
+    values.push_back(*value);
+    if (comma == std::string_view::npos) break;
+    rest.remove_prefix(comma + 1);
+  }
+  if (values.size() < 3 || values.size() > 5) return wrong;
+  values.resize(5, 0.0);
+  constexpr double kRadians = std::numbers::pi / 180;
+  return Pose{{values[0], values[1], values[2]}, values[3] * kRadians, values[4] * kRadians};
+}
+
+Result<double> parse_gain_db(const std::string& text) {
+  std::string_view rest = text;
+  if (rest.size() > 2 && (rest.ends_with("dB") || rest.ends_with("db"))) rest.remove_suffix(2);
+  const auto gain_db = number(rest);
+  if (!gain_db || std::abs(*gain_db) > 200)
+    return Error("gain " + quoted(text) + " is not a number of decibels, as in -6 or -6dB");
+  return std::pow(10.0, *gain_db / 20);
+}
+
+}  // namespace clamor

@@ -1,0 +1,58 @@
+// arguments.h: one way for all subcommands to read their options. CLI11 ends here.
+//
+//   Arguments arguments("inspect", "Prints what a bake file holds.", "clamor inspect hall.clamor");
+//   arguments.positional("file", path, "the bake file");
+//   arguments.flag("--json", json, "...");
+//   if (const auto code = arguments.parse(words, out, err)) return *code;
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/pose.h"
+#include "common/result.h"
+
+namespace clamor {
+
+class Arguments {
+ public:
+  // `example` is printed last, to be copied.
+  Arguments(const std::string& command, const std::string& purpose, const std::string& example);
+  ~Arguments();
+
+  // A word without a dash in front, required.
+  void positional(const std::string& name, std::string& value, const std::string& help);
+
+  void flag(const std::string& name, bool& value, const std::string& help);
+  void option(const std::string& name, std::string& value, const std::string& help);
+  void option(const std::string& name, std::optional<std::string>& value, const std::string& help);
+  void option(const std::string& name, std::vector<std::string>& value, const std::string& help);
+  void option(const std::string& name, double& value, const std::string& help);
+  void option(const std::string& name, int& value, const std::string& help);
+  void option(const std::string& name, std::uint64_t& value, const std::string& help);
+  void required(const std::string& name);
+
+  // Empty when the command may go on; otherwise the exit code, with help or the complaint printed.
+  std::optional<int> parse(std::span<const std::string> words, std::ostream& out,
+                           std::ostream& err);
+
+  // "clamor inspect: 'problem'" and how to get help, for what only the command can check.
+  int bad_usage(std::ostream& err, const std::string& problem) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// "X,Y,Z[,YAW[,PITCH]]", metres and degrees, as --listener takes it.
+Result<Pose> parse_listener(const std::string& text);
+
+// "-6", "-6dB" or "-6 dB" as an amplitude factor.
+Result<double> parse_gain_db(const std::string& text);
+
+}  // namespace clamor

@@ -1,0 +1,68 @@
+// clamor_command.cpp: picks the subcommand.
+#include <algorithm>
+#include <array>
+#include <ostream>
+
+#include "common/text.h"
+#include "common/version.h"
+#include "tools/commands.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::string_view kHelp =
+    R"(clamor: bakes the acoustics of a level and plays them back
+
+  clamor bake LEVEL.gltf -o LEVEL.clamor    traces sound through a level, writes a bake file
+  clamor inspect LEVEL.clamor               prints what a bake file holds
+  clamor play LEVEL.clamor                  walk through it and listen
+  clamor render LEVEL.clamor -o OUT.wav     the same, to a WAV file
+  clamor impulse LEVEL.clamor -o IR.wav     impulse response and room parameters (ISO 3382-1)
+  clamor devices                            sound devices that play can use
+
+  clamor COMMAND --help                     all about one of them
+  clamor --version
+
+example: clamor bake level.glb -o level.clamor --emitter "signal=noise,at=0,1.5,0" && clamor play level.clamor
+)";
+
+struct Command {
+  std::string_view name;
+  int (*run)(std::span<const std::string>, std::ostream&, std::ostream&);
+};
+
+constexpr std::array<Command, 6> kCommands = {{{"bake", run_bake},
+                                               {"inspect", run_inspect},
+                                               {"render", run_render},
+                                               {"impulse", run_impulse},
+                                               {"play", run_play},
+                                               {"devices", run_devices}}};
+
+}  // namespace
+
+int run_clamor(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  if (arguments.empty()) {
+    err << kHelp;
+    return kBadUsage;
+  }
+  const std::string& name = arguments[0];
+  if (name == "--help" || name == "-h" || name == "help") {
+    out << kHelp;
+    return kSuccess;
+  }
+  if (name == "--version") {
+    out << "clamor " << kVersion << '\n';
+    return kSuccess;
+  }
+  std::vector<std::string> names;
+  for (const Command& command : kCommands) {
+    if (command.name == name) return command.run(arguments.subspan(1), out, err);
+    names.emplace_back(command.name);
+  }
+  err << "clamor: there is no command " << quoted(name) << "; the nearest is "
+      << quoted(nearest_name(name, names)) << "; see 'clamor --help'\n";
+  return kBadUsage;
+}
+
+}  // namespace clamor

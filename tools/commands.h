@@ -1,0 +1,27 @@
+// commands.h: the subcommands of the program, one file each.
+//
+// A subcommand takes the words after its name, writes results to `out` and all else to `err`, and
+// returns an exit code. The work is in the libraries; here is parsing, calling and printing.
+#pragma once
+
+#include <iosfwd>
+#include <span>
+#include <string>
+
+namespace clamor {
+
+inline constexpr int kSuccess = 0;
+inline constexpr int kBadInput = 1;  // a file, device or level that cannot be used
+inline constexpr int kBadUsage = 2;  // words that make no command
+
+int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+int run_devices(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+
+// The whole program: `arguments` without the program's own name.
+int run_clamor(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+
+}  // namespace clamor

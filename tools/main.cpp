@@ -1,0 +1,20 @@
+// main.cpp: the program `clamor`.
+#include <exception>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "tools/commands.h"
+
+int main(int argc, char** argv) {
+  std::vector<std::string> arguments;
+  for (int i = 1; i < argc; ++i) arguments.emplace_back(argv[i]);
+  try {
+    return clamor::run_clamor(arguments, std::cout, std::cerr);
+  } catch (const std::bad_alloc&) {
+    std::cerr << "clamor: out of memory; try fewer photons or voices, or a smaller level\n";
+  } catch (const std::exception& exception) {
+    std::cerr << "clamor: " << exception.what() << '\n';
+  }
+  return clamor::kBadInput;
+}
