@@ -1,0 +1,96 @@
+#include "bake/bake.h"
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "tests/rooms.h"
+
+namespace clamor {
+namespace {
+
+using testing::shoebox;
+using testing::uniform_material;
+
+Level two_emitters() {
+  Level level = shoebox({5, 4, 3}, uniform_material(0.2f, 0.3f, 20), {1.3, 1.7, 1.1});
+  level.emitters.push_back(level.emitters[0]);
+  level.emitters[1].name = "second";
+  level.emitters[1].position_m = {4, 1, 2};
+  level.emitters[1].directivity = {0, 0, 1, 1, 2, 2, 4, 4};
+  return level;
+}
+
+std::string bytes_of_bake(const Level& level, std::uint64_t seed, int threads) {
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("clamor_bake_test_" + std::to_string(::getpid()) + ".clamor");
+  const auto contents =
+      bake(level, {.settings = {.seed = seed, .photons = 3000}, .threads = threads});
+  EXPECT_TRUE(contents.ok());
+  EXPECT_TRUE(write_bake(path.string(), *contents, threads).ok());
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  std::filesystem::remove(path);
+  return bytes;
+}
+
+TEST(Bake, IsTheSameBytesOnOneTwoAndSevenThreads) {
+  const std::string one = bytes_of_bake(two_emitters(), 1, 1);
+  EXPECT_GT(one.size(), 10000u);
+  EXPECT_TRUE(one == bytes_of_bake(two_emitters(), 1, 2));
+  EXPECT_TRUE(one == bytes_of_bake(two_emitters(), 1, 7));
+}
+
+TEST(Bake, DiffersWithTheSeed) {
+  EXPECT_FALSE(bytes_of_bake(two_emitters(), 1, 2) == bytes_of_bake(two_emitters(), 2, 2));
+}
+
+TEST(Bake, HoldsEveryEmitterAndAllItsReflections) {
+  const auto contents = bake(two_emitters(), {.settings = {.photons = 1000}});
+  ASSERT_TRUE(contents.ok());
+  std::size_t emitters = 0;
+  for (const Source& source : contents->octree.sources) emitters += source.is_emitter;
+  EXPECT_EQ(emitters, 2u);
+  EXPECT_EQ(contents->octree.sources.size(), 2 + contents->statistics.bounces);
+  EXPECT_EQ(contents->statistics.photons_traced, 1000u);
+}
+
+TEST(Bake, ChoosesPhotonsForAboutTwoHundredThousandSourcesIfNotTold) {
+  const auto contents = bake(two_emitters(), {});
+  ASSERT_TRUE(contents.ok());
+  EXPECT_GT(contents->settings.photons, 1000u);
+  // The pilot of 1024 photons knows the bounces per photon to a few per cent.
+  EXPECT_NEAR(static_cast<double>(contents->octree.sources.size()), 200000, 20000);
+}
+
+TEST(Bake, OfALevelWithoutEmittersSaysHowToAddOne) {
+  Level level = two_emitters();
+  level.emitters.clear();
+  const auto contents = bake(level, {});
+  ASSERT_FALSE(contents.ok());
+  EXPECT_NE(contents.error().message.find("--emitter"), std::string::npos);
+}
+
+TEST(Bake, OfALevelWithoutTrianglesIsAFreeFieldWithANote) {
+  Level level = two_emitters();
+  level.mesh = {};
+  const auto contents = bake(level, {.settings = {.photons = 1000}});
+  ASSERT_TRUE(contents.ok());
+  EXPECT_EQ(contents->octree.sources.size(), 2u);
+  ASSERT_EQ(contents->statistics.warnings.size(), 1u);
+  EXPECT_NE(contents->statistics.warnings[0].find("free field"), std::string::npos);
+}
+
+TEST(Bake, StopsWhenAskedAndSaysThatNothingWasWritten) {
+  const std::atomic<bool> stop = true;
+  const auto contents = bake(two_emitters(), {.stop = &stop});
+  ASSERT_FALSE(contents.ok());
+  EXPECT_NE(contents.error().message.find("stopped"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace clamor

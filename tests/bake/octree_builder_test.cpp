@@ -1,0 +1,105 @@
+#include "bake/octree_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+
+namespace clamor {
+namespace {
+
+std::vector<Source> random_sources(std::uint32_t count) {
+  std::vector<Source> sources(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const RandomBits a = philox(7, {i, 0, 0, 0}), b = philox(7, {i, 1, 0, 0});
+    sources[i].position_m = {20 * unit(a[0]), 5 * unit(a[1]), 30 * unit(a[2])};
+    sources[i].normal = sources[i].mirror = {0, 1, 0};
+    sources[i].power = same_in_all_bands(static_cast<float>(unit_above_zero(a[3])));
+    sources[i].u = static_cast<float>(unit_above_zero(b[0]));
+    sources[i].delay_s = static_cast<float>(unit(b[1]));
+    sources[i].emitter = i;  // names the source
+  }
+  return sources;
+}
+
+float key(const Source& source) {
+  double power = 0;
+  for (const float p : source.power) power += p;
+  return static_cast<float>(power / source.u);
+}
+
+TEST(Octree, StoresEverySourceOnceWithTheHighestKeysOnTop) {
+  const auto tree = build_octree(random_sources(20000));
+  std::set<std::uint32_t> seen;
+  for (const Source& source : tree.sources) seen.insert(source.emitter);
+  EXPECT_EQ(tree.sources.size(), 20000u);
+  EXPECT_EQ(seen.size(), 20000u);
+
+  std::vector<char> has_parent(tree.nodes.size(), 0);
+  std::uint64_t expected_first = 0;
+  for (std::size_t n = 0; n < tree.nodes.size(); ++n) {
+    const OctreeNode& node = tree.nodes[n];
+    ASSERT_EQ(node.first_source, expected_first);
+    expected_first += node.source_count;
+    ASSERT_GT(node.source_count, 0u);
+    ASSERT_LE(node.source_count, kNodeSources);
+    const auto* first = &tree.sources[node.first_source];
+    EXPECT_EQ(node.highest_key, key(*first));
+    for (std::uint32_t i = 1; i < node.source_count; ++i)
+      ASSERT_GE(key(first[i - 1]), key(first[i]));
+    for (const auto child : node.children) {
+      if (child == kNoNode) continue;
+      ASSERT_GT(child, n);
+      EXPECT_FALSE(has_parent[child]++);
+      EXPECT_EQ(node.source_count, kNodeSources);  // only full nodes hand down
+      EXPECT_LE(tree.nodes[child].highest_key, key(first[node.source_count - 1]));
+    }
+  }
+  EXPECT_EQ(std::count(has_parent.begin(), has_parent.end(), 1),
+            static_cast<std::ptrdiff_t>(tree.nodes.size()) - 1);
+}
+
+TEST(Octree, NodesBoundAllThatLiesBelowThem) {
+  const auto tree = build_octree(random_sources(5000));
+  for (const OctreeNode& node : tree.nodes) {
+    double power = 0;
+    const auto include = [&](const OctreeNode& part) {
+      for (std::uint32_t i = 0; i < part.source_count; ++i) {
+        const Source& source = tree.sources[part.first_source + i];
+        power += source.power[2];
+        for (int axis = 0; axis < 3; ++axis) {
+          EXPECT_GE(source.position_m[axis], node.low_m[axis]);
+          EXPECT_LE(source.position_m[axis], node.high_m[axis]);
+        }
+        EXPECT_GE(source.delay_s, node.least_delay_s);
+        EXPECT_LE(source.delay_s, node.most_delay_s);
+        // All normals are +Y, so the cone is that half space.
+        EXPECT_NEAR(node.cone_cos, 0, 1e-5);
+      }
+    };
+    std::vector<const OctreeNode*> below = {&node};
+    while (!below.empty()) {
+      const OctreeNode* part = below.back();
+      below.pop_back();
+      include(*part);
+      for (const auto child : part->children)
+        if (child != kNoNode) below.push_back(&tree.nodes[child]);
+    }
+    EXPECT_NEAR(node.power[2] / power, 1, 1e-5);
+  }
+}
+
+TEST(Octree, TakesAnyNumberOfSourcesInOnePlace) {
+  auto sources = random_sources(5000);
+  for (Source& source : sources) source.position_m = {1, 2, 3};
+  const auto tree = build_octree(std::move(sources));
+  EXPECT_EQ(tree.sources.size(), 5000u);
+}
+
+TEST(Octree, OfNothingIsEmpty) { EXPECT_TRUE(build_octree({}).nodes.empty()); }
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,215 @@
+#include "bake/photon_tracer.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "common/directivity.h"
+#include "tests/rooms.h"
+
+namespace clamor {
+namespace {
+
+using testing::box;
+using testing::shoebox;
+using testing::uniform_material;
+
+struct Outcome {
+  std::vector<Source> deposits;
+  TraceTally tally;
+  std::array<double, kBandCount> emitted{};
+};
+
+Outcome trace(const Level& level, const TraceSettings& settings) {
+  const Scene scene(level.mesh);
+  const PhotonTracer tracer(scene, level, settings);
+  Outcome outcome;
+  tracer.trace(0, settings.photons, outcome.deposits, outcome.tally);
+  outcome.emitted = tracer.power_emitted();
+  return outcome;
+}
+
+double total(const std::array<double, kBandCount>& bands) {
+  double sum = 0;
+  for (const double value : bands) sum += value;
+  return sum;
+}
+
+TEST(PhotonTracer, WithoutAbsorptionKeepsAllPowerInEveryBandForAHundredBounces) {
+  for (const float exponent : {0.0f, 1.0f, 20.0f, 100.0f}) {
+    // Bands with unlike exponents share paths, so only their expected power is kept; with equal
+    // exponents the weights stay 1 and every photon keeps its power to rounding.
+    const Level level = shoebox(
+        {5, 4, 3}, uniform_material(0, exponent > 0 ? 0.0f : 1.0f, exponent), {1.3, 1.7, 1.1});
+    const Outcome outcome =
+        trace(level, {.photons = 2000, .longest_path_s = 1e9, .most_bounces = 100});
+    EXPECT_EQ(outcome.tally.escaped, 0u) << "exponent " << exponent;
+    EXPECT_EQ(outcome.tally.bounces, 2000u * 100u) << "exponent " << exponent;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      EXPECT_NEAR(outcome.tally.power_unfinished[b] / outcome.emitted[b], 1, 1e-5)
+          << "exponent " << exponent << ", band " << b;
+  }
+}
+
+TEST(PhotonTracer, KeepsEachBandsPowerOnAverageWhenBandsReflectUnlike) {
+  Material material = uniform_material(0, 0, 0);
+  material.phong = {1, 2, 4, 8, 16, 32, 64, 128};
+  const Level level = shoebox({5, 4, 3}, material, {1.3, 1.7, 1.1});
+  const Outcome outcome =
+      trace(level, {.photons = 40000, .longest_path_s = 1e9, .most_bounces = 8});
+  // A band's weight lies between 0 and 8 with mean 1, so its variance is at most 7: the standard
+  // error of 40 000 photons is at most sqrt(7 / 40000) = 1.3 %.
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    EXPECT_NEAR(outcome.tally.power_unfinished[b] / outcome.emitted[b], 1, 4 * 0.0132)
+        << "band " << b;
+}
+
+TEST(PhotonTracer, FindsTheMeanFreePathOfADiffuseRoom) {
+  const Level level = shoebox({5, 4, 3}, uniform_material(0), {1.3, 1.7, 1.1});
+  const Outcome outcome =
+      trace(level, {.photons = 5000, .longest_path_s = 1e9, .most_bounces = 60});
+  const double expected_m = 4.0 * 60 / 94;  // 4V / S
+  const double found_m = outcome.tally.legs_m / static_cast<double>(outcome.tally.legs);
+  // Its standard error is 0.1 %: 300 000 legs, each with a spread of 60 %. The first bounces are
+  // not yet in equilibrium, which is worth less.
+  EXPECT_NEAR(found_m / expected_m, 1, 0.005);
+}
+
+TEST(PhotonTracer, PowerIsAbsorbedEscapesOrIsStillUnderWay) {
+  // No ceiling, so some photons leave; roulette off, so that the books balance photon by photon.
+  Level level = shoebox({5, 4, 3}, uniform_material(0.3f), {1.3, 1.7, 1.1});
+  level.mesh.triangles.resize(10);
+  level.mesh.materials.resize(10);
+  const Outcome outcome = trace(
+      level, {.photons = 2000, .roulette_kappa = 0, .longest_path_s = 1e9, .most_bounces = 50});
+  // Each deposit is what is left after absorption: 0.7 of what hit, so 0.3 / 0.7 of it was lost.
+  double deposited = 0;
+  for (const Source& deposit : outcome.deposits) deposited += deposit.power[3];
+  const double absorbed = deposited * 0.3 / 0.7;
+  EXPECT_GT(outcome.tally.power_escaped[3], 0.1 * outcome.emitted[3]);
+  EXPECT_NEAR((absorbed + outcome.tally.power_escaped[3] + outcome.tally.power_unfinished[3]) /
+                  outcome.emitted[3],
+              1, 1e-5);
+}
+
+TEST(PhotonTracer, RouletteDoesNotChangeTheReflectedPowerOnAverage) {
+  const Level level = shoebox({5, 4, 3}, uniform_material(0.2f), {1.3, 1.7, 1.1});
+  // Geometric series: 0.8 + 0.64 + ... = 4 times what is emitted.
+  for (const double kappa : {0.15, 0.5, 1.0}) {
+    const Outcome outcome =
+        trace(level, {.photons = 20000, .roulette_kappa = kappa, .longest_path_s = 1e9});
+    double deposited = 0;
+    for (const Source& deposit : outcome.deposits) deposited += deposit.power[0];
+    // Analog roulette (kappa 1) spreads a photon's sum by its mean length of 4, over 20 000.
+    EXPECT_NEAR(deposited / outcome.emitted[0] / 4, 1, 0.03) << "kappa " << kappa;
+  }
+}
+
+TEST(PhotonTracer, SharesPhotonsOutByPowerWithoutBiasHoweverFew) {
+  // 500 emitters with gains from loud to soft and 100 photons: most get none, yet over many seeds
+  // the power that reaches the walls is right.
+  Level level = shoebox({5, 4, 3}, uniform_material(0), {1, 1, 1});
+  level.emitters.resize(500, level.emitters[0]);
+  for (std::size_t i = 0; i < level.emitters.size(); ++i)
+    level.emitters[i].gain = 1.0 / (1.0 + static_cast<double>(i));
+  double first_emitters = 0, all = 0, emitted = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const Outcome outcome =
+        trace(level, {.seed = seed, .photons = 100, .longest_path_s = 1e9, .most_bounces = 1});
+    for (const Source& deposit : outcome.deposits) {
+      all += deposit.power[0];
+      if (deposit.emitter >= 2) first_emitters += deposit.power[0];
+    }
+    emitted = outcome.emitted[0];
+  }
+  double expected = 0;
+  for (std::size_t i = 2; i < 500; ++i) expected += 4 * std::numbers::pi / ((i + 1.0) * (i + 1.0));
+  EXPECT_NEAR(all / 200 / emitted, 1, 1e-3);
+  // The soft emitters have 24 % of the power; 200 systematic draws of 100 leave 0.3 % of noise.
+  EXPECT_NEAR(first_emitters / 200 / expected, 1, 0.01);
+}
+
+TEST(PhotonTracer, EmitsAlongTheDirectivityOfEachBand) {
+  // A free sphere of directions: what escapes upwards and downwards, by band, is the closed form
+  // 1 - 2^-(p+1) above the equator of ((1 + cos a) / 2)^p.
+  Level level = shoebox({1000, 1000, 1000}, uniform_material(0), {500, 500, 500});
+  level.emitters[0].axis = {0, 0, 1};
+  level.emitters[0].directivity = {0, 1, 2, 3, 4, 6, 8, 12};
+  const Outcome outcome =
+      trace(level, {.photons = 20000, .longest_path_s = 1e9, .most_bounces = 1});
+  std::array<double, kBandCount> above{};
+  for (const Source& deposit : outcome.deposits)
+    if (deposit.position_m.z > 500)
+      for (std::size_t b = 0; b < kBandCount; ++b) above[b] += deposit.power[b];
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    const double p = level.emitters[0].directivity[b];
+    // Random numbers would leave sqrt(7 / 20000) = 1.9 % of standard error at most.
+    EXPECT_NEAR(above[b] / outcome.emitted[b], 1 - std::pow(2, -(p + 1)), 0.03) << "exponent " << p;
+  }
+}
+
+TEST(PhotonTracer, DelaysAreTheLengthOfThePathOverTheSpeedOfSound) {
+  const Level level = shoebox({5, 4, 3}, uniform_material(0.5f), {1.3, 1.7, 1.1});
+  const Outcome outcome = trace(level, {.photons = 50, .speed_mps = 340, .most_bounces = 1});
+  ASSERT_EQ(outcome.deposits.size(), 50u);
+  for (const Source& deposit : outcome.deposits) {
+    const double path_m = length(Vec3(deposit.position_m) - Vec3(1.3, 1.7, 1.1));
+    EXPECT_NEAR(deposit.delay_s, path_m / 340, 1e-7);
+    EXPECT_NEAR(length(deposit.normal), 1, 1e-6);
+    EXPECT_NEAR(length(deposit.mirror), 1, 1e-6);
+    EXPECT_GT(dot(deposit.normal, deposit.mirror), 0);
+    // The normal points into the room.
+    EXPECT_GT(dot(Vec3(deposit.normal), Vec3(2.5, 2, 1.5) - Vec3(deposit.position_m)), 0);
+  }
+}
+
+TEST(PhotonTracer, SumsToTheSameWhereverThePhotonsAreCut) {
+  const Level level = shoebox({5, 4, 3}, uniform_material(0.3f, 0.3f, 20), {1.3, 1.7, 1.1});
+  const TraceSettings settings{.seed = 9, .photons = 300};
+  const Scene scene(level.mesh);
+  const PhotonTracer tracer(scene, level, settings);
+  std::vector<Source> whole, cut;
+  TraceTally tally;
+  tracer.trace(0, 300, whole, tally);
+  tracer.trace(0, 17, cut, tally);
+  tracer.trace(17, 200, cut, tally);
+  tracer.trace(217, 83, cut, tally);
+  ASSERT_EQ(whole.size(), cut.size());
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    EXPECT_EQ(whole[i].power, cut[i].power);
+    EXPECT_EQ(whole[i].position_m, cut[i].position_m);
+    EXPECT_EQ(whole[i].u, cut[i].u);
+  }
+}
+
+TEST(PhotonTracer, RandomSignsAreAsOftenPlusAsMinus) {
+  const Level level = shoebox({5, 4, 3}, uniform_material(0.1f), {1.3, 1.7, 1.1});
+  const Outcome outcome = trace(level, {.photons = 2000});
+  double sum = 0, u = 0;
+  for (const Source& deposit : outcome.deposits) {
+    sum += deposit.polarity;
+    u += deposit.u;
+  }
+  const double n = static_cast<double>(outcome.deposits.size());
+  EXPECT_LT(std::abs(sum), 4 * std::sqrt(n));
+  EXPECT_NEAR(u / n, 0.5, 4 * std::sqrt(1.0 / 12 / n));
+}
+
+TEST(PhotonTracer, InAFreeFieldEveryPhotonEscapesAndNothingIsDeposited) {
+  Level level = shoebox({5, 4, 3}, uniform_material(0), {0, 0, 0});
+  level.mesh = {};
+  const Outcome outcome = trace(level, {.photons = 1000});
+  EXPECT_EQ(outcome.tally.escaped, 1000u);
+  EXPECT_TRUE(outcome.deposits.empty());
+  EXPECT_NEAR(total(outcome.tally.power_escaped) / total(outcome.emitted), 1, 1e-9);
+}
+
+TEST(PhotonTracer, SilentEmittersCostNothingAndBreakNothing) {
+  Level level = shoebox({5, 4, 3}, uniform_material(0), {1, 1, 1});
+  level.emitters[0].gain = 0;
+  const Outcome outcome = trace(level, {.photons = 100});
+  EXPECT_TRUE(outcome.deposits.empty());
+}
+
+}  // namespace
+}  // namespace clamor

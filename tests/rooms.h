@@ -1,0 +1,62 @@
+// rooms.h: small rooms built in code, for tests.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "formats/level.h"
+
+namespace clamor::testing {
+
+inline Material uniform_material(float absorption, float scattering = 1, float phong = 0) {
+  Material material;
+  material.name = "wall";
+  material.absorption = same_in_all_bands(absorption);
+  material.scattering = same_in_all_bands(scattering);
+  material.phong = same_in_all_bands(phong);
+  return material;
+}
+
+// A closed box from the origin to `size_m`, faces -x +x -y +y -z +z, two triangles each. Material
+// indices are per face.
+inline Mesh box(const Vec3& size_m, const std::array<std::uint16_t, 6>& materials = {}) {
+  Mesh mesh;
+  for (int corner = 0; corner < 8; ++corner)
+    mesh.vertices_m.push_back(Vec3f((corner & 1) ? size_m.x : 0, (corner & 2) ? size_m.y : 0,
+                                    (corner & 4) ? size_m.z : 0));
+  constexpr std::uint32_t kFaces[6][4] = {{0, 2, 6, 4}, {1, 5, 7, 3}, {0, 4, 5, 1},
+                                          {2, 3, 7, 6}, {0, 1, 3, 2}, {4, 6, 7, 5}};
+  for (std::size_t f = 0; f < 6; ++f) {
+    mesh.triangles.push_back({kFaces[f][0], kFaces[f][1], kFaces[f][2]});
+    mesh.triangles.push_back({kFaces[f][0], kFaces[f][2], kFaces[f][3]});
+    mesh.materials.insert(mesh.materials.end(), 2, materials[f]);
+  }
+  return mesh;
+}
+
+// Half a second of a steady sine of amplitude 0.5 at 1 kHz.
+inline Signal sine(double frequency_hz = 1000) {
+  Signal signal;
+  signal.name = "sine";
+  for (int i = 0; i < kSampleRate_hz / 2; ++i)
+    signal.samples.push_back(static_cast<float>(
+        0.5 * std::sin(2 * std::numbers::pi * frequency_hz * i / kSampleRate_hz)));
+  return signal;
+}
+
+// A closed shoebox of one material with one omnidirectional emitter.
+inline Level shoebox(const Vec3& size_m, const Material& material, const Vec3& emitter_m) {
+  Level level;
+  level.name = "shoebox";
+  level.mesh = box(size_m);
+  level.materials = {material};
+  level.signals = {sine()};
+  Emitter emitter;
+  emitter.name = "source";
+  emitter.position_m = emitter_m;
+  level.emitters = {emitter};
+  return level;
+}
+
+}  // namespace clamor::testing
