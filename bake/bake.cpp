@@ -73,7 +73,7 @@ std::uint64_t photons_for(const Scene& scene, const Level& level, TraceSettings 
   pilot.trace(0, kPilotPhotons, deposits, tally);
   const double per_photon =
       std::max(1.0, static_cast<double>(deposits.size()) / static_cast<double>(kPilotPhotons));
-  const double wanted = std::round(static_cast<double>(kWantedSources) / per_photon / 1000) * 1000;
+  const double wanted = std::round(static_cast<double>(kWantedSources) / per_photon / 100) * 100;
   return static_cast<std::uint64_t>(std::clamp(wanted, 1000.0, 200000.0));
 }
 

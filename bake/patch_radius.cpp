@@ -62,7 +62,7 @@ void set_patch_radii(std::span<Source> secondary_sources) {
           const double share = sum > 0 ? std::min(1.0, broadband(secondary_sources[i]) / sum) : 0;
           const double farthest_squared = distance_squared[found - 1];
           secondary_sources[i].patch_radius_m =
-              static_cast<float>(std::sqrt(farthest_squared * share));
+              static_cast<float>(std::sqrt(farthest_squared * share / 2));
         }
       });
 }

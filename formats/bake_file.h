@@ -24,7 +24,7 @@ inline constexpr std::uint16_t kFormatMinor = 0;
 struct BakeSettings {
   std::uint64_t seed = 1;
   std::uint64_t photons = 0;
-  double roulette_kappa = 0.5;
+  double roulette_kappa = 0.15;
   double longest_path_s = 10;
   Air air;
 };

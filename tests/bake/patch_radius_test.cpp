@@ -27,7 +27,7 @@ TEST(PatchRadius, OfAnEvenWallIsThatOfADiscWithEachSourcesShareOfTheArea) {
   const Source& middle = sources[20 * 41 + 20];
   // Sixteen neighbours reach between 2 and sqrt(5) steps, so a disc of their count has an area
   // of 16 steps squared up to the grain of the grid.
-  const double expected_m = 0.1 / std::sqrt(std::numbers::pi);
+  const double expected_m = 0.1 / std::sqrt(2 * std::numbers::pi);
   EXPECT_NEAR(middle.patch_radius_m / expected_m, 1, 0.15);
 }
 
