@@ -13,7 +13,7 @@ namespace clamor {
 namespace {
 
 constexpr double kClarity_s = 0.080, kDefinition_s = 0.050;
-constexpr double kLeastWidthTimesDecay = 4;
+constexpr double kLeastWidthTimesDecay = 8;  // a pulse shows 3 to 6
 
 void set_decay_times(RoomParameters& parameters, std::size_t b, const DecayCurve& curve,
                      double shortest_s) {

@@ -14,9 +14,9 @@
 // directions), and without the air's loss over those 10 m.
 //
 // A parameter is left out where the response is too short to tell (DecayCurve says when), C80 also
-// where nothing comes late. In a waveform a decay time is also left out below 4 / bandwidth seconds
-// (63 Hz: 0.09 s), where the octave filter rings as long as the room; C80 and D50 are windowed
-// before they are filtered, so its ringing carries nothing across 50 or 80 ms.
+// where nothing comes late. In a waveform a decay time is also left out below 8 / bandwidth seconds
+// (63 Hz: 0.18 s), near what the octave filter makes of a mere pulse, 3 to 6 / bandwidth. C80 and
+// D50 are windowed before they are filtered, so its ringing carries nothing across 50 or 80 ms.
 #pragma once
 
 #include <array>
