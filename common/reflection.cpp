@@ -19,33 +19,40 @@ Vec3 around(const Vec3& axis, double cos_a, double turn) {
          basis.bitangent * (sin_a * std::sin(phi));
 }
 
+// The mean of (a + b cos phi) / mu, kept between 0 and 1, round a ring: b >= 0, |a| <= mu.
+double ring_albedo(double a, double b, double mu) {
+  if (b <= 0) return std::clamp(a / mu, 0.0, 1.0);
+  const double full = std::acos(std::clamp((mu - a) / b, -1.0, 1.0));  // 1 up to this phi
+  const double empty = std::acos(std::clamp(-a / b, -1.0, 1.0));       // 0 beyond this one
+  const double between = a * (empty - full) + b * (std::sin(empty) - std::sin(full));
+  return (full + between / mu) / kPi;
+}
+
 }  // namespace
 
 PhongLobe::PhongLobe(double exponent) : exponent_(exponent) {
   assert(exponent > 0);
-  // E(i) is the mean of [cos o > 0] min(1, cos o / cos i) over directions drawn from the lobe, by
-  // the midpoint rule in the lobe's own coordinates, where the exponent is only a change of
-  // variable.
-  constexpr int kRings = 128, kTurns = 96;
-  std::array<double, kRings> ring_cos, ring_sin;
-  std::array<double, kTurns> turn_cos;
-  for (int r = 0; r < kRings; ++r) {
-    ring_cos[r] = std::pow((r + 0.5) / kRings, 1 / (exponent_ + 1));
+  // E(i) is the mean of [cos o > 0] min(1, cos o / cos i) over directions drawn from the lobe: by
+  // the midpoint rule over rings in the lobe's own coordinates, where the exponent is only a change
+  // of variable, and in closed form round each ring. Rings lie closer towards both ends, where the
+  // integrand has its roots.
+  constexpr std::size_t kRings = 512;
+  std::array<double, kRings> ring_cos, ring_sin, ring_share;
+  for (std::size_t r = 0; r < kRings; ++r) {
+    const double x = (static_cast<double>(r) + 0.5) / kRings;
+    ring_cos[r] = std::pow(x * x * (3 - 2 * x), 1 / (exponent_ + 1));
     ring_sin[r] = std::sqrt(1 - ring_cos[r] * ring_cos[r]);
+    ring_share[r] = 6 * x * (1 - x) / kRings;
   }
-  for (int t = 0; t < kTurns; ++t) turn_cos[t] = std::cos(kPi * (t + 0.5) / kTurns);
 
   for (std::size_t k = 0; k <= kCells; ++k) {
     const double root = static_cast<double>(k) / kCells;
     const double mu = std::max(root * root, 1e-9);
     const double sin_i = std::sqrt(1 - mu * mu);
     double sum = 0;
-    for (int r = 0; r < kRings; ++r)
-      for (int t = 0; t < kTurns; ++t) {
-        const double cos_o = ring_cos[r] * mu + ring_sin[r] * turn_cos[t] * sin_i;
-        sum += std::clamp(cos_o / mu, 0.0, 1.0);
-      }
-    albedo_[k] = static_cast<float>(sum / (kRings * kTurns));
+    for (std::size_t r = 0; r < kRings; ++r)
+      sum += ring_share[r] * ring_albedo(ring_cos[r] * mu, ring_sin[r] * sin_i, mu);
+    albedo_[k] = static_cast<float>(sum);
   }
 
   // Cells of the compensation term, (1 - E) mu dmu = (1 - E) d(mu^2) / 2, trapezoidal.

@@ -74,6 +74,8 @@ class [[nodiscard]] Result<void> {
 };
 
 // 'name', for messages.
-inline std::string quoted(std::string_view name) { return "'" + std::string(name) + "'"; }
+inline std::string quoted(std::string_view name) {
+  return std::string("'").append(name).append("'");
+}
 
 }  // namespace clamor

@@ -1,0 +1,64 @@
+#include "runtime/decay_curve.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace clamor {
+
+namespace {
+
+constexpr double kHeadroom_db = 10;
+constexpr int kLeastArrivals = 8;
+
+}  // namespace
+
+DecayCurve::DecayCurve(const std::vector<EnergyStep>& steps, double end_s) {
+  // Backwards, so that the small energies of the tail are added up before the large ones.
+  std::vector<double> yet_to_come(steps.size());
+  double last_tenth = 0;
+  for (std::size_t i = steps.size(); i-- > 0;) {
+    assert(steps[i].energy >= 0);
+    assert(i == 0 || steps[i - 1].time_s <= steps[i].time_s);
+    energy_ += steps[i].energy;
+    yet_to_come[i] = energy_;
+    if (steps[i].time_s > 0.9 * end_s) last_tenth = energy_;
+  }
+  end_db_ = 10 * std::log10(last_tenth / energy_);
+
+  double start_s = 0;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (steps[i].energy <= 0) continue;
+    const double at_s = std::max(0.0, steps[i].time_s);
+    treads_.push_back({start_s, at_s, 10 * std::log10(yet_to_come[i] / energy_)});
+    start_s = at_s;
+  }
+}
+
+std::optional<double> DecayCurve::decay_time_s(double from_db, double to_db) const {
+  assert(to_db < from_db);
+  if (treads_.empty() || end_db_ > to_db - kHeadroom_db) return std::nullopt;
+
+  // Levels only fall, so the range is one run of treads. Integrals over it of 1, t, t^2, L and t L,
+  // with t from the start of the run.
+  const auto first = std::lower_bound(treads_.begin(), treads_.end(), from_db,
+                                      [](const Tread& t, double db) { return t.level_db > db; });
+  const auto last = std::lower_bound(first, treads_.end(), to_db,
+                                     [](const Tread& t, double db) { return t.level_db >= db; });
+  if (last - first < kLeastArrivals) return std::nullopt;
+  double one = 0, t1 = 0, t2 = 0, level = 0, t_level = 0;
+  for (auto tread = first; tread != last; ++tread) {
+    const double a = tread->start_s - first->start_s, b = tread->end_s - first->start_s;
+    const double half_square = (b * b - a * a) / 2;
+    one += b - a;
+    t1 += half_square;
+    t2 += (b * b * b - a * a * a) / 3;
+    level += tread->level_db * (b - a);
+    t_level += tread->level_db * half_square;
+  }
+  const double slope_db_per_s = (one * t_level - t1 * level) / (one * t2 - t1 * t1);
+  if (!(slope_db_per_s < 0)) return std::nullopt;
+  return -60 / slope_db_per_s;
+}
+
+}  // namespace clamor

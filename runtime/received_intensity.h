@@ -1,0 +1,35 @@
+// received_intensity.h: how loud one source is at one place, per band.
+//
+// Everything that chooses, mixes or measures sources asks this one function, so they all mean the
+// same by loud.
+#pragma once
+
+#include <vector>
+
+#include "common/bands.h"
+#include "common/reflection.h"
+#include "common/vec.h"
+#include "formats/level.h"
+#include "formats/source.h"
+
+namespace clamor {
+
+// Nearer than this an emitter grows no louder: it has a size, and 1 / r^2 has none.
+inline constexpr double kEmitterRadius_m = 0.1;
+
+// Where a source is; an emitter's place comes from the emitter table, exactly.
+Vec3 source_position_m(const Source& source, const std::vector<Emitter>& emitters);
+
+// Intensity that `source` gives an omnidirectional receiver, 1 being an emitter of gain 1 at 1 m on
+// its axis:
+//
+//   emitter           I = gain^2 ((1 + cos a) / 2)^p        exp(-m r) / max(r, kEmitterRadius_m)^2
+//   secondary source  I = power x density of the reflection exp(-m r) / max(r, patch radius)^2
+//
+// with m the air's loss. A secondary source is heard on its own side of its surface only. Nothing
+// else stands in the way: whether the receiver can be seen is the caller's to ask.
+Bands received_intensity(const Source& source, const std::vector<Emitter>& emitters,
+                         const ReflectionLaws& laws, const Bands& air_loss_per_m,
+                         const Vec3& receiver_m);
+
+}  // namespace clamor
