@@ -1,0 +1,77 @@
+// gltf_writer.h: builds a .glb: materials with acoustics, meshes, instances, emitters.
+//
+// What it knows beyond core glTF:
+//   EXT_mesh_gpu_instancing    a node's mesh (and emitter) repeated
+//   KHR_audio_emitter          sounds by relative uri, one looping source and emitter for each
+//   CLAMOR_materials_acoustic  on a material: a preset, or absorption and scattering per band
+//   CLAMOR_emitter             on a node: directivity exponents per band, random start, level
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "common/bands.h"
+#include "common/vec.h"
+#include "mesh_builder.h"
+
+namespace clamor::assets {
+
+struct Look {
+  double red, green, blue;  // linear, 0 to 1
+  double roughness = 0.9, metallic = 0, opacity = 1;
+};
+
+struct EmitterNode {
+  std::string sound_uri;  // relative to the level's folder
+  Bands directivity{};    // exponent per band, axis along the node's -Z
+  double gain_db = 0;     // amplitude at 1 m on axis, re full scale
+  double random_delay_s = 0;
+};
+
+// Where one copy of a node's mesh and emitter is: turned by yaw about +Y, scaled, moved.
+struct Instance {
+  Vec3 position_m;
+  double yaw_rad = 0;  // 0 faces -Z, grows to the left
+  double scale = 1;
+};
+
+class GltfWriter {
+ public:
+  explicit GltfWriter(const std::string& scene_name);
+
+  // By preset of assets/materials.json, or by values.
+  MaterialIndex material(const std::string& name, const Look& look, const std::string& preset);
+  MaterialIndex material(const std::string& name, const Look& look, const Bands& absorption,
+                         const Bands& scattering);
+
+  int mesh(const std::string& name, const MeshBuilder& mesh);
+
+  void node(const std::string& name, int mesh, const Vec3& position_m = Vec3(0),
+            double yaw_rad = 0);
+  void emitter_node(const std::string& name, const EmitterNode& emitter, const Vec3& position_m,
+                    double yaw_rad);
+  // Without a mesh, only the emitter is repeated.
+  void instanced_node(const std::string& name, std::optional<int> mesh,
+                      const std::vector<Instance>& instances, const EmitterNode& emitter);
+
+  // The whole file. Call once.
+  std::string glb();
+
+ private:
+  using Json = nlohmann::json;
+
+  int accessor(const void* data, std::size_t bytes, std::size_t count, const char* type,
+               int component_type, std::optional<int> target, bool normalized = false);
+  MaterialIndex add_material(const std::string& name, const Look& look, Json acoustic);
+  void put_emitter(Json& node, const std::string& name, const EmitterNode& emitter);
+  void use(const char* extension);
+  void add_node(Json node);
+
+  Json json_;
+  std::string binary_;
+};
+
+}  // namespace clamor::assets
