@@ -4,8 +4,9 @@
 //   LEVEL.acoustics.json       beside it: emitters, materials, settings (acoustics.schema.json)
 //   --emitter "name=..., ..."  emitters from the command line
 //
-// Later sources win over earlier ones. Nothing outside the level's folder is read because the level
-// asks for it; sounds named on the command line are read from where the user says.
+// Later sources win over earlier ones: an emitter replaces those of the same name before it.
+// Nothing outside the level's folder is read because the level asks for it; sounds named on the
+// command line are read from where the user says.
 #pragma once
 
 #include <optional>
@@ -14,6 +15,7 @@
 
 #include "common/result.h"
 #include "formats/level.h"
+#include "formats/sidecar.h"
 
 namespace clamor {
 
@@ -22,7 +24,7 @@ struct ImportOptions {
   std::optional<std::string> sidecar;   // instead of LEVEL.acoustics.json beside the level
   std::optional<std::string> material;  // preset for materials nobody assigned, default "plaster"
   bool hidden_meshes = false;           // also take what KHR_node_visibility hides
-  std::uint64_t seed = 1;               // for emitters that ask for a random start
+  std::optional<std::uint64_t> seed;    // for random starts; default the sidecar's, else 1
 };
 
 // How a material came to its acoustic values, one per material of the level.
@@ -44,7 +46,8 @@ struct ImportReport {
 struct ImportedLevel {
   Level level;
   ImportReport report;
-  std::uint64_t input_hash = 0;  // xxHash3 of every byte that was read, in a fixed order
+  ImportedSettings settings;     // of the sidecar; the air among them is in level.air already
+  std::uint64_t input_hash = 0;  // xxHash3 of every byte read, in a fixed order, and of the result
 };
 
 // Every failure is one sentence that names the file, the thing in it, and what to do.

@@ -1,0 +1,282 @@
+#include "formats/audio_file.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sndfile.h>
+#include <soxr.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "formats/level.h"
+#include "formats/level_folder.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr double kLongest_s = 30 * 60;
+constexpr int kMostChannels = 64, kLeastRate_hz = 1000, kMostRate_hz = 768000;
+constexpr sf_count_t kBlockFrames = 4096;
+constexpr std::uint64_t kMostWav_bytes = 0xffff0000;  // WAV counts in 32 bits
+
+// A file in memory, as libsndfile wants to be told about it.
+struct Memory {
+  const std::byte* read = nullptr;            // the file to read,
+  std::vector<std::byte>* written = nullptr;  // or where to write it
+  sf_count_t size = 0, position = 0;
+};
+
+sf_count_t memory_length(void* user) { return static_cast<Memory*>(user)->size; }
+sf_count_t memory_tell(void* user) { return static_cast<Memory*>(user)->position; }
+sf_count_t memory_seek(sf_count_t offset, int whence, void* user) {
+  auto& memory = *static_cast<Memory*>(user);
+  const sf_count_t base = whence == SEEK_SET   ? 0
+                          : whence == SEEK_CUR ? memory.position
+                                               : memory.size;
+  memory.position = std::clamp<sf_count_t>(base + offset, 0, memory.size);
+  return memory.position;
+}
+sf_count_t memory_read(void* to, sf_count_t count, void* user) {
+  auto& memory = *static_cast<Memory*>(user);
+  count = std::clamp<sf_count_t>(count, 0, memory.size - memory.position);
+  const std::byte* from = memory.read != nullptr ? memory.read : memory.written->data();
+  if (count > 0) std::memcpy(to, from + memory.position, static_cast<std::size_t>(count));
+  memory.position += count;
+  return count;
+}
+sf_count_t memory_write(const void* from, sf_count_t count, void* user) {
+  auto& memory = *static_cast<Memory*>(user);
+  if (memory.written == nullptr) return 0;
+  memory.size = std::max(memory.size, memory.position + count);
+  memory.written->resize(static_cast<std::size_t>(memory.size));
+  std::memcpy(memory.written->data() + memory.position, from, static_cast<std::size_t>(count));
+  memory.position += count;
+  return count;
+}
+
+SF_VIRTUAL_IO memory_io() {
+  return {memory_length, memory_seek, memory_read, memory_write, memory_tell};
+}
+
+struct CloseSound {
+  void operator()(SNDFILE* file) const { sf_close(file); }
+};
+using SoundFile = std::unique_ptr<SNDFILE, CloseSound>;
+
+// Resamples a stream to kSampleRate_hz and appends it; passes it through where it has that rate.
+class Resampler {
+ public:
+  explicit Resampler(int rate_hz) : ratio_(static_cast<double>(kSampleRate_hz) / rate_hz) {
+    if (rate_hz == kSampleRate_hz) return;
+    const soxr_quality_spec_t quality = soxr_quality_spec(SOXR_VHQ, 0);
+    const soxr_runtime_spec_t one_thread = soxr_runtime_spec(1);
+    soxr_ = soxr_create(rate_hz, kSampleRate_hz, 1, &error_, nullptr, &quality, &one_thread);
+  }
+  ~Resampler() { soxr_delete(soxr_); }
+  Resampler(const Resampler&) = delete;
+  Resampler& operator=(const Resampler&) = delete;
+
+  // Empty at the end of the stream. False when soxr fails.
+  bool append(std::span<const float> in, std::vector<float>& out) {
+    if (error_ != nullptr) return false;
+    if (soxr_ == nullptr) {
+      out.insert(out.end(), in.begin(), in.end());
+      return true;
+    }
+    block_.resize(static_cast<std::size_t>(std::ceil(kBlockFrames * std::max(ratio_, 1.0))) + 16);
+    for (std::size_t done = 0, made = 1; done < in.size() || (in.empty() && made > 0);) {
+      std::size_t used = 0;
+      error_ = soxr_process(soxr_, in.empty() ? nullptr : in.data() + done, in.size() - done, &used,
+                            block_.data(), block_.size(), &made);
+      if (error_ != nullptr || (used == 0 && made == 0 && !in.empty())) return false;
+      out.insert(out.end(), block_.begin(), block_.begin() + static_cast<std::ptrdiff_t>(made));
+      done += used;
+    }
+    return true;
+  }
+
+ private:
+  double ratio_;
+  soxr_t soxr_ = nullptr;
+  soxr_error_t error_ = nullptr;
+  std::vector<float> block_;
+};
+
+}  // namespace
+
+Result<std::vector<float>> read_audio(const std::string& path) {
+  const auto bytes = read_whole_file(path);
+  if (!bytes.ok()) return bytes.error();
+  return decode_audio(*bytes, path);
+}
+
+Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const std::string& name) {
+  const auto refused = [&](const std::string& why) { return Error(name + ": " + why); };
+  Memory memory{file.data(), nullptr, static_cast<sf_count_t>(file.size()), 0};
+  SF_VIRTUAL_IO io = memory_io();
+  SF_INFO info{};
+  const SoundFile sound(sf_open_virtual(&io, SFM_READ, &info, &memory));
+  if (sound == nullptr)
+    return refused(
+        fmt::format("is no sound file that can be read ({}); give WAV, FLAC, Ogg or MP3.",
+                    sf_strerror(nullptr)));
+  if (info.channels < 1 || info.channels > kMostChannels || info.samplerate < kLeastRate_hz ||
+      info.samplerate > kMostRate_hz)
+    return refused(
+        fmt::format("has {} channels at {} Hz; at most {} channels at {} to {} Hz are "
+                    "read.",
+                    info.channels, info.samplerate, kMostChannels, kLeastRate_hz, kMostRate_hz));
+
+  Resampler resampler(info.samplerate);
+  const auto channels = static_cast<std::size_t>(info.channels);
+  std::vector<float> block(static_cast<std::size_t>(kBlockFrames) * channels);
+  std::vector<float> mono, result;
+  double length_s = 0;
+  for (;;) {
+    const sf_count_t frames = sf_readf_float(sound.get(), block.data(), kBlockFrames);
+    if (frames <= 0) break;
+    mono.assign(static_cast<std::size_t>(frames), 0);
+    for (std::size_t i = 0; i < mono.size(); ++i) {
+      double sum = 0;
+      for (std::size_t c = 0; c < channels; ++c) sum += block[i * channels + c];
+      mono[i] = static_cast<float>(sum / info.channels);
+      if (!std::isfinite(mono[i]))
+        return refused("holds samples that are no finite numbers (NaN or infinite); repair it.");
+    }
+    length_s += static_cast<double>(frames) / info.samplerate;
+    if (length_s > kLongest_s)
+      return refused("is longer than 30 minutes, the most that is read; cut it.");
+    if (!resampler.append(mono, result)) return refused("cannot be resampled to 48 kHz.");
+  }
+  if (sf_error(sound.get()) != SF_ERR_NO_ERROR)
+    return refused(fmt::format("is damaged ({}); export it again.", sf_strerror(sound.get())));
+  if (length_s > 0 && !resampler.append({}, result))
+    return refused("cannot be resampled to 48 kHz.");
+  if (result.empty()) return refused("holds no samples; export it again.");
+  return result;
+}
+
+Result<std::vector<std::byte>> encode_flac(std::span<const float> samples) {
+  if (samples.empty()) return Error("a sound without samples cannot be encoded.");
+  for (const float sample : samples)
+    if (!(std::fabs(sample) <= 1))
+      return Error(fmt::format("a sound reaches {:g}, beyond full scale; lower it by {:.1f} dB.",
+                               sample, 20 * std::log10(std::fabs(sample))));
+  std::vector<std::byte> file;
+  Memory memory{nullptr, &file, 0, 0};
+  SF_VIRTUAL_IO io = memory_io();
+  SF_INFO info{};
+  info.channels = 1;
+  info.samplerate = kSampleRate_hz;
+  info.format = SF_FORMAT_FLAC | SF_FORMAT_PCM_24;
+  SNDFILE* sound = sf_open_virtual(&io, SFM_WRITE, &info, &memory);
+  if (sound == nullptr)
+    return Error(
+        fmt::format("a sound cannot be encoded as FLAC ({}); install libsndfile with FLAC.",
+                    sf_strerror(nullptr)));
+  sf_command(sound, SFC_SET_CLIPPING, nullptr, SF_TRUE);
+  const auto frames = static_cast<sf_count_t>(samples.size());
+  const bool written = sf_writef_float(sound, samples.data(), frames) == frames;
+  if (sf_close(sound) != 0 || !written) return Error("a sound cannot be encoded as FLAC.");
+  return file;
+}
+
+struct WavWriter::State {
+  std::string path, temporary;
+  int descriptor = -1;
+  SNDFILE* sound = nullptr;
+  int channels = 0;
+  std::uint64_t bytes = 0, bytes_per_frame = 0;
+
+  ~State() {
+    if (sound != nullptr) sf_close(sound);
+    if (descriptor >= 0) ::close(descriptor);
+    if (!temporary.empty()) ::unlink(temporary.c_str());
+  }
+
+  Error failed(const std::string& what) const {
+    return Error(path + ": cannot be written: " + what +
+                 ". Check the folder, its rights and the space left.");
+  }
+};
+
+WavWriter::WavWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
+WavWriter::WavWriter(WavWriter&&) noexcept = default;
+WavWriter& WavWriter::operator=(WavWriter&&) noexcept = default;
+WavWriter::~WavWriter() = default;
+
+Result<WavWriter> WavWriter::create(const std::string& path, int channels, int rate_hz,
+                                    SampleFormat format) {
+  auto state = std::make_unique<State>();
+  state->path = path;
+  state->channels = channels;
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
+    return state->failed("it exists and is no regular file");
+
+  state->temporary = path + ".XXXXXX.tmp";
+  state->descriptor = ::mkstemps(state->temporary.data(), 4);
+  if (state->descriptor < 0) {
+    const int error = errno;
+    state->temporary.clear();
+    return state->failed(std::strerror(error));
+  }
+  const mode_t mask = ::umask(0);  // mkstemps makes the file private; it should be like any other
+  ::umask(mask);
+  ::fchmod(state->descriptor, 0666 & ~mask);
+
+  SF_INFO info{};
+  info.channels = channels;
+  info.samplerate = rate_hz;
+  info.format = SF_FORMAT_WAV | (format == SampleFormat::kFloat32 ? SF_FORMAT_FLOAT
+                                 : format == SampleFormat::kPcm24 ? SF_FORMAT_PCM_24
+                                                                  : SF_FORMAT_PCM_16);
+  state->bytes_per_frame =
+      static_cast<std::uint64_t>(channels) * (format == SampleFormat::kFloat32 ? 4
+                                              : format == SampleFormat::kPcm24 ? 3
+                                                                               : 2);
+  state->sound = sf_open_fd(state->descriptor, SFM_WRITE, &info, SF_FALSE);
+  if (state->sound == nullptr) return state->failed(sf_strerror(nullptr));
+  sf_command(state->sound, SFC_SET_CLIPPING, nullptr, SF_TRUE);
+  // The PEAK chunk holds the time of day, and the same sound should be the same bytes.
+  sf_command(state->sound, SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
+  return WavWriter(std::move(state));
+}
+
+Result<void> WavWriter::write(std::span<const float> interleaved) {
+  const auto frames = static_cast<sf_count_t>(interleaved.size()) / state_->channels;
+  state_->bytes += static_cast<std::uint64_t>(frames) * state_->bytes_per_frame;
+  if (state_->bytes > kMostWav_bytes)
+    return state_->failed("a WAV file holds at most 4 GiB; write less");
+  if (sf_writef_float(state_->sound, interleaved.data(), frames) != frames)
+    return state_->failed(sf_strerror(state_->sound));
+  return {};
+}
+
+Result<void> WavWriter::finish() {
+  State& state = *state_;
+  const int closed = sf_close(std::exchange(state.sound, nullptr));
+  if (closed != 0) return state.failed(sf_error_number(closed));
+  if (::fsync(state.descriptor) != 0) return state.failed(std::strerror(errno));
+  if (::rename(state.temporary.c_str(), state.path.c_str()) != 0)
+    return state.failed(std::strerror(errno));
+  state.temporary.clear();
+  // The name is on the disk only once its folder is.
+  std::string folder = std::filesystem::path(state.path).parent_path().string();
+  if (folder.empty()) folder = ".";
+  const int directory = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (directory >= 0) {
+    ::fsync(directory);
+    ::close(directory);
+  }
+  return {};
+}
+
+}  // namespace clamor

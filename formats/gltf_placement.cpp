@@ -1,0 +1,132 @@
+#include "formats/gltf_placement.h"
+
+#include <optional>
+
+#include <fmt/format.h>
+#include <glm/gtc/quaternion.hpp>
+
+#include "formats/gltf_accessor.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kMostPlacements = 10'000'000;
+constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
+
+std::string label(const GltfScene& scene, int node) {
+  const std::string& name = scene.nodes[static_cast<std::size_t>(node)].name;
+  return fmt::format("node {}{}", node, name.empty() ? "" : " " + quoted(name));
+}
+
+// One transform per instance, relative to the node (EXT_mesh_gpu_instancing).
+Result<std::vector<glm::dmat4>> instance_transforms(const GltfScene& scene, const Json& extension) {
+  const Json* attributes = extension.find("attributes");
+  std::optional<GltfReader> readers[3];
+  constexpr std::array<const char*, 3> kNames = {"TRANSLATION", "ROTATION", "SCALE"};
+  std::optional<std::size_t> count;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Json* accessor = attributes == nullptr ? nullptr : attributes->find(kNames[i]);
+    if (accessor == nullptr) continue;
+    const double* number = accessor->number();
+    if (number == nullptr || !(*number >= 0) ||
+        !(*number < static_cast<double>(scene.accessors.size())))
+      return Error(
+          fmt::format("{} '{}' points to none of the {} accessors; export the level again.",
+                      kInstancing, kNames[i], scene.accessors.size()));
+    auto reader = GltfReader::open(scene, static_cast<int>(*number), i == 1 ? 4 : 3);
+    if (!reader.ok()) return reader.error().in(kInstancing);
+    if (count.value_or(reader->count()) != reader->count())
+      return Error(
+          fmt::format("{} has {} of '{}' but {} of another attribute; export the level again.",
+                      kInstancing, reader->count(), kNames[i], *count));
+    count = reader->count();
+    readers[i] = std::move(*reader);
+  }
+  if (!count)
+    return Error(
+        fmt::format("{} has none of TRANSLATION, ROTATION and SCALE, so nothing says how "
+                    "many instances there are; export the level again.",
+                    kInstancing));
+
+  if (*count > kMostPlacements)
+    return Error(fmt::format("has {} instances; at most {} are read.", *count, kMostPlacements));
+  std::vector<glm::dmat4> transforms(*count, glm::dmat4(1.0));
+  for (std::size_t i = 0; i < *count; ++i) {
+    glm::dmat4& local = transforms[i];
+    if (readers[1]) {
+      const auto q = readers[1]->at(i);
+      const glm::dquat turn(q[3], q[0], q[1], q[2]);
+      if (glm::length(turn) > 0) local = glm::mat4_cast(glm::normalize(turn));
+    }
+    if (readers[2]) {
+      const auto scale = readers[2]->at(i);
+      for (int axis = 0; axis < 3; ++axis) local[axis] *= scale[static_cast<std::size_t>(axis)];
+    }
+    if (readers[0]) {
+      const auto move = readers[0]->at(i);
+      local[3] = glm::dvec4(move[0], move[1], move[2], 1);
+    }
+  }
+  return transforms;
+}
+
+bool hides(const Json* extensions) {
+  const Json* visible =
+      extensions == nullptr ? nullptr : extensions->find({"KHR_node_visibility", "visible"});
+  return visible != nullptr && visible->boolean() != nullptr && !*visible->boolean();
+}
+
+}  // namespace
+
+Result<std::vector<Placement>> place_nodes(const GltfScene& scene) {
+  struct Visit {
+    int node;
+    bool hidden;
+    glm::dmat4 parent;
+  };
+  std::vector<Placement> placements;
+  std::vector<bool> visited(scene.nodes.size(), false);
+  std::vector<Visit> stack;
+  const Json::Array* nodes = scene.nodes.empty() ? nullptr : scene.json.find("nodes")->array();
+  for (auto it = scene.roots.rbegin(); it != scene.roots.rend(); ++it)
+    stack.push_back({*it, false, glm::dmat4(1.0)});
+
+  while (!stack.empty()) {
+    const Visit visit = stack.back();
+    stack.pop_back();
+    const auto n = static_cast<std::size_t>(visit.node);
+    if (visited[n])
+      return Error(label(scene, visit.node) +
+                   " is reached twice: the hierarchy has a cycle or a "
+                   "node with two parents; export the level again.");
+    visited[n] = true;
+    const GltfNode& node = scene.nodes[n];
+    const Json* extensions = (*nodes)[n].find("extensions");
+    const bool hidden = visit.hidden || hides(extensions);
+    const glm::dmat4 world = visit.parent * node.local;
+    // In reverse, so that children come off the stack in their order.
+    for (auto it = node.children.rbegin(); it != node.children.rend(); ++it)
+      stack.push_back({*it, hidden, world});
+
+    if (node.mesh == kNone && extensions == nullptr) continue;
+    const Json* instancing = extensions == nullptr ? nullptr : extensions->find(kInstancing);
+    if (instancing == nullptr) {
+      placements.push_back({visit.node, 0, false, hidden, world});
+      continue;
+    }
+    const auto transforms = instance_transforms(scene, *instancing);
+    if (!transforms.ok()) return transforms.error().in(label(scene, visit.node));
+    if (placements.size() + transforms->size() > kMostPlacements)
+      return Error(
+          fmt::format("{}: the level has more than {} instances, the most that are read; "
+                      "thin them out.",
+                      label(scene, visit.node), kMostPlacements));
+    for (std::size_t i = 0; i < transforms->size(); ++i)
+      placements.push_back(
+          {visit.node, static_cast<std::uint32_t>(i), true, hidden, world * (*transforms)[i]});
+  }
+  return placements;
+}
+
+}  // namespace clamor
