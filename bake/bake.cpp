@@ -13,9 +13,9 @@
 #include "bake/patch_radius.h"
 #include "bake/photon_tracer.h"
 #include "bake/scene.h"
-#include "common/directivity.h"
 #include "common/random.h"
 #include "common/version.h"
+#include "formats/page.h"
 
 namespace clamor {
 
@@ -79,13 +79,8 @@ std::uint64_t photons_for(const Scene& scene, const Level& level, TraceSettings 
 
 Source emitter_source(const Emitter& emitter, std::uint32_t index, std::uint64_t seed) {
   Source source;
-  source.position_m = Vec3f(emitter.position_m);
-  source.normal = source.mirror = Vec3f(emitter.axis);
-  for (std::size_t b = 0; b < kBandCount; ++b)
-    source.power[b] =
-        static_cast<float>(emitter.gain * emitter.gain * emission_power(emitter.directivity[b]));
   source.emitter = index;
-  source.is_emitter = true;
+  set_from_emitter(source, emitter);
   // Bounce 0 is no reflection, so the counter is free.
   const RandomBits bits = philox(seed, {index, 0, 0, static_cast<std::uint32_t>(Use::kPolarity)});
   source.u = static_cast<float>(unit_above_zero(bits[0]));
@@ -151,6 +146,7 @@ BakeContents bake_on_this_arena(const Level& level, const BakeOptions& options) 
   if (options.on_progress)
     options.on_progress({"sorting", settings.photons, settings.photons, traced.tally.bounces});
   set_patch_radii(traced.deposits);
+  for (Source& deposit : traced.deposits) snap_powers(deposit);
   for (std::size_t i = 0; i < level.emitters.size(); ++i)
     traced.deposits.push_back(
         emitter_source(level.emitters[i], static_cast<std::uint32_t>(i), options.settings.seed));

@@ -259,7 +259,8 @@ Result<void> JsonFields::result_without_unknown() const {
   if (error_) return *error_;
   for (const auto& [key, value] : *json_.object())
     if (std::find(asked_.begin(), asked_.end(), key) == asked_.end())
-      return Error(where_ + ": " + clamor::quoted(key) + " is not known here; the nearest name is " +
+      return Error(where_ + ": " + clamor::quoted(key) +
+                   " is not known here; the nearest name is " +
                    clamor::quoted(nearest_name(key, asked_)) + ".");
   return {};
 }

@@ -81,7 +81,8 @@ Result<void> merge(const std::vector<EmitterSpec>& specs, bool confined, LevelFo
     if (!emitter.ok()) return emitter.error();
     const int twin = ++names[emitter->name];
     if (twin > 1 && !spec.name.empty())
-      return Error("two emitters are named " + clamor::quoted(spec.name) + "; give each its own name.");
+      return Error("two emitters are named " + clamor::quoted(spec.name) +
+                   "; give each its own name.");
     if (twin > 1) emitter->name += fmt::format(" {}", twin);
     added.push_back(std::move(*emitter));
   }

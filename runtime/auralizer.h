@@ -21,18 +21,20 @@
 #include "common/pose.h"
 #include "common/result.h"
 #include "formats/bake_file.h"
+#include "runtime/auralizer_input.h"
+#include "runtime/keyframe.h"
+#include "runtime/keyframe_maker.h"
 #include "runtime/realtime.h"
 
 namespace clamor {
 
-inline constexpr int kKeyframeFrames = 960;     // 20 ms: 50 keyframes a second
-inline constexpr double kEarDistance_m = 0.17;  // between the two receivers
 inline constexpr int kOutputChannels = 2;
 
 struct AuralizerOptions {
   std::string strategy = "priority";  // or "all"
   int voices = 2000;                  // of the priority sample; "all" mixes every source
   double gain = 1;                    // amplitude, on the whole output
+  int block_frames = 960;             // largest block of mix(): keyframes are made that far ahead
 };
 
 struct AuralizerStatistics {
@@ -42,6 +44,7 @@ struct AuralizerStatistics {
   double sampler_ms = 0;             // the last make_keyframe took
   float peak[kOutputChannels] = {};  // largest sample since the last call of statistics()
   std::uint64_t clipped_frames = 0;  // frames beyond full scale so far
+  std::uint64_t bad_voices = 0;      // silenced for a keyframe: a gain or delay was not finite
 };
 
 class Auralizer {
@@ -49,9 +52,12 @@ class Auralizer {
   // Decodes the file's pages and signals. Errors: bad file, unknown strategy, no sources.
   static Result<std::unique_ptr<Auralizer>> create(const BakeFile& file,
                                                    const AuralizerOptions& options);
+  static Result<std::unique_ptr<Auralizer>> create(AuralizerInput input,
+                                                   const AuralizerOptions& options);
   ~Auralizer();
 
-  // Sampler thread.
+  // Sampler thread. Keyframe 0 also mixes the 85 ms before time 0, so that sound that has always
+  // been playing is there from the first frame on; until it is made, mix() gives silence.
   bool wants_keyframe() const;
   double next_keyframe_time_s() const;
   void make_keyframe(const Pose& pose);

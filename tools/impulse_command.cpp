@@ -1,32 +1,31 @@
 // clamor impulse: an impulse response as a WAV file, and the room's parameters per octave band.
-#include "tools/impulse_command.h"
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <ostream>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "common/text.h"
 #include "formats/audio_file.h"
 #include "formats/bake_file.h"
 #include "runtime/energy_response.h"
 #include "runtime/impulse_response.h"
 #include "runtime/room_parameters.h"
+#include "tools/arguments.h"
+#include "tools/commands.h"
 
 namespace clamor {
 
 namespace {
 
-constexpr int kSuccess = 0, kBadInput = 1, kBadUsage = 2;
 constexpr double kLongest_s = 60;
 
 struct Options {
   std::string level, output, emitter;
-  std::vector<double> listener_m;
+  Vec3 listener_m{};
   double seconds = 0;  // 0: until the last arrival has rung out
   bool json = false;
 };
@@ -44,35 +43,14 @@ constexpr Row kRows[] = {
     {"g_db", "G dB", &RoomParameters::g_db, 2},
 };
 
-// Letters to insert, remove or replace to turn one name into the other.
-std::size_t edits(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] != b[j - 1]);
-      diagonal = row[j];
-      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row.back();
-}
-
 Result<std::uint32_t> find_emitter(const std::vector<Emitter>& emitters, const std::string& name) {
-  std::string names;
-  const Emitter* nearest = nullptr;
-  for (std::size_t i = 0; i < emitters.size(); ++i) {
-    const Emitter& emitter = emitters[i];
-    if (emitter.name == name) return static_cast<std::uint32_t>(i);
-    if (nearest == nullptr || edits(name, emitter.name) < edits(name, nearest->name))
-      nearest = &emitter;
-    if (i < 20) names += (i == 0 ? "" : ", ") + clamor::quoted(emitter.name);
-  }
-  if (emitters.size() > 20) names += fmt::format(" and {} more", emitters.size() - 20);
-  return Error(fmt::format("no emitter is called {}; the nearest name is {}. Name one of {}.",
-                           clamor::quoted(name), clamor::quoted(nearest->name), names));
+  std::vector<std::string> names;
+  for (const Emitter& emitter : emitters) names.push_back(emitter.name);
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found != names.end()) return static_cast<std::uint32_t>(found - names.begin());
+  return Error(fmt::format("no emitter is called {}; the nearest name of {} is {}",
+                           clamor::quoted(name), names.size(),
+                           clamor::quoted(nearest_name(name, names))));
 }
 
 Result<void> write_wav(const std::string& path, std::span<const float> samples) {
@@ -124,9 +102,8 @@ Result<void> measure(const Options& options, std::ostream& out, std::ostream& er
 
   const Result<std::vector<Source>> sources = file->read_all_sources();
   if (!sources) return sources.error();
-  const Vec3 listener_m(options.listener_m[0], options.listener_m[1], options.listener_m[2]);
-  const std::vector<Arrival> arrivals = energy_response(*sources, emitters, file->materials(),
-                                                        file->settings().air, listener_m, emitter);
+  const std::vector<Arrival> arrivals = energy_response(
+      *sources, emitters, file->materials(), file->settings().air, options.listener_m, emitter);
   if (arrivals.empty())
     return Error("nothing of " + clamor::quoted(emitters[emitter].name) +
                  " reaches the listener. Move --listener inside the level.")
@@ -145,7 +122,7 @@ Result<void> measure(const Options& options, std::ostream& out, std::ostream& er
   const RoomParameters of_waveform = room_parameters(std::span<const float>(waveform), at_10m);
   if (options.json) {
     nlohmann::ordered_json json;
-    json["bands_hz"] = kBandCentres_hz;
+    for (const double hz : kBandCentres_hz) json["bands_hz"].push_back(static_cast<int>(hz));
     json["energy"] = to_json(of_energy);
     json["waveform"] = to_json(of_waveform);
     out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
@@ -160,47 +137,26 @@ Result<void> measure(const Options& options, std::ostream& out, std::ostream& er
 
 int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   Options options;
-  CLI::App app(
-      "Impulse response at a listener, and the room's parameters (ISO 3382-1) per octave band,\n"
-      "from the energy response, which carries no chance of phase, and from the waveform.\n"
-      "A dash (null in --json) stands where a response is too short to tell.",
-      "clamor impulse");
-  app.add_option("level", options.level, "the bake file")->required()->type_name("LEVEL.clamor");
-  app.add_option("-o,--output", options.output, "the waveform: WAV, mono, 48 kHz, float")
-      ->type_name("IR.wav");
-  app.add_option("--listener", options.listener_m, "where to listen, in metres")
-      ->required()
-      ->delimiter(',')
-      ->expected(3)
-      ->type_name("X,Y,Z");
-  app.add_option("--emitter", options.emitter, "which emitter sounds (default: the first)")
-      ->type_name("NAME");
-  app.add_option("--seconds", options.seconds,
-                 "length of the waveform (default: all of it), at most 60")
-      ->check(CLI::Range(0.001, kLongest_s))
-      ->type_name("S");
-  app.add_flag("--json", options.json, "parameters as JSON on standard output");
-  app.footer("example: clamor impulse hall.clamor -o ir.wav --listener 2,1.7,-3 --json");
-
-  try {
-    // CLI11 takes them last first.
-    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
-  } catch (const CLI::CallForHelp&) {
-    out << app.help();
-    return kSuccess;
-  } catch (const CLI::ParseError& error) {
-    err << "clamor impulse: " << error.what() << ". See clamor impulse --help.\n";
-    return kBadUsage;
-  }
-  if (!std::all_of(options.listener_m.begin(), options.listener_m.end(),
-                   [](double x) { return std::isfinite(x); })) {
-    err << "clamor impulse: --listener needs three finite numbers, X,Y,Z in metres.\n";
-    return kBadUsage;
-  }
-  if (options.output.empty() && !options.json) {
-    err << "clamor impulse: nothing to do: give -o IR.wav, --json or both.\n";
-    return kBadUsage;
-  }
+  std::string listener;
+  Arguments parser("impulse",
+                   "Impulse response at a listener, and the room's parameters (ISO 3382-1) per "
+                   "octave band, from the energy response, which carries no chance of phase, and "
+                   "from the waveform. A dash (null in --json) stands where a response is too "
+                   "short to tell.",
+                   "clamor impulse hall.clamor -o ir.wav --listener 2,1.7,-3");
+  parser.positional("level", options.level, "the bake file");
+  parser.option("-o,--output", options.output, "also write the waveform: WAV, mono, 48 kHz, float");
+  parser.option("--listener", listener, "where to listen: X,Y,Z in metres");
+  parser.required("--listener");
+  parser.option("--emitter", options.emitter, "which emitter sounds; unset: the first");
+  parser.option("--seconds", options.seconds, "length of the waveform, at most 60; 0: all of it");
+  parser.flag("--json", options.json, "the parameters as JSON");
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+  const auto pose = parse_listener(listener);
+  if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
+  options.listener_m = pose->position_m;
+  if (!(options.seconds >= 0 && options.seconds <= kLongest_s))
+    return parser.bad_usage(err, "--seconds must lie between 0 and 60");
   if (const Result<void> done = measure(options, out, err); !done) {
     err << "clamor impulse: " << done.error().message << '\n';
     return kBadInput;

@@ -1,0 +1,40 @@
+#include "formats/bake_layout.h"
+
+#define XXH_INLINE_ALL
+#include <cassert>
+
+#include <xxhash.h>
+#include <zstd.h>
+
+namespace clamor {
+
+namespace {
+
+constexpr int kLevel = 9;  // 3 makes pages 2 % larger, 19 another 1 % smaller at 10 times the time
+
+}  // namespace
+
+std::uint64_t hash_of(std::span<const std::byte> bytes) {
+  return XXH3_64bits(bytes.data(), bytes.size());
+}
+
+std::vector<std::byte> packed(std::span<const std::byte> bytes) {
+  std::vector<std::byte> frame(ZSTD_compressBound(bytes.size()));
+  const std::size_t size =
+      ZSTD_compress(frame.data(), frame.size(), bytes.data(), bytes.size(), kLevel);
+  assert(!ZSTD_isError(size));  // the buffer is as large as any frame can be
+  frame.resize(size);
+  return frame;
+}
+
+Result<std::vector<std::byte>> unpacked(std::span<const std::byte> frame, std::size_t size) {
+  // A frame that claims another size is refused before anything is allocated for it.
+  if (ZSTD_getFrameContentSize(frame.data(), frame.size()) != size)
+    return Error("does not unpack to the " + std::to_string(size) + " bytes it should");
+  std::vector<std::byte> bytes(size);
+  const std::size_t got = ZSTD_decompress(bytes.data(), size, frame.data(), frame.size());
+  if (ZSTD_isError(got) || got != size) return Error("is not a complete zstd frame");
+  return bytes;
+}
+
+}  // namespace clamor

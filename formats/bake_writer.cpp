@@ -1,0 +1,254 @@
+// bake_writer.cpp: write_bake() of bake_file.h.
+//
+// Preamble, pages in node order, signals, geometry, root; the preamble's numbers are known last.
+#include <algorithm>
+
+#include <capnp/message.h>
+#include <capnp/serialize.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include "formats/atomic_file.h"
+#include "formats/audio_file.h"
+#include "formats/bake_file.h"
+#include "formats/bake_layout.h"
+#include "formats/bake_root.capnp.h"
+#include "formats/geometry_section.h"
+#include "formats/page.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kPagesAtOnce = 1024;  // packed in parallel, then written in order
+
+struct Section {
+  std::uint64_t offset = 0, bytes = 0, hash = 0;
+};
+
+// Appends to the file and remembers where.
+class Appender {
+ public:
+  explicit Appender(AtomicFile& file) : file_(file) {}
+
+  Result<Section> append(std::span<const std::byte> bytes) {
+    const Section section{offset_, bytes.size(), hash_of(bytes)};
+    if (const auto written = file_.write(bytes); !written.ok()) return written.error();
+    offset_ += bytes.size();
+    return section;
+  }
+
+  Result<void> align() {
+    static constexpr std::array<std::byte, 8> kZeros{};
+    const auto padding = append({kZeros.data(), (8 - offset_ % 8) % 8});
+    return padding.ok() ? Result<void>() : Result<void>(padding.error());
+  }
+
+  std::uint64_t offset() const { return offset_; }
+
+ private:
+  AtomicFile& file_;
+  std::uint64_t offset_ = 0;
+};
+
+struct Sections {
+  std::vector<Section> pages, signals;
+  std::vector<float> signal_scales;
+  Section geometry;
+  GeometryCounts geometry_counts;
+};
+
+Result<void> write_pages(const SourceOctree& octree, Appender& appender, Sections& sections) {
+  for (std::size_t first = 0; first < octree.nodes.size(); first += kPagesAtOnce) {
+    const std::size_t count = std::min(kPagesAtOnce, octree.nodes.size() - first);
+    std::vector<std::vector<std::byte>> frames(count);
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+      const OctreeNode& node = octree.nodes[first + i];
+      frames[i] = packed(encode_page(
+          node, std::span(octree.sources).subspan(node.first_source, node.source_count)));
+    });
+    for (const auto& frame : frames) {
+      const auto section = appender.append(frame);
+      if (!section.ok()) return section.error();
+      sections.pages.push_back(*section);
+    }
+  }
+  return {};
+}
+
+Result<void> write_signals(const std::vector<Signal>& signals, Appender& appender,
+                           Sections& sections) {
+  for (const Signal& signal : signals) {
+    // FLAC ends at full scale, so a louder signal is kept smaller, with the factor beside it.
+    float peak = 1;
+    for (const float sample : signal.samples) peak = std::max(peak, std::abs(sample));
+    std::vector<float> scaled = signal.samples;
+    if (peak > 1)
+      for (float& sample : scaled) sample /= peak;
+    const auto flac = encode_flac(scaled);
+    if (!flac.ok()) return flac.error().in("signal " + quoted(signal.name));
+    const auto section = appender.append(*flac);
+    if (!section.ok()) return section.error();
+    sections.signals.push_back(*section);
+    sections.signal_scales.push_back(peak);
+  }
+  return {};
+}
+
+template <class List>
+void put(List list, const Bands& bands) {
+  for (unsigned b = 0; b < kBandCount; ++b) list.set(b, bands[b]);
+}
+
+void put_settings(BakeRoot::Builder root, const BakeContents& contents) {
+  const BakeSettings& settings = contents.settings;
+  root.setSeed(settings.seed);
+  root.setPhotons(settings.photons);
+  root.setRouletteKappa(settings.roulette_kappa);
+  root.setLongestPathS(settings.longest_path_s);
+  root.setTemperatureC(settings.air.temperature_c);
+  root.setHumidityPercent(settings.air.humidity_percent);
+  root.setPressureKpa(settings.air.pressure_kpa);
+  root.setTool(contents.provenance.tool);
+  root.setLevel(contents.provenance.level);
+  root.setInputHash(contents.provenance.input_hash);
+
+  const BakeStatistics& statistics = contents.statistics;
+  root.setPhotonsTraced(statistics.photons_traced);
+  root.setBounces(statistics.bounces);
+  root.setPhotonsEscaped(statistics.photons_escaped);
+  root.setMeanFreePathM(statistics.mean_free_path_m);
+  put(root.initPowerEmitted(kBandCount), statistics.power_emitted);
+  put(root.initPowerEscaped(kBandCount), statistics.power_escaped);
+  put(root.initPowerUnfinished(kBandCount), statistics.power_unfinished);
+  auto warnings = root.initWarnings(static_cast<unsigned>(statistics.warnings.size()));
+  for (unsigned i = 0; i < warnings.size(); ++i) warnings.set(i, statistics.warnings[i]);
+  auto bands_hz = root.initBandsHz(kBandCount);
+  for (unsigned b = 0; b < kBandCount; ++b) bands_hz.set(b, static_cast<float>(kBandCentres_hz[b]));
+}
+
+void put_tables(BakeRoot::Builder root, const BakeContents& contents, const Sections& sections) {
+  auto materials = root.initMaterials(static_cast<unsigned>(contents.materials.size()));
+  for (unsigned i = 0; i < materials.size(); ++i) {
+    const Material& material = contents.materials[i];
+    materials[i].setName(material.name);
+    put(materials[i].initAbsorption(kBandCount), material.absorption);
+    put(materials[i].initScattering(kBandCount), material.scattering);
+    put(materials[i].initPhong(kBandCount), material.phong);
+    put(materials[i].initTransmission(kBandCount), material.transmission);
+  }
+  auto emitters = root.initEmitters(static_cast<unsigned>(contents.emitters.size()));
+  for (unsigned i = 0; i < emitters.size(); ++i) {
+    const Emitter& emitter = contents.emitters[i];
+    emitters[i].setName(emitter.name);
+    emitters[i].setX(emitter.position_m.x);
+    emitters[i].setY(emitter.position_m.y);
+    emitters[i].setZ(emitter.position_m.z);
+    emitters[i].setAxisX(emitter.axis.x);
+    emitters[i].setAxisY(emitter.axis.y);
+    emitters[i].setAxisZ(emitter.axis.z);
+    emitters[i].setGain(emitter.gain);
+    put(emitters[i].initDirectivity(kBandCount), emitter.directivity);
+    emitters[i].setSignal(emitter.signal);
+    emitters[i].setDelayS(emitter.delay_s);
+  }
+  auto signals = root.initSignals(static_cast<unsigned>(contents.signals.size()));
+  for (unsigned i = 0; i < signals.size(); ++i) {
+    signals[i].setName(contents.signals[i].name);
+    signals[i].setLoop(contents.signals[i].loop);
+    signals[i].setScale(sections.signal_scales[i]);
+    signals[i].setFrames(contents.signals[i].samples.size());
+    signals[i].setOffset(sections.signals[i].offset);
+    signals[i].setBytes(sections.signals[i].bytes);
+    signals[i].setHash(sections.signals[i].hash);
+  }
+  auto geometry = root.initGeometry();
+  geometry.setLowX(sections.geometry_counts.low_m.x);
+  geometry.setLowY(sections.geometry_counts.low_m.y);
+  geometry.setLowZ(sections.geometry_counts.low_m.z);
+  geometry.setVertices(sections.geometry_counts.vertices);
+  geometry.setTriangles(sections.geometry_counts.triangles);
+  geometry.setOffset(sections.geometry.offset);
+  geometry.setBytes(sections.geometry.bytes);
+  geometry.setHash(sections.geometry.hash);
+}
+
+void put_octree(BakeRoot::Builder root, const std::vector<OctreeNode>& nodes,
+                const std::vector<Section>& pages) {
+  const auto count = static_cast<unsigned>(nodes.size());
+  auto low = root.initNodeLow(3 * count), high = root.initNodeHigh(3 * count);
+  auto key = root.initNodeHighestKey(count), power = root.initNodePower(8 * count);
+  auto cone = root.initNodeCone(4 * count), delay = root.initNodeDelay(2 * count);
+  auto children = root.initNodeChildren(8 * count);
+  auto offset = root.initPageOffset(count);
+  auto packed_bytes = root.initPagePacked(count), sources = root.initPageSources(count);
+  auto hash = root.initPageHash(count);
+  for (unsigned i = 0; i < count; ++i) {
+    const OctreeNode& node = nodes[i];
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      low.set(3 * i + axis, node.low_m[static_cast<int>(axis)]);
+      high.set(3 * i + axis, node.high_m[static_cast<int>(axis)]);
+      cone.set(4 * i + axis, node.cone_axis[static_cast<int>(axis)]);
+    }
+    cone.set(4 * i + 3, node.cone_cos);
+    key.set(i, node.highest_key);
+    delay.set(2 * i, node.least_delay_s);
+    delay.set(2 * i + 1, node.most_delay_s);
+    for (unsigned k = 0; k < 8; ++k) {
+      power.set(8 * i + k, node.power[k]);
+      children.set(8 * i + k, node.children[k]);
+    }
+    offset.set(i, pages[i].offset);
+    packed_bytes.set(i, static_cast<std::uint32_t>(pages[i].bytes));
+    sources.set(i, node.source_count);
+    hash.set(i, pages[i].hash);
+  }
+}
+
+Result<void> write_all(AtomicFile& file, const BakeContents& contents) {
+  Appender appender(file);
+  Sections sections;
+  if (const auto room = appender.append(std::vector<std::byte>(sizeof(Preamble))); !room.ok())
+    return room.error();
+  if (const auto done = write_pages(contents.octree, appender, sections); !done.ok()) return done;
+  if (const auto done = write_signals(contents.signals, appender, sections); !done.ok())
+    return done;
+  const auto geometry = appender.append(pack_geometry(contents.mesh, sections.geometry_counts));
+  if (!geometry.ok()) return geometry.error();
+  sections.geometry = *geometry;
+  if (const auto done = appender.align(); !done.ok()) return done;
+
+  capnp::MallocMessageBuilder message;
+  auto root = message.initRoot<BakeRoot>();
+  put_settings(root, contents);
+  put_tables(root, contents, sections);
+  put_octree(root, contents.octree.nodes, sections.pages);
+  const auto words = capnp::messageToFlatArray(message);
+  const auto chars = words.asBytes();
+  const auto section = appender.append(std::as_bytes(std::span(chars.begin(), chars.size())));
+  if (!section.ok()) return section.error();
+
+  Preamble preamble;
+  preamble.major = kFormatMajor;
+  preamble.minor = kFormatMinor;
+  preamble.file_bytes = appender.offset();
+  preamble.root_offset = section->offset;
+  preamble.root_bytes = section->bytes;
+  preamble.root_hash = section->hash;
+  const auto bytes = std::as_bytes(std::span(&preamble, 1));
+  preamble.preamble_hash = hash_of(bytes.first(kHashedPreambleBytes));
+  return file.write_at(0, bytes);
+}
+
+}  // namespace
+
+Result<void> write_bake(const std::string& path, const BakeContents& contents, int threads) {
+  auto file = AtomicFile::create(path);
+  if (!file.ok()) return file.error();
+  Result<void> done;
+  tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
+  arena.execute([&] { done = write_all(*file, contents); });
+  return done.ok() ? file->commit() : done;
+}
+
+}  // namespace clamor

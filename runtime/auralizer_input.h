@@ -1,0 +1,29 @@
+// auralizer_input.h: what the runtime needs to know of a bake, decoded.
+#pragma once
+
+#include <vector>
+
+#include "common/air.h"
+#include "common/material.h"
+#include "common/result.h"
+#include "formats/bake_file.h"
+#include "formats/level.h"
+#include "formats/source.h"
+
+namespace clamor {
+
+struct AuralizerInput {
+  std::vector<Source> sources;  // emitters and secondary sources, in any order
+  std::vector<Emitter> emitters;
+  std::vector<Signal> signals;
+  std::vector<Material> materials;
+  Air air;
+};
+
+// Decodes all pages and signals. Memory grows with the file.
+Result<AuralizerInput> read_auralizer_input(const BakeFile& file);
+
+// An Error where an index points nowhere or there is nothing to hear.
+Result<void> check(const AuralizerInput& input);
+
+}  // namespace clamor

@@ -1,0 +1,33 @@
+// keyframe.h: how everything sounds at one moment: the voices, their delays and gains.
+//
+// Made by the sampler thread, mixed by the audio thread. Between two keyframes a voice's delays and
+// gains slide in straight lines. A voice lives in a slot for as long as its source is heard; the
+// sampler fades a voice to nothing before it leaves it out.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/bands.h"
+#include "runtime/mix_kernel.h"
+
+namespace clamor {
+
+inline constexpr int kKeyframeFrames = 960;  // 20 ms: 50 keyframes a second
+
+struct Voice {
+  std::uint32_t slot = 0;
+  std::uint32_t signal = 0;
+  bool starts = false;  // from silence at start_delay_frames; otherwise from the last keyframe
+  std::array<double, kEars> start_delay_frames{};
+  std::array<double, kEars> delay_frames{};
+  std::array<Bands, kEars> gain{};  // amplitude
+};
+
+struct Keyframe {
+  std::uint64_t number = 0;
+  std::vector<Voice> voices;  // slots differ; capacity is set once
+};
+
+}  // namespace clamor

@@ -1,0 +1,128 @@
+#include "runtime/keyframe_maker.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "formats/level.h"
+
+namespace clamor {
+
+namespace {
+
+// Half the speed of sound: faster than anything that is meant to be heard sliding.
+constexpr double kFastestSlide_frames = 0.5 * kKeyframeFrames;
+
+double fade_gain(int fade) {
+  return fade == kFadeKeyframes ? 1 : std::sin(std::numbers::pi / 2 * fade / kFadeKeyframes);
+}
+
+}  // namespace
+
+KeyframeMaker::KeyframeMaker(const SourceField& field, std::size_t slots)
+    : field_(field), slots_(slots), slot_of_source_(field.size(), kNone) {
+  for (std::size_t s = slots; s-- > 0;) {
+    slots_[s].voice.slot = static_cast<std::uint32_t>(s);
+    free_.push_back(static_cast<std::uint32_t>(s));
+  }
+}
+
+KeyframeMaker::Ears KeyframeMaker::ears_at(const Pose& pose) {
+  const Vec3 half = 0.5 * kEarDistance_m * pose.right();
+  return {pose.position_m - half, pose.position_m + half};
+}
+
+void KeyframeMaker::listen(Slot& slot, const Ears& ears) const {
+  for (int e = 0; e < kEars; ++e) {
+    const double r_m = field_.distance_m(slot.source, ears[e]);
+    const Bands intensity = field_.intensity(slot.source, ears[e], r_m);
+    slot.voice.delay_frames[e] = field_.delay_s(slot.source, r_m) * kSampleRate_hz;
+    // The root between the bake's power and the mixer's amplitude.
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      slot.voice.gain[e][b] =
+          std::sqrt(static_cast<float>(slot.power_scale * static_cast<double>(intensity[b]))) *
+          static_cast<float>(field_.polarity(slot.source));
+  }
+}
+
+bool KeyframeMaker::jumped(const Slot& slot, const Ears& ears) const {
+  for (int e = 0; e < kEars; ++e) {
+    const double delay_frames =
+        field_.delay_s(slot.source, field_.distance_m(slot.source, ears[e])) * kSampleRate_hz;
+    if (std::abs(delay_frames - slot.voice.delay_frames[e]) > kFastestSlide_frames) return true;
+  }
+  return false;
+}
+
+void KeyframeMaker::start(std::uint32_t source, double power_scale, const Ears& ears) {
+  if (free_.empty()) return;
+  Slot& slot = slots_[free_.back()];
+  slot_of_source_[source] = free_.back();
+  free_.pop_back();
+  slot.source = source;
+  slot.fade = 0;
+  slot.in_use = slot.chosen = true;
+  slot.frozen = false;
+  slot.power_scale = power_scale;
+  slot.voice.starts = true;
+  slot.voice.signal = field_.signal(source);
+  // It slides in from where it would have been, unless the listener jumped.
+  for (int e = 0; e < kEars; ++e) {
+    const auto delay_frames = [&](const Ears& at) {
+      return field_.delay_s(source, field_.distance_m(source, at[e])) * kSampleRate_hz;
+    };
+    const double now_frames = delay_frames(ears), last_frames = delay_frames(last_ears_);
+    const bool slides = std::abs(now_frames - last_frames) <= kFastestSlide_frames;
+    slot.voice.start_delay_frames[e] = slides ? last_frames : now_frames;
+  }
+}
+
+void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose,
+                         Keyframe& keyframe) {
+  const Ears ears = ears_at(pose);
+  if (made_ == 0) last_ears_ = ears;
+
+  for (Slot& slot : slots_) {
+    slot.chosen = false;
+    slot.voice.starts = false;
+    if (!slot.in_use || slot.frozen || !jumped(slot, ears)) continue;
+    slot.frozen = true;
+    slot_of_source_[slot.source] = kNone;
+  }
+  for (const SampledSource& chosen : sample) {
+    const std::uint32_t s = slot_of_source_[chosen.source];
+    if (s == kNone) {
+      start(chosen.source, chosen.power_scale, ears);
+    } else {
+      slots_[s].chosen = true;
+      slots_[s].power_scale = chosen.power_scale;
+    }
+  }
+
+  keyframe.number = made_;
+  keyframe.voices.clear();
+  for (Slot& slot : slots_) {
+    if (!slot.in_use) continue;
+    if (made_ == 0)
+      slot.fade = kFadeKeyframes;
+    else
+      slot.fade = std::clamp(slot.fade + (slot.chosen ? 1 : -1), 0, kFadeKeyframes);
+    if (!slot.frozen) listen(slot, ears);
+
+    assert(keyframe.voices.size() < keyframe.voices.capacity());
+    Voice& voice = keyframe.voices.emplace_back(slot.voice);
+    const auto gain = static_cast<float>(fade_gain(slot.fade));
+    for (Bands& ear : voice.gain)
+      for (float& band : ear) band *= gain;
+
+    if (slot.fade > 0) continue;
+    slot.in_use = false;
+    if (!slot.frozen) slot_of_source_[slot.source] = kNone;
+    free_.push_back(slot.voice.slot);
+  }
+  last_ears_ = ears;
+  ++made_;
+}
+
+}  // namespace clamor

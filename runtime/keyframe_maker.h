@@ -1,0 +1,64 @@
+// keyframe_maker.h: from samples of sources to keyframes of voices.
+//
+// A source that is chosen gets a slot and keeps it while it is heard, so that its gains and delays
+// slide. One that enters or leaves the sample fades over kFadeKeyframes (100 ms) with equal power:
+// sin^2 + cos^2, for the one that takes its place. A source that stays but whose path jumps (the
+// listener was moved, not walking) fades out where it was and in where it is now.
+//
+// Intensity becomes amplitude here and nowhere else.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/pose.h"
+#include "runtime/keyframe.h"
+#include "runtime/sampler.h"
+#include "runtime/source_field.h"
+
+namespace clamor {
+
+inline constexpr double kEarDistance_m = 0.17;  // between the two receivers
+inline constexpr int kFadeKeyframes = 5;
+
+class KeyframeMaker {
+ public:
+  // `field` must outlive the maker. `slots` is how many voices may sound at once, fading ones
+  // included; a source that finds none free waits until one is.
+  KeyframeMaker(const SourceField& field, std::size_t slots);
+
+  // Fills in the next keyframe: what `sample` sounds like at `pose`. The first starts at full level.
+  // `keyframe.voices` has room for all slots.
+  void make(std::span<const SampledSource> sample, const Pose& pose, Keyframe& keyframe);
+
+ private:
+  using Ears = std::array<Vec3, kEars>;
+
+  struct Slot {
+    std::uint32_t source = 0;
+    int fade = 0;          // of kFadeKeyframes; 0 is silence
+    bool in_use = false;
+    bool chosen = false;   // in the present sample
+    bool frozen = false;   // its path jumped: fades out as it was
+    double power_scale = 1;
+    Voice voice;           // as in the last keyframe, before fading
+  };
+
+  static constexpr std::uint32_t kNone = 0xffffffff;
+
+  static Ears ears_at(const Pose& pose);
+  void listen(Slot& slot, const Ears& ears) const;
+  void start(std::uint32_t source, double power_scale, const Ears& ears);
+  bool jumped(const Slot& slot, const Ears& ears) const;
+
+  const SourceField& field_;
+  std::vector<Slot> slots_;
+  std::vector<std::uint32_t> free_;            // slots, lowest last
+  std::vector<std::uint32_t> slot_of_source_;  // kNone where not heard
+  Ears last_ears_{};
+  std::uint64_t made_ = 0;
+};
+
+}  // namespace clamor

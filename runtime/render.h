@@ -1,0 +1,25 @@
+// render.h: what a listener hears, computed as fast as the machine can: the player's own step
+// without its threads, so that the same poses give the same samples.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+
+#include "common/result.h"
+#include "formats/walk_file.h"
+#include "runtime/auralizer.h"
+
+namespace clamor {
+
+// Takes each block, interleaved, in order; an Error ends the render.
+using BlockSink = std::function<Result<void>(std::span<const float>)>;
+
+// Renders `frames` frames of what one hears on the walk.
+Result<void> render(Auralizer& auralizer, const Walk& walk, std::uint64_t frames,
+                    const BlockSink& sink);
+
+// Makes as many keyframes as the auralizer wants, each at the walk's pose of its moment.
+void make_keyframes(Auralizer& auralizer, const Walk& walk);
+
+}  // namespace clamor

@@ -1,0 +1,246 @@
+// inspect_command.cpp: clamor inspect: what a bake file holds.
+#include <algorithm>
+#include <cmath>
+#include <ostream>
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+#include <nlohmann/json.hpp>
+
+#include "common/air.h"
+#include "formats/bake_file.h"
+#include "tools/arguments.h"
+#include "tools/commands.h"
+#include "tools/progress.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kShownEmitters = 12;
+
+double decibels(double power) { return power > 0 ? 10 * std::log10(power) : -INFINITY; }
+
+double sum(const Bands& bands) {
+  double total = 0;
+  for (const float value : bands) total += value;
+  return total;
+}
+
+double escaped_share(const BakeStatistics& statistics) {
+  return statistics.photons_traced == 0 ? 0
+                                        : static_cast<double>(statistics.photons_escaped) /
+                                              static_cast<double>(statistics.photons_traced);
+}
+
+struct Depth {
+  std::uint64_t nodes = 0, sources = 0, packed_bytes = 0;
+};
+
+// Nodes, sources and bytes by level of the octree.
+std::vector<Depth> depths_of(const BakeFile& file) {
+  std::vector<Depth> depths;
+  std::vector<std::size_t> depth_of(file.nodes().size(), 0);
+  for (std::size_t i = 0; i < file.nodes().size(); ++i) {  // children come after their parents
+    if (depth_of[i] >= depths.size()) depths.resize(depth_of[i] + 1);
+    Depth& depth = depths[depth_of[i]];
+    ++depth.nodes;
+    depth.sources += file.nodes()[i].source_count;
+    depth.packed_bytes += file.page(i).packed_bytes;
+    for (const auto child : file.nodes()[i].children)
+      if (child != kNoNode) depth_of[child] = depth_of[i] + 1;
+  }
+  return depths;
+}
+
+template <class Format>
+std::string row(const char* title, const Bands& bands, Format format) {
+  std::string line = fmt::format("  {:<22}", title);
+  for (const float value : bands) line += fmt::format("{:>8}", format(value));
+  return line + '\n';
+}
+
+std::string header_row(const char* title) {
+  std::string line = fmt::format("{:<24}", title);
+  for (const double hz : kBandCentres_hz)
+    line += fmt::format(
+        "{:>8}", hz < 1000 ? fmt::format("{:.0f} Hz", hz) : fmt::format("{:.0f} kHz", hz / 1000));
+  return line + '\n';
+}
+
+void print_tables(const BakeFile& file, std::ostream& out) {
+  const BakeSettings& settings = file.settings();
+  const BakeStatistics& statistics = file.statistics();
+  const auto emitters = static_cast<std::uint64_t>(file.emitters().size());
+  const BakeBytes bytes = file.bytes();
+
+  fmt::print(out, "{}: Clamor bake, format {}.{}\n", file.path(), file.major(), file.minor());
+  for (const auto& warning : statistics.warnings) fmt::print(out, "  warning: {}\n", warning);
+  fmt::print(out, "\nmade by     {} from {} (inputs {:016x})\n", file.provenance().tool,
+             file.provenance().level, file.provenance().input_hash);
+  fmt::print(out, "settings    seed {}, {} photons, kappa {}, paths up to {} s\n", settings.seed,
+             settings.photons, settings.roulette_kappa, settings.longest_path_s);
+  fmt::print(out, "air         {} C, {} % humidity, {} kPa: sound travels at {:.1f} m/s\n",
+             settings.air.temperature_c, settings.air.humidity_percent, settings.air.pressure_kpa,
+             speed_of_sound_mps(settings.air));
+  fmt::print(out, "traced      {} photons, {} bounces, mean free path {:.2f} m, {:.1f} % escaped\n",
+             statistics.photons_traced, statistics.bounces, statistics.mean_free_path_m,
+             100 * escaped_share(statistics));
+  fmt::print(out, "sources     {}: {} emitters, {} secondary\n", file.source_count(), emitters,
+             file.source_count() - emitters);
+  const auto megabytes = [](std::uint64_t n) { return static_cast<double>(n) / 1e6; };
+  fmt::print(
+      out,
+      "bytes       {:.2f} MB: pages {:.2f} ({:.1f} per source, packed {:.2f} times), signals "
+      "{:.2f}, geometry {:.2f}, root {:.2f}\n",
+      megabytes(bytes.file), megabytes(bytes.pages),
+      static_cast<double>(bytes.pages) /
+          static_cast<double>(std::max<std::uint64_t>(1, file.source_count())),
+      static_cast<double>(bytes.pages_unpacked) /
+          static_cast<double>(std::max<std::uint64_t>(1, bytes.pages)),
+      megabytes(bytes.signals), megabytes(bytes.geometry), megabytes(bytes.root));
+
+  fmt::print(out, "\nemitters    {}\n", emitters);
+  for (std::size_t i = 0; i < std::min<std::size_t>(kShownEmitters, emitters); ++i) {
+    const Emitter& emitter = file.emitters()[i];
+    fmt::print(out, "  {:<22} at {:8.2f} {:7.2f} {:8.2f}  gain {:+6.1f} dB  starts {:.3f} s\n",
+               emitter.name, emitter.position_m.x, emitter.position_m.y, emitter.position_m.z,
+               2 * decibels(emitter.gain), emitter.delay_s);
+  }
+  if (emitters > kShownEmitters) fmt::print(out, "  ... and {} more\n", emitters - kShownEmitters);
+
+  fmt::print(out, "\n{}", header_row("absorption"));
+  for (const Material& material : file.materials())
+    out << row(material.name.c_str(), material.absorption,
+               [](float value) { return fmt::format("{:.2f}", value); });
+  fmt::print(out, "\n{}", header_row("power, dB"));
+  const auto as_db = [](float power) {
+    return power > 0 ? fmt::format("{:.1f}", decibels(power)) : "-";
+  };
+  out << row("emitted", statistics.power_emitted, as_db);
+  if (!file.nodes().empty()) out << row("in all sources", file.nodes()[0].power, as_db);
+  out << row("escaped", statistics.power_escaped, as_db);
+  if (sum(statistics.power_unfinished) > 0)
+    out << row("cut at the longest path", statistics.power_unfinished, as_db);
+
+  fmt::print(out, "\noctree level   nodes    sources   kB packed\n");
+  const auto depths = depths_of(file);
+  for (std::size_t d = 0; d < depths.size(); ++d)
+    fmt::print(out, "{:>12} {:>7} {:>10} {:>11.1f}\n", d, depths[d].nodes, depths[d].sources,
+               static_cast<double>(depths[d].packed_bytes) / 1e3);
+}
+
+nlohmann::ordered_json as_json(const BakeFile& file) {
+  const BakeSettings& settings = file.settings();
+  const BakeStatistics& statistics = file.statistics();
+  const BakeBytes bytes = file.bytes();
+  nlohmann::ordered_json json;
+  json["format"] = {{"major", file.major()}, {"minor", file.minor()}};
+  json["bands_hz"] = nlohmann::ordered_json::array();
+  for (const double hz : kBandCentres_hz) json["bands_hz"].push_back(static_cast<int>(hz));
+  json["sources"] = {{"total", file.source_count()},
+                     {"emitters", file.emitters().size()},
+                     {"secondary", file.source_count() - file.emitters().size()}};
+  json["bytes"] = {{"file", bytes.file},         {"pages", bytes.pages},
+                   {"root", bytes.root},         {"signals", bytes.signals},
+                   {"geometry", bytes.geometry}, {"pages_unpacked", bytes.pages_unpacked}};
+  json["photons"] = {{"traced", statistics.photons_traced},
+                     {"escaped_share", escaped_share(statistics)},
+                     {"bounces", statistics.bounces},
+                     {"mean_free_path_m", statistics.mean_free_path_m}};
+  json["power"] = {{"emitted", statistics.power_emitted},
+                   {"escaped", statistics.power_escaped},
+                   {"unfinished", statistics.power_unfinished}};
+  json["settings"] = {{"seed", settings.seed},
+                      {"photons", settings.photons},
+                      {"roulette_kappa", settings.roulette_kappa},
+                      {"longest_path_s", settings.longest_path_s},
+                      {"temperature_c", settings.air.temperature_c},
+                      {"humidity_percent", settings.air.humidity_percent},
+                      {"pressure_kpa", settings.air.pressure_kpa}};
+  json["provenance"] = {{"tool", file.provenance().tool},
+                        {"level", file.provenance().level},
+                        {"input_hash", fmt::format("{:016x}", file.provenance().input_hash)}};
+  json["materials"] = nlohmann::ordered_json::array();
+  for (const Material& material : file.materials())
+    json["materials"].push_back({{"name", material.name},
+                                 {"absorption", material.absorption},
+                                 {"scattering", material.scattering},
+                                 {"phong", material.phong},
+                                 {"transmission", material.transmission}});
+  json["emitters"] = nlohmann::ordered_json::array();
+  for (const Emitter& emitter : file.emitters())
+    json["emitters"].push_back(
+        {{"name", emitter.name},
+         {"position_m", {emitter.position_m.x, emitter.position_m.y, emitter.position_m.z}},
+         {"axis", {emitter.axis.x, emitter.axis.y, emitter.axis.z}},
+         {"gain", emitter.gain},
+         {"directivity", emitter.directivity},
+         {"signal", emitter.signal},
+         {"delay_s", emitter.delay_s}});
+  json["octree"] = nlohmann::ordered_json::array();
+  for (const Depth& depth : depths_of(file))
+    json["octree"].push_back(
+        {{"nodes", depth.nodes}, {"sources", depth.sources}, {"packed_bytes", depth.packed_bytes}});
+  json["warnings"] = statistics.warnings;
+  return json;
+}
+
+void print_pages(const BakeFile& file, std::ostream& out) {
+  fmt::print(out, "    page     offset  packed unpacked sources\n");
+  for (std::size_t i = 0; i < file.page_count(); ++i) {
+    const PageInfo page = file.page(i);
+    fmt::print(out, "{:>8} {:>10} {:>7} {:>8} {:>7}\n", i + 1, page.offset, page.packed_bytes,
+               page.unpacked_bytes, page.sources);
+  }
+}
+
+// Decodes everything there is.
+Result<void> verify(const BakeFile& file) {
+  for (std::size_t i = 0; i < file.page_count(); ++i)
+    if (const auto page = file.read_page(i); !page.ok()) return page.error();
+  for (std::size_t i = 0; i < file.signal_count(); ++i)
+    if (const auto signal = file.read_signal(i); !signal.ok()) return signal.error();
+  if (const auto mesh = file.read_mesh(); !mesh.ok()) return mesh.error();
+  return {};
+}
+
+}  // namespace
+
+int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  std::string path;
+  bool json = false, pages = false, whole = false;
+  Arguments parser("inspect", "Prints what a bake file holds and how it was made.",
+                   "clamor inspect hall.clamor --pages | sort -k3 -n | tail -5");
+  parser.positional("file", path, "the bake file");
+  parser.flag("--json", json, "everything, for programs; see formats/bake_format.md");
+  parser.flag("--pages", pages, "also a line per page: number, offset, bytes, sources");
+  parser.flag("--verify", whole,
+              "decode every page, signal and triangle and name the first bad one");
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+
+  const auto file = BakeFile::open(path);
+  if (!file.ok()) {
+    fmt::print(err, "clamor inspect: {}\n", file.error().message);
+    return kBadInput;
+  }
+  if (whole) {
+    if (const auto good = verify(*file); !good.ok()) {
+      fmt::print(err, "clamor inspect: {}\n", good.error().message);
+      return kBadInput;
+    }
+  }
+  if (json) {
+    out << as_json(*file).dump(2) << '\n';
+    return kSuccess;
+  }
+  print_tables(*file, out);
+  if (pages) {
+    out << '\n';
+    print_pages(*file, out);
+  }
+  if (whole) fmt::print(out, "\nverified: every page, signal and triangle is whole\n");
+  return kSuccess;
+}
+
+}  // namespace clamor

@@ -1,0 +1,123 @@
+// render_command.cpp: clamor render: what a listener hears, to a WAV file.
+#include <algorithm>
+#include <cmath>
+#include <ostream>
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include "formats/audio_file.h"
+#include "formats/bake_file.h"
+#include "formats/walk_file.h"
+#include "runtime/render.h"
+#include "tools/arguments.h"
+#include "tools/commands.h"
+#include "tools/interrupt.h"
+#include "tools/progress.h"
+
+namespace clamor {
+
+namespace {
+
+double decibels(double amplitude) { return 20 * std::log10(std::max(amplitude, 1e-10)); }
+
+}  // namespace
+
+int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  std::string level, output, listener, walk_path, gain = "0", format = "float";
+  double seconds = 0;
+  AuralizerOptions options;
+  Arguments parser("render",
+                   "Renders what a listener hears, standing still or on a walk, to a stereo WAV "
+                   "file at 48 kHz: the player's own mix, faster than real time.",
+                   "clamor render hall.clamor -o hall.wav --listener 0,1.7,3,180 --seconds 10");
+  parser.positional("level", level, "the bake file");
+  parser.option("-o,--output", output, "the WAV file to write");
+  parser.required("-o");
+  parser.option("--listener", listener,
+                "X,Y,Z[,YAW[,PITCH]] in metres and degrees; yaw 0 looks to -Z");
+  parser.option("--walk", walk_path, "a scripted path instead, PATH.json");
+  parser.option("--seconds", seconds, "how long; unset: the walk's length, or 10");
+  parser.option("--strategy", options.strategy, "how sources are chosen: priority or all");
+  parser.option("--voices", options.voices, "how many, with priority");
+  parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
+  parser.option("--format", format, "of the samples: float, 24 or 16");
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+
+  if (listener.empty() == walk_path.empty())
+    return parser.bad_usage(err, "give either --listener X,Y,Z or --walk PATH.json");
+  const auto amplitude = parse_gain_db(gain);
+  if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
+  options.gain = *amplitude;
+  const bool known = format == "float" || format == "24" || format == "16";
+  if (!known) return parser.bad_usage(err, "--format is float, 24 or 16, not " + quoted(format));
+  const SampleFormat sample_format = format == "float" ? SampleFormat::kFloat32
+                                     : format == "24"  ? SampleFormat::kPcm24
+                                                       : SampleFormat::kPcm16;
+  if (!(seconds >= 0 && seconds <= 86400))
+    return parser.bad_usage(err, "--seconds must lie between 0 and 86400");
+
+  const auto fail = [&err](const Error& error) {
+    fmt::print(err, "clamor render: {}\n", error.message);
+    return kBadInput;
+  };
+  Walk walk;
+  if (!listener.empty()) {
+    const auto pose = parse_listener(listener);
+    if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
+    walk = Walk::standing(*pose);
+  } else {
+    auto read = Walk::read(walk_path);
+    if (!read.ok()) return fail(read.error());
+    walk = std::move(*read);
+  }
+  if (seconds == 0) seconds = walk.length_s() > 0 ? walk.length_s() : 10;
+
+  const auto file = BakeFile::open(level);
+  if (!file.ok()) return fail(file.error());
+  auto auralizer = Auralizer::create(*file, options);
+  if (!auralizer.ok()) return fail(auralizer.error().in(level));
+  auto wav = WavWriter::create(output, kOutputChannels, kSampleRate_hz, sample_format);
+  if (!wav.ok()) return fail(wav.error());
+
+  const Interrupt interrupt;
+  Progress progress(err, "  rendering");
+  const auto frames = static_cast<std::uint64_t>(std::llround(seconds * kSampleRate_hz));
+  std::uint64_t done = 0;
+  double energy = 0, peak = 0;
+  const auto rendered = render(**auralizer, walk, frames, [&](std::span<const float> block) {
+    for (const float sample : block) {
+      energy += static_cast<double>(sample) * sample;
+      peak = std::max(peak, static_cast<double>(std::abs(sample)));
+    }
+    done += block.size() / kOutputChannels;
+    const double rate = static_cast<double>(done) / kSampleRate_hz / progress.seconds();
+    progress.update(static_cast<double>(done) / static_cast<double>(frames),
+                    fmt::format("{:.1f} x real time", rate));
+    if (Interrupt::requested())
+      return Result<void>(Error("stopped; nothing was written. Run the same command again."));
+    return wav->write(block);
+  });
+  if (!rendered.ok()) return fail(rendered.error());
+  if (const auto finished = wav->finish(); !finished.ok()) return fail(finished.error());
+
+  const AuralizerStatistics statistics = (*auralizer)->statistics();
+  const double elapsed_s = std::max(progress.seconds(), 1e-6);
+  fmt::print(
+      err,
+      "wrote {}: {:.2f} s, {} voices, peak {:.1f} dBFS, RMS {:.1f} dBFS, {:.1f} times faster "
+      "than real time\n",
+      output, seconds, statistics.voices, decibels(peak),
+      decibels(std::sqrt(energy / static_cast<double>(frames * kOutputChannels))),
+      seconds / elapsed_s);
+  if (statistics.clipped_frames > 0)
+    fmt::print(err, "warning: {} frames go beyond full scale; --gain {:.0f}dB would not clip\n",
+               statistics.clipped_frames,
+               std::floor(decibels(options.gain) - decibels(peak) - 0.1));
+  if (statistics.bad_voices > 0)
+    fmt::print(err, "warning: {} voices were silenced because a number in them was not finite\n",
+               statistics.bad_voices);
+  return kSuccess;
+}
+
+}  // namespace clamor
