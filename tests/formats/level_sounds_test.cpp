@@ -161,10 +161,11 @@ TEST_F(Sounds, ThatChangeChangeTheHashAndNothingElseDoes) {
 
 TEST(EmitterSpecs, AreReadWithCommasInsideTheirLists) {
   const auto spec = parse_emitter(
-      "name=violin,signal=my, violin=1.flac,at=1,1.2,-3,facing=0,0,2,gain=-6dB,"
+      "name=violin,signal=my, old-violin=1.flac,at=1,1.2,-3,facing=0,0,2,gain=-6dB,"
       "directivity=1,2,3,4,5,6,7,8,delay=0.25,loop=no");
   ASSERT_TRUE(spec.ok()) << spec.error().message;
   EXPECT_EQ(spec->name, "violin");
+  EXPECT_EQ(spec->signal, "my, old-violin=1.flac");
   EXPECT_EQ(spec->at_m, Vec3(1, 1.2, -3));
   EXPECT_EQ(spec->facing, Vec3(0, 0, 1));
   EXPECT_NEAR(spec->gain, 0.50119, 1e-5);
