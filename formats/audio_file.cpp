@@ -46,8 +46,9 @@ sf_count_t memory_seek(sf_count_t offset, int whence, void* user) {
 sf_count_t memory_read(void* to, sf_count_t count, void* user) {
   auto& memory = *static_cast<Memory*>(user);
   count = std::clamp<sf_count_t>(count, 0, memory.size - memory.position);
+  if (count == 0) return 0;
   const std::byte* from = memory.read != nullptr ? memory.read : memory.written->data();
-  if (count > 0) std::memcpy(to, from + memory.position, static_cast<std::size_t>(count));
+  std::memcpy(to, from + memory.position, static_cast<std::size_t>(count));
   memory.position += count;
   return count;
 }

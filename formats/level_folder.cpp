@@ -120,6 +120,7 @@ Result<std::string> confined_path(const std::string& folder, std::string_view ur
                    ". Put the file into the level's folder.");
   std::string resolved(real);
   std::free(real);
+  if (resolved + "/" == root) return refused("is the level's folder itself; name a file in it.");
   if (!resolved.starts_with(root))
     return refused("is a link that leads out of the level's folder; put the file itself there.");
   return resolved;

@@ -20,11 +20,11 @@
 namespace clamor {
 
 struct ImportOptions {
-  std::vector<std::string> emitters;    // as --emitter takes them
-  std::optional<std::string> sidecar;   // instead of LEVEL.acoustics.json beside the level
-  std::optional<std::string> material;  // preset for materials nobody assigned, default "plaster"
-  bool hidden_meshes = false;           // also take what KHR_node_visibility hides
-  std::optional<std::uint64_t> seed;    // for random starts; default the sidecar's, else 1
+  std::vector<std::string> emitters{};    // as --emitter takes them
+  std::optional<std::string> sidecar{};   // instead of LEVEL.acoustics.json beside the level
+  std::optional<std::string> material{};  // preset for materials nobody assigned, default "plaster"
+  bool hidden_meshes = false;             // also take what KHR_node_visibility hides
+  std::optional<std::uint64_t> seed{};    // for random starts; default the sidecar's, else 1
 };
 
 // How a material came to its acoustic values, one per material of the level.
