@@ -73,8 +73,8 @@ class [[nodiscard]] Result<void> {
   std::optional<Error> error_;
 };
 
-// 'name', for messages.
-inline std::string quoted(std::string_view name) {
+// 'name', for messages. (std::quoted would be found first under that name.)
+inline std::string in_quotes(std::string_view name) {
   return std::string("'").append(name).append("'");
 }
 

@@ -73,7 +73,7 @@ std::optional<Bands> bands_member(JsonFields& fields, std::string_view key, doub
   const auto bands = bands_from_values(
       *values, hz ? std::span<const double>(*hz) : std::span<const double>(), low, high);
   if (!bands.ok()) {
-    fields.fail(quoted(key) + " " + bands.error().message);
+    fields.fail(in_quotes(key) + " " + bands.error().message);
     return std::nullopt;
   }
   return *bands;
@@ -84,12 +84,12 @@ Result<AcousticMaterial> read_acoustic_material(const Json& json, const std::str
                                                 const std::string& prefix) {
   AcousticMaterial result;
   result.material.name = name;
-  JsonFields fields(json, "acoustics of material " + quoted(name));
+  JsonFields fields(json, "acoustics of material " + in_quotes(name));
 
   const auto preset = json.string() != nullptr ? *json.string() : fields.string(prefix + "preset");
   if (preset) {
     const auto found = presets.get(*preset);
-    if (!found.ok()) return found.error().in("material " + quoted(name));
+    if (!found.ok()) return found.error().in("material " + in_quotes(name));
     result.material = *found;
     result.material.name = name;
     result.preset = *preset;

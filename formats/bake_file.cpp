@@ -167,7 +167,7 @@ Result<void> BakeFile::State::read_tables(BakeRoot::Reader root) {
   for (const auto stored : root.getMaterials()) {
     Material material;
     material.name = text(stored.getName());
-    const std::string what = "material " + quoted(material.name);
+    const std::string what = "material " + in_quotes(material.name);
     const auto absorption = read_bands(stored.getAbsorption(), 0, 1, what.c_str());
     const auto scattering = read_bands(stored.getScattering(), 0, 1, what.c_str());
     const auto phong = read_bands(stored.getPhong(), 0, 1000, what.c_str());
@@ -191,7 +191,7 @@ Result<void> BakeFile::State::read_tables(BakeRoot::Reader root) {
     emitter.gain = stored.getGain();
     emitter.signal = stored.getSignal();
     emitter.delay_s = stored.getDelayS();
-    const std::string what = "emitter " + quoted(emitter.name);
+    const std::string what = "emitter " + in_quotes(emitter.name);
     const auto directivity = read_bands(stored.getDirectivity(), 0, 1000, what.c_str());
     if (!directivity.ok()) return directivity.error();
     emitter.directivity = *directivity;
@@ -273,7 +273,7 @@ Result<void> BakeFile::State::read_root(BakeRoot::Reader root) {
     signal.section = *section;
     if (!(signal.scale > 0 && signal.scale < 1e6f) || signal.frames == 0 ||
         signal.frames > kLongest_frames)
-      return damaged("signal " + quoted(signal.name) + " is out of range");
+      return damaged("signal " + in_quotes(signal.name) + " is out of range");
     signals.push_back(std::move(signal));
   }
   const auto stored = root.getGeometry();
@@ -381,7 +381,7 @@ Result<std::vector<Source>> BakeFile::read_all_sources() const {
 
 Result<Signal> BakeFile::read_signal(std::size_t index) const {
   const StoredSignal& stored = state_->signals[index];
-  const std::string where = state_->path + ": signal " + quoted(stored.name);
+  const std::string where = state_->path + ": signal " + in_quotes(stored.name);
   const auto flac = state_->verified(stored.section);
   if (!flac.ok()) return damaged(where + " " + flac.error().message);
   auto samples = decode_audio(*flac, stored.name);

@@ -86,7 +86,7 @@ Result<void> write_signals(const std::vector<Signal>& signals, Appender& appende
     if (peak > 1)
       for (float& sample : scaled) sample /= peak;
     const auto flac = encode_flac(scaled);
-    if (!flac.ok()) return flac.error().in("signal " + quoted(signal.name));
+    if (!flac.ok()) return flac.error().in("signal " + in_quotes(signal.name));
     const auto section = appender.append(*flac);
     if (!section.ok()) return section.error();
     sections.signals.push_back(*section);

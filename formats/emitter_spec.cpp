@@ -134,8 +134,9 @@ Result<void> set(EmitterSpec& spec, const Field& field) {
   } else {
     static const std::array<std::string, 9> kKeys = {
         "name", "signal", "at", "facing", "gain", "directivity", "delay", "random_delay", "loop"};
-    return Error(quoted(key.empty() ? value : key) + " is no field of an emitter; the nearest is " +
-                 quoted(nearest_name(key.empty() ? value : key, kKeys)) + ", " + kExample + ".");
+    return Error(in_quotes(key.empty() ? value : key) +
+                 " is no field of an emitter; the nearest is " +
+                 in_quotes(nearest_name(key.empty() ? value : key, kKeys)) + ", " + kExample + ".");
   }
   return {};
 }

@@ -113,12 +113,12 @@ class Checker {
   void each(const char* list, Check check) {
     const Json* items = document_.find(list);
     if (items == nullptr || error_) return;
-    if (items->array() == nullptr) return fail(quoted(list) + " must be a list");
+    if (items->array() == nullptr) return fail(in_quotes(list) + " must be a list");
     std::size_t i = 0;
     for (const Json& item : *items->array()) {
       const Json* name = item.find("name");
       const bool named = name != nullptr && name->string() != nullptr;
-      thing_ = fmt::format("{}[{}]{}: ", list, i++, named ? " " + quoted(*name->string()) : "");
+      thing_ = fmt::format("{}[{}]{}: ", list, i++, named ? " " + in_quotes(*name->string()) : "");
       if (item.object() == nullptr) return fail("must be an object");
       check(item);
       if (error_) return;
@@ -129,13 +129,13 @@ class Checker {
   template <class Is>
   void kind(const Json& object, std::string_view key, Is is, const char* wanted) {
     const Json* value = object.find(key);
-    if (value != nullptr && !is(*value)) fail(quoted(key) + " must be " + wanted);
+    if (value != nullptr && !is(*value)) fail(in_quotes(key) + " must be " + wanted);
   }
 
   double integer(const Json& object, std::string_view key, double low, double high, bool needed) {
     const Json* value = object.find(key);
     if (value == nullptr) {
-      if (needed) fail(quoted(key) + " is missing");
+      if (needed) fail(in_quotes(key) + " is missing");
       return 0;
     }
     const double* number = value->number();
@@ -166,13 +166,13 @@ class Checker {
     if (value != nullptr)
       check_index(*value, key, list);
     else if (needed)
-      fail(quoted(key) + " is missing");
+      fail(in_quotes(key) + " is missing");
   }
 
   void indices(const Json& object, std::string_view key, const char* list) {
     const Json* values = object.find(key);
     if (values == nullptr) return;
-    if (values->array() == nullptr) return fail(quoted(key) + " must be a list");
+    if (values->array() == nullptr) return fail(in_quotes(key) + " must be a list");
     for (const Json& value : *values->array()) check_index(value, key, list);
   }
 

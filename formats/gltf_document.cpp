@@ -121,7 +121,7 @@ Result<void> check_required_extensions(const Json& json) {
                    "Unpack it first: gltf-transform copy in.glb out.glb, which writes it without "
                    "Draco.");
     if (!is_harmless(name))
-      return Error("it requires the extension " + quoted(name) +
+      return Error("it requires the extension " + in_quotes(name) +
                    ", which Clamor does not know and "
                    "which may change its geometry; export the level without it.");
   }

@@ -28,7 +28,7 @@ struct LocalMesh {
 
 std::string label(const GltfScene& scene, std::size_t mesh) {
   const std::string& name = scene.meshes[mesh].name;
-  return fmt::format("mesh {}{}", mesh, name.empty() ? "" : " " + quoted(name));
+  return fmt::format("mesh {}{}", mesh, name.empty() ? "" : " " + in_quotes(name));
 }
 
 std::size_t triangle_count(int mode, std::size_t indices) {

@@ -16,7 +16,7 @@ constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 
 std::string label(const GltfScene& scene, int node) {
   const std::string& name = scene.nodes[static_cast<std::size_t>(node)].name;
-  return fmt::format("node {}{}", node, name.empty() ? "" : " " + quoted(name));
+  return fmt::format("node {}{}", node, name.empty() ? "" : " " + in_quotes(name));
 }
 
 // One transform per instance, relative to the node (EXT_mesh_gpu_instancing).

@@ -72,7 +72,7 @@ class SoundReader {
     const Json& node = *scene_.json.element("nodes", static_cast<std::size_t>(places[0].node));
     const GltfNode& plain = scene_.nodes[static_cast<std::size_t>(places[0].node)];
     const std::string where =
-        "node " + (plain.name.empty() ? std::to_string(places[0].node) : quoted(plain.name));
+        "node " + (plain.name.empty() ? std::to_string(places[0].node) : in_quotes(plain.name));
     const auto emitters = khr_emitters_of(node, audio_);
     if (!emitters.ok()) return emitters.error().in(where);
     if (emitters->empty()) {
@@ -109,7 +109,7 @@ class SoundReader {
   Result<void> add(std::span<const Placement> places, const KhrEmitter& emitter, const Extra& extra,
                    const std::string& name) {
     if (emitter.sources.empty())
-      out_.warnings.push_back(quoted(name) + " has no source, so it is silent; ignored");
+      out_.warnings.push_back(in_quotes(name) + " has no source, so it is silent; ignored");
     for (const std::size_t index : emitter.sources) {
       const KhrSource& source = audio_.sources[index];
       if (!source.audio) {
@@ -173,12 +173,12 @@ class SoundReader {
     Result<std::vector<float>> samples = Error("");
     if (!audio.view) {
       const auto bytes = folder_.read(audio.uri);
-      if (!bytes.ok()) return bytes.error().in("sound " + quoted(name));
-      samples = decode_audio(*bytes, quoted(name));
+      if (!bytes.ok()) return bytes.error().in("sound " + in_quotes(name));
+      samples = decode_audio(*bytes, in_quotes(name));
     } else {
       const GltfView& view = scene_.views[*audio.view];
       const FileBytes& buffer = scene_.buffers[static_cast<std::size_t>(view.buffer)];
-      samples = decode_audio(std::span(buffer).subspan(view.offset, view.length), quoted(name));
+      samples = decode_audio(std::span(buffer).subspan(view.offset, view.length), in_quotes(name));
     }
     if (!samples.ok()) return samples.error();
     return signals_.add(key, std::move(name), std::move(*samples), source.loop);

@@ -187,11 +187,11 @@ std::optional<double> JsonFields::number(std::string_view key, double low, doubl
   if (member == nullptr) return std::nullopt;
   const double* value = member->number();
   if (value == nullptr) {
-    fail(quoted(key) + " must be a number");
+    fail(in_quotes(key) + " must be a number");
     return std::nullopt;
   }
   if (!(*value >= low && *value <= high)) {
-    fail(quoted(key) + " is " + short_number(*value) + " but must be from " + short_number(low) +
+    fail(in_quotes(key) + " is " + short_number(*value) + " but must be from " + short_number(low) +
          " to " + short_number(high));
     return std::nullopt;
   }
@@ -202,7 +202,7 @@ std::optional<std::string> JsonFields::string(std::string_view key) {
   const Json* member = any(key);
   if (member == nullptr) return std::nullopt;
   if (member->string() == nullptr) {
-    fail(quoted(key) + " must be a text in quotes");
+    fail(in_quotes(key) + " must be a text in quotes");
     return std::nullopt;
   }
   return *member->string();
@@ -212,7 +212,7 @@ std::optional<bool> JsonFields::boolean(std::string_view key) {
   const Json* member = any(key);
   if (member == nullptr) return std::nullopt;
   if (member->boolean() == nullptr) {
-    fail(quoted(key) + " must be true or false");
+    fail(in_quotes(key) + " must be true or false");
     return std::nullopt;
   }
   return *member->boolean();
@@ -227,7 +227,7 @@ std::optional<std::vector<double>> JsonFields::numbers(std::string_view key) {
     for (const Json& value : *list)
       if (value.number() != nullptr) values.push_back(*value.number());
   if (values.empty() || values.size() != member->array()->size()) {
-    fail(quoted(key) + " must be a number or a list of numbers");
+    fail(in_quotes(key) + " must be a number or a list of numbers");
     return std::nullopt;
   }
   return values;
@@ -239,7 +239,7 @@ std::optional<Vec3> JsonFields::vector(std::string_view key, double limit) {
   const bool in_range = std::all_of(values->begin(), values->end(),
                                     [&](double value) { return std::fabs(value) <= limit; });
   if (values->size() != 3 || !in_range) {
-    fail(quoted(key) + " must be three numbers, [x, y, z], of at most " + short_number(limit));
+    fail(in_quotes(key) + " must be three numbers, [x, y, z], of at most " + short_number(limit));
     return std::nullopt;
   }
   return Vec3((*values)[0], (*values)[1], (*values)[2]);
@@ -259,9 +259,8 @@ Result<void> JsonFields::result_without_unknown() const {
   if (error_) return *error_;
   for (const auto& [key, value] : *json_.object())
     if (std::find(asked_.begin(), asked_.end(), key) == asked_.end())
-      return Error(where_ + ": " + clamor::quoted(key) +
-                   " is not known here; the nearest name is " +
-                   clamor::quoted(nearest_name(key, asked_)) + ".");
+      return Error(where_ + ": " + in_quotes(key) + " is not known here; the nearest name is " +
+                   in_quotes(nearest_name(key, asked_)) + ".");
   return {};
 }
 

@@ -19,7 +19,7 @@ constexpr const char* kExtension = "KHR_audio_emitter";
 std::optional<std::size_t> entry(JsonFields& fields, std::string_view key) {
   const auto value = fields.number(key, 0, kMostEntries);
   if (!value) return std::nullopt;
-  if (std::floor(*value) != *value) fields.fail(quoted(key) + " must be a whole number");
+  if (std::floor(*value) != *value) fields.fail(in_quotes(key) + " must be a whole number");
   return static_cast<std::size_t>(*value);
 }
 
@@ -28,7 +28,7 @@ std::vector<std::size_t> entries(JsonFields& fields, std::string_view key, std::
   const Json* list = fields.any(key);
   if (list == nullptr) return result;
   if (list->array() == nullptr) {
-    fields.fail(quoted(key) + " must be a list");
+    fields.fail(in_quotes(key) + " must be a list");
     return result;
   }
   for (const Json& item : *list->array()) {
@@ -77,7 +77,7 @@ Result<KhrEmitter> read_emitter(const Json& json, std::size_t index, std::size_t
   JsonFields fields(json, fmt::format("{} emitter {}", kExtension, index));
   emitter.name = fields.string("name").value_or("");
   const std::string where =
-      "emitter " + (emitter.name.empty() ? std::to_string(index) : quoted(emitter.name));
+      "emitter " + (emitter.name.empty() ? std::to_string(index) : in_quotes(emitter.name));
   emitter.gain = fields.number("gain", 0, kGreatestGain).value_or(1);
   emitter.sources = entries(fields, "sources", source_count);
   emitter.global = fields.string("type").value_or("positional") == "global";

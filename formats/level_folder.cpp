@@ -94,7 +94,7 @@ Result<FileBytes> read_whole_file(const std::string& path) {
 
 Result<std::string> confined_path(const std::string& folder, std::string_view uri) {
   const auto refused = [&](const std::string& why) {
-    return Error("URI " + quoted(uri.substr(0, 200)) + " " + why);
+    return Error("URI " + in_quotes(uri.substr(0, 200)) + " " + why);
   };
   const auto decoded = percent_decoded(uri);
   if (!decoded.ok()) return refused(decoded.error().message);

@@ -62,9 +62,9 @@ Result<Emitter> realise(const EmitterSpec& spec, bool confined, LevelFolder& fol
     return emitter;
   }
   const auto bytes = confined ? folder.read(spec.signal) : folder.read_anywhere(spec.signal);
-  if (!bytes.ok()) return bytes.error().in("emitter " + clamor::quoted(emitter.name));
+  if (!bytes.ok()) return bytes.error().in("emitter " + in_quotes(emitter.name));
   auto samples = decode_audio(*bytes, spec.signal);
-  if (!samples.ok()) return samples.error().in("emitter " + clamor::quoted(emitter.name));
+  if (!samples.ok()) return samples.error().in("emitter " + in_quotes(emitter.name));
   const std::string name = std::filesystem::path(spec.signal).filename().string();
   emitter.signal = signals.add(key, name, std::move(*samples), loop);
   return emitter;
@@ -81,8 +81,7 @@ Result<void> merge(const std::vector<EmitterSpec>& specs, bool confined, LevelFo
     if (!emitter.ok()) return emitter.error();
     const int twin = ++names[emitter->name];
     if (twin > 1 && !spec.name.empty())
-      return Error("two emitters are named " + clamor::quoted(spec.name) +
-                   "; give each its own name.");
+      return Error("two emitters are named " + in_quotes(spec.name) + "; give each its own name.");
     if (twin > 1) emitter->name += fmt::format(" {}", twin);
     added.push_back(std::move(*emitter));
   }

@@ -49,7 +49,7 @@ Result<Assigned> from_name(const std::string& name, const Sidecar& sidecar,
                            const MaterialPresets& presets, const std::string& default_preset) {
   for (const Sidecar::MaterialRule& rule : sidecar.materials)
     if (glob_matches(rule.pattern, name)) {
-      Assigned assigned{rule.acoustics, "sidecar " + quoted(rule.pattern)};
+      Assigned assigned{rule.acoustics, "sidecar " + in_quotes(rule.pattern)};
       assigned.acoustics.material.name = name;
       return assigned;
     }

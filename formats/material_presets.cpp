@@ -20,7 +20,7 @@ std::optional<Bands> eight_values(JsonFields& fields, const char* key, double hi
   const bool in_range =
       std::all_of(values->begin(), values->end(), [&](double v) { return v >= 0 && v <= high; });
   if (!in_range || (values->size() != 1 && values->size() != kBandCount))
-    fields.fail(quoted(key) + " must be 1 or 8 values in range");
+    fields.fail(in_quotes(key) + " must be 1 or 8 values in range");
   return bands;
 }
 
@@ -52,7 +52,7 @@ Result<MaterialPresets> MaterialPresets::parse(std::string_view text) {
 
   MaterialPresets presets;
   for (const auto& [name, values] : *materials->object()) {
-    JsonFields fields(values, "preset " + quoted(name));
+    JsonFields fields(values, "preset " + in_quotes(name));
     Material material;
     material.name = name;
     const auto absorption = eight_values(fields, "absorption", 1);
@@ -85,8 +85,8 @@ Result<MaterialPresets> MaterialPresets::parse(std::string_view text) {
 Result<Material> MaterialPresets::get(std::string_view name) const {
   const auto it = std::find(names_.begin(), names_.end(), name);
   if (it != names_.end()) return materials_[static_cast<std::size_t>(it - names_.begin())];
-  return Error("there is no preset " + quoted(name) + "; the nearest name is " +
-               quoted(nearest_name(name, names_)) + ".");
+  return Error("there is no preset " + in_quotes(name) + "; the nearest name is " +
+               in_quotes(nearest_name(name, names_)) + ".");
 }
 
 std::optional<std::string> MaterialPresets::guess(std::string_view material_name) const {

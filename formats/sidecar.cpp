@@ -13,7 +13,7 @@ constexpr double kMostWhole = 9007199254740992.0;  // 2^53: what JSON's numbers 
 std::optional<std::uint64_t> whole_number(JsonFields& fields, const char* key, double low) {
   const auto value = fields.number(key, low, kMostWhole);
   if (!value) return std::nullopt;
-  if (std::floor(*value) != *value) fields.fail(quoted(key) + " must be a whole number");
+  if (std::floor(*value) != *value) fields.fail(in_quotes(key) + " must be a whole number");
   return static_cast<std::uint64_t>(*value);
 }
 

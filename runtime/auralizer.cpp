@@ -132,7 +132,7 @@ Auralizer::~Auralizer() = default;
 Result<std::unique_ptr<Auralizer>> Auralizer::create(AuralizerInput input,
                                                      const AuralizerOptions& options) {
   if (options.strategy != "all" && options.strategy != "priority")
-    return Error("no strategy is called " + quoted(options.strategy) +
+    return Error("no strategy is called " + in_quotes(options.strategy) +
                  "; there are 'priority' and 'all'.");
   if (options.voices < 1)
     return Error("cannot mix " + std::to_string(options.voices) + " voices; ask for 1 or more.");

@@ -27,8 +27,7 @@ Vec3 SourceField::position_m(std::size_t source) const {
 double SourceField::nearest_m(std::size_t source) const {
   const Source& s = input_.sources[source];
   // A patch of no size is a point; one that touches the ear is no louder than an emitter would be.
-  return s.is_emitter ? kNearestEmitter_m
-                      : std::max<double>(s.patch_radius_m, kNearestEmitter_m);
+  return s.is_emitter ? kNearestEmitter_m : std::max<double>(s.patch_radius_m, kNearestEmitter_m);
 }
 
 double SourceField::delay_s(std::size_t source, double distance_m) const {
@@ -85,7 +84,7 @@ Result<void> check(const AuralizerInput& input) {
     return Error("there are no sources to hear; bake the level with an emitter.");
   for (const Emitter& emitter : input.emitters)
     if (emitter.signal >= input.signals.size())
-      return Error("emitter " + quoted(emitter.name) + " plays signal " +
+      return Error("emitter " + in_quotes(emitter.name) + " plays signal " +
                    std::to_string(emitter.signal) + ", but there are " +
                    std::to_string(input.signals.size()) + ". Bake again.");
   for (const Source& source : input.sources) {

@@ -93,7 +93,7 @@ std::optional<double> number(std::string_view text) {
 }  // namespace
 
 Result<Pose> parse_listener(const std::string& text) {
-  const Error wrong("listener " + quoted(text) +
+  const Error wrong("listener " + in_quotes(text) +
                     " is not X,Y,Z or X,Y,Z,YAW or X,Y,Z,YAW,PITCH (metres, degrees), "
                     "as in 0,1.7,3,90");
   std::vector<double> values;
@@ -117,7 +117,7 @@ Result<double> parse_gain_db(const std::string& text) {
   if (rest.size() > 2 && (rest.ends_with("dB") || rest.ends_with("db"))) rest.remove_suffix(2);
   const auto gain_db = number(rest);
   if (!gain_db || std::abs(*gain_db) > 200)
-    return Error("gain " + quoted(text) + " is not a number of decibels, as in -6 or -6dB");
+    return Error("gain " + in_quotes(text) + " is not a number of decibels, as in -6 or -6dB");
   return std::pow(10.0, *gain_db / 20);
 }
 

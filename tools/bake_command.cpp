@@ -89,9 +89,9 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   };
   if (photons && (!whole(*photons) || *whole(*photons) == 0 || *whole(*photons) > 4'000'000'000u))
     return parser.bad_usage(
-        err, "--photons " + quoted(*photons) + " is not a whole number from 1 to 4000000000");
+        err, "--photons " + in_quotes(*photons) + " is not a whole number from 1 to 4000000000");
   if (seed && !whole(*seed))
-    return parser.bad_usage(err, "--seed " + quoted(*seed) + " is not a whole number");
+    return parser.bad_usage(err, "--seed " + in_quotes(*seed) + " is not a whole number");
   if (!(options.settings.roulette_kappa >= 0 && options.settings.roulette_kappa <= 1))
     return parser.bad_usage(err, "--kappa must lie between 0 and 1");
   if (!(options.settings.longest_path_s > 0 && options.settings.longest_path_s <= 60))
@@ -108,7 +108,7 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   const auto folder = std::filesystem::absolute(output).parent_path();
   std::error_code problem;
   if (!std::filesystem::is_directory(folder, problem))
-    return fail(Error(output + ": the folder " + quoted(folder.string()) +
+    return fail(Error(output + ": the folder " + in_quotes(folder.string()) +
                       " does not exist; make it first"));
 
   if (seed) import.seed = *whole(*seed);

@@ -2,7 +2,10 @@
 #include <algorithm>
 #include <array>
 #include <ostream>
+#include <string>
+#include <vector>
 
+#include "common/result.h"
 #include "common/text.h"
 #include "common/version.h"
 #include "tools/commands.h"
@@ -60,8 +63,8 @@ int run_clamor(std::span<const std::string> arguments, std::ostream& out, std::o
     if (command.name == name) return command.run(arguments.subspan(1), out, err);
     names.emplace_back(command.name);
   }
-  err << "clamor: there is no command " << quoted(name) << "; the nearest is "
-      << quoted(nearest_name(name, names)) << "; see 'clamor --help'\n";
+  err << "clamor: there is no command " << in_quotes(name) << "; the nearest is "
+      << in_quotes(nearest_name(name, names)) << "; see 'clamor --help'\n";
   return kBadUsage;
 }
 

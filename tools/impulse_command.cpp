@@ -48,9 +48,8 @@ Result<std::uint32_t> find_emitter(const std::vector<Emitter>& emitters, const s
   for (const Emitter& emitter : emitters) names.push_back(emitter.name);
   const auto found = std::find(names.begin(), names.end(), name);
   if (found != names.end()) return static_cast<std::uint32_t>(found - names.begin());
-  return Error(fmt::format("no emitter is called {}; the nearest name of {} is {}",
-                           clamor::quoted(name), names.size(),
-                           clamor::quoted(nearest_name(name, names))));
+  return Error(fmt::format("no emitter is called {}; the nearest name of {} is {}", in_quotes(name),
+                           names.size(), in_quotes(nearest_name(name, names))));
 }
 
 Result<void> write_wav(const std::string& path, std::span<const float> samples) {
@@ -97,7 +96,7 @@ Result<void> measure(const Options& options, std::ostream& out, std::ostream& er
   } else if (emitters.size() > 1) {
     err << fmt::format(
         "clamor impulse: {} emitters, taking the first, {}; --emitter names another.\n",
-        emitters.size(), clamor::quoted(emitters[0].name));
+        emitters.size(), in_quotes(emitters[0].name));
   }
 
   const Result<std::vector<Source>> sources = file->read_all_sources();
@@ -105,7 +104,7 @@ Result<void> measure(const Options& options, std::ostream& out, std::ostream& er
   const std::vector<Arrival> arrivals = energy_response(
       *sources, emitters, file->materials(), file->settings().air, options.listener_m, emitter);
   if (arrivals.empty())
-    return Error("nothing of " + clamor::quoted(emitters[emitter].name) +
+    return Error("nothing of " + in_quotes(emitters[emitter].name) +
                  " reaches the listener. Move --listener inside the level.")
         .in(options.level);
 

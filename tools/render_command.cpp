@@ -50,7 +50,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
   options.gain = *amplitude;
   const bool known = format == "float" || format == "24" || format == "16";
-  if (!known) return parser.bad_usage(err, "--format is float, 24 or 16, not " + quoted(format));
+  if (!known) return parser.bad_usage(err, "--format is float, 24 or 16, not " + in_quotes(format));
   const SampleFormat sample_format = format == "float" ? SampleFormat::kFloat32
                                      : format == "24"  ? SampleFormat::kPcm24
                                                        : SampleFormat::kPcm16;

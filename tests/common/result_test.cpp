@@ -38,7 +38,7 @@ TEST(Result, OfNothingIsGoodUntilThereIsAnError) {
 TEST(Error, GetsWhereItHappenedInFront) {
   EXPECT_EQ(Error("no triangles").in("mesh 3").in("level.gltf").message,
             "level.gltf: mesh 3: no triangles");
-  EXPECT_EQ(quoted("wood"), "'wood'");
+  EXPECT_EQ(in_quotes("wood"), "'wood'");
 }
 
 }  // namespace
