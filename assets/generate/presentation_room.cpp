@@ -53,7 +53,8 @@ Cell wall_at(const ShellMaterials& m, Side side, const Vec3& p) {
       const bool in_field = std::abs(p.x) < 2.7 && std::abs(p.z) < 5.4;
       const bool in_light_row = Range{1.5, 2.1}.holds(std::abs(p.x));
       if (in_field && in_light_row && any_holds(kWindows, p.z)) return {m.light};
-      return {in_field ? m.tiles : m.frame};
+      // Hard above the podium and the first rows, so that the back hears; tiles behind.
+      return {in_field && p.z > -0.3 ? m.tiles : m.frame};
     }
     case Side::kRight:
       if (kWindowHeight.holds(p.y) && any_holds(kWindows, p.z)) return {m.glass, 0.18};
@@ -93,7 +94,7 @@ FurnitureMaterials make_furniture_materials(GltfWriter& gltf) {
   m.lacquer = gltf.material("piano_lacquer", {0.02, 0.02, 0.02, 0.1}, "wood_floor");
   m.metal = gltf.material("metal", {0.55, 0.55, 0.58, 0.4, 0.9}, hard, smooth);
   m.screen = gltf.material("projector_screen", {0.95, 0.95, 0.95}, film, smooth);
-  m.curtain = gltf.material("curtains", {0.20, 0.28, 0.42}, "curtain");
+  m.curtain = gltf.material("curtains", {0.20, 0.28, 0.42}, "curtain_light");
   m.person = gltf.material("cloth_and_books", {0.12, 0.12, 0.16}, "audience");
   m.stage = gltf.material("podium", {0.30, 0.18, 0.09, 0.5}, "wood_floor");
   return m;
