@@ -58,7 +58,8 @@ class Body {
     Dice dice(31);
     for (double frequency_hz = 680; frequency_hz < 6000; frequency_hz *= dice.between(1.06, 1.16)) {
       const double hill = std::exp(-std::pow(std::log2(frequency_hz / 2500) / 0.8, 2));
-      add(frequency_hz, dice.between(16, 30), (0.25 + 0.55 * hill) * (dice.unit() < 0.5 ? -1 : 1));
+      const double quality = dice.between(16, 30), sign = dice.unit() < 0.5 ? -1 : 1;
+      add(frequency_hz, quality, (0.25 + 0.55 * hill) * sign);
     }
     add(2500, 1.4, 1.6);
     add(1000, 1.5, 0.6);
