@@ -116,7 +116,10 @@ Samples whistle_pea() {
 Samples claps_regular() {
   Loop loop(2.0);
   Dice dice(24);
-  for (int i = 0; i < 4; ++i) loop.add(0.05 + 0.5 * i + dice.between(-0.012, 0.012), clap(dice));
+  for (int i = 0; i < 4; ++i) {
+    const double at_s = 0.05 + 0.5 * i + dice.between(-0.012, 0.012);
+    loop.add(at_s, clap(dice));
+  }
   return loop.samples();
 }
 
@@ -124,8 +127,10 @@ Samples claps_fast() {
   Loop loop(1.9);
   Dice dice(25);
   constexpr int kClaps = 13;
-  for (int i = 0; i < kClaps; ++i)
-    loop.add(0.04 + 1.9 * i / kClaps + dice.between(-0.018, 0.018), clap(dice));
+  for (int i = 0; i < kClaps; ++i) {
+    const double at_s = 0.04 + 1.9 * i / kClaps + dice.between(-0.018, 0.018);
+    loop.add(at_s, clap(dice));
+  }
   return loop.samples();
 }
 

@@ -1,4 +1,7 @@
 // dice.h: random numbers for the generator: a seed and a count, so every run draws the same.
+//
+// Draw in statements of their own, never twice among the arguments of one call: compilers evaluate
+// those in any order.
 #pragma once
 
 #include <cstdint>

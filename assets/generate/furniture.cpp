@@ -22,7 +22,7 @@ void add_legs(MeshBuilder& mesh, MaterialIndex material, const Vec3& low_m, cons
 MeshBuilder make_chair(const FurnitureMaterials& m) {
   MeshBuilder mesh;
   mesh.box(m.upholstery, {-0.24, 0.40, -0.22}, {0.24, 0.49, 0.24});
-  mesh.hexahedron(m.upholstery,
+  mesh.hexahedron(m.wood,
                   {Vec3(-0.23, 0.56, 0.26), Vec3(0.23, 0.56, 0.26), Vec3(0.23, 0.56, 0.20),
                    Vec3(-0.23, 0.56, 0.20), Vec3(-0.23, 0.98, 0.34), Vec3(0.23, 0.98, 0.34),
                    Vec3(0.23, 0.98, 0.29), Vec3(-0.23, 0.98, 0.29)},

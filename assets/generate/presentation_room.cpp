@@ -53,7 +53,8 @@ Cell wall_at(const ShellMaterials& m, Side side, const Vec3& p) {
       const bool in_field = std::abs(p.x) < 2.7 && std::abs(p.z) < 5.4;
       const bool in_light_row = Range{1.5, 2.1}.holds(std::abs(p.x));
       if (in_field && in_light_row && any_holds(kWindows, p.z)) return {m.light};
-      return {in_field ? m.tiles : m.frame};
+      // Hard above the podium, so that the back hears; tiles behind.
+      return {in_field && p.z > -2.9 ? m.tiles : m.frame};
     }
     case Side::kRight:
       if (kWindowHeight.holds(p.y) && any_holds(kWindows, p.z)) return {m.glass, 0.18};
@@ -120,9 +121,9 @@ void place_chairs(GltfWriter& gltf, const FurnitureMaterials& m) {
     for (int seat = 0; seat < 8; ++seat) {
       const double from_aisle_m = 0.9 + 0.62 * (seat % 4);
       const Vec3 place((seat < 4 ? -1 : 1) * from_aisle_m, 0, -1.3 + 1.1 * row);
-      const Vec3 moved = place + Vec3(dice.between(-0.03, 0.03), 0, dice.between(-0.05, 0.05));
-      gltf.node("chair_" + std::to_string(row + 1) + "_" + std::to_string(seat + 1), chair, moved,
-                dice.between(-0.08, 0.08));
+      const double aside_m = dice.between(-0.03, 0.03), back_m = dice.between(-0.05, 0.05);
+      gltf.node("chair_" + std::to_string(row + 1) + "_" + std::to_string(seat + 1), chair,
+                place + Vec3(aside_m, 0, back_m), dice.between(-0.08, 0.08));
     }
   }
 }

@@ -213,7 +213,8 @@ std::vector<std::vector<Instance>> place_fans(const Bowl& bowl,
                                                 : draw_sound(sounds, dice);
     const double scale = 1 + 0.08 * dice.between(-1, 1);
     const double yaw = std::atan2(seat.outward.x, seat.outward.z) + dice.between(-0.25, 0.25);
-    const Vec3 sway = Vec3(dice.between(-0.06, 0.06), kMouth_m * scale, dice.between(-0.06, 0.06));
+    const double aside_m = dice.between(-0.06, 0.06), ahead_m = dice.between(-0.06, 0.06);
+    const Vec3 sway(aside_m, kMouth_m * scale, ahead_m);
     by_sound[sound].push_back({seat.feet_m + sway, yaw, scale});
   }
   return by_sound;

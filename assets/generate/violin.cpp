@@ -36,7 +36,7 @@ class BowedString : public stk::Bowed {
   double play(const Gesture& gesture) {
     // The loop's filter and table delay by about this many frames; found by ear and
     // autocorrelation.
-    constexpr double kLoopDelay_frames = 3.3;
+    constexpr double kLoopDelay_frames = 3.55;
     constexpr double kBowPlace = 0.127;  // share of the string between bow and bridge
     const double delay = kRate_hz / gesture.f0_hz - kLoopDelay_frames;
     bridgeDelay_.setDelay(delay * kBowPlace);
@@ -53,19 +53,20 @@ class Body {
  public:
   Body() {
     for (const auto& [frequency_hz, quality, gain] :
-         {Mode{278, 14, 1.0}, Mode{405, 18, 0.35}, Mode{455, 22, 1.0}, Mode{548, 24, 1.1}})
+         {Mode{278, 10, 0.5}, Mode{405, 12, 0.3}, Mode{455, 12, 0.5}, Mode{548, 12, 0.5}})
       add(frequency_hz, quality, gain);
     Dice dice(31);
     for (double frequency_hz = 680; frequency_hz < 6000; frequency_hz *= dice.between(1.06, 1.16)) {
       const double hill = std::exp(-std::pow(std::log2(frequency_hz / 2500) / 0.8, 2));
-      add(frequency_hz, dice.between(16, 30), (0.25 + 0.55 * hill) * (dice.unit() < 0.5 ? -1 : 1));
+      const double quality = dice.between(16, 30), sign = dice.unit() < 0.5 ? -1 : 1;
+      add(frequency_hz, quality, (0.25 + 0.55 * hill) * sign);
     }
-    add(2500, 1.6, 0.35);
-    add(1000, 2.0, 0.20);
+    add(2500, 1.4, 1.6);
+    add(1000, 1.5, 0.6);
   }
 
   double tick(double bridge) {
-    double out = 0.12 * bridge;
+    double out = 0.3 * bridge;
     for (Weighted& mode : modes_) out += mode.gain * mode.filter.tick(bridge);
     return roof_.tick(out);
   }
@@ -92,6 +93,10 @@ struct Note {
   double loudness;     // 0 to 1
   bool slurred;        // on the bow of the note before
 };
+
+// Enough for the string to slip once a period on every note; with less, high notes slip twice and
+// sound an octave up.
+constexpr double kPressure = 0.7;
 
 constexpr double kBeat_s = 0.8;
 constexpr double kLength_s = 11.5;
@@ -150,8 +155,33 @@ Gesture gesture_at(double time_s) {
   const double middle = std::max(0.0, std::min(since_s, left_s));
   const double swell = 0.8 + 0.2 * smooth_step(0, 0.5, middle);
   const double loudness = note.loudness * swell * bow;
-  return {f0_hz, direction * (bow > 0 ? 0.02 + 0.22 * loudness : 0) * bow,
-          0.35 + 0.25 * note.loudness};
+  return {f0_hz, direction * (bow > 0 ? 0.02 + 0.10 * loudness : 0) * bow, kPressure};
+}
+
+double rms(std::span<const double> samples) {
+  double sum = 0;
+  for (const double sample : samples) sum += sample * sample;
+  return std::sqrt(sum / static_cast<double>(samples.size()));
+}
+
+// A player hears which notes the body favours and bows them less: each note gets the level that
+// the phrase wants of it, 12 dB between its softest and loudest.
+void even_out(Samples& samples) {
+  std::vector<double> gains;
+  for (const Note& note : kPhrase) {
+    const std::size_t begin = frames((note.beat + 0.25 * note.beats) * kBeat_s);
+    const std::size_t length = frames(0.5 * note.beats * kBeat_s);
+    gains.push_back(std::exp2(4 * (note.loudness - 1)) /
+                    rms(std::span(samples).subspan(begin, length)));
+  }
+  std::size_t index = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double time_s = static_cast<double>(i) / kRate_hz;
+    if (index + 1 < gains.size() && time_s >= kPhrase[index + 1].beat * kBeat_s) ++index;
+    const double before = gains[index > 0 ? index - 1 : 0];
+    const double start_s = kPhrase[index].beat * kBeat_s;
+    samples[i] *= before + (gains[index] - before) * smooth_step(start_s, start_s + 0.04, time_s);
+  }
 }
 
 }  // namespace
@@ -171,6 +201,7 @@ std::vector<std::int16_t> make_violin_phrase() {
     samples[i] = body.tick(string.play(gesture)) *
                  (1 - smooth_step(kLength_s - 0.4, kLength_s - 0.1, time_s));
   }
+  even_out(samples);
   return mastered(samples);
 }
 
