@@ -1,0 +1,143 @@
+#include "runtime/player.h"
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "formats/audio_file.h"
+#include "runtime/audio_callback.h"
+#include "runtime/audio_output.h"
+#include "runtime/latest_value.h"
+#include "runtime/render.h"
+#include "runtime/sample_ring.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kRecordSamples = std::size_t{4} * kSampleRate_hz * kOutputChannels;
+constexpr auto kSamplerNap = std::chrono::milliseconds(2);
+constexpr auto kWriterNap = std::chrono::milliseconds(20);
+
+}  // namespace
+
+struct Player::State {
+  State(std::unique_ptr<Auralizer> from, const PlayerOptions& wanted, std::uint64_t frames)
+      : options(wanted),
+        auralizer(std::move(from)),
+        ring(wanted.record.empty() ? nullptr : std::make_unique<SampleRing>(kRecordSamples)),
+        callback(*auralizer, ring.get(), frames) {
+    poses.publish(options.pose);
+  }
+
+  // Makes what the auralizer wants now, for where the listener is or will be.
+  void make_wanted_keyframes() {
+    if (options.walk)
+      make_keyframes(*auralizer, *options.walk);
+    else
+      while (auralizer->wants_keyframe()) auralizer->make_keyframe(poses.latest());
+  }
+
+  void run_sampler() {
+    while (running.load(std::memory_order_relaxed)) {
+      make_wanted_keyframes();
+      std::this_thread::sleep_for(kSamplerNap);
+    }
+  }
+
+  void drain() {
+    std::array<float, 4096> samples;
+    while (const std::size_t count = ring->read(samples))
+      if (recorded.ok()) recorded = wav->write(std::span(samples).first(count));
+  }
+
+  void run_writer() {
+    while (running.load(std::memory_order_relaxed)) {
+      drain();
+      std::this_thread::sleep_for(kWriterNap);
+    }
+  }
+
+  const PlayerOptions options;
+  const std::unique_ptr<Auralizer> auralizer;
+  const std::unique_ptr<SampleRing> ring;
+  AudioCallback callback;
+  LatestValue<Pose> poses;
+  std::optional<WavWriter> wav;
+  Result<void> recorded;  // the writer thread's until it has ended
+  std::atomic<bool> running{false};
+  std::thread sampler, writer;
+  std::unique_ptr<AudioOutput> output;  // last: its thread uses all the others
+};
+
+Player::Player(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+Player::~Player() {
+  if (!stop().ok()) return;  // the recording is not completed; whoever minds calls stop() first
+}
+
+Result<std::unique_ptr<Player>> Player::create(AuralizerInput input, const PlayerOptions& options) {
+  auto auralizer = Auralizer::create(std::move(input), options.auralizer);
+  if (!auralizer.ok()) return auralizer.error();
+  const auto frames = static_cast<std::uint64_t>(std::llround(options.seconds * kSampleRate_hz));
+  auto state = std::make_unique<State>(std::move(*auralizer), options, frames);
+  if (!options.record.empty()) {
+    auto wav =
+        WavWriter::create(options.record, kOutputChannels, kSampleRate_hz, SampleFormat::kFloat32);
+    if (!wav.ok()) return wav.error();
+    state->wav = std::move(*wav);
+  }
+  const OutputCallback callback{
+      [](void* context, float* output, std::uint32_t block_frames, bool underflow) noexcept {
+        static_cast<AudioCallback*>(context)->fill(
+            {output, std::size_t{block_frames} * kOutputChannels}, underflow);
+      },
+      &state->callback};
+  auto output = open_output(options.device, options.block_frames, callback);
+  if (!output.ok()) return output.error();
+  state->output = std::move(*output);
+  return std::unique_ptr<Player>(new Player(std::move(state)));
+}
+
+Result<void> Player::start() {
+  state_->make_wanted_keyframes();  // so that the first block has what it needs
+  state_->running = true;
+  state_->sampler = std::thread([this] { state_->run_sampler(); });
+  if (state_->ring) state_->writer = std::thread([this] { state_->run_writer(); });
+  return state_->output->start();
+}
+
+void Player::move(const Pose& pose) { state_->poses.publish(pose); }
+
+bool Player::finished() const { return state_->callback.counters().finished; }
+
+PlayerStatistics Player::statistics() {
+  const auto counters = state_->callback.counters();
+  PlayerStatistics statistics;
+  statistics.auralizer = state_->auralizer->statistics();
+  statistics.callbacks = counters.callbacks;
+  statistics.late_callbacks = counters.late;
+  statistics.cpu_share = counters.cpu_share;
+  statistics.time_s = static_cast<double>(counters.frames) / kSampleRate_hz;
+  statistics.dropped_samples = state_->ring ? state_->ring->dropped() : 0;
+  return statistics;
+}
+
+std::string Player::device() const { return state_->output->name(); }
+int Player::block_frames() const { return state_->output->block_frames(); }
+
+Result<void> Player::stop() {
+  state_->output->stop();
+  state_->running = false;
+  if (state_->sampler.joinable()) state_->sampler.join();
+  if (state_->writer.joinable()) state_->writer.join();
+  if (!state_->wav) return {};
+  state_->drain();
+  const auto finished = state_->recorded.ok() ? state_->wav->finish() : state_->recorded;
+  state_->wav.reset();
+  return finished;
+}
+
+}  // namespace clamor

@@ -1,0 +1,66 @@
+// player.h: a bake played in real time, with the threads of the design.
+//
+//   caller   moves the listener, reads statistics
+//   sampler  wakes every few milliseconds and makes the keyframes that the auralizer wants
+//   audio    the output's: mixes (audio_callback.h)
+//   writer   only where the sound is recorded: from the ring to the WAV file
+//
+// A scripted walk is asked where the listener is at each keyframe's own moment in sample time, so
+// what is heard is the offline render, sample for sample.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/pose.h"
+#include "common/result.h"
+#include "formats/walk_file.h"
+#include "runtime/auralizer.h"
+
+namespace clamor {
+
+struct PlayerOptions {
+  AuralizerOptions auralizer;
+  Pose pose;                 // where the listener starts
+  std::optional<Walk> walk;  // instead of being moved
+  double seconds = 0;        // 0: until stopped
+  std::string device;        // as open_output() takes it
+  int block_frames = 256;
+  std::string record;  // WAV file to keep what is heard; empty for none
+};
+
+struct PlayerStatistics {
+  AuralizerStatistics auralizer;
+  std::uint64_t callbacks = 0, late_callbacks = 0;
+  double cpu_share = 0;               // of the audio thread's time
+  double time_s = 0;                  // played so far
+  std::uint64_t dropped_samples = 0;  // that the recording could not take in time
+};
+
+class Player {
+ public:
+  static Result<std::unique_ptr<Player>> create(AuralizerInput input, const PlayerOptions& options);
+  ~Player();  // stops
+
+  Result<void> start();
+
+  // Where the listener is from now on. Heard three keyframes later.
+  void move(const Pose& pose);
+
+  bool finished() const;  // options.seconds have been played
+  PlayerStatistics statistics();
+  std::string device() const;
+  int block_frames() const;
+
+  // Ends the sound and, where it was recorded, completes the file.
+  Result<void> stop();
+
+ private:
+  struct State;
+  explicit Player(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace clamor

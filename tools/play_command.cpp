@@ -1,0 +1,205 @@
+// play_command.cpp: clamor play: walk through a bake and listen.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iostream>
+#include <numbers>
+#include <ostream>
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+#include <unistd.h>
+
+#include "formats/bake_file.h"
+#include "runtime/player.h"
+#include "tools/arguments.h"
+#include "tools/commands.h"
+#include "tools/interrupt.h"
+#include "tools/terminal.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr double kStep_m = 0.4;  // per key
+constexpr double kTurn_rad = 10 * std::numbers::pi / 180;
+constexpr double kGlide_s = 0.15;  // a step is walked, not jumped
+constexpr int kFrame_ms = 20;
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+// Two metres before the first emitter, looking at it.
+Pose before_first_emitter(const std::vector<Emitter>& emitters) {
+  if (emitters.empty()) return {};
+  const Emitter& emitter = emitters.front();
+  Vec3 ahead(emitter.axis.x, 0, emitter.axis.z);
+  ahead = length(ahead) > 1e-6 ? normalize(ahead) : Vec3(0, 0, 1);
+  return {emitter.position_m + 2.0 * ahead, std::atan2(ahead.x, ahead.z), 0};
+}
+
+void apply(Key key, Pose& pose) {
+  const Vec3 forward(-std::sin(pose.yaw_rad), 0, -std::cos(pose.yaw_rad));
+  switch (key) {
+    case Key::kForward:
+      pose.position_m += kStep_m * forward;
+      break;
+    case Key::kBack:
+      pose.position_m -= kStep_m * forward;
+      break;
+    case Key::kLeft:
+      pose.position_m -= kStep_m * pose.right();
+      break;
+    case Key::kRight:
+      pose.position_m += kStep_m * pose.right();
+      break;
+    case Key::kTurnLeft:
+      pose.yaw_rad += kTurn_rad;
+      break;
+    case Key::kTurnRight:
+      pose.yaw_rad -= kTurn_rad;
+      break;
+    case Key::kUp:
+      pose.position_m.y += kStep_m;
+      break;
+    case Key::kDown:
+      pose.position_m.y -= kStep_m;
+      break;
+    case Key::kNone:
+    case Key::kQuit:
+      break;
+  }
+}
+
+std::string meter(float peak) {
+  constexpr int kWidth = 12;
+  const double level_db = 20 * std::log10(std::max(static_cast<double>(peak), 1e-4));
+  const int lit =
+      std::clamp(static_cast<int>(std::lround((level_db + 60) / 60 * kWidth)), 0, kWidth);
+  return fmt::format("{}{} {:>5.1f}", std::string(static_cast<std::size_t>(lit), '#'),
+                     std::string(static_cast<std::size_t>(kWidth - lit), '.'), level_db);
+}
+
+std::string status_line(const PlayerStatistics& now, const Pose& pose) {
+  return fmt::format(
+      "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices  L {} R {} dBFS  cpu {:.0f} %  "
+      "sampler {:.1f} ms  late {}  held {}",
+      now.time_s, pose.position_m.x, pose.position_m.y, pose.position_m.z,
+      std::remainder(pose.yaw_rad * kDegrees, 360), now.auralizer.voices,
+      meter(now.auralizer.peak[0]), meter(now.auralizer.peak[1]), 100 * now.cpu_share,
+      now.auralizer.sampler_ms, now.late_callbacks, now.auralizer.held_blocks);
+}
+
+// Moves and shows until the end, a key or Ctrl-C says stop.
+void run(Player& player, const PlayerOptions& options, std::ostream& err) {
+  const Interrupt interrupt;
+  Terminal terminal;
+  const bool live_line = &err == &std::cerr && isatty(STDERR_FILENO) != 0;
+  if (terminal.is_terminal() && !options.walk)
+    fmt::print(err,
+               "arrows or WASD walk and turn, comma and period step aside, R and F rise and "
+               "sink, Q ends\n");
+  using Clock = std::chrono::steady_clock;
+  const auto start = Clock::now();
+  auto shown = start;
+  Pose pose = options.pose, wanted = options.pose;
+  while (!player.finished() && !Interrupt::requested()) {
+    const Key key = terminal.read(kFrame_ms);
+    if (key == Key::kQuit) break;
+    apply(key, wanted);
+    if (options.walk) {
+      pose = options.walk->at(player.statistics().time_s);
+    } else {
+      // Keys come in jerks; the listener glides.
+      const double t = 1 - std::exp(-1e-3 * kFrame_ms / kGlide_s);
+      pose.position_m += t * (wanted.position_m - pose.position_m);
+      pose.yaw_rad += t * (wanted.yaw_rad - pose.yaw_rad);
+      player.move(pose);
+    }
+    const auto now = Clock::now();
+    if (now - shown <
+        (live_line ? std::chrono::milliseconds(100) : std::chrono::milliseconds(1000)))
+      continue;
+    shown = now;
+    err << (live_line ? "\r" : "") << status_line(player.statistics(), pose)
+        << (live_line ? "\x1b[K" : "\n") << std::flush;
+  }
+  if (live_line) err << '\n';
+}
+
+}  // namespace
+
+int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  std::string level, listener, walk_path, gain = "0";
+  PlayerOptions options;
+  Arguments parser("play",
+                   "Plays a bake in real time. In a terminal, arrow keys or WASD walk and turn.",
+                   "clamor play hall.clamor --listener 0,1.7,3,180 --voices 2000");
+  parser.positional("level", level, "the bake file");
+  parser.option(
+      "--listener", listener,
+      "start at X,Y,Z[,YAW[,PITCH]], metres and degrees; unset: before the first emitter");
+  parser.option("--walk", walk_path, "follow a scripted path instead, PATH.json");
+  parser.option("--seconds", options.seconds, "how long; 0: until Q, Ctrl-C or the walk's end");
+  parser.option("--device", options.device,
+                "a part of a name that 'clamor devices' prints, or none");
+  parser.option("--frames", options.block_frames, "frames per block");
+  parser.option("--strategy", options.auralizer.strategy,
+                "how sources are chosen: priority or all");
+  parser.option("--voices", options.auralizer.voices, "how many, with priority");
+  parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
+  parser.option("--record", options.record, "also write what is played to this WAV file");
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+
+  const auto amplitude = parse_gain_db(gain);
+  if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
+  options.auralizer.gain = *amplitude;
+  if (!listener.empty() && !walk_path.empty())
+    return parser.bad_usage(err, "give either --listener or --walk");
+  if (options.block_frames < 16 || options.block_frames > 8192)
+    return parser.bad_usage(err, "--frames must lie between 16 and 8192");
+  if (!(options.seconds >= 0 && options.seconds <= 864000))
+    return parser.bad_usage(err, "--seconds must lie between 0 and 864000");
+  options.auralizer.block_frames = options.block_frames;
+
+  const auto fail = [&err](const Error& error) {
+    fmt::print(err, "clamor play: {}\n", error.message);
+    return kBadInput;
+  };
+  const auto file = BakeFile::open(level);
+  if (!file.ok()) return fail(file.error());
+  options.pose = before_first_emitter(file->emitters());
+  if (!listener.empty()) {
+    const auto pose = parse_listener(listener);
+    if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
+    options.pose = *pose;
+  }
+  if (!walk_path.empty()) {
+    auto walk = Walk::read(walk_path);
+    if (!walk.ok()) return fail(walk.error());
+    if (options.seconds == 0) options.seconds = walk->length_s();
+    options.walk = std::move(*walk);
+  }
+
+  auto input = read_auralizer_input(*file);
+  if (!input.ok()) return fail(input.error());
+  auto player = Player::create(std::move(*input), options);
+  if (!player.ok()) return fail(player.error());
+  fmt::print(err, "playing {} on {}, {} frames a block\n", level, (*player)->device(),
+             (*player)->block_frames());
+  if (const auto started = (*player)->start(); !started.ok()) return fail(started.error());
+  run(**player, options, err);
+  const PlayerStatistics played = (*player)->statistics();
+  if (const auto stopped = (*player)->stop(); !stopped.ok()) return fail(stopped.error());
+
+  fmt::print(err, "played {:.1f} s: {} callbacks, {} late, {} blocks held, {} frames clipped\n",
+             played.time_s, played.callbacks, played.late_callbacks, played.auralizer.held_blocks,
+             played.auralizer.clipped_frames);
+  if (!options.record.empty())
+    fmt::print(
+        err, "recorded {}{}\n", options.record,
+        played.dropped_samples > 0
+            ? fmt::format(", but the disk was too slow for {} samples", played.dropped_samples)
+            : "");
+  return kSuccess;
+}
+
+}  // namespace clamor
