@@ -8,6 +8,8 @@
 
 #include <RtAudio.h>
 #include <fcntl.h>
+#include <pthread.h>
+#include <sched.h>
 #include <unistd.h>
 
 #include "formats/level.h"
@@ -18,6 +20,7 @@ namespace clamor {
 namespace {
 
 constexpr int kChannels = 2;
+constexpr int kPriority = 20;     // among real-time threads, below the kernel's own
 constexpr unsigned kBuffers = 4;  // 0 would mean two seconds on PulseAudio
 
 struct Api {
@@ -105,9 +108,7 @@ class DeviceOutput final : public AudioOutput {
     parameters.deviceId = found.id;
     parameters.nChannels = kChannels;
     RtAudio::StreamOptions options;
-    options.flags = RTAUDIO_SCHEDULE_REALTIME;
     options.numberOfBuffers = kBuffers;
-    options.priority = 80;
     options.streamName = "clamor";
     attempt([&] {
       return audio_->openStream(&parameters, nullptr, RTAUDIO_FLOAT32, kSampleRate_hz, &frames_,
@@ -143,7 +144,14 @@ class DeviceOutput final : public AudioOutput {
  private:
   static int on_block(void* output, void*, unsigned frames, double, RtAudioStreamStatus status,
                       void* self) {
-    const auto& callback = static_cast<DeviceOutput*>(self)->callback_;
+    auto& device = *static_cast<DeviceOutput*>(self);
+    if (!device.prioritised_) {
+      // RtAudio would do this too, but prints a line about it. Where it is not allowed, so be it.
+      device.prioritised_ = true;
+      const sched_param priority{kPriority};
+      ::pthread_setschedparam(::pthread_self(), SCHED_RR, &priority);
+    }
+    const auto& callback = device.callback_;
     callback.fill(callback.context, static_cast<float*>(output), frames,
                   (status & RTAUDIO_OUTPUT_UNDERFLOW) != 0);
     return 0;
@@ -165,6 +173,7 @@ class DeviceOutput final : public AudioOutput {
   }
 
   OutputCallback callback_;
+  bool prioritised_ = false;  // the audio thread's alone
   std::string name_;
   unsigned frames_;
   std::string problem_;

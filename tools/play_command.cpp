@@ -1,5 +1,6 @@
 // play_command.cpp: clamor play: walk through a bake and listen.
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <iostream>
@@ -101,12 +102,16 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
   const auto start = Clock::now();
   auto shown = start;
   Pose pose = options.pose, wanted = options.pose;
+  std::array<float, kOutputChannels> peak{};  // since the last line
   while (!player.finished() && !Interrupt::requested()) {
     const Key key = terminal.read(kFrame_ms);
     if (key == Key::kQuit) break;
     apply(key, wanted);
+    PlayerStatistics status = player.statistics();
+    for (std::size_t c = 0; c < peak.size(); ++c)
+      peak[c] = std::max(peak[c], status.auralizer.peak[c]);
     if (options.walk) {
-      pose = options.walk->at(player.statistics().time_s);
+      pose = options.walk->at(status.time_s);
     } else {
       // Keys come in jerks; the listener glides.
       const double t = 1 - std::exp(-1e-3 * kFrame_ms / kGlide_s);
@@ -119,8 +124,10 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
         (live_line ? std::chrono::milliseconds(100) : std::chrono::milliseconds(1000)))
       continue;
     shown = now;
-    err << (live_line ? "\r" : "") << status_line(player.statistics(), pose)
-        << (live_line ? "\x1b[K" : "\n") << std::flush;
+    std::copy(peak.begin(), peak.end(), status.auralizer.peak);
+    peak = {};
+    err << (live_line ? "\r" : "") << status_line(status, pose) << (live_line ? "\x1b[K" : "\n")
+        << std::flush;
   }
   if (live_line) err << '\n';
 }

@@ -1,0 +1,176 @@
+#include "runtime/player.h"
+
+#include <algorithm>
+#include <fstream>
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "formats/audio_file.h"
+#include "runtime/audio_output.h"
+#include "runtime/render.h"
+#include "tests/player/pulse.h"
+#include "tests/rooms_runtime.h"
+
+namespace clamor {
+namespace {
+
+using testing::baked_room;
+
+constexpr double kSeconds = 1.5;
+
+std::vector<float> offline(const PlayerOptions& options) {
+  auto auralizer = Auralizer::create(baked_room(), options.auralizer);
+  EXPECT_TRUE(auralizer.ok());
+  std::vector<float> all;
+  const Walk walk = options.walk ? *options.walk : Walk::standing(options.pose);
+  EXPECT_TRUE(render(**auralizer, walk, static_cast<std::uint64_t>(kSeconds * kSampleRate_hz),
+                     [&](std::span<const float> block) {
+                       all.insert(all.end(), block.begin(), block.end());
+                       return Result<void>();
+                     })
+                  .ok());
+  return all;
+}
+
+PlayerOptions standing() {
+  PlayerOptions options;
+  options.auralizer.voices = 200;
+  options.auralizer.block_frames = 256;
+  options.pose = {{4, 5, 1.6}, 0.5, 0};
+  options.seconds = kSeconds;
+  return options;
+}
+
+PlayerOptions walking() {
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("clamor_walk_" + std::to_string(::getpid()) + ".json");
+  std::ofstream(path) << R"({"points":[{"time_s":0,"position_m":[1,1,1.6],"yaw_deg":0},)"
+                         R"({"time_s":0.8,"position_m":[5,4,1.6],"yaw_deg":170},)"
+                         R"({"time_s":1.5,"position_m":[2,7,1.2],"yaw_deg":-90}]})";
+  auto walk = Walk::read(path.string());
+  std::filesystem::remove(path);
+  EXPECT_TRUE(walk.ok());
+  PlayerOptions options = standing();
+  if (walk.ok()) options.walk = *walk;
+  return options;
+}
+
+// Plays to the end; what happened.
+PlayerStatistics play(const PlayerOptions& options) {
+  auto player = Player::create(baked_room(), options);
+  EXPECT_TRUE(player.ok()) << (player.ok() ? "" : player.error().message);
+  if (!player.ok()) return {};
+  EXPECT_TRUE((*player)->start().ok());
+  for (int i = 0; i < 2000 && !(*player)->finished(); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_TRUE((*player)->finished());
+  const PlayerStatistics statistics = (*player)->statistics();
+  EXPECT_TRUE((*player)->stop().ok());
+  return statistics;
+}
+
+class ThroughPulse : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!testing::installed("pulseaudio") || !testing::installed("parec"))
+      GTEST_SKIP() << "pulseaudio and pulseaudio-utils are not installed";
+  }
+
+  // What is heard must be the offline render, sample for sample. The machine may be busy, and then
+  // the device runs dry: that is counted, and is no reason for another sample, so it is tried
+  // again.
+  void expect_heard_is_rendered(PlayerOptions options) {
+    testing::Pulse pulse;
+    ASSERT_TRUE(pulse.ready());
+    options.device = "pulse: clamor";
+    const std::vector<float> rendered = offline(options);
+    for (int attempt = 1; attempt <= 4; ++attempt) {
+      PlayerStatistics statistics;
+      const auto heard = pulse.heard([&] { statistics = play(options); });
+      EXPECT_GT(statistics.callbacks, 250u);
+      if (statistics.late_callbacks > 0 || statistics.auralizer.held_blocks > 0) {
+        std::cout << "attempt " << attempt << ": the machine was busy, "
+                  << statistics.late_callbacks << " callbacks late, "
+                  << statistics.auralizer.held_blocks << " blocks held\n";
+        continue;
+      }
+      const auto sounds = [](float sample) { return sample != 0; };
+      const auto first = std::find_if(rendered.begin(), rendered.end(), sounds);
+      const auto first_heard = std::find_if(heard.begin(), heard.end(), sounds);
+      ASSERT_NE(first, rendered.end());
+      ASSERT_NE(first_heard, heard.end());
+      const auto length = rendered.end() - first;
+      ASSERT_GE(heard.end() - first_heard, length);
+      const auto [differs, where] = std::mismatch(first, rendered.end(), first_heard);
+      EXPECT_EQ(differs, rendered.end())
+          << "at sample " << differs - rendered.begin() << " of " << rendered.size();
+      return;
+    }
+    FAIL() << "late in every one of four attempts";
+  }
+};
+
+TEST_F(ThroughPulse, AStillListenerHearsTheOfflineRenderSampleForSample) {
+  expect_heard_is_rendered(standing());
+}
+
+TEST_F(ThroughPulse, AScriptedWalkIsHeardAsTheOfflineRenderSampleForSample) {
+  expect_heard_is_rendered(walking());
+}
+
+TEST_F(ThroughPulse, ListsTheSink) {
+  const testing::Pulse pulse;
+  ASSERT_TRUE(pulse.ready());
+  const auto devices = output_devices();
+  EXPECT_TRUE(std::any_of(devices.begin(), devices.end(), [](const OutputDevice& device) {
+    return device.api == "pulse" && device.name == "clamor" && device.output_channels == 2;
+  }));
+}
+
+TEST(Player, RecordsWhatItPlays) {
+  PlayerOptions options = walking();
+  options.device = "none";
+  options.record = (std::filesystem::temp_directory_path() /
+                    ("clamor_record_" + std::to_string(::getpid()) + ".wav"))
+                       .string();
+  const auto statistics = play(options);
+  EXPECT_EQ(statistics.dropped_samples, 0u);
+  const auto recorded = read_audio(options.record);  // mean of both channels
+  std::filesystem::remove(options.record);
+  ASSERT_TRUE(recorded.ok());
+  const auto rendered = offline(options);
+  ASSERT_EQ(recorded->size(), rendered.size() / 2);
+  if (statistics.auralizer.held_blocks > 0) GTEST_SKIP() << "the machine was busy";
+  for (std::size_t i = 0; i < recorded->size(); ++i)
+    ASSERT_NEAR((*recorded)[i], 0.5f * (rendered[2 * i] + rendered[2 * i + 1]), 1e-6f);
+}
+
+TEST(Player, FollowsAListenerWhoIsMoved) {
+  PlayerOptions options = standing();
+  options.device = "none";
+  options.seconds = 0;
+  auto player = Player::create(baked_room(), options);
+  ASSERT_TRUE(player.ok());
+  ASSERT_TRUE((*player)->start().ok());
+  for (int i = 0; i < 50; ++i) {
+    (*player)->move({{1 + 0.08 * i, 4, 1.6}, 0.1 * i, 0});
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  const auto statistics = (*player)->statistics();
+  EXPECT_GT(statistics.auralizer.keyframes, 10u);
+  EXPECT_GT(statistics.auralizer.peak[0], 0);
+  EXPECT_FALSE((*player)->finished());
+  EXPECT_TRUE((*player)->stop().ok());
+}
+
+TEST(Player, SaysWhatToDoWhenADeviceDoesNotExist) {
+  PlayerOptions options = standing();
+  options.device = "no such device";
+  const auto player = Player::create(baked_room(), options);
+  ASSERT_FALSE(player.ok());
+  EXPECT_NE(player.error().message.find("device"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace clamor
