@@ -19,10 +19,10 @@ struct BakeProgress {
 };
 
 struct BakeOptions {
-  BakeSettings settings;
-  int threads = 0;                                       // 0: all cores; never changes a byte
-  std::function<void(const BakeProgress&)> on_progress;  // from any thread, one at a time
-  const std::atomic<bool>* stop = nullptr;               // set it to end the bake with an Error
+  BakeSettings settings{};
+  int threads = 0;                                         // 0: all cores; never changes a byte
+  std::function<void(const BakeProgress&)> on_progress{};  // from any thread, one at a time
+  const std::atomic<bool>* stop = nullptr;                 // set it to end the bake with an Error
 };
 
 // Traces the level. provenance.tool and statistics are filled in; provenance.level and input_hash

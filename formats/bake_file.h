@@ -26,7 +26,7 @@ struct BakeSettings {
   std::uint64_t photons = 0;
   double roulette_kappa = 0.15;
   double longest_path_s = 10;
-  Air air;
+  Air air{};
 };
 
 struct Provenance {

@@ -55,7 +55,7 @@ struct Level {
   std::vector<Material> materials;
   std::vector<Emitter> emitters;
   std::vector<Signal> signals;
-  Air air;
+  Air air{};
 };
 
 }  // namespace clamor
