@@ -1,0 +1,171 @@
+// include_test.cpp: every #include, held against the design.
+//
+// common <- formats <- {bake, runtime} <- tools, and round each third-party library a fence: the few
+// files that may see it. A library that is not in the table is not allowed anywhere.
+
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <fnmatch.h>
+#include <gtest/gtest.h>
+
+#include "tests/project/source_tree.h"
+
+namespace clamor::testing {
+namespace {
+
+const std::map<std::string, std::set<std::string>> kMayInclude = {
+    {"common", {"common"}},
+    {"formats", {"common", "formats"}},
+    {"bake", {"common", "formats", "bake"}},
+    {"runtime", {"common", "formats", "runtime"}},
+    {"tools", {"common", "formats", "bake", "runtime", "tools"}},
+    {"tests", {"common", "formats", "bake", "runtime", "tools", "tests"}},
+};
+
+// What a library's headers are called, and who may include them: patterns of the shell.
+struct Fence {
+  std::string library;
+  std::vector<std::string> headers;
+  std::vector<std::string> files;
+};
+const std::vector<Fence> kFences = {
+    {"Cap'n Proto",
+     {"capnp/*", "kj/*", "*.capnp.h"},
+     {"formats/bake_file.cpp", "formats/bake_writer.cpp"}},
+    {"CLI11", {"CLI/*"}, {"tools/arguments.cpp"}},
+    {"Embree", {"embree3/*", "embree4/*"}, {"bake/scene.cpp"}},
+    {"fmt", {"fmt/*"}, {"formats/*.cpp", "tools/*.cpp"}},
+    {"GLM", {"glm/*"}, {"common/vec.h", "formats/gltf_*"}},
+    {"Google Benchmark", {"benchmark/*"}, {"tests/benchmarks/*"}},
+    {"GoogleTest", {"gtest/*", "gmock/*"}, {"tests/*"}},
+    {"Highway", {"hwy/*"}, {"runtime/mix_kernel.cpp"}},
+    {"libebur128", {"ebur128.h"}, {"tests/*"}},
+    {"libsndfile", {"sndfile.h"}, {"formats/audio_file.cpp", "tests/*"}},
+    {"libsoxr", {"soxr.h"}, {"formats/audio_file.cpp"}},
+    {"nanoflann", {"nanoflann.hpp"}, {"bake/patch_radius.cpp"}},
+    {"nlohmann-json", {"nlohmann/*"}, {"formats/json.cpp", "tools/*_command.cpp", "tests/*"}},
+    {"RtAudio", {"RtAudio.h", "rtaudio/*"}, {"runtime/audio_device.cpp"}},
+    {"TBB", {"tbb/*", "oneapi/*"}, {"bake/*.cpp", "formats/bake_writer.cpp"}},
+    {"tinygltf", {"tiny_gltf.h"}, {"formats/gltf_document.cpp"}},
+    {"xxHash", {"xxhash.h"}, {"formats/bake_layout.cpp", "formats/level_folder.cpp"}},
+    {"zstd", {"zstd.h"}, {"formats/page.cpp"}},
+};
+
+// The C library, POSIX and the compiler's own. C++ headers have no dot in their names.
+bool is_system_header(const std::string& header) {
+  static const std::set<std::string> kHeaders = {
+      "dirent.h",  "dlfcn.h", "fcntl.h",  "fnmatch.h",   "immintrin.h", "poll.h",     "pthread.h",
+      "pwd.h",     "sched.h", "signal.h", "termios.h",   "time.h",      "ucontext.h", "unistd.h",
+      "malloc.h",  "errno.h", "glob.h",   "emmintrin.h", "semaphore.h", "spawn.h",    "stdlib.h",
+      "xmmintrin.h"};
+  return header.find_first_of("./") == std::string::npos || header.starts_with("sys/") ||
+         kHeaders.contains(header);
+}
+
+bool matches(const std::string& name, const std::vector<std::string>& patterns) {
+  return std::any_of(patterns.begin(), patterns.end(), [&](const std::string& pattern) {
+    return ::fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
+  });
+}
+
+std::string folder_of(const std::string& path) { return path.substr(0, path.find('/')); }
+
+// What is wrong with `file` including `header`, empty when nothing is.
+std::string complaint(const std::string& file, const std::string& header, bool quoted) {
+  for (const Fence& fence : kFences)
+    if (matches(header, fence.headers))
+      return matches(file, fence.files) ? ""
+                                        : fence.library + " ends behind its fence; call the module "
+                                                          "that hides it, or widen kFences and "
+                                                          "say why";
+  if (!quoted)
+    return is_system_header(header) ? "" : "a library without a fence; add it to kFences";
+  if (header == "embedded_materials.h")
+    return folder_of(file) == "formats" ? "" : "only formats reads the embedded presets";
+  if (!std::filesystem::is_regular_file(kRoot / header))
+    return "no such file from the repository's root, which is where our includes start";
+  const auto allowed = kMayInclude.find(folder_of(file));
+  if (allowed == kMayInclude.end() || !allowed->second.contains(folder_of(header)))
+    return folder_of(file) + " may not know " + folder_of(header);
+  return "";
+}
+
+struct Include {
+  std::string header;
+  bool quoted = false;
+};
+
+std::vector<Include> includes_of(const std::string& text) {
+  static const std::regex kInclude(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
+  std::vector<Include> includes;
+  for (const std::string& line : lines_of(text))
+    if (std::smatch match; std::regex_search(line, match, kInclude))
+      includes.push_back({match[2], match[1] == "\""});
+  return includes;
+}
+
+std::vector<std::string> complaints(const std::string& file, const std::string& text) {
+  std::vector<std::string> all;
+  for (const auto& [header, quoted] : includes_of(text))
+    if (const std::string what = complaint(file, header, quoted); !what.empty())
+      all.push_back(file + " includes " + header + ": " + what);
+  return all;
+}
+
+TEST(Includes, FollowTheDirectionOfTheDesignAndStopAtTheFences) {
+  std::size_t count = 0;
+  for (const auto& [folder, allowed] : kMayInclude)
+    for (const std::string& file : files_in(folder)) {
+      if (!is_code(file)) continue;
+      const std::string text = read_text(kRoot / file);
+      count += includes_of(text).size();
+      for (const std::string& what : complaints(file, text)) ADD_FAILURE() << what;
+    }
+  EXPECT_GT(count, 500u) << "where have all the includes gone?";
+}
+
+TEST(Includes, OfAFenceAreMetSomewhereSoThatNoFenceStandsRoundNothing) {
+  const std::set<std::string> not_yet = {"Google Benchmark", "libebur128", "oneapi"};
+  std::set<std::string> met;
+  for (const auto& [folder, allowed] : kMayInclude)
+    for (const std::string& file : files_in(folder))
+      if (is_code(file))
+        for (const auto& include : includes_of(read_text(kRoot / file)))
+          for (const Fence& fence : kFences)
+            if (matches(include.header, fence.headers)) met.insert(fence.library);
+  for (const Fence& fence : kFences)
+    EXPECT_TRUE(met.contains(fence.library) || not_yet.contains(fence.library)) << fence.library;
+}
+
+TEST(Includes, ThatBreakTheDesignAreCaught) {
+  const auto caught = [](const std::string& file, const std::string& line) {
+    return complaints(file, line + "\n").size() == 1;
+  };
+  EXPECT_TRUE(caught("common/air.cpp", "#include \"formats/level.h\""));
+  EXPECT_TRUE(caught("formats/page.cpp", "#include \"bake/bake.h\""));
+  EXPECT_TRUE(caught("formats/page.cpp", "#include \"runtime/auralizer.h\""));
+  EXPECT_TRUE(caught("bake/scene.cpp", "#include \"runtime/auralizer.h\""));
+  EXPECT_TRUE(caught("runtime/mixer.cpp", "#  include \"bake/scene.h\"  // just this once"));
+  EXPECT_TRUE(caught("runtime/mixer.cpp", "#include \"tools/commands.h\""));
+  EXPECT_TRUE(caught("tools/main.cpp", "#include \"tests/rooms.h\""));
+  EXPECT_TRUE(caught("bake/bake.cpp", "#include <embree3/rtcore.h>"));
+  EXPECT_TRUE(caught("bake/scene.h", "#include <embree4/rtcore.h>"));
+  EXPECT_TRUE(caught("formats/level.h", "#include <tiny_gltf.h>"));
+  EXPECT_TRUE(caught("runtime/mixer.cpp", "#include \"formats/bake_root.capnp.h\""));
+  EXPECT_TRUE(caught("runtime/mixer.cpp", "#include <fmt/format.h>"));
+  EXPECT_TRUE(caught("tools/main.cpp", "#include <gtest/gtest.h>"));
+  EXPECT_TRUE(caught("common/air.cpp", "#include <boost/any.hpp>"));
+  EXPECT_TRUE(caught("common/air.cpp", "#include \"air.h\""));
+  EXPECT_TRUE(caught("assets/generate/main.cpp", "#include \"common/air.h\""));
+
+  EXPECT_FALSE(caught("tools/bake_command.cpp", "#include \"bake/bake.h\""));
+  EXPECT_FALSE(caught("bake/scene.cpp", "#include <embree3/rtcore.h>"));
+  EXPECT_FALSE(caught("common/air.cpp", "// #include \"formats/level.h\" would be wrong"));
+}
+
+}  // namespace
+}  // namespace clamor::testing

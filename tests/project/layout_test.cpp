@@ -1,0 +1,167 @@
+// layout_test.cpp: the repository keeps its shape: folders, headers of modules, a README that is true.
+
+#include <array>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/project/source_tree.h"
+
+namespace clamor::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::array<std::string, 5> kSourceFolders = {"common", "formats", "bake", "runtime", "tools"};
+
+TEST(Layout, HasTheFoldersOfTheDesignAndNoOthers) {
+  const std::set<std::string> expected = {"bake",  "runtime", "common", "formats",
+                                          "assets", "tests",   "tools"};
+  std::set<std::string> found;
+  for (const auto& entry : fs::directory_iterator(kRoot)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.is_directory() && !name.starts_with('.') && name != "build") found.insert(name);
+  }
+  EXPECT_EQ(found, expected);
+}
+
+TEST(Layout, HasNoFolderWithinALibrary) {
+  for (const std::string& folder : kSourceFolders)
+    for (const auto& entry : fs::directory_iterator(kRoot / folder))
+      EXPECT_FALSE(entry.is_directory()) << entry.path();
+}
+
+// "// page.h: what for", in the header of a pair, or in the only file of a module.
+TEST(Layout, HasAModuleHeaderThatSaysWhatForInEachModule) {
+  for (const std::string& folder : kSourceFolders)
+    for (const std::string& file : files_in(folder)) {
+      if (!file.ends_with(".cpp") && !file.ends_with(".h")) continue;
+      const fs::path path = kRoot / file;
+      if (file.ends_with(".cpp") && fs::exists(fs::path(path).replace_extension(".h"))) continue;
+      const std::string text = read_text(path);
+      EXPECT_TRUE(text.starts_with("// " + path.filename().string() + ": "))
+          << file << " starts with " << text.substr(0, text.find('\n'));
+    }
+}
+
+TEST(Layout, HasNoRoomForThingsThatFoundNoPlace) {
+  for (const std::string& folder : kSourceFolders)
+    for (const std::string& file : files_in(folder)) {
+      const std::string name = fs::path(file).stem().string();
+      for (const std::string vague : {"util", "utils", "helper", "helpers", "core", "manager", "misc"})
+        EXPECT_FALSE(name == vague || name.ends_with("_" + vague)) << file;
+    }
+}
+
+// What works on one machine only. Written in two halves, so that this file is none of it.
+TEST(Layout, NamesNoPathOfOneMachine) {
+  const std::vector<std::string> places = {"/wo" "rk/", "/ho" "me/", "/ro" "ot/", "/Us" "ers/",
+                                           "C:\\" "Users", "\"/t" "mp"};
+  for (const std::string& file : files_in("")) {
+    if (file.ends_with(".glb") || file.ends_with(".flac")) continue;
+    const std::string text = read_text(kRoot / file);
+    for (const std::string& place : places)
+      EXPECT_EQ(text.find(place), std::string::npos) << file << " names " << place;
+  }
+}
+
+TEST(Layout, HasThePresetsThatTheDesignNames) {
+  const auto presets = nlohmann::json::parse(read_text(kRoot / "CMakePresets.json"));
+  for (const std::string kind : {"configurePresets", "buildPresets", "testPresets"}) {
+    std::set<std::string> names;
+    for (const auto& preset : presets.at(kind))
+      if (!preset.value("hidden", false)) names.insert(preset.at("name").get<std::string>());
+    EXPECT_EQ(names, (std::set<std::string>{"release", "debug", "asan", "tsan", "clang"})) << kind;
+  }
+}
+
+TEST(Readme, LinksToFilesThatExist) {
+  static const std::regex kLink(R"re((?:\]\(|href=")([^)"#\s]+))re");
+  const std::string readme = read_text(kRoot / "README.md");
+  std::size_t links = 0;
+  for (auto link = std::sregex_iterator(readme.begin(), readme.end(), kLink);
+       link != std::sregex_iterator(); ++link) {
+    const std::string target = (*link)[1];
+    if (target.starts_with("http")) continue;
+    ++links;
+    EXPECT_TRUE(fs::exists(kRoot / target)) << target;
+  }
+  EXPECT_GT(links, 10u);
+}
+
+// The lines of the README's code blocks, a line that ends in a backslash joined with the next.
+std::vector<std::string> commands_of(const std::string& readme) {
+  std::vector<std::string> commands;
+  bool inside = false, continued = false;
+  for (std::string line : lines_of(readme)) {
+    if (line.starts_with("```")) {
+      inside = !inside;
+      continue;
+    }
+    if (!inside) continue;
+    const bool goes_on = line.ends_with('\\');
+    if (goes_on) line.pop_back();
+    if (continued)
+      commands.back() += line;
+    else
+      commands.push_back(line);
+    continued = goes_on;
+  }
+  return commands;
+}
+
+TEST(Readme, ShowsCommandsAndOptionsThatTheProgramHas) {
+  static const std::regex kCommand(R"(^\s*(?:build/release/)?clamor ([a-z]+)(.*))");
+  static const std::regex kOption(R"(\s(--?[a-z]+))");
+  std::set<std::string> shown;
+  for (const std::string& line : commands_of(read_text(kRoot / "README.md"))) {
+    std::smatch command;
+    if (!std::regex_search(line, command, kCommand)) continue;
+    const std::string name = command[1], options = command[2];
+    const std::string source = read_text(kRoot / "tools" / (name + "_command.cpp"));
+    EXPECT_FALSE(source.empty()) << "there is no command " << name;
+    shown.insert(name);
+    for (auto option = std::sregex_iterator(options.begin(), options.end(), kOption);
+         option != std::sregex_iterator(); ++option) {
+      const std::string word = (*option)[1];
+      EXPECT_TRUE(source.find('"' + word + '"') != std::string::npos ||
+                  source.find('"' + word + ',') != std::string::npos ||
+                  source.find(',' + word + '"') != std::string::npos)
+          << "clamor " << name << " has no " << word;
+    }
+  }
+  EXPECT_EQ(shown,
+            (std::set<std::string>{"bake", "inspect", "render", "impulse", "play", "devices"}));
+}
+
+TEST(Readme, ShowsScriptsThatExistWithOptionsTheyTake) {
+  static const std::regex kScript(R"(^\s*(tools/[a-z]+)(.*))");
+  static const std::regex kOption(R"(\s(--[a-z]+))");
+  std::set<std::string> shown;
+  for (const std::string& line : commands_of(read_text(kRoot / "README.md"))) {
+    std::smatch script;
+    if (!std::regex_search(line, script, kScript)) continue;
+    const std::string text = read_text(kRoot / script[1].str()), options = script[2];
+    EXPECT_FALSE(text.empty()) << script[1];
+    EXPECT_NE(fs::status(kRoot / script[1].str()).permissions() & fs::perms::owner_exec,
+              fs::perms::none);
+    shown.insert(script[1]);
+    for (auto option = std::sregex_iterator(options.begin(), options.end(), kOption);
+         option != std::sregex_iterator(); ++option)
+      EXPECT_NE(text.find((*option)[1].str() + ")"), std::string::npos)
+          << script[1] << " takes no " << (*option)[1];
+  }
+  EXPECT_EQ(shown, (std::set<std::string>{"tools/demo", "tools/test"}));
+}
+
+TEST(ContinuousIntegration, RunsWhatDevelopersRun) {
+  const std::string script = read_text(kRoot / ".ci/run");
+  EXPECT_NE(script.find("tools/test\""), std::string::npos) << script;
+}
+
+}  // namespace
+}  // namespace clamor::testing

@@ -1,0 +1,55 @@
+// source_tree.h: the repository as text, for tests that read it.
+#pragma once
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace clamor::testing {
+
+inline const std::filesystem::path kRoot = CLAMOR_SOURCE_DIR;
+
+inline std::string read_text(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+inline std::vector<std::string> lines_of(std::string_view text) {
+  std::vector<std::string> lines;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    lines.emplace_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return lines;
+}
+
+// All files of a folder and the folders in it, relative to the root, sorted; "" is the whole
+// repository without what Git and builds keep there.
+inline std::vector<std::string> files_in(const std::string& folder) {
+  std::vector<std::string> files;
+  const auto ours = [](const std::string& path) {
+    return !path.starts_with("build") && !path.starts_with(".git/") && path != ".git" &&
+           !path.starts_with(".cache");
+  };
+  for (auto entry = std::filesystem::recursive_directory_iterator(kRoot / folder);
+       entry != std::filesystem::recursive_directory_iterator(); ++entry) {
+    const std::string path = entry->path().lexically_relative(kRoot).generic_string();
+    if (!ours(path))
+      entry.disable_recursion_pending();
+    else if (entry->is_regular_file())
+      files.push_back(path);
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+inline bool is_code(std::string_view path) {
+  return path.ends_with(".cpp") || path.ends_with(".h") || path.ends_with(".h.in");
+}
+
+}  // namespace clamor::testing
