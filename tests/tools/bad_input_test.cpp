@@ -217,7 +217,7 @@ TEST(BadInput, ListenersThatAreNoPlaces) {
   EXPECT_EQ(folder.names(), (std::vector<std::string>{"level.gltf", "out.clamor"}));
 }
 
-TEST(FreeField, ALevelWithoutTrianglesBakesWithANote) {
+TEST(FreeFieldLevel, ALevelWithoutTrianglesBakesWithANote) {
   const Folder folder;
   const auto level = folder.write("void.gltf", testing::kEmptyLevel);
   const auto outcome = bake(folder, level, {"--emitter", kNoise});
