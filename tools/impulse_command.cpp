@@ -1,4 +1,4 @@
-// clamor impulse: an impulse response as a WAV file, and the room's parameters per octave band.
+// impulse_command.cpp: clamor impulse: a WAV file, and the room's parameters per octave band.
 #include <algorithm>
 #include <cmath>
 #include <optional>

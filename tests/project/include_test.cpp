@@ -1,7 +1,7 @@
 // include_test.cpp: every #include, held against the design.
 //
-// common <- formats <- {bake, runtime} <- tools, and round each third-party library a fence: the few
-// files that may see it. A library that is not in the table is not allowed anywhere.
+// common <- formats <- {bake, runtime} <- tools, and round each third-party library a fence: the
+// few files that may see it. A library that is not in the table is not allowed anywhere.
 
 #include <map>
 #include <regex>
@@ -50,18 +50,18 @@ const std::vector<Fence> kFences = {
     {"nlohmann-json", {"nlohmann/*"}, {"formats/json.cpp", "tools/*_command.cpp", "tests/*"}},
     {"RtAudio", {"RtAudio.h", "rtaudio/*"}, {"runtime/audio_device.cpp"}},
     {"TBB", {"tbb/*", "oneapi/*"}, {"bake/*.cpp", "formats/bake_writer.cpp"}},
-    {"tinygltf", {"tiny_gltf.h"}, {"formats/gltf_document.cpp"}},
+    {"tinygltf", {"tiny_gltf.h"}, {"formats/gltf_reader.cpp"}},
     {"xxHash", {"xxhash.h"}, {"formats/bake_layout.cpp", "formats/level_folder.cpp"}},
-    {"zstd", {"zstd.h"}, {"formats/page.cpp"}},
+    {"zstd", {"zstd.h"}, {"formats/bake_layout.cpp"}},
 };
 
 // The C library, POSIX and the compiler's own. C++ headers have no dot in their names.
 bool is_system_header(const std::string& header) {
   static const std::set<std::string> kHeaders = {
-      "dirent.h",  "dlfcn.h", "fcntl.h",  "fnmatch.h",   "immintrin.h", "poll.h",     "pthread.h",
-      "pwd.h",     "sched.h", "signal.h", "termios.h",   "time.h",      "ucontext.h", "unistd.h",
-      "malloc.h",  "errno.h", "glob.h",   "emmintrin.h", "semaphore.h", "spawn.h",    "stdlib.h",
-      "xmmintrin.h"};
+      "dirent.h",    "dlfcn.h",  "fcntl.h",  "fnmatch.h",  "immintrin.h", "poll.h",
+      "pthread.h",   "pwd.h",    "sched.h",  "signal.h",   "termios.h",   "time.h",
+      "ucontext.h",  "unistd.h", "malloc.h", "errno.h",    "glob.h",      "emmintrin.h",
+      "semaphore.h", "spawn.h",  "stdlib.h", "xmmintrin.h"};
   return header.find_first_of("./") == std::string::npos || header.starts_with("sys/") ||
          kHeaders.contains(header);
 }
@@ -79,9 +79,10 @@ std::string complaint(const std::string& file, const std::string& header, bool q
   for (const Fence& fence : kFences)
     if (matches(header, fence.headers))
       return matches(file, fence.files) ? ""
-                                        : fence.library + " ends behind its fence; call the module "
-                                                          "that hides it, or widen kFences and "
-                                                          "say why";
+                                        : fence.library +
+                                              " ends behind its fence; call the module "
+                                              "that hides it, or widen kFences and "
+                                              "say why";
   if (!quoted)
     return is_system_header(header) ? "" : "a library without a fence; add it to kFences";
   if (header == "embedded_materials.h")
@@ -129,7 +130,7 @@ TEST(Includes, FollowTheDirectionOfTheDesignAndStopAtTheFences) {
 }
 
 TEST(Includes, OfAFenceAreMetSomewhereSoThatNoFenceStandsRoundNothing) {
-  const std::set<std::string> not_yet = {"Google Benchmark", "libebur128", "oneapi"};
+  const std::set<std::string> not_yet = {"Google Benchmark", "libebur128"};
   std::set<std::string> met;
   for (const auto& [folder, allowed] : kMayInclude)
     for (const std::string& file : files_in(folder))
@@ -154,7 +155,7 @@ TEST(Includes, ThatBreakTheDesignAreCaught) {
   EXPECT_TRUE(caught("tools/main.cpp", "#include \"tests/rooms.h\""));
   EXPECT_TRUE(caught("bake/bake.cpp", "#include <embree3/rtcore.h>"));
   EXPECT_TRUE(caught("bake/scene.h", "#include <embree4/rtcore.h>"));
-  EXPECT_TRUE(caught("formats/level.h", "#include <tiny_gltf.h>"));
+  EXPECT_TRUE(caught("formats/gltf_document.cpp", "#include <tiny_gltf.h>"));
   EXPECT_TRUE(caught("runtime/mixer.cpp", "#include \"formats/bake_root.capnp.h\""));
   EXPECT_TRUE(caught("runtime/mixer.cpp", "#include <fmt/format.h>"));
   EXPECT_TRUE(caught("tools/main.cpp", "#include <gtest/gtest.h>"));

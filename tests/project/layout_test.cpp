@@ -1,4 +1,5 @@
-// layout_test.cpp: the repository keeps its shape: folders, headers of modules, a README that is true.
+// layout_test.cpp: the repository keeps its shape: folders, headers of modules, a README that is
+// true.
 
 #include <array>
 #include <regex>
@@ -19,7 +20,7 @@ namespace fs = std::filesystem;
 const std::array<std::string, 5> kSourceFolders = {"common", "formats", "bake", "runtime", "tools"};
 
 TEST(Layout, HasTheFoldersOfTheDesignAndNoOthers) {
-  const std::set<std::string> expected = {"bake",  "runtime", "common", "formats",
+  const std::set<std::string> expected = {"bake",   "runtime", "common", "formats",
                                           "assets", "tests",   "tools"};
   std::set<std::string> found;
   for (const auto& entry : fs::directory_iterator(kRoot)) {
@@ -52,15 +53,27 @@ TEST(Layout, HasNoRoomForThingsThatFoundNoPlace) {
   for (const std::string& folder : kSourceFolders)
     for (const std::string& file : files_in(folder)) {
       const std::string name = fs::path(file).stem().string();
-      for (const std::string vague : {"util", "utils", "helper", "helpers", "core", "manager", "misc"})
+      for (const std::string vague :
+           {"util", "utils", "helper", "helpers", "core", "manager", "misc"})
         EXPECT_FALSE(name == vague || name.ends_with("_" + vague)) << file;
     }
 }
 
 // What works on one machine only. Written in two halves, so that this file is none of it.
 TEST(Layout, NamesNoPathOfOneMachine) {
-  const std::vector<std::string> places = {"/wo" "rk/", "/ho" "me/", "/ro" "ot/", "/Us" "ers/",
-                                           "C:\\" "Users", "\"/t" "mp"};
+  const std::vector<std::string> places = {
+      "/wo"
+      "rk/",
+      "/ho"
+      "me/",
+      "/ro"
+      "ot/",
+      "/Us"
+      "ers/",
+      "C:\\"
+      "Users",
+      "\"/t"
+      "mp"};
   for (const std::string& file : files_in("")) {
     if (file.ends_with(".glb") || file.ends_with(".flac")) continue;
     const std::string text = read_text(kRoot / file);
@@ -136,6 +149,23 @@ TEST(Readme, ShowsCommandsAndOptionsThatTheProgramHas) {
   }
   EXPECT_EQ(shown,
             (std::set<std::string>{"bake", "inspect", "render", "impulse", "play", "devices"}));
+}
+
+TEST(Readme, ShowsASidecarWithPresetsThatExist) {
+  const std::string readme = read_text(kRoot / "README.md");
+  const std::size_t begin = readme.find("```json\n"), end = readme.find("```\n", begin + 8);
+  ASSERT_NE(end, std::string::npos);
+  const auto sidecar = nlohmann::json::parse(readme.substr(begin + 8, end - begin - 8));
+  const auto schema = nlohmann::json::parse(read_text(kRoot / "formats/acoustics.schema.json"));
+  const auto presets = nlohmann::json::parse(read_text(kRoot / "assets/materials.json"));
+  for (const auto& [key, value] : sidecar.items())
+    EXPECT_TRUE(schema["properties"].contains(key)) << key;
+  for (const auto& [pattern, material] : sidecar.at("materials").items()) {
+    const auto preset =
+        material.is_string() ? material : material.value("preset", nlohmann::json());
+    if (preset.is_string())
+      EXPECT_TRUE(presets["materials"].contains(preset.get<std::string>())) << preset;
+  }
 }
 
 TEST(Readme, ShowsScriptsThatExistWithOptionsTheyTake) {
