@@ -163,8 +163,9 @@ TEST(Readme, ShowsASidecarWithPresetsThatExist) {
   for (const auto& [pattern, material] : sidecar.at("materials").items()) {
     const auto preset =
         material.is_string() ? material : material.value("preset", nlohmann::json());
-    if (preset.is_string())
+    if (preset.is_string()) {
       EXPECT_TRUE(presets["materials"].contains(preset.get<std::string>())) << preset;
+    }
   }
 }
 
