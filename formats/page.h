@@ -1,7 +1,7 @@
 // page.h: the sources of one octree node, as columns of bytes.
 //
 // What the ear cannot hear is quantised: position in 1/65535 of the node's box (0.9 mm in a hall of
-// 60 m), directions octahedrally in 2 x 16 bits (0.003 degrees), power in half decibels, delay in a
+// 60 m), directions octahedrally in 2 x 16 bits (0.004 degrees), power in half decibels, delay in a
 // sixteenth of a sample, patch radius in steps of 4 %. Powers are snapped by the bake
 // (snap_powers()), before keys are made of them, so that here they are exact.
 #pragma once

@@ -1,0 +1,487 @@
+#include "formats/bake_file.h"
+
+#include <cmath>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <limits>
+
+#include <capnp/message.h>
+#include <capnp/serialize.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "common/directivity.h"
+#include "common/random.h"
+#include "formats/bake_layout.h"
+#include "formats/bake_root.capnp.h"
+#include "formats/page.h"
+
+namespace clamor {
+namespace {
+
+using Bytes = std::string;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+std::string path_of(const std::string& name) {
+  return (std::filesystem::temp_directory_path() /
+          ("clamor_bake_file_" + std::to_string(::getpid()) + "_" + name))
+      .string();
+}
+
+Bytes read(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+// Writes the bytes, opens them and, where that works, reads all there is.
+Result<void> read_whole(const Bytes& bytes) {
+  const std::string path = path_of("bytes.clamor");
+  std::ofstream(path, std::ios::binary) << bytes;
+  Result<void> result;
+  const auto file = BakeFile::open(path);
+  if (!file.ok()) {
+    result = file.error();
+  } else {
+    if (const auto sources = file->read_all_sources(); !sources.ok()) result = sources.error();
+    for (std::size_t i = 0; i < file->signal_count(); ++i)
+      if (const auto signal = file->read_signal(i); !signal.ok()) result = signal.error();
+    if (const auto mesh = file->read_mesh(); !mesh.ok()) result = mesh.error();
+  }
+  std::filesystem::remove(path);
+  if (!result.ok()) {
+    EXPECT_NE(result.error().message.find("bytes.clamor"), std::string::npos)
+        << result.error().message;
+  }
+  return result;
+}
+
+Vec3f unit_vector(std::uint32_t i) {
+  const RandomBits bits = philox(11, {i, 0, 0, 0});
+  return Vec3f(normalize(Vec3(unit(bits[0]) - 0.5, unit(bits[1]) - 0.5, unit(bits[2]) - 0.5)));
+}
+
+Source random_source(std::uint32_t i) {
+  const RandomBits a = philox(3, {i, 1, 0, 0}), b = philox(3, {i, 2, 0, 0});
+  Source source;
+  source.position_m = Vec3f(30 * unit(a[0]), 10 * unit(a[1]), 20 * unit(a[2]));
+  source.normal = unit_vector(2 * i);
+  source.mirror = unit_vector(2 * i + 1);
+  source.delay_s = static_cast<float>(3 * unit(a[3]));
+  for (std::size_t k = 0; k < kBandCount; ++k)
+    source.power[k] =
+        static_cast<float>(1e-3 * std::pow(0.3, static_cast<double>(k)) * (1 + i % 7));
+  source.patch_radius_m = static_cast<float>(2 * unit(b[0]));
+  source.u = static_cast<float>(unit_above_zero(b[1]));
+  source.material = static_cast<std::uint16_t>(i % 2);
+  source.polarity = (b[2] & 1) != 0 ? 1 : -1;
+  snap_powers(source);
+  return source;
+}
+
+// Two nodes, one emitter and `secondary` reflections of it.
+BakeContents contents(std::uint32_t secondary = 100) {
+  BakeContents bake;
+  bake.settings.seed = 42;
+  bake.settings.photons = 1000;
+  bake.provenance = {"clamor test", "room.glb", 0x1234567890abcdefull};
+  bake.statistics.photons_traced = 1000;
+  bake.statistics.bounces = secondary;
+  bake.statistics.warnings = {"mind the step"};
+  bake.materials.resize(2);
+  bake.materials[0].name = "brick";
+  bake.materials[1].name = "glass";
+  Emitter emitter;
+  emitter.name = "violin";
+  emitter.position_m = {1.23456789, 2, 3};
+  emitter.axis = normalize(Vec3(1, 2, 3));
+  emitter.gain = 0.7;
+  emitter.directivity = {0, 0, 1, 1, 2, 3, 4, 5};
+  emitter.delay_s = 0.25;
+  bake.emitters = {emitter};
+  Signal signal;
+  signal.name = "tone";
+  for (int i = 0; i < 300; ++i)
+    signal.samples.push_back(0.5f * std::sin(0.1f * static_cast<float>(i)));
+  bake.signals = {signal};
+  bake.mesh.vertices_m = {{0, 0, 0}, {1.0005f, 0, 0}, {0, 2, 0}, {0, 0, 3}};
+  bake.mesh.triangles = {{0, 1, 2}, {1, 2, 3}};
+  bake.mesh.materials = {0, 1};
+
+  Source primary;
+  primary.u = 0.5f;
+  set_from_emitter(primary, emitter);
+  bake.octree.sources = {primary};
+  for (std::uint32_t i = 0; i < secondary; ++i) bake.octree.sources.push_back(random_source(i));
+  OctreeNode root;
+  root.low_m = {0, 0, 0};
+  root.high_m = {30, 10, 20};
+  root.highest_key = 1;
+  root.most_delay_s = 3;
+  root.source_count = std::min<std::uint32_t>(60, secondary + 1);
+  bake.octree.nodes = {root};
+  if (root.source_count < secondary + 1) {
+    OctreeNode child = root;
+    child.first_source = root.source_count;
+    child.source_count = secondary + 1 - root.source_count;
+    bake.octree.nodes[0].children[3] = 1;
+    bake.octree.nodes.push_back(child);
+  }
+  return bake;
+}
+
+Bytes written(const BakeContents& bake, int threads = 1) {
+  const std::string path = path_of("written.clamor");
+  const auto done = write_bake(path, bake, threads);
+  EXPECT_TRUE(done.ok()) << (done.ok() ? "" : done.error().message);
+  Bytes bytes = read(path);
+  std::filesystem::remove(path);
+  return bytes;
+}
+
+// Gives the preamble the numbers and checksums that these bytes should have.
+void seal(Bytes& bytes) {
+  Preamble preamble;
+  std::memcpy(&preamble, bytes.data(), sizeof(preamble));
+  preamble.file_bytes = bytes.size();
+  preamble.root_bytes = bytes.size() - preamble.root_offset;
+  const auto all = std::as_bytes(std::span(bytes));
+  preamble.root_hash = hash_of(all.subspan(preamble.root_offset));
+  std::memcpy(bytes.data(), &preamble, sizeof(preamble));
+  preamble.preamble_hash = hash_of(all.first(kHashedPreambleBytes));
+  std::memcpy(bytes.data(), &preamble, sizeof(preamble));
+}
+
+// The file with its root changed and every checksum right again.
+Bytes with_root(Bytes bytes, const std::function<void(BakeRoot::Builder)>& change) {
+  Preamble preamble;
+  std::memcpy(&preamble, bytes.data(), sizeof(preamble));
+  std::vector<capnp::word> words(preamble.root_bytes / sizeof(capnp::word));
+  std::memcpy(words.data(), bytes.data() + preamble.root_offset, preamble.root_bytes);
+  capnp::FlatArrayMessageReader reader(kj::arrayPtr(words.data(), words.size()));
+  capnp::MallocMessageBuilder message;
+  message.setRoot(reader.getRoot<BakeRoot>());
+  change(message.getRoot<BakeRoot>());
+  const auto flat = capnp::messageToFlatArray(message);
+  const auto chars = flat.asChars();
+  bytes.resize(preamble.root_offset);
+  bytes.append(chars.begin(), chars.size());
+  seal(bytes);
+  return bytes;
+}
+
+TEST(BakeFile, GivesBackWhatWasWritten) {
+  const BakeContents bake = contents();
+  const std::string path = path_of("whole.clamor");
+  ASSERT_TRUE(write_bake(path, bake, 2).ok());
+  const auto file = BakeFile::open(path);
+  ASSERT_TRUE(file.ok()) << file.error().message;
+  EXPECT_EQ(file->settings().seed, 42u);
+  EXPECT_EQ(file->provenance().level, "room.glb");
+  EXPECT_EQ(file->provenance().input_hash, 0x1234567890abcdefull);
+  EXPECT_EQ(file->statistics().warnings, bake.statistics.warnings);
+  EXPECT_EQ(file->materials(), bake.materials);
+  EXPECT_EQ(file->emitters(), bake.emitters);
+  EXPECT_EQ(file->source_count(), 101u);
+  EXPECT_EQ(file->bytes().file, std::filesystem::file_size(path));
+
+  const auto sources = file->read_all_sources();
+  ASSERT_TRUE(sources.ok());
+  ASSERT_EQ(sources->size(), 101u);
+  for (std::size_t i = 0; i < sources->size(); ++i) {
+    const Source &before = bake.octree.sources[i], &after = (*sources)[i];
+    EXPECT_EQ(after.power, before.power) << i;  // snapped before, so exact
+    EXPECT_EQ(after.u, before.u);
+    EXPECT_EQ(after.polarity, before.polarity);
+    EXPECT_EQ(after.is_emitter, before.is_emitter);
+    EXPECT_EQ(after.material, before.material);
+    EXPECT_LE(length(after.position_m - before.position_m), 30.0f / 65535);
+    // Half of 2 / 65535 in each of two coordinates, stretched threefold where the octahedron's
+    // faces are farthest from the sphere.
+    EXPECT_LE(length(after.normal - before.normal), 6.5e-5f);
+    EXPECT_LE(length(after.mirror - before.mirror), 6.5e-5f);
+    EXPECT_NEAR(after.delay_s, before.delay_s, 1.0 / kSampleRate_hz / 16);
+    // Steps of 2^(1/16): half of one is 2.2 %.
+    EXPECT_NEAR(after.patch_radius_m, before.patch_radius_m, 0.022 * before.patch_radius_m + 1e-3);
+  }
+
+  const auto signal = file->read_signal(0);
+  ASSERT_TRUE(signal.ok());
+  ASSERT_EQ(signal->samples.size(), 300u);
+  for (std::size_t i = 0; i < 300; ++i)
+    EXPECT_NEAR(signal->samples[i], bake.signals[0].samples[i], 1.0 / (1 << 23));
+  const auto mesh = file->read_mesh();
+  ASSERT_TRUE(mesh.ok());
+  EXPECT_EQ(mesh->triangles, bake.mesh.triangles);
+  EXPECT_EQ(mesh->materials, bake.mesh.materials);
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_LE(length(mesh->vertices_m[i] - bake.mesh.vertices_m[i]), 0.9e-3f);
+  std::filesystem::remove(path);
+}
+
+TEST(BakeFile, IsTheSameBytesOnOneTwoAndSevenThreads) {
+  const Bytes one = written(contents(), 1);
+  EXPECT_TRUE(one == written(contents(), 2));
+  EXPECT_TRUE(one == written(contents(), 7));
+}
+
+TEST(BakeFile, KeepsSignalsBeyondFullScale) {
+  BakeContents bake = contents();
+  for (float& sample : bake.signals[0].samples) sample *= 5;
+  const std::string path = path_of("loud.clamor");
+  ASSERT_TRUE(write_bake(path, bake, 1).ok());
+  const auto signal = BakeFile::open(path)->read_signal(0);
+  std::filesystem::remove(path);
+  ASSERT_TRUE(signal.ok());
+  for (std::size_t i = 0; i < 300; ++i)
+    EXPECT_NEAR(signal->samples[i], bake.signals[0].samples[i], 3.0 / (1 << 23));
+}
+
+TEST(BakeFile, MayHoldNoTrianglesAndNoSources) {
+  BakeContents bake = contents();
+  bake.mesh = {};
+  bake.octree = {};
+  EXPECT_TRUE(read_whole(written(bake)).ok());
+}
+
+TEST(BakeFile, CutShortAtAnyByteIsRefusedNeverHalfRead) {
+  const Bytes whole = written(contents());
+  ASSERT_TRUE(read_whole(whole).ok());
+  for (std::size_t size = 0; size < whole.size(); ++size)
+    ASSERT_FALSE(read_whole(whole.substr(0, size)).ok()) << size << " bytes";
+}
+
+TEST(BakeFile, WithAnyBitOfItsPreambleOrRootFlippedIsRefused) {
+  const Bytes whole = written(contents());
+  Preamble preamble;
+  std::memcpy(&preamble, whole.data(), sizeof(preamble));
+  const auto refused = [&](std::size_t byte) {
+    for (int bit = 0; bit < 8; ++bit) {
+      Bytes flipped = whole;
+      flipped[byte] = static_cast<char>(flipped[byte] ^ (1 << bit));
+      ASSERT_FALSE(read_whole(flipped).ok()) << "byte " << byte << ", bit " << bit;
+    }
+  };
+  for (std::size_t byte = 0; byte < sizeof(preamble); ++byte) refused(byte);
+  for (std::size_t byte = preamble.root_offset; byte < whole.size(); ++byte) refused(byte);
+}
+
+TEST(BakeFile, WithAFlippedBitElsewhereIsRefusedOrTheFlipIsInPadding) {
+  const Bytes whole = written(contents());
+  Preamble preamble;
+  std::memcpy(&preamble, whole.data(), sizeof(preamble));
+  const std::size_t start = sizeof(preamble), end = preamble.root_offset;
+  for (std::size_t bit = 8 * start; bit < 8 * (end - 7); bit += 5) {
+    Bytes flipped = whole;
+    flipped[bit / 8] = static_cast<char>(flipped[bit / 8] ^ (1 << (bit % 8)));
+    ASSERT_FALSE(read_whole(flipped).ok()) << "bit " << bit;
+  }
+}
+
+// Damage that a checksum does not see: whoever made these files knew how.
+struct Hostile {
+  const char* what;
+  std::function<void(BakeRoot::Builder)> change;
+};
+
+std::vector<Hostile> hostile_roots() {
+  using Root = BakeRoot::Builder;
+  constexpr std::uint64_t kHuge = 1ull << 63;
+  return {
+      {"page beyond the file", [](Root r) { r.getPageOffset().set(1, kHuge); }},
+      {"page before the file", [](Root r) { r.getPageOffset().set(0, 0); }},
+      {"pages one over the other", [](Root r) { r.getPageOffset().set(1, r.getPageOffset()[0]); }},
+      {"page of 4 GB", [](Root r) { r.getPagePacked().set(1, 0xffffffffu); }},
+      {"page of nothing", [](Root r) { r.getPagePacked().set(0, 0); }},
+      {"page whose end wraps round",
+       [](Root r) { r.getPageOffset().set(0, ~std::uint64_t{0} - 3); }},
+      {"page with no sources", [](Root r) { r.getPageSources().set(0, 0); }},
+      {"page with 2^31 sources", [](Root r) { r.getPageSources().set(0, 1u << 31); }},
+      {"page with one source more than it has",
+       [](Root r) { r.getPageSources().set(0, r.getPageSources()[0] + 1); }},
+      {"page with a wrong checksum", [](Root r) { r.getPageHash().set(0, 7); }},
+      {"node that is its own child", [](Root r) { r.getNodeChildren().set(3, 0); }},
+      {"node whose child is its parent", [](Root r) { r.getNodeChildren().set(8, 0); }},
+      {"node with two parents", [](Root r) { r.getNodeChildren().set(4, 1); }},
+      {"node without a parent", [](Root r) { r.getNodeChildren().set(3, 0xffffffffu); }},
+      {"child beyond the index", [](Root r) { r.getNodeChildren().set(0, 2); }},
+      {"box inside out", [](Root r) { r.getNodeLow().set(0, 1000); }},
+      {"box that is no number", [](Root r) { r.getNodeHigh().set(0, kNaN); }},
+      {"box without end", [](Root r) { r.getNodeHigh().set(0, INFINITY); }},
+      {"key that is no number", [](Root r) { r.getNodeHighestKey().set(0, kNaN); }},
+      {"power that is no number", [](Root r) { r.getNodePower().set(5, kNaN); }},
+      {"cone that is no number", [](Root r) { r.getNodeCone().set(1, kNaN); }},
+      {"delay that is no number", [](Root r) { r.getNodeDelay().set(0, kNaN); }},
+      {"low corners missing", [](Root r) { r.initNodeLow(0); }},
+      {"high corners missing", [](Root r) { r.initNodeHigh(3); }},
+      {"powers missing", [](Root r) { r.initNodePower(8); }},
+      {"cones missing", [](Root r) { r.initNodeCone(1); }},
+      {"children missing", [](Root r) { r.initNodeChildren(15); }},
+      {"page offsets missing", [](Root r) { r.initPageOffset(1); }},
+      {"page hashes missing", [](Root r) { r.initPageHash(0); }},
+      {"bands missing", [](Root r) { r.initBandsHz(7); }},
+      {"other bands", [](Root r) { r.getBandsHz().set(0, 31.5f); }},
+      {"power of seven bands", [](Root r) { r.initPowerEmitted(7); }},
+      {"negative power", [](Root r) { r.getPowerEscaped().set(0, -1); }},
+      {"material that absorbs 200 %",
+       [](Root r) { r.getMaterials()[0].getAbsorption().set(0, 2); }},
+      {"material that absorbs no number",
+       [](Root r) { r.getMaterials()[0].getAbsorption().set(0, kNaN); }},
+      {"material with an exponent of 10^9",
+       [](Root r) { r.getMaterials()[1].getPhong().set(7, 1e9f); }},
+      {"material without bands", [](Root r) { r.getMaterials()[1].initScattering(0); }},
+      {"no materials for the triangles", [](Root r) { r.initMaterials(0); }},
+      {"emitter of a signal that is not there", [](Root r) { r.getEmitters()[0].setSignal(1); }},
+      {"emitter nowhere", [](Root r) { r.getEmitters()[0].setX(kNaN); }},
+      {"emitter with a long axis", [](Root r) { r.getEmitters()[0].setAxisX(5); }},
+      {"emitter of infinite gain", [](Root r) { r.getEmitters()[0].setGain(INFINITY); }},
+      {"emitter that starts in a thousand years",
+       [](Root r) { r.getEmitters()[0].setDelayS(3e10); }},
+      {"no emitters for the sources", [](Root r) { r.initEmitters(0); }},
+      {"signal of 2^63 frames", [](Root r) { r.getSignals()[0].setFrames(kHuge); }},
+      {"signal of no frames", [](Root r) { r.getSignals()[0].setFrames(0); }},
+      {"signal longer than it is", [](Root r) { r.getSignals()[0].setFrames(301); }},
+      {"signal beyond the file", [](Root r) { r.getSignals()[0].setOffset(kHuge); }},
+      {"signal over the pages", [](Root r) { r.getSignals()[0].setOffset(64); }},
+      {"signal of no scale", [](Root r) { r.getSignals()[0].setScale(kNaN); }},
+      {"signal that is no FLAC",
+       [](Root r) {
+         auto signal = r.getSignals()[0];
+         signal.setBytes(0);
+         signal.setHash(hash_of({}));
+       }},
+      {"geometry of 2^32 triangles", [](Root r) { r.getGeometry().setTriangles(0xffffffffu); }},
+      {"geometry of fewer vertices", [](Root r) { r.getGeometry().setVertices(3); }},
+      {"geometry nowhere", [](Root r) { r.getGeometry().setLowZ(kNaN); }},
+      {"geometry over the signals", [](Root r) { r.getGeometry().setOffset(64); }},
+      {"air at absolute zero", [](Root r) { r.setTemperatureC(-300); }},
+      {"air without pressure", [](Root r) { r.setPressureKpa(0); }},
+      {"kappa that is no number", [](Root r) { r.setRouletteKappa(kNaN); }},
+  };
+}
+
+TEST(HostileBakeFile, WithRightChecksumsIsRefusedAllTheSame) {
+  const Bytes whole = written(contents());
+  ASSERT_TRUE(read_whole(with_root(whole, [](BakeRoot::Builder) {})).ok());
+  for (const Hostile& hostile : hostile_roots())
+    EXPECT_FALSE(read_whole(with_root(whole, hostile.change)).ok()) << hostile.what;
+}
+
+TEST(HostileBakeFile, WithARootOfRandomWordsIsRefused) {
+  const Bytes whole = written(contents());
+  Preamble preamble;
+  std::memcpy(&preamble, whole.data(), sizeof(preamble));
+  for (std::uint32_t round = 0; round < 2000; ++round) {
+    Bytes bytes = whole;
+    const RandomBits size = philox(5, {round, 0, 1, 0});
+    bytes.resize(preamble.root_offset + 8 * (size[0] % 64));
+    for (std::size_t i = preamble.root_offset; i < bytes.size(); ++i)
+      bytes[i] = static_cast<char>(philox(5, {round, static_cast<std::uint32_t>(i), 0, 0})[0] &
+                                   (size[1] & 1 ? 0xff : 3));
+    seal(bytes);
+    ASSERT_FALSE(read_whole(bytes).ok()) << "round " << round;
+  }
+}
+
+TEST(HostileBakeFile, WithRandomWordsOfItsRootChangedNeverCrashes) {
+  const Bytes whole = written(contents());
+  Preamble preamble;
+  std::memcpy(&preamble, whole.data(), sizeof(preamble));
+  const std::size_t root_bytes = whole.size() - preamble.root_offset;
+  int refused = 0;
+  for (std::uint32_t round = 0; round < 5000; ++round) {
+    Bytes bytes = whole;
+    const RandomBits bits = philox(6, {round, 0, 0, 0});
+    for (std::uint32_t k = 0; k <= bits[0] % 3; ++k) {
+      const RandomBits where = philox(6, {round, 1, k, 0});
+      bytes[preamble.root_offset + where[0] % root_bytes] = static_cast<char>(where[1]);
+    }
+    seal(bytes);
+    refused += !read_whole(bytes).ok();
+  }
+  EXPECT_GT(refused, 500);  // many bytes are names and powers, which may be anything
+}
+
+TEST(BakeFile, OfANewerMinorIsReadOfANewerMajorRefusedWithASentence) {
+  const auto version = [](std::uint16_t major, std::uint16_t minor) {
+    Bytes bytes = written(contents());
+    std::memcpy(bytes.data() + 8, &major, 2);
+    std::memcpy(bytes.data() + 10, &minor, 2);
+    seal(bytes);
+    return read_whole(bytes);
+  };
+  EXPECT_TRUE(version(kFormatMajor, kFormatMinor + 1).ok());
+  const auto newer = version(kFormatMajor + 1, 0);
+  ASSERT_FALSE(newer.ok());
+  EXPECT_NE(newer.error().message.find("format 2, but this build reads format 1"),
+            std::string::npos)
+      << newer.error().message;
+}
+
+TEST(Page, ThatClaimsFourGigabytesCostsNothing) {
+  // A zstd frame header that declares 4 GB, and nothing behind it.
+  const std::uint8_t frame[] = {0x28, 0xb5, 0x2f, 0xfd, 0xe0, 0, 0, 0, 0, 1, 0, 0, 0};
+  EXPECT_FALSE(unpacked(std::as_bytes(std::span(frame)), page_bytes(10)).ok());
+}
+
+TEST(Page, SnapsPowersToHalfDecibelsThatAreRightOnAverage) {
+  double before = 0, after = 0, squares = 0;
+  constexpr int kCount = 20000;
+  for (int i = 0; i < kCount; ++i) {
+    Source source;
+    source.power.fill(1.03f);  // 0.128 dB: a plain rounding would lose 0.128 dB of all of it
+    source.u = static_cast<float>((i + 1.0) / kCount);
+    snap_powers(source);
+    const double steps = 20 * std::log10(static_cast<double>(source.power[2]));
+    EXPECT_NEAR(steps, std::round(steps), 1e-4);
+    EXPECT_LE(std::abs(steps - 20 * std::log10(1.03)), 1.0);
+    before += 1.03;
+    after += source.power[2];
+    squares += std::pow(source.power[2] - 1.03, 2);
+  }
+  EXPECT_LE(std::abs(after - before), 4 * std::sqrt(squares));
+}
+
+TEST(AtomicWrite, LeavesNothingBehindAndTheOldFileAsItWasWhenTheDiskIsFull) {
+  const std::string folder = path_of("folder");
+  std::filesystem::create_directory(folder);
+  const std::string path = folder + "/out.clamor";
+  ASSERT_TRUE(write_bake(path, contents(10), 1).ok());
+  const Bytes old = read(path);
+
+  // No file may grow beyond a few kilobytes: what a full disk does, without filling one.
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  for (rlim_t limit = 0; limit < old.size(); limit += 512) {
+    const rlimit small{limit, before.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &small);
+    const auto done = write_bake(path, contents(100), 1);
+    setrlimit(RLIMIT_FSIZE, &before);
+    ASSERT_FALSE(done.ok());
+    EXPECT_NE(done.error().message.find("out.clamor"), std::string::npos);
+    EXPECT_TRUE(read(path) == old);
+    const auto files = std::filesystem::directory_iterator(folder);
+    EXPECT_EQ(std::distance(begin(files), end(files)), 1);
+  }
+  std::signal(SIGXFSZ, handler);
+  std::filesystem::remove_all(folder);
+}
+
+TEST(AtomicWrite, SaysWhyWhereItCannotWrite) {
+  for (const std::string& path :
+       {std::string("/dev/null/out.clamor"), std::string("/proc/out.clamor"),
+        std::filesystem::temp_directory_path().string()}) {
+    const auto done = write_bake(path, contents(10), 1);
+    ASSERT_FALSE(done.ok()) << path;
+    EXPECT_NE(done.error().message.find(path), std::string::npos) << done.error().message;
+  }
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,120 @@
+#include "runtime/auralizer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "runtime/render.h"
+#include "tests/rooms_runtime.h"
+
+namespace clamor {
+namespace {
+
+using testing::baked_room;
+
+Pose walking(double t) { return {{3 + 2 * std::sin(t), 4 + 3 * std::cos(t), 1.5}, 0.7 * t, 0}; }
+
+std::unique_ptr<Auralizer> made(int voices, const std::string& strategy = "priority",
+                                AuralizerInput input = baked_room()) {
+  AuralizerOptions options;
+  options.voices = voices;
+  options.strategy = strategy;
+  auto auralizer = Auralizer::create(std::move(input), options);
+  EXPECT_TRUE(auralizer.ok());
+  return std::move(*auralizer);
+}
+
+// Mixes `frames` frames in blocks whose lengths `next_block` chooses.
+template <class NextBlock>
+std::vector<float> mixed(Auralizer& auralizer, std::size_t frames, NextBlock next_block) {
+  std::vector<float> out(2 * frames);
+  for (std::size_t done = 0; done < frames;) {
+    while (auralizer.wants_keyframe())
+      auralizer.make_keyframe(walking(auralizer.next_keyframe_time_s()));
+    const std::size_t count = std::min<std::size_t>(next_block(), frames - done);
+    auralizer.mix({out.data() + 2 * done, 2 * count});
+    done += count;
+  }
+  return out;
+}
+
+TEST(Auralizer, SoundsTheSameHoweverTimeIsCutIntoBlocks) {
+  constexpr std::size_t kFrames = 40000;
+  const auto regular = mixed(*made(60), kFrames, [] { return 256; });
+  std::minstd_rand random(3);
+  EXPECT_EQ(regular, mixed(*made(60), kFrames, [&] { return 1 + random() % 900; }));
+  EXPECT_EQ(regular, mixed(*made(60), kFrames, [] { return 960; }));
+  EXPECT_EQ(regular, mixed(*made(60), kFrames, [] { return 1; }));
+}
+
+TEST(Auralizer, IsSilentBeforeItsFirstKeyframe) {
+  const auto auralizer = made(60);
+  std::vector<float> block(512, 1.0f);
+  auralizer->mix(block);
+  EXPECT_EQ(block, std::vector<float>(512, 0.0f));
+  EXPECT_EQ(auralizer->statistics().held_blocks, 1u);
+}
+
+TEST(Auralizer, GoesOnAsItWasWhileTheSamplerStandsStill) {
+  const Walk still = Walk::standing({{4, 5, 1.6}, 0.4, 0});
+  const auto steady = made(60), stalled = made(60);
+  std::vector<float> a(512), b(512);
+  for (int block = 0; block < 900; ++block) {
+    make_keyframes(*steady, still);
+    // No keyframe for three seconds from the first on.
+    if (block < 190 || block > 750) make_keyframes(*stalled, still);
+    steady->mix(a);
+    stalled->mix(b);
+    for (std::size_t i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i], b[i], 1e-5) << "block " << block;
+  }
+  EXPECT_EQ(steady->statistics().held_blocks, 0u);
+  EXPECT_GT(stalled->statistics().held_blocks, 500u);
+}
+
+TEST(Auralizer, LetsSourcesComeAndGoWithoutAClick) {
+  AuralizerInput input = baked_room();
+  input.signals.assign(3, testing::sine(200));
+  const auto out = mixed(*made(30, "priority", input), 96000, [] { return 256; });
+  // A 200 Hz tone bends by (2 pi 200 / 48000)^2 = 7e-4 of its height per frame squared, and a gain
+  // that turns from one slope to another between keyframes by 2 / 960. A voice that jumped in or
+  // out would be a step of a tenth and more.
+  float height = 0, bend = 0;
+  for (std::size_t i = 4; i < out.size(); i += 2) {
+    height = std::max(height, std::abs(out[i]));
+    bend = std::max(bend, std::abs(out[i] - 2 * out[i - 2] + out[i - 4]));
+  }
+  EXPECT_GT(height, 0.01f);
+  EXPECT_LT(bend, 0.005f * height);
+}
+
+TEST(Auralizer, IsAsLoudWithFewVoicesAsWithAll) {
+  const auto energy = [](const std::vector<float>& samples) {
+    double sum = 0;
+    for (const float sample : samples) sum += static_cast<double>(sample) * sample;
+    return sum;
+  };
+  const double all = energy(mixed(*made(1, "all"), 96000, [] { return 256; }));
+  const double few = energy(mixed(*made(150), 96000, [] { return 256; }));
+  // 4.34 / sqrt(149) = 0.36 dB is one standard deviation of the power; sines interfere on top.
+  EXPECT_NEAR(10 * std::log10(few / all), 0, 3 * 0.36 + 0.5);
+}
+
+TEST(Auralizer, RefusesWhatItCannotDoWithASentence) {
+  AuralizerOptions options;
+  options.strategy = "best";
+  EXPECT_FALSE(Auralizer::create(baked_room(), options).ok());
+  options = {};
+  options.voices = 0;
+  EXPECT_FALSE(Auralizer::create(baked_room(), options).ok());
+  options = {};
+  options.gain = std::nan("");
+  EXPECT_FALSE(Auralizer::create(baked_room(), options).ok());
+  AuralizerInput broken = baked_room();
+  broken.emitters[0].signal = 99;
+  EXPECT_FALSE(Auralizer::create(broken, {}).ok());
+}
+
+}  // namespace
+}  // namespace clamor

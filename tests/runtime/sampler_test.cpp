@@ -1,0 +1,128 @@
+#include "runtime/sampler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "tests/rooms_runtime.h"
+
+namespace clamor {
+namespace {
+
+constexpr std::size_t kVoices = 200;
+
+struct Room {
+  Room() : input(testing::baked_room(400)), field(input) {
+    weights.by_signal.assign(input.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
+    for (const Source& source : input.sources) u.push_back(source.u);
+  }
+
+  AuralizerInput input;
+  SourceField field;
+  SignalWeights weights;
+  std::vector<float> u;
+};
+
+// The definition, written down: all priorities, sorted.
+std::map<std::uint32_t, double> slow_sample(const Room& room, const std::vector<float>& u,
+                                            const Vec3& place) {
+  struct Entry {
+    double priority, weight;
+    std::uint32_t source;
+  };
+  std::vector<Entry> all;
+  for (std::uint32_t i = 0; i < u.size(); ++i) {
+    const double w = weight(room.field, room.weights, i, place);
+    if (w > 0) all.push_back({w / u[i], w, i});
+  }
+  std::sort(all.begin(), all.end(), [](const Entry& a, const Entry& b) {
+    return a.priority != b.priority ? a.priority > b.priority : a.source < b.source;
+  });
+  const double tau = all.size() > kVoices ? all[kVoices].priority : 0;
+  std::map<std::uint32_t, double> sample;
+  for (std::size_t i = 0; i < std::min(kVoices, all.size()); ++i)
+    sample[all[i].source] = std::max(1.0, tau / all[i].weight);
+  return sample;
+}
+
+Vec3 place(std::uint32_t i) {
+  const RandomBits bits = philox(8, {i, 0, 0, 0});
+  return {6 * unit(bits[0]), 8 * unit(bits[1]), 3 * unit(bits[2])};
+}
+
+TEST(PrioritySampler, ChoosesWhatASortOfAllPrioritiesChooses) {
+  const Room room;
+  const auto sampler = make_sampler("priority", room.field, room.weights, room.u, kVoices);
+  // A walk in small steps, where the last threshold predicts the next, and jumps, where it
+  // misleads.
+  for (std::uint32_t step = 0; step < 120; ++step) {
+    const Vec3 listener = step < 60 ? Vec3(1 + 0.05 * step, 2 + 0.03 * step, 1.5) : place(step);
+    std::map<std::uint32_t, double> sample;
+    for (const SampledSource& chosen : sampler->sample(listener))
+      sample[chosen.source] = chosen.power_scale;
+    const auto slow = slow_sample(room, room.u, listener);
+    ASSERT_EQ(sample.size(), slow.size()) << "step " << step;
+    auto expected = slow.begin();
+    for (const auto& [source, scale] : sample) {
+      ASSERT_EQ(source, expected->first) << "step " << step;
+      ASSERT_NEAR(scale / expected->second, 1, 1e-12);
+      ++expected;
+    }
+  }
+}
+
+TEST(PrioritySampler, IsUnbiasedInPowerOverItsPermanentNumbers) {
+  const Room room;
+  const Vec3 listener(4, 5, 1.6);
+  double whole = 0;
+  for (std::uint32_t i = 0; i < room.u.size(); ++i)
+    whole += weight(room.field, room.weights, i, listener);
+  double sum = 0, squares = 0;
+  constexpr int kRolls = 500;
+  for (std::uint32_t roll = 0; roll < kRolls; ++roll) {
+    std::vector<float> u(room.u.size());
+    for (std::uint32_t i = 0; i < u.size(); ++i)
+      u[i] = static_cast<float>(unit_above_zero(philox(9, {i, roll, 0, 0})[0]));
+    double estimate = 0;
+    const auto sampler = make_sampler("priority", room.field, room.weights, u, kVoices);
+    for (const SampledSource& chosen : sampler->sample(listener))
+      estimate += chosen.power_scale * weight(room.field, room.weights, chosen.source, listener);
+    sum += estimate / whole;
+    squares += estimate / whole * estimate / whole;
+  }
+  const double mean = sum / kRolls;
+  const double deviation = std::sqrt(squares / kRolls - mean * mean);
+  EXPECT_NEAR(mean, 1, 3 * deviation / std::sqrt(kRolls));
+  // Duffield, Lund, Thorup: relative variance at most 1 / (k - 1).
+  EXPECT_LE(deviation, 1 / std::sqrt(kVoices - 1.0));
+}
+
+TEST(PrioritySampler, TakesEverythingWhenThereIsRoom) {
+  const Room room;
+  const auto sampler = make_sampler("priority", room.field, room.weights, room.u, 100000);
+  std::size_t audible = 0;
+  for (std::uint32_t i = 0; i < room.u.size(); ++i)
+    audible += weight(room.field, room.weights, i, {3, 4, 1.5}) > 0;
+  const auto sample = sampler->sample({3, 4, 1.5});
+  EXPECT_EQ(sample.size(), audible);
+  for (const SampledSource& chosen : sample) EXPECT_EQ(chosen.power_scale, 1);
+}
+
+TEST(AllSampler, TakesEverySourceAsItIs) {
+  const Room room;
+  const auto sampler = make_sampler("all", room.field, room.weights, room.u, 1);
+  const auto sample = sampler->sample({3, 4, 1.5});
+  EXPECT_EQ(sample.size(), room.u.size());
+  for (const SampledSource& chosen : sample) EXPECT_EQ(chosen.power_scale, 1);
+}
+
+TEST(Sampler, KnowsNoOtherStrategy) {
+  const Room room;
+  EXPECT_EQ(make_sampler("best", room.field, room.weights, room.u, 1), nullptr);
+}
+
+}  // namespace
+}  // namespace clamor
