@@ -49,8 +49,12 @@ AtomicFile::~AtomicFile() {
 }
 
 Result<AtomicFile> AtomicFile::create(const std::string& path) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) return failed(path, "write a file", EISDIR);
+  // A rename would put a file in the place of whatever is there, a device among them.
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode))
+    return failed(path, "write a file", EISDIR);
+  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
+    return Error(path + ": is a device or a pipe, not a file; name a file to write");
   // The process's own name for it, so what lies there is left from a process that is gone.
   const std::string temporary = path + "." + std::to_string(::getpid()) + ".tmp";
   ::unlink(temporary.c_str());

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <exception>
+#include <limits>
 
 #include <capnp/message.h>
 #include <capnp/serialize.h>
@@ -36,10 +37,14 @@ struct StoredSignal {
   Section section;
 };
 
+// Far beyond any level (import ends at 1000 km), and near enough that delays fit into 32 bits.
+constexpr float kFarthest_m = 2e6f;
+constexpr float kMostPower = 1e30f;
+
 template <class List>
-bool all_finite(const List& list) {
+bool all_within(const List& list, float least, float most) {
   for (const float value : list)
-    if (!std::isfinite(value)) return false;
+    if (!(value >= least && value <= most)) return false;
   return true;
 }
 
@@ -64,11 +69,12 @@ Result<Preamble> read_preamble(std::span<const std::byte> bytes) {
     return Error("is not a Clamor bake file; name a file that 'clamor bake' wrote");
   if (bytes.size() < sizeof(preamble)) return damaged("is cut short");
   std::memcpy(&preamble, bytes.data(), sizeof(preamble));
-  if (preamble.preamble_hash != hash_of(bytes.first(kHashedPreambleBytes)))
-    return damaged("its first 64 bytes fail their checksum");
+  // Before the checksum: another major may lay out and sum these bytes in its own way.
   if (preamble.major != kFormatMajor)
     return Error("format " + std::to_string(preamble.major) + ", but this build reads format " +
                  std::to_string(kFormatMajor) + ". Update the player or bake again.");
+  if (preamble.preamble_hash != hash_of(bytes.first(kHashedPreambleBytes)))
+    return damaged("its first 64 bytes fail their checksum");
   if (preamble.file_bytes != bytes.size())
     return damaged("is " + std::to_string(bytes.size()) + " bytes long but was written with " +
                    std::to_string(preamble.file_bytes));
@@ -143,12 +149,12 @@ Result<void> BakeFile::State::read_settings(BakeRoot::Reader root) {
   statistics.photons_escaped = root.getPhotonsEscaped();
   statistics.mean_free_path_m = root.getMeanFreePathM();
   if (!std::isfinite(statistics.mean_free_path_m)) return damaged("its statistics are no numbers");
-  constexpr float kMost = 1e30f;
-  const auto emitted = read_bands(root.getPowerEmitted(), 0, kMost, "the emitted power");
+  const auto emitted = read_bands(root.getPowerEmitted(), 0, kMostPower, "the emitted power");
   if (!emitted.ok()) return emitted.error();
-  const auto escaped = read_bands(root.getPowerEscaped(), 0, kMost, "the escaped power");
+  const auto escaped = read_bands(root.getPowerEscaped(), 0, kMostPower, "the escaped power");
   if (!escaped.ok()) return escaped.error();
-  const auto unfinished = read_bands(root.getPowerUnfinished(), 0, kMost, "the unfinished power");
+  const auto unfinished =
+      read_bands(root.getPowerUnfinished(), 0, kMostPower, "the unfinished power");
   if (!unfinished.ok()) return unfinished.error();
   statistics.power_emitted = *emitted;
   statistics.power_escaped = *escaped;
@@ -195,7 +201,8 @@ Result<void> BakeFile::State::read_tables(BakeRoot::Reader root) {
     const auto directivity = read_bands(stored.getDirectivity(), 0, 1000, what.c_str());
     if (!directivity.ok()) return directivity.error();
     emitter.directivity = *directivity;
-    if (!is_finite(emitter.position_m) || !(std::abs(length(emitter.axis) - 1) < 1e-3) ||
+    if (!(length(emitter.position_m) <= kFarthest_m) ||
+        !(std::abs(length(emitter.axis) - 1) < 1e-3) ||
         !(emitter.gain >= 0 && emitter.gain < 1e10) || !(std::abs(emitter.delay_s) <= 86400) ||
         emitter.signal >= stored_signals.size())
       return damaged(what + " is out of range");
@@ -218,9 +225,11 @@ Result<void> BakeFile::State::read_octree(BakeRoot::Reader root) {
       offset.size() != count || packed_bytes.size() != count || sources.size() != count ||
       hash.size() != count)
     return damaged("the columns of its node index differ in length");
-  if (!all_finite(low) || !all_finite(high) || !all_finite(key) || !all_finite(power) ||
-      !all_finite(cone) || !all_finite(delay))
-    return damaged("its node index has values that are no numbers");
+  constexpr float kLargest = std::numeric_limits<float>::max();
+  if (!all_within(low, -kFarthest_m, kFarthest_m) || !all_within(high, -kFarthest_m, kFarthest_m) ||
+      !all_within(key, 0, kLargest) || !all_within(power, 0, kMostPower) ||
+      !all_within(cone, -1.001f, 1.001f) || !all_within(delay, 0, 86400))
+    return damaged("its node index has values out of range");
 
   nodes.resize(count);
   pages.resize(count);
@@ -280,7 +289,8 @@ Result<void> BakeFile::State::read_root(BakeRoot::Reader root) {
   geometry_counts = {{stored.getLowX(), stored.getLowY(), stored.getLowZ()},
                      stored.getVertices(),
                      stored.getTriangles()};
-  if (!is_finite(geometry_counts.low_m)) return damaged("its geometry is nowhere");
+  if (!(length(geometry_counts.low_m) <= 2 * kFarthest_m))
+    return damaged("its geometry is nowhere");
   const auto section = checked({stored.getOffset(), stored.getBytes(), stored.getHash()});
   if (!section.ok()) return section.error();
   geometry = *section;

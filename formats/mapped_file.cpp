@@ -15,7 +15,8 @@ Result<MappedFile> MappedFile::open(const std::string& path) {
   const auto failed = [&path](const std::string& advice) {
     return Error(path + ": cannot read it (" + std::strerror(errno) + "); " + advice);
   };
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  // Without O_NONBLOCK, a pipe that nobody writes to would be waited for.
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) return failed("check the path");
   struct stat status {};
   if (::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {

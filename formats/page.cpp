@@ -15,6 +15,8 @@ namespace {
 
 constexpr double kDelaySteps_per_s = kSampleRate_hz * 16.0;
 constexpr int kSilent = 0;  // power code; others are half decibels below the page's loudest, from 1
+constexpr int kLowestTop = -1'000'000;  // of a page without power
+constexpr int kHighestTop = 480;        // a power of 1e24, so that power / u stays finite
 constexpr std::uint8_t kEmitterFlag = 1, kNegativeFlag = 2;
 
 // 10 lg power in half decibels: a whole number for snapped powers.
@@ -121,10 +123,13 @@ void snap_powers(Source& source) {
 
 std::vector<std::byte> encode_page(const OctreeNode& node, std::span<const Source> sources) {
   assert(sources.size() <= kNodeSources);
-  int top = -1'000'000;
-  for (const Source& source : sources)
+  int top = kLowestTop;
+  for (const Source& source : sources) {
+    if (source.is_emitter)
+      continue;  // its power is the table's; here it would cost the others range
     for (const float power : source.power)
       if (power > 0) top = std::max(top, static_cast<int>(std::lround(half_decibels(power))));
+  }
 
   Columns columns(sources.size());
   columns.prepend(static_cast<std::uint32_t>(sources.size()), top);
@@ -144,7 +149,7 @@ std::vector<std::byte> encode_page(const OctreeNode& node, std::span<const Sourc
   }
   for (std::size_t b = 0; b < kBandCount; ++b)
     columns.add<std::uint8_t>([&](std::size_t i) {
-      if (!(sources[i].power[b] > 0)) return std::uint8_t{kSilent};
+      if (sources[i].is_emitter || !(sources[i].power[b] > 0)) return std::uint8_t{kSilent};
       const long code = top - std::lround(half_decibels(sources[i].power[b])) + 1;
       return code > 255 ? std::uint8_t{kSilent} : static_cast<std::uint8_t>(code);
     });
@@ -182,7 +187,7 @@ Result<std::vector<Source>> decode_page(const OctreeNode& node, std::span<const 
   std::memcpy(&stored_count, bytes.data(), 4);
   std::memcpy(&top, bytes.data() + 4, 4);
   if (stored_count != count) return Error("holds another number of sources than its node");
-  if (top < -1'000'000 || top > 2000) return Error("has a power beyond all bounds");
+  if (top < kLowestTop || top > kHighestTop) return Error("has a power beyond all bounds");
 
   std::vector<Source> sources(count);
   ColumnReader columns(bytes.subspan(kPageHeaderBytes), count);

@@ -27,6 +27,17 @@ double sum(const Bands& bands) {
   return total;
 }
 
+// A name that may come from anywhere, without what would steer the terminal.
+std::string printable(std::string name) {
+  for (char& c : name)
+    if (static_cast<unsigned char>(c) < 32 || c == 127) c = '?';
+  return name;
+}
+
+std::uint64_t secondary_count(const BakeFile& file) {
+  return file.source_count() - std::min<std::uint64_t>(file.source_count(), file.emitters().size());
+}
+
 double escaped_share(const BakeStatistics& statistics) {
   return statistics.photons_traced == 0 ? 0
                                         : static_cast<double>(statistics.photons_escaped) /
@@ -75,9 +86,10 @@ void print_tables(const BakeFile& file, std::ostream& out) {
   const BakeBytes bytes = file.bytes();
 
   fmt::print(out, "{}: Clamor bake, format {}.{}\n", file.path(), file.major(), file.minor());
-  for (const auto& warning : statistics.warnings) fmt::print(out, "  warning: {}\n", warning);
-  fmt::print(out, "\nmade by     {} from {} (inputs {:016x})\n", file.provenance().tool,
-             file.provenance().level, file.provenance().input_hash);
+  for (const auto& warning : statistics.warnings)
+    fmt::print(out, "  warning: {}\n", printable(warning));
+  fmt::print(out, "\nmade by     {} from {} (inputs {:016x})\n", printable(file.provenance().tool),
+             printable(file.provenance().level), file.provenance().input_hash);
   fmt::print(out, "settings    seed {}, {} photons, kappa {}, paths up to {} s\n", settings.seed,
              settings.photons, settings.roulette_kappa, settings.longest_path_s);
   fmt::print(out, "air         {} C, {} % humidity, {} kPa: sound travels at {:.1f} m/s\n",
@@ -87,7 +99,7 @@ void print_tables(const BakeFile& file, std::ostream& out) {
              statistics.photons_traced, statistics.bounces, statistics.mean_free_path_m,
              100 * escaped_share(statistics));
   fmt::print(out, "sources     {}: {} emitters, {} secondary\n", file.source_count(), emitters,
-             file.source_count() - emitters);
+             secondary_count(file));
   const auto megabytes = [](std::uint64_t n) { return static_cast<double>(n) / 1e6; };
   fmt::print(
       out,
@@ -104,14 +116,14 @@ void print_tables(const BakeFile& file, std::ostream& out) {
   for (std::size_t i = 0; i < std::min<std::size_t>(kShownEmitters, emitters); ++i) {
     const Emitter& emitter = file.emitters()[i];
     fmt::print(out, "  {:<22} at {:8.2f} {:7.2f} {:8.2f}  gain {:+6.1f} dB  starts {:.3f} s\n",
-               emitter.name, emitter.position_m.x, emitter.position_m.y, emitter.position_m.z,
-               2 * decibels(emitter.gain), emitter.delay_s);
+               printable(emitter.name), emitter.position_m.x, emitter.position_m.y,
+               emitter.position_m.z, 2 * decibels(emitter.gain), emitter.delay_s);
   }
   if (emitters > kShownEmitters) fmt::print(out, "  ... and {} more\n", emitters - kShownEmitters);
 
   fmt::print(out, "\n{}", header_row("absorption"));
   for (const Material& material : file.materials())
-    out << row(material.name.c_str(), material.absorption,
+    out << row(printable(material.name).c_str(), material.absorption,
                [](float value) { return fmt::format("{:.2f}", value); });
   fmt::print(out, "\n{}", header_row("power, dB"));
   const auto as_db = [](float power) {
@@ -140,7 +152,7 @@ nlohmann::ordered_json as_json(const BakeFile& file) {
   for (const double hz : kBandCentres_hz) json["bands_hz"].push_back(static_cast<int>(hz));
   json["sources"] = {{"total", file.source_count()},
                      {"emitters", file.emitters().size()},
-                     {"secondary", file.source_count() - file.emitters().size()}};
+                     {"secondary", secondary_count(file)}};
   json["bytes"] = {{"file", bytes.file},         {"pages", bytes.pages},
                    {"root", bytes.root},         {"signals", bytes.signals},
                    {"geometry", bytes.geometry}, {"pages_unpacked", bytes.pages_unpacked}};
@@ -231,7 +243,8 @@ int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::
     }
   }
   if (json) {
-    out << as_json(*file).dump(2) << '\n';
+    using Json = nlohmann::ordered_json;  // names need not be UTF-8, JSON must
+    out << as_json(*file).dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
     return kSuccess;
   }
   print_tables(*file, out);

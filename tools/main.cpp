@@ -1,4 +1,5 @@
 // main.cpp: the program `clamor`.
+#include <csignal>
 #include <exception>
 #include <iostream>
 #include <string>
@@ -7,6 +8,8 @@
 #include "tools/commands.h"
 
 int main(int argc, char** argv) {
+  // Past `ulimit -f`, a write should fail with a sentence, not kill us with half a file behind.
+  std::signal(SIGXFSZ, SIG_IGN);
   std::vector<std::string> arguments;
   for (int i = 1; i < argc; ++i) arguments.emplace_back(argv[i]);
   try {
