@@ -98,12 +98,12 @@ TEST_P(LambertianShoebox, DecaysAndSoundsAsTheIndependentTracerSays) {
   const Vec3 size_m(6, 8, 3);
   Level level = shoebox(size_m, uniform_material(reference.absorption), {2, 3, 1.2});
   BakeOptions options;
-  options.settings.photons = 8000;
+  options.settings.photons = 4000;
   options.settings.air = level.air;
   const auto contents = bake(level, options);
   ASSERT_TRUE(contents.ok());
 
-  const auto decay = mean_reflected_decay(level, *contents, size_m, 32);
+  const auto decay = mean_reflected_decay(level, *contents, size_m, 16);
   RecordProperty("t30_ratio", std::to_string(t30_s(decay) / reference.t30_s));
   EXPECT_NEAR(t30_s(decay) / reference.t30_s, 1, 0.01);
 
