@@ -1,6 +1,7 @@
 // Rooms against what physics says of them, through bake and energy response.
 #include <cmath>
 #include <numbers>
+#include <ostream>
 
 #include <gtest/gtest.h>
 
@@ -87,6 +88,10 @@ struct Reference {
   double t30_s;              // of the energy in the room
   double energy_integral_s;  // of the share of the energy still in the room, over time
 };
+
+void PrintTo(const Reference& reference, std::ostream* out) {
+  *out << "absorption " << reference.absorption;
+}
 
 // T30 and level of a 6 x 8 x 3 m room with Lambertian walls from an independent tracer that knows
 // no triangles (slabs in closed form, no roulette; 6 x 60 000 photons from (2, 3, 1.2), c = 343.2

@@ -1,6 +1,7 @@
 // Levels nobody here made, through the whole program: bake, inspect, render, impulse.
 #include <algorithm>
 #include <cmath>
+#include <ostream>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -20,6 +21,9 @@ struct RealLevel {
   const char* listener;
   double most_escaped;  // share of photons that may leave: 0 where the level is closed
 };
+
+// For the test's name, which would otherwise hold the addresses of the strings.
+void PrintTo(const RealLevel& level, std::ostream* out) { *out << level.file; }
 
 class RealLevels : public ::testing::TestWithParam<RealLevel> {};
 
