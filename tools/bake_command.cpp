@@ -31,10 +31,9 @@ void print_report(const ImportReport& report, const Level& level, std::ostream& 
 
 // Where the emitters' power went.
 void print_energy(const BakeStatistics& statistics, std::ostream& err) {
-  double emitted = 0, escaped = 0, unfinished = 0;
+  double emitted = 0, unfinished = 0;
   for (std::size_t b = 0; b < kBandCount; ++b) {
     emitted += statistics.power_emitted[b];
-    escaped += statistics.power_escaped[b];
     unfinished += statistics.power_unfinished[b];
   }
   const double photons = static_cast<double>(std::max<std::uint64_t>(1, statistics.photons_traced));

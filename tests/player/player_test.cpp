@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fstream>
 #include <memory>
+#include <span>
 
 #include <gtest/gtest.h>
 
@@ -82,9 +83,28 @@ class ThroughPulse : public ::testing::Test {
       GTEST_SKIP() << "pulseaudio and pulseaudio-utils are not installed";
   }
 
+  // How often silence was put into what was heard; -1 where it holds anything but `rendered` and
+  // silence.
+  static int gaps_in(std::span<const float> heard, std::span<const float> rendered) {
+    int gaps = 0;
+    std::size_t h = 0;
+    for (std::size_t r = 0; r < rendered.size();) {
+      if (h < heard.size() && heard[h] == rendered[r]) {
+        ++h;
+        ++r;
+        continue;
+      }
+      const std::size_t start = h;
+      while (h < heard.size() && heard[h] == 0) ++h;
+      if (h == start) return -1;
+      ++gaps;
+    }
+    return gaps;
+  }
+
   // What is heard must be the offline render, sample for sample. The machine may be busy, and then
-  // the device runs dry: that is counted, and is no reason for another sample, so it is tried
-  // again.
+  // the player (which counts that) or the sound server (which inserts silence) runs dry: no reason
+  // for another sample, so it is tried again until nothing ran dry.
   void expect_heard_is_rendered(PlayerOptions options) {
     testing::Pulse pulse;
     ASSERT_TRUE(pulse.ready());
@@ -105,11 +125,12 @@ class ThroughPulse : public ::testing::Test {
       const auto first_heard = std::find_if(heard.begin(), heard.end(), sounds);
       ASSERT_NE(first, rendered.end());
       ASSERT_NE(first_heard, heard.end());
-      const auto length = rendered.end() - first;
-      ASSERT_GE(heard.end() - first_heard, length);
-      const auto [differs, where] = std::mismatch(first, rendered.end(), first_heard);
-      EXPECT_EQ(differs, rendered.end())
-          << "at sample " << differs - rendered.begin() << " of " << rendered.size();
+      const int gaps = gaps_in({first_heard, heard.end()}, {first, rendered.end()});
+      ASSERT_GE(gaps, 0) << "another sample than the offline render has";
+      if (gaps > 0) {
+        std::cout << "attempt " << attempt << ": the sound server ran dry " << gaps << " times\n";
+        continue;
+      }
       return;
     }
     FAIL() << "late in every one of eight attempts";
