@@ -76,6 +76,8 @@ double PhongLobe::albedo(double cos_i) const {
   return albedo_[k] + t * (albedo_[k + 1] - albedo_[k]);
 }
 
+double PhongLobe::least_albedo() const { return *std::min_element(albedo_.begin(), albedo_.end()); }
+
 double PhongLobe::density(double cos_i, double cos_o, double cos_a) const {
   if (cos_o <= 0) return 0;
   const double lobe = cos_a > 0 ? (exponent_ + 1) / (2 * kPi) * std::pow(cos_a, exponent_) *
@@ -145,6 +147,26 @@ Bands ReflectionLaws::density(std::size_t material, double cos_i, double cos_o,
     result[b] = static_cast<float>(density);
   }
   return result;
+}
+
+ReflectionLaws::Ceiling ReflectionLaws::ceiling(std::size_t material, double cos_i) const {
+  const Law& law = laws_[material];
+  Ceiling ceiling;
+  bool any_lobe = false;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    double diffuse = law.scattering[b] / kPi;
+    if (const PhongLobe* const lobe = law.lobe[b]) {
+      const double rest = 1 - law.scattering[b];
+      diffuse += rest * (1 - lobe->albedo(cos_i)) * (1 - lobe->least_albedo()) /
+                 (kPi * (1 - lobe->mean_albedo()));
+      ceiling.lobe[b] = static_cast<float>(rest * (lobe->exponent() + 1) / (2 * kPi));
+      const auto exponent = static_cast<float>(lobe->exponent());
+      ceiling.exponent = any_lobe ? std::min(ceiling.exponent, exponent) : exponent;
+      any_lobe = true;
+    }
+    ceiling.diffuse[b] = static_cast<float>(diffuse);
+  }
+  return ceiling;
 }
 
 Vec3 ReflectionLaws::draw(std::size_t material, std::size_t band, const Vec3& arrival,

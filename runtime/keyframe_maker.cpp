@@ -35,9 +35,8 @@ KeyframeMaker::Ears KeyframeMaker::ears_at(const Pose& pose) {
 
 void KeyframeMaker::listen(Slot& slot, const Ears& ears) const {
   for (int e = 0; e < kEars; ++e) {
-    const double r_m = field_.distance_m(slot.source, ears[e]);
-    const Bands intensity = field_.intensity(slot.source, ears[e], r_m);
-    slot.voice.delay_frames[e] = field_.delay_s(slot.source, r_m) * kSampleRate_hz;
+    const Bands intensity = field_.intensity(slot.source, ears[e]);
+    slot.voice.delay_frames[e] = field_.delay_s(slot.source, ears[e]) * kSampleRate_hz;
     // The root between the bake's power and the mixer's amplitude.
     for (std::size_t b = 0; b < kBandCount; ++b)
       slot.voice.gain[e][b] =
@@ -48,8 +47,7 @@ void KeyframeMaker::listen(Slot& slot, const Ears& ears) const {
 
 bool KeyframeMaker::jumped(const Slot& slot, const Ears& ears) const {
   for (int e = 0; e < kEars; ++e) {
-    const double delay_frames =
-        field_.delay_s(slot.source, field_.distance_m(slot.source, ears[e])) * kSampleRate_hz;
+    const double delay_frames = field_.delay_s(slot.source, ears[e]) * kSampleRate_hz;
     if (std::abs(delay_frames - slot.voice.delay_frames[e]) > kFastestSlide_frames) return true;
   }
   return false;
@@ -70,7 +68,7 @@ void KeyframeMaker::start(std::uint32_t source, double power_scale, const Ears& 
   // It slides in from where it would have been, unless the listener jumped.
   for (int e = 0; e < kEars; ++e) {
     const auto delay_frames = [&](const Ears& at) {
-      return field_.delay_s(source, field_.distance_m(source, at[e])) * kSampleRate_hz;
+      return field_.delay_s(source, at[e]) * kSampleRate_hz;
     };
     const double now_frames = delay_frames(ears), last_frames = delay_frames(last_ears_);
     const bool slides = std::abs(now_frames - last_frames) <= kFastestSlide_frames;

@@ -27,9 +27,9 @@ class Priority final : public Sampler {
       : field_(field), weights_(std::move(weights)), u_(u.begin(), u.end()), voices_(voices) {
     bounds_.reserve(field.size());
     for (std::size_t i = 0; i < field.size(); ++i) {
-      const double nearest_m = field.nearest_m(i);
+      const double nearest_m = field.radius_m(i);
       const double key =
-          field.peak(i, weights_.by_signal[field.signal(i)]) / std::max(u_[i], kLeastU);
+          static_cast<double>(field.ceiling(i, weights_.by_signal[field.signal(i)]).highest()) / std::max(u_[i], kLeastU);
       const Vec3 position = field.position_m(i);
       // Rounding must never make a bound too low.
       bounds_.x.push_back(static_cast<float>(position.x));
@@ -145,7 +145,7 @@ class Priority final : public Sampler {
 
 double weight(const SourceField& field, const SignalWeights& weights, std::size_t source,
               const Vec3& place) {
-  const Bands intensity = field.intensity(source, place, field.distance_m(source, place));
+  const Bands intensity = field.intensity(source, place);
   const Bands& by_band = weights.by_signal[field.signal(source)];
   double sum = 0;
   for (std::size_t b = 0; b < kBandCount; ++b)
