@@ -55,6 +55,8 @@ PhongLobe::PhongLobe(double exponent) : exponent_(exponent) {
     albedo_[k] = static_cast<float>(sum);
   }
 
+  least_albedo_ = *std::min_element(albedo_.begin(), albedo_.end());
+
   // Cells of the compensation term, (1 - E) mu dmu = (1 - E) d(mu^2) / 2, trapezoidal.
   double lost = 0;
   std::array<double, kCells + 1> cumulative{};
@@ -75,8 +77,6 @@ double PhongLobe::albedo(double cos_i) const {
   const double t = x - static_cast<double>(k);
   return albedo_[k] + t * (albedo_[k + 1] - albedo_[k]);
 }
-
-double PhongLobe::least_albedo() const { return *std::min_element(albedo_.begin(), albedo_.end()); }
 
 double PhongLobe::density(double cos_i, double cos_o, double cos_a) const {
   if (cos_o <= 0) return 0;

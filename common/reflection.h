@@ -37,7 +37,7 @@ class PhongLobe {
   // E(i), within 2e-4 of the integral of the lobe over the hemisphere.
   double albedo(double cos_i) const;
   double mean_albedo() const { return mean_albedo_; }
-  double least_albedo() const;
+  double least_albedo() const { return least_albedo_; }
 
   // Density of departure per steradian, cos o included. Zero below the surface. Integrates to 1.
   double density(double cos_i, double cos_o, double cos_a) const;
@@ -49,7 +49,7 @@ class PhongLobe {
   static constexpr std::size_t kCells = 256;  // in sqrt(mu), so that grazing angles are resolved
 
   double exponent_;
-  double mean_albedo_ = 0;
+  double mean_albedo_ = 0, least_albedo_ = 0;
   std::array<float, kCells + 1> albedo_{};        // at mu = (k / kCells)^2
   std::array<float, kCells + 1> compensation_{};  // cumulative share below that mu
 };

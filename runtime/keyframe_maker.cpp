@@ -34,6 +34,7 @@ KeyframeMaker::Ears KeyframeMaker::ears_at(const Pose& pose) {
 }
 
 void KeyframeMaker::listen(Slot& slot, const Ears& ears) const {
+  slot.changed = false;
   for (int e = 0; e < kEars; ++e) {
     const Bands intensity = field_.intensity(slot.source, ears[e]);
     slot.voice.delay_frames[e] = field_.delay_s(slot.source, ears[e]) * kSampleRate_hz;
@@ -62,6 +63,7 @@ void KeyframeMaker::start(std::uint32_t source, double power_scale, const Ears& 
   slot.fade = 0;
   slot.in_use = slot.chosen = true;
   slot.frozen = false;
+  slot.changed = true;
   slot.power_scale = power_scale;
   slot.voice.starts = true;
   slot.voice.signal = field_.signal(source);
@@ -80,11 +82,12 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
                          Keyframe& keyframe) {
   const Ears ears = ears_at(pose);
   if (made_ == 0) last_ears_ = ears;
+  const bool still = ears == last_ears_;
 
   for (Slot& slot : slots_) {
     slot.chosen = false;
     slot.voice.starts = false;
-    if (!slot.in_use || slot.frozen || !jumped(slot, ears)) continue;
+    if (!slot.in_use || slot.frozen || still || !jumped(slot, ears)) continue;
     slot.frozen = true;
     slot_of_source_[slot.source] = kNone;
   }
@@ -93,8 +96,10 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
     if (s == kNone) {
       start(chosen.source, chosen.power_scale, ears);
     } else {
-      slots_[s].chosen = true;
-      slots_[s].power_scale = chosen.power_scale;
+      Slot& slot = slots_[s];
+      slot.chosen = true;
+      slot.changed = slot.changed || slot.power_scale != chosen.power_scale;
+      slot.power_scale = chosen.power_scale;
     }
   }
 
@@ -106,7 +111,7 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
       slot.fade = kFadeKeyframes;
     else
       slot.fade = std::clamp(slot.fade + (slot.chosen ? 1 : -1), 0, kFadeKeyframes);
-    if (!slot.frozen) listen(slot, ears);
+    if (!slot.frozen && (!still || slot.changed)) listen(slot, ears);
 
     assert(keyframe.voices.size() < keyframe.voices.capacity());
     Voice& voice = keyframe.voices.emplace_back(slot.voice);
