@@ -55,6 +55,8 @@ PhongLobe::PhongLobe(double exponent) : exponent_(exponent) {
     albedo_[k] = static_cast<float>(sum);
   }
 
+  least_albedo_ = *std::min_element(albedo_.begin(), albedo_.end());
+
   // Cells of the compensation term, (1 - E) mu dmu = (1 - E) d(mu^2) / 2, trapezoidal.
   double lost = 0;
   std::array<double, kCells + 1> cumulative{};
@@ -145,6 +147,26 @@ Bands ReflectionLaws::density(std::size_t material, double cos_i, double cos_o,
     result[b] = static_cast<float>(density);
   }
   return result;
+}
+
+ReflectionLaws::Ceiling ReflectionLaws::ceiling(std::size_t material, double cos_i) const {
+  const Law& law = laws_[material];
+  Ceiling ceiling;
+  bool any_lobe = false;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    double diffuse = law.scattering[b] / kPi;
+    if (const PhongLobe* const lobe = law.lobe[b]) {
+      const double rest = 1 - law.scattering[b];
+      diffuse += rest * (1 - lobe->albedo(cos_i)) * (1 - lobe->least_albedo()) /
+                 (kPi * (1 - lobe->mean_albedo()));
+      ceiling.lobe[b] = static_cast<float>(rest * (lobe->exponent() + 1) / (2 * kPi));
+      const auto exponent = static_cast<float>(lobe->exponent());
+      ceiling.exponent = any_lobe ? std::min(ceiling.exponent, exponent) : exponent;
+      any_lobe = true;
+    }
+    ceiling.diffuse[b] = static_cast<float>(diffuse);
+  }
+  return ceiling;
 }
 
 Vec3 ReflectionLaws::draw(std::size_t material, std::size_t band, const Vec3& arrival,

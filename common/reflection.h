@@ -37,6 +37,7 @@ class PhongLobe {
   // E(i), within 2e-4 of the integral of the lobe over the hemisphere.
   double albedo(double cos_i) const;
   double mean_albedo() const { return mean_albedo_; }
+  double least_albedo() const { return least_albedo_; }
 
   // Density of departure per steradian, cos o included. Zero below the surface. Integrates to 1.
   double density(double cos_i, double cos_o, double cos_a) const;
@@ -48,7 +49,7 @@ class PhongLobe {
   static constexpr std::size_t kCells = 256;  // in sqrt(mu), so that grazing angles are resolved
 
   double exponent_;
-  double mean_albedo_ = 0;
+  double mean_albedo_ = 0, least_albedo_ = 0;
   std::array<float, kCells + 1> albedo_{};        // at mu = (k / kCells)^2
   std::array<float, kCells + 1> compensation_{};  // cumulative share below that mu
 };
@@ -64,6 +65,15 @@ class ReflectionLaws {
 
   // The highest value density() can take in any direction, per band, whatever the arrival.
   Bands peak_density(std::size_t material) const { return laws_[material].peak; }
+
+  // What density() cannot exceed towards any direction, once the arrival is known:
+  //
+  //   density_b <= diffuse_b cos o + lobe_b cos^p(a),   p = exponent, the least of the lobes'.
+  struct Ceiling {
+    Bands diffuse{}, lobe{};
+    float exponent = 0;
+  };
+  Ceiling ceiling(std::size_t material, double cos_i) const;
 
   // Draws a departure for one band's law from six uniforms in [0, 1). `arrival` points at the
   // surface, `normal` to the side it came from; both unit vectors.

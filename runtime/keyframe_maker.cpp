@@ -34,10 +34,10 @@ KeyframeMaker::Ears KeyframeMaker::ears_at(const Pose& pose) {
 }
 
 void KeyframeMaker::listen(Slot& slot, const Ears& ears) const {
+  slot.changed = false;
   for (int e = 0; e < kEars; ++e) {
-    const double r_m = field_.distance_m(slot.source, ears[e]);
-    const Bands intensity = field_.intensity(slot.source, ears[e], r_m);
-    slot.voice.delay_frames[e] = field_.delay_s(slot.source, r_m) * kSampleRate_hz;
+    const Bands intensity = field_.intensity(slot.source, ears[e]);
+    slot.voice.delay_frames[e] = field_.delay_s(slot.source, ears[e]) * kSampleRate_hz;
     // The root between the bake's power and the mixer's amplitude.
     for (std::size_t b = 0; b < kBandCount; ++b)
       slot.voice.gain[e][b] =
@@ -48,8 +48,7 @@ void KeyframeMaker::listen(Slot& slot, const Ears& ears) const {
 
 bool KeyframeMaker::jumped(const Slot& slot, const Ears& ears) const {
   for (int e = 0; e < kEars; ++e) {
-    const double delay_frames =
-        field_.delay_s(slot.source, field_.distance_m(slot.source, ears[e])) * kSampleRate_hz;
+    const double delay_frames = field_.delay_s(slot.source, ears[e]) * kSampleRate_hz;
     if (std::abs(delay_frames - slot.voice.delay_frames[e]) > kFastestSlide_frames) return true;
   }
   return false;
@@ -64,13 +63,14 @@ void KeyframeMaker::start(std::uint32_t source, double power_scale, const Ears& 
   slot.fade = 0;
   slot.in_use = slot.chosen = true;
   slot.frozen = false;
+  slot.changed = true;
   slot.power_scale = power_scale;
   slot.voice.starts = true;
   slot.voice.signal = field_.signal(source);
   // It slides in from where it would have been, unless the listener jumped.
   for (int e = 0; e < kEars; ++e) {
     const auto delay_frames = [&](const Ears& at) {
-      return field_.delay_s(source, field_.distance_m(source, at[e])) * kSampleRate_hz;
+      return field_.delay_s(source, at[e]) * kSampleRate_hz;
     };
     const double now_frames = delay_frames(ears), last_frames = delay_frames(last_ears_);
     const bool slides = std::abs(now_frames - last_frames) <= kFastestSlide_frames;
@@ -82,11 +82,12 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
                          Keyframe& keyframe) {
   const Ears ears = ears_at(pose);
   if (made_ == 0) last_ears_ = ears;
+  const bool still = ears == last_ears_;
 
   for (Slot& slot : slots_) {
     slot.chosen = false;
     slot.voice.starts = false;
-    if (!slot.in_use || slot.frozen || !jumped(slot, ears)) continue;
+    if (!slot.in_use || slot.frozen || still || !jumped(slot, ears)) continue;
     slot.frozen = true;
     slot_of_source_[slot.source] = kNone;
   }
@@ -95,8 +96,10 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
     if (s == kNone) {
       start(chosen.source, chosen.power_scale, ears);
     } else {
-      slots_[s].chosen = true;
-      slots_[s].power_scale = chosen.power_scale;
+      Slot& slot = slots_[s];
+      slot.chosen = true;
+      slot.changed = slot.changed || slot.power_scale != chosen.power_scale;
+      slot.power_scale = chosen.power_scale;
     }
   }
 
@@ -108,7 +111,7 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
       slot.fade = kFadeKeyframes;
     else
       slot.fade = std::clamp(slot.fade + (slot.chosen ? 1 : -1), 0, kFadeKeyframes);
-    if (!slot.frozen) listen(slot, ears);
+    if (!slot.frozen && (!still || slot.changed)) listen(slot, ears);
 
     assert(keyframe.voices.size() < keyframe.voices.capacity());
     Voice& voice = keyframe.voices.emplace_back(slot.voice);

@@ -5,6 +5,7 @@
 // sin^2 + cos^2, for the one that takes its place. A source that stays but whose path jumps (the
 // listener was moved, not walking) fades out where it was and in where it is now.
 //
+// A voice whose source and ears are as they were keeps its numbers: who stands still costs nothing.
 // Intensity becomes amplitude here and nowhere else.
 #pragma once
 
@@ -29,8 +30,8 @@ class KeyframeMaker {
   // included; a source that finds none free waits until one is.
   KeyframeMaker(const SourceField& field, std::size_t slots);
 
-  // Fills in the next keyframe: what `sample` sounds like at `pose`. The first starts at full level.
-  // `keyframe.voices` has room for all slots.
+  // Fills in the next keyframe: what `sample` sounds like at `pose`. The first starts at full
+  // level. `keyframe.voices` has room for all slots.
   void make(std::span<const SampledSource> sample, const Pose& pose, Keyframe& keyframe);
 
  private:
@@ -38,12 +39,13 @@ class KeyframeMaker {
 
   struct Slot {
     std::uint32_t source = 0;
-    int fade = 0;          // of kFadeKeyframes; 0 is silence
+    int fade = 0;  // of kFadeKeyframes; 0 is silence
     bool in_use = false;
     bool chosen = false;   // in the present sample
     bool frozen = false;   // its path jumped: fades out as it was
+    bool changed = false;  // since listen(), though the ears may be where they were
     double power_scale = 1;
-    Voice voice;           // as in the last keyframe, before fading
+    Voice voice;  // as in the last keyframe, before fading
   };
 
   static constexpr std::uint32_t kNone = 0xffffffff;

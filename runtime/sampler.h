@@ -4,11 +4,11 @@
 // loudness_b from BS.1770 (loudness.h), signal_b the mean square of its signal in the band, and
 // I_ib its intensity at the place (source_field.h).
 //
-// "all" takes every source as it is. "priority" takes the k of highest priority w_i / u_i, u_i being
-// permanent, and scales their power by max(1, tau / w_i), tau the (k+1)-th priority: unbiased in
-// power, and the choice changes only as far as the weights do. (N. Duffield, C. Lund, M. Thorup.
-// Priority sampling for estimation of arbitrary subset sums. J. ACM 54(6), 2007. E. Cohen, H. Kaplan.
-// Summarizing data using bottom-k sketches. PODC 2007.)
+// "all" takes every source as it is. "priority" takes the k of highest priority w_i / u_i, u_i
+// being permanent, and scales their power by max(1, tau / w_i), tau the (k+1)-th priority: unbiased
+// in power, and the choice changes only as far as the weights do. (N. Duffield, C. Lund, M. Thorup.
+// Priority sampling for estimation of arbitrary subset sums. J. ACM 54(6), 2007. E. Cohen, H.
+// Kaplan. Summarizing data using bottom-k sketches. PODC 2007.)
 //
 // The scan is flat but exact and quick: a bound of each priority, one division from a packed array,
 // is held against a threshold guessed from the last sample, and only sources above it are weighed.
@@ -35,7 +35,8 @@ class Sampler {
  public:
   virtual ~Sampler() = default;
 
-  // The sample for a head centred at `place`, by ascending source number; valid until the next call.
+  // The sample for a head centred at `place`, by ascending source number; valid until the next
+  // call.
   virtual std::span<const SampledSource> sample(const Vec3& place) = 0;
 
   // Most sources that a sample can have.

@@ -1,26 +1,24 @@
-// source_field.h: the intensity that each source of a bake gives at a place, per band.
+// source_field.h: the sources of a bake, and what each gives at a place (received_intensity.h).
 //
-//   emitter      gain^2 x emission(p_b, cos a) x air_b(r) / max(r, 0.1 m)^2
-//   secondary    power_b x density_b(cos i, cos o, cos a) x air_b(r) / max(r, patch radius)^2
+// A weighted sum of a source's bands has a ceiling that costs a tenth of the sum; the sampler
+// rejects almost all sources by it. With t = p (1 - cos a),
 //
-// with air_b(r) = exp(-loss_b r). Intensity, not amplitude: the keyframe maker takes the root.
-// A sum of the eight bands, each times a weight, has an upper bound that costs one division; the
-// sampler rejects almost all sources by it.
+//   sum_b weight_b I_b <= (diffuse cos o + lobe / (1 + t / 16)^16) / max(r, source radius)^2,
+//
+// because cos^p a <= exp(-t) <= (1 + t / 16)^-16, and the air only takes.
 //
 // Immutable once made; any thread may ask.
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "common/bands.h"
 #include "common/reflection.h"
 #include "common/vec.h"
 #include "runtime/auralizer_input.h"
+#include "runtime/received_intensity.h"
 
 namespace clamor {
-
-inline constexpr double kNearestEmitter_m = 0.1;  // closer than this gets no louder
 
 class SourceField {
  public:
@@ -28,24 +26,36 @@ class SourceField {
   explicit SourceField(const AuralizerInput& input);
 
   std::size_t size() const { return input_.sources.size(); }
-  std::uint32_t signal(std::size_t source) const;
+  std::uint32_t signal(std::size_t source) const {
+    return input_.emitters[input_.sources[source].emitter].signal;
+  }
   int polarity(std::size_t source) const { return input_.sources[source].polarity; }
 
-  // Of source `source` at `place`, `distance_m` = distance_m(source, place) away.
-  Bands intensity(std::size_t source, const Vec3& place, double distance_m) const;
-
-  double distance_m(std::size_t source, const Vec3& place) const {
-    return length(place - position_m(source));
+  // Intensity, not amplitude: the keyframe maker takes the root.
+  Bands intensity(std::size_t source, const Vec3& place) const {
+    return received_intensity(input_.sources[source], input_.emitters, laws_, air_loss_per_m_,
+                              place);
   }
 
-  // From the signal's start to a listener at that distance.
-  double delay_s(std::size_t source, double distance_m) const;
+  Vec3 position_m(std::size_t source) const {
+    return source_position_m(input_.sources[source], input_.emitters);
+  }
+  double radius_m(std::size_t source) const { return source_radius_m(input_.sources[source]); }
 
-  Vec3 position_m(std::size_t source) const;
+  // From the signal's start to a listener at `place`.
+  double delay_s(std::size_t source, const Vec3& place) const {
+    const Source& s = input_.sources[source];
+    const double travelled_s = s.is_emitter ? 0 : s.delay_s;
+    return input_.emitters[s.emitter].delay_s + travelled_s +
+           length(place - position_m(source)) / speed_of_sound_mps_;
+  }
 
-  // At least sum_b weight[b] x intensity_b x d^2 anywhere, d = max(r, nearest_m(source)).
-  double peak(std::size_t source, const Bands& weight) const;
-  double nearest_m(std::size_t source) const;
+  struct Ceiling {
+    float diffuse = 0, lobe = 0, exponent = 0;
+    float highest() const { return diffuse + lobe; }
+  };
+  Ceiling ceiling(std::size_t source, const Bands& weight) const;
+  double ceiling_at(std::size_t source, const Ceiling& ceiling, const Vec3& place) const;
 
  private:
   const AuralizerInput& input_;
