@@ -34,45 +34,86 @@ bool stopped(const BakeOptions& options) {
   return options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
 }
 
-// Traces all photons in batches of a fixed size and joins the batches in order, so that neither
+// How many photons each emitter gets: in proportion to its power, and at least one.
+std::vector<std::uint64_t> allotted(const Level& level, std::uint64_t photons) {
+  std::vector<double> power(level.emitters.size(), 0);
+  for (std::size_t i = 0; i < power.size(); ++i)
+    for (std::size_t b = 0; b < kBandCount; ++b) power[i] += emitted_power(level.emitters[i], b);
+  const double total = std::accumulate(power.begin(), power.end(), 0.0);
+  std::vector<std::uint64_t> counts;
+  for (const double emitted : power) {
+    const double share = total > 0 ? emitted / total : 0;
+    counts.push_back(std::max<std::uint64_t>(
+        1, static_cast<std::uint64_t>(std::llround(share * static_cast<double>(photons)))));
+  }
+  return counts;
+}
+
+// Cuts the photons into runs, and the runs into batches of about kRunPhotons that a thread traces.
+std::vector<std::vector<PhotonRun>> batches_of(std::span<const std::uint64_t> counts) {
+  std::vector<std::vector<PhotonRun>> batches(1);
+  std::uint64_t filled = 0;
+  for (std::uint32_t emitter = 0; emitter < counts.size(); ++emitter)
+    for (std::uint64_t first = 0; first < counts[emitter]; first += kBatchPhotons) {
+      const auto count =
+          static_cast<std::uint32_t>(std::min(kBatchPhotons, counts[emitter] - first));
+      if (filled + count > kBatchPhotons && !batches.back().empty()) {
+        batches.emplace_back();
+        filled = 0;
+      }
+      batches.back().push_back({emitter, first, count});
+      filled += count;
+    }
+  return batches;
+}
+
+// Traces the photons in batches of a fixed size and joins the batches in order, so that neither
 // deposits nor sums depend on the number of threads.
-Traced trace_all(const PhotonTracer& tracer, std::uint64_t photons, const BakeOptions& options) {
-  const std::uint64_t batches = (photons + kBatchPhotons - 1) / kBatchPhotons;
-  std::vector<Traced> parts(batches);
+Traced trace_all(const PhotonTracer& tracer, std::span<const std::uint64_t> counts,
+                 const BakeOptions& options) {
+  const auto batches = batches_of(counts);
+  std::vector<TracedRuns> parts(batches.size());
   std::mutex reporting;
-  BakeProgress progress{"tracing", 0, photons, 0};
-  tbb::parallel_for(std::uint64_t{0}, batches, [&](std::uint64_t batch) {
+  BakeProgress progress{"tracing", 0,
+                        std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}), 0};
+  tbb::parallel_for(std::size_t{0}, batches.size(), [&](std::size_t batch) {
     if (stopped(options)) return;
-    const std::uint64_t first = batch * kBatchPhotons;
-    Traced& part = parts[batch];
-    tracer.trace(first, std::min(kBatchPhotons, photons - first), part.deposits, part.tally);
+    TracedRuns& part = parts[batch];
+    tracer.trace(batches[batch], part);
     const std::lock_guard lock(reporting);
-    progress.photons_done += part.tally.photons;
-    progress.bounces += part.tally.bounces;
+    for (const TracedRun& run : part.runs) {
+      progress.photons_done += run.tally.photons;
+      progress.bounces += run.tally.bounces;
+    }
     if (options.on_progress) options.on_progress(progress);
   });
 
   Traced all;
   std::size_t total = 0;
-  for (const Traced& part : parts) total += part.deposits.size();
+  for (const TracedRuns& part : parts) total += part.deposits.size();
   all.deposits.reserve(total);
-  for (Traced& part : parts) {
-    all.deposits.insert(all.deposits.end(), part.deposits.begin(), part.deposits.end());
-    all.tally.add(part.tally);
+  for (TracedRuns& part : parts) {
+    for (const TracedRun& run : part.runs) {
+      const double share = 1 / static_cast<double>(counts[run.run.emitter]);
+      for (std::size_t i = 0; i < run.deposits; ++i) {
+        all.deposits.push_back(part.deposits[run.first_deposit + i]);
+        for (float& power : all.deposits.back().power) power = static_cast<float>(power * share);
+      }
+      all.tally.add(run.tally, share);
+    }
     part = {};
   }
   return all;
 }
 
 // As many photons as leave about kWantedSources behind, judged by a few of them.
-std::uint64_t photons_for(const Scene& scene, const Level& level, TraceSettings settings) {
-  settings.photons = kPilotPhotons;
-  const PhotonTracer pilot(scene, level, settings);
-  std::vector<Source> deposits;
-  TraceTally tally;
-  pilot.trace(0, kPilotPhotons, deposits, tally);
+std::uint64_t photons_for(const PhotonTracer& tracer, const Level& level) {
+  TracedRuns pilot;
+  std::uint64_t photons = 0;
+  for (const auto& batch : batches_of(allotted(level, kPilotPhotons))) tracer.trace(batch, pilot);
+  for (const TracedRun& run : pilot.runs) photons += run.tally.photons;
   const double per_photon =
-      std::max(1.0, static_cast<double>(deposits.size()) / static_cast<double>(kPilotPhotons));
+      std::max(1.0, static_cast<double>(pilot.deposits.size()) / static_cast<double>(photons));
   const double wanted = std::round(static_cast<double>(kWantedSources) / per_photon / 100) * 100;
   return static_cast<std::uint64_t>(std::clamp(wanted, 1000.0, 200000.0));
 }
@@ -126,15 +167,14 @@ BakeContents bake_on_this_arena(const Level& level, const BakeOptions& options) 
   settings.longest_path_s = options.settings.longest_path_s;
   settings.speed_mps = speed_of_sound_mps(options.settings.air);
   settings.air_loss_per_m = air_loss_per_m(options.settings.air);
-  settings.photons = options.settings.photons;
-  if (settings.photons == 0) settings.photons = photons_for(scene, level, settings);
-
   const PhotonTracer tracer(scene, level, settings);
-  Traced traced = trace_all(tracer, settings.photons, options);
+  const std::uint64_t photons =
+      options.settings.photons > 0 ? options.settings.photons : photons_for(tracer, level);
+  Traced traced = trace_all(tracer, allotted(level, photons), options);
 
   BakeContents contents;
   contents.settings = options.settings;
-  contents.settings.photons = settings.photons;
+  contents.settings.photons = photons;
   contents.provenance.tool = std::string("clamor ") + kVersion;
   contents.statistics = statistics_of(traced.tally, tracer, level);
   contents.materials = level.materials;
@@ -143,8 +183,7 @@ BakeContents bake_on_this_arena(const Level& level, const BakeOptions& options) 
   contents.mesh = level.mesh;
   if (stopped(options)) return contents;
 
-  if (options.on_progress)
-    options.on_progress({"sorting", settings.photons, settings.photons, traced.tally.bounces});
+  if (options.on_progress) options.on_progress({"sorting", photons, photons, traced.tally.bounces});
   set_patch_radii(traced.deposits);
   for (Source& deposit : traced.deposits) snap_powers(deposit);
   for (std::size_t i = 0; i < level.emitters.size(); ++i)

@@ -4,6 +4,9 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <string_view>
+#include <unordered_map>
 
 #include "bake/sobol.h"
 #include "common/directivity.h"
@@ -15,8 +18,16 @@ namespace {
 
 using BandValues = std::array<double, kBandCount>;
 
-double emitted_power(const Emitter& emitter, std::size_t band) {
-  return emitter.gain * emitter.gain * emission_power(emitter.directivity[band]);
+// FNV-1a.
+std::uint64_t hash_of_name(std::string_view name) {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  return hash;
+}
+
+RandomBits draw(std::uint64_t key, std::uint64_t photon, std::uint32_t bounce, Use use) {
+  return philox(key, {static_cast<std::uint32_t>(photon), static_cast<std::uint32_t>(photon >> 32),
+                      bounce, static_cast<std::uint32_t>(use)});
 }
 
 // Which band's law draws the next direction: one with share w[b] of the sum 8.
@@ -40,20 +51,30 @@ bool reweight(BandValues& w, const BandValues& q) {
 
 }  // namespace
 
-void TraceTally::add(const TraceTally& other) {
+double emitted_power(const Emitter& emitter, std::size_t band) {
+  return emitter.gain * emitter.gain * emission_power(emitter.directivity[band]);
+}
+
+void TracedRuns::clear() {
+  deposits.clear();
+  photons.clear();
+  runs.clear();
+}
+
+void TraceTally::add(const TraceTally& other, double power_share) {
   photons += other.photons;
   bounces += other.bounces;
   escaped += other.escaped;
   legs_m += other.legs_m;
   legs += other.legs;
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    power_escaped[b] += other.power_escaped[b];
-    power_unfinished[b] += other.power_unfinished[b];
+    power_escaped[b] += other.power_escaped[b] * power_share;
+    power_unfinished[b] += other.power_unfinished[b] * power_share;
   }
 }
 
 struct PhotonTracer::Photon {
-  std::uint64_t number = 0;
+  std::uint64_t number = 0, key = 0;
   std::uint32_t emitter = 0;
   Vec3 origin_m, direction;
   double travelled_m = 0;
@@ -64,47 +85,27 @@ struct PhotonTracer::Photon {
 
 PhotonTracer::PhotonTracer(const Scene& scene, const Level& level, const TraceSettings& settings)
     : scene_(scene), level_(level), settings_(settings), laws_(level.materials) {
-  // Photons are shared out by power, summed over bands: photon i belongs to the emitter at
-  // (i + u) / N of the cumulative power. Unbiased however few there are per emitter, since a photon
-  // carries its emitter's power over the expected number, not the actual one.
-  emitter_share_.push_back(0);
-  double total = 0;
+  std::unordered_map<std::string_view, std::uint32_t> namesakes;
   for (const Emitter& emitter : level.emitters) {
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-      const double power = emitted_power(emitter, b);
-      power_emitted_[b] += power;
-      total += power;
-    }
-    emitter_share_.push_back(total);
+    const std::uint64_t name = hash_of_name(emitter.name);
+    const RandomBits bits = philox(
+        settings.seed, {static_cast<std::uint32_t>(name), static_cast<std::uint32_t>(name >> 32),
+                        namesakes[emitter.name]++, static_cast<std::uint32_t>(Use::kEmitter)});
+    emitter_keys_.push_back((std::uint64_t{bits[1]} << 32) | bits[0]);
+    for (std::size_t b = 0; b < kBandCount; ++b) power_emitted_[b] += emitted_power(emitter, b);
   }
-  for (double& share : emitter_share_) share = total > 0 ? share / total : 0;
-  first_u_ = unit(philox(settings.seed, {0, 0, 0, static_cast<std::uint32_t>(Use::kEmission)})[3]);
 }
 
-PhotonTracer::Photon PhotonTracer::emit(std::uint64_t number) const {
-  const auto count = static_cast<double>(settings_.photons);
-  const double place = (static_cast<double>(number) + first_u_) / count;
-  const auto above = std::upper_bound(emitter_share_.begin() + 1, emitter_share_.end() - 1, place);
-  const auto index = static_cast<std::size_t>(above - emitter_share_.begin()) - 1;
+PhotonTracer::Photon PhotonTracer::emit(std::uint32_t index, std::uint64_t number) const {
   const Emitter& emitter = level_.emitters[index];
-  const double expected_photons = (emitter_share_[index + 1] - emitter_share_[index]) * count;
-  const double first_of_emitter = std::ceil(emitter_share_[index] * count - first_u_);
-
   Photon photon;
   photon.number = number;
-  photon.emitter = static_cast<std::uint32_t>(index);
+  photon.key = emitter_keys_[index];
+  photon.emitter = index;
   photon.origin_m = emitter.position_m;
 
-  const auto low = static_cast<std::uint32_t>(number),
-             high = static_cast<std::uint32_t>(number >> 32);
-  const RandomBits bits =
-      philox(settings_.seed, {low, high, 0, static_cast<std::uint32_t>(Use::kEmission)});
-  const RandomBits emitter_key =
-      philox(settings_.seed, {photon.emitter, 0, 0xffffffffu,  // a bounce no photon reaches
-                              static_cast<std::uint32_t>(Use::kEmission)});
-  const auto sobol =
-      sobol_point((std::uint64_t{emitter_key[0]} << 32) | emitter_key[1],
-                  static_cast<std::uint32_t>(static_cast<double>(number) - first_of_emitter));
+  const RandomBits bits = draw(photon.key, number, 0, Use::kEmission);
+  const auto sobol = sobol_point(photon.key, static_cast<std::uint32_t>(number));
   photon.first_bounce = {sobol[2], sobol[3]};
 
   const std::size_t drawn =
@@ -119,7 +120,7 @@ PhotonTracer::Photon PhotonTracer::emit(std::uint64_t number) const {
   BandValues density;
   for (std::size_t b = 0; b < kBandCount; ++b) {
     density[b] = emission(emitter.directivity[b], cos_a) / emission_power(emitter.directivity[b]);
-    photon.power[b] = emitted_power(emitter, b) / expected_photons;
+    photon.power[b] = emitted_power(emitter, b);
   }
   photon.weight.fill(1);
   if (!reweight(photon.weight, density)) photon.power.fill(0);
@@ -127,12 +128,8 @@ PhotonTracer::Photon PhotonTracer::emit(std::uint64_t number) const {
 }
 
 bool PhotonTracer::reflect(Photon& photon, const Hit& hit, std::uint32_t bounce) const {
-  const auto low = static_cast<std::uint32_t>(photon.number);
-  const auto high = static_cast<std::uint32_t>(photon.number >> 32);
-  const RandomBits first =
-      philox(settings_.seed, {low, high, bounce, static_cast<std::uint32_t>(Use::kReflection)});
-  const RandomBits second =
-      philox(settings_.seed, {low, high, bounce, static_cast<std::uint32_t>(Use::kRetry)});
+  const RandomBits first = draw(photon.key, photon.number, bounce, Use::kReflection);
+  const RandomBits second = draw(photon.key, photon.number, bounce, Use::kRetry);
   std::array<double, 6> u = {unit(first[0]),  unit(first[1]),  unit(first[2]),
                              unit(second[0]), unit(second[1]), unit(second[2])};
   if (bounce == 1) {
@@ -156,11 +153,23 @@ bool PhotonTracer::reflect(Photon& photon, const Hit& hit, std::uint32_t bounce)
   return true;
 }
 
-void PhotonTracer::trace(std::uint64_t first, std::uint64_t count, std::vector<Source>& deposits,
-                         TraceTally& tally) const {
-  assert(first + count <= settings_.photons);
-  for (std::uint64_t number = first; number < first + count; ++number) {
-    Photon photon = emit(number);
+void PhotonTracer::trace(std::span<const PhotonRun> runs, TracedRuns& result) const {
+  for (const PhotonRun& run : runs) trace_run(run, result);
+}
+
+void PhotonTracer::trace_run(const PhotonRun& run, TracedRuns& result) const {
+  assert(run.emitter < level_.emitters.size() && run.count <= kRunPhotons);
+  std::vector<std::uint32_t> bounces;  // of each deposit
+  TracedRun traced{run, result.deposits.size(), 0, {}};
+  TraceTally& tally = traced.tally;
+  double launched = 0;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    launched += emitted_power(level_.emitters[run.emitter], b);
+  const double least_power = settings_.least_power * launched;
+
+  for (std::uint32_t i = 0; i < run.count; ++i) {
+    const std::uint64_t number = run.first + i;
+    Photon photon = emit(run.emitter, number);
     ++tally.photons;
 
     for (std::uint32_t bounce = 1;; ++bounce) {
@@ -201,10 +210,7 @@ void PhotonTracer::trace(std::uint64_t first, std::uint64_t count, std::vector<S
       }
       if (!(after > 0)) break;
 
-      const RandomBits bits =
-          philox(settings_.seed,
-                 {static_cast<std::uint32_t>(number), static_cast<std::uint32_t>(number >> 32),
-                  bounce, static_cast<std::uint32_t>(Use::kPolarity)});
+      const RandomBits bits = draw(photon.key, number, bounce, Use::kPolarity);
       deposit.position_m = Vec3f(hit->point_m);
       deposit.normal = Vec3f(hit->normal);
       deposit.mirror = Vec3f(mirrored(photon.direction, hit->normal));
@@ -213,7 +219,15 @@ void PhotonTracer::trace(std::uint64_t first, std::uint64_t count, std::vector<S
       deposit.polarity = (bits[1] & 1) != 0 ? 1 : -1;
       deposit.emitter = photon.emitter;
       deposit.material = hit->material;
-      deposits.push_back(deposit);
+      double summed = 0;
+      for (const float band : deposit.power) summed += static_cast<double>(band);
+      if (summed >= least_power || unit(bits[3]) * least_power < summed) {
+        const double scale = std::max(1.0, least_power / summed);
+        for (float& band : deposit.power) band = static_cast<float>(band * scale);
+        result.deposits.push_back(deposit);
+        result.photons.push_back(static_cast<std::uint16_t>(i));
+        bounces.push_back(bounce);
+      }
 
       const double survival = std::pow(std::min(1.0, after / before), settings_.roulette_kappa);
       if (unit(bits[2]) >= survival) break;
@@ -221,6 +235,23 @@ void PhotonTracer::trace(std::uint64_t first, std::uint64_t count, std::vector<S
       if (!reflect(photon, *hit, bounce)) break;
     }
   }
+
+  // By bounce; photons are in order already.
+  traced.deposits = bounces.size();
+  std::vector<std::size_t> order(bounces.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return bounces[a] < bounces[b]; });
+  std::vector<Source> deposits;
+  std::vector<std::uint16_t> photons;
+  for (const std::size_t i : order) {
+    deposits.push_back(result.deposits[traced.first_deposit + i]);
+    photons.push_back(result.photons[traced.first_deposit + i]);
+  }
+  const auto first = static_cast<std::ptrdiff_t>(traced.first_deposit);
+  std::copy(deposits.begin(), deposits.end(), result.deposits.begin() + first);
+  std::copy(photons.begin(), photons.end(), result.photons.begin() + first);
+  result.runs.push_back(traced);
 }
 
 }  // namespace clamor

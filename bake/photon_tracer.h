@@ -10,11 +10,15 @@
 // heuristic over whole paths (E. Veach, L. Guibas, SIGGRAPH 1995). No band does worse than traced
 // alone with an eighth of the photons; with like exponents nothing is lost.
 //
-// Every random number is philox(seed; photon, bounce, use) or Sobol point (emitter, photon), so
-// photons may be traced in any order on any thread.
+// Photon i of an emitter is a function of the seed, the emitter's own content (its name picks the
+// random numbers), the scene and the settings: philox(seed, name; i, bounce, use) and Sobol point
+// i. So photons may be traced in any order on any thread, tracing more only adds to those before,
+// and moving one emitter changes nothing for the others.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "bake/scene.h"
@@ -26,12 +30,16 @@ namespace clamor {
 
 struct TraceSettings {
   std::uint64_t seed = 1;
-  std::uint64_t photons = 0;    // of all emitters together
   double roulette_kappa = 0.5;  // a photon survives with (power after / before)^kappa, loudest band
   double longest_path_s = 10;   // photons older than this are given up, and counted
   double speed_mps = 343.2;
   Bands air_loss_per_m{};
   std::uint32_t most_bounces = 0xffffffff;
+
+  // A deposit whose power, summed over bands, is below this share of the power its photon left the
+  // emitter with is kept with probability power / that, and then carries that: fewer deposits, of
+  // equal power, unbiased. 0 keeps all.
+  double least_power = 0;
 };
 
 // What became of the photons. Powers in the units of Source::power.
@@ -41,7 +49,31 @@ struct TraceTally {
   std::uint64_t legs = 0;
   std::array<double, kBandCount> power_escaped{}, power_unfinished{};
 
-  void add(const TraceTally& other);
+  void add(const TraceTally& other, double power_share = 1);
+};
+
+inline constexpr std::uint32_t kRunPhotons = 1024;
+
+// Photons first .. first + count - 1 of one emitter, at most kRunPhotons of them.
+struct PhotonRun {
+  std::uint32_t emitter = 0;
+  std::uint64_t first = 0;
+  std::uint32_t count = 0;
+};
+
+struct TracedRun {
+  PhotonRun run;
+  std::size_t first_deposit = 0, deposits = 0;  // into TracedRuns
+  TraceTally tally;
+};
+
+// What some runs left behind, run after run; within one by bounce, then by photon.
+struct TracedRuns {
+  std::vector<Source> deposits;
+  std::vector<std::uint16_t> photons;  // per deposit: which photon of its run
+  std::vector<TracedRun> runs;
+
+  void clear();
 };
 
 class PhotonTracer {
@@ -49,10 +81,10 @@ class PhotonTracer {
   // Scene and level must outlive the tracer.
   PhotonTracer(const Scene& scene, const Level& level, const TraceSettings& settings);
 
-  // Traces photons first .. first + count - 1 of settings.photons and appends their secondary
-  // sources, in order. The sum over any partition of the photons is the same.
-  void trace(std::uint64_t first, std::uint64_t count, std::vector<Source>& deposits,
-             TraceTally& tally) const;
+  // Traces the runs and appends what they leave behind. Every photon carries the whole power of its
+  // emitter, so the caller divides by how many it traces of that emitter. What a run leaves does
+  // not depend on which others are traced with it.
+  void trace(std::span<const PhotonRun> runs, TracedRuns& result) const;
 
   // Power that all emitters radiate, per band.
   const std::array<double, kBandCount>& power_emitted() const { return power_emitted_; }
@@ -60,16 +92,19 @@ class PhotonTracer {
  private:
   struct Photon;
 
-  Photon emit(std::uint64_t number) const;
+  void trace_run(const PhotonRun& run, TracedRuns& result) const;
+  Photon emit(std::uint32_t emitter, std::uint64_t number) const;
   bool reflect(Photon& photon, const Hit& hit, std::uint32_t bounce) const;
 
   const Scene& scene_;
   const Level& level_;
   TraceSettings settings_;
   ReflectionLaws laws_;
-  std::vector<double> emitter_share_;  // cumulative share of the photons, one more than emitters
-  double first_u_ = 0;                 // offset of the systematic draw of emitters
+  std::vector<std::uint64_t> emitter_keys_;  // of their random numbers
   std::array<double, kBandCount> power_emitted_{};
 };
+
+// What an emitter radiates into all directions, in the units of Source::power.
+double emitted_power(const Emitter& emitter, std::size_t band);
 
 }  // namespace clamor

@@ -37,6 +37,7 @@ enum class Use : std::uint32_t {
   kRetry,       // second draw of a reflection
   kPolarity,    // sign of a secondary source, and its permanent number u
   kPhase,       // start offset of an emitter that asks for a random one
+  kEmitter,     // the key of an emitter's own random numbers, from its name
 };
 
 // Uniform in [0, 1), 32 bits fine.

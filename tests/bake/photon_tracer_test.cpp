@@ -20,12 +20,20 @@ struct Outcome {
   std::array<double, kBandCount> emitted{};
 };
 
-Outcome trace(const Level& level, const TraceSettings& settings) {
+// `photons` of each emitter, with powers as the assembled bake has them.
+Outcome trace(const Level& level, const TraceSettings& settings, std::uint32_t photons) {
   const Scene scene(level.mesh);
   const PhotonTracer tracer(scene, level, settings);
-  Outcome outcome;
-  tracer.trace(0, settings.photons, outcome.deposits, outcome.tally);
-  outcome.emitted = tracer.power_emitted();
+  std::vector<PhotonRun> runs;
+  for (std::uint32_t emitter = 0; emitter < level.emitters.size(); ++emitter)
+    for (std::uint32_t first = 0; first < photons; first += kRunPhotons)
+      runs.push_back({emitter, first, std::min(kRunPhotons, photons - first)});
+  TracedRuns traced;
+  tracer.trace(runs, traced);
+  Outcome outcome{std::move(traced.deposits), {}, tracer.power_emitted()};
+  for (const TracedRun& run : traced.runs) outcome.tally.add(run.tally, 1.0 / photons);
+  for (Source& deposit : outcome.deposits)
+    for (float& power : deposit.power) power /= static_cast<float>(photons);
   return outcome;
 }
 
@@ -41,8 +49,7 @@ TEST(PhotonTracer, WithoutAbsorptionKeepsAllPowerInEveryBandForAHundredBounces) 
     // exponents the weights stay 1 and every photon keeps its power to rounding.
     const Level level = shoebox(
         {5, 4, 3}, uniform_material(0, exponent > 0 ? 0.0f : 1.0f, exponent), {1.3, 1.7, 1.1});
-    const Outcome outcome =
-        trace(level, {.photons = 2000, .longest_path_s = 1e9, .most_bounces = 100});
+    const Outcome outcome = trace(level, {.longest_path_s = 1e9, .most_bounces = 100}, 2000);
     EXPECT_EQ(outcome.tally.escaped, 0u) << "exponent " << exponent;
     EXPECT_EQ(outcome.tally.bounces, 2000u * 100u) << "exponent " << exponent;
     for (std::size_t b = 0; b < kBandCount; ++b)
@@ -55,8 +62,7 @@ TEST(PhotonTracer, KeepsEachBandsPowerOnAverageWhenBandsReflectUnlike) {
   Material material = uniform_material(0, 0, 0);
   material.phong = {1, 2, 4, 8, 16, 32, 64, 128};
   const Level level = shoebox({5, 4, 3}, material, {1.3, 1.7, 1.1});
-  const Outcome outcome =
-      trace(level, {.photons = 40000, .longest_path_s = 1e9, .most_bounces = 8});
+  const Outcome outcome = trace(level, {.longest_path_s = 1e9, .most_bounces = 8}, 40000);
   // A band's weight lies between 0 and 8 with mean 1, so its variance is at most 7: the standard
   // error of 40 000 photons is at most sqrt(7 / 40000) = 1.3 %.
   for (std::size_t b = 0; b < kBandCount; ++b)
@@ -66,8 +72,7 @@ TEST(PhotonTracer, KeepsEachBandsPowerOnAverageWhenBandsReflectUnlike) {
 
 TEST(PhotonTracer, FindsTheMeanFreePathOfADiffuseRoom) {
   const Level level = shoebox({5, 4, 3}, uniform_material(0), {1.3, 1.7, 1.1});
-  const Outcome outcome =
-      trace(level, {.photons = 5000, .longest_path_s = 1e9, .most_bounces = 60});
+  const Outcome outcome = trace(level, {.longest_path_s = 1e9, .most_bounces = 60}, 5000);
   const double expected_m = 4.0 * 60 / 94;  // 4V / S
   const double found_m = outcome.tally.legs_m / static_cast<double>(outcome.tally.legs);
   // Its standard error is 0.1 %: 300 000 legs, each with a spread of 60 %. The first bounces are
@@ -80,8 +85,8 @@ TEST(PhotonTracer, PowerIsAbsorbedEscapesOrIsStillUnderWay) {
   Level level = shoebox({5, 4, 3}, uniform_material(0.3f), {1.3, 1.7, 1.1});
   level.mesh.triangles.resize(10);
   level.mesh.materials.resize(10);
-  const Outcome outcome = trace(
-      level, {.photons = 2000, .roulette_kappa = 0, .longest_path_s = 1e9, .most_bounces = 50});
+  const Outcome outcome =
+      trace(level, {.roulette_kappa = 0, .longest_path_s = 1e9, .most_bounces = 50}, 2000);
   // Each deposit is what is left after absorption: 0.7 of what hit, so 0.3 / 0.7 of it was lost.
   double deposited = 0;
   for (const Source& deposit : outcome.deposits) deposited += deposit.power[3];
@@ -96,8 +101,7 @@ TEST(PhotonTracer, RouletteDoesNotChangeTheReflectedPowerOnAverage) {
   const Level level = shoebox({5, 4, 3}, uniform_material(0.2f), {1.3, 1.7, 1.1});
   // Geometric series: 0.8 + 0.64 + ... = 4 times what is emitted.
   for (const double kappa : {0.15, 0.5, 1.0}) {
-    const Outcome outcome =
-        trace(level, {.photons = 20000, .roulette_kappa = kappa, .longest_path_s = 1e9});
+    const Outcome outcome = trace(level, {.roulette_kappa = kappa, .longest_path_s = 1e9}, 20000);
     double deposited = 0;
     for (const Source& deposit : outcome.deposits) deposited += deposit.power[0];
     // Analog roulette (kappa 1) spreads a photon's sum by its mean length of 4, over 20 000.
@@ -105,28 +109,41 @@ TEST(PhotonTracer, RouletteDoesNotChangeTheReflectedPowerOnAverage) {
   }
 }
 
-TEST(PhotonTracer, SharesPhotonsOutByPowerWithoutBiasHoweverFew) {
-  // 500 emitters with gains from loud to soft and 100 photons: most get none, yet over many seeds
-  // the power that reaches the walls is right.
-  Level level = shoebox({5, 4, 3}, uniform_material(0), {1, 1, 1});
-  level.emitters.resize(500, level.emitters[0]);
-  for (std::size_t i = 0; i < level.emitters.size(); ++i)
-    level.emitters[i].gain = 1.0 / (1.0 + static_cast<double>(i));
-  double first_emitters = 0, all = 0, emitted = 0;
-  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    const Outcome outcome =
-        trace(level, {.seed = seed, .photons = 100, .longest_path_s = 1e9, .most_bounces = 1});
-    for (const Source& deposit : outcome.deposits) {
-      all += deposit.power[0];
-      if (deposit.emitter >= 2) first_emitters += deposit.power[0];
-    }
-    emitted = outcome.emitted[0];
+TEST(PhotonTracer, TracesAnEmitterTheSameWhateverOthersAreThereAndWhoeverIsTracedWithIt) {
+  Level level = shoebox({5, 4, 3}, uniform_material(0.3f, 0.3f, 20), {1.3, 1.7, 1.1});
+  const Outcome alone = trace(level, {.seed = 4}, 100);
+  Emitter other = level.emitters[0];
+  other.name = "other";
+  other.position_m = {4, 3, 2};
+  level.emitters.insert(level.emitters.begin(), other);
+  const Outcome together = trace(level, {.seed = 4}, 100);
+  std::vector<Source> mine;
+  for (const Source& deposit : together.deposits)
+    if (deposit.emitter == 1) mine.push_back(deposit);
+  ASSERT_EQ(mine.size(), alone.deposits.size());
+  for (std::size_t i = 0; i < mine.size(); ++i) {
+    EXPECT_EQ(mine[i].power, alone.deposits[i].power);
+    EXPECT_EQ(mine[i].position_m, alone.deposits[i].position_m);
+    EXPECT_EQ(mine[i].u, alone.deposits[i].u);
   }
-  double expected = 0;
-  for (std::size_t i = 2; i < 500; ++i) expected += 4 * std::numbers::pi / ((i + 1.0) * (i + 1.0));
-  EXPECT_NEAR(all / 200 / emitted, 1, 1e-3);
-  // The soft emitters have 24 % of the power; 200 systematic draws of 100 leave 0.3 % of noise.
-  EXPECT_NEAR(first_emitters / 200 / expected, 1, 0.01);
+}
+
+TEST(PhotonTracer, KeepsFewerDepositsOfEqualPowerWithoutBias) {
+  const Level level = shoebox({5, 4, 3}, uniform_material(0.2f), {1.3, 1.7, 1.1});
+  const Outcome all = trace(level, {}, 4000);
+  const Outcome some = trace(level, {.least_power = 1}, 4000);
+  double all_power = 0, some_power = 0, least = 1e9;
+  for (const Source& deposit : all.deposits) all_power += deposit.power[0];
+  for (const Source& deposit : some.deposits) {
+    some_power += deposit.power[0];
+    least = std::min(least, static_cast<double>(deposit.power[0]));
+  }
+  EXPECT_LT(some.deposits.size(), all.deposits.size() / 2);
+  // Bands are alike here, so a deposit at the limit has an eighth of it in each.
+  EXPECT_NEAR(least / (all.emitted[0] / 4000), 1, 1e-5);
+  // The same paths, thinned to n deposits of about equal power: the error is below 1 / sqrt(n).
+  const double n = static_cast<double>(some.deposits.size());
+  EXPECT_NEAR(some_power / all_power, 1, 4 / std::sqrt(n));
 }
 
 TEST(PhotonTracer, EmitsAlongTheDirectivityOfEachBand) {
@@ -135,8 +152,7 @@ TEST(PhotonTracer, EmitsAlongTheDirectivityOfEachBand) {
   Level level = shoebox({1000, 1000, 1000}, uniform_material(0), {500, 500, 500});
   level.emitters[0].axis = {0, 0, 1};
   level.emitters[0].directivity = {0, 1, 2, 3, 4, 6, 8, 12};
-  const Outcome outcome =
-      trace(level, {.photons = 20000, .longest_path_s = 1e9, .most_bounces = 1});
+  const Outcome outcome = trace(level, {.longest_path_s = 1e9, .most_bounces = 1}, 20000);
   std::array<double, kBandCount> above{};
   for (const Source& deposit : outcome.deposits)
     if (deposit.position_m.z > 500)
@@ -150,7 +166,7 @@ TEST(PhotonTracer, EmitsAlongTheDirectivityOfEachBand) {
 
 TEST(PhotonTracer, DelaysAreTheLengthOfThePathOverTheSpeedOfSound) {
   const Level level = shoebox({5, 4, 3}, uniform_material(0.5f), {1.3, 1.7, 1.1});
-  const Outcome outcome = trace(level, {.photons = 50, .speed_mps = 340, .most_bounces = 1});
+  const Outcome outcome = trace(level, {.speed_mps = 340, .most_bounces = 1}, 50);
   ASSERT_EQ(outcome.deposits.size(), 50u);
   for (const Source& deposit : outcome.deposits) {
     const double path_m = length(Vec3(deposit.position_m) - Vec3(1.3, 1.7, 1.1));
@@ -163,28 +179,28 @@ TEST(PhotonTracer, DelaysAreTheLengthOfThePathOverTheSpeedOfSound) {
   }
 }
 
-TEST(PhotonTracer, SumsToTheSameWhereverThePhotonsAreCut) {
+TEST(PhotonTracer, LeavesTheSameBehindWhereverThePhotonsAreCut) {
   const Level level = shoebox({5, 4, 3}, uniform_material(0.3f, 0.3f, 20), {1.3, 1.7, 1.1});
-  const TraceSettings settings{.seed = 9, .photons = 300};
   const Scene scene(level.mesh);
-  const PhotonTracer tracer(scene, level, settings);
-  std::vector<Source> whole, cut;
-  TraceTally tally;
-  tracer.trace(0, 300, whole, tally);
-  tracer.trace(0, 17, cut, tally);
-  tracer.trace(17, 200, cut, tally);
-  tracer.trace(217, 83, cut, tally);
-  ASSERT_EQ(whole.size(), cut.size());
-  for (std::size_t i = 0; i < whole.size(); ++i) {
-    EXPECT_EQ(whole[i].power, cut[i].power);
-    EXPECT_EQ(whole[i].position_m, cut[i].position_m);
-    EXPECT_EQ(whole[i].u, cut[i].u);
-  }
+  const PhotonTracer tracer(scene, level, {.seed = 9});
+  const auto by_photon = [&](const std::vector<PhotonRun>& runs) {
+    TracedRuns traced;
+    tracer.trace(runs, traced);
+    std::vector<std::vector<const Source*>> photons(300);
+    std::vector<std::pair<float, Bands>> deposits;  // per photon, in the order of its bounces
+    for (const TracedRun& run : traced.runs)
+      for (std::size_t i = run.first_deposit; i < run.first_deposit + run.deposits; ++i)
+        photons[run.run.first + traced.photons[i]].push_back(&traced.deposits[i]);
+    for (const auto& photon : photons)
+      for (const Source* deposit : photon) deposits.emplace_back(deposit->u, deposit->power);
+    return deposits;
+  };
+  EXPECT_EQ(by_photon({{0, 0, 300}}), by_photon({{0, 217, 83}, {0, 0, 17}, {0, 17, 200}}));
 }
 
 TEST(PhotonTracer, RandomSignsAreAsOftenPlusAsMinus) {
   const Level level = shoebox({5, 4, 3}, uniform_material(0.1f), {1.3, 1.7, 1.1});
-  const Outcome outcome = trace(level, {.photons = 2000});
+  const Outcome outcome = trace(level, {}, 2000);
   double sum = 0, u = 0;
   for (const Source& deposit : outcome.deposits) {
     sum += deposit.polarity;
@@ -198,7 +214,7 @@ TEST(PhotonTracer, RandomSignsAreAsOftenPlusAsMinus) {
 TEST(PhotonTracer, InAFreeFieldEveryPhotonEscapesAndNothingIsDeposited) {
   Level level = shoebox({5, 4, 3}, uniform_material(0), {0, 0, 0});
   level.mesh = {};
-  const Outcome outcome = trace(level, {.photons = 1000});
+  const Outcome outcome = trace(level, {}, 1000);
   EXPECT_EQ(outcome.tally.escaped, 1000u);
   EXPECT_TRUE(outcome.deposits.empty());
   EXPECT_NEAR(total(outcome.tally.power_escaped) / total(outcome.emitted), 1, 1e-9);
@@ -207,7 +223,7 @@ TEST(PhotonTracer, InAFreeFieldEveryPhotonEscapesAndNothingIsDeposited) {
 TEST(PhotonTracer, SilentEmittersCostNothingAndBreakNothing) {
   Level level = shoebox({5, 4, 3}, uniform_material(0), {1, 1, 1});
   level.emitters[0].gain = 0;
-  const Outcome outcome = trace(level, {.photons = 100});
+  const Outcome outcome = trace(level, {}, 100);
   EXPECT_TRUE(outcome.deposits.empty());
 }
 
