@@ -5,6 +5,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "common/maths.h"
+
 namespace clamor {
 
 namespace {
@@ -89,16 +91,16 @@ void summarise(OctreeNode& node, SourceOctree& tree) {
   node.cone_axis = Vec3f(axis / length_of_axis);
   double widest = 0;
   const auto angle_to = [&node](const Vec3f& v) {
-    return std::acos(std::clamp(static_cast<double>(dot(v, node.cone_axis)), -1.0, 1.0));
+    return acos_of(std::clamp(static_cast<double>(dot(v, node.cone_axis)), -1.0, 1.0));
   };
   for (auto source = first; source != last; ++source)
     widest = std::max(widest, angle_to(source->normal) + std::numbers::pi / 2);
   for (const auto child_index : node.children) {
     if (child_index == kNoNode) continue;
     const OctreeNode& child = tree.nodes[child_index];
-    widest = std::max(widest, angle_to(child.cone_axis) + std::acos(child.cone_cos));
+    widest = std::max(widest, angle_to(child.cone_axis) + acos_of(child.cone_cos));
   }
-  if (widest < std::numbers::pi) node.cone_cos = static_cast<float>(std::cos(widest) - 1e-6);
+  if (widest < std::numbers::pi) node.cone_cos = static_cast<float>(cos_of(widest) - 1e-6);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "common/maths.h"
+
 namespace clamor {
 
 namespace {
@@ -23,28 +25,28 @@ double air_loss_per_m(const Air& air, double frequency_hz) {
 
   // Molar concentration of water vapour, in per cent (annex B).
   const double saturation =
-      std::pow(10.0, -6.8346 * std::pow(kTriplePoint_k / kelvin(air), 1.261) + 4.6151);
+      power(10.0, -6.8346 * power(kTriplePoint_k / kelvin(air), 1.261) + 4.6151);
   const double h = air.humidity_percent * saturation / p;
 
   // Relaxation frequencies of oxygen and nitrogen (equations 3 and 4).
   const double oxygen_hz = p * (24 + 4.04e4 * h * (0.02 + h) / (0.391 + h));
   const double nitrogen_hz =
-      p / std::sqrt(t) * (9 + 280 * h * std::exp(-4.170 * (std::pow(t, -1.0 / 3) - 1)));
+      p / std::sqrt(t) * (9 + 280 * h * exp_of(-4.170 * (power(t, -1.0 / 3) - 1)));
 
   // Equation 5, in decibels per metre, then as a loss of energy.
   const double db_per_m =
       8.686 * f2 *
       (1.84e-11 / p * std::sqrt(t) +
-       std::pow(t, -2.5) *
-           (0.01275 * std::exp(-2239.1 / kelvin(air)) / (oxygen_hz + f2 / oxygen_hz) +
-            0.1068 * std::exp(-3352.0 / kelvin(air)) / (nitrogen_hz + f2 / nitrogen_hz)));
-  return db_per_m * std::log(10.0) / 10;
+       power(t, -2.5) *
+           (0.01275 * exp_of(-2239.1 / kelvin(air)) / (oxygen_hz + f2 / oxygen_hz) +
+            0.1068 * exp_of(-3352.0 / kelvin(air)) / (nitrogen_hz + f2 / nitrogen_hz)));
+  return db_per_m * std::numbers::ln10 / 10;
 }
 
 Bands air_loss_per_m(const Air& air) {
   Bands loss{};
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    const double mid_hz = 1000 * std::pow(10.0, 0.3 * (static_cast<double>(b) - 4));
+    const double mid_hz = 1000 * power(10.0, 0.3 * (static_cast<double>(b) - 4));
     loss[b] = static_cast<float>(air_loss_per_m(air, mid_hz));
   }
   return loss;

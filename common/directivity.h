@@ -9,6 +9,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/maths.h"
+
 namespace clamor {
 
 // Share of the on-axis intensity at cos a.
@@ -22,7 +24,7 @@ inline double emission_power(double exponent) { return 4 * std::numbers::pi / (e
 // cos a drawn with density proportional to emission(exponent, cos a) per steradian, from a
 // uniform u in [0, 1). The inverse of the law's distribution function ((1 + cos a) / 2)^(p + 1).
 inline double draw_emission_cos(double exponent, double u) {
-  return 2 * std::pow(u, 1 / (exponent + 1)) - 1;
+  return 2 * power(u, 1 / (exponent + 1)) - 1;
 }
 
 }  // namespace clamor

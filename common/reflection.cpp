@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/maths.h"
+
 namespace clamor {
 
 namespace {
@@ -15,16 +17,20 @@ Vec3 around(const Vec3& axis, double cos_a, double turn) {
   const Basis basis = basis_around(axis);
   const double sin_a = std::sqrt(std::max(0.0, 1 - cos_a * cos_a));
   const double phi = 2 * kPi * turn;
-  return axis * cos_a + basis.tangent * (sin_a * std::cos(phi)) +
-         basis.bitangent * (sin_a * std::sin(phi));
+  return axis * cos_a + basis.tangent * (sin_a * cos_of(phi)) +
+         basis.bitangent * (sin_a * sin_of(phi));
 }
+
+double fourth_power(double x) { return x * x * x * x; }
 
 // The mean of (a + b cos phi) / mu, kept between 0 and 1, round a ring: b >= 0, |a| <= mu.
 double ring_albedo(double a, double b, double mu) {
   if (b <= 0) return std::clamp(a / mu, 0.0, 1.0);
-  const double full = std::acos(std::clamp((mu - a) / b, -1.0, 1.0));  // 1 up to this phi
-  const double empty = std::acos(std::clamp(-a / b, -1.0, 1.0));       // 0 beyond this one
-  const double between = a * (empty - full) + b * (std::sin(empty) - std::sin(full));
+  const double cos_full = std::clamp((mu - a) / b, -1.0, 1.0);
+  const double cos_empty = std::clamp(-a / b, -1.0, 1.0);
+  const double full = acos_of(cos_full), empty = acos_of(cos_empty);  // 1 up to, 0 beyond this phi
+  const double between = a * (empty - full) + b * (std::sqrt(1 - cos_empty * cos_empty) -
+                                                   std::sqrt(1 - cos_full * cos_full));
   return (full + between / mu) / kPi;
 }
 
@@ -40,7 +46,7 @@ PhongLobe::PhongLobe(double exponent) : exponent_(exponent) {
   std::array<double, kRings> ring_cos, ring_sin, ring_share;
   for (std::size_t r = 0; r < kRings; ++r) {
     const double x = (static_cast<double>(r) + 0.5) / kRings;
-    ring_cos[r] = std::pow(x * x * (3 - 2 * x), 1 / (exponent_ + 1));
+    ring_cos[r] = power(x * x * (3 - 2 * x), 1 / (exponent_ + 1));
     ring_sin[r] = std::sqrt(1 - ring_cos[r] * ring_cos[r]);
     ring_share[r] = 6 * x * (1 - x) / kRings;
   }
@@ -61,8 +67,8 @@ PhongLobe::PhongLobe(double exponent) : exponent_(exponent) {
   double lost = 0;
   std::array<double, kCells + 1> cumulative{};
   for (std::size_t k = 1; k <= kCells; ++k) {
-    const double low = std::pow(static_cast<double>(k - 1) / kCells, 4);
-    const double high = std::pow(static_cast<double>(k) / kCells, 4);
+    const double low = fourth_power(static_cast<double>(k - 1) / kCells);
+    const double high = fourth_power(static_cast<double>(k) / kCells);
     lost += (1 - 0.5 * (albedo_[k - 1] + albedo_[k])) * (high - low);
     cumulative[k] = lost;
   }
@@ -92,8 +98,8 @@ double PhongLobe::draw_compensation_cos(double u) const {
       std::clamp<std::size_t>(static_cast<std::size_t>(above - compensation_.begin()), 1, kCells);
   const double step = compensation_[k] - compensation_[k - 1];
   const double t = step > 0 ? std::clamp((u - compensation_[k - 1]) / step, 0.0, 1.0) : 0.5;
-  const double low = std::pow(static_cast<double>(k - 1) / kCells, 4);
-  const double high = std::pow(static_cast<double>(k) / kCells, 4);
+  const double low = fourth_power(static_cast<double>(k - 1) / kCells);
+  const double high = fourth_power(static_cast<double>(k) / kCells);
   return std::sqrt(low + t * (high - low));
 }
 
@@ -177,7 +183,7 @@ Vec3 ReflectionLaws::draw(std::size_t material, std::size_t band, const Vec3& ar
 
   const PhongLobe& lobe = *law.lobe[band];
   const Vec3 proposal =
-      around(mirrored(arrival, normal), std::pow(1 - u[1], 1 / (lobe.exponent() + 1)), u[2]);
+      around(mirrored(arrival, normal), power(1 - u[1], 1 / (lobe.exponent() + 1)), u[2]);
   const double cos_i = -dot(arrival, normal), cos_o = dot(proposal, normal);
   if (cos_o > 0 && u[3] * cos_i <= cos_o) return proposal;
   return around(normal, lobe.draw_compensation_cos(u[4]), u[5]);

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "common/maths.h"
 #include "formats/acoustic_values.h"
 #include "formats/name_match.h"
 
@@ -149,7 +150,7 @@ Result<double> parse_gain(std::string_view text) {
                      (digits.ends_with("dB") || digits.ends_with("db") || digits.ends_with("DB"));
   if (in_db) digits.remove_suffix(2);
   const auto value = number(digits);
-  const double gain = !value ? -1 : in_db ? std::pow(10, *value / 20) : *value;
+  const double gain = !value ? -1 : in_db ? power(10, *value / 20) : *value;
   if (!(gain >= 0 && gain <= kGreatestGain))
     return Error("gain=" + std::string(text) +
                  " must be decibels of at most 80 (gain=-6dB) or a "

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "common/maths.h"
 #include "common/random.h"
 #include "formats/acoustic_values.h"
 #include "formats/audio_file.h"
@@ -151,7 +152,7 @@ class SoundReader {
         !std::isfinite(stretch))
       return Error("its emitter is not within 1000 km of the origin; repair the transforms.");
     if (stretch > 0) made.axis = ahead / stretch;
-    made.gain = emitter.gain * std::pow(10, extra.gain_db.value_or(0) / 20);
+    made.gain = emitter.gain * power(10, extra.gain_db.value_or(0) / 20);
     made.directivity =
         extra.directivity.value_or(same_in_all_bands(static_cast<float>(emitter.directivity)));
     made.delay_s = extra.delay_s.value_or(0) +

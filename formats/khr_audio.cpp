@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "common/maths.h"
 #include "formats/emitter_spec.h"
 
 namespace clamor {
@@ -179,14 +180,13 @@ Result<std::vector<std::size_t>> khr_emitters_of(const Json& node, const KhrAudi
 double exponent_of_cone(double inner_rad, double outer_rad, double outer_gain) {
   const double inner = inner_rad / 2, outer = std::max(outer_rad, inner_rad) / 2;
   // Mean-square gain over the sphere: closed forms inside and outside, Simpson's rule between.
-  double mean_square =
-      (1 - std::cos(inner)) / 2 + outer_gain * outer_gain * (1 + std::cos(outer)) / 2;
+  double mean_square = (1 - cos_of(inner)) / 2 + outer_gain * outer_gain * (1 + cos_of(outer)) / 2;
   constexpr int kSteps = 256;
   const double step = (outer - inner) / kSteps;
   for (int i = 0; i <= kSteps; ++i) {
     const double gain = 1 + (outer_gain - 1) * i / kSteps;
     const double weight = i == 0 || i == kSteps ? 1 : i % 2 == 1 ? 4 : 2;
-    mean_square += weight * step / 3 * gain * gain * std::sin(inner + i * step) / 2;
+    mean_square += weight * step / 3 * gain * gain * sin_of(inner + i * step) / 2;
   }
   // The law's own mean square is 1 / (p + 1).
   return std::clamp(1 / std::max(mean_square, 1e-9) - 1, 0.0, kGreatestDirectivity);

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "common/directivity.h"
+#include "common/maths.h"
 #include "common/random.h"
 
 namespace clamor {
@@ -19,9 +20,9 @@ constexpr int kLowestTop = -1'000'000;  // of a page without power
 constexpr int kHighestTop = 480;        // a power of 1e24, so that power / u stays finite
 constexpr std::uint8_t kEmitterFlag = 1, kNegativeFlag = 2;
 
-// 10 lg power in half decibels: a whole number for snapped powers.
-double half_decibels(double power) { return 20 * std::log10(power); }
-double power_of(int steps) { return std::pow(10.0, steps / 20.0); }
+// 10 lg power in half decibels: a whole number for snapped powers. 20 lg 2 = 6.02...
+double half_decibels(double power) { return 6.0205999132796239 * log2_of(power); }
+double power_of(int steps) { return power(10.0, steps / 20.0); }
 
 // Multi-byte values are kept one byte of all of them at a time: high bytes are alike and pack well.
 class Columns {
@@ -100,10 +101,10 @@ Vec3f from_octahedral(std::uint16_t a, std::uint16_t b) {
 std::uint8_t radius_code(double radius_m) {
   if (!(radius_m > 0)) return 0;
   return static_cast<std::uint8_t>(
-      std::clamp(std::lround(1 + 16 * std::log2(radius_m / 1e-3)), 1l, 255l));
+      std::clamp(std::lround(1 + 16 * log2_of(static_cast<double>(radius_m) / 1e-3)), 1l, 255l));
 }
 float radius_m_of(std::uint8_t code) {
-  return code == 0 ? 0 : static_cast<float>(1e-3 * std::exp2((code - 1) / 16.0));
+  return code == 0 ? 0 : static_cast<float>(1e-3 * exp2_of((code - 1) / 16.0));
 }
 
 }  // namespace

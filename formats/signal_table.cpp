@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/maths.h"
 #include "common/random.h"
 
 namespace clamor {
@@ -19,8 +20,8 @@ std::vector<float> pink_noise(std::size_t frames, double rms) {
     samples[i] = unit(philox(0x70696e6b, {static_cast<std::uint32_t>(i), 0, 0, 0})[0]) * 2 - 1;
   for (double pole_hz = 10; pole_hz < kSampleRate_hz / 2; pole_hz *= 2) {
     const double radians_per_hz = 2 * std::numbers::pi / kSampleRate_hz;
-    const double pole = std::exp(-radians_per_hz * pole_hz);
-    const double zero = std::exp(-radians_per_hz * pole_hz * std::numbers::sqrt2);
+    const double pole = exp_of(-radians_per_hz * pole_hz);
+    const double zero = exp_of(-radians_per_hz * pole_hz * std::numbers::sqrt2);
     double y = 0;
     for (int round = 0; round < 2; ++round) {
       double before = samples.back();

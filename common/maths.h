@@ -1,0 +1,89 @@
+// maths.h: elementary functions that give the same bits on every CPU.
+//
+// The C library's exp, log, pow, sin and cos choose their code by what the CPU can do, and round
+// differently with fused multiply-add than without. Where a result reaches the bake file, or
+// decides which way a photon goes, these are used instead: additions, multiplications, divisions
+// and square roots only, each of which IEEE 754 rounds in one way. (The project is compiled without
+// contraction, and never with -ffast-math.)
+//
+// The float functions have no branch, so that loops over arrays of them become vector code; the
+// double ones are for tables. Errors stated are the largest found by tests/common/maths_test.cpp.
+#pragma once
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+namespace clamor {
+
+#define CLAMOR_INLINE [[gnu::always_inline]] inline
+
+// log2(x) for normal x > 0. Error below 2e-7 times the larger of 1 and |log2(x)|, and below 3e-7 of
+// it near 1.
+//
+// x = 2^e m, sqrt(1/2) <= m < sqrt(2), and log(m) = 2 artanh((m - 1) / (m + 1)).
+CLAMOR_INLINE float log2_of(float x) {
+  const std::int32_t bits = std::bit_cast<std::int32_t>(x);
+  const std::int32_t exponent = (bits - 0x3f3504f3) >> 23;
+  const float m = std::bit_cast<float>(bits - (exponent << 23));
+  const float t = (m - 1) / (m + 1);
+  const float t2 = t * t;
+  const float series =
+      2.88539008f +
+      t2 * (0.961796694f + t2 * (0.577078016f + t2 * (0.412198583f + t2 * 0.3205989f)));
+  return static_cast<float>(exponent) + t * series;
+}
+
+// 2^x, relative error below 2e-7; x is kept within -126 and 126.
+//
+// 2^x = 2^n 2^f, |f| <= 1/2, by the series of exp(f ln 2).
+CLAMOR_INLINE float exp2_of(float x) {
+  x = x < -126 ? -126 : x;
+  x = x > 126 ? 126 : x;
+  const float n = (x + 12582912.0f) - 12582912.0f;  // to the nearest integer
+  const float f = x - n;
+  const float series =
+      1.0f +
+      f * (0.693147181f +
+           f * (0.240226507f +
+                f * (5.55041087e-2f +
+                     f * (9.61812911e-3f +
+                          f * (1.33335581e-3f + f * (1.54035304e-4f + f * 1.52527338e-5f))))));
+  const std::int32_t scale = (static_cast<std::int32_t>(n) + 127) << 23;
+  return series * std::bit_cast<float>(scale);
+}
+
+// sin and cos of a turn's share u in [0, 1]: of 2 pi u. Absolute error below 1.5e-7.
+struct SinCos {
+  float sin, cos;
+};
+CLAMOR_INLINE SinCos sin_cos_of_turn(float u) {
+  const float quarters = u * 4;
+  const float k = (quarters + 12582912.0f) - 12582912.0f;
+  const float r = quarters - k;  // of a quarter turn, |r| <= 1/2
+  const float r2 = r * r;
+  const float s =
+      r *
+      (1.57079633f +
+       r2 * (-0.645964098f + r2 * (7.96926263e-2f + r2 * (-4.68175414e-3f + r2 * 1.60441185e-4f))));
+  const float c =
+      1.0f + r2 * (-1.23370055f +
+                   r2 * (0.253669508f +
+                         r2 * (-2.08634807e-2f + r2 * (9.19260275e-4f + r2 * -2.52020424e-5f))));
+  const auto quadrant = static_cast<std::int32_t>(k);
+  const bool swapped = (quadrant & 1) != 0;
+  const float sine = swapped ? c : s, cosine = swapped ? s : c;
+  return {(quadrant & 2) != 0 ? -sine : sine, ((quadrant + 1) & 2) != 0 ? -cosine : cosine};
+}
+
+// The same in double, relative error below 1e-15 (1e-14 for power, times |exponent log2(base)|
+// where that is larger than 10). For tables; not for inner loops.
+double log2_of(double x);  // x > 0
+double exp2_of(double x);  // 0 below -1022
+double exp_of(double x);
+double power(double base, double exponent);  // base >= 0; 0 to a positive power is 0
+double sin_of(double radians);               // |radians| below 1e5
+double cos_of(double radians);
+double acos_of(double x);  // -1 to 1
+
+}  // namespace clamor
