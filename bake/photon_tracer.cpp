@@ -10,13 +10,12 @@
 
 #include "bake/sobol.h"
 #include "common/directivity.h"
+#include "common/maths.h"
 #include "common/random.h"
 
 namespace clamor {
 
 namespace {
-
-using BandValues = std::array<double, kBandCount>;
 
 // FNV-1a.
 std::uint64_t hash_of_name(std::string_view name) {
@@ -30,24 +29,7 @@ RandomBits draw(std::uint64_t key, std::uint64_t photon, std::uint32_t bounce, U
                       bounce, static_cast<std::uint32_t>(use)});
 }
 
-// Which band's law draws the next direction: one with share w[b] of the sum 8.
-std::size_t draw_band(const BandValues& w, double u) {
-  double left = u * kBandCount;
-  for (std::size_t b = 0; b + 1 < kBandCount; ++b) {
-    left -= w[b];
-    if (left < 0) return b;
-  }
-  return kBandCount - 1;
-}
-
-// w <- 8 w q / sum(w q). False when no band could have come this way.
-bool reweight(BandValues& w, const BandValues& q) {
-  double sum = 0;
-  for (std::size_t b = 0; b < kBandCount; ++b) sum += w[b] * q[b];
-  if (!(sum > 0)) return false;
-  for (std::size_t b = 0; b < kBandCount; ++b) w[b] *= kBandCount * q[b] / sum;
-  return true;
-}
+constexpr float kBelowOne = 0x1.fffffep-1f;
 
 }  // namespace
 
@@ -61,30 +43,20 @@ void TracedRuns::clear() {
   runs.clear();
 }
 
-void TraceTally::add(const TraceTally& other, double power_share) {
-  photons += other.photons;
-  bounces += other.bounces;
-  escaped += other.escaped;
-  legs_m += other.legs_m;
-  legs += other.legs;
-  for (std::size_t b = 0; b < kBandCount; ++b) {
-    power_escaped[b] += other.power_escaped[b] * power_share;
-    power_unfinished[b] += other.power_unfinished[b] * power_share;
-  }
-}
-
-struct PhotonTracer::Photon {
-  std::uint64_t number = 0, key = 0;
-  std::uint32_t emitter = 0;
-  Vec3 origin_m, direction;
-  double travelled_m = 0;
-  BandValues power{};                    // of the band's own paths; times weight for this path
-  BandValues weight{};                   // sums to 8
-  std::array<double, 2> first_bounce{};  // the Sobol point's other half
-};
-
 PhotonTracer::PhotonTracer(const Scene& scene, const Level& level, const TraceSettings& settings)
-    : scene_(scene), level_(level), settings_(settings), laws_(level.materials) {
+    : scene_(scene),
+      level_(level),
+      settings_(settings),
+      materials_(kernel_materials(level.materials, lobes_)) {
+  kernel_settings_.kappa = static_cast<float>(settings.roulette_kappa);
+  kernel_settings_.longest_m = settings.longest_path_s * settings.speed_mps;
+  kernel_settings_.most_bounces = settings.most_bounces;
+  kernel_settings_.speed_mps = settings.speed_mps;
+  kernel_settings_.offset_m = static_cast<float>(scene.offset_m());
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    kernel_settings_.air_log2_loss_per_m[b] =
+        static_cast<float>(static_cast<double>(settings.air_loss_per_m[b]) * std::numbers::log2e);
+
   std::unordered_map<std::string_view, std::uint32_t> namesakes;
   for (const Emitter& emitter : level.emitters) {
     const std::uint64_t name = hash_of_name(emitter.name);
@@ -96,162 +68,116 @@ PhotonTracer::PhotonTracer(const Scene& scene, const Level& level, const TraceSe
   }
 }
 
-PhotonTracer::Photon PhotonTracer::emit(std::uint32_t index, std::uint64_t number) const {
+KernelPhoton PhotonTracer::emit(std::uint32_t index, std::uint64_t number) const {
   const Emitter& emitter = level_.emitters[index];
-  Photon photon;
+  KernelPhoton photon;
   photon.number = number;
   photon.key = emitter_keys_[index];
-  photon.emitter = index;
-  photon.origin_m = emitter.position_m;
+  photon.origin_m = Vec3f(emitter.position_m);
 
   const RandomBits bits = draw(photon.key, number, 0, Use::kEmission);
   const auto sobol = sobol_point(photon.key, static_cast<std::uint32_t>(number));
-  photon.first_bounce = {sobol[2], sobol[3]};
+  photon.first_bounce = {std::min(static_cast<float>(sobol[2]), kBelowOne),
+                         std::min(static_cast<float>(sobol[3]), kBelowOne)};
 
-  const std::size_t drawn =
-      std::min<std::size_t>(static_cast<std::size_t>(unit(bits[0]) * kBandCount), kBandCount - 1);
+  const auto drawn = static_cast<std::size_t>(unit(bits[0]) * kBandCount);
   const double cos_a = draw_emission_cos(emitter.directivity[drawn], sobol[0]);
   const double sin_a = std::sqrt(std::max(0.0, 1 - cos_a * cos_a));
   const double turn = 2 * std::numbers::pi * sobol[1];
   const Basis basis = basis_around(emitter.axis);
-  photon.direction = normalize(emitter.axis * cos_a + basis.tangent * (sin_a * std::cos(turn)) +
-                               basis.bitangent * (sin_a * std::sin(turn)));
+  photon.direction = Vec3f(normalize(emitter.axis * cos_a + basis.tangent * (sin_a * cos_of(turn)) +
+                                     basis.bitangent * (sin_a * sin_of(turn))));
 
-  BandValues density;
+  // The bands' densities towards there, ((1 + cos a) / 2)^p (p + 1) / 4 pi, as weights of sum 8.
+  double sum = 0;
+  std::array<double, kBandCount> density{};
+  const double log2_share = cos_a > -1 ? log2_of((1 + cos_a) / 2) : -1e9;
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    density[b] = emission(emitter.directivity[b], cos_a) / emission_power(emitter.directivity[b]);
-    photon.power[b] = emitted_power(emitter, b);
+    const double p = emitter.directivity[b];
+    density[b] = exp2_of(p > 0 ? p * log2_share : 0) / emission_power(p);
+    sum += density[b];
   }
-  photon.weight.fill(1);
-  if (!reweight(photon.weight, density)) photon.power.fill(0);
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    photon.power[b] = sum > 0 ? static_cast<float>(emitted_power(emitter, b)) : 0;
+    photon.weight[b] = sum > 0 ? static_cast<float>(kBandCount * density[b] / sum) : 0;
+  }
   return photon;
 }
 
-bool PhotonTracer::reflect(Photon& photon, const Hit& hit, std::uint32_t bounce) const {
-  const RandomBits first = draw(photon.key, photon.number, bounce, Use::kReflection);
-  const RandomBits second = draw(photon.key, photon.number, bounce, Use::kRetry);
-  std::array<double, 6> u = {unit(first[0]),  unit(first[1]),  unit(first[2]),
-                             unit(second[0]), unit(second[1]), unit(second[2])};
-  if (bounce == 1) {
-    u[1] = photon.first_bounce[0];
-    u[2] = photon.first_bounce[1];
-  }
-
-  const std::size_t drawn = draw_band(photon.weight, unit(first[3]));
-  const Vec3 mirror = mirrored(photon.direction, hit.normal);
-  const Vec3 departure =
-      normalize(laws_.draw(hit.material, drawn, photon.direction, hit.normal, u));
-  const double cos_i = -dot(photon.direction, hit.normal);
-  const double cos_o = dot(departure, hit.normal);
-  const Bands density = laws_.density(hit.material, cos_i, cos_o, dot(departure, mirror));
-  BandValues q;
-  std::copy(density.begin(), density.end(), q.begin());
-  if (!reweight(photon.weight, q)) return false;
-
-  photon.direction = departure;
-  photon.origin_m = scene_.away_from_surface(hit.point_m, hit.normal);
-  return true;
-}
-
 void PhotonTracer::trace(std::span<const PhotonRun> runs, TracedRuns& result) const {
-  for (const PhotonRun& run : runs) trace_run(run, result);
+  while (!runs.empty()) {
+    std::size_t together = 0, photons = 0;
+    while (together < runs.size() && photons + runs[together].count <= kStepPhotons)
+      photons += runs[together++].count;
+    assert(together > 0 && "a run has at most kRunPhotons");
+    trace_together(runs.first(together), result);
+    runs = runs.subspan(together);
+  }
 }
 
-void PhotonTracer::trace_run(const PhotonRun& run, TracedRuns& result) const {
-  assert(run.emitter < level_.emitters.size() && run.count <= kRunPhotons);
-  std::vector<std::uint32_t> bounces;  // of each deposit
-  TracedRun traced{run, result.deposits.size(), 0, {}};
-  TraceTally& tally = traced.tally;
-  double launched = 0;
-  for (std::size_t b = 0; b < kBandCount; ++b)
-    launched += emitted_power(level_.emitters[run.emitter], b);
-  const double least_power = settings_.least_power * launched;
-
-  for (std::uint32_t i = 0; i < run.count; ++i) {
-    const std::uint64_t number = run.first + i;
-    Photon photon = emit(run.emitter, number);
-    ++tally.photons;
-
-    for (std::uint32_t bounce = 1;; ++bounce) {
-      double before = 0;
-      for (std::size_t b = 0; b < kBandCount; ++b)
-        before = std::max(before, photon.power[b] * photon.weight[b]);
-      if (!(before > 0)) break;
-
-      const auto hit = scene_.intersect(photon.origin_m, photon.direction);
-      if (!hit) {
-        ++tally.escaped;
-        for (std::size_t b = 0; b < kBandCount; ++b)
-          tally.power_escaped[b] += photon.power[b] * photon.weight[b];
-        break;
-      }
-      photon.travelled_m += hit->distance_m;
-      const double delay_s = photon.travelled_m / settings_.speed_mps;
-      if (delay_s > settings_.longest_path_s || bounce > settings_.most_bounces) {
-        for (std::size_t b = 0; b < kBandCount; ++b)
-          tally.power_unfinished[b] += photon.power[b] * photon.weight[b];
-        break;
-      }
-      ++tally.bounces;
-      if (bounce > 1) {
-        tally.legs_m += hit->distance_m;
-        ++tally.legs;
-      }
-
-      const Material& material = level_.materials[hit->material];
-      double after = 0;
-      Source deposit;
-      for (std::size_t b = 0; b < kBandCount; ++b) {
-        photon.power[b] *= std::exp(-settings_.air_loss_per_m[b] * hit->distance_m) *
-                           (1 - static_cast<double>(material.absorption[b]));
-        const double reflected = photon.power[b] * photon.weight[b];
-        after = std::max(after, reflected);
-        deposit.power[b] = static_cast<float>(reflected);
-      }
-      if (!(after > 0)) break;
-
-      const RandomBits bits = draw(photon.key, number, bounce, Use::kPolarity);
-      deposit.position_m = Vec3f(hit->point_m);
-      deposit.normal = Vec3f(hit->normal);
-      deposit.mirror = Vec3f(mirrored(photon.direction, hit->normal));
-      deposit.delay_s = static_cast<float>(delay_s);
-      deposit.u = static_cast<float>(unit_above_zero(bits[0]));
-      deposit.polarity = (bits[1] & 1) != 0 ? 1 : -1;
-      deposit.emitter = photon.emitter;
-      deposit.material = hit->material;
-      double summed = 0;
-      for (const float band : deposit.power) summed += static_cast<double>(band);
-      if (summed >= least_power || unit(bits[3]) * least_power < summed) {
-        const double scale = std::max(1.0, least_power / summed);
-        for (float& band : deposit.power) band = static_cast<float>(band * scale);
-        result.deposits.push_back(deposit);
-        result.photons.push_back(static_cast<std::uint16_t>(i));
-        bounces.push_back(bounce);
-      }
-
-      const double survival = std::pow(std::min(1.0, after / before), settings_.roulette_kappa);
-      if (unit(bits[2]) >= survival) break;
-      for (double& power : photon.power) power /= survival;
-      if (!reflect(photon, *hit, bounce)) break;
+void PhotonTracer::trace_together(std::span<const PhotonRun> runs, TracedRuns& result) const {
+  std::vector<KernelRun> kernel_runs;
+  std::vector<KernelPhoton> photons;
+  std::vector<std::uint16_t> alive;
+  for (const PhotonRun& run : runs) {
+    assert(run.emitter < level_.emitters.size());
+    double launched = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      launched += emitted_power(level_.emitters[run.emitter], b);
+    KernelRun& kernel_run = kernel_runs.emplace_back();
+    kernel_run.least_power = static_cast<float>(settings_.least_power * launched);
+    kernel_run.emitter = run.emitter;
+    kernel_run.tally.photons = run.count;
+    for (std::uint32_t i = 0; i < run.count; ++i) {
+      KernelPhoton photon = emit(run.emitter, run.first + i);
+      photon.run = static_cast<std::uint16_t>(kernel_runs.size() - 1);
+      photon.index = static_cast<std::uint16_t>(i);
+      if (*std::max_element(photon.power.begin(), photon.power.end()) > 0)
+        alive.push_back(static_cast<std::uint16_t>(photons.size()));
+      photons.push_back(photon);
     }
   }
 
-  // By bounce; photons are in order already.
-  traced.deposits = bounces.size();
-  std::vector<std::size_t> order(bounces.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return bounces[a] < bounces[b]; });
+  const auto scratch = make_shade_scratch();
+  std::vector<Ray> rays(alive.size());
+  std::vector<SurfaceHit> hits(alive.size());
   std::vector<Source> deposits;
-  std::vector<std::uint16_t> photons;
-  for (const std::size_t i : order) {
-    deposits.push_back(result.deposits[traced.first_deposit + i]);
-    photons.push_back(result.photons[traced.first_deposit + i]);
+  std::vector<std::uint16_t> deposit_runs, deposit_photons;
+  DepositSink sink;
+  for (std::uint32_t bounce = 1; !alive.empty(); ++bounce) {
+    for (std::size_t i = 0; i < alive.size(); ++i)
+      rays[i] = {photons[alive[i]].origin_m, photons[alive[i]].direction};
+    scene_.first_hits({rays.data(), alive.size()}, {hits.data(), alive.size()});
+
+    const std::size_t room = sink.count + 2 * alive.size();
+    if (deposits.size() < room) {
+      deposits.resize(std::max(room, 2 * deposits.size()));
+      deposit_runs.resize(deposits.size());
+      deposit_photons.resize(deposits.size());
+    }
+    sink.deposits = deposits.data();
+    sink.runs = deposit_runs.data();
+    sink.photons = deposit_photons.data();
+    alive.resize(shade(kernel_settings_, materials_, bounce, photons, alive, hits, kernel_runs,
+                       *scratch, sink));
   }
-  const auto first = static_cast<std::ptrdiff_t>(traced.first_deposit);
-  std::copy(deposits.begin(), deposits.end(), result.deposits.begin() + first);
-  std::copy(photons.begin(), photons.end(), result.photons.begin() + first);
-  result.runs.push_back(traced);
+
+  // Sorted by run; within one they are in order.
+  std::vector<std::size_t> next(runs.size() + 1, 0);
+  for (std::size_t i = 0; i < sink.count; ++i) ++next[deposit_runs[i] + 1];
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    result.runs.push_back(
+        {runs[r], result.deposits.size() + next[r], next[r + 1], kernel_runs[r].tally});
+    next[r + 1] += next[r];
+  }
+  const std::size_t first = result.deposits.size();
+  result.deposits.resize(first + sink.count);
+  result.photons.resize(first + sink.count);
+  for (std::size_t i = 0; i < sink.count; ++i) {
+    const std::size_t place = first + next[deposit_runs[i]]++;
+    result.deposits[place] = deposits[i];
+    result.photons[place] = deposit_photons[i];
+  }
 }
 
 }  // namespace clamor

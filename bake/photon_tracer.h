@@ -10,6 +10,9 @@
 // heuristic over whole paths (E. Veach, L. Guibas, SIGGRAPH 1995). No band does worse than traced
 // alone with an eighth of the photons; with like exponents nothing is lost.
 //
+// The photons of a run advance in step, so that the shading of one bounce is vector code
+// (trace_kernel.h) and rays are asked for many at a time.
+//
 // Photon i of an emitter is a function of the seed, the emitter's own content (its name picks the
 // random numbers), the scene and the settings: philox(seed, name; i, bounce, use) and Sobol point
 // i. So photons may be traced in any order on any thread, tracing more only adds to those before,
@@ -18,11 +21,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "bake/scene.h"
-#include "common/reflection.h"
+#include "bake/trace_kernel.h"
 #include "formats/level.h"
 #include "formats/source.h"
 
@@ -42,17 +46,7 @@ struct TraceSettings {
   double least_power = 0;
 };
 
-// What became of the photons. Powers in the units of Source::power.
-struct TraceTally {
-  std::uint64_t photons = 0, bounces = 0, escaped = 0;
-  double legs_m = 0;  // total length between surfaces
-  std::uint64_t legs = 0;
-  std::array<double, kBandCount> power_escaped{}, power_unfinished{};
-
-  void add(const TraceTally& other, double power_share = 1);
-};
-
-inline constexpr std::uint32_t kRunPhotons = 1024;
+inline constexpr std::uint32_t kRunPhotons = kStepPhotons;
 
 // Photons first .. first + count - 1 of one emitter, at most kRunPhotons of them.
 struct PhotonRun {
@@ -90,16 +84,15 @@ class PhotonTracer {
   const std::array<double, kBandCount>& power_emitted() const { return power_emitted_; }
 
  private:
-  struct Photon;
-
-  void trace_run(const PhotonRun& run, TracedRuns& result) const;
-  Photon emit(std::uint32_t emitter, std::uint64_t number) const;
-  bool reflect(Photon& photon, const Hit& hit, std::uint32_t bounce) const;
+  KernelPhoton emit(std::uint32_t emitter, std::uint64_t number) const;
+  void trace_together(std::span<const PhotonRun> runs, TracedRuns& result) const;
 
   const Scene& scene_;
   const Level& level_;
   TraceSettings settings_;
-  ReflectionLaws laws_;
+  KernelSettings kernel_settings_;
+  std::vector<std::unique_ptr<PhongLobe>> lobes_;
+  std::vector<KernelMaterial> materials_;
   std::vector<std::uint64_t> emitter_keys_;  // of their random numbers
   std::array<double, kBandCount> power_emitted_{};
 };

@@ -32,12 +32,13 @@ inline RandomBits philox(std::uint64_t key, RandomBits counter) {
 
 // What a draw is for; part of the counter, so that no two uses share a number.
 enum class Use : std::uint32_t {
-  kEmission,    // direction a photon leaves in
-  kReflection,  // lobe, direction, roulette
-  kRetry,       // second draw of a reflection
-  kPolarity,    // sign of a secondary source, and its permanent number u
-  kPhase,       // start offset of an emitter that asks for a random one
-  kEmitter,     // the key of an emitter's own random numbers, from its name
+  kEmission,      // direction a photon leaves in
+  kReflection,    // lobe, direction, roulette
+  kRetry,         // second draw of a reflection
+  kPolarity,      // sign of a secondary source, and its permanent number u
+  kPhase,         // start offset of an emitter that asks for a random one
+  kEmitter,       // the key of an emitter's own random numbers, from its name
+  kTransmission,  // sign and permanent number of a source on the far side of a wall
 };
 
 // Uniform in [0, 1), 32 bits fine.

@@ -217,7 +217,7 @@ TEST(PhotonTracer, InAFreeFieldEveryPhotonEscapesAndNothingIsDeposited) {
   const Outcome outcome = trace(level, {}, 1000);
   EXPECT_EQ(outcome.tally.escaped, 1000u);
   EXPECT_TRUE(outcome.deposits.empty());
-  EXPECT_NEAR(total(outcome.tally.power_escaped) / total(outcome.emitted), 1, 1e-9);
+  EXPECT_NEAR(total(outcome.tally.power_escaped) / total(outcome.emitted), 1, 1e-6);  // float
 }
 
 TEST(PhotonTracer, SilentEmittersCostNothingAndBreakNothing) {

@@ -1,0 +1,114 @@
+// trace_kernel.h: what happens to photons at a surface, for many of them at once.
+//
+// The inner part of the photon tracer, without rays: air, absorption, deposits, roulette and the
+// draw of the next direction. Photons advance in step, bounce by bounce. What is alike for all
+// (random numbers, logarithms, directions) is computed one photon per lane; what is per band one
+// band per lane, eight bands of one photon in one register. These are plain loops that compilers
+// turn into vector code, compiled once per instruction set through Highway; since no operation used
+// rounds differently on any of them, neither instruction set nor compiler changes a bit.
+//
+// Threads: shade() from any number at once, each with its own ShadeScratch.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "bake/scene.h"
+#include "common/bands.h"
+#include "common/material.h"
+#include "common/reflection.h"
+#include "common/vec.h"
+#include "formats/source.h"
+
+namespace clamor {
+
+// Photons that advance in step: enough to fill the lanes, few enough to stay in the L2 cache.
+inline constexpr std::size_t kStepPhotons = 1024;
+
+struct alignas(64) KernelPhoton {
+  Bands power{};   // of each band's own paths; times weight for this path
+  Bands weight{};  // the balance heuristic's, sums to 8
+  Vec3f origin_m{}, direction{};
+  double travelled_m = 0;
+  std::uint64_t number = 0, key = 0;    // of the random numbers
+  std::array<float, 2> first_bounce{};  // the Sobol point's other half
+  std::uint16_t run = 0, index = 0;     // within the call; within the run
+};
+
+// A material's numbers in the order in which lanes read them.
+struct alignas(64) KernelMaterial {
+  Bands kept{};               // share of the power that goes on: reflected and let through
+  Bands reflected_of_kept{};  // of which reflected,
+  Bands through_of_kept{};    // and let through
+  Bands scattering{}, exponent{}, inverse_exponent{};  // 1 / (p + 1)
+  Bands lobe{}, compensation{};                        // factors of the law's two terms
+  bool alike = false;                                  // one law in all bands
+  bool transmits = false;
+  std::vector<Bands> lost;  // 1 - E at cos = (k / kLossCells)^2; empty where all is Lambert
+  std::array<const PhongLobe*, kBandCount> lobes{};
+};
+
+inline constexpr std::size_t kLossCells = 256;
+
+struct KernelSettings {
+  float kappa = 0.5f;
+  double longest_m = 0;
+  std::uint32_t most_bounces = 0xffffffff;
+  double speed_mps = 343.2;
+  Bands air_log2_loss_per_m{};  // energy falls as 2^(-loss r)
+  float offset_m = 0;           // off the surface, for the next ray
+};
+
+// What became of the photons of one run. Powers in the units of Source::power.
+struct TraceTally {
+  std::uint64_t photons = 0, bounces = 0, escaped = 0;
+  double legs_m = 0;  // total length between surfaces
+  std::uint64_t legs = 0;
+  std::array<double, kBandCount> power_escaped{}, power_unfinished{};
+
+  void add(const TraceTally& other, double power_share = 1);
+};
+
+// Where deposits go: room for two per photon of the step.
+struct DepositSink {
+  Source* deposits = nullptr;
+  std::uint16_t* runs = nullptr;     // of each deposit
+  std::uint16_t* photons = nullptr;  // index within the run
+  std::size_t count = 0;
+};
+
+// Per run of the call: what a deposit must have to be kept for certain, and the emitter.
+struct KernelRun {
+  float least_power = 0;
+  std::uint32_t emitter = 0;
+  TraceTally tally;
+};
+
+struct ShadeScratch;
+struct DeleteScratch {
+  void operator()(ShadeScratch* scratch) const;
+};
+std::unique_ptr<ShadeScratch, DeleteScratch> make_shade_scratch();
+
+// One bounce of the photons whose slots are listed in `alive`, at most kStepPhotons, given where
+// their rays end. Leaves their deposits in the sink, counts in the runs, the next ray in the
+// photons; returns how many entries of `alive` are still alive, moved to its front in order.
+std::size_t shade(const KernelSettings& settings, std::span<const KernelMaterial> materials,
+                  std::uint32_t bounce, std::span<KernelPhoton> photons,
+                  std::span<std::uint16_t> alive, std::span<const SurfaceHit> hits,
+                  std::span<KernelRun> runs, ShadeScratch& scratch, DepositSink& sink);
+
+// The tables of the materials; `lobes` keeps what they point to.
+std::vector<KernelMaterial> kernel_materials(std::span<const Material> materials,
+                                             std::vector<std::unique_ptr<PhongLobe>>& lobes);
+
+// For tests: the instruction sets this CPU has, best first, and a way to be limited to one of them
+// ("" for the best). Not while anything is traced.
+std::vector<std::string> trace_kernel_targets();
+void force_trace_kernel_target(const std::string& name);
+
+}  // namespace clamor
