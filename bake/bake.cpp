@@ -81,7 +81,7 @@ Traced trace_all(const PhotonTracer& tracer, std::span<const std::uint64_t> coun
     TracedRuns& part = parts[batch];
     tracer.trace(batches[batch], part);
     const std::lock_guard lock(reporting);
-    for (const TracedRun& run : part.runs) {
+    for (const TracedRun& run : part.runs()) {
       progress.photons_done += run.tally.photons;
       progress.bounces += run.tally.bounces;
     }
@@ -90,13 +90,13 @@ Traced trace_all(const PhotonTracer& tracer, std::span<const std::uint64_t> coun
 
   Traced all;
   std::size_t total = 0;
-  for (const TracedRuns& part : parts) total += part.deposits.size();
+  for (const TracedRuns& part : parts) total += part.deposits().size();
   all.deposits.reserve(total);
   for (TracedRuns& part : parts) {
-    for (const TracedRun& run : part.runs) {
+    for (const TracedRun& run : part.runs()) {
       const double share = 1 / static_cast<double>(counts[run.run.emitter]);
       for (std::size_t i = 0; i < run.deposits; ++i) {
-        all.deposits.push_back(part.deposits[run.first_deposit + i]);
+        all.deposits.push_back(part.deposits()[run.first_deposit + i]);
         for (float& power : all.deposits.back().power) power = static_cast<float>(power * share);
       }
       all.tally.add(run.tally, share);
@@ -111,9 +111,9 @@ std::uint64_t photons_for(const PhotonTracer& tracer, const Level& level) {
   TracedRuns pilot;
   std::uint64_t photons = 0;
   for (const auto& batch : batches_of(allotted(level, kPilotPhotons))) tracer.trace(batch, pilot);
-  for (const TracedRun& run : pilot.runs) photons += run.tally.photons;
+  for (const TracedRun& run : pilot.runs()) photons += run.tally.photons;
   const double per_photon =
-      std::max(1.0, static_cast<double>(pilot.deposits.size()) / static_cast<double>(photons));
+      std::max(1.0, static_cast<double>(pilot.deposits().size()) / static_cast<double>(photons));
   const double wanted = std::round(static_cast<double>(kWantedSources) / per_photon / 100) * 100;
   return static_cast<std::uint64_t>(std::clamp(wanted, 1000.0, 200000.0));
 }

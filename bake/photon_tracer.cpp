@@ -38,9 +38,37 @@ double emitted_power(const Emitter& emitter, std::size_t band) {
 }
 
 void TracedRuns::clear() {
-  deposits.clear();
-  photons.clear();
-  runs.clear();
+  runs_.clear();
+  count_ = 0;
+}
+
+void TracedRuns::make_room(std::size_t deposits) {
+  if (deposits_.size() >= deposits) return;
+  deposits_.resize(std::max(deposits, 2 * deposits_.size()));
+  photons_.resize(deposits_.size());
+  run_of_.resize(deposits_.size());
+}
+
+// Deposits of runs that were traced together lie in order of bounces; each run's are gathered.
+void TracedRuns::sort_by_run(std::size_t first_deposit, std::size_t first_run) {
+  const std::size_t runs = runs_.size() - first_run;
+  std::vector<std::size_t> next(runs + 1, 0);
+  for (std::size_t i = first_deposit; i < count_; ++i) ++next[run_of_[i] + 1u];
+  for (std::size_t r = 0; r < runs; ++r) {
+    runs_[first_run + r].deposits = next[r + 1];
+    next[r + 1] += next[r];
+    runs_[first_run + r].first_deposit = first_deposit + next[r];
+  }
+  if (runs == 1) return;
+  const auto begin = static_cast<std::ptrdiff_t>(first_deposit);
+  const auto end = static_cast<std::ptrdiff_t>(count_);
+  const std::vector<Source> deposits(deposits_.begin() + begin, deposits_.begin() + end);
+  const std::vector<std::uint16_t> photons(photons_.begin() + begin, photons_.begin() + end);
+  for (std::size_t i = 0; i < deposits.size(); ++i) {
+    const std::size_t place = first_deposit + next[run_of_[first_deposit + i]]++;
+    deposits_[place] = deposits[i];
+    photons_[place] = photons[i];
+  }
 }
 
 PhotonTracer::PhotonTracer(const Scene& scene, const Level& level, const TraceSettings& settings)
@@ -68,12 +96,12 @@ PhotonTracer::PhotonTracer(const Scene& scene, const Level& level, const TraceSe
   }
 }
 
-KernelPhoton PhotonTracer::emit(std::uint32_t index, std::uint64_t number) const {
+KernelPhoton PhotonTracer::emit(std::uint32_t index, std::uint64_t number, Ray& ray) const {
   const Emitter& emitter = level_.emitters[index];
   KernelPhoton photon;
   photon.number = number;
   photon.key = emitter_keys_[index];
-  photon.origin_m = Vec3f(emitter.position_m);
+  ray.origin_m = Vec3f(emitter.position_m);
 
   const RandomBits bits = draw(photon.key, number, 0, Use::kEmission);
   const auto sobol = sobol_point(photon.key, static_cast<std::uint32_t>(number));
@@ -85,8 +113,8 @@ KernelPhoton PhotonTracer::emit(std::uint32_t index, std::uint64_t number) const
   const double sin_a = std::sqrt(std::max(0.0, 1 - cos_a * cos_a));
   const double turn = 2 * std::numbers::pi * sobol[1];
   const Basis basis = basis_around(emitter.axis);
-  photon.direction = Vec3f(normalize(emitter.axis * cos_a + basis.tangent * (sin_a * cos_of(turn)) +
-                                     basis.bitangent * (sin_a * sin_of(turn))));
+  ray.direction = Vec3f(normalize(emitter.axis * cos_a + basis.tangent * (sin_a * cos_of(turn)) +
+                                  basis.bitangent * (sin_a * sin_of(turn))));
 
   // The bands' densities towards there, ((1 + cos a) / 2)^p (p + 1) / 4 pi, as weights of sum 8.
   double sum = 0;
@@ -115,69 +143,63 @@ void PhotonTracer::trace(std::span<const PhotonRun> runs, TracedRuns& result) co
   }
 }
 
-void PhotonTracer::trace_together(std::span<const PhotonRun> runs, TracedRuns& result) const {
-  std::vector<KernelRun> kernel_runs;
+namespace {
+
+// What a thread needs for one call, kept between calls.
+struct Workspace {
+  std::vector<KernelRun> runs;
   std::vector<KernelPhoton> photons;
   std::vector<std::uint16_t> alive;
+  std::vector<Ray> rays;
+  std::vector<SurfaceHit> hits;
+  std::unique_ptr<ShadeScratch, DeleteScratch> scratch = make_shade_scratch();
+};
+
+}  // namespace
+
+void PhotonTracer::trace_together(std::span<const PhotonRun> runs, TracedRuns& result) const {
+  static thread_local Workspace work;
+  work.runs.clear();
+  work.photons.clear();
+  work.alive.clear();
+  work.rays.clear();
   for (const PhotonRun& run : runs) {
     assert(run.emitter < level_.emitters.size());
     double launched = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
       launched += emitted_power(level_.emitters[run.emitter], b);
-    KernelRun& kernel_run = kernel_runs.emplace_back();
+    KernelRun& kernel_run = work.runs.emplace_back();
     kernel_run.least_power = static_cast<float>(settings_.least_power * launched);
     kernel_run.emitter = run.emitter;
     kernel_run.tally.photons = run.count;
     for (std::uint32_t i = 0; i < run.count; ++i) {
-      KernelPhoton photon = emit(run.emitter, run.first + i);
-      photon.run = static_cast<std::uint16_t>(kernel_runs.size() - 1);
+      Ray ray;
+      KernelPhoton& photon = work.photons.emplace_back(emit(run.emitter, run.first + i, ray));
+      photon.run = static_cast<std::uint16_t>(work.runs.size() - 1);
       photon.index = static_cast<std::uint16_t>(i);
-      if (*std::max_element(photon.power.begin(), photon.power.end()) > 0)
-        alive.push_back(static_cast<std::uint16_t>(photons.size()));
-      photons.push_back(photon);
+      if (!(*std::max_element(photon.power.begin(), photon.power.end()) > 0)) continue;
+      work.alive.push_back(static_cast<std::uint16_t>(work.photons.size() - 1));
+      work.rays.push_back(ray);
     }
   }
+  work.hits.resize(work.alive.size());
 
-  const auto scratch = make_shade_scratch();
-  std::vector<Ray> rays(alive.size());
-  std::vector<SurfaceHit> hits(alive.size());
-  std::vector<Source> deposits;
-  std::vector<std::uint16_t> deposit_runs, deposit_photons;
-  DepositSink sink;
-  for (std::uint32_t bounce = 1; !alive.empty(); ++bounce) {
-    for (std::size_t i = 0; i < alive.size(); ++i)
-      rays[i] = {photons[alive[i]].origin_m, photons[alive[i]].direction};
-    scene_.first_hits({rays.data(), alive.size()}, {hits.data(), alive.size()});
-
-    const std::size_t room = sink.count + 2 * alive.size();
-    if (deposits.size() < room) {
-      deposits.resize(std::max(room, 2 * deposits.size()));
-      deposit_runs.resize(deposits.size());
-      deposit_photons.resize(deposits.size());
-    }
-    sink.deposits = deposits.data();
-    sink.runs = deposit_runs.data();
-    sink.photons = deposit_photons.data();
-    alive.resize(shade(kernel_settings_, materials_, bounce, photons, alive, hits, kernel_runs,
-                       *scratch, sink));
+  const std::size_t first_deposit = result.count_;
+  std::size_t alive = work.alive.size();
+  for (std::uint32_t bounce = 1; alive > 0; ++bounce) {
+    scene_.first_hits({work.rays.data(), alive}, {work.hits.data(), alive});
+    result.make_room(result.count_ + 2 * alive);
+    DepositSink sink{result.deposits_.data(), result.run_of_.data(), result.photons_.data(),
+                     result.count_};
+    alive = shade(kernel_settings_, materials_, bounce, work.photons, {work.alive.data(), alive},
+                  {work.rays.data(), alive}, work.hits, work.runs, *work.scratch, sink);
+    result.count_ = sink.count;
   }
 
-  // Sorted by run; within one they are in order.
-  std::vector<std::size_t> next(runs.size() + 1, 0);
-  for (std::size_t i = 0; i < sink.count; ++i) ++next[deposit_runs[i] + 1];
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    result.runs.push_back(
-        {runs[r], result.deposits.size() + next[r], next[r + 1], kernel_runs[r].tally});
-    next[r + 1] += next[r];
-  }
-  const std::size_t first = result.deposits.size();
-  result.deposits.resize(first + sink.count);
-  result.photons.resize(first + sink.count);
-  for (std::size_t i = 0; i < sink.count; ++i) {
-    const std::size_t place = first + next[deposit_runs[i]]++;
-    result.deposits[place] = deposits[i];
-    result.photons[place] = deposit_photons[i];
-  }
+  const std::size_t first_run = result.runs_.size();
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    result.runs_.push_back({runs[r], 0, 0, work.runs[r].tally});
+  result.sort_by_run(first_deposit, first_run);
 }
 
 }  // namespace clamor

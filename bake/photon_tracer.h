@@ -61,13 +61,28 @@ struct TracedRun {
   TraceTally tally;
 };
 
-// What some runs left behind, run after run; within one by bounce, then by photon.
-struct TracedRuns {
-  std::vector<Source> deposits;
-  std::vector<std::uint16_t> photons;  // per deposit: which photon of its run
-  std::vector<TracedRun> runs;
+// What some runs left behind, run after run; within one by bounce, then by photon. Meant to be
+// cleared and used again: memory once had is kept, since fresh pages cost as much as the shading.
+class TracedRuns {
+ public:
+  std::span<const TracedRun> runs() const { return runs_; }
+  std::span<Source> deposits() { return {deposits_.data(), count_}; }
+  std::span<const Source> deposits() const { return {deposits_.data(), count_}; }
+
+  // Per deposit: which photon of its run.
+  std::span<const std::uint16_t> photons() const { return {photons_.data(), count_}; }
 
   void clear();
+
+ private:
+  friend class PhotonTracer;
+  void make_room(std::size_t deposits);
+  void sort_by_run(std::size_t first_deposit, std::size_t first_run);
+
+  std::vector<TracedRun> runs_;
+  std::vector<Source> deposits_;  // these three are longer than count_
+  std::vector<std::uint16_t> photons_, run_of_;
+  std::size_t count_ = 0;
 };
 
 class PhotonTracer {
@@ -84,7 +99,7 @@ class PhotonTracer {
   const std::array<double, kBandCount>& power_emitted() const { return power_emitted_; }
 
  private:
-  KernelPhoton emit(std::uint32_t emitter, std::uint64_t number) const;
+  KernelPhoton emit(std::uint32_t emitter, std::uint64_t number, Ray& ray) const;
   void trace_together(std::span<const PhotonRun> runs, TracedRuns& result) const;
 
   const Scene& scene_;

@@ -16,9 +16,10 @@ namespace clamor {
 
 constexpr std::size_t kLanes = 16;  // a multiple of every vector's
 
-// Arrays over the photons of a step, so that lanes can run along them.
+// Arrays over the photons of a step, so that lanes can run along them. Padded: at 4096 bytes apart
+// a read of one would wait for a write to another, and all would share a few lines of the cache.
 template <class T>
-using Column = std::array<T, kStepPhotons>;
+using Column = std::array<T, kStepPhotons + 48>;
 using VectorColumn = std::array<Column<float>, 3>;
 
 struct RandomColumns {
@@ -39,7 +40,8 @@ struct alignas(64) ShadeScratch {
   Column<std::uint16_t> going_slot;
   Column<std::uint32_t> going_hit;
   Column<std::uint8_t> drawn;  // band
-  RandomColumns first, second;
+  RandomColumns way;
+  Column<std::uint32_t> band_bits, lambert_bits;
   VectorColumn normal, mirror, direction;
   Column<float> u1, u2, cos_i, cos_o, log2_cos_a, ratio, loss_place_i, loss_place_o;
   Column<float> scattering, inverse_exponent;
@@ -52,6 +54,7 @@ struct ShadeArguments {
   std::uint32_t bounce;
   std::span<KernelPhoton> photons;
   std::span<std::uint16_t> alive;
+  std::span<Ray> rays;
   std::span<const SurfaceHit> hits;
   std::span<KernelRun> runs;
   ShadeScratch& scratch;
@@ -73,14 +76,53 @@ namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
-// The sum and the greatest of eight, in one order on every machine.
-CLAMOR_INLINE float sum_of(const float* x) {
-  return ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]));
+// Eight bands in one register, where the instruction set has one of that size.
+typedef float BandVector __attribute__((vector_size(4 * kBandCount)));
+typedef std::int32_t BandInts __attribute__((vector_size(4 * kBandCount)));
+typedef float FourFloats __attribute__((vector_size(16)));
+
+CLAMOR_INLINE BandVector load(const Bands& bands) {
+  BandVector vector;
+  __builtin_memcpy(&vector, bands.data(), sizeof vector);
+  return vector;
 }
-CLAMOR_INLINE float larger(float a, float b) { return a > b ? a : b; }
-CLAMOR_INLINE float greatest_of(const float* x) {
-  return larger(larger(larger(x[0], x[4]), larger(x[2], x[6])),
-                larger(larger(x[1], x[5]), larger(x[3], x[7])));
+CLAMOR_INLINE void store(BandVector vector, Bands& bands) {
+  __builtin_memcpy(bands.data(), &vector, sizeof vector);
+}
+
+// The sum and the greatest of eight, in one order on every machine.
+CLAMOR_INLINE float sum_of(BandVector x) {
+  const FourFloats four =
+      __builtin_shufflevector(x, x, 0, 1, 2, 3) + __builtin_shufflevector(x, x, 4, 5, 6, 7);
+  const FourFloats two = four + __builtin_shufflevector(four, four, 2, 3, 2, 3);
+  return two[0] + two[1];
+}
+CLAMOR_INLINE float greatest_of(BandVector x) {
+  const FourFloats low = __builtin_shufflevector(x, x, 0, 1, 2, 3);
+  const FourFloats high = __builtin_shufflevector(x, x, 4, 5, 6, 7);
+  const FourFloats four = low > high ? low : high;
+  const FourFloats turned = __builtin_shufflevector(four, four, 2, 3, 2, 3);
+  const FourFloats two = four > turned ? four : turned;
+  return two[0] > two[1] ? two[0] : two[1];
+}
+
+// exp2_of() of common/maths.h in every lane, to the same bits.
+CLAMOR_INLINE BandVector exp2_of_bands(BandVector x) {
+  const BandVector low = BandVector{} - 126, high = BandVector{} + 126;
+  const BandVector round = BandVector{} + 12582912.0f;
+  x = x < low ? low : x;
+  x = x > high ? high : x;
+  const BandVector n = (x + round) - round;
+  const BandVector f = x - n;
+  const BandVector series =
+      1.0f +
+      f * (0.693147181f +
+           f * (0.240226507f +
+                f * (5.55041087e-2f +
+                     f * (9.61812911e-3f +
+                          f * (1.33335581e-3f + f * (1.54035304e-4f + f * 1.52527338e-5f))))));
+  const BandInts scale = (__builtin_convertvector(n, BandInts) + 127) << 23;
+  return series * (BandVector)scale;
 }
 
 // In [0, 1), 24 bits fine.
@@ -120,13 +162,17 @@ void draw(const ShadeScratch& scratch, std::size_t count, std::uint32_t bounce, 
 }
 
 // Notes who hit what; tallies those who left the level or are too old. Returns how many hit.
-std::size_t meet(const ShadeArguments& with) {
+[[gnu::noinline]] std::size_t meet(const ShadeArguments& with) {
+  const auto photons = with.photons;
+  const auto hits = with.hits;
+  const auto runs = with.runs;
+  const auto slots = with.alive;
   ShadeScratch& scratch = with.scratch;
   std::size_t count = 0;
   for (std::size_t i = 0; i < with.alive.size(); ++i) {
-    KernelPhoton& photon = with.photons[with.alive[i]];
-    const SurfaceHit& hit = with.hits[i];
-    TraceTally& tally = with.runs[photon.run].tally;
+    KernelPhoton& photon = photons[slots[i]];
+    const SurfaceHit& hit = hits[i];
+    TraceTally& tally = runs[photon.run].tally;
     std::array<double, kBandCount>* lost = nullptr;
     if (hit.material == SurfaceHit::kNone) {
       ++tally.escaped;
@@ -146,7 +192,7 @@ std::size_t meet(const ShadeArguments& with) {
       tally.legs_m += static_cast<double>(hit.distance_m);
       ++tally.legs;
     }
-    scratch.slot[count] = with.alive[i];
+    scratch.slot[count] = slots[i];
     scratch.hit[count] = static_cast<std::uint32_t>(i);
     scratch.key[0][count] = static_cast<std::uint32_t>(photon.key);
     scratch.key[1][count] = static_cast<std::uint32_t>(photon.key >> 32);
@@ -159,30 +205,30 @@ std::size_t meet(const ShadeArguments& with) {
 
 // Air and surface take their share of each band.
 void absorb(const ShadeArguments& with, std::size_t count) {
+  const auto photons = with.photons;
+  const auto hits = with.hits;
+  const auto materials = with.materials;
   ShadeScratch& scratch = with.scratch;
-  const Bands air = with.settings.air_log2_loss_per_m;
+  const BandVector air = load(with.settings.air_log2_loss_per_m);
   for (std::size_t j = 0; j < count; ++j) {
-    KernelPhoton& photon = with.photons[scratch.slot[j]];
-    const SurfaceHit& hit = with.hits[scratch.hit[j]];
-    const KernelMaterial& material = with.materials[hit.material];
-    alignas(32) float before[kBandCount], after[kBandCount], reflected[kBandCount];
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-      const float power = photon.power[b];
-      const float left = power * exp2_of(-air[b] * hit.distance_m) * material.kept[b];
-      before[b] = power * photon.weight[b];
-      after[b] = left * photon.weight[b];
-      reflected[b] = after[b] * material.reflected_of_kept[b];
-      photon.power[b] = left;
-      scratch.left[j][b] = after[b];
-    }
-    scratch.before[j] = greatest_of(before);
+    KernelPhoton& photon = photons[scratch.slot[j]];
+    const SurfaceHit& hit = hits[scratch.hit[j]];
+    const KernelMaterial& material = materials[hit.material];
+    const BandVector power = load(photon.power), weight = load(photon.weight);
+    const BandVector left = power * exp2_of_bands(air * -hit.distance_m) * load(material.kept);
+    const BandVector after = left * weight;
+    store(left, photon.power);
+    store(after, scratch.left[j]);
+    scratch.before[j] = greatest_of(power * weight);
     scratch.after[j] = greatest_of(after);
-    scratch.reflected[j] = sum_of(reflected);
+    scratch.reflected[j] = sum_of(after * load(material.reflected_of_kept));
   }
 }
 
-// Roulette's odds and the numbers that a deposit carries.
-void decide(const ShadeArguments& with, std::size_t count) {
+// Roulette's odds and the numbers that a deposit carries. Of the four random words the high 24 bits
+// are the deposit's u, roulette, the band that draws, and the choice of Lambert; the lowest bit of
+// the first is the sign, and the low bytes of the others decide whether a weak deposit is kept.
+[[gnu::noinline]] void decide(const ShadeArguments& with, std::size_t count) {
   ShadeScratch& scratch = with.scratch;
   draw(scratch, count, with.bounce, Use::kPolarity, scratch.fate);
   const float kappa = with.settings.kappa;
@@ -193,22 +239,26 @@ void decide(const ShadeArguments& with, std::size_t count) {
     scratch.survival[j] = exp2_of(kappa * log2_of(ratio));
     scratch.u[j] =
         static_cast<float>(static_cast<std::int32_t>(scratch.fate.words[0][j] >> 8) + 1) * 0x1p-24f;
-    scratch.roulette[j] = unit_of(scratch.fate.words[2][j]);
-    scratch.keep[j] = unit_of(scratch.fate.words[3][j]);
+    scratch.roulette[j] = unit_of(scratch.fate.words[1][j]);
+    scratch.keep[j] =
+        unit_of((scratch.fate.words[1][j] << 24) | (scratch.fate.words[2][j] & 255) << 16 |
+                (scratch.fate.words[3][j] & 255) << 8);
   }
 }
 
 CLAMOR_INLINE void put_deposit(const ShadeArguments& with, const KernelPhoton& photon,
-                               const SurfaceHit& hit, const float* power, float scale, float u,
-                               bool positive, bool through) {
+                               std::uint32_t hit_index, BandVector power, float u, bool positive,
+                               bool through) {
   const KernelRun& run = with.runs[photon.run];
-  const Vec3f point_m = photon.origin_m + photon.direction * hit.distance_m;
+  const SurfaceHit& hit = with.hits[hit_index];
+  const Ray& ray = with.rays[hit_index];
+  const Vec3f point_m = ray.origin_m + ray.direction * hit.distance_m;
   Source& deposit = with.sink.deposits[with.sink.count];
   deposit.position_m = point_m;
   deposit.normal = through ? -hit.normal : hit.normal;
-  deposit.mirror = through ? photon.direction : photon.direction + hit.normal * (2 * hit.cos_i);
+  deposit.mirror = through ? ray.direction : ray.direction + hit.normal * (2 * hit.cos_i);
   deposit.delay_s = static_cast<float>(photon.travelled_m / with.settings.speed_mps);
-  for (std::size_t b = 0; b < kBandCount; ++b) deposit.power[b] = power[b] * scale;
+  store(power, deposit.power);
   deposit.patch_radius_m = 0;
   deposit.u = u;
   deposit.emitter = run.emitter;
@@ -229,43 +279,39 @@ CLAMOR_INLINE float kept_scale(float power, float least, float draw) {
 }
 
 // Leaves the deposits and plays roulette. Returns how many go on.
-std::size_t deposit_and_survive(const ShadeArguments& with, std::size_t count) {
+[[gnu::noinline]] std::size_t deposit_and_survive(const ShadeArguments& with, std::size_t count) {
+  const auto photons = with.photons;
+  const auto hits = with.hits;
+  const auto materials = with.materials;
+  const auto runs = with.runs;
   ShadeScratch& scratch = with.scratch;
   std::size_t going = 0;
   for (std::size_t j = 0; j < count; ++j) {
     if (!(scratch.after[j] > 0)) continue;
-    KernelPhoton& photon = with.photons[scratch.slot[j]];
-    const SurfaceHit& hit = with.hits[scratch.hit[j]];
-    const KernelMaterial& material = with.materials[hit.material];
-    const float least = with.runs[photon.run].least_power;
+    KernelPhoton& photon = photons[scratch.slot[j]];
+    const SurfaceHit& hit = hits[scratch.hit[j]];
+    const KernelMaterial& material = materials[hit.material];
+    const float least = runs[photon.run].least_power;
     const float scale = kept_scale(scratch.reflected[j], least, scratch.keep[j]);
-    const bool positive = (scratch.fate.words[1][j] & 1) != 0;
-    if (!material.transmits) {
-      if (scale > 0)
-        put_deposit(with, photon, hit, scratch.left[j].data(), scale, scratch.u[j], positive,
-                    false);
-    } else {
-      alignas(32) float part[kBandCount];
-      if (scale > 0) {
-        for (std::size_t b = 0; b < kBandCount; ++b)
-          part[b] = scratch.left[j][b] * material.reflected_of_kept[b];
-        put_deposit(with, photon, hit, part, scale, scratch.u[j], positive, false);
-      }
-      for (std::size_t b = 0; b < kBandCount; ++b)
-        part[b] = scratch.left[j][b] * material.through_of_kept[b];
+    const bool positive = (scratch.fate.words[0][j] & 1) != 0;
+    const BandVector left = load(scratch.left[j]);
+    if (scale > 0)
+      put_deposit(with, photon, scratch.hit[j], left * load(material.reflected_of_kept) * scale,
+                  scratch.u[j], positive, false);
+    if (material.transmits) {
+      const BandVector part = left * load(material.through_of_kept);
       const RandomBits bits =
           philox(photon.key, {static_cast<std::uint32_t>(photon.number),
                               static_cast<std::uint32_t>(photon.number >> 32), with.bounce,
                               static_cast<std::uint32_t>(Use::kTransmission)});
       const float through_scale = kept_scale(sum_of(part), least, unit_of(bits[2]));
       if (through_scale > 0)
-        put_deposit(with, photon, hit, part, through_scale,
+        put_deposit(with, photon, scratch.hit[j], part * through_scale,
                     static_cast<float>((bits[0] >> 8) + 1) * 0x1p-24f, (bits[1] & 1) != 0, true);
     }
 
     if (scratch.roulette[j] >= scratch.survival[j]) continue;
-    const float gain = 1 / scratch.survival[j];
-    for (std::size_t b = 0; b < kBandCount; ++b) photon.power[b] *= gain;
+    store(load(photon.power) * (1 / scratch.survival[j]), photon.power);
     scratch.going_slot[going] = scratch.slot[j];
     scratch.going_hit[going] = scratch.hit[j];
     // The random numbers' columns are for those that go on from here.
@@ -273,21 +319,29 @@ std::size_t deposit_and_survive(const ShadeArguments& with, std::size_t count) {
     scratch.key[1][going] = scratch.key[1][j];
     scratch.number[0][going] = scratch.number[0][j];
     scratch.number[1][going] = scratch.number[1][j];
+    scratch.band_bits[going] = scratch.fate.words[2][j];
+    scratch.lambert_bits[going] = scratch.fate.words[3][j];
     ++going;
   }
   return going;
 }
 
-// Which band's law draws the direction, and on which side of the surface.
-void choose_laws(const ShadeArguments& with, std::size_t count) {
+// Which band's law draws the direction, and on which side of the surface. Of the random words the
+// high 24 bits are two of the direction and one of its acceptance, the fourth is for those not
+// accepted, and the low bytes choose the side.
+[[gnu::noinline]] void choose_laws(const ShadeArguments& with, std::size_t count) {
+  const auto photons = with.photons;
+  const auto hits = with.hits;
+  const auto materials = with.materials;
+  const auto rays = with.rays;
   ShadeScratch& scratch = with.scratch;
   for (std::size_t k = 0; k < count; ++k) {
-    const KernelPhoton& photon = with.photons[scratch.going_slot[k]];
-    const SurfaceHit& hit = with.hits[scratch.going_hit[k]];
-    const KernelMaterial& material = with.materials[hit.material];
+    const KernelPhoton& photon = photons[scratch.going_slot[k]];
+    const SurfaceHit& hit = hits[scratch.going_hit[k]];
+    const KernelMaterial& material = materials[hit.material];
     std::size_t drawn = 0;
     if (!material.alike || material.transmits) {
-      const float place = unit_of(scratch.first.words[3][k]) * kBandCount;
+      const float place = unit_of(scratch.band_bits[k]) * kBandCount;
       float below = 0;
       for (std::size_t b = 0; b + 1 < kBandCount; ++b) {
         below += photon.weight[b];
@@ -296,10 +350,12 @@ void choose_laws(const ShadeArguments& with, std::size_t count) {
     }
     scratch.drawn[k] = static_cast<std::uint8_t>(drawn);
     const bool through =
-        material.transmits && unit_of(scratch.second.words[3][k]) < material.through_of_kept[drawn];
+        material.transmits &&
+        unit_of(scratch.way.words[0][k] << 24 | (scratch.way.words[1][k] & 255) << 16 |
+                (scratch.way.words[2][k] & 255) << 8) < material.through_of_kept[drawn];
     const Vec3f normal = through ? -hit.normal : hit.normal;
-    const Vec3f mirror =
-        through ? photon.direction : photon.direction + hit.normal * (2 * hit.cos_i);
+    const Vec3f arrival = rays[scratch.going_hit[k]].direction;
+    const Vec3f mirror = through ? arrival : arrival + hit.normal * (2 * hit.cos_i);
     for (int axis = 0; axis < 3; ++axis) {
       scratch.normal[axis][k] = normal[axis];
       scratch.mirror[axis][k] = mirror[axis];
@@ -309,8 +365,8 @@ void choose_laws(const ShadeArguments& with, std::size_t count) {
     scratch.scattering[k] = material.scattering[drawn];
     scratch.inverse_exponent[k] = material.inverse_exponent[drawn];
     const bool first = with.bounce == 1;
-    scratch.u1[k] = first ? photon.first_bounce[0] : unit_of(scratch.first.words[1][k]);
-    scratch.u2[k] = first ? photon.first_bounce[1] : unit_of(scratch.first.words[2][k]);
+    scratch.u1[k] = first ? photon.first_bounce[0] : unit_of(scratch.way.words[0][k]);
+    scratch.u2[k] = first ? photon.first_bounce[1] : unit_of(scratch.way.words[1][k]);
   }
 }
 
@@ -329,9 +385,9 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
 }
 
 // Draws from Lambert's law or about the mirror direction.
-void propose(ShadeScratch& scratch, std::size_t count) {
+[[gnu::noinline]] void propose(ShadeScratch& scratch, std::size_t count) {
   for (std::size_t k = 0; k < count; ++k) {
-    const bool lambert = unit_of(scratch.first.words[0][k]) < scratch.scattering[k];
+    const bool lambert = unit_of(scratch.lambert_bits[k]) < scratch.scattering[k];
     const float left = 1 - scratch.u1[k];
     const float cos_lambert = std::sqrt(left);
     const float cos_lobe = exp2_of(log2_of(left) * scratch.inverse_exponent[k]);
@@ -340,7 +396,7 @@ void propose(ShadeScratch& scratch, std::size_t count) {
     const Vec3f way = around(lambert ? nx : mx, lambert ? ny : my, lambert ? nz : mz,
                              lambert ? cos_lambert : cos_lobe, scratch.u2[k]);
     const float cos_o = way.x * nx + way.y * ny + way.z * nz;
-    const float u3 = unit_of(scratch.second.words[0][k]);
+    const float u3 = unit_of(scratch.way.words[2][k]);
     scratch.direction[0][k] = way.x;
     scratch.direction[1][k] = way.y;
     scratch.direction[2][k] = way.z;
@@ -350,22 +406,25 @@ void propose(ShadeScratch& scratch, std::size_t count) {
 }
 
 // Proposals that went below the surface, or were not taken, leave by the law's second term.
-void compensate(const ShadeArguments& with, std::size_t count) {
+[[gnu::noinline]] void compensate(const ShadeArguments& with, std::size_t count) {
+  const auto hits = with.hits;
+  const auto materials = with.materials;
   ShadeScratch& scratch = with.scratch;
   for (std::size_t k = 0; k < count; ++k) {
     if (scratch.rejected[k] == 0) continue;
-    const KernelMaterial& material = with.materials[with.hits[scratch.going_hit[k]].material];
+    const KernelMaterial& material = materials[hits[scratch.going_hit[k]].material];
     const PhongLobe& lobe = *material.lobes[scratch.drawn[k]];
+    const std::uint32_t bits = scratch.way.words[3][k];  // 16 for the angle, 16 for the turn
     const auto cos_o =
-        static_cast<float>(lobe.draw_compensation_cos(unit_of(scratch.second.words[1][k])));
+        static_cast<float>(lobe.draw_compensation_cos((bits >> 16) * 0x1p-16 + 0x1p-17));
     const Vec3f way = around(scratch.normal[0][k], scratch.normal[1][k], scratch.normal[2][k],
-                             cos_o, unit_of(scratch.second.words[2][k]));
+                             cos_o, static_cast<float>(bits & 0xffff) * 0x1p-16f);
     for (int axis = 0; axis < 3; ++axis) scratch.direction[axis][k] = way[axis];
   }
 }
 
 // The angles that the law's density needs.
-void measure(ShadeScratch& scratch, std::size_t count) {
+[[gnu::noinline]] void measure(ShadeScratch& scratch, std::size_t count) {
   for (std::size_t k = 0; k < count; ++k) {
     float x = scratch.direction[0][k], y = scratch.direction[1][k], z = scratch.direction[2][k];
     const float scale = 1 / std::sqrt(x * x + y * y + z * z);
@@ -388,60 +447,61 @@ void measure(ShadeScratch& scratch, std::size_t count) {
     scratch.ratio[k] = ratio < 1 ? ratio : 1.0f;
     const float up_i = cos_i < 1 ? cos_i : 1.0f;
     const float up_o = cos_o < 0 ? 0.0f : cos_o < 1 ? cos_o : 1.0f;
-    scratch.loss_place_i[k] = std::sqrt(up_i) * kLossCells;
-    scratch.loss_place_o[k] = std::sqrt(up_o) * kLossCells;
+    scratch.loss_place_i[k] = std::sqrt(up_i) * (kLossCells - 1e-4f);
+    scratch.loss_place_o[k] = std::sqrt(up_o) * (kLossCells - 1e-4f);
   }
 }
 
 // The path's band weights after the direction: w <- 8 w q / sum(w q). Leaves the next ray. Returns
 // how many are alive, listed in order.
-std::size_t reweight(const ShadeArguments& with, std::size_t count) {
+[[gnu::noinline]] std::size_t reweight(const ShadeArguments& with, std::size_t count) {
+  const auto photons = with.photons;
+  const auto hits = with.hits;
+  const auto materials = with.materials;
+  const auto rays = with.rays;
+  const auto slots = with.alive;
   ShadeScratch& scratch = with.scratch;
   std::size_t alive = 0;
   for (std::size_t k = 0; k < count; ++k) {
-    KernelPhoton& photon = with.photons[scratch.going_slot[k]];
-    const SurfaceHit& hit = with.hits[scratch.going_hit[k]];
-    const KernelMaterial& material = with.materials[hit.material];
+    KernelPhoton& photon = photons[scratch.going_slot[k]];
+    const SurfaceHit& hit = hits[scratch.going_hit[k]];
+    const KernelMaterial& material = materials[hit.material];
     const bool through = scratch.through[k] != 0;
+    if (!(scratch.cos_o[k] > 0)) continue;
     if (!material.alike || material.transmits) {
-      alignas(32) float q[kBandCount];
-      const float cos_o = scratch.cos_o[k];
-      if (material.alike) {
-        for (std::size_t b = 0; b < kBandCount; ++b) q[b] = photon.weight[b];
-      } else {
-        const auto row_i =
-            std::min(static_cast<std::size_t>(scratch.loss_place_i[k]), kLossCells - 1);
-        const auto row_o =
-            std::min(static_cast<std::size_t>(scratch.loss_place_o[k]), kLossCells - 1);
-        const float part_i = scratch.loss_place_i[k] - static_cast<float>(row_i);
-        const float part_o = scratch.loss_place_o[k] - static_cast<float>(row_o);
-        const Bands* const i = &material.lost[row_i];
-        const Bands* const o = &material.lost[row_o];
-        const float log2_cos_a = scratch.log2_cos_a[k], ratio = scratch.ratio[k];
-        const bool lobe = log2_cos_a > -1e29f;
-        for (std::size_t b = 0; b < kBandCount; ++b) {
-          const float lost_i = i[0][b] + part_i * (i[1][b] - i[0][b]);
-          const float lost_o = o[0][b] + part_o * (o[1][b] - o[0][b]);
-          const float shape = exp2_of(material.exponent[b] * log2_cos_a);
-          const float density = cos_o * (material.scattering[b] * std::numbers::inv_pi_v<float> +
-                                         material.compensation[b] * lost_i * lost_o) +
-                                (lobe ? material.lobe[b] * shape * ratio : 0.0f);
-          q[b] = photon.weight[b] * density;
-        }
+      BandVector q = load(photon.weight);
+      if (!material.alike) {
+        const float place_i = scratch.loss_place_i[k], place_o = scratch.loss_place_o[k];
+        const auto row_i = static_cast<std::int32_t>(place_i);
+        const auto row_o = static_cast<std::int32_t>(place_o);
+        const Bands* const i = &material.lost[static_cast<std::size_t>(row_i)];
+        const Bands* const o = &material.lost[static_cast<std::size_t>(row_o)];
+        const BandVector low_i = load(i[0]), low_o = load(o[0]);
+        const BandVector lost_i =
+            low_i + (place_i - static_cast<float>(row_i)) * (load(i[1]) - low_i);
+        const BandVector lost_o =
+            low_o + (place_o - static_cast<float>(row_o)) * (load(o[1]) - low_o);
+        const BandVector lobe = load(material.lobe) *
+                                exp2_of_bands(load(material.exponent) * scratch.log2_cos_a[k]) *
+                                scratch.ratio[k];
+        q *= scratch.cos_o[k] * (load(material.scattering) * std::numbers::inv_pi_v<float> +
+                                 load(material.compensation) * lost_i * lost_o) +
+             lobe;
       }
-      if (material.transmits)
-        for (std::size_t b = 0; b < kBandCount; ++b)
-          q[b] *= through ? material.through_of_kept[b] : 1 - material.through_of_kept[b];
+      if (material.transmits) {
+        const BandVector share = load(material.through_of_kept);
+        q *= through ? share : 1 - share;
+      }
       const float sum = sum_of(q);
       if (!(sum > 1e-30f)) continue;
-      const float scale = static_cast<float>(kBandCount) / sum;
-      for (std::size_t b = 0; b < kBandCount; ++b) photon.weight[b] = q[b] * scale;
+      store(q * (static_cast<float>(kBandCount) / sum), photon.weight);
     }
-    if (!(scratch.cos_o[k] > 0)) continue;
     const float offset_m = through ? -with.settings.offset_m : with.settings.offset_m;
-    photon.origin_m = photon.origin_m + photon.direction * hit.distance_m + hit.normal * offset_m;
-    photon.direction = {scratch.direction[0][k], scratch.direction[1][k], scratch.direction[2][k]};
-    with.alive[alive++] = scratch.going_slot[k];
+    const Ray& ray = rays[scratch.going_hit[k]];
+    const Vec3f origin_m = ray.origin_m + ray.direction * hit.distance_m + hit.normal * offset_m;
+    rays[alive] = {origin_m,
+                   {scratch.direction[0][k], scratch.direction[1][k], scratch.direction[2][k]}};
+    slots[alive++] = scratch.going_slot[k];
   }
   return alive;
 }
@@ -451,8 +511,7 @@ std::size_t shade_here(const ShadeArguments& with) {
   absorb(with, met);
   decide(with, met);
   const std::size_t going = deposit_and_survive(with, met);
-  draw(with.scratch, going, with.bounce, Use::kReflection, with.scratch.first);
-  draw(with.scratch, going, with.bounce, Use::kRetry, with.scratch.second);
+  draw(with.scratch, going, with.bounce, Use::kReflection, with.scratch.way);
   choose_laws(with, going);
   propose(with.scratch, going);
   compensate(with, going);
@@ -475,10 +534,11 @@ HWY_EXPORT(shade_here);
 
 std::size_t shade(const KernelSettings& settings, std::span<const KernelMaterial> materials,
                   std::uint32_t bounce, std::span<KernelPhoton> photons,
-                  std::span<std::uint16_t> alive, std::span<const SurfaceHit> hits,
-                  std::span<KernelRun> runs, ShadeScratch& scratch, DepositSink& sink) {
+                  std::span<std::uint16_t> alive, std::span<Ray> rays,
+                  std::span<const SurfaceHit> hits, std::span<KernelRun> runs,
+                  ShadeScratch& scratch, DepositSink& sink) {
   return HWY_DYNAMIC_DISPATCH(shade_here)(
-      {settings, materials, bounce, photons, alive, hits, runs, scratch, sink});
+      {settings, materials, bounce, photons, alive, rays, hits, runs, scratch, sink});
 }
 
 void TraceTally::add(const TraceTally& other, double power_share) {

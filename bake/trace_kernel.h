@@ -32,7 +32,6 @@ inline constexpr std::size_t kStepPhotons = 1024;
 struct alignas(64) KernelPhoton {
   Bands power{};   // of each band's own paths; times weight for this path
   Bands weight{};  // the balance heuristic's, sums to 8
-  Vec3f origin_m{}, direction{};
   double travelled_m = 0;
   std::uint64_t number = 0, key = 0;    // of the random numbers
   std::array<float, 2> first_bounce{};  // the Sobol point's other half
@@ -94,13 +93,15 @@ struct DeleteScratch {
 };
 std::unique_ptr<ShadeScratch, DeleteScratch> make_shade_scratch();
 
-// One bounce of the photons whose slots are listed in `alive`, at most kStepPhotons, given where
-// their rays end. Leaves their deposits in the sink, counts in the runs, the next ray in the
-// photons; returns how many entries of `alive` are still alive, moved to its front in order.
+// One bounce of the photons whose slots are listed in `alive`, at most kStepPhotons, given their
+// rays and where these end. Leaves deposits in the sink and counts in the runs; returns how many
+// photons are still alive: their slots and their next rays are then the first of `alive` and
+// `rays`.
 std::size_t shade(const KernelSettings& settings, std::span<const KernelMaterial> materials,
                   std::uint32_t bounce, std::span<KernelPhoton> photons,
-                  std::span<std::uint16_t> alive, std::span<const SurfaceHit> hits,
-                  std::span<KernelRun> runs, ShadeScratch& scratch, DepositSink& sink);
+                  std::span<std::uint16_t> alive, std::span<Ray> rays,
+                  std::span<const SurfaceHit> hits, std::span<KernelRun> runs,
+                  ShadeScratch& scratch, DepositSink& sink);
 
 // The tables of the materials; `lobes` keeps what they point to.
 std::vector<KernelMaterial> kernel_materials(std::span<const Material> materials,

@@ -34,7 +34,6 @@ inline RandomBits philox(std::uint64_t key, RandomBits counter) {
 enum class Use : std::uint32_t {
   kEmission,      // direction a photon leaves in
   kReflection,    // lobe, direction, roulette
-  kRetry,         // second draw of a reflection
   kPolarity,      // sign of a secondary source, and its permanent number u
   kPhase,         // start offset of an emitter that asks for a random one
   kEmitter,       // the key of an emitter's own random numbers, from its name

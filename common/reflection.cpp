@@ -75,6 +75,10 @@ PhongLobe::PhongLobe(double exponent) : exponent_(exponent) {
   mean_albedo_ = 1 - lost;
   for (std::size_t k = 0; k <= kCells; ++k)
     compensation_[k] = static_cast<float>(cumulative[k] / lost);
+  for (std::size_t j = 0, k = 1; j < kCells; ++j) {
+    while (k < kCells && compensation_[k] <= static_cast<float>(j) / kCells) ++k;
+    guide_[j] = static_cast<std::uint16_t>(k);
+  }
 }
 
 double PhongLobe::albedo(double cos_i) const {
@@ -93,9 +97,8 @@ double PhongLobe::density(double cos_i, double cos_o, double cos_a) const {
 }
 
 double PhongLobe::draw_compensation_cos(double u) const {
-  const auto above = std::upper_bound(compensation_.begin(), compensation_.end(), u);
-  const auto k =
-      std::clamp<std::size_t>(static_cast<std::size_t>(above - compensation_.begin()), 1, kCells);
+  std::size_t k = guide_[std::min(static_cast<std::size_t>(u * kCells), kCells - 1)];
+  while (k < kCells && compensation_[k] <= u) ++k;
   const double step = compensation_[k] - compensation_[k - 1];
   const double t = step > 0 ? std::clamp((u - compensation_[k - 1]) / step, 0.0, 1.0) : 0.5;
   const double low = fourth_power(static_cast<double>(k - 1) / kCells);

@@ -52,6 +52,7 @@ class PhongLobe {
   double mean_albedo_ = 0, least_albedo_ = 0;
   std::array<float, kCells + 1> albedo_{};        // at mu = (k / kCells)^2
   std::array<float, kCells + 1> compensation_{};  // cumulative share below that mu
+  std::array<std::uint16_t, kCells> guide_{};     // the first cell to look in, for u = j / kCells
 };
 
 // The lobe tables of a level's materials; equal exponents share one.

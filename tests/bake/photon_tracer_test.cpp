@@ -30,8 +30,8 @@ Outcome trace(const Level& level, const TraceSettings& settings, std::uint32_t p
       runs.push_back({emitter, first, std::min(kRunPhotons, photons - first)});
   TracedRuns traced;
   tracer.trace(runs, traced);
-  Outcome outcome{std::move(traced.deposits), {}, tracer.power_emitted()};
-  for (const TracedRun& run : traced.runs) outcome.tally.add(run.tally, 1.0 / photons);
+  Outcome outcome{{traced.deposits().begin(), traced.deposits().end()}, {}, tracer.power_emitted()};
+  for (const TracedRun& run : traced.runs()) outcome.tally.add(run.tally, 1.0 / photons);
   for (Source& deposit : outcome.deposits)
     for (float& power : deposit.power) power /= static_cast<float>(photons);
   return outcome;
@@ -188,9 +188,9 @@ TEST(PhotonTracer, LeavesTheSameBehindWhereverThePhotonsAreCut) {
     tracer.trace(runs, traced);
     std::vector<std::vector<const Source*>> photons(300);
     std::vector<std::pair<float, Bands>> deposits;  // per photon, in the order of its bounces
-    for (const TracedRun& run : traced.runs)
+    for (const TracedRun& run : traced.runs())
       for (std::size_t i = run.first_deposit; i < run.first_deposit + run.deposits; ++i)
-        photons[run.run.first + traced.photons[i]].push_back(&traced.deposits[i]);
+        photons[run.run.first + traced.photons()[i]].push_back(&traced.deposits()[i]);
     for (const auto& photon : photons)
       for (const Source* deposit : photon) deposits.emplace_back(deposit->u, deposit->power);
     return deposits;
