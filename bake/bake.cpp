@@ -2,17 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <mutex>
-#include <numeric>
-#include <thread>
+#include <optional>
 
-#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
+#include "bake/bake_plan.h"
 #include "bake/octree_builder.h"
 #include "bake/patch_radius.h"
 #include "bake/photon_tracer.h"
 #include "bake/scene.h"
+#include "bake/source_thinning.h"
+#include "bake/trace_journal.h"
 #include "common/random.h"
 #include "common/version.h"
 #include "formats/page.h"
@@ -21,109 +24,168 @@ namespace clamor {
 
 namespace {
 
-constexpr std::uint64_t kBatchPhotons = 256;
-constexpr std::uint64_t kPilotPhotons = 1024;
-constexpr std::uint64_t kWantedSources = 200'000;  // where --photons does not say
-
-struct Traced {
+// What all batches left behind, put together.
+struct Assembled {
   std::vector<Source> deposits;
   TraceTally tally;
+  std::uint64_t left = 0;  // deposits before thinning
+};
+
+// One batch on its way: looked up, traced if need be, kept, added.
+struct Batch {
+  std::size_t number = 0;
+  std::vector<PhotonRun> missing;
+  std::vector<std::uint64_t> missing_keys;
+  TracedRuns found, traced;
 };
 
 bool stopped(const BakeOptions& options) {
   return options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
 }
 
-// How many photons each emitter gets: in proportion to its power, and at least one.
-std::vector<std::uint64_t> allotted(const Level& level, std::uint64_t photons) {
-  std::vector<double> power(level.emitters.size(), 0);
-  for (std::size_t i = 0; i < power.size(); ++i)
-    for (std::size_t b = 0; b < kBandCount; ++b) power[i] += emitted_power(level.emitters[i], b);
-  const double total = std::accumulate(power.begin(), power.end(), 0.0);
-  std::vector<std::uint64_t> counts;
-  for (const double emitted : power) {
-    const double share = total > 0 ? emitted / total : 0;
-    counts.push_back(std::max<std::uint64_t>(
-        1, static_cast<std::uint64_t>(std::llround(share * static_cast<double>(photons)))));
+// Traces what the journal does not have. Batches pass through a pipeline: looked up in order,
+// traced in any order, added in order.
+class Tracing {
+ public:
+  Tracing(const PhotonTracer& tracer, const Level& level, const BakePlan& plan,
+          const BakeOptions& options, TraceJournal* journal, std::uint64_t scene)
+      : tracer_(tracer),
+        level_(level),
+        plan_(plan),
+        options_(options),
+        journal_(journal),
+        scene_(scene),
+        thinning_(plan.sources) {
+    progress_.stage = "tracing";
+    progress_.photons_total = plan.all_photons();
   }
-  return counts;
-}
 
-// Cuts the photons into runs, and the runs into batches of about kRunPhotons that a thread traces.
-std::vector<std::vector<PhotonRun>> batches_of(std::span<const std::uint64_t> counts) {
-  std::vector<std::vector<PhotonRun>> batches(1);
-  std::uint64_t filled = 0;
-  for (std::uint32_t emitter = 0; emitter < counts.size(); ++emitter)
-    for (std::uint64_t first = 0; first < counts[emitter]; first += kBatchPhotons) {
-      const auto count =
-          static_cast<std::uint32_t>(std::min(kBatchPhotons, counts[emitter] - first));
-      if (filled + count > kBatchPhotons && !batches.back().empty()) {
-        batches.emplace_back();
-        filled = 0;
-      }
-      batches.back().push_back({emitter, first, count});
-      filled += count;
-    }
-  return batches;
-}
-
-// Traces the photons in batches of a fixed size and joins the batches in order, so that neither
-// deposits nor sums depend on the number of threads.
-Traced trace_all(const PhotonTracer& tracer, std::span<const std::uint64_t> counts,
-                 const BakeOptions& options) {
-  const auto batches = batches_of(counts);
-  std::vector<TracedRuns> parts(batches.size());
-  std::mutex reporting;
-  BakeProgress progress{"tracing", 0,
-                        std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}), 0};
-  tbb::parallel_for(std::size_t{0}, batches.size(), [&](std::size_t batch) {
-    if (stopped(options)) return;
-    TracedRuns& part = parts[batch];
-    tracer.trace(batches[batch], part);
-    const std::lock_guard lock(reporting);
-    for (const TracedRun& run : part.runs()) {
-      progress.photons_done += run.tally.photons;
-      progress.bounces += run.tally.bounces;
-    }
-    if (options.on_progress) options.on_progress(progress);
-  });
-
-  Traced all;
-  std::size_t total = 0;
-  for (const TracedRuns& part : parts) total += part.deposits().size();
-  all.deposits.reserve(total);
-  for (TracedRuns& part : parts) {
-    for (const TracedRun& run : part.runs()) {
-      const double share = 1 / static_cast<double>(counts[run.run.emitter]);
-      for (std::size_t i = 0; i < run.deposits; ++i) {
-        all.deposits.push_back(part.deposits()[run.first_deposit + i]);
-        for (float& power : all.deposits.back().power) power = static_cast<float>(power * share);
-      }
-      all.tally.add(run.tally, share);
-    }
-    part = {};
+  // An Error only if the journal cannot be written.
+  Result<Assembled> run() {
+    const auto batches = plan_.batches();
+    const std::size_t at_once =
+        4 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+    std::vector<std::unique_ptr<Batch>> free;
+    for (std::size_t i = 0; i < at_once; ++i) free.push_back(std::make_unique<Batch>());
+    std::size_t next = 0;
+    std::mutex free_mutex;
+    tbb::parallel_pipeline(
+        at_once,
+        tbb::make_filter<void, Batch*>(tbb::filter_mode::serial_in_order,
+                                       [&](tbb::flow_control& control) -> Batch* {
+                                         if (next == batches.size() || stopped(options_) ||
+                                             failed_) {
+                                           control.stop();
+                                           return nullptr;
+                                         }
+                                         Batch* batch = nullptr;
+                                         {
+                                           const std::lock_guard lock(free_mutex);
+                                           batch = free.back().release();
+                                           free.pop_back();
+                                         }
+                                         batch->number = next;
+                                         look_up(batches[next++], *batch);
+                                         return batch;
+                                       }) &
+            tbb::make_filter<Batch*, Batch*>(tbb::filter_mode::parallel,
+                                             [&](Batch* batch) {
+                                               if (!stopped(options_))
+                                                 tracer_.trace(batch->missing, batch->traced);
+                                               return batch;
+                                             }) &
+            tbb::make_filter<Batch*, void>(tbb::filter_mode::serial_in_order, [&](Batch* batch) {
+              add(*batch);
+              const std::lock_guard lock(free_mutex);
+              free.emplace_back(batch);
+            }));
+    if (failed_) return Error(failure_);
+    assembled_.left = thinning_.added();
+    assembled_.deposits = thinning_.take();
+    return std::move(assembled_);
   }
-  return all;
-}
 
-// As many photons as leave about kWantedSources behind, judged by a few of them.
-std::uint64_t photons_for(const PhotonTracer& tracer, const Level& level) {
-  TracedRuns pilot;
-  std::uint64_t photons = 0;
-  for (const auto& batch : batches_of(allotted(level, kPilotPhotons))) tracer.trace(batch, pilot);
-  for (const TracedRun& run : pilot.runs()) photons += run.tally.photons;
-  const double per_photon =
-      std::max(1.0, static_cast<double>(pilot.deposits().size()) / static_cast<double>(photons));
-  const double wanted = std::round(static_cast<double>(kWantedSources) / per_photon / 100) * 100;
-  return static_cast<std::uint64_t>(std::clamp(wanted, 1000.0, 200000.0));
-}
+  std::uint64_t photons_reused() const { return progress_.photons_reused; }
 
-Source emitter_source(const Emitter& emitter, std::uint32_t index, std::uint64_t seed) {
+ private:
+  void look_up(const std::vector<PhotonRun>& runs, Batch& batch) {
+    const std::lock_guard lock(journal_mutex_);
+    batch.missing.clear();
+    batch.missing_keys.clear();
+    batch.found.clear();
+    batch.traced.clear();
+    for (const PhotonRun& run : runs) {
+      if (journal_ != nullptr) {
+        const std::uint64_t key =
+            run_key(scene_, level_.emitters[run.emitter], tracer_.emitter_key(run.emitter), run);
+        if (journal_->find(key, run, batch.found)) continue;
+        batch.missing_keys.push_back(key);
+      }
+      batch.missing.push_back(run);
+    }
+  }
+
+  void add(Batch& batch) {
+    if (stopped(options_) || failed_) return;
+    if (journal_ != nullptr && !batch.missing.empty()) {
+      const std::lock_guard lock(journal_mutex_);
+      if (const auto kept = journal_->append(batch.missing_keys, batch.traced); !kept.ok()) {
+        failed_ = true;
+        failure_ = kept.error().message;
+        return;
+      }
+    }
+    // By emitter and photon, whether found or traced.
+    auto found = batch.found.runs().begin();
+    auto traced = batch.traced.runs().begin();
+    const auto before = [](const PhotonRun& a, const PhotonRun& b) {
+      return a.emitter != b.emitter ? a.emitter < b.emitter : a.first < b.first;
+    };
+    std::uint64_t order = static_cast<std::uint64_t>(batch.number) * (kRunPhotons + 1);
+    while (found != batch.found.runs().end() || traced != batch.traced.runs().end()) {
+      if (traced == batch.traced.runs().end() ||
+          (found != batch.found.runs().end() && before(found->run, traced->run))) {
+        progress_.photons_reused += found->tally.photons;
+        add_run(*found++, batch.found, order++);
+      } else {
+        progress_.bounces += traced->tally.bounces;
+        add_run(*traced++, batch.traced, order++);
+      }
+    }
+    if (options_.on_progress) options_.on_progress(progress_);
+  }
+
+  void add_run(const TracedRun& run, TracedRuns& runs, std::uint64_t order) {
+    const double share = 1 / static_cast<double>(plan_.photons[run.run.emitter]);
+    const auto deposits = runs.deposits().subspan(run.first_deposit, run.deposits);
+    for (Source& deposit : deposits)
+      for (float& power : deposit.power) power = static_cast<float>(power * share);
+    thinning_.add(deposits, order);
+    assembled_.tally.add(run.tally, share);
+    progress_.photons_done += run.tally.photons;
+    progress_.escaped += run.tally.escaped;
+  }
+
+  const PhotonTracer& tracer_;
+  const Level& level_;
+  const BakePlan& plan_;
+  const BakeOptions& options_;
+  TraceJournal* journal_;
+  std::uint64_t scene_;
+  SourceThinning thinning_;
+  Assembled assembled_;
+  BakeProgress progress_;
+  std::mutex journal_mutex_;
+  std::atomic<bool> failed_ = false;
+  std::string failure_;
+};
+
+Source emitter_source(const Emitter& emitter, std::uint32_t index, std::uint64_t key) {
   Source source;
   source.emitter = index;
   set_from_emitter(source, emitter);
   // Bounce 0 is no reflection, so the counter is free.
-  const RandomBits bits = philox(seed, {index, 0, 0, static_cast<std::uint32_t>(Use::kPolarity)});
+  const RandomBits bits = philox(key, {0, 0, 0, static_cast<std::uint32_t>(Use::kPolarity)});
   source.u = static_cast<float>(unit_above_zero(bits[0]));
   return source;
 }
@@ -148,18 +210,20 @@ BakeStatistics statistics_of(const TraceTally& tally, const PhotonTracer& tracer
 
   if (level.mesh.triangles.empty())
     statistics.warnings.push_back("The level has no triangles: this is a free field.");
-  const bool lets_through =
-      std::any_of(level.materials.begin(), level.materials.end(), [](const Material& material) {
-        return *std::max_element(material.transmission.begin(), material.transmission.end()) > 0;
-      });
-  if (lets_through)
-    statistics.warnings.push_back(
-        "Some materials let sound through, which this version does not trace: their walls reflect "
-        "and absorb only.");
+  for (const Material& material : level.materials)
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      if (material.transmission[b] > material.absorption[b]) {
+        statistics.warnings.push_back(
+            "Material " + in_quotes(material.name) +
+            " lets more sound through than it does not reflect (transmission above absorption); it "
+            "lets through what it does not reflect.");
+        break;
+      }
   return statistics;
 }
 
-BakeContents bake_on_this_arena(const Level& level, const BakeOptions& options) {
+Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& options,
+                                        BakeReport& report) {
   const Scene scene(level.mesh);
   TraceSettings settings;
   settings.seed = options.settings.seed;
@@ -167,44 +231,69 @@ BakeContents bake_on_this_arena(const Level& level, const BakeOptions& options) 
   settings.longest_path_s = options.settings.longest_path_s;
   settings.speed_mps = speed_of_sound_mps(options.settings.air);
   settings.air_loss_per_m = air_loss_per_m(options.settings.air);
+  const BakePlan plan = make_bake_plan(scene, level, options.settings, settings);
+  settings.least_power = plan.least_power;
   const PhotonTracer tracer(scene, level, settings);
-  const std::uint64_t photons =
-      options.settings.photons > 0 ? options.settings.photons : photons_for(tracer, level);
-  Traced traced = trace_all(tracer, allotted(level, photons), options);
+
+  std::optional<TraceJournal> journal;
+  if (!options.journal.empty()) {
+    auto opened = TraceJournal::open(options.journal, level.materials.size());
+    if (!opened.ok()) return opened.error();
+    journal.emplace(std::move(*opened));
+  }
+  Tracing tracing(tracer, level, plan, options, journal ? &*journal : nullptr,
+                  scene_hash(level, settings));
+  auto traced = tracing.run();
+  if (!traced.ok()) return traced.error();
+  report.photons_reused = tracing.photons_reused();
+  if (stopped(options)) return BakeContents{};
+  if (options.on_progress) options.on_progress({"sorting", plan.all_photons(), plan.all_photons()});
 
   BakeContents contents;
   contents.settings = options.settings;
-  contents.settings.photons = photons;
+  contents.settings.photons = plan.wanted_photons;
+  contents.settings.sources = plan.sources;
   contents.provenance.tool = std::string("clamor ") + kVersion;
-  contents.statistics = statistics_of(traced.tally, tracer, level);
+  contents.statistics = statistics_of(traced->tally, tracer, level);
+  contents.statistics.rooms = plan.rooms;
+  contents.statistics.deposits = traced->left;
   contents.materials = level.materials;
   contents.emitters = level.emitters;
   contents.signals = level.signals;
   contents.mesh = level.mesh;
-  if (stopped(options)) return contents;
 
-  if (options.on_progress) options.on_progress({"sorting", photons, photons, traced.tally.bounces});
-  set_patch_radii(traced.deposits);
-  for (Source& deposit : traced.deposits) snap_powers(deposit);
-  for (std::size_t i = 0; i < level.emitters.size(); ++i)
-    traced.deposits.push_back(
-        emitter_source(level.emitters[i], static_cast<std::uint32_t>(i), options.settings.seed));
-  contents.octree = build_octree(std::move(traced.deposits));
+  set_patch_radii(traced->deposits);
+  for (Source& deposit : traced->deposits) snap_powers(deposit);
+  for (std::uint32_t i = 0; i < level.emitters.size(); ++i)
+    traced->deposits.push_back(emitter_source(level.emitters[i], i, tracer.emitter_key(i)));
+  contents.octree = build_octree(std::move(traced->deposits));
+
+  if (journal) {
+    if (const auto compacted = journal->compact(); !compacted.ok())
+      report.journal_warning = compacted.error().message;
+    if (journal->damaged() > 0)
+      report.journal_warning = options.journal + ": " + std::to_string(journal->damaged()) +
+                               " of its records were damaged and have been traced again";
+    report.journal_bytes = journal->bytes();
+  }
   return contents;
 }
 
 }  // namespace
 
-Result<BakeContents> bake(const Level& level, const BakeOptions& options) {
+Result<BakeContents> bake(const Level& level, const BakeOptions& options, BakeReport* report) {
   if (level.emitters.empty())
     return Error(
         "the level has no emitter, so there is nothing to bake; add one with --emitter "
         "\"name=violin,signal=violin.flac,at=0,1.5,0\", in LEVEL.acoustics.json or as "
         "KHR_audio_emitter");
-  BakeContents contents;
+  BakeReport ignored;
+  Result<BakeContents> contents = Error("not baked");
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-  arena.execute([&] { contents = bake_on_this_arena(level, options); });
-  if (stopped(options)) return Error("stopped before the bake was complete; nothing was written");
+  arena.execute([&] {
+    contents = bake_on_this_arena(level, options, report != nullptr ? *report : ignored);
+  });
+  if (contents.ok() && stopped(options)) return Error("stopped before the bake was complete");
   return contents;
 }
 

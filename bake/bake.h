@@ -1,11 +1,12 @@
 // bake.h: from a level to the contents of a bake file.
 //
-//   Level -> Scene (Embree) -> photons -> SecondarySource[] -> patch radii -> SourceOctree
+//   Level -> Scene (Embree) -> BakePlan -> photons -> SourceThinning -> patch radii -> SourceOctree
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <string>
 
 #include "common/result.h"
 #include "formats/bake_file.h"
@@ -15,18 +16,33 @@ namespace clamor {
 
 struct BakeProgress {
   const char* stage = "";
-  std::uint64_t photons_done = 0, photons_total = 0, bounces = 0;
+  std::uint64_t photons_done = 0, photons_total = 0;
+  std::uint64_t photons_reused = 0;  // of those done, taken from the journal
+  std::uint64_t bounces = 0;         // of those traced
+  std::uint64_t escaped = 0;         // of those done
 };
 
 struct BakeOptions {
   BakeSettings settings{};
-  int threads = 0;                                         // 0: all cores; never changes a byte
+  int threads = 0;        // 0: all cores; never changes a byte
+  std::string journal{};  // file that keeps what is traced, see trace_journal.h; "" for none
   std::function<void(const BakeProgress&)> on_progress{};  // from any thread, one at a time
   const std::atomic<bool>* stop = nullptr;                 // set it to end the bake with an Error
 };
 
+// What happened besides the result.
+struct BakeReport {
+  std::uint64_t photons_reused = 0;
+  std::uint64_t journal_bytes = 0;
+  std::string journal_warning;  // why the journal was not used, or what of it was damaged; or ""
+};
+
 // Traces the level. provenance.tool and statistics are filled in; provenance.level and input_hash
 // are the caller's. A level without triangles is a free field; one without emitters is an Error.
-Result<BakeContents> bake(const Level& level, const BakeOptions& options);
+// Photons are traced in batches of a fixed make-up that are joined in order, so that neither
+// sources nor sums depend on the number of threads; memory grows with the sources kept, not with
+// photons.
+Result<BakeContents> bake(const Level& level, const BakeOptions& options,
+                          BakeReport* report = nullptr);
 
 }  // namespace clamor

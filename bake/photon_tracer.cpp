@@ -42,6 +42,16 @@ void TracedRuns::clear() {
   count_ = 0;
 }
 
+void TracedRuns::append(const PhotonRun& run, const TraceTally& tally,
+                        std::span<const Source> deposits, std::span<const std::uint16_t> photons) {
+  make_room(count_ + deposits.size());
+  std::copy(deposits.begin(), deposits.end(),
+            deposits_.begin() + static_cast<std::ptrdiff_t>(count_));
+  std::copy(photons.begin(), photons.end(), photons_.begin() + static_cast<std::ptrdiff_t>(count_));
+  runs_.push_back({run, count_, deposits.size(), tally});
+  count_ += deposits.size();
+}
+
 void TracedRuns::make_room(std::size_t deposits) {
   if (deposits_.size() >= deposits) return;
   deposits_.resize(std::max(deposits, 2 * deposits_.size()));

@@ -74,6 +74,10 @@ class TracedRuns {
 
   void clear();
 
+  // Adds a run that was traced before.
+  void append(const PhotonRun& run, const TraceTally& tally, std::span<const Source> deposits,
+              std::span<const std::uint16_t> photons);
+
  private:
   friend class PhotonTracer;
   void make_room(std::size_t deposits);
@@ -94,6 +98,9 @@ class PhotonTracer {
   // emitter, so the caller divides by how many it traces of that emitter. What a run leaves does
   // not depend on which others are traced with it.
   void trace(std::span<const PhotonRun> runs, TracedRuns& result) const;
+
+  // What the random numbers of an emitter are keyed by: the seed and its name.
+  std::uint64_t emitter_key(std::uint32_t emitter) const { return emitter_keys_[emitter]; }
 
   // Power that all emitters radiate, per band.
   const std::array<double, kBandCount>& power_emitted() const { return power_emitted_; }

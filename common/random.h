@@ -37,6 +37,7 @@ enum class Use : std::uint32_t {
   kPolarity,      // sign of a secondary source, and its permanent number u
   kPhase,         // start offset of an emitter that asks for a random one
   kEmitter,       // the key of an emitter's own random numbers, from its name
+  kThinning,      // which deposits are kept
   kTransmission,  // sign and permanent number of a source on the far side of a wall
 };
 

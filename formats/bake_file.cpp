@@ -134,6 +134,7 @@ Result<std::span<const std::byte>> BakeFile::State::verified(const Section& sect
 Result<void> BakeFile::State::read_settings(BakeRoot::Reader root) {
   settings.seed = root.getSeed();
   settings.photons = root.getPhotons();
+  settings.sources = root.getSources();
   settings.roulette_kappa = root.getRouletteKappa();
   settings.longest_path_s = root.getLongestPathS();
   settings.air = {root.getTemperatureC(), root.getHumidityPercent(), root.getPressureKpa()};
@@ -147,6 +148,8 @@ Result<void> BakeFile::State::read_settings(BakeRoot::Reader root) {
   statistics.photons_traced = root.getPhotonsTraced();
   statistics.bounces = root.getBounces();
   statistics.photons_escaped = root.getPhotonsEscaped();
+  statistics.rooms = root.getRooms();
+  statistics.deposits = root.getDeposits();
   statistics.mean_free_path_m = root.getMeanFreePathM();
   if (!std::isfinite(statistics.mean_free_path_m)) return damaged("its statistics are no numbers");
   const auto emitted = read_bands(root.getPowerEmitted(), 0, kMostPower, "the emitted power");

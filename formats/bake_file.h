@@ -17,13 +17,14 @@
 namespace clamor {
 
 inline constexpr std::uint16_t kFormatMajor = 1;
-inline constexpr std::uint16_t kFormatMinor = 0;
+inline constexpr std::uint16_t kFormatMinor = 1;
 
 // Everything that made the bake what it is. No clock, no thread count, no path: the same level
 // and settings give the same bytes.
 struct BakeSettings {
   std::uint64_t seed = 1;
-  std::uint64_t photons = 0;
+  std::uint64_t photons = 0;  // 0: enough for the sources
+  std::uint64_t sources = 0;  // most secondary sources to keep; 0: 200 000 for each room
   double roulette_kappa = 0.15;
   double longest_path_s = 10;
   Air air{};
@@ -41,6 +42,8 @@ struct BakeStatistics {
   std::uint64_t bounces = 0;
   std::uint64_t photons_escaped = 0;
   double mean_free_path_m = 0;  // over all legs between surfaces
+  std::uint32_t rooms = 0;      // that the emitters are in, as far as they see each other
+  std::uint64_t deposits = 0;   // that the photons left, before the weak ones were thinned
   Bands power_emitted{};        // by all emitters
   Bands power_escaped{};        // left the level
   Bands power_unfinished{};     // still under way at longest_path_s

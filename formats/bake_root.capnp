@@ -44,6 +44,11 @@ struct BakeRoot {
   pagePacked @31 :List(UInt32);
   pageSources @32 :List(UInt32);
   pageHash @33 :List(UInt64);
+
+  # since 1.1
+  sources @34 :UInt64;
+  rooms @35 :UInt32;
+  deposits @36 :UInt64;
 }
 
 struct Material {

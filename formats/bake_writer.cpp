@@ -104,6 +104,7 @@ void put_settings(BakeRoot::Builder root, const BakeContents& contents) {
   const BakeSettings& settings = contents.settings;
   root.setSeed(settings.seed);
   root.setPhotons(settings.photons);
+  root.setSources(settings.sources);
   root.setRouletteKappa(settings.roulette_kappa);
   root.setLongestPathS(settings.longest_path_s);
   root.setTemperatureC(settings.air.temperature_c);
@@ -117,6 +118,8 @@ void put_settings(BakeRoot::Builder root, const BakeContents& contents) {
   root.setPhotonsTraced(statistics.photons_traced);
   root.setBounces(statistics.bounces);
   root.setPhotonsEscaped(statistics.photons_escaped);
+  root.setRooms(statistics.rooms);
+  root.setDeposits(statistics.deposits);
   root.setMeanFreePathM(statistics.mean_free_path_m);
   put(root.initPowerEmitted(kBandCount), statistics.power_emitted);
   put(root.initPowerEscaped(kBandCount), statistics.power_escaped);

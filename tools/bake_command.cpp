@@ -55,8 +55,8 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   std::string level_path, output;
   ImportOptions import;
   BakeOptions options;
-  std::optional<std::string> seed, photons;
-  bool quiet = false;
+  std::optional<std::string> seed, photons, sources;
+  bool quiet = false, no_journal = false;
 
   Arguments parser("bake",
                    "Traces sound through a glTF level and writes emitters and secondary sources "
@@ -72,12 +72,18 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.option("--acoustics", import.sidecar, "instead of LEVEL.acoustics.json beside the level");
   parser.option("--material", import.material, "preset for materials that nothing tells [plaster]");
   parser.flag("--hidden", import.hidden_meshes, "also take meshes that the level hides");
-  parser.option("--photons", photons, "how many to trace; unset: enough for about 200 000 sources");
+  parser.option(
+      "--photons", photons,
+      "how many to trace: more make better sources, not more; unset: enough for the sources");
+  parser.option("--sources", sources,
+                "most reflections to keep; unset: 200 000 for each room with emitters");
   parser.option("--seed", seed, "of every random number; same seed, same bytes [1]");
   parser.option("--kappa", options.settings.roulette_kappa,
                 "Russian roulette: survive with (power after / before)^kappa, 0 to 1");
   parser.option("--longest", options.settings.longest_path_s, "seconds to follow sound for");
   parser.option("--threads", options.threads, "0: all cores; never changes a byte");
+  parser.flag("--no-journal", no_journal,
+              "do not keep what was traced in OUTPUT.journal, for going on and for baking again");
   parser.flag("--quiet", quiet, "only warnings and errors");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto whole = [](const std::string& text) -> std::optional<std::uint64_t> {
@@ -89,6 +95,9 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   if (photons && (!whole(*photons) || *whole(*photons) == 0 || *whole(*photons) > 4'000'000'000u))
     return parser.bad_usage(
         err, "--photons " + in_quotes(*photons) + " is not a whole number from 1 to 4000000000");
+  if (sources && (!whole(*sources) || *whole(*sources) == 0 || *whole(*sources) > 10'000'000u))
+    return parser.bad_usage(
+        err, "--sources " + in_quotes(*sources) + " is not a whole number from 1 to 10000000");
   if (seed && !whole(*seed))
     return parser.bad_usage(err, "--seed " + in_quotes(*seed) + " is not a whole number");
   if (!(options.settings.roulette_kappa >= 0 && options.settings.roulette_kappa <= 1))
@@ -109,6 +118,8 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   if (!std::filesystem::is_directory(folder, problem))
     return fail(Error(output + ": the folder " + in_quotes(folder.string()) +
                       " does not exist; make it first"));
+  if (std::filesystem::is_directory(output, problem))
+    return fail(Error(output + ": is a folder; name a file to write, as in hall.clamor"));
 
   if (seed) import.seed = *whole(*seed);
   auto imported = import_level(level_path, import);
@@ -119,7 +130,9 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   const ImportedSettings& wanted = imported->settings;
   options.settings.seed = seed ? *whole(*seed) : wanted.seed.value_or(1);
   options.settings.photons = photons ? *whole(*photons) : wanted.photons.value_or(0);
+  options.settings.sources = sources ? *whole(*sources) : 0;
   options.settings.air = level.air;
+  if (!no_journal) options.journal = output + ".journal";
 
   const Interrupt interrupt;
   options.stop = &Interrupt::requested();
@@ -131,7 +144,19 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
           with_unit(static_cast<double>(done.bounces) / std::max(progress.seconds(), 1e-3)) +
               "bounces/s");
     };
-  auto contents = bake(level, options);
+  BakeReport report;
+  auto contents = bake(level, options, &report);
+  if (!contents.ok() && Interrupt::requested()) {
+    if (no_journal)
+      fmt::print(err, "clamor bake: stopped; nothing was written\n");
+    else
+      fmt::print(
+          err,
+          "clamor bake: stopped; what was traced is kept in {}, and the same command goes on "
+          "from there\n",
+          options.journal);
+    return kBadInput;
+  }
   if (!contents.ok()) return fail(contents.error().in(level_path));
   contents->provenance.level = level.name;
   contents->provenance.input_hash = imported->input_hash;
@@ -140,10 +165,17 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
 
   if (!quiet) {
     print_energy(contents->statistics, err);
+    if (!report.journal_warning.empty()) fmt::print(err, "  warning  {}\n", report.journal_warning);
+    if (report.photons_reused > 0)
+      fmt::print(err, "  reused   {} of {} photons from {}\n", report.photons_reused,
+                 contents->statistics.photons_traced, options.journal);
     const auto bytes = std::filesystem::file_size(output, problem);
-    const auto sources = contents->octree.sources.size();
-    fmt::print(err, "  wrote    {}: {} sources in {:.1f} MB, {:.1f} s\n", output, sources,
+    const auto written_sources = contents->octree.sources.size();
+    fmt::print(err, "  wrote    {}: {} sources in {:.1f} MB, {:.1f} s\n", output, written_sources,
                static_cast<double>(bytes) / 1e6, progress.seconds());
+    if (!no_journal)
+      fmt::print(err, "  kept     {} ({:.1f} MB): baking again traces only what has changed\n",
+                 options.journal, static_cast<double>(report.journal_bytes) / 1e6);
   }
   return kSuccess;
 }

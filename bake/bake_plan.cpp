@@ -1,0 +1,165 @@
+#include "bake/bake_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "common/maths.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr double kSourcesPerRoom = 200'000;
+constexpr double kDepositsPerSource = 4;         // where --photons does not say
+constexpr double kKeptDepositsPerSource = 1.25;  // before the last, exact thinning
+constexpr std::uint32_t kPilotPhotons = 1024;
+constexpr std::uint64_t kMostSources = 10'000'000, kMostPhotons = 4'000'000'000;
+
+// What a few photons leave, of the emitters in proportion to their power: the power of each deposit
+// as a share of its photon's. Other paths than those of the bake, so that the plan and what it
+// finds have nothing to do with each other.
+std::vector<double> pilot_deposits(const Scene& scene, const Level& level,
+                                   const TraceSettings& trace, std::span<const double> power) {
+  TraceSettings settings = trace;
+  settings.seed = trace.seed ^ 0x70696c6f74u;
+  settings.least_power = 0;
+  const PhotonTracer tracer(scene, level, settings);
+  const double total = std::accumulate(power.begin(), power.end(), 0.0);
+  std::vector<PhotonRun> runs;
+  double below = 0;
+  for (std::uint32_t i = 0; i < power.size() && total > 0; ++i) {
+    // Systematic: photon k falls on the emitter at (k + 1/2) / n of the power.
+    const auto first = static_cast<std::int64_t>(std::ceil(below / total * kPilotPhotons - 0.5));
+    below += power[i];
+    const auto last = static_cast<std::int64_t>(std::ceil(below / total * kPilotPhotons - 0.5));
+    if (last > first) runs.push_back({i, 0, static_cast<std::uint32_t>(last - first)});
+  }
+  TracedRuns traced;
+  tracer.trace(runs, traced);
+  std::vector<double> shares;
+  for (const Source& deposit : traced.deposits())
+    shares.push_back(std::accumulate(deposit.power.begin(), deposit.power.end(), 0.0) /
+                     power[deposit.emitter]);
+  return shares;
+}
+
+// The threshold T at which the mean of min(1, share / T), times `deposits`, comes to `wanted`.
+double least_power_for(std::vector<double> shares, double per_share, double wanted) {
+  if (static_cast<double>(shares.size()) * per_share <= wanted) return 0;
+  std::sort(shares.begin(), shares.end());
+  // With T at a share, the smaller ones are kept in proportion, the larger ones all.
+  double below = 0;
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    const double above = static_cast<double>(shares.size() - i);
+    if (per_share * (below / shares[i] + above) <= wanted) {
+      // Between the last share and this one: below / T + above = wanted / per_share.
+      const double room = wanted / per_share - above;
+      return room > 0 ? std::min(below / room, shares[i]) : shares[i];
+    }
+    below += shares[i];
+  }
+  return below / (wanted / per_share);
+}
+
+// Up to one digit, down to a power of two: so that the plan does not change with every step that an
+// emitter moves, and what was traced before can be used again.
+double one_digit_up(double value) {
+  double step = 1;
+  while (value / step >= 10) step *= 10;
+  return std::ceil(value / step) * step;
+}
+double power_of_two_down(double value) {
+  return value > 0 ? exp2_of(std::floor(log2_of(value))) : 0;
+}
+
+}  // namespace
+
+std::uint64_t BakePlan::all_photons() const {
+  return std::accumulate(photons.begin(), photons.end(), std::uint64_t{0});
+}
+
+std::vector<std::vector<PhotonRun>> BakePlan::batches() const {
+  std::vector<std::vector<PhotonRun>> batches;
+  std::uint64_t filled = kRunPhotons;
+  for (std::uint32_t emitter = 0; emitter < photons.size(); ++emitter)
+    for (std::uint64_t first = 0; first < photons[emitter]; first += kRunPhotons) {
+      const auto count = static_cast<std::uint32_t>(
+          std::min<std::uint64_t>(kRunPhotons, photons[emitter] - first));
+      if (filled + count > kRunPhotons) {
+        batches.emplace_back();
+        filled = 0;
+      }
+      batches.back().push_back({emitter, first, count});
+      filled += count;
+    }
+  return batches;
+}
+
+std::uint32_t emitter_rooms(const Scene& scene, const Level& level) {
+  constexpr std::size_t kMostRooms = 64;
+  std::vector<std::size_t> parent;  // union of those found so far
+  std::vector<Vec3> place;          // one that stands for them
+  const auto root_of = [&](std::size_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  const auto see_each_other = [&](const Vec3& a, const Vec3& b) {
+    const double apart_m = length(b - a);
+    if (apart_m < 1e-6) return true;
+    const auto hit = scene.intersect(a, (b - a) / apart_m);
+    return !hit || hit->distance_m >= apart_m * (1 - 1e-6);
+  };
+  for (const Emitter& emitter : level.emitters) {
+    std::size_t room = parent.size();
+    for (std::size_t i = 0; i < place.size(); ++i) {
+      if (room < parent.size() && root_of(i) == root_of(room)) continue;
+      if (!see_each_other(place[i], emitter.position_m)) continue;
+      if (room == parent.size())
+        room = i;
+      else
+        parent[root_of(i)] = root_of(room);
+    }
+    if (room == parent.size() && parent.size() < kMostRooms) {
+      parent.push_back(room);
+      place.push_back(emitter.position_m);
+    }
+  }
+  std::uint32_t rooms = 0;
+  for (std::size_t i = 0; i < parent.size(); ++i) rooms += root_of(i) == i ? 1 : 0;
+  return std::max(rooms, 1u);
+}
+
+BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettings& settings,
+                        const TraceSettings& trace) {
+  BakePlan plan;
+  plan.rooms = emitter_rooms(scene, level);
+  const double sources =
+      settings.sources > 0 ? static_cast<double>(settings.sources) : kSourcesPerRoom * plan.rooms;
+  plan.sources = static_cast<std::uint64_t>(std::min<double>(sources, kMostSources));
+
+  std::vector<double> power(level.emitters.size(), 0);
+  for (std::size_t i = 0; i < power.size(); ++i)
+    for (std::size_t b = 0; b < kBandCount; ++b) power[i] += emitted_power(level.emitters[i], b);
+  const double total = std::accumulate(power.begin(), power.end(), 0.0);
+
+  const std::vector<double> shares = pilot_deposits(scene, level, trace, power);
+  const double per_photon = std::max(1.0, static_cast<double>(shares.size()) / kPilotPhotons);
+  double photons = static_cast<double>(settings.photons);
+  if (settings.photons == 0)
+    photons = std::clamp(one_digit_up(kDepositsPerSource * sources / per_photon), 1000.0,
+                         static_cast<double>(kMostPhotons));
+  plan.wanted_photons = static_cast<std::uint64_t>(photons);
+  for (const double emitted : power) {
+    const double wanted = total > 0 ? std::round(emitted / total * photons) : 0;
+    plan.photons.push_back(emitted > 0 ? std::max(kLeastPhotons, static_cast<std::uint64_t>(wanted))
+                                       : 0);
+  }
+  if (!shares.empty())
+    plan.least_power = power_of_two_down(
+        least_power_for(shares, static_cast<double>(plan.all_photons()) / kPilotPhotons,
+                        kKeptDepositsPerSource * sources));
+  return plan;
+}
+
+}  // namespace clamor

@@ -1,0 +1,49 @@
+// bake_plan.h: how many photons each emitter gets, and how many sources are kept.
+//
+// Photons traced and sources stored are separate: photons decide how good the sources are, sources
+// how large the file is. The plan is a function of the scene, of how much power each emitter has
+// and of the settings. It does not depend on where emitters stand, but for how many rooms they are
+// in, so that moving one leaves the photons of all others as they were.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "bake/photon_tracer.h"
+#include "bake/scene.h"
+#include "formats/bake_file.h"
+#include "formats/level.h"
+
+namespace clamor {
+
+struct BakePlan {
+  std::uint32_t rooms = 1;             // that emitters are in, as far as they see each other
+  std::uint64_t sources = 0;           // most secondary sources to keep
+  std::uint64_t wanted_photons = 0;    // which are shared out
+  std::vector<std::uint64_t> photons;  // per emitter
+  double least_power = 0;              // of a deposit, see TraceSettings
+
+  std::uint64_t all_photons() const;
+
+  // The photons of every emitter as runs, and these as batches of at most kRunPhotons, one to a
+  // task.
+  std::vector<std::vector<PhotonRun>> batches() const;
+};
+
+// Where the settings leave photons or sources at 0:
+//
+//   sources   200 000 for each room with emitters in it
+//   photons   as many as leave about four times as many deposits as there are sources to keep
+//
+// How many deposits a photon leaves is judged by a pilot of 1024. If more than 1.25 deposits would
+// come to a source, weak ones are thinned while tracing. Photons are shared out by power; an
+// emitter with any power gets at least kLeastPhotons.
+inline constexpr std::uint64_t kLeastPhotons = 4;
+BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettings& settings,
+                        const TraceSettings& trace);
+
+// How many rooms the emitters are in: those that see each other, directly or through others, share
+// one. Emitters beyond the first 64 rooms' worth are counted to the first.
+std::uint32_t emitter_rooms(const Scene& scene, const Level& level);
+
+}  // namespace clamor

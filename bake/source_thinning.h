@@ -1,0 +1,51 @@
+// source_thinning.h: keeps the n deposits that matter most, without bias.
+//
+// Priority sampling (N. Duffield, C. Lund, M. Thorup, J. ACM 54(6), 2007): deposit i, of power P_i
+// summed over bands, has a random number v_i in (0, 1] and the key P_i / v_i. The n highest keys
+// are kept, each with its power raised to max(P_i, tau), tau the (n + 1)-th key. Any sum over the
+// deposits is right on average; the many weak ones come out equally strong, so that each source
+// that is kept is worth its place.
+//
+// v is a hash of the deposit and has nothing to do with its u, which the sampler will draw with.
+// The result depends neither on the order of add() nor on how the deposits were shared out.
+//
+// Memory: about three times the n that are kept, however many are added. Threads: one at a time.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "formats/source.h"
+
+namespace clamor {
+
+class SourceThinning {
+ public:
+  explicit SourceThinning(std::uint64_t most_sources);
+
+  // Deposits in the order in which they shall come out; `order` grows from call to call, or says
+  // where among others' they belong.
+  void add(std::span<const Source> deposits, std::uint64_t order);
+
+  // Those that are kept, by order of arrival, and empties this.
+  std::vector<Source> take();
+
+  std::uint64_t added() const { return added_; }
+
+ private:
+  struct Entry {
+    double key;
+    std::uint64_t order, rank;  // of the add(), and within it
+    Source source;
+  };
+  static bool before(const Entry& a, const Entry& b);
+  void prune();
+
+  std::uint64_t most_;
+  std::uint64_t added_ = 0;
+  double threshold_ = 0;  // the highest key ever let go
+  std::vector<Entry> entries_;
+};
+
+}  // namespace clamor

@@ -1,0 +1,58 @@
+// trace_journal.h: keeps what is traced, so that no photon is traced twice.
+//
+// One file beside the bake's output. Runs of photons are appended as they are traced, each under a
+// key that hashes all they depend on: scene, materials, settings, the emitter itself. A bake that
+// was stopped or killed finds its runs there; one whose level changed finds those that the change
+// left as they were. Since equal keys mean equal results, using it never changes a byte of the
+// output.
+//
+// The file is 16 bytes "CLAMORTJ", version; then records: a header of 40 bytes, then one zstd
+// frame. Each is checked by xxHash3 when it is used. A record that a crash cut short, and all after
+// it, are cut off on opening; one that is damaged counts as absent.
+//
+// Threads: one at a time. Memory: 24 bytes per run in the file, and one record.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "bake/photon_tracer.h"
+#include "common/result.h"
+
+namespace clamor {
+
+class TraceJournal {
+ public:
+  // Makes the file or opens what is there; refuses a file that is no journal, or that another
+  // process has open. `materials`: how many the level has; what names others is damaged.
+  static Result<TraceJournal> open(const std::string& path, std::size_t materials);
+  TraceJournal(TraceJournal&&) noexcept;
+  TraceJournal& operator=(TraceJournal&&) noexcept;
+  ~TraceJournal();
+
+  // True if the run is in the journal; then it is appended to `result`.
+  bool find(std::uint64_t key, const PhotonRun& run, TracedRuns& result);
+
+  // Adds runs under their keys. On failure (a full disk) the file is cut back to what it was.
+  Result<void> append(std::span<const std::uint64_t> keys, const TracedRuns& traced);
+
+  // Leaves only what was found or appended since opening, if that is less than half of the file.
+  Result<void> compact();
+
+  std::uint64_t bytes() const;
+  std::uint64_t damaged() const;  // records found to be
+
+ private:
+  struct State;
+  explicit TraceJournal(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+// The key of a run. `scene` hashes mesh, materials and settings, see scene_hash().
+std::uint64_t run_key(std::uint64_t scene, const Emitter& emitter, std::uint64_t emitter_key,
+                      const PhotonRun& run);
+std::uint64_t scene_hash(const Level& level, const TraceSettings& settings);
+
+}  // namespace clamor

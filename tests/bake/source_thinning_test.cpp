@@ -1,0 +1,109 @@
+#include "bake/source_thinning.h"
+
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+
+namespace clamor {
+namespace {
+
+// Deposits whose powers spread over 60 dB, each with its own place.
+std::vector<Source> deposits(std::uint32_t count, std::uint64_t seed) {
+  std::vector<Source> sources(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const RandomBits a = philox(seed, {i, 0, 0, 0}), b = philox(seed, {i, 1, 0, 0});
+    sources[i].position_m = {static_cast<float>(unit(a[0])), static_cast<float>(unit(a[1])),
+                             static_cast<float>(unit(a[2]))};
+    sources[i].delay_s = static_cast<float>(unit(a[3]));
+    sources[i].u = static_cast<float>(unit_above_zero(b[0]));
+    sources[i].power = same_in_all_bands(static_cast<float>(std::pow(10, -6 * unit(b[1]))));
+  }
+  return sources;
+}
+
+double power(const std::vector<Source>& sources, float below_x) {
+  double sum = 0;
+  for (const Source& source : sources)
+    if (source.position_m.x < below_x) sum += static_cast<double>(source.power[2]);
+  return sum;
+}
+
+TEST(SourceThinning, LeavesWhatFitsAsItIs) {
+  const auto all = deposits(100, 1);
+  SourceThinning thinning(100);
+  thinning.add(all, 0);
+  const auto kept = thinning.take();
+  ASSERT_EQ(kept.size(), all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_EQ(kept[i].power, all[i].power);
+    EXPECT_EQ(kept[i].position_m, all[i].position_m);
+  }
+}
+
+TEST(SourceThinning, KeepsExactlyAsManyAsAskedForAndThePowerOfAnyPartOnAverage) {
+  double whole = 0, part = 0, all_whole = 0, all_part = 0, squares = 0;
+  constexpr int kSeeds = 400;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto all = deposits(2000, seed);
+    SourceThinning thinning(200);
+    thinning.add(all, 0);
+    const auto kept = thinning.take();
+    ASSERT_EQ(kept.size(), 200u);
+    whole += power(kept, 2);
+    part += power(kept, 0.3f);
+    all_whole += power(all, 2);
+    all_part += power(all, 0.3f);
+    squares += std::pow(power(kept, 2) / power(all, 2) - 1, 2);
+  }
+  // Priority sampling's relative variance is at most 1 / (k - 1): 0.071 for one, 0.0035 for 400.
+  EXPECT_LT(std::sqrt(squares / kSeeds), 1 / std::sqrt(199.0));
+  EXPECT_NEAR(whole / all_whole, 1, 3 / std::sqrt(199.0 * kSeeds));
+  // The part is a third of it, so sqrt(3) times as uncertain.
+  EXPECT_NEAR(part / all_part, 1, 3 * std::sqrt(3 / (199.0 * kSeeds)));
+}
+
+TEST(SourceThinning, LeavesWeakSourcesEquallyStrongAndStrongOnesAsTheyAre) {
+  const auto all = deposits(20000, 5);
+  SourceThinning thinning(1000);
+  thinning.add(all, 0);
+  const auto kept = thinning.take();
+  float least = 1e9f;
+  for (const Source& source : kept) least = std::min(least, source.power[0]);
+  std::size_t at_least = 0;
+  for (const Source& source : kept) at_least += source.power[0] < 1.0001f * least ? 1 : 0;
+  std::size_t above = 0;
+  for (const Source& source : all) above += source.power[0] > least ? 1 : 0;
+  // Nothing above the level is ever let go.
+  EXPECT_EQ(kept.size() - at_least, above);
+  EXPECT_GT(at_least, 100u);
+}
+
+TEST(SourceThinning, KeepsTheSameHoweverTheDepositsAreSharedOut) {
+  const auto all = deposits(50000, 9);
+  const std::span<const Source> span(all);
+  SourceThinning whole(3000), parts(3000);
+  for (std::uint64_t i = 0; i < 50; ++i) whole.add(span.subspan(1000 * i, 1000), i);
+  for (std::uint64_t i = 50; i-- > 0;) parts.add(span.subspan(1000 * i, 1000), i);
+  const auto a = whole.take(), b = parts.take();
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].position_m, b[i].position_m);
+    EXPECT_EQ(a[i].power, b[i].power);
+  }
+}
+
+TEST(SourceThinning, DrawsWithNumbersThatHaveNothingToDoWithTheSourcesOwn) {
+  // If u decided, what is kept would have small u; the sampler relies on it being uniform.
+  SourceThinning thinning(2000);
+  thinning.add(deposits(100000, 3), 0);
+  double sum = 0;
+  const auto kept = thinning.take();
+  for (const Source& source : kept) sum += static_cast<double>(source.u);
+  EXPECT_NEAR(sum / 2000, 0.5, 4 * std::sqrt(1.0 / 12 / 2000));
+}
+
+}  // namespace
+}  // namespace clamor

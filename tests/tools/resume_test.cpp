@@ -1,0 +1,151 @@
+// Bakes that are killed, stopped or run out of disk: whatever was traced is kept, and the same
+// command ends in the same bytes. The program itself runs, in processes of its own.
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <random>
+#include <thread>
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include "tests/tools/program.h"
+
+namespace clamor {
+namespace {
+
+using testing::Folder;
+
+struct Ended {
+  bool killed = false;
+  int code = -1;
+};
+
+// A bake of the violin room in a process of its own, its words in `log`. After `signal_after` it
+// gets the signal, if it still runs. Files may grow to `most_file_bytes`.
+Ended run_bake(const std::vector<std::string>& arguments, const std::string& log,
+               std::chrono::microseconds signal_after = std::chrono::hours(1), int signal = SIGKILL,
+               rlim_t most_file_bytes = RLIM_INFINITY) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const int descriptor = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    ::dup2(descriptor, STDERR_FILENO);
+    ::dup2(descriptor, STDOUT_FILENO);
+    if (most_file_bytes != RLIM_INFINITY) {
+      std::signal(SIGXFSZ, SIG_IGN);
+      const rlimit limit{most_file_bytes, most_file_bytes};
+      ::setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    std::vector<char*> words{const_cast<char*>(CLAMOR_PROGRAM), const_cast<char*>("bake")};
+    for (const std::string& argument : arguments)
+      words.push_back(const_cast<char*>(argument.c_str()));
+    words.push_back(nullptr);
+    ::execv(CLAMOR_PROGRAM, words.data());
+    ::_exit(127);
+  }
+  const auto deadline = std::chrono::steady_clock::now() + signal_after;
+  int status = 0;
+  bool signalled = false;
+  while (::waitpid(child, &status, WNOHANG) == 0) {
+    if (!signalled && std::chrono::steady_clock::now() >= deadline) {
+      ::kill(child, signal);
+      signalled = true;
+    }
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+  }
+  return {WIFSIGNALED(status) != 0, WIFEXITED(status) ? WEXITSTATUS(status) : -1};
+}
+
+std::string read(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+std::vector<std::string> bake_of(const std::string& level, const std::string& output) {
+  return {level,       "-o",        output,
+          "--photons", "6000",      "--sources",
+          "4000",      "--emitter", "name=violin,signal=impulse,at=1,1.2,1",
+          "--quiet"};
+}
+
+std::string violin_room() {
+  return std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb";
+}
+
+TEST(KilledBake, GoesOnToTheSameBytesAfterAHundredKillsAtAnyMoment) {
+  const Folder folder;
+  const std::string log = folder / "log";
+  const auto start = std::chrono::steady_clock::now();
+  ASSERT_EQ(run_bake(bake_of(violin_room(), folder / "whole.clamor"), log).code, 0) << read(log);
+  const auto whole_time = std::chrono::duration_cast<std::chrono::microseconds>(
+      std::chrono::steady_clock::now() - start);
+  const std::string whole = read(folder / "whole.clamor");
+
+  std::mt19937 random(1);
+  int kills = 0, bakes = 0, with_journal = 0;
+  for (int tries = 0; kills < 100 && tries < 400; ++tries) {
+    // Up to a little more than a whole bake: starting, importing, tracing, sorting, writing.
+    std::uniform_int_distribution<long> moments(0, whole_time.count() * 11 / 10);
+    const Ended ended = run_bake(bake_of(violin_room(), folder / "cut.clamor"), log,
+                                 std::chrono::microseconds(moments(random)));
+    if (ended.killed) {
+      ++kills;
+      if (std::filesystem::exists(folder / "cut.clamor.journal")) ++with_journal;
+      // Never half an output.
+      if (std::filesystem::exists(folder / "cut.clamor")) {
+        ASSERT_TRUE(read(folder / "cut.clamor") == whole);
+      }
+    } else {
+      ASSERT_EQ(ended.code, 0) << read(log);
+      ++bakes;
+      ASSERT_TRUE(read(folder / "cut.clamor") == whole);
+      std::filesystem::remove(folder / "cut.clamor");
+      std::filesystem::remove(folder / "cut.clamor.journal");
+    }
+  }
+  EXPECT_EQ(kills, 100);
+  EXPECT_GT(with_journal, 20);
+  ASSERT_EQ(run_bake(bake_of(violin_room(), folder / "cut.clamor"), log).code, 0) << read(log);
+  EXPECT_TRUE(read(folder / "cut.clamor") == whole);
+}
+
+TEST(StoppedBake, SaysHowToGoOnAndGoesOn) {
+  const Folder folder;
+  const std::string log = folder / "log";
+  auto long_bake = bake_of(violin_room(), folder / "out.clamor");
+  long_bake[4] = "400000";
+  const auto start = std::chrono::steady_clock::now();
+  Ended ended;
+  std::chrono::milliseconds after(300);
+  // Until it has traced something when it is stopped.
+  do {
+    ended = run_bake(long_bake, log, after, SIGINT);
+    after *= 2;
+  } while (ended.code != 0 && read(folder / "out.clamor.journal").size() <= 16 &&
+           std::chrono::steady_clock::now() - start < std::chrono::minutes(2));
+  ASSERT_EQ(ended.code, 1) << "it should have been stopped: " << read(log);
+  EXPECT_NE(read(log).find("the same command goes on"), std::string::npos) << read(log);
+  EXPECT_FALSE(std::filesystem::exists(folder / "out.clamor"));
+}
+
+TEST(FullDisk, LeavesOneSentenceNoOutputAndAJournalThatIsSound) {
+  const Folder folder;
+  const std::string log = folder / "log";
+  ASSERT_EQ(run_bake(bake_of(violin_room(), folder / "whole.clamor"), log).code, 0) << read(log);
+  const std::string whole = read(folder / "whole.clamor");
+  for (const rlim_t most : {0, 10, 1000, 20000, 100000}) {
+    const Ended ended = run_bake(bake_of(violin_room(), folder / "out.clamor"), log,
+                                 std::chrono::hours(1), SIGKILL, most);
+    EXPECT_EQ(ended.code, 1) << most;
+    EXPECT_FALSE(std::filesystem::exists(folder / "out.clamor")) << most;
+    const std::string words = read(log);
+    EXPECT_TRUE(most < 200 || std::count(words.begin(), words.end(), '\n') == 1) << words;
+  }
+  ASSERT_EQ(run_bake(bake_of(violin_room(), folder / "out.clamor"), log).code, 0) << read(log);
+  EXPECT_TRUE(read(folder / "out.clamor") == whole);
+  for (const auto& name : folder.names()) EXPECT_EQ(name.find("tmp"), std::string::npos) << name;
+}
+
+}  // namespace
+}  // namespace clamor
