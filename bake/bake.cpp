@@ -1,6 +1,7 @@
 #include "bake/bake.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <memory>
 #include <mutex>
@@ -48,21 +49,31 @@ bool stopped(const BakeOptions& options) {
 class Tracing {
  public:
   Tracing(const PhotonTracer& tracer, const Level& level, const BakePlan& plan,
-          const BakeOptions& options, TraceJournal* journal, std::uint64_t scene)
+          const BakeOptions& options, std::span<TraceJournal> journals, std::uint64_t scene,
+          const Shard& shard)
       : tracer_(tracer),
         level_(level),
         plan_(plan),
         options_(options),
-        journal_(journal),
+        journals_(journals),
+        journal_(options.journal.empty() ? nullptr : &journals.front()),
         scene_(scene),
+        shard_(shard),
         thinning_(plan.sources) {
     progress_.stage = "tracing";
-    progress_.photons_total = plan.all_photons();
+    batches_ = plan.batches();
+    if (shard.count > 1) {
+      std::vector<std::vector<PhotonRun>> mine;
+      for (std::size_t i = shard.index; i < batches_.size(); i += shard.count)
+        mine.push_back(std::move(batches_[i]));
+      batches_ = std::move(mine);
+    }
+    for (const auto& batch : batches_)
+      for (const PhotonRun& run : batch) progress_.photons_total += run.count;
   }
 
   // An Error only if the journal cannot be written.
   Result<Assembled> run() {
-    const auto batches = plan_.batches();
     const std::size_t at_once =
         4 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
     std::vector<std::unique_ptr<Batch>> free;
@@ -73,7 +84,7 @@ class Tracing {
         at_once,
         tbb::make_filter<void, Batch*>(tbb::filter_mode::serial_in_order,
                                        [&](tbb::flow_control& control) -> Batch* {
-                                         if (next == batches.size() || stopped(options_) ||
+                                         if (next == batches_.size() || stopped(options_) ||
                                              failed_) {
                                            control.stop();
                                            return nullptr;
@@ -85,7 +96,7 @@ class Tracing {
                                            free.pop_back();
                                          }
                                          batch->number = next;
-                                         look_up(batches[next++], *batch);
+                                         look_up(batches_[next++], *batch);
                                          return batch;
                                        }) &
             tbb::make_filter<Batch*, Batch*>(tbb::filter_mode::parallel,
@@ -105,7 +116,7 @@ class Tracing {
     return std::move(assembled_);
   }
 
-  std::uint64_t photons_reused() const { return progress_.photons_reused; }
+  const BakeProgress& progress() const { return progress_; }
 
  private:
   void look_up(const std::vector<PhotonRun>& runs, Batch& batch) {
@@ -115,11 +126,21 @@ class Tracing {
     batch.found.clear();
     batch.traced.clear();
     for (const PhotonRun& run : runs) {
-      if (journal_ != nullptr) {
+      if (!journals_.empty()) {
         const std::uint64_t key =
             run_key(scene_, level_.emitters[run.emitter], tracer_.emitter_key(run.emitter), run);
-        if (journal_->find(key, run, batch.found)) continue;
+        const auto has_it = [&](TraceJournal& journal) {
+          return journal.find(key, run, batch.found);
+        };
+        if (std::any_of(journals_.begin(), journals_.end(), has_it)) continue;
         batch.missing_keys.push_back(key);
+      }
+      if (!options_.shards.empty() && !failed_) {
+        failure_ =
+            "photons of emitter " + in_quotes(level_.emitters[run.emitter].name) +
+            " are in none of the shards; was one left out, was it stopped before its end, or "
+            "made from another level or with other settings?";
+        failed_ = true;
       }
       batch.missing.push_back(run);
     }
@@ -160,7 +181,7 @@ class Tracing {
     const auto deposits = runs.deposits().subspan(run.first_deposit, run.deposits);
     for (Source& deposit : deposits)
       for (float& power : deposit.power) power = static_cast<float>(power * share);
-    thinning_.add(deposits, order);
+    if (shard_.count == 1) thinning_.add(deposits, order);
     assembled_.tally.add(run.tally, share);
     progress_.photons_done += run.tally.photons;
     progress_.escaped += run.tally.escaped;
@@ -170,8 +191,11 @@ class Tracing {
   const Level& level_;
   const BakePlan& plan_;
   const BakeOptions& options_;
-  TraceJournal* journal_;
+  std::span<TraceJournal> journals_;
+  TraceJournal* journal_;  // the one that is written, or null
   std::uint64_t scene_;
+  Shard shard_;
+  std::vector<std::vector<PhotonRun>> batches_;
   SourceThinning thinning_;
   Assembled assembled_;
   BakeProgress progress_;
@@ -222,39 +246,78 @@ BakeStatistics statistics_of(const TraceTally& tally, const PhotonTracer& tracer
   return statistics;
 }
 
-Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& options,
-                                        BakeReport& report) {
-  const Scene scene(level.mesh);
-  TraceSettings settings;
-  settings.seed = options.settings.seed;
-  settings.roulette_kappa = options.settings.roulette_kappa;
-  settings.longest_path_s = options.settings.longest_path_s;
-  settings.speed_mps = speed_of_sound_mps(options.settings.air);
-  settings.air_loss_per_m = air_loss_per_m(options.settings.air);
-  const BakePlan plan = make_bake_plan(scene, level, options.settings, settings);
-  settings.least_power = plan.least_power;
-  const PhotonTracer tracer(scene, level, settings);
+TraceSettings trace_settings(const BakeSettings& settings) {
+  TraceSettings trace;
+  trace.seed = settings.seed;
+  trace.roulette_kappa = settings.roulette_kappa;
+  trace.longest_path_s = settings.longest_path_s;
+  trace.speed_mps = speed_of_sound_mps(settings.air);
+  trace.air_loss_per_m = air_loss_per_m(settings.air);
+  return trace;
+}
 
-  std::optional<TraceJournal> journal;
+// Everything that tracing a level needs.
+struct Workshop {
+  Workshop(const Level& level, const BakeSettings& settings)
+      : scene(level.mesh),
+        trace(trace_settings(settings)),
+        plan(make_bake_plan(scene, level, settings, trace)),
+        tracer(scene, level, with_least_power()) {}
+
+  const TraceSettings& with_least_power() {
+    trace.least_power = plan.least_power;
+    return trace;
+  }
+
+  Scene scene;
+  TraceSettings trace;
+  BakePlan plan;
+  PhotonTracer tracer;
+};
+
+// The journal that is written, if any, and then the shards.
+Result<std::vector<TraceJournal>> open_journals(const Level& level, const BakeOptions& options) {
+  std::vector<TraceJournal> journals;
   if (!options.journal.empty()) {
     auto opened = TraceJournal::open(options.journal, level.materials.size());
     if (!opened.ok()) return opened.error();
-    journal.emplace(std::move(*opened));
+    if (!options.note.empty())
+      if (const auto noted = opened->set_note(options.note); !noted.ok()) return noted.error();
+    journals.push_back(std::move(*opened));
   }
-  Tracing tracing(tracer, level, plan, options, journal ? &*journal : nullptr,
-                  scene_hash(level, settings));
+  for (const std::string& shard : options.shards) {
+    auto opened = TraceJournal::open_to_read(shard, level.materials.size());
+    if (!opened.ok()) return opened.error();
+    journals.push_back(std::move(*opened));
+  }
+  return journals;
+}
+
+Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& options,
+                                        BakeReport& report) {
+  const Workshop workshop(level, options.settings);
+  const BakePlan& plan = workshop.plan;
+  auto journals = open_journals(level, options);
+  if (!journals.ok()) return journals.error();
+  Tracing tracing(workshop.tracer, level, plan, options, *journals,
+                  scene_hash(level, workshop.trace), {});
   auto traced = tracing.run();
   if (!traced.ok()) return traced.error();
-  report.photons_reused = tracing.photons_reused();
+  report.photons = tracing.progress().photons_done;
+  report.photons_reused = tracing.progress().photons_reused;
   if (stopped(options)) return BakeContents{};
-  if (options.on_progress) options.on_progress({"sorting", plan.all_photons(), plan.all_photons()});
+  if (options.on_progress) {
+    BakeProgress progress = tracing.progress();
+    progress.stage = "sorting";
+    options.on_progress(progress);
+  }
 
   BakeContents contents;
   contents.settings = options.settings;
   contents.settings.photons = plan.wanted_photons;
   contents.settings.sources = plan.sources;
   contents.provenance.tool = std::string("clamor ") + kVersion;
-  contents.statistics = statistics_of(traced->tally, tracer, level);
+  contents.statistics = statistics_of(traced->tally, workshop.tracer, level);
   contents.statistics.rooms = plan.rooms;
   contents.statistics.deposits = traced->left;
   contents.materials = level.materials;
@@ -265,36 +328,64 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   set_patch_radii(traced->deposits);
   for (Source& deposit : traced->deposits) snap_powers(deposit);
   for (std::uint32_t i = 0; i < level.emitters.size(); ++i)
-    traced->deposits.push_back(emitter_source(level.emitters[i], i, tracer.emitter_key(i)));
+    traced->deposits.push_back(
+        emitter_source(level.emitters[i], i, workshop.tracer.emitter_key(i)));
   contents.octree = build_octree(std::move(traced->deposits));
 
-  if (journal) {
-    if (const auto compacted = journal->compact(); !compacted.ok())
+  if (!options.journal.empty()) {
+    TraceJournal& journal = journals->front();
+    if (const auto compacted = journal.compact(); !compacted.ok())
       report.journal_warning = compacted.error().message;
-    if (journal->damaged() > 0)
-      report.journal_warning = options.journal + ": " + std::to_string(journal->damaged()) +
+    report.journal_bytes = journal.bytes();
+    if (journal.damaged() > 0)
+      report.journal_warning = options.journal + ": " + std::to_string(journal.damaged()) +
                                " of its records were damaged and have been traced again";
-    report.journal_bytes = journal->bytes();
   }
   return contents;
+}
+
+Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& options,
+                                       const Shard& shard) {
+  const Workshop workshop(level, options.settings);
+  auto journals = open_journals(level, options);
+  if (!journals.ok()) return journals.error();
+  Tracing tracing(workshop.tracer, level, workshop.plan, options, *journals,
+                  scene_hash(level, workshop.trace), shard);
+  if (const auto traced = tracing.run(); !traced.ok()) return traced.error();
+  BakeReport report;
+  report.photons = tracing.progress().photons_done;
+  report.photons_reused = tracing.progress().photons_reused;
+  report.journal_bytes = journals->front().bytes();
+  return report;
+}
+
+// Runs it with the threads the options ask for.
+template <class Work>
+auto on_arena(const Level& level, const BakeOptions& options, const Work& work) {
+  using Outcome = decltype(work());
+  Outcome outcome = Error(
+      "the level has no emitter, so there is nothing to bake; add one with --emitter "
+      "\"name=violin,signal=violin.flac,at=0,1.5,0\", in LEVEL.acoustics.json or as "
+      "KHR_audio_emitter");
+  if (level.emitters.empty()) return outcome;
+  tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+  arena.execute([&] { outcome = work(); });
+  if (outcome.ok() && stopped(options)) outcome = Error("stopped before the bake was complete");
+  return outcome;
 }
 
 }  // namespace
 
 Result<BakeContents> bake(const Level& level, const BakeOptions& options, BakeReport* report) {
-  if (level.emitters.empty())
-    return Error(
-        "the level has no emitter, so there is nothing to bake; add one with --emitter "
-        "\"name=violin,signal=violin.flac,at=0,1.5,0\", in LEVEL.acoustics.json or as "
-        "KHR_audio_emitter");
   BakeReport ignored;
-  Result<BakeContents> contents = Error("not baked");
-  tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-  arena.execute([&] {
-    contents = bake_on_this_arena(level, options, report != nullptr ? *report : ignored);
+  return on_arena(level, options, [&] {
+    return bake_on_this_arena(level, options, report != nullptr ? *report : ignored);
   });
-  if (contents.ok() && stopped(options)) return Error("stopped before the bake was complete");
-  return contents;
+}
+
+Result<BakeReport> bake_shard(const Level& level, const BakeOptions& options, const Shard& shard) {
+  assert(shard.index < shard.count && !options.journal.empty());
+  return on_arena(level, options, [&] { return shard_on_this_arena(level, options, shard); });
 }
 
 }  // namespace clamor

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "common/result.h"
 #include "formats/bake_file.h"
@@ -26,12 +27,20 @@ struct BakeOptions {
   BakeSettings settings{};
   int threads = 0;        // 0: all cores; never changes a byte
   std::string journal{};  // file that keeps what is traced, see trace_journal.h; "" for none
+  std::string note{};     // kept in the journal for whoever merges it
+  std::vector<std::string> shards{};  // journals that together hold all photons: none is traced
   std::function<void(const BakeProgress&)> on_progress{};  // from any thread, one at a time
   const std::atomic<bool>* stop = nullptr;                 // set it to end the bake with an Error
 };
 
+// Part `index` of `count`, from 0: every count-th batch of photons.
+struct Shard {
+  std::uint32_t index = 0, count = 1;
+};
+
 // What happened besides the result.
 struct BakeReport {
+  std::uint64_t photons = 0;  // done in all
   std::uint64_t photons_reused = 0;
   std::uint64_t journal_bytes = 0;
   std::string journal_warning;  // why the journal was not used, or what of it was damaged; or ""
@@ -44,5 +53,9 @@ struct BakeReport {
 // photons.
 Result<BakeContents> bake(const Level& level, const BakeOptions& options,
                           BakeReport* report = nullptr);
+
+// Traces one shard into options.journal. The shards of a bake, given to bake() as options.shards in
+// any order, make the same contents as a bake of the whole.
+Result<BakeReport> bake_shard(const Level& level, const BakeOptions& options, const Shard& shard);
 
 }  // namespace clamor

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cerrno>
 #include <cmath>
 #include <cstddef>
@@ -28,6 +29,7 @@ constexpr std::array<char, 8> kJournalMagic = {'C', 'L', 'A', 'M', 'O', 'R', 'T'
 constexpr std::uint32_t kJournalVersion = 1;
 constexpr std::uint32_t kRecordMagic = 0x6e757254;  // "Trun"
 constexpr std::uint64_t kMostRecordBytes = std::uint64_t{1} << 30;
+constexpr std::uint64_t kMostNoteBytes = 1 << 20;
 constexpr std::uint64_t kMostRatio = 4000;  // of a zstd frame we would have written
 
 struct FileHeader {
@@ -106,11 +108,14 @@ struct TraceJournal::State {
 
   std::string path;
   int descriptor = -1;
+  bool only_read = false;
   std::size_t materials = 0;
   std::uint64_t bytes = 0, damaged = 0;
   std::unordered_map<std::uint64_t, Place> places;  // by key
   std::unordered_set<std::uint64_t> used;           // records
-  std::uint64_t read_record = 0;                    // what `unpacked` holds; 0: nothing
+  std::string note;
+  std::uint64_t note_record = 0;  // where it is; 0: nowhere
+  std::uint64_t read_record = 0;  // what `unpacked` holds; 0: nothing
   std::uint32_t read_runs = 0;
   std::vector<std::byte> unpacked;
 
@@ -181,12 +186,21 @@ struct TraceJournal::State {
     std::uint64_t offset = sizeof(FileHeader);
     RecordHeader header;
     while (read_header(offset, header)) {
-      if (load(offset)) {
+      if (header.runs == 0) {
+        if (header.unpacked_bytes <= kMostNoteBytes && load(offset)) {
+          note.assign(reinterpret_cast<const char*>(unpacked.data()), unpacked.size());
+          note_record = offset;
+        }
+      } else if (load(offset)) {
         for (std::uint32_t i = 0; i < header.runs; ++i) places[stored_run(i).key] = {offset, i};
       } else {
         ++damaged;
       }
       offset += sizeof header + header.packed_bytes;
+    }
+    if (only_read) {
+      bytes = offset;
+      return {};
     }
     if (offset < bytes && ::ftruncate(descriptor, static_cast<off_t>(offset)) != 0)
       return Error(path + ": cannot be cut to its last complete record (" + reason() + ")");
@@ -237,6 +251,44 @@ Result<TraceJournal> TraceJournal::open(const std::string& path, std::size_t mat
   }
   if (const auto indexed = state->index(); !indexed.ok()) return indexed.error();
   return TraceJournal(std::move(state));
+}
+
+Result<TraceJournal> TraceJournal::open_to_read(const std::string& path, std::size_t materials) {
+  auto state = std::make_unique<State>();
+  state->path = path;
+  state->materials = materials;
+  state->only_read = true;
+  state->descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  struct stat status {};
+  if (state->descriptor < 0 || ::fstat(state->descriptor, &status) != 0)
+    return Error(path + ": cannot be read (" + reason() + ")");
+  if (!S_ISREG(status.st_mode)) return Error(path + ": is not a regular file");
+  state->bytes = static_cast<std::uint64_t>(status.st_size);
+  FileHeader header;
+  std::array<std::byte, sizeof header> raw;
+  const bool whole = state->bytes >= sizeof header && state->read_at(0, raw);
+  if (whole) std::memcpy(&header, raw.data(), sizeof header);
+  if (!whole || header.magic != kJournalMagic)
+    return Error(path + ": holds no traced photons; shards are made with clamor bake --shard I/N");
+  if (header.version != kJournalVersion)
+    return Error(path + ": was written by another version of clamor (journal version " +
+                 std::to_string(header.version) + ", this one writes " +
+                 std::to_string(kJournalVersion) + "); trace it again");
+  if (const auto indexed = state->index(); !indexed.ok()) return indexed.error();
+  return TraceJournal(std::move(state));
+}
+
+const std::string& TraceJournal::note() const { return state_->note; }
+
+Result<void> TraceJournal::set_note(const std::string& note) {
+  assert(note.size() <= kMostNoteBytes);
+  if (note == state_->note) return {};
+  const std::uint64_t record = state_->bytes;
+  const auto written = write_record(0, std::as_bytes(std::span(note)));
+  if (!written.ok()) return written.error();
+  state_->note = note;
+  state_->note_record = record;
+  return {};
 }
 
 bool TraceJournal::find(std::uint64_t key, const PhotonRun& run, TracedRuns& result) {
@@ -307,9 +359,18 @@ Result<void> TraceJournal::append(std::span<const std::uint64_t> keys, const Tra
       at += sizeof deposit;
     }
 
+  const std::uint64_t record = state_->bytes;
+  const auto runs = static_cast<std::uint32_t>(traced.runs().size());
+  if (const auto written = write_record(runs, payload); !written.ok()) return written.error();
+  for (std::uint32_t i = 0; i < runs; ++i) state_->places[keys[i]] = {record, i};
+  state_->used.insert(record);
+  return {};
+}
+
+Result<void> TraceJournal::write_record(std::uint32_t runs, std::span<const std::byte> payload) {
   const std::vector<std::byte> frame = packed(payload);
   RecordHeader header;
-  header.runs = static_cast<std::uint32_t>(traced.runs().size());
+  header.runs = runs;
   header.packed_bytes = frame.size();
   header.unpacked_bytes = payload.size();
   header.frame_hash = hash_of(frame);
@@ -322,8 +383,6 @@ Result<void> TraceJournal::append(std::span<const std::uint64_t> keys, const Tra
     if (::ftruncate(state_->descriptor, static_cast<off_t>(state_->bytes)) != 0) return error;
     return error;
   }
-  for (std::uint32_t i = 0; i < header.runs; ++i) state_->places[keys[i]] = {state_->bytes, i};
-  state_->used.insert(state_->bytes);
   state_->bytes += sizeof header + frame.size();
   return {};
 }
@@ -331,6 +390,7 @@ Result<void> TraceJournal::append(std::span<const std::uint64_t> keys, const Tra
 Result<void> TraceJournal::compact() {
   std::uint64_t kept = sizeof(FileHeader);
   std::vector<std::uint64_t> records(state_->used.begin(), state_->used.end());
+  if (state_->note_record != 0) records.push_back(state_->note_record);
   std::sort(records.begin(), records.end());
   RecordHeader header;
   for (const std::uint64_t record : records)

@@ -32,6 +32,13 @@ class TraceJournal {
   TraceJournal& operator=(TraceJournal&&) noexcept;
   ~TraceJournal();
 
+  // A journal that is only asked: nothing is made, cut off or locked.
+  static Result<TraceJournal> open_to_read(const std::string& path, std::size_t materials);
+
+  // Words kept in the file for whoever reads it; at most a megabyte. The last ones count.
+  Result<void> set_note(const std::string& note);
+  const std::string& note() const;
+
   // True if the run is in the journal; then it is appended to `result`.
   bool find(std::uint64_t key, const PhotonRun& run, TracedRuns& result);
 
@@ -46,6 +53,7 @@ class TraceJournal {
 
  private:
   struct State;
+  Result<void> write_record(std::uint32_t runs, std::span<const std::byte> payload);
   explicit TraceJournal(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };

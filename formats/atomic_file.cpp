@@ -1,6 +1,8 @@
 #include "formats/atomic_file.h"
 
+#include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <utility>
@@ -23,6 +25,27 @@ Error failed(const std::string& path, const std::string& doing, int code) {
 std::string folder_of(const std::string& path) {
   const auto folder = std::filesystem::path(path).parent_path();
   return folder.empty() ? "." : folder.string();
+}
+
+// Temporaries are called PATH.HOST.PROCESS.tmp.
+std::string prefix_of(const std::string& path) {
+  std::array<char, 256> host{};
+  if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '\0';
+  return path + "." + host.data() + ".";
+}
+
+void remove_what_killed_processes_left(const std::string& path) {
+  const std::string prefix = std::filesystem::path(prefix_of(path)).filename().string();
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_of(path), ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(prefix) || !name.ends_with(".tmp")) continue;
+    const std::string process = name.substr(prefix.size(), name.size() - prefix.size() - 4);
+    if (process.empty() || process.size() > 9 ||
+        process.find_first_not_of("0123456789") != std::string::npos)
+      continue;
+    if (::kill(std::stoi(process), 0) != 0 && errno == ESRCH) ::unlink(entry.path().c_str());
+  }
 }
 
 }  // namespace
@@ -55,8 +78,9 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
     return failed(path, "write a file", EISDIR);
   if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
     return Error(path + ": is a device or a pipe, not a file; name a file to write");
+  remove_what_killed_processes_left(path);
   // The process's own name for it, so what lies there is left from a process that is gone.
-  const std::string temporary = path + "." + std::to_string(::getpid()) + ".tmp";
+  const std::string temporary = prefix_of(path) + std::to_string(::getpid()) + ".tmp";
   ::unlink(temporary.c_str());
   const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (descriptor < 0) return failed(path, "write here", errno);

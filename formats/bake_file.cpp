@@ -143,7 +143,7 @@ Result<void> BakeFile::State::read_settings(BakeRoot::Reader root) {
         air.humidity_percent <= 100 && air.pressure_kpa > 0 && air.pressure_kpa < 1e5) ||
       !std::isfinite(settings.roulette_kappa) || !std::isfinite(settings.longest_path_s))
     return damaged("its settings are out of range");
-  provenance = {text(root.getTool()), text(root.getLevel()), root.getInputHash()};
+  provenance = {text(root.getTool()), text(root.getLevel()), root.getInputHash(), {}};
 
   statistics.photons_traced = root.getPhotonsTraced();
   statistics.bounces = root.getBounces();
@@ -162,6 +162,7 @@ Result<void> BakeFile::State::read_settings(BakeRoot::Reader root) {
   statistics.power_emitted = *emitted;
   statistics.power_escaped = *escaped;
   statistics.power_unfinished = *unfinished;
+  for (const auto word : root.getArguments()) provenance.arguments.push_back(text(word));
   for (const auto warning : root.getWarnings()) statistics.warnings.push_back(text(warning));
 
   const auto bands_hz = root.getBandsHz();

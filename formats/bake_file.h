@@ -34,6 +34,7 @@ struct Provenance {
   std::string tool;   // "clamor 0.1.0"
   std::string level;  // file name of the level
   std::uint64_t input_hash = 0;
+  std::vector<std::string> arguments;  // of the command that made it, without level and output
 };
 
 // What the tracing met, for inspect and for warnings.

@@ -49,6 +49,7 @@ struct BakeRoot {
   sources @34 :UInt64;
   rooms @35 :UInt32;
   deposits @36 :UInt64;
+  arguments @37 :List(Text);
 }
 
 struct Material {

@@ -124,6 +124,9 @@ void put_settings(BakeRoot::Builder root, const BakeContents& contents) {
   put(root.initPowerEmitted(kBandCount), statistics.power_emitted);
   put(root.initPowerEscaped(kBandCount), statistics.power_escaped);
   put(root.initPowerUnfinished(kBandCount), statistics.power_unfinished);
+  const auto& given = contents.provenance.arguments;
+  auto arguments = root.initArguments(static_cast<unsigned>(given.size()));
+  for (unsigned i = 0; i < arguments.size(); ++i) arguments.set(i, given[i]);
   auto warnings = root.initWarnings(static_cast<unsigned>(statistics.warnings.size()));
   for (unsigned i = 0; i < warnings.size(); ++i) warnings.set(i, statistics.warnings[i]);
   auto bands_hz = root.initBandsHz(kBandCount);

@@ -31,6 +31,10 @@ Arguments::~Arguments() = default;
 void Arguments::positional(const std::string& name, std::string& value, const std::string& help) {
   state_->app.add_option(name, value, help)->required();
 }
+void Arguments::positional(const std::string& name, std::vector<std::string>& values,
+                           const std::string& help) {
+  state_->app.add_option(name, values, help)->required();
+}
 void Arguments::flag(const std::string& name, bool& value, const std::string& help) {
   state_->app.add_flag(name, value, help);
 }

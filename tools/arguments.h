@@ -28,6 +28,10 @@ class Arguments {
   // A word without a dash in front, required.
   void positional(const std::string& name, std::string& value, const std::string& help);
 
+  // One or more such words.
+  void positional(const std::string& name, std::vector<std::string>& values,
+                  const std::string& help);
+
   void flag(const std::string& name, bool& value, const std::string& help);
   void option(const std::string& name, std::string& value, const std::string& help);
   void option(const std::string& name, std::optional<std::string>& value, const std::string& help);

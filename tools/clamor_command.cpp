@@ -18,6 +18,7 @@ constexpr std::string_view kHelp =
     R"(clamor: bakes the acoustics of a level and plays them back
 
   clamor bake LEVEL.gltf -o LEVEL.clamor    traces sound through a level, writes a bake file
+  clamor merge SHARDS... -o LEVEL.clamor    puts together what several machines traced
   clamor inspect LEVEL.clamor               prints what a bake file holds
   clamor play LEVEL.clamor                  walk through it and listen
   clamor render LEVEL.clamor -o OUT.wav     the same, to a WAV file
@@ -35,7 +36,8 @@ struct Command {
   int (*run)(std::span<const std::string>, std::ostream&, std::ostream&);
 };
 
-constexpr std::array<Command, 6> kCommands = {{{"bake", run_bake},
+constexpr std::array<Command, 7> kCommands = {{{"bake", run_bake},
+                                               {"merge", run_merge},
                                                {"inspect", run_inspect},
                                                {"render", run_render},
                                                {"impulse", run_impulse},

@@ -15,6 +15,7 @@ inline constexpr int kBadInput = 1;  // a file, device or level that cannot be u
 inline constexpr int kBadUsage = 2;  // words that make no command
 
 int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+int run_merge(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);

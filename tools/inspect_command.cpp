@@ -1,7 +1,10 @@
 // inspect_command.cpp: clamor inspect: what a bake file holds.
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <filesystem>
 #include <ostream>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
@@ -32,6 +35,26 @@ std::string printable(std::string name) {
   for (char& c : name)
     if (static_cast<unsigned char>(c) < 32 || c == 127) c = '?';
   return name;
+}
+
+// Words as a shell takes them.
+std::string as_typed(const std::string& word) {
+  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("-_./:,=+%").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (plain) return word;
+  std::string enclosed = "'";
+  for (const char c : word) enclosed += c == '\'' ? "'\\''" : std::string(1, c);
+  return enclosed + "'";
+}
+
+// What makes the file again.
+std::string command_of(const BakeFile& file) {
+  std::string command = "clamor bake " + as_typed(file.provenance().level) + " -o " +
+                        as_typed(std::filesystem::path(file.path()).filename().string());
+  for (const std::string& word : file.provenance().arguments) command += " " + as_typed(word);
+  return command;
 }
 
 std::uint64_t secondary_count(const BakeFile& file) {
@@ -90,8 +113,11 @@ void print_tables(const BakeFile& file, std::ostream& out) {
     fmt::print(out, "  warning: {}\n", printable(warning));
   fmt::print(out, "\nmade by     {} from {} (inputs {:016x})\n", printable(file.provenance().tool),
              printable(file.provenance().level), file.provenance().input_hash);
-  fmt::print(out, "settings    seed {}, {} photons, kappa {}, paths up to {} s\n", settings.seed,
-             settings.photons, settings.roulette_kappa, settings.longest_path_s);
+  fmt::print(out, "with        {}\n", printable(command_of(file)));
+  fmt::print(out,
+             "settings    seed {}, {} photons, up to {} reflections, kappa {}, paths up to {} s\n",
+             settings.seed, settings.photons, settings.sources, settings.roulette_kappa,
+             settings.longest_path_s);
   fmt::print(out, "air         {} C, {} % humidity, {} kPa: sound travels at {:.1f} m/s\n",
              settings.air.temperature_c, settings.air.humidity_percent, settings.air.pressure_kpa,
              speed_of_sound_mps(settings.air));
@@ -156,15 +182,16 @@ nlohmann::ordered_json as_json(const BakeFile& file) {
   json["bytes"] = {{"file", bytes.file},         {"pages", bytes.pages},
                    {"root", bytes.root},         {"signals", bytes.signals},
                    {"geometry", bytes.geometry}, {"pages_unpacked", bytes.pages_unpacked}};
-  json["photons"] = {{"traced", statistics.photons_traced},
-                     {"escaped_share", escaped_share(statistics)},
-                     {"bounces", statistics.bounces},
-                     {"mean_free_path_m", statistics.mean_free_path_m}};
+  json["photons"] = {
+      {"traced", statistics.photons_traced}, {"escaped_share", escaped_share(statistics)},
+      {"bounces", statistics.bounces},       {"deposits", statistics.deposits},
+      {"rooms", statistics.rooms},           {"mean_free_path_m", statistics.mean_free_path_m}};
   json["power"] = {{"emitted", statistics.power_emitted},
                    {"escaped", statistics.power_escaped},
                    {"unfinished", statistics.power_unfinished}};
   json["settings"] = {{"seed", settings.seed},
                       {"photons", settings.photons},
+                      {"sources", settings.sources},
                       {"roulette_kappa", settings.roulette_kappa},
                       {"longest_path_s", settings.longest_path_s},
                       {"temperature_c", settings.air.temperature_c},
@@ -172,7 +199,8 @@ nlohmann::ordered_json as_json(const BakeFile& file) {
                       {"pressure_kpa", settings.air.pressure_kpa}};
   json["provenance"] = {{"tool", file.provenance().tool},
                         {"level", file.provenance().level},
-                        {"input_hash", fmt::format("{:016x}", file.provenance().input_hash)}};
+                        {"input_hash", fmt::format("{:016x}", file.provenance().input_hash)},
+                        {"command", command_of(file)}};
   json["materials"] = nlohmann::ordered_json::array();
   for (const Material& material : file.materials())
     json["materials"].push_back({{"name", material.name},

@@ -89,7 +89,10 @@ BakeContents contents(std::uint32_t secondary = 100) {
   BakeContents bake;
   bake.settings.seed = 42;
   bake.settings.photons = 1000;
-  bake.provenance = {"clamor test", "room.glb", 0x1234567890abcdefull};
+  bake.provenance = {"clamor test",
+                     "room.glb",
+                     0x1234567890abcdefull,
+                     {"--emitter", "name=a b,signal=noise,at=0,0,0", "--seed", "3"}};
   bake.statistics.photons_traced = 1000;
   bake.statistics.bounces = secondary;
   bake.statistics.warnings = {"mind the step"};
@@ -184,6 +187,10 @@ TEST(BakeFile, GivesBackWhatWasWritten) {
   EXPECT_EQ(file->settings().seed, 42u);
   EXPECT_EQ(file->provenance().level, "room.glb");
   EXPECT_EQ(file->provenance().input_hash, 0x1234567890abcdefull);
+  EXPECT_EQ(file->provenance().arguments, bake.provenance.arguments);
+  EXPECT_EQ(file->settings().sources, bake.settings.sources);
+  EXPECT_EQ(file->statistics().rooms, bake.statistics.rooms);
+  EXPECT_EQ(file->statistics().deposits, bake.statistics.deposits);
   EXPECT_EQ(file->statistics().warnings, bake.statistics.warnings);
   EXPECT_EQ(file->materials(), bake.materials);
   EXPECT_EQ(file->emitters(), bake.emitters);

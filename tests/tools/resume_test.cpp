@@ -108,6 +108,10 @@ TEST(KilledBake, GoesOnToTheSameBytesAfterAHundredKillsAtAnyMoment) {
   EXPECT_GT(with_journal, 20);
   ASSERT_EQ(run_bake(bake_of(violin_room(), folder / "cut.clamor"), log).code, 0) << read(log);
   EXPECT_TRUE(read(folder / "cut.clamor") == whole);
+  // What killed ones were writing is swept up.
+  EXPECT_EQ(folder.names(),
+            (std::vector<std::string>{"cut.clamor", "cut.clamor.journal", "log", "whole.clamor",
+                                      "whole.clamor.journal"}));
 }
 
 TEST(StoppedBake, SaysHowToGoOnAndGoesOn) {

@@ -1,0 +1,235 @@
+#include "tools/bake_request.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <ostream>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include "tools/commands.h"
+#include "tools/interrupt.h"
+#include "tools/progress.h"
+
+namespace clamor {
+
+namespace {
+
+std::optional<std::uint64_t> whole(const std::string& text) {
+  if (text.empty() || text.size() > 18 ||
+      !std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; }))
+    return std::nullopt;
+  return std::stoull(text);
+}
+
+void print_report(const ImportReport& report, const Level& level, std::ostream& err) {
+  fmt::print(err, "{}\n", level.name);
+  for (const auto& line : report.found) fmt::print(err, "  found    {}\n", line);
+  for (const auto& material : report.materials)
+    fmt::print(err, "  material {:<24} {:<18} {:>8.1f} m2  ({})\n", material.material,
+               material.preset.empty() ? "own values" : material.preset, material.area_m2,
+               material.how);
+  for (const auto& line : report.ignored) fmt::print(err, "  ignored  {}\n", line);
+  for (const auto& line : report.warnings) fmt::print(err, "  warning  {}\n", line);
+}
+
+// Where the emitters' power went.
+void print_energy(const BakeStatistics& statistics, std::ostream& err) {
+  double emitted = 0, unfinished = 0;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    emitted += statistics.power_emitted[b];
+    unfinished += statistics.power_unfinished[b];
+  }
+  const double photons = static_cast<double>(std::max<std::uint64_t>(1, statistics.photons_traced));
+  fmt::print(err,
+             "  traced   {} photons, {:.1f} bounces each, mean free path {:.2f} m; {:.1f} % of the "
+             "photons escaped\n",
+             statistics.photons_traced, static_cast<double>(statistics.bounces) / photons,
+             statistics.mean_free_path_m,
+             100 * static_cast<double>(statistics.photons_escaped) / photons);
+  if (emitted > 0 && unfinished > 0.001 * emitted)
+    fmt::print(err, "  warning  {:.2f} % of the power was still under way at the longest path\n",
+               100 * unfinished / emitted);
+  for (const auto& warning : statistics.warnings) fmt::print(err, "  warning  {}\n", warning);
+}
+
+// Whether the level still is what was baked.
+std::optional<Error> changed(const std::string& path, const ImportOptions& import,
+                             std::uint64_t input_hash) {
+  const auto again = import_level(path, import);
+  if (again.ok() && again->input_hash == input_hash) return std::nullopt;
+  return Error(
+      path +
+      ": it, or a file it uses, changed while it was baked, so nothing was written; run the "
+      "same command again");
+}
+
+}  // namespace
+
+void BakeRequest::add_options(Arguments& parser) {
+  parser.option("--emitter", import.emitters,
+                "add an emitter: name=,signal=FILE|noise|impulse,at=X,Y,Z[,facing=X,Y,Z][,gain=0dB]"
+                "[,directivity=P][,delay=S][,loop=yes]; may be given again");
+  parser.option("--acoustics", import.sidecar, "instead of LEVEL.acoustics.json beside the level");
+  parser.option("--material", import.material, "preset for materials that nothing tells [plaster]");
+  parser.flag("--hidden", import.hidden_meshes, "also take meshes that the level hides");
+  parser.option(
+      "--photons", photons,
+      "how many to trace: more make better sources, not more; unset: enough for the sources");
+  parser.option("--sources", sources,
+                "most reflections to keep; unset: 200 000 for each room with emitters");
+  parser.option("--seed", seed, "of every random number; same seed, same bytes [1]");
+  parser.option("--kappa", kappa,
+                "Russian roulette: survive with (power after / before)^kappa, 0 to 1");
+  parser.option("--longest", longest_s, "seconds to follow sound for");
+}
+
+std::optional<std::string> BakeRequest::complaint() const {
+  if (photons && (!whole(*photons) || *whole(*photons) == 0 || *whole(*photons) > 4'000'000'000u))
+    return "--photons " + in_quotes(*photons) + " is not a whole number from 1 to 4000000000";
+  if (sources && (!whole(*sources) || *whole(*sources) == 0 || *whole(*sources) > 10'000'000u))
+    return "--sources " + in_quotes(*sources) + " is not a whole number from 1 to 10000000";
+  if (seed && !whole(*seed)) return "--seed " + in_quotes(*seed) + " is not a whole number";
+  if (!(kappa >= 0 && kappa <= 1)) return "--kappa must lie between 0 and 1";
+  if (!(longest_s > 0 && longest_s <= 60)) return "--longest must lie between 0 and 60 seconds";
+  return std::nullopt;
+}
+
+std::vector<std::string> BakeRequest::words() const {
+  std::vector<std::string> words;
+  const auto add = [&words](const std::string& option, const std::optional<std::string>& value) {
+    if (value) words.insert(words.end(), {option, *value});
+  };
+  for (const std::string& emitter : import.emitters) add("--emitter", emitter);
+  add("--acoustics", import.sidecar);
+  add("--material", import.material);
+  if (import.hidden_meshes) words.emplace_back("--hidden");
+  add("--photons", photons);
+  add("--sources", sources);
+  add("--seed", seed);
+  if (kappa != BakeSettings{}.roulette_kappa) add("--kappa", fmt::format("{}", kappa));
+  if (longest_s != BakeSettings{}.longest_path_s) add("--longest", fmt::format("{}", longest_s));
+  return words;
+}
+
+std::string BakeRequest::note() const {
+  std::string note = std::filesystem::absolute(level_path).string();
+  for (const std::string& word : words()) note += '\0' + word;
+  return note;
+}
+
+std::optional<BakeRequest> BakeRequest::from_note(const std::string& note) {
+  std::vector<std::string> words{""};
+  for (const char c : note)
+    if (c == '\0')
+      words.emplace_back();
+    else
+      words.back() += c;
+  BakeRequest request;
+  request.level_path = words[0];
+  Arguments parser("merge", "", "");
+  request.add_options(parser);
+  std::ostringstream ignored;
+  if (request.level_path.empty() ||
+      parser.parse(std::span(words).subspan(1), ignored, ignored).has_value() ||
+      request.complaint())
+    return std::nullopt;
+  return request;
+}
+
+int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream& err) {
+  const auto fail = [&](const Error& error) {
+    fmt::print(err, "clamor {}: {}\n", manner.command, error.message);
+    return kBadInput;
+  };
+
+  // A folder that cannot be written to is better known before the tracing than after.
+  const auto folder = std::filesystem::absolute(manner.output).parent_path();
+  std::error_code problem;
+  if (!std::filesystem::is_directory(folder, problem))
+    return fail(Error(manner.output + ": the folder " + in_quotes(folder.string()) +
+                      " does not exist; make it first"));
+  if (std::filesystem::is_directory(manner.output, problem))
+    return fail(Error(manner.output + ": is a folder; name a file to write, as in hall.clamor"));
+
+  ImportOptions import = request.import;
+  if (request.seed) import.seed = *whole(*request.seed);
+  auto imported = import_level(request.level_path, import);
+  if (!imported.ok()) return fail(imported.error());
+  const Level& level = imported->level;
+  if (!manner.quiet) print_report(imported->report, level, err);
+
+  const ImportedSettings& wanted = imported->settings;
+  BakeOptions options;
+  options.settings.seed = request.seed ? *whole(*request.seed) : wanted.seed.value_or(1);
+  options.settings.photons =
+      request.photons ? *whole(*request.photons) : wanted.photons.value_or(0);
+  options.settings.sources = request.sources ? *whole(*request.sources) : 0;
+  options.settings.roulette_kappa = request.kappa;
+  options.settings.longest_path_s = request.longest_s;
+  options.settings.air = level.air;
+  options.threads = manner.threads;
+  options.shards = manner.shards;
+  if (manner.shard) {
+    options.journal = manner.output;
+    options.note = request.note();
+  } else if (manner.journal) {
+    options.journal = manner.output + ".journal";
+  }
+
+  const Interrupt interrupt;
+  options.stop = &Interrupt::requested();
+  Progress progress(err, "  tracing");
+  if (!manner.quiet)
+    options.on_progress = [&progress](const BakeProgress& done) {
+      progress.update(
+          static_cast<double>(done.photons_done) /
+              static_cast<double>(std::max<std::uint64_t>(1, done.photons_total)),
+          with_unit(static_cast<double>(done.bounces) / std::max(progress.seconds(), 1e-3)) +
+              "bounces/s");
+    };
+  const auto ended = [&](const Error& error) {
+    if (!Interrupt::requested()) return fail(error.in(request.level_path));
+    if (options.journal.empty()) return fail(Error("stopped; nothing was written"));
+    return fail(Error("stopped; what was traced is kept in " + options.journal +
+                      ", and the same command goes on from there"));
+  };
+
+  if (manner.shard) {
+    const auto report = bake_shard(level, options, *manner.shard);
+    if (!report.ok()) return ended(report.error());
+    if (!manner.quiet)
+      fmt::print(err, "  wrote    {}: shard {} of {}, {} photons in {:.1f} MB, {:.1f} s\n",
+                 manner.output, manner.shard->index + 1, manner.shard->count, report->photons,
+                 static_cast<double>(report->journal_bytes) / 1e6, progress.seconds());
+    return kSuccess;
+  }
+
+  BakeReport report;
+  auto contents = bake(level, options, &report);
+  if (!contents.ok()) return ended(contents.error());
+  contents->provenance.level = level.name;
+  contents->provenance.input_hash = imported->input_hash;
+  contents->provenance.arguments = request.words();
+  if (const auto now = changed(request.level_path, import, imported->input_hash)) return fail(*now);
+  if (const auto written = write_bake(manner.output, *contents, manner.threads); !written.ok())
+    return fail(written.error());
+  if (manner.quiet) return kSuccess;
+
+  print_energy(contents->statistics, err);
+  if (!report.journal_warning.empty()) fmt::print(err, "  warning  {}\n", report.journal_warning);
+  if (report.photons_reused > 0 && manner.shards.empty())
+    fmt::print(err, "  reused   {} of {} photons from {}\n", report.photons_reused,
+               contents->statistics.photons_traced, options.journal);
+  const auto bytes = std::filesystem::file_size(manner.output, problem);
+  fmt::print(err, "  wrote    {}: {} sources in {:.1f} MB, {:.1f} s\n", manner.output,
+             contents->octree.sources.size(), static_cast<double>(bytes) / 1e6, progress.seconds());
+  if (!options.journal.empty())
+    fmt::print(err, "  kept     {} ({:.1f} MB): baking again traces only what has changed\n",
+               options.journal, static_cast<double>(report.journal_bytes) / 1e6);
+  return kSuccess;
+}
+
+}  // namespace clamor

@@ -1,0 +1,50 @@
+// bake_request.h: what a bake is asked for, and carrying it out; shared by clamor bake and merge.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bake/bake.h"
+#include "formats/level_import.h"
+#include "tools/arguments.h"
+
+namespace clamor {
+
+// The options that decide what comes out.
+struct BakeRequest {
+  std::string level_path;
+  ImportOptions import;
+  std::optional<std::string> seed, photons, sources;
+  double kappa = BakeSettings{}.roulette_kappa, longest_s = BakeSettings{}.longest_path_s;
+
+  void add_options(Arguments& parser);
+
+  // What is wrong with the values, if anything.
+  std::optional<std::string> complaint() const;
+
+  // The options again, as they would be typed; those that were left alone are left out.
+  std::vector<std::string> words() const;
+
+  // "level path, then words", and back again: what a shard keeps so that it can be merged.
+  std::string note() const;
+  static std::optional<BakeRequest> from_note(const std::string& note);
+};
+
+// How it is carried out; changes no byte of the output.
+struct BakeManner {
+  std::string command;  // "bake" or "merge", for messages
+  std::string output;
+  int threads = 0;
+  bool journal = true, quiet = false;
+  std::optional<Shard> shard;       // then `output` is the shard
+  std::vector<std::string> shards;  // to be merged
+};
+
+// Imports, bakes, writes, prints. Returns an exit code.
+int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream& err);
+
+}  // namespace clamor
