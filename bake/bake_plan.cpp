@@ -44,10 +44,12 @@ std::vector<double> pilot_deposits(const Scene& scene, const Level& level,
   return shares;
 }
 
-// The threshold T at which the mean of min(1, share / T), times `deposits`, comes to `wanted`.
+// The threshold T at which the sum of min(1, (share / T)^(1/4)), times `per_share`, comes to
+// `wanted`.
 double least_power_for(std::vector<double> shares, double per_share, double wanted) {
   if (static_cast<double>(shares.size()) * per_share <= wanted) return 0;
   std::sort(shares.begin(), shares.end());
+  for (double& share : shares) share = std::sqrt(std::sqrt(share));
   // With T at a share, the smaller ones are kept in proportion, the larger ones all.
   double below = 0;
   for (std::size_t i = 0; i < shares.size(); ++i) {
@@ -55,11 +57,12 @@ double least_power_for(std::vector<double> shares, double per_share, double want
     if (per_share * (below / shares[i] + above) <= wanted) {
       // Between the last share and this one: below / T + above = wanted / per_share.
       const double room = wanted / per_share - above;
-      return room > 0 ? std::min(below / room, shares[i]) : shares[i];
+      const double root = room > 0 ? std::min(below / room, shares[i]) : shares[i];
+      return root * root * root * root;
     }
     below += shares[i];
   }
-  return below / (wanted / per_share);
+  return std::pow(below / (wanted / per_share), 4.0);
 }
 
 // Up to one digit, down to a power of two: so that the plan does not change with every step that an

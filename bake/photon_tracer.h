@@ -40,9 +40,10 @@ struct TraceSettings {
   Bands air_loss_per_m{};
   std::uint32_t most_bounces = 0xffffffff;
 
-  // A deposit whose power, summed over bands, is below this share of the power its photon left the
-  // emitter with is kept with probability power / that, and then carries that: fewer deposits, of
-  // equal power, unbiased. 0 keeps all.
+  // A deposit whose power P, summed over bands, is below this share T of the power that its photon
+  // left the emitter with is kept with probability (P / T)^(1/4), and then carries the inverse
+  // times as much: fewer deposits, without bias. 0 keeps all. source_thinning.h says why the fourth
+  // root.
   double least_power = 0;
 };
 

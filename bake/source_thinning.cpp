@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "common/random.h"
 
@@ -9,10 +10,10 @@ namespace clamor {
 
 namespace {
 
-double power_of(const Source& source) {
+double weight_of(const Source& source) {
   double power = 0;
   for (const float band : source.power) power += static_cast<double>(band);
-  return power;
+  return std::sqrt(std::sqrt(power));
 }
 
 // In (0, 1], from what tells this deposit from all others.
@@ -41,7 +42,7 @@ bool SourceThinning::before(const Entry& a, const Entry& b) {
 void SourceThinning::add(std::span<const Source> deposits, std::uint64_t order) {
   added_ += deposits.size();
   for (std::size_t i = 0; i < deposits.size(); ++i) {
-    const double key = power_of(deposits[i]) / random_of(deposits[i]);
+    const double key = weight_of(deposits[i]) / random_of(deposits[i]);
     if (key < threshold_) continue;  // more than n are above it already
     entries_.push_back({key, order, i, deposits[i]});
   }
@@ -65,9 +66,9 @@ std::vector<Source> SourceThinning::take() {
   kept.reserve(entries_.size());
   for (const Entry& entry : entries_) {
     Source& source = kept.emplace_back(entry.source);
-    const double power = power_of(source);
-    if (power >= threshold_) continue;
-    for (float& band : source.power) band = static_cast<float>(band * (threshold_ / power));
+    const double weight = weight_of(source);
+    if (weight >= threshold_) continue;
+    for (float& band : source.power) band = static_cast<float>(band * (threshold_ / weight));
   }
   entries_ = {};
   return kept;

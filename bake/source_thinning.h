@@ -1,10 +1,17 @@
 // source_thinning.h: keeps the n deposits that matter most, without bias.
 //
 // Priority sampling (N. Duffield, C. Lund, M. Thorup, J. ACM 54(6), 2007): deposit i, of power P_i
-// summed over bands, has a random number v_i in (0, 1] and the key P_i / v_i. The n highest keys
-// are kept, each with its power raised to max(P_i, tau), tau the (n + 1)-th key. Any sum over the
-// deposits is right on average; the many weak ones come out equally strong, so that each source
-// that is kept is worth its place.
+// summed over bands, has the weight w_i = P_i^(1/4), a random number v_i in (0, 1] and the key w_i
+// / v_i. The n highest keys are kept, each with its power times max(1, tau / w_i), tau the (n +
+// 1)-th key. Any sum over the deposits is right on average; none with a weight above tau is let go.
+//
+// Why the fourth root: weights in proportion to power would leave the late decay, 30 dB down, a
+// thousandth of the sources. In a 5 x 4 x 3 m room, 200 000 sources of 30 000 photons, over 24
+// seeds, the spread of T30 at one place and of its level is
+//
+//   P: 2.0 %, 0.014 dB    P^(1/2): 1.1 %, 0.015 dB    P^(1/4): 0.4 %, 0.014 dB
+//
+// and 0.5 %, 0.029 dB for the 150 000 deposits of 5 000 photons, unthinned.
 //
 // v is a hash of the deposit and has nothing to do with its u, which the sampler will draw with.
 // The result depends neither on the order of add() nor on how the deposits were shared out.

@@ -270,12 +270,13 @@ CLAMOR_INLINE void put_deposit(const ShadeArguments& with, const KernelPhoton& p
   ++with.sink.count;
 }
 
-// Kept for certain from `least` on; below, with probability power / least, and then raised to it.
-// Returns the factor to its power, 0 where it is dropped.
+// Kept for certain from `least` on; below, with probability (power / least)^(1/4), and then
+// carrying the inverse times as much. Returns the factor to its power, 0 where it is dropped.
 CLAMOR_INLINE float kept_scale(float power, float least, float draw) {
   if (!(power > 0)) return 0;
   if (power >= least) return 1;
-  return draw * least < power ? least / power : 0;
+  const float odds = std::sqrt(std::sqrt(power / least));
+  return draw < odds ? 1 / odds : 0;
 }
 
 // Leaves the deposits and plays roulette. Returns how many go on.

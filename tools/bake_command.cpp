@@ -31,6 +31,7 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   BakeManner manner;
   manner.command = "bake";
   std::optional<std::string> shard;
+  std::optional<std::string> progress;
   bool no_journal = false;
 
   Arguments parser("bake",
@@ -47,6 +48,8 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.option("--threads", manner.threads, "0: all cores; never changes a byte");
   parser.flag("--no-journal", no_journal,
               "do not keep what was traced in OUTPUT.journal, for going on and for baking again");
+  parser.option("--progress", progress,
+                "json: one JSON object a line, for build systems, instead of words");
   parser.flag("--quiet", manner.quiet, "only warnings and errors");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (const auto complaint = request.complaint()) return parser.bad_usage(err, *complaint);
@@ -58,6 +61,9 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
       return parser.bad_usage(
           err, "--shard " + in_quotes(*shard) + " is not a part like 1/4, the first of four");
   }
+  if (progress && *progress != "json")
+    return parser.bad_usage(err, "--progress " + in_quotes(*progress) + " is not json");
+  manner.json_progress = progress.has_value();
   manner.journal = !no_journal;
   return carry_out(request, manner, err);
 }

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "tools/bake_summary.h"
 #include "tools/commands.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
@@ -35,24 +36,21 @@ void print_report(const ImportReport& report, const Level& level, std::ostream& 
   for (const auto& line : report.warnings) fmt::print(err, "  warning  {}\n", line);
 }
 
-// Where the emitters' power went.
-void print_energy(const BakeStatistics& statistics, std::ostream& err) {
-  double emitted = 0, unfinished = 0;
-  for (std::size_t b = 0; b < kBandCount; ++b) {
-    emitted += statistics.power_emitted[b];
-    unfinished += statistics.power_unfinished[b];
-  }
-  const double photons = static_cast<double>(std::max<std::uint64_t>(1, statistics.photons_traced));
-  fmt::print(err,
-             "  traced   {} photons, {:.1f} bounces each, mean free path {:.2f} m; {:.1f} % of the "
-             "photons escaped\n",
-             statistics.photons_traced, static_cast<double>(statistics.bounces) / photons,
-             statistics.mean_free_path_m,
-             100 * static_cast<double>(statistics.photons_escaped) / photons);
-  if (emitted > 0 && unfinished > 0.001 * emitted)
-    fmt::print(err, "  warning  {:.2f} % of the power was still under way at the longest path\n",
-               100 * unfinished / emitted);
-  for (const auto& warning : statistics.warnings) fmt::print(err, "  warning  {}\n", warning);
+double share_of(std::uint64_t part, std::uint64_t whole_of_it) {
+  return whole_of_it > 0 ? static_cast<double>(part) / static_cast<double>(whole_of_it) : 0;
+}
+
+// One line for build systems.
+std::string as_json(const BakeProgress& done, double seconds) {
+  const double share = share_of(done.photons_done, done.photons_total);
+  return fmt::format(
+      "{{\"stage\": \"{}\", \"photons\": {}, \"photons_total\": {}, \"photons_reused\": {}, "
+      "\"bounces\": {}, \"bounces_per_s\": {:.0f}, \"escaped_share\": {:.4f}, \"seconds\": {:.3f}, "
+      "\"seconds_left\": {}}}",
+      done.stage, done.photons_done, done.photons_total, done.photons_reused, done.bounces,
+      static_cast<double>(done.bounces) / std::max(seconds, 1e-3),
+      share_of(done.escaped, done.photons_done), seconds,
+      share > 0.01 ? fmt::format("{:.3f}", seconds * (1 - share) / share) : "null");
 }
 
 // Whether the level still is what was baked.
@@ -159,7 +157,7 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   auto imported = import_level(request.level_path, import);
   if (!imported.ok()) return fail(imported.error());
   const Level& level = imported->level;
-  if (!manner.quiet) print_report(imported->report, level, err);
+  if (!manner.quiet && !manner.json_progress) print_report(imported->report, level, err);
 
   const ImportedSettings& wanted = imported->settings;
   BakeOptions options;
@@ -182,13 +180,17 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   const Interrupt interrupt;
   options.stop = &Interrupt::requested();
   Progress progress(err, "  tracing");
-  if (!manner.quiet)
+  if (manner.json_progress)
     options.on_progress = [&progress](const BakeProgress& done) {
-      progress.update(
-          static_cast<double>(done.photons_done) /
-              static_cast<double>(std::max<std::uint64_t>(1, done.photons_total)),
-          with_unit(static_cast<double>(done.bounces) / std::max(progress.seconds(), 1e-3)) +
-              "bounces/s");
+      progress.update_json(as_json(done, progress.seconds()));
+    };
+  else if (!manner.quiet)
+    options.on_progress = [&progress](const BakeProgress& done) {
+      progress.update(share_of(done.photons_done, done.photons_total),
+                      fmt::format("{}bounces/s, {:.1f} % escaped",
+                                  with_unit(static_cast<double>(done.bounces) /
+                                            std::max(progress.seconds(), 1e-3)),
+                                  100 * share_of(done.escaped, done.photons_done)));
     };
   const auto ended = [&](const Error& error) {
     if (!Interrupt::requested()) return fail(error.in(request.level_path));
@@ -216,19 +218,15 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   if (const auto now = changed(request.level_path, import, imported->input_hash)) return fail(*now);
   if (const auto written = write_bake(manner.output, *contents, manner.threads); !written.ok())
     return fail(written.error());
-  if (manner.quiet) return kSuccess;
+  if (manner.json_progress)
+    fmt::print(err,
+               "{{\"stage\": \"done\", \"sources\": {}, \"photons\": {}, \"photons_reused\": {}, "
+               "\"seconds\": {:.3f}}}\n",
+               contents->octree.sources.size(), report.photons, report.photons_reused,
+               progress.seconds());
+  if (manner.quiet || manner.json_progress) return kSuccess;
 
-  print_energy(contents->statistics, err);
-  if (!report.journal_warning.empty()) fmt::print(err, "  warning  {}\n", report.journal_warning);
-  if (report.photons_reused > 0 && manner.shards.empty())
-    fmt::print(err, "  reused   {} of {} photons from {}\n", report.photons_reused,
-               contents->statistics.photons_traced, options.journal);
-  const auto bytes = std::filesystem::file_size(manner.output, problem);
-  fmt::print(err, "  wrote    {}: {} sources in {:.1f} MB, {:.1f} s\n", manner.output,
-             contents->octree.sources.size(), static_cast<double>(bytes) / 1e6, progress.seconds());
-  if (!options.journal.empty())
-    fmt::print(err, "  kept     {} ({:.1f} MB): baking again traces only what has changed\n",
-               options.journal, static_cast<double>(report.journal_bytes) / 1e6);
+  print_bake_summary(*contents, report, manner.output, options.journal, progress.seconds(), err);
   return kSuccess;
 }
 

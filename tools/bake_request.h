@@ -40,6 +40,7 @@ struct BakeManner {
   std::string output;
   int threads = 0;
   bool journal = true, quiet = false;
+  bool json_progress = false;       // one JSON object a line, and nothing else but errors
   std::optional<Shard> shard;       // then `output` is the shard
   std::vector<std::string> shards;  // to be merged
 };

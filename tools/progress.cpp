@@ -39,6 +39,13 @@ void Progress::update(double share, const std::string& rate) {
        << std::flush;
 }
 
+void Progress::update_json(const std::string& line) {
+  const auto now = Clock::now();
+  if (now - last_ < std::chrono::milliseconds(500)) return;
+  last_ = now;
+  err_ << line << '\n' << std::flush;
+}
+
 std::string with_unit(double value) {
   if (value >= 1e9) return fmt::format("{:.1f} G", value / 1e9);
   if (value >= 1e6) return fmt::format("{:.1f} M", value / 1e6);

@@ -18,6 +18,9 @@ class Progress {
   // Shows the time left. Cheap to call often: prints ten times a second at most.
   void update(double share, const std::string& rate);
 
+  // The line as it is, at most twice a second.
+  void update_json(const std::string& line);
+
   double seconds() const;
 
  private:

@@ -128,22 +128,22 @@ TEST(PhotonTracer, TracesAnEmitterTheSameWhateverOthersAreThereAndWhoeverIsTrace
   }
 }
 
-TEST(PhotonTracer, KeepsFewerDepositsOfEqualPowerWithoutBias) {
+TEST(PhotonTracer, KeepsFewerDepositsWithoutBias) {
   const Level level = shoebox({5, 4, 3}, uniform_material(0.2f), {1.3, 1.7, 1.1});
-  const Outcome all = trace(level, {}, 4000);
-  const Outcome some = trace(level, {.least_power = 1}, 4000);
-  double all_power = 0, some_power = 0, least = 1e9;
-  for (const Source& deposit : all.deposits) all_power += deposit.power[0];
-  for (const Source& deposit : some.deposits) {
-    some_power += deposit.power[0];
-    least = std::min(least, static_cast<double>(deposit.power[0]));
+  const Outcome all = trace(level, {.roulette_kappa = 0.15}, 4000);
+  const Outcome some = trace(level, {.roulette_kappa = 0.15, .least_power = 1}, 4000);
+  double all_power = 0, some_power = 0, expected = 0, variance = 0;
+  for (const Source& deposit : all.deposits) {
+    const double power = deposit.power[0], share = power * 4000 / all.emitted[0];
+    all_power += power;
+    const double odds = std::min(1.0, std::pow(share, 0.25));
+    expected += odds;
+    variance += power * power * (1 / odds - 1);
   }
-  EXPECT_LT(some.deposits.size(), all.deposits.size() / 2);
-  // Bands are alike here, so a deposit at the limit has an eighth of it in each.
-  EXPECT_NEAR(least / (all.emitted[0] / 4000), 1, 1e-5);
-  // The same paths, thinned to n deposits of about equal power: the error is below 1 / sqrt(n).
-  const double n = static_cast<double>(some.deposits.size());
-  EXPECT_NEAR(some_power / all_power, 1, 4 / std::sqrt(n));
+  for (const Source& deposit : some.deposits) some_power += deposit.power[0];
+  EXPECT_NEAR(static_cast<double>(some.deposits.size()), expected, 4 * std::sqrt(expected));
+  EXPECT_LT(expected, 0.6 * static_cast<double>(all.deposits.size()));
+  EXPECT_NEAR(some_power, all_power, 4 * std::sqrt(variance));
 }
 
 TEST(PhotonTracer, EmitsAlongTheDirectivityOfEachBand) {

@@ -26,7 +26,7 @@ struct Ended {
 // gets the signal, if it still runs. Files may grow to `most_file_bytes`.
 Ended run_bake(const std::vector<std::string>& arguments, const std::string& log,
                std::chrono::microseconds signal_after = std::chrono::hours(1), int signal = SIGKILL,
-               rlim_t most_file_bytes = RLIM_INFINITY) {
+               rlim_t most_file_bytes = RLIM_INFINITY, const char* tunables = nullptr) {
   const pid_t child = ::fork();
   if (child == 0) {
     const int descriptor = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
@@ -37,6 +37,7 @@ Ended run_bake(const std::vector<std::string>& arguments, const std::string& log
       const rlimit limit{most_file_bytes, most_file_bytes};
       ::setrlimit(RLIMIT_FSIZE, &limit);
     }
+    if (tunables != nullptr) ::setenv("GLIBC_TUNABLES", tunables, 1);
     std::vector<char*> words{const_cast<char*>(CLAMOR_PROGRAM), const_cast<char*>("bake")};
     for (const std::string& argument : arguments)
       words.push_back(const_cast<char*>(argument.c_str()));
@@ -109,9 +110,22 @@ TEST(KilledBake, GoesOnToTheSameBytesAfterAHundredKillsAtAnyMoment) {
   ASSERT_EQ(run_bake(bake_of(violin_room(), folder / "cut.clamor"), log).code, 0) << read(log);
   EXPECT_TRUE(read(folder / "cut.clamor") == whole);
   // What killed ones were writing is swept up.
-  EXPECT_EQ(folder.names(),
-            (std::vector<std::string>{"cut.clamor", "cut.clamor.journal", "log", "whole.clamor",
-                                      "whole.clamor.journal"}));
+  EXPECT_EQ(folder.names(), (std::vector<std::string>{"cut.clamor", "cut.clamor.journal", "log",
+                                                      "whole.clamor", "whole.clamor.journal"}));
+}
+
+TEST(BakeProgram, WritesTheSameBytesWhateverTheCLibraryMakesOfTheCpu) {
+  // Without AVX2 and fused multiply-add the library's exp, sin and the rest round otherwise.
+  const Folder folder;
+  const std::string log = folder / "log";
+  ASSERT_EQ(run_bake(bake_of(violin_room(), folder / "a.clamor"), log).code, 0) << read(log);
+  ASSERT_EQ(
+      run_bake(bake_of(violin_room(), folder / "b.clamor"), log, std::chrono::hours(1), SIGKILL,
+               RLIM_INFINITY, "glibc.cpu.hwcaps=-AVX2_Usable,-FMA_Usable,-AVX2,-FMA,-AVX512F,-ERMS")
+          .code,
+      0)
+      << read(log);
+  EXPECT_TRUE(read(folder / "a.clamor") == read(folder / "b.clamor"));
 }
 
 TEST(StoppedBake, SaysHowToGoOnAndGoesOn) {
