@@ -96,6 +96,28 @@ struct Workshop {
   PhotonTracer tracer;
 };
 
+// An Error if the plan needs more memory than it may have.
+Result<void> check_memory(const Level& level, const BakePlan& plan, const BakeOptions& options) {
+  const std::uint64_t needed =
+      bake_memory_bytes(level, plan, tbb::this_task_arena::max_concurrency());
+  if (options.memory_bytes == 0 || needed <= options.memory_bytes) return {};
+  BakePlan bare = plan;
+  bare.sources = 0;
+  const std::uint64_t least =
+      bake_memory_bytes(level, bare, tbb::this_task_arena::max_concurrency());
+  const auto megabytes = [](std::uint64_t bytes) {
+    return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
+  };
+  const std::string advice =
+      least < options.memory_bytes
+          ? "--sources " +
+                std::to_string((options.memory_bytes - least) * plan.sources / (needed - least)) +
+                " would fit"
+          : "the level itself needs " + megabytes(least);
+  return Error("the bake needs about " + megabytes(needed) + " of memory, more than the " +
+               megabytes(options.memory_bytes) + " it may have; " + advice);
+}
+
 // The journal that is written, if any, and then the shards.
 Result<std::vector<TraceJournal>> open_journals(const Level& level, const BakeOptions& options) {
   std::vector<TraceJournal> journals;
@@ -118,6 +140,7 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
                                         BakeReport& report) {
   const Workshop workshop(level, options.settings);
   const BakePlan& plan = workshop.plan;
+  if (const auto fits = check_memory(level, plan, options); !fits.ok()) return fits.error();
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
   BatchTracing tracing(workshop.tracer, level, plan, options, *journals,

@@ -171,6 +171,7 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   options.settings.longest_path_s = request.longest_s;
   options.settings.air = level.air;
   options.threads = manner.threads;
+  options.memory_bytes = manner.memory_bytes;
   options.shards = manner.shards;
   if (manner.shard) {
     options.journal = manner.output;
