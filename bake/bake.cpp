@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include <tbb/info.h>
 #include <tbb/task_arena.h>
 
 #include "bake/bake_plan.h"
@@ -212,7 +213,9 @@ auto on_arena(const Level& level, const BakeOptions& options, const Work& work) 
       "\"name=violin,signal=violin.flac,at=0,1.5,0\", in LEVEL.acoustics.json or as "
       "KHR_audio_emitter");
   if (level.emitters.empty()) return outcome;
-  tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+  // TBB has no more threads than the machine has cores, and says so if asked for more.
+  const int cores = tbb::info::default_concurrency();
+  tbb::task_arena arena(options.threads > 0 ? std::min(options.threads, cores) : cores);
   arena.execute([&] { outcome = work(); });
   if (outcome.ok() && stopped(options)) outcome = Error("stopped before the bake was complete");
   return outcome;

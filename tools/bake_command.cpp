@@ -58,7 +58,7 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   request.add_options(parser);
   parser.option("--shard", shard,
                 "I/N: trace the I-th of N parts into OUTPUT; clamor merge puts them together");
-  parser.option("--threads", manner.threads, "0: all cores; never changes a byte");
+  parser.option("--threads", manner.threads, "at most, 0: all cores; never changes a byte");
   parser.option("--memory", memory,
                 "as in 500MB or 2GB: a bake that would take more says so before it starts");
   parser.flag("--no-journal", no_journal,
