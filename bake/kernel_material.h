@@ -23,7 +23,7 @@ struct alignas(64) KernelMaterial {
   Bands lobe{}, compensation{};                        // factors of the law's two terms
   bool alike = false;                                  // one law in all bands
   bool transmits = false;
-  std::vector<Bands> lost;  // 1 - E at cos = (k / kLossCells)^2; empty where all is Lambert
+  std::vector<Bands> lost;  // 1 - E at cos = (k / kLossCells)^2; 0 in bands that are all Lambert
   std::array<const PhongLobe*, kBandCount> lobes{};
 };
 

@@ -66,9 +66,10 @@ Vec3 normal_of(const Mesh& mesh, std::uint32_t triangle) {
 
 // Which rays hit which triangle must not depend on the machine. Embree's code for AVX2 and AVX-512
 // rounds otherwise than that for SSE (it fuses multiplications and additions) and builds another
-// tree, so all machines use SSE4.2, which costs a fifth of the rays per second that AVX2 would give
-// (4.7 instead of 6.0 million a second on Sponza). One thread builds, so that triangles lie in the
-// tree in one order and a ray through an edge always finds the same one of its two.
+// tree, so all machines use SSE4.2, which costs a fifth to a third of the rays per second that AVX2
+// would give (4.7 instead of 6.0, or 2.6 instead of 3.8 million a second in another run, on
+// Sponza). One thread builds, so that triangles lie in the tree in one order and a ray through an
+// edge always finds the same one of its two.
 constexpr const char* kDevice = "isa=sse4.2";
 
 }  // namespace

@@ -9,7 +9,7 @@
 //            roulette, deposits written
 //   full_of_plain   their ratio          two_of_one   tracer on two threads over one
 //
-// Medians over the rounds. The walk's own mean free path is checked against the tracer's.
+// Medians over the rounds. Two threads must make as many bounces of the same photons as one.
 #include <algorithm>
 #include <array>
 #include <chrono>
