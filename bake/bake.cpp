@@ -317,6 +317,9 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   contents.settings.photons = plan.wanted_photons;
   contents.settings.sources = plan.sources;
   contents.provenance.tool = std::string("clamor ") + kVersion;
+  contents.provenance.libraries = file_library_versions();
+  contents.provenance.libraries.insert(contents.provenance.libraries.begin(),
+                                       "Embree " + embree_version());
   contents.statistics = statistics_of(traced->tally, workshop.tracer, level);
   contents.statistics.rooms = plan.rooms;
   contents.statistics.deposits = traced->left;

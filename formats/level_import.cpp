@@ -233,6 +233,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
     report.warnings.push_back(
         "nothing in the level makes a sound; give it an emitter, as in "
         "--emitter \"signal=violin.flac,at=1,1.2,-3\"");
+  imported.inputs = folder.inputs();
   imported.input_hash = finish_hash(folder.hash(), level);
   return imported;
 }

@@ -214,6 +214,7 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   if (!contents.ok()) return ended(contents.error());
   contents->provenance.level = level.name;
   contents->provenance.input_hash = imported->input_hash;
+  contents->provenance.inputs = imported->inputs;
   contents->provenance.arguments = request.words();
   if (const auto now = changed(request.level_path, import, imported->input_hash)) return fail(*now);
   if (const auto written = write_bake(manner.output, *contents, manner.threads); !written.ok())
