@@ -143,6 +143,8 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
     return kBadInput;
   };
 
+  if (manner.output.empty())
+    return fail(Error("-o is empty; name a file to write, as in hall.clamor"));
   // A folder that cannot be written to is better known before the tracing than after.
   const auto folder = std::filesystem::absolute(manner.output).parent_path();
   std::error_code problem;
