@@ -8,6 +8,7 @@
 
 #include "bake/bake_plan.h"
 #include "bake/batch_tracing.h"
+#include "bake/decay_estimate.h"
 #include "bake/octree_builder.h"
 #include "bake/patch_radius.h"
 #include "bake/photon_tracer.h"
@@ -90,6 +91,11 @@ struct Workshop {
     return trace;
   }
 
+  // Listens to about 400 000 deposits at most, which takes a few hundredths of the tracing.
+  DecayEstimate decay_estimate(const Level& level) const {
+    return {scene, level, trace, plan.photons, static_cast<std::uint64_t>(plan.deposits / 400'000)};
+  }
+
   Scene scene;
   TraceSettings trace;
   BakePlan plan;
@@ -120,8 +126,9 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   const BakePlan& plan = workshop.plan;
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
+  DecayEstimate decay = workshop.decay_estimate(level);
   BatchTracing tracing(workshop.tracer, level, plan, options, *journals,
-                       scene_hash(level, workshop.trace), {});
+                       scene_hash(level, workshop.trace), {}, &decay);
   auto traced = tracing.run();
   if (!traced.ok()) return traced.error();
   report.photons = tracing.progress().photons_done;
@@ -144,6 +151,7 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   contents.statistics = statistics_of(traced->tally, workshop.tracer, level);
   contents.statistics.rooms = plan.rooms;
   contents.statistics.deposits = traced->left;
+  contents.statistics.decay = decay.summary();
   contents.materials = level.materials;
   contents.emitters = level.emitters;
   contents.signals = level.signals;

@@ -158,6 +158,8 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
     plan.photons.push_back(emitted > 0 ? std::max(kLeastPhotons, static_cast<std::uint64_t>(wanted))
                                        : 0);
   }
+  plan.deposits = std::min(per_photon * static_cast<double>(plan.all_photons()),
+                           kKeptDepositsPerSource * sources);
   if (!shares.empty())
     plan.least_power = power_of_two_down(
         least_power_for(shares, static_cast<double>(plan.all_photons()) / kPilotPhotons,

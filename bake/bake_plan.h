@@ -22,6 +22,7 @@ struct BakePlan {
   std::uint64_t wanted_photons = 0;    // which are shared out
   std::vector<std::uint64_t> photons;  // per emitter
   double least_power = 0;              // of a deposit, see TraceSettings
+  double deposits = 0;                 // that will be left, about
 
   std::uint64_t all_photons() const;
 

@@ -134,11 +134,12 @@ void print_list(const char* title, const std::vector<std::string>& items, std::o
 std::string decay_row(const DecaySummary& decay) {
   std::string row;
   for (std::size_t b = 0; b < kBandCount; ++b)
-    row += fmt::format("{}{} Hz {}", b > 0 ? ", " : "", static_cast<int>(kBandCentres_hz[b]),
-                       decay.t30_s[b] > 0 ? fmt::format("{:.2f} s", decay.t30_s[b]) : "-");
+    row += fmt::format("{}{}", b > 0 ? ", " : "",
+                       decay.t30_s[b] > 0 ? fmt::format("{:.2f}", decay.t30_s[b]) : "-");
   const bool dry =
       std::all_of(decay.t30_s.begin(), decay.t30_s.end(), [](float s) { return s == 0; });
-  return fmt::format("decays      {}\n", dry ? "too dry to tell a T30" : "T30 at " + row);
+  return fmt::format("decays      {}\n",
+                     dry ? "too dry to tell a T30" : "T30 " + row + " s from 63 Hz to 8 kHz");
 }
 
 void print_tables(const BakeFile& file, std::ostream& out) {
@@ -211,6 +212,12 @@ void print_tables(const BakeFile& file, std::ostream& out) {
                static_cast<double>(depths[d].packed_bytes) / 1e3);
 }
 
+// A number as it was rounded, or null.
+nlohmann::ordered_json rounded(float value) {
+  if (!(value > 0)) return nullptr;
+  return std::round(static_cast<double>(value) * 1e3) / 1e3;
+}
+
 nlohmann::ordered_json as_json(const BakeFile& file) {
   const BakeSettings& settings = file.settings();
   const BakeStatistics& statistics = file.statistics();
@@ -251,17 +258,12 @@ nlohmann::ordered_json as_json(const BakeFile& file) {
                                             {"bytes", input.bytes},
                                             {"hash", fmt::format("{:016x}", input.hash)}});
   const DecaySummary& decay = statistics.decay;
-  json["decay"] = {{"places", decay.places}, {"t30_s", nullptr}, {"t30_error_s", nullptr}};
-  json["decay"]["error_db"] = decay.error_db > 0 ? nlohmann::ordered_json(decay.error_db) : nullptr;
-  if (decay.places > 0) {
-    json["decay"]["t30_s"] = json["decay"]["t30_error_s"] = nlohmann::ordered_json::array();
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-      const bool known = decay.t30_s[b] > 0;
-      json["decay"]["t30_s"].push_back(known ? nlohmann::ordered_json(decay.t30_s[b]) : nullptr);
-      json["decay"]["t30_error_s"].push_back(known && decay.t30_error_s[b] > 0
-                                                 ? nlohmann::ordered_json(decay.t30_error_s[b])
-                                                 : nullptr);
-    }
+  json["decay"] = {{"places", decay.places}, {"error_db", rounded(decay.error_db)}};
+  for (const char* key : {"t30_s", "t30_error_s"})
+    json["decay"][key] = nlohmann::ordered_json::array();
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    json["decay"]["t30_s"].push_back(rounded(decay.t30_s[b]));
+    json["decay"]["t30_error_s"].push_back(rounded(decay.t30_error_s[b]));
   }
   json["materials"] = nlohmann::ordered_json::array();
   for (const Material& material : file.materials())
