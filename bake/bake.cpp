@@ -9,6 +9,7 @@
 
 #include "bake/bake_plan.h"
 #include "bake/batch_tracing.h"
+#include "bake/decay_estimate.h"
 #include "bake/octree_builder.h"
 #include "bake/patch_radius.h"
 #include "bake/photon_tracer.h"
@@ -55,7 +56,7 @@ BakeStatistics statistics_of(const TraceTally& tally, const PhotonTracer& tracer
   statistics.power_unfinished = as_bands(tally.power_unfinished);
 
   if (level.mesh.triangles.empty())
-    statistics.warnings.push_back("The level has no triangles: this is a free field.");
+    statistics.warnings.push_back("The level has no triangles: sound meets nothing, a free field.");
   for (const Material& material : level.materials)
     for (std::size_t b = 0; b < kBandCount; ++b)
       if (material.transmission[b] > material.absorption[b]) {
@@ -91,6 +92,11 @@ struct Workshop {
     return trace;
   }
 
+  // Listens to about 400 000 deposits at most, which takes a few hundredths of the tracing.
+  DecayEstimate decay_estimate(const Level& level) const {
+    return {scene, level, trace, plan.photons, static_cast<std::uint64_t>(plan.deposits / 400'000)};
+  }
+
   Scene scene;
   TraceSettings trace;
   BakePlan plan;
@@ -99,13 +105,13 @@ struct Workshop {
 
 // An Error if the plan needs more memory than it may have.
 Result<void> check_memory(const Level& level, const BakePlan& plan, const BakeOptions& options) {
-  const std::uint64_t needed =
-      bake_memory_bytes(level, plan, tbb::this_task_arena::max_concurrency());
+  const int threads = tbb::this_task_arena::max_concurrency();
+  const std::uint64_t listening = DecayEstimate::most_bytes(options.settings.longest_path_s);
+  const std::uint64_t needed = bake_memory_bytes(level, plan, threads) + listening;
   if (options.memory_bytes == 0 || needed <= options.memory_bytes) return {};
   BakePlan bare = plan;
   bare.sources = 0;
-  const std::uint64_t least =
-      bake_memory_bytes(level, bare, tbb::this_task_arena::max_concurrency());
+  const std::uint64_t least = bake_memory_bytes(level, bare, threads) + listening;
   const auto megabytes = [](std::uint64_t bytes) {
     return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
   };
@@ -144,8 +150,9 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   if (const auto fits = check_memory(level, plan, options); !fits.ok()) return fits.error();
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
+  DecayEstimate decay = workshop.decay_estimate(level);
   BatchTracing tracing(workshop.tracer, level, plan, options, *journals,
-                       scene_hash(level, workshop.trace), {});
+                       scene_hash(level, workshop.trace), {}, &decay);
   auto traced = tracing.run();
   if (!traced.ok()) return traced.error();
   report.photons = tracing.progress().photons_done;
@@ -162,9 +169,13 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   contents.settings.photons = plan.wanted_photons;
   contents.settings.sources = plan.sources;
   contents.provenance.tool = std::string("clamor ") + kVersion;
+  contents.provenance.libraries = file_library_versions();
+  contents.provenance.libraries.insert(contents.provenance.libraries.begin(),
+                                       "Embree " + embree_version());
   contents.statistics = statistics_of(traced->tally, workshop.tracer, level);
   contents.statistics.rooms = plan.rooms;
   contents.statistics.deposits = traced->left;
+  contents.statistics.decay = decay.summary();
   contents.materials = level.materials;
   contents.emitters = level.emitters;
   contents.signals = level.signals;

@@ -21,6 +21,7 @@ struct BakeProgress {
   std::uint64_t photons_reused = 0;  // of those done, taken from the journal
   std::uint64_t bounces = 0;         // of those traced
   std::uint64_t escaped = 0;         // of those done
+  double error_db = 0;               // of the energy decay so far; 0: too early to tell
 };
 
 struct BakeOptions {

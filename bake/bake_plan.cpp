@@ -162,12 +162,16 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
   if (settings.photons == 0)
     photons = std::clamp(one_digit_up(kDepositsPerSource * sources / per_photon), 1000.0,
                          static_cast<double>(kMostPhotons));
+  if (level.mesh.triangles.empty()) photons = 0;  // would meet nothing
   plan.wanted_photons = static_cast<std::uint64_t>(photons);
   for (const double emitted : power) {
     const double wanted = total > 0 ? std::round(emitted / total * photons) : 0;
-    plan.photons.push_back(emitted > 0 ? std::max(kLeastPhotons, static_cast<std::uint64_t>(wanted))
-                                       : 0);
+    plan.photons.push_back(emitted > 0 && photons > 0
+                               ? std::max(kLeastPhotons, static_cast<std::uint64_t>(wanted))
+                               : 0);
   }
+  plan.deposits = std::min(per_photon * static_cast<double>(plan.all_photons()),
+                           kKeptDepositsPerSource * sources);
   if (!shares.empty())
     plan.least_power = power_of_two_down(
         least_power_for(shares, static_cast<double>(plan.all_photons()) / kPilotPhotons,

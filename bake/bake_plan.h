@@ -22,6 +22,7 @@ struct BakePlan {
   std::uint64_t wanted_photons = 0;    // which are shared out
   std::vector<std::uint64_t> photons;  // per emitter
   double least_power = 0;              // of a deposit, see TraceSettings
+  double deposits = 0;                 // that will be left, about
 
   std::uint64_t all_photons() const;
 
@@ -37,7 +38,7 @@ struct BakePlan {
 //
 // How many deposits a photon leaves is judged by a pilot of 1024. If more than 1.25 deposits would
 // come to a source, weak ones are thinned while tracing. Photons are shared out by power; an
-// emitter with any power gets at least kLeastPhotons.
+// emitter with any power gets at least kLeastPhotons. A free field gets none.
 inline constexpr std::uint64_t kLeastPhotons = 4;
 BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettings& settings,
                         const TraceSettings& trace);

@@ -14,11 +14,12 @@ struct BatchTracing::Batch {
   std::vector<PhotonRun> missing;
   std::vector<std::uint64_t> missing_keys;
   TracedRuns found, traced;
+  std::vector<std::vector<HeardDeposit>> heard_found, heard_traced;  // per run
 };
 
 BatchTracing::BatchTracing(const PhotonTracer& tracer, const Level& level, const BakePlan& plan,
                            const BakeOptions& options, std::span<TraceJournal> journals,
-                           std::uint64_t scene, const Shard& shard)
+                           std::uint64_t scene, const Shard& shard, DecayEstimate* decay)
     : tracer_(tracer),
       level_(level),
       plan_(plan),
@@ -27,6 +28,7 @@ BatchTracing::BatchTracing(const PhotonTracer& tracer, const Level& level, const
       journal_(options.journal.empty() ? nullptr : &journals.front()),
       scene_(scene),
       shard_(shard),
+      decay_(decay),
       thinning_(plan.sources) {
   progress_.stage = "tracing";
   batches_ = plan.batches();
@@ -66,8 +68,10 @@ Result<BatchTracing::Assembled> BatchTracing::run() {
                                      }) &
           tbb::make_filter<Batch*, Batch*>(tbb::filter_mode::parallel,
                                            [&](Batch* batch) {
-                                             if (!stopped())
-                                               tracer_.trace(batch->missing, batch->traced);
+                                             if (stopped()) return batch;
+                                             tracer_.trace(batch->missing, batch->traced);
+                                             hear(batch->found, batch->heard_found);
+                                             hear(batch->traced, batch->heard_traced);
                                              return batch;
                                            }) &
           tbb::make_filter<Batch*, void>(tbb::filter_mode::serial_in_order, [&](Batch* batch) {
@@ -107,6 +111,18 @@ void BatchTracing::look_up(const std::vector<PhotonRun>& runs, Batch& batch) {
   }
 }
 
+void BatchTracing::hear(const TracedRuns& runs,
+                        std::vector<std::vector<HeardDeposit>>& heard) const {
+  heard.resize(runs.runs().size());
+  for (std::size_t i = 0; i < heard.size(); ++i) {
+    heard[i].clear();
+    const TracedRun& run = runs.runs()[i];
+    if (decay_ != nullptr && decay_->wants(run.run))
+      decay_->hear(runs.deposits().subspan(run.first_deposit, run.deposits),
+                   runs.photons().subspan(run.first_deposit, run.deposits), heard[i]);
+  }
+}
+
 void BatchTracing::add(Batch& batch) {
   if (stopped() || failed_) return;
   if (journal_ != nullptr && !batch.missing.empty()) {
@@ -123,21 +139,33 @@ void BatchTracing::add(Batch& batch) {
   const auto before = [](const PhotonRun& a, const PhotonRun& b) {
     return a.emitter != b.emitter ? a.emitter < b.emitter : a.first < b.first;
   };
+  const auto index = [](const TracedRuns& runs, auto run) {
+    return static_cast<std::size_t>(run - runs.runs().begin());
+  };
   std::uint64_t order = static_cast<std::uint64_t>(batch.number) * (kRunPhotons + 1);
   while (found != batch.found.runs().end() || traced != batch.traced.runs().end()) {
     if (traced == batch.traced.runs().end() ||
         (found != batch.found.runs().end() && before(found->run, traced->run))) {
       progress_.photons_reused += found->tally.photons;
-      add_run(*found++, batch.found, order++);
+      add_run(*found, batch.found, order++, batch.heard_found[index(batch.found, found)]);
+      ++found;
     } else {
       progress_.bounces += traced->tally.bounces;
-      add_run(*traced++, batch.traced, order++);
+      add_run(*traced, batch.traced, order++, batch.heard_traced[index(batch.traced, traced)]);
+      ++traced;
     }
   }
-  if (options_.on_progress) options_.on_progress(progress_);
+  if (!options_.on_progress) return;
+  if (decay_ != nullptr && progress_.photons_done >= next_error_) {
+    progress_.error_db = decay_->error_db().value_or(0);
+    next_error_ = progress_.photons_done + progress_.photons_done / 8;
+  }
+  options_.on_progress(progress_);
 }
 
-void BatchTracing::add_run(const TracedRun& run, TracedRuns& runs, std::uint64_t order) {
+void BatchTracing::add_run(const TracedRun& run, TracedRuns& runs, std::uint64_t order,
+                           std::span<const HeardDeposit> heard) {
+  if (decay_ != nullptr && decay_->wants(run.run)) decay_->add(run.run, heard);
   const double share = 1 / static_cast<double>(plan_.photons[run.run.emitter]);
   const auto deposits = runs.deposits().subspan(run.first_deposit, run.deposits);
   for (Source& deposit : deposits)

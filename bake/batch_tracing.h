@@ -14,6 +14,7 @@
 
 #include "bake/bake.h"
 #include "bake/bake_plan.h"
+#include "bake/decay_estimate.h"
 #include "bake/photon_tracer.h"
 #include "bake/source_thinning.h"
 #include "bake/trace_journal.h"
@@ -32,10 +33,11 @@ class BatchTracing {
   };
 
   // If options.journal is named, it is the first of `journals`, and what is traced is added to it.
-  // If options.shards are named, nothing is traced. `scene` is scene_hash(). All must outlive this.
+  // If options.shards are named, nothing is traced. `scene` is scene_hash(). `decay`, unless null,
+  // is told what is traced or found. All must outlive this.
   BatchTracing(const PhotonTracer& tracer, const Level& level, const BakePlan& plan,
                const BakeOptions& options, std::span<TraceJournal> journals, std::uint64_t scene,
-               const Shard& shard);
+               const Shard& shard, DecayEstimate* decay = nullptr);
 
   // Runs on the arena it is called from. An Error if the journal cannot be written, or if shards
   // lack photons. Returns early, with less, when options.stop is set.
@@ -51,7 +53,9 @@ class BatchTracing {
   }
   void look_up(const std::vector<PhotonRun>& runs, Batch& batch);
   void add(Batch& batch);
-  void add_run(const TracedRun& run, TracedRuns& runs, std::uint64_t order);
+  void hear(const TracedRuns& runs, std::vector<std::vector<HeardDeposit>>& heard) const;
+  void add_run(const TracedRun& run, TracedRuns& runs, std::uint64_t order,
+               std::span<const HeardDeposit> heard);
 
   const PhotonTracer& tracer_;
   const Level& level_;
@@ -61,6 +65,8 @@ class BatchTracing {
   TraceJournal* journal_;  // the one that is written, or null
   std::uint64_t scene_;
   Shard shard_;
+  DecayEstimate* decay_;
+  std::uint64_t next_error_ = 0;  // photons at which the error is estimated again
   std::vector<std::vector<PhotonRun>> batches_;
   SourceThinning thinning_;
   Assembled assembled_;

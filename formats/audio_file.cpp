@@ -280,4 +280,11 @@ Result<void> WavWriter::finish() {
   return {};
 }
 
+std::vector<std::string> sound_library_versions() {
+  std::string sndfile = sf_version_string(), soxr = soxr_version();
+  std::replace(sndfile.begin(), sndfile.end(), '-', ' ');
+  std::replace(soxr.begin(), soxr.end(), '-', ' ');
+  return {sndfile, soxr};  // each starts with its name
+}
+
 }  // namespace clamor

@@ -21,6 +21,9 @@ Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const s
 // is +-1; louder samples are an Error.
 Result<std::vector<std::byte>> encode_flac(std::span<const float> samples);
 
+// "libsndfile 1.2.0", "libsoxr 0.1.3".
+std::vector<std::string> sound_library_versions();
+
 enum class SampleFormat { kFloat32, kPcm24, kPcm16 };
 
 // A WAV file that is written beside its final name and renamed when complete.

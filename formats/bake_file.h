@@ -11,13 +11,14 @@
 #include "common/air.h"
 #include "common/material.h"
 #include "common/result.h"
+#include "formats/input_file.h"
 #include "formats/level.h"
 #include "formats/source_octree.h"
 
 namespace clamor {
 
 inline constexpr std::uint16_t kFormatMajor = 1;
-inline constexpr std::uint16_t kFormatMinor = 1;
+inline constexpr std::uint16_t kFormatMinor = 2;
 
 // Everything that made the bake what it is. No clock, no thread count, no path: the same level
 // and settings give the same bytes.
@@ -35,6 +36,18 @@ struct Provenance {
   std::string level;  // file name of the level
   std::uint64_t input_hash = 0;
   std::vector<std::string> arguments;  // of the command that made it, without level and output
+  std::vector<std::string> libraries;  // "zstd 1.5.4", of those that decide what the bytes are
+  std::vector<InputFile> inputs;       // in the order of reading
+};
+
+// How the sound of the level dies away, as the bake measured it at a few places.
+struct DecaySummary {
+  std::uint32_t places = 0;  // 0: not measured
+  Bands t30_s{};             // mean of the places; 0 in bands that are too dry to tell
+  Bands t30_error_s{};       // its standard error
+  float error_db = 0;        // standard error of the decay curves; 0: unknown
+
+  bool operator==(const DecaySummary&) const = default;
 };
 
 // What the tracing met, for inspect and for warnings.
@@ -49,6 +62,7 @@ struct BakeStatistics {
   Bands power_escaped{};        // left the level
   Bands power_unfinished{};     // still under way at longest_path_s
   std::vector<std::string> warnings;
+  DecaySummary decay{};
 };
 
 struct BakeContents {
@@ -64,7 +78,11 @@ struct BakeContents {
 
 // Writes PATH beside itself, syncs, renames. The bytes are a function of `contents` alone, whatever
 // the number of `threads`. On failure nothing stays behind and an older file at PATH is untouched.
+// What BakeFile::open() would refuse is refused here, by the same checks.
 Result<void> write_bake(const std::string& path, const BakeContents& contents, int threads);
+
+// "zstd 1.5.4" and so on: those whose next version may pack the same contents into other bytes.
+std::vector<std::string> file_library_versions();
 
 // Sizes of a file's parts, for inspect.
 struct BakeBytes {

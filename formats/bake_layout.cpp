@@ -27,6 +27,8 @@ std::vector<std::byte> packed(std::span<const std::byte> bytes) {
   return frame;
 }
 
+std::string packing_library_version() { return std::string("zstd ") + ZSTD_versionString(); }
+
 Result<std::vector<std::byte>> unpacked(std::span<const std::byte> frame, std::size_t size) {
   // A frame that claims another size is refused before anything is allocated for it.
   if (ZSTD_getFrameContentSize(frame.data(), frame.size()) != size)

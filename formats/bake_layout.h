@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "common/result.h"
@@ -38,6 +39,9 @@ std::uint64_t hash_of(std::span<const std::byte> bytes);
 
 // One zstd frame; a function of the bytes alone.
 std::vector<std::byte> packed(std::span<const std::byte> bytes);
+
+// "zstd 1.5.4".
+std::string packing_library_version();
 
 // Exactly `size` bytes out of one frame. Allocates them and no more, whatever the frame claims.
 Result<std::vector<std::byte>> unpacked(std::span<const std::byte> frame, std::size_t size);

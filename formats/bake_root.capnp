@@ -50,6 +50,20 @@ struct BakeRoot {
   rooms @35 :UInt32;
   deposits @36 :UInt64;
   arguments @37 :List(Text);
+
+  # since 1.2
+  libraries @38 :List(Text);
+  inputs @39 :List(InputFile);
+  decayPlaces @40 :UInt32;
+  decayT30S @41 :List(Float32);
+  decayT30ErrorS @42 :List(Float32);
+  decayErrorDb @43 :Float32;
+}
+
+struct InputFile {
+  name @0 :Text;
+  bytes @1 :UInt64;
+  hash @2 :UInt64;
 }
 
 struct Material {

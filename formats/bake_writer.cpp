@@ -11,9 +11,11 @@
 
 #include "formats/atomic_file.h"
 #include "formats/audio_file.h"
+#include "formats/bake_check.h"
 #include "formats/bake_file.h"
 #include "formats/bake_layout.h"
 #include "formats/bake_root.capnp.h"
+#include "formats/bake_root_reader.h"
 #include "formats/geometry_section.h"
 #include "formats/page.h"
 
@@ -23,17 +25,13 @@ namespace {
 
 constexpr std::size_t kPagesAtOnce = 1024;  // packed in parallel, then written in order
 
-struct Section {
-  std::uint64_t offset = 0, bytes = 0, hash = 0;
-};
-
 // Appends to the file and remembers where.
 class Appender {
  public:
   explicit Appender(AtomicFile& file) : file_(file) {}
 
-  Result<Section> append(std::span<const std::byte> bytes) {
-    const Section section{offset_, bytes.size(), hash_of(bytes)};
+  Result<FileSection> append(std::span<const std::byte> bytes) {
+    const FileSection section{offset_, bytes.size(), hash_of(bytes)};
     if (const auto written = file_.write(bytes); !written.ok()) return written.error();
     offset_ += bytes.size();
     return section;
@@ -53,9 +51,9 @@ class Appender {
 };
 
 struct Sections {
-  std::vector<Section> pages, signals;
+  std::vector<FileSection> pages, signals;
   std::vector<float> signal_scales;
-  Section geometry;
+  FileSection geometry;
   GeometryCounts geometry_counts;
 };
 
@@ -128,6 +126,19 @@ void put_settings(BakeRoot::Builder root, const BakeContents& contents) {
   const auto& given = contents.provenance.arguments;
   auto arguments = root.initArguments(static_cast<unsigned>(given.size()));
   for (unsigned i = 0; i < arguments.size(); ++i) arguments.set(i, given[i]);
+  const Provenance& provenance = contents.provenance;
+  auto libraries = root.initLibraries(static_cast<unsigned>(provenance.libraries.size()));
+  for (unsigned i = 0; i < libraries.size(); ++i) libraries.set(i, provenance.libraries[i]);
+  auto inputs = root.initInputs(static_cast<unsigned>(provenance.inputs.size()));
+  for (unsigned i = 0; i < inputs.size(); ++i) {
+    inputs[i].setName(provenance.inputs[i].name);
+    inputs[i].setBytes(provenance.inputs[i].bytes);
+    inputs[i].setHash(provenance.inputs[i].hash);
+  }
+  root.setDecayPlaces(statistics.decay.places);
+  put(root.initDecayT30S(kBandCount), statistics.decay.t30_s);
+  put(root.initDecayT30ErrorS(kBandCount), statistics.decay.t30_error_s);
+  root.setDecayErrorDb(statistics.decay.error_db);
   auto warnings = root.initWarnings(static_cast<unsigned>(statistics.warnings.size()));
   for (unsigned i = 0; i < warnings.size(); ++i) warnings.set(i, statistics.warnings[i]);
   auto bands_hz = root.initBandsHz(kBandCount);
@@ -181,7 +192,7 @@ void put_tables(BakeRoot::Builder root, const BakeContents& contents, const Sect
 }
 
 void put_octree(BakeRoot::Builder root, const std::vector<OctreeNode>& nodes,
-                const std::vector<Section>& pages) {
+                const std::vector<FileSection>& pages) {
   const auto count = static_cast<unsigned>(nodes.size());
   auto low = root.initNodeLow(3 * count), high = root.initNodeHigh(3 * count);
   auto key = root.initNodeHighestKey(count), power = root.initNodePower(8 * count);
@@ -212,7 +223,11 @@ void put_octree(BakeRoot::Builder root, const std::vector<OctreeNode>& nodes,
   }
 }
 
-Result<void> write_all(AtomicFile& file, const BakeContents& contents) {
+Error unreadable(const Error& error) {
+  return Error("is not written, since nothing could read it: " + error.message);
+}
+
+Result<void> write_all(AtomicFile& file, const std::string& path, const BakeContents& contents) {
   Appender appender(file);
   Sections sections;
   if (const auto room = appender.append(std::vector<std::byte>(sizeof(Preamble))); !room.ok())
@@ -232,7 +247,10 @@ Result<void> write_all(AtomicFile& file, const BakeContents& contents) {
   put_octree(root, contents.octree.nodes, sections.pages);
   const auto words = capnp::messageToFlatArray(message);
   const auto chars = words.asBytes();
-  const auto section = appender.append(std::as_bytes(std::span(chars.begin(), chars.size())));
+  const auto bytes_of_root = std::as_bytes(std::span(chars.begin(), chars.size()));
+  if (const auto readable = read_bake_root(bytes_of_root, appender.offset()); !readable.ok())
+    return unreadable(readable.error()).in(path);
+  const auto section = appender.append(bytes_of_root);
   if (!section.ok()) return section.error();
 
   Preamble preamble;
@@ -250,13 +268,26 @@ Result<void> write_all(AtomicFile& file, const BakeContents& contents) {
 }  // namespace
 
 Result<void> write_bake(const std::string& path, const BakeContents& contents, int threads) {
+  if (const auto sound = check_bake(contents); !sound.ok())
+    return unreadable(sound.error()).in(path);
   auto file = AtomicFile::create(path);
   if (!file.ok()) return file.error();
   Result<void> done;
   const int cores = tbb::info::default_concurrency();  // TBB has no more threads than these
   tbb::task_arena arena(threads > 0 ? std::min(threads, cores) : cores);
-  arena.execute([&] { done = write_all(*file, contents); });
+  arena.execute([&] { done = write_all(*file, path, contents); });
   return done.ok() ? file->commit() : done;
+}
+
+std::vector<std::string> file_library_versions() {
+  const auto part = [](int number) { return std::to_string(number); };
+  constexpr int kVersion = CAPNP_VERSION;  // 1 000 000 major + 1000 minor + micro
+  std::vector<std::string> versions = {"Cap'n Proto " + part(kVersion / 1'000'000) + "." +
+                                           part(kVersion / 1000 % 1000) + "." +
+                                           part(kVersion % 1000),
+                                       packing_library_version()};
+  for (std::string& version : sound_library_versions()) versions.push_back(std::move(version));
+  return versions;
 }
 
 }  // namespace clamor

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "common/result.h"
+#include "formats/input_file.h"
 
 namespace clamor {
 
@@ -58,11 +59,13 @@ class LevelFolder {
   const std::string& path() const { return path_; }
   InputHash& hash() { return hash_; }
   std::uint64_t bytes_read() const { return bytes_read_; }
+  const std::vector<InputFile>& inputs() const { return inputs_; }  // in the order of reading
 
  private:
   std::string path_;
   InputHash hash_;
   std::uint64_t bytes_read_ = 0;
+  std::vector<InputFile> inputs_;
 };
 
 }  // namespace clamor

@@ -126,8 +126,6 @@ void report_mesh(const SceneMesh& scene, ImportReport& report) {
     report.warnings.push_back(counted(scene.left_over, "index") +
                               " at the end of a list make no "
                               "whole triangle; the mesh may be damaged");
-  if (scene.mesh.triangles.empty())
-    report.warnings.push_back("the level has no triangles: sound meets nothing, a free field");
 }
 
 void report_ignored(const Json& document, ImportReport& report) {
@@ -233,6 +231,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
     report.warnings.push_back(
         "nothing in the level makes a sound; give it an emitter, as in "
         "--emitter \"signal=violin.flac,at=1,1.2,-3\"");
+  imported.inputs = folder.inputs();
   imported.input_hash = finish_hash(folder.hash(), level);
   return imported;
 }

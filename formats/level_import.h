@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/result.h"
+#include "formats/input_file.h"
 #include "formats/level.h"
 #include "formats/sidecar.h"
 
@@ -47,6 +48,7 @@ struct ImportedLevel {
   Level level;
   ImportReport report;
   ImportedSettings settings;     // of the sidecar; the air among them is in level.air already
+  std::vector<InputFile> inputs;  // every file read
   std::uint64_t input_hash = 0;  // xxHash3 of every byte read, in a fixed order, and of the result
 };
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "common/decay_curve.h"
 #include "common/directivity.h"
-#include "runtime/decay_curve.h"
 #include "runtime/octave_filter.h"
 
 namespace clamor {

@@ -45,11 +45,13 @@ std::string as_json(const BakeProgress& done, double seconds) {
   const double share = share_of(done.photons_done, done.photons_total);
   return fmt::format(
       "{{\"stage\": \"{}\", \"photons\": {}, \"photons_total\": {}, \"photons_reused\": {}, "
-      "\"bounces\": {}, \"bounces_per_s\": {:.0f}, \"escaped_share\": {:.4f}, \"seconds\": {:.3f}, "
+      "\"bounces\": {}, \"bounces_per_s\": {:.0f}, \"escaped_share\": {:.4f}, \"error_db\": {}, "
+      "\"seconds\": {:.3f}, "
       "\"seconds_left\": {}}}",
       done.stage, done.photons_done, done.photons_total, done.photons_reused, done.bounces,
       static_cast<double>(done.bounces) / std::max(seconds, 1e-3),
-      share_of(done.escaped, done.photons_done), seconds,
+      share_of(done.escaped, done.photons_done),
+      done.error_db > 0 ? fmt::format("{:.3f}", done.error_db) : "null", seconds,
       share > 0.01 ? fmt::format("{:.3f}", seconds * (1 - share) / share) : "null");
 }
 
@@ -189,11 +191,14 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
     };
   else if (!manner.quiet)
     options.on_progress = [&progress](const BakeProgress& done) {
-      progress.update(share_of(done.photons_done, done.photons_total),
-                      fmt::format("{}bounces/s, {:.1f} % escaped",
-                                  with_unit(static_cast<double>(done.bounces) /
-                                            std::max(progress.seconds(), 1e-3)),
-                                  100 * share_of(done.escaped, done.photons_done)));
+      progress.update(
+          share_of(done.photons_done, done.photons_total),
+          fmt::format(
+              "{}photons, {}bounces/s, {:.1f} % escaped{}",
+              with_unit(static_cast<double>(done.photons_done)),
+              with_unit(static_cast<double>(done.bounces) / std::max(progress.seconds(), 1e-3)),
+              100 * share_of(done.escaped, done.photons_done),
+              done.error_db > 0 ? fmt::format(", known to {:.2f} dB", done.error_db) : ""));
     };
   const auto ended = [&](const Error& error) {
     if (!Interrupt::requested()) return fail(error.in(request.level_path));
@@ -217,6 +222,7 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   if (!contents.ok()) return ended(contents.error());
   contents->provenance.level = level.name;
   contents->provenance.input_hash = imported->input_hash;
+  contents->provenance.inputs = imported->inputs;
   contents->provenance.arguments = request.words();
   if (const auto now = changed(request.level_path, import, imported->input_hash)) return fail(*now);
   if (const auto written = write_bake(manner.output, *contents, manner.threads); !written.ok())
@@ -224,8 +230,9 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   if (manner.json_progress)
     fmt::print(err,
                "{{\"stage\": \"done\", \"sources\": {}, \"photons\": {}, \"photons_reused\": {}, "
-               "\"seconds\": {:.3f}}}\n",
+               "\"error_db\": {:.3f}, \"seconds\": {:.3f}}}\n",
                contents->octree.sources.size(), report.photons, report.photons_reused,
+               contents->statistics.decay.error_db,
                progress.seconds());
   if (manner.quiet || manner.json_progress) return kSuccess;
 

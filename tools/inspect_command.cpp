@@ -20,7 +20,7 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kShownEmitters = 12;
+constexpr std::size_t kShownEmitters = 12, kShownInputs = 6;
 
 double decibels(double power) { return power > 0 ? 10 * std::log10(power) : -INFINITY; }
 
@@ -102,6 +102,46 @@ std::string header_row(const char* title) {
   return line + '\n';
 }
 
+// "violin.flac (44 100 bytes, 0123456789abcdef)"; of many, the first few.
+std::vector<std::string> inputs_of(const Provenance& provenance) {
+  std::vector<std::string> lines;
+  for (const InputFile& input : provenance.inputs) {
+    if (lines.size() == kShownInputs) {
+      lines.push_back(fmt::format("and {} more", provenance.inputs.size() - kShownInputs));
+      break;
+    }
+    lines.push_back(fmt::format("{} ({} bytes, {:016x})", input.name, input.bytes, input.hash));
+  }
+  return lines;
+}
+
+// "title  one, two,", as many to a line as fit.
+void print_list(const char* title, const std::vector<std::string>& items, std::ostream& out) {
+  constexpr std::size_t kWidth = 100;
+  std::string line;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const std::string item = printable(items[i]) + (i + 1 < items.size() ? "," : "");
+    if (!line.empty() && line.size() + 1 + item.size() > kWidth - 12) {
+      fmt::print(out, "{:<12}{}\n", title, line);
+      title = "";
+      line.clear();
+    }
+    line += (line.empty() ? "" : " ") + item;
+  }
+  if (!line.empty()) fmt::print(out, "{:<12}{}\n", title, line);
+}
+
+std::string decay_row(const DecaySummary& decay) {
+  std::string row;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    row += fmt::format("{}{}", b > 0 ? ", " : "",
+                       decay.t30_s[b] > 0 ? fmt::format("{:.2f}", decay.t30_s[b]) : "-");
+  const bool dry =
+      std::all_of(decay.t30_s.begin(), decay.t30_s.end(), [](float s) { return s == 0; });
+  return fmt::format("decays      {}\n",
+                     dry ? "too dry to tell a T30" : "T30 " + row + " s from 63 Hz to 8 kHz");
+}
+
 void print_tables(const BakeFile& file, std::ostream& out) {
   const BakeSettings& settings = file.settings();
   const BakeStatistics& statistics = file.statistics();
@@ -111,8 +151,11 @@ void print_tables(const BakeFile& file, std::ostream& out) {
   fmt::print(out, "{}: Clamor bake, format {}.{}\n", file.path(), file.major(), file.minor());
   for (const auto& warning : statistics.warnings)
     fmt::print(out, "  warning: {}\n", printable(warning));
-  fmt::print(out, "\nmade by     {} from {} (inputs {:016x})\n", printable(file.provenance().tool),
-             printable(file.provenance().level), file.provenance().input_hash);
+  const Provenance& provenance = file.provenance();
+  fmt::print(out, "\nmade by     {} from {} (inputs {:016x})\n", printable(provenance.tool),
+             printable(provenance.level), provenance.input_hash);
+  print_list("read", inputs_of(provenance), out);
+  print_list("using", provenance.libraries, out);
   fmt::print(out, "with        {}\n", printable(command_of(file)));
   fmt::print(out,
              "settings    seed {}, {} photons, up to {} reflections, kappa {}, paths up to {} s\n",
@@ -124,6 +167,7 @@ void print_tables(const BakeFile& file, std::ostream& out) {
   fmt::print(out, "traced      {} photons, {} bounces, mean free path {:.2f} m, {:.1f} % escaped\n",
              statistics.photons_traced, statistics.bounces, statistics.mean_free_path_m,
              100 * escaped_share(statistics));
+  if (statistics.decay.places > 0) out << decay_row(statistics.decay);
   fmt::print(out, "sources     {}: {} emitters, {} secondary\n", file.source_count(), emitters,
              secondary_count(file));
   const auto megabytes = [](std::uint64_t n) { return static_cast<double>(n) / 1e6; };
@@ -168,6 +212,12 @@ void print_tables(const BakeFile& file, std::ostream& out) {
                static_cast<double>(depths[d].packed_bytes) / 1e3);
 }
 
+// A number as it was rounded, or null.
+nlohmann::ordered_json rounded(float value) {
+  if (!(value > 0)) return nullptr;
+  return std::round(static_cast<double>(value) * 1e3) / 1e3;
+}
+
 nlohmann::ordered_json as_json(const BakeFile& file) {
   const BakeSettings& settings = file.settings();
   const BakeStatistics& statistics = file.statistics();
@@ -200,7 +250,21 @@ nlohmann::ordered_json as_json(const BakeFile& file) {
   json["provenance"] = {{"tool", file.provenance().tool},
                         {"level", file.provenance().level},
                         {"input_hash", fmt::format("{:016x}", file.provenance().input_hash)},
+                        {"libraries", file.provenance().libraries},
                         {"command", command_of(file)}};
+  json["provenance"]["inputs"] = nlohmann::ordered_json::array();
+  for (const InputFile& input : file.provenance().inputs)
+    json["provenance"]["inputs"].push_back({{"name", input.name},
+                                            {"bytes", input.bytes},
+                                            {"hash", fmt::format("{:016x}", input.hash)}});
+  const DecaySummary& decay = statistics.decay;
+  json["decay"] = {{"places", decay.places}, {"error_db", rounded(decay.error_db)}};
+  for (const char* key : {"t30_s", "t30_error_s"})
+    json["decay"][key] = nlohmann::ordered_json::array();
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    json["decay"]["t30_s"].push_back(rounded(decay.t30_s[b]));
+    json["decay"]["t30_error_s"].push_back(rounded(decay.t30_error_s[b]));
+  }
   json["materials"] = nlohmann::ordered_json::array();
   for (const Material& material : file.materials())
     json["materials"].push_back({{"name", material.name},

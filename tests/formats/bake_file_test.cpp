@@ -92,7 +92,10 @@ BakeContents contents(std::uint32_t secondary = 100) {
   bake.provenance = {"clamor test",
                      "room.glb",
                      0x1234567890abcdefull,
-                     {"--emitter", "name=a b,signal=noise,at=0,0,0", "--seed", "3"}};
+                     {"--emitter", "name=a b,signal=noise,at=0,0,0", "--seed", "3"},
+                     {"Embree 9.9", "zstd 9.9"},
+                     {{"room.glb", 123, 0xfedcba98u}, {"tone.wav", 45, 6}}};
+  bake.statistics.decay = {4, {1, 2, 3, 4, 5, 6, 7, 0}, {.1f, .2f, .3f, .4f, 0, 0, 0, 0}, 0.25f};
   bake.statistics.photons_traced = 1000;
   bake.statistics.bounces = secondary;
   bake.statistics.warnings = {"mind the step"};
@@ -188,6 +191,9 @@ TEST(BakeFile, GivesBackWhatWasWritten) {
   EXPECT_EQ(file->provenance().level, "room.glb");
   EXPECT_EQ(file->provenance().input_hash, 0x1234567890abcdefull);
   EXPECT_EQ(file->provenance().arguments, bake.provenance.arguments);
+  EXPECT_EQ(file->provenance().libraries, bake.provenance.libraries);
+  EXPECT_EQ(file->provenance().inputs, bake.provenance.inputs);
+  EXPECT_EQ(file->statistics().decay, bake.statistics.decay);
   EXPECT_EQ(file->settings().sources, bake.settings.sources);
   EXPECT_EQ(file->statistics().rooms, bake.statistics.rooms);
   EXPECT_EQ(file->statistics().deposits, bake.statistics.deposits);
@@ -362,6 +368,25 @@ std::vector<Hostile> hostile_roots() {
          signal.setBytes(0);
          signal.setHash(hash_of({}));
        }},
+      {"silence of half an hour in a few bytes",
+       [](Root r) { r.getSignals()[0].setFrames(kSampleRate_hz * 1800); }},
+      {"too many signals",
+       [](Root r) {
+         const Bytes name(8, 'x');
+         auto one = r.getSignals()[0];
+         const auto section = one.getOffset() + one.getBytes();
+         auto many = r.initSignals(65537);
+         for (auto signal : many) {
+           signal.setScale(1);
+           signal.setFrames(1);
+           signal.setBytes(1);
+           signal.setOffset(section - 1);
+         }
+       }},
+      {"decay times of seven bands", [](Root r) { r.initDecayT30S(7); }},
+      {"decay time that is no number", [](Root r) { r.getDecayT30S().set(2, kNaN); }},
+      {"negative error of a decay", [](Root r) { r.getDecayT30ErrorS().set(2, -1); }},
+      {"infinite error of the decays", [](Root r) { r.setDecayErrorDb(INFINITY); }},
       {"geometry of 2^32 triangles", [](Root r) { r.getGeometry().setTriangles(0xffffffffu); }},
       {"geometry of fewer vertices", [](Root r) { r.getGeometry().setVertices(3); }},
       {"geometry nowhere", [](Root r) { r.getGeometry().setLowZ(kNaN); }},
@@ -428,6 +453,96 @@ TEST(BakeFile, OfANewerMinorIsReadOfANewerMajorRefusedWithASentence) {
   EXPECT_NE(newer.error().message.find("format 2, but this build reads format 1"),
             std::string::npos)
       << newer.error().message;
+}
+
+TEST(BakeFile, OfAnOlderMinorIsReadWithoutWhatItDoesNotHave) {
+  const std::string path = path_of("older.clamor");
+  std::ofstream(path, std::ios::binary) << with_root(written(contents()), [](auto root) {
+    root.disownLibraries();
+    root.disownInputs();
+    root.setDecayPlaces(0);
+    root.disownDecayT30S();
+    root.disownDecayT30ErrorS();
+    root.setDecayErrorDb(0);
+  });
+  const auto file = BakeFile::open(path);
+  std::filesystem::remove(path);
+  ASSERT_TRUE(file.ok()) << file.error().message;
+  EXPECT_TRUE(file->provenance().inputs.empty());
+  EXPECT_EQ(file->statistics().decay, DecaySummary{});
+  EXPECT_EQ(file->source_count(), 101u);
+}
+
+// Any value that a caller may get wrong, with any wrong value.
+TEST(BakeFile, IsReadBackWheneverItWasWritten) {
+  using Change = std::function<void(BakeContents&, double)>;
+  const auto as = [](auto& field, double x) { field = static_cast<float>(x); };
+  const std::vector<Change> changes = {
+      [](auto& c, double x) { c.emitters[0].gain = x; },
+      [](auto& c, double x) { c.emitters[0].position_m.y = x; },
+      [](auto& c, double x) { c.emitters[0].axis.z = x; },
+      [](auto& c, double x) { c.emitters[0].delay_s = x; },
+      [=](auto& c, double x) { as(c.emitters[0].directivity[3], x); },
+      [](auto& c, double x) { c.emitters[0].signal = x > 0 && x < 9 ? 1 : 7; },
+      [=](auto& c, double x) { as(c.materials[1].absorption[0], x); },
+      [=](auto& c, double x) { as(c.materials[1].phong[7], x); },
+      [](auto& c, double x) { c.settings.roulette_kappa = x; },
+      [](auto& c, double x) { c.settings.air.humidity_percent = x; },
+      [](auto& c, double x) { c.settings.air.pressure_kpa = x; },
+      [](auto& c, double x) { c.statistics.mean_free_path_m = x; },
+      [=](auto& c, double x) { as(c.statistics.power_emitted[1], x); },
+      [=](auto& c, double x) { as(c.statistics.decay.t30_s[1], x); },
+      [=](auto& c, double x) { as(c.statistics.decay.error_db, x); },
+      [=](auto& c, double x) { as(c.octree.nodes[1].low_m.x, x); },
+      [=](auto& c, double x) { as(c.octree.nodes[0].high_m.z, x); },
+      [=](auto& c, double x) { as(c.octree.nodes[0].highest_key, x); },
+      [=](auto& c, double x) { as(c.octree.nodes[0].power[4], x); },
+      [=](auto& c, double x) { as(c.octree.nodes[0].cone_cos, x); },
+      [=](auto& c, double x) { as(c.octree.nodes[0].most_delay_s, x); },
+      [](auto& c, double x) { c.octree.nodes[0].children[3] = x > 0 ? kNoNode : 0; },
+      [](auto& c, double x) { c.octree.nodes[1].source_count = x > 0 && x < 9 ? 0 : 1000; },
+      [](auto& c, double x) { c.octree.nodes[1].first_source = x > 0 && x < 9 ? 0 : 1000; },
+      [=](auto& c, double x) { as(c.octree.sources[7].position_m.x, x); },
+      [=](auto& c, double x) { as(c.octree.sources[7].normal.y, x); },
+      [=](auto& c, double x) { as(c.octree.sources[7].mirror.z, x); },
+      [=](auto& c, double x) { as(c.octree.sources[7].delay_s, x); },
+      [=](auto& c, double x) { as(c.octree.sources[7].power[2], x); },
+      [=](auto& c, double x) { as(c.octree.sources[7].patch_radius_m, x); },
+      [=](auto& c, double x) { as(c.octree.sources[7].u, x); },
+      [](auto& c, double x) { c.octree.sources[7].material = x > 0 && x < 9 ? 1 : 2; },
+      [](auto& c, double x) { c.octree.sources[7].emitter = x > 0 && x < 9 ? 0 : 1; },
+      [=](auto& c, double x) { as(c.mesh.vertices_m[1].x, x); },
+      [](auto& c, double x) { c.mesh.triangles[0][2] = x > 0 && x < 9 ? 3 : 4; },
+      [](auto& c, double x) { c.mesh.materials[0] = x > 0 && x < 9 ? 1 : 2; },
+      [](auto& c, double x) { c.mesh.materials.resize(x > 0 && x < 9 ? 2 : 1); },
+      [=](auto& c, double x) { as(c.signals[0].samples[5], x); },
+      [](auto& c, double x) { c.signals[0].samples.resize(x > 0 && x < 9 ? 1 : 0); },
+      [](auto& c, double) { c.signals[0].samples.assign(kSampleRate_hz * 100, 0); },  // silence
+      [](auto& c, double) { c.signals.clear(); },
+      [](auto& c, double) { c.materials.clear(); },
+  };
+  const std::string path = path_of("property.clamor");
+  int written_files = 0, refused = 0;
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    for (const double x : {std::nan(""), -HUGE_VAL, -1e30, -1.0, -1e-30, 0.0, 1e-30, 0.5, 1.0, 5.0,
+                           2e3, 1e7, 1e10, 1e25, 3e38, 1e300, HUGE_VAL}) {
+      BakeContents bake = contents();
+      changes[i](bake, x);
+      const auto done = write_bake(path, bake, 1);
+      if (!done.ok()) {
+        ++refused;
+        EXPECT_NE(done.error().message.find("property.clamor: is not written"), std::string::npos)
+            << done.error().message;
+        EXPECT_FALSE(std::filesystem::exists(path));
+        continue;
+      }
+      ++written_files;
+      EXPECT_TRUE(read_whole(read(path)).ok()) << "change " << i << ", " << x;
+      std::filesystem::remove(path);
+    }
+  }
+  EXPECT_GT(written_files, 200);
+  EXPECT_GT(refused, 200);
 }
 
 TEST(Page, ThatClaimsFourGigabytesCostsNothing) {

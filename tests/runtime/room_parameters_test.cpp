@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "runtime/decay_curve.h"
+#include "common/decay_curve.h"
 #include "runtime/impulse_response.h"
 
 namespace clamor {

@@ -219,12 +219,15 @@ TEST(BadInput, ListenersThatAreNoPlaces) {
             (std::vector<std::string>{"level.gltf", "out.clamor", "out.clamor.journal"}));
 }
 
-TEST(FreeFieldLevel, ALevelWithoutTrianglesBakesWithANote) {
+TEST(FreeFieldLevel, ALevelWithoutTrianglesBakesWithOneNoteAndTracesNothing) {
   const Folder folder;
   const auto level = folder.write("void.gltf", testing::kEmptyLevel);
   const auto outcome = bake(folder, level, {"--emitter", kNoise});
   EXPECT_EQ(outcome.code, 0);
-  EXPECT_NE(outcome.err.find("free field"), std::string::npos) << outcome.err;
+  const std::size_t note = outcome.err.find("free field");
+  EXPECT_NE(note, std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find("free field", note + 1), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find("traced "), std::string::npos) << outcome.err;
 }
 
 TEST(Help, OfEachCommandEndsWithALineToCopy) {

@@ -1,8 +1,10 @@
-#include "runtime/decay_curve.h"
+#include "common/decay_curve.h"
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+
+#include "common/maths.h"
 
 namespace clamor {
 
@@ -10,6 +12,11 @@ namespace {
 
 constexpr double kHeadroom_db = 10;
 constexpr int kLeastArrivals = 8;
+
+// 10 log10(ratio), the same on every CPU.
+double decibels(double ratio) {
+  return ratio > 0 ? log2_of(ratio) * (10 / 3.321928094887362) : -1e9;
+}
 
 }  // namespace
 
@@ -24,13 +31,13 @@ DecayCurve::DecayCurve(const std::vector<EnergyStep>& steps, double end_s) {
     yet_to_come[i] = energy_;
     if (steps[i].time_s > 0.9 * end_s) last_tenth = energy_;
   }
-  end_db_ = 10 * std::log10(last_tenth / energy_);
+  end_db_ = decibels(last_tenth / energy_);
 
   double start_s = 0;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (steps[i].energy <= 0) continue;
     const double at_s = std::max(0.0, steps[i].time_s);
-    treads_.push_back({start_s, at_s, 10 * std::log10(yet_to_come[i] / energy_)});
+    treads_.push_back({start_s, at_s, decibels(yet_to_come[i] / energy_)});
     start_s = at_s;
   }
 }

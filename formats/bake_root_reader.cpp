@@ -1,0 +1,309 @@
+#include "formats/bake_root_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+
+#include <capnp/message.h>
+#include <capnp/serialize.h>
+
+#include "formats/bake_layout.h"
+#include "formats/bake_root.capnp.h"
+
+namespace clamor {
+
+namespace {
+
+// Far beyond any level (import ends at 1000 km), and near enough that delays fit into 32 bits.
+constexpr float kFarthest_m = 2e6f;
+constexpr float kMostPower = 1e30f;
+
+template <class List>
+bool all_within(const List& list, float least, float most) {
+  for (const float value : list)
+    if (!(value >= least && value <= most)) return false;
+  return true;
+}
+
+// Eight values within [least, most], or an Error.
+template <class List>
+Result<Bands> read_bands(const List& list, float least, float most, const char* what) {
+  Bands bands{};
+  if (list.size() != kBandCount) return Error(std::string(what) + " has not eight bands");
+  for (unsigned b = 0; b < kBandCount; ++b) {
+    bands[b] = list[b];
+    if (!(bands[b] >= least && bands[b] <= most))
+      return Error(std::string(what) + " is out of range");
+  }
+  return bands;
+}
+
+std::string text(capnp::Text::Reader reader) { return {reader.begin(), reader.size()}; }
+
+class RootReader {
+ public:
+  RootReader(BakeRoot::Reader root, std::uint64_t end) : root_(root), end_(end) {}
+
+  Result<BakeRootContents> read();
+
+ private:
+  Result<void> read_settings();
+  Result<void> read_provenance();
+  Result<void> read_statistics();
+  Result<void> read_materials();
+  Result<void> read_emitters();
+  Result<void> read_octree();
+  Result<void> read_signals();
+  Result<void> read_geometry();
+  Result<FileSection> checked(FileSection section);
+
+  BakeRoot::Reader root_;
+  std::uint64_t end_;
+  std::uint64_t section_end_ = sizeof(Preamble);  // sections follow each other without overlap
+  BakeRootContents contents_;
+};
+
+// A section must lie after the one before it and before the root.
+Result<FileSection> RootReader::checked(FileSection section) {
+  if (section.offset < section_end_ || section.offset > end_ ||
+      section.bytes > end_ - section.offset)
+    return Error("a part of it lies outside the file or over another part");
+  section_end_ = section.offset + section.bytes;
+  return section;
+}
+
+Result<void> RootReader::read_settings() {
+  BakeSettings& settings = contents_.settings;
+  settings.seed = root_.getSeed();
+  settings.photons = root_.getPhotons();
+  settings.sources = root_.getSources();
+  settings.roulette_kappa = root_.getRouletteKappa();
+  settings.longest_path_s = root_.getLongestPathS();
+  settings.air = {root_.getTemperatureC(), root_.getHumidityPercent(), root_.getPressureKpa()};
+  const Air& air = settings.air;
+  if (!(air.temperature_c > -100 && air.temperature_c < 1000 && air.humidity_percent >= 0 &&
+        air.humidity_percent <= 100 && air.pressure_kpa > 0 && air.pressure_kpa < 1e5) ||
+      !std::isfinite(settings.roulette_kappa) || !std::isfinite(settings.longest_path_s))
+    return Error("its settings are out of range");
+
+  const auto bands_hz = root_.getBandsHz();
+  if (bands_hz.size() != kBandCount) return Error("it has not eight bands");
+  for (unsigned b = 0; b < kBandCount; ++b)
+    if (bands_hz[b] != static_cast<float>(kBandCentres_hz[b]))
+      return Error("its bands are not the octaves from 63 Hz to 8 kHz that this build reads");
+  return {};
+}
+
+Result<void> RootReader::read_provenance() {
+  Provenance& provenance = contents_.provenance;
+  provenance.tool = text(root_.getTool());
+  provenance.level = text(root_.getLevel());
+  provenance.input_hash = root_.getInputHash();
+  for (const auto word : root_.getArguments()) provenance.arguments.push_back(text(word));
+  for (const auto library : root_.getLibraries()) provenance.libraries.push_back(text(library));
+  for (const auto input : root_.getInputs())
+    provenance.inputs.push_back({text(input.getName()), input.getBytes(), input.getHash()});
+  return {};
+}
+
+Result<void> RootReader::read_statistics() {
+  BakeStatistics& statistics = contents_.statistics;
+  statistics.photons_traced = root_.getPhotonsTraced();
+  statistics.bounces = root_.getBounces();
+  statistics.photons_escaped = root_.getPhotonsEscaped();
+  statistics.rooms = root_.getRooms();
+  statistics.deposits = root_.getDeposits();
+  statistics.mean_free_path_m = root_.getMeanFreePathM();
+  if (!std::isfinite(statistics.mean_free_path_m)) return Error("its statistics are no numbers");
+  const auto emitted = read_bands(root_.getPowerEmitted(), 0, kMostPower, "the emitted power");
+  if (!emitted.ok()) return emitted.error();
+  const auto escaped = read_bands(root_.getPowerEscaped(), 0, kMostPower, "the escaped power");
+  if (!escaped.ok()) return escaped.error();
+  const auto unfinished =
+      read_bands(root_.getPowerUnfinished(), 0, kMostPower, "the unfinished power");
+  if (!unfinished.ok()) return unfinished.error();
+  statistics.power_emitted = *emitted;
+  statistics.power_escaped = *escaped;
+  statistics.power_unfinished = *unfinished;
+  for (const auto warning : root_.getWarnings()) statistics.warnings.push_back(text(warning));
+
+  DecaySummary& decay = statistics.decay;
+  decay.places = root_.getDecayPlaces();
+  decay.error_db = root_.getDecayErrorDb();
+  if (!(decay.error_db >= 0 && decay.error_db < 1e6f)) return Error("its decay is out of range");
+  if (!root_.hasDecayT30S() && !root_.hasDecayT30ErrorS()) return {};  // before 1.2
+  const auto t30_s = read_bands(root_.getDecayT30S(), 0, 1e6f, "the decay time");
+  if (!t30_s.ok()) return t30_s.error();
+  const auto error_s = read_bands(root_.getDecayT30ErrorS(), 0, 1e6f, "the decay time's error");
+  if (!error_s.ok()) return error_s.error();
+  decay.t30_s = *t30_s;
+  decay.t30_error_s = *error_s;
+  return {};
+}
+
+Result<void> RootReader::read_materials() {
+  for (const auto stored : root_.getMaterials()) {
+    Material material;
+    material.name = text(stored.getName());
+    const std::string what = "material " + in_quotes(material.name);
+    const auto absorption = read_bands(stored.getAbsorption(), 0, 1, what.c_str());
+    const auto scattering = read_bands(stored.getScattering(), 0, 1, what.c_str());
+    const auto phong = read_bands(stored.getPhong(), 0, 1000, what.c_str());
+    const auto transmission = read_bands(stored.getTransmission(), 0, 1, what.c_str());
+    for (const auto* bands : {&absorption, &scattering, &phong, &transmission})
+      if (!bands->ok()) return bands->error();
+    material.absorption = *absorption;
+    material.scattering = *scattering;
+    material.phong = *phong;
+    material.transmission = *transmission;
+    contents_.materials.push_back(std::move(material));
+  }
+  if (contents_.materials.size() > 65536)
+    return Error("it has more materials than can be numbered");
+  return {};
+}
+
+Result<void> RootReader::read_emitters() {
+  const auto stored_signals = root_.getSignals();
+  for (const auto stored : root_.getEmitters()) {
+    Emitter emitter;
+    emitter.name = text(stored.getName());
+    emitter.position_m = {stored.getX(), stored.getY(), stored.getZ()};
+    emitter.axis = {stored.getAxisX(), stored.getAxisY(), stored.getAxisZ()};
+    emitter.gain = stored.getGain();
+    emitter.signal = stored.getSignal();
+    emitter.delay_s = stored.getDelayS();
+    const std::string what = "emitter " + in_quotes(emitter.name);
+    const auto directivity = read_bands(stored.getDirectivity(), 0, 1000, what.c_str());
+    if (!directivity.ok()) return directivity.error();
+    emitter.directivity = *directivity;
+    if (!(length(emitter.position_m) <= kFarthest_m) ||
+        !(std::abs(length(emitter.axis) - 1) < 1e-3) ||
+        !(emitter.gain >= 0 && emitter.gain < 1e10) || !(std::abs(emitter.delay_s) <= 86400) ||
+        emitter.signal >= stored_signals.size())
+      return Error(what + " is out of range");
+    contents_.emitters.push_back(std::move(emitter));
+  }
+  return {};
+}
+
+Result<void> RootReader::read_octree() {
+  const auto low = root_.getNodeLow(), high = root_.getNodeHigh();
+  const auto key = root_.getNodeHighestKey(), power = root_.getNodePower();
+  const auto cone = root_.getNodeCone(), delay = root_.getNodeDelay();
+  const auto children = root_.getNodeChildren();
+  const auto offset = root_.getPageOffset();
+  const auto packed_bytes = root_.getPagePacked(), sources = root_.getPageSources();
+  const auto hash = root_.getPageHash();
+  const std::uint64_t count = key.size();
+  if (low.size() != 3 * count || high.size() != 3 * count || power.size() != 8 * count ||
+      cone.size() != 4 * count || delay.size() != 2 * count || children.size() != 8 * count ||
+      offset.size() != count || packed_bytes.size() != count || sources.size() != count ||
+      hash.size() != count)
+    return Error("the columns of its node index differ in length");
+  constexpr float kLargest = std::numeric_limits<float>::max();
+  if (!all_within(low, -kFarthest_m, kFarthest_m) || !all_within(high, -kFarthest_m, kFarthest_m) ||
+      !all_within(key, 0, kLargest) || !all_within(power, 0, kMostPower) ||
+      !all_within(cone, -1.001f, 1.001f) || !all_within(delay, 0, 86400))
+    return Error("its node index has values out of range");
+
+  contents_.nodes.resize(count);
+  contents_.pages.resize(count);
+  std::vector<bool> has_parent(count, false);
+  for (unsigned i = 0; i < count; ++i) {
+    OctreeNode& node = contents_.nodes[i];
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      node.low_m[static_cast<int>(axis)] = low[3 * i + axis];
+      node.high_m[static_cast<int>(axis)] = high[3 * i + axis];
+      node.cone_axis[static_cast<int>(axis)] = cone[4 * i + axis];
+      if (low[3 * i + axis] > high[3 * i + axis]) return Error("a node's box is inside out");
+    }
+    node.cone_cos = cone[4 * i + 3];
+    node.highest_key = key[i];
+    node.least_delay_s = delay[2 * i];
+    node.most_delay_s = delay[2 * i + 1];
+    for (unsigned k = 0; k < 8; ++k) {
+      node.power[k] = power[8 * i + k];
+      const std::uint32_t child = node.children[k] = children[8 * i + k];
+      if (child == kNoNode) continue;
+      if (child <= i || child >= count || has_parent[child])
+        return Error("its node index is no tree");
+      has_parent[child] = true;
+    }
+    if (i > 0 && !has_parent[i]) return Error("its node index is no tree");
+    node.source_count = sources[i];
+    node.first_source = contents_.source_count;
+    if (node.source_count == 0 || node.source_count > kNodeSources)
+      return Error("a page declares " + std::to_string(node.source_count) + " sources");
+    contents_.source_count += node.source_count;
+    const auto section = checked({offset[i], packed_bytes[i], hash[i]});
+    if (!section.ok()) return section.error();
+    contents_.pages[i] = *section;
+  }
+  return {};
+}
+
+Result<void> RootReader::read_signals() {
+  constexpr std::uint64_t kLongest_frames = std::uint64_t{kSampleRate_hz} * 1800;
+  const auto stored_signals = root_.getSignals();
+  if (stored_signals.size() > kMostSignals)
+    return Error("it has " + std::to_string(stored_signals.size()) + " signals, more than " +
+                 std::to_string(kMostSignals));
+  for (const auto stored : stored_signals) {
+    StoredSignal signal{
+        text(stored.getName()), stored.getLoop(), stored.getScale(), stored.getFrames(), {}};
+    const auto section = checked({stored.getOffset(), stored.getBytes(), stored.getHash()});
+    if (!section.ok()) return section.error();
+    signal.section = *section;
+    if (!(signal.scale > 0 && signal.scale < 1e6f) || signal.frames == 0 ||
+        signal.frames > kLongest_frames ||
+        signal.frames > kMostFramesPerByte * signal.section.bytes)
+      return Error("signal " + in_quotes(signal.name) + " is out of range");
+    contents_.signals.push_back(std::move(signal));
+  }
+  return {};
+}
+
+Result<void> RootReader::read_geometry() {
+  const auto stored = root_.getGeometry();
+  contents_.geometry_counts = {{stored.getLowX(), stored.getLowY(), stored.getLowZ()},
+                               stored.getVertices(),
+                               stored.getTriangles()};
+  if (!(length(contents_.geometry_counts.low_m) <= 2 * kFarthest_m))
+    return Error("its geometry is nowhere");
+  const auto section = checked({stored.getOffset(), stored.getBytes(), stored.getHash()});
+  if (!section.ok()) return section.error();
+  contents_.geometry = *section;
+  return {};
+}
+
+Result<BakeRootContents> RootReader::read() {
+  // Sections in the order of the file: pages, signals, geometry.
+  for (const auto part :
+       {&RootReader::read_settings, &RootReader::read_provenance, &RootReader::read_statistics,
+        &RootReader::read_materials, &RootReader::read_emitters, &RootReader::read_octree,
+        &RootReader::read_signals, &RootReader::read_geometry})
+    if (const auto done = (this->*part)(); !done.ok()) return done.error();
+  return std::move(contents_);
+}
+
+}  // namespace
+
+Result<BakeRootContents> read_bake_root(std::span<const std::byte> message, std::uint64_t end) {
+  capnp::ReaderOptions options;
+  options.traversalLimitInWords = std::max<std::uint64_t>(1024, 4 * (message.size() / 8));
+  options.nestingLimit = 16;
+  try {
+    capnp::FlatArrayMessageReader reader(
+        kj::arrayPtr(reinterpret_cast<const capnp::word*>(message.data()),
+                     message.size() / sizeof(capnp::word)),
+        options);
+    return RootReader(reader.getRoot<BakeRoot>(), end).read();
+  } catch (const std::exception&) {
+    // Cap'n Proto's own words name its source files, not the user's.
+    return Error("its root is not a Cap'n Proto message of this format");
+  }
+}
+
+}  // namespace clamor

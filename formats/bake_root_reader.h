@@ -1,0 +1,54 @@
+// bake_root_reader.h: the root of a bake file, read and checked before anything in it is used.
+//
+// The reader of files calls it, and the writer before it commits: so whatever is written can be
+// read. Costs a small multiple of the root's size, whatever the root claims.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/result.h"
+#include "formats/bake_file.h"
+#include "formats/geometry_section.h"
+
+namespace clamor {
+
+// A stretch of the file, as the root declares it.
+struct FileSection {
+  std::uint64_t offset = 0, bytes = 0, hash = 0;
+};
+
+struct StoredSignal {
+  std::string name;
+  bool loop = false;
+  float scale = 1;
+  std::uint64_t frames = 0;
+  FileSection section;
+};
+
+// A signal's samples per byte of FLAC: silence reaches 350.
+inline constexpr std::uint64_t kMostFramesPerByte = 1000;
+inline constexpr std::size_t kMostSignals = 65536;
+
+struct BakeRootContents {
+  BakeSettings settings;
+  Provenance provenance;
+  BakeStatistics statistics;
+  std::vector<Material> materials;
+  std::vector<Emitter> emitters;
+  std::vector<StoredSignal> signals;
+  GeometryCounts geometry_counts;
+  FileSection geometry;
+  std::vector<OctreeNode> nodes;
+  std::vector<FileSection> pages;  // of node i
+  std::uint64_t source_count = 0;
+};
+
+// `message` is the root, 8-byte aligned; sections must lie between the preamble and `end`. An Error
+// is half a sentence: "emitter 'x' is out of range".
+Result<BakeRootContents> read_bake_root(std::span<const std::byte> message, std::uint64_t end);
+
+}  // namespace clamor
