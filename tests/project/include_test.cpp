@@ -48,6 +48,7 @@ const std::vector<Fence> kFences = {
     {"libsoxr", {"soxr.h"}, {"formats/audio_file.cpp"}},
     {"nanoflann", {"nanoflann.hpp"}, {"bake/patch_radius.cpp"}},
     {"nlohmann-json", {"nlohmann/*"}, {"formats/json.cpp", "tools/*_command.cpp", "tests/*"}},
+    {"OpenMesh", {"OpenMesh/*"}, {"bake/mesh_simplification.cpp", "tests/bake/mesh_*"}},
     {"RtAudio", {"RtAudio.h", "rtaudio/*"}, {"runtime/audio_device.cpp"}},
     {"TBB", {"tbb/*", "oneapi/*"}, {"bake/*.cpp", "formats/bake_writer.cpp"}},
     {"tinygltf", {"tiny_gltf.h"}, {"formats/gltf_reader.cpp"}},
