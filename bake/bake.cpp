@@ -3,19 +3,16 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <memory>
-#include <mutex>
-#include <optional>
 
-#include <tbb/parallel_pipeline.h>
+#include <tbb/info.h>
 #include <tbb/task_arena.h>
 
 #include "bake/bake_plan.h"
+#include "bake/batch_tracing.h"
 #include "bake/octree_builder.h"
 #include "bake/patch_radius.h"
 #include "bake/photon_tracer.h"
 #include "bake/scene.h"
-#include "bake/source_thinning.h"
 #include "bake/trace_journal.h"
 #include "common/random.h"
 #include "common/version.h"
@@ -25,184 +22,9 @@ namespace clamor {
 
 namespace {
 
-// What all batches left behind, put together.
-struct Assembled {
-  std::vector<Source> deposits;
-  TraceTally tally;
-  std::uint64_t left = 0;  // deposits before thinning
-};
-
-// One batch on its way: looked up, traced if need be, kept, added.
-struct Batch {
-  std::size_t number = 0;
-  std::vector<PhotonRun> missing;
-  std::vector<std::uint64_t> missing_keys;
-  TracedRuns found, traced;
-};
-
 bool stopped(const BakeOptions& options) {
   return options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
 }
-
-// Traces what the journal does not have. Batches pass through a pipeline: looked up in order,
-// traced in any order, added in order.
-class Tracing {
- public:
-  Tracing(const PhotonTracer& tracer, const Level& level, const BakePlan& plan,
-          const BakeOptions& options, std::span<TraceJournal> journals, std::uint64_t scene,
-          const Shard& shard)
-      : tracer_(tracer),
-        level_(level),
-        plan_(plan),
-        options_(options),
-        journals_(journals),
-        journal_(options.journal.empty() ? nullptr : &journals.front()),
-        scene_(scene),
-        shard_(shard),
-        thinning_(plan.sources) {
-    progress_.stage = "tracing";
-    batches_ = plan.batches();
-    if (shard.count > 1) {
-      std::vector<std::vector<PhotonRun>> mine;
-      for (std::size_t i = shard.index; i < batches_.size(); i += shard.count)
-        mine.push_back(std::move(batches_[i]));
-      batches_ = std::move(mine);
-    }
-    for (const auto& batch : batches_)
-      for (const PhotonRun& run : batch) progress_.photons_total += run.count;
-  }
-
-  // An Error only if the journal cannot be written.
-  Result<Assembled> run() {
-    const std::size_t at_once =
-        4 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
-    std::vector<std::unique_ptr<Batch>> free;
-    for (std::size_t i = 0; i < at_once; ++i) free.push_back(std::make_unique<Batch>());
-    std::size_t next = 0;
-    std::mutex free_mutex;
-    tbb::parallel_pipeline(
-        at_once,
-        tbb::make_filter<void, Batch*>(tbb::filter_mode::serial_in_order,
-                                       [&](tbb::flow_control& control) -> Batch* {
-                                         if (next == batches_.size() || stopped(options_) ||
-                                             failed_) {
-                                           control.stop();
-                                           return nullptr;
-                                         }
-                                         Batch* batch = nullptr;
-                                         {
-                                           const std::lock_guard lock(free_mutex);
-                                           batch = free.back().release();
-                                           free.pop_back();
-                                         }
-                                         batch->number = next;
-                                         look_up(batches_[next++], *batch);
-                                         return batch;
-                                       }) &
-            tbb::make_filter<Batch*, Batch*>(tbb::filter_mode::parallel,
-                                             [&](Batch* batch) {
-                                               if (!stopped(options_))
-                                                 tracer_.trace(batch->missing, batch->traced);
-                                               return batch;
-                                             }) &
-            tbb::make_filter<Batch*, void>(tbb::filter_mode::serial_in_order, [&](Batch* batch) {
-              add(*batch);
-              const std::lock_guard lock(free_mutex);
-              free.emplace_back(batch);
-            }));
-    if (failed_) return Error(failure_);
-    assembled_.left = thinning_.added();
-    assembled_.deposits = thinning_.take();
-    return std::move(assembled_);
-  }
-
-  const BakeProgress& progress() const { return progress_; }
-
- private:
-  void look_up(const std::vector<PhotonRun>& runs, Batch& batch) {
-    const std::lock_guard lock(journal_mutex_);
-    batch.missing.clear();
-    batch.missing_keys.clear();
-    batch.found.clear();
-    batch.traced.clear();
-    for (const PhotonRun& run : runs) {
-      if (!journals_.empty()) {
-        const std::uint64_t key =
-            run_key(scene_, level_.emitters[run.emitter], tracer_.emitter_key(run.emitter), run);
-        const auto has_it = [&](TraceJournal& journal) {
-          return journal.find(key, run, batch.found);
-        };
-        if (std::any_of(journals_.begin(), journals_.end(), has_it)) continue;
-        batch.missing_keys.push_back(key);
-      }
-      if (!options_.shards.empty() && !failed_) {
-        failure_ =
-            "photons of emitter " + in_quotes(level_.emitters[run.emitter].name) +
-            " are in none of the shards; was one left out, was it stopped before its end, or "
-            "made from another level or with other settings?";
-        failed_ = true;
-      }
-      batch.missing.push_back(run);
-    }
-  }
-
-  void add(Batch& batch) {
-    if (stopped(options_) || failed_) return;
-    if (journal_ != nullptr && !batch.missing.empty()) {
-      const std::lock_guard lock(journal_mutex_);
-      if (const auto kept = journal_->append(batch.missing_keys, batch.traced); !kept.ok()) {
-        failed_ = true;
-        failure_ = kept.error().message;
-        return;
-      }
-    }
-    // By emitter and photon, whether found or traced.
-    auto found = batch.found.runs().begin();
-    auto traced = batch.traced.runs().begin();
-    const auto before = [](const PhotonRun& a, const PhotonRun& b) {
-      return a.emitter != b.emitter ? a.emitter < b.emitter : a.first < b.first;
-    };
-    std::uint64_t order = static_cast<std::uint64_t>(batch.number) * (kRunPhotons + 1);
-    while (found != batch.found.runs().end() || traced != batch.traced.runs().end()) {
-      if (traced == batch.traced.runs().end() ||
-          (found != batch.found.runs().end() && before(found->run, traced->run))) {
-        progress_.photons_reused += found->tally.photons;
-        add_run(*found++, batch.found, order++);
-      } else {
-        progress_.bounces += traced->tally.bounces;
-        add_run(*traced++, batch.traced, order++);
-      }
-    }
-    if (options_.on_progress) options_.on_progress(progress_);
-  }
-
-  void add_run(const TracedRun& run, TracedRuns& runs, std::uint64_t order) {
-    const double share = 1 / static_cast<double>(plan_.photons[run.run.emitter]);
-    const auto deposits = runs.deposits().subspan(run.first_deposit, run.deposits);
-    for (Source& deposit : deposits)
-      for (float& power : deposit.power) power = static_cast<float>(power * share);
-    if (shard_.count == 1) thinning_.add(deposits, order);
-    assembled_.tally.add(run.tally, share);
-    progress_.photons_done += run.tally.photons;
-    progress_.escaped += run.tally.escaped;
-  }
-
-  const PhotonTracer& tracer_;
-  const Level& level_;
-  const BakePlan& plan_;
-  const BakeOptions& options_;
-  std::span<TraceJournal> journals_;
-  TraceJournal* journal_;  // the one that is written, or null
-  std::uint64_t scene_;
-  Shard shard_;
-  std::vector<std::vector<PhotonRun>> batches_;
-  SourceThinning thinning_;
-  Assembled assembled_;
-  BakeProgress progress_;
-  std::mutex journal_mutex_;
-  std::atomic<bool> failed_ = false;
-  std::string failure_;
-};
 
 Source emitter_source(const Emitter& emitter, std::uint32_t index, std::uint64_t key) {
   Source source;
@@ -275,6 +97,28 @@ struct Workshop {
   PhotonTracer tracer;
 };
 
+// An Error if the plan needs more memory than it may have.
+Result<void> check_memory(const Level& level, const BakePlan& plan, const BakeOptions& options) {
+  const std::uint64_t needed =
+      bake_memory_bytes(level, plan, tbb::this_task_arena::max_concurrency());
+  if (options.memory_bytes == 0 || needed <= options.memory_bytes) return {};
+  BakePlan bare = plan;
+  bare.sources = 0;
+  const std::uint64_t least =
+      bake_memory_bytes(level, bare, tbb::this_task_arena::max_concurrency());
+  const auto megabytes = [](std::uint64_t bytes) {
+    return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
+  };
+  const std::string advice =
+      least < options.memory_bytes
+          ? "--sources " +
+                std::to_string((options.memory_bytes - least) * plan.sources / (needed - least)) +
+                " would fit"
+          : "the level itself needs " + megabytes(least);
+  return Error("the bake needs about " + megabytes(needed) + " of memory, more than the " +
+               megabytes(options.memory_bytes) + " it may have; " + advice);
+}
+
 // The journal that is written, if any, and then the shards.
 Result<std::vector<TraceJournal>> open_journals(const Level& level, const BakeOptions& options) {
   std::vector<TraceJournal> journals;
@@ -297,10 +141,11 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
                                         BakeReport& report) {
   const Workshop workshop(level, options.settings);
   const BakePlan& plan = workshop.plan;
+  if (const auto fits = check_memory(level, plan, options); !fits.ok()) return fits.error();
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
-  Tracing tracing(workshop.tracer, level, plan, options, *journals,
-                  scene_hash(level, workshop.trace), {});
+  BatchTracing tracing(workshop.tracer, level, plan, options, *journals,
+                       scene_hash(level, workshop.trace), {});
   auto traced = tracing.run();
   if (!traced.ok()) return traced.error();
   report.photons = tracing.progress().photons_done;
@@ -349,8 +194,8 @@ Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& op
   const Workshop workshop(level, options.settings);
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
-  Tracing tracing(workshop.tracer, level, workshop.plan, options, *journals,
-                  scene_hash(level, workshop.trace), shard);
+  BatchTracing tracing(workshop.tracer, level, workshop.plan, options, *journals,
+                       scene_hash(level, workshop.trace), shard);
   if (const auto traced = tracing.run(); !traced.ok()) return traced.error();
   BakeReport report;
   report.photons = tracing.progress().photons_done;
@@ -368,7 +213,9 @@ auto on_arena(const Level& level, const BakeOptions& options, const Work& work) 
       "\"name=violin,signal=violin.flac,at=0,1.5,0\", in LEVEL.acoustics.json or as "
       "KHR_audio_emitter");
   if (level.emitters.empty()) return outcome;
-  tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+  // TBB has no more threads than the machine has cores, and says so if asked for more.
+  const int cores = tbb::info::default_concurrency();
+  tbb::task_arena arena(options.threads > 0 ? std::min(options.threads, cores) : cores);
   arena.execute([&] { outcome = work(); });
   if (outcome.ok() && stopped(options)) outcome = Error("stopped before the bake was complete");
   return outcome;

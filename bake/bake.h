@@ -25,7 +25,9 @@ struct BakeProgress {
 
 struct BakeOptions {
   BakeSettings settings{};
-  int threads = 0;        // 0: all cores; never changes a byte
+  int threads = 0;  // 0: all cores; never changes a byte
+  std::uint64_t memory_bytes =
+      0;                  // a bake that would take more is an Error before it starts; 0: any
   std::string journal{};  // file that keeps what is traced, see trace_journal.h; "" for none
   std::string note{};     // kept in the journal for whoever merges it
   std::vector<std::string> shards{};  // journals that together hold all photons: none is traced

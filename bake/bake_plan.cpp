@@ -99,6 +99,16 @@ std::vector<std::vector<PhotonRun>> BakePlan::batches() const {
   return batches;
 }
 
+std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads) {
+  constexpr std::uint64_t kProgram = 25'000'000, kPerTriangle = 300, kPerSource = 500;
+  constexpr std::uint64_t kPerEmitter = 1000, kPerThread = 8'000'000;
+  std::uint64_t samples = 0;
+  for (const Signal& signal : level.signals) samples += signal.samples.size();
+  return kProgram + kPerTriangle * level.mesh.triangles.size() + kPerSource * plan.sources +
+         kPerEmitter * level.emitters.size() + 8 * samples +
+         kPerThread * static_cast<std::uint64_t>(threads);
+}
+
 std::uint32_t emitter_rooms(const Scene& scene, const Level& level) {
   constexpr std::size_t kMostRooms = 64;
   std::vector<std::size_t> parent;  // union of those found so far

@@ -118,21 +118,27 @@ KernelPhoton PhotonTracer::emit(std::uint32_t index, std::uint64_t number, Ray& 
   photon.first_bounce = {std::min(static_cast<float>(sobol[2]), kBelowOne),
                          std::min(static_cast<float>(sobol[3]), kBelowOne)};
 
+  // draw_emission_cos() of common/directivity.h, in single precision.
   const auto drawn = static_cast<std::size_t>(unit(bits[0]) * kBandCount);
-  const double cos_a = draw_emission_cos(emitter.directivity[drawn], sobol[0]);
-  const double sin_a = std::sqrt(std::max(0.0, 1 - cos_a * cos_a));
-  const double turn = 2 * std::numbers::pi * sobol[1];
+  const float p = emitter.directivity[drawn];
+  const float u = std::max(static_cast<float>(sobol[0]), 0x1p-32f);
+  const float share = p > 0 ? exp2_of(log2_of(u) / (p + 1)) : u;  // (1 + cos a) / 2
+  const float cos_a = 2 * share - 1;
+  const float sin_a = 2 * std::sqrt(share * std::max(0.0f, 1 - share));
+  const SinCos turn = sin_cos_of_turn(static_cast<float>(sobol[1]));
   const Basis basis = basis_around(emitter.axis);
-  ray.direction = Vec3f(normalize(emitter.axis * cos_a + basis.tangent * (sin_a * cos_of(turn)) +
-                                  basis.bitangent * (sin_a * sin_of(turn))));
+  ray.direction = Vec3f(normalize(emitter.axis * static_cast<double>(cos_a) +
+                                  basis.tangent * static_cast<double>(sin_a * turn.cos) +
+                                  basis.bitangent * static_cast<double>(sin_a * turn.sin)));
 
   // The bands' densities towards there, ((1 + cos a) / 2)^p (p + 1) / 4 pi, as weights of sum 8.
   double sum = 0;
   std::array<double, kBandCount> density{};
-  const double log2_share = cos_a > -1 ? log2_of((1 + cos_a) / 2) : -1e9;
+  const float log2_share = log2_of(std::max(share, 1e-30f));
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    const double p = emitter.directivity[b];
-    density[b] = exp2_of(p > 0 ? p * log2_share : 0) / emission_power(p);
+    const float exponent = emitter.directivity[b];
+    density[b] = static_cast<double>(exponent > 0 ? exp2_of(exponent * log2_share) : 1.0f) /
+                 emission_power(static_cast<double>(exponent));
     sum += density[b];
   }
   for (std::size_t b = 0; b < kBandCount; ++b) {

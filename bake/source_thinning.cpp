@@ -10,6 +10,8 @@ namespace clamor {
 
 namespace {
 
+constexpr std::size_t kSlack = 200'000, kMostAtOnce = 100'000;  // a run leaves fewer, nearly always
+
 double weight_of(const Source& source) {
   double power = 0;
   for (const float band : source.power) power += static_cast<double>(band);
@@ -40,13 +42,15 @@ bool SourceThinning::before(const Entry& a, const Entry& b) {
 }
 
 void SourceThinning::add(std::span<const Source> deposits, std::uint64_t order) {
+  // At once: growing by doubling would take twice as much when it is fullest.
+  if (added_ == 0) entries_.reserve(2 * most_ + kSlack);
   added_ += deposits.size();
   for (std::size_t i = 0; i < deposits.size(); ++i) {
     const double key = weight_of(deposits[i]) / random_of(deposits[i]);
     if (key < threshold_) continue;  // more than n are above it already
     entries_.push_back({key, order, i, deposits[i]});
   }
-  if (entries_.size() > 2 * most_ + 4096) prune();
+  if (entries_.size() > 2 * most_ + kSlack - kMostAtOnce) prune();
 }
 
 void SourceThinning::prune() {

@@ -17,10 +17,9 @@
 #include <span>
 #include <vector>
 
+#include "bake/kernel_material.h"
 #include "bake/scene.h"
 #include "common/bands.h"
-#include "common/material.h"
-#include "common/reflection.h"
 #include "common/vec.h"
 #include "formats/source.h"
 
@@ -37,21 +36,6 @@ struct alignas(64) KernelPhoton {
   std::array<float, 2> first_bounce{};  // the Sobol point's other half
   std::uint16_t run = 0, index = 0;     // within the call; within the run
 };
-
-// A material's numbers in the order in which lanes read them.
-struct alignas(64) KernelMaterial {
-  Bands kept{};               // share of the power that goes on: reflected and let through
-  Bands reflected_of_kept{};  // of which reflected,
-  Bands through_of_kept{};    // and let through
-  Bands scattering{}, exponent{}, inverse_exponent{};  // 1 / (p + 1)
-  Bands lobe{}, compensation{};                        // factors of the law's two terms
-  bool alike = false;                                  // one law in all bands
-  bool transmits = false;
-  std::vector<Bands> lost;  // 1 - E at cos = (k / kLossCells)^2; empty where all is Lambert
-  std::array<const PhongLobe*, kBandCount> lobes{};
-};
-
-inline constexpr std::size_t kLossCells = 256;
 
 struct KernelSettings {
   float kappa = 0.5f;
@@ -102,10 +86,6 @@ std::size_t shade(const KernelSettings& settings, std::span<const KernelMaterial
                   std::span<std::uint16_t> alive, std::span<Ray> rays,
                   std::span<const SurfaceHit> hits, std::span<KernelRun> runs,
                   ShadeScratch& scratch, DepositSink& sink);
-
-// The tables of the materials; `lobes` keeps what they point to.
-std::vector<KernelMaterial> kernel_materials(std::span<const Material> materials,
-                                             std::vector<std::unique_ptr<PhongLobe>>& lobes);
 
 // For tests: the instruction sets this CPU has, best first, and a way to be limited to one of them
 // ("" for the best). Not while anything is traced.

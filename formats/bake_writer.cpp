@@ -5,6 +5,7 @@
 
 #include <capnp/message.h>
 #include <capnp/serialize.h>
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -252,7 +253,8 @@ Result<void> write_bake(const std::string& path, const BakeContents& contents, i
   auto file = AtomicFile::create(path);
   if (!file.ok()) return file.error();
   Result<void> done;
-  tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
+  const int cores = tbb::info::default_concurrency();  // TBB has no more threads than these
+  tbb::task_arena arena(threads > 0 ? std::min(threads, cores) : cores);
   arena.execute([&] { done = write_all(*file, contents); });
   return done.ok() ? file->commit() : done;
 }

@@ -117,7 +117,11 @@ Result<GltfReader> GltfReader::open(const GltfScene& scene, int index, int compo
   }
 
   if (accessor.sparse_count == 0) return reader;
-  const std::size_t index_bytes = bytes_of(accessor.sparse_index_type);
+  const int index_type = accessor.sparse_index_type;
+  if (index_type != kUnsignedByte && index_type != kUnsignedShort && index_type != kUnsignedInt)
+    return wrong(
+        fmt::format("has sparse indices of component type {}, not 5121, 5123 or 5125", index_type));
+  const std::size_t index_bytes = bytes_of(index_type);
   const std::byte* indices = range(scene, accessor.sparse_index_view, accessor.sparse_index_offset,
                                    index_bytes, index_bytes, accessor.sparse_count);
   reader.sparse_values_ =

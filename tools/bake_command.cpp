@@ -1,6 +1,7 @@
 // bake_command.cpp: clamor bake: from a level file to a bake file, or to a shard of one.
 #include <charconv>
 #include <ostream>
+#include <string_view>
 
 #include "tools/arguments.h"
 #include "tools/bake_request.h"
@@ -24,6 +25,18 @@ std::optional<Shard> parse_shard(const std::string& text) {
   return shard;
 }
 
+// "500MB" or "2GB" in bytes.
+std::optional<std::uint64_t> parse_bytes(const std::string& text) {
+  std::uint64_t number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [unit, wrong] = std::from_chars(text.data(), end, number);
+  const std::string_view suffix(unit, static_cast<std::size_t>(end - unit));
+  if (wrong != std::errc() || number == 0 || number > 1'000'000) return std::nullopt;
+  if (suffix == "MB") return number * 1'000'000;
+  if (suffix == "GB") return number * 1'000'000'000;
+  return std::nullopt;
+}
+
 }  // namespace
 
 int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
@@ -31,7 +44,7 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   BakeManner manner;
   manner.command = "bake";
   std::optional<std::string> shard;
-  std::optional<std::string> progress;
+  std::optional<std::string> progress, memory;
   bool no_journal = false;
 
   Arguments parser("bake",
@@ -45,7 +58,9 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   request.add_options(parser);
   parser.option("--shard", shard,
                 "I/N: trace the I-th of N parts into OUTPUT; clamor merge puts them together");
-  parser.option("--threads", manner.threads, "0: all cores; never changes a byte");
+  parser.option("--threads", manner.threads, "at most, 0: all cores; never changes a byte");
+  parser.option("--memory", memory,
+                "as in 500MB or 2GB: a bake that would take more says so before it starts");
   parser.flag("--no-journal", no_journal,
               "do not keep what was traced in OUTPUT.journal, for going on and for baking again");
   parser.option("--progress", progress,
@@ -63,6 +78,13 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   }
   if (progress && *progress != "json")
     return parser.bad_usage(err, "--progress " + in_quotes(*progress) + " is not json");
+  if (memory) {
+    const auto bytes = parse_bytes(*memory);
+    if (!bytes)
+      return parser.bad_usage(
+          err, "--memory " + in_quotes(*memory) + " is not a size like 500MB or 2GB");
+    manner.memory_bytes = *bytes;
+  }
   manner.json_progress = progress.has_value();
   manner.journal = !no_journal;
   return carry_out(request, manner, err);

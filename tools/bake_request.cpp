@@ -153,6 +153,8 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
     return kBadInput;
   };
 
+  if (manner.output.empty())
+    return fail(Error("-o is empty; name a file to write, as in hall.clamor"));
   // A folder that cannot be written to is better known before the tracing than after.
   const auto folder = std::filesystem::absolute(manner.output).parent_path();
   std::error_code problem;
@@ -181,6 +183,7 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   options.settings.longest_path_s = request.longest_s;
   options.settings.air = level.air;
   options.threads = manner.threads;
+  options.memory_bytes = manner.memory_bytes;
   options.shards = manner.shards;
   if (manner.shard) {
     options.journal = manner.output;

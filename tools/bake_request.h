@@ -40,6 +40,7 @@ struct BakeManner {
   std::string command;  // "bake" or "merge", for messages
   std::string output;
   int threads = 0;
+  std::uint64_t memory_bytes = 0;  // 0: any
   bool journal = true, quiet = false;
   bool json_progress = false;       // one JSON object a line, and nothing else but errors
   std::optional<Shard> shard;       // then `output` is the shard

@@ -27,7 +27,7 @@ int run_merge(std::span<const std::string> arguments, std::ostream& out, std::os
   parser.option("-o,--output", manner.output, "the bake file to write, as in hall.clamor");
   parser.required("-o");
   parser.option("--level", level, "where the level lies on this machine");
-  parser.option("--threads", manner.threads, "0: all cores; never changes a byte");
+  parser.option("--threads", manner.threads, "at most, 0: all cores; never changes a byte");
   parser.flag("--quiet", manner.quiet, "only warnings and errors");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (manner.threads < 0 || manner.threads > 1024)

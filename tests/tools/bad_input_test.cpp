@@ -174,6 +174,7 @@ TEST(BadInput, UnwritableOutput) {
   expect_sentence(clamor({"bake", level, "-o", folder / "no/such/folder/out.clamor", "--photons",
                           "100", "--emitter", kNoise}),
                   1, "folder");
+  expect_sentence(clamor({"bake", level, "-o", "", "--emitter", kNoise}), 1, "-o is empty");
   std::filesystem::create_directory(folder / "taken.clamor");
   expect_sentence(clamor({"bake", level, "-o", folder / "taken.clamor", "--photons", "100",
                           "--emitter", kNoise}),

@@ -128,6 +128,32 @@ TEST(BakeProgram, WritesTheSameBytesWhateverTheCLibraryMakesOfTheCpu) {
   EXPECT_TRUE(read(folder / "a.clamor") == read(folder / "b.clamor"));
 }
 
+TEST(MemoryCap, IsSaidBeforeTheBakeStartsAndIsAboveWhatItTakes) {
+  const Folder folder;
+  const std::string log = folder / "log";
+  auto words = bake_of(violin_room(), folder / "out.clamor");
+  words[4] = "2000";
+  words[6] = "300000";
+  words.insert(words.end(), {"--memory", "100MB"});
+  EXPECT_EQ(run_bake(words, log).code, 1);
+  const std::string sentence = read(log);
+  const std::size_t place = sentence.find("needs about ");
+  ASSERT_NE(place, std::string::npos) << sentence;
+  EXPECT_NE(sentence.find("--sources "), std::string::npos) << sentence;
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"log"});
+  const long needed_MB = std::stol(sentence.substr(place + 12));
+  EXPECT_GT(needed_MB, 100);
+#if !defined(__SANITIZE_ADDRESS__)  // which takes memory of its own
+  words[4] = "20000";
+  words.back() = std::to_string(needed_MB) + "MB";
+  EXPECT_EQ(run_bake(words, log).code, 0) << read(log);
+  rusage usage{};
+  ::getrusage(RUSAGE_CHILDREN, &usage);  // the largest child so far
+  EXPECT_LT(usage.ru_maxrss / 1000, needed_MB);
+  EXPECT_GT(usage.ru_maxrss / 1000, needed_MB / 2);
+#endif
+}
+
 TEST(StoppedBake, SaysHowToGoOnAndGoesOn) {
   const Folder folder;
   const std::string log = folder / "log";
