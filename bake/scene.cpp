@@ -77,7 +77,7 @@ constexpr const char* kDevice = "isa=sse4.2";
 const char* embree_device() { return kDevice; }
 std::string embree_version() { return RTC_VERSION_STRING; }
 
-Scene::Scene(const Mesh& mesh) : mesh_(mesh), embree_(std::make_unique<Embree>()) {
+Scene::Scene(const Mesh& mesh, Build build) : mesh_(mesh), embree_(std::make_unique<Embree>()) {
   if (mesh.triangles.empty()) return;  // a free field
 
   Vec3f low = mesh.vertices_m[mesh.triangles[0][0]], high = low;
@@ -90,7 +90,8 @@ Scene::Scene(const Mesh& mesh) : mesh_(mesh), embree_(std::make_unique<Embree>()
 
   embree_->device = rtcNewDevice(kDevice);
   embree_->scene = rtcNewScene(embree_->device);
-  rtcSetSceneBuildQuality(embree_->scene, RTC_BUILD_QUALITY_HIGH);
+  rtcSetSceneBuildQuality(embree_->scene,
+                          build == Build::kQuick ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_HIGH);
 
   const RTCGeometry geometry = rtcNewGeometry(embree_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "bake/level_report.h"
 #include "tools/bake_summary.h"
 #include "tools/commands.h"
 #include "tools/interrupt.h"
@@ -34,6 +35,11 @@ void print_report(const ImportReport& report, const Level& level, std::ostream& 
                material.how);
   for (const auto& line : report.ignored) fmt::print(err, "  ignored  {}\n", line);
   for (const auto& line : report.warnings) fmt::print(err, "  warning  {}\n", line);
+}
+
+void print_level(const LevelReport& report, std::ostream& err) {
+  for (const auto& line : report_lines(report)) fmt::print(err, "  level    {}\n", line);
+  for (const auto& line : report_warnings(report)) fmt::print(err, "  warning  {}\n", line);
 }
 
 double share_of(std::uint64_t part, std::uint64_t whole_of_it) {
@@ -81,6 +87,8 @@ void BakeRequest::add_options(Arguments& parser) {
   parser.option("--sources", sources,
                 "most reflections to keep; unset: 200 000 for each room with emitters");
   parser.option("--seed", seed, "of every random number; same seed, same bytes [1]");
+  parser.option("--simplify", simplify_m,
+                "metres that surfaces may move to save triangles, as in 0.05 [0: not at all]");
   parser.option("--kappa", kappa,
                 "Russian roulette: survive with (power after / before)^kappa, 0 to 1");
   parser.option("--longest", longest_s, "seconds to follow sound for");
@@ -92,6 +100,7 @@ std::optional<std::string> BakeRequest::complaint() const {
   if (sources && (!whole(*sources) || *whole(*sources) == 0 || *whole(*sources) > 10'000'000u))
     return "--sources " + in_quotes(*sources) + " is not a whole number from 1 to 10000000";
   if (seed && !whole(*seed)) return "--seed " + in_quotes(*seed) + " is not a whole number";
+  if (!(simplify_m >= 0 && simplify_m <= 10)) return "--simplify must lie between 0 and 10 metres";
   if (!(kappa >= 0 && kappa <= 1)) return "--kappa must lie between 0 and 1";
   if (!(longest_s > 0 && longest_s <= 60)) return "--longest must lie between 0 and 60 seconds";
   return std::nullopt;
@@ -109,6 +118,7 @@ std::vector<std::string> BakeRequest::words() const {
   add("--photons", photons);
   add("--sources", sources);
   add("--seed", seed);
+  if (simplify_m > 0) add("--simplify", fmt::format("{}", simplify_m));
   if (kappa != BakeSettings{}.roulette_kappa) add("--kappa", fmt::format("{}", kappa));
   if (longest_s != BakeSettings{}.longest_path_s) add("--longest", fmt::format("{}", longest_s));
   return words;
@@ -162,6 +172,8 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   if (!imported.ok()) return fail(imported.error());
   const Level& level = imported->level;
   if (!manner.quiet && !manner.json_progress) print_report(imported->report, level, err);
+  const LevelReport prepared = prepare_level(imported->level, {request.simplify_m});
+  if (!manner.quiet && !manner.json_progress) print_level(prepared, err);
 
   const ImportedSettings& wanted = imported->settings;
   BakeOptions options;

@@ -19,6 +19,7 @@ struct BakeRequest {
   std::string level_path;
   ImportOptions import;
   std::optional<std::string> seed, photons, sources;
+  double simplify_m = 0;
   double kappa = BakeSettings{}.roulette_kappa, longest_s = BakeSettings{}.longest_path_s;
 
   void add_options(Arguments& parser);
