@@ -42,6 +42,18 @@ void print_level(const LevelReport& report, std::ostream& err) {
   for (const auto& line : report_warnings(report)) fmt::print(err, "  warning  {}\n", line);
 }
 
+void print_level_json(const LevelReport& report, std::ostream& err) {
+  const LevelOpenings& openings = report.openings;
+  fmt::print(err,
+             "{{\"stage\": \"level\", \"triangles\": {}, \"area_m2\": {:.2f}, "
+             "\"welded_corners\": {}, \"without_area\": {}, \"duplicated\": {}, "
+             "\"boundary_edges_m\": {:.2f}, \"thin_gaps\": {}, \"escaped_power_share\": {:.4f}, "
+             "\"mean_free_path_m\": {:.2f}}}\n",
+             report.triangles, report.area_m2, report.welded_vertices, report.degenerate,
+             report.duplicated, report.free_edges_m, report.gaps.size(), openings.escaped_share,
+             openings.mean_free_path_m);
+}
+
 double share_of(std::uint64_t part, std::uint64_t whole_of_it) {
   return whole_of_it > 0 ? static_cast<double>(part) / static_cast<double>(whole_of_it) : 0;
 }
@@ -173,7 +185,10 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   const Level& level = imported->level;
   if (!manner.quiet && !manner.json_progress) print_report(imported->report, level, err);
   const LevelReport prepared = prepare_level(imported->level, {request.simplify_m});
-  if (!manner.quiet && !manner.json_progress) print_level(prepared, err);
+  if (manner.json_progress)
+    print_level_json(prepared, err);
+  else if (!manner.quiet)
+    print_level(prepared, err);
 
   const ImportedSettings& wanted = imported->settings;
   BakeOptions options;
@@ -244,8 +259,7 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
                "{{\"stage\": \"done\", \"sources\": {}, \"photons\": {}, \"photons_reused\": {}, "
                "\"error_db\": {:.3f}, \"seconds\": {:.3f}}}\n",
                contents->octree.sources.size(), report.photons, report.photons_reused,
-               contents->statistics.decay.error_db,
-               progress.seconds());
+               contents->statistics.decay.error_db, progress.seconds());
   if (manner.quiet || manner.json_progress) return kSuccess;
 
   print_bake_summary(*contents, report, manner.output, options.journal, progress.seconds(), err);

@@ -29,9 +29,15 @@ void print_energy(const BakeContents& contents, std::ostream& err) {
                                   : fmt::format("{:.1f} bounces each, {:.2f} m apart",
                                                 static_cast<double>(statistics.bounces) / photons,
                                                 statistics.mean_free_path_m);
-  fmt::print(err, "  traced   {}, {}; {:.1f} % escaped\n",
+  double emitted = 0, escaped = 0;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    emitted += static_cast<double>(statistics.power_emitted[b]);
+    escaped += static_cast<double>(statistics.power_escaped[b]);
+  }
+  fmt::print(err, "  traced   {}, {}; {:.1f} % escaped with {:.1f} % of the power\n",
              counted(statistics.photons_traced, "photon"), bounces,
-             100 * static_cast<double>(statistics.photons_escaped) / photons);
+             100 * static_cast<double>(statistics.photons_escaped) / photons,
+             emitted > 0 ? 100 * escaped / emitted : 0);
 }
 
 // T30 per band, as a small table, and how well the decay is known.

@@ -34,6 +34,30 @@ TEST(BakeSummary, SaysNothingOfDecaysWhereThereAreNone) {
   EXPECT_EQ(field->statistics.decay.places, 0u);
 }
 
+TEST(BakeCommand, SaysWhatTheLevelIsAndWhatSimplifyingDidToIt) {
+  const Folder folder;
+  const auto bake = [&](std::vector<std::string> more) {
+    std::vector<std::string> words = {
+        "bake",        std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb",
+        "-o",          folder / "out.clamor",
+        "--photons",   "1000",
+        "--sources",   "1000",
+        "--no-journal"};
+    words.insert(words.end(), more.begin(), more.end());
+    return clamor(words);
+  };
+  const auto plain = bake({});
+  EXPECT_NE(plain.err.find("closed: none of "), std::string::npos) << plain.err;
+  EXPECT_EQ(plain.err.find("simplified"), std::string::npos) << plain.err;
+  const auto simple = bake({"--simplify", "0.05"});
+  ASSERT_EQ(simple.code, 0) << simple.err;
+  EXPECT_NE(simple.err.find("simplified within 5 cm: "), std::string::npos) << simple.err;
+  EXPECT_NE(simple.err.find(" triangles instead of 5952, area "), std::string::npos) << simple.err;
+  const auto shown = clamor({"inspect", folder / "out.clamor"});
+  EXPECT_NE(shown.out.find("--simplify 0.05"), std::string::npos) << shown.out;
+  for (const char* wrong : {"-1", "11", "a"}) EXPECT_EQ(bake({"--simplify", wrong}).code, 2);
+}
+
 TEST(BakeCommand, ReportsProgressAsJsonLinesForBuildSystems) {
   const Folder folder;
   const auto outcome = clamor(
@@ -45,6 +69,11 @@ TEST(BakeCommand, ReportsProgressAsJsonLinesForBuildSystems) {
   std::uint64_t photons = 0;
   while (std::getline(lines, line)) {
     const auto json = nlohmann::json::parse(line);
+    if (json["stage"] == "level") {
+      EXPECT_EQ(json["triangles"], 5952);
+      EXPECT_EQ(json["escaped_power_share"], 0);
+      continue;
+    }
     EXPECT_GE(json["photons"].get<std::uint64_t>(), photons);
     photons = json["photons"];
     last = json["stage"];

@@ -1,0 +1,171 @@
+// What a designer reads about a level before it is baked.
+#include "bake/level_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bake/photon_tracer.h"
+#include "tests/bake/mesh_shapes.h"
+
+namespace clamor {
+namespace {
+
+using testing::box;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using testing::shoebox;
+using testing::uniform_material;
+
+enum Wall { kLeft, kRight, kFloor, kCeiling, kBack, kFront };
+
+// A shoebox without one of its walls.
+Level without(Wall wall, const Vec3& size_m, float absorption, const Vec3& emitter_m) {
+  Level level = shoebox(size_m, uniform_material(absorption), emitter_m);
+  level.mesh.triangles.erase(level.mesh.triangles.begin() + 2 * wall,
+                             level.mesh.triangles.begin() + 2 * wall + 2);
+  level.mesh.materials.resize(10);
+  return level;
+}
+
+TEST(LevelReport, CallsABoxClosedAndKnowsItsVolumeAndMeanFreePath) {
+  Level level = shoebox({6, 4, 3}, uniform_material(0.1f), {1, 1, 1});
+  const LevelReport report = prepare_level(level);
+  EXPECT_EQ(report.openings.escaped, 0u);
+  EXPECT_GT(report.openings.rays, 10'000u);
+  EXPECT_NEAR(report.volume_m3, 72, 1e-9);
+  EXPECT_NEAR(report.area_m2, 108, 1e-9);
+  // Mean chord of a diffuse field (Kosten); the walks begin at the emitter, off equilibrium.
+  EXPECT_NEAR(report.geometric_free_path_m().value_or(0), 4 * 72.0 / 108, 1e-9);
+  EXPECT_NEAR(report.openings.mean_free_path_m, 4 * 72.0 / 108, 0.02 * 4 * 72 / 108);
+  EXPECT_THAT(report_lines(report), Contains(HasSubstr("closed: none of")));
+  EXPECT_THAT(report_warnings(report), IsEmpty());
+}
+
+TEST(LevelReport, OfBlackWallsLosesThroughAMissingOneWhatIsSeenOfIt) {
+  // From the middle of a cube each side is a sixth of all directions. 2048 rays; four deviations.
+  const double bound = 4 * std::sqrt(1.0 / 6 * 5 / 6 / 2048);
+  for (const Wall wall : {kLeft, kFloor, kCeiling, kFront}) {
+    Level level = without(wall, {4, 4, 4}, 1, {2, 2, 2});
+    EXPECT_NEAR(prepare_level(level).openings.escaped_share, 1.0 / 6, bound);
+  }
+}
+
+TEST(LevelReport, LosesWhatTheBakeLoses) {
+  Level level = without(kCeiling, {6, 4, 3}, 0.3f, {2, 1, 1});
+  const double share = prepare_level(level).openings.escaped_share;
+  TraceSettings settings;
+  const Scene scene(level.mesh);
+  const PhotonTracer tracer(scene, level, settings);
+  const std::vector<PhotonRun> runs = {
+      {0, 0, 1024}, {0, 1024, 1024}, {0, 2048, 1024}, {0, 3072, 1024}};
+  TracedRuns traced;
+  tracer.trace(runs, traced);
+  double escaped = 0, emitted = 0;
+  for (const TracedRun& run : traced.runs()) escaped += run.tally.power_escaped[3];
+  emitted = tracer.power_emitted()[3] * 4096;
+  EXPECT_NEAR(share, escaped / emitted, 0.03 * share);
+}
+
+TEST(LevelReport, SaysWhereSoundLeaves) {
+  Level roofless = without(kCeiling, {6, 4, 3}, 0.1f, {2, 1, 1});
+  const LevelReport up = prepare_level(roofless);
+  ASSERT_EQ(up.openings.openings.size(), 1u);
+  const LevelOpening& sky = up.openings.openings[0];
+  EXPECT_LT(length(sky.place_m - Vec3(3, 4, 1.5)), 0.4);
+  EXPECT_GT(sky.direction.y, 0.5);
+  EXPECT_NEAR(sky.edge_length_m, 18, 1e-5);
+  EXPECT_THAT(report_lines(up), Contains(HasSubstr("open sky?")));
+  EXPECT_THAT(report_warnings(up), IsEmpty());  // many want one
+
+  Level bottomless = without(kFloor, {6, 4, 3}, 0.1f, {2, 1, 1});
+  EXPECT_THAT(report_warnings(prepare_level(bottomless)), Contains(HasSubstr("floor missing?")));
+}
+
+TEST(LevelReport, NamesTwoOpeningsApart) {
+  // A long hall, open at both ends.
+  Level level = without(kLeft, {30, 3, 4}, 0.1f, {15, 1.5, 2});
+  level.mesh.triangles.erase(level.mesh.triangles.begin(), level.mesh.triangles.begin() + 2);
+  level.mesh.materials.resize(8);
+  const LevelReport report = prepare_level(level);
+  ASSERT_EQ(report.openings.openings.size(), 2u);
+  for (const LevelOpening& opening : report.openings.openings) {
+    const Vec3 end(opening.direction.x > 0 ? 30 : 0, 1.5, 2);
+    EXPECT_LT(length(opening.place_m - end), 1.5);
+  }
+}
+
+TEST(LevelReport, FindsASlitUnderADoorAndNoneUnderAWallThatStands) {
+  const auto with_wall = [](double above_m) {
+    Level level = shoebox({6, 3, 4}, uniform_material(0.1f), {1, 1, 1});
+    testing::add(level.mesh, testing::patch(3, 2, [above_m](double u, double v) {
+                   return Vec3(3, above_m + v * (3 - above_m), 4 * u);
+                 }));
+    return level;
+  };
+  Level door = with_wall(0.008), wall = with_wall(0);
+  const LevelReport gap = prepare_level(door);
+  ASSERT_EQ(gap.gaps.size(), 1u);
+  EXPECT_NEAR(gap.gaps[0].width_m, 0.008, 1e-6);
+  EXPECT_NEAR(gap.gaps[0].length_m, 4, 1e-6);
+  EXPECT_NEAR(gap.gaps[0].place_m.x, 3, 1e-6);
+  EXPECT_THAT(report_lines(gap), Contains(HasSubstr("8.0 mm wide over 4.0 m")));
+  const LevelReport none = prepare_level(wall);
+  EXPECT_TRUE(none.gaps.empty());
+  EXPECT_NEAR(none.resting_edges_m, 4 + 4 + 3 + 3, 1e-6);
+  EXPECT_EQ(none.free_edges_m, 0);
+}
+
+TEST(LevelReport, WarnsOfFacesThatAreThereTwiceInTwoMaterials) {
+  Level level = shoebox({5, 4, 3}, uniform_material(0.1f), {1, 1, 1});
+  level.materials.push_back(uniform_material(0.9f));
+  level.materials[0].name = "brick";
+  level.materials[1].name = "felt";
+  Mesh twice = box({5, 4, 3}, {1, 1, 1, 1, 1, 1});
+  twice.triangles.resize(2);
+  twice.materials.resize(2);
+  testing::add(level.mesh, twice);
+  const LevelReport report = prepare_level(level);
+  EXPECT_EQ(report.duplicated, 2u);
+  EXPECT_NEAR(report.duplicated_m2, 12, 1e-9);
+  EXPECT_THAT(report_warnings(report),
+              Contains(HasSubstr("12.00 m2 are there twice, in 'brick' and in 'felt'")));
+  EXPECT_NEAR(report.materials[0].area_m2, 94, 1e-9);
+  EXPECT_NEAR(report.materials[1].area_m2, 0, 1e-9);
+  EXPECT_NEAR(report.materials[1].read_m2, 12, 1e-9);
+}
+
+TEST(LevelReport, AsksAfterTheUnitOfTinyAndOfHugeLevels) {
+  Level tiny = shoebox({0.05, 0.04, 0.03}, uniform_material(0.1f), {0.01, 0.01, 0.01});
+  EXPECT_THAT(report_warnings(prepare_level(tiny)), Contains(HasSubstr("another unit?")));
+  Level huge = shoebox({500, 400, 300}, uniform_material(0.1f), {10, 10, 10});
+  EXPECT_THAT(report_warnings(prepare_level(huge)), Contains(HasSubstr("another unit?")));
+}
+
+TEST(LevelReport, TellsWhatSimplificationSavedAndWhatItDidToTheAreas) {
+  Level level = shoebox({5, 4, 3}, uniform_material(0.1f), {2, 2, 0.01});
+  level.materials.assign(6, level.materials[0]);
+  level.mesh = testing::fine_box({5, 4, 3}, 10);
+  const LevelReport report = prepare_level(level, {0.05});
+  ASSERT_TRUE(report.simplification.has_value());
+  EXPECT_EQ(report.simplification->triangles_before, 1200u);
+  EXPECT_EQ(report.simplification->triangles_after, 12u);
+  EXPECT_EQ(level.mesh.triangles.size(), 12u);
+  EXPECT_NEAR(report.simplification->area_after_m2, 94, 1e-4);
+  EXPECT_THAT(report_lines(report),
+              Contains(HasSubstr("12 triangles instead of 1200, area +0.00 %")));
+  // The emitter is a centimetre from a wall that may have moved by five.
+  EXPECT_THAT(report_warnings(report), Contains(HasSubstr("'source' is 1 cm away")));
+}
+
+TEST(LevelReport, OfALevelWithoutTrianglesIsEmpty) {
+  Level level = shoebox({5, 4, 3}, uniform_material(0.1f), {1, 1, 1});
+  level.mesh = {};
+  const LevelReport report = prepare_level(level, {0.1});
+  EXPECT_THAT(report_lines(report), IsEmpty());
+  EXPECT_THAT(report_warnings(report), IsEmpty());
+}
+
+}  // namespace
+}  // namespace clamor
