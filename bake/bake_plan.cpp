@@ -14,7 +14,7 @@ constexpr double kSourcesPerRoom = 200'000;
 constexpr double kDepositsPerSource = 4;         // where --photons does not say
 constexpr double kKeptDepositsPerSource = 1.25;  // before the last, exact thinning
 constexpr std::uint32_t kPilotPhotons = 1024;
-constexpr std::uint64_t kMostSources = 10'000'000, kMostPhotons = 4'000'000'000;
+constexpr std::uint64_t kMostPhotons = 4'000'000'000;
 
 // What a few photons leave, of the emitters in proportion to their power: the power of each deposit
 // as a share of its photon's. Other paths than those of the bake, so that the plan and what it

@@ -39,7 +39,7 @@ struct BakePlan {
 // How many deposits a photon leaves is judged by a pilot of 1024. If more than 1.25 deposits would
 // come to a source, weak ones are thinned while tracing. Photons are shared out by power; an
 // emitter with any power gets at least kLeastPhotons. A free field gets none.
-inline constexpr std::uint64_t kLeastPhotons = 4;
+inline constexpr std::uint64_t kLeastPhotons = 4, kMostSources = 10'000'000;
 BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettings& settings,
                         const TraceSettings& trace);
 

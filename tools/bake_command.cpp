@@ -44,7 +44,7 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   BakeManner manner;
   manner.command = "bake";
   std::optional<std::string> shard;
-  std::optional<std::string> progress, memory;
+  std::optional<std::string> progress, memory, until;
   bool no_journal = false;
 
   Arguments parser("bake",
@@ -56,6 +56,9 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.option("-o,--output", manner.output, "the bake file to write, as in hall.clamor");
   parser.required("-o");
   request.add_options(parser);
+  parser.option("--until", until,
+                "as in 0.5dB or 90s: bake until the energy decay is known so well, or for so long; "
+                "decides --photons and --sources");
   parser.option("--shard", shard,
                 "I/N: trace the I-th of N parts into OUTPUT; clamor merge puts them together");
   parser.option("--threads", manner.threads, "at most, 0: all cores; never changes a byte");
@@ -75,6 +78,17 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
     if (!manner.shard)
       return parser.bad_usage(
           err, "--shard " + in_quotes(*shard) + " is not a part like 1/4, the first of four");
+  }
+  if (until) {
+    manner.goal = BakeGoal::from(*until);
+    if (!manner.goal)
+      return parser.bad_usage(err, "--until " + in_quotes(*until) +
+                                       " is neither an error like 0.5dB nor a time like "
+                                       "90s, 15min or 2h");
+    if (request.photons || request.sources || shard)
+      return parser.bad_usage(err,
+                              "--until decides how many photons and sources there are, so it goes "
+                              "with none of --photons, --sources and --shard");
   }
   if (progress && *progress != "json")
     return parser.bad_usage(err, "--progress " + in_quotes(*progress) + " is not json");

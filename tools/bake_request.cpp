@@ -84,6 +84,16 @@ std::optional<Error> changed(const std::string& path, const ImportOptions& impor
       "same command again");
 }
 
+// A bake that ended at a goal is made again by what it came to.
+std::vector<std::string> words_of(BakeRequest request, const BakeManner& manner,
+                                  const BakeSettings& settings) {
+  if (manner.goal) {
+    request.photons = std::to_string(settings.photons);
+    request.sources = std::to_string(settings.sources);
+  }
+  return request.words();
+}
+
 }  // namespace
 
 void BakeRequest::add_options(Arguments& parser) {
@@ -245,21 +255,25 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   }
 
   BakeReport report;
-  auto contents = bake(level, options, &report);
+  std::string why_not;
+  auto contents = manner.goal ? bake_until(level, options, *manner.goal, &report, &why_not)
+                              : bake(level, options, &report);
   if (!contents.ok()) return ended(contents.error());
   contents->provenance.level = level.name;
   contents->provenance.input_hash = imported->input_hash;
   contents->provenance.inputs = imported->inputs;
-  contents->provenance.arguments = request.words();
+  contents->provenance.arguments = words_of(request, manner, contents->settings);
   if (const auto now = changed(request.level_path, import, imported->input_hash)) return fail(*now);
   if (const auto written = write_bake(manner.output, *contents, manner.threads); !written.ok())
     return fail(written.error());
   if (manner.json_progress)
     fmt::print(err,
                "{{\"stage\": \"done\", \"sources\": {}, \"photons\": {}, \"photons_reused\": {}, "
-               "\"error_db\": {:.3f}, \"seconds\": {:.3f}}}\n",
+               "\"error_db\": {:.3f}, \"goal_reached\": {}, \"seconds\": {:.3f}}}\n",
                contents->octree.sources.size(), report.photons, report.photons_reused,
-               contents->statistics.decay.error_db, progress.seconds());
+               contents->statistics.decay.error_db, why_not.empty(), progress.seconds());
+  if (!why_not.empty() && !manner.json_progress)
+    fmt::print(err, "  warning  --until was not reached: {}\n", why_not);
   if (manner.quiet || manner.json_progress) return kSuccess;
 
   print_bake_summary(*contents, report, manner.output, options.journal, progress.seconds(), err);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bake/bake.h"
+#include "bake/bake_until.h"
 #include "formats/level_import.h"
 #include "tools/arguments.h"
 
@@ -35,7 +36,7 @@ struct BakeRequest {
   static std::optional<BakeRequest> from_note(const std::string& note);
 };
 
-// How it is carried out; changes no byte of the output.
+// How it is carried out. But for the goal, nothing of it changes a byte of the output.
 struct BakeManner {
   std::string command;  // "bake" or "merge", for messages
   std::string output;
@@ -43,6 +44,7 @@ struct BakeManner {
   std::uint64_t memory_bytes = 0;  // 0: any
   bool journal = true, quiet = false;
   bool json_progress = false;       // one JSON object a line, and nothing else but errors
+  std::optional<BakeGoal> goal;     // then it decides how many photons and sources
   std::optional<Shard> shard;       // then `output` is the shard
   std::vector<std::string> shards;  // to be merged
 };

@@ -58,6 +58,31 @@ TEST(BakeCommand, SaysWhatTheLevelIsAndWhatSimplifyingDidToIt) {
   for (const char* wrong : {"-1", "11", "a"}) EXPECT_EQ(bake({"--simplify", wrong}).code, 2);
 }
 
+TEST(BakeCommand, ThatEndedAtAnErrorIsMadeAgainByTheCommandThatInspectPrints) {
+  const Folder folder;
+  const std::string level = std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb";
+  const std::string once = folder / "once.clamor", again = folder / "again.clamor";
+  const auto outcome = clamor({"bake", level, "-o", once, "--until", "1dB"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err.find("warning"), std::string::npos) << outcome.err;
+  const auto shown = clamor({"inspect", once});
+  const std::size_t place = shown.out.find("clamor bake violin_room.glb -o once.clamor ");
+  ASSERT_NE(place, std::string::npos) << shown.out;
+  std::istringstream words(shown.out.substr(place, shown.out.find('\n', place) - place));
+  std::vector<std::string> command;
+  for (std::string word; words >> word;) command.push_back(word);
+  ASSERT_EQ(command.size(), 9u);
+  command.erase(command.begin());
+  command[1] = level;
+  command[3] = again;
+  const auto second = clamor(command);
+  ASSERT_EQ(second.code, 0) << second.err;
+  EXPECT_TRUE(testing::read(once) == testing::read(again));
+  for (const char* wrong : {"0.5", "0dB", "x"})
+    EXPECT_EQ(clamor({"bake", level, "-o", once, "--until", wrong}).code, 2);
+  EXPECT_EQ(clamor({"bake", level, "-o", once, "--until", "1dB", "--photons", "100"}).code, 2);
+}
+
 TEST(BakeCommand, ReportsProgressAsJsonLinesForBuildSystems) {
   const Folder folder;
   const auto outcome = clamor(

@@ -65,6 +65,12 @@ inline std::string content_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
+// All bytes of a file; "" if there is none.
+inline std::string read(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
 // A level without meshes: a free field.
 inline constexpr const char* kEmptyLevel =
     R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[]}]})";

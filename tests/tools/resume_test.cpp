@@ -16,6 +16,7 @@ namespace clamor {
 namespace {
 
 using testing::Folder;
+using testing::read;
 
 struct Ended {
   bool killed = false;
@@ -56,11 +57,6 @@ Ended run_bake(const std::vector<std::string>& arguments, const std::string& log
     std::this_thread::sleep_for(std::chrono::microseconds(200));
   }
   return {WIFSIGNALED(status) != 0, WIFEXITED(status) ? WEXITSTATUS(status) : -1};
-}
-
-std::string read(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
 std::vector<std::string> bake_of(const std::string& level, const std::string& output) {

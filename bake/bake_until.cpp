@@ -1,0 +1,114 @@
+#include "bake/bake_until.h"
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "bake/bake_plan.h"
+#include "bake/scene.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr double kFirstSourcesPerRoom = 20'000;
+constexpr int kMostRounds = 8;
+constexpr double kMostGrowth = 32;  // from one round to the next; an early error is rough
+constexpr double kMargin = 1.1;     // on what the error foretells: of ten rounds, one goes again
+constexpr double kOfTime = 0.8;     // of the time that is left
+constexpr double kWorthIt = 1.25;   // a round that would grow by less is not begun
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Up to two digits, so that the command that makes it again is short.
+std::uint64_t two_digits_up(double value) {
+  double step = 1;
+  while (value / step >= 100) step *= 10;
+  return static_cast<std::uint64_t>(std::ceil(value / step) * step);
+}
+
+}  // namespace
+
+std::optional<BakeGoal> BakeGoal::from(const std::string& text) {
+  double number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, wrong] = std::from_chars(text.data(), end, number);
+  const std::string_view unit(rest, static_cast<std::size_t>(end - rest));
+  if (wrong != std::errc() || !(number > 0) || !(number < 1e6)) return std::nullopt;
+  BakeGoal goal;
+  if (unit == "dB")
+    goal.error_db = number;
+  else if (unit == "s")
+    goal.seconds = number;
+  else if (unit == "min")
+    goal.seconds = 60 * number;
+  else if (unit == "h")
+    goal.seconds = 3600 * number;
+  else
+    return std::nullopt;
+  return goal;
+}
+
+Result<BakeContents> bake_until(const Level& level, const BakeOptions& options,
+                                const BakeGoal& goal, BakeReport* report, std::string* why_not) {
+  const auto start = std::chrono::steady_clock::now();
+  std::string ignored;
+  std::string& reason = why_not != nullptr ? *why_not : ignored;
+  BakeReport last, round;
+  BakeOptions now = options;
+  now.settings.photons = 0;
+  now.settings.sources = static_cast<std::uint64_t>(
+      kFirstSourcesPerRoom * emitter_rooms(Scene(level.mesh, Scene::Build::kQuick), level));
+  double begun_s = seconds_since(start);
+  auto best = bake(level, now, &last);
+  if (!best.ok()) return best;
+  const BakeSettings first = best->settings;
+  std::uint64_t times = 1;
+  for (int i = 1; i < kMostRounds; ++i) {
+    if (best->statistics.photons_traced == 0) break;  // a free field is exact
+    const double spent_s = seconds_since(start);
+    double growth = 0;
+    if (goal.error_db > 0) {
+      const auto error_db = static_cast<double>(best->statistics.decay.error_db);
+      if (!(error_db > 0)) {
+        reason = "the level is too open or too dry to tell the error of a decay";
+        break;
+      }
+      if (error_db <= goal.error_db) break;
+      growth = std::clamp(kMargin * std::pow(error_db / goal.error_db, 2), kWorthIt, kMostGrowth);
+    } else {
+      growth = std::min(kOfTime * (goal.seconds - spent_s) / std::max(spent_s - begun_s, 0.01),
+                        kMostGrowth);
+      if (growth < kWorthIt) break;
+    }
+    const std::uint64_t most = kMostSources / first.sources;
+    if (times == most) {
+      reason = "a file holds " + std::to_string(kMostSources) + " sources at most";
+      break;
+    }
+    times = std::min(most, two_digits_up(growth * static_cast<double>(times)));
+    now.settings.sources = times * first.sources;
+    now.settings.photons = times * first.photons;
+    begun_s = spent_s;
+    round = {};
+    auto next = bake(level, now, &round);
+    if (!next.ok()) {
+      if (options.stop != nullptr && *options.stop) return next.error();
+      reason = next.error().message;
+      break;
+    }
+    best = std::move(next);
+    last = round;
+  }
+  if (goal.error_db > 0 && reason.empty() &&
+      static_cast<double>(best->statistics.decay.error_db) > goal.error_db)
+    reason = "the error falls too slowly";
+  if (report != nullptr) *report = last;
+  return best;
+}
+
+}  // namespace clamor
