@@ -1,5 +1,7 @@
 #include "bake/sobol.h"
 
+#include <bit>
+
 #include "common/random.h"
 
 namespace clamor {
@@ -52,13 +54,13 @@ constexpr std::uint32_t owen_scrambled(std::uint32_t x, std::uint32_t seed) {
 
 std::array<double, 4> sobol_point(std::uint64_t key, std::uint32_t index) {
   const RandomBits seeds = philox(key, {0x50b01u, 0, 0, 0});
-  std::array<double, 4> point{};
-  for (std::size_t d = 0; d < 4; ++d) {
-    std::uint32_t x = 0;
-    for (std::uint32_t bits = index, j = 0; bits != 0; bits >>= 1, ++j)
-      if (bits & 1) x ^= kGenerators[d][j];
-    point[d] = unit(owen_scrambled(x, seeds[d]));
+  std::array<std::uint32_t, 4> x{};
+  for (std::uint32_t bits = index; bits != 0; bits &= bits - 1) {
+    const auto j = static_cast<std::size_t>(std::countr_zero(bits));
+    for (std::size_t d = 0; d < 4; ++d) x[d] ^= kGenerators[d][j];
   }
+  std::array<double, 4> point{};
+  for (std::size_t d = 0; d < 4; ++d) point[d] = unit(owen_scrambled(x[d], seeds[d]));
   return point;
 }
 

@@ -41,7 +41,7 @@ struct KernelSettings {
   float kappa = 0.5f;
   double longest_m = 0;
   std::uint32_t most_bounces = 0xffffffff;
-  double speed_mps = 343.2;
+  double seconds_per_m = 1 / 343.2;
   Bands air_log2_loss_per_m{};  // energy falls as 2^(-loss r)
   float offset_m = 0;           // off the surface, for the next ray
 };

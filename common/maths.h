@@ -42,13 +42,11 @@ CLAMOR_INLINE float exp2_of(float x) {
   x = x > 126 ? 126 : x;
   const float n = (x + 12582912.0f) - 12582912.0f;  // to the nearest integer
   const float f = x - n;
+  const float f2 = f * f;  // Estrin's order: half as deep as Horner's
   const float series =
-      1.0f +
-      f * (0.693147181f +
-           f * (0.240226507f +
-                f * (5.55041087e-2f +
-                     f * (9.61812911e-3f +
-                          f * (1.33335581e-3f + f * (1.54035304e-4f + f * 1.52527338e-5f))))));
+      ((1.0f + f * 0.693147181f) + f2 * (0.240226507f + f * 5.55041087e-2f)) +
+      f2 * f2 *
+          ((9.61812911e-3f + f * 1.33335581e-3f) + f2 * (1.54035304e-4f + f * 1.52527338e-5f));
   const std::int32_t scale = (static_cast<std::int32_t>(n) + 127) << 23;
   return series * std::bit_cast<float>(scale);
 }
