@@ -12,6 +12,7 @@
 #include "runtime/keyframe_queue.h"
 #include "runtime/loudness.h"
 #include "runtime/mixer.h"
+#include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
 #include "runtime/signal_bank.h"
 #include "runtime/source_field.h"
@@ -40,43 +41,69 @@ SignalWeights weights_of(const std::vector<PreparedSignal>& signals) {
   return weights;
 }
 
-std::vector<float> permanent_numbers(const std::vector<Source>& sources) {
-  std::vector<float> u;
-  u.reserve(sources.size());
-  for (const Source& source : sources) u.push_back(source.u);
-  return u;
+// Pages as the sampler wants them, from a file. Everything must outlive what comes out.
+PageLoader::Fetch fetch_from(const BakeFile& file, const SourceField& field,
+                             const SignalWeights& weights) {
+  return [&](std::uint32_t page) -> Result<std::unique_ptr<const SourcePage>> {
+    auto sources = file.read_page(page);
+    if (!sources.ok()) return sources.error();
+    return std::make_unique<const SourcePage>(field, weights.by_signal, std::move(*sources),
+                                              file.nodes()[page].first_source);
+  };
 }
 
 }  // namespace
 
 struct Auralizer::State {
-  State(AuralizerInput&& from, const AuralizerOptions& options)
+  // From a file, or from the input's sources where there is none.
+  State(AuralizerInput&& from, std::shared_ptr<const BakeFile> opened,
+        const AuralizerOptions& options)
       : input(std::move(from)),
+        file(std::move(opened)),
         gain(static_cast<float>(options.gain)),
+        wait_for_pages(options.wait_for_pages),
         signals(prepare_signals(input.signals)),
-        field(input),
-        sampler(make_sampler(options.strategy, field, weights_of(signals),
-                             permanent_numbers(input.sources),
-                             static_cast<std::size_t>(options.voices))),
-        maker(field, slots_for(*sampler)),
-        queue(keyframes_ahead(options.block_frames), slots_for(*sampler)),
-        mixer(signals, slots_for(*sampler)) {}
+        field(input.emitters, input.materials, input.air),
+        weights(weights_of(signals)) {
+    const auto wanted = static_cast<std::size_t>(options.voices);
+    if (file != nullptr) {
+      loader = std::make_unique<PageLoader>(fetch_from(*file, field, weights), file->page_count(),
+                                            options.memory_bytes);
+      pool = std::make_unique<OctreePool>(field, weights, file->nodes(), file->source_count(),
+                                          *loader);
+      sampler = make_priority_sampler(field, weights, *pool, wanted);
+    } else {
+      auto list = std::make_unique<SourceList>(field, weights, std::move(input.sources));
+      sampler = options.strategy == "all" ? make_all_sampler(*list)
+                                          : make_priority_sampler(field, weights, *list, wanted);
+      pool = std::move(list);
+    }
+    const std::size_t slots = slots_for(*sampler);
+    maker = std::make_unique<KeyframeMaker>(field, slots);
+    queue = std::make_unique<KeyframeQueue>(keyframes_ahead(options.block_frames), slots);
+    mixer = std::make_unique<Mixer>(signals, slots);
+  }
 
-  const AuralizerInput input;
+  AuralizerInput input;
+  const std::shared_ptr<const BakeFile> file;
   const float gain;
+  const bool wait_for_pages;
   const std::vector<PreparedSignal> signals;
   const SourceField field;
+  const SignalWeights weights;
 
   // Sampler thread.
-  const std::unique_ptr<Sampler> sampler;
-  KeyframeMaker maker;
+  std::unique_ptr<PageLoader> loader;
+  std::unique_ptr<SourcePool> pool;
+  std::unique_ptr<Sampler> sampler;
+  std::unique_ptr<KeyframeMaker> maker;
   std::uint64_t made = 0;
 
-  KeyframeQueue queue;
+  std::unique_ptr<KeyframeQueue> queue;
   std::atomic<bool> begun{false};  // keyframe 0 is in the mixer, which is now the audio thread's
 
   // Audio thread.
-  Mixer mixer;
+  std::unique_ptr<Mixer> mixer;
   std::array<float, kOutputChannels * kStepFrames> step{};
   std::size_t step_read = step.size();  // samples of the step already given away
 
@@ -89,16 +116,16 @@ struct Auralizer::State {
   // True if the step had to do without a keyframe that was due.
   bool mix_step() noexcept REALTIME {
     bool held = false;
-    if (mixer.wants_keyframe()) {
-      if (const Keyframe* keyframe = queue.readable()) {
-        mixer.load(*keyframe);
-        queue.release();
+    if (mixer->wants_keyframe()) {
+      if (const Keyframe* keyframe = queue->readable()) {
+        mixer->load(*keyframe);
+        queue->release();
       } else {
-        mixer.hold();
+        mixer->hold();
         held = true;
       }
     }
-    mixer.step(step.data());
+    mixer->step(step.data());
     finish_step();
     step_read = 0;
     return held;
@@ -122,15 +149,14 @@ struct Auralizer::State {
       if (highest[c] > peak[c].load(std::memory_order_relaxed))
         peak[c].store(highest[c], std::memory_order_relaxed);
     clipped_frames.fetch_add(clipped, std::memory_order_relaxed);
-    bad_voices.store(mixer.bad_voices(), std::memory_order_relaxed);
+    bad_voices.store(mixer->bad_voices(), std::memory_order_relaxed);
   }
 };
 
 Auralizer::Auralizer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Auralizer::~Auralizer() = default;
 
-Result<std::unique_ptr<Auralizer>> Auralizer::create(AuralizerInput input,
-                                                     const AuralizerOptions& options) {
+Result<void> Auralizer::check(const AuralizerOptions& options) {
   if (options.strategy != "all" && options.strategy != "priority")
     return Error("no strategy is called " + in_quotes(options.strategy) +
                  "; there are 'priority' and 'all'.");
@@ -141,14 +167,39 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(AuralizerInput input,
   if (options.block_frames < 1 || options.block_frames > kLargestBlock_frames)
     return Error("cannot mix blocks of " + std::to_string(options.block_frames) +
                  " frames; ask for 1 to " + std::to_string(kLargestBlock_frames) + ".");
-  if (const Result<void> checked = check(input); !checked.ok()) return checked.error();
+  return {};
+}
+
+Result<std::unique_ptr<Auralizer>> Auralizer::create(AuralizerInput input,
+                                                     const AuralizerOptions& options) {
+  if (const auto right = check(options); !right.ok()) return right.error();
+  if (const auto right = clamor::check(input); !right.ok()) return right.error();
   return std::unique_ptr<Auralizer>(
-      new Auralizer(std::make_unique<State>(std::move(input), options)));
+      new Auralizer(std::make_unique<State>(std::move(input), nullptr, options)));
+}
+
+Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeFile> file,
+                                                     const AuralizerOptions& options) {
+  if (const auto right = check(options); !right.ok()) return right.error();
+  const bool all = options.strategy == "all";
+  auto input = all ? read_auralizer_input(*file) : read_signals_and_tables(*file);
+  if (!input.ok()) return input.error();
+  if (all) {
+    auto auralizer = create(std::move(*input), options);
+    if (!auralizer.ok()) return auralizer.error().in(file->path());
+    return auralizer;
+  }
+  if (file->source_count() == 0)
+    return Error("there are no sources to hear; bake the level with an emitter.").in(file->path());
+  auto state = std::make_unique<State>(std::move(*input), file, options);
+  if (const PageStatistics pages = state->loader->statistics(); pages.failed > 0)
+    return Error(pages.failure);
+  return std::unique_ptr<Auralizer>(new Auralizer(std::move(state)));
 }
 
 bool Auralizer::wants_keyframe() const {
   // Keyframe 0 goes to the mixer without queueing.
-  return state_->made == 0 || state_->queue.writable() != nullptr;
+  return state_->made == 0 || state_->queue->writable() != nullptr;
 }
 
 double Auralizer::next_keyframe_time_s() const {
@@ -157,10 +208,13 @@ double Auralizer::next_keyframe_time_s() const {
 
 void Auralizer::make_keyframe(const Pose& pose) {
   State& state = *state_;
-  Keyframe* const keyframe = state.queue.writable();
+  Keyframe* const keyframe = state.queue->writable();
   if (keyframe == nullptr) return;
   const auto start = std::chrono::steady_clock::now();
-  state.maker.make(state.sampler->sample(pose.position_m), pose, *keyframe);
+  auto sample = state.sampler->sample(pose.position_m);
+  while (state.wait_for_pages && !state.sampler->complete())
+    sample = state.sampler->sample(pose.position_m);
+  state.maker->make(sample, pose, *keyframe);
   const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
 
   state.voices.store(static_cast<std::uint32_t>(keyframe->voices.size()),
@@ -168,10 +222,10 @@ void Auralizer::make_keyframe(const Pose& pose) {
   state.sampler_ms.store(took.count(), std::memory_order_relaxed);
   state.keyframes.fetch_add(1, std::memory_order_relaxed);
   if (state.made++ == 0) {
-    state.mixer.begin(*keyframe, 0);
+    state.mixer->begin(*keyframe, 0);
     state.begun.store(true, std::memory_order_release);
   } else {
-    state.queue.publish();
+    state.queue->publish();
   }
 }
 
@@ -205,6 +259,7 @@ AuralizerStatistics Auralizer::statistics() {
     statistics.peak[c] = state_->peak[c].exchange(0, std::memory_order_relaxed);
   statistics.clipped_frames = state_->clipped_frames.load(std::memory_order_relaxed);
   statistics.bad_voices = state_->bad_voices.load(std::memory_order_relaxed);
+  if (state_->loader != nullptr) statistics.pages = state_->loader->statistics();
   return statistics;
 }
 

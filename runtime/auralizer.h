@@ -24,6 +24,7 @@
 #include "runtime/auralizer_input.h"
 #include "runtime/keyframe.h"
 #include "runtime/keyframe_maker.h"
+#include "runtime/page_loader.h"
 #include "runtime/realtime.h"
 
 namespace clamor {
@@ -35,6 +36,8 @@ struct AuralizerOptions {
   int voices = 2000;                  // of the priority sample; "all" mixes every source
   double gain = 1;                    // amplitude, on the whole output
   int block_frames = 960;             // largest block of mix(): keyframes are made that far ahead
+  std::uint64_t memory_bytes = 64'000'000;  // of decoded pages; those of one sample always stay
+  bool wait_for_pages = false;              // a render waits for all that it needs, a player never
 };
 
 struct AuralizerStatistics {
@@ -45,13 +48,16 @@ struct AuralizerStatistics {
   float peak[kOutputChannels] = {};  // largest sample since the last call of statistics()
   std::uint64_t clipped_frames = 0;  // frames beyond full scale so far
   std::uint64_t bad_voices = 0;      // silenced for a keyframe: a gain or delay was not finite
+  PageStatistics pages{};
 };
 
 class Auralizer {
  public:
-  // Decodes the file's pages and signals. Errors: bad file, unknown strategy, no sources.
-  static Result<std::unique_ptr<Auralizer>> create(const BakeFile& file,
+  // Decodes the file's signals and first page; the others when they are needed, but for "all".
+  // Errors: bad file, unknown strategy, no sources.
+  static Result<std::unique_ptr<Auralizer>> create(std::shared_ptr<const BakeFile> file,
                                                    const AuralizerOptions& options);
+  // From sources that are in memory already.
   static Result<std::unique_ptr<Auralizer>> create(AuralizerInput input,
                                                    const AuralizerOptions& options);
   ~Auralizer();
@@ -71,6 +77,7 @@ class Auralizer {
 
  private:
   struct State;
+  static Result<void> check(const AuralizerOptions& options);
   explicit Auralizer(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };

@@ -1,16 +1,12 @@
 #include "runtime/auralizer_input.h"
 
+#include <string>
 #include <utility>
-
-#include "runtime/auralizer.h"
 
 namespace clamor {
 
-Result<AuralizerInput> read_auralizer_input(const BakeFile& file) {
+Result<AuralizerInput> read_signals_and_tables(const BakeFile& file) {
   AuralizerInput input;
-  auto sources = file.read_all_sources();
-  if (!sources.ok()) return sources.error();
-  input.sources = std::move(*sources);
   input.emitters = file.emitters();
   input.materials = file.materials();
   input.air = file.settings().air;
@@ -22,13 +18,31 @@ Result<AuralizerInput> read_auralizer_input(const BakeFile& file) {
   return input;
 }
 
-Result<std::unique_ptr<Auralizer>> Auralizer::create(const BakeFile& file,
-                                                     const AuralizerOptions& options) {
-  auto input = read_auralizer_input(file);
-  if (!input.ok()) return input.error();
-  auto auralizer = create(std::move(*input), options);
-  if (!auralizer.ok()) return auralizer.error().in(file.path());
-  return auralizer;
+Result<AuralizerInput> read_auralizer_input(const BakeFile& file) {
+  auto sources = file.read_all_sources();
+  if (!sources.ok()) return sources.error();
+  auto input = read_signals_and_tables(file);
+  if (input.ok()) input->sources = std::move(*sources);
+  return input;
+}
+
+Result<void> check(const AuralizerInput& input) {
+  if (input.sources.empty())
+    return Error("there are no sources to hear; bake the level with an emitter.");
+  for (const Emitter& emitter : input.emitters)
+    if (emitter.signal >= input.signals.size())
+      return Error("emitter " + in_quotes(emitter.name) + " plays signal " +
+                   std::to_string(emitter.signal) + ", but there are " +
+                   std::to_string(input.signals.size()) + ". Bake again.");
+  for (const Source& source : input.sources) {
+    if (source.emitter >= input.emitters.size())
+      return Error("a source belongs to emitter " + std::to_string(source.emitter) +
+                   ", but there are " + std::to_string(input.emitters.size()) + ". Bake again.");
+    if (!source.is_emitter && source.material >= input.materials.size())
+      return Error("a source is of material " + std::to_string(source.material) +
+                   ", but there are " + std::to_string(input.materials.size()) + ". Bake again.");
+  }
+  return {};
 }
 
 }  // namespace clamor

@@ -20,6 +20,9 @@ struct AuralizerInput {
   Air air;
 };
 
+// Decodes all signals, no pages: there are no sources yet.
+Result<AuralizerInput> read_signals_and_tables(const BakeFile& file);
+
 // Decodes all pages and signals. Memory grows with the file.
 Result<AuralizerInput> read_auralizer_input(const BakeFile& file);
 

@@ -21,7 +21,8 @@ double fade_gain(int fade) {
 }  // namespace
 
 KeyframeMaker::KeyframeMaker(const SourceField& field, std::size_t slots)
-    : field_(field), slots_(slots), slot_of_source_(field.size(), kNone) {
+    : field_(field), slots_(slots) {
+  slot_of_number_.reserve(slots);
   for (std::size_t s = slots; s-- > 0;) {
     slots_[s].voice.slot = static_cast<std::uint32_t>(s);
     free_.push_back(static_cast<std::uint32_t>(s));
@@ -42,7 +43,7 @@ void KeyframeMaker::listen(Slot& slot, const Ears& ears) const {
     for (std::size_t b = 0; b < kBandCount; ++b)
       slot.voice.gain[e][b] =
           std::sqrt(static_cast<float>(slot.power_scale * static_cast<double>(intensity[b]))) *
-          static_cast<float>(field_.polarity(slot.source));
+          static_cast<float>(slot.source.polarity);
   }
 }
 
@@ -54,23 +55,24 @@ bool KeyframeMaker::jumped(const Slot& slot, const Ears& ears) const {
   return false;
 }
 
-void KeyframeMaker::start(std::uint32_t source, double power_scale, const Ears& ears) {
+void KeyframeMaker::start(const SampledSource& chosen, const Ears& ears) {
   if (free_.empty()) return;
   Slot& slot = slots_[free_.back()];
-  slot_of_source_[source] = free_.back();
+  slot_of_number_[chosen.number] = free_.back();
   free_.pop_back();
-  slot.source = source;
+  slot.number = chosen.number;
+  slot.source = *chosen.source;
   slot.fade = 0;
   slot.in_use = slot.chosen = true;
   slot.frozen = false;
   slot.changed = true;
-  slot.power_scale = power_scale;
+  slot.power_scale = chosen.power_scale;
   slot.voice.starts = true;
-  slot.voice.signal = field_.signal(source);
+  slot.voice.signal = field_.signal(slot.source);
   // It slides in from where it would have been, unless the listener jumped.
   for (int e = 0; e < kEars; ++e) {
     const auto delay_frames = [&](const Ears& at) {
-      return field_.delay_s(source, at[e]) * kSampleRate_hz;
+      return field_.delay_s(slot.source, at[e]) * kSampleRate_hz;
     };
     const double now_frames = delay_frames(ears), last_frames = delay_frames(last_ears_);
     const bool slides = std::abs(now_frames - last_frames) <= kFastestSlide_frames;
@@ -89,14 +91,14 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
     slot.voice.starts = false;
     if (!slot.in_use || slot.frozen || still || !jumped(slot, ears)) continue;
     slot.frozen = true;
-    slot_of_source_[slot.source] = kNone;
+    slot_of_number_.erase(slot.number);
   }
   for (const SampledSource& chosen : sample) {
-    const std::uint32_t s = slot_of_source_[chosen.source];
-    if (s == kNone) {
-      start(chosen.source, chosen.power_scale, ears);
+    const auto heard = slot_of_number_.find(chosen.number);
+    if (heard == slot_of_number_.end()) {
+      start(chosen, ears);
     } else {
-      Slot& slot = slots_[s];
+      Slot& slot = slots_[heard->second];
       slot.chosen = true;
       slot.changed = slot.changed || slot.power_scale != chosen.power_scale;
       slot.power_scale = chosen.power_scale;
@@ -121,7 +123,7 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
 
     if (slot.fade > 0) continue;
     slot.in_use = false;
-    if (!slot.frozen) slot_of_source_[slot.source] = kNone;
+    if (!slot.frozen) slot_of_number_.erase(slot.number);
     free_.push_back(slot.voice.slot);
   }
   last_ears_ = ears;

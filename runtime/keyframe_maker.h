@@ -12,6 +12,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "common/pose.h"
@@ -38,8 +39,9 @@ class KeyframeMaker {
   using Ears = std::array<Vec3, kEars>;
 
   struct Slot {
-    std::uint32_t source = 0;
-    int fade = 0;  // of kFadeKeyframes; 0 is silence
+    std::uint64_t number = 0;
+    Source source;  // a copy: its page may be gone while it fades
+    int fade = 0;   // of kFadeKeyframes; 0 is silence
     bool in_use = false;
     bool chosen = false;   // in the present sample
     bool frozen = false;   // its path jumped: fades out as it was
@@ -48,17 +50,15 @@ class KeyframeMaker {
     Voice voice;  // as in the last keyframe, before fading
   };
 
-  static constexpr std::uint32_t kNone = 0xffffffff;
-
   static Ears ears_at(const Pose& pose);
   void listen(Slot& slot, const Ears& ears) const;
-  void start(std::uint32_t source, double power_scale, const Ears& ears);
+  void start(const SampledSource& chosen, const Ears& ears);
   bool jumped(const Slot& slot, const Ears& ears) const;
 
   const SourceField& field_;
   std::vector<Slot> slots_;
-  std::vector<std::uint32_t> free_;            // slots, lowest last
-  std::vector<std::uint32_t> slot_of_source_;  // kNone where not heard
+  std::vector<std::uint32_t> free_;                                  // slots, lowest last
+  std::unordered_map<std::uint64_t, std::uint32_t> slot_of_number_;  // of sources that are heard
   Ears last_ears_{};
   std::uint64_t made_ = 0;
 };

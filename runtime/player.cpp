@@ -78,8 +78,17 @@ Player::~Player() {
   if (!stop().ok()) return;  // the recording is not completed; whoever minds calls stop() first
 }
 
+Result<std::unique_ptr<Player>> Player::create(std::shared_ptr<const BakeFile> file,
+                                               const PlayerOptions& options) {
+  return create(Auralizer::create(std::move(file), options.auralizer), options);
+}
+
 Result<std::unique_ptr<Player>> Player::create(AuralizerInput input, const PlayerOptions& options) {
-  auto auralizer = Auralizer::create(std::move(input), options.auralizer);
+  return create(Auralizer::create(std::move(input), options.auralizer), options);
+}
+
+Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>> auralizer,
+                                               const PlayerOptions& options) {
   if (!auralizer.ok()) return auralizer.error();
   const auto frames = static_cast<std::uint64_t>(std::llround(options.seconds * kSampleRate_hz));
   auto state = std::make_unique<State>(std::move(*auralizer), options, frames);

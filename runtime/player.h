@@ -41,6 +41,9 @@ struct PlayerStatistics {
 
 class Player {
  public:
+  // Errors are those of Auralizer::create(), of the device and of the recording.
+  static Result<std::unique_ptr<Player>> create(std::shared_ptr<const BakeFile> file,
+                                                const PlayerOptions& options);
   static Result<std::unique_ptr<Player>> create(AuralizerInput input, const PlayerOptions& options);
   ~Player();  // stops
 
@@ -59,6 +62,8 @@ class Player {
 
  private:
   struct State;
+  static Result<std::unique_ptr<Player>> create(Result<std::unique_ptr<Auralizer>> auralizer,
+                                                const PlayerOptions& options);
   explicit Player(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };

@@ -1,11 +1,9 @@
 #include "runtime/sampler.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
-
-#include "runtime/source_screen.h"
 
 namespace clamor {
 
@@ -13,10 +11,12 @@ namespace {
 
 class All final : public Sampler {
  public:
-  explicit All(std::size_t sources) : sample_(sources) {
-    for (std::size_t i = 0; i < sources; ++i) sample_[i].source = static_cast<std::uint32_t>(i);
+  explicit All(const SourceList& list) {
+    const SourcePage& page = list.page();
+    for (std::size_t i = 0; i < page.size(); ++i) sample_.push_back({page.number(i), 1, &page[i]});
   }
   std::span<const SampledSource> sample(const Vec3&) override { return sample_; }
+  bool complete() override { return true; }
   std::size_t capacity() const override { return sample_.size(); }
 
  private:
@@ -25,42 +25,50 @@ class All final : public Sampler {
 
 class Priority final : public Sampler {
  public:
-  Priority(const SourceField& field, SignalWeights weights, std::span<const float> u,
-           std::size_t voices)
-      : field_(field),
-        weights_(std::move(weights)),
-        u_(u.begin(), u.end()),
-        voices_(voices),
-        screen_(field, weights_.by_signal, u_) {}
+  Priority(const SourceField& field, SignalWeights weights, SourcePool& pool, std::size_t voices)
+      : field_(field), weights_(std::move(weights)), pool_(pool), voices_(voices) {}
 
-  // A function of the place alone, so that one who stands still costs nothing.
+  // A function of the place and of what is here alone, so that one who stands still costs nothing.
   std::span<const SampledSource> sample(const Vec3& place) override {
-    if (place_ == place) return sample_;
+    if (!pool_.refresh() && place_ == place) return sample_;
+    const Vec3 step_m = place_ ? place - *place_ : Vec3(0);
     place_ = place;
     choose(place);
     const double tau = candidates_.size() > voices_ ? candidates_[voices_].priority : 0;
     sample_.clear();
     for (std::size_t c = 0; c < std::min(voices_, candidates_.size()); ++c) {
       const Candidate& chosen = candidates_[c];
-      sample_.push_back({chosen.source, std::max(1.0, tau / chosen.weight)});
+      const Source& source = chosen.found.source();
+      double scale = std::max(1.0, tau / chosen.weight);
+      if (const double kappa = pool_.unseen_key(chosen.found, place, tau); kappa > 0)
+        scale =
+            std::max(scale, kappa / std::accumulate(source.power.begin(), source.power.end(), 0.0));
+      sample_.push_back({chosen.found.number(), scale, &source});
     }
     std::sort(sample_.begin(), sample_.end(),
-              [](const auto& a, const auto& b) { return a.source < b.source; });
+              [](const auto& a, const auto& b) { return a.number < b.number; });
+    pool_.ask(place + kLookAhead_keyframes * step_m, tau);
     return sample_;
   }
 
-  std::size_t capacity() const override { return std::min(voices_, field_.size()); }
+  bool complete() override { return pool_.complete(); }
+
+  std::size_t capacity() const override {
+    return static_cast<std::size_t>(std::min<std::uint64_t>(voices_, pool_.size()));
+  }
 
  private:
   // The last threshold lowered by this catches k sources nearly always when a listener walks.
   static constexpr double kCaution = 0.8;
+  static constexpr double kLookAhead_keyframes = 25;  // half a second
 
   struct Candidate {
     double priority, weight;
-    std::uint32_t source;
+    FoundSource found;
     // Ties go to the lower number, so that the choice is one.
     bool operator<(const Candidate& other) const {
-      return priority != other.priority ? priority > other.priority : source < other.source;
+      return priority != other.priority ? priority > other.priority
+                                        : found.number() < other.found.number();
     }
   };
 
@@ -85,22 +93,22 @@ class Priority final : public Sampler {
   // Every source whose priority is at least `threshold`, and above zero.
   void weigh_above(const Vec3& place, double threshold) {
     candidates_.clear();
-    passed_.clear();
-    screen_.pass(place, threshold, passed_);
-    for (const std::uint32_t source : passed_) {
+    found_.clear();
+    pool_.look(place, threshold, found_);
+    for (const FoundSource& found : found_) {
+      const Source& source = found.source();
       const double w = weight(field_, weights_, source, place);
-      const double priority = w / std::max(u_[source], kLeastU);
-      if (w > 0 && priority >= threshold) candidates_.push_back({priority, w, source});
+      const double priority = w / std::max(source.u, kLeastU);
+      if (w > 0 && priority >= threshold) candidates_.push_back({priority, w, found});
     }
   }
 
   const SourceField& field_;
   const SignalWeights weights_;
-  const std::vector<float> u_;
+  SourcePool& pool_;
   const std::size_t voices_;
-  const SourceScreen screen_;
   double threshold_ = 0;
-  std::vector<std::uint32_t> passed_;
+  std::vector<FoundSource> found_;
   std::vector<Candidate> candidates_;
   std::optional<Vec3> place_;  // of sample_
   std::vector<SampledSource> sample_;
@@ -108,7 +116,7 @@ class Priority final : public Sampler {
 
 }  // namespace
 
-double weight(const SourceField& field, const SignalWeights& weights, std::size_t source,
+double weight(const SourceField& field, const SignalWeights& weights, const Source& source,
               const Vec3& place) {
   const Bands intensity = field.intensity(source, place);
   const Bands& by_band = weights.by_signal[field.signal(source)];
@@ -118,13 +126,13 @@ double weight(const SourceField& field, const SignalWeights& weights, std::size_
   return sum;
 }
 
-std::unique_ptr<Sampler> make_sampler(const std::string& strategy, const SourceField& field,
-                                      SignalWeights weights, std::span<const float> u,
-                                      std::size_t voices) {
-  if (strategy == "all") return std::make_unique<All>(field.size());
-  if (strategy == "priority")
-    return std::make_unique<Priority>(field, std::move(weights), u, voices);
-  return nullptr;
+std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,
+                                               SourcePool& pool, std::size_t voices) {
+  return std::make_unique<Priority>(field, std::move(weights), pool, voices);
+}
+
+std::unique_ptr<Sampler> make_all_sampler(const SourceList& list) {
+  return std::make_unique<All>(list);
 }
 
 }  // namespace clamor

@@ -10,51 +10,49 @@
 // Priority sampling for estimation of arbitrary subset sums. J. ACM 54(6), 2007. E. Cohen, H.
 // Kaplan. Summarizing data using bottom-k sketches. PODC 2007.)
 //
-// The scan is flat but exact and quick: a bound of each priority, one division from a packed array,
-// is held against a threshold guessed from the last sample, and only sources above it are weighed.
-// 300 000 wall sources, k = 2000, listener walking: see the benchmark.
+// The choice is exact: a threshold guessed from the last sample tells the pool what to leave out,
+// and is lowered until k + 1 sources reach it. Where sources are not here yet, those that are stand
+// for them: with kappa the highest key P / u of what is missing near source i, P its power over all
+// bands, i is chosen only if u_i < P_i / kappa, so its factor is max(1, tau / w_i, kappa / P_i):
+// still unbiased, only coarser.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "common/vec.h"
-#include "runtime/source_field.h"
+#include "runtime/source_pool.h"
 
 namespace clamor {
 
 struct SampledSource {
-  std::uint32_t source = 0;
+  std::uint64_t number = 0;
   double power_scale = 1;
+  const Source* source = nullptr;  // valid until the next call of sample()
 };
 
 class Sampler {
  public:
   virtual ~Sampler() = default;
 
-  // The sample for a head centred at `place`, by ascending source number; valid until the next
-  // call.
+  // The sample for a head centred at `place`, by ascending number; valid until the next call.
   virtual std::span<const SampledSource> sample(const Vec3& place) = 0;
+
+  // Whether the last sample had all the sources it needed; if not, waits until more are here.
+  virtual bool complete() = 0;
 
   // Most sources that a sample can have.
   virtual std::size_t capacity() const = 0;
 };
 
-// Loudness times mean square of each signal, per band: what an intensity is weighed with.
-struct SignalWeights {
-  std::vector<Bands> by_signal;
-};
-
-double weight(const SourceField& field, const SignalWeights& weights, std::size_t source,
+double weight(const SourceField& field, const SignalWeights& weights, const Source& source,
               const Vec3& place);
 
-// `strategy` is "all" or "priority"; anything else gives null. `u` has a number per source.
-// `field` must outlive the sampler.
-std::unique_ptr<Sampler> make_sampler(const std::string& strategy, const SourceField& field,
-                                      SignalWeights weights, std::span<const float> u,
-                                      std::size_t voices);
+// Field and pool must outlive the sampler.
+std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,
+                                               SourcePool& pool, std::size_t voices);
+std::unique_ptr<Sampler> make_all_sampler(const SourceList& list);
 
 }  // namespace clamor

@@ -1,24 +1,23 @@
 #include "runtime/source_field.h"
 
 #include <algorithm>
-#include <string>
-
-#include "common/air.h"
+#include <numbers>
 
 namespace clamor {
 
-SourceField::SourceField(const AuralizerInput& input)
-    : input_(input),
-      laws_(input.materials),
-      air_loss_per_m_(air_loss_per_m(input.air)),
-      speed_of_sound_mps_(speed_of_sound_mps(input.air)) {}
+SourceField::SourceField(const std::vector<Emitter>& emitters, std::span<const Material> materials,
+                         const Air& air)
+    : emitters_(emitters),
+      materials_(materials.size()),
+      laws_(materials),
+      air_loss_per_m_(air_loss_per_m(air)),
+      speed_of_sound_mps_(speed_of_sound_mps(air)) {}
 
-SourceField::Ceiling SourceField::ceiling(std::size_t source, const Bands& weight) const {
-  const Source& s = input_.sources[source];
+SourceField::Ceiling SourceField::ceiling(const Source& s, const Bands& weight) const {
   double diffuse = 0, lobe = 0;
   float exponent = 0;
   if (s.is_emitter) {
-    const double gain = input_.emitters[s.emitter].gain;
+    const double gain = emitters_[s.emitter].gain;
     for (const float w : weight) lobe += w * gain * gain;
   } else {
     const auto law = laws_.ceiling(s.material, dot(Vec3(s.mirror), Vec3(s.normal)));
@@ -34,10 +33,8 @@ SourceField::Ceiling SourceField::ceiling(std::size_t source, const Bands& weigh
   return {static_cast<float>(diffuse * kSlack), static_cast<float>(lobe * kSlack), exponent};
 }
 
-double SourceField::ceiling_at(std::size_t source, const Ceiling& ceiling,
-                               const Vec3& place) const {
-  const Source& s = input_.sources[source];
-  const Vec3 path_m = place - position_m(source);
+double SourceField::ceiling_at(const Source& s, const Ceiling& ceiling, const Vec3& place) const {
+  const Vec3 path_m = place - position_m(s);
   const double r_m = length(path_m), clamped_m = std::max(r_m, source_radius_m(s));
   if (s.is_emitter || r_m == 0) return ceiling.highest() / (clamped_m * clamped_m);
   const double cos_o = dot(path_m, Vec3(s.normal)) / r_m;
@@ -48,23 +45,21 @@ double SourceField::ceiling_at(std::size_t source, const Ceiling& ceiling,
   return (ceiling.diffuse * cos_o + ceiling.lobe / fall) / (clamped_m * clamped_m);
 }
 
-Result<void> check(const AuralizerInput& input) {
-  if (input.sources.empty())
-    return Error("there are no sources to hear; bake the level with an emitter.");
-  for (const Emitter& emitter : input.emitters)
-    if (emitter.signal >= input.signals.size())
-      return Error("emitter " + in_quotes(emitter.name) + " plays signal " +
-                   std::to_string(emitter.signal) + ", but there are " +
-                   std::to_string(input.signals.size()) + ". Bake again.");
-  for (const Source& source : input.sources) {
-    if (source.emitter >= input.emitters.size())
-      return Error("a source belongs to emitter " + std::to_string(source.emitter) +
-                   ", but there are " + std::to_string(input.emitters.size()) + ". Bake again.");
-    if (!source.is_emitter && source.material >= input.materials.size())
-      return Error("a source is of material " + std::to_string(source.material) +
-                   ", but there are " + std::to_string(input.materials.size()) + ". Bake again.");
+double SourceField::most_per_power(std::span<const Bands> weights) const {
+  double most = 0;
+  const auto consider = [&](const Bands& weight, const Bands& density) {
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      most = std::max(most, static_cast<double>(weight[b]) * density[b]);
+  };
+  for (const Bands& weight : weights)
+    for (std::size_t m = 0; m < materials_; ++m) consider(weight, laws_.peak_density(m));
+  for (const Emitter& emitter : emitters_) {
+    Bands density{};  // (p + 1) / 4 pi on the axis
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      density[b] = static_cast<float>((emitter.directivity[b] + 1.0) / (4 * std::numbers::pi));
+    consider(weights[emitter.signal], density);
   }
-  return {};
+  return most;
 }
 
 }  // namespace clamor

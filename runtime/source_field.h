@@ -1,4 +1,4 @@
-// source_field.h: the sources of a bake, and what each gives at a place (received_intensity.h).
+// source_field.h: what a source gives at a place (received_intensity.h), and ceilings of that.
 //
 // A weighted sum of a source's bands has a ceiling that costs a tenth of the sum; the sampler
 // rejects almost all sources by it. With t = p (1 - cos a),
@@ -11,42 +11,39 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <vector>
 
+#include "common/air.h"
 #include "common/bands.h"
+#include "common/material.h"
 #include "common/reflection.h"
 #include "common/vec.h"
-#include "runtime/auralizer_input.h"
+#include "formats/level.h"
+#include "formats/source.h"
 #include "runtime/received_intensity.h"
 
 namespace clamor {
 
 class SourceField {
  public:
-  // `input` must outlive the field; check()ed.
-  explicit SourceField(const AuralizerInput& input);
+  // `emitters` must outlive the field. Sources' indices must point into both.
+  SourceField(const std::vector<Emitter>& emitters, std::span<const Material> materials,
+              const Air& air);
 
-  std::size_t size() const { return input_.sources.size(); }
-  std::uint32_t signal(std::size_t source) const {
-    return input_.emitters[input_.sources[source].emitter].signal;
-  }
-  int polarity(std::size_t source) const { return input_.sources[source].polarity; }
+  std::uint32_t signal(const Source& source) const { return emitters_[source.emitter].signal; }
 
   // Intensity, not amplitude: the keyframe maker takes the root.
-  Bands intensity(std::size_t source, const Vec3& place) const {
-    return received_intensity(input_.sources[source], input_.emitters, laws_, air_loss_per_m_,
-                              place);
+  Bands intensity(const Source& source, const Vec3& place) const {
+    return received_intensity(source, emitters_, laws_, air_loss_per_m_, place);
   }
 
-  Vec3 position_m(std::size_t source) const {
-    return source_position_m(input_.sources[source], input_.emitters);
-  }
-  double radius_m(std::size_t source) const { return source_radius_m(input_.sources[source]); }
+  Vec3 position_m(const Source& source) const { return source_position_m(source, emitters_); }
 
   // From the signal's start to a listener at `place`.
-  double delay_s(std::size_t source, const Vec3& place) const {
-    const Source& s = input_.sources[source];
-    const double travelled_s = s.is_emitter ? 0 : s.delay_s;
-    return input_.emitters[s.emitter].delay_s + travelled_s +
+  double delay_s(const Source& source, const Vec3& place) const {
+    const double travelled_s = source.is_emitter ? 0 : source.delay_s;
+    return emitters_[source.emitter].delay_s + travelled_s +
            length(place - position_m(source)) / speed_of_sound_mps_;
   }
 
@@ -54,11 +51,16 @@ class SourceField {
     float diffuse = 0, lobe = 0, exponent = 0;
     float highest() const { return diffuse + lobe; }
   };
-  Ceiling ceiling(std::size_t source, const Bands& weight) const;
-  double ceiling_at(std::size_t source, const Ceiling& ceiling, const Vec3& place) const;
+  Ceiling ceiling(const Source& source, const Bands& weight) const;
+  double ceiling_at(const Source& source, const Ceiling& ceiling, const Vec3& place) const;
+
+  // Most that the weighted sum of bands comes to at 1 m, for a power of 1 summed over the bands,
+  // of any source; `weights` are per signal.
+  double most_per_power(std::span<const Bands> weights) const;
 
  private:
-  const AuralizerInput& input_;
+  const std::vector<Emitter>& emitters_;
+  std::size_t materials_;
   ReflectionLaws laws_;
   Bands air_loss_per_m_;
   double speed_of_sound_mps_;

@@ -7,8 +7,8 @@
 
 namespace clamor::testing {
 
-// A reflecting shoebox with three emitters that play two sines and a click, as decoded.
-inline AuralizerInput baked_room(std::uint64_t photons = 300) {
+// A reflecting shoebox with three emitters that play two sines and a click.
+inline BakeContents baked_contents(std::uint64_t photons) {
   Level level = shoebox({6, 8, 3}, uniform_material(0.3f, 0.5f, 20), {2, 3, 1.2});
   level.signals = {sine(440), sine(997), {"click", {1.0f, 0.5f, -0.25f}, false}};
   for (std::uint32_t i = 1; i < 3; ++i) {
@@ -22,9 +22,14 @@ inline AuralizerInput baked_room(std::uint64_t photons = 300) {
   options.settings.photons = photons;
   options.threads =
       1;  // oneTBB is not built for ThreadSanitizer, and the threads under test are others
-  const auto contents = bake(level, options);
-  return {contents->octree.sources, contents->emitters, contents->signals, contents->materials,
-          contents->settings.air};
+  return *bake(level, options);
+}
+
+// The same as decoded.
+inline AuralizerInput baked_room(std::uint64_t photons = 300) {
+  const BakeContents contents = baked_contents(photons);
+  return {contents.octree.sources, contents.emitters, contents.signals, contents.materials,
+          contents.settings.air};
 }
 
 }  // namespace clamor::testing

@@ -116,6 +116,18 @@ Result<Pose> parse_listener(const std::string& text) {
   return Pose{{values[0], values[1], values[2]}, values[3] * kRadians, values[4] * kRadians};
 }
 
+Result<std::uint64_t> parse_bytes(const std::string& text) {
+  std::uint64_t number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [unit, wrong] = std::from_chars(text.data(), end, number);
+  const std::string_view suffix(unit, static_cast<std::size_t>(end - unit));
+  if (wrong == std::errc() && number > 0 && number <= 1'000'000) {
+    if (suffix == "MB") return number * 1'000'000;
+    if (suffix == "GB") return number * 1'000'000'000;
+  }
+  return Error(in_quotes(text) + " is not a size like 500MB or 2GB");
+}
+
 Result<double> parse_gain_db(const std::string& text) {
   std::string_view rest = text;
   if (rest.size() > 2 && (rest.ends_with("dB") || rest.ends_with("db"))) rest.remove_suffix(2);

@@ -1,7 +1,6 @@
 // bake_command.cpp: clamor bake: from a level file to a bake file, or to a shard of one.
 #include <charconv>
 #include <ostream>
-#include <string_view>
 
 #include "tools/arguments.h"
 #include "tools/bake_request.h"
@@ -23,18 +22,6 @@ std::optional<Shard> parse_shard(const std::string& text) {
     return std::nullopt;
   --shard.index;
   return shard;
-}
-
-// "500MB" or "2GB" in bytes.
-std::optional<std::uint64_t> parse_bytes(const std::string& text) {
-  std::uint64_t number = 0;
-  const char* const end = text.data() + text.size();
-  const auto [unit, wrong] = std::from_chars(text.data(), end, number);
-  const std::string_view suffix(unit, static_cast<std::size_t>(end - unit));
-  if (wrong != std::errc() || number == 0 || number > 1'000'000) return std::nullopt;
-  if (suffix == "MB") return number * 1'000'000;
-  if (suffix == "GB") return number * 1'000'000'000;
-  return std::nullopt;
 }
 
 }  // namespace
@@ -94,9 +81,7 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
     return parser.bad_usage(err, "--progress " + in_quotes(*progress) + " is not json");
   if (memory) {
     const auto bytes = parse_bytes(*memory);
-    if (!bytes)
-      return parser.bad_usage(
-          err, "--memory " + in_quotes(*memory) + " is not a size like 500MB or 2GB");
+    if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);
     manner.memory_bytes = *bytes;
   }
   manner.json_progress = progress.has_value();

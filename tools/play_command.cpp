@@ -136,6 +136,7 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
 
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   std::string level, listener, walk_path, gain = "0";
+  std::optional<std::string> memory;
   PlayerOptions options;
   Arguments parser("play",
                    "Plays a bake in real time. In a terminal, arrow keys or WASD walk and turn.",
@@ -152,10 +153,18 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.option("--strategy", options.auralizer.strategy,
                 "how sources are chosen: priority or all");
   parser.option("--voices", options.auralizer.voices, "how many, with priority");
+  parser.option(
+      "--memory", memory,
+      "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
   parser.option("--record", options.record, "also write what is played to this WAV file");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
+  if (memory) {
+    const auto bytes = parse_bytes(*memory);
+    if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);
+    options.auralizer.memory_bytes = *bytes;
+  }
   const auto amplitude = parse_gain_db(gain);
   if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
   options.auralizer.gain = *amplitude;
@@ -171,7 +180,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
     fmt::print(err, "clamor play: {}\n", error.message);
     return kBadInput;
   };
-  const auto file = BakeFile::open(level);
+  auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
   options.pose = before_first_emitter(file->emitters());
   if (!listener.empty()) {
@@ -186,9 +195,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
     options.walk = std::move(*walk);
   }
 
-  auto input = read_auralizer_input(*file);
-  if (!input.ok()) return fail(input.error());
-  auto player = Player::create(std::move(*input), options);
+  auto player = Player::create(std::make_shared<const BakeFile>(std::move(*file)), options);
   if (!player.ok()) return fail(player.error());
   fmt::print(err, "playing {} on {}, {} frames a block\n", level, (*player)->device(),
              (*player)->block_frames());
@@ -200,6 +207,14 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   fmt::print(err, "played {:.1f} s: {} callbacks, {} late, {} blocks held, {} frames clipped\n",
              played.time_s, played.callbacks, played.late_callbacks, played.auralizer.held_blocks,
              played.auralizer.clipped_frames);
+  const PageStatistics& pages = played.auralizer.pages;
+  if (pages.loaded > 0)
+    fmt::print(err, "pages: {} asked for, {} loaded, {} dropped, {} late; {:.1f} MB of them kept\n",
+               pages.asked, pages.loaded, pages.dropped, pages.late,
+               static_cast<double>(pages.bytes) / 1e6);
+  if (pages.failed > 0)
+    fmt::print(err, "warning: {} pages could not be read, others stood in for them: {}\n",
+               pages.failed, pages.failure);
   if (!options.record.empty())
     fmt::print(
         err, "recorded {}{}\n", options.record,

@@ -25,6 +25,7 @@ double decibels(double amplitude) { return 20 * std::log10(std::max(amplitude, 1
 
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   std::string level, output, listener, walk_path, gain = "0", format = "float";
+  std::optional<std::string> memory;
   double seconds = 0;
   AuralizerOptions options;
   Arguments parser("render",
@@ -40,12 +41,20 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   parser.option("--seconds", seconds, "how long; unset: the walk's length, or 10");
   parser.option("--strategy", options.strategy, "how sources are chosen: priority or all");
   parser.option("--voices", options.voices, "how many, with priority");
+  parser.option(
+      "--memory", memory,
+      "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
   parser.option("--format", format, "of the samples: float, 24 or 16");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
   if (listener.empty() == walk_path.empty())
     return parser.bad_usage(err, "give either --listener X,Y,Z or --walk PATH.json");
+  if (memory) {
+    const auto bytes = parse_bytes(*memory);
+    if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);
+    options.memory_bytes = *bytes;
+  }
   const auto amplitude = parse_gain_db(gain);
   if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
   options.gain = *amplitude;
@@ -73,9 +82,10 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   }
   if (seconds == 0) seconds = walk.length_s() > 0 ? walk.length_s() : 10;
 
-  const auto file = BakeFile::open(level);
+  auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
-  auto auralizer = Auralizer::create(*file, options);
+  options.wait_for_pages = true;
+  auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
   if (!auralizer.ok()) return fail(auralizer.error().in(level));
   auto wav = WavWriter::create(output, kOutputChannels, kSampleRate_hz, sample_format);
   if (!wav.ok()) return fail(wav.error());

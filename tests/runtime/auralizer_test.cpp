@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <random>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "runtime/render.h"
 #include "tests/rooms_runtime.h"
@@ -47,6 +49,34 @@ TEST(Auralizer, SoundsTheSameHoweverTimeIsCutIntoBlocks) {
   EXPECT_EQ(regular, mixed(*made(60), kFrames, [&] { return 1 + random() % 900; }));
   EXPECT_EQ(regular, mixed(*made(60), kFrames, [] { return 960; }));
   EXPECT_EQ(regular, mixed(*made(60), kFrames, [] { return 1; }));
+}
+
+// A file's pages come and go, the sound is that of all of them in memory.
+TEST(Auralizer, SoundsTheSameFromAFileWithAlmostNoMemoryForIt) {
+  BakeContents contents = testing::baked_contents(4000);
+  const std::string path = (std::filesystem::temp_directory_path() /
+                            ("clamor_auralizer_" + std::to_string(::getpid()) + ".clamor"))
+                               .string();
+  ASSERT_TRUE(write_bake(path, contents, 1).ok());
+  auto opened = BakeFile::open(path);
+  ASSERT_TRUE(opened.ok());
+  const auto file = std::make_shared<const BakeFile>(std::move(*opened));
+  std::filesystem::remove(path);
+  ASSERT_GT(file->page_count(), 30u);
+  AuralizerOptions options;
+  options.voices = 60;
+  const auto in_memory = Auralizer::create(*read_auralizer_input(*file), options);
+  options.wait_for_pages = true;
+  options.memory_bytes = 1'500'000;
+  const auto from_file = Auralizer::create(file, options);
+  ASSERT_TRUE(in_memory.ok() && from_file.ok());
+  constexpr std::size_t kFrames = 4 * 48000;
+  EXPECT_EQ(mixed(**in_memory, kFrames, [] { return 960; }),
+            mixed(**from_file, kFrames, [] { return 960; }));
+  const PageStatistics pages = (*from_file)->statistics().pages;
+  EXPECT_GT(pages.dropped, 0u);
+  EXPECT_EQ(pages.failed, 0u);
+  EXPECT_LE(pages.bytes, 1'500'000u + 2 * 65'000);  // and what was under way
 }
 
 TEST(Auralizer, IsSilentBeforeItsFirstKeyframe) {

@@ -15,34 +15,36 @@ namespace {
 constexpr std::size_t kVoices = 200;
 
 struct Room {
-  Room() : input(testing::baked_room(400)), field(input) {
+  Room() : input(testing::baked_room(400)), field(input.emitters, input.materials, input.air) {
     weights.by_signal.assign(input.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
-    for (const Source& source : input.sources) u.push_back(source.u);
+  }
+  const std::vector<Source>& sources() const { return input.sources; }
+  SourceList list() const { return {field, weights, input.sources}; }
+  double weight_of(std::size_t source, const Vec3& place) const {
+    return weight(field, weights, input.sources[source], place);
   }
 
   AuralizerInput input;
   SourceField field;
   SignalWeights weights;
-  std::vector<float> u;
 };
 
 // The definition, written down: all priorities, sorted.
-std::map<std::uint32_t, double> slow_sample(const Room& room, const std::vector<float>& u,
-                                            const Vec3& place) {
+std::map<std::uint64_t, double> slow_sample(const Room& room, const Vec3& place) {
   struct Entry {
     double priority, weight;
     std::uint32_t source;
   };
   std::vector<Entry> all;
-  for (std::uint32_t i = 0; i < u.size(); ++i) {
-    const double w = weight(room.field, room.weights, i, place);
-    if (w > 0) all.push_back({w / u[i], w, i});
+  for (std::uint32_t i = 0; i < room.sources().size(); ++i) {
+    const double w = room.weight_of(i, place);
+    if (w > 0) all.push_back({w / room.sources()[i].u, w, i});
   }
   std::sort(all.begin(), all.end(), [](const Entry& a, const Entry& b) {
     return a.priority != b.priority ? a.priority > b.priority : a.source < b.source;
   });
   const double tau = all.size() > kVoices ? all[kVoices].priority : 0;
-  std::map<std::uint32_t, double> sample;
+  std::map<std::uint64_t, double> sample;
   for (std::size_t i = 0; i < std::min(kVoices, all.size()); ++i)
     sample[all[i].source] = std::max(1.0, tau / all[i].weight);
   return sample;
@@ -55,15 +57,16 @@ Vec3 place(std::uint32_t i) {
 
 TEST(PrioritySampler, ChoosesWhatASortOfAllPrioritiesChooses) {
   const Room room;
-  const auto sampler = make_sampler("priority", room.field, room.weights, room.u, kVoices);
+  SourceList list = room.list();
+  const auto sampler = make_priority_sampler(room.field, room.weights, list, kVoices);
   // A walk in small steps, where the last threshold predicts the next, and jumps, where it
   // misleads.
   for (std::uint32_t step = 0; step < 120; ++step) {
     const Vec3 listener = step < 60 ? Vec3(1 + 0.05 * step, 2 + 0.03 * step, 1.5) : place(step);
-    std::map<std::uint32_t, double> sample;
+    std::map<std::uint64_t, double> sample;
     for (const SampledSource& chosen : sampler->sample(listener))
-      sample[chosen.source] = chosen.power_scale;
-    const auto slow = slow_sample(room, room.u, listener);
+      sample[chosen.number] = chosen.power_scale;
+    const auto slow = slow_sample(room, listener);
     ASSERT_EQ(sample.size(), slow.size()) << "step " << step;
     auto expected = slow.begin();
     for (const auto& [source, scale] : sample) {
@@ -75,21 +78,20 @@ TEST(PrioritySampler, ChoosesWhatASortOfAllPrioritiesChooses) {
 }
 
 TEST(PrioritySampler, IsUnbiasedInPowerOverItsPermanentNumbers) {
-  const Room room;
+  Room room;
   const Vec3 listener(4, 5, 1.6);
   double whole = 0;
-  for (std::uint32_t i = 0; i < room.u.size(); ++i)
-    whole += weight(room.field, room.weights, i, listener);
+  for (std::uint32_t i = 0; i < room.sources().size(); ++i) whole += room.weight_of(i, listener);
   double sum = 0, squares = 0;
   constexpr int kRolls = 500;
   for (std::uint32_t roll = 0; roll < kRolls; ++roll) {
-    std::vector<float> u(room.u.size());
-    for (std::uint32_t i = 0; i < u.size(); ++i)
-      u[i] = static_cast<float>(unit_above_zero(philox(9, {i, roll, 0, 0})[0]));
+    for (std::uint32_t i = 0; i < room.sources().size(); ++i)
+      room.input.sources[i].u = static_cast<float>(unit_above_zero(philox(9, {i, roll, 0, 0})[0]));
     double estimate = 0;
-    const auto sampler = make_sampler("priority", room.field, room.weights, u, kVoices);
+    SourceList list = room.list();
+    const auto sampler = make_priority_sampler(room.field, room.weights, list, kVoices);
     for (const SampledSource& chosen : sampler->sample(listener))
-      estimate += chosen.power_scale * weight(room.field, room.weights, chosen.source, listener);
+      estimate += chosen.power_scale * room.weight_of(chosen.number, listener);
     sum += estimate / whole;
     squares += estimate / whole * estimate / whole;
   }
@@ -102,10 +104,11 @@ TEST(PrioritySampler, IsUnbiasedInPowerOverItsPermanentNumbers) {
 
 TEST(PrioritySampler, TakesEverythingWhenThereIsRoom) {
   const Room room;
-  const auto sampler = make_sampler("priority", room.field, room.weights, room.u, 100000);
+  SourceList list = room.list();
+  const auto sampler = make_priority_sampler(room.field, room.weights, list, 100000);
   std::size_t audible = 0;
-  for (std::uint32_t i = 0; i < room.u.size(); ++i)
-    audible += weight(room.field, room.weights, i, {3, 4, 1.5}) > 0;
+  for (std::uint32_t i = 0; i < room.sources().size(); ++i)
+    audible += room.weight_of(i, {3, 4, 1.5}) > 0;
   const auto sample = sampler->sample({3, 4, 1.5});
   EXPECT_EQ(sample.size(), audible);
   for (const SampledSource& chosen : sample) EXPECT_EQ(chosen.power_scale, 1);
@@ -113,15 +116,11 @@ TEST(PrioritySampler, TakesEverythingWhenThereIsRoom) {
 
 TEST(AllSampler, TakesEverySourceAsItIs) {
   const Room room;
-  const auto sampler = make_sampler("all", room.field, room.weights, room.u, 1);
+  const SourceList list = room.list();
+  const auto sampler = make_all_sampler(list);
   const auto sample = sampler->sample({3, 4, 1.5});
-  EXPECT_EQ(sample.size(), room.u.size());
+  EXPECT_EQ(sample.size(), room.sources().size());
   for (const SampledSource& chosen : sample) EXPECT_EQ(chosen.power_scale, 1);
-}
-
-TEST(Sampler, KnowsNoOtherStrategy) {
-  const Room room;
-  EXPECT_EQ(make_sampler("best", room.field, room.weights, room.u, 1), nullptr);
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
-#include "runtime/source_screen.h"
+#include "runtime/source_page.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
+#include <utility>
 
 namespace clamor {
 
@@ -19,19 +19,19 @@ float nearest2_m2(float r2_m2, float radius2_m2) {
 
 }  // namespace
 
-SourceScreen::SourceScreen(const SourceField& field, std::span<const Bands> weights,
-                           std::span<const float> u)
-    : field_(field) {
-  const std::size_t size = field.size();
-  for (auto* column : {&x_, &y_, &z_, &radius2_m2_, &highest_}) column->reserve(size);
-  ceilings_.reserve(size);
-  for (std::size_t i = 0; i < size; ++i) {
-    SourceField::Ceiling ceiling = field.ceiling(i, weights[field.signal(i)]);
-    const double over_u = kSlack / std::max(u[i], kLeastU);
+SourcePage::SourcePage(const SourceField& field, std::span<const Bands> weights,
+                       std::vector<Source> sources, std::uint64_t first_number)
+    : sources_(std::move(sources)), first_number_(first_number) {
+  for (auto* column : {&x_, &y_, &z_, &radius2_m2_, &highest_}) column->reserve(size());
+  ceilings_.reserve(size());
+  for (std::size_t i = 0; i < size(); ++i) {
+    const Source& source = sources_[i];
+    SourceField::Ceiling ceiling = field.ceiling(source, weights[field.signal(source)]);
+    const double over_u = kSlack / std::max(source.u, kLeastU);
     ceiling.diffuse = static_cast<float>(ceiling.diffuse * over_u);
     ceiling.lobe = static_cast<float>(ceiling.lobe * over_u);
-    const Vec3f position_m(field.position_m(i));
-    const double radius_m = field.radius_m(i);
+    const Vec3f position_m(field.position_m(source));
+    const double radius_m = source_radius_m(source);
     ceilings_.push_back(ceiling);
     x_.push_back(position_m.x);
     y_.push_back(position_m.y);
@@ -49,37 +49,30 @@ SourceScreen::SourceScreen(const SourceField& field, std::span<const Bands> weig
   }
 }
 
-void SourceScreen::pass(const Vec3& place, double threshold,
-                        std::vector<std::uint32_t>& sources) const {
-  const Vec3f from(place);
-  const auto least = static_cast<float>(threshold * (1 - 1e-6));
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const Block& block = blocks_[b];
-    const Vec3f away = glm::max(glm::max(block.low_m - from, from - block.high_m), Vec3f(0));
-    if (block.highest >= least * nearest2_m2(glm::dot(away, away), block.least_radius2_m2))
-      pass_block(b, place, threshold, sources);
-  }
+std::size_t SourcePage::bytes() const {
+  return sizeof(SourcePage) + size() * (sizeof(Source) + 5 * sizeof(float) + sizeof ceilings_[0]) +
+         blocks_.size() * sizeof(Block);
 }
 
-void SourceScreen::pass_block(std::size_t block, const Vec3& place, double threshold,
-                              std::vector<std::uint32_t>& sources) const {
-  const Vec3f from(place);
+bool SourcePage::screen(std::size_t b, const Vec3f& from, double threshold,
+                        std::uint8_t* passes) const {
+  const Block& block = blocks_[b];
   const auto least = static_cast<float>(threshold * (1 - 1e-6));
-  const std::size_t first = block * kBlockSources;
-  const std::size_t count = std::min(kBlockSources, field_.size() - first);
+  const Vec3f away = glm::max(glm::max(block.low_m - from, from - block.high_m), Vec3f(0));
+  if (block.highest < least * nearest2_m2(glm::dot(away, away), block.least_radius2_m2))
+    return false;
+  const std::size_t first = b * kBlockSources;
+  const std::size_t count = std::min(kBlockSources, size() - first);
   const float* const x = x_.data() + first;
   const float* const y = y_.data() + first;
   const float* const z = z_.data() + first;
   const float* const radius2_m2 = radius2_m2_.data() + first;
   const float* const highest = highest_.data() + first;
-  std::array<std::uint8_t, kBlockSources> passes;
   for (std::size_t i = 0; i < count; ++i) {
     const float dx = x[i] - from.x, dy = y[i] - from.y, dz = z[i] - from.z;
     passes[i] = highest[i] >= least * nearest2_m2(dx * dx + dy * dy + dz * dz, radius2_m2[i]);
   }
-  for (std::size_t i = 0; i < count; ++i)
-    if (passes[i] && field_.ceiling_at(first + i, ceilings_[first + i], place) >= threshold)
-      sources.push_back(static_cast<std::uint32_t>(first + i));
+  return true;
 }
 
 }  // namespace clamor

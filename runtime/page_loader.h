@@ -1,0 +1,86 @@
+// page_loader.h: keeps the pages that the sampler uses in memory, and fetches others meanwhile.
+//
+// One thread (the sampler's) asks, takes what has arrived and never waits; loader threads fetch
+// what was asked last, the most urgent first, and get it ready for the sampler. Pages beyond the
+// budget are dropped, the least recently used first; those of the last sample stay, and those that
+// were under way come on top. A page that
+// cannot be read is not asked for again: the sampler does without, as if it were still on its way.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/result.h"
+#include "runtime/source_page.h"
+
+namespace clamor {
+
+struct PageStatistics {
+  std::uint64_t asked = 0, loaded = 0, dropped = 0, failed = 0;
+  std::uint64_t late = 0;      // looked for by a sample before they were here
+  std::uint64_t resident = 0;  // pages,
+  std::uint64_t bytes = 0;     // and their memory
+  std::string failure;         // the first, as a sentence
+};
+
+struct WantedPage {
+  double urgency = 0;
+  std::uint32_t page = 0;
+};
+
+class PageLoader {
+ public:
+  // Called by any loader thread, several at a time; throws nothing.
+  using Fetch = std::function<Result<std::unique_ptr<const SourcePage>>(std::uint32_t page)>;
+
+  PageLoader(Fetch fetch, std::size_t pages, std::uint64_t budget_bytes, int threads = 1);
+  ~PageLoader();
+  PageLoader(const PageLoader&) = delete;
+  PageLoader& operator=(const PageLoader&) = delete;
+
+  // The sampler's thread, all that follow.
+
+  // Fetches it here and now; false if it cannot be read.
+  bool load_now(std::uint32_t page);
+
+  // Takes in what has arrived, drops what is too much, begins a new sample. True if anything came
+  // or went.
+  bool begin_sample();
+
+  // Null if it is not here. Valid until the next begin_sample().
+  const SourcePage* use(std::uint32_t page);
+
+  bool is_here(std::uint32_t page) const { return pages_[page] != nullptr; }
+  bool has_failed(std::uint32_t page) const { return failed_[page]; }
+
+  // Replaces what was asked before and is not yet under way: the most urgent first, as many as fit
+  // the budget beside what the last sample uses.
+  void ask(std::vector<WantedPage> wanted);
+
+  // Waits until something that was asked for has arrived; false if nothing is on its way.
+  bool wait();
+
+  PageStatistics statistics() const;  // any thread
+
+ private:
+  struct Shared;
+  void take(std::uint32_t page, std::unique_ptr<const SourcePage> arrived);
+  void drop_too_much();
+
+  const Fetch fetch_;
+  const std::uint64_t budget_bytes_;
+  std::vector<std::unique_ptr<const SourcePage>> pages_;
+  std::vector<bool> failed_;
+  std::vector<std::uint32_t> last_use_;  // sample
+  std::vector<std::uint32_t> here_;      // pages, in no order
+  std::uint32_t sample_ = 1;
+  std::uint64_t bytes_ = 0, used_bytes_ = 0;
+  std::uint64_t most_page_bytes_ = 0;  // so far
+  std::uint64_t late_ = 0;
+  std::unique_ptr<Shared> shared_;
+};
+
+}  // namespace clamor

@@ -1,0 +1,79 @@
+// source_pool.h: where the sampler looks for sources: a list, or an octree whose pages come and go.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/bands.h"
+#include "common/vec.h"
+#include "runtime/source_field.h"
+#include "runtime/source_page.h"
+
+namespace clamor {
+
+// Loudness times mean square of each signal, per band: what an intensity is weighed with.
+struct SignalWeights {
+  std::vector<Bands> by_signal;
+};
+
+// A source in a page.
+struct FoundSource {
+  const SourcePage* page = nullptr;
+  std::uint32_t index = 0;
+
+  const Source& source() const { return (*page)[index]; }
+  std::uint64_t number() const { return page->number(index); }
+};
+
+// Not thread-safe: the sampler's alone.
+class SourcePool {
+ public:
+  virtual ~SourcePool() = default;
+
+  // Called before the look-ups of a sample; what was found before is no longer valid. `true` if a
+  // sample at the same place might differ from the last.
+  virtual bool refresh() { return false; }
+
+  // Appends every source that is here and whose priority at `place` is at least `threshold`, and a
+  // few more.
+  virtual void look(const Vec3& place, double threshold, std::vector<FoundSource>& found) = 0;
+
+  // The highest static key (power over u) that a source of the same kind might have and not be
+  // here: one that is here stands for these too. 0 where all that could reach `tau` is here.
+  virtual double unseen_key(const FoundSource& /*found*/, const Vec3& /*place*/, double /*tau*/) {
+    return 0;
+  }
+
+  // Asks for what the last look would have needed, the most important first, and for what a
+  // listener would need who is soon at `soon`.
+  virtual void ask(const Vec3& /*soon*/, double /*tau*/) {}
+
+  // Is everything here that was asked for? If not, waits for some of it.
+  virtual bool complete() { return true; }
+
+  // Of sources, here or not.
+  virtual std::uint64_t size() const = 0;
+};
+
+// All of a list, always here.
+class SourceList final : public SourcePool {
+ public:
+  SourceList(const SourceField& field, const SignalWeights& weights, std::vector<Source> sources)
+      : field_(field), page_(field, weights.by_signal, std::move(sources)) {}
+
+  void look(const Vec3& place, double threshold, std::vector<FoundSource>& found) override {
+    page_.pass(field_, place, threshold, [&](std::size_t index) {
+      found.push_back({&page_, static_cast<std::uint32_t>(index)});
+    });
+  }
+  std::uint64_t size() const override { return page_.size(); }
+  const SourcePage& page() const { return page_; }
+
+ private:
+  const SourceField& field_;
+  const SourcePage page_;
+};
+
+}  // namespace clamor

@@ -1,0 +1,124 @@
+// What does choosing k of n sources cost while a listener walks? It should not depend on n.
+//
+// Sources lie on the walls of a 20 x 8 x 15 m hall, their powers spread over 60 dB. Time is of one
+// sample of the octree, all its pages in memory; `nodes` are looked at, `scan_ms` is what scanning
+// all sources takes for the same sample, where that fits in memory twice.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "bake/octree_builder.h"
+#include "common/random.h"
+#include "runtime/octree_pool.h"
+#include "runtime/sampler.h"
+
+namespace clamor {
+namespace {
+
+constexpr std::size_t kMostToScan = 1'000'000;
+
+SourceOctree wall_sources(std::uint32_t count) {
+  std::vector<Source> sources(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const RandomBits a = philox(2, {i, 0, 0, 0}), b = philox(2, {i, 1, 0, 0});
+    const std::uint32_t face = i % 6;
+    const int axis = static_cast<int>(face / 2);
+    Vec3 place(unit(a[0]), unit(a[1]), unit(b[2])), normal(0);
+    place[axis] = face % 2;
+    normal[axis] = face % 2 == 0 ? 1 : -1;
+    const double cos_i = std::sqrt(unit_above_zero(a[2])), turn = 2 * std::numbers::pi * unit(a[3]);
+    Vec3 mirror = normal * cos_i;
+    mirror[(axis + 1) % 3] = std::sqrt(1 - cos_i * cos_i) * std::cos(turn);
+    mirror[(axis + 2) % 3] = std::sqrt(1 - cos_i * cos_i) * std::sin(turn);
+    Source& source = sources[i];
+    source.position_m = Vec3f(place * Vec3(20, 8, 15));
+    source.normal = Vec3f(normal);
+    source.mirror = Vec3f(mirror);
+    source.delay_s = static_cast<float>(0.02 + 1.5 * unit(b[0]));
+    source.power = same_in_all_bands(static_cast<float>(std::pow(10, -6 * unit(b[0]))));
+    source.patch_radius_m = 0.3f;
+    source.u = static_cast<float>(unit_above_zero(b[1]));
+  }
+  return build_octree(std::move(sources));
+}
+
+const SourceOctree& tree_of(std::uint32_t count) {
+  static std::map<std::uint32_t, SourceOctree> known;
+  if (!known.contains(count)) {
+    known.clear();  // one at a time: ten million take a gigabyte
+    known[count] = wall_sources(count);
+  }
+  return known[count];
+}
+
+void query(benchmark::State& state) {
+  const SourceOctree& tree = tree_of(static_cast<std::uint32_t>(state.range(0)));
+  const auto voices = static_cast<std::size_t>(state.range(1));
+  const auto exponent = static_cast<float>(state.range(2));
+  std::vector<Material> materials(1);
+  materials[0].scattering = same_in_all_bands(exponent > 0 ? 0.0f : 1.0f);
+  materials[0].phong = same_in_all_bands(exponent);
+  const std::vector<Emitter> emitters(1);
+  const SourceField field(emitters, materials, Air{});
+  SignalWeights weights;
+  weights.by_signal = {same_in_all_bands(1)};
+  PageLoader loader(
+      [&](std::uint32_t page) -> Result<std::unique_ptr<const SourcePage>> {
+        const OctreeNode& node = tree.nodes[page];
+        const auto first = tree.sources.begin() + static_cast<std::ptrdiff_t>(node.first_source);
+        return std::make_unique<const SourcePage>(
+            field, weights.by_signal, std::vector<Source>(first, first + node.source_count),
+            node.first_source);
+      },
+      tree.nodes.size(), 4'000'000'000);
+  OctreePool pool(field, weights, tree.nodes, tree.sources.size(), loader);
+  const auto sampler = make_priority_sampler(field, weights, pool, voices);
+  double time_s = 0;
+  const auto walk = [&] {
+    time_s += 0.02;
+    return Vec3(10 + 6 * std::sin(time_s / 6), 1.7, 7 + 4 * std::cos(time_s / 6));
+  };
+  for (int i = 0; i < 500; ++i) {  // the pages of the whole walk
+    const Vec3 place = walk();
+    sampler->sample(place);
+    while (!sampler->complete()) sampler->sample(place);
+  }
+  time_s = 0;
+  sampler->sample(walk());
+  const std::uint64_t before = pool.nodes_visited();
+  std::uint64_t samples = 0;
+  std::size_t chosen = 0;
+  for (auto _ : state) {
+    const auto sample = sampler->sample(walk());
+    chosen = sample.size();
+    ++samples;
+    if (time_s > 10) time_s = 0;
+  }
+  if (chosen != std::min(voices, tree.sources.size())) state.SkipWithError("voices are missing");
+  state.counters["nodes"] =
+      static_cast<double>(pool.nodes_visited() - before) / static_cast<double>(samples);
+  if (tree.sources.size() > kMostToScan) return;
+  SourceList list(field, weights, tree.sources);
+  const auto scan = make_priority_sampler(field, weights, list, voices);
+  time_s = 0;
+  scan->sample(walk());
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < 20; ++i) scan->sample(walk());
+  const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
+  state.counters["scan_ms"] = took.count() / 20;
+}
+BENCHMARK(query)
+    ->ArgNames({"sources", "voices", "exponent"})
+    ->ArgsProduct({{10'000}, {500, 2000}, {0}})
+    ->ArgsProduct({{100'000}, {500, 2000, 20'000}, {0}})
+    ->ArgsProduct({{1'000'000}, {500, 2000, 20'000}, {0, 20, 100}})
+    ->ArgsProduct({{10'000'000}, {500, 2000, 20'000}, {0}})
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,198 @@
+#include "runtime/octree_pool.h"
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <numeric>
+
+#include <gtest/gtest.h>
+
+#include "bake/octree_builder.h"
+#include "common/random.h"
+#include "formats/page.h"
+#include "runtime/sampler.h"
+
+namespace clamor {
+namespace {
+
+// Sources on the walls of a hall, of materials from Lambert to mirror-like, with emitters among
+// them that play signals of unlike spectra.
+struct Hall {
+  explicit Hall(std::uint64_t seed, std::uint32_t count) {
+    for (const float exponent : {0.0f, 4.0f, 100.0f}) {
+      Material& material = materials.emplace_back();
+      material.scattering = same_in_all_bands(exponent > 0 ? 0.2f : 1.0f);
+      material.phong = same_in_all_bands(exponent);
+    }
+    weights.by_signal = {{1, 2, 3, 4, 5, 4, 3, 2}, {0.1f, 0, 0, 0, 0, 0, 0.5f, 2}};
+    for (std::uint32_t e = 0; e < 4; ++e) {
+      Emitter& emitter = emitters.emplace_back();
+      const RandomBits bits = philox(seed, {e, 7, 0, 0});
+      emitter.position_m = {20 * unit(bits[0]), 8 * unit(bits[1]), 15 * unit(bits[2])};
+      emitter.signal = e % 2;
+      emitter.directivity = same_in_all_bands(static_cast<float>(e));
+    }
+    std::vector<Source> sources;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const RandomBits a = philox(seed, {i, 0, 0, 0}), b = philox(seed, {i, 1, 0, 0}),
+                       c = philox(seed, {i, 2, 0, 0});
+      const std::uint32_t face = a[3] % 6;
+      const int axis = static_cast<int>(face / 2);
+      Vec3 place(unit(a[0]), unit(a[1]), unit(a[2])), normal(0);
+      place[axis] = face % 2;
+      normal[axis] = face % 2 == 0 ? 1 : -1;
+      const double cos_i = std::sqrt(unit_above_zero(b[0])), sin_i = std::sqrt(1 - cos_i * cos_i);
+      const double turn = 2 * std::numbers::pi * unit(b[1]);
+      Vec3 mirror = normal * cos_i;
+      mirror[(axis + 1) % 3] = sin_i * std::cos(turn);
+      mirror[(axis + 2) % 3] = sin_i * std::sin(turn);
+      Source& source = sources.emplace_back();
+      source.position_m = Vec3f(place * Vec3(20, 8, 15));
+      source.normal = Vec3f(normal);
+      source.mirror = Vec3f(mirror);
+      source.delay_s = static_cast<float>(unit(b[2]));
+      for (std::size_t band = 0; band < kBandCount; ++band)
+        source.power[band] = static_cast<float>(std::pow(10, -5 * unit(b[3]) - 0.1 * band));
+      source.patch_radius_m = static_cast<float>(0.5 * unit(c[0]));
+      source.u = static_cast<float>(unit_above_zero(c[1]));
+      source.emitter = c[2] % 4;
+      source.material = static_cast<std::uint16_t>(c[3] % 3);
+    }
+    for (std::uint32_t e = 0; e < 4; ++e) {
+      Source& source = sources.emplace_back();
+      source.emitter = e;
+      set_from_emitter(source, emitters[e]);
+      source.u = 0.5f;
+    }
+    tree = build_octree(std::move(sources));
+  }
+
+  SourceField field() const { return {emitters, materials, Air{}}; }
+
+  // Pages as a file gives them, but of nodes deeper than `deepest` none.
+  PageLoader::Fetch fetch(const SourceField& field, int deepest = 99) const {
+    std::vector<int> depth(tree.nodes.size(), 0);
+    for (std::size_t n = 0; n < tree.nodes.size(); ++n)
+      for (const std::uint32_t child : tree.nodes[n].children)
+        if (child != kNoNode) depth[child] = depth[n] + 1;
+    return [this, &field, depth,
+            deepest](std::uint32_t page) -> Result<std::unique_ptr<const SourcePage>> {
+      if (depth[page] > deepest) return Error("not here");
+      const OctreeNode& node = tree.nodes[page];
+      const auto first = tree.sources.begin() + static_cast<std::ptrdiff_t>(node.first_source);
+      return std::make_unique<const SourcePage>(
+          field, weights.by_signal, std::vector<Source>(first, first + node.source_count),
+          node.first_source);
+    };
+  }
+
+  double power_at(const SourceField& field, const Vec3& place) const {
+    double sum = 0;
+    for (const Source& source : tree.sources) sum += weight(field, weights, source, place);
+    return sum;
+  }
+
+  std::vector<Material> materials;
+  std::vector<Emitter> emitters;
+  SignalWeights weights;
+  SourceOctree tree;
+};
+
+Vec3 somewhere(std::uint64_t seed, std::uint32_t i) {
+  const RandomBits bits = philox(seed, {i, 8, 0, 0});
+  // In the hall and around it.
+  return {30 * unit(bits[0]) - 5, 12 * unit(bits[1]) - 2, 25 * unit(bits[2]) - 5};
+}
+
+// Asks until nothing is missing.
+std::span<const SampledSource> whole_sample(Sampler& sampler, const Vec3& place) {
+  auto sample = sampler.sample(place);
+  while (!sampler.complete()) sample = sampler.sample(place);
+  return sample;
+}
+
+TEST(OctreePool, GivesTheSampleOfAScanOfAllSources) {
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    const Hall hall(seed, seed % 2 == 0 ? 3000 : 20'000);
+    const SourceField field = hall.field();
+    for (const std::size_t voices : {1u, 30u, 500u, 5000u}) {
+      PageLoader loader(hall.fetch(field), hall.tree.nodes.size(), 1'000'000'000);
+      OctreePool pool(field, hall.weights, hall.tree.nodes, hall.tree.sources.size(), loader);
+      SourceList list(field, hall.weights, hall.tree.sources);
+      const auto by_tree = make_priority_sampler(field, hall.weights, pool, voices);
+      const auto by_scan = make_priority_sampler(field, hall.weights, list, voices);
+      for (std::uint32_t i = 0; i < 20; ++i) {
+        const Vec3 place = i < 10 ? Vec3(3 + 0.1 * i, 1.7, 4) : somewhere(seed, i);
+        const auto found = whole_sample(*by_tree, place), expected = by_scan->sample(place);
+        ASSERT_EQ(found.size(), expected.size());
+        for (std::size_t s = 0; s < found.size(); ++s) {
+          ASSERT_EQ(found[s].number, expected[s].number) << seed << " " << voices << " " << i;
+          ASSERT_EQ(found[s].power_scale, expected[s].power_scale);
+        }
+      }
+    }
+  }
+}
+
+TEST(OctreePool, TouchesFewNodesOfMany) {
+  Hall hall(1, 200'000);
+  for (Material& material : hall.materials) material.scattering = same_in_all_bands(1);
+  const SourceField field = hall.field();
+  PageLoader loader(hall.fetch(field), hall.tree.nodes.size(), 1'000'000'000);
+  OctreePool pool(field, hall.weights, hall.tree.nodes, hall.tree.sources.size(), loader);
+  const auto sampler = make_priority_sampler(field, hall.weights, pool, 200);
+  whole_sample(*sampler, {10, 1.7, 7});
+  const std::uint64_t before = pool.nodes_visited();
+  sampler->sample({10.03, 1.7, 7});
+  EXPECT_LT(pool.nodes_visited() - before, hall.tree.nodes.size() / 4);
+}
+
+// What is heard with pages down to some depth alone, over what all sources give, per seed.
+std::vector<double> heard_with_depth(int deepest, int seeds) {
+  std::vector<double> ratios;
+  for (int seed = 0; seed < seeds; ++seed) {
+    const Hall hall(100 + static_cast<std::uint64_t>(seed), 30'000);
+    const SourceField field = hall.field();
+    PageLoader loader(hall.fetch(field, deepest), hall.tree.nodes.size(), 1'000'000'000);
+    OctreePool pool(field, hall.weights, hall.tree.nodes, hall.tree.sources.size(), loader);
+    const auto sampler = make_priority_sampler(field, hall.weights, pool, 2000);
+    const Vec3 place(10, 1.7, 5);
+    double heard = 0;
+    for (const SampledSource& one : whole_sample(*sampler, place))
+      heard += one.power_scale * weight(field, hall.weights, *one.source, place);
+    ratios.push_back(heard / hall.power_at(field, place));
+  }
+  return ratios;
+}
+
+void expect_unbiased(const std::vector<double>& ratios, double within_db) {
+  const auto count = static_cast<double>(ratios.size());
+  const double mean = std::accumulate(ratios.begin(), ratios.end(), 0.0) / count;
+  double squares = 0;
+  std::size_t near = 0;
+  for (const double ratio : ratios) {
+    squares += (ratio - mean) * (ratio - mean) / (count - 1);
+    near += std::abs(10 * std::log10(ratio)) <= within_db;
+  }
+  EXPECT_NEAR(mean, 1, 3 * std::sqrt(squares / count));
+  EXPECT_GE(static_cast<double>(near), 0.95 * count);
+}
+
+TEST(OctreePool, WithItsFirstPageAloneIsAsLoudAsWithAll) {
+  expect_unbiased(heard_with_depth(0, 100), 1.5);
+}
+
+TEST(OctreePool, WithThreeLevelsOfPagesIsAsLoudAsWithAllAndSurer) {
+  expect_unbiased(heard_with_depth(2, 60), 0.6);
+}
+
+TEST(OctreePool, OfNoSourcesFindsNone) {
+  const Hall hall(1, 10);
+  const SourceField field = hall.field();
+  PageLoader loader(hall.fetch(field), 0, 1000);
+  OctreePool pool(field, hall.weights, {}, 0, loader);
+  EXPECT_TRUE(make_priority_sampler(field, hall.weights, pool, 5)->sample({0, 0, 0}).empty());
+}
+
+}  // namespace
+}  // namespace clamor

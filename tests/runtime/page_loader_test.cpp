@@ -1,0 +1,137 @@
+#include "runtime/page_loader.h"
+
+#include <atomic>
+#include <mutex>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace clamor {
+namespace {
+
+constexpr std::size_t kPages = 40;
+
+// Pages of 100 sources each, whose first is at x = page; page 13 cannot be read.
+class PageLoaderTest : public ::testing::Test {
+ protected:
+  PageLoaderTest() : field_(emitters_, materials_, Air{}), page_bytes_((*fetch(0))->bytes()) {}
+
+  Result<std::unique_ptr<const SourcePage>> fetch(std::uint32_t page) {
+    {
+      const std::lock_guard lock(mutex_);
+      fetched_.push_back(page);
+    }
+    if (page == 13) return Error("page 13 is damaged");
+    std::vector<Source> sources(100);
+    for (Source& source : sources) source.position_m.x = static_cast<float>(page);
+    return std::make_unique<const SourcePage>(field_, weights_, std::move(sources), 100 * page);
+  }
+  PageLoader::Fetch fetcher() {
+    return [this](std::uint32_t page) { return fetch(page); };
+  }
+
+  const std::vector<Emitter> emitters_{1};
+  const std::vector<Material> materials_{1};
+  const SourceField field_;
+  const std::vector<Bands> weights_{same_in_all_bands(1)};
+  std::mutex mutex_;
+  std::vector<std::uint32_t> fetched_;
+  const std::uint64_t page_bytes_;
+};
+
+TEST_F(PageLoaderTest, BringsWhatWasAskedForAndNothingBefore) {
+  PageLoader loader(fetcher(), kPages, 1'000'000);
+  loader.begin_sample();
+  EXPECT_EQ(loader.use(3), nullptr);
+  EXPECT_FALSE(loader.wait());
+  loader.ask({{1, 3}, {2, 4}});
+  while (loader.wait()) loader.begin_sample();
+  ASSERT_NE(loader.use(3), nullptr);
+  EXPECT_EQ((*loader.use(3))[0].position_m.x, 3);
+  EXPECT_NE(loader.use(4), nullptr);
+  EXPECT_EQ(loader.use(5), nullptr);
+  EXPECT_EQ(loader.statistics().asked, 2u);
+  EXPECT_EQ(loader.statistics().loaded, 2u);
+}
+
+TEST_F(PageLoaderTest, FetchesTheMostUrgentFirst) {
+  fetched_.clear();
+  std::atomic<bool> open = false;
+  PageLoader loader(
+      [&](std::uint32_t page) {
+        while (!open) std::this_thread::yield();
+        return fetch(page);
+      },
+      kPages, 1'000'000);
+  loader.ask({{1, 0}});
+  loader.ask({{5, 1}, {9, 2}, {1, 3}, {7, 4}});
+  open = true;
+  while (loader.wait()) loader.begin_sample();
+  // Page 0 may have been under way when the others were asked for; it is dropped from the queue
+  // otherwise.
+  std::erase(fetched_, 0u);
+  EXPECT_EQ(fetched_, (std::vector<std::uint32_t>{2, 4, 1, 3}));
+}
+
+TEST_F(PageLoaderTest, StaysWithinItsBudgetAndDropsWhatWasUsedLongestAgo) {
+  PageLoader loader(fetcher(), kPages, 10 * page_bytes_);
+  const auto load = [&](std::uint32_t page) {
+    loader.ask({{1, page}});
+    while (loader.wait()) loader.begin_sample();
+    loader.use(page);
+    loader.use(0);  // always in use
+  };
+  for (std::uint32_t page = 0; page < 13; ++page) {
+    load(page);
+    loader.begin_sample();
+    loader.use(0);
+    EXPECT_LE(loader.statistics().bytes, 11 * page_bytes_);
+  }
+  loader.begin_sample();
+  loader.begin_sample();
+  EXPECT_LE(loader.statistics().bytes, 10 * page_bytes_);
+  EXPECT_TRUE(loader.is_here(0));
+  EXPECT_TRUE(loader.is_here(12));
+  EXPECT_FALSE(loader.is_here(1));
+  EXPECT_EQ(loader.statistics().dropped + loader.statistics().resident, 13u);
+}
+
+TEST_F(PageLoaderTest, AsksForNoMoreThanFitsBesideWhatIsInUse) {
+  PageLoader loader(fetcher(), kPages, 4 * page_bytes_);
+  ASSERT_TRUE(loader.load_now(0));
+  loader.begin_sample();
+  loader.use(0);
+  std::vector<WantedPage> wanted;
+  for (std::uint32_t page = 1; page < 13; ++page) wanted.push_back({1.0 / page, page});
+  loader.ask(wanted);
+  while (loader.wait()) loader.begin_sample();
+  EXPECT_EQ(loader.statistics().loaded, 4u);  // 0 and the three most urgent
+  EXPECT_TRUE(loader.is_here(1) && loader.is_here(2) && loader.is_here(3));
+}
+
+TEST_F(PageLoaderTest, RemembersWhatCannotBeReadAndSaysWhy) {
+  PageLoader loader(fetcher(), kPages, 1'000'000);
+  loader.ask({{1, 13}, {2, 14}});
+  while (loader.wait()) loader.begin_sample();
+  EXPECT_TRUE(loader.has_failed(13));
+  EXPECT_EQ(loader.use(13), nullptr);
+  EXPECT_NE(loader.use(14), nullptr);
+  EXPECT_EQ(loader.statistics().failed, 1u);
+  EXPECT_EQ(loader.statistics().failure, "page 13 is damaged");
+  EXPECT_FALSE(loader.load_now(13));
+}
+
+TEST_F(PageLoaderTest, EndsWhileMuchIsUnderWay) {
+  for (int i = 0; i < 50; ++i) {
+    PageLoader loader(fetcher(), kPages, 1'000'000, 2);
+    std::vector<WantedPage> wanted;
+    for (std::uint32_t page = 0; page < kPages; ++page) wanted.push_back({1, page});
+    loader.ask(wanted);
+    if (i % 2 == 0) loader.wait();
+    loader.begin_sample();
+    loader.ask({});
+  }
+}
+
+}  // namespace
+}  // namespace clamor
