@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <span>
 #include <vector>
 
 #include "common/vec.h"
@@ -19,32 +20,40 @@ inline Vec3 off_normal(double cos_o, double azimuth) {
 }
 
 // Calls visit(direction, weight) for directions whose weights turn a sum of a density into its
-// integral over the hemisphere about +Z. Half of the points follow the lobe and half follow
-// Lambert, so both are resolved at any exponent; the weights are those of the mixture. Rings lie
-// closer towards both ends, because the lobe's share of a ring has square roots there.
+// integral over the hemisphere about +Z. Some follow Lambert and some lobes of the given exponents,
+// `points` of each, so all of these are resolved; the weights are those of the mixture. Points are
+// Fibonacci spirals, closer towards both ends, because a lobe's share of a ring has roots there.
 template <class Visit>
-void over_hemisphere(double exponent, const Vec3& mirror, int rings, int turns, Visit visit) {
+void over_hemisphere(std::span<const double> exponents, const Vec3& mirror, int points,
+                     Visit visit) {
   constexpr double kPi = std::numbers::pi;
   const Basis basis = basis_around(mirror);
   const auto visit_weighted = [&](const Vec3& direction, double share) {
     const double cos_a = dot(direction, mirror), cos_o = direction.z;
     if (cos_o <= 0) return;
-    const double lobe = cos_a > 0 ? (exponent + 1) / (2 * kPi) * std::pow(cos_a, exponent) : 0;
-    visit(direction, share / (lobe + cos_o / kPi));
+    double density = cos_o / kPi;
+    if (cos_a > 0)
+      for (const double p : exponents) density += (p + 1) / (2 * kPi) * std::pow(cos_a, p);
+    visit(direction, share / density);
   };
-  for (int r = 0; r < rings; ++r) {
-    const double x = (r + 0.5) / rings, u = x * x * (3 - 2 * x);
-    const double share = 6 * x * (1 - x) / rings / turns;
-    const double cos_a = std::pow(u, 1 / (exponent + 1));
-    const double sin_a = std::sqrt(1 - cos_a * cos_a);
-    for (int t = 0; t < turns; ++t) {
-      const double phi = 2 * kPi * (t + 0.5) / turns;
+  for (int i = 0; i < points; ++i) {
+    const double x = (i + 0.5) / points, u = x * x * (3 - 2 * x);
+    const double share = 6 * x * (1 - x) / points;
+    const double phi = std::fmod(i * kPi * (3 - std::sqrt(5)), 2 * kPi);
+    visit_weighted(off_normal(std::sqrt(u), phi), share);
+    for (const double p : exponents) {
+      const double cos_a = std::pow(u, 1 / (p + 1));
+      const double sin_a = std::sqrt(1 - cos_a * cos_a);
       visit_weighted(mirror * cos_a + basis.tangent * (sin_a * std::cos(phi)) +
                          basis.bitangent * (sin_a * std::sin(phi)),
                      share);
-      visit_weighted(off_normal(std::sqrt(u), phi), share);
     }
   }
+}
+
+template <class Visit>
+void over_hemisphere(double exponent, const Vec3& mirror, int points, Visit visit) {
+  over_hemisphere(std::span(&exponent, 1), mirror, points, visit);
 }
 
 // Cells by angle to the mirror direction, twice as wide from each to the next so that lobes of any

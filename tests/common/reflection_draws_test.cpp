@@ -41,7 +41,8 @@ TEST(ReflectionDraws, AreAsDenseAsTheLaw) {
         ASSERT_NEAR(length(out), 1, 1e-12);
         ++drawn[cells.of(out)];
       }
-      over_hemisphere(exponent, mirror, 1000, 200, [&](const Vec3& out, double weight) {
+      const std::array<double, 3> lobes = {exponent, 30, 1000};  // for narrow cells
+      over_hemisphere(lobes, mirror, 50000, [&](const Vec3& out, double weight) {
         expected[cells.of(out)] +=
             kDraws * weight * laws.density(0, 4, cos_i, out.z, dot(out, mirror));
       });

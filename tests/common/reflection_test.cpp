@@ -38,7 +38,7 @@ TEST(Reflection, ReturnsAllEnergyInEveryBandOfAMixedMaterial) {
   const Vec3 mirror = off_normal(cos_i, 1);
   for (std::size_t b = 0; b < kBandCount; ++b) {
     double energy = 0;
-    over_hemisphere(material.phong[b], mirror, 300, 150, [&](const Vec3& out, double weight) {
+    over_hemisphere(material.phong[b], mirror, 40000, [&](const Vec3& out, double weight) {
       energy += weight * laws.density(0, cos_i, out.z, dot(out, mirror))[b];
     });
     EXPECT_NEAR(energy, 1, 1e-3) << "band " << b;
