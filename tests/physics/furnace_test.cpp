@@ -75,6 +75,50 @@ TEST(Furnace, IsAsLoudEverywhereAsItsVolumeSaysWhateverItsWallsDo) {
   }
 }
 
+// The mean chord 4V/S and the wall shares of each band, though all share their paths.
+TEST(Furnace, KeepsEveryBandInEquilibriumHoweverUnlikeTheyAre) {
+  constexpr double from_s = 0.1, to_s = 0.3;
+  Level level = testing::shoebox({5, 4, 3}, testing::uniform_material(0, 0), {1.3, 1.7, 1.1});
+  level.materials[0].phong = {0, 1, 3, 10, 30, 100, 300, 1000};
+  repeat_emitter(level);
+  const Scene scene(level.mesh);
+  const PhotonTracer tracer(scene, level, {.longest_path_s = to_s, .speed_mps = kSpeed_mps});
+  // Of all hits, the shares of the walls across x, y and z; and their number, which is 4V/S.
+  std::array<std::array<Mean, kBandCount>, 4> hits;
+  for (std::uint32_t run = 0; run < kRuns; ++run) {
+    std::array<std::array<double, kBandCount>, 4> arrived{};
+    TracedRuns traced;
+    for (std::uint64_t block = 0; block < 4; ++block) {
+      const PhotonRun photons{run, block * kRunPhotons, kRunPhotons};
+      tracer.trace({&photons, 1}, traced);
+    }
+    for (const Source& deposit : traced.deposits()) {
+      if (deposit.delay_s < static_cast<float>(from_s)) continue;
+      const std::size_t axis = std::abs(deposit.normal.x) > 0.5f   ? 0
+                               : std::abs(deposit.normal.y) > 0.5f ? 1
+                                                                   : 2;
+      for (std::size_t b = 0; b < kBandCount; ++b) {
+        arrived[axis][b] += static_cast<double>(deposit.power[b]);
+        arrived[3][b] += static_cast<double>(deposit.power[b]);
+      }
+    }
+    constexpr std::array<double, 4> kArea_m2 = {24, 30, 40, 94};
+    const double expected = 4 * std::numbers::pi * kSpeed_mps * (to_s - from_s) / (4 * 60) *
+                            kArea_m2[3] * 4 * kRunPhotons;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      for (std::size_t k = 0; k < 3; ++k)
+        hits[k][b].add(arrived[k][b] / arrived[3][b] / (kArea_m2[k] / kArea_m2[3]));
+      hits[3][b].add(arrived[3][b] / expected);
+    }
+  }
+  for (std::size_t k = 0; k < 4; ++k)
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      const Mean& mean = hits[k][b];
+      EXPECT_NEAR(mean.value(), 1, 4 * mean.error()) << "walls " << k << ", band " << b;
+      EXPECT_LT(mean.error(), k < 3 ? 0.008 : 0.02) << "walls " << k << ", band " << b;
+    }
+}
+
 TEST(Furnace, WithAThinWallAcrossIsAsLoudOnBothSidesOfIt) {
   // Two parts of 24 and 48 m^3 even out as exp(-t c A T (1 / 24 + 1 / 48) / 4), to 0.05 % by then.
   constexpr double from_s = 0.3, to_s = 0.45;
