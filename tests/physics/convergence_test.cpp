@@ -26,7 +26,7 @@ double reflected_intensity(std::uint64_t photons, std::uint64_t seed) {
     level.materials.push_back(testing::uniform_material(absorption));
   BakeSettings settings{.seed = seed, .photons = photons, .sources = 10'000'000};
   settings.roulette_kappa = 0.5;
-  const auto contents = bake(level, {.settings = settings});
+  const auto contents = bake(level, {.settings = settings, .threads = 1});
   const ReflectionLaws laws(level.materials);
   double heard = 0;
   for (const Source& source : contents->octree.sources)

@@ -246,7 +246,8 @@ class ReferenceRoom : public ::testing::TestWithParam<Room> {};
 TEST_P(ReferenceRoom, DecaysAndSoundsAsTheIndependentTracerSays) {
   const Room& room = GetParam();
   const Level level = level_of(room);
-  const auto contents = bake(level, {.settings = {.photons = 8000}});
+  const auto contents =
+      bake(level, {.settings = {.photons = 8000, .sources = 150000}, .threads = 1});
   ASSERT_TRUE(contents.ok());
   const double speed_mps = speed_of_sound_mps(level.air), emitted = 4 * std::numbers::pi;
   const auto in_flight = energy_in_flight(room, *contents, speed_mps);
