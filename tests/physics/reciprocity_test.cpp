@@ -1,0 +1,110 @@
+// Source and listener change places: sound takes the same ways backwards, and as much of it
+// arrives.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "bake/photon_tracer.h"
+#include "runtime/received_intensity.h"
+#include "tests/rooms.h"
+
+namespace clamor {
+namespace {
+
+constexpr std::size_t kSeeds = 16, kWindows = 10;
+constexpr double kWindow_s = 0.02;  // the last takes all that comes later
+constexpr std::uint64_t kPhotons = 16 * kRunPhotons;
+constexpr double kSpeed_mps = 343.2;
+
+// Energy by window and band, with the standard error that the independent seeds show.
+struct Decay {
+  std::array<std::array<double, kBandCount>, kWindows> energy{}, error{};
+};
+
+// Six walls that absorb and reflect unlike each other, and each unlike in every band.
+Level room() {
+  Level level = testing::shoebox({6, 5, 3}, {}, {});
+  level.mesh = testing::box({6, 5, 3}, {0, 1, 2, 3, 4, 5});
+  level.materials.clear();
+  for (int wall = 0; wall < 6; ++wall) {
+    Material material = testing::uniform_material(0.08f + 0.08f * static_cast<float>(wall));
+    material.scattering = same_in_all_bands(0.05f + 0.1f * static_cast<float>(wall));
+    material.phong = {0, 0.5f, 1, 2, 5, 10, 20, 50};
+    level.materials.push_back(material);
+  }
+  level.emitters.clear();
+  return level;
+}
+
+Decay reflected_decay(const Vec3& source_m, const Vec3& listener_m) {
+  Level level = room();
+  for (std::size_t seed = 0; seed < kSeeds; ++seed) {  // names pick the random numbers
+    Emitter emitter;
+    emitter.name = "source " + std::to_string(seed) + " at " + std::to_string(source_m.x);
+    emitter.position_m = source_m;
+    level.emitters.push_back(emitter);
+  }
+  const Scene scene(level.mesh);
+  const ReflectionLaws laws(level.materials);
+  const Bands air = air_loss_per_m(level.air);
+  const PhotonTracer tracer(scene, level, {.speed_mps = kSpeed_mps, .air_loss_per_m = air});
+  Decay decay;
+  for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
+    TracedRuns traced;
+    for (std::uint64_t first = 0; first < kPhotons; first += kRunPhotons) {
+      const PhotonRun run{seed, first, kRunPhotons};
+      tracer.trace({&run, 1}, traced);
+    }
+    std::array<std::array<double, kBandCount>, kWindows> energy{};
+    for (const Source& deposit : traced.deposits()) {
+      const Bands heard = received_intensity(deposit, level.emitters, laws, air, listener_m);
+      const double time_s = static_cast<double>(deposit.delay_s) +
+                            length(listener_m - Vec3(deposit.position_m)) / kSpeed_mps;
+      const std::size_t window =
+          std::min(kWindows - 1, static_cast<std::size_t>(time_s / kWindow_s));
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        energy[window][b] += static_cast<double>(heard[b]) / kPhotons;
+    }
+    for (std::size_t w = 0; w < kWindows; ++w)
+      for (std::size_t b = 0; b < kBandCount; ++b) {
+        decay.energy[w][b] += energy[w][b] / kSeeds;
+        decay.error[w][b] += energy[w][b] * energy[w][b] / kSeeds;
+      }
+  }
+  for (std::size_t w = 0; w < kWindows; ++w)
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      decay.error[w][b] =
+          std::sqrt((decay.error[w][b] - decay.energy[w][b] * decay.energy[w][b]) / (kSeeds - 1));
+  return decay;
+}
+
+TEST(Reciprocity, LetsSourceAndListenerChangePlaces) {
+  const Vec3 a_m(0.9, 1.2, 0.7), b_m(4.6, 3.7, 2.2);
+  const Decay there = reflected_decay(a_m, b_m), back = reflected_decay(b_m, a_m);
+  double worst = 0, squares = 0;
+  for (std::size_t w = 0; w < kWindows; ++w)
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      const double error = std::hypot(there.error[w][b], back.error[w][b]);
+      const double z = (there.energy[w][b] - back.energy[w][b]) / error;
+      worst = std::max(worst, std::abs(z));
+      squares += z * z / (kWindows * kBandCount);
+      // By Student's law with 15 degrees of freedom on either side, one in 7000 is beyond 4.4.
+      EXPECT_LT(std::abs(z), 4.4) << "window " << w << ", band " << b;
+    }
+  // Bands share their paths and windows do not, so these are some ten values of mean 1.07.
+  EXPECT_LT(squares, 2.5);
+  RecordProperty("worst", std::to_string(worst));
+  RecordProperty("mean_square", std::to_string(squares));
+  // And the noise would not hide a law that is not reciprocal.
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    EXPECT_LT(there.error[0][b], (b < 6 ? 0.005 : 0.02) * there.energy[0][b]) << "band " << b;
+    EXPECT_LT(there.error[4][b], (b < 6 ? 0.04 : 0.1) * there.energy[4][b]) << "band " << b;
+  }
+}
+
+}  // namespace
+}  // namespace clamor
