@@ -20,7 +20,7 @@ namespace clamor {
 // once and for all in ok(), and whatever is read has no meaning.
 class BitReader {
  public:
-  static constexpr std::size_t kSlackBytes = 8;
+  static constexpr std::size_t kSlackBytes = 24;
   static constexpr std::size_t kMostNumbers = 512;  // of a column
 
   // kSlackBytes more than these must be readable.
@@ -41,20 +41,45 @@ class BitReader {
     return static_cast<std::int32_t>(get(bits) << (32 - bits)) >> (32 - bits);
   }
 
-  CLAMOR_INLINE void get_column(std::int32_t* values, std::size_t count) {
+  // unpack_even(bytes, bit, k, base, values, count) is to set each value to base + the next k bits.
+  template <class UnpackEven>
+  CLAMOR_INLINE void get_column(std::int32_t* values, std::size_t count,
+                                const UnpackEven& unpack_even) {
     if (count == 0) return;
     const std::uint32_t kind = get(2);
     const int k = bits_of(get(5));
     const std::uint32_t base = from_zigzag(get(bits_of(get(5))));
-    if (kind > kSigned || (kind != kEven && k > 30) || !ok_) {
+    const std::size_t bits = count * static_cast<std::size_t>(k);
+    if (kind > kSigned || (kind != kEven && k > 30) || !ok_ || bits > end_ - at_) {
       std::fill_n(values, count, 0);
       return fail();
     }
-    get_even(values, count, k, kind == kEven || kind == kSmall ? base : 0);
-    if (kind != kEven && ok_) add_unary(values, count, k);
+    const std::uint32_t first = kind == kSigned ? 0 : base;
+    if (k == 0)
+      std::fill_n(values, count, as_number(first));
+    else
+      unpack_even(bytes_, at_, k, first, values, count);
+    at_ += bits;
+    if (kind == kEven) return;
+    add_unary(values, count, k);
     if (kind == kSigned)
       for (std::size_t i = 0; i < count; ++i)
         values[i] = as_number(base + from_zigzag(as_bits(values[i])));
+  }
+
+  CLAMOR_INLINE void get_column(std::int32_t* values, std::size_t count) {
+    get_column(values, count, unpack_one_by_one);
+  }
+
+  CLAMOR_INLINE static void unpack_one_by_one(const std::byte* bytes, std::size_t bit, int k,
+                                              std::uint32_t base, std::int32_t* values,
+                                              std::size_t count) {
+    const std::uint64_t mask = (std::uint64_t{1} << k) - 1;
+    for (std::size_t i = 0; i < count; ++i, bit += static_cast<std::size_t>(k)) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, bytes + bit / 8, sizeof word);
+      values[i] = as_number(base + static_cast<std::uint32_t>(word >> bit % 8 & mask));
+    }
   }
 
   CLAMOR_INLINE bool ok() const { return ok_; }
@@ -85,20 +110,6 @@ class BitReader {
   CLAMOR_INLINE void fail() {
     ok_ = false;
     at_ = end_;
-  }
-
-  CLAMOR_INLINE void get_even(std::int32_t* values, std::size_t count, int k, std::uint32_t base) {
-    const std::size_t bits = count * static_cast<std::size_t>(k);
-    if (bits > end_ - at_ || k == 0) {
-      std::fill_n(values, count, as_number(base));
-      if (k > 0) fail();
-      return;
-    }
-    const std::uint64_t mask = (std::uint64_t{1} << k) - 1;
-    std::size_t bit = at_;
-    for (std::size_t i = 0; i < count; ++i, bit += static_cast<std::size_t>(k))
-      values[i] = as_number(base + static_cast<std::uint32_t>(word_at(bit) & mask));
-    at_ += bits;
   }
 
   // Adds q << k to each. The ones are found without asking after each whether it was the word's

@@ -4,6 +4,7 @@
 // whole columns at once where that can be done without a branch per source. Arithmetic wraps. The
 // results are the same bits whatever the instruction set (common/maths.h says why).
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <utility>
 
@@ -22,6 +23,7 @@ namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
+namespace hn = hwy::HWY_NAMESPACE;
 using namespace page_layout;
 
 using Numbers = PageWorkspace::Numbers;
@@ -43,8 +45,67 @@ HWY_INLINE bool all_within(const Numbers& numbers, std::size_t n, std::int32_t l
   return low >= least && high <= most;
 }
 
+// Four numbers of k bits are within 16 bytes, and where in those depends on k and on the bit that
+// the first of them starts with. Two fours on, that is the same again.
+struct FourTable {
+  static constexpr int kMostBits = 25;  // more may need five bytes
+  struct Entry {
+    alignas(16) std::array<std::uint8_t, 16> bytes;
+    alignas(16) std::array<std::uint32_t, 4> shifts;
+  };
+  std::array<std::array<Entry, 8>, kMostBits + 1> entries{};
+};
+
+constexpr FourTable four_table() {
+  FourTable table{};
+  for (std::size_t k = 0; k < table.entries.size(); ++k)
+    for (std::size_t start = 0; start < 8; ++start)
+      for (std::size_t i = 0; i < 4; ++i) {
+        const std::size_t bit = start + i * k;
+        table.entries[k][start].shifts[i] = static_cast<std::uint32_t>(bit % 8);
+        for (std::size_t j = 0; j < 4; ++j)
+          table.entries[k][start].bytes[4 * i + j] =
+              static_cast<std::uint8_t>(bit / 8 + j < 16 ? bit / 8 + j : 0x80);
+      }
+  return table;
+}
+
+constexpr FourTable kFours = four_table();
+
+#if HWY_TARGET == HWY_SCALAR
+HWY_INLINE void unpack(const std::byte* bytes, std::size_t bit, int k, std::uint32_t base,
+                       std::int32_t* values, std::size_t count) {
+  BitReader::unpack_one_by_one(bytes, bit, k, base, values, count);
+}
+#else
+HWY_INLINE void unpack(const std::byte* bytes, std::size_t bit, int k, std::uint32_t base,
+                       std::int32_t* HWY_RESTRICT values, std::size_t count) {
+  if (k > FourTable::kMostBits)
+    return BitReader::unpack_one_by_one(bytes, bit, k, base, values, count);
+  const hn::Full128<std::uint32_t> d;
+  const hn::Full128<std::uint8_t> d8;
+  const auto& by_start = kFours.entries[static_cast<std::size_t>(k)];
+  const auto mask = hn::Set(d, (1u << k) - 1), bases = hn::Set(d, base);
+  const auto four = [&](std::size_t at, const FourTable::Entry& entry, std::size_t i) {
+    const auto raw = hn::LoadU(d8, reinterpret_cast<const std::uint8_t*>(bytes) + at / 8);
+    const auto words =
+        hn::BitCast(d, hn::TableLookupBytesOr0(raw, hn::Load(d8, entry.bytes.data())));
+    const auto numbers = hn::And(hn::Shr(words, hn::Load(d, entry.shifts.data())), mask);
+    hn::StoreU(hn::Add(numbers, bases), d, reinterpret_cast<std::uint32_t*>(values) + i);
+  };
+  const std::size_t step = 4 * static_cast<std::size_t>(k);
+  const auto &even = by_start[bit % 8], &odd = by_start[(bit + step) % 8];
+  // What is beyond the last is written as well: columns have room for it.
+  for (std::size_t i = 0; i < count; i += 8, bit += 2 * step) {
+    four(bit, even, i);
+    if (i + 4 < count) four(bit + step, odd, i + 4);
+  }
+}
+#endif
+
+// Writes up to three more numbers than it is asked for.
 HWY_NOINLINE void read_column(PageWorkspace& w, std::int32_t* numbers, std::size_t count) {
-  w.bits.get_column(numbers, count);
+  w.bits.get_column(numbers, count, [](auto... arguments) { unpack(arguments...); });
 }
 
 const char* read_header(PageWorkspace& w, const OctreeNode& node) {
@@ -149,7 +210,7 @@ const char* read_powers(PageWorkspace& w, const PageTables& tables) {
   read_column(w, w.radius.data(), w.rows);
   if (!w.bits.ok()) return "ends too early";
 
-  PageColumns::Column<std::int32_t>& loudest = w.scratch;
+  Numbers& loudest = w.scratch;
   std::copy_n(w.steps[0].begin(), w.rows, loudest.begin());
   for (std::size_t b = 1; b < kBandCount; ++b)
     for (std::size_t i = 0; i < w.rows; ++i) loudest[i] = std::min(loudest[i], w.steps[b][i]);
@@ -327,6 +388,11 @@ const char* decode_here(PageWorkspace& w, std::size_t bytes, const OctreeNode& n
                         const PageTables& tables, PageColumns& columns) {
   w.bits = BitReader(std::span<const std::byte>(w.page).first(bytes));
   if (const char* const wrong = read_header(w, node)) return wrong;
+  if (const char* const wrong = read_planes(w, tables.materials)) return wrong;
+  if (const char* const wrong = read_positions(w, node)) return wrong;
+  if (const char* const wrong = read_powers(w, tables)) return wrong;
+  if (const char* const wrong = read_rest(w, tables.emitters)) return wrong;
+  if (const char* const wrong = read_order(w)) return wrong;
   // What gathers over all rows finds of the emitters.
   for (Numbers* numbers : {&w.position[0], &w.position[1], &w.position[2], &w.delay, &w.radius,
                            &w.mirror[0], &w.mirror[1]})
@@ -334,12 +400,7 @@ const char* decode_here(PageWorkspace& w, std::size_t bytes, const OctreeNode& n
   for (auto& band : w.power) std::fill_n(band.data() + w.rows, w.emitter_rows, 0.0f);
   std::fill_n(w.plane_of_row.data() + w.rows, w.emitter_rows, Place{0});
   std::fill_n(w.sign.data() + w.rows, w.emitter_rows, std::int8_t{1});
-  w.plane[0] = {};
-  if (const char* const wrong = read_planes(w, tables.materials)) return wrong;
-  if (const char* const wrong = read_positions(w, node)) return wrong;
-  if (const char* const wrong = read_powers(w, tables)) return wrong;
-  if (const char* const wrong = read_rest(w, tables.emitters)) return wrong;
-  if (const char* const wrong = read_order(w)) return wrong;
+  if (w.planes == 0) w.plane[0] = {};
   put(w, tables, columns);
   return nullptr;
 }

@@ -13,7 +13,7 @@ namespace clamor {
 
 struct PageWorkspace {
   using Place = std::uint16_t;
-  using Numbers = PageColumns::Column<std::int32_t>;
+  using Numbers = std::array<std::int32_t, kNodeSources + 4>;  // as fours are written at once
   struct PlaneRecord {
     std::array<float, 3> normal;
     std::uint16_t material;
