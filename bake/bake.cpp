@@ -18,6 +18,7 @@
 #include "common/random.h"
 #include "common/version.h"
 #include "formats/page.h"
+#include "formats/source_code.h"
 
 namespace clamor {
 
@@ -182,7 +183,7 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   contents.mesh = level.mesh;
 
   set_patch_radii(traced->deposits);
-  for (Source& deposit : traced->deposits) snap_powers(deposit);
+  quantise(traced->deposits, level.materials);
   for (std::uint32_t i = 0; i < level.emitters.size(); ++i)
     traced->deposits.push_back(
         emitter_source(level.emitters[i], i, workshop.tracer.emitter_key(i)));

@@ -13,12 +13,6 @@ namespace {
 
 constexpr int kDeepest = 20;  // a millionth of the level's edge; below it, cells are chained
 
-float key_of(const Source& source) {
-  double power = 0;
-  for (const float p : source.power) power += p;
-  return static_cast<float>(power / source.u);
-}
-
 // A cube of space and the sources (as indices) that are still to be placed in it.
 struct Cell {
   Vec3 centre_m;
@@ -70,7 +64,7 @@ void summarise(OctreeNode& node, SourceOctree& tree) {
     axis += Vec3(source->normal);
     everywhere |= source->is_emitter;
   }
-  node.highest_key = key_of(*first);
+  node.highest_key = octree_key(*first);
 
   for (const auto child_index : node.children) {
     if (child_index == kNoNode) continue;
@@ -110,7 +104,7 @@ SourceOctree build_octree(std::vector<Source> sources) {
   if (sources.empty()) return tree;
 
   std::vector<float> keys(sources.size());
-  std::transform(sources.begin(), sources.end(), keys.begin(), key_of);
+  std::transform(sources.begin(), sources.end(), keys.begin(), octree_key);
   Vec3f low = sources[0].position_m, high = low;
   for (const Source& source : sources) {
     low = glm::min(low, source.position_m);

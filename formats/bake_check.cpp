@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formats/page_layout.h"
+
 namespace clamor {
 
 namespace {
@@ -47,6 +49,13 @@ Result<void> check_octree(const BakeContents& contents) {
   for (std::size_t i = 0; i < octree.sources.size(); ++i)
     if (const char* const wrong = wrong_with(octree.sources[i], contents))
       return Error("source " + std::to_string(i) + " " + wrong);
+  const int mirror_bits = mirror_bits_for(contents.materials);
+  for (const OctreeNode& node : octree.nodes)
+    for (std::size_t i = 0; i < node.source_count; ++i) {
+      const Source& source = octree.sources[node.first_source + i];
+      if (!source.is_emitter && !page_layout::grid_box_of(node).holds(code_of(source, mirror_bits)))
+        return Error("source " + std::to_string(node.first_source + i) + " lies outside its node");
+    }
   return {};
 }
 

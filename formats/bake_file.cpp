@@ -101,7 +101,7 @@ BakeBytes BakeFile::bytes() const {
   bytes.root = state_->preamble.root_bytes;
   for (std::size_t i = 0; i < state_->root.pages.size(); ++i) {
     bytes.pages += state_->root.pages[i].bytes;
-    bytes.pages_unpacked += page_bytes(state_->root.nodes[i].source_count);
+    bytes.pages_unpacked += kColumnBytes * state_->root.nodes[i].source_count;
   }
   for (const StoredSignal& signal : state_->root.signals) bytes.signals += signal.section.bytes;
   bytes.geometry = state_->root.geometry.bytes;
@@ -112,11 +112,11 @@ PageInfo BakeFile::page(std::size_t index) const {
   const std::uint32_t sources = state_->root.nodes[index].source_count;
   return {state_->root.pages[index].offset,
           static_cast<std::uint32_t>(state_->root.pages[index].bytes),
-          static_cast<std::uint32_t>(page_bytes(sources)), sources};
+          static_cast<std::uint32_t>(kColumnBytes * sources), sources};
 }
 
-Result<std::vector<Source>> BakeFile::read_page(std::size_t index) const {
-  const OctreeNode& node = state_->root.nodes[index];
+Result<void> BakeFile::read_page(std::size_t index, PageDecoder& decoder,
+                                 PageColumns& columns) const {
   const auto failed = [&](const Error& error) {
     return damaged(state_->path + ": page " + std::to_string(index + 1) + " of " +
                    std::to_string(page_count()) + " (" +
@@ -125,19 +125,26 @@ Result<std::vector<Source>> BakeFile::read_page(std::size_t index) const {
   };
   const auto frame = state_->verified(state_->root.pages[index]);
   if (!frame.ok()) return failed(frame.error());
-  const auto bytes = unpacked(*frame, page_bytes(node.source_count));
-  if (!bytes.ok()) return failed(bytes.error());
-  auto sources = decode_page(node, *bytes, state_->root.emitters, state_->root.materials.size());
-  if (!sources.ok()) return failed(sources.error());
-  return sources;
+  const auto done = decoder.decode(state_->root.nodes[index], *frame, state_->root.emitters,
+                                   state_->root.materials.size(), columns);
+  return done.ok() ? done : failed(done.error());
+}
+
+Result<std::vector<Source>> BakeFile::read_page(std::size_t index) const {
+  PageDecoder decoder;
+  const auto columns = std::make_unique<PageColumns>();
+  const auto done = read_page(index, decoder, *columns);
+  if (!done.ok()) return done.error();
+  return sources_of(*columns);
 }
 
 Result<std::vector<Source>> BakeFile::read_all_sources() const {
   std::vector<Source> all;
+  PageDecoder decoder;
+  const auto columns = std::make_unique<PageColumns>();
   for (std::size_t i = 0; i < page_count(); ++i) {
-    const auto page = read_page(i);
-    if (!page.ok()) return page.error();
-    all.insert(all.end(), page->begin(), page->end());
+    if (const auto done = read_page(i, decoder, *columns); !done.ok()) return done.error();
+    for (std::size_t k = 0; k < columns->count; ++k) all.push_back(columns->source(k));
   }
   return all;
 }

@@ -17,8 +17,11 @@
 
 namespace clamor {
 
-inline constexpr std::uint16_t kFormatMajor = 1;
-inline constexpr std::uint16_t kFormatMinor = 2;
+class PageDecoder;
+struct PageColumns;
+
+inline constexpr std::uint16_t kFormatMajor = 2;
+inline constexpr std::uint16_t kFormatMinor = 0;
 
 // Everything that made the bake what it is. No clock, no thread count, no path: the same level
 // and settings give the same bytes.
@@ -125,6 +128,9 @@ class BakeFile {
   // Decodes one page, checked: its node's sources, by descending key. Quantised as bake_format.md
   // says; emitters exactly as in the emitter table.
   Result<std::vector<Source>> read_page(std::size_t index) const;
+
+  // The same as columns, without allocating: for those who read many.
+  Result<void> read_page(std::size_t index, PageDecoder& decoder, PageColumns& columns) const;
 
   // All pages, in order: the octree's sources. Memory grows with the file.
   Result<std::vector<Source>> read_all_sources() const;

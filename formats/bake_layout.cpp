@@ -12,19 +12,27 @@ namespace {
 
 constexpr int kLevel = 9;  // 3 makes pages 2 % larger, 19 another 1 % smaller at 10 times the time
 
+constexpr int kLightLevel = -1;  // repetitions only, no entropy stage
+
+std::vector<std::byte> packed_at(int level, std::span<const std::byte> bytes) {
+  std::vector<std::byte> frame(ZSTD_compressBound(bytes.size()));
+  const std::size_t size =
+      ZSTD_compress(frame.data(), frame.size(), bytes.data(), bytes.size(), level);
+  assert(!ZSTD_isError(size));  // the buffer is as large as any frame can be
+  frame.resize(size);
+  return frame;
+}
+
 }  // namespace
 
 std::uint64_t hash_of(std::span<const std::byte> bytes) {
   return XXH3_64bits(bytes.data(), bytes.size());
 }
 
-std::vector<std::byte> packed(std::span<const std::byte> bytes) {
-  std::vector<std::byte> frame(ZSTD_compressBound(bytes.size()));
-  const std::size_t size =
-      ZSTD_compress(frame.data(), frame.size(), bytes.data(), bytes.size(), kLevel);
-  assert(!ZSTD_isError(size));  // the buffer is as large as any frame can be
-  frame.resize(size);
-  return frame;
+std::vector<std::byte> packed(std::span<const std::byte> bytes) { return packed_at(kLevel, bytes); }
+
+std::vector<std::byte> packed_lightly(std::span<const std::byte> bytes) {
+  return packed_at(kLightLevel, bytes);
 }
 
 std::string packing_library_version() { return std::string("zstd ") + ZSTD_versionString(); }
@@ -37,6 +45,28 @@ Result<std::vector<std::byte>> unpacked(std::span<const std::byte> frame, std::s
   const std::size_t got = ZSTD_decompress(bytes.data(), size, frame.data(), frame.size());
   if (ZSTD_isError(got) || got != size) return Error("is not a complete zstd frame");
   return bytes;
+}
+
+struct Unpacker::State {
+  struct Free {
+    void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
+  };
+  std::unique_ptr<ZSTD_DCtx, Free> context{ZSTD_createDCtx()};
+};
+
+Unpacker::Unpacker() : state_(std::make_unique<State>()) {}
+Unpacker::Unpacker(Unpacker&&) noexcept = default;
+Unpacker& Unpacker::operator=(Unpacker&&) noexcept = default;
+Unpacker::~Unpacker() = default;
+
+Result<std::size_t> Unpacker::unpack(std::span<const std::byte> frame, std::span<std::byte> room) {
+  // Unknown and wrong sizes are the two largest numbers.
+  const auto size = ZSTD_getFrameContentSize(frame.data(), frame.size());
+  if (size > room.size()) return Error("does not unpack to what its sources take");
+  const std::size_t got =
+      ZSTD_decompressDCtx(state_->context.get(), room.data(), size, frame.data(), frame.size());
+  if (ZSTD_isError(got) || got != size) return Error("is not a complete zstd frame");
+  return got;
 }
 
 }  // namespace clamor

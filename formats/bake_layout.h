@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,10 +41,31 @@ std::uint64_t hash_of(std::span<const std::byte> bytes);
 // One zstd frame; a function of the bytes alone.
 std::vector<std::byte> packed(std::span<const std::byte> bytes);
 
+// The same for bytes that are packed to the bit already: quick to unpack, as what does not repeat
+// is only copied.
+std::vector<std::byte> packed_lightly(std::span<const std::byte> bytes);
+
 // "zstd 1.5.4".
 std::string packing_library_version();
 
 // Exactly `size` bytes out of one frame. Allocates them and no more, whatever the frame claims.
 Result<std::vector<std::byte>> unpacked(std::span<const std::byte> frame, std::size_t size);
+
+// Unpacks frame after frame without allocating. Threads: one at a time.
+class Unpacker {
+ public:
+  Unpacker();
+  Unpacker(Unpacker&&) noexcept;
+  Unpacker& operator=(Unpacker&&) noexcept;
+  ~Unpacker();
+
+  // One frame into `room`; returns how many bytes it took. A frame that says it needs more, or does
+  // not say, is refused before it is touched.
+  Result<std::size_t> unpack(std::span<const std::byte> frame, std::span<std::byte> room);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 }  // namespace clamor

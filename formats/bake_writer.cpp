@@ -18,6 +18,7 @@
 #include "formats/bake_root_reader.h"
 #include "formats/geometry_section.h"
 #include "formats/page.h"
+#include "formats/source_code.h"
 
 namespace clamor {
 
@@ -57,14 +58,17 @@ struct Sections {
   GeometryCounts geometry_counts;
 };
 
-Result<void> write_pages(const SourceOctree& octree, Appender& appender, Sections& sections) {
+Result<void> write_pages(const BakeContents& contents, Appender& appender, Sections& sections) {
+  const SourceOctree& octree = contents.octree;
+  const int mirror_bits = mirror_bits_for(contents.materials);
   for (std::size_t first = 0; first < octree.nodes.size(); first += kPagesAtOnce) {
     const std::size_t count = std::min(kPagesAtOnce, octree.nodes.size() - first);
     std::vector<std::vector<std::byte>> frames(count);
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
       const OctreeNode& node = octree.nodes[first + i];
-      frames[i] = packed(encode_page(
-          node, std::span(octree.sources).subspan(node.first_source, node.source_count)));
+      frames[i] = packed_lightly(
+          encode_page(node, std::span(octree.sources).subspan(node.first_source, node.source_count),
+                      mirror_bits));
     });
     for (const auto& frame : frames) {
       const auto section = appender.append(frame);
@@ -232,7 +236,7 @@ Result<void> write_all(AtomicFile& file, const std::string& path, const BakeCont
   Sections sections;
   if (const auto room = appender.append(std::vector<std::byte>(sizeof(Preamble))); !room.ok())
     return room.error();
-  if (const auto done = write_pages(contents.octree, appender, sections); !done.ok()) return done;
+  if (const auto done = write_pages(contents, appender, sections); !done.ok()) return done;
   if (const auto done = write_signals(contents.signals, appender, sections); !done.ok())
     return done;
   const auto geometry = appender.append(pack_geometry(contents.mesh, sections.geometry_counts));

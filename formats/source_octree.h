@@ -19,6 +19,14 @@ namespace clamor {
 inline constexpr std::uint32_t kNodeSources = 512;
 inline constexpr std::uint32_t kNoNode = 0xffffffff;
 
+// What the octree is ordered by. Pages are sorted by it when they are read, so a change of it is a
+// change of the file format.
+inline float octree_key(const Source& source) {
+  double power = 0;
+  for (const float p : source.power) power += p;
+  return static_cast<float>(power / source.u);
+}
+
 struct OctreeNode {
   Vec3f low_m{}, high_m{};   // tight bounds of all sources in the node and below
   float highest_key = 0;     // of the node, hence of everything below

@@ -112,7 +112,7 @@ TEST_F(BakeFileValues, ANewerMajorIsNamedEvenIfItSumsItsFirstBytesInAnotherWay) 
   bytes[8] = std::byte{5};  // and nothing is sealed
   const auto file = opened(bytes);
   ASSERT_FALSE(file.ok());
-  EXPECT_NE(file.error().message.find("format 5, but this build reads format 1. Update the player"),
+  EXPECT_NE(file.error().message.find("format 5, but this build reads format 2. Update the player"),
             std::string::npos)
       << file.error().message;
 }
@@ -146,14 +146,21 @@ TEST_F(BakeFileValues, ANodeWithNegativePowerOrAnImpossibleConeIsRefused) {
 
 TEST_F(BakeFileValues, APageCannotDeclareAPowerThatIsInfiniteOrBecomesSoOverU) {
   const BakeContents made = contents();
-  Bytes page = encode_page(made.octree.nodes[0], made.octree.sources);
+  Bytes page = encode_page(made.octree.nodes[0], made.octree.sources, 8);
   ASSERT_TRUE(decode_page(made.octree.nodes[0], page, made.emitters, 1).ok());
-  for (const std::int32_t top : {481, 800, 2000, 2'000'000'000}) {
-    std::memcpy(page.data() + 4, &top, 4);
+  // The loudest power is bits 36 to 45, half decibels above 1e-24.
+  const auto set_top = [&page](unsigned top) {
+    for (unsigned bit = 0; bit < 10; ++bit) {
+      std::byte& byte = page[(36 + bit) / 8];
+      const auto mask = static_cast<std::byte>(1u << (36 + bit) % 8);
+      byte = (top >> bit & 1) != 0 ? byte | mask : byte & ~mask;
+    }
+  };
+  for (const unsigned top : {961u, 1000u, 1023u}) {
+    set_top(top);
     EXPECT_FALSE(decode_page(made.octree.nodes[0], page, made.emitters, 1).ok()) << top;
   }
-  const std::int32_t highest = 480;
-  std::memcpy(page.data() + 4, &highest, 4);
+  set_top(960);
   const auto decoded = decode_page(made.octree.nodes[0], page, made.emitters, 1);
   ASSERT_TRUE(decoded.ok());
   for (const Source& source : *decoded) {
@@ -161,6 +168,7 @@ TEST_F(BakeFileValues, APageCannotDeclareAPowerThatIsInfiniteOrBecomesSoOverU) {
     for (const float power : source.power) key += power / 0x1p-32f;
     EXPECT_TRUE(std::isfinite(key));
   }
+  EXPECT_NEAR((*decoded)[0].power[0], 1e24, 1e18);  // and so it comes first
 }
 
 TEST_F(BakeFileValues, ALoudEmitterDoesNotSilenceTheFaintSourcesOfItsPage) {
@@ -168,7 +176,7 @@ TEST_F(BakeFileValues, ALoudEmitterDoesNotSilenceTheFaintSourcesOfItsPage) {
   made.emitters[0].gain = 1e4;  // +80 dB
   set_from_emitter(made.octree.sources[0], made.emitters[0]);
   made.octree.sources[1].power = same_in_all_bands(1e-6f);  // -60 dB: 151 dB below the emitter
-  const Bytes page = encode_page(made.octree.nodes[0], made.octree.sources);
+  const Bytes page = encode_page(made.octree.nodes[0], made.octree.sources, 8);
   const auto decoded = decode_page(made.octree.nodes[0], page, made.emitters, 1);
   ASSERT_TRUE(decoded.ok());
   EXPECT_EQ((*decoded)[0].power, made.octree.sources[0].power);

@@ -38,10 +38,10 @@ TEST(BakeFormat, WorksThroughThePageThatTheCodeWrites) {
   source.u = std::bit_cast<float>(std::uint32_t{0x3f287b9e});
 
   const auto documented = documented_page();
-  EXPECT_EQ(documented, encode_page(node, std::span(&source, 1)));
+  EXPECT_EQ(documented, encode_page(node, std::span(&source, 1), 8));
 
-  const auto read = decode_page(node, documented, {click}, 0);
-  ASSERT_TRUE(read.ok());
+  const auto read = decode_page(node, documented, std::span(&click, 1), 0);
+  ASSERT_TRUE(read.ok()) << read.error().message;
   EXPECT_EQ((*read)[0].position_m, Vec3f(1, 1.5f, -3));
   EXPECT_TRUE((*read)[0].is_emitter);
   EXPECT_EQ((*read)[0].power, source.power);

@@ -1,0 +1,82 @@
+// page_layout.h: what those who write, check and read pages share, and nobody else.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "formats/source_code.h"
+#include "formats/source_octree.h"
+
+namespace clamor::page_layout {
+
+inline constexpr int kCountBits = 10;  // 0 to 512 sources
+inline constexpr int kPowerBits = 10;  // 0 to 961 half decibels
+inline constexpr int kWeightBits = 7;  // 16ths, -4 to 4
+inline constexpr int kWeightOne = 16;
+inline constexpr int kFlagBits = 3;
+inline constexpr std::uint32_t kStoresNumbers = 1, kStoresPolarity = 2, kStoresOrder = 4;
+
+// Half decibels below the page's loudest band, of band b from those of the bands b - 1 and b - 2.
+CLAMOR_INLINE std::int32_t predicted(std::int32_t one_below, std::int32_t two_below,
+                                     std::int32_t weight_one, std::int32_t weight_two) {
+  const auto product = [](std::int32_t a, std::int32_t b) {
+    return static_cast<std::uint32_t>(a) * static_cast<std::uint32_t>(b);
+  };
+  return static_cast<std::int32_t>(product(one_below, weight_one) + product(two_below, weight_two) +
+                                   kWeightOne / 2) >>
+         4;
+}
+
+// A plane through points of the grid: the coordinate that changes least along it, from the others.
+struct Plane {
+  std::size_t w = 0, u = 1, v = 2;        // axes; the normal is longest along w
+  std::int64_t slope_u = 0, slope_v = 0;  // 65536ths
+
+  // How far w is above its value where u and v are 0.
+  CLAMOR_INLINE std::int32_t rise(std::int64_t u_steps, std::int64_t v_steps) const {
+    return static_cast<std::int32_t>((slope_u * u_steps + slope_v * v_steps + 32768) >> 16);
+  }
+};
+
+CLAMOR_INLINE Plane plane_of(const std::array<float, 3>& normal) {
+  const auto size = [&normal](std::size_t axis) {
+    return normal[axis] < 0 ? -normal[axis] : normal[axis];
+  };
+  Plane plane;
+  if (size(1) > size(plane.w)) plane.w = 1;
+  if (size(2) > size(plane.w)) plane.w = 2;
+  plane.u = (plane.w + 1) % 3;
+  plane.v = (plane.w + 2) % 3;
+  const auto slope = [&normal, &plane](std::size_t axis) {
+    const double ratio = -65536.0 * static_cast<double>(normal[axis]) / normal[plane.w];
+    return static_cast<std::int64_t>(ratio + (ratio < 0 ? -0.5 : 0.5));
+  };
+  plane.slope_u = slope(plane.u);
+  plane.slope_v = slope(plane.v);
+  return plane;
+}
+
+// The grid points about a node's box.
+struct GridBox {
+  std::array<std::int32_t, 3> low{}, high{};
+
+  bool holds(const SourceCode& code) const {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (code.position[axis] < low[axis] || code.position[axis] > high[axis]) return false;
+    return true;
+  }
+};
+CLAMOR_INLINE GridBox grid_box_of(const OctreeNode& node) {
+  GridBox box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const int i = static_cast<int>(axis);
+    box.low[axis] = static_cast<std::int32_t>(
+        std::floor(static_cast<double>(node.low_m[i]) * kPositionSteps_per_m));
+    box.high[axis] = static_cast<std::int32_t>(
+        std::ceil(static_cast<double>(node.high_m[i]) * kPositionSteps_per_m));
+  }
+  return box;
+}
+
+}  // namespace clamor::page_layout

@@ -1,0 +1,64 @@
+// page_workspace.h: a page while it is decoded. For page_decoder.cpp and page_kernel.cpp alone.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "formats/bake_layout.h"
+#include "formats/bit_reader.h"
+#include "formats/page.h"
+
+namespace clamor {
+
+struct PageWorkspace {
+  using Place = std::uint16_t;
+  using Numbers = std::array<std::int32_t, kNodeSources + 4>;  // as fours are written at once
+  struct PlaneRecord {
+    std::array<float, 3> normal;
+    std::uint16_t material;
+  };
+
+  Unpacker unpacker;
+  alignas(64) std::array<std::byte, most_page_bytes(kNodeSources) + BitReader::kSlackBytes> page;
+
+  BitReader bits{{}};
+  std::size_t rows = 0, emitter_rows = 0, planes = 0;
+  std::uint32_t flags = 0;
+  int mirror_bits = 0;
+  std::int32_t top = 0, silent = 0;
+
+  // As they are stored: first the secondary sources, plane by plane, then the emitters.
+  PageColumns::Column<PlaneRecord> plane;
+  PageColumns::Column<Place> plane_of_row;
+  Numbers more, first_u, first_w;  // of each plane
+  std::array<Numbers, 3> position, column;
+  std::array<Numbers, kBandCount> steps;  // half decibels below the top
+  std::array<PageColumns::Column<float>, kBandCount> power;
+  Numbers radius, delay, emitter, scratch;
+  std::array<Numbers, 2> mirror;
+  PageColumns::Column<float> number;
+  PageColumns::Column<std::int8_t> sign;
+  PageColumns::Column<Source> emitter_sources;
+
+  // To be sorted.
+  PageColumns::Column<double> power_sum;
+  PageColumns::Column<std::uint32_t> keys;
+  Numbers slots;
+  PageColumns::Column<std::uint64_t> entries;  // key and row
+  PageColumns::Column<Place> order;            // rows by descending key
+};
+
+// What every page is held against.
+struct PageTables {
+  std::span<const Emitter> emitters;
+  std::size_t materials = 0;
+  const float* power = nullptr;   // power_table()
+  const float* radius = nullptr;  // radius_table()
+};
+
+// Decodes workspace.page, of so many bytes. Returns what is wrong with it, or null.
+const char* decode_page_with(PageWorkspace& workspace, std::size_t bytes, const OctreeNode& node,
+                             const PageTables& tables, PageColumns& columns);
+
+}  // namespace clamor
