@@ -10,7 +10,7 @@
 
 namespace clamor {
 
-constexpr std::size_t kLanes = 16;  // a multiple of every vector's
+constexpr std::size_t kLanes = 32;  // a multiple of every vector's
 
 // Arrays over the photons of a step, so that lanes can run along them. Padded: at 4096 bytes apart
 // a read of one would wait for a write to another, and all would share a few lines of the cache.
