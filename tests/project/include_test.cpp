@@ -35,7 +35,8 @@ struct Fence {
 const std::vector<Fence> kFences = {
     {"Cap'n Proto",
      {"capnp/*", "kj/*", "*.capnp.h"},
-     {"formats/bake_root_reader.cpp", "formats/bake_writer.cpp", "tests/formats/bake_file_test.cpp"}},
+     {"formats/bake_root_reader.cpp", "formats/bake_writer.cpp",
+      "tests/formats/bake_file_test.cpp"}},
     {"CLI11", {"CLI/*"}, {"tools/arguments.cpp"}},
     {"Embree", {"embree3/*", "embree4/*"}, {"bake/scene.cpp", "tests/benchmarks/*"}},
     {"fmt", {"fmt/*"}, {"formats/*.cpp", "bake/level_report.cpp", "tools/*.cpp"}},
@@ -43,7 +44,7 @@ const std::vector<Fence> kFences = {
     {"Google Benchmark", {"benchmark/*"}, {"tests/benchmarks/*"}},
     {"GoogleTest", {"gtest/*", "gmock/*"}, {"tests/*"}},
     {"Highway", {"hwy/*"}, {"bake/trace_*", "runtime/mix_*"}},
-    {"libebur128", {"ebur128.h"}, {"tests/*"}},
+    {"libebur128", {"ebur128.h"}, {"runtime/programme_loudness.cpp", "tests/*"}},
     {"libsndfile", {"sndfile.h"}, {"formats/audio_file.cpp", "tests/*"}},
     {"libsoxr", {"soxr.h"}, {"formats/audio_file.cpp"}},
     {"nanoflann", {"nanoflann.hpp"}, {"bake/patch_radius.cpp"}},
@@ -131,7 +132,7 @@ TEST(Includes, FollowTheDirectionOfTheDesignAndStopAtTheFences) {
 }
 
 TEST(Includes, OfAFenceAreMetSomewhereSoThatNoFenceStandsRoundNothing) {
-  const std::set<std::string> not_yet = {"Google Benchmark", "libebur128"};
+  const std::set<std::string> not_yet = {"Google Benchmark"};
   std::set<std::string> met;
   for (const auto& [folder, allowed] : kMayInclude)
     for (const std::string& file : files_in(folder))

@@ -1,0 +1,46 @@
+#include "common/fourier.h"
+
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace clamor {
+
+Fourier::Fourier(std::size_t size) : order_(size), twiddles_(size / 2) {
+  assert(std::has_single_bit(size));
+  for (std::size_t i = 1; i < size; ++i)
+    order_[i] = order_[i / 2] / 2 + (i % 2 == 1 ? size / 2 : 0);
+  for (std::size_t k = 0; k < twiddles_.size(); ++k)
+    twiddles_[k] =
+        std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(size));
+}
+
+void Fourier::forward(std::span<std::complex<double>> values) const {
+  assert(values.size() == size());
+  for (std::size_t i = 0; i < size(); ++i)
+    if (i < order_[i]) std::swap(values[i], values[order_[i]]);
+  for (std::size_t half = 1; half < size(); half *= 2) {
+    const std::size_t stride = size() / (2 * half);
+    for (std::size_t start = 0; start < size(); start += 2 * half)
+      for (std::size_t k = 0; k < half; ++k) {
+        // Spelled out: the product of std::complex looks for NaN.
+        const std::complex<double> w = twiddles_[k * stride];
+        std::complex<double>&low = values[start + k], &high = values[start + k + half];
+        const std::complex<double> turned(high.real() * w.real() - high.imag() * w.imag(),
+                                          high.real() * w.imag() + high.imag() * w.real());
+        high = low - turned;
+        low += turned;
+      }
+  }
+}
+
+void Fourier::inverse(std::span<std::complex<double>> values) const {
+  for (auto& value : values) value = std::conj(value);
+  forward(values);
+  const double scale = 1 / static_cast<double>(size());
+  for (auto& value : values) value = std::conj(value) * scale;
+}
+
+}  // namespace clamor

@@ -1,0 +1,48 @@
+// sound_analysis.h: what is measured in one sound, so that it can be compared with others.
+//
+// A sound is a programme (a scene, a texture, music) or an impulse response. Both have a spectrum
+// in ERB bands and, in stereo, binaural cues; a programme has loudness and clicks, a response has
+// room parameters, decay curves and echo densities, per octave and ear.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "common/bands.h"
+#include "formats/audio_file.h"
+#include "runtime/binaural_cues.h"
+#include "runtime/click_detector.h"
+#include "runtime/erb_bands.h"
+#include "runtime/programme_loudness.h"
+#include "runtime/room_parameters.h"
+
+namespace clamor {
+
+enum class SoundKind { kProgramme, kImpulseResponse };
+
+struct SoundAnalysis {
+  SoundKind kind = SoundKind::kProgramme;
+  Sound sound = {};
+  ProgrammeLoudness loudness = {};
+  ErbBands spectrum{};
+  BinauralCues binaural = {};
+
+  struct Ear {
+    std::vector<Click> clicks;
+    RoomParameters room;
+    // From the direct sound on, every kEchoDensityHop_s: decay curve, dB, and echo density.
+    std::array<std::vector<double>, kBandCount> decay_db, echo_density;
+  };
+  std::vector<Ear> ears = {};
+};
+
+// Whether a sound begins at once and decays to nothing: the mean time of its energy after the
+// direct sound lies in the first eighth of what follows, and its last tenth has less than a
+// thousandth of the energy.
+bool looks_like_impulse_response(const Sound& sound);
+
+// One or two channels of finite samples, at least one. Of a programme about 60 ms per second and
+// channel, of an impulse response 1 s.
+SoundAnalysis analyse(Sound sound, SoundKind kind);
+
+}  // namespace clamor
