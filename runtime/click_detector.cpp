@@ -86,7 +86,7 @@ std::vector<Click> find_clicks(std::span<const float> samples, double least) {
 
   std::vector<Click> clicks;
   std::size_t last_outlier = 0;
-  for (std::size_t i = 0; i < samples.size(); ++i) {
+  for (std::size_t i = kPredictionOrder; i < samples.size(); ++i) {
     const std::size_t s = i / kStretch;
     double sigma = scale[s];
     if (s > 0) sigma = std::max(sigma, scale[s - 1]);

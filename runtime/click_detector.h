@@ -28,7 +28,8 @@ inline constexpr std::size_t kPredictionOrder = 32;
 inline constexpr double kClickSigmas = 12, kClickSpacing_s = 0.005;
 
 // At kSampleRate_hz. A residual below `least` is no click whatever surrounds it: give 1e-4 of the
-// peak, as 80 dB below it nobody hears one. About 2 ms per second of sound.
+// peak, as 80 dB below it nobody hears one. A recording may begin anywhere: its first
+// kPredictionOrder samples are none either. About 2 ms per second of sound.
 std::vector<Click> find_clicks(std::span<const float> samples, double least);
 
 // Those of `clicks` that no click of `known` is near, within kClickSpacing_s.

@@ -9,7 +9,7 @@ constexpr auto kImpulse = SoundKind::kImpulseResponse;
 
 }  // namespace
 
-const std::array<MeasureInfo, 19> kMeasures = {{
+const std::array<MeasureInfo, 20> kMeasures = {{
     {Measure::kIntegratedLoudness, "integrated_loudness", "loudness, whole", "LUFS", "LU", 1, 1,
      kProgramme, "", "ITU-R BS.1770-4, integrated (libebur128)", "Zwicker and Fastl 1990"},
     {Measure::kMomentaryLoudness, "momentary_loudness", "loudness, 400 ms", "LUFS", "LU", 1, 1,
@@ -77,6 +77,8 @@ const std::array<MeasureInfo, 19> kMeasures = {{
      "Hz",
      "ISO 3382-1 annex B, per octave",
      "ISO 3382-1 annex B"},
+    {Measure::kEarlyIacc, "iacc_early", "IACC, early", "", "", 2, 0.075, kImpulse, "Hz",
+     "ISO 3382-1 annex B, first 80 ms, per octave", "ISO 3382-1 annex B"},
     {Measure::kClicks, "clicks", "new clicks", "", "", 0, 0, kProgramme, "s",
      "linear-prediction residual: Makhoul 1975, Vaseghi and Rayner 1990", "any"},
     {Measure::kL2,

@@ -25,6 +25,7 @@ enum class Measure {
   kIld,
   kItd,
   kIacc,
+  kEarlyIacc,
   kClicks,
   kL2,
   kRenormalisedL2,
@@ -44,6 +45,6 @@ struct MeasureInfo {
   const char* source;                // of the measure
   const char* jnd_source;
 };
-extern const std::array<MeasureInfo, 19> kMeasures;
+extern const std::array<MeasureInfo, 20> kMeasures;
 
 }  // namespace clamor

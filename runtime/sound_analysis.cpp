@@ -54,16 +54,33 @@ void measure_decay(std::span<const float> samples, SoundAnalysis::Ear& ear) {
   }
 }
 
+// Where the first of the ears that hear anything hears it; the end where there is nothing to hear.
+std::size_t direct_sound(const Sound& sound) {
+  double peak = 0;
+  for (const auto& channel : sound.channels) peak = std::max(peak, peak_of(channel));
+  std::size_t direct = sound.frames();
+  for (const auto& channel : sound.channels)
+    if (peak > 0 && peak_of(channel) >= peak / 10) direct = std::min(direct, direct_sound(channel));
+  return direct;
+}
+
+// What arrives within 80 ms of the direct sound in the ear that hears it first.
+Sound early_part(const Sound& sound) {
+  constexpr std::size_t kEarly = kSampleRate_hz * 8 / 100;
+  const std::size_t direct = direct_sound(sound);
+  Sound early{{}, sound.file_rate_hz};
+  for (const auto& channel : sound.channels)
+    early.channels.emplace_back(
+        channel.begin() + static_cast<std::ptrdiff_t>(direct),
+        channel.begin() + static_cast<std::ptrdiff_t>(std::min(channel.size(), direct + kEarly)));
+  return early;
+}
+
 }  // namespace
 
 bool looks_like_impulse_response(const Sound& sound) {
   double energy = 0, moment = 0, end = 0;
-  std::size_t direct = sound.frames();
-  double peak = 0;
-  for (const auto& channel : sound.channels) peak = std::max(peak, peak_of(channel));
-  if (!(peak > 0)) return false;
-  for (const auto& channel : sound.channels)
-    if (peak_of(channel) >= peak / 10) direct = std::min(direct, direct_sound(channel));
+  const std::size_t direct = direct_sound(sound);
   for (const auto& channel : sound.channels)
     for (std::size_t i = direct; i < channel.size(); ++i) {
       const double x2 = static_cast<double>(channel[i]) * channel[i];
@@ -84,6 +101,8 @@ SoundAnalysis analyse(Sound sound, SoundKind kind) {
     for (std::size_t b = 0; b < kErbBandCount; ++b) analysis.spectrum[b] += bands[b];
   }
   analysis.binaural = binaural_cues(spectrum);
+  if (kind == SoundKind::kImpulseResponse)
+    analysis.early_binaural = binaural_cues(sound_spectrum(early_part(heard)));
   if (kind == SoundKind::kProgramme) analysis.loudness = programme_loudness(heard);
   for (const auto& channel : heard.channels) {
     SoundAnalysis::Ear& ear = analysis.ears.emplace_back();

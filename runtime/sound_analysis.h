@@ -26,6 +26,7 @@ struct SoundAnalysis {
   ProgrammeLoudness loudness = {};
   ErbBands spectrum{};
   BinauralCues binaural = {};
+  BinauralCues early_binaural = {};  // of a response: 80 ms from the direct sound on
 
   struct Ear {
     std::vector<Click> clicks;

@@ -88,6 +88,7 @@ class Comparison {
       cue(Measure::kItd, a_.binaural.itd_s, b_.binaural.itd_s, 1e6,
           std::max(kLeastItd_us, phase_us), b <= kLastItdBand);
       cue(Measure::kIacc, a_.binaural.iacc, b_.binaural.iacc, 1, 0, iso(b));
+      cue(Measure::kEarlyIacc, a_.early_binaural.iacc, b_.early_binaural.iacc, 1, 0, iso(b));
     }
   }
 

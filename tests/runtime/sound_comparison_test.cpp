@@ -157,6 +157,24 @@ TEST(Comparison, HearsBinauralChangesAndJudgesThemByTheirOwnJnd) {
   EXPECT_NEAR(worst(wider, Measure::kIacc), -0.2, 0.03);
 }
 
+TEST(Comparison, OfResponsesKeepsTheFirstEightyMillisecondsApart) {
+  // The same early sound in both ears; the tail is alike in A and each ear's own in B.
+  const auto left = decaying(13, 1, 1.5), own = decaying(14, 1, 1.5);
+  auto right = left;
+  std::copy(own.begin() + 480 + 3840, own.end(), right.begin() + 480 + 3840);
+  const auto differences = compare_sounds(stereo(left, left), stereo(left, right), kResponse);
+  // exp(-13.8 x 0.08) = a third of the energy comes later.
+  const double late = std::exp(-6 * std::log(10) * 0.08);
+  for (const DifferencePoint& point : find(differences, Measure::kIacc).points)
+    if (point.at >= 1000) {
+      EXPECT_NEAR(*point.difference, -late, 0.1) << point.at;
+    }
+  // The direct sound is what lies within 20 dB of an ear's own peak, which the tail may move.
+  EXPECT_NEAR(worst(differences, Measure::kEarlyIacc), 0, 1e-3);
+  EXPECT_FALSE(audible_in(differences).contains("iacc_early"));
+  EXPECT_TRUE(audible_in(differences).contains("iacc"));
+}
+
 TEST(Comparison, CountsOnlyClicksThatAreNew) {
   auto a = noise(7, 0.01, 4);
   a[48000] = 1;
