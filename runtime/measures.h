@@ -27,6 +27,11 @@ enum class Measure {
   kIacc,
   kEarlyIacc,
   kClicks,
+  kEnvelopeVariation,
+  kEnvelopeSkewness,
+  kEnvelopeKurtosis,
+  kModulation,
+  kBandCorrelation,
   kL2,
   kRenormalisedL2,
   kCorrelation,
@@ -44,7 +49,8 @@ struct MeasureInfo {
   const char* place;                 // what Point::at counts: "Hz", "s" or ""
   const char* source;                // of the measure
   const char* jnd_source;
+  bool by_chance = false;  // has no JND; judged by a null distribution alone
 };
-extern const std::array<MeasureInfo, 20> kMeasures;
+extern const std::array<MeasureInfo, 25> kMeasures;
 
 }  // namespace clamor

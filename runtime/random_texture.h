@@ -5,7 +5,8 @@
 // in frames of 43 ms, averaged over the frame before and after and over an ERB (at least 5 bins).
 // Each roll then draws new Gaussian noise of that power: level, spectrum, slow envelope and what
 // the ears share are kept, all waveforms and momentary chances are new. Speech or music does not
-// survive it: these are no textures.
+// survive it: these are no textures; and null_distribution.h tells of textures that few signals
+// make.
 //
 // Two rolls differ as two exact renderings do. A roll and the recording itself differ by less,
 // because the chances of the recording are in the estimate; so compare rolls with each other.

@@ -106,10 +106,12 @@ SoundAnalysis analyse(Sound sound, SoundKind kind) {
   if (kind == SoundKind::kProgramme) analysis.loudness = programme_loudness(heard);
   for (const auto& channel : heard.channels) {
     SoundAnalysis::Ear& ear = analysis.ears.emplace_back();
-    if (kind == SoundKind::kProgramme)
+    if (kind == SoundKind::kProgramme) {
       ear.clicks = find_clicks(channel, 1e-4 * peak_of(channel));
-    else
+      ear.texture = texture_statistics(channel);
+    } else {
       measure_decay(channel, ear);
+    }
   }
   return analysis;
 }

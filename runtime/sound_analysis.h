@@ -1,8 +1,8 @@
 // sound_analysis.h: what is measured in one sound, so that it can be compared with others.
 //
 // A sound is a programme (a scene, a texture, music) or an impulse response. Both have a spectrum
-// in ERB bands and, in stereo, binaural cues; a programme has loudness and clicks, a response has
-// room parameters, decay curves and echo densities, per octave and ear.
+// in ERB bands and, in stereo, binaural cues; a programme has loudness, clicks and texture, a
+// response has room parameters, decay curves and echo densities, per octave and ear.
 #pragma once
 
 #include <array>
@@ -15,6 +15,7 @@
 #include "runtime/erb_bands.h"
 #include "runtime/programme_loudness.h"
 #include "runtime/room_parameters.h"
+#include "runtime/texture_statistics.h"
 
 namespace clamor {
 
@@ -30,6 +31,7 @@ struct SoundAnalysis {
 
   struct Ear {
     std::vector<Click> clicks;
+    TextureStatistics texture;
     RoomParameters room;
     // From the direct sound on, every kEchoDensityHop_s: decay curve, dB, and echo density.
     std::array<std::vector<double>, kBandCount> decay_db, echo_density;
@@ -42,7 +44,7 @@ struct SoundAnalysis {
 // thousandth of the energy.
 bool looks_like_impulse_response(const Sound& sound);
 
-// One or two channels of finite samples, at least one. Takes 6 ms per second and channel of a
+// One or two channels of finite samples, at least one. Takes 16 ms per second and channel of a
 // programme, 150 ms of an impulse response.
 SoundAnalysis analyse(Sound sound, SoundKind kind);
 

@@ -165,6 +165,34 @@ class Comparison {
     }
   }
 
+  void texture() {
+    constexpr struct {
+      Measure measure;
+      std::vector<double> TextureStatistics::*values;
+    } kStatistics[] = {
+        {Measure::kEnvelopeVariation, &TextureStatistics::variation},
+        {Measure::kEnvelopeSkewness, &TextureStatistics::skewness},
+        {Measure::kEnvelopeKurtosis, &TextureStatistics::kurtosis},
+        {Measure::kModulation, &TextureStatistics::modulation_db},
+        {Measure::kBandCorrelation, &TextureStatistics::correlation},
+    };
+    for (std::size_t ear = 0; ear < a_.ears.size(); ++ear)
+      for (const auto& [measure, values] : kStatistics) {
+        const auto &of_a = a_.ears[ear].texture.*values, &of_b = b_.ears[ear].texture.*values;
+        if (of_a.empty() || of_b.empty()) continue;
+        const auto count = static_cast<double>(of_a.size());
+        double mean_a = 0, mean_b = 0, square = 0;
+        for (std::size_t i = 0; i < of_a.size(); ++i) {
+          mean_a += of_a[i] / count;
+          mean_b += of_b[i] / count;
+          square += (of_b[i] - of_a[i]) * (of_b[i] - of_a[i]) / count;
+        }
+        DifferencePoint point{.a = mean_a, .b = mean_b, .difference = std::sqrt(square)};
+        if (a_.ears.size() > 1) point.channel = static_cast<int>(ear);
+        add(measure, point);
+      }
+  }
+
   void waveform() {
     double aa = 0, bb = 0, ab = 0;
     each_sample([&](double a, double b) {
@@ -247,6 +275,10 @@ bool Difference::audible(double null_size) const {
   return size() > std::max(*info->jnd > 0 ? 1.0 : 0.0, null_size);
 }
 
+bool Difference::beyond_chance(double null_size) const {
+  return info->by_chance && size() > null_size;
+}
+
 std::vector<Difference> compare(const SoundAnalysis& a, const SoundAnalysis& b) {
   assert(a.kind == b.kind && a.ears.size() == b.ears.size());
   Comparison comparison(a, b);
@@ -255,6 +287,7 @@ std::vector<Difference> compare(const SoundAnalysis& a, const SoundAnalysis& b) 
   if (a.kind == SoundKind::kProgramme) {
     comparison.loudness();
     comparison.clicks();
+    comparison.texture();
   } else {
     comparison.room();
     comparison.decay();

@@ -10,6 +10,9 @@
 //                          band of either sound count as at that floor
 //   binaural_cues.h        ILD, ITD, IACC: in stereo
 //   click_detector.h       clicks of B that A does not have
+//   texture_statistics.h   envelopes in ERB bands: A and B are means over the bands, the difference
+//   is
+//                          the root of the mean square of the bands' differences
 //   decay_curve.h, room_parameters.h, echo_density.h   for impulse responses
 //
 // and the waveform's own: relative L2 = |b - a| / |a|, absolute and with b brought to the energy of
@@ -47,6 +50,9 @@ struct Difference {
 
   // Beyond the JND, and beyond `null_size` where chance alone makes differences of that size.
   bool audible(double null_size = 0) const;
+
+  // Of a measure that only chance can judge: more than chance makes.
+  bool beyond_chance(double null_size) const;
 };
 
 // Both of one kind and with as many channels. The shorter is silent from its end on.

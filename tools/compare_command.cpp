@@ -1,7 +1,10 @@
 // compare_command.cpp: clamor compare: what the ear could tell two recordings apart by.
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <functional>
 #include <mutex>
+#include <optional>
 #include <ostream>
 #include <vector>
 
@@ -15,6 +18,7 @@
 #include "runtime/sound_comparison.h"
 #include "tools/arguments.h"
 #include "tools/commands.h"
+#include "tools/compare_table.h"
 #include "tools/progress.h"
 
 namespace clamor {
@@ -23,129 +27,28 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int kMostRolls = 10000;
+constexpr int kMostRolls = 10000, kMostChannels = 2;
 constexpr std::size_t kMostPointsInJson = 64;  // moments of a long programme are not listed
 
 struct Options {
-  std::string a, b, kind = "auto";
+  std::string a, b, kind = "auto", rolls_folder;
   int null_rolls = 0;
   std::uint64_t seed = 1;
   bool json = false;
 };
 
-// "%" and "LU" stand behind a value, nothing does where the unit is a pure number.
-std::string with(double value, const char* unit, int digits, bool sign = false) {
-  std::string text =
-      sign ? fmt::format("{:+.{}f}", value, digits) : fmt::format("{:.{}f}", value, digits);
-  if (*unit != '\0') text += std::string(" ") + unit;
-  return text;
-}
-
-std::string jnd_text(const MeasureInfo& info, double jnd) {
-  if (!info.jnd) return "-";
-  if (*info.jnd == 0) return "any";
-  return fmt::format("{:.3g}", jnd) + (*info.unit != '\0' ? std::string(" ") + info.unit : "");
-}
-
-// All measures with their sources, for --help.
-std::string purpose() {
-  std::string text =
-      "Tells by what the ear could tell two recordings apart, B from A: a row per measure with "
-      "the\n"
-      "place where they differ most (octave, ERB band, moment, ear), against the just-noticeable\n"
-      "difference (JND). One or two channels; other rates are resampled to 48 kHz; the shorter\n"
-      "counts as silent from its end on. Exit code 0 when they could be compared, alike or not.\n\n"
-      "Measures, in programmes (p) and impulse responses (r):\n";
-  for (const MeasureInfo& info : kMeasures) {
-    const char* const kind = !info.only_in                           ? "p r"
-                             : info.only_in == SoundKind::kProgramme ? "p  "
-                                                                     : "  r";
-    text += fmt::format("  {:<19} {}  {}", info.key, kind, info.source);
-    text += info.jnd ? fmt::format("; JND {} ({})\n", jnd_text(info, *info.jnd), info.jnd_source)
-                     : "; no JND\n";
-  }
-  return text +
-         "\nA crowd or a late tail is a random texture: two exact renderings differ by chance. "
-         "--null "
-         "N\ndraws N pairs of other textures with the power of A, per frequency, moment and ear, "
-         "and "
-         "lets\npass what lies inside the 95th percentile of their differences.\n";
-}
-
-Error in_file(const std::string& path, const std::string& sentence) {
-  return Error(sentence).in(path);
-}
-
-Result<void> check_alike(const Options& options, const Sound& a, const Sound& b) {
+// A sound with as many channels as another.
+Result<Sound> read_alike(const std::string& path, const std::string& other_path,
+                         const Sound& other) {
   const auto kind = [](const Sound& sound) {
     return sound.channels.size() == 1 ? "mono" : "stereo";
   };
-  if (a.channels.size() != b.channels.size())
-    return in_file(options.b, fmt::format("is {}, but {} is {}; give two of the same number of "
-                                          "channels.",
-                                          kind(b), in_quotes(options.a), kind(a)));
-  return {};
-}
-
-std::string place_of(const MeasureInfo& info, const DifferencePoint& point) {
-  std::string place;
-  if (info.jnd && *point.difference == 0) return "";
-  if (std::string_view(info.place) == "Hz")
-    place = point.at >= 1000 ? fmt::format("{:.3g} kHz", point.at / 1000)
-                             : fmt::format("{:.0f} Hz", point.at);
-  else if (std::string_view(info.place) == "s")
-    place = fmt::format("{:.1f} s", point.at);
-  if (point.channel)
-    place += (place.empty() ? "" : ", ") + std::string(*point.channel == 0 ? "left" : "right");
-  return place;
-}
-
-// A verdict per measure: heard or not, where it can be said.
-const char* verdict(const Difference& difference, const NullDistribution* null) {
-  if (!difference.info->jnd || difference.worst() == nullptr) return "";
-  const double size_95 = null == nullptr ? 0 : null->size_95(difference.info->measure);
-  return difference.audible(size_95) ? "audible" : "ok";
-}
-
-// The 95th percentile of chance, in the unit of the difference at a point.
-double null_95(const NullDistribution& null, const Difference& difference, double jnd) {
-  return null.size_95(difference.info->measure) * (jnd > 0 ? jnd : 1);
-}
-
-void print_table(const Options& options, const std::vector<Difference>& differences,
-                 const NullDistribution* null, std::ostream& out) {
-  out << fmt::format("{:<18}{:>13}{:>13}{:>14}   {:<16}{:>9}", "", "A", "B", "B - A", "at", "JND");
-  if (null != nullptr) out << fmt::format("{:>12}", "chance 95%");
-  out << '\n';
-  std::vector<std::string> audible;
-  for (const Difference& difference : differences) {
-    const MeasureInfo& info = *difference.info;
-    const DifferencePoint* const point = difference.worst();
-    std::string row = fmt::format("{:<18}", info.title);
-    if (point == nullptr) {
-      row += fmt::format("{:>13}{:>13}{:>14}", "-", "-", "-");
-    } else {
-      const auto value = [&](const std::optional<double>& x) {
-        return x ? with(*x, info.value_unit, info.digits) : "";
-      };
-      const int digits = std::string_view(info.unit) == "%" ? 1 : info.digits;
-      row += fmt::format("{:>13}{:>13}{:>14}   {:<16}{:>9}", value(point->a), value(point->b),
-                         with(*point->difference, info.unit, digits, info.jnd.has_value()),
-                         place_of(info, *point), jnd_text(info, point->jnd));
-      if (null != nullptr)
-        row += fmt::format("{:>12}", with(null_95(*null, difference, point->jnd), "", digits));
-      const std::string heard = verdict(difference, null);
-      if (heard == "audible") audible.emplace_back(info.title);
-      if (!heard.empty()) row += "  " + heard;
-    }
-    row.erase(row.find_last_not_of(' ') + 1);
-    out << row << '\n';
-  }
-  if (audible.empty()) {
-    out << fmt::format("no measure tells {} from {}\n", options.b, options.a);
-    return;
-  }
-  out << "audible: " << fmt::format("{}", fmt::join(audible, "; ")) << '\n';
+  Result<Sound> sound = read_channels(path, kMostChannels);
+  if (sound.ok() && sound->channels.size() != other.channels.size())
+    return Error(fmt::format("is {}, but {} is {}; give two of the same number of channels.",
+                             kind(*sound), in_quotes(other_path), kind(other)))
+        .in(path);
+  return sound;
 }
 
 ordered_json number(const std::optional<double>& value) {
@@ -173,8 +76,8 @@ ordered_json to_json(const Difference& difference, const NullDistribution* null)
   if (worst == nullptr) json["jnd"] = number(info.jnd);
   if (null != nullptr)
     json["null_95"] = worst == nullptr ? ordered_json(nullptr)
-                                       : ordered_json(null_95(*null, difference, worst->jnd));
-  const std::string heard = verdict(difference, null);
+                                       : ordered_json(chance_95(*null, difference, worst->jnd));
+  const std::string heard = verdict_on(difference, null);
   json["verdict"] = heard.empty() ? ordered_json(nullptr) : ordered_json(heard);
   json["value_unit"] = info.value_unit;
   json["unit"] = info.unit;
@@ -193,30 +96,75 @@ ordered_json to_json(const std::string& path, const Sound& sound) {
           {"rate_hz", sound.file_rate_hz}};
 }
 
-NullDistribution null_of(const Options& options, const SoundAnalysis& a, std::ostream& err) {
-  const RandomTexture texture(a.sound);
+// Calls difference_of_roll() on all cores and shows how far it has got.
+NullDistribution with_progress(
+    int count, const std::function<std::vector<Difference>(std::uint32_t)>& difference_of_roll,
+    std::ostream& err) {
   Progress progress(err, "  chance");
   std::mutex printing;
   int done = 0;
-  return null_distribution(options.null_rolls, [&](std::uint32_t roll) {
-    const auto one = [&](std::uint32_t i) {
-      return analyse(texture.roll(options.seed, 2 * roll + i), a.kind);
-    };
-    std::vector<Difference> differences = compare(one(0), one(1));
+  return null_distribution(count, [&](std::uint32_t roll) {
+    std::vector<Difference> differences = difference_of_roll(roll);
     const std::scoped_lock lock(printing);
-    progress.update(static_cast<double>(++done) / options.null_rolls,
-                    fmt::format("{} of {}", done, options.null_rolls));
+    progress.update(static_cast<double>(++done) / count, fmt::format("{} of {}", done, count));
     return differences;
   });
 }
 
+NullDistribution null_of_texture(const Options& options, const SoundAnalysis& a,
+                                 std::ostream& err) {
+  const RandomTexture texture(a.sound);
+  const auto pair = [&](std::uint32_t roll) {
+    return compare(analyse(texture.roll(options.seed, 2 * roll), a.kind),
+                   analyse(texture.roll(options.seed, 2 * roll + 1), a.kind));
+  };
+  return with_progress(options.null_rolls, pair, err);
+}
+
+// From a folder of exact renderings with other phases.
+Result<NullDistribution> null_of_folder(const Options& options, const SoundAnalysis& a,
+                                        std::ostream& err) {
+  const std::string& folder = options.rolls_folder;
+  std::vector<std::string> paths;
+  std::error_code problem;
+  for (std::filesystem::directory_iterator file(folder, problem), end; !problem && file != end;
+       file.increment(problem))
+    if (std::error_code ignored; file->is_regular_file(ignored))
+      paths.push_back(file->path().string());
+  if (problem)
+    return Error(fmt::format("cannot be read as a folder ({}); give one that holds exact "
+                             "renderings with other phases.",
+                             problem.message()))
+        .in(folder);
+  std::sort(paths.begin(), paths.end());
+  if (paths.size() < static_cast<std::size_t>(kFewestRolls))
+    return Error(fmt::format("holds {} files; a 95th percentile takes {} exact renderings with "
+                             "other phases.",
+                             paths.size(), kFewestRolls))
+        .in(folder);
+
+  std::mutex failing;
+  std::optional<Error> first;
+  const auto roll = [&](std::uint32_t i) {
+    Result<Sound> sound = read_alike(paths[i], options.a, a.sound);
+    if (sound.ok()) {
+      for (auto& channel : sound->channels) channel.resize(a.sound.frames());
+      return compare(a, analyse(std::move(*sound), a.kind));
+    }
+    const std::scoped_lock lock(failing);
+    if (!first) first = sound.error();
+    return compare(a, a);
+  };
+  const NullDistribution null = with_progress(static_cast<int>(paths.size()), roll, err);
+  if (first) return *first;
+  return null;
+}
+
 Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
-  constexpr int kChannels = 2;
-  Result<Sound> a = read_channels(options.a, kChannels);
+  Result<Sound> a = read_channels(options.a, kMostChannels);
   if (!a) return a.error();
-  Result<Sound> b = read_channels(options.b, kChannels);
+  Result<Sound> b = read_alike(options.b, options.a, *a);
   if (!b) return b.error();
-  if (const auto alike = check_alike(options, *a, *b); !alike) return alike;
 
   const bool response =
       options.kind == "response" || (options.kind == "auto" && looks_like_impulse_response(*a) &&
@@ -243,21 +191,31 @@ Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
   const SoundAnalysis analysis_b = analyse(std::move(*b), kind);
   const std::vector<Difference> differences = compare(analysis_a, analysis_b);
   std::optional<NullDistribution> null;
-  if (options.null_rolls > 0) null = null_of(options, analysis_a, err);
+  if (options.null_rolls > 0) null = null_of_texture(options, analysis_a, err);
+  if (!options.rolls_folder.empty()) {
+    const Result<NullDistribution> of_folder = null_of_folder(options, analysis_a, err);
+    if (!of_folder) return of_folder.error();
+    null = *of_folder;
+  }
   const NullDistribution* const yardstick = null ? &*null : nullptr;
 
   if (!options.json) {
     out << fmt::format("A {}\nB {}\n{:.2f} s, {}, compared as {}\n\n", options.a, options.b,
                        seconds(frames), analysis_a.ears.size() == 1 ? "mono" : "stereo",
                        response ? "impulse responses" : "programmes");
-    print_table(options, differences, yardstick, out);
+    print_comparison(options.a, options.b, differences, yardstick, out);
     return {};
   }
-  if (yardstick != nullptr) json["null"] = {{"rolls", options.null_rolls}, {"seed", options.seed}};
+  if (options.null_rolls > 0)
+    json["null"] = {{"rolls", options.null_rolls}, {"seed", options.seed}};
+  else if (yardstick != nullptr)
+    json["null"] = {{"rolls", yardstick->count()}, {"folder", options.rolls_folder}};
   json["audible"] = ordered_json::array();
+  if (yardstick != nullptr) json["beyond_chance"] = ordered_json::array();
   for (const Difference& difference : differences) {
-    if (std::string_view(verdict(difference, yardstick)) == "audible")
-      json["audible"].push_back(difference.info->key);
+    const std::string heard = verdict_on(difference, yardstick);
+    if (heard == "audible") json["audible"].push_back(difference.info->key);
+    if (heard == "beyond chance") json["beyond_chance"].push_back(difference.info->key);
     json["measures"][difference.info->key] = to_json(difference, yardstick);
   }
   out << json.dump(2, ' ', false, ordered_json::error_handler_t::replace) << '\n';
@@ -268,14 +226,17 @@ Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
 
 int run_compare(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   Options options;
-  Arguments parser("compare", purpose(), "clamor compare exact.wav approximation.wav --null 100");
+  Arguments parser("compare", compare_help(),
+                   "clamor compare exact.wav approximation.wav --null 100");
   parser.positional("A", options.a, "the reference: WAV, FLAC, Ogg or MP3");
   parser.positional("B", options.b, "what is compared with it");
   parser.option("--as", options.kind,
                 "programme or response; auto: responses where both begin at once and decay");
   parser.option("--null", options.null_rolls,
-                "for textures: rolls of chance, 19 to 10000, 100 for a firm yardstick; 0: none");
-  parser.option("--seed", options.seed, "of the rolls");
+                "for textures: rolls of steady noise, 19 to 10000, 100 are good; 0: none");
+  parser.option("--seed", options.seed, "of those rolls");
+  parser.option("--rolls", options.rolls_folder,
+                "for textures: a folder of at least 19 exact renderings with other phases");
   parser.flag("--json", options.json, "all of it as JSON, with every octave, band and source");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (options.kind != "auto" && options.kind != "programme" && options.kind != "response")
@@ -285,6 +246,8 @@ int run_compare(std::span<const std::string> arguments, std::ostream& out, std::
       (options.null_rolls < kFewestRolls || options.null_rolls > kMostRolls))
     return parser.bad_usage(
         err, fmt::format("--null must be 0 or lie between {} and {}", kFewestRolls, kMostRolls));
+  if (options.null_rolls != 0 && !options.rolls_folder.empty())
+    return parser.bad_usage(err, "give either --null N or --rolls FOLDER");
   if (const Result<void> done = run(options, out, err); !done) {
     err << "clamor compare: " << done.error().message << '\n';
     return kBadInput;

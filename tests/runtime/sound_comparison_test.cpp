@@ -191,6 +191,26 @@ TEST(Comparison, CountsOnlyClicksThatAreNew) {
   EXPECT_FALSE(find(compare_sounds(mono(b), mono(a)), Measure::kClicks).audible());
 }
 
+TEST(Comparison, LeavesTextureStatisticsToChance) {
+  const auto dense = noise(15, 0.0125, 4), other = noise(16, 0.0125, 4);
+  std::vector<float> sparse(dense.size());
+  for (std::size_t i = 800; i < sparse.size(); i += 1600)
+    sparse[i] = i / 1600 % 3 == 0 ? 0.5f : -0.5f;
+  const auto by_chance = compare_sounds(mono(dense), mono(other));
+  const auto grainy = compare_sounds(mono(dense), mono(sparse));
+  for (const Measure measure : {Measure::kEnvelopeVariation, Measure::kEnvelopeSkewness,
+                                Measure::kModulation, Measure::kBandCorrelation}) {
+    const double chance = find(by_chance, measure).size();
+    EXPECT_GT(chance, 0);
+    EXPECT_GT(find(grainy, measure).size(), 2 * chance)
+        << kMeasures[static_cast<std::size_t>(measure)].key;
+    EXPECT_TRUE(find(grainy, measure).beyond_chance(2 * chance));
+    EXPECT_FALSE(find(by_chance, measure).beyond_chance(2 * chance));
+    EXPECT_FALSE(find(grainy, measure).audible());
+  }
+  EXPECT_FALSE(find(grainy, Measure::kL2).beyond_chance(0));
+}
+
 TEST(Comparison, OfDecaysFindsTheirClosedForms) {
   // The same noise under two envelopes: what differs is the envelope.
   constexpr double kA_s = 1.0, kB_s = 1.2;

@@ -149,6 +149,35 @@ TEST(Compare, MeasuresTexturesByWhatChanceDoesTheSameEveryTime) {
       << table.out;
 }
 
+TEST(Compare, MeasuresByExactRenderingsWhereAFolderHoldsThem) {
+  const Folder folder, rolls;
+  const auto noise = [](const Folder& where, const std::string& name, double gain,
+                        std::uint64_t seed) {
+    return write_noise(where, name,
+                       {.seconds = 0.5, .left = 0.1 * gain, .channels = 1, .seed = seed});
+  };
+  const auto a = noise(folder, "a.wav", 1, 1), other = noise(folder, "other.wav", 1, 3);
+  const auto louder = noise(folder, "louder.wav", 1.5, 3);
+  const std::string where = std::filesystem::path(rolls / "x").parent_path().string();
+  for (std::uint64_t roll = 0; roll < 18; ++roll)
+    noise(rolls, std::to_string(roll) + ".wav", 1, 100 + roll);
+  expect_sentence({"compare", a, other, "--rolls", where}, 1, "18 files");
+  noise(rolls, "18.wav", 1, 118);
+
+  const json inside = json_of({a, other, "--rolls", where});
+  EXPECT_TRUE(inside.at("audible").empty()) << inside.at("audible");
+  EXPECT_EQ(inside.at("null").at("rolls"), 19);
+  EXPECT_EQ(inside.at("null").at("folder"), where);
+  EXPECT_FALSE(json_of({a, louder, "--rolls", where}).at("audible").empty());
+
+  expect_sentence({"compare", a, other, "--rolls", where, "--null", "19"}, 2, "--rolls");
+  expect_sentence({"compare", a, other, "--rolls", folder / "none"}, 1, "none");
+  rolls.write("5.wav", "broken");
+  const Outcome broken = clamor({"compare", a, other, "--rolls", where});
+  EXPECT_EQ(broken.code, 1);
+  EXPECT_NE(broken.err.find("5.wav"), std::string::npos) << broken.err;
+}
+
 TEST(Compare, TakesOtherRatesAndLengthsAndSaysSo) {
   const Folder folder;
   const auto a = write_noise(folder, "a.wav", {});
