@@ -27,6 +27,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
+constexpr float kLoudest = 1e6f;
 constexpr int kMostRolls = 10000, kMostChannels = 2;
 constexpr std::size_t kMostPointsInJson = 64;  // moments of a long programme are not listed
 
@@ -37,13 +38,23 @@ struct Options {
   bool json = false;
 };
 
+Result<Sound> read_sound(const std::string& path) {
+  Result<Sound> sound = read_channels(path, kMostChannels);
+  if (!sound.ok()) return sound;
+  for (const auto& channel : sound->channels)
+    for (const float x : channel)
+      if (std::abs(x) > kLoudest)
+        return Error(fmt::format("reaches {:g}, where full scale is 1; lower it.", x)).in(path);
+  return sound;
+}
+
 // A sound with as many channels as another.
 Result<Sound> read_alike(const std::string& path, const std::string& other_path,
                          const Sound& other) {
   const auto kind = [](const Sound& sound) {
     return sound.channels.size() == 1 ? "mono" : "stereo";
   };
-  Result<Sound> sound = read_channels(path, kMostChannels);
+  Result<Sound> sound = read_sound(path);
   if (sound.ok() && sound->channels.size() != other.channels.size())
     return Error(fmt::format("is {}, but {} is {}; give two of the same number of channels.",
                              kind(*sound), in_quotes(other_path), kind(other)))
@@ -161,7 +172,7 @@ Result<NullDistribution> null_of_folder(const Options& options, const SoundAnaly
 }
 
 Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
-  Result<Sound> a = read_channels(options.a, kMostChannels);
+  Result<Sound> a = read_sound(options.a);
   if (!a) return a.error();
   Result<Sound> b = read_alike(options.b, options.a, *a);
   if (!b) return b.error();

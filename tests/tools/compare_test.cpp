@@ -201,6 +201,9 @@ TEST(Compare, OfSilenceIsAResult) {
   EXPECT_EQ(lost.at("measures").at("integrated_loudness").at("verdict"), "audible");
   EXPECT_EQ(lost.at("measures").at("l2").at("difference"), 1);
   EXPECT_EQ(clamor({"compare", silent, sound}).code, 0);
+  const auto faint = write_noise(folder, "faint.wav", {.left = 1e-42, .right = 1e-30});
+  EXPECT_TRUE(json_of({faint, faint, "--null", "19"}).at("audible").empty());
+  EXPECT_FALSE(json_of({faint, sound}).at("audible").empty());
 }
 
 TEST(Compare, RefusesWhatCannotBeComparedWithOneSentence) {
@@ -225,6 +228,9 @@ TEST(Compare, RefusesWhatCannotBeComparedWithOneSentence) {
   const float nan = NAN;
   std::memcpy(bytes.data() + bytes.size() - 4, &nan, 4);
   expect_sentence({"compare", good, folder.write("nan.wav", bytes)}, 1, "NaN");
+
+  const auto loud = write_noise(folder, "loud.wav", {.seconds = 0.1, .left = 1e30, .right = 1});
+  expect_sentence({"compare", loud, good}, 1, "full scale");
 
   expect_sentence({"compare", good}, 2, "--help");
   expect_sentence({"compare", good, good, "--null", "5"}, 2, "--null");
