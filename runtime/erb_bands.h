@@ -6,6 +6,8 @@
 //
 // B. R. Glasberg, B. C. J. Moore. Derivation of auditory filter shapes from notched-noise data.
 // Hearing Research 47, 1990.
+//
+// Just noticeable: 1 to 2 dB in one band (D. M. Green. Profile Analysis. 1988).
 #pragma once
 
 #include <array>

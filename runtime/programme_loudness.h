@@ -4,6 +4,8 @@
 // both ears, 1 LU is 1 dB. Integrated over a programme, with pauses gated out; momentary over 400
 // ms, here every 100 ms.
 //
+// Just noticeable: about 1 dB (E. Zwicker, H. Fastl. Psychoacoustics. 1990).
+//
 // ITU-R BS.1770-4, Algorithms to measure audio programme loudness, 2015; EBU R 128 and Tech 3341.
 #pragma once
 

@@ -29,8 +29,11 @@ class Comparison {
   }
 
   std::vector<Difference> take() {
+    const bool mono = a_.ears.size() == 1;
     std::erase_if(differences_, [&](const Difference& difference) {
-      return difference.info->only_in && difference.info->only_in != a_.kind;
+      const MeasureInfo& info = *difference.info;
+      const bool binaural = info.measure >= Measure::kIld && info.measure <= Measure::kEarlyIacc;
+      return (info.only_in && info.only_in != a_.kind) || (mono && binaural);
     });
     return std::move(differences_);
   }

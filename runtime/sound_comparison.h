@@ -3,7 +3,7 @@
 // Each sound is analysed once; two analyses give one Difference per measure: the value in either
 // sound, their difference at each place it was taken (octave, ERB band, moment, ear), and the place
 // where it is greatest against the just-noticeable difference (JND). kMeasures lists them with
-// their sources. What each means is said where it is taken:
+// their sources. What each means, and what is noticed of it, is said where it is taken:
 //
 //   programme_loudness.h   integrated and momentary loudness
 //   sound_spectrum.h, erb_bands.h   long-term spectrum; levels more than 60 dB below the loudest
@@ -13,7 +13,9 @@
 //   texture_statistics.h   envelopes in ERB bands: A and B are means over the bands, the difference
 //   is
 //                          the root of the mean square of the bands' differences
-//   decay_curve.h, room_parameters.h, echo_density.h   for impulse responses
+//   decay_curve.h, room_parameters.h, echo_density.h   for impulse responses: per octave and ear,
+//   judged
+//                          from 125 Hz to 4 kHz, the range of ISO 3382-1, echo density from 500 Hz
 //
 // and the waveform's own: relative L2 = |b - a| / |a|, absolute and with b brought to the energy of
 // a (the paper, figure 4), and correlation rho, L2^2 = 1 + g^2 - 2 g rho, g = |b| / |a|. They have

@@ -116,6 +116,7 @@ TEST(Compare, RecognisesImpulseResponsesAndTakesAnotherWord) {
               3);
   EXPECT_EQ(result.at("measures").at("t30").at("verdict"), "audible");
   EXPECT_FALSE(result.at("measures").contains("clicks"));
+  EXPECT_FALSE(result.at("measures").contains("ild"));  // it is mono
   EXPECT_FALSE(result.at("measures").at("t30").contains("channel"));
   const json programme = json_of({a, b, "--as", "programme"});
   EXPECT_EQ(programme.at("kind"), "programme");
