@@ -5,13 +5,14 @@
 // but the 95th percentile of what chance alone does: exact renderings with other random phases. An
 // approximation of the same statistics lies inside it 95 times in 100.
 //
-// Who has a scene renders it again: `difference_of_roll(j)` = compare(exact, render with phases j).
-// Then the test is exact: an approximation as good as another rendering fails one time in 20. Who
-// has only the recording takes pairs of rolls of a RandomTexture of it. That is right for steady
-// noise, and too strict where few signals make the texture: in assets/levels/stadium.glb 16 416
-// fans play 13 loops with phases within 0.3 s, so what interferes at one frequency interferes all
-// the time, and two exact renderings are 1 LU and, in one ERB band, 6 to 12 dB apart where steady
-// noise would be 0.2 LU and 1.3 dB.
+// Who has a scene renders it again: `difference_of_roll(j)` = compare(exact, render with phases
+// j). Then the test is exact: an approximation as good as another rendering fails one time in
+// 20. Who has only the recording takes pairs of rolls of a RandomTexture of it. That is right
+// for steady noise, and too strict where few signals make the texture: in
+// assets/levels/stadium.glb 16 416 fans play 13 loops with phases within 0.3 s, so what
+// interferes at one frequency interferes all the time. Exact renderings of bakes with other
+// seeds were up to 1 LU and, in one ERB band, 6 to 12 dB apart, where steady noise would be 0.2
+// LU and 1.3 dB.
 //
 // Each measure is judged on its own: of ten, at least one lies beyond in four of ten comparisons of
 // exact renderings, were they independent.

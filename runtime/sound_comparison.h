@@ -5,17 +5,17 @@
 // where it is greatest against the just-noticeable difference (JND). kMeasures lists them with
 // their sources. What each means, and what is noticed of it, is said where it is taken:
 //
-//   programme_loudness.h   integrated and momentary loudness
-//   sound_spectrum.h, erb_bands.h   long-term spectrum; levels more than 60 dB below the loudest
-//                          band of either sound count as at that floor
-//   binaural_cues.h        ILD, ITD, IACC: in stereo
-//   click_detector.h       clicks of B that A does not have
-//   texture_statistics.h   envelopes in ERB bands: A and B are means over the bands, the difference
-//   is
-//                          the root of the mean square of the bands' differences
-//   decay_curve.h, room_parameters.h, echo_density.h   for impulse responses: per octave and ear,
-//   judged
-//                          from 125 Hz to 4 kHz, the range of ISO 3382-1, echo density from 500 Hz
+// * programme_loudness.h: integrated and momentary loudness. Moments more than 40 LU below the
+//   loudest of either sound count as at that floor.
+// * sound_spectrum.h, erb_bands.h: the long-term spectrum, levels included. Bands more than 60
+//   dB below the loudest of either sound count as at that floor.
+// * binaural_cues.h: ILD, ITD and IACC, in stereo.
+// * click_detector.h: clicks of B that A does not have.
+// * texture_statistics.h: envelopes in ERB bands. A and B are means over the bands, the
+//   difference is the root of the mean square of the bands' differences.
+// * decay_curve.h, room_parameters.h, echo_density.h: impulse responses, per octave and ear;
+//   judged from 125 Hz to 4 kHz, the range of ISO 3382-1, echo density from 500 Hz. The curves
+//   are compared down to -35 dB; 1 dB is noticed, as of any level.
 //
 // and the waveform's own: relative L2 = |b - a| / |a|, absolute and with b brought to the energy of
 // a (the paper, figure 4), and correlation rho, L2^2 = 1 + g^2 - 2 g rho, g = |b| / |a|. They have
