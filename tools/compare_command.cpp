@@ -247,7 +247,8 @@ int run_compare(std::span<const std::string> arguments, std::ostream& out, std::
                 "for textures: rolls of steady noise, 19 to 10000, 100 are good; 0: none");
   parser.option("--seed", options.seed, "of those rolls");
   parser.option("--rolls", options.rolls_folder,
-                "for textures: a folder of at least 19 exact renderings with other phases");
+                "for textures: a folder of at least 19 exact renderings with other phases (render "
+                "--strategy all, of bakes with other seeds)");
   parser.flag("--json", options.json, "all of it as JSON, with every octave, band and source");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (options.kind != "auto" && options.kind != "programme" && options.kind != "response")
