@@ -42,11 +42,12 @@ std::string place_of(const MeasureInfo& info, const DifferencePoint& point) {
 
 std::string compare_help() {
   std::string text =
-      "Tells by what the ear could tell two recordings apart, B from A: a row per measure with "
+      "Tells by what the ear could tell two recordings apart, B from A: a row per measure with\n"
+      "the place where they differ most (octave, ERB band, moment, ear), against the\n"
+      "just-noticeable difference (JND). One or two channels; other rates are resampled to 48 kHz; "
       "the\n"
-      "place where they differ most (octave, ERB band, moment, ear), against the just-noticeable\n"
-      "difference (JND). One or two channels; other rates are resampled to 48 kHz; the shorter\n"
-      "counts as silent from its end on. Exit code 0 when they could be compared, alike or not.\n\n"
+      "shorter counts as silent from its end on. Exit code 0 when they could be compared, alike or "
+      "not.\n\n"
       "Measures, in programmes (p) and impulse responses (r):\n";
   for (const MeasureInfo& info : kMeasures) {
     const char* const kind = !info.only_in                           ? "p r"
@@ -110,7 +111,8 @@ void print_comparison(const std::string& a, const std::string& b,
     row.erase(row.find_last_not_of(' ') + 1);
     out << row << '\n';
   }
-  if (audible.empty()) out << fmt::format("no measure tells {} from {}\n", b, a);
+  if (audible.empty() && beyond_chance.empty())
+    out << fmt::format("no measure tells {} from {}\n", b, a);
   if (!audible.empty()) out << fmt::format("audible: {}\n", fmt::join(audible, "; "));
   if (!beyond_chance.empty())
     out << fmt::format("beyond chance: {}\n", fmt::join(beyond_chance, "; "));
