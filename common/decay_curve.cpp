@@ -42,6 +42,12 @@ DecayCurve::DecayCurve(const std::vector<EnergyStep>& steps, double end_s) {
   }
 }
 
+double DecayCurve::level_db(double time_s) const {
+  const auto tread = std::lower_bound(treads_.begin(), treads_.end(), time_s,
+                                      [](const Tread& t, double s) { return t.end_s < s; });
+  return tread == treads_.end() ? decibels(0) : tread->level_db;
+}
+
 std::optional<double> DecayCurve::decay_time_s(double from_db, double to_db) const {
   assert(to_db < from_db);
   if (treads_.empty() || end_db_ > to_db - kHeadroom_db) return std::nullopt;

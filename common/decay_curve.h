@@ -27,6 +27,9 @@ class DecayCurve {
 
   double energy() const { return energy_; }
 
+  // Decibels of the whole that have yet to come at a time; -1e9 where nothing does.
+  double level_db(double time_s) const;
+
   // Seconds to fall by 60 dB at the slope of the line through from_db ... to_db (0, -10: EDT; -5,
   // -25: T20; -5, -35: T30). Nothing where the response is too short to tell:
   //

@@ -110,15 +110,11 @@ class Resampler {
   std::vector<float> block_;
 };
 
-}  // namespace
+// All channels apart, or their mean as the only one.
+enum class Channels { kApart, kMean };
 
-Result<std::vector<float>> read_audio(const std::string& path) {
-  const auto bytes = read_whole_file(path);
-  if (!bytes.ok()) return bytes.error();
-  return decode_audio(*bytes, path);
-}
-
-Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const std::string& name) {
+Result<Sound> decode(std::span<const std::byte> file, const std::string& name, Channels wanted,
+                     int most_channels) {
   const auto refused = [&](const std::string& why) { return Error(name + ": " + why); };
   Memory memory{file.data(), nullptr, static_cast<sf_count_t>(file.size()), 0};
   SF_VIRTUAL_IO io = memory_io();
@@ -128,40 +124,70 @@ Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const s
     return refused(
         fmt::format("is no sound file that can be read ({}); give WAV, FLAC, Ogg or MP3.",
                     sf_strerror(nullptr)));
-  if (info.channels < 1 || info.channels > kMostChannels || info.samplerate < kLeastRate_hz ||
+  if (info.channels < 1 || info.channels > most_channels || info.samplerate < kLeastRate_hz ||
       info.samplerate > kMostRate_hz)
     return refused(
         fmt::format("has {} channels at {} Hz; at most {} channels at {} to {} Hz are "
                     "read.",
-                    info.channels, info.samplerate, kMostChannels, kLeastRate_hz, kMostRate_hz));
+                    info.channels, info.samplerate, most_channels, kLeastRate_hz, kMostRate_hz));
 
-  Resampler resampler(info.samplerate);
   const auto channels = static_cast<std::size_t>(info.channels);
+  Sound result{std::vector<std::vector<float>>(wanted == Channels::kMean ? 1 : channels),
+               info.samplerate};
+  std::vector<std::unique_ptr<Resampler>> resamplers;
+  for (std::size_t c = 0; c < result.channels.size(); ++c)
+    resamplers.push_back(std::make_unique<Resampler>(info.samplerate));
   std::vector<float> block(static_cast<std::size_t>(kBlockFrames) * channels);
-  std::vector<float> mono, result;
+  std::vector<float> mono;
   double length_s = 0;
   for (;;) {
     const sf_count_t frames = sf_readf_float(sound.get(), block.data(), kBlockFrames);
     if (frames <= 0) break;
-    mono.assign(static_cast<std::size_t>(frames), 0);
-    for (std::size_t i = 0; i < mono.size(); ++i) {
-      double sum = 0;
-      for (std::size_t c = 0; c < channels; ++c) sum += block[i * channels + c];
-      mono[i] = static_cast<float>(sum / info.channels);
-      if (!std::isfinite(mono[i]))
-        return refused("holds samples that are no finite numbers (NaN or infinite); repair it.");
-    }
     length_s += static_cast<double>(frames) / info.samplerate;
     if (length_s > kLongest_s)
       return refused("is longer than 30 minutes, the most that is read; cut it.");
-    if (!resampler.append(mono, result)) return refused("cannot be resampled to 48 kHz.");
+    mono.assign(static_cast<std::size_t>(frames), 0);
+    for (std::size_t to = 0; to < result.channels.size(); ++to) {
+      const std::size_t begin = wanted == Channels::kMean ? 0 : to;
+      const std::size_t end = wanted == Channels::kMean ? channels : to + 1;
+      for (std::size_t i = 0; i < mono.size(); ++i) {
+        double sum = 0;
+        for (std::size_t c = begin; c < end; ++c) sum += block[i * channels + c];
+        mono[i] = static_cast<float>(sum / static_cast<double>(end - begin));
+        if (!std::isfinite(mono[i]))
+          return refused("holds samples that are no finite numbers (NaN or infinite); repair it.");
+      }
+      if (!resamplers[to]->append(mono, result.channels[to]))
+        return refused("cannot be resampled to 48 kHz.");
+    }
   }
   if (sf_error(sound.get()) != SF_ERR_NO_ERROR)
     return refused(fmt::format("is damaged ({}); export it again.", sf_strerror(sound.get())));
-  if (length_s > 0 && !resampler.append({}, result))
-    return refused("cannot be resampled to 48 kHz.");
-  if (result.empty()) return refused("holds no samples; export it again.");
+  for (std::size_t c = 0; length_s > 0 && c < result.channels.size(); ++c)
+    if (!resamplers[c]->append({}, result.channels[c]))
+      return refused("cannot be resampled to 48 kHz.");
+  if (result.frames() == 0) return refused("holds no samples; export it again.");
   return result;
+}
+
+}  // namespace
+
+Result<std::vector<float>> read_audio(const std::string& path) {
+  const auto bytes = read_whole_file(path);
+  if (!bytes.ok()) return bytes.error();
+  return decode_audio(*bytes, path);
+}
+
+Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const std::string& name) {
+  Result<Sound> sound = decode(file, name, Channels::kMean, kMostChannels);
+  if (!sound.ok()) return sound.error();
+  return std::move(sound->channels.front());
+}
+
+Result<Sound> read_channels(const std::string& path, int most_channels) {
+  const auto bytes = read_whole_file(path);
+  if (!bytes.ok()) return bytes.error();
+  return decode(*bytes, path, Channels::kApart, std::min(most_channels, kMostChannels));
 }
 
 Result<std::vector<std::byte>> encode_flac(std::span<const float> samples) {

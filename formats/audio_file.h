@@ -17,6 +17,17 @@ namespace clamor {
 Result<std::vector<float>> read_audio(const std::string& path);
 Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const std::string& name);
 
+// A sound with its channels apart, at kSampleRate_hz, all of one length.
+struct Sound {
+  std::vector<std::vector<float>> channels;
+  int file_rate_hz = 0;  // what it had before it was resampled
+
+  std::size_t frames() const { return channels.empty() ? 0 : channels.front().size(); }
+};
+
+// At most `most_channels` channels; otherwise as read_audio().
+Result<Sound> read_channels(const std::string& path, int most_channels);
+
 // FLAC, 24 bit, one channel, at kSampleRate_hz: how signals are kept in a bake file. Full scale
 // is +-1; louder samples are an Error.
 Result<std::vector<std::byte>> encode_flac(std::span<const float> samples);

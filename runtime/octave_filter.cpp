@@ -61,6 +61,9 @@ double octave_edge_hz(std::size_t band, double octaves) {
   return 1000 * std::pow(10.0, 0.3 * (static_cast<double>(band) - 4 + octaves));
 }
 
+// Edges lie a little further out than half an octave, so that they are 3 dB down and not 6.
+double outwards() { return std::pow(std::numbers::sqrt2 - 1, -1.0 / (2 * kOctaveOrder)); }
+
 }  // namespace
 
 double band_edge_hz(std::size_t below, std::size_t above) {
@@ -82,14 +85,22 @@ std::vector<double> sum_of_bands(const std::array<std::vector<double>, kBandCoun
 }
 
 std::vector<double> octave_of(std::span<const double> signal, std::size_t band) {
-  // Edges lie a little further out than half an octave, so that they are 3 dB down and not 6.
-  const double outwards = std::pow(std::numbers::sqrt2 - 1, -1.0 / (2 * kOctaveOrder));
   std::vector<double> octave = padded(signal);
-  low_pass(octave, octave_edge_hz(band, 0.5) * outwards, kOctaveOrder);
+  low_pass(octave, octave_edge_hz(band, 0.5) * outwards(), kOctaveOrder);
   std::vector<double> below = octave;
-  low_pass(below, octave_edge_hz(band, -0.5) / outwards, kOctaveOrder);
+  low_pass(below, octave_edge_hz(band, -0.5) / outwards(), kOctaveOrder);
   for (std::size_t i = 0; i < octave.size(); ++i) octave[i] -= below[i];
   return octave;
+}
+
+double octave_gain(std::size_t band, double frequency_hz) {
+  const auto low = [&](double edge_hz) {
+    const double w = std::tan(kPi * frequency_hz / kSampleRate_hz);
+    const double w_edge = std::tan(kPi * edge_hz / kSampleRate_hz);
+    return 1 / (1 + std::pow(w / w_edge, 2 * kOctaveOrder));
+  };
+  return low(octave_edge_hz(band, 0.5) * outwards()) *
+         (1 - low(octave_edge_hz(band, -0.5) / outwards()));
 }
 
 double octave_width_hz(std::size_t band) {

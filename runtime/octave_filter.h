@@ -38,6 +38,9 @@ std::vector<double> sum_of_bands(const std::array<std::vector<double>, kBandCoun
 inline constexpr std::size_t kOctaveRing = 12000;
 std::vector<double> octave_of(std::span<const double> signal, std::size_t band);
 
+// Its amplitude at a frequency below half the rate, the closed form.
+double octave_gain(std::size_t band, double frequency_hz);
+
 // Width of the measurement's octave `band`.
 double octave_width_hz(std::size_t band);
 

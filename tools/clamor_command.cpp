@@ -23,6 +23,7 @@ constexpr std::string_view kHelp =
   clamor play LEVEL.clamor                  walk through it and listen
   clamor render LEVEL.clamor -o OUT.wav     the same, to a WAV file
   clamor impulse LEVEL.clamor -o IR.wav     impulse response and room parameters (ISO 3382-1)
+  clamor compare A.wav B.wav                by what the ear could tell two recordings apart
   clamor devices                            sound devices that play can use
 
   clamor COMMAND --help                     all about one of them
@@ -36,11 +37,12 @@ struct Command {
   int (*run)(std::span<const std::string>, std::ostream&, std::ostream&);
 };
 
-constexpr std::array<Command, 7> kCommands = {{{"bake", run_bake},
+constexpr std::array<Command, 8> kCommands = {{{"bake", run_bake},
                                                {"merge", run_merge},
                                                {"inspect", run_inspect},
                                                {"render", run_render},
                                                {"impulse", run_impulse},
+                                               {"compare", run_compare},
                                                {"play", run_play},
                                                {"devices", run_devices}}};
 

@@ -19,6 +19,7 @@ int run_merge(std::span<const std::string> arguments, std::ostream& out, std::os
 int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+int run_compare(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_devices(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 

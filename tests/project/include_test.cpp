@@ -44,7 +44,7 @@ const std::vector<Fence> kFences = {
     {"Google Benchmark", {"benchmark/*"}, {"tests/benchmarks/*"}},
     {"GoogleTest", {"gtest/*", "gmock/*"}, {"tests/*"}},
     {"Highway", {"hwy/*"}, {"bake/trace_*", "formats/page_kernel.cpp", "runtime/mix_*"}},
-    {"libebur128", {"ebur128.h"}, {"tests/*"}},
+    {"libebur128", {"ebur128.h"}, {"runtime/programme_loudness.cpp", "tests/*"}},
     {"libsndfile", {"sndfile.h"}, {"formats/audio_file.cpp", "tests/*"}},
     {"libsoxr", {"soxr.h"}, {"formats/audio_file.cpp"}},
     {"nanoflann", {"nanoflann.hpp"}, {"bake/patch_radius.cpp"}},
@@ -132,7 +132,7 @@ TEST(Includes, FollowTheDirectionOfTheDesignAndStopAtTheFences) {
 }
 
 TEST(Includes, OfAFenceAreMetSomewhereSoThatNoFenceStandsRoundNothing) {
-  const std::set<std::string> not_yet = {"Google Benchmark", "libebur128"};
+  const std::set<std::string> not_yet = {"Google Benchmark"};
   std::set<std::string> met;
   for (const auto& [folder, allowed] : kMayInclude)
     for (const std::string& file : files_in(folder))

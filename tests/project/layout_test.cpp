@@ -150,8 +150,8 @@ TEST(Readme, ShowsCommandsAndOptionsThatTheProgramHas) {
           << "clamor " << name << " has no " << word;
     }
   }
-  EXPECT_EQ(shown, (std::set<std::string>{"bake", "merge", "inspect", "render", "impulse", "play",
-                                          "devices"}));
+  EXPECT_EQ(shown, (std::set<std::string>{"bake", "merge", "compare", "inspect", "render",
+                                          "impulse", "play", "devices"}));
 }
 
 TEST(Readme, ShowsASidecarWithPresetsThatExist) {

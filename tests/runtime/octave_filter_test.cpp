@@ -82,6 +82,17 @@ TEST(OctaveOf, StaysWithinTheLimitsOfIec61260Class1) {
   }
 }
 
+TEST(OctaveGain, IsTheSpectrumOfTheOctaveOfAnImpulse) {
+  for (const std::size_t b : {0u, 3u, 7u}) {
+    const std::vector<double> octave = octave_of(std::vector<double>{1}, b);
+    for (const double f_hz :
+         {20.0, 45.0, 63.0, 90.0, 355.0, 500.0, 1000.0, 5600.0, 8000.0, 16000.0})
+      EXPECT_NEAR(std::abs(spectrum(octave, f_hz, kOctaveRing)), octave_gain(b, f_hz), 1e-6)
+          << "band " << b << " at " << f_hz << " Hz";
+  }
+  EXPECT_EQ(octave_gain(0, 0), 0);
+}
+
 TEST(OctaveOf, HasRungOutWhereItIsCut) {
   const std::vector<double> octave = octave_of(std::vector<double>{1}, 0);
   double peak = 0;

@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "common/random.h"
 #include "common/decay_curve.h"
+#include "common/random.h"
 #include "runtime/impulse_response.h"
 
 namespace clamor {
@@ -107,6 +107,16 @@ TEST(DecayCurve, WithTwoSlopesIsFittedAsASampledLineWouldBe) {
     const double slope = (n * tl - t1 * l1) / (n * t2 - t1 * t1);
     EXPECT_NEAR(*curve.decay_time_s(from_db, to_db) / (-60 / slope), 1, 2e-3) << to_db;
   }
+}
+
+TEST(DecayCurve, TellsItsLevelAtAnyTime) {
+  // Energies 9, 0.9 and 0.1 at 0, 1 and 2 s: 10 to come, then 1, then 0.1.
+  const DecayCurve curve({{0, 9}, {1, 0.9}, {2, 0.1}}, 3);
+  EXPECT_NEAR(curve.level_db(-1), 0, 1e-9);
+  EXPECT_NEAR(curve.level_db(0), 0, 1e-9);
+  EXPECT_NEAR(curve.level_db(0.5), -10, 1e-9);
+  EXPECT_NEAR(curve.level_db(1.5), -20, 1e-9);
+  EXPECT_LT(curve.level_db(2.5), -1000);
 }
 
 TEST(DecayCurve, TellsNothingBelowWhatItsLengthShows) {
