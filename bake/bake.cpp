@@ -4,7 +4,9 @@
 #include <cassert>
 #include <cmath>
 
+#include <tbb/blocked_range.h>
 #include <tbb/info.h>
+#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include "bake/bake_plan.h"
@@ -183,7 +185,11 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   contents.mesh = level.mesh;
 
   set_patch_radii(traced->deposits);
-  quantise(traced->deposits, level.materials);
+  const std::span<Source> deposits = traced->deposits;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, deposits.size(), 4096),
+                    [&](const tbb::blocked_range<std::size_t>& part) {
+                      quantise(deposits.subspan(part.begin(), part.size()), level.materials);
+                    });
   for (std::uint32_t i = 0; i < level.emitters.size(); ++i)
     traced->deposits.push_back(
         emitter_source(level.emitters[i], i, workshop.tracer.emitter_key(i)));

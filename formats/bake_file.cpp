@@ -131,8 +131,9 @@ Result<void> BakeFile::read_page(std::size_t index, PageDecoder& decoder,
 }
 
 Result<std::vector<Source>> BakeFile::read_page(std::size_t index) const {
-  PageDecoder decoder;
-  const auto columns = std::make_unique<PageColumns>();
+  // Kept, as making them takes longer than a page does.
+  thread_local PageDecoder decoder;
+  thread_local const auto columns = std::make_unique<PageColumns>();
   const auto done = read_page(index, decoder, *columns);
   if (!done.ok()) return done.error();
   return sources_of(*columns);

@@ -49,7 +49,7 @@ Result<std::vector<std::byte>> unpacked(std::span<const std::byte> frame, std::s
 
 struct Unpacker::State {
   struct Free {
-    void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
+    void operator()(ZSTD_DCtx* used) const { ZSTD_freeDCtx(used); }
   };
   std::unique_ptr<ZSTD_DCtx, Free> context{ZSTD_createDCtx()};
 };

@@ -166,14 +166,15 @@ TEST_F(PageTest, GivesBackEveryBitOfSourcesThatWereQuantised) {
     for (const std::uint32_t planes : {0u, 1u, 6u, 40u})
       for (const bool by_key : {true, false})
         for (const std::uint32_t emitter_rows : {0u, 1u, 5u}) {
-          const MadePage page = made(++seed, {.count = count,
-                                              .planes = planes,
-                                              .edge_m = seed % 2 == 0 ? 10.0 : 300.0,
-                                              .far_m = seed % 5 == 0 ? 5e5 : -40,
-                                              .emitter_rows = emitter_rows,
-                                              .by_key = by_key,
-                                              .silent_bands = seed % 3 == 0,
-                                              .wild = seed % 7 == 0});
+          ++seed;
+          const MadePage page = made(seed, {.count = count,
+                                            .planes = planes,
+                                            .edge_m = seed % 2 == 0 ? 10.0 : 300.0,
+                                            .far_m = seed % 5 == 0 ? 5e5 : -40,
+                                            .emitter_rows = emitter_rows,
+                                            .by_key = by_key,
+                                            .silent_bands = seed % 3 == 0,
+                                            .wild = seed % 7 == 0});
           const auto after = decoded(page);
           ASSERT_EQ(after.size(), page.sources.size());
           for (std::size_t i = 0; i < after.size(); ++i) {

@@ -1,0 +1,34 @@
+// page_fuzz.cpp: a page's bits, as they come out of their frame. The first two bytes are how many
+// sources the node has, the third how many tables there are to point into.
+#include <cmath>
+#include <memory>
+
+#include "formats/page.h"
+#include "tests/fuzz/fuzz_target.h"
+
+using namespace clamor;
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size < 3) return 0;
+  static PageDecoder decoder;
+  static const auto columns = std::make_unique<PageColumns>();
+  OctreeNode node;
+  node.low_m = {-5, 0, -7.5f};
+  node.high_m = {5, 4, 7.5f};
+  node.source_count = data[0] | data[1] << 8;
+  const std::vector<Emitter> emitters(data[2] % 8);
+  const std::size_t materials = data[2] / 8;
+  const auto page = std::as_bytes(std::span(data, size)).subspan(3);
+  if (!decoder.decode_unpacked(node, page, emitters, materials, *columns).ok()) return 0;
+  if (columns->count != node.source_count) std::abort();
+  for (const Source& source : sources_of(*columns)) {
+    double sum = source.delay_s + source.patch_radius_m;
+    for (const float power : source.power) sum += power;
+    for (int axis = 0; axis < 3; ++axis)
+      sum += source.position_m[axis] + source.normal[axis] + source.mirror[axis];
+    if (!std::isfinite(sum) || source.emitter >= emitters.size()) std::abort();
+    if (!(source.u > 0 && source.u <= 1)) std::abort();
+    if (!source.is_emitter && source.material >= materials) std::abort();
+  }
+  return 0;
+}
