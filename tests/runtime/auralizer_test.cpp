@@ -24,6 +24,7 @@ std::unique_ptr<Auralizer> made(int voices, const std::string& strategy = "prior
   AuralizerOptions options;
   options.voices = voices;
   options.strategy = strategy;
+  options.block_frames = 2048;
   auto auralizer = Auralizer::create(std::move(input), options);
   EXPECT_TRUE(auralizer.ok());
   return std::move(*auralizer);
@@ -50,6 +51,10 @@ TEST(Auralizer, SoundsTheSameHoweverTimeIsCutIntoBlocks) {
   EXPECT_EQ(regular, mixed(*made(60), kFrames, [&] { return 1 + random() % 900; }));
   EXPECT_EQ(regular, mixed(*made(60), kFrames, [] { return 960; }));
   EXPECT_EQ(regular, mixed(*made(60), kFrames, [] { return 1; }));
+  for (std::size_t first = 16; first <= 2048; first = 3 * first / 2) {
+    std::size_t block = first;  // and somewhat longer ones
+    EXPECT_EQ(regular, mixed(*made(60), kFrames, [&] { return block++ % 2048 + 1; })) << first;
+  }
 }
 
 // A file's pages come and go, the sound is that of all of them in memory.
