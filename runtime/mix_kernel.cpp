@@ -53,12 +53,16 @@ HWY_INLINE void mix_chunk(const MixJob& job, const std::uint32_t* active, std::s
                          hn::Set(d, static_cast<float>(kRate) / kGainFrames),
                          hn::Set(d, static_cast<float>(job.first_frame + frame) / kGainFrames));
 
+  // Copies, so that the compiler need not look whether they changed.
+  const VoicePath* HWY_RESTRICT const all_paths = job.paths;
+  const float* HWY_RESTRICT const all_gains = job.gains;
+  const std::uint32_t* const last = job.active + job.count;
   for (std::size_t v = 0; v < count; ++v) {
-    const VoicePath* paths = job.paths + std::size_t{kEars} * active[v];
-    const float* gain = job.gains + std::size_t{2 * kLanes} * active[v] + kFirstLane + ear;
+    const VoicePath* paths = all_paths + std::size_t{kEars} * active[v];
+    const float* gain = all_gains + std::size_t{2 * kLanes} * active[v] + kFirstLane + ear;
     const float* slope = gain + kLanes;
-    if (v + kVoicesAhead < count) {
-      const VoicePath* next = job.paths + std::size_t{kEars} * active[v + kVoicesAhead];
+    if (active + v + kVoicesAhead < last) {
+      const VoicePath* next = all_paths + std::size_t{kEars} * active[v + kVoicesAhead];
       for (int e = 0; e < kReads; ++e) {
         const Reading reading = reading_at<kLow>(next[kDelays == 1 ? 0 : ear + e], frame);
         for (int line = 0; line < kFrames; line += 16) hwy::Prefetch(reading.x + line);

@@ -32,7 +32,9 @@ struct Taps {
 template <bool kCubic>
 HWY_INLINE FloatVector curve(const Taps& t, FloatVector f) {
   const FloatTag d;
-  if constexpr (!kCubic) return hn::MulAdd(f, hn::Sub(t.x2, t.x1), t.x1);
+  // Each neighbour is named once: compilers load it anew for each time, and unaligned loads are
+  // dear.
+  if constexpr (!kCubic) return hn::MulAdd(f, t.x2, hn::Mul(hn::Sub(hn::Set(d, 1.0f), f), t.x1));
   // The B-spline over samples that are half its coefficients, its powers of f
   // (x0 + 4 x1 + x2) / 3, x2 - x0, x0 - 2 x1 + x2 and (x3 - x0) / 3 + x1 - x2.
   const auto third = hn::Set(d, 1.0f / 3);

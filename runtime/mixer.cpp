@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "runtime/flush_denormals.h"
 
@@ -43,8 +44,10 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
       slots_(slots),
       targets_(slots * static_cast<std::size_t>(lanes_)),
       gains_(2 * targets_.size()),
-      paths_(slots * kEars) {
+      paths_(slots * kEars),
+      wraps_(slots) {
   active_.reserve(slots);
+  once_.reserve(slots);
   for (std::size_t b = 0; b < kBandCount; ++b)
     for (std::size_t c = 0; c < kBandCount; ++c)
       bus_gains_[c][b] = static_cast<float>(OctaveBank::bus_gains()[b][c]);
@@ -60,8 +63,9 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
     load_voice(started);
   }
   active_.clear();
+  once_.clear();
   for (const Voice& voice : keyframe.voices)
-    if (slots_[voice.slot].audible) active_.push_back(voice.slot);
+    if (slots_[voice.slot].audible) activate(voice.slot);
   holding_ = false;
   std::array<float, kEars * kStepFrames> unheard;
   while (clock_ < clock_frames) {
@@ -73,13 +77,21 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
 
 void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
   active_.clear();
+  once_.clear();
   for (const Voice& voice : keyframe.voices) {
     const bool sounded = !voice.starts && slots_[voice.slot].audible;
     load_voice(voice);
-    if (sounded || slots_[voice.slot].audible) active_.push_back(voice.slot);
+    if (sounded || slots_[voice.slot].audible) activate(voice.slot);
   }
   frame_ = 0;
   holding_ = false;
+}
+
+void Mixer::activate(std::uint32_t slot) noexcept REALTIME {
+  active_.push_back(slot);
+  const PreparedSignal& signal = *slots_[slot].signal;
+  if (!signal.loops()) once_.push_back(slot);
+  wraps_[slot] = signal.loops() ? signal.wrap() : std::numeric_limits<std::int64_t>::max();
 }
 
 // The frame read is clock + lead - delay.
@@ -89,8 +101,9 @@ void Mixer::place(std::uint32_t slot, int ear, std::int64_t delay,
   VoicePath& path = paths_[slot * kEars + static_cast<std::size_t>(ear)];
   const std::int64_t whole = clock_ + lead_frames_ + (-delay >> 32);
   path.step = kFixedOne - slope;
-  slots_[slot].position[static_cast<std::size_t>(ear)] =
-      signal.place(signal.near(whole) * kFixedOne + (-delay & (kFixedOne - 1)), path);
+  const std::int64_t position = signal.near(whole) * kFixedOne + (-delay & (kFixedOne - 1));
+  slots_[slot].position[static_cast<std::size_t>(ear)] = position;
+  signal.place(position, path);
 }
 
 // A column of bus_gains_ per band: loops that the compiler makes vectors of.
@@ -158,6 +171,21 @@ void Mixer::hold() noexcept REALTIME {
   frame_ = kKeyframeFrames - kStepFrames;
 }
 
+void Mixer::advance(int frames) noexcept REALTIME {
+  for (const std::uint32_t s : active_)
+    for (int e = 0; e < mode_.delays; ++e) {
+      VoicePath& path = paths_[s * kEars + static_cast<std::size_t>(e)];
+      path.position += frames * path.step;
+      path.position -= path.position >= wraps_[s] ? wraps_[s] : 0;
+    }
+  for (const std::uint32_t s : once_)
+    for (std::size_t e = 0; e < kEars; ++e) {
+      VoicePath& path = paths_[s * kEars + e];
+      slots_[s].position[e] += frames * path.step;
+      slots_[s].signal->place(slots_[s].position[e], path);
+    }
+}
+
 void Mixer::mix(float* interleaved, int steps) noexcept REALTIME {
   assert(steps >= 1 && steps <= steps_left());
   const FlushDenormals no_denormals;
@@ -172,13 +200,7 @@ void Mixer::mix(float* interleaved, int steps) noexcept REALTIME {
     for (int f = 0; f < frames; ++f)
       for (int e = 0; e < kEars; ++e) interleaved[f * kEars + e] = buses_.high[e * kMostFrames + f];
   }
-  for (const std::uint32_t s : active_) {
-    Slot& slot = slots_[s];
-    for (std::size_t e = 0; e < kEars; ++e) {
-      VoicePath& path = paths_[s * kEars + e];
-      slot.position[e] = slot.signal->place(slot.position[e] + frames * path.step, path);
-    }
-  }
+  advance(frames);
   clock_ += frames;
   frame_ += frames;
 }

@@ -59,13 +59,16 @@ class Mixer {
  private:
   struct Slot {
     const PreparedSignal* signal = nullptr;
-    // 32.32 fixed point: the delay at the end of the segment, where it is read next.
+    // 32.32 fixed point: the delay at the end of the segment; where it is read next, if it plays
+    // once.
     std::array<std::int64_t, kEars> delay{}, position{};
     bool audible = false;  // its gains were not all zero at the last keyframe
   };
 
   void load_voice(const Voice& voice) noexcept REALTIME;
   void place(std::uint32_t slot, int ear, std::int64_t delay, std::int64_t slope) noexcept REALTIME;
+  void activate(std::uint32_t slot) noexcept REALTIME;
+  void advance(int frames) noexcept REALTIME;
   void set_targets(const Voice& voice, bool usable, float* targets) const noexcept REALTIME;
 
   std::span<const PreparedSignal> signals_;
@@ -79,8 +82,10 @@ class Mixer {
   std::vector<float> targets_;  // [lanes_]: gains at the end of the segment
   std::vector<float> gains_;    // MixJob
   std::vector<VoicePath> paths_;
+  std::vector<std::int64_t> wraps_;  // where its signal comes round, 32.32; or never
 
   std::vector<std::uint32_t> active_;  // slots that sound in this segment, in the keyframe's order
+  std::vector<std::uint32_t> once_;    // those of them whose signals play once
   MixBuses buses_;
   OctaveBank bank_;
   std::int64_t clock_ = 0;

@@ -50,6 +50,9 @@ PreparedSignal::PreparedSignal(const Signal& signal, const MixMode& mode) {
       ++bad_samples_;
     }
   const bool loop = signal.loop && !samples.empty();
+  const std::size_t once = samples.size();
+  while (loop && samples.size() < kReach)
+    samples.insert(samples.end(), samples.end() - static_cast<std::ptrdiff_t>(once), samples.end());
   if (loop) loop_frames_ = static_cast<std::int64_t>(samples.size());
   OctaveBank::Layers layers = OctaveBank::part(samples, loop);
   mean_square_ = layers.mean_square;

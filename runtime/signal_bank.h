@@ -25,23 +25,25 @@ class PreparedSignal {
 
   // Where a kernel call must read that starts at `position` (32.32, frames of the signal's own
   // time). A loop goes on for ever both ways; a signal that plays once is silent before and after.
-  // Returns the position, by whole loops nearer.
-  std::int64_t place(std::int64_t position, VoicePath& path) const noexcept REALTIME {
-    if (loop_frames_ > 0) {
-      const std::int64_t length = loop_frames_ << 32;
-      if (position < 0 || position >= length) {
-        position %= length;
-        if (position < 0) position += length;
+  void place(std::int64_t position, VoicePath& path) const noexcept REALTIME {
+    if (loops()) {
+      if (position < 0 || position >= wrap()) {
+        position %= wrap();
+        if (position < 0) position += wrap();
       }
     } else if (position < -((front_frames_ + kReach) << 32) || position >= end_frames_ << 32) {
       path = {silence(), silence(), 0, path.step};
-      return position;
+      return;
     }
     path.position = position;
     path.high = high_.data() + kGuardFrames + front_frames_;
     path.low = low_.data() + (kGuardFrames + front_frames_) / kLowRate;
-    return position;
   }
+
+  // A loop may also be followed by subtracting wrap() once it is reached: none is shorter than what
+  // a call may read, because short ones are repeated.
+  bool loops() const noexcept REALTIME { return loop_frames_ > 0; }
+  std::int64_t wrap() const noexcept REALTIME { return loop_frames_ << 32; }
 
   // The frame that is as good as any other so many loops away or so long before or after the end.
   std::int64_t near(std::int64_t frame) const noexcept REALTIME;
@@ -57,7 +59,7 @@ class PreparedSignal {
   static const float* silence() noexcept REALTIME;
 
   std::vector<float> high_, low_;
-  std::int64_t loop_frames_ = 0;   // 0: plays once
+  std::int64_t loop_frames_ = 0;   // whole loops; 0: plays once
   std::int64_t front_frames_ = 0;  // what may be heard before frame 0, and where it is over
   std::int64_t end_frames_ = 0;
   Bands mean_square_{};
