@@ -23,8 +23,7 @@ constexpr std::size_t kVoicesAhead = 4;  // for prefetching
 // Frames whose sums stay in registers, or, where there are too few, in L1: by the number of buses.
 constexpr int chunk_frames(int buses) {
   if (buses <= 2) return 64;
-  if (buses <= kHighBands) return kFloats == 16 ? 64 : 32;
-  if (buses <= kHighBands * kEars) return 32;
+  if (buses <= kHighBands * kEars) return kFloats == 16 ? 64 : 32;
   return 16;
 }
 

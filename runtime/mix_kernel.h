@@ -5,7 +5,7 @@
 // of it, so that eight band gains cost 3 + 5 / 4 multiply-adds per ear and frame instead of eight,
 // and one and a quarter reads instead of one. The octave bank filters the buses after the sum.
 //
-// A chunk of 16 to 64 frames of all buses stays in registers while voices pass by. Where a voice's
+// A chunk of 16 to 64 frames of the buses stays in registers while voices pass by. Where a voice's
 // whole offset does not change within the chunk, its neighbours are contiguous loads and its
 // fraction a line; elsewhere it is looked at vector by vector.
 //

@@ -17,6 +17,13 @@
 // At its centre a band also hears its neighbours, each at 1 / 65. bus_gains() takes that out, so
 // that a tone at a centre has the band's gain exactly, whatever the others are.
 //
+// Why not fewer buses? Of shapes as rooms make them (up to 12 reflections off four of the 25
+// material presets, up to 340 m of air), with the worst band down to -40 dB: four basis shapes per
+// voice, fitted by least squares, leave 68 % of them more than 0.5 dB wrong in some band, six still
+// 24 %; 256 classes of spectra 68 %, 1024 classes 53 %. Eight gains are right for every shape.
+// Eight buses at the full rate cost 2.3 to 2.4 full-band voices (cubic, two delays, AVX-512), four
+// basis shapes 1.3, and eight gains at two rates 1.7 to 1.9.
+//
 // Recursions are per frame and in double: the result does not depend on how calls divide time.
 #pragma once
 
