@@ -57,15 +57,28 @@ struct MixMode {
   constexpr int gain_lanes() const { return eight_bands ? kBandLanes : kEars; }
 };
 
-// How a voice reaches an ear during one call: frame n is read at position + n x step, 32.32 fixed
-// point, of a signal whose frame 0 is at `high`, and a quarter of that in `low`. Of both layers, a
+// How a voice reaches an ear during one call: its first frame is read at `position`, 32.32 fixed
+// point, of a signal whose frame 0 is at `high`, and a quarter of that in `low`; the next ones each
+// `step` farther, and from one kStepFrames to the next the step grows by `bend`. Of both layers, a
 // frame before and two after must be there.
 struct VoicePath {
   const float* high = nullptr;
   const float* low = nullptr;
   std::int64_t position = 0;
-  std::int64_t step = std::int64_t{1}
-                      << 32;  // 0 to 2: faster than sound is for the caller to catch
+  std::int64_t step = std::int64_t{1} << 32;  // always 0 to 2: the caller sees to that
+  std::int64_t bend = 0;
+
+  // After so many frames of the call.
+  constexpr std::int64_t position_at(std::int64_t frame) const noexcept REALTIME {
+    return position + frame * step + bends_at(frame) * bend;
+  }
+  constexpr std::int64_t step_at(std::int64_t frame) const noexcept REALTIME {
+    return step + frame / kStepFrames * bend;
+  }
+  static constexpr std::int64_t bends_at(std::int64_t frame) noexcept REALTIME {
+    const std::int64_t steps = frame / kStepFrames;
+    return steps * (frame - kStepFrames / 2 * (steps + 1));
+  }
 };
 
 struct MixJob {

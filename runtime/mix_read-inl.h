@@ -85,10 +85,10 @@ HWY_INLINE float fraction_of(std::uint32_t bits) {
 
 template <bool kLow>
 HWY_INLINE Reading reading_at(const VoicePath& path, int frame) {
-  std::int64_t position = path.position + frame * path.step;
+  std::int64_t position = path.position_at(frame);
   if constexpr (kLow) position >>= 2;
   return {(kLow ? path.low : path.high) + (position >> 32), static_cast<std::uint32_t>(position),
-          path.step - (std::int64_t{1} << 32)};
+          path.step_at(frame) - (std::int64_t{1} << 32)};
 }
 
 // True if the whole offset between voice and output is the same for all frames of the chunk.

@@ -39,7 +39,7 @@ void mix_reference(const MixMode& mode, const MixJob& job, ReferenceBuses& buses
     for (int ear = 0; ear < kEars; ++ear) {
       const VoicePath& path = paths[mode.delays == 2 ? ear : 0];
       for (int f = 0; f < job.frames; ++f) {
-        const std::int64_t position = path.position + f * path.step;
+        const std::int64_t position = path.position_at(f);
         const double x = read(path.high, position, cubic);
         for (int b = 0; b < (mode.eight_bands ? kHighBands : 1); ++b)
           buses.high[(b * kEars + ear) * kMostFrames + f] +=

@@ -12,6 +12,8 @@ namespace clamor {
 namespace {
 
 constexpr std::int64_t kFixedOne = std::int64_t{1} << 32;
+constexpr double kFixedOne_f = static_cast<double>(kFixedOne);
+constexpr double kFastestBent = 0.99;  // frames per frame
 constexpr double kLongestDelay_frames = 1 << 30;
 constexpr float kLoudest = 1e6f;  // 120 dB above full scale: no sum of voices overflows
 
@@ -32,7 +34,7 @@ bool is_usable(const Voice& voice) {
   return true;
 }
 
-std::int64_t fixed(double frames) { return std::llrint(frames * static_cast<double>(kFixedOne)); }
+std::int64_t fixed(double frames) { return std::llrint(frames * kFixedOne_f); }
 
 }  // namespace
 
@@ -95,15 +97,39 @@ void Mixer::activate(std::uint32_t slot) noexcept REALTIME {
 }
 
 // The frame read is clock + lead - delay.
-void Mixer::place(std::uint32_t slot, int ear, std::int64_t delay,
-                  std::int64_t slope) noexcept REALTIME {
+void Mixer::place(std::uint32_t slot, int ear, std::int64_t delay) noexcept REALTIME {
   const PreparedSignal& signal = *slots_[slot].signal;
-  VoicePath& path = paths_[slot * kEars + static_cast<std::size_t>(ear)];
   const std::int64_t whole = clock_ + lead_frames_ + (-delay >> 32);
-  path.step = kFixedOne - slope;
   const std::int64_t position = signal.near(whole) * kFixedOne + (-delay & (kFixedOne - 1));
   slots_[slot].position[static_cast<std::size_t>(ear)] = position;
-  signal.place(position, path);
+  signal.place(position, paths_[slot * kEars + static_cast<std::size_t>(ear)]);
+}
+
+// Two parabolas with slopes a at the beginning, b at the knot and c at the end, of m and n steps:
+// each step's slope is its middle's, so what they change in all is, in steps,
+// m (a + b) / 2 + n (b + c) / 2. That gives b.
+void Mixer::slide(std::uint32_t slot, int ear, double change_frames,
+                  bool starts) noexcept REALTIME {
+  constexpr double m = 1.0 * kKnotFrames / kStepFrames, n = 1.0 * kKeyframeFrames / kStepFrames - m;
+  Slide& slide = slots_[slot].slide[static_cast<std::size_t>(ear)];
+  const double mean = change_frames / kKeyframeFrames;
+  double a = mean, b = mean, c = mean;
+  if (!starts) {
+    a = slide.end;
+    c = 1.5 * mean - 0.5 * slide.mean;
+    b = (2 * (m + n) * mean - m * a - n * c) / (m + n);
+    if (std::max({std::abs(a), std::abs(b), std::abs(c)}) > kFastestBent) a = b = c = mean;
+  }
+  slide = {mean, c};
+  const auto parabola = [](double from, double to, double steps) {
+    const double bend = (to - from) / steps;
+    return Parabola{kFixedOne - fixed(from + 0.5 * bend), -fixed(bend)};
+  };
+  VoicePath& path = paths_[slot * kEars + static_cast<std::size_t>(ear)];
+  const Parabola before_knot = parabola(a, b, m);
+  path.step = before_knot.step;
+  path.bend = before_knot.bend;
+  slots_[slot].after_knot[static_cast<std::size_t>(ear)] = parabola(b, c, n);
 }
 
 // A column of bus_gains_ per band: loops that the compiler makes vectors of.
@@ -125,19 +151,21 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   slot.signal = &signals_[voice.signal];
 
   bool usable = is_usable(voice);
-  std::array<std::int64_t, kEars> now{}, slope{};
+  std::array<double, kEars> change_frames{};
+  std::array<std::int64_t, kEars> now = slot.delay;
   for (int e = 0; e < kEars && usable; ++e) {
-    now[e] = voice.starts ? fixed(voice.start_delay_frames[e]) : slot.delay[e];
-    slope[e] = (fixed(voice.delay_frames[e]) - now[e]) / kKeyframeFrames;
-    usable = std::abs(slope[e]) < kFixedOne;
+    if (voice.starts) now[e] = fixed(voice.start_delay_frames[e]);
+    change_frames[e] = static_cast<double>(fixed(voice.delay_frames[e]) - now[e]) / kFixedOne_f;
+    usable = std::abs(change_frames[e]) < kKeyframeFrames;
   }
   if (!usable) {
     ++bad_voices_;
+    change_frames = {};
     now = slot.delay;
-    slope = {};
   }
   for (int e = 0; e < kEars; ++e) {
-    place(voice.slot, e, now[e], slope[e]);
+    slide(voice.slot, e, change_frames[e], voice.starts || !usable);
+    place(voice.slot, e, now[e]);
     slot.delay[e] = usable ? fixed(voice.delay_frames[e]) : now[e];
   }
 
@@ -164,7 +192,10 @@ void Mixer::hold() noexcept REALTIME {
     for (const std::uint32_t s : active_) {
       std::copy_n(&targets_[s * lanes], lanes, &gains_[2 * s * lanes]);
       std::fill_n(&gains_[(2 * s + 1) * lanes], lanes, 0.0f);
-      for (int e = 0; e < kEars; ++e) place(s, e, slots_[s].delay[e], 0);
+      for (int e = 0; e < kEars; ++e) {
+        slide(s, e, 0, true);
+        place(s, e, slots_[s].delay[e]);
+      }
     }
     holding_ = true;
   }
@@ -172,18 +203,28 @@ void Mixer::hold() noexcept REALTIME {
 }
 
 void Mixer::advance(int frames) noexcept REALTIME {
+  for (const std::uint32_t s : once_)
+    for (std::size_t e = 0; e < kEars; ++e) {
+      VoicePath path = paths_[s * kEars + e];
+      path.position = slots_[s].position[e];
+      slots_[s].position[e] = path.position_at(frames);
+    }
   for (const std::uint32_t s : active_)
     for (int e = 0; e < mode_.delays; ++e) {
       VoicePath& path = paths_[s * kEars + static_cast<std::size_t>(e)];
-      path.position += frames * path.step;
+      path.position = path.position_at(frames);
+      path.step = path.step_at(frames);
       path.position -= path.position >= wraps_[s] ? wraps_[s] : 0;
     }
   for (const std::uint32_t s : once_)
-    for (std::size_t e = 0; e < kEars; ++e) {
-      VoicePath& path = paths_[s * kEars + e];
-      slots_[s].position[e] += frames * path.step;
-      slots_[s].signal->place(slots_[s].position[e], path);
-    }
+    for (std::size_t e = 0; e < kEars; ++e)
+      slots_[s].signal->place(slots_[s].position[e], paths_[s * kEars + e]);
+  if (frame_ + frames == kKnotFrames)
+    for (const std::uint32_t s : active_)
+      for (std::size_t e = 0; e < kEars; ++e) {
+        paths_[s * kEars + e].step = slots_[s].after_knot[e].step;
+        paths_[s * kEars + e].bend = slots_[s].after_knot[e].bend;
+      }
 }
 
 void Mixer::mix(float* interleaved, int steps) noexcept REALTIME {

@@ -5,9 +5,17 @@
 // kStepFrames on a grid fixed to the clock, several at once where that is asked for, and a mix is a
 // function of its keyframes alone.
 //
-// Where two keyframes meet, gains are within 1e-6 of each other and delays within 3e-7 frames: the
-// rounding of 960 small steps. Their slopes turn there by what the keyframes say: straight lines
-// have no less. With eight bands, gains and delays are those of kBankDelayFrames (0.5 ms) before.
+// From keyframe to keyframe gains slide in straight lines, and delays along two parabolas that meet
+// after kKnotFrames, cut into steps: so that pitch slides too. The slope of a delay at a keyframe
+// is told from that one and the two before, 1.5 and -0.5 of what the delay changed in between:
+// exact for steady acceleration, and never ahead of time. A delay that would come near the speed of
+// sound on the way goes in a straight line instead.
+//
+// Where two keyframes meet, gains are within 1e-6 of each other and delays within 2e-6 frames: the
+// rounding of 960 small steps. A delay's slope steps by no more than it bends within kStepFrames.
+// A gain's slope turns there by what the keyframes say, for a voice that fades (keyframe_maker.h)
+// by at most 0.31 per 960 frames: no more than a step of -52 dB is at 1 kHz from the voice's own
+// sound. With eight bands, gains and delays are those of kBankDelayFrames (0.5 ms) before.
 //
 // Threads: load(), hold(), mix() and step() are the audio thread's; begin() comes before them.
 // Cost: tests/benchmarks/mixer_benchmark.cpp.
@@ -43,7 +51,8 @@ class Mixer {
 
   // Steps that one mix() may take now.
   int steps_left() const noexcept REALTIME {
-    return std::min(kMostSteps, (kKeyframeFrames - frame_) / kStepFrames);
+    return std::min(kMostSteps, ((frame_ < kKnotFrames ? kKnotFrames : kKeyframeFrames) - frame_) /
+                                    kStepFrames);
   }
 
   // Mixes the next so many steps into interleaved (left, right), overwriting it.
@@ -57,8 +66,19 @@ class Mixer {
   std::uint64_t bad_voices() const noexcept REALTIME { return bad_voices_; }
 
  private:
+  static constexpr int kKnotFrames = 512;
+
+  // Of a delay, per frame: of its whole last segment, and at its end.
+  struct Slide {
+    double mean = 0, end = 0;
+  };
+  struct Parabola {
+    std::int64_t step = 0, bend = 0;  // VoicePath's
+  };
   struct Slot {
     const PreparedSignal* signal = nullptr;
+    std::array<Slide, kEars> slide{};
+    std::array<Parabola, kEars> after_knot{};
     // 32.32 fixed point: the delay at the end of the segment; where it is read next, if it plays
     // once.
     std::array<std::int64_t, kEars> delay{}, position{};
@@ -66,7 +86,8 @@ class Mixer {
   };
 
   void load_voice(const Voice& voice) noexcept REALTIME;
-  void place(std::uint32_t slot, int ear, std::int64_t delay, std::int64_t slope) noexcept REALTIME;
+  void slide(std::uint32_t slot, int ear, double change_frames, bool starts) noexcept REALTIME;
+  void place(std::uint32_t slot, int ear, std::int64_t delay) noexcept REALTIME;
   void activate(std::uint32_t slot) noexcept REALTIME;
   void advance(int frames) noexcept REALTIME;
   void set_targets(const Voice& voice, bool usable, float* targets) const noexcept REALTIME;

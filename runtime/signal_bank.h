@@ -32,7 +32,8 @@ class PreparedSignal {
         if (position < 0) position += wrap();
       }
     } else if (position < -((front_frames_ + kReach) << 32) || position >= end_frames_ << 32) {
-      path = {silence(), silence(), 0, path.step};
+      path.high = path.low = silence();
+      path.position = 0;
       return;
     }
     path.position = position;

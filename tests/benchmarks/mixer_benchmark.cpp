@@ -87,7 +87,7 @@ struct KernelVoices {
   void mix() {
     mix_voices(mode, job());
     for (std::size_t at = 0; at < paths.size(); at += mode.delays == 1 ? kEars : 1) {
-      paths[at].position += kBlockFrames * paths[at].step;
+      paths[at].position = paths[at].position_at(kBlockFrames);
       paths[at].position -= paths[at].position >= wrap ? wrap : 0;
     }
   }

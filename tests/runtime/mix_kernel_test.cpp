@@ -38,9 +38,14 @@ class Crowd {
       const double fastest[] = {0, 0.004, 0.1, 0.28, 0.32, 0.999};
       for (int e = 0; e < kEars; ++e) {
         const double fast = fastest[v % std::size(fastest)];
-        paths_[kEars * active_.back() + static_cast<std::size_t>(e)] = {
-            high_.data(), low_.data(), static_cast<std::int64_t>(between(16, 7000) * 0x1p32),
-            static_cast<std::int64_t>((1 + between(-fast, fast)) * 0x1p32)};
+        const auto drift = [&] { return between(-fast, fast); };
+        VoicePath& path = paths_[kEars * active_.back() + static_cast<std::size_t>(e)];
+        path.high = high_.data();
+        path.low = low_.data();
+        path.position = static_cast<std::int64_t>(between(16, 7000) * 0x1p32);
+        const double first = drift(), last = drift();
+        path.step = static_cast<std::int64_t>((1 + first) * 0x1p32);
+        path.bend = static_cast<std::int64_t>((last - first) / (kMostSteps - 1) * 0x1p32);
       }
       // From one gain to any other in 960 frames.
       const auto lanes = static_cast<std::size_t>(mode.gain_lanes());
@@ -128,7 +133,10 @@ TEST(MixKernel, GivesTheSameBitsHoweverCallsDivideTime) {
         // Paths that begin later by so many frames, into buses that begin there.
         MixJob job = crowd.job(step * kStepFrames, kStepFrames, parts.get());
         std::vector<VoicePath> later(job.paths, job.paths + kEars * (2 * 30));
-        for (VoicePath& path : later) path.position += step * kStepFrames * path.step;
+        for (VoicePath& path : later) {
+          path.position = path.position_at(step * kStepFrames);
+          path.step = path.step_at(step * kStepFrames);
+        }
         job.paths = later.data();
         job.high += step * kStepFrames;
         job.low += step * kStepFrames / kLowRate;
