@@ -7,9 +7,11 @@
 //
 //   mixer    the whole of Mixer: keyframes loaded, voices placed and mixed, bands filtered
 //   kernel   mix_voices() alone and the voices' advance, with each instruction set
-//   others   in turns within one run: the kernel, the double-precision reference, OpenAL Soft
-//            (linear, one delay, stereo, no HRTF) on as many voices at the same pitches. Medians
-//            over the rounds, and best_ the best of them, which a busy machine disturbs least
+//   others   in turns within one run: the kernel, the mixer, the double-precision reference, OpenAL
+//            Soft (linear, one delay, stereo, no HRTF) on as many voices at the same pitches.
+//            Still: the kernel against OpenAL Soft's rendering alone; moving: the mixer against
+//            OpenAL Soft with its sources moved at every keyframe. Medians over the rounds, and
+//            _best the best of them, which a busy machine disturbs least
 //
 // "voices" is how many are mixed in real time; "of_peak" the share of this core's multiply-adds per
 // second (a kernel's own count of them per voice and frame over what registers alone can do), and
@@ -148,30 +150,27 @@ void kernel(benchmark::State& state, const std::string& target, const MixMode& m
   force_mix_kernel("");
 }
 
-void mixer(benchmark::State& state, const MixMode& mode) {
-  const auto voices = static_cast<std::uint32_t>(state.range(0));
-  // Two keyframes by turns, so that every gain and delay goes on sliding; delays to and fro.
-  std::array<Keyframe, 2> keyframes;
-  for (std::uint32_t k = 0; k < 2; ++k)
-    for (std::uint32_t v = 0; v < voices; ++v) {
-      Voice& voice = keyframes[k].voices.emplace_back();
-      voice.slot = v;
-      voice.signal = v * kSignals / voices;
-      for (int e = 0; e < kEars; ++e) {
-        voice.delay_frames[e] =
-            1000 + random_unit(v, 4) * kSignalFrames + k * drift_of(v, e) * kKeyframeFrames;
-        for (std::uint32_t b = 0; b < kBandCount; ++b)
-          voice.gain[e][b] =
-              static_cast<float>((random_unit(v, 10 + 16 * k + 8 * e + b) - 0.5) / voices);
+// A mixer and two keyframes by turns, so that every gain and delay goes on sliding to and fro.
+struct MixedVoices {
+  MixedVoices(const MixMode& mode, std::uint32_t voices)
+      : mixer(prepared(mode), voices, mode), block(kEars * kBlockFrames) {
+    for (std::uint32_t k = 0; k < 2; ++k)
+      for (std::uint32_t v = 0; v < voices; ++v) {
+        Voice& voice = keyframes[k].voices.emplace_back();
+        voice.slot = v;
+        voice.signal = v * kSignals / voices;
+        for (int e = 0; e < kEars; ++e) {
+          voice.delay_frames[e] =
+              1000 + random_unit(v, 4) * kSignalFrames + k * drift_of(v, e) * kKeyframeFrames;
+          for (std::uint32_t b = 0; b < kBandCount; ++b)
+            voice.gain[e][b] = static_cast<float>(
+                (random_unit(v, 10 + 16 * k + 8 * static_cast<std::uint32_t>(e) + b) - 0.5) /
+                voices);
+        }
       }
-    }
-  Mixer mixer(prepared(mode), voices, mode);
-  keyframes[0].number = 0;
-  mixer.begin(keyframes[0], 1 << 30);
-  std::vector<float> block(kEars * kBlockFrames);
-  double energy = 0;
-  int next = 1;
-  for (auto _ : state) {
+    mixer.begin(keyframes[0], 1 << 30);
+  }
+  void mix() {
     for (int step = 0; step < kBlockFrames / kStepFrames;) {
       if (mixer.wants_keyframe()) mixer.load(keyframes[next++ % 2]);
       const int steps = std::min(kBlockFrames / kStepFrames - step, mixer.steps_left());
@@ -180,7 +179,19 @@ void mixer(benchmark::State& state, const MixMode& mode) {
     }
     for (const float sample : block) energy += static_cast<double>(sample) * sample;
   }
-  if (!(energy > 0)) state.SkipWithError("nothing was heard");
+
+  std::array<Keyframe, 2> keyframes;
+  Mixer mixer;
+  std::vector<float> block;
+  std::size_t next = 1;
+  double energy = 0;
+};
+
+void mixer(benchmark::State& state, const MixMode& mode) {
+  const auto voices = static_cast<std::uint32_t>(state.range(0));
+  const auto mixed = std::make_unique<MixedVoices>(mode, voices);
+  for (auto _ : state) mixed->mix();
+  if (!(mixed->energy > 0)) state.SkipWithError("nothing was heard");
   count_voices(state, mode, voices);
 }
 
@@ -199,43 +210,59 @@ void others(benchmark::State& state) {
   const MixMode mode{Interpolation::kLinear, 1, false};
   const auto voices = static_cast<std::uint32_t>(state.range(0));
   KernelVoices work(mode, voices);
+  const auto mixed = std::make_unique<MixedVoices>(mode, voices);
   const auto reference = std::make_unique<ReferenceBuses>();
   std::vector<std::vector<float>> samples;
   for (const Signal& noise : noises()) samples.push_back(noise.samples);
-  std::vector<OpenalVoices::Voice> sources;
-  for (std::uint32_t v = 0; v < voices; ++v)
-    sources.push_back(
-        {v * kSignals / voices, static_cast<int>(random_unit(v, 4) * (kSignalFrames - 1)),
-         static_cast<float>(1 + drift_of(v, 0)), static_cast<float>(2 * random_unit(v, 10) - 1)});
-  const auto openal = OpenalVoices::create(samples, sources);
+  std::array<std::vector<OpenalVoices::Voice>, 2> places;
+  for (std::uint32_t k = 0; k < 2; ++k)
+    for (std::uint32_t v = 0; v < voices; ++v)
+      places[k].push_back({v * kSignals / voices,
+                           static_cast<int>(random_unit(v, 4) * (kSignalFrames - 1)),
+                           static_cast<float>(1 + drift_of(v, static_cast<int>(k))),
+                           static_cast<float>(2 * random_unit(v, 10 + k) - 1)});
+  const auto openal = OpenalVoices::create(samples, places[0]);
   std::vector<float> block(kEars * kBlockFrames);
 
-  // Blocks enough to time: a few milliseconds of each.
+  // Blocks enough to time: a few milliseconds of each, whole keyframes.
   const auto timed = [](std::uint32_t blocks, auto&& once) {
+    blocks = (blocks + 14) / 15 * 15;
     const double start = cpu_s();
-    for (std::uint32_t i = 0; i < blocks; ++i) once();
+    for (std::uint32_t i = 0; i < blocks; ++i) once(i);
     return (cpu_s() - start) / blocks;
   };
-  std::vector<double> ours, theirs, slow, times_openal;
+  std::vector<double> ours, ours_moving, slow, theirs, theirs_moving, ratio, ratio_moving;
   for (auto _ : state) {
-    ours.push_back(timed(1 + 40000 / voices, [&] { work.mix(); }));
-    slow.push_back(timed(1, [&] { mix_reference(mode, work.job(), *reference); }));
+    ours.push_back(timed(40000 / voices, [&](std::uint32_t) { work.mix(); }));
+    ours_moving.push_back(timed(40000 / voices, [&](std::uint32_t) { mixed->mix(); }));
+    const double start = cpu_s();
+    mix_reference(mode, work.job(), *reference);
+    slow.push_back(cpu_s() - start);
     if (!openal) continue;
-    theirs.push_back(timed(1 + 4000 / voices, [&] { openal->render(block); }));
-    times_openal.push_back(theirs.back() / ours.back());
+    theirs.push_back(timed(4000 / voices, [&](std::uint32_t) { openal->render(block); }));
+    theirs_moving.push_back(timed(4000 / voices, [&](std::uint32_t i) {
+      // Four keyframes in fifteen blocks.
+      if (i * 4 / 15 != (i + 1) * 4 / 15) openal->move(places[i % 2]);
+      openal->render(block);
+    }));
+    ratio.push_back(theirs.back() / ours.back());
+    ratio_moving.push_back(theirs_moving.back() / ours_moving.back());
   }
   const double real_time = static_cast<double>(voices) * kBlockFrames / kSampleRate_hz;
   const auto best = [](const std::vector<double>& times) { return std::ranges::min(times); };
-  state.counters["voices"] = real_time / median(ours);
-  state.counters["best_voices"] = real_time / best(ours);
+  state.counters["kernel"] = real_time / median(ours);
+  state.counters["kernel_best"] = real_time / best(ours);
+  state.counters["mixer"] = real_time / median(ours_moving);
   state.counters["reference"] = real_time / median(slow);
   if (!openal) return;
   double energy = 0;
   for (const float sample : block) energy += static_cast<double>(sample) * sample;
   if (!(energy > 0)) state.SkipWithError("OpenAL Soft was silent");
   state.counters["openal"] = real_time / median(theirs);
-  state.counters["times_openal"] = median(times_openal);
-  state.counters["best_times_openal"] = best(theirs) / best(ours);
+  state.counters["openal_moving"] = real_time / median(theirs_moving);
+  state.counters["times_openal"] = median(ratio);
+  state.counters["times_openal_best"] = best(theirs) / best(ours);
+  state.counters["times_openal_moving"] = median(ratio_moving);
 }
 
 std::string name_of(const MixMode& mode) {

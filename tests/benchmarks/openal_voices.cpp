@@ -54,11 +54,9 @@ class Loopback final : public OpenalVoices {
       alSourcei(sources_[i], AL_BUFFER, static_cast<ALint>(buffers_[voices[i].signal]));
       alSourcei(sources_[i], AL_LOOPING, AL_TRUE);
       alSourcef(sources_[i], AL_GAIN, 1 / static_cast<float>(voices.size()));
-      alSourcef(sources_[i], AL_PITCH, voices[i].pitch);
-      const float right = voices[i].right;
-      alSource3f(sources_[i], AL_POSITION, right, 0, -std::sqrt(1 - right * right));
       alSourcei(sources_[i], AL_SAMPLE_OFFSET, voices[i].start_frame);
     }
+    move(voices);
     alSourcePlayv(static_cast<ALsizei>(sources_.size()), sources_.data());
     return alGetError() == AL_NO_ERROR;
   }
@@ -69,6 +67,16 @@ class Loopback final : public OpenalVoices {
     alcMakeContextCurrent(nullptr);
     if (context_ != nullptr) alcDestroyContext(context_);
     if (device_ != nullptr) alcCloseDevice(device_);
+  }
+
+  void move(const std::vector<Voice>& voices) override {
+    alcSuspendContext(context_);  // all at once
+    for (std::size_t i = 0; i < voices.size(); ++i) {
+      const float right = voices[i].right;
+      alSourcef(sources_[i], AL_PITCH, voices[i].pitch);
+      alSource3f(sources_[i], AL_POSITION, right, 0, -std::sqrt(1 - right * right));
+    }
+    alcProcessContext(context_);
   }
 
   void render(std::span<float> interleaved) override {

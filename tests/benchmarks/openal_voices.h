@@ -20,6 +20,9 @@ class OpenalVoices {
   static std::unique_ptr<OpenalVoices> create(const std::vector<std::vector<float>>& signals,
                                               const std::vector<Voice>& voices);
   virtual ~OpenalVoices() = default;
+
+  // Gives each voice the pitch and place of `voices`, as a listener's moving does.
+  virtual void move(const std::vector<Voice>& voices) = 0;
   virtual void render(std::span<float> interleaved) = 0;  // left, right
 };
 

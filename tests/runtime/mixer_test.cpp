@@ -59,7 +59,7 @@ TEST(Mixer, ShiftsThePitchOfAPassingSourceAsDopplerSaysThroughout) {
     double nearest_m;
     bool eight_bands;  // their bank hears slides of 1 kHz 2.4 ms late, at 5 m 0.13 %
   };
-  for (const auto [nearest_m, eight_bands] : {Case{5, false}, Case{20, false}, Case{20, true}}) {
+  for (const auto [nearest_m, eight_bands] : {Case{5, false}, Case{20, false}, Case{8, true}}) {
     const MixMode mode{Interpolation::kCubic, 2, eight_bands};
     const auto signals = prepare_signals(std::vector<Signal>{testing::sine(kTone_hz)}, mode);
     const auto delay_s = [near_m = nearest_m](double t) {
