@@ -104,8 +104,8 @@ struct Auralizer::State {
 
   // Audio thread.
   std::unique_ptr<Mixer> mixer;
-  std::array<float, kOutputChannels * kStepFrames> step{};
-  std::size_t step_read = step.size();  // samples of the step already given away
+  std::array<float, kOutputChannels * kMostFrames> mixed{};
+  std::size_t mixed_end = 0, mixed_read = 0;  // samples in it, and those already given away
 
   // Statistics.
   std::atomic<std::uint64_t> keyframes{0}, held_blocks{0}, clipped_frames{0}, bad_voices{0};
@@ -113,8 +113,8 @@ struct Auralizer::State {
   std::atomic<double> sampler_ms{0};
   std::array<std::atomic<float>, kOutputChannels> peak{};
 
-  // True if the step had to do without a keyframe that was due.
-  bool mix_step() noexcept REALTIME {
+  // Mixes steps for up to so many samples; true if it had to do without a keyframe that was due.
+  bool mix_steps(std::size_t samples) noexcept REALTIME {
     bool held = false;
     if (mixer->wants_keyframe()) {
       if (const Keyframe* keyframe = queue->readable()) {
@@ -125,20 +125,24 @@ struct Auralizer::State {
         held = true;
       }
     }
-    mixer->step(step.data());
-    finish_step();
-    step_read = 0;
+    constexpr std::size_t kStep = kOutputChannels * kStepFrames;
+    const int steps =
+        static_cast<int>(std::min<std::size_t>((samples + kStep - 1) / kStep, mixer->steps_left()));
+    mixer->mix(mixed.data(), steps);
+    mixed_end = static_cast<std::size_t>(steps) * kStep;
+    mixed_read = 0;
+    finish_mix();
     return held;
   }
 
   // Applies the output gain and looks for what a listener should know of.
-  void finish_step() noexcept REALTIME {
+  void finish_mix() noexcept REALTIME {
     std::array<float, kOutputChannels> highest{};
     std::uint64_t clipped = 0;
-    for (std::size_t f = 0; f < step.size(); f += kOutputChannels) {
+    for (std::size_t f = 0; f < mixed_end; f += kOutputChannels) {
       bool clips = false;
       for (std::size_t c = 0; c < kOutputChannels; ++c) {
-        float& sample = step[f + c];
+        float& sample = mixed[f + c];
         sample *= gain;
         highest[c] = std::max(highest[c], std::abs(sample));
         clips = clips || std::abs(sample) > 1;
@@ -237,12 +241,13 @@ void Auralizer::mix(std::span<float> interleaved) noexcept REALTIME {
     held = true;
   } else {
     for (std::size_t i = 0; i < interleaved.size();) {
-      if (state.step_read == state.step.size()) held = state.mix_step() || held;
+      if (state.mixed_read == state.mixed_end)
+        held = state.mix_steps(interleaved.size() - i) || held;
       const std::size_t count =
-          std::min(interleaved.size() - i, state.step.size() - state.step_read);
-      std::copy_n(state.step.begin() + static_cast<std::ptrdiff_t>(state.step_read), count,
+          std::min(interleaved.size() - i, state.mixed_end - state.mixed_read);
+      std::copy_n(state.mixed.begin() + static_cast<std::ptrdiff_t>(state.mixed_read), count,
                   interleaved.begin() + static_cast<std::ptrdiff_t>(i));
-      state.step_read += count;
+      state.mixed_read += count;
       i += count;
     }
   }

@@ -7,8 +7,8 @@
 //   audio thread:    auralizer.mix(block);
 //
 // Keyframe n says how things are at sample n x kKeyframeFrames; the mixer slides gains and delays
-// in straight lines from each to the next. Keyframes travel through a bounded queue, in order, a
-// few of them ahead of the mixer, so what is heard is a function of the poses alone, never of how
+// from each to the next. Keyframes travel through a bounded queue, in order, a few of them ahead of
+// the mixer, so what is heard is a function of the poses alone, never of how
 // the threads were scheduled or how large the device's blocks are. If the mixer finds none, it
 // holds the last one (and counts that); late keyframes then count from the moment they arrive.
 #pragma once

@@ -1,8 +1,8 @@
 // keyframe.h: how everything sounds at one moment: the voices, their delays and gains.
 //
-// Made by the sampler thread, mixed by the audio thread. Between two keyframes a voice's delays and
-// gains slide in straight lines. A voice lives in a slot for as long as its source is heard; the
-// sampler fades a voice to nothing before it leaves it out.
+// Made by the sampler thread, mixed by the audio thread. Between two keyframes a voice's gains
+// slide in straight lines, and its delays so that pitch does (mixer.h). A voice lives in a slot for
+// as long as its source is heard; the sampler fades a voice to nothing before it leaves it out.
 #pragma once
 
 #include <array>

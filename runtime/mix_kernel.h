@@ -1,65 +1,111 @@
-// mix_kernel.h: the two inner loops of the mixer, for whatever vectors the CPU has.
+// mix_kernel.h: the inner loop of the mixer, for whatever vectors the CPU has.
 //
-// A bus is 16 lanes per frame, lane 2 x band + ear, so that a frame of one voice is one vector of
-// gains times its (left, right) pair, repeated: one multiply-add with AVX-512, two with AVX2, four
-// with SSE or NEON. Interpolated frames of a few voices are kept in L1 between reading and adding.
+// Voices add into buses, one row of frames per band and ear. With eight bands a signal is kept in
+// two layers (signal_bank.h): the upper three bands at the full rate, the lower five at a quarter
+// of it, so that eight band gains cost 3 + 5 / 4 multiply-adds per ear and frame instead of eight,
+// and one and a quarter reads instead of one. The octave bank filters the buses after the sum.
 //
-// Interpolation is Catmull-Rom's cubic. Its largest error over all fractions, relative to the tone:
-// -107 dB at 500 Hz, -89 at 1 kHz, -71 at 2 kHz, -52 at 4 kHz, -32 at 8 kHz, -10 at 16 kHz. Its gain
-// at the worst fraction (one half) is -0.01 dB at 4 kHz, -0.23 dB at 8 kHz, -3.3 dB at 16 kHz.
+// A chunk of 16 to 64 frames of the buses stays in registers while voices pass by. Where a voice's
+// whole offset does not change within the chunk, its neighbours are contiguous loads and its
+// fraction a line; elsewhere it is looked at vector by vector.
 //
-// Frames are added in the order of the voices, whatever the vector length; multiply-adds are fused
-// where the CPU can, so CPUs differ in last bits and runs on one CPU do not. Highway is visible
-// only in mix_kernel.cpp. Measured on one core of an EPYC with AVX-512, 48 kHz: see mixer.h.
+// Cubic interpolation is a uniform B-spline over samples that were prefiltered when loaded, so that
+// whole delays give back the signal. Its largest error, at a fraction of one half, relative to the
+// tone: -122 dB at 1 kHz, -98 at 2, -74 at 4, -48 at 8, -31 at 12 and -18 at 16 kHz, some 20 dB
+// below Catmull-Rom at the same cost. Its passband sinks there by 0.03 dB at 8 kHz, 0.24 at 12 and
+// 1.2 at 16 kHz; the alias is half the error. The low layer, at a quarter of the rate, has -74 dB
+// at 1 kHz and -61 at 1.4 kHz, where it ends. Linear has -53, -29, -18 and -6 dB at 1, 4, 8 and 16
+// kHz.
+//
+// Frames are added in the order of the voices; multiply-adds are fused where the CPU can, so CPUs
+// differ in last bits and runs on one CPU do not, however calls divide time. Highway is visible
+// only in mix_kernel*.cpp and mix_kernel-inl.h.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "common/bands.h"
 #include "runtime/realtime.h"
 
 namespace clamor {
 
-inline constexpr int kStepFrames = 64;  // what a kernel call mixes; divides kKeyframeFrames
 inline constexpr int kEars = 2;
-inline constexpr int kBusLanes = kEars * static_cast<int>(kBandCount);
+inline constexpr int kStepFrames = 64;  // calls mix whole steps; divides kKeyframeFrames
+inline constexpr int kMostSteps = 4;    // of one call
+inline constexpr int kMostFrames = kMostSteps * kStepFrames;
 
-constexpr int bus_lane(std::size_t band, int ear) { return kEars * static_cast<int>(band) + ear; }
+inline constexpr int kBandLanes = kEars * static_cast<int>(kBandCount);
+inline constexpr int kLowRate = 4;  // frames per frame of the low layer
+inline constexpr int kLowBands = 5;
+inline constexpr int kHighBands = static_cast<int>(kBandCount) - kLowBands;
 
-// A voice during one step. Frame f of ear e reads the signal at `signal[e] + p`, p = f +
-// fraction[e] + f x drift[e]; the samples from signal[e] - 2 to signal[e] + 2 kStepFrames + 8 must
-// be there. Gains are those of frame 0 of the segment and how they grow per frame.
-struct alignas(64) KernelVoice {
-  float gain[kBusLanes];
-  float slope[kBusLanes];
-  const float* signal[kEars];
-  float fraction[kEars];  // 0 to 1
-  float drift[kEars];     // -1 to 1: how much faster than real time
+inline constexpr int kGainFrames = 16;  // slopes of gains are per so many frames: a vector's
+
+constexpr int band_lane(std::size_t band, int ear) { return kEars * static_cast<int>(band) + ear; }
+
+enum class Interpolation : std::uint8_t { kLinear, kCubic };
+
+struct MixMode {
+  Interpolation interpolation = Interpolation::kCubic;
+  int delays = 2;           // 1: both ears hear a voice at its first path's delay
+  bool eight_bands = true;  // otherwise each ear has one gain: a voice's band 0
+
+  // Gains of a voice: those of the segment's frame 0, then how they grow in kGainFrames.
+  constexpr int gain_lanes() const { return eight_bands ? kBandLanes : kEars; }
 };
 
-// Adds `count` voices, voices[active[0]] first, to bus[kStepFrames][kBusLanes], of which the first
-// frame is number `first_frame` of the segment. About 4 cycles per voice and frame with AVX-512.
-void mix_voices(const KernelVoice* voices, const std::uint32_t* active, std::size_t count,
-                int first_frame, float* bus) noexcept REALTIME;
+// How a voice reaches an ear during one call: its first frame is read at `position`, 32.32 fixed
+// point, of a signal whose frame 0 is at `high`, and a quarter of that in `low`; the next ones each
+// `step` farther, and from one kStepFrames to the next the step grows by `bend`. Of both layers, a
+// frame before and two after must be there.
+struct VoicePath {
+  const float* high = nullptr;
+  const float* low = nullptr;
+  std::int64_t position = 0;
+  std::int64_t step = std::int64_t{1} << 32;  // always 0 to 2: the caller sees to that
+  std::int64_t bend = 0;
 
-// A cascade of biquads in each of the 16 lanes, transposed direct form 2, double precision.
-inline constexpr int kBankSections = 20;
-struct alignas(64) LaneCascade {
-  struct Section {
-    double b0[kBusLanes], b1[kBusLanes], b2[kBusLanes], a1[kBusLanes], a2[kBusLanes];
-  };
-  struct Memory {
-    double s1[kBusLanes], s2[kBusLanes];
-  };
-  Section section[kBankSections];
-  Memory memory[kBankSections];
+  // After so many frames of the call.
+  constexpr std::int64_t position_at(std::int64_t frame) const noexcept REALTIME {
+    return position + frame * step + bends_at(frame) * bend;
+  }
+  constexpr std::int64_t step_at(std::int64_t frame) const noexcept REALTIME {
+    return step + frame / kStepFrames * bend;
+  }
+  static constexpr std::int64_t bends_at(std::int64_t frame) noexcept REALTIME {
+    const std::int64_t steps = frame / kStepFrames;
+    return steps * (frame - kStepFrames / 2 * (steps + 1));
+  }
 };
 
-// Filters lanes[frames][kBusLanes] in place.
-void filter_lanes(LaneCascade& cascade, double* lanes, int frames) noexcept REALTIME;
+struct MixJob {
+  const VoicePath* paths;  // [slot][kEars]
+  const float* gains;      // [slot][2][gain_lanes()]
+  const std::uint32_t* active;
+  std::size_t count;  // of active slots
+  int first_frame;    // of the segment
+  int frames;         // whole steps, at most kMostFrames
+  // Rows of kMostFrames and kMostFrames / kLowRate, in order of band and ear. Added to. Full-band
+  // voices use the first two of high.
+  float* high;
+  float* low;
+};
 
-// Name of the instruction set that is used, for benchmarks: "AVX3_ZEN4".
-const char* mix_kernel_target();
+struct MixBuses {
+  alignas(64) float high[kHighBands * kEars * kMostFrames];
+  alignas(64) float low[kLowBands * kEars * kMostFrames / kLowRate];
+};
+
+void mix_voices(const MixMode& mode, const MixJob& job) noexcept REALTIME;
+
+// The instruction set that is used, for benchmarks: "AVX3_ZEN4"; and those that could be, best
+// first, "scalar" last. force_mix_kernel() is for tests and benchmarks, between calls only; an
+// empty name goes back to the best.
+std::string mix_kernel_target();
+std::vector<std::string> mix_kernel_targets();
+void force_mix_kernel(const std::string& target);
 
 }  // namespace clamor

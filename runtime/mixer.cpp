@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "runtime/flush_denormals.h"
 
@@ -10,8 +11,11 @@ namespace clamor {
 
 namespace {
 
-constexpr double kFixedOne = 4294967296.0;  // 2^32
+constexpr std::int64_t kFixedOne = std::int64_t{1} << 32;
+constexpr double kFixedOne_f = static_cast<double>(kFixedOne);
+constexpr double kFastestBent = 0.99;  // frames per frame
 constexpr double kLongestDelay_frames = 1 << 30;
+constexpr float kLoudest = 1e6f;  // 120 dB above full scale: no sum of voices overflows
 
 static_assert(kKeyframeFrames % kStepFrames == 0 && kBankTailFrames % kStepFrames == 0);
 
@@ -23,24 +27,37 @@ bool is_usable(const Voice& voice) {
   for (int e = 0; e < kEars; ++e) {
     if (!is_usable(voice.delay_frames[e])) return false;
     if (voice.starts && !is_usable(voice.start_delay_frames[e])) return false;
-    float sum = 0;
-    for (const float gain : voice.gain[e]) sum += gain * 0.0f;  // NaN unless all are finite
-    if (sum != 0) return false;
+    bool quiet = true;
+    for (const float gain : voice.gain[e]) quiet &= std::abs(gain) <= kLoudest;  // false for NaN
+    if (!quiet) return false;
   }
   return true;
 }
 
-std::int64_t fixed(double frames) { return std::llrint(frames * kFixedOne); }
+std::int64_t fixed(double frames) { return std::llrint(frames * kFixedOne_f); }
 
 }  // namespace
 
-Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots)
-    : signals_(signals), slots_(slots), voices_(slots) {
+Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode)
+    : signals_(signals),
+      mode_(mode),
+      lanes_(mode.gain_lanes()),
+      lead_frames_(mode.eight_bands ? kBankDelayFrames : 0),
+      slots_(slots),
+      targets_(slots * static_cast<std::size_t>(lanes_)),
+      gains_(2 * targets_.size()),
+      paths_(slots * kEars),
+      wraps_(slots) {
   active_.reserve(slots);
-  for (KernelVoice& voice : voices_) voice = KernelVoice{};
+  once_.reserve(slots);
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    for (std::size_t c = 0; c < kBandCount; ++c)
+      bus_gains_[c][b] = static_cast<float>(OctaveBank::bus_gains()[b][c]);
 }
 
 void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
+  clock_ = clock_frames - (mode_.eight_bands ? kBankTailFrames : 0);
+  frame_ = kKeyframeFrames;
   for (const Voice& voice : keyframe.voices) {
     Voice started = voice;
     started.starts = true;
@@ -48,10 +65,10 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
     load_voice(started);
   }
   active_.clear();
+  once_.clear();
   for (const Voice& voice : keyframe.voices)
-    if (slots_[voice.slot].audible) active_.push_back(voice.slot);
-  frame_ = kKeyframeFrames;
-  clock_ = clock_frames - kBankTailFrames;
+    if (slots_[voice.slot].audible) activate(voice.slot);
+  holding_ = false;
   std::array<float, kEars * kStepFrames> unheard;
   while (clock_ < clock_frames) {
     hold();
@@ -62,80 +79,171 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
 
 void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
   active_.clear();
+  once_.clear();
   for (const Voice& voice : keyframe.voices) {
     const bool sounded = !voice.starts && slots_[voice.slot].audible;
     load_voice(voice);
-    if (sounded || slots_[voice.slot].audible) active_.push_back(voice.slot);
+    if (sounded || slots_[voice.slot].audible) activate(voice.slot);
   }
   frame_ = 0;
   holding_ = false;
 }
 
+void Mixer::activate(std::uint32_t slot) noexcept REALTIME {
+  active_.push_back(slot);
+  const PreparedSignal& signal = *slots_[slot].signal;
+  if (!signal.loops()) once_.push_back(slot);
+  wraps_[slot] = signal.loops() ? signal.wrap() : std::numeric_limits<std::int64_t>::max();
+}
+
+// The frame read is clock + lead - delay.
+void Mixer::place(std::uint32_t slot, int ear, std::int64_t delay) noexcept REALTIME {
+  const PreparedSignal& signal = *slots_[slot].signal;
+  const std::int64_t whole = clock_ + lead_frames_ + (-delay >> 32);
+  const std::int64_t position = signal.near(whole) * kFixedOne + (-delay & (kFixedOne - 1));
+  slots_[slot].position[static_cast<std::size_t>(ear)] = position;
+  signal.place(position, paths_[slot * kEars + static_cast<std::size_t>(ear)]);
+}
+
+// Two parabolas with slopes a at the beginning, b at the knot and c at the end, of m and n steps:
+// each step's slope is its middle's, so what they change in all is, in steps,
+// m (a + b) / 2 + n (b + c) / 2. That gives b.
+void Mixer::slide(std::uint32_t slot, int ear, double change_frames,
+                  bool starts) noexcept REALTIME {
+  constexpr double m = 1.0 * kKnotFrames / kStepFrames, n = 1.0 * kKeyframeFrames / kStepFrames - m;
+  Slide& slide = slots_[slot].slide[static_cast<std::size_t>(ear)];
+  const double mean = change_frames / kKeyframeFrames;
+  double a = mean, b = mean, c = mean;
+  if (!starts) {
+    a = slide.end;
+    c = 1.5 * mean - 0.5 * slide.mean;
+    b = (2 * (m + n) * mean - m * a - n * c) / (m + n);
+    if (std::max({std::abs(a), std::abs(b), std::abs(c)}) > kFastestBent) a = b = c = mean;
+  }
+  slide = {mean, c};
+  const auto parabola = [](double from, double to, double steps) {
+    const double bend = (to - from) / steps;
+    return Parabola{kFixedOne - fixed(from + 0.5 * bend), -fixed(bend)};
+  };
+  VoicePath& path = paths_[slot * kEars + static_cast<std::size_t>(ear)];
+  const Parabola before_knot = parabola(a, b, m);
+  path.step = before_knot.step;
+  path.bend = before_knot.bend;
+  slots_[slot].after_knot[static_cast<std::size_t>(ear)] = parabola(b, c, n);
+}
+
+// A column of bus_gains_ per band: loops that the compiler makes vectors of.
+void Mixer::set_targets(const Voice& voice, bool usable, float* targets) const noexcept REALTIME {
+  for (int e = 0; e < kEars; ++e) {
+    Bands sum{};
+    if (usable && !mode_.eight_bands) sum[0] = voice.gain[e][0];
+    if (usable && mode_.eight_bands)
+      for (std::size_t c = 0; c < kBandCount; ++c)
+        for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += bus_gains_[c][b] * voice.gain[e][c];
+    for (int lane = e; lane < lanes_; lane += kEars)
+      targets[lane] = sum[static_cast<std::size_t>(lane / kEars)];
+  }
+}
+
 void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   assert(voice.slot < slots_.size() && voice.signal < signals_.size());
   Slot& slot = slots_[voice.slot];
-  KernelVoice& kernel = voices_[voice.slot];
   slot.signal = &signals_[voice.signal];
 
   bool usable = is_usable(voice);
-  std::array<Delay, kEars> delay;
+  std::array<double, kEars> change_frames{};
+  std::array<std::int64_t, kEars> now = slot.delay;
   for (int e = 0; e < kEars && usable; ++e) {
-    delay[e].now = voice.starts ? fixed(voice.start_delay_frames[e]) : slot.delay[e].target;
-    delay[e].target = fixed(voice.delay_frames[e]);
-    delay[e].slope = (delay[e].target - delay[e].now) / kKeyframeFrames;
-    usable = std::abs(delay[e].slope) < (std::int64_t{1} << 32);
+    if (voice.starts) now[e] = fixed(voice.start_delay_frames[e]);
+    change_frames[e] = static_cast<double>(fixed(voice.delay_frames[e]) - now[e]) / kFixedOne_f;
+    usable = std::abs(change_frames[e]) < kKeyframeFrames;
   }
   if (!usable) {
-    // Down to silence from where it was.
     ++bad_voices_;
-    for (int e = 0; e < kEars; ++e) delay[e] = {slot.delay[e].target, 0, slot.delay[e].target};
+    change_frames = {};
+    now = slot.delay;
   }
-  slot.delay = delay;
+  for (int e = 0; e < kEars; ++e) {
+    slide(voice.slot, e, change_frames[e], voice.starts || !usable);
+    place(voice.slot, e, now[e]);
+    slot.delay[e] = usable ? fixed(voice.delay_frames[e]) : now[e];
+  }
 
+  // Down to silence from where it was, if it cannot be used.
+  const std::size_t lanes = static_cast<std::size_t>(lanes_);
+  float* const target = &targets_[voice.slot * lanes];
+  float* const gain = &gains_[2 * voice.slot * lanes];
+  std::array<float, kBandLanes> from{};
+  if (!voice.starts) std::copy_n(target, lanes, from.begin());
+  set_targets(voice, usable, target);
+  constexpr float kPerFrame = static_cast<float>(kGainFrames) / kKeyframeFrames;
   float loudest = 0;
-  for (int e = 0; e < kEars; ++e)
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-      const int lane = bus_lane(b, e);
-      const float from = voice.starts ? 0 : slot.target[lane];
-      const float to = usable ? voice.gain[e][b] : 0;
-      kernel.gain[lane] = from;
-      kernel.slope[lane] = (to - from) / kKeyframeFrames;
-      slot.target[lane] = to;
-      loudest = std::max(loudest, std::abs(to));
-    }
+  for (std::size_t lane = 0; lane < lanes; ++lane) {
+    gain[lane] = from[lane];
+    gain[lanes + lane] = (target[lane] - from[lane]) * kPerFrame;
+    loudest = std::max(loudest, std::abs(target[lane]));
+  }
   slot.audible = loudest > 0;
 }
 
 void Mixer::hold() noexcept REALTIME {
   if (!holding_) {
+    const std::size_t lanes = static_cast<std::size_t>(lanes_);
     for (const std::uint32_t s : active_) {
-      std::copy(slots_[s].target.begin(), slots_[s].target.end(), voices_[s].gain);
-      std::fill(std::begin(voices_[s].slope), std::end(voices_[s].slope), 0.0f);
-      for (Delay& delay : slots_[s].delay) delay = {delay.target, 0, delay.target};
+      std::copy_n(&targets_[s * lanes], lanes, &gains_[2 * s * lanes]);
+      std::fill_n(&gains_[(2 * s + 1) * lanes], lanes, 0.0f);
+      for (int e = 0; e < kEars; ++e) {
+        slide(s, e, 0, true);
+        place(s, e, slots_[s].delay[e]);
+      }
     }
     holding_ = true;
   }
   frame_ = kKeyframeFrames - kStepFrames;
 }
 
-void Mixer::step(float* interleaved) noexcept REALTIME {
-  const FlushDenormals no_denormals;
-  for (const std::uint32_t s : active_)
-    for (int e = 0; e < kEars; ++e) {
-      // The frame read is clock - delay: whole part and fraction of the sum of both.
-      const Delay& delay = slots_[s].delay[e];
-      const std::int64_t minus_delay = -(delay.now + frame_ * delay.slope);
-      voices_[s].signal[e] = slots_[s].signal->at(clock_ + (minus_delay >> 32));
-      voices_[s].fraction[e] =
-          static_cast<float>(static_cast<std::uint32_t>(minus_delay)) * 0x1p-32f;
-      voices_[s].drift[e] = static_cast<float>(-delay.slope) * 0x1p-32f;
+void Mixer::advance(int frames) noexcept REALTIME {
+  for (const std::uint32_t s : once_)
+    for (std::size_t e = 0; e < kEars; ++e) {
+      VoicePath path = paths_[s * kEars + e];
+      path.position = slots_[s].position[e];
+      slots_[s].position[e] = path.position_at(frames);
     }
+  for (const std::uint32_t s : active_)
+    for (int e = 0; e < mode_.delays; ++e) {
+      VoicePath& path = paths_[s * kEars + static_cast<std::size_t>(e)];
+      path.position = path.position_at(frames);
+      path.step = path.step_at(frames);
+      path.position -= path.position >= wraps_[s] ? wraps_[s] : 0;
+    }
+  for (const std::uint32_t s : once_)
+    for (std::size_t e = 0; e < kEars; ++e)
+      slots_[s].signal->place(slots_[s].position[e], paths_[s * kEars + e]);
+  if (frame_ + frames == kKnotFrames)
+    for (const std::uint32_t s : active_)
+      for (std::size_t e = 0; e < kEars; ++e) {
+        paths_[s * kEars + e].step = slots_[s].after_knot[e].step;
+        paths_[s * kEars + e].bend = slots_[s].after_knot[e].bend;
+      }
+}
 
-  alignas(64) float bus[kStepFrames * kBusLanes] = {};
-  mix_voices(voices_.data(), active_.data(), active_.size(), frame_, bus);
-  bank_.process(bus, kStepFrames, interleaved);
-  clock_ += kStepFrames;
-  frame_ += kStepFrames;
+void Mixer::mix(float* interleaved, int steps) noexcept REALTIME {
+  assert(steps >= 1 && steps <= steps_left());
+  const FlushDenormals no_denormals;
+  const int frames = steps * kStepFrames;
+  std::fill(std::begin(buses_.high), std::end(buses_.high), 0.0f);
+  std::fill(std::begin(buses_.low), std::end(buses_.low), 0.0f);
+  mix_voices(mode_, {paths_.data(), gains_.data(), active_.data(), active_.size(), frame_, frames,
+                     buses_.high, buses_.low});
+  if (mode_.eight_bands) {
+    bank_.process(buses_, frames, interleaved);
+  } else {
+    for (int f = 0; f < frames; ++f)
+      for (int e = 0; e < kEars; ++e) interleaved[f * kEars + e] = buses_.high[e * kMostFrames + f];
+  }
+  advance(frames);
+  clock_ += frames;
+  frame_ += frames;
 }
 
 }  // namespace clamor

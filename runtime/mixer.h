@@ -2,15 +2,26 @@
 //
 // Time is a 64-bit count of frames; a voice reads its signal at that count less its delay, which is
 // kept in 32.32 fixed point: phase cannot drift, however long it plays. Mixing goes in steps of
-// kStepFrames on a grid fixed to the clock, so a mix is a function of its keyframes alone.
+// kStepFrames on a grid fixed to the clock, several at once where that is asked for, and a mix is a
+// function of its keyframes alone.
 //
-// Where two keyframes meet, gains are within 1e-6 of each other and delays within 3e-7 frames: the
-// rounding of 960 small steps.
+// From keyframe to keyframe gains slide in straight lines, and delays along two parabolas that meet
+// after kKnotFrames, cut into steps: so that pitch slides too. The slope of a delay at a keyframe
+// is told from that one and the two before, 1.5 and -0.5 of what the delay changed in between:
+// exact for steady acceleration, and never ahead of time. A delay that would come near the speed of
+// sound on the way goes in a straight line instead.
 //
-// Threads: load(), hold() and step() are the audio thread's; begin() comes before them.
-// Cost per step: about 4 cycles per voice and frame, 20 us per 64 frames and 1000 voices at 3 GHz.
+// Where two keyframes meet, gains are within 1e-6 of each other and delays within 2e-6 frames: the
+// rounding of 960 small steps. A delay's slope steps by no more than it bends within kStepFrames.
+// A gain's slope turns there by what the keyframes say, for a voice that fades (keyframe_maker.h)
+// by at most 0.31 per 960 frames: no more than a step of -52 dB is at 1 kHz from the voice's own
+// sound. With eight bands, gains and delays are those of kBankDelayFrames (0.5 ms) before.
+//
+// Threads: load(), hold(), mix() and step() are the audio thread's; begin() comes before them.
+// Cost: tests/benchmarks/mixer_benchmark.cpp.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -26,8 +37,9 @@ namespace clamor {
 
 class Mixer {
  public:
-  // `signals` must outlive the mixer. Keyframes may use slots 0 to slots - 1.
-  Mixer(std::span<const PreparedSignal> signals, std::size_t slots);
+  // `signals`, prepared for the same mode, must outlive the mixer. Keyframes may use slots 0 to
+  // slots - 1.
+  Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode = {});
 
   // Everything sounds as `keyframe` says, and has for kBankTailFrames before `clock_frames`.
   void begin(const Keyframe& keyframe, std::int64_t clock_frames);
@@ -37,32 +49,65 @@ class Mixer {
   void load(const Keyframe& keyframe) noexcept REALTIME;
   void hold() noexcept REALTIME;
 
-  // Mixes the next kStepFrames frames into interleaved (left, right), overwriting it.
-  void step(float* interleaved) noexcept REALTIME;
+  // Steps that one mix() may take now.
+  int steps_left() const noexcept REALTIME {
+    return std::min(kMostSteps, ((frame_ < kKnotFrames ? kKnotFrames : kKeyframeFrames) - frame_) /
+                                    kStepFrames);
+  }
+
+  // Mixes the next so many steps into interleaved (left, right), overwriting it.
+  void mix(float* interleaved, int steps) noexcept REALTIME;
+  void step(float* interleaved) noexcept REALTIME { mix(interleaved, 1); }
 
   std::int64_t clock_frames() const { return clock_; }
 
-  // Voices silenced because a gain or delay was not finite, or a delay slid beyond real time.
+  // Voices silenced because a gain or delay was not finite or beyond all measure, or a delay slid
+  // beyond real time.
   std::uint64_t bad_voices() const noexcept REALTIME { return bad_voices_; }
 
  private:
-  // 32.32 fixed point, frames.
-  struct Delay {
-    std::int64_t now = 0, slope = 0, target = 0;
+  static constexpr int kKnotFrames = 512;
+
+  // Of a delay, per frame: of its whole last segment, and at its end.
+  struct Slide {
+    double mean = 0, end = 0;
+  };
+  struct Parabola {
+    std::int64_t step = 0, bend = 0;  // VoicePath's
   };
   struct Slot {
     const PreparedSignal* signal = nullptr;
-    std::array<Delay, kEars> delay;
-    std::array<float, kBusLanes> target{};
+    std::array<Slide, kEars> slide{};
+    std::array<Parabola, kEars> after_knot{};
+    // 32.32 fixed point: the delay at the end of the segment; where it is read next, if it plays
+    // once.
+    std::array<std::int64_t, kEars> delay{}, position{};
     bool audible = false;  // its gains were not all zero at the last keyframe
   };
 
   void load_voice(const Voice& voice) noexcept REALTIME;
+  void slide(std::uint32_t slot, int ear, double change_frames, bool starts) noexcept REALTIME;
+  void place(std::uint32_t slot, int ear, std::int64_t delay) noexcept REALTIME;
+  void activate(std::uint32_t slot) noexcept REALTIME;
+  void advance(int frames) noexcept REALTIME;
+  void set_targets(const Voice& voice, bool usable, float* targets) const noexcept REALTIME;
 
   std::span<const PreparedSignal> signals_;
+  const MixMode mode_;
+  const int lanes_;
+  const int lead_frames_;  // by which reading is ahead of what comes out
+  std::array<std::array<float, kBandCount>, kBandCount> bus_gains_;
+
+  // By slot.
   std::vector<Slot> slots_;
-  std::vector<KernelVoice> voices_;    // by slot
+  std::vector<float> targets_;  // [lanes_]: gains at the end of the segment
+  std::vector<float> gains_;    // MixJob
+  std::vector<VoicePath> paths_;
+  std::vector<std::int64_t> wraps_;  // where its signal comes round, 32.32; or never
+
   std::vector<std::uint32_t> active_;  // slots that sound in this segment, in the keyframe's order
+  std::vector<std::uint32_t> once_;    // those of them whose signals play once
+  MixBuses buses_;
   OctaveBank bank_;
   std::int64_t clock_ = 0;
   int frame_ = 0;         // of the segment

@@ -1,8 +1,9 @@
 // signal_bank.h: signals made ready to be read by voices at any delay.
 //
-// Each has the octave bank's phase taken out, guard samples on both sides so that a step of a voice
-// never wraps while it reads, and its mean square per band for the sampler's weights. Samples that
-// are NaN or infinite become 0 and are counted.
+// For eight bands a signal is parted into the octave bank's two layers; for cubic interpolation the
+// samples of what is read become half the coefficients of the B-spline through them. There are
+// guard samples on both sides, so that one call of the kernel never wraps while it reads. Samples
+// that are NaN or infinite become 0 and are counted.
 //
 // Immutable once made; any thread may read.
 #pragma once
@@ -13,43 +14,60 @@
 
 #include "common/bands.h"
 #include "formats/level.h"
-#include "runtime/octave_bank.h"
+#include "runtime/mix_kernel.h"
 #include "runtime/realtime.h"
 
 namespace clamor {
 
-inline constexpr int kGuardFrames = 256;  // more than KernelVoice asks for
-
 class PreparedSignal {
  public:
-  explicit PreparedSignal(const Signal& signal);
+  PreparedSignal(const Signal& signal, const MixMode& mode);
 
-  // Where frame `frame` of the signal's own time is, with kGuardFrames - 64 valid ones on both
-  // sides. A loop goes on for ever both ways; a signal that plays once is silent before and after.
-  const float* at(std::int64_t frame) const noexcept REALTIME {
-    if (length_ == 0) return silence();
-    if (loop_) {
-      frame %= length_;
-      return samples_.data() + kGuardFrames + (frame < 0 ? frame + length_ : frame);
+  // Where a kernel call must read that starts at `position` (32.32, frames of the signal's own
+  // time). A loop goes on for ever both ways; a signal that plays once is silent before and after.
+  void place(std::int64_t position, VoicePath& path) const noexcept REALTIME {
+    if (loops()) {
+      if (position < 0 || position >= wrap()) {
+        position %= wrap();
+        if (position < 0) position += wrap();
+      }
+    } else if (position < -((front_frames_ + kReach) << 32) || position >= end_frames_ << 32) {
+      path.high = path.low = silence();
+      path.position = 0;
+      return;
     }
-    if (frame < -kBankTailFrames - kReach || frame >= length_ + 2) return silence();
-    return samples_.data() + kGuardFrames + kBankTailFrames + frame;
+    path.position = position;
+    path.high = high_.data() + kGuardFrames + front_frames_;
+    path.low = low_.data() + (kGuardFrames + front_frames_) / kLowRate;
   }
+
+  // A loop may also be followed by subtracting wrap() once it is reached: none is shorter than what
+  // a call may read, because short ones are repeated.
+  bool loops() const noexcept REALTIME { return loop_frames_ > 0; }
+  std::int64_t wrap() const noexcept REALTIME { return loop_frames_ << 32; }
+
+  // The frame that is as good as any other so many loops away or so long before or after the end.
+  std::int64_t near(std::int64_t frame) const noexcept REALTIME;
 
   const Bands& mean_square() const { return mean_square_; }
   std::uint64_t bad_samples() const { return bad_samples_; }
 
  private:
-  static constexpr int kReach = 2 * kStepFrames + 16;  // a step reads no farther than this
+  // A call reads no farther: twice as many frames as it mixes, and some vectors.
+  static constexpr int kReach = 2 * kMostFrames + 64;
+  static constexpr int kGuardFrames = 1024;
+  static_assert(kGuardFrames >= kReach + 16 && kGuardFrames % kLowRate == 0);
   static const float* silence() noexcept REALTIME;
 
-  std::vector<float> samples_;
-  std::int64_t length_ = 0;  // without guards and tail
-  bool loop_ = false;
+  std::vector<float> high_, low_;
+  std::int64_t loop_frames_ = 0;   // whole loops; 0: plays once
+  std::int64_t front_frames_ = 0;  // what may be heard before frame 0, and where it is over
+  std::int64_t end_frames_ = 0;
   Bands mean_square_{};
   std::uint64_t bad_samples_ = 0;
 };
 
-std::vector<PreparedSignal> prepare_signals(std::span<const Signal> signals);
+std::vector<PreparedSignal> prepare_signals(std::span<const Signal> signals,
+                                            const MixMode& mode = {});
 
 }  // namespace clamor

@@ -1,0 +1,152 @@
+#include "runtime/mix_kernel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "runtime/mix_reference.h"
+
+namespace clamor {
+namespace {
+
+// The best kernel again when a test ends, however it ends.
+struct KernelGuard {
+  ~KernelGuard() { force_mix_kernel(""); }
+};
+
+const MixMode kModes[] = {
+    {Interpolation::kLinear, 1, false}, {Interpolation::kLinear, 2, false},
+    {Interpolation::kCubic, 1, false},  {Interpolation::kCubic, 2, false},
+    {Interpolation::kLinear, 1, true},  {Interpolation::kLinear, 2, true},
+    {Interpolation::kCubic, 1, true},   {Interpolation::kCubic, 2, true},
+};
+
+// Voices at random places in white noise, together as loud as full scale, whose delays slide by
+// nothing, a walk, a car, and anything up to sound itself.
+class Crowd {
+ public:
+  Crowd(std::size_t count, const MixMode& mode, unsigned seed) : random_(seed) {
+    for (auto* layer : {&high_, &low_})
+      for (int i = 0; i < 8192; ++i) layer->push_back(static_cast<float>(between(-1, 1)));
+    const double loudness = 1 / std::sqrt(static_cast<double>(count));
+    for (std::uint32_t v = 0; v < count; ++v) {
+      active_.push_back(2 * v + 1);  // only odd slots
+      paths_.resize(kEars * (2 * v + 2));
+      const double fastest[] = {0, 0.004, 0.1, 0.28, 0.32, 0.999};
+      for (int e = 0; e < kEars; ++e) {
+        const double fast = fastest[v % std::size(fastest)];
+        const auto drift = [&] { return between(-fast, fast); };
+        VoicePath& path = paths_[kEars * active_.back() + static_cast<std::size_t>(e)];
+        path.high = high_.data();
+        path.low = low_.data();
+        path.position = static_cast<std::int64_t>(between(16, 7000) * 0x1p32);
+        const double first = drift(), last = drift();
+        path.step = static_cast<std::int64_t>((1 + first) * 0x1p32);
+        path.bend = static_cast<std::int64_t>((last - first) / (kMostSteps - 1) * 0x1p32);
+      }
+      // From one gain to any other in 960 frames.
+      const auto lanes = static_cast<std::size_t>(mode.gain_lanes());
+      gains_.resize(2 * lanes * (2 * v + 2));
+      for (std::size_t lane = 0; lane < lanes; ++lane) {
+        const double from = between(-loudness, loudness), to = between(-loudness, loudness);
+        float* const gain = &gains_[2 * lanes * active_.back() + lane];
+        gain[0] = static_cast<float>(from);
+        gain[lanes] = static_cast<float>((to - from) * kGainFrames / 960);
+      }
+    }
+  }
+
+  MixJob job(int first_frame, int frames, MixBuses* buses) const {
+    return {paths_.data(),
+            gains_.data(),
+            active_.data(),
+            active_.size(),
+            first_frame,
+            frames,
+            buses ? buses->high : nullptr,
+            buses ? buses->low : nullptr};
+  }
+
+ private:
+  double between(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+
+  std::mt19937 random_;
+  std::vector<float> high_, low_, gains_;
+  std::vector<VoicePath> paths_;
+  std::vector<std::uint32_t> active_;
+};
+
+TEST(MixKernel, HasMoreThanOneKernelToChooseFrom) {
+  const auto targets = mix_kernel_targets();
+  EXPECT_GE(targets.size(), 2u);
+  const KernelGuard guard;
+  for (const std::string& target : targets) {
+    force_mix_kernel(target);
+    EXPECT_EQ(mix_kernel_target(), target);
+  }
+}
+
+TEST(MixKernel, EqualsTheDoublePrecisionReferenceOnEveryInstructionSet) {
+  const KernelGuard guard;
+  for (const std::size_t count : {1u, 3u, 70u}) {  // 70: more than a tile
+    for (const MixMode& mode : kModes) {
+      const Crowd crowd(count, mode, static_cast<unsigned>(count));
+      for (int steps = 1; steps <= kMostSteps; ++steps) {
+        const int first = 960 - steps * kStepFrames, frames = steps * kStepFrames;
+        const auto expected = std::make_unique<ReferenceBuses>();
+        mix_reference(mode, crowd.job(first, frames, nullptr), *expected);
+        for (const std::string& target : mix_kernel_targets()) {
+          force_mix_kernel(target);
+          const auto buses = std::make_unique<MixBuses>();
+          mix_voices(mode, crowd.job(first, frames, buses.get()));
+          double worst = 0, loudest = 0;
+          for (std::size_t i = 0; i < std::size(buses->high); ++i) {
+            worst = std::max(worst, std::abs(buses->high[i] - expected->high[i]));
+            loudest = std::max(loudest, std::abs(expected->high[i]));
+          }
+          for (std::size_t i = 0; i < std::size(buses->low); ++i)
+            worst = std::max(worst, std::abs(buses->low[i] - expected->low[i]));
+          EXPECT_LT(worst, 1e-5) << target << ", " << count << " voices, " << frames << " frames, "
+                                 << (mode.interpolation == Interpolation::kCubic) << mode.delays
+                                 << mode.eight_bands;  // -100 dB
+          EXPECT_GT(loudest, 0.1);
+        }
+      }
+    }
+  }
+}
+
+TEST(MixKernel, GivesTheSameBitsHoweverCallsDivideTime) {
+  const KernelGuard guard;
+  for (const std::string& target : mix_kernel_targets()) {
+    force_mix_kernel(target);
+    for (const MixMode& mode : kModes) {
+      const Crowd crowd(30, mode, 5);
+      const auto whole = std::make_unique<MixBuses>(), parts = std::make_unique<MixBuses>();
+      mix_voices(mode, crowd.job(0, kMostFrames, whole.get()));
+      for (int step = 0; step < kMostSteps; ++step) {
+        // Paths that begin later by so many frames, into buses that begin there.
+        MixJob job = crowd.job(step * kStepFrames, kStepFrames, parts.get());
+        std::vector<VoicePath> later(job.paths, job.paths + kEars * (2 * 30));
+        for (VoicePath& path : later) {
+          path.position = path.position_at(step * kStepFrames);
+          path.step = path.step_at(step * kStepFrames);
+        }
+        job.paths = later.data();
+        job.high += step * kStepFrames;
+        job.low += step * kStepFrames / kLowRate;
+        mix_voices(mode, job);
+      }
+      EXPECT_TRUE(std::ranges::equal(whole->high, parts->high)) << target;
+      EXPECT_TRUE(std::ranges::equal(whole->low, parts->low)) << target;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace clamor
