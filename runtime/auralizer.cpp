@@ -67,8 +67,9 @@ struct Auralizer::State {
         weights(weights_of(signals)) {
     const auto wanted = static_cast<std::size_t>(options.voices);
     if (file != nullptr) {
-      loader = std::make_unique<PageLoader>(fetch_from(*file, field, weights), file->page_count(),
-                                            options.memory_bytes);
+      loader =
+          std::make_unique<PageLoader>(fetch_from(*file, field, weights), file->page_count(),
+                                       PageBudget{options.memory_bytes, !options.wait_for_pages});
       pool = std::make_unique<OctreePool>(field, weights, file->nodes(), file->source_count(),
                                           *loader);
       sampler = make_priority_sampler(field, weights, *pool, wanted);

@@ -36,8 +36,8 @@ struct AuralizerOptions {
   int voices = 2000;                  // of the priority sample; "all" mixes every source
   double gain = 1;                    // amplitude, on the whole output
   int block_frames = 960;             // largest block of mix(): keyframes are made that far ahead
-  std::uint64_t memory_bytes = 64'000'000;  // of decoded pages; those of one sample always stay
-  bool wait_for_pages = false;              // a render waits for all that it needs, a player never
+  std::uint64_t memory_bytes = 64'000'000;  // of pages kept
+  bool wait_for_pages = false;  // as a render does, and then takes what memory one sample needs
 };
 
 struct AuralizerStatistics {

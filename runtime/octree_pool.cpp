@@ -93,7 +93,7 @@ double OctreePool::unseen_key(const FoundSource& found, const Vec3& place, doubl
 }
 
 // The best first, through pages that are here and those that are not, as their nodes are known.
-void OctreePool::add_missing(const Vec3& place, double tau, double urgency,
+void OctreePool::add_missing(const Vec3& place, double tau, bool needed,
                              std::vector<WantedPage>& wanted) const {
   const auto less = [](const WantedPage& a, const WantedPage& b) { return a.urgency < b.urgency; };
   std::priority_queue<WantedPage, std::vector<WantedPage>, decltype(less)> best(less);
@@ -104,7 +104,7 @@ void OctreePool::add_missing(const Vec3& place, double tau, double urgency,
     if (next.urgency < tau || next.urgency == 0) break;
     if (loader_.has_failed(next.page)) continue;
     if (!loader_.is_here(next.page)) {
-      wanted.push_back({next.urgency * urgency, next.page});
+      wanted.push_back({next.urgency, next.page, needed});
       ++added;
     }
     for (const std::uint32_t child : nodes_[next.page].children)
@@ -116,12 +116,12 @@ void OctreePool::ask(const Vec3& soon, double tau) {
   asked_ = false;
   if (nodes_.empty()) return;
   std::vector<WantedPage> wanted;
-  if (missed_) add_missing(place_, tau, 1, wanted);
+  if (missed_) add_missing(place_, tau, true, wanted);
   asked_ = !wanted.empty();
   if (soon != place_) {
     const auto now = static_cast<std::ptrdiff_t>(wanted.size());
     std::vector<WantedPage> later;
-    add_missing(soon, tau, 0.1, later);
+    add_missing(soon, tau, false, later);
     for (const WantedPage& one : later)
       if (std::none_of(wanted.begin(), wanted.begin() + now,
                        [&](const WantedPage& known) { return known.page == one.page; }))

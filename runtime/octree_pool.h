@@ -37,7 +37,7 @@ class OctreePool final : public SourcePool {
   // Most that a priority in the node or below it can be.
   double bound(std::uint32_t node, const Vec3& place) const;
   // Appends pages that are missing and could hold priorities of tau, as seen from `place`.
-  void add_missing(const Vec3& place, double tau, double urgency,
+  void add_missing(const Vec3& place, double tau, bool needed,
                    std::vector<WantedPage>& wanted) const;
 
   const SourceField& field_;

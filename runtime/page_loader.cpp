@@ -47,9 +47,9 @@ struct PageLoader::Shared {
   }
 };
 
-PageLoader::PageLoader(Fetch fetch, std::size_t pages, std::uint64_t budget_bytes, int threads)
+PageLoader::PageLoader(Fetch fetch, std::size_t pages, const PageBudget& budget, int threads)
     : fetch_(std::move(fetch)),
-      budget_bytes_(budget_bytes),
+      budget_(budget),
       pages_(pages),
       failed_(pages, false),
       last_use_(pages, 0),
@@ -71,7 +71,7 @@ void PageLoader::take(std::uint32_t page, std::unique_ptr<const SourcePage> arri
   bytes_ += bytes;
   most_page_bytes_ = std::max(most_page_bytes_, bytes);
   pages_[page] = std::move(arrived);
-  last_use_[page] = sample_;  // as if used, so that it is not dropped before it was looked at
+  last_use_[page] = sample_ - 1;  // so that it is not dropped before it was looked at
   here_.push_back(page);
 }
 
@@ -111,7 +111,7 @@ bool PageLoader::begin_sample() {
   }
   shared_->arrived.clear();
   const std::size_t before = here_.size();
-  if (bytes_ > budget_bytes_) drop_too_much();
+  if (bytes_ > budget_.bytes) drop_too_much();
   statistics.dropped += before - here_.size();
   statistics.resident = here_.size();
   statistics.bytes = bytes_;
@@ -124,7 +124,7 @@ void PageLoader::drop_too_much() {
   std::sort(here_.begin(), here_.end(), [this](std::uint32_t a, std::uint32_t b) {
     return last_use_[a] != last_use_[b] ? last_use_[a] > last_use_[b] : a < b;
   });
-  while (bytes_ > budget_bytes_ && here_.size() > 1 && last_use_[here_.back()] + 1 < sample_) {
+  while (bytes_ > budget_.bytes && here_.size() > 1 && last_use_[here_.back()] + 1 < sample_) {
     bytes_ -= pages_[here_.back()]->bytes();
     pages_[here_.back()].reset();
     here_.pop_back();
@@ -142,9 +142,13 @@ const SourcePage* PageLoader::use(std::uint32_t page) {
 }
 
 void PageLoader::ask(std::vector<WantedPage> wanted) {
-  const std::uint64_t room = budget_bytes_ > used_bytes_ ? budget_bytes_ - used_bytes_ : 0;
-  const std::size_t fit = most_page_bytes_ > 0 ? room / most_page_bytes_ : wanted.size();
+  std::uint64_t needed = 0;
+  for (const WantedPage& one : wanted) needed += one.needed;
+  const std::uint64_t room = budget_.bytes > used_bytes_ ? budget_.bytes - used_bytes_ : 0;
+  std::uint64_t fit = most_page_bytes_ > 0 ? room / most_page_bytes_ : wanted.size();
+  if (!budget_.strict) fit = std::max(fit, needed);
   std::sort(wanted.begin(), wanted.end(), [](const WantedPage& a, const WantedPage& b) {
+    if (a.needed != b.needed) return a.needed;
     return a.urgency != b.urgency ? a.urgency > b.urgency : a.page < b.page;
   });
   if (wanted.size() > fit) wanted.resize(fit);

@@ -29,6 +29,12 @@ struct PageStatistics {
 struct WantedPage {
   double urgency = 0;
   std::uint32_t page = 0;
+  bool needed = true;  // by the last sample; otherwise perhaps soon
+};
+
+struct PageBudget {
+  std::uint64_t bytes = 64'000'000;
+  bool strict = true;  // or may pages that one sample needs take more
 };
 
 class PageLoader {
@@ -36,7 +42,7 @@ class PageLoader {
   // Called by any loader thread, several at a time; throws nothing.
   using Fetch = std::function<Result<std::unique_ptr<const SourcePage>>(std::uint32_t page)>;
 
-  PageLoader(Fetch fetch, std::size_t pages, std::uint64_t budget_bytes, int threads = 1);
+  PageLoader(Fetch fetch, std::size_t pages, const PageBudget& budget, int threads = 1);
   ~PageLoader();
   PageLoader(const PageLoader&) = delete;
   PageLoader& operator=(const PageLoader&) = delete;
@@ -56,8 +62,8 @@ class PageLoader {
   bool is_here(std::uint32_t page) const { return pages_[page] != nullptr; }
   bool has_failed(std::uint32_t page) const { return failed_[page]; }
 
-  // Replaces what was asked before and is not yet under way: the most urgent first, as many as fit
-  // the budget beside what the last sample uses.
+  // Replaces what was asked before and is not yet under way: what is needed first, then the most
+  // urgent, as many as fit the budget beside what the last sample uses.
   void ask(std::vector<WantedPage> wanted);
 
   // Waits until something that was asked for has arrived; false if nothing is on its way.
@@ -71,7 +77,7 @@ class PageLoader {
   void drop_too_much();
 
   const Fetch fetch_;
-  const std::uint64_t budget_bytes_;
+  const PageBudget budget_;
   std::vector<std::unique_ptr<const SourcePage>> pages_;
   std::vector<bool> failed_;
   std::vector<std::uint32_t> last_use_;  // sample

@@ -75,7 +75,7 @@ void query(benchmark::State& state) {
             field, weights.by_signal, std::vector<Source>(first, first + node.source_count),
             node.first_source);
       },
-      tree.nodes.size(), 4'000'000'000);
+      tree.nodes.size(), PageBudget{4'000'000'000});
   OctreePool pool(field, weights, tree.nodes, tree.sources.size(), loader);
   const auto sampler = make_priority_sampler(field, weights, pool, voices);
   double time_s = 0;

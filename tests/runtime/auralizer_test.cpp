@@ -73,7 +73,7 @@ TEST(Auralizer, SoundsTheSameFromAFileWithAlmostNoMemoryForIt) {
   options.voices = 60;
   const auto in_memory = Auralizer::create(*read_auralizer_input(*file), options);
   options.wait_for_pages = true;
-  options.memory_bytes = 2'500'000;
+  options.memory_bytes = 500'000;
   const auto from_file = Auralizer::create(file, options);
   ASSERT_TRUE(in_memory.ok() && from_file.ok());
   constexpr std::size_t kFrames = 4 * 48000;
@@ -81,8 +81,8 @@ TEST(Auralizer, SoundsTheSameFromAFileWithAlmostNoMemoryForIt) {
             mixed(**from_file, kFrames, [] { return 960; }));
   const PageStatistics pages = (*from_file)->statistics().pages;
   EXPECT_GT(pages.dropped, 0u);
+  EXPECT_LT(pages.resident, file->page_count() / 2);
   EXPECT_EQ(pages.failed, 0u);
-  EXPECT_LE(pages.bytes, 2'500'000u + 2 * 65'000);  // and what was under way
 }
 
 TEST(Auralizer, IsSilentBeforeItsFirstKeyframe) {

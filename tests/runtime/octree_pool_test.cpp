@@ -116,7 +116,7 @@ TEST(OctreePool, GivesTheSampleOfAScanOfAllSources) {
     const Hall hall(seed, seed % 2 == 0 ? 3000 : 20'000);
     const SourceField field = hall.field();
     for (const std::size_t voices : {1u, 30u, 500u, 5000u}) {
-      PageLoader loader(hall.fetch(field), hall.tree.nodes.size(), 1'000'000'000);
+      PageLoader loader(hall.fetch(field), hall.tree.nodes.size(), PageBudget{1'000'000'000});
       OctreePool pool(field, hall.weights, hall.tree.nodes, hall.tree.sources.size(), loader);
       SourceList list(field, hall.weights, hall.tree.sources);
       const auto by_tree = make_priority_sampler(field, hall.weights, pool, voices);
@@ -138,7 +138,7 @@ TEST(OctreePool, TouchesFewNodesOfMany) {
   Hall hall(1, 200'000);
   for (Material& material : hall.materials) material.scattering = same_in_all_bands(1);
   const SourceField field = hall.field();
-  PageLoader loader(hall.fetch(field), hall.tree.nodes.size(), 1'000'000'000);
+  PageLoader loader(hall.fetch(field), hall.tree.nodes.size(), PageBudget{1'000'000'000});
   OctreePool pool(field, hall.weights, hall.tree.nodes, hall.tree.sources.size(), loader);
   const auto sampler = make_priority_sampler(field, hall.weights, pool, 200);
   whole_sample(*sampler, {10, 1.7, 7});
@@ -153,7 +153,8 @@ std::vector<double> heard_with_depth(int deepest, int seeds) {
   for (int seed = 0; seed < seeds; ++seed) {
     const Hall hall(100 + static_cast<std::uint64_t>(seed), 30'000);
     const SourceField field = hall.field();
-    PageLoader loader(hall.fetch(field, deepest), hall.tree.nodes.size(), 1'000'000'000);
+    PageLoader loader(hall.fetch(field, deepest), hall.tree.nodes.size(),
+                      PageBudget{1'000'000'000});
     OctreePool pool(field, hall.weights, hall.tree.nodes, hall.tree.sources.size(), loader);
     const auto sampler = make_priority_sampler(field, hall.weights, pool, 2000);
     const Vec3 place(10, 1.7, 5);
@@ -189,7 +190,7 @@ TEST(OctreePool, WithThreeLevelsOfPagesIsAsLoudAsWithAllAndSurer) {
 TEST(OctreePool, OfNoSourcesFindsNone) {
   const Hall hall(1, 10);
   const SourceField field = hall.field();
-  PageLoader loader(hall.fetch(field), 0, 1000);
+  PageLoader loader(hall.fetch(field), 0, PageBudget{1000});
   OctreePool pool(field, hall.weights, {}, 0, loader);
   EXPECT_TRUE(make_priority_sampler(field, hall.weights, pool, 5)->sample({0, 0, 0}).empty());
 }

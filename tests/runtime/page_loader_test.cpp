@@ -40,7 +40,7 @@ class PageLoaderTest : public ::testing::Test {
 };
 
 TEST_F(PageLoaderTest, BringsWhatWasAskedForAndNothingBefore) {
-  PageLoader loader(fetcher(), kPages, 1'000'000);
+  PageLoader loader(fetcher(), kPages, PageBudget{1'000'000});
   loader.begin_sample();
   EXPECT_EQ(loader.use(3), nullptr);
   EXPECT_FALSE(loader.wait());
@@ -62,7 +62,7 @@ TEST_F(PageLoaderTest, FetchesTheMostUrgentFirst) {
         while (!open) std::this_thread::yield();
         return fetch(page);
       },
-      kPages, 1'000'000);
+      kPages, PageBudget{1'000'000});
   loader.ask({{1, 0}});
   loader.ask({{5, 1}, {9, 2}, {1, 3}, {7, 4}});
   open = true;
@@ -74,7 +74,7 @@ TEST_F(PageLoaderTest, FetchesTheMostUrgentFirst) {
 }
 
 TEST_F(PageLoaderTest, StaysWithinItsBudgetAndDropsWhatWasUsedLongestAgo) {
-  PageLoader loader(fetcher(), kPages, 10 * page_bytes_);
+  PageLoader loader(fetcher(), kPages, PageBudget{10 * page_bytes_});
   const auto load = [&](std::uint32_t page) {
     loader.ask({{1, page}});
     while (loader.wait()) loader.begin_sample();
@@ -97,7 +97,7 @@ TEST_F(PageLoaderTest, StaysWithinItsBudgetAndDropsWhatWasUsedLongestAgo) {
 }
 
 TEST_F(PageLoaderTest, AsksForNoMoreThanFitsBesideWhatIsInUse) {
-  PageLoader loader(fetcher(), kPages, 4 * page_bytes_);
+  PageLoader loader(fetcher(), kPages, PageBudget{4 * page_bytes_});
   ASSERT_TRUE(loader.load_now(0));
   loader.begin_sample();
   loader.use(0);
@@ -109,8 +109,24 @@ TEST_F(PageLoaderTest, AsksForNoMoreThanFitsBesideWhatIsInUse) {
   EXPECT_TRUE(loader.is_here(1) && loader.is_here(2) && loader.is_here(3));
 }
 
+TEST_F(PageLoaderTest, TakesMoreForWhatIsNeededWhereTheBudgetIsNotStrict) {
+  PageLoader loader(fetcher(), kPages, PageBudget{4 * page_bytes_, false});
+  ASSERT_TRUE(loader.load_now(0));
+  loader.begin_sample();
+  loader.use(0);
+  std::vector<WantedPage> wanted;
+  for (std::uint32_t page = 1; page < 13; ++page) wanted.push_back({1.0 / page, page, page < 9});
+  loader.ask(wanted);
+  while (loader.wait()) {
+    loader.begin_sample();
+    for (std::uint32_t page = 0; page < 9; ++page) loader.use(page);
+  }
+  for (std::uint32_t page = 0; page < 9; ++page) EXPECT_TRUE(loader.is_here(page)) << page;
+  EXPECT_EQ(loader.statistics().loaded, 9u);
+}
+
 TEST_F(PageLoaderTest, RemembersWhatCannotBeReadAndSaysWhy) {
-  PageLoader loader(fetcher(), kPages, 1'000'000);
+  PageLoader loader(fetcher(), kPages, PageBudget{1'000'000});
   loader.ask({{1, 13}, {2, 14}});
   while (loader.wait()) loader.begin_sample();
   EXPECT_TRUE(loader.has_failed(13));
@@ -123,7 +139,7 @@ TEST_F(PageLoaderTest, RemembersWhatCannotBeReadAndSaysWhy) {
 
 TEST_F(PageLoaderTest, EndsWhileMuchIsUnderWay) {
   for (int i = 0; i < 50; ++i) {
-    PageLoader loader(fetcher(), kPages, 1'000'000, 2);
+    PageLoader loader(fetcher(), kPages, PageBudget{1'000'000}, 2);
     std::vector<WantedPage> wanted;
     for (std::uint32_t page = 0; page < kPages; ++page) wanted.push_back({1, page});
     loader.ask(wanted);
