@@ -110,8 +110,8 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
     const KernelMaterial& material = materials[hits[scratch.going_hit[k]].material];
     const PhongLobe& lobe = *material.lobes[scratch.drawn[k]];
     const std::uint32_t bits = scratch.way.words[3][k];  // 16 for the angle, 16 for the turn
-    const auto cos_o =
-        static_cast<float>(lobe.draw_compensation_cos((bits >> 16) * 0x1p-16 + 0x1p-17));
+    const float cos_o =
+        lobe.draw_compensation_cos(static_cast<float>(bits >> 16) * 0x1p-16f + 0x1p-17f);
     const Vec3f way = around(scratch.normal[0][k], scratch.normal[1][k], scratch.normal[2][k],
                              cos_o, static_cast<float>(bits & 0xffff) * 0x1p-16f);
     for (int axis = 0; axis < 3; ++axis) scratch.direction[axis][k] = way[axis];

@@ -75,6 +75,13 @@ PhongLobe::PhongLobe(double exponent) : exponent_(exponent) {
   mean_albedo_ = 1 - lost;
   for (std::size_t k = 0; k <= kCells; ++k)
     compensation_[k] = static_cast<float>(cumulative[k] / lost);
+  for (std::size_t k = 1; k <= kCells; ++k) {
+    const double low = fourth_power(static_cast<double>(k - 1) / kCells);
+    const double high = fourth_power(static_cast<double>(k) / kCells);
+    const auto step = static_cast<double>(compensation_[k] - compensation_[k - 1]);
+    square_[k] = static_cast<float>(low);
+    slope_[k] = step > 0 ? static_cast<float>((high - low) / step) : 0;
+  }
   for (std::size_t j = 0, k = 1; j < kCells; ++j) {
     while (k < kCells && compensation_[k] <= static_cast<float>(j) / kCells) ++k;
     guide_[j] = static_cast<std::uint16_t>(k);
@@ -94,16 +101,6 @@ double PhongLobe::density(double cos_i, double cos_o, double cos_a) const {
                                       std::min(1.0, cos_o / std::max(cos_i, 1e-9))
                                 : 0;
   return lobe + (1 - albedo(cos_i)) * (1 - albedo(cos_o)) / (kPi * (1 - mean_albedo_)) * cos_o;
-}
-
-double PhongLobe::draw_compensation_cos(double u) const {
-  std::size_t k = guide_[std::min(static_cast<std::size_t>(u * kCells), kCells - 1)];
-  while (k < kCells && compensation_[k] <= u) ++k;
-  const double step = compensation_[k] - compensation_[k - 1];
-  const double t = step > 0 ? std::clamp((u - compensation_[k - 1]) / step, 0.0, 1.0) : 0.5;
-  const double low = fourth_power(static_cast<double>(k - 1) / kCells);
-  const double high = fourth_power(static_cast<double>(k) / kCells);
-  return std::sqrt(low + t * (high - low));
 }
 
 ReflectionLaws::ReflectionLaws(std::span<const Material> materials) {
@@ -189,7 +186,10 @@ Vec3 ReflectionLaws::draw(std::size_t material, std::size_t band, const Vec3& ar
       around(mirrored(arrival, normal), power(1 - u[1], 1 / (lobe.exponent() + 1)), u[2]);
   const double cos_i = -dot(arrival, normal), cos_o = dot(proposal, normal);
   if (cos_o > 0 && u[3] * cos_i <= cos_o) return proposal;
-  return around(normal, lobe.draw_compensation_cos(u[4]), u[5]);
+  return around(normal,
+                static_cast<double>(
+                    lobe.draw_compensation_cos(std::min(static_cast<float>(u[4]), 0x1.fffffep-1f))),
+                u[5]);
 }
 
 }  // namespace clamor

@@ -15,6 +15,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -27,7 +28,7 @@
 
 namespace clamor {
 
-// The tables of one exponent p > 0. Costs 10 ms to make, 4 kB to keep.
+// The tables of one exponent p > 0. Costs 10 ms to make, 5 kB to keep.
 class PhongLobe {
  public:
   explicit PhongLobe(double exponent);
@@ -43,7 +44,11 @@ class PhongLobe {
   double density(double cos_i, double cos_o, double cos_a) const;
 
   // The cosine to the normal of a departure under the second term: density (1 - E(mu)) mu.
-  double draw_compensation_cos(double u) const;
+  float draw_compensation_cos(float u) const {  // u in [0, 1)
+    std::size_t k = guide_[static_cast<std::size_t>(u * kCells)];
+    while (k < kCells && compensation_[k] <= u) ++k;
+    return std::sqrt(square_[k] + (u - compensation_[k - 1]) * slope_[k]);
+  }
 
  private:
   static constexpr std::size_t kCells = 256;  // in sqrt(mu), so that grazing angles are resolved
@@ -52,6 +57,8 @@ class PhongLobe {
   double mean_albedo_ = 0, least_albedo_ = 0;
   std::array<float, kCells + 1> albedo_{};        // at mu = (k / kCells)^2
   std::array<float, kCells + 1> compensation_{};  // cumulative share below that mu
+  std::array<float, kCells + 1> square_{};        // of mu where cell k begins,
+  std::array<float, kCells + 1> slope_{};         // and how it grows with that share
   std::array<std::uint16_t, kCells> guide_{};     // the first cell to look in, for u = j / kCells
 };
 

@@ -60,7 +60,8 @@ TEST(ReflectionDraws, OfTheSecondTermFollowWhatTheLobeLoses) {
     const PhongLobe lobe(exponent);
     std::vector<double> drawn(kSlices), expected(kSlices);
     for (std::uint32_t n = 0; n < kDraws; ++n) {
-      const double mu = lobe.draw_compensation_cos(unit(philox(8, {n, 0, 0, 0})[0]));
+      const float u = static_cast<float>(philox(8, {n, 0, 0, 0})[0] >> 8) * 0x1p-24f;
+      const double mu = lobe.draw_compensation_cos(u);
       ASSERT_GE(mu, 0);
       ASSERT_LE(mu, 1);
       ++drawn[std::min(kSlices - 1, static_cast<std::uint32_t>(mu * kSlices))];
