@@ -1,63 +1,68 @@
 #include "formats/bake_file.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "formats/audio_file.h"
 #include "formats/bake_layout.h"
 #include "formats/bake_root_reader.h"
 #include "formats/geometry_section.h"
-#include "formats/mapped_file.h"
 #include "formats/page.h"
+#include "formats/read_file.h"
 
 namespace clamor {
 
 namespace {
 
+constexpr std::uint64_t kMostRootBytes = 1 << 30;  // some 500 million sources' index
+
 constexpr const char* kAdvice = "Copy the file again or bake again.";
 
 Error damaged(const std::string& what) { return Error(what + ". " + kAdvice); }
 
-Result<Preamble> read_preamble(std::span<const std::byte> bytes) {
+// `first`: the file's first bytes, at most as many as a preamble has.
+Result<Preamble> read_preamble(std::span<const std::byte> first, std::uint64_t file_bytes) {
   Preamble preamble;
-  if (bytes.size() < kMagic.size() || std::memcmp(bytes.data(), kMagic.data(), 8) != 0)
+  if (first.size() < kMagic.size() || std::memcmp(first.data(), kMagic.data(), 8) != 0)
     return Error("is not a Clamor bake file; name a file that 'clamor bake' wrote");
-  if (bytes.size() < sizeof(preamble)) return damaged("is cut short");
-  std::memcpy(&preamble, bytes.data(), sizeof(preamble));
+  if (first.size() < sizeof(preamble)) return damaged("is cut short");
+  std::memcpy(&preamble, first.data(), sizeof(preamble));
   // Before the checksum: another major may lay out and sum these bytes in its own way.
   if (preamble.major != kFormatMajor)
     return Error("format " + std::to_string(preamble.major) + ", but this build reads format " +
                  std::to_string(kFormatMajor) + ". Update the player or bake again.");
-  if (preamble.preamble_hash != hash_of(bytes.first(kHashedPreambleBytes)))
+  if (preamble.preamble_hash != hash_of(first.first(kHashedPreambleBytes)))
     return damaged("its first 64 bytes fail their checksum");
-  if (preamble.file_bytes != bytes.size())
-    return damaged("is " + std::to_string(bytes.size()) + " bytes long but was written with " +
+  if (preamble.file_bytes != file_bytes)
+    return damaged("is " + std::to_string(file_bytes) + " bytes long but was written with " +
                    std::to_string(preamble.file_bytes));
   if (preamble.root_offset % 8 != 0 || preamble.root_bytes % 8 != 0 ||
-      preamble.root_offset < sizeof(preamble) || preamble.root_offset > bytes.size() ||
-      preamble.root_bytes > bytes.size() - preamble.root_offset)
-    return damaged("its root lies outside the file");
-  if (preamble.root_hash != hash_of(bytes.subspan(preamble.root_offset, preamble.root_bytes)))
-    return damaged("its root fails its checksum");
+      preamble.root_offset < sizeof(preamble) || preamble.root_offset > file_bytes ||
+      preamble.root_bytes > file_bytes - preamble.root_offset ||
+      preamble.root_bytes > kMostRootBytes)
+    return damaged("its root lies outside the file or is too large");
   return preamble;
 }
 
 }  // namespace
 
 struct BakeFile::State {
-  explicit State(MappedFile mapped) : file(std::move(mapped)) {}
+  explicit State(ReadFile opened) : file(std::move(opened)) {}
 
-  Result<std::span<const std::byte>> verified(const FileSection& section) const;
+  // The section's bytes, checked.
+  Result<void> read(const FileSection& section, std::vector<std::byte>& bytes) const;
 
-  MappedFile file;
+  ReadFile file;
   std::string path;
   Preamble preamble;
   BakeRootContents root;
 };
 
-Result<std::span<const std::byte>> BakeFile::State::verified(const FileSection& section) const {
-  const auto bytes = file.bytes().subspan(section.offset, section.bytes);
+Result<void> BakeFile::State::read(const FileSection& section,
+                                   std::vector<std::byte>& bytes) const {
+  if (auto done = file.read(section.offset, section.bytes, bytes); !done.ok()) return done;
   if (hash_of(bytes) != section.hash) return Error("fails its checksum");
-  return bytes;
+  return {};
 }
 
 BakeFile::BakeFile(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -66,17 +71,23 @@ BakeFile& BakeFile::operator=(BakeFile&&) noexcept = default;
 BakeFile::~BakeFile() = default;
 
 Result<BakeFile> BakeFile::open(const std::string& path) {
-  auto mapped = MappedFile::open(path);
-  if (!mapped.ok()) return mapped.error();
-  auto state = std::make_unique<State>(std::move(*mapped));
+  auto opened = ReadFile::open(path);
+  if (!opened.ok()) return opened.error();
+  auto state = std::make_unique<State>(std::move(*opened));
   state->path = path;
-  const auto bytes = state->file.bytes();
-  const auto preamble = read_preamble(bytes);
+  const std::uint64_t size = state->file.size();
+  std::vector<std::byte> bytes;
+  if (const auto read = state->file.read(0, std::min<std::uint64_t>(size, sizeof(Preamble)), bytes);
+      !read.ok())
+    return damaged(read.error().message).in(path);
+  const auto preamble = read_preamble(bytes, size);
   if (!preamble.ok()) return preamble.error().in(path);
   state->preamble = *preamble;
 
-  auto root = read_bake_root(bytes.subspan(preamble->root_offset, preamble->root_bytes),
-                             preamble->root_offset);
+  const FileSection where{preamble->root_offset, preamble->root_bytes, preamble->root_hash};
+  if (const auto read = state->read(where, bytes); !read.ok())
+    return damaged("its root " + read.error().message).in(path);
+  auto root = read_bake_root(bytes, preamble->root_offset);
   if (!root.ok()) return damaged(root.error().message).in(path);
   state->root = std::move(*root);
   return BakeFile(std::move(state));
@@ -123,9 +134,10 @@ Result<void> BakeFile::read_page(std::size_t index, PageDecoder& decoder,
                    std::to_string(state_->root.pages[index].bytes) + " bytes at " +
                    std::to_string(state_->root.pages[index].offset) + ") " + error.message);
   };
-  const auto frame = state_->verified(state_->root.pages[index]);
-  if (!frame.ok()) return failed(frame.error());
-  const auto done = decoder.decode(state_->root.nodes[index], *frame, state_->root.emitters,
+  thread_local std::vector<std::byte> frame;  // kept, as pages are read by the thousand
+  if (const auto read = state_->read(state_->root.pages[index], frame); !read.ok())
+    return failed(read.error());
+  const auto done = decoder.decode(state_->root.nodes[index], frame, state_->root.emitters,
                                    state_->root.materials.size(), columns);
   return done.ok() ? done : failed(done.error());
 }
@@ -153,9 +165,10 @@ Result<std::vector<Source>> BakeFile::read_all_sources() const {
 Result<Signal> BakeFile::read_signal(std::size_t index) const {
   const StoredSignal& stored = state_->root.signals[index];
   const std::string where = state_->path + ": signal " + in_quotes(stored.name);
-  const auto flac = state_->verified(stored.section);
-  if (!flac.ok()) return damaged(where + " " + flac.error().message);
-  auto samples = decode_audio(*flac, stored.name);
+  std::vector<std::byte> flac;
+  if (const auto read = state_->read(stored.section, flac); !read.ok())
+    return damaged(where + " " + read.error().message);
+  auto samples = decode_audio(flac, stored.name);
   if (!samples.ok()) return samples.error().in(state_->path);
   if (samples->size() != stored.frames) return damaged(where + " has the wrong length");
   for (float& sample : *samples) sample *= stored.scale;
@@ -163,9 +176,10 @@ Result<Signal> BakeFile::read_signal(std::size_t index) const {
 }
 
 Result<Mesh> BakeFile::read_mesh() const {
-  const auto frame = state_->verified(state_->root.geometry);
-  if (!frame.ok()) return damaged(state_->path + ": the geometry " + frame.error().message);
-  auto mesh = unpack_geometry(*frame, state_->root.geometry_counts, state_->root.materials.size());
+  std::vector<std::byte> frame;
+  if (const auto read = state_->read(state_->root.geometry, frame); !read.ok())
+    return damaged(state_->path + ": the geometry " + read.error().message);
+  auto mesh = unpack_geometry(frame, state_->root.geometry_counts, state_->root.materials.size());
   if (!mesh.ok()) return damaged(state_->path + ": " + mesh.error().message);
   return mesh;
 }

@@ -1,4 +1,4 @@
-// bake_file.h: a .clamor file, written atomically and read in place. bake_format.md specifies it.
+// bake_file.h: a .clamor file, written atomically, read part by part. bake_format.md specifies it.
 //
 // Cap'n Proto, zstd and xxHash are visible only behind this header.
 #pragma once
@@ -98,7 +98,7 @@ struct PageInfo {
   std::uint32_t packed_bytes = 0, unpacked_bytes = 0, sources = 0;
 };
 
-// An open bake file: mapped, its preamble and root checked, nothing decoded yet.
+// An open bake file: its preamble and root checked, nothing decoded yet.
 //
 // Threads: all const functions may be called from any thread at once.
 class BakeFile {

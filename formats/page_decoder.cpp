@@ -1,4 +1,5 @@
-// page_decoder.cpp: PageDecoder of page.h: a frame unpacked, and its page handed to page_kernel.cpp.
+// page_decoder.cpp: PageDecoder of page.h: a frame unpacked, and its page handed to
+// page_kernel.cpp.
 #include <algorithm>
 
 #include "formats/page.h"

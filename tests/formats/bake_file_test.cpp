@@ -182,6 +182,43 @@ Bytes with_root(Bytes bytes, const std::function<void(BakeRoot::Builder)>& chang
   return bytes;
 }
 
+TEST(BakeFile, ThatIsCutShortWhileItIsOpenIsAnErrorAndNoCrash) {
+  const std::string path = path_of("cut.clamor");
+  ASSERT_TRUE(write_bake(path, contents(), 2).ok());
+  const auto file = BakeFile::open(path);
+  ASSERT_TRUE(file.ok());
+  ASSERT_TRUE(file->read_page(0).ok());
+  for (const std::uint64_t length : {file->bytes().file / 2, std::uint64_t{64}, std::uint64_t{0}}) {
+    std::filesystem::resize_file(path, length);
+    const auto whole = file->read_all_sources();
+    const auto signal = file->read_signal(0);
+    const auto mesh = file->read_mesh();
+    EXPECT_FALSE(whole.ok() && signal.ok() && mesh.ok());
+    if (length == 0) {
+      ASSERT_FALSE(whole.ok());
+      EXPECT_NE(whole.error().message.find("cut short while it was open"), std::string::npos);
+      EXPECT_NE(whole.error().message.find("page 1 of"), std::string::npos);
+    }
+  }
+  std::filesystem::remove(path);
+}
+
+TEST(BakeFile, ThatIsReplacedWhileItIsOpenGoesOnAsItWas) {
+  const std::string path = path_of("replaced.clamor");
+  BakeContents bake = contents();
+  ASSERT_TRUE(write_bake(path, bake, 2).ok());
+  const auto file = BakeFile::open(path);
+  ASSERT_TRUE(file.ok());
+  const auto before = file->read_all_sources();
+  bake.octree = {};
+  ASSERT_TRUE(write_bake(path, bake, 2).ok());
+  const auto after = file->read_all_sources();
+  ASSERT_TRUE(before.ok() && after.ok());
+  EXPECT_EQ(before->size(), after->size());
+  EXPECT_GT(after->size(), 0u);
+  std::filesystem::remove(path);
+}
+
 TEST(BakeFile, GivesBackWhatWasWritten) {
   const BakeContents bake = contents();
   const std::string path = path_of("whole.clamor");

@@ -85,6 +85,29 @@ TEST(Auralizer, SoundsTheSameFromAFileWithAlmostNoMemoryForIt) {
   EXPECT_EQ(pages.failed, 0u);
 }
 
+TEST(Auralizer, GoesOnWithThePagesItHasWhenItsFileIsCutShort) {
+  const std::string path = (std::filesystem::temp_directory_path() /
+                            ("clamor_cut_" + std::to_string(::getpid()) + ".clamor"))
+                               .string();
+  ASSERT_TRUE(write_bake(path, testing::baked_contents(4000), 1).ok());
+  auto opened = BakeFile::open(path);
+  ASSERT_TRUE(opened.ok());
+  AuralizerOptions options;
+  options.voices = 300;
+  options.wait_for_pages = true;
+  const auto auralizer =
+      Auralizer::create(std::make_shared<const BakeFile>(std::move(*opened)), options);
+  ASSERT_TRUE(auralizer.ok());
+  std::filesystem::resize_file(path, 100);
+  const auto cut = mixed(**auralizer, 48000, [] { return 960; });
+  std::filesystem::remove(path);
+  const PageStatistics pages = (*auralizer)->statistics().pages;
+  EXPECT_EQ(pages.loaded, 1u);
+  EXPECT_GT(pages.failed, 0u);
+  EXPECT_NE(pages.failure.find("cut short while it was open"), std::string::npos) << pages.failure;
+  EXPECT_GT(*std::max_element(cut.begin(), cut.end()), 1e-3f);
+}
+
 TEST(Auralizer, IsSilentBeforeItsFirstKeyframe) {
   const auto auralizer = made(60);
   std::vector<float> block(512, 1.0f);
