@@ -20,6 +20,7 @@ constexpr std::string_view kHelp =
   clamor bake LEVEL.gltf -o LEVEL.clamor    traces sound through a level, writes a bake file
   clamor merge SHARDS... -o LEVEL.clamor    puts together what several machines traced
   clamor inspect LEVEL.clamor               prints what a bake file holds
+  clamor diff A.clamor B.clamor             in what two bake files differ
   clamor play LEVEL.clamor                  walk through it and listen
   clamor render LEVEL.clamor -o OUT.wav     the same, to a WAV file
   clamor impulse LEVEL.clamor -o IR.wav     impulse response and room parameters (ISO 3382-1)
@@ -37,9 +38,10 @@ struct Command {
   int (*run)(std::span<const std::string>, std::ostream&, std::ostream&);
 };
 
-constexpr std::array<Command, 8> kCommands = {{{"bake", run_bake},
+constexpr std::array<Command, 9> kCommands = {{{"bake", run_bake},
                                                {"merge", run_merge},
                                                {"inspect", run_inspect},
+                                               {"diff", run_diff},
                                                {"render", run_render},
                                                {"impulse", run_impulse},
                                                {"compare", run_compare},

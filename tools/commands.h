@@ -17,6 +17,7 @@ inline constexpr int kBadUsage = 2;  // words that make no command
 int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_merge(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+int run_diff(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_compare(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);

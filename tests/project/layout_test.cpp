@@ -150,7 +150,7 @@ TEST(Readme, ShowsCommandsAndOptionsThatTheProgramHas) {
           << "clamor " << name << " has no " << word;
     }
   }
-  EXPECT_EQ(shown, (std::set<std::string>{"bake", "merge", "compare", "inspect", "render",
+  EXPECT_EQ(shown, (std::set<std::string>{"bake", "merge", "compare", "diff", "inspect", "render",
                                           "impulse", "play", "devices"}));
 }
 
