@@ -78,10 +78,10 @@ std::optional<double> collapse_distance_m(const Vec3& centre, std::span<const Ve
         !faces_along(ring[0], ring[i], ring[i + 1], normal))
       return std::nullopt;
 
-  const auto [tangent, bitangent] = basis_around(normal);
+  const Basis basis = basis_around(normal);
   const auto flat = [&](const Vec3& p) {
     const Vec3 from = p - ring[0];
-    return Point{dot(from, tangent), dot(from, bitangent), dot(from, normal)};
+    return Point{dot(from, basis.tangent), dot(from, basis.bitangent), dot(from, normal)};
   };
   std::array<Point, kLongestRing> points;
   for (std::size_t i = 0; i < count; ++i) points[i] = flat(ring[i]);
