@@ -13,7 +13,7 @@ class Materials : public LevelTest {
  protected:
   ImportedLevel with(json material, const ImportOptions& options = {}) {
     triangle();
-    level_["materials"] = {material};
+    level_["materials"] = json::array({material});  // compilers differ on {material}
     level_["meshes"][0]["primitives"][0]["material"] = 0;
     auto imported = import(options);
     EXPECT_TRUE(imported.ok()) << (imported.ok() ? "" : imported.error().message);

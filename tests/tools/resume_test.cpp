@@ -66,6 +66,15 @@ std::vector<std::string> bake_of(const std::string& level, const std::string& ou
           "--quiet"};
 }
 
+// GCC and Clang say it in ways of their own.
+#if defined(__SANITIZE_ADDRESS__)
+constexpr bool kSanitized = true;
+#elif defined(__has_feature)
+constexpr bool kSanitized = __has_feature(address_sanitizer);
+#else
+constexpr bool kSanitized = false;
+#endif
+
 std::string violin_room() {
   return std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb";
 }
@@ -139,7 +148,7 @@ TEST(MemoryCap, IsSaidBeforeTheBakeStartsAndIsAboveWhatItTakes) {
   EXPECT_EQ(folder.names(), std::vector<std::string>{"log"});
   const long needed_MB = std::stol(sentence.substr(place + 12));
   EXPECT_GT(needed_MB, 100);
-#if !defined(__SANITIZE_ADDRESS__)  // which takes memory of its own
+  if (kSanitized) return;  // which takes memory of its own
   words[4] = "20000";
   words.back() = std::to_string(needed_MB) + "MB";
   EXPECT_EQ(run_bake(words, log).code, 0) << read(log);
@@ -147,7 +156,6 @@ TEST(MemoryCap, IsSaidBeforeTheBakeStartsAndIsAboveWhatItTakes) {
   ::getrusage(RUSAGE_CHILDREN, &usage);  // the largest child so far
   EXPECT_LT(usage.ru_maxrss / 1000, needed_MB);
   EXPECT_GT(usage.ru_maxrss / 1000, needed_MB / 2);
-#endif
 }
 
 TEST(StoppedBake, SaysHowToGoOnAndGoesOn) {
