@@ -10,6 +10,7 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 
+#include "tests/sanitized.h"
 #include "tests/tools/program.h"
 
 namespace clamor {
@@ -65,15 +66,6 @@ std::vector<std::string> bake_of(const std::string& level, const std::string& ou
           "4000",      "--emitter", "name=violin,signal=impulse,at=1,1.2,1",
           "--quiet"};
 }
-
-// GCC and Clang say it in ways of their own.
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool kSanitized = true;
-#elif defined(__has_feature)
-constexpr bool kSanitized = __has_feature(address_sanitizer);
-#else
-constexpr bool kSanitized = false;
-#endif
 
 std::string violin_room() {
   return std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb";
@@ -148,7 +140,7 @@ TEST(MemoryCap, IsSaidBeforeTheBakeStartsAndIsAboveWhatItTakes) {
   EXPECT_EQ(folder.names(), std::vector<std::string>{"log"});
   const long needed_MB = std::stol(sentence.substr(place + 12));
   EXPECT_GT(needed_MB, 100);
-  if (kSanitized) return;  // which takes memory of its own
+  if (testing::kSanitized) return;  // which takes memory of its own
   words[4] = "20000";
   words.back() = std::to_string(needed_MB) + "MB";
   EXPECT_EQ(run_bake(words, log).code, 0) << read(log);
