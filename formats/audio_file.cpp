@@ -21,6 +21,8 @@ namespace clamor {
 
 namespace {
 
+constexpr float kLoudest = 1e6f;  // 120 dB over full scale: no sound, but another kind of number
+
 constexpr double kLongest_s = 30 * 60;
 constexpr int kMostChannels = 64, kLeastRate_hz = 1000, kMostRate_hz = 768000;
 constexpr sf_count_t kBlockFrames = 4096;
@@ -156,6 +158,8 @@ Result<Sound> decode(std::span<const std::byte> file, const std::string& name, C
         mono[i] = static_cast<float>(sum / static_cast<double>(end - begin));
         if (!std::isfinite(mono[i]))
           return refused("holds samples that are no finite numbers (NaN or infinite); repair it.");
+        if (std::abs(mono[i]) > kLoudest)
+          return refused("holds samples beyond a million times full scale; repair it.");
       }
       if (!resamplers[to]->append(mono, result.channels[to]))
         return refused("cannot be resampled to 48 kHz.");
