@@ -6,6 +6,8 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "common/disjoint_sets.h"
+
 namespace clamor {
 
 namespace {
@@ -50,23 +52,6 @@ std::vector<std::size_t> longest_first(std::span<const MeshEdge> edges) {
     return edges[i].length_m > edges[j].length_m;
   });
   return order;
-}
-
-// Per vertex, one vertex of the sheet that it is of.
-std::vector<std::uint32_t> sheets_of(const Mesh& mesh) {
-  std::vector<std::uint32_t> parent(mesh.vertices_m.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root_of = [&parent](std::uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  for (const auto& triangle : mesh.triangles)
-    for (const std::size_t c : {1, 2}) {
-      const std::uint32_t a = root_of(triangle[0]), b = root_of(triangle[c]);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
-  for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = root_of(i);
-  return parent;
 }
 
 EdgeSurroundings look_round(const Mesh& mesh, const TriangleTree& tree, const MeshEdge& edge,
@@ -165,17 +150,7 @@ std::vector<std::uint32_t> contacts(const Mesh& mesh, const TriangleTree& tree,
 std::vector<ThinGap> thin_gaps(std::span<const MeshEdge> edges,
                                std::span<const EdgeSurroundings> surroundings) {
   assert(edges.size() == surroundings.size());
-  std::vector<std::size_t> parent(edges.size());
-  std::iota(parent.begin(), parent.end(), std::size_t{0});
-  const auto root_of = [&parent](std::size_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  const auto join = [&](std::size_t i, std::size_t j) {
-    i = root_of(i);
-    j = root_of(j);
-    parent[std::max(i, j)] = std::min(i, j);
-  };
+  DisjointSets<std::size_t> gap_of(edges.size());
 
   // Along a chain by shared vertices, across the gap by the triangle there.
   std::unordered_map<std::uint32_t, std::size_t> at_vertex, of_triangle;
@@ -185,22 +160,22 @@ std::vector<ThinGap> thin_gaps(std::span<const MeshEdge> edges,
   for (std::size_t i = 0; i < edges.size(); ++i) {
     if (!is_gap(i)) continue;
     for (const std::uint32_t vertex : edges[i].vertices)
-      join(i, at_vertex.try_emplace(vertex, i).first->second);
-    join(i, of_triangle.try_emplace(edges[i].triangle, i).first->second);
+      gap_of.join(i, at_vertex.try_emplace(vertex, i).first->second);
+    gap_of.join(i, of_triangle.try_emplace(edges[i].triangle, i).first->second);
   }
   std::vector<double> share(edges.size(), 1);  // one half where both sides are edges of the gap
   for (std::size_t i = 0; i < edges.size(); ++i) {
     if (!is_gap(i)) continue;
     const auto facing = of_triangle.find(surroundings[i].triangle);
     if (facing == of_triangle.end()) continue;
-    join(i, facing->second);
+    gap_of.join(i, facing->second);
     share[i] = 0.5;
   }
 
   std::vector<ThinGap> by_root(edges.size());
   for (std::size_t i = 0; i < edges.size(); ++i) {
     if (!is_gap(i)) continue;
-    ThinGap& gap = by_root[root_of(i)];
+    ThinGap& gap = by_root[gap_of.root_of(i)];
     gap.length_m += share[i] * edges[i].length_m;
     if (surroundings[i].gap_m <= gap.width_m) continue;
     gap.width_m = surroundings[i].gap_m;

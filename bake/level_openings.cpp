@@ -7,6 +7,7 @@
 #include <numeric>
 #include <optional>
 
+#include "common/disjoint_sets.h"
 #include "common/random.h"
 
 namespace clamor {
@@ -188,22 +189,14 @@ std::vector<Bundle> bundles_of(std::vector<Escape> escapes) {
 
 // Open edges that hang together: per edge, the first of its chain.
 std::vector<std::size_t> chains_of(const Mesh& mesh, std::span<const MeshEdge> edges) {
-  std::vector<std::size_t> parent(edges.size()), last_at(mesh.vertices_m.size(), edges.size());
-  std::iota(parent.begin(), parent.end(), std::size_t{0});
-  const auto root_of = [&parent](std::size_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  DisjointSets<std::size_t> chains(edges.size());
+  std::vector<std::size_t> last_at(mesh.vertices_m.size(), edges.size());
   for (std::size_t i = 0; i < edges.size(); ++i)
     for (const std::uint32_t vertex : edges[i].vertices) {
-      if (last_at[vertex] < edges.size()) {
-        const std::size_t a = root_of(i), b = root_of(last_at[vertex]);
-        parent[std::max(a, b)] = std::min(a, b);
-      }
+      if (last_at[vertex] < edges.size()) chains.join(i, last_at[vertex]);
       last_at[vertex] = i;
     }
-  for (std::size_t i = 0; i < edges.size(); ++i) parent[i] = root_of(i);
-  return parent;
+  return chains.roots();
 }
 
 // The whole length of the chain that has most of its length round the opening.
@@ -262,17 +255,7 @@ double enclosed_volume_m3(const PreparedMesh& prepared) {
   const Mesh& mesh = prepared.mesh;
   if (mesh.triangles.empty() || !prepared.boundary_edges.empty() || prepared.split_edges > 0)
     return 0;
-  std::vector<std::uint32_t> parent(mesh.vertices_m.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root_of = [&parent](std::uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  for (const auto& triangle : mesh.triangles)
-    for (const std::size_t c : {1, 2}) {
-      const std::uint32_t a = root_of(triangle[0]), b = root_of(triangle[c]);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
+  const std::vector<std::uint32_t> sheets = sheets_of(mesh);
 
   // Six times the signed volume of each sheet, by Gauss.
   std::vector<double> volumes(mesh.vertices_m.size(), 0);
@@ -281,7 +264,7 @@ double enclosed_volume_m3(const PreparedMesh& prepared) {
     const auto& corners = mesh.triangles[t];
     const auto at = [&](std::size_t c) { return Vec3(mesh.vertices_m[corners[c]]) - origin; };
     const double part = dot(at(0), cross(at(1), at(2)));
-    volumes[root_of(corners[0])] += prepared.turned[t] != 0 ? -part : part;
+    volumes[sheets[corners[0]]] += prepared.turned[t] != 0 ? -part : part;
   }
   double largest = 0, all = 0;
   for (const double volume : volumes) {

@@ -4,9 +4,9 @@
 #include <cassert>
 #include <cmath>
 #include <map>
-#include <numeric>
 
 #include "bake/vertex_welding.h"
+#include "common/disjoint_sets.h"
 
 namespace clamor {
 
@@ -183,12 +183,7 @@ class Preparation {
   // one vertex then form a path or a ring: each is joined to at most two others, so of the faces of
   // an edge of many at most two, the ends of one path, still share it. These close a ring.
   void split() {
-    std::vector<std::uint32_t> parent(3 * triangles_.size());
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root_of = [&parent](std::uint32_t corner) {
-      while (parent[corner] != corner) corner = parent[corner] = parent[parent[corner]];
-      return corner;
-    };
+    DisjointSets<std::uint32_t> joined(3 * triangles_.size());  // corners
     const auto corner_at = [this](const Side& side, std::uint32_t vertex) {
       const std::uint32_t next = (side.corner + 1) % 3;
       return 3 * side.triangle +
@@ -199,21 +194,19 @@ class Preparation {
       if (last - first > 1 && !whole) ++out_.split_edges;
       if (!whole) return;
       for (const std::uint32_t vertex : {sides_[first].low, sides_[first].high}) {
-        const std::uint32_t a = root_of(corner_at(sides_[first], vertex)),
-                            b = root_of(corner_at(sides_[first + 1], vertex));
-        parent[std::max(a, b)] = std::min(a, b);
+        joined.join(corner_at(sides_[first], vertex), corner_at(sides_[first + 1], vertex));
       }
     });
 
     // Vertices in the order in which triangles ask for them.
     constexpr std::uint32_t kNone = 0xffffffff;
-    std::vector<std::uint32_t> place(parent.size(), kNone);
+    std::vector<std::uint32_t> place(3 * triangles_.size(), kNone);
     std::vector<bool> known(input_.vertices_m.size(), false);
     Mesh& mesh = out_.mesh;
     mesh.triangles.resize(triangles_.size());
     for (std::uint32_t t = 0; t < triangles_.size(); ++t)
       for (std::uint32_t c = 0; c < 3; ++c) {
-        std::uint32_t& index = place[root_of(3 * t + c)];
+        std::uint32_t& index = place[joined.root_of(3 * t + c)];
         if (index == kNone) {
           index = static_cast<std::uint32_t>(mesh.vertices_m.size());
           mesh.vertices_m.push_back(input_.vertices_m[triangles_[t][c]]);
@@ -280,6 +273,13 @@ double area_m2(const Mesh& mesh, std::size_t triangle) {
   const Vec3 a(mesh.vertices_m[corners[0]]);
   return 0.5 * length(cross(Vec3(mesh.vertices_m[corners[1]]) - a,
                             Vec3(mesh.vertices_m[corners[2]]) - a));
+}
+
+std::vector<std::uint32_t> sheets_of(const Mesh& mesh) {
+  DisjointSets<std::uint32_t> sheets(mesh.vertices_m.size());
+  for (const auto& triangle : mesh.triangles)
+    for (const std::size_t c : {1, 2}) sheets.join(triangle[0], triangle[c]);
+  return sheets.roots();
 }
 
 PreparedMesh prepare_mesh(const Mesh& mesh, const PreparationOptions& options) {

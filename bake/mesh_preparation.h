@@ -72,4 +72,7 @@ PreparedMesh prepare_mesh(const Mesh& mesh, const PreparationOptions& options = 
 
 double area_m2(const Mesh& mesh, std::size_t triangle);
 
+// Per vertex, one vertex of the sheet (triangles joined by shared vertices) that it is of.
+std::vector<std::uint32_t> sheets_of(const Mesh& mesh);
+
 }  // namespace clamor
