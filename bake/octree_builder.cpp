@@ -11,20 +11,11 @@ namespace clamor {
 
 namespace {
 
-constexpr int kDeepest = 20;  // a millionth of the level's edge; below it, cells are chained
-
 // A cube of space and the sources (as indices) that are still to be placed in it.
 struct Cell {
-  Vec3 centre_m;
-  double half_edge_m;
-  int depth;
+  OctreeCube cube;
   std::vector<std::uint32_t> indices;
 };
-
-std::size_t octant_of(const Vec3f& position, const Vec3& centre) {
-  return (position.x >= centre.x ? 1u : 0u) | (position.y >= centre.y ? 2u : 0u) |
-         (position.z >= centre.z ? 4u : 0u);
-}
 
 // Takes the highest keys out of the cell, in descending order; the rest stay, in list order.
 std::vector<std::uint32_t> take_highest(Cell& cell, const std::vector<float>& keys) {
@@ -110,8 +101,7 @@ SourceOctree build_octree(std::vector<Source> sources) {
     low = glm::min(low, source.position_m);
     high = glm::max(high, source.position_m);
   }
-  const Vec3 size = Vec3(high) - Vec3(low);
-  Cell root{(Vec3(low) + Vec3(high)) / 2.0, std::max({size.x, size.y, size.z}) / 2, 0, {}};
+  Cell root{OctreeCube::around(Vec3(low), Vec3(high)), {}};
   root.indices.resize(sources.size());
   std::iota(root.indices.begin(), root.indices.end(), 0u);
 
@@ -130,14 +120,11 @@ SourceOctree build_octree(std::vector<Source> sources) {
     cells[i] = {};
     std::array<std::vector<std::uint32_t>, 8> octants;
     for (const auto index : cell.indices)
-      octants[cell.depth < kDeepest ? octant_of(sources[index].position_m, cell.centre_m) : 0]
-          .push_back(index);
+      octants[cell.cube.octant_of(Vec3(sources[index].position_m))].push_back(index);
     for (std::size_t o = 0; o < 8; ++o) {
       if (octants[o].empty()) continue;
-      const double half = cell.half_edge_m / 2;
-      const Vec3 step((o & 1) ? half : -half, (o & 2) ? half : -half, (o & 4) ? half : -half);
       node.children[o] = static_cast<std::uint32_t>(cells.size());
-      cells.push_back({cell.centre_m + step, half, cell.depth + 1, std::move(octants[o])});
+      cells.push_back({cell.cube.child(o), std::move(octants[o])});
     }
     tree.nodes.push_back(node);
   }

@@ -6,7 +6,9 @@
 // contains, and the top of the tree is an importance sample of the level. One node is one page.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -26,6 +28,36 @@ inline float octree_key(const Source& source) {
   for (const float p : source.power) power += p;
   return static_cast<float>(power / source.u);
 }
+
+// The cube of space that a node divides among its children. Below a millionth of the level's edge
+// nodes are chained by their first child, wherever their sources are.
+struct OctreeCube {
+  static constexpr int kDeepest = 20;
+
+  Vec3 centre_m{};
+  double half_edge_m = 0;
+  int depth = 0;
+
+  // Of all sources, given their bounds.
+  static OctreeCube around(const Vec3& low_m, const Vec3& high_m) {
+    const Vec3 size = high_m - low_m;
+    return {(low_m + high_m) / 2.0, std::max({size.x, size.y, size.z}) / 2, 0};
+  }
+
+  // Which child holds a position.
+  std::size_t octant_of(const Vec3& position_m) const {
+    if (depth >= kDeepest) return 0;
+    return (position_m.x >= centre_m.x ? 1u : 0u) | (position_m.y >= centre_m.y ? 2u : 0u) |
+           (position_m.z >= centre_m.z ? 4u : 0u);
+  }
+
+  OctreeCube child(std::size_t octant) const {
+    const double half = half_edge_m / 2;
+    const Vec3 step((octant & 1) ? half : -half, (octant & 2) ? half : -half,
+                    (octant & 4) ? half : -half);
+    return {centre_m + step, half, depth + 1};
+  }
+};
 
 struct OctreeNode {
   Vec3f low_m{}, high_m{};   // tight bounds of all sources in the node and below

@@ -22,10 +22,7 @@ OctreePool::OctreePool(const SourceField& field, const SignalWeights& weights,
       most_per_power_(kSlack * field.most_per_power(weights.by_signal)),
       loader_(loader) {
   if (nodes.empty()) return;
-  // As the bake divided it.
-  const Vec3 low(nodes[0].low_m), high(nodes[0].high_m), size = high - low;
-  centre_m_ = (low + high) / 2.0;
-  half_edge_m_ = std::max({size.x, size.y, size.z}) / 2;
+  root_ = OctreeCube::around(Vec3(nodes[0].low_m), Vec3(nodes[0].high_m));
   loader_.load_now(0);
 }
 
@@ -76,18 +73,13 @@ void OctreePool::look(const Vec3& place, double threshold, std::vector<FoundSour
 double OctreePool::unseen_key(const FoundSource& found, const Vec3& place, double tau) {
   if (!missed_) return 0;
   const Vec3 position_m = field_.position_m(found.source());
-  Vec3 centre_m = centre_m_;
-  double half_m = half_edge_m_;
+  OctreeCube cube = root_;
   for (std::uint32_t index = 0; index != kNoNode;) {
     if (bound(index, place) < tau) return 0;
     if (!loader_.is_here(index)) return nodes_[index].highest_key;
-    const Vec3 side = {position_m.x >= centre_m.x ? 1 : -1, position_m.y >= centre_m.y ? 1 : -1,
-                       position_m.z >= centre_m.z ? 1 : -1};
-    const std::size_t octant =
-        (side.x > 0 ? 1u : 0u) | (side.y > 0 ? 2u : 0u) | (side.z > 0 ? 4u : 0u);
-    half_m /= 2;
-    centre_m += side * half_m;
+    const std::size_t octant = cube.octant_of(position_m);
     index = nodes_[index].children[octant];
+    cube = cube.child(octant);
   }
   return 0;
 }

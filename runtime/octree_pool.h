@@ -45,8 +45,7 @@ class OctreePool final : public SourcePool {
   const std::uint64_t sources_;
   const double most_per_power_;
   PageLoader& loader_;
-  Vec3 centre_m_{};  // of the root's cube
-  double half_edge_m_ = 0;
+  OctreeCube root_;
   std::vector<std::uint32_t> to_visit_;
   Vec3 place_{};  // of the last look
   bool missed_ = false;

@@ -66,13 +66,26 @@ PageLoader::~PageLoader() {
   for (std::thread& thread : shared_->threads) thread.join();
 }
 
-void PageLoader::take(std::uint32_t page, std::unique_ptr<const SourcePage> arrived) {
-  const std::uint64_t bytes = arrived->bytes();
+void PageLoader::take(std::uint32_t page, Result<std::unique_ptr<const SourcePage>> content) {
+  PageStatistics& statistics = shared_->statistics;
+  if (!content.ok()) {
+    failed_[page] = true;
+    ++statistics.failed;
+    if (statistics.failure.empty()) statistics.failure = content.error().message;
+    return;
+  }
+  const std::uint64_t bytes = (*content)->bytes();
   bytes_ += bytes;
   most_page_bytes_ = std::max(most_page_bytes_, bytes);
-  pages_[page] = std::move(arrived);
+  pages_[page] = std::move(*content);
   last_use_[page] = sample_ - 1;  // so that it is not dropped before it was looked at
   here_.push_back(page);
+  ++statistics.loaded;
+}
+
+void PageLoader::count_what_is_here() {
+  shared_->statistics.resident = here_.size();
+  shared_->statistics.bytes = bytes_;
 }
 
 bool PageLoader::load_now(std::uint32_t page) {
@@ -80,17 +93,9 @@ bool PageLoader::load_now(std::uint32_t page) {
   auto content = fetch_(page);
   const std::lock_guard lock(shared_->mutex);
   ++shared_->statistics.asked;
-  if (!content.ok()) {
-    failed_[page] = true;
-    ++shared_->statistics.failed;
-    if (shared_->statistics.failure.empty()) shared_->statistics.failure = content.error().message;
-    return false;
-  }
-  take(page, std::move(*content));
-  ++shared_->statistics.loaded;
-  shared_->statistics.resident = here_.size();
-  shared_->statistics.bytes = bytes_;
-  return true;
+  take(page, std::move(content));
+  count_what_is_here();
+  return pages_[page] != nullptr;
 }
 
 bool PageLoader::begin_sample() {
@@ -99,22 +104,12 @@ bool PageLoader::begin_sample() {
   ++sample_;
   used_bytes_ = 0;
   const bool changed = !shared_->arrived.empty();
-  for (auto& [page, content] : shared_->arrived) {
-    if (content.ok()) {
-      take(page, std::move(*content));
-      ++statistics.loaded;
-      continue;
-    }
-    failed_[page] = true;
-    ++statistics.failed;
-    if (statistics.failure.empty()) statistics.failure = content.error().message;
-  }
+  for (auto& [page, content] : shared_->arrived) take(page, std::move(content));
   shared_->arrived.clear();
   const std::size_t before = here_.size();
   if (bytes_ > budget_.bytes) drop_too_much();
   statistics.dropped += before - here_.size();
-  statistics.resident = here_.size();
-  statistics.bytes = bytes_;
+  count_what_is_here();
   statistics.late = late_;
   return changed || before != here_.size();
 }

@@ -73,7 +73,9 @@ class PageLoader {
 
  private:
   struct Shared;
-  void take(std::uint32_t page, std::unique_ptr<const SourcePage> arrived);
+  // Under the mutex, both.
+  void take(std::uint32_t page, Result<std::unique_ptr<const SourcePage>> content);
+  void count_what_is_here();
   void drop_too_much();
 
   const Fetch fetch_;
