@@ -21,6 +21,7 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
   ~AtomicFile();  // removes the temporary unless commit() succeeded
 
+  const std::string& path() const { return path_; }  // that it will have
   const std::string& temporary_path() const { return temporary_; }
 
   Result<void> write(std::span<const std::byte> bytes);

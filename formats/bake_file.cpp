@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <unordered_set>
 
 #include "formats/audio_file.h"
 #include "formats/bake_layout.h"
@@ -14,7 +15,7 @@ namespace clamor {
 
 namespace {
 
-constexpr std::uint64_t kMostRootBytes = 1 << 30;  // some 500 million sources' index
+constexpr std::uint64_t kMostRootBytes = 1 << 30;  // millions of emitters
 
 constexpr const char* kAdvice = "Copy the file again or bake again.";
 
@@ -51,6 +52,14 @@ struct BakeFile::State {
 
   // The section's bytes, checked.
   Result<void> read(const FileSection& section, std::vector<std::byte>& bytes) const;
+
+  // Of all trees.
+  std::uint64_t over_levels(std::uint64_t OctreeLevel::*what) const {
+    std::uint64_t sum = 0;
+    for (const auto& levels : root.levels)
+      for (const OctreeLevel& level : levels) sum += level.*what;
+    return sum;
+  }
 
   ReadFile file;
   std::string path;
@@ -101,65 +110,90 @@ const Provenance& BakeFile::provenance() const { return state_->root.provenance;
 const BakeStatistics& BakeFile::statistics() const { return state_->root.statistics; }
 const std::vector<Material>& BakeFile::materials() const { return state_->root.materials; }
 const std::vector<Emitter>& BakeFile::emitters() const { return state_->root.emitters; }
-const std::vector<OctreeNode>& BakeFile::nodes() const { return state_->root.nodes; }
-std::uint64_t BakeFile::source_count() const { return state_->root.source_count; }
-std::size_t BakeFile::page_count() const { return state_->root.pages.size(); }
+const std::vector<PageEntry>& BakeFile::trees() const { return state_->root.trees; }
+const std::vector<std::vector<OctreeLevel>>& BakeFile::levels() const {
+  return state_->root.levels;
+}
+const std::vector<std::vector<std::uint32_t>>& BakeFile::signal_maps() const {
+  return state_->root.signal_maps;
+}
+const PageEntry* BakeFile::top() const {
+  return state_->root.trees.empty() ? nullptr : &state_->root.trees.back();
+}
+std::uint64_t BakeFile::source_count() const { return top() == nullptr ? 0 : top()->sources_below; }
+std::uint64_t BakeFile::stored_sources() const {
+  return state_->over_levels(&OctreeLevel::sources);
+}
+std::uint64_t BakeFile::page_count() const { return state_->over_levels(&OctreeLevel::nodes); }
 std::size_t BakeFile::signal_count() const { return state_->root.signals.size(); }
 
 BakeBytes BakeFile::bytes() const {
   BakeBytes bytes;
   bytes.file = state_->preamble.file_bytes;
   bytes.root = state_->preamble.root_bytes;
-  for (std::size_t i = 0; i < state_->root.pages.size(); ++i) {
-    bytes.pages += state_->root.pages[i].bytes;
-    bytes.pages_unpacked += kColumnBytes * state_->root.nodes[i].source_count;
-  }
+  bytes.pages = state_->over_levels(&OctreeLevel::packed_bytes);
+  bytes.pages_unpacked = kColumnBytes * stored_sources();
   for (const StoredSignal& signal : state_->root.signals) bytes.signals += signal.section.bytes;
   bytes.geometry = state_->root.geometry.bytes;
   return bytes;
 }
 
-PageInfo BakeFile::page(std::size_t index) const {
-  const std::uint32_t sources = state_->root.nodes[index].source_count;
-  return {state_->root.pages[index].offset,
-          static_cast<std::uint32_t>(state_->root.pages[index].bytes),
-          static_cast<std::uint32_t>(kColumnBytes * sources), sources};
-}
-
-Result<void> BakeFile::read_page(std::size_t index, PageDecoder& decoder,
-                                 PageColumns& columns) const {
+Result<void> BakeFile::read_page(const PageEntry& entry, PageDecoder& decoder,
+                                 PageColumns& columns, PageLinks& links) const {
   const auto failed = [&](const Error& error) {
-    return damaged(state_->path + ": page " + std::to_string(index + 1) + " of " +
-                   std::to_string(page_count()) + " (" +
-                   std::to_string(state_->root.pages[index].bytes) + " bytes at " +
-                   std::to_string(state_->root.pages[index].offset) + ") " + error.message);
+    return damaged(state_->path + ": the page of " + std::to_string(entry.page.bytes()) +
+                   " bytes at " + std::to_string(entry.page.offset) + " " + error.message);
   };
-  thread_local std::vector<std::byte> frame;  // kept, as pages are read by the thousand
-  if (const auto read = state_->read(state_->root.pages[index], frame); !read.ok())
-    return failed(read.error());
-  const auto done = decoder.decode(state_->root.nodes[index], frame, state_->root.emitters,
-                                   state_->root.materials.size(), columns);
+  thread_local std::vector<std::byte> bytes;  // kept, as pages are read by the thousand
+  const FileSection where{entry.page.offset, entry.page.bytes(), entry.page.hash};
+  if (const auto read = state_->read(where, bytes); !read.ok()) return failed(read.error());
+  const auto frame = std::span(bytes).first(entry.page.packed_bytes);
+  columns.count = 0;
+  if (!frame.empty()) {
+    const auto done = decoder.decode(entry, frame, state_->root.emitters,
+                                     state_->root.materials.size(), columns);
+    if (!done.ok()) return failed(done.error());
+  }
+  const PageSurroundings around{state_->root.trees, state_->root.signal_maps.size(),
+                                state_->root.emitters.size()};
+  const auto done = read_links(std::span(bytes).subspan(frame.size()), entry, around, links);
   return done.ok() ? done : failed(done.error());
 }
 
-Result<std::vector<Source>> BakeFile::read_page(std::size_t index) const {
+Result<OctreePage> BakeFile::read_page(const PageEntry& entry) const {
   // Kept, as making them takes longer than a page does.
   thread_local PageDecoder decoder;
   thread_local const auto columns = std::make_unique<PageColumns>();
-  const auto done = read_page(index, decoder, *columns);
-  if (!done.ok()) return done.error();
-  return sources_of(*columns);
+  OctreePage page;
+  if (const auto done = read_page(entry, decoder, *columns, page.links); !done.ok())
+    return done.error();
+  page.sources = sources_of(*columns);
+  return page;
 }
 
-Result<std::vector<Source>> BakeFile::read_all_sources() const {
-  std::vector<Source> all;
-  PageDecoder decoder;
-  const auto columns = std::make_unique<PageColumns>();
-  for (std::size_t i = 0; i < page_count(); ++i) {
-    if (const auto done = read_page(i, decoder, *columns); !done.ok()) return done.error();
-    for (std::size_t k = 0; k < columns->count; ++k) all.push_back(columns->source(k));
+Result<void> BakeFile::for_each_page(const Visit& visit) const {
+  struct Waiting {
+    PageEntry entry;
+    std::size_t depth;
+  };
+  std::unordered_set<std::uint64_t> seen;
+  for (std::size_t tree = 0; tree < trees().size(); ++tree) {
+    std::vector<Waiting> waiting = {{trees()[tree], 0}};
+    while (!waiting.empty()) {
+      const Waiting next = waiting.back();
+      waiting.pop_back();
+      if (!seen.insert(next.entry.page.offset).second)
+        return damaged(path() + ": two nodes share the page at " +
+                       std::to_string(next.entry.page.offset));
+      const auto page = read_page(next.entry);
+      if (!page.ok()) return page.error();
+      if (const auto done = visit(next.entry, *page, tree, next.depth); !done.ok()) return done;
+      const auto& children = page->links.children;
+      for (auto child = children.rbegin(); child != children.rend(); ++child)
+        waiting.push_back({*child, next.depth + 1});
+    }
   }
-  return all;
+  return {};
 }
 
 Result<Signal> BakeFile::read_signal(std::size_t index) const {

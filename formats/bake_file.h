@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,14 +14,14 @@
 #include "common/result.h"
 #include "formats/input_file.h"
 #include "formats/level.h"
-#include "formats/source_octree.h"
+#include "formats/octree_page.h"
 
 namespace clamor {
 
 class PageDecoder;
 struct PageColumns;
 
-inline constexpr std::uint16_t kFormatMajor = 2;
+inline constexpr std::uint16_t kFormatMajor = 3;
 inline constexpr std::uint16_t kFormatMinor = 0;
 
 // Everything that made the bake what it is. No clock, no thread count, no path: the same level
@@ -77,6 +78,10 @@ struct BakeContents {
   std::vector<Signal> signals;
   Mesh mesh;  // for visibility rays
   SourceOctree octree;
+  // Trees that instances copy: `tree` of an instance is an index here, and less than that of the
+  // tree it stands in. octree may copy any.
+  std::vector<SourceOctree> copied;
+  std::vector<std::vector<std::uint32_t>> signal_maps;  // each with one entry per signal
 };
 
 // Writes PATH beside itself, syncs, renames. The bytes are a function of `contents` alone, whatever
@@ -93,9 +98,9 @@ struct BakeBytes {
   std::uint64_t pages_unpacked = 0;
 };
 
-struct PageInfo {
-  std::uint64_t offset = 0;
-  std::uint32_t packed_bytes = 0, unpacked_bytes = 0, sources = 0;
+struct OctreePage {
+  std::vector<Source> sources;
+  PageLinks links;
 };
 
 // An open bake file: its preamble and root checked, nothing decoded yet.
@@ -118,22 +123,30 @@ class BakeFile {
   const BakeStatistics& statistics() const;
   const std::vector<Material>& materials() const;
   const std::vector<Emitter>& emitters() const;
-  const std::vector<OctreeNode>& nodes() const;  // page i belongs to node i
-  std::uint64_t source_count() const;            // emitters included
+  // The tops of all trees: that of the level last, before it those it has copies of. Empty where
+  // there are no sources.
+  const std::vector<PageEntry>& trees() const;
+  const std::vector<std::vector<OctreeLevel>>& levels() const;  // per tree
+  const std::vector<std::vector<std::uint32_t>>& signal_maps() const;
+  const PageEntry* top() const;         // of the level's tree, or null
+  std::uint64_t source_count() const;   // emitters included, and every copy
+  std::uint64_t stored_sources() const; // each once
+  std::uint64_t page_count() const;
   BakeBytes bytes() const;
 
-  std::size_t page_count() const;
-  PageInfo page(std::size_t index) const;
+  // Decodes one page, checked: its node's sources, by descending key, and its links. Quantised as
+  // bake_format.md says; emitters exactly as in the emitter table.
+  Result<OctreePage> read_page(const PageEntry& entry) const;
 
-  // Decodes one page, checked: its node's sources, by descending key. Quantised as bake_format.md
-  // says; emitters exactly as in the emitter table.
-  Result<std::vector<Source>> read_page(std::size_t index) const;
+  // The same with columns, nearly without allocating: for those who read many.
+  Result<void> read_page(const PageEntry& entry, PageDecoder& decoder, PageColumns& columns,
+                         PageLinks& links) const;
 
-  // The same as columns, without allocating: for those who read many.
-  Result<void> read_page(std::size_t index, PageDecoder& decoder, PageColumns& columns) const;
-
-  // All pages, in order: the octree's sources. Memory grows with the file.
-  Result<std::vector<Source>> read_all_sources() const;
+  // Calls visit(entry, page, tree, depth) for every stored page, parents before their children; the
+  // first error ends it.
+  using Visit = std::function<Result<void>(const PageEntry& entry, const OctreePage& page,
+                                           std::size_t tree, std::size_t depth)>;
+  Result<void> for_each_page(const Visit& visit) const;
 
   std::size_t signal_count() const;
   Result<Signal> read_signal(std::size_t index) const;

@@ -1,63 +1,60 @@
 @0xd3a1c7e5b9f2046b;
 # bake_root.capnp: the root of a bake file, read in place. bake_format.md says what the fields mean.
 #
-# Lists named node* and page* are columns: entry i, or a fixed number of entries per i, belongs to
-# node i. Minor versions may add fields at the end; they never change the meaning of one.
+# Minor versions may add fields at the end; they never change the meaning of one.
 
 struct BakeRoot {
   seed @0 :UInt64;
   photons @1 :UInt64;
-  rouletteKappa @2 :Float64;
-  longestPathS @3 :Float64;
-  temperatureC @4 :Float64;
-  humidityPercent @5 :Float64;
-  pressureKpa @6 :Float64;
+  sources @2 :UInt64;
+  rouletteKappa @3 :Float64;
+  longestPathS @4 :Float64;
+  temperatureC @5 :Float64;
+  humidityPercent @6 :Float64;
+  pressureKpa @7 :Float64;
 
-  tool @7 :Text;
-  level @8 :Text;
-  inputHash @9 :UInt64;
+  tool @8 :Text;
+  level @9 :Text;
+  arguments @10 :List(Text);
+  libraries @11 :List(Text);
+  inputs @12 :List(InputFile);
+  inputHash @13 :UInt64;
 
-  photonsTraced @10 :UInt64;
-  bounces @11 :UInt64;
-  photonsEscaped @12 :UInt64;
-  meanFreePathM @13 :Float64;
-  powerEmitted @14 :List(Float32);
-  powerEscaped @15 :List(Float32);
-  powerUnfinished @16 :List(Float32);
-  warnings @17 :List(Text);
+  photonsTraced @14 :UInt64;
+  bounces @15 :UInt64;
+  photonsEscaped @16 :UInt64;
+  rooms @17 :UInt32;
+  deposits @18 :UInt64;
+  meanFreePathM @19 :Float64;
+  powerEmitted @20 :List(Float32);
+  powerEscaped @21 :List(Float32);
+  powerUnfinished @22 :List(Float32);
+  decayPlaces @23 :UInt32;
+  decayT30S @24 :List(Float32);
+  decayT30ErrorS @25 :List(Float32);
+  decayErrorDb @26 :Float32;
+  warnings @27 :List(Text);
 
-  bandsHz @18 :List(Float32);
-  materials @19 :List(Material);
-  emitters @20 :List(Emitter);
-  signals @21 :List(Signal);
-  geometry @22 :Geometry;
+  bandsHz @28 :List(Float32);
+  materials @29 :List(Material);
+  emitters @30 :List(Emitter);
+  signals @31 :List(Signal);
+  geometry @32 :Geometry;
 
-  nodeLow @23 :List(Float32);          # 3 per node
-  nodeHigh @24 :List(Float32);         # 3 per node
-  nodeHighestKey @25 :List(Float32);
-  nodePower @26 :List(Float32);        # 8 per node
-  nodeCone @27 :List(Float32);         # 4 per node: axis, cosine of half angle
-  nodeDelay @28 :List(Float32);        # 2 per node: least, most
-  nodeChildren @29 :List(UInt32);      # 8 per node, 0xffffffff where there is none
+  trees @33 :List(Tree);                # the last is the level's, the others are copied
+  signalMaps @34 :List(List(UInt32));   # per map: what each signal is replaced by
+}
 
-  pageOffset @30 :List(UInt64);
-  pagePacked @31 :List(UInt32);
-  pageSources @32 :List(UInt32);
-  pageHash @33 :List(UInt64);
+struct Tree {
+  top @0 :Data;             # its entry, 120 bytes, as in a page
+  levels @1 :List(Level);   # of the tree's own pages, from the top
+}
 
-  # since 1.1
-  sources @34 :UInt64;
-  rooms @35 :UInt32;
-  deposits @36 :UInt64;
-  arguments @37 :List(Text);
-
-  # since 1.2
-  libraries @38 :List(Text);
-  inputs @39 :List(InputFile);
-  decayPlaces @40 :UInt32;
-  decayT30S @41 :List(Float32);
-  decayT30ErrorS @42 :List(Float32);
-  decayErrorDb @43 :Float32;
+struct Level {
+  nodes @0 :UInt64;
+  sources @1 :UInt64;
+  packedBytes @2 :UInt64;
+  power @3 :List(Float32);  # per band, of those sources
 }
 
 struct InputFile {

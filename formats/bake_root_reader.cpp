@@ -18,13 +18,7 @@ namespace {
 // Far beyond any level (import ends at 1000 km), and near enough that delays fit into 32 bits.
 constexpr float kFarthest_m = 2e6f;
 constexpr float kMostPower = 1e30f;
-
-template <class List>
-bool all_within(const List& list, float least, float most) {
-  for (const float value : list)
-    if (!(value >= least && value <= most)) return false;
-  return true;
-}
+constexpr std::uint64_t kMostCounted = 1ULL << 48;
 
 // Eight values within [least, most], or an Error.
 template <class List>
@@ -53,14 +47,15 @@ class RootReader {
   Result<void> read_statistics();
   Result<void> read_materials();
   Result<void> read_emitters();
-  Result<void> read_octree();
+  Result<void> read_trees();
+  Result<void> read_signal_maps();
   Result<void> read_signals();
   Result<void> read_geometry();
   Result<FileSection> checked(FileSection section);
 
   BakeRoot::Reader root_;
   std::uint64_t end_;
-  std::uint64_t section_end_ = sizeof(Preamble);  // sections follow each other without overlap
+  std::uint64_t section_end_ = kFirstPageOffset;  // sections follow each other without overlap
   BakeRootContents contents_;
 };
 
@@ -132,7 +127,6 @@ Result<void> RootReader::read_statistics() {
   decay.places = root_.getDecayPlaces();
   decay.error_db = root_.getDecayErrorDb();
   if (!(decay.error_db >= 0 && decay.error_db < 1e6f)) return Error("its decay is out of range");
-  if (!root_.hasDecayT30S() && !root_.hasDecayT30ErrorS()) return {};  // before 1.2
   const auto t30_s = read_bands(root_.getDecayT30S(), 0, 1e6f, "the decay time");
   if (!t30_s.ok()) return t30_s.error();
   const auto error_s = read_bands(root_.getDecayT30ErrorS(), 0, 1e6f, "the decay time's error");
@@ -188,58 +182,47 @@ Result<void> RootReader::read_emitters() {
   return {};
 }
 
-Result<void> RootReader::read_octree() {
-  const auto low = root_.getNodeLow(), high = root_.getNodeHigh();
-  const auto key = root_.getNodeHighestKey(), power = root_.getNodePower();
-  const auto cone = root_.getNodeCone(), delay = root_.getNodeDelay();
-  const auto children = root_.getNodeChildren();
-  const auto offset = root_.getPageOffset();
-  const auto packed_bytes = root_.getPagePacked(), sources = root_.getPageSources();
-  const auto hash = root_.getPageHash();
-  const std::uint64_t count = key.size();
-  if (low.size() != 3 * count || high.size() != 3 * count || power.size() != 8 * count ||
-      cone.size() != 4 * count || delay.size() != 2 * count || children.size() != 8 * count ||
-      offset.size() != count || packed_bytes.size() != count || sources.size() != count ||
-      hash.size() != count)
-    return Error("the columns of its node index differ in length");
-  constexpr float kLargest = std::numeric_limits<float>::max();
-  if (!all_within(low, -kFarthest_m, kFarthest_m) || !all_within(high, -kFarthest_m, kFarthest_m) ||
-      !all_within(key, 0, kLargest) || !all_within(power, 0, kMostPower) ||
-      !all_within(cone, -1.001f, 1.001f) || !all_within(delay, 0, 86400))
-    return Error("its node index has values out of range");
+Result<void> RootReader::read_trees() {
+  const auto stored_trees = root_.getTrees();
+  if (stored_trees.size() > kMostTrees) return Error("it has more trees than can be numbered");
+  for (const auto stored : stored_trees) {
+    const auto top = stored.getTop();
+    const auto entry = read_entry(
+        std::as_bytes(std::span(reinterpret_cast<const std::uint8_t*>(top.begin()), top.size())));
+    if (!entry.ok()) return Error("the top of a tree " + entry.error().message);
+    // Each tree's pages end with its top, so tops stand in order.
+    if (const auto good = check_entry(*entry, section_end_, end_); !good.ok())
+      return Error("the top of a tree " + good.error().message);
+    section_end_ = entry->page.end();
+    contents_.trees.push_back(*entry);
 
-  contents_.nodes.resize(count);
-  contents_.pages.resize(count);
-  std::vector<bool> has_parent(count, false);
-  for (unsigned i = 0; i < count; ++i) {
-    OctreeNode& node = contents_.nodes[i];
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      node.low_m[static_cast<int>(axis)] = low[3 * i + axis];
-      node.high_m[static_cast<int>(axis)] = high[3 * i + axis];
-      node.cone_axis[static_cast<int>(axis)] = cone[4 * i + axis];
-      if (low[3 * i + axis] > high[3 * i + axis]) return Error("a node's box is inside out");
+    const auto stored_levels = stored.getLevels();
+    if (stored_levels.size() == 0 || stored_levels.size() > kMostLevels)
+      return Error("a tree has " + std::to_string(stored_levels.size()) + " levels");
+    auto& levels = contents_.levels.emplace_back();
+    for (const auto level : stored_levels) {
+      const auto power = read_bands(level.getPower(), 0, kMostPower, "the power of a level");
+      if (!power.ok()) return power.error();
+      levels.push_back({level.getNodes(), level.getSources(), level.getPackedBytes(), *power});
+      if (level.getNodes() > kMostCounted || level.getSources() > kMostCounted ||
+          level.getPackedBytes() > end_)
+        return Error("a level of a tree counts more than the file can hold");
     }
-    node.cone_cos = cone[4 * i + 3];
-    node.highest_key = key[i];
-    node.least_delay_s = delay[2 * i];
-    node.most_delay_s = delay[2 * i + 1];
-    for (unsigned k = 0; k < 8; ++k) {
-      node.power[k] = power[8 * i + k];
-      const std::uint32_t child = node.children[k] = children[8 * i + k];
-      if (child == kNoNode) continue;
-      if (child <= i || child >= count || has_parent[child])
-        return Error("its node index is no tree");
-      has_parent[child] = true;
-    }
-    if (i > 0 && !has_parent[i]) return Error("its node index is no tree");
-    node.source_count = sources[i];
-    node.first_source = contents_.source_count;
-    if (node.source_count == 0 || node.source_count > kNodeSources)
-      return Error("a page declares " + std::to_string(node.source_count) + " sources");
-    contents_.source_count += node.source_count;
-    const auto section = checked({offset[i], packed_bytes[i], hash[i]});
-    if (!section.ok()) return section.error();
-    contents_.pages[i] = *section;
+  }
+  return {};
+}
+
+Result<void> RootReader::read_signal_maps() {
+  const auto stored_maps = root_.getSignalMaps();
+  const auto signals = root_.getSignals().size();
+  if (stored_maps.size() > kMostSignalMaps)
+    return Error("it has more signal maps than can be numbered");
+  for (const auto stored : stored_maps) {
+    auto& map = contents_.signal_maps.emplace_back();
+    for (const std::uint32_t signal : stored) map.push_back(signal);
+    if (map.size() != signals ||
+        std::any_of(map.begin(), map.end(), [&](std::uint32_t s) { return s >= signals; }))
+      return Error("a signal map does not fit the signals");
   }
   return {};
 }
@@ -282,7 +265,7 @@ Result<BakeRootContents> RootReader::read() {
   // Sections in the order of the file: pages, signals, geometry.
   for (const auto part :
        {&RootReader::read_settings, &RootReader::read_provenance, &RootReader::read_statistics,
-        &RootReader::read_materials, &RootReader::read_emitters, &RootReader::read_octree,
+        &RootReader::read_materials, &RootReader::read_emitters, &RootReader::read_trees, &RootReader::read_signal_maps,
         &RootReader::read_signals, &RootReader::read_geometry})
     if (const auto done = (this->*part)(); !done.ok()) return done.error();
   return std::move(contents_);

@@ -12,14 +12,11 @@
 
 #include "common/result.h"
 #include "formats/bake_file.h"
+#include "formats/file_appender.h"
 #include "formats/geometry_section.h"
+#include "formats/octree_page.h"
 
 namespace clamor {
-
-// A stretch of the file, as the root declares it.
-struct FileSection {
-  std::uint64_t offset = 0, bytes = 0, hash = 0;
-};
 
 struct StoredSignal {
   std::string name;
@@ -32,6 +29,8 @@ struct StoredSignal {
 // A signal's samples per byte of FLAC: silence reaches 350.
 inline constexpr std::uint64_t kMostFramesPerByte = 1000;
 inline constexpr std::size_t kMostSignals = 65536;
+inline constexpr std::size_t kMostTrees = 65536, kMostSignalMaps = 65536;
+inline constexpr std::size_t kMostLevels = 4096;
 
 struct BakeRootContents {
   BakeSettings settings;
@@ -42,9 +41,9 @@ struct BakeRootContents {
   std::vector<StoredSignal> signals;
   GeometryCounts geometry_counts;
   FileSection geometry;
-  std::vector<OctreeNode> nodes;
-  std::vector<FileSection> pages;  // of node i
-  std::uint64_t source_count = 0;
+  std::vector<PageEntry> trees;
+  std::vector<std::vector<OctreeLevel>> levels;  // per tree
+  std::vector<std::vector<std::uint32_t>> signal_maps;
 };
 
 // `message` is the root, 8-byte aligned; sections must lie between the preamble and `end`. An Error

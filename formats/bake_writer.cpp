@@ -6,80 +6,39 @@
 #include <capnp/message.h>
 #include <capnp/serialize.h>
 #include <tbb/info.h>
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
-#include "formats/atomic_file.h"
 #include "formats/audio_file.h"
 #include "formats/bake_check.h"
 #include "formats/bake_file.h"
 #include "formats/bake_layout.h"
 #include "formats/bake_root.capnp.h"
 #include "formats/bake_root_reader.h"
+#include "formats/file_appender.h"
 #include "formats/geometry_section.h"
-#include "formats/page.h"
+#include "formats/octree_writer.h"
 #include "formats/source_code.h"
 
 namespace clamor {
 
 namespace {
 
-constexpr std::size_t kPagesAtOnce = 1024;  // packed in parallel, then written in order
-
-// Appends to the file and remembers where.
-class Appender {
- public:
-  explicit Appender(AtomicFile& file) : file_(file) {}
-
-  Result<FileSection> append(std::span<const std::byte> bytes) {
-    const FileSection section{offset_, bytes.size(), hash_of(bytes)};
-    if (const auto written = file_.write(bytes); !written.ok()) return written.error();
-    offset_ += bytes.size();
-    return section;
-  }
-
-  Result<void> align() {
-    static constexpr std::array<std::byte, 8> kZeros{};
-    const auto padding = append({kZeros.data(), (8 - offset_ % 8) % 8});
-    return padding.ok() ? Result<void>() : Result<void>(padding.error());
-  }
-
-  std::uint64_t offset() const { return offset_; }
-
- private:
-  AtomicFile& file_;
-  std::uint64_t offset_ = 0;
-};
-
 struct Sections {
-  std::vector<FileSection> pages, signals;
+  std::vector<FileSection> signals;
   std::vector<float> signal_scales;
   FileSection geometry;
   GeometryCounts geometry_counts;
 };
 
-Result<void> write_pages(const BakeContents& contents, Appender& appender, Sections& sections) {
-  const SourceOctree& octree = contents.octree;
-  const int mirror_bits = mirror_bits_for(contents.materials);
-  for (std::size_t first = 0; first < octree.nodes.size(); first += kPagesAtOnce) {
-    const std::size_t count = std::min(kPagesAtOnce, octree.nodes.size() - first);
-    std::vector<std::vector<std::byte>> frames(count);
-    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-      const OctreeNode& node = octree.nodes[first + i];
-      frames[i] = packed_lightly(
-          encode_page(node, std::span(octree.sources).subspan(node.first_source, node.source_count),
-                      mirror_bits));
-    });
-    for (const auto& frame : frames) {
-      const auto section = appender.append(frame);
-      if (!section.ok()) return section.error();
-      sections.pages.push_back(*section);
-    }
-  }
-  return {};
+// The copied trees first, then the level's.
+Result<void> write_trees(const BakeContents& contents, OctreeWriter& writer) {
+  if (contents.octree.nodes.empty()) return {};
+  for (const SourceOctree& tree : contents.copied)
+    if (const auto done = writer.write(tree); !done.ok()) return done;
+  return writer.write(contents.octree);
 }
 
-Result<void> write_signals(const std::vector<Signal>& signals, Appender& appender,
+Result<void> write_signals(const std::vector<Signal>& signals, FileAppender& appender,
                            Sections& sections) {
   for (const Signal& signal : signals) {
     // FLAC ends at full scale, so a louder signal is kept smaller, with the factor beside it.
@@ -195,35 +154,26 @@ void put_tables(BakeRoot::Builder root, const BakeContents& contents, const Sect
   geometry.setHash(sections.geometry.hash);
 }
 
-void put_octree(BakeRoot::Builder root, const std::vector<OctreeNode>& nodes,
-                const std::vector<FileSection>& pages) {
-  const auto count = static_cast<unsigned>(nodes.size());
-  auto low = root.initNodeLow(3 * count), high = root.initNodeHigh(3 * count);
-  auto key = root.initNodeHighestKey(count), power = root.initNodePower(8 * count);
-  auto cone = root.initNodeCone(4 * count), delay = root.initNodeDelay(2 * count);
-  auto children = root.initNodeChildren(8 * count);
-  auto offset = root.initPageOffset(count);
-  auto packed_bytes = root.initPagePacked(count), sources = root.initPageSources(count);
-  auto hash = root.initPageHash(count);
-  for (unsigned i = 0; i < count; ++i) {
-    const OctreeNode& node = nodes[i];
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      low.set(3 * i + axis, node.low_m[static_cast<int>(axis)]);
-      high.set(3 * i + axis, node.high_m[static_cast<int>(axis)]);
-      cone.set(4 * i + axis, node.cone_axis[static_cast<int>(axis)]);
+void put_trees(BakeRoot::Builder root, const std::vector<WrittenTree>& written,
+               const std::vector<std::vector<std::uint32_t>>& signal_maps) {
+  auto trees = root.initTrees(static_cast<unsigned>(written.size()));
+  for (unsigned t = 0; t < trees.size(); ++t) {
+    std::vector<std::byte> top;
+    put_entry(written[t].top, top);
+    trees[t].setTop(kj::arrayPtr(reinterpret_cast<const kj::byte*>(top.data()), top.size()));
+    auto levels = trees[t].initLevels(static_cast<unsigned>(written[t].levels.size()));
+    for (unsigned d = 0; d < levels.size(); ++d) {
+      const OctreeLevel& level = written[t].levels[d];
+      levels[d].setNodes(level.nodes);
+      levels[d].setSources(level.sources);
+      levels[d].setPackedBytes(level.packed_bytes);
+      put(levels[d].initPower(kBandCount), level.power);
     }
-    cone.set(4 * i + 3, node.cone_cos);
-    key.set(i, node.highest_key);
-    delay.set(2 * i, node.least_delay_s);
-    delay.set(2 * i + 1, node.most_delay_s);
-    for (unsigned k = 0; k < 8; ++k) {
-      power.set(8 * i + k, node.power[k]);
-      children.set(8 * i + k, node.children[k]);
-    }
-    offset.set(i, pages[i].offset);
-    packed_bytes.set(i, static_cast<std::uint32_t>(pages[i].bytes));
-    sources.set(i, node.source_count);
-    hash.set(i, pages[i].hash);
+  }
+  auto maps = root.initSignalMaps(static_cast<unsigned>(signal_maps.size()));
+  for (unsigned m = 0; m < maps.size(); ++m) {
+    auto map = maps.init(m, static_cast<unsigned>(signal_maps[m].size()));
+    for (unsigned i = 0; i < map.size(); ++i) map.set(i, signal_maps[m][i]);
   }
 }
 
@@ -232,11 +182,13 @@ Error unreadable(const Error& error) {
 }
 
 Result<void> write_all(AtomicFile& file, const std::string& path, const BakeContents& contents) {
-  Appender appender(file);
+  FileAppender appender(file);
   Sections sections;
   if (const auto room = appender.append(std::vector<std::byte>(sizeof(Preamble))); !room.ok())
     return room.error();
-  if (const auto done = write_pages(contents, appender, sections); !done.ok()) return done;
+  const PageSurroundings around{{}, contents.signal_maps.size(), contents.emitters.size()};
+  OctreeWriter pages(appender, mirror_bits_for(contents.materials), around);
+  if (const auto done = write_trees(contents, pages); !done.ok()) return done;
   if (const auto done = write_signals(contents.signals, appender, sections); !done.ok())
     return done;
   const auto geometry = appender.append(pack_geometry(contents.mesh, sections.geometry_counts));
@@ -248,7 +200,7 @@ Result<void> write_all(AtomicFile& file, const std::string& path, const BakeCont
   auto root = message.initRoot<BakeRoot>();
   put_settings(root, contents);
   put_tables(root, contents, sections);
-  put_octree(root, contents.octree.nodes, sections.pages);
+  put_trees(root, pages.trees(), contents.signal_maps);
   const auto words = capnp::messageToFlatArray(message);
   const auto chars = words.asBytes();
   const auto bytes_of_root = std::as_bytes(std::span(chars.begin(), chars.size()));

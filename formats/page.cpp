@@ -40,7 +40,7 @@ std::vector<Source> sources_of(const PageColumns& columns) {
   return sources;
 }
 
-Result<std::vector<Source>> decode_page(const OctreeNode& node, std::span<const std::byte> page,
+Result<std::vector<Source>> decode_page(const NodeSummary& node, std::span<const std::byte> page,
                                         std::span<const Emitter> emitters, std::size_t materials) {
   PageDecoder decoder;
   const auto columns = std::make_unique<PageColumns>();

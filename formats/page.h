@@ -53,7 +53,7 @@ void set_from_emitter(Source& source, const Emitter& emitter);
 // The page of a node, not yet a zstd frame. Sources that quantise() has seen come back as they are;
 // others as their nearest neighbours. u, polarity and order are stored where they are not what they
 // would be found to be.
-std::vector<std::byte> encode_page(const OctreeNode& node, std::span<const Source> sources,
+std::vector<std::byte> encode_page(const NodeSummary& node, std::span<const Source> sources,
                                    int mirror_bits);
 
 struct PageWorkspace;
@@ -66,12 +66,12 @@ class PageDecoder {
   ~PageDecoder();
 
   // From the zstd frame. Every index and number is checked against the tables and the node's box.
-  Result<void> decode(const OctreeNode& node, std::span<const std::byte> frame,
+  Result<void> decode(const NodeSummary& node, std::span<const std::byte> frame,
                       std::span<const Emitter> emitters, std::size_t materials,
                       PageColumns& columns);
 
   // From what is in the frame.
-  Result<void> decode_unpacked(const OctreeNode& node, std::span<const std::byte> page,
+  Result<void> decode_unpacked(const NodeSummary& node, std::span<const std::byte> page,
                                std::span<const Emitter> emitters, std::size_t materials,
                                PageColumns& columns);
 
@@ -80,7 +80,7 @@ class PageDecoder {
 };
 
 // The same for those who read one page now and then.
-Result<std::vector<Source>> decode_page(const OctreeNode& node, std::span<const std::byte> page,
+Result<std::vector<Source>> decode_page(const NodeSummary& node, std::span<const std::byte> page,
                                         std::span<const Emitter> emitters, std::size_t materials);
 
 }  // namespace clamor

@@ -10,11 +10,11 @@ namespace clamor {
 
 namespace {
 
-std::size_t room_for(const OctreeNode& node) {
+std::size_t room_for(const NodeSummary& node) {
   return most_page_bytes(std::min(node.source_count, kNodeSources));
 }
 
-Result<void> decode(PageWorkspace& workspace, std::size_t bytes, const OctreeNode& node,
+Result<void> decode(PageWorkspace& workspace, std::size_t bytes, const NodeSummary& node,
                     std::span<const Emitter> emitters, std::size_t materials,
                     PageColumns& columns) {
   columns.count = 0;
@@ -31,7 +31,7 @@ PageDecoder::PageDecoder(PageDecoder&&) noexcept = default;
 PageDecoder& PageDecoder::operator=(PageDecoder&&) noexcept = default;
 PageDecoder::~PageDecoder() = default;
 
-Result<void> PageDecoder::decode(const OctreeNode& node, std::span<const std::byte> frame,
+Result<void> PageDecoder::decode(const NodeSummary& node, std::span<const std::byte> frame,
                                  std::span<const Emitter> emitters, std::size_t materials,
                                  PageColumns& columns) {
   PageWorkspace& workspace = *workspace_;
@@ -41,7 +41,7 @@ Result<void> PageDecoder::decode(const OctreeNode& node, std::span<const std::by
   return clamor::decode(workspace, *bytes, node, emitters, materials, columns);
 }
 
-Result<void> PageDecoder::decode_unpacked(const OctreeNode& node, std::span<const std::byte> page,
+Result<void> PageDecoder::decode_unpacked(const NodeSummary& node, std::span<const std::byte> page,
                                           std::span<const Emitter> emitters, std::size_t materials,
                                           PageColumns& columns) {
   if (page.size() > room_for(node)) return Error("has the wrong size for its sources");

@@ -39,7 +39,7 @@ struct Group {
 
 class PageEncoder {
  public:
-  PageEncoder(const OctreeNode& node, std::span<const Source> sources, int mirror_bits)
+  PageEncoder(const NodeSummary& node, std::span<const Source> sources, int mirror_bits)
       : sources_(sources), mirror_bits_(mirror_bits), box_(grid_box_of(node)) {}
 
   std::vector<std::byte> page();
@@ -295,7 +295,7 @@ std::vector<std::byte> PageEncoder::page() {
 
 }  // namespace
 
-std::vector<std::byte> encode_page(const OctreeNode& node, std::span<const Source> sources,
+std::vector<std::byte> encode_page(const NodeSummary& node, std::span<const Source> sources,
                                    int mirror_bits) {
   assert(sources.size() <= kNodeSources);
   return PageEncoder(node, sources, mirror_bits).page();

@@ -108,7 +108,7 @@ HWY_NOINLINE void read_column(PageWorkspace& w, std::int32_t* numbers, std::size
   w.bits.get_column(numbers, count, [](auto... arguments) { unpack(arguments...); });
 }
 
-const char* read_header(PageWorkspace& w, const OctreeNode& node) {
+const char* read_header(PageWorkspace& w, const NodeSummary& node) {
   w.rows = w.bits.get(kCountBits);
   w.emitter_rows = w.bits.get(kCountBits);
   w.planes = w.bits.get(kCountBits);
@@ -155,7 +155,7 @@ const char* read_planes(PageWorkspace& w, std::size_t materials) {
   return nullptr;
 }
 
-const char* read_positions(PageWorkspace& w, const OctreeNode& node) {
+const char* read_positions(PageWorkspace& w, const NodeSummary& node) {
   read_column(w, w.column[0].data(), w.rows - w.planes);
   read_column(w, w.column[1].data(), w.rows);
   read_column(w, w.column[2].data(), w.rows - w.planes);
@@ -384,7 +384,7 @@ void put(const PageWorkspace& w, const PageTables& tables, PageColumns& columns)
   }
 }
 
-const char* decode_here(PageWorkspace& w, std::size_t bytes, const OctreeNode& node,
+const char* decode_here(PageWorkspace& w, std::size_t bytes, const NodeSummary& node,
                         const PageTables& tables, PageColumns& columns) {
   w.bits = BitReader(std::span<const std::byte>(w.page).first(bytes));
   if (const char* const wrong = read_header(w, node)) return wrong;
@@ -418,7 +418,7 @@ namespace {
 HWY_EXPORT(decode_here);
 }  // namespace
 
-const char* decode_page_with(PageWorkspace& workspace, std::size_t bytes, const OctreeNode& node,
+const char* decode_page_with(PageWorkspace& workspace, std::size_t bytes, const NodeSummary& node,
                              const PageTables& tables, PageColumns& columns) {
   return HWY_DYNAMIC_DISPATCH(decode_here)(workspace, bytes, node, tables, columns);
 }

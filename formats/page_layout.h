@@ -67,7 +67,7 @@ struct GridBox {
     return true;
   }
 };
-CLAMOR_INLINE GridBox grid_box_of(const OctreeNode& node) {
+CLAMOR_INLINE GridBox grid_box_of(const NodeSummary& node) {
   GridBox box;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const int i = static_cast<int>(axis);

@@ -58,7 +58,7 @@ struct PageTables {
 };
 
 // Decodes workspace.page, of so many bytes. Returns what is wrong with it, or null.
-const char* decode_page_with(PageWorkspace& workspace, std::size_t bytes, const OctreeNode& node,
+const char* decode_page_with(PageWorkspace& workspace, std::size_t bytes, const NodeSummary& node,
                              const PageTables& tables, PageColumns& columns);
 
 }  // namespace clamor

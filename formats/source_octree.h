@@ -14,6 +14,7 @@
 
 #include "common/bands.h"
 #include "common/vec.h"
+#include "formats/instance.h"
 #include "formats/source.h"
 
 namespace clamor {
@@ -59,23 +60,30 @@ struct OctreeCube {
   }
 };
 
-struct OctreeNode {
+// What is known of a node without its page.
+struct NodeSummary {
   Vec3f low_m{}, high_m{};   // tight bounds of all sources in the node and below
-  float highest_key = 0;     // of the node, hence of everything below
+  float highest_key = 0;     // of the node and everything below
   Bands power{};             // summed over the node and below
   Vec3f cone_axis{0, 0, 1};  // emission of all in and below lies in this cone
   float cone_cos = -1;       // cosine of its half angle; -1 for all directions
   float least_delay_s = 0, most_delay_s = 0;
-  std::array<std::uint32_t, 8> children = {kNoNode, kNoNode, kNoNode, kNoNode,
-                                           kNoNode, kNoNode, kNoNode, kNoNode};
-  std::uint64_t first_source = 0;  // into SourceOctree::sources
   std::uint32_t source_count = 0;  // of the node alone
 };
 
-// Children come after their parent; node 0 is the root. Empty when there are no sources.
+struct OctreeNode : NodeSummary {
+  std::array<std::uint32_t, 8> children = {kNoNode, kNoNode, kNoNode, kNoNode,
+                                           kNoNode, kNoNode, kNoNode, kNoNode};
+  std::uint64_t first_source = 0;  // into SourceOctree::sources
+  std::uint32_t first_instance = 0, instance_count = 0;  // into SourceOctree::instances
+};
+
+// Children come after their parent; node 0 is the root. Empty when there are no sources. Copies of
+// other trees (instance.h) are in any nodes; a tree of nothing but copies has nodes without sources.
 struct SourceOctree {
   std::vector<OctreeNode> nodes;
   std::vector<Source> sources;  // node after node, each by descending key
+  std::vector<Instance> instances;  // node after node
 };
 
 }  // namespace clamor

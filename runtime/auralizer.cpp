@@ -43,12 +43,12 @@ SignalWeights weights_of(const std::vector<PreparedSignal>& signals) {
 
 // Pages as the sampler wants them, from a file. Everything must outlive what comes out.
 PageLoader::Fetch fetch_from(const BakeFile& file, const SourceField& field,
-                             const SignalWeights& weights) {
-  return [&](std::uint32_t page) -> Result<std::unique_ptr<const SourcePage>> {
-    auto sources = file.read_page(page);
-    if (!sources.ok()) return sources.error();
-    return std::make_unique<const SourcePage>(field, weights.by_signal, std::move(*sources),
-                                              file.nodes()[page].first_source);
+                             const SignalWeights& ceilings) {
+  return [&](const PageEntry& entry) -> PageLoader::Content {
+    auto page = file.read_page(entry);
+    if (!page.ok()) return page.error();
+    return std::make_unique<const ResidentPage>(
+        SourcePage(field, ceilings.by_signal, std::move(page->sources)), std::move(page->links));
   };
 }
 
@@ -64,18 +64,19 @@ struct Auralizer::State {
         wait_for_pages(options.wait_for_pages),
         signals(prepare_signals(input.signals)),
         field(input.emitters, input.materials, input.air),
-        weights(weights_of(signals)) {
+        weights(weights_of(signals)),
+        ceilings(file == nullptr ? weights : highest_over_copies(weights, file->signal_maps())) {
     const auto wanted = static_cast<std::size_t>(options.voices);
     if (file != nullptr) {
       loader =
-          std::make_unique<PageLoader>(fetch_from(*file, field, weights), file->page_count(),
+          std::make_unique<PageLoader>(fetch_from(*file, field, ceilings),
                                        PageBudget{options.memory_bytes, !options.wait_for_pages});
-      pool = std::make_unique<OctreePool>(field, weights, file->nodes(), file->source_count(),
+      pool = std::make_unique<OctreePool>(field, ceilings, file->trees(), file->signal_maps(),
                                           *loader);
       sampler = make_priority_sampler(field, weights, *pool, wanted);
     } else {
       auto list = std::make_unique<SourceList>(field, weights, std::move(input.sources));
-      sampler = options.strategy == "all" ? make_all_sampler(*list)
+      sampler = options.strategy == "all" ? make_all_sampler(field, *list)
                                           : make_priority_sampler(field, weights, *list, wanted);
       pool = std::move(list);
     }
@@ -91,7 +92,7 @@ struct Auralizer::State {
   const bool wait_for_pages;
   const std::vector<PreparedSignal> signals;
   const SourceField field;
-  const SignalWeights weights;
+  const SignalWeights weights, ceilings;
 
   // Sampler thread.
   std::unique_ptr<PageLoader> loader;

@@ -3,6 +3,8 @@
 #include <string>
 #include <utility>
 
+#include "formats/all_sources.h"
+
 namespace clamor {
 
 Result<AuralizerInput> read_signals_and_tables(const BakeFile& file) {
@@ -19,10 +21,12 @@ Result<AuralizerInput> read_signals_and_tables(const BakeFile& file) {
 }
 
 Result<AuralizerInput> read_auralizer_input(const BakeFile& file) {
-  auto sources = file.read_all_sources();
-  if (!sources.ok()) return sources.error();
+  auto all = read_all_sources(file);
+  if (!all.ok()) return all.error();
   auto input = read_signals_and_tables(file);
-  if (input.ok()) input->sources = std::move(*sources);
+  if (!input.ok()) return input;
+  input->sources = std::move(all->sources);
+  input->emitters = std::move(all->emitters);
   return input;
 }
 

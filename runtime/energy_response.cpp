@@ -20,9 +20,8 @@ std::vector<Arrival> energy_response(std::span<const Source> sources,
     if (emitter && source.emitter != *emitter) continue;
     const Bands energy = received_intensity(source, emitters, laws, loss_per_m, listener_m);
     if (energy == Bands{}) continue;
-    const double travelled_s = source.is_emitter ? 0 : source.delay_s;
-    const double r_m = length(listener_m - source_position_m(source, emitters));
-    arrivals.push_back({.time_s = travelled_s + r_m / speed_mps,
+    const double r_m = length(listener_m - Vec3(source.position_m));
+    arrivals.push_back({.time_s = static_cast<double>(source.delay_s) + r_m / speed_mps,
                         .energy = energy,
                         .polarity = source.is_emitter ? 1 : source.polarity});
   }

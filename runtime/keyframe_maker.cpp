@@ -68,7 +68,7 @@ void KeyframeMaker::start(const SampledSource& chosen, const Ears& ears) {
   slot.changed = true;
   slot.power_scale = chosen.power_scale;
   slot.voice.starts = true;
-  slot.voice.signal = field_.signal(slot.source);
+  slot.voice.signal = chosen.signal;
   // It slides in from where it would have been, unless the listener jumped.
   for (int e = 0; e < kEars; ++e) {
     const auto delay_frames = [&](const Ears& at) {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <queue>
+#include <numeric>
 
 namespace clamor {
 
@@ -10,114 +10,264 @@ namespace {
 
 constexpr double kSlack = 1.0001;        // single precision of keys and bounds
 constexpr double kGive_m = 0.002;        // quantised positions, 10 km from the origin
+constexpr double kTurned = 1e-5;         // what turning and moving a copy's sources may round
+constexpr std::size_t kMostFirst = 256;  // pages of a tree that are always here
 constexpr std::size_t kMostAsked = 256;  // pages at a time
+constexpr std::uint64_t kMostVisited = 1 << 20;  // nodes in a walk; only a forged file has more
+
+// Of the node's own sources, children and copies: which has the highest key, as an index into these
+// one after another. Of equals the first.
+std::size_t leader_of(const PageEntry& entry, const ResidentPage& page,
+                      std::span<const PageEntry> trees) {
+  std::size_t leader = 0, next = 0;
+  double highest = -1;
+  const auto consider = [&](double key) {
+    if (key > highest) {
+      highest = key;
+      leader = next;
+    }
+    ++next;
+  };
+  if (entry.source_count > 0) consider(octree_key(page.sources[0]));
+  for (const PageEntry& child : page.links.children) consider(child.highest_key);
+  for (const Instance& instance : page.links.instances)
+    consider(static_cast<double>(instance.gain) * instance.gain *
+             total_power(trees[instance.tree]) / instance.number);
+  return leader;
+}
 
 }  // namespace
 
-OctreePool::OctreePool(const SourceField& field, const SignalWeights& weights,
-                       std::span<const OctreeNode> nodes, std::uint64_t sources, PageLoader& loader)
-    : field_(field),
-      nodes_(nodes),
-      sources_(sources),
-      most_per_power_(kSlack * field.most_per_power(weights.by_signal)),
-      loader_(loader) {
-  if (nodes.empty()) return;
-  root_ = OctreeCube::around(Vec3(nodes[0].low_m), Vec3(nodes[0].high_m));
-  loader_.load_now(0);
+SignalWeights highest_over_copies(const SignalWeights& weights,
+                                  std::span<const std::vector<std::uint32_t>> signal_maps) {
+  SignalWeights highest = weights;
+  // Copies within copies play what one map after another gives.
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const auto& map : signal_maps)
+      for (std::size_t signal = 0; signal < map.size(); ++signal)
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+          float& here = highest.by_signal[signal][b];
+          const float there = highest.by_signal[map[signal]][b];
+          changed = changed || there > here;
+          here = std::max(here, there);
+        }
+  }
+  return highest;
 }
 
-double OctreePool::bound(std::uint32_t index, const Vec3& place) const {
-  const OctreeNode& node = nodes_[index];
-  const Vec3 low(node.low_m), high(node.high_m);
+OctreePool::OctreePool(const SourceField& field, const SignalWeights& ceilings,
+                       std::span<const PageEntry> trees,
+                       std::span<const std::vector<std::uint32_t>> signal_maps, PageLoader& loader)
+    : field_(field),
+      trees_(trees),
+      signal_maps_(signal_maps),
+      most_per_power_(kSlack * field.most_per_power(ceilings.by_signal)),
+      loader_(loader) {
+  for (const PageEntry& top : trees) load_first_pages(top);
+}
+
+// Nodes of copies alone have nothing that could stand for what is missing below them.
+void OctreePool::load_first_pages(const PageEntry& top) {
+  std::vector<const PageEntry*> first = {&top};
+  for (std::size_t i = 0; i < std::min(first.size(), kMostFirst); ++i)
+    if (loader_.load_now(*first[i]) && first[i]->source_count == 0)
+      for (const PageEntry& child : loader_.find(*first[i])->links.children)
+        first.push_back(&child);
+}
+
+double OctreePool::bound(const PageEntry& entry, const Vec3& place, double highest_key) const {
+  const Vec3 low(entry.low_m), high(entry.high_m);
   const Vec3 away = glm::max(glm::max(low - place, place - high), Vec3(0));
   const double near_m = std::max(length(away) - kGive_m, kEmitterRadius_m);
-  const double bound = node.highest_key * most_per_power_ / (near_m * near_m);
-  if (node.cone_cos > -1) {
+  const double bound = highest_key * most_per_power_ / (near_m * near_m);
+  if (entry.cone_cos > -1) {
     // Seen from anywhere in the ball round the bounds, is the place outside the cone?
     const Vec3 way = place - (low + high) / 2.0;
     const double way_m = length(way), radius_m = length(high - low) / 2 + kGive_m;
     if (way_m > radius_m) {
-      const double cos_axis = dot(way, Vec3(node.cone_axis)) / way_m;
+      const double cos_axis = dot(way, Vec3(entry.cone_axis)) / way_m;
       const double widest =
-          std::acos(static_cast<double>(node.cone_cos)) + std::asin(radius_m / way_m) + 1e-3;
+          std::acos(static_cast<double>(entry.cone_cos)) + std::asin(radius_m / way_m) + 1e-3;
       if (widest < 3.141 && cos_axis < std::cos(widest)) return 0;
     }
   }
   return bound;
 }
 
-void OctreePool::look(const Vec3& place, double threshold, std::vector<FoundSource>& found) {
-  place_ = place;
-  missed_ = false;
-  if (nodes_.empty()) return;
-  to_visit_.assign(1, 0);
-  while (!to_visit_.empty()) {
-    const std::uint32_t index = to_visit_.back();
-    to_visit_.pop_back();
-    ++visited_;
-    if (bound(index, place) < threshold) continue;
-    const SourcePage* const page = loader_.use(index);
-    if (page == nullptr) {
-      missed_ = true;
-      continue;
+void OctreePool::add_steps(const Step& from, const ResidentPage& page, double threshold) {
+  const bool leads = from.lead_key > 0;
+  const std::size_t leader = leads ? leader_of(*from.entry, page, trees_) : 0;
+  std::size_t next = from.entry->source_count > 0 ? 1 : 0;
+  std::uint64_t first = from.first + from.entry->source_count;
+  for (const PageEntry& child : page.links.children) {
+    const double lead_key = leads && leader == next++ ? from.lead_key : 0;
+    std::uint32_t copy = from.copy;
+    if (child.octant == kNoOctant) {  // an octree of its own
+      copy = static_cast<std::uint32_t>(copies_.size());
+      copies_.push_back(copies_[from.copy]);
+      copies_.back().tree = &child;
     }
-    page->pass(field_, place, threshold, [&](std::size_t i) {
-      found.push_back({page, static_cast<std::uint32_t>(i)});
-    });
-    for (const std::uint32_t child : nodes_[index].children)
-      if (child != kNoNode) to_visit_.push_back(child);
+    steps_.push_back({&child, copy, first, lead_key});
+    first += child.sources_below;
+  }
+  for (const Instance& instance : page.links.instances) {
+    const PageEntry& tree = trees_[instance.tree];
+    const Copy& outer = copies_[from.copy];  // a deque's elements stay where they are
+    const double power = static_cast<double>(instance.gain) * instance.gain;
+    const bool is_leader = leads && leader == next++;
+    // What the choice among copies sees of this one, in its own space and power.
+    double lead_key = total_power(tree) / instance.number;
+    if (is_leader) lead_key = from.lead_key / power;
+
+    const Placement placement = Placement{}.then(instance);
+    const Vec3 place = placement.inside(outer.place);
+    const double to_here = placement.scale * placement.scale / std::max(power, 1e-300);
+    if (bound(tree, place, std::max<double>(lead_key, tree.highest_key)) >=
+        threshold * outer.to_threshold * to_here * (1 - kTurned)) {
+      copies_.push_back({&tree, outer.placement.then(instance), place,
+                         outer.to_threshold * to_here * (1 - kTurned),
+                         composed(outer.map, instance.signals), true});
+      steps_.push_back(
+          {&tree, static_cast<std::uint32_t>(copies_.size() - 1), first, lead_key});
+    }
+    first += tree.sources_below;
   }
 }
 
+template <class PageOf, class Visit>
+void OctreePool::walk(const Vec3& place, double threshold, const PageOf& page_of,
+                      const Visit& visit) {
+  copies_.clear();
+  steps_.clear();
+  if (trees_.empty()) return;
+  copies_.push_back({&trees_.back(), {}, place, 1, kNoMap, false});
+  steps_.push_back({&trees_.back(), 0, 0, 0});
+  for (std::uint64_t steps = 0; !steps_.empty() && steps < kMostVisited; ++steps) {
+    const Step step = steps_.back();
+    steps_.pop_back();
+    const Copy& copy = copies_[step.copy];
+    const double most = bound(*step.entry, copy.place,
+                              std::max<double>(step.lead_key, step.entry->highest_key));
+    if (most < threshold * copy.to_threshold) continue;
+    const ResidentPage* const page = page_of(*step.entry);
+    visit(step, page, most / copy.to_threshold);
+    if (page != nullptr) add_steps(step, *page, threshold);
+  }
+}
+
+std::uint32_t OctreePool::composed(std::uint32_t outer, std::uint32_t inner) {
+  if (inner == kSameSignals) return outer;
+  const auto next = static_cast<std::uint32_t>(maps_.size());
+  const auto [known, is_new] = known_maps_.try_emplace({outer, inner}, next);
+  if (is_new) {
+    maps_.push_back(signal_maps_[inner]);
+    if (outer != kNoMap)
+      for (std::uint32_t& signal : maps_.back()) signal = maps_[outer][signal];
+  }
+  return known->second;
+}
+
+std::uint32_t OctreePool::signal_of(const Source& source, const Copy& copy) const {
+  const std::uint32_t signal = field_.signal(source);
+  return copy.map == kNoMap ? signal : maps_[copy.map][signal];
+}
+
+void OctreePool::add_source(const Step& step, const ResidentPage& page, std::size_t index,
+                            bool leads, std::vector<FoundSource>& found) {
+  const Source& stored = page.sources[index];
+  if (!copies_[step.copy].moved) {
+    found.push_back({&stored, step.first + index, field_.signal(stored), step.copy});
+    return;
+  }
+  const Copy& copy = copies_[step.copy];
+  Source source = copy.placement.place(stored);
+  if (source.emitter >= field_.emitter_count()) return;  // of a forged file
+  if (leads) {
+    const double power = std::accumulate(stored.power.begin(), stored.power.end(), 0.0);
+    source.u = static_cast<float>(std::min(1.0, power / step.lead_key));
+  }
+  placed_.push_back(source);
+  found.push_back({&placed_.back(), step.first + index, signal_of(stored, copy), step.copy});
+}
+
+void OctreePool::look(const Vec3& place, double threshold, std::vector<FoundSource>& found) {
+  place_ = place;
+  placed_.clear();
+  missed_.clear();
+  all_here_ = true;
+  const auto use = [this](const PageEntry& entry) {
+    ++visited_;
+    return loader_.use(entry);
+  };
+  walk(place, threshold, use, [&](const Step& step, const ResidentPage* page, double urgency) {
+    if (page == nullptr) {
+      all_here_ = false;
+      if (!loader_.has_failed(*step.entry)) missed_.push_back({urgency, *step.entry, true});
+      return;
+    }
+    const Copy& copy = copies_[step.copy];
+    const bool leads = step.lead_key > 0 && step.entry->source_count > 0 &&
+                       leader_of(*step.entry, *page, trees_) == 0;
+    if (leads) add_source(step, *page, 0, true, found);
+    page->sources.pass(field_, copy.place, threshold * copy.to_threshold, [&](std::size_t i) {
+      if (!leads || i > 0) add_source(step, *page, i, false, found);
+    });
+  });
+}
+
 // Down through the cubes that hold the source, to the first page that is missing and matters.
-double OctreePool::unseen_key(const FoundSource& found, const Vec3& place, double tau) {
-  if (!missed_) return 0;
-  const Vec3 position_m = field_.position_m(found.source());
-  OctreeCube cube = root_;
-  for (std::uint32_t index = 0; index != kNoNode;) {
-    if (bound(index, place) < tau) return 0;
-    if (!loader_.is_here(index)) return nodes_[index].highest_key;
+double OctreePool::unseen_key(const FoundSource& found, const Vec3&, double tau) {
+  if (all_here_) return 0;
+  const Copy& copy = copies_[found.copy];
+  const Vec3 position_m =
+      copy.placement.inside(Vec3(found.source->position_m));
+  const PageEntry* entry = copy.tree;
+  OctreeCube cube = OctreeCube::around(Vec3(entry->low_m), Vec3(entry->high_m));
+  while (entry != nullptr) {
+    if (bound(*entry, copy.place, entry->highest_key) < tau * copy.to_threshold) return 0;
+    const ResidentPage* const page = loader_.find(*entry);
+    if (page == nullptr) return entry->highest_key * copy.placement.power;
     const std::size_t octant = cube.octant_of(position_m);
-    index = nodes_[index].children[octant];
+    entry = nullptr;
+    for (const PageEntry& child : page->links.children)
+      if (child.octant == octant) entry = &child;
     cube = cube.child(octant);
   }
   return 0;
 }
 
-// The best first, through pages that are here and those that are not, as their nodes are known.
-void OctreePool::add_missing(const Vec3& place, double tau, bool needed,
-                             std::vector<WantedPage>& wanted) const {
-  const auto less = [](const WantedPage& a, const WantedPage& b) { return a.urgency < b.urgency; };
-  std::priority_queue<WantedPage, std::vector<WantedPage>, decltype(less)> best(less);
-  best.push({bound(0, place), 0});
-  for (std::size_t added = 0; !best.empty() && added < kMostAsked;) {
-    const WantedPage next = best.top();
-    best.pop();
-    if (next.urgency < tau || next.urgency == 0) break;
-    if (loader_.has_failed(next.page)) continue;
-    if (!loader_.is_here(next.page)) {
-      wanted.push_back({next.urgency, next.page, needed});
-      ++added;
-    }
-    for (const std::uint32_t child : nodes_[next.page].children)
-      if (child != kNoNode) best.push({bound(child, place), child});
-  }
-}
-
 void OctreePool::ask(const Vec3& soon, double tau) {
   asked_ = false;
-  if (nodes_.empty()) return;
+  if (trees_.empty()) return;
   std::vector<WantedPage> wanted;
-  if (missed_) add_missing(place_, tau, true, wanted);
+  for (const WantedPage& one : missed_)
+    if (one.urgency >= tau && one.urgency > 0) wanted.push_back(one);
   asked_ = !wanted.empty();
-  if (soon != place_) {
-    const auto now = static_cast<std::ptrdiff_t>(wanted.size());
-    std::vector<WantedPage> later;
-    add_missing(soon, tau, false, later);
-    for (const WantedPage& one : later)
-      if (std::none_of(wanted.begin(), wanted.begin() + now,
-                       [&](const WantedPage& known) { return known.page == one.page; }))
-        wanted.push_back(one);
+  if (soon != place_)
+    walk(
+        soon, tau, [this](const PageEntry& entry) { return loader_.find(entry); },
+        [&](const Step& step, const ResidentPage* page, double urgency) {
+          if (page == nullptr && urgency > 0 && !loader_.has_failed(*step.entry))
+            wanted.push_back({urgency, *step.entry, false});
+        });
+  // Copies of one tree want the same pages.
+  std::sort(wanted.begin(), wanted.end(), [](const WantedPage& a, const WantedPage& b) {
+    if (a.entry.page.offset != b.entry.page.offset)
+      return a.entry.page.offset < b.entry.page.offset;
+    return a.needed != b.needed ? a.needed : a.urgency > b.urgency;
+  });
+  wanted.erase(std::unique(wanted.begin(), wanted.end(),
+                           [](const WantedPage& a, const WantedPage& b) {
+                             return a.entry.page.offset == b.entry.page.offset;
+                           }),
+               wanted.end());
+  if (wanted.size() > kMostAsked) {
+    std::nth_element(wanted.begin(), wanted.begin() + kMostAsked, wanted.end(),
+                     [](const WantedPage& a, const WantedPage& b) {
+                       return a.needed != b.needed ? a.needed : a.urgency > b.urgency;
+                     });
+    wanted.resize(kMostAsked);
   }
   loader_.ask(std::move(wanted));
 }

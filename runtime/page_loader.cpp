@@ -10,20 +10,20 @@ namespace clamor {
 // What the sampler and the loader threads share; all under the mutex.
 struct PageLoader::Shared {
   struct Arrival {
-    std::uint32_t page = 0;
-    Result<std::unique_ptr<const SourcePage>> content;
+    std::uint64_t page = 0;  // offset
+    Content content;
   };
 
   std::mutex mutex;
   std::condition_variable work, arrival;
   bool closing = false;
   std::vector<WantedPage> queue;         // the most urgent last
-  std::vector<std::uint32_t> under_way;  // being fetched
+  std::vector<std::uint64_t> under_way;  // being fetched: offsets
   std::vector<Arrival> arrived;
   PageStatistics statistics;
   std::vector<std::thread> threads;
 
-  bool is_on_its_way(std::uint32_t page) const {
+  bool is_on_its_way(std::uint64_t page) const {
     return std::find(under_way.begin(), under_way.end(), page) != under_way.end() ||
            std::any_of(arrived.begin(), arrived.end(),
                        [page](const Arrival& a) { return a.page == page; });
@@ -34,11 +34,12 @@ struct PageLoader::Shared {
     for (;;) {
       work.wait(lock, [this] { return closing || !queue.empty(); });
       if (closing) return;
-      const std::uint32_t page = queue.back().page;
+      const PageEntry entry = queue.back().entry;
+      const std::uint64_t page = entry.page.offset;
       queue.pop_back();
       under_way.push_back(page);
       lock.unlock();
-      auto content = fetch(page);
+      auto content = fetch(entry);
       lock.lock();
       std::erase(under_way, page);
       arrived.push_back({page, std::move(content)});
@@ -47,13 +48,8 @@ struct PageLoader::Shared {
   }
 };
 
-PageLoader::PageLoader(Fetch fetch, std::size_t pages, const PageBudget& budget, int threads)
-    : fetch_(std::move(fetch)),
-      budget_(budget),
-      pages_(pages),
-      failed_(pages, false),
-      last_use_(pages, 0),
-      shared_(std::make_unique<Shared>()) {
+PageLoader::PageLoader(Fetch fetch, const PageBudget& budget, int threads)
+    : fetch_(std::move(fetch)), budget_(budget), shared_(std::make_unique<Shared>()) {
   for (int i = 0; i < threads; ++i) shared_->threads.emplace_back([this] { shared_->run(fetch_); });
 }
 
@@ -66,10 +62,10 @@ PageLoader::~PageLoader() {
   for (std::thread& thread : shared_->threads) thread.join();
 }
 
-void PageLoader::take(std::uint32_t page, Result<std::unique_ptr<const SourcePage>> content) {
+void PageLoader::take(std::uint64_t offset, Content content) {
   PageStatistics& statistics = shared_->statistics;
+  Slot& slot = slots_[offset];
   if (!content.ok()) {
-    failed_[page] = true;
     ++statistics.failed;
     if (statistics.failure.empty()) statistics.failure = content.error().message;
     return;
@@ -77,25 +73,36 @@ void PageLoader::take(std::uint32_t page, Result<std::unique_ptr<const SourcePag
   const std::uint64_t bytes = (*content)->bytes();
   bytes_ += bytes;
   most_page_bytes_ = std::max(most_page_bytes_, bytes);
-  pages_[page] = std::move(*content);
-  last_use_[page] = sample_ - 1;  // so that it is not dropped before it was looked at
-  here_.push_back(page);
+  slot.page = std::move(*content);
+  slot.last_use = sample_ - 1;  // so that it is not dropped before it was looked at
+  ++here_;
   ++statistics.loaded;
 }
 
 void PageLoader::count_what_is_here() {
-  shared_->statistics.resident = here_.size();
+  shared_->statistics.resident = here_;
   shared_->statistics.bytes = bytes_;
 }
 
-bool PageLoader::load_now(std::uint32_t page) {
-  if (pages_[page] != nullptr) return true;
-  auto content = fetch_(page);
+bool PageLoader::load_now(const PageEntry& entry) {
+  if (is_here(entry)) return true;
+  auto content = fetch_(entry);
   const std::lock_guard lock(shared_->mutex);
   ++shared_->statistics.asked;
-  take(page, std::move(content));
+  take(entry.page.offset, std::move(content));
+  slots_[entry.page.offset].stays = true;
   count_what_is_here();
-  return pages_[page] != nullptr;
+  return is_here(entry);
+}
+
+const ResidentPage* PageLoader::find(const PageEntry& entry) const {
+  const auto slot = slots_.find(entry.page.offset);
+  return slot == slots_.end() ? nullptr : slot->second.page.get();
+}
+
+bool PageLoader::has_failed(const PageEntry& entry) const {
+  const auto slot = slots_.find(entry.page.offset);
+  return slot != slots_.end() && slot->second.page == nullptr;
 }
 
 bool PageLoader::begin_sample() {
@@ -106,34 +113,42 @@ bool PageLoader::begin_sample() {
   const bool changed = !shared_->arrived.empty();
   for (auto& [page, content] : shared_->arrived) take(page, std::move(content));
   shared_->arrived.clear();
-  const std::size_t before = here_.size();
+  const std::size_t before = here_;
   if (bytes_ > budget_.bytes) drop_too_much();
-  statistics.dropped += before - here_.size();
+  statistics.dropped += before - here_;
   count_what_is_here();
   statistics.late = late_;
-  return changed || before != here_.size();
+  return changed || before != here_;
 }
 
-// Children come after their parents in the file, so of pages used alike the later go first.
+// Children come before their parents in the file, so of pages used alike the earlier go first.
 void PageLoader::drop_too_much() {
-  std::sort(here_.begin(), here_.end(), [this](std::uint32_t a, std::uint32_t b) {
-    return last_use_[a] != last_use_[b] ? last_use_[a] > last_use_[b] : a < b;
-  });
-  while (bytes_ > budget_.bytes && here_.size() > 1 && last_use_[here_.back()] + 1 < sample_) {
-    bytes_ -= pages_[here_.back()]->bytes();
-    pages_[here_.back()].reset();
-    here_.pop_back();
+  std::vector<std::pair<std::uint32_t, std::uint64_t>> oldest;  // last use, offset
+  for (const auto& [offset, slot] : slots_)
+    if (slot.page != nullptr && !slot.stays && slot.last_use + 1 < sample_)
+      oldest.emplace_back(slot.last_use, offset);
+  std::sort(oldest.begin(), oldest.end());
+  for (const auto& [use, offset] : oldest) {
+    if (bytes_ <= budget_.bytes) break;
+    const auto slot = slots_.find(offset);
+    bytes_ -= slot->second.page->bytes();
+    slots_.erase(slot);
+    --here_;
   }
 }
 
-const SourcePage* PageLoader::use(std::uint32_t page) {
-  const SourcePage* const content = pages_[page].get();
-  late_ += content == nullptr && !failed_[page];
-  if (content != nullptr && last_use_[page] != sample_) {
-    last_use_[page] = sample_;
-    used_bytes_ += content->bytes();
+const ResidentPage* PageLoader::use(const PageEntry& entry) {
+  const auto found = slots_.find(entry.page.offset);
+  if (found == slots_.end()) {
+    ++late_;
+    return nullptr;
   }
-  return content;
+  Slot& slot = found->second;
+  if (slot.page != nullptr && slot.last_use != sample_) {
+    slot.last_use = sample_;
+    used_bytes_ += slot.page->bytes();
+  }
+  return slot.page.get();
 }
 
 void PageLoader::ask(std::vector<WantedPage> wanted) {
@@ -144,16 +159,17 @@ void PageLoader::ask(std::vector<WantedPage> wanted) {
   if (!budget_.strict) fit = std::max(fit, needed);
   std::sort(wanted.begin(), wanted.end(), [](const WantedPage& a, const WantedPage& b) {
     if (a.needed != b.needed) return a.needed;
-    return a.urgency != b.urgency ? a.urgency > b.urgency : a.page < b.page;
+    return a.urgency != b.urgency ? a.urgency > b.urgency
+                                  : a.entry.page.offset > b.entry.page.offset;
   });
   if (wanted.size() > fit) wanted.resize(fit);
   std::reverse(wanted.begin(), wanted.end());
   const std::lock_guard lock(shared_->mutex);
-  std::erase_if(wanted, [this](const WantedPage& one) { return shared_->is_on_its_way(one.page); });
+  std::erase_if(wanted, [this](const WantedPage& one) { return shared_->is_on_its_way(one.entry.page.offset); });
   for (const WantedPage& one : wanted)
     shared_->statistics.asked +=
         std::none_of(shared_->queue.begin(), shared_->queue.end(),
-                     [&](const WantedPage& before) { return before.page == one.page; });
+                     [&](const WantedPage& before) { return before.entry.page.offset == one.entry.page.offset; });
   shared_->queue = std::move(wanted);
   if (!shared_->queue.empty()) shared_->work.notify_all();
 }

@@ -3,18 +3,18 @@
 // One thread (the sampler's) asks, takes what has arrived and never waits; loader threads fetch
 // what was asked last, the most urgent first, and get it ready for the sampler. Pages beyond the
 // budget are dropped, the least recently used first; those of the last sample stay, and those that
-// were under way come on top. A page that
-// cannot be read is not asked for again: the sampler does without, as if it were still on its way.
+// were under way come on top. A page that cannot be read is not asked for again: the sampler does without, as if it were still on its way.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "common/result.h"
-#include "runtime/source_page.h"
+#include "runtime/resident_page.h"
 
 namespace clamor {
 
@@ -28,7 +28,7 @@ struct PageStatistics {
 
 struct WantedPage {
   double urgency = 0;
-  std::uint32_t page = 0;
+  PageEntry entry;
   bool needed = true;  // by the last sample; otherwise perhaps soon
 };
 
@@ -40,27 +40,30 @@ struct PageBudget {
 class PageLoader {
  public:
   // Called by any loader thread, several at a time; throws nothing.
-  using Fetch = std::function<Result<std::unique_ptr<const SourcePage>>(std::uint32_t page)>;
+  using Content = Result<std::unique_ptr<const ResidentPage>>;
+  using Fetch = std::function<Content(const PageEntry& entry)>;
 
-  PageLoader(Fetch fetch, std::size_t pages, const PageBudget& budget, int threads = 1);
+  PageLoader(Fetch fetch, const PageBudget& budget, int threads = 1);
   ~PageLoader();
   PageLoader(const PageLoader&) = delete;
   PageLoader& operator=(const PageLoader&) = delete;
 
   // The sampler's thread, all that follow.
 
-  // Fetches it here and now; false if it cannot be read.
-  bool load_now(std::uint32_t page);
+  // Fetches it here and now, to stay for good; false if it cannot be read.
+  bool load_now(const PageEntry& entry);
 
   // Takes in what has arrived, drops what is too much, begins a new sample. True if anything came
   // or went.
   bool begin_sample();
 
   // Null if it is not here. Valid until the next begin_sample().
-  const SourcePage* use(std::uint32_t page);
+  const ResidentPage* use(const PageEntry& entry);
 
-  bool is_here(std::uint32_t page) const { return pages_[page] != nullptr; }
-  bool has_failed(std::uint32_t page) const { return failed_[page]; }
+  bool is_here(const PageEntry& entry) const { return find(entry) != nullptr; }
+  // The same without being counted as used or late.
+  const ResidentPage* find(const PageEntry& entry) const;
+  bool has_failed(const PageEntry& entry) const;
 
   // Replaces what was asked before and is not yet under way: what is needed first, then the most
   // urgent, as many as fit the budget beside what the last sample uses.
@@ -73,17 +76,20 @@ class PageLoader {
 
  private:
   struct Shared;
+  struct Slot {
+    std::unique_ptr<const ResidentPage> page;  // null: it failed
+    std::uint32_t last_use = 0;                // sample
+    bool stays = false;
+  };
   // Under the mutex, both.
-  void take(std::uint32_t page, Result<std::unique_ptr<const SourcePage>> content);
+  void take(std::uint64_t offset, Content content);
   void count_what_is_here();
   void drop_too_much();
 
   const Fetch fetch_;
   const PageBudget budget_;
-  std::vector<std::unique_ptr<const SourcePage>> pages_;
-  std::vector<bool> failed_;
-  std::vector<std::uint32_t> last_use_;  // sample
-  std::vector<std::uint32_t> here_;      // pages, in no order
+  std::unordered_map<std::uint64_t, Slot> slots_;  // by offset in the file; here, or failed
+  std::size_t here_ = 0;
   std::uint32_t sample_ = 1;
   std::uint64_t bytes_ = 0, used_bytes_ = 0;
   std::uint64_t most_page_bytes_ = 0;  // so far

@@ -36,18 +36,20 @@ Bands decays(const Bands& x) {
 Bands received_intensity(const Source& source, const std::vector<Emitter>& emitters,
                          const ReflectionLaws& laws, const Bands& air_loss_per_m,
                          const Vec3& receiver_m) {
-  const Vec3 path_m = receiver_m - source_position_m(source, emitters);
+  const Vec3 path_m = receiver_m - Vec3(source.position_m);
   const double r_m = length(path_m);
 
   Bands intensity{};
   if (source.is_emitter) {
     const Emitter& emitter = emitters[source.emitter];
-    const double cos_a = r_m > 0 ? std::clamp(dot(path_m, emitter.axis) / r_m, -1.0, 1.0) : 1;
+    const double cos_a =
+        r_m > 0 ? std::clamp(dot(path_m, Vec3(source.normal)) / r_m, -1.0, 1.0) : 1;
     double share = 0;  // bands of one exponent share the evaluation
     for (std::size_t b = 0; b < kBandCount; ++b) {
+      const double p = emitter.directivity[b];
       if (b == 0 || emitter.directivity[b] != emitter.directivity[b - 1])
-        share = emission(emitter.directivity[b], cos_a);
-      intensity[b] = static_cast<float>(emitter.gain * emitter.gain * share);
+        share = emission(p, cos_a) / emission_power(p);
+      intensity[b] = static_cast<float>(source.power[b] * share);
     }
   } else {
     const Vec3 normal(source.normal), mirror(source.mirror);

@@ -19,12 +19,6 @@ namespace clamor {
 // Nearer than this nothing grows louder: it has a size, and 1 / r^2 has none.
 inline constexpr double kEmitterRadius_m = 0.1;
 
-// Where a source is; an emitter's place comes from the emitter table, exactly.
-inline Vec3 source_position_m(const Source& source, const std::vector<Emitter>& emitters) {
-  assert(source.emitter < emitters.size());
-  return source.is_emitter ? emitters[source.emitter].position_m : Vec3(source.position_m);
-}
-
 // Within this distance 1 / r^2 stands still: the patch a source stands for, or an emitter's size. A
 // patch that touches the ear is no louder than an emitter would be.
 inline double source_radius_m(const Source& source) {
@@ -35,10 +29,10 @@ inline double source_radius_m(const Source& source) {
 // Intensity that `source` gives an omnidirectional receiver, 1 being an emitter of gain 1 at 1 m on
 // its axis:
 //
-//   emitter           I = gain^2 ((1 + cos a) / 2)^p        exp(-m r) / max(r, source radius)^2
-//   secondary source  I = power x density of the reflection exp(-m r) / max(r, source radius)^2
+//   emitter           I = power (p + 1) / 4 pi ((1 + cos a) / 2)^p   x  air(r) / max(r, radius)^2
+//   secondary source  I = power x density of the reflection          x  air(r) / max(r, radius)^2
 //
-// with m the air's loss. A secondary source is heard on its own side of its surface only. Nothing
+// with air(r) = exp(-m r), m the air's loss, and the radius that of the source. A secondary source is heard on its own side of its surface only. Nothing
 // else stands in the way: whether the receiver can be seen is the caller's to ask.
 Bands received_intensity(const Source& source, const std::vector<Emitter>& emitters,
                          const ReflectionLaws& laws, const Bands& air_loss_per_m,

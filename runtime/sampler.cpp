@@ -11,9 +11,10 @@ namespace {
 
 class All final : public Sampler {
  public:
-  explicit All(const SourceList& list) {
+  All(const SourceField& field, const SourceList& list) {
     const SourcePage& page = list.page();
-    for (std::size_t i = 0; i < page.size(); ++i) sample_.push_back({page.number(i), 1, &page[i]});
+    for (std::size_t i = 0; i < page.size(); ++i)
+      sample_.push_back({i, 1, &page[i], field.signal(page[i])});
   }
   std::span<const SampledSource> sample(const Vec3&) override { return sample_; }
   bool complete() override { return true; }
@@ -38,12 +39,12 @@ class Priority final : public Sampler {
     sample_.clear();
     for (std::size_t c = 0; c < std::min(voices_, candidates_.size()); ++c) {
       const Candidate& chosen = candidates_[c];
-      const Source& source = chosen.found.source();
+      const Source& source = *chosen.found.source;
       double scale = std::max(1.0, tau / chosen.weight);
       if (const double kappa = pool_.unseen_key(chosen.found, place, tau); kappa > 0)
         scale =
             std::max(scale, kappa / std::accumulate(source.power.begin(), source.power.end(), 0.0));
-      sample_.push_back({chosen.found.number(), scale, &source});
+      sample_.push_back({chosen.found.number, scale, &source, chosen.found.signal});
     }
     std::sort(sample_.begin(), sample_.end(),
               [](const auto& a, const auto& b) { return a.number < b.number; });
@@ -68,7 +69,7 @@ class Priority final : public Sampler {
     // Ties go to the lower number, so that the choice is one.
     bool operator<(const Candidate& other) const {
       return priority != other.priority ? priority > other.priority
-                                        : found.number() < other.found.number();
+                                        : found.number < other.found.number;
     }
   };
 
@@ -96,8 +97,8 @@ class Priority final : public Sampler {
     found_.clear();
     pool_.look(place, threshold, found_);
     for (const FoundSource& found : found_) {
-      const Source& source = found.source();
-      const double w = weight(field_, weights_, source, place);
+      const Source& source = *found.source;
+      const double w = weight(field_, weights_.by_signal[found.signal], source, place);
       const double priority = w / std::max(source.u, kLeastU);
       if (w > 0 && priority >= threshold) candidates_.push_back({priority, w, found});
     }
@@ -116,13 +117,12 @@ class Priority final : public Sampler {
 
 }  // namespace
 
-double weight(const SourceField& field, const SignalWeights& weights, const Source& source,
+double weight(const SourceField& field, const Bands& of_signal, const Source& source,
               const Vec3& place) {
   const Bands intensity = field.intensity(source, place);
-  const Bands& by_band = weights.by_signal[field.signal(source)];
   double sum = 0;
   for (std::size_t b = 0; b < kBandCount; ++b)
-    sum += static_cast<double>(by_band[b]) * intensity[b];
+    sum += static_cast<double>(of_signal[b]) * intensity[b];
   return sum;
 }
 
@@ -131,8 +131,8 @@ std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalW
   return std::make_unique<Priority>(field, std::move(weights), pool, voices);
 }
 
-std::unique_ptr<Sampler> make_all_sampler(const SourceList& list) {
-  return std::make_unique<All>(list);
+std::unique_ptr<Sampler> make_all_sampler(const SourceField& field, const SourceList& list) {
+  return std::make_unique<All>(field, list);
 }
 
 }  // namespace clamor

@@ -31,6 +31,7 @@ struct SampledSource {
   std::uint64_t number = 0;
   double power_scale = 1;
   const Source* source = nullptr;  // valid until the next call of sample()
+  std::uint32_t signal = 0;
 };
 
 class Sampler {
@@ -47,12 +48,12 @@ class Sampler {
   virtual std::size_t capacity() const = 0;
 };
 
-double weight(const SourceField& field, const SignalWeights& weights, const Source& source,
+double weight(const SourceField& field, const Bands& of_signal, const Source& source,
               const Vec3& place);
 
 // Field and pool must outlive the sampler.
 std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,
                                                SourcePool& pool, std::size_t voices);
-std::unique_ptr<Sampler> make_all_sampler(const SourceList& list);
+std::unique_ptr<Sampler> make_all_sampler(const SourceField& field, const SourceList& list);
 
 }  // namespace clamor

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "common/directivity.h"
+
 namespace clamor {
 
 SourceField::SourceField(const std::vector<Emitter>& emitters, std::span<const Material> materials,
@@ -17,8 +19,9 @@ SourceField::Ceiling SourceField::ceiling(const Source& s, const Bands& weight) 
   double diffuse = 0, lobe = 0;
   float exponent = 0;
   if (s.is_emitter) {
-    const double gain = emitters_[s.emitter].gain;
-    for (const float w : weight) lobe += w * gain * gain;
+    const Bands& directivity = emitters_[s.emitter].directivity;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      lobe += static_cast<double>(weight[b]) * s.power[b] / emission_power(directivity[b]);
   } else {
     const auto law = laws_.ceiling(s.material, dot(Vec3(s.mirror), Vec3(s.normal)));
     for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -34,7 +37,7 @@ SourceField::Ceiling SourceField::ceiling(const Source& s, const Bands& weight) 
 }
 
 double SourceField::ceiling_at(const Source& s, const Ceiling& ceiling, const Vec3& place) const {
-  const Vec3 path_m = place - position_m(s);
+  const Vec3 path_m = place - Vec3(s.position_m);
   const double r_m = length(path_m), clamped_m = std::max(r_m, source_radius_m(s));
   if (s.is_emitter || r_m == 0) return ceiling.highest() / (clamped_m * clamped_m);
   const double cos_o = dot(path_m, Vec3(s.normal)) / r_m;

@@ -31,6 +31,7 @@ class SourceField {
   SourceField(const std::vector<Emitter>& emitters, std::span<const Material> materials,
               const Air& air);
 
+  std::size_t emitter_count() const { return emitters_.size(); }
   std::uint32_t signal(const Source& source) const { return emitters_[source.emitter].signal; }
 
   // Intensity, not amplitude: the keyframe maker takes the root.
@@ -38,13 +39,10 @@ class SourceField {
     return received_intensity(source, emitters_, laws_, air_loss_per_m_, place);
   }
 
-  Vec3 position_m(const Source& source) const { return source_position_m(source, emitters_); }
-
   // From the signal's start to a listener at `place`.
   double delay_s(const Source& source, const Vec3& place) const {
-    const double travelled_s = source.is_emitter ? 0 : source.delay_s;
-    return emitters_[source.emitter].delay_s + travelled_s +
-           length(place - position_m(source)) / speed_of_sound_mps_;
+    return emitters_[source.emitter].delay_s + static_cast<double>(source.delay_s) +
+           length(place - Vec3(source.position_m)) / speed_of_sound_mps_;
   }
 
   struct Ceiling {

@@ -20,8 +20,8 @@ float nearest2_m2(float r2_m2, float radius2_m2) {
 }  // namespace
 
 SourcePage::SourcePage(const SourceField& field, std::span<const Bands> weights,
-                       std::vector<Source> sources, std::uint64_t first_number)
-    : sources_(std::move(sources)), first_number_(first_number) {
+                       std::vector<Source> sources)
+    : sources_(std::move(sources)) {
   for (auto* column : {&x_, &y_, &z_, &radius2_m2_, &highest_}) column->reserve(size());
   ceilings_.reserve(size());
   for (std::size_t i = 0; i < size(); ++i) {
@@ -30,7 +30,7 @@ SourcePage::SourcePage(const SourceField& field, std::span<const Bands> weights,
     const double over_u = kSlack / std::max(source.u, kLeastU);
     ceiling.diffuse = static_cast<float>(ceiling.diffuse * over_u);
     ceiling.lobe = static_cast<float>(ceiling.lobe * over_u);
-    const Vec3f position_m(field.position_m(source));
+    const Vec3f& position_m = source.position_m;
     const double radius_m = source_radius_m(source);
     ceilings_.push_back(ceiling);
     x_.push_back(position_m.x);

@@ -21,18 +21,15 @@
 namespace clamor {
 
 // A permanent number below this counts as this, for the priority to stay finite.
-inline constexpr float kLeastU = 0x1p-32f;
+inline constexpr float kLeastU = 0x1p-64f;
 
 class SourcePage {
  public:
-  // Priority is the sum of bands times weights[signal], over u. Sources are numbered from
-  // `first_number`.
-  SourcePage(const SourceField& field, std::span<const Bands> weights, std::vector<Source> sources,
-             std::uint64_t first_number = 0);
+  // Priority is the sum of bands times weights[signal], over u.
+  SourcePage(const SourceField& field, std::span<const Bands> weights, std::vector<Source> sources);
 
   std::size_t size() const { return sources_.size(); }
   const Source& operator[](std::size_t index) const { return sources_[index]; }
-  std::uint64_t number(std::size_t index) const { return first_number_ + index; }
   std::size_t bytes() const;  // of memory
 
   // Calls found(index), ascending, for every source whose priority at `place` is at least
@@ -64,7 +61,6 @@ class SourcePage {
   bool screen(std::size_t block, const Vec3f& from, double threshold, std::uint8_t* passes) const;
 
   std::vector<Source> sources_;
-  std::uint64_t first_number_;
   std::vector<Block> blocks_;
   std::vector<float> x_, y_, z_, radius2_m2_, highest_;
   std::vector<SourceField::Ceiling> ceilings_;

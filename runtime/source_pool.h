@@ -18,13 +18,12 @@ struct SignalWeights {
   std::vector<Bands> by_signal;
 };
 
-// A source in a page.
+// A source where the level has it, though it may be stored as one of a copied tree.
 struct FoundSource {
-  const SourcePage* page = nullptr;
-  std::uint32_t index = 0;
-
-  const Source& source() const { return (*page)[index]; }
-  std::uint64_t number() const { return page->number(index); }
+  const Source* source = nullptr;
+  std::uint64_t number = 0;
+  std::uint32_t signal = 0;
+  std::uint32_t copy = 0;  // the pool's
 };
 
 // Not thread-safe: the sampler's alone.
@@ -65,7 +64,7 @@ class SourceList final : public SourcePool {
 
   void look(const Vec3& place, double threshold, std::vector<FoundSource>& found) override {
     page_.pass(field_, place, threshold, [&](std::size_t index) {
-      found.push_back({&page_, static_cast<std::uint32_t>(index)});
+      found.push_back({&page_[index], index, field_.signal(page_[index]), 0});
     });
   }
   std::uint64_t size() const override { return page_.size(); }

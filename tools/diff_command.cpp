@@ -89,9 +89,9 @@ void compare_named(const std::string& kind, const std::vector<Thing>& a,
 // How much louder all of B's sources are than A's, per band.
 Bands level_difference_db(const BakeFile& a, const BakeFile& b) {
   Bands difference{};
-  if (a.nodes().empty() || b.nodes().empty()) return difference;
+  if (a.top() == nullptr || b.top() == nullptr) return difference;
   for (std::size_t band = 0; band < kBandCount; ++band) {
-    const double in_a = a.nodes()[0].power[band], in_b = b.nodes()[0].power[band];
+    const double in_a = a.top()->power[band], in_b = b.top()->power[band];
     if (in_a > 0 && in_b > 0) difference[band] = static_cast<float>(10 * std::log10(in_b / in_a));
   }
   return difference;

@@ -10,6 +10,7 @@
 
 #include "common/text.h"
 #include "formats/audio_file.h"
+#include "formats/all_sources.h"
 #include "formats/bake_file.h"
 #include "runtime/energy_response.h"
 #include "runtime/impulse_response.h"
@@ -99,10 +100,11 @@ Result<void> measure(const Options& options, std::ostream& out, std::ostream& er
         emitters.size(), in_quotes(emitters[0].name));
   }
 
-  const Result<std::vector<Source>> sources = file->read_all_sources();
-  if (!sources) return sources.error();
+  Result<AllSources> all = read_all_sources(*file);
+  if (!all) return all.error();
+  for (Source& source : all->sources) source.emitter = all->stored_as[source.emitter];
   const std::vector<Arrival> arrivals = energy_response(
-      *sources, emitters, file->materials(), file->settings().air, options.listener_m, emitter);
+      all->sources, emitters, file->materials(), file->settings().air, options.listener_m, emitter);
   if (arrivals.empty())
     return Error("nothing of " + in_quotes(emitters[emitter].name) +
                  " reaches the listener. Move --listener inside the level.")

@@ -67,22 +67,17 @@ double escaped_share(const BakeStatistics& statistics) {
                                               static_cast<double>(statistics.photons_traced);
 }
 
-struct Depth {
-  std::uint64_t nodes = 0, sources = 0, packed_bytes = 0;
-};
-
-// Nodes, sources and bytes by level of the octree.
-std::vector<Depth> depths_of(const BakeFile& file) {
-  std::vector<Depth> depths;
-  std::vector<std::size_t> depth_of(file.nodes().size(), 0);
-  for (std::size_t i = 0; i < file.nodes().size(); ++i) {  // children come after their parents
-    if (depth_of[i] >= depths.size()) depths.resize(depth_of[i] + 1);
-    Depth& depth = depths[depth_of[i]];
-    ++depth.nodes;
-    depth.sources += file.nodes()[i].source_count;
-    depth.packed_bytes += file.page(i).packed_bytes;
-    for (const auto child : file.nodes()[i].children)
-      if (child != kNoNode) depth_of[child] = depth_of[i] + 1;
+// Of all trees, by depth.
+std::vector<OctreeLevel> depths_of(const BakeFile& file) {
+  std::vector<OctreeLevel> depths;
+  for (const auto& levels : file.levels()) {
+    depths.resize(std::max(depths.size(), levels.size()));
+    for (std::size_t d = 0; d < levels.size(); ++d) {
+      depths[d].nodes += levels[d].nodes;
+      depths[d].sources += levels[d].sources;
+      depths[d].packed_bytes += levels[d].packed_bytes;
+      for (std::size_t b = 0; b < kBandCount; ++b) depths[d].power[b] += levels[d].power[b];
+    }
   }
   return depths;
 }
@@ -200,7 +195,7 @@ void print_tables(const BakeFile& file, std::ostream& out) {
     return power > 0 ? fmt::format("{:.1f}", decibels(power)) : "-";
   };
   out << row("emitted", statistics.power_emitted, as_db);
-  if (!file.nodes().empty()) out << row("in all sources", file.nodes()[0].power, as_db);
+  if (file.top() != nullptr) out << row("in all sources", file.top()->power, as_db);
   out << row("escaped", statistics.power_escaped, as_db);
   if (sum(statistics.power_unfinished) > 0)
     out << row("cut at the longest path", statistics.power_unfinished, as_db);
@@ -283,26 +278,29 @@ nlohmann::ordered_json as_json(const BakeFile& file) {
          {"signal", emitter.signal},
          {"delay_s", emitter.delay_s}});
   json["octree"] = nlohmann::ordered_json::array();
-  for (const Depth& depth : depths_of(file))
+  for (const OctreeLevel& depth : depths_of(file))
     json["octree"].push_back(
         {{"nodes", depth.nodes}, {"sources", depth.sources}, {"packed_bytes", depth.packed_bytes}});
   json["warnings"] = statistics.warnings;
   return json;
 }
 
-void print_pages(const BakeFile& file, std::ostream& out) {
-  fmt::print(out, "    page     offset  packed unpacked sources\n");
-  for (std::size_t i = 0; i < file.page_count(); ++i) {
-    const PageInfo page = file.page(i);
-    fmt::print(out, "{:>8} {:>10} {:>7} {:>8} {:>7}\n", i + 1, page.offset, page.packed_bytes,
-               page.unpacked_bytes, page.sources);
-  }
+Result<void> print_pages(const BakeFile& file, std::ostream& out) {
+  fmt::print(out, "  tree depth      offset    bytes sources children copies\n");
+  return file.for_each_page([&](const PageEntry& entry, const OctreePage& page, std::size_t tree,
+                                std::size_t depth) -> Result<void> {
+    fmt::print(out, "{:>6} {:>5} {:>11} {:>8} {:>7} {:>8} {:>6}\n", tree, depth,
+               entry.page.offset, entry.page.bytes(), entry.source_count,
+               page.links.children.size(), page.links.instances.size());
+    return {};
+  });
 }
 
 // Decodes everything there is.
 Result<void> verify(const BakeFile& file) {
-  for (std::size_t i = 0; i < file.page_count(); ++i)
-    if (const auto page = file.read_page(i); !page.ok()) return page.error();
+  const auto pages = file.for_each_page(
+      [](const PageEntry&, const OctreePage&, std::size_t, std::size_t) { return Result<void>(); });
+  if (!pages.ok()) return pages;
   for (std::size_t i = 0; i < file.signal_count(); ++i)
     if (const auto signal = file.read_signal(i); !signal.ok()) return signal.error();
   if (const auto mesh = file.read_mesh(); !mesh.ok()) return mesh.error();
@@ -342,7 +340,10 @@ int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::
   print_tables(*file, out);
   if (pages) {
     out << '\n';
-    print_pages(*file, out);
+    if (const auto done = print_pages(*file, out); !done.ok()) {
+      fmt::print(err, "clamor inspect: {}\n", done.error().message);
+      return kBadInput;
+    }
   }
   if (whole) fmt::print(out, "\nverified: every page, signal and triangle is whole\n");
   return kSuccess;

@@ -16,6 +16,7 @@
 #include "common/random.h"
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
+#include "tests/stored_tree.h"
 
 namespace clamor {
 namespace {
@@ -47,17 +48,17 @@ SourceOctree wall_sources(std::uint32_t count) {
   return build_octree(std::move(sources));
 }
 
-const SourceOctree& tree_of(std::uint32_t count) {
-  static std::map<std::uint32_t, SourceOctree> known;
+const testing::StoredTrees& trees_of(std::uint32_t count) {
+  static std::map<std::uint32_t, testing::StoredTrees> known;
   if (!known.contains(count)) {
     known.clear();  // one at a time: ten million take a gigabyte
-    known[count] = wall_sources(count);
+    known[count].add(wall_sources(count));
   }
   return known[count];
 }
 
 void query(benchmark::State& state) {
-  const SourceOctree& tree = tree_of(static_cast<std::uint32_t>(state.range(0)));
+  const testing::StoredTrees& trees = trees_of(static_cast<std::uint32_t>(state.range(0)));
   const auto voices = static_cast<std::size_t>(state.range(1));
   const auto exponent = static_cast<float>(state.range(2));
   std::vector<Material> materials(1);
@@ -67,16 +68,8 @@ void query(benchmark::State& state) {
   const SourceField field(emitters, materials, Air{});
   SignalWeights weights;
   weights.by_signal = {same_in_all_bands(1)};
-  PageLoader loader(
-      [&](std::uint32_t page) -> Result<std::unique_ptr<const SourcePage>> {
-        const OctreeNode& node = tree.nodes[page];
-        const auto first = tree.sources.begin() + static_cast<std::ptrdiff_t>(node.first_source);
-        return std::make_unique<const SourcePage>(
-            field, weights.by_signal, std::vector<Source>(first, first + node.source_count),
-            node.first_source);
-      },
-      tree.nodes.size(), PageBudget{4'000'000'000});
-  OctreePool pool(field, weights, tree.nodes, tree.sources.size(), loader);
+  PageLoader loader(trees.fetch(field, weights), PageBudget{4'000'000'000});
+  OctreePool pool(field, weights, trees.tops(), {}, loader);
   const auto sampler = make_priority_sampler(field, weights, pool, voices);
   double time_s = 0;
   const auto walk = [&] {
@@ -99,11 +92,11 @@ void query(benchmark::State& state) {
     ++samples;
     if (time_s > 10) time_s = 0;
   }
-  if (chosen != std::min(voices, tree.sources.size())) state.SkipWithError("voices are missing");
+  if (chosen != std::min<std::uint64_t>(voices, pool.size())) state.SkipWithError("voices are missing");
   state.counters["nodes"] =
       static_cast<double>(pool.nodes_visited() - before) / static_cast<double>(samples);
-  if (tree.sources.size() > kMostToScan) return;
-  SourceList list(field, weights, tree.sources);
+  if (pool.size() > kMostToScan) return;
+  SourceList list(field, weights, trees.all_sources());
   const auto scan = make_priority_sampler(field, weights, list, voices);
   time_s = 0;
   scan->sample(walk());

@@ -1,3 +1,4 @@
+#include "formats/all_sources.h"
 #include "formats/bake_file.h"
 
 #include <cmath>
@@ -49,7 +50,7 @@ Result<void> read_whole(const Bytes& bytes) {
   if (!file.ok()) {
     result = file.error();
   } else {
-    if (const auto sources = file->read_all_sources(); !sources.ok()) result = sources.error();
+    if (const auto sources = read_all_sources(*file); !sources.ok()) result = sources.error();
     for (std::size_t i = 0; i < file->signal_count(); ++i)
       if (const auto signal = file->read_signal(i); !signal.ok()) result = signal.error();
     if (const auto mesh = file->read_mesh(); !mesh.ok()) result = mesh.error();
@@ -187,17 +188,17 @@ TEST(BakeFile, ThatIsCutShortWhileItIsOpenIsAnErrorAndNoCrash) {
   ASSERT_TRUE(write_bake(path, contents(), 2).ok());
   const auto file = BakeFile::open(path);
   ASSERT_TRUE(file.ok());
-  ASSERT_TRUE(file->read_page(0).ok());
+  ASSERT_TRUE(file->read_page(*file->top()).ok());
   for (const std::uint64_t length : {file->bytes().file / 2, std::uint64_t{64}, std::uint64_t{0}}) {
     std::filesystem::resize_file(path, length);
-    const auto whole = file->read_all_sources();
+    const auto whole = read_all_sources(*file);
     const auto signal = file->read_signal(0);
     const auto mesh = file->read_mesh();
     EXPECT_FALSE(whole.ok() && signal.ok() && mesh.ok());
     if (length == 0) {
       ASSERT_FALSE(whole.ok());
       EXPECT_NE(whole.error().message.find("cut short while it was open"), std::string::npos);
-      EXPECT_NE(whole.error().message.find("page 1 of"), std::string::npos);
+      EXPECT_NE(whole.error().message.find("the page of"), std::string::npos);
     }
   }
   std::filesystem::remove(path);
@@ -209,13 +210,13 @@ TEST(BakeFile, ThatIsReplacedWhileItIsOpenGoesOnAsItWas) {
   ASSERT_TRUE(write_bake(path, bake, 2).ok());
   const auto file = BakeFile::open(path);
   ASSERT_TRUE(file.ok());
-  const auto before = file->read_all_sources();
+  const auto before = read_all_sources(*file);
   bake.octree = {};
   ASSERT_TRUE(write_bake(path, bake, 2).ok());
-  const auto after = file->read_all_sources();
+  const auto after = read_all_sources(*file);
   ASSERT_TRUE(before.ok() && after.ok());
-  EXPECT_EQ(before->size(), after->size());
-  EXPECT_GT(after->size(), 0u);
+  EXPECT_EQ(before->sources.size(), after->sources.size());
+  EXPECT_GT(after->sources.size(), 0u);
   std::filesystem::remove(path);
 }
 
@@ -241,11 +242,11 @@ TEST(BakeFile, GivesBackWhatWasWritten) {
   EXPECT_EQ(file->source_count(), 101u);
   EXPECT_EQ(file->bytes().file, std::filesystem::file_size(path));
 
-  const auto sources = file->read_all_sources();
+  const auto sources = read_all_sources(*file);
   ASSERT_TRUE(sources.ok());
-  ASSERT_EQ(sources->size(), 101u);
-  for (std::size_t i = 0; i < sources->size(); ++i) {
-    const Source &before = bake.octree.sources[i], &after = (*sources)[i];
+  ASSERT_EQ(sources->sources.size(), 101u);
+  for (std::size_t i = 0; i < sources->sources.size(); ++i) {
+    const Source &before = bake.octree.sources[i], &after = sources->sources[i];
     EXPECT_EQ(after.power, before.power) << i;  // quantised before, so all is exact
     EXPECT_EQ(after.u, before.u) << i;
     EXPECT_EQ(after.polarity, before.polarity) << i;
@@ -338,41 +339,72 @@ struct Hostile {
   std::function<void(BakeRoot::Builder)> change;
 };
 
+// Where what is in an entry (bake_format.md).
+constexpr std::size_t kSourcesAt = 84, kPackedAt = 88, kOctantAt = 92, kChildrenAt = 93,
+                      kInstancesAt = 94, kBelowAt = 96, kOffsetAt = 104, kHashAt = 112;
+
+template <class T>
+void set_in(kj::ArrayPtr<kj::byte> bytes, std::size_t at, T value) {
+  std::memcpy(bytes.begin() + at, &value, sizeof(T));
+}
+
+template <class T>
+std::function<void(BakeRoot::Builder)> top_with(std::size_t at, T value) {
+  return [=](BakeRoot::Builder root) { set_in(root.getTrees()[0].getTop(), at, value); };
+}
+
+// The file with something in its second entry changed, that in the top's page, and every checksum
+// right.
+template <class T>
+Bytes with_child(Bytes bytes, std::size_t at, T value) {
+  const auto top_of = [](BakeRoot::Builder root) { return root.getTrees()[0].getTop(); };
+  PageLink page;
+  with_root(bytes, [&](BakeRoot::Builder root) {
+    const auto top = top_of(root);
+    page = read_entry(std::as_bytes(std::span(top.begin(), top.size())))->page;
+  });
+  std::memcpy(bytes.data() + page.offset + page.packed_bytes + at, &value, sizeof(T));
+  const auto changed = std::as_bytes(std::span(bytes)).subspan(page.offset, page.bytes());
+  const std::uint64_t hash = hash_of(changed);
+  return with_root(bytes, [&](BakeRoot::Builder root) { set_in(top_of(root), kHashAt, hash); });
+}
+
 std::vector<Hostile> hostile_roots() {
   using Root = BakeRoot::Builder;
   constexpr std::uint64_t kHuge = 1ull << 63;
   return {
-      {"page beyond the file", [](Root r) { r.getPageOffset().set(1, kHuge); }},
-      {"page before the file", [](Root r) { r.getPageOffset().set(0, 0); }},
-      {"pages one over the other", [](Root r) { r.getPageOffset().set(1, r.getPageOffset()[0]); }},
-      {"page of 4 GB", [](Root r) { r.getPagePacked().set(1, 0xffffffffu); }},
-      {"page of nothing", [](Root r) { r.getPagePacked().set(0, 0); }},
-      {"page whose end wraps round",
-       [](Root r) { r.getPageOffset().set(0, ~std::uint64_t{0} - 3); }},
-      {"page with no sources", [](Root r) { r.getPageSources().set(0, 0); }},
-      {"page with 2^31 sources", [](Root r) { r.getPageSources().set(0, 1u << 31); }},
-      {"page with one source more than it has",
-       [](Root r) { r.getPageSources().set(0, r.getPageSources()[0] + 1); }},
-      {"page with a wrong checksum", [](Root r) { r.getPageHash().set(0, 7); }},
-      {"node that is its own child", [](Root r) { r.getNodeChildren().set(3, 0); }},
-      {"node whose child is its parent", [](Root r) { r.getNodeChildren().set(8, 0); }},
-      {"node with two parents", [](Root r) { r.getNodeChildren().set(4, 1); }},
-      {"node without a parent", [](Root r) { r.getNodeChildren().set(3, 0xffffffffu); }},
-      {"child beyond the index", [](Root r) { r.getNodeChildren().set(0, 2); }},
-      {"box inside out", [](Root r) { r.getNodeLow().set(0, 1000); }},
-      {"box that is no number", [](Root r) { r.getNodeHigh().set(0, kNaN); }},
-      {"box without end", [](Root r) { r.getNodeHigh().set(0, INFINITY); }},
-      {"key that is no number", [](Root r) { r.getNodeHighestKey().set(0, kNaN); }},
-      {"power that is no number", [](Root r) { r.getNodePower().set(5, kNaN); }},
-      {"cone that is no number", [](Root r) { r.getNodeCone().set(1, kNaN); }},
-      {"delay that is no number", [](Root r) { r.getNodeDelay().set(0, kNaN); }},
-      {"low corners missing", [](Root r) { r.initNodeLow(0); }},
-      {"high corners missing", [](Root r) { r.initNodeHigh(3); }},
-      {"powers missing", [](Root r) { r.initNodePower(8); }},
-      {"cones missing", [](Root r) { r.initNodeCone(1); }},
-      {"children missing", [](Root r) { r.initNodeChildren(15); }},
-      {"page offsets missing", [](Root r) { r.initPageOffset(1); }},
-      {"page hashes missing", [](Root r) { r.initPageHash(0); }},
+      {"page beyond the file", top_with<std::uint64_t>(kOffsetAt, kHuge)},
+      {"page before the file", top_with<std::uint64_t>(kOffsetAt, 0)},
+      {"page over the signals", top_with<std::uint32_t>(kPackedAt, 2000)},
+      {"page of 4 GB", top_with<std::uint32_t>(kPackedAt, 0xffffffffu)},
+      {"page of nothing", top_with<std::uint32_t>(kPackedAt, 0)},
+      {"page whose end wraps round", top_with<std::uint64_t>(kOffsetAt, ~std::uint64_t{0} - 3)},
+      {"page with no sources", top_with<std::uint32_t>(kSourcesAt, 0)},
+      {"page with 2^31 sources", top_with<std::uint32_t>(kSourcesAt, 1u << 31)},
+      {"page with one source more than it has", top_with<std::uint32_t>(kSourcesAt, 61)},
+      {"page with a wrong checksum", top_with<std::uint64_t>(kHashAt, 7)},
+      {"more sources below than there are", top_with<std::uint64_t>(kBelowAt, 102)},
+      {"sources below without end", top_with<std::uint64_t>(kBelowAt, kHuge)},
+      {"two children where there is one", top_with<std::uint8_t>(kChildrenAt, 2)},
+      {"255 children", top_with<std::uint8_t>(kChildrenAt, 255)},
+      {"a copy of no tree", top_with<std::uint16_t>(kInstancesAt, 1)},
+      {"65535 copies", top_with<std::uint16_t>(kInstancesAt, 65535)},
+      {"a ninth octant", top_with<std::uint8_t>(kOctantAt, 8)},
+      {"box inside out", top_with<float>(0, 1000)},
+      {"box that is no number", top_with<float>(12, kNaN)},
+      {"box without end", top_with<float>(12, INFINITY)},
+      {"key that is no number", top_with<float>(24, kNaN)},
+      {"power that is no number", top_with<float>(40, kNaN)},
+      {"cone that is no number", top_with<float>(64, kNaN)},
+      {"delay that is no number", top_with<float>(76, kNaN)},
+      {"top of a tree cut short", [](Root r) { r.getTrees()[0].initTop(119); }},
+      {"tree without levels", [](Root r) { r.getTrees()[0].initLevels(0); }},
+      {"levels without powers", [](Root r) { r.getTrees()[0].getLevels()[0].initPower(7); }},
+      {"level of 2^63 nodes", [](Root r) { r.getTrees()[0].getLevels()[1].setNodes(kHuge); }},
+      {"level of 2^63 bytes", [](Root r) { r.getTrees()[0].getLevels()[1].setPackedBytes(kHuge); }},
+      {"too many trees", [](Root r) { r.initTrees(65537); }},
+      {"signal map of other signals", [](Root r) { r.initSignalMaps(1).init(0, 2); }},
+      {"signal map to what is not there", [](Root r) { r.initSignalMaps(1).init(0, 1).set(0, 1); }},
       {"bands missing", [](Root r) { r.initBandsHz(7); }},
       {"other bands", [](Root r) { r.getBandsHz().set(0, 31.5f); }},
       {"power of seven bands", [](Root r) { r.initPowerEmitted(7); }},
@@ -440,6 +472,35 @@ TEST(HostileBakeFile, WithRightChecksumsIsRefusedAllTheSame) {
     EXPECT_FALSE(read_whole(with_root(whole, hostile.change)).ok()) << hostile.what;
 }
 
+TEST(HostileBakeFile, WithAPageThatSpeaksOfWrongChildrenIsRefused) {
+  const Bytes whole = written(contents());
+  ASSERT_TRUE(read_whole(with_child<std::uint8_t>(whole, kOctantAt, 3)).ok());
+  constexpr std::uint64_t kHuge = 1ull << 63;
+  const auto refused = [&](const char* what, std::size_t at, auto value) {
+    EXPECT_FALSE(read_whole(with_child(whole, at, value)).ok()) << what;
+  };
+  refused("child that is in the midst of another page", kOffsetAt, std::uint64_t{65});
+  refused("child before the file", kOffsetAt, std::uint64_t{0});
+  refused("child beyond the file", kOffsetAt, kHuge);
+  refused("child whose end wraps round", kOffsetAt, ~std::uint64_t{0} - 3);
+  refused("child of 4 GB", kPackedAt, 0xffffffffu);
+  refused("child of nothing", kPackedAt, 0u);
+  refused("child without sources", kSourcesAt, 0u);
+  refused("child of 2^31 sources", kSourcesAt, 1u << 31);
+  refused("child with children of its own", kChildrenAt, std::uint8_t{1});
+  refused("child with copies", kInstancesAt, std::uint16_t{1});
+  refused("child of more below than its parent has", kBelowAt, std::uint64_t{42});
+  refused("child with a wrong checksum", kHashAt, std::uint64_t{7});
+  refused("child beyond the eighth", kOctantAt, std::uint8_t{9});
+  refused("child beyond its parent's box", 0, -1.0f);
+  refused("child inside out", 0, 1000.0f);
+  refused("child nowhere", 12, kNaN);
+  refused("child of a higher key", 24, 2.0f);
+  refused("child of infinite power", 28, INFINITY);
+  refused("child of a cone that is no number", 72, kNaN);
+  refused("child of a negative delay", 76, -1.0f);
+}
+
 TEST(HostileBakeFile, WithARootOfRandomWordsIsRefused) {
   const Bytes whole = written(contents());
   Preamble preamble;
@@ -486,27 +547,9 @@ TEST(BakeFile, OfANewerMinorIsReadOfANewerMajorRefusedWithASentence) {
   EXPECT_TRUE(version(kFormatMajor, kFormatMinor + 1).ok());
   const auto newer = version(kFormatMajor + 1, 0);
   ASSERT_FALSE(newer.ok());
-  EXPECT_NE(newer.error().message.find("format 3, but this build reads format 2"),
+  EXPECT_NE(newer.error().message.find("format 4, but this build reads format 3"),
             std::string::npos)
       << newer.error().message;
-}
-
-TEST(BakeFile, OfAnOlderMinorIsReadWithoutWhatItDoesNotHave) {
-  const std::string path = path_of("older.clamor");
-  std::ofstream(path, std::ios::binary) << with_root(written(contents()), [](auto root) {
-    root.disownLibraries();
-    root.disownInputs();
-    root.setDecayPlaces(0);
-    root.disownDecayT30S();
-    root.disownDecayT30ErrorS();
-    root.setDecayErrorDb(0);
-  });
-  const auto file = BakeFile::open(path);
-  std::filesystem::remove(path);
-  ASSERT_TRUE(file.ok()) << file.error().message;
-  EXPECT_TRUE(file->provenance().inputs.empty());
-  EXPECT_EQ(file->statistics().decay, DecaySummary{});
-  EXPECT_EQ(file->source_count(), 101u);
 }
 
 // Any value that a caller may get wrong, with any wrong value.

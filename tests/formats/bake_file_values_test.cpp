@@ -49,8 +49,10 @@ class BakeFileValues : public ::testing::Test {
     made.materials = {testing::uniform_material(0.1f)};
     made.signals = {testing::sine()};
     made.emitters = {Emitter{.name = "e", .position_m = {1, 2, 3}}};
-    made.octree.nodes = {
-        OctreeNode{.low_m = {-7, 0, 0}, .high_m = {10, 10, 10}, .source_count = 2}};
+    OctreeNode& node = made.octree.nodes.emplace_back();
+    node.low_m = {-7, 0, 0};
+    node.high_m = {10, 10, 10};
+    node.source_count = 2;
     Source wall{.position_m = {5, 0, 5}, .normal = {0, 1, 0}, .mirror = {0, 1, 0}};
     wall.power = same_in_all_bands(1);
     Source emitter{.u = 0.5f};
@@ -112,7 +114,7 @@ TEST_F(BakeFileValues, ANewerMajorIsNamedEvenIfItSumsItsFirstBytesInAnotherWay) 
   bytes[8] = std::byte{5};  // and nothing is sealed
   const auto file = opened(bytes);
   ASSERT_FALSE(file.ok());
-  EXPECT_NE(file.error().message.find("format 5, but this build reads format 2. Update the player"),
+  EXPECT_NE(file.error().message.find("format 5, but this build reads format 3. Update the player"),
             std::string::npos)
       << file.error().message;
 }

@@ -4,14 +4,16 @@
 
 #include <gtest/gtest.h>
 
+#include "formats/page.h"
+
 namespace clamor {
 namespace {
 
 const std::vector<Material> kMaterials(1);
 
-Source emitter_source(std::uint32_t emitter) {
+Source emitter_source(const std::vector<Emitter>& emitters, std::uint32_t emitter) {
   Source source;
-  source.is_emitter = true;
+  set_from_emitter(source, emitters[emitter]);
   source.emitter = emitter;
   return source;
 }
@@ -31,7 +33,7 @@ TEST(EnergyResponse, HasTheImageSourcesOfAShoeboxWhenAndAsLoudAsTheyAre) {
       images.push_back(image);
     }
   std::vector<Source> sources;
-  for (std::uint32_t i = 0; i < images.size(); ++i) sources.push_back(emitter_source(i));
+  for (std::uint32_t i = 0; i < images.size(); ++i) sources.push_back(emitter_source(images, i));
   const Air air{.temperature_c = 293.15 * std::pow(343 / 343.2, 2) - 273.15};
 
   const auto arrivals = energy_response(sources, images, kMaterials, air, receiver, std::nullopt);
@@ -47,7 +49,7 @@ TEST(EnergyResponse, HasTheImageSourcesOfAShoeboxWhenAndAsLoudAsTheyAre) {
 TEST(EnergyResponse, StartsAllEmittersAtOnceWhateverTheirSignalsDo) {
   std::vector<Emitter> emitters(1);
   emitters[0].delay_s = 0.25;
-  const std::vector<Source> sources = {emitter_source(0)};
+  const std::vector<Source> sources = {emitter_source(emitters, 0)};
   const auto arrivals =
       energy_response(sources, emitters, kMaterials, Air{}, Vec3(0, 0, 3.432), std::nullopt);
   ASSERT_EQ(arrivals.size(), 1u);
@@ -62,7 +64,7 @@ TEST(EnergyResponse, HearsReflectionsAfterTheWholeOfTheirWay) {
   wall.delay_s = 0.02f;
   wall.power = same_in_all_bands(1);
   wall.polarity = -1;
-  const std::vector<Source> sources = {wall, emitter_source(0)};
+  const std::vector<Source> sources = {wall, emitter_source(emitters, 0)};
   const auto arrivals =
       energy_response(sources, emitters, kMaterials, Air{}, Vec3(0, 0, 3.432), std::nullopt);
   ASSERT_EQ(arrivals.size(), 2u);
@@ -79,7 +81,7 @@ TEST(EnergyResponse, LeavesOutOtherEmittersAndWhatIsNotHeard) {
   behind.position_m = {0, 0, -1};
   behind.normal = behind.mirror = {0, 0, -1};
   behind.power = same_in_all_bands(1);
-  const std::vector<Source> sources = {emitter_source(0), emitter_source(1), behind};
+  const std::vector<Source> sources = {emitter_source(emitters, 0), emitter_source(emitters, 1), behind};
   const auto second = energy_response(sources, emitters, kMaterials, Air{}, Vec3(0, 0, 1), 1);
   ASSERT_EQ(second.size(), 1u);
   EXPECT_NEAR(second[0].time_s, std::sqrt(82) / 343.2, 1e-9);

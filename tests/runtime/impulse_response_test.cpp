@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "formats/level.h"
+#include "formats/page.h"
 
 namespace clamor {
 namespace {
@@ -26,7 +27,7 @@ std::vector<Arrival> direct_sound(double r_m, const Air& air) {
   const std::vector<Emitter> emitters(1);
   const std::vector<Material> materials(1);
   std::vector<Source> sources(1);
-  sources[0].is_emitter = true;
+  set_from_emitter(sources[0], emitters[0]);
   return energy_response(sources, emitters, materials, air, Vec3(0, 0, r_m), std::nullopt);
 }
 

@@ -11,6 +11,7 @@
 #include "common/random.h"
 #include "formats/page.h"
 #include "runtime/sampler.h"
+#include "tests/stored_tree.h"
 
 namespace clamor {
 namespace {
@@ -64,38 +65,24 @@ struct Hall {
       set_from_emitter(source, emitters[e]);
       source.u = 0.5f;
     }
-    tree = build_octree(std::move(sources));
+    trees.add(build_octree(std::move(sources)));
+    all = trees.all_sources();
   }
 
   SourceField field() const { return {emitters, materials, Air{}}; }
 
-  // Pages as a file gives them, but of nodes deeper than `deepest` none.
-  PageLoader::Fetch fetch(const SourceField& field, int deepest = 99) const {
-    std::vector<int> depth(tree.nodes.size(), 0);
-    for (std::size_t n = 0; n < tree.nodes.size(); ++n)
-      for (const std::uint32_t child : tree.nodes[n].children)
-        if (child != kNoNode) depth[child] = depth[n] + 1;
-    return [this, &field, depth,
-            deepest](std::uint32_t page) -> Result<std::unique_ptr<const SourcePage>> {
-      if (depth[page] > deepest) return Error("not here");
-      const OctreeNode& node = tree.nodes[page];
-      const auto first = tree.sources.begin() + static_cast<std::ptrdiff_t>(node.first_source);
-      return std::make_unique<const SourcePage>(
-          field, weights.by_signal, std::vector<Source>(first, first + node.source_count),
-          node.first_source);
-    };
-  }
-
   double power_at(const SourceField& field, const Vec3& place) const {
     double sum = 0;
-    for (const Source& source : tree.sources) sum += weight(field, weights, source, place);
+    for (const Source& source : all)
+      sum += weight(field, weights.by_signal[field.signal(source)], source, place);
     return sum;
   }
 
   std::vector<Material> materials;
   std::vector<Emitter> emitters;
   SignalWeights weights;
-  SourceOctree tree;
+  testing::StoredTrees trees;
+  std::vector<Source> all;
 };
 
 Vec3 somewhere(std::uint64_t seed, std::uint32_t i) {
@@ -116,9 +103,9 @@ TEST(OctreePool, GivesTheSampleOfAScanOfAllSources) {
     const Hall hall(seed, seed % 2 == 0 ? 3000 : 20'000);
     const SourceField field = hall.field();
     for (const std::size_t voices : {1u, 30u, 500u, 5000u}) {
-      PageLoader loader(hall.fetch(field), hall.tree.nodes.size(), PageBudget{1'000'000'000});
-      OctreePool pool(field, hall.weights, hall.tree.nodes, hall.tree.sources.size(), loader);
-      SourceList list(field, hall.weights, hall.tree.sources);
+      PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+      OctreePool pool(field, hall.weights, hall.trees.tops(), {}, loader);
+      SourceList list(field, hall.weights, hall.all);
       const auto by_tree = make_priority_sampler(field, hall.weights, pool, voices);
       const auto by_scan = make_priority_sampler(field, hall.weights, list, voices);
       for (std::uint32_t i = 0; i < 20; ++i) {
@@ -138,13 +125,13 @@ TEST(OctreePool, TouchesFewNodesOfMany) {
   Hall hall(1, 200'000);
   for (Material& material : hall.materials) material.scattering = same_in_all_bands(1);
   const SourceField field = hall.field();
-  PageLoader loader(hall.fetch(field), hall.tree.nodes.size(), PageBudget{1'000'000'000});
-  OctreePool pool(field, hall.weights, hall.tree.nodes, hall.tree.sources.size(), loader);
+  PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+  OctreePool pool(field, hall.weights, hall.trees.tops(), {}, loader);
   const auto sampler = make_priority_sampler(field, hall.weights, pool, 200);
   whole_sample(*sampler, {10, 1.7, 7});
   const std::uint64_t before = pool.nodes_visited();
   sampler->sample({10.03, 1.7, 7});
-  EXPECT_LT(pool.nodes_visited() - before, hall.tree.nodes.size() / 4);
+  EXPECT_LT(pool.nodes_visited() - before, hall.trees.page_count() / 4);
 }
 
 // What is heard with pages down to some depth alone, over what all sources give, per seed.
@@ -153,14 +140,13 @@ std::vector<double> heard_with_depth(int deepest, int seeds) {
   for (int seed = 0; seed < seeds; ++seed) {
     const Hall hall(100 + static_cast<std::uint64_t>(seed), 30'000);
     const SourceField field = hall.field();
-    PageLoader loader(hall.fetch(field, deepest), hall.tree.nodes.size(),
-                      PageBudget{1'000'000'000});
-    OctreePool pool(field, hall.weights, hall.tree.nodes, hall.tree.sources.size(), loader);
+    PageLoader loader(hall.trees.fetch(field, hall.weights, deepest), PageBudget{1'000'000'000});
+    OctreePool pool(field, hall.weights, hall.trees.tops(), {}, loader);
     const auto sampler = make_priority_sampler(field, hall.weights, pool, 2000);
     const Vec3 place(10, 1.7, 5);
     double heard = 0;
     for (const SampledSource& one : whole_sample(*sampler, place))
-      heard += one.power_scale * weight(field, hall.weights, *one.source, place);
+      heard += one.power_scale * weight(field, hall.weights.by_signal[one.signal], *one.source, place);
     ratios.push_back(heard / hall.power_at(field, place));
   }
   return ratios;
@@ -190,8 +176,8 @@ TEST(OctreePool, WithThreeLevelsOfPagesIsAsLoudAsWithAllAndSurer) {
 TEST(OctreePool, OfNoSourcesFindsNone) {
   const Hall hall(1, 10);
   const SourceField field = hall.field();
-  PageLoader loader(hall.fetch(field), 0, PageBudget{1000});
-  OctreePool pool(field, hall.weights, {}, 0, loader);
+  PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1000});
+  OctreePool pool(field, hall.weights, {}, {}, loader);
   EXPECT_TRUE(make_priority_sampler(field, hall.weights, pool, 5)->sample({0, 0, 0}).empty());
 }
 

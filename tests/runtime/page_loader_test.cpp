@@ -14,9 +14,16 @@ constexpr std::size_t kPages = 40;
 // Pages of 100 sources each, whose first is at x = page; page 13 cannot be read.
 class PageLoaderTest : public ::testing::Test {
  protected:
-  PageLoaderTest() : field_(emitters_, materials_, Air{}), page_bytes_((*fetch(0))->bytes()) {}
+  PageLoaderTest() : field_(emitters_, materials_, Air{}), page_bytes_((*fetch(at(0)))->bytes()) {}
 
-  Result<std::unique_ptr<const SourcePage>> fetch(std::uint32_t page) {
+  static PageEntry at(std::uint64_t page) {
+    PageEntry entry;
+    entry.page.offset = page;
+    return entry;
+  }
+
+  PageLoader::Content fetch(const PageEntry& entry) {
+    const auto page = static_cast<std::uint32_t>(entry.page.offset);
     {
       const std::lock_guard lock(mutex_);
       fetched_.push_back(page);
@@ -24,10 +31,11 @@ class PageLoaderTest : public ::testing::Test {
     if (page == 13) return Error("page 13 is damaged");
     std::vector<Source> sources(100);
     for (Source& source : sources) source.position_m.x = static_cast<float>(page);
-    return std::make_unique<const SourcePage>(field_, weights_, std::move(sources), 100 * page);
+    return std::make_unique<const ResidentPage>(SourcePage(field_, weights_, std::move(sources)),
+                                                PageLinks{});
   }
   PageLoader::Fetch fetcher() {
-    return [this](std::uint32_t page) { return fetch(page); };
+    return [this](const PageEntry& entry) { return fetch(entry); };
   }
 
   const std::vector<Emitter> emitters_{1};
@@ -40,16 +48,16 @@ class PageLoaderTest : public ::testing::Test {
 };
 
 TEST_F(PageLoaderTest, BringsWhatWasAskedForAndNothingBefore) {
-  PageLoader loader(fetcher(), kPages, PageBudget{1'000'000});
+  PageLoader loader(fetcher(), PageBudget{1'000'000});
   loader.begin_sample();
-  EXPECT_EQ(loader.use(3), nullptr);
+  EXPECT_EQ(loader.use(at(3)), nullptr);
   EXPECT_FALSE(loader.wait());
-  loader.ask({{1, 3}, {2, 4}});
+  loader.ask({{1, at(3)}, {2, at(4)}});
   while (loader.wait()) loader.begin_sample();
-  ASSERT_NE(loader.use(3), nullptr);
-  EXPECT_EQ((*loader.use(3))[0].position_m.x, 3);
-  EXPECT_NE(loader.use(4), nullptr);
-  EXPECT_EQ(loader.use(5), nullptr);
+  ASSERT_NE(loader.use(at(3)), nullptr);
+  EXPECT_EQ(loader.use(at(3))->sources[0].position_m.x, 3);
+  EXPECT_NE(loader.use(at(4)), nullptr);
+  EXPECT_EQ(loader.use(at(5)), nullptr);
   EXPECT_EQ(loader.statistics().asked, 2u);
   EXPECT_EQ(loader.statistics().loaded, 2u);
 }
@@ -58,13 +66,12 @@ TEST_F(PageLoaderTest, FetchesTheMostUrgentFirst) {
   fetched_.clear();
   std::atomic<bool> open = false;
   PageLoader loader(
-      [&](std::uint32_t page) {
+      [&](const PageEntry& page) {
         while (!open) std::this_thread::yield();
         return fetch(page);
-      },
-      kPages, PageBudget{1'000'000});
-  loader.ask({{1, 0}});
-  loader.ask({{5, 1}, {9, 2}, {1, 3}, {7, 4}});
+      }, PageBudget{1'000'000});
+  loader.ask({{1, at(0)}});
+  loader.ask({{5, at(1)}, {9, at(2)}, {1, at(3)}, {7, at(4)}});
   open = true;
   while (loader.wait()) loader.begin_sample();
   // Page 0 may have been under way when the others were asked for; it is dropped from the queue
@@ -74,74 +81,74 @@ TEST_F(PageLoaderTest, FetchesTheMostUrgentFirst) {
 }
 
 TEST_F(PageLoaderTest, StaysWithinItsBudgetAndDropsWhatWasUsedLongestAgo) {
-  PageLoader loader(fetcher(), kPages, PageBudget{10 * page_bytes_});
+  PageLoader loader(fetcher(), PageBudget{10 * page_bytes_});
   const auto load = [&](std::uint32_t page) {
-    loader.ask({{1, page}});
+    loader.ask({{1, at(page)}});
     while (loader.wait()) loader.begin_sample();
-    loader.use(page);
-    loader.use(0);  // always in use
+    loader.use(at(page));
+    loader.use(at(0));  // always in use
   };
   for (std::uint32_t page = 0; page < 13; ++page) {
     load(page);
     loader.begin_sample();
-    loader.use(0);
+    loader.use(at(0));
     EXPECT_LE(loader.statistics().bytes, 11 * page_bytes_);
   }
   loader.begin_sample();
   loader.begin_sample();
   EXPECT_LE(loader.statistics().bytes, 10 * page_bytes_);
-  EXPECT_TRUE(loader.is_here(0));
-  EXPECT_TRUE(loader.is_here(12));
-  EXPECT_FALSE(loader.is_here(1));
+  EXPECT_TRUE(loader.is_here(at(0)));
+  EXPECT_TRUE(loader.is_here(at(12)));
+  EXPECT_FALSE(loader.is_here(at(1)));
   EXPECT_EQ(loader.statistics().dropped + loader.statistics().resident, 13u);
 }
 
 TEST_F(PageLoaderTest, AsksForNoMoreThanFitsBesideWhatIsInUse) {
-  PageLoader loader(fetcher(), kPages, PageBudget{4 * page_bytes_});
-  ASSERT_TRUE(loader.load_now(0));
+  PageLoader loader(fetcher(), PageBudget{4 * page_bytes_});
+  ASSERT_TRUE(loader.load_now(at(0)));
   loader.begin_sample();
-  loader.use(0);
+  loader.use(at(0));
   std::vector<WantedPage> wanted;
-  for (std::uint32_t page = 1; page < 13; ++page) wanted.push_back({1.0 / page, page});
+  for (std::uint32_t page = 1; page < 13; ++page) wanted.push_back({1.0 / page, at(page)});
   loader.ask(wanted);
   while (loader.wait()) loader.begin_sample();
   EXPECT_EQ(loader.statistics().loaded, 4u);  // 0 and the three most urgent
-  EXPECT_TRUE(loader.is_here(1) && loader.is_here(2) && loader.is_here(3));
+  EXPECT_TRUE(loader.is_here(at(1)) && loader.is_here(at(2)) && loader.is_here(at(3)));
 }
 
 TEST_F(PageLoaderTest, TakesMoreForWhatIsNeededWhereTheBudgetIsNotStrict) {
-  PageLoader loader(fetcher(), kPages, PageBudget{4 * page_bytes_, false});
-  ASSERT_TRUE(loader.load_now(0));
+  PageLoader loader(fetcher(), PageBudget{4 * page_bytes_, false});
+  ASSERT_TRUE(loader.load_now(at(0)));
   loader.begin_sample();
-  loader.use(0);
+  loader.use(at(0));
   std::vector<WantedPage> wanted;
-  for (std::uint32_t page = 1; page < 13; ++page) wanted.push_back({1.0 / page, page, page < 9});
+  for (std::uint32_t page = 1; page < 13; ++page) wanted.push_back({1.0 / page, at(page), page < 9});
   loader.ask(wanted);
   while (loader.wait()) {
     loader.begin_sample();
-    for (std::uint32_t page = 0; page < 9; ++page) loader.use(page);
+    for (std::uint32_t page = 0; page < 9; ++page) loader.use(at(page));
   }
-  for (std::uint32_t page = 0; page < 9; ++page) EXPECT_TRUE(loader.is_here(page)) << page;
+  for (std::uint32_t page = 0; page < 9; ++page) EXPECT_TRUE(loader.is_here(at(page))) << page;
   EXPECT_EQ(loader.statistics().loaded, 9u);
 }
 
 TEST_F(PageLoaderTest, RemembersWhatCannotBeReadAndSaysWhy) {
-  PageLoader loader(fetcher(), kPages, PageBudget{1'000'000});
-  loader.ask({{1, 13}, {2, 14}});
+  PageLoader loader(fetcher(), PageBudget{1'000'000});
+  loader.ask({{1, at(13)}, {2, at(14)}});
   while (loader.wait()) loader.begin_sample();
-  EXPECT_TRUE(loader.has_failed(13));
-  EXPECT_EQ(loader.use(13), nullptr);
-  EXPECT_NE(loader.use(14), nullptr);
+  EXPECT_TRUE(loader.has_failed(at(13)));
+  EXPECT_EQ(loader.use(at(13)), nullptr);
+  EXPECT_NE(loader.use(at(14)), nullptr);
   EXPECT_EQ(loader.statistics().failed, 1u);
   EXPECT_EQ(loader.statistics().failure, "page 13 is damaged");
-  EXPECT_FALSE(loader.load_now(13));
+  EXPECT_FALSE(loader.load_now(at(13)));
 }
 
 TEST_F(PageLoaderTest, EndsWhileMuchIsUnderWay) {
   for (int i = 0; i < 50; ++i) {
-    PageLoader loader(fetcher(), kPages, PageBudget{1'000'000}, 2);
+    PageLoader loader(fetcher(), PageBudget{1'000'000}, 2);
     std::vector<WantedPage> wanted;
-    for (std::uint32_t page = 0; page < kPages; ++page) wanted.push_back({1, page});
+    for (std::uint32_t page = 0; page < kPages; ++page) wanted.push_back({1, at(page)});
     loader.ask(wanted);
     if (i % 2 == 0) loader.wait();
     loader.begin_sample();

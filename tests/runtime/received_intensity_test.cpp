@@ -5,14 +5,16 @@
 
 #include <gtest/gtest.h>
 
+#include "formats/page.h"
+
 namespace clamor {
 namespace {
 
 const Bands kNoLoss{};
 
-Source emitter_source() {
+Source emitter_source(const Emitter& emitter) {
   Source source;
-  source.is_emitter = true;
+  set_from_emitter(source, emitter);
   return source;
 }
 
@@ -39,7 +41,7 @@ double db(double intensity) { return 10 * std::log10(intensity); }
 TEST(ReceivedIntensity, OfAnEmitterFallsSixDecibelsPerDoubling) {
   const std::vector<Emitter> emitters = {{.name = "a", .position_m = {1, 2, 3}}};
   for (const double r_m : {1.0, 2.0, 4.0, 8.0}) {
-    const Bands heard = received_intensity(emitter_source(), emitters, lambert_and_lobe(), kNoLoss,
+    const Bands heard = received_intensity(emitter_source(emitters[0]), emitters, lambert_and_lobe(), kNoLoss,
                                            Vec3(1, 2 + r_m, 3));
     for (const float intensity : heard) EXPECT_NEAR(db(intensity), -20 * std::log10(r_m), 1e-5);
   }
@@ -50,7 +52,7 @@ TEST(ReceivedIntensity, OfAnEmitterFollowsItsGainAndDirectivity) {
   emitter.directivity = {0, 1, 2, 3, 4, 5, 6, 7};
   const Vec3 at = Vec3(0.5, std::sqrt(0.75), 0) * 2.0;  // 60 degrees off the axis
   const Bands heard =
-      received_intensity(emitter_source(), {emitter}, lambert_and_lobe(), kNoLoss, at);
+      received_intensity(emitter_source(emitter), {emitter}, lambert_and_lobe(), kNoLoss, at);
   for (std::size_t b = 0; b < kBandCount; ++b)
     EXPECT_NEAR(heard[b], 0.25 / 4 * std::pow(0.75, b), 1e-7);
 }
@@ -58,7 +60,7 @@ TEST(ReceivedIntensity, OfAnEmitterFollowsItsGainAndDirectivity) {
 TEST(ReceivedIntensity, IsFiniteInsideAnEmitterAndOnASurface) {
   const std::vector<Emitter> emitters(1);
   EXPECT_FLOAT_EQ(
-      received_intensity(emitter_source(), emitters, lambert_and_lobe(), kNoLoss, Vec3(0))[0],
+      received_intensity(emitter_source(emitters[0]), emitters, lambert_and_lobe(), kNoLoss, Vec3(0))[0],
       1 / (kEmitterRadius_m * kEmitterRadius_m));
   // On the spot itself, straight above a patch of radius 0.5 m.
   EXPECT_NEAR(
@@ -71,7 +73,7 @@ TEST(ReceivedIntensity, LosesToTheAirWhatTheDistanceCosts) {
   loss[7] = 0.02f;
   const std::vector<Emitter> emitters(1);
   const Bands heard =
-      received_intensity(emitter_source(), emitters, lambert_and_lobe(), loss, Vec3(0, 0, 50));
+      received_intensity(emitter_source(emitters[0]), emitters, lambert_and_lobe(), loss, Vec3(0, 0, 50));
   EXPECT_NEAR(heard[0], 1.0 / 2500, 1e-9);
   EXPECT_NEAR(heard[7] / heard[0], std::exp(-1.0), 1e-6);
 }

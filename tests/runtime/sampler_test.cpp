@@ -21,7 +21,8 @@ struct Room {
   const std::vector<Source>& sources() const { return input.sources; }
   SourceList list() const { return {field, weights, input.sources}; }
   double weight_of(std::size_t source, const Vec3& place) const {
-    return weight(field, weights, input.sources[source], place);
+    return weight(field, weights.by_signal[field.signal(input.sources[source])],
+                  input.sources[source], place);
   }
 
   AuralizerInput input;
@@ -117,7 +118,7 @@ TEST(PrioritySampler, TakesEverythingWhenThereIsRoom) {
 TEST(AllSampler, TakesEverySourceAsItIs) {
   const Room room;
   const SourceList list = room.list();
-  const auto sampler = make_all_sampler(list);
+  const auto sampler = make_all_sampler(room.field, list);
   const auto sample = sampler->sample({3, 4, 1.5});
   EXPECT_EQ(sample.size(), room.sources().size());
   for (const SampledSource& chosen : sample) EXPECT_EQ(chosen.power_scale, 1);
