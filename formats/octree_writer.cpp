@@ -72,7 +72,7 @@ Result<void> OctreeWriter::write(const SourceOctree& octree) {
       for (std::size_t octant = 0; octant < 8; ++octant) {
         if (node.children[octant] == kNoNode) continue;
         PageEntry& child = entries[node.children[octant]];
-        child.octant = static_cast<std::uint8_t>(octant);
+        child.octant = node.divides_space ? static_cast<std::uint8_t>(octant) : kNoOctant;
         put_entry(child, page);
         entry.sources_below += child.sources_below;
         ++entry.page.children;

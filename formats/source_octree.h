@@ -76,6 +76,7 @@ struct OctreeNode : NodeSummary {
                                            kNoNode, kNoNode, kNoNode, kNoNode};
   std::uint64_t first_source = 0;  // into SourceOctree::sources
   std::uint32_t first_instance = 0, instance_count = 0;  // into SourceOctree::instances
+  bool divides_space = true;  // its children are the octants of its cube
 };
 
 // Children come after their parent; node 0 is the root. Empty when there are no sources. Copies of

@@ -1,8 +1,10 @@
 // stored_tree.h: octrees as a file would store them, but in memory.
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <vector>
 
 #include "formats/octree_page.h"
@@ -31,7 +33,7 @@ class StoredTrees {
       for (std::size_t octant = 0; octant < 8; ++octant) {
         if (node.children[octant] == kNoNode) continue;
         PageEntry& child = entries[node.children[octant]];
-        child.octant = static_cast<std::uint8_t>(octant);
+        child.octant = node.divides_space ? static_cast<std::uint8_t>(octant) : kNoOctant;
         page.links.children.push_back(child);
         entry.sources_below += child.sources_below;
       }
@@ -43,6 +45,12 @@ class StoredTrees {
       entry.page.offset = next_++;
     }
     if (!entries.empty()) tops_.push_back(entries[0]);
+  }
+
+  // What each of these plays.
+  std::vector<std::uint32_t> signals(const std::vector<Emitter>& emitters,
+                                     const std::vector<std::vector<std::uint32_t>>& maps) const {
+    return tops_.empty() ? std::vector<std::uint32_t>{} : signals_of(tops_.back(), emitters, maps);
   }
 
   const std::vector<PageEntry>& tops() const { return tops_; }
@@ -59,11 +67,10 @@ class StoredTrees {
     };
   }
 
-  // All sources in the order of their numbers, copies where they stand.
+  // All sources in the order of their numbers, copies where they stand, with the numbers u that
+  // they have there.
   std::vector<Source> all_sources() const {
-    std::vector<Source> all;
-    if (!tops_.empty()) add_sources(tops_.back(), {}, all);
-    return all;
+    return tops_.empty() ? std::vector<Source>{} : sources_of(tops_.back());
   }
 
  private:
@@ -73,13 +80,37 @@ class StoredTrees {
     int depth = 0;
   };
 
-  void add_sources(const PageEntry& entry, const Placement& placement,
-                   std::vector<Source>& all) const {
+  std::vector<Source> sources_of(const PageEntry& entry) const {
     const Page& page = pages_.at(entry.page.offset);
-    for (const Source& source : page.sources) all.push_back(placement.place(source));
-    for (const PageEntry& child : page.links.children) add_sources(child, placement, all);
+    std::vector<Source> all = page.sources;
+    for (const PageEntry& child : page.links.children)
+      for (const Source& source : sources_of(child)) all.push_back(source);
+    for (const Instance& instance : page.links.instances) {
+      std::vector<Source> copied = sources_of(tops_[instance.tree]);
+      // The representative's number is the copy's (instance.h).
+      const auto leader = std::max_element(
+          copied.begin(), copied.end(),
+          [](const Source& a, const Source& b) { return octree_key(a) < octree_key(b); });
+      const double power = std::accumulate(leader->power.begin(), leader->power.end(), 0.0);
+      leader->u =
+          static_cast<float>(power * instance.number / total_power(tops_[instance.tree]));
+      for (const Source& source : copied) all.push_back(Placement{}.then(instance).place(source));
+    }
+    return all;
+  }
+
+  std::vector<std::uint32_t> signals_of(
+      const PageEntry& entry, const std::vector<Emitter>& emitters,
+      const std::vector<std::vector<std::uint32_t>>& maps) const {
+    const Page& page = pages_.at(entry.page.offset);
+    std::vector<std::uint32_t> all;
+    for (const Source& source : page.sources) all.push_back(emitters[source.emitter].signal);
+    for (const PageEntry& child : page.links.children)
+      for (const std::uint32_t signal : signals_of(child, emitters, maps)) all.push_back(signal);
     for (const Instance& instance : page.links.instances)
-      add_sources(tops_[instance.tree], placement.then(instance), all);
+      for (const std::uint32_t signal : signals_of(tops_[instance.tree], emitters, maps))
+        all.push_back(instance.signals == kSameSignals ? signal : maps[instance.signals][signal]);
+    return all;
   }
 
   std::map<std::uint64_t, Page> pages_;
