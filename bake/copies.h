@@ -14,8 +14,8 @@
 namespace clamor {
 
 // New permanent numbers for sources that shall be copied: one of them, drawn by power, has a key
-// above the power of all; the others have none. Each u is uniform in (0, 1] by itself. A function of
-// the powers and the seed; another seed makes another variant.
+// above the power of all; the others have none. Each u is uniform in (0, 1] by itself. A function
+// of the powers and the seed; another seed makes another variant.
 void draw_numbers_for_copies(std::span<Source> sources, std::uint64_t seed);
 
 // The same for copies of trees, by `number`. `trees` are the tops of those that the bake has.

@@ -60,8 +60,8 @@ class Reader {
     }
     for (std::size_t k = links.instances.size(); k-- > 0;) {
       const Instance& instance = links.instances[k];
-      copies_.push_back({next.copy->placement.then(instance),
-                         composed(next.copy->signals, instance.signals)});
+      copies_.push_back(
+          {next.copy->placement.then(instance), composed(next.copy->signals, instance.signals)});
       waiting_.push_back({file_.trees()[instance.tree], &copies_.back()});
     }
     for (std::size_t k = links.children.size(); k-- > 0;)

@@ -138,8 +138,8 @@ BakeBytes BakeFile::bytes() const {
   return bytes;
 }
 
-Result<void> BakeFile::read_page(const PageEntry& entry, PageDecoder& decoder,
-                                 PageColumns& columns, PageLinks& links) const {
+Result<void> BakeFile::read_page(const PageEntry& entry, PageDecoder& decoder, PageColumns& columns,
+                                 PageLinks& links) const {
   const auto failed = [&](const Error& error) {
     return damaged(state_->path + ": the page of " + std::to_string(entry.page.bytes()) +
                    " bytes at " + std::to_string(entry.page.offset) + " " + error.message);
@@ -150,8 +150,8 @@ Result<void> BakeFile::read_page(const PageEntry& entry, PageDecoder& decoder,
   const auto frame = std::span(bytes).first(entry.page.packed_bytes);
   columns.count = 0;
   if (!frame.empty()) {
-    const auto done = decoder.decode(entry, frame, state_->root.emitters,
-                                     state_->root.materials.size(), columns);
+    const auto done =
+        decoder.decode(entry, frame, state_->root.emitters, state_->root.materials.size(), columns);
     if (!done.ok()) return failed(done.error());
   }
   const PageSurroundings around{state_->root.trees, state_->root.signal_maps.size(),

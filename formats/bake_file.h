@@ -128,9 +128,9 @@ class BakeFile {
   const std::vector<PageEntry>& trees() const;
   const std::vector<std::vector<OctreeLevel>>& levels() const;  // per tree
   const std::vector<std::vector<std::uint32_t>>& signal_maps() const;
-  const PageEntry* top() const;         // of the level's tree, or null
-  std::uint64_t source_count() const;   // emitters included, and every copy
-  std::uint64_t stored_sources() const; // each once
+  const PageEntry* top() const;          // of the level's tree, or null
+  std::uint64_t source_count() const;    // emitters included, and every copy
+  std::uint64_t stored_sources() const;  // each once
   std::uint64_t page_count() const;
   BakeBytes bytes() const;
 

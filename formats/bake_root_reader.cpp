@@ -265,8 +265,8 @@ Result<BakeRootContents> RootReader::read() {
   // Sections in the order of the file: pages, signals, geometry.
   for (const auto part :
        {&RootReader::read_settings, &RootReader::read_provenance, &RootReader::read_statistics,
-        &RootReader::read_materials, &RootReader::read_emitters, &RootReader::read_trees, &RootReader::read_signal_maps,
-        &RootReader::read_signals, &RootReader::read_geometry})
+        &RootReader::read_materials, &RootReader::read_emitters, &RootReader::read_trees,
+        &RootReader::read_signal_maps, &RootReader::read_signals, &RootReader::read_geometry})
     if (const auto done = (this->*part)(); !done.ok()) return done.error();
   return std::move(contents_);
 }

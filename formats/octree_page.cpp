@@ -68,8 +68,7 @@ PageEntry from_stored(const StoredEntry& stored) {
   entry.source_count = stored.sources;
   entry.octant = stored.octant;
   entry.sources_below = stored.below;
-  entry.page = {stored.offset,   stored.hash,     stored.packed_bytes,
-                stored.children, stored.instances};
+  entry.page = {stored.offset, stored.hash, stored.packed_bytes, stored.children, stored.instances};
   return entry;
 }
 
@@ -120,14 +119,15 @@ Result<void> check_entry(const PageEntry& entry, std::uint64_t from, std::uint64
       !within(entry.highest_key, 0, std::numeric_limits<float>::max()) ||
       !within(entry.least_delay_s, 0, kLongest_s) || !within(entry.most_delay_s, 0, kLongest_s))
     return Error("has a key, a cone or a delay out of range");
-  if (entry.octant > 7 && entry.octant != kNoOctant) return Error("has an octant beyond the eighth");
+  if (entry.octant > 7 && entry.octant != kNoOctant)
+    return Error("has an octant beyond the eighth");
   const PageLink& page = entry.page;
   if (entry.source_count > kNodeSources || page.children > kMostChildren ||
       page.instances > kMostInstances || entry.sources_below > kMostSources ||
       entry.sources_below < entry.source_count)
     return Error("declares " + std::to_string(entry.source_count) + " sources, " +
-                 std::to_string(page.children) + " children and " +
-                 std::to_string(page.instances) + " copies");
+                 std::to_string(page.children) + " children and " + std::to_string(page.instances) +
+                 " copies");
   if ((page.packed_bytes == 0) != (entry.source_count == 0) ||
       page.packed_bytes > 2 * most_page_bytes(entry.source_count))
     return Error("declares " + std::to_string(page.packed_bytes) + " bytes for " +

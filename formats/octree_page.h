@@ -1,9 +1,9 @@
 // octree_page.h: what a page of the file says beside its sources: where its children are.
 //
 // Each page carries the entries of its node's children, and the copies of other trees that stand in
-// it. So the index is in the pages: a reader opens a file of any size with one entry, the top's, and
-// knows of every node whose parent's page it has. Children and copied trees come before a page that
-// speaks of them, so there are no cycles.
+// it. So the index is in the pages: a reader opens a file of any size with one entry, the top's,
+// and knows of every node whose parent's page it has. Children and copied trees come before a page
+// that speaks of them, so there are no cycles.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ namespace clamor {
 inline constexpr std::size_t kEntryBytes = 120, kInstanceBytes = 72;
 inline constexpr std::size_t kMostChildren = 64, kMostInstances = 512;
 inline constexpr std::uint64_t kFirstPageOffset = 64;  // after the preamble
-inline constexpr std::uint8_t kNoOctant = 0xff;  // of a child that divides no cube
+inline constexpr std::uint8_t kNoOctant = 0xff;        // of a child that divides no cube
 
 struct PageLink {
   std::uint64_t offset = 0, hash = 0;

@@ -22,8 +22,8 @@ std::vector<std::size_t> depths_of(const std::vector<OctreeNode>& nodes) {
 
 }  // namespace
 
-Result<void> OctreeWriter::append(std::vector<std::byte> page,
-                                  const std::vector<PageEntry>& trees, PageEntry& entry) {
+Result<void> OctreeWriter::append(std::vector<std::byte> page, const std::vector<PageEntry>& trees,
+                                  PageEntry& entry) {
   const auto section = appender_.append(page);
   if (!section.ok()) return section.error();
   entry.page.offset = section->offset;

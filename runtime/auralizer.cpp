@@ -48,7 +48,8 @@ PageLoader::Fetch fetch_from(const BakeFile& file, const SourceField& field,
     auto page = file.read_page(entry);
     if (!page.ok()) return page.error();
     return std::make_unique<const ResidentPage>(
-        SourcePage(field, ceilings.by_signal, std::move(page->sources)), std::move(page->links));
+        entry, SourcePage(field, ceilings.by_signal, std::move(page->sources)),
+        std::move(page->links), file.trees());
   };
 }
 

@@ -15,27 +15,6 @@ constexpr std::size_t kMostFirst = 256;  // pages of a tree that are always here
 constexpr std::size_t kMostAsked = 256;  // pages at a time
 constexpr std::uint64_t kMostVisited = 1 << 20;  // nodes in a walk; only a forged file has more
 
-// Of the node's own sources, children and copies: which has the highest key, as an index into these
-// one after another. Of equals the first.
-std::size_t leader_of(const PageEntry& entry, const ResidentPage& page,
-                      std::span<const PageEntry> trees) {
-  std::size_t leader = 0, next = 0;
-  double highest = -1;
-  const auto consider = [&](double key) {
-    if (key > highest) {
-      highest = key;
-      leader = next;
-    }
-    ++next;
-  };
-  if (entry.source_count > 0) consider(octree_key(page.sources[0]));
-  for (const PageEntry& child : page.links.children) consider(child.highest_key);
-  for (const Instance& instance : page.links.instances)
-    consider(static_cast<double>(instance.gain) * instance.gain *
-             total_power(trees[instance.tree]) / instance.number);
-  return leader;
-}
-
 }  // namespace
 
 SignalWeights highest_over_copies(const SignalWeights& weights,
@@ -63,7 +42,8 @@ OctreePool::OctreePool(const SourceField& field, const SignalWeights& ceilings,
       trees_(trees),
       signal_maps_(signal_maps),
       most_per_power_(kSlack * field.most_per_power(ceilings.by_signal)),
-      loader_(loader) {
+      loader_(loader),
+      maps_(signal_maps.begin(), signal_maps.end()) {
   for (const PageEntry& top : trees) load_first_pages(top);
 }
 
@@ -97,75 +77,97 @@ double OctreePool::bound(const PageEntry& entry, const Vec3& place, double highe
 
 void OctreePool::add_steps(const Step& from, const ResidentPage& page, double threshold) {
   const bool leads = from.lead_key > 0;
-  const std::size_t leader = leads ? leader_of(*from.entry, page, trees_) : 0;
-  std::size_t next = from.entry->source_count > 0 ? 1 : 0;
   std::uint64_t first = from.first + from.entry->source_count;
-  for (const PageEntry& child : page.links.children) {
-    const double lead_key = leads && leader == next++ ? from.lead_key : 0;
+  for (std::size_t c = 0; c < page.links.children.size(); ++c) {
+    const PageEntry& child = page.links.children[c];
     std::uint32_t copy = from.copy;
     if (child.octant == kNoOctant) {  // an octree of its own
       copy = static_cast<std::uint32_t>(copies_.size());
-      copies_.push_back(copies_[from.copy]);
+      copies_.push_back(Copy(copies_[from.copy]));
       copies_.back().tree = &child;
     }
-    steps_.push_back({&child, copy, first, lead_key});
+    const bool is_leader =
+        leads && page.leader == ResidentPage::Leader::kChild && page.leading_child == c;
+    steps_.push_back({&child, copy, first, is_leader ? from.lead_key : 0});
     first += child.sources_below;
   }
-  for (const Instance& instance : page.links.instances) {
-    const PageEntry& tree = trees_[instance.tree];
-    const Copy& outer = copies_[from.copy];  // a deque's elements stay where they are
-    const double power = static_cast<double>(instance.gain) * instance.gain;
-    const bool is_leader = leads && leader == next++;
-    // What the choice among copies sees of this one, in its own space and power.
-    double lead_key = total_power(tree) / instance.number;
-    if (is_leader) lead_key = from.lead_key / power;
+  if (!page.copies.empty()) add_copies(from, page, threshold);
+}
 
-    const Placement placement = Placement{}.then(instance);
-    const Vec3 place = placement.inside(outer.place);
-    const double to_here = placement.scale * placement.scale / std::max(power, 1e-300);
-    if (bound(tree, place, std::max<double>(lead_key, tree.highest_key)) >=
-        threshold * outer.to_threshold * to_here * (1 - kTurned)) {
-      copies_.push_back({&tree, outer.placement.then(instance), place,
-                         outer.to_threshold * to_here * (1 - kTurned),
-                         composed(outer.map, instance.signals), true});
-      steps_.push_back(
-          {&tree, static_cast<std::uint32_t>(copies_.size() - 1), first, lead_key});
+// By descending keys, down to one that is too low wherever in the node it stands.
+void OctreePool::add_copies(const Step& from, const ResidentPage& page, double threshold) {
+  const Copy& outer = copies_[from.copy];  // a deque's elements stay where they are
+  const double here = threshold * outer.to_threshold;
+  const bool copy_leads = from.lead_key > 0 && page.leader == ResidentPage::Leader::kCopy;
+  const double per_key = bound(*from.entry, outer.place, 1);
+  for (std::size_t c = 0; c < page.copies.size(); ++c) {
+    const ResidentCopy& copy = page.copies[c];
+    const double key = copy_leads && c == 0 ? from.lead_key : copy.key;
+    if (key * per_key < here) {
+      if (copy_leads && c == 0) continue;
+      break;
     }
-    first += tree.sources_below;
+    const Instance& instance = page.links.instances[copy.instance];
+    const PageEntry& tree = trees_[instance.tree];
+    const Vec3 place = copy.unturned * (outer.place - copy.offset_m);
+    const double lead_key = key / copy.gain;
+    const double scale = instance.scale;
+    const double to_threshold =
+        outer.to_threshold * scale * scale / std::max(copy.gain, 1e-300) * (1 - kTurned);
+    if (bound(tree, place, lead_key) < threshold * to_threshold) continue;
+    copies_.push_back({&tree, outer.placement.then(instance), place, to_threshold,
+                       composed(outer.map, instance.signals), true});
+    steps_.push_back(
+        {&tree, static_cast<std::uint32_t>(copies_.size() - 1), from.first + copy.first, lead_key});
   }
 }
 
 template <class PageOf, class Visit>
-void OctreePool::walk(const Vec3& place, double threshold, const PageOf& page_of,
+bool OctreePool::walk(const Vec3& place, double threshold, const PageOf& page_of,
                       const Visit& visit) {
   copies_.clear();
   steps_.clear();
-  if (trees_.empty()) return;
+  if (trees_.empty()) return true;
   copies_.push_back({&trees_.back(), {}, place, 1, kNoMap, false});
   steps_.push_back({&trees_.back(), 0, 0, 0});
-  for (std::uint64_t steps = 0; !steps_.empty() && steps < kMostVisited; ++steps) {
+  for (std::uint64_t steps = 0; !steps_.empty(); ++steps) {
+    if (steps == kMostVisited) return false;
     const Step step = steps_.back();
     steps_.pop_back();
     const Copy& copy = copies_[step.copy];
-    const double most = bound(*step.entry, copy.place,
-                              std::max<double>(step.lead_key, step.entry->highest_key));
+    // The representative's own key, which may be any, does not count in a copy.
+    const double key = step.lead_key > 0 ? step.lead_key : step.entry->highest_key;
+    const double most = bound(*step.entry, copy.place, key);
     if (most < threshold * copy.to_threshold) continue;
     const ResidentPage* const page = page_of(*step.entry);
-    visit(step, page, most / copy.to_threshold);
+    if (!visit(step, page, most / copy.to_threshold)) return false;
     if (page != nullptr) add_steps(step, *page, threshold);
   }
+  return true;
+}
+
+double OctreePool::highest(const Vec3& place) {
+  if (trees_.empty()) return 0;
+  const PageEntry& top = trees_.back();
+  // Its cone may point away from the place, which makes a bound of 0.
+  return std::max(bound(top, place, top.highest_key), 1e-30);
 }
 
 std::uint32_t OctreePool::composed(std::uint32_t outer, std::uint32_t inner) {
   if (inner == kSameSignals) return outer;
+  if (outer == kNoMap) return inner;
+  // The file's own maps come first, then those that were composed.
+  if (outer == last_outer_ && inner == last_inner_) return last_map_;
   const auto next = static_cast<std::uint32_t>(maps_.size());
   const auto [known, is_new] = known_maps_.try_emplace({outer, inner}, next);
   if (is_new) {
     maps_.push_back(signal_maps_[inner]);
-    if (outer != kNoMap)
-      for (std::uint32_t& signal : maps_.back()) signal = maps_[outer][signal];
+    for (std::uint32_t& signal : maps_.back()) signal = maps_[outer][signal];
   }
-  return known->second;
+  last_outer_ = outer;
+  last_inner_ = inner;
+  last_map_ = known->second;
+  return last_map_;
 }
 
 std::uint32_t OctreePool::signal_of(const Source& source, const Copy& copy) const {
@@ -191,7 +193,8 @@ void OctreePool::add_source(const Step& step, const ResidentPage& page, std::siz
   found.push_back({&placed_.back(), step.first + index, signal_of(stored, copy), step.copy});
 }
 
-void OctreePool::look(const Vec3& place, double threshold, std::vector<FoundSource>& found) {
+bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
+                      std::vector<FoundSource>& found) {
   place_ = place;
   placed_.clear();
   missed_.clear();
@@ -200,28 +203,29 @@ void OctreePool::look(const Vec3& place, double threshold, std::vector<FoundSour
     ++visited_;
     return loader_.use(entry);
   };
-  walk(place, threshold, use, [&](const Step& step, const ResidentPage* page, double urgency) {
+  const auto visit = [&](const Step& step, const ResidentPage* page, double urgency) {
     if (page == nullptr) {
       all_here_ = false;
       if (!loader_.has_failed(*step.entry)) missed_.push_back({urgency, *step.entry, true});
-      return;
+      return true;
     }
     const Copy& copy = copies_[step.copy];
-    const bool leads = step.lead_key > 0 && step.entry->source_count > 0 &&
-                       leader_of(*step.entry, *page, trees_) == 0;
+    const bool leads = step.lead_key > 0 && page->sources.size() > 0 &&
+                       page->leader == ResidentPage::Leader::kSource;
     if (leads) add_source(step, *page, 0, true, found);
     page->sources.pass(field_, copy.place, threshold * copy.to_threshold, [&](std::size_t i) {
       if (!leads || i > 0) add_source(step, *page, i, false, found);
     });
-  });
+    return found.size() <= most;
+  };
+  return walk(place, threshold, use, visit);
 }
 
 // Down through the cubes that hold the source, to the first page that is missing and matters.
 double OctreePool::unseen_key(const FoundSource& found, const Vec3&, double tau) {
   if (all_here_) return 0;
   const Copy& copy = copies_[found.copy];
-  const Vec3 position_m =
-      copy.placement.inside(Vec3(found.source->position_m));
+  const Vec3 position_m = copy.placement.inside(Vec3(found.source->position_m));
   const PageEntry* entry = copy.tree;
   OctreeCube cube = OctreeCube::around(Vec3(entry->low_m), Vec3(entry->high_m));
   while (entry != nullptr) {
@@ -250,6 +254,7 @@ void OctreePool::ask(const Vec3& soon, double tau) {
         [&](const Step& step, const ResidentPage* page, double urgency) {
           if (page == nullptr && urgency > 0 && !loader_.has_failed(*step.entry))
             wanted.push_back({urgency, *step.entry, false});
+          return true;
         });
   // Copies of one tree want the same pages.
   std::sort(wanted.begin(), wanted.end(), [](const WantedPage& a, const WantedPage& b) {

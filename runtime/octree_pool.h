@@ -32,13 +32,16 @@ SignalWeights highest_over_copies(const SignalWeights& weights,
 class OctreePool final : public SourcePool {
  public:
   // `trees` and `signal_maps` as in BakeFile; the last tree is the level's. `ceilings` are those of
-  // highest_over_copies(). All must outlive the pool. Fetches the first pages with sources of each tree, for good.
+  // highest_over_copies(). All must outlive the pool. Fetches the first pages with sources of each
+  // tree, for good.
   OctreePool(const SourceField& field, const SignalWeights& ceilings,
              std::span<const PageEntry> trees,
              std::span<const std::vector<std::uint32_t>> signal_maps, PageLoader& loader);
 
   bool refresh() override { return loader_.begin_sample(); }
-  void look(const Vec3& place, double threshold, std::vector<FoundSource>& found) override;
+  bool look(const Vec3& place, double threshold, std::size_t most,
+            std::vector<FoundSource>& found) override;
+  double highest(const Vec3& place) override;
   double unseen_key(const FoundSource& found, const Vec3& place, double tau) override;
   void ask(const Vec3& soon, double tau) override;
   bool complete() override;
@@ -53,8 +56,8 @@ class OctreePool final : public SourcePool {
   struct Copy {
     const PageEntry* tree = nullptr;  // whose cube the octants divide
     Placement placement;
-    Vec3 place{};            // of the listener, in the tree's space
-    double to_threshold = 1;  // there, of a threshold here
+    Vec3 place{};                // of the listener, in the tree's space
+    double to_threshold = 1;     // there, of a threshold here
     std::uint32_t map = kNoMap;  // into maps_
     bool moved = false;          // not simply the level
   };
@@ -70,11 +73,12 @@ class OctreePool final : public SourcePool {
   void load_first_pages(const PageEntry& top);
   // Most that a priority in the node or below it can be, in the space of its tree.
   double bound(const PageEntry& entry, const Vec3& place, double highest_key) const;
-  // Calls visit(step, page, urgency) for all nodes that matter, with what page_of(entry) gives; goes
-  // no further below one that is null.
+  // Calls visit(step, page, urgency) for all nodes that matter, with what page_of(entry) gives,
+  // until it returns false; goes no further below a page that is null.
   template <class PageOf, class Visit>
-  void walk(const Vec3& place, double threshold, const PageOf& page_of, const Visit& visit);
+  bool walk(const Vec3& place, double threshold, const PageOf& page_of, const Visit& visit);
   void add_steps(const Step& from, const ResidentPage& page, double threshold);
+  void add_copies(const Step& from, const ResidentPage& page, double threshold);
   void add_source(const Step& step, const ResidentPage& page, std::size_t index, bool leads,
                   std::vector<FoundSource>& found);
   std::uint32_t composed(std::uint32_t outer, std::uint32_t inner);
@@ -96,6 +100,7 @@ class OctreePool final : public SourcePool {
   std::vector<Step> steps_;
   std::deque<std::vector<std::uint32_t>> maps_;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> known_maps_;
+  std::uint32_t last_outer_ = kNoMap, last_inner_ = kNoMap, last_map_ = kNoMap;
   bool asked_ = false;
   std::uint64_t visited_ = 0;
 };

@@ -165,11 +165,14 @@ void PageLoader::ask(std::vector<WantedPage> wanted) {
   if (wanted.size() > fit) wanted.resize(fit);
   std::reverse(wanted.begin(), wanted.end());
   const std::lock_guard lock(shared_->mutex);
-  std::erase_if(wanted, [this](const WantedPage& one) { return shared_->is_on_its_way(one.entry.page.offset); });
+  std::erase_if(wanted, [this](const WantedPage& one) {
+    return shared_->is_on_its_way(one.entry.page.offset);
+  });
   for (const WantedPage& one : wanted)
     shared_->statistics.asked +=
-        std::none_of(shared_->queue.begin(), shared_->queue.end(),
-                     [&](const WantedPage& before) { return before.entry.page.offset == one.entry.page.offset; });
+        std::none_of(shared_->queue.begin(), shared_->queue.end(), [&](const WantedPage& before) {
+          return before.entry.page.offset == one.entry.page.offset;
+        });
   shared_->queue = std::move(wanted);
   if (!shared_->queue.empty()) shared_->work.notify_all();
 }

@@ -3,7 +3,8 @@
 // One thread (the sampler's) asks, takes what has arrived and never waits; loader threads fetch
 // what was asked last, the most urgent first, and get it ready for the sampler. Pages beyond the
 // budget are dropped, the least recently used first; those of the last sample stay, and those that
-// were under way come on top. A page that cannot be read is not asked for again: the sampler does without, as if it were still on its way.
+// were under way come on top. A page that cannot be read is not asked for again: the sampler does
+// without, as if it were still on its way.
 #pragma once
 
 #include <cstdint>

@@ -32,8 +32,9 @@ inline double source_radius_m(const Source& source) {
 //   emitter           I = power (p + 1) / 4 pi ((1 + cos a) / 2)^p   x  air(r) / max(r, radius)^2
 //   secondary source  I = power x density of the reflection          x  air(r) / max(r, radius)^2
 //
-// with air(r) = exp(-m r), m the air's loss, and the radius that of the source. A secondary source is heard on its own side of its surface only. Nothing
-// else stands in the way: whether the receiver can be seen is the caller's to ask.
+// with air(r) = exp(-m r), m the air's loss, and the radius that of the source. A secondary source
+// is heard on its own side of its surface only. Nothing else stands in the way: whether the
+// receiver can be seen is the caller's to ask.
 Bands received_intensity(const Source& source, const std::vector<Emitter>& emitters,
                          const ReflectionLaws& laws, const Bands& air_loss_per_m,
                          const Vec3& receiver_m);

@@ -2,24 +2,43 @@
 #pragma once
 
 #include <cstddef>
-#include <utility>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 #include "formats/octree_page.h"
 #include "runtime/source_page.h"
 
 namespace clamor {
 
-struct ResidentPage {
-  ResidentPage(SourcePage of_node, PageLinks further)
-      : sources(std::move(of_node)), links(std::move(further)) {}
+// A copy as a walk meets it: by descending key, so that it can stop.
+struct ResidentCopy {
+  double key = 0;         // the choice among copies has it: power over number
+  double power = 0;       // of the copied tree, in its own space
+  double gain = 0;        // of power
+  glm::dmat3 unturned{};  // from the outer space to the inner, with the scale
+  Vec3 offset_m{};
+  std::uint64_t first = 0;  // sources of the page and below that are numbered before
+  std::uint32_t instance = 0;
+};
 
-  std::size_t bytes() const {
-    return sources.bytes() + sizeof(ResidentPage) + links.children.size() * sizeof(PageEntry) +
-           links.instances.size() * sizeof(Instance);
-  }
+class ResidentPage {
+ public:
+  // `entry` is the page's, `trees` the tops of all.
+  ResidentPage(const PageEntry& entry, SourcePage of_node, PageLinks further,
+               std::span<const PageEntry> trees);
+
+  std::size_t bytes() const;
 
   const SourcePage sources;
   const PageLinks links;
+  const std::vector<ResidentCopy> copies;
+
+  // What is in the node that has the highest key of all: a source, a child, or a copy, by its place
+  // in the list above.
+  enum class Leader : std::uint8_t { kSource, kChild, kCopy };
+  Leader leader = Leader::kSource;
+  std::size_t leading_child = 0;  // the copy or the source that leads is the first
 };
 
 }  // namespace clamor

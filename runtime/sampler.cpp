@@ -1,6 +1,7 @@
 #include "runtime/sampler.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -61,6 +62,8 @@ class Priority final : public Sampler {
  private:
   // The last threshold lowered by this catches k sources nearly always when a listener walks.
   static constexpr double kCaution = 0.8;
+  static constexpr double kStep = 16, kNarrow = 1 + 1e-9;
+  static constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
   static constexpr double kLookAhead_keyframes = 25;  // half a second
 
   struct Candidate {
@@ -75,11 +78,21 @@ class Priority final : public Sampler {
 
   // Fills candidates_ with the k + 1 highest priorities, highest first; fewer if there are fewer.
   void choose(const Vec3& place) {
-    double threshold = threshold_ * kCaution;
+    double threshold = threshold_ > 0 ? threshold_ * kCaution : pool_.highest(place);
+    // Of thresholds that were tried: the lowest with too few sources, the highest with far too
+    // many.
+    double too_high = std::numeric_limits<double>::infinity(), too_low = 0;
     for (;;) {
-      weigh_above(place, threshold);
-      if (candidates_.size() > voices_ || threshold == 0) break;
-      threshold = threshold > std::numeric_limits<float>::min() ? threshold / 16 : 0;
+      const bool narrow = too_high <= too_low * kNarrow;  // that many have one priority
+      const bool few = weigh_above(place, threshold, narrow ? kNoLimit : limit());
+      if (narrow || (few && (candidates_.size() > voices_ || threshold == 0))) break;
+      (few ? too_high : too_low) = threshold;
+      if (std::isinf(too_high))
+        threshold *= kStep;
+      else if (too_low > 0)
+        threshold = narrow ? too_low : std::sqrt(too_low * too_high);
+      else
+        threshold = threshold > std::numeric_limits<float>::min() ? threshold / kStep : 0;
     }
     if (candidates_.size() > voices_) {
       const auto last = candidates_.begin() + static_cast<std::ptrdiff_t>(voices_);
@@ -91,17 +104,22 @@ class Priority final : public Sampler {
     }
   }
 
-  // Every source whose priority is at least `threshold`, and above zero.
-  void weigh_above(const Vec3& place, double threshold) {
+  // Looking again is cheaper than sorting out more than these.
+  std::size_t limit() const { return 16 * voices_ + 4096; }
+
+  // Every source whose priority is at least `threshold`, and above zero. False if there are more
+  // than `most`, give or take those that the pool cannot tell from them.
+  bool weigh_above(const Vec3& place, double threshold, std::size_t most) {
     candidates_.clear();
     found_.clear();
-    pool_.look(place, threshold, found_);
+    if (!pool_.look(place, threshold, most, found_)) return false;
     for (const FoundSource& found : found_) {
       const Source& source = *found.source;
       const double w = weight(field_, weights_.by_signal[found.signal], source, place);
       const double priority = w / std::max(source.u, kLeastU);
       if (w > 0 && priority >= threshold) candidates_.push_back({priority, w, found});
     }
+    return true;
   }
 
   const SourceField& field_;

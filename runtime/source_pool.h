@@ -36,8 +36,12 @@ class SourcePool {
   virtual bool refresh() { return false; }
 
   // Appends every source that is here and whose priority at `place` is at least `threshold`, and a
-  // few more.
-  virtual void look(const Vec3& place, double threshold, std::vector<FoundSource>& found) = 0;
+  // few more. Gives up, and returns false, where there are more than `most`.
+  virtual bool look(const Vec3& place, double threshold, std::size_t most,
+                    std::vector<FoundSource>& found) = 0;
+
+  // No priority at `place` is higher; 0 where looking for all of them is no trouble.
+  virtual double highest(const Vec3& /*place*/) { return 0; }
 
   // The highest static key (power over u) that a source of the same kind might have and not be
   // here: one that is here stands for these too. 0 where all that could reach `tau` is here.
@@ -62,10 +66,12 @@ class SourceList final : public SourcePool {
   SourceList(const SourceField& field, const SignalWeights& weights, std::vector<Source> sources)
       : field_(field), page_(field, weights.by_signal, std::move(sources)) {}
 
-  void look(const Vec3& place, double threshold, std::vector<FoundSource>& found) override {
+  bool look(const Vec3& place, double threshold, std::size_t /*most*/,
+            std::vector<FoundSource>& found) override {
     page_.pass(field_, place, threshold, [&](std::size_t index) {
       found.push_back({&page_[index], index, field_.signal(page_[index]), 0});
     });
+    return true;
   }
   std::uint64_t size() const override { return page_.size(); }
   const SourcePage& page() const { return page_; }

@@ -63,7 +63,7 @@ class StoredTrees {
       const Page& page = pages_.at(entry.page.offset);
       if (page.depth > deepest) return Error("not here");
       return std::make_unique<const ResidentPage>(
-          SourcePage(field, ceilings.by_signal, page.sources), page.links);
+          entry, SourcePage(field, ceilings.by_signal, page.sources), page.links, tops_);
     };
   }
 
@@ -92,16 +92,15 @@ class StoredTrees {
           copied.begin(), copied.end(),
           [](const Source& a, const Source& b) { return octree_key(a) < octree_key(b); });
       const double power = std::accumulate(leader->power.begin(), leader->power.end(), 0.0);
-      leader->u =
-          static_cast<float>(power * instance.number / total_power(tops_[instance.tree]));
+      leader->u = static_cast<float>(power * instance.number / total_power(tops_[instance.tree]));
       for (const Source& source : copied) all.push_back(Placement{}.then(instance).place(source));
     }
     return all;
   }
 
-  std::vector<std::uint32_t> signals_of(
-      const PageEntry& entry, const std::vector<Emitter>& emitters,
-      const std::vector<std::vector<std::uint32_t>>& maps) const {
+  std::vector<std::uint32_t> signals_of(const PageEntry& entry,
+                                        const std::vector<Emitter>& emitters,
+                                        const std::vector<std::vector<std::uint32_t>>& maps) const {
     const Page& page = pages_.at(entry.page.offset);
     std::vector<std::uint32_t> all;
     for (const Source& source : page.sources) all.push_back(emitters[source.emitter].signal);

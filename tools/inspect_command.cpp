@@ -289,9 +289,9 @@ Result<void> print_pages(const BakeFile& file, std::ostream& out) {
   fmt::print(out, "  tree depth      offset    bytes sources children copies\n");
   return file.for_each_page([&](const PageEntry& entry, const OctreePage& page, std::size_t tree,
                                 std::size_t depth) -> Result<void> {
-    fmt::print(out, "{:>6} {:>5} {:>11} {:>8} {:>7} {:>8} {:>6}\n", tree, depth,
-               entry.page.offset, entry.page.bytes(), entry.source_count,
-               page.links.children.size(), page.links.instances.size());
+    fmt::print(out, "{:>6} {:>5} {:>11} {:>8} {:>7} {:>8} {:>6}\n", tree, depth, entry.page.offset,
+               entry.page.bytes(), entry.source_count, page.links.children.size(),
+               page.links.instances.size());
     return {};
   });
 }

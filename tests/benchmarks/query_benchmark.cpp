@@ -92,7 +92,8 @@ void query(benchmark::State& state) {
     ++samples;
     if (time_s > 10) time_s = 0;
   }
-  if (chosen != std::min<std::uint64_t>(voices, pool.size())) state.SkipWithError("voices are missing");
+  if (chosen != std::min<std::uint64_t>(voices, pool.size()))
+    state.SkipWithError("voices are missing");
   state.counters["nodes"] =
       static_cast<double>(pool.nodes_visited() - before) / static_cast<double>(samples);
   if (pool.size() > kMostToScan) return;

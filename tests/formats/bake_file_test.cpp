@@ -1,4 +1,3 @@
-#include "formats/all_sources.h"
 #include "formats/bake_file.h"
 
 #include <cmath>
@@ -18,6 +17,7 @@
 
 #include "common/directivity.h"
 #include "common/random.h"
+#include "formats/all_sources.h"
 #include "formats/bake_layout.h"
 #include "formats/bake_root.capnp.h"
 #include "formats/page.h"

@@ -19,7 +19,9 @@ namespace {
 
 constexpr std::uint32_t kVariants = 8;
 
-glm::quat turn(double angle) { return glm::angleAxis(static_cast<float>(angle), glm::vec3(0, 1, 0)); }
+glm::quat turn(double angle) {
+  return glm::angleAxis(static_cast<float>(angle), glm::vec3(0, 1, 0));
+}
 
 // A block of fans and what its floor reflects; stands of blocks; a stadium of stands and a hall.
 struct Stadium {
@@ -99,9 +101,7 @@ struct Stadium {
   SourceField field() const { return {emitters, materials, Air{}}; }
 
   // What every source plays, in the order of StoredTrees::all_sources().
-  std::vector<std::uint32_t> played() const {
-    return trees.signals(emitters, maps);
-  }
+  std::vector<std::uint32_t> played() const { return trees.signals(emitters, maps); }
 
   std::vector<Material> materials;
   std::vector<Emitter> emitters;
@@ -162,8 +162,9 @@ TEST(Copies, AreSampledAsIfEverySourceOfEachWereInTheLevel) {
       const auto sampler = make_priority_sampler(field, stadium.weights, pool, voices);
       for (std::uint32_t i = 0; i < 8; ++i) {
         const RandomBits bits = philox(seed, {i, 9, 0, 0});
-        const Vec3 place = i < 4 ? Vec3(90 + 0.1 * i, 2, 80)
-                                 : Vec3(300 * unit(bits[0]), 10 * unit(bits[1]), 200 * unit(bits[2]));
+        const Vec3 place = i < 4
+                               ? Vec3(90 + 0.1 * i, 2, 80)
+                               : Vec3(300 * unit(bits[0]), 10 * unit(bits[1]), 200 * unit(bits[2]));
         const auto found = whole_sample(*sampler, place);
         // All of them, with the signals that the found ones say they play; none louder is left out.
         ASSERT_EQ(found.size(), voices);
@@ -192,7 +193,8 @@ TEST(Copies, AreSampledAsIfEverySourceOfEachWereInTheLevel) {
   }
 }
 
-// Far fewer voices than copies: nearly every copy is heard through its representative or not at all.
+// Far fewer voices than copies: nearly every copy is heard through its representative or not at
+// all.
 TEST(Copies, AreAsLoudAsTheirSourcesTogether) {
   constexpr int kSeeds = 60;
   for (const std::size_t voices : {30u, 300u}) {

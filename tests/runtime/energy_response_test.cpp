@@ -81,7 +81,8 @@ TEST(EnergyResponse, LeavesOutOtherEmittersAndWhatIsNotHeard) {
   behind.position_m = {0, 0, -1};
   behind.normal = behind.mirror = {0, 0, -1};
   behind.power = same_in_all_bands(1);
-  const std::vector<Source> sources = {emitter_source(emitters, 0), emitter_source(emitters, 1), behind};
+  const std::vector<Source> sources = {emitter_source(emitters, 0), emitter_source(emitters, 1),
+                                       behind};
   const auto second = energy_response(sources, emitters, kMaterials, Air{}, Vec3(0, 0, 1), 1);
   ASSERT_EQ(second.size(), 1u);
   EXPECT_NEAR(second[0].time_s, std::sqrt(82) / 343.2, 1e-9);

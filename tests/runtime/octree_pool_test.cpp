@@ -146,7 +146,8 @@ std::vector<double> heard_with_depth(int deepest, int seeds) {
     const Vec3 place(10, 1.7, 5);
     double heard = 0;
     for (const SampledSource& one : whole_sample(*sampler, place))
-      heard += one.power_scale * weight(field, hall.weights.by_signal[one.signal], *one.source, place);
+      heard +=
+          one.power_scale * weight(field, hall.weights.by_signal[one.signal], *one.source, place);
     ratios.push_back(heard / hall.power_at(field, place));
   }
   return ratios;

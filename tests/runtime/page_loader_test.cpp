@@ -31,8 +31,9 @@ class PageLoaderTest : public ::testing::Test {
     if (page == 13) return Error("page 13 is damaged");
     std::vector<Source> sources(100);
     for (Source& source : sources) source.position_m.x = static_cast<float>(page);
-    return std::make_unique<const ResidentPage>(SourcePage(field_, weights_, std::move(sources)),
-                                                PageLinks{});
+    return std::make_unique<const ResidentPage>(entry,
+                                                SourcePage(field_, weights_, std::move(sources)),
+                                                PageLinks{}, std::span<const PageEntry>());
   }
   PageLoader::Fetch fetcher() {
     return [this](const PageEntry& entry) { return fetch(entry); };
@@ -69,7 +70,8 @@ TEST_F(PageLoaderTest, FetchesTheMostUrgentFirst) {
       [&](const PageEntry& page) {
         while (!open) std::this_thread::yield();
         return fetch(page);
-      }, PageBudget{1'000'000});
+      },
+      PageBudget{1'000'000});
   loader.ask({{1, at(0)}});
   loader.ask({{5, at(1)}, {9, at(2)}, {1, at(3)}, {7, at(4)}});
   open = true;
@@ -122,7 +124,8 @@ TEST_F(PageLoaderTest, TakesMoreForWhatIsNeededWhereTheBudgetIsNotStrict) {
   loader.begin_sample();
   loader.use(at(0));
   std::vector<WantedPage> wanted;
-  for (std::uint32_t page = 1; page < 13; ++page) wanted.push_back({1.0 / page, at(page), page < 9});
+  for (std::uint32_t page = 1; page < 13; ++page)
+    wanted.push_back({1.0 / page, at(page), page < 9});
   loader.ask(wanted);
   while (loader.wait()) {
     loader.begin_sample();

@@ -41,8 +41,8 @@ double db(double intensity) { return 10 * std::log10(intensity); }
 TEST(ReceivedIntensity, OfAnEmitterFallsSixDecibelsPerDoubling) {
   const std::vector<Emitter> emitters = {{.name = "a", .position_m = {1, 2, 3}}};
   for (const double r_m : {1.0, 2.0, 4.0, 8.0}) {
-    const Bands heard = received_intensity(emitter_source(emitters[0]), emitters, lambert_and_lobe(), kNoLoss,
-                                           Vec3(1, 2 + r_m, 3));
+    const Bands heard = received_intensity(emitter_source(emitters[0]), emitters,
+                                           lambert_and_lobe(), kNoLoss, Vec3(1, 2 + r_m, 3));
     for (const float intensity : heard) EXPECT_NEAR(db(intensity), -20 * std::log10(r_m), 1e-5);
   }
 }
@@ -59,9 +59,9 @@ TEST(ReceivedIntensity, OfAnEmitterFollowsItsGainAndDirectivity) {
 
 TEST(ReceivedIntensity, IsFiniteInsideAnEmitterAndOnASurface) {
   const std::vector<Emitter> emitters(1);
-  EXPECT_FLOAT_EQ(
-      received_intensity(emitter_source(emitters[0]), emitters, lambert_and_lobe(), kNoLoss, Vec3(0))[0],
-      1 / (kEmitterRadius_m * kEmitterRadius_m));
+  EXPECT_FLOAT_EQ(received_intensity(emitter_source(emitters[0]), emitters, lambert_and_lobe(),
+                                     kNoLoss, Vec3(0))[0],
+                  1 / (kEmitterRadius_m * kEmitterRadius_m));
   // On the spot itself, straight above a patch of radius 0.5 m.
   EXPECT_NEAR(
       received_intensity(floor_source(0), emitters, lambert_and_lobe(), kNoLoss, Vec3(0))[0],
@@ -72,8 +72,8 @@ TEST(ReceivedIntensity, LosesToTheAirWhatTheDistanceCosts) {
   Bands loss{};
   loss[7] = 0.02f;
   const std::vector<Emitter> emitters(1);
-  const Bands heard =
-      received_intensity(emitter_source(emitters[0]), emitters, lambert_and_lobe(), loss, Vec3(0, 0, 50));
+  const Bands heard = received_intensity(emitter_source(emitters[0]), emitters, lambert_and_lobe(),
+                                         loss, Vec3(0, 0, 50));
   EXPECT_NEAR(heard[0], 1.0 / 2500, 1e-9);
   EXPECT_NEAR(heard[7] / heard[0], std::exp(-1.0), 1e-6);
 }
