@@ -41,6 +41,7 @@ struct Awkward {
   std::uint32_t keys = 0;      // that differ; 0: all
   std::uint32_t places = 0;    // that differ; 0: all
   double spread_m = 0;         // of all places: 0 is the hall's
+  double far_m = 0;            // how far away the first is
   std::uint32_t emitters = 0;  // the first few radiate in all directions
 };
 
@@ -57,6 +58,7 @@ inline std::vector<Source> awkward_sources(std::uint32_t count, std::uint64_t se
     if (awkward.places > 0) source.position_m = sources[bits[1] % awkward.places].position_m;
     if (awkward.spread_m > 0)
       source.position_m = Vec3f(1, 2, 3) + source.position_m * static_cast<float>(awkward.spread_m);
+    if (i == 0) source.position_m.x += static_cast<float>(awkward.far_m);
     source.is_emitter = i < awkward.emitters;
   }
   return sources;

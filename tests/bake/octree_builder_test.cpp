@@ -109,16 +109,18 @@ TEST(Octree, IsThatOfThePlainestCodeOnAnyNumberOfThreads) {
   // TBB makes no more threads than there are cores unless it is told to.
   const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
   const std::vector<testing::Awkward> lists = {
-      {},                            // on walls
-      {.keys = 7},                   // so that the order of the list decides
-      {.keys = 1, .places = 2},      // chains of equals, below the depth limit
-      {.places = 5, .emitters = 3},  // a few crowded places
-      {.spread_m = 1e-6},            // where a float has few values
+      {},                                 // on walls
+      {.keys = 7},                        // so that the order of the list decides
+      {.keys = 1, .places = 2},           // chains of equals, below the depth limit
+      {.places = 5, .emitters = 3},       // a few crowded places
+      {.spread_m = 1e-6},                 // where a float has few values
+      {.spread_m = 1e-6, .far_m = 1000},  // most in one of the least cubes
       {.keys = 100, .emitters = 200}};
   // Around the size of a node, and beyond what one task takes.
   for (const std::uint32_t count : {1u, 2u, 511u, 512u, 513u, 1024u, 5000u, 70'000u, 200'000u})
     for (std::size_t i = 0; i < lists.size(); ++i) {
-      if (count > 70'000 && lists[i].places > 0) continue;  // the plainest code takes minutes
+      if (count > 70'000 && (lists[i].places > 0 || lists[i].far_m > 0))
+        continue;  // the plainest code takes minutes
       const auto sources = testing::awkward_sources(count, count + i, lists[i]);
       const SourceOctree expected = testing::build_octree_serially(sources);
       for (const int threads : {1, 2, 8}) {
