@@ -98,7 +98,7 @@ Result<void> SourceSpill::append(std::span<const Source> sources) {
 
 Result<void> SourceSpill::flush() {
   const auto written = write(buffer_);
-  buffer_ = {};
+  buffer_ = std::vector<Source>();  // {} would keep the room
   return written;
 }
 
