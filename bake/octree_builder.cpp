@@ -180,7 +180,7 @@ void summarise_all(SourceOctree& tree, const std::vector<std::size_t>& level_beg
   for (std::size_t level = level_begins.size() - 1; level-- > 0;)
     tbb::parallel_for(level_begins[level], level_begins[level + 1], [&](std::size_t i) {
       OctreeNode& node = tree.nodes[i];
-      std::array<const OctreeNode*, 8> children{};
+      std::array<const NodeSummary*, 8> children{};
       std::size_t count = 0;
       for (const std::uint32_t child : node.children)
         if (child != kNoNode) children[count++] = &tree.nodes[child];

@@ -23,7 +23,7 @@ constexpr std::size_t kMostBuffered = 32768;         // sources, in each of ten 
 // A finished part of the tree: what the sink calls it, and what its parent must know.
 struct Part {
   std::size_t handle = 0;
-  OctreeNode top{};
+  NodeSummary top{};
 };
 using Parts = std::array<std::optional<Part>, 8>;
 
@@ -205,7 +205,7 @@ class Streamer {
 
   Result<Part> add_node(const std::vector<Source>& own, const Parts& parts) {
     std::array<std::optional<std::size_t>, 8> handles;
-    std::array<const OctreeNode*, 8> tops{};
+    std::array<const NodeSummary*, 8> tops{};
     std::size_t count = 0;
     for (std::size_t o = 0; o < 8; ++o) {
       if (!parts[o]) continue;

@@ -9,8 +9,8 @@
 
 namespace clamor {
 
-void summarise(OctreeNode& node, std::span<const Source> own,
-               std::span<const OctreeNode* const> children) {
+void summarise(NodeSummary& node, std::span<const Source> own,
+               std::span<const NodeSummary* const> children) {
   assert(!own.empty());
   constexpr float kHuge = 1e30f;
   node.low_m = Vec3f(kHuge);
@@ -32,7 +32,7 @@ void summarise(OctreeNode& node, std::span<const Source> own,
   }
   node.highest_key = octree_key(own.front());
 
-  for (const OctreeNode* child : children) {
+  for (const NodeSummary* child : children) {
     node.low_m = glm::min(node.low_m, child->low_m);
     node.high_m = glm::max(node.high_m, child->high_m);
     node.least_delay_s = std::min(node.least_delay_s, child->least_delay_s);
@@ -53,7 +53,7 @@ void summarise(OctreeNode& node, std::span<const Source> own,
   };
   for (const Source& source : own)
     widest = std::max(widest, angle_to(source.normal) + std::numbers::pi / 2);
-  for (const OctreeNode* child : children)
+  for (const NodeSummary* child : children)
     widest = std::max(widest, angle_to(child->cone_axis) + acos_of(child->cone_cos));
   if (widest < std::numbers::pi) node.cone_cos = static_cast<float>(cos_of(widest) - 1e-6);
 }

@@ -7,10 +7,10 @@
 
 namespace clamor {
 
-// Sets bounds, highest key, power, emission cone and delays of a node from its own sources, which
+// Sets all but source_count of a node from its own sources, which
 // are one at least, by descending key, and from its children, by octant. Sums run in that order,
 // so a summary is the same however its tree is built.
-void summarise(OctreeNode& node, std::span<const Source> own,
-               std::span<const OctreeNode* const> children);
+void summarise(NodeSummary& node, std::span<const Source> own,
+               std::span<const NodeSummary* const> children);
 
 }  // namespace clamor

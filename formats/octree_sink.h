@@ -23,10 +23,9 @@ class OctreeSink {
   virtual Result<std::size_t> add_subtree(SourceOctree&& subtree) = 0;
 
   // A single node: its own sources by descending key, and by octant the handles of what is below
-  // it, each named by one parent only. `node` holds its summary and source_count; its `children`
-  // and `first_source` mean nothing.
+  // it, each named by one parent only.
   virtual Result<std::size_t> add_node(
-      const OctreeNode& node, std::span<const Source> sources,
+      const NodeSummary& node, std::span<const Source> sources,
       const std::array<std::optional<std::size_t>, 8>& children) = 0;
 };
 

@@ -78,7 +78,7 @@ inline SourceOctree build_octree_serially(std::vector<Source> sources) {
   }
   for (std::size_t i = tree.nodes.size(); i-- > 0;) {
     OctreeNode& node = tree.nodes[i];
-    std::vector<const OctreeNode*> children;
+    std::vector<const NodeSummary*> children;
     for (const auto child : node.children)
       if (child != kNoNode) children.push_back(&tree.nodes[child]);
     summarise(node, std::span(tree.sources).subspan(node.first_source, node.source_count),
@@ -87,8 +87,7 @@ inline SourceOctree build_octree_serially(std::vector<Source> sources) {
   return tree;
 }
 
-// Of all but its links and the place of its sources.
-inline bool same_summary(const OctreeNode& a, const OctreeNode& b) {
+inline bool same_summary(const NodeSummary& a, const NodeSummary& b) {
   return a.low_m == b.low_m && a.high_m == b.high_m && a.highest_key == b.highest_key &&
          a.power == b.power && a.cone_axis == b.cone_axis && a.cone_cos == b.cone_cos &&
          a.least_delay_s == b.least_delay_s && a.most_delay_s == b.most_delay_s &&

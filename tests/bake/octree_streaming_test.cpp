@@ -37,7 +37,7 @@ class CollectingSink : public OctreeSink {
     return first;
   }
 
-  Result<std::size_t> add_node(const OctreeNode& node, std::span<const Source> sources,
+  Result<std::size_t> add_node(const NodeSummary& node, std::span<const Source> sources,
                                const std::array<std::optional<std::size_t>, 8>& children) override {
     ++single_nodes;
     if (refuse_after_nodes > 0 && single_nodes > refuse_after_nodes)
@@ -45,7 +45,10 @@ class CollectingSink : public OctreeSink {
     for (const auto& child : children)
       EXPECT_LT(child.value_or(0), pieces_.size() + (child ? 0 : 1)) << "before its child";
     EXPECT_EQ(node.source_count, sources.size());
-    pieces_.push_back({node, {sources.begin(), sources.end()}, children});
+    Piece& piece = pieces_.emplace_back();
+    static_cast<NodeSummary&>(piece.node) = node;
+    piece.sources.assign(sources.begin(), sources.end());
+    piece.children = children;
     return pieces_.size() - 1;
   }
 
@@ -151,7 +154,7 @@ class CountingSink : public OctreeSink {
     largest = std::max(largest, subtree.sources.size());
     return 0;
   }
-  Result<std::size_t> add_node(const OctreeNode&, std::span<const Source> own,
+  Result<std::size_t> add_node(const NodeSummary&, std::span<const Source> own,
                                const std::array<std::optional<std::size_t>, 8>&) override {
     sources += own.size();
     return 0;
