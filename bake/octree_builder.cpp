@@ -1,134 +1,239 @@
 #include "bake/octree_builder.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <numeric>
+#include <array>
+#include <cassert>
+#include <functional>
+#include <memory>
 
-#include "common/maths.h"
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
+#include "bake/highest_ranks.h"
+#include "bake/octree_summary.h"
 
 namespace clamor {
 
 namespace {
 
-// A cube of space and the sources (as indices) that are still to be placed in it.
-struct Cell {
-  OctreeCube cube;
-  std::vector<std::uint32_t> indices;
+constexpr std::size_t kPart = 65536;  // of a cell's or a list's entries, for one task
+
+// What sorting needs to know of a source.
+struct Entry {
+  std::uint32_t key_bits;
+  std::uint32_t place;  // in the list
+  Vec3f position_m;
+
+  std::uint64_t rank() const { return octree_rank(key_bits, place); }
 };
 
-// Takes the highest keys out of the cell, in descending order; the rest stay, in list order.
-std::vector<std::uint32_t> take_highest(Cell& cell, const std::vector<float>& keys) {
-  const auto higher = [&keys](std::uint32_t a, std::uint32_t b) {
-    return keys[a] != keys[b] ? keys[a] > keys[b] : a < b;
-  };
-  auto& all = cell.indices;
-  const auto taken = std::min<std::size_t>(all.size(), kNodeSources);
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(taken);
-  if (middle != all.end()) std::nth_element(all.begin(), middle, all.end(), higher);
-  std::sort(all.begin(), middle, higher);
-  std::vector<std::uint32_t> highest(all.begin(), middle);
-  all.erase(all.begin(), middle);
-  std::sort(all.begin(), all.end());
-  return highest;
+// Not initialised: whichever thread writes a part first brings it into memory.
+template <class T>
+std::unique_ptr<T[]> uninitialised(std::size_t count) {
+  return std::make_unique_for_overwrite<T[]>(count);
 }
 
-// Bounds, power, delays and emission cone of a node from its own sources and its children's nodes.
-void summarise(OctreeNode& node, SourceOctree& tree) {
-  constexpr float kHuge = 1e30f;
-  node.low_m = Vec3f(kHuge);
-  node.high_m = Vec3f(-kHuge);
-  node.least_delay_s = kHuge;
-  node.most_delay_s = 0;
-  std::array<double, kBandCount> power{};
-  Vec3 axis(0);
+// Calls work(part, first, last) for each part of [0, count).
+template <class Work>
+void for_parts(std::size_t count, const Work& work) {
+  const std::size_t parts = (count + kPart - 1) / kPart;
+  if (parts == 1) return work(std::size_t{0}, std::size_t{0}, count);
+  tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+    work(part, part * kPart, std::min(count, (part + 1) * kPart));
+  });
+}
 
-  const auto first = tree.sources.begin() + static_cast<std::ptrdiff_t>(node.first_source);
-  const auto last = first + node.source_count;
-  bool everywhere = false;  // does anything here radiate in all directions
-  for (auto source = first; source != last; ++source) {
-    node.low_m = glm::min(node.low_m, source->position_m);
-    node.high_m = glm::max(node.high_m, source->position_m);
-    node.least_delay_s = std::min(node.least_delay_s, source->delay_s);
-    node.most_delay_s = std::max(node.most_delay_s, source->delay_s);
-    for (std::size_t b = 0; b < kBandCount; ++b) power[b] += source->power[b];
-    axis += Vec3(source->normal);
-    everywhere |= source->is_emitter;
+using OctantCounts = std::array<std::size_t, 8>;
+
+// A cube of space and the sources that are still to be placed in it: a range of one of two arrays;
+// the same range of the other is free.
+struct Cell {
+  OctreeCube cube;
+  std::size_t first = 0, count = 0;
+  unsigned array = 0;
+  bool sorted = false;  // by rank, for good
+
+  std::size_t own() const { return std::min<std::size_t>(count, kNodeSources); }
+};
+
+class Sorter {
+ public:
+  explicit Sorter(std::span<const Source> sources)
+      : arrays_{uninitialised<Entry>(sources.size()), uninitialised<Entry>(sources.size())},
+        order_(uninitialised<std::uint32_t>(sources.size())) {
+    for_parts(sources.size(), [&](std::size_t, std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i)
+        arrays_[0][i] = {key_bits(octree_key(sources[i])), static_cast<std::uint32_t>(i),
+                         sources[i].position_m};
+    });
   }
-  node.highest_key = octree_key(*first);
 
-  for (const auto child_index : node.children) {
-    if (child_index == kNoNode) continue;
-    const OctreeNode& child = tree.nodes[child_index];
-    node.low_m = glm::min(node.low_m, child.low_m);
-    node.high_m = glm::max(node.high_m, child.high_m);
-    node.least_delay_s = std::min(node.least_delay_s, child.least_delay_s);
-    node.most_delay_s = std::max(node.most_delay_s, child.most_delay_s);
-    for (std::size_t b = 0; b < kBandCount; ++b) power[b] += child.power[b];
-    axis += Vec3(child.cone_axis);
-    everywhere |= child.cone_cos <= -1;
+  // Places a cell's highest, from `first_source` on, and parts the others by octant, in the other
+  // array, one octant after the other from the cell's first + own() on. Returns their numbers.
+  OctantCounts divide(Cell& cell, std::uint64_t first_source) {
+    Entry* const entries = &arrays_[cell.array][cell.first];
+    std::uint32_t* const placed = &order_[first_source];
+    if (cell.count <= kNodeSources || cell.cube.depth >= OctreeCube::kDeepest)
+      return chain(cell, entries, placed);
+
+    const std::uint64_t least = take_highest(entries, cell.count, placed);
+    std::vector<OctantCounts> part_begins((cell.count + kPart - 1) / kPart);
+    for_parts(cell.count, [&](std::size_t part, std::size_t first, std::size_t last) {
+      OctantCounts counts{};
+      for (std::size_t i = first; i < last; ++i)
+        if (entries[i].rank() < least) ++counts[octant_of(cell, entries[i])];
+      part_begins[part] = counts;
+    });
+    OctantCounts octants{};
+    std::size_t begin = 0;
+    for (std::size_t o = 0; o < 8; ++o)
+      for (OctantCounts& part : part_begins) {
+        const std::size_t count = part[o];
+        octants[o] += count;
+        part[o] = begin;
+        begin += count;
+      }
+    Entry* const others = &arrays_[1 - cell.array][cell.first + cell.own()];
+    for_parts(cell.count, [&](std::size_t part, std::size_t first, std::size_t last) {
+      OctantCounts next = part_begins[part];
+      for (std::size_t i = first; i < last; ++i)
+        if (entries[i].rank() < least) others[next[octant_of(cell, entries[i])]++] = entries[i];
+    });
+    return octants;
   }
-  for (std::size_t b = 0; b < kBandCount; ++b) node.power[b] = static_cast<float>(power[b]);
 
-  // Half angle of the cone: a surface radiates up to 90 degrees from its normal.
-  const double length_of_axis = length(axis);
-  if (everywhere || length_of_axis < 1e-6) return;
-  node.cone_axis = Vec3f(axis / length_of_axis);
-  double widest = 0;
-  const auto angle_to = [&node](const Vec3f& v) {
-    return acos_of(std::clamp(static_cast<double>(dot(v, node.cone_axis)), -1.0, 1.0));
+  // The source at each place of the tree, when all cells are divided.
+  std::unique_ptr<std::uint32_t[]> order() && { return std::move(order_); }
+
+ private:
+  static std::size_t octant_of(const Cell& cell, const Entry& entry) {
+    return cell.cube.octant_of(Vec3(entry.position_m));
+  }
+
+  // Places the kNodeSources highest; returns the rank of the last of them.
+  static std::uint64_t take_highest(const Entry* entries, std::size_t count,
+                                    std::uint32_t* placed) {
+    std::vector<HighestRanks> highest((count + kPart - 1) / kPart);
+    for_parts(count, [&](std::size_t part, std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) highest[part].offer(entries[i].rank());
+    });
+    for (std::size_t part = 1; part < highest.size(); ++part)
+      for (const std::uint64_t rank : highest[part].descending()) highest[0].offer(rank);
+    const auto ranks = highest[0].descending();
+    std::transform(ranks.begin(), ranks.end(), placed, place_of_rank);
+    return ranks.back();
+  }
+
+  // A leaf, or one of a chain of nodes where space is divided no further. Sorting once and for all
+  // keeps a long chain from costing the square of its length.
+  static OctantCounts chain(Cell& cell, Entry* entries, std::uint32_t* placed) {
+    const auto higher = [](const Entry& a, const Entry& b) { return a.rank() > b.rank(); };
+    if (!cell.sorted) tbb::parallel_sort(entries, entries + cell.count, higher);
+    cell.sorted = true;
+    for (std::size_t i = 0; i < cell.own(); ++i) placed[i] = entries[i].place;
+    return {cell.count - cell.own()};
+  }
+
+  std::array<std::unique_ptr<Entry[]>, 2> arrays_;
+  std::unique_ptr<std::uint32_t[]> order_;
+};
+
+// Makes the nodes, all but their summaries, and returns where each level begins and ends.
+std::vector<std::size_t> make_nodes(Sorter& sorter, const Cell& root,
+                                    std::vector<OctreeNode>& nodes) {
+  std::vector<std::size_t> level_begins;
+  std::uint64_t first_source = 0;
+  for (std::vector<Cell> level{root}; !level.empty();) {
+    const std::size_t first_node = nodes.size();
+    level_begins.push_back(first_node);
+    for (const Cell& cell : level) {
+      OctreeNode& node = nodes.emplace_back();
+      node.first_source = first_source;
+      node.source_count = static_cast<std::uint32_t>(cell.own());
+      first_source += cell.own();
+    }
+    std::vector<OctantCounts> octants(level.size());
+    tbb::parallel_for(std::size_t{0}, level.size(), [&](std::size_t i) {
+      octants[i] = sorter.divide(level[i], nodes[first_node + i].first_source);
+    });
+
+    std::vector<Cell> below;
+    for (std::size_t i = 0; i < level.size(); ++i) {
+      const Cell& cell = level[i];
+      std::size_t first = cell.first + cell.own();
+      for (std::size_t o = 0; o < 8; ++o) {
+        if (octants[i][o] == 0) continue;
+        nodes[first_node + i].children[o] = static_cast<std::uint32_t>(nodes.size() + below.size());
+        below.push_back({cell.cube.child(o), first, octants[i][o],
+                         cell.sorted ? cell.array : 1 - cell.array, cell.sorted});
+        first += octants[i][o];
+      }
+    }
+    level = std::move(below);
+  }
+  level_begins.push_back(nodes.size());
+  return level_begins;
+}
+
+void summarise_all(SourceOctree& tree, const std::vector<std::size_t>& level_begins) {
+  for (std::size_t level = level_begins.size() - 1; level-- > 0;)
+    tbb::parallel_for(level_begins[level], level_begins[level + 1], [&](std::size_t i) {
+      OctreeNode& node = tree.nodes[i];
+      std::array<const NodeSummary*, 8> children{};
+      std::size_t count = 0;
+      for (const std::uint32_t child : node.children)
+        if (child != kNoNode) children[count++] = &tree.nodes[child];
+      summarise(node, std::span(tree.sources).subspan(node.first_source, node.source_count),
+                std::span(children).first(count));
+    });
+}
+
+OctreeCube cube_around(std::span<const Source> sources) {
+  struct Box {
+    Vec3f low_m, high_m;
   };
-  for (auto source = first; source != last; ++source)
-    widest = std::max(widest, angle_to(source->normal) + std::numbers::pi / 2);
-  for (const auto child_index : node.children) {
-    if (child_index == kNoNode) continue;
-    const OctreeNode& child = tree.nodes[child_index];
-    widest = std::max(widest, angle_to(child.cone_axis) + acos_of(child.cone_cos));
+  std::vector<Box> boxes((sources.size() + kPart - 1) / kPart);
+  for_parts(sources.size(), [&](std::size_t part, std::size_t first, std::size_t last) {
+    Box box{sources[first].position_m, sources[first].position_m};
+    for (const Source& source : sources.subspan(first, last - first)) {
+      box.low_m = glm::min(box.low_m, source.position_m);
+      box.high_m = glm::max(box.high_m, source.position_m);
+    }
+    boxes[part] = box;
+  });
+  Box all = boxes[0];
+  for (const Box& box : boxes) {
+    all.low_m = glm::min(all.low_m, box.low_m);
+    all.high_m = glm::max(all.high_m, box.high_m);
   }
-  if (widest < std::numbers::pi) node.cone_cos = static_cast<float>(cos_of(widest) - 1e-6);
+  return OctreeCube::around(Vec3(all.low_m), Vec3(all.high_m));
 }
 
 }  // namespace
 
 SourceOctree build_octree(std::vector<Source> sources) {
+  if (sources.empty()) return {};
+  const OctreeCube cube = cube_around(sources);
+  return build_octree(std::move(sources), cube);
+}
+
+SourceOctree build_octree(std::vector<Source> sources, const OctreeCube& cube) {
+  assert(sources.size() < 0xffffffffu);
   SourceOctree tree;
   if (sources.empty()) return tree;
-
-  std::vector<float> keys(sources.size());
-  std::transform(sources.begin(), sources.end(), keys.begin(), octree_key);
-  Vec3f low = sources[0].position_m, high = low;
-  for (const Source& source : sources) {
-    low = glm::min(low, source.position_m);
-    high = glm::max(high, source.position_m);
+  std::vector<std::size_t> level_begins;
+  std::unique_ptr<std::uint32_t[]> order;
+  {
+    Sorter sorter(sources);
+    level_begins = make_nodes(sorter, {cube, 0, sources.size()}, tree.nodes);
+    order = std::move(sorter).order();
   }
-  Cell root{OctreeCube::around(Vec3(low), Vec3(high)), {}};
-  root.indices.resize(sources.size());
-  std::iota(root.indices.begin(), root.indices.end(), 0u);
-
-  // Breadth first: cells wait in a list that is also the list of nodes, so that children come
-  // after their parents and the top of the tree is the start of the file.
-  std::vector<Cell> cells;
-  cells.push_back(std::move(root));
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const auto highest = take_highest(cells[i], keys);
-    OctreeNode node;
-    node.first_source = tree.sources.size();
-    node.source_count = static_cast<std::uint32_t>(highest.size());
-    for (const auto index : highest) tree.sources.push_back(sources[index]);
-
-    const Cell cell = std::move(cells[i]);
-    cells[i] = {};
-    std::array<std::vector<std::uint32_t>, 8> octants;
-    for (const auto index : cell.indices)
-      octants[cell.cube.octant_of(Vec3(sources[index].position_m))].push_back(index);
-    for (std::size_t o = 0; o < 8; ++o) {
-      if (octants[o].empty()) continue;
-      node.children[o] = static_cast<std::uint32_t>(cells.size());
-      cells.push_back({cell.cube.child(o), std::move(octants[o])});
-    }
-    tree.nodes.push_back(node);
-  }
-  for (std::size_t i = tree.nodes.size(); i-- > 0;) summarise(tree.nodes[i], tree);
+  tree.sources.resize(sources.size());
+  for_parts(sources.size(), [&](std::size_t, std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) tree.sources[i] = sources[order[i]];
+  });
+  summarise_all(tree, level_begins);
   return tree;
 }
 

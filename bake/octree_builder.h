@@ -1,4 +1,12 @@
-// octree_builder.h: sorts the sources of a bake into the heap-ordered octree.
+// octree_builder.h: sorts the sources of a bake into the heap-ordered octree, in memory.
+//
+// Level by level, so that nodes come out breadth first. Of a source only its key, place in the list
+// and position (20 bytes) are moved about, from one array to another and back, a level each; the
+// sources themselves are moved once, at the end. The cells of a level are worked on in parallel,
+// and large ones in parts; the tree is a function of the list, whatever the number of threads.
+//
+// Threads: as many as the TBB arena it is called in.   Memory: the list, the tree and 4 bytes a
+// source; that is 2.1 times the list. A list that does not fit: octree_streaming.h.
 #pragma once
 
 #include <vector>
@@ -7,8 +15,11 @@
 
 namespace clamor {
 
-// The key here is the power summed over bands, over u. Sources with equal keys keep their order, so
-// the tree is a function of the list. Costs one copy of the list; 1 million take about a second.
+// The key here is the power summed over bands, over u. Sources with equal keys keep their order.
+// Fewer than 2^32 sources.
 SourceOctree build_octree(std::vector<Source> sources);
+
+// The part of a tree that lies in one of its cubes.
+SourceOctree build_octree(std::vector<Source> sources, const OctreeCube& cube);
 
 }  // namespace clamor

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
+
+#include <tbb/parallel_sort.h>
 
 #include "common/random.h"
 
@@ -43,39 +46,54 @@ bool SourceThinning::before(const Entry& a, const Entry& b) {
 
 void SourceThinning::add(std::span<const Source> deposits, std::uint64_t order) {
   // At once: growing by doubling would take twice as much when it is fullest.
-  if (added_ == 0) entries_.reserve(2 * most_ + kSlack);
+  const std::size_t room = most_ + most_ / 4 + kSlack;
+  if (added_ == 0) {
+    entries_.reserve(room);
+    sources_.reserve(room);
+  }
   added_ += deposits.size();
   for (std::size_t i = 0; i < deposits.size(); ++i) {
     const double key = weight_of(deposits[i]) / random_of(deposits[i]);
     if (key < threshold_) continue;  // more than n are above it already
-    entries_.push_back({key, order, i, deposits[i]});
+    if (live_ == entries_.size()) {
+      entries_.push_back({0, 0, 0, static_cast<std::uint32_t>(live_)});
+      sources_.emplace_back();
+    }
+    Entry& entry = entries_[live_++];
+    entry = {key, order, static_cast<std::uint32_t>(i), entry.slot};
+    sources_[entry.slot] = deposits[i];
   }
-  if (entries_.size() > 2 * most_ + kSlack - kMostAtOnce) prune();
+  if (live_ > room - kMostAtOnce) prune();
 }
 
 void SourceThinning::prune() {
-  if (entries_.size() <= most_) return;
-  const auto cut = entries_.begin() + static_cast<std::ptrdiff_t>(most_);
-  std::nth_element(entries_.begin(), cut, entries_.end(), before);
+  if (live_ <= most_) return;
+  const auto begin = entries_.begin(), cut = begin + static_cast<std::ptrdiff_t>(most_);
+  std::nth_element(begin, cut, begin + static_cast<std::ptrdiff_t>(live_), before);
   threshold_ = std::max(threshold_, cut->key);
-  entries_.erase(cut, entries_.end());
+  live_ = most_;
 }
 
 std::vector<Source> SourceThinning::take() {
   prune();
-  std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
+  entries_.resize(live_);
+  tbb::parallel_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
     return a.order != b.order ? a.order < b.order : a.rank < b.rank;
   });
-  std::vector<Source> kept;
-  kept.reserve(entries_.size());
-  for (const Entry& entry : entries_) {
-    Source& source = kept.emplace_back(entry.source);
-    const double weight = weight_of(source);
+  // Where it is, since there may be no room for a second list: the i-th changes places with
+  // whichever source is there, which is found again by way of the i-th entry's slot.
+  for (std::size_t i = 0; i < live_; ++i) {
+    std::uint32_t& slot = entries_[i].slot;
+    while (slot < i) slot = entries_[slot].slot;
+    std::swap(sources_[i], sources_[slot]);
+    const double weight = weight_of(sources_[i]);
     if (weight >= threshold_) continue;
-    for (float& band : source.power) band = static_cast<float>(band * (threshold_ / weight));
+    for (float& band : sources_[i].power) band = static_cast<float>(band * (threshold_ / weight));
   }
-  entries_ = {};
-  return kept;
+  sources_.resize(live_);
+  entries_ = std::vector<Entry>();  // {} would keep the room
+  live_ = 0;
+  return std::exchange(sources_, std::vector<Source>());
 }
 
 }  // namespace clamor

@@ -5,8 +5,14 @@
 #include <set>
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 
 #include "common/random.h"
+#include "tests/octree_reference.h"
+#include "tests/peak_memory.h"
+#include "tests/sanitized.h"
+#include "tests/source_lists.h"
 
 namespace clamor {
 namespace {
@@ -97,6 +103,56 @@ TEST(Octree, TakesAnyNumberOfSourcesInOnePlace) {
   for (Source& source : sources) source.position_m = {1, 2, 3};
   const auto tree = build_octree(std::move(sources));
   EXPECT_EQ(tree.sources.size(), 5000u);
+}
+
+TEST(Octree, IsThatOfThePlainestCodeOnAnyNumberOfThreads) {
+  // TBB makes no more threads than there are cores unless it is told to.
+  const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
+  const std::vector<testing::Awkward> lists = {
+      {},                                 // on walls
+      {.keys = 7},                        // so that the order of the list decides
+      {.keys = 1, .places = 2},           // chains of equals, below the depth limit
+      {.places = 5, .emitters = 3},       // a few crowded places
+      {.spread_m = 1e-6},                 // where a float has few values
+      {.spread_m = 1e-6, .far_m = 1000},  // most in one of the least cubes
+      {.keys = 100, .emitters = 200}};
+  // Around the size of a node, and beyond what one task takes.
+  for (const std::uint32_t count : {1u, 2u, 511u, 512u, 513u, 1024u, 5000u, 70'000u, 200'000u})
+    for (std::size_t i = 0; i < lists.size(); ++i) {
+      if (count > 70'000 && (lists[i].places > 0 || lists[i].far_m > 0))
+        continue;  // the plainest code takes minutes
+      const auto sources = testing::awkward_sources(count, count + i, lists[i]);
+      const SourceOctree expected = testing::build_octree_serially(sources);
+      for (const int threads : {1, 2, 8}) {
+        SourceOctree tree;
+        tbb::task_arena(threads).execute([&] { tree = build_octree(sources); });
+        ASSERT_TRUE(testing::same_octree(tree, expected))
+            << count << " sources of list " << i << " on " << threads << " threads";
+      }
+    }
+}
+
+TEST(Octree, OfManySourcesInOnePlaceTakesNoLongerThanOfOthers) {
+  // Node by node, two million would mean to look at four thousand million: minutes.
+  auto sources = testing::awkward_sources(2'000'000, 1, {.places = 1});
+  const auto tree = build_octree(std::move(sources));
+  ASSERT_EQ(tree.nodes.size(), (2'000'000 + kNodeSources - 1) / kNodeSources);
+  EXPECT_TRUE(std::is_sorted(tree.sources.begin(), tree.sources.end(),
+                             [](const Source& a, const Source& b) { return key(a) > key(b); }));
+}
+
+TEST(Octree, IsBuiltInThreeTimesTheMemoryOfItsSources) {
+  if (testing::kSanitized) GTEST_SKIP() << "a sanitizer keeps what is freed";
+  constexpr std::uint32_t kCount = 1'000'000;
+  auto sources = testing::wall_sources(kCount);
+  const std::uint64_t list_bytes = kCount * sizeof(Source);
+  const testing::PeakMemory peak;
+  if (!peak.known()) GTEST_SKIP() << "this system does not tell how much memory was used at most";
+  const auto tree = build_octree(std::move(sources));
+  ASSERT_EQ(tree.sources.size(), kCount);
+  const double times = static_cast<double>(list_bytes + peak.more_bytes()) / list_bytes;
+  EXPECT_LE(times, 3.0);
+  EXPECT_GE(times, 1.9);  // the list and the tree: else nothing was measured
 }
 
 TEST(Octree, OfNothingIsEmpty) { EXPECT_TRUE(build_octree({}).nodes.empty()); }

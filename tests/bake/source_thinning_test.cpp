@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "tests/peak_memory.h"
+#include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
@@ -113,6 +115,22 @@ TEST(SourceThinning, DrawsWithNumbersThatHaveNothingToDoWithTheSourcesOwn) {
   const auto kept = thinning.take();
   for (const Source& source : kept) sum += static_cast<double>(source.u);
   EXPECT_NEAR(sum / 2000, 0.5, 4 * std::sqrt(1.0 / 12 / 2000));
+}
+
+TEST(SourceThinning, HoldsLittleMoreThanItKeeps) {
+  if (testing::kSanitized) GTEST_SKIP() << "a sanitizer keeps what is freed";
+  constexpr std::uint64_t kKept = 1'000'000, kList_bytes = kKept * sizeof(Source);
+  const testing::PeakMemory peak;
+  if (!peak.known()) GTEST_SKIP() << "this system does not tell how much memory was used at most";
+  std::vector<Source> kept;
+  {
+    SourceThinning thinning(kKept);
+    for (std::uint32_t part = 0; part < 60; ++part) thinning.add(deposits(50'000, part), part);
+    kept = thinning.take();
+  }
+  ASSERT_EQ(kept.size(), kKept);
+  EXPECT_LE(peak.more_bytes(), 2 * kList_bytes);
+  EXPECT_GE(peak.more_bytes(), kList_bytes);  // else nothing was measured
 }
 
 }  // namespace

@@ -7,15 +7,14 @@
 #include <chrono>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
 #include "bake/octree_builder.h"
-#include "common/random.h"
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
+#include "tests/source_lists.h"
 #include "tests/stored_tree.h"
 
 namespace clamor {
@@ -23,36 +22,11 @@ namespace {
 
 constexpr std::size_t kMostToScan = 1'000'000;
 
-SourceOctree wall_sources(std::uint32_t count) {
-  std::vector<Source> sources(count);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const RandomBits a = philox(2, {i, 0, 0, 0}), b = philox(2, {i, 1, 0, 0});
-    const std::uint32_t face = i % 6;
-    const int axis = static_cast<int>(face / 2);
-    Vec3 place(unit(a[0]), unit(a[1]), unit(b[2])), normal(0);
-    place[axis] = face % 2;
-    normal[axis] = face % 2 == 0 ? 1 : -1;
-    const double cos_i = std::sqrt(unit_above_zero(a[2])), turn = 2 * std::numbers::pi * unit(a[3]);
-    Vec3 mirror = normal * cos_i;
-    mirror[(axis + 1) % 3] = std::sqrt(1 - cos_i * cos_i) * std::cos(turn);
-    mirror[(axis + 2) % 3] = std::sqrt(1 - cos_i * cos_i) * std::sin(turn);
-    Source& source = sources[i];
-    source.position_m = Vec3f(place * Vec3(20, 8, 15));
-    source.normal = Vec3f(normal);
-    source.mirror = Vec3f(mirror);
-    source.delay_s = static_cast<float>(0.02 + 1.5 * unit(b[0]));
-    source.power = same_in_all_bands(static_cast<float>(std::pow(10, -6 * unit(b[0]))));
-    source.patch_radius_m = 0.3f;
-    source.u = static_cast<float>(unit_above_zero(b[1]));
-  }
-  return build_octree(std::move(sources));
-}
-
 const testing::StoredTrees& trees_of(std::uint32_t count) {
   static std::map<std::uint32_t, testing::StoredTrees> known;
   if (!known.contains(count)) {
     known.clear();  // one at a time: ten million take a gigabyte
-    known[count].add(wall_sources(count));
+    known[count].add(build_octree(testing::wall_sources(count)));
   }
   return known[count];
 }

@@ -1,0 +1,67 @@
+// source_lists.h: lists of sources that an octree has trouble with, and one that it has not.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "common/random.h"
+#include "formats/source.h"
+
+namespace clamor::testing {
+
+// On the walls of a 20 x 8 x 15 m hall, powers spread over 60 dB.
+inline std::vector<Source> wall_sources(std::uint32_t count, std::uint64_t seed = 2) {
+  std::vector<Source> sources(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const RandomBits a = philox(seed, {i, 0, 0, 0}), b = philox(seed, {i, 1, 0, 0});
+    const std::uint32_t face = i % 6;
+    const int axis = static_cast<int>(face / 2);
+    Vec3 place(unit(a[0]), unit(a[1]), unit(b[2])), normal(0);
+    place[axis] = face % 2;
+    normal[axis] = face % 2 == 0 ? 1 : -1;
+    const double cos_i = std::sqrt(unit_above_zero(a[2])), turn = 2 * std::numbers::pi * unit(a[3]);
+    Vec3 mirror = normal * cos_i;
+    mirror[(axis + 1) % 3] = std::sqrt(1 - cos_i * cos_i) * std::cos(turn);
+    mirror[(axis + 2) % 3] = std::sqrt(1 - cos_i * cos_i) * std::sin(turn);
+    Source& source = sources[i];
+    source.position_m = Vec3f(place * Vec3(20, 8, 15));
+    source.normal = Vec3f(normal);
+    source.mirror = Vec3f(mirror);
+    source.delay_s = static_cast<float>(0.02 + 1.5 * unit(b[0]));
+    source.power = same_in_all_bands(static_cast<float>(std::pow(10, -6 * unit(b[0]))));
+    source.patch_radius_m = 0.3f;
+    source.u = static_cast<float>(unit_above_zero(b[1]));
+  }
+  return sources;
+}
+
+// What may be awkward about a list.
+struct Awkward {
+  std::uint32_t keys = 0;      // that differ; 0: all
+  std::uint32_t places = 0;    // that differ; 0: all
+  double spread_m = 0;         // of all places: 0 is the hall's
+  double far_m = 0;            // how far away the first is
+  std::uint32_t emitters = 0;  // the first few radiate in all directions
+};
+
+inline std::vector<Source> awkward_sources(std::uint32_t count, std::uint64_t seed,
+                                           const Awkward& awkward) {
+  std::vector<Source> sources = wall_sources(count, seed);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    Source& source = sources[i];
+    const RandomBits bits = philox(seed, {i, 2, 0, 0});
+    if (awkward.keys > 0) {
+      source.power = same_in_all_bands(static_cast<float>(bits[0] % awkward.keys));  // 0 too
+      source.u = 1;
+    }
+    if (awkward.places > 0) source.position_m = sources[bits[1] % awkward.places].position_m;
+    if (awkward.spread_m > 0)
+      source.position_m = Vec3f(1, 2, 3) + source.position_m * static_cast<float>(awkward.spread_m);
+    if (i == 0) source.position_m.x += static_cast<float>(awkward.far_m);
+    source.is_emitter = i < awkward.emitters;
+  }
+  return sources;
+}
+
+}  // namespace clamor::testing
