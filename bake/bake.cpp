@@ -13,6 +13,7 @@
 #include "bake/batch_tracing.h"
 #include "bake/decay_estimate.h"
 #include "bake/octree_builder.h"
+#include "bake/octree_streaming.h"
 #include "bake/patch_radius.h"
 #include "bake/photon_tracer.h"
 #include "bake/scene.h"
@@ -106,15 +107,22 @@ struct Workshop {
   PhotonTracer tracer;
 };
 
-// An Error if the plan needs more memory than it may have.
-Result<void> check_memory(const Level& level, const BakePlan& plan, const BakeOptions& options) {
+// Where the octree can be sorted; an Error if the plan needs more memory than it may have.
+Result<SortedIn> check_memory(const Level& level, const BakePlan& plan,
+                              const BakeOptions& options) {
   const int threads = tbb::this_task_arena::max_concurrency();
   const std::uint64_t listening = DecayEstimate::most_bytes(options.settings.longest_path_s);
-  const std::uint64_t needed = bake_memory_bytes(level, plan, threads) + listening;
-  if (options.memory_bytes == 0 || needed <= options.memory_bytes) return {};
+  const auto needs = [&](const BakePlan& of, SortedIn sorted) {
+    return bake_memory_bytes(level, of, threads, sorted) + listening;
+  };
+  if (options.memory_bytes == 0 || needs(plan, SortedIn::kMemory) <= options.memory_bytes)
+    return SortedIn::kMemory;
+  const SortedIn last = options.spill.empty() ? SortedIn::kMemory : SortedIn::kFiles;
+  const std::uint64_t needed = needs(plan, last);
+  if (needed <= options.memory_bytes) return last;
   BakePlan bare = plan;
   bare.sources = 0;
-  const std::uint64_t least = bake_memory_bytes(level, bare, threads) + listening;
+  const std::uint64_t least = needs(bare, last);
   const auto megabytes = [](std::uint64_t bytes) {
     return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
   };
@@ -150,7 +158,8 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
                                         BakeReport& report) {
   const Workshop workshop(level, options.settings);
   const BakePlan& plan = workshop.plan;
-  if (const auto fits = check_memory(level, plan, options); !fits.ok()) return fits.error();
+  const auto sorted = check_memory(level, plan, options);
+  if (!sorted.ok()) return sorted.error();
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
   DecayEstimate decay = workshop.decay_estimate(level);
@@ -193,7 +202,19 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   for (std::uint32_t i = 0; i < level.emitters.size(); ++i)
     traced->deposits.push_back(
         emitter_source(level.emitters[i], i, workshop.tracer.emitter_key(i)));
-  contents.octree = build_octree(std::move(traced->deposits));
+  if (*sorted == SortedIn::kMemory) {
+    contents.octree = build_octree(std::move(traced->deposits));
+  } else {
+    // The list goes to disk, and its memory to the sorting of parts of it.
+    auto spill = std::make_shared<SourceSpill>(options.spill);
+    if (const auto done = spill->append(traced->deposits); !done.ok()) return done.error();
+    contents.streamed_sources = traced->deposits.size();
+    const std::uint64_t room = traced->deposits.size() * sizeof(Source);
+    traced->deposits = {};
+    contents.stream_octree = [spill, room](OctreeSink& sink) {
+      return stream_octree(std::move(*spill), room, sink);
+    };
+  }
 
   if (!options.journal.empty()) {
     TraceJournal& journal = journals->front();

@@ -30,6 +30,7 @@ struct BakeOptions {
   std::uint64_t memory_bytes =
       0;                  // a bake that would take more is an Error before it starts; 0: any
   std::string journal{};  // file that keeps what is traced, see trace_journal.h; "" for none
+  std::string spill{};    // where sorting needs files, they are beside this one; "" for nowhere
   std::string note{};     // kept in the journal for whoever merges it
   std::vector<std::string> shards{};  // journals that together hold all photons: none is traced
   std::function<void(const BakeProgress&)> on_progress{};  // from any thread, one at a time

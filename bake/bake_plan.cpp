@@ -99,12 +99,14 @@ std::vector<std::vector<PhotonRun>> BakePlan::batches() const {
   return batches;
 }
 
-std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads) {
-  constexpr std::uint64_t kProgram = 35'000'000, kPerTriangle = 300, kPerSource = 215;
+std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads,
+                                SortedIn sorted) {
+  constexpr std::uint64_t kProgram = 35'000'000, kPerTriangle = 300;
+  const std::uint64_t per_source = sorted == SortedIn::kMemory ? 215 : 130;
   constexpr std::uint64_t kPerEmitter = 1000, kPerThread = 8'000'000;
   std::uint64_t samples = 0;
   for (const Signal& signal : level.signals) samples += signal.samples.size();
-  return kProgram + kPerTriangle * level.mesh.triangles.size() + kPerSource * plan.sources +
+  return kProgram + kPerTriangle * level.mesh.triangles.size() + per_source * plan.sources +
          kPerEmitter * level.emitters.size() + 8 * samples +
          kPerThread * static_cast<std::uint64_t>(threads);
 }

@@ -47,7 +47,10 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
 // for the program, 300 bytes a triangle, 215 a source (sorting takes two and a half times the 88 of
 // a source), and what threads have under way. Measured: the violin room 106 MB for 300 000 sources,
 // 251 for a million, 646 for three.
-std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads);
+// Where the octree is sorted on disk, a source takes 130.
+enum class SortedIn : std::uint8_t { kMemory, kFiles };
+std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads,
+                                SortedIn sorted = SortedIn::kMemory);
 
 // How many rooms the emitters are in: those that see each other, directly or through others, share
 // one. Emitters beyond the first 64 rooms' worth are counted to the first.

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "formats/input_file.h"
 #include "formats/level.h"
 #include "formats/octree_page.h"
+#include "formats/octree_sink.h"
 
 namespace clamor {
 
@@ -78,6 +80,11 @@ struct BakeContents {
   std::vector<Signal> signals;
   Mesh mesh;  // for visibility rays
   SourceOctree octree;
+  // Instead of octree where that would not fit into memory: hands the tree to the sink and returns
+  // the handle of its top. Sources are then only checked as far as a page shows.
+  std::function<Result<std::optional<std::size_t>>(OctreeSink&)> stream_octree;
+  std::uint64_t streamed_sources = 0;
+  std::uint64_t source_count() const { return octree.sources.size() + streamed_sources; }
   // Trees that instances copy: `tree` of an instance is an index here, and less than that of the
   // tree it stands in. octree may copy any.
   std::vector<SourceOctree> copied;

@@ -32,6 +32,12 @@ struct Sections {
 
 // The copied trees first, then the level's.
 Result<void> write_trees(const BakeContents& contents, OctreeWriter& writer) {
+  if (contents.stream_octree) {
+    const auto top = contents.stream_octree(writer);
+    if (!top.ok()) return top.error();
+    if (*top) writer.finish(**top);
+    return {};
+  }
   if (contents.octree.nodes.empty()) return {};
   for (const SourceOctree& tree : contents.copied)
     if (const auto done = writer.write(tree); !done.ok()) return done;

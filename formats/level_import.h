@@ -47,9 +47,9 @@ struct ImportReport {
 struct ImportedLevel {
   Level level;
   ImportReport report;
-  ImportedSettings settings;     // of the sidecar; the air among them is in level.air already
+  ImportedSettings settings;      // of the sidecar; the air among them is in level.air already
   std::vector<InputFile> inputs;  // every file read
-  std::uint64_t input_hash = 0;  // xxHash3 of every byte read, in a fixed order, and of the result
+  std::uint64_t input_hash = 0;   // xxHash3 of every byte read, in a fixed order, and of the result
 };
 
 // Every failure is one sentence that names the file, the thing in it, and what to do.

@@ -44,6 +44,8 @@ struct PageEntry : NodeSummary {
 struct OctreeLevel {
   std::uint64_t nodes = 0, sources = 0, packed_bytes = 0;
   Bands power{};
+
+  bool operator==(const OctreeLevel&) const = default;
 };
 
 // The power of a node over all bands: what its copies have for a key, over their number.

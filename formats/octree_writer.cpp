@@ -1,6 +1,7 @@
 #include "formats/octree_writer.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -22,8 +23,7 @@ std::vector<std::size_t> depths_of(const std::vector<OctreeNode>& nodes) {
 
 }  // namespace
 
-Result<void> OctreeWriter::append(std::vector<std::byte> page, const std::vector<PageEntry>& trees,
-                                  PageEntry& entry) {
+Result<void> OctreeWriter::append(std::vector<std::byte> page, PageEntry& entry) {
   const auto section = appender_.append(page);
   if (!section.ok()) return section.error();
   entry.page.offset = section->offset;
@@ -36,20 +36,17 @@ Result<void> OctreeWriter::append(std::vector<std::byte> page, const std::vector
   if (const auto good = check_entry(entry, kFirstPageOffset, appender_.offset()); !good.ok())
     return unreadable(good.error());
   PageSurroundings around = around_;
-  around.trees = trees;
+  around.trees = tops_;
   PageLinks links;
   const auto good =
       read_links(std::span(page).subspan(entry.page.packed_bytes), entry, around, links);
   return good.ok() ? good : unreadable(good.error());
 }
 
-Result<void> OctreeWriter::write(const SourceOctree& octree) {
+Result<OctreeWriter::Part> OctreeWriter::write_part(const SourceOctree& octree) {
   const std::vector<OctreeNode>& nodes = octree.nodes;
-  std::vector<PageEntry> tops;
-  for (const WrittenTree& tree : trees_) tops.push_back(tree.top);
-
   // Children come after their parents in memory, so from the last to the first they come before.
-  WrittenTree written;
+  Part part;
   std::vector<PageEntry> entries(nodes.size());
   const std::vector<std::size_t> depths = depths_of(nodes);
   for (std::size_t end = nodes.size(); end > 0;) {
@@ -80,31 +77,86 @@ Result<void> OctreeWriter::write(const SourceOctree& octree) {
       for (std::size_t k = 0; k < node.instance_count; ++k) {
         const Instance& instance = octree.instances[node.first_instance + k];
         put_instance(instance, page);
-        if (instance.tree < tops.size()) entry.sources_below += tops[instance.tree].sources_below;
+        if (instance.tree < tops_.size()) entry.sources_below += tops_[instance.tree].sources_below;
         ++entry.page.instances;
       }
 
-      if (depths[i] >= written.levels.size()) written.levels.resize(depths[i] + 1);
-      OctreeLevel& level = written.levels[depths[i]];
+      if (depths[i] >= part.levels.size()) part.levels.resize(depths[i] + 1);
+      OctreeLevel& level = part.levels[depths[i]].counts;
       ++level.nodes;
       level.sources += node.source_count;
       level.packed_bytes += page.size();
-      if (const auto done = append(std::move(page), tops, entry); !done.ok()) return done;
+      if (const auto done = append(std::move(page), entry); !done.ok()) return done.error();
     }
     end = first;
   }
-  // In double, over all of a level; the order is that of the sources.
-  std::vector<std::array<double, kBandCount>> power(written.levels.size());
   for (std::size_t i = 0; i < nodes.size(); ++i)
     for (std::size_t k = 0; k < nodes[i].source_count; ++k)
       for (std::size_t b = 0; b < kBandCount; ++b)
-        power[depths[i]][b] += octree.sources[nodes[i].first_source + k].power[b];
-  for (std::size_t d = 0; d < power.size(); ++d)
+        part.levels[depths[i]].power[b] += octree.sources[nodes[i].first_source + k].power[b];
+  if (!entries.empty()) part.top = entries[0];
+  return part;
+}
+
+void OctreeWriter::finish(const Part& part) {
+  WrittenTree& tree = trees_.emplace_back();
+  tree.top = part.top;
+  for (const Level& level : part.levels) {
+    OctreeLevel& written = tree.levels.emplace_back(level.counts);
     for (std::size_t b = 0; b < kBandCount; ++b)
-      written.levels[d].power[b] = static_cast<float>(power[d][b]);
-  if (!entries.empty()) written.top = entries[0];
-  trees_.push_back(std::move(written));
+      written.power[b] = static_cast<float>(level.power[b]);
+  }
+  tops_.push_back(tree.top);
+}
+
+Result<void> OctreeWriter::write(const SourceOctree& octree) {
+  const auto part = write_part(octree);
+  if (!part.ok()) return part.error();
+  finish(*part);
   return {};
 }
+
+Result<std::size_t> OctreeWriter::add_subtree(SourceOctree&& subtree) {
+  auto part = write_part(subtree);
+  if (!part.ok()) return part.error();
+  parts_.push_back(std::move(*part));
+  return parts_.size() - 1;
+}
+
+Result<std::size_t> OctreeWriter::add_node(
+    const NodeSummary& node, std::span<const Source> sources,
+    const std::array<std::optional<std::size_t>, 8>& children) {
+  Part part;
+  part.levels.resize(1);
+  static_cast<NodeSummary&>(part.top) = node;
+  std::vector<std::byte> page = packed_lightly(encode_page(node, sources, mirror_bits_));
+  part.top.page.packed_bytes = static_cast<std::uint32_t>(page.size());
+  part.top.sources_below = sources.size();
+  for (std::size_t octant = 0; octant < 8; ++octant) {
+    if (!children[octant]) continue;
+    Part below = std::exchange(parts_[*children[octant]], {});
+    below.top.octant = static_cast<std::uint8_t>(octant);
+    put_entry(below.top, page);
+    part.top.sources_below += below.top.sources_below;
+    ++part.top.page.children;
+    part.levels.resize(std::max(part.levels.size(), below.levels.size() + 1));
+    for (std::size_t d = 0; d < below.levels.size(); ++d) {
+      Level& level = part.levels[d + 1];
+      level.counts.nodes += below.levels[d].counts.nodes;
+      level.counts.sources += below.levels[d].counts.sources;
+      level.counts.packed_bytes += below.levels[d].counts.packed_bytes;
+      for (std::size_t b = 0; b < kBandCount; ++b) level.power[b] += below.levels[d].power[b];
+    }
+  }
+  Level& top = part.levels[0];
+  top.counts = {1, sources.size(), page.size(), {}};
+  for (const Source& source : sources)
+    for (std::size_t b = 0; b < kBandCount; ++b) top.power[b] += source.power[b];
+  if (const auto done = append(std::move(page), part.top); !done.ok()) return done.error();
+  parts_.push_back(std::move(part));
+  return parts_.size() - 1;
+}
+
+void OctreeWriter::finish(std::size_t top) { finish(std::exchange(parts_[top], {})); }
 
 }  // namespace clamor

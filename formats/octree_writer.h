@@ -1,11 +1,16 @@
 // octree_writer.h: the pages of octrees, written children first.
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "common/result.h"
 #include "formats/file_appender.h"
 #include "formats/octree_page.h"
+#include "formats/octree_sink.h"
 
 namespace clamor {
 
@@ -14,7 +19,8 @@ struct WrittenTree {
   std::vector<OctreeLevel> levels;  // 0 is the top
 };
 
-class OctreeWriter {
+// Takes trees that are in memory, whole, or one that is not, piece by piece.
+class OctreeWriter final : public OctreeSink {
  public:
   // `around` what instances may point to beside trees.
   OctreeWriter(FileAppender& appender, int mirror_bits, const PageSurroundings& around)
@@ -24,17 +30,36 @@ class OctreeWriter {
   // where a reader would refuse a page.
   Result<void> write(const SourceOctree& octree);
 
+  Result<std::size_t> add_subtree(SourceOctree&& subtree) override;
+  Result<std::size_t> add_node(const NodeSummary& node, std::span<const Source> sources,
+                               const std::array<std::optional<std::size_t>, 8>& children) override;
+  // What was added is a tree, and this its top.
+  void finish(std::size_t top);
+
   const std::vector<WrittenTree>& trees() const { return trees_; }
 
  private:
+  // Sums of a depth, in double until all is in.
+  struct Level {
+    OctreeLevel counts;
+    std::array<double, kBandCount> power{};
+  };
+  struct Part {
+    PageEntry top;
+    std::vector<Level> levels;
+  };
+
+  Result<Part> write_part(const SourceOctree& octree);
+  void finish(const Part& part);
   // Appends a page and completes its entry.
-  Result<void> append(std::vector<std::byte> page, const std::vector<PageEntry>& trees,
-                      PageEntry& entry);
+  Result<void> append(std::vector<std::byte> page, PageEntry& entry);
 
   FileAppender& appender_;
   const int mirror_bits_;
   const PageSurroundings around_;
   std::vector<WrittenTree> trees_;
+  std::vector<PageEntry> tops_;  // theirs
+  std::vector<Part> parts_;      // by handle; those that have a parent are empty
 };
 
 }  // namespace clamor

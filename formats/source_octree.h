@@ -74,16 +74,17 @@ struct NodeSummary {
 struct OctreeNode : NodeSummary {
   std::array<std::uint32_t, 8> children = {kNoNode, kNoNode, kNoNode, kNoNode,
                                            kNoNode, kNoNode, kNoNode, kNoNode};
-  std::uint64_t first_source = 0;  // into SourceOctree::sources
+  std::uint64_t first_source = 0;                        // into SourceOctree::sources
   std::uint32_t first_instance = 0, instance_count = 0;  // into SourceOctree::instances
-  bool divides_space = true;  // its children are the octants of its cube
+  bool divides_space = true;                             // its children are the octants of its cube
 };
 
 // Children come after their parent; node 0 is the root. Empty when there are no sources. Copies of
-// other trees (instance.h) are in any nodes; a tree of nothing but copies has nodes without sources.
+// other trees (instance.h) are in any nodes; a tree of nothing but copies has nodes without
+// sources.
 struct SourceOctree {
   std::vector<OctreeNode> nodes;
-  std::vector<Source> sources;  // node after node, each by descending key
+  std::vector<Source> sources;      // node after node, each by descending key
   std::vector<Instance> instances;  // node after node
 };
 

@@ -211,6 +211,7 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   options.settings.air = level.air;
   options.threads = manner.threads;
   options.memory_bytes = manner.memory_bytes;
+  options.spill = manner.output;
   options.shards = manner.shards;
   if (manner.shard) {
     options.journal = manner.output;
@@ -270,7 +271,7 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
     fmt::print(err,
                "{{\"stage\": \"done\", \"sources\": {}, \"photons\": {}, \"photons_reused\": {}, "
                "\"error_db\": {:.3f}, \"goal_reached\": {}, \"seconds\": {:.3f}}}\n",
-               contents->octree.sources.size(), report.photons, report.photons_reused,
+               contents->source_count(), report.photons, report.photons_reused,
                contents->statistics.decay.error_db, why_not.empty(), progress.seconds());
   if (!why_not.empty() && !manner.json_progress)
     fmt::print(err, "  warning  --until was not reached: {}\n", why_not);

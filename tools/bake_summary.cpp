@@ -89,7 +89,7 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
   std::error_code ignored;
   const auto bytes = static_cast<double>(std::filesystem::file_size(output, ignored));
   fmt::print(err, "  wrote    {}: {} in {}, {:.1f} s\n", output,
-             counted(contents.octree.sources.size(), "source"), as_size(bytes), seconds);
+             counted(contents.source_count(), "source"), as_size(bytes), seconds);
   if (!journal.empty())
     fmt::print(err, "  kept     {} ({}): baking again traces only what has changed\n", journal,
                as_size(static_cast<double>(report.journal_bytes)));

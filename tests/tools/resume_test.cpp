@@ -10,6 +10,7 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 
+#include "formats/all_sources.h"
 #include "tests/sanitized.h"
 #include "tests/tools/program.h"
 
@@ -148,6 +149,22 @@ TEST(MemoryCap, IsSaidBeforeTheBakeStartsAndIsAboveWhatItTakes) {
   ::getrusage(RUSAGE_CHILDREN, &usage);  // the largest child so far
   EXPECT_LT(usage.ru_maxrss / 1000, needed_MB);
   EXPECT_GT(usage.ru_maxrss / 1000, needed_MB / 2);
+  // In so little the octree was sorted on disk; it is the same.
+  words[2] = folder / "plain.clamor";
+  words.back() = "4GB";
+  ASSERT_EQ(run_bake(words, log).code, 0) << read(log);
+  const auto plain = BakeFile::open(folder / "plain.clamor"),
+             sorted = BakeFile::open(folder / "out.clamor");
+  ASSERT_TRUE(plain.ok() && sorted.ok());
+  EXPECT_EQ(plain->page_count(), sorted->page_count());
+  EXPECT_EQ(plain->levels(), sorted->levels());
+  const auto all = read_all_sources(*plain), all_sorted = read_all_sources(*sorted);
+  ASSERT_TRUE(all.ok() && all_sorted.ok());
+  ASSERT_EQ(all->sources.size(), all_sorted->sources.size());
+  for (std::size_t i = 0; i < all->sources.size(); ++i) {
+    ASSERT_EQ(all->sources[i].position_m, all_sorted->sources[i].position_m) << i;
+    ASSERT_EQ(all->sources[i].power, all_sorted->sources[i].power) << i;
+  }
 }
 
 TEST(StoppedBake, SaysHowToGoOnAndGoesOn) {
