@@ -100,7 +100,7 @@ std::vector<std::vector<PhotonRun>> BakePlan::batches() const {
 }
 
 std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads) {
-  constexpr std::uint64_t kProgram = 35'000'000, kPerTriangle = 300, kPerSource = 215;
+  constexpr std::uint64_t kProgram = 55'000'000, kPerTriangle = 300, kPerSource = 215;
   constexpr std::uint64_t kPerEmitter = 1000, kPerThread = 8'000'000;
   std::uint64_t samples = 0;
   for (const Signal& signal : level.signals) samples += signal.samples.size();
