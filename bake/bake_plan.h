@@ -43,10 +43,11 @@ inline constexpr std::uint64_t kLeastPhotons = 4, kMostSources = 10'000'000;
 BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettings& settings,
                         const TraceSettings& trace);
 
-// Memory that a bake by this plan takes at its peak, somewhat above what it is found to take: 35 MB
-// for the program, 300 bytes a triangle, 215 a source (sorting takes two and a half times the 88 of
-// a source), and what threads have under way. Measured: the violin room 106 MB for 300 000 sources,
-// 251 for a million, 646 for three.
+// Memory that a bake by this plan takes at its peak, somewhat above what it is found to take: 55 MB
+// for the program and the thinning's room to work, 300 bytes a triangle, 215 a source (sorting
+// takes two and a half times the 88 of a source), and what threads have under way. Measured: the
+// violin room 123 to 159 MB for 300 000 sources, depending on who lags, 251 for a million, 646 for
+// three.
 // Where the octree is sorted on disk, a source takes 130.
 enum class SortedIn : std::uint8_t { kMemory, kFiles };
 std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads,

@@ -37,6 +37,15 @@ struct Points {
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Points>,
                                                  Points, 3, std::uint32_t>;
 
+// The indices of the sources, neighbours near each other. (It was renamed in nanoflann 1.5.)
+template <class AnyTree>
+const auto& in_space(const AnyTree& tree) {
+  if constexpr (requires { tree.vAcc_; })
+    return tree.vAcc_;
+  else
+    return tree.vAcc;
+}
+
 }  // namespace
 
 void set_patch_radii(std::span<Source> secondary_sources) {
@@ -45,9 +54,12 @@ void set_patch_radii(std::span<Source> secondary_sources) {
   Tree tree(3, points, nanoflann::KDTreeSingleIndexAdaptorParams(10));
   tree.buildIndex();
 
+  // Neighbours after each other: they visit the same parts of the tree, which are in the cache
+  // then.
   tbb::parallel_for(
       tbb::blocked_range<std::size_t>(0, secondary_sources.size(), 1024), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i != range.end(); ++i) {
+        for (std::size_t at = range.begin(); at != range.end(); ++at) {
+          const std::size_t i = in_space(tree)[at];
           std::array<std::uint32_t, kNeighbours> index{};
           std::array<float, kNeighbours> distance_squared{};
           const std::size_t found = tree.knnSearch(&secondary_sources[i].position_m[0], kNeighbours,

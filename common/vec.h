@@ -6,11 +6,14 @@
 #include <cmath>
 
 #include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
 
 namespace clamor {
 
 using Vec3 = glm::dvec3;
 using Vec3f = glm::vec3;
+using Turn = glm::quat;  // a rotation, of unit length
+using Matrix = glm::dmat3;
 
 using glm::cross;
 using glm::dot;

@@ -15,9 +15,6 @@
 #include <cstdint>
 #include <span>
 
-#include <glm/glm.hpp>
-#include <glm/gtc/quaternion.hpp>
-
 #include "common/vec.h"
 #include "formats/source.h"
 
@@ -28,7 +25,7 @@ inline constexpr std::uint32_t kSameSignals = 0xffffffff;
 struct Instance {
   std::uint32_t tree = 0;  // which of the bake's trees
   Vec3 offset_m{};
-  glm::quat rotation{1, 0, 0, 0};        // unit; w, x, y, z
+  Turn rotation{1, 0, 0, 0};        // unit; w, x, y, z
   float scale = 1;                       // in (0, 1]: of positions, patches and paths
   float gain = 1;                        // of amplitude
   float delay_s = 0;                     // later by so much
@@ -39,13 +36,13 @@ struct Instance {
 
 // Where a copy is, seen from the level: instances within instances, multiplied out.
 struct Placement {
-  glm::dmat3 rotation{1};
+  Matrix rotation{1};
   Vec3 offset_m{};
   double scale = 1, power = 1, delay_s = 0;
   std::uint32_t emitters = 0;
 
   Placement then(const Instance& inner) const {
-    const glm::dmat3 turn = glm::mat3_cast(glm::dquat(inner.rotation));
+    const Matrix turn = glm::mat3_cast(glm::dquat(inner.rotation));
     return {rotation * turn,         offset_m + scale * (rotation * inner.offset_m),
             scale * inner.scale,     power * inner.gain * inner.gain,
             delay_s + inner.delay_s, emitters + inner.emitters};

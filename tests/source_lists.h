@@ -1,6 +1,7 @@
 // source_lists.h: lists of sources that an octree has trouble with, and one that it has not.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -55,7 +56,8 @@ inline std::vector<Source> awkward_sources(std::uint32_t count, std::uint64_t se
       source.power = same_in_all_bands(static_cast<float>(bits[0] % awkward.keys));  // 0 too
       source.u = 1;
     }
-    if (awkward.places > 0) source.position_m = sources[bits[1] % awkward.places].position_m;
+    if (awkward.places > 0)
+      source.position_m = sources[bits[1] % std::min(awkward.places, count)].position_m;
     if (awkward.spread_m > 0)
       source.position_m = Vec3f(1, 2, 3) + source.position_m * static_cast<float>(awkward.spread_m);
     if (i == 0) source.position_m.x += static_cast<float>(awkward.far_m);
