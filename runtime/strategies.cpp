@@ -46,7 +46,7 @@ class Listed : public Sampler {
       double power = 0;
       for (std::size_t b = 0; b < kBandCount; ++b)
         power += static_cast<double>(by_band[b]) * source.power[b];
-      points.push_back({field_.position_m(source), amplitudes() ? std::sqrt(power) : power,
+      points.push_back({Vec3(source.position_m), amplitudes() ? std::sqrt(power) : power,
                         source_radius_m(source)});
     }
     return {points, amplitudes() ? 1.0 : 2.0, options_.tuning.seed};

@@ -93,4 +93,10 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
   return kSuccess;
 }
 
+int colour_of(const std::string& strategy) {
+  for (std::size_t i = 0; i < kStrategies.size(); ++i)
+    if (kStrategies[i].name == strategy) return static_cast<int>(i);
+  return Chart::kGrey;
+}
+
 }  // namespace clamor

@@ -158,6 +158,11 @@ void BakedLevel::set_phong(const Bands& exponents) {
   }
 }
 
+void BakedLevel::set_impulse() {
+  level_.signals = {{"impulse", {1}, false}};
+  for (Emitter& emitter : level_.emitters) emitter.signal = 0;
+}
+
 Result<std::unique_ptr<ExperimentScene>> BakedLevel::bake_again(std::uint64_t sources) const {
   BakeOptions options;
   options.settings = settings_;

@@ -47,7 +47,12 @@ class ExperimentScene {
   // Loudness-weighted power of each source at a place: what the sampler calls its weight.
   std::vector<double> powers(const Vec3& place) const;
   double power(const Source& source, const Vec3& place) const {
-    return weight(field_, weights_, source, place);
+    return weight(field_, weights_.by_signal[field_.signal(source)], source, place);
+  }
+
+  // Mean square of what a source plays, per band.
+  const Bands& mean_square(const Source& source) const {
+    return signals_[field_.signal(source)].mean_square();
   }
 
   // What both ears hear; `phases` other than 0 start the emitters' loops at other moments, within
@@ -72,6 +77,9 @@ class BakedLevel {
 
   // All surfaces reflect by Phong lobes of these exponents, without scattering; 0 is diffuse.
   void set_phong(const Bands& exponents);
+
+  // All emitters play a single impulse, once.
+  void set_impulse();
 
   // Keeping about so many reflections. The same bytes each time.
   Result<std::unique_ptr<ExperimentScene>> bake_again(std::uint64_t sources) const;

@@ -81,7 +81,8 @@ void waveform_error(const ExperimentScene& scene, const Walk& here, double secon
   table.columns = {"strategy", "estimator", "k", "loudness_db", "l2", "renormalised_l2"};
   std::map<std::size_t, double> best_paper, ours;
   for (const StrategyInfo& info : kStrategies) {
-    Chart::Series of_absolute{info.name}, of_relative{info.name}, of_loudness{info.name};
+    Chart::Series of_absolute{.name = info.name, .colour = colour_of(info.name)};
+    Chart::Series of_relative = of_absolute, of_loudness = of_absolute;
     for (std::size_t w = ways.size(); w-- > 0;) {  // ascending k
       if (ways[w].strategy != info.name) continue;
       const auto k = static_cast<double>(ways[w].k);
@@ -214,7 +215,8 @@ void perception(const ExperimentScene& scene, const Walk& here, double seconds, 
   ReportTable summary{"figure_5_summary", "Measures beyond chance", {}, {}, false};
   summary.columns = {"strategy", "k", "beyond", "of", "typical_ratio", "beyond_which"};
   for (const Way& kind : kinds) {
-    Chart::Series of_share{kind.strategy}, of_typical{kind.strategy};
+    Chart::Series of_share{.name = kind.strategy, .colour = colour_of(kind.strategy)};
+    Chart::Series of_typical = of_share;
     for (std::size_t w = ways.size(); w-- > 0;) {
       if (ways[w].strategy != kind.strategy) continue;
       int beyond = 0, taken = 0;

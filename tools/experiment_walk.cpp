@@ -86,7 +86,8 @@ Result<ExperimentReport> walk_experiment(const ExperimentOptions& options, std::
   std::vector<std::string> names;
   for (const StrategyInfo& info : kStrategies)
     if (std::string(info.name) != "all") names.emplace_back(info.name);
-  for (const std::string& name : names) exchange.series.push_back({name, {}});
+  for (const std::string& name : names)
+    exchange.series.push_back({.name = name, .colour = colour_of(name)});
   for (const double speed_mps : {1.5, 5.0, 30.0}) {
     err << fmt::format("  {} m/s", speed_mps) << std::endl;
     std::vector<Vec3> places;
@@ -109,7 +110,8 @@ Result<ExperimentReport> walk_experiment(const ExperimentOptions& options, std::
       if (result.exchanged_per_m > 0)
         exchange.series[s].points.emplace_back(speed_mps, 100 * result.exchanged_per_m);
       if (speed_mps == 1.5)
-        chart.series.push_back({names[s], result.loudness_error_db, Chart::Series::Look::kLine});
+        chart.series.push_back(
+            {names[s], result.loudness_error_db, Chart::Series::Look::kLine, colour_of(names[s])});
     }
   }
   report.claim(

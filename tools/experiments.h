@@ -31,7 +31,10 @@ Result<ExperimentReport> convergence_experiment(const ExperimentOptions& options
                                                 std::ostream& err);
 Result<ExperimentReport> walk_experiment(const ExperimentOptions& options, std::ostream& err);
 
-inline constexpr std::size_t kQuickSources = 1500;
+// In the palette of charts, the same in all of them.
+int colour_of(const std::string& strategy);
+
+inline constexpr std::size_t kQuickSources = 400;
 
 // 32, 64, ... as far as there are twice as many sources, and no farther than `most`.
 std::vector<std::size_t> sample_sizes(const ExperimentScene& scene, std::size_t most);
