@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "runtime/impulse_response.h"
+#include "runtime/sampled_response.h"
 #include "tools/experiments.h"
 
 namespace clamor {
@@ -17,22 +18,11 @@ namespace {
 constexpr double kShown_s = 0.4;  // the paper's time axis
 constexpr double kJudged_s = 0.3, kStep_s = 0.005;
 
-// What a sample makes of an impulse; `slower` stretches time, as a slower speed of sound does.
+// `slower` stretches time, as a slower speed of sound does.
 std::vector<Arrival> arrivals(const ExperimentScene& scene, std::span<const SampledSource> sample,
                               const Vec3& place, double slower = 1) {
-  std::vector<Arrival> arrivals;
-  for (const SampledSource& chosen : sample) {
-    const Source& source = *chosen.source;
-    const double start_s = scene.input().emitters[source.emitter].delay_s;
-    Arrival arrival;
-    arrival.time_s = slower * (scene.field().delay_s(source, place) - start_s);
-    arrival.energy = scene.field().intensity(source, place);
-    for (float& band : arrival.energy) band *= static_cast<float>(chosen.power_scale);
-    arrival.polarity = source.is_emitter ? 1 : source.polarity;
-    arrivals.push_back(arrival);
-  }
-  std::stable_sort(arrivals.begin(), arrivals.end(),
-                   [](const Arrival& a, const Arrival& b) { return a.time_s < b.time_s; });
+  auto arrivals = arrivals_of(sample, scene.field(), scene.input().emitters, place);
+  for (Arrival& arrival : arrivals) arrival.time_s *= slower;
   return arrivals;
 }
 
@@ -148,7 +138,8 @@ Result<ExperimentReport> violin_experiment(const ExperimentOptions& options, std
       "specular case, the 150 source impulse response is merely random.\" (5.2)",
       "The same is seen here, with the paper's octree (amplitudes) above and priority (powers) "
       "below. "
-      "How close is told in the table: the energy in steps of 5 ms. Its late steps hold few of the "
+      "How close is told in the table: the energy in steps of 5 ms, each step alike, and weighed "
+      "by its energy. The late steps hold few of the "
       "k sources, whatever the strategy: with n_s sources in a step its error is about 4.3 / "
       "sqrt(n_s) dB.");
   level->set_impulse();

@@ -4,7 +4,7 @@
 
 namespace clamor {
 
-StrategyWords::StrategyWords(Arguments& parser) {
+StrategyWords::StrategyWords(Arguments& parser, const std::string& usual) : strategy_(usual) {
   std::string names;
   for (const StrategyInfo& info : kStrategies)
     if (*info.section != '\0')

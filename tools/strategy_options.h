@@ -13,13 +13,13 @@ namespace clamor {
 // The words of the command line, until read() has made sense of them.
 class StrategyWords {
  public:
-  explicit StrategyWords(Arguments& parser);
+  explicit StrategyWords(Arguments& parser, const std::string& usual = "priority");
 
   // After parse(); the Error is what the user got wrong.
   Result<StrategyOptions> read() const;
 
  private:
-  std::string strategy_ = "priority", estimator_ = "power";
+  std::string strategy_, estimator_ = "power";
   int voices_ = 2000;
   StrategyTuning tuning_;
 };

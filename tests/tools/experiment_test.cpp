@@ -94,5 +94,24 @@ TEST(Strategies, OfTheCommandLineAreCheckedBeforeAnythingIsWritten) {
   EXPECT_NE(read(wav), octree);
 }
 
+TEST(Strategies, OfAnImpulseHaveTheStrengthOfAllArrivals) {
+  const Folder folder;
+  const std::string level = baked(folder);
+  const auto g_db = [&](const std::vector<std::string>& words) {
+    std::vector<std::string> all = {"impulse", level, "--listener", "0,1.7,2", "--json"};
+    all.insert(all.end(), words.begin(), words.end());
+    const Outcome outcome = clamor(all);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out)["energy"]["g_db"][5].get<double>();
+  };
+  const double exact_db = g_db({});
+  EXPECT_EQ(g_db({"--strategy", "all"}), exact_db);
+  // 4.34 / sqrt(199) = 0.31 dB; the direct sound is exact.
+  for (const std::string name : {"priority", "importance"})
+    EXPECT_NEAR(g_db({"--strategy", name, "--voices", "200"}), exact_db, 0.93) << name;
+  EXPECT_GT(g_db({"--strategy", "importance", "--voices", "20", "--estimator", "amplitude"}),
+            exact_db + 3);
+}
+
 }  // namespace
 }  // namespace clamor::testing
