@@ -39,6 +39,7 @@ enum class Use : std::uint32_t {
   kEmitter,       // the key of an emitter's own random numbers, from its name
   kThinning,      // which deposits are kept
   kTransmission,  // sign and permanent number of a source on the far side of a wall
+  kStrategy,      // which sources one of the paper's strategies takes
 };
 
 // Uniform in [0, 1), 32 bits fine.

@@ -16,6 +16,7 @@
 #include "runtime/sampler.h"
 #include "runtime/signal_bank.h"
 #include "runtime/source_field.h"
+#include "runtime/strategies.h"
 
 namespace clamor {
 
@@ -30,6 +31,11 @@ std::size_t keyframes_ahead(int block_frames) {
 
 // Voices that fade out count too; three samples' worth is full only when the listener jumps about.
 std::size_t slots_for(const Sampler& sampler) { return 3 * sampler.capacity(); }
+
+StrategyOptions strategy_of(const AuralizerOptions& options) {
+  return {options.strategy, static_cast<std::size_t>(std::max(options.voices, 0)),
+          options.estimator, options.tuning};
+}
 
 SignalWeights weights_of(const std::vector<PreparedSignal>& signals) {
   const Bands loudness = loudness_weights();
@@ -67,18 +73,17 @@ struct Auralizer::State {
         field(input.emitters, input.materials, input.air),
         weights(weights_of(signals)),
         ceilings(file == nullptr ? weights : highest_over_copies(weights, file->signal_maps())) {
-    const auto wanted = static_cast<std::size_t>(options.voices);
+    const StrategyOptions strategy = strategy_of(options);
     if (file != nullptr) {
       loader =
           std::make_unique<PageLoader>(fetch_from(*file, field, ceilings),
                                        PageBudget{options.memory_bytes, !options.wait_for_pages});
       pool = std::make_unique<OctreePool>(field, ceilings, file->trees(), file->signal_maps(),
                                           *loader);
-      sampler = make_priority_sampler(field, weights, *pool, wanted);
+      sampler = make_sampler(strategy, field, weights, *pool);
     } else {
       auto list = std::make_unique<SourceList>(field, weights, std::move(input.sources));
-      sampler = options.strategy == "all" ? make_all_sampler(field, *list)
-                                          : make_priority_sampler(field, weights, *list, wanted);
+      sampler = make_sampler(strategy, field, weights, *list);
       pool = std::move(list);
     }
     const std::size_t slots = slots_for(*sampler);
@@ -164,11 +169,9 @@ Auralizer::Auralizer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Auralizer::~Auralizer() = default;
 
 Result<void> Auralizer::check(const AuralizerOptions& options) {
-  if (options.strategy != "all" && options.strategy != "priority")
-    return Error("no strategy is called " + in_quotes(options.strategy) +
-                 "; there are 'priority' and 'all'.");
   if (options.voices < 1)
     return Error("cannot mix " + std::to_string(options.voices) + " voices; ask for 1 or more.");
+  if (const auto right = clamor::check(strategy_of(options)); !right.ok()) return right;
   if (!std::isfinite(options.gain) || options.gain < 0)
     return Error("the output gain must be a finite amplitude, 0 or more; 1 leaves it as it is.");
   if (options.block_frames < 1 || options.block_frames > kLargestBlock_frames)
@@ -188,10 +191,10 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(AuralizerInput input,
 Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeFile> file,
                                                      const AuralizerOptions& options) {
   if (const auto right = check(options); !right.ok()) return right.error();
-  const bool all = options.strategy == "all";
-  auto input = all ? read_auralizer_input(*file) : read_signals_and_tables(*file);
+  const bool listed = needs_list(options.strategy);
+  auto input = listed ? read_auralizer_input(*file) : read_signals_and_tables(*file);
   if (!input.ok()) return input.error();
-  if (all) {
+  if (listed) {
     auto auralizer = create(std::move(*input), options);
     if (!auralizer.ok()) return auralizer.error().in(file->path());
     return auralizer;

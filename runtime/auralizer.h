@@ -26,16 +26,19 @@
 #include "runtime/keyframe_maker.h"
 #include "runtime/page_loader.h"
 #include "runtime/realtime.h"
+#include "runtime/strategies.h"
 
 namespace clamor {
 
 inline constexpr int kOutputChannels = 2;
 
 struct AuralizerOptions {
-  std::string strategy = "priority";  // or "all"
-  int voices = 2000;                  // of the priority sample; "all" mixes every source
-  double gain = 1;                    // amplitude, on the whole output
-  int block_frames = 960;             // largest block of mix(): keyframes are made that far ahead
+  std::string strategy = "priority";  // strategies.h lists them
+  int voices = 2000;                  // of the sample; "all" mixes every source
+  Estimator estimator = Estimator::kPower;
+  StrategyTuning tuning{};
+  double gain = 1;         // amplitude, on the whole output
+  int block_frames = 960;  // largest block of mix(): keyframes are made that far ahead
   std::uint64_t memory_bytes = 64'000'000;  // of pages kept
   bool wait_for_pages = false;  // as a render does, and then takes what memory one sample needs
 };

@@ -25,6 +25,7 @@ constexpr std::string_view kHelp =
   clamor render LEVEL.clamor -o OUT.wav     the same, to a WAV file
   clamor impulse LEVEL.clamor -o IR.wav     impulse response and room parameters (ISO 3382-1)
   clamor compare A.wav B.wav                by what the ear could tell two recordings apart
+  clamor experiment NAME LEVEL.clamor -o DIR  the paper's figures, found again
   clamor devices                            sound devices that play can use
 
   clamor COMMAND --help                     all about one of them
@@ -38,15 +39,16 @@ struct Command {
   int (*run)(std::span<const std::string>, std::ostream&, std::ostream&);
 };
 
-constexpr std::array<Command, 9> kCommands = {{{"bake", run_bake},
-                                               {"merge", run_merge},
-                                               {"inspect", run_inspect},
-                                               {"diff", run_diff},
-                                               {"render", run_render},
-                                               {"impulse", run_impulse},
-                                               {"compare", run_compare},
-                                               {"play", run_play},
-                                               {"devices", run_devices}}};
+constexpr std::array<Command, 10> kCommands = {{{"bake", run_bake},
+                                                {"merge", run_merge},
+                                                {"inspect", run_inspect},
+                                                {"diff", run_diff},
+                                                {"render", run_render},
+                                                {"impulse", run_impulse},
+                                                {"compare", run_compare},
+                                                {"experiment", run_experiment},
+                                                {"play", run_play},
+                                                {"devices", run_devices}}};
 
 }  // namespace
 

@@ -21,6 +21,7 @@ int run_diff(std::span<const std::string> arguments, std::ostream& out, std::ost
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_compare(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+int run_experiment(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_devices(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 

@@ -9,14 +9,15 @@
 #include <nlohmann/json.hpp>
 
 #include "common/text.h"
-#include "formats/audio_file.h"
 #include "formats/all_sources.h"
+#include "formats/audio_file.h"
 #include "formats/bake_file.h"
-#include "runtime/energy_response.h"
 #include "runtime/impulse_response.h"
 #include "runtime/room_parameters.h"
+#include "runtime/sampled_response.h"
 #include "tools/arguments.h"
 #include "tools/commands.h"
+#include "tools/strategy_options.h"
 
 namespace clamor {
 
@@ -28,6 +29,7 @@ struct Options {
   std::string level, output, emitter;
   Vec3 listener_m{};
   double seconds = 0;  // 0: until the last arrival has rung out
+  StrategyOptions strategy;
   bool json = false;
 };
 
@@ -103,8 +105,9 @@ Result<void> measure(const Options& options, std::ostream& out, std::ostream& er
   Result<AllSources> all = read_all_sources(*file);
   if (!all) return all.error();
   for (Source& source : all->sources) source.emitter = all->stored_as[source.emitter];
-  const std::vector<Arrival> arrivals = energy_response(
-      all->sources, emitters, file->materials(), file->settings().air, options.listener_m, emitter);
+  const std::vector<Arrival> arrivals =
+      sampled_response(options.strategy, all->sources, emitters, file->materials(),
+                       file->settings().air, options.listener_m, emitter);
   if (arrivals.empty())
     return Error("nothing of " + in_quotes(emitters[emitter].name) +
                  " reaches the listener. Move --listener inside the level.")
@@ -152,7 +155,11 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
   parser.option("--emitter", options.emitter, "which emitter sounds; unset: the first");
   parser.option("--seconds", options.seconds, "length of the waveform, at most 60; 0: all of it");
   parser.flag("--json", options.json, "the parameters as JSON");
+  const StrategyWords strategy(parser, "all");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
+  const auto chosen = strategy.read();
+  if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
+  options.strategy = *chosen;
   const auto pose = parse_listener(listener);
   if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
   options.listener_m = pose->position_m;

@@ -16,6 +16,7 @@
 #include "tools/arguments.h"
 #include "tools/commands.h"
 #include "tools/interrupt.h"
+#include "tools/strategy_options.h"
 #include "tools/terminal.h"
 
 namespace clamor {
@@ -150,15 +151,16 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.option("--device", options.device,
                 "a part of a name that 'clamor devices' prints, or none");
   parser.option("--frames", options.block_frames, "frames per block");
-  parser.option("--strategy", options.auralizer.strategy,
-                "how sources are chosen: priority or all");
-  parser.option("--voices", options.auralizer.voices, "how many, with priority");
+  const StrategyWords strategy(parser);
   parser.option(
       "--memory", memory,
       "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
   parser.option("--record", options.record, "also write what is played to this WAV file");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
+  const auto chosen = strategy.read();
+  if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
+  use(*chosen, options.auralizer);
 
   if (memory) {
     const auto bytes = parse_bytes(*memory);

@@ -14,6 +14,7 @@
 #include "tools/commands.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
+#include "tools/strategy_options.h"
 
 namespace clamor {
 
@@ -39,14 +40,16 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
                 "X,Y,Z[,YAW[,PITCH]] in metres and degrees; yaw 0 looks to -Z");
   parser.option("--walk", walk_path, "a scripted path instead, PATH.json");
   parser.option("--seconds", seconds, "how long; unset: the walk's length, or 10");
-  parser.option("--strategy", options.strategy, "how sources are chosen: priority or all");
-  parser.option("--voices", options.voices, "how many, with priority");
+  const StrategyWords strategy(parser);
   parser.option(
       "--memory", memory,
       "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
   parser.option("--format", format, "of the samples: float, 24 or 16");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
+  const auto chosen = strategy.read();
+  if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
+  use(*chosen, options);
 
   if (listener.empty() == walk_path.empty())
     return parser.bad_usage(err, "give either --listener X,Y,Z or --walk PATH.json");

@@ -1,0 +1,117 @@
+// clamor experiment: every experiment runs on a small bake and writes what it promises.
+#include <algorithm>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/program.h"
+
+namespace clamor::testing {
+namespace {
+
+class Experiment : public ::testing::TestWithParam<const char*> {};
+
+// A bake that all experiments can run on; the violin room, because it is small.
+std::string baked(const Folder& folder) {
+  const std::string level = std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb";
+  const Outcome bake =
+      clamor({"bake", level, "-o", folder / "room.clamor", "--sources", "1000", "--no-journal"});
+  EXPECT_EQ(bake.code, 0) << bake.err;
+  return folder / "room.clamor";
+}
+
+TEST_P(Experiment, WritesAPageThatNeedsNothingElseAndItsTables) {
+  const Folder folder;
+  const std::string name = GetParam(), report = folder / "report";
+  const Outcome run = clamor({"experiment", name, baked(folder), "-o", report, "--quick"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  const std::string page = read(report + "/" + name + ".html");
+  EXPECT_NE(page.find("<svg"), std::string::npos);
+  EXPECT_NE(page.find("The paper"), std::string::npos);
+  for (const char* const elsewhere : {"src=", "href=", "url(", "nan", "inf"})
+    EXPECT_EQ(page.find(elsewhere), std::string::npos) << elsewhere;
+  const auto json = nlohmann::json::parse(read(report + "/" + name + ".json"));
+  EXPECT_EQ(json["experiment"], name);
+  ASSERT_FALSE(json["tables"].empty());
+  for (const auto& [table, rows] : json["tables"].items()) {
+    const std::string csv = read(report + "/" + name + "_" + table + ".csv");
+    ASSERT_FALSE(rows.empty()) << table;
+    EXPECT_EQ(static_cast<std::size_t>(std::count(csv.begin(), csv.end(), '\n')), rows.size() + 1);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, Experiment,
+                         ::testing::Values("stadium", "violin", "octave-bands", "convergence",
+                                           "walk"),
+                         [](const auto& one) {
+                           std::string name = one.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+TEST(Experiments, AreTheSameEachTime) {
+  const Folder folder;
+  const std::string level = baked(folder);
+  for (const std::string report : {"a", "b"})
+    ASSERT_EQ(clamor({"experiment", "octave-bands", level, "-o", folder / report, "--quick"}).code,
+              0);
+  EXPECT_EQ(read(folder / "a" + "/octave-bands.html"), read(folder / "b" + "/octave-bands.html"));
+}
+
+TEST(Experiments, RefuseWhatTheyCannotDoAndSayWhatThereIs) {
+  const Folder folder;
+  const Outcome unknown = clamor({"experiment", "stadion", "x.clamor", "-o", folder / "r"});
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_NE(unknown.err.find("'stadium'"), std::string::npos) << unknown.err;
+  EXPECT_EQ(clamor({"experiment", "walk", folder / "none.clamor", "-o", folder / "r"}).code, 1);
+  EXPECT_EQ(clamor({"experiment", "walk", "x.clamor"}).code, 2);
+  EXPECT_EQ(clamor({"experiment", "walk", "x.clamor", "-o", "r", "--rolls", "3"}).code, 2);
+  EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(Strategies, OfTheCommandLineAreCheckedBeforeAnythingIsWritten) {
+  const Folder folder;
+  const std::string level = baked(folder), wav = folder / "out.wav";
+  const auto render = [&](const std::vector<std::string>& words) {
+    std::vector<std::string> all = {"render",     level,     "-o",        wav,
+                                    "--listener", "0,1.7,2", "--seconds", "0.1"};
+    all.insert(all.end(), words.begin(), words.end());
+    return clamor(all);
+  };
+  EXPECT_EQ(render({"--strategy", "octre"}).code, 2);
+  EXPECT_EQ(render({"--estimator", "energy"}).code, 2);
+  EXPECT_EQ(render({"--voices", "0"}).code, 2);
+  EXPECT_EQ(render({"--epsilon", "0.5"}).code, 2);
+  EXPECT_EQ(read(wav), "");
+  ASSERT_EQ(render({"--strategy", "octree", "--estimator", "amplitude", "--voices", "50"}).code, 0);
+  const std::string octree = read(wav);
+  ASSERT_EQ(render({"--strategy", "octree", "--estimator", "amplitude", "--voices", "50"}).code, 0);
+  EXPECT_EQ(read(wav), octree) << "the same bytes each time";
+  ASSERT_EQ(render({"--strategy", "octree", "--estimator", "amplitude", "--voices", "50",
+                    "--strategy-seed", "2"})
+                .code,
+            0);
+  EXPECT_NE(read(wav), octree);
+}
+
+TEST(Strategies, OfAnImpulseHaveTheStrengthOfAllArrivals) {
+  const Folder folder;
+  const std::string level = baked(folder);
+  const auto g_db = [&](const std::vector<std::string>& words) {
+    std::vector<std::string> all = {"impulse", level, "--listener", "0,1.7,2", "--json"};
+    all.insert(all.end(), words.begin(), words.end());
+    const Outcome outcome = clamor(all);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out)["energy"]["g_db"][5].get<double>();
+  };
+  const double exact_db = g_db({});
+  EXPECT_EQ(g_db({"--strategy", "all"}), exact_db);
+  // 4.34 / sqrt(199) = 0.31 dB; the direct sound is exact.
+  for (const std::string name : {"priority", "importance"})
+    EXPECT_NEAR(g_db({"--strategy", name, "--voices", "200"}), exact_db, 0.93) << name;
+  EXPECT_GT(g_db({"--strategy", "importance", "--voices", "20", "--estimator", "amplitude"}),
+            exact_db + 3);
+}
+
+}  // namespace
+}  // namespace clamor::testing

@@ -1,0 +1,102 @@
+// experiment_command.cpp: clamor experiment: the paper's figures and claims, found again.
+#include <array>
+#include <ostream>
+
+#include <fmt/format.h>
+
+#include "common/text.h"
+#include "tools/arguments.h"
+#include "tools/commands.h"
+#include "tools/experiments.h"
+#include "tools/progress.h"
+
+namespace clamor {
+
+namespace {
+
+struct Known {
+  const char* name;
+  Experiment run;
+};
+constexpr std::array<Known, 5> kExperiments = {{{"stadium", stadium_experiment},
+                                                {"violin", violin_experiment},
+                                                {"octave-bands", octave_bands_experiment},
+                                                {"convergence", convergence_experiment},
+                                                {"walk", walk_experiment}}};
+
+}  // namespace
+
+int run_experiment(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  ExperimentOptions options;
+  std::string name, folder, listener;
+  Arguments parser(
+      "experiment",
+      "Runs an experiment of the paper on a bake and writes what it found beside what the paper "
+      "says: FOLDER/NAME.html with its pictures in it, and the tables as CSV and JSON.\n\n"
+      "  stadium       figures 4 and 5: waveform error and what the ear can tell, against k\n"
+      "  violin        figure 6: impulse responses, diffuse and Phong 20, two speeds of sound\n"
+      "  octave-bands  Phong exponents that rise with the band; bands apart or together\n"
+      "  convergence   loudness and error against k over many seeds; time per keyframe\n"
+      "  walk          what is exchanged per metre, and how loud it is meanwhile\n\n"
+      "The figures of the paper are those of assets/levels/stadium.glb baked with --sources 20000 "
+      "(16 416 fans, 20 000 reflections) and violin_room.glb with --sources 50000. violin and "
+      "octave-bands bake the level in the file again with other materials.",
+      "clamor experiment stadium stadium.clamor -o report");
+  parser.positional("experiment", name, "stadium, violin, octave-bands, convergence or walk");
+  parser.positional("level", options.level, "the bake file");
+  parser.option("-o,--output", folder, "the folder to write to");
+  parser.required("-o");
+  parser.option("--listener", listener,
+                "X,Y,Z in metres; unset: amid the emitters, 4 m before a single one");
+  parser.option("--seconds", options.seconds, "stadium: length of each rendering");
+  parser.option("--seeds", options.seeds,
+                "convergence, walk, octave-bands: drawings per strategy and k");
+  parser.option(
+      "--rolls", options.rolls,
+      "stadium: exact renderings with other phases, 19 or more; 100 take 5 times as long");
+  parser.flag("--quick", options.quick, "few sources and few k, to see that all of it runs");
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+
+  Experiment run = nullptr;
+  std::vector<std::string> names;
+  for (const Known& known : kExperiments) {
+    names.emplace_back(known.name);
+    if (known.name == name) run = known.run;
+  }
+  if (run == nullptr)
+    return parser.bad_usage(err, "there is no experiment " + in_quotes(name) + "; the nearest is " +
+                                     in_quotes(nearest_name(name, names)));
+  if (!listener.empty()) {
+    const auto pose = parse_listener(listener);
+    if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
+    options.listener_m = pose->position_m;
+  }
+  if (!(options.seconds >= 0.5 && options.seconds <= 60))
+    return parser.bad_usage(err, "--seconds must lie between 0.5 and 60");
+  if (options.rolls < 19 || options.rolls > 1000)
+    return parser.bad_usage(err, "--rolls must lie between 19 and 1000");
+  if (options.seeds < 2 || options.seeds > 10000)
+    return parser.bad_usage(err, "--seeds must lie between 2 and 10000");
+
+  const Progress progress(err, "  " + name);
+  const auto report = run(options, err);
+  if (!report.ok()) {
+    err << "clamor experiment: " << report.error().message << '\n';
+    return kBadInput;
+  }
+  if (const auto written = report->write(folder); !written.ok()) {
+    err << "clamor experiment: " << written.error().message << '\n';
+    return kBadInput;
+  }
+  err << fmt::format("wrote {0}/{1}.html, {1}.json and {2} tables as CSV in {3}\n", folder, name,
+                     report->tables().size(), as_duration(progress.seconds()));
+  return kSuccess;
+}
+
+int colour_of(const std::string& strategy) {
+  for (std::size_t i = 0; i < kStrategies.size(); ++i)
+    if (kStrategies[i].name == strategy) return static_cast<int>(i);
+  return Chart::kGrey;
+}
+
+}  // namespace clamor

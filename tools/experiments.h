@@ -1,0 +1,42 @@
+// experiments.h: what `clamor experiment` can find out, each in a file of its own.
+#pragma once
+
+#include <iosfwd>
+#include <optional>
+#include <string>
+
+#include "common/result.h"
+#include "common/vec.h"
+#include "tools/experiment_report.h"
+#include "tools/experiment_scene.h"
+
+namespace clamor {
+
+struct ExperimentOptions {
+  std::string level;
+  std::optional<Vec3> listener_m;  // unset: ExperimentScene::usual_place()
+  double seconds = 1;              // of sound per rendering
+  int seeds = 100;                 // drawings per strategy and k, where nothing is rendered
+  int rolls = 19;                  // exact renderings with other phases
+  bool quick = false;              // few sources, few k: does everything still run?
+};
+
+// Say on `err` how far they are.
+using Experiment = Result<ExperimentReport> (*)(const ExperimentOptions&, std::ostream& err);
+Result<ExperimentReport> stadium_experiment(const ExperimentOptions& options, std::ostream& err);
+Result<ExperimentReport> violin_experiment(const ExperimentOptions& options, std::ostream& err);
+Result<ExperimentReport> octave_bands_experiment(const ExperimentOptions& options,
+                                                 std::ostream& err);
+Result<ExperimentReport> convergence_experiment(const ExperimentOptions& options,
+                                                std::ostream& err);
+Result<ExperimentReport> walk_experiment(const ExperimentOptions& options, std::ostream& err);
+
+// In the palette of charts, the same in all of them.
+int colour_of(const std::string& strategy);
+
+inline constexpr std::size_t kQuickSources = 400;
+
+// 32, 64, ... as far as there are twice as many sources, and no farther than `most`.
+std::vector<std::size_t> sample_sizes(const ExperimentScene& scene, std::size_t most);
+
+}  // namespace clamor

@@ -1,0 +1,30 @@
+// strategy_options.h: --strategy, --voices, --estimator and what tunes them, alike in all commands.
+#pragma once
+
+#include <string>
+
+#include "common/result.h"
+#include "runtime/auralizer.h"
+#include "runtime/strategies.h"
+#include "tools/arguments.h"
+
+namespace clamor {
+
+// The words of the command line, until read() has made sense of them.
+class StrategyWords {
+ public:
+  explicit StrategyWords(Arguments& parser, const std::string& usual = "priority");
+
+  // After parse(); the Error is what the user got wrong.
+  Result<StrategyOptions> read() const;
+
+ private:
+  std::string strategy_, estimator_ = "power";
+  int voices_ = 2000;
+  StrategyTuning tuning_;
+};
+
+// Has the auralizer choose so.
+void use(const StrategyOptions& strategy, AuralizerOptions& options);
+
+}  // namespace clamor
