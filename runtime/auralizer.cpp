@@ -10,7 +10,6 @@
 
 #include "runtime/keyframe_maker.h"
 #include "runtime/keyframe_queue.h"
-#include "runtime/loudness.h"
 #include "runtime/mixer.h"
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
@@ -31,14 +30,12 @@ std::size_t keyframes_ahead(int block_frames) {
 // Voices that fade out count too; three samples' worth is full only when the listener jumps about.
 std::size_t slots_for(const Sampler& sampler) { return 3 * sampler.capacity(); }
 
-SignalWeights weights_of(const std::vector<PreparedSignal>& signals) {
-  const Bands loudness = loudness_weights();
-  SignalWeights weights;
-  for (const PreparedSignal& signal : signals) {
-    Bands& weight = weights.by_signal.emplace_back();
-    for (std::size_t b = 0; b < kBandCount; ++b) weight[b] = loudness[b] * signal.mean_square()[b];
-  }
-  return weights;
+SignalWeights weights_of(const AuralizerInput& input) {
+  if (!input.envelopes.empty()) return make_signal_weights(input.envelopes);
+  std::vector<TimedEnvelope> envelopes;
+  for (const Signal& signal : input.signals)
+    envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
+  return make_signal_weights(envelopes);
 }
 
 // Pages as the sampler wants them, from a file. Everything must outlive what comes out.
@@ -65,7 +62,7 @@ struct Auralizer::State {
         wait_for_pages(options.wait_for_pages),
         signals(prepare_signals(input.signals)),
         field(input.emitters, input.materials, input.air),
-        weights(weights_of(signals)),
+        weights(weights_of(input)),
         ceilings(file == nullptr ? weights : highest_over_copies(weights, file->signal_maps())) {
     const auto wanted = static_cast<std::size_t>(options.voices);
     if (file != nullptr) {
@@ -218,9 +215,10 @@ void Auralizer::make_keyframe(const Pose& pose) {
   Keyframe* const keyframe = state.queue->writable();
   if (keyframe == nullptr) return;
   const auto start = std::chrono::steady_clock::now();
-  auto sample = state.sampler->sample(pose.position_m);
+  const double time_s = next_keyframe_time_s();
+  auto sample = state.sampler->sample(pose.position_m, time_s);
   while (state.wait_for_pages && !state.sampler->complete())
-    sample = state.sampler->sample(pose.position_m);
+    sample = state.sampler->sample(pose.position_m, time_s);
   state.maker->make(sample, pose, *keyframe);
   const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
 

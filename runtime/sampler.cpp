@@ -17,7 +17,7 @@ class All final : public Sampler {
     for (std::size_t i = 0; i < page.size(); ++i)
       sample_.push_back({i, 1, &page[i], field.signal(page[i])});
   }
-  std::span<const SampledSource> sample(const Vec3&) override { return sample_; }
+  std::span<const SampledSource> sample(const Vec3&, double) override { return sample_; }
   bool complete() override { return true; }
   std::size_t capacity() const override { return sample_.size(); }
 
@@ -30,11 +30,14 @@ class Priority final : public Sampler {
   Priority(const SourceField& field, SignalWeights weights, SourcePool& pool, std::size_t voices)
       : field_(field), weights_(std::move(weights)), pool_(pool), voices_(voices) {}
 
-  // A function of the place and of what is here alone, so that one who stands still costs nothing.
-  std::span<const SampledSource> sample(const Vec3& place) override {
-    if (!pool_.refresh() && place_ == place) return sample_;
+  // A function of place, time and what is here alone. Where all signals are steady, one who stands
+  // still costs nothing.
+  std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
+    const bool same_moment = weights_.steady() || time_s_ == time_s;
+    if (!pool_.refresh() && place_ == place && same_moment) return sample_;
     const Vec3 step_m = place_ ? place - *place_ : Vec3(0);
     place_ = place;
+    time_s_ = time_s;
     choose(place);
     const double tau = candidates_.size() > voices_ ? candidates_[voices_].priority : 0;
     sample_.clear();
@@ -115,7 +118,9 @@ class Priority final : public Sampler {
     if (!pool_.look(place, threshold, most, found_)) return false;
     for (const FoundSource& found : found_) {
       const Source& source = *found.source;
-      const double w = weight(field_, weights_.by_signal[found.signal], source, place);
+      const double w =
+          weight(field_, weights_now(field_, weights_, found.signal, source, place, time_s_),
+                 source, place);
       const double priority = w / std::max(source.u, kLeastU);
       if (w > 0 && priority >= threshold) candidates_.push_back({priority, w, found});
     }
@@ -130,6 +135,7 @@ class Priority final : public Sampler {
   std::vector<FoundSource> found_;
   std::vector<Candidate> candidates_;
   std::optional<Vec3> place_;  // of sample_
+  double time_s_ = 0;
   std::vector<SampledSource> sample_;
 };
 
@@ -137,11 +143,19 @@ class Priority final : public Sampler {
 
 double weight(const SourceField& field, const Bands& of_signal, const Source& source,
               const Vec3& place) {
+  if (of_signal == Bands{}) return 0;
   const Bands intensity = field.intensity(source, place);
   double sum = 0;
   for (std::size_t b = 0; b < kBandCount; ++b)
     sum += static_cast<double>(of_signal[b]) * intensity[b];
   return sum;
+}
+
+const Bands& weights_now(const SourceField& field, const SignalWeights& weights,
+                         std::uint32_t signal, const Source& source, const Vec3& place,
+                         double time_s) {
+  if (weights.steady()) return weights.by_signal[signal];
+  return weights.tracks[signal].at(time_s - field.delay_s(source, place));
 }
 
 std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,

@@ -8,15 +8,11 @@
 
 #include "common/bands.h"
 #include "common/vec.h"
+#include "runtime/signal_weights.h"
 #include "runtime/source_field.h"
 #include "runtime/source_page.h"
 
 namespace clamor {
-
-// Loudness times mean square of each signal, per band: what an intensity is weighed with.
-struct SignalWeights {
-  std::vector<Bands> by_signal;
-};
 
 // A source where the level has it, though it may be stored as one of a copied tree.
 struct FoundSource {
@@ -35,8 +31,9 @@ class SourcePool {
   // sample at the same place might differ from the last.
   virtual bool refresh() { return false; }
 
-  // Appends every source that is here and whose priority at `place` is at least `threshold`, and a
-  // few more. Gives up, and returns false, where there are more than `most`.
+  // Appends every source that is here and whose priority at `place`, its signal being as loud as it
+  // ever is, is at least `threshold`, and a few more. Gives up, and returns false, where there are
+  // more than `most`.
   virtual bool look(const Vec3& place, double threshold, std::size_t most,
                     std::vector<FoundSource>& found) = 0;
 
