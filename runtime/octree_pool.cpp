@@ -213,9 +213,14 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
     const bool leads = step.lead_key > 0 && page->sources.size() > 0 &&
                        page->leader == ResidentPage::Leader::kSource;
     if (leads) add_source(step, *page, 0, true, found);
-    page->sources.pass(field_, copy.place, threshold * copy.to_threshold, [&](std::size_t i) {
-      if (!leads || i > 0) add_source(step, *page, i, false, found);
-    });
+    page->sources.pass(field_, copy.place, threshold * copy.to_threshold,
+                       [&](std::size_t i, double ceiling) {
+                         if (leads && i == 0) return;
+                         const std::size_t before = found.size();
+                         add_source(step, *page, i, false, found);
+                         if (found.size() > before)
+                           found.back().ceiling = ceiling / copy.to_threshold;
+                       });
     return found.size() <= most;
   };
   return walk(place, threshold, use, visit);

@@ -118,9 +118,10 @@ class Priority final : public Sampler {
     if (!pool_.look(place, threshold, most, found_)) return false;
     for (const FoundSource& found : found_) {
       const Source& source = *found.source;
-      const double w =
-          weight(field_, weights_now(field_, weights_, found.signal, source, place, time_s_),
-                 source, place);
+      const LoudnessTrack::Moment now =
+          weights_now(field_, weights_, found.signal, source, place, time_s_);
+      if (found.ceiling * now.share < threshold) continue;
+      const double w = weight(field_, now.weights, source, place);
       const double priority = w / std::max(source.u, kLeastU);
       if (w > 0 && priority >= threshold) candidates_.push_back({priority, w, found});
     }
@@ -143,7 +144,6 @@ class Priority final : public Sampler {
 
 double weight(const SourceField& field, const Bands& of_signal, const Source& source,
               const Vec3& place) {
-  if (of_signal == Bands{}) return 0;
   const Bands intensity = field.intensity(source, place);
   double sum = 0;
   for (std::size_t b = 0; b < kBandCount; ++b)
@@ -151,10 +151,10 @@ double weight(const SourceField& field, const Bands& of_signal, const Source& so
   return sum;
 }
 
-const Bands& weights_now(const SourceField& field, const SignalWeights& weights,
-                         std::uint32_t signal, const Source& source, const Vec3& place,
-                         double time_s) {
-  if (weights.steady()) return weights.by_signal[signal];
+LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,
+                                  std::uint32_t signal, const Source& source, const Vec3& place,
+                                  double time_s) {
+  if (weights.steady()) return {weights.by_signal[signal], 1};
   return weights.tracks[signal].at(time_s - field.delay_s(source, place));
 }
 

@@ -56,9 +56,9 @@ double weight(const SourceField& field, const Bands& of_signal, const Source& so
               const Vec3& place);
 
 // What the signal of a source counts for that is heard at `place` at a time.
-const Bands& weights_now(const SourceField& field, const SignalWeights& weights,
-                         std::uint32_t signal, const Source& source, const Vec3& place,
-                         double time_s);
+LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,
+                                  std::uint32_t signal, const Source& source, const Vec3& place,
+                                  double time_s);
 
 // Field and pool must outlive the sampler.
 std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,

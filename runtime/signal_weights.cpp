@@ -9,6 +9,8 @@ namespace clamor {
 
 namespace {
 
+constexpr float kRoundedUp = 1.0001f;  // a bound must never be too low
+
 // One band of an envelope, smoothed. `levels` has room for what comes before and after.
 void smooth(std::vector<float>& levels, bool loop, std::int64_t around, double keeps,
             std::int64_t forget) {
@@ -60,6 +62,12 @@ LoudnessTrack::LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frame
       by_moment_[m][b] = levels[m];
       most_[b] = std::max(most_[b], levels[m]);
     }
+  }
+  for (const Bands& moment : by_moment_) {
+    float share = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      if (most_[b] > 0) share = std::max(share, moment[b] / most_[b]);
+    shares_.push_back(share * kRoundedUp);
   }
   steady_ = loop && std::all_of(by_moment_.begin(), by_moment_.end(),
                                 [&](const Bands& moment) { return moment == most_; });

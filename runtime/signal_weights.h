@@ -39,15 +39,21 @@ class LoudnessTrack {
   LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frames, bool loop,
                 const Bands& loudness, const EnvelopeSmoothing& smoothing);
 
-  const Bands& at(double time_s) const {
+  // The weights at a time, and a share of `most` that no band of them exceeds.
+  struct Moment {
+    const Bands& weights;
+    float share;
+  };
+  Moment at(double time_s) const {
     std::int64_t moment = static_cast<std::int64_t>(std::floor(time_s * moments_per_s_)) - first_;
     const auto count = static_cast<std::int64_t>(by_moment_.size());
     if (moment < 0 || moment >= count) {
-      if (!loop_) return kSilence;
+      if (!loop_) return {kSilence, 0};
       moment %= count;
       if (moment < 0) moment += count;
     }
-    return by_moment_[static_cast<std::size_t>(moment)];
+    const auto place = static_cast<std::size_t>(moment);
+    return {by_moment_[place], shares_[place]};
   }
 
   // The highest of each band at any time.
@@ -62,6 +68,7 @@ class LoudnessTrack {
   double moments_per_s_;
   std::int64_t first_ = 0;  // moment of by_moment_[0]
   std::vector<Bands> by_moment_;
+  std::vector<float> shares_;
   Bands most_{};
 };
 

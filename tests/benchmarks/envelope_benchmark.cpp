@@ -49,7 +49,7 @@ void standing_still(benchmark::State& state) {
   const auto voices = static_cast<std::size_t>(state.range(1));
   const auto sampler = make_priority_sampler(field, weights, list, voices);
   const bool walks = state.range(2) != 0;
-  const OctreeNode& root = file->nodes()[0];
+  const PageEntry& root = *file->top();
   const Vec3 middle = (Vec3(root.low_m) + Vec3(root.high_m)) / 2.0;
 
   std::vector<std::uint64_t> before, now, entered;

@@ -56,7 +56,7 @@ TEST(SignalWeights, OverALoopAreTheMeanSquareThatTheMixersBandsPass) {
     std::array<double, kBandCount> mean{};
     for (int m = 0; m < moments; ++m)
       for (std::size_t b = 0; b < kBandCount; ++b)
-        mean[b] += raw.at((m + 0.5) * moment_s)[b] / moments;
+        mean[b] += raw.at((m + 0.5) * moment_s).weights[b] / moments;
     const std::vector<double> samples(signal.samples.begin(), signal.samples.end());
     const Bands mixed = OctaveBank::part(samples, true).mean_square;
     // The mixer filters low bands at a quarter of the rate, which bends skirts 36 dB down.
@@ -73,8 +73,8 @@ TEST(SignalWeights, AreNeverLessThanWhatPlaysNow) {
     const LoudnessTrack raw = track(signal, {0, 0, 0}), smooth = track(signal);
     for (double t = -4; t < 8; t += 0.01)
       for (std::size_t b = 0; b < kBandCount; ++b) {
-        EXPECT_GE(smooth.at(t)[b], raw.at(t)[b]) << t;
-        EXPECT_LE(smooth.at(t)[b], smooth.most()[b]) << t;
+        EXPECT_GE(smooth.at(t).weights[b], raw.at(t).weights[b]) << t;
+        EXPECT_LE(smooth.at(t).weights[b], smooth.most()[b]) << t;
       }
   }
 }
@@ -86,14 +86,14 @@ TEST(SignalWeights, KnowASoundBeforeItStartsAndForgetItSoonAfterItEnds) {
   for (const bool loop : {false, true}) {
     signal.loop = loop;
     const LoudnessTrack heard = track(signal);
-    EXPECT_EQ(sum(heard.at(1.7)), 0);
-    EXPECT_GT(sum(heard.at(1.92)), 0.5 * sum(heard.at(2.5)));
-    EXPECT_NEAR(sum(heard.at(3.2 + 0.15)) / sum(heard.at(3.2)), std::exp(-1), 0.15);
-    EXPECT_EQ(sum(heard.at(3.8)), 0);
+    EXPECT_EQ(sum(heard.at(1.7).weights), 0);
+    EXPECT_GT(sum(heard.at(1.92).weights), 0.5 * sum(heard.at(2.5).weights));
+    EXPECT_NEAR(sum(heard.at(3.2 + 0.15).weights) / sum(heard.at(3.2).weights), std::exp(-1), 0.15);
+    EXPECT_EQ(sum(heard.at(3.8).weights), 0);
     // Around again, or never before and after.
-    EXPECT_EQ(sum(heard.at(7.5)) > 0, loop);
-    EXPECT_EQ(sum(heard.at(-2.5)) > 0, loop);
-    EXPECT_EQ(heard.at(2.5 + 5e5) == heard.at(2.5), loop);
+    EXPECT_EQ(sum(heard.at(7.5).weights) > 0, loop);
+    EXPECT_EQ(sum(heard.at(-2.5).weights) > 0, loop);
+    EXPECT_EQ(heard.at(2.5 + 5e5).weights == heard.at(2.5).weights, loop);
   }
 }
 
@@ -103,7 +103,8 @@ TEST(SignalWeights, OfALoopHaveNoSeamWhereItBegins) {
   std::rotate(later.samples.begin(), later.samples.begin() + kSampleRate_hz, later.samples.end());
   const LoudnessTrack heard = track(signal), moved = track(later);
   for (double t = 0; t < 5; t += 0.013)
-    EXPECT_NEAR(10 * std::log10(sum(moved.at(t)) / sum(heard.at(t + 1))), 0, 0.5) << t;
+    EXPECT_NEAR(10 * std::log10(sum(moved.at(t).weights) / sum(heard.at(t + 1).weights)), 0, 0.5)
+        << t;
 }
 
 TEST(SignalWeights, OfSteadySoundsAreKnownToBeSteady) {
@@ -115,7 +116,7 @@ TEST(SignalWeights, OfSteadySoundsAreKnownToBeSteady) {
   const std::vector<TimedEnvelope> both = {timed(tone), timed(noise_bursts(true, 0.4, 0.1, 2))};
   const SignalWeights weights = make_signal_weights(both);
   EXPECT_FALSE(weights.steady());
-  EXPECT_EQ(weights.at(0, 12.3), weights.by_signal[0]);
+  EXPECT_EQ(weights.tracks[0].at(12.3).weights, weights.by_signal[0]);
   // The closed form: what the band's two edges pass of a sine at its centre.
   const double passed = crossover_magnitude(3, kSampleRate_hz, Side::kHigh, 1000) *
                         crossover_magnitude(4, kSampleRate_hz, Side::kLow, 1000);
@@ -123,7 +124,8 @@ TEST(SignalWeights, OfSteadySoundsAreKnownToBeSteady) {
 }
 
 TEST(SignalWeights, OfASignalWithoutSamplesAreNone) {
-  for (const bool loop : {false, true}) EXPECT_EQ(track({"nothing", {}, loop}).at(0.1), Bands{});
+  for (const bool loop : {false, true})
+    EXPECT_EQ(track({"nothing", {}, loop}).at(0.1).weights, Bands{});
 }
 
 }  // namespace
