@@ -38,6 +38,7 @@ class Priority final : public Sampler {
     const Vec3 step_m = place_ ? place - *place_ : Vec3(0);
     place_ = place;
     time_s_ = time_s;
+    pool_.begin(place, time_s);
     choose(place);
     const double tau = candidates_.size() > voices_ ? candidates_[voices_].priority : 0;
     sample_.clear();
@@ -85,15 +86,16 @@ class Priority final : public Sampler {
     // Of thresholds that were tried: the lowest with too few sources, the highest with far too
     // many.
     double too_high = std::numeric_limits<double>::infinity(), too_low = 0;
+    bool unlimited = false;
     for (;;) {
-      const bool narrow = too_high <= too_low * kNarrow;  // that many have one priority
-      const bool few = weigh_above(place, threshold, narrow ? kNoLimit : limit());
-      if (narrow || (few && (candidates_.size() > voices_ || threshold == 0))) break;
-      (few ? too_high : too_low) = threshold;
+      unlimited = unlimited || too_high <= too_low * kNarrow;  // that many have one priority
+      const bool all = weigh_above(place, threshold, unlimited ? kNoLimit : limit());
+      if (all && (candidates_.size() > voices_ || threshold == 0)) break;
+      (all ? too_high : too_low) = threshold;
       if (std::isinf(too_high))
         threshold *= kStep;
-      else if (too_low > 0)
-        threshold = narrow ? too_low : std::sqrt(too_low * too_high);
+      else if (too_low > 0 && !unlimited)
+        threshold = std::sqrt(too_low * too_high);
       else
         threshold = threshold > std::numeric_limits<float>::min() ? threshold / kStep : 0;
     }
@@ -107,8 +109,9 @@ class Priority final : public Sampler {
     }
   }
 
-  // Looking again is cheaper than sorting out more than these.
-  std::size_t limit() const { return 16 * voices_ + 4096; }
+  // Looking again is cheaper than sorting out more than these. Where signals come and go, most of
+  // what is found by their loudest moment is too quiet now.
+  std::size_t limit() const { return (16 * voices_ + 4096) * (weights_.steady() ? 1 : 16); }
 
   // Every source whose priority is at least `threshold`, and above zero. False if there are more
   // than `most`, give or take those that the pool cannot tell from them.

@@ -9,6 +9,10 @@ namespace clamor {
 
 namespace {
 
+void raise(Bands& most, const Bands& to) {
+  for (std::size_t b = 0; b < kBandCount; ++b) most[b] = std::max(most[b], to[b]);
+}
+
 constexpr float kRoundedUp = 1.0001f;  // a bound must never be too low
 
 // One band of an envelope, smoothed. `levels` has room for what comes before and after.
@@ -63,7 +67,10 @@ LoudnessTrack::LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frame
       most_[b] = std::max(most_[b], levels[m]);
     }
   }
-  for (const Bands& moment : by_moment_) {
+  for (std::size_t m = 0; m < by_moment_.size(); ++m) {
+    const Bands& moment = by_moment_[m];
+    if (m % kStretch == 0) most_of_stretch_.push_back({});
+    raise(most_of_stretch_.back(), moment);
     float share = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
       if (most_[b] > 0) share = std::max(share, moment[b] / most_[b]);
@@ -71,6 +78,33 @@ LoudnessTrack::LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frame
   }
   steady_ = loop && std::all_of(by_moment_.begin(), by_moment_.end(),
                                 [&](const Bands& moment) { return moment == most_; });
+}
+
+Bands LoudnessTrack::most_between(double from_s, double to_s) const {
+  const auto count = static_cast<std::int64_t>(by_moment_.size());
+  std::int64_t from = static_cast<std::int64_t>(std::floor(from_s * moments_per_s_)) - first_;
+  std::int64_t to = static_cast<std::int64_t>(std::floor(to_s * moments_per_s_)) - first_;
+  if (loop_) {
+    if (to - from + 1 >= count) return most_;
+    const std::int64_t round = (from >= 0 ? from / count : -((count - 1 - from) / count)) * count;
+    from -= round;
+    to -= round;
+  } else {
+    from = std::max<std::int64_t>(from, 0);
+    to = std::min(to, count - 1);
+  }
+  Bands most{};
+  while (from <= to) {
+    const std::int64_t at = from % count;
+    if (at % kStretch == 0 && from + kStretch - 1 <= to && at + kStretch <= count) {
+      raise(most, most_of_stretch_[static_cast<std::size_t>(at / kStretch)]);
+      from += kStretch;
+    } else {
+      raise(most, by_moment_[static_cast<std::size_t>(at)]);
+      ++from;
+    }
+  }
+  return most;
 }
 
 SignalWeights make_signal_weights(std::span<const TimedEnvelope> signals,

@@ -56,19 +56,22 @@ class LoudnessTrack {
     return {by_moment_[place], shares_[place]};
   }
 
-  // The highest of each band at any time.
+  // The highest of each band from one time to another, and at any time.
+  Bands most_between(double from_s, double to_s) const;
   const Bands& most() const { return most_; }
   // The same at all times?
   bool steady() const { return steady_; }
 
  private:
   static constexpr Bands kSilence{};
+  static constexpr std::int64_t kStretch = 32;
 
   bool loop_, steady_ = false;
   double moments_per_s_;
   std::int64_t first_ = 0;  // moment of by_moment_[0]
   std::vector<Bands> by_moment_;
   std::vector<float> shares_;
+  std::vector<Bands> most_of_stretch_;  // of kStretch moments each
   Bands most_{};
 };
 

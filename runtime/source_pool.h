@@ -34,6 +34,10 @@ class SourcePool {
   // sample at the same place might differ from the last.
   virtual bool refresh() { return false; }
 
+  // A sample is wanted at a place and time: what may be left out now need not be told from what is
+  // never heard.
+  virtual void begin(const Vec3& /*place*/, double /*time_s*/) {}
+
   // Appends every source that is here and whose priority at `place`, its signal being as loud as it
   // ever is, is at least `threshold`, and a few more. Gives up, and returns false, where there are
   // more than `most`.

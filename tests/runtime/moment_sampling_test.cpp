@@ -189,6 +189,32 @@ TEST(MomentSampling, OfALevelWhereAllIsOverChoosesNothing) {
   EXPECT_TRUE(sampler->sample({5, 1.7, 5}, 10).empty());
 }
 
+// Or a bang would make every sample after it as dear as itself.
+TEST(MomentSampling, CostsNoMoreAfterALoudSoundThanIfThatHadNeverBeen) {
+  Signal quiet = noise(1, true, 2);
+  for (float& sample : quiet.samples) sample *= 0.01f;
+  std::array<std::uint64_t, 2> visited{};
+  for (std::size_t loud = 0; loud < 2; ++loud) {
+    Signal bang = noise(0.3, false, 1);
+    for (float& sample : bang.samples) sample *= static_cast<float>(loud);
+    const Hall hall({quiet, bang}, 60'000, 4);
+    const SourceField field = hall.field();
+    testing::StoredTrees trees;
+    trees.add(build_octree(hall.all));
+    PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+    OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
+    const auto sampler = make_priority_sampler(field, hall.weights, pool, 100);
+    for (const double time_s : {0.5, 20.0, 20.02}) {
+      const std::uint64_t before = pool.nodes_visited();
+      sampler->sample({5, 1.7, 5}, time_s);
+      while (!sampler->complete()) sampler->sample({5, 1.7, 5}, time_s);
+      visited[loud] = pool.nodes_visited() - before;
+    }
+    EXPECT_LT(visited[loud], trees.page_count() / 2);
+  }
+  EXPECT_EQ(visited[0], visited[1]);
+}
+
 // The power that is heard now, with each source's power counted as it is at this moment.
 double heard_now(const Hall& hall, const SourceField& field, const SignalWeights& raw,
                  const Source& source, const Vec3& place, double time_s) {

@@ -97,6 +97,23 @@ TEST(SignalWeights, KnowASoundBeforeItStartsAndForgetItSoonAfterItEnds) {
   }
 }
 
+TEST(SignalWeights, AreAtMostSoHighBetweenTwoTimesAsAtAnyTimeBetween) {
+  for (const bool loop : {false, true}) {
+    const LoudnessTrack heard = track(noise_bursts(loop, 0.37, 0.06, 2.9));
+    for (std::uint32_t i = 0; i < 300; ++i) {
+      const RandomBits bits = philox(9, {i, 0, 0, 0});
+      const double from_s = 12 * unit(bits[0]) - 5, to_s = from_s + 4 * unit(bits[1]);
+      Bands slow{};
+      for (double t = from_s; t < to_s; t += 0.005)
+        for (std::size_t b = 0; b < kBandCount; ++b)
+          slow[b] = std::max(slow[b], heard.at(t).weights[b]);
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        slow[b] = std::max(slow[b], heard.at(to_s).weights[b]);
+      EXPECT_EQ(heard.most_between(from_s, to_s), slow) << from_s << " " << to_s;
+    }
+  }
+}
+
 TEST(SignalWeights, OfALoopHaveNoSeamWhereItBegins) {
   const Signal signal = noise_bursts(true, 0.33, 0.17, 2.5);
   Signal later = signal;  // the same loop, begun 1 s later
