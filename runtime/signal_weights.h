@@ -11,7 +11,12 @@
 // source is weighed as what it is about to play while it fades in, is never weighed as less than
 // what it plays now, and a silent one weighs nothing.
 //
-// What that does to a listener who stands still is in tests/benchmarks/envelope_benchmark.cpp.
+// Of 2000 voices of one who stands still are exchanged each second, in percent: 286 by the moments
+// as they are, 67 smoothed like this, 49 with twice the fall, 28 with four times the fall and twice
+// around, in the violin room (100 000 sources); in the stadium 483, 146, 112, 60. A sample takes
+// 1.8 to 2 times as long as by mean squares, of 150 voices 2.3 to 6 times: bounds hold for the
+// loudest moment, and most moments are quieter. (Ratios within a run of
+// tests/benchmarks/envelope_benchmark.cpp.)
 //
 // Immutable once made.
 #pragma once
