@@ -37,7 +37,7 @@ class SignalEnvelope {
  public:
   SignalEnvelope() = default;
 
-  // Costs about 0.1 s per minute of sound and thread.
+  // Costs about 0.7 s of one core per minute of sound; long ones are shared out.
   explicit SignalEnvelope(const Signal& signal);
 
   // From what a file holds: `steps` band after band, moment after moment; 255 is the loudest, each
