@@ -4,12 +4,12 @@
 #include <cstring>
 #include <unordered_set>
 
-#include "formats/audio_file.h"
 #include "formats/bake_layout.h"
 #include "formats/bake_root_reader.h"
 #include "formats/geometry_section.h"
 #include "formats/page.h"
 #include "formats/read_file.h"
+#include "formats/signal_section.h"
 
 namespace clamor {
 
@@ -133,7 +133,10 @@ BakeBytes BakeFile::bytes() const {
   bytes.root = state_->preamble.root_bytes;
   bytes.pages = state_->over_levels(&OctreeLevel::packed_bytes);
   bytes.pages_unpacked = kColumnBytes * stored_sources();
-  for (const StoredSignal& signal : state_->root.signals) bytes.signals += signal.section.bytes;
+  for (const StoredSignal& signal : state_->root.signals) {
+    for (const FileSection& block : signal.blocks) bytes.signals += block.bytes;
+    bytes.signals += signal.envelope.bytes;
+  }
   bytes.geometry = state_->root.geometry.bytes;
   return bytes;
 }
@@ -196,17 +199,50 @@ Result<void> BakeFile::for_each_page(const Visit& visit) const {
   return {};
 }
 
+SignalInfo BakeFile::signal(std::size_t index) const {
+  const StoredSignal& stored = state_->root.signals[index];
+  return {stored.name, stored.loop, stored.frames, stored.blocks.size()};
+}
+
 Result<Signal> BakeFile::read_signal(std::size_t index) const {
   const StoredSignal& stored = state_->root.signals[index];
-  const std::string where = state_->path + ": signal " + in_quotes(stored.name);
+  Signal signal{stored.name, {}, stored.loop};
+  for (std::size_t i = 0; i < stored.blocks.size(); ++i) {
+    auto block = read_signal_block(index, i);
+    if (!block.ok()) return block.error();
+    if (i == 0)
+      signal.samples = std::move(*block);
+    else
+      signal.samples.insert(signal.samples.end(), block->begin(), block->end());
+  }
+  return signal;
+}
+
+Result<std::vector<float>> BakeFile::read_signal_block(std::size_t index, std::size_t block) const {
+  const StoredSignal& stored = state_->root.signals[index];
+  std::string where = state_->path + ": signal " + in_quotes(stored.name);
+  if (stored.blocks.size() > 1)
+    where += " (block " + std::to_string(block + 1) + " of " +
+             std::to_string(stored.blocks.size()) + ")";
   std::vector<std::byte> flac;
-  if (const auto read = state_->read(stored.section, flac); !read.ok())
+  if (const auto read = state_->read(stored.blocks[block], flac); !read.ok())
     return damaged(where + " " + read.error().message);
-  auto samples = decode_audio(flac, stored.name);
+  auto samples = unpack_signal_block(flac, stored.scale, stored.name);
   if (!samples.ok()) return samples.error().in(state_->path);
-  if (samples->size() != stored.frames) return damaged(where + " has the wrong length");
-  for (float& sample : *samples) sample *= stored.scale;
-  return Signal{stored.name, std::move(*samples), stored.loop};
+  if (samples->size() != signal_block(stored.frames, block).frames)
+    return damaged(where + " has the wrong length");
+  return samples;
+}
+
+Result<SignalEnvelope> BakeFile::read_envelope(std::size_t index) const {
+  const StoredSignal& stored = state_->root.signals[index];
+  const std::string where = state_->path + ": the envelope of signal " + in_quotes(stored.name);
+  std::vector<std::byte> section;
+  if (const auto read = state_->read(stored.envelope, section); !read.ok())
+    return damaged(where + " " + read.error().message);
+  auto envelope = unpack_envelope(section, stored.frames, stored.mean_square);
+  if (!envelope.ok()) return damaged(where + " " + envelope.error().message);
+  return envelope;
 }
 
 Result<Mesh> BakeFile::read_mesh() const {

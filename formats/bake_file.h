@@ -17,6 +17,7 @@
 #include "formats/level.h"
 #include "formats/octree_page.h"
 #include "formats/octree_sink.h"
+#include "formats/signal_envelope.h"
 
 namespace clamor {
 
@@ -110,6 +111,13 @@ struct OctreePage {
   PageLinks links;
 };
 
+struct SignalInfo {
+  std::string name;
+  bool loop = false;
+  std::uint64_t frames = 0;
+  std::size_t blocks = 0;
+};
+
 // An open bake file: its preamble and root checked, nothing decoded yet.
 //
 // Threads: all const functions may be called from any thread at once.
@@ -156,7 +164,11 @@ class BakeFile {
   Result<void> for_each_page(const Visit& visit) const;
 
   std::size_t signal_count() const;
+  SignalInfo signal(std::size_t index) const;
   Result<Signal> read_signal(std::size_t index) const;
+  // The samples of one block alone; signal_section.h says which they are.
+  Result<std::vector<float>> read_signal_block(std::size_t index, std::size_t block) const;
+  Result<SignalEnvelope> read_envelope(std::size_t index) const;
   Result<Mesh> read_mesh() const;
 
  private:

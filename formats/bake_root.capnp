@@ -90,9 +90,13 @@ struct Signal {
   loop @1 :Bool;
   scale @2 :Float32;
   frames @3 :UInt64;
-  offset @4 :UInt64;
-  bytes @5 :UInt64;
-  hash @6 :UInt64;
+  blockOffset @4 :List(UInt64);        # lists block*: one entry per block
+  blockBytes @5 :List(UInt32);
+  blockHash @6 :List(UInt64);
+  meanSquare @7 :List(Float32);
+  envelopeOffset @8 :UInt64;
+  envelopeBytes @9 :UInt32;
+  envelopeHash @10 :UInt64;
 }
 
 struct Geometry {

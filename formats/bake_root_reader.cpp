@@ -10,6 +10,7 @@
 
 #include "formats/bake_layout.h"
 #include "formats/bake_root.capnp.h"
+#include "formats/signal_section.h"
 
 namespace clamor {
 
@@ -50,6 +51,7 @@ class RootReader {
   Result<void> read_trees();
   Result<void> read_signal_maps();
   Result<void> read_signals();
+  Result<void> read_blocks(::Signal::Reader stored, StoredSignal& signal);
   Result<void> read_geometry();
   Result<FileSection> checked(FileSection section);
 
@@ -234,16 +236,43 @@ Result<void> RootReader::read_signals() {
     return Error("it has " + std::to_string(stored_signals.size()) + " signals, more than " +
                  std::to_string(kMostSignals));
   for (const auto stored : stored_signals) {
-    StoredSignal signal{
-        text(stored.getName()), stored.getLoop(), stored.getScale(), stored.getFrames(), {}};
-    const auto section = checked({stored.getOffset(), stored.getBytes(), stored.getHash()});
-    if (!section.ok()) return section.error();
-    signal.section = *section;
+    StoredSignal signal{text(stored.getName()),
+                        stored.getLoop(),
+                        stored.getScale(),
+                        stored.getFrames(),
+                        {},
+                        {},
+                        {}};
+    const std::string what = "signal " + in_quotes(signal.name);
     if (!(signal.scale > 0 && signal.scale < 1e6f) || signal.frames == 0 ||
-        signal.frames > kLongest_frames ||
-        signal.frames > kMostFramesPerByte * signal.section.bytes)
-      return Error("signal " + in_quotes(signal.name) + " is out of range");
+        signal.frames > kLongest_frames)
+      return Error(what + " is out of range");
+    if (const auto done = read_blocks(stored, signal); !done.ok()) return done;
+    const auto mean_square = read_bands(stored.getMeanSquare(), 0, kMostPower, what.c_str());
+    if (!mean_square.ok()) return mean_square.error();
+    signal.mean_square = *mean_square;
+    const auto envelope =
+        checked({stored.getEnvelopeOffset(), stored.getEnvelopeBytes(), stored.getEnvelopeHash()});
+    if (!envelope.ok()) return envelope.error();
+    signal.envelope = *envelope;
     contents_.signals.push_back(std::move(signal));
+  }
+  return {};
+}
+
+Result<void> RootReader::read_blocks(::Signal::Reader stored, StoredSignal& signal) {
+  const auto offset = stored.getBlockOffset(), hash = stored.getBlockHash();
+  const auto bytes = stored.getBlockBytes();
+  const std::size_t count = signal_blocks(signal.frames);
+  if (offset.size() != count || bytes.size() != count || hash.size() != count)
+    return Error("signal " + in_quotes(signal.name) + " has not " + std::to_string(count) +
+                 " blocks");
+  for (unsigned i = 0; i < count; ++i) {
+    const auto section = checked({offset[i], bytes[i], hash[i]});
+    if (!section.ok()) return section.error();
+    if (signal_block(signal.frames, i).frames > kMostFramesPerByte * section->bytes)
+      return Error("signal " + in_quotes(signal.name) + " is out of range");
+    signal.blocks.push_back(*section);
   }
   return {};
 }

@@ -23,7 +23,9 @@ struct StoredSignal {
   bool loop = false;
   float scale = 1;
   std::uint64_t frames = 0;
-  FileSection section;
+  std::vector<FileSection> blocks;
+  Bands mean_square{};
+  FileSection envelope;
 };
 
 // A signal's samples per byte of FLAC: silence reaches 350.

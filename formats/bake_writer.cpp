@@ -17,15 +17,22 @@
 #include "formats/file_appender.h"
 #include "formats/geometry_section.h"
 #include "formats/octree_writer.h"
+#include "formats/signal_section.h"
 #include "formats/source_code.h"
 
 namespace clamor {
 
 namespace {
 
+struct SignalSections {
+  float scale = 1;
+  std::vector<FileSection> blocks;
+  Bands mean_square{};
+  FileSection envelope;
+};
+
 struct Sections {
-  std::vector<FileSection> signals;
-  std::vector<float> signal_scales;
+  std::vector<SignalSections> signals;
   FileSection geometry;
   GeometryCounts geometry_counts;
 };
@@ -47,18 +54,20 @@ Result<void> write_trees(const BakeContents& contents, OctreeWriter& writer) {
 Result<void> write_signals(const std::vector<Signal>& signals, FileAppender& appender,
                            Sections& sections) {
   for (const Signal& signal : signals) {
-    // FLAC ends at full scale, so a louder signal is kept smaller, with the factor beside it.
-    float peak = 1;
-    for (const float sample : signal.samples) peak = std::max(peak, std::abs(sample));
-    std::vector<float> scaled = signal.samples;
-    if (peak > 1)
-      for (float& sample : scaled) sample /= peak;
-    const auto flac = encode_flac(scaled);
-    if (!flac.ok()) return flac.error().in("signal " + in_quotes(signal.name));
-    const auto section = appender.append(*flac);
+    SignalSections& kept = sections.signals.emplace_back();
+    kept.scale = signal_scale(signal);
+    const auto blocks = pack_signal_blocks(signal, kept.scale);
+    if (!blocks.ok()) return blocks.error().in("signal " + in_quotes(signal.name));
+    for (const auto& block : *blocks) {
+      const auto section = appender.append(block);
+      if (!section.ok()) return section.error();
+      kept.blocks.push_back(*section);
+    }
+    const SignalEnvelope envelope(signal);
+    kept.mean_square = envelope.mean_square();
+    const auto section = appender.append(pack_envelope(envelope));
     if (!section.ok()) return section.error();
-    sections.signals.push_back(*section);
-    sections.signal_scales.push_back(peak);
+    kept.envelope = *section;
   }
   return {};
 }
@@ -114,6 +123,25 @@ void put_settings(BakeRoot::Builder root, const BakeContents& contents) {
   for (unsigned b = 0; b < kBandCount; ++b) bands_hz.set(b, static_cast<float>(kBandCentres_hz[b]));
 }
 
+void put_signal(::Signal::Builder stored, const Signal& signal, const SignalSections& sections) {
+  stored.setName(signal.name);
+  stored.setLoop(signal.loop);
+  stored.setScale(sections.scale);
+  stored.setFrames(signal.samples.size());
+  const auto count = static_cast<unsigned>(sections.blocks.size());
+  auto offset = stored.initBlockOffset(count), hash = stored.initBlockHash(count);
+  auto bytes = stored.initBlockBytes(count);
+  for (unsigned i = 0; i < count; ++i) {
+    offset.set(i, sections.blocks[i].offset);
+    bytes.set(i, static_cast<std::uint32_t>(sections.blocks[i].bytes));
+    hash.set(i, sections.blocks[i].hash);
+  }
+  put(stored.initMeanSquare(kBandCount), sections.mean_square);
+  stored.setEnvelopeOffset(sections.envelope.offset);
+  stored.setEnvelopeBytes(static_cast<std::uint32_t>(sections.envelope.bytes));
+  stored.setEnvelopeHash(sections.envelope.hash);
+}
+
 void put_tables(BakeRoot::Builder root, const BakeContents& contents, const Sections& sections) {
   auto materials = root.initMaterials(static_cast<unsigned>(contents.materials.size()));
   for (unsigned i = 0; i < materials.size(); ++i) {
@@ -140,15 +168,8 @@ void put_tables(BakeRoot::Builder root, const BakeContents& contents, const Sect
     emitters[i].setDelayS(emitter.delay_s);
   }
   auto signals = root.initSignals(static_cast<unsigned>(contents.signals.size()));
-  for (unsigned i = 0; i < signals.size(); ++i) {
-    signals[i].setName(contents.signals[i].name);
-    signals[i].setLoop(contents.signals[i].loop);
-    signals[i].setScale(sections.signal_scales[i]);
-    signals[i].setFrames(contents.signals[i].samples.size());
-    signals[i].setOffset(sections.signals[i].offset);
-    signals[i].setBytes(sections.signals[i].bytes);
-    signals[i].setHash(sections.signals[i].hash);
-  }
+  for (unsigned i = 0; i < signals.size(); ++i)
+    put_signal(signals[i], contents.signals[i], sections.signals[i]);
   auto geometry = root.initGeometry();
   geometry.setLowX(sections.geometry_counts.low_m.x);
   geometry.setLowY(sections.geometry_counts.low_m.y);

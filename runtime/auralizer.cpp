@@ -10,7 +10,6 @@
 
 #include "runtime/keyframe_maker.h"
 #include "runtime/keyframe_queue.h"
-#include "runtime/loudness.h"
 #include "runtime/mixer.h"
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
@@ -37,7 +36,8 @@ StrategyOptions strategy_of(const AuralizerOptions& options) {
           options.estimator, options.tuning};
 }
 
-SignalWeights weights_of(const std::vector<PreparedSignal>& signals) {
+// The paper's strategies know signals by their mean power only.
+SignalWeights mean_weights(const std::vector<PreparedSignal>& signals) {
   const Bands loudness = loudness_weights();
   SignalWeights weights;
   for (const PreparedSignal& signal : signals) {
@@ -45,6 +45,14 @@ SignalWeights weights_of(const std::vector<PreparedSignal>& signals) {
     for (std::size_t b = 0; b < kBandCount; ++b) weight[b] = loudness[b] * signal.mean_square()[b];
   }
   return weights;
+}
+
+SignalWeights weights_of(const AuralizerInput& input) {
+  if (!input.envelopes.empty()) return make_signal_weights(input.envelopes);
+  std::vector<TimedEnvelope> envelopes;
+  for (const Signal& signal : input.signals)
+    envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
+  return make_signal_weights(envelopes);
 }
 
 // Pages as the sampler wants them, from a file. Everything must outlive what comes out.
@@ -71,7 +79,7 @@ struct Auralizer::State {
         wait_for_pages(options.wait_for_pages),
         signals(prepare_signals(input.signals)),
         field(input.emitters, input.materials, input.air),
-        weights(weights_of(signals)),
+        weights(needs_list(options.strategy) ? mean_weights(signals) : weights_of(input)),
         ceilings(file == nullptr ? weights : highest_over_copies(weights, file->signal_maps())) {
     const StrategyOptions strategy = strategy_of(options);
     if (file != nullptr) {
@@ -221,9 +229,10 @@ void Auralizer::make_keyframe(const Pose& pose) {
   Keyframe* const keyframe = state.queue->writable();
   if (keyframe == nullptr) return;
   const auto start = std::chrono::steady_clock::now();
-  auto sample = state.sampler->sample(pose.position_m);
+  const double time_s = next_keyframe_time_s();
+  auto sample = state.sampler->sample(pose.position_m, time_s);
   while (state.wait_for_pages && !state.sampler->complete())
-    sample = state.sampler->sample(pose.position_m);
+    sample = state.sampler->sample(pose.position_m, time_s);
   state.maker->make(sample, pose, *keyframe);
   const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
 

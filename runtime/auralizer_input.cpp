@@ -15,6 +15,9 @@ Result<AuralizerInput> read_signals_and_tables(const BakeFile& file) {
   for (std::size_t i = 0; i < file.signal_count(); ++i) {
     auto signal = file.read_signal(i);
     if (!signal.ok()) return signal.error();
+    auto envelope = file.read_envelope(i);
+    if (!envelope.ok()) return envelope.error();
+    input.envelopes.push_back({std::move(*envelope), signal->samples.size(), signal->loop});
     input.signals.push_back(std::move(*signal));
   }
   return input;

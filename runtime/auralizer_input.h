@@ -9,6 +9,7 @@
 #include "formats/bake_file.h"
 #include "formats/level.h"
 #include "formats/source.h"
+#include "runtime/signal_weights.h"
 
 namespace clamor {
 
@@ -18,9 +19,10 @@ struct AuralizerInput {
   std::vector<Signal> signals;
   std::vector<Material> materials;
   Air air;
+  std::vector<TimedEnvelope> envelopes{};  // of the signals; if none, they are listened to
 };
 
-// Decodes all signals, no pages: there are no sources yet.
+// Decodes all signals and envelopes, no pages: there are no sources yet.
 Result<AuralizerInput> read_signals_and_tables(const BakeFile& file);
 
 // Decodes all pages and signals. Memory grows with the file.

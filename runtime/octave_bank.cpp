@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "formats/level.h"
-#include "runtime/crossover.h"
+#include "common/crossover.h"
 
 namespace clamor {
 

@@ -8,6 +8,8 @@ namespace clamor {
 
 namespace {
 
+constexpr double kSoon_s = 0.5;         // pages are asked for so long before they sound
+constexpr double kGiveInTime_s = 0.05;  // of delays rounded, and of moments
 constexpr double kSlack = 1.0001;        // single precision of keys and bounds
 constexpr double kGive_m = 0.002;        // quantised positions, 10 km from the origin
 constexpr double kTurned = 1e-5;         // what turning and moving a copy's sources may round
@@ -41,6 +43,8 @@ OctreePool::OctreePool(const SourceField& field, const SignalWeights& ceilings,
     : field_(field),
       trees_(trees),
       signal_maps_(signal_maps),
+      ceilings_(ceilings),
+      audible_(ceilings.by_signal),
       most_per_power_(kSlack * field.most_per_power(ceilings.by_signal)),
       loader_(loader),
       maps_(signal_maps.begin(), signal_maps.end()) {
@@ -54,6 +58,25 @@ void OctreePool::load_first_pages(const PageEntry& top) {
     if (loader_.load_now(*first[i]) && first[i]->source_count == 0)
       for (const PageEntry& child : loader_.find(*first[i])->links.children)
         first.push_back(&child);
+}
+
+void OctreePool::begin(const Vec3& place, double time_s) {
+  if (ceilings_.steady() || trees_.empty()) return;
+  const PageEntry& top = trees_.back();
+  const Vec3 low(top.low_m), high(top.high_m);
+  const double farthest_m = length(place - (low + high) / 2.0) + length(high - low) / 2 + kGive_m;
+  const double longest_s =
+      top.most_delay_s + farthest_m / field_.speed_of_sound_mps() + kGiveInTime_s;
+  std::vector<Bands> audible;
+  for (const LoudnessTrack& track : ceilings_.tracks)
+    audible.push_back(track.most_between(time_s - longest_s - field_.latest_start_s(),
+                                         time_s + kSoon_s - field_.earliest_start_s()));
+  if (audible == audible_) return;
+  audible_ = std::move(audible);
+  SignalWeights weights;
+  weights.by_signal = audible_;
+  weights = highest_over_copies(weights, signal_maps_);
+  most_per_power_ = kSlack * field_.most_per_power(weights.by_signal);
 }
 
 double OctreePool::bound(const PageEntry& entry, const Vec3& place, double highest_key) const {
@@ -138,7 +161,7 @@ bool OctreePool::walk(const Vec3& place, double threshold, const PageOf& page_of
     // The representative's own key, which may be any, does not count in a copy.
     const double key = step.lead_key > 0 ? step.lead_key : step.entry->highest_key;
     const double most = bound(*step.entry, copy.place, key);
-    if (most < threshold * copy.to_threshold) continue;
+    if (most == 0 || most < threshold * copy.to_threshold) continue;
     const ResidentPage* const page = page_of(*step.entry);
     if (!visit(step, page, most / copy.to_threshold)) return false;
     if (page != nullptr) add_steps(step, *page, threshold);
@@ -213,9 +236,14 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
     const bool leads = step.lead_key > 0 && page->sources.size() > 0 &&
                        page->leader == ResidentPage::Leader::kSource;
     if (leads) add_source(step, *page, 0, true, found);
-    page->sources.pass(field_, copy.place, threshold * copy.to_threshold, [&](std::size_t i) {
-      if (!leads || i > 0) add_source(step, *page, i, false, found);
-    });
+    page->sources.pass(field_, copy.place, threshold * copy.to_threshold,
+                       [&](std::size_t i, double ceiling) {
+                         if (leads && i == 0) return;
+                         const std::size_t before = found.size();
+                         add_source(step, *page, i, false, found);
+                         if (found.size() > before)
+                           found.back().ceiling = ceiling / copy.to_threshold;
+                       });
     return found.size() <= most;
   };
   return walk(place, threshold, use, visit);

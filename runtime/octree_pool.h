@@ -10,6 +10,9 @@
 // A copy of a tree (instance.h) is walked in the tree's own space: the place is moved instead of
 // the sources, and the threshold divided by the copy's gain. Only what is found is put where the
 // level has it.
+//
+// Signals that are over, or have not begun, raise no bound: only what they play, smoothed, within
+// the longest way to the listener counts.
 #pragma once
 
 #include <cstdint>
@@ -39,6 +42,8 @@ class OctreePool final : public SourcePool {
              std::span<const std::vector<std::uint32_t>> signal_maps, PageLoader& loader);
 
   bool refresh() override { return loader_.begin_sample(); }
+  // Bounds nodes by the loudest that any signal was while what is heard now was under way.
+  void begin(const Vec3& place, double time_s) override;
   bool look(const Vec3& place, double threshold, std::size_t most,
             std::vector<FoundSource>& found) override;
   double highest(const Vec3& place) override;
@@ -87,7 +92,9 @@ class OctreePool final : public SourcePool {
   const SourceField& field_;
   const std::span<const PageEntry> trees_;
   const std::span<const std::vector<std::uint32_t>> signal_maps_;
-  const double most_per_power_;
+  const SignalWeights& ceilings_;
+  std::vector<Bands> audible_;  // what ceilings come to now
+  double most_per_power_;
   PageLoader& loader_;
 
   // Of the last look.

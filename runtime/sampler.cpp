@@ -17,7 +17,7 @@ class All final : public Sampler {
     for (std::size_t i = 0; i < page.size(); ++i)
       sample_.push_back({i, 1, &page[i], field.signal(page[i])});
   }
-  std::span<const SampledSource> sample(const Vec3&) override { return sample_; }
+  std::span<const SampledSource> sample(const Vec3&, double) override { return sample_; }
   bool complete() override { return true; }
   std::size_t capacity() const override { return sample_.size(); }
 
@@ -30,11 +30,15 @@ class Priority final : public Sampler {
   Priority(const SourceField& field, SignalWeights weights, SourcePool& pool, std::size_t voices)
       : field_(field), weights_(std::move(weights)), pool_(pool), voices_(voices) {}
 
-  // A function of the place and of what is here alone, so that one who stands still costs nothing.
-  std::span<const SampledSource> sample(const Vec3& place) override {
-    if (!pool_.refresh() && place_ == place) return sample_;
+  // A function of place, time and what is here alone. Where all signals are steady, one who stands
+  // still costs nothing.
+  std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
+    const bool same_moment = weights_.steady() || time_s_ == time_s;
+    if (!pool_.refresh() && place_ == place && same_moment) return sample_;
     const Vec3 step_m = place_ ? place - *place_ : Vec3(0);
     place_ = place;
+    time_s_ = time_s;
+    pool_.begin(place, time_s);
     choose(place);
     const double tau = candidates_.size() > voices_ ? candidates_[voices_].priority : 0;
     sample_.clear();
@@ -82,15 +86,16 @@ class Priority final : public Sampler {
     // Of thresholds that were tried: the lowest with too few sources, the highest with far too
     // many.
     double too_high = std::numeric_limits<double>::infinity(), too_low = 0;
+    bool unlimited = false;
     for (;;) {
-      const bool narrow = too_high <= too_low * kNarrow;  // that many have one priority
-      const bool few = weigh_above(place, threshold, narrow ? kNoLimit : limit());
-      if (narrow || (few && (candidates_.size() > voices_ || threshold == 0))) break;
-      (few ? too_high : too_low) = threshold;
+      unlimited = unlimited || too_high <= too_low * kNarrow;  // that many have one priority
+      const bool all = weigh_above(place, threshold, unlimited ? kNoLimit : limit());
+      if (all && (candidates_.size() > voices_ || threshold == 0)) break;
+      (all ? too_high : too_low) = threshold;
       if (std::isinf(too_high))
         threshold *= kStep;
-      else if (too_low > 0)
-        threshold = narrow ? too_low : std::sqrt(too_low * too_high);
+      else if (too_low > 0 && !unlimited)
+        threshold = std::sqrt(too_low * too_high);
       else
         threshold = threshold > std::numeric_limits<float>::min() ? threshold / kStep : 0;
     }
@@ -104,8 +109,9 @@ class Priority final : public Sampler {
     }
   }
 
-  // Looking again is cheaper than sorting out more than these.
-  std::size_t limit() const { return 16 * voices_ + 4096; }
+  // Looking again is cheaper than sorting out more than these. Where signals come and go, most of
+  // what is found by their loudest moment is too quiet now.
+  std::size_t limit() const { return (16 * voices_ + 4096) * (weights_.steady() ? 1 : 16); }
 
   // Every source whose priority is at least `threshold`, and above zero. False if there are more
   // than `most`, give or take those that the pool cannot tell from them.
@@ -115,7 +121,10 @@ class Priority final : public Sampler {
     if (!pool_.look(place, threshold, most, found_)) return false;
     for (const FoundSource& found : found_) {
       const Source& source = *found.source;
-      const double w = weight(field_, weights_.by_signal[found.signal], source, place);
+      const LoudnessTrack::Moment now =
+          weights_now(field_, weights_, found.signal, source, place, time_s_);
+      if (found.ceiling * now.share < threshold) continue;
+      const double w = weight(field_, now.weights, source, place);
       const double priority = w / std::max(source.u, kLeastU);
       if (w > 0 && priority >= threshold) candidates_.push_back({priority, w, found});
     }
@@ -130,6 +139,7 @@ class Priority final : public Sampler {
   std::vector<FoundSource> found_;
   std::vector<Candidate> candidates_;
   std::optional<Vec3> place_;  // of sample_
+  double time_s_ = 0;
   std::vector<SampledSource> sample_;
 };
 
@@ -142,6 +152,13 @@ double weight(const SourceField& field, const Bands& of_signal, const Source& so
   for (std::size_t b = 0; b < kBandCount; ++b)
     sum += static_cast<double>(of_signal[b]) * intensity[b];
   return sum;
+}
+
+LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,
+                                  std::uint32_t signal, const Source& source, const Vec3& place,
+                                  double time_s) {
+  if (weights.steady()) return {weights.by_signal[signal], 1};
+  return weights.tracks[signal].at(time_s - field.delay_s(source, place));
 }
 
 std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,

@@ -1,8 +1,9 @@
 // sampler.h: which sources are heard at a place, each with the factor its power is scaled by.
 //
 // The weight of a source is what the ear would miss: w_i = sum_b loudness_b x signal_b x I_ib, with
-// loudness_b from BS.1770 (loudness.h), signal_b the mean square of its signal in the band, and
-// I_ib its intensity at the place (source_field.h).
+// loudness_b from BS.1770 (loudness.h), signal_b the mean square in the band of what it plays at
+// the moment that is heard (signal_weights.h), and I_ib its intensity at the place
+// (source_field.h). What is silent now weighs nothing and is not taken.
 //
 // "all" takes every source as it is. "priority" takes the k of highest priority w_i / u_i, u_i
 // being permanent, and scales their power by max(1, tau / w_i), tau the (k+1)-th priority: unbiased
@@ -11,7 +12,8 @@
 // Kaplan. Summarizing data using bottom-k sketches. PODC 2007.)
 //
 // The choice is exact: a threshold guessed from the last sample tells the pool what to leave out,
-// and is lowered until k + 1 sources reach it. Where sources are not here yet, those that are stand
+// and is lowered until k + 1 sources reach it. What it leaves out it leaves out by bounds that hold
+// for the loudest moment of every signal. Where sources are not here yet, those that are stand
 // for them: with kappa the highest key P / u of what is missing near source i, P its power over all
 // bands, i is chosen only if u_i < P_i / kappa, so its factor is max(1, tau / w_i, kappa / P_i):
 // still unbiased, only coarser.
@@ -38,8 +40,9 @@ class Sampler {
  public:
   virtual ~Sampler() = default;
 
-  // The sample for a head centred at `place`, by ascending number; valid until the next call.
-  virtual std::span<const SampledSource> sample(const Vec3& place) = 0;
+  // The sample for a head centred at `place`, `time_s` after everything began to play, by ascending
+  // number; valid until the next call.
+  virtual std::span<const SampledSource> sample(const Vec3& place, double time_s = 0) = 0;
 
   // Whether the last sample had all the sources it needed; if not, waits until more are here.
   virtual bool complete() = 0;
@@ -48,8 +51,14 @@ class Sampler {
   virtual std::size_t capacity() const = 0;
 };
 
+// Of a source, given what its signal counts for in each band.
 double weight(const SourceField& field, const Bands& of_signal, const Source& source,
               const Vec3& place);
+
+// What the signal of a source counts for that is heard at `place` at a time.
+LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,
+                                  std::uint32_t signal, const Source& source, const Vec3& place,
+                                  double time_s);
 
 // Field and pool must outlive the sampler.
 std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,

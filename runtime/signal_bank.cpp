@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "runtime/crossover.h"
+#include "common/crossover.h"
 #include "runtime/octave_bank.h"
 
 namespace clamor {

@@ -13,7 +13,13 @@ SourceField::SourceField(const std::vector<Emitter>& emitters, std::span<const M
       materials_(materials.size()),
       laws_(materials),
       air_loss_per_m_(air_loss_per_m(air)),
-      speed_of_sound_mps_(speed_of_sound_mps(air)) {}
+      speed_of_sound_mps_(clamor::speed_of_sound_mps(air)) {
+  for (const Emitter& emitter : emitters) {
+    const bool first = &emitter == emitters.data();
+    earliest_start_s_ = first ? emitter.delay_s : std::min(earliest_start_s_, emitter.delay_s);
+    latest_start_s_ = first ? emitter.delay_s : std::max(latest_start_s_, emitter.delay_s);
+  }
+}
 
 SourceField::Ceiling SourceField::ceiling(const Source& s, const Bands& weight) const {
   double diffuse = 0, lobe = 0;

@@ -45,6 +45,12 @@ class SourceField {
            length(place - Vec3(source.position_m)) / speed_of_sound_mps_;
   }
 
+  double speed_of_sound_mps() const { return speed_of_sound_mps_; }
+
+  // Of all emitters: when the first and the last begins to play.
+  double earliest_start_s() const { return earliest_start_s_; }
+  double latest_start_s() const { return latest_start_s_; }
+
   struct Ceiling {
     float diffuse = 0, lobe = 0, exponent = 0;
     float highest() const { return diffuse + lobe; }
@@ -62,6 +68,7 @@ class SourceField {
   ReflectionLaws laws_;
   Bands air_loss_per_m_;
   double speed_of_sound_mps_;
+  double earliest_start_s_ = 0, latest_start_s_ = 0;
 };
 
 }  // namespace clamor

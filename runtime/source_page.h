@@ -32,8 +32,9 @@ class SourcePage {
   const Source& operator[](std::size_t index) const { return sources_[index]; }
   std::size_t bytes() const;  // of memory
 
-  // Calls found(index), ascending, for every source whose priority at `place` is at least
-  // `threshold`, and for a few more. `field` is the constructor's.
+  // Calls found(index, ceiling), ascending, for every source whose priority at `place` is at least
+  // `threshold`, and for a few more; `ceiling` is one of the priority. `field` is the
+  // constructor's.
   template <class Found>
   void pass(const SourceField& field, const Vec3& place, double threshold,
             const Found& found) const {
@@ -42,9 +43,10 @@ class SourcePage {
       if (!screen(b, Vec3f(place), threshold, passes)) continue;
       const std::size_t first = b * kBlockSources;
       for (std::size_t i = 0; i < std::min(kBlockSources, size() - first); ++i)
-        if (passes[i] &&
-            field.ceiling_at(sources_[first + i], ceilings_[first + i], place) >= threshold)
-          found(first + i);
+        if (passes[i]) {
+          const double ceiling = field.ceiling_at(sources_[first + i], ceilings_[first + i], place);
+          if (ceiling >= threshold) found(first + i, ceiling);
+        }
     }
   }
 

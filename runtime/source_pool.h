@@ -2,28 +2,27 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "common/bands.h"
 #include "common/vec.h"
+#include "runtime/signal_weights.h"
 #include "runtime/source_field.h"
 #include "runtime/source_page.h"
 
 namespace clamor {
-
-// Loudness times mean square of each signal, per band: what an intensity is weighed with.
-struct SignalWeights {
-  std::vector<Bands> by_signal;
-};
 
 // A source where the level has it, though it may be stored as one of a copied tree.
 struct FoundSource {
   const Source* source = nullptr;
   std::uint64_t number = 0;
   std::uint32_t signal = 0;
-  std::uint32_t copy = 0;  // the pool's
+  std::uint32_t copy = 0;                                 // the pool's
+  // Of its priority at any time.
+  double ceiling = std::numeric_limits<double>::infinity();
 };
 
 // Not thread-safe: the sampler's alone.
@@ -35,8 +34,13 @@ class SourcePool {
   // sample at the same place might differ from the last.
   virtual bool refresh() { return false; }
 
-  // Appends every source that is here and whose priority at `place` is at least `threshold`, and a
-  // few more. Gives up, and returns false, where there are more than `most`.
+  // A sample is wanted at a place and time: what may be left out now need not be told from what is
+  // never heard.
+  virtual void begin(const Vec3& /*place*/, double /*time_s*/) {}
+
+  // Appends every source that is here and whose priority at `place`, its signal being as loud as it
+  // ever is, is at least `threshold`, and a few more. Gives up, and returns false, where there are
+  // more than `most`.
   virtual bool look(const Vec3& place, double threshold, std::size_t most,
                     std::vector<FoundSource>& found) = 0;
 
@@ -68,8 +72,8 @@ class SourceList final : public SourcePool {
 
   bool look(const Vec3& place, double threshold, std::size_t /*most*/,
             std::vector<FoundSource>& found) override {
-    page_.pass(field_, place, threshold, [&](std::size_t index) {
-      found.push_back({&page_[index], index, field_.signal(page_[index]), 0});
+    page_.pass(field_, place, threshold, [&](std::size_t index, double ceiling) {
+      found.push_back({&page_[index], index, field_.signal(page_[index]), 0, ceiling});
     });
     return true;
   }

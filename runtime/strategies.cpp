@@ -70,7 +70,7 @@ class FromList final : public Listed {
     for (std::size_t i = 0; i < page_.size(); ++i) candidates_.push_back({i, 1});
   }
 
-  std::span<const SampledSource> sample(const Vec3& place) override {
+  std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
     if (place_ && once_) return sample_;
     if (!even_ && place_ != place)
       for (std::size_t i = 0; i < candidates_.size(); ++i)
@@ -97,7 +97,7 @@ class OctreeCut final : public Listed {
             const SourceList& list)
       : Listed(options, field, weights, list), tree_(representatives()) {}
 
-  std::span<const SampledSource> sample(const Vec3& place) override {
+  std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
     if (place_ == place) return sample_;
     place_ = place;
     sample_.clear();
@@ -122,7 +122,7 @@ class OctreeDiffusion final : public Listed {
         tree_(representatives()),
         dynamic_(DynamicSample::Rule::kAdaptive, options.voices, options.tuning) {}
 
-  std::span<const SampledSource> sample(const Vec3& place) override {
+  std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
     if (place_ != place) {
       cut_ = tree_.cut(
           place, options_.voices * static_cast<std::size_t>(options_.tuning.candidates_per_voice));
@@ -153,7 +153,7 @@ class OnAmplitudes final : public Sampler {
  public:
   explicit OnAmplitudes(std::unique_ptr<Sampler> sampler) : sampler_(std::move(sampler)) {}
 
-  std::span<const SampledSource> sample(const Vec3& place) override {
+  std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
     const auto sample = sampler_->sample(place);
     sample_.assign(sample.begin(), sample.end());
     for (SampledSource& chosen : sample_) chosen.power_scale *= chosen.power_scale;

@@ -53,6 +53,8 @@ Result<void> read_whole(const Bytes& bytes) {
     if (const auto sources = read_all_sources(*file); !sources.ok()) result = sources.error();
     for (std::size_t i = 0; i < file->signal_count(); ++i)
       if (const auto signal = file->read_signal(i); !signal.ok()) result = signal.error();
+    for (std::size_t i = 0; i < file->signal_count(); ++i)
+      if (const auto envelope = file->read_envelope(i); !envelope.ok()) result = envelope.error();
     if (const auto mesh = file->read_mesh(); !mesh.ok()) result = mesh.error();
   }
   std::filesystem::remove(path);
@@ -427,14 +429,45 @@ std::vector<Hostile> hostile_roots() {
       {"signal of 2^63 frames", [](Root r) { r.getSignals()[0].setFrames(kHuge); }},
       {"signal of no frames", [](Root r) { r.getSignals()[0].setFrames(0); }},
       {"signal longer than it is", [](Root r) { r.getSignals()[0].setFrames(301); }},
-      {"signal beyond the file", [](Root r) { r.getSignals()[0].setOffset(kHuge); }},
-      {"signal over the pages", [](Root r) { r.getSignals()[0].setOffset(64); }},
+      {"signal beyond the file", [](Root r) { r.getSignals()[0].getBlockOffset().set(0, kHuge); }},
+      {"signal over the pages", [](Root r) { r.getSignals()[0].getBlockOffset().set(0, 64); }},
+      {"signal in no block", [](Root r) { r.getSignals()[0].initBlockOffset(0); }},
+      {"signal in more blocks than it is long",
+       [](Root r) {
+         auto signal = r.getSignals()[0];
+         for (auto* list : {"offset", "hash"}) {
+           auto two = list[0] == 'o' ? signal.initBlockOffset(2) : signal.initBlockHash(2);
+           two.set(0, 1000);
+           two.set(1, 1000);
+         }
+         signal.initBlockBytes(2);
+       }},
+      {"signal with blocks of no bytes", [](Root r) { r.getSignals()[0].initBlockBytes(0); }},
+      {"envelope beyond the file", [](Root r) { r.getSignals()[0].setEnvelopeOffset(kHuge); }},
+      {"envelope over its signal",
+       [](Root r) {
+         auto signal = r.getSignals()[0];
+         signal.setEnvelopeOffset(signal.getBlockOffset()[0]);
+       }},
+      {"envelope that is no zstd frame",
+       [](Root r) {
+         auto signal = r.getSignals()[0];
+         signal.setEnvelopeBytes(0);
+         signal.setEnvelopeHash(hash_of({}));
+       }},
+      {"envelope of seven bands", [](Root r) { r.getSignals()[0].initMeanSquare(7); }},
+      {"envelope that is no number",
+       [](Root r) { r.getSignals()[0].getMeanSquare().set(4, kNaN); }},
+      {"envelope of a band that is silent",
+       [](Root r) { r.getSignals()[0].getMeanSquare().set(3, 0); }},
+      {"envelope of an infinite band",
+       [](Root r) { r.getSignals()[0].getMeanSquare().set(3, INFINITY); }},
       {"signal of no scale", [](Root r) { r.getSignals()[0].setScale(kNaN); }},
       {"signal that is no FLAC",
        [](Root r) {
          auto signal = r.getSignals()[0];
-         signal.setBytes(0);
-         signal.setHash(hash_of({}));
+         signal.getBlockBytes().set(0, 0);
+         signal.getBlockHash().set(0, hash_of({}));
        }},
       {"silence of half an hour in a few bytes",
        [](Root r) { r.getSignals()[0].setFrames(kSampleRate_hz * 1800); }},
@@ -442,13 +475,16 @@ std::vector<Hostile> hostile_roots() {
        [](Root r) {
          const Bytes name(8, 'x');
          auto one = r.getSignals()[0];
-         const auto section = one.getOffset() + one.getBytes();
+         const auto end = one.getEnvelopeOffset() + one.getEnvelopeBytes();
          auto many = r.initSignals(65537);
          for (auto signal : many) {
            signal.setScale(1);
            signal.setFrames(1);
-           signal.setBytes(1);
-           signal.setOffset(section - 1);
+           signal.initBlockOffset(1).set(0, end - 1);
+           signal.initBlockBytes(1).set(0, 1);
+           signal.initBlockHash(1);
+           signal.initMeanSquare(8);
+           signal.setEnvelopeOffset(end);
          }
        }},
       {"decay times of seven bands", [](Root r) { r.initDecayT30S(7); }},

@@ -35,7 +35,10 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   }
   (void)file->for_each_page(
       [](const PageEntry&, const OctreePage&, std::size_t, std::size_t) { return Result<void>(); });
-  for (std::size_t i = 0; i < file->signal_count(); ++i) (void)file->read_signal(i);
+  for (std::size_t i = 0; i < file->signal_count(); ++i) {
+    (void)file->read_signal(i);
+    (void)file->read_envelope(i);
+  }
   (void)file->read_mesh();
   return 0;
 }

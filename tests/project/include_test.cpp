@@ -59,7 +59,7 @@ const std::vector<Fence> kFences = {
     {"RtAudio", {"RtAudio.h", "rtaudio/*"}, {"runtime/audio_device.cpp"}},
     {"TBB",
      {"tbb/*", "oneapi/*"},
-     {"bake/*.cpp", "formats/bake_writer.cpp", "formats/octree_writer.cpp",
+     {"bake/*.cpp", "formats/bake_writer.cpp", "formats/octree_writer.cpp", "formats/signal_*.cpp",
       "tests/bake/octree_*", "tests/benchmarks/octree_*"}},
     {"tinygltf", {"tiny_gltf.h"}, {"formats/gltf_reader.cpp"}},
     {"xxHash", {"xxhash.h"}, {"formats/bake_layout.cpp", "formats/level_folder.cpp"}},

@@ -118,7 +118,10 @@ TEST(Auralizer, IsSilentBeforeItsFirstKeyframe) {
 
 TEST(Auralizer, GoesOnAsItWasWhileTheSamplerStandsStill) {
   const Walk still = Walk::standing({{4, 5, 1.6}, 0.4, 0});
-  const auto steady = made(60), stalled = made(60);
+  // Sounds that never change, or the sampler would follow what they play.
+  AuralizerInput input = baked_room();
+  input.signals.assign(3, testing::sine(440));
+  const auto steady = made(60, "priority", input), stalled = made(60, "priority", input);
   std::vector<float> a(512), b(512);
   for (int block = 0; block < 900; ++block) {
     make_keyframes(*steady, still);

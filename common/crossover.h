@@ -6,6 +6,8 @@
 //
 // so two sides add up to a pure all-pass and are in phase at every frequency. Run forwards and
 // backwards in time, one Butterworth has the same magnitude and no phase at all.
+//
+// The bake measures with them what the mixer will filter with them.
 #pragma once
 
 #include <array>

@@ -1,14 +1,17 @@
-#include "runtime/crossover.h"
+#include "common/crossover.h"
 
 #include <cmath>
 #include <numbers>
+
+#include "common/maths.h"
 
 namespace clamor {
 
 namespace {
 
 double warped(double frequency_hz, double rate_hz) {
-  return std::tan(std::numbers::pi * frequency_hz / rate_hz);
+  const double angle = std::numbers::pi * frequency_hz / rate_hz;
+  return sin_of(angle) / cos_of(angle);
 }
 
 }  // namespace
@@ -24,7 +27,7 @@ std::array<Biquad, kButterworthFactors> crossover_factors(std::size_t edge, doub
   for (std::size_t i = 0; i < kButterworthFactors; ++i) {
     const double angle = std::numbers::pi * static_cast<double>(2 * i + 1) /
                          static_cast<double>(4 * kButterworthFactors);
-    const double q = 1 / (2 * std::cos(angle));
+    const double q = 1 / (2 * cos_of(angle));
     const double scale = 1 / (1 + k / q + k * k);
     const double a1 = 2 * (k * k - 1) * scale, a2 = (1 - k / q + k * k) * scale;
     if (side == Side::kLow) factors[i] = {k * k * scale, 2 * k * k * scale, k * k * scale, a1, a2};

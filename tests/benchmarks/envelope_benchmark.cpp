@@ -1,0 +1,89 @@
+// What does weighing sources by what they play now do to a listener who stands still?
+//
+// In a baked level (CLAMOR_BENCHMARK_BAKE names the file; without it there is nothing to measure)
+// a listener stands in the middle for 20 s. `exchanged_per_s` is how many sources of the sample are
+// replaced a second, `entries_percent` the same in percent of the sample; time is of one sample.
+// By the envelope's moments as they are, smoothed as signal_weights.h says, and not at all.
+#include <algorithm>
+#include <cstdlib>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "formats/bake_file.h"
+#include "runtime/auralizer_input.h"
+#include "runtime/loudness.h"
+#include "runtime/sampler.h"
+
+namespace clamor {
+namespace {
+
+enum Weighing { kSteady, kRaw, kSmooth, kSmoother, kSmoothest };
+
+SignalWeights weights_for(Weighing weighing, const AuralizerInput& input) {
+  if (weighing == kSmooth) return make_signal_weights(input.envelopes);
+  if (weighing == kSmoother) return make_signal_weights(input.envelopes, {0.1, 0.3, 1});
+  if (weighing == kSmoothest) return make_signal_weights(input.envelopes, {0.2, 0.6, 2});
+  SignalWeights weights = make_signal_weights(input.envelopes, {0, 0, 0});
+  if (weighing == kRaw) return weights;
+  const Bands loudness = loudness_weights();
+  weights.tracks.clear();
+  for (std::size_t s = 0; s < input.envelopes.size(); ++s)
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      weights.by_signal[s][b] = loudness[b] * input.envelopes[s].envelope.mean_square()[b];
+  return weights;
+}
+
+void standing_still(benchmark::State& state) {
+  const char* const path = std::getenv("CLAMOR_BENCHMARK_BAKE");
+  if (path == nullptr) return state.SkipWithError("CLAMOR_BENCHMARK_BAKE names no file");
+  const auto file = BakeFile::open(path);
+  if (!file.ok()) return state.SkipWithError(file.error().message.c_str());
+  auto input = read_auralizer_input(*file);
+  if (!input.ok()) return state.SkipWithError(input.error().message.c_str());
+  const SourceField field(input->emitters, input->materials, input->air);
+  const SignalWeights weights = weights_for(static_cast<Weighing>(state.range(0)), *input);
+  SourceList list(field, weights, std::move(input->sources));
+  const auto voices = static_cast<std::size_t>(state.range(1));
+  const auto sampler = make_priority_sampler(field, weights, list, voices);
+  const bool walks = state.range(2) != 0;
+  const PageEntry& root = *file->top();
+  const Vec3 middle = (Vec3(root.low_m) + Vec3(root.high_m)) / 2.0;
+
+  std::vector<std::uint64_t> before, now, entered;
+  std::uint64_t exchanged = 0, chosen = 0;
+  double time_s = 10;  // everything has begun
+  int keyframes = 0;
+  for (auto _ : state) {
+    const Vec3 place = walks ? middle + Vec3(0.03 * keyframes, 0, 0) : middle;
+    const auto sample = sampler->sample(place, time_s);
+    state.PauseTiming();
+    now.clear();
+    for (const SampledSource& one : sample) now.push_back(one.number);
+    if (keyframes > 0) {
+      entered.clear();
+      std::set_difference(now.begin(), now.end(), before.begin(), before.end(),
+                          std::back_inserter(entered));
+      exchanged += entered.size();
+      chosen += now.size();
+    }
+    before = now;
+    ++keyframes;
+    time_s += 0.02;
+    state.ResumeTiming();
+  }
+  state.counters["exchanged_per_s"] = static_cast<double>(exchanged) / (0.02 * (keyframes - 1));
+  state.counters["percent_per_s"] =
+      100.0 * static_cast<double>(exchanged) / static_cast<double>(chosen) / 0.02;
+  state.counters["chosen"] = static_cast<double>(chosen) / (keyframes - 1);
+}
+BENCHMARK(standing_still)
+    ->ArgNames({"weighing", "voices", "walks"})
+    ->ArgsProduct({{kSteady, kRaw, kSmooth, kSmoother, kSmoothest}, {150, 2000}, {0, 1}})
+    ->Iterations(500)
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,277 @@
+// Sources are chosen by what they play at the moment.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "bake/octree_builder.h"
+#include "common/random.h"
+#include "runtime/octree_pool.h"
+#include "runtime/sampler.h"
+#include "tests/stored_tree.h"
+
+namespace clamor {
+namespace {
+
+Signal noise(double seconds, bool loop, std::uint32_t seed) {
+  Signal signal{"noise", {}, loop};
+  for (std::uint32_t i = 0; i < seconds * kSampleRate_hz; ++i)
+    signal.samples.push_back(static_cast<float>(unit(philox(seed, {i, 0, 0, 0})[0]) - 0.5));
+  return signal;
+}
+
+// Silent but between these times.
+Signal only_between(Signal signal, double from_s, double to_s) {
+  for (std::size_t i = 0; i < signal.samples.size(); ++i) {
+    const double t = static_cast<double>(i) / kSampleRate_hz;
+    if (t < from_s || t >= to_s) signal.samples[i] = 0;
+  }
+  return signal;
+}
+
+SignalWeights weights_of(const std::vector<Signal>& signals) {
+  std::vector<TimedEnvelope> envelopes;
+  for (const Signal& signal : signals)
+    envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
+  return make_signal_weights(envelopes);
+}
+
+// Sources in a hall, of emitters that play different signals.
+struct Hall {
+  Hall(std::vector<Signal> played, std::uint32_t count, std::uint64_t seed)
+      : signals(std::move(played)), weights(weights_of(signals)) {
+    materials.resize(1);
+    materials[0].scattering = same_in_all_bands(0.5f);
+    materials[0].phong = same_in_all_bands(8);
+    for (std::uint32_t e = 0; e < 2 * signals.size(); ++e) {
+      const RandomBits bits = philox(seed, {e, 7, 0, 0});
+      Emitter& emitter = emitters.emplace_back();
+      emitter.position_m = {20 * unit(bits[0]), 8 * unit(bits[1]), 15 * unit(bits[2])};
+      emitter.signal = e % static_cast<std::uint32_t>(signals.size());
+      emitter.delay_s = 0.4 * unit(bits[3]);
+    }
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const RandomBits a = philox(seed, {i, 0, 0, 0}), b = philox(seed, {i, 1, 0, 0});
+      Source& source = all.emplace_back();
+      source.position_m = Vec3f(Vec3(20 * unit(a[0]), 8 * unit(a[1]), 15 * unit(a[2])));
+      const double turn = 2 * std::numbers::pi * unit(b[3]);
+      source.normal = Vec3f(Vec3(std::cos(turn), 0, std::sin(turn)));
+      source.mirror = source.normal;
+      source.delay_s = static_cast<float>(1.5 * unit(b[0]));
+      source.power = same_in_all_bands(static_cast<float>(std::pow(10, -4 * unit(b[0]))));
+      source.u = static_cast<float>(unit_above_zero(b[1]));
+      source.emitter = b[2] % static_cast<std::uint32_t>(emitters.size());
+    }
+  }
+
+  SourceField field() const { return {emitters, materials, Air{}}; }
+
+  std::vector<Signal> signals;
+  SignalWeights weights;
+  std::vector<Material> materials;
+  std::vector<Emitter> emitters;
+  std::vector<Source> all;
+};
+
+// Two loops of unlike rhythm, one of them quiet, and two sounds that play once.
+std::vector<Signal> played() {
+  Signal quiet = noise(0.77, true, 2);
+  for (float& sample : quiet.samples) sample *= 0.05f;
+  return {only_between(noise(2, true, 1), 0.5, 0.9), quiet, noise(0.3, false, 3),
+          only_between(noise(3, false, 4), 2.7, 3)};
+}
+
+// The definition, written down, with the factor of each that is chosen.
+std::map<std::uint64_t, double> slow_sample(const Hall& hall, const SourceField& field,
+                                            std::span<const Source> sources, std::size_t voices,
+                                            const Vec3& place, double time_s) {
+  struct Entry {
+    double priority, weight;
+    std::uint64_t number;
+  };
+  std::vector<Entry> entries;
+  for (std::uint64_t i = 0; i < sources.size(); ++i) {
+    const Source& source = sources[i];
+    const Emitter& emitter = hall.emitters[source.emitter];
+    const double heard_s = time_s - emitter.delay_s - source.delay_s -
+                           length(place - Vec3(source.position_m)) / speed_of_sound_mps(Air{});
+    const auto now = hall.weights.tracks[emitter.signal].at(heard_s);
+    const Bands intensity = field.intensity(source, place);
+    double weight = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      weight += static_cast<double>(now.weights[b]) * intensity[b];
+    if (weight > 0) entries.push_back({weight / source.u, weight, i});
+  }
+  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+    return a.priority != b.priority ? a.priority > b.priority : a.number < b.number;
+  });
+  const double tau = entries.size() > voices ? entries[voices].priority : 0;
+  std::map<std::uint64_t, double> sample;
+  for (std::size_t i = 0; i < std::min(voices, entries.size()); ++i)
+    sample[entries[i].number] = std::max(1.0, tau / entries[i].weight);
+  return sample;
+}
+
+TEST(MomentSampling, GivesTheSampleOfASortOfAllSourcesAtEveryTime) {
+  const Hall hall(played(), 6000, 1);
+  const SourceField field = hall.field();
+  testing::StoredTrees trees;
+  trees.add(build_octree(hall.all));
+  const std::vector<Source> sources = trees.all_sources();
+  for (const std::size_t voices : {1u, 50u, 1000u}) {
+    PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+    OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
+    const auto sampler = make_priority_sampler(field, hall.weights, pool, voices);
+    // Standing still while time goes on, walking, and jumps in place and time.
+    for (std::uint32_t i = 0; i < 40; ++i) {
+      const RandomBits bits = philox(6, {i, 0, 0, 0});
+      const double time_s = i < 25 ? 0.5 + 0.02 * i : 8 * unit(bits[0]) - 0.5;
+      const Vec3 place = i < 15   ? Vec3(7, 1.7, 6)
+                         : i < 25 ? Vec3(7 + 0.05 * i, 1.7, 6)
+                                  : Vec3(20 * unit(bits[1]), 1.7, 15 * unit(bits[2]));
+      auto sample = sampler->sample(place, time_s);
+      while (!sampler->complete()) sample = sampler->sample(place, time_s);
+      const auto slow = slow_sample(hall, field, sources, voices, place, time_s);
+      ASSERT_EQ(sample.size(), slow.size()) << voices << " " << i;
+      for (const SampledSource& chosen : sample) {
+        const auto expected = slow.find(chosen.number);
+        ASSERT_NE(expected, slow.end()) << voices << " " << i;
+        ASSERT_NEAR(chosen.power_scale / expected->second, 1, 1e-9);
+      }
+    }
+  }
+}
+
+TEST(MomentSampling, GivesNoVoiceToWhatIsSilentNow) {
+  const Hall hall(played(), 2000, 2);
+  const SourceField field = hall.field();
+  SourceList list(field, hall.weights, hall.all);
+  const auto sampler = make_priority_sampler(field, hall.weights, list, 5000);
+  std::vector<int> heard(hall.signals.size());
+  for (double time_s = 0; time_s < 12; time_s += 0.1) {
+    for (const SampledSource& chosen : sampler->sample({5, 1.7, 5}, time_s)) {
+      const Source& source = *chosen.source;
+      ++heard[chosen.signal];
+      // Of what plays once nothing sounds before it can have begun, nor when it is long over.
+      const double at_s = time_s - field.delay_s(source, {5, 1.7, 5});
+      if (chosen.signal == 2) {
+        EXPECT_TRUE(at_s > -0.15 && at_s < 1) << at_s;
+      }
+      if (chosen.signal == 3) {
+        EXPECT_TRUE(at_s > 2.5 && at_s < 3.7) << at_s;
+      }
+      if (chosen.signal == 0) {
+        const double in_loop_s = std::fmod(at_s + 20, 2);
+        EXPECT_TRUE(in_loop_s > 0.3 && in_loop_s < 1.6) << in_loop_s;
+      }
+    }
+  }
+  for (const int times : heard) EXPECT_GT(times, 100);
+  // The last echoes of what plays once are over by then; the loops go on.
+  for (const SampledSource& chosen : sampler->sample({5, 1.7, 5}, 1e6))
+    EXPECT_LT(chosen.signal, 2u);
+}
+
+TEST(MomentSampling, OfALevelWhereAllIsOverChoosesNothing) {
+  const Hall hall({noise(0.3, false, 1)}, 1000, 3);
+  const SourceField field = hall.field();
+  testing::StoredTrees trees;
+  trees.add(build_octree(hall.all));
+  PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+  OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
+  const auto sampler = make_priority_sampler(field, hall.weights, pool, 100);
+  EXPECT_EQ(sampler->sample({5, 1.7, 5}, 1).size(), 100u);
+  EXPECT_TRUE(sampler->sample({5, 1.7, 5}, 10).empty());
+}
+
+// Or a bang would make every sample after it as dear as itself.
+TEST(MomentSampling, CostsNoMoreAfterALoudSoundThanIfThatHadNeverBeen) {
+  Signal quiet = noise(1, true, 2);
+  for (float& sample : quiet.samples) sample *= 0.01f;
+  std::array<std::uint64_t, 2> visited{};
+  for (std::size_t loud = 0; loud < 2; ++loud) {
+    Signal bang = noise(0.3, false, 1);
+    for (float& sample : bang.samples) sample *= static_cast<float>(loud);
+    const Hall hall({quiet, bang}, 60'000, 4);
+    const SourceField field = hall.field();
+    testing::StoredTrees trees;
+    trees.add(build_octree(hall.all));
+    PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+    OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
+    const auto sampler = make_priority_sampler(field, hall.weights, pool, 100);
+    for (const double time_s : {0.5, 20.0, 20.02}) {
+      const std::uint64_t before = pool.nodes_visited();
+      sampler->sample({5, 1.7, 5}, time_s);
+      while (!sampler->complete()) sampler->sample({5, 1.7, 5}, time_s);
+      visited[loud] = pool.nodes_visited() - before;
+    }
+    EXPECT_LT(visited[loud], trees.page_count() / 2);
+  }
+  EXPECT_EQ(visited[0], visited[1]);
+}
+
+// The power that is heard now, with each source's power counted as it is at this moment.
+double heard_now(const Hall& hall, const SourceField& field, const SignalWeights& raw,
+                 const Source& source, const Vec3& place, double time_s) {
+  const auto now =
+      weights_now(field, raw, hall.emitters[source.emitter].signal, source, place, time_s);
+  return weight(field, now.weights, source, place);
+}
+
+// Half of the sources are silent at a time: two loops take turns.
+TEST(MomentSampling, IsAsLoudAsAllAndSurerThanByTheMeanWhereHalfIsSilentAtATime) {
+  std::vector<Signal> turns = {only_between(noise(2, true, 1), 0, 0.9),
+                               only_between(noise(2, true, 2), 1, 1.9)};
+  constexpr std::size_t kVoices = 150;
+  constexpr int kSeeds = 40;
+  Hall hall(turns, 4000, 5);
+  const SourceField field = hall.field();
+  std::vector<TimedEnvelope> envelopes;
+  for (const Signal& signal : turns)
+    envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
+  const SignalWeights raw = make_signal_weights(envelopes, {0, 0, 0});
+  SignalWeights by_mean = hall.weights;
+  by_mean.tracks.clear();
+
+  const Vec3 place(8, 1.7, 7);
+  std::array<double, 2> sum{}, squares{};
+  int looks = 0, far = 0;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    for (std::uint32_t i = 0; i < hall.all.size(); ++i)
+      hall.all[i].u = static_cast<float>(
+          unit_above_zero(philox(100 + static_cast<std::uint64_t>(seed), {i, 0, 0, 0})[0]));
+    SourceList list(field, hall.weights, hall.all), mean_list(field, by_mean, hall.all);
+    const std::array samplers = {make_priority_sampler(field, hall.weights, list, kVoices),
+                                 make_priority_sampler(field, by_mean, mean_list, kVoices)};
+    for (double time_s = 10; time_s < 12; time_s += 0.25) {
+      double whole = 0;
+      for (const Source& source : hall.all)
+        whole += heard_now(hall, field, raw, source, place, time_s);
+      for (std::size_t s = 0; s < samplers.size(); ++s) {
+        double heard = 0;
+        for (const SampledSource& chosen : samplers[s]->sample(place, time_s))
+          heard += chosen.power_scale * heard_now(hall, field, raw, *chosen.source, place, time_s);
+        sum[s] += heard / whole;
+        squares[s] += (heard / whole - 1) * (heard / whole - 1);
+        if (s == 0) far += std::abs(10 * std::log10(heard / whole)) > 0.8;
+      }
+      ++looks;
+    }
+  }
+  // Unbiased, both.
+  for (std::size_t s = 0; s < 2; ++s)
+    EXPECT_NEAR(sum[s] / looks, 1, 3 * std::sqrt(squares[s] / looks / kSeeds)) << s;
+  // Within 0.8 dB in 95 of 100, at every moment and not only over ten seconds.
+  EXPECT_LE(far, looks / 20);
+  EXPECT_LT(squares[0], 0.8 * squares[1]);
+  RecordProperty("spread", std::to_string(std::sqrt(squares[0] / looks)));
+  RecordProperty("spread_by_mean", std::to_string(std::sqrt(squares[1] / looks)));
+}
+
+}  // namespace
+}  // namespace clamor
