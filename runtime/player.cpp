@@ -94,7 +94,7 @@ Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>
   auto state = std::make_unique<State>(std::move(*auralizer), options, frames);
   if (!options.record.empty()) {
     auto wav =
-        WavWriter::create(options.record, kOutputChannels, kSampleRate_hz, SampleFormat::kFloat32);
+        WavWriter::create(options.record, kOutputChannels, kSampleRate_hz, options.record_format);
     if (!wav.ok()) return wav.error();
     state->wav = std::move(*wav);
   }

@@ -17,6 +17,7 @@
 #include "common/pose.h"
 #include "common/result.h"
 #include "formats/walk_file.h"
+#include "formats/wav_writer.h"
 #include "runtime/auralizer.h"
 
 namespace clamor {
@@ -28,7 +29,8 @@ struct PlayerOptions {
   double seconds = 0;        // 0: until stopped
   std::string device;        // as open_output() takes it
   int block_frames = 256;
-  std::string record;  // WAV file to keep what is heard; empty for none
+  std::string record;  // WAV or FLAC file to keep what is heard; empty for none
+  SampleFormat record_format = SampleFormat::kFloat32;
 };
 
 struct PlayerStatistics {

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "formats/bake_file.h"
+#include "formats/wav_writer.h"
 #include "runtime/player.h"
 #include "tools/arguments.h"
 #include "tools/commands.h"
@@ -135,7 +136,7 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
 }  // namespace
 
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, listener, walk_path, gain = "0";
+  std::string level, listener, walk_path, gain = "0", format;
   std::optional<std::string> memory;
   PlayerOptions options;
   Arguments parser("play",
@@ -157,7 +158,9 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
       "--memory", memory,
       "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
-  parser.option("--record", options.record, "also write what is played to this WAV file");
+  parser.option("--record", options.record, "also write what is played to this .wav or .flac file");
+  parser.option("--format", format,
+                "of its samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
   if (memory) {
@@ -168,6 +171,9 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   const auto amplitude = parse_gain_db(gain);
   if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
   options.auralizer.gain = *amplitude;
+  const auto samples = sample_format(format, options.record);
+  if (!samples.ok()) return parser.bad_usage(err, "--format: " + samples.error().message);
+  options.record_format = *samples;
   if (!listener.empty() && !walk_path.empty())
     return parser.bad_usage(err, "give either --listener or --walk");
   if (options.block_frames < 16 || options.block_frames > 8192)

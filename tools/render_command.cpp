@@ -24,7 +24,7 @@ double decibels(double amplitude) { return 20 * std::log10(std::max(amplitude, 1
 }  // namespace
 
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, output, listener, walk_path, gain = "0", format = "float";
+  std::string level, output, listener, walk_path, gain = "0", format;
   std::optional<std::string> memory;
   double seconds = 0;
   AuralizerOptions options;
@@ -33,7 +33,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
                    "file at 48 kHz: the player's own mix, faster than real time.",
                    "clamor render hall.clamor -o hall.wav --listener 0,1.7,3,180 --seconds 10");
   parser.positional("level", level, "the bake file");
-  parser.option("-o,--output", output, "the WAV file to write");
+  parser.option("-o,--output", output, "the file to write: .wav or .flac");
   parser.required("-o");
   parser.option("--listener", listener,
                 "X,Y,Z[,YAW[,PITCH]] in metres and degrees; yaw 0 looks to -Z");
@@ -45,7 +45,8 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
       "--memory", memory,
       "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
-  parser.option("--format", format, "of the samples: float, 24 or 16");
+  parser.option("--format", format,
+                "of the samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
   if (listener.empty() == walk_path.empty())
@@ -58,11 +59,8 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   const auto amplitude = parse_gain_db(gain);
   if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
   options.gain = *amplitude;
-  const bool known = format == "float" || format == "24" || format == "16";
-  if (!known) return parser.bad_usage(err, "--format is float, 24 or 16, not " + in_quotes(format));
-  const SampleFormat sample_format = format == "float" ? SampleFormat::kFloat32
-                                     : format == "24"  ? SampleFormat::kPcm24
-                                                       : SampleFormat::kPcm16;
+  const auto samples = sample_format(format, output);
+  if (!samples.ok()) return parser.bad_usage(err, "--format: " + samples.error().message);
   if (!(seconds >= 0 && seconds <= 86400))
     return parser.bad_usage(err, "--seconds must lie between 0 and 86400");
 
@@ -87,7 +85,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   options.wait_for_pages = true;
   auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
   if (!auralizer.ok()) return fail(auralizer.error().in(level));
-  auto wav = WavWriter::create(output, kOutputChannels, kSampleRate_hz, sample_format);
+  auto wav = WavWriter::create(output, kOutputChannels, kSampleRate_hz, *samples);
   if (!wav.ok()) return fail(wav.error());
 
   const Interrupt interrupt;
