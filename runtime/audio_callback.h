@@ -30,6 +30,10 @@ class AudioCallback {
   AudioCallback(Auralizer& auralizer, SampleRing* record, std::uint64_t frames)
       : auralizer_(auralizer), record_(record), frames_(frames) {}
 
+  std::size_t channels() const noexcept REALTIME {
+    return static_cast<std::size_t>(auralizer_.channels());
+  }
+
   void fill(std::span<float> interleaved, bool underflow) noexcept REALTIME;
 
   Counters counters() const;

@@ -41,6 +41,15 @@ SignalWeights weights_of(const std::vector<PreparedSignal>& signals) {
   return weights;
 }
 
+// Panned voices have one delay.
+MixMode mode_of(const Panner* panner) {
+  MixMode mode;
+  if (panner == nullptr) return mode;
+  mode.delays = 1;
+  mode.pairs = panner->channels() / kEars;
+  return mode;
+}
+
 // Pages as the sampler wants them, from a file. Everything must outlive what comes out.
 PageLoader::Fetch fetch_from(const BakeFile& file, const SourceField& field,
                              const SignalWeights& ceilings) {
@@ -63,7 +72,10 @@ struct Auralizer::State {
         file(std::move(opened)),
         gain(static_cast<float>(options.gain)),
         wait_for_pages(options.wait_for_pages),
-        signals(prepare_signals(input.signals)),
+        panner(options.output.make_panner()),
+        mode(mode_of(panner.get())),
+        channels(static_cast<std::size_t>(kEars * mode.pairs)),
+        signals(prepare_signals(input.signals, mode)),
         field(input.emitters, input.materials, input.air),
         weights(weights_of(signals)),
         ceilings(file == nullptr ? weights : highest_over_copies(weights, file->signal_maps())) {
@@ -82,15 +94,21 @@ struct Auralizer::State {
       pool = std::move(list);
     }
     const std::size_t slots = slots_for(*sampler);
-    maker = std::make_unique<KeyframeMaker>(field, slots);
+    maker = std::make_unique<KeyframeMaker>(
+        field, slots,
+        panner == nullptr ? KeyframeMaker::Receivers::kPair : KeyframeMaker::Receivers::kOne);
     queue = std::make_unique<KeyframeQueue>(keyframes_ahead(options.block_frames), slots);
-    mixer = std::make_unique<Mixer>(signals, slots);
+    mixer = std::make_unique<Mixer>(signals, slots, mode, panner.get());
+    mixed.resize(channels * kMostFrames);
   }
 
   AuralizerInput input;
   const std::shared_ptr<const BakeFile> file;
   const float gain;
   const bool wait_for_pages;
+  const std::unique_ptr<const Panner> panner;
+  const MixMode mode;
+  const std::size_t channels;
   const std::vector<PreparedSignal> signals;
   const SourceField field;
   const SignalWeights weights, ceilings;
@@ -107,14 +125,14 @@ struct Auralizer::State {
 
   // Audio thread.
   std::unique_ptr<Mixer> mixer;
-  std::array<float, kOutputChannels * kMostFrames> mixed{};
+  std::vector<float> mixed;
   std::size_t mixed_end = 0, mixed_read = 0;  // samples in it, and those already given away
 
   // Statistics.
   std::atomic<std::uint64_t> keyframes{0}, held_blocks{0}, clipped_frames{0}, bad_voices{0};
   std::atomic<std::uint32_t> voices{0};
   std::atomic<double> sampler_ms{0};
-  std::array<std::atomic<float>, kOutputChannels> peak{};
+  std::array<std::atomic<float>, kMostChannels> peak{};
 
   // Mixes steps for up to so many samples; true if it had to do without a keyframe that was due.
   bool mix_steps(std::size_t samples) noexcept REALTIME {
@@ -128,11 +146,11 @@ struct Auralizer::State {
         held = true;
       }
     }
-    constexpr std::size_t kStep = kOutputChannels * kStepFrames;
+    const std::size_t step = channels * kStepFrames;
     const int steps =
-        static_cast<int>(std::min<std::size_t>((samples + kStep - 1) / kStep, mixer->steps_left()));
+        static_cast<int>(std::min<std::size_t>((samples + step - 1) / step, mixer->steps_left()));
     mixer->mix(mixed.data(), steps);
-    mixed_end = static_cast<std::size_t>(steps) * kStep;
+    mixed_end = static_cast<std::size_t>(steps) * step;
     mixed_read = 0;
     finish_mix();
     return held;
@@ -140,11 +158,11 @@ struct Auralizer::State {
 
   // Applies the output gain and looks for what a listener should know of.
   void finish_mix() noexcept REALTIME {
-    std::array<float, kOutputChannels> highest{};
+    std::array<float, kMostChannels> highest{};
     std::uint64_t clipped = 0;
-    for (std::size_t f = 0; f < mixed_end; f += kOutputChannels) {
+    for (std::size_t f = 0; f < mixed_end; f += channels) {
       bool clips = false;
-      for (std::size_t c = 0; c < kOutputChannels; ++c) {
+      for (std::size_t c = 0; c < channels; ++c) {
         float& sample = mixed[f + c];
         sample *= gain;
         highest[c] = std::max(highest[c], std::abs(sample));
@@ -152,7 +170,7 @@ struct Auralizer::State {
       }
       clipped += clips;
     }
-    for (std::size_t c = 0; c < kOutputChannels; ++c)
+    for (std::size_t c = 0; c < channels; ++c)
       if (highest[c] > peak[c].load(std::memory_order_relaxed))
         peak[c].store(highest[c], std::memory_order_relaxed);
     clipped_frames.fetch_add(clipped, std::memory_order_relaxed);
@@ -257,13 +275,15 @@ void Auralizer::mix(std::span<float> interleaved) noexcept REALTIME {
   if (held) state.held_blocks.fetch_add(1, std::memory_order_relaxed);
 }
 
+int Auralizer::channels() const noexcept REALTIME { return static_cast<int>(state_->channels); }
+
 AuralizerStatistics Auralizer::statistics() {
   AuralizerStatistics statistics;
   statistics.keyframes = state_->keyframes.load(std::memory_order_relaxed);
   statistics.held_blocks = state_->held_blocks.load(std::memory_order_relaxed);
   statistics.voices = state_->voices.load(std::memory_order_relaxed);
   statistics.sampler_ms = state_->sampler_ms.load(std::memory_order_relaxed);
-  for (std::size_t c = 0; c < kOutputChannels; ++c)
+  for (std::size_t c = 0; c < state_->channels; ++c)
     statistics.peak[c] = state_->peak[c].exchange(0, std::memory_order_relaxed);
   statistics.clipped_frames = state_->clipped_frames.load(std::memory_order_relaxed);
   statistics.bad_voices = state_->bad_voices.load(std::memory_order_relaxed);

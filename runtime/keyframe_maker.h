@@ -27,16 +27,26 @@ inline constexpr int kFadeKeyframes = 5;
 
 class KeyframeMaker {
  public:
+  // What the listener's receivers are: two, each at its own place and alike from everywhere, or one
+  // in the middle, for output that is panned; then both ears of a voice are the same.
+  enum class Receivers : std::uint8_t { kPair, kOne };
+
   // `field` must outlive the maker. `slots` is how many voices may sound at once, fading ones
   // included; a source that finds none free waits until one is.
-  KeyframeMaker(const SourceField& field, std::size_t slots);
+  KeyframeMaker(const SourceField& field, std::size_t slots,
+                Receivers receivers = Receivers::kPair);
 
   // Fills in the next keyframe: what `sample` sounds like at `pose`. The first starts at full
   // level. `keyframe.voices` has room for all slots.
   void make(std::span<const SampledSource> sample, const Pose& pose, Keyframe& keyframe);
 
  private:
-  using Ears = std::array<Vec3, kEars>;
+  struct Head {
+    Vec3 centre_m;
+    std::array<Vec3, kEars> ears_m;
+    Vec3 ahead, left, up;
+    bool operator==(const Head&) const = default;
+  };
 
   struct Slot {
     std::uint64_t number = 0;
@@ -50,16 +60,19 @@ class KeyframeMaker {
     Voice voice;  // as in the last keyframe, before fading
   };
 
-  static Ears ears_at(const Pose& pose);
-  void listen(Slot& slot, const Ears& ears) const;
-  void start(const SampledSource& chosen, const Ears& ears);
-  bool jumped(const Slot& slot, const Ears& ears) const;
+  Head head_at(const Pose& pose) const;
+  double delay_frames(const Source& source, const Head& head, int ear) const;
+  void listen(Slot& slot, const Head& head) const;
+  void start(const SampledSource& chosen, const Head& head);
+  static Vec3f direction_from(const Source& source, const Head& head);
+  bool jumped(const Slot& slot, const Head& head) const;
 
   const SourceField& field_;
+  const Receivers receivers_;
   std::vector<Slot> slots_;
   std::vector<std::uint32_t> free_;                                  // slots, lowest last
   std::unordered_map<std::uint64_t, std::uint32_t> slot_of_number_;  // of sources that are heard
-  Ears last_ears_{};
+  Head last_head_{};
   std::uint64_t made_ = 0;
 };
 

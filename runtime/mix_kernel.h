@@ -52,6 +52,8 @@ struct MixMode {
   Interpolation interpolation = Interpolation::kCubic;
   int delays = 2;           // 1: both ears hear a voice at its first path's delay
   bool eight_bands = true;  // otherwise each ear has one gain: a voice's band 0
+  // Of output channels. More than one pair takes one delay, and a panner says what goes where.
+  int pairs = 1;
 
   // Gains of a voice: those of the segment's frame 0, then how they grow in kGainFrames.
   constexpr int gain_lanes() const { return eight_bands ? kBandLanes : kEars; }

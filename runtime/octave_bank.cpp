@@ -145,7 +145,8 @@ OctaveBank::OctaveBank() {
   for (int k = 0; k < kTaps; ++k) up_[static_cast<std::size_t>(k)] = up_tap(k);
 }
 
-void OctaveBank::process(const MixBuses& buses, int frames, float* interleaved) noexcept REALTIME {
+void OctaveBank::process(const MixBuses& buses, int frames, float* interleaved,
+                         int stride) noexcept REALTIME {
   assert(frames % kStepFrames == 0 && frames <= kMostFrames);
   const int low_frames = frames / kLowRate;
   filter_and_add<HighCascade, kMostFrames>(high_, buses.high, kHighBands, frames, kBankDelayFrames,
@@ -159,7 +160,7 @@ void OctaveBank::process(const MixBuses& buses, int frames, float* interleaved) 
       double sum = high[f];
       for (int k = f % kLowRate, at = kLowHistory + f / kLowRate; k < kTaps; k += kLowRate, --at)
         sum += up_[static_cast<std::size_t>(k)] * low[at];
-      interleaved[f * kEars + ear] = static_cast<float>(sum);
+      interleaved[f * stride + ear] = static_cast<float>(sum);
     }
     std::copy_n(low + low_frames, kLowHistory, low);
     std::copy_n(high + frames, kBankDelayFrames, high);

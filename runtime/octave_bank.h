@@ -47,8 +47,10 @@ class OctaveBank {
  public:
   OctaveBank();
 
-  // Filters and adds up `frames` (whole steps) of the buses into interleaved (left, right).
-  void process(const MixBuses& buses, int frames, float* interleaved) noexcept REALTIME;
+  // Filters and adds up `frames` (whole steps) of the buses into (left, right), each frame `stride`
+  // samples after the one before.
+  void process(const MixBuses& buses, int frames, float* interleaved,
+               int stride = kEars) noexcept REALTIME;
 
   // |B_b| at a frequency, parting included: the closed form.
   static double magnitude(std::size_t band, double frequency_hz);

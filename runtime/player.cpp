@@ -17,7 +17,7 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kRecordSamples = std::size_t{4} * kSampleRate_hz * kOutputChannels;
+constexpr std::size_t kRecordFrames = std::size_t{4} * kSampleRate_hz;
 constexpr auto kSamplerNap = std::chrono::milliseconds(2);
 constexpr auto kWriterNap = std::chrono::milliseconds(20);
 
@@ -27,7 +27,10 @@ struct Player::State {
   State(std::unique_ptr<Auralizer> from, const PlayerOptions& wanted, std::uint64_t frames)
       : options(wanted),
         auralizer(std::move(from)),
-        ring(wanted.record.empty() ? nullptr : std::make_unique<SampleRing>(kRecordSamples)),
+        ring(wanted.record.empty()
+                 ? nullptr
+                 : std::make_unique<SampleRing>(kRecordFrames *
+                                                static_cast<std::size_t>(auralizer->channels()))),
         callback(*auralizer, ring.get(), frames) {
     poses.publish(options.pose);
   }
@@ -48,7 +51,7 @@ struct Player::State {
   }
 
   void drain() {
-    std::array<float, 4096> samples;
+    std::array<float, 4800> samples;  // whole frames of 2, 6, 8, 12 or 16 channels
     while (const std::size_t count = ring->read(samples))
       if (recorded.ok()) recorded = wav->write(std::span(samples).first(count));
   }
@@ -93,18 +96,19 @@ Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>
   const auto frames = static_cast<std::uint64_t>(std::llround(options.seconds * kSampleRate_hz));
   auto state = std::make_unique<State>(std::move(*auralizer), options, frames);
   if (!options.record.empty()) {
-    auto wav =
-        WavWriter::create(options.record, kOutputChannels, kSampleRate_hz, options.record_format);
+    auto wav = WavWriter::create(options.record, state->auralizer->channels(), kSampleRate_hz,
+                                 options.record_format, options.auralizer.output.speakers());
     if (!wav.ok()) return wav.error();
     state->wav = std::move(*wav);
   }
   const OutputCallback callback{
       [](void* context, float* output, std::uint32_t block_frames, bool underflow) noexcept {
-        static_cast<AudioCallback*>(context)->fill(
-            {output, std::size_t{block_frames} * kOutputChannels}, underflow);
+        auto& audio = *static_cast<AudioCallback*>(context);
+        audio.fill({output, block_frames * audio.channels()}, underflow);
       },
       &state->callback};
-  auto output = open_output(options.device, options.block_frames, callback);
+  auto output =
+      open_output(options.device, state->auralizer->channels(), options.block_frames, callback);
   if (!output.ok()) return output.error();
   state->output = std::move(*output);
   return std::unique_ptr<Player>(new Player(std::move(state)));

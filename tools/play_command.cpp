@@ -80,14 +80,20 @@ std::string meter(float peak) {
                      std::string(static_cast<std::size_t>(kWidth - lit), '.'), level_db);
 }
 
-std::string status_line(const PlayerStatistics& now, const Pose& pose) {
+// Of both ears, or of the loudest of more channels.
+std::string meters(const float (&peak)[kMostChannels], int channels) {
+  if (channels == 2) return "L " + meter(peak[0]) + " R " + meter(peak[1]);
+  return meter(*std::max_element(peak, peak + channels));
+}
+
+std::string status_line(const PlayerStatistics& now, const Pose& pose, int channels) {
   return fmt::format(
-      "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices  L {} R {} dBFS  cpu {:.0f} %  "
+      "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices  {} dBFS  cpu {:.0f} %  "
       "sampler {:.1f} ms  late {}  held {}",
       now.time_s, pose.position_m.x, pose.position_m.y, pose.position_m.z,
       std::remainder(pose.yaw_rad * kDegrees, 360), now.auralizer.voices,
-      meter(now.auralizer.peak[0]), meter(now.auralizer.peak[1]), 100 * now.cpu_share,
-      now.auralizer.sampler_ms, now.late_callbacks, now.auralizer.held_blocks);
+      meters(now.auralizer.peak, channels), 100 * now.cpu_share, now.auralizer.sampler_ms,
+      now.late_callbacks, now.auralizer.held_blocks);
 }
 
 // Moves and shows until the end, a key or Ctrl-C says stop.
@@ -103,7 +109,7 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
   const auto start = Clock::now();
   auto shown = start;
   Pose pose = options.pose, wanted = options.pose;
-  std::array<float, kOutputChannels> peak{};  // since the last line
+  std::array<float, kMostChannels> peak{};  // since the last line
   while (!player.finished() && !Interrupt::requested()) {
     const Key key = terminal.read(kFrame_ms);
     if (key == Key::kQuit) break;
@@ -127,8 +133,8 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
     shown = now;
     std::copy(peak.begin(), peak.end(), status.auralizer.peak);
     peak = {};
-    err << (live_line ? "\r" : "") << status_line(status, pose) << (live_line ? "\x1b[K" : "\n")
-        << std::flush;
+    err << (live_line ? "\r" : "") << status_line(status, pose, options.auralizer.output.channels())
+        << (live_line ? "\x1b[K" : "\n") << std::flush;
   }
   if (live_line) err << '\n';
 }
@@ -136,7 +142,8 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
 }  // namespace
 
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, listener, walk_path, gain = "0", format;
+  std::string level, listener, walk_path, gain = "0", format, layout;
+  bool ambisonics = false;
   std::optional<std::string> memory;
   PlayerOptions options;
   Arguments parser("play",
@@ -159,6 +166,8 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
       "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
   parser.option("--record", options.record, "also write what is played to this .wav or .flac file");
+  parser.option("--layout", layout, "loudspeakers: 5.1, 7.1 or 7.1.4; unset: stereo");
+  parser.flag("--ambisonics", ambisonics, "order 3 instead, 16 channels of AmbiX (ACN, SN3D)");
   parser.option("--format", format,
                 "of its samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
@@ -171,6 +180,9 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   const auto amplitude = parse_gain_db(gain);
   if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
   options.auralizer.gain = *amplitude;
+  const auto shape = OutputShape::asked_for(layout, ambisonics);
+  if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
+  options.auralizer.output = *shape;
   const auto samples = sample_format(format, options.record);
   if (!samples.ok()) return parser.bad_usage(err, "--format: " + samples.error().message);
   options.record_format = *samples;

@@ -24,13 +24,14 @@ double decibels(double amplitude) { return 20 * std::log10(std::max(amplitude, 1
 }  // namespace
 
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, output, listener, walk_path, gain = "0", format;
+  std::string level, output, listener, walk_path, gain = "0", format, layout;
   std::optional<std::string> memory;
   double seconds = 0;
+  bool ambisonics = false;
   AuralizerOptions options;
   Arguments parser("render",
-                   "Renders what a listener hears, standing still or on a walk, to a stereo WAV "
-                   "file at 48 kHz: the player's own mix, faster than real time.",
+                   "Renders what a listener hears, standing still or on a walk, to a WAV or "
+                   "FLAC file at 48 kHz: the player's own mix, faster than real time.",
                    "clamor render hall.clamor -o hall.wav --listener 0,1.7,3,180 --seconds 10");
   parser.positional("level", level, "the bake file");
   parser.option("-o,--output", output, "the file to write: .wav or .flac");
@@ -45,6 +46,8 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
       "--memory", memory,
       "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
+  parser.option("--layout", layout, "loudspeakers: 5.1, 7.1 or 7.1.4; unset: stereo");
+  parser.flag("--ambisonics", ambisonics, "order 3 instead, 16 channels of AmbiX (ACN, SN3D)");
   parser.option("--format", format,
                 "of the samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
@@ -59,6 +62,9 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   const auto amplitude = parse_gain_db(gain);
   if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
   options.gain = *amplitude;
+  const auto shape = OutputShape::asked_for(layout, ambisonics);
+  if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
+  options.output = *shape;
   const auto samples = sample_format(format, output);
   if (!samples.ok()) return parser.bad_usage(err, "--format: " + samples.error().message);
   if (!(seconds >= 0 && seconds <= 86400))
@@ -85,12 +91,14 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   options.wait_for_pages = true;
   auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
   if (!auralizer.ok()) return fail(auralizer.error().in(level));
-  auto wav = WavWriter::create(output, kOutputChannels, kSampleRate_hz, *samples);
+  auto wav =
+      WavWriter::create(output, shape->channels(), kSampleRate_hz, *samples, shape->speakers());
   if (!wav.ok()) return fail(wav.error());
 
   const Interrupt interrupt;
   Progress progress(err, "  rendering");
   const auto frames = static_cast<std::uint64_t>(std::llround(seconds * kSampleRate_hz));
+  const auto channels = static_cast<std::size_t>(shape->channels());
   std::uint64_t done = 0;
   double energy = 0, peak = 0;
   const auto rendered = render(**auralizer, walk, frames, [&](std::span<const float> block) {
@@ -98,7 +106,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
       energy += static_cast<double>(sample) * sample;
       peak = std::max(peak, static_cast<double>(std::abs(sample)));
     }
-    done += block.size() / kOutputChannels;
+    done += block.size() / channels;
     const double rate = static_cast<double>(done) / kSampleRate_hz / progress.seconds();
     progress.update(static_cast<double>(done) / static_cast<double>(frames),
                     fmt::format("{:.1f} x real time", rate));
@@ -116,8 +124,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
       "wrote {}: {:.2f} s, {} voices, peak {:.1f} dBFS, RMS {:.1f} dBFS, {:.1f} times faster "
       "than real time\n",
       output, seconds, statistics.voices, decibels(peak),
-      decibels(std::sqrt(energy / static_cast<double>(frames * kOutputChannels))),
-      seconds / elapsed_s);
+      decibels(std::sqrt(energy / static_cast<double>(frames * channels))), seconds / elapsed_s);
   if (statistics.clipped_frames > 0)
     fmt::print(err, "warning: {} frames go beyond full scale; --gain {:.0f}dB would not clip\n",
                statistics.clipped_frames,

@@ -1,0 +1,32 @@
+// output_shape.h: what the channels of the output are: two receivers, a head's ears, loudspeakers
+// or ambisonic components.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/result.h"
+#include "formats/wav_writer.h"
+#include "runtime/panner.h"
+
+namespace clamor {
+
+struct OutputShape {
+  enum class Kind : std::uint8_t { kTwoReceivers, kLoudspeakers, kAmbisonics };
+  Kind kind = Kind::kTwoReceivers;
+  std::string layout;  // of loudspeakers: "5.1"
+
+  // From what a user asked for: a layout's name, ambisonics, or neither. An Error for both and for
+  // a layout that does not exist.
+  static Result<OutputShape> asked_for(const std::string& layout, bool ambisonics);
+
+  int channels() const;
+  std::vector<Speaker> speakers() const;  // for the header of a file; empty where they are none
+
+  // Null for two receivers.
+  std::unique_ptr<Panner> make_panner() const;
+};
+
+}  // namespace clamor
