@@ -41,9 +41,10 @@ SignalWeights weights_of(const std::vector<PreparedSignal>& signals) {
   return weights;
 }
 
-// Panned voices have one delay.
-MixMode mode_of(const Panner* panner) {
+// Panned voices have one delay, binaural ones two.
+MixMode mode_of(const Panner* panner, const Head* head) {
   MixMode mode;
+  mode.head = head != nullptr;
   if (panner == nullptr) return mode;
   mode.delays = 1;
   mode.pairs = panner->channels() / kEars;
@@ -73,7 +74,8 @@ struct Auralizer::State {
         gain(static_cast<float>(options.gain)),
         wait_for_pages(options.wait_for_pages),
         panner(options.output.make_panner()),
-        mode(mode_of(panner.get())),
+        head(options.output.head),
+        mode(mode_of(panner.get(), head.get())),
         channels(static_cast<std::size_t>(kEars * mode.pairs)),
         signals(prepare_signals(input.signals, mode)),
         field(input.emitters, input.materials, input.air),
@@ -94,11 +96,13 @@ struct Auralizer::State {
       pool = std::move(list);
     }
     const std::size_t slots = slots_for(*sampler);
-    maker = std::make_unique<KeyframeMaker>(
-        field, slots,
-        panner == nullptr ? KeyframeMaker::Receivers::kPair : KeyframeMaker::Receivers::kOne);
+    maker = std::make_unique<KeyframeMaker>(field, slots,
+                                            panner == nullptr && head == nullptr
+                                                ? KeyframeMaker::Receivers::kPair
+                                                : KeyframeMaker::Receivers::kOne,
+                                            head);
     queue = std::make_unique<KeyframeQueue>(keyframes_ahead(options.block_frames), slots);
-    mixer = std::make_unique<Mixer>(signals, slots, mode, panner.get());
+    mixer = std::make_unique<Mixer>(signals, slots, mode, panner.get(), head.get());
     mixed.resize(channels * kMostFrames);
   }
 
@@ -107,6 +111,7 @@ struct Auralizer::State {
   const float gain;
   const bool wait_for_pages;
   const std::unique_ptr<const Panner> panner;
+  const std::shared_ptr<const Head> head;
   const MixMode mode;
   const std::size_t channels;
   const std::vector<PreparedSignal> signals;

@@ -20,8 +20,9 @@ double fade_gain(int fade) {
 
 }  // namespace
 
-KeyframeMaker::KeyframeMaker(const SourceField& field, std::size_t slots, Receivers receivers)
-    : field_(field), receivers_(receivers), slots_(slots) {
+KeyframeMaker::KeyframeMaker(const SourceField& field, std::size_t slots, Receivers receivers,
+                             std::shared_ptr<const Head> head)
+    : field_(field), receivers_(receivers), ears_(std::move(head)), slots_(slots) {
   slot_of_number_.reserve(slots);
   for (std::size_t s = slots; s-- > 0;) {
     slots_[s].voice.slot = static_cast<std::uint32_t>(s);
@@ -29,7 +30,7 @@ KeyframeMaker::KeyframeMaker(const SourceField& field, std::size_t slots, Receiv
   }
 }
 
-KeyframeMaker::Head KeyframeMaker::head_at(const Pose& pose) const {
+KeyframeMaker::Stance KeyframeMaker::head_at(const Pose& pose) const {
   const double half_m = receivers_ == Receivers::kPair ? 0.5 * kEarDistance_m : 0;
   const Vec3 side_m = half_m * pose.right();
   return {pose.position_m,
@@ -39,11 +40,13 @@ KeyframeMaker::Head KeyframeMaker::head_at(const Pose& pose) const {
           pose.up()};
 }
 
-double KeyframeMaker::delay_frames(const Source& source, const Head& head, int ear) const {
-  return field_.delay_s(source, head.ears_m[ear]) * kSampleRate_hz;
+double KeyframeMaker::delay_frames(const Source& source, const Stance& head, int ear) const {
+  const double frames = field_.delay_s(source, head.ears_m[ear]) * kSampleRate_hz;
+  return ears_ == nullptr ? frames
+                          : frames + ears_->delay_frames(direction_from(source, head), ear);
 }
 
-void KeyframeMaker::listen(Slot& slot, const Head& head) const {
+void KeyframeMaker::listen(Slot& slot, const Stance& head) const {
   slot.changed = false;
   slot.voice.from = direction_from(slot.source, head);
   const int places = receivers_ == Receivers::kPair ? kEars : 1;
@@ -57,19 +60,19 @@ void KeyframeMaker::listen(Slot& slot, const Head& head) const {
           static_cast<float>(slot.source.polarity);
   }
   if (places == kEars) return;
-  slot.voice.delay_frames[1] = slot.voice.delay_frames[0];
+  slot.voice.delay_frames[1] = delay_frames(slot.source, head, 1);
   slot.voice.gain[1] = slot.voice.gain[0];
 }
 
 // In the listener's axes; ahead for a source within the head.
-Vec3f KeyframeMaker::direction_from(const Source& source, const Head& head) {
+Vec3f KeyframeMaker::direction_from(const Source& source, const Stance& head) {
   const Vec3 to_m = Vec3(source.position_m) - head.centre_m;
   const double distance_m = length(to_m);
   if (!(distance_m > 1e-6)) return {1, 0, 0};
   return Vec3f(Vec3(dot(to_m, head.ahead), dot(to_m, head.left), dot(to_m, head.up)) / distance_m);
 }
 
-bool KeyframeMaker::jumped(const Slot& slot, const Head& head) const {
+bool KeyframeMaker::jumped(const Slot& slot, const Stance& head) const {
   for (int e = 0; e < kEars; ++e) {
     const double frames = delay_frames(slot.source, head, e);
     if (std::abs(frames - slot.voice.delay_frames[e]) > kFastestSlide_frames) return true;
@@ -77,7 +80,7 @@ bool KeyframeMaker::jumped(const Slot& slot, const Head& head) const {
   return false;
 }
 
-void KeyframeMaker::start(const SampledSource& chosen, const Head& head) {
+void KeyframeMaker::start(const SampledSource& chosen, const Stance& head) {
   if (free_.empty()) return;
   Slot& slot = slots_[free_.back()];
   slot_of_number_[chosen.number] = free_.back();
@@ -102,7 +105,7 @@ void KeyframeMaker::start(const SampledSource& chosen, const Head& head) {
 
 void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose,
                          Keyframe& keyframe) {
-  const Head head = head_at(pose);
+  const Stance head = head_at(pose);
   if (made_ == 0) last_head_ = head;
   const bool still = head == last_head_;
 

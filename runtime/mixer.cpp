@@ -40,18 +40,23 @@ std::int64_t fixed(double frames) { return std::llrint(frames * kFixedOne_f); }
 }  // namespace
 
 Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode,
-             const Panner* panner)
+             const Panner* panner, const Head* head)
     : signals_(signals),
       mode_(mode),
       panner_(panner),
+      head_(head),
       lanes_(mode.gain_lanes()),
-      lead_frames_(mode.eight_bands ? kBankDelayFrames : 0),
+      lead_frames_(mode.head          ? kHeadDelayFrames
+                   : mode.eight_bands ? kBankDelayFrames
+                                      : 0),
       slots_(slots),
       paths_(slots * kEars),
       wraps_(slots),
       pairs_(static_cast<std::size_t>(mode.pairs)) {
   assert(panner == nullptr ? mode.pairs == 1 : panner->channels() == channels());
   assert(mode.pairs == 1 || mode.delays == 1);
+  assert(mode.head == (head != nullptr));
+  if (mode.head) head_bank_ = std::make_unique<HeadBank>();
   for (Pair& pair : pairs_) {
     pair.targets.resize(slots * static_cast<std::size_t>(lanes_));
     pair.gains.resize(2 * pair.targets.size());
@@ -65,7 +70,7 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
 }
 
 void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
-  clock_ = clock_frames - (mode_.eight_bands ? kBankTailFrames : 0);
+  clock_ = clock_frames - (mode_.two_layers() ? kBankTailFrames : 0);
   frame_ = kKeyframeFrames;
   clear_active();
   for (const Voice& voice : keyframe.voices) {
@@ -157,6 +162,15 @@ void Mixer::set_targets(const Voice& voice, float* targets) const noexcept REALT
   }
 }
 
+// Octaves times the head's levels.
+void Mixer::set_colours(const Voice& voice, float* targets) const noexcept REALTIME {
+  const auto levels = head_->hear(voice.from);
+  for (std::size_t e = 0; e < kEars; ++e) {
+    const HeadLevels own = HeadBank::levels_of(voice.gain[e]);
+    for (std::size_t j = 0; j < kHeadBands; ++j) targets[kEars * j + e] = own[j] * levels[e][j];
+  }
+}
+
 void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   assert(voice.slot < slots_.size() && voice.signal < signals_.size());
   Slot& slot = slots_[voice.slot];
@@ -182,9 +196,15 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   }
 
   // Down to silence from where it was, if it cannot be used.
+  slot.heard = false;
+  if (head_ != nullptr) {
+    std::array<float, kHeadLanes> colours{};
+    if (usable) set_colours(voice, colours.data());
+    slot.heard = set_gains(0, voice, colours.data());
+    return;
+  }
   std::array<float, kBandLanes> targets{};
   if (usable) set_targets(voice, targets.data());
-  slot.heard = false;
   if (panner_ == nullptr) {
     slot.heard = set_gains(0, voice, targets.data());
     return;
@@ -277,11 +297,21 @@ void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept 
       interleaved[f * channels() + e] = buses_.high[e * kMostFrames + f];
 }
 
+void Mixer::mix_head(int frames, float* interleaved) noexcept REALTIME {
+  head_bank_->clear();
+  mix_voices(mode_, {paths_.data(), pairs_[0].gains.data(), active_.data(), active_.size(), frame_,
+                     frames, head_bank_->high(), head_bank_->low()});
+  head_bank_->process(frames, interleaved);
+}
+
 void Mixer::mix(float* interleaved, int steps) noexcept REALTIME {
   assert(steps >= 1 && steps <= steps_left());
   const FlushDenormals no_denormals;
   const int frames = steps * kStepFrames;
-  for (std::size_t p = 0; p < pairs_.size(); ++p) mix_pair(p, frames, interleaved + kEars * p);
+  if (mode_.head)
+    mix_head(frames, interleaved);
+  else
+    for (std::size_t p = 0; p < pairs_.size(); ++p) mix_pair(p, frames, interleaved + kEars * p);
   advance(frames);
   clock_ += frames;
   frame_ += frames;

@@ -21,6 +21,9 @@
 // that are heard in it: a voice has one delay and one spectrum, times a gain per channel that the
 // panner tells from its direction at each keyframe. So those gains slide as all do.
 //
+// Binaural, a voice's gains are its octaves times what the head does to its direction, in the bands
+// of head_bank.h, also told at each keyframe; the time between the ears is in its delays.
+//
 // Threads: load(), hold(), mix() and step() are the audio thread's; begin() comes before them.
 // Cost: tests/benchmarks/mixer_benchmark.cpp.
 #pragma once
@@ -28,9 +31,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
+#include "runtime/head.h"
+#include "runtime/head_bank.h"
 #include "runtime/keyframe.h"
 #include "runtime/mix_kernel.h"
 #include "runtime/octave_bank.h"
@@ -43,10 +49,11 @@ namespace clamor {
 class Mixer {
  public:
   // `signals`, prepared for the same mode, must outlive the mixer, and so must `panner`, which has
-  // the mode's channels; without one, a voice has its own gains for two. Keyframes may use slots 0
+  // the mode's channels, and `head`, where the mode has one; without either, a voice has its own
+  // gains for two. Keyframes may use slots 0
   // to slots - 1.
   Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode = {},
-        const Panner* panner = nullptr);
+        const Panner* panner = nullptr, const Head* head = nullptr);
 
   int channels() const noexcept REALTIME { return kEars * mode_.pairs; }
 
@@ -94,11 +101,13 @@ class Mixer {
     bool heard = false;  // since the last keyframe, with gains that are not all zero
   };
 
+  void set_colours(const Voice& voice, float* targets) const noexcept REALTIME;
   void load_voice(const Voice& voice) noexcept REALTIME;
   void slide(std::uint32_t slot, int ear, double change_frames, bool starts) noexcept REALTIME;
   void place(std::uint32_t slot, int ear, std::int64_t delay) noexcept REALTIME;
   void activate(std::uint32_t slot) noexcept REALTIME;
   bool set_gains(std::size_t pair, const Voice& voice, const float* targets) noexcept REALTIME;
+  void mix_head(int frames, float* interleaved) noexcept REALTIME;
   void mix_pair(std::size_t pair, int frames, float* interleaved) noexcept REALTIME;
   void advance(int frames) noexcept REALTIME;
   void clear_active() noexcept REALTIME;
@@ -107,6 +116,7 @@ class Mixer {
   std::span<const PreparedSignal> signals_;
   const MixMode mode_;
   const Panner* const panner_;
+  const Head* const head_;
   const int lanes_;
   const int lead_frames_;  // by which reading is ahead of what comes out
   std::array<std::array<float, kBandCount>, kBandCount> bus_gains_;
@@ -127,6 +137,7 @@ class Mixer {
   };
   std::vector<Pair> pairs_;
   MixBuses buses_;
+  std::unique_ptr<HeadBank> head_bank_;
   std::int64_t clock_ = 0;
   int frame_ = 0;         // of the segment
   bool holding_ = false;  // slopes are zero until the next keyframe

@@ -66,7 +66,11 @@ class OctaveBank {
     std::vector<double> high, low;
     Bands mean_square{};  // of what each band passes
   };
-  static Layers part(const std::vector<double>& samples, bool loop);
+  // With `phase_undone` false they keep their own.
+  static Layers part(const std::vector<double>& samples, bool loop, bool phase_undone = true);
+
+  // Taps of the filter that takes the low layer to the full rate, 0 to 2 kBankDelayFrames.
+  static double up_tap(int k);
 
  private:
   static constexpr int kTaps = 2 * kBankDelayFrames + 1;

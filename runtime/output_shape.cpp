@@ -4,10 +4,13 @@
 
 namespace clamor {
 
-Result<OutputShape> OutputShape::asked_for(const std::string& layout, bool ambisonics) {
-  if (!layout.empty() && ambisonics)
-    return Error("give either --layout or --ambisonics: one file has one kind of channels.");
+Result<OutputShape> OutputShape::asked_for(bool binaural, const std::string& layout,
+                                           bool ambisonics) {
+  if (binaural + !layout.empty() + ambisonics > 1)
+    return Error(
+        "give one of --binaural, --layout and --ambisonics: output has one kind of channels.");
   OutputShape shape;
+  if (binaural) shape.kind = Kind::kBinaural;
   if (ambisonics) shape.kind = Kind::kAmbisonics;
   if (layout.empty()) return shape;
   if (const auto found = find_layout(layout); !found.ok()) return found.error();
@@ -17,8 +20,8 @@ Result<OutputShape> OutputShape::asked_for(const std::string& layout, bool ambis
 }
 
 int OutputShape::channels() const {
-  if (kind == Kind::kTwoReceivers) return 2;
-  return make_panner()->channels();
+  const auto panner = make_panner();
+  return panner == nullptr ? 2 : panner->channels();
 }
 
 std::vector<Speaker> OutputShape::speakers() const {
@@ -27,7 +30,7 @@ std::vector<Speaker> OutputShape::speakers() const {
 }
 
 std::unique_ptr<Panner> OutputShape::make_panner() const {
-  if (kind == Kind::kTwoReceivers) return nullptr;
+  if (kind == Kind::kTwoReceivers || kind == Kind::kBinaural) return nullptr;
   if (kind == Kind::kAmbisonics) return make_ambisonic_panner();
   return make_loudspeaker_panner(*find_layout(layout));
 }

@@ -142,8 +142,8 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
 }  // namespace
 
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, listener, walk_path, gain = "0", format, layout;
-  bool ambisonics = false;
+  std::string level, listener, walk_path, gain = "0", format, layout, hrtf;
+  bool ambisonics = false, binaural = false;
   std::optional<std::string> memory;
   PlayerOptions options;
   Arguments parser("play",
@@ -166,6 +166,8 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
       "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
   parser.option("--record", options.record, "also write what is played to this .wav or .flac file");
+  parser.flag("--binaural", binaural, "for headphones, through a dummy head's ears");
+  parser.option("--hrtf", hrtf, "the head: a SOFA file; unset: KEMAR. Means --binaural");
   parser.option("--layout", layout, "loudspeakers: 5.1, 7.1 or 7.1.4; unset: stereo");
   parser.flag("--ambisonics", ambisonics, "order 3 instead, 16 channels of AmbiX (ACN, SN3D)");
   parser.option("--format", format,
@@ -180,7 +182,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   const auto amplitude = parse_gain_db(gain);
   if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
   options.auralizer.gain = *amplitude;
-  const auto shape = OutputShape::asked_for(layout, ambisonics);
+  const auto shape = OutputShape::asked_for(binaural || !hrtf.empty(), layout, ambisonics);
   if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
   options.auralizer.output = *shape;
   const auto samples = sample_format(format, options.record);
@@ -198,6 +200,11 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
     fmt::print(err, "clamor play: {}\n", error.message);
     return kBadInput;
   };
+  if (shape->kind == OutputShape::Kind::kBinaural) {
+    auto head = Head::read(hrtf);
+    if (!head.ok()) return fail(head.error());
+    options.auralizer.output.head = std::move(*head);
+  }
   auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
   options.pose = before_first_emitter(file->emitters());

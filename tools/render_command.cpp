@@ -24,10 +24,10 @@ double decibels(double amplitude) { return 20 * std::log10(std::max(amplitude, 1
 }  // namespace
 
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, output, listener, walk_path, gain = "0", format, layout;
+  std::string level, output, listener, walk_path, gain = "0", format, layout, hrtf;
   std::optional<std::string> memory;
   double seconds = 0;
-  bool ambisonics = false;
+  bool ambisonics = false, binaural = false;
   AuralizerOptions options;
   Arguments parser("render",
                    "Renders what a listener hears, standing still or on a walk, to a WAV or "
@@ -46,6 +46,8 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
       "--memory", memory,
       "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
+  parser.flag("--binaural", binaural, "for headphones, through a dummy head's ears");
+  parser.option("--hrtf", hrtf, "the head: a SOFA file; unset: KEMAR. Means --binaural");
   parser.option("--layout", layout, "loudspeakers: 5.1, 7.1 or 7.1.4; unset: stereo");
   parser.flag("--ambisonics", ambisonics, "order 3 instead, 16 channels of AmbiX (ACN, SN3D)");
   parser.option("--format", format,
@@ -62,7 +64,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   const auto amplitude = parse_gain_db(gain);
   if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
   options.gain = *amplitude;
-  const auto shape = OutputShape::asked_for(layout, ambisonics);
+  const auto shape = OutputShape::asked_for(binaural || !hrtf.empty(), layout, ambisonics);
   if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
   options.output = *shape;
   const auto samples = sample_format(format, output);
@@ -86,6 +88,11 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   }
   if (seconds == 0) seconds = walk.length_s() > 0 ? walk.length_s() : 10;
 
+  if (shape->kind == OutputShape::Kind::kBinaural) {
+    auto head = Head::read(hrtf);
+    if (!head.ok()) return fail(head.error());
+    options.output.head = std::move(*head);
+  }
   auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
   options.wait_for_pages = true;
