@@ -24,6 +24,7 @@ void AudioCallback::fill(std::span<float> interleaved, bool underflow) noexcept 
   std::fill(interleaved.begin() + static_cast<std::ptrdiff_t>(sounding.size()), interleaved.end(),
             0.0f);
   if (record_ != nullptr && !sounding.empty()) record_->write(sounding);
+  if (meter_ != nullptr && !sounding.empty()) meter_->write(sounding);
   mixed_.store(mixed + wanted, std::memory_order_relaxed);
   if (wanted == 0 && ++silent_blocks_ >= kSilentBlocks)
     finished_.store(true, std::memory_order_release);

@@ -24,7 +24,8 @@ namespace {
 constexpr int kLargestBlock_frames = 1 << 16;
 
 // Two segments beyond the longest block: the one being mixed and the one that may end within it.
-std::size_t keyframes_ahead(int block_frames) {
+std::size_t keyframes_ahead(const AuralizerOptions& options) {
+  const int block_frames = options.block_frames + (options.limit ? kLimiterDelayFrames : 0);
   return 2 + static_cast<std::size_t>((block_frames + kKeyframeFrames - 1) / kKeyframeFrames);
 }
 
@@ -101,9 +102,10 @@ struct Auralizer::State {
                                                 ? KeyframeMaker::Receivers::kPair
                                                 : KeyframeMaker::Receivers::kOne,
                                             head);
-    queue = std::make_unique<KeyframeQueue>(keyframes_ahead(options.block_frames), slots);
+    queue = std::make_unique<KeyframeQueue>(keyframes_ahead(options), slots);
     mixer = std::make_unique<Mixer>(signals, slots, mode, panner.get(), head.get());
     mixed.resize(channels * kMostFrames);
+    if (options.limit) limiter = std::make_unique<Limiter>(channels);
   }
 
   AuralizerInput input;
@@ -130,6 +132,8 @@ struct Auralizer::State {
 
   // Audio thread.
   std::unique_ptr<Mixer> mixer;
+  std::unique_ptr<Limiter> limiter;        // or null
+  int limiter_lead = kLimiterDelayFrames;  // frames to drop until it gives what it was given
   std::vector<float> mixed;
   std::size_t mixed_end = 0, mixed_read = 0;  // samples in it, and those already given away
 
@@ -158,18 +162,29 @@ struct Auralizer::State {
     mixed_end = static_cast<std::size_t>(steps) * step;
     mixed_read = 0;
     finish_mix();
+    drop_lead();
     return held;
   }
 
-  // Applies the output gain and looks for what a listener should know of.
+  // The limiter holds frames back: by as much its first ones are nobody's, and the mixer is ahead.
+  void drop_lead() noexcept REALTIME {
+    if (limiter == nullptr || limiter_lead == 0) return;
+    const auto frames = static_cast<int>(mixed_end / channels);
+    const int dropped = std::min(limiter_lead, frames);
+    limiter_lead -= dropped;
+    mixed_read = static_cast<std::size_t>(dropped) * channels;
+  }
+
+  // Applies the output gain, limits it and looks for what a listener should know of.
   void finish_mix() noexcept REALTIME {
+    for (std::size_t i = 0; i < mixed_end; ++i) mixed[i] *= gain;
+    if (limiter != nullptr) limiter->process(std::span(mixed).first(mixed_end));
     std::array<float, kMostChannels> highest{};
     std::uint64_t clipped = 0;
     for (std::size_t f = 0; f < mixed_end; f += channels) {
       bool clips = false;
       for (std::size_t c = 0; c < channels; ++c) {
-        float& sample = mixed[f + c];
-        sample *= gain;
+        const float sample = mixed[f + c];
         highest[c] = std::max(highest[c], std::abs(sample));
         clips = clips || std::abs(sample) > 1;
       }
@@ -292,6 +307,7 @@ AuralizerStatistics Auralizer::statistics() {
     statistics.peak[c] = state_->peak[c].exchange(0, std::memory_order_relaxed);
   statistics.clipped_frames = state_->clipped_frames.load(std::memory_order_relaxed);
   statistics.bad_voices = state_->bad_voices.load(std::memory_order_relaxed);
+  if (state_->limiter != nullptr) statistics.limited = state_->limiter->worked();
   if (state_->loader != nullptr) statistics.pages = state_->loader->statistics();
   return statistics;
 }

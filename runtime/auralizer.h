@@ -24,6 +24,7 @@
 #include "runtime/auralizer_input.h"
 #include "runtime/keyframe.h"
 #include "runtime/keyframe_maker.h"
+#include "runtime/limiter.h"
 #include "runtime/output_shape.h"
 #include "runtime/page_loader.h"
 #include "runtime/realtime.h"
@@ -36,6 +37,7 @@ struct AuralizerOptions {
   std::string strategy = "priority";  // or "all"
   int voices = 2000;                  // of the priority sample; "all" mixes every source
   double gain = 1;                    // amplitude, on the whole output
+  bool limit = false;                 // true peaks to kLimiterCeiling_db, after the gain
   OutputShape output;
   int block_frames = 960;  // largest block of mix(): keyframes are made that far ahead
   std::uint64_t memory_bytes = 64'000'000;  // of pages kept
@@ -49,6 +51,7 @@ struct AuralizerStatistics {
   double sampler_ms = 0;             // the last make_keyframe took
   float peak[kMostChannels] = {};    // largest sample since the last call of statistics()
   std::uint64_t clipped_frames = 0;  // frames beyond full scale so far
+  Limiter::Work limited;             // what the limiter did so far
   std::uint64_t bad_voices = 0;      // silenced for a keyframe: a gain or delay was not finite
   PageStatistics pages{};
 };

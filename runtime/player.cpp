@@ -4,12 +4,14 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <thread>
 
 #include "formats/audio_file.h"
 #include "runtime/audio_callback.h"
 #include "runtime/audio_output.h"
 #include "runtime/latest_value.h"
+#include "runtime/loudness_meter.h"
 #include "runtime/render.h"
 #include "runtime/sample_ring.h"
 
@@ -18,6 +20,7 @@ namespace clamor {
 namespace {
 
 constexpr std::size_t kRecordFrames = std::size_t{4} * kSampleRate_hz;
+constexpr std::size_t kMeterFrames = kSampleRate_hz;
 constexpr auto kSamplerNap = std::chrono::milliseconds(2);
 constexpr auto kWriterNap = std::chrono::milliseconds(20);
 
@@ -31,7 +34,9 @@ struct Player::State {
                  ? nullptr
                  : std::make_unique<SampleRing>(kRecordFrames *
                                                 static_cast<std::size_t>(auralizer->channels()))),
-        callback(*auralizer, ring.get(), frames) {
+        metered(kMeterFrames * static_cast<std::size_t>(auralizer->channels())),
+        meter(auralizer->channels(), wanted.auralizer.output.speakers()),
+        callback(*auralizer, ring.get(), frames, &metered) {
     poses.publish(options.pose);
   }
 
@@ -46,7 +51,18 @@ struct Player::State {
   void run_sampler() {
     while (running.load(std::memory_order_relaxed)) {
       make_wanted_keyframes();
+      read_meter();
       std::this_thread::sleep_for(kSamplerNap);
+    }
+  }
+
+  // The meter is this thread's, since it may take its time here.
+  void read_meter() {
+    std::array<float, 4800> samples;
+    while (const std::size_t count = metered.read(samples)) {
+      meter.add(std::span(samples).first(count));
+      momentary_lufs.store(meter.momentary_lufs(), std::memory_order_relaxed);
+      short_term_lufs.store(meter.short_term_lufs(), std::memory_order_relaxed);
     }
   }
 
@@ -66,10 +82,14 @@ struct Player::State {
   const PlayerOptions options;
   const std::unique_ptr<Auralizer> auralizer;
   const std::unique_ptr<SampleRing> ring;
+  SampleRing metered;
+  LoudnessMeter meter;
   AudioCallback callback;
   LatestValue<Pose> poses;
   std::optional<WavWriter> wav;
   Result<void> recorded;  // the writer thread's until it has ended
+  std::atomic<double> momentary_lufs{-std::numeric_limits<double>::infinity()};
+  std::atomic<double> short_term_lufs{-std::numeric_limits<double>::infinity()};
   std::atomic<bool> running{false};
   std::thread sampler, writer;
   std::unique_ptr<AudioOutput> output;  // last: its thread uses all the others
@@ -135,6 +155,8 @@ PlayerStatistics Player::statistics() {
   statistics.cpu_share = counters.cpu_share;
   statistics.time_s = static_cast<double>(counters.frames) / kSampleRate_hz;
   statistics.dropped_samples = state_->ring ? state_->ring->dropped() : 0;
+  statistics.momentary_lufs = state_->momentary_lufs.load(std::memory_order_relaxed);
+  statistics.short_term_lufs = state_->short_term_lufs.load(std::memory_order_relaxed);
   return statistics;
 }
 

@@ -36,9 +36,10 @@ struct PlayerOptions {
 struct PlayerStatistics {
   AuralizerStatistics auralizer;
   std::uint64_t callbacks = 0, late_callbacks = 0;
-  double cpu_share = 0;               // of the audio thread's time
-  double time_s = 0;                  // played so far
-  std::uint64_t dropped_samples = 0;  // that the recording could not take in time
+  double cpu_share = 0;                            // of the audio thread's time
+  double time_s = 0;                               // played so far
+  double momentary_lufs = 0, short_term_lufs = 0;  // -infinity in silence
+  std::uint64_t dropped_samples = 0;               // that the recording could not take in time
 };
 
 class Player {

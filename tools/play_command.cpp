@@ -86,14 +86,23 @@ std::string meters(const float (&peak)[kMostChannels], int channels) {
   return meter(*std::max_element(peak, peak + channels));
 }
 
+// " (limited by 2.1 dB)" once the limiter has worked.
+std::string limited_note(const Limiter::Work& limited) {
+  if (limited.frames == 0) return "";
+  return fmt::format(" (limited by {:.1f} dB)",
+                     -20 * std::log10(static_cast<double>(limited.least_gain)));
+}
+
 std::string status_line(const PlayerStatistics& now, const Pose& pose, int channels) {
   return fmt::format(
-      "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices  {} dBFS  cpu {:.0f} %  "
+      "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices  {} dBFS  {:.1f} LUFS, 3 s "
+      "{:.1f}{}  cpu {:.0f} %  "
       "sampler {:.1f} ms  late {}  held {}",
       now.time_s, pose.position_m.x, pose.position_m.y, pose.position_m.z,
       std::remainder(pose.yaw_rad * kDegrees, 360), now.auralizer.voices,
-      meters(now.auralizer.peak, channels), 100 * now.cpu_share, now.auralizer.sampler_ms,
-      now.late_callbacks, now.auralizer.held_blocks);
+      meters(now.auralizer.peak, channels), std::max(now.momentary_lufs, -99.9),
+      std::max(now.short_term_lufs, -99.9), limited_note(now.auralizer.limited),
+      100 * now.cpu_share, now.auralizer.sampler_ms, now.late_callbacks, now.auralizer.held_blocks);
 }
 
 // Moves and shows until the end, a key or Ctrl-C says stop.
@@ -143,7 +152,7 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
 
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   std::string level, listener, walk_path, gain = "0", format, layout, hrtf;
-  bool ambisonics = false, binaural = false;
+  bool ambisonics = false, binaural = false, no_limiter = false;
   std::optional<std::string> memory;
   PlayerOptions options;
   Arguments parser("play",
@@ -165,6 +174,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
       "--memory", memory,
       "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
+  parser.flag("--no-limiter", no_limiter, "let peaks clip instead of keeping them below -1 dBFS");
   parser.option("--record", options.record, "also write what is played to this .wav or .flac file");
   parser.flag("--binaural", binaural, "for headphones, through a dummy head's ears");
   parser.option("--hrtf", hrtf, "the head: a SOFA file; unset: KEMAR. Means --binaural");
@@ -185,6 +195,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   const auto shape = OutputShape::asked_for(binaural || !hrtf.empty(), layout, ambisonics);
   if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
   options.auralizer.output = *shape;
+  options.auralizer.limit = !no_limiter;
   const auto samples = sample_format(format, options.record);
   if (!samples.ok()) return parser.bad_usage(err, "--format: " + samples.error().message);
   options.record_format = *samples;
@@ -229,9 +240,9 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   const PlayerStatistics played = (*player)->statistics();
   if (const auto stopped = (*player)->stop(); !stopped.ok()) return fail(stopped.error());
 
-  fmt::print(err, "played {:.1f} s: {} callbacks, {} late, {} blocks held, {} frames clipped\n",
+  fmt::print(err, "played {:.1f} s: {} callbacks, {} late, {} blocks held, {} frames clipped{}\n",
              played.time_s, played.callbacks, played.late_callbacks, played.auralizer.held_blocks,
-             played.auralizer.clipped_frames);
+             played.auralizer.clipped_frames, limited_note(played.auralizer.limited));
   const PageStatistics& pages = played.auralizer.pages;
   if (pages.loaded > 0)
     fmt::print(err, "pages: {} asked for, {} loaded, {} dropped, {} late; {:.1f} MB of them kept\n",

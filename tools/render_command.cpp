@@ -27,7 +27,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   std::string level, output, listener, walk_path, gain = "0", format, layout, hrtf;
   std::optional<std::string> memory;
   double seconds = 0;
-  bool ambisonics = false, binaural = false;
+  bool ambisonics = false, binaural = false, limit = false;
   AuralizerOptions options;
   Arguments parser("render",
                    "Renders what a listener hears, standing still or on a walk, to a WAV or "
@@ -50,6 +50,8 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   parser.option("--hrtf", hrtf, "the head: a SOFA file; unset: KEMAR. Means --binaural");
   parser.option("--layout", layout, "loudspeakers: 5.1, 7.1 or 7.1.4; unset: stereo");
   parser.flag("--ambisonics", ambisonics, "order 3 instead, 16 channels of AmbiX (ACN, SN3D)");
+  parser.flag("--limit", limit,
+              "keep true peaks below -1 dBFS; unset: only where samples are not float");
   parser.option("--format", format,
                 "of the samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
@@ -69,6 +71,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   options.output = *shape;
   const auto samples = sample_format(format, output);
   if (!samples.ok()) return parser.bad_usage(err, "--format: " + samples.error().message);
+  options.limit = limit || *samples != SampleFormat::kFloat32;
   if (!(seconds >= 0 && seconds <= 86400))
     return parser.bad_usage(err, "--seconds must lie between 0 and 86400");
 
@@ -136,6 +139,10 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
     fmt::print(err, "warning: {} frames go beyond full scale; --gain {:.0f}dB would not clip\n",
                statistics.clipped_frames,
                std::floor(decibels(options.gain) - decibels(peak) - 0.1));
+  if (statistics.limited.frames > 0)
+    fmt::print(err, "the limiter worked on {:.1f} % of the frames, by up to {:.1f} dB\n",
+               100 * static_cast<double>(statistics.limited.frames) / static_cast<double>(frames),
+               -decibels(static_cast<double>(statistics.limited.least_gain)));
   if (statistics.bad_voices > 0)
     fmt::print(err, "warning: {} voices were silenced because a number in them was not finite\n",
                statistics.bad_voices);

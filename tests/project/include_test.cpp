@@ -47,7 +47,7 @@ const std::vector<Fence> kFences = {
      {"hwy/*"},
      {"bake/trace_*", "formats/page_kernel.cpp", "runtime/lane_cascade.cpp", "runtime/mix_*",
       "tests/benchmarks/machine_peak.cpp"}},
-    {"libebur128", {"ebur128.h"}, {"runtime/programme_loudness.cpp", "tests/*"}},
+    {"libebur128", {"ebur128.h"}, {"runtime/loudness_meter.cpp", "runtime/programme_loudness.cpp", "tests/*"}},
     {"libmysofa", {"mysofa.h"}, {"formats/sofa_file.cpp"}},
     {"libsndfile", {"sndfile.h"}, {"formats/audio_file.cpp", "formats/wav_writer.cpp", "tests/*"}},
     {"libsoxr", {"soxr.h"}, {"formats/audio_file.cpp"}},
