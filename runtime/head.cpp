@@ -17,10 +17,8 @@ namespace {
 
 constexpr std::size_t kLeastSpectrum = 8192;
 constexpr double kLongestLag_s = 1e-3, kLagStep_s = 5e-6;
-constexpr double kFollowed_hz = 1500;                   // ears hear the wave itself below
-constexpr std::size_t kBassBands = 3, kBassLike = 4;    // below 115 Hz, as 146 to 182 Hz
-constexpr std::size_t kScaleFirst = 6, kScaleEnd = 16;  // 224 to 1031 Hz
-constexpr double kQuietest = 1e-6;  // 60 dB below the loudest band: silence has no colour
+constexpr double kFollowed_hz = 1500;  // ears hear the wave itself below
+constexpr double kQuietest = 1e-6;     // 60 dB below the loudest band: silence has no colour
 
 using Spectrum = std::vector<std::complex<double>>;
 
@@ -110,29 +108,23 @@ Head::Head(const HeadResponses& responses) {
   const Fourier fourier(std::max(kLeastSpectrum, std::bit_ceil(responses.frames)));
   const double bin_hz = responses.rate_hz / static_cast<double>(fourier.size());
   std::vector<std::array<ErbBands, kEars>> energies;
-  double loudness = 0;
+  ErbBands diffuse{};  // mean of all directions and both ears
   for (const std::size_t d : kept) {
     std::array<Spectrum, kEars> ears;
     auto& energy = energies.emplace_back();
     for (std::size_t e = 0; e < kEars; ++e) {
       ears[e] = spectrum_of(fourier, responses.response(d, e), responses.frames);
       energy[e] = energy_of(ears[e], bin_hz);
-      for (std::size_t b = kScaleFirst; b < kScaleEnd; ++b) loudness += energy[e][b];
-    }
-    for (std::size_t b = 0; b < kBassBands; ++b) {
-      const double common = std::sqrt(energy[0][b] * energy[1][b]);
-      const double like = std::sqrt(energy[0][kBassLike] * energy[1][kBassLike]);
-      for (ErbBands& ear : energy) ear[b] *= like / common;
+      for (std::size_t b = 0; b < kErbBandCount; ++b)
+        diffuse[b] += energy[e][b] / static_cast<double>(kEars * kept.size());
     }
     directions_.push_back(
         {{}, static_cast<float>(lag_s(ears[0], ears[1], bin_hz) * kSampleRate_hz)});
   }
-  const double scale = static_cast<double>(kEars * kept.size() * (kScaleEnd - kScaleFirst)) /
-                       std::max(loudness, 1e-30);
   const HeadFit fit;
   for (std::size_t d = 0; d < kept.size(); ++d)
     for (std::size_t e = 0; e < kEars; ++e) {
-      for (double& band : energies[d][e]) band *= scale;
+      for (std::size_t b = 0; b < kErbBandCount; ++b) energies[d][e][b] /= diffuse[b];
       directions_[d].level[e] = fit.levels_for(energies[d][e]);
     }
 }

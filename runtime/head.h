@@ -8,9 +8,9 @@
 // where ears follow the wave; half of it is added at one ear and taken off at the other. Between
 // measured directions, levels and times are linear over triangles (direction_mesh.h).
 //
-// Measurements lose the lowest bass, which no head does: below 115 Hz the level common to both ears
-// is that at 160 Hz. All is scaled so that, between 250 and 1000 Hz, a head is as loud as none in
-// the mean over all directions and both ears.
+// What is common to all directions is taken out, band by band: the resonance of the ear canal,
+// which a listener's own ears add again, and the bass that loudspeakers lose in measuring. So in
+// the mean over all directions and both ears, a head is as loud as none in each band.
 //
 // Threads: hear() and delay_frames() on any. Memory: 400 bytes a direction. Cost: reading takes
 // half a second for 710 directions.
