@@ -48,7 +48,7 @@ bool is_flac(const std::string& path) {
 
 Result<void> check_flac(const std::string& path, const Kind& kind) {
   if (!is_flac(path) || kind.bits == 24 || kind.bits == 16) return {};
-  return Error(fmt::format("{}: FLAC holds 16 or 24 bits, not {}; ask for 24 or write a .wav file.",
+  return Error(fmt::format("{}: FLAC holds 16 or 24 bits, not {}; ask for 24 or write a .wav file",
                            path, kind.name));
 }
 
@@ -100,7 +100,7 @@ Result<SampleFormat> sample_format(std::string_view name, const std::string& pat
     if (const auto right = check_flac(path, kind); !right.ok()) return right.error();
     return kind.format;
   }
-  return Error("samples are written as float, 32, 24 or 16, not " + in_quotes(name) + ".");
+  return Error("samples are written as float, 32, 24 or 16, not " + in_quotes(name));
 }
 
 struct WavWriter::State {

@@ -5,8 +5,10 @@
 // 39 ERB bands as the measured response does: first by turns, each band's levels times what is
 // missing, then by Gauss and Newton with a little damping, where deep notches need levels of either
 // sign. The time between the ears is the lag at which the responses below 1.5 kHz are most alike,
-// where ears follow the wave; half of it is added at one ear and taken off at the other. Between
-// measured directions, levels and times are linear over triangles (direction_mesh.h).
+// where ears follow the wave; half of it is added at one ear and taken off at the other. It is one
+// time for all frequencies: below, a measured head has more, by 0.07 ms in the octave of 500 Hz and
+// 0.1 ms in that of 250 Hz (medians); at 1 kHz it is right within 33 us. Between measured
+// directions, levels and times are linear over triangles (direction_mesh.h).
 //
 // What is common to all directions is taken out, band by band: the resonance of the ear canal,
 // which a listener's own ears add again, and the bass that loudspeakers lose in measuring. So in

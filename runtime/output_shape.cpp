@@ -8,7 +8,7 @@ Result<OutputShape> OutputShape::asked_for(bool binaural, const std::string& lay
                                            bool ambisonics) {
   if (binaural + !layout.empty() + ambisonics > 1)
     return Error(
-        "give one of --binaural, --layout and --ambisonics: output has one kind of channels.");
+        "give one of --binaural, --layout and --ambisonics: output has one kind of channels");
   OutputShape shape;
   if (binaural) shape.kind = Kind::kBinaural;
   if (ambisonics) shape.kind = Kind::kAmbisonics;

@@ -165,7 +165,7 @@ Result<LoudspeakerLayout> find_layout(std::string_view name) {
     if (layout.name == name) return layout;
     names += std::string(names.empty() ? "" : ", ").append(layout.name);
   }
-  return Error("no loudspeaker layout is called " + in_quotes(name) + "; there are " + names + ".");
+  return Error("no loudspeaker layout is called " + in_quotes(name) + "; there are " + names);
 }
 
 Vec3f direction_of(const Loudspeaker& speaker) {
