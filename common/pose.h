@@ -19,6 +19,7 @@ struct Pose {
             -std::cos(yaw_rad) * std::cos(pitch_rad)};
   }
   Vec3 right() const { return {std::cos(yaw_rad), 0, -std::sin(yaw_rad)}; }
+  Vec3 up() const { return cross(right(), forward()); }
 };
 
 }  // namespace clamor

@@ -1,18 +1,12 @@
 #include "formats/audio_file.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
-#include <filesystem>
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sndfile.h>
 #include <soxr.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "formats/level.h"
 #include "formats/level_folder.h"
@@ -26,7 +20,6 @@ constexpr float kLoudest = 1e6f;  // 120 dB over full scale: no sound, but anoth
 constexpr double kLongest_s = 30 * 60;
 constexpr int kMostChannels = 64, kLeastRate_hz = 1000, kMostRate_hz = 768000;
 constexpr sf_count_t kBlockFrames = 4096;
-constexpr std::uint64_t kMostWav_bytes = 0xffff0000;  // WAV counts in 32 bits
 
 // A file in memory, as libsndfile wants to be told about it.
 struct Memory {
@@ -217,97 +210,6 @@ Result<std::vector<std::byte>> encode_flac(std::span<const float> samples) {
   const bool written = sf_writef_float(sound, samples.data(), frames) == frames;
   if (sf_close(sound) != 0 || !written) return Error("a sound cannot be encoded as FLAC.");
   return file;
-}
-
-struct WavWriter::State {
-  std::string path, temporary;
-  int descriptor = -1;
-  SNDFILE* sound = nullptr;
-  int channels = 0;
-  std::uint64_t bytes = 0, bytes_per_frame = 0;
-
-  ~State() {
-    if (sound != nullptr) sf_close(sound);
-    if (descriptor >= 0) ::close(descriptor);
-    if (!temporary.empty()) ::unlink(temporary.c_str());
-  }
-
-  Error failed(const std::string& what) const {
-    return Error(path + ": cannot be written: " + what +
-                 ". Check the folder, its rights and the space left.");
-  }
-};
-
-WavWriter::WavWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
-WavWriter::WavWriter(WavWriter&&) noexcept = default;
-WavWriter& WavWriter::operator=(WavWriter&&) noexcept = default;
-WavWriter::~WavWriter() = default;
-
-Result<WavWriter> WavWriter::create(const std::string& path, int channels, int rate_hz,
-                                    SampleFormat format) {
-  auto state = std::make_unique<State>();
-  state->path = path;
-  state->channels = channels;
-  struct stat status {};
-  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
-    return state->failed("it exists and is no regular file");
-
-  state->temporary = path + ".XXXXXX.tmp";
-  state->descriptor = ::mkstemps(state->temporary.data(), 4);
-  if (state->descriptor < 0) {
-    const int error = errno;
-    state->temporary.clear();
-    return state->failed(std::strerror(error));
-  }
-  const mode_t mask = ::umask(0);  // mkstemps makes the file private; it should be like any other
-  ::umask(mask);
-  ::fchmod(state->descriptor, 0666 & ~mask);
-
-  SF_INFO info{};
-  info.channels = channels;
-  info.samplerate = rate_hz;
-  info.format = SF_FORMAT_WAV | (format == SampleFormat::kFloat32 ? SF_FORMAT_FLOAT
-                                 : format == SampleFormat::kPcm24 ? SF_FORMAT_PCM_24
-                                                                  : SF_FORMAT_PCM_16);
-  state->bytes_per_frame =
-      static_cast<std::uint64_t>(channels) * (format == SampleFormat::kFloat32 ? 4
-                                              : format == SampleFormat::kPcm24 ? 3
-                                                                               : 2);
-  state->sound = sf_open_fd(state->descriptor, SFM_WRITE, &info, SF_FALSE);
-  if (state->sound == nullptr) return state->failed(sf_strerror(nullptr));
-  sf_command(state->sound, SFC_SET_CLIPPING, nullptr, SF_TRUE);
-  // The PEAK chunk holds the time of day, and the same sound should be the same bytes.
-  sf_command(state->sound, SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
-  return WavWriter(std::move(state));
-}
-
-Result<void> WavWriter::write(std::span<const float> interleaved) {
-  const auto frames = static_cast<sf_count_t>(interleaved.size()) / state_->channels;
-  state_->bytes += static_cast<std::uint64_t>(frames) * state_->bytes_per_frame;
-  if (state_->bytes > kMostWav_bytes)
-    return state_->failed("a WAV file holds at most 4 GiB; write less");
-  if (sf_writef_float(state_->sound, interleaved.data(), frames) != frames)
-    return state_->failed(sf_strerror(state_->sound));
-  return {};
-}
-
-Result<void> WavWriter::finish() {
-  State& state = *state_;
-  const int closed = sf_close(std::exchange(state.sound, nullptr));
-  if (closed != 0) return state.failed(sf_error_number(closed));
-  if (::fsync(state.descriptor) != 0) return state.failed(std::strerror(errno));
-  if (::rename(state.temporary.c_str(), state.path.c_str()) != 0)
-    return state.failed(std::strerror(errno));
-  state.temporary.clear();
-  // The name is on the disk only once its folder is.
-  std::string folder = std::filesystem::path(state.path).parent_path().string();
-  if (folder.empty()) folder = ".";
-  const int directory = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (directory >= 0) {
-    ::fsync(directory);
-    ::close(directory);
-  }
-  return {};
 }
 
 std::vector<std::string> sound_library_versions() {

@@ -1,14 +1,14 @@
-// audio_file.h: sound files in and out. libsndfile and libsoxr are visible only here.
+// audio_file.h: sound files in, and FLAC in memory. libsoxr is visible only here, libsndfile also
+// in wav_writer.cpp.
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "common/result.h"
+#include "formats/wav_writer.h"
 
 namespace clamor {
 
@@ -34,25 +34,5 @@ Result<std::vector<std::byte>> encode_flac(std::span<const float> samples);
 
 // "libsndfile 1.2.0", "libsoxr 0.1.3".
 std::vector<std::string> sound_library_versions();
-
-enum class SampleFormat { kFloat32, kPcm24, kPcm16 };
-
-// A WAV file that is written beside its final name and renamed when complete.
-class WavWriter {
- public:
-  static Result<WavWriter> create(const std::string& path, int channels, int rate_hz,
-                                  SampleFormat format);
-  WavWriter(WavWriter&&) noexcept;
-  WavWriter& operator=(WavWriter&&) noexcept;
-  ~WavWriter();  // without finish(), nothing stays behind
-
-  Result<void> write(std::span<const float> interleaved);
-  Result<void> finish();
-
- private:
-  struct State;
-  explicit WavWriter(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
-};
 
 }  // namespace clamor

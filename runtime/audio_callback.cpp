@@ -13,16 +13,18 @@ constexpr int kSilentBlocks = 2;     // at the end, so that the last sound leave
 
 void AudioCallback::fill(std::span<float> interleaved, bool underflow) noexcept {
   const auto start = Clock::now();
-  const auto frames = static_cast<std::uint64_t>(interleaved.size() / kOutputChannels);
+  const auto channels = static_cast<std::size_t>(auralizer_.channels());
+  const auto frames = static_cast<std::uint64_t>(interleaved.size() / channels);
   const double block_s = static_cast<double>(frames) / kSampleRate_hz;
 
   const std::uint64_t mixed = mixed_.load(std::memory_order_relaxed);
   const std::uint64_t wanted = frames_ == 0 ? frames : std::min(frames, frames_ - mixed);
-  const auto sounding = interleaved.first(static_cast<std::size_t>(wanted) * kOutputChannels);
+  const auto sounding = interleaved.first(static_cast<std::size_t>(wanted) * channels);
   if (!sounding.empty()) auralizer_.mix(sounding);
   std::fill(interleaved.begin() + static_cast<std::ptrdiff_t>(sounding.size()), interleaved.end(),
             0.0f);
   if (record_ != nullptr && !sounding.empty()) record_->write(sounding);
+  if (meter_ != nullptr && !sounding.empty()) meter_->write(sounding);
   mixed_.store(mixed + wanted, std::memory_order_relaxed);
   if (wanted == 0 && ++silent_blocks_ >= kSilentBlocks)
     finished_.store(true, std::memory_order_release);

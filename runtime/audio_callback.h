@@ -26,9 +26,15 @@ class AudioCallback {
     bool finished = false;     // all frames and two blocks of silence have been given out
   };
 
-  // `frames`: how many to mix before silence, 0 for no end. `record` may be null.
-  AudioCallback(Auralizer& auralizer, SampleRing* record, std::uint64_t frames)
-      : auralizer_(auralizer), record_(record), frames_(frames) {}
+  // `frames`: how many to mix before silence, 0 for no end. What is played also goes to `record`
+  // and to `meter`, which may be null.
+  AudioCallback(Auralizer& auralizer, SampleRing* record, std::uint64_t frames,
+                SampleRing* meter = nullptr)
+      : auralizer_(auralizer), record_(record), meter_(meter), frames_(frames) {}
+
+  std::size_t channels() const noexcept REALTIME {
+    return static_cast<std::size_t>(auralizer_.channels());
+  }
 
   void fill(std::span<float> interleaved, bool underflow) noexcept REALTIME;
 
@@ -39,6 +45,7 @@ class AudioCallback {
 
   Auralizer& auralizer_;
   SampleRing* record_;
+  SampleRing* meter_;
   const std::uint64_t frames_;
   Clock::time_point last_start_{};
   int silent_blocks_ = 0;

@@ -99,14 +99,15 @@ std::string full_name(const OutputDevice& device) { return device.api + ": " + d
 
 class DeviceOutput final : public AudioOutput {
  public:
-  DeviceOutput(const Found& found, int block_frames, OutputCallback callback)
+  DeviceOutput(const Found& found, int channels, int block_frames, OutputCallback callback)
       : callback_(callback),
+        channels_(channels),
         name_(full_name(found.device)),
         frames_(static_cast<unsigned>(block_frames)),
         audio_(quiet_audio(found.api)) {
     RtAudio::StreamParameters parameters;
     parameters.deviceId = found.id;
-    parameters.nChannels = kChannels;
+    parameters.nChannels = static_cast<unsigned>(channels);
     RtAudio::StreamOptions options;
     options.numberOfBuffers = kBuffers;
     options.streamName = "clamor";
@@ -137,8 +138,9 @@ class DeviceOutput final : public AudioOutput {
 
   Result<void> status() const {
     if (problem_.empty()) return {};
-    return Error("the sound device " + in_quotes(name_) + " cannot play 48 kHz stereo (" +
-                 problem_ + "); name another of 'clamor devices' with --device");
+    return Error("the sound device " + in_quotes(name_) + " cannot play " +
+                 std::to_string(channels_) + " channels at 48 kHz (" + problem_ +
+                 "); name another of 'clamor devices' with --device");
   }
 
  private:
@@ -173,6 +175,7 @@ class DeviceOutput final : public AudioOutput {
   }
 
   OutputCallback callback_;
+  int channels_;
   bool prioritised_ = false;  // the audio thread's alone
   std::string name_;
   unsigned frames_;
@@ -194,9 +197,9 @@ std::vector<OutputDevice> output_devices() {
   return devices;
 }
 
-Result<std::unique_ptr<AudioOutput>> open_output(const std::string& device, int block_frames,
-                                                 OutputCallback callback) {
-  if (device == "none") return silent_output(block_frames, callback);
+Result<std::unique_ptr<AudioOutput>> open_output(const std::string& device, int channels,
+                                                 int block_frames, OutputCallback callback) {
+  if (device == "none") return silent_output(channels, block_frames, callback);
   const auto found = find_devices();
   if (found.empty())
     return Error(
@@ -212,7 +215,7 @@ Result<std::unique_ptr<AudioOutput>> open_output(const std::string& device, int 
     return Error("no sound device is called " + in_quotes(device) +
                  "; 'clamor devices' lists them, the first is " +
                  in_quotes(full_name(found.front().device)));
-  auto output = std::make_unique<DeviceOutput>(*chosen, block_frames, callback);
+  auto output = std::make_unique<DeviceOutput>(*chosen, channels, block_frames, callback);
   if (const auto opened = output->status(); !opened.ok()) return opened.error();
   return std::unique_ptr<AudioOutput>(std::move(output));
 }

@@ -13,7 +13,7 @@
 
 namespace clamor {
 
-// What fills each block: `frames` interleaved stereo frames at `output`. `underflow` tells that the
+// What fills each block: `frames` interleaved frames at `output`. `underflow` tells that the
 // device ran dry before it. A plain function, so that calling it allocates nothing.
 struct OutputCallback {
   void (*fill)(void* context, float* output, std::uint32_t frames, bool underflow) noexcept;
@@ -42,13 +42,13 @@ struct OutputDevice {
 // All devices with an output of two channels or more.
 std::vector<OutputDevice> output_devices();
 
-// Opens a device at 48 kHz, stereo, float. `device` is a part of "api: name"; empty takes the
-// default of the first API that has one (PulseAudio, JACK, ALSA); "none" keeps time in silence. The
-// device may give another block size than the one asked for.
-Result<std::unique_ptr<AudioOutput>> open_output(const std::string& device, int block_frames,
-                                                 OutputCallback callback);
+// Opens a device at 48 kHz, float, with so many channels. `device` is a part of "api: name"; empty
+// takes the default of the first API that has one (PulseAudio, JACK, ALSA); "none" keeps time in
+// silence. The device may give another block size than the one asked for.
+Result<std::unique_ptr<AudioOutput>> open_output(const std::string& device, int channels,
+                                                 int block_frames, OutputCallback callback);
 
 // The output called "none": calls back in real time and drops what it gets.
-std::unique_ptr<AudioOutput> silent_output(int block_frames, OutputCallback callback);
+std::unique_ptr<AudioOutput> silent_output(int channels, int block_frames, OutputCallback callback);
 
 }  // namespace clamor

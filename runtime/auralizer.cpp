@@ -10,6 +10,7 @@
 
 #include "runtime/keyframe_maker.h"
 #include "runtime/keyframe_queue.h"
+#include "runtime/loudness.h"
 #include "runtime/mixer.h"
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
@@ -24,7 +25,8 @@ namespace {
 constexpr int kLargestBlock_frames = 1 << 16;
 
 // Two segments beyond the longest block: the one being mixed and the one that may end within it.
-std::size_t keyframes_ahead(int block_frames) {
+std::size_t keyframes_ahead(const AuralizerOptions& options) {
+  const int block_frames = options.block_frames + (options.limit ? kLimiterDelayFrames : 0);
   return 2 + static_cast<std::size_t>((block_frames + kKeyframeFrames - 1) / kKeyframeFrames);
 }
 
@@ -55,6 +57,16 @@ SignalWeights weights_of(const AuralizerInput& input) {
   return make_signal_weights(envelopes);
 }
 
+// Panned voices have one delay, binaural ones two.
+MixMode mode_of(const Panner* panner, const Head* head) {
+  MixMode mode;
+  mode.head = head != nullptr;
+  if (panner == nullptr) return mode;
+  mode.delays = 1;
+  mode.pairs = panner->channels() / kEars;
+  return mode;
+}
+
 // Pages as the sampler wants them, from a file. Everything must outlive what comes out.
 PageLoader::Fetch fetch_from(const BakeFile& file, const SourceField& field,
                              const SignalWeights& ceilings) {
@@ -77,7 +89,11 @@ struct Auralizer::State {
         file(std::move(opened)),
         gain(static_cast<float>(options.gain)),
         wait_for_pages(options.wait_for_pages),
-        signals(prepare_signals(input.signals)),
+        panner(options.output.make_panner()),
+        head(options.output.head),
+        mode(mode_of(panner.get(), head.get())),
+        channels(static_cast<std::size_t>(kEars * mode.pairs)),
+        signals(prepare_signals(input.signals, mode)),
         field(input.emitters, input.materials, input.air),
         weights(needs_list(options.strategy) ? mean_weights(signals) : weights_of(input)),
         ceilings(file == nullptr ? weights : highest_over_copies(weights, file->signal_maps())) {
@@ -95,15 +111,25 @@ struct Auralizer::State {
       pool = std::move(list);
     }
     const std::size_t slots = slots_for(*sampler);
-    maker = std::make_unique<KeyframeMaker>(field, slots);
-    queue = std::make_unique<KeyframeQueue>(keyframes_ahead(options.block_frames), slots);
-    mixer = std::make_unique<Mixer>(signals, slots);
+    maker = std::make_unique<KeyframeMaker>(field, slots,
+                                            panner == nullptr && head == nullptr
+                                                ? KeyframeMaker::Receivers::kPair
+                                                : KeyframeMaker::Receivers::kOne,
+                                            head);
+    queue = std::make_unique<KeyframeQueue>(keyframes_ahead(options), slots);
+    mixer = std::make_unique<Mixer>(signals, slots, mode, panner.get(), head.get());
+    mixed.resize(channels * kMostFrames);
+    if (options.limit) limiter = std::make_unique<Limiter>(channels);
   }
 
   AuralizerInput input;
   const std::shared_ptr<const BakeFile> file;
   const float gain;
   const bool wait_for_pages;
+  const std::unique_ptr<const Panner> panner;
+  const std::shared_ptr<const Head> head;
+  const MixMode mode;
+  const std::size_t channels;
   const std::vector<PreparedSignal> signals;
   const SourceField field;
   const SignalWeights weights, ceilings;
@@ -120,14 +146,16 @@ struct Auralizer::State {
 
   // Audio thread.
   std::unique_ptr<Mixer> mixer;
-  std::array<float, kOutputChannels * kMostFrames> mixed{};
+  std::unique_ptr<Limiter> limiter;        // or null
+  int limiter_lead = kLimiterDelayFrames;  // frames to drop until it gives what it was given
+  std::vector<float> mixed;
   std::size_t mixed_end = 0, mixed_read = 0;  // samples in it, and those already given away
 
   // Statistics.
   std::atomic<std::uint64_t> keyframes{0}, held_blocks{0}, clipped_frames{0}, bad_voices{0};
   std::atomic<std::uint32_t> voices{0};
   std::atomic<double> sampler_ms{0};
-  std::array<std::atomic<float>, kOutputChannels> peak{};
+  std::array<std::atomic<float>, kMostChannels> peak{};
 
   // Mixes steps for up to so many samples; true if it had to do without a keyframe that was due.
   bool mix_steps(std::size_t samples) noexcept REALTIME {
@@ -141,31 +169,42 @@ struct Auralizer::State {
         held = true;
       }
     }
-    constexpr std::size_t kStep = kOutputChannels * kStepFrames;
+    const std::size_t step = channels * kStepFrames;
     const int steps =
-        static_cast<int>(std::min<std::size_t>((samples + kStep - 1) / kStep, mixer->steps_left()));
+        static_cast<int>(std::min<std::size_t>((samples + step - 1) / step, mixer->steps_left()));
     mixer->mix(mixed.data(), steps);
-    mixed_end = static_cast<std::size_t>(steps) * kStep;
+    mixed_end = static_cast<std::size_t>(steps) * step;
     mixed_read = 0;
     finish_mix();
+    drop_lead();
     return held;
   }
 
-  // Applies the output gain and looks for what a listener should know of.
+  // The limiter holds frames back: by as much its first ones are nobody's, and the mixer is ahead.
+  void drop_lead() noexcept REALTIME {
+    if (limiter == nullptr || limiter_lead == 0) return;
+    const auto frames = static_cast<int>(mixed_end / channels);
+    const int dropped = std::min(limiter_lead, frames);
+    limiter_lead -= dropped;
+    mixed_read = static_cast<std::size_t>(dropped) * channels;
+  }
+
+  // Applies the output gain, limits it and looks for what a listener should know of.
   void finish_mix() noexcept REALTIME {
-    std::array<float, kOutputChannels> highest{};
+    for (std::size_t i = 0; i < mixed_end; ++i) mixed[i] *= gain;
+    if (limiter != nullptr) limiter->process(std::span(mixed).first(mixed_end));
+    std::array<float, kMostChannels> highest{};
     std::uint64_t clipped = 0;
-    for (std::size_t f = 0; f < mixed_end; f += kOutputChannels) {
+    for (std::size_t f = 0; f < mixed_end; f += channels) {
       bool clips = false;
-      for (std::size_t c = 0; c < kOutputChannels; ++c) {
-        float& sample = mixed[f + c];
-        sample *= gain;
+      for (std::size_t c = 0; c < channels; ++c) {
+        const float sample = mixed[f + c];
         highest[c] = std::max(highest[c], std::abs(sample));
         clips = clips || std::abs(sample) > 1;
       }
       clipped += clips;
     }
-    for (std::size_t c = 0; c < kOutputChannels; ++c)
+    for (std::size_t c = 0; c < channels; ++c)
       if (highest[c] > peak[c].load(std::memory_order_relaxed))
         peak[c].store(highest[c], std::memory_order_relaxed);
     clipped_frames.fetch_add(clipped, std::memory_order_relaxed);
@@ -269,16 +308,19 @@ void Auralizer::mix(std::span<float> interleaved) noexcept REALTIME {
   if (held) state.held_blocks.fetch_add(1, std::memory_order_relaxed);
 }
 
+int Auralizer::channels() const noexcept REALTIME { return static_cast<int>(state_->channels); }
+
 AuralizerStatistics Auralizer::statistics() {
   AuralizerStatistics statistics;
   statistics.keyframes = state_->keyframes.load(std::memory_order_relaxed);
   statistics.held_blocks = state_->held_blocks.load(std::memory_order_relaxed);
   statistics.voices = state_->voices.load(std::memory_order_relaxed);
   statistics.sampler_ms = state_->sampler_ms.load(std::memory_order_relaxed);
-  for (std::size_t c = 0; c < kOutputChannels; ++c)
+  for (std::size_t c = 0; c < state_->channels; ++c)
     statistics.peak[c] = state_->peak[c].exchange(0, std::memory_order_relaxed);
   statistics.clipped_frames = state_->clipped_frames.load(std::memory_order_relaxed);
   statistics.bad_voices = state_->bad_voices.load(std::memory_order_relaxed);
+  if (state_->limiter != nullptr) statistics.limited = state_->limiter->worked();
   if (state_->loader != nullptr) statistics.pages = state_->loader->statistics();
   return statistics;
 }

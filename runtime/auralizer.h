@@ -24,20 +24,24 @@
 #include "runtime/auralizer_input.h"
 #include "runtime/keyframe.h"
 #include "runtime/keyframe_maker.h"
+#include "runtime/limiter.h"
+#include "runtime/output_shape.h"
 #include "runtime/page_loader.h"
 #include "runtime/realtime.h"
 #include "runtime/strategies.h"
 
 namespace clamor {
 
-inline constexpr int kOutputChannels = 2;
+inline constexpr int kOutputChannels = 2;  // of the default output shape
 
 struct AuralizerOptions {
   std::string strategy = "priority";  // strategies.h lists them
   int voices = 2000;                  // of the sample; "all" mixes every source
   Estimator estimator = Estimator::kPower;
   StrategyTuning tuning{};
-  double gain = 1;         // amplitude, on the whole output
+  double gain = 1;     // amplitude, on the whole output
+  bool limit = false;  // true peaks to kLimiterCeiling_db, after the gain
+  OutputShape output;
   int block_frames = 960;  // largest block of mix(): keyframes are made that far ahead
   std::uint64_t memory_bytes = 64'000'000;  // of pages kept
   bool wait_for_pages = false;  // as a render does, and then takes what memory one sample needs
@@ -48,8 +52,9 @@ struct AuralizerStatistics {
   std::uint64_t held_blocks = 0;     // mixed without a new keyframe when one was due
   std::uint32_t voices = 0;          // in the newest keyframe, fading ones included
   double sampler_ms = 0;             // the last make_keyframe took
-  float peak[kOutputChannels] = {};  // largest sample since the last call of statistics()
+  float peak[kMostChannels] = {};    // largest sample since the last call of statistics()
   std::uint64_t clipped_frames = 0;  // frames beyond full scale so far
+  Limiter::Work limited;             // what the limiter did so far
   std::uint64_t bad_voices = 0;      // silenced for a keyframe: a gain or delay was not finite
   PageStatistics pages{};
 };
@@ -71,8 +76,10 @@ class Auralizer {
   double next_keyframe_time_s() const;
   void make_keyframe(const Pose& pose);
 
-  // Audio thread. Adds nothing to `interleaved`, overwrites it: left, right, left, ... any number
-  // of frames. Costs about voices x frames.
+  int channels() const noexcept REALTIME;
+
+  // Audio thread. Adds nothing to `interleaved`, overwrites it: left, right, left, ... or what the
+  // output's channels are, any number of frames. Costs about voices x frames.
   void mix(std::span<float> interleaved) noexcept REALTIME;
 
   // Any one thread.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/bands.h"
+#include "common/vec.h"
 #include "runtime/mix_kernel.h"
 
 namespace clamor {
@@ -23,6 +24,9 @@ struct Voice {
   std::array<double, kEars> start_delay_frames{};
   std::array<double, kEars> delay_frames{};
   std::array<Bands, kEars> gain{};  // amplitude
+  // Where it is heard from, a unit vector: x ahead of the listener, y to the left, z up. For output
+  // that is panned or binaural.
+  Vec3f from{1, 0, 0};
 };
 
 struct Keyframe {

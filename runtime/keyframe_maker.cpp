@@ -20,8 +20,9 @@ double fade_gain(int fade) {
 
 }  // namespace
 
-KeyframeMaker::KeyframeMaker(const SourceField& field, std::size_t slots)
-    : field_(field), slots_(slots) {
+KeyframeMaker::KeyframeMaker(const SourceField& field, std::size_t slots, Receivers receivers,
+                             std::shared_ptr<const Head> head)
+    : field_(field), receivers_(receivers), ears_(std::move(head)), slots_(slots) {
   slot_of_number_.reserve(slots);
   for (std::size_t s = slots; s-- > 0;) {
     slots_[s].voice.slot = static_cast<std::uint32_t>(s);
@@ -29,33 +30,57 @@ KeyframeMaker::KeyframeMaker(const SourceField& field, std::size_t slots)
   }
 }
 
-KeyframeMaker::Ears KeyframeMaker::ears_at(const Pose& pose) {
-  const Vec3 half = 0.5 * kEarDistance_m * pose.right();
-  return {pose.position_m - half, pose.position_m + half};
+KeyframeMaker::Stance KeyframeMaker::head_at(const Pose& pose) const {
+  const double half_m = receivers_ == Receivers::kPair ? 0.5 * kEarDistance_m : 0;
+  const Vec3 side_m = half_m * pose.right();
+  return {pose.position_m,
+          {pose.position_m - side_m, pose.position_m + side_m},
+          pose.forward(),
+          -pose.right(),
+          pose.up()};
 }
 
-void KeyframeMaker::listen(Slot& slot, const Ears& ears) const {
+double KeyframeMaker::delay_frames(const Source& source, const Stance& head, int ear) const {
+  const double frames = field_.delay_s(source, head.ears_m[ear]) * kSampleRate_hz;
+  return ears_ == nullptr ? frames
+                          : frames + ears_->delay_frames(direction_from(source, head), ear);
+}
+
+void KeyframeMaker::listen(Slot& slot, const Stance& head) const {
   slot.changed = false;
-  for (int e = 0; e < kEars; ++e) {
-    const Bands intensity = field_.intensity(slot.source, ears[e]);
-    slot.voice.delay_frames[e] = field_.delay_s(slot.source, ears[e]) * kSampleRate_hz;
+  slot.voice.from = direction_from(slot.source, head);
+  const int places = receivers_ == Receivers::kPair ? kEars : 1;
+  for (int e = 0; e < places; ++e) {
+    const Bands intensity = field_.intensity(slot.source, head.ears_m[e]);
+    slot.voice.delay_frames[e] = delay_frames(slot.source, head, e);
     // The root between the bake's power and the mixer's amplitude.
     for (std::size_t b = 0; b < kBandCount; ++b)
       slot.voice.gain[e][b] =
           std::sqrt(static_cast<float>(slot.power_scale * static_cast<double>(intensity[b]))) *
           static_cast<float>(slot.source.polarity);
   }
+  if (places == kEars) return;
+  slot.voice.delay_frames[1] = delay_frames(slot.source, head, 1);
+  slot.voice.gain[1] = slot.voice.gain[0];
 }
 
-bool KeyframeMaker::jumped(const Slot& slot, const Ears& ears) const {
+// In the listener's axes; ahead for a source within the head.
+Vec3f KeyframeMaker::direction_from(const Source& source, const Stance& head) {
+  const Vec3 to_m = Vec3(source.position_m) - head.centre_m;
+  const double distance_m = length(to_m);
+  if (!(distance_m > 1e-6)) return {1, 0, 0};
+  return Vec3f(Vec3(dot(to_m, head.ahead), dot(to_m, head.left), dot(to_m, head.up)) / distance_m);
+}
+
+bool KeyframeMaker::jumped(const Slot& slot, const Stance& head) const {
   for (int e = 0; e < kEars; ++e) {
-    const double delay_frames = field_.delay_s(slot.source, ears[e]) * kSampleRate_hz;
-    if (std::abs(delay_frames - slot.voice.delay_frames[e]) > kFastestSlide_frames) return true;
+    const double frames = delay_frames(slot.source, head, e);
+    if (std::abs(frames - slot.voice.delay_frames[e]) > kFastestSlide_frames) return true;
   }
   return false;
 }
 
-void KeyframeMaker::start(const SampledSource& chosen, const Ears& ears) {
+void KeyframeMaker::start(const SampledSource& chosen, const Stance& head) {
   if (free_.empty()) return;
   Slot& slot = slots_[free_.back()];
   slot_of_number_[chosen.number] = free_.back();
@@ -71,10 +96,8 @@ void KeyframeMaker::start(const SampledSource& chosen, const Ears& ears) {
   slot.voice.signal = chosen.signal;
   // It slides in from where it would have been, unless the listener jumped.
   for (int e = 0; e < kEars; ++e) {
-    const auto delay_frames = [&](const Ears& at) {
-      return field_.delay_s(slot.source, at[e]) * kSampleRate_hz;
-    };
-    const double now_frames = delay_frames(ears), last_frames = delay_frames(last_ears_);
+    const double now_frames = delay_frames(slot.source, head, e);
+    const double last_frames = delay_frames(slot.source, last_head_, e);
     const bool slides = std::abs(now_frames - last_frames) <= kFastestSlide_frames;
     slot.voice.start_delay_frames[e] = slides ? last_frames : now_frames;
   }
@@ -82,21 +105,21 @@ void KeyframeMaker::start(const SampledSource& chosen, const Ears& ears) {
 
 void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose,
                          Keyframe& keyframe) {
-  const Ears ears = ears_at(pose);
-  if (made_ == 0) last_ears_ = ears;
-  const bool still = ears == last_ears_;
+  const Stance head = head_at(pose);
+  if (made_ == 0) last_head_ = head;
+  const bool still = head == last_head_;
 
   for (Slot& slot : slots_) {
     slot.chosen = false;
     slot.voice.starts = false;
-    if (!slot.in_use || slot.frozen || still || !jumped(slot, ears)) continue;
+    if (!slot.in_use || slot.frozen || still || !jumped(slot, head)) continue;
     slot.frozen = true;
     slot_of_number_.erase(slot.number);
   }
   for (const SampledSource& chosen : sample) {
     const auto heard = slot_of_number_.find(chosen.number);
     if (heard == slot_of_number_.end()) {
-      start(chosen, ears);
+      start(chosen, head);
     } else {
       Slot& slot = slots_[heard->second];
       slot.chosen = true;
@@ -113,7 +136,7 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
       slot.fade = kFadeKeyframes;
     else
       slot.fade = std::clamp(slot.fade + (slot.chosen ? 1 : -1), 0, kFadeKeyframes);
-    if (!slot.frozen && (!still || slot.changed)) listen(slot, ears);
+    if (!slot.frozen && (!still || slot.changed)) listen(slot, head);
 
     assert(keyframe.voices.size() < keyframe.voices.capacity());
     Voice& voice = keyframe.voices.emplace_back(slot.voice);
@@ -126,7 +149,7 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
     if (!slot.frozen) slot_of_number_.erase(slot.number);
     free_.push_back(slot.voice.slot);
   }
-  last_ears_ = ears;
+  last_head_ = head;
   ++made_;
 }
 

@@ -11,11 +11,13 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <unordered_map>
 #include <vector>
 
 #include "common/pose.h"
+#include "runtime/head.h"
 #include "runtime/keyframe.h"
 #include "runtime/sampler.h"
 #include "runtime/source_field.h"
@@ -27,16 +29,27 @@ inline constexpr int kFadeKeyframes = 5;
 
 class KeyframeMaker {
  public:
+  // What the listener's receivers are: two, each at its own place and alike from everywhere, or one
+  // in the middle, for output that is panned; then both ears of a voice are the same, but for the
+  // time between them if there is a head.
+  enum class Receivers : std::uint8_t { kPair, kOne };
+
   // `field` must outlive the maker. `slots` is how many voices may sound at once, fading ones
   // included; a source that finds none free waits until one is.
-  KeyframeMaker(const SourceField& field, std::size_t slots);
+  KeyframeMaker(const SourceField& field, std::size_t slots, Receivers receivers = Receivers::kPair,
+                std::shared_ptr<const Head> head = nullptr);
 
   // Fills in the next keyframe: what `sample` sounds like at `pose`. The first starts at full
   // level. `keyframe.voices` has room for all slots.
   void make(std::span<const SampledSource> sample, const Pose& pose, Keyframe& keyframe);
 
  private:
-  using Ears = std::array<Vec3, kEars>;
+  struct Stance {
+    Vec3 centre_m;
+    std::array<Vec3, kEars> ears_m;
+    Vec3 ahead, left, up;
+    bool operator==(const Stance&) const = default;
+  };
 
   struct Slot {
     std::uint64_t number = 0;
@@ -50,16 +63,20 @@ class KeyframeMaker {
     Voice voice;  // as in the last keyframe, before fading
   };
 
-  static Ears ears_at(const Pose& pose);
-  void listen(Slot& slot, const Ears& ears) const;
-  void start(const SampledSource& chosen, const Ears& ears);
-  bool jumped(const Slot& slot, const Ears& ears) const;
+  Stance head_at(const Pose& pose) const;
+  double delay_frames(const Source& source, const Stance& head, int ear) const;
+  void listen(Slot& slot, const Stance& head) const;
+  void start(const SampledSource& chosen, const Stance& head);
+  static Vec3f direction_from(const Source& source, const Stance& head);
+  bool jumped(const Slot& slot, const Stance& head) const;
 
   const SourceField& field_;
+  const Receivers receivers_;
+  const std::shared_ptr<const Head> ears_;
   std::vector<Slot> slots_;
   std::vector<std::uint32_t> free_;                                  // slots, lowest last
   std::unordered_map<std::uint64_t, std::uint32_t> slot_of_number_;  // of sources that are heard
-  Ears last_ears_{};
+  Stance last_head_{};
   std::uint64_t made_ = 0;
 };
 

@@ -27,14 +27,14 @@ constexpr int chunk_frames(int buses) {
   return 16;
 }
 
-// Adds voices to a chunk of frames of kBands buses of kEarsHere ears, from ear `ear` on.
-template <bool kCubic, int kDelays, int kBands, int kEarsHere, bool kLow>
+// Adds voices to a chunk of frames of kBands buses of kEarsHere ears, from ear `ear` on. Their
+// gains begin at kFirstLane of the kLanes of a voice.
+template <bool kCubic, int kDelays, int kBands, int kEarsHere, bool kLow, int kLanes,
+          int kFirstLane>
 HWY_INLINE void mix_chunk(const MixJob& job, const std::uint32_t* active, std::size_t count,
                           int ear, int frame, float* HWY_RESTRICT rows) {
   const FloatTag d;
   constexpr int kFrames = chunk_frames(kBands * kEarsHere), kVectors = kFrames / kFloats;
-  constexpr int kLanes = kBands == 1 ? kEars : kBandLanes;
-  constexpr int kFirstLane = kBands == kHighBands ? kEars * kLowBands : 0;
   constexpr int kRate = kLow ? kLowRate : 1;
   constexpr int kRow = kMostFrames / kRate;
   constexpr int kReads = kDelays == 1 ? 1 : kEarsHere;
@@ -88,13 +88,15 @@ HWY_INLINE void mix_chunk(const MixJob& job, const std::uint32_t* active, std::s
       hn::Store(sum[b][i], d, out + b * kStride * kRow + i * kFloats);
 }
 
-template <bool kCubic, int kDelays, int kBands, int kEarsHere, bool kLow>
+template <bool kCubic, int kDelays, int kBands, int kEarsHere, bool kLow, int kLanes,
+          int kFirstLane>
 HWY_INLINE void mix_layer(const MixJob& job, const std::uint32_t* active, std::size_t count,
                           float* rows) {
   constexpr int kFrames = chunk_frames(kBands * kEarsHere) * (kLow ? kLowRate : 1);
   for (int ear = 0; ear < kEars; ear += kEarsHere)
     for (int f = 0; f < job.frames; f += kFrames)
-      mix_chunk<kCubic, kDelays, kBands, kEarsHere, kLow>(job, active, count, ear, f, rows);
+      mix_chunk<kCubic, kDelays, kBands, kEarsHere, kLow, kLanes, kFirstLane>(job, active, count,
+                                                                              ear, f, rows);
 }
 
 template <bool kCubic, int kDelays, bool kEightBands>
@@ -103,16 +105,34 @@ HWY_NOINLINE void mix_here(const MixJob& job) {
     const std::uint32_t* active = job.active + first;
     const std::size_t count = std::min(kTileVoices, job.count - first);
     if constexpr (kEightBands) {
-      mix_layer<kCubic, kDelays, kHighBands, kDelays == 1 ? 2 : 1, false>(job, active, count,
-                                                                          job.high);
-      mix_layer<true, kDelays, kLowBands, 2, true>(job, active, count, job.low);
+      mix_layer<kCubic, kDelays, kHighBands, kDelays == 1 ? 2 : 1, false, kBandLanes,
+                kEars * kLowBands>(job, active, count, job.high);
+      mix_layer<true, kDelays, kLowBands, 2, true, kBandLanes, 0>(job, active, count, job.low);
     } else {
-      mix_layer<kCubic, kDelays, 1, 2, false>(job, active, count, job.high);
+      mix_layer<kCubic, kDelays, 1, 2, false, kEars, 0>(job, active, count, job.high);
     }
   }
 }
 
+// A dozen bands of one ear at a time: as many as have their sums in registers.
+template <bool kCubic>
+HWY_NOINLINE void mix_head_here(const MixJob& job) {
+  constexpr int kDozen = 12, kDozenLanes = kEars * kDozen;
+  static_assert(kHeadLowBands == kDozen && kHeadHighBands == 2 * kDozen);
+  for (std::size_t first = 0; first < job.count; first += kTileVoices) {
+    const std::uint32_t* active = job.active + first;
+    const std::size_t count = std::min(kTileVoices, job.count - first);
+    mix_layer<kCubic, 2, kDozen, 1, false, kHeadLanes, kDozenLanes>(job, active, count, job.high);
+    mix_layer<kCubic, 2, kDozen, 1, false, kHeadLanes, 2 * kDozenLanes>(
+        job, active, count, job.high + kDozenLanes * kMostFrames);
+    mix_layer<true, 2, kDozen, 1, true, kHeadLanes, 0>(job, active, count, job.low);
+  }
+}
+
 void mix_voices_here(const MixMode& mode, const MixJob& job) {
+  if (mode.head)
+    return mode.interpolation == Interpolation::kCubic ? mix_head_here<true>(job)
+                                                       : mix_head_here<false>(job);
   const bool cubic = mode.interpolation == Interpolation::kCubic;
   if (mode.eight_bands) {
     if (mode.delays == 2)

@@ -42,6 +42,11 @@ inline constexpr int kLowRate = 4;  // frames per frame of the low layer
 inline constexpr int kLowBands = 5;
 inline constexpr int kHighBands = static_cast<int>(kBandCount) - kLowBands;
 
+// Binaural: narrow bands, the lower ones in the low layer (head_bank.h).
+inline constexpr std::size_t kHeadLowBands = 12, kHeadHighBands = 24;
+inline constexpr std::size_t kHeadBands = kHeadLowBands + kHeadHighBands;
+inline constexpr int kHeadLanes = kEars * static_cast<int>(kHeadBands);
+
 inline constexpr int kGainFrames = 16;  // slopes of gains are per so many frames: a vector's
 
 constexpr int band_lane(std::size_t band, int ear) { return kEars * static_cast<int>(band) + ear; }
@@ -52,9 +57,13 @@ struct MixMode {
   Interpolation interpolation = Interpolation::kCubic;
   int delays = 2;           // 1: both ears hear a voice at its first path's delay
   bool eight_bands = true;  // otherwise each ear has one gain: a voice's band 0
+  // Of output channels. More than one pair takes one delay, and a panner says what goes where.
+  int pairs = 1;
+  bool head = false;  // binaural: a voice's gains are in the bands of head_bank.h; two delays
 
   // Gains of a voice: those of the segment's frame 0, then how they grow in kGainFrames.
-  constexpr int gain_lanes() const { return eight_bands ? kBandLanes : kEars; }
+  constexpr int gain_lanes() const { return head ? kHeadLanes : eight_bands ? kBandLanes : kEars; }
+  constexpr bool two_layers() const { return eight_bands || head; }
 };
 
 // How a voice reaches an ear during one call: its first frame is read at `position`, 32.32 fixed

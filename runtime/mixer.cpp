@@ -24,6 +24,7 @@ bool is_usable(double delay_frames) {
 }
 
 bool is_usable(const Voice& voice) {
+  if (!(dot(voice.from, voice.from) < 1.01f)) return false;
   for (int e = 0; e < kEars; ++e) {
     if (!is_usable(voice.delay_frames[e])) return false;
     if (voice.starts && !is_usable(voice.start_delay_frames[e])) return false;
@@ -38,16 +39,29 @@ std::int64_t fixed(double frames) { return std::llrint(frames * kFixedOne_f); }
 
 }  // namespace
 
-Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode)
+Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode,
+             const Panner* panner, const Head* head)
     : signals_(signals),
       mode_(mode),
+      panner_(panner),
+      head_(head),
       lanes_(mode.gain_lanes()),
-      lead_frames_(mode.eight_bands ? kBankDelayFrames : 0),
+      lead_frames_(mode.head          ? kHeadDelayFrames
+                   : mode.eight_bands ? kBankDelayFrames
+                                      : 0),
       slots_(slots),
-      targets_(slots * static_cast<std::size_t>(lanes_)),
-      gains_(2 * targets_.size()),
       paths_(slots * kEars),
-      wraps_(slots) {
+      wraps_(slots),
+      pairs_(static_cast<std::size_t>(mode.pairs)) {
+  assert(panner == nullptr ? mode.pairs == 1 : panner->channels() == channels());
+  assert(mode.pairs == 1 || mode.delays == 1);
+  assert(mode.head == (head != nullptr));
+  if (mode.head) head_bank_ = std::make_unique<HeadBank>();
+  for (Pair& pair : pairs_) {
+    pair.targets.resize(slots * static_cast<std::size_t>(lanes_));
+    pair.gains.resize(2 * pair.targets.size());
+    if (mode.pairs > 1) pair.active.reserve(slots);
+  }
   active_.reserve(slots);
   once_.reserve(slots);
   for (std::size_t b = 0; b < kBandCount; ++b)
@@ -56,20 +70,18 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
 }
 
 void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
-  clock_ = clock_frames - (mode_.eight_bands ? kBankTailFrames : 0);
+  clock_ = clock_frames - (mode_.two_layers() ? kBankTailFrames : 0);
   frame_ = kKeyframeFrames;
+  clear_active();
   for (const Voice& voice : keyframe.voices) {
     Voice started = voice;
     started.starts = true;
     started.start_delay_frames = started.delay_frames;
     load_voice(started);
+    activate(voice.slot);
   }
-  active_.clear();
-  once_.clear();
-  for (const Voice& voice : keyframe.voices)
-    if (slots_[voice.slot].audible) activate(voice.slot);
   holding_ = false;
-  std::array<float, kEars * kStepFrames> unheard;
+  std::vector<float> unheard(static_cast<std::size_t>(channels() * kStepFrames));
   while (clock_ < clock_frames) {
     hold();
     step(unheard.data());
@@ -78,18 +90,23 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
 }
 
 void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
-  active_.clear();
-  once_.clear();
+  clear_active();
   for (const Voice& voice : keyframe.voices) {
-    const bool sounded = !voice.starts && slots_[voice.slot].audible;
     load_voice(voice);
-    if (sounded || slots_[voice.slot].audible) activate(voice.slot);
+    activate(voice.slot);
   }
   frame_ = 0;
   holding_ = false;
 }
 
+void Mixer::clear_active() noexcept REALTIME {
+  active_.clear();
+  once_.clear();
+  for (Pair& pair : pairs_) pair.active.clear();
+}
+
 void Mixer::activate(std::uint32_t slot) noexcept REALTIME {
+  if (!slots_[slot].heard) return;
   active_.push_back(slot);
   const PreparedSignal& signal = *slots_[slot].signal;
   if (!signal.loops()) once_.push_back(slot);
@@ -133,15 +150,24 @@ void Mixer::slide(std::uint32_t slot, int ear, double change_frames,
 }
 
 // A column of bus_gains_ per band: loops that the compiler makes vectors of.
-void Mixer::set_targets(const Voice& voice, bool usable, float* targets) const noexcept REALTIME {
+void Mixer::set_targets(const Voice& voice, float* targets) const noexcept REALTIME {
   for (int e = 0; e < kEars; ++e) {
     Bands sum{};
-    if (usable && !mode_.eight_bands) sum[0] = voice.gain[e][0];
-    if (usable && mode_.eight_bands)
+    if (!mode_.eight_bands) sum[0] = voice.gain[e][0];
+    if (mode_.eight_bands)
       for (std::size_t c = 0; c < kBandCount; ++c)
         for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += bus_gains_[c][b] * voice.gain[e][c];
     for (int lane = e; lane < lanes_; lane += kEars)
       targets[lane] = sum[static_cast<std::size_t>(lane / kEars)];
+  }
+}
+
+// Octaves times the head's levels.
+void Mixer::set_colours(const Voice& voice, float* targets) const noexcept REALTIME {
+  const auto levels = head_->hear(voice.from);
+  for (std::size_t e = 0; e < kEars; ++e) {
+    const HeadLevels own = HeadBank::levels_of(voice.gain[e]);
+    for (std::size_t j = 0; j < kHeadBands; ++j) targets[kEars * j + e] = own[j] * levels[e][j];
   }
 }
 
@@ -170,28 +196,56 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   }
 
   // Down to silence from where it was, if it cannot be used.
+  slot.heard = false;
+  if (head_ != nullptr) {
+    std::array<float, kHeadLanes> colours{};
+    if (usable) set_colours(voice, colours.data());
+    slot.heard = set_gains(0, voice, colours.data());
+    return;
+  }
+  std::array<float, kBandLanes> targets{};
+  if (usable) set_targets(voice, targets.data());
+  if (panner_ == nullptr) {
+    slot.heard = set_gains(0, voice, targets.data());
+    return;
+  }
+  const ChannelGains gains = panner_->gains(voice.from);
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    std::array<float, kBandLanes> panned;
+    for (std::size_t lane = 0; lane < kBandLanes; ++lane)
+      panned[lane] = targets[lane] * gains[kEars * p + lane % kEars];
+    if (!set_gains(p, voice, panned.data())) continue;
+    slot.heard = true;
+    if (pairs_.size() > 1) pairs_[p].active.push_back(voice.slot);
+  }
+}
+
+// From where they are to `targets`. True if the pair hears anything of it.
+bool Mixer::set_gains(std::size_t pair, const Voice& voice,
+                      const float* targets) noexcept REALTIME {
   const std::size_t lanes = static_cast<std::size_t>(lanes_);
-  float* const target = &targets_[voice.slot * lanes];
-  float* const gain = &gains_[2 * voice.slot * lanes];
-  std::array<float, kBandLanes> from{};
-  if (!voice.starts) std::copy_n(target, lanes, from.begin());
-  set_targets(voice, usable, target);
+  float* const target = &pairs_[pair].targets[voice.slot * lanes];
+  float* const gain = &pairs_[pair].gains[2 * voice.slot * lanes];
   constexpr float kPerFrame = static_cast<float>(kGainFrames) / kKeyframeFrames;
   float loudest = 0;
   for (std::size_t lane = 0; lane < lanes; ++lane) {
-    gain[lane] = from[lane];
-    gain[lanes + lane] = (target[lane] - from[lane]) * kPerFrame;
-    loudest = std::max(loudest, std::abs(target[lane]));
+    const float from = voice.starts ? 0 : target[lane];
+    gain[lane] = from;
+    gain[lanes + lane] = (targets[lane] - from) * kPerFrame;
+    target[lane] = targets[lane];
+    loudest = std::max({loudest, std::abs(from), std::abs(targets[lane])});
   }
-  slot.audible = loudest > 0;
+  return loudest > 0;
 }
 
 void Mixer::hold() noexcept REALTIME {
   if (!holding_) {
     const std::size_t lanes = static_cast<std::size_t>(lanes_);
     for (const std::uint32_t s : active_) {
-      std::copy_n(&targets_[s * lanes], lanes, &gains_[2 * s * lanes]);
-      std::fill_n(&gains_[(2 * s + 1) * lanes], lanes, 0.0f);
+      for (Pair& pair : pairs_) {
+        std::copy_n(&pair.targets[s * lanes], lanes, &pair.gains[2 * s * lanes]);
+        std::fill_n(&pair.gains[(2 * s + 1) * lanes], lanes, 0.0f);
+      }
       for (int e = 0; e < kEars; ++e) {
         slide(s, e, 0, true);
         place(s, e, slots_[s].delay[e]);
@@ -227,20 +281,37 @@ void Mixer::advance(int frames) noexcept REALTIME {
       }
 }
 
+void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept REALTIME {
+  Pair& here = pairs_[pair];
+  const auto& active = pairs_.size() > 1 ? here.active : active_;
+  std::fill(std::begin(buses_.high), std::end(buses_.high), 0.0f);
+  std::fill(std::begin(buses_.low), std::end(buses_.low), 0.0f);
+  mix_voices(mode_, {paths_.data(), here.gains.data(), active.data(), active.size(), frame_, frames,
+                     buses_.high, buses_.low});
+  if (mode_.eight_bands) {
+    here.bank.process(buses_, frames, interleaved, channels());
+    return;
+  }
+  for (int f = 0; f < frames; ++f)
+    for (int e = 0; e < kEars; ++e)
+      interleaved[f * channels() + e] = buses_.high[e * kMostFrames + f];
+}
+
+void Mixer::mix_head(int frames, float* interleaved) noexcept REALTIME {
+  head_bank_->clear();
+  mix_voices(mode_, {paths_.data(), pairs_[0].gains.data(), active_.data(), active_.size(), frame_,
+                     frames, head_bank_->high(), head_bank_->low()});
+  head_bank_->process(frames, interleaved);
+}
+
 void Mixer::mix(float* interleaved, int steps) noexcept REALTIME {
   assert(steps >= 1 && steps <= steps_left());
   const FlushDenormals no_denormals;
   const int frames = steps * kStepFrames;
-  std::fill(std::begin(buses_.high), std::end(buses_.high), 0.0f);
-  std::fill(std::begin(buses_.low), std::end(buses_.low), 0.0f);
-  mix_voices(mode_, {paths_.data(), gains_.data(), active_.data(), active_.size(), frame_, frames,
-                     buses_.high, buses_.low});
-  if (mode_.eight_bands) {
-    bank_.process(buses_, frames, interleaved);
-  } else {
-    for (int f = 0; f < frames; ++f)
-      for (int e = 0; e < kEars; ++e) interleaved[f * kEars + e] = buses_.high[e * kMostFrames + f];
-  }
+  if (mode_.head)
+    mix_head(frames, interleaved);
+  else
+    for (std::size_t p = 0; p < pairs_.size(); ++p) mix_pair(p, frames, interleaved + kEars * p);
   advance(frames);
   clock_ += frames;
   frame_ += frames;

@@ -17,6 +17,13 @@
 // by at most 0.31 per 960 frames: no more than a step of -52 dB is at 1 kHz from the voice's own
 // sound. With eight bands, gains and delays are those of kBankDelayFrames (0.5 ms) before.
 //
+// More than two channels are mixed pair by pair from the same paths, each pair from those voices
+// that are heard in it: a voice has one delay and one spectrum, times a gain per channel that the
+// panner tells from its direction at each keyframe. So those gains slide as all do.
+//
+// Binaural, a voice's gains are its octaves times what the head does to its direction, in the bands
+// of head_bank.h, also told at each keyframe; the time between the ears is in its delays.
+//
 // Threads: load(), hold(), mix() and step() are the audio thread's; begin() comes before them.
 // Cost: tests/benchmarks/mixer_benchmark.cpp.
 #pragma once
@@ -24,12 +31,16 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
+#include "runtime/head.h"
+#include "runtime/head_bank.h"
 #include "runtime/keyframe.h"
 #include "runtime/mix_kernel.h"
 #include "runtime/octave_bank.h"
+#include "runtime/panner.h"
 #include "runtime/realtime.h"
 #include "runtime/signal_bank.h"
 
@@ -37,9 +48,14 @@ namespace clamor {
 
 class Mixer {
  public:
-  // `signals`, prepared for the same mode, must outlive the mixer. Keyframes may use slots 0 to
-  // slots - 1.
-  Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode = {});
+  // `signals`, prepared for the same mode, must outlive the mixer, and so must `panner`, which has
+  // the mode's channels, and `head`, where the mode has one; without either, a voice has its own
+  // gains for two. Keyframes may use slots 0
+  // to slots - 1.
+  Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode = {},
+        const Panner* panner = nullptr, const Head* head = nullptr);
+
+  int channels() const noexcept REALTIME { return kEars * mode_.pairs; }
 
   // Everything sounds as `keyframe` says, and has for kBankTailFrames before `clock_frames`.
   void begin(const Keyframe& keyframe, std::int64_t clock_frames);
@@ -82,33 +98,46 @@ class Mixer {
     // 32.32 fixed point: the delay at the end of the segment; where it is read next, if it plays
     // once.
     std::array<std::int64_t, kEars> delay{}, position{};
-    bool audible = false;  // its gains were not all zero at the last keyframe
+    bool heard = false;  // since the last keyframe, with gains that are not all zero
   };
 
+  void set_colours(const Voice& voice, float* targets) const noexcept REALTIME;
   void load_voice(const Voice& voice) noexcept REALTIME;
   void slide(std::uint32_t slot, int ear, double change_frames, bool starts) noexcept REALTIME;
   void place(std::uint32_t slot, int ear, std::int64_t delay) noexcept REALTIME;
   void activate(std::uint32_t slot) noexcept REALTIME;
+  bool set_gains(std::size_t pair, const Voice& voice, const float* targets) noexcept REALTIME;
+  void mix_head(int frames, float* interleaved) noexcept REALTIME;
+  void mix_pair(std::size_t pair, int frames, float* interleaved) noexcept REALTIME;
   void advance(int frames) noexcept REALTIME;
-  void set_targets(const Voice& voice, bool usable, float* targets) const noexcept REALTIME;
+  void clear_active() noexcept REALTIME;
+  void set_targets(const Voice& voice, float* targets) const noexcept REALTIME;
 
   std::span<const PreparedSignal> signals_;
   const MixMode mode_;
+  const Panner* const panner_;
+  const Head* const head_;
   const int lanes_;
   const int lead_frames_;  // by which reading is ahead of what comes out
   std::array<std::array<float, kBandCount>, kBandCount> bus_gains_;
 
   // By slot.
   std::vector<Slot> slots_;
-  std::vector<float> targets_;  // [lanes_]: gains at the end of the segment
-  std::vector<float> gains_;    // MixJob
   std::vector<VoicePath> paths_;
   std::vector<std::int64_t> wraps_;  // where its signal comes round, 32.32; or never
 
   std::vector<std::uint32_t> active_;  // slots that sound in this segment, in the keyframe's order
   std::vector<std::uint32_t> once_;    // those of them whose signals play once
+  // Two channels.
+  struct Pair {
+    std::vector<float> targets;         // [slot][lanes_]: gains at the end of the segment
+    std::vector<float> gains;           // MixJob
+    std::vector<std::uint32_t> active;  // those of active_ that it hears, if there are more pairs
+    OctaveBank bank;
+  };
+  std::vector<Pair> pairs_;
   MixBuses buses_;
-  OctaveBank bank_;
+  std::unique_ptr<HeadBank> head_bank_;
   std::int64_t clock_ = 0;
   int frame_ = 0;         // of the segment
   bool holding_ = false;  // slopes are zero until the next keyframe

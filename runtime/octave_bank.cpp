@@ -81,16 +81,6 @@ double bessel_i0(double x) {
   return sum;
 }
 
-// The ideal low-pass at half the low rate under a Kaiser window: 100 dB, flat to 2.8 kHz, where the
-// low layer is 50 dB down.
-double up_tap(int k) {
-  constexpr double kBeta = 10.06;
-  const double x = static_cast<double>(k - kBankDelayFrames) / kLowRate;
-  const double r = static_cast<double>(k - kBankDelayFrames) / (kBankDelayFrames + 1);
-  const double sinc = x == 0 ? 1 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x);
-  return sinc * bessel_i0(kBeta * std::sqrt(1 - r * r)) / bessel_i0(kBeta);
-}
-
 // Filters rows of buses, and adds up the bands of an ear into sum[ear][before + frame].
 template <class Cascade, int kFrames, std::size_t kSum>
 void filter_and_add(Cascade& cascade, const float* rows, int bands, int frames, std::size_t before,
@@ -139,13 +129,24 @@ void add_squares(const std::vector<double>& layer, std::size_t first_band, std::
 
 }  // namespace
 
+// The ideal low-pass at half the low rate under a Kaiser window: 100 dB, flat to 2.8 kHz, where the
+// low layer is 50 dB down.
+double OctaveBank::up_tap(int k) {
+  constexpr double kBeta = 10.06;
+  const double x = static_cast<double>(k - kBankDelayFrames) / kLowRate;
+  const double r = static_cast<double>(k - kBankDelayFrames) / (kBankDelayFrames + 1);
+  const double sinc = x == 0 ? 1 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x);
+  return sinc * bessel_i0(kBeta * std::sqrt(1 - r * r)) / bessel_i0(kBeta);
+}
+
 OctaveBank::OctaveBank() {
   set_lanes(high_, kLowBands, kHighBands);
   set_lanes(low_, 0, kLowBands);
   for (int k = 0; k < kTaps; ++k) up_[static_cast<std::size_t>(k)] = up_tap(k);
 }
 
-void OctaveBank::process(const MixBuses& buses, int frames, float* interleaved) noexcept REALTIME {
+void OctaveBank::process(const MixBuses& buses, int frames, float* interleaved,
+                         int stride) noexcept REALTIME {
   assert(frames % kStepFrames == 0 && frames <= kMostFrames);
   const int low_frames = frames / kLowRate;
   filter_and_add<HighCascade, kMostFrames>(high_, buses.high, kHighBands, frames, kBankDelayFrames,
@@ -159,7 +160,7 @@ void OctaveBank::process(const MixBuses& buses, int frames, float* interleaved) 
       double sum = high[f];
       for (int k = f % kLowRate, at = kLowHistory + f / kLowRate; k < kTaps; k += kLowRate, --at)
         sum += up_[static_cast<std::size_t>(k)] * low[at];
-      interleaved[f * kEars + ear] = static_cast<float>(sum);
+      interleaved[f * stride + ear] = static_cast<float>(sum);
     }
     std::copy_n(low + low_frames, kLowHistory, low);
     std::copy_n(high + frames, kBankDelayFrames, high);
@@ -202,7 +203,8 @@ const std::array<std::array<double, kBandCount>, kBandCount>& OctaveBank::bus_ga
   return kInverse;
 }
 
-OctaveBank::Layers OctaveBank::part(const std::vector<double>& samples, bool loop) {
+OctaveBank::Layers OctaveBank::part(const std::vector<double>& samples, bool loop,
+                                    bool phase_undone) {
   Layers layers;
   if (samples.empty()) return layers;
   std::vector<double> whole = samples;
@@ -232,6 +234,7 @@ OctaveBank::Layers OctaveBank::part(const std::vector<double>& samples, bool loo
   add_squares<LowCascade>(layers.low, 0, kLowBands, tail(kBankTailFrames / kLowRate),
                           1 / low_frames, layers.mean_square);
 
+  if (!phase_undone) return layers;
   filter_samples(all_pass_of(kHighLayer), layers.high, true, tail(kBankTailFrames));
   filter_samples(all_pass_of(kLowLayer), layers.low, true, tail(kBankTailFrames / kLowRate));
   return layers;

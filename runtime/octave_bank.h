@@ -47,8 +47,10 @@ class OctaveBank {
  public:
   OctaveBank();
 
-  // Filters and adds up `frames` (whole steps) of the buses into interleaved (left, right).
-  void process(const MixBuses& buses, int frames, float* interleaved) noexcept REALTIME;
+  // Filters and adds up `frames` (whole steps) of the buses into (left, right), each frame `stride`
+  // samples after the one before.
+  void process(const MixBuses& buses, int frames, float* interleaved,
+               int stride = kEars) noexcept REALTIME;
 
   // |B_b| at a frequency, parting included: the closed form.
   static double magnitude(std::size_t band, double frequency_hz);
@@ -64,7 +66,11 @@ class OctaveBank {
     std::vector<double> high, low;
     Bands mean_square{};  // of what each band passes
   };
-  static Layers part(const std::vector<double>& samples, bool loop);
+  // With `phase_undone` false they keep their own.
+  static Layers part(const std::vector<double>& samples, bool loop, bool phase_undone = true);
+
+  // Taps of the filter that takes the low layer to the full rate, 0 to 2 kBankDelayFrames.
+  static double up_tap(int k);
 
  private:
   static constexpr int kTaps = 2 * kBankDelayFrames + 1;

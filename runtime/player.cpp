@@ -4,12 +4,14 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <thread>
 
 #include "formats/audio_file.h"
 #include "runtime/audio_callback.h"
 #include "runtime/audio_output.h"
 #include "runtime/latest_value.h"
+#include "runtime/loudness_meter.h"
 #include "runtime/render.h"
 #include "runtime/sample_ring.h"
 
@@ -17,7 +19,8 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kRecordSamples = std::size_t{4} * kSampleRate_hz * kOutputChannels;
+constexpr std::size_t kRecordFrames = std::size_t{4} * kSampleRate_hz;
+constexpr std::size_t kMeterFrames = kSampleRate_hz;
 constexpr auto kSamplerNap = std::chrono::milliseconds(2);
 constexpr auto kWriterNap = std::chrono::milliseconds(20);
 
@@ -27,8 +30,13 @@ struct Player::State {
   State(std::unique_ptr<Auralizer> from, const PlayerOptions& wanted, std::uint64_t frames)
       : options(wanted),
         auralizer(std::move(from)),
-        ring(wanted.record.empty() ? nullptr : std::make_unique<SampleRing>(kRecordSamples)),
-        callback(*auralizer, ring.get(), frames) {
+        ring(wanted.record.empty()
+                 ? nullptr
+                 : std::make_unique<SampleRing>(kRecordFrames *
+                                                static_cast<std::size_t>(auralizer->channels()))),
+        metered(kMeterFrames * static_cast<std::size_t>(auralizer->channels())),
+        meter(auralizer->channels(), wanted.auralizer.output.speakers()),
+        callback(*auralizer, ring.get(), frames, &metered) {
     poses.publish(options.pose);
   }
 
@@ -43,12 +51,23 @@ struct Player::State {
   void run_sampler() {
     while (running.load(std::memory_order_relaxed)) {
       make_wanted_keyframes();
+      read_meter();
       std::this_thread::sleep_for(kSamplerNap);
     }
   }
 
+  // The meter is this thread's, since it may take its time here.
+  void read_meter() {
+    std::array<float, 4800> samples;
+    while (const std::size_t count = metered.read(samples)) {
+      meter.add(std::span(samples).first(count));
+      momentary_lufs.store(meter.momentary_lufs(), std::memory_order_relaxed);
+      short_term_lufs.store(meter.short_term_lufs(), std::memory_order_relaxed);
+    }
+  }
+
   void drain() {
-    std::array<float, 4096> samples;
+    std::array<float, 4800> samples;  // whole frames of 2, 6, 8, 12 or 16 channels
     while (const std::size_t count = ring->read(samples))
       if (recorded.ok()) recorded = wav->write(std::span(samples).first(count));
   }
@@ -63,10 +82,14 @@ struct Player::State {
   const PlayerOptions options;
   const std::unique_ptr<Auralizer> auralizer;
   const std::unique_ptr<SampleRing> ring;
+  SampleRing metered;
+  LoudnessMeter meter;
   AudioCallback callback;
   LatestValue<Pose> poses;
   std::optional<WavWriter> wav;
   Result<void> recorded;  // the writer thread's until it has ended
+  std::atomic<double> momentary_lufs{-std::numeric_limits<double>::infinity()};
+  std::atomic<double> short_term_lufs{-std::numeric_limits<double>::infinity()};
   std::atomic<bool> running{false};
   std::thread sampler, writer;
   std::unique_ptr<AudioOutput> output;  // last: its thread uses all the others
@@ -93,18 +116,19 @@ Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>
   const auto frames = static_cast<std::uint64_t>(std::llround(options.seconds * kSampleRate_hz));
   auto state = std::make_unique<State>(std::move(*auralizer), options, frames);
   if (!options.record.empty()) {
-    auto wav =
-        WavWriter::create(options.record, kOutputChannels, kSampleRate_hz, SampleFormat::kFloat32);
+    auto wav = WavWriter::create(options.record, state->auralizer->channels(), kSampleRate_hz,
+                                 options.record_format, options.auralizer.output.speakers());
     if (!wav.ok()) return wav.error();
     state->wav = std::move(*wav);
   }
   const OutputCallback callback{
       [](void* context, float* output, std::uint32_t block_frames, bool underflow) noexcept {
-        static_cast<AudioCallback*>(context)->fill(
-            {output, std::size_t{block_frames} * kOutputChannels}, underflow);
+        auto& audio = *static_cast<AudioCallback*>(context);
+        audio.fill({output, block_frames * audio.channels()}, underflow);
       },
       &state->callback};
-  auto output = open_output(options.device, options.block_frames, callback);
+  auto output =
+      open_output(options.device, state->auralizer->channels(), options.block_frames, callback);
   if (!output.ok()) return output.error();
   state->output = std::move(*output);
   return std::unique_ptr<Player>(new Player(std::move(state)));
@@ -131,6 +155,8 @@ PlayerStatistics Player::statistics() {
   statistics.cpu_share = counters.cpu_share;
   statistics.time_s = static_cast<double>(counters.frames) / kSampleRate_hz;
   statistics.dropped_samples = state_->ring ? state_->ring->dropped() : 0;
+  statistics.momentary_lufs = state_->momentary_lufs.load(std::memory_order_relaxed);
+  statistics.short_term_lufs = state_->short_term_lufs.load(std::memory_order_relaxed);
   return statistics;
 }
 

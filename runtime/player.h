@@ -17,6 +17,7 @@
 #include "common/pose.h"
 #include "common/result.h"
 #include "formats/walk_file.h"
+#include "formats/wav_writer.h"
 #include "runtime/auralizer.h"
 
 namespace clamor {
@@ -28,15 +29,17 @@ struct PlayerOptions {
   double seconds = 0;        // 0: until stopped
   std::string device;        // as open_output() takes it
   int block_frames = 256;
-  std::string record;  // WAV file to keep what is heard; empty for none
+  std::string record;  // WAV or FLAC file to keep what is heard; empty for none
+  SampleFormat record_format = SampleFormat::kFloat32;
 };
 
 struct PlayerStatistics {
   AuralizerStatistics auralizer;
   std::uint64_t callbacks = 0, late_callbacks = 0;
-  double cpu_share = 0;               // of the audio thread's time
-  double time_s = 0;                  // played so far
-  std::uint64_t dropped_samples = 0;  // that the recording could not take in time
+  double cpu_share = 0;                            // of the audio thread's time
+  double time_s = 0;                               // played so far
+  double momentary_lufs = 0, short_term_lufs = 0;  // -infinity in silence
+  std::uint64_t dropped_samples = 0;               // that the recording could not take in time
 };
 
 class Player {

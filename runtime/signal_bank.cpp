@@ -54,9 +54,9 @@ PreparedSignal::PreparedSignal(const Signal& signal, const MixMode& mode) {
   while (loop && samples.size() < kReach)
     samples.insert(samples.end(), samples.end() - static_cast<std::ptrdiff_t>(once), samples.end());
   if (loop) loop_frames_ = static_cast<std::int64_t>(samples.size());
-  OctaveBank::Layers layers = OctaveBank::part(samples, loop);
+  OctaveBank::Layers layers = OctaveBank::part(samples, loop, !mode.head);
   mean_square_ = layers.mean_square;
-  if (!mode.eight_bands) {
+  if (!mode.two_layers()) {
     layers.low.clear();
     layers.high = std::move(samples);
     if (!loop) {  // a spline reaches beyond its samples on both sides
@@ -64,7 +64,7 @@ PreparedSignal::PreparedSignal(const Signal& signal, const MixMode& mode) {
       layers.high.resize(layers.high.size() + kSplineTail);
     }
   }
-  if (!loop) front_frames_ = mode.eight_bands ? kBankTailFrames : kSplineTail;
+  if (!loop) front_frames_ = mode.two_layers() ? kBankTailFrames : kSplineTail;
   end_frames_ = static_cast<std::int64_t>(layers.high.size()) - front_frames_ + 2;
 
   if (mode.interpolation == Interpolation::kCubic) to_spline(layers.high, loop);
@@ -73,7 +73,7 @@ PreparedSignal::PreparedSignal(const Signal& signal, const MixMode& mode) {
   high_ = guarded(layers.high, layers.high.size(), kGuardFrames, loop);
   const std::size_t low_size =
       loop ? (layers.high.size() + kLowRate - 1) / kLowRate : layers.low.size();
-  low_ = guarded(layers.low, mode.eight_bands ? low_size : 0, kGuardFrames / kLowRate, loop);
+  low_ = guarded(layers.low, mode.two_layers() ? low_size : 0, kGuardFrames / kLowRate, loop);
 }
 
 std::int64_t PreparedSignal::near(std::int64_t frame) const noexcept REALTIME {

@@ -12,8 +12,10 @@ namespace {
 
 class SilentOutput final : public AudioOutput {
  public:
-  SilentOutput(int block_frames, OutputCallback callback)
-      : callback_(callback), block_(2 * static_cast<std::size_t>(block_frames)) {}
+  SilentOutput(int channels, int block_frames, OutputCallback callback)
+      : callback_(callback),
+        frames_(block_frames),
+        block_(static_cast<std::size_t>(channels) * static_cast<std::size_t>(block_frames)) {}
   ~SilentOutput() override { stop(); }
 
   Result<void> start() override {
@@ -29,7 +31,7 @@ class SilentOutput final : public AudioOutput {
   }
 
   std::string name() const override { return "none"; }
-  int block_frames() const override { return static_cast<int>(block_.size() / 2); }
+  int block_frames() const override { return frames_; }
 
  private:
   void keep_time() {
@@ -45,6 +47,7 @@ class SilentOutput final : public AudioOutput {
   }
 
   OutputCallback callback_;
+  const int frames_;
   std::vector<float> block_;
   std::atomic<bool> running_{false};
   std::thread thread_;
@@ -52,8 +55,9 @@ class SilentOutput final : public AudioOutput {
 
 }  // namespace
 
-std::unique_ptr<AudioOutput> silent_output(int block_frames, OutputCallback callback) {
-  return std::make_unique<SilentOutput>(block_frames, callback);
+std::unique_ptr<AudioOutput> silent_output(int channels, int block_frames,
+                                           OutputCallback callback) {
+  return std::make_unique<SilentOutput>(channels, block_frames, callback);
 }
 
 }  // namespace clamor

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "formats/bake_file.h"
+#include "formats/wav_writer.h"
 #include "runtime/player.h"
 #include "tools/arguments.h"
 #include "tools/commands.h"
@@ -80,14 +81,29 @@ std::string meter(float peak) {
                      std::string(static_cast<std::size_t>(kWidth - lit), '.'), level_db);
 }
 
-std::string status_line(const PlayerStatistics& now, const Pose& pose) {
+// Of both ears, or of the loudest of more channels.
+std::string meters(const float (&peak)[kMostChannels], int channels) {
+  if (channels == 2) return "L " + meter(peak[0]) + " R " + meter(peak[1]);
+  return meter(*std::max_element(peak, peak + channels));
+}
+
+// " (limited by 2.1 dB)" once the limiter has worked.
+std::string limited_note(const Limiter::Work& limited) {
+  if (limited.frames == 0) return "";
+  return fmt::format(" (limited by {:.1f} dB)",
+                     -20 * std::log10(static_cast<double>(limited.least_gain)));
+}
+
+std::string status_line(const PlayerStatistics& now, const Pose& pose, int channels) {
   return fmt::format(
-      "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices  L {} R {} dBFS  cpu {:.0f} %  "
+      "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices  {} dBFS  {:.1f} LUFS, 3 s "
+      "{:.1f}{}  cpu {:.0f} %  "
       "sampler {:.1f} ms  late {}  held {}",
       now.time_s, pose.position_m.x, pose.position_m.y, pose.position_m.z,
       std::remainder(pose.yaw_rad * kDegrees, 360), now.auralizer.voices,
-      meter(now.auralizer.peak[0]), meter(now.auralizer.peak[1]), 100 * now.cpu_share,
-      now.auralizer.sampler_ms, now.late_callbacks, now.auralizer.held_blocks);
+      meters(now.auralizer.peak, channels), std::max(now.momentary_lufs, -99.9),
+      std::max(now.short_term_lufs, -99.9), limited_note(now.auralizer.limited),
+      100 * now.cpu_share, now.auralizer.sampler_ms, now.late_callbacks, now.auralizer.held_blocks);
 }
 
 // Moves and shows until the end, a key or Ctrl-C says stop.
@@ -103,7 +119,7 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
   const auto start = Clock::now();
   auto shown = start;
   Pose pose = options.pose, wanted = options.pose;
-  std::array<float, kOutputChannels> peak{};  // since the last line
+  std::array<float, kMostChannels> peak{};  // since the last line
   while (!player.finished() && !Interrupt::requested()) {
     const Key key = terminal.read(kFrame_ms);
     if (key == Key::kQuit) break;
@@ -127,8 +143,8 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
     shown = now;
     std::copy(peak.begin(), peak.end(), status.auralizer.peak);
     peak = {};
-    err << (live_line ? "\r" : "") << status_line(status, pose) << (live_line ? "\x1b[K" : "\n")
-        << std::flush;
+    err << (live_line ? "\r" : "") << status_line(status, pose, options.auralizer.output.channels())
+        << (live_line ? "\x1b[K" : "\n") << std::flush;
   }
   if (live_line) err << '\n';
 }
@@ -136,7 +152,8 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
 }  // namespace
 
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, listener, walk_path, gain = "0";
+  std::string level, listener, walk_path, gain = "0", format, layout, hrtf;
+  bool ambisonics = false, binaural = false, no_limiter = false;
   std::optional<std::string> memory;
   PlayerOptions options;
   Arguments parser("play",
@@ -156,7 +173,14 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
       "--memory", memory,
       "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
-  parser.option("--record", options.record, "also write what is played to this WAV file");
+  parser.flag("--no-limiter", no_limiter, "let peaks clip instead of keeping them below -1 dBFS");
+  parser.option("--record", options.record, "also write what is played to this .wav or .flac file");
+  parser.flag("--binaural", binaural, "for headphones, through a dummy head's ears");
+  parser.option("--hrtf", hrtf, "the head: a SOFA file; unset: KEMAR. Means --binaural");
+  parser.option("--layout", layout, "loudspeakers: 5.1, 7.1 or 7.1.4; unset: stereo");
+  parser.flag("--ambisonics", ambisonics, "order 3 instead, 16 channels of AmbiX (ACN, SN3D)");
+  parser.option("--format", format,
+                "of its samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto chosen = strategy.read();
   if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
@@ -170,6 +194,13 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   const auto amplitude = parse_gain_db(gain);
   if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
   options.auralizer.gain = *amplitude;
+  const auto shape = OutputShape::asked_for(binaural || !hrtf.empty(), layout, ambisonics);
+  if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
+  options.auralizer.output = *shape;
+  options.auralizer.limit = !no_limiter;
+  const auto samples = sample_format(format, options.record);
+  if (!samples.ok()) return parser.bad_usage(err, "--format: " + samples.error().message);
+  options.record_format = *samples;
   if (!listener.empty() && !walk_path.empty())
     return parser.bad_usage(err, "give either --listener or --walk");
   if (options.block_frames < 16 || options.block_frames > 8192)
@@ -182,6 +213,11 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
     fmt::print(err, "clamor play: {}\n", error.message);
     return kBadInput;
   };
+  if (shape->kind == OutputShape::Kind::kBinaural) {
+    auto head = Head::read(hrtf);
+    if (!head.ok()) return fail(head.error());
+    options.auralizer.output.head = std::move(*head);
+  }
   auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
   options.pose = before_first_emitter(file->emitters());
@@ -206,9 +242,9 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   const PlayerStatistics played = (*player)->statistics();
   if (const auto stopped = (*player)->stop(); !stopped.ok()) return fail(stopped.error());
 
-  fmt::print(err, "played {:.1f} s: {} callbacks, {} late, {} blocks held, {} frames clipped\n",
+  fmt::print(err, "played {:.1f} s: {} callbacks, {} late, {} blocks held, {} frames clipped{}\n",
              played.time_s, played.callbacks, played.late_callbacks, played.auralizer.held_blocks,
-             played.auralizer.clipped_frames);
+             played.auralizer.clipped_frames, limited_note(played.auralizer.limited));
   const PageStatistics& pages = played.auralizer.pages;
   if (pages.loaded > 0)
     fmt::print(err, "pages: {} asked for, {} loaded, {} dropped, {} late; {:.1f} MB of them kept\n",

@@ -25,16 +25,17 @@ double decibels(double amplitude) { return 20 * std::log10(std::max(amplitude, 1
 }  // namespace
 
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, output, listener, walk_path, gain = "0", format = "float";
+  std::string level, output, listener, walk_path, gain = "0", format, layout, hrtf;
   std::optional<std::string> memory;
   double seconds = 0;
+  bool ambisonics = false, binaural = false, limit = false;
   AuralizerOptions options;
   Arguments parser("render",
-                   "Renders what a listener hears, standing still or on a walk, to a stereo WAV "
-                   "file at 48 kHz: the player's own mix, faster than real time.",
+                   "Renders what a listener hears, standing still or on a walk, to a WAV or "
+                   "FLAC file at 48 kHz: the player's own mix, faster than real time.",
                    "clamor render hall.clamor -o hall.wav --listener 0,1.7,3,180 --seconds 10");
   parser.positional("level", level, "the bake file");
-  parser.option("-o,--output", output, "the WAV file to write");
+  parser.option("-o,--output", output, "the file to write: .wav or .flac");
   parser.required("-o");
   parser.option("--listener", listener,
                 "X,Y,Z[,YAW[,PITCH]] in metres and degrees; yaw 0 looks to -Z");
@@ -45,7 +46,14 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
       "--memory", memory,
       "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
-  parser.option("--format", format, "of the samples: float, 24 or 16");
+  parser.flag("--binaural", binaural, "for headphones, through a dummy head's ears");
+  parser.option("--hrtf", hrtf, "the head: a SOFA file; unset: KEMAR. Means --binaural");
+  parser.option("--layout", layout, "loudspeakers: 5.1, 7.1 or 7.1.4; unset: stereo");
+  parser.flag("--ambisonics", ambisonics, "order 3 instead, 16 channels of AmbiX (ACN, SN3D)");
+  parser.flag("--limit", limit,
+              "keep true peaks below -1 dBFS; unset: only where samples are not float");
+  parser.option("--format", format,
+                "of the samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto chosen = strategy.read();
   if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
@@ -61,11 +69,12 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   const auto amplitude = parse_gain_db(gain);
   if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
   options.gain = *amplitude;
-  const bool known = format == "float" || format == "24" || format == "16";
-  if (!known) return parser.bad_usage(err, "--format is float, 24 or 16, not " + in_quotes(format));
-  const SampleFormat sample_format = format == "float" ? SampleFormat::kFloat32
-                                     : format == "24"  ? SampleFormat::kPcm24
-                                                       : SampleFormat::kPcm16;
+  const auto shape = OutputShape::asked_for(binaural || !hrtf.empty(), layout, ambisonics);
+  if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
+  options.output = *shape;
+  const auto samples = sample_format(format, output);
+  if (!samples.ok()) return parser.bad_usage(err, "--format: " + samples.error().message);
+  options.limit = limit || *samples != SampleFormat::kFloat32;
   if (!(seconds >= 0 && seconds <= 86400))
     return parser.bad_usage(err, "--seconds must lie between 0 and 86400");
 
@@ -85,17 +94,24 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   }
   if (seconds == 0) seconds = walk.length_s() > 0 ? walk.length_s() : 10;
 
+  if (shape->kind == OutputShape::Kind::kBinaural) {
+    auto head = Head::read(hrtf);
+    if (!head.ok()) return fail(head.error());
+    options.output.head = std::move(*head);
+  }
   auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
   options.wait_for_pages = true;
   auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
   if (!auralizer.ok()) return fail(auralizer.error().in(level));
-  auto wav = WavWriter::create(output, kOutputChannels, kSampleRate_hz, sample_format);
+  auto wav =
+      WavWriter::create(output, shape->channels(), kSampleRate_hz, *samples, shape->speakers());
   if (!wav.ok()) return fail(wav.error());
 
   const Interrupt interrupt;
   Progress progress(err, "  rendering");
   const auto frames = static_cast<std::uint64_t>(std::llround(seconds * kSampleRate_hz));
+  const auto channels = static_cast<std::size_t>(shape->channels());
   std::uint64_t done = 0;
   double energy = 0, peak = 0;
   const auto rendered = render(**auralizer, walk, frames, [&](std::span<const float> block) {
@@ -103,7 +119,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
       energy += static_cast<double>(sample) * sample;
       peak = std::max(peak, static_cast<double>(std::abs(sample)));
     }
-    done += block.size() / kOutputChannels;
+    done += block.size() / channels;
     const double rate = static_cast<double>(done) / kSampleRate_hz / progress.seconds();
     progress.update(static_cast<double>(done) / static_cast<double>(frames),
                     fmt::format("{:.1f} x real time", rate));
@@ -121,12 +137,15 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
       "wrote {}: {:.2f} s, {} voices, peak {:.1f} dBFS, RMS {:.1f} dBFS, {:.1f} times faster "
       "than real time\n",
       output, seconds, statistics.voices, decibels(peak),
-      decibels(std::sqrt(energy / static_cast<double>(frames * kOutputChannels))),
-      seconds / elapsed_s);
+      decibels(std::sqrt(energy / static_cast<double>(frames * channels))), seconds / elapsed_s);
   if (statistics.clipped_frames > 0)
     fmt::print(err, "warning: {} frames go beyond full scale; --gain {:.0f}dB would not clip\n",
                statistics.clipped_frames,
                std::floor(decibels(options.gain) - decibels(peak) - 0.1));
+  if (statistics.limited.frames > 0)
+    fmt::print(err, "the limiter worked on {:.1f} % of the frames, by up to {:.1f} dB\n",
+               100 * static_cast<double>(statistics.limited.frames) / static_cast<double>(frames),
+               -decibels(static_cast<double>(statistics.limited.least_gain)));
   if (statistics.bad_voices > 0)
     fmt::print(err, "warning: {} voices were silenced because a number in them was not finite\n",
                statistics.bad_voices);

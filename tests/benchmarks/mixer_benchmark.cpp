@@ -59,7 +59,8 @@ const std::vector<Signal>& noises() {
 const std::vector<PreparedSignal>& prepared(const MixMode& mode) {
   static std::vector<std::pair<MixMode, std::vector<PreparedSignal>>> kept;
   for (const auto& [kept_mode, signals] : kept)
-    if (kept_mode.interpolation == mode.interpolation && kept_mode.eight_bands == mode.eight_bands)
+    if (kept_mode.interpolation == mode.interpolation &&
+        kept_mode.eight_bands == mode.eight_bands && kept_mode.head == mode.head)
       return signals;
   return kept.emplace_back(mode, prepare_signals(noises(), mode)).second;
 }
@@ -153,12 +154,21 @@ void kernel(benchmark::State& state, const std::string& target, const MixMode& m
 // A mixer and two keyframes by turns, so that every gain and delay goes on sliding to and fro.
 struct MixedVoices {
   MixedVoices(const MixMode& mode, std::uint32_t voices)
-      : mixer(prepared(mode), voices, mode), block(kEars * kBlockFrames) {
+      : panner(mode.pairs == 8 ? make_ambisonic_panner()
+               : mode.pairs == 1
+                   ? nullptr
+                   : make_loudspeaker_panner(*find_layout(mode.pairs == 3 ? "5.1" : "7.1.4"))),
+        head(mode.head ? *Head::read("") : nullptr),
+        mixer(prepared(mode), voices, mode, panner.get(), head.get()),
+        block(static_cast<std::size_t>(mixer.channels()) * kBlockFrames) {
     for (std::uint32_t k = 0; k < 2; ++k)
       for (std::uint32_t v = 0; v < voices; ++v) {
         Voice& voice = keyframes[k].voices.emplace_back();
         voice.slot = v;
         voice.signal = v * kSignals / voices;
+        const double turn = 6.2832 * random_unit(v, 30) + 0.03 * k, up = 2 * random_unit(v, 31) - 1;
+        voice.from = Vec3f(Vec3(std::sqrt(1 - up * up) * std::cos(turn),
+                                std::sqrt(1 - up * up) * std::sin(turn), up));
         for (int e = 0; e < kEars; ++e) {
           voice.delay_frames[e] =
               1000 + random_unit(v, 4) * kSignalFrames + k * drift_of(v, e) * kKeyframeFrames;
@@ -174,13 +184,15 @@ struct MixedVoices {
     for (int step = 0; step < kBlockFrames / kStepFrames;) {
       if (mixer.wants_keyframe()) mixer.load(keyframes[next++ % 2]);
       const int steps = std::min(kBlockFrames / kStepFrames - step, mixer.steps_left());
-      mixer.mix(block.data() + kEars * kStepFrames * step, steps);
+      mixer.mix(block.data() + mixer.channels() * kStepFrames * step, steps);
       step += steps;
     }
     for (const float sample : block) energy += static_cast<double>(sample) * sample;
   }
 
   std::array<Keyframe, 2> keyframes;
+  std::unique_ptr<const Panner> panner;
+  std::shared_ptr<const Head> head;
   Mixer mixer;
   std::vector<float> block;
   std::size_t next = 1;
@@ -268,7 +280,10 @@ void others(benchmark::State& state) {
 std::string name_of(const MixMode& mode) {
   return std::string(mode.interpolation == Interpolation::kCubic ? "cubic" : "linear") +
          (mode.delays == 2 ? "/two_delays" : "/one_delay") +
-         (mode.eight_bands ? "/eight_bands" : "/full_band");
+         (mode.head          ? "/binaural"
+          : mode.eight_bands ? "/eight_bands"
+                             : "/full_band") +
+         (mode.pairs > 1 ? "/" + std::to_string(kEars * mode.pairs) + "_channels" : "");
 }
 
 const bool kRegistered = [] {
@@ -288,6 +303,17 @@ const bool kRegistered = [] {
               ->Arg(2000)
               ->MinTime(0.1);
       }
+  for (const int pairs : {1, 3, 6, 8}) {
+    MixMode mode;
+    mode.head = pairs == 1;
+    mode.delays = pairs == 1 ? 2 : 1;
+    mode.pairs = pairs;
+    benchmark::RegisterBenchmark(("mixer/" + name_of(mode)).c_str(), mixer, mode)
+        ->Arg(150)
+        ->Arg(2000)
+        ->Arg(20000)
+        ->MinTime(0.2);
+  }
   benchmark::RegisterBenchmark("others", others)->Arg(150)->Arg(2000)->Iterations(25);
   return true;
 }();

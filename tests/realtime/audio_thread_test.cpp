@@ -71,6 +71,41 @@ TEST(AudioThread, AllocatesNothingAndLocksNothingWhileAListenerRunsAbout) {
   EXPECT_EQ((*auralizer)->statistics().held_blocks, 0u);
 }
 
+// Binaural, loudspeakers and ambisonics have their own ways through the mixer.
+TEST(AudioThread, AllocatesNothingWhateverTheChannelsAre) {
+  std::vector<OutputShape> shapes(1);
+  shapes[0].kind = OutputShape::Kind::kBinaural;
+  shapes[0].head = *Head::read("");
+  shapes.push_back(*OutputShape::asked_for(false, "5.1", false));
+  shapes.push_back(*OutputShape::asked_for(false, "7.1.4", false));
+  shapes.push_back(*OutputShape::asked_for(false, "", true));
+  for (const OutputShape& shape : shapes) {
+    AuralizerOptions options;
+    options.voices = 40;
+    options.output = shape;
+    auto auralizer = Auralizer::create(baked_room(), options);
+    ASSERT_TRUE(auralizer.ok());
+    AudioCallback callback(**auralizer, nullptr, 0);
+    const auto channels = static_cast<std::size_t>(shape.channels());
+    std::vector<float> block(channels * 256);
+    double energy = 0;
+    for (int i = 0; i < 1000; ++i) {
+      while ((*auralizer)->wants_keyframe()) {
+        const double t = (*auralizer)->next_keyframe_time_s();
+        (*auralizer)
+            ->make_keyframe(
+                {{3 + 2.5 * std::sin(3 * t), 4 + 3.5 * std::cos(2 * t), 1.5}, 4 * t, 0.2});
+      }
+      {
+        const Forbidden forbidden;
+        callback.fill(block, false);
+      }
+      for (const float sample : block) energy += static_cast<double>(sample) * sample;
+    }
+    EXPECT_GT(energy, 0.1);
+  }
+}
+
 TEST(AudioThread, AllocatesNothingWhenTheSamplerHasStopped) {
   auto auralizer = Auralizer::create(baked_room(), {});
   ASSERT_TRUE(auralizer.ok());

@@ -1,0 +1,225 @@
+#include "runtime/head_bank.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "common/fourier.h"
+#include "formats/level.h"
+#include "runtime/crossover.h"
+#include "runtime/erb_bands.h"
+#include "runtime/mix_fir.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr double kFirstHigh_erb = 17.5;  // 1.27 kHz
+
+// 40 to 1200 Hz by hand, no closer than the filters' length can tell apart; then the middles of ERB
+// bands.
+std::array<double, kHeadBands> nodes_hz() {
+  std::array<double, kHeadBands> nodes = {40,  75,  125, 250, 360, 460,
+                                          560, 660, 760, 860, 980, 1200};
+  for (std::size_t j = 0; j < kHeadHighBands; ++j)
+    nodes[kHeadLowBands + j] = erb_frequency_hz(kFirstHigh_erb + static_cast<double>(j));
+  return nodes;
+}
+
+// The modified Bessel function of order 0, by its series.
+double bessel_i0(double x) {
+  double sum = 1, term = 1;
+  for (int k = 1; k < 40; ++k) sum += term *= x * x / (4.0 * k * k);
+  return sum;
+}
+constexpr double kKaiserBeta = 4;  // narrow rather than clean: hats have no edges
+
+struct Layer {
+  std::size_t first, bands;
+  int reach;
+  double rate_hz;
+};
+constexpr Layer kLowLayer{0, kHeadLowBands, 186, 1.0 * kSampleRate_hz / kLowRate};
+constexpr Layer kHighLayer{kHeadLowBands, kHeadHighBands, 192, kSampleRate_hz};
+
+// The hat of a band among those of its layer; the first and the last go on.
+double hat(const Layer& layer, std::size_t band, double frequency_hz) {
+  const auto number = [&](std::size_t j) { return erb_number(kHeadNodes_hz[layer.first + j]); };
+  const double at = erb_number(frequency_hz), peak = number(band);
+  if (at < peak) return band == 0 ? 1 : std::max(0.0, 1 - (peak - at) / (peak - number(band - 1)));
+  return band + 1 == layer.bands ? 1 : std::max(0.0, 1 - (at - peak) / (number(band + 1) - peak));
+}
+
+// [band][tap], symmetric: the hat's inverse transform under a Kaiser window.
+std::vector<float> filters_of(const Layer& layer) {
+  constexpr std::size_t kSize = 8192;
+  const Fourier fourier(kSize);
+  std::vector<float> filters;
+  for (std::size_t band = 0; band < layer.bands; ++band) {
+    std::vector<std::complex<double>> spectrum(kSize);
+    for (std::size_t k = 0; k < kSize; ++k)
+      spectrum[k] =
+          hat(layer, band, static_cast<double>(std::min(k, kSize - k)) * layer.rate_hz / kSize);
+    fourier.inverse(spectrum);
+    for (int k = -layer.reach; k <= layer.reach; ++k) {
+      const double r = static_cast<double>(k) / (layer.reach + 1);
+      const double window = bessel_i0(kKaiserBeta * std::sqrt(1 - r * r)) / bessel_i0(kKaiserBeta);
+      filters.push_back(static_cast<float>(
+          window * spectrum[static_cast<std::size_t>(k + static_cast<int>(kSize)) % kSize].real()));
+    }
+  }
+  return filters;
+}
+
+// The response of a symmetric filter, which has no phase.
+double response(const std::vector<float>& filters, const Layer& layer, std::size_t band,
+                double frequency_hz) {
+  const float* middle =
+      filters.data() + band * static_cast<std::size_t>(2 * layer.reach + 1) + layer.reach;
+  double sum = static_cast<double>(middle[0]);
+  for (int k = 1; k <= layer.reach; ++k)
+    sum += 2 * static_cast<double>(middle[k]) *
+           std::cos(2 * std::numbers::pi * frequency_hz * k / layer.rate_hz);
+  return sum;
+}
+
+// Octaves as levels at the nodes: linear between the centres, of gains that are corrected first, so
+// that a tone at a centre comes out with its octave's gain although the hats are wide.
+class OctaveLevels {
+ public:
+  OctaveLevels() {
+    for (std::size_t j = 0; j < kHeadBands; ++j) {
+      const double octave =
+          std::clamp(std::log2(kHeadNodes_hz[j] / 1000) + 4, 0.0, kBandCount - 1.0);
+      const double below = std::min(std::floor(octave), kBandCount - 2.0);
+      places_[j] = {static_cast<std::size_t>(below), static_cast<float>(octave - below)};
+    }
+    // Gauss and Jordan; the diagonal dominates.
+    std::array<std::array<double, kBandCount>, kBandCount> m{}, inverse{};
+    for (std::size_t c = 0; c < kBandCount; ++c) {
+      inverse[c][c] = 1;
+      for (std::size_t j = 0; j < kHeadBands; ++j) {
+        const double heard = HeadBank::magnitude(j, kBandCentres_hz[c]);
+        m[c][places_[j].below] += heard * (1 - static_cast<double>(places_[j].share));
+        m[c][places_[j].below + 1] += heard * static_cast<double>(places_[j].share);
+      }
+    }
+    for (std::size_t i = 0; i < kBandCount; ++i) {
+      const double pivot = m[i][i];
+      for (std::size_t k = 0; k < kBandCount; ++k) m[i][k] /= pivot, inverse[i][k] /= pivot;
+      for (std::size_t row = 0; row < kBandCount; ++row) {
+        if (row == i) continue;
+        const double times = m[row][i];
+        for (std::size_t k = 0; k < kBandCount; ++k) {
+          m[row][k] -= times * m[i][k];
+          inverse[row][k] -= times * inverse[i][k];
+        }
+      }
+    }
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      for (std::size_t c = 0; c < kBandCount; ++c)
+        correction_[c][b] = static_cast<float>(inverse[b][c]);
+  }
+
+  HeadLevels at_nodes(const Bands& gains) const noexcept REALTIME {
+    Bands right{};
+    for (std::size_t c = 0; c < kBandCount; ++c)
+      for (std::size_t b = 0; b < kBandCount; ++b) right[b] += correction_[c][b] * gains[c];
+    HeadLevels levels;
+    for (std::size_t j = 0; j < kHeadBands; ++j) {
+      const auto [below, share] = places_[j];
+      levels[j] = right[below] + share * (right[below + 1] - right[below]);
+    }
+    return levels;
+  }
+
+ private:
+  struct Place {
+    std::size_t below = 0;
+    float share = 0;  // of the octave above
+  };
+  std::array<Place, kHeadBands> places_;
+  std::array<Bands, kBandCount> correction_;  // a column per given octave
+};
+
+}  // namespace
+
+const std::array<double, kHeadBands> kHeadNodes_hz = nodes_hz();
+
+const std::vector<float>& HeadBank::high_filters() {
+  static const std::vector<float> kFilters = filters_of(kHighLayer);
+  return kFilters;
+}
+const std::vector<float>& HeadBank::low_filters() {
+  static const std::vector<float> kFilters = filters_of(kLowLayer);
+  return kFilters;
+}
+
+HeadBank::HeadBank()
+    : high_(kEars * kHeadHighBands * kHighRow), low_(kEars * kHeadLowBands * kLowRow) {
+  static_assert(kHighLayer.reach == kHighReach && kLowLayer.reach == kLowReach);
+  high_filters();
+  low_filters();
+  for (int k = 0; k < kUpTaps; ++k)
+    up_[static_cast<std::size_t>(k)] = static_cast<float>(OctaveBank::up_tap(k));
+}
+
+void HeadBank::clear() noexcept REALTIME {
+  std::fill(std::begin(buses_.high), std::end(buses_.high), 0.0f);
+  std::fill(std::begin(buses_.low), std::end(buses_.low), 0.0f);
+}
+
+void HeadBank::process(int frames, float* interleaved) noexcept REALTIME {
+  assert(frames % kStepFrames == 0 && frames <= kMostFrames);
+  const int low_frames = frames / kLowRate;
+  // Frames go behind the history; what has been used slides out at the front.
+  const auto append = [](float* rows, int row, int history, const float* bus, int bus_stride,
+                         int bands, int ear, int count) {
+    for (int b = 0; b < bands; ++b)
+      std::copy_n(bus + (b * kEars + ear) * bus_stride, count,
+                  rows + (ear * bands + b) * row + history);
+  };
+  const auto forget = [](float* rows, int row, int history, int bands, int count) {
+    for (int r = 0; r < kEars * bands; ++r)
+      std::copy_n(rows + r * row + count, history, rows + r * row);
+  };
+  alignas(64) float high_sum[kMostFrames];
+  for (int ear = 0; ear < kEars; ++ear) {
+    append(high_.data(), kHighRow, kHighHistory, buses_.high, kMostFrames, kHeadHighBands, ear,
+           frames);
+    append(low_.data(), kLowRow, kLowHistory, buses_.low, kMostFrames / kLowRate, kHeadLowBands,
+           ear, low_frames);
+    sum_filtered({high_filters().data(), high_.data() + ear * kHeadHighBands * kHighRow, kHighRow,
+                  kHeadHighBands, kHighTaps, frames, high_sum});
+    float* const low = low_sum_[ear];
+    sum_filtered({low_filters().data(), low_.data() + ear * kHeadLowBands * kLowRow, kLowRow,
+                  kHeadLowBands, kLowTaps, low_frames, low + kUpHistory});
+    for (int f = 0; f < frames; ++f) {
+      float sum = high_sum[f];
+      for (int k = f % kLowRate, at = kUpHistory + f / kLowRate; k < kUpTaps; k += kLowRate, --at)
+        sum += up_[static_cast<std::size_t>(k)] * low[at];
+      interleaved[f * kEars + ear] = sum;
+    }
+    std::copy_n(low + low_frames, kUpHistory, low);
+  }
+  forget(high_.data(), kHighRow, kHighHistory, kHeadHighBands, frames);
+  forget(low_.data(), kLowRow, kLowHistory, kHeadLowBands, low_frames);
+}
+
+double HeadBank::magnitude(std::size_t band, double frequency_hz) {
+  const bool low = band < kHeadLowBands;
+  const double parting = crossover_magnitude(kLowBands - 1, kSampleRate_hz,
+                                             low ? Side::kLow : Side::kHigh, frequency_hz);
+  if (low && frequency_hz >= kLowLayer.rate_hz / 2) return 0;
+  return parting * (low ? response(low_filters(), kLowLayer, band, frequency_hz)
+                        : response(high_filters(), kHighLayer, band - kHeadLowBands, frequency_hz));
+}
+
+HeadLevels HeadBank::levels_of(const Bands& gains) noexcept REALTIME {
+  static const OctaveLevels kOctaves;
+  return kOctaves.at_nodes(gains);
+}
+
+}  // namespace clamor

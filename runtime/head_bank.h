@@ -1,0 +1,79 @@
+// head_bank.h: the narrow bands in which a voice gets the colour that a head gives it.
+//
+// A head's response to a direction is a level in each of 36 bands an ear and a delay. Voices add to
+// 36 buses an ear with these levels times their own spectrum, and the buses are filtered once per
+// block: what a head costs does not grow with the voices, but for the additions.
+//
+// The bands are hats between the frequencies of kHeadNodes_hz, linear in the ERB scale, one ERB
+// apart from 1.3 kHz up, as the ear's are; so levels between two nodes are interpolated. All
+// filters are symmetric: no band is ever out of phase with another, the delay alone tells the time,
+// and since hats add up to 1, equal levels leave a sound as it was. The lower 12 run in the low
+// layer (octave_bank.h) at a quarter of the rate. Filters are cut to 31 and 8 ms, which widens the
+// lowest hats a little.
+//
+// Sounds come kHeadDelayFrames (16 ms) late, which the mixer reads ahead; gains are that late.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "common/bands.h"
+#include "runtime/mix_kernel.h"
+#include "runtime/octave_bank.h"
+#include "runtime/realtime.h"
+
+namespace clamor {
+
+inline constexpr int kHeadDelayFrames = 768;
+
+// Ascending.
+extern const std::array<double, kHeadBands> kHeadNodes_hz;
+
+using HeadLevels = std::array<float, kHeadBands>;  // amplitude
+
+class HeadBank {
+ public:
+  HeadBank();
+
+  // Where voices add to, as MixJob wants it: cleared first.
+  float* high() noexcept REALTIME { return buses_.high; }
+  float* low() noexcept REALTIME { return buses_.low; }
+  void clear() noexcept REALTIME;
+
+  // Filters and adds up `frames` (whole steps) into (left, right).
+  void process(int frames, float* interleaved) noexcept REALTIME;
+
+  // |B_band| at a frequency, parting included.
+  static double magnitude(std::size_t band, double frequency_hz);
+
+  // A voice's gains in octaves as those at the nodes: linear in the octaves between their centres,
+  // and right at them.
+  static HeadLevels levels_of(const Bands& gains) noexcept REALTIME;
+
+ private:
+  static constexpr int kHighReach = 192, kLowReach = 186;  // taps to either side
+  static constexpr int kHighTaps = 2 * kHighReach + 1, kLowTaps = 2 * kLowReach + 1;
+  static constexpr int kUpTaps = 2 * kBankDelayFrames + 1;
+  static_assert(kLowRate * kLowReach + kBankDelayFrames == kHeadDelayFrames);
+  static constexpr int kHighHistory = kHeadDelayFrames + kHighReach;
+  static constexpr int kHighRow = kHighHistory + kMostFrames;
+  static constexpr int kLowHistory = 2 * kLowReach;
+  static constexpr int kLowRow = kLowHistory + kMostFrames / kLowRate;
+  static constexpr int kUpHistory = kUpTaps / kLowRate;
+
+  struct Buses {
+    alignas(64) float high[kHeadHighBands * kEars * kMostFrames];
+    alignas(64) float low[kHeadLowBands * kEars * kMostFrames / kLowRate];
+  };
+  static const std::vector<float>& high_filters();  // [band][tap]
+  static const std::vector<float>& low_filters();
+
+  Buses buses_{};
+  std::vector<float> high_, low_;  // [ear][band][row]: history, then the call's frames
+  float low_sum_[kEars][kUpHistory + kMostFrames / kLowRate] = {};
+  std::array<float, kUpTaps> up_{};
+};
+
+}  // namespace clamor

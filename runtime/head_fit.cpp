@@ -1,0 +1,152 @@
+#include "runtime/head_fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace clamor {
+
+namespace {
+
+constexpr double kStep_hz = 6, kLeastHeard = 1e-5;
+constexpr int kTurns = 60, kNewtonSteps = 40;
+constexpr double kDamping = 0.003, kMostChange = 0.3, kMostWeight = 100;
+constexpr double kFairMiss = 0.04;  // 0.35 dB
+
+}  // namespace
+
+HeadFit::HeadFit() : forms_(kErbBandCount) {
+  for (std::size_t b = 0; b < kErbBandCount; ++b) {
+    Form& form = forms_[b];
+    const double low_hz = erb_frequency_hz(static_cast<double>(b) + 1);
+    const double high_hz = erb_frequency_hz(static_cast<double>(b) + 2);
+    const int count = 1 + static_cast<int>((high_hz - low_hz) / kStep_hz);
+    form.first = kHeadBands;
+    std::array<double, kHeadBands> heard{};
+    for (int i = 0; i < count; ++i) {
+      const double frequency_hz = low_hz + (high_hz - low_hz) * (i + 0.5) / count;
+      std::array<double, kHeadBands> magnitude{};
+      for (std::size_t j = 0; j < kHeadBands; ++j)
+        magnitude[j] = HeadBank::magnitude(j, frequency_hz);
+      for (std::size_t j = 0; j < kHeadBands; ++j)
+        for (std::size_t k = 0; k < kHeadBands; ++k)
+          form.q[j][k] += magnitude[j] * magnitude[k] / count;
+    }
+    double sum = 0;
+    for (std::size_t j = 0; j < kHeadBands; ++j) {
+      heard[j] = form.q[j][j];
+      sum += heard[j];
+      if (heard[j] < kLeastHeard) continue;
+      form.first = std::min(form.first, j);
+      form.end = j + 1;
+    }
+    for (std::size_t j = form.first; j < form.end; ++j) share_[j][b] = heard[j] / sum;
+  }
+  for (auto& row : share_) {
+    double sum = 0;
+    for (const double share : row) sum += share;
+    for (double& share : row) share /= std::max(sum, 1e-9);
+  }
+}
+
+ErbBands HeadFit::energy_of(const Levels& levels) const {
+  ErbBands energy{};
+  for (std::size_t b = 0; b < kErbBandCount; ++b) {
+    const Form& form = forms_[b];
+    for (std::size_t j = form.first; j < form.end; ++j)
+      for (std::size_t k = form.first; k < form.end; ++k)
+        energy[b] += levels[j] * form.q[j][k] * levels[k];
+  }
+  return energy;
+}
+
+void HeadFit::by_turns(const ErbBands& energy, Levels& levels) const {
+  for (int turn = 0; turn < kTurns; ++turn) {
+    const ErbBands now = energy_of(levels);
+    std::array<double, kHeadBands> miss{};
+    for (std::size_t b = 0; b < kErbBandCount; ++b) {
+      const double log_miss = 0.5 * std::log(energy[b] / now[b]);
+      for (std::size_t j = forms_[b].first; j < forms_[b].end; ++j)
+        miss[j] += share_[j][b] * log_miss;
+    }
+    for (std::size_t j = 0; j < kHeadBands; ++j)
+      levels[j] *= std::exp(std::clamp(0.8 * miss[j], -0.5, 0.5));
+  }
+}
+
+// Steps of (J'J + damping) d = J' miss, each level in units of `scale`.
+void HeadFit::by_newton(const ErbBands& energy, const Levels& scale, Levels& levels) const {
+  const auto largest_miss = [&](const Levels& at) {
+    const ErbBands now = energy_of(at);
+    double most = 0;
+    for (std::size_t b = 0; b < kErbBandCount; ++b)
+      most = std::max(most, std::abs(std::log(energy[b] / now[b])));
+    return most;
+  };
+  ErbBands weight;
+  weight.fill(1);
+  Levels best = levels;
+  double least = largest_miss(levels);
+  for (int step = 0; step < kNewtonSteps; ++step) {
+    std::array<std::array<double, kHeadBands>, kHeadBands> a{};
+    Levels d{}, unit{};
+    for (std::size_t j = 0; j < kHeadBands; ++j) {
+      unit[j] = std::max(std::abs(levels[j]), scale[j]);
+      a[j][j] = kDamping;
+    }
+    for (std::size_t b = 0; b < kErbBandCount; ++b) {
+      const Form& form = forms_[b];
+      Levels slope{};
+      double now = 0;
+      for (std::size_t j = form.first; j < form.end; ++j) {
+        for (std::size_t k = form.first; k < form.end; ++k) slope[j] += form.q[j][k] * levels[k];
+        now += slope[j] * levels[j];
+      }
+      const double miss = 0.5 * std::log(energy[b] / now);
+      for (std::size_t j = form.first; j < form.end; ++j) slope[j] *= unit[j] / now;
+      if (std::abs(miss) > kFairMiss) weight[b] = std::min(1.3 * weight[b], kMostWeight);
+      for (std::size_t j = form.first; j < form.end; ++j) {
+        d[j] += weight[b] * slope[j] * miss;
+        for (std::size_t k = form.first; k <= j; ++k) a[j][k] += weight[b] * slope[j] * slope[k];
+      }
+    }
+    // Cholesky, in place, then both substitutions.
+    for (std::size_t j = 0; j < kHeadBands; ++j) {
+      for (std::size_t k = 0; k <= j; ++k) {
+        double sum = a[j][k];
+        for (std::size_t i = 0; i < k; ++i) sum -= a[j][i] * a[k][i];
+        a[j][k] = k == j ? std::sqrt(sum) : sum / a[k][k];
+      }
+      for (std::size_t i = 0; i < j; ++i) d[j] -= a[j][i] * d[i];
+      d[j] /= a[j][j];
+    }
+    for (std::size_t j = kHeadBands; j-- > 0;) {
+      for (std::size_t i = j + 1; i < kHeadBands; ++i) d[j] -= a[i][j] * d[i];
+      d[j] /= a[j][j];
+    }
+    for (std::size_t j = 0; j < kHeadBands; ++j)
+      levels[j] += std::clamp(d[j], -kMostChange, kMostChange) * unit[j];
+    if (const double miss = largest_miss(levels); miss < least) {
+      least = miss;
+      best = levels;
+    }
+  }
+  levels = best;
+}
+
+HeadLevels HeadFit::levels_for(const ErbBands& energy) const {
+  Levels levels{}, scale{};
+  for (std::size_t j = 0; j < kHeadBands; ++j) {
+    double log_level = 0;
+    for (std::size_t b = 0; b < kErbBandCount; ++b)
+      log_level += share_[j][b] * 0.5 * std::log(energy[b]);
+    levels[j] = std::exp(log_level);
+    scale[j] = 0.1 * levels[j];
+  }
+  by_turns(energy, levels);
+  by_newton(energy, scale, levels);
+  HeadLevels result;
+  std::ranges::transform(levels, result.begin(), [](double x) { return static_cast<float>(x); });
+  return result;
+}
+
+}  // namespace clamor

@@ -1,0 +1,42 @@
+// head_fit.h: finds the levels in a head's bands that have given energies in ERB bands.
+//
+//     E_b(a) = mean over the frequencies of ERB band b of (sum over j of a_j B_j(f))^2 = a' Q_b a,
+//
+// so only the matrices Q_b are needed, a few neighbours wide. Minimises the sum over b of
+// w_b (ln E_b(a) - ln E_b)^2, the weights growing where most is missing, and keeps the levels whose
+// largest miss was least. In double.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "runtime/erb_bands.h"
+#include "runtime/head_bank.h"
+
+namespace clamor {
+
+class HeadFit {
+ public:
+  HeadFit();
+
+  // All energies above 0.
+  HeadLevels levels_for(const ErbBands& energy) const;
+
+  // What levels give: mean square per ERB band.
+  ErbBands energy_of(const std::array<double, kHeadBands>& levels) const;
+
+ private:
+  using Levels = std::array<double, kHeadBands>;
+  struct Form {
+    std::size_t first = 0, end = 0;  // bands that are heard in it
+    std::array<std::array<double, kHeadBands>, kHeadBands> q{};
+  };
+  void by_turns(const ErbBands& energy, Levels& levels) const;
+  void by_newton(const ErbBands& energy, const Levels& scale, Levels& levels) const;
+
+  std::vector<Form> forms_;                                            // by ERB band
+  std::array<std::array<double, kErbBandCount>, kHeadBands> share_{};  // of an ERB band's miss
+};
+
+}  // namespace clamor
