@@ -14,8 +14,10 @@
 #include "runtime/mixer.h"
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
+#include "runtime/sight_geometry.h"
 #include "runtime/signal_bank.h"
 #include "runtime/source_field.h"
+#include "runtime/visibility_cache.h"
 
 namespace clamor {
 
@@ -68,23 +70,33 @@ struct Auralizer::State {
         weights(weights_of(signals)),
         ceilings(file == nullptr ? weights : highest_over_copies(weights, file->signal_maps())) {
     const auto wanted = static_cast<std::size_t>(options.voices);
+    look_for_what_hides(options);
     if (file != nullptr) {
       loader =
           std::make_unique<PageLoader>(fetch_from(*file, field, ceilings),
                                        PageBudget{options.memory_bytes, !options.wait_for_pages});
       pool = std::make_unique<OctreePool>(field, ceilings, file->trees(), file->signal_maps(),
                                           *loader);
-      sampler = make_priority_sampler(field, weights, *pool, wanted);
+      sampler = make_priority_sampler(field, weights, *pool, wanted, sight.get());
     } else {
       auto list = std::make_unique<SourceList>(field, weights, std::move(input.sources));
-      sampler = options.strategy == "all" ? make_all_sampler(field, *list)
-                                          : make_priority_sampler(field, weights, *list, wanted);
+      sampler = options.strategy == "all"
+                    ? make_all_sampler(field, *list, sight.get())
+                    : make_priority_sampler(field, weights, *list, wanted, sight.get());
       pool = std::move(list);
     }
     const std::size_t slots = slots_for(*sampler);
     maker = std::make_unique<KeyframeMaker>(field, slots);
     queue = std::make_unique<KeyframeQueue>(keyframes_ahead(options.block_frames), slots);
     mixer = std::make_unique<Mixer>(signals, slots);
+  }
+
+  void look_for_what_hides(const AuralizerOptions& options) {
+    if (!options.visibility || input.mesh.triangles.empty()) return;
+    surfaces = std::make_unique<SightGeometry>(input.mesh, input.materials);
+    sight = std::make_unique<VisibilityCache>(
+        *surfaces, field.speed_of_sound_mps(),
+        VisibilityOptions{.rays_per_keyframe = options.rays, .exact = options.wait_for_pages});
   }
 
   AuralizerInput input;
@@ -96,6 +108,8 @@ struct Auralizer::State {
   const SignalWeights weights, ceilings;
 
   // Sampler thread.
+  std::unique_ptr<SightGeometry> surfaces;
+  std::unique_ptr<VisibilityCache> sight;
   std::unique_ptr<PageLoader> loader;
   std::unique_ptr<SourcePool> pool;
   std::unique_ptr<Sampler> sampler;
@@ -112,6 +126,7 @@ struct Auralizer::State {
 
   // Statistics.
   std::atomic<std::uint64_t> keyframes{0}, held_blocks{0}, clipped_frames{0}, bad_voices{0};
+  std::atomic<std::uint64_t> rays{0}, late_sources{0};
   std::atomic<std::uint32_t> voices{0};
   std::atomic<double> sampler_ms{0};
   std::array<std::atomic<float>, kOutputChannels> peak{};
@@ -169,6 +184,9 @@ Result<void> Auralizer::check(const AuralizerOptions& options) {
                  "; there are 'priority' and 'all'.");
   if (options.voices < 1)
     return Error("cannot mix " + std::to_string(options.voices) + " voices; ask for 1 or more.");
+  if (options.rays < 1)
+    return Error("cannot look for what hides sources with " + std::to_string(options.rays) +
+                 " rays a keyframe; ask for 1 or more, or for no visibility.");
   if (!std::isfinite(options.gain) || options.gain < 0)
     return Error("the output gain must be a finite amplitude, 0 or more; 1 leaves it as it is.");
   if (options.block_frames < 1 || options.block_frames > kLargestBlock_frames)
@@ -227,6 +245,10 @@ void Auralizer::make_keyframe(const Pose& pose) {
   state.voices.store(static_cast<std::uint32_t>(keyframe->voices.size()),
                      std::memory_order_relaxed);
   state.sampler_ms.store(took.count(), std::memory_order_relaxed);
+  if (state.sight != nullptr) {
+    state.rays.store(state.sight->statistics().rays, std::memory_order_relaxed);
+    state.late_sources.store(state.sight->statistics().late, std::memory_order_relaxed);
+  }
   state.keyframes.fetch_add(1, std::memory_order_relaxed);
   if (state.made++ == 0) {
     state.mixer->begin(*keyframe, 0);
@@ -267,6 +289,8 @@ AuralizerStatistics Auralizer::statistics() {
     statistics.peak[c] = state_->peak[c].exchange(0, std::memory_order_relaxed);
   statistics.clipped_frames = state_->clipped_frames.load(std::memory_order_relaxed);
   statistics.bad_voices = state_->bad_voices.load(std::memory_order_relaxed);
+  statistics.rays = state_->rays.load(std::memory_order_relaxed);
+  statistics.late_sources = state_->late_sources.load(std::memory_order_relaxed);
   if (state_->loader != nullptr) statistics.pages = state_->loader->statistics();
   return statistics;
 }

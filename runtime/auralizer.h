@@ -26,6 +26,7 @@
 #include "runtime/keyframe_maker.h"
 #include "runtime/page_loader.h"
 #include "runtime/realtime.h"
+#include "runtime/visibility_cache.h"
 
 namespace clamor {
 
@@ -34,6 +35,8 @@ inline constexpr int kOutputChannels = 2;
 struct AuralizerOptions {
   std::string strategy = "priority";  // or "all"
   int voices = 2000;                  // of the priority sample; "all" mixes every source
+  bool visibility = true;             // do the level's surfaces hide sources
+  int rays = kRaysPerKeyframe;        // that look for what they hide
   double gain = 1;                    // amplitude, on the whole output
   int block_frames = 960;             // largest block of mix(): keyframes are made that far ahead
   std::uint64_t memory_bytes = 64'000'000;  // of pages kept
@@ -48,6 +51,8 @@ struct AuralizerStatistics {
   float peak[kOutputChannels] = {};  // largest sample since the last call of statistics()
   std::uint64_t clipped_frames = 0;  // frames beyond full scale so far
   std::uint64_t bad_voices = 0;      // silenced for a keyframe: a gain or delay was not finite
+  std::uint64_t rays = 0;            // cast so far
+  std::uint64_t late_sources = 0;    // times a source was left out for want of rays
   PageStatistics pages{};
 };
 

@@ -17,6 +17,9 @@ Result<AuralizerInput> read_signals_and_tables(const BakeFile& file) {
     if (!signal.ok()) return signal.error();
     input.signals.push_back(std::move(*signal));
   }
+  auto mesh = file.read_mesh();
+  if (!mesh.ok()) return mesh.error();
+  input.mesh = std::move(*mesh);
   return input;
 }
 

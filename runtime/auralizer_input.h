@@ -18,9 +18,10 @@ struct AuralizerInput {
   std::vector<Signal> signals;
   std::vector<Material> materials;
   Air air;
+  Mesh mesh{};  // what stands in the way; empty in a free field
 };
 
-// Decodes all signals, no pages: there are no sources yet.
+// Decodes all signals and the geometry, no pages: there are no sources yet.
 Result<AuralizerInput> read_signals_and_tables(const BakeFile& file);
 
 // Decodes all pages and signals. Memory grows with the file.

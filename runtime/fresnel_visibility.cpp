@@ -11,7 +11,6 @@ namespace clamor {
 namespace {
 
 constexpr int kMostFolds = 6;
-constexpr int kFirstWays = 8;  // of each ring, to see whether more are needed
 constexpr double kInnerWeight = 0.7;
 
 // Where between source and listener a way bends, and how far out compared with half way: a fifth
@@ -158,7 +157,7 @@ Bands fresnel_visibility(const SightGeometry& geometry, const SightLine& line, i
                          std::uint64_t& rays) {
   if (geometry.empty()) return same_in_all_bands(1);
   Zone zone(geometry, line, rays);
-  const int first_ways = std::max(kFirstWays, ways_per_ring / 2);
+  const int first_ways = (ways_per_ring + 1) / 2;
 
   // Most sources are in plain sight, where three rings tell enough, or behind a wall, where sound
   // may come through any.

@@ -155,8 +155,8 @@ Bands SightGeometry::transmission(const Vec3f& from_m, const Vec3f& to_m,
   return Bands{};
 }
 
-std::optional<Vec3f> SightGeometry::start(const Source& source, const Vec3& position_m) const {
-  const Vec3f at_m(position_m);
+std::optional<Vec3f> SightGeometry::start(const Source& source) const {
+  const Vec3f at_m = source.position_m;
   if (source.is_emitter || empty()) return at_m;
   const auto before = static_cast<float>(kBeforeWall_m);
   const Vec3f start_m = at_m + before * source.normal;

@@ -51,7 +51,7 @@ class SightGeometry {
   Bands transmission(const Vec3f& from_m, const Vec3f& to_m, std::uint64_t& rays) const;
 
   // Where rays leave a source; nothing if that cannot be told. Costs one ray.
-  std::optional<Vec3f> start(const Source& source, const Vec3& position_m) const;
+  std::optional<Vec3f> start(const Source& source) const;
 
  private:
   struct Embree;

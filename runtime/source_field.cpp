@@ -13,7 +13,7 @@ SourceField::SourceField(const std::vector<Emitter>& emitters, std::span<const M
       materials_(materials.size()),
       laws_(materials),
       air_loss_per_m_(air_loss_per_m(air)),
-      speed_of_sound_mps_(speed_of_sound_mps(air)) {}
+      speed_of_sound_mps_(clamor::speed_of_sound_mps(air)) {}
 
 SourceField::Ceiling SourceField::ceiling(const Source& s, const Bands& weight) const {
   double diffuse = 0, lobe = 0;

@@ -9,12 +9,13 @@
 #include <nlohmann/json.hpp>
 
 #include "common/text.h"
-#include "formats/audio_file.h"
 #include "formats/all_sources.h"
+#include "formats/audio_file.h"
 #include "formats/bake_file.h"
 #include "runtime/energy_response.h"
 #include "runtime/impulse_response.h"
 #include "runtime/room_parameters.h"
+#include "runtime/sight_geometry.h"
 #include "tools/arguments.h"
 #include "tools/commands.h"
 
@@ -29,6 +30,7 @@ struct Options {
   Vec3 listener_m{};
   double seconds = 0;  // 0: until the last arrival has rung out
   bool json = false;
+  std::string visibility = "on";
 };
 
 struct Row {
@@ -103,8 +105,16 @@ Result<void> measure(const Options& options, std::ostream& out, std::ostream& er
   Result<AllSources> all = read_all_sources(*file);
   if (!all) return all.error();
   for (Source& source : all->sources) source.emitter = all->stored_as[source.emitter];
-  const std::vector<Arrival> arrivals = energy_response(
-      all->sources, emitters, file->materials(), file->settings().air, options.listener_m, emitter);
+  Mesh mesh;
+  if (options.visibility == "on") {
+    Result<Mesh> read = file->read_mesh();
+    if (!read) return read.error().in(options.level);
+    mesh = std::move(*read);
+  }
+  const SightGeometry surfaces(mesh, file->materials());
+  const std::vector<Arrival> arrivals =
+      energy_response(all->sources, emitters, file->materials(), file->settings().air,
+                      options.listener_m, emitter, &surfaces);
   if (arrivals.empty())
     return Error("nothing of " + in_quotes(emitters[emitter].name) +
                  " reaches the listener. Move --listener inside the level.")
@@ -151,8 +161,11 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
   parser.required("--listener");
   parser.option("--emitter", options.emitter, "which emitter sounds; unset: the first");
   parser.option("--seconds", options.seconds, "length of the waveform, at most 60; 0: all of it");
+  parser.option("--visibility", options.visibility, "on or off: do surfaces hide sources [on]");
   parser.flag("--json", options.json, "the parameters as JSON");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
+  if (options.visibility != "on" && options.visibility != "off")
+    return parser.bad_usage(err, "--visibility is on or off, not " + in_quotes(options.visibility));
   const auto pose = parse_listener(listener);
   if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
   options.listener_m = pose->position_m;

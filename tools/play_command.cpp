@@ -137,6 +137,7 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   std::string level, listener, walk_path, gain = "0";
   std::optional<std::string> memory;
+  std::string visibility = "on";
   PlayerOptions options;
   Arguments parser("play",
                    "Plays a bake in real time. In a terminal, arrow keys or WASD walk and turn.",
@@ -153,6 +154,9 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.option("--strategy", options.auralizer.strategy,
                 "how sources are chosen: priority or all");
   parser.option("--voices", options.auralizer.voices, "how many, with priority");
+  parser.option("--visibility", visibility, "on or off: do surfaces hide sources [on]");
+  parser.option("--rays", options.auralizer.rays,
+                "a keyframe (50 a second), to look for what they hide");
   parser.option(
       "--memory", memory,
       "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
@@ -160,6 +164,9 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.option("--record", options.record, "also write what is played to this WAV file");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
+  if (visibility != "on" && visibility != "off")
+    return parser.bad_usage(err, "--visibility is on or off, not " + in_quotes(visibility));
+  options.auralizer.visibility = visibility == "on";
   if (memory) {
     const auto bytes = parse_bytes(*memory);
     if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);
