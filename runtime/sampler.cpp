@@ -111,6 +111,8 @@ class Priority final : public Sampler {
   double choose(const Vec3& place) {
     double threshold =
         threshold_ > 0 ? threshold_ * (starved_ ? 1 : kCaution) : pool_.highest(place);
+    // Who waits, and had to take all there was, begins with that.
+    if (sight_ != nullptr && sight_->exact() && starved_ && threshold_ == 0) threshold = 0;
     // Of thresholds that were tried: the lowest with too few sources, the highest with far too
     // many.
     double too_high = std::numeric_limits<double>::infinity(), too_low = 0;
