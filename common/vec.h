@@ -12,7 +12,7 @@ namespace clamor {
 
 using Vec3 = glm::dvec3;
 using Vec3f = glm::vec3;
-using Turn = glm::quat;  // a rotation, of unit length
+using Rotation = glm::quat;  // a rotation, of unit length
 using Matrix = glm::dmat3;
 
 using glm::cross;

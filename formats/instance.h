@@ -25,7 +25,7 @@ inline constexpr std::uint32_t kSameSignals = 0xffffffff;
 struct Instance {
   std::uint32_t tree = 0;  // which of the bake's trees
   Vec3 offset_m{};
-  Turn rotation{1, 0, 0, 0};        // unit; w, x, y, z
+  Rotation rotation{1, 0, 0, 0};        // unit; w, x, y, z
   float scale = 1;                       // in (0, 1]: of positions, patches and paths
   float gain = 1;                        // of amplitude
   float delay_s = 0;                     // later by so much

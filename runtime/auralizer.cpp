@@ -14,9 +14,11 @@
 #include "runtime/mixer.h"
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
+#include "runtime/sight_geometry.h"
 #include "runtime/signal_bank.h"
 #include "runtime/source_field.h"
 #include "runtime/strategies.h"
+#include "runtime/visibility_cache.h"
 
 namespace clamor {
 
@@ -98,16 +100,17 @@ struct Auralizer::State {
         weights(needs_list(options.strategy) ? mean_weights(signals) : weights_of(input)),
         ceilings(file == nullptr ? weights : highest_over_copies(weights, file->signal_maps())) {
     const StrategyOptions strategy = strategy_of(options);
+    look_for_what_hides(options);
     if (file != nullptr) {
       loader =
           std::make_unique<PageLoader>(fetch_from(*file, field, ceilings),
                                        PageBudget{options.memory_bytes, !options.wait_for_pages});
       pool = std::make_unique<OctreePool>(field, ceilings, file->trees(), file->signal_maps(),
                                           *loader);
-      sampler = make_sampler(strategy, field, weights, *pool);
+      sampler = make_sampler(strategy, field, weights, *pool, sight.get());
     } else {
       auto list = std::make_unique<SourceList>(field, weights, std::move(input.sources));
-      sampler = make_sampler(strategy, field, weights, *list);
+      sampler = make_sampler(strategy, field, weights, *list, sight.get());
       pool = std::move(list);
     }
     const std::size_t slots = slots_for(*sampler);
@@ -120,6 +123,14 @@ struct Auralizer::State {
     mixer = std::make_unique<Mixer>(signals, slots, mode, panner.get(), head.get());
     mixed.resize(channels * kMostFrames);
     if (options.limit) limiter = std::make_unique<Limiter>(channels);
+  }
+
+  void look_for_what_hides(const AuralizerOptions& options) {
+    if (!options.visibility || input.mesh.triangles.empty()) return;
+    surfaces = std::make_unique<SightGeometry>(input.mesh, input.materials);
+    sight = std::make_unique<VisibilityCache>(
+        *surfaces, field.speed_of_sound_mps(),
+        VisibilityOptions{.rays_per_keyframe = options.rays, .exact = options.wait_for_pages});
   }
 
   AuralizerInput input;
@@ -135,6 +146,8 @@ struct Auralizer::State {
   const SignalWeights weights, ceilings;
 
   // Sampler thread.
+  std::unique_ptr<SightGeometry> surfaces;
+  std::unique_ptr<VisibilityCache> sight;
   std::unique_ptr<PageLoader> loader;
   std::unique_ptr<SourcePool> pool;
   std::unique_ptr<Sampler> sampler;
@@ -153,6 +166,7 @@ struct Auralizer::State {
 
   // Statistics.
   std::atomic<std::uint64_t> keyframes{0}, held_blocks{0}, clipped_frames{0}, bad_voices{0};
+  std::atomic<std::uint64_t> rays{0}, late_sources{0};
   std::atomic<std::uint32_t> voices{0};
   std::atomic<double> sampler_ms{0};
   std::array<std::atomic<float>, kMostChannels> peak{};
@@ -219,6 +233,9 @@ Result<void> Auralizer::check(const AuralizerOptions& options) {
   if (options.voices < 1)
     return Error("cannot mix " + std::to_string(options.voices) + " voices; ask for 1 or more.");
   if (const auto right = clamor::check(strategy_of(options)); !right.ok()) return right;
+  if (options.rays < 1)
+    return Error("cannot look for what hides sources with " + std::to_string(options.rays) +
+                 " rays a keyframe; ask for 1 or more, or for no visibility.");
   if (!std::isfinite(options.gain) || options.gain < 0)
     return Error("the output gain must be a finite amplitude, 0 or more; 1 leaves it as it is.");
   if (options.block_frames < 1 || options.block_frames > kLargestBlock_frames)
@@ -278,6 +295,10 @@ void Auralizer::make_keyframe(const Pose& pose) {
   state.voices.store(static_cast<std::uint32_t>(keyframe->voices.size()),
                      std::memory_order_relaxed);
   state.sampler_ms.store(took.count(), std::memory_order_relaxed);
+  if (state.sight != nullptr) {
+    state.rays.store(state.sight->statistics().rays, std::memory_order_relaxed);
+    state.late_sources.store(state.sight->statistics().late, std::memory_order_relaxed);
+  }
   state.keyframes.fetch_add(1, std::memory_order_relaxed);
   if (state.made++ == 0) {
     state.mixer->begin(*keyframe, 0);
@@ -321,6 +342,8 @@ AuralizerStatistics Auralizer::statistics() {
   statistics.clipped_frames = state_->clipped_frames.load(std::memory_order_relaxed);
   statistics.bad_voices = state_->bad_voices.load(std::memory_order_relaxed);
   if (state_->limiter != nullptr) statistics.limited = state_->limiter->worked();
+  statistics.rays = state_->rays.load(std::memory_order_relaxed);
+  statistics.late_sources = state_->late_sources.load(std::memory_order_relaxed);
   if (state_->loader != nullptr) statistics.pages = state_->loader->statistics();
   return statistics;
 }

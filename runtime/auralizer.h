@@ -29,6 +29,7 @@
 #include "runtime/page_loader.h"
 #include "runtime/realtime.h"
 #include "runtime/strategies.h"
+#include "runtime/visibility_cache.h"
 
 namespace clamor {
 
@@ -39,6 +40,8 @@ struct AuralizerOptions {
   int voices = 2000;                  // of the sample; "all" mixes every source
   Estimator estimator = Estimator::kPower;
   StrategyTuning tuning{};
+  bool visibility = true;       // do the level's surfaces hide sources
+  int rays = kRaysPerKeyframe;  // that look for what they hide
   double gain = 1;     // amplitude, on the whole output
   bool limit = false;  // true peaks to kLimiterCeiling_db, after the gain
   OutputShape output;
@@ -56,6 +59,8 @@ struct AuralizerStatistics {
   std::uint64_t clipped_frames = 0;  // frames beyond full scale so far
   Limiter::Work limited;             // what the limiter did so far
   std::uint64_t bad_voices = 0;      // silenced for a keyframe: a gain or delay was not finite
+  std::uint64_t rays = 0;            // cast so far
+  std::uint64_t late_sources = 0;    // times a source was left out for want of rays
   PageStatistics pages{};
 };
 

@@ -20,6 +20,9 @@ Result<AuralizerInput> read_signals_and_tables(const BakeFile& file) {
     input.envelopes.push_back({std::move(*envelope), signal->samples.size(), signal->loop});
     input.signals.push_back(std::move(*signal));
   }
+  auto mesh = file.read_mesh();
+  if (!mesh.ok()) return mesh.error();
+  input.mesh = std::move(*mesh);
   return input;
 }
 

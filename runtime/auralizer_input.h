@@ -20,9 +20,10 @@ struct AuralizerInput {
   std::vector<Material> materials;
   Air air;
   std::vector<TimedEnvelope> envelopes{};  // of the signals; if none, they are listened to
+  Mesh mesh{};                             // what stands in the way; empty in a free field
 };
 
-// Decodes all signals and envelopes, no pages: there are no sources yet.
+// Decodes all signals, envelopes and the geometry, no pages: there are no sources yet.
 Result<AuralizerInput> read_signals_and_tables(const BakeFile& file);
 
 // Decodes all pages and signals. Memory grows with the file.

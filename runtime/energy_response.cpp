@@ -1,21 +1,47 @@
 #include "runtime/energy_response.h"
 
 #include <algorithm>
+#include <atomic>
+#include <thread>
 
 #include "common/reflection.h"
 #include "runtime/received_intensity.h"
+#include "runtime/visibility_cache.h"
 
 namespace clamor {
+
+namespace {
+
+// Takes from arrivals what surfaces keep back.
+void dim(std::vector<Arrival>& arrivals, const std::vector<const Source*>& sources,
+         const SightGeometry& surfaces, double speed_mps, const Vec3& listener_m) {
+  constexpr std::size_t kTogether = 256;
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t first; (first = next.fetch_add(kTogether)) < arrivals.size();)
+      for (std::size_t i = first; i < std::min(first + kTogether, arrivals.size()); ++i) {
+        const Bands visible = look_closely(surfaces, speed_mps, *sources[i], listener_m);
+        for (std::size_t b = 0; b < kBandCount; ++b) arrivals[i].energy[b] *= visible[b];
+      }
+  };
+  std::vector<std::jthread> others(std::max(std::thread::hardware_concurrency(), 1u) - 1);
+  for (std::jthread& other : others) other = std::jthread(work);
+  work();
+}
+
+}  // namespace
 
 std::vector<Arrival> energy_response(std::span<const Source> sources,
                                      const std::vector<Emitter>& emitters,
                                      std::span<const Material> materials, const Air& air,
-                                     const Vec3& listener_m, std::optional<std::uint32_t> emitter) {
+                                     const Vec3& listener_m, std::optional<std::uint32_t> emitter,
+                                     const SightGeometry* surfaces) {
   const ReflectionLaws laws(materials);
   const Bands loss_per_m = air_loss_per_m(air);
   const double speed_mps = speed_of_sound_mps(air);
 
   std::vector<Arrival> arrivals;
+  std::vector<const Source*> heard;
   for (const Source& source : sources) {
     if (emitter && source.emitter != *emitter) continue;
     const Bands energy = received_intensity(source, emitters, laws, loss_per_m, listener_m);
@@ -24,6 +50,11 @@ std::vector<Arrival> energy_response(std::span<const Source> sources,
     arrivals.push_back({.time_s = static_cast<double>(source.delay_s) + r_m / speed_mps,
                         .energy = energy,
                         .polarity = source.is_emitter ? 1 : source.polarity});
+    heard.push_back(&source);
+  }
+  if (surfaces != nullptr && !surfaces->empty()) {
+    dim(arrivals, heard, *surfaces, speed_mps, listener_m);
+    std::erase_if(arrivals, [](const Arrival& arrival) { return arrival.energy == Bands{}; });
   }
   std::stable_sort(arrivals.begin(), arrivals.end(),
                    [](const Arrival& a, const Arrival& b) { return a.time_s < b.time_s; });

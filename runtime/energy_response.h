@@ -3,9 +3,9 @@
 // This is what the bake knows before any chance of phase comes in: powers add, nothing interferes.
 // Room-acoustic parameters are exact on it, and the waveform (impulse_response.h) is made from it.
 //
-// A source is heard if it radiates towards the listener: visibility is not asked yet. In a convex
-// room nothing is lost by that, as a secondary source radiates to its own side of its surface only;
-// elsewhere sources are heard through walls.
+// A source is heard if it radiates towards the listener and as far as it gets past the surfaces in
+// between (fresnel_visibility.h), with so many rays that more would not change it by 1 dB: seconds
+// for 100 000 sources, on all cores.
 #pragma once
 
 #include <cstdint>
@@ -19,6 +19,7 @@
 #include "common/vec.h"
 #include "formats/level.h"
 #include "formats/source.h"
+#include "runtime/sight_geometry.h"
 
 namespace clamor {
 
@@ -31,10 +32,12 @@ struct Arrival {
 
 // The arrivals at an omnidirectional receiver, by time, of an impulse that every emitter, or the
 // given one alone, sends at time 0 (whatever the start delay of its signal). Arrivals without
-// energy are left out. The order is a function of the sources' order alone.
+// energy are left out. The order is a function of the sources' order alone. Without `surfaces`
+// nothing stands in the way.
 std::vector<Arrival> energy_response(std::span<const Source> sources,
                                      const std::vector<Emitter>& emitters,
                                      std::span<const Material> materials, const Air& air,
-                                     const Vec3& listener_m, std::optional<std::uint32_t> emitter);
+                                     const Vec3& listener_m, std::optional<std::uint32_t> emitter,
+                                     const SightGeometry* surfaces = nullptr);
 
 }  // namespace clamor

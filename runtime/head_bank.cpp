@@ -8,7 +8,7 @@
 
 #include "common/fourier.h"
 #include "formats/level.h"
-#include "runtime/crossover.h"
+#include "common/crossover.h"
 #include "runtime/erb_bands.h"
 #include "runtime/mix_fir.h"
 

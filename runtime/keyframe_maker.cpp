@@ -56,7 +56,8 @@ void KeyframeMaker::listen(Slot& slot, const Stance& head) const {
     // The root between the bake's power and the mixer's amplitude.
     for (std::size_t b = 0; b < kBandCount; ++b)
       slot.voice.gain[e][b] =
-          std::sqrt(static_cast<float>(slot.power_scale * static_cast<double>(intensity[b]))) *
+          std::sqrt(static_cast<float>(slot.power_scale * static_cast<double>(intensity[b])) *
+                    slot.visibility[b]) *
           static_cast<float>(slot.source.polarity);
   }
   if (places == kEars) return;
@@ -70,6 +71,17 @@ Vec3f KeyframeMaker::direction_from(const Source& source, const Stance& head) {
   const double distance_m = length(to_m);
   if (!(distance_m > 1e-6)) return {1, 0, 0};
   return Vec3f(Vec3(dot(to_m, head.ahead), dot(to_m, head.left), dot(to_m, head.up)) / distance_m);
+}
+
+void KeyframeMaker::see(Slot& slot) {
+  constexpr float kNear = 1e-3f;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    if (slot.visibility[b] == slot.visibility_goal[b]) continue;
+    const float way = slot.visibility_goal[b] - slot.visibility[b];
+    slot.visibility[b] =
+        std::abs(way) < kNear ? slot.visibility_goal[b] : slot.visibility[b] + way / 2;
+    slot.changed = true;
+  }
 }
 
 bool KeyframeMaker::jumped(const Slot& slot, const Stance& head) const {
@@ -92,6 +104,7 @@ void KeyframeMaker::start(const SampledSource& chosen, const Stance& head) {
   slot.frozen = false;
   slot.changed = true;
   slot.power_scale = chosen.power_scale;
+  slot.visibility = slot.visibility_goal = chosen.visibility;
   slot.voice.starts = true;
   slot.voice.signal = chosen.signal;
   // It slides in from where it would have been, unless the listener jumped.
@@ -125,6 +138,7 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
       slot.chosen = true;
       slot.changed = slot.changed || slot.power_scale != chosen.power_scale;
       slot.power_scale = chosen.power_scale;
+      slot.visibility_goal = chosen.visibility;
     }
   }
 
@@ -136,6 +150,7 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
       slot.fade = kFadeKeyframes;
     else
       slot.fade = std::clamp(slot.fade + (slot.chosen ? 1 : -1), 0, kFadeKeyframes);
+    if (!slot.frozen) see(slot);
     if (!slot.frozen && (!still || slot.changed)) listen(slot, head);
 
     assert(keyframe.voices.size() < keyframe.voices.capacity());

@@ -5,6 +5,9 @@
 // sin^2 + cos^2, for the one that takes its place. A source that stays but whose path jumps (the
 // listener was moved, not walking) fades out where it was and in where it is now.
 //
+// What is hidden comes and goes in steps, as rays are cast; a voice's visibility glides there, half
+// the way each keyframe.
+//
 // A voice whose source and ears are as they were keeps its numbers: who stands still costs nothing.
 // Intensity becomes amplitude here and nowhere else.
 #pragma once
@@ -60,12 +63,14 @@ class KeyframeMaker {
     bool frozen = false;   // its path jumped: fades out as it was
     bool changed = false;  // since listen(), though the ears may be where they were
     double power_scale = 1;
+    Bands visibility = same_in_all_bands(1), visibility_goal = same_in_all_bands(1);
     Voice voice;  // as in the last keyframe, before fading
   };
 
   Stance head_at(const Pose& pose) const;
   double delay_frames(const Source& source, const Stance& head, int ear) const;
   void listen(Slot& slot, const Stance& head) const;
+  static void see(Slot& slot);
   void start(const SampledSource& chosen, const Stance& head);
   static Vec3f direction_from(const Source& source, const Stance& head);
   bool jumped(const Slot& slot, const Stance& head) const;

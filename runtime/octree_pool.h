@@ -49,6 +49,7 @@ class OctreePool final : public SourcePool {
   double highest(const Vec3& place) override;
   double unseen_key(const FoundSource& found, const Vec3& place, double tau) override;
   void ask(const Vec3& soon, double tau) override;
+  bool missed() const override { return !missed_.empty(); }
   bool complete() override;
   std::uint64_t size() const override { return trees_.empty() ? 0 : trees_.back().sources_below; }
 

@@ -2,45 +2,65 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 namespace clamor {
 
 namespace {
 
+Bands weight_by_band(const SourceField& field, const Bands& of_signal, const Source& source,
+                     const Vec3& place) {
+  Bands part = field.intensity(source, place);
+  for (std::size_t b = 0; b < kBandCount; ++b) part[b] *= of_signal[b];
+  return part;
+}
+
 class All final : public Sampler {
  public:
-  All(const SourceField& field, const SourceList& list) {
+  All(const SourceField& field, const SourceList& list, VisibilityCache* sight) : sight_(sight) {
     const SourcePage& page = list.page();
     for (std::size_t i = 0; i < page.size(); ++i)
       sample_.push_back({i, 1, &page[i], field.signal(page[i])});
   }
-  std::span<const SampledSource> sample(const Vec3&, double) override { return sample_; }
+  std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
+    if (sight_ != nullptr && place_ != place) {
+      sight_->begin_keyframe(place);
+      for (SampledSource& one : sample_) one.visibility = sight_->look_now(one.number, *one.source);
+    }
+    place_ = place;
+    return sample_;
+  }
   bool complete() override { return true; }
   std::size_t capacity() const override { return sample_.size(); }
 
  private:
+  VisibilityCache* const sight_;
+  std::optional<Vec3> place_;  // of sample_
   std::vector<SampledSource> sample_;
 };
 
 class Priority final : public Sampler {
  public:
-  Priority(const SourceField& field, SignalWeights weights, SourcePool& pool, std::size_t voices)
-      : field_(field), weights_(std::move(weights)), pool_(pool), voices_(voices) {}
+  Priority(const SourceField& field, SignalWeights weights, SourcePool& pool, std::size_t voices,
+           VisibilityCache* sight)
+      : field_(field), weights_(std::move(weights)), pool_(pool), voices_(voices), sight_(sight) {}
 
   // A function of place, time and what is here alone. Where all signals are steady, one who stands
-  // still costs nothing.
+  // still costs nothing, once all that matters was looked at.
   std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
     const bool same_moment = weights_.steady() || time_s_ == time_s;
-    if (!pool_.refresh() && place_ == place && same_moment) return sample_;
+    if (!pool_.refresh() && place_ == place && same_moment && !looking_) return sample_;
     const Vec3 step_m = place_ ? place - *place_ : Vec3(0);
+    if (place_ != place) gave_up_waiting_ = false;
     place_ = place;
     time_s_ = time_s;
     pool_.begin(place, time_s);
-    choose(place);
-    const double tau = candidates_.size() > voices_ ? candidates_[voices_].priority : 0;
+    if (sight_ != nullptr) sight_->begin_keyframe(place);
+    const double tau = choose(place);
     sample_.clear();
     for (std::size_t c = 0; c < std::min(voices_, candidates_.size()); ++c) {
       const Candidate& chosen = candidates_[c];
@@ -49,15 +69,22 @@ class Priority final : public Sampler {
       if (const double kappa = pool_.unseen_key(chosen.found, place, tau); kappa > 0)
         scale =
             std::max(scale, kappa / std::accumulate(source.power.begin(), source.power.end(), 0.0));
-      sample_.push_back({chosen.found.number, scale, &source, chosen.found.signal});
+      sample_.push_back(
+          {chosen.found.number, scale, &source, chosen.found.signal, chosen.visibility});
     }
     std::sort(sample_.begin(), sample_.end(),
               [](const auto& a, const auto& b) { return a.number < b.number; });
     pool_.ask(place + kLookAhead_keyframes * step_m, tau);
+    looking_ = sight_ != nullptr && look_again(tau);
     return sample_;
   }
 
-  bool complete() override { return pool_.complete(); }
+  bool complete() override {
+    const bool here = pool_.complete();
+    if (!here || !waits()) return here;
+    gave_up_waiting_ = true;  // what is missing does not come: look at what is here
+    return false;
+  }
 
   std::size_t capacity() const override {
     return static_cast<std::size_t>(std::min<std::uint64_t>(voices_, pool_.size()));
@@ -66,13 +93,15 @@ class Priority final : public Sampler {
  private:
   // The last threshold lowered by this catches k sources nearly always when a listener walks.
   static constexpr double kCaution = 0.8;
-  static constexpr double kStep = 16, kNarrow = 1 + 1e-9;
-  static constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
   static constexpr double kLookAhead_keyframes = 25;  // half a second
+  static constexpr double kStep = 16, kStepWhereHidden = 4;
+  static constexpr double kNarrow = 1 + 1e-9, kNarrowEnough = 1.25;
+  static constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
 
   struct Candidate {
     double priority, weight;
     FoundSource found;
+    Bands visibility = same_in_all_bands(1);
     // Ties go to the lower number, so that the choice is one.
     bool operator<(const Candidate& other) const {
       return priority != other.priority ? priority > other.priority
@@ -80,33 +109,44 @@ class Priority final : public Sampler {
     }
   };
 
-  // Fills candidates_ with the k + 1 highest priorities, highest first; fewer if there are fewer.
-  void choose(const Vec3& place) {
-    double threshold = threshold_ > 0 ? threshold_ * kCaution : pool_.highest(place);
+  // Fills candidates_ with the k + 1 highest priorities, highest first; fewer if there are fewer
+  // that reach the threshold which is returned, the last of the k + 1 if there are as many.
+  double choose(const Vec3& place) {
+    double threshold =
+        threshold_ > 0 ? threshold_ * (starved_ ? 1 : kCaution) : pool_.highest(place);
+    // Who waits, and had to take all there was, begins with that.
+    if (sight_ != nullptr && sight_->exact() && starved_ && threshold_ == 0) threshold = 0;
     // Of thresholds that were tried: the lowest with too few sources, the highest with far too
     // many.
     double too_high = std::numeric_limits<double>::infinity(), too_low = 0;
+    const bool exact = sight_ != nullptr && sight_->exact();
+    const double close = sight_ == nullptr ? kNarrow : kNarrowEnough;
     bool unlimited = false;
     for (;;) {
-      unlimited = unlimited || too_high <= too_low * kNarrow;  // that many have one priority
-      const bool all = weigh_above(place, threshold, unlimited ? kNoLimit : limit());
-      if (all && (candidates_.size() > voices_ || threshold == 0)) break;
+      // That many have one priority; or, where some are hidden, one may look at that many.
+      unlimited = unlimited || too_high <= too_low * close;
+      const bool all = weigh_above(place, threshold, unlimited || exact ? kNoLimit : limit());
+      const bool go_on = !all || sight_ == nullptr || waits() || look_at_candidates(threshold);
+      if (all && (candidates_.size() > voices_ || threshold == 0 || !go_on)) break;
       (all ? too_high : too_low) = threshold;
       if (std::isinf(too_high))
         threshold *= kStep;
       else if (too_low > 0 && !unlimited)
         threshold = std::sqrt(too_low * too_high);
       else
-        threshold = threshold > std::numeric_limits<float>::min() ? threshold / kStep : 0;
+        threshold = threshold > std::numeric_limits<float>::min()
+                        ? threshold / (sight_ == nullptr ? kStep : kStepWhereHidden)
+                        : 0;
     }
+    starved_ = candidates_.size() <= voices_;
     if (candidates_.size() > voices_) {
       const auto last = candidates_.begin() + static_cast<std::ptrdiff_t>(voices_);
       std::nth_element(candidates_.begin(), last, candidates_.end());
-      threshold_ = last->priority;
+      threshold = last->priority;
       candidates_.resize(voices_ + 1);
-    } else {
-      threshold_ = 0;
     }
+    threshold_ = threshold;
+    return threshold;
   }
 
   // Looking again is cheaper than sorting out more than these. Where signals come and go, most of
@@ -117,27 +157,111 @@ class Priority final : public Sampler {
   // than `most`, give or take those that the pool cannot tell from them.
   bool weigh_above(const Vec3& place, double threshold, std::size_t most) {
     candidates_.clear();
+    parts_.clear();
     found_.clear();
+    wanted_.clear();
     if (!pool_.look(place, threshold, most, found_)) return false;
     for (const FoundSource& found : found_) {
       const Source& source = *found.source;
+      const auto* const known = sight_ != nullptr ? sight_->known(found.number) : nullptr;
+      if (known != nullptr && known->hidden) {  // weighs nothing, whatever it would
+        wanted_.push_back({known->loudness, found.number, &source});
+        continue;
+      }
       const LoudnessTrack::Moment now =
           weights_now(field_, weights_, found.signal, source, place, time_s_);
       if (found.ceiling * now.share < threshold) continue;
-      const double w = weight(field_, now.weights, source, place);
+      const Bands part = weight_by_band(field_, now.weights, source, place);
+      const double w = std::accumulate(part.begin(), part.end(), 0.0);
       const double priority = w / std::max(source.u, kLeastU);
-      if (w > 0 && priority >= threshold) candidates_.push_back({priority, w, found});
+      if (!(w > 0 && priority >= threshold)) continue;
+      candidates_.push_back({priority, w, found});
+      if (sight_ != nullptr) parts_.push_back(part);
     }
     return true;
+  }
+
+  // Makes of priorities in a free field those that are left of them, for as many candidates as need
+  // to be looked at to know which are the first k + 1, and leaves out those below the threshold.
+  // False if it is no use to ask for weaker ones: there are no more rays, or enough to look at.
+  bool look_at_candidates(double threshold) {
+    const bool enough = !sight_->exact() && found_.size() > limit() / 2;
+    unknown_.clear();
+    best_.clear();
+    for (std::uint32_t c = 0; c < candidates_.size(); ++c) {
+      const Candidate& candidate = candidates_[c];
+      if (const auto* const known = sight_->known(candidate.found.number))
+        dim(c, known->visibility, candidate.priority);
+      else
+        unknown_.push_back({candidate.priority, c});
+    }
+    std::sort(unknown_.begin(), unknown_.end(), std::greater<>());
+    bool rays_left = true;
+    std::size_t u = 0;
+    for (; u < unknown_.size() && rays_left; ++u) {
+      const auto [as_if_free, c] = unknown_[u];
+      if (best_.size() > voices_ && best_.front() > as_if_free) break;
+      const FoundSource& found = candidates_[c].found;
+      const auto* const seen = sight_->look(found.number, *found.source, as_if_free);
+      rays_left = seen != nullptr;
+      if (!rays_left) break;
+      dim(c, seen->visibility, as_if_free);
+    }
+    for (; u < unknown_.size(); ++u) candidates_[unknown_[u].second].priority = 0;
+    std::erase_if(candidates_, [threshold](const Candidate& candidate) {
+      return !(candidate.weight > 0 && candidate.priority >= threshold && candidate.priority > 0);
+    });
+    return rays_left && !enough;
+  }
+
+  // best_ is a heap of the k + 1 highest so far, the lowest of them at its front.
+  void dim(std::uint32_t c, const Bands& visibility, double as_if_free) {
+    Candidate& candidate = candidates_[c];
+    const Source& source = *candidate.found.source;
+    wanted_.push_back({as_if_free, candidate.found.number, &source});
+    double w = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      w += static_cast<double>(parts_[c][b]) * visibility[b];
+    candidate.weight = w;
+    candidate.priority = w / std::max(source.u, kLeastU);
+    candidate.visibility = visibility;
+    if (best_.size() > voices_) {
+      if (candidate.priority <= best_.front()) return;
+      std::pop_heap(best_.begin(), best_.end(), std::greater<>());
+      best_.pop_back();
+    }
+    best_.push_back(candidate.priority);
+    std::push_heap(best_.begin(), best_.end(), std::greater<>());
+  }
+
+  // Spends the keyframe's rays on what would be chosen if nothing stood in the way. False if there
+  // is nothing that a further sample at this place would know better.
+  bool look_again(double tau) {
+    if (waits()) return true;
+    std::erase_if(wanted_, [tau](const auto& one) { return one.loudness < tau; });
+    return sight_->refresh(wanted_);
+  }
+
+  // An exact sampler looks only when everything is here, so that what it sees does not depend on
+  // when pages came.
+  bool waits() const {
+    return sight_ != nullptr && sight_->exact() && pool_.missed() && !gave_up_waiting_;
   }
 
   const SourceField& field_;
   const SignalWeights weights_;
   SourcePool& pool_;
   const std::size_t voices_;
+  VisibilityCache* const sight_;
   double threshold_ = 0;
   std::vector<FoundSource> found_;
   std::vector<Candidate> candidates_;
+  std::vector<Bands> parts_;  // of the candidates' weights in a free field
+  std::vector<std::pair<double, std::uint32_t>> unknown_;
+  std::vector<double> best_;
+  std::vector<VisibilityCache::Wanted> wanted_;
+  bool starved_ = false;  // fewer than k + 1 in all that was looked at
+  bool looking_ = false, gave_up_waiting_ = false;
   std::optional<Vec3> place_;  // of sample_
   double time_s_ = 0;
   std::vector<SampledSource> sample_;
@@ -147,11 +271,8 @@ class Priority final : public Sampler {
 
 double weight(const SourceField& field, const Bands& of_signal, const Source& source,
               const Vec3& place) {
-  const Bands intensity = field.intensity(source, place);
-  double sum = 0;
-  for (std::size_t b = 0; b < kBandCount; ++b)
-    sum += static_cast<double>(of_signal[b]) * intensity[b];
-  return sum;
+  const Bands part = weight_by_band(field, of_signal, source, place);
+  return std::accumulate(part.begin(), part.end(), 0.0);
 }
 
 LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,
@@ -162,12 +283,14 @@ LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights&
 }
 
 std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,
-                                               SourcePool& pool, std::size_t voices) {
-  return std::make_unique<Priority>(field, std::move(weights), pool, voices);
+                                               SourcePool& pool, std::size_t voices,
+                                               VisibilityCache* sight) {
+  return std::make_unique<Priority>(field, std::move(weights), pool, voices, sight);
 }
 
-std::unique_ptr<Sampler> make_all_sampler(const SourceField& field, const SourceList& list) {
-  return std::make_unique<All>(field, list);
+std::unique_ptr<Sampler> make_all_sampler(const SourceField& field, const SourceList& list,
+                                          VisibilityCache* sight) {
+  return std::make_unique<All>(field, list, sight);
 }
 
 }  // namespace clamor

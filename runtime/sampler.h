@@ -17,6 +17,11 @@
 // for them: with kappa the highest key P / u of what is missing near source i, P its power over all
 // bands, i is chosen only if u_i < P_i / kappa, so its factor is max(1, tau / w_i, kappa / P_i):
 // still unbiased, only coarser.
+//
+// What stands in the way (visibility_cache.h) makes weights smaller, never larger, so sources are
+// found as if nothing did; those that would be chosen are looked at, best first, until k + 1 that
+// were looked at are ahead of all others: the top k of all sources as they are known, though few
+// were asked for.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +29,10 @@
 #include <span>
 #include <string>
 
+#include "common/bands.h"
 #include "common/vec.h"
 #include "runtime/source_pool.h"
+#include "runtime/visibility_cache.h"
 
 namespace clamor {
 
@@ -34,6 +41,7 @@ struct SampledSource {
   double power_scale = 1;
   const Source* source = nullptr;  // valid until the next call of sample()
   std::uint32_t signal = 0;
+  Bands visibility = same_in_all_bands(1);  // share of the power that gets past what is in the way
 };
 
 class Sampler {
@@ -60,9 +68,11 @@ LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights&
                                   std::uint32_t signal, const Source& source, const Vec3& place,
                                   double time_s);
 
-// Field and pool must outlive the sampler.
+// All must outlive the sampler. Without `sight` nothing is hidden.
 std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,
-                                               SourcePool& pool, std::size_t voices);
-std::unique_ptr<Sampler> make_all_sampler(const SourceField& field, const SourceList& list);
+                                               SourcePool& pool, std::size_t voices,
+                                               VisibilityCache* sight = nullptr);
+std::unique_ptr<Sampler> make_all_sampler(const SourceField& field, const SourceList& list,
+                                          VisibilityCache* sight = nullptr);
 
 }  // namespace clamor

@@ -39,13 +39,14 @@ class SourceField {
     return received_intensity(source, emitters_, laws_, air_loss_per_m_, place);
   }
 
+  double speed_of_sound_mps() const { return speed_of_sound_mps_; }
+
   // From the signal's start to a listener at `place`.
   double delay_s(const Source& source, const Vec3& place) const {
     return emitters_[source.emitter].delay_s + static_cast<double>(source.delay_s) +
            length(place - Vec3(source.position_m)) / speed_of_sound_mps_;
   }
 
-  double speed_of_sound_mps() const { return speed_of_sound_mps_; }
 
   // Of all emitters: when the first and the last begins to play.
   double earliest_start_s() const { return earliest_start_s_; }

@@ -57,6 +57,9 @@ class SourcePool {
   // listener would need who is soon at `soon`.
   virtual void ask(const Vec3& /*soon*/, double /*tau*/) {}
 
+  // Was something not here that the last look would have needed?
+  virtual bool missed() const { return false; }
+
   // Is everything here that was asked for? If not, waits for some of it.
   virtual bool complete() { return true; }
 

@@ -197,13 +197,14 @@ Result<void> check(const StrategyOptions& options) {
 }
 
 std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
-                                      const SignalWeights& weights, SourceList& list) {
+                                      const SignalWeights& weights, SourceList& list,
+                                      VisibilityCache* sight) {
   using Rule = DynamicSample::Rule;
   const std::string& name = options.strategy;
   const auto from_list = [&](Rule rule) -> std::unique_ptr<Sampler> {
     return std::make_unique<FromList>(options, field, weights, list, rule);
   };
-  if (name == "all") return make_all_sampler(field, list);
+  if (name == "all") return make_all_sampler(field, list, sight);
   if (name == "random" || name == "importance") return from_list(Rule::kOnce);
   if (name == "full-resampling") return from_list(Rule::kFull);
   if (name == "stochastic-diffusion") return from_list(Rule::kStochastic);
@@ -211,13 +212,14 @@ std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const Sour
   if (name == "octree") return std::make_unique<OctreeCut>(options, field, weights, list);
   if (name == "octree-diffusion")
     return std::make_unique<OctreeDiffusion>(options, field, weights, list);
-  return make_sampler(options, field, weights, static_cast<SourcePool&>(list));
+  return make_sampler(options, field, weights, static_cast<SourcePool&>(list), sight);
 }
 
 std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
-                                      const SignalWeights& weights, SourcePool& pool) {
+                                      const SignalWeights& weights, SourcePool& pool,
+                                      VisibilityCache* sight) {
   assert(!needs_list(options.strategy));
-  auto sampler = make_priority_sampler(field, weights, pool, options.voices);
+  auto sampler = make_priority_sampler(field, weights, pool, options.voices, sight);
   if (options.estimator == Estimator::kPower) return sampler;
   return std::make_unique<OnAmplitudes>(std::move(sampler));
 }

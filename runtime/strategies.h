@@ -66,12 +66,15 @@ Result<void> check(const StrategyOptions& options);
 // Does it need a list of all sources? If not, any pool will do.
 inline bool needs_list(const std::string& strategy) { return strategy != "priority"; }
 
-// What the options, which are right, ask for. Field and list must outlive the sampler.
+// What the options, which are right, ask for. All must outlive the sampler. The paper's own
+// strategies know nothing of what hides a source.
 std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
-                                      const SignalWeights& weights, SourceList& list);
+                                      const SignalWeights& weights, SourceList& list,
+                                      VisibilityCache* sight = nullptr);
 
 // Of a strategy that needs no list.
 std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
-                                      const SignalWeights& weights, SourcePool& pool);
+                                      const SignalWeights& weights, SourcePool& pool,
+                                      VisibilityCache* sight = nullptr);
 
 }  // namespace clamor

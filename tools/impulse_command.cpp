@@ -15,6 +15,7 @@
 #include "runtime/impulse_response.h"
 #include "runtime/room_parameters.h"
 #include "runtime/sampled_response.h"
+#include "runtime/sight_geometry.h"
 #include "tools/arguments.h"
 #include "tools/commands.h"
 #include "tools/strategy_options.h"
@@ -31,6 +32,7 @@ struct Options {
   double seconds = 0;  // 0: until the last arrival has rung out
   StrategyOptions strategy;
   bool json = false;
+  std::string visibility = "on";
 };
 
 struct Row {
@@ -105,9 +107,21 @@ Result<void> measure(const Options& options, std::ostream& out, std::ostream& er
   Result<AllSources> all = read_all_sources(*file);
   if (!all) return all.error();
   for (Source& source : all->sources) source.emitter = all->stored_as[source.emitter];
-  const std::vector<Arrival> arrivals =
-      sampled_response(options.strategy, all->sources, emitters, file->materials(),
-                       file->settings().air, options.listener_m, emitter);
+  std::vector<Arrival> arrivals;
+  if (options.strategy.strategy == "all") {
+    Mesh mesh;
+    if (options.visibility == "on") {
+      Result<Mesh> read = file->read_mesh();
+      if (!read) return read.error().in(options.level);
+      mesh = std::move(*read);
+    }
+    const SightGeometry surfaces(mesh, file->materials());
+    arrivals = energy_response(all->sources, emitters, file->materials(), file->settings().air,
+                               options.listener_m, emitter, &surfaces);
+  } else {
+    arrivals = sampled_response(options.strategy, all->sources, emitters, file->materials(),
+                                file->settings().air, options.listener_m, emitter);
+  }
   if (arrivals.empty())
     return Error("nothing of " + in_quotes(emitters[emitter].name) +
                  " reaches the listener. Move --listener inside the level.")
@@ -154,12 +168,15 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
   parser.required("--listener");
   parser.option("--emitter", options.emitter, "which emitter sounds; unset: the first");
   parser.option("--seconds", options.seconds, "length of the waveform, at most 60; 0: all of it");
+  parser.option("--visibility", options.visibility, "on or off: do surfaces hide sources [on]");
   parser.flag("--json", options.json, "the parameters as JSON");
   const StrategyWords strategy(parser, "all");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto chosen = strategy.read();
   if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
   options.strategy = *chosen;
+  if (options.visibility != "on" && options.visibility != "off")
+    return parser.bad_usage(err, "--visibility is on or off, not " + in_quotes(options.visibility));
   const auto pose = parse_listener(listener);
   if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
   options.listener_m = pose->position_m;

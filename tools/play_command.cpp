@@ -155,6 +155,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   std::string level, listener, walk_path, gain = "0", format, layout, hrtf;
   bool ambisonics = false, binaural = false, no_limiter = false;
   std::optional<std::string> memory;
+  std::string visibility = "on";
   PlayerOptions options;
   Arguments parser("play",
                    "Plays a bake in real time. In a terminal, arrow keys or WASD walk and turn.",
@@ -169,6 +170,9 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
                 "a part of a name that 'clamor devices' prints, or none");
   parser.option("--frames", options.block_frames, "frames per block");
   const StrategyWords strategy(parser);
+  parser.option("--visibility", visibility, "on or off: do surfaces hide sources [on]");
+  parser.option("--rays", options.auralizer.rays,
+                "a keyframe (50 a second), to look for what they hide");
   parser.option(
       "--memory", memory,
       "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
@@ -186,6 +190,9 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
   use(*chosen, options.auralizer);
 
+  if (visibility != "on" && visibility != "off")
+    return parser.bad_usage(err, "--visibility is on or off, not " + in_quotes(visibility));
+  options.auralizer.visibility = visibility == "on";
   if (memory) {
     const auto bytes = parse_bytes(*memory);
     if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);

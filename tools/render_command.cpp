@@ -27,6 +27,7 @@ double decibels(double amplitude) { return 20 * std::log10(std::max(amplitude, 1
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   std::string level, output, listener, walk_path, gain = "0", format, layout, hrtf;
   std::optional<std::string> memory;
+  std::string visibility = "on";
   double seconds = 0;
   bool ambisonics = false, binaural = false, limit = false;
   AuralizerOptions options;
@@ -42,6 +43,8 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   parser.option("--walk", walk_path, "a scripted path instead, PATH.json");
   parser.option("--seconds", seconds, "how long; unset: the walk's length, or 10");
   const StrategyWords strategy(parser);
+  parser.option("--visibility", visibility, "on or off: do surfaces hide sources [on]");
+  parser.option("--rays", options.rays, "a keyframe (50 a second), to look for what they hide");
   parser.option(
       "--memory", memory,
       "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
@@ -61,6 +64,9 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
 
   if (listener.empty() == walk_path.empty())
     return parser.bad_usage(err, "give either --listener X,Y,Z or --walk PATH.json");
+  if (visibility != "on" && visibility != "off")
+    return parser.bad_usage(err, "--visibility is on or off, not " + in_quotes(visibility));
+  options.visibility = visibility == "on";
   if (memory) {
     const auto bytes = parse_bytes(*memory);
     if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);

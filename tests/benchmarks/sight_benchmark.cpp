@@ -1,0 +1,128 @@
+// What does it cost a keyframe to know which sources are hidden? It decides the budget of rays.
+//
+// Ten million sources lie all over the surfaces of Sponza (66 000 triangles; it comes with the
+// levels that lie beside the repository), their powers spread over 60 dB; a listener walks through
+// it at 1.5 m/s. `rays_ms` is the part of the keyframe that casts them, `rest_ms` all else;
+// `current` the share of the sources that matter whose look is of the present cell, `hidden` those
+// that nothing is heard of; `free_ms` a keyframe without visibility.
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "bake/octree_builder.h"
+#include "common/random.h"
+#include "formats/level_import.h"
+#include "runtime/octree_pool.h"
+#include "runtime/sampler.h"
+#include "runtime/visibility_cache.h"
+#include "tests/stored_tree.h"
+
+namespace clamor {
+namespace {
+
+const std::string kSponza = CLAMOR_SOURCE_DIR "/../shared/levels/sponza.glb";
+
+std::vector<Source> surface_sources(const Mesh& mesh, std::uint32_t count) {
+  std::vector<double> area(mesh.triangles.size());
+  const auto corner = [&](std::size_t t, int c) {
+    return Vec3(mesh.vertices_m[mesh.triangles[t][c]]);
+  };
+  for (std::size_t t = 0; t < area.size(); ++t)
+    area[t] = length(cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0)));
+  std::partial_sum(area.begin(), area.end(), area.begin());
+  std::vector<Source> sources(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const RandomBits a = philox(2, {i, 0, 0, 0}), b = philox(2, {i, 1, 0, 0});
+    const auto t = std::min<std::size_t>(
+        area.size() - 1,
+        std::upper_bound(area.begin(), area.end(), unit(a[0]) * area.back()) - area.begin());
+    const double u = std::sqrt(unit(a[1])), v = unit(a[2]);
+    const Vec3 across = cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0));
+    if (length(across) == 0) continue;
+    const Vec3 normal = (a[3] & 1 ? 1.0 : -1.0) * normalize(across);
+    Source& source = sources[i];
+    source.position_m =
+        Vec3f((1 - u) * corner(t, 0) + u * (1 - v) * corner(t, 1) + u * v * corner(t, 2));
+    source.normal = source.mirror = Vec3f(normal);
+    source.delay_s = static_cast<float>(0.02 + 1.5 * unit(b[0]));
+    source.power = same_in_all_bands(static_cast<float>(std::pow(10, -6 * unit(b[0]))));
+    source.patch_radius_m = 0.3f;
+    source.u = static_cast<float>(unit_above_zero(b[1]));
+  }
+  return sources;
+}
+
+void sight(benchmark::State& state) {
+  if (!std::filesystem::exists(kSponza)) return state.SkipWithError("Sponza is not here");
+  const auto level = import_level(kSponza, {});
+  if (!level.ok()) return state.SkipWithError(level.error().message.c_str());
+  const Mesh& mesh = level->level.mesh;
+  testing::StoredTrees trees;
+  trees.add(build_octree(surface_sources(mesh, static_cast<std::uint32_t>(state.range(0)))));
+
+  std::vector<Material> materials(1);
+  const std::vector<Emitter> emitters(1);
+  const SourceField field(emitters, materials, Air{});
+  SignalWeights weights;
+  weights.by_signal = {same_in_all_bands(1)};
+  const SightGeometry surfaces(mesh, level->level.materials);
+  const auto run = [&](VisibilityCache* cache, auto&& timed) {
+    PageLoader loader(trees.fetch(field, weights), PageBudget{4'000'000'000});
+    OctreePool pool(field, weights, trees.tops(), {}, loader);
+    const auto sampler = make_priority_sampler(field, weights, pool, 2000, cache);
+    double way_m = 0;
+    const auto walk = [&] {
+      way_m += 0.03;
+      return Vec3(9 * std::sin(way_m / 9), 1.7, 0.8 * std::cos(way_m / 5));
+    };
+    for (int i = 0; i < 100; ++i) {
+      const Vec3 place = walk();
+      sampler->sample(place);
+      while (!sampler->complete()) sampler->sample(place);
+    }
+    timed([&] { return sampler->sample(walk()); });
+  };
+  VisibilityCache cache(surfaces, field.speed_of_sound_mps(),
+                        {.rays_per_keyframe = static_cast<int>(state.range(1))});
+  double voices = 0, wanted = 0, current = 0, frames = 0;
+  VisibilityStatistics before;
+  run(&cache, [&](const auto& keyframe) {
+    before = cache.statistics();
+    for (auto _ : state) {
+      voices += static_cast<double>(keyframe().size());
+      wanted += static_cast<double>(cache.statistics().wanted);
+      current += static_cast<double>(cache.statistics().current);
+      ++frames;
+    }
+  });
+  const VisibilityStatistics& after = cache.statistics();
+  state.counters["voices"] = voices / frames;
+  state.counters["rays"] = static_cast<double>(after.rays - before.rays) / frames;
+  state.counters["looks"] = static_cast<double>(after.looks - before.looks) / frames;
+  state.counters["glances"] = static_cast<double>(after.glances - before.glances) / frames;
+  state.counters["late"] = static_cast<double>(after.late - before.late) / frames;
+  state.counters["wanted"] = wanted / frames;
+  state.counters["current"] = current / wanted;
+  state.counters["rays_ms"] = (after.casting_ms - before.casting_ms) / frames;
+  run(nullptr, [&](const auto& keyframe) {
+    const auto start = std::chrono::steady_clock::now();
+    for (int i = 0; i < 200; ++i) keyframe();
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
+    state.counters["free_ms"] = took.count() / 200;
+  });
+}
+BENCHMARK(sight)
+    ->ArgNames({"sources", "rays"})
+    ->ArgsProduct({{1'000'000, 10'000'000}, {kRaysPerKeyframe}})
+    ->ArgsProduct({{1'000'000}, {2 * kRaysPerKeyframe}})
+    ->Iterations(500)
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace clamor

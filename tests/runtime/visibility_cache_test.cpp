@@ -1,0 +1,242 @@
+// Sources that are hidden: which are chosen, how loud they are, and when that is known.
+#include "runtime/visibility_cache.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include <gtest/gtest.h>
+
+#include "bake/bake.h"
+#include "common/random.h"
+#include "runtime/energy_response.h"
+#include "runtime/fresnel_visibility.h"
+#include "runtime/keyframe_maker.h"
+#include "runtime/sampler.h"
+#include "tests/rooms.h"
+
+namespace clamor {
+namespace {
+
+constexpr double kSpeed_mps = 343.2;
+
+// Two rooms of 5 x 4 x 3 m side by side, with a wall 10 cm thick between them and, if asked for, a
+// door in it of 1 x 2 m. The emitter is in the first.
+Level two_rooms(bool door) {
+  Level level = testing::shoebox({10.1, 4, 3}, testing::uniform_material(0.3f), {1.5, 2, 1.5});
+  Mesh& mesh = level.mesh;
+  const auto quad = [&mesh](const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
+    mesh.vertices_m.insert(mesh.vertices_m.end(), {a, b, c, d});
+    mesh.triangles.push_back({first, first + 1, first + 2});
+    mesh.triangles.push_back({first, first + 2, first + 3});
+    mesh.materials.insert(mesh.materials.end(), 2, 0);
+  };
+  const float y0 = door ? 1.5f : 4, y1 = door ? 2.5f : 4, z1 = door ? 2 : 3;
+  for (const float x : {5.0f, 5.1f}) {
+    quad({x, 0, 0}, {x, y0, 0}, {x, y0, 3}, {x, 0, 3});
+    if (!door) continue;
+    quad({x, y1, 0}, {x, 4, 0}, {x, 4, 3}, {x, y1, 3});
+    quad({x, y0, z1}, {x, y1, z1}, {x, y1, 3}, {x, y0, 3});
+  }
+  if (door) {
+    quad({5, y0, 0}, {5.1f, y0, 0}, {5.1f, y0, z1}, {5, y0, z1});
+    quad({5, y1, 0}, {5.1f, y1, 0}, {5.1f, y1, z1}, {5, y1, z1});
+    quad({5, y0, z1}, {5.1f, y0, z1}, {5.1f, y1, z1}, {5, y1, z1});
+  }
+  return level;
+}
+
+struct World {
+  World(const Level& level, std::uint64_t photons)
+      : contents(baked(level, photons)),
+        sources(contents.octree.sources),
+        field(contents.emitters, contents.materials, contents.settings.air),
+        surfaces(contents.mesh, contents.materials) {
+    weights.by_signal.assign(contents.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
+  }
+  static BakeContents baked(const Level& level, std::uint64_t photons) {
+    BakeOptions options;
+    options.settings.photons = photons;
+    options.threads = 1;
+    return *bake(level, options);
+  }
+
+  BakeContents contents;
+  const std::vector<Source>& sources;
+  SourceField field;
+  SightGeometry surfaces;
+  SignalWeights weights;
+};
+
+// Power per band at a place, of a sample as it is mixed.
+std::array<double, kBandCount> heard(const World& world, std::span<const SampledSource> sample,
+                                     const Vec3& place) {
+  std::array<double, kBandCount> power{};
+  for (const SampledSource& one : sample) {
+    const Bands intensity = world.field.intensity(*one.source, place);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      power[b] += one.power_scale * static_cast<double>(intensity[b]) * one.visibility[b];
+  }
+  return power;
+}
+
+TEST(Visibility, OfTheTopKIsThatOfAFullScanWithVisibility) {
+  const World world(two_rooms(true), 150);
+  constexpr std::size_t kVoices = 100;
+  SourceList list(world.field, world.weights, world.sources);
+  for (const Vec3& place : {Vec3(1, 1, 1.6), Vec3(4.5, 3.5, 1.6), Vec3(6.2, 2, 1.6),
+                            Vec3(8, 3.6, 1.2), Vec3(5.3, 0.4, 0.3)}) {
+    VisibilityCache sight(world.surfaces, kSpeed_mps, {.rays_per_keyframe = 1000, .exact = true});
+    const auto sampler = make_priority_sampler(world.field, world.weights, list, kVoices, &sight);
+    const auto sample = sampler->sample(place);
+
+    struct Entry {
+      double priority, weight;
+      std::uint64_t number;
+    };
+    std::vector<Entry> all;
+    std::uint64_t rays = 0;
+    for (std::uint64_t i = 0; i < world.sources.size(); ++i) {
+      const Source& source = world.sources[i];
+      const Bands visible =
+          source_visibility(world.surfaces, kSpeed_mps, source, place, kFirstLookWays, rays);
+      const Bands intensity = world.field.intensity(source, place);
+      double w = 0;
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        w += static_cast<double>(intensity[b] * world.weights.by_signal[0][b]) * visible[b];
+      if (w > 0) all.push_back({w / source.u, w, i});
+    }
+    std::sort(all.begin(), all.end(), [](const Entry& a, const Entry& b) {
+      return a.priority != b.priority ? a.priority > b.priority : a.number < b.number;
+    });
+    ASSERT_GT(all.size(), kVoices);
+    std::map<std::uint64_t, double> expected;
+    for (std::size_t i = 0; i < kVoices; ++i)
+      expected[all[i].number] = std::max(1.0, all[kVoices].priority / all[i].weight);
+    ASSERT_EQ(sample.size(), kVoices);
+    auto next = expected.begin();
+    for (const SampledSource& one : sample) {
+      EXPECT_EQ(one.number, next->first);
+      EXPECT_NEAR(one.power_scale / next->second, 1, 1e-6);
+      ++next;
+    }
+    EXPECT_LT(sight.statistics().looks, world.sources.size());
+  }
+}
+
+TEST(Visibility, LetsNothingThroughAWallWithoutTransmission) {
+  const World world(two_rooms(false), 300);
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    const RandomBits bits = philox(3, {i, 0, 0, 0});
+    const Vec3 place(5.2 + 4.8 * unit(bits[0]), 0.1 + 3.8 * unit(bits[1]), 2.9 * unit(bits[2]));
+    const auto arrivals =
+        energy_response(world.sources, world.contents.emitters, world.contents.materials,
+                        world.contents.settings.air, place, std::nullopt, &world.surfaces);
+    EXPECT_TRUE(arrivals.empty()) << arrivals.size() << " sources are heard through the wall";
+  }
+}
+
+TEST(Visibility, FollowsALongReferenceThroughADoorWithin1_5DecibelsPerBand) {
+  const World world(two_rooms(true), 40);
+  SourceList list(world.field, world.weights, world.sources);
+  VisibilityCache sight(world.surfaces, kSpeed_mps, {});
+  // All sources are voices: what differs from the reference is what is known of their visibility.
+  const auto sampler =
+      make_priority_sampler(world.field, world.weights, list, world.sources.size(), &sight);
+  int compared = 0;
+  // From the lit room through the door and aside into the other, at 1.5 m/s.
+  const auto walk = [](double way_m) {
+    if (way_m < 3.5) return Vec3(3 + way_m, 2, 1.6);
+    return Vec3(6.5 + 0.5 * (way_m - 3.5), 2 + 0.85 * (way_m - 3.5), 1.6);
+  };
+  for (int keyframe = 0; keyframe < 175; ++keyframe) {
+    const Vec3 place = walk(0.03 * keyframe);
+    const auto sample = sampler->sample(place);
+    if (keyframe % 25 != 24) continue;
+    std::array<double, kBandCount> reference{};
+    for (const Arrival& arrival :
+         energy_response(world.sources, world.contents.emitters, world.contents.materials,
+                         world.contents.settings.air, place, std::nullopt, &world.surfaces))
+      for (std::size_t b = 0; b < kBandCount; ++b) reference[b] += arrival.energy[b];
+    const auto now = heard(world, sample, place);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      const double off_db = 10 * std::log10(now[b] / reference[b]);
+      EXPECT_NEAR(off_db, 0, 1.5) << "band " << b << " at " << place.x << ", " << place.y;
+      ++compared;
+    }
+  }
+  EXPECT_EQ(compared, 7 * 8);
+}
+
+TEST(Visibility, SettlesWhereOneStandsAndThenCostsNothing) {
+  const World world(two_rooms(true), 40);
+  SourceList list(world.field, world.weights, world.sources);
+  VisibilityCache sight(world.surfaces, kSpeed_mps, {.rays_per_keyframe = 3000});
+  const auto sampler = make_priority_sampler(world.field, world.weights, list, 300, &sight);
+  const Vec3 place(6.2, 2.4, 1.6);
+  std::uint64_t last = 0, most = 0;
+  int keyframes = 0;
+  for (;; ++keyframes) {
+    sampler->sample(place);
+    const std::uint64_t rays = sight.statistics().rays - last;
+    if (rays == 0 || keyframes > 2000) break;
+    most = std::max(most, rays);
+    last = sight.statistics().rays;
+  }
+  EXPECT_GT(keyframes, 3);
+  EXPECT_LT(keyframes, 2000);
+  // A keyframe casts what it may, but for the last look, which may have been a close one.
+  EXPECT_LT(most, 3000u + 64 * 9 * 8);
+  // And every one is as good as a reference.
+  std::uint64_t compared = 0;
+  for (const SampledSource& one : sampler->sample(place)) {
+    if (!is_partial(one.visibility)) continue;
+    const Bands close = look_closely(world.surfaces, kSpeed_mps, *one.source, place);
+    if (!is_partial(close)) continue;
+    EXPECT_EQ(one.visibility, close);
+    ++compared;
+  }
+  EXPECT_GT(compared, 50u);
+}
+
+TEST(Visibility, GlidesInAVoiceAndNeverJumps) {
+  const World world(two_rooms(true), 10);
+  KeyframeMaker maker(world.field, 10);
+  Keyframe keyframe;
+  keyframe.voices.reserve(10);
+  const Source& source = *std::find_if(world.sources.begin(), world.sources.end(),
+                                       [](const Source& one) { return one.is_emitter; });
+  const Pose pose{{2, 1, 1.5}, 0, 0};
+  SampledSource sampled{.number = 0, .power_scale = 1, .source = &source, .signal = 0};
+  maker.make({&sampled, 1}, pose, keyframe);
+  ASSERT_EQ(keyframe.voices.size(), 1u);
+  const float free = keyframe.voices[0].gain[0][7], low = keyframe.voices[0].gain[0][0];
+  ASSERT_GT(free, 0);
+  sampled.visibility = {1, 1, 1, 1, 0.5f, 0.25f, 0.1f, 0};
+  float last = free;
+  for (int k = 0; k < 15; ++k) {
+    maker.make({&sampled, 1}, pose, keyframe);
+    const float now = keyframe.voices[0].gain[0][7];
+    EXPECT_LE(now, last);
+    EXPECT_GT(now, 0.69f * last - 0.04f * free);  // half the power a keyframe, until it is gone
+    last = now;
+  }
+  EXPECT_EQ(last, 0);
+  EXPECT_EQ(keyframe.voices[0].gain[0][0], low);
+}
+
+TEST(Visibility, IsOfAllSourcesForTheStrategyThatTakesAll) {
+  const World world(two_rooms(true), 20);
+  const SourceList list(world.field, world.weights, world.sources);
+  VisibilityCache sight(world.surfaces, kSpeed_mps, {.rays_per_keyframe = 1});
+  const auto sampler = make_all_sampler(world.field, list, &sight);
+  std::uint64_t rays = 0;
+  for (const SampledSource& one : sampler->sample({8, 1, 1.5}))
+    EXPECT_EQ(one.visibility, source_visibility(world.surfaces, kSpeed_mps, *one.source,
+                                                {8, 1, 1.5}, kFirstLookWays, rays));
+}
+
+}  // namespace
+}  // namespace clamor
