@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/text.h"
-#include "formats/audio_file.h"
 #include "formats/all_sources.h"
+#include "formats/audio_file.h"
 #include "formats/bake_file.h"
 #include "runtime/energy_response.h"
 #include "runtime/impulse_response.h"
