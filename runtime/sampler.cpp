@@ -12,11 +12,16 @@ namespace clamor {
 
 namespace {
 
-Bands weight_by_band(const SourceField& field, const Bands& of_signal, const Source& source,
-                     const Vec3& place) {
-  Bands part = field.intensity(source, place);
-  for (std::size_t b = 0; b < kBandCount; ++b) part[b] *= of_signal[b];
-  return part;
+double sum_of_bands(const Bands& weights, const Bands& intensity) {
+  double sum = 0;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    sum += static_cast<double>(weights[b]) * intensity[b];
+  return sum;
+}
+
+Bands weighed(const Bands& weights, Bands intensity) {
+  for (std::size_t b = 0; b < kBandCount; ++b) intensity[b] *= weights[b];
+  return intensity;
 }
 
 class All final : public Sampler {
@@ -171,12 +176,12 @@ class Priority final : public Sampler {
       const LoudnessTrack::Moment now =
           weights_now(field_, weights_, found.signal, source, place, time_s_);
       if (found.ceiling * now.share < threshold) continue;
-      const Bands part = weight_by_band(field_, now.weights, source, place);
-      const double w = std::accumulate(part.begin(), part.end(), 0.0);
+      const Bands intensity = field_.intensity(source, place);
+      const double w = sum_of_bands(now.weights, intensity);
       const double priority = w / std::max(source.u, kLeastU);
       if (!(w > 0 && priority >= threshold)) continue;
       candidates_.push_back({priority, w, found});
-      if (sight_ != nullptr) parts_.push_back(part);
+      if (sight_ != nullptr) parts_.push_back(weighed(now.weights, intensity));
     }
     return true;
   }
@@ -271,8 +276,7 @@ class Priority final : public Sampler {
 
 double weight(const SourceField& field, const Bands& of_signal, const Source& source,
               const Vec3& place) {
-  const Bands part = weight_by_band(field, of_signal, source, place);
-  return std::accumulate(part.begin(), part.end(), 0.0);
+  return sum_of_bands(of_signal, field.intensity(source, place));
 }
 
 LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,

@@ -132,7 +132,7 @@ TEST(MemoryCap, IsSaidBeforeTheBakeStartsAndIsAboveWhatItTakes) {
   auto words = bake_of(violin_room(), folder / "out.clamor");
   words[4] = "2000";
   words[6] = "300000";
-  words.insert(words.end(), {"--memory", "100MB"});
+  words.insert(words.end(), {"--memory", "120MB"});
   EXPECT_EQ(run_bake(words, log).code, 1);
   const std::string sentence = read(log);
   const std::size_t place = sentence.find("needs about ");
@@ -140,7 +140,7 @@ TEST(MemoryCap, IsSaidBeforeTheBakeStartsAndIsAboveWhatItTakes) {
   EXPECT_NE(sentence.find("--sources "), std::string::npos) << sentence;
   EXPECT_EQ(folder.names(), std::vector<std::string>{"log"});
   const long needed_MB = std::stol(sentence.substr(place + 12));
-  EXPECT_GT(needed_MB, 100);
+  EXPECT_GT(needed_MB, 120);
   if (testing::kSanitized) return;  // which takes memory of its own
   words[4] = "20000";
   words.back() = std::to_string(needed_MB) + "MB";
