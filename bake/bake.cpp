@@ -236,6 +236,7 @@ Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& op
   BatchTracing tracing(workshop.tracer, level, workshop.plan, options, *journals,
                        scene_hash(level, workshop.trace), shard);
   if (const auto traced = tracing.run(); !traced.ok()) return traced.error();
+  if (const auto synced = journals->front().sync(); !synced.ok()) return synced.error();
   BakeReport report;
   report.photons = tracing.progress().photons_done;
   report.photons_reused = tracing.progress().photons_reused;

@@ -9,6 +9,7 @@
 // The file is 16 bytes "CLAMORTJ", version; then records: a header of 40 bytes, then one zstd
 // frame. Each is checked by xxHash3 when it is used. A record that a crash cut short, and all after
 // it, are cut off on opening; one that is damaged counts as absent.
+// It is synced once a second: a power cut loses no more than that, and the new file's name not.
 //
 // Threads: one at a time. Memory: 24 bytes per run in the file, and one record.
 #pragma once
@@ -44,6 +45,10 @@ class TraceJournal {
 
   // Adds runs under their keys. On failure (a full disk) the file is cut back to what it was.
   Result<void> append(std::span<const std::uint64_t> keys, const TracedRuns& traced);
+
+  // What was added is on the disk: done at every second anyway, and when the journal is closed, but
+  // only this says whether it worked.
+  Result<void> sync();
 
   // Leaves only what was found or appended since opening, if that is less than half of the file.
   Result<void> compact();

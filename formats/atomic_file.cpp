@@ -11,6 +11,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "formats/unless_interrupted.h"
+
 namespace clamor {
 
 namespace {
@@ -82,16 +84,18 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   // The process's own name for it, so what lies there is left from a process that is gone.
   const std::string temporary = prefix_of(path) + std::to_string(::getpid()) + ".tmp";
   ::unlink(temporary.c_str());
-  const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  const int descriptor = unless_interrupted(
+      [&] { return ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644); });
   if (descriptor < 0) return failed(path, "write here", errno);
   return AtomicFile(path, temporary, descriptor);
 }
 
 Result<void> AtomicFile::write(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
-    const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return failed(path_, "write", errno);
+    const ssize_t written =
+        unless_interrupted([&] { return ::write(descriptor_, bytes.data(), bytes.size()); });
+    // Of no bytes: there is no room for one, and the file system does not say so.
+    if (written <= 0) return failed(path_, "write", written < 0 ? errno : ENOSPC);
     bytes = bytes.subspan(static_cast<std::size_t>(written));
   }
   return {};
@@ -99,10 +103,11 @@ Result<void> AtomicFile::write(std::span<const std::byte> bytes) {
 
 Result<void> AtomicFile::write_at(std::size_t offset, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
-    const ssize_t written =
-        ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return failed(path_, "write", errno);
+    const ssize_t written = unless_interrupted([&] {
+      return ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    });
+    // Of no bytes: there is no room for one, and the file system does not say so.
+    if (written <= 0) return failed(path_, "write", written < 0 ? errno : ENOSPC);
     bytes = bytes.subspan(static_cast<std::size_t>(written));
     offset += static_cast<std::size_t>(written);
   }
@@ -110,17 +115,21 @@ Result<void> AtomicFile::write_at(std::size_t offset, std::span<const std::byte>
 }
 
 Result<void> AtomicFile::commit() {
-  if (::fsync(descriptor_) != 0) return failed(path_, "write", errno);
-  if (::rename(temporary_.c_str(), path_.c_str()) != 0) return failed(path_, "write here", errno);
+  if (unless_interrupted([&] { return ::fsync(descriptor_); }) != 0)
+    return failed(path_, "write", errno);
+  if (unless_interrupted([&] { return ::rename(temporary_.c_str(), path_.c_str()); }) != 0)
+    return failed(path_, "write here", errno);
   ::close(std::exchange(descriptor_, -1));
-  // The file is whole; that its name survives a power cut is the folder's sync. Some file systems
-  // cannot do that, and the file is no worse for it.
-  const int folder = ::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder >= 0) {
-    ::fsync(folder);
-    ::close(folder);
-  }
+  sync_folder_of(path_);
   return {};
+}
+
+void sync_folder_of(const std::string& path) {
+  const int folder = unless_interrupted(
+      [&] { return ::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
+  if (folder < 0) return;
+  unless_interrupted([&] { return ::fsync(folder); });
+  ::close(folder);
 }
 
 }  // namespace clamor

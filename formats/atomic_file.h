@@ -27,7 +27,8 @@ class AtomicFile {
   Result<void> write(std::span<const std::byte> bytes);
   Result<void> write_at(std::size_t offset, std::span<const std::byte> bytes);
 
-  // Syncs and renames. Call once, last.
+  // Syncs, renames and syncs the folder. Call once, last. Once it is renamed the file is in its
+  // place, whole and on the disk, and nothing that follows is an error.
   Result<void> commit();
 
  private:
@@ -36,5 +37,9 @@ class AtomicFile {
   std::string path_, temporary_;
   int descriptor_ = -1;
 };
+
+// So that a new name survives a power cut. Some file systems cannot do that, and the file is no
+// worse for it: whether it worked is not told.
+void sync_folder_of(const std::string& path);
 
 }  // namespace clamor

@@ -9,12 +9,15 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "formats/unless_interrupted.h"
+
 namespace clamor {
 
 Result<ReadFile> ReadFile::open(const std::string& path) {
   ReadFile file;
   // Without O_NONBLOCK, a pipe that nobody writes to would be waited for.
-  file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  file.descriptor_ =
+      unless_interrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
   if (file.descriptor_ < 0)
     return Error(path + ": cannot read it (" + std::strerror(errno) + "); check the path");
   struct stat status {};
@@ -33,9 +36,10 @@ Result<void> ReadFile::read(std::uint64_t offset, std::uint64_t bytes,
   }
   std::uint64_t done = 0;
   while (done < bytes) {
-    const auto got =
-        ::pread(descriptor_, into.data() + done, bytes - done, static_cast<off_t>(offset + done));
-    if (got < 0 && errno == EINTR) continue;
+    const auto got = unless_interrupted([&] {
+      return ::pread(descriptor_, into.data() + done, bytes - done,
+                     static_cast<off_t>(offset + done));
+    });
     if (got < 0) return Error(std::string("cannot be read (") + std::strerror(errno) + ")");
     if (got == 0) return Error("is not there any more: the file was cut short while it was open");
     done += static_cast<std::uint64_t>(got);

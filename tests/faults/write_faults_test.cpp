@@ -1,0 +1,197 @@
+// Every call that writing makes of the system fails in every way, one after the other: the user
+// reads a sentence, keeps the older file, and loses nothing by running the command again.
+#include <cstring>
+#include <set>
+
+#include "formats/bake_file.h"
+#include "tests/faults/faults.h"
+#include "tests/rooms_runtime.h"
+#include "tests/tools/program.h"
+
+namespace clamor::testing {
+
+namespace {
+
+struct Kind {
+  const char* what;
+  Fate fate;
+  int error;
+};
+
+// EINTR and a short read or write are no errors.
+constexpr Kind kKinds[] = {{"the disk is full from then on", Fate::kStaysSo, ENOSPC},
+                           {"one call is an I/O error", Fate::kFails, EIO},
+                           {"one call is interrupted", Fate::kFails, EINTR},
+                           {"one call does half", Fate::kFallsShort, 0}};
+
+bool harmless(const Kind& kind) { return kind.error == EINTR || kind.fate == Fate::kFallsShort; }
+
+const BakeContents& large() {
+  static const BakeContents contents = baked_contents(100);
+  return contents;
+}
+
+TEST(WriteBake, SyncsTheFileThenRenamesItThenSyncsTheFolder) {
+  const Folder folder;
+  const Faults faults({.folder = folder.path()});
+  ASSERT_TRUE(write_bake(folder / "a.clamor", large(), 1).ok());
+  std::vector<std::string> log = faults.log();
+  const auto first = [&](const std::string& beginning) {
+    return std::find_if(log.begin(), log.end(),
+                        [&](const std::string& line) { return line.starts_with(beginning); });
+  };
+  const auto rename = first("rename a.clamor"), folder_opened = first("open-folder");
+  const auto file_sync = first("fsync a.clamor."), last_write = first("pwrite a.clamor.");
+  ASSERT_TRUE(rename != log.end() && folder_opened != log.end());
+  EXPECT_EQ(count_of(log, "rename"), 1);
+  EXPECT_EQ(count_of(log, "fsync"), 2);
+  EXPECT_LT(last_write, file_sync);  // the preamble comes last
+  EXPECT_LT(file_sync, rename);
+  EXPECT_LT(rename, folder_opened);
+  ASSERT_NE(folder_opened + 1, log.end());
+  EXPECT_TRUE((folder_opened + 1)->starts_with("fsync ")) << *(folder_opened + 1);
+}
+
+TEST(WriteBake, AtEveryCallThatFailsLeavesTheOlderFileOrTheNewOneWholeAndNothingElse) {
+  const Folder folder;
+  const std::string path = folder / "a.clamor";
+  ASSERT_TRUE(write_bake(path, baked_contents(20), 1).ok());
+  const std::string older = read(path);
+  ASSERT_TRUE(write_bake(path, large(), 1).ok());
+  const std::string newer = read(path);
+  for (const Kind& kind : kKinds) {
+    long n = 0, refused = 0;
+    for (bool struck = true; struck; ++n) {
+      std::ofstream(path, std::ios::binary) << older;
+      Result<void> done;
+      bool after_rename = false;
+      {
+        const Faults faults(
+            {.folder = folder.path(), .strike_at = n, .fate = kind.fate, .error = kind.error});
+        done = write_bake(path, large(), 1);
+        struck = faults.struck();
+        // What follows the rename: the descriptor's close, and the folder's open, sync and close.
+        auto before = faults.log();
+        if (struck) before.resize(static_cast<std::size_t>(n));
+        after_rename = struck && count_of(before, "rename") > 0;
+      }
+      const std::string where = kind.what + (" at call " + std::to_string(n));
+      EXPECT_EQ(folder.names(), std::vector<std::string>{"a.clamor"}) << where;
+      if (done.ok()) {
+        EXPECT_TRUE(!struck || harmless(kind) || after_rename) << where;
+        ASSERT_TRUE(read(path) == newer) << where;
+      } else {
+        ++refused;
+        EXPECT_FALSE(harmless(kind)) << where << ": " << done.error().message;
+        EXPECT_EQ(done.error().message.find(path), 0u) << done.error().message;
+        EXPECT_NE(done.error().message.find(std::strerror(kind.error)), std::string::npos)
+            << done.error().message;
+        ASSERT_TRUE(read(path) == older) << where;
+      }
+      ASSERT_LT(n, 1000);
+    }
+    EXPECT_GT(n, 10) << kind.what;
+    // All but four, and the round without a fault.
+    EXPECT_EQ(refused, harmless(kind) ? 0 : n - 5) << kind.what;
+  }
+}
+
+// A box of 4 x 3 x 5 m, as small as a level can be that sound meets.
+std::string box_level(const Folder& folder) {
+  const Mesh mesh = box({4, 3, 5});
+  std::string bytes(reinterpret_cast<const char*>(mesh.vertices_m.data()), 8 * sizeof(Vec3f));
+  for (const auto& triangle : mesh.triangles)
+    bytes.append(reinterpret_cast<const char*>(triangle.data()), sizeof triangle);
+  folder.write("box.bin", bytes);
+  return folder.write("box.gltf", R"({"asset": {"version": "2.0"}, "scene": 0,
+    "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+    "accessors": [
+      {"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 8,
+       "min": [0, 0, 0], "max": [4, 3, 5]},
+      {"bufferView": 1, "componentType": 5125, "type": "SCALAR", "count": 36}],
+    "bufferViews": [{"buffer": 0, "byteLength": 96},
+                    {"buffer": 0, "byteOffset": 96, "byteLength": 144}],
+    "buffers": [{"byteLength": 240, "uri": "box.bin"}]})");
+}
+
+std::vector<std::string> bake_of(const std::string& level, const Folder& folder,
+                                 const std::string& output) {
+  return {"bake",      level,
+          "-o",        folder / output,
+          "--photons", "600",
+          "--sources", "600",
+          "--emitter", "name=click,signal=impulse,at=1,1.2,1",
+          "--longest", "0.05",
+          "--threads", "1",
+          "--quiet"};
+}
+
+// What a run of the command left behind, but for the journal.
+void expect_nothing_but(const Folder& folder, const std::set<std::string>& expected,
+                        const std::string& where) {
+  for (const std::string& name : folder.names())
+    EXPECT_TRUE(expected.contains(name)) << name << ": " << where;
+}
+
+// The command with each call failing in turn; then again, undisturbed.
+void fail_everywhere(const std::vector<std::string>& more, bool is_journal,
+                     std::span<const Kind> kinds) {
+  const Folder levels, whole_folder, folder;
+  const std::string level = box_level(levels), output = "out";
+  const auto command = [&](const Folder& to) {
+    auto words = bake_of(level, to, output);
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
+  ASSERT_EQ(clamor(command(whole_folder)).code, 0);
+  const std::string whole = read(whole_folder / output);
+  const std::string older = "an older file, which need not be a bake";
+  for (const Kind& kind : kinds) {
+    long n = 0;
+    int failures = 0;
+    for (bool struck = true; struck; ++n) {
+      for (const std::string& name : folder.names()) std::filesystem::remove(folder / name);
+      if (!is_journal) folder.write(output, older);
+      Outcome outcome;
+      std::vector<std::string> log;
+      {
+        const Faults faults(
+            {.folder = folder.path(), .strike_at = n, .fate = kind.fate, .error = kind.error});
+        outcome = clamor(command(folder));
+        struck = faults.struck();
+        log = faults.log();
+      }
+      const std::string where = kind.what + (" at call " + std::to_string(n)) + "\n" + outcome.err;
+      expect_nothing_but(folder, {output, output + ".journal"}, where);
+      if (outcome.code == 0) {
+        ASSERT_TRUE(read(folder / output) == whole) << where;
+        continue;
+      }
+      ++failures;
+      EXPECT_EQ(outcome.code, 1) << where;
+      EXPECT_FALSE(harmless(kind)) << where;
+      EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << where;
+      EXPECT_NE(outcome.err.find(folder / output), std::string::npos) << where;
+      EXPECT_NE(outcome.err.find(std::strerror(kind.error)), std::string::npos) << where;
+      ASSERT_TRUE(is_journal || read(folder / output) == older) << where;
+      // Whatever was kept, the same command ends in the same bytes.
+      ASSERT_EQ(clamor(command(folder)).code, 0) << where;
+      ASSERT_TRUE(read(folder / output) == whole) << where;
+      ASSERT_LT(n, 1000);
+    }
+    EXPECT_EQ(failures > 3, !harmless(kind)) << kind.what << ": " << failures;
+  }
+}
+
+TEST(BakeCommand, WhoseDiskFailsAtAnyCallSaysSoKeepsTheOlderFileAndGoesOnLater) {
+  fail_everywhere({}, false, kKinds);
+}
+
+TEST(BakeCommand, OfAShardWhoseDiskFailsAtAnyCallSaysSoAndGoesOnLater) {
+  fail_everywhere({"--shard", "1/2"}, true, std::span(kKinds).first(2));
+}
+
+}  // namespace
+
+}  // namespace clamor::testing
