@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/rooms_runtime.h"
 #include "tests/tools/program.h"
 
 namespace clamor {
@@ -32,15 +33,16 @@ TEST(DiffCommand, SaysInWhatTwoBakesDifferAndInNothingElse) {
 
   const auto same = clamor({"diff", a, b});
   EXPECT_EQ(same.code, 0);
-  EXPECT_NE(same.out.find("alike in all"), std::string::npos) << same.out;
+  EXPECT_NE(same.out.find("sound the same"), std::string::npos) << same.out;
 
   const auto other = clamor({"diff", a, c, "--json"});
-  ASSERT_EQ(other.code, 0) << other.err;
+  ASSERT_EQ(other.code, 1) << other.err;
   const auto json = nlohmann::json::parse(other.out);
-  EXPECT_FALSE(json["alike"]);
+  EXPECT_FALSE(json["same"]);
   std::set<std::string> what;
   for (const auto& row : json["differences"]) what.insert(row["what"]);
-  EXPECT_TRUE(what.contains("seed") && what.contains("emitter 'bell'") && what.contains("bytes"));
+  EXPECT_TRUE(what.contains("seed") && what.contains("emitters of one alone") &&
+              what.contains("bytes"));
   EXPECT_FALSE(what.contains("kappa") || what.contains("level") || what.contains("tool"));
   for (const auto& row : json["differences"])
     if (row["what"] == "seed") {
@@ -50,6 +52,41 @@ TEST(DiffCommand, SaysInWhatTwoBakesDifferAndInNothingElse) {
   // A second emitter of gain 1 beside a directional one.
   for (const double louder_db : json["level_db"]) EXPECT_GT(louder_db, 1);
   EXPECT_NE(clamor({"diff", a, c}).out.find("B louder by, dB"), std::string::npos);
+}
+
+TEST(DiffCommand, TellsWhichValueOfAnEmitterOrAMaterialChangedAndByHowMuchItIsLouder) {
+  const Folder folder;
+  const std::string level = folder.write("level.gltf", testing::kEmptyLevel);
+  const auto bake_with = [&](const std::string& name, const std::string& gain) {
+    const auto outcome = clamor({"bake", level, "-o", folder / name, "--no-journal", "--emitter",
+                                 "name=bell,signal=impulse,at=0,1,0,gain=" + gain, "--emitter",
+                                 "name=horn,signal=impulse,at=0,1,0,gain=-100dB"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+  };
+  bake_with("a.clamor", "0dB");
+  bake_with("b.clamor", "6dB");
+  const auto outcome = clamor({"diff", folder / "a.clamor", folder / "b.clamor", "--json"});
+  EXPECT_EQ(outcome.code, 1) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  ASSERT_EQ(json["differences"].size(), 1u) << outcome.out;
+  EXPECT_EQ(json["differences"][0]["what"], "emitter 'bell' gain");
+  EXPECT_EQ(json["differences"][0]["a"], "1.000");
+  EXPECT_EQ(json["differences"][0]["b"], "1.995");
+  for (const double louder_db : json["level_db"]) EXPECT_NEAR(louder_db, 6, 1e-3);
+}
+
+TEST(DiffCommand, HearsWhatTheFilesDoNotTell) {
+  // Of 100 photons' sources one has the other polarity.
+  const Folder folder;
+  const std::string a = folder / "a.clamor", b = folder / "b.clamor";
+  BakeContents contents = testing::baked_contents(100);
+  ASSERT_TRUE(write_bake(a, contents, 1).ok());
+  contents.octree.sources.back().polarity =
+      static_cast<std::int8_t>(-contents.octree.sources.back().polarity);
+  ASSERT_TRUE(write_bake(b, contents, 1).ok());
+  const auto outcome = clamor({"diff", a, b});
+  EXPECT_EQ(outcome.code, 1) << outcome.err;
+  EXPECT_NE(outcome.out.find("do not sound the same"), std::string::npos) << outcome.out;
 }
 
 TEST(DiffCommand, NamesTheFileThatCannotBeRead) {
