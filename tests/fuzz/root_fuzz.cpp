@@ -1,0 +1,23 @@
+// root_fuzz.cpp: the root of a bake file, a Cap'n Proto message, as if its checksum were right.
+#include <cstring>
+#include <vector>
+
+#include "formats/bake_root_reader.h"
+#include "tests/fuzz/fuzz_target.h"
+
+using namespace clamor;
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  std::vector<std::uint64_t> words(size / 8);  // aligned, as the reader wants it
+  std::memcpy(words.data(), data, 8 * words.size());
+  const auto root = read_bake_root(std::as_bytes(std::span(words)), 1 << 20);
+  if (!root.ok() && root.error().message.empty()) std::abort();
+  if (!root.ok()) return 0;
+  for (const Emitter& emitter : root->emitters)
+    if (emitter.signal >= root->signals.size()) std::abort();
+  for (const auto& map : root->signal_maps)
+    for (const std::uint32_t signal : map)
+      if (signal >= root->signals.size()) std::abort();
+  if (root->levels.size() != root->trees.size()) std::abort();
+  return 0;
+}
