@@ -106,6 +106,13 @@ std::string status_line(const PlayerStatistics& now, const Pose& pose, int chann
       100 * now.cpu_share, now.auralizer.sampler_ms, now.late_callbacks, now.auralizer.held_blocks);
 }
 
+// Says so when pages of the file cannot be read (any more), the first time. The sound goes on.
+void tell_of_failure(const PageStatistics& pages, bool& told, std::ostream& err) {
+  if (told || pages.failed == 0) return;
+  told = true;
+  fmt::print(err, "warning: {} What has been read goes on and stands in for it.\n", pages.failure);
+}
+
 // Moves and shows until the end, a key or Ctrl-C says stop.
 void run(Player& player, const PlayerOptions& options, std::ostream& err) {
   const Interrupt interrupt;
@@ -120,11 +127,13 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
   auto shown = start;
   Pose pose = options.pose, wanted = options.pose;
   std::array<float, kMostChannels> peak{};  // since the last line
+  bool told = false;
   while (!player.finished() && !Interrupt::requested()) {
     const Key key = terminal.read(kFrame_ms);
     if (key == Key::kQuit) break;
     apply(key, wanted);
     PlayerStatistics status = player.statistics();
+    tell_of_failure(status.auralizer.pages, told, err);
     for (std::size_t c = 0; c < peak.size(); ++c)
       peak[c] = std::max(peak[c], status.auralizer.peak[c]);
     if (options.walk) {
@@ -258,8 +267,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
                pages.asked, pages.loaded, pages.dropped, pages.late,
                static_cast<double>(pages.bytes) / 1e6);
   if (pages.failed > 0)
-    fmt::print(err, "warning: {} pages could not be read, others stood in for them: {}\n",
-               pages.failed, pages.failure);
+    fmt::print(err, "{} pages could not be read; others stood in for them\n", pages.failed);
   if (!options.record.empty())
     fmt::print(
         err, "recorded {}{}\n", options.record,

@@ -22,6 +22,12 @@ namespace {
 
 double decibels(double amplitude) { return 20 * std::log10(std::max(amplitude, 1e-10)); }
 
+// A render is right or none: what stands in for a page that cannot be read will do for a player.
+Result<void> all_pages_were_read(Auralizer& auralizer) {
+  const PageStatistics pages = auralizer.statistics().pages;
+  return pages.failed == 0 ? Result<void>() : Result<void>(Error(pages.failure));
+}
+
 }  // namespace
 
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
@@ -131,6 +137,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
                     fmt::format("{:.1f} x real time", rate));
     if (Interrupt::requested())
       return Result<void>(Error("stopped; nothing was written. Run the same command again."));
+    if (const auto whole = all_pages_were_read(**auralizer); !whole.ok()) return whole;
     return wav->write(block);
   });
   if (!rendered.ok()) return fail(rendered.error());

@@ -47,7 +47,7 @@ bool is_among(const std::string& call, const std::string& calls) {
 enum class Verdict { kGoOn, kFail, kHalf };
 
 Verdict verdict_on(const char* call, const std::string& path) {
-  const std::lock_guard lock(mutex);
+  std::unique_lock lock(mutex);
   if (!now || !lies_in(path, now->plan.folder)) return Verdict::kGoOn;
   now->log.push_back(std::string(call) + " " + std::filesystem::path(path).filename().string());
   if (!is_among(call, now->plan.calls)) return Verdict::kGoOn;
@@ -56,6 +56,12 @@ Verdict verdict_on(const char* call, const std::string& path) {
   if (now->plan.strike_at < 0 || index < now->plan.strike_at) return Verdict::kGoOn;
   if (index > now->plan.strike_at && !stays) return Verdict::kGoOn;
   now->struck = true;
+  if (now->plan.fate == Fate::kGoesOn) {
+    const auto meanwhile = now->plan.meanwhile;
+    lock.unlock();  // it may make calls of its own
+    meanwhile();
+    return Verdict::kGoOn;
+  }
   if (now->plan.fate == Fate::kFallsShort) return Verdict::kHalf;
   errno = now->plan.error;
   return Verdict::kFail;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cerrno>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,6 +17,7 @@ enum class Fate {
   kFails,       // this call alone, with the plan's errno
   kStaysSo,     // this and every later one: a disk that is full stays full
   kFallsShort,  // a read or write does half of what it is asked for
+  kGoesOn,      // as if nothing were, but `meanwhile` is done first
 };
 
 struct FaultPlan {
@@ -24,6 +26,7 @@ struct FaultPlan {
   long strike_at = -1;  // so many of them go well before; -1: nothing is struck
   Fate fate = Fate::kFails;
   int error = ENOSPC;
+  std::function<void()> meanwhile{};
 };
 
 // One at a time.

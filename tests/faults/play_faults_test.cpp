@@ -1,0 +1,228 @@
+// Files that fail while they are played: one message, and the sound goes on.
+#include <cmath>
+#include <cstring>
+#include <functional>
+
+#include "common/random.h"
+#include "formats/audio_file.h"
+#include "runtime/render.h"
+#include "tests/faults/faults.h"
+#include "tests/rooms_runtime.h"
+#include "tests/tools/program.h"
+
+namespace clamor::testing {
+
+namespace {
+
+// A room with noise in it, so that loudness does not hang on how tones interfere.
+const BakeContents& room() {
+  static const BakeContents contents = [] {
+    BakeContents made = baked_contents(4000);
+    for (std::uint32_t s = 0; s < made.signals.size(); ++s) {
+      made.signals[s].loop = true;
+      made.signals[s].samples.resize(24000);
+      for (std::uint32_t i = 0; i < 24000; ++i)
+        made.signals[s].samples[i] =
+            static_cast<float>(0.02 * (unit(philox(7, {i, s, 0, 0})[0]) - 0.5));
+    }
+    return made;
+  }();
+  return contents;
+}
+
+// What may become of the file under whoever reads it.
+struct Calamity {
+  const char* what;
+  std::function<void(const std::string& path)> strike;
+  bool is_noticed;
+};
+
+std::vector<Calamity> calamities() {
+  const auto size = [](const std::string& path) { return std::filesystem::file_size(path); };
+  return {{"cut in half", [=](auto& path) { std::filesystem::resize_file(path, size(path) / 2); },
+           true},
+          {"cut to nothing", [](auto& path) { std::filesystem::resize_file(path, 0); }, true},
+          {"overwritten with garbage",
+           [=](auto& path) {
+             std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+             file << std::string(size(path), '\xa5');
+           },
+           true},
+          {"overwritten in place by another bake",
+           [](auto& path) {
+             ASSERT_TRUE(write_bake(path + ".other", baked_contents(300), 1).ok());
+             const std::string other = read(path + ".other");
+             std::filesystem::remove(path + ".other");
+             std::ofstream(path, std::ios::binary | std::ios::trunc) << other;
+           },
+           true},
+          // These leave the reader the file it has open.
+          {"replaced by another bake",
+           [](auto& path) { ASSERT_TRUE(write_bake(path, baked_contents(300), 1).ok()); }, false},
+          {"deleted", [](auto& path) { std::filesystem::remove(path); }, false}};
+}
+
+double energy_of(std::span<const float> samples) {
+  double sum = 0;
+  for (const float sample : samples) sum += static_cast<double>(sample) * sample;
+  return sum;
+}
+
+struct Heard {
+  double energy = 0;
+  PageStatistics pages;
+};
+
+// Two seconds of a walk through the room, with next to no memory, so that pages come and go. Half a
+// second on, something strikes.
+Heard walked(const std::string& path, const std::function<void()>& strike) {
+  auto file = BakeFile::open(path);
+  EXPECT_TRUE(file.ok());
+  AuralizerOptions options;
+  options.voices = 300;
+  options.wait_for_pages = true;
+  options.memory_bytes = 300'000;
+  auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
+  EXPECT_TRUE(auralizer.ok());
+  Heard heard;
+  std::vector<float> block(2 * 960);
+  for (int i = 0; i < 100; ++i) {
+    if (i == 25) strike();
+    while ((*auralizer)->wants_keyframe()) {
+      const double t = (*auralizer)->next_keyframe_time_s();
+      (*auralizer)
+          ->make_keyframe({{3 + 2.5 * std::sin(3 * t), 4 + 3 * std::cos(3 * t), 1.5}, t, 0});
+    }
+    (*auralizer)->mix(block);
+    const double energy = energy_of(block);
+    EXPECT_TRUE(std::isfinite(energy));
+    if (i >= 25) heard.energy += energy;
+  }
+  heard.pages = (*auralizer)->statistics().pages;
+  return heard;
+}
+
+TEST(FileUnderAPlayer, MayBeCutOverwrittenReplacedOrDeletedAndSoundsAsLoudAsBefore) {
+  const Folder folder;
+  const std::string path = folder / "a.clamor";
+  ASSERT_TRUE(write_bake(path, room(), 1).ok());
+  const std::string whole = read(path);
+  const Heard undisturbed = walked(path, [] {});
+  ASSERT_GT(undisturbed.pages.dropped, 20u);  // so that they are read again
+  for (const Calamity& calamity : calamities()) {
+    std::ofstream(path, std::ios::binary) << whole;
+    const Heard heard = walked(path, [&] { calamity.strike(path); });
+    EXPECT_EQ(heard.pages.failed > 0, calamity.is_noticed) << calamity.what;
+    EXPECT_EQ(heard.pages.failure.find(path) == 0, calamity.is_noticed) << heard.pages.failure;
+    // What has been read stands in for the rest: unbiased, with a spread of 0.8 dB from one page.
+    EXPECT_NEAR(10 * std::log10(heard.energy / undisturbed.energy), 0,
+                calamity.is_noticed ? 2.5 : 1e-9)
+        << calamity.what;
+  }
+}
+
+TEST(FileUnderAPlayer, WhoseDiskFailsSoundsAsLoudAsBefore) {
+  const Folder folder;
+  const std::string path = folder / "a.clamor";
+  ASSERT_TRUE(write_bake(path, room(), 1).ok());
+  const Heard undisturbed = walked(path, [] {});
+  for (const long at : {20, 40, 80}) {
+    for (const Fate fate : {Fate::kFails, Fate::kStaysSo}) {
+      const Faults faults(
+          {.folder = folder.path(), .calls = "pread", .strike_at = at, .fate = fate, .error = EIO});
+      const Heard heard = walked(path, [] {});
+      EXPECT_TRUE(faults.struck());
+      EXPECT_EQ(heard.pages.failed, fate == Fate::kFails ? 1u : heard.pages.failed);
+      EXPECT_NE(heard.pages.failure.find(std::strerror(EIO)), std::string::npos)
+          << heard.pages.failure;
+      EXPECT_NEAR(10 * std::log10(heard.energy / undisturbed.energy), 0, 2.5) << at;
+    }
+  }
+  // Interrupted and short reads are none.
+  for (const Fate fate : {Fate::kFails, Fate::kFallsShort}) {
+    const Faults faults(
+        {.folder = folder.path(), .calls = "pread", .strike_at = 40, .fate = fate, .error = EINTR});
+    const Heard heard = walked(path, [] {});
+    EXPECT_TRUE(faults.struck());
+    EXPECT_EQ(heard.pages.failed, 0u);
+    EXPECT_EQ(heard.energy, undisturbed.energy);
+  }
+}
+
+long lines_with(const std::string& text, const std::string& part) {
+  std::istringstream lines(text);
+  long count = 0;
+  for (std::string line; std::getline(lines, line);) count += line.find(part) != std::string::npos;
+  return count;
+}
+
+// What is read before the sound begins.
+long reads_to_begin(const Folder& folder, const std::string& path) {
+  const Faults faults({.folder = folder.path()});
+  auto file = BakeFile::open(path);
+  EXPECT_TRUE(file.ok());
+  AuralizerOptions options;
+  EXPECT_TRUE(Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options).ok());
+  return count_of(faults.log(), "pread");
+}
+
+// Plays to nowhere. Something strikes between two of the pages that are read.
+Outcome played(const Folder& folder, const std::string& path, const std::function<void()>& strike) {
+  const std::string walk = folder.write("walk.json", R"({"loop": false, "points": [
+    {"time_s": 0, "position_m": [1, 1, 1.5]}, {"time_s": 0.5, "position_m": [5, 7, 1.5]}]})");
+  const long begins = reads_to_begin(folder, path);
+  const Faults faults({.folder = folder.path(),
+                       .calls = "pread",
+                       .strike_at = begins + 2,
+                       .fate = Fate::kGoesOn,
+                       .meanwhile = strike});
+  return clamor({"play", path, "--device", "none", "--walk", walk, "--memory", "4MB", "--voices",
+                 "300", "--record", folder / "heard.wav"});
+}
+
+TEST(PlayCommand, SaysOnceThatItsFileIsGoneAndPlaysToTheEnd) {
+  const Folder folder;
+  const std::string path = folder / "a.clamor";
+  for (const Calamity& calamity : calamities()) {
+    if (std::string(calamity.what) == "overwritten with garbage") continue;  // as the next
+    std::ofstream(path, std::ios::binary | std::ios::trunc).close();
+    ASSERT_TRUE(write_bake(path, room(), 1).ok());
+    const Outcome outcome = played(folder, path, [&] { calamity.strike(path); });
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(lines_with(outcome.err, "warning: " + path), calamity.is_noticed) << outcome.err;
+    EXPECT_EQ(lines_with(outcome.err, "pages could not be read"), calamity.is_noticed)
+        << outcome.err;
+    EXPECT_NE(outcome.err.find("played 0.5 s"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("pages: "), std::string::npos) << outcome.err;
+    const std::string wav = read(folder / "heard.wav");
+    const auto heard = decode_audio(std::as_bytes(std::span(wav)), "heard");
+    ASSERT_TRUE(heard.ok()) << heard.error().message;
+    const std::span<const float> last = std::span(*heard).last(heard->size() / 4);
+    // It goes on, wherever in the room the walk has come.
+    EXPECT_NEAR(10 * std::log10(energy_of(last) / energy_of(std::span(*heard).first(last.size()))),
+                0, 10)
+        << calamity.what;
+  }
+}
+
+TEST(RenderCommand, OfAFileThatCannotBeReadToTheEndWritesNothing) {
+  const Folder folder;
+  const std::string path = folder / "a.clamor";
+  ASSERT_TRUE(write_bake(path, room(), 1).ok());
+  const Faults faults({.folder = folder.path(),
+                       .calls = "pread",
+                       .strike_at = 20,
+                       .fate = Fate::kStaysSo,
+                       .error = EIO});
+  const Outcome outcome = clamor(
+      {"render", path, "-o", folder / "out.wav", "--listener", "3,4,1.5", "--seconds", "0.2"});
+  EXPECT_TRUE(faults.struck());
+  EXPECT_EQ(outcome.code, 1) << outcome.err;
+  EXPECT_NE(outcome.err.find(path), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find(std::strerror(EIO)), std::string::npos) << outcome.err;
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"a.clamor"});
+}
+
+}  // namespace
+
+}  // namespace clamor::testing
