@@ -163,8 +163,10 @@ BakeOverview overview_of(const BakeFile& file) {
 
 Result<void> verify(const BakeFile& file) {
   if (auto pages = verify_pages(file); !pages.ok()) return pages;
-  for (std::size_t i = 0; i < file.signal_count(); ++i)
+  for (std::size_t i = 0; i < file.signal_count(); ++i) {
     if (const auto signal = file.read_signal(i); !signal.ok()) return signal.error();
+    if (const auto envelope = file.read_envelope(i); !envelope.ok()) return envelope.error();
+  }
   if (const auto mesh = file.read_mesh(); !mesh.ok()) return mesh.error();
   return {};
 }

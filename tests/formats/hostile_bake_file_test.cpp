@@ -1,0 +1,342 @@
+// Bake files whose forger knew how to sum: wrong values behind right checksums; and the writer,
+// which is held to the same.
+#include <functional>
+
+#include <capnp/message.h>
+#include <capnp/serialize.h>
+
+#include "formats/bake_root.capnp.h"
+#include "tests/formats/bake_examples.h"
+
+namespace clamor::testing {
+namespace {
+
+// The file with its root changed and every checksum right again.
+Bytes with_root(Bytes bytes, const std::function<void(BakeRoot::Builder)>& change) {
+  Preamble preamble;
+  std::memcpy(&preamble, bytes.data(), sizeof(preamble));
+  std::vector<capnp::word> words(preamble.root_bytes / sizeof(capnp::word));
+  std::memcpy(words.data(), bytes.data() + preamble.root_offset, preamble.root_bytes);
+  capnp::FlatArrayMessageReader reader(kj::arrayPtr(words.data(), words.size()));
+  capnp::MallocMessageBuilder message;
+  message.setRoot(reader.getRoot<BakeRoot>());
+  change(message.getRoot<BakeRoot>());
+  const auto flat = capnp::messageToFlatArray(message);
+  const auto chars = flat.asChars();
+  bytes.resize(preamble.root_offset);
+  bytes.append(chars.begin(), chars.size());
+  seal(bytes);
+  return bytes;
+}
+
+// Damage that a checksum does not see: whoever made these files knew how.
+struct Hostile {
+  const char* what;
+  std::function<void(BakeRoot::Builder)> change;
+};
+
+// Where what is in an entry (bake_format.md).
+constexpr std::size_t kSourcesAt = 84, kPackedAt = 88, kOctantAt = 92, kChildrenAt = 93,
+                      kInstancesAt = 94, kBelowAt = 96, kOffsetAt = 104, kHashAt = 112;
+
+template <class T>
+void set_in(kj::ArrayPtr<kj::byte> bytes, std::size_t at, T value) {
+  std::memcpy(bytes.begin() + at, &value, sizeof(T));
+}
+
+template <class T>
+std::function<void(BakeRoot::Builder)> top_with(std::size_t at, T value) {
+  return [=](BakeRoot::Builder root) { set_in(root.getTrees()[0].getTop(), at, value); };
+}
+
+// The file with something in its second entry changed, that in the top's page, and every checksum
+// right.
+template <class T>
+Bytes with_child(Bytes bytes, std::size_t at, T value) {
+  const auto top_of = [](BakeRoot::Builder root) { return root.getTrees()[0].getTop(); };
+  PageLink page;
+  with_root(bytes, [&](BakeRoot::Builder root) {
+    const auto top = top_of(root);
+    page = read_entry(std::as_bytes(std::span(top.begin(), top.size())))->page;
+  });
+  std::memcpy(bytes.data() + page.offset + page.packed_bytes + at, &value, sizeof(T));
+  const auto changed = std::as_bytes(std::span(bytes)).subspan(page.offset, page.bytes());
+  const std::uint64_t hash = hash_of(changed);
+  return with_root(bytes, [&](BakeRoot::Builder root) { set_in(top_of(root), kHashAt, hash); });
+}
+
+std::vector<Hostile> hostile_roots() {
+  using Root = BakeRoot::Builder;
+  constexpr std::uint64_t kHuge = 1ull << 63;
+  return {
+      {"page beyond the file", top_with<std::uint64_t>(kOffsetAt, kHuge)},
+      {"page before the file", top_with<std::uint64_t>(kOffsetAt, 0)},
+      {"page over the signals", top_with<std::uint32_t>(kPackedAt, 2000)},
+      {"page of 4 GB", top_with<std::uint32_t>(kPackedAt, 0xffffffffu)},
+      {"page of nothing", top_with<std::uint32_t>(kPackedAt, 0)},
+      {"page whose end wraps round", top_with<std::uint64_t>(kOffsetAt, ~std::uint64_t{0} - 3)},
+      {"page with no sources", top_with<std::uint32_t>(kSourcesAt, 0)},
+      {"page with 2^31 sources", top_with<std::uint32_t>(kSourcesAt, 1u << 31)},
+      {"page with one source more than it has", top_with<std::uint32_t>(kSourcesAt, 61)},
+      {"page with a wrong checksum", top_with<std::uint64_t>(kHashAt, 7)},
+      {"more sources below than there are", top_with<std::uint64_t>(kBelowAt, 102)},
+      {"sources below without end", top_with<std::uint64_t>(kBelowAt, kHuge)},
+      {"two children where there is one", top_with<std::uint8_t>(kChildrenAt, 2)},
+      {"255 children", top_with<std::uint8_t>(kChildrenAt, 255)},
+      {"a copy of no tree", top_with<std::uint16_t>(kInstancesAt, 1)},
+      {"65535 copies", top_with<std::uint16_t>(kInstancesAt, 65535)},
+      {"a ninth octant", top_with<std::uint8_t>(kOctantAt, 8)},
+      {"box inside out", top_with<float>(0, 1000)},
+      {"box that is no number", top_with<float>(12, kNaN)},
+      {"box without end", top_with<float>(12, INFINITY)},
+      {"key that is no number", top_with<float>(24, kNaN)},
+      {"power that is no number", top_with<float>(40, kNaN)},
+      {"cone that is no number", top_with<float>(64, kNaN)},
+      {"delay that is no number", top_with<float>(76, kNaN)},
+      {"top of a tree cut short", [](Root r) { r.getTrees()[0].initTop(119); }},
+      {"tree without levels", [](Root r) { r.getTrees()[0].initLevels(0); }},
+      {"levels without powers", [](Root r) { r.getTrees()[0].getLevels()[0].initPower(7); }},
+      {"level of 2^63 nodes", [](Root r) { r.getTrees()[0].getLevels()[1].setNodes(kHuge); }},
+      {"level of 2^63 bytes", [](Root r) { r.getTrees()[0].getLevels()[1].setPackedBytes(kHuge); }},
+      {"too many trees", [](Root r) { r.initTrees(65537); }},
+      {"signal map of other signals", [](Root r) { r.initSignalMaps(1).init(0, 2); }},
+      {"signal map to what is not there", [](Root r) { r.initSignalMaps(1).init(0, 1).set(0, 1); }},
+      {"bands missing", [](Root r) { r.initBandsHz(7); }},
+      {"other bands", [](Root r) { r.getBandsHz().set(0, 31.5f); }},
+      {"power of seven bands", [](Root r) { r.initPowerEmitted(7); }},
+      {"negative power", [](Root r) { r.getPowerEscaped().set(0, -1); }},
+      {"material that absorbs 200 %",
+       [](Root r) { r.getMaterials()[0].getAbsorption().set(0, 2); }},
+      {"material that absorbs no number",
+       [](Root r) { r.getMaterials()[0].getAbsorption().set(0, kNaN); }},
+      {"material with an exponent of 10^9",
+       [](Root r) { r.getMaterials()[1].getPhong().set(7, 1e9f); }},
+      {"material without bands", [](Root r) { r.getMaterials()[1].initScattering(0); }},
+      {"no materials for the triangles", [](Root r) { r.initMaterials(0); }},
+      {"emitter of a signal that is not there", [](Root r) { r.getEmitters()[0].setSignal(1); }},
+      {"emitter nowhere", [](Root r) { r.getEmitters()[0].setX(kNaN); }},
+      {"emitter with a long axis", [](Root r) { r.getEmitters()[0].setAxisX(5); }},
+      {"emitter of infinite gain", [](Root r) { r.getEmitters()[0].setGain(INFINITY); }},
+      {"emitter that starts in a thousand years",
+       [](Root r) { r.getEmitters()[0].setDelayS(3e10); }},
+      {"no emitters for the sources", [](Root r) { r.initEmitters(0); }},
+      {"signal of 2^63 frames", [](Root r) { r.getSignals()[0].setFrames(kHuge); }},
+      {"signal of no frames", [](Root r) { r.getSignals()[0].setFrames(0); }},
+      {"signal longer than it is", [](Root r) { r.getSignals()[0].setFrames(301); }},
+      {"signal beyond the file", [](Root r) { r.getSignals()[0].getBlockOffset().set(0, kHuge); }},
+      {"signal over the pages", [](Root r) { r.getSignals()[0].getBlockOffset().set(0, 64); }},
+      {"signal in no block", [](Root r) { r.getSignals()[0].initBlockOffset(0); }},
+      {"signal in more blocks than it is long",
+       [](Root r) {
+         auto signal = r.getSignals()[0];
+         for (auto* list : {"offset", "hash"}) {
+           auto two = list[0] == 'o' ? signal.initBlockOffset(2) : signal.initBlockHash(2);
+           two.set(0, 1000);
+           two.set(1, 1000);
+         }
+         signal.initBlockBytes(2);
+       }},
+      {"signal with blocks of no bytes", [](Root r) { r.getSignals()[0].initBlockBytes(0); }},
+      {"envelope beyond the file", [](Root r) { r.getSignals()[0].setEnvelopeOffset(kHuge); }},
+      {"envelope over its signal",
+       [](Root r) {
+         auto signal = r.getSignals()[0];
+         signal.setEnvelopeOffset(signal.getBlockOffset()[0]);
+       }},
+      {"envelope that is no zstd frame",
+       [](Root r) {
+         auto signal = r.getSignals()[0];
+         signal.setEnvelopeBytes(0);
+         signal.setEnvelopeHash(hash_of({}));
+       }},
+      {"envelope of seven bands", [](Root r) { r.getSignals()[0].initMeanSquare(7); }},
+      {"envelope that is no number",
+       [](Root r) { r.getSignals()[0].getMeanSquare().set(4, kNaN); }},
+      {"envelope of a band that is silent",
+       [](Root r) { r.getSignals()[0].getMeanSquare().set(3, 0); }},
+      {"envelope of an infinite band",
+       [](Root r) { r.getSignals()[0].getMeanSquare().set(3, INFINITY); }},
+      {"signal of no scale", [](Root r) { r.getSignals()[0].setScale(kNaN); }},
+      {"signal that is no FLAC",
+       [](Root r) {
+         auto signal = r.getSignals()[0];
+         signal.getBlockBytes().set(0, 0);
+         signal.getBlockHash().set(0, hash_of({}));
+       }},
+      {"silence of half an hour in a few bytes",
+       [](Root r) { r.getSignals()[0].setFrames(kSampleRate_hz * 1800); }},
+      {"too many signals",
+       [](Root r) {
+         const Bytes name(8, 'x');
+         auto one = r.getSignals()[0];
+         const auto end = one.getEnvelopeOffset() + one.getEnvelopeBytes();
+         auto many = r.initSignals(65537);
+         for (auto signal : many) {
+           signal.setScale(1);
+           signal.setFrames(1);
+           signal.initBlockOffset(1).set(0, end - 1);
+           signal.initBlockBytes(1).set(0, 1);
+           signal.initBlockHash(1);
+           signal.initMeanSquare(8);
+           signal.setEnvelopeOffset(end);
+         }
+       }},
+      {"decay times of seven bands", [](Root r) { r.initDecayT30S(7); }},
+      {"decay time that is no number", [](Root r) { r.getDecayT30S().set(2, kNaN); }},
+      {"negative error of a decay", [](Root r) { r.getDecayT30ErrorS().set(2, -1); }},
+      {"infinite error of the decays", [](Root r) { r.setDecayErrorDb(INFINITY); }},
+      {"geometry of 2^32 triangles", [](Root r) { r.getGeometry().setTriangles(0xffffffffu); }},
+      {"geometry of fewer vertices", [](Root r) { r.getGeometry().setVertices(3); }},
+      {"geometry nowhere", [](Root r) { r.getGeometry().setLowZ(kNaN); }},
+      {"geometry over the signals", [](Root r) { r.getGeometry().setOffset(64); }},
+      {"air at absolute zero", [](Root r) { r.setTemperatureC(-300); }},
+      {"air without pressure", [](Root r) { r.setPressureKpa(0); }},
+      {"kappa that is no number", [](Root r) { r.setRouletteKappa(kNaN); }},
+  };
+}
+
+TEST(HostileBakeFile, WithRightChecksumsIsRefusedAllTheSame) {
+  const Bytes whole = written(contents());
+  ASSERT_TRUE(read_whole(with_root(whole, [](BakeRoot::Builder) {})).ok());
+  for (const Hostile& hostile : hostile_roots())
+    EXPECT_FALSE(read_whole(with_root(whole, hostile.change)).ok()) << hostile.what;
+}
+
+TEST(HostileBakeFile, WithAPageThatSpeaksOfWrongChildrenIsRefused) {
+  const Bytes whole = written(contents());
+  ASSERT_TRUE(read_whole(with_child<std::uint8_t>(whole, kOctantAt, 3)).ok());
+  constexpr std::uint64_t kHuge = 1ull << 63;
+  const auto refused = [&](const char* what, std::size_t at, auto value) {
+    EXPECT_FALSE(read_whole(with_child(whole, at, value)).ok()) << what;
+  };
+  refused("child that is in the midst of another page", kOffsetAt, std::uint64_t{65});
+  refused("child before the file", kOffsetAt, std::uint64_t{0});
+  refused("child beyond the file", kOffsetAt, kHuge);
+  refused("child whose end wraps round", kOffsetAt, ~std::uint64_t{0} - 3);
+  refused("child of 4 GB", kPackedAt, 0xffffffffu);
+  refused("child of nothing", kPackedAt, 0u);
+  refused("child without sources", kSourcesAt, 0u);
+  refused("child of 2^31 sources", kSourcesAt, 1u << 31);
+  refused("child with children of its own", kChildrenAt, std::uint8_t{1});
+  refused("child with copies", kInstancesAt, std::uint16_t{1});
+  refused("child of more below than its parent has", kBelowAt, std::uint64_t{42});
+  refused("child with a wrong checksum", kHashAt, std::uint64_t{7});
+  refused("child beyond the eighth", kOctantAt, std::uint8_t{9});
+  refused("child beyond its parent's box", 0, -1.0f);
+  refused("child inside out", 0, 1000.0f);
+  refused("child nowhere", 12, kNaN);
+  refused("child of a higher key", 24, 2.0f);
+  refused("child of infinite power", 28, INFINITY);
+  refused("child of a cone that is no number", 72, kNaN);
+  refused("child of a negative delay", 76, -1.0f);
+}
+
+TEST(HostileBakeFile, WithARootOfRandomWordsIsRefused) {
+  const Bytes whole = written(contents());
+  Preamble preamble;
+  std::memcpy(&preamble, whole.data(), sizeof(preamble));
+  for (std::uint32_t round = 0; round < 2000; ++round) {
+    Bytes bytes = whole;
+    const RandomBits size = philox(5, {round, 0, 1, 0});
+    bytes.resize(preamble.root_offset + 8 * (size[0] % 64));
+    for (std::size_t i = preamble.root_offset; i < bytes.size(); ++i)
+      bytes[i] = static_cast<char>(philox(5, {round, static_cast<std::uint32_t>(i), 0, 0})[0] &
+                                   (size[1] & 1 ? 0xff : 3));
+    seal(bytes);
+    ASSERT_FALSE(read_whole(bytes).ok()) << "round " << round;
+  }
+}
+
+TEST(HostileBakeFile, WithRandomWordsOfItsRootChangedNeverCrashes) {
+  const Bytes whole = written(contents());
+  Preamble preamble;
+  std::memcpy(&preamble, whole.data(), sizeof(preamble));
+  const std::size_t root_bytes = whole.size() - preamble.root_offset;
+  int refused = 0;
+  for (std::uint32_t round = 0; round < 5000; ++round) {
+    Bytes bytes = whole;
+    const RandomBits bits = philox(6, {round, 0, 0, 0});
+    for (std::uint32_t k = 0; k <= bits[0] % 3; ++k) {
+      const RandomBits where = philox(6, {round, 1, k, 0});
+      bytes[preamble.root_offset + where[0] % root_bytes] = static_cast<char>(where[1]);
+    }
+    seal(bytes);
+    refused += !read_whole(bytes).ok();
+  }
+  EXPECT_GT(refused, 500);  // many bytes are names and powers, which may be anything
+}
+
+// Any value that a caller may get wrong, with any wrong value.
+TEST(BakeFile, IsReadBackWheneverItWasWritten) {
+  using Change = std::function<void(BakeContents&, double)>;
+  const auto as = [](auto& field, double x) { field = static_cast<float>(x); };
+  const std::vector<Change> changes = {
+      [](auto& c, double x) { c.emitters[0].gain = x; },
+      [](auto& c, double x) { c.emitters[0].position_m.y = x; },
+      [](auto& c, double x) { c.emitters[0].axis.z = x; },
+      [](auto& c, double x) { c.emitters[0].delay_s = x; },
+      [=](auto& c, double x) { as(c.emitters[0].directivity[3], x); },
+      [](auto& c, double x) { c.emitters[0].signal = x > 0 && x < 9 ? 1 : 7; },
+      [=](auto& c, double x) { as(c.materials[1].absorption[0], x); },
+      [=](auto& c, double x) { as(c.materials[1].phong[7], x); },
+      [](auto& c, double x) { c.settings.roulette_kappa = x; },
+      [](auto& c, double x) { c.settings.air.humidity_percent = x; },
+      [](auto& c, double x) { c.settings.air.pressure_kpa = x; },
+      [](auto& c, double x) { c.statistics.mean_free_path_m = x; },
+      [=](auto& c, double x) { as(c.statistics.power_emitted[1], x); },
+      [=](auto& c, double x) { as(c.statistics.decay.t30_s[1], x); },
+      [=](auto& c, double x) { as(c.statistics.decay.error_db, x); },
+      [=](auto& c, double x) { as(c.octree.nodes[1].low_m.x, x); },
+      [=](auto& c, double x) { as(c.octree.nodes[0].high_m.z, x); },
+      [=](auto& c, double x) { as(c.octree.nodes[0].highest_key, x); },
+      [=](auto& c, double x) { as(c.octree.nodes[0].power[4], x); },
+      [=](auto& c, double x) { as(c.octree.nodes[0].cone_cos, x); },
+      [=](auto& c, double x) { as(c.octree.nodes[0].most_delay_s, x); },
+      [](auto& c, double x) { c.octree.nodes[0].children[3] = x > 0 ? kNoNode : 0; },
+      [](auto& c, double x) { c.octree.nodes[1].source_count = x > 0 && x < 9 ? 0 : 1000; },
+      [](auto& c, double x) { c.octree.nodes[1].first_source = x > 0 && x < 9 ? 0 : 1000; },
+      [=](auto& c, double x) { as(c.octree.sources[7].position_m.x, x); },
+      [=](auto& c, double x) { as(c.octree.sources[7].normal.y, x); },
+      [=](auto& c, double x) { as(c.octree.sources[7].mirror.z, x); },
+      [=](auto& c, double x) { as(c.octree.sources[7].delay_s, x); },
+      [=](auto& c, double x) { as(c.octree.sources[7].power[2], x); },
+      [=](auto& c, double x) { as(c.octree.sources[7].patch_radius_m, x); },
+      [=](auto& c, double x) { as(c.octree.sources[7].u, x); },
+      [](auto& c, double x) { c.octree.sources[7].material = x > 0 && x < 9 ? 1 : 2; },
+      [](auto& c, double x) { c.octree.sources[7].emitter = x > 0 && x < 9 ? 0 : 1; },
+      [=](auto& c, double x) { as(c.mesh.vertices_m[1].x, x); },
+      [](auto& c, double x) { c.mesh.triangles[0][2] = x > 0 && x < 9 ? 3 : 4; },
+      [](auto& c, double x) { c.mesh.materials[0] = x > 0 && x < 9 ? 1 : 2; },
+      [](auto& c, double x) { c.mesh.materials.resize(x > 0 && x < 9 ? 2 : 1); },
+      [=](auto& c, double x) { as(c.signals[0].samples[5], x); },
+      [](auto& c, double x) { c.signals[0].samples.resize(x > 0 && x < 9 ? 1 : 0); },
+      [](auto& c, double) { c.signals[0].samples.assign(kSampleRate_hz * 100, 0); },  // silence
+      [](auto& c, double) { c.signals.clear(); },
+      [](auto& c, double) { c.materials.clear(); },
+  };
+  const std::string path = path_of("property.clamor");
+  int written_files = 0, refused = 0;
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    for (const double x : {std::nan(""), -HUGE_VAL, -1e30, -1.0, -1e-30, 0.0, 1e-30, 0.5, 1.0, 5.0,
+                           2e3, 1e7, 1e10, 1e25, 3e38, 1e300, HUGE_VAL}) {
+      BakeContents bake = contents();
+      changes[i](bake, x);
+      const auto done = write_bake(path, bake, 1);
+      if (!done.ok()) {
+        ++refused;
+        EXPECT_NE(done.error().message.find("property.clamor: is not written"), std::string::npos)
+            << done.error().message;
+        EXPECT_FALSE(std::filesystem::exists(path));
+        continue;
+      }
+      ++written_files;
+      EXPECT_TRUE(read_whole(read(path)).ok()) << "change " << i << ", " << x;
+      std::filesystem::remove(path);
+    }
+  }
+  EXPECT_GT(written_files, 200);
+  EXPECT_GT(refused, 200);
+}
+
+}  // namespace
+}  // namespace clamor::testing
