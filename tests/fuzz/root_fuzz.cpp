@@ -8,6 +8,7 @@
 using namespace clamor;
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size < 8) return 0;
   std::vector<std::uint64_t> words(size / 8);  // aligned, as the reader wants it
   std::memcpy(words.data(), data, 8 * words.size());
   const auto root = read_bake_root(std::as_bytes(std::span(words)), 1 << 20);
