@@ -30,6 +30,21 @@ const BakeContents& room() {
   return contents;
 }
 
+// Made beforehand, so that it strikes at once while something plays.
+const BakeContents& other_room() {
+  static const BakeContents contents = baked_contents(100);
+  return contents;
+}
+
+const std::string& other_bytes() {
+  static const std::string bytes = [] {
+    const Folder folder;
+    EXPECT_TRUE(write_bake(folder / "other.clamor", other_room(), 1).ok());
+    return read(folder / "other.clamor");
+  }();
+  return bytes;
+}
+
 // What may become of the file under whoever reads it.
 struct Calamity {
   const char* what;
@@ -38,28 +53,25 @@ struct Calamity {
 };
 
 std::vector<Calamity> calamities() {
+  other_bytes();
   const auto size = [](const std::string& path) { return std::filesystem::file_size(path); };
-  return {{"cut in half", [=](auto& path) { std::filesystem::resize_file(path, size(path) / 2); },
-           true},
-          {"cut to nothing", [](auto& path) { std::filesystem::resize_file(path, 0); }, true},
-          {"overwritten with garbage",
-           [=](auto& path) {
-             std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
-             file << std::string(size(path), '\xa5');
-           },
-           true},
-          {"overwritten in place by another bake",
-           [](auto& path) {
-             ASSERT_TRUE(write_bake(path + ".other", baked_contents(300), 1).ok());
-             const std::string other = read(path + ".other");
-             std::filesystem::remove(path + ".other");
-             std::ofstream(path, std::ios::binary | std::ios::trunc) << other;
-           },
-           true},
-          // These leave the reader the file it has open.
-          {"replaced by another bake",
-           [](auto& path) { ASSERT_TRUE(write_bake(path, baked_contents(300), 1).ok()); }, false},
-          {"deleted", [](auto& path) { std::filesystem::remove(path); }, false}};
+  return {
+      {"cut in half", [=](auto& path) { std::filesystem::resize_file(path, size(path) / 2); },
+       true},
+      {"cut to nothing", [](auto& path) { std::filesystem::resize_file(path, 0); }, true},
+      {"overwritten with garbage",
+       [=](auto& path) {
+         std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+         file << std::string(size(path), '\xa5');
+       },
+       true},
+      {"overwritten in place by another bake",
+       [](auto& path) { std::ofstream(path, std::ios::binary | std::ios::trunc) << other_bytes(); },
+       true},
+      // These leave the reader the file it has open.
+      {"replaced by another bake",
+       [](auto& path) { ASSERT_TRUE(write_bake(path, other_room(), 1).ok()); }, false},
+      {"deleted", [](auto& path) { std::filesystem::remove(path); }, false}};
 }
 
 double energy_of(std::span<const float> samples) {
