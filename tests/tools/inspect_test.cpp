@@ -104,8 +104,8 @@ TEST_F(InspectCommand, SharesOutEveryByteOfTheFile) {
   EXPECT_EQ(sources, json["sources"]["total"]);
 }
 
-// A key of the JSON, with the keys it is in.
-void collect_keys(const Json& json, const std::string& above, std::vector<std::string>& keys) {
+// A key of the JSON, with the keys it is in. By value, as `keys` grows under whoever calls.
+void collect_keys(const Json& json, std::string above, std::vector<std::string>& keys) {
   if (json.is_array() && !json.empty()) return collect_keys(json[0], above, keys);
   if (!json.is_object()) return;
   for (const auto& [key, value] : json.items()) {
