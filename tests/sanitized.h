@@ -1,12 +1,14 @@
-// sanitized.h: whether a sanitizer of memory watches, which GCC and Clang say in ways of their own.
+// sanitized.h: whether a sanitizer of memory or threads watches, which makes all slow and larger,
+// and which GCC and Clang say in ways of their own.
 #pragma once
 
 namespace clamor::testing {
 
-#if defined(__SANITIZE_ADDRESS__)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kSanitized = true;
 #elif defined(__has_feature)
-inline constexpr bool kSanitized = __has_feature(address_sanitizer);
+inline constexpr bool kSanitized =
+    __has_feature(address_sanitizer) || __has_feature(thread_sanitizer);
 #else
 inline constexpr bool kSanitized = false;
 #endif

@@ -12,6 +12,7 @@
 #include "formats/page.h"
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
+#include "tests/sanitized.h"
 #include "tests/stored_tree.h"
 
 namespace clamor {
@@ -150,7 +151,8 @@ TEST(NumbersForCopies, GiveOneSourceAKeyAboveThePowerOfAllAndAreUniform) {
 
 // Copies within copies, turned, shrunk, louder, with other signals, and sources that are in none.
 TEST(Copies, AreSampledAsIfEverySourceOfEachWereInTheLevel) {
-  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+  const std::uint64_t seeds = testing::kSanitized ? 2 : 4;
+  for (std::uint64_t seed = 0; seed < seeds; ++seed) {
     const Stadium stadium(seed, seed % 2 == 0 ? 40 : 1500, 20, 30, seed < 2 ? 3000 : 0);
     const SourceField field = stadium.field();
     const SignalWeights ceilings = highest_over_copies(stadium.weights, stadium.maps);
@@ -196,7 +198,7 @@ TEST(Copies, AreSampledAsIfEverySourceOfEachWereInTheLevel) {
 // Far fewer voices than copies: nearly every copy is heard through its representative or not at
 // all.
 TEST(Copies, AreAsLoudAsTheirSourcesTogether) {
-  constexpr int kSeeds = 60;
+  constexpr int kSeeds = testing::kSanitized ? 12 : 60;
   for (const std::size_t voices : {30u, 300u}) {
     double sum = 0, squares = 0;
     for (int seed = 0; seed < kSeeds; ++seed) {
