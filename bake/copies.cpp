@@ -1,11 +1,13 @@
 #include "bake/copies.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <numeric>
 #include <utility>
 
+#include "bake/octree_summary.h"
 #include "common/random.h"
 
 namespace clamor {
@@ -109,26 +111,6 @@ void draw(const std::vector<double>& powers, const std::vector<Vec3>& places, st
   }
 }
 
-// Bounds and the rest, from nothing.
-void begin(NodeSummary& node) {
-  constexpr float kHuge = 1e30f;
-  node.low_m = Vec3f(kHuge);
-  node.high_m = Vec3f(-kHuge);
-  node.least_delay_s = kHuge;
-  node.most_delay_s = 0;
-  node.highest_key = 0;
-  node.cone_cos = -1;
-}
-
-void include(const NodeSummary& child, NodeSummary& node) {
-  node.low_m = glm::min(node.low_m, child.low_m);
-  node.high_m = glm::max(node.high_m, child.high_m);
-  node.least_delay_s = std::min(node.least_delay_s, child.least_delay_s);
-  node.most_delay_s = std::max(node.most_delay_s, child.most_delay_s);
-  node.highest_key = std::max(node.highest_key, child.highest_key);
-  for (std::size_t b = 0; b < kBandCount; ++b) node.power[b] += child.power[b];
-}
-
 }  // namespace
 
 void draw_numbers_for_copies(std::span<Source> sources, std::uint64_t seed) {
@@ -205,11 +187,13 @@ SourceOctree tree_of_copies(std::vector<Instance> instances, std::span<const Pag
   }
   for (std::size_t i = tree.nodes.size(); i-- > 0;) {
     OctreeNode& node = tree.nodes[i];
-    begin(node);
+    std::array<const NodeSummary*, 8> children;
+    std::size_t count = 0;
+    for (const std::uint32_t child : node.children)
+      if (child != kNoNode) children[count++] = &tree.nodes[child];
+    summarise(node, {}, std::span(children).first(count));
     include_instances(std::span(instances).subspan(node.first_instance, node.instance_count), trees,
                       node);
-    for (const std::uint32_t child : node.children)
-      if (child != kNoNode) include(tree.nodes[child], node);
   }
   tree.instances = std::move(instances);
   return tree;
@@ -223,9 +207,7 @@ SourceOctree with_copies(SourceOctree octree, std::vector<Instance> instances,
   SourceOctree both;
   OctreeNode top;
   top.divides_space = false;
-  begin(top);
-  include(octree.nodes[0], top);
-  include(copies.nodes[0], top);
+  summarise(top, {}, std::array<const NodeSummary*, 2>{&octree.nodes[0], &copies.nodes[0]});
   both.nodes.push_back(top);
   const auto add = [&both](const SourceOctree& tree) {
     const auto first = static_cast<std::uint32_t>(both.nodes.size());

@@ -1,7 +1,6 @@
 #include "bake/octree_summary.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <numbers>
 
@@ -11,7 +10,6 @@ namespace clamor {
 
 void summarise(NodeSummary& node, std::span<const Source> own,
                std::span<const NodeSummary* const> children) {
-  assert(!own.empty());
   constexpr float kHuge = 1e30f;
   node.low_m = Vec3f(kHuge);
   node.high_m = Vec3f(-kHuge);
@@ -30,9 +28,11 @@ void summarise(NodeSummary& node, std::span<const Source> own,
     axis += Vec3(source.normal);
     everywhere |= source.is_emitter;
   }
-  node.highest_key = octree_key(own.front());
+  node.highest_key = own.empty() ? 0 : octree_key(own.front());
+  node.cone_cos = -1;
 
   for (const NodeSummary* child : children) {
+    node.highest_key = std::max(node.highest_key, child->highest_key);
     node.low_m = glm::min(node.low_m, child->low_m);
     node.high_m = glm::max(node.high_m, child->high_m);
     node.least_delay_s = std::min(node.least_delay_s, child->least_delay_s);

@@ -7,9 +7,9 @@
 
 namespace clamor {
 
-// Sets all but source_count of a node from its own sources, which
-// are one at least, by descending key, and from its children, by octant. Sums run in that order,
-// so a summary is the same however its tree is built.
+// Sets all but source_count of a node from its own sources, by descending key, and from its
+// children, by octant. Sums run in that order, so a summary is the same however its tree is built.
+// Copies in it are for include_instances() to add.
 void summarise(NodeSummary& node, std::span<const Source> own,
                std::span<const NodeSummary* const> children);
 

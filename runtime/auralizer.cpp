@@ -40,17 +40,6 @@ StrategyOptions strategy_of(const AuralizerOptions& options) {
           options.estimator, options.tuning};
 }
 
-// The paper's strategies know signals by their mean power only.
-SignalWeights mean_weights(const std::vector<PreparedSignal>& signals) {
-  const Bands loudness = loudness_weights();
-  SignalWeights weights;
-  for (const PreparedSignal& signal : signals) {
-    Bands& weight = weights.by_signal.emplace_back();
-    for (std::size_t b = 0; b < kBandCount; ++b) weight[b] = loudness[b] * signal.mean_square()[b];
-  }
-  return weights;
-}
-
 SignalWeights weights_of(const AuralizerInput& input) {
   if (!input.envelopes.empty()) return make_signal_weights(input.envelopes);
   std::vector<TimedEnvelope> envelopes;
@@ -67,18 +56,6 @@ MixMode mode_of(const Panner* panner, const Head* head) {
   mode.delays = 1;
   mode.pairs = panner->channels() / kEars;
   return mode;
-}
-
-// Pages as the sampler wants them, from a file. Everything must outlive what comes out.
-PageLoader::Fetch fetch_from(const BakeFile& file, const SourceField& field,
-                             const SignalWeights& ceilings) {
-  return [&](const PageEntry& entry) -> PageLoader::Content {
-    auto page = file.read_page(entry);
-    if (!page.ok()) return page.error();
-    return std::make_unique<const ResidentPage>(
-        entry, SourcePage(field, ceilings.by_signal, std::move(page->sources)),
-        std::move(page->links), file.trees());
-  };
 }
 
 }  // namespace
@@ -103,7 +80,7 @@ struct Auralizer::State {
     look_for_what_hides(options);
     if (file != nullptr) {
       loader =
-          std::make_unique<PageLoader>(fetch_from(*file, field, ceilings),
+          std::make_unique<PageLoader>(pages_of(*file, field, ceilings),
                                        PageBudget{options.memory_bytes, !options.wait_for_pages});
       pool = std::make_unique<OctreePool>(field, ceilings, file->trees(), file->signal_maps(),
                                           *loader);

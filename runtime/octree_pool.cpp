@@ -8,8 +8,8 @@ namespace clamor {
 
 namespace {
 
-constexpr double kSoon_s = 0.5;         // pages are asked for so long before they sound
-constexpr double kGiveInTime_s = 0.05;  // of delays rounded, and of moments
+constexpr double kSoon_s = 0.5;          // pages are asked for so long before they sound
+constexpr double kGiveInTime_s = 0.05;   // of delays rounded, and of moments
 constexpr double kSlack = 1.0001;        // single precision of keys and bounds
 constexpr double kGive_m = 0.002;        // quantised positions, 10 km from the origin
 constexpr double kTurned = 1e-5;         // what turning and moving a copy's sources may round
@@ -35,6 +35,17 @@ SignalWeights highest_over_copies(const SignalWeights& weights,
         }
   }
   return highest;
+}
+
+PageLoader::Fetch pages_of(const BakeFile& file, const SourceField& field,
+                           const SignalWeights& ceilings) {
+  return [&](const PageEntry& entry) -> PageLoader::Content {
+    auto page = file.read_page(entry);
+    if (!page.ok()) return page.error();
+    return std::make_unique<const ResidentPage>(
+        entry, SourcePage(field, ceilings.by_signal, std::move(page->sources)),
+        std::move(page->links), file.trees());
+  };
 }
 
 OctreePool::OctreePool(const SourceField& field, const SignalWeights& ceilings,
@@ -250,7 +261,7 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
 }
 
 // Down through the cubes that hold the source, to the first page that is missing and matters.
-double OctreePool::unseen_key(const FoundSource& found, const Vec3&, double tau) {
+double OctreePool::unseen_key(const FoundSource& found, double tau) {
   if (all_here_) return 0;
   const Copy& copy = copies_[found.copy];
   const Vec3 position_m = copy.placement.inside(Vec3(found.source->position_m));

@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "formats/bake_file.h"
 #include "formats/octree_page.h"
 #include "runtime/page_loader.h"
 #include "runtime/source_pool.h"
@@ -31,6 +32,10 @@ namespace clamor {
 // Weights that no copy's sources exceed, whatever signals it plays instead: of the ceilings.
 SignalWeights highest_over_copies(const SignalWeights& weights,
                                   std::span<const std::vector<std::uint32_t>> signal_maps);
+
+// Pages as a loader wants them, from a file. Everything must outlive what comes out.
+PageLoader::Fetch pages_of(const BakeFile& file, const SourceField& field,
+                           const SignalWeights& ceilings);
 
 class OctreePool final : public SourcePool {
  public:
@@ -47,7 +52,7 @@ class OctreePool final : public SourcePool {
   bool look(const Vec3& place, double threshold, std::size_t most,
             std::vector<FoundSource>& found) override;
   double highest(const Vec3& place) override;
-  double unseen_key(const FoundSource& found, const Vec3& place, double tau) override;
+  double unseen_key(const FoundSource& found, double tau) override;
   void ask(const Vec3& soon, double tau) override;
   bool missed() const override { return !missed_.empty(); }
   bool complete() override;

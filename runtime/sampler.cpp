@@ -71,7 +71,7 @@ class Priority final : public Sampler {
       const Candidate& chosen = candidates_[c];
       const Source& source = *chosen.found.source;
       double scale = std::max(1.0, tau / chosen.weight);
-      if (const double kappa = pool_.unseen_key(chosen.found, place, tau); kappa > 0)
+      if (const double kappa = pool_.unseen_key(chosen.found, tau); kappa > 0)
         scale =
             std::max(scale, kappa / std::accumulate(source.power.begin(), source.power.end(), 0.0));
       sample_.push_back(

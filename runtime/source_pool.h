@@ -20,7 +20,7 @@ struct FoundSource {
   const Source* source = nullptr;
   std::uint64_t number = 0;
   std::uint32_t signal = 0;
-  std::uint32_t copy = 0;                                 // the pool's
+  std::uint32_t copy = 0;  // the pool's
   // Of its priority at any time.
   double ceiling = std::numeric_limits<double>::infinity();
 };
@@ -49,9 +49,7 @@ class SourcePool {
 
   // The highest static key (power over u) that a source of the same kind might have and not be
   // here: one that is here stands for these too. 0 where all that could reach `tau` is here.
-  virtual double unseen_key(const FoundSource& /*found*/, const Vec3& /*place*/, double /*tau*/) {
-    return 0;
-  }
+  virtual double unseen_key(const FoundSource& /*found*/, double /*tau*/) { return 0; }
 
   // Asks for what the last look would have needed, the most important first, and for what a
   // listener would need who is soon at `soon`.

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "common/text.h"
+#include "runtime/loudness.h"
 #include "runtime/representative_octree.h"
 
 namespace clamor {
@@ -194,6 +195,16 @@ Result<void> check(const StrategyOptions& options) {
   if (tuning.candidates_per_voice < 1 || tuning.candidates_per_voice > 10000)
     return Error("there may be 1 to 10000 candidates per voice.");
   return {};
+}
+
+SignalWeights mean_weights(std::span<const PreparedSignal> signals) {
+  const Bands loudness = loudness_weights();
+  SignalWeights weights;
+  for (const PreparedSignal& signal : signals) {
+    Bands& weight = weights.by_signal.emplace_back();
+    for (std::size_t b = 0; b < kBandCount; ++b) weight[b] = loudness[b] * signal.mean_square()[b];
+  }
+  return weights;
 }
 
 std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,

@@ -29,11 +29,13 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "common/result.h"
 #include "runtime/dynamic_sampling.h"
 #include "runtime/sampler.h"
+#include "runtime/signal_bank.h"
 
 namespace clamor {
 
@@ -65,6 +67,9 @@ Result<void> check(const StrategyOptions& options);
 
 // Does it need a list of all sources? If not, any pool will do.
 inline bool needs_list(const std::string& strategy) { return strategy != "priority"; }
+
+// Signals as the paper's strategies know them, by their mean power only.
+SignalWeights mean_weights(std::span<const PreparedSignal> signals);
 
 // What the options, which are right, ask for. All must outlive the sampler. The paper's own
 // strategies know nothing of what hides a source.

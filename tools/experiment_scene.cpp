@@ -9,30 +9,15 @@
 #include "bake/bake.h"
 #include "common/random.h"
 #include "runtime/keyframe_maker.h"
-#include "runtime/loudness.h"
 #include "runtime/mixer.h"
 
 namespace clamor {
-
-namespace {
-
-SignalWeights weights_of(const std::vector<PreparedSignal>& signals) {
-  const Bands loudness = loudness_weights();
-  SignalWeights weights;
-  for (const PreparedSignal& signal : signals) {
-    Bands& weight = weights.by_signal.emplace_back();
-    for (std::size_t b = 0; b < kBandCount; ++b) weight[b] = loudness[b] * signal.mean_square()[b];
-  }
-  return weights;
-}
-
-}  // namespace
 
 ExperimentScene::ExperimentScene(AuralizerInput input)
     : input_(std::move(input)),
       signals_(prepare_signals(input_.signals)),
       field_(input_.emitters, input_.materials, input_.air),
-      weights_(weights_of(signals_)),
+      weights_(mean_weights(signals_)),
       list_(std::make_shared<SourceList>(field_, weights_, input_.sources)) {}
 
 Result<std::unique_ptr<ExperimentScene>> ExperimentScene::open(const std::string& path,

@@ -59,15 +59,7 @@ void city_sample(benchmark::State& state) {
   weights.by_signal = {
       {1, 2, 3, 4, 5, 4, 3, 2}, {2, 2, 1, 1, 1, 1, 2, 2}, {1, 1, 1, 4, 4, 1, 1, 1}};
   const SignalWeights ceilings = highest_over_copies(weights, file->signal_maps());
-  PageLoader loader(
-      [&](const PageEntry& entry) -> PageLoader::Content {
-        auto page = file->read_page(entry);
-        if (!page.ok()) return page.error();
-        return std::make_unique<const ResidentPage>(
-            entry, SourcePage(field, ceilings.by_signal, std::move(page->sources)),
-            std::move(page->links), file->trees());
-      },
-      PageBudget{20'000'000});
+  PageLoader loader(pages_of(*file, field, ceilings), PageBudget{20'000'000});
   OctreePool pool(field, ceilings, file->trees(), file->signal_maps(), loader);
   const auto sampler =
       make_priority_sampler(field, weights, pool, static_cast<std::size_t>(state.range(1)));

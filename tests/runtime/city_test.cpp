@@ -29,15 +29,8 @@ struct OpenCity {
     weights.by_signal = {
         {1, 2, 3, 4, 5, 4, 3, 2}, {2, 2, 1, 1, 1, 1, 2, 2}, {1, 1, 1, 4, 4, 1, 1, 1}};
     ceilings = highest_over_copies(weights, file->signal_maps());
-    loader = std::make_unique<PageLoader>(
-        [this](const PageEntry& entry) -> PageLoader::Content {
-          auto page = file->read_page(entry);
-          if (!page.ok()) return page.error();
-          return std::make_unique<const ResidentPage>(
-              entry, SourcePage(*field, ceilings.by_signal, std::move(page->sources)),
-              std::move(page->links), file->trees());
-        },
-        PageBudget{20'000'000});
+    loader =
+        std::make_unique<PageLoader>(pages_of(*file, *field, ceilings), PageBudget{20'000'000});
     pool =
         std::make_unique<OctreePool>(*field, ceilings, file->trees(), file->signal_maps(), *loader);
   }
