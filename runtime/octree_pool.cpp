@@ -173,7 +173,7 @@ bool OctreePool::walk(const Vec3& place, double threshold, const PageOf& page_of
     const double key = step.lead_key > 0 ? step.lead_key : step.entry->highest_key;
     const double most = bound(*step.entry, copy.place, key);
     if (most == 0 || most < threshold * copy.to_threshold) continue;
-    const ResidentPage* const page = page_of(*step.entry);
+    const ResidentPage* const page = page_of(*step.entry, most / copy.to_threshold);
     if (!visit(step, page, most / copy.to_threshold)) return false;
     if (page != nullptr) add_steps(step, *page, threshold);
   }
@@ -233,9 +233,9 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
   placed_.clear();
   missed_.clear();
   all_here_ = true;
-  const auto use = [this](const PageEntry& entry) {
+  const auto use = [this](const PageEntry& entry, double urgency) {
     ++visited_;
-    return loader_.use(entry);
+    return loader_.use(entry, urgency);
   };
   const auto visit = [&](const Step& step, const ResidentPage* page, double urgency) {
     if (page == nullptr) {
@@ -289,7 +289,7 @@ void OctreePool::ask(const Vec3& soon, double tau) {
   asked_ = !wanted.empty();
   if (soon != place_)
     walk(
-        soon, tau, [this](const PageEntry& entry) { return loader_.find(entry); },
+        soon, tau, [this](const PageEntry& entry, double) { return loader_.find(entry); },
         [&](const Step& step, const ResidentPage* page, double urgency) {
           if (page == nullptr && urgency > 0 && !loader_.has_failed(*step.entry))
             wanted.push_back({urgency, *step.entry, false});

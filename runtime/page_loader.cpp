@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <thread>
+#include <tuple>
 
 namespace clamor {
 
@@ -11,6 +12,7 @@ namespace clamor {
 struct PageLoader::Shared {
   struct Arrival {
     std::uint64_t page = 0;  // offset
+    double urgency = 0;
     Content content;
   };
 
@@ -34,15 +36,15 @@ struct PageLoader::Shared {
     for (;;) {
       work.wait(lock, [this] { return closing || !queue.empty(); });
       if (closing) return;
-      const PageEntry entry = queue.back().entry;
-      const std::uint64_t page = entry.page.offset;
+      const WantedPage wanted = queue.back();
+      const std::uint64_t page = wanted.entry.page.offset;
       queue.pop_back();
       under_way.push_back(page);
       lock.unlock();
-      auto content = fetch(entry);
+      auto content = fetch(wanted.entry);
       lock.lock();
       std::erase(under_way, page);
-      arrived.push_back({page, std::move(content)});
+      arrived.push_back({page, wanted.urgency, std::move(content)});
       arrival.notify_all();
     }
   }
@@ -62,7 +64,7 @@ PageLoader::~PageLoader() {
   for (std::thread& thread : shared_->threads) thread.join();
 }
 
-void PageLoader::take(std::uint64_t offset, Content content) {
+void PageLoader::take(std::uint64_t offset, double urgency, Content content) {
   PageStatistics& statistics = shared_->statistics;
   Slot& slot = slots_[offset];
   if (!content.ok()) {
@@ -75,6 +77,7 @@ void PageLoader::take(std::uint64_t offset, Content content) {
   most_page_bytes_ = std::max(most_page_bytes_, bytes);
   slot.page = std::move(*content);
   slot.last_use = sample_ - 1;  // so that it is not dropped before it was looked at
+  slot.urgency = urgency;
   ++here_;
   ++statistics.loaded;
 }
@@ -89,7 +92,7 @@ bool PageLoader::load_now(const PageEntry& entry) {
   auto content = fetch_(entry);
   const std::lock_guard lock(shared_->mutex);
   ++shared_->statistics.asked;
-  take(entry.page.offset, std::move(content));
+  take(entry.page.offset, 0, std::move(content));
   slots_[entry.page.offset].stays = true;
   count_what_is_here();
   return is_here(entry);
@@ -111,7 +114,7 @@ bool PageLoader::begin_sample() {
   ++sample_;
   used_bytes_ = 0;
   const bool changed = !shared_->arrived.empty();
-  for (auto& [page, content] : shared_->arrived) take(page, std::move(content));
+  for (auto& [page, urgency, content] : shared_->arrived) take(page, urgency, std::move(content));
   shared_->arrived.clear();
   const std::size_t before = here_;
   if (bytes_ > budget_.bytes) drop_too_much();
@@ -121,14 +124,15 @@ bool PageLoader::begin_sample() {
   return changed || before != here_;
 }
 
-// Children come before their parents in the file, so of pages used alike the earlier go first.
+// By last use, then by urgency. Children are at most as urgent as their parents and come before
+// them in the file, so of pages used alike they go first.
 void PageLoader::drop_too_much() {
-  std::vector<std::pair<std::uint32_t, std::uint64_t>> oldest;  // last use, offset
+  std::vector<std::tuple<std::uint32_t, double, std::uint64_t>> order;  // and offset
   for (const auto& [offset, slot] : slots_)
-    if (slot.page != nullptr && !slot.stays && slot.last_use + 1 < sample_)
-      oldest.emplace_back(slot.last_use, offset);
-  std::sort(oldest.begin(), oldest.end());
-  for (const auto& [use, offset] : oldest) {
+    if (slot.page != nullptr && !slot.stays && (budget_.strict || slot.last_use + 1 < sample_))
+      order.emplace_back(slot.last_use, slot.urgency, offset);
+  std::sort(order.begin(), order.end());
+  for (const auto& [use, urgency, offset] : order) {
     if (bytes_ <= budget_.bytes) break;
     const auto slot = slots_.find(offset);
     bytes_ -= slot->second.page->bytes();
@@ -137,7 +141,7 @@ void PageLoader::drop_too_much() {
   }
 }
 
-const ResidentPage* PageLoader::use(const PageEntry& entry) {
+const ResidentPage* PageLoader::use(const PageEntry& entry, double urgency) {
   const auto found = slots_.find(entry.page.offset);
   if (found == slots_.end()) {
     ++late_;
@@ -146,22 +150,41 @@ const ResidentPage* PageLoader::use(const PageEntry& entry) {
   Slot& slot = found->second;
   if (slot.page != nullptr && slot.last_use != sample_) {
     slot.last_use = sample_;
+    slot.urgency = 0;
     used_bytes_ += slot.page->bytes();
   }
+  slot.urgency = std::max(slot.urgency, urgency);
   return slot.page.get();
 }
 
-void PageLoader::ask(std::vector<WantedPage> wanted) {
-  std::uint64_t needed = 0;
-  for (const WantedPage& one : wanted) needed += one.needed;
+std::size_t PageLoader::how_many_fit(std::span<const WantedPage> most_urgent_first) const {
+  if (most_page_bytes_ == 0) return most_urgent_first.size();
   const std::uint64_t room = budget_.bytes > used_bytes_ ? budget_.bytes - used_bytes_ : 0;
-  std::uint64_t fit = most_page_bytes_ > 0 ? room / most_page_bytes_ : wanted.size();
-  if (!budget_.strict) fit = std::max(fit, needed);
+  std::size_t fit = room / most_page_bytes_;
+  if (fit >= most_urgent_first.size()) return most_urgent_first.size();
+  std::vector<double> used;  // urgencies of pages that may make room
+  for (const auto& [offset, slot] : slots_)
+    if (slot.page != nullptr && !slot.stays && slot.last_use == sample_)
+      used.push_back(slot.urgency);
+  std::sort(used.begin(), used.end());
+  for (const double urgency : used) {
+    if (fit == most_urgent_first.size() || 2 * urgency >= most_urgent_first[fit].urgency) break;
+    ++fit;
+  }
+  return fit;
+}
+
+void PageLoader::ask(std::vector<WantedPage> wanted) {
   std::sort(wanted.begin(), wanted.end(), [](const WantedPage& a, const WantedPage& b) {
     if (a.needed != b.needed) return a.needed;
     return a.urgency != b.urgency ? a.urgency > b.urgency
                                   : a.entry.page.offset > b.entry.page.offset;
   });
+  std::size_t fit = how_many_fit(wanted);
+  if (!budget_.strict)
+    fit =
+        std::max<std::size_t>(fit, std::count_if(wanted.begin(), wanted.end(),
+                                                 [](const WantedPage& one) { return one.needed; }));
   if (wanted.size() > fit) wanted.resize(fit);
   std::reverse(wanted.begin(), wanted.end());
   const std::lock_guard lock(shared_->mutex);

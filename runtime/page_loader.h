@@ -2,14 +2,16 @@
 //
 // One thread (the sampler's) asks, takes what has arrived and never waits; loader threads fetch
 // what was asked last, the most urgent first, and get it ready for the sampler. Pages beyond the
-// budget are dropped, the least recently used first; those of the last sample stay, and those that
-// were under way come on top. A page that cannot be read is not asked for again: the sampler does
-// without, as if it were still on its way.
+// budget are dropped, the least recently used first. Where not even those of the last sample fit,
+// the least urgent go: a page comes in the place of another only if it is twice as urgent, so that
+// the two do not take turns. What was under way comes on top. A page that cannot be read is not
+// asked for again: the sampler does without, as if it were still on its way.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -58,8 +60,8 @@ class PageLoader {
   // or went.
   bool begin_sample();
 
-  // Null if it is not here. Valid until the next begin_sample().
-  const ResidentPage* use(const PageEntry& entry);
+  // Null if it is not here. Valid until the next begin_sample(). `urgency` as in WantedPage.
+  const ResidentPage* use(const PageEntry& entry, double urgency);
 
   bool is_here(const PageEntry& entry) const { return find(entry) != nullptr; }
   // The same without being counted as used or late.
@@ -67,7 +69,7 @@ class PageLoader {
   bool has_failed(const PageEntry& entry) const;
 
   // Replaces what was asked before and is not yet under way: what is needed first, then the most
-  // urgent, as many as fit the budget beside what the last sample uses.
+  // urgent, as many as fit the budget beside what the last sample uses and is not half as urgent.
   void ask(std::vector<WantedPage> wanted);
 
   // Waits until something that was asked for has arrived; false if nothing is on its way.
@@ -80,12 +82,14 @@ class PageLoader {
   struct Slot {
     std::unique_ptr<const ResidentPage> page;  // null: it failed
     std::uint32_t last_use = 0;                // sample
+    double urgency = 0;                        // in that
     bool stays = false;
   };
   // Under the mutex, both.
-  void take(std::uint64_t offset, Content content);
+  void take(std::uint64_t offset, double urgency, Content content);
   void count_what_is_here();
   void drop_too_much();
+  std::size_t how_many_fit(std::span<const WantedPage> most_urgent_first) const;
 
   const Fetch fetch_;
   const PageBudget budget_;

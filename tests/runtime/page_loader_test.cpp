@@ -1,6 +1,7 @@
 #include "runtime/page_loader.h"
 
 #include <atomic>
+#include <cmath>
 #include <mutex>
 #include <thread>
 
@@ -51,14 +52,14 @@ class PageLoaderTest : public ::testing::Test {
 TEST_F(PageLoaderTest, BringsWhatWasAskedForAndNothingBefore) {
   PageLoader loader(fetcher(), PageBudget{1'000'000});
   loader.begin_sample();
-  EXPECT_EQ(loader.use(at(3)), nullptr);
+  EXPECT_EQ(loader.use(at(3), 1), nullptr);
   EXPECT_FALSE(loader.wait());
   loader.ask({{1, at(3)}, {2, at(4)}});
   while (loader.wait()) loader.begin_sample();
-  ASSERT_NE(loader.use(at(3)), nullptr);
-  EXPECT_EQ(loader.use(at(3))->sources[0].position_m.x, 3);
-  EXPECT_NE(loader.use(at(4)), nullptr);
-  EXPECT_EQ(loader.use(at(5)), nullptr);
+  ASSERT_NE(loader.use(at(3), 1), nullptr);
+  EXPECT_EQ(loader.use(at(3), 1)->sources[0].position_m.x, 3);
+  EXPECT_NE(loader.use(at(4), 1), nullptr);
+  EXPECT_EQ(loader.use(at(5), 1), nullptr);
   EXPECT_EQ(loader.statistics().asked, 2u);
   EXPECT_EQ(loader.statistics().loaded, 2u);
 }
@@ -87,13 +88,13 @@ TEST_F(PageLoaderTest, StaysWithinItsBudgetAndDropsWhatWasUsedLongestAgo) {
   const auto load = [&](std::uint32_t page) {
     loader.ask({{1, at(page)}});
     while (loader.wait()) loader.begin_sample();
-    loader.use(at(page));
-    loader.use(at(0));  // always in use
+    loader.use(at(page), 1);
+    loader.use(at(0), 9);  // always in use
   };
   for (std::uint32_t page = 0; page < 13; ++page) {
     load(page);
     loader.begin_sample();
-    loader.use(at(0));
+    loader.use(at(0), 9);
     EXPECT_LE(loader.statistics().bytes, 11 * page_bytes_);
   }
   loader.begin_sample();
@@ -109,7 +110,7 @@ TEST_F(PageLoaderTest, AsksForNoMoreThanFitsBesideWhatIsInUse) {
   PageLoader loader(fetcher(), PageBudget{4 * page_bytes_});
   ASSERT_TRUE(loader.load_now(at(0)));
   loader.begin_sample();
-  loader.use(at(0));
+  loader.use(at(0), 9);
   std::vector<WantedPage> wanted;
   for (std::uint32_t page = 1; page < 13; ++page) wanted.push_back({1.0 / page, at(page)});
   loader.ask(wanted);
@@ -118,18 +119,56 @@ TEST_F(PageLoaderTest, AsksForNoMoreThanFitsBesideWhatIsInUse) {
   EXPECT_TRUE(loader.is_here(at(1)) && loader.is_here(at(2)) && loader.is_here(at(3)));
 }
 
+TEST_F(PageLoaderTest, GivesUpWhatIsHalfAsUrgentWhereNotAllThatIsUsedFits) {
+  PageLoader loader(fetcher(), PageBudget{4 * page_bytes_});
+  ASSERT_TRUE(loader.load_now(at(0)));
+  // Someone walks past pages 1 to 12, which are the more urgent the nearer, and uses what is here.
+  for (std::uint32_t place = 1; place < 13; ++place)
+    for (int sample = 0; sample < 5; ++sample) {
+      loader.begin_sample();
+      EXPECT_LE(loader.statistics().bytes, 4 * page_bytes_);
+      std::vector<WantedPage> wanted;
+      for (std::uint32_t page = 0; page < 13; ++page) {
+        const double urgency = std::pow(0.6, page > place ? page - place : place - page);
+        if (loader.is_here(at(page)))
+          loader.use(at(page), urgency);
+        else
+          wanted.push_back({urgency, at(page)});
+      }
+      loader.ask(wanted);
+      while (loader.wait()) loader.begin_sample();
+      if (sample < 4) continue;
+      EXPECT_TRUE(loader.is_here(at(0))) << "it stays";
+      EXPECT_TRUE(loader.is_here(at(place))) << place;
+    }
+  // And who stands still changes nothing: those that would come are not twice as urgent.
+  const std::uint64_t loaded = loader.statistics().loaded;
+  for (int sample = 0; sample < 5; ++sample) {
+    loader.begin_sample();
+    std::vector<WantedPage> wanted;
+    for (std::uint32_t page = 0; page < 13; ++page)
+      if (loader.is_here(at(page)))
+        loader.use(at(page), 1);
+      else
+        wanted.push_back({1.9, at(page)});
+    loader.ask(wanted);
+    while (loader.wait()) loader.begin_sample();
+  }
+  EXPECT_EQ(loader.statistics().loaded, loaded);
+}
+
 TEST_F(PageLoaderTest, TakesMoreForWhatIsNeededWhereTheBudgetIsNotStrict) {
   PageLoader loader(fetcher(), PageBudget{4 * page_bytes_, false});
   ASSERT_TRUE(loader.load_now(at(0)));
   loader.begin_sample();
-  loader.use(at(0));
+  loader.use(at(0), 9);
   std::vector<WantedPage> wanted;
   for (std::uint32_t page = 1; page < 13; ++page)
     wanted.push_back({1.0 / page, at(page), page < 9});
   loader.ask(wanted);
   while (loader.wait()) {
     loader.begin_sample();
-    for (std::uint32_t page = 0; page < 9; ++page) loader.use(at(page));
+    for (std::uint32_t page = 0; page < 9; ++page) loader.use(at(page), 1);
   }
   for (std::uint32_t page = 0; page < 9; ++page) EXPECT_TRUE(loader.is_here(at(page))) << page;
   EXPECT_EQ(loader.statistics().loaded, 9u);
@@ -140,8 +179,8 @@ TEST_F(PageLoaderTest, RemembersWhatCannotBeReadAndSaysWhy) {
   loader.ask({{1, at(13)}, {2, at(14)}});
   while (loader.wait()) loader.begin_sample();
   EXPECT_TRUE(loader.has_failed(at(13)));
-  EXPECT_EQ(loader.use(at(13)), nullptr);
-  EXPECT_NE(loader.use(at(14)), nullptr);
+  EXPECT_EQ(loader.use(at(13), 1), nullptr);
+  EXPECT_NE(loader.use(at(14), 1), nullptr);
   EXPECT_EQ(loader.statistics().failed, 1u);
   EXPECT_EQ(loader.statistics().failure, "page 13 is damaged");
   EXPECT_FALSE(loader.load_now(at(13)));
