@@ -54,7 +54,7 @@ struct Cell {
   unsigned array = 0;
   bool sorted = false;  // by rank, for good
 
-  std::size_t own() const { return std::min<std::size_t>(count, kNodeSources); }
+  std::size_t own() const { return count <= kLeafSources ? count : kNodeSources; }
 };
 
 class Sorter {
@@ -74,7 +74,7 @@ class Sorter {
   OctantCounts divide(Cell& cell, std::uint64_t first_source) {
     Entry* const entries = &arrays_[cell.array][cell.first];
     std::uint32_t* const placed = &order_[first_source];
-    if (cell.count <= kNodeSources || cell.cube.depth >= OctreeCube::kDeepest)
+    if (cell.count <= kLeafSources || cell.cube.depth >= OctreeCube::kDeepest)
       return chain(cell, entries, placed);
 
     const std::uint64_t least = take_highest(entries, cell.count, placed);

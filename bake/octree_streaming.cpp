@@ -41,7 +41,7 @@ class Streamer {
  public:
   Streamer(std::string beside, std::uint64_t memory_bytes, OctreeSink& sink)
       : beside_(std::move(beside)),
-        most_in_memory_(std::max<std::uint64_t>(kNodeSources, memory_bytes / kBuildBytesPerSource)),
+        most_in_memory_(std::max<std::uint64_t>(kLeafSources, memory_bytes / kBuildBytesPerSource)),
         buffered_(std::clamp<std::size_t>(most_in_memory_ / 10, 1, kMostBuffered)),
         sink_(sink) {}
 
@@ -162,15 +162,17 @@ class Streamer {
 
     std::optional<Part> below;
     std::vector<Source> own;
+    const std::uint64_t above_end =  // nodes above the last
+        sorted.count() <= kLeafSources ? 0 : (sorted.count() - kLeafSources - 1) / kNodeSources + 1;
     for (std::uint64_t left = sorted.count(); left > 0; --left) {
       const std::size_t r = next.top().second;
       next.pop();
       own.push_back(runs[r].block.back());
       runs[r].block.pop_back();
       if (const auto done = advance(r); !done.ok()) return done.error();
-      if ((left - 1) % kNodeSources != 0) continue;
-      std::reverse(own.begin(), own.end());
       const std::uint64_t above = (left - 1) / kNodeSources;
+      if ((left - 1) % kNodeSources != 0 || above > above_end) continue;
+      std::reverse(own.begin(), own.end());
       Parts parts;
       parts[above < octants.size() ? octants[above] : 0] = below;
       const auto part = add_node(own, parts);

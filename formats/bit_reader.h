@@ -21,7 +21,7 @@ namespace clamor {
 class BitReader {
  public:
   static constexpr std::size_t kSlackBytes = 24;
-  static constexpr std::size_t kMostNumbers = 512;  // of a column
+  static constexpr std::size_t kMostNumbers = 1000;  // of a column
 
   // kSlackBytes more than these must be readable.
   explicit BitReader(std::span<const std::byte> bytes)

@@ -122,7 +122,7 @@ Result<void> check_entry(const PageEntry& entry, std::uint64_t from, std::uint64
   if (entry.octant > 7 && entry.octant != kNoOctant)
     return Error("has an octant beyond the eighth");
   const PageLink& page = entry.page;
-  if (entry.source_count > kNodeSources || page.children > kMostChildren ||
+  if (entry.source_count > kLeafSources || page.children > kMostChildren ||
       page.instances > kMostInstances || entry.sources_below > kMostSources ||
       entry.sources_below < entry.source_count)
     return Error("declares " + std::to_string(entry.source_count) + " sources, " +

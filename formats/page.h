@@ -31,7 +31,7 @@ inline constexpr std::size_t kColumnBytes = 88;
 // The sources of a page, column by column, by descending key.
 struct PageColumns {
   template <class T>
-  using Column = std::array<T, kNodeSources>;
+  using Column = std::array<T, kLeafSources>;
 
   std::uint32_t count = 0;
   alignas(64) std::array<Column<float>, 3> position_m, normal, mirror;  // x, y, z

@@ -11,7 +11,7 @@ namespace clamor {
 namespace {
 
 std::size_t room_for(const NodeSummary& node) {
-  return most_page_bytes(std::min(node.source_count, kNodeSources));
+  return most_page_bytes(std::min(node.source_count, kLeafSources));
 }
 
 Result<void> decode(PageWorkspace& workspace, std::size_t bytes, const NodeSummary& node,

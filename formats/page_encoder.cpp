@@ -297,7 +297,7 @@ std::vector<std::byte> PageEncoder::page() {
 
 std::vector<std::byte> encode_page(const NodeSummary& node, std::span<const Source> sources,
                                    int mirror_bits) {
-  assert(sources.size() <= kNodeSources);
+  assert(sources.size() <= kLeafSources);
   return PageEncoder(node, sources, mirror_bits).page();
 }
 

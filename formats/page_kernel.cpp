@@ -116,7 +116,7 @@ const char* read_header(PageWorkspace& w, const NodeSummary& node) {
   w.mirror_bits = kLeastMirrorBits + static_cast<int>(w.bits.get(3));
   w.top = kLowestPower + static_cast<std::int32_t>(w.bits.get(kPowerBits));
   w.silent = static_cast<std::int32_t>(w.bits.get(kPowerBits));
-  if (!w.bits.ok() || node.source_count > kNodeSources ||
+  if (!w.bits.ok() || node.source_count > kLeafSources ||
       w.rows + w.emitter_rows != node.source_count)
     return "holds another number of sources than its node";
   if (w.planes > w.rows || (w.planes == 0) != (w.rows == 0))
@@ -292,7 +292,7 @@ void sort_by_key(PageWorkspace& w) {
     least = std::min(least, w.keys[i]);
     most = std::max(most, w.keys[i]);
   }
-  std::array<Place, kNodeSources> starts{};
+  std::array<Place, kLeafSources> starts{};
   const float slots_per_step =
       static_cast<float>(count) / (static_cast<float>(most - least) + 1.0f);
   for (std::size_t i = 0; i < count; ++i) {

@@ -10,7 +10,7 @@
 
 namespace clamor::page_layout {
 
-inline constexpr int kCountBits = 10;  // 0 to 512 sources
+inline constexpr int kCountBits = 10;  // 0 to 1000 sources
 inline constexpr int kPowerBits = 10;  // 0 to 961 half decibels
 inline constexpr int kWeightBits = 7;  // 16ths, -4 to 4
 inline constexpr int kWeightOne = 16;

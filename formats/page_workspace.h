@@ -13,14 +13,14 @@ namespace clamor {
 
 struct PageWorkspace {
   using Place = std::uint16_t;
-  using Numbers = std::array<std::int32_t, kNodeSources + 4>;  // as fours are written at once
+  using Numbers = std::array<std::int32_t, kLeafSources + 4>;  // as fours are written at once
   struct PlaneRecord {
     std::array<float, 3> normal;
     std::uint16_t material;
   };
 
   Unpacker unpacker;
-  alignas(64) std::array<std::byte, most_page_bytes(kNodeSources) + BitReader::kSlackBytes> page;
+  alignas(64) std::array<std::byte, most_page_bytes(kLeafSources) + BitReader::kSlackBytes> page;
 
   BitReader bits{{}};
   std::size_t rows = 0, emitter_rows = 0, planes = 0;

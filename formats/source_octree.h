@@ -1,9 +1,12 @@
 // source_octree.h: all sources of a bake, in a heap-ordered octree.
 //
-// The key of a source is its power, weighed as the sampler will weigh it, over u. A node holds the
-// (up to) kNodeSources highest keys in its cube, in descending order, and hands the rest to its
-// children. So each source is stored once, the first of a node represents all that the node
-// contains, and the top of the tree is an importance sample of the level. One node is one page.
+// The key of a source is its power, weighed as the sampler will weigh it, over u. A node holds all
+// that is in its cube, in descending order of keys, if that is no more than kLeafSources, or else
+// the kNodeSources highest and hands the rest to its children. So each source is stored once, the
+// first of a node represents all that the node contains, and the top of the tree is an importance
+// sample of the level. One node is one page. Leaves may be larger because there are more of them
+// than of all others: at 512 those of a stadium held 180 sources on average and took 0.3 bytes more
+// for each.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +22,7 @@
 
 namespace clamor {
 
-inline constexpr std::uint32_t kNodeSources = 512;
+inline constexpr std::uint32_t kNodeSources = 512, kLeafSources = 1000;
 inline constexpr std::uint32_t kNoNode = 0xffffffff;
 
 // What the octree is ordered by. Pages are sorted by it when they are read, so a change of it is a

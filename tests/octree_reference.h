@@ -28,7 +28,7 @@ inline std::vector<std::uint32_t> take_highest(SerialCell& cell, const std::vect
     return keys[a] != keys[b] ? keys[a] > keys[b] : a < b;
   };
   auto& all = cell.indices;
-  const auto taken = std::min<std::size_t>(all.size(), kNodeSources);
+  const auto taken = all.size() <= kLeafSources ? all.size() : kNodeSources;
   const auto middle = all.begin() + static_cast<std::ptrdiff_t>(taken);
   if (middle != all.end()) std::nth_element(all.begin(), middle, all.end(), higher);
   std::sort(all.begin(), middle, higher);

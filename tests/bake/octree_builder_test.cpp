@@ -51,7 +51,7 @@ TEST(Octree, StoresEverySourceOnceWithTheHighestKeysOnTop) {
     ASSERT_EQ(node.first_source, expected_first);
     expected_first += node.source_count;
     ASSERT_GT(node.source_count, 0u);
-    ASSERT_LE(node.source_count, kNodeSources);
+    ASSERT_LE(node.source_count, kLeafSources);
     const auto* first = &tree.sources[node.first_source];
     EXPECT_EQ(node.highest_key, key(*first));
     for (std::uint32_t i = 1; i < node.source_count; ++i)
@@ -136,7 +136,7 @@ TEST(Octree, OfManySourcesInOnePlaceTakesNoLongerThanOfOthers) {
   // Node by node, two million would mean to look at four thousand million: minutes.
   auto sources = testing::awkward_sources(2'000'000, 1, {.places = 1});
   const auto tree = build_octree(std::move(sources));
-  ASSERT_EQ(tree.nodes.size(), (2'000'000 + kNodeSources - 1) / kNodeSources);
+  ASSERT_EQ(tree.nodes.size(), 1 + (2'000'000 - kLeafSources + kNodeSources - 1) / kNodeSources);
   EXPECT_TRUE(std::is_sorted(tree.sources.begin(), tree.sources.end(),
                              [](const Source& a, const Source& b) { return key(a) > key(b); }));
 }
