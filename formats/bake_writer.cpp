@@ -39,16 +39,21 @@ struct Sections {
 
 // The copied trees first, then the level's.
 Result<void> write_trees(const BakeContents& contents, OctreeWriter& writer) {
-  if (contents.stream_octree) {
-    const auto top = contents.stream_octree(writer);
-    if (!top.ok()) return top.error();
-    if (*top) writer.finish(**top);
-    return {};
-  }
-  if (contents.octree.nodes.empty()) return {};
+  if (contents.octree.nodes.empty() && !contents.stream_octree) return {};
   for (const SourceOctree& tree : contents.copied)
     if (const auto done = writer.write(tree); !done.ok()) return done;
-  return writer.write(contents.octree);
+  if (!contents.stream_octree) return writer.write(contents.octree);
+  auto top = contents.stream_octree(writer);
+  if (!top.ok()) return top.error();
+  if (!contents.octree.nodes.empty()) {
+    const auto beside = writer.add_subtree(SourceOctree(contents.octree));
+    if (!beside.ok()) return beside.error();
+    const auto both = *top ? writer.add_above(**top, *beside) : beside;
+    if (!both.ok()) return both.error();
+    *top = *both;
+  }
+  if (*top) writer.finish(**top);
+  return {};
 }
 
 Result<void> write_signals(const std::vector<Signal>& signals, FileAppender& appender,
