@@ -2,8 +2,9 @@
 //
 // Of groups that are congruent (congruent_groups.h) one is stored as a tree of its own, in a few
 // variants of its permanent numbers, and the others are copies of it, copies within them too. That
-// is done where it makes the file smaller: a copy takes 72 bytes, an emitter in a page some 6, and
-// each variant is stored whole. So a group is copied if it is large enough and there are enough.
+// is done where it makes the file smaller: a copy takes 144 bytes, an emitter some 6 in a page and
+// 150 in the table, and each variant is stored whole. So a group is copied if it is large enough
+// and there are enough.
 //
 // Reflections of an emitter name it in the emitter table, so where there are any the table keeps
 // every emitter and copies point to their own. Where nothing reflects, the table has only those
@@ -29,7 +30,7 @@ struct EmitterCopies {
   std::vector<std::uint32_t> numbers;  // of each emitter of the level in the table, if it is in it
   std::vector<Emitter> table;
 
-  std::size_t groups = 0, models = 0;  // groups that are copies, and of how many
+  std::size_t groups = 0, models = 0;  // that are copies, also within others, and of how many
   std::uint64_t emitters = 0;          // in these
   std::uint64_t stored = 0;            // of which there are sources in the models
 };

@@ -277,6 +277,34 @@ TEST(BakedCopies, AreTheSameBytesOnAnyNumberOfThreads) {
   EXPECT_FALSE(one == Baked(level, {.seed = 2}).bytes());
 }
 
+// With little memory the octree is sorted on disk, and the copies stand beside it all the same.
+TEST(BakedCopies, AreTheSameSourcesHoweverMuchMemoryTheBakeMayTake) {
+  const Terraces level = terraces(true);
+  const Baked whole(level, {});
+  BakeOptions options{.settings = {.photons = 500, .sources = 1'000'000}, .threads = 1};
+  options.groups = level.groups;
+  options.spill = whole.path + ".sorted";
+  Result<BakeContents> contents = Error("");
+  for (options.memory_bytes = 100'000'000; !contents.ok() && options.memory_bytes < 400'000'000;
+       options.memory_bytes += 10'000'000)
+    contents = bake(level.level, options);
+  ASSERT_TRUE(contents.ok()) << contents.error().message;
+  ASSERT_TRUE(contents->stream_octree);
+  ASSERT_TRUE(write_bake(options.spill, *contents, 1).ok());
+  const auto file = BakeFile::open(options.spill);
+  ASSERT_TRUE(file.ok()) << file.error().message;
+  const auto a = read_all_sources(*whole.file), b = read_all_sources(*file);
+  ASSERT_TRUE(a.ok() && b.ok());
+  ASSERT_EQ(a->sources.size(), b->sources.size());
+  for (std::size_t i = 0; i < a->sources.size(); ++i) {
+    ASSERT_EQ(a->sources[i].position_m, b->sources[i].position_m);
+    ASSERT_EQ(a->sources[i].u, b->sources[i].u);
+    ASSERT_EQ(a->sources[i].power, b->sources[i].power);
+    ASSERT_EQ(a->sources[i].emitter, b->sources[i].emitter);
+  }
+  std::filesystem::remove(options.spill);
+}
+
 TEST(BakedCopies, OfAMillionFansTakeAFewHundredKilobytes) {
   Terraces level;
   level.fans = testing::kSanitized ? 100 : 1000;
