@@ -8,8 +8,6 @@
 #include <optional>
 #include <unordered_map>
 
-#include <glm/gtc/quaternion.hpp>
-
 namespace clamor {
 
 namespace {
@@ -47,8 +45,8 @@ Vec3 middle_of(std::span<const Emitter> emitters) {
 
 // The turn and the scale that lead from one frame to the other, if that is all there is to it.
 bool find_turn(const SceneGroup& model, const SceneGroup& group, Instance& copy) {
-  if (!(std::abs(glm::determinant(model.frame)) > 1e-30)) return false;
-  const Matrix way(group.frame * glm::inverse(model.frame));
+  if (!(std::abs(glm::determinant(model.axes)) > 1e-30)) return false;
+  const Matrix way = group.axes * glm::inverse(model.axes);
   const double volume = glm::determinant(way);
   if (!(volume > 1e-9 && volume < 1 + 1e-5)) return false;
   const double scale = std::cbrt(volume);

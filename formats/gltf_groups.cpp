@@ -6,6 +6,10 @@ namespace clamor {
 
 namespace {
 
+SceneGroup group_of(std::size_t first, std::size_t end, const glm::dmat4& world) {
+  return {first, end, Matrix(world), Vec3(world[3])};
+}
+
 // Those too small to be groups, and those that have become the same range.
 void tidy(SceneGroups& groups) {
   SceneGroups kept;
@@ -35,7 +39,7 @@ SceneGroups scene_groups(const GltfScene& scene, std::span<const int> nodes) {
     const GltfNode& node = scene.nodes[static_cast<std::size_t>(visit.node)];
     stack.pop_back();
     if (visit.entered) {
-      groups.push_back({visit.first, next, visit.world});
+      groups.push_back(group_of(visit.first, next, visit.world));
       continue;
     }
     const std::size_t first = next;
@@ -46,7 +50,7 @@ SceneGroups scene_groups(const GltfScene& scene, std::span<const int> nodes) {
       stack.push_back({*it, world, world, false, 0});
   }
   for (auto it = stack.rbegin(); it != stack.rend(); ++it)
-    if (it->entered) groups.push_back({it->first, next, it->world});
+    if (it->entered) groups.push_back(group_of(it->first, next, it->world));
   tidy(groups);
   return groups;
 }

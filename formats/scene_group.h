@@ -8,13 +8,14 @@
 #include <cstddef>
 #include <vector>
 
-#include <glm/glm.hpp>
+#include "common/vec.h"
 
 namespace clamor {
 
 struct SceneGroup {
   std::size_t first = 0, end = 0;  // a range of Level::emitters, two at least
-  glm::dmat4 frame{1.0};           // of the node, in the level
+  Matrix axes{1};                  // of the node's frame in the level, and its origin
+  Vec3 origin_m{};
 
   std::size_t size() const { return end - first; }
 };

@@ -15,6 +15,14 @@
 
 namespace clamor::testing {
 
+// Where something is laid out.
+struct Frame {
+  Matrix axes{1};
+  Vec3 origin_m{};
+
+  Vec3 operator()(const Vec3& place_m) const { return origin_m + axes * place_m; }
+};
+
 struct Terraces {
   std::uint32_t fans = 40;  // of a block
   std::uint32_t blocks = 6, stands = 4;
@@ -39,10 +47,9 @@ struct Terraces {
     }
     for (std::uint32_t stand = 0; stand < stands; ++stand) {
       const std::size_t first = level.emitters.size();
-      const glm::dmat4 frame =
-          turned(2 * std::numbers::pi * stand / stands, {0, 1, 40 + 0.1 * stand});
+      const Frame frame = turned(2 * std::numbers::pi * stand / stands, {0, 1, 40 + 0.1 * stand});
       for (std::uint32_t block = 0; block < blocks; ++block) add_block(frame, stand, block);
-      groups.push_back({first, level.emitters.size(), frame});
+      groups.push_back({first, level.emitters.size(), frame.axes, frame.origin_m});
     }
     if (!ground) return;
     level.materials.resize(1);
@@ -55,33 +62,27 @@ struct Terraces {
   }
 
  private:
-  static glm::dmat4 turned(double yaw_rad, const Vec3& out_m) {
+  static Frame turned(double yaw_rad, const Vec3& out_m) {
     const double c = std::cos(yaw_rad), s = std::sin(yaw_rad);
-    glm::dmat4 frame(1.0);
-    frame[0] = {c, 0, -s, 0};
-    frame[2] = {s, 0, c, 0};
-    frame[3] = frame * glm::dvec4(out_m, 1);
-    return frame;
+    const Matrix axes(Vec3(c, 0, -s), Vec3(0, 1, 0), Vec3(s, 0, c));
+    return {axes, axes * out_m};
   }
 
-  void add_block(const glm::dmat4& stand_frame, std::uint32_t stand, std::uint32_t block) {
-    glm::dmat4 local(1.0);
-    local[3] = {9.0 * block, 0.5 * block, 0, 1};
-    const glm::dmat4 frame = stand_frame * local;
+  void add_block(const Frame& stand_frame, std::uint32_t stand, std::uint32_t block) {
+    const Frame frame = {stand_frame.axes, stand_frame(Vec3(9.0 * block, 0.5 * block, 0))};
     const std::size_t first = level.emitters.size();
     for (std::uint32_t f = 0; f < fans; ++f) {
       const RandomBits a = philox(1, {f, 1, 0, 0}), b = philox(1, {f, 2, 0, 0});
       Emitter& fan = level.emitters.emplace_back();
       fan.name = "fan #" + std::to_string(f);
-      const glm::dvec4 at(8 * unit(a[0]), 4 * unit(a[1]), 8 * unit(a[2]), 1);
-      fan.position_m = Vec3(frame * at);
-      fan.axis = normalize(Vec3(frame * glm::dvec4(unit(b[0]) - 0.5, 0.2, -1, 0)));
+      fan.position_m = frame(Vec3(8 * unit(a[0]), 4 * unit(a[1]), 8 * unit(a[2])));
+      fan.axis = frame.axes * normalize(Vec3(unit(b[0]) - 0.5, 0.2, -1));
       fan.gain = 0.2 + 0.3 * unit(a[3]);
       fan.directivity = same_in_all_bands(static_cast<float>(f % 3));
       fan.signal = (f % signals + block % 3 + stand) % signals;
       fan.delay_s = 0.2 * unit(b[1]) + 0.01 * ((7 * block + 3) % 10) + 0.001 * stand;
     }
-    groups.push_back({first, level.emitters.size(), frame});
+    groups.push_back({first, level.emitters.size(), frame.axes, frame.origin_m});
   }
 };
 

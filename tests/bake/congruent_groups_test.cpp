@@ -9,6 +9,7 @@
 namespace clamor {
 namespace {
 
+using testing::Frame;
 using testing::Terraces;
 
 Terraces terraces() {
@@ -84,25 +85,25 @@ TEST(CongruentGroups, AreNotThoseThatOnlyLookAlike) {
   }
 }
 
-// The same arrangement, laid out by a frame that no turn and scale lead to.
-Terraces two_blocks(const glm::dmat4& second, double gain = 1) {
+// A block, and the same in another frame.
+Terraces two_blocks(const Frame& second, double gain = 1) {
   Terraces all;
   all.blocks = 1;
   all.stands = 2;
   all.build();
-  all.groups.resize(4);
-  std::erase_if(all.groups, [](const SceneGroup& group) { return group.size() == 0; });
-  all.groups = {all.groups[0], all.groups[2]};
-  const glm::dmat4 way = second * glm::inverse(all.groups[0].frame);
+  all.groups = {all.groups[0], all.groups[2]};  // blocks; a stand of one is the same range
+  const SceneGroup& first = all.groups[0];
+  const Matrix way = second.axes * glm::inverse(first.axes);
   for (std::size_t i = 0; i < 40; ++i) {
     const Emitter& from = all.level.emitters[i];
     Emitter& to = all.level.emitters[40 + i];
     to = from;
-    to.position_m = Vec3(way * glm::dvec4(from.position_m, 1));
-    to.axis = normalize(Vec3(way * glm::dvec4(from.axis, 0)));
+    to.position_m = second.origin_m + way * (from.position_m - first.origin_m);
+    to.axis = normalize(way * from.axis);
     to.gain = from.gain * gain;
   }
-  all.groups[1].frame = second;
+  all.groups[1].axes = second.axes;
+  all.groups[1].origin_m = second.origin_m;
   return all;
 }
 
@@ -114,11 +115,11 @@ bool second_is_copy(const Terraces& all) {
 }
 
 TEST(CongruentGroups, MayBeTurnedMovedSmallerAndLouderButNeitherMirroredNorStretchedNorLarger) {
-  glm::dmat4 turned = glm::mat4_cast(glm::angleAxis(1.1, normalize(Vec3(1, 2, -0.5))));
-  turned[3] = {12, -3, 55, 1};
+  const Frame turned = {glm::mat3_cast(glm::angleAxis(1.1, normalize(Vec3(1, 2, -0.5)))),
+                        {12, -3, 55}};
   const auto scaled = [&](const Vec3& by) {
-    glm::dmat4 frame = turned;
-    for (int axis = 0; axis < 3; ++axis) frame[axis] *= by[axis];
+    Frame frame = turned;
+    for (int axis = 0; axis < 3; ++axis) frame.axes[axis] *= by[axis];
     return frame;
   };
   EXPECT_TRUE(second_is_copy(two_blocks(turned)));
@@ -132,8 +133,7 @@ TEST(CongruentGroups, MayBeTurnedMovedSmallerAndLouderButNeitherMirroredNorStret
 
 // Far from the origin a turn, which is stored as floats, would move fans by more than they may be.
 TEST(CongruentGroups, AreLeftAloneWhereFloatsCannotPlaceThem) {
-  glm::dmat4 far = glm::mat4_cast(glm::angleAxis(1.1, Vec3(0, 1, 0)));
-  far[3] = {500'000, 0, 300'000, 1};
+  const Frame far = {glm::mat3_cast(glm::angleAxis(1.1, Vec3(0, 1, 0))), {500'000, 0, 300'000}};
   second_is_copy(two_blocks(far));  // whatever it says, it is true
 }
 

@@ -78,7 +78,7 @@ TEST_F(GltfGroups, AreTheSubtreesOfTheSceneInnerOnesFirst) {
   for (std::size_t i = 0; i < 4; ++i) {
     const auto local = [&](const SceneGroup& group) {
       const Vec3 at = imported->level.emitters[group.first + i].position_m;
-      return Vec3(glm::inverse(group.frame) * glm::dvec4(at, 1));
+      return glm::inverse(group.axes) * (at - group.origin_m);
     };
     EXPECT_LT(length(local(first) - local(last)), 1e-9);
   }
