@@ -40,15 +40,7 @@ void copies_sample(benchmark::State& state) {
   SignalWeights weights;
   weights.by_signal.assign(file->signal_count(), same_in_all_bands(1));
   const SignalWeights ceilings = highest_over_copies(weights, file->signal_maps());
-  PageLoader loader(
-      [&](const PageEntry& entry) -> PageLoader::Content {
-        auto page = file->read_page(entry);
-        if (!page.ok()) return page.error();
-        return std::make_unique<const ResidentPage>(
-            entry, SourcePage(field, ceilings.by_signal, std::move(page->sources)),
-            std::move(page->links), file->trees());
-      },
-      PageBudget{1'000'000'000});
+  PageLoader loader(pages_of(*file, field, ceilings), PageBudget{1'000'000'000});
   OctreePool pool(field, ceilings, file->trees(), file->signal_maps(), loader);
   const auto sampler = make_priority_sampler(field, weights, pool, 2000);
   sampler->sample({0, 2, 0});

@@ -174,15 +174,8 @@ class Listening {
     for (std::size_t s = 0; s < baked.file->signal_count(); ++s)
       weights_.by_signal.push_back(same_in_all_bands(1.0f + 0.3f * static_cast<float>(s)));
     ceilings_ = highest_over_copies(weights_, baked.file->signal_maps());
-    loader_ = std::make_unique<PageLoader>(
-        [this](const PageEntry& entry) -> PageLoader::Content {
-          auto page = baked_.file->read_page(entry);
-          if (!page.ok()) return page.error();
-          return std::make_unique<const ResidentPage>(
-              entry, SourcePage(*field_, ceilings_.by_signal, std::move(page->sources)),
-              std::move(page->links), baked_.file->trees());
-        },
-        PageBudget{200'000'000});
+    loader_ = std::make_unique<PageLoader>(pages_of(*baked.file, *field_, ceilings_),
+                                           PageBudget{200'000'000});
     pool_ = std::make_unique<OctreePool>(*field_, ceilings_, baked.file->trees(),
                                          baked.file->signal_maps(), *loader_);
   }
