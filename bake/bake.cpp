@@ -11,7 +11,9 @@
 
 #include "bake/bake_plan.h"
 #include "bake/batch_tracing.h"
+#include "bake/copies.h"
 #include "bake/decay_estimate.h"
+#include "bake/emitter_copies.h"
 #include "bake/octree_builder.h"
 #include "bake/octree_streaming.h"
 #include "bake/patch_radius.h"
@@ -189,7 +191,6 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   contents.statistics.deposits = traced->left;
   contents.statistics.decay = decay.summary();
   contents.materials = level.materials;
-  contents.emitters = level.emitters;
   contents.signals = level.signals;
   contents.mesh = level.mesh;
 
@@ -199,12 +200,22 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
                     [&](const tbb::blocked_range<std::size_t>& part) {
                       quantise(deposits.subspan(part.begin(), part.size()), level.materials);
                     });
-  for (std::uint32_t i = 0; i < level.emitters.size(); ++i)
+  EmitterCopies copies =
+      copy_emitters(level, options.groups, traced->tally.photons > 0, options.settings.seed);
+  for (const std::uint32_t i : copies.alone)
     traced->deposits.push_back(
-        emitter_source(level.emitters[i], i, workshop.tracer.emitter_key(i)));
+        emitter_source(level.emitters[i], copies.numbers[i], workshop.tracer.emitter_key(i)));
+  report.copied_sources = copies.emitters;
+  report.copied_groups = copies.groups;
+  report.copied_models = copies.models;
+  contents.emitters = std::move(copies.table);
+  contents.copied = std::move(copies.trees);
+  contents.signal_maps = std::move(copies.signal_maps);
   if (*sorted == SortedIn::kMemory) {
-    contents.octree = build_octree(std::move(traced->deposits));
+    contents.octree = with_copies(build_octree(std::move(traced->deposits)),
+                                  std::move(copies.instances), copies.tops);
   } else {
+    contents.octree = tree_of_copies(std::move(copies.instances), copies.tops);
     // The list goes to disk, and its memory to the sorting of parts of it.
     auto spill = std::make_shared<SourceSpill>(options.spill);
     if (const auto done = spill->append(traced->deposits); !done.ok()) return done.error();

@@ -12,6 +12,7 @@
 #include "common/result.h"
 #include "formats/bake_file.h"
 #include "formats/level.h"
+#include "formats/scene_group.h"
 
 namespace clamor {
 
@@ -32,6 +33,8 @@ struct BakeOptions {
   std::string journal{};  // file that keeps what is traced, see trace_journal.h; "" for none
   std::string spill{};    // where sorting needs files, they are beside this one; "" for nowhere
   std::string note{};     // kept in the journal for whoever merges it
+  SceneGroups
+      groups{};  // of the level's emitters; where they are alike, copies of them are written
   std::vector<std::string> shards{};  // journals that together hold all photons: none is traced
   std::function<void(const BakeProgress&)> on_progress{};  // from any thread, one at a time
   const std::atomic<bool>* stop = nullptr;                 // set it to end the bake with an Error
@@ -47,6 +50,8 @@ struct BakeReport {
   std::uint64_t photons = 0;  // done in all
   std::uint64_t photons_reused = 0;
   std::uint64_t journal_bytes = 0;
+  std::uint64_t copied_sources = 0;  // in copies; those of the trees they copy are in the contents
+  std::size_t copied_groups = 0, copied_models = 0;
   std::string journal_warning;  // why the journal was not used, or what of it was damaged; or ""
 };
 

@@ -24,6 +24,12 @@ double power_of(const Instance& instance, std::span<const PageEntry> trees) {
   return static_cast<double>(instance.gain) * instance.gain * total_power(trees[instance.tree]);
 }
 
+// Where most of a copy is: its tree may be far from the tree's origin.
+Vec3 middle_of(const Instance& instance, std::span<const PageEntry> trees) {
+  const PageEntry& tree = trees[instance.tree];
+  return Placement{}.then(instance).outside(Vec3(tree.low_m + tree.high_m) / 2.0);
+}
+
 // The first of the points 0, 1/2, 1/4, 3/4, 1/8, 5/8, ... (J. G. van der Corput, 1935) that lies in
 // [from, from + length) of a circle of length 1, counted from 1.
 std::uint64_t first_hit(double from, double length) {
@@ -114,24 +120,32 @@ void draw(const std::vector<double>& powers, const std::vector<Vec3>& places, st
 }  // namespace
 
 void draw_numbers_for_copies(std::span<Source> sources, std::uint64_t seed) {
+  draw_numbers_for_copies(sources, {}, {}, seed);
+}
+
+void draw_numbers_for_copies(std::span<Instance> instances, std::span<const PageEntry> trees,
+                             std::uint64_t seed) {
+  draw_numbers_for_copies({}, instances, trees, seed);
+}
+
+void draw_numbers_for_copies(std::span<Source> sources, std::span<Instance> instances,
+                             std::span<const PageEntry> trees, std::uint64_t seed) {
   std::vector<double> powers;
   std::vector<Vec3> places;
   for (const Source& source : sources) {
     powers.push_back(power_of(source));
     places.emplace_back(source.position_m);
   }
-  draw(powers, places, seed, [&](std::size_t i, float u) { sources[i].u = u; });
-}
-
-void draw_numbers_for_copies(std::span<Instance> instances, std::span<const PageEntry> trees,
-                             std::uint64_t seed) {
-  std::vector<double> powers;
-  std::vector<Vec3> places;
   for (const Instance& instance : instances) {
     powers.push_back(power_of(instance, trees));
-    places.push_back(instance.offset_m);
+    places.push_back(middle_of(instance, trees));
   }
-  draw(powers, places, seed, [&](std::size_t i, float u) { instances[i].number = u; });
+  draw(powers, places, seed, [&](std::size_t i, float u) {
+    if (i < sources.size())
+      sources[i].u = u;
+    else
+      instances[i - sources.size()].number = u;
+  });
 }
 
 void draw_numbers(std::span<Instance> instances, std::uint64_t seed) {
@@ -147,20 +161,27 @@ SourceOctree tree_of_copies(std::vector<Instance> instances, std::span<const Pag
   struct Part {
     std::size_t first, count;
   };
+  struct Placed {
+    Vec3 middle_m;
+    Instance instance;
+  };
+  std::vector<Placed> placed;
+  for (const Instance& instance : instances)
+    placed.push_back({middle_of(instance, trees), instance});
   std::vector<Part> parts = {{0, instances.size()}};
   const auto split = [&](const Part& part) -> std::array<Part, 2> {
-    const auto begin = instances.begin() + static_cast<std::ptrdiff_t>(part.first);
+    const auto begin = placed.begin() + static_cast<std::ptrdiff_t>(part.first);
     const auto end = begin + static_cast<std::ptrdiff_t>(part.count);
     Vec3 low(1e300), high(-1e300);
-    for (auto instance = begin; instance != end; ++instance) {
-      low = glm::min(low, instance->offset_m);
-      high = glm::max(high, instance->offset_m);
+    for (auto copy = begin; copy != end; ++copy) {
+      low = glm::min(low, copy->middle_m);
+      high = glm::max(high, copy->middle_m);
     }
     const Vec3 size = high - low;
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
     const std::size_t half = part.count / 2;
-    std::stable_sort(begin, end, [axis](const Instance& a, const Instance& b) {
-      return a.offset_m[axis] < b.offset_m[axis];
+    std::stable_sort(begin, end, [axis](const Placed& a, const Placed& b) {
+      return a.middle_m[axis] < b.middle_m[axis];
     });
     return {Part{part.first, half}, Part{part.first + half, part.count - half}};
   };
@@ -185,6 +206,7 @@ SourceOctree tree_of_copies(std::vector<Instance> instances, std::span<const Pag
     }
     tree.nodes.push_back(node);
   }
+  for (std::size_t i = 0; i < placed.size(); ++i) instances[i] = placed[i].instance;
   for (std::size_t i = tree.nodes.size(); i-- > 0;) {
     OctreeNode& node = tree.nodes[i];
     std::array<const NodeSummary*, 8> children;
@@ -220,8 +242,8 @@ SourceOctree with_copies(SourceOctree octree, std::vector<Instance> instances,
     return first;
   };
   both.nodes[0].children[0] = add(octree);
-  both.nodes[0].children[1] = add(copies);
   both.sources = std::move(octree.sources);
+  both.nodes[0].children[1] = add(copies);
   both.instances = std::move(copies.instances);
   return both;
 }

@@ -22,6 +22,10 @@ void draw_numbers_for_copies(std::span<Source> sources, std::uint64_t seed);
 void draw_numbers_for_copies(std::span<Instance> instances, std::span<const PageEntry> trees,
                              std::uint64_t seed);
 
+// The same for a tree of both: one of all has a key above the power of all.
+void draw_numbers_for_copies(std::span<Source> sources, std::span<Instance> instances,
+                             std::span<const PageEntry> trees, std::uint64_t seed);
+
 // Numbers of copies that are not copied themselves: uniform in (0, 1].
 void draw_numbers(std::span<Instance> instances, std::uint64_t seed);
 

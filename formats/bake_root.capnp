@@ -43,6 +43,10 @@ struct BakeRoot {
 
   trees @33 :List(Tree);                # the last is the level's, the others are copied
   signalMaps @34 :List(List(UInt32));   # per map: what each signal is replaced by
+
+  emitterCopies @35 :List(EmitterCopy); # runs of the emitter table that are not in emitters
+  emitterNames @36 :Data;               # of those, as a zstd frame of so many bytes
+  emitterNamesBytes @37 :UInt64;
 }
 
 struct Tree {
@@ -83,6 +87,23 @@ struct Emitter {
   directivity @8 :List(Float32);
   signal @9 :UInt32;
   delayS @10 :Float64;
+}
+
+struct EmitterCopy {
+  at @0 :UInt32;            # places in the table
+  from @1 :UInt32;
+  count @2 :UInt32;
+  signals @3 :UInt32;       # which signal map, 2^32 - 1: the same signals
+  offsetX @4 :Float64;
+  offsetY @5 :Float64;
+  offsetZ @6 :Float64;
+  rotationX @7 :Float32;
+  rotationY @8 :Float32;
+  rotationZ @9 :Float32;
+  rotationW @10 :Float32;
+  scale @11 :Float32;
+  gain @12 :Float32;
+  delayS @13 :Float64;
 }
 
 struct Signal {

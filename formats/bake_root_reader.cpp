@@ -10,6 +10,7 @@
 
 #include "formats/bake_layout.h"
 #include "formats/bake_root.capnp.h"
+#include "formats/emitter_table.h"
 #include "formats/signal_section.h"
 
 namespace clamor {
@@ -19,6 +20,7 @@ namespace {
 // Far beyond any level (import ends at 1000 km), and near enough that delays fit into 32 bits.
 constexpr float kFarthest_m = 2e6f;
 constexpr float kMostPower = 1e30f;
+constexpr std::uint64_t kMostNameBytesPerByte = 1000;
 constexpr std::uint64_t kMostCounted = 1ULL << 48;
 
 // Eight values within [least, most], or an Error.
@@ -48,6 +50,9 @@ class RootReader {
   Result<void> read_statistics();
   Result<void> read_materials();
   Result<void> read_emitters();
+  Result<void> read_emitter(::Emitter::Reader stored);
+  Result<void> read_copied_emitters(::EmitterCopy::Reader stored, NameList& names);
+  Result<void> add_emitter(Emitter emitter);
   Result<void> read_trees();
   Result<void> read_signal_maps();
   Result<void> read_signals();
@@ -56,6 +61,7 @@ class RootReader {
   Result<FileSection> checked(FileSection section);
 
   BakeRoot::Reader root_;
+  std::size_t signals_ = 0;
   std::uint64_t end_;
   std::uint64_t section_end_ = kFirstPageOffset;  // sections follow each other without overlap
   BakeRootContents contents_;
@@ -160,27 +166,79 @@ Result<void> RootReader::read_materials() {
   return {};
 }
 
-Result<void> RootReader::read_emitters() {
-  const auto stored_signals = root_.getSignals();
-  for (const auto stored : root_.getEmitters()) {
-    Emitter emitter;
-    emitter.name = text(stored.getName());
-    emitter.position_m = {stored.getX(), stored.getY(), stored.getZ()};
-    emitter.axis = {stored.getAxisX(), stored.getAxisY(), stored.getAxisZ()};
-    emitter.gain = stored.getGain();
-    emitter.signal = stored.getSignal();
-    emitter.delay_s = stored.getDelayS();
-    const std::string what = "emitter " + in_quotes(emitter.name);
-    const auto directivity = read_bands(stored.getDirectivity(), 0, 1000, what.c_str());
-    if (!directivity.ok()) return directivity.error();
-    emitter.directivity = *directivity;
-    if (!(length(emitter.position_m) <= kFarthest_m) ||
-        !(std::abs(length(emitter.axis) - 1) < 1e-3) ||
-        !(emitter.gain >= 0 && emitter.gain < 1e10) || !(std::abs(emitter.delay_s) <= 86400) ||
-        emitter.signal >= stored_signals.size())
-      return Error(what + " is out of range");
-    contents_.emitters.push_back(std::move(emitter));
+Result<void> RootReader::add_emitter(Emitter emitter) {
+  if (!(length(emitter.position_m) <= kFarthest_m) ||
+      !(std::abs(length(emitter.axis) - 1) < 1e-3) || !(emitter.gain >= 0 && emitter.gain < 1e10) ||
+      !(std::abs(emitter.delay_s) <= 86400) || emitter.signal >= signals_)
+    return Error("emitter " + in_quotes(emitter.name) + " is out of range");
+  contents_.emitters.push_back(std::move(emitter));
+  return {};
+}
+
+Result<void> RootReader::read_emitter(::Emitter::Reader stored) {
+  Emitter emitter;
+  emitter.name = text(stored.getName());
+  emitter.position_m = {stored.getX(), stored.getY(), stored.getZ()};
+  emitter.axis = {stored.getAxisX(), stored.getAxisY(), stored.getAxisZ()};
+  emitter.gain = stored.getGain();
+  emitter.signal = stored.getSignal();
+  emitter.delay_s = stored.getDelayS();
+  const std::string what = "emitter " + in_quotes(emitter.name);
+  const auto directivity = read_bands(stored.getDirectivity(), 0, 1000, what.c_str());
+  if (!directivity.ok()) return directivity.error();
+  emitter.directivity = *directivity;
+  return add_emitter(std::move(emitter));
+}
+
+Result<void> RootReader::read_copied_emitters(::EmitterCopy::Reader stored, NameList& names) {
+  clamor::EmitterCopy copy;
+  copy.at = stored.getAt();
+  copy.from = stored.getFrom();
+  copy.count = stored.getCount();
+  copy.copy.signals = stored.getSignals();
+  copy.copy.offset_m = {stored.getOffsetX(), stored.getOffsetY(), stored.getOffsetZ()};
+  copy.copy.rotation = Rotation(stored.getRotationW(), stored.getRotationX(), stored.getRotationY(),
+                                stored.getRotationZ());
+  copy.copy.scale = stored.getScale();
+  copy.copy.gain = stored.getGain();
+  copy.delay_s = stored.getDelayS();
+  if (copy.at != contents_.emitters.size() || !is_sound(copy, contents_.signal_maps.size()))
+    return Error("a run of copied emitters is out of range");
+  if (copy.count >
+      most_copied_emitters(end_) - std::min<std::uint64_t>(copy.at, most_copied_emitters(end_)))
+    return Error("it claims more emitters than a file of its size has");
+  for (std::uint32_t i = 0; i < copy.count; ++i) {
+    Emitter emitter = copied(contents_.emitters[copy.from + i], copy, contents_.signal_maps);
+    if (const auto named = names.next(emitter.name); !named.ok()) return named;
+    if (const auto added = add_emitter(std::move(emitter)); !added.ok()) return added;
   }
+  return {};
+}
+
+Result<void> RootReader::read_emitters() {
+  signals_ = root_.getSignals().size();
+  const auto stored = root_.getEmitters();
+  const auto copies = root_.getEmitterCopies();
+  std::vector<std::byte> names;
+  if (copies.size() > 0) {
+    const auto frame = root_.getEmitterNames();
+    if (root_.getEmitterNamesBytes() > kMostNameBytesPerByte * frame.size())
+      return Error("the names of its emitters claim too much");
+    auto list = unpacked(std::as_bytes(std::span(frame.begin(), frame.size())),
+                         root_.getEmitterNamesBytes());
+    if (!list.ok()) return list.error().in("the names of its emitters");
+    names = std::move(*list);
+  }
+  NameList list(names);
+  unsigned next = 0;
+  for (const auto copy : copies) {
+    for (; contents_.emitters.size() < copy.getAt() && next < stored.size(); ++next)
+      if (const auto read = read_emitter(stored[next]); !read.ok()) return read;
+    if (const auto read = read_copied_emitters(copy, list); !read.ok()) return read;
+  }
+  for (; next < stored.size(); ++next)
+    if (const auto read = read_emitter(stored[next]); !read.ok()) return read;
+  if (!list.at_end()) return Error("the names of its emitters are too many");
   return {};
 }
 
@@ -294,8 +352,8 @@ Result<BakeRootContents> RootReader::read() {
   // Sections in the order of the file: pages, signals, geometry.
   for (const auto part :
        {&RootReader::read_settings, &RootReader::read_provenance, &RootReader::read_statistics,
-        &RootReader::read_materials, &RootReader::read_emitters, &RootReader::read_trees,
-        &RootReader::read_signal_maps, &RootReader::read_signals, &RootReader::read_geometry})
+        &RootReader::read_materials, &RootReader::read_signal_maps, &RootReader::read_emitters,
+        &RootReader::read_trees, &RootReader::read_signals, &RootReader::read_geometry})
     if (const auto done = (this->*part)(); !done.ok()) return done.error();
   return std::move(contents_);
 }

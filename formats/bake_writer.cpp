@@ -14,6 +14,7 @@
 #include "formats/bake_layout.h"
 #include "formats/bake_root.capnp.h"
 #include "formats/bake_root_reader.h"
+#include "formats/emitter_table.h"
 #include "formats/file_appender.h"
 #include "formats/geometry_section.h"
 #include "formats/octree_writer.h"
@@ -35,20 +36,26 @@ struct Sections {
   std::vector<SignalSections> signals;
   FileSection geometry;
   GeometryCounts geometry_counts;
+  std::uint64_t most_emitters = 0;  // that the table may have, if some are copies
 };
 
 // The copied trees first, then the level's.
 Result<void> write_trees(const BakeContents& contents, OctreeWriter& writer) {
-  if (contents.stream_octree) {
-    const auto top = contents.stream_octree(writer);
-    if (!top.ok()) return top.error();
-    if (*top) writer.finish(**top);
-    return {};
-  }
-  if (contents.octree.nodes.empty()) return {};
+  if (contents.octree.nodes.empty() && !contents.stream_octree) return {};
   for (const SourceOctree& tree : contents.copied)
     if (const auto done = writer.write(tree); !done.ok()) return done;
-  return writer.write(contents.octree);
+  if (!contents.stream_octree) return writer.write(contents.octree);
+  auto top = contents.stream_octree(writer);
+  if (!top.ok()) return top.error();
+  if (!contents.octree.nodes.empty()) {
+    const auto beside = writer.add_subtree(SourceOctree(contents.octree));
+    if (!beside.ok()) return beside.error();
+    const auto both = *top ? writer.add_above(**top, *beside) : beside;
+    if (!both.ok()) return both.error();
+    *top = *both;
+  }
+  if (*top) writer.finish(**top);
+  return {};
 }
 
 Result<void> write_signals(const std::vector<Signal>& signals, FileAppender& appender,
@@ -142,19 +149,45 @@ void put_signal(::Signal::Builder stored, const Signal& signal, const SignalSect
   stored.setEnvelopeHash(sections.envelope.hash);
 }
 
-void put_tables(BakeRoot::Builder root, const BakeContents& contents, const Sections& sections) {
-  auto materials = root.initMaterials(static_cast<unsigned>(contents.materials.size()));
-  for (unsigned i = 0; i < materials.size(); ++i) {
-    const Material& material = contents.materials[i];
-    materials[i].setName(material.name);
-    put(materials[i].initAbsorption(kBandCount), material.absorption);
-    put(materials[i].initScattering(kBandCount), material.scattering);
-    put(materials[i].initPhong(kBandCount), material.phong);
-    put(materials[i].initTransmission(kBandCount), material.transmission);
+void put_emitter_copies(BakeRoot::Builder root, const std::vector<Emitter>& table,
+                        const std::vector<EmitterCopy>& copies) {
+  auto stored = root.initEmitterCopies(static_cast<unsigned>(copies.size()));
+  for (unsigned i = 0; i < stored.size(); ++i) {
+    const Instance& copy = copies[i].copy;
+    stored[i].setAt(copies[i].at);
+    stored[i].setFrom(copies[i].from);
+    stored[i].setCount(copies[i].count);
+    stored[i].setSignals(copy.signals);
+    stored[i].setOffsetX(copy.offset_m.x);
+    stored[i].setOffsetY(copy.offset_m.y);
+    stored[i].setOffsetZ(copy.offset_m.z);
+    stored[i].setRotationX(copy.rotation.x);
+    stored[i].setRotationY(copy.rotation.y);
+    stored[i].setRotationZ(copy.rotation.z);
+    stored[i].setRotationW(copy.rotation.w);
+    stored[i].setScale(copy.scale);
+    stored[i].setGain(copy.gain);
+    stored[i].setDelayS(copies[i].delay_s);
   }
-  auto emitters = root.initEmitters(static_cast<unsigned>(contents.emitters.size()));
-  for (unsigned i = 0; i < emitters.size(); ++i) {
-    const Emitter& emitter = contents.emitters[i];
+  const std::string names = list_names(table, copies);
+  const auto frame = packed(std::as_bytes(std::span(names)));
+  root.setEmitterNames(kj::arrayPtr(reinterpret_cast<const kj::byte*>(frame.data()), frame.size()));
+  root.setEmitterNamesBytes(names.size());
+}
+
+// Those that are copies as such, unless a reader would not believe that there are so many.
+void put_emitters(BakeRoot::Builder root, const BakeContents& contents, std::uint64_t most) {
+  const std::vector<Emitter>& table = contents.emitters;
+  std::vector<EmitterCopy> copies;
+  if (table.size() <= most) copies = find_emitter_copies(contents);
+  std::size_t told = table.size();
+  for (const EmitterCopy& copy : copies) told -= copy.count;
+  auto emitters = root.initEmitters(static_cast<unsigned>(told));
+  std::size_t next = 0;
+  auto copy = copies.begin();
+  for (unsigned i = 0; i < emitters.size(); ++i, ++next) {
+    for (; copy != copies.end() && copy->at == next; ++copy) next += copy->count;
+    const Emitter& emitter = table[next];
     emitters[i].setName(emitter.name);
     emitters[i].setX(emitter.position_m.x);
     emitters[i].setY(emitter.position_m.y);
@@ -167,6 +200,20 @@ void put_tables(BakeRoot::Builder root, const BakeContents& contents, const Sect
     emitters[i].setSignal(emitter.signal);
     emitters[i].setDelayS(emitter.delay_s);
   }
+  if (!copies.empty()) put_emitter_copies(root, table, copies);
+}
+
+void put_tables(BakeRoot::Builder root, const BakeContents& contents, const Sections& sections) {
+  auto materials = root.initMaterials(static_cast<unsigned>(contents.materials.size()));
+  for (unsigned i = 0; i < materials.size(); ++i) {
+    const Material& material = contents.materials[i];
+    materials[i].setName(material.name);
+    put(materials[i].initAbsorption(kBandCount), material.absorption);
+    put(materials[i].initScattering(kBandCount), material.scattering);
+    put(materials[i].initPhong(kBandCount), material.phong);
+    put(materials[i].initTransmission(kBandCount), material.transmission);
+  }
+  put_emitters(root, contents, sections.most_emitters);
   auto signals = root.initSignals(static_cast<unsigned>(contents.signals.size()));
   for (unsigned i = 0; i < signals.size(); ++i)
     put_signal(signals[i], contents.signals[i], sections.signals[i]);
@@ -223,6 +270,7 @@ Result<void> write_all(AtomicFile& file, const std::string& path, const BakeCont
   sections.geometry = *geometry;
   if (const auto done = appender.align(); !done.ok()) return done;
 
+  sections.most_emitters = most_copied_emitters(appender.offset());
   capnp::MallocMessageBuilder message;
   auto root = message.initRoot<BakeRoot>();
   put_settings(root, contents);

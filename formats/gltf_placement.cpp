@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <glm/gtc/quaternion.hpp>
 
+#include "formats/emitter_spec.h"
 #include "formats/gltf_accessor.h"
 
 namespace clamor {
@@ -19,13 +20,20 @@ std::string label(const GltfScene& scene, int node) {
   return fmt::format("node {}{}", node, name.empty() ? "" : " " + in_quotes(name));
 }
 
-// One transform per instance, relative to the node (EXT_mesh_gpu_instancing).
-Result<std::vector<glm::dmat4>> instance_transforms(const GltfScene& scene, const Json& extension) {
+// Of an instance, relative to the node.
+struct InstancePlace {
+  glm::dmat4 local{1.0};
+  double delay_s = 0;
+};
+
+// EXT_mesh_gpu_instancing, which leaves names that begin with _ to whoever needs them.
+Result<std::vector<InstancePlace>> instance_places(const GltfScene& scene, const Json& extension) {
   const Json* attributes = extension.find("attributes");
-  std::optional<GltfReader> readers[3];
-  constexpr std::array<const char*, 3> kNames = {"TRANSLATION", "ROTATION", "SCALE"};
+  constexpr std::array<const char*, 4> kNames = {"TRANSLATION", "ROTATION", "SCALE", "_DELAY_S"};
+  constexpr std::array kComponents = {3, 4, 3, 1};
+  std::optional<GltfReader> readers[kNames.size()];
   std::optional<std::size_t> count;
-  for (std::size_t i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
     const Json* accessor = attributes == nullptr ? nullptr : attributes->find(kNames[i]);
     if (accessor == nullptr) continue;
     const double* number = accessor->number();
@@ -34,7 +42,7 @@ Result<std::vector<glm::dmat4>> instance_transforms(const GltfScene& scene, cons
       return Error(
           fmt::format("{} '{}' points to none of the {} accessors; export the level again.",
                       kInstancing, kNames[i], scene.accessors.size()));
-    auto reader = GltfReader::open(scene, static_cast<int>(*number), i == 1 ? 4 : 3);
+    auto reader = GltfReader::open(scene, static_cast<int>(*number), kComponents[i]);
     if (!reader.ok()) return reader.error().in(kInstancing);
     if (count.value_or(reader->count()) != reader->count())
       return Error(
@@ -45,15 +53,15 @@ Result<std::vector<glm::dmat4>> instance_transforms(const GltfScene& scene, cons
   }
   if (!count)
     return Error(
-        fmt::format("{} has none of TRANSLATION, ROTATION and SCALE, so nothing says how "
+        fmt::format("{} has none of TRANSLATION, ROTATION, SCALE and _DELAY_S, so nothing says how "
                     "many instances there are; export the level again.",
                     kInstancing));
 
   if (*count > kMostPlacements)
     return Error(fmt::format("has {} instances; at most {} are read.", *count, kMostPlacements));
-  std::vector<glm::dmat4> transforms(*count, glm::dmat4(1.0));
+  std::vector<InstancePlace> places(*count);
   for (std::size_t i = 0; i < *count; ++i) {
-    glm::dmat4& local = transforms[i];
+    glm::dmat4& local = places[i].local;
     if (readers[1]) {
       const auto q = readers[1]->at(i);
       const glm::dquat turn(q[3], q[0], q[1], q[2]);
@@ -67,8 +75,14 @@ Result<std::vector<glm::dmat4>> instance_transforms(const GltfScene& scene, cons
       const auto move = readers[0]->at(i);
       local[3] = glm::dvec4(move[0], move[1], move[2], 1);
     }
+    if (readers[3]) {
+      places[i].delay_s = readers[3]->at(i)[0];
+      if (!(places[i].delay_s >= 0 && places[i].delay_s <= kLongestDelay_s))
+        return Error(fmt::format("{} {}: '_DELAY_S' must lie between 0 and {} seconds", kInstancing,
+                                 i, kLongestDelay_s));
+    }
   }
-  return transforms;
+  return places;
 }
 
 bool hides(const Json* extensions) {
@@ -115,16 +129,16 @@ Result<std::vector<Placement>> place_nodes(const GltfScene& scene) {
       placements.push_back({visit.node, 0, false, hidden, world});
       continue;
     }
-    const auto transforms = instance_transforms(scene, *instancing);
-    if (!transforms.ok()) return transforms.error().in(label(scene, visit.node));
-    if (placements.size() + transforms->size() > kMostPlacements)
+    const auto instances = instance_places(scene, *instancing);
+    if (!instances.ok()) return instances.error().in(label(scene, visit.node));
+    if (placements.size() + instances->size() > kMostPlacements)
       return Error(
           fmt::format("{}: the level has more than {} instances, the most that are read; "
                       "thin them out.",
                       label(scene, visit.node), kMostPlacements));
-    for (std::size_t i = 0; i < transforms->size(); ++i)
-      placements.push_back(
-          {visit.node, static_cast<std::uint32_t>(i), true, hidden, world * (*transforms)[i]});
+    for (std::size_t i = 0; i < instances->size(); ++i)
+      placements.push_back({visit.node, static_cast<std::uint32_t>(i), true, hidden,
+                            world * (*instances)[i].local, (*instances)[i].delay_s});
   }
   return placements;
 }

@@ -16,6 +16,7 @@ struct Placement {
   bool instanced = false;
   bool hidden = false;  // by KHR_node_visibility, its own or an ancestor's
   glm::dmat4 world{1.0};
+  double delay_s = 0;  // of an instance with an attribute _DELAY_S
 };
 
 // Every node that the scene reaches, parents first. Only nodes that carry a mesh or an extension

@@ -136,7 +136,9 @@ class SoundReader {
             place.instanced ? fmt::format("{} #{}", source_name, place.instance) : source_name;
         made->gain *= source.gain;
         made->signal = *signal;
+        made->delay_s += place.delay_s;
         out_.emitters.push_back(std::move(*made));
+        out_.nodes.push_back(place.node);
       }
     }
     return {};

@@ -9,8 +9,8 @@
 //     "random_delay_s": 0.3    and by a random time from [0, this), another for every emitter
 //   } }
 //
-// A node with EXT_mesh_gpu_instancing emits from every instance; every source of an emitter is an
-// Emitter of its own.
+// A node with EXT_mesh_gpu_instancing emits from every instance, each later by what its own
+// attribute _DELAY_S says, if there is one; every source of an emitter is an Emitter of its own.
 #pragma once
 
 #include <cstdint>
@@ -28,6 +28,7 @@ namespace clamor {
 
 struct SceneSounds {
   std::vector<Emitter> emitters;
+  std::vector<int> nodes;  // that of each emitter
   std::vector<std::string> ignored, warnings;
 };
 

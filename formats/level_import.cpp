@@ -9,6 +9,7 @@
 #include "formats/audio_file.h"
 #include "formats/emitter_spec.h"
 #include "formats/gltf_document.h"
+#include "formats/gltf_groups.h"
 #include "formats/gltf_mesh.h"
 #include "formats/gltf_placement.h"
 #include "formats/gltf_reader.h"
@@ -72,7 +73,8 @@ Result<Emitter> realise(const EmitterSpec& spec, bool confined, LevelFolder& fol
 
 // Adds the emitters of one origin; each replaces those of its name from the origins before.
 Result<void> merge(const std::vector<EmitterSpec>& specs, bool confined, LevelFolder& folder,
-                   SignalTable& signals, std::uint64_t seed, Level& level, ImportReport& report) {
+                   SignalTable& signals, std::uint64_t seed, ImportedLevel& imported) {
+  Level& level = imported.level;
   const std::size_t before = level.emitters.size();
   std::vector<Emitter> added;
   std::map<std::string, int> names;
@@ -86,12 +88,13 @@ Result<void> merge(const std::vector<EmitterSpec>& specs, bool confined, LevelFo
     added.push_back(std::move(*emitter));
   }
   for (Emitter& emitter : added) {
-    const auto same = std::remove_if(level.emitters.begin(), level.emitters.end(),
-                                     [&](const Emitter& e) { return e.name == emitter.name; });
-    if (same != level.emitters.end()) {
-      level.emitters.erase(same, level.emitters.end());
-      report.found.push_back(fmt::format("emitter '{}' of the {} in place of the level's own",
-                                         emitter.name, confined ? "sidecar" : "command line"));
+    std::vector<bool> gone;
+    for (const Emitter& known : level.emitters) gone.push_back(known.name == emitter.name);
+    if (std::erase_if(level.emitters, [&](const Emitter& e) { return e.name == emitter.name; })) {
+      forget_emitters(gone, imported.groups);
+      imported.report.found.push_back(
+          fmt::format("emitter '{}' of the {} in place of the level's own", emitter.name,
+                      confined ? "sidecar" : "command line"));
     }
   }
   std::move(added.begin(), added.end(), std::back_inserter(level.emitters));
@@ -212,6 +215,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   auto sounds = read_scene_sounds(*scene, *placements, folder, signals, seed);
   if (!sounds.ok()) return sounds.error().in(path);
   level.emitters = std::move(sounds->emitters);
+  imported.groups = scene_groups(*scene, sounds->nodes);
   std::move(sounds->ignored.begin(), sounds->ignored.end(), std::back_inserter(report.ignored));
   std::move(sounds->warnings.begin(), sounds->warnings.end(), std::back_inserter(report.warnings));
   const struct {
@@ -219,7 +223,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
     bool confined;
   } kOrigins[] = {{sidecar->emitters, true}, {command_line, false}};
   for (const auto& [specs, confined] : kOrigins)
-    if (const auto ok = merge(specs, confined, folder, signals, seed, level, report); !ok.ok())
+    if (const auto ok = merge(specs, confined, folder, signals, seed, imported); !ok.ok())
       return ok.error().in(path);
   level.signals = signals.take();
   keep_used_signals(level);

@@ -16,6 +16,7 @@
 #include "common/result.h"
 #include "formats/input_file.h"
 #include "formats/level.h"
+#include "formats/scene_group.h"
 #include "formats/sidecar.h"
 
 namespace clamor {
@@ -46,6 +47,7 @@ struct ImportReport {
 
 struct ImportedLevel {
   Level level;
+  SceneGroups groups;  // of its emitters, as they stood under the nodes of the glTF scene
   ImportReport report;
   ImportedSettings settings;      // of the sidecar; the air among them is in level.air already
   std::vector<InputFile> inputs;  // every file read

@@ -21,6 +21,20 @@ std::vector<std::size_t> depths_of(const std::vector<OctreeNode>& nodes) {
   return depths;
 }
 
+// Of a node that has nothing but these two below it. Copies are in one of them, and so sound goes
+// everywhere.
+NodeSummary above(const NodeSummary& a, const NodeSummary& b) {
+  NodeSummary node;
+  node.low_m = glm::min(a.low_m, b.low_m);
+  node.high_m = glm::max(a.high_m, b.high_m);
+  node.least_delay_s = std::min(a.least_delay_s, b.least_delay_s);
+  node.most_delay_s = std::max(a.most_delay_s, b.most_delay_s);
+  node.highest_key = std::max(a.highest_key, b.highest_key);
+  for (std::size_t band = 0; band < kBandCount; ++band)
+    node.power[band] = a.power[band] + b.power[band];
+  return node;
+}
+
 }  // namespace
 
 Result<void> OctreeWriter::append(std::vector<std::byte> page, PageEntry& entry) {
@@ -123,6 +137,23 @@ Result<std::size_t> OctreeWriter::add_subtree(SourceOctree&& subtree) {
   return parts_.size() - 1;
 }
 
+void OctreeWriter::put_below(std::size_t handle, std::uint8_t octant, std::vector<std::byte>& page,
+                             Part& above) {
+  Part below = std::exchange(parts_[handle], {});
+  below.top.octant = octant;
+  put_entry(below.top, page);
+  above.top.sources_below += below.top.sources_below;
+  ++above.top.page.children;
+  above.levels.resize(std::max(above.levels.size(), below.levels.size() + 1));
+  for (std::size_t d = 0; d < below.levels.size(); ++d) {
+    Level& level = above.levels[d + 1];
+    level.counts.nodes += below.levels[d].counts.nodes;
+    level.counts.sources += below.levels[d].counts.sources;
+    level.counts.packed_bytes += below.levels[d].counts.packed_bytes;
+    for (std::size_t b = 0; b < kBandCount; ++b) level.power[b] += below.levels[d].power[b];
+  }
+}
+
 Result<std::size_t> OctreeWriter::add_node(
     const NodeSummary& node, std::span<const Source> sources,
     const std::array<std::optional<std::size_t>, 8>& children) {
@@ -132,26 +163,25 @@ Result<std::size_t> OctreeWriter::add_node(
   std::vector<std::byte> page = packed_lightly(encode_page(node, sources, mirror_bits_));
   part.top.page.packed_bytes = static_cast<std::uint32_t>(page.size());
   part.top.sources_below = sources.size();
-  for (std::size_t octant = 0; octant < 8; ++octant) {
-    if (!children[octant]) continue;
-    Part below = std::exchange(parts_[*children[octant]], {});
-    below.top.octant = static_cast<std::uint8_t>(octant);
-    put_entry(below.top, page);
-    part.top.sources_below += below.top.sources_below;
-    ++part.top.page.children;
-    part.levels.resize(std::max(part.levels.size(), below.levels.size() + 1));
-    for (std::size_t d = 0; d < below.levels.size(); ++d) {
-      Level& level = part.levels[d + 1];
-      level.counts.nodes += below.levels[d].counts.nodes;
-      level.counts.sources += below.levels[d].counts.sources;
-      level.counts.packed_bytes += below.levels[d].counts.packed_bytes;
-      for (std::size_t b = 0; b < kBandCount; ++b) level.power[b] += below.levels[d].power[b];
-    }
-  }
+  for (std::size_t octant = 0; octant < 8; ++octant)
+    if (children[octant])
+      put_below(*children[octant], static_cast<std::uint8_t>(octant), page, part);
   Level& top = part.levels[0];
   top.counts = {1, sources.size(), page.size(), {}};
   for (const Source& source : sources)
     for (std::size_t b = 0; b < kBandCount; ++b) top.power[b] += source.power[b];
+  if (const auto done = append(std::move(page), part.top); !done.ok()) return done.error();
+  parts_.push_back(std::move(part));
+  return parts_.size() - 1;
+}
+
+Result<std::size_t> OctreeWriter::add_above(std::size_t first, std::size_t second) {
+  Part part;
+  part.levels.resize(1);
+  static_cast<NodeSummary&>(part.top) = above(parts_[first].top, parts_[second].top);
+  std::vector<std::byte> page;
+  for (const std::size_t handle : {first, second}) put_below(handle, kNoOctant, page, part);
+  part.levels[0].counts = {1, 0, page.size(), {}};
   if (const auto done = append(std::move(page), part.top); !done.ok()) return done.error();
   parts_.push_back(std::move(part));
   return parts_.size() - 1;

@@ -33,6 +33,8 @@ class OctreeWriter final : public OctreeSink {
   Result<std::size_t> add_subtree(SourceOctree&& subtree) override;
   Result<std::size_t> add_node(const NodeSummary& node, std::span<const Source> sources,
                                const std::array<std::optional<std::size_t>, 8>& children) override;
+  // A node without sources above two that were added, each an octree of its own.
+  Result<std::size_t> add_above(std::size_t first, std::size_t second);
   // What was added is a tree, and this its top.
   void finish(std::size_t top);
 
@@ -49,6 +51,9 @@ class OctreeWriter final : public OctreeSink {
     std::vector<Level> levels;
   };
 
+  // Puts what was added below a page that is being made.
+  void put_below(std::size_t handle, std::uint8_t octant, std::vector<std::byte>& page,
+                 Part& above);
   Result<Part> write_part(const SourceOctree& octree);
   void finish(const Part& part);
   // Appends a page and completes its entry.

@@ -111,6 +111,9 @@ void BakeRequest::add_options(Arguments& parser) {
   parser.option("--seed", seed, "of every random number; same seed, same bytes [1]");
   parser.option("--simplify", simplify_m,
                 "metres that surfaces may move to save triangles, as in 0.05 [0: not at all]");
+  parser.option("--copies", copies,
+                "on or off: groups of emitters that the level repeats, as stands of fans, are "
+                "stored once and copied");
   parser.option("--kappa", kappa,
                 "Russian roulette: survive with (power after / before)^kappa, 0 to 1");
   parser.option("--longest", longest_s, "seconds to follow sound for");
@@ -123,6 +126,8 @@ std::optional<std::string> BakeRequest::complaint() const {
     return "--sources " + in_quotes(*sources) + " is not a whole number from 1 to 10000000";
   if (seed && !whole(*seed)) return "--seed " + in_quotes(*seed) + " is not a whole number";
   if (!(simplify_m >= 0 && simplify_m <= 10)) return "--simplify must lie between 0 and 10 metres";
+  if (copies != "on" && copies != "off")
+    return "--copies " + in_quotes(copies) + " is neither on nor off";
   if (!(kappa >= 0 && kappa <= 1)) return "--kappa must lie between 0 and 1";
   if (!(longest_s > 0 && longest_s <= 60)) return "--longest must lie between 0 and 60 seconds";
   return std::nullopt;
@@ -141,6 +146,7 @@ std::vector<std::string> BakeRequest::words() const {
   add("--sources", sources);
   add("--seed", seed);
   if (simplify_m > 0) add("--simplify", fmt::format("{}", simplify_m));
+  if (copies != "on") add("--copies", copies);
   if (kappa != BakeSettings{}.roulette_kappa) add("--kappa", fmt::format("{}", kappa));
   if (longest_s != BakeSettings{}.longest_path_s) add("--longest", fmt::format("{}", longest_s));
   return words;
@@ -209,6 +215,7 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   options.settings.roulette_kappa = request.kappa;
   options.settings.longest_path_s = request.longest_s;
   options.settings.air = level.air;
+  if (request.copies == "on") options.groups = imported->groups;
   options.threads = manner.threads;
   options.memory_bytes = manner.memory_bytes;
   options.spill = manner.output;
@@ -271,8 +278,9 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
     fmt::print(err,
                "{{\"stage\": \"done\", \"sources\": {}, \"photons\": {}, \"photons_reused\": {}, "
                "\"error_db\": {:.3f}, \"goal_reached\": {}, \"seconds\": {:.3f}}}\n",
-               contents->source_count(), report.photons, report.photons_reused,
-               contents->statistics.decay.error_db, why_not.empty(), progress.seconds());
+               contents->source_count() + report.copied_sources, report.photons,
+               report.photons_reused, contents->statistics.decay.error_db, why_not.empty(),
+               progress.seconds());
   if (!why_not.empty() && !manner.json_progress)
     fmt::print(err, "  warning  --until was not reached: {}\n", why_not);
   if (manner.quiet || manner.json_progress) return kSuccess;

@@ -86,10 +86,15 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
   if (report.photons_reused > 0)
     fmt::print(err, "  reused   {} of {} photons from {}\n", report.photons_reused,
                statistics.photons_traced, journal);
+  if (report.copied_groups > 0)
+    fmt::print(err,
+               "  copied   {} groups of emitters are copies of {}; {} sources are stored once\n",
+               report.copied_groups, report.copied_models, report.copied_sources);
   std::error_code ignored;
   const auto bytes = static_cast<double>(std::filesystem::file_size(output, ignored));
   fmt::print(err, "  wrote    {}: {} in {}, {:.1f} s\n", output,
-             counted(contents.source_count(), "source"), as_size(bytes), seconds);
+             counted(contents.source_count() + report.copied_sources, "source"), as_size(bytes),
+             seconds);
   if (!journal.empty())
     fmt::print(err, "  kept     {} ({}): baking again traces only what has changed\n", journal,
                as_size(static_cast<double>(report.journal_bytes)));

@@ -133,9 +133,13 @@ int GltfWriter::mesh(const std::string& name, const MeshBuilder& mesh) {
   return static_cast<int>(json_["meshes"].size()) - 1;
 }
 
-void GltfWriter::add_node(Json node) {
-  json_["scenes"][0]["nodes"].push_back(json_["nodes"].size());
+int GltfWriter::add_node(Json node, std::optional<int> parent) {
+  const auto index = static_cast<int>(json_["nodes"].size());
   json_["nodes"].push_back(std::move(node));
+  Json& siblings = parent ? json_["nodes"][static_cast<std::size_t>(*parent)]["children"]
+                          : json_["scenes"][0]["nodes"];
+  siblings.push_back(index);
+  return index;
 }
 
 void GltfWriter::node(const std::string& name, int mesh, const Vec3& position_m, double yaw_rad) {
@@ -145,7 +149,7 @@ void GltfWriter::node(const std::string& name, int mesh, const Vec3& position_m,
   add_node(std::move(node));
 }
 
-void GltfWriter::put_emitter(Json& node, const std::string& name, const EmitterNode& emitter) {
+std::size_t GltfWriter::put_sound(const std::string& name, const EmitterNode& emitter) {
   use("KHR_audio_emitter");
   use("CLAMOR_emitter");
   Json& audio = json_["extensions"]["KHR_audio_emitter"];
@@ -162,44 +166,68 @@ void GltfWriter::put_emitter(Json& node, const std::string& name, const EmitterN
                                  {"distanceModel", "inverse"},
                                  {"refDistance", 1},
                                  {"rolloffFactor", 1}}}});
-  node["extensions"]["KHR_audio_emitter"] = {{"emitters", {index}}};
-  node["extensions"]["CLAMOR_emitter"] = {{"directivity", json_of(emitter.directivity)},
-                                          {"gain_db", emitter.gain_db},
-                                          {"random_delay_s", emitter.random_delay_s}};
+  return index;
+}
+
+int GltfWriter::emitter(const std::string& name, const EmitterNode& emitter) {
+  const std::size_t index = put_sound(name, emitter);
+  json_["extensions"]["KHR_audio_emitter"]["emitters"][index]["extensions"]["CLAMOR_emitter"] = {
+      {"directivity", json_of(emitter.directivity)}, {"gain_db", emitter.gain_db}};
+  return static_cast<int>(index);
 }
 
 void GltfWriter::emitter_node(const std::string& name, const EmitterNode& emitter,
                               const Vec3& position_m, double yaw_rad) {
   Json node = {
       {"name", name}, {"translation", json_of(position_m)}, {"rotation", rotation_json(yaw_rad)}};
-  put_emitter(node, name, emitter);
+  node["extensions"]["KHR_audio_emitter"] = {{"emitters", {put_sound(name, emitter)}}};
+  node["extensions"]["CLAMOR_emitter"] = {{"directivity", json_of(emitter.directivity)},
+                                          {"gain_db", emitter.gain_db},
+                                          {"random_delay_s", emitter.random_delay_s}};
   add_node(std::move(node));
 }
 
-void GltfWriter::instanced_node(const std::string& name, std::optional<int> mesh,
-                                const std::vector<Instance>& instances,
-                                const EmitterNode& emitter) {
-  use("EXT_mesh_gpu_instancing");
+int GltfWriter::group(const std::string& name, std::optional<int> parent, const Vec3& position_m,
+                      double yaw_rad) {
+  Json node = {{"name", name}, {"children", Json::array()}};
+  if (position_m != Vec3(0)) node["translation"] = json_of(position_m);
+  if (yaw_rad != 0) node["rotation"] = rotation_json(yaw_rad);
+  return add_node(std::move(node), parent);
+}
+
+InstanceList GltfWriter::instances(const std::vector<Instance>& instances) {
   std::vector<Vec3f> translations, scales;
   std::vector<std::int16_t> rotations;
+  std::vector<float> delays;
   for (const Instance& instance : instances) {
     translations.emplace_back(instance.position_m);
     scales.emplace_back(Vec3(instance.scale));
     rotations.insert(rotations.end(), {0, normalized_short(std::sin(instance.yaw_rad / 2)), 0,
                                        normalized_short(std::cos(instance.yaw_rad / 2))});
+    delays.push_back(static_cast<float>(instance.delay_s));
   }
   const std::size_t count = instances.size();
-  const int translation =
+  InstanceList list{};
+  list.translation =
       accessor(translations.data(), count * sizeof(Vec3f), count, "VEC3", kFloat, {});
-  const int rotation = accessor(rotations.data(), count * 8, count, "VEC4", kShort, {}, true);
-  const int scale = accessor(scales.data(), count * sizeof(Vec3f), count, "VEC3", kFloat, {});
+  list.rotation = accessor(rotations.data(), count * 8, count, "VEC4", kShort, {}, true);
+  list.scale = accessor(scales.data(), count * sizeof(Vec3f), count, "VEC3", kFloat, {});
+  list.delay = accessor(delays.data(), count * sizeof(float), count, "SCALAR", kFloat, {});
+  return list;
+}
 
-  Json node = {{"name", name}};
-  if (mesh) node["mesh"] = *mesh;
+void GltfWriter::instanced_node(const std::string& name, int parent, int mesh,
+                                const InstanceList& instances, int emitter, double delay_s) {
+  use("EXT_mesh_gpu_instancing");
+  Json node = {{"name", name}, {"mesh", mesh}};
   node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
-      {"TRANSLATION", translation}, {"ROTATION", rotation}, {"SCALE", scale}};
-  put_emitter(node, name, emitter);
-  add_node(std::move(node));
+      {"TRANSLATION", instances.translation},
+      {"ROTATION", instances.rotation},
+      {"SCALE", instances.scale},
+      {"_DELAY_S", instances.delay}};
+  node["extensions"]["KHR_audio_emitter"] = {{"emitters", {emitter}}};
+  node["extensions"]["CLAMOR_emitter"] = {{"delay_s", tidy(delay_s)}};
+  add_node(std::move(node), parent);
 }
 
 std::string GltfWriter::glb() {

@@ -1,10 +1,11 @@
 // gltf_writer.h: builds a .glb: materials with acoustics, meshes, instances, emitters.
 //
 // What it knows beyond core glTF:
-//   EXT_mesh_gpu_instancing    a node's mesh (and emitter) repeated
+//   EXT_mesh_gpu_instancing    a node's mesh and emitter repeated; _DELAY_S: when each starts
 //   KHR_audio_emitter          sounds by relative uri, one looping source and emitter for each
 //   CLAMOR_materials_acoustic  on a material: a preset, or absorption and scattering per band
-//   CLAMOR_emitter             on a node: directivity exponents per band, random start, level
+//   CLAMOR_emitter             on a node or its emitter: directivity exponents per band, level,
+//   start
 #pragma once
 
 #include <optional>
@@ -36,6 +37,12 @@ struct Instance {
   Vec3 position_m;
   double yaw_rad = 0;  // 0 faces -Z, grows to the left
   double scale = 1;
+  double delay_s = 0;  // that its emitter starts later
+};
+
+// The numbers of instances, which many nodes may share.
+struct InstanceList {
+  int translation, rotation, scale, delay;  // accessors
 };
 
 class GltfWriter {
@@ -53,9 +60,15 @@ class GltfWriter {
             double yaw_rad = 0);
   void emitter_node(const std::string& name, const EmitterNode& emitter, const Vec3& position_m,
                     double yaw_rad);
-  // Without a mesh, only the emitter is repeated.
-  void instanced_node(const std::string& name, std::optional<int> mesh,
-                      const std::vector<Instance>& instances, const EmitterNode& emitter);
+
+  // For many nodes: a sound that they play, a place that they are in (none: the scene), what is
+  // repeated in each.
+  int emitter(const std::string& name, const EmitterNode& emitter);
+  int group(const std::string& name, std::optional<int> parent, const Vec3& position_m,
+            double yaw_rad);
+  InstanceList instances(const std::vector<Instance>& instances);
+  void instanced_node(const std::string& name, int parent, int mesh, const InstanceList& instances,
+                      int emitter, double delay_s);
 
   // The whole file. Call once.
   std::string glb();
@@ -66,9 +79,9 @@ class GltfWriter {
   int accessor(const void* data, std::size_t bytes, std::size_t count, const char* type,
                int component_type, std::optional<int> target, bool normalized = false);
   MaterialIndex add_material(const std::string& name, const Look& look, Json acoustic);
-  void put_emitter(Json& node, const std::string& name, const EmitterNode& emitter);
+  std::size_t put_sound(const std::string& name, const EmitterNode& emitter);
   void use(const char* extension);
-  void add_node(Json node);
+  int add_node(Json node, std::optional<int> parent = {});
 
   Json json_;
   std::string binary_;

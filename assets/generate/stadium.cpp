@@ -1,12 +1,13 @@
 #include "stadium.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <utility>
 
 #include "bowl.h"
-#include "dice.h"
+#include "seating.h"
 #include "stands.h"
 
 namespace clamor::assets {
@@ -14,7 +15,9 @@ namespace clamor::assets {
 namespace {
 
 constexpr double kPitchHalfLength_m = 52.5, kPitchHalfWidth_m = 34;
-constexpr std::uint64_t kSeed = 16416;
+// Round the bowl from +X to -Z; north is where -Z is.
+constexpr std::array kStandNames = {"east stand", "north east", "north stand", "north west",
+                                    "west stand", "south west", "south stand", "south east"};
 
 // Half of sqrt(depth f / c): how much a relief of that depth scatters.
 Bands scattering_of_relief(double depth_m) {
@@ -167,57 +170,34 @@ MeshBuilder make_fan(MaterialIndex material) {
   return mesh;
 }
 
-// The seats that are taken: kFanCount of them, denser low down and along the sides.
-std::vector<Seat> taken_seats(const Bowl& bowl) {
-  Dice dice(kSeed);
-  std::vector<Seat> seats = seats_of(bowl);
-  std::vector<std::pair<double, std::size_t>> order;
-  for (std::size_t i = 0; i < seats.size(); ++i) {
-    const Seat& seat = seats[i];
-    const double view = 0.6 * std::abs(seat.outward.z) + 0.8 * (1 - seat.feet_m.y / 16);
-    order.emplace_back(dice.unit() - 0.35 * view, i);
+// Fans stand in a block, a block in a stand, a stand in the crowd.
+void add_crowd(const Bowl& bowl, int fan, std::span<const CrowdSound> sounds, GltfWriter& gltf) {
+  const Seating seating = make_seating(bowl, sounds, kFanCount, kMouth_m);
+  std::vector<int> emitters;
+  for (const CrowdSound& sound : sounds)
+    emitters.push_back(
+        gltf.emitter("fans_" + sound.name, {.sound_uri = "sounds/" + sound.name + ".flac",
+                                            .directivity = sound.directivity,
+                                            .gain_db = sound.gain_db}));
+  std::vector<std::vector<InstanceList>> places;
+  for (const BlockKind& kind : seating.kinds) {
+    places.emplace_back();
+    for (const FanGroup& group : kind.groups) places.back().push_back(gltf.instances(group.fans));
   }
-  std::sort(order.begin(), order.end());
-  order.resize(std::min(order.size(), kFanCount));
-  std::sort(order.begin(), order.end(),
-            [](const auto& a, const auto& b) { return a.second < b.second; });
-  std::vector<Seat> taken;
-  for (const auto& [key, index] : order) taken.push_back(seats[index]);
-  return taken;
-}
 
-std::size_t draw_sound(std::span<const CrowdSound> sounds, Dice& dice) {
-  double total = 0;
-  for (const CrowdSound& sound : sounds) total += sound.share;
-  double left = dice.unit() * total;
-  for (std::size_t i = 0; i + 1 < sounds.size(); ++i) {
-    left -= sounds[i].share;
-    if (left < 0) return i;
-  }
-  return sounds.size() - 1;
-}
-
-// Half of a block joins in what the block sings, the rest do as they like.
-std::vector<std::vector<Instance>> place_fans(const Bowl& bowl,
-                                              std::span<const CrowdSound> sounds) {
-  Dice dice(kSeed + 1);
-  std::vector<std::vector<Instance>> by_sound(sounds.size());
-  std::vector<std::size_t> block_sound;
-  for (const Seat& seat : taken_seats(bowl)) {
-    while (block_sound.size() <= static_cast<std::size_t>(seat.block)) {
-      std::size_t sound = draw_sound(sounds, dice);
-      while (!sounds[sound].in_unison) sound = draw_sound(sounds, dice);
-      block_sound.push_back(sound);
+  const int crowd = gltf.group("crowd", {}, Vec3(0), 0);
+  std::vector<int> stands;
+  for (std::size_t i = 0; i < kStandNames.size(); ++i)
+    stands.push_back(gltf.group(kStandNames[i], crowd, Vec3(0), 0));
+  for (const Block& block : seating.blocks) {
+    const int node = gltf.group(block.name, stands[block.stand], block.corner_m, block.yaw_rad);
+    const BlockKind& kind = seating.kinds[block.kind];
+    for (std::size_t i = 0; i < kind.groups.size(); ++i) {
+      const std::size_t sound = block.sounds[kind.groups[i].sound];
+      gltf.instanced_node("fans_" + sounds[sound].name, node, fan, places[block.kind][i],
+                          emitters[sound], block.delay_s);
     }
-    const std::size_t sound = dice.unit() < 0.5 ? block_sound[static_cast<std::size_t>(seat.block)]
-                                                : draw_sound(sounds, dice);
-    const double scale = 1 + 0.08 * dice.between(-1, 1);
-    const double yaw = std::atan2(seat.outward.x, seat.outward.z) + dice.between(-0.25, 0.25);
-    const double aside_m = dice.between(-0.06, 0.06), ahead_m = dice.between(-0.06, 0.06);
-    const Vec3 sway(aside_m, kMouth_m * scale, ahead_m);
-    by_sound[sound].push_back({seat.feet_m + sway, yaw, scale});
   }
-  return by_sound;
 }
 
 }  // namespace
@@ -234,13 +214,7 @@ std::string make_stadium(std::span<const CrowdSound> sounds) {
   gltf.node("roof", gltf.mesh("roof", make_roof(bowl, materials.stands)));
 
   const int fan = gltf.mesh("fan", make_fan(materials.fan));
-  const auto fans = place_fans(bowl, sounds);
-  for (std::size_t i = 0; i < sounds.size(); ++i)
-    gltf.instanced_node("fans_" + sounds[i].name, fan, fans[i],
-                        {.sound_uri = "sounds/" + sounds[i].name + ".flac",
-                         .directivity = sounds[i].directivity,
-                         .gain_db = sounds[i].gain_db,
-                         .random_delay_s = 0.3});
+  add_crowd(bowl, fan, sounds, gltf);
   return gltf.glb();
 }
 

@@ -2,32 +2,10 @@
 // which is held to the same.
 #include <functional>
 
-#include <capnp/message.h>
-#include <capnp/serialize.h>
-
-#include "formats/bake_root.capnp.h"
-#include "tests/formats/bake_examples.h"
+#include "tests/formats/forged_root.h"
 
 namespace clamor::testing {
 namespace {
-
-// The file with its root changed and every checksum right again.
-Bytes with_root(Bytes bytes, const std::function<void(BakeRoot::Builder)>& change) {
-  Preamble preamble;
-  std::memcpy(&preamble, bytes.data(), sizeof(preamble));
-  std::vector<capnp::word> words(preamble.root_bytes / sizeof(capnp::word));
-  std::memcpy(words.data(), bytes.data() + preamble.root_offset, preamble.root_bytes);
-  capnp::FlatArrayMessageReader reader(kj::arrayPtr(words.data(), words.size()));
-  capnp::MallocMessageBuilder message;
-  message.setRoot(reader.getRoot<BakeRoot>());
-  change(message.getRoot<BakeRoot>());
-  const auto flat = capnp::messageToFlatArray(message);
-  const auto chars = flat.asChars();
-  bytes.resize(preamble.root_offset);
-  bytes.append(chars.begin(), chars.size());
-  seal(bytes);
-  return bytes;
-}
 
 // Damage that a checksum does not see: whoever made these files knew how.
 struct Hostile {

@@ -5,8 +5,10 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <set>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -54,7 +56,7 @@ TEST(Stadium, Has16416FansThatMakeThirteenDifferentSounds) {
     const Json& attributes = extensions.at("EXT_mesh_gpu_instancing").at("attributes");
     const std::size_t count =
         at_index(level.at("accessors"), attributes.at("TRANSLATION")).at("count");
-    for (const char* attribute : {"ROTATION", "SCALE"})
+    for (const char* attribute : {"ROTATION", "SCALE", "_DELAY_S"})
       EXPECT_EQ(at_index(level.at("accessors"), attributes.at(attribute)).at("count"), count);
     fans += count;
 
@@ -63,11 +65,37 @@ TEST(Stadium, Has16416FansThatMakeThirteenDifferentSounds) {
     const Json& source = at_index(audio.at("sources"), emitter.at("sources").at(0));
     EXPECT_TRUE(source.at("loop"));
     sounds.insert(at_index(audio.at("audio"), source.at("audio")).at("uri"));
-    EXPECT_EQ(extensions.at("CLAMOR_emitter").at("random_delay_s"), 0.3);
-    EXPECT_EQ(extensions.at("CLAMOR_emitter").at("directivity").size(), 8u);
+    EXPECT_LE(extensions.at("CLAMOR_emitter").at("delay_s"), 0.1);  // of the block; fans, 0.2
+    EXPECT_EQ(emitter.at("extensions").at("CLAMOR_emitter").at("directivity").size(), 8u);
   }
   EXPECT_EQ(fans, 16416u);
   EXPECT_EQ(sounds.size(), 13u);
+}
+
+TEST(Stadium, IsMadeOfBlocksOfSixKindsWithTheSameFansInTheSameSeats) {
+  const Json level = json_of_glb(kAssets / "levels" / "stadium.glb");
+  ASSERT_TRUE(level.is_object());
+  std::map<std::vector<int>, std::set<std::vector<int>>> songs_of_kind;  // emitters of each block
+  std::map<std::vector<int>, int> blocks_of_kind;
+  const Json& nodes = level.at("nodes");
+  for (const Json& node : nodes) {
+    const std::string name = node.at("name");
+    if (!node.contains("children") || !(name.starts_with("lower ") || name.starts_with("upper ")))
+      continue;
+    std::vector<int> places, emitters;
+    for (const Json& child : node.at("children")) {
+      const Json& extensions = at_index(nodes, child).at("extensions");
+      places.push_back(extensions.at("EXT_mesh_gpu_instancing").at("attributes").at("TRANSLATION"));
+      emitters.push_back(extensions.at("KHR_audio_emitter").at("emitters").at(0));
+    }
+    ++blocks_of_kind[places];
+    songs_of_kind[places].insert(emitters);
+  }
+  int blocks = 0;
+  for (const auto& [kind, count] : blocks_of_kind) blocks += count;
+  EXPECT_EQ(blocks, 56);
+  EXPECT_EQ(blocks_of_kind.size(), 6u);
+  for (const auto& [kind, songs] : songs_of_kind) EXPECT_GT(songs.size(), 2u);
 }
 
 TEST(ViolinRoom, HasOneViolinThatBecomesMoreDirectionalWithFrequency) {

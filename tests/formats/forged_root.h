@@ -1,0 +1,32 @@
+// forged_root.h: bake files whose root says what somebody wants it to say.
+#pragma once
+
+#include <functional>
+
+#include <capnp/message.h>
+#include <capnp/serialize.h>
+
+#include "formats/bake_root.capnp.h"
+#include "tests/formats/bake_examples.h"
+
+namespace clamor::testing {
+
+// The file with its root changed and every checksum right again.
+inline Bytes with_root(Bytes bytes, const std::function<void(BakeRoot::Builder)>& change) {
+  Preamble preamble;
+  std::memcpy(&preamble, bytes.data(), sizeof(preamble));
+  std::vector<capnp::word> words(preamble.root_bytes / sizeof(capnp::word));
+  std::memcpy(words.data(), bytes.data() + preamble.root_offset, preamble.root_bytes);
+  capnp::FlatArrayMessageReader reader(kj::arrayPtr(words.data(), words.size()));
+  capnp::MallocMessageBuilder message;
+  message.setRoot(reader.getRoot<BakeRoot>());
+  change(message.getRoot<BakeRoot>());
+  const auto flat = capnp::messageToFlatArray(message);
+  const auto chars = flat.asChars();
+  bytes.resize(preamble.root_offset);
+  bytes.append(chars.begin(), chars.size());
+  seal(bytes);
+  return bytes;
+}
+
+}  // namespace clamor::testing
