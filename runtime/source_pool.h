@@ -20,7 +20,7 @@ struct FoundSource {
   const Source* source = nullptr;
   std::uint64_t number = 0;
   std::uint32_t signal = 0;
-  std::uint32_t copy = 0;                                 // the pool's
+  std::uint32_t copy = 0;  // the pool's
   // Of its priority at any time.
   double ceiling = std::numeric_limits<double>::infinity();
 };
@@ -75,7 +75,7 @@ class SourceList final : public SourcePool {
 
   bool look(const Vec3& place, double threshold, std::size_t /*most*/,
             std::vector<FoundSource>& found) override {
-    page_.pass(field_, place, threshold, [&](std::size_t index, double ceiling) {
+    page_.pass(place, threshold, [&](std::size_t index, double ceiling) {
       found.push_back({&page_[index], index, field_.signal(page_[index]), 0, ceiling});
     });
     return true;
