@@ -10,6 +10,8 @@ namespace clamor {
 
 namespace {
 
+constexpr auto kMostBehind = std::chrono::milliseconds(100);
+
 class SilentOutput final : public AudioOutput {
  public:
   SilentOutput(int channels, int block_frames, OutputCallback callback)
@@ -32,6 +34,7 @@ class SilentOutput final : public AudioOutput {
 
   std::string name() const override { return "none"; }
   int block_frames() const override { return frames_; }
+  int rate_hz() const override { return kSampleRate_hz; }
 
  private:
   void keep_time() {
@@ -42,6 +45,8 @@ class SilentOutput final : public AudioOutput {
       callback_.fill(callback_.context, block_.data(), static_cast<std::uint32_t>(block_frames()),
                      false);
       next += period;
+      // After a suspension time goes on from now: nobody wants the night before at once.
+      if (const auto now = Clock::now(); now - next > kMostBehind) next = now;
       std::this_thread::sleep_until(next);
     }
   }

@@ -18,7 +18,7 @@ int run_devices(std::span<const std::string> arguments, std::ostream& out, std::
   parser.flag("--json", json, "as a list of objects, empty where there is no device");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
-  const auto devices = output_devices();
+  const auto devices = sound_devices()->devices("");
   if (json) {
     auto list = nlohmann::ordered_json::array();
     for (const OutputDevice& device : devices)

@@ -103,7 +103,8 @@ std::string status_line(const PlayerStatistics& now, const Pose& pose, int chann
       std::remainder(pose.yaw_rad * kDegrees, 360), now.auralizer.voices,
       meters(now.auralizer.peak, channels), std::max(now.momentary_lufs, -99.9),
       std::max(now.short_term_lufs, -99.9), limited_note(now.auralizer.limited),
-      100 * now.cpu_share, now.auralizer.sampler_ms, now.late_callbacks, now.auralizer.held_blocks);
+      100 * now.output.callbacks.cpu_share, now.auralizer.sampler_ms, now.output.callbacks.late,
+      now.auralizer.held_blocks);
 }
 
 // Says so when pages of the file cannot be read (any more), the first time. The sound goes on.
@@ -251,16 +252,18 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
 
   auto player = Player::create(std::make_shared<const BakeFile>(std::move(*file)), options);
   if (!player.ok()) return fail(player.error());
-  fmt::print(err, "playing {} on {}, {} frames a block\n", level, (*player)->device(),
-             (*player)->block_frames());
+  const OutputStatistics output = (*player)->statistics().output;
+  fmt::print(err, "playing {} on {}, {} frames a block\n", level, output.device,
+             output.block_frames);
   if (const auto started = (*player)->start(); !started.ok()) return fail(started.error());
   run(**player, options, err);
   const PlayerStatistics played = (*player)->statistics();
   if (const auto stopped = (*player)->stop(); !stopped.ok()) return fail(stopped.error());
 
   fmt::print(err, "played {:.1f} s: {} callbacks, {} late, {} blocks held, {} frames clipped{}\n",
-             played.time_s, played.callbacks, played.late_callbacks, played.auralizer.held_blocks,
-             played.auralizer.clipped_frames, limited_note(played.auralizer.limited));
+             played.time_s, played.output.callbacks.callbacks, played.output.callbacks.late,
+             played.auralizer.held_blocks, played.auralizer.clipped_frames,
+             limited_note(played.auralizer.limited));
   const PageStatistics& pages = played.auralizer.pages;
   if (pages.loaded > 0)
     fmt::print(err, "pages: {} asked for, {} loaded, {} dropped, {} late; {:.1f} MB of them kept\n",

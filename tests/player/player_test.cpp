@@ -8,7 +8,6 @@
 #include <gtest/gtest.h>
 
 #include "formats/audio_file.h"
-#include "runtime/audio_output.h"
 #include "runtime/render.h"
 #include "tests/player/pulse.h"
 #include "tests/rooms_runtime.h"
@@ -113,10 +112,10 @@ class ThroughPulse : public ::testing::Test {
     for (int attempt = 1; attempt <= 8; ++attempt) {
       PlayerStatistics statistics;
       const auto heard = pulse.heard([&] { statistics = play(options); });
-      EXPECT_GT(statistics.callbacks, 250u);
-      if (statistics.late_callbacks > 0 || statistics.auralizer.held_blocks > 0) {
+      EXPECT_GT(statistics.output.callbacks.callbacks, 250u);
+      if (statistics.output.callbacks.late > 0 || statistics.auralizer.held_blocks > 0) {
         std::cout << "attempt " << attempt << ": the machine was busy, "
-                  << statistics.late_callbacks << " callbacks late, "
+                  << statistics.output.callbacks.late << " callbacks late, "
                   << statistics.auralizer.held_blocks << " blocks held\n";
         continue;
       }
@@ -148,7 +147,7 @@ TEST_F(ThroughPulse, AScriptedWalkIsHeardAsTheOfflineRenderSampleForSample) {
 TEST_F(ThroughPulse, ListsTheSink) {
   const testing::Pulse pulse;
   ASSERT_TRUE(pulse.ready());
-  const auto devices = output_devices();
+  const auto devices = sound_devices()->devices("pulse");
   EXPECT_TRUE(std::any_of(devices.begin(), devices.end(), [](const OutputDevice& device) {
     return device.api == "pulse" && device.name == "clamor" && device.output_channels == 2;
   }));

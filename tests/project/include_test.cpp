@@ -52,6 +52,7 @@ const std::vector<Fence> kFences = {
      {"ebur128.h"},
      {"runtime/loudness_meter.cpp", "runtime/programme_loudness.cpp", "tests/*"}},
     {"libmysofa", {"mysofa.h"}, {"formats/sofa_file.cpp"}},
+    {"libsamplerate", {"samplerate.h"}, {"runtime/resampler.cpp"}},
     {"libsndfile", {"sndfile.h"}, {"formats/audio_file.cpp", "formats/wav_writer.cpp", "tests/*"}},
     {"libsoxr", {"soxr.h"}, {"formats/audio_file.cpp"}},
     {"nanoflann", {"nanoflann.hpp"}, {"bake/patch_radius.cpp"}},
