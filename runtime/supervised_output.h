@@ -43,7 +43,7 @@ struct OutputStatistics {
 
 class SupervisedOutput {
  public:
-  static constexpr auto kPatience = std::chrono::seconds(2);  // with a call that does not return
+  static constexpr auto kPatience = std::chrono::seconds(1);  // with a call that does not return
 
   // Opens the device that `request` means. Errors: there is none, or more than one; a device that
   // is there and cannot be opened is tried again and again. "none" is the clock alone.
