@@ -12,6 +12,7 @@
 #include "runtime/latest_value.h"
 #include "runtime/loudness_meter.h"
 #include "runtime/render.h"
+#include "runtime/resident_memory.h"
 #include "runtime/sample_ring.h"
 #include "runtime/supervised_output.h"
 
@@ -137,6 +138,7 @@ Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>
 }
 
 Result<void> Player::start() {
+  touch_all_code();
   state_->make_wanted_keyframes();  // so that the first block has what it needs
   state_->running = true;
   state_->sampler = std::thread([this] { state_->run_sampler(); });

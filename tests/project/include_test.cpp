@@ -78,7 +78,7 @@ bool is_system_header(const std::string& header) {
       "dirent.h",    "dlfcn.h",  "fcntl.h",  "fnmatch.h",  "immintrin.h", "poll.h",
       "pthread.h",   "pwd.h",    "sched.h",  "signal.h",   "termios.h",   "time.h",
       "ucontext.h",  "unistd.h", "malloc.h", "errno.h",    "glob.h",      "emmintrin.h",
-      "semaphore.h", "spawn.h",  "stdlib.h", "xmmintrin.h"};
+      "semaphore.h", "link.h",   "spawn.h",  "stdlib.h", "xmmintrin.h"};
   return header.find_first_of("./") == std::string::npos || header.starts_with("sys/") ||
          kHeaders.contains(header);
 }
