@@ -22,6 +22,7 @@
 #include "formats/level.h"
 #include "runtime/audio_output.h"
 #include "runtime/output_choice.h"
+#include "runtime/thread_shares.h"
 
 namespace clamor {
 
@@ -170,6 +171,7 @@ class DeviceOutput final : public AudioOutput {
       // RtAudio would do this too, but prints a line about it. Where it is not allowed, so be it.
       device.prioritised_ = true;
       calling_ = &device;
+      name_thread("audio");
       const sched_param priority{kPriority};
       ::pthread_setschedparam(::pthread_self(), SCHED_RR, &priority);
     }

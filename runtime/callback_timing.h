@@ -21,8 +21,8 @@ class CallbackTiming {
 
   struct Counters {
     std::uint64_t callbacks = 0, late = 0;
-    double cpu_share = 0;          // of the blocks' time, smoothed over a second or so
-    double average_cpu_share = 0;  // since the beginning
+    double cpu_share = 0;  // of the blocks' time, smoothed over a second or so
+    double cpu_s = 0;      // since the beginning
   };
 
   // Another device goes on: it is not late for what the last one did not do.
@@ -41,17 +41,14 @@ class CallbackTiming {
     if (late_ || took_s > block_s_) add(late_callbacks_, std::uint64_t{1});
     add(callbacks_, std::uint64_t{1});
     add(took_s_, took_s);
-    add(played_s_, block_s_);
     const double smoothed = cpu_share_.load(std::memory_order_relaxed);
     add(cpu_share_, std::min(1.0, block_s_) * (took_s / block_s_ - smoothed));
   }
 
   Counters counters() const {
-    const double played_s = played_s_.load(std::memory_order_relaxed);
     return {callbacks_.load(std::memory_order_relaxed),
             late_callbacks_.load(std::memory_order_relaxed),
-            cpu_share_.load(std::memory_order_relaxed),
-            played_s > 0 ? took_s_.load(std::memory_order_relaxed) / played_s : 0};
+            cpu_share_.load(std::memory_order_relaxed), took_s_.load(std::memory_order_relaxed)};
   }
 
  private:
@@ -67,7 +64,7 @@ class CallbackTiming {
   double block_s_ = 0;
   bool late_ = false;
   std::atomic<std::uint64_t> callbacks_{0}, late_callbacks_{0};
-  std::atomic<double> cpu_share_{0}, took_s_{0}, played_s_{0};
+  std::atomic<double> cpu_share_{0}, took_s_{0};
 };
 
 }  // namespace clamor

@@ -41,19 +41,20 @@ struct Player::State {
     poses.publish(options.pose);
   }
 
-  // Makes what the auralizer wants now, for where the listener is or will be.
-  void make_wanted_keyframes() {
-    if (options.walk)
-      make_keyframes(*auralizer, *options.walk);
-    else
-      while (auralizer->wants_keyframe()) auralizer->make_keyframe(poses.latest());
+  // Makes what the auralizer wants now, for where the listener is or will be. False for nothing.
+  bool make_wanted_keyframe() {
+    if (!auralizer->wants_keyframe()) return false;
+    auralizer->make_keyframe(options.walk ? options.walk->at(auralizer->next_keyframe_time_s())
+                                          : poses.latest());
+    return true;
   }
 
   void run_sampler() {
+    name_thread("sampler");
     while (running.load(std::memory_order_relaxed)) {
-      make_wanted_keyframes();
-      read_meter();
-      std::this_thread::sleep_for(kSamplerNap);
+      const bool was_busy = make_wanted_keyframe();
+      read_meter();  // however late the keyframes are
+      if (!was_busy) std::this_thread::sleep_for(kSamplerNap);
     }
   }
 
@@ -74,6 +75,7 @@ struct Player::State {
   }
 
   void run_writer() {
+    name_thread("recording");
     while (running.load(std::memory_order_relaxed)) {
       drain();
       std::this_thread::sleep_for(kWriterNap);
@@ -91,6 +93,7 @@ struct Player::State {
   Result<void> recorded;  // the writer thread's until it has ended
   std::atomic<double> momentary_lufs{-std::numeric_limits<double>::infinity()};
   std::atomic<double> short_term_lufs{-std::numeric_limits<double>::infinity()};
+  ThreadShares shares;
   std::atomic<bool> running{false};
   std::thread sampler, writer;
   std::unique_ptr<SupervisedOutput> output;  // last: its threads use all the others
@@ -139,13 +142,17 @@ Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>
 
 Result<void> Player::start() {
   touch_all_code();
-  state_->make_wanted_keyframes();  // so that the first block has what it needs
+  while (state_->make_wanted_keyframe()) {  // so that the first block has what it needs
+  }
+  state_->shares = ThreadShares();
   state_->running = true;
   state_->sampler = std::thread([this] { state_->run_sampler(); });
   if (state_->ring) state_->writer = std::thread([this] { state_->run_writer(); });
   state_->output->start();
   return {};
 }
+
+std::vector<ThreadShare> Player::thread_shares() const { return state_->shares.now(); }
 
 void Player::move(const Pose& pose) { state_->poses.publish(pose); }
 

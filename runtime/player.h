@@ -13,6 +13,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/pose.h"
 #include "common/result.h"
@@ -20,6 +21,7 @@
 #include "formats/wav_writer.h"
 #include "runtime/auralizer.h"
 #include "runtime/supervised_output.h"
+#include "runtime/thread_shares.h"
 
 namespace clamor {
 
@@ -59,6 +61,7 @@ class Player {
 
   bool finished() const;  // options.seconds have been played
   PlayerStatistics statistics();
+  std::vector<ThreadShare> thread_shares() const;  // since start(); reads files
 
   // Ends the sound and, where it was recorded, completes the file.
   Result<void> stop();

@@ -5,6 +5,7 @@
 
 #include "formats/level.h"
 #include "runtime/audio_output.h"
+#include "runtime/thread_shares.h"
 
 namespace clamor {
 
@@ -39,6 +40,7 @@ class SilentOutput final : public AudioOutput {
  private:
   void keep_time() {
     using Clock = std::chrono::steady_clock;
+    name_thread("audio clock");
     const auto period = std::chrono::nanoseconds(1'000'000'000LL * block_frames() / kSampleRate_hz);
     auto next = Clock::now();
     while (running_.load(std::memory_order_relaxed)) {

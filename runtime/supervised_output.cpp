@@ -8,6 +8,7 @@
 
 #include "formats/level.h"
 #include "runtime/output_stream.h"
+#include "runtime/thread_shares.h"
 
 namespace clamor {
 
@@ -63,6 +64,7 @@ struct SupervisedOutput::State {
   }
 
   void supervise() {
+    name_thread("supervisor");
     std::unique_lock lock(mutex);
     while (!stopping) {
       woken.wait_for(lock, kLook, [this] { return stopping; });
@@ -175,16 +177,24 @@ struct SupervisedOutput::State {
     pause = std::min<Milliseconds>(2 * pause, kLongestPause);  // until it is proven
     const std::lock_guard lock(mutex);
     ++figures.reopenings;
-    const double without_s = end_of_silence();
-    figures.longest_without_s = std::max(figures.longest_without_s, without_s);
+    end_of_silence();
   }
 
   // Of the mutex: adds what has passed without a device, which is over.
-  double end_of_silence() {
-    const double without_s = without_since ? seconds(Clock::now() - *without_since) : 0;
+  void end_of_silence() {
+    figures = with_silence_until_now();
+    figures.without_device_now_s = 0;
     without_since.reset();
-    figures.without_device_s += without_s;
-    return without_s;
+  }
+
+  // Of the mutex.
+  OutputStatistics with_silence_until_now() const {
+    OutputStatistics now = figures;
+    if (!without_since) return now;
+    now.without_device_now_s = seconds(Clock::now() - *without_since);
+    now.without_device_s += now.without_device_now_s;
+    now.longest_without_s = std::max(now.longest_without_s, now.without_device_now_s);
+    return now;
   }
 
   void play(OutputStream stream) {
@@ -295,9 +305,7 @@ void SupervisedOutput::stop() {
 
 OutputStatistics SupervisedOutput::statistics() const {
   const std::lock_guard lock(state_->mutex);
-  OutputStatistics figures = state_->figures;
-  if (state_->without_since)
-    figures.without_device_s += seconds(Clock::now() - *state_->without_since);
+  OutputStatistics figures = state_->with_silence_until_now();
   figures.callbacks = state_->gate->counters();
   return figures;
 }

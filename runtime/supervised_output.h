@@ -37,7 +37,8 @@ struct OutputStatistics {
   std::uint64_t failed_openings = 0;
   std::uint64_t hung_closings = 0;  // given up on
   double without_device_s = 0;      // in all
-  double longest_without_s = 0;     // of those that are over
+  double without_device_now_s = 0;  // this time
+  double longest_without_s = 0;
   std::string problem;  // why the device was lost, or could not be opened, the last time
 };
 
