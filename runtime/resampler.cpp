@@ -11,7 +11,7 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kMostInput_frames = 1024;
+constexpr std::size_t kMostInput_frames = 8192;
 constexpr double kTouched_s = 2;  // longer than the library's buffers, at any rate
 
 }  // namespace
