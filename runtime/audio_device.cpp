@@ -2,26 +2,36 @@
 //
 // Version 5 throws and numbers devices from 0; version 6 returns codes and has opaque numbers.
 // Never the UNSPECIFIED API, which takes whichever it finds first.
+//
+// Version 5.2.0 on PulseAudio, as found: when the server dies, every write fails at once, so that
+// callbacks come as fast as they can, each with a warning to the error callback; stopping then
+// throws, on whichever thread; closing waits for the callback's thread, which a server that hangs
+// holds for ever. So a device that has failed is not stopped, only closed, and where is not for us
+// to say (supervised_output.h).
 #include <algorithm>
 #include <array>
-#include <cctype>
+#include <atomic>
+#include <chrono>
+#include <thread>
 
 #include <RtAudio.h>
-#include <fcntl.h>
+#include <dlfcn.h>
 #include <pthread.h>
 #include <sched.h>
-#include <unistd.h>
 
 #include "formats/level.h"
 #include "runtime/audio_output.h"
+#include "runtime/output_choice.h"
+#include "runtime/thread_shares.h"
 
 namespace clamor {
 
 namespace {
 
-constexpr int kChannels = 2;
+constexpr int kLeastChannels = 2;
 constexpr int kPriority = 20;     // among real-time threads, below the kernel's own
 constexpr unsigned kBuffers = 4;  // 0 would mean two seconds on PulseAudio
+constexpr auto kAfterError = std::chrono::milliseconds(5);
 
 struct Api {
   RtAudio::Api api;
@@ -30,32 +40,23 @@ struct Api {
 constexpr std::array<Api, 3> kApis = {
     {{RtAudio::LINUX_PULSE, "pulse"}, {RtAudio::UNIX_JACK, "jack"}, {RtAudio::LINUX_ALSA, "alsa"}}};
 
-// The sound libraries complain to standard error about every card they do not find.
-class QuietErrors {
- public:
-  QuietErrors() : saved_(::dup(STDERR_FILENO)) {
-    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-    if (nowhere < 0) return;
-    ::dup2(nowhere, STDERR_FILENO);
-    ::close(nowhere);
-  }
-  ~QuietErrors() {
-    if (saved_ < 0) return;
-    ::dup2(saved_, STDERR_FILENO);
-    ::close(saved_);
-  }
-  QuietErrors(const QuietErrors&) = delete;
-  QuietErrors& operator=(const QuietErrors&) = delete;
+// The sound libraries complain to standard error about every card and server they do not find, and
+// take a function that does it instead. They are RtAudio's libraries, not ours, so they are asked
+// by name; where one is not there, nothing complains.
+void ignore_alsa(const char*, int, const char*, int, const char*, ...) {}
+void ignore_jack(const char*) {}
 
- private:
-  int saved_;
-};
-
-struct Found {
-  OutputDevice device;
-  RtAudio::Api api;
-  unsigned id;
-};
+void silence_sound_libraries() {
+  static const bool once = [] {
+    if (void* const set = ::dlsym(RTLD_DEFAULT, "snd_lib_error_set_handler"))
+      reinterpret_cast<int (*)(decltype(&ignore_alsa))>(set)(ignore_alsa);
+    for (const char* name : {"jack_set_error_function", "jack_set_info_function"})
+      if (void* const set = ::dlsym(RTLD_DEFAULT, name))
+        reinterpret_cast<void (*)(decltype(&ignore_jack))>(set)(ignore_jack);
+    return true;
+  }();
+  static_cast<void>(once);
+}
 
 std::vector<unsigned> ids_of(RtAudio& audio) {
 #ifdef RTAUDIO_VERSION_MAJOR
@@ -68,79 +69,98 @@ std::vector<unsigned> ids_of(RtAudio& audio) {
 }
 
 std::unique_ptr<RtAudio> quiet_audio(RtAudio::Api api) {
+  silence_sound_libraries();
   auto audio = std::make_unique<RtAudio>(api);
   audio->showWarnings(false);
   return audio;
 }
 
-std::vector<Found> find_devices() {
-  const QuietErrors quiet;
+struct Found {
+  OutputDevice device;
+  unsigned id;
+};
+
+std::vector<Found> find_devices(const Api& api) {
   std::vector<Found> found;
-  for (const Api& api : kApis) {
-    try {
-      const auto audio = quiet_audio(api.api);
-      if (audio->getCurrentApi() != api.api) continue;  // not compiled in
-      for (const unsigned id : ids_of(*audio)) {
-        const auto info = audio->getDeviceInfo(id);
-        if (info.outputChannels < kChannels) continue;
-        found.push_back({{api.name, info.name, static_cast<int>(info.outputChannels),
-                          info.sampleRates, info.isDefaultOutput},
-                         api.api,
-                         id});
-      }
-    } catch (const std::exception&) {
-      continue;  // a device that cannot be asked cannot be used
+  try {
+    const auto audio = quiet_audio(api.api);
+    if (audio->getCurrentApi() != api.api) return {};  // not compiled in
+    for (const unsigned id : ids_of(*audio)) {
+      const auto info = audio->getDeviceInfo(id);
+      if (info.outputChannels < kLeastChannels) continue;
+      const auto alike = std::count_if(found.begin(), found.end(), [&](const Found& other) {
+        return other.device.name.starts_with(info.name);
+      });
+      const std::string number = alike == 0 ? "" : " #" + std::to_string(alike + 1);
+      found.push_back({{api.name, info.name + number, static_cast<int>(info.outputChannels),
+                        info.sampleRates, info.isDefaultOutput},
+                       id});
     }
+  } catch (const std::exception&) {
+    return found;  // a device that cannot be asked cannot be used
   }
   return found;
 }
 
-std::string full_name(const OutputDevice& device) { return device.api + ": " + device.name; }
-
 class DeviceOutput final : public AudioOutput {
  public:
-  DeviceOutput(const Found& found, int channels, int block_frames, OutputCallback callback)
-      : callback_(callback),
-        channels_(channels),
-        name_(full_name(found.device)),
-        frames_(static_cast<unsigned>(block_frames)),
-        audio_(quiet_audio(found.api)) {
-    RtAudio::StreamParameters parameters;
-    parameters.deviceId = found.id;
-    parameters.nChannels = static_cast<unsigned>(channels);
-    RtAudio::StreamOptions options;
-    options.numberOfBuffers = kBuffers;
-    options.streamName = "clamor";
-    attempt([&] {
-      return audio_->openStream(&parameters, nullptr, RTAUDIO_FLOAT32, kSampleRate_hz, &frames_,
-                                &DeviceOutput::on_block, this, &options);
-    });
-  }
+  DeviceOutput(RtAudio::Api api, std::string name, OutputCallback callback)
+      : callback_(callback), name_(std::move(name)), audio_(quiet_audio(api)) {}
 
   ~DeviceOutput() override {
     stop();
-    const QuietErrors quiet;
-    if (audio_->isStreamOpen()) audio_->closeStream();
+    attempt([&] {
+      if (audio_->isStreamOpen()) audio_->closeStream();
+    });
+  }
+
+  // Opens it; what went wrong, or empty.
+  std::string open(unsigned id, const OutputRequest& request, int rate_hz) {
+    RtAudio::StreamParameters parameters;
+    parameters.deviceId = id;
+    parameters.nChannels = static_cast<unsigned>(request.channels);
+    RtAudio::StreamOptions options;
+    options.numberOfBuffers = kBuffers;
+    options.streamName = "clamor";
+    frames_ = static_cast<unsigned>(request.block_frames);
+    rate_hz_ = rate_hz;
+    return attempt([&] {
+#ifdef RTAUDIO_VERSION_MAJOR
+      audio_->setErrorCallback(
+          [this](RtAudioErrorType, const std::string& text) { on_error(text); });
+      audio_->openStream(&parameters, nullptr, RTAUDIO_FLOAT32, static_cast<unsigned>(rate_hz),
+                         &frames_, &DeviceOutput::on_block, this, &options);
+#else
+      audio_->openStream(&parameters, nullptr, RTAUDIO_FLOAT32, static_cast<unsigned>(rate_hz),
+                         &frames_, &DeviceOutput::on_block, this, &options,
+                         [](RtAudioError::Type, const std::string& text) {
+                           if (calling_ != nullptr) calling_->on_error(text);
+                         });
+#endif
+      if (!audio_->isStreamOpen() && problem_.empty()) problem_ = "it does not open";
+    });
   }
 
   Result<void> start() override {
-    attempt([&] { return audio_->startStream(); });
-    return status();
+    const std::string problem = attempt([&] { audio_->startStream(); });
+    if (problem.empty()) return {};
+    return Error("the sound device " + in_quotes(name_) + " does not start (" + problem +
+                 "); name another of 'clamor devices' with --device");
   }
 
   void stop() override {
-    const QuietErrors quiet;
-    if (audio_->isStreamRunning()) attempt([&] { return audio_->stopStream(); });
+    if (failed_.load(std::memory_order_acquire)) return;
+    attempt([&] {
+      if (audio_->isStreamRunning()) audio_->stopStream();
+    });
   }
 
   std::string name() const override { return name_; }
   int block_frames() const override { return static_cast<int>(frames_); }
+  int rate_hz() const override { return rate_hz_; }
 
-  Result<void> status() const {
-    if (problem_.empty()) return {};
-    return Error("the sound device " + in_quotes(name_) + " cannot play " +
-                 std::to_string(channels_) + " channels at 48 kHz (" + problem_ +
-                 "); name another of 'clamor devices' with --device");
+  std::string failure() const override {
+    return failed_.load(std::memory_order_acquire) ? failure_ : "";
   }
 
  private:
@@ -150,6 +170,8 @@ class DeviceOutput final : public AudioOutput {
     if (!device.prioritised_) {
       // RtAudio would do this too, but prints a line about it. Where it is not allowed, so be it.
       device.prioritised_ = true;
+      calling_ = &device;
+      name_thread("audio");
       const sched_param priority{kPriority};
       ::pthread_setschedparam(::pthread_self(), SCHED_RR, &priority);
     }
@@ -159,65 +181,89 @@ class DeviceOutput final : public AudioOutput {
     return 0;
   }
 
-  // Runs one call of either version and keeps what went wrong.
+  // On our thread: keeps what went wrong. On the device's: it has failed, unless it only ran dry,
+  // and may not call back as fast as it can, at real-time priority.
+  void on_error(const std::string& text) {
+    if (attempting_) {
+      problem_ = text;
+      return;
+    }
+    if (text.find("underrun") != std::string::npos || text.find("underflow") != std::string::npos)
+      return;
+    if (!failed_.load(std::memory_order_relaxed)) {
+      failure_ = text;
+      failed_.store(true, std::memory_order_release);
+    }
+    std::this_thread::sleep_for(kAfterError);
+  }
+
+  // Runs one call of either version; what went wrong, or empty.
   template <class Call>
-  void attempt(Call call) {
-    const QuietErrors quiet;
+  std::string attempt(Call call) {
+    calling_ = this;
+    attempting_ = true;
+    problem_.clear();
     try {
-#ifdef RTAUDIO_VERSION_MAJOR
-      if (call() != RTAUDIO_NO_ERROR) problem_ = audio_->getErrorText();
-#else
       call();
-#endif
     } catch (const std::exception& exception) {
       problem_ = exception.what();
     }
+    attempting_ = false;
+    return problem_;
   }
 
+  // Version 5 tells its error callback neither who nor where.
+  static thread_local DeviceOutput* calling_;
+  static thread_local bool attempting_;
+
   OutputCallback callback_;
-  int channels_;
-  bool prioritised_ = false;  // the audio thread's alone
-  std::string name_;
-  unsigned frames_;
-  std::string problem_;
-  std::unique_ptr<RtAudio> audio_;
+  const std::string name_;
+  unsigned frames_ = 0;
+  int rate_hz_ = 0;
+  bool prioritised_ = false;  // the device's thread alone
+  std::string problem_;       // the calling thread's alone
+  std::string failure_;       // written once, before failed_
+  std::atomic<bool> failed_{false};
+  std::unique_ptr<RtAudio> audio_;  // first to go
 };
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
+thread_local DeviceOutput* DeviceOutput::calling_ = nullptr;
+thread_local bool DeviceOutput::attempting_ = false;
+
+class SoundDevices final : public OutputDriver {
+ public:
+  std::vector<OutputDevice> devices(const std::string& api) override {
+    std::vector<OutputDevice> devices;
+    for (const Api& each : kApis) {
+      if (!api.empty() && api != each.name) continue;
+      for (const Found& found : find_devices(each)) devices.push_back(found.device);
+    }
+    return devices;
+  }
+
+  Result<std::unique_ptr<AudioOutput>> open(const OutputDevice& device,
+                                            const OutputRequest& request,
+                                            OutputCallback callback) override {
+    std::string problem = "it is gone";
+    for (const Api& api : kApis) {
+      if (device.api != api.name) continue;
+      for (const Found& found : find_devices(api)) {
+        if (found.device.name != device.name) continue;
+        for (const int rate_hz : rates_to_try(device, request.rate_hz)) {
+          auto output = std::make_unique<DeviceOutput>(api.api, device.full_name(), callback);
+          problem = output->open(found.id, request, rate_hz);
+          if (problem.empty()) return std::unique_ptr<AudioOutput>(std::move(output));
+        }
+      }
+    }
+    return Error("the sound device " + in_quotes(device.full_name()) + " cannot play " +
+                 std::to_string(request.channels) + " channels (" + problem +
+                 "); name another of 'clamor devices' with --device");
+  }
+};
 
 }  // namespace
 
-std::vector<OutputDevice> output_devices() {
-  std::vector<OutputDevice> devices;
-  for (const Found& found : find_devices()) devices.push_back(found.device);
-  return devices;
-}
-
-Result<std::unique_ptr<AudioOutput>> open_output(const std::string& device, int channels,
-                                                 int block_frames, OutputCallback callback) {
-  if (device == "none") return silent_output(channels, block_frames, callback);
-  const auto found = find_devices();
-  if (found.empty())
-    return Error(
-        "there is no sound device; start a sound server, use --device none to play in silence, or "
-        "'clamor render' to write a WAV file");
-  auto chosen = std::find_if(found.begin(), found.end(), [&](const Found& candidate) {
-    return device.empty()
-               ? candidate.device.is_default
-               : lower(full_name(candidate.device)).find(lower(device)) != std::string::npos;
-  });
-  if (chosen == found.end() && device.empty()) chosen = found.begin();
-  if (chosen == found.end())
-    return Error("no sound device is called " + in_quotes(device) +
-                 "; 'clamor devices' lists them, the first is " +
-                 in_quotes(full_name(found.front().device)));
-  auto output = std::make_unique<DeviceOutput>(*chosen, channels, block_frames, callback);
-  if (const auto opened = output->status(); !opened.ok()) return opened.error();
-  return std::unique_ptr<AudioOutput>(std::move(output));
-}
+std::shared_ptr<OutputDriver> sound_devices() { return std::make_shared<SoundDevices>(); }
 
 }  // namespace clamor

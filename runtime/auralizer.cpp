@@ -26,10 +26,22 @@ namespace {
 
 constexpr int kLargestBlock_frames = 1 << 16;
 
+// A device may ask for larger blocks than it was expected to, or change them: there is room for
+// keyframes as far ahead as for these, and they are made as far ahead as it takes.
+constexpr int kLargestUnexpected_frames = 4096;
+
 // Two segments beyond the longest block: the one being mixed and the one that may end within it.
-std::size_t keyframes_ahead(const AuralizerOptions& options) {
-  const int block_frames = options.block_frames + (options.limit ? kLimiterDelayFrames : 0);
+std::size_t keyframes_ahead(int block_frames, bool limit) noexcept REALTIME {
+  block_frames += limit ? kLimiterDelayFrames : 0;
   return 2 + static_cast<std::size_t>((block_frames + kKeyframeFrames - 1) / kKeyframeFrames);
+}
+
+std::size_t keyframes_ahead(const AuralizerOptions& options) {
+  return keyframes_ahead(options.block_frames, options.limit);
+}
+
+std::size_t most_keyframes_ahead(const AuralizerOptions& options) {
+  return keyframes_ahead(std::max(options.block_frames, kLargestUnexpected_frames), options.limit);
 }
 
 // Voices that fade out count too; three samples' worth is full only when the listener jumps about.
@@ -66,6 +78,7 @@ struct Auralizer::State {
         const AuralizerOptions& options)
       : input(std::move(from)),
         file(std::move(opened)),
+        ahead(keyframes_ahead(options)),
         gain(static_cast<float>(options.gain)),
         wait_for_pages(options.wait_for_pages),
         panner(options.output.make_panner()),
@@ -96,7 +109,7 @@ struct Auralizer::State {
                                                 ? KeyframeMaker::Receivers::kPair
                                                 : KeyframeMaker::Receivers::kOne,
                                             head);
-    queue = std::make_unique<KeyframeQueue>(keyframes_ahead(options), slots);
+    queue = std::make_unique<KeyframeQueue>(most_keyframes_ahead(options), slots);
     mixer = std::make_unique<Mixer>(signals, slots, mode, panner.get(), head.get());
     mixed.resize(channels * kMostFrames);
     if (options.limit) limiter = std::make_unique<Limiter>(channels);
@@ -112,6 +125,7 @@ struct Auralizer::State {
 
   AuralizerInput input;
   const std::shared_ptr<const BakeFile> file;
+  std::atomic<std::size_t> ahead;  // keyframes that may wait for the mixer
   const float gain;
   const bool wait_for_pages;
   const std::unique_ptr<const Panner> panner;
@@ -136,7 +150,8 @@ struct Auralizer::State {
 
   // Audio thread.
   std::unique_ptr<Mixer> mixer;
-  std::unique_ptr<Limiter> limiter;        // or null
+  std::unique_ptr<Limiter> limiter;  // or null
+  std::size_t largest_block_frames = 0;
   int limiter_lead = kLimiterDelayFrames;  // frames to drop until it gives what it was given
   std::vector<float> mixed;
   std::size_t mixed_end = 0, mixed_read = 0;  // samples in it, and those already given away
@@ -147,6 +162,16 @@ struct Auralizer::State {
   std::atomic<std::uint32_t> voices{0};
   std::atomic<double> sampler_ms{0};
   std::array<std::atomic<float>, kMostChannels> peak{};
+
+  // From the first block on that is larger than expected, keyframes are made as far ahead.
+  void expect(std::size_t frames) noexcept REALTIME {
+    if (frames <= largest_block_frames) return;
+    largest_block_frames = frames;
+    const auto fits = static_cast<int>(std::min<std::size_t>(frames, kLargestUnexpected_frames));
+    ahead.store(
+        std::max(ahead.load(std::memory_order_relaxed), keyframes_ahead(fits, limiter != nullptr)),
+        std::memory_order_relaxed);
+  }
 
   // Mixes steps for up to so many samples; true if it had to do without a keyframe that was due.
   bool mix_steps(std::size_t samples) noexcept REALTIME {
@@ -250,7 +275,7 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeF
 
 bool Auralizer::wants_keyframe() const {
   // Keyframe 0 goes to the mixer without queueing.
-  return state_->made == 0 || state_->queue->writable() != nullptr;
+  return state_->made == 0 || state_->queue->size() < state_->ahead.load(std::memory_order_relaxed);
 }
 
 double Auralizer::next_keyframe_time_s() const {
@@ -287,6 +312,7 @@ void Auralizer::make_keyframe(const Pose& pose) {
 
 void Auralizer::mix(std::span<float> interleaved) noexcept REALTIME {
   State& state = *state_;
+  state.expect(interleaved.size() / state.channels);
   bool held = false;
   if (!state.begun.load(std::memory_order_acquire)) {
     std::fill(interleaved.begin(), interleaved.end(), 0.0f);

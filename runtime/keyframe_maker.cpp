@@ -14,6 +14,11 @@ namespace {
 // Half the speed of sound: faster than anything that is meant to be heard sliding.
 constexpr double kFastestSlide_frames = 0.5 * kKeyframeFrames;
 
+// A listener who is elsewhere all at once, as after the sampler stood still, has leapt: nobody is
+// 35 m/s faster from one keyframe to the next. Sliding after them would be heard as a chirp.
+constexpr double kLeap_m = 0.7;
+constexpr double kSlideAfterLeap_frames = 0.1 * kKeyframeFrames;
+
 double fade_gain(int fade) {
   return fade == kFadeKeyframes ? 1 : std::sin(std::numbers::pi / 2 * fade / kFadeKeyframes);
 }
@@ -87,7 +92,7 @@ void KeyframeMaker::see(Slot& slot) {
 bool KeyframeMaker::jumped(const Slot& slot, const Stance& head) const {
   for (int e = 0; e < kEars; ++e) {
     const double frames = delay_frames(slot.source, head, e);
-    if (std::abs(frames - slot.voice.delay_frames[e]) > kFastestSlide_frames) return true;
+    if (std::abs(frames - slot.voice.delay_frames[e]) > fastest_slide_frames_) return true;
   }
   return false;
 }
@@ -121,6 +126,10 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
   const Stance head = head_at(pose);
   if (made_ == 0) last_head_ = head;
   const bool still = head == last_head_;
+  const Vec3 step_m = head.centre_m - last_head_.centre_m;
+  const bool leapt = length(step_m - last_step_m_) > kLeap_m;
+  fastest_slide_frames_ = leapt ? kSlideAfterLeap_frames : kFastestSlide_frames;
+  last_step_m_ = step_m;
 
   for (Slot& slot : slots_) {
     slot.chosen = false;

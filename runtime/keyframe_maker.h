@@ -82,6 +82,8 @@ class KeyframeMaker {
   std::vector<std::uint32_t> free_;                                  // slots, lowest last
   std::unordered_map<std::uint64_t, std::uint32_t> slot_of_number_;  // of sources that are heard
   Stance last_head_{};
+  Vec3 last_step_m_{0, 0, 0};
+  double fastest_slide_frames_ = 0;  // of this keyframe
   std::uint64_t made_ = 0;
 };
 

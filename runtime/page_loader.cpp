@@ -6,6 +6,8 @@
 #include <thread>
 #include <tuple>
 
+#include "runtime/thread_shares.h"
+
 namespace clamor {
 
 // What the sampler and the loader threads share; all under the mutex.
@@ -52,7 +54,11 @@ struct PageLoader::Shared {
 
 PageLoader::PageLoader(Fetch fetch, const PageBudget& budget, int threads)
     : fetch_(std::move(fetch)), budget_(budget), shared_(std::make_unique<Shared>()) {
-  for (int i = 0; i < threads; ++i) shared_->threads.emplace_back([this] { shared_->run(fetch_); });
+  for (int i = 0; i < threads; ++i)
+    shared_->threads.emplace_back([this] {
+      name_thread("page loader");
+      shared_->run(fetch_);
+    });
 }
 
 PageLoader::~PageLoader() {

@@ -9,11 +9,12 @@
 
 #include "formats/audio_file.h"
 #include "runtime/audio_callback.h"
-#include "runtime/audio_output.h"
 #include "runtime/latest_value.h"
 #include "runtime/loudness_meter.h"
 #include "runtime/render.h"
+#include "runtime/resident_memory.h"
 #include "runtime/sample_ring.h"
+#include "runtime/supervised_output.h"
 
 namespace clamor {
 
@@ -40,19 +41,20 @@ struct Player::State {
     poses.publish(options.pose);
   }
 
-  // Makes what the auralizer wants now, for where the listener is or will be.
-  void make_wanted_keyframes() {
-    if (options.walk)
-      make_keyframes(*auralizer, *options.walk);
-    else
-      while (auralizer->wants_keyframe()) auralizer->make_keyframe(poses.latest());
+  // Makes what the auralizer wants now, for where the listener is or will be. False for nothing.
+  bool make_wanted_keyframe() {
+    if (!auralizer->wants_keyframe()) return false;
+    auralizer->make_keyframe(options.walk ? options.walk->at(auralizer->next_keyframe_time_s())
+                                          : poses.latest());
+    return true;
   }
 
   void run_sampler() {
+    name_thread("sampler");
     while (running.load(std::memory_order_relaxed)) {
-      make_wanted_keyframes();
-      read_meter();
-      std::this_thread::sleep_for(kSamplerNap);
+      const bool was_busy = make_wanted_keyframe();
+      read_meter();  // however late the keyframes are
+      if (!was_busy) std::this_thread::sleep_for(kSamplerNap);
     }
   }
 
@@ -73,6 +75,7 @@ struct Player::State {
   }
 
   void run_writer() {
+    name_thread("recording");
     while (running.load(std::memory_order_relaxed)) {
       drain();
       std::this_thread::sleep_for(kWriterNap);
@@ -90,9 +93,10 @@ struct Player::State {
   Result<void> recorded;  // the writer thread's until it has ended
   std::atomic<double> momentary_lufs{-std::numeric_limits<double>::infinity()};
   std::atomic<double> short_term_lufs{-std::numeric_limits<double>::infinity()};
+  ThreadShares shares;
   std::atomic<bool> running{false};
   std::thread sampler, writer;
-  std::unique_ptr<AudioOutput> output;  // last: its thread uses all the others
+  std::unique_ptr<SupervisedOutput> output;  // last: its threads use all the others
 };
 
 Player::Player(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -122,25 +126,33 @@ Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>
     state->wav = std::move(*wav);
   }
   const OutputCallback callback{
-      [](void* context, float* output, std::uint32_t block_frames, bool underflow) noexcept {
+      [](void* context, float* output, std::uint32_t block_frames, bool) noexcept {
         auto& audio = *static_cast<AudioCallback*>(context);
-        audio.fill({output, block_frames * audio.channels()}, underflow);
+        audio.fill({output, block_frames * audio.channels()});
       },
       &state->callback};
+  const OutputRequest request{options.device, state->auralizer->channels(), options.block_frames,
+                              options.device_rate_hz};
   auto output =
-      open_output(options.device, state->auralizer->channels(), options.block_frames, callback);
+      SupervisedOutput::open(options.driver ? options.driver : sound_devices(), request, callback);
   if (!output.ok()) return output.error();
   state->output = std::move(*output);
   return std::unique_ptr<Player>(new Player(std::move(state)));
 }
 
 Result<void> Player::start() {
-  state_->make_wanted_keyframes();  // so that the first block has what it needs
+  touch_all_code();
+  while (state_->make_wanted_keyframe()) {  // so that the first block has what it needs
+  }
+  state_->shares = ThreadShares();
   state_->running = true;
   state_->sampler = std::thread([this] { state_->run_sampler(); });
   if (state_->ring) state_->writer = std::thread([this] { state_->run_writer(); });
-  return state_->output->start();
+  state_->output->start();
+  return {};
 }
+
+std::vector<ThreadShare> Player::thread_shares() const { return state_->shares.now(); }
 
 void Player::move(const Pose& pose) { state_->poses.publish(pose); }
 
@@ -150,18 +162,13 @@ PlayerStatistics Player::statistics() {
   const auto counters = state_->callback.counters();
   PlayerStatistics statistics;
   statistics.auralizer = state_->auralizer->statistics();
-  statistics.callbacks = counters.callbacks;
-  statistics.late_callbacks = counters.late;
-  statistics.cpu_share = counters.cpu_share;
+  statistics.output = state_->output->statistics();
   statistics.time_s = static_cast<double>(counters.frames) / kSampleRate_hz;
   statistics.dropped_samples = state_->ring ? state_->ring->dropped() : 0;
   statistics.momentary_lufs = state_->momentary_lufs.load(std::memory_order_relaxed);
   statistics.short_term_lufs = state_->short_term_lufs.load(std::memory_order_relaxed);
   return statistics;
 }
-
-std::string Player::device() const { return state_->output->name(); }
-int Player::block_frames() const { return state_->output->block_frames(); }
 
 Result<void> Player::stop() {
   state_->output->stop();

@@ -13,12 +13,15 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/pose.h"
 #include "common/result.h"
 #include "formats/walk_file.h"
 #include "formats/wav_writer.h"
 #include "runtime/auralizer.h"
+#include "runtime/supervised_output.h"
+#include "runtime/thread_shares.h"
 
 namespace clamor {
 
@@ -27,16 +30,17 @@ struct PlayerOptions {
   Pose pose;                 // where the listener starts
   std::optional<Walk> walk;  // instead of being moved
   double seconds = 0;        // 0: until stopped
-  std::string device;        // as open_output() takes it
+  std::string device;        // as choose_device() takes it, or "none"
+  int device_rate_hz = 0;    // 0: 48 kHz where the device can
   int block_frames = 256;
-  std::string record;  // WAV or FLAC file to keep what is heard; empty for none
+  std::shared_ptr<OutputDriver> driver;  // instead of the machine's sound devices
+  std::string record;                    // WAV or FLAC file to keep what is heard; empty for none
   SampleFormat record_format = SampleFormat::kFloat32;
 };
 
 struct PlayerStatistics {
   AuralizerStatistics auralizer;
-  std::uint64_t callbacks = 0, late_callbacks = 0;
-  double cpu_share = 0;                            // of the audio thread's time
+  OutputStatistics output;
   double time_s = 0;                               // played so far
   double momentary_lufs = 0, short_term_lufs = 0;  // -infinity in silence
   std::uint64_t dropped_samples = 0;               // that the recording could not take in time
@@ -57,8 +61,7 @@ class Player {
 
   bool finished() const;  // options.seconds have been played
   PlayerStatistics statistics();
-  std::string device() const;
-  int block_frames() const;
+  std::vector<ThreadShare> thread_shares() const;  // since start(); reads files
 
   // Ends the sound and, where it was recorded, completes the file.
   Result<void> stop();

@@ -5,10 +5,13 @@
 
 #include "formats/level.h"
 #include "runtime/audio_output.h"
+#include "runtime/thread_shares.h"
 
 namespace clamor {
 
 namespace {
+
+constexpr auto kMostBehind = std::chrono::milliseconds(100);
 
 class SilentOutput final : public AudioOutput {
  public:
@@ -32,16 +35,20 @@ class SilentOutput final : public AudioOutput {
 
   std::string name() const override { return "none"; }
   int block_frames() const override { return frames_; }
+  int rate_hz() const override { return kSampleRate_hz; }
 
  private:
   void keep_time() {
     using Clock = std::chrono::steady_clock;
+    name_thread("audio clock");
     const auto period = std::chrono::nanoseconds(1'000'000'000LL * block_frames() / kSampleRate_hz);
     auto next = Clock::now();
     while (running_.load(std::memory_order_relaxed)) {
       callback_.fill(callback_.context, block_.data(), static_cast<std::uint32_t>(block_frames()),
                      false);
       next += period;
+      // After a suspension time goes on from now: nobody wants the night before at once.
+      if (const auto now = Clock::now(); now - next > kMostBehind) next = now;
       std::this_thread::sleep_until(next);
     }
   }

@@ -5,7 +5,9 @@
 #include <fmt/ostream.h>
 #include <nlohmann/json.hpp>
 
+#include "formats/level.h"
 #include "runtime/audio_output.h"
+#include "runtime/output_choice.h"
 #include "tools/arguments.h"
 #include "tools/commands.h"
 
@@ -18,7 +20,7 @@ int run_devices(std::span<const std::string> arguments, std::ostream& out, std::
   parser.flag("--json", json, "as a list of objects, empty where there is no device");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
-  const auto devices = output_devices();
+  const auto devices = sound_devices()->devices("");
   if (json) {
     auto list = nlohmann::ordered_json::array();
     for (const OutputDevice& device : devices)
@@ -30,9 +32,12 @@ int run_devices(std::span<const std::string> arguments, std::ostream& out, std::
     out << list.dump(2) << '\n';
     return kSuccess;
   }
-  for (const OutputDevice& device : devices)
-    fmt::print(out, "{}: {}  ({} channels{})\n", device.api, device.name, device.output_channels,
+  for (const OutputDevice& device : devices) {
+    const auto rates = rates_to_try(device, 0);
+    fmt::print(out, "{}  ({} channels, {:g} kHz{}{})\n", device.full_name(), device.output_channels,
+               rates.front() / 1e3, rates.front() == kSampleRate_hz ? "" : ", resampled",
                device.is_default ? ", default" : "");
+  }
   if (devices.empty())
     fmt::print(err,
                "no sound device; 'clamor play --device none' plays in silence, 'clamor render' "

@@ -17,6 +17,7 @@
 #include "tools/arguments.h"
 #include "tools/commands.h"
 #include "tools/interrupt.h"
+#include "tools/play_report.h"
 #include "tools/strategy_options.h"
 #include "tools/terminal.h"
 
@@ -98,12 +99,13 @@ std::string status_line(const PlayerStatistics& now, const Pose& pose, int chann
   return fmt::format(
       "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices  {} dBFS  {:.1f} LUFS, 3 s "
       "{:.1f}{}  cpu {:.0f} %  "
-      "sampler {:.1f} ms  late {}  held {}",
+      "sampler {:.1f} ms  late {}  held {}{}",
       now.time_s, pose.position_m.x, pose.position_m.y, pose.position_m.z,
       std::remainder(pose.yaw_rad * kDegrees, 360), now.auralizer.voices,
       meters(now.auralizer.peak, channels), std::max(now.momentary_lufs, -99.9),
       std::max(now.short_term_lufs, -99.9), limited_note(now.auralizer.limited),
-      100 * now.cpu_share, now.auralizer.sampler_ms, now.late_callbacks, now.auralizer.held_blocks);
+      100 * now.output.callbacks.cpu_share, now.auralizer.sampler_ms, now.output.callbacks.late,
+      now.auralizer.held_blocks, device_note(now.output));
 }
 
 // Says so when pages of the file cannot be read (any more), the first time. The sound goes on.
@@ -128,12 +130,14 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
   Pose pose = options.pose, wanted = options.pose;
   std::array<float, kMostChannels> peak{};  // since the last line
   bool told = false;
+  DeviceNews news(err, live_line);
   while (!player.finished() && !Interrupt::requested()) {
     const Key key = terminal.read(kFrame_ms);
     if (key == Key::kQuit) break;
     apply(key, wanted);
     PlayerStatistics status = player.statistics();
     tell_of_failure(status.auralizer.pages, told, err);
+    news.tell(status.output);
     for (std::size_t c = 0; c < peak.size(); ++c)
       peak[c] = std::max(peak[c], status.auralizer.peak[c]);
     if (options.walk) {
@@ -176,7 +180,10 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.option("--walk", walk_path, "follow a scripted path instead, PATH.json");
   parser.option("--seconds", options.seconds, "how long; 0: until Q, Ctrl-C or the walk's end");
   parser.option("--device", options.device,
-                "a part of a name that 'clamor devices' prints, or none");
+                "pulse, jack or alsa; how a name that 'clamor devices' prints begins, or a part of "
+                "it; or none");
+  parser.option("--rate", options.device_rate_hz,
+                "of the device, in Hz; unset: 48000, or what it has. The mix is resampled");
   parser.option("--frames", options.block_frames, "frames per block");
   const StrategyWords strategy(parser);
   parser.option("--visibility", visibility, "on or off: do surfaces hide sources [on]");
@@ -221,6 +228,9 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
     return parser.bad_usage(err, "give either --listener or --walk");
   if (options.block_frames < 16 || options.block_frames > 8192)
     return parser.bad_usage(err, "--frames must lie between 16 and 8192");
+  if (options.device_rate_hz != 0 &&
+      (options.device_rate_hz < 8000 || options.device_rate_hz > 384000))
+    return parser.bad_usage(err, "--rate must lie between 8000 and 384000");
   if (!(options.seconds >= 0 && options.seconds <= 864000))
     return parser.bad_usage(err, "--seconds must lie between 0 and 864000");
   options.auralizer.block_frames = options.block_frames;
@@ -251,16 +261,20 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
 
   auto player = Player::create(std::make_shared<const BakeFile>(std::move(*file)), options);
   if (!player.ok()) return fail(player.error());
-  fmt::print(err, "playing {} on {}, {} frames a block\n", level, (*player)->device(),
-             (*player)->block_frames());
+  fmt::print(err, "playing {} on {}\n", level, describe((*player)->statistics().output));
   if (const auto started = (*player)->start(); !started.ok()) return fail(started.error());
   run(**player, options, err);
-  const PlayerStatistics played = (*player)->statistics();
+  PlayerStatistics played = (*player)->statistics();
+  const auto threads = (*player)->thread_shares();
   if (const auto stopped = (*player)->stop(); !stopped.ok()) return fail(stopped.error());
 
   fmt::print(err, "played {:.1f} s: {} callbacks, {} late, {} blocks held, {} frames clipped{}\n",
-             played.time_s, played.callbacks, played.late_callbacks, played.auralizer.held_blocks,
-             played.auralizer.clipped_frames, limited_note(played.auralizer.limited));
+             played.time_s, played.output.callbacks.callbacks, played.output.callbacks.late,
+             played.auralizer.held_blocks, played.auralizer.clipped_frames,
+             limited_note(played.auralizer.limited));
+  played.output = (*player)->statistics().output;  // with what came of closing
+  report(played.output, err);
+  report(threads, err);
   const PageStatistics& pages = played.auralizer.pages;
   if (pages.loaded > 0)
     fmt::print(err, "pages: {} asked for, {} loaded, {} dropped, {} late; {:.1f} MB of them kept\n",

@@ -52,11 +52,11 @@ Verdict verdict_on(const char* call, const std::string& path) {
   now->log.push_back(std::string(call) + " " + std::filesystem::path(path).filename().string());
   if (!is_among(call, now->plan.calls)) return Verdict::kGoOn;
   const long index = now->calls++;
-  const bool stays = now->plan.fate == Fate::kStaysSo;
+  const bool stays = now->plan.fate == Fate::kStaysSo || now->plan.fate == Fate::kStandsStill;
   if (now->plan.strike_at < 0 || index < now->plan.strike_at) return Verdict::kGoOn;
   if (index > now->plan.strike_at && !stays) return Verdict::kGoOn;
   now->struck = true;
-  if (now->plan.fate == Fate::kGoesOn) {
+  if (now->plan.fate == Fate::kGoesOn || now->plan.fate == Fate::kStandsStill) {
     const auto meanwhile = now->plan.meanwhile;
     lock.unlock();  // it may make calls of its own
     meanwhile();

@@ -14,10 +14,11 @@
 namespace clamor::testing {
 
 enum class Fate {
-  kFails,       // this call alone, with the plan's errno
-  kStaysSo,     // this and every later one: a disk that is full stays full
-  kFallsShort,  // a read or write does half of what it is asked for
-  kGoesOn,      // as if nothing were, but `meanwhile` is done first
+  kFails,        // this call alone, with the plan's errno
+  kStaysSo,      // this and every later one: a disk that is full stays full
+  kFallsShort,   // a read or write does half of what it is asked for
+  kGoesOn,       // as if nothing were, but `meanwhile` is done first
+  kStandsStill,  // the same for this and every later one, on whichever thread
 };
 
 struct FaultPlan {

@@ -3,6 +3,7 @@
 // No sound card, no root, no session: own folder, own socket. Bit-exact at the sink's rate.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -37,9 +38,11 @@ class Program {
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
-  void stop() {
+  void signal(int number) { ::kill(id_, number); }
+
+  void stop(int number = SIGTERM) {
     if (id_ <= 0) return;
-    ::kill(id_, SIGTERM);
+    signal(number);
     ::waitpid(id_, nullptr, 0);
     id_ = -1;
   }
@@ -64,8 +67,13 @@ class Pulse {
     ::setenv("PULSE_RUNTIME_PATH", (folder_ / "pulse").c_str(), 1);
     ::setenv("PULSE_STATE_PATH", (folder_ / "state").c_str(), 1);
     ::setenv("DBUS_SESSION_BUS_ADDRESS", "", 1);
+    ::setenv("PULSE_SERVER", ("unix:" + (folder_ / "native").string()).c_str(), 1);
+    start();
+  }
+
+  void start() {
     const std::string socket = (folder_ / "native").string();
-    ::setenv("PULSE_SERVER", ("unix:" + socket).c_str(), 1);
+    std::filesystem::remove(socket);  // of one that was killed
     daemon_ = std::make_unique<Program>(
         std::vector<std::string>{
             "pulseaudio", "-n", "--daemonize=no", "--use-pid-file=no", "--exit-idle-time=-1",
@@ -74,8 +82,8 @@ class Pulse {
             "module-null-sink sink_name=clamor norewinds=1 format=float32le rate=48000 channels=2 "
             "sink_properties=device.description=clamor"},
         (folder_ / "daemon").string());
-    for (int i = 0; i < 100 && !std::filesystem::exists(socket); ++i)
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    for (int i = 0; i < 500 && !std::filesystem::exists(socket); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
     ready_ = std::filesystem::exists(socket);
   }
   ~Pulse() {
@@ -86,19 +94,50 @@ class Pulse {
 
   bool ready() const { return ready_; }
 
+  // It hangs, or goes on where it hung.
+  void freeze() { daemon_->signal(SIGSTOP); }
+  void thaw() { daemon_->signal(SIGCONT); }
+
+  // As a crash would: no word to those who are connected.
+  void kill() {
+    daemon_->stop(SIGKILL);
+    ready_ = false;
+  }
+
+  // Waits until there is sound at the monitor, but not for ever.
+  bool sounds() {
+    const std::string path = (folder_ / "sounds.raw").string();
+    std::filesystem::remove(path);  // what was heard the last time
+    Program recorder(recording(), path);
+    for (int i = 0; i < 2000; ++i) {
+      const auto samples = samples_of(path);
+      if (std::any_of(samples.begin(), samples.end(), [](float x) { return x != 0; })) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return false;
+  }
+
   // Runs `play` while the sink's monitor is recorded; returns what was heard, interleaved.
   template <class Play>
   std::vector<float> heard(Play play) {
     const std::string path = (folder_ / "heard.raw").string();
     {
-      Program recorder({"parec", "-d", "clamor.monitor", "--format=float32le", "--rate=48000",
-                        "--channels=2", "--raw", "--latency-msec=20"},
-                       path);
+      Program recorder(recording(), path);
       for (int i = 0; i < 100 && size_of(path) == 0; ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
       play();
       std::this_thread::sleep_for(std::chrono::milliseconds(400));  // the monitor's own latency
     }
+    return samples_of(path);
+  }
+
+ private:
+  static std::vector<std::string> recording() {
+    return {"parec",        "-d",           "clamor.monitor", "--format=float32le",
+            "--rate=48000", "--channels=2", "--raw",          "--latency-msec=20"};
+  }
+
+  static std::vector<float> samples_of(const std::string& path) {
     std::vector<float> samples(size_of(path) / sizeof(float));
     std::ifstream(path, std::ios::binary)
         .read(reinterpret_cast<char*>(samples.data()),
@@ -106,7 +145,6 @@ class Pulse {
     return samples;
   }
 
- private:
   static std::uintmax_t size_of(const std::string& path) {
     std::error_code problem;
     const auto size = std::filesystem::file_size(path, problem);

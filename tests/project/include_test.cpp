@@ -52,6 +52,7 @@ const std::vector<Fence> kFences = {
      {"ebur128.h"},
      {"runtime/loudness_meter.cpp", "runtime/programme_loudness.cpp", "tests/*"}},
     {"libmysofa", {"mysofa.h"}, {"formats/sofa_file.cpp"}},
+    {"libsamplerate", {"samplerate.h"}, {"runtime/resampler.cpp"}},
     {"libsndfile", {"sndfile.h"}, {"formats/audio_file.cpp", "formats/wav_writer.cpp", "tests/*"}},
     {"libsoxr", {"soxr.h"}, {"formats/audio_file.cpp"}},
     {"nanoflann", {"nanoflann.hpp"}, {"bake/patch_radius.cpp"}},
@@ -77,7 +78,7 @@ bool is_system_header(const std::string& header) {
       "dirent.h",    "dlfcn.h",  "fcntl.h",  "fnmatch.h",  "immintrin.h", "poll.h",
       "pthread.h",   "pwd.h",    "sched.h",  "signal.h",   "termios.h",   "time.h",
       "ucontext.h",  "unistd.h", "malloc.h", "errno.h",    "glob.h",      "emmintrin.h",
-      "semaphore.h", "spawn.h",  "stdlib.h", "xmmintrin.h"};
+      "semaphore.h", "link.h",   "spawn.h",  "stdlib.h", "xmmintrin.h"};
   return header.find_first_of("./") == std::string::npos || header.starts_with("sys/") ||
          kHeaders.contains(header);
 }

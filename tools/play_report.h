@@ -1,0 +1,35 @@
+// play_report.h: what clamor play says of its device and its threads.
+#pragma once
+
+#include <iosfwd>
+#include <span>
+#include <string>
+
+#include "runtime/player.h"
+
+namespace clamor {
+
+// "pulse: Headset at 44.1 kHz (resampled), 256 frames a block", or that there is none yet.
+std::string describe(const OutputStatistics& output);
+
+// Says when the device is lost and when sound is back, each time once. `over_line`: of a terminal,
+// where the status line stands.
+class DeviceNews {
+ public:
+  DeviceNews(std::ostream& err, bool over_line) : err_(err), before_(over_line ? "\r\x1b[K" : "") {}
+  void tell(const OutputStatistics& output);
+
+ private:
+  std::ostream& err_;
+  const char* const before_;
+  bool had_device_ = true;
+};
+
+// "  NO DEVICE for 1.2 s" while there is none.
+std::string device_note(const OutputStatistics& output);
+
+// At the end.
+void report(const OutputStatistics& output, std::ostream& err);
+void report(std::span<const ThreadShare> threads, std::ostream& err);
+
+}  // namespace clamor
