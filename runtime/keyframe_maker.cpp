@@ -84,6 +84,27 @@ void KeyframeMaker::see(Slot& slot) {
   }
 }
 
+void KeyframeMaker::weigh(Slot& slot) {
+  constexpr double kNear = 1e-4;
+  if (slot.power_scale == slot.power_scale_goal) return;
+  const double ratio = slot.power_scale_goal / slot.power_scale;
+  slot.power_scale =
+      std::abs(ratio - 1) < kNear ? slot.power_scale_goal : slot.power_scale * std::sqrt(ratio);
+  slot.changed = true;
+}
+
+// Those that fade out anyway go first. Where the sampler has no order, in half decibels.
+std::uint8_t KeyframeMaker::rank_of(const Slot& slot) {
+  if (!slot.chosen || slot.frozen) return kHighestRank;
+  if (slot.rank >= 0) return static_cast<std::uint8_t>(std::lround(slot.rank * (kHighestRank - 1)));
+  double power = 0;
+  for (const Bands& ear : slot.voice.gain)
+    for (const float band : ear) power += static_cast<double>(band) * band;
+  const double level_db = 10 * std::log10(std::max(power, 1e-30));
+  return static_cast<std::uint8_t>(
+      std::lround(std::clamp(2 * (20 - level_db), 0.0, static_cast<double>(kHighestRank - 1))));
+}
+
 bool KeyframeMaker::jumped(const Slot& slot, const Stance& head) const {
   for (int e = 0; e < kEars; ++e) {
     const double frames = delay_frames(slot.source, head, e);
@@ -103,7 +124,8 @@ void KeyframeMaker::start(const SampledSource& chosen, const Stance& head) {
   slot.in_use = slot.chosen = true;
   slot.frozen = false;
   slot.changed = true;
-  slot.power_scale = chosen.power_scale;
+  slot.power_scale = slot.power_scale_goal = chosen.power_scale;
+  slot.rank = chosen.rank;
   slot.visibility = slot.visibility_goal = chosen.visibility;
   slot.voice.starts = true;
   slot.voice.signal = chosen.signal;
@@ -136,8 +158,8 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
     } else {
       Slot& slot = slots_[heard->second];
       slot.chosen = true;
-      slot.changed = slot.changed || slot.power_scale != chosen.power_scale;
-      slot.power_scale = chosen.power_scale;
+      slot.power_scale_goal = chosen.power_scale;
+      slot.rank = chosen.rank;
       slot.visibility_goal = chosen.visibility;
     }
   }
@@ -151,10 +173,12 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
     else
       slot.fade = std::clamp(slot.fade + (slot.chosen ? 1 : -1), 0, kFadeKeyframes);
     if (!slot.frozen) see(slot);
+    if (!slot.frozen && slot.chosen) weigh(slot);
     if (!slot.frozen && (!still || slot.changed)) listen(slot, head);
 
     assert(keyframe.voices.size() < keyframe.voices.capacity());
     Voice& voice = keyframe.voices.emplace_back(slot.voice);
+    voice.rank = rank_of(slot);
     const auto gain = static_cast<float>(fade_gain(slot.fade));
     for (Bands& ear : voice.gain)
       for (float& band : ear) band *= gain;

@@ -52,13 +52,20 @@ class Priority final : public Sampler {
  public:
   Priority(const SourceField& field, SignalWeights weights, SourcePool& pool, std::size_t voices,
            VisibilityCache* sight)
-      : field_(field), weights_(std::move(weights)), pool_(pool), voices_(voices), sight_(sight) {}
+      : field_(field),
+        weights_(std::move(weights)),
+        pool_(pool),
+        most_voices_(voices),
+        voices_(voices),
+        sight_(sight) {}
 
   // A function of place, time and what is here alone. Where all signals are steady, one who stands
   // still costs nothing, once all that matters was looked at.
   std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
     const bool same_moment = weights_.steady() || time_s_ == time_s;
-    if (!pool_.refresh() && place_ == place && same_moment && !looking_) return sample_;
+    if (!pool_.refresh() && place_ == place && same_moment && !looking_ && !resized_)
+      return sample_;
+    resized_ = false;
     const Vec3 step_m = place_ ? place - *place_ : Vec3(0);
     if (place_ != place) gave_up_waiting_ = false;
     place_ = place;
@@ -74,8 +81,9 @@ class Priority final : public Sampler {
       if (const double kappa = pool_.unseen_key(chosen.found, tau); kappa > 0)
         scale =
             std::max(scale, kappa / std::accumulate(source.power.begin(), source.power.end(), 0.0));
-      sample_.push_back(
-          {chosen.found.number, scale, &source, chosen.found.signal, chosen.visibility});
+      sample_.push_back({chosen.found.number, scale, &source, chosen.found.signal,
+                         chosen.visibility,
+                         chosen.priority > 0 ? std::min(1.0, tau / chosen.priority) : 1.0});
     }
     std::sort(sample_.begin(), sample_.end(),
               [](const auto& a, const auto& b) { return a.number < b.number; });
@@ -92,7 +100,16 @@ class Priority final : public Sampler {
   }
 
   std::size_t capacity() const override {
-    return static_cast<std::size_t>(std::min<std::uint64_t>(voices_, pool_.size()));
+    return static_cast<std::size_t>(std::min<std::uint64_t>(most_voices_, pool_.size()));
+  }
+
+  void choose_at_most(std::size_t voices) override {
+    voices = std::clamp<std::size_t>(voices, 1, most_voices_);
+    if (voices == voices_) return;
+    // There are about as many more above a threshold as it is lower.
+    threshold_ *= static_cast<double>(voices_) / static_cast<double>(voices);
+    voices_ = voices;
+    resized_ = true;
   }
 
  private:
@@ -256,7 +273,9 @@ class Priority final : public Sampler {
   const SourceField& field_;
   const SignalWeights weights_;
   SourcePool& pool_;
-  const std::size_t voices_;
+  const std::size_t most_voices_;
+  std::size_t voices_;
+  bool resized_ = false;  // since sample_
   VisibilityCache* const sight_;
   double threshold_ = 0;
   std::vector<FoundSource> found_;

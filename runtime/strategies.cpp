@@ -162,6 +162,7 @@ class OnAmplitudes final : public Sampler {
   }
   bool complete() override { return sampler_->complete(); }
   std::size_t capacity() const override { return sampler_->capacity(); }
+  void choose_at_most(std::size_t voices) override { sampler_->choose_at_most(voices); }
 
  private:
   const std::unique_ptr<Sampler> sampler_;
