@@ -12,6 +12,7 @@
 #include "runtime/keyframe_queue.h"
 #include "runtime/loudness.h"
 #include "runtime/mixer.h"
+#include "runtime/moving_list.h"
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
 #include "runtime/sight_geometry.h"
@@ -38,6 +39,10 @@ std::size_t slots_for(const Sampler& sampler) { return 3 * sampler.capacity(); }
 StrategyOptions strategy_of(const AuralizerOptions& options) {
   return {options.strategy, static_cast<std::size_t>(std::max(options.voices, 0)),
           options.estimator, options.tuning};
+}
+
+Error nothing_to_hear() {
+  return Error("there are no sources to hear; bake the level with an emitter.");
 }
 
 SignalWeights weights_of(const AuralizerInput& input) {
@@ -84,11 +89,16 @@ struct Auralizer::State {
                                        PageBudget{options.memory_bytes, !options.wait_for_pages});
       pool = std::make_unique<OctreePool>(field, ceilings, file->trees(), file->signal_maps(),
                                           *loader);
-      sampler = make_sampler(strategy, field, weights, *pool, sight.get());
+      join_moving(options.moving);
+      sampler = make_sampler(strategy, field, weights, sampled_pool(), sight.get());
     } else {
       auto list = std::make_unique<SourceList>(field, weights, std::move(input.sources));
-      sampler = make_sampler(strategy, field, weights, *list, sight.get());
+      SourceList& listed = *list;
       pool = std::move(list);
+      join_moving(options.moving);
+      sampler = needs_list(options.strategy)
+                    ? make_sampler(strategy, field, weights, listed, sight.get(), movers.get())
+                    : make_sampler(strategy, field, weights, sampled_pool(), sight.get());
     }
     const std::size_t slots = slots_for(*sampler);
     maker = std::make_unique<KeyframeMaker>(field, slots,
@@ -114,6 +124,16 @@ struct Auralizer::State {
         VisibilityOptions{.rays_per_keyframe = options.rays, .exact = options.wait_for_pages});
   }
 
+  // Those that move, in one ranking with the others.
+  void join_moving(const MovingOptions& options) {
+    if (options.most == 0) return;
+    moving = std::make_unique<MovingSources>(options.most, options.kinds.size());
+    movers = std::make_unique<MovingList>(*moving, field, weights.by_signal, input.emitters,
+                                          options.kinds.size());
+    joined = std::make_unique<JoinedPool>(*pool, *movers);
+  }
+  SourcePool& sampled_pool() { return joined != nullptr ? *joined : *pool; }
+
   AuralizerInput input;
   const std::shared_ptr<const BakeFile> file;
   const float gain;
@@ -131,6 +151,9 @@ struct Auralizer::State {
   std::unique_ptr<VisibilityCache> sight;
   std::unique_ptr<PageLoader> loader;
   std::unique_ptr<SourcePool> pool;
+  std::unique_ptr<MovingSources> moving;  // the caller's too
+  std::unique_ptr<MovingList> movers;
+  std::unique_ptr<SourcePool> joined;  // pool and movers
   std::unique_ptr<Sampler> sampler;
   std::unique_ptr<KeyframeMaker> maker;
   std::uint64_t made = 0;
@@ -257,6 +280,12 @@ Result<void> Auralizer::check(const AuralizerOptions& options) {
   if (options.block_frames < 1 || options.block_frames > kLargestBlock_frames)
     return Error("cannot mix blocks of " + std::to_string(options.block_frames) +
                  " frames; ask for 1 to " + std::to_string(kLargestBlock_frames) + ".");
+  if (options.moving.most > kMostMovingSources)
+    return Error("there may be at most " + std::to_string(kMostMovingSources) +
+                 " moving sources at a time.");
+  if (options.moving.most > 0 && !takes_moving(options.strategy))
+    return Error("the strategy " + in_quotes(options.strategy) +
+                 " knows nothing of moving sources; take 'priority' or 'all'.");
   return {};
 }
 
@@ -264,6 +293,8 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(AuralizerInput input,
                                                      const AuralizerOptions& options) {
   if (const auto right = check(options); !right.ok()) return right.error();
   if (const auto right = clamor::check(input); !right.ok()) return right.error();
+  if (input.sources.empty() && options.moving.most == 0) return nothing_to_hear();
+  if (const auto added = add_kinds(options.moving, input); !added.ok()) return added.error();
   return std::unique_ptr<Auralizer>(
       new Auralizer(std::make_unique<State>(std::move(input), nullptr, options)));
 }
@@ -279,8 +310,10 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeF
     if (!auralizer.ok()) return auralizer.error().in(file->path());
     return auralizer;
   }
-  if (file->source_count() == 0)
-    return Error("there are no sources to hear; bake the level with an emitter.").in(file->path());
+  if (file->source_count() == 0 && options.moving.most == 0)
+    return nothing_to_hear().in(file->path());
+  if (const auto added = add_kinds(options.moving, *input); !added.ok())
+    return added.error().in(file->path());
   auto state = std::make_unique<State>(std::move(*input), file, options);
   if (const PageStatistics pages = state->loader->statistics(); pages.failed > 0)
     return Error(pages.failure);
@@ -355,6 +388,8 @@ void Auralizer::mix(std::span<float> interleaved) noexcept REALTIME {
   }
   if (held) state.held_blocks.fetch_add(1, std::memory_order_relaxed);
 }
+
+MovingSources* Auralizer::moving() { return state_->moving.get(); }
 
 int Auralizer::channels() const noexcept REALTIME { return static_cast<int>(state_->channels); }
 

@@ -26,6 +26,7 @@
 #include "runtime/keyframe_maker.h"
 #include "runtime/limiter.h"
 #include "runtime/load_control.h"
+#include "runtime/moving_sources.h"
 #include "runtime/output_shape.h"
 #include "runtime/page_loader.h"
 #include "runtime/realtime.h"
@@ -52,6 +53,7 @@ struct AuralizerOptions {
   // Choose and mix less where there is no time for all (load_control.h): for real time only, since
   // what is heard then depends on the machine. Each clock is read on its own thread.
   bool adapt = false;
+  MovingOptions moving{};  // for priority and all
   LoadClock sampler_clock{}, audio_clock{};
 };
 
@@ -99,6 +101,9 @@ class Auralizer {
 
   // Any one thread.
   AuralizerStatistics statistics();
+
+  // Sources that come, move and go, on the caller's thread; null unless `moving.most` asks for any.
+  MovingSources* moving();
 
  private:
   struct State;

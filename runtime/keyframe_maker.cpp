@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "formats/level.h"
 
@@ -129,13 +130,41 @@ void KeyframeMaker::start(const SampledSource& chosen, const Stance& head) {
   slot.visibility = slot.visibility_goal = chosen.visibility;
   slot.voice.starts = true;
   slot.voice.signal = chosen.signal;
+  slot.moves = chosen.moves;
+  slot.moved_m = chosen.moved_m;
   // It slides in from where it would have been, unless the listener jumped.
+  Source last = slot.source;
+  last.position_m -= slot.moved_m;
   for (int e = 0; e < kEars; ++e) {
     const double now_frames = delay_frames(slot.source, head, e);
-    const double last_frames = delay_frames(slot.source, last_head_, e);
+    const double last_frames = delay_frames(last, last_head_, e);
     const bool slides = std::abs(now_frames - last_frames) <= kFastestSlide_frames;
     slot.voice.start_delay_frames[e] = slides ? last_frames : now_frames;
   }
+}
+
+// One that fades out goes on, unless that took it too far.
+void KeyframeMaker::coast(Slot& slot, const Stance& head) {
+  slot.source.position_m += slot.moved_m;
+  slot.changed = true;
+  if (jumped(slot, head)) freeze(slot);
+}
+
+void KeyframeMaker::freeze(Slot& slot) {
+  slot.frozen = true;
+  slot_of_number_.erase(slot.number);
+}
+
+// False if it is now too far away for sliding there: then it fades out where it was.
+bool KeyframeMaker::follow(Slot& slot, const SampledSource& chosen, const Stance& head) {
+  if (!chosen.moves) return true;
+  const Source before = std::exchange(slot.source, *chosen.source);
+  slot.changed = true;
+  slot.moved_m = chosen.moved_m;
+  if (!jumped(slot, head)) return true;
+  slot.source = before;
+  freeze(slot);
+  return false;
 }
 
 void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose,
@@ -147,13 +176,12 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
   for (Slot& slot : slots_) {
     slot.chosen = false;
     slot.voice.starts = false;
-    if (!slot.in_use || slot.frozen || still || !jumped(slot, head)) continue;
-    slot.frozen = true;
-    slot_of_number_.erase(slot.number);
+    if (!slot.in_use || slot.frozen || still || slot.moves || !jumped(slot, head)) continue;
+    freeze(slot);
   }
   for (const SampledSource& chosen : sample) {
     const auto heard = slot_of_number_.find(chosen.number);
-    if (heard == slot_of_number_.end()) {
+    if (heard == slot_of_number_.end() || !follow(slots_[heard->second], chosen, head)) {
       start(chosen, head);
     } else {
       Slot& slot = slots_[heard->second];
@@ -172,6 +200,7 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
       slot.fade = kFadeKeyframes;
     else
       slot.fade = std::clamp(slot.fade + (slot.chosen ? 1 : -1), 0, kFadeKeyframes);
+    if (slot.moves && !slot.chosen && !slot.frozen) coast(slot, head);
     if (!slot.frozen) see(slot);
     if (!slot.frozen && slot.chosen) weigh(slot);
     if (!slot.frozen && (!still || slot.changed)) listen(slot, head);

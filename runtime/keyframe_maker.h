@@ -9,6 +9,9 @@
 // the way each keyframe. So do the factors that tell what a source stands for, as tau changes with
 // k or as the listener walks: half of their logarithm's way.
 //
+// A source that moves takes its voice along, so that its delays slide, and goes on as it went while
+// it fades out; where it jumps it is heard as two.
+//
 // A voice whose source and ears are as they were keeps its numbers: who stands still costs nothing.
 // Intensity becomes amplitude here and nowhere else.
 #pragma once
@@ -65,6 +68,8 @@ class KeyframeMaker {
     bool changed = false;  // since listen(), though the ears may be where they were
     double power_scale = 1, power_scale_goal = 1;
     double rank = -1;
+    bool moves = false;
+    Vec3f moved_m{};  // per keyframe
     Bands visibility = same_in_all_bands(1), visibility_goal = same_in_all_bands(1);
     Voice voice;  // as in the last keyframe, before fading
   };
@@ -78,6 +83,9 @@ class KeyframeMaker {
   void start(const SampledSource& chosen, const Stance& head);
   static Vec3f direction_from(const Source& source, const Stance& head);
   bool jumped(const Slot& slot, const Stance& head) const;
+  bool follow(Slot& slot, const SampledSource& chosen, const Stance& head);
+  void coast(Slot& slot, const Stance& head);
+  void freeze(Slot& slot);
 
   const SourceField& field_;
   const Receivers receivers_;

@@ -144,6 +144,8 @@ Result<void> Player::start() {
 
 void Player::move(const Pose& pose) { state_->poses.publish(pose); }
 
+MovingSources* Player::moving() { return state_->auralizer->moving(); }
+
 bool Player::finished() const { return state_->callback.counters().finished; }
 
 PlayerStatistics Player::statistics() {

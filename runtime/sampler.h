@@ -44,7 +44,11 @@ struct SampledSource {
   Bands visibility = same_in_all_bands(1);  // share of the power that gets past what is in the way
   // That of k below which it would not be chosen: 0 the last to go, 1 the next; below 0 not known.
   double rank = -1;
+  bool moves = false;
+  Vec3f moved_m{};  // since the last sample, if it does
 };
+
+class MovingList;
 
 class Sampler {
  public:
@@ -78,6 +82,7 @@ std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalW
                                                SourcePool& pool, std::size_t voices,
                                                VisibilityCache* sight = nullptr);
 std::unique_ptr<Sampler> make_all_sampler(const SourceField& field, const SourceList& list,
-                                          VisibilityCache* sight = nullptr);
+                                          VisibilityCache* sight = nullptr,
+                                          MovingList* moving = nullptr);
 
 }  // namespace clamor

@@ -210,13 +210,13 @@ SignalWeights mean_weights(std::span<const PreparedSignal> signals) {
 
 std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
                                       const SignalWeights& weights, SourceList& list,
-                                      VisibilityCache* sight) {
+                                      VisibilityCache* sight, MovingList* moving) {
   using Rule = DynamicSample::Rule;
   const std::string& name = options.strategy;
   const auto from_list = [&](Rule rule) -> std::unique_ptr<Sampler> {
     return std::make_unique<FromList>(options, field, weights, list, rule);
   };
-  if (name == "all") return make_all_sampler(field, list, sight);
+  if (name == "all") return make_all_sampler(field, list, sight, moving);
   if (name == "random" || name == "importance") return from_list(Rule::kOnce);
   if (name == "full-resampling") return from_list(Rule::kFull);
   if (name == "stochastic-diffusion") return from_list(Rule::kStochastic);
