@@ -109,6 +109,7 @@ struct Auralizer::State {
     queue = std::make_unique<KeyframeQueue>(keyframes_ahead(options), slots);
     mixer = std::make_unique<Mixer>(signals, slots, mode, panner.get(), head.get());
     mixed.resize(channels * kMostFrames);
+    script = options.script;
     adapting = options.adapt;
     sampler_clock = options.sampler_clock;
     audio_clock = options.audio_clock;
@@ -151,7 +152,8 @@ struct Auralizer::State {
   std::unique_ptr<VisibilityCache> sight;
   std::unique_ptr<PageLoader> loader;
   std::unique_ptr<SourcePool> pool;
-  std::unique_ptr<MovingSources> moving;  // the caller's too
+  std::unique_ptr<MovingSources> moving;  // the caller's too, unless there is a script
+  std::shared_ptr<MovingScript> script;
   std::unique_ptr<MovingList> movers;
   std::unique_ptr<SourcePool> joined;  // pool and movers
   std::unique_ptr<Sampler> sampler;
@@ -335,6 +337,7 @@ void Auralizer::make_keyframe(const Pose& pose) {
   if (keyframe == nullptr) return;
   const double start_s = state.sampler_clock.now();
   const double time_s = next_keyframe_time_s();
+  if (state.script != nullptr) (void)state.script->apply(*state.moving, time_s);  // its own sources
   auto sample = state.sampler->sample(pose.position_m, time_s);
   while (state.wait_for_pages && !state.sampler->complete())
     sample = state.sampler->sample(pose.position_m, time_s);
@@ -389,7 +392,9 @@ void Auralizer::mix(std::span<float> interleaved) noexcept REALTIME {
   if (held) state.held_blocks.fetch_add(1, std::memory_order_relaxed);
 }
 
-MovingSources* Auralizer::moving() { return state_->moving.get(); }
+MovingSources* Auralizer::moving() {
+  return state_->script == nullptr ? state_->moving.get() : nullptr;
+}
 
 int Auralizer::channels() const noexcept REALTIME { return static_cast<int>(state_->channels); }
 

@@ -26,6 +26,7 @@
 #include "runtime/keyframe_maker.h"
 #include "runtime/limiter.h"
 #include "runtime/load_control.h"
+#include "runtime/moving_script.h"
 #include "runtime/moving_sources.h"
 #include "runtime/output_shape.h"
 #include "runtime/page_loader.h"
@@ -53,7 +54,8 @@ struct AuralizerOptions {
   // Choose and mix less where there is no time for all (load_control.h): for real time only, since
   // what is heard then depends on the machine. Each clock is read on its own thread.
   bool adapt = false;
-  MovingOptions moving{};  // for priority and all
+  MovingOptions moving{};                  // for priority and all
+  std::shared_ptr<MovingScript> script{};  // moves them instead of the caller; `moving` is its own
   LoadClock sampler_clock{}, audio_clock{};
 };
 

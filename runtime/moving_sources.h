@@ -21,8 +21,8 @@
 //
 // Threads: add, move, retune, remove and commit on one, the caller's; the sampler reads what was
 // committed last (three copies, traded by one atomic exchange: newest wins). Neither waits. Memory:
-// 330 bytes a source, taken when it is made. A commit costs a copy of all positions, 0.2 ms for
-// 100 000.
+// 600 bytes a source, taken when it is made. A commit copies all positions: moving 100 000 and
+// committing them takes the caller 1 to 4 ms.
 #pragma once
 
 #include <array>

@@ -178,7 +178,7 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
 }  // namespace
 
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, listener, walk_path, gain = "0", format, layout, hrtf;
+  std::string level, listener, walk_path, moving_path, gain = "0", format, layout, hrtf;
   bool ambisonics = false, binaural = false, no_limiter = false;
   std::optional<std::string> memory;
   std::string visibility = "on";
@@ -211,6 +211,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.flag("--ambisonics", ambisonics, "order 3 instead, 16 channels of AmbiX (ACN, SN3D)");
   parser.option("--format", format,
                 "of its samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
+  parser.option("--moving", moving_path, "sources that come, move and go as SCRIPT.json says");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto chosen = strategy.read();
   if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
@@ -254,6 +255,12 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   }
   auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
+  if (!moving_path.empty()) {
+    auto script = MovingScript::read(moving_path);
+    if (!script.ok()) return fail(script.error());
+    options.auralizer.moving = script->options(file->signal_count());
+    options.auralizer.script = std::make_shared<MovingScript>(std::move(*script));
+  }
   options.pose = before_first_emitter(file->emitters());
   if (!listener.empty()) {
     const auto pose = parse_listener(listener);
