@@ -28,9 +28,12 @@ Result<Walk> Walk::read(const std::string& path) {
   if (!bytes.ok()) return bytes.error();
   const auto json = parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
   if (!json.ok()) return Error(path + ": " + json.error().message + ".");
+  return parse(*json, path);
+}
 
+Result<Walk> Walk::parse(const Json& json, const std::string& path) {
   Walk walk;
-  JsonFields fields(*json, path);
+  JsonFields fields(json, path);
   walk.loop_ = fields.boolean("loop").value_or(false);
   fields.any("comment");
   const Json* points = fields.any("points");

@@ -15,9 +15,14 @@
 
 namespace clamor {
 
+class Json;
+
 class Walk {
  public:
   static Result<Walk> read(const std::string& path);
+
+  // The same as part of another file; `where` names it in messages.
+  static Result<Walk> parse(const Json& json, const std::string& where);
 
   // A listener who stands still.
   static Walk standing(const Pose& pose);

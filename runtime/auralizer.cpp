@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +12,7 @@
 #include "runtime/keyframe_queue.h"
 #include "runtime/loudness.h"
 #include "runtime/mixer.h"
+#include "runtime/moving_list.h"
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
 #include "runtime/sight_geometry.h"
@@ -50,6 +51,10 @@ std::size_t slots_for(const Sampler& sampler) { return 3 * sampler.capacity(); }
 StrategyOptions strategy_of(const AuralizerOptions& options) {
   return {options.strategy, static_cast<std::size_t>(std::max(options.voices, 0)),
           options.estimator, options.tuning};
+}
+
+Error nothing_to_hear() {
+  return Error("there are no sources to hear; bake the level with an emitter.");
 }
 
 SignalWeights weights_of(const AuralizerInput& input) {
@@ -97,11 +102,16 @@ struct Auralizer::State {
                                        PageBudget{options.memory_bytes, !options.wait_for_pages});
       pool = std::make_unique<OctreePool>(field, ceilings, file->trees(), file->signal_maps(),
                                           *loader);
-      sampler = make_sampler(strategy, field, weights, *pool, sight.get());
+      join_moving(options.moving);
+      sampler = make_sampler(strategy, field, weights, sampled_pool(), sight.get());
     } else {
       auto list = std::make_unique<SourceList>(field, weights, std::move(input.sources));
-      sampler = make_sampler(strategy, field, weights, *list, sight.get());
+      SourceList& listed = *list;
       pool = std::move(list);
+      join_moving(options.moving);
+      sampler = needs_list(options.strategy)
+                    ? make_sampler(strategy, field, weights, listed, sight.get(), movers.get())
+                    : make_sampler(strategy, field, weights, sampled_pool(), sight.get());
     }
     const std::size_t slots = slots_for(*sampler);
     maker = std::make_unique<KeyframeMaker>(field, slots,
@@ -112,6 +122,11 @@ struct Auralizer::State {
     queue = std::make_unique<KeyframeQueue>(most_keyframes_ahead(options), slots);
     mixer = std::make_unique<Mixer>(signals, slots, mode, panner.get(), head.get());
     mixed.resize(channels * kMostFrames);
+    script = options.script;
+    adapting = options.adapt;
+    sampler_clock = options.sampler_clock;
+    audio_clock = options.audio_clock;
+    limit_of_k.emplace(sampler->capacity());
     if (options.limit) limiter = std::make_unique<Limiter>(channels);
   }
 
@@ -122,6 +137,16 @@ struct Auralizer::State {
         *surfaces, field.speed_of_sound_mps(),
         VisibilityOptions{.rays_per_keyframe = options.rays, .exact = options.wait_for_pages});
   }
+
+  // Those that move, in one ranking with the others.
+  void join_moving(const MovingOptions& options) {
+    if (options.most == 0) return;
+    moving = std::make_unique<MovingSources>(options.most, options.kinds.size());
+    movers = std::make_unique<MovingList>(*moving, field, weights.by_signal, input.emitters,
+                                          options.kinds.size());
+    joined = std::make_unique<JoinedPool>(*pool, *movers);
+  }
+  SourcePool& sampled_pool() { return joined != nullptr ? *joined : *pool; }
 
   AuralizerInput input;
   const std::shared_ptr<const BakeFile> file;
@@ -141,17 +166,25 @@ struct Auralizer::State {
   std::unique_ptr<VisibilityCache> sight;
   std::unique_ptr<PageLoader> loader;
   std::unique_ptr<SourcePool> pool;
+  std::unique_ptr<MovingSources> moving;  // the caller's too, unless there is a script
+  std::shared_ptr<MovingScript> script;
+  std::unique_ptr<MovingList> movers;
+  std::unique_ptr<SourcePool> joined;  // pool and movers
   std::unique_ptr<Sampler> sampler;
   std::unique_ptr<KeyframeMaker> maker;
   std::uint64_t made = 0;
+  bool adapting = false;
+  LoadClock sampler_clock, audio_clock;
+  std::optional<VoiceLimit> limit_of_k;
 
   std::unique_ptr<KeyframeQueue> queue;
   std::atomic<bool> begun{false};  // keyframe 0 is in the mixer, which is now the audio thread's
 
   // Audio thread.
   std::unique_ptr<Mixer> mixer;
-  std::unique_ptr<Limiter> limiter;  // or null
   std::size_t largest_block_frames = 0;
+  BlockLoad block_load;
+  std::unique_ptr<Limiter> limiter;        // or null
   int limiter_lead = kLimiterDelayFrames;  // frames to drop until it gives what it was given
   std::vector<float> mixed;
   std::size_t mixed_end = 0, mixed_read = 0;  // samples in it, and those already given away
@@ -160,6 +193,10 @@ struct Auralizer::State {
   std::atomic<std::uint64_t> keyframes{0}, held_blocks{0}, clipped_frames{0}, bad_voices{0};
   std::atomic<std::uint64_t> rays{0}, late_sources{0};
   std::atomic<std::uint32_t> voices{0};
+  std::atomic<std::uint32_t> loaded{0}, shed{0}, most_shed{0};  // of the mixer's voices
+  std::atomic<bool> mixer_is_full{false};
+  std::atomic<std::uint64_t> shedding_blocks{0}, late_keyframes{0};
+  std::atomic<std::uint32_t> k{0}, least_k{0};
   std::atomic<double> sampler_ms{0};
   std::array<std::atomic<float>, kMostChannels> peak{};
 
@@ -176,8 +213,11 @@ struct Auralizer::State {
   // Mixes steps for up to so many samples; true if it had to do without a keyframe that was due.
   bool mix_steps(std::size_t samples) noexcept REALTIME {
     bool held = false;
+    const Keyframe* const keyframe = mixer->wants_keyframe() ? queue->readable() : nullptr;
+    if (adapting && keyframe != nullptr) block_load.expect(keyframe->voices.size());
+    mixer->allow(block_load.allowed());
     if (mixer->wants_keyframe()) {
-      if (const Keyframe* keyframe = queue->readable()) {
+      if (keyframe != nullptr) {
         mixer->load(*keyframe);
         queue->release();
       } else {
@@ -194,6 +234,30 @@ struct Auralizer::State {
     finish_mix();
     drop_lead();
     return held;
+  }
+
+  // What mixing those frames took, for the next ones.
+  void tell_load(double took_s, std::size_t frames, std::size_t sounding) noexcept REALTIME {
+    block_load.mixed(took_s, static_cast<double>(frames) / kSampleRate_hz, sounding);
+    const auto now_shed = static_cast<std::uint32_t>(mixer->left_out());
+    loaded.store(static_cast<std::uint32_t>(mixer->voices()), std::memory_order_relaxed);
+    shed.store(now_shed, std::memory_order_relaxed);
+    if (now_shed > most_shed.load(std::memory_order_relaxed))
+      most_shed.store(now_shed, std::memory_order_relaxed);
+    if (now_shed > 0) shedding_blocks.fetch_add(1, std::memory_order_relaxed);
+    const double nearly = 1.02 * static_cast<double>(mixer->voices());
+    mixer_is_full.store(static_cast<double>(block_load.allowed()) < nearly,
+                        std::memory_order_relaxed);
+  }
+
+  // Sampler thread: how many sources to choose, after a keyframe took so long.
+  void adapt_k(double took_s) {
+    const double of = loaded.load(std::memory_order_relaxed);
+    const double left_out = of > 0 ? shed.load(std::memory_order_relaxed) / of : 0;
+    limit_of_k->keyframe_took(took_s * kSampleRate_hz / kKeyframeFrames, left_out,
+                              mixer_is_full.load(std::memory_order_relaxed));
+    sampler->choose_at_most(limit_of_k->voices());
+    late_keyframes.store(limit_of_k->late(), std::memory_order_relaxed);
   }
 
   // The limiter holds frames back: by as much its first ones are nobody's, and the mixer is ahead.
@@ -243,6 +307,12 @@ Result<void> Auralizer::check(const AuralizerOptions& options) {
   if (options.block_frames < 1 || options.block_frames > kLargestBlock_frames)
     return Error("cannot mix blocks of " + std::to_string(options.block_frames) +
                  " frames; ask for 1 to " + std::to_string(kLargestBlock_frames) + ".");
+  if (options.moving.most > kMostMovingSources)
+    return Error("there may be at most " + std::to_string(kMostMovingSources) +
+                 " moving sources at a time.");
+  if (options.moving.most > 0 && !takes_moving(options.strategy))
+    return Error("the strategy " + in_quotes(options.strategy) +
+                 " knows nothing of moving sources; take 'priority' or 'all'.");
   return {};
 }
 
@@ -250,6 +320,8 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(AuralizerInput input,
                                                      const AuralizerOptions& options) {
   if (const auto right = check(options); !right.ok()) return right.error();
   if (const auto right = clamor::check(input); !right.ok()) return right.error();
+  if (input.sources.empty() && options.moving.most == 0) return nothing_to_hear();
+  if (const auto added = add_kinds(options.moving, input); !added.ok()) return added.error();
   return std::unique_ptr<Auralizer>(
       new Auralizer(std::make_unique<State>(std::move(input), nullptr, options)));
 }
@@ -265,8 +337,10 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeF
     if (!auralizer.ok()) return auralizer.error().in(file->path());
     return auralizer;
   }
-  if (file->source_count() == 0)
-    return Error("there are no sources to hear; bake the level with an emitter.").in(file->path());
+  if (file->source_count() == 0 && options.moving.most == 0)
+    return nothing_to_hear().in(file->path());
+  if (const auto added = add_kinds(options.moving, *input); !added.ok())
+    return added.error().in(file->path());
   auto state = std::make_unique<State>(std::move(*input), file, options);
   if (const PageStatistics pages = state->loader->statistics(); pages.failed > 0)
     return Error(pages.failure);
@@ -286,17 +360,22 @@ void Auralizer::make_keyframe(const Pose& pose) {
   State& state = *state_;
   Keyframe* const keyframe = state.queue->writable();
   if (keyframe == nullptr) return;
-  const auto start = std::chrono::steady_clock::now();
+  const double start_s = state.sampler_clock.now();
   const double time_s = next_keyframe_time_s();
+  if (state.script != nullptr) (void)state.script->apply(*state.moving, time_s);  // its own sources
   auto sample = state.sampler->sample(pose.position_m, time_s);
   while (state.wait_for_pages && !state.sampler->complete())
     sample = state.sampler->sample(pose.position_m, time_s);
   state.maker->make(sample, pose, *keyframe);
-  const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
+  const double took_s = state.sampler_clock.now() - start_s;
+  if (state.adapting && state.made > 0) state.adapt_k(took_s);
 
   state.voices.store(static_cast<std::uint32_t>(keyframe->voices.size()),
                      std::memory_order_relaxed);
-  state.sampler_ms.store(took.count(), std::memory_order_relaxed);
+  state.sampler_ms.store(1e3 * took_s, std::memory_order_relaxed);
+  state.k.store(static_cast<std::uint32_t>(state.limit_of_k->voices()), std::memory_order_relaxed);
+  state.least_k.store(static_cast<std::uint32_t>(state.limit_of_k->least_so_far()),
+                      std::memory_order_relaxed);
   if (state.sight != nullptr) {
     state.rays.store(state.sight->statistics().rays, std::memory_order_relaxed);
     state.late_sources.store(state.sight->statistics().late, std::memory_order_relaxed);
@@ -318,9 +397,14 @@ void Auralizer::mix(std::span<float> interleaved) noexcept REALTIME {
     std::fill(interleaved.begin(), interleaved.end(), 0.0f);
     held = true;
   } else {
+    const double start_s = state.adapting ? state.audio_clock.now() : 0;
+    std::size_t sounding = 0, frames = 0;
     for (std::size_t i = 0; i < interleaved.size();) {
-      if (state.mixed_read == state.mixed_end)
+      if (state.mixed_read == state.mixed_end) {
         held = state.mix_steps(interleaved.size() - i) || held;
+        frames += state.mixed_end / state.channels;
+        sounding = std::max(sounding, state.mixer->sounding());
+      }
       const std::size_t count =
           std::min(interleaved.size() - i, state.mixed_end - state.mixed_read);
       std::copy_n(state.mixed.begin() + static_cast<std::ptrdiff_t>(state.mixed_read), count,
@@ -328,8 +412,14 @@ void Auralizer::mix(std::span<float> interleaved) noexcept REALTIME {
       state.mixed_read += count;
       i += count;
     }
+    if (state.adapting && frames > 0)
+      state.tell_load(state.audio_clock.now() - start_s, frames, sounding);
   }
   if (held) state.held_blocks.fetch_add(1, std::memory_order_relaxed);
+}
+
+MovingSources* Auralizer::moving() {
+  return state_->script == nullptr ? state_->moving.get() : nullptr;
 }
 
 int Auralizer::channels() const noexcept REALTIME { return static_cast<int>(state_->channels); }
@@ -346,6 +436,13 @@ AuralizerStatistics Auralizer::statistics() {
   statistics.bad_voices = state_->bad_voices.load(std::memory_order_relaxed);
   if (state_->limiter != nullptr) statistics.limited = state_->limiter->worked();
   statistics.rays = state_->rays.load(std::memory_order_relaxed);
+  statistics.k = state_->k.load(std::memory_order_relaxed);
+  statistics.least_k = state_->least_k.load(std::memory_order_relaxed);
+  statistics.most_k = static_cast<std::uint32_t>(state_->sampler->capacity());
+  statistics.late_keyframes = state_->late_keyframes.load(std::memory_order_relaxed);
+  statistics.shed_voices = state_->shed.load(std::memory_order_relaxed);
+  statistics.most_shed = state_->most_shed.load(std::memory_order_relaxed);
+  statistics.shedding_blocks = state_->shedding_blocks.load(std::memory_order_relaxed);
   statistics.late_sources = state_->late_sources.load(std::memory_order_relaxed);
   if (state_->loader != nullptr) statistics.pages = state_->loader->statistics();
   return statistics;

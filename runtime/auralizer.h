@@ -25,6 +25,9 @@
 #include "runtime/keyframe.h"
 #include "runtime/keyframe_maker.h"
 #include "runtime/limiter.h"
+#include "runtime/load_control.h"
+#include "runtime/moving_script.h"
+#include "runtime/moving_sources.h"
 #include "runtime/output_shape.h"
 #include "runtime/page_loader.h"
 #include "runtime/realtime.h"
@@ -42,12 +45,18 @@ struct AuralizerOptions {
   StrategyTuning tuning{};
   bool visibility = true;       // do the level's surfaces hide sources
   int rays = kRaysPerKeyframe;  // that look for what they hide
-  double gain = 1;     // amplitude, on the whole output
-  bool limit = false;  // true peaks to kLimiterCeiling_db, after the gain
+  double gain = 1;              // amplitude, on the whole output
+  bool limit = false;           // true peaks to kLimiterCeiling_db, after the gain
   OutputShape output;
   int block_frames = 960;  // largest block of mix(): keyframes are made that far ahead
   std::uint64_t memory_bytes = 64'000'000;  // of pages kept
   bool wait_for_pages = false;  // as a render does, and then takes what memory one sample needs
+  // Choose and mix less where there is no time for all (load_control.h): for real time only, since
+  // what is heard then depends on the machine. Each clock is read on its own thread.
+  bool adapt = false;
+  MovingOptions moving{};                  // for priority and all
+  std::shared_ptr<MovingScript> script{};  // moves them instead of the caller; `moving` is its own
+  LoadClock sampler_clock{}, audio_clock{};
 };
 
 struct AuralizerStatistics {
@@ -61,6 +70,11 @@ struct AuralizerStatistics {
   std::uint64_t bad_voices = 0;      // silenced for a keyframe: a gain or delay was not finite
   std::uint64_t rays = 0;            // cast so far
   std::uint64_t late_sources = 0;    // times a source was left out for want of rays
+  // What there was no time for. k is how many sources are chosen; the mixer leaves out voices.
+  std::uint32_t k = 0, least_k = 0, most_k = 0;  // now, at least so far, asked for
+  std::uint64_t late_keyframes = 0;  // took longer than what they are for lasts; not the first
+  std::uint32_t shed_voices = 0, most_shed = 0;  // left out now, and at most so far
+  std::uint64_t shedding_blocks = 0;             // mixed without all voices
   PageStatistics pages{};
 };
 
@@ -89,6 +103,9 @@ class Auralizer {
 
   // Any one thread.
   AuralizerStatistics statistics();
+
+  // Sources that come, move and go, on the caller's thread; null unless `moving.most` asks for any.
+  MovingSources* moving();
 
  private:
   struct State;

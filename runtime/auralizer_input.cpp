@@ -36,9 +36,32 @@ Result<AuralizerInput> read_auralizer_input(const BakeFile& file) {
   return input;
 }
 
+Result<void> add_kinds(const MovingOptions& moving, AuralizerInput& input) {
+  const std::size_t signals = input.signals.size() + moving.signals.size();
+  for (const MovingKind& kind : moving.kinds) {
+    if (kind.signal >= signals)
+      return Error("moving sources of kind " + in_quotes(kind.name) + " play signal " +
+                   std::to_string(kind.signal) + ", but there are " + std::to_string(signals) +
+                   ", those of the bake first. Bring its signal along or name another.");
+    for (const float exponent : kind.directivity)
+      if (!(exponent >= 0 && exponent <= 1e4f))
+        return Error("moving sources of kind " + in_quotes(kind.name) +
+                     " have a directivity that is not between 0 and 10000.");
+    Emitter emitter;
+    emitter.name = kind.name;
+    emitter.directivity = kind.directivity;
+    emitter.signal = kind.signal;
+    input.emitters.push_back(emitter);
+  }
+  for (const Signal& signal : moving.signals) {
+    if (!input.envelopes.empty() || input.signals.empty())
+      input.envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
+    input.signals.push_back(signal);
+  }
+  return {};
+}
+
 Result<void> check(const AuralizerInput& input) {
-  if (input.sources.empty())
-    return Error("there are no sources to hear; bake the level with an emitter.");
   for (const Emitter& emitter : input.emitters)
     if (emitter.signal >= input.signals.size())
       return Error("emitter " + in_quotes(emitter.name) + " plays signal " +

@@ -9,6 +9,7 @@
 #include "formats/bake_file.h"
 #include "formats/level.h"
 #include "formats/source.h"
+#include "runtime/moving_sources.h"
 #include "runtime/signal_weights.h"
 
 namespace clamor {
@@ -31,5 +32,9 @@ Result<AuralizerInput> read_auralizer_input(const BakeFile& file);
 
 // An Error where an index points nowhere or there is nothing to hear.
 Result<void> check(const AuralizerInput& input);
+
+// Adds what moving sources may be: an emitter for each kind, and their signals. Errors: a kind
+// whose signal does not exist.
+Result<void> add_kinds(const MovingOptions& moving, AuralizerInput& input);
 
 }  // namespace clamor

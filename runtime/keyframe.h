@@ -27,7 +27,10 @@ struct Voice {
   // Where it is heard from, a unit vector: x ahead of the listener, y to the left, z up. For output
   // that is panned or binaural.
   Vec3f from{1, 0, 0};
+  // Where there is no time for all: the highest rank goes first (load_control.h).
+  std::uint8_t rank = 0;
 };
+inline constexpr std::uint8_t kHighestRank = 255;
 
 struct Keyframe {
   std::uint64_t number = 0;

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "formats/level.h"
 
@@ -89,6 +90,27 @@ void KeyframeMaker::see(Slot& slot) {
   }
 }
 
+void KeyframeMaker::weigh(Slot& slot) {
+  constexpr double kNear = 1e-4;
+  if (slot.power_scale == slot.power_scale_goal) return;
+  const double ratio = slot.power_scale_goal / slot.power_scale;
+  slot.power_scale =
+      std::abs(ratio - 1) < kNear ? slot.power_scale_goal : slot.power_scale * std::sqrt(ratio);
+  slot.changed = true;
+}
+
+// Those that fade out anyway go first. Where the sampler has no order, in half decibels.
+std::uint8_t KeyframeMaker::rank_of(const Slot& slot) {
+  if (!slot.chosen || slot.frozen) return kHighestRank;
+  if (slot.rank >= 0) return static_cast<std::uint8_t>(std::lround(slot.rank * (kHighestRank - 1)));
+  double power = 0;
+  for (const Bands& ear : slot.voice.gain)
+    for (const float band : ear) power += static_cast<double>(band) * band;
+  const double level_db = 10 * std::log10(std::max(power, 1e-30));
+  return static_cast<std::uint8_t>(
+      std::lround(std::clamp(2 * (20 - level_db), 0.0, static_cast<double>(kHighestRank - 1))));
+}
+
 bool KeyframeMaker::jumped(const Slot& slot, const Stance& head) const {
   for (int e = 0; e < kEars; ++e) {
     const double frames = delay_frames(slot.source, head, e);
@@ -108,17 +130,46 @@ void KeyframeMaker::start(const SampledSource& chosen, const Stance& head) {
   slot.in_use = slot.chosen = true;
   slot.frozen = false;
   slot.changed = true;
-  slot.power_scale = chosen.power_scale;
+  slot.power_scale = slot.power_scale_goal = chosen.power_scale;
+  slot.rank = chosen.rank;
   slot.visibility = slot.visibility_goal = chosen.visibility;
   slot.voice.starts = true;
   slot.voice.signal = chosen.signal;
+  slot.moves = chosen.moves;
+  slot.moved_m = chosen.moved_m;
   // It slides in from where it would have been, unless the listener jumped.
+  Source last = slot.source;
+  last.position_m -= slot.moved_m;
   for (int e = 0; e < kEars; ++e) {
     const double now_frames = delay_frames(slot.source, head, e);
-    const double last_frames = delay_frames(slot.source, last_head_, e);
+    const double last_frames = delay_frames(last, last_head_, e);
     const bool slides = std::abs(now_frames - last_frames) <= kFastestSlide_frames;
     slot.voice.start_delay_frames[e] = slides ? last_frames : now_frames;
   }
+}
+
+// One that fades out goes on, unless that took it too far.
+void KeyframeMaker::coast(Slot& slot, const Stance& head) {
+  slot.source.position_m += slot.moved_m;
+  slot.changed = true;
+  if (jumped(slot, head)) freeze(slot);
+}
+
+void KeyframeMaker::freeze(Slot& slot) {
+  slot.frozen = true;
+  slot_of_number_.erase(slot.number);
+}
+
+// False if it is now too far away for sliding there: then it fades out where it was.
+bool KeyframeMaker::follow(Slot& slot, const SampledSource& chosen, const Stance& head) {
+  if (!chosen.moves) return true;
+  const Source before = std::exchange(slot.source, *chosen.source);
+  slot.changed = true;
+  slot.moved_m = chosen.moved_m;
+  if (!jumped(slot, head)) return true;
+  slot.source = before;
+  freeze(slot);
+  return false;
 }
 
 void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose,
@@ -134,19 +185,18 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
   for (Slot& slot : slots_) {
     slot.chosen = false;
     slot.voice.starts = false;
-    if (!slot.in_use || slot.frozen || still || !jumped(slot, head)) continue;
-    slot.frozen = true;
-    slot_of_number_.erase(slot.number);
+    if (!slot.in_use || slot.frozen || still || slot.moves || !jumped(slot, head)) continue;
+    freeze(slot);
   }
   for (const SampledSource& chosen : sample) {
     const auto heard = slot_of_number_.find(chosen.number);
-    if (heard == slot_of_number_.end()) {
+    if (heard == slot_of_number_.end() || !follow(slots_[heard->second], chosen, head)) {
       start(chosen, head);
     } else {
       Slot& slot = slots_[heard->second];
       slot.chosen = true;
-      slot.changed = slot.changed || slot.power_scale != chosen.power_scale;
-      slot.power_scale = chosen.power_scale;
+      slot.power_scale_goal = chosen.power_scale;
+      slot.rank = chosen.rank;
       slot.visibility_goal = chosen.visibility;
     }
   }
@@ -159,11 +209,14 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
       slot.fade = kFadeKeyframes;
     else
       slot.fade = std::clamp(slot.fade + (slot.chosen ? 1 : -1), 0, kFadeKeyframes);
+    if (slot.moves && !slot.chosen && !slot.frozen) coast(slot, head);
     if (!slot.frozen) see(slot);
+    if (!slot.frozen && slot.chosen) weigh(slot);
     if (!slot.frozen && (!still || slot.changed)) listen(slot, head);
 
     assert(keyframe.voices.size() < keyframe.voices.capacity());
     Voice& voice = keyframe.voices.emplace_back(slot.voice);
+    voice.rank = rank_of(slot);
     const auto gain = static_cast<float>(fade_gain(slot.fade));
     for (Bands& ear : voice.gain)
       for (float& band : ear) band *= gain;

@@ -6,7 +6,11 @@
 // listener was moved, not walking) fades out where it was and in where it is now.
 //
 // What is hidden comes and goes in steps, as rays are cast; a voice's visibility glides there, half
-// the way each keyframe.
+// the way each keyframe. So do the factors that tell what a source stands for, as tau changes with
+// k or as the listener walks: half of their logarithm's way.
+//
+// A source that moves takes its voice along, so that its delays slide, and goes on as it went while
+// it fades out; where it jumps it is heard as two.
 //
 // A voice whose source and ears are as they were keeps its numbers: who stands still costs nothing.
 // Intensity becomes amplitude here and nowhere else.
@@ -62,7 +66,10 @@ class KeyframeMaker {
     bool chosen = false;   // in the present sample
     bool frozen = false;   // its path jumped: fades out as it was
     bool changed = false;  // since listen(), though the ears may be where they were
-    double power_scale = 1;
+    double power_scale = 1, power_scale_goal = 1;
+    double rank = -1;
+    bool moves = false;
+    Vec3f moved_m{};  // per keyframe
     Bands visibility = same_in_all_bands(1), visibility_goal = same_in_all_bands(1);
     Voice voice;  // as in the last keyframe, before fading
   };
@@ -71,9 +78,14 @@ class KeyframeMaker {
   double delay_frames(const Source& source, const Stance& head, int ear) const;
   void listen(Slot& slot, const Stance& head) const;
   static void see(Slot& slot);
+  static void weigh(Slot& slot);
+  static std::uint8_t rank_of(const Slot& slot);
   void start(const SampledSource& chosen, const Stance& head);
   static Vec3f direction_from(const Source& source, const Stance& head);
   bool jumped(const Slot& slot, const Stance& head) const;
+  bool follow(Slot& slot, const SampledSource& chosen, const Stance& head);
+  void coast(Slot& slot, const Stance& head);
+  void freeze(Slot& slot);
 
   const SourceField& field_;
   const Receivers receivers_;

@@ -91,12 +91,68 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
 
 void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
   clear_active();
+  rank_voices(keyframe);
   for (const Voice& voice : keyframe.voices) {
     load_voice(voice);
     activate(voice.slot);
   }
   frame_ = 0;
   holding_ = false;
+}
+
+void Mixer::rank_voices(const Keyframe& keyframe) noexcept REALTIME {
+  up_to_rank_.fill(0);
+  for (const Voice& voice : keyframe.voices) ++up_to_rank_[voice.rank];
+  for (std::size_t r = 1; r < up_to_rank_.size(); ++r) up_to_rank_[r] += up_to_rank_[r - 1];
+  loaded_ = keyframe.voices.size();
+  highest_rank_ = rank_for(allowed_);
+  left_out_ = loaded_ - up_to_rank_[highest_rank_];
+  shed_end_ = left_out_ > 0 ? kShedFrames : 0;
+}
+
+// The highest up to which there are no more than so many; of rank 0, all.
+std::uint8_t Mixer::rank_for(std::size_t voices) const noexcept REALTIME {
+  std::size_t rank = kHighestRank;
+  while (rank > 0 && up_to_rank_[rank] > voices) --rank;
+  return static_cast<std::uint8_t>(rank);
+}
+
+void Mixer::allow(std::size_t voices) noexcept REALTIME {
+  allowed_ = voices;
+  if (frame_ == kKeyframeFrames) return;  // load() comes next
+  const std::uint8_t rank = rank_for(voices);
+  // Near the segment's end, load() sees to it.
+  const bool has_time = frame_ >= shed_end_ && frame_ + kShedFrames <= kKeyframeFrames;
+  if (rank < highest_rank_ && has_time) fade_above(rank);
+}
+
+// In straight lines from where gains are now.
+void Mixer::fade_above(std::uint8_t rank) noexcept REALTIME {
+  shed_end_ = frame_ + kShedFrames;
+  highest_rank_ = rank;
+  left_out_ = loaded_ - up_to_rank_[rank];
+  const std::size_t lanes = static_cast<std::size_t>(lanes_);
+  const float here = static_cast<float>(frame_) / kGainFrames;
+  constexpr float way = static_cast<float>(kShedFrames) / kGainFrames;
+  for (const std::uint32_t s : active_) {
+    if (slots_[s].rank <= rank) continue;
+    for (Pair& pair : pairs_) {
+      float* const gain = &pair.gains[2 * s * lanes];
+      for (std::size_t lane = 0; lane < lanes; ++lane) {
+        const float slope = -(gain[lane] + here * gain[lanes + lane]) / way;
+        gain[lanes + lane] = slope;
+        gain[lane] = -slope * (here + way);
+      }
+      std::fill_n(&pair.targets[s * lanes], lanes, 0.0f);
+    }
+  }
+}
+
+void Mixer::drop_shed() noexcept REALTIME {
+  const auto is_shed = [this](std::uint32_t s) { return slots_[s].rank > highest_rank_; };
+  std::erase_if(active_, is_shed);
+  std::erase_if(once_, is_shed);
+  for (Pair& pair : pairs_) std::erase_if(pair.active, is_shed);
 }
 
 void Mixer::clear_active() noexcept REALTIME {
@@ -175,6 +231,7 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   assert(voice.slot < slots_.size() && voice.signal < signals_.size());
   Slot& slot = slots_[voice.slot];
   slot.signal = &signals_[voice.signal];
+  slot.rank = voice.rank;
 
   bool usable = is_usable(voice);
   std::array<double, kEars> change_frames{};
@@ -195,7 +252,8 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
     slot.delay[e] = usable ? fixed(voice.delay_frames[e]) : now[e];
   }
 
-  // Down to silence from where it was, if it cannot be used.
+  // Down to silence from where it was, if it cannot be used or there is no time for it.
+  if (voice.rank > highest_rank_) usable = false;
   slot.heard = false;
   if (head_ != nullptr) {
     std::array<float, kHeadLanes> colours{};
@@ -226,12 +284,14 @@ bool Mixer::set_gains(std::size_t pair, const Voice& voice,
   const std::size_t lanes = static_cast<std::size_t>(lanes_);
   float* const target = &pairs_[pair].targets[voice.slot * lanes];
   float* const gain = &pairs_[pair].gains[2 * voice.slot * lanes];
-  constexpr float kPerFrame = static_cast<float>(kGainFrames) / kKeyframeFrames;
+  const bool is_shed = voice.rank > highest_rank_;
+  const float per_frame =
+      static_cast<float>(kGainFrames) / static_cast<float>(is_shed ? kShedFrames : kKeyframeFrames);
   float loudest = 0;
   for (std::size_t lane = 0; lane < lanes; ++lane) {
     const float from = voice.starts ? 0 : target[lane];
     gain[lane] = from;
-    gain[lanes + lane] = (targets[lane] - from) * kPerFrame;
+    gain[lanes + lane] = (targets[lane] - from) * per_frame;
     target[lane] = targets[lane];
     loudest = std::max({loudest, std::abs(from), std::abs(targets[lane])});
   }
@@ -239,6 +299,8 @@ bool Mixer::set_gains(std::size_t pair, const Voice& voice,
 }
 
 void Mixer::hold() noexcept REALTIME {
+  if (shed_end_ > 0) drop_shed();
+  shed_end_ = 0;
   if (!holding_) {
     const std::size_t lanes = static_cast<std::size_t>(lanes_);
     for (const std::uint32_t s : active_) {
@@ -254,6 +316,10 @@ void Mixer::hold() noexcept REALTIME {
     holding_ = true;
   }
   frame_ = kKeyframeFrames - kStepFrames;
+  const std::uint8_t rank = rank_for(allowed_);
+  if (rank >= highest_rank_) return;
+  frame_ = kKeyframeFrames - kShedFrames;
+  fade_above(rank);
 }
 
 void Mixer::advance(int frames) noexcept REALTIME {
@@ -315,6 +381,7 @@ void Mixer::mix(float* interleaved, int steps) noexcept REALTIME {
   advance(frames);
   clock_ += frames;
   frame_ += frames;
+  if (frame_ == shed_end_ && frame_ < kKeyframeFrames) drop_shed();
 }
 
 }  // namespace clamor

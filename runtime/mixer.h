@@ -24,13 +24,17 @@
 // Binaural, a voice's gains are its octaves times what the head does to its direction, in the bands
 // of head_bank.h, also told at each keyframe; the time between the ears is in its delays.
 //
-// Threads: load(), hold(), mix() and step() are the audio thread's; begin() comes before them.
-// Cost: tests/benchmarks/mixer_benchmark.cpp.
+// Where there is no time for all voices, those of the highest ranks fade out within kShedFrames and
+// are not mixed from there on, though their delays go on; they slide back in from a keyframe on.
+//
+// Threads: load(), hold(), allow(), mix() and step() are the audio thread's; begin() comes before
+// them. Cost: tests/benchmarks/mixer_benchmark.cpp.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -60,15 +64,23 @@ class Mixer {
   // Everything sounds as `keyframe` says, and has for kBankTailFrames before `clock_frames`.
   void begin(const Keyframe& keyframe, std::int64_t clock_frames);
 
-  // True at the end of a segment: load() the next keyframe, or hold() for one step.
+  // True at the end of a segment: load() the next keyframe, or hold() for one step, or for
+  // kShedFrames where voices must fade out.
   bool wants_keyframe() const noexcept REALTIME { return frame_ == kKeyframeFrames; }
   void load(const Keyframe& keyframe) noexcept REALTIME;
   void hold() noexcept REALTIME;
 
+  // At most about so many voices of a keyframe are to sound: to a 255th of them, as ranks are.
+  void allow(std::size_t voices) noexcept REALTIME;
+  std::size_t voices() const noexcept REALTIME { return loaded_; }      // of the newest keyframe
+  std::size_t left_out() const noexcept REALTIME { return left_out_; }  // of those
+  std::size_t sounding() const noexcept REALTIME { return active_.size(); }  // fading ones too
+
   // Steps that one mix() may take now.
   int steps_left() const noexcept REALTIME {
-    return std::min(kMostSteps, ((frame_ < kKnotFrames ? kKnotFrames : kKeyframeFrames) - frame_) /
-                                    kStepFrames);
+    const int knot = frame_ < kKnotFrames ? kKnotFrames : kKeyframeFrames;
+    const int end = frame_ < shed_end_ ? std::min(knot, shed_end_) : knot;
+    return std::min(kMostSteps, (end - frame_) / kStepFrames);
   }
 
   // Mixes the next so many steps into interleaved (left, right), overwriting it.
@@ -83,6 +95,7 @@ class Mixer {
 
  private:
   static constexpr int kKnotFrames = 512;
+  static constexpr int kShedFrames = 512;  // their gains turn no more than those of fades
 
   // Of a delay, per frame: of its whole last segment, and at its end.
   struct Slide {
@@ -98,6 +111,7 @@ class Mixer {
     // 32.32 fixed point: the delay at the end of the segment; where it is read next, if it plays
     // once.
     std::array<std::int64_t, kEars> delay{}, position{};
+    std::uint8_t rank = 0;
     bool heard = false;  // since the last keyframe, with gains that are not all zero
   };
 
@@ -111,6 +125,10 @@ class Mixer {
   void mix_pair(std::size_t pair, int frames, float* interleaved) noexcept REALTIME;
   void advance(int frames) noexcept REALTIME;
   void clear_active() noexcept REALTIME;
+  void rank_voices(const Keyframe& keyframe) noexcept REALTIME;
+  std::uint8_t rank_for(std::size_t voices) const noexcept REALTIME;
+  void fade_above(std::uint8_t rank) noexcept REALTIME;
+  void drop_shed() noexcept REALTIME;
   void set_targets(const Voice& voice, float* targets) const noexcept REALTIME;
 
   std::span<const PreparedSignal> signals_;
@@ -142,6 +160,12 @@ class Mixer {
   int frame_ = 0;         // of the segment
   bool holding_ = false;  // slopes are zero until the next keyframe
   std::uint64_t bad_voices_ = 0;
+
+  std::size_t allowed_ = std::numeric_limits<std::size_t>::max();
+  std::size_t loaded_ = 0, left_out_ = 0;
+  std::uint8_t highest_rank_ = kHighestRank;  // that sounds, or does when those above have faded
+  int shed_end_ = 0;                          // frame_ at which they have
+  std::array<std::uint32_t, kHighestRank + 1> up_to_rank_{};  // voices of the keyframe
 };
 
 }  // namespace clamor

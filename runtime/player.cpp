@@ -156,6 +156,8 @@ std::vector<ThreadShare> Player::thread_shares() const { return state_->shares.n
 
 void Player::move(const Pose& pose) { state_->poses.publish(pose); }
 
+MovingSources* Player::moving() { return state_->auralizer->moving(); }
+
 bool Player::finished() const { return state_->callback.counters().finished; }
 
 PlayerStatistics Player::statistics() {

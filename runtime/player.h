@@ -59,6 +59,9 @@ class Player {
   // Where the listener is from now on. Heard three keyframes later.
   void move(const Pose& pose);
 
+  // As Auralizer's, for the thread that calls move().
+  MovingSources* moving();
+
   bool finished() const;  // options.seconds have been played
   PlayerStatistics statistics();
   std::vector<ThreadShare> thread_shares() const;  // since start(); reads files

@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "runtime/moving_list.h"
+
 namespace clamor {
 
 namespace {
@@ -24,26 +26,55 @@ Bands weighed(const Bands& weights, Bands intensity) {
   return intensity;
 }
 
+// One that moves is heard under another number than it is looked at.
+void as_moving(const FoundSource& found, SampledSource& sampled) {
+  sampled.number = found.voice;
+  sampled.moves = true;
+  sampled.moved_m = found.moved_m;
+}
+
 class All final : public Sampler {
  public:
-  All(const SourceField& field, const SourceList& list, VisibilityCache* sight) : sight_(sight) {
+  All(const SourceField& field, const SourceList& list, VisibilityCache* sight, MovingList* moving)
+      : sight_(sight), moving_(moving), still_(list.page().size()) {
     const SourcePage& page = list.page();
     for (std::size_t i = 0; i < page.size(); ++i)
       sample_.push_back({i, 1, &page[i], field.signal(page[i])});
   }
-  std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
-    if (sight_ != nullptr && place_ != place) {
+  std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
+    if (sight_ != nullptr && (place_ != place || moving_ != nullptr)) {
       sight_->begin_keyframe(place);
-      for (SampledSource& one : sample_) one.visibility = sight_->look_now(one.number, *one.source);
+      for (SampledSource& one : std::span(sample_).first(still_))
+        one.visibility = sight_->look_now(one.number, *one.source);
     }
     place_ = place;
+    if (moving_ != nullptr) add_moving(place, time_s);
     return sample_;
   }
   bool complete() override { return true; }
-  std::size_t capacity() const override { return sample_.size(); }
+  std::size_t capacity() const override {
+    return still_ + (moving_ != nullptr ? moving_->most() : 0);
+  }
 
  private:
+  void add_moving(const Vec3& place, double time_s) {
+    moving_->refresh();
+    moving_->begin(place, time_s);
+    found_.clear();
+    moving_->look(place, 0, found_);
+    sample_.resize(still_);
+    for (const FoundSource& found : found_) {
+      SampledSource& sampled =
+          sample_.emplace_back(SampledSource{found.number, 1, found.source, found.signal});
+      as_moving(found, sampled);
+      if (sight_ != nullptr) sampled.visibility = sight_->look_now(found.number, *found.source);
+    }
+  }
+
   VisibilityCache* const sight_;
+  MovingList* const moving_;
+  const std::size_t still_;  // of sample_, in front
+  std::vector<FoundSource> found_;
   std::optional<Vec3> place_;  // of sample_
   std::vector<SampledSource> sample_;
 };
@@ -52,13 +83,20 @@ class Priority final : public Sampler {
  public:
   Priority(const SourceField& field, SignalWeights weights, SourcePool& pool, std::size_t voices,
            VisibilityCache* sight)
-      : field_(field), weights_(std::move(weights)), pool_(pool), voices_(voices), sight_(sight) {}
+      : field_(field),
+        weights_(std::move(weights)),
+        pool_(pool),
+        most_voices_(voices),
+        voices_(voices),
+        sight_(sight) {}
 
   // A function of place, time and what is here alone. Where all signals are steady, one who stands
   // still costs nothing, once all that matters was looked at.
   std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
     const bool same_moment = weights_.steady() || time_s_ == time_s;
-    if (!pool_.refresh() && place_ == place && same_moment && !looking_) return sample_;
+    if (!pool_.refresh() && place_ == place && same_moment && !looking_ && !resized_)
+      return sample_;
+    resized_ = false;
     const Vec3 step_m = place_ ? place - *place_ : Vec3(0);
     if (place_ != place) gave_up_waiting_ = false;
     place_ = place;
@@ -74,8 +112,10 @@ class Priority final : public Sampler {
       if (const double kappa = pool_.unseen_key(chosen.found, tau); kappa > 0)
         scale =
             std::max(scale, kappa / std::accumulate(source.power.begin(), source.power.end(), 0.0));
-      sample_.push_back(
-          {chosen.found.number, scale, &source, chosen.found.signal, chosen.visibility});
+      sample_.push_back({chosen.found.number, scale, &source, chosen.found.signal,
+                         chosen.visibility,
+                         chosen.priority > 0 ? std::min(1.0, tau / chosen.priority) : 1.0});
+      if (chosen.found.voice != 0) as_moving(chosen.found, sample_.back());
     }
     // Pools without copies find them in this order.
     const auto by_number = [](const auto& a, const auto& b) { return a.number < b.number; };
@@ -94,7 +134,16 @@ class Priority final : public Sampler {
   }
 
   std::size_t capacity() const override {
-    return static_cast<std::size_t>(std::min<std::uint64_t>(voices_, pool_.size()));
+    return static_cast<std::size_t>(std::min<std::uint64_t>(most_voices_, pool_.size()));
+  }
+
+  void choose_at_most(std::size_t voices) override {
+    voices = std::clamp<std::size_t>(voices, 1, most_voices_);
+    if (voices == voices_) return;
+    // There are about as many more above a threshold as it is lower.
+    threshold_ *= static_cast<double>(voices_) / static_cast<double>(voices);
+    voices_ = voices;
+    resized_ = true;
   }
 
  private:
@@ -280,7 +329,9 @@ class Priority final : public Sampler {
   const SourceField& field_;
   const SignalWeights weights_;
   SourcePool& pool_;
-  const std::size_t voices_;
+  const std::size_t most_voices_;
+  std::size_t voices_;
+  bool resized_ = false;  // since sample_
   VisibilityCache* const sight_;
   double threshold_ = 0;
   std::vector<FoundSource> found_;
@@ -319,8 +370,8 @@ std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalW
 }
 
 std::unique_ptr<Sampler> make_all_sampler(const SourceField& field, const SourceList& list,
-                                          VisibilityCache* sight) {
-  return std::make_unique<All>(field, list, sight);
+                                          VisibilityCache* sight, MovingList* moving) {
+  return std::make_unique<All>(field, list, sight, moving);
 }
 
 }  // namespace clamor

@@ -42,7 +42,13 @@ struct SampledSource {
   const Source* source = nullptr;  // valid until the next call of sample()
   std::uint32_t signal = 0;
   Bands visibility = same_in_all_bands(1);  // share of the power that gets past what is in the way
+  // That of k below which it would not be chosen: 0 the last to go, 1 the next; below 0 not known.
+  double rank = -1;
+  bool moves = false;
+  Vec3f moved_m{};  // since the last sample, if it does
 };
+
+class MovingList;
 
 class Sampler {
  public:
@@ -57,6 +63,9 @@ class Sampler {
 
   // Most sources that a sample can have.
   virtual std::size_t capacity() const = 0;
+
+  // How many sources to choose from now on, at most what it was made for. Some strategies cannot.
+  virtual void choose_at_most(std::size_t /*voices*/) {}
 };
 
 // Of a source, given what its signal counts for in each band.
@@ -73,6 +82,7 @@ std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalW
                                                SourcePool& pool, std::size_t voices,
                                                VisibilityCache* sight = nullptr);
 std::unique_ptr<Sampler> make_all_sampler(const SourceField& field, const SourceList& list,
-                                          VisibilityCache* sight = nullptr);
+                                          VisibilityCache* sight = nullptr,
+                                          MovingList* moving = nullptr);
 
 }  // namespace clamor

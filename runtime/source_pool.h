@@ -23,6 +23,10 @@ struct FoundSource {
   std::uint32_t copy = 0;  // the pool's
   // Of its priority at any time.
   double ceiling = std::numeric_limits<double>::infinity();
+  // Of one that moves: the number it is heard under, `number` being what looks at it are kept
+  // under; and by how much it has moved since the last sample.
+  std::uint64_t voice = 0;  // 0: as `number`
+  Vec3f moved_m{};
 };
 
 // Not thread-safe: the sampler's alone.

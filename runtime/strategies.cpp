@@ -162,6 +162,7 @@ class OnAmplitudes final : public Sampler {
   }
   bool complete() override { return sampler_->complete(); }
   std::size_t capacity() const override { return sampler_->capacity(); }
+  void choose_at_most(std::size_t voices) override { sampler_->choose_at_most(voices); }
 
  private:
   const std::unique_ptr<Sampler> sampler_;
@@ -209,13 +210,13 @@ SignalWeights mean_weights(std::span<const PreparedSignal> signals) {
 
 std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
                                       const SignalWeights& weights, SourceList& list,
-                                      VisibilityCache* sight) {
+                                      VisibilityCache* sight, MovingList* moving) {
   using Rule = DynamicSample::Rule;
   const std::string& name = options.strategy;
   const auto from_list = [&](Rule rule) -> std::unique_ptr<Sampler> {
     return std::make_unique<FromList>(options, field, weights, list, rule);
   };
-  if (name == "all") return make_all_sampler(field, list, sight);
+  if (name == "all") return make_all_sampler(field, list, sight, moving);
   if (name == "random" || name == "importance") return from_list(Rule::kOnce);
   if (name == "full-resampling") return from_list(Rule::kFull);
   if (name == "stochastic-diffusion") return from_list(Rule::kStochastic);

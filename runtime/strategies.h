@@ -71,13 +71,19 @@ inline bool needs_list(const std::string& strategy) { return strategy != "priori
 // Signals as the paper's strategies know them, by their mean power only.
 SignalWeights mean_weights(std::span<const PreparedSignal> signals);
 
+// Does it know of sources that move?
+inline bool takes_moving(const std::string& strategy) {
+  return strategy == "priority" || strategy == "all";
+}
+
 // What the options, which are right, ask for. All must outlive the sampler. The paper's own
 // strategies know nothing of what hides a source.
 std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
                                       const SignalWeights& weights, SourceList& list,
-                                      VisibilityCache* sight = nullptr);
+                                      VisibilityCache* sight = nullptr,
+                                      MovingList* moving = nullptr);
 
-// Of a strategy that needs no list.
+// Of a strategy that needs no list. Moving sources are in the pool (moving_list.h).
 std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
                                       const SignalWeights& weights, SourcePool& pool,
                                       VisibilityCache* sight = nullptr);

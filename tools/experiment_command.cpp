@@ -18,11 +18,12 @@ struct Known {
   const char* name;
   Experiment run;
 };
-constexpr std::array<Known, 5> kExperiments = {{{"stadium", stadium_experiment},
+constexpr std::array<Known, 6> kExperiments = {{{"stadium", stadium_experiment},
                                                 {"violin", violin_experiment},
                                                 {"octave-bands", octave_bands_experiment},
                                                 {"convergence", convergence_experiment},
-                                                {"walk", walk_experiment}}};
+                                                {"walk", walk_experiment},
+                                                {"motion", motion_experiment}}};
 
 }  // namespace
 
@@ -37,18 +38,22 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
       "  violin        figure 6: impulse responses, diffuse and Phong 20, two speeds of sound\n"
       "  octave-bands  Phong exponents that rise with the band; bands apart or together\n"
       "  convergence   loudness and error against k over many seeds; time per keyframe\n"
-      "  walk          what is exchanged per metre, and how loud it is meanwhile\n\n"
+      "  walk          what is exchanged per metre, and how loud it is meanwhile\n"
+      "  motion        ten minutes of walking, running and flying: clicks, loudness, keyframe "
+      "times\n\n"
       "The figures of the paper are those of assets/levels/stadium.glb baked with --sources 20000 "
       "(16 416 fans, 20 000 reflections) and violin_room.glb with --sources 50000. violin and "
       "octave-bands bake the level in the file again with other materials.",
       "clamor experiment stadium stadium.clamor -o report");
-  parser.positional("experiment", name, "stadium, violin, octave-bands, convergence or walk");
+  parser.positional("experiment", name,
+                    "stadium, violin, octave-bands, convergence, walk or motion");
   parser.positional("level", options.level, "the bake file");
   parser.option("-o,--output", folder, "the folder to write to");
   parser.required("-o");
   parser.option("--listener", listener,
                 "X,Y,Z in metres; unset: amid the emitters, 4 m before a single one");
   parser.option("--seconds", options.seconds, "stadium: length of each rendering");
+  parser.option("--minutes", options.minutes, "motion: at each speed");
   parser.option("--seeds", options.seeds,
                 "convergence, walk, octave-bands: drawings per strategy and k");
   parser.option(
@@ -73,6 +78,8 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
   }
   if (!(options.seconds >= 0.5 && options.seconds <= 60))
     return parser.bad_usage(err, "--seconds must lie between 0.5 and 60");
+  if (!(options.minutes >= 0.1 && options.minutes <= 600))
+    return parser.bad_usage(err, "--minutes must lie between 0.1 and 600");
   if (options.rolls < 19 || options.rolls > 1000)
     return parser.bad_usage(err, "--rolls must lie between 19 and 1000");
   if (options.seeds < 2 || options.seeds > 10000)

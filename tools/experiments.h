@@ -16,6 +16,7 @@ struct ExperimentOptions {
   std::string level;
   std::optional<Vec3> listener_m;  // unset: ExperimentScene::usual_place()
   double seconds = 1;              // of sound per rendering
+  double minutes = 10;             // at each speed
   int seeds = 100;                 // drawings per strategy and k, where nothing is rendered
   int rolls = 19;                  // exact renderings with other phases
   bool quick = false;              // few sources, few k: does everything still run?
@@ -30,6 +31,7 @@ Result<ExperimentReport> octave_bands_experiment(const ExperimentOptions& option
 Result<ExperimentReport> convergence_experiment(const ExperimentOptions& options,
                                                 std::ostream& err);
 Result<ExperimentReport> walk_experiment(const ExperimentOptions& options, std::ostream& err);
+Result<ExperimentReport> motion_experiment(const ExperimentOptions& options, std::ostream& err);
 
 // In the palette of charts, the same in all of them.
 int colour_of(const std::string& strategy);

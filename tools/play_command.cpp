@@ -95,13 +95,30 @@ std::string limited_note(const Limiter::Work& limited) {
                      -20 * std::log10(static_cast<double>(limited.least_gain)));
 }
 
+// " (k 1200 of 2000, 87 shed)" where there is no time for all.
+std::string load_note(const AuralizerStatistics& now) {
+  if (now.k >= now.most_k && now.shed_voices == 0) return "";
+  return fmt::format(" (k {} of {}, {} shed)", now.k, now.most_k, now.shed_voices);
+}
+
+// What was less than asked for, and for how long.
+void tell_load(const AuralizerStatistics& played, std::ostream& err) {
+  if (played.least_k >= played.most_k && played.shedding_blocks == 0) return;
+  fmt::print(
+      err,
+      "too much for this machine: {} keyframes late, k fell to {} of {} and is {}; {} blocks "
+      "without all voices, at most {} shed\n",
+      played.late_keyframes, played.least_k, played.most_k, played.k, played.shedding_blocks,
+      played.most_shed);
+}
+
 std::string status_line(const PlayerStatistics& now, const Pose& pose, int channels) {
   return fmt::format(
-      "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices  {} dBFS  {:.1f} LUFS, 3 s "
+      "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices{}  {} dBFS  {:.1f} LUFS, 3 s "
       "{:.1f}{}  cpu {:.0f} %  "
       "sampler {:.1f} ms  late {}  held {}{}",
       now.time_s, pose.position_m.x, pose.position_m.y, pose.position_m.z,
-      std::remainder(pose.yaw_rad * kDegrees, 360), now.auralizer.voices,
+      std::remainder(pose.yaw_rad * kDegrees, 360), now.auralizer.voices, load_note(now.auralizer),
       meters(now.auralizer.peak, channels), std::max(now.momentary_lufs, -99.9),
       std::max(now.short_term_lufs, -99.9), limited_note(now.auralizer.limited),
       100 * now.output.callbacks.cpu_share, now.auralizer.sampler_ms, now.output.callbacks.late,
@@ -165,7 +182,7 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
 }  // namespace
 
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, listener, walk_path, gain = "0", format, layout, hrtf;
+  std::string level, listener, walk_path, moving_path, gain = "0", format, layout, hrtf;
   bool ambisonics = false, binaural = false, no_limiter = false;
   std::optional<std::string> memory;
   std::string visibility = "on";
@@ -201,6 +218,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.flag("--ambisonics", ambisonics, "order 3 instead, 16 channels of AmbiX (ACN, SN3D)");
   parser.option("--format", format,
                 "of its samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
+  parser.option("--moving", moving_path, "sources that come, move and go as SCRIPT.json says");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto chosen = strategy.read();
   if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
@@ -221,6 +239,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
   options.auralizer.output = *shape;
   options.auralizer.limit = !no_limiter;
+  options.auralizer.adapt = true;
   const auto samples = sample_format(format, options.record);
   if (!samples.ok()) return parser.bad_usage(err, "--format: " + samples.error().message);
   options.record_format = *samples;
@@ -246,6 +265,12 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   }
   auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
+  if (!moving_path.empty()) {
+    auto script = MovingScript::read(moving_path);
+    if (!script.ok()) return fail(script.error());
+    options.auralizer.moving = script->options(file->signal_count());
+    options.auralizer.script = std::make_shared<MovingScript>(std::move(*script));
+  }
   options.pose = before_first_emitter(file->emitters());
   if (!listener.empty()) {
     const auto pose = parse_listener(listener);
@@ -275,6 +300,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   played.output = (*player)->statistics().output;  // with what came of closing
   report(played.output, err);
   report(threads, err);
+  tell_load(played.auralizer, err);
   const PageStatistics& pages = played.auralizer.pages;
   if (pages.loaded > 0)
     fmt::print(err, "pages: {} asked for, {} loaded, {} dropped, {} late; {:.1f} MB of them kept\n",

@@ -31,7 +31,7 @@ Result<void> all_pages_were_read(Auralizer& auralizer) {
 }  // namespace
 
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, output, listener, walk_path, gain = "0", format, layout, hrtf;
+  std::string level, output, listener, walk_path, moving_path, gain = "0", format, layout, hrtf;
   std::optional<std::string> memory;
   std::string visibility = "on";
   double seconds = 0;
@@ -63,6 +63,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
               "keep true peaks below -1 dBFS; unset: only where samples are not float");
   parser.option("--format", format,
                 "of the samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
+  parser.option("--moving", moving_path, "sources that come, move and go as SCRIPT.json says");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto chosen = strategy.read();
   if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
@@ -113,6 +114,12 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   }
   auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
+  if (!moving_path.empty()) {
+    auto script = MovingScript::read(moving_path);
+    if (!script.ok()) return fail(script.error());
+    options.moving = script->options(file->signal_count());
+    options.script = std::make_shared<MovingScript>(std::move(*script));
+  }
   options.wait_for_pages = true;
   auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
   if (!auralizer.ok()) return fail(auralizer.error().in(level));

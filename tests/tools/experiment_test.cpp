@@ -42,7 +42,7 @@ TEST_P(Experiment, WritesAPageThatNeedsNothingElseAndItsTables) {
 
 INSTANTIATE_TEST_SUITE_P(Each, Experiment,
                          ::testing::Values("stadium", "violin", "octave-bands", "convergence",
-                                           "walk"),
+                                           "walk", "motion"),
                          [](const auto& one) {
                            std::string name = one.param;
                            std::replace(name.begin(), name.end(), '-', '_');
