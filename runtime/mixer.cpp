@@ -90,6 +90,7 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
 }
 
 void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
+  if (holding_) end_hold();
   clear_active();
   for (const Voice& voice : keyframe.voices) {
     load_voice(voice);
@@ -194,6 +195,7 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
     place(voice.slot, e, now[e]);
     slot.delay[e] = usable ? fixed(voice.delay_frames[e]) : now[e];
   }
+  usable = may_sound(voice.slot, now, change_frames) && usable;
 
   // Down to silence from where it was, if it cannot be used.
   slot.heard = false;
@@ -253,6 +255,7 @@ void Mixer::hold() noexcept REALTIME {
     }
     holding_ = true;
   }
+  hold_sounds();
   frame_ = kKeyframeFrames - kStepFrames;
 }
 

@@ -80,6 +80,8 @@ class Mixer {
   // Voices silenced because a gain or delay was not finite or beyond all measure, or a delay slid
   // beyond real time.
   std::uint64_t bad_voices() const noexcept REALTIME { return bad_voices_; }
+  // Voices held back, each for a keyframe, because what they read is not decoded yet.
+  std::uint64_t late_voices() const noexcept REALTIME { return late_voices_; }
 
  private:
   static constexpr int kKnotFrames = 512;
@@ -98,7 +100,8 @@ class Mixer {
     // 32.32 fixed point: the delay at the end of the segment; where it is read next, if it plays
     // once.
     std::array<std::int64_t, kEars> delay{}, position{};
-    bool heard = false;  // since the last keyframe, with gains that are not all zero
+    bool heard = false;        // since the last keyframe, with gains that are not all zero
+    int steps_to_silence = 0;  // while it holds and its sound ends; 0: it does not
   };
 
   void set_colours(const Voice& voice, float* targets) const noexcept REALTIME;
@@ -112,6 +115,15 @@ class Mixer {
   void advance(int frames) noexcept REALTIME;
   void clear_active() noexcept REALTIME;
   void set_targets(const Voice& voice, float* targets) const noexcept REALTIME;
+
+  // In mixer_sounds.cpp.
+  bool is_here(std::uint32_t slot, const std::array<std::int64_t, kEars>& from,
+               const std::array<double, kEars>& change_frames, int frames) const noexcept REALTIME;
+  bool may_sound(std::uint32_t slot, const std::array<std::int64_t, kEars>& from,
+                 const std::array<double, kEars>& change_frames) noexcept REALTIME;
+  void silence(std::uint32_t slot) noexcept REALTIME;
+  void hold_sounds() noexcept REALTIME;
+  void end_hold() noexcept REALTIME;
 
   std::span<const PreparedSignal> signals_;
   const MixMode mode_;
@@ -141,7 +153,7 @@ class Mixer {
   std::int64_t clock_ = 0;
   int frame_ = 0;         // of the segment
   bool holding_ = false;  // slopes are zero until the next keyframe
-  std::uint64_t bad_voices_ = 0;
+  std::uint64_t bad_voices_ = 0, late_voices_ = 0;
 };
 
 }  // namespace clamor
