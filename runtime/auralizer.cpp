@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -75,6 +77,23 @@ MixMode mode_of(const Panner* panner, const Head* head) {
   return mode;
 }
 
+// Sounds as voices want them, from a file, which must outlive what comes out.
+std::unique_ptr<SoundLoader> sounds_from(const BakeFile& file, const MixMode& mode,
+                                         const AuralizerOptions& options) {
+  std::vector<SignalShape> shapes;
+  for (std::size_t i = 0; i < file.signal_count(); ++i)
+    shapes.push_back({file.signal(i).frames, file.signal(i).loop});
+  const std::uint64_t bytes =
+      std::min(SoundLoader::bytes_of(shapes, mode), options.memory_bytes / 2);
+  return std::make_unique<SoundLoader>(
+      shapes, file.emitters(), mode,
+      [&file](std::size_t signal, std::size_t block) {
+        return file.read_signal_block(signal, block);
+      },
+      SoundBudget{bytes, !options.wait_for_pages}, keyframes_ahead(options),
+      std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / 2, 1, 4));
+}
+
 }  // namespace
 
 struct Auralizer::State {
@@ -90,16 +109,19 @@ struct Auralizer::State {
         head(options.output.head),
         mode(mode_of(panner.get(), head.get())),
         channels(static_cast<std::size_t>(kEars * mode.pairs)),
-        signals(prepare_signals(input.signals, mode)),
+        sounds(file == nullptr ? nullptr : sounds_from(*file, mode, options)),
+        decoded(file == nullptr ? prepare_signals(input.signals, mode)
+                                : std::vector<PreparedSignal>()),
+        signals(file == nullptr ? decoded : sounds->signals()),
         field(input.emitters, input.materials, input.air),
         weights(needs_list(options.strategy) ? mean_weights(signals) : weights_of(input)),
         ceilings(file == nullptr ? weights : highest_over_copies(weights, file->signal_maps())) {
     const StrategyOptions strategy = strategy_of(options);
     look_for_what_hides(options);
     if (file != nullptr) {
-      loader =
-          std::make_unique<PageLoader>(pages_of(*file, field, ceilings),
-                                       PageBudget{options.memory_bytes, !options.wait_for_pages});
+      loader = std::make_unique<PageLoader>(
+          pages_of(*file, field, ceilings),
+          PageBudget{options.memory_bytes - sounds->budget_bytes(), !options.wait_for_pages});
       pool = std::make_unique<OctreePool>(field, ceilings, file->trees(), file->signal_maps(),
                                           *loader);
       join_moving(options.moving);
@@ -157,7 +179,9 @@ struct Auralizer::State {
   const std::shared_ptr<const Head> head;
   const MixMode mode;
   const std::size_t channels;
-  const std::vector<PreparedSignal> signals;
+  const std::unique_ptr<SoundLoader> sounds;  // of a file; otherwise they are
+  const std::vector<PreparedSignal> decoded;  // already
+  const std::span<const PreparedSignal> signals;
   const SourceField field;
   const SignalWeights weights, ceilings;
 
@@ -191,6 +215,7 @@ struct Auralizer::State {
 
   // Statistics.
   std::atomic<std::uint64_t> keyframes{0}, held_blocks{0}, clipped_frames{0}, bad_voices{0};
+  std::atomic<std::uint64_t> late_voices{0};
   std::atomic<std::uint64_t> rays{0}, late_sources{0};
   std::atomic<std::uint32_t> voices{0};
   std::atomic<std::uint32_t> loaded{0}, shed{0}, most_shed{0};  // of the mixer's voices
@@ -210,6 +235,16 @@ struct Auralizer::State {
         std::memory_order_relaxed);
   }
 
+  // Sees to it that what the keyframe plays is decoded; the first waits for it.
+  void play(const Keyframe& keyframe) {
+    if (sounds == nullptr) return;
+    sounds->play(keyframe.voices);
+    if (wait_for_pages)
+      sounds->wait(std::numeric_limits<double>::infinity());
+    else if (made == 0)
+      sounds->wait(kFirstSounds_s);
+  }
+
   // Mixes steps for up to so many samples; true if it had to do without a keyframe that was due.
   bool mix_steps(std::size_t samples) noexcept REALTIME {
     bool held = false;
@@ -217,6 +252,7 @@ struct Auralizer::State {
     if (adapting && keyframe != nullptr) block_load.expect(keyframe->voices.size());
     mixer->allow(block_load.allowed());
     if (mixer->wants_keyframe()) {
+      if (sounds != nullptr) sounds->pass(mixer->clock_frames());
       if (keyframe != nullptr) {
         mixer->load(*keyframe);
         queue->release();
@@ -289,6 +325,7 @@ struct Auralizer::State {
         peak[c].store(highest[c], std::memory_order_relaxed);
     clipped_frames.fetch_add(clipped, std::memory_order_relaxed);
     bad_voices.store(mixer->bad_voices(), std::memory_order_relaxed);
+    late_voices.store(mixer->late_voices(), std::memory_order_relaxed);
   }
 };
 
@@ -330,7 +367,7 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeF
                                                      const AuralizerOptions& options) {
   if (const auto right = check(options); !right.ok()) return right.error();
   const bool listed = needs_list(options.strategy);
-  auto input = listed ? read_auralizer_input(*file) : read_signals_and_tables(*file);
+  auto input = listed ? read_auralizer_input(*file) : read_tables(*file);
   if (!input.ok()) return input.error();
   if (listed) {
     auto auralizer = create(std::move(*input), options);
@@ -367,6 +404,7 @@ void Auralizer::make_keyframe(const Pose& pose) {
   while (state.wait_for_pages && !state.sampler->complete())
     sample = state.sampler->sample(pose.position_m, time_s);
   state.maker->make(sample, pose, *keyframe);
+  state.play(*keyframe);
   const double took_s = state.sampler_clock.now() - start_s;
   if (state.adapting && state.made > 0) state.adapt_k(took_s);
 
@@ -445,6 +483,8 @@ AuralizerStatistics Auralizer::statistics() {
   statistics.shedding_blocks = state_->shedding_blocks.load(std::memory_order_relaxed);
   statistics.late_sources = state_->late_sources.load(std::memory_order_relaxed);
   if (state_->loader != nullptr) statistics.pages = state_->loader->statistics();
+  if (state_->sounds != nullptr) statistics.sounds = state_->sounds->statistics();
+  statistics.sounds.late = state_->late_voices.load(std::memory_order_relaxed);
   return statistics;
 }
 

@@ -31,12 +31,15 @@
 #include "runtime/output_shape.h"
 #include "runtime/page_loader.h"
 #include "runtime/realtime.h"
+#include "runtime/sound_loader.h"
 #include "runtime/strategies.h"
 #include "runtime/visibility_cache.h"
 
 namespace clamor {
 
 inline constexpr int kOutputChannels = 2;  // of the default output shape
+
+inline constexpr double kFirstSounds_s = 0.5;
 
 struct AuralizerOptions {
   std::string strategy = "priority";  // strategies.h lists them
@@ -49,8 +52,10 @@ struct AuralizerOptions {
   bool limit = false;           // true peaks to kLimiterCeiling_db, after the gain
   OutputShape output;
   int block_frames = 960;  // largest block of mix(): keyframes are made that far ahead
-  std::uint64_t memory_bytes = 64'000'000;  // of pages kept
-  bool wait_for_pages = false;  // as a render does, and then takes what memory one sample needs
+  // Of pages and sounds kept: sounds have up to half of it, pages the rest.
+  std::uint64_t memory_bytes = 64'000'000;
+  // For pages and sounds, as a render does, which then takes what memory one sample needs.
+  bool wait_for_pages = false;
   // Choose and mix less where there is no time for all (load_control.h): for real time only, since
   // what is heard then depends on the machine. Each clock is read on its own thread.
   bool adapt = false;
@@ -76,12 +81,13 @@ struct AuralizerStatistics {
   std::uint32_t shed_voices = 0, most_shed = 0;  // left out now, and at most so far
   std::uint64_t shedding_blocks = 0;             // mixed without all voices
   PageStatistics pages{};
+  SoundStatistics sounds{};
 };
 
 class Auralizer {
  public:
-  // Decodes the file's signals and first page; the others when they are needed, but for "all".
-  // Errors: bad file, unknown strategy, no sources.
+  // Decodes the file's first page; other pages, and sounds, when they are needed, but for "all" and
+  // the paper's strategies. Errors: bad file, unknown strategy, no sources.
   static Result<std::unique_ptr<Auralizer>> create(std::shared_ptr<const BakeFile> file,
                                                    const AuralizerOptions& options);
   // From sources that are in memory already.
@@ -90,7 +96,8 @@ class Auralizer {
   ~Auralizer();
 
   // Sampler thread. Keyframe 0 also mixes the 85 ms before time 0, so that sound that has always
-  // been playing is there from the first frame on; until it is made, mix() gives silence.
+  // been playing is there from the first frame on; until it is made, mix() gives silence. It waits
+  // for the sounds that are heard first, but no longer than kFirstSounds_s.
   bool wants_keyframe() const;
   double next_keyframe_time_s() const;
   void make_keyframe(const Pose& pose);

@@ -7,22 +7,30 @@
 
 namespace clamor {
 
-Result<AuralizerInput> read_signals_and_tables(const BakeFile& file) {
+Result<AuralizerInput> read_tables(const BakeFile& file) {
   AuralizerInput input;
   input.emitters = file.emitters();
   input.materials = file.materials();
   input.air = file.settings().air;
   for (std::size_t i = 0; i < file.signal_count(); ++i) {
-    auto signal = file.read_signal(i);
-    if (!signal.ok()) return signal.error();
     auto envelope = file.read_envelope(i);
     if (!envelope.ok()) return envelope.error();
-    input.envelopes.push_back({std::move(*envelope), signal->samples.size(), signal->loop});
-    input.signals.push_back(std::move(*signal));
+    const SignalInfo signal = file.signal(i);
+    input.envelopes.push_back({std::move(*envelope), signal.frames, signal.loop});
   }
   auto mesh = file.read_mesh();
   if (!mesh.ok()) return mesh.error();
   input.mesh = std::move(*mesh);
+  return input;
+}
+
+Result<AuralizerInput> read_signals_and_tables(const BakeFile& file) {
+  auto input = read_tables(file);
+  for (std::size_t i = 0; i < file.signal_count() && input.ok(); ++i) {
+    auto signal = file.read_signal(i);
+    if (!signal.ok()) return signal.error();
+    input->signals.push_back(std::move(*signal));
+  }
   return input;
 }
 

@@ -24,7 +24,10 @@ struct AuralizerInput {
   Mesh mesh{};                             // what stands in the way; empty in a free field
 };
 
-// Decodes all signals, envelopes and the geometry, no pages: there are no sources yet.
+// Decodes envelopes and the geometry, no signals and no pages: there are no sources yet.
+Result<AuralizerInput> read_tables(const BakeFile& file);
+
+// And all signals.
 Result<AuralizerInput> read_signals_and_tables(const BakeFile& file);
 
 // Decodes all pages and signals. Memory grows with the file.

@@ -90,6 +90,7 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
 }
 
 void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
+  if (holding_) end_hold();
   clear_active();
   rank_voices(keyframe);
   for (const Voice& voice : keyframe.voices) {
@@ -251,6 +252,7 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
     place(voice.slot, e, now[e]);
     slot.delay[e] = usable ? fixed(voice.delay_frames[e]) : now[e];
   }
+  usable = may_sound(voice.slot, now, change_frames) && usable;
 
   // Down to silence from where it was, if it cannot be used or there is no time for it.
   if (voice.rank > highest_rank_) usable = false;
@@ -315,6 +317,7 @@ void Mixer::hold() noexcept REALTIME {
     }
     holding_ = true;
   }
+  hold_sounds();
   frame_ = kKeyframeFrames - kStepFrames;
   const std::uint8_t rank = rank_for(allowed_);
   if (rank >= highest_rank_) return;

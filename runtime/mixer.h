@@ -92,6 +92,8 @@ class Mixer {
   // Voices silenced because a gain or delay was not finite or beyond all measure, or a delay slid
   // beyond real time.
   std::uint64_t bad_voices() const noexcept REALTIME { return bad_voices_; }
+  // Voices held back, each for a keyframe, because what they read is not decoded yet.
+  std::uint64_t late_voices() const noexcept REALTIME { return late_voices_; }
 
  private:
   static constexpr int kKnotFrames = 512;
@@ -112,7 +114,9 @@ class Mixer {
     // once.
     std::array<std::int64_t, kEars> delay{}, position{};
     std::uint8_t rank = 0;
-    bool heard = false;  // since the last keyframe, with gains that are not all zero
+    bool heard = false;        // since the last keyframe, with gains that are not all zero
+    bool heard = false;        // since the last keyframe, with gains that are not all zero
+    int steps_to_silence = 0;  // while it holds and its sound ends; 0: it does not
   };
 
   void set_colours(const Voice& voice, float* targets) const noexcept REALTIME;
@@ -130,6 +134,15 @@ class Mixer {
   void fade_above(std::uint8_t rank) noexcept REALTIME;
   void drop_shed() noexcept REALTIME;
   void set_targets(const Voice& voice, float* targets) const noexcept REALTIME;
+
+  // In mixer_sounds.cpp.
+  bool is_here(std::uint32_t slot, const std::array<std::int64_t, kEars>& from,
+               const std::array<double, kEars>& change_frames, int frames) const noexcept REALTIME;
+  bool may_sound(std::uint32_t slot, const std::array<std::int64_t, kEars>& from,
+                 const std::array<double, kEars>& change_frames) noexcept REALTIME;
+  void silence(std::uint32_t slot) noexcept REALTIME;
+  void hold_sounds() noexcept REALTIME;
+  void end_hold() noexcept REALTIME;
 
   std::span<const PreparedSignal> signals_;
   const MixMode mode_;
@@ -159,7 +172,7 @@ class Mixer {
   std::int64_t clock_ = 0;
   int frame_ = 0;         // of the segment
   bool holding_ = false;  // slopes are zero until the next keyframe
-  std::uint64_t bad_voices_ = 0;
+  std::uint64_t bad_voices_ = 0, late_voices_ = 0;
 
   std::size_t allowed_ = std::numeric_limits<std::size_t>::max();
   std::size_t loaded_ = 0, left_out_ = 0;

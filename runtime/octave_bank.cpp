@@ -7,8 +7,8 @@
 #include <numbers>
 #include <numeric>
 
-#include "formats/level.h"
 #include "common/crossover.h"
+#include "formats/level.h"
 
 namespace clamor {
 
@@ -203,23 +203,32 @@ const std::array<std::array<double, kBandCount>, kBandCount>& OctaveBank::bus_ga
   return kInverse;
 }
 
+namespace {
+
+// Parts in place: `whole` keeps the high layer, what comes back is the low one at the full rate.
+std::vector<double> part_in_place(std::vector<double>& whole, std::size_t tail) {
+  const auto butterworth = crossover_factors(kParting, kSampleRate_hz, Side::kLow);
+  const std::vector<Biquad> low_pass(butterworth.begin(), butterworth.end());
+  std::vector<double> low = whole;
+  filter_samples(low_pass, low, false, tail);
+  filter_samples(low_pass, low, true, tail);
+  for (std::size_t i = 0; i < low.size(); ++i) whole[i] -= low[i];
+  return low;
+}
+
+}  // namespace
+
 OctaveBank::Layers OctaveBank::part(const std::vector<double>& samples, bool loop,
                                     bool phase_undone) {
   Layers layers;
   if (samples.empty()) return layers;
-  std::vector<double> whole = samples;
+  layers.high = samples;
   if (!loop) {
-    whole.insert(whole.begin(), kBankTailFrames, 0.0);
-    whole.resize(whole.size() + kPartingTailFrames);
+    layers.high.insert(layers.high.begin(), kBankTailFrames, 0.0);
+    layers.high.resize(layers.high.size() + kPartingTailFrames);
   }
-  const auto butterworth = crossover_factors(kParting, kSampleRate_hz, Side::kLow);
-  const std::vector<Biquad> low_pass(butterworth.begin(), butterworth.end());
   const auto tail = [&](int frames) { return loop ? static_cast<std::size_t>(frames) : 0; };
-  std::vector<double> low = whole;
-  filter_samples(low_pass, low, false, tail(kPartingTailFrames));
-  filter_samples(low_pass, low, true, tail(kPartingTailFrames));
-  layers.high = std::move(whole);
-  for (std::size_t i = 0; i < low.size(); ++i) layers.high[i] -= low[i];
+  const std::vector<double> low = part_in_place(layers.high, tail(kPartingTailFrames));
 
   std::size_t count = (low.size() + kLowRate - 1) / kLowRate;
   if (loop)  // once round in steps of kLowRate
@@ -237,6 +246,17 @@ OctaveBank::Layers OctaveBank::part(const std::vector<double>& samples, bool loo
   if (!phase_undone) return layers;
   filter_samples(all_pass_of(kHighLayer), layers.high, true, tail(kBankTailFrames));
   filter_samples(all_pass_of(kLowLayer), layers.low, true, tail(kBankTailFrames / kLowRate));
+  return layers;
+}
+
+OctaveBank::Layers OctaveBank::part_window(std::vector<double> window, bool phase_undone) {
+  Layers layers;
+  layers.high = std::move(window);
+  const std::vector<double> low = part_in_place(layers.high, 0);
+  for (std::size_t i = 0; i < low.size(); i += kLowRate) layers.low.push_back(low[i]);
+  if (!phase_undone) return layers;
+  filter_samples(all_pass_of(kHighLayer), layers.high, true, 0);
+  filter_samples(all_pass_of(kLowLayer), layers.low, true, 0);
   return layers;
 }
 

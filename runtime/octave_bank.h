@@ -69,6 +69,11 @@ class OctaveBank {
   // With `phase_undone` false they keep their own.
   static Layers part(const std::vector<double>& samples, bool loop, bool phase_undone = true);
 
+  // The layers of a window cut from a signal, frame for frame, low[k] being its frame kLowRate x k:
+  // right to -150 dB from kPartingTailFrames behind its beginning on to kPartingTailFrames +
+  // kBankTailFrames before its end. No powers.
+  static Layers part_window(std::vector<double> window, bool phase_undone = true);
+
   // Taps of the filter that takes the low layer to the full rate, 0 to 2 kBankDelayFrames.
   static double up_tap(int k);
 

@@ -132,6 +132,31 @@ void tell_of_failure(const PageStatistics& pages, bool& told, std::ostream& err)
   fmt::print(err, "warning: {} What has been read goes on and stands in for it.\n", pages.failure);
 }
 
+// The same of its sounds; once is enough where both fail.
+void tell_of_failure(const SoundStatistics& sounds, bool& told, std::ostream& err) {
+  if (told || sounds.failed == 0) return;
+  told = true;
+  fmt::print(err, "warning: {} What needs it is silent.\n", sounds.failure);
+}
+
+// What became of the sounds, where there is something to say.
+void report(const SoundStatistics& sounds, std::ostream& err) {
+  if (sounds.loaded > 0)
+    fmt::print(err, "sounds: {} pieces decoded, {} dropped; {:.1f} MB of them kept{}\n",
+               sounds.loaded, sounds.dropped, static_cast<double>(sounds.bytes) / 1e6,
+               sounds.lock_refused ? fmt::format(", {:.1f} MB locked; 'ulimit -l' lets no more",
+                                                 static_cast<double>(sounds.locked_bytes) / 1e6)
+                                   : "");
+  if (sounds.late > 0)
+    fmt::print(err, "{} times a voice was silent for 20 ms because its sound was not decoded yet\n",
+               sounds.late);
+  if (sounds.crowded > 0)
+    fmt::print(err, "{} times a sound found no room in memory; give more with --memory\n",
+               sounds.crowded);
+  if (sounds.failed > 0)
+    fmt::print(err, "{} pieces of sounds could not be read; they were silent\n", sounds.failed);
+}
+
 // Moves and shows until the end, a key or Ctrl-C says stop.
 void run(Player& player, const PlayerOptions& options, std::ostream& err) {
   const Interrupt interrupt;
@@ -155,6 +180,7 @@ void run(Player& player, const PlayerOptions& options, std::ostream& err) {
     PlayerStatistics status = player.statistics();
     tell_of_failure(status.auralizer.pages, told, err);
     news.tell(status.output);
+    tell_of_failure(status.auralizer.sounds, told, err);
     for (std::size_t c = 0; c < peak.size(); ++c)
       peak[c] = std::max(peak[c], status.auralizer.peak[c]);
     if (options.walk) {
@@ -206,9 +232,9 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.option("--visibility", visibility, "on or off: do surfaces hide sources [on]");
   parser.option("--rays", options.auralizer.rays,
                 "a keyframe (50 a second), to look for what they hide");
-  parser.option(
-      "--memory", memory,
-      "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
+  parser.option("--memory", memory,
+                "as in 64MB, of the bake's pages and sounds to keep in memory, whatever the file's "
+                "size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
   parser.flag("--no-limiter", no_limiter, "let peaks clip instead of keeping them below -1 dBFS");
   parser.option("--record", options.record, "also write what is played to this .wav or .flac file");
@@ -308,6 +334,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
                static_cast<double>(pages.bytes) / 1e6);
   if (pages.failed > 0)
     fmt::print(err, "{} pages could not be read; others stood in for them\n", pages.failed);
+  report(played.auralizer.sounds, err);
   if (!options.record.empty())
     fmt::print(
         err, "recorded {}{}\n", options.record,

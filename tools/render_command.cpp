@@ -22,10 +22,13 @@ namespace {
 
 double decibels(double amplitude) { return 20 * std::log10(std::max(amplitude, 1e-10)); }
 
-// A render is right or none: what stands in for a page that cannot be read will do for a player.
-Result<void> all_pages_were_read(Auralizer& auralizer) {
-  const PageStatistics pages = auralizer.statistics().pages;
-  return pages.failed == 0 ? Result<void>() : Result<void>(Error(pages.failure));
+// A render is right or none: what stands in for a page that cannot be read will do for a player,
+// and so will silence for a sound.
+Result<void> all_was_read(Auralizer& auralizer) {
+  const AuralizerStatistics statistics = auralizer.statistics();
+  if (statistics.pages.failed > 0) return Error(statistics.pages.failure);
+  if (statistics.sounds.failed > 0) return Error(statistics.sounds.failure);
+  return {};
 }
 
 }  // namespace
@@ -51,9 +54,9 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   const StrategyWords strategy(parser);
   parser.option("--visibility", visibility, "on or off: do surfaces hide sources [on]");
   parser.option("--rays", options.rays, "a keyframe (50 a second), to look for what they hide");
-  parser.option(
-      "--memory", memory,
-      "as in 64MB, of the bake's pages to keep in memory, whatever the file's size [64MB]");
+  parser.option("--memory", memory,
+                "as in 64MB, of the bake's pages and sounds to keep in memory, whatever the file's "
+                "size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
   parser.flag("--binaural", binaural, "for headphones, through a dummy head's ears");
   parser.option("--hrtf", hrtf, "the head: a SOFA file; unset: KEMAR. Means --binaural");
@@ -144,7 +147,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
                     fmt::format("{:.1f} x real time", rate));
     if (Interrupt::requested())
       return Result<void>(Error("stopped; nothing was written. Run the same command again."));
-    if (const auto whole = all_pages_were_read(**auralizer); !whole.ok()) return whole;
+    if (const auto whole = all_was_read(**auralizer); !whole.ok()) return whole;
     return wav->write(block);
   });
   if (!rendered.ok()) return fail(rendered.error());

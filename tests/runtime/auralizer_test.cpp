@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <random>
+#include <thread>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -98,6 +99,8 @@ TEST(Auralizer, GoesOnWithThePagesItHasWhenItsFileIsCutShort) {
   const auto auralizer =
       Auralizer::create(std::make_shared<const BakeFile>(std::move(*opened)), options);
   ASSERT_TRUE(auralizer.ok());
+  while ((*auralizer)->statistics().sounds.loaded < 3)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
   std::filesystem::resize_file(path, 100);
   const auto cut = mixed(**auralizer, 48000, [] { return 960; });
   std::filesystem::remove(path);

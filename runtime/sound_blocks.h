@@ -1,0 +1,54 @@
+// sound_blocks.h: samples of a signal from any frame on, out of the blocks that a file keeps it in.
+//
+// A few blocks are kept decoded, because several pieces (signal_bank.h) are made of each.
+//
+// Threads: any, several at a time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "common/result.h"
+#include "formats/signal_section.h"
+
+namespace clamor {
+
+// What a file says of a signal before it is decoded.
+struct SignalShape {
+  std::uint64_t frames = 0;
+  bool loop = false;
+};
+
+class SoundBlocks {
+ public:
+  static constexpr std::uint64_t kBlockBytes = kSignalBlockFrames * sizeof(float);
+
+  // The samples of a signal's block; may be called by several threads at a time.
+  using Decode = std::function<Result<std::vector<float>>(std::size_t signal, std::size_t block)>;
+
+  // Keeps that many blocks.
+  SoundBlocks(Decode decode, std::size_t kept) : decode_(std::move(decode)), most_(kept) {}
+
+  // Frames before and after a signal that plays once are 0; a loop comes round.
+  Result<std::vector<double>> read(std::size_t signal, const SignalShape& shape, std::int64_t first,
+                                   std::size_t frames);
+
+ private:
+  using Block = std::shared_ptr<const std::vector<float>>;
+  struct Kept {
+    std::size_t signal = 0, block = 0;
+    Block samples;
+  };
+  Result<Block> block(std::size_t signal, std::size_t block, bool keep);
+
+  const Decode decode_;
+  const std::size_t most_;
+  std::mutex mutex_;
+  std::vector<Kept> kept_;  // the last used last
+};
+
+}  // namespace clamor

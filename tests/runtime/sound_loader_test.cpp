@@ -1,0 +1,441 @@
+#include "runtime/sound_loader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <condition_variable>
+#include <mutex>
+#include <numbers>
+#include <random>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+
+#include "common/random.h"
+#include "runtime/mixer.h"
+#include "runtime/octave_bank.h"
+#include "tests/sanitized.h"
+
+namespace clamor {
+namespace {
+
+constexpr std::uint64_t kSecond_frames = kSampleRate_hz;
+
+// Full-band and without layers: what comes out is gain times signal, so that garbage shows.
+constexpr MixMode kPlain{.eight_bands = false};
+
+// Slow tones that are never twice the same.
+float sample_at(std::size_t signal, std::uint64_t frame) {
+  const auto t = static_cast<double>(frame) / kSampleRate_hz;
+  return static_cast<float>(0.4 * std::sin(2 * std::numbers::pi * (110 + 7 * double(signal)) * t) *
+                            (1.2 + std::sin(0.7 * t)));
+}
+
+Signal sound(std::size_t number, const SignalShape& shape) {
+  Signal signal{"sound", {}, shape.loop};
+  for (std::uint64_t i = 0; i < shape.frames; ++i) signal.samples.push_back(sample_at(number, i));
+  return signal;
+}
+
+SoundBlocks::Decode decoder(const std::vector<SignalShape>& shapes) {
+  return [shapes](std::size_t signal, std::size_t block) -> Result<std::vector<float>> {
+    const SignalBlock where = signal_block(shapes[signal].frames, block);
+    std::vector<float> samples;
+    for (std::uint64_t i = 0; i < where.frames; ++i)
+      samples.push_back(sample_at(signal, where.first + i));
+    return samples;
+  };
+}
+
+Voice voice(std::uint32_t slot, std::uint32_t signal, double delay_s, float gain = 1) {
+  Voice one;
+  one.slot = slot;
+  one.signal = signal;
+  one.delay_frames.fill(delay_s * kSampleRate_hz);
+  for (Bands& ear : one.gain) ear.fill(gain);
+  return one;
+}
+
+// A mixer whose keyframes say the same for as long as they are made, with a loader or without.
+class Playing {
+ public:
+  Playing(std::span<const PreparedSignal> signals, std::vector<Voice> voices, const MixMode& mode,
+          SoundLoader* loader = nullptr)
+      : loader_(loader), mixer_(signals, voices.size(), mode) {
+    keyframe_.voices = std::move(voices);
+    begin();
+  }
+
+  // The next segment's left ear, by a keyframe or, without one, held.
+  std::vector<float> segment(bool keyframe = true, bool wait = true) {
+    std::vector<float> both(2 * kKeyframeFrames), left;
+    if (keyframe && loader_ != nullptr) loader_->play(keyframe_.voices);
+    for (int done = 0; done < kKeyframeFrames;) {
+      if (mixer_.wants_keyframe()) {
+        if (loader_ != nullptr) pass(wait);
+        keyframe ? mixer_.load(keyframe_) : mixer_.hold();
+      }
+      const int steps = mixer_.steps_left();
+      mixer_.mix(both.data() + 2 * done, steps);
+      done += steps * kStepFrames;
+    }
+    for (std::size_t i = 0; i < both.size(); i += 2) left.push_back(both[i]);
+    return left;
+  }
+
+  Mixer& mixer() { return mixer_; }
+
+ private:
+  void begin() {
+    if (loader_ != nullptr) {
+      loader_->play(keyframe_.voices);
+      pass(true);
+    }
+    mixer_.begin(keyframe_, 0);
+  }
+
+  // Memory is given back only after a pass, and what waits for it comes after that.
+  void pass(bool wait) {
+    loader_->pass(mixer_.clock_frames());
+    for (int i = 0; wait && i < 2000 && !loader_->wait(0.005); ++i)
+      loader_->pass(mixer_.clock_frames());
+  }
+
+  SoundLoader* const loader_;
+  Keyframe keyframe_;
+  Mixer mixer_;
+};
+
+std::uint64_t resident_bytes(std::span<const std::byte> memory) {
+  const std::size_t page = SoundMemory::page_bytes();
+  std::vector<unsigned char> present(memory.size() / page);
+  EXPECT_EQ(::mincore(const_cast<std::byte*>(memory.data()), memory.size(), present.data()), 0);
+  return page * static_cast<std::uint64_t>(
+                    std::count_if(present.begin(), present.end(), [](auto p) { return p & 1; }));
+}
+
+// The largest bend of a curve, per frame squared.
+float bend(const std::vector<float>& curve) {
+  float most = 0;
+  for (std::size_t i = 2; i < curve.size(); ++i)
+    most = std::max(most, std::abs(curve[i] - 2 * curve[i - 1] + curve[i - 2]));
+  return most;
+}
+// Of the tones above, by whose second derivative, and of a gain that begins to slide over 960
+// frames from nothing to twice their height.
+constexpr float kMostBend = 0.88f * (2.0e-4f + 2.5f / kKeyframeFrames);
+
+TEST(LongSound, MadeInPiecesIsWhatItIsMadeWhole) {
+  for (const bool loop : {true, false}) {
+    const bool phase_undone = loop;
+    const SignalShape shape{21 * kSecond_frames + 1234, loop};
+    Signal signal = sound(0, shape);
+    for (std::uint32_t i = 0; i < signal.samples.size(); ++i)
+      signal.samples[i] += static_cast<float>(unit(philox(3, {i, 0, 0, 0})[0]) - 0.5);
+    // The high layer as it is, the low one as a spline.
+    MixMode mode{.interpolation = Interpolation::kLinear};
+    mode.head = !phase_undone;
+    const PreparedSignal pieces(signal, mode);
+    ASSERT_GT(pieces.pieces(), 5u);
+    const std::vector<double> samples(signal.samples.begin(), signal.samples.end());
+    const auto whole = OctaveBank::part(samples, loop, phase_undone);
+    VoicePath path;
+    pieces.place(0, path);
+    const std::int64_t front = loop ? 0 : kBankTailFrames;
+    double error = 0;
+    for (std::int64_t n = -front; n < static_cast<std::int64_t>(whole.high.size()) - front; ++n)
+      error =
+          std::max(error, std::abs(path.high[n] - whole.high[static_cast<std::size_t>(n + front)]));
+    for (std::int64_t k = 1; k + 1 < static_cast<std::int64_t>(shape.frames) / kLowRate; ++k) {
+      const double low = (path.low[k - 1] + 4.0 * path.low[k] + path.low[k + 1]) / 3;
+      error = std::max(error,
+                       std::abs(low - whole.low[static_cast<std::size_t>(k + front / kLowRate)]));
+    }
+    // What filters remember is cut at -150 dB; floats end at -140 dB below these samples.
+    EXPECT_LT(error, 2e-7) << loop << phase_undone;
+    EXPECT_GT(*std::max_element(whole.high.begin(), whole.high.end()), 0.3);
+  }
+}
+
+TEST(SoundLoader, SoundsAsIfAllWereDecodedOverTheEndsOfPiecesLoopsAndSounds) {
+  const std::vector<SignalShape> shapes = {{25 * kSecond_frames + 17, true},
+                                           {22 * kSecond_frames + 5, false},
+                                           {kSecond_frames / 2, true}};
+  std::vector<Signal> sounds;
+  for (std::size_t s = 0; s < shapes.size(); ++s) sounds.push_back(sound(s, shapes[s]));
+  // Of both long sounds the beginning, the middle and the end within the first 4 seconds.
+  const std::vector<Voice> voices = {voice(0, 0, 1.5),   voice(1, 0, 14),  voice(2, 1, 1),
+                                     voice(3, 1, -20.5), voice(4, 1, -10), voice(5, 2, 3)};
+  for (const bool head : {false, true}) {
+    MixMode mode;
+    if (head) mode = kPlain;  // the other way through
+    const auto decoded = prepare_signals(sounds, mode);
+    SoundLoader loader(shapes, {}, mode, decoder(shapes), {12'000'000, true}, 2);
+    Playing all(decoded, voices, mode), streamed(loader.signals(), voices, mode, &loader);
+    double energy = 0;
+    for (int k = 0; k < 200; ++k) {
+      const auto expected = all.segment();
+      ASSERT_EQ(expected, streamed.segment()) << k;
+      for (const float x : expected) energy += static_cast<double>(x) * x;
+    }
+    EXPECT_GT(energy, 1000);
+    EXPECT_EQ(streamed.mixer().late_voices(), 0u);
+    EXPECT_EQ(loader.statistics().failed, 0u);
+  }
+}
+
+TEST(SoundLoader, KeepsToItsBudgetThroughHalfAnHourOfSoundAndCountsWhatTheKernelCounts) {
+  const std::vector<SignalShape> shapes(3, {1800 * kSecond_frames, true});
+  constexpr std::uint64_t kBudget = 12'000'000;
+  SoundLoader loader(shapes, {}, kPlain, decoder(shapes), {kBudget, true}, 2, 2);
+  EXPECT_GT(loader.memory().size(), 1'000'000'000u);
+  EXPECT_EQ(resident_bytes(loader.memory()), 0u);
+  const std::vector<Voice> voices = {voice(0, 0, 0), voice(1, 1, -600), voice(2, 2, -1790)};
+  Playing streamed(loader.signals(), voices, kPlain, &loader);
+  const int seconds = testing::kSanitized ? 10 : 25;
+  for (int k = 0; k < 50 * seconds; ++k) {
+    streamed.segment();
+    if (k % 100 == 0) {
+      EXPECT_LE(resident_bytes(loader.memory()), kBudget) << k;
+    }
+  }
+  EXPECT_EQ(streamed.mixer().late_voices(), 0u);
+  // What is under way comes to rest, since the clock does.
+  for (int i = 0; i < 300 && resident_bytes(loader.memory()) != loader.statistics().bytes; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  const SoundStatistics statistics = loader.statistics();
+  EXPECT_LE(statistics.most_bytes, kBudget);
+  EXPECT_GT(statistics.dropped, 3u);
+  EXPECT_EQ(statistics.crowded, 0u);
+  EXPECT_EQ(resident_bytes(loader.memory()), statistics.bytes);
+  EXPECT_GT(statistics.bytes, kBudget / 4);
+}
+
+// What decodes, and stands still while it is told to.
+struct Stall {
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool stalled = false;
+
+  void set(bool now) {
+    const std::lock_guard lock(mutex);
+    stalled = now;
+    changed.notify_all();
+  }
+  SoundBlocks::Decode around(SoundBlocks::Decode decode) {
+    return [this, decode](std::size_t signal, std::size_t block) {
+      std::unique_lock lock(mutex);
+      changed.wait(lock, [this] { return !stalled; });
+      lock.unlock();
+      return decode(signal, block);
+    };
+  }
+};
+
+TEST(SoundLoader, ThatStallsHoldsVoicesBackInSilenceAndTheirSoundReturnsWithoutAClick) {
+  const std::vector<SignalShape> shapes = {{600 * kSecond_frames, true}};
+  Stall stall;
+  SoundLoader loader(shapes, {}, kPlain, stall.around(decoder(shapes)), {20'000'000, true}, 2);
+  const std::vector<Voice> voices = {voice(0, 0, -5)};
+  Playing streamed(loader.signals(), voices, kPlain, &loader);
+  std::vector<float> heard;
+  const auto play = [&](int segments, bool wait) {
+    for (int k = 0; k < segments; ++k) {
+      const auto part = streamed.segment(true, wait);
+      heard.insert(heard.end(), part.begin(), part.end());
+    }
+  };
+  play(20, true);
+  stall.set(true);
+  play(600, false);  // 12 s, of which some are decoded
+  const std::uint64_t late = streamed.mixer().late_voices();
+  EXPECT_GT(late, 100u);
+  stall.set(false);
+  play(1, true);
+  play(100, true);
+  EXPECT_LE(streamed.mixer().late_voices(), late + 1);
+  // Exactly the sound, exactly silence, or on a slope between them.
+  EXPECT_LT(bend(heard), kMostBend);
+  std::size_t silent = 0, sounding = 0, between = 0;
+  for (std::size_t i = 0; i < heard.size(); ++i) {
+    const float expected = sample_at(0, i + 5 * kSecond_frames);
+    if (heard[i] == 0)
+      ++silent;
+    else if (std::abs(heard[i] - expected) < 1e-5f)
+      ++sounding;
+    else
+      ++between;
+    ASSERT_LE(std::abs(heard[i]), std::abs(expected) + 1e-5f) << i;
+  }
+  EXPECT_GT(silent, 100u * kKeyframeFrames);
+  EXPECT_GT(sounding, 200u * kKeyframeFrames);
+  EXPECT_LE(between, 2u * kKeyframeFrames + 10);
+}
+
+TEST(SoundLoader, GoesOnWithTheClockWhileTheSamplerStandsStill) {
+  const std::vector<SignalShape> shapes = {{40 * kSecond_frames, true}};
+  const std::vector<Signal> sounds = {sound(0, shapes[0])};
+  const auto decoded = prepare_signals(sounds, kPlain);
+  SoundLoader loader(shapes, {}, kPlain, decoder(shapes), {5'000'000, true}, 2);
+  const std::vector<Voice> voices = {voice(0, 0, 3)};
+  Playing all(decoded, voices, kPlain), streamed(loader.signals(), voices, kPlain, &loader);
+  for (int k = 0; k < 5; ++k) ASSERT_EQ(all.segment(), streamed.segment());
+  for (int k = 0; k < 500; ++k) ASSERT_EQ(all.segment(false), streamed.segment(false)) << k;
+  EXPECT_EQ(streamed.mixer().late_voices(), 0u);
+}
+
+TEST(SoundLoader, ThatStallsTooWhileTheSamplerDoesEndsInSilenceWithoutAClick) {
+  const std::vector<SignalShape> shapes = {{40 * kSecond_frames, true}, {kSecond_frames, true}};
+  Stall stall;
+  SoundLoader loader(shapes, {}, kPlain, stall.around(decoder(shapes)), {20'000'000, true}, 2);
+  const std::vector<Voice> voices = {voice(0, 0, 0), voice(1, 1, 0, 0.25f)};
+  Playing streamed(loader.signals(), voices, kPlain, &loader);
+  std::vector<float> heard;
+  const auto play = [&](int segments, bool keyframe, bool wait) {
+    for (int k = 0; k < segments; ++k) {
+      const auto part = streamed.segment(keyframe, wait);
+      heard.insert(heard.end(), part.begin(), part.end());
+    }
+  };
+  play(20, true, true);
+  stall.set(true);
+  play(600, false, false);
+  // The short one goes on.
+  const float* const last = &heard[heard.size() - kKeyframeFrames];
+  for (int i = 0; i < kKeyframeFrames; ++i) {
+    const std::uint64_t frame = (heard.size() - kKeyframeFrames + static_cast<std::size_t>(i));
+    ASSERT_NEAR(last[i], 0.25f * sample_at(1, frame % kSecond_frames), 1e-5) << i;
+  }
+  stall.set(false);
+  play(1, true, true);
+  play(20, true, true);
+  EXPECT_LT(bend(heard), 2 * kMostBend);
+  const std::uint64_t frame = heard.size() - 1;
+  EXPECT_NEAR(heard.back(), sample_at(0, frame) + 0.25f * sample_at(1, frame % kSecond_frames),
+              1e-5);
+}
+
+TEST(SoundLoader, SilencesWhatNeedsADamagedBlockAndNothingElse) {
+  const std::vector<SignalShape> shapes = {{60 * kSecond_frames, true},
+                                           {60 * kSecond_frames, true}};
+  const auto decode = decoder(shapes);
+  const auto damaged = [&](std::size_t signal, std::size_t block) -> Result<std::vector<float>> {
+    if (signal == 0 && block == 2) return Error("block 3 of 6 fails its checksum");
+    return decode(signal, block);
+  };
+  SoundLoader loader(shapes, {}, kPlain, damaged, {20'000'000, true}, 2);
+  SoundLoader sane(shapes, {}, kPlain, decode, {20'000'000, true}, 2);
+  const std::vector<Voice> voices = {voice(0, 0, -14), voice(1, 1, 0)};
+  const std::vector<Voice> other = {voice(0, 1, 0)};
+  Playing all(sane.signals(), voices, kPlain, &sane),
+      streamed(loader.signals(), voices, kPlain, &loader),
+      alone(sane.signals(), other, kPlain, &sane);
+  std::vector<float> heard;
+  int whole = 0, without = 0;
+  for (int k = 0; k < 1000; ++k) {  // from second 14 to 34 of it, 20 to 30 being lost
+    const auto part = streamed.segment(), expected = all.segment(), left = alone.segment();
+    heard.insert(heard.end(), part.begin(), part.end());
+    whole += part == expected;
+    without += part == left;
+    ASSERT_TRUE(k > 100 || part == expected) << k;
+    ASSERT_TRUE(k < 320 || k > 780 || part == left) << k;
+  }
+  // A piece of 2.7 s, and what the filters remember, is lost with it on each side at most.
+  EXPECT_GE(whole, 1000 - 500 - 2 * 150);
+  EXPECT_GE(without, 500 - 5);
+  EXPECT_GE(whole + without, 1000 - 2);
+  EXPECT_LT(bend(heard), 2 * kMostBend);
+  const SoundStatistics statistics = loader.statistics();
+  EXPECT_GE(statistics.failed, 4u);
+  EXPECT_EQ(statistics.failure, "block 3 of 6 fails its checksum");
+}
+
+TEST(SoundLoader, WithTooLittleMemoryPlaysTheLoudestAndSaysSo) {
+  const std::vector<SignalShape> shapes(8, {600 * kSecond_frames, true});
+  SoundLoader loader(shapes, {}, kPlain, decoder(shapes), {3'000'000, true}, 2);
+  std::vector<Voice> voices;
+  for (std::uint32_t s = 0; s < 8; ++s)
+    voices.push_back(voice(s, s, -100 * static_cast<double>(s) - 1, s == 5 ? 1.0f : 0.01f));
+  Playing streamed(loader.signals(), voices, kPlain, &loader);
+  double energy = 0, of_loudest = 0;
+  for (int k = 0; k < 100; ++k)
+    for (const float x : streamed.segment()) energy += static_cast<double>(x) * x;
+  for (std::uint64_t i = 0; i < 100 * kKeyframeFrames; ++i)
+    of_loudest += std::pow(sample_at(5, i + 501 * kSecond_frames), 2);
+  EXPECT_GT(loader.statistics().crowded, 0u);
+  EXPECT_LE(loader.statistics().most_bytes, 3'000'000u);
+  // The others are 40 dB below it.
+  EXPECT_NEAR(energy / of_loudest, 1, 0.05);
+  EXPECT_LT(streamed.mixer().late_voices(), 8u * 100);
+}
+
+// Voices jump about in sounds of constant height while their pieces come and go by the thousand:
+// a piece that went while it is read would be a step, and so would one that is not filled yet.
+TEST(SoundLoader, HandsPiecesOverWhileVoicesJumpAboutWithoutAStepOrAPageFault) {
+  const std::vector<SignalShape> shapes(4, {1000 * kSecond_frames, true});
+  const auto constant = [&](std::size_t signal, std::size_t block) -> Result<std::vector<float>> {
+    return std::vector<float>(signal_block(shapes[signal].frames, block).frames, 0.5f);
+  };
+  constexpr std::size_t kVoices = 6;
+  SoundLoader loader(shapes, {}, kPlain, constant, {6'000'000, true}, 2, 2);
+  Mixer mixer(loader.signals(), kVoices, kPlain);
+  std::mt19937 random(5);
+  Keyframe keyframe;
+  const auto jump = [&](Voice& one) {
+    const auto slot = one.slot;
+    one = voice(slot, random() % 4, -static_cast<double>(random() % 900), 1.0f / kVoices);
+    one.starts = true;
+    one.start_delay_frames = one.delay_frames;
+  };
+  for (std::uint32_t s = 0; s < kVoices; ++s) jump(keyframe.voices.emplace_back(voice(s, 0, 0)));
+  mixer.begin(keyframe, 0);
+  std::vector<float> both(2 * kMostFrames);
+  float last = 0, most_step = 0, loudest = 0;
+  long faults = 0;
+  const auto faults_so_far = [] {
+    rusage usage{};
+    ::getrusage(RUSAGE_THREAD, &usage);
+    return usage.ru_minflt + usage.ru_majflt;
+  };
+  const int segments = testing::kSanitized ? 1000 : 3000;
+  std::vector<int> since(kVoices);  // its last jump, fades in between
+  for (int k = 0; k < segments; ++k) {
+    for (Voice& one : keyframe.voices) {
+      one.starts = false;
+      int& age = since[one.slot];
+      ++age;
+      for (Bands& ear : one.gain) ear.fill(1.0f / kVoices);
+      if (age > 60 && random() % 40 == 0) age = -1;
+      if (age == -1)
+        for (Bands& ear : one.gain) ear.fill(0);
+      if (age == 0) jump(one);
+    }
+    loader.play(keyframe.voices);
+    loader.pass(mixer.clock_frames());
+    const long before = faults_so_far();
+    mixer.load(keyframe);
+    while (!mixer.wants_keyframe()) {
+      const int steps = mixer.steps_left();
+      mixer.mix(both.data(), steps);
+      for (int i = 0; i < steps * kStepFrames; ++i) {
+        const float now = both[static_cast<std::size_t>(2 * i)];
+        most_step = std::max(most_step, std::abs(now - last));
+        loudest = std::max(loudest, now);
+        last = now;
+      }
+    }
+    if (k > 10) faults += faults_so_far() - before;
+    if (k % 4 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_GT(loader.statistics().dropped, 20u);
+  EXPECT_GT(loudest, 0.2f);
+  // All voices at once from silence in 960 frames; one that is cut would be a step of 0.08.
+  EXPECT_LT(most_step, 0.5f / kKeyframeFrames + 1e-5f);
+  if (!testing::kSanitized) {
+    EXPECT_EQ(faults, 0);
+  }
+}
+
+}  // namespace
+}  // namespace clamor
