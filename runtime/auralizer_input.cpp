@@ -20,10 +20,14 @@ Result<AuralizerInput> read_signals_and_tables(const BakeFile& file) {
     input.envelopes.push_back({std::move(*envelope), signal->samples.size(), signal->loop});
     input.signals.push_back(std::move(*signal));
   }
+  return input;
+}
+
+Result<void> read_what_hides(const BakeFile& file, AuralizerInput& input) {
   auto mesh = file.read_mesh();
   if (!mesh.ok()) return mesh.error();
   input.mesh = std::move(*mesh);
-  return input;
+  return {};
 }
 
 Result<AuralizerInput> read_auralizer_input(const BakeFile& file) {

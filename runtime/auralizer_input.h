@@ -23,11 +23,15 @@ struct AuralizerInput {
   Mesh mesh{};                             // what stands in the way; empty in a free field
 };
 
-// Decodes all signals, envelopes and the geometry, no pages: there are no sources yet.
+// Decodes all signals and envelopes, no pages and no geometry: there are no sources yet, and
+// nothing hides them.
 Result<AuralizerInput> read_signals_and_tables(const BakeFile& file);
 
 // Decodes all pages and signals. Memory grows with the file.
 Result<AuralizerInput> read_auralizer_input(const BakeFile& file);
+
+// Decodes the geometry, which is for those who look through it.
+Result<void> read_what_hides(const BakeFile& file, AuralizerInput& input);
 
 // An Error where an index points nowhere or there is nothing to hear.
 Result<void> check(const AuralizerInput& input);

@@ -71,8 +71,12 @@ inline bool needs_list(const std::string& strategy) { return strategy != "priori
 // Signals as the paper's strategies know them, by their mean power only.
 SignalWeights mean_weights(std::span<const PreparedSignal> signals);
 
-// What the options, which are right, ask for. All must outlive the sampler. The paper's own
-// strategies know nothing of what hides a source.
+// Does it ask what hides a source? The paper's own strategies know nothing of that.
+inline bool asks_what_hides(const std::string& strategy) {
+  return strategy == "priority" || strategy == "all";
+}
+
+// What the options, which are right, ask for. All must outlive the sampler.
 std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
                                       const SignalWeights& weights, SourceList& list,
                                       VisibilityCache* sight = nullptr);
