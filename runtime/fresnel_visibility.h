@@ -66,8 +66,9 @@ std::optional<bool> way_is_free(const SightGeometry& geometry, const SightLine& 
 // ways.
 inline constexpr int kFirstLookWays = 8, kCloseLookWays = 64;
 
-// Share of the power that arrives, per band. `rays` grows by those cast.
+// Share of the power that arrives, per band. `rays` grows by those cast; `straight` says whether
+// the straight line is free.
 Bands fresnel_visibility(const SightGeometry& geometry, const SightLine& line, int ways_per_ring,
-                         std::uint64_t& rays);
+                         std::uint64_t& rays, bool* straight = nullptr);
 
 }  // namespace clamor
