@@ -202,12 +202,16 @@ class Priority final : public Sampler {
     best_.clear();
     for (std::uint32_t c = 0; c < candidates_.size(); ++c) {
       const Candidate& candidate = candidates_[c];
+      if (const auto ahead = c + kFetchAhead; ahead < candidates_.size())
+        if (candidates_[ahead].known != VisibilityCache::kUnknown)
+          sight_->prefetch_visibility(candidates_[ahead].known);
       if (candidate.known != VisibilityCache::kUnknown)
-        dim(c, candidate.priority);
+        best_.push_back(dim(c, candidate.priority));
       else
         unknown_.push_back({candidate.priority, c});
     }
     std::sort(unknown_.begin(), unknown_.end(), std::greater<>());
+    if (!unknown_.empty()) keep_best();
     bool rays_left = true;
     std::size_t u = 0;
     for (; u < unknown_.size() && rays_left; ++u) {
@@ -217,7 +221,11 @@ class Priority final : public Sampler {
       candidates_[c].known = sight_->look(found.number, *found.source, as_if_free);
       rays_left = candidates_[c].known != VisibilityCache::kUnknown;
       if (!rays_left) break;
-      dim(c, as_if_free);
+      best_.push_back(dim(c, as_if_free));
+      std::push_heap(best_.begin(), best_.end(), std::greater<>());
+      if (best_.size() <= voices_ + 1) continue;
+      std::pop_heap(best_.begin(), best_.end(), std::greater<>());
+      best_.pop_back();
     }
     for (; u < unknown_.size(); ++u) candidates_[unknown_[u].second].priority = 0;
     std::erase_if(candidates_, [threshold](const Candidate& candidate) {
@@ -226,8 +234,18 @@ class Priority final : public Sampler {
     return rays_left && !enough;
   }
 
-  // best_ is a heap of the k + 1 highest so far, the lowest of them at its front.
-  void dim(std::uint32_t c, double as_if_free) {
+  // Makes best_ a heap of the k + 1 highest of it, the lowest of them at its front.
+  void keep_best() {
+    if (best_.size() > voices_ + 1) {
+      std::nth_element(best_.begin(), best_.begin() + static_cast<std::ptrdiff_t>(voices_),
+                       best_.end(), std::greater<>());
+      best_.resize(voices_ + 1);
+    }
+    std::make_heap(best_.begin(), best_.end(), std::greater<>());
+  }
+
+  // The priority that is left of a candidate.
+  double dim(std::uint32_t c, double as_if_free) {
     Candidate& candidate = candidates_[c];
     const Source& source = *candidate.found.source;
     const Bands& visibility = sight_->visibility(candidate.known);
@@ -238,13 +256,7 @@ class Priority final : public Sampler {
     candidate.weight = w;
     candidate.priority = w / std::max(source.u, kLeastU);
     candidate.visibility = visibility;
-    if (best_.size() > voices_) {
-      if (candidate.priority <= best_.front()) return;
-      std::pop_heap(best_.begin(), best_.end(), std::greater<>());
-      best_.pop_back();
-    }
-    best_.push_back(candidate.priority);
-    std::push_heap(best_.begin(), best_.end(), std::greater<>());
+    return candidate.priority;
   }
 
   // Spends the keyframe's rays on what would be chosen if nothing stood in the way. False if there

@@ -10,12 +10,15 @@ namespace {
 
 constexpr std::size_t kFirstTable = 1 << 10;
 constexpr std::uint32_t kForget_keyframes = 500;
-constexpr double kSizePerDistance = 1.0 / 6;
+constexpr double kSizePerDistance = 1.0 / 4;
+constexpr int kSizes = 4, kSizesNear = 2;
+// Means and looks differ by so much on any walk; twice that, and nothing is as it was.
+constexpr double kExpected = 0.08, kPerSurprise = 10;
 constexpr int kFinest = -3, kCoarsest = 5;  // 12 cm to 32 m
 // Looks lose half of their weight on a tenth of the way to the source, and older ones to newer ones
 // beyond so many.
-constexpr double kFadePerDistance = 0.2;
-constexpr float kMostWeight = 4, kEnough = 0.5f;
+constexpr double kFadePerDistance = 0.1;
+constexpr float kMostWeight = 2, kEnough = 0.5f;
 
 // Of the cell that is as large as a source's distance allows.
 int level_at(const Source& source, const Vec3& place) {
@@ -42,17 +45,22 @@ std::size_t hash_of(std::uint64_t key) {
   return static_cast<std::size_t>(key ^ (key >> 32));
 }
 
-// How much of their weight looks from `from_m` have kept.
-float kept(const Vec3f& from_m, const Source& source, const Vec3& place) {
-  const double moved_m = length(place - Vec3(from_m));
-  const double distance_m = length(place - Vec3(source.position_m));
-  return static_cast<float>(
-      std::max(0.0, 1 - moved_m / std::max(kFadePerDistance * distance_m, 0.1)));
-}
-
 }  // namespace
 
 SightCells::SightCells() : table_(kFirstTable) {}
+
+// How much of their weight looks have kept.
+float SightCells::kept(const Cell& cell, const Source& source, const Vec3& place) const {
+  const double moved_m = length(place - Vec3(cell.from_m));
+  const double distance_m = length(place - Vec3(source.position_m));
+  const double left = 1 - moved_m / std::max(kFadePerDistance * distance_m, 0.1);
+  const double same = 1 - (surprises_ - static_cast<double>(cell.surprises));
+  return static_cast<float>(std::max(left, 0.0) * std::max(same, 0.0));
+}
+
+void SightCells::be_surprised(double by) {
+  surprises_ += kPerSurprise * std::max(0.0, by - kExpected);
+}
 
 const SightCells::Cell* SightCells::find(std::uint64_t key) const {
   for (std::size_t at = hash_of(key);; ++at) {
@@ -90,13 +98,13 @@ void SightCells::grow(std::uint32_t keyframe) {
   }
 }
 
-// In two sizes, as a cell that is the right one now may be too fine when the listener walks away.
+// In several sizes: one that is right now may be too fine when the listener walks away.
 void SightCells::add(const Source& source, const Vec3& place, bool straight,
                      const Bands& visibility, std::uint32_t keyframe) {
   const int level = level_at(source, place);
-  for (const int l : {level, level + 1}) {
+  for (int l = level; l < level + kSizes; ++l) {
     Cell& cell = find_or_add(key_of(source, l), keyframe);
-    const float left = kept(cell.from_m, source, place);
+    const float left = kept(cell, source, place);
     for (Kind& kind : cell.kinds) {
       const float keep = left * std::min(1.0f, kMostWeight / std::max(kind.weight, kMostWeight));
       kind.weight *= keep;
@@ -107,6 +115,7 @@ void SightCells::add(const Source& source, const Vec3& place, bool straight,
     for (std::size_t b = 0; b < kBandCount; ++b) kind.sum[b] += visibility[b];
     cell.from_m = Vec3f(place);
     cell.keyframe = keyframe;
+    cell.surprises = static_cast<float>(surprises_);
   }
 }
 
@@ -115,13 +124,14 @@ bool SightCells::is_of(std::uint32_t keyframe, const Source& source, const Vec3&
   return cell != nullptr && cell->keyframe == keyframe;
 }
 
-bool SightCells::mean(const Source& source, const Vec3& place, bool straight, Mean& mean) const {
+bool SightCells::mean(const Source& source, const Vec3& place, bool straight, bool from_afar,
+                      Mean& mean) const {
   const int level = level_at(source, place);
-  for (const int l : {level, level + 1}) {
+  for (int l = level; l < level + (from_afar ? kSizes : kSizesNear); ++l) {
     const Cell* const cell = find(key_of(source, l));
     if (cell == nullptr) continue;
     const Kind& kind = cell->kinds[straight ? 1 : 0];
-    if (kind.weight * kept(cell->from_m, source, place) < kEnough) continue;
+    if (kind.weight * kept(*cell, source, place) < kEnough) continue;
     for (std::size_t b = 0; b < kBandCount; ++b) mean.visibility[b] = kind.sum[b] / kind.weight;
     mean.keyframe = cell->keyframe;
     return true;

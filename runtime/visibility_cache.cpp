@@ -1,6 +1,7 @@
 #include "runtime/visibility_cache.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <time.h>
@@ -17,6 +18,9 @@ constexpr std::size_t kFirstTable = 1 << 12;
 // Rays of a first look, about: enough must be left to begin one.
 constexpr std::int64_t kRaysOfLook = 50;
 constexpr std::uint32_t kLongAgo_keyframes = 50;
+constexpr int kEnoughForSurprise = 20;  // looks
+// A keyframe thinks of every fourth source only.
+constexpr std::uint32_t kTurns = 4;
 
 std::size_t hash_of(std::uint64_t number) {
   number *= 0x9e3779b97f4a7c15u;
@@ -91,24 +95,24 @@ bool VisibilityCache::is_within(const Entry& entry, double cells) const {
   return dot(moved, moved) <= most_m * most_m;
 }
 
+bool VisibilityCache::is_current(const Entry& entry) const {
+  return entry.depth >= Depth::kQuick && is_within(entry, 1) &&
+         cells_.surprises() - static_cast<double>(entry.surprises) < 0.5;
+}
+
 void VisibilityCache::prefetch(std::uint64_t number) const {
   __builtin_prefetch(&slots_[hash_of(number) & (slots_.size() - 1)]);
 }
 
-VisibilityCache::Index VisibilityCache::find(std::uint64_t number) {
+VisibilityCache::Slot& VisibilityCache::slot_of(std::uint64_t number) {
   for (std::size_t at = hash_of(number);; ++at) {
-    const Slot& slot = slots_[at & (slots_.size() - 1)];
-    if (slot.index == kUnknown) return kUnknown;
-    if (slot.number != number) continue;
-    entries_[slot.index].used = keyframe_;
-    return slot.index;
+    Slot& slot = slots_[at & (slots_.size() - 1)];
+    if (slot.index == kUnknown || slot.number == number) return slot;
   }
 }
 
-void VisibilityCache::put(std::uint64_t number, Index index) {
-  std::size_t at = hash_of(number);
-  while (slots_[at & (slots_.size() - 1)].index != kUnknown) ++at;
-  slots_[at & (slots_.size() - 1)] = {number, index};
+VisibilityCache::Index VisibilityCache::find(std::uint64_t number) const {
+  return const_cast<VisibilityCache*>(this)->slot_of(number).index;
 }
 
 VisibilityCache::Index VisibilityCache::add(std::uint64_t number, const Source& source) {
@@ -123,9 +127,9 @@ VisibilityCache::Index VisibilityCache::add(std::uint64_t number, const Source& 
     std::vector<Slot> old(2 * slots_.size());
     slots_.swap(old);
     for (const Slot& slot : old)
-      if (slot.index != kUnknown) put(slot.number, slot.index);
+      if (slot.index != kUnknown) slot_of(slot.number) = slot;
   }
-  put(number, index);
+  slot_of(number) = {number, index};
   return index;
 }
 
@@ -136,14 +140,21 @@ void VisibilityCache::make_room() {
   std::size_t size = kFirstTable;
   while (size < 4 * entries_.size() + 4) size *= 2;
   slots_.assign(size, Slot{});
-  for (Index i = 0; i < entries_.size(); ++i) put(entries_[i].number, i);
+  for (Index i = 0; i < entries_.size(); ++i) {
+    const std::uint64_t number = entries_[i].number;
+    slot_of(number) = {number, i | (entries_[i].hidden ? kHidden : 0)};
+  }
 }
 
 // --- Looking ------------------------------------------------------------------------------------
 
 void VisibilityCache::seen(Entry& entry, const Source& source) {
-  entry.hidden = entry.visibility == Bands{};
+  if (const bool hidden = entry.visibility == Bands{}; hidden != entry.hidden) {
+    entry.hidden = hidden;
+    slot_of(entry.number).index ^= kHidden;
+  }
   entry.changed = keyframe_;
+  entry.surprises = static_cast<float>(cells_.surprises());
   entry.from_m = Vec3f(place_);
   entry.cell_m = static_cast<float>(std::clamp(
       kCellOfDistance * length(place_ - Vec3(source.position_m)), kLeastCell_m, kMostCell_m));
@@ -166,10 +177,10 @@ void VisibilityCache::believe_neighbours(Entry& entry, const Source& source, boo
   SightCells::Mean mean;
   if (!entry.has_start) {
     entry.visibility = {};
-  } else if (!cells_.mean(source, place_, entry.straight, mean)) {
+  } else if (!cells_.mean(source, place_, entry.straight, entry.straight || !entry.hidden, mean)) {
     if (new_side) entry.visibility = same_in_all_bands(entry.straight ? 1 : 0);
   } else if (mean.keyframe > entry.looked) {
-    const float share = new_side ? 1 : 0.5f;
+    const float share = new_side ? 1 : 0.8f;
     for (std::size_t b = 0; b < kBandCount; ++b)
       entry.visibility[b] += share * (mean.visibility[b] - entry.visibility[b]);
   }
@@ -177,21 +188,30 @@ void VisibilityCache::believe_neighbours(Entry& entry, const Source& source, boo
 
 void VisibilityCache::look_at(Entry& entry, const Source& source, Depth depth) {
   std::uint64_t rays = 0;
-  entry.visibility = {};
+  const Bands believed = std::exchange(entry.visibility, {});
+  const bool expected =
+      entry.changed > 0 && cells_.surprises() - static_cast<double>(entry.surprises) < 0.5;
   entry.straight = false;
   const bool close = depth == Depth::kClose;
   if (entry.has_start)
     entry.visibility =
         fresnel_visibility(geometry_, {entry.start_m, Vec3f(place_), speed_of_sound_mps_},
-                           close ? kCloseLookWays : kFirstLookWays, rays, &entry.straight);
+                           close                    ? kCloseLookWays
+                           : depth == Depth::kQuick ? kQuickLookWays
+                                                    : kFirstLookWays,
+                           rays, &entry.straight);
   ++(close ? statistics_.close_looks : statistics_.looks);
   statistics_.rays += rays;
   rays_left_ -= static_cast<std::int64_t>(rays);
   entry.depth = depth;
   entry.looked = keyframe_;
   seen(entry, source);
-  if (!options_.exact && entry.has_start)
-    cells_.add(source, place_, entry.straight, entry.visibility, keyframe_);
+  if (options_.exact || !entry.has_start) return;
+  cells_.add(source, place_, entry.straight, entry.visibility, keyframe_);
+  if (!expected) return;
+  ++expected_;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    surprise_ += static_cast<double>(std::abs(entry.visibility[b] - believed[b])) / kBandCount;
 }
 
 VisibilityCache::Index VisibilityCache::look(std::uint64_t number, const Source& source,
@@ -211,15 +231,15 @@ VisibilityCache::Index VisibilityCache::look(std::uint64_t number, const Source&
     glance_at(entry, source);
   const Vec3 way = place_ - Vec3(source.position_m);
   entry.reach = static_cast<float>(loudness * dot(way, way));
-  return index;
+  return entry.hidden ? index | kHidden : index;
 }
 
 const Bands& VisibilityCache::look_now(std::uint64_t number, const Source& source) {
   Index index = find(number);
   const bool known = index != kUnknown;
   if (!known) index = add(number, source);
-  Entry& entry = entries_[index];
-  if (!known || entry.depth < Depth::kLook || !is_within(entry, 1))
+  Entry& entry = entries_[index & ~kHidden];
+  if (!known || entry.depth < Depth::kLook || !is_current(entry))
     look_at(entry, source, Depth::kLook);
   return entry.visibility;
 }
@@ -228,10 +248,18 @@ const Bands& VisibilityCache::look_now(std::uint64_t number, const Source& sourc
 
 bool VisibilityCache::refresh(std::span<const Wanted> wanted, double tau) {
   turns_.clear();
+  look_turns_.clear();
   close_turns_.clear();
   statistics_.wanted = 0;
+  const std::uint32_t turn = keyframe_ % kTurns;
+  const bool all = cells_.surprises() > last_surprises_ + 0.5;
+  last_surprises_ += 0.25 * (cells_.surprises() - last_surprises_);
+  double sum = 0;
   for (const Wanted& one : wanted) {
-    Entry& entry = entries_[one.index];
+    const Index index = one.index & ~kHidden;
+    if (!all && index % kTurns != turn) continue;
+    Entry& entry = entries_[index];
+    entry.used = keyframe_;
     double loudness = one.loudness;
     if (entry.hidden) {
       const Vec3 way = place_ - Vec3(one.source->position_m);
@@ -241,19 +269,29 @@ bool VisibilityCache::refresh(std::span<const Wanted> wanted, double tau) {
     ++statistics_.wanted;
     // A chosen source is mixed as if its weight were tau at least.
     const double weight = loudness * static_cast<double>(one.source->u);
-    const bool alone = options_.exact || weight > 4 * tau;
+    const bool alone = options_.exact || weight > 4 * std::max(tau, mean_weight_);
+    sum += weight;
     const double counts = std::max(weight, tau);
     const auto age = std::min(keyframe_ - entry.looked, kLongAgo_keyframes);
-    if (entry.depth < Depth::kLook || !is_within(entry, 1))
-      turns_.push_back({counts * age, one.index, one.source, alone});
+    if (!is_current(entry))
+      turns_.push_back({counts * age, index, one.source, alone});
+    else if (entry.depth < Depth::kLook)
+      look_turns_.push_back({loudness, index, one.source});
     else if (entry.depth < Depth::kClose && is_partial(entry.visibility))
-      close_turns_.push_back({loudness, one.index, one.source});
+      close_turns_.push_back({loudness, index, one.source});
   }
+  mean_weight_ = sum / std::max<double>(1, static_cast<double>(statistics_.wanted));
   statistics_.current = statistics_.wanted - turns_.size();
-  if (turns_.empty() && close_turns_.empty()) return false;
+  if (turns_.empty() && look_turns_.empty() && close_turns_.empty()) return ++idle_ < kTurns;
+  idle_ = 0;
   if (!options_.exact) glance_again(turns_);
-  serve(turns_, Depth::kLook);
+  serve(turns_, options_.exact ? Depth::kLook : Depth::kQuick);
+  serve(look_turns_, Depth::kLook);
   serve(close_turns_, Depth::kClose);
+  if (expected_ > kEnoughForSurprise) {
+    cells_.be_surprised(surprise_ / expected_);
+    surprise_ = expected_ = 0;
+  }
   return true;
 }
 
@@ -272,7 +310,7 @@ void VisibilityCache::glance_again(std::vector<Turn>& turns) {
   const CastingTime time(statistics_.casting_ms);
   for (std::size_t t = 0; t < most; ++t) {
     Entry& entry = entries_[turns[t].index];
-    if (!is_within(entry, 0.5)) glance_at(entry, *turns[t].source);
+    if (!is_within(entry, 0.1)) glance_at(entry, *turns[t].source);
   }
 }
 
@@ -291,7 +329,7 @@ void VisibilityCache::serve(std::vector<Turn>& turns, Depth depth) {
       if (again ? entry.depth >= depth && entry.changed == keyframe_
                 : !turns[t].counts_alone && cells_.is_of(keyframe_, source, place_))
         continue;
-      look_at(entry, source, depth);
+      look_at(entry, source, turns[t].counts_alone ? std::max(depth, Depth::kLook) : depth);
     }
 }
 

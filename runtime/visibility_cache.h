@@ -65,9 +65,9 @@ Bands look_closely(const SightGeometry& geometry, double speed_of_sound_mps, con
 
 class VisibilityCache {
  public:
-  // A known source, until the next keyframe.
+  // A known source, until the next keyframe. It says itself whether anything of it is heard.
   using Index = std::uint32_t;
-  static constexpr Index kUnknown = 0xffffffff;
+  static constexpr Index kUnknown = 0xffffffff, kHidden = 0x80000000;
 
   // What a keyframe would like to know better. `loudness` is its priority as if nothing were in the
   // way; of one that is hidden, which nobody weighs, it may be left out.
@@ -88,11 +88,14 @@ class VisibilityCache {
 
   // Fetches what find() will want of a source, a little later.
   void prefetch(std::uint64_t number) const;
-  Index find(std::uint64_t number);
+  Index find(std::uint64_t number) const;
+  static bool is_hidden(Index known) { return (known & kHidden) != 0; }
 
-  // What is known of a source: nothing of it is heard, or so much.
-  bool is_hidden(Index index) const { return entries_[index].hidden; }
-  const Bands& visibility(Index index) const { return entries_[index].visibility; }
+  // What arrives of a known source; and, a little earlier, that it will be asked for.
+  const Bands& visibility(Index known) const { return entries_[known & ~kHidden].visibility; }
+  void prefetch_visibility(Index known) const {
+    __builtin_prefetch(&entries_[known & ~kHidden].visibility);
+  }
 
   // Looks at an unknown source; kUnknown if there are no rays left for that.
   Index look(std::uint64_t number, const Source& source, double loudness);
@@ -101,20 +104,21 @@ class VisibilityCache {
   // every source.
   const Bands& look_now(std::uint64_t number, const Source& source);
 
-  // Spends what is left of the rays on those that are as loud as `tau`; false if nothing was left
-  // to be done.
+  // Spends what is left of the rays on those that are as loud as `tau`, a quarter of them at a
+  // time; false if nothing was left to be done.
   bool refresh(std::span<const Wanted> wanted, double tau);
 
   const VisibilityStatistics& statistics() const { return statistics_; }
 
  private:
-  enum class Depth : std::uint8_t { kGlance, kLook, kClose };
+  enum class Depth : std::uint8_t { kGlance, kQuick, kLook, kClose };
   struct Entry {
     std::uint64_t number = 0;
     Vec3f from_m{};  // where the listener was, at the last glance or look
     float cell_m = 0;
-    Vec3f start_m{};  // where rays leave the source
-    float reach = 0;  // its loudness as if nothing were in the way, at 1 m
+    Vec3f start_m{};      // where rays leave the source
+    float reach = 0;      // its loudness as if nothing were in the way, at 1 m
+    float surprises = 0;  // of the neighbourhood's clock
     std::uint32_t changed = 0, looked = 0, used = 0;  // keyframes
     Depth depth = Depth::kGlance;
     bool has_start = false, straight = false, hidden = false;
@@ -122,7 +126,7 @@ class VisibilityCache {
   };
   struct Slot {
     std::uint64_t number = 0;
-    Index index = kUnknown;  // then it is free
+    Index index = kUnknown;  // of the entry, | kHidden if it is; kUnknown: the slot is free
   };
   // One of those that refresh() is about.
   struct Turn {
@@ -133,9 +137,10 @@ class VisibilityCache {
   };
 
   bool is_within(const Entry& entry, double cells) const;
+  bool is_current(const Entry& entry) const;
   Index add(std::uint64_t number, const Source& source);
   void make_room();
-  void put(std::uint64_t number, Index index);
+  Slot& slot_of(std::uint64_t number);  // or the free one where it would be
   void seen(Entry& entry, const Source& source);
   void glance_at(Entry& entry, const Source& source);
   void look_at(Entry& entry, const Source& source, Depth depth);
@@ -149,9 +154,12 @@ class VisibilityCache {
   std::vector<Slot> slots_;  // open addressing, a power of two
   std::vector<Entry> entries_;
   SightCells cells_;
-  std::vector<Turn> turns_, close_turns_;
+  std::vector<Turn> turns_, look_turns_, close_turns_;
   Vec3 place_{};
-  std::uint32_t keyframe_ = 0;
+  std::uint32_t keyframe_ = 0, idle_ = 0;     // refreshes without anything to do
+  double mean_weight_ = 0;                    // of those that matter
+  double surprise_ = 0, last_surprises_ = 0;  // of the looks of a keyframe, summed
+  int expected_ = 0;                          // those that there were expectations of
   std::int64_t rays_left_ = 0;
   VisibilityStatistics statistics_;
 };
