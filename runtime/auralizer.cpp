@@ -59,6 +59,10 @@ Error nothing_to_hear() {
   return Error("there are no sources to hear; bake the level with an emitter.");
 }
 
+bool looks(const AuralizerOptions& options) {
+  return options.visibility && asks_what_hides(options.strategy);
+}
+
 SignalWeights weights_of(const AuralizerInput& input) {
   if (!input.envelopes.empty()) return make_signal_weights(input.envelopes);
   std::vector<TimedEnvelope> envelopes;
@@ -153,7 +157,7 @@ struct Auralizer::State {
   }
 
   void look_for_what_hides(const AuralizerOptions& options) {
-    if (!options.visibility || input.mesh.triangles.empty()) return;
+    if (!looks(options) || input.mesh.triangles.empty()) return;
     surfaces = std::make_unique<SightGeometry>(input.mesh, input.materials);
     sight = std::make_unique<VisibilityCache>(
         *surfaces, field.speed_of_sound_mps(),
@@ -369,6 +373,8 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeF
   const bool listed = needs_list(options.strategy);
   auto input = listed ? read_auralizer_input(*file) : read_tables(*file);
   if (!input.ok()) return input.error();
+  if (looks(options))
+    if (const auto read = read_what_hides(*file, *input); !read.ok()) return read.error();
   if (listed) {
     auto auralizer = create(std::move(*input), options);
     if (!auralizer.ok()) return auralizer.error().in(file->path());

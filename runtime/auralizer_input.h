@@ -24,7 +24,8 @@ struct AuralizerInput {
   Mesh mesh{};                             // what stands in the way; empty in a free field
 };
 
-// Decodes envelopes and the geometry, no signals and no pages: there are no sources yet.
+// Decodes envelopes, no signals, no pages and no geometry: there are no sources yet, and nothing
+// hides them.
 Result<AuralizerInput> read_tables(const BakeFile& file);
 
 // And all signals.
@@ -32,6 +33,9 @@ Result<AuralizerInput> read_signals_and_tables(const BakeFile& file);
 
 // Decodes all pages and signals. Memory grows with the file.
 Result<AuralizerInput> read_auralizer_input(const BakeFile& file);
+
+// Decodes the geometry, which is for those who look through it.
+Result<void> read_what_hides(const BakeFile& file, AuralizerInput& input);
 
 // An Error where an index points nowhere or there is nothing to hear.
 Result<void> check(const AuralizerInput& input);

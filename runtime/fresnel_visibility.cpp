@@ -154,7 +154,8 @@ std::optional<bool> way_is_free(const SightGeometry& geometry, const SightLine& 
 }
 
 Bands fresnel_visibility(const SightGeometry& geometry, const SightLine& line, int ways_per_ring,
-                         std::uint64_t& rays) {
+                         std::uint64_t& rays, bool* straight_is_free) {
+  if (straight_is_free != nullptr) *straight_is_free = true;
   if (geometry.empty()) return same_in_all_bands(1);
   Zone zone(geometry, line, rays);
   const int first_ways = (ways_per_ring + 1) / 2;
@@ -163,6 +164,7 @@ Bands fresnel_visibility(const SightGeometry& geometry, const SightLine& line, i
   // may come through any.
   ++rays;
   const bool straight = geometry.is_free(line.from_m, line.to_m);
+  if (straight_is_free != nullptr) *straight_is_free = straight;
   bool mixed = false;
   for (std::size_t r = 0; r < kRings; r += straight ? kRings / 2 : 1) {
     zone.cast(r, first_ways);

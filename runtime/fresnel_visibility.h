@@ -61,13 +61,15 @@ double wavelength_m(std::size_t band, double speed_of_sound_mps);
 std::optional<bool> way_is_free(const SightGeometry& geometry, const SightLine& line,
                                 double detour_m, double turn_rad, std::uint64_t& rays);
 
-// Ways per ring, half of them where rings are not mixed: for a first look (70 rays on average in a
+// Ways per ring, half of them where rings are not mixed: for a quick look at one of many; for a
+// first look (70 rays on average in a
 // furnished room, 9 of 10 bands within 1 dB), and for one that is within 1 dB of any number of
 // ways.
-inline constexpr int kFirstLookWays = 8, kCloseLookWays = 64;
+inline constexpr int kQuickLookWays = 4, kFirstLookWays = 8, kCloseLookWays = 64;
 
-// Share of the power that arrives, per band. `rays` grows by those cast.
+// Share of the power that arrives, per band. `rays` grows by those cast; `straight` says whether
+// the straight line is free.
 Bands fresnel_visibility(const SightGeometry& geometry, const SightLine& line, int ways_per_ring,
-                         std::uint64_t& rays);
+                         std::uint64_t& rays, bool* straight = nullptr);
 
 }  // namespace clamor

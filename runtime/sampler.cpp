@@ -152,11 +152,13 @@ class Priority final : public Sampler {
   static constexpr double kLookAhead_keyframes = 25;  // half a second
   static constexpr double kStep = 16, kStepWhereHidden = 4;
   static constexpr double kNarrow = 1 + 1e-9, kNarrowEnough = 1.25;
+  static constexpr std::size_t kFetchAhead = 8;
   static constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
 
   struct Candidate {
     double priority, weight;
     FoundSource found;
+    VisibilityCache::Index known = VisibilityCache::kUnknown;
     Bands visibility = same_in_all_bands(1);
     // Ties go to the lower number, so that the choice is one.
     bool operator<(const Candidate& other) const {
@@ -239,12 +241,17 @@ class Priority final : public Sampler {
     found_.clear();
     wanted_.clear();
     if (!pool_.look(place, threshold, most, found_)) return false;
-    for (const FoundSource& found : found_) {
+    for (std::size_t f = 0; f < found_.size(); ++f) {
+      const FoundSource& found = found_[f];
       const Source& source = *found.source;
-      const auto* const known = sight_ != nullptr ? sight_->known(found.number) : nullptr;
-      if (known != nullptr && known->hidden) {  // weighs nothing, whatever it would
-        wanted_.push_back({known->loudness, found.number, &source});
-        continue;
+      auto known = VisibilityCache::kUnknown;
+      if (sight_ != nullptr) {
+        if (f + kFetchAhead < found_.size()) sight_->prefetch(found_[f + kFetchAhead].number);
+        known = sight_->find(found.number);
+        if (known != VisibilityCache::kUnknown && sight_->is_hidden(known)) {
+          wanted_.push_back({0, known, &source});  // weighs nothing, whatever it would
+          continue;
+        }
       }
       const LoudnessTrack::Moment now =
           weights_now(field_, weights_, found.signal, source, place, time_s_);
@@ -253,7 +260,7 @@ class Priority final : public Sampler {
       const double w = sum_of_bands(now.weights, intensity);
       const double priority = w / std::max(source.u, kLeastU);
       if (!(w > 0 && priority >= threshold)) continue;
-      candidates_.push_back({priority, w, found});
+      candidates_.push_back({priority, w, found, known});
       if (sight_ != nullptr) parts_.push_back(weighed(now.weights, intensity));
     }
     return true;
@@ -268,22 +275,30 @@ class Priority final : public Sampler {
     best_.clear();
     for (std::uint32_t c = 0; c < candidates_.size(); ++c) {
       const Candidate& candidate = candidates_[c];
-      if (const auto* const known = sight_->known(candidate.found.number))
-        dim(c, known->visibility, candidate.priority);
+      if (const auto ahead = c + kFetchAhead; ahead < candidates_.size())
+        if (candidates_[ahead].known != VisibilityCache::kUnknown)
+          sight_->prefetch_visibility(candidates_[ahead].known);
+      if (candidate.known != VisibilityCache::kUnknown)
+        best_.push_back(dim(c, candidate.priority));
       else
         unknown_.push_back({candidate.priority, c});
     }
     std::sort(unknown_.begin(), unknown_.end(), std::greater<>());
+    if (!unknown_.empty()) keep_best();
     bool rays_left = true;
     std::size_t u = 0;
     for (; u < unknown_.size() && rays_left; ++u) {
       const auto [as_if_free, c] = unknown_[u];
       if (best_.size() > voices_ && best_.front() > as_if_free) break;
       const FoundSource& found = candidates_[c].found;
-      const auto* const seen = sight_->look(found.number, *found.source, as_if_free);
-      rays_left = seen != nullptr;
+      candidates_[c].known = sight_->look(found.number, *found.source, as_if_free);
+      rays_left = candidates_[c].known != VisibilityCache::kUnknown;
       if (!rays_left) break;
-      dim(c, seen->visibility, as_if_free);
+      best_.push_back(dim(c, as_if_free));
+      std::push_heap(best_.begin(), best_.end(), std::greater<>());
+      if (best_.size() <= voices_ + 1) continue;
+      std::pop_heap(best_.begin(), best_.end(), std::greater<>());
+      best_.pop_back();
     }
     for (; u < unknown_.size(); ++u) candidates_[unknown_[u].second].priority = 0;
     std::erase_if(candidates_, [threshold](const Candidate& candidate) {
@@ -292,32 +307,36 @@ class Priority final : public Sampler {
     return rays_left && !enough;
   }
 
-  // best_ is a heap of the k + 1 highest so far, the lowest of them at its front.
-  void dim(std::uint32_t c, const Bands& visibility, double as_if_free) {
+  // Makes best_ a heap of the k + 1 highest of it, the lowest of them at its front.
+  void keep_best() {
+    if (best_.size() > voices_ + 1) {
+      std::nth_element(best_.begin(), best_.begin() + static_cast<std::ptrdiff_t>(voices_),
+                       best_.end(), std::greater<>());
+      best_.resize(voices_ + 1);
+    }
+    std::make_heap(best_.begin(), best_.end(), std::greater<>());
+  }
+
+  // The priority that is left of a candidate.
+  double dim(std::uint32_t c, double as_if_free) {
     Candidate& candidate = candidates_[c];
     const Source& source = *candidate.found.source;
-    wanted_.push_back({as_if_free, candidate.found.number, &source});
+    const Bands& visibility = sight_->visibility(candidate.known);
+    wanted_.push_back({as_if_free, candidate.known, &source});
     double w = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
       w += static_cast<double>(parts_[c][b]) * visibility[b];
     candidate.weight = w;
     candidate.priority = w / std::max(source.u, kLeastU);
     candidate.visibility = visibility;
-    if (best_.size() > voices_) {
-      if (candidate.priority <= best_.front()) return;
-      std::pop_heap(best_.begin(), best_.end(), std::greater<>());
-      best_.pop_back();
-    }
-    best_.push_back(candidate.priority);
-    std::push_heap(best_.begin(), best_.end(), std::greater<>());
+    return candidate.priority;
   }
 
   // Spends the keyframe's rays on what would be chosen if nothing stood in the way. False if there
   // is nothing that a further sample at this place would know better.
   bool look_again(double tau) {
     if (waits()) return true;
-    std::erase_if(wanted_, [tau](const auto& one) { return one.loudness < tau; });
-    return sight_->refresh(wanted_);
+    return sight_->refresh(wanted_, tau);
   }
 
   // An exact sampler looks only when everything is here, so that what it sees does not depend on

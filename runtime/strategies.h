@@ -76,8 +76,12 @@ inline bool takes_moving(const std::string& strategy) {
   return strategy == "priority" || strategy == "all";
 }
 
-// What the options, which are right, ask for. All must outlive the sampler. The paper's own
-// strategies know nothing of what hides a source.
+// Does it ask what hides a source? The paper's own strategies know nothing of that.
+inline bool asks_what_hides(const std::string& strategy) {
+  return strategy == "priority" || strategy == "all";
+}
+
+// What the options, which are right, ask for. All must outlive the sampler.
 std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
                                       const SignalWeights& weights, SourceList& list,
                                       VisibilityCache* sight = nullptr,

@@ -2,22 +2,25 @@
 //
 // A look at a source costs 50 to 1200 rays, and there are thousands that matter: so each look is
 // kept, and holds for the cell it was made in, a ball round where the listener was whose radius is
-// a twelfth of the distance to the source, 0.15 to 0.75 m. Outside it is still used, until the
-// source's turn comes. A keyframe may cast so many rays and no more:
+// a 24th of the distance to the source, 0.1 to 0.4 m. Outside it is still used, until the source's
+// turn comes. A keyframe may cast so many rays and no more:
 //
-//   1. sources that would be chosen and were never looked at get a glance, the straight line alone
+//   1. sources that would be chosen and are new get a glance, whether the straight line is free
 //      (2 rays), loudest first, for up to half of the rays;
-//   2. of the rest, three quarters go to the loudest whose look is no longer or not yet good
-//      enough, one quarter to those that have waited the longest, so that none waits for ever;
-//   3. what is left goes to close looks at those that edges cut.
+//   2. then those whose look is no longer good, oldest first, for up to a quarter (1 ray): whether
+//      the straight line still is free, and what that means for its neighbours (sight_cells.h),
+//      corrects them all within a few keyframes, when a listener steps through a door;
+//   3. then they are looked at again, by what they count for times how long it is ago; one of each
+//      neighbourhood first;
+//   4. what is left goes to close looks at those that edges cut.
 //
 // One that there are no rays left for counts as hidden: it is late, a few keyframes, and weaker
 // than all that were looked at. When told to be exact (a render, which can wait), there are as many
-// rays for looks at unknown sources as it takes, and no glances.
+// rays for looks at unknown sources as it takes, no glances, and nothing is taken from neighbours.
 //
 // The budget is in rays and not in time, so what is heard does not depend on the machine's load.
 //
-// Threads: the sampler's alone.   Memory: 160 to 320 bytes per source that mattered of late.
+// Threads: the sampler's alone.   Memory: 170 to 250 bytes per source that mattered of late.
 #pragma once
 
 #include <cstdint>
@@ -27,6 +30,7 @@
 #include "common/bands.h"
 #include "common/vec.h"
 #include "formats/source.h"
+#include "runtime/sight_cells.h"
 #include "runtime/sight_geometry.h"
 
 namespace clamor {
@@ -40,7 +44,7 @@ struct VisibilityOptions {
 
 struct VisibilityStatistics {
   std::uint64_t rays = 0, glances = 0, looks = 0, close_looks = 0;
-  double casting_ms = 0;
+  double casting_ms = 0;      // of the thread's own time
   std::uint64_t late = 0;     // sources that counted as hidden for want of rays
   std::uint64_t wanted = 0;   // of the last keyframe, sources that mattered,
   std::uint64_t current = 0;  // and those of them whose look was made in this cell
@@ -61,10 +65,15 @@ Bands look_closely(const SightGeometry& geometry, double speed_of_sound_mps, con
 
 class VisibilityCache {
  public:
-  // What a keyframe would like to know better.
+  // A known source, until the next keyframe. It says itself whether anything of it is heard.
+  using Index = std::uint32_t;
+  static constexpr Index kUnknown = 0xffffffff, kHidden = 0x80000000;
+
+  // What a keyframe would like to know better. `loudness` is its priority as if nothing were in the
+  // way; of one that is hidden, which nobody weighs, it may be left out.
   struct Wanted {
     double loudness = 0;
-    std::uint64_t number = 0;
+    Index index = kUnknown;
     const Source* source = nullptr;
   };
 
@@ -77,50 +86,80 @@ class VisibilityCache {
   // The listener's place for what follows, and new rays to cast.
   void begin_keyframe(const Vec3& place);
 
-  // What is known of the source, null if nothing. Valid until the next look.
-  struct Known {
-    Bands visibility{};
-    float loudness = 0;   // as it was when it was looked at
-    bool hidden = false;  // in all bands
-  };
-  const Known* known(std::uint64_t number);
+  // Fetches what find() will want of a source, a little later.
+  void prefetch(std::uint64_t number) const;
+  Index find(std::uint64_t number) const;
+  static bool is_hidden(Index known) { return (known & kHidden) != 0; }
 
-  // Looks at an unknown source; null if there are no rays left for that.
-  const Known* look(std::uint64_t number, const Source& source, double loudness);
+  // What arrives of a known source; and, a little earlier, that it will be asked for.
+  const Bands& visibility(Index known) const { return entries_[known & ~kHidden].visibility; }
+  void prefetch_visibility(Index known) const {
+    __builtin_prefetch(&entries_[known & ~kHidden].visibility);
+  }
+
+  // Looks at an unknown source; kUnknown if there are no rays left for that.
+  Index look(std::uint64_t number, const Source& source, double loudness);
 
   // A look from here, whatever it costs, unless one from this cell is known: for those who take
   // every source.
   const Bands& look_now(std::uint64_t number, const Source& source);
 
-  // Spends what is left of the rays; false if nothing was left to be done. Reorders `wanted`.
-  bool refresh(std::span<Wanted> wanted);
+  // Spends what is left of the rays on those that are as loud as `tau`, a quarter of them at a
+  // time; false if nothing was left to be done.
+  bool refresh(std::span<const Wanted> wanted, double tau);
 
   const VisibilityStatistics& statistics() const { return statistics_; }
 
  private:
-  enum class Depth : std::uint8_t { kNone, kGlance, kLook, kClose };
+  enum class Depth : std::uint8_t { kGlance, kQuick, kLook, kClose };
   struct Entry {
     std::uint64_t number = 0;
-    Vec3f from_m{};  // where the listener was
+    Vec3f from_m{};  // where the listener was, at the last glance or look
     float cell_m = 0;
-    std::uint32_t looked = 0, used = 0;  // keyframes
-    Depth depth = Depth::kNone;          // kNone: the slot is free
-    Known known;
+    Vec3f start_m{};      // where rays leave the source
+    float reach = 0;      // its loudness as if nothing were in the way, at 1 m
+    float surprises = 0;  // of the neighbourhood's clock
+    std::uint32_t changed = 0, looked = 0, used = 0;  // keyframes
+    Depth depth = Depth::kGlance;
+    bool has_start = false, straight = false, hidden = false;
+    Bands visibility{};
+  };
+  struct Slot {
+    std::uint64_t number = 0;
+    Index index = kUnknown;  // of the entry, | kHidden if it is; kUnknown: the slot is free
+  };
+  // One of those that refresh() is about.
+  struct Turn {
+    double urgency;
+    Index index;
+    const Source* source;
+    bool counts_alone = true;  // and not only as one of many
   };
 
+  bool is_within(const Entry& entry, double cells) const;
   bool is_current(const Entry& entry) const;
-  Entry* find(std::uint64_t number);
-  Entry& find_or_add(std::uint64_t number);
-  void grow();
+  Index add(std::uint64_t number, const Source& source);
+  void make_room();
+  Slot& slot_of(std::uint64_t number);  // or the free one where it would be
+  void seen(Entry& entry, const Source& source);
+  void glance_at(Entry& entry, const Source& source);
   void look_at(Entry& entry, const Source& source, Depth depth);
+  void believe_neighbours(Entry& entry, const Source& source, bool new_side);
+  void glance_again(std::vector<Turn>& turns);
+  void serve(std::vector<Turn>& turns, Depth depth);
 
   const SightGeometry& geometry_;
   const double speed_of_sound_mps_;
   const VisibilityOptions options_;
-  std::vector<Entry> table_;  // open addressing, a power of two
-  std::size_t entries_ = 0;
+  std::vector<Slot> slots_;  // open addressing, a power of two
+  std::vector<Entry> entries_;
+  SightCells cells_;
+  std::vector<Turn> turns_, look_turns_, close_turns_;
   Vec3 place_{};
-  std::uint32_t keyframe_ = 0;
+  std::uint32_t keyframe_ = 0, idle_ = 0;     // refreshes without anything to do
+  double mean_weight_ = 0;                    // of those that matter
+  double surprise_ = 0, last_surprises_ = 0;  // of the looks of a keyframe, summed
+  int expected_ = 0;                          // those that there were expectations of
   std::int64_t rays_left_ = 0;
   VisibilityStatistics statistics_;
 };

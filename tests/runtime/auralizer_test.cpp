@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <random>
 #include <thread>
 
@@ -72,7 +73,9 @@ TEST(Auralizer, SoundsTheSameFromAFileWithAlmostNoMemoryForIt) {
   ASSERT_GT(file->page_count(), 30u);
   AuralizerOptions options;
   options.voices = 60;
-  const auto in_memory = Auralizer::create(*read_auralizer_input(*file), options);
+  auto input = read_auralizer_input(*file);
+  ASSERT_TRUE(input.ok() && read_what_hides(*file, *input).ok());
+  const auto in_memory = Auralizer::create(std::move(*input), options);
   options.wait_for_pages = true;
   options.memory_bytes = 500'000;
   const auto from_file = Auralizer::create(file, options);
@@ -84,6 +87,41 @@ TEST(Auralizer, SoundsTheSameFromAFileWithAlmostNoMemoryForIt) {
   EXPECT_GT(pages.dropped, 0u);
   EXPECT_LT(pages.resident, file->page_count() / 2);
   EXPECT_EQ(pages.failed, 0u);
+}
+
+TEST(Auralizer, ReadsTheGeometryOnlyWhereItAsksWhatHidesSources) {
+  const std::string path = (std::filesystem::temp_directory_path() /
+                            ("clamor_geometry_" + std::to_string(::getpid()) + ".clamor"))
+                               .string();
+  ASSERT_TRUE(write_bake(path, testing::baked_contents(500), 1).ok());
+  // Somewhere is the geometry: the byte whose change it alone suffers from.
+  std::shared_ptr<const BakeFile> file;
+  for (std::uint64_t at = 0; at < std::filesystem::file_size(path); at += 8) {
+    std::fstream bytes(path, std::ios::in | std::ios::out | std::ios::binary);
+    const auto flip = [&bytes, at] {
+      bytes.seekg(static_cast<std::streamoff>(at));
+      const auto byte = static_cast<char>(bytes.get() ^ 1);
+      bytes.seekp(static_cast<std::streamoff>(at));
+      bytes.put(byte).flush();
+    };
+    flip();
+    auto opened = BakeFile::open(path);
+    if (opened.ok() && !opened->read_mesh().ok() && read_auralizer_input(*opened).ok()) {
+      file = std::make_shared<const BakeFile>(std::move(*opened));
+      break;
+    }
+    flip();
+  }
+  std::filesystem::remove(path);
+  ASSERT_NE(file, nullptr);
+  for (const StrategyInfo& strategy : kStrategies)
+    for (const bool visibility : {false, true}) {
+      AuralizerOptions options;
+      options.strategy = strategy.name;
+      options.visibility = visibility;
+      const bool looks = visibility && asks_what_hides(strategy.name);
+      EXPECT_EQ(Auralizer::create(file, options).ok(), !looks) << strategy.name << visibility;
+    }
 }
 
 TEST(Auralizer, GoesOnWithThePagesItHasWhenItsFileIsCutShort) {
