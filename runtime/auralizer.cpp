@@ -81,18 +81,29 @@ MixMode mode_of(const Panner* panner, const Head* head) {
   return mode;
 }
 
-// Sounds as voices want them, from a file, which must outlive what comes out.
-std::unique_ptr<SoundLoader> sounds_from(const BakeFile& file, const MixMode& mode,
-                                         const AuralizerOptions& options) {
+// One of a signal's blocks, as a file would have it.
+std::vector<float> block_of(const Signal& signal, std::size_t block) {
+  const auto& samples = signal.samples;
+  if (samples.size() <= kLongestUncut_frames) return samples;
+  const auto first = samples.begin() + static_cast<std::ptrdiff_t>(block * kSignalBlockFrames);
+  const std::ptrdiff_t frames = std::min<std::ptrdiff_t>(kSignalBlockFrames, samples.end() - first);
+  return {first, first + frames};
+}
+
+// Sounds as voices want them: a file's, and then others. Both must outlive what comes out.
+std::unique_ptr<SoundLoader> sounds_from(const BakeFile& file, const std::vector<Signal>& others,
+                                         const MixMode& mode, const AuralizerOptions& options) {
   std::vector<SignalShape> shapes;
   for (std::size_t i = 0; i < file.signal_count(); ++i)
     shapes.push_back({file.signal(i).frames, file.signal(i).loop});
+  for (const Signal& signal : others) shapes.push_back({signal.samples.size(), signal.loop});
   const std::uint64_t bytes =
       std::min(SoundLoader::bytes_of(shapes, mode), options.memory_bytes / 2);
   return std::make_unique<SoundLoader>(
       shapes, file.emitters(), mode,
-      [&file](std::size_t signal, std::size_t block) {
-        return file.read_signal_block(signal, block);
+      [&file, &others](std::size_t signal, std::size_t block) -> Result<std::vector<float>> {
+        if (signal < file.signal_count()) return file.read_signal_block(signal, block);
+        return block_of(others[signal - file.signal_count()], block);
       },
       SoundBudget{bytes, !options.wait_for_pages}, keyframes_ahead(options),
       std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / 2, 1, 4));
@@ -113,7 +124,7 @@ struct Auralizer::State {
         head(options.output.head),
         mode(mode_of(panner.get(), head.get())),
         channels(static_cast<std::size_t>(kEars * mode.pairs)),
-        sounds(file == nullptr ? nullptr : sounds_from(*file, mode, options)),
+        sounds(file == nullptr ? nullptr : sounds_from(*file, input.signals, mode, options)),
         decoded(file == nullptr ? prepare_signals(input.signals, mode)
                                 : std::vector<PreparedSignal>()),
         signals(file == nullptr ? decoded : sounds->signals()),

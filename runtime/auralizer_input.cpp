@@ -1,5 +1,6 @@
 #include "runtime/auralizer_input.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -49,7 +50,8 @@ Result<AuralizerInput> read_auralizer_input(const BakeFile& file) {
 }
 
 Result<void> add_kinds(const MovingOptions& moving, AuralizerInput& input) {
-  const std::size_t signals = input.signals.size() + moving.signals.size();
+  const std::size_t signals =
+      std::max(input.signals.size(), input.envelopes.size()) + moving.signals.size();
   for (const MovingKind& kind : moving.kinds) {
     if (kind.signal >= signals)
       return Error("moving sources of kind " + in_quotes(kind.name) + " play signal " +
