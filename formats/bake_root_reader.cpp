@@ -20,7 +20,6 @@ namespace {
 // Far beyond any level (import ends at 1000 km), and near enough that delays fit into 32 bits.
 constexpr float kFarthest_m = 2e6f;
 constexpr float kMostPower = 1e30f;
-constexpr std::uint64_t kMostNameBytesPerByte = 1000;
 constexpr std::uint64_t kMostCounted = 1ULL << 48;
 
 // Eight values within [least, most], or an Error.
@@ -222,7 +221,7 @@ Result<void> RootReader::read_emitters() {
   std::vector<std::byte> names;
   if (copies.size() > 0) {
     const auto frame = root_.getEmitterNames();
-    if (root_.getEmitterNamesBytes() > kMostNameBytesPerByte * frame.size())
+    if (root_.getEmitterNamesBytes() > most_name_bytes(end_))
       return Error("the names of its emitters claim too much");
     auto list = unpacked(std::as_bytes(std::span(frame.begin(), frame.size())),
                          root_.getEmitterNamesBytes());

@@ -36,7 +36,7 @@ struct Sections {
   std::vector<SignalSections> signals;
   FileSection geometry;
   GeometryCounts geometry_counts;
-  std::uint64_t most_emitters = 0;  // that the table may have, if some are copies
+  std::uint64_t bytes_before_root = 0;
 };
 
 // The copied trees first, then the level's.
@@ -149,8 +149,8 @@ void put_signal(::Signal::Builder stored, const Signal& signal, const SignalSect
   stored.setEnvelopeHash(sections.envelope.hash);
 }
 
-void put_emitter_copies(BakeRoot::Builder root, const std::vector<Emitter>& table,
-                        const std::vector<EmitterCopy>& copies) {
+void put_emitter_copies(BakeRoot::Builder root, const std::vector<EmitterCopy>& copies,
+                        const std::string& names) {
   auto stored = root.initEmitterCopies(static_cast<unsigned>(copies.size()));
   for (unsigned i = 0; i < stored.size(); ++i) {
     const Instance& copy = copies[i].copy;
@@ -169,17 +169,18 @@ void put_emitter_copies(BakeRoot::Builder root, const std::vector<Emitter>& tabl
     stored[i].setGain(copy.gain);
     stored[i].setDelayS(copies[i].delay_s);
   }
-  const std::string names = list_names(table, copies);
   const auto frame = packed(std::as_bytes(std::span(names)));
   root.setEmitterNames(kj::arrayPtr(reinterpret_cast<const kj::byte*>(frame.data()), frame.size()));
   root.setEmitterNamesBytes(names.size());
 }
 
 // Those that are copies as such, unless a reader would not believe that there are so many.
-void put_emitters(BakeRoot::Builder root, const BakeContents& contents, std::uint64_t most) {
+void put_emitters(BakeRoot::Builder root, const BakeContents& contents, std::uint64_t file_bytes) {
   const std::vector<Emitter>& table = contents.emitters;
   std::vector<EmitterCopy> copies;
-  if (table.size() <= most) copies = find_emitter_copies(contents);
+  if (table.size() <= most_copied_emitters(file_bytes)) copies = find_emitter_copies(contents);
+  const std::string names = list_names(table, copies);
+  if (names.size() > most_name_bytes(file_bytes)) copies.clear();
   std::size_t told = table.size();
   for (const EmitterCopy& copy : copies) told -= copy.count;
   auto emitters = root.initEmitters(static_cast<unsigned>(told));
@@ -200,7 +201,7 @@ void put_emitters(BakeRoot::Builder root, const BakeContents& contents, std::uin
     emitters[i].setSignal(emitter.signal);
     emitters[i].setDelayS(emitter.delay_s);
   }
-  if (!copies.empty()) put_emitter_copies(root, table, copies);
+  if (!copies.empty()) put_emitter_copies(root, copies, names);
 }
 
 void put_tables(BakeRoot::Builder root, const BakeContents& contents, const Sections& sections) {
@@ -213,7 +214,7 @@ void put_tables(BakeRoot::Builder root, const BakeContents& contents, const Sect
     put(materials[i].initPhong(kBandCount), material.phong);
     put(materials[i].initTransmission(kBandCount), material.transmission);
   }
-  put_emitters(root, contents, sections.most_emitters);
+  put_emitters(root, contents, sections.bytes_before_root);
   auto signals = root.initSignals(static_cast<unsigned>(contents.signals.size()));
   for (unsigned i = 0; i < signals.size(); ++i)
     put_signal(signals[i], contents.signals[i], sections.signals[i]);
@@ -270,7 +271,7 @@ Result<void> write_all(AtomicFile& file, const std::string& path, const BakeCont
   sections.geometry = *geometry;
   if (const auto done = appender.align(); !done.ok()) return done;
 
-  sections.most_emitters = most_copied_emitters(appender.offset());
+  sections.bytes_before_root = appender.offset();
   capnp::MallocMessageBuilder message;
   auto root = message.initRoot<BakeRoot>();
   put_settings(root, contents);

@@ -26,8 +26,10 @@ struct EmitterCopy {
   double delay_s = 0;                         // may be less than 0
 };
 
-// The table of a file of so many bytes may have so many emitters, if some of them are copies.
-constexpr std::uint64_t most_copied_emitters(std::uint64_t file_bytes) { return file_bytes / 4; }
+// The table of a file of so many bytes may have so many emitters, if some of them are copies: some
+// 700 bytes of memory for each of the file, less than signals and geometry may take.
+constexpr std::uint64_t most_copied_emitters(std::uint64_t file_bytes) { return 4 * file_bytes; }
+constexpr std::uint64_t most_name_bytes(std::uint64_t file_bytes) { return 1000 * file_bytes; }
 
 // Runs that the copies in `contents` account for, in order and apart.
 std::vector<EmitterCopy> find_emitter_copies(const BakeContents& contents);

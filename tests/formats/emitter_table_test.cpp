@@ -127,15 +127,26 @@ TEST(EmitterTable, ThatCannotBeIsRefused) {
 
 // Runs that double the table again and again: a few kilobytes that would be gigabytes.
 TEST(EmitterTable, OfASmallFileIsNotLarge) {
-  const auto doubled = [](unsigned times) {
-    return with_root(written(contents()), [times](Root root) {
+  const auto doubled = [](unsigned times, unsigned named) {
+    return with_root(written(contents()), [=](Root root) {
       auto copies = root.initEmitterCopies(times);
       for (unsigned i = 0; i < times; ++i) fill(copies[i], 1u << i, 0, 1u << i);
-      put_names(root, std::string((1u << times) - 1, '\0'));
+      std::string names;
+      for (unsigned i = 1; i < 1u << times; ++i)
+        if (i <= named)
+          names += '\1' + std::to_string(philox(1, {i, 0, 0, 0})[0]) + '\0';
+        else
+          names += '\0';
+      put_names(root, names);
     });
   };
-  EXPECT_TRUE(read_whole(doubled(8)).ok());
-  for (const unsigned times : {13u, 22u}) EXPECT_FALSE(read_whole(doubled(times)).ok()) << times;
+  EXPECT_TRUE(read_whole(doubled(8, 0)).ok());
+  for (const unsigned times : {16u, 20u}) {
+    const auto read = read_whole(doubled(times, 100));
+    ASSERT_FALSE(read.ok());
+    EXPECT_NE(read.error().message.find("more emitters than a file of its size"), std::string::npos)
+        << read.error().message;
+  }
 }
 
 }  // namespace
