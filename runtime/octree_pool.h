@@ -2,14 +2,19 @@
 //
 // A look-up walks down from the top and leaves out a node where
 //
-//   highest key x most that a power of 1 can weigh / (distance to its bounds)^2 < threshold,
+//   highest key x most that a power of 1 can weigh at the distance to its bounds < threshold,
 //
-// or where its emission cone points away: nothing in it or below can reach the threshold. Of a page
-// that is missing its parent's page knows the bound, and so it is asked for in that order.
+// or where its emission cone points away (most_heard.h): nothing in it or below can reach the
+// threshold. Of a page that is missing its parent's page knows the bound, and so it is asked for in
+// that order.
 //
 // A copy of a tree (instance.h) is walked in the tree's own space: the place is moved instead of
 // the sources, and the threshold divided by the copy's gain. Only what is found is put where the
-// level has it.
+// level has it. And it is walked only if a source other than its representative could reach the
+// threshold; else that one is looked at, and nothing else (tree_leads.h), so that a billion sources
+// cost what their few thousand copies do that are within reach.
+//
+// octree_walk.cpp has the walk.
 //
 // Signals that are over, or have not begun, raise no bound: only what they play, smoothed, within
 // the longest way to the listener counts.
@@ -17,15 +22,17 @@
 
 #include <cstdint>
 #include <deque>
-#include <map>
+#include <functional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "formats/bake_file.h"
 #include "formats/octree_page.h"
+#include "runtime/most_heard.h"
 #include "runtime/page_loader.h"
+#include "runtime/signal_maps.h"
 #include "runtime/source_pool.h"
+#include "runtime/tree_leads.h"
 
 namespace clamor {
 
@@ -46,7 +53,7 @@ class OctreePool final : public SourcePool {
              std::span<const PageEntry> trees,
              std::span<const std::vector<std::uint32_t>> signal_maps, PageLoader& loader);
 
-  bool refresh() override { return loader_.begin_sample(); }
+  bool refresh() override;
   // Bounds nodes by the loudest that any signal was while what is heard now was under way.
   void begin(const Vec3& place, double time_s) override;
   bool look(const Vec3& place, double threshold, std::size_t most,
@@ -61,16 +68,18 @@ class OctreePool final : public SourcePool {
   std::uint64_t nodes_visited() const { return visited_; }  // by all looks so far
 
  private:
-  static constexpr std::uint32_t kNoMap = 0xffffffff;
+  static constexpr std::uint32_t kNoCopy = 0xffffffff;  // found without walking one
+  // What turning and moving a copy's sources may round.
+  static constexpr double kTurned = 1e-5;
 
   // Where sources are found: the level's octree, or a copy of one.
   struct Copy {
     const PageEntry* tree = nullptr;  // whose cube the octants divide
     Placement placement;
-    Vec3 place{};                // of the listener, in the tree's space
-    double to_threshold = 1;     // there, of a threshold here
-    std::uint32_t map = kNoMap;  // into maps_
-    bool moved = false;          // not simply the level
+    Vec3 place{};             // of the listener, in the tree's space
+    double to_threshold = 1;  // there, of a threshold here
+    std::uint32_t map = SignalMaps::kNone;
+    bool moved = false;  // not simply the level
   };
 
   // A node to visit. Where the representative of its copy is in it or below, that has `lead_key`.
@@ -79,41 +88,60 @@ class OctreePool final : public SourcePool {
     std::uint32_t copy = 0;
     std::uint64_t first = 0;  // number of its first source
     double lead_key = 0;
+    double most = 0;  // that a priority in it or below can be
+  };
+
+  // The one source of a copy that may matter.
+  struct FarCopy {
+    const TreeLead* lead = nullptr;
+    const Copy* outer = nullptr;
+    const ResidentCopy* copy = nullptr;
+    std::uint32_t signal = 0;
+    std::uint64_t first = 0;  // number of its first source
+    double lead_key = 0;      // in its tree
   };
 
   void load_first_pages(const PageEntry& top);
-  // Most that a priority in the node or below it can be, in the space of its tree.
-  double bound(const PageEntry& entry, const Vec3& place, double highest_key) const;
-  // Calls visit(step, page, urgency) for all nodes that matter, with what page_of(entry) gives,
-  // until it returns false; goes no further below a page that is null.
-  template <class PageOf, class Visit>
-  bool walk(const Vec3& place, double threshold, const PageOf& page_of, const Visit& visit);
+  void follow_leads();
+  double bound(const PageEntry& entry, const Copy& copy, double key) const {
+    return key * most_heard_.per_key(entry, copy.place, copy.placement.scale);
+  }
+  // Calls visit(step, page) for all nodes that matter, with what page_of(entry) gives, until it
+  // returns false; goes no further below a page that is null. Calls heard(far copy, ceiling) for
+  // copies that are not walked.
+  using PageOf = std::function<const ResidentPage*(const PageEntry& entry, double urgency)>;
+  using Visit = std::function<bool(const Step& step, const ResidentPage* page)>;
+  using Heard = std::function<void(const FarCopy& far, double ceiling)>;
+  bool walk(const Vec3& place, double threshold, const PageOf& page_of, const Visit& visit,
+            const Heard& heard);
   void add_steps(const Step& from, const ResidentPage& page, double threshold);
-  void add_copies(const Step& from, const ResidentPage& page, double threshold);
+  void add_copies(const Step& from, const ResidentPage& page, double threshold, const Heard& heard);
+  double most_of_lead(const TreeLead& lead, std::uint32_t signal, double lead_key,
+                      const Vec3& place, double to_level) const;
   void add_source(const Step& step, const ResidentPage& page, std::size_t index, bool leads,
-                  std::vector<FoundSource>& found);
-  std::uint32_t composed(std::uint32_t outer, std::uint32_t inner);
-  std::uint32_t signal_of(const Source& source, const Copy& copy) const;
+                  double ceiling, std::vector<FoundSource>& found);
+  void add_far(const FarCopy& far, double ceiling, std::vector<FoundSource>& found);
+  Source* placed(const Source& stored, const Placement& placement, double lead_key);
 
   const SourceField& field_;
   const std::span<const PageEntry> trees_;
   const std::span<const std::vector<std::uint32_t>> signal_maps_;
   const SignalWeights& ceilings_;
   std::vector<Bands> audible_;  // what ceilings come to now
-  double most_per_power_;
+  MostHeard most_heard_;
   PageLoader& loader_;
+  SignalMaps maps_;
+  TreeLeads leads_;
 
   // Of the last look.
-  std::deque<Copy> copies_;
-  std::deque<Source> placed_;
+  std::vector<Copy> copies_;
+  std::deque<Source> placed_;  // the first so many; the others wait to be used again
+  std::size_t placed_count_ = 0;
   std::vector<WantedPage> missed_;
   bool all_here_ = true;
   Vec3 place_{};
 
   std::vector<Step> steps_;
-  std::deque<std::vector<std::uint32_t>> maps_;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> known_maps_;
-  std::uint32_t last_outer_ = kNoMap, last_inner_ = kNoMap, last_map_ = kNoMap;
   bool asked_ = false;
   std::uint64_t visited_ = 0;
 };

@@ -33,6 +33,13 @@ Bands decays(const Bands& x) {
 
 }  // namespace
 
+Bands air_leaves(const Bands& loss_per_m, double r_m) {
+  const auto r = static_cast<float>(r_m);
+  Bands loss;
+  for (std::size_t b = 0; b < kBandCount; ++b) loss[b] = loss_per_m[b] * r;
+  return decays(loss);
+}
+
 Bands received_intensity(const Source& source, const std::vector<Emitter>& emitters,
                          const ReflectionLaws& laws, const Bands& air_loss_per_m,
                          const Vec3& receiver_m) {
@@ -62,10 +69,7 @@ Bands received_intensity(const Source& source, const std::vector<Emitter>& emitt
 
   const double clamped_m = std::max(r_m, source_radius_m(source));
   const auto spread = static_cast<float>(1 / (clamped_m * clamped_m));
-  const auto r = static_cast<float>(r_m);
-  Bands loss;
-  for (std::size_t b = 0; b < kBandCount; ++b) loss[b] = air_loss_per_m[b] * r;
-  const Bands left = decays(loss);
+  const Bands left = air_leaves(air_loss_per_m, r_m);
   for (std::size_t b = 0; b < kBandCount; ++b) intensity[b] *= spread * left[b];
   return intensity;
 }

@@ -26,6 +26,9 @@ inline double source_radius_m(const Source& source) {
                            : std::max<double>(source.patch_radius_m, kEmitterRadius_m);
 }
 
+// What the air leaves of each band's intensity after so many metres: exp(-loss r), within 1e-5.
+Bands air_leaves(const Bands& loss_per_m, double r_m);
+
 // Intensity that `source` gives an omnidirectional receiver, 1 being an emitter of gain 1 at 1 m on
 // its axis:
 //

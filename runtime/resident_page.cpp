@@ -17,12 +17,8 @@ std::vector<ResidentCopy> copies_of(const PageEntry& entry, const PageLinks& lin
     const Instance& instance = links.instances[i];
     const PageEntry& tree = trees[instance.tree];
     ResidentCopy copy;
-    copy.gain = static_cast<double>(instance.gain) * instance.gain;
-    copy.power = total_power(tree);
-    copy.key = copy.gain * copy.power / instance.number;
-    copy.unturned = glm::transpose(glm::mat3_cast(glm::dquat(instance.rotation))) /
-                    static_cast<double>(instance.scale);
-    copy.offset_m = instance.offset_m;
+    copy.placement = Placement{}.then(instance);
+    copy.key = copy.placement.power * total_power(tree) / instance.number;
     copy.first = first;
     copy.instance = i;
     first += tree.sources_below;

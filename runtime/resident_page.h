@@ -13,11 +13,8 @@ namespace clamor {
 
 // A copy as a walk meets it: by descending key, so that it can stop.
 struct ResidentCopy {
-  double key = 0;         // the choice among copies has it: power over number
-  double power = 0;       // of the copied tree, in its own space
-  double gain = 0;        // of power
-  glm::dmat3 unturned{};  // from the outer space to the inner, with the scale
-  Vec3 offset_m{};
+  double key = 0;  // the choice among copies has it: power over number
+  Placement placement;
   std::uint64_t first = 0;  // sources of the page and below that are numbered before
   std::uint32_t instance = 0;
 };

@@ -12,7 +12,7 @@ SourceField::SourceField(const std::vector<Emitter>& emitters, std::span<const M
     : emitters_(emitters),
       materials_(materials.size()),
       laws_(materials),
-      air_loss_per_m_(air_loss_per_m(air)),
+      air_loss_per_m_(clamor::air_loss_per_m(air)),
       speed_of_sound_mps_(clamor::speed_of_sound_mps(air)) {
   for (const Emitter& emitter : emitters) {
     const bool first = &emitter == emitters.data();
@@ -54,11 +54,25 @@ double SourceField::ceiling_at(const Source& s, const Ceiling& ceiling, const Ve
   return (ceiling.diffuse * cos_o + ceiling.lobe / fall) / (clamped_m * clamped_m);
 }
 
-double SourceField::most_per_power(std::span<const Bands> weights) const {
-  double most = 0;
+Bands SourceField::most_towards_any(const Source& s) const {
+  Bands most{};
+  if (s.is_emitter) {
+    const Bands& directivity = emitters_[s.emitter].directivity;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      most[b] = static_cast<float>(s.power[b] / emission_power(directivity[b]));
+  } else {
+    const auto law = laws_.ceiling(s.material, dot(Vec3(s.mirror), Vec3(s.normal)));
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      most[b] = s.power[b] * (law.diffuse[b] + law.lobe[b]);
+  }
+  return most;
+}
+
+Bands SourceField::most_per_power(std::span<const Bands> weights) const {
+  Bands most{};
   const auto consider = [&](const Bands& weight, const Bands& density) {
     for (std::size_t b = 0; b < kBandCount; ++b)
-      most = std::max(most, static_cast<double>(weight[b]) * density[b]);
+      most[b] = std::max(most[b], weight[b] * density[b]);
   };
   for (const Bands& weight : weights)
     for (std::size_t m = 0; m < materials_; ++m) consider(weight, laws_.peak_density(m));

@@ -47,7 +47,6 @@ class SourceField {
            length(place - Vec3(source.position_m)) / speed_of_sound_mps_;
   }
 
-
   // Of all emitters: when the first and the last begins to play.
   double earliest_start_s() const { return earliest_start_s_; }
   double latest_start_s() const { return latest_start_s_; }
@@ -59,9 +58,13 @@ class SourceField {
   Ceiling ceiling(const Source& source, const Bands& weight) const;
   double ceiling_at(const Source& source, const Ceiling& ceiling, const Vec3& place) const;
 
-  // Most that the weighted sum of bands comes to at 1 m, for a power of 1 summed over the bands,
-  // of any source; `weights` are per signal.
-  double most_per_power(std::span<const Bands> weights) const;
+  // Most that the source gives at 1 m per band, without the air, whatever the direction.
+  Bands most_towards_any(const Source& source) const;
+
+  // Most that a power of 1 in a band is weighed as at 1 m, without the air, whatever source and
+  // direction; `weights` are per signal.
+  Bands most_per_power(std::span<const Bands> weights) const;
+  const Bands& air_loss_per_m() const { return air_loss_per_m_; }
 
  private:
   const std::vector<Emitter>& emitters_;
