@@ -23,11 +23,12 @@ SourceField::SourceField(const std::vector<Emitter>& emitters, std::span<const M
 
 SourceField::Ceiling SourceField::ceiling(const Source& s, const Bands& weight) const {
   double diffuse = 0, lobe = 0;
-  float exponent = 0;
+  float fall = 0;
   if (s.is_emitter) {
     const Bands& directivity = emitters_[s.emitter].directivity;
     for (std::size_t b = 0; b < kBandCount; ++b)
       lobe += static_cast<double>(weight[b]) * s.power[b] / emission_power(directivity[b]);
+    fall = *std::min_element(directivity.begin(), directivity.end()) / 2;
   } else {
     const auto law = laws_.ceiling(s.material, dot(Vec3(s.mirror), Vec3(s.normal)));
     for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -35,23 +36,11 @@ SourceField::Ceiling SourceField::ceiling(const Source& s, const Bands& weight) 
       diffuse += power * law.diffuse[b];
       lobe += power * law.lobe[b];
     }
-    exponent = law.exponent;
+    fall = law.exponent;
   }
   // Rounding must never make a ceiling too low.
   constexpr double kSlack = 1.00001;
-  return {static_cast<float>(diffuse * kSlack), static_cast<float>(lobe * kSlack), exponent};
-}
-
-double SourceField::ceiling_at(const Source& s, const Ceiling& ceiling, const Vec3& place) const {
-  const Vec3 path_m = place - Vec3(s.position_m);
-  const double r_m = length(path_m), clamped_m = std::max(r_m, source_radius_m(s));
-  if (s.is_emitter || r_m == 0) return ceiling.highest() / (clamped_m * clamped_m);
-  const double cos_o = dot(path_m, Vec3(s.normal)) / r_m;
-  if (cos_o <= 0) return 0;
-  const double t = ceiling.exponent * (1 - std::min(dot(path_m, Vec3(s.mirror)) / r_m, 1.0));
-  double fall = 1 + t / 16;
-  for (int squared = 0; squared < 4; ++squared) fall *= fall;
-  return (ceiling.diffuse * cos_o + ceiling.lobe / fall) / (clamped_m * clamped_m);
+  return {static_cast<float>(diffuse * kSlack), static_cast<float>(lobe * kSlack), fall};
 }
 
 Bands SourceField::most_towards_any(const Source& s) const {

@@ -1,11 +1,13 @@
 // source_field.h: what a source gives at a place (received_intensity.h), and ceilings of that.
 //
-// A weighted sum of a source's bands has a ceiling that costs a tenth of the sum; the sampler
-// rejects almost all sources by it. With t = p (1 - cos a),
+// A weighted sum of a source's bands has a ceiling that costs a hundredth of the sum; the sampler
+// rejects almost all sources by it (source_sieve.h). With a the angle to the lobe's direction,
 //
-//   sum_b weight_b I_b <= (diffuse cos o + lobe / (1 + t / 16)^16) / max(r, source radius)^2,
+//   sum_b weight_b I_b <= (diffuse cos o + lobe min(1, cos o / cos i) exp(-fall (1 - cos a)))
+//                         / max(r, source radius)^2,
 //
-// because cos^p a <= exp(-t) <= (1 + t / 16)^-16, and the air only takes.
+// because cos^p a <= exp(-p (1 - cos a)), p at least `fall`, and the air only takes. An emitter is
+// all lobe, ((1 + cos a) / 2)^p <= exp(-p (1 - cos a) / 2), and heard on all sides.
 //
 // Immutable once made; any thread may ask.
 #pragma once
@@ -51,12 +53,11 @@ class SourceField {
   double earliest_start_s() const { return earliest_start_s_; }
   double latest_start_s() const { return latest_start_s_; }
 
+  // At 1 m, of the weighted sum of bands.
   struct Ceiling {
-    float diffuse = 0, lobe = 0, exponent = 0;
-    float highest() const { return diffuse + lobe; }
+    float diffuse = 0, lobe = 0, fall = 0;
   };
   Ceiling ceiling(const Source& source, const Bands& weight) const;
-  double ceiling_at(const Source& source, const Ceiling& ceiling, const Vec3& place) const;
 
   // Most that the source gives at 1 m per band, without the air, whatever the direction.
   Bands most_towards_any(const Source& source) const;

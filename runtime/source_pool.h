@@ -73,7 +73,7 @@ class SourceList final : public SourcePool {
 
   bool look(const Vec3& place, double threshold, std::size_t /*most*/,
             std::vector<FoundSource>& found) override {
-    page_.pass(field_, place, threshold, [&](std::size_t index, double ceiling) {
+    page_.pass(place, threshold, [&](std::size_t index, double ceiling) {
       found.push_back({&page_[index], index, field_.signal(page_[index]), 0, ceiling});
     });
     return true;

@@ -1,0 +1,87 @@
+// source_sieve.h: which of a few hundred sources could reach a priority at a place, in vectors.
+//
+// Knows of each source a ceiling of its priority (source_field.h),
+//
+//   (diffuse cos o + lobe min(1, cos o / cos i) exp(-fall (1 - cos a))) / max(r, radius)^2,
+//
+// and asks it in two stages. Sources lie in blocks of 16, sorted first by key, coarsely, and then
+// by direction of their lobes, so that the lobes of a block share a narrow cone: most blocks are
+// left out at once by box, cones and highest parts, 16 blocks at a time; of the rest first the
+// distance of each source is looked at, then its direction. (Design, section 5.)
+//
+// Single precision, in metres from the middle of the sources. Whatever rounds, rounds towards
+// letting a source through: distances by `give`, cosines by give / r, the sum by kSlack. So no
+// source is ever left out that a sum in double precision would let through.
+//
+// Immutable once made. Memory: 62 bytes per source.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/vec.h"
+
+namespace clamor {
+
+// One as the sieve sees it. An emitter has no `diffuse` part, and is heard on all sides.
+struct SieveSource {
+  Vec3f position_m{}, normal{}, mirror{};
+  float radius_m = 0, diffuse = 0, lobe = 0, fall = 0;
+  bool is_emitter = false;
+};
+
+inline constexpr std::size_t kSieveSources = 512, kSieveBlock = 16;
+
+// What got through, in no order.
+struct Sifted {
+  std::size_t count = 0;
+  std::array<std::uint32_t, kSieveSources> index;
+  std::array<float, kSieveSources> ceiling;
+};
+
+// 16 sources, each number of all of them side by side; directions of x, then y, then z.
+struct alignas(64) SieveBlock {
+  using Row = std::array<float, kSieveBlock>;
+  std::array<Row, 3> position_m{}, normal{}, mirror{};
+  Row radius2_m2{}, diffuse{}, lobe{}, fall{}, over_cos_i{};  // over_cos_i: -1 for emitters
+  std::array<std::uint32_t, kSieveBlock> index{};
+};
+
+// The same of 16 blocks: what none of their sources exceeds.
+struct alignas(64) SieveBounds {
+  using Row = SieveBlock::Row;
+  std::array<Row, 3> middle_m{}, half_m{}, normal{}, mirror{};  // axes of cones, boxes
+  Row normal_cos{}, normal_sin{}, mirror_cos{}, mirror_sin{};   // of half angles
+  Row radius2_m2{}, diffuse{}, lobe{}, fall{};
+};
+
+class SourceSieve {
+ public:
+  // At most kSieveSources, by descending key.
+  explicit SourceSieve(std::span<const SieveSource> sources);
+
+  // Those whose priority at `place` may be `threshold` or more.
+  void sift(const Vec3& place, double threshold, Sifted& sifted) const;
+
+  std::size_t bytes() const {
+    return sizeof *this + blocks_.size() * sizeof(SieveBlock) +
+           bounds_.size() * sizeof(SieveBounds);
+  }
+
+ private:
+  std::uint32_t count_ = 0;
+  Vec3 middle_m_{};
+  double extent_m_ = 0;
+  std::vector<SieveBlock> blocks_;
+  std::vector<SieveBounds> bounds_;
+};
+
+// The same for one source at a time, in double precision: below what sift() gives by at most
+// kSieveSlack, and the give of positions.
+inline constexpr double kSieveSlack = 1.003;
+double sieve_ceiling(const SieveSource& source, const Vec3& place);
+
+}  // namespace clamor

@@ -1,0 +1,172 @@
+// source_sieve_test.cpp: what the sieve lets through, by every instruction set there is.
+#include "runtime/source_sieve.h"
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "common/air.h"
+#include "common/random.h"
+#include "runtime/mix_kernel.h"
+#include "runtime/sampler.h"
+#include "runtime/source_page.h"
+
+namespace clamor {
+namespace {
+
+Vec3 direction(const RandomBits& bits) {
+  return glm::normalize(Vec3(unit(bits[0]), unit(bits[1]), unit(bits[2])) - 0.4999);
+}
+
+// Emitters and secondary sources of materials from Lambert to mirror-like, scattered over
+// `spread_m` round `middle_m`.
+struct Scattered {
+  Scattered(std::uint64_t seed, std::uint32_t count, double spread_m, const Vec3& middle_m) {
+    for (const float exponent : {0.0f, 3.0f, 20.0f, 100.0f, 1000.0f}) {
+      Material& material = materials.emplace_back();
+      material.scattering = same_in_all_bands(exponent > 3 ? 0.0f : 0.3f);
+      material.phong = same_in_all_bands(exponent);
+      material.phong[3] = exponent / 2;  // bands of one material differ
+      Emitter& emitter = emitters.emplace_back();
+      emitter.directivity = same_in_all_bands(exponent);
+      emitter.directivity[5] = exponent / 3;
+    }
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const RandomBits a = philox(seed, {i, 0, 0, 0}), b = philox(seed, {i, 1, 0, 0}),
+                       c = philox(seed, {i, 2, 0, 0}), d = philox(seed, {i, 3, 0, 0});
+      Source& source = sources.emplace_back();
+      source.position_m =
+          Vec3f(middle_m + spread_m * (Vec3(unit(a[0]), unit(a[1]), unit(a[2])) - 0.5));
+      source.normal = Vec3f(direction(b));
+      source.mirror = Vec3f(direction(c));
+      if (dot(source.normal, source.mirror) < 0) source.mirror = -source.mirror;
+      for (std::size_t band = 0; band < kBandCount; ++band)
+        source.power[band] = static_cast<float>(std::pow(10, -4 * unit(d[0]) - 0.1 * band));
+      source.patch_radius_m = static_cast<float>(unit(d[1]));
+      source.u = static_cast<float>(unit_above_zero(d[2]));
+      source.emitter = d[3] % 5;
+      source.material = static_cast<std::uint16_t>(d[3] / 8 % 5);
+      source.is_emitter = d[3] / 64 % 6 == 0;
+      if (source.is_emitter) source.mirror = source.normal;
+    }
+  }
+
+  std::vector<Material> materials;
+  std::vector<Emitter> emitters;
+  std::vector<Source> sources;
+  Bands weight = {1, 2, 3, 4, 5, 4, 3, 2};
+};
+
+// In the midst of the sources, beside them, far off, and on one of them.
+Vec3 somewhere(const Scattered& level, double spread_m, const Vec3& middle_m, std::uint32_t i) {
+  if (i % 5 == 0) return Vec3(level.sources[i % level.sources.size()].position_m);
+  const RandomBits bits = philox(77, {i, 0, 0, 0});
+  return middle_m + spread_m * std::pow(10, 2 * unit(bits[3]) - 1) * direction(bits);
+}
+
+struct SourceSieveOn : ::testing::TestWithParam<std::string> {
+  SourceSieveOn() { force_mix_kernel(GetParam()); }  // of all Highway code
+  ~SourceSieveOn() override { force_mix_kernel(""); }
+};
+INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, SourceSieveOn,
+                         ::testing::ValuesIn(mix_kernel_targets()),
+                         [](const auto& target) { return target.param; });
+
+TEST_P(SourceSieveOn, LetsEverySourceThroughThatReachesTheThresholdAndFewMore) {
+  struct Place {
+    double spread_m;
+    Vec3 middle_m;
+  };
+  for (const Place& where : {Place{10, {0, 0, 0}}, Place{0.01, {5, 6, 7}},
+                             Place{300, {-8000, 20, 9000}}, Place{20'000, {0, 0, 0}}})
+    for (const std::uint32_t count : {1u, 17u, 300u, 512u}) {
+      const Scattered level(count, count, where.spread_m, where.middle_m);
+      const SourceField field(level.emitters, level.materials, Air{});
+      std::vector<SieveSource> sources;
+      for (const Source& source : level.sources)
+        sources.push_back(sieve_source(field, level.weight, source));
+      const SourceSieve sieve(sources);
+      std::size_t through = 0, by_the_formula = 0;
+      for (std::uint32_t i = 0; i < 30; ++i) {
+        const Vec3 place = somewhere(level, where.spread_m, where.middle_m, i);
+        std::vector<double> ceilings;
+        for (const SieveSource& source : sources) ceilings.push_back(sieve_ceiling(source, place));
+        std::vector<double> sorted = ceilings;
+        std::sort(sorted.begin(), sorted.end());
+        for (const double threshold : {0.0, sorted[count / 2], sorted[count - 1 - count / 16]}) {
+          Sifted sifted;
+          sieve.sift(place, threshold, sifted);
+          std::vector<double> found(count, -1);
+          for (std::size_t s = 0; s < sifted.count; ++s) {
+            ASSERT_LT(sifted.index[s], count);
+            ASSERT_EQ(found[sifted.index[s]], -1) << "twice";
+            found[sifted.index[s]] = static_cast<double>(sifted.ceiling[s]);
+          }
+          for (std::uint32_t s = 0; s < count; ++s) {
+            const Source& source = level.sources[s];
+            const double priority =
+                weight(field, level.weight, source, place) / std::max(source.u, kLeastU);
+            ASSERT_LE(priority, ceilings[s] * (1 + 1e-6));
+            if (found[s] >= 0)
+              ASSERT_GE(found[s], ceilings[s]);
+            else
+              ASSERT_TRUE(ceilings[s] < threshold || ceilings[s] == 0) << s;
+            by_the_formula += ceilings[s] >= threshold;
+          }
+          through += sifted.count;
+        }
+      }
+      // Where the sources are tens of kilometres apart, single precision is a few millimetres.
+      EXPECT_LT(static_cast<double>(through), 1.02 * static_cast<double>(by_the_formula) + 30);
+    }
+}
+
+TEST_P(SourceSieveOn, GivesCeilingsThatTheFormulaInDoublePrecisionGives) {
+  const Scattered level(3, 512, 10, {1, 2, 3});
+  const SourceField field(level.emitters, level.materials, Air{});
+  std::vector<SieveSource> sources;
+  for (const Source& source : level.sources)
+    sources.push_back(sieve_source(field, level.weight, source));
+  const SourceSieve sieve(sources);
+  std::size_t compared = 0;
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    // Not on a source, where half a centimetre turns the direction.
+    const Vec3 place =
+        Vec3(1, 2, 3) + (i % 2 == 0 ? 20.0 : 7.0) * direction(philox(9, {i, 0, 0, 0}));
+    Sifted sifted;
+    sieve.sift(place, 1e-12, sifted);
+    for (std::size_t s = 0; s < sifted.count; ++s) {
+      const double expected = sieve_ceiling(sources[sifted.index[s]], place);
+      const auto ceiling = static_cast<double>(sifted.ceiling[s]);
+      if (expected <
+          1e-9 * sieve_ceiling(sources[sifted.index[s]], Vec3(sources[sifted.index[s]].position_m)))
+        continue;  // at the horizon, or far off a narrow lobe
+      ASSERT_GE(ceiling, expected);
+      ASSERT_LE(ceiling, expected * kSieveSlack + 1e-5) << sifted.index[s];
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 5000u);
+}
+
+TEST(SourcePage, FindsTheSameInAListOfAnyLength) {
+  for (const std::uint32_t count : {0u, 1u, 511u, 512u, 513u, 5000u}) {
+    const Scattered level(7, std::max(count, 1u), 10, {0, 0, 0});
+    const SourceField field(level.emitters, level.materials, Air{});
+    const std::vector<Bands> weights(1, level.weight);
+    std::vector<Source> sources = level.sources;
+    sources.resize(count);
+    const SourcePage page(field, weights, sources);
+    const Vec3 place(2, 1, 0);
+    std::vector<bool> found(count, false);
+    page.pass(place, 1, [&](std::size_t i, double) { found[i] = true; });
+    for (std::uint32_t i = 0; i < count; ++i)
+      EXPECT_TRUE(found[i] || weight(field, level.weight, sources[i], place) / sources[i].u < 1)
+          << i;
+  }
+}
+
+}  // namespace
+}  // namespace clamor
