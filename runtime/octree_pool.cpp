@@ -158,12 +158,16 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
     const bool leads = step.lead_key > 0 && page->sources.size() > 0 &&
                        page->leader == ResidentPage::Leader::kSource;
     if (leads) add_source(step, *page, 0, true, std::numeric_limits<double>::infinity(), found);
-    page->sources.pass(copies_[step.copy].place, least, [&](std::size_t i, double ceiling) {
-      if (!leads || i > 0) add_source(step, *page, i, false, ceiling, found);
-    });
+    looked_at_ +=
+        page->sources.pass(copies_[step.copy].place, least, [&](std::size_t i, double ceiling) {
+          if (!leads || i > 0) add_source(step, *page, i, false, ceiling, found);
+        });
     return found.size() <= most;
   };
-  const auto heard = [&](const FarCopy& far, double ceiling) { add_far(far, ceiling, found); };
+  const auto heard = [&](const FarCopy& far, double ceiling) {
+    ++copies_heard_;
+    add_far(far, ceiling, found);
+  };
   return walk(place, threshold, use, visit, heard);
 }
 

@@ -65,7 +65,11 @@ class OctreePool final : public SourcePool {
   bool complete() override;
   std::uint64_t size() const override { return trees_.empty() ? 0 : trees_.back().sources_below; }
 
-  std::uint64_t nodes_visited() const { return visited_; }  // by all looks so far
+  // By all looks so far: pages, sources in them that were not left out with their neighbours, and
+  // far copies that were a source each.
+  std::uint64_t nodes_visited() const { return visited_; }
+  std::uint64_t sources_looked_at() const { return looked_at_; }
+  std::uint64_t copies_heard() const { return copies_heard_; }
 
  private:
   static constexpr std::uint32_t kNoCopy = 0xffffffff;  // found without walking one
@@ -143,7 +147,7 @@ class OctreePool final : public SourcePool {
 
   std::vector<Step> steps_;
   bool asked_ = false;
-  std::uint64_t visited_ = 0;
+  std::uint64_t visited_ = 0, looked_at_ = 0, copies_heard_ = 0;
 };
 
 }  // namespace clamor

@@ -77,8 +77,10 @@ class Priority final : public Sampler {
       sample_.push_back(
           {chosen.found.number, scale, &source, chosen.found.signal, chosen.visibility});
     }
-    std::sort(sample_.begin(), sample_.end(),
-              [](const auto& a, const auto& b) { return a.number < b.number; });
+    // Pools without copies find them in this order.
+    const auto by_number = [](const auto& a, const auto& b) { return a.number < b.number; };
+    if (!std::is_sorted(sample_.begin(), sample_.end(), by_number))
+      std::sort(sample_.begin(), sample_.end(), by_number);
     pool_.ask(place + kLookAhead_keyframes * step_m, tau);
     looking_ = sight_ != nullptr && look_again(tau);
     return sample_;
@@ -114,11 +116,11 @@ class Priority final : public Sampler {
     }
   };
 
-  // Fills candidates_ with the k + 1 highest priorities, highest first; fewer if there are fewer
+  // Fills candidates_ with the k + 1 highest priorities, the lowest last; fewer if there are fewer
   // that reach the threshold which is returned, the last of the k + 1 if there are as many.
   double choose(const Vec3& place) {
-    double threshold =
-        threshold_ > 0 ? threshold_ * (starved_ ? 1 : kCaution) : pool_.highest(place);
+    double threshold = threshold_ > 0 ? predicted_threshold() : pool_.highest(place);
+    const double predicted = threshold;
     // Who waits, and had to take all there was, begins with that.
     if (sight_ != nullptr && sight_->exact() && starved_ && threshold_ == 0) threshold = 0;
     // Of thresholds that were tried: the lowest with too few sources, the highest with far too
@@ -138,20 +140,42 @@ class Priority final : public Sampler {
         threshold *= kStep;
       else if (too_low > 0 && !unlimited)
         threshold = std::sqrt(too_low * too_high);
+      else if (threshold == predicted && threshold_ > 0 && sight_ == nullptr)
+        threshold *= kCaution * kCaution;  // just missed
       else
         threshold = threshold > std::numeric_limits<float>::min()
                         ? threshold / (sight_ == nullptr ? kStep : kStepWhereHidden)
                         : 0;
     }
     starved_ = candidates_.size() <= voices_;
-    if (candidates_.size() > voices_) {
-      const auto last = candidates_.begin() + static_cast<std::ptrdiff_t>(voices_);
-      std::nth_element(candidates_.begin(), last, candidates_.end());
-      threshold = last->priority;
-      candidates_.resize(voices_ + 1);
-    }
+    if (candidates_.size() > voices_) threshold = keep_the_first();
+    if (threshold_ > 0) changed_by_ = std::max(0.8 * changed_by_, 1 - threshold / threshold_);
     threshold_ = threshold;
     return threshold;
+  }
+
+  // The last threshold, lowered by as much as it may well have fallen: by thrice the most that it
+  // fell from one sample to the next of late. With sight, by what catches k nearly always.
+  double predicted_threshold() const {
+    if (starved_) return threshold_;
+    if (sight_ != nullptr) return threshold_ * kCaution;
+    return threshold_ * std::clamp(0.97 - 3 * changed_by_, kCaution * kCaution, 0.95);
+  }
+
+  // Keeps the k highest of candidates_ in the order in which they are, and the next one last: its
+  // priority. Candidates are large, so only their ranks are moved about.
+  double keep_the_first() {
+    ranks_.clear();
+    for (std::uint32_t c = 0; c < candidates_.size(); ++c)
+      ranks_.push_back({candidates_[c].priority, c});
+    const auto last = ranks_.begin() + static_cast<std::ptrdiff_t>(voices_);
+    std::nth_element(ranks_.begin(), last, ranks_.end(), [this](const auto& a, const auto& b) {
+      return a.first != b.first ? a.first > b.first : candidates_[a.second] < candidates_[b.second];
+    });
+    const Candidate next = candidates_[last->second];
+    std::erase_if(candidates_, [&next](const Candidate& one) { return !(one < next); });
+    candidates_.push_back(next);
+    return next.priority;
   }
 
   // Looking again is cheaper than sorting out more than these. Where signals come and go, most of
@@ -265,7 +289,9 @@ class Priority final : public Sampler {
   std::vector<std::pair<double, std::uint32_t>> unknown_;
   std::vector<double> best_;
   std::vector<VisibilityCache::Wanted> wanted_;
-  bool starved_ = false;  // fewer than k + 1 in all that was looked at
+  std::vector<std::pair<double, std::uint32_t>> ranks_;
+  double changed_by_ = 0.05;  // the threshold, of late: a share of it
+  bool starved_ = false;      // fewer than k + 1 in all that was looked at
   bool looking_ = false, gave_up_waiting_ = false;
   std::optional<Vec3> place_;  // of sample_
   double time_s_ = 0;

@@ -32,19 +32,30 @@ class SourcePage {
   const Source& operator[](std::size_t index) const { return sources_[index]; }
   std::size_t bytes() const;  // of memory
 
-  // Calls found(index, ceiling), in any order, for every source whose priority at `place` is at
-  // least `threshold`, and for a few more; `ceiling` is one of the priority.
+  // Calls found(index, ceiling), ascending, for every source whose priority at `place` is at least
+  // `threshold`, and for a few more; `ceiling` is one of the priority. Gives how many sources were
+  // looked at one by one.
   template <class Found>
-  void pass(const Vec3& place, double threshold, const Found& found) const {
+  std::size_t pass(const Vec3& place, double threshold, const Found& found) const {
     Sifted sifted;
+    std::size_t looked_at = 0;
     for (std::size_t s = 0; s < sieves_.size(); ++s) {
       sieves_[s].sift(place, threshold, sifted);
-      for (std::size_t i = 0; i < sifted.count; ++i)
-        found(s * kSieveSources + sifted.index[i], static_cast<double>(sifted.ceiling[i]));
+      looked_at += sifted.looked_at;
+      const std::size_t first = s * kSieveSources;
+      // They are far apart in memory, and all of them are about to be read.
+      sifted.for_each([&](std::size_t i, double) { prefetch(sources_[first + i]); });
+      sifted.for_each([&](std::size_t i, double ceiling) { found(first + i, ceiling); });
     }
+    return looked_at;
   }
 
  private:
+  static void prefetch(const Source& source) {
+    __builtin_prefetch(&source);
+    __builtin_prefetch(&source + 1);  // it lies across two lines
+  }
+
   std::vector<Source> sources_;
   std::vector<SourceSieve> sieves_;
 };

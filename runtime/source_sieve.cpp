@@ -159,7 +159,8 @@ SourceSieve::SourceSieve(std::span<const SieveSource> sources)
 }
 
 void SourceSieve::sift(const Vec3& place, double threshold, Sifted& sifted) const {
-  sifted.count = 0;
+  sifted.bits = {};
+  sifted.looked_at = 0;
   const Vec3 from_m = place - middle_m_;
   // Of positions and of the place, each rounded to 24 bits; and one that is on the source sees it
   // from wherever it is loudest.

@@ -17,6 +17,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -35,11 +36,22 @@ struct SieveSource {
 
 inline constexpr std::size_t kSieveSources = 512, kSieveBlock = 16;
 
-// What got through, in no order.
+// What got through: a bit for each source, and the ceilings of those. `looked_at` were not left out
+// with their block.
 struct Sifted {
-  std::size_t count = 0;
-  std::array<std::uint32_t, kSieveSources> index;
+  std::array<std::uint64_t, kSieveSources / 64> bits;
   std::array<float, kSieveSources> ceiling;
+  std::uint32_t looked_at;
+
+  // Calls passed(index, ceiling), ascending.
+  template <class Passed>
+  void for_each(const Passed& passed) const {
+    for (std::size_t word = 0; word < bits.size(); ++word)
+      for (std::uint64_t rest = bits[word]; rest != 0; rest &= rest - 1) {
+        const std::size_t index = 64 * word + static_cast<std::size_t>(std::countr_zero(rest));
+        passed(index, static_cast<double>(ceiling[index]));
+      }
+  }
 };
 
 // 16 sources, each number of all of them side by side; directions of x, then y, then z.

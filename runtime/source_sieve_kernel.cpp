@@ -160,8 +160,9 @@ HWY_INLINE void sift_block(const SieveBlock& block, std::size_t count, const Sie
     hn::Store(hn::Div(most, near2), d, ceilings);
     for (std::uint32_t bits = bits_of(d, passes, count - at); bits != 0; bits &= bits - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
-      sifted.index[sifted.count] = block.index[at + lane];
-      sifted.ceiling[sifted.count++] = ceilings[lane];
+      const std::uint32_t index = block.index[at + lane];
+      sifted.bits[index / 64] |= std::uint64_t{1} << (index % 64);
+      sifted.ceiling[index] = ceilings[lane];
     }
   }
 }
@@ -173,7 +174,9 @@ void sift_here(std::span<const SieveBounds> bounds, std::span<const SieveBlock> 
                                      std::min(kSieveBlock, blocks.size() - first), query);
     for (; bits != 0; bits &= bits - 1) {
       const std::size_t b = first + static_cast<std::size_t>(std::countr_zero(bits));
-      sift_block(blocks[b], std::min(kSieveBlock, count - b * kSieveBlock), query, sifted);
+      const std::size_t in_block = std::min(kSieveBlock, count - b * kSieveBlock);
+      sifted.looked_at += static_cast<std::uint32_t>(in_block);
+      sift_block(blocks[b], in_block, query, sifted);
     }
   }
 }

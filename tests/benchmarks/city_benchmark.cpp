@@ -11,6 +11,7 @@
 
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
+#include "tests/benchmarks/sample_times.h"
 #include "tests/city.h"
 
 namespace clamor {
@@ -73,14 +74,21 @@ void city_sample(benchmark::State& state) {
     sampler->sample(place);
     while (!sampler->complete()) sampler->sample(place);
   }
-  const std::uint64_t before = pool.nodes_visited();
+  const std::uint64_t pages_before = pool.nodes_visited();
+  const std::uint64_t entries_before = pool.sources_looked_at() + pool.copies_heard();
   std::uint64_t samples = 0;
+  testing::SampleTimes times;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(sampler->sample(walk()));
+    times.time([&] { benchmark::DoNotOptimize(sampler->sample(walk())); });
     ++samples;
   }
-  state.counters["nodes"] =
-      static_cast<double>(pool.nodes_visited() - before) / static_cast<double>(samples);
+  const auto per_sample = [&](std::uint64_t count) {
+    return static_cast<double>(count) / static_cast<double>(samples);
+  };
+  times.report(state);
+  state.counters["pages"] = per_sample(pool.nodes_visited() - pages_before);
+  state.counters["entries"] =
+      per_sample(pool.sources_looked_at() + pool.copies_heard() - entries_before);
   state.counters["pages_MB"] = static_cast<double>(loader.statistics().bytes) / 1e6;
 }
 BENCHMARK(city_sample)

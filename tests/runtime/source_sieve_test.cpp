@@ -99,11 +99,11 @@ TEST_P(SourceSieveOn, LetsEverySourceThroughThatReachesTheThresholdAndFewMore) {
           Sifted sifted;
           sieve.sift(place, threshold, sifted);
           std::vector<double> found(count, -1);
-          for (std::size_t s = 0; s < sifted.count; ++s) {
-            ASSERT_LT(sifted.index[s], count);
-            ASSERT_EQ(found[sifted.index[s]], -1) << "twice";
-            found[sifted.index[s]] = static_cast<double>(sifted.ceiling[s]);
-          }
+          sifted.for_each([&](std::size_t s, double ceiling) {
+            ASSERT_LT(s, count);
+            found[s] = ceiling;
+            ++through;
+          });
           for (std::uint32_t s = 0; s < count; ++s) {
             const Source& source = level.sources[s];
             const double priority =
@@ -115,7 +115,6 @@ TEST_P(SourceSieveOn, LetsEverySourceThroughThatReachesTheThresholdAndFewMore) {
               ASSERT_TRUE(ceilings[s] < threshold || ceilings[s] == 0) << s;
             by_the_formula += ceilings[s] >= threshold;
           }
-          through += sifted.count;
         }
       }
       // Where the sources are tens of kilometres apart, single precision is a few millimetres.
@@ -137,16 +136,14 @@ TEST_P(SourceSieveOn, GivesCeilingsThatTheFormulaInDoublePrecisionGives) {
         Vec3(1, 2, 3) + (i % 2 == 0 ? 20.0 : 7.0) * direction(philox(9, {i, 0, 0, 0}));
     Sifted sifted;
     sieve.sift(place, 1e-12, sifted);
-    for (std::size_t s = 0; s < sifted.count; ++s) {
-      const double expected = sieve_ceiling(sources[sifted.index[s]], place);
-      const auto ceiling = static_cast<double>(sifted.ceiling[s]);
-      if (expected <
-          1e-9 * sieve_ceiling(sources[sifted.index[s]], Vec3(sources[sifted.index[s]].position_m)))
-        continue;  // at the horizon, or far off a narrow lobe
+    sifted.for_each([&](std::size_t s, double ceiling) {
+      const double expected = sieve_ceiling(sources[s], place);
+      // At the horizon, or far off a narrow lobe, nothing is left to compare.
+      if (expected < 1e-9 * sieve_ceiling(sources[s], Vec3(sources[s].position_m))) return;
       ASSERT_GE(ceiling, expected);
-      ASSERT_LE(ceiling, expected * kSieveSlack + 1e-5) << sifted.index[s];
+      ASSERT_LE(ceiling, expected * kSieveSlack + 1e-5) << s;
       ++compared;
-    }
+    });
   }
   EXPECT_GT(compared, 5000u);
 }
