@@ -55,7 +55,7 @@ Bands received_intensity(const Source& source, const std::vector<Emitter>& emitt
     for (std::size_t b = 0; b < kBandCount; ++b) {
       const double p = emitter.directivity[b];
       if (b == 0 || emitter.directivity[b] != emitter.directivity[b - 1])
-        share = emission(p, cos_a) / emission_power(p);
+        share = (p == 0 ? 1 : emission(p, cos_a)) / emission_power(p);  // 1 is what it would be
       intensity[b] = static_cast<float>(source.power[b] * share);
     }
   } else {

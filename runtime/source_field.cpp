@@ -14,7 +14,9 @@ SourceField::SourceField(const std::vector<Emitter>& emitters, std::span<const M
       laws_(materials),
       air_loss_per_m_(clamor::air_loss_per_m(air)),
       speed_of_sound_mps_(clamor::speed_of_sound_mps(air)) {
+  played_.reserve(emitters.size());
   for (const Emitter& emitter : emitters) {
+    played_.push_back({emitter.delay_s, emitter.signal});
     const bool first = &emitter == emitters.data();
     earliest_start_s_ = first ? emitter.delay_s : std::min(earliest_start_s_, emitter.delay_s);
     latest_start_s_ = first ? emitter.delay_s : std::max(latest_start_s_, emitter.delay_s);

@@ -53,6 +53,14 @@ class StoredTrees {
     return tops_.empty() ? std::vector<std::uint32_t>{} : signals_of(tops_.back(), emitters, maps);
   }
 
+  // The same of any of the trees, in its own space.
+  std::vector<Source> sources_of_tree(std::size_t tree) const { return sources_of(tops_[tree]); }
+  std::vector<std::uint32_t> signals_of_tree(
+      std::size_t tree, const std::vector<Emitter>& emitters,
+      const std::vector<std::vector<std::uint32_t>>& maps) const {
+    return signals_of(tops_[tree], emitters, maps);
+  }
+
   const std::vector<PageEntry>& tops() const { return tops_; }
   std::size_t page_count() const { return pages_.size(); }
 
