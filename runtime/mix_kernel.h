@@ -59,7 +59,8 @@ struct MixMode {
   bool eight_bands = true;  // otherwise each ear has one gain: a voice's band 0
   // Of output channels. More than one pair takes one delay, and a panner says what goes where.
   int pairs = 1;
-  bool head = false;  // binaural: a voice's gains are in the bands of head_bank.h; two delays
+  bool head = false;      // binaural: a voice's gains are in the bands of head_bank.h; two delays
+  int fine_voices = 128;  // binaural: so many have them at a time, the loudest (fine_voices.h)
 
   // Gains of a voice: those of the segment's frame 0, then how they grow in kGainFrames.
   constexpr int gain_lanes() const { return head ? kHeadLanes : eight_bands ? kBandLanes : kEars; }

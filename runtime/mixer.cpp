@@ -35,6 +35,12 @@ bool is_usable(const Voice& voice) {
   return true;
 }
 
+MixMode without_head(MixMode mode) {
+  if (mode.head) mode.eight_bands = true;
+  mode.head = false;
+  return mode;
+}
+
 std::int64_t fixed(double frames) { return std::llrint(frames * kFixedOne_f); }
 
 }  // namespace
@@ -43,9 +49,10 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
              const Panner* panner, const Head* head)
     : signals_(signals),
       mode_(mode),
+      bus_mode_(without_head(mode)),
       panner_(panner),
       head_(head),
-      lanes_(mode.gain_lanes()),
+      lanes_(bus_mode_.gain_lanes()),
       lead_frames_(mode.head          ? kHeadDelayFrames
                    : mode.eight_bands ? kBankDelayFrames
                                       : 0),
@@ -56,23 +63,28 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
   assert(panner == nullptr ? mode.pairs == 1 : panner->channels() == channels());
   assert(mode.pairs == 1 || mode.delays == 1);
   assert(mode.head == (head != nullptr));
-  if (mode.head) head_bank_ = std::make_unique<HeadBank>();
+  if (mode.head) {
+    head_bank_ = std::make_unique<HeadBank>();
+    fine_ = std::make_unique<FineVoices>(slots, static_cast<std::size_t>(mode.fine_voices));
+  }
   for (Pair& pair : pairs_) {
     pair.targets.resize(slots * static_cast<std::size_t>(lanes_));
     pair.gains.resize(2 * pair.targets.size());
-    if (mode.pairs > 1) pair.active.reserve(slots);
+    if (mode.pairs > 1 || mode.head) pair.active.reserve(slots);
   }
   active_.reserve(slots);
   once_.reserve(slots);
   for (std::size_t b = 0; b < kBandCount; ++b)
     for (std::size_t c = 0; c < kBandCount; ++c)
-      bus_gains_[c][b] = static_cast<float>(OctaveBank::bus_gains()[b][c]);
+      bus_gains_[c][b] =
+          static_cast<float>((mode.head ? HeadBank::bus_gains() : OctaveBank::bus_gains())[b][c]);
 }
 
 void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
   clock_ = clock_frames - (mode_.two_layers() ? kBankTailFrames : 0);
   frame_ = kKeyframeFrames;
   clear_active();
+  if (mode_.head) choose_fine(keyframe);
   for (const Voice& voice : keyframe.voices) {
     Voice started = voice;
     started.starts = true;
@@ -91,6 +103,7 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
 
 void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
   clear_active();
+  if (mode_.head) choose_fine(keyframe);
   for (const Voice& voice : keyframe.voices) {
     load_voice(voice);
     activate(voice.slot);
@@ -150,25 +163,55 @@ void Mixer::slide(std::uint32_t slot, int ear, double change_frames,
 }
 
 // A column of bus_gains_ per band: loops that the compiler makes vectors of.
-void Mixer::set_targets(const Voice& voice, float* targets) const noexcept REALTIME {
-  for (int e = 0; e < kEars; ++e) {
+void Mixer::set_targets(const std::array<Bands, kEars>& gain,
+                        float* targets) const noexcept REALTIME {
+  for (std::size_t e = 0; e < kEars; ++e) {
     Bands sum{};
-    if (!mode_.eight_bands) sum[0] = voice.gain[e][0];
-    if (mode_.eight_bands)
+    if (!bus_mode_.eight_bands) sum[0] = gain[e][0];
+    if (bus_mode_.eight_bands)
       for (std::size_t c = 0; c < kBandCount; ++c)
-        for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += bus_gains_[c][b] * voice.gain[e][c];
-    for (int lane = e; lane < lanes_; lane += kEars)
-      targets[lane] = sum[static_cast<std::size_t>(lane / kEars)];
+        for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += bus_gains_[c][b] * gain[e][c];
+    for (std::size_t lane = e; lane < static_cast<std::size_t>(lanes_); lane += kEars)
+      targets[lane] = sum[lane / kEars];
   }
 }
 
-// Octaves times the head's levels.
-void Mixer::set_colours(const Voice& voice, float* targets) const noexcept REALTIME {
-  const auto levels = head_->hear(voice.from);
-  for (std::size_t e = 0; e < kEars; ++e) {
-    const HeadLevels own = HeadBank::levels_of(voice.gain[e]);
-    for (std::size_t j = 0; j < kHeadBands; ++j) targets[kEars * j + e] = own[j] * levels[e][j];
+float Mixer::power_of(const Voice& voice) const noexcept REALTIME {
+  const Bands& mean_square = signals_[voice.signal].mean_square();
+  float sum = 0;
+  for (const Bands& ear : voice.gain)
+    for (std::size_t b = 0; b < kBandCount; ++b) sum += mean_square[b] * ear[b] * ear[b];
+  return sum;
+}
+
+void Mixer::choose_fine(const Keyframe& keyframe) noexcept REALTIME {
+  fine_->begin();
+  for (const Voice& voice : keyframe.voices) fine_->offer(voice.slot, power_of(voice));
+  fine_->end();
+}
+
+// Octaves times the head's levels, in its bands or in octaves. True if anything is heard.
+bool Mixer::set_colours(const Voice& voice, bool usable) noexcept REALTIME {
+  const bool fine = usable && fine_->chosen(voice.slot);
+  std::array<float, kHeadLanes> colours;
+  if (fine) {
+    const auto levels = head_->hear(voice.from);
+    for (std::size_t e = 0; e < kEars; ++e) {
+      const HeadLevels own = HeadBank::levels_of(voice.gain[e]);
+      for (std::size_t j = 0; j < kHeadBands; ++j) colours[kEars * j + e] = own[j] * levels[e][j];
+    }
   }
+  std::array<float, kBandLanes> targets{};
+  if (usable && !fine) {
+    auto gain = head_->hear_octaves(voice.from);
+    for (std::size_t e = 0; e < kEars; ++e)
+      for (std::size_t b = 0; b < kBandCount; ++b) gain[e][b] *= voice.gain[e][b];
+    set_targets(gain, targets.data());
+  }
+  const bool in_bands = fine_->set(voice.slot, fine ? colours.data() : nullptr, voice.starts);
+  const bool in_octaves = set_gains(0, voice, targets.data());
+  if (in_octaves) pairs_[0].active.push_back(voice.slot);
+  return in_bands || in_octaves;
 }
 
 void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
@@ -198,13 +241,11 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   // Down to silence from where it was, if it cannot be used.
   slot.heard = false;
   if (head_ != nullptr) {
-    std::array<float, kHeadLanes> colours{};
-    if (usable) set_colours(voice, colours.data());
-    slot.heard = set_gains(0, voice, colours.data());
+    slot.heard = set_colours(voice, usable);
     return;
   }
   std::array<float, kBandLanes> targets{};
-  if (usable) set_targets(voice, targets.data());
+  if (usable) set_targets(voice.gain, targets.data());
   if (panner_ == nullptr) {
     slot.heard = set_gains(0, voice, targets.data());
     return;
@@ -251,6 +292,7 @@ void Mixer::hold() noexcept REALTIME {
         place(s, e, slots_[s].delay[e]);
       }
     }
+    if (mode_.head) fine_->hold();
     holding_ = true;
   }
   frame_ = kKeyframeFrames - kStepFrames;
@@ -299,8 +341,11 @@ void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept 
 
 void Mixer::mix_head(int frames, float* interleaved) noexcept REALTIME {
   head_bank_->clear();
-  mix_voices(mode_, {paths_.data(), pairs_[0].gains.data(), active_.data(), active_.size(), frame_,
-                     frames, head_bank_->high(), head_bank_->low()});
+  fine_->mix(mode_, paths_.data(), frame_, frames, head_bank_->high(), head_bank_->low());
+  const Pair& pair = pairs_[0];
+  MixBuses& octaves = head_bank_->octaves();
+  mix_voices(bus_mode_, {paths_.data(), pair.gains.data(), pair.active.data(), pair.active.size(),
+                         frame_, frames, octaves.high, octaves.low});
   head_bank_->process(frames, interleaved);
 }
 

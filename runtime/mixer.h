@@ -21,8 +21,9 @@
 // that are heard in it: a voice has one delay and one spectrum, times a gain per channel that the
 // panner tells from its direction at each keyframe. So those gains slide as all do.
 //
-// Binaural, a voice's gains are its octaves times what the head does to its direction, in the bands
-// of head_bank.h, also told at each keyframe; the time between the ears is in its delays.
+// Binaural, a voice's gains are its octaves times what the head does to its direction, also told at
+// each keyframe: in the bands of head_bank.h for the loudest voices (fine_voices.h), in octaves for
+// the others. The time between the ears is in its delays.
 //
 // Threads: load(), hold(), mix() and step() are the audio thread's; begin() comes before them.
 // Cost: tests/benchmarks/mixer_benchmark.cpp.
@@ -35,6 +36,7 @@
 #include <span>
 #include <vector>
 
+#include "runtime/fine_voices.h"
 #include "runtime/head.h"
 #include "runtime/head_bank.h"
 #include "runtime/keyframe.h"
@@ -101,7 +103,9 @@ class Mixer {
     bool heard = false;  // since the last keyframe, with gains that are not all zero
   };
 
-  void set_colours(const Voice& voice, float* targets) const noexcept REALTIME;
+  float power_of(const Voice& voice) const noexcept REALTIME;
+  void choose_fine(const Keyframe& keyframe) noexcept REALTIME;
+  bool set_colours(const Voice& voice, bool usable) noexcept REALTIME;
   void load_voice(const Voice& voice) noexcept REALTIME;
   void slide(std::uint32_t slot, int ear, double change_frames, bool starts) noexcept REALTIME;
   void place(std::uint32_t slot, int ear, std::int64_t delay) noexcept REALTIME;
@@ -111,10 +115,11 @@ class Mixer {
   void mix_pair(std::size_t pair, int frames, float* interleaved) noexcept REALTIME;
   void advance(int frames) noexcept REALTIME;
   void clear_active() noexcept REALTIME;
-  void set_targets(const Voice& voice, float* targets) const noexcept REALTIME;
+  void set_targets(const std::array<Bands, kEars>& gain, float* targets) const noexcept REALTIME;
 
   std::span<const PreparedSignal> signals_;
   const MixMode mode_;
+  const MixMode bus_mode_;  // of voices that add to buses of octaves, or to one
   const Panner* const panner_;
   const Head* const head_;
   const int lanes_;
@@ -132,12 +137,13 @@ class Mixer {
   struct Pair {
     std::vector<float> targets;         // [slot][lanes_]: gains at the end of the segment
     std::vector<float> gains;           // MixJob
-    std::vector<std::uint32_t> active;  // those of active_ that it hears, if there are more pairs
+    std::vector<std::uint32_t> active;  // those of active_ that it hears, where they may be fewer
     OctaveBank bank;
   };
   std::vector<Pair> pairs_;
   MixBuses buses_;
   std::unique_ptr<HeadBank> head_bank_;
+  std::unique_ptr<FineVoices> fine_;
   std::int64_t clock_ = 0;
   int frame_ = 0;         // of the segment
   bool holding_ = false;  // slopes are zero until the next keyframe

@@ -1,5 +1,6 @@
 #include "tools/bench_voices.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -56,22 +57,10 @@ const std::vector<std::vector<float>>& bench_samples() {
   return kSamples;
 }
 
-double KernelVoices::Buses::energy() const {
-  double sum = 0;
-  for (const float x : high) sum += static_cast<double>(x) * static_cast<double>(x);
-  return sum;
-}
-
 KernelVoices::KernelVoices(const MixMode& mode, std::uint32_t count)
-    : mode_(mode),
-      wrap_(prepared(mode)[0].wrap()),
-      buses_(std::make_unique<Buses>()),
-      reference_(std::make_unique<ReferenceBuses>()) {
-  const auto lanes = static_cast<std::uint32_t>(mode.gain_lanes());
+    : mode_(mode), wrap_(prepared(mode)[0].wrap()), reference_(std::make_unique<ReferenceBuses>()) {
   paths_.reserve(std::size_t{kEars} * count);
-  gains_.reserve(std::size_t{2} * lanes * count);
-  for (std::uint32_t v = 0; v < count; ++v) {
-    active_.push_back(v);
+  for (std::uint32_t v = 0; v < count; ++v)
     for (int e = 0; e < kEars; ++e) {
       VoicePath& path = paths_.emplace_back();
       path.step = static_cast<std::int64_t>((1 + drift_of(v, e)) * 0x1p32);
@@ -79,23 +68,42 @@ KernelVoices::KernelVoices(const MixMode& mode, std::uint32_t count)
                         20 * random_unit(v, 5 + static_cast<std::uint32_t>(e));
       prepared(mode)[signal_of(v, count)].place(static_cast<std::int64_t>(at * 0x1p32), path);
     }
-    for (std::uint32_t lane = 0; lane < 2 * lanes; ++lane)
-      gains_.push_back(static_cast<float>((random_unit(v, 10 + lane) - 0.5) / count *
-                                          (lane < lanes ? 1 : 1.0 / 60)));
+  const std::uint32_t fine =
+      mode.head ? std::min(count, static_cast<std::uint32_t>(mode.fine_voices)) : 0;
+  parts_.resize(mode.head ? 2 : 1);
+  for (Part& part : parts_) part.mode = mode;
+  parts_[0].mode.head = false;
+  for (std::uint32_t v = 0; v < count; ++v) parts_[v < fine ? 1 : 0].active.push_back(v);
+  for (Part& part : parts_) {
+    const auto lanes = static_cast<std::uint32_t>(part.mode.gain_lanes());
+    const std::uint32_t end = part.active.empty() ? 0 : part.active.back() + 1;
+    part.gains.reserve(std::size_t{2} * lanes * end);
+    for (std::uint32_t v = 0; v < end; ++v)
+      for (std::uint32_t lane = 0; lane < 2 * lanes; ++lane)
+        part.gains.push_back(static_cast<float>((random_unit(v, 10 + lane) - 0.5) / count *
+                                                (lane < lanes ? 1 : 1.0 / 60)));
   }
 }
 
-MixJob KernelVoices::job() const {
-  return {paths_.data(), gains_.data(), active_.data(), active_.size(), 0,
-          kBenchFrames,  buses_->high,  buses_->low};
+MixJob KernelVoices::job(Part& part) const {
+  return {paths_.data(), part.gains.data(), part.active.data(), part.active.size(), 0,
+          kBenchFrames,  part.buses->high,  part.buses->low};
 }
 
 void KernelVoices::mix() {
-  mix_voices(mode_, job());
+  for (Part& part : parts_) mix_voices(part.mode, job(part));
   for (std::size_t at = 0; at < paths_.size(); at += mode_.delays == 1 ? kEars : 1) {
     paths_[at].position = paths_[at].position_at(kBenchFrames);
     paths_[at].position -= paths_[at].position >= wrap_ ? wrap_ : 0;
   }
+}
+
+void KernelVoices::mix_slowly() { mix_reference(mode_, job(parts_[0]), *reference_); }
+
+bool KernelVoices::heard() const {
+  return std::ranges::any_of(parts_, [](const Part& part) {
+    return std::ranges::any_of(part.buses->high, [](float x) { return std::abs(x) > 0; });
+  });
 }
 
 MixerVoices::MixerVoices(const MixMode& mode, std::uint32_t count)

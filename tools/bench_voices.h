@@ -26,23 +26,27 @@ class KernelVoices {
   KernelVoices(const MixMode& mode, std::uint32_t count);
 
   void mix();
-  void mix_slowly() { mix_reference(mode_, job(), *reference_); }
-  bool heard() const { return buses_->energy() > 0; }
+  void mix_slowly();  // not binaural
+  bool heard() const;
 
  private:
   struct Buses {
-    alignas(64) float high[kHeadHighBands * kEars * kMostFrames];
-    alignas(64) float low[kHeadLowBands * kEars * kMostFrames / kLowRate];
-    double energy() const;
+    alignas(64) float high[kHeadHighBands * kEars * kMostFrames] = {};
+    alignas(64) float low[kHeadLowBands * kEars * kMostFrames / kLowRate] = {};
   };
-  MixJob job() const;
+  // One for all voices, or, binaural, for their octaves; another for those that are fine.
+  struct Part {
+    MixMode mode;
+    std::vector<std::uint32_t> active = {};
+    std::vector<float> gains = {};
+    std::unique_ptr<Buses> buses = std::make_unique<Buses>();
+  };
+  MixJob job(Part& part) const;
 
   MixMode mode_;
   std::vector<VoicePath> paths_;
-  std::vector<float> gains_;
-  std::vector<std::uint32_t> active_;
+  std::vector<Part> parts_;
   std::int64_t wrap_;
-  std::unique_ptr<Buses> buses_;
   std::unique_ptr<ReferenceBuses> reference_;
 };
 

@@ -28,15 +28,18 @@ const std::vector<MixMode>& bench_modes() {
   return kModes;
 }
 
-VoiceWork work_of(const MixMode& mode) {
+VoiceWork work_of(const MixMode& mode, std::uint32_t voices) {
   const bool cubic = mode.interpolation == Interpolation::kCubic;
   VoiceWork work{mode.delays * (cubic ? 5.0 : 1.0), mode.delays * (cubic ? 4.0 : 2.0)};
   double buses = 1;
   if (mode.two_layers()) {
     work.multiply_adds += mode.delays * 5.0 / kLowRate;
     work.loads += mode.delays * 4.0 / kLowRate;
-    buses = mode.head ? kHeadHighBands + 1.0 * kHeadLowBands / kLowRate
-                      : kHighBands + 1.0 * kLowBands / kLowRate;
+    buses = kHighBands + 1.0 * kLowBands / kLowRate;
+  }
+  if (mode.head) {
+    const double fine = std::min(1.0, 1.0 * mode.fine_voices / voices);
+    buses += fine * (kHeadHighBands + 1.0 * kHeadLowBands / kLowRate - buses);
   }
   work.multiply_adds += 2 * kEars * mode.pairs * buses;
   return work;
@@ -222,7 +225,7 @@ Result<MixerFigures> measure_mixer(const BenchRequest& request,
       peaks[figure.instructions] = {peak_multiply_adds_per_s(), peak_loads_per_s()};
       force_mix_kernel("");
     }
-    figure.work = work_of(figure.mode);
+    figure.work = work_of(figure.mode, figure.voices);
     const auto [multiply_adds, loads] = peaks[figure.instructions];
     const double frames_per_s = figure.real_time.best * kSampleRate_hz;
     figure.of_multiply_adds = frames_per_s * figure.work.multiply_adds / multiply_adds;

@@ -29,11 +29,11 @@ struct VoicesInRealTime {
 
 // What the kernel takes for one frame of a voice, as mix_kernel.h counts: a line is 1 multiply-add
 // of 2 loads, a spline 5 of 4, each layer read once per delay; then one for each bus, and one for
-// the bus's gain.
+// the bus's gain. Binaural, the loudest voices take those of a head's bands instead.
 struct VoiceWork {
   double multiply_adds = 0, loads = 0;
 };
-VoiceWork work_of(const MixMode& mode);
+VoiceWork work_of(const MixMode& mode, std::uint32_t voices);
 
 struct MixerFigure {
   enum class What : std::uint8_t { kMixer, kKernel, kReference };

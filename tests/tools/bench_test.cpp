@@ -68,12 +68,18 @@ TEST(Bench, MeasuresEachWayOfMixingAtEachNumberOfVoicesAndWhatStandsBesideIt) {
 // Counted by hand: two neighbours and one multiply-add make a line, each of two ears has a gain and
 // a sum; the low layer, at a quarter of the rate, is read along a spline for 5 of 8 bands.
 TEST(Bench, CountsWhatAFrameOfAVoiceTakes) {
-  const VoiceWork line = work_of({Interpolation::kLinear, 1, false});
+  const VoiceWork line = work_of({Interpolation::kLinear, 1, false}, 100);
   EXPECT_EQ(line.multiply_adds, 1 + 2 * 2);
   EXPECT_EQ(line.loads, 2);
-  const VoiceWork bands = work_of({Interpolation::kCubic, 2, true});
+  const VoiceWork bands = work_of({Interpolation::kCubic, 2, true}, 100);
   EXPECT_EQ(bands.multiply_adds, 2 * (5 + 5 / 4.0) + 2 * 2 * (3 + 5 / 4.0));
   EXPECT_EQ(bands.loads, 2 * (4 + 4 / 4.0));
+  // A quarter of the voices in 24 and 12 bands of a head.
+  MixMode binaural;
+  binaural.head = true;
+  binaural.fine_voices = 25;
+  EXPECT_EQ(work_of(binaural, 100).multiply_adds,
+            2 * (5 + 5 / 4.0) + 2 * 2 * (0.75 * (3 + 5 / 4.0) + 0.25 * (24 + 12 / 4.0)));
 }
 
 TEST(Bench, PrintsTablesWithARowForEachWayOfMixing) {
