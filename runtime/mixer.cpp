@@ -222,7 +222,7 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   bool usable = is_usable(voice);
   std::array<double, kEars> change_frames{};
   std::array<std::int64_t, kEars> now = slot.delay;
-  for (int e = 0; e < kEars && usable; ++e) {
+  for (int e = 0; e < mode_.delays && usable; ++e) {
     if (voice.starts) now[e] = fixed(voice.start_delay_frames[e]);
     change_frames[e] = static_cast<double>(fixed(voice.delay_frames[e]) - now[e]) / kFixedOne_f;
     usable = std::abs(change_frames[e]) < kKeyframeFrames;
@@ -232,7 +232,7 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
     change_frames = {};
     now = slot.delay;
   }
-  for (int e = 0; e < kEars; ++e) {
+  for (int e = 0; e < mode_.delays; ++e) {
     slide(voice.slot, e, change_frames[e], voice.starts || !usable);
     place(voice.slot, e, now[e]);
     slot.delay[e] = usable ? fixed(voice.delay_frames[e]) : now[e];
@@ -287,7 +287,7 @@ void Mixer::hold() noexcept REALTIME {
         std::copy_n(&pair.targets[s * lanes], lanes, &pair.gains[2 * s * lanes]);
         std::fill_n(&pair.gains[(2 * s + 1) * lanes], lanes, 0.0f);
       }
-      for (int e = 0; e < kEars; ++e) {
+      for (int e = 0; e < mode_.delays; ++e) {
         slide(s, e, 0, true);
         place(s, e, slots_[s].delay[e]);
       }
@@ -299,25 +299,26 @@ void Mixer::hold() noexcept REALTIME {
 }
 
 void Mixer::advance(int frames) noexcept REALTIME {
+  const auto ears = static_cast<std::size_t>(mode_.delays);
   for (const std::uint32_t s : once_)
-    for (std::size_t e = 0; e < kEars; ++e) {
+    for (std::size_t e = 0; e < ears; ++e) {
       VoicePath path = paths_[s * kEars + e];
       path.position = slots_[s].position[e];
       slots_[s].position[e] = path.position_at(frames);
     }
   for (const std::uint32_t s : active_)
-    for (int e = 0; e < mode_.delays; ++e) {
-      VoicePath& path = paths_[s * kEars + static_cast<std::size_t>(e)];
+    for (std::size_t e = 0; e < ears; ++e) {
+      VoicePath& path = paths_[s * kEars + e];
       path.position = path.position_at(frames);
       path.step = path.step_at(frames);
       path.position -= path.position >= wraps_[s] ? wraps_[s] : 0;
     }
   for (const std::uint32_t s : once_)
-    for (std::size_t e = 0; e < kEars; ++e)
+    for (std::size_t e = 0; e < ears; ++e)
       slots_[s].signal->place(slots_[s].position[e], paths_[s * kEars + e]);
   if (frame_ + frames == kKnotFrames)
     for (const std::uint32_t s : active_)
-      for (std::size_t e = 0; e < kEars; ++e) {
+      for (std::size_t e = 0; e < ears; ++e) {
         paths_[s * kEars + e].step = slots_[s].after_knot[e].step;
         paths_[s * kEars + e].bend = slots_[s].after_knot[e].bend;
       }
