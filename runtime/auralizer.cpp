@@ -90,20 +90,19 @@ std::vector<float> block_of(const Signal& signal, std::size_t block) {
   return {first, first + frames};
 }
 
-// Sounds as voices want them: a file's, and then others. Both must outlive what comes out.
-std::unique_ptr<SoundLoader> sounds_from(const BakeFile& file, const std::vector<Signal>& others,
+// Sounds as voices want them: a file's, and then the input's own. Both must outlive what comes out.
+std::unique_ptr<SoundLoader> sounds_from(const BakeFile& file, const AuralizerInput& input,
                                          const MixMode& mode, const AuralizerOptions& options) {
   std::vector<SignalShape> shapes;
-  for (std::size_t i = 0; i < file.signal_count(); ++i)
-    shapes.push_back({file.signal(i).frames, file.signal(i).loop});
-  for (const Signal& signal : others) shapes.push_back({signal.samples.size(), signal.loop});
+  for (const TimedEnvelope& signal : input.envelopes)
+    shapes.push_back({signal.frames, signal.loop, signal.envelope.mean_square()});
   const std::uint64_t bytes =
       std::min(SoundLoader::bytes_of(shapes, mode), options.memory_bytes / 2);
   return std::make_unique<SoundLoader>(
       shapes, file.emitters(), mode,
-      [&file, &others](std::size_t signal, std::size_t block) -> Result<std::vector<float>> {
+      [&file, &input](std::size_t signal, std::size_t block) -> Result<std::vector<float>> {
         if (signal < file.signal_count()) return file.read_signal_block(signal, block);
-        return block_of(others[signal - file.signal_count()], block);
+        return block_of(input.signals[signal - file.signal_count()], block);
       },
       SoundBudget{bytes, !options.wait_for_pages}, keyframes_ahead(options),
       std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / 2, 1, 4));
@@ -124,7 +123,7 @@ struct Auralizer::State {
         head(options.output.head),
         mode(mode_of(panner.get(), head.get())),
         channels(static_cast<std::size_t>(kEars * mode.pairs)),
-        sounds(file == nullptr ? nullptr : sounds_from(*file, input.signals, mode, options)),
+        sounds(file == nullptr ? nullptr : sounds_from(*file, input, mode, options)),
         decoded(file == nullptr ? prepare_signals(input.signals, mode)
                                 : std::vector<PreparedSignal>()),
         signals(file == nullptr ? decoded : sounds->signals()),

@@ -119,13 +119,14 @@ Head::Head(const HeadResponses& responses) {
         diffuse[b] += energy[e][b] / static_cast<double>(kEars * kept.size());
     }
     directions_.push_back(
-        {{}, static_cast<float>(lag_s(ears[0], ears[1], bin_hz) * kSampleRate_hz)});
+        {{}, {}, static_cast<float>(lag_s(ears[0], ears[1], bin_hz) * kSampleRate_hz)});
   }
   const HeadFit fit;
   for (std::size_t d = 0; d < kept.size(); ++d)
     for (std::size_t e = 0; e < kEars; ++e) {
       for (std::size_t b = 0; b < kErbBandCount; ++b) energies[d][e][b] /= diffuse[b];
       directions_[d].level[e] = fit.levels_for(energies[d][e]);
+      directions_[d].octave[e] = fit.octaves_for(energies[d][e]);
     }
 }
 
@@ -137,6 +138,18 @@ std::array<HeadLevels, kEars> Head::hear(const Vec3f& from) const noexcept REALT
     for (std::size_t e = 0; e < kEars; ++e)
       for (std::size_t j = 0; j < kHeadBands; ++j)
         levels[e][j] += place.share[k] * corner.level[e][j];
+  }
+  return levels;
+}
+
+std::array<Bands, kEars> Head::hear_octaves(const Vec3f& from) const noexcept REALTIME {
+  const DirectionMesh::Place place = mesh_->find(from);
+  std::array<Bands, kEars> levels{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Direction& corner = directions_[place.corner[k]];
+    for (std::size_t e = 0; e < kEars; ++e)
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        levels[e][b] += place.share[k] * corner.octave[e][b];
   }
   return levels;
 }

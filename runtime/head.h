@@ -14,8 +14,8 @@
 // which a listener's own ears add again, and the bass that loudspeakers lose in measuring. So in
 // the mean over all directions and both ears, a head is as loud as none in each band.
 //
-// Threads: hear() and delay_frames() on any. Memory: 400 bytes a direction. Cost: reading takes
-// half a second for 710 directions.
+// Threads: hear(), hear_octaves() and delay_frames() on any. Memory: 400 bytes a direction. Cost:
+// reading takes half a second for 710 directions.
 #pragma once
 
 #include <array>
@@ -41,12 +41,16 @@ class Head {
   // Levels for a sound from a direction: x ahead, y to the left, z up.
   std::array<HeadLevels, kEars> hear(const Vec3f& from) const noexcept REALTIME;
 
+  // The same in octaves, for buses of octaves: with the energy of the ERB bands of each.
+  std::array<Bands, kEars> hear_octaves(const Vec3f& from) const noexcept REALTIME;
+
   // How much later than at the middle of the head an ear hears it; less than 0 for the nearer one.
   double delay_frames(const Vec3f& from, int ear) const noexcept REALTIME;
 
  private:
   struct Direction {
     std::array<HeadLevels, kEars> level;
+    std::array<Bands, kEars> octave;
     float lag_frames;  // of the right ear after the left
   };
   std::vector<Direction> directions_;

@@ -6,9 +6,9 @@
 #include <complex>
 #include <numbers>
 
+#include "common/crossover.h"
 #include "common/fourier.h"
 #include "formats/level.h"
-#include "common/crossover.h"
 #include "runtime/erb_bands.h"
 #include "runtime/mix_fir.h"
 
@@ -86,63 +86,83 @@ double response(const std::vector<float>& filters, const Layer& layer, std::size
 }
 
 // Octaves as levels at the nodes: linear between the centres, of gains that are corrected first, so
-// that a tone at a centre comes out with its octave's gain although the hats are wide.
+// that a tone at a centre comes out with its octave's gain although the hats are wide. Either
+// across both layers, or with the layers' octaves parted as voices' buses of octaves are.
 class OctaveLevels {
  public:
-  OctaveLevels() {
+  explicit OctaveLevels(bool parted) {
     for (std::size_t j = 0; j < kHeadBands; ++j) {
-      const double octave =
-          std::clamp(std::log2(kHeadNodes_hz[j] / 1000) + 4, 0.0, kBandCount - 1.0);
-      const double below = std::min(std::floor(octave), kBandCount - 2.0);
+      const bool low = j < kHeadLowBands;
+      const double first = parted && !low ? kLowBands : 0;
+      const double last = parted && low ? kLowBands - 1 : kBandCount - 1;
+      const double octave = std::clamp(std::log2(kHeadNodes_hz[j] / 1000) + 4, first, last);
+      const double below = std::min(std::floor(octave), last - 1);
       places_[j] = {static_cast<std::size_t>(below), static_cast<float>(octave - below)};
     }
     // Gauss and Jordan; the diagonal dominates.
-    std::array<std::array<double, kBandCount>, kBandCount> m{}, inverse{};
+    HeadBank::OctaveMatrix m{};
     for (std::size_t c = 0; c < kBandCount; ++c) {
-      inverse[c][c] = 1;
+      correction_[c][c] = 1;
       for (std::size_t j = 0; j < kHeadBands; ++j) {
         const double heard = HeadBank::magnitude(j, kBandCentres_hz[c]);
-        m[c][places_[j].below] += heard * (1 - static_cast<double>(places_[j].share));
-        m[c][places_[j].below + 1] += heard * static_cast<double>(places_[j].share);
+        for (std::size_t b = 0; b < kBandCount; ++b)
+          m[c][b] += heard * static_cast<double>(share(b, j));
       }
     }
     for (std::size_t i = 0; i < kBandCount; ++i) {
       const double pivot = m[i][i];
-      for (std::size_t k = 0; k < kBandCount; ++k) m[i][k] /= pivot, inverse[i][k] /= pivot;
+      for (std::size_t k = 0; k < kBandCount; ++k) m[i][k] /= pivot, correction_[i][k] /= pivot;
       for (std::size_t row = 0; row < kBandCount; ++row) {
         if (row == i) continue;
         const double times = m[row][i];
         for (std::size_t k = 0; k < kBandCount; ++k) {
           m[row][k] -= times * m[i][k];
-          inverse[row][k] -= times * inverse[i][k];
+          correction_[row][k] -= times * correction_[i][k];
         }
       }
     }
     for (std::size_t b = 0; b < kBandCount; ++b)
       for (std::size_t c = 0; c < kBandCount; ++c)
-        correction_[c][b] = static_cast<float>(inverse[b][c]);
+        columns_[c][b] = static_cast<float>(correction_[b][c]);
   }
 
   HeadLevels at_nodes(const Bands& gains) const noexcept REALTIME {
     Bands right{};
     for (std::size_t c = 0; c < kBandCount; ++c)
-      for (std::size_t b = 0; b < kBandCount; ++b) right[b] += correction_[c][b] * gains[c];
+      for (std::size_t b = 0; b < kBandCount; ++b) right[b] += columns_[c][b] * gains[c];
     HeadLevels levels;
     for (std::size_t j = 0; j < kHeadBands; ++j) {
-      const auto [below, share] = places_[j];
-      levels[j] = right[below] + share * (right[below + 1] - right[below]);
+      const auto [below, above] = places_[j];
+      levels[j] = right[below] + above * (right[below + 1] - right[below]);
     }
     return levels;
   }
 
+  float share(std::size_t octave, std::size_t node) const noexcept REALTIME {
+    const auto [below, above] = places_[node];
+    return octave == below ? 1 - above : octave == below + 1 ? above : 0;
+  }
+
+  const HeadBank::OctaveMatrix& correction() const { return correction_; }
+
  private:
   struct Place {
     std::size_t below = 0;
-    float share = 0;  // of the octave above
+    float above = 0;  // share of the octave above
   };
   std::array<Place, kHeadBands> places_;
-  std::array<Bands, kBandCount> correction_;  // a column per given octave
+  HeadBank::OctaveMatrix correction_{};
+  std::array<Bands, kBandCount> columns_;  // of it
 };
+
+const OctaveLevels& across_layers() noexcept REALTIME {
+  static const OctaveLevels kLevels(false);
+  return kLevels;
+}
+const OctaveLevels& within_layers() noexcept REALTIME {
+  static const OctaveLevels kLevels(true);
+  return kLevels;
+}
 
 }  // namespace
 
@@ -160,8 +180,11 @@ const std::vector<float>& HeadBank::low_filters() {
 HeadBank::HeadBank()
     : high_(kEars * kHeadHighBands * kHighRow), low_(kEars * kHeadLowBands * kLowRow) {
   static_assert(kHighLayer.reach == kHighReach && kLowLayer.reach == kLowReach);
+  // What the audio thread shall find made.
   high_filters();
   low_filters();
+  across_layers();
+  within_layers();
   for (int k = 0; k < kUpTaps; ++k)
     up_[static_cast<std::size_t>(k)] = static_cast<float>(OctaveBank::up_tap(k));
 }
@@ -169,17 +192,32 @@ HeadBank::HeadBank()
 void HeadBank::clear() noexcept REALTIME {
   std::fill(std::begin(buses_.high), std::end(buses_.high), 0.0f);
   std::fill(std::begin(buses_.low), std::end(buses_.low), 0.0f);
+  std::fill(std::begin(octaves_.high), std::end(octaves_.high), 0.0f);
+  std::fill(std::begin(octaves_.low), std::end(octaves_.low), 0.0f);
 }
 
 void HeadBank::process(int frames, float* interleaved) noexcept REALTIME {
   assert(frames % kStepFrames == 0 && frames <= kMostFrames);
   const int low_frames = frames / kLowRate;
-  // Frames go behind the history; what has been used slides out at the front.
-  const auto append = [](float* rows, int row, int history, const float* bus, int bus_stride,
-                         int bands, int ear, int count) {
-    for (int b = 0; b < bands; ++b)
-      std::copy_n(bus + (b * kEars + ear) * bus_stride, count,
-                  rows + (ear * bands + b) * row + history);
+  // Frames go behind the history, their octaves added; what has been used slides out at the front.
+  const auto append = [](float* rows, int row, int history, const float* bus, const float* octaves,
+                         int bus_stride, const Layer& layer, std::size_t first_octave,
+                         std::size_t end_octave, int ear, int count) {
+    for (std::size_t b = 0; b < layer.bands; ++b) {
+      float* const out =
+          rows + (static_cast<std::size_t>(ear) * layer.bands + b) * static_cast<std::size_t>(row) +
+          history;
+      const auto line = [&](std::size_t k) {
+        return (kEars * static_cast<int>(k) + ear) * bus_stride;
+      };
+      std::copy_n(bus + line(b), count, out);
+      for (std::size_t octave = first_octave; octave < end_octave; ++octave) {
+        const float share = octave_share(octave, layer.first + b);
+        if (share == 0) continue;
+        const float* const add = octaves + line(octave - first_octave);
+        for (int f = 0; f < count; ++f) out[f] += share * add[f];
+      }
+    }
   };
   const auto forget = [](float* rows, int row, int history, int bands, int count) {
     for (int r = 0; r < kEars * bands; ++r)
@@ -187,10 +225,10 @@ void HeadBank::process(int frames, float* interleaved) noexcept REALTIME {
   };
   alignas(64) float high_sum[kMostFrames];
   for (int ear = 0; ear < kEars; ++ear) {
-    append(high_.data(), kHighRow, kHighHistory, buses_.high, kMostFrames, kHeadHighBands, ear,
-           frames);
-    append(low_.data(), kLowRow, kLowHistory, buses_.low, kMostFrames / kLowRate, kHeadLowBands,
-           ear, low_frames);
+    append(high_.data(), kHighRow, kHighHistory, buses_.high, octaves_.high, kMostFrames,
+           kHighLayer, kLowBands, kBandCount, ear, frames);
+    append(low_.data(), kLowRow, kLowHistory, buses_.low, octaves_.low, kMostFrames / kLowRate,
+           kLowLayer, 0, kLowBands, ear, low_frames);
     sum_filtered({high_filters().data(), high_.data() + ear * kHeadHighBands * kHighRow, kHighRow,
                   kHeadHighBands, kHighTaps, frames, high_sum});
     float* const low = low_sum_[ear];
@@ -218,8 +256,13 @@ double HeadBank::magnitude(std::size_t band, double frequency_hz) {
 }
 
 HeadLevels HeadBank::levels_of(const Bands& gains) noexcept REALTIME {
-  static const OctaveLevels kOctaves;
-  return kOctaves.at_nodes(gains);
+  return across_layers().at_nodes(gains);
+}
+
+const HeadBank::OctaveMatrix& HeadBank::bus_gains() { return within_layers().correction(); }
+
+float HeadBank::octave_share(std::size_t octave, std::size_t band) noexcept REALTIME {
+  return within_layers().share(octave, band);
 }
 
 }  // namespace clamor

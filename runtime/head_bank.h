@@ -4,6 +4,12 @@
 // 36 buses an ear with these levels times their own spectrum, and the buses are filtered once per
 // block: what a head costs does not grow with the voices, but for the additions.
 //
+// Those grow too fast for all: 108 multiply-adds a frame, of which a core does 5000 to 6000 voices.
+// So most voices (fine_voices.h says which) add to eight buses an ear, a level per octave, as they
+// would without a head, and once per block each of the 36 takes its share of the two octaves that
+// it lies between. Both ways have the same delay and no phase, so a voice may slide from one to
+// the other.
+//
 // The bands are hats between the frequencies of kHeadNodes_hz, linear in the ERB scale, one ERB
 // apart from 1.3 kHz up, as the ear's are; so levels between two nodes are interpolated. All
 // filters are symmetric: no band is ever out of phase with another, the delay alone tells the time,
@@ -40,6 +46,7 @@ class HeadBank {
   // Where voices add to, as MixJob wants it: cleared first.
   float* high() noexcept REALTIME { return buses_.high; }
   float* low() noexcept REALTIME { return buses_.low; }
+  MixBuses& octaves() noexcept REALTIME { return octaves_; }
   void clear() noexcept REALTIME;
 
   // Filters and adds up `frames` (whole steps) into (left, right).
@@ -51,6 +58,12 @@ class HeadBank {
   // A voice's gains in octaves as those at the nodes: linear in the octaves between their centres,
   // and right at them.
   static HeadLevels levels_of(const Bands& gains) noexcept REALTIME;
+
+  // What the buses of octaves must be given for tones at the centres to come out with `gains`: row
+  // b times the gains is bus b's. And what such a bus is in a band, 0 in the other layer's.
+  using OctaveMatrix = std::array<std::array<double, kBandCount>, kBandCount>;
+  static const OctaveMatrix& bus_gains();
+  static float octave_share(std::size_t octave, std::size_t band) noexcept REALTIME;
 
  private:
   static constexpr int kHighReach = 192, kLowReach = 186;  // taps to either side
@@ -71,6 +84,7 @@ class HeadBank {
   static const std::vector<float>& low_filters();
 
   Buses buses_{};
+  MixBuses octaves_{};
   std::vector<float> high_, low_;  // [ear][band][row]: history, then the call's frames
   float low_sum_[kEars][kUpHistory + kMostFrames / kLowRate] = {};
   std::array<float, kUpTaps> up_{};

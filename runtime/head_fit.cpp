@@ -8,7 +8,7 @@ namespace clamor {
 namespace {
 
 constexpr double kStep_hz = 6, kLeastHeard = 1e-5;
-constexpr int kTurns = 60, kNewtonSteps = 40;
+constexpr int kTurns = 60, kOctaveTurns = 20, kNewtonSteps = 40;
 constexpr double kDamping = 0.003, kMostChange = 0.3, kMostWeight = 100;
 constexpr double kFairMiss = 0.04;  // 0.35 dB
 
@@ -145,6 +145,39 @@ HeadLevels HeadFit::levels_for(const ErbBands& energy) const {
   by_turns(energy, levels);
   by_newton(energy, scale, levels);
   HeadLevels result;
+  std::ranges::transform(levels, result.begin(), [](double x) { return static_cast<float>(x); });
+  return result;
+}
+
+Bands HeadFit::octaves_for(const ErbBands& energy) const {
+  const auto means = [](const ErbBands& bands) {
+    std::array<double, kBandCount> sums{}, counts{};
+    for (std::size_t b = 0; b < kErbBandCount; ++b) {
+      const double octave = std::round(std::log2(erb_band_centre_hz(b) / 1000) + 4);
+      const auto c = static_cast<std::size_t>(std::clamp(octave, 0.0, kBandCount - 1.0));
+      sums[c] += bands[b];
+      counts[c] += 1;
+    }
+    for (std::size_t c = 0; c < kBandCount; ++c) sums[c] /= counts[c];
+    return sums;
+  };
+  const std::array<double, kBandCount> wanted = means(energy);
+  std::array<double, kBandCount> levels{};
+  for (std::size_t c = 0; c < kBandCount; ++c) levels[c] = std::sqrt(wanted[c]);
+  for (int turn = 0; turn < kOctaveTurns; ++turn) {
+    Levels nodes{};
+    for (std::size_t bus = 0; bus < kBandCount; ++bus) {
+      double gain = 0;
+      for (std::size_t c = 0; c < kBandCount; ++c)
+        gain += HeadBank::bus_gains()[bus][c] * levels[c];
+      for (std::size_t j = 0; j < kHeadBands; ++j)
+        nodes[j] += gain * static_cast<double>(HeadBank::octave_share(bus, j));
+    }
+    const std::array<double, kBandCount> now = means(energy_of(nodes));
+    for (std::size_t c = 0; c < kBandCount; ++c)
+      levels[c] *= std::clamp(std::pow(wanted[c] / now[c], 0.4), 0.7, 1.4);
+  }
+  Bands result;
   std::ranges::transform(levels, result.begin(), [](double x) { return static_cast<float>(x); });
   return result;
 }

@@ -23,6 +23,10 @@ class HeadFit {
   // All energies above 0.
   HeadLevels levels_for(const ErbBands& energy) const;
 
+  // Of octaves, as the buses of octaves do them, with the mean energy of each one's ERB bands, the
+  // first and the last going on to where ERB bands end: by turns, as above.
+  Bands octaves_for(const ErbBands& energy) const;
+
   // What levels give: mean square per ERB band.
   ErbBands energy_of(const std::array<double, kHeadBands>& levels) const;
 

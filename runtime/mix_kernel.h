@@ -12,10 +12,16 @@
 // Cubic interpolation is a uniform B-spline over samples that were prefiltered when loaded, so that
 // whole delays give back the signal. Its largest error, at a fraction of one half, relative to the
 // tone: -122 dB at 1 kHz, -98 at 2, -74 at 4, -48 at 8, -31 at 12 and -18 at 16 kHz, some 20 dB
-// below Catmull-Rom at the same cost. Its passband sinks there by 0.03 dB at 8 kHz, 0.24 at 12 and
-// 1.2 at 16 kHz; the alias is half the error. The low layer, at a quarter of the rate, has -74 dB
-// at 1 kHz and -61 at 1.4 kHz, where it ends. Linear has -53, -29, -18 and -6 dB at 1, 4, 8 and 16
-// kHz.
+// below Catmull-Rom at the same cost. The low layer, at a quarter of the rate, has -74 dB at 1 kHz
+// and -61 at 1.4 kHz, where it ends. Linear has -53, -29, -18 and -6 dB at 1, 4, 8 and 16 kHz.
+//
+//     kHz                       1      2      4      8     12     16
+//     cubic, half-way, dB       0      0      0  -0.04  -0.24  -1.16    at its weakest
+//            mean               0      0      0  -0.02  -0.13  -0.58    of a voice that slides
+//            images          -131   -107    -82    -56    -38    -25    all together
+//     linear, half-way      -0.02  -0.08  -0.30  -1.25  -3.01  -6.02
+//            mean           -0.01  -0.05  -0.20  -0.80  -1.82  -3.29
+//            images           -64    -52    -40    -27    -20    -15
 //
 // Frames are added in the order of the voices; multiply-adds are fused where the CPU can, so CPUs
 // differ in last bits and runs on one CPU do not, however calls divide time. Highway is visible
@@ -59,7 +65,8 @@ struct MixMode {
   bool eight_bands = true;  // otherwise each ear has one gain: a voice's band 0
   // Of output channels. More than one pair takes one delay, and a panner says what goes where.
   int pairs = 1;
-  bool head = false;  // binaural: a voice's gains are in the bands of head_bank.h; two delays
+  bool head = false;      // binaural: a voice's gains are in the bands of head_bank.h; two delays
+  int fine_voices = 128;  // binaural: so many have them at a time, the loudest (fine_voices.h)
 
   // Gains of a voice: those of the segment's frame 0, then how they grow in kGainFrames.
   constexpr int gain_lanes() const { return head ? kHeadLanes : eight_bands ? kBandLanes : kEars; }

@@ -35,6 +35,12 @@ bool is_usable(const Voice& voice) {
   return true;
 }
 
+MixMode without_head(MixMode mode) {
+  if (mode.head) mode.eight_bands = true;
+  mode.head = false;
+  return mode;
+}
+
 std::int64_t fixed(double frames) { return std::llrint(frames * kFixedOne_f); }
 
 }  // namespace
@@ -43,9 +49,10 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
              const Panner* panner, const Head* head)
     : signals_(signals),
       mode_(mode),
+      bus_mode_(without_head(mode)),
       panner_(panner),
       head_(head),
-      lanes_(mode.gain_lanes()),
+      lanes_(bus_mode_.gain_lanes()),
       lead_frames_(mode.head          ? kHeadDelayFrames
                    : mode.eight_bands ? kBankDelayFrames
                                       : 0),
@@ -56,23 +63,28 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
   assert(panner == nullptr ? mode.pairs == 1 : panner->channels() == channels());
   assert(mode.pairs == 1 || mode.delays == 1);
   assert(mode.head == (head != nullptr));
-  if (mode.head) head_bank_ = std::make_unique<HeadBank>();
+  if (mode.head) {
+    head_bank_ = std::make_unique<HeadBank>();
+    fine_ = std::make_unique<FineVoices>(slots, static_cast<std::size_t>(mode.fine_voices));
+  }
   for (Pair& pair : pairs_) {
     pair.targets.resize(slots * static_cast<std::size_t>(lanes_));
     pair.gains.resize(2 * pair.targets.size());
-    if (mode.pairs > 1) pair.active.reserve(slots);
+    if (mode.pairs > 1 || mode.head) pair.active.reserve(slots);
   }
   active_.reserve(slots);
   once_.reserve(slots);
   for (std::size_t b = 0; b < kBandCount; ++b)
     for (std::size_t c = 0; c < kBandCount; ++c)
-      bus_gains_[c][b] = static_cast<float>(OctaveBank::bus_gains()[b][c]);
+      bus_gains_[c][b] =
+          static_cast<float>((mode.head ? HeadBank::bus_gains() : OctaveBank::bus_gains())[b][c]);
 }
 
 void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
   clock_ = clock_frames - (mode_.two_layers() ? kBankTailFrames : 0);
   frame_ = kKeyframeFrames;
   clear_active();
+  if (mode_.head) choose_fine(keyframe);
   for (const Voice& voice : keyframe.voices) {
     Voice started = voice;
     started.starts = true;
@@ -93,6 +105,7 @@ void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
   if (holding_) end_hold();
   clear_active();
   rank_voices(keyframe);
+  if (mode_.head) choose_fine(keyframe);
   for (const Voice& voice : keyframe.voices) {
     load_voice(voice);
     activate(voice.slot);
@@ -132,21 +145,18 @@ void Mixer::fade_above(std::uint8_t rank) noexcept REALTIME {
   shed_end_ = frame_ + kShedFrames;
   highest_rank_ = rank;
   left_out_ = loaded_ - up_to_rank_[rank];
-  const std::size_t lanes = static_cast<std::size_t>(lanes_);
   const float here = static_cast<float>(frame_) / kGainFrames;
   constexpr float way = static_cast<float>(kShedFrames) / kGainFrames;
-  for (const std::uint32_t s : active_) {
-    if (slots_[s].rank <= rank) continue;
-    for (Pair& pair : pairs_) {
-      float* const gain = &pair.gains[2 * s * lanes];
-      for (std::size_t lane = 0; lane < lanes; ++lane) {
-        const float slope = -(gain[lane] + here * gain[lanes + lane]) / way;
-        gain[lanes + lane] = slope;
-        gain[lane] = -slope * (here + way);
-      }
-      std::fill_n(&pair.targets[s * lanes], lanes, 0.0f);
-    }
-  }
+  for (const std::uint32_t s : active_)
+    if (slots_[s].rank > rank)
+      change_gains(s, [&](float* target, float* gain, std::size_t lanes) noexcept REALTIME {
+        for (std::size_t lane = 0; lane < lanes; ++lane) {
+          const float slope = -(gain[lane] + here * gain[lanes + lane]) / way;
+          gain[lanes + lane] = slope;
+          gain[lane] = -slope * (here + way);
+        }
+        std::fill_n(target, lanes, 0.0f);
+      });
 }
 
 void Mixer::drop_shed() noexcept REALTIME {
@@ -154,6 +164,7 @@ void Mixer::drop_shed() noexcept REALTIME {
   std::erase_if(active_, is_shed);
   std::erase_if(once_, is_shed);
   for (Pair& pair : pairs_) std::erase_if(pair.active, is_shed);
+  if (mode_.head) fine_->drop(is_shed);
 }
 
 void Mixer::clear_active() noexcept REALTIME {
@@ -207,25 +218,57 @@ void Mixer::slide(std::uint32_t slot, int ear, double change_frames,
 }
 
 // A column of bus_gains_ per band: loops that the compiler makes vectors of.
-void Mixer::set_targets(const Voice& voice, float* targets) const noexcept REALTIME {
-  for (int e = 0; e < kEars; ++e) {
+void Mixer::set_targets(const std::array<Bands, kEars>& gain,
+                        float* targets) const noexcept REALTIME {
+  for (std::size_t e = 0; e < kEars; ++e) {
     Bands sum{};
-    if (!mode_.eight_bands) sum[0] = voice.gain[e][0];
-    if (mode_.eight_bands)
+    if (!bus_mode_.eight_bands) sum[0] = gain[e][0];
+    if (bus_mode_.eight_bands)
       for (std::size_t c = 0; c < kBandCount; ++c)
-        for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += bus_gains_[c][b] * voice.gain[e][c];
-    for (int lane = e; lane < lanes_; lane += kEars)
-      targets[lane] = sum[static_cast<std::size_t>(lane / kEars)];
+        for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += bus_gains_[c][b] * gain[e][c];
+    for (std::size_t lane = e; lane < static_cast<std::size_t>(lanes_); lane += kEars)
+      targets[lane] = sum[lane / kEars];
   }
 }
 
-// Octaves times the head's levels.
-void Mixer::set_colours(const Voice& voice, float* targets) const noexcept REALTIME {
-  const auto levels = head_->hear(voice.from);
-  for (std::size_t e = 0; e < kEars; ++e) {
-    const HeadLevels own = HeadBank::levels_of(voice.gain[e]);
-    for (std::size_t j = 0; j < kHeadBands; ++j) targets[kEars * j + e] = own[j] * levels[e][j];
+float Mixer::power_of(const Voice& voice) const noexcept REALTIME {
+  const Bands& mean_square = signals_[voice.signal].mean_square();
+  float sum = 0;
+  for (const Bands& ear : voice.gain)
+    for (std::size_t b = 0; b < kBandCount; ++b) sum += mean_square[b] * ear[b] * ear[b];
+  return sum;
+}
+
+void Mixer::choose_fine(const Keyframe& keyframe) noexcept REALTIME {
+  fine_->begin();
+  for (const Voice& voice : keyframe.voices)
+    if (voice.rank <= highest_rank_) fine_->offer(voice.slot, power_of(voice));
+  fine_->end();
+}
+
+// Octaves times the head's levels, in its bands or in octaves. True if anything is heard.
+bool Mixer::set_colours(const Voice& voice, bool usable) noexcept REALTIME {
+  const bool fine = usable && fine_->chosen(voice.slot);
+  std::array<float, kHeadLanes> colours;
+  if (fine) {
+    const auto levels = head_->hear(voice.from);
+    for (std::size_t e = 0; e < kEars; ++e) {
+      const HeadLevels own = HeadBank::levels_of(voice.gain[e]);
+      for (std::size_t j = 0; j < kHeadBands; ++j) colours[kEars * j + e] = own[j] * levels[e][j];
+    }
   }
+  std::array<float, kBandLanes> targets{};
+  if (usable && !fine) {
+    auto gain = head_->hear_octaves(voice.from);
+    for (std::size_t e = 0; e < kEars; ++e)
+      for (std::size_t b = 0; b < kBandCount; ++b) gain[e][b] *= voice.gain[e][b];
+    set_targets(gain, targets.data());
+  }
+  const bool in_bands =
+      fine_->set(voice.slot, fine ? colours.data() : nullptr, voice.starts, slide_frames(voice));
+  const bool in_octaves = set_gains(0, voice, targets.data());
+  if (in_octaves) pairs_[0].active.push_back(voice.slot);
+  return in_bands || in_octaves;
 }
 
 void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
@@ -237,7 +280,7 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   bool usable = is_usable(voice);
   std::array<double, kEars> change_frames{};
   std::array<std::int64_t, kEars> now = slot.delay;
-  for (int e = 0; e < kEars && usable; ++e) {
+  for (int e = 0; e < mode_.delays && usable; ++e) {
     if (voice.starts) now[e] = fixed(voice.start_delay_frames[e]);
     change_frames[e] = static_cast<double>(fixed(voice.delay_frames[e]) - now[e]) / kFixedOne_f;
     usable = std::abs(change_frames[e]) < kKeyframeFrames;
@@ -247,7 +290,7 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
     change_frames = {};
     now = slot.delay;
   }
-  for (int e = 0; e < kEars; ++e) {
+  for (int e = 0; e < mode_.delays; ++e) {
     slide(voice.slot, e, change_frames[e], voice.starts || !usable);
     place(voice.slot, e, now[e]);
     slot.delay[e] = usable ? fixed(voice.delay_frames[e]) : now[e];
@@ -258,13 +301,11 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   if (voice.rank > highest_rank_) usable = false;
   slot.heard = false;
   if (head_ != nullptr) {
-    std::array<float, kHeadLanes> colours{};
-    if (usable) set_colours(voice, colours.data());
-    slot.heard = set_gains(0, voice, colours.data());
+    slot.heard = set_colours(voice, usable);
     return;
   }
   std::array<float, kBandLanes> targets{};
-  if (usable) set_targets(voice, targets.data());
+  if (usable) set_targets(voice.gain, targets.data());
   if (panner_ == nullptr) {
     slot.heard = set_gains(0, voice, targets.data());
     return;
@@ -286,9 +327,7 @@ bool Mixer::set_gains(std::size_t pair, const Voice& voice,
   const std::size_t lanes = static_cast<std::size_t>(lanes_);
   float* const target = &pairs_[pair].targets[voice.slot * lanes];
   float* const gain = &pairs_[pair].gains[2 * voice.slot * lanes];
-  const bool is_shed = voice.rank > highest_rank_;
-  const float per_frame =
-      static_cast<float>(kGainFrames) / static_cast<float>(is_shed ? kShedFrames : kKeyframeFrames);
+  const float per_frame = static_cast<float>(kGainFrames) / static_cast<float>(slide_frames(voice));
   float loudest = 0;
   for (std::size_t lane = 0; lane < lanes; ++lane) {
     const float from = voice.starts ? 0 : target[lane];
@@ -310,11 +349,12 @@ void Mixer::hold() noexcept REALTIME {
         std::copy_n(&pair.targets[s * lanes], lanes, &pair.gains[2 * s * lanes]);
         std::fill_n(&pair.gains[(2 * s + 1) * lanes], lanes, 0.0f);
       }
-      for (int e = 0; e < kEars; ++e) {
+      for (int e = 0; e < mode_.delays; ++e) {
         slide(s, e, 0, true);
         place(s, e, slots_[s].delay[e]);
       }
     }
+    if (mode_.head) fine_->hold();
     holding_ = true;
   }
   hold_sounds();
@@ -326,25 +366,26 @@ void Mixer::hold() noexcept REALTIME {
 }
 
 void Mixer::advance(int frames) noexcept REALTIME {
+  const auto ears = static_cast<std::size_t>(mode_.delays);
   for (const std::uint32_t s : once_)
-    for (std::size_t e = 0; e < kEars; ++e) {
+    for (std::size_t e = 0; e < ears; ++e) {
       VoicePath path = paths_[s * kEars + e];
       path.position = slots_[s].position[e];
       slots_[s].position[e] = path.position_at(frames);
     }
   for (const std::uint32_t s : active_)
-    for (int e = 0; e < mode_.delays; ++e) {
-      VoicePath& path = paths_[s * kEars + static_cast<std::size_t>(e)];
+    for (std::size_t e = 0; e < ears; ++e) {
+      VoicePath& path = paths_[s * kEars + e];
       path.position = path.position_at(frames);
       path.step = path.step_at(frames);
       path.position -= path.position >= wraps_[s] ? wraps_[s] : 0;
     }
   for (const std::uint32_t s : once_)
-    for (std::size_t e = 0; e < kEars; ++e)
+    for (std::size_t e = 0; e < ears; ++e)
       slots_[s].signal->place(slots_[s].position[e], paths_[s * kEars + e]);
   if (frame_ + frames == kKnotFrames)
     for (const std::uint32_t s : active_)
-      for (std::size_t e = 0; e < kEars; ++e) {
+      for (std::size_t e = 0; e < ears; ++e) {
         paths_[s * kEars + e].step = slots_[s].after_knot[e].step;
         paths_[s * kEars + e].bend = slots_[s].after_knot[e].bend;
       }
@@ -368,8 +409,11 @@ void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept 
 
 void Mixer::mix_head(int frames, float* interleaved) noexcept REALTIME {
   head_bank_->clear();
-  mix_voices(mode_, {paths_.data(), pairs_[0].gains.data(), active_.data(), active_.size(), frame_,
-                     frames, head_bank_->high(), head_bank_->low()});
+  fine_->mix(mode_, paths_.data(), frame_, frames, head_bank_->high(), head_bank_->low());
+  const Pair& pair = pairs_[0];
+  MixBuses& octaves = head_bank_->octaves();
+  mix_voices(bus_mode_, {paths_.data(), pair.gains.data(), pair.active.data(), pair.active.size(),
+                         frame_, frames, octaves.high, octaves.low});
   head_bank_->process(frames, interleaved);
 }
 

@@ -21,8 +21,9 @@
 // that are heard in it: a voice has one delay and one spectrum, times a gain per channel that the
 // panner tells from its direction at each keyframe. So those gains slide as all do.
 //
-// Binaural, a voice's gains are its octaves times what the head does to its direction, in the bands
-// of head_bank.h, also told at each keyframe; the time between the ears is in its delays.
+// Binaural, a voice's gains are its octaves times what the head does to its direction, also told at
+// each keyframe: in the bands of head_bank.h for the loudest voices (fine_voices.h), in octaves for
+// the others. The time between the ears is in its delays.
 //
 // Where there is no time for all voices, those of the highest ranks fade out within kShedFrames and
 // are not mixed from there on, though their delays go on; they slide back in from a keyframe on.
@@ -39,6 +40,7 @@
 #include <span>
 #include <vector>
 
+#include "runtime/fine_voices.h"
 #include "runtime/head.h"
 #include "runtime/head_bank.h"
 #include "runtime/keyframe.h"
@@ -115,11 +117,12 @@ class Mixer {
     std::array<std::int64_t, kEars> delay{}, position{};
     std::uint8_t rank = 0;
     bool heard = false;        // since the last keyframe, with gains that are not all zero
-    bool heard = false;        // since the last keyframe, with gains that are not all zero
     int steps_to_silence = 0;  // while it holds and its sound ends; 0: it does not
   };
 
-  void set_colours(const Voice& voice, float* targets) const noexcept REALTIME;
+  float power_of(const Voice& voice) const noexcept REALTIME;
+  void choose_fine(const Keyframe& keyframe) noexcept REALTIME;
+  bool set_colours(const Voice& voice, bool usable) noexcept REALTIME;
   void load_voice(const Voice& voice) noexcept REALTIME;
   void slide(std::uint32_t slot, int ear, double change_frames, bool starts) noexcept REALTIME;
   void place(std::uint32_t slot, int ear, std::int64_t delay) noexcept REALTIME;
@@ -132,8 +135,23 @@ class Mixer {
   void rank_voices(const Keyframe& keyframe) noexcept REALTIME;
   std::uint8_t rank_for(std::size_t voices) const noexcept REALTIME;
   void fade_above(std::uint8_t rank) noexcept REALTIME;
+  int slide_frames(const Voice& voice) const noexcept REALTIME {
+    return voice.rank > highest_rank_ ? kShedFrames : kKeyframeFrames;
+  }
+
+  // Calls change(targets, gains, lanes) for all in which a slot is heard.
+  template <class Change>
+  void change_gains(std::uint32_t slot, const Change& change) noexcept REALTIME {
+    const auto lanes = static_cast<std::size_t>(lanes_);
+    for (Pair& pair : pairs_)
+      change(&pair.targets[slot * lanes], &pair.gains[2 * slot * lanes], lanes);
+    if (fine_ != nullptr)
+      fine_->change(slot, [&](float* target, float* gain) noexcept REALTIME {
+        change(target, gain, std::size_t{kHeadLanes});
+      });
+  }
   void drop_shed() noexcept REALTIME;
-  void set_targets(const Voice& voice, float* targets) const noexcept REALTIME;
+  void set_targets(const std::array<Bands, kEars>& gain, float* targets) const noexcept REALTIME;
 
   // In mixer_sounds.cpp.
   bool is_here(std::uint32_t slot, const std::array<std::int64_t, kEars>& from,
@@ -146,6 +164,7 @@ class Mixer {
 
   std::span<const PreparedSignal> signals_;
   const MixMode mode_;
+  const MixMode bus_mode_;  // of voices that add to buses of octaves, or to one
   const Panner* const panner_;
   const Head* const head_;
   const int lanes_;
@@ -163,12 +182,13 @@ class Mixer {
   struct Pair {
     std::vector<float> targets;         // [slot][lanes_]: gains at the end of the segment
     std::vector<float> gains;           // MixJob
-    std::vector<std::uint32_t> active;  // those of active_ that it hears, if there are more pairs
+    std::vector<std::uint32_t> active;  // those of active_ that it hears, where they may be fewer
     OctaveBank bank;
   };
   std::vector<Pair> pairs_;
   MixBuses buses_;
   std::unique_ptr<HeadBank> head_bank_;
+  std::unique_ptr<FineVoices> fine_;
   std::int64_t clock_ = 0;
   int frame_ = 0;         // of the segment
   bool holding_ = false;  // slopes are zero until the next keyframe

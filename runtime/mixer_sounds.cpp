@@ -42,18 +42,16 @@ bool Mixer::may_sound(std::uint32_t s, const std::array<std::int64_t, kEars>& fr
 }
 
 void Mixer::silence(std::uint32_t s) noexcept REALTIME {
-  const auto lanes = static_cast<std::size_t>(lanes_);
-  for (Pair& pair : pairs_) {
-    std::fill_n(&pair.targets[s * lanes], lanes, 0.0f);
-    std::fill_n(&pair.gains[2 * s * lanes], 2 * lanes, 0.0f);
-  }
+  change_gains(s, [](float* target, float* gain, std::size_t lanes) noexcept REALTIME {
+    std::fill_n(target, lanes, 0.0f);
+    std::fill_n(gain, 2 * lanes, 0.0f);
+  });
   slots_[s].heard = false;
   slots_[s].steps_to_silence = 0;
 }
 
 // For a step of holding, beginning where every voice is placed.
 void Mixer::hold_sounds() noexcept REALTIME {
-  const auto lanes = static_cast<std::size_t>(lanes_);
   bool ended = false;
   for (const std::uint32_t s : active_) {
     Slot& slot = slots_[s];
@@ -71,29 +69,30 @@ void Mixer::hold_sounds() noexcept REALTIME {
     constexpr float kUnits = static_cast<float>(kKeyframeFrames - kStepFrames) / kGainFrames;
     constexpr float kSlope = -1.0f * kGainFrames / kStepFrames / kStepsToSilence;
     const float now = static_cast<float>(slot.steps_to_silence) / kStepsToSilence;
-    for (Pair& pair : pairs_)
+    change_gains(s, [now](const float* target, float* gain, std::size_t lanes) noexcept REALTIME {
       for (std::size_t lane = 0; lane < lanes; ++lane) {
-        const float target = pair.targets[s * lanes + lane];
-        pair.gains[2 * s * lanes + lane] = target * (now - kSlope * kUnits);
-        pair.gains[(2 * s + 1) * lanes + lane] = target * kSlope;
+        gain[lane] = target[lane] * (now - kSlope * kUnits);
+        gain[lanes + lane] = target[lane] * kSlope;
       }
+    });
   }
   if (!ended) return;
   const auto is_over = [this](std::uint32_t s) { return !slots_[s].heard; };
   std::erase_if(active_, is_over);
   std::erase_if(once_, is_over);
   for (Pair& pair : pairs_) std::erase_if(pair.active, is_over);
+  if (mode_.head) fine_->drop(is_over);
 }
 
 // Before the next segment: gains go on from where holding left them.
 void Mixer::end_hold() noexcept REALTIME {
-  const auto lanes = static_cast<std::size_t>(lanes_);
   for (const std::uint32_t s : active_) {
     Slot& slot = slots_[s];
     if (slot.steps_to_silence == 0) continue;
     const float now = static_cast<float>(slot.steps_to_silence - 1) / kStepsToSilence;
-    for (Pair& pair : pairs_)
-      for (std::size_t lane = 0; lane < lanes; ++lane) pair.targets[s * lanes + lane] *= now;
+    change_gains(s, [now](float* target, float*, std::size_t lanes) noexcept REALTIME {
+      for (std::size_t lane = 0; lane < lanes; ++lane) target[lane] *= now;
+    });
     slot.steps_to_silence = 0;
   }
 }

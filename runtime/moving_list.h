@@ -3,8 +3,8 @@
 //
 // A flat list with a permanent u each. At each keyframe all are put where they are at its moment,
 // and what could reach a threshold passes one sieve, distance against highest weight, in vectors:
-// a keyframe of 100 000, all moving, of which 2000 are chosen takes 2.1 ms of one core, of 10 000 0.5
-// ms (tests/benchmarks/moving_benchmark.cpp).
+// a keyframe of 100 000, all moving, of which 2000 are chosen takes 2.1 ms of one core, of 10 000
+// 0.5 ms (tests/benchmarks/moving_benchmark.cpp).
 //
 // What hides a source is known for where it was (visibility_cache.h): its number there changes with
 // the cell it is in, an eighth of its distance to the listener wide.

@@ -47,8 +47,9 @@ void write_guarded(const std::vector<double>& samples, std::size_t size, std::si
 
 }  // namespace
 
-PreparedSignal::PreparedSignal(std::uint64_t frames, bool loop, const MixMode& mode)
-    : mode_(mode), frames_(frames) {
+PreparedSignal::PreparedSignal(std::uint64_t frames, bool loop, const MixMode& mode,
+                               const Bands& mean_square)
+    : mode_(mode), frames_(frames), mean_square_(mean_square) {
   auto high_frames = static_cast<std::int64_t>(frames);
   if (loop && frames > 0) {
     const std::int64_t once = high_frames;

@@ -41,7 +41,8 @@ class PreparedSignal {
 
   // One that streams: so far none of it is here, and so it stays until somebody gives it memory of
   // memory_bytes(), from an offset of whole pages on.
-  PreparedSignal(std::uint64_t frames, bool loop, const MixMode& mode);
+  PreparedSignal(std::uint64_t frames, bool loop, const MixMode& mode,
+                 const Bands& mean_square = {});
   std::size_t memory_bytes() const { return high_bytes_ + low_bytes_; }
   void use_memory(std::shared_ptr<SoundMemory> memory, std::size_t offset);
 
@@ -71,7 +72,7 @@ class PreparedSignal {
   // The frame that is as good as any other so many loops away or so long before or after the end.
   std::int64_t near(std::int64_t frame) const noexcept REALTIME;
 
-  const Bands& mean_square() const { return mean_square_; }  // zeros of one that streams
+  const Bands& mean_square() const noexcept REALTIME { return mean_square_; }
   std::uint64_t bad_samples() const { return bad_samples_; }
 
   bool streams() const noexcept REALTIME { return here_ != nullptr; }

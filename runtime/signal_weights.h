@@ -82,7 +82,7 @@ class LoudnessTrack {
 
 // What an intensity is weighed with.
 struct SignalWeights {
-  std::vector<Bands> by_signal;       // at its loudest; what does not change, always
+  std::vector<Bands> by_signal;         // at its loudest; what does not change, always
   std::vector<LoudnessTrack> tracks{};  // per signal, or none if nothing changes
 
   bool steady() const { return tracks.empty(); }

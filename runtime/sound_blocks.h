@@ -12,6 +12,7 @@
 #include <mutex>
 #include <vector>
 
+#include "common/bands.h"
 #include "common/result.h"
 #include "formats/signal_section.h"
 
@@ -21,6 +22,7 @@ namespace clamor {
 struct SignalShape {
   std::uint64_t frames = 0;
   bool loop = false;
+  Bands mean_square{};  // as its envelope has it
 };
 
 class SoundBlocks {

@@ -87,7 +87,7 @@ SoundLoader::SoundLoader(const std::vector<SignalShape>& shapes, std::span<const
     : keyframes_(keyframes), budget_bytes_(budget.bytes) {
   std::size_t bytes = 0;
   for (const SignalShape& shape : shapes) {
-    signals_.emplace_back(shape.frames, shape.loop, mode);
+    signals_.emplace_back(shape.frames, shape.loop, mode, shape.mean_square);
     bytes += signals_.back().memory_bytes();
   }
   memory_ = std::make_shared<SoundMemory>(bytes);

@@ -27,6 +27,7 @@ constexpr std::string_view kHelp =
   clamor compare A.wav B.wav                by what the ear could tell two recordings apart
   clamor experiment NAME LEVEL.clamor -o DIR  the paper's figures, found again
   clamor devices                            sound devices that play can use
+  clamor bench mixer                        how many voices this machine mixes
 
   clamor COMMAND --help                     all about one of them
   clamor --version
@@ -39,7 +40,7 @@ struct Command {
   int (*run)(std::span<const std::string>, std::ostream&, std::ostream&);
 };
 
-constexpr std::array<Command, 10> kCommands = {{{"bake", run_bake},
+constexpr std::array<Command, 11> kCommands = {{{"bake", run_bake},
                                                 {"merge", run_merge},
                                                 {"inspect", run_inspect},
                                                 {"diff", run_diff},
@@ -48,7 +49,8 @@ constexpr std::array<Command, 10> kCommands = {{{"bake", run_bake},
                                                 {"compare", run_compare},
                                                 {"experiment", run_experiment},
                                                 {"play", run_play},
-                                                {"devices", run_devices}}};
+                                                {"devices", run_devices},
+                                                {"bench", run_bench}}};
 
 }  // namespace
 

@@ -9,146 +9,16 @@
 
 #include <gtest/gtest.h>
 
-#include "common/fourier.h"
 #include "runtime/head_fit.h"
 #include "runtime/mix_fir.h"
 #include "runtime/mixer.h"
 #include "tests/rooms.h"
+#include "tests/runtime/heads.h"
 
 namespace clamor {
 namespace {
 
-constexpr std::size_t kSize = 8192;
-constexpr double kBin_hz = 1.0 * kSampleRate_hz / kSize;
-
-const HeadResponses& kemar() {
-  static const auto kResponses = read_sofa("");
-  return *kResponses;
-}
-const Head& kemar_head() {
-  static const Head kHead(kemar());
-  return kHead;
-}
-
-// Responses that do nothing, all round.
-HeadResponses no_head() {
-  HeadResponses responses{1.0 * kSampleRate_hz, 64, {}, {}};
-  for (std::size_t i = 0; i < 100; ++i) {
-    const double z = (2.0 * static_cast<double>(i) + 1) / 100 - 1,
-                 turn = 2.4 * static_cast<double>(i);
-    const double r = std::sqrt(1 - z * z);
-    responses.directions.push_back(Vec3f(Vec3(r * std::cos(turn), r * std::sin(turn), z)));
-    for (int ear = 0; ear < 2; ++ear) {
-      responses.samples.push_back(1);
-      responses.samples.insert(responses.samples.end(), 63, 0.0f);
-    }
-  }
-  return responses;
-}
-
-const MixMode kBinaural = [] {
-  MixMode mode;
-  mode.head = true;
-  return mode;
-}();
-
-Voice heard(const Head& head, const Vec3f& from, double delay_frames, float gain, bool starts) {
-  Voice voice;
-  voice.starts = starts;
-  voice.from = from;
-  for (int e = 0; e < kEars; ++e) {
-    voice.delay_frames[e] = delay_frames + head.delay_frames(from, e);
-    voice.gain[e] = same_in_all_bands(gain);
-  }
-  voice.start_delay_frames = voice.delay_frames;
-  return voice;
-}
-
-// Both ears, so many frames, keyframe k with the voices of next(k).
-template <class Next>
-std::array<std::vector<float>, kEars> mixed(const Head& head, const Signal& sound, int frames,
-                                            Next next) {
-  const auto signals = prepare_signals(std::vector<Signal>{sound}, kBinaural);
-  Mixer mixer(signals, 4, kBinaural, nullptr, &head);
-  const auto keyframe = [&](int k) {
-    Keyframe result;
-    result.voices = {next(k)};
-    return result;
-  };
-  mixer.begin(keyframe(0), 0);
-  std::array<std::vector<float>, kEars> out;
-  std::vector<float> block(kEars * kStepFrames);
-  for (int done = 0, number = 1; done < frames; done += kStepFrames) {
-    if (mixer.wants_keyframe()) mixer.load(keyframe(number++));
-    mixer.step(block.data());
-    for (std::size_t i = 0; i < block.size(); ++i) out[i % kEars].push_back(block[i]);
-  }
-  return out;
-}
-
-Signal click() {
-  Signal sound;
-  sound.samples = {1};
-  sound.loop = false;
-  return sound;
-}
-
-using Spectrum = std::vector<std::complex<double>>;
-
-Spectrum spectrum_of(const float* samples, std::size_t frames) {
-  static const Fourier kFourier(kSize);
-  Spectrum spectrum(kSize);
-  std::copy_n(samples, frames, spectrum.begin());
-  kFourier.forward(spectrum);
-  return spectrum;
-}
-
-// Mean square per ERB band, bins shared between bands by their width.
-ErbBands energy_of(const Spectrum& spectrum, double bin_hz) {
-  ErbBands energy{};
-  for (std::size_t b = 0; b < kErbBandCount; ++b) {
-    const double low = erb_frequency_hz(static_cast<double>(b) + 1) / bin_hz;
-    const double high = erb_frequency_hz(static_cast<double>(b) + 2) / bin_hz;
-    for (auto k = static_cast<std::size_t>(low); static_cast<double>(k) < high + 1; ++k) {
-      const double at = static_cast<double>(k);
-      const double share = std::min(high, at + 0.5) - std::max(low, at - 0.5);
-      if (share > 0) energy[b] += share * std::norm(spectrum[k]) / (high - low);
-    }
-  }
-  return energy;
-}
-
-// Seconds by which the right ear is later: the peak of the cross-correlation between two
-// frequencies, to a tenth of a microsecond.
-double lag_s(const Spectrum& left, const Spectrum& right, double bin_hz, double low_hz,
-             double high_hz) {
-  double best = -1, best_s = 0;
-  const auto look = [&](double from_s, double to_s, double step_s) {
-    best = -1e300;
-    for (double lag = from_s; lag <= to_s; lag += step_s) {
-      double sum = 0;
-      for (auto k = static_cast<std::size_t>(low_hz / bin_hz);
-           static_cast<double>(k) * bin_hz < high_hz; ++k)
-        sum += (left[k] * std::conj(right[k]) *
-                std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(k) * bin_hz * lag))
-                   .real();
-      if (sum > best) {
-        best = sum;
-        best_s = lag;
-      }
-    }
-  };
-  look(-1e-3, 1e-3, 10e-6);
-  look(best_s - 10e-6, best_s + 10e-6, 0.5e-6);
-  return best_s;
-}
-
-// Every measured direction in turn, as 200 out of the set.
-std::vector<std::size_t> two_hundred() {
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < 200; ++i) chosen.push_back(i * kemar().directions.size() / 200);
-  return chosen;
-}
+using namespace testing;
 
 TEST(Binaural, IsConvolutionWithTheHeadFromTwoHundredDirections) {
   std::vector<std::array<ErbBands, kEars>> level_db;  // ours over the measured one's

@@ -231,7 +231,7 @@ TEST(FreeFieldLevel, ALevelWithoutTrianglesBakesWithOneNoteAndTracesNothing) {
 }
 
 TEST(Help, OfEachCommandEndsWithALineToCopy) {
-  for (const char* command : {"bake", "inspect", "render", "impulse", "play", "devices"}) {
+  for (const char* command : {"bake", "inspect", "render", "impulse", "play", "devices", "bench"}) {
     const auto outcome = clamor({command, "--help"});
     EXPECT_EQ(outcome.code, 0);
     const auto last_line = outcome.out.rfind("example: clamor " + std::string(command));

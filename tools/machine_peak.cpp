@@ -1,4 +1,4 @@
-#include "tests/benchmarks/machine_peak.h"
+#include "tools/machine_peak.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -8,7 +8,7 @@
 
 // Highway compiles what follows once per instruction set.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "tests/benchmarks/machine_peak.cpp"
+#define HWY_TARGET_INCLUDE "tools/machine_peak.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

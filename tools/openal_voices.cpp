@@ -1,6 +1,6 @@
-#include "tests/benchmarks/openal_voices.h"
+#include "tools/openal_voices.h"
 
-#ifndef CLAMOR_NO_OPENAL
+#ifdef CLAMOR_HAS_OPENAL
 
 #include <cmath>
 
@@ -83,6 +83,12 @@ class Loopback final : public OpenalVoices {
     render_(device_, interleaved.data(), static_cast<ALCsizei>(interleaved.size() / 2));
   }
 
+  // "1.1 ALSOFT 1.19.1", less what comes first.
+  std::string version() const override {
+    const std::string text = alGetString(AL_VERSION);
+    return text.substr(text.rfind(' ') + 1);
+  }
+
  private:
   LPALCRENDERSAMPLESSOFT render_ = nullptr;
   ALCdevice* device_ = nullptr;
@@ -101,7 +107,7 @@ std::unique_ptr<OpenalVoices> OpenalVoices::create(const std::vector<std::vector
 
 }  // namespace clamor
 
-#else  // CLAMOR_NO_OPENAL
+#else  // CLAMOR_HAS_OPENAL
 
 namespace clamor {
 
@@ -112,4 +118,4 @@ std::unique_ptr<OpenalVoices> OpenalVoices::create(const std::vector<std::vector
 
 }  // namespace clamor
 
-#endif  // CLAMOR_NO_OPENAL
+#endif  // CLAMOR_HAS_OPENAL

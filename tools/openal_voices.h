@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace clamor {
@@ -24,6 +25,7 @@ class OpenalVoices {
   // Gives each voice the pitch and place of `voices`, as a listener's moving does.
   virtual void move(const std::vector<Voice>& voices) = 0;
   virtual void render(std::span<float> interleaved) = 0;  // left, right
+  virtual std::string version() const = 0;
 };
 
 }  // namespace clamor

@@ -1,0 +1,70 @@
+// What does the sampler thread pay for a keyframe of 20 000 voices once they are chosen? It must
+// not be late.
+//
+// Sources on the walls of a hall, each with its own power in each band. "moving": the listener
+// walks 2 cm and turns by a degree from keyframe to keyframe, so that every voice is made anew;
+// "still": nothing has changed. The queue's hand-over is in it. By CPU time; "per_voice" in ns.
+#include <cmath>
+#include <memory>
+
+#include <benchmark/benchmark.h>
+
+#include "common/random.h"
+#include "runtime/keyframe_maker.h"
+#include "runtime/keyframe_queue.h"
+
+namespace clamor {
+namespace {
+
+constexpr std::uint32_t kVoices = 20000;
+
+double random_unit(std::uint32_t source, std::uint32_t use) {
+  return unit(philox(3, {source, use, 0, 0})[0]);
+}
+
+void keyframe(benchmark::State& state, bool moving, bool binaural) {
+  const std::vector<Emitter> emitters = {Emitter{.name = "source", .position_m = {10, 1.7, 12}}};
+  std::vector<Material> materials(1);
+  materials[0].scattering = same_in_all_bands(0.5f);
+  const SourceField field(emitters, materials, Air{});
+  std::vector<Source> sources(kVoices);
+  std::vector<SampledSource> sample(kVoices);
+  for (std::uint32_t i = 0; i < kVoices; ++i) {
+    Source& source = sources[i];
+    const auto axis = static_cast<int>(i % 3);
+    Vec3f place(random_unit(i, 0), random_unit(i, 1), random_unit(i, 2)), normal(0);
+    place[axis] = static_cast<float>(i / 3 % 2);
+    normal[axis] = place[axis] > 0 ? -1.0f : 1.0f;
+    source.position_m = place * Vec3f(20, 8, 15);
+    source.normal = normal;
+    source.mirror = normalize(normal + 0.5f * Vec3f(random_unit(i, 3), random_unit(i, 4), 0));
+    source.delay_s = static_cast<float>(random_unit(i, 5));
+    for (std::uint32_t b = 0; b < kBandCount; ++b)
+      source.power[b] = static_cast<float>(random_unit(i, 6 + b) / kVoices);
+    sample[i] = {i, 1.0, &source, 0, same_in_all_bands(1)};
+  }
+  KeyframeMaker maker(field, kVoices,
+                      binaural ? KeyframeMaker::Receivers::kOne : KeyframeMaker::Receivers::kPair,
+                      binaural ? *Head::read("") : nullptr);
+  KeyframeQueue queue(2, kVoices);
+  Pose pose;
+  double turn = 0;
+  for (auto _ : state) {
+    if (moving) turn += 0.017;
+    pose = {{8 + 1.2 * std::cos(turn), 1.7, 7 + 1.2 * std::sin(turn)}, turn, 0};
+    Keyframe* const next = queue.writable();
+    maker.make(sample, pose, *next);
+    queue.publish();
+    if (queue.readable()->voices.size() != kVoices) state.SkipWithError("voices are missing");
+    queue.release();
+  }
+  state.counters["per_voice"] = benchmark::Counter(
+      1e-9 * kVoices, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
+BENCHMARK_CAPTURE(keyframe, moving, true, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(keyframe, moving_binaural, true, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(keyframe, still, false, false)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,187 @@
+// fine_voices_test.cpp: of a crowd, the loudest as a head makes them and the others in octaves.
+#include "runtime/fine_voices.h"
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "tests/runtime/heads.h"
+
+namespace clamor {
+namespace {
+
+using namespace testing;
+
+MixMode binaural(int fine_voices) {
+  MixMode mode = kBinaural;
+  mode.fine_voices = fine_voices;
+  return mode;
+}
+
+// Both ears, so many frames of the voices of keyframe(k).
+template <class Next>
+std::array<std::vector<float>, kEars> crowd(const Head& head, const std::vector<Signal>& sounds,
+                                            const MixMode& mode, std::size_t slots, int frames,
+                                            Next keyframe) {
+  const auto signals = prepare_signals(sounds, mode);
+  Mixer mixer(signals, slots, mode, nullptr, &head);
+  mixer.begin(keyframe(0), 0);
+  std::array<std::vector<float>, kEars> out;
+  std::vector<float> block(kEars * kStepFrames);
+  for (int done = 0, number = 1; done < frames; done += kStepFrames) {
+    if (mixer.wants_keyframe()) mixer.load(keyframe(number++));
+    mixer.step(block.data());
+    for (std::size_t i = 0; i < block.size(); ++i) out[i % kEars].push_back(block[i]);
+  }
+  return out;
+}
+
+Keyframe keyframe_of(std::vector<Voice> voices) {
+  Keyframe keyframe;
+  for (std::uint32_t v = 0; v < voices.size(); ++v) voices[v].slot = v;
+  keyframe.voices = std::move(voices);
+  return keyframe;
+}
+
+Signal noise(unsigned seed, std::size_t frames) {
+  Signal sound;
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> uniform(-0.5f, 0.5f);
+  for (std::size_t i = 0; i < frames; ++i) sound.samples.push_back(uniform(random));
+  return sound;
+}
+
+// Energy in an octave's ERB bands, all of one weight; the last octave's go on to 17 kHz.
+double octave_db(const ErbBands& energy, const ErbBands& common, std::size_t octave) {
+  double sum = 0, count = 0;
+  for (std::size_t b = 0; b < kErbBandCount; ++b)
+    if (const double off = std::log2(erb_band_centre_hz(b) / kBandCentres_hz[octave]);
+        off > -0.5 && (off < 0.5 || octave + 1 == kBandCount)) {
+      sum += energy[b] / common[b];
+      ++count;
+    }
+  return 10 * std::log10(sum / count);
+}
+
+TEST(FineVoices, OfWhichThereAreTooManyKeepTheTimeBetweenTheEarsAndTheLevelsOfOctaves) {
+  std::vector<std::array<ErbBands, kEars>> ours, direct;
+  const auto signals = std::vector<Signal>{click()};
+  ErbBands common{}, our_common{};
+  for (const std::size_t d : two_hundred()) {
+    const Vec3f from = kemar().directions[d];
+    const auto out = crowd(kemar_head(), signals, binaural(0), 1, 4096, [&](int k) {
+      return keyframe_of({heard(kemar_head(), from, 2000, 1, k == 0)});
+    });
+    std::array<Spectrum, kEars> spectra, measured;
+    ours.emplace_back();
+    direct.emplace_back();
+    const double bin_hz = kemar().rate_hz / kSize;
+    for (std::size_t e = 0; e < kEars; ++e) {
+      spectra[e] = spectrum_of(out[e].data(), out[e].size());
+      measured[e] = spectrum_of(kemar().response(d, e), kemar().frames);
+      ours.back()[e] = energy_of(spectra[e], kBin_hz);
+      direct.back()[e] = energy_of(measured[e], bin_hz);
+      for (std::size_t b = 0; b < kErbBandCount; ++b) {
+        common[b] += direct.back()[e][b];
+        our_common[b] += ours.back()[e][b];
+      }
+    }
+    const double lag = lag_s(spectra[0], spectra[1], kBin_hz, 60, 1500);
+    const double expected_lag = lag_s(measured[0], measured[1], bin_hz, 60, 1500);
+    EXPECT_NEAR(lag, expected_lag, std::max(20e-6, 0.05 * std::abs(expected_lag))) << d;
+  }
+  std::array<double, kBandCount> worst_db{};
+  for (std::size_t i = 0; i < ours.size(); ++i)
+    for (std::size_t c = 1; c < kBandCount; ++c) {
+      const auto between_ears_db = [&](const std::array<ErbBands, kEars>& ears,
+                                       const ErbBands& all) {
+        return octave_db(ears[0], all, c) - octave_db(ears[1], all, c);
+      };
+      worst_db[c] = std::max(worst_db[c], std::abs(between_ears_db(ours[i], our_common) -
+                                                   between_ears_db(direct[i], common)));
+    }
+  for (std::size_t c = 1; c < kBandCount; ++c) EXPECT_LT(worst_db[c], 1.5) << c;
+}
+
+// A thousand voices of equal power, each its own noise, more of them on one side: the sum has the
+// spectrum and the difference between the ears that it has if each has all its bands, within what
+// is just noticeable in one band (erb_bands.h).
+TEST(FineVoices, SoundTogetherAsIfEachHadAllItsBands) {
+  constexpr std::uint32_t kVoices = 1000;
+  constexpr int kFrames = 32768;
+  std::vector<Signal> sounds = {noise(5, 48000)};
+  std::vector<Voice> voices;
+  std::mt19937 random(6);
+  std::normal_distribution<float> normal;
+  for (std::uint32_t v = 0; v < kVoices; ++v) {
+    const Vec3f from = normalize(Vec3f(normal(random), normal(random) + 0.8f, normal(random)));
+    voices.push_back(heard(kemar_head(), from, 48.0 * v, 0.02f, true));
+  }
+  std::array<std::array<ErbBands, kEars>, 2> energy{};
+  for (const int fine : {0, static_cast<int>(kVoices)}) {
+    const auto out = crowd(kemar_head(), sounds, binaural(fine), kVoices, kFrames, [&](int k) {
+      for (Voice& voice : voices) voice.starts = k == 0;
+      return keyframe_of(voices);
+    });
+    for (std::size_t e = 0; e < kEars; ++e)
+      for (std::size_t at = 0; at + kSize <= kFrames; at += kSize) {
+        const ErbBands part = energy_of(spectrum_of(out[e].data() + at, kSize), kBin_hz);
+        for (std::size_t b = 0; b < kErbBandCount; ++b) energy[fine > 0][e][b] += part[b];
+      }
+  }
+  for (std::size_t e = 0; e < kEars; ++e)
+    for (std::size_t b = 0; b < kErbBandCount; ++b)
+      EXPECT_NEAR(10 * std::log10(energy[0][e][b] / energy[1][e][b]), 0, 1.5) << e << ' ' << b;
+}
+
+TEST(FineVoices, AreTheLoudestAndNoOthers) {
+  FineVoices fine(10, 3);
+  const auto choose = [&](const std::vector<float>& powers) {
+    fine.begin();
+    for (std::uint32_t v = 0; v < powers.size(); ++v) fine.offer(v, powers[v]);
+    fine.end();
+    const std::array<float, kHeadLanes> ones{};
+    std::vector<std::uint32_t> chosen;
+    for (std::uint32_t v = 0; v < powers.size(); ++v) {
+      fine.set(v, fine.chosen(v) ? ones.data() : nullptr, false);
+      if (fine.chosen(v)) chosen.push_back(v);
+    }
+    return chosen;
+  };
+  using Slots = std::vector<std::uint32_t>;
+  const float none = std::nanf("");
+  EXPECT_EQ(choose({1, 9, 2, 8, 3, 7, 4, 0, none, 5}), (Slots{1, 3, 5}));
+  // Hardly louder ones do not oust them, twice as loud ones do.
+  EXPECT_EQ(choose({8, 4, 8, 8, 8, 7, 8, 8, none, 20}), (Slots{3, 5, 9}));
+  EXPECT_EQ(choose({0, 0, 0, 0, 0, 0, 0, 0, none, 0}), Slots{});
+  EXPECT_EQ(choose({5, 6}), (Slots{0, 1}));
+}
+
+// Where the head does nothing, both ways sound alike, so the change from one to the other, time and
+// again, must not be heard either.
+TEST(FineVoices, SlideToOctavesAndBackWithoutATrace) {
+  const Head head(no_head());
+  const std::vector<Signal> sounds = {noise(3, 5000), noise(4, 7000)};
+  constexpr int kFrames = 12 * kKeyframeFrames;
+  const auto by_turns = [&](int k) {
+    std::vector<Voice> voices;
+    for (std::uint32_t v = 0; v < 2; ++v) {
+      const float gain = static_cast<int>(v) == k % 2 ? 0.5f : 0.25f;
+      voices.push_back(heard(head, {0, 1, 0}, 300.25, gain, k == 0));
+      voices[v].signal = v;
+    }
+    return keyframe_of(voices);
+  };
+  const auto changing = crowd(head, sounds, binaural(1), 2, kFrames, by_turns);
+  const auto fine = crowd(head, sounds, binaural(2), 2, kFrames, by_turns);
+  double error = 0, power = 0;
+  for (std::size_t e = 0; e < kEars; ++e)
+    for (std::size_t n = 0; n < fine[e].size(); ++n) {
+      error += std::pow(changing[e][n] - fine[e][n], 2);
+      power += std::pow(fine[e][n], 2);
+    }
+  EXPECT_LT(10 * std::log10(error / power), -50);
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,242 @@
+// mixer_bounds_test.cpp: what mixer.h and mix_kernel.h state of themselves, as bounds that hold.
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "runtime/mixer.h"
+#include "tests/rooms.h"
+#include "tests/runtime/heads.h"
+
+namespace clamor {
+namespace {
+
+Voice voice(std::uint32_t slot, double delay_frames, float gain) {
+  Voice v;
+  v.slot = slot;
+  v.starts = true;
+  v.start_delay_frames = v.delay_frames = {delay_frames, delay_frames};
+  v.gain = {same_in_all_bands(gain), same_in_all_bands(gain)};
+  return v;
+}
+
+// Renders `keyframes` of them from a clock on, each of next(k), and returns the last one's frames.
+template <class Next>
+std::vector<float> rendered(Mixer& mixer, std::int64_t first, std::int64_t keyframes, Next next) {
+  mixer.begin(next(first), first * kKeyframeFrames);
+  std::vector<float> out(kEars * kKeyframeFrames);
+  for (std::int64_t k = first + 1; k <= first + keyframes; ++k) {
+    mixer.load(next(k));
+    for (std::size_t at = 0; at < out.size();) {
+      const int steps = mixer.steps_left();
+      mixer.mix(out.data() + at, steps);
+      at += static_cast<std::size_t>(kEars * steps * kStepFrames);
+    }
+  }
+  return out;
+}
+
+// A voice that goes to and fro, a prime number of frames and a fraction away, for 24 hours: the
+// last 20 ms are those of a mixer that began just before. Delays are rounded to 2^-32 frames at
+// keyframes and positions follow from the clock, so nothing can add up; a millionth of a frame a
+// keyframe would be 4 frames in the end. Rendered whole for an hour, frame by frame; the other 23
+// are jumped over.
+TEST(MixerBounds, AreZeroForDriftAfterADay) {
+  const MixMode mode{Interpolation::kLinear, 1, false};
+  const auto signals = prepare_signals(std::vector<Signal>{testing::sine(997)}, mode);
+  Keyframe keyframe;
+  keyframe.voices = {voice(0, 0, 0.7f)};
+  const auto walking = [&](std::int64_t k) -> const Keyframe& {
+    Voice& v = keyframe.voices[0];
+    v.starts = false;
+    v.delay_frames = {104729.1 + 500 * std::sin(0.01 * static_cast<double>(k % 5000)), 0};
+    v.delay_frames[1] = v.delay_frames[0];
+    return keyframe;
+  };
+  constexpr std::int64_t kHour = 3600 * 50, kDay = 24 * kHour;  // keyframes
+  for (const std::int64_t first : {std::int64_t{0}, kDay - kHour}) {
+    Mixer whole(signals, 1, mode), late(signals, 1, mode);
+    const auto after_an_hour = rendered(whole, first, kHour, walking);
+    EXPECT_EQ(after_an_hour, rendered(late, first + kHour - 5, 5, walking));
+    EXPECT_EQ(whole.clock_frames(), (first + kHour) * kKeyframeFrames);
+  }
+}
+
+// Steps at a keyframe, of the worst voice there is: gains from full scale to its negative, delays
+// that turn round at half the speed of sound. Against the same moment's frames before and after.
+TEST(MixerBounds, HoldForGainsAndDelaysAndTheirSlopesWhereKeyframesMeet) {
+  // A constant shows gains, a ramp read along lines shows where it is read.
+  std::vector<Signal> sounds(2);
+  sounds[0].samples = {1};
+  for (int i = 0; i < 40000; ++i) sounds[1].samples.push_back(static_cast<float>(i) / 32768);
+  sounds[1].loop = false;
+  const MixMode mode{Interpolation::kLinear, 2, false};
+  const auto signals = prepare_signals(sounds, mode);
+  for (const std::uint32_t sound : {0u, 1u}) {
+    const auto keyframe = [&](int k) {
+      Keyframe result;
+      result.voices = {voice(0, sound == 1 ? 200 * std::sin(0.9 * k) : 0,
+                             sound == 0 && k % 2 == 1 ? -1.0f : 1.0f)};
+      result.voices[0].starts = k == 0;
+      result.voices[0].signal = sound;
+      return result;
+    };
+    Mixer mixer(signals, 1, mode);
+    mixer.begin(keyframe(0), 2000);
+    std::vector<double> left;
+    std::vector<float> block(kEars * kStepFrames);
+    for (int k = 0; left.size() < 14 * kKeyframeFrames;) {
+      if (mixer.wants_keyframe()) mixer.load(keyframe(++k));
+      mixer.step(block.data());
+      for (std::size_t i = 0; i < block.size(); i += kEars)
+        left.push_back(static_cast<double>(block[i]) * (sound == 0 ? 1 : 32768));
+    }
+    for (std::size_t n = 3 * kKeyframeFrames; n + kKeyframeFrames < left.size();
+         n += kKeyframeFrames) {
+      // Extrapolated over the keyframe along the line of the frames before it.
+      const double jump = left[n] - (2 * left[n - 1] - left[n - 2]);
+      if (sound == 0) {
+        EXPECT_NEAR(left[n], left[n] > 0 ? 1 : -1, 2e-6);
+        EXPECT_LT(std::abs(left[n] - left[n - 1]), 2.0 / kKeyframeFrames + 2e-6);
+        // The slope turns by all it can, -1 to 1 and back: 4 / 960, a kink and no step.
+        EXPECT_LT(std::abs(jump), 4.0 / kKeyframeFrames + 2e-6);
+      } else {
+        // Where it is read, less rounding of a float that holds 24 bits of 16 384.
+        EXPECT_LT(std::abs(left[n] - left[n - 1] - 1), 0.99 + 4e-3);
+        EXPECT_LT(std::abs(jump), 0.05 + 8e-3);
+        // Its slope steps no more than it bends within a step of 64 frames, anywhere.
+        const double before = (left[n] - left[n - 32]) / 32, after = (left[n + 32] - left[n]) / 32;
+        double bends = 0;
+        for (std::size_t m = n - kKeyframeFrames + 64; m + 64 < n + kKeyframeFrames; m += 64)
+          bends = std::max(bends, std::abs(left[m + 32] - 2 * left[m] + left[m - 32]) / 32);
+        EXPECT_LE(std::abs(after - before), 1.5 * bends + 1e-3);
+      }
+    }
+  }
+}
+
+// What reading between frames makes of a tone: half-way between two frames it is weakest; the mean
+// over all fractions is what a sliding voice has of it, and the rest are its images. Measured
+// through the mixer.
+struct Interpolated {
+  double half_way_db, mean_db, alias_db;
+};
+Interpolated interpolated(double frequency_hz, Interpolation interpolation) {
+  constexpr int kFractions = 16;
+  const MixMode mode{interpolation, 1, false};
+  const auto signals = prepare_signals(std::vector<Signal>{testing::sine(frequency_hz)}, mode);
+  std::array<std::complex<double>, kFractions> gains;
+  for (int i = 0; i < kFractions; ++i) {
+    const double delay = 100 + 1.0 * i / kFractions;
+    Keyframe keyframe;
+    keyframe.voices = {voice(0, delay, 1)};
+    Mixer mixer(signals, 1, mode);
+    mixer.begin(keyframe, 0);
+    keyframe.voices[0].starts = false;
+    std::complex<double> sum = 0;
+    std::vector<float> block(kEars * kStepFrames);
+    constexpr int kFrames = 9600;  // whole periods
+    for (int n = 0; n < kFrames; n += kStepFrames) {
+      if (mixer.wants_keyframe()) mixer.load(keyframe);
+      mixer.step(block.data());
+      for (int f = 0; f < kStepFrames; ++f)
+        sum += static_cast<double>(block[static_cast<std::size_t>(kEars * f)]) *
+               std::polar(1.0,
+                          -2 * std::numbers::pi * frequency_hz * (n + f - delay) / kSampleRate_hz);
+    }
+    gains[static_cast<std::size_t>(i)] = sum * 2.0 / (0.5 * kFrames) * std::complex<double>(0, 1);
+  }
+  std::complex<double> mean = 0;
+  for (const auto& gain : gains) mean += gain / (1.0 * kFractions);
+  double images = 0;
+  for (const auto& gain : gains) images += std::norm(gain - mean) / kFractions;
+  return {20 * std::log10(std::abs(gains[kFractions / 2])), 20 * std::log10(std::abs(mean)),
+          10 * std::log10(images)};
+}
+
+TEST(MixerBounds, AreWhatIsStatedOfInterpolation) {
+  struct Case {
+    double hz, half_way_db, mean_db, alias_db;
+  };
+  const auto expect = [](Interpolation interpolation, const Case& c) {
+    const Interpolated found = interpolated(c.hz, interpolation);
+    EXPECT_NEAR(found.half_way_db, c.half_way_db, 0.01 + 0.03 * std::abs(c.half_way_db)) << c.hz;
+    EXPECT_NEAR(found.mean_db, c.mean_db, 0.01 + 0.03 * std::abs(c.mean_db)) << c.hz;
+    EXPECT_NEAR(found.alias_db, c.alias_db, 1) << c.hz;
+  };
+  // The table of mix_kernel.h.
+  for (const Case& c : {Case{1000, 0, 0, -131.4}, Case{2000, 0, 0, -107.1},
+                        Case{4000, -0.002, -0.001, -82.3}, Case{8000, -0.035, -0.019, -55.6},
+                        Case{12000, -0.244, -0.127, -38.2}, Case{16000, -1.160, -0.579, -24.6}})
+    expect(Interpolation::kCubic, c);
+  for (const Case& c : {Case{1000, -0.019, -0.012, -63.7}, Case{4000, -0.301, -0.198, -39.6},
+                        Case{8000, -1.249, -0.798, -27.3}, Case{16000, -6.021, -3.288, -14.8}})
+    expect(Interpolation::kLinear, c);
+}
+
+// Any number of a voice that is none, one after the other, in each way of mixing: the others sound
+// as if that voice were not there, and it is counted.
+TEST(MixerBounds, KeepNumbersThatAreNoneToTheirVoice) {
+  const float none = std::numeric_limits<float>::quiet_NaN();
+  const double endless = std::numeric_limits<double>::infinity();
+  MixMode panned;
+  panned.pairs = 3;
+  panned.delays = 1;
+  const auto panner = make_loudspeaker_panner(*find_layout("5.1"));
+  for (const MixMode& mode :
+       {MixMode{Interpolation::kLinear, 1, false}, MixMode{}, panned, testing::kBinaural}) {
+    const bool directed = mode.head || mode.pairs > 1;
+    const auto signals = prepare_signals(std::vector<Signal>{testing::sine(440)}, mode);
+    const auto mixed = [&](auto&& spoil, std::uint64_t& bad) {
+      Mixer mixer(signals, 3, mode, mode.pairs > 1 ? panner.get() : nullptr,
+                  mode.head ? &testing::kemar_head() : nullptr);
+      std::vector<float> out, block(static_cast<std::size_t>(mixer.channels() * kStepFrames));
+      for (int k = 0; k < 4; ++k) {
+        Keyframe keyframe;
+        keyframe.voices = {voice(0, 50, 0.5f), voice(1, 60, 0.5f)};
+        for (Voice& v : keyframe.voices) v.starts = k == 0;
+        spoil(keyframe.voices, k);
+        if (k == 0) mixer.begin(keyframe, 0);
+        if (k > 0) mixer.load(keyframe);
+        while (k > 0 && !mixer.wants_keyframe()) {
+          mixer.step(block.data());
+          out.insert(out.end(), block.begin(), block.end());
+        }
+      }
+      bad = mixer.bad_voices();
+      return out;
+    };
+    std::uint64_t bad = 0;
+    const auto alone = mixed([](std::vector<Voice>& voices, int) { voices.resize(1); }, bad);
+    EXPECT_EQ(bad, 0u);
+    const std::vector<std::function<void(Voice&)>> spoilers = {
+        [&](Voice& v) { v.gain[0][0] = none; },
+        [&](Voice& v) { v.gain[1][7] = none; },
+        [&](Voice& v) { v.gain[0][3] = std::numeric_limits<float>::infinity(); },
+        [&](Voice& v) { v.delay_frames[0] = static_cast<double>(none); },
+        [&](Voice& v) { v.delay_frames[1] = endless; },
+        [&](Voice& v) { v.start_delay_frames[0] = v.starts ? -endless : 0, v.gain[0][1] = none; },
+        [&](Voice& v) { v.from = directed ? Vec3f(none, 0, 0) : v.from, v.gain[1][0] = none; },
+    };
+    for (std::size_t i = 0; i < spoilers.size(); ++i) {
+      const auto out = mixed([&](std::vector<Voice>& voices, int) { spoilers[i](voices[1]); }, bad);
+      EXPECT_EQ(out, alone) << i;
+      EXPECT_EQ(bad, 4u) << i;
+      // A voice that was well and falls ill slides to silence, and nothing else changes.
+      const auto ill = mixed(
+          [&](std::vector<Voice>& voices, int k) {
+            if (k >= 2) spoilers[i](voices[1]);
+          },
+          bad);
+      EXPECT_EQ(bad, 2u) << i;
+      EXPECT_TRUE(std::ranges::all_of(ill, [](float x) { return std::isfinite(x); })) << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,126 @@
+// clamor bench, as somebody meets it who wants to know how many voices a machine mixes. Times are
+// not looked at: only that everything is there and fits together.
+#include <set>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "runtime/mix_kernel.h"
+#include "tests/tools/program.h"
+#include "tools/mixer_figures.h"
+
+namespace clamor {
+namespace {
+
+using nlohmann::json;
+using testing::clamor;
+
+// A word of a build that cannot time, for tests to be skipped by.
+bool is_without_timer(const testing::Outcome& outcome) {
+  return outcome.code == 1 &&
+         outcome.err.find("built without Google Benchmark") != std::string::npos;
+}
+
+TEST(Bench, MeasuresEachWayOfMixingAtEachNumberOfVoicesAndWhatStandsBesideIt) {
+  const auto outcome = clamor(
+      {"bench", "mixer", "--voices", "20,60", "--seconds", "0.0005", "--runs", "2", "--json"});
+  if (is_without_timer(outcome)) GTEST_SKIP() << outcome.err;
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json all = json::parse(outcome.out);
+  EXPECT_EQ(all.at("rate_hz"), 48000);
+  EXPECT_EQ(all.at("frames"), 256);
+
+  std::map<std::string, std::set<std::string>> kernels;  // ways of mixing, by instructions
+  std::map<std::string, int> count;
+  for (const json& figure : all.at("figures")) {
+    const std::string what = figure.at("what");
+    const std::string way = figure.at("curve").get<std::string>() + figure.at("delays").dump() +
+                            figure.at("bands").dump() + figure.at("output").get<std::string>();
+    const double voices = figure.at("real_time_voices");
+    EXPECT_GT(voices, 0) << figure;
+    EXPECT_LE(figure.at("median_real_time_voices"), voices) << figure;
+    ++count[what];
+    if (what != "kernel") continue;
+    kernels[figure.at("instructions")].insert(way);
+    if (figure.at("instructions") != all.at("instructions")) continue;
+    // Shares are of one and the same peak.
+    for (const std::string of : {"multiply_adds", "loads"}) {
+      const double done_per_s = voices * 48000 * figure.at(of + "_per_frame").get<double>();
+      EXPECT_NEAR(
+          figure.at("of_" + of).get<double>() * all.at("peak").at(of + "_per_s").get<double>(),
+          done_per_s, 1e-6 * done_per_s)
+          << figure;
+    }
+  }
+  const std::size_t targets = mix_kernel_targets().size();
+  EXPECT_EQ(count["mixer"], 2 * 10);     // 2 curves x (2 delays x 2 sets of bands + binaural)
+  EXPECT_EQ(count["reference"], 2 * 8);  // which is not for heads
+  EXPECT_EQ(kernels.size(), targets);
+  for (const auto& [instructions, ways] : kernels) EXPECT_EQ(ways.size(), 10u) << instructions;
+
+  if (all.at("openal").is_null()) return;
+  EXPECT_EQ(all["openal"].at("figures").size(), 2u);
+  for (const json& figure : all["openal"]["figures"])
+    for (const char* value : {"still", "moving", "times_still", "times_moving"})
+      EXPECT_GT(figure.at(value).get<double>(), 0) << figure;
+}
+
+// Counted by hand: two neighbours and one multiply-add make a line, each of two ears has a gain and
+// a sum; the low layer, at a quarter of the rate, is read along a spline for 5 of 8 bands.
+TEST(Bench, CountsWhatAFrameOfAVoiceTakes) {
+  const VoiceWork line = work_of({Interpolation::kLinear, 1, false}, 100);
+  EXPECT_EQ(line.multiply_adds, 1 + 2 * 2);
+  EXPECT_EQ(line.loads, 2);
+  const VoiceWork bands = work_of({Interpolation::kCubic, 2, true}, 100);
+  EXPECT_EQ(bands.multiply_adds, 2 * (5 + 5 / 4.0) + 2 * 2 * (3 + 5 / 4.0));
+  EXPECT_EQ(bands.loads, 2 * (4 + 4 / 4.0));
+  // A quarter of the voices in 24 and 12 bands of a head.
+  MixMode binaural;
+  binaural.head = true;
+  binaural.fine_voices = 25;
+  EXPECT_EQ(work_of(binaural, 100).multiply_adds,
+            2 * (5 + 5 / 4.0) + 2 * 2 * (0.75 * (3 + 5 / 4.0) + 0.25 * (24 + 12 / 4.0)));
+}
+
+TEST(Bench, PrintsTablesWithARowForEachWayOfMixing) {
+  const auto outcome =
+      clamor({"bench", "mixer", "--voices", "40", "--seconds", "0.0005", "--runs", "1"});
+  if (is_without_timer(outcome)) GTEST_SKIP() << outcome.err;
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto rows = [&](const std::string& begins) {
+    std::size_t count = 0;
+    for (std::size_t at = 0; (at = outcome.out.find('\n' + begins, at)) != std::string::npos; ++at)
+      ++count;
+    return count;
+  };
+  // The mixer, the kernel, the reference, the kernel in other instruction sets; there is no
+  // reference of binaural mixing.
+  for (const std::string curve : {"linear", "cubic "}) {
+    EXPECT_EQ(rows(curve + " one    full   stereo "), 4u) << outcome.out;
+    EXPECT_EQ(rows(curve + " two    full   stereo "), 4u) << outcome.out;
+    EXPECT_EQ(rows(curve + " one    eight  stereo "), 4u) << outcome.out;
+    EXPECT_EQ(rows(curve + " two    eight  stereo "), 4u) << outcome.out;
+    EXPECT_EQ(rows(curve + " two    eight  binaural "), 3u) << outcome.out;
+  }
+  EXPECT_NE(outcome.out.find("K=40"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("OpenAL Soft"), std::string::npos) << outcome.out;
+}
+
+TEST(Bench, RefusesWhatItCannotTimeWithASentence) {
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"bench"},
+                                             {"bench", "sampler"},
+                                             {"bench", "mixer", "--voices", "150,,2000"},
+                                             {"bench", "mixer", "--voices", "0"},
+                                             {"bench", "mixer", "--voices", "99999999999"},
+                                             {"bench", "mixer", "--seconds", "-1"},
+                                             {"bench", "mixer", "--runs", "0"}}) {
+    const auto outcome = clamor(words);
+    EXPECT_EQ(outcome.code, 2) << words.back();
+    EXPECT_TRUE(outcome.err.starts_with("clamor bench: ")) << outcome.err;
+    EXPECT_TRUE(outcome.out.empty()) << outcome.out;
+  }
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,241 @@
+#include "tools/mixer_figures.h"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+
+#include "tools/bench_voices.h"
+#include "tools/machine_peak.h"
+
+#ifdef CLAMOR_HAS_BENCHMARK
+#include <benchmark/benchmark.h>
+#endif
+
+namespace clamor {
+
+const std::vector<MixMode>& bench_modes() {
+  static const auto kModes = [] {
+    std::vector<MixMode> modes;
+    for (const bool eight_bands : {false, true})
+      for (const Interpolation curve : {Interpolation::kLinear, Interpolation::kCubic})
+        for (const int delays : {1, 2}) modes.push_back({curve, delays, eight_bands});
+    for (const Interpolation curve : {Interpolation::kLinear, Interpolation::kCubic}) {
+      modes.push_back({curve});
+      modes.back().head = true;
+    }
+    return modes;
+  }();
+  return kModes;
+}
+
+VoiceWork work_of(const MixMode& mode, std::uint32_t voices) {
+  const bool cubic = mode.interpolation == Interpolation::kCubic;
+  VoiceWork work{mode.delays * (cubic ? 5.0 : 1.0), mode.delays * (cubic ? 4.0 : 2.0)};
+  double buses = 1;
+  if (mode.two_layers()) {
+    work.multiply_adds += mode.delays * 5.0 / kLowRate;
+    work.loads += mode.delays * 4.0 / kLowRate;
+    buses = kHighBands + 1.0 * kLowBands / kLowRate;
+  }
+  if (mode.head) {
+    const double fine = std::min(1.0, 1.0 * mode.fine_voices / voices);
+    buses += fine * (kHeadHighBands + 1.0 * kHeadLowBands / kLowRate - buses);
+  }
+  work.multiply_adds += 2 * kEars * mode.pairs * buses;
+  return work;
+}
+
+#ifndef CLAMOR_HAS_BENCHMARK
+
+Result<MixerFigures> measure_mixer(const BenchRequest&, const std::function<void(double)>&) {
+  return Error(
+      "this program was built without Google Benchmark; install libbenchmark-dev and build it "
+      "again.");
+}
+
+#else
+
+namespace {
+
+constexpr std::uint32_t kVoicesOfOtherKernels = 2000, kMostOpenalVoices = 2000;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// What a figure is timed with, kept from run to run: making 100 000 voices takes longer than timing
+// them.
+struct Stage {
+  const MixerFigure* figure = nullptr;
+  std::unique_ptr<MixerVoices> mixer;
+  std::unique_ptr<KernelVoices> kernel;
+};
+
+void run_figure(benchmark::State& state, const MixerFigure* figure, Stage* stage) {
+  using What = MixerFigure::What;
+  if (stage->figure != figure) {
+    *stage = {};
+    if (figure->what == What::kMixer)
+      stage->mixer = std::make_unique<MixerVoices>(figure->mode, figure->voices);
+    else
+      stage->kernel = std::make_unique<KernelVoices>(figure->mode, figure->voices);
+    stage->figure = figure;
+  }
+  bool heard = true;
+  if (figure->what == What::kMixer) {
+    for (auto _ : state) stage->mixer->mix();
+    heard = stage->mixer->heard();
+  } else if (figure->what == What::kKernel) {
+    force_mix_kernel(figure->instructions);
+    for (auto _ : state) stage->kernel->mix();
+    force_mix_kernel("");
+    heard = stage->kernel->heard();
+  } else {
+    for (auto _ : state) stage->kernel->mix_slowly();
+  }
+  if (!heard) state.SkipWithError("nothing was heard");
+}
+
+// One round after the other, each of everything in turn: what disturbs one disturbs all.
+void run_openal(benchmark::State& state, OpenalFigure* figure, double seconds,
+                std::string* version) {
+  const MixMode mode{Interpolation::kLinear, 1, false};
+  const std::uint32_t count = figure->voices;
+  KernelVoices kernel(mode, count);
+  MixerVoices mixer(mode, count);
+  const std::array places = {openal_voices_at(0, count), openal_voices_at(1, count)};
+  const auto openal = OpenalVoices::create(bench_samples(), places[0]);
+  if (openal) *version = openal->version();
+  std::vector<float> block(kEars * kBenchFrames);
+
+  // Whole keyframes: 15 blocks are four of them.
+  const auto timed = [](double blocks, auto&& once) {
+    const int whole = 15 * std::max(1, static_cast<int>(blocks / 15));
+    const double start = cpu_s();
+    for (int i = 0; i < whole; ++i) once(i);
+    return (cpu_s() - start) / whole;
+  };
+  std::vector<double> still, moving, times_still, times_moving;
+  double energy = 0;
+  for (auto _ : state) {
+    if (!openal) continue;
+    const double ours_blocks = seconds * 5e6 / count, blocks = seconds * 5e5 / count;
+    const double ours = timed(ours_blocks, [&](int) { kernel.mix(); });
+    const double ours_moving = timed(ours_blocks, [&](int) { mixer.mix(); });
+    still.push_back(timed(blocks, [&](int) { openal->render(block); }));
+    moving.push_back(timed(blocks, [&](int i) {
+      if (i * 4 / 15 != (i + 1) * 4 / 15) openal->move(places[static_cast<std::size_t>(i % 2)]);
+      openal->render(block);
+    }));
+    times_still.push_back(still.back() / ours);
+    times_moving.push_back(moving.back() / ours_moving);
+    for (const float x : block) energy += static_cast<double>(x) * static_cast<double>(x);
+  }
+  if (!openal) return;
+  if (!(energy > 0)) state.SkipWithError("OpenAL Soft was silent");
+  const double real_time = static_cast<double>(count) * kBenchFrames / kSampleRate_hz;
+  *figure = {count, real_time / median(still), real_time / median(moving), median(times_still),
+             median(times_moving)};
+}
+
+// Keeps what a run of a figure came to, by its number, and prints nothing.
+class Collector final : public benchmark::BenchmarkReporter {
+ public:
+  Collector(std::size_t expected, const std::function<void(double)>& progress)
+      : expected_(expected), progress_(progress) {}
+
+  bool ReportContext(const Context&) override { return true; }
+  void ReportRuns(const std::vector<Run>& runs) override {
+    for (const Run& run : runs) {
+      if (run.run_type == Run::RT_Aggregate) continue;
+      if (run.error_occurred) failure_ = run.error_message;
+      seconds_[std::stoul(run.run_name.function_name)].push_back(
+          run.cpu_accumulated_time / static_cast<double>(run.iterations));
+    }
+    progress_(static_cast<double>(++done_) / static_cast<double>(expected_));
+  }
+
+  const std::string& failure() const { return failure_; }
+  const std::vector<double>& seconds_of(std::size_t number) { return seconds_[number]; }
+
+ private:
+  std::size_t expected_, done_ = 0;
+  const std::function<void(double)>& progress_;
+  std::map<std::size_t, std::vector<double> > seconds_;
+  std::string failure_;
+};
+
+std::vector<MixerFigure> wanted(const BenchRequest& request, const std::string& best) {
+  using What = MixerFigure::What;
+  std::vector<MixerFigure> figures;
+  for (const MixMode& mode : bench_modes())
+    for (const What what : {What::kMixer, What::kKernel, What::kReference})
+      for (const std::uint32_t voices : request.voices) {
+        if (what == What::kReference && mode.head) continue;
+        figures.push_back({what, mode, what == What::kReference ? "double" : best, voices});
+      }
+  for (const MixMode& mode : bench_modes())
+    for (const std::string& target : mix_kernel_targets())
+      if (target != best)
+        figures.push_back(
+            {What::kKernel, mode, target,
+             std::min(kVoicesOfOtherKernels,
+                      *std::max_element(request.voices.begin(), request.voices.end()))});
+  return figures;
+}
+
+}  // namespace
+
+Result<MixerFigures> measure_mixer(const BenchRequest& request,
+                                   const std::function<void(double)>& progress) {
+  MixerFigures result;
+  result.instructions = mix_kernel_target();
+  result.figures = wanted(request, result.instructions);
+  for (const std::uint32_t voices : request.voices)
+    if (voices <= kMostOpenalVoices) result.against_openal.push_back({voices});
+
+  Stage stage;
+  benchmark::ClearRegisteredBenchmarks();
+  for (std::size_t i = 0; i < result.figures.size(); ++i) {
+    const bool slow = result.figures[i].what == MixerFigure::What::kReference;
+    benchmark::RegisterBenchmark(std::to_string(i).c_str(), run_figure, &result.figures[i], &stage)
+        ->MinTime(slow ? 0.2 * request.seconds : request.seconds)
+        ->Repetitions(slow ? 1 : request.runs);
+  }
+  for (std::size_t i = 0; i < result.against_openal.size(); ++i)
+    benchmark::RegisterBenchmark(std::to_string(result.figures.size() + i).c_str(), run_openal,
+                                 &result.against_openal[i], request.seconds, &result.openal)
+        ->Iterations(3 * request.runs);
+  Collector collector(result.figures.size() + result.against_openal.size(), progress);
+  benchmark::RunSpecifiedBenchmarks(&collector, ".");
+  benchmark::ClearRegisteredBenchmarks();
+  if (!collector.failure().empty()) return Error("while timing, " + collector.failure() + ".");
+
+  std::map<std::string, std::pair<double, double> > peaks;
+  for (std::size_t i = 0; i < result.figures.size(); ++i) {
+    MixerFigure& figure = result.figures[i];
+    const auto& seconds = collector.seconds_of(i);
+    const double real_time = static_cast<double>(figure.voices) * kBenchFrames / kSampleRate_hz;
+    figure.real_time = {real_time / median(seconds), real_time / std::ranges::min(seconds)};
+    if (figure.what != MixerFigure::What::kKernel) continue;
+    if (!peaks.contains(figure.instructions)) {
+      force_mix_kernel(figure.instructions);
+      peaks[figure.instructions] = {peak_multiply_adds_per_s(), peak_loads_per_s()};
+      force_mix_kernel("");
+    }
+    figure.work = work_of(figure.mode, figure.voices);
+    const auto [multiply_adds, loads] = peaks[figure.instructions];
+    const double frames_per_s = figure.real_time.best * kSampleRate_hz;
+    figure.of_multiply_adds = frames_per_s * figure.work.multiply_adds / multiply_adds;
+    figure.of_loads = frames_per_s * figure.work.loads / loads;
+  }
+  std::tie(result.peak_multiply_adds_per_s, result.peak_loads_per_s) = peaks[result.instructions];
+  if (result.openal.empty()) result.against_openal.clear();
+  return result;
+}
+
+#endif  // CLAMOR_HAS_BENCHMARK
+
+}  // namespace clamor

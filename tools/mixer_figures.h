@@ -1,0 +1,77 @@
+// mixer_figures.h: how many voices one core mixes in real time, and what stands in the way. Google
+// Benchmark ends here.
+//
+// By CPU time of the thread, so that another program on the machine takes less of a figure than its
+// own share; the median of several runs and the best of them are kept.
+//
+//   mixer      the whole of Mixer: keyframes loaded, voices placed and mixed, bands filtered
+//   kernel     mix_voices() alone and the voices' advance from block to block
+//   reference  mix_reference(): frame by frame in double
+//   openal     OpenAL Soft (linear, one delay, stereo, no HRTF) on as many voices at the same
+//              pitches, in turns with ours within one run. Still: the kernel against OpenAL Soft's
+//              rendering alone; moving: the mixer against OpenAL Soft with its sources moved at
+//              every keyframe. Medians over the rounds.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/result.h"
+#include "runtime/mix_kernel.h"
+
+namespace clamor {
+
+struct VoicesInRealTime {
+  double median = 0, best = 0;
+};
+
+// What the kernel takes for one frame of a voice, as mix_kernel.h counts: a line is 1 multiply-add
+// of 2 loads, a spline 5 of 4, each layer read once per delay; then one for each bus, and one for
+// the bus's gain. Binaural, the loudest voices take those of a head's bands instead.
+struct VoiceWork {
+  double multiply_adds = 0, loads = 0;
+};
+VoiceWork work_of(const MixMode& mode, std::uint32_t voices);
+
+struct MixerFigure {
+  enum class What : std::uint8_t { kMixer, kKernel, kReference };
+  What what = What::kMixer;
+  MixMode mode;
+  std::string instructions;  // of the kernel
+  std::uint32_t voices = 0;  // mixed at once
+  VoicesInRealTime real_time = {};
+  VoiceWork work = {};
+  // Of what this core can do at most with these instructions; of a kernel only.
+  double of_multiply_adds = 0, of_loads = 0;
+};
+
+struct OpenalFigure {
+  std::uint32_t voices = 0;
+  double still = 0, moving = 0;              // voices in real time
+  double times_still = 0, times_moving = 0;  // how many more are ours
+};
+
+struct MixerFigures {
+  std::string instructions;  // that are used where nothing else is said
+  double peak_multiply_adds_per_s = 0, peak_loads_per_s = 0;
+  std::vector<MixerFigure> figures;  // in the order of bench_modes(), then of voices
+  std::string openal;                // its version; empty: it is not there
+  std::vector<OpenalFigure> against_openal;
+};
+
+struct BenchRequest {
+  std::vector<std::uint32_t> voices;
+  double seconds = 0.05;  // of CPU time at least, for each run of a figure
+  int runs = 5;
+};
+
+// Linear and cubic, one delay or two, full band or eight bands; then binaural.
+const std::vector<MixMode>& bench_modes();
+
+// Fails in builds without Google Benchmark. `progress` is told the share that is done.
+Result<MixerFigures> measure_mixer(const BenchRequest& request,
+                                   const std::function<void(double)>& progress);
+
+}  // namespace clamor
