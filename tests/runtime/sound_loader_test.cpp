@@ -128,6 +128,7 @@ constexpr float kMostBend = 0.88f * (2.0e-4f + 2.5f / kKeyframeFrames);
 
 TEST(LongSound, MadeInPiecesIsWhatItIsMadeWhole) {
   for (const bool loop : {true, false}) {
+    if (testing::kSanitized && loop) continue;  // slow
     const bool phase_undone = loop;
     const SignalShape shape{21 * kSecond_frames + 1234, loop};
     Signal signal = sound(0, shape);
@@ -167,9 +168,9 @@ TEST(SoundLoader, SoundsAsIfAllWereDecodedOverTheEndsOfPiecesLoopsAndSounds) {
   // Of both long sounds the beginning, the middle and the end within the first 4 seconds.
   const std::vector<Voice> voices = {voice(0, 0, 1.5),   voice(1, 0, 14),  voice(2, 1, 1),
                                      voice(3, 1, -20.5), voice(4, 1, -10), voice(5, 2, 3)};
-  for (const bool head : {false, true}) {
-    MixMode mode;
-    if (head) mode = kPlain;  // the other way through
+  for (const bool plain : {false, true}) {
+    if (testing::kSanitized && !plain) continue;  // slow
+    const MixMode mode = plain ? kPlain : MixMode{};
     const auto decoded = prepare_signals(sounds, mode);
     SoundLoader loader(shapes, {}, mode, decoder(shapes), {12'000'000, true}, 2);
     Playing all(decoded, voices, mode), streamed(loader.signals(), voices, mode, &loader);
@@ -187,7 +188,7 @@ TEST(SoundLoader, SoundsAsIfAllWereDecodedOverTheEndsOfPiecesLoopsAndSounds) {
 
 TEST(SoundLoader, KeepsToItsBudgetThroughHalfAnHourOfSoundAndCountsWhatTheKernelCounts) {
   const std::vector<SignalShape> shapes(3, {1800 * kSecond_frames, true});
-  constexpr std::uint64_t kBudget = 12'000'000;
+  constexpr std::uint64_t kBudget = 6'000'000;
   SoundLoader loader(shapes, {}, kPlain, decoder(shapes), {kBudget, true}, 2, 2);
   EXPECT_GT(loader.memory().size(), 1'000'000'000u);
   EXPECT_EQ(resident_bytes(loader.memory()), 0u);
@@ -274,15 +275,18 @@ TEST(SoundLoader, ThatStallsHoldsVoicesBackInSilenceAndTheirSoundReturnsWithoutA
 }
 
 TEST(SoundLoader, GoesOnWithTheClockWhileTheSamplerStandsStill) {
-  const std::vector<SignalShape> shapes = {{40 * kSecond_frames, true}};
-  const std::vector<Signal> sounds = {sound(0, shapes[0])};
-  const auto decoded = prepare_signals(sounds, kPlain);
-  SoundLoader loader(shapes, {}, kPlain, decoder(shapes), {5'000'000, true}, 2);
-  const std::vector<Voice> voices = {voice(0, 0, 3)};
-  Playing all(decoded, voices, kPlain), streamed(loader.signals(), voices, kPlain, &loader);
-  for (int k = 0; k < 5; ++k) ASSERT_EQ(all.segment(), streamed.segment());
-  for (int k = 0; k < 500; ++k) ASSERT_EQ(all.segment(false), streamed.segment(false)) << k;
+  const std::vector<SignalShape> shapes = {{30 * kSecond_frames, true}};
+  SoundLoader loader(shapes, {}, kPlain, decoder(shapes), {3'000'000, true}, 2);
+  Playing streamed(loader.signals(), {voice(0, 0, 3)}, kPlain, &loader);
+  for (std::uint64_t k = 0; k < 400; ++k) {
+    const auto heard = streamed.segment(k < 5);
+    for (std::uint64_t i = 0; i < heard.size(); ++i) {
+      const std::uint64_t frame = 27 * kSecond_frames + k * kKeyframeFrames + i;
+      ASSERT_NEAR(heard[i], sample_at(0, frame % shapes[0].frames), 1e-5) << k << " " << i;
+    }
+  }
   EXPECT_EQ(streamed.mixer().late_voices(), 0u);
+  EXPECT_GE(loader.statistics().loaded, 3u);
 }
 
 TEST(SoundLoader, ThatStallsTooWhileTheSamplerDoesEndsInSilenceWithoutAClick) {
@@ -398,9 +402,13 @@ TEST(SoundLoader, HandsPiecesOverWhileVoicesJumpAboutWithoutAStepOrAPageFault) {
     ::getrusage(RUSAGE_THREAD, &usage);
     return usage.ru_minflt + usage.ru_majflt;
   };
-  const int segments = testing::kSanitized ? 1000 : 3000;
+  // As many as it takes, where all is slow.
+  const int segments = testing::kSanitized ? 300 : 3000;
+  const auto goes_on = [&](int k) {
+    return k < segments || (k < 20 * segments && loader.statistics().dropped < 30);
+  };
   std::vector<int> since(kVoices);  // its last jump, fades in between
-  for (int k = 0; k < segments; ++k) {
+  for (int k = 0; goes_on(k); ++k) {
     for (Voice& one : keyframe.voices) {
       one.starts = false;
       int& age = since[one.slot];
@@ -426,10 +434,11 @@ TEST(SoundLoader, HandsPiecesOverWhileVoicesJumpAboutWithoutAStepOrAPageFault) {
       }
     }
     if (k > 10) faults += faults_so_far() - before;
-    if (k % 4 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    if (testing::kSanitized || k % 4 == 0)
+      std::this_thread::sleep_for(std::chrono::milliseconds(testing::kSanitized ? 5 : 1));
   }
   EXPECT_GT(loader.statistics().dropped, 20u);
-  EXPECT_GT(loudest, 0.2f);
+  EXPECT_GT(loudest, 0.08f);  // one voice's 0.083, or more
   // All voices at once from silence in 960 frames; one that is cut would be a step of 0.08.
   EXPECT_LT(most_step, 0.5f / kKeyframeFrames + 1e-5f);
   if (!testing::kSanitized) {
