@@ -357,10 +357,10 @@ void Mixer::hold() noexcept REALTIME {
     if (mode_.head) fine_->hold();
     holding_ = true;
   }
-  hold_sounds();
+  const bool falling = hold_sounds();
   frame_ = kKeyframeFrames - kStepFrames;
   const std::uint8_t rank = rank_for(allowed_);
-  if (rank >= highest_rank_) return;
+  if (falling || rank >= highest_rank_) return;
   frame_ = kKeyframeFrames - kShedFrames;
   fade_above(rank);
 }

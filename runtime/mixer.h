@@ -159,7 +159,7 @@ class Mixer {
   bool may_sound(std::uint32_t slot, const std::array<std::int64_t, kEars>& from,
                  const std::array<double, kEars>& change_frames) noexcept REALTIME;
   void silence(std::uint32_t slot) noexcept REALTIME;
-  void hold_sounds() noexcept REALTIME;
+  bool hold_sounds() noexcept REALTIME;
   void end_hold() noexcept REALTIME;
 
   std::span<const PreparedSignal> signals_;

@@ -21,7 +21,7 @@ bool Mixer::is_here(std::uint32_t s, const std::array<std::int64_t, kEars>& from
   const PreparedSignal& signal = *slots_[s].signal;
   std::int64_t first = std::numeric_limits<std::int64_t>::max();
   std::int64_t last = std::numeric_limits<std::int64_t>::min();
-  for (std::size_t e = 0; e < kEars; ++e) {
+  for (std::size_t e = 0; e < static_cast<std::size_t>(mode_.delays); ++e) {
     const std::int64_t at = clock_ + lead_frames_ - (from[e] >> 32);
     first = std::min(first, at - 2);
     last = std::max(last, at + frames + 2 - static_cast<std::int64_t>(change_frames[e]));
@@ -50,14 +50,15 @@ void Mixer::silence(std::uint32_t s) noexcept REALTIME {
   slots_[s].steps_to_silence = 0;
 }
 
-// For a step of holding, beginning where every voice is placed.
-void Mixer::hold_sounds() noexcept REALTIME {
-  bool ended = false;
+// For a step of holding, beginning where every voice is placed. True while a voice falls silent:
+// then the step must be one of kStepFrames. Otherwise it may be one of kShedFrames.
+bool Mixer::hold_sounds() noexcept REALTIME {
+  bool ended = false, falling = false;
   for (const std::uint32_t s : active_) {
     Slot& slot = slots_[s];
     if (!slot.signal->streams()) continue;
     const bool falls = slot.steps_to_silence > 0;
-    if (!falls && is_here(s, slot.delay, {}, kKeyframeFrames + kStepFrames)) continue;
+    if (!falls && is_here(s, slot.delay, {}, kKeyframeFrames + kShedFrames)) continue;
     late_voices_ += !falls;
     slot.steps_to_silence = falls ? slot.steps_to_silence - 1 : kStepsToSilence;
     if (slot.steps_to_silence == 0 || !is_here(s, slot.delay, {}, kStepFrames)) {
@@ -65,6 +66,7 @@ void Mixer::hold_sounds() noexcept REALTIME {
       ended = true;
       continue;
     }
+    falling = true;
     // Gains count from the segment's frame 0, and the step is its last.
     constexpr float kUnits = static_cast<float>(kKeyframeFrames - kStepFrames) / kGainFrames;
     constexpr float kSlope = -1.0f * kGainFrames / kStepFrames / kStepsToSilence;
@@ -76,12 +78,13 @@ void Mixer::hold_sounds() noexcept REALTIME {
       }
     });
   }
-  if (!ended) return;
+  if (!ended) return falling;
   const auto is_over = [this](std::uint32_t s) { return !slots_[s].heard; };
   std::erase_if(active_, is_over);
   std::erase_if(once_, is_over);
   for (Pair& pair : pairs_) std::erase_if(pair.active, is_over);
   if (mode_.head) fine_->drop(is_over);
+  return falling;
 }
 
 // Before the next segment: gains go on from where holding left them.
