@@ -88,7 +88,8 @@ void MovingList::tune(std::size_t place) {
     last_x_m_[place] = std::numeric_limits<float>::quiet_NaN();
   }
   const SourceField::Ceiling ceiling = field_.ceiling(source, weights_[field_.signal(source)]);
-  highest_[place] = static_cast<float>(ceiling.highest() * kSlack / std::max(source.u, kLeastU));
+  highest_[place] = static_cast<float>(static_cast<double>(ceiling.diffuse + ceiling.lobe) *
+                                       kSlack / std::max(source.u, kLeastU));
 }
 
 void MovingList::begin(const Vec3& /*place*/, double time_s) {

@@ -86,8 +86,8 @@ class JoinedPool final : public SourcePool {
   bool look(const Vec3& place, double threshold, std::size_t most,
             std::vector<FoundSource>& found) override;
   double highest(const Vec3& place) override;
-  double unseen_key(const FoundSource& found, const Vec3& place, double tau) override {
-    return found.voice == 0 ? still_.unseen_key(found, place, tau) : 0;
+  double unseen_key(const FoundSource& found, double tau) override {
+    return found.voice == 0 ? still_.unseen_key(found, tau) : 0;
   }
   void ask(const Vec3& soon, double tau) override { still_.ask(soon, tau); }
   bool missed() const override { return still_.missed(); }
