@@ -13,7 +13,7 @@ constexpr std::uint32_t kForget_keyframes = 500;
 constexpr double kSizePerDistance = 1.0 / 4;
 constexpr int kSizes = 4, kSizesNear = 2;
 // Means and looks differ by so much on any walk; twice that, and nothing is as it was.
-constexpr double kExpected = 0.08, kPerSurprise = 10;
+constexpr double kExpected = 0.08, kPerSurprise = 10, kLearn = 0.3;
 constexpr int kFinest = -3, kCoarsest = 5;  // 12 cm to 32 m
 // Looks lose half of their weight on a tenth of the way to the source, and older ones to newer ones
 // beyond so many.
@@ -59,7 +59,8 @@ float SightCells::kept(const Cell& cell, const Source& source, const Vec3& place
 }
 
 void SightCells::be_surprised(double by) {
-  surprises_ += kPerSurprise * std::max(0.0, by - kExpected);
+  surprises_ += kPerSurprise * std::max(0.0, by - expected_ - kExpected);
+  expected_ += kLearn * (by - expected_);
 }
 
 const SightCells::Cell* SightCells::find(std::uint64_t key) const {

@@ -70,7 +70,7 @@ class SightCells {
 
   std::vector<Cell> table_;  // open addressing, a power of two
   std::size_t cells_ = 0;
-  double surprises_ = 0;
+  double surprises_ = 0, expected_ = 0;
 };
 
 }  // namespace clamor

@@ -96,8 +96,9 @@ bool VisibilityCache::is_within(const Entry& entry, double cells) const {
 }
 
 bool VisibilityCache::is_current(const Entry& entry) const {
-  return entry.depth >= Depth::kQuick && is_within(entry, 1) &&
-         cells_.surprises() - static_cast<double>(entry.surprises) < 0.5;
+  if (entry.depth < Depth::kQuick) return false;
+  const double since = cells_.surprises() - static_cast<double>(entry.surprises);
+  return since < 0.5 ? is_within(entry, 1) : is_within(entry, 0);
 }
 
 void VisibilityCache::prefetch(std::uint64_t number) const {
@@ -246,14 +247,10 @@ const Bands& VisibilityCache::look_now(std::uint64_t number, const Source& sourc
 
 // --- Looking again ------------------------------------------------------------------------------
 
-bool VisibilityCache::refresh(std::span<const Wanted> wanted, double tau) {
-  turns_.clear();
-  look_turns_.clear();
-  close_turns_.clear();
+// Those whose turn it is, or all; those that nothing need be done for are left out.
+void VisibilityCache::gather(std::span<const Wanted> wanted, double tau, std::uint32_t turn,
+                             bool all) {
   statistics_.wanted = 0;
-  const std::uint32_t turn = keyframe_ % kTurns;
-  const bool all = cells_.surprises() > last_surprises_ + 0.5;
-  last_surprises_ += 0.25 * (cells_.surprises() - last_surprises_);
   double sum = 0;
   for (const Wanted& one : wanted) {
     const Index index = one.index & ~kHidden;
@@ -282,8 +279,20 @@ bool VisibilityCache::refresh(std::span<const Wanted> wanted, double tau) {
   }
   mean_weight_ = sum / std::max<double>(1, static_cast<double>(statistics_.wanted));
   statistics_.current = statistics_.wanted - turns_.size();
-  if (turns_.empty() && look_turns_.empty() && close_turns_.empty()) return ++idle_ < kTurns;
-  idle_ = 0;
+}
+
+bool VisibilityCache::refresh(std::span<const Wanted> wanted, double tau) {
+  turns_.clear();
+  look_turns_.clear();
+  close_turns_.clear();
+  const bool all = cells_.surprises() > last_surprises_ + 0.5;
+  last_surprises_ += 0.25 * (cells_.surprises() - last_surprises_);
+  const auto idle = [this] {
+    return turns_.empty() && look_turns_.empty() && close_turns_.empty();
+  };
+  for (std::uint32_t t = 0; t < kTurns && idle(); ++t)
+    gather(wanted, tau, (keyframe_ + t) % kTurns, all);
+  if (idle()) return false;
   if (!options_.exact) glance_again(turns_);
   serve(turns_, options_.exact ? Depth::kLook : Depth::kQuick);
   serve(look_turns_, Depth::kLook);

@@ -145,6 +145,7 @@ class VisibilityCache {
   void glance_at(Entry& entry, const Source& source);
   void look_at(Entry& entry, const Source& source, Depth depth);
   void believe_neighbours(Entry& entry, const Source& source, bool new_side);
+  void gather(std::span<const Wanted> wanted, double tau, std::uint32_t turn, bool all);
   void glance_again(std::vector<Turn>& turns);
   void serve(std::vector<Turn>& turns, Depth depth);
 
