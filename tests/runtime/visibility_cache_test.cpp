@@ -150,7 +150,9 @@ TEST(Visibility, LetsNothingThroughAWallEitherWhereNeighboursSpeakForASource) {
     const Vec3 place(5.4 + 0.05 * keyframe, 2, 1.6);
     const auto power = heard(world, sampler->sample(place), place);
     // A second later all that there is has been looked at.
-    if (keyframe >= 50) EXPECT_EQ(*std::max_element(power.begin(), power.end()), 0);
+    if (keyframe >= 50) {
+      EXPECT_EQ(*std::max_element(power.begin(), power.end()), 0);
+    }
   }
 }
 
