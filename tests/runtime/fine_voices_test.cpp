@@ -143,7 +143,7 @@ TEST(FineVoices, AreTheLoudestAndNoOthers) {
     const std::array<float, kHeadLanes> ones{};
     std::vector<std::uint32_t> chosen;
     for (std::uint32_t v = 0; v < powers.size(); ++v) {
-      fine.set(v, fine.chosen(v) ? ones.data() : nullptr, false);
+      fine.set(v, fine.chosen(v) ? ones.data() : nullptr, false, kKeyframeFrames);
       if (fine.chosen(v)) chosen.push_back(v);
     }
     return chosen;
