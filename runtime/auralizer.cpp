@@ -96,8 +96,8 @@ std::unique_ptr<SoundLoader> sounds_from(const BakeFile& file, const AuralizerIn
   std::vector<SignalShape> shapes;
   for (const TimedEnvelope& signal : input.envelopes)
     shapes.push_back({signal.frames, signal.loop, signal.envelope.mean_square()});
-  const std::uint64_t bytes =
-      std::min(SoundLoader::bytes_of(shapes, mode), options.memory_bytes / 2);
+  const std::uint64_t bytes = std::min(SoundLoader::bytes_of(shapes, mode),
+                                       std::max(options.memory_bytes / 2, kLeastSounds_bytes));
   return std::make_unique<SoundLoader>(
       shapes, file.emitters(), mode,
       [&file, &input](std::size_t signal, std::size_t block) -> Result<std::vector<float>> {
@@ -135,7 +135,9 @@ struct Auralizer::State {
     if (file != nullptr) {
       loader = std::make_unique<PageLoader>(
           pages_of(*file, field, ceilings),
-          PageBudget{options.memory_bytes - sounds->budget_bytes(), !options.wait_for_pages});
+          PageBudget{
+              options.memory_bytes - std::min(sounds->budget_bytes(), options.memory_bytes / 2),
+              !options.wait_for_pages});
       pool = std::make_unique<OctreePool>(field, ceilings, file->trees(), file->signal_maps(),
                                           *loader);
       join_moving(options.moving);

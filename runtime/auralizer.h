@@ -40,6 +40,8 @@ namespace clamor {
 inline constexpr int kOutputChannels = 2;  // of the default output shape
 
 inline constexpr double kFirstSounds_s = 0.5;
+inline constexpr std::uint64_t kLeastSounds_bytes =
+    8'000'000;  // the longest that is not cut, and more
 
 struct AuralizerOptions {
   std::string strategy = "priority";  // strategies.h lists them
@@ -52,7 +54,8 @@ struct AuralizerOptions {
   bool limit = false;           // true peaks to kLimiterCeiling_db, after the gain
   OutputShape output;
   int block_frames = 960;  // largest block of mix(): keyframes are made that far ahead
-  // Of pages and sounds kept: sounds have up to half of it, pages the rest.
+  // Of pages and sounds kept: sounds have up to half of it, pages the rest. With less than
+  // 2 kLeastSounds_bytes, sounds may take that much all the same: without them pages are silent.
   std::uint64_t memory_bytes = 64'000'000;
   // For pages and sounds, as a render does, which then takes what memory one sample needs.
   bool wait_for_pages = false;

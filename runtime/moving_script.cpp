@@ -3,8 +3,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include <fmt/format.h>
-
 #include "formats/audio_file.h"
 #include "formats/json.h"
 #include "formats/level_folder.h"
@@ -34,7 +32,7 @@ Result<MovingScript> MovingScript::read(const std::string& path) {
   MovingScript script;
   SignalTable signals;
   for (const Json& item : *sources->array()) {
-    const std::string where = fmt::format("{}: source {}", path, script.actors_.size() + 1);
+    const std::string where = path + ": source " + std::to_string(script.actors_.size() + 1);
     JsonFields values(item, where);
     Actor actor;
     actor.name = values.string("name").value_or("");

@@ -66,7 +66,7 @@ const std::vector<Fence> kFences = {
     {"TBB",
      {"tbb/*", "oneapi/*"},
      {"bake/*.cpp", "formats/bake_writer.cpp", "formats/octree_writer.cpp", "formats/signal_*.cpp",
-      "tests/bake/octree_*", "tests/benchmarks/octree_*"}},
+      "tests/bake/octree_*", "tests/benchmarks/octree_*", "tests/one_tbb_thread.cpp"}},
     {"tinygltf", {"tiny_gltf.h"}, {"formats/gltf_reader.cpp"}},
     {"xxHash", {"xxhash.h"}, {"formats/bake_layout.cpp", "formats/level_folder.cpp"}},
     {"zstd", {"zstd.h"}, {"formats/bake_layout.cpp"}},

@@ -151,7 +151,7 @@ TEST(Readme, ShowsCommandsAndOptionsThatTheProgramHas) {
     }
   }
   EXPECT_EQ(shown, (std::set<std::string>{"bake", "merge", "compare", "diff", "inspect", "render",
-                                          "impulse", "play", "devices", "experiment"}));
+                                          "impulse", "play", "devices", "experiment", "bench"}));
 }
 
 TEST(Readme, ShowsASidecarWithPresetsThatExist) {
