@@ -157,10 +157,10 @@ class VisibilityCache {
   SightCells cells_;
   std::vector<Turn> turns_, look_turns_, close_turns_;
   Vec3 place_{};
-  std::uint32_t keyframe_ = 0, idle_ = 0;     // refreshes without anything to do
   double mean_weight_ = 0;                    // of those that matter
   double surprise_ = 0, last_surprises_ = 0;  // of the looks of a keyframe, summed
-  int expected_ = 0;                          // those that there were expectations of
+  std::uint32_t keyframe_ = 0;
+  int expected_ = 0;  // those that there were expectations of
   std::int64_t rays_left_ = 0;
   VisibilityStatistics statistics_;
 };
