@@ -153,8 +153,9 @@ struct Adapting {
   std::unique_ptr<Auralizer> auralizer;
   Pose pose{{3, 4, 1.5}, 0.3, 0};
 
-  Adapting(AuralizerInput input, int voices, bool adapt = true) {
+  Adapting(AuralizerInput input, int voices, bool adapt = true, bool binaural = false) {
     AuralizerOptions options;
+    if (binaural) options.output = *OutputShape::asked_for(true, "", false);
     options.voices = voices;
     options.block_frames = 256;
     options.adapt = adapt;
@@ -267,25 +268,29 @@ std::vector<Click> clicks_in(const std::vector<float>& out) {
 
 TEST(Load, VoicesGoAndComeBackWithoutAClick) {
   const AuralizerInput input = toned_room();
-  Adapting slow(input, kVoices), quick(input, kVoices, false);
-  std::vector<float> out = slow.play(1);
-  const auto on = [&out, &slow](double share, double seconds) {
-    slow.audio.per_voice_s = share * kBlock_s / kVoices;
-    const auto more = slow.play(seconds);
-    out.insert(out.end(), more.begin(), more.end());
-  };
-  on(1.6, 0.5);
-  const std::uint64_t shedding = slow.auralizer->statistics().shedding_blocks;
-  on(3, 0.3);
-  on(0.1, 15);
-  const AuralizerStatistics now = slow.auralizer->statistics();
-  EXPECT_GT(shedding, 2u);
-  EXPECT_GT(now.most_shed, kVoices / 3u);
-  EXPECT_EQ(now.k, std::uint32_t{kVoices});
-  EXPECT_EQ(now.shed_voices, 0u);
+  Adapting quick(input, kVoices, false);
+  for (const bool binaural : {false, true}) {
+    Adapting slow(input, kVoices, true, binaural);
+    std::vector<float> out = slow.play(1);
+    const auto on = [&out, &slow](double share, double seconds) {
+      slow.audio.per_voice_s = share * kBlock_s / kVoices;
+      const auto more = slow.play(seconds);
+      out.insert(out.end(), more.begin(), more.end());
+    };
+    on(1.6, 0.5);
+    const std::uint64_t shedding = slow.auralizer->statistics().shedding_blocks;
+    on(3, 0.3);
+    on(0.1, 15);
+    const AuralizerStatistics now = slow.auralizer->statistics();
+    EXPECT_GT(shedding, 2u);
+    EXPECT_GT(now.most_shed, kVoices / 3u);
+    EXPECT_EQ(now.k, std::uint32_t{kVoices});
+    EXPECT_EQ(now.shed_voices, 0u);
 
-  for (const Click& click : clicks_in(out))
-    ADD_FAILURE() << "a click of " << click.sigmas << " sigmas at frame " << click.frame;
+    for (const Click& click : clicks_in(out))
+      ADD_FAILURE() << "a click of " << click.sigmas << " sigmas at frame " << click.frame
+                    << (binaural ? ", binaural" : "");
+  }
 
   // A tenth of what is mixed, gone at once, would be found.
   std::vector<float> torn = quick.play(1);
@@ -302,17 +307,19 @@ TEST(Load, ChangesNothingWhereThereIsTime) {
 
 // Both stall: the mixer holds what it had, and less of it.
 TEST(Load, TheMixerLeavesOutVoicesWhileTheSamplerStandsStill) {
-  Adapting slow(toned_room(), kVoices);
-  std::vector<float> out = slow.play(0.5);
-  slow.audio.per_voice_s = 1.3 * kBlock_s / kVoices;
-  std::vector<float> block(512);
-  for (int b = 0; b < 200; ++b) {
-    slow.auralizer->mix(block);
-    out.insert(out.end(), block.begin(), block.end());
+  for (const bool binaural : {false, true}) {  // then with voices that have all of a head's bands
+    Adapting slow(toned_room(), kVoices, true, binaural);
+    std::vector<float> out = slow.play(0.5);
+    slow.audio.per_voice_s = 1.3 * kBlock_s / kVoices;
+    std::vector<float> block(512);
+    for (int b = 0; b < 200; ++b) {
+      slow.auralizer->mix(block);
+      out.insert(out.end(), block.begin(), block.end());
+    }
+    EXPECT_NEAR(slow.auralizer->statistics().shed_voices, kVoices * (1 - 0.7 / 1.3),
+                5 * kVoices / 255.0);
+    EXPECT_TRUE(clicks_in(out).empty()) << binaural;
   }
-  EXPECT_NEAR(slow.auralizer->statistics().shed_voices, kVoices * (1 - 0.7 / 1.3),
-              5 * kVoices / 255.0);
-  EXPECT_TRUE(clicks_in(out).empty());
 }
 
 }  // namespace
