@@ -236,7 +236,9 @@ TEST(MovingSources, AreHandedOverWholeWhileTheCallerGoesOn) {
   constexpr std::uint32_t kCommits = 20'000;
   MovingSources moving(kSources, 1);
   std::vector<MovingHandle> handles;
-  for (std::size_t i = 0; i < kSources; ++i) handles.push_back(*moving.add({}));
+  MovingSource first;
+  first.gain = same_in_all_bands(0);  // as what is committed at time 0
+  for (std::size_t i = 0; i < kSources; ++i) handles.push_back(*moving.add(first));
   moving.commit(0);
   std::atomic<bool> wrong{false};
   std::thread sampler([&] {
