@@ -218,16 +218,24 @@ struct Stall {
   std::mutex mutex;
   std::condition_variable changed;
   bool stalled = false;
+  int waiting = 0;
 
   void set(bool now) {
     const std::lock_guard lock(mutex);
     stalled = now;
     changed.notify_all();
   }
+  // Whether the loader stands still now: all that it decoded before is here.
+  bool holds() {
+    const std::lock_guard lock(mutex);
+    return waiting > 0;
+  }
   SoundBlocks::Decode around(SoundBlocks::Decode decode) {
     return [this, decode](std::size_t signal, std::size_t block) {
       std::unique_lock lock(mutex);
+      ++waiting;
       changed.wait(lock, [this] { return !stalled; });
+      --waiting;
       lock.unlock();
       return decode(signal, block);
     };
@@ -249,6 +257,7 @@ TEST(SoundLoader, ThatStallsHoldsVoicesBackInSilenceAndTheirSoundReturnsWithoutA
   };
   play(20, true);
   stall.set(true);
+  while (!stall.holds()) play(1, true);
   play(600, false);  // 12 s, of which some are decoded
   const std::uint64_t late = streamed.mixer().late_voices();
   EXPECT_GT(late, 100u);
