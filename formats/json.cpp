@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "formats/level_folder.h"
 #include "formats/name_match.h"
 
 namespace clamor {
@@ -262,6 +263,14 @@ Result<void> JsonFields::result_without_unknown() const {
       return Error(where_ + ": " + in_quotes(key) + " is not known here; the nearest name is " +
                    in_quotes(nearest_name(key, asked_)) + ".");
   return {};
+}
+
+Result<Json> read_json(const std::string& path) {
+  const auto bytes = read_whole_file(path);
+  if (!bytes.ok()) return bytes.error();
+  auto json = parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+  if (!json.ok()) return Error(path + ": " + json.error().message + ".");
+  return json;
 }
 
 }  // namespace clamor

@@ -56,6 +56,9 @@ class Json {
 };
 
 Result<Json> parse_json(std::string_view text);
+
+// Of a file. Errors name it: cannot be read, is not JSON.
+Result<Json> read_json(const std::string& path);
 std::string dump_json(const Json& value);
 
 // Reads the members of one object and remembers the first thing that is wrong with them, so that a

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "formats/json.h"
-#include "formats/level_folder.h"
 
 namespace clamor {
 
@@ -24,10 +23,8 @@ double shortest_turn(double from, double to) {
 }  // namespace
 
 Result<Walk> Walk::read(const std::string& path) {
-  const auto bytes = read_whole_file(path);
-  if (!bytes.ok()) return bytes.error();
-  const auto json = parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
-  if (!json.ok()) return Error(path + ": " + json.error().message + ".");
+  const auto json = read_json(path);
+  if (!json.ok()) return json.error();
   return parse(*json, path);
 }
 

@@ -83,11 +83,9 @@ MixMode mode_of(const Panner* panner, const Head* head) {
 
 // One of a signal's blocks, as a file would have it.
 std::vector<float> block_of(const Signal& signal, std::size_t block) {
-  const auto& samples = signal.samples;
-  if (samples.size() <= kLongestUncut_frames) return samples;
-  const auto first = samples.begin() + static_cast<std::ptrdiff_t>(block * kSignalBlockFrames);
-  const std::ptrdiff_t frames = std::min<std::ptrdiff_t>(kSignalBlockFrames, samples.end() - first);
-  return {first, first + frames};
+  const SignalBlock where = signal_block(signal.samples.size(), block);
+  const auto first = signal.samples.begin() + static_cast<std::ptrdiff_t>(where.first);
+  return {first, first + static_cast<std::ptrdiff_t>(where.frames)};
 }
 
 // Sounds as voices want them: a file's, and then the input's own. Both must outlive what comes out.

@@ -130,28 +130,25 @@ Head::Head(const HeadResponses& responses) {
     }
 }
 
-std::array<HeadLevels, kEars> Head::hear(const Vec3f& from) const noexcept REALTIME {
+template <class Levels>
+std::array<Levels, kEars> Head::between(
+    const Vec3f& from, std::array<Levels, kEars> Direction::*levels) const noexcept REALTIME {
   const DirectionMesh::Place place = mesh_->find(from);
-  std::array<HeadLevels, kEars> levels{};
+  std::array<Levels, kEars> sum{};
   for (std::size_t k = 0; k < 3; ++k) {
-    const Direction& corner = directions_[place.corner[k]];
+    const auto& corner = directions_[place.corner[k]].*levels;
     for (std::size_t e = 0; e < kEars; ++e)
-      for (std::size_t j = 0; j < kHeadBands; ++j)
-        levels[e][j] += place.share[k] * corner.level[e][j];
+      for (std::size_t b = 0; b < sum[e].size(); ++b) sum[e][b] += place.share[k] * corner[e][b];
   }
-  return levels;
+  return sum;
+}
+
+std::array<HeadLevels, kEars> Head::hear(const Vec3f& from) const noexcept REALTIME {
+  return between(from, &Direction::level);
 }
 
 std::array<Bands, kEars> Head::hear_octaves(const Vec3f& from) const noexcept REALTIME {
-  const DirectionMesh::Place place = mesh_->find(from);
-  std::array<Bands, kEars> levels{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Direction& corner = directions_[place.corner[k]];
-    for (std::size_t e = 0; e < kEars; ++e)
-      for (std::size_t b = 0; b < kBandCount; ++b)
-        levels[e][b] += place.share[k] * corner.octave[e][b];
-  }
-  return levels;
+  return between(from, &Direction::octave);
 }
 
 double Head::delay_frames(const Vec3f& from, int ear) const noexcept REALTIME {

@@ -53,6 +53,11 @@ class Head {
     std::array<Bands, kEars> octave;
     float lag_frames;  // of the right ear after the left
   };
+  // Of the three directions round this one, by their shares.
+  template <class Levels>
+  std::array<Levels, kEars> between(
+      const Vec3f& from, std::array<Levels, kEars> Direction::*levels) const noexcept REALTIME;
+
   std::vector<Direction> directions_;
   std::unique_ptr<const DirectionMesh> mesh_;
 };

@@ -5,7 +5,6 @@
 
 #include "formats/audio_file.h"
 #include "formats/json.h"
-#include "formats/level_folder.h"
 #include "formats/signal_table.h"
 
 namespace clamor {
@@ -18,10 +17,8 @@ constexpr double kStep_s = 0.02;  // that velocities are told from
 }  // namespace
 
 Result<MovingScript> MovingScript::read(const std::string& path) {
-  const auto bytes = read_whole_file(path);
-  if (!bytes.ok()) return bytes.error();
-  const auto json = parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
-  if (!json.ok()) return Error(path + ": " + json.error().message + ".");
+  const auto json = read_json(path);
+  if (!json.ok()) return json.error();
   JsonFields fields(*json, path);
   fields.any("comment");
   const Json* sources = fields.any("sources");

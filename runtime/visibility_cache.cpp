@@ -4,8 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include <time.h>
-
+#include "common/thread_time.h"
 #include "runtime/fresnel_visibility.h"
 
 namespace clamor {
@@ -30,20 +29,14 @@ std::size_t hash_of(std::uint64_t number) {
 // Of this thread, whatever others do.
 class CastingTime {
  public:
-  explicit CastingTime(double& sum_ms) : sum_ms_(sum_ms), start_ms_(now_ms()) {}
-  ~CastingTime() { sum_ms_ += now_ms() - start_ms_; }
+  explicit CastingTime(double& sum_ms) : sum_ms_(sum_ms), start_s_(thread_time_s()) {}
+  ~CastingTime() { sum_ms_ += 1e3 * (thread_time_s() - start_s_); }
   CastingTime(const CastingTime&) = delete;
   CastingTime& operator=(const CastingTime&) = delete;
 
  private:
-  static double now_ms() {
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-  }
-
   double& sum_ms_;
-  const double start_ms_;
+  const double start_s_;
 };
 
 }  // namespace

@@ -20,8 +20,6 @@ inline BakeContents baked_contents(std::uint64_t photons) {
   }
   BakeOptions options;
   options.settings.photons = photons;
-  options.threads =
-      1;  // oneTBB is not built for ThreadSanitizer, and the threads under test are others
   return *bake(level, options);
 }
 

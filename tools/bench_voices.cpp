@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include <time.h>
-
 #include "common/random.h"
 
 namespace clamor {
@@ -154,12 +152,6 @@ std::vector<OpenalVoices::Voice> openal_voices_at(std::uint32_t moment, std::uin
                       static_cast<float>(1 + drift_of(v, static_cast<int>(moment))),
                       static_cast<float>(2 * random_unit(v, 10 + moment) - 1)});
   return voices;
-}
-
-double cpu_s() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 }  // namespace clamor

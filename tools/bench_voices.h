@@ -73,7 +73,4 @@ class MixerVoices {
 const std::vector<std::vector<float>>& bench_samples();
 std::vector<OpenalVoices::Voice> openal_voices_at(std::uint32_t moment, std::uint32_t count);
 
-// Of the thread.
-double cpu_s();
-
 }  // namespace clamor

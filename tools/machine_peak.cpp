@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include <time.h>
+#include "common/thread_time.h"
 
 // Highway compiles what follows once per instruction set.
 #undef HWY_TARGET_INCLUDE
@@ -64,20 +64,14 @@ namespace {
 HWY_EXPORT(multiply_add_here);
 HWY_EXPORT(load_here);
 
-double cpu_s() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 template <class Work>
 double best_per_s(Work work) {
   float sink = 0;
   double best = 0;
   for (int i = 0; i < 15; ++i) {
-    const double start = cpu_s();
+    const double start = thread_time_s();
     const double done = work(&sink);
-    best = std::max(best, done / (cpu_s() - start));
+    best = std::max(best, done / (thread_time_s() - start));
   }
   if (!(sink > -1)) std::abort();
   return best;

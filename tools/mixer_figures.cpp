@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 
+#include "common/thread_time.h"
 #include "tools/bench_voices.h"
 #include "tools/machine_peak.h"
 
@@ -113,9 +114,9 @@ void run_openal(benchmark::State& state, OpenalFigure* figure, double seconds,
   // Whole keyframes: 15 blocks are four of them.
   const auto timed = [](double blocks, auto&& once) {
     const int whole = 15 * std::max(1, static_cast<int>(blocks / 15));
-    const double start = cpu_s();
+    const double start = thread_time_s();
     for (int i = 0; i < whole; ++i) once(i);
-    return (cpu_s() - start) / whole;
+    return (thread_time_s() - start) / whole;
   };
   std::vector<double> still, moving, times_still, times_moving;
   double energy = 0;

@@ -22,7 +22,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <string_view>
 #include <thread>
 #include <vector>
@@ -38,6 +37,7 @@
 #include "bake/scene.h"
 #include "common/maths.h"
 #include "common/random.h"
+#include "common/thread_time.h"
 #include "formats/level_import.h"
 #include "tests/rooms.h"
 
@@ -48,13 +48,6 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-// Of this thread alone.
-double own_seconds() {
-  timespec time;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 double median(std::vector<double> values) {
@@ -139,7 +132,7 @@ class BareEmbree {
   }
 
   double seconds(const std::vector<Ray>& rays) const {
-    const double start = own_seconds();
+    const double start = thread_time_s();
     std::uint64_t hits = 0;
     for (const Ray& from : rays) {
       RTCRayHit ray;
@@ -165,7 +158,7 @@ class BareEmbree {
 #endif
       hits += ray.hit.geomID != RTC_INVALID_GEOMETRY_ID ? 1 : 0;
     }
-    const double spent = own_seconds() - start;
+    const double spent = thread_time_s() - start;
     if (hits == 0) std::abort();
     return spent;
   }
@@ -212,7 +205,7 @@ std::uint64_t checksum_of(std::span<const Source> deposits) {
 // Photons in step, one surface after the other, Lambertian, nothing else.
 Walk plain_walk(const Scene& scene, const Vec3f& start, std::uint32_t photons,
                 std::uint32_t bounces, std::vector<Ray>* record) {
-  const double start_s = own_seconds();
+  const double start_s = thread_time_s();
   Walk walk;
   std::vector<Ray> rays(photons);
   std::vector<SurfaceHit> hits(photons);
@@ -248,7 +241,7 @@ Walk plain_walk(const Scene& scene, const Vec3f& start, std::uint32_t photons,
       rays[i].direction = direction(hits[i].normal, bits, false);
     }
   }
-  walk.own_s = own_seconds() - start_s;
+  walk.own_s = thread_time_s() - start_s;
   return walk;
 }
 
@@ -270,7 +263,7 @@ void tracing(benchmark::State& state, const Level& level, bool closed) {
   // As a bake does it: results go into memory that is kept from run to run.
   constexpr std::uint32_t kRuns = 6;
   const auto full = [&](std::uint64_t first, TracedRuns& traced) {
-    const double start_s = own_seconds();
+    const double start_s = thread_time_s();
     Walk walk;
     for (std::uint32_t i = 0; i < kRuns; ++i) {
       const PhotonRun run{0, first + std::uint64_t{i} * kRunPhotons, kRunPhotons};
@@ -282,7 +275,7 @@ void tracing(benchmark::State& state, const Level& level, bool closed) {
       walk.legs_m += tally.legs_m;
       benchmark::DoNotOptimize(traced.deposits().data());
     }
-    walk.own_s = own_seconds() - start_s;
+    walk.own_s = thread_time_s() - start_s;
     return walk;  // `traced` still holds the last run
   };
   const auto rate_M = [](const Walk& walk) {

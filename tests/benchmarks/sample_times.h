@@ -5,10 +5,11 @@
 #pragma once
 
 #include <algorithm>
-#include <ctime>
 #include <vector>
 
 #include <benchmark/benchmark.h>
+
+#include "common/thread_time.h"
 
 namespace clamor::testing {
 
@@ -16,9 +17,9 @@ class SampleTimes {
  public:
   template <class Work>
   void time(const Work& work) {
-    const double start_ms = now_ms();
+    const double start_s = thread_time_s();
     work();
-    times_ms_.push_back(now_ms() - start_ms);
+    times_ms_.push_back(1e3 * (thread_time_s() - start_s));
   }
 
   void report(benchmark::State& state) {
@@ -33,12 +34,6 @@ class SampleTimes {
   }
 
  private:
-  static double now_ms() {
-    timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-  }
-
   std::vector<double> times_ms_;
 };
 

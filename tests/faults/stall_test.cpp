@@ -208,15 +208,22 @@ Sound with_a_stalled_loader(const Scene& scene, const Folder& folder, PageStatis
   return sound;
 }
 
+// A walk whose sampler waits for all it needs, and one whose loader stalls.
+struct WalkTwice {
+  WalkTwice(Scene walk, const Folder& folder) {
+    walk.options.wait_for_pages = true;
+    undisturbed = played(*opened(walk), walk, kAll_s, kAlways);
+    walk.options.wait_for_pages = false;
+    walk.options.memory_bytes = 400'000;
+    PageStatistics pages;
+    stalled = with_a_stalled_loader(walk, folder, pages);
+    EXPECT_GT(pages.late, 500u);  // all that time something was missing
+  }
+  Sound undisturbed, stalled;
+};
+
 TEST_F(Stalled, LoaderLeavesTheSoundAsLoudAsItIs) {
-  Scene walk = scene(noise(), walking);
-  walk.options.wait_for_pages = true;
-  const Sound undisturbed = played(*opened(walk), walk, kAll_s, kAlways);
-  walk.options.wait_for_pages = false;
-  walk.options.memory_bytes = 400'000;
-  PageStatistics pages;
-  const Sound stalled = with_a_stalled_loader(walk, folder, pages);
-  EXPECT_GT(pages.late, 500u);  // all that time something was missing
+  const auto [undisturbed, stalled] = WalkTwice(scene(noise(), walking), folder);
   EXPECT_NEAR(lufs(part(stalled, kBefore_s, kBefore_s + kStall_s)),
               lufs(part(undisturbed, kBefore_s, kBefore_s + kStall_s)), 0.5);
   expect_no_silence(stalled);
@@ -224,14 +231,8 @@ TEST_F(Stalled, LoaderLeavesTheSoundAsLoudAsItIs) {
 }
 
 TEST_F(Stalled, LoaderClicksNeitherWhenItStopsNorWhenItGoesOn) {
-  Scene walk = scene(tones(), walking);
-  walk.options.wait_for_pages = true;
-  const Sound undisturbed = played(*opened(walk), walk, kAll_s, kAlways);
-  walk.options.wait_for_pages = false;
-  walk.options.memory_bytes = 400'000;
-  PageStatistics pages;
-  expect_no_new_clicks(with_a_stalled_loader(walk, folder, pages), undisturbed);
-  EXPECT_GT(pages.late, 500u);
+  const auto [undisturbed, stalled] = WalkTwice(scene(tones(), walking), folder);
+  expect_no_new_clicks(stalled, undisturbed);
 }
 
 }  // namespace

@@ -25,15 +25,7 @@ std::array<std::vector<float>, kEars> crowd(const Head& head, const std::vector<
                                             Next keyframe) {
   const auto signals = prepare_signals(sounds, mode);
   Mixer mixer(signals, slots, mode, nullptr, &head);
-  mixer.begin(keyframe(0), 0);
-  std::array<std::vector<float>, kEars> out;
-  std::vector<float> block(kEars * kStepFrames);
-  for (int done = 0, number = 1; done < frames; done += kStepFrames) {
-    if (mixer.wants_keyframe()) mixer.load(keyframe(number++));
-    mixer.step(block.data());
-    for (std::size_t i = 0; i < block.size(); ++i) out[i % kEars].push_back(block[i]);
-  }
-  return out;
+  return heard_of(mixer, frames, keyframe);
 }
 
 Keyframe keyframe_of(std::vector<Voice> voices) {

@@ -13,6 +13,7 @@
 #include "runtime/erb_bands.h"
 #include "runtime/head.h"
 #include "runtime/mixer.h"
+#include "tests/runtime/voices.h"
 
 namespace clamor::testing {
 
@@ -74,15 +75,7 @@ std::array<std::vector<float>, kEars> mixed(const Head& head, const Signal& soun
     result.voices = {next(k)};
     return result;
   };
-  mixer.begin(keyframe(0), 0);
-  std::array<std::vector<float>, kEars> out;
-  std::vector<float> block(kEars * kStepFrames);
-  for (int done = 0, number = 1; done < frames; done += kStepFrames) {
-    if (mixer.wants_keyframe()) mixer.load(keyframe(number++));
-    mixer.step(block.data());
-    for (std::size_t i = 0; i < block.size(); ++i) out[i % kEars].push_back(block[i]);
-  }
-  return out;
+  return heard_of(mixer, frames, keyframe);
 }
 
 inline Signal click() {

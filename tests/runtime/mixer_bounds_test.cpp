@@ -11,18 +11,12 @@
 #include "runtime/mixer.h"
 #include "tests/rooms.h"
 #include "tests/runtime/heads.h"
+#include "tests/runtime/voices.h"
 
 namespace clamor {
 namespace {
 
-Voice voice(std::uint32_t slot, double delay_frames, float gain) {
-  Voice v;
-  v.slot = slot;
-  v.starts = true;
-  v.start_delay_frames = v.delay_frames = {delay_frames, delay_frames};
-  v.gain = {same_in_all_bands(gain), same_in_all_bands(gain)};
-  return v;
-}
+using testing::voice;
 
 // Renders `keyframes` of them from a clock on, each of next(k), and returns the last one's frames.
 template <class Next>

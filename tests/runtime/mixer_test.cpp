@@ -10,18 +10,12 @@
 #include <gtest/gtest.h>
 
 #include "tests/rooms.h"
+#include "tests/runtime/voices.h"
 
 namespace clamor {
 namespace {
 
-Voice voice(std::uint32_t slot, double delay_frames, float gain) {
-  Voice v;
-  v.slot = slot;
-  v.starts = true;
-  v.start_delay_frames = v.delay_frames = {delay_frames, delay_frames};
-  v.gain = {same_in_all_bands(gain), same_in_all_bands(gain)};
-  return v;
-}
+using testing::voice;
 
 // The left ear of so many steps, keyframe k being next(k).
 template <class Next>

@@ -19,6 +19,7 @@
 #include "runtime/moving_list.h"
 #include "runtime/sampler.h"
 #include "tests/rooms_runtime.h"
+#include "tests/runtime/priority_estimates.h"
 
 namespace clamor {
 namespace {
@@ -137,7 +138,7 @@ TEST(MovingSources, AreUnbiasedInPowerOverTheirPermanentNumbers) {
   const auto sampler = make_priority_sampler(stage.field, stage.weights, pool, kVoices);
   const Vec3 listener(4, 5, 1.6);
   std::vector<MovingHandle> handles;
-  double sum = 0, squares = 0;
+  testing::PriorityEstimates estimates;
   for (int roll = 0; roll < kRolls; ++roll) {
     for (const MovingHandle handle : handles) ASSERT_TRUE(stage.moving.remove(handle).ok());
     handles.clear();
@@ -148,13 +149,9 @@ TEST(MovingSources, AreUnbiasedInPowerOverTheirPermanentNumbers) {
       estimate += chosen.power_scale * stage.weight_of(*chosen.source, listener);
     for (const FoundSource& found : stage.all_moving(listener, roll))
       whole += stage.weight_of(*found.source, listener);
-    sum += estimate / whole;
-    squares += estimate / whole * estimate / whole;
+    estimates.add(estimate / whole);
   }
-  const double mean = sum / kRolls;
-  const double deviation = std::sqrt(squares / kRolls - mean * mean);
-  EXPECT_NEAR(mean, 1, 3 * deviation / std::sqrt(kRolls));
-  EXPECT_LE(deviation, 1 / std::sqrt(kVoices - 1.0));
+  estimates.expect_unbiased(kVoices);
 }
 
 TEST(MovingSources, AreWhereTheirVelocityHasTakenThemByEachKeyframe) {

@@ -8,6 +8,7 @@
 
 #include "common/random.h"
 #include "tests/rooms_runtime.h"
+#include "tests/runtime/priority_estimates.h"
 
 namespace clamor {
 namespace {
@@ -83,7 +84,7 @@ TEST(PrioritySampler, IsUnbiasedInPowerOverItsPermanentNumbers) {
   const Vec3 listener(4, 5, 1.6);
   double whole = 0;
   for (std::uint32_t i = 0; i < room.sources().size(); ++i) whole += room.weight_of(i, listener);
-  double sum = 0, squares = 0;
+  testing::PriorityEstimates estimates;
   constexpr int kRolls = 500;
   for (std::uint32_t roll = 0; roll < kRolls; ++roll) {
     for (std::uint32_t i = 0; i < room.sources().size(); ++i)
@@ -93,14 +94,9 @@ TEST(PrioritySampler, IsUnbiasedInPowerOverItsPermanentNumbers) {
     const auto sampler = make_priority_sampler(room.field, room.weights, list, kVoices);
     for (const SampledSource& chosen : sampler->sample(listener))
       estimate += chosen.power_scale * room.weight_of(chosen.number, listener);
-    sum += estimate / whole;
-    squares += estimate / whole * estimate / whole;
+    estimates.add(estimate / whole);
   }
-  const double mean = sum / kRolls;
-  const double deviation = std::sqrt(squares / kRolls - mean * mean);
-  EXPECT_NEAR(mean, 1, 3 * deviation / std::sqrt(kRolls));
-  // Duffield, Lund, Thorup: relative variance at most 1 / (k - 1).
-  EXPECT_LE(deviation, 1 / std::sqrt(kVoices - 1.0));
+  estimates.expect_unbiased(kVoices);
 }
 
 TEST(PrioritySampler, TakesEverythingWhenThereIsRoom) {

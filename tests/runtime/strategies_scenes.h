@@ -42,7 +42,6 @@ struct Scene {
       }
     BakeOptions options;
     options.settings.sources = sources;
-    options.threads = 1;  // oneTBB is not built for ThreadSanitizer
     auto contents = bake(imported->level, options);
     EXPECT_TRUE(contents.ok());
     return std::make_unique<Scene>(AuralizerInput{
