@@ -288,7 +288,7 @@ TEST(BakeFile, IsReadBackWheneverItWasWritten) {
       [](auto& c, double x) { c.mesh.materials.resize(x > 0 && x < 9 ? 2 : 1); },
       [=](auto& c, double x) { as(c.signals[0].samples[5], x); },
       [](auto& c, double x) { c.signals[0].samples.resize(x > 0 && x < 9 ? 1 : 0); },
-      [](auto& c, double) { c.signals[0].samples.assign(kSampleRate_hz * 100, 0); },  // silence
+      [](auto& c, double) { c.signals[0].samples.assign(kSampleRate_hz * 25, 0); },  // silence
       [](auto& c, double) { c.signals.clear(); },
       [](auto& c, double) { c.materials.clear(); },
   };
