@@ -8,12 +8,12 @@ namespace clamor {
 
 namespace {
 
-using Matrix = std::array<std::uint32_t, 32>;
+using BitMatrix = std::array<std::uint32_t, 32>;
 
 // Column j of a generator matrix from the primitive polynomial of degree `degree` with inner
 // coefficients `inner` and the first odd direction integers m.
-constexpr Matrix generator(int degree, std::uint32_t inner, std::array<std::uint32_t, 3> m) {
-  Matrix v{};
+constexpr BitMatrix generator(int degree, std::uint32_t inner, std::array<std::uint32_t, 3> m) {
+  BitMatrix v{};
   if (degree == 0) {
     for (int j = 0; j < 32; ++j) v[j] = 1u << (31 - j);
     return v;
@@ -27,8 +27,8 @@ constexpr Matrix generator(int degree, std::uint32_t inner, std::array<std::uint
   return v;
 }
 
-constexpr std::array<Matrix, 4> kGenerators = {generator(0, 0, {}), generator(1, 0, {1}),
-                                               generator(2, 1, {1, 3}), generator(3, 1, {1, 3, 1})};
+constexpr std::array<BitMatrix, 4> kGenerators = {
+    generator(0, 0, {}), generator(1, 0, {1}), generator(2, 1, {1, 3}), generator(3, 1, {1, 3, 1})};
 
 constexpr std::uint32_t reversed(std::uint32_t x) {
   x = (x >> 16) | (x << 16);

@@ -11,12 +11,10 @@ namespace clamor {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 Vec3 around(const Vec3& axis, double cos_a, double turn) {
   const Basis basis = basis_around(axis);
   const double sin_a = std::sqrt(std::max(0.0, 1 - cos_a * cos_a));
-  const double phi = 2 * kPi * turn;
+  const double phi = 2 * std::numbers::pi * turn;
   return axis * cos_a + basis.tangent * (sin_a * cos_of(phi)) +
          basis.bitangent * (sin_a * sin_of(phi));
 }
@@ -31,7 +29,7 @@ double ring_albedo(double a, double b, double mu) {
   const double full = acos_of(cos_full), empty = acos_of(cos_empty);  // 1 up to, 0 beyond this phi
   const double between = a * (empty - full) + b * (std::sqrt(1 - cos_empty * cos_empty) -
                                                    std::sqrt(1 - cos_full * cos_full));
-  return (full + between / mu) / kPi;
+  return (full + between / mu) / std::numbers::pi;
 }
 
 }  // namespace
@@ -97,10 +95,12 @@ double PhongLobe::albedo(double cos_i) const {
 
 double PhongLobe::density(double cos_i, double cos_o, double cos_a) const {
   if (cos_o <= 0) return 0;
-  const double lobe = cos_a > 0 ? (exponent_ + 1) / (2 * kPi) * std::pow(cos_a, exponent_) *
-                                      std::min(1.0, cos_o / std::max(cos_i, 1e-9))
-                                : 0;
-  return lobe + (1 - albedo(cos_i)) * (1 - albedo(cos_o)) / (kPi * (1 - mean_albedo_)) * cos_o;
+  const double lobe = cos_a > 0
+                          ? (exponent_ + 1) / (2 * std::numbers::pi) * std::pow(cos_a, exponent_) *
+                                std::min(1.0, cos_o / std::max(cos_i, 1e-9))
+                          : 0;
+  return lobe + (1 - albedo(cos_i)) * (1 - albedo(cos_o)) /
+                    (std::numbers::pi * (1 - mean_albedo_)) * cos_o;
 }
 
 ReflectionLaws::ReflectionLaws(std::span<const Material> materials) {
@@ -117,9 +117,10 @@ ReflectionLaws::ReflectionLaws(std::span<const Material> materials) {
       law.lobe[b] = lambert ? nullptr : lobe_for(material.phong[b]);
       // The compensation term never exceeds Lambert's (1 / pi) (1 - 0.5)^2 / (1 - mE) cos o; mE is
       // at least 0.5, and its factors are largest at grazing angles, where cos o is small.
-      double peak = law.scattering[b] / kPi;
+      double peak = law.scattering[b] / std::numbers::pi;
       if (law.lobe[b] != nullptr)
-        peak += (1 - law.scattering[b]) * ((law.lobe[b]->exponent() + 1) / (2 * kPi) + 1 / kPi);
+        peak += (1 - law.scattering[b]) *
+                ((law.lobe[b]->exponent() + 1) / (2 * std::numbers::pi) + 1 / std::numbers::pi);
       law.peak[b] = static_cast<float>(peak);
     }
     laws_.push_back(law);
@@ -130,7 +131,7 @@ double ReflectionLaws::density(std::size_t material, std::size_t band, double co
                                double cos_a) const {
   if (cos_o <= 0) return 0;
   const Law& law = laws_[material];
-  double density = law.scattering[band] * cos_o / kPi;
+  double density = law.scattering[band] * cos_o / std::numbers::pi;
   if (law.lobe[band] != nullptr)
     density += (1 - law.scattering[band]) * law.lobe[band]->density(cos_i, cos_o, cos_a);
   return density;
@@ -144,7 +145,7 @@ Bands ReflectionLaws::density(std::size_t material, double cos_i, double cos_o,
   const PhongLobe* previous = nullptr;
   double lobe = 0;  // bands of one exponent share the evaluation
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    double density = law.scattering[b] * cos_o / kPi;
+    double density = law.scattering[b] * cos_o / std::numbers::pi;
     if (law.lobe[b] != nullptr) {
       if (law.lobe[b] != previous) lobe = law.lobe[b]->density(cos_i, cos_o, cos_a);
       previous = law.lobe[b];
@@ -160,12 +161,12 @@ ReflectionLaws::Ceiling ReflectionLaws::ceiling(std::size_t material, double cos
   Ceiling ceiling;
   bool any_lobe = false;
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    double diffuse = law.scattering[b] / kPi;
+    double diffuse = law.scattering[b] / std::numbers::pi;
     if (const PhongLobe* const lobe = law.lobe[b]) {
       const double rest = 1 - law.scattering[b];
       diffuse += rest * (1 - lobe->albedo(cos_i)) * (1 - lobe->least_albedo()) /
-                 (kPi * (1 - lobe->mean_albedo()));
-      ceiling.lobe[b] = static_cast<float>(rest * (lobe->exponent() + 1) / (2 * kPi));
+                 (std::numbers::pi * (1 - lobe->mean_albedo()));
+      ceiling.lobe[b] = static_cast<float>(rest * (lobe->exponent() + 1) / (2 * std::numbers::pi));
       const auto exponent = static_cast<float>(lobe->exponent());
       ceiling.exponent = any_lobe ? std::min(ceiling.exponent, exponent) : exponent;
       any_lobe = true;

@@ -3,20 +3,20 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formats/file_limits.h"
 #include "formats/page_layout.h"
 
 namespace clamor {
 
 namespace {
 
-constexpr float kFarthest_m = 2e6f;
-constexpr float kMostPower = 1e24f;          // what a page can say
+constexpr float kMostPowerOfPages = 1e24f;   // what a page can say
 constexpr double kWidestMesh_m = 4'294'967;  // 32 bits of millimetres
 constexpr std::size_t kLongest_frames = std::size_t{kSampleRate_hz} * 1800;
 
 bool near(const Vec3f& place_m) {
-  return std::abs(place_m.x) <= kFarthest_m && std::abs(place_m.y) <= kFarthest_m &&
-         std::abs(place_m.z) <= kFarthest_m;
+  return std::abs(place_m.x) <= kFarthestInFile_m && std::abs(place_m.y) <= kFarthestInFile_m &&
+         std::abs(place_m.z) <= kFarthestInFile_m;
 }
 
 bool is_unit(const Vec3f& direction) { return std::abs(length(direction) - 1) < 1e-3f; }
@@ -32,7 +32,7 @@ const char* wrong_with(const Source& source, const BakeContents& contents) {
   if (!(source.delay_s >= 0 && source.delay_s <= 86400)) return "has a delay out of range";
   if (!std::isfinite(source.patch_radius_m)) return "has a patch without bounds";
   for (const float power : source.power)
-    if (!(power >= 0 && power <= kMostPower)) return "has a power out of range";
+    if (!(power >= 0 && power <= kMostPowerOfPages)) return "has a power out of range";
   return nullptr;
 }
 

@@ -11,6 +11,7 @@
 #include "formats/bake_layout.h"
 #include "formats/bake_root.capnp.h"
 #include "formats/emitter_table.h"
+#include "formats/file_limits.h"
 #include "formats/signal_section.h"
 
 namespace clamor {
@@ -18,8 +19,6 @@ namespace clamor {
 namespace {
 
 // Far beyond any level (import ends at 1000 km), and near enough that delays fit into 32 bits.
-constexpr float kFarthest_m = 2e6f;
-constexpr float kMostPower = 1e30f;
 constexpr std::uint64_t kMostCounted = 1ULL << 48;
 
 // Eight values within [least, most], or an Error.
@@ -118,12 +117,14 @@ Result<void> RootReader::read_statistics() {
   statistics.deposits = root_.getDeposits();
   statistics.mean_free_path_m = root_.getMeanFreePathM();
   if (!std::isfinite(statistics.mean_free_path_m)) return Error("its statistics are no numbers");
-  const auto emitted = read_bands(root_.getPowerEmitted(), 0, kMostPower, "the emitted power");
+  const auto emitted =
+      read_bands(root_.getPowerEmitted(), 0, kMostPowerInFile, "the emitted power");
   if (!emitted.ok()) return emitted.error();
-  const auto escaped = read_bands(root_.getPowerEscaped(), 0, kMostPower, "the escaped power");
+  const auto escaped =
+      read_bands(root_.getPowerEscaped(), 0, kMostPowerInFile, "the escaped power");
   if (!escaped.ok()) return escaped.error();
   const auto unfinished =
-      read_bands(root_.getPowerUnfinished(), 0, kMostPower, "the unfinished power");
+      read_bands(root_.getPowerUnfinished(), 0, kMostPowerInFile, "the unfinished power");
   if (!unfinished.ok()) return unfinished.error();
   statistics.power_emitted = *emitted;
   statistics.power_escaped = *escaped;
@@ -166,7 +167,7 @@ Result<void> RootReader::read_materials() {
 }
 
 Result<void> RootReader::add_emitter(Emitter emitter) {
-  if (!(length(emitter.position_m) <= kFarthest_m) ||
+  if (!(length(emitter.position_m) <= kFarthestInFile_m) ||
       !(std::abs(length(emitter.axis) - 1) < 1e-3) || !(emitter.gain >= 0 && emitter.gain < 1e10) ||
       !(std::abs(emitter.delay_s) <= 86400) || emitter.signal >= signals_)
     return Error("emitter " + in_quotes(emitter.name) + " is out of range");
@@ -260,7 +261,7 @@ Result<void> RootReader::read_trees() {
       return Error("a tree has " + std::to_string(stored_levels.size()) + " levels");
     auto& levels = contents_.levels.emplace_back();
     for (const auto level : stored_levels) {
-      const auto power = read_bands(level.getPower(), 0, kMostPower, "the power of a level");
+      const auto power = read_bands(level.getPower(), 0, kMostPowerInFile, "the power of a level");
       if (!power.ok()) return power.error();
       levels.push_back({level.getNodes(), level.getSources(), level.getPackedBytes(), *power});
       if (level.getNodes() > kMostCounted || level.getSources() > kMostCounted ||
@@ -305,7 +306,7 @@ Result<void> RootReader::read_signals() {
         signal.frames > kLongest_frames)
       return Error(what + " is out of range");
     if (const auto done = read_blocks(stored, signal); !done.ok()) return done;
-    const auto mean_square = read_bands(stored.getMeanSquare(), 0, kMostPower, what.c_str());
+    const auto mean_square = read_bands(stored.getMeanSquare(), 0, kMostPowerInFile, what.c_str());
     if (!mean_square.ok()) return mean_square.error();
     signal.mean_square = *mean_square;
     const auto envelope =
@@ -339,7 +340,7 @@ Result<void> RootReader::read_geometry() {
   contents_.geometry_counts = {{stored.getLowX(), stored.getLowY(), stored.getLowZ()},
                                stored.getVertices(),
                                stored.getTriangles()};
-  if (!(length(contents_.geometry_counts.low_m) <= 2 * kFarthest_m))
+  if (!(length(contents_.geometry_counts.low_m) <= 2 * kFarthestInFile_m))
     return Error("its geometry is nowhere");
   const auto section = checked({stored.getOffset(), stored.getBytes(), stored.getHash()});
   if (!section.ok()) return section.error();

@@ -5,12 +5,14 @@
 #include <limits>
 #include <optional>
 
+#include "formats/file_limits.h"
+
 namespace clamor {
 
 namespace {
 
 constexpr double kPlace_m = 5e-4, kAxis = 1e-4, kGain = 1e-4, kStart_s = 2e-6;
-constexpr double kFarthest_m = 2e6, kLongest_s = 86400;
+constexpr double kLongest_s = 86400;
 constexpr char kSameName = 0, kOwnName = 1;
 
 // The emitters of a tree, where they are a run without gaps.
@@ -92,7 +94,7 @@ bool is_sound(const EmitterCopy& copy, std::size_t signal_maps) {
   const Instance& how = copy.copy;
   const float turn = glm::dot(how.rotation, how.rotation);
   return copy.count > 0 && copy.from <= copy.at && copy.count <= copy.at - copy.from &&
-         length(how.offset_m) <= kFarthest_m && turn >= 0.999f && turn <= 1.001f &&
+         length(how.offset_m) <= kFarthestInFile_m && turn >= 0.999f && turn <= 1.001f &&
          how.scale >= 1e-3f && how.scale <= 1 && how.gain >= 0 && how.gain <= 1e5f &&
          std::abs(copy.delay_s) <= kLongest_s &&
          (how.signals == kSameSignals || how.signals < signal_maps);

@@ -130,7 +130,7 @@ class MeshReader {
   std::uint32_t round_ = 0;
 };
 
-Result<void> append(const LocalMesh& local, const Placement& placement, SceneMesh& out) {
+Result<void> append(const LocalMesh& local, const PlacedNode& placement, SceneMesh& out) {
   Mesh& mesh = out.mesh;
   const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
   for (const Vec3& vertex : local.vertices) {
@@ -173,11 +173,11 @@ Result<std::uint64_t> count_triangles(const GltfScene& scene, std::size_t mesh) 
 }
 
 // Before a single triangle is made: instances multiply, and a small file may ask for any number.
-Result<void> check_total(const GltfScene& scene, const std::vector<Placement>& placements,
+Result<void> check_total(const GltfScene& scene, const std::vector<PlacedNode>& placements,
                          bool with_hidden) {
   std::map<int, std::uint64_t> per_mesh;
   std::uint64_t total = 0;
-  for (const Placement& placement : placements) {
+  for (const PlacedNode& placement : placements) {
     const int mesh = scene.nodes[static_cast<std::size_t>(placement.node)].mesh;
     if (mesh == kNone || (placement.hidden && !with_hidden)) continue;
     auto known = per_mesh.find(mesh);
@@ -198,7 +198,7 @@ Result<void> check_total(const GltfScene& scene, const std::vector<Placement>& p
 
 }  // namespace
 
-Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<Placement>& placements,
+Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<PlacedNode>& placements,
                              bool with_hidden) {
   SceneMesh out;
   if (scene.materials.size() >= std::numeric_limits<std::uint16_t>::max())
@@ -207,7 +207,7 @@ Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<Placement
 
   MeshReader reader(scene);
   std::map<int, LocalMesh> local_meshes;  // each read once, however often it stands in the scene
-  for (const Placement& placement : placements) {
+  for (const PlacedNode& placement : placements) {
     const int mesh = scene.nodes[static_cast<std::size_t>(placement.node)].mesh;
     if (mesh == kNone) continue;
     if (placement.hidden && !with_hidden) {

@@ -26,7 +26,7 @@ struct SceneMesh {
 
 // Vertices that are not finite or further than 1000 km from the origin are an Error, and so are
 // indices beyond the vertices and more than kMostTriangles triangles, counted before any is made.
-Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<Placement>& placements,
+Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<PlacedNode>& placements,
                              bool with_hidden);
 
 }  // namespace clamor

@@ -93,13 +93,13 @@ bool hides(const Json* extensions) {
 
 }  // namespace
 
-Result<std::vector<Placement>> place_nodes(const GltfScene& scene) {
+Result<std::vector<PlacedNode>> place_nodes(const GltfScene& scene) {
   struct Visit {
     int node;
     bool hidden;
     glm::dmat4 parent;
   };
-  std::vector<Placement> placements;
+  std::vector<PlacedNode> placements;
   std::vector<bool> visited(scene.nodes.size(), false);
   std::vector<Visit> stack;
   const Json::Array* nodes = scene.nodes.empty() ? nullptr : scene.json.find("nodes")->array();

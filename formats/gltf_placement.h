@@ -10,7 +10,7 @@
 
 namespace clamor {
 
-struct Placement {
+struct PlacedNode {
   int node = 0;
   std::uint32_t instance = 0;  // 0, 1, ... of a node with EXT_mesh_gpu_instancing
   bool instanced = false;
@@ -22,6 +22,6 @@ struct Placement {
 // Every node that the scene reaches, parents first. Only nodes that carry a mesh or an extension
 // are listed. A node reached twice (a cycle, or two parents) is an Error. Uses no recursion, so
 // the depth of the hierarchy is bounded by memory alone.
-Result<std::vector<Placement>> place_nodes(const GltfScene& scene);
+Result<std::vector<PlacedNode>> place_nodes(const GltfScene& scene);
 
 }  // namespace clamor

@@ -51,7 +51,7 @@ class SoundReader {
   SoundReader(const GltfScene& scene, LevelFolder& folder, SignalTable& signals, std::uint64_t seed)
       : scene_(scene), folder_(folder), signals_(signals), seed_(seed) {}
 
-  Result<SceneSounds> read(const std::vector<Placement>& placements) {
+  Result<SceneSounds> read(const std::vector<PlacedNode>& placements) {
     auto audio = read_khr_audio(scene_.json);
     if (!audio.ok()) return audio.error();
     audio_ = std::move(*audio);
@@ -69,7 +69,7 @@ class SoundReader {
   }
 
  private:
-  Result<void> read_node(std::span<const Placement> places) {
+  Result<void> read_node(std::span<const PlacedNode> places) {
     const Json& node = *scene_.json.element("nodes", static_cast<std::size_t>(places[0].node));
     const GltfNode& plain = scene_.nodes[static_cast<std::size_t>(places[0].node)];
     const std::string where =
@@ -107,8 +107,8 @@ class SoundReader {
     return {};
   }
 
-  Result<void> add(std::span<const Placement> places, const KhrEmitter& emitter, const Extra& extra,
-                   const std::string& name) {
+  Result<void> add(std::span<const PlacedNode> places, const KhrEmitter& emitter,
+                   const Extra& extra, const std::string& name) {
     if (emitter.sources.empty())
       out_.warnings.push_back(in_quotes(name) + " has no source, so it is silent; ignored");
     for (const std::size_t index : emitter.sources) {
@@ -129,7 +129,7 @@ class SoundReader {
           emitter.sources.size() == 1
               ? name
               : name + "/" + (source.name.empty() ? std::to_string(index) : source.name);
-      for (const Placement& place : places) {
+      for (const PlacedNode& place : places) {
         auto made = make(place, emitter, extra);
         if (!made.ok()) return made.error();
         made->name =
@@ -144,7 +144,7 @@ class SoundReader {
     return {};
   }
 
-  Result<Emitter> make(const Placement& place, const KhrEmitter& emitter,
+  Result<Emitter> make(const PlacedNode& place, const KhrEmitter& emitter,
                        const Extra& extra) const {
     Emitter made;
     made.position_m = Vec3(place.world[3]);
@@ -233,8 +233,9 @@ double random_start_s(std::uint64_t seed, std::size_t index, double most_s) {
 }
 
 Result<SceneSounds> read_scene_sounds(const GltfScene& scene,
-                                      const std::vector<Placement>& placements, LevelFolder& folder,
-                                      SignalTable& signals, std::uint64_t seed) {
+                                      const std::vector<PlacedNode>& placements,
+                                      LevelFolder& folder, SignalTable& signals,
+                                      std::uint64_t seed) {
   return SoundReader(scene, folder, signals, seed).read(placements);
 }
 

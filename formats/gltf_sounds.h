@@ -33,8 +33,9 @@ struct SceneSounds {
 };
 
 Result<SceneSounds> read_scene_sounds(const GltfScene& scene,
-                                      const std::vector<Placement>& placements, LevelFolder& folder,
-                                      SignalTable& signals, std::uint64_t seed);
+                                      const std::vector<PlacedNode>& placements,
+                                      LevelFolder& folder, SignalTable& signals,
+                                      std::uint64_t seed);
 
 // A start delay in [0, most_s) for emitter `index`, the same for every seed and index.
 double random_start_s(std::uint64_t seed, std::size_t index, double most_s);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "formats/file_limits.h"
 #include "formats/page.h"
 
 namespace clamor {
@@ -13,8 +14,6 @@ namespace clamor {
 namespace {
 
 // Far beyond any level (import ends at 1000 km), and near enough that delays fit into 32 bits.
-constexpr float kFarthest_m = 2e6f;
-constexpr float kMostPower = 1e30f;
 constexpr float kLongest_s = 86400;
 constexpr std::uint64_t kMostSources = 1ULL << 48;
 
@@ -84,7 +83,7 @@ bool is_inside(const NodeSummary& inner, const NodeSummary& outer) {
 Result<void> check_instance(const Instance& instance, const PageEntry& parent,
                             const PageSurroundings& around) {
   const float turn = glm::dot(instance.rotation, instance.rotation);
-  if (!(length(instance.offset_m) <= kFarthest_m) || !within(turn, 0.999f, 1.001f) ||
+  if (!(length(instance.offset_m) <= kFarthestInFile_m) || !within(turn, 0.999f, 1.001f) ||
       !within(instance.scale, 1e-3f, 1) || !within(instance.gain, 0, 1e5f) ||
       !within(instance.delay_s, 0, kLongest_s) ||
       !within(instance.number, std::numeric_limits<float>::min(), 1))
@@ -108,11 +107,11 @@ double total_power(const NodeSummary& node) {
 
 Result<void> check_entry(const PageEntry& entry, std::uint64_t from, std::uint64_t to) {
   for (int axis = 0; axis < 3; ++axis)
-    if (!(entry.low_m[axis] >= -kFarthest_m && entry.low_m[axis] <= entry.high_m[axis] &&
-          entry.high_m[axis] <= kFarthest_m))
+    if (!(entry.low_m[axis] >= -kFarthestInFile_m && entry.low_m[axis] <= entry.high_m[axis] &&
+          entry.high_m[axis] <= kFarthestInFile_m))
       return Error("has a box that is inside out or nowhere");
   for (const float band : entry.power)
-    if (!within(band, 0, kMostPower)) return Error("has a power out of range");
+    if (!within(band, 0, kMostPowerInFile)) return Error("has a power out of range");
   for (int axis = 0; axis < 3; ++axis)
     if (!within(entry.cone_axis[axis], -1.001f, 1.001f)) return Error("has a cone out of range");
   if (!within(entry.cone_cos, -1.001f, 1.001f) ||

@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kDefaultHead = "/usr/share/libmysofa/default.sofa";
 constexpr unsigned kFewestDirections = 16, kMostDirections = 20000, kMostFrames = 16384;
-constexpr double kLeastRate_hz = 8000, kMostRate_hz = 384000, kLongestDelay_s = 0.1;
+constexpr double kLeastRate_hz = 8000, kMostRate_hz = 384000, kMostLag_s = 0.1;
 constexpr std::uintmax_t kMostFile_bytes = 1 << 30;
 
 struct FreeHead {
@@ -61,7 +61,7 @@ Result<HeadResponses> read_sofa(const std::string& path) {
   std::vector<int> delays;
   for (std::size_t i = 0; i < 2 * directions; ++i) {
     const double frames_late = static_cast<double>(delay.values[delay.elements == 2 ? i % 2 : i]);
-    if (!(frames_late >= 0 && frames_late <= kLongestDelay_s * responses.rate_hz))
+    if (!(frames_late >= 0 && frames_late <= kMostLag_s * responses.rate_hz))
       return refused("has a delay that is negative or beyond 0.1 s; export it again.");
     delays.push_back(static_cast<int>(std::lround(frames_late)));
   }

@@ -13,7 +13,7 @@ namespace clamor {
 
 namespace {
 
-constexpr double kSlack = 1.00001;
+constexpr double kMovingSlack = 1.00001;
 constexpr double kKeyframe_s = static_cast<double>(kKeyframeFrames) / kSampleRate_hz;
 constexpr std::size_t kBlock = 256;  // sources that are sieved at a time
 constexpr double kCellOfDistance = 1.0 / 8, kLeastCell_m = 0.5, kMostCell_m = 8;
@@ -89,7 +89,7 @@ void MovingList::tune(std::size_t place) {
   }
   const SourceField::Ceiling ceiling = field_.ceiling(source, weights_[field_.signal(source)]);
   highest_[place] = static_cast<float>(static_cast<double>(ceiling.diffuse + ceiling.lobe) *
-                                       kSlack / std::max(source.u, kLeastU));
+                                       kMovingSlack / std::max(source.u, kLeastU));
 }
 
 void MovingList::begin(const Vec3& /*place*/, double time_s) {
@@ -172,7 +172,7 @@ double MovingList::highest(const Vec3& place) const {
     const double r2_m2 = std::max(dot(away, away), kEmitterRadius_m * kEmitterRadius_m);
     most = std::max(most, static_cast<double>(highest_[i]) / r2_m2);
   }
-  return most * kSlack;
+  return most * kMovingSlack;
 }
 
 bool JoinedPool::look(const Vec3& place, double threshold, std::size_t most,

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kSoon_s = 0.5;          // pages are asked for so long before they sound
 constexpr double kGiveInTime_s = 0.05;   // of delays rounded, and of moments
-constexpr double kGive_m = 0.002;        // quantised positions, 10 km from the origin
+constexpr double kPlaceGive_m = 0.002;   // quantised positions, 10 km from the origin
 constexpr std::size_t kMostFirst = 256;  // pages of a tree that are always here
 constexpr std::size_t kMostAsked = 256;  // pages at a time
 
@@ -84,7 +84,8 @@ void OctreePool::begin(const Vec3& place, double time_s) {
   if (ceilings_.steady() || trees_.empty()) return;
   const PageEntry& top = trees_.back();
   const Vec3 low(top.low_m), high(top.high_m);
-  const double farthest_m = length(place - (low + high) / 2.0) + length(high - low) / 2 + kGive_m;
+  const double farthest_m =
+      length(place - (low + high) / 2.0) + length(high - low) / 2 + kPlaceGive_m;
   const double longest_s =
       top.most_delay_s + farthest_m / field_.speed_of_sound_mps() + kGiveInTime_s;
   std::vector<Bands> audible;

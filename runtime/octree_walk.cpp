@@ -9,8 +9,8 @@ namespace clamor {
 namespace {
 
 constexpr std::uint64_t kMostVisited = 1 << 20;  // nodes in a walk; only a forged file has more
-constexpr double kSlack = 1.0001;                // single precision
-constexpr double kGive_m = 0.003;                // and of positions
+constexpr double kLeadSlack = 1.0001;            // single precision
+constexpr double kLeadGive_m = 0.003;            // and of positions
 
 }  // namespace
 
@@ -114,14 +114,14 @@ double OctreePool::most_of_lead(const TreeLead& lead, std::uint32_t signal, doub
                                 const Vec3& place, double to_level) const {
   const Vec3 way_m = place - lead.position_m;
   const double r_m = length(way_m);
-  if (!lead.source.is_emitter && dot(way_m, lead.normal) < -1e-5 * r_m - kGive_m) return 0;
-  const double near_m = std::max(r_m - kGive_m, lead.radius_m);
+  if (!lead.source.is_emitter && dot(way_m, lead.normal) < -1e-5 * r_m - kLeadGive_m) return 0;
+  const double near_m = std::max(r_m - kLeadGive_m, lead.radius_m);
   const Bands left = air_leaves(field_.air_loss_per_m(), near_m * to_level);
   const Bands& weights = audible_[signal];
   double sum = 0;
   for (std::size_t b = 0; b < kBandCount; ++b)
     sum += static_cast<double>(weights[b]) * lead.most[b] * left[b];
-  return kSlack * lead_key * sum / (near_m * near_m);
+  return kLeadSlack * lead_key * sum / (near_m * near_m);
 }
 
 }  // namespace clamor

@@ -28,7 +28,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr float kLoudest = 1e6f;
-constexpr int kMostRolls = 10000, kMostChannels = 2;
+constexpr int kMostRolls = 10000, kMostEars = 2;
 constexpr std::size_t kMostPointsInJson = 64;  // moments of a long programme are not listed
 
 struct Options {
@@ -39,7 +39,7 @@ struct Options {
 };
 
 Result<Sound> read_sound(const std::string& path) {
-  Result<Sound> sound = read_channels(path, kMostChannels);
+  Result<Sound> sound = read_channels(path, kMostEars);
   if (!sound.ok()) return sound;
   for (const auto& channel : sound->channels)
     for (const float x : channel)

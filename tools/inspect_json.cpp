@@ -9,10 +9,8 @@ namespace clamor {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 // A number as it was rounded, or null.
-Json rounded(float value) {
+nlohmann::ordered_json rounded(float value) {
   if (!(value > 0)) return nullptr;
   return std::round(static_cast<double>(value) * 1e3) / 1e3;
 }
@@ -21,11 +19,11 @@ double ratio(std::uint64_t part, std::uint64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
 }
 
-Json what_it_is(const BakeFile& file, const BakeOverview& overview) {
+nlohmann::ordered_json what_it_is(const BakeFile& file, const BakeOverview& overview) {
   const BakeBytes bytes = file.bytes();
-  Json json;
+  nlohmann::ordered_json json;
   json["format"] = {{"major", file.major()}, {"minor", file.minor()}};
-  json["bands_hz"] = Json::array();
+  json["bands_hz"] = nlohmann::ordered_json::array();
   for (const double hz : kBandCentres_hz) json["bands_hz"].push_back(static_cast<int>(hz));
   json["sources"] = {{"total", file.source_count()},
                      {"stored", file.stored_sources()},
@@ -44,7 +42,7 @@ Json what_it_is(const BakeFile& file, const BakeOverview& overview) {
   return json;
 }
 
-void add_making(const BakeFile& file, const BakeOverview& overview, Json& json) {
+void add_making(const BakeFile& file, const BakeOverview& overview, nlohmann::ordered_json& json) {
   const BakeSettings& settings = file.settings();
   const BakeStatistics& statistics = file.statistics();
   json["photons"] = {
@@ -64,14 +62,14 @@ void add_making(const BakeFile& file, const BakeOverview& overview, Json& json) 
                         {"input_hash", fmt::format("{:016x}", file.provenance().input_hash)},
                         {"libraries", file.provenance().libraries},
                         {"command", overview.command}};
-  json["provenance"]["inputs"] = Json::array();
+  json["provenance"]["inputs"] = nlohmann::ordered_json::array();
   for (const InputFile& input : file.provenance().inputs)
     json["provenance"]["inputs"].push_back({{"name", input.name},
                                             {"bytes", input.bytes},
                                             {"hash", fmt::format("{:016x}", input.hash)}});
 }
 
-void add_sound(const BakeFile& file, const BakeOverview& overview, Json& json) {
+void add_sound(const BakeFile& file, const BakeOverview& overview, nlohmann::ordered_json& json) {
   const BakeStatistics& statistics = file.statistics();
   json["power"] = {{"emitted", statistics.power_emitted},
                    {"in_sources", overview.power},
@@ -79,22 +77,23 @@ void add_sound(const BakeFile& file, const BakeOverview& overview, Json& json) {
                    {"unfinished", statistics.power_unfinished}};
   const DecaySummary& decay = statistics.decay;
   json["decay"] = {{"places", decay.places}, {"error_db", rounded(decay.error_db)}};
-  for (const char* key : {"t30_s", "t30_error_s"}) json["decay"][key] = Json::array();
+  for (const char* key : {"t30_s", "t30_error_s"})
+    json["decay"][key] = nlohmann::ordered_json::array();
   for (std::size_t b = 0; b < kBandCount; ++b) {
     json["decay"]["t30_s"].push_back(rounded(decay.t30_s[b]));
     json["decay"]["t30_error_s"].push_back(rounded(decay.t30_error_s[b]));
   }
 }
 
-void add_tables(const BakeFile& file, Json& json) {
-  json["materials"] = Json::array();
+void add_tables(const BakeFile& file, nlohmann::ordered_json& json) {
+  json["materials"] = nlohmann::ordered_json::array();
   for (const Material& material : file.materials())
     json["materials"].push_back({{"name", material.name},
                                  {"absorption", material.absorption},
                                  {"scattering", material.scattering},
                                  {"phong", material.phong},
                                  {"transmission", material.transmission}});
-  json["emitters"] = Json::array();
+  json["emitters"] = nlohmann::ordered_json::array();
   for (const Emitter& emitter : file.emitters())
     json["emitters"].push_back(
         {{"name", emitter.name},
@@ -106,7 +105,7 @@ void add_tables(const BakeFile& file, Json& json) {
          {"delay_s", emitter.delay_s}});
 }
 
-Json as_json(const OctreeLevel& level, const Bands& all) {
+nlohmann::ordered_json as_json(const OctreeLevel& level, const Bands& all) {
   Bands share{};
   for (std::size_t b = 0; b < kBandCount; ++b)
     if (all[b] > 0) share[b] = level.power[b] / all[b];
@@ -117,16 +116,16 @@ Json as_json(const OctreeLevel& level, const Bands& all) {
           {"power_share", share}};
 }
 
-void add_octree(const BakeOverview& overview, Json& json) {
-  json["octree"] = Json::array();
+void add_octree(const BakeOverview& overview, nlohmann::ordered_json& json) {
+  json["octree"] = nlohmann::ordered_json::array();
   for (const OctreeLevel& level : overview.levels)
     json["octree"].push_back(as_json(level, overview.power));
   json["copied"] = as_json(overview.copied.stored, overview.power);
   json["copied"]["trees"] = overview.copied.trees;
 }
 
-Result<void> add_pages(const BakeFile& file, Json& json) {
-  json["pages"] = Json::array();
+Result<void> add_pages(const BakeFile& file, nlohmann::ordered_json& json) {
+  json["pages"] = nlohmann::ordered_json::array();
   return file.for_each_page([&](const PageEntry& entry, const OctreePage& page, std::size_t tree,
                                 std::size_t depth) -> Result<void> {
     json["pages"].push_back({{"tree", tree},
@@ -143,7 +142,7 @@ Result<void> add_pages(const BakeFile& file, Json& json) {
 }  // namespace
 
 Result<std::string> as_json(const BakeFile& file, const BakeOverview& overview, bool pages) {
-  Json json = what_it_is(file, overview);
+  nlohmann::ordered_json json = what_it_is(file, overview);
   add_making(file, overview, json);
   add_sound(file, overview, json);
   add_tables(file, json);
@@ -152,7 +151,7 @@ Result<std::string> as_json(const BakeFile& file, const BakeOverview& overview, 
   if (pages)
     if (const auto added = add_pages(file, json); !added.ok()) return added.error();
   // Names need not be UTF-8, JSON must.
-  return json.dump(2, ' ', false, Json::error_handler_t::replace);
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 }  // namespace clamor

@@ -13,7 +13,6 @@
 namespace clamor {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr std::array<double, 8> kExponents = {0.01, 0.3, 1, 3, 10, 20, 100, 1000};
 
 using testing::off_normal;
@@ -52,7 +51,8 @@ TEST(Reflection, IsTheSameEitherWayRound) {
       const RandomBits bits = philox(3, {n, 0, 0, 0});
       const Vec3 in = off_normal(unit_above_zero(bits[0]), 0);  // towards where the sound is from
       // Some departures anywhere, the rest near the mirror direction, where the lobe is.
-      const Vec3 anywhere = off_normal(unit_above_zero(bits[1]), 2 * kPi * unit(bits[2]));
+      const Vec3 anywhere =
+          off_normal(unit_above_zero(bits[1]), 2 * std::numbers::pi * unit(bits[2]));
       const Vec3 out = normalize(anywhere * (n % 4 == 0 ? 1.0 : 0.05) + Vec3(-in.x, -in.y, in.z));
       const double cos_a = dot(out, Vec3(-in.x, -in.y, in.z));
       const double there = lobe.density(in.z, out.z, cos_a) / out.z;
@@ -71,7 +71,7 @@ TEST(Reflection, IsLambertWhereTheExponentIsZeroOrScatteringComplete) {
   for (const Material& material : {scattering_lobe(0, 0), scattering_lobe(1, 50)}) {
     const ReflectionLaws laws = laws_of(material);
     for (const double cos_o : {0.1, 0.5, 1.0})
-      EXPECT_NEAR(laws.density(0, 0, 0.3, cos_o, 0.9), cos_o / kPi, 1e-12);
+      EXPECT_NEAR(laws.density(0, 0, 0.3, cos_o, 0.9), cos_o / std::numbers::pi, 1e-12);
   }
 }
 
@@ -91,7 +91,7 @@ TEST(Reflection, NeverExceedsItsPeakDensity) {
         const double x = unit_above_zero(bits[0]);
         const double cos_i = n % 2 == 0 ? x : x * x * x;  // half of them near grazing
         const Vec3 mirror = off_normal(cos_i, 0);
-        const Vec3 anywhere = off_normal(unit(bits[1]), 2 * kPi * unit(bits[2]));
+        const Vec3 anywhere = off_normal(unit(bits[1]), 2 * std::numbers::pi * unit(bits[2]));
         const double spread = n % 3 == 0 ? 1e3 : std::pow(10.0, -4 * unit(bits[3]));
         const Vec3 out = normalize(mirror + anywhere * spread);
         highest = std::max(highest, laws.density(0, 0, cos_i, out.z, dot(out, mirror)));
@@ -126,7 +126,7 @@ Wander wander(const Vec3& size_m, const ReflectionLaws& laws, std::uint32_t phot
     normal[axis] = 1;  // by symmetry, one wall of each pair will do
     const double cos_o = std::sqrt(1 - even(4));
     const Basis basis = basis_around(normal);
-    const double sin_o = std::sqrt(1 - cos_o * cos_o), phi = 2 * kPi * even(5);
+    const double sin_o = std::sqrt(1 - cos_o * cos_o), phi = 2 * std::numbers::pi * even(5);
     Vec3 direction = normal * cos_o + basis.tangent * (sin_o * std::cos(phi)) +
                      basis.bitangent * (sin_o * std::sin(phi));
     for (int bounce = 1; bounce <= bounces; ++bounce) {

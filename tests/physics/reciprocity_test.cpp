@@ -17,11 +17,11 @@ namespace {
 
 constexpr std::size_t kSeeds = 16, kWindows = 10;
 constexpr double kWindow_s = 0.02;  // the last takes all that comes later
-constexpr std::uint64_t kPhotons = 16 * kRunPhotons;
-constexpr double kSpeed_mps = 343.2;
+constexpr std::uint64_t kPhotonsEachWay = 16 * kRunPhotons;
+constexpr double kSoundSpeed_mps = 343.2;
 
 // Energy by window and band, with the standard error that the independent seeds show.
-struct Decay {
+struct DecayWithError {
   std::array<std::array<double, kBandCount>, kWindows> energy{}, error{};
 };
 
@@ -40,7 +40,7 @@ Level room() {
   return level;
 }
 
-Decay reflected_decay(const Vec3& source_m, const Vec3& listener_m) {
+DecayWithError reflected_decay(const Vec3& source_m, const Vec3& listener_m) {
   Level level = room();
   for (std::size_t seed = 0; seed < kSeeds; ++seed) {  // names pick the random numbers
     Emitter emitter;
@@ -51,11 +51,11 @@ Decay reflected_decay(const Vec3& source_m, const Vec3& listener_m) {
   const Scene scene(level.mesh);
   const ReflectionLaws laws(level.materials);
   const Bands air = air_loss_per_m(level.air);
-  const PhotonTracer tracer(scene, level, {.speed_mps = kSpeed_mps, .air_loss_per_m = air});
-  Decay decay;
+  const PhotonTracer tracer(scene, level, {.speed_mps = kSoundSpeed_mps, .air_loss_per_m = air});
+  DecayWithError decay;
   for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
     TracedRuns traced;
-    for (std::uint64_t first = 0; first < kPhotons; first += kRunPhotons) {
+    for (std::uint64_t first = 0; first < kPhotonsEachWay; first += kRunPhotons) {
       const PhotonRun run{seed, first, kRunPhotons};
       tracer.trace({&run, 1}, traced);
     }
@@ -63,11 +63,11 @@ Decay reflected_decay(const Vec3& source_m, const Vec3& listener_m) {
     for (const Source& deposit : traced.deposits()) {
       const Bands heard = received_intensity(deposit, level.emitters, laws, air, listener_m);
       const double time_s = static_cast<double>(deposit.delay_s) +
-                            length(listener_m - Vec3(deposit.position_m)) / kSpeed_mps;
+                            length(listener_m - Vec3(deposit.position_m)) / kSoundSpeed_mps;
       const std::size_t window =
           std::min(kWindows - 1, static_cast<std::size_t>(time_s / kWindow_s));
       for (std::size_t b = 0; b < kBandCount; ++b)
-        energy[window][b] += static_cast<double>(heard[b]) / kPhotons;
+        energy[window][b] += static_cast<double>(heard[b]) / kPhotonsEachWay;
     }
     for (std::size_t w = 0; w < kWindows; ++w)
       for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -84,7 +84,7 @@ Decay reflected_decay(const Vec3& source_m, const Vec3& listener_m) {
 
 TEST(Reciprocity, LetsSourceAndListenerChangePlaces) {
   const Vec3 a_m(0.9, 1.2, 0.7), b_m(4.6, 3.7, 2.2);
-  const Decay there = reflected_decay(a_m, b_m), back = reflected_decay(b_m, a_m);
+  const DecayWithError there = reflected_decay(a_m, b_m), back = reflected_decay(b_m, a_m);
   double worst = 0, squares = 0;
   for (std::size_t w = 0; w < kWindows; ++w)
     for (std::size_t b = 0; b < kBandCount; ++b) {

@@ -9,6 +9,7 @@
 
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
+#include "tests/runtime/whole_sample.h"
 #include "tests/sanitized.h"
 
 namespace clamor {
@@ -97,19 +98,13 @@ class WholeCity {
   std::array<Bands, 3> power_{};
 };
 
-std::span<const SampledSource> whole_sample(Sampler& sampler, const Vec3& place) {
-  auto sample = sampler.sample(place);
-  while (!sampler.complete()) sample = sampler.sample(place);
-  return sample;
-}
-
 TEST(City, OfABillionFansTakesAFewMegabytesOfDiskAndOfMemory) {
   const testing::CitySize size;
   const OpenCity city(size, 1);
   EXPECT_EQ(city.file->source_count(), 1'000'000'000u);
   EXPECT_LT(city.file->bytes().file, 20'000'000u);
   const auto sampler = make_priority_sampler(*city.field, city.weights, *city.pool, 2000);
-  for (int i = 0; i < 20; ++i) whole_sample(*sampler, {1000.0 * i, 2, 10'000 - 400.0 * i});
+  for (int i = 0; i < 20; ++i) testing::whole_sample(*sampler, {1000.0 * i, 2, 10'000 - 400.0 * i});
   EXPECT_EQ(city.loader->statistics().failed, 0u);
   EXPECT_LT(city.loader->statistics().bytes, 20'000'000u);
 }
@@ -132,7 +127,7 @@ TEST(City, IsAsLoudAsAllItsFans) {
     const auto sampler = make_priority_sampler(*city.field, city.weights, *city.pool, 2000);
     const auto heard = [&](const Vec3& place) {
       double sum = 0;
-      const auto sample = whole_sample(*sampler, place);
+      const auto sample = testing::whole_sample(*sampler, place);
       EXPECT_EQ(sample.size(), 2000u);
       for (const SampledSource& one : sample)
         sum += one.power_scale *

@@ -12,6 +12,7 @@
 #include "formats/page.h"
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
+#include "tests/runtime/whole_sample.h"
 #include "tests/sanitized.h"
 #include "tests/stored_tree.h"
 
@@ -112,12 +113,6 @@ struct Stadium {
   testing::StoredTrees trees;
 };
 
-std::span<const SampledSource> whole_sample(Sampler& sampler, const Vec3& place) {
-  auto sample = sampler.sample(place);
-  while (!sampler.complete()) sample = sampler.sample(place);
-  return sample;
-}
-
 double power_of(const Source& source) {
   return std::accumulate(source.power.begin(), source.power.end(), 0.0);
 }
@@ -167,7 +162,7 @@ TEST(Copies, AreSampledAsIfEverySourceOfEachWereInTheLevel) {
         const Vec3 place = i < 4
                                ? Vec3(90 + 0.1 * i, 2, 80)
                                : Vec3(300 * unit(bits[0]), 10 * unit(bits[1]), 200 * unit(bits[2]));
-        const auto found = whole_sample(*sampler, place);
+        const auto found = testing::whole_sample(*sampler, place);
         // All of them, with the signals that the found ones say they play; none louder is left out.
         ASSERT_EQ(found.size(), voices);
         double least = 1e300;
@@ -210,7 +205,7 @@ TEST(Copies, AreAsLoudAsTheirSourcesTogether) {
       const auto sampler = make_priority_sampler(field, stadium.weights, pool, voices);
       const Vec3 place(100, 60, 75);
       double heard = 0, whole = 0;
-      for (const SampledSource& one : whole_sample(*sampler, place))
+      for (const SampledSource& one : testing::whole_sample(*sampler, place))
         heard += one.power_scale *
                  weight(field, stadium.weights.by_signal[one.signal], *one.source, place);
       const auto signals = stadium.played();

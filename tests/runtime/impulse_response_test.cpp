@@ -13,13 +13,11 @@
 namespace clamor {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 std::complex<double> spectrum(const std::vector<float>& signal, double f_hz) {
   std::complex<double> sum = 0;
   for (std::size_t i = 0; i < signal.size(); ++i)
     sum += static_cast<double>(signal[i]) *
-           std::polar(1.0, -2 * kPi * f_hz * static_cast<double>(i) / kSampleRate_hz);
+           std::polar(1.0, -2 * std::numbers::pi * f_hz * static_cast<double>(i) / kSampleRate_hz);
   return sum;
 }
 
@@ -49,7 +47,8 @@ TEST(ImpulseResponse, InAFreeFieldIsAPulseAfterRByCOfLevelOneByR) {
       EXPECT_NEAR(20 * std::log10(std::abs(heard)), -20 * std::log10(r_m), f_hz > 1500 ? 0.3 : 0.1);
       // The phase says when: to a hundredth of a sample.
       const double turns = f_hz * r_m / 343.2;
-      const double late_s = -std::arg(heard * std::polar(1.0, 2 * kPi * turns)) / (2 * kPi * f_hz);
+      const double late_s = -std::arg(heard * std::polar(1.0, 2 * std::numbers::pi * turns)) /
+                            (2 * std::numbers::pi * f_hz);
       EXPECT_NEAR(late_s * kSampleRate_hz, 0, 0.01) << r_m << " m, " << f_hz << " Hz";
     }
   }

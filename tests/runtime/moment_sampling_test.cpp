@@ -42,8 +42,8 @@ SignalWeights weights_of(const std::vector<Signal>& signals) {
 }
 
 // Sources in a hall, of emitters that play different signals.
-struct Hall {
-  Hall(std::vector<Signal> played, std::uint32_t count, std::uint64_t seed)
+struct WeighedHall {
+  WeighedHall(std::vector<Signal> played, std::uint32_t count, std::uint64_t seed)
       : signals(std::move(played)), weights(weights_of(signals)) {
     materials.resize(1);
     materials[0].scattering = same_in_all_bands(0.5f);
@@ -87,7 +87,7 @@ std::vector<Signal> played() {
 }
 
 // The definition, written down, with the factor of each that is chosen.
-std::map<std::uint64_t, double> slow_sample(const Hall& hall, const SourceField& field,
+std::map<std::uint64_t, double> slow_sample(const WeighedHall& hall, const SourceField& field,
                                             std::span<const Source> sources, std::size_t voices,
                                             const Vec3& place, double time_s) {
   struct Entry {
@@ -118,7 +118,7 @@ std::map<std::uint64_t, double> slow_sample(const Hall& hall, const SourceField&
 }
 
 TEST(MomentSampling, GivesTheSampleOfASortOfAllSourcesAtEveryTime) {
-  const Hall hall(played(), 6000, 1);
+  const WeighedHall hall(played(), 6000, 1);
   const SourceField field = hall.field();
   testing::StoredTrees trees;
   trees.add(build_octree(hall.all));
@@ -148,7 +148,7 @@ TEST(MomentSampling, GivesTheSampleOfASortOfAllSourcesAtEveryTime) {
 }
 
 TEST(MomentSampling, GivesNoVoiceToWhatIsSilentNow) {
-  const Hall hall(played(), 2000, 2);
+  const WeighedHall hall(played(), 2000, 2);
   const SourceField field = hall.field();
   SourceList list(field, hall.weights, hall.all);
   const auto sampler = make_priority_sampler(field, hall.weights, list, 5000);
@@ -178,7 +178,7 @@ TEST(MomentSampling, GivesNoVoiceToWhatIsSilentNow) {
 }
 
 TEST(MomentSampling, OfALevelWhereAllIsOverChoosesNothing) {
-  const Hall hall({noise(0.3, false, 1)}, 1000, 3);
+  const WeighedHall hall({noise(0.3, false, 1)}, 1000, 3);
   const SourceField field = hall.field();
   testing::StoredTrees trees;
   trees.add(build_octree(hall.all));
@@ -197,7 +197,7 @@ TEST(MomentSampling, CostsNoMoreAfterALoudSoundThanIfThatHadNeverBeen) {
   for (std::size_t loud = 0; loud < 2; ++loud) {
     Signal bang = noise(0.3, false, 1);
     for (float& sample : bang.samples) sample *= static_cast<float>(loud);
-    const Hall hall({quiet, bang}, 60'000, 4);
+    const WeighedHall hall({quiet, bang}, 60'000, 4);
     const SourceField field = hall.field();
     testing::StoredTrees trees;
     trees.add(build_octree(hall.all));
@@ -219,7 +219,7 @@ TEST(MomentSampling, CostsNoMoreAfterALoudSoundThanIfThatHadNeverBeen) {
 }
 
 // The power that is heard now, with each source's power counted as it is at this moment.
-double heard_now(const Hall& hall, const SourceField& field, const SignalWeights& raw,
+double heard_now(const WeighedHall& hall, const SourceField& field, const SignalWeights& raw,
                  const Source& source, const Vec3& place, double time_s) {
   const auto now =
       weights_now(field, raw, hall.emitters[source.emitter].signal, source, place, time_s);
@@ -232,7 +232,7 @@ TEST(MomentSampling, IsAsLoudAsAllAndSurerThanByTheMeanWhereHalfIsSilentAtATime)
                                only_between(noise(2, true, 2), 1, 1.9)};
   constexpr std::size_t kVoices = 150;
   constexpr int kSeeds = 40;
-  Hall hall(turns, 4000, 5);
+  WeighedHall hall(turns, 4000, 5);
   const SourceField field = hall.field();
   std::vector<TimedEnvelope> envelopes;
   for (const Signal& signal : turns)

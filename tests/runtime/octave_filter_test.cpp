@@ -11,13 +11,11 @@
 namespace clamor {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 // The signal's spectrum at one frequency, time 0 at `centre`: what is without phase is real.
 std::complex<double> spectrum(const std::vector<double>& signal, double f_hz, std::size_t centre) {
   std::complex<double> sum = 0;
   for (std::size_t i = 0; i < signal.size(); ++i)
-    sum += signal[i] * std::polar(1.0, -2 * kPi * f_hz / kSampleRate_hz *
+    sum += signal[i] * std::polar(1.0, -2 * std::numbers::pi * f_hz / kSampleRate_hz *
                                            (static_cast<double>(i) - static_cast<double>(centre)));
   return sum;
 }
@@ -40,7 +38,7 @@ TEST(SumOfBands, OfBandsThatAreAlikeIsTheSignalItself) {
 TEST(SumOfBands, GivesEachBandTheMixersMagnitudeAndNoPhase) {
   // M_b = L_{b+1} - L_b, L = 1 / (1 + (f / edge)^8) with both frequencies warped.
   const auto low = [](double f_hz, double edge_hz) {
-    const auto warp = [](double hz) { return std::tan(kPi * hz / kSampleRate_hz); };
+    const auto warp = [](double hz) { return std::tan(std::numbers::pi * hz / kSampleRate_hz); };
     return 1 / (1 + std::pow(warp(f_hz) / warp(edge_hz), 8));
   };
   for (std::size_t b = 0; b < kBandCount; ++b) {

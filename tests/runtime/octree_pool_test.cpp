@@ -11,6 +11,7 @@
 #include "common/random.h"
 #include "formats/page.h"
 #include "runtime/sampler.h"
+#include "tests/runtime/whole_sample.h"
 #include "tests/stored_tree.h"
 
 namespace clamor {
@@ -91,13 +92,6 @@ Vec3 somewhere(std::uint64_t seed, std::uint32_t i) {
   return {30 * unit(bits[0]) - 5, 12 * unit(bits[1]) - 2, 25 * unit(bits[2]) - 5};
 }
 
-// Asks until nothing is missing.
-std::span<const SampledSource> whole_sample(Sampler& sampler, const Vec3& place) {
-  auto sample = sampler.sample(place);
-  while (!sampler.complete()) sample = sampler.sample(place);
-  return sample;
-}
-
 TEST(OctreePool, GivesTheSampleOfAScanOfAllSources) {
   for (std::uint64_t seed = 0; seed < 6; ++seed) {
     const Hall hall(seed, seed % 2 == 0 ? 3000 : 20'000);
@@ -110,7 +104,8 @@ TEST(OctreePool, GivesTheSampleOfAScanOfAllSources) {
       const auto by_scan = make_priority_sampler(field, hall.weights, list, voices);
       for (std::uint32_t i = 0; i < 20; ++i) {
         const Vec3 place = i < 10 ? Vec3(3 + 0.1 * i, 1.7, 4) : somewhere(seed, i);
-        const auto found = whole_sample(*by_tree, place), expected = by_scan->sample(place);
+        const auto found = testing::whole_sample(*by_tree, place),
+                   expected = by_scan->sample(place);
         ASSERT_EQ(found.size(), expected.size());
         for (std::size_t s = 0; s < found.size(); ++s) {
           ASSERT_EQ(found[s].number, expected[s].number) << seed << " " << voices << " " << i;
@@ -128,7 +123,7 @@ TEST(OctreePool, TouchesFewNodesOfMany) {
   PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
   OctreePool pool(field, hall.weights, hall.trees.tops(), {}, loader);
   const auto sampler = make_priority_sampler(field, hall.weights, pool, 200);
-  whole_sample(*sampler, {10, 1.7, 7});
+  testing::whole_sample(*sampler, {10, 1.7, 7});
   const std::uint64_t before = pool.nodes_visited();
   sampler->sample({10.03, 1.7, 7});
   EXPECT_LT(pool.nodes_visited() - before, hall.trees.page_count() / 4);
@@ -145,7 +140,7 @@ std::vector<double> heard_with_depth(int deepest, int seeds) {
     const auto sampler = make_priority_sampler(field, hall.weights, pool, 2000);
     const Vec3 place(10, 1.7, 5);
     double heard = 0;
-    for (const SampledSource& one : whole_sample(*sampler, place))
+    for (const SampledSource& one : testing::whole_sample(*sampler, place))
       heard +=
           one.power_scale * weight(field, hall.weights.by_signal[one.signal], *one.source, place);
     ratios.push_back(heard / hall.power_at(field, place));

@@ -12,10 +12,10 @@
 namespace clamor {
 namespace {
 
-constexpr std::size_t kVoices = 100, kOctants = 8, kDelays = 10;
+constexpr std::size_t kChosen = 100, kOctants = 8, kDelays = 10;
 constexpr int kRolls = 2000;
 constexpr double kDelayBin_s = 0.01;
-const Vec3 kPlace(4, 5, 1.6);
+const Vec3 kListener(4, 5, 1.6);
 
 struct Statistics {
   double whole = 0, sum = 0, squares = 0;
@@ -54,9 +54,10 @@ TEST(PrioritySampling, IsUnbiasedInEachBandFromEachSideAndAtEachDelay) {
     }
   };
   for (const Source& source : input.sources) {
-    const Vec3 from = Vec3(source.position_m) - kPlace;
-    const double delay_s = field.delay_s(source, kPlace) - input.emitters[source.emitter].delay_s;
-    sources.push_back({field.intensity(source, kPlace),
+    const Vec3 from = Vec3(source.position_m) - kListener;
+    const double delay_s =
+        field.delay_s(source, kListener) - input.emitters[source.emitter].delay_s;
+    sources.push_back({field.intensity(source, kListener),
                        (from.x > 0 ? 1u : 0u) + (from.y > 0 ? 2u : 0u) + (from.z > 0 ? 4u : 0u),
                        std::min(static_cast<std::size_t>(delay_s / kDelayBin_s), kDelays - 1)});
     each(sources.back(), 1, [](Statistics& of, double power) { of.whole += power; });
@@ -67,10 +68,10 @@ TEST(PrioritySampling, IsUnbiasedInEachBandFromEachSideAndAtEachDelay) {
     for (std::uint32_t i = 0; i < input.sources.size(); ++i)
       input.sources[i].u = static_cast<float>(unit_above_zero(philox(21, {i, roll, 0, 0})[0]));
     SourceList list(field, weights, input.sources);
-    const auto sampler = make_priority_sampler(field, weights, list, kVoices);
+    const auto sampler = make_priority_sampler(field, weights, list, kChosen);
     std::vector<std::vector<double>> estimates;
     for (const auto* of : all) estimates.emplace_back(of->size());
-    for (const SampledSource& chosen : sampler->sample(kPlace))
+    for (const SampledSource& chosen : sampler->sample(kListener))
       each(sources[chosen.number], chosen.power_scale, [&](Statistics& of, double power) {
         for (std::size_t g = 0; g < all.size(); ++g)
           if (&of >= all[g]->data() && &of < all[g]->data() + all[g]->size())

@@ -225,7 +225,7 @@ TEST(Compare, RefusesWhatCannotBeComparedWithOneSentence) {
   expect_sentence({"compare", folder / "", good}, 1, "clamor compare");
 
   // A NaN written over the last sample.
-  std::string bytes = testing::content_of(good);
+  std::string bytes = testing::read(good);
   const float nan = NAN;
   std::memcpy(bytes.data() + bytes.size() - 4, &nan, 4);
   expect_sentence({"compare", good, folder.write("nan.wav", bytes)}, 1, "NaN");

@@ -12,7 +12,7 @@ namespace {
 using testing::clamor;
 using testing::Folder;
 
-void bake(const std::string& output, std::vector<std::string> more) {
+void bake_room(const std::string& output, std::vector<std::string> more) {
   std::vector<std::string> words = {
       "bake",         std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb",
       "-o",           output,
@@ -27,9 +27,9 @@ void bake(const std::string& output, std::vector<std::string> more) {
 TEST(DiffCommand, SaysInWhatTwoBakesDifferAndInNothingElse) {
   const Folder folder;
   const std::string a = folder / "a.clamor", b = folder / "b.clamor", c = folder / "c.clamor";
-  bake(a, {});
-  bake(b, {});
-  bake(c, {"--seed", "2", "--emitter", "name=bell,signal=impulse,at=0,1,0"});
+  bake_room(a, {});
+  bake_room(b, {});
+  bake_room(c, {"--seed", "2", "--emitter", "name=bell,signal=impulse,at=0,1,0"});
 
   const auto same = clamor({"diff", a, b});
   EXPECT_EQ(same.code, 0);
@@ -92,7 +92,7 @@ TEST(DiffCommand, HearsWhatTheFilesDoNotTell) {
 TEST(DiffCommand, NamesTheFileThatCannotBeRead) {
   const Folder folder;
   const std::string a = folder / "a.clamor";
-  bake(a, {});
+  bake_room(a, {});
   const auto outcome = clamor({"diff", a, folder / "none.clamor"});
   EXPECT_EQ(outcome.code, 1);
   EXPECT_NE(outcome.err.find("none.clamor"), std::string::npos);

@@ -88,9 +88,9 @@ TEST_F(FreeField, AllSourcesAndTheSampleOfThemAreTheSameWhenThereIsOnlyOne) {
 
 TEST_F(FreeField, RendersTheSameBytesEachTime) {
   rendered(bake_, wav_, 3);
-  const std::string first = testing::content_of(wav_);
+  const std::string first = testing::read(wav_);
   rendered(bake_, wav_, 3);
-  EXPECT_TRUE(first == testing::content_of(wav_));
+  EXPECT_TRUE(first == testing::read(wav_));
 }
 
 TEST_F(FreeField, StrengthReTenMetresIsTheInverseSquareLaw) {

@@ -6,15 +6,8 @@ namespace {
 
 using testing::clamor;
 using testing::Folder;
-
-std::string bytes_at(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
-std::string violin_room() {
-  return std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb";
-}
+using testing::read;
+using testing::violin_room;
 
 std::vector<std::string> with(std::vector<std::string> words,
                               const std::vector<std::string>& more) {
@@ -41,7 +34,7 @@ std::vector<std::string> bake_words(const std::string& output) {
 TEST(Shards, MergeInAnyOrderToTheBytesOfTheWholeBake) {
   const Folder folder;
   ASSERT_EQ(clamor(with(bake_words(folder / "whole.clamor"), {"--no-journal"})).code, 0);
-  const std::string whole = bytes_at(folder / "whole.clamor");
+  const std::string whole = read(folder / "whole.clamor");
   for (const int count : {1, 2, 5}) {
     std::vector<std::string> merge{"merge", "-o", folder / "merged.clamor", "--quiet"};
     for (int i = count; i > 0; --i) {
@@ -53,7 +46,7 @@ TEST(Shards, MergeInAnyOrderToTheBytesOfTheWholeBake) {
     }
     const auto merged = clamor(merge);
     ASSERT_EQ(merged.code, 0) << merged.err;
-    EXPECT_TRUE(bytes_at(folder / "merged.clamor") == whole) << count << " shards";
+    EXPECT_TRUE(read(folder / "merged.clamor") == whole) << count << " shards";
   }
 }
 
@@ -65,7 +58,7 @@ TEST(Shards, MissingForeignAndDamagedOnesGetASentenceAndNoOutput) {
   other[10] = "4";  // the seed
   ASSERT_EQ(clamor(with(other, {"--shard", "2/2"})).code, 0);
   folder.write("text", "not a shard");
-  std::string cut = bytes_at(folder / "2");
+  std::string cut = read(folder / "2");
   folder.write("cut", cut.substr(0, cut.size() / 2));
   cut[cut.size() / 2] = static_cast<char>(cut[cut.size() / 2] ^ 4);
   folder.write("flipped", cut);

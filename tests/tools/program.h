@@ -61,11 +61,6 @@ class Folder {
   std::filesystem::path path_;
 };
 
-inline std::string content_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
 // All bytes of a file; "" if there is none.
 inline std::string read(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -75,6 +70,10 @@ inline std::string read(const std::string& path) {
 // A level without meshes: a free field.
 inline constexpr const char* kEmptyLevel =
     R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[]}]})";
+
+inline std::string violin_room() {
+  return std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb";
+}
 
 inline std::string shared_level(const std::string& name) {
   return std::string(CLAMOR_SOURCE_DIR) + "/../shared/levels/" + name;

@@ -19,6 +19,7 @@ namespace {
 
 using testing::Folder;
 using testing::read;
+using testing::violin_room;
 
 struct Ended {
   bool killed = false;
@@ -68,10 +69,6 @@ std::vector<std::string> bake_of(const std::string& level, const std::string& ou
           "--quiet"};
 }
 
-std::string violin_room() {
-  return std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb";
-}
-
 TEST(KilledBake, GoesOnToTheSameBytesAfterAHundredKillsAtAnyMoment) {
   const Folder folder;
   const std::string log = folder / "log";
@@ -82,7 +79,7 @@ TEST(KilledBake, GoesOnToTheSameBytesAfterAHundredKillsAtAnyMoment) {
   const std::string whole = read(folder / "whole.clamor");
 
   std::mt19937 random(1);
-  const int most = testing::kSanitized ? 20 : 100;  // which take five times as long
+  const int most = testing::kSanitized ? 8 : 100;  // which take five times as long
   int kills = 0, bakes = 0, with_journal = 0;
   for (int tries = 0; kills < most && tries < 400; ++tries) {
     // Up to a little more than a whole bake: starting, importing, tracing, sorting, writing.
