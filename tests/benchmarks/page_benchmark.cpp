@@ -5,18 +5,21 @@
 //
 //   page            as a bake file has it: zstd frame to columns of floats, everything checked
 //   page_unpacked   the same without the frame
+//   page_of_file    page, of the bake that CLAMOR_BENCHMARK_BAKE names: say a stadium of 10 million
 //   bytes_and_zstd  a byte column per byte of each number, zstd level 9: only unpacked, no number
 //                   made of it, no order found (pages of format 1 were like this)
 //
 // Counters: sources per second of processor time, bytes per source. Results are checked against the
 // bake's own sources.
 #include <cstdlib>
+#include <fstream>
 #include <memory>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
 #include "bake/bake.h"
+#include "formats/bake_file.h"
 #include "formats/bake_layout.h"
 #include "formats/level_import.h"
 #include "formats/page.h"
@@ -108,10 +111,56 @@ void decode(benchmark::State& state, bool from_frame) {
 void page(benchmark::State& state) { decode(state, true); }
 void page_unpacked(benchmark::State& state) { decode(state, false); }
 
+// As a player reads them, but for the disk: pages of a file are taken in their order there, and no
+// page twice before all the others, so what is decoded is not in the cache.
+void page_of_file(benchmark::State& state) {
+  const char* const path = std::getenv("CLAMOR_BENCHMARK_BAKE");
+  if (path == nullptr) return state.SkipWithError("CLAMOR_BENCHMARK_BAKE names no file");
+  const auto file = BakeFile::open(path);
+  if (!file.ok()) return state.SkipWithError(file.error().message.c_str());
+  struct Page {
+    PageEntry entry;
+    std::vector<std::byte> frame;
+  };
+  constexpr std::size_t kMostPages = 20'000;
+  std::vector<Page> pages;
+  std::ifstream bytes(path, std::ios::binary);
+  double sources = 0;
+  const Error enough("enough");
+  const auto visited = file->for_each_page([&](const PageEntry& entry, const OctreePage&,
+                                               std::size_t, std::size_t) -> Result<void> {
+    if (entry.source_count == 0) return {};
+    if (pages.size() == kMostPages) return enough;
+    std::vector<std::byte> frame(entry.page.packed_bytes);
+    bytes.seekg(static_cast<std::streamoff>(entry.page.offset));
+    bytes.read(reinterpret_cast<char*>(frame.data()), static_cast<std::streamsize>(frame.size()));
+    pages.push_back({entry, std::move(frame)});
+    sources += entry.source_count;
+    return {};
+  });
+  if (!visited.ok() && pages.size() < kMostPages)
+    return state.SkipWithError(visited.error().message.c_str());
+  std::size_t packed_bytes = 0;
+  for (const Page& page : pages) packed_bytes += page.frame.size();
+
+  PageDecoder decoder;
+  const auto columns = std::make_unique<PageColumns>();
+  for (auto _ : state)
+    for (const Page& page : pages)
+      if (!decoder
+               .decode(page.entry, page.frame, file->emitters(), file->materials().size(), *columns)
+               .ok())
+        state.SkipWithError("a page is not what was packed");
+  state.counters["bytes_per_source"] = static_cast<double>(packed_bytes) / sources;
+  state.counters["sources_per_page"] = sources / static_cast<double>(pages.size());
+  state.counters["sources_per_s"] = benchmark::Counter(
+      sources * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+}
+
 void bytes_and_zstd(benchmark::State& state) {
   const Packed& all = room();
   Unpacker unpacker;
-  std::vector<std::byte> bytes(19 * 4 * kNodeSources);
+  std::vector<std::byte> bytes(19 * 4 * kLeafSources);
   for (auto _ : state)
     for (std::size_t i = 0; i < all.byte_frames.size(); ++i) {
       const auto size = unpacker.unpack(all.byte_frames[i], bytes);
@@ -121,6 +170,7 @@ void bytes_and_zstd(benchmark::State& state) {
 }
 
 BENCHMARK(page)->Unit(benchmark::kMillisecond);
+BENCHMARK(page_of_file)->Unit(benchmark::kMillisecond);
 BENCHMARK(page_unpacked)->Unit(benchmark::kMillisecond);
 BENCHMARK(bytes_and_zstd)->Unit(benchmark::kMillisecond);
 
