@@ -41,10 +41,16 @@ class BitReader {
     return static_cast<std::int32_t>(get(bits) << (32 - bits)) >> (32 - bits);
   }
 
+  // Where the ones of a column are, in bits from the byte that its unary numbers begin in: from the
+  // second on. Before them the bit before the first number. Room for a word's too many.
+  using Ones = std::array<std::uint16_t, 1 + kMostNumbers + 64 + 8>;
+
   // unpack_even(bytes, bit, k, base, values, count) is to set each value to base + the next k bits.
-  template <class UnpackEven>
+  // find_ones(word, from, ones) is to write where the bits of a word are that are set, plus `from`,
+  // and may write seven more.
+  template <class UnpackEven, class FindOnes>
   CLAMOR_INLINE void get_column(std::int32_t* values, std::size_t count,
-                                const UnpackEven& unpack_even) {
+                                const UnpackEven& unpack_even, const FindOnes& find_ones) {
     if (count == 0) return;
     const std::uint32_t kind = get(2);
     const int k = bits_of(get(5));
@@ -61,14 +67,26 @@ class BitReader {
       unpack_even(bytes_, at_, k, first, values, count);
     at_ += bits;
     if (kind == kEven) return;
-    add_unary(values, count, k);
-    if (kind == kSigned)
+    Ones ones;
+    if (!read_ones(ones, count, find_ones)) {
+      add_unary_one_by_one(values, count, k);
+      if (kind != kSigned) return;
       for (std::size_t i = 0; i < count; ++i)
         values[i] = as_number(base + from_zigzag(as_bits(values[i])));
+      return;
+    }
+    const auto number = [&](std::size_t i) {
+      const auto zeros = static_cast<std::uint16_t>(ones[i + 1] - ones[i] - 1);
+      return as_bits(values[i]) + (std::uint32_t{zeros} << k);
+    };
+    if (kind == kSmall)
+      for (std::size_t i = 0; i < count; ++i) values[i] = as_number(number(i));
+    else
+      for (std::size_t i = 0; i < count; ++i) values[i] = as_number(base + from_zigzag(number(i)));
   }
 
   CLAMOR_INLINE void get_column(std::int32_t* values, std::size_t count) {
-    get_column(values, count, unpack_one_by_one);
+    get_column(values, count, unpack_one_by_one, find_ones_one_by_one);
   }
 
   CLAMOR_INLINE static void unpack_one_by_one(const std::byte* bytes, std::size_t bit, int k,
@@ -80,6 +98,13 @@ class BitReader {
       std::memcpy(&word, bytes + bit / 8, sizeof word);
       values[i] = as_number(base + static_cast<std::uint32_t>(word >> bit % 8 & mask));
     }
+  }
+
+  CLAMOR_INLINE static void find_ones_one_by_one(std::uint64_t word, std::uint32_t from,
+                                                 std::uint16_t* ones) {
+    for (; word != 0; word &= word - 1)
+      *ones++ =
+          static_cast<std::uint16_t>(from + static_cast<std::uint32_t>(std::countr_zero(word)));
   }
 
   CLAMOR_INLINE bool ok() const { return ok_; }
@@ -112,29 +137,47 @@ class BitReader {
     at_ = end_;
   }
 
-  // Adds q << k to each. The ones are found without asking after each whether it was the word's
-  // last: eight at a time, and those that were not there are written over by the next word's.
-  CLAMOR_INLINE void add_unary(std::int32_t* values, std::size_t count, int k) {
-    constexpr std::size_t kWordBits = 56, kAtOnce = 8;
-    constexpr std::uint64_t kWord = (std::uint64_t{1} << kWordBits) - 1;
-    std::array<std::uint32_t, 1 + kMostNumbers + kWordBits + kAtOnce> ones;  // from at_
-    ones[0] = ~0u;
+  // Takes the unary numbers of a column, if they are in the next 65 000 bits, and else nothing.
+  template <class FindOnes>
+  CLAMOR_INLINE bool read_ones(Ones& ones, std::size_t count, const FindOnes& find_ones) {
+    constexpr std::size_t kFarthest = 65'000;
+    const std::size_t first_byte = at_ / 8;
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes_ + first_byte, sizeof word);
+    word &= ~std::uint64_t{0} << at_ % 8;
+    ones[0] = static_cast<std::uint16_t>(at_ % 8 - 1);
     std::size_t from = 0;
-    for (std::size_t found = 0; found < count; from += kWordBits) {
-      if (at_ + from >= end_) return fail();
-      std::uint64_t word = word_at(at_ + from) & kWord;
-      if (end_ - at_ - from < kWordBits) word &= (std::uint64_t{1} << (end_ - at_ - from)) - 1;
-      const auto more = static_cast<std::size_t>(std::popcount(word));
-      std::uint32_t* one = ones.data() + 1 + found;
-      for (std::size_t i = 0; i < more; i += kAtOnce)
-        for (std::size_t j = 0; j < kAtOnce; ++j, word &= word - 1)
-          *one++ =
-              static_cast<std::uint32_t>(from) + static_cast<std::uint32_t>(std::countr_zero(word));
-      found += more;
+    for (std::size_t found = 0;;) {
+      find_ones(word, static_cast<std::uint32_t>(from), ones.data() + 1 + found);
+      found += static_cast<std::size_t>(std::popcount(word));
+      if (found >= count) break;
+      from += 64;
+      if (from > kFarthest || 8 * first_byte + from >= end_) return false;
+      std::memcpy(&word, bytes_ + first_byte + from / 8, sizeof word);
     }
-    for (std::size_t i = 0; i < count; ++i)
-      values[i] = as_number(as_bits(values[i]) + ((ones[i + 1] - ones[i] - 1) << k));
-    at_ += ones[count] + 1;
+    const std::size_t after = 8 * first_byte + ones[count] + 1;
+    if (after > end_) return false;
+    at_ = after;
+    return true;
+  }
+
+  // Adds q << k to each.
+  CLAMOR_INLINE void add_unary_one_by_one(std::int32_t* values, std::size_t count, int k) {
+    for (std::size_t i = 0; i < count; ++i) {
+      std::uint32_t zeros = 0;
+      for (;; zeros += 56, at_ += 56) {
+        if (at_ >= end_) return fail();
+        const std::uint64_t word = word_at(at_);
+        const auto more =
+            static_cast<std::uint32_t>(std::countr_zero(word | std::uint64_t{1} << 56));
+        if (more == 56) continue;
+        zeros += more;
+        at_ += more + 1;
+        break;
+      }
+      if (at_ > end_) return fail();
+      values[i] = as_number(as_bits(values[i]) + (zeros << k));
+    }
   }
 
   const std::byte* bytes_;

@@ -34,6 +34,10 @@ HWY_INLINE std::int32_t sum(std::int32_t a, std::int32_t b) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) + static_cast<std::uint32_t>(b));
 }
 
+HWY_INLINE std::int32_t difference(std::int32_t a, std::int32_t b) {
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) - static_cast<std::uint32_t>(b));
+}
+
 // Whether all of the first n are from least to most.
 HWY_INLINE bool all_within(const Numbers& numbers, std::size_t n, std::int32_t least,
                            std::int32_t most) {
@@ -103,9 +107,46 @@ HWY_INLINE void unpack(const std::byte* bytes, std::size_t bit, int k, std::uint
 }
 #endif
 
+// Where the ones of each byte are.
+constexpr auto kOnesOfByte = [] {
+  std::array<std::array<std::uint8_t, 8>, 256> ones{};
+  for (std::size_t byte = 0; byte < ones.size(); ++byte)
+    for (std::size_t bit = 0, n = 0; bit < 8; ++bit)
+      if ((byte >> bit & 1) != 0) ones[byte][n++] = static_cast<std::uint8_t>(bit);
+  return ones;
+}();
+
+// Byte by byte and without a branch: eight places are written for each, and those that it does not
+// have are written over by the next.
+#if HWY_TARGET == HWY_SCALAR
+HWY_INLINE void find_ones(std::uint64_t word, std::uint32_t from, std::uint16_t* ones) {
+  BitReader::find_ones_one_by_one(word, from, ones);
+}
+#else
+HWY_INLINE void find_ones(std::uint64_t word, std::uint32_t from,
+                          std::uint16_t* HWY_RESTRICT ones) {
+  // How many ones there are in each byte, and then in it and those below.
+  std::uint64_t counts = word - (word >> 1 & 0x5555'5555'5555'5555u);
+  counts = (counts & 0x3333'3333'3333'3333u) + (counts >> 2 & 0x3333'3333'3333'3333u);
+  counts = (counts + (counts >> 4) & 0x0f0f'0f0f'0f0f'0f0fu) * 0x0101'0101'0101'0101u;
+  const hn::Full64<std::uint8_t> d8;
+  const hn::Full128<std::uint16_t> d;
+  const auto bits_of_byte = hn::Set(d, 8);
+  auto first = hn::Set(d, static_cast<std::uint16_t>(from));
+  counts <<= 8;
+  for (int byte = 0; byte < 8; ++byte, word >>= 8, counts >>= 8) {
+    const auto places = hn::PromoteTo(d, hn::LoadU(d8, kOnesOfByte[word & 255].data()));
+    hn::StoreU(hn::Add(places, first), d, ones + (counts & 255));
+    first = hn::Add(first, bits_of_byte);
+  }
+}
+#endif
+
 // Writes up to three more numbers than it is asked for.
 HWY_NOINLINE void read_column(PageWorkspace& w, std::int32_t* numbers, std::size_t count) {
-  w.bits.get_column(numbers, count, [](auto... arguments) { unpack(arguments...); });
+  w.bits.get_column(
+      numbers, count, [](auto... arguments) { unpack(arguments...); },
+      [](auto... arguments) { find_ones(arguments...); });
 }
 
 const char* read_header(PageWorkspace& w, const NodeSummary& node) {
@@ -141,50 +182,78 @@ const char* read_planes(PageWorkspace& w, std::size_t materials) {
   if (!all_within(w.more, w.planes, 0, static_cast<std::int32_t>(w.rows) - 1))
     return "shares out its sources wrongly";
 
+  std::int32_t shared_out = static_cast<std::int32_t>(w.planes);
+  for (std::size_t i = 0; i < w.planes; ++i) shared_out += w.more[i];
+  if (shared_out != static_cast<std::int32_t>(w.rows)) return "shares out its sources wrongly";
+
+  std::array<float*, 3> normal{w.normal[0].data(), w.normal[1].data(), w.normal[2].data()};
+  for (std::size_t i = 0; i < w.planes; ++i)
+    direction_of(normal_a[i], normal_b[i], direction_scale(kNormalBits), normal[0][i], normal[1][i],
+                 normal[2][i]);
+  std::fill_n(w.begins_plane.data(), w.rows, std::uint8_t{0});
   std::size_t row = 0;
   for (std::size_t i = 0; i < w.planes; ++i) {
-    const std::size_t end = row + static_cast<std::size_t>(w.more[i]) + 1;
-    if (end > w.rows) return "shares out its sources wrongly";
-    auto& normal = w.plane[i].normal;
-    direction_of(normal_a[i], normal_b[i], direction_scale(kNormalBits), normal[0], normal[1],
-                 normal[2]);
-    w.plane[i].material = static_cast<std::uint16_t>(material[i]);
-    for (; row < end; ++row) w.plane_of_row[row] = static_cast<Place>(i);
+    w.plane[i] = {{normal[0][i], normal[1][i], normal[2][i]},
+                  static_cast<std::uint16_t>(material[i])};
+    w.begins_plane[row] = 1;
+    row += static_cast<std::size_t>(w.more[i]) + 1;
   }
-  if (row != w.rows) return "shares out its sources wrongly";
   return nullptr;
 }
 
+// How each plane lies. The columns of planes are as good as unpacked: no branch for any of them.
+void place_planes(PageWorkspace& w, const GridBox& box, const std::int32_t* from_v) {
+  const std::array<const float*, 3> n{w.normal[0].data(), w.normal[1].data(), w.normal[2].data()};
+  for (std::size_t i = 0; i < w.planes; ++i) {
+    const std::int32_t axis = longest_axis(n[0][i], n[1][i], n[2][i]);
+    const float along_w = axis == 0 ? n[0][i] : axis == 1 ? n[1][i] : n[2][i];
+    const float along_u = axis == 0 ? n[1][i] : axis == 1 ? n[2][i] : n[0][i];
+    const float along_v = axis == 0 ? n[2][i] : axis == 1 ? n[0][i] : n[1][i];
+    w.longest[i] = axis;
+    w.slope_u[i] = slope_of(along_u, along_w);
+    w.slope_v[i] = slope_of(along_v, along_w);
+  }
+  constexpr std::array<std::uint32_t, 5> kCycle{0, 1, 2, 0, 1};
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < w.planes; ++i) {
+    const auto axis = static_cast<std::size_t>(w.longest[i]);
+    w.plane_place[i] = {kCycle[axis + 1], kCycle[axis + 2],
+                        kCycle[axis],     w.slope_u[i],
+                        w.slope_v[i],     sum(w.first_u[i], box.low[kCycle[axis + 1]]),
+                        from_v[row],      sum(w.first_w[i], box.low[axis])};
+    row += static_cast<std::size_t>(w.more[i]) + 1;
+  }
+}
+
+// Planes may hold a single source or a thousand, so rows are taken one after the other, whatever
+// plane they are on: a loop for each plane would end where no branch predictor expects it.
 const char* read_positions(PageWorkspace& w, const NodeSummary& node) {
-  read_column(w, w.column[0].data(), w.rows - w.planes);
+  // What a plane's first source has none of is read before the first, and left out.
+  w.column[0][0] = w.column[2][0] = 0;
+  read_column(w, w.column[0].data() + 1, w.rows - w.planes);
   read_column(w, w.column[1].data(), w.rows);
-  read_column(w, w.column[2].data(), w.rows - w.planes);
+  read_column(w, w.column[2].data() + 1, w.rows - w.planes);
   if (!w.bits.ok()) return "ends too early";
   const GridBox box = grid_box_of(node);
   const std::int32_t *step_u = w.column[0].data(), *from_v = w.column[1].data(),
                      *rest_w = w.column[2].data();
-  std::size_t row = 0;
-  for (std::size_t i = 0; i < w.planes; ++i) {
-    const Plane on = plane_of(w.plane[i].normal);
-    std::int32_t* const u = w.position[on.u].data() + row;
-    std::int32_t* const v = w.position[on.v].data() + row;
-    std::int32_t* const along_w = w.position[on.w].data() + row;
-    const auto count = static_cast<std::size_t>(w.more[i]) + 1;
-    u[0] = sum(w.first_u[i], box.low[on.u]);
-    along_w[0] = sum(w.first_w[i], box.low[on.w]);
-    for (std::size_t k = 0; k < count; ++k) v[k] = sum(from_v[k], box.low[on.v]);
-    for (std::size_t k = 1; k < count; ++k) u[k] = sum(u[k - 1], step_u[k - 1]);
-    if (on.slope_u == 0 && on.slope_v == 0) {
-      for (std::size_t k = 1; k < count; ++k) along_w[k] = sum(along_w[0], rest_w[k - 1]);
-    } else {
-      for (std::size_t k = 1; k < count; ++k)
-        along_w[k] = sum(sum(along_w[0], rest_w[k - 1]),
-                         on.rise(std::int64_t{u[k]} - u[0], std::int64_t{v[k]} - v[0]));
-    }
-    row += count;
-    from_v += count;
-    step_u += count - 1;
-    rest_w += count - 1;
+  place_planes(w, box, from_v);
+  const std::array<std::int32_t*, 3> position{w.position[0].data(), w.position[1].data(),
+                                              w.position[2].data()};
+  std::size_t plane = ~std::size_t{0};
+  std::int32_t u = 0;  // from the plane's first
+  for (std::size_t row = 0; row < w.rows; ++row) {
+    const std::int32_t first = w.begins_plane[row], not_first = first - 1;
+    plane += static_cast<std::size_t>(first);
+    const PageWorkspace::PlanePlace& on = w.plane_place[plane];
+    u = sum(u, step_u[row - plane]) & not_first;
+    const std::int32_t v = difference(from_v[row], on.first_v);
+    const std::int64_t rise = std::int64_t{on.slope_u} * u + std::int64_t{on.slope_v} * v + 32768;
+    w.plane_of_row[row] = static_cast<Place>(plane);
+    position[on.axis_u][row] = sum(on.first_u, u);
+    position[on.axis_v][row] = sum(from_v[row], box.low[on.axis_v]);
+    position[on.axis_w][row] = sum(sum(on.first_w, rest_w[row - plane] & not_first),
+                                   static_cast<std::int32_t>(rise >> 16));
   }
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (!all_within(w.position[axis], w.rows, box.low[axis], box.high[axis]))
@@ -275,9 +344,10 @@ const char* read_rest(PageWorkspace& w, std::span<const Emitter> emitters) {
     w.power_sum[row] = 0;
     for (const float band : source.power) w.power_sum[row] += static_cast<double>(band);
   }
-  bool right = true;
-  for (std::size_t i = 0; i < count; ++i) right &= w.number[i] > 0 && w.number[i] <= 1;
-  if (!right) return "has a permanent number outside (0, 1]";
+  std::int32_t wrong = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    wrong |= (w.number[i] > 0 ? 0 : 1) | (w.number[i] <= 1 ? 0 : 1);
+  if (wrong != 0) return "has a permanent number outside (0, 1]";
   return nullptr;
 }
 
@@ -292,17 +362,20 @@ void sort_by_key(PageWorkspace& w) {
     least = std::min(least, w.keys[i]);
     most = std::max(most, w.keys[i]);
   }
-  std::array<Place, kLeafSources> starts{};
+  // With four slots for each, one in eight has to be moved past another in the end.
+  const std::size_t slots = 4 * count;
+  std::array<Place, 4 * kLeafSources> starts;
+  std::fill_n(starts.begin(), slots, Place{0});
   const float slots_per_step =
-      static_cast<float>(count) / (static_cast<float>(most - least) + 1.0f);
+      static_cast<float>(slots) / (static_cast<float>(most - least) + 1.0f);
   for (std::size_t i = 0; i < count; ++i) {
     const auto slot = static_cast<std::int32_t>(
         static_cast<float>(static_cast<std::int32_t>(w.keys[i] - least)) * slots_per_step);
-    w.slots[i] = std::min(slot, static_cast<std::int32_t>(count) - 1);
+    w.slots[i] = std::min(slot, static_cast<std::int32_t>(slots) - 1);
   }
   for (std::size_t i = 0; i < count; ++i) ++starts[static_cast<std::size_t>(w.slots[i])];
   Place before = 0;
-  for (std::size_t i = 0; i < count; ++i)
+  for (std::size_t i = 0; i < slots; ++i)
     before = static_cast<Place>(before + std::exchange(starts[i], before));
   for (std::size_t i = 0; i < count; ++i)
     w.entries[starts[static_cast<std::size_t>(w.slots[i])]++] = std::uint64_t{w.keys[i]} << 16 | i;

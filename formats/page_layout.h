@@ -28,10 +28,25 @@ CLAMOR_INLINE std::int32_t predicted(std::int32_t one_below, std::int32_t two_be
          4;
 }
 
+// Which axis a normal is longest along, the first of equals.
+CLAMOR_INLINE std::int32_t longest_axis(float x, float y, float z) {
+  const float wide_x = x < 0 ? -x : x, wide_y = y < 0 ? -y : y, wide_z = z < 0 ? -z : z;
+  const std::int32_t of_two = wide_y > wide_x ? 1 : 0;
+  return wide_z > (wide_y > wide_x ? wide_y : wide_x) ? 2 : of_two;
+}
+
+// By how many 65536ths of a step a plane rises along the axis that its normal is longest along, for
+// each step along another.
+CLAMOR_INLINE std::int32_t slope_of(float normal_along, float normal_longest) {
+  const double ratio =
+      -65536.0 * static_cast<double>(normal_along) / static_cast<double>(normal_longest);
+  return static_cast<std::int32_t>(ratio + (ratio < 0 ? -0.5 : 0.5));
+}
+
 // A plane through points of the grid: the coordinate that changes least along it, from the others.
 struct Plane {
   std::size_t w = 0, u = 1, v = 2;        // axes; the normal is longest along w
-  std::int64_t slope_u = 0, slope_v = 0;  // 65536ths
+  std::int32_t slope_u = 0, slope_v = 0;  // 65536ths
 
   // How far w is above its value where u and v are 0.
   CLAMOR_INLINE std::int32_t rise(std::int64_t u_steps, std::int64_t v_steps) const {
@@ -40,20 +55,12 @@ struct Plane {
 };
 
 CLAMOR_INLINE Plane plane_of(const std::array<float, 3>& normal) {
-  const auto size = [&normal](std::size_t axis) {
-    return normal[axis] < 0 ? -normal[axis] : normal[axis];
-  };
   Plane plane;
-  if (size(1) > size(plane.w)) plane.w = 1;
-  if (size(2) > size(plane.w)) plane.w = 2;
+  plane.w = static_cast<std::size_t>(longest_axis(normal[0], normal[1], normal[2]));
   plane.u = (plane.w + 1) % 3;
   plane.v = (plane.w + 2) % 3;
-  const auto slope = [&normal, &plane](std::size_t axis) {
-    const double ratio = -65536.0 * static_cast<double>(normal[axis]) / normal[plane.w];
-    return static_cast<std::int64_t>(ratio + (ratio < 0 ? -0.5 : 0.5));
-  };
-  plane.slope_u = slope(plane.u);
-  plane.slope_v = slope(plane.v);
+  plane.slope_u = slope_of(normal[plane.u], normal[plane.w]);
+  plane.slope_v = slope_of(normal[plane.v], normal[plane.w]);
   return plane;
 }
 

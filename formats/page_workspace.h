@@ -18,6 +18,12 @@ struct PageWorkspace {
     std::array<float, 3> normal;
     std::uint16_t material;
   };
+  // A plane's axes (of the level, 0 to 2; u and v follow w) and where on it its first source is.
+  struct PlanePlace {
+    std::uint32_t axis_u, axis_v, axis_w;
+    std::int32_t slope_u, slope_v;
+    std::int32_t first_u, first_v, first_w;  // on the grid, but v above its axis' low corner
+  };
 
   Unpacker unpacker;
   alignas(64) std::array<std::byte, most_page_bytes(kLeafSources) + BitReader::kSlackBytes> page;
@@ -30,8 +36,11 @@ struct PageWorkspace {
 
   // As they are stored: first the secondary sources, plane by plane, then the emitters.
   PageColumns::Column<PlaneRecord> plane;
+  PageColumns::Column<PlanePlace> plane_place;
   PageColumns::Column<Place> plane_of_row;
-  Numbers more, first_u, first_w;  // of each plane
+  PageColumns::Column<std::uint8_t> begins_plane;    // 1 where a row is its plane's first
+  std::array<PageColumns::Column<float>, 3> normal;  // of each plane, as all up to slope_v
+  Numbers more, first_u, first_w, longest, slope_u, slope_v;
   std::array<Numbers, 3> position, column;
   std::array<Numbers, kBandCount> steps;  // half decibels below the top
   std::array<PageColumns::Column<float>, kBandCount> power;
