@@ -351,6 +351,28 @@ const char* read_rest(PageWorkspace& w, std::span<const Emitter> emitters) {
   return nullptr;
 }
 
+// Each becomes the sum of those before it. The last of `numbers` may be written too, up to a
+// multiple of eight.
+HWY_INLINE void sum_of_those_before(Place* HWY_RESTRICT numbers, std::size_t count) {
+#if HWY_TARGET == HWY_SCALAR
+  Place before = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    before = static_cast<Place>(before + std::exchange(numbers[i], before));
+#else
+  const hn::Full128<Place> d;
+  auto before = hn::Zero(d);
+  for (std::size_t i = 0; i < count; i += 8) {
+    const auto own = hn::LoadU(d, numbers + i);
+    auto sums = hn::Add(own, hn::ShiftLeftLanes<1>(d, own));
+    sums = hn::Add(sums, hn::ShiftLeftLanes<2>(d, sums));
+    sums = hn::Add(sums, hn::ShiftLeftLanes<4>(d, sums));
+    sums = hn::Add(sums, before);
+    hn::StoreU(hn::Sub(sums, own), d, numbers + i);
+    before = hn::TableLookupBytes(sums, hn::Set(d, 0x0f0e));
+  }
+#endif
+}
+
 // Highest first; of equals the first first. Floats that are not negative sort as their bits do, and
 // their bits are spread evenly enough to put each almost where it belongs at once.
 void sort_by_key(PageWorkspace& w) {
@@ -364,8 +386,8 @@ void sort_by_key(PageWorkspace& w) {
   }
   // With four slots for each, one in eight has to be moved past another in the end.
   const std::size_t slots = 4 * count;
-  std::array<Place, 4 * kLeafSources> starts;
-  std::fill_n(starts.begin(), slots, Place{0});
+  std::array<Place, 4 * kLeafSources + 8> starts;
+  std::fill_n(starts.begin(), slots + 8, Place{0});
   const float slots_per_step =
       static_cast<float>(slots) / (static_cast<float>(most - least) + 1.0f);
   for (std::size_t i = 0; i < count; ++i) {
@@ -374,9 +396,7 @@ void sort_by_key(PageWorkspace& w) {
     w.slots[i] = std::min(slot, static_cast<std::int32_t>(slots) - 1);
   }
   for (std::size_t i = 0; i < count; ++i) ++starts[static_cast<std::size_t>(w.slots[i])];
-  Place before = 0;
-  for (std::size_t i = 0; i < slots; ++i)
-    before = static_cast<Place>(before + std::exchange(starts[i], before));
+  sum_of_those_before(starts.data(), slots);
   for (std::size_t i = 0; i < count; ++i)
     w.entries[starts[static_cast<std::size_t>(w.slots[i])]++] = std::uint64_t{w.keys[i]} << 16 | i;
   for (std::size_t i = 1; i < count; ++i) {
