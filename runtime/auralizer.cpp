@@ -102,7 +102,7 @@ std::unique_ptr<SoundLoader> sounds_from(const BakeFile& file, const AuralizerIn
         if (signal < file.signal_count()) return file.read_signal_block(signal, block);
         return block_of(input.signals[signal - file.signal_count()], block);
       },
-      SoundBudget{bytes, !options.wait_for_pages}, keyframes_ahead(options),
+      SoundBudget{bytes, !options.wait_for_pages}, most_keyframes_ahead(options),
       std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / 2, 1, 4));
 }
 
