@@ -62,11 +62,15 @@ class Reader {
       const Instance& instance = links.instances[k];
       copies_.push_back(
           {next.copy->placement.then(instance), composed(next.copy->signals, instance.signals)});
-      waiting_.push_back({file_.trees()[instance.tree], &copies_.back()});
+      wait_for(file_.trees()[instance.tree], &copies_.back());
     }
-    for (std::size_t k = links.children.size(); k-- > 0;)
-      waiting_.push_back({links.children[k], next.copy});
+    for (std::size_t k = links.children.size(); k-- > 0;) wait_for(links.children[k], next.copy);
     return {};
+  }
+
+  // A forged file may lead to nothing along more ways than can be gone.
+  void wait_for(const PageEntry& entry, const Copy* copy) {
+    if (entry.sources_below > 0) waiting_.push_back({entry, copy});
   }
 
   // First the copy's own map, then that of the copy it is in.

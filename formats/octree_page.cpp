@@ -198,6 +198,9 @@ Result<void> read_links(std::span<const std::byte> bytes, const PageEntry& paren
       if (octants & (1u << child.octant)) return Error("has two children in one octant");
       octants |= 1u << child.octant;
     }
+    for (const PageEntry& other : links.children)
+      if (child.page.offset < other.page.end() && other.page.offset < child.page.end())
+        return Error("has two children on one page");
     below += child.sources_below;
     links.children.push_back(child);
   }
