@@ -137,7 +137,7 @@ BakeBytes BakeFile::bytes() const {
     for (const FileSection& block : signal.blocks) bytes.signals += block.bytes;
     bytes.signals += signal.envelope.bytes;
   }
-  bytes.geometry = state_->root.geometry.bytes;
+  for (const StoredGeometryPage& page : state_->root.geometry) bytes.geometry += page.section.bytes;
   return bytes;
 }
 
@@ -245,12 +245,38 @@ Result<SignalEnvelope> BakeFile::read_envelope(std::size_t index) const {
   return envelope;
 }
 
-Result<Mesh> BakeFile::read_mesh() const {
+std::size_t BakeFile::geometry_page_count() const { return state_->root.geometry.size(); }
+
+GeometryPageInfo BakeFile::geometry_page(std::size_t index) const {
+  const StoredGeometryPage& stored = state_->root.geometry[index];
+  return {stored.section.offset, stored.section.bytes, stored.counts.vertices,
+          stored.counts.triangles};
+}
+
+Result<Mesh> BakeFile::read_geometry_page(std::size_t index) const {
+  const StoredGeometryPage& stored = state_->root.geometry[index];
+  const auto failed = [&](const Error& error) {
+    return damaged(state_->path + ": page " + std::to_string(index + 1) + " of " +
+                   std::to_string(geometry_page_count()) + " of the geometry (" +
+                   std::to_string(stored.section.bytes) + " bytes at " +
+                   std::to_string(stored.section.offset) + ") " + error.message);
+  };
   std::vector<std::byte> frame;
-  if (const auto read = state_->read(state_->root.geometry, frame); !read.ok())
-    return damaged(state_->path + ": the geometry " + read.error().message);
-  auto mesh = unpack_geometry(frame, state_->root.geometry_counts, state_->root.materials.size());
-  if (!mesh.ok()) return damaged(state_->path + ": " + mesh.error().message);
+  if (const auto read = state_->read(stored.section, frame); !read.ok())
+    return failed(read.error());
+  const auto unpack = stored.as_before_3_1 ? unpack_whole_geometry : unpack_geometry_page;
+  auto mesh =
+      unpack(frame, stored.counts, state_->root.geometry_low_m, state_->root.materials.size());
+  return mesh.ok() ? std::move(mesh) : failed(mesh.error());
+}
+
+Result<Mesh> BakeFile::read_mesh() const {
+  Mesh mesh;
+  for (std::size_t i = 0; i < geometry_page_count(); ++i) {
+    const auto page = read_geometry_page(i);
+    if (!page.ok()) return page;
+    append(*page, mesh);
+  }
   return mesh;
 }
 

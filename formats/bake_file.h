@@ -25,7 +25,7 @@ class PageDecoder;
 struct PageColumns;
 
 inline constexpr std::uint16_t kFormatMajor = 3;
-inline constexpr std::uint16_t kFormatMinor = 0;
+inline constexpr std::uint16_t kFormatMinor = 1;
 
 // Everything that made the bake what it is. No clock, no thread count, no path: the same level
 // and settings give the same bytes.
@@ -111,6 +111,12 @@ struct OctreePage {
   PageLinks links;
 };
 
+// A part of the geometry, which can be decoded without the others.
+struct GeometryPageInfo {
+  std::uint64_t offset = 0, packed_bytes = 0;
+  std::uint32_t vertices = 0, triangles = 0;
+};
+
 struct SignalInfo {
   std::string name;
   bool loop = false;
@@ -169,6 +175,12 @@ class BakeFile {
   // The samples of one block alone; signal_section.h says which they are.
   Result<std::vector<float>> read_signal_block(std::size_t index, std::size_t block) const;
   Result<SignalEnvelope> read_envelope(std::size_t index) const;
+  // What sound cannot pass, in pages of whole triangles; in the order of the file.
+  std::size_t geometry_page_count() const;
+  GeometryPageInfo geometry_page(std::size_t index) const;
+  // The triangles of one page, with vertices of their own.
+  Result<Mesh> read_geometry_page(std::size_t index) const;
+  // All pages together. The first that cannot be read is an error.
   Result<Mesh> read_mesh() const;
 
  private:

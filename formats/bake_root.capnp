@@ -129,4 +129,13 @@ struct Geometry {
   offset @5 :UInt64;
   bytes @6 :UInt64;
   hash @7 :UInt64;
+  pages @8 :List(GeometryPage);  # since 3.1, and then vertices to bytes are 0
+}
+
+struct GeometryPage {
+  offset @0 :UInt64;
+  hash @1 :UInt64;
+  bytes @2 :UInt32;
+  vertices @3 :UInt32;
+  triangles @4 :UInt32;
 }

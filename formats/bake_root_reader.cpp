@@ -337,14 +337,32 @@ Result<void> RootReader::read_blocks(::Signal::Reader stored, StoredSignal& sign
 
 Result<void> RootReader::read_geometry() {
   const auto stored = root_.getGeometry();
-  contents_.geometry_counts = {{stored.getLowX(), stored.getLowY(), stored.getLowZ()},
-                               stored.getVertices(),
-                               stored.getTriangles()};
-  if (!(length(contents_.geometry_counts.low_m) <= 2 * kFarthestInFile_m))
+  contents_.geometry_low_m = {stored.getLowX(), stored.getLowY(), stored.getLowZ()};
+  if (!(length(contents_.geometry_low_m) <= 2 * kFarthestInFile_m))
     return Error("its geometry is nowhere");
-  const auto section = checked({stored.getOffset(), stored.getBytes(), stored.getHash()});
-  if (!section.ok()) return section.error();
-  contents_.geometry = *section;
+  const auto whole = checked({stored.getOffset(), stored.getBytes(), stored.getHash()});
+  if (!whole.ok()) return whole.error();
+  const GeometryCounts counts{stored.getVertices(), stored.getTriangles()};
+  const auto pages = stored.getPages();
+  if (counts.triangles > 0) {
+    if (pages.size() > 0) return Error("its geometry is there in two ways");
+    contents_.geometry.push_back({*whole, counts, true});
+    return {};
+  }
+  if (counts.vertices > 0 || whole->bytes > 0) return Error("its geometry has no triangles");
+  std::uint64_t vertices = 0;
+  for (const auto page : pages) {
+    const auto section = checked({page.getOffset(), page.getBytes(), page.getHash()});
+    if (!section.ok()) return section.error();
+    contents_.geometry.push_back({*section, {page.getVertices(), page.getTriangles()}});
+    const StoredGeometryPage& kept = contents_.geometry.back();
+    if (!is_geometry_page(kept.counts, section->bytes))
+      return Error("page " + std::to_string(contents_.geometry.size()) +
+                   " of its geometry claims more than it can hold");
+    vertices += kept.counts.vertices;
+  }
+  if (vertices > std::numeric_limits<std::uint32_t>::max())
+    return Error("its geometry has more vertices than can be numbered");
   return {};
 }
 

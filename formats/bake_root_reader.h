@@ -28,6 +28,12 @@ struct StoredSignal {
   FileSection envelope;
 };
 
+struct StoredGeometryPage {
+  FileSection section;
+  GeometryCounts counts;
+  bool as_before_3_1 = false;  // one frame of the whole geometry
+};
+
 // A signal's samples per byte of FLAC: silence reaches 350.
 inline constexpr std::uint64_t kMostFramesPerByte = 1000;
 inline constexpr std::size_t kMostSignals = 65536;
@@ -41,8 +47,8 @@ struct BakeRootContents {
   std::vector<Material> materials;
   std::vector<Emitter> emitters;
   std::vector<StoredSignal> signals;
-  GeometryCounts geometry_counts;
-  FileSection geometry;
+  Vec3 geometry_low_m{};
+  std::vector<StoredGeometryPage> geometry;
   std::vector<PageEntry> trees;
   std::vector<std::vector<OctreeLevel>> levels;  // per tree
   std::vector<std::vector<std::uint32_t>> signal_maps;

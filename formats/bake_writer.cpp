@@ -34,8 +34,9 @@ struct SignalSections {
 
 struct Sections {
   std::vector<SignalSections> signals;
-  FileSection geometry;
-  GeometryCounts geometry_counts;
+  FileSection geometry;  // of before 3.1: nothing
+  Vec3 geometry_low_m{};
+  std::vector<StoredGeometryPage> geometry_pages;
   std::uint64_t bytes_before_root = 0;
 };
 
@@ -75,6 +76,20 @@ Result<void> write_signals(const std::vector<Signal>& signals, FileAppender& app
     const auto section = appender.append(pack_envelope(envelope));
     if (!section.ok()) return section.error();
     kept.envelope = *section;
+  }
+  return {};
+}
+
+Result<void> write_geometry(const Mesh& mesh, FileAppender& appender, Sections& sections) {
+  const auto before = appender.append({});
+  if (!before.ok()) return before.error();
+  sections.geometry = *before;
+  PackedGeometry packed = pack_geometry(mesh);
+  sections.geometry_low_m = packed.low_m;
+  for (const PackedGeometryPage& page : packed.pages) {
+    const auto section = appender.append(page.frame);
+    if (!section.ok()) return section.error();
+    sections.geometry_pages.push_back({*section, page.counts});
   }
   return {};
 }
@@ -219,14 +234,20 @@ void put_tables(BakeRoot::Builder root, const BakeContents& contents, const Sect
   for (unsigned i = 0; i < signals.size(); ++i)
     put_signal(signals[i], contents.signals[i], sections.signals[i]);
   auto geometry = root.initGeometry();
-  geometry.setLowX(sections.geometry_counts.low_m.x);
-  geometry.setLowY(sections.geometry_counts.low_m.y);
-  geometry.setLowZ(sections.geometry_counts.low_m.z);
-  geometry.setVertices(sections.geometry_counts.vertices);
-  geometry.setTriangles(sections.geometry_counts.triangles);
+  geometry.setLowX(sections.geometry_low_m.x);
+  geometry.setLowY(sections.geometry_low_m.y);
+  geometry.setLowZ(sections.geometry_low_m.z);
   geometry.setOffset(sections.geometry.offset);
-  geometry.setBytes(sections.geometry.bytes);
   geometry.setHash(sections.geometry.hash);
+  auto pages = geometry.initPages(static_cast<unsigned>(sections.geometry_pages.size()));
+  for (unsigned i = 0; i < pages.size(); ++i) {
+    const StoredGeometryPage& page = sections.geometry_pages[i];
+    pages[i].setOffset(page.section.offset);
+    pages[i].setHash(page.section.hash);
+    pages[i].setBytes(static_cast<std::uint32_t>(page.section.bytes));
+    pages[i].setVertices(page.counts.vertices);
+    pages[i].setTriangles(page.counts.triangles);
+  }
 }
 
 void put_trees(BakeRoot::Builder root, const std::vector<WrittenTree>& written,
@@ -266,9 +287,7 @@ Result<void> write_all(AtomicFile& file, const std::string& path, const BakeCont
   if (const auto done = write_trees(contents, pages); !done.ok()) return done;
   if (const auto done = write_signals(contents.signals, appender, sections); !done.ok())
     return done;
-  const auto geometry = appender.append(pack_geometry(contents.mesh, sections.geometry_counts));
-  if (!geometry.ok()) return geometry.error();
-  sections.geometry = *geometry;
+  if (const auto done = write_geometry(contents.mesh, appender, sections); !done.ok()) return done;
   if (const auto done = appender.align(); !done.ok()) return done;
 
   sections.bytes_before_root = appender.offset();

@@ -21,7 +21,8 @@ int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::
   parser.positional("file", path, "the bake file");
   parser.flag("--json", json, "everything, for programs; see formats/bake_format.md");
   parser.flag("--pages", pages,
-              "also a line per page: tree, depth, offset, bytes, sources, children, copies");
+              "also a line per page: tree, depth, offset, bytes, sources, children, copies; then "
+              "those of the geometry");
   parser.flag("--verify", whole,
               "decode every page, signal and triangle and name the first bad one");
   if (const auto code = parser.parse(arguments, out, err)) return *code;

@@ -39,6 +39,13 @@ nlohmann::ordered_json what_it_is(const BakeFile& file, const BakeOverview& over
                    {"file_per_source", ratio(bytes.file, file.stored_sources())},
                    {"compression_ratio", ratio(bytes.pages_unpacked, bytes.pages)}};
   json["page_count"] = file.page_count();
+  std::uint64_t vertices = 0, triangles = 0;
+  for (std::size_t i = 0; i < file.geometry_page_count(); ++i) {
+    vertices += file.geometry_page(i).vertices;
+    triangles += file.geometry_page(i).triangles;
+  }
+  json["geometry"] = {
+      {"triangles", triangles}, {"vertices", vertices}, {"page_count", file.geometry_page_count()}};
   return json;
 }
 
@@ -125,6 +132,14 @@ void add_octree(const BakeOverview& overview, nlohmann::ordered_json& json) {
 }
 
 Result<void> add_pages(const BakeFile& file, nlohmann::ordered_json& json) {
+  json["geometry_pages"] = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < file.geometry_page_count(); ++i) {
+    const GeometryPageInfo page = file.geometry_page(i);
+    json["geometry_pages"].push_back({{"offset", page.offset},
+                                      {"packed_bytes", page.packed_bytes},
+                                      {"triangles", page.triangles},
+                                      {"vertices", page.vertices}});
+  }
   json["pages"] = nlohmann::ordered_json::array();
   return file.for_each_page([&](const PageEntry& entry, const OctreePage& page, std::size_t tree,
                                 std::size_t depth) -> Result<void> {

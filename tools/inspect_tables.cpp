@@ -226,6 +226,12 @@ void print_bytes(const BakeFile& file, std::ostream& out) {
              counted(file.page_count(), "page"),
              share_of(static_cast<double>(bytes.pages_unpacked), static_cast<double>(bytes.pages)),
              as_megabytes(bytes.pages_unpacked));
+  std::uint64_t triangles = 0;
+  for (std::size_t i = 0; i < file.geometry_page_count(); ++i)
+    triangles += file.geometry_page(i).triangles;
+  if (triangles > 0)
+    fmt::print(out, "  geometry: {} in {}\n", counted(triangles, "triangle"),
+               counted(file.geometry_page_count(), "page"));
 }
 
 }  // namespace
@@ -245,13 +251,22 @@ void print_tables(const BakeFile& file, const BakeOverview& overview, std::ostre
 
 Result<void> print_pages(const BakeFile& file, std::ostream& out) {
   fmt::print(out, "  tree depth      offset    bytes sources children copies\n");
-  return file.for_each_page([&](const PageEntry& entry, const OctreePage& page, std::size_t tree,
-                                std::size_t depth) -> Result<void> {
-    fmt::print(out, "{:>6} {:>5} {:>11} {:>8} {:>7} {:>8} {:>6}\n", tree, depth, entry.page.offset,
-               entry.page.bytes(), entry.source_count, page.links.children.size(),
-               page.links.instances.size());
-    return {};
-  });
+  const auto of_sources =
+      file.for_each_page([&](const PageEntry& entry, const OctreePage& page, std::size_t tree,
+                             std::size_t depth) -> Result<void> {
+        fmt::print(out, "{:>6} {:>5} {:>11} {:>8} {:>7} {:>8} {:>6}\n", tree, depth,
+                   entry.page.offset, entry.page.bytes(), entry.source_count,
+                   page.links.children.size(), page.links.instances.size());
+        return {};
+      });
+  if (!of_sources.ok() || file.geometry_page_count() == 0) return of_sources;
+  fmt::print(out, "\n  geometry        offset    bytes triangles vertices\n");
+  for (std::size_t i = 0; i < file.geometry_page_count(); ++i) {
+    const GeometryPageInfo page = file.geometry_page(i);
+    fmt::print(out, "{:>10} {:>13} {:>8} {:>9} {:>8}\n", i + 1, page.offset, page.packed_bytes,
+               page.triangles, page.vertices);
+  }
+  return {};
 }
 
 }  // namespace clamor

@@ -1,5 +1,6 @@
 // Bake files whose forger knew how to sum: wrong values behind right checksums; and the writer,
 // which is held to the same.
+#include <array>
 #include <functional>
 
 #include "tests/formats/forged_root.h"
@@ -27,20 +28,30 @@ std::function<void(BakeRoot::Builder)> top_with(std::size_t at, T value) {
   return [=](BakeRoot::Builder root) { set_in(root.getTrees()[0].getTop(), at, value); };
 }
 
+// The page of the only tree's top.
+PageLink top_page(const Bytes& bytes) {
+  PageLink page;
+  with_root(bytes, [&page](BakeRoot::Builder root) {
+    const auto top = root.getTrees()[0].getTop();
+    page = read_entry(std::as_bytes(std::span(top.begin(), top.size())))->page;
+  });
+  return page;
+}
+
 // The file with something in its second entry changed, that in the top's page, and every checksum
 // right.
 template <class T>
 Bytes with_child(Bytes bytes, std::size_t at, T value) {
-  const auto top_of = [](BakeRoot::Builder root) { return root.getTrees()[0].getTop(); };
-  PageLink page;
-  with_root(bytes, [&](BakeRoot::Builder root) {
-    const auto top = top_of(root);
-    page = read_entry(std::as_bytes(std::span(top.begin(), top.size())))->page;
-  });
+  const PageLink page = top_page(bytes);
   std::memcpy(bytes.data() + page.offset + page.packed_bytes + at, &value, sizeof(T));
   const auto changed = std::as_bytes(std::span(bytes)).subspan(page.offset, page.bytes());
   const std::uint64_t hash = hash_of(changed);
-  return with_root(bytes, [&](BakeRoot::Builder root) { set_in(top_of(root), kHashAt, hash); });
+  return with_root(bytes, top_with(kHashAt, hash));
+}
+
+std::function<void(BakeRoot::Builder)> geometry_page(
+    const std::function<void(::GeometryPage::Builder)>& change) {
+  return [=](BakeRoot::Builder root) { change(root.getGeometry().getPages()[0]); };
 }
 
 std::vector<Hostile> hostile_roots() {
@@ -163,8 +174,27 @@ std::vector<Hostile> hostile_roots() {
       {"decay time that is no number", [](Root r) { r.getDecayT30S().set(2, kNaN); }},
       {"negative error of a decay", [](Root r) { r.getDecayT30ErrorS().set(2, -1); }},
       {"infinite error of the decays", [](Root r) { r.setDecayErrorDb(INFINITY); }},
-      {"geometry of 2^32 triangles", [](Root r) { r.getGeometry().setTriangles(0xffffffffu); }},
-      {"geometry of fewer vertices", [](Root r) { r.getGeometry().setVertices(3); }},
+      {"geometry in two ways", [](Root r) { r.getGeometry().setTriangles(2); }},
+      {"geometry of vertices alone", [](Root r) { r.getGeometry().setVertices(3); }},
+      {"geometry of bytes alone", [](Root r) { r.getGeometry().setBytes(1); }},
+      {"geometry of 2^32 triangles", geometry_page([](auto p) { p.setTriangles(0xffffffffu); })},
+      {"geometry of 2^32 vertices", geometry_page([](auto p) { p.setVertices(0xffffffffu); })},
+      {"geometry of no triangle", geometry_page([](auto p) { p.setTriangles(0); })},
+      {"geometry of one triangle more", geometry_page([](auto p) { p.setTriangles(3); })},
+      {"geometry of fewer vertices", geometry_page([](auto p) { p.setVertices(3); })},
+      {"geometry of 4 GB", geometry_page([](auto p) { p.setBytes(0xffffffffu); })},
+      {"geometry of nothing", geometry_page([](auto p) { p.setBytes(0); })},
+      {"geometry beyond the file", geometry_page([](auto p) { p.setOffset(1ull << 63); })},
+      {"geometry page over the signals", geometry_page([](auto p) { p.setOffset(64); })},
+      {"geometry with a wrong checksum", geometry_page([](auto p) { p.setHash(7); })},
+      {"geometry that is there twice",
+       [](Root r) {
+         const auto one = r.getGeometry().getPages()[0];
+         auto orphan = r.getGeometry().disownPages();
+         auto two = r.getGeometry().initPages(2);
+         two.setWithCaveats(0, one);
+         two.setWithCaveats(1, one);
+       }},
       {"geometry nowhere", [](Root r) { r.getGeometry().setLowZ(kNaN); }},
       {"geometry over the signals", [](Root r) { r.getGeometry().setOffset(64); }},
       {"air at absolute zero", [](Root r) { r.setTemperatureC(-300); }},
@@ -207,6 +237,33 @@ TEST(HostileBakeFile, WithAPageThatSpeaksOfWrongChildrenIsRefused) {
   refused("child of infinite power", 28, INFINITY);
   refused("child of a cone that is no number", 72, kNaN);
   refused("child of a negative delay", 76, -1.0f);
+}
+
+TEST(HostileBakeFile, InWhichTwoNodesHaveOnePageIsRefused) {
+  BakeContents bake = contents(99);
+  OctreeNode& child = bake.octree.nodes[1];
+  ASSERT_EQ(child.source_count, 40u);
+  child.source_count = 20;
+  OctreeNode other = child;
+  other.first_source += 20;
+  bake.octree.nodes[0].children[5] = 2;
+  bake.octree.nodes.push_back(other);
+  const Bytes whole = written(bake);
+  ASSERT_TRUE(read_whole(whole).ok());
+  // All that the one entry says but its octant, in the other's place.
+  const PageLink page = top_page(whole);
+  ASSERT_EQ(page.children, 2);
+  std::array<char, kOctantAt> before{};
+  std::array<char, kEntryBytes - kChildrenAt> after{};
+  const char* const first = whole.data() + page.offset + page.packed_bytes;
+  std::memcpy(before.data(), first, before.size());
+  std::memcpy(after.data(), first + kChildrenAt, after.size());
+  const Bytes shared =
+      with_child(with_child(whole, kEntryBytes, before), kEntryBytes + kChildrenAt, after);
+  const auto read = read_whole(shared);
+  ASSERT_FALSE(read.ok());
+  EXPECT_NE(read.error().message.find("has two children on one page"), std::string::npos)
+      << read.error().message;
 }
 
 TEST(HostileBakeFile, WithARootOfRandomWordsIsRefused) {

@@ -59,9 +59,11 @@ TEST(SightGeometry, LetsThroughTheProductOfAllWallsOnTheWay) {
 // -----------------------------------------------------------------------------
 
 Mesh as_stored(const Mesh& mesh, std::size_t materials) {
-  GeometryCounts counts;
-  const auto bytes = pack_geometry(mesh, counts);
-  return *unpack_geometry(bytes, counts, materials);
+  const PackedGeometry packed = pack_geometry(mesh);
+  Mesh stored;
+  for (const PackedGeometryPage& page : packed.pages)
+    append(*unpack_geometry_page(page.frame, page.counts, packed.low_m, materials), stored);
+  return stored;
 }
 
 struct Misses {

@@ -54,6 +54,17 @@ TEST(DiffCommand, SaysInWhatTwoBakesDifferAndInNothingElse) {
   EXPECT_NE(clamor({"diff", a, c}).out.find("B louder by, dB"), std::string::npos);
 }
 
+TEST(DiffCommand, FindsThatABakeInTwoVersionsOfTheFormatSoundsTheSame) {
+  const std::string golden = std::string(CLAMOR_SOURCE_DIR) + "/tests/formats/golden/";
+  const auto outcome = clamor({"diff", golden + "3.0.clamor", golden + "3.1.clamor", "--json"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_TRUE(json["same"]);
+  std::set<std::string> what;
+  for (const auto& row : json["differences"]) what.insert(row["what"]);
+  EXPECT_TRUE(what.contains("format")) << json;
+}
+
 TEST(DiffCommand, TellsWhichValueOfAnEmitterOrAMaterialChangedAndByHowMuchItIsLouder) {
   const Folder folder;
   const std::string level = folder.write("level.gltf", testing::kEmptyLevel);

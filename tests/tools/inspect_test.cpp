@@ -102,6 +102,15 @@ TEST_F(InspectCommand, SharesOutEveryByteOfTheFile) {
   }
   EXPECT_EQ(packed, bytes["pages"]);
   EXPECT_EQ(sources, json["sources"]["total"]);
+  std::uint64_t of_geometry = 0, triangles = 0;
+  for (const Json& page : json["geometry_pages"]) {
+    of_geometry += page["packed_bytes"].get<std::uint64_t>();
+    triangles += page["triangles"].get<std::uint64_t>();
+  }
+  EXPECT_EQ(of_geometry, bytes["geometry"]);
+  EXPECT_GT(of_geometry, 0u);
+  EXPECT_EQ(triangles, json["geometry"]["triangles"]);
+  EXPECT_EQ(json["geometry_pages"].size(), json["geometry"]["page_count"].get<std::size_t>());
 }
 
 // A key of the JSON, with the keys it is in. By value, as `keys` grows under whoever calls.
@@ -164,6 +173,16 @@ TEST_F(InspectCommand, ListsEveryPageWhenItIsAskedTo) {
     EXPECT_EQ(sources, page["sources"]);
     EXPECT_EQ(children, page["children"]);
   }
+  std::istringstream rest(text.substr(text.find("  geometry        offset")));
+  std::getline(rest, header);
+  for (const Json& page : json["geometry_pages"]) {
+    std::uint64_t number = 0, offset = 0, packed = 0, triangles = 0, vertices = 0;
+    rest >> number >> offset >> packed >> triangles >> vertices;
+    EXPECT_EQ(offset, page["offset"]);
+    EXPECT_EQ(packed, page["packed_bytes"]);
+    EXPECT_EQ(triangles, page["triangles"]);
+    EXPECT_EQ(vertices, page["vertices"]);
+  }
 }
 
 TEST_F(InspectCommand, VerifyNamesTheFirstPageThatIsDamaged) {
@@ -185,6 +204,20 @@ TEST_F(InspectCommand, VerifyNamesTheFirstPageThatIsDamaged) {
         << outcome.err;
     EXPECT_NE(outcome.err.find("checksum"), std::string::npos) << outcome.err;
   }
+}
+
+TEST_F(InspectCommand, VerifyNamesThePageOfTheGeometryThatIsDamaged) {
+  const Json page = Json::parse(shown({"--json", "--pages"}))["geometry_pages"][0];
+  const std::string damaged = *folder_ / "damaged.clamor";
+  std::string bytes = read(path());
+  const auto offset = page["offset"].get<std::size_t>();
+  bytes[offset + page["packed_bytes"].get<std::size_t>() - 1] ^= 1;
+  std::ofstream(damaged, std::ios::binary) << bytes;
+  const Outcome outcome = clamor({"inspect", damaged, "--verify"});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("page 1 of 1 of the geometry"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("bytes at " + std::to_string(offset)), std::string::npos);
+  EXPECT_EQ(clamor({"inspect", damaged}).code, 0);  // what is not asked for is not read
 }
 
 TEST(BakeOverview, PutsACrowdInOneLine) {
