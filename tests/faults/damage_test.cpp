@@ -169,6 +169,31 @@ TEST(ForgedFile, WithAnyBitOfItsPreambleOrRootFlippedIsRefusedOrHarmless) {
   EXPECT_LT(allocations().largest, kMuchMemory);
 }
 
+TEST(ForgedFile, WithAnyBitOfItsGeometryFlippedIsRefusedOrHarmless) {
+  const ChecksumsOff off;
+  Damaged damaged;
+  const auto whole = BakeFile::open(damaged.path());
+  ASSERT_TRUE(whole.ok());
+  ASSERT_EQ(whole->geometry_page_count(), 1u);
+  const GeometryPageInfo page = whole->geometry_page(0);
+  watch_allocations();
+  int refused = 0;
+  for (std::size_t bit = 8 * page.offset; bit < 8 * (page.offset + page.packed_bytes); ++bit) {
+    damaged.flip(bit);
+    const auto mesh = BakeFile::open(damaged.path())->read_mesh();
+    refused += !mesh.ok();
+    if (mesh.ok()) {
+      ASSERT_EQ(mesh->triangles.size(), page.triangles) << "bit " << bit;
+      for (const auto& triangle : mesh->triangles)
+        for (const std::uint32_t corner : triangle) ASSERT_LT(corner, page.vertices);
+    }
+    damaged.mend(bit / 8);
+  }
+  EXPECT_LT(allocations().largest, kMuchMemory);
+  EXPECT_GT(refused, 100);
+  EXPECT_TRUE(BakeFile::open(damaged.path())->read_mesh().ok());
+}
+
 // What a player makes of forged files: sound of finite numbers, or a sentence.
 TEST(ForgedFile, IsPlayedWithoutHarmWhereItIsNotRefused) {
   const ChecksumsOff off;

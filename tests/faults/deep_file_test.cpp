@@ -1,0 +1,79 @@
+// Files whose copies are nested far deeper than any level's: whoever reads or plays them does not
+// recurse.
+#include <cmath>
+#include <memory>
+
+#include "bake/copies.h"
+#include "formats/bake_file.h"
+#include "runtime/auralizer.h"
+#include "tests/rooms_runtime.h"
+#include "tests/sanitized.h"
+#include "tests/tools/program.h"
+
+namespace clamor::testing {
+
+namespace {
+
+// A room in a tree, that copied by the next, and so on.
+BakeContents nested(std::uint32_t depth) {
+  BakeContents bake = baked_contents(60);
+  for (Signal& signal : bake.signals) signal.samples.resize(200, 0.25f);
+  std::vector<PageEntry> tops;
+  for (std::uint32_t t = 0; t < depth; ++t) {
+    tops.push_back(top_of(bake.octree, tops));
+    bake.copied.push_back(std::move(bake.octree));
+    OctreeNode node;
+    node.low_m = tops.back().low_m;
+    node.high_m = tops.back().high_m;
+    node.instance_count = 1;
+    bake.octree = {};
+    bake.octree.instances = {Instance{.tree = t}};
+    include_instances(bake.octree.instances, tops, node);
+    bake.octree.nodes = {node};
+  }
+  return bake;
+}
+
+// Reads every page of the file and plays a few blocks of it; how many sources it claims.
+std::uint64_t read_and_play(const BakeContents& bake) {
+  const Folder folder;
+  const std::string path = folder / "deep.clamor";
+  const auto written = write_bake(path, bake, 1);
+  EXPECT_TRUE(written.ok()) << (written.ok() ? "" : written.error().message);
+  auto opened = BakeFile::open(path);
+  EXPECT_TRUE(opened.ok()) << (opened.ok() ? "" : opened.error().message);
+  if (!opened.ok()) return 0;
+  const auto file = std::make_shared<const BakeFile>(std::move(*opened));
+  std::uint64_t pages = 0;
+  EXPECT_TRUE(file->for_each_page([&](const PageEntry&, const OctreePage&, std::size_t,
+                                      std::size_t) -> Result<void> {
+                    ++pages;
+                    return {};
+                  })
+                  .ok());
+  EXPECT_EQ(pages, file->page_count());
+
+  AuralizerOptions options;
+  options.voices = 50;
+  options.visibility = false;
+  options.wait_for_pages = true;
+  const auto auralizer = Auralizer::create(file, options);
+  if (!auralizer.ok()) return file->source_count();  // with a sentence
+  std::vector<float> block(2 * 960);
+  for (int k = 0; k < 3; ++k) {
+    while ((*auralizer)->wants_keyframe())
+      (*auralizer)->make_keyframe({{3 + 0.1 * k, 4, 1.5}, 0, 0});
+    (*auralizer)->mix(block);
+    for (const float sample : block) EXPECT_TRUE(std::isfinite(sample));
+  }
+  return file->source_count();
+}
+
+TEST(DeepFile, OfCopiesWithinThousandsOfCopiesIsReadAndPlayedWithoutHarm) {
+  const std::uint32_t depth = kSanitized ? 2'000 : 20'000;
+  EXPECT_GT(read_and_play(nested(depth)), 60u);
+}
+
+}  // namespace
+
+}  // namespace clamor::testing
