@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "common/maths.h"
 
@@ -12,6 +13,33 @@ namespace {
 double warped(double frequency_hz, double rate_hz) {
   const double angle = std::numbers::pi * frequency_hz / rate_hz;
   return sin_of(angle) / cos_of(angle);
+}
+
+template <std::size_t kFactors>
+using FilterMemory = std::array<std::array<double, 2>, kFactors>;
+
+// Where the number of factors is known beforehand, and small, registers hold their memory: twice as
+// fast.
+template <class Factors, class Memory>
+void run(Factors factors, Memory memory, std::vector<double>& samples, bool backwards,
+         std::size_t tail) {
+  const std::size_t size = samples.size();
+  if (size == 0) return;
+  const auto next = [&](double x) {
+    for (std::size_t k = 0; k < factors.size(); ++k) {
+      const Biquad& factor = factors[k];
+      auto& [s1, s2] = memory[k];
+      const double y = factor.b0 * x + s1;
+      s1 = factor.b1 * x - factor.a1 * y + s2;
+      s2 = factor.b2 * x - factor.a2 * y;
+      x = y;
+    }
+    return x;
+  };
+  // The n-th sample on the way; before the first comes the last, as often as needed.
+  const auto at = [&](std::size_t n) { return backwards ? size - 1 - n : n; };
+  for (std::size_t n = tail; n-- > 0;) next(samples[at(size - 1 - n % size)]);
+  for (std::size_t n = 0; n < size; ++n) samples[at(n)] = next(samples[at(n)]);
 }
 
 }  // namespace
@@ -47,24 +75,14 @@ double crossover_magnitude(std::size_t edge, double rate_hz, Side side, double f
 
 void filter_samples(const std::vector<Biquad>& factors, std::vector<double>& samples,
                     bool backwards, std::size_t tail) {
-  const std::size_t size = samples.size();
-  if (size == 0) return;
-  std::vector<std::array<double, 2>> memory(factors.size());
-  const auto next = [&](double x) {
-    for (std::size_t k = 0; k < factors.size(); ++k) {
-      const Biquad& factor = factors[k];
-      auto& [s1, s2] = memory[k];
-      const double y = factor.b0 * x + s1;
-      s1 = factor.b1 * x - factor.a1 * y + s2;
-      s2 = factor.b2 * x - factor.a2 * y;
-      x = y;
-    }
-    return x;
-  };
-  // The n-th sample on the way; before the first comes the last, as often as needed.
-  const auto at = [&](std::size_t n) { return backwards ? size - 1 - n : n; };
-  for (std::size_t n = tail; n-- > 0;) next(samples[at(size - 1 - n % size)]);
-  for (std::size_t n = 0; n < size; ++n) samples[at(n)] = next(samples[at(n)]);
+  if (factors.size() == 1)  // a spline's
+    run(std::span(factors).first<1>(), FilterMemory<1>(), samples, backwards, tail);
+  else if (factors.size() == kButterworthFactors)
+    run(std::span(factors).first<kButterworthFactors>(), FilterMemory<kButterworthFactors>(),
+        samples, backwards, tail);
+  else
+    run(std::span(factors), std::vector<std::array<double, 2>>(factors.size()), samples, backwards,
+        tail);
 }
 
 }  // namespace clamor

@@ -117,6 +117,7 @@ struct Auralizer::State {
         ahead(keyframes_ahead(options)),
         gain(static_cast<float>(options.gain)),
         wait_for_pages(options.wait_for_pages),
+        first_sounds_end_s(LoadClock::steady_s(nullptr) + options.first_sounds_s),
         panner(options.output.make_panner()),
         head(options.output.head),
         mode(mode_of(panner.get(), head.get())),
@@ -168,7 +169,9 @@ struct Auralizer::State {
 
   void look_for_what_hides(const AuralizerOptions& options) {
     if (!looks(options) || input.mesh.triangles.empty()) return;
-    surfaces = std::make_unique<SightGeometry>(input.mesh, input.materials);
+    using Ready = SightGeometry::Ready;
+    surfaces = std::make_unique<SightGeometry>(
+        input.mesh, input.materials, options.wait_for_pages ? Ready::kWhole : Ready::kSoon);
     sight = std::make_unique<VisibilityCache>(
         *surfaces, field.speed_of_sound_mps(),
         VisibilityOptions{.rays_per_keyframe = options.rays, .exact = options.wait_for_pages});
@@ -189,6 +192,7 @@ struct Auralizer::State {
   std::atomic<std::size_t> ahead;  // keyframes that may wait for the mixer
   const float gain;
   const bool wait_for_pages;
+  const double first_sounds_end_s;
   const std::unique_ptr<const Panner> panner;
   const std::shared_ptr<const Head> head;
   const MixMode mode;
@@ -256,7 +260,7 @@ struct Auralizer::State {
     if (wait_for_pages)
       sounds->wait(std::numeric_limits<double>::infinity());
     else if (made == 0)
-      sounds->wait(kFirstSounds_s);
+      sounds->wait(std::max(0.0, first_sounds_end_s - LoadClock::steady_s(nullptr)));
   }
 
   // Mixes steps for up to so many samples; true if it had to do without a keyframe that was due.
@@ -421,6 +425,7 @@ void Auralizer::make_keyframe(const Pose& pose) {
     sample = state.sampler->sample(pose.position_m, time_s);
   state.maker->make(sample, pose, *keyframe);
   state.play(*keyframe);
+  if (state.surfaces != nullptr) state.surfaces->improve();
   const double took_s = state.sampler_clock.now() - start_s;
   if (state.adapting && state.made > 0) state.adapt_k(took_s);
 

@@ -39,7 +39,7 @@ namespace clamor {
 
 inline constexpr int kOutputChannels = 2;  // of the default output shape
 
-inline constexpr double kFirstSounds_s = 0.5;
+inline constexpr double kFirstSounds_s = 0.5, kFirstSoundsOfPlayer_s = 0.06;
 inline constexpr std::uint64_t kLeastSounds_bytes =
     8'000'000;  // the longest that is not cut, and more
 
@@ -59,6 +59,9 @@ struct AuralizerOptions {
   std::uint64_t memory_bytes = 64'000'000;
   // For pages and sounds, as a render does, which then takes what memory one sample needs.
   bool wait_for_pages = false;
+  // Counted from the creation: so long keyframe 0 may wait for sounds. Voices whose sound comes
+  // later begin then.
+  double first_sounds_s = kFirstSounds_s;
   // Choose and mix less where there is no time for all (load_control.h): for real time only, since
   // what is heard then depends on the machine. Each clock is read on its own thread.
   bool adapt = false;
@@ -100,7 +103,7 @@ class Auralizer {
 
   // Sampler thread. Keyframe 0 also mixes the 85 ms before time 0, so that sound that has always
   // been playing is there from the first frame on; until it is made, mix() gives silence. It waits
-  // for the sounds that are heard first, but no longer than kFirstSounds_s.
+  // for the sounds that are heard first, but no longer than first_sounds_s.
   bool wants_keyframe() const;
   double next_keyframe_time_s() const;
   void make_keyframe(const Pose& pose);

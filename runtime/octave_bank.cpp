@@ -219,7 +219,7 @@ std::vector<double> part_in_place(std::vector<double>& whole, std::size_t tail) 
 }  // namespace
 
 OctaveBank::Layers OctaveBank::part(const std::vector<double>& samples, bool loop,
-                                    bool phase_undone) {
+                                    bool phase_undone, bool powers) {
   Layers layers;
   if (samples.empty()) return layers;
   layers.high = samples;
@@ -236,12 +236,14 @@ OctaveBank::Layers OctaveBank::part(const std::vector<double>& samples, bool loo
   for (std::size_t k = 0; k < count; ++k) layers.low.push_back(low[kLowRate * k % low.size()]);
 
   // Power has no phase, so it may be taken before that is undone.
-  const auto frames = static_cast<double>(samples.size());
-  add_squares<HighCascade>(layers.high, kLowBands, kHighBands, tail(kBankTailFrames), 1 / frames,
-                           layers.mean_square);
-  const double low_frames = loop ? static_cast<double>(layers.low.size()) : frames / kLowRate;
-  add_squares<LowCascade>(layers.low, 0, kLowBands, tail(kBankTailFrames / kLowRate),
-                          1 / low_frames, layers.mean_square);
+  if (powers) {
+    const auto frames = static_cast<double>(samples.size());
+    add_squares<HighCascade>(layers.high, kLowBands, kHighBands, tail(kBankTailFrames), 1 / frames,
+                             layers.mean_square);
+    const double low_frames = loop ? static_cast<double>(layers.low.size()) : frames / kLowRate;
+    add_squares<LowCascade>(layers.low, 0, kLowBands, tail(kBankTailFrames / kLowRate),
+                            1 / low_frames, layers.mean_square);
+  }
 
   if (!phase_undone) return layers;
   filter_samples(all_pass_of(kHighLayer), layers.high, true, tail(kBankTailFrames));

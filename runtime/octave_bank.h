@@ -66,8 +66,9 @@ class OctaveBank {
     std::vector<double> high, low;
     Bands mean_square{};  // of what each band passes
   };
-  // With `phase_undone` false they keep their own.
-  static Layers part(const std::vector<double>& samples, bool loop, bool phase_undone = true);
+  // With `phase_undone` false they keep their own, and without `powers` there are none.
+  static Layers part(const std::vector<double>& samples, bool loop, bool phase_undone = true,
+                     bool powers = true);
 
   // The layers of a window cut from a signal, frame for frame, low[k] being its frame kLowRate x k:
   // right to -150 dB from kPartingTailFrames behind its beginning on to kPartingTailFrames +

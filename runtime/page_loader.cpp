@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <functional>
 #include <mutex>
 #include <thread>
 #include <tuple>
@@ -82,6 +83,7 @@ void PageLoader::take(std::uint64_t offset, double urgency, Content content) {
   bytes_ += bytes;
   most_page_bytes_ = std::max(most_page_bytes_, bytes);
   slot.page = std::move(*content);
+  slot.bytes = bytes;
   slot.last_use = sample_ - 1;  // so that it is not dropped before it was looked at
   slot.urgency = urgency;
   ++here_;
@@ -137,11 +139,14 @@ void PageLoader::drop_too_much() {
   for (const auto& [offset, slot] : slots_)
     if (slot.page != nullptr && !slot.stays && (budget_.strict || slot.last_use + 1 < sample_))
       order.emplace_back(slot.last_use, slot.urgency, offset);
-  std::sort(order.begin(), order.end());
-  for (const auto& [use, urgency, offset] : order) {
-    if (bytes_ <= budget_.bytes) break;
-    const auto slot = slots_.find(offset);
-    bytes_ -= slot->second.page->bytes();
+  // A heap, as few of many go.
+  const std::greater<> last_goes_first;
+  std::make_heap(order.begin(), order.end(), last_goes_first);
+  while (bytes_ > budget_.bytes && !order.empty()) {
+    std::pop_heap(order.begin(), order.end(), last_goes_first);
+    const auto slot = slots_.find(std::get<std::uint64_t>(order.back()));
+    order.pop_back();
+    bytes_ -= slot->second.bytes;
     slots_.erase(slot);
     --here_;
   }
@@ -157,7 +162,7 @@ const ResidentPage* PageLoader::use(const PageEntry& entry, double urgency) {
   if (slot.page != nullptr && slot.last_use != sample_) {
     slot.last_use = sample_;
     slot.urgency = 0;
-    used_bytes_ += slot.page->bytes();
+    used_bytes_ += slot.bytes;
   }
   slot.urgency = std::max(slot.urgency, urgency);
   return slot.page.get();

@@ -81,6 +81,7 @@ class PageLoader {
   struct Shared;
   struct Slot {
     std::unique_ptr<const ResidentPage> page;  // null: it failed
+    std::uint64_t bytes = 0;                   // of its memory
     std::uint32_t last_use = 0;                // sample
     double urgency = 0;                        // in that
     bool stays = false;

@@ -174,6 +174,7 @@ class Priority final : public Sampler {
     const double predicted = threshold;
     // Who waits, and had to take all there was, begins with that.
     if (sight_ != nullptr && sight_->exact() && starved_ && threshold_ == 0) threshold = 0;
+    if (pool_.size() <= voices_) threshold = 0;  // all of them
     // Of thresholds that were tried: the lowest with too few sources, the highest with far too
     // many.
     double too_high = std::numeric_limits<double>::infinity(), too_low = 0;

@@ -8,7 +8,10 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
+
+#include "runtime/thread_shares.h"
 
 namespace clamor {
 
@@ -60,22 +63,16 @@ SightPlane plane_of(const Mesh& mesh, const std::array<std::uint32_t, 3>& corner
 
 }  // namespace
 
-SightGeometry::SightGeometry(const Mesh& mesh, std::span<const Material> materials)
-    : materials_(mesh.materials), embree_(std::make_unique<Embree>()) {
-  for (const Material& material : materials) {
-    transmission_.push_back(material.transmission);
-    for (const float through : material.transmission) lets_through_ |= through > 0;
-  }
-  if (mesh.triangles.empty()) return;  // a free field
-  planes_.reserve(mesh.triangles.size());
-  for (const auto& triangle : mesh.triangles) planes_.push_back(plane_of(mesh, triangle));
-
-  embree_->device = rtcNewDevice(nullptr);
-  embree_->scene = rtcNewScene(embree_->device);
-  rtcSetSceneBuildQuality(embree_->scene, RTC_BUILD_QUALITY_HIGH);
+std::unique_ptr<SightGeometry::Embree> SightGeometry::tree_of(const Mesh& mesh, Ready ready) {
+  auto tree = std::make_unique<Embree>();
+  tree->device = rtcNewDevice(nullptr);
+  tree->scene = rtcNewScene(tree->device);
+  rtcSetSceneBuildQuality(tree->scene,
+                          ready == Ready::kSoon ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_HIGH);
   // Without it a ray may slip through the edge between two triangles.
-  rtcSetSceneFlags(embree_->scene, RTC_SCENE_FLAG_ROBUST);
-  const RTCGeometry geometry = rtcNewGeometry(embree_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  rtcSetSceneFlags(tree->scene, RTC_SCENE_FLAG_ROBUST);
+  const RTCGeometry geometry = rtcNewGeometry(tree->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  if (ready == Ready::kSoon) rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_LOW);
   auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
                                                                RTC_FORMAT_FLOAT3, sizeof(Vec3f),
                                                                mesh.vertices_m.size()));
@@ -86,9 +83,36 @@ SightGeometry::SightGeometry(const Mesh& mesh, std::span<const Material> materia
   std::copy(mesh.triangles.begin(), mesh.triangles.end(), indices);
   rtcSetGeometryMask(geometry, 0xffffffff);  // Embree 4's default is 1
   rtcCommitGeometry(geometry);
-  rtcAttachGeometry(embree_->scene, geometry);
+  rtcAttachGeometry(tree->scene, geometry);
   rtcReleaseGeometry(geometry);
-  rtcCommitScene(embree_->scene);
+  rtcCommitScene(tree->scene);
+  return tree;
+}
+
+SightGeometry::SightGeometry(const Mesh& mesh, std::span<const Material> materials, Ready ready)
+    : materials_(mesh.materials), embree_(std::make_unique<Embree>()) {
+  for (const Material& material : materials) {
+    transmission_.push_back(material.transmission);
+    for (const float through : material.transmission) lets_through_ |= through > 0;
+  }
+  if (mesh.triangles.empty()) return;  // a free field
+  planes_.reserve(mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles) planes_.push_back(plane_of(mesh, triangle));
+  embree_ = tree_of(mesh, ready);
+  if (ready == Ready::kSoon) improves_ = &mesh;
+}
+
+bool SightGeometry::improve() {
+  if (improves_ == nullptr) return true;
+  if (!better_.valid())
+    better_ = std::async(std::launch::async, [mesh = improves_] {
+      name_thread("sight builder");
+      return tree_of(*mesh, Ready::kWhole);
+    });
+  if (better_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+  embree_ = better_.get();
+  improves_ = nullptr;
+  return true;
 }
 
 SightGeometry::~SightGeometry() = default;

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <cstdint>
+#include <future>
 #include <memory>
 #include <optional>
 #include <span>
@@ -37,10 +38,16 @@ class SightGeometry {
   // Far enough before its wall for a source whose place and whose wall are both rounded.
   static constexpr double kBeforeWall_m = 0.005;
 
-  SightGeometry(const Mesh& mesh, std::span<const Material> materials);
+  // Whole at once; or three times as soon, with rays that take a third longer until improve() finds
+  // the better tree, on which a thread works from its first call on. That thread reads `mesh`.
+  enum class Ready { kWhole, kSoon };
+  SightGeometry(const Mesh& mesh, std::span<const Material> materials, Ready ready = Ready::kWhole);
   ~SightGeometry();
 
   bool empty() const { return planes_.empty(); }
+
+  // Takes the better tree if it is there: true once it is. Never waits. Not while rays are cast.
+  bool improve();
 
   // Of the first surface on the way, null if there is none.
   const SightPlane* first_surface(const Vec3f& from_m, const Vec3f& to_m) const;
@@ -55,6 +62,7 @@ class SightGeometry {
 
  private:
   struct Embree;
+  static std::unique_ptr<Embree> tree_of(const Mesh& mesh, Ready ready);
   static constexpr std::uint32_t kNone = 0xffffffff;
 
   // The triangle, from `near` to the end of the way (both shares of it); `near` becomes where.
@@ -65,6 +73,8 @@ class SightGeometry {
   std::vector<Bands> transmission_;       // per material
   bool lets_through_ = false;             // any of them, anything
   std::unique_ptr<Embree> embree_;
+  const Mesh* improves_ = nullptr;  // null: need not
+  std::future<std::unique_ptr<Embree>> better_;
 };
 
 }  // namespace clamor

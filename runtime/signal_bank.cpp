@@ -157,8 +157,9 @@ void PreparedSignal::make_whole(std::vector<double> samples) {
     samples.insert(samples.end(), samples.end() - static_cast<std::ptrdiff_t>(once), samples.end());
   OctaveBank::Layers layers;
   if (mode_.two_layers() || here_ == nullptr) {
-    layers = OctaveBank::part(samples, loop, !mode_.head);
-    if (here_ == nullptr) mean_square_ = layers.mean_square;
+    const bool knows_power = here_ != nullptr;
+    layers = OctaveBank::part(samples, loop, !mode_.head, !knows_power);
+    if (!knows_power) mean_square_ = layers.mean_square;
   }
   if (!mode_.two_layers()) {
     layers.low.clear();

@@ -83,6 +83,34 @@ Result<void> verify_pages(const BakeFile& file) {
   return {};
 }
 
+// Whether any source is a reflection. A bake that traced photons says that by their number; other
+// files with copies by their pages.
+Result<bool> anything_reflected(const BakeFile& file) {
+  if (file.statistics().photons_traced > 0) return true;
+  constexpr const char* kEnough = "is enough to know";
+  bool found = false;
+  const auto read = file.for_each_page(
+      [&](const PageEntry&, const OctreePage& page, std::size_t, std::size_t) -> Result<void> {
+        found = std::any_of(page.sources.begin(), page.sources.end(),
+                            [](const Source& source) { return !source.is_emitter; });
+        if (found) return Error(kEnough);
+        return {};
+      });
+  if (!found && !read.ok()) return read.error();
+  return found;
+}
+
+// How many of all sources, copies too, are emitters. Where anything is reflected the table has all
+// of them, as reflections name them there. Where nothing is, every source is an emitter, and the
+// table has only those that are stored.
+Result<std::uint64_t> emitters_in(const BakeFile& file) {
+  const std::uint64_t listed = std::min<std::uint64_t>(file.source_count(), file.emitters().size());
+  if (file.trees().size() < 2) return listed;
+  const auto reflected = anything_reflected(file);
+  if (!reflected.ok()) return reflected.error();
+  return *reflected ? listed : file.source_count();
+}
+
 }  // namespace
 
 std::string without_number(const std::string& name) {
@@ -138,10 +166,12 @@ std::vector<MaterialGroup> groups_of(std::span<const Material> materials) {
   return groups;
 }
 
-BakeOverview overview_of(const BakeFile& file) {
+Result<BakeOverview> overview_of(const BakeFile& file) {
   BakeOverview overview;
-  overview.secondary =
-      file.source_count() - std::min<std::uint64_t>(file.source_count(), file.emitters().size());
+  const auto emitters = emitters_in(file);
+  if (!emitters.ok()) return emitters.error();
+  overview.emitter_count = *emitters;
+  overview.secondary = file.source_count() - *emitters;
   overview.emitters = groups_of(file.emitters());
   overview.materials = groups_of(file.materials());
   overview.command = command_of(file);

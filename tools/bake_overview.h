@@ -36,13 +36,14 @@ struct BakeOverview {
   std::vector<OctreeLevel> levels;  // of the level's tree, by depth
   CopiedTrees copied;
   Bands power{};  // of all sources, copies too
-  std::uint64_t secondary = 0;
+  std::uint64_t emitter_count = 0, secondary = 0;  // of all sources, copies too
   std::vector<EmitterGroup> emitters;
   std::vector<MaterialGroup> materials;
   std::string command;  // that makes the file again
 };
 
-BakeOverview overview_of(const BakeFile& file);
+// Reads pages only where copies are and nothing tells whether anything is reflected.
+Result<BakeOverview> overview_of(const BakeFile& file);
 
 // Decodes everything there is, and holds what the root says of pages against them. An Error names
 // the first that is bad.

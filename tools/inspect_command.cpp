@@ -35,14 +35,15 @@ int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::
   if (!file.ok()) return fail(file.error());
   if (whole)
     if (const auto good = verify(*file); !good.ok()) return fail(good.error());
-  const BakeOverview overview = overview_of(*file);
+  const auto overview = overview_of(*file);
+  if (!overview.ok()) return fail(overview.error());
   if (json) {
-    const auto text = as_json(*file, overview, pages);
+    const auto text = as_json(*file, *overview, pages);
     if (!text.ok()) return fail(text.error());
     out << *text << '\n';
     return kSuccess;
   }
-  print_tables(*file, overview, out);
+  print_tables(*file, *overview, out);
   if (pages) {
     out << '\n';
     if (const auto printed = print_pages(*file, out); !printed.ok()) return fail(printed.error());

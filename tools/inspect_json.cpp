@@ -27,7 +27,7 @@ nlohmann::ordered_json what_it_is(const BakeFile& file, const BakeOverview& over
   for (const double hz : kBandCentres_hz) json["bands_hz"].push_back(static_cast<int>(hz));
   json["sources"] = {{"total", file.source_count()},
                      {"stored", file.stored_sources()},
-                     {"emitters", file.emitters().size()},
+                     {"emitters", overview.emitter_count},
                      {"secondary", overview.secondary}};
   json["bytes"] = {{"file", bytes.file},
                    {"pages", bytes.pages},

@@ -85,7 +85,7 @@ std::vector<std::string> inputs_of(const Provenance& provenance) {
 void print_title(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
   fmt::print(out, "{}: Clamor bake, format {}.{}, {} MB\n", printable(file.path()), file.major(),
              file.minor(), as_megabytes(file.bytes().file));
-  fmt::print(out, "  {} and {} in {}, made by {}\n", counted(file.emitters().size(), "emitter"),
+  fmt::print(out, "  {} and {} in {}, made by {}\n", counted(overview.emitter_count, "emitter"),
              counted(overview.secondary, "secondary source"), printable(file.provenance().level),
              printable(file.provenance().tool));
   if (file.stored_sources() != file.source_count())
@@ -132,8 +132,10 @@ void print_sound(const BakeFile& file, const BakeOverview& overview, std::ostrea
 }
 
 void print_emitters(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
+  const std::string listed = counted(file.emitters().size(), "emitter");
   fmt::print(out, "\n{:<26}{:>8}  {:>8} {:>8} {:>9}  {}\n",
-             counted(file.emitters().size(), "emitter"), "gain", "beam", "starts", "count", "at");
+             file.emitters().size() < overview.emitter_count ? listed + " stored" : listed, "gain",
+             "beam", "starts", "count", "at");
   const std::size_t shown = shown_of(overview.emitters.size(), kShownGroups);
   for (std::size_t i = 0; i < shown; ++i) {
     const EmitterGroup& group = overview.emitters[i];

@@ -266,6 +266,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   options.auralizer.output = *shape;
   options.auralizer.limit = !no_limiter;
   options.auralizer.adapt = true;
+  options.auralizer.first_sounds_s = kFirstSoundsOfPlayer_s;
   const auto samples = sample_format(format, options.record);
   if (!samples.ok()) return parser.bad_usage(err, "--format: " + samples.error().message);
   options.record_format = *samples;

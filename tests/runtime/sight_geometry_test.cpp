@@ -3,11 +3,13 @@
 
 #include <cmath>
 #include <filesystem>
+#include <thread>
 
 #include <gtest/gtest.h>
 
 #include "bake/bake.h"
 #include "bake/scene.h"
+#include "common/random.h"
 #include "formats/geometry_section.h"
 #include "formats/level_import.h"
 #include "tests/rooms.h"
@@ -53,6 +55,42 @@ TEST(SightGeometry, LetsThroughTheProductOfAllWallsOnTheWay) {
   EXPECT_EQ(rays, 3u);
   EXPECT_EQ(geometry.transmission({1, 1, 1}, {1, 3, 2}, rays), same_in_all_bands(1));
   EXPECT_EQ(geometry.transmission({1, 1, 1}, {-3, 2, 2}, rays), Bands{});
+}
+
+TEST(SightGeometry, ThatIsReadySoonAnswersLikeTheWholeBeforeAndAfterItImproves) {
+  Mesh mesh;
+  const auto anywhere = [](std::uint32_t i, std::uint32_t use) {
+    const RandomBits bits = philox(3, {i, use, 0, 0});
+    return Vec3f(unit(bits[0]), unit(bits[1]), unit(bits[2]));
+  };
+  for (std::uint32_t i = 0; i < 2000; ++i) {
+    for (std::uint32_t corner = 1; corner <= 3; ++corner)
+      mesh.vertices_m.push_back(10.0f * anywhere(i, 0) + anywhere(i, corner));
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    mesh.materials.push_back(0);
+  }
+  std::vector<Material> materials(1);
+  materials[0].transmission = same_in_all_bands(0.5f);
+  using Ready = SightGeometry::Ready;
+  const SightGeometry whole(mesh, materials);
+  SightGeometry soon(mesh, materials, Ready::kSoon);
+  const auto answers_alike = [&] {
+    std::uint32_t blocked = 0;
+    for (std::uint32_t i = 0; i < 5000; ++i) {
+      const Vec3f from = 10.0f * anywhere(i, 4), to = 10.0f * anywhere(i, 5);
+      std::uint64_t rays = 0;
+      EXPECT_EQ(soon.is_free(from, to), whole.is_free(from, to)) << i;
+      EXPECT_EQ(soon.first_surface(from, to) == nullptr, whole.is_free(from, to)) << i;
+      EXPECT_EQ(soon.transmission(from, to, rays), whole.transmission(from, to, rays)) << i;
+      blocked += whole.is_free(from, to) ? 0 : 1;
+    }
+    EXPECT_GT(blocked, 1000u);
+    EXPECT_LT(blocked, 4900u);
+  };
+  answers_alike();
+  while (!soon.improve()) std::this_thread::yield();
+  answers_alike();
+  EXPECT_TRUE(soon.improve());
 }
 
 // --- Sources on walls
