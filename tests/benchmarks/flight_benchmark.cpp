@@ -72,10 +72,8 @@ void flight(benchmark::State& state) {
   state.counters["late"] = static_cast<double>(pages.late) / keyframes;
 }
 BENCHMARK(flight)
-    ->ArgName("voices")
-    ->Arg(125)
-    ->Arg(500)
-    ->Arg(2000)
+    ->ArgNames({"voices", "visibility"})
+    ->ArgsProduct({{500, 2000}, {0, 1}})
     ->Iterations(500)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
