@@ -64,7 +64,7 @@ HWY_INLINE void mix_chunk(const MixJob& job, const std::uint32_t* active, std::s
       const VoicePath* next = all_paths + std::size_t{kEars} * active[v + kVoicesAhead];
       for (int e = 0; e < kReads; ++e) {
         const Reading reading = reading_at<kLow>(next[kDelays == 1 ? 0 : ear + e], frame);
-        for (int line = 0; line < kFrames; line += 16) hwy::Prefetch(reading.x + line);
+        for (int line = 0; line <= kFrames; line += 16) hwy::Prefetch(reading.x + line);
       }
     }
     FloatVector x[kReads][kVectors];
