@@ -203,30 +203,62 @@ void HeadBank::clear() noexcept REALTIME {
 
 namespace {
 
-// The frames of a band's bus and its shares of octaves' buses from `first_octave` on; rows `stride`
-// long.
-void sum_band(const Layer& layer, std::size_t band, int ear, const float* buses,
-              const float* octaves, std::size_t first_octave, std::size_t end_octave, int stride,
-              int frames, float* out) noexcept REALTIME {
-  const auto row = [&](std::size_t k) { return (kEars * static_cast<int>(k) + ear) * stride; };
-  std::copy_n(buses + row(band), frames, out);
-  for (std::size_t octave = first_octave; octave < end_octave; ++octave) {
-    const float share = HeadBank::octave_share(octave, layer.first + band);
+struct BandRows {
+  const Layer& layer;
+  const float* buses;
+  const float* octaves;
+  std::size_t first_octave, end_octave;
+  int stride, frames;
+};
+
+// The frames of a band's bus and, each times its level, its shares of octaves' buses.
+template <class Level>
+void sum_band(const BandRows& rows, std::size_t band, int ear, const Level& level,
+              float* out) noexcept REALTIME {
+  const auto row = [&](std::size_t k) { return (kEars * static_cast<int>(k) + ear) * rows.stride; };
+  std::copy_n(rows.buses + row(band), rows.frames, out);
+  for (std::size_t octave = rows.first_octave; octave < rows.end_octave; ++octave) {
+    const float share = HeadBank::octave_share(octave, rows.layer.first + band);
     if (share == 0) continue;
-    const float* const add = octaves + row(octave - first_octave);
-    for (int f = 0; f < frames; ++f) out[f] += share * add[f];
+    const float* const add = rows.octaves + row(octave - rows.first_octave);
+    for (int f = 0; f < rows.frames; ++f) out[f] += share * level(f) * add[f];
   }
 }
 
 }  // namespace
 
+void HeadBank::slide_octaves(const std::array<HeadLevels, kEars>& levels,
+                             int frames) noexcept REALTIME {
+  for (std::size_t e = 0; e < kEars; ++e)
+    for (std::size_t j = 0; j < kHeadBands; ++j) {
+      const float from = frames == 0 ? levels[e][j] : slid(static_cast<int>(e), j, 0);
+      slides_[e][j] = {from, frames == 0 ? 0 : (levels[e][j] - from) / static_cast<float>(frames)};
+    }
+  slide_frame_ = 0;
+  slide_frames_ = frames;
+}
+
+// In the frame that is so many from now. Calls never go beyond a slide's end.
+float HeadBank::slid(int ear, std::size_t band, int frame) const noexcept REALTIME {
+  const Slide& slide = slides_[static_cast<std::size_t>(ear)][band];
+  const int at = std::min(slide_frame_ + frame, slide_frames_);
+  return slide.level + slide.per_frame * static_cast<float>(at);
+}
+
 // The call's frames from `first_frame` on, behind those of the block.
 void HeadBank::take_high(int first_frame, int frames) noexcept REALTIME {
   float row[kMostFrames];
+  const BandRows rows{kHighLayer,
+                      buses_.high + first_frame,
+                      octaves_.high + first_frame,
+                      kLowBands,
+                      kBandCount,
+                      kMostFrames,
+                      frames};
   for (std::size_t b = 0; b < kHeadHighBands; ++b)
     for (int ear = 0; ear < kEars; ++ear) {
-      sum_band(kHighLayer, b, ear, buses_.high + first_frame, octaves_.high + first_frame,
-               kLowBands, kBandCount, kMostFrames, frames, row);
+      const auto level = [&](int f) { return slid(ear, kHeadLowBands + b, first_frame + f); };
+      sum_band(rows, b, ear, level, row);
       const std::size_t group = b / kSpectrumLanes;
       const std::size_t first = (group * kEars + static_cast<std::size_t>(ear)) * kHighWindow +
                                 static_cast<std::size_t>(kHighHistory + high_frames_);
@@ -263,11 +295,14 @@ void HeadBank::process(int frames, float* interleaved) noexcept REALTIME {
     first += count;
     if (high_frames_ == kBlockFrames) filter_high_block();
   }
+  const BandRows low_rows{kLowLayer, buses_.low, octaves_.low, 0, kLowBands, kMostFrames / kLowRate,
+                          low_frames};
   for (int ear = 0; ear < kEars; ++ear) {
     float* const rows = low_.data() + ear * kHeadLowBands * kLowRow;
-    for (std::size_t b = 0; b < kHeadLowBands; ++b)
-      sum_band(kLowLayer, b, ear, buses_.low, octaves_.low, 0, kLowBands, kMostFrames / kLowRate,
-               low_frames, rows + b * kLowRow + kLowHistory);
+    for (std::size_t b = 0; b < kHeadLowBands; ++b) {
+      const auto level = [&](int f) { return slid(ear, b, kLowRate * f); };
+      sum_band(low_rows, b, ear, level, rows + b * kLowRow + kLowHistory);
+    }
     float* const low = low_sum_[ear];
     sum_filtered({low_filters().data(), rows, kLowRow, kHeadLowBands, kLowTaps, low_frames,
                   low + kUpHistory});
@@ -284,6 +319,7 @@ void HeadBank::process(int frames, float* interleaved) noexcept REALTIME {
       std::copy_n(rows + b * kLowRow + low_frames, kLowHistory, rows + b * kLowRow);
   }
   high_due_ -= frames;
+  slide_frame_ = std::min(slide_frame_ + frames, slide_frames_);
 }
 
 double HeadBank::magnitude(std::size_t band, double frequency_hz) {

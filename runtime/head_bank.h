@@ -48,6 +48,10 @@ class HeadBank {
   float* high() noexcept REALTIME { return buses_.high; }
   float* low() noexcept REALTIME { return buses_.low; }
   MixBuses& octaves() noexcept REALTIME { return octaves_; }
+
+  // What comes from buses of octaves is multiplied by these levels in so many frames from now on,
+  // in straight lines from what it is multiplied by now (at first, 1).
+  void slide_octaves(const std::array<HeadLevels, kEars>& levels, int frames) noexcept REALTIME;
   void clear() noexcept REALTIME;
 
   // Filters and adds up `frames` (whole steps) into (left, right).
@@ -92,8 +96,15 @@ class HeadBank {
   static const std::vector<float>& low_filters();
   static const std::vector<float>& high_spectra();
 
+  struct Slide {
+    float level = 1, per_frame = 0;  // frame 0's
+  };
+  float slid(int ear, std::size_t band, int frame) const noexcept REALTIME;
   void take_high(int first_frame, int frames) noexcept REALTIME;
   void filter_high_block() noexcept REALTIME;
+
+  std::array<std::array<Slide, kHeadBands>, kEars> slides_{};
+  int slide_frame_ = 0, slide_frames_ = 0;  // done, and in all
 
   Buses buses_{};
   MixBuses octaves_{};

@@ -1,12 +1,14 @@
 #include "runtime/mix_spectrum.h"
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <random>
 
 #include <gtest/gtest.h>
 
 #include "runtime/head_bank.h"
+#include "runtime/keyframe.h"
 
 namespace clamor {
 namespace {
@@ -57,6 +59,10 @@ TEST(HeadBank, GivesTheSameBitsHoweverCallsDivideTime) {
   std::vector<float> high(kHigh * kSteps * kStepFrames), low(high.size() / kLowRate);
   for (std::vector<float>* rows : {&high, &low})
     for (float& x : *rows) x = uniform(random);
+  std::array<std::array<HeadLevels, kEars>, 4> slides{};
+  for (auto& levels : slides)
+    for (HeadLevels& ear : levels)
+      for (float& level : ear) level = 1 + uniform(random);
   const auto heard = [&](const std::vector<int>& steps) {
     const auto bank = std::make_unique<HeadBank>();
     std::vector<float> out(std::size_t{kEars} * kSteps * kStepFrames);
@@ -69,11 +75,16 @@ TEST(HeadBank, GivesTheSameBitsHoweverCallsDivideTime) {
     };
     int frame = 0;
     for (std::size_t call = 0; frame < kSteps * kStepFrames; ++call) {
-      const int frames =
-          std::min(steps[call % steps.size()] * kStepFrames, kSteps * kStepFrames - frame);
+      const int left = kKeyframeFrames - frame % kKeyframeFrames;
+      const int frames = std::min(steps[call % steps.size()] * kStepFrames, left);
       bank->clear();
+      if (left == kKeyframeFrames)
+        bank->slide_octaves(slides[static_cast<std::size_t>(frame / kKeyframeFrames)],
+                            kKeyframeFrames);
       give(high, kHigh, frame, frames, 1, bank->high());
       give(low, kLow, frame, frames, kLowRate, bank->low());
+      give(high, kEars * kHighBands, frame, frames, 1, bank->octaves().high);
+      give(low, kEars * kLowBands, frame, frames, kLowRate, bank->octaves().low);
       bank->process(frames, out.data() + kEars * frame);
       frame += frames;
     }
