@@ -5,9 +5,9 @@
 // which has less than a 128th of the power of all, the head colours the octaves only: their energy
 // and the time between the ears stay right. One source alone, or a hundred, have every narrow band;
 // in a crowd nobody can tell one voice's, and the sum of all has the power that it should have in
-// each, within 1.5 dB even if most come from one side. A voice that is or was fine lately stays so
-// at up to 3 dB less than others need; one that changes slides from one set of gains to the other
-// within a keyframe.
+// each, within 0.5 dB even if all come from one side (crowd_colour.h). A voice that is or was fine
+// lately stays so at up to 3 dB less than others need; one that changes slides from one set of
+// gains to the other within a keyframe.
 //
 // Threads: the audio thread's, but for the constructor. Memory: 1 kB for each of twice
 // fine_voices. Cost: one comparison a voice and keyframe, log n for those that enter.

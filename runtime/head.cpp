@@ -18,7 +18,8 @@ namespace {
 constexpr std::size_t kLeastSpectrum = 8192;
 constexpr double kLongestLag_s = 1e-3, kLagStep_s = 5e-6;
 constexpr double kFollowed_hz = 1500;  // ears hear the wave itself below
-constexpr double kQuietest = 1e-6;     // 60 dB below the loudest band: silence has no colour
+constexpr int kTurns = 6;
+constexpr double kQuietest = 1e-6;  // 60 dB below the loudest band: silence has no colour
 
 using Spectrum = std::vector<std::complex<double>>;
 
@@ -119,7 +120,7 @@ Head::Head(const HeadResponses& responses) {
         diffuse[b] += energy[e][b] / static_cast<double>(kEars * kept.size());
     }
     directions_.push_back(
-        {{}, {}, static_cast<float>(lag_s(ears[0], ears[1], bin_hz) * kSampleRate_hz)});
+        {{}, {}, static_cast<float>(lag_s(ears[0], ears[1], bin_hz) * kSampleRate_hz), {}});
   }
   const HeadFit fit;
   for (std::size_t d = 0; d < kept.size(); ++d)
@@ -127,13 +128,26 @@ Head::Head(const HeadResponses& responses) {
       for (std::size_t b = 0; b < kErbBandCount; ++b) energies[d][e][b] /= diffuse[b];
       directions_[d].level[e] = fit.levels_for(energies[d][e]);
       directions_[d].octave[e] = fit.octaves_for(energies[d][e]);
+      const ErbBands octaves = fit.octave_energy_of(directions_[d].octave[e]);
+      const auto narrow = [](double x) { return static_cast<float>(x); };
+      Energies& kept_energies = directions_[d].energies;
+      std::ranges::transform(energies[d][e], kept_energies.measured[e].begin(), narrow);
+      std::ranges::transform(octaves, kept_energies.octaves[e].begin(), narrow);
     }
+  for (std::size_t b = 0; b < kErbBandCount; ++b) {
+    double sum = 0;
+    for (std::size_t j = 0; j < kHeadBands; ++j) sum += fit.shares()[j][b];
+    for (std::size_t j = 0; j < kHeadBands; ++j) {
+      shares_[j][b] = static_cast<float>(fit.shares()[j][b]);
+      parts_[b][j] = static_cast<float>(fit.shares()[j][b] / sum);
+    }
+  }
 }
 
 template <class Levels>
 std::array<Levels, kEars> Head::between(
-    const Vec3f& from, std::array<Levels, kEars> Direction::*levels) const noexcept REALTIME {
-  const DirectionMesh::Place place = mesh_->find(from);
+    const DirectionMesh::Place& place,
+    std::array<Levels, kEars> Direction::*levels) const noexcept REALTIME {
   std::array<Levels, kEars> sum{};
   for (std::size_t k = 0; k < 3; ++k) {
     const auto& corner = directions_[place.corner[k]].*levels;
@@ -144,11 +158,31 @@ std::array<Levels, kEars> Head::between(
 }
 
 std::array<HeadLevels, kEars> Head::hear(const Vec3f& from) const noexcept REALTIME {
-  return between(from, &Direction::level);
+  return between(place(from), &Direction::level);
 }
 
-std::array<Bands, kEars> Head::hear_octaves(const Vec3f& from) const noexcept REALTIME {
-  return between(from, &Direction::octave);
+std::array<Bands, kEars> Head::hear_octaves(
+    const DirectionMesh::Place& place) const noexcept REALTIME {
+  return between(place, &Direction::octave);
+}
+
+HeadLevels Head::changed_by(const ErbBands& change) const noexcept REALTIME {
+  HeadLevels levels;
+  levels.fill(1);
+  for (int turn = 0; turn < kTurns; ++turn) {
+    std::array<float, kErbBandCount> missing;
+    for (std::size_t b = 0; b < kErbBandCount; ++b) {
+      float now = 0;
+      for (std::size_t j = 0; j < kHeadBands; ++j) now += parts_[b][j] * levels[j];
+      missing[b] = static_cast<float>(change[b]) / now;
+    }
+    for (std::size_t j = 0; j < kHeadBands; ++j) {
+      float by = 0;
+      for (std::size_t b = 0; b < kErbBandCount; ++b) by += shares_[j][b] * missing[b];
+      levels[j] *= by;
+    }
+  }
+  return levels;
 }
 
 double Head::delay_frames(const Vec3f& from, int ear) const noexcept REALTIME {

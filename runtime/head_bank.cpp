@@ -177,11 +177,16 @@ const std::vector<float>& HeadBank::low_filters() {
   return kFilters;
 }
 
+const std::vector<float>& HeadBank::high_spectra() {
+  static const std::vector<float> kSpectra = spectra_of(high_filters(), kHighTaps);
+  return kSpectra;
+}
+
 HeadBank::HeadBank()
-    : high_(kEars * kHeadHighBands * kHighRow), low_(kEars * kHeadLowBands * kLowRow) {
+    : high_(kEars * kHeadHighBands * kHighWindow), low_(kEars * kHeadLowBands * kLowRow) {
   static_assert(kHighLayer.reach == kHighReach && kLowLayer.reach == kLowReach);
   // What the audio thread shall find made.
-  high_filters();
+  high_spectra();
   low_filters();
   across_layers();
   within_layers();
@@ -196,54 +201,125 @@ void HeadBank::clear() noexcept REALTIME {
   std::fill(std::begin(octaves_.low), std::end(octaves_.low), 0.0f);
 }
 
+namespace {
+
+struct BandRows {
+  const Layer& layer;
+  const float* buses;
+  const float* octaves;
+  std::size_t first_octave, end_octave;
+  int stride, frames;
+};
+
+// The frames of a band's bus and, each times its level, its shares of octaves' buses.
+template <class Level>
+void sum_band(const BandRows& rows, std::size_t band, int ear, const Level& level,
+              float* out) noexcept REALTIME {
+  const auto row = [&](std::size_t k) { return (kEars * static_cast<int>(k) + ear) * rows.stride; };
+  std::copy_n(rows.buses + row(band), rows.frames, out);
+  for (std::size_t octave = rows.first_octave; octave < rows.end_octave; ++octave) {
+    const float share = HeadBank::octave_share(octave, rows.layer.first + band);
+    if (share == 0) continue;
+    const float* const add = rows.octaves + row(octave - rows.first_octave);
+    for (int f = 0; f < rows.frames; ++f) out[f] += share * level(f) * add[f];
+  }
+}
+
+}  // namespace
+
+void HeadBank::slide_octaves(const std::array<HeadLevels, kEars>& levels,
+                             int frames) noexcept REALTIME {
+  for (std::size_t e = 0; e < kEars; ++e)
+    for (std::size_t j = 0; j < kHeadBands; ++j) {
+      const float from = frames == 0 ? levels[e][j] : slid(static_cast<int>(e), j, 0);
+      slides_[e][j] = {from, frames == 0 ? 0 : (levels[e][j] - from) / static_cast<float>(frames)};
+    }
+  slide_frame_ = 0;
+  slide_frames_ = frames;
+}
+
+// In the frame that is so many from now. Calls never go beyond a slide's end.
+float HeadBank::slid(int ear, std::size_t band, int frame) const noexcept REALTIME {
+  const Slide& slide = slides_[static_cast<std::size_t>(ear)][band];
+  const int at = std::min(slide_frame_ + frame, slide_frames_);
+  return slide.level + slide.per_frame * static_cast<float>(at);
+}
+
+// The call's frames from `first_frame` on, behind those of the block.
+void HeadBank::take_high(int first_frame, int frames) noexcept REALTIME {
+  float row[kMostFrames];
+  const BandRows rows{kHighLayer,
+                      buses_.high + first_frame,
+                      octaves_.high + first_frame,
+                      kLowBands,
+                      kBandCount,
+                      kMostFrames,
+                      frames};
+  for (std::size_t b = 0; b < kHeadHighBands; ++b)
+    for (int ear = 0; ear < kEars; ++ear) {
+      const auto level = [&](int f) { return slid(ear, kHeadLowBands + b, first_frame + f); };
+      sum_band(rows, b, ear, level, row);
+      const std::size_t group = b / kSpectrumLanes;
+      const std::size_t first = (group * kEars + static_cast<std::size_t>(ear)) * kHighWindow +
+                                static_cast<std::size_t>(kHighHistory + high_frames_);
+      float* const out = high_.data() + first * kSpectrumLanes + b % kSpectrumLanes;
+      for (int f = 0; f < frames; ++f) out[f * kSpectrumLanes] = row[f];
+    }
+  high_frames_ += frames;
+}
+
+void HeadBank::filter_high_block() noexcept REALTIME {
+  filter_pairs({high_spectra().data(), kHighGroups, high_.data(), kHighWindow, &work_, &sum_});
+  for (int ear = 0; ear < kEars; ++ear) {
+    const float* lanes = (ear == 0 ? sum_.left : sum_.right) + kHighReach * kSpectrumLanes;
+    for (int f = 0; f < kBlockFrames; ++f, lanes += kSpectrumLanes) {
+      float sum = 0;
+      for (int lane = 0; lane < kSpectrumLanes; ++lane) sum += lanes[lane];
+      high_sum_[ear][high_due_ + f] = sum;
+    }
+  }
+  high_due_ += kBlockFrames;
+  high_frames_ = 0;
+  for (int part = 0; part < kHighGroups * kEars; ++part) {
+    float* const window = high_.data() + std::size_t{kHighWindow} * kSpectrumLanes * part;
+    std::copy_n(window + kBlockFrames * kSpectrumLanes, kHighHistory * kSpectrumLanes, window);
+  }
+}
+
 void HeadBank::process(int frames, float* interleaved) noexcept REALTIME {
   assert(frames % kStepFrames == 0 && frames <= kMostFrames);
   const int low_frames = frames / kLowRate;
-  // Frames go behind the history, their octaves added; what has been used slides out at the front.
-  const auto append = [](float* rows, int row, int history, const float* bus, const float* octaves,
-                         int bus_stride, const Layer& layer, std::size_t first_octave,
-                         std::size_t end_octave, int ear, int count) {
-    for (std::size_t b = 0; b < layer.bands; ++b) {
-      float* const out =
-          rows + (static_cast<std::size_t>(ear) * layer.bands + b) * static_cast<std::size_t>(row) +
-          history;
-      const auto line = [&](std::size_t k) {
-        return (kEars * static_cast<int>(k) + ear) * bus_stride;
-      };
-      std::copy_n(bus + line(b), count, out);
-      for (std::size_t octave = first_octave; octave < end_octave; ++octave) {
-        const float share = octave_share(octave, layer.first + b);
-        if (share == 0) continue;
-        const float* const add = octaves + line(octave - first_octave);
-        for (int f = 0; f < count; ++f) out[f] += share * add[f];
-      }
-    }
-  };
-  const auto forget = [](float* rows, int row, int history, int bands, int count) {
-    for (int r = 0; r < kEars * bands; ++r)
-      std::copy_n(rows + r * row + count, history, rows + r * row);
-  };
-  alignas(64) float high_sum[kMostFrames];
+  for (int first = 0; first < frames;) {
+    const int count = std::min(frames - first, kBlockFrames - high_frames_);
+    take_high(first, count);
+    first += count;
+    if (high_frames_ == kBlockFrames) filter_high_block();
+  }
+  const BandRows low_rows{kLowLayer, buses_.low, octaves_.low, 0, kLowBands, kMostFrames / kLowRate,
+                          low_frames};
   for (int ear = 0; ear < kEars; ++ear) {
-    append(high_.data(), kHighRow, kHighHistory, buses_.high, octaves_.high, kMostFrames,
-           kHighLayer, kLowBands, kBandCount, ear, frames);
-    append(low_.data(), kLowRow, kLowHistory, buses_.low, octaves_.low, kMostFrames / kLowRate,
-           kLowLayer, 0, kLowBands, ear, low_frames);
-    sum_filtered({high_filters().data(), high_.data() + ear * kHeadHighBands * kHighRow, kHighRow,
-                  kHeadHighBands, kHighTaps, frames, high_sum});
+    float* const rows = low_.data() + ear * kHeadLowBands * kLowRow;
+    for (std::size_t b = 0; b < kHeadLowBands; ++b) {
+      const auto level = [&](int f) { return slid(ear, b, kLowRate * f); };
+      sum_band(low_rows, b, ear, level, rows + b * kLowRow + kLowHistory);
+    }
     float* const low = low_sum_[ear];
-    sum_filtered({low_filters().data(), low_.data() + ear * kHeadLowBands * kLowRow, kLowRow,
-                  kHeadLowBands, kLowTaps, low_frames, low + kUpHistory});
+    sum_filtered({low_filters().data(), rows, kLowRow, kHeadLowBands, kLowTaps, low_frames,
+                  low + kUpHistory});
+    float* const high = high_sum_[ear];
     for (int f = 0; f < frames; ++f) {
-      float sum = high_sum[f];
+      float sum = high[f];
       for (int k = f % kLowRate, at = kUpHistory + f / kLowRate; k < kUpTaps; k += kLowRate, --at)
         sum += up_[static_cast<std::size_t>(k)] * low[at];
       interleaved[f * kEars + ear] = sum;
     }
+    std::copy(high + frames, high + high_due_, high);
     std::copy_n(low + low_frames, kUpHistory, low);
+    for (std::size_t b = 0; b < kHeadLowBands; ++b)
+      std::copy_n(rows + b * kLowRow + low_frames, kLowHistory, rows + b * kLowRow);
   }
-  forget(high_.data(), kHighRow, kHighHistory, kHeadHighBands, frames);
-  forget(low_.data(), kLowRow, kLowHistory, kHeadLowBands, low_frames);
+  high_due_ -= frames;
+  slide_frame_ = std::min(slide_frame_ + frames, slide_frames_);
 }
 
 double HeadBank::magnitude(std::size_t band, double frequency_hz) {

@@ -27,6 +27,7 @@
 
 #include "common/bands.h"
 #include "runtime/mix_kernel.h"
+#include "runtime/mix_spectrum.h"
 #include "runtime/octave_bank.h"
 #include "runtime/realtime.h"
 
@@ -47,6 +48,10 @@ class HeadBank {
   float* high() noexcept REALTIME { return buses_.high; }
   float* low() noexcept REALTIME { return buses_.low; }
   MixBuses& octaves() noexcept REALTIME { return octaves_; }
+
+  // What comes from buses of octaves is multiplied by these levels in so many frames from now on,
+  // in straight lines from what it is multiplied by now (at first, 1).
+  void slide_octaves(const std::array<HeadLevels, kEars>& levels, int frames) noexcept REALTIME;
   void clear() noexcept REALTIME;
 
   // Filters and adds up `frames` (whole steps) into (left, right).
@@ -70,8 +75,15 @@ class HeadBank {
   static constexpr int kHighTaps = 2 * kHighReach + 1, kLowTaps = 2 * kLowReach + 1;
   static constexpr int kUpTaps = 2 * kBankDelayFrames + 1;
   static_assert(kLowRate * kLowReach + kBankDelayFrames == kHeadDelayFrames);
-  static constexpr int kHighHistory = kHeadDelayFrames + kHighReach;
-  static constexpr int kHighRow = kHighHistory + kMostFrames;
+  // The high layer in blocks of so many frames, counted from the beginning, however calls divide
+  // time: what a block's filters end with is due not before the block is whole.
+  static constexpr int kBlockFrames = 512, kHighHistory = kHighTaps - 1;
+  static constexpr int kHighWindow = kHighHistory + kBlockFrames;
+  static constexpr int kHighGroups = static_cast<int>(kHeadHighBands) / kSpectrumLanes;
+  static constexpr int kHighAhead =
+      kHeadDelayFrames - kHighReach;  // of what is due, at a block's end
+  static_assert(kHighAhead >= kBlockFrames && kHighWindow <= kSpectrumSize);
+  static_assert(kHeadHighBands % kSpectrumLanes == 0 && kBlockFrames % kStepFrames == 0);
   static constexpr int kLowHistory = 2 * kLowReach;
   static constexpr int kLowRow = kLowHistory + kMostFrames / kLowRate;
   static constexpr int kUpHistory = kUpTaps / kLowRate;
@@ -82,10 +94,26 @@ class HeadBank {
   };
   static const std::vector<float>& high_filters();  // [band][tap]
   static const std::vector<float>& low_filters();
+  static const std::vector<float>& high_spectra();
+
+  struct Slide {
+    float level = 1, per_frame = 0;  // frame 0's
+  };
+  float slid(int ear, std::size_t band, int frame) const noexcept REALTIME;
+  void take_high(int first_frame, int frames) noexcept REALTIME;
+  void filter_high_block() noexcept REALTIME;
+
+  std::array<std::array<Slide, kHeadBands>, kEars> slides_{};
+  int slide_frame_ = 0, slide_frames_ = 0;  // done, and in all
 
   Buses buses_{};
   MixBuses octaves_{};
-  std::vector<float> high_, low_;  // [ear][band][row]: history, then the call's frames
+  std::vector<float> high_;  // [group][ear][frame of kHighWindow][lane]
+  int high_frames_ = 0;      // of the block
+  LaneSpectrum work_{}, sum_{};
+  float high_sum_[kEars][kHighAhead + kMostFrames] = {};  // what is due next
+  int high_due_ = kHighAhead;
+  std::vector<float> low_;  // [ear][band][row]: history, then the call's frames
   float low_sum_[kEars][kUpHistory + kMostFrames / kLowRate] = {};
   std::array<float, kUpTaps> up_{};
 };

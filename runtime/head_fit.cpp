@@ -12,6 +12,18 @@ constexpr int kTurns = 60, kOctaveTurns = 20, kNewtonSteps = 40;
 constexpr double kDamping = 0.003, kMostChange = 0.3, kMostWeight = 100;
 constexpr double kFairMiss = 0.04;  // 0.35 dB
 
+// Levels of octaves, as their buses bring them to a head's bands.
+std::array<double, kHeadBands> at_nodes(const std::array<double, kBandCount>& levels) {
+  std::array<double, kHeadBands> nodes{};
+  for (std::size_t bus = 0; bus < kBandCount; ++bus) {
+    double gain = 0;
+    for (std::size_t c = 0; c < kBandCount; ++c) gain += HeadBank::bus_gains()[bus][c] * levels[c];
+    for (std::size_t j = 0; j < kHeadBands; ++j)
+      nodes[j] += gain * static_cast<double>(HeadBank::octave_share(bus, j));
+  }
+  return nodes;
+}
+
 }  // namespace
 
 HeadFit::HeadFit() : forms_(kErbBandCount) {
@@ -149,6 +161,12 @@ HeadLevels HeadFit::levels_for(const ErbBands& energy) const {
   return result;
 }
 
+ErbBands HeadFit::octave_energy_of(const Bands& levels) const {
+  std::array<double, kBandCount> octaves;
+  std::ranges::copy(levels, octaves.begin());
+  return energy_of(at_nodes(octaves));
+}
+
 Bands HeadFit::octaves_for(const ErbBands& energy) const {
   const auto means = [](const ErbBands& bands) {
     std::array<double, kBandCount> sums{}, counts{};
@@ -165,15 +183,7 @@ Bands HeadFit::octaves_for(const ErbBands& energy) const {
   std::array<double, kBandCount> levels{};
   for (std::size_t c = 0; c < kBandCount; ++c) levels[c] = std::sqrt(wanted[c]);
   for (int turn = 0; turn < kOctaveTurns; ++turn) {
-    Levels nodes{};
-    for (std::size_t bus = 0; bus < kBandCount; ++bus) {
-      double gain = 0;
-      for (std::size_t c = 0; c < kBandCount; ++c)
-        gain += HeadBank::bus_gains()[bus][c] * levels[c];
-      for (std::size_t j = 0; j < kHeadBands; ++j)
-        nodes[j] += gain * static_cast<double>(HeadBank::octave_share(bus, j));
-    }
-    const std::array<double, kBandCount> now = means(energy_of(nodes));
+    const std::array<double, kBandCount> now = means(energy_of(at_nodes(levels)));
     for (std::size_t c = 0; c < kBandCount; ++c)
       levels[c] *= std::clamp(std::pow(wanted[c] / now[c], 0.4), 0.7, 1.4);
   }

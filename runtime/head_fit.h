@@ -27,6 +27,13 @@ class HeadFit {
   // first and the last going on to where ERB bands end: by turns, as above.
   Bands octaves_for(const ErbBands& energy) const;
 
+  // What octaves give so.
+  ErbBands octave_energy_of(const Bands& levels) const;
+
+  // How much of what an ERB band misses is a band's to mend: a band's shares add up to 1.
+  using Shares = std::array<std::array<double, kErbBandCount>, kHeadBands>;
+  const Shares& shares() const { return share_; }
+
   // What levels give: mean square per ERB band.
   ErbBands energy_of(const std::array<double, kHeadBands>& levels) const;
 
@@ -39,8 +46,8 @@ class HeadFit {
   void by_turns(const ErbBands& energy, Levels& levels) const;
   void by_newton(const ErbBands& energy, const Levels& scale, Levels& levels) const;
 
-  std::vector<Form> forms_;                                            // by ERB band
-  std::array<std::array<double, kErbBandCount>, kHeadBands> share_{};  // of an ERB band's miss
+  std::vector<Form> forms_;  // by ERB band
+  Shares share_{};
 };
 
 }  // namespace clamor

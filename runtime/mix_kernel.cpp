@@ -20,11 +20,14 @@ namespace {
 constexpr std::size_t kTileVoices = 64;
 constexpr std::size_t kVoicesAhead = 12;  // for prefetching: some 300 cycles
 
-// Frames whose sums stay in registers, or, where there are too few, in L1: by the number of buses.
-constexpr int chunk_frames(int buses) {
+// Frames of a layer whose sums stay in registers, or, where there are too few, in L1: by the number
+// of buses. None has more than kStepFrames of the full rate, so that calls may divide time
+// anywhere.
+constexpr int chunk_frames(int buses, bool low) {
+  if (low) return kStepFrames / kLowRate;
   if (buses <= 2) return 64;
   if (buses <= kHighBands * kEars) return kFloats == 16 ? 64 : 32;
-  return 16;
+  return kFloats == 16 ? 32 : 16;
 }
 
 // Adds voices to a chunk of frames of kBands buses of kEarsHere ears, from ear `ear` on. Their
@@ -34,7 +37,7 @@ template <bool kCubic, int kDelays, int kBands, int kEarsHere, bool kLow, int kL
 HWY_INLINE void mix_chunk(const MixJob& job, const std::uint32_t* active, std::size_t count,
                           int ear, int frame, float* HWY_RESTRICT rows) {
   const FloatTag d;
-  constexpr int kFrames = chunk_frames(kBands * kEarsHere), kVectors = kFrames / kFloats;
+  constexpr int kFrames = chunk_frames(kBands * kEarsHere, kLow), kVectors = kFrames / kFloats;
   constexpr int kRate = kLow ? kLowRate : 1;
   constexpr int kRow = kMostFrames / kRate;
   constexpr int kReads = kDelays == 1 ? 1 : kEarsHere;
@@ -64,7 +67,7 @@ HWY_INLINE void mix_chunk(const MixJob& job, const std::uint32_t* active, std::s
       const VoicePath* next = all_paths + std::size_t{kEars} * active[v + kVoicesAhead];
       for (int e = 0; e < kReads; ++e) {
         const Reading reading = reading_at<kLow>(next[kDelays == 1 ? 0 : ear + e], frame);
-        for (int line = 0; line < kFrames; line += 16) hwy::Prefetch(reading.x + line);
+        for (int line = 0; line <= kFrames; line += 16) hwy::Prefetch(reading.x + line);
       }
     }
     FloatVector x[kReads][kVectors];
@@ -92,7 +95,7 @@ template <bool kCubic, int kDelays, int kBands, int kEarsHere, bool kLow, int kL
           int kFirstLane>
 HWY_INLINE void mix_layer(const MixJob& job, const std::uint32_t* active, std::size_t count,
                           float* rows) {
-  constexpr int kFrames = chunk_frames(kBands * kEarsHere) * (kLow ? kLowRate : 1);
+  constexpr int kFrames = chunk_frames(kBands * kEarsHere, kLow) * (kLow ? kLowRate : 1);
   for (int ear = 0; ear < kEars; ear += kEarsHere)
     for (int f = 0; f < job.frames; f += kFrames)
       mix_chunk<kCubic, kDelays, kBands, kEarsHere, kLow, kLanes, kFirstLane>(job, active, count,

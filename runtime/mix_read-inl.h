@@ -7,6 +7,7 @@
 #define CLAMOR_RUNTIME_MIX_READ_INL_H
 #endif
 
+#include <algorithm>
 #include <cstdint>
 
 #include <hwy/highway.h>
@@ -34,7 +35,7 @@ HWY_INLINE FloatVector curve(const Taps& t, FloatVector f) {
   const FloatTag d;
   // Each neighbour is named once: compilers load it anew for each time, and unaligned loads are
   // dear.
-  if constexpr (!kCubic) return hn::MulAdd(f, t.x2, hn::Mul(hn::Sub(hn::Set(d, 1.0f), f), t.x1));
+  if constexpr (!kCubic) return hn::NegMulAdd(f, hn::Sub(t.x1, t.x2), t.x1);
   // The B-spline over samples that are half its coefficients, its powers of f
   // (x0 + 4 x1 + x2) / 3, x2 - x0, x0 - 2 x1 + x2 and (x3 - x0) / 3 + x1 - x2.
   const auto third = hn::Set(d, 1.0f / 3);
@@ -111,14 +112,27 @@ HWY_INLINE FloatVector read_sliding(const Reading& r, int frame) {
   const auto drift = hn::Set(d, static_cast<float>(r.drift) * 0x1p-32f);
   const auto fraction = hn::Set(d, fraction_of(static_cast<std::uint32_t>(offset)));
   const auto position = hn::MulAdd(hn::Iota(d, 0.0f), drift, fraction);
-  const auto whole = hn::Floor(position);
-  const auto f = hn::Sub(position, whole);
   const std::int64_t distance = std::abs(r.drift);
   if (distance <= kHardly) {
-    const int other = r.drift < 0 ? -1 : 1;
-    return hn::IfThenElse(hn::Eq(whole, hn::Zero(d)), between<kCubic>(x, f),
-                          between<kCubic>(x + other, f));
+    // From the lesser of its two whole offsets, which is its first or its last frame's.
+    const std::int64_t last = offset + (kFloats - 1) * r.drift;
+    const float* HWY_RESTRICT y = r.x + frame + (std::min(offset, last) >> 32);
+    const auto one = hn::Set(d, 1.0f);
+    const auto at = y == x ? position : hn::Add(position, one);
+    const auto next = hn::Ge(at, one);
+    const auto pick = [&](FloatVector a, FloatVector b)
+                          HWY_ATTR { return hn::IfThenElse(next, b, a); };
+    const auto x1 = hn::LoadU(d, y), x2 = hn::LoadU(d, y + 1), x3 = hn::LoadU(d, y + 2);
+    const auto g = hn::Sub(at, hn::IfThenElseZero(next, one));
+    Taps taps{g, pick(x1, x2), pick(x2, x3), g};
+    if constexpr (kCubic) {
+      taps.x0 = pick(hn::LoadU(d, y - 1), x1);
+      taps.x3 = pick(x3, hn::LoadU(d, y + 3));
+    }
+    return curve<kCubic>(taps, g);
   }
+  const auto whole = hn::Floor(position);
+  const auto f = hn::Sub(position, whole);
   const hn::RebindToSigned<FloatTag> di;
   const auto index = hn::Add(hn::ConvertTo(di, whole), hn::Iota(di, 0));  // of x0 from x - 1
   Taps taps{f, f, f, f};

@@ -65,6 +65,7 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
   assert(mode.head == (head != nullptr));
   if (mode.head) {
     head_bank_ = std::make_unique<HeadBank>();
+    crowd_ = std::make_unique<CrowdColour>(*head);
     fine_ = std::make_unique<FineVoices>(slots, static_cast<std::size_t>(mode.fine_voices));
   }
   for (Pair& pair : pairs_) {
@@ -92,6 +93,7 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
     load_voice(started);
     activate(voice.slot);
   }
+  if (mode_.head) head_bank_->slide_octaves(crowd_->levels(), 0);
   holding_ = false;
   std::vector<float> unheard(static_cast<std::size_t>(channels() * kStepFrames));
   while (clock_ < clock_frames) {
@@ -110,6 +112,7 @@ void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
     load_voice(voice);
     activate(voice.slot);
   }
+  if (mode_.head) head_bank_->slide_octaves(crowd_->levels(), kKeyframeFrames);
   frame_ = 0;
   holding_ = false;
 }
@@ -241,6 +244,7 @@ float Mixer::power_of(const Voice& voice) const noexcept REALTIME {
 
 void Mixer::choose_fine(const Keyframe& keyframe) noexcept REALTIME {
   fine_->begin();
+  crowd_->begin();
   for (const Voice& voice : keyframe.voices)
     if (voice.rank <= highest_rank_) fine_->offer(voice.slot, power_of(voice));
   fine_->end();
@@ -259,9 +263,16 @@ bool Mixer::set_colours(const Voice& voice, bool usable) noexcept REALTIME {
   }
   std::array<float, kBandLanes> targets{};
   if (usable && !fine) {
-    auto gain = head_->hear_octaves(voice.from);
+    const DirectionMesh::Place place = head_->place(voice.from);
+    const Bands& mean_square = signals_[voice.signal].mean_square();
+    auto gain = head_->hear_octaves(place);
+    std::array<Bands, kEars> power;
     for (std::size_t e = 0; e < kEars; ++e)
-      for (std::size_t b = 0; b < kBandCount; ++b) gain[e][b] *= voice.gain[e][b];
+      for (std::size_t b = 0; b < kBandCount; ++b) {
+        power[e][b] = mean_square[b] * voice.gain[e][b] * voice.gain[e][b];
+        gain[e][b] *= voice.gain[e][b];
+      }
+    crowd_->add(place, power);
     set_targets(gain, targets.data());
   }
   const bool in_bands =

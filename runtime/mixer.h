@@ -23,7 +23,8 @@
 //
 // Binaural, a voice's gains are its octaves times what the head does to its direction, also told at
 // each keyframe: in the bands of head_bank.h for the loudest voices (fine_voices.h), in octaves for
-// the others. The time between the ears is in its delays.
+// the others, whose sum gets its narrow bands as a whole (crowd_colour.h). The time between the
+// ears is in its delays.
 //
 // Where there is no time for all voices, those of the highest ranks fade out within kShedFrames and
 // are not mixed from there on, though their delays go on; they slide back in from a keyframe on.
@@ -40,6 +41,7 @@
 #include <span>
 #include <vector>
 
+#include "runtime/crowd_colour.h"
 #include "runtime/fine_voices.h"
 #include "runtime/head.h"
 #include "runtime/head_bank.h"
@@ -189,6 +191,7 @@ class Mixer {
   MixBuses buses_;
   std::unique_ptr<HeadBank> head_bank_;
   std::unique_ptr<FineVoices> fine_;
+  std::unique_ptr<CrowdColour> crowd_;
   std::int64_t clock_ = 0;
   int frame_ = 0;         // of the segment
   bool holding_ = false;  // slopes are zero until the next keyframe

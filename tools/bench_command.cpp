@@ -118,6 +118,29 @@ void print_by_instructions(const MixerFigures& figures, std::ostream& out) {
   }
 }
 
+void print_profiles(const MixerFigures& figures, std::ostream& out) {
+  if (figures.profiles.empty()) return;
+  out << fmt::format(
+      "\nWhere the kernel's time for a frame of a voice goes, ns, K={}: multiply-adds at the "
+      "core's "
+      "ceiling, what else is\ndone with voices that are still and in L1, waiting for memory, and "
+      "sliding; and their sum as many times a full-band "
+      "voice's\n{}{:>10}{:>10}{:>10}{:>10}{:>10}\n",
+      grouped(figures.profiles[0].voices), kNameColumns, "ceiling", "else", "memory", "sliding",
+      "times");
+  for (const KernelProfile& profile : figures.profiles) {
+    MixMode full = profile.mode;
+    full.eight_bands = full.head = false;
+    const auto whole = std::ranges::find_if(
+        figures.profiles, [&](const KernelProfile& other) { return same(other.mode, full); });
+    out << name_of(profile.mode)
+        << fmt::format("{:>10.3f}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.2f}\n", profile.ceiling_ns,
+                       profile.still_and_near_ns - profile.ceiling_ns,
+                       profile.still_ns - profile.still_and_near_ns,
+                       profile.usual_ns - profile.still_ns, profile.usual_ns / whole->usual_ns);
+  }
+}
+
 void print_openal(const MixerFigures& figures, std::ostream& out) {
   if (figures.against_openal.empty()) {
     out << "\nOpenAL Soft is not there to be compared with; install libopenal-dev and build "
@@ -152,6 +175,7 @@ void print_tables(const MixerFigures& figures, const std::vector<std::uint32_t>&
   print_by_voices(figures, What::kReference, "The reference: frame by frame, in double", counts,
                   out);
   print_by_instructions(figures, out);
+  print_profiles(figures, out);
   print_openal(figures, out);
 }
 
@@ -183,6 +207,17 @@ ordered_json to_json(const MixerFigures& figures) {
     }
     json["figures"].push_back(std::move(one));
   }
+  json["profiles"] = ordered_json::array();
+  for (const KernelProfile& profile : figures.profiles)
+    json["profiles"].push_back({{"curve", curve_of(profile.mode)},
+                                {"delays", profile.mode.delays},
+                                {"bands", profile.mode.two_layers() ? 8 : 1},
+                                {"output", output_of(profile.mode)},
+                                {"voices", profile.voices},
+                                {"ceiling_ns", profile.ceiling_ns},
+                                {"still_and_near_ns", profile.still_and_near_ns},
+                                {"still_ns", profile.still_ns},
+                                {"usual_ns", profile.usual_ns}});
   json["openal"] = nullptr;
   if (figures.against_openal.empty()) return json;
   json["openal"] = {{"version", figures.openal}, {"figures", ordered_json::array()}};
@@ -205,7 +240,8 @@ int run_bench(std::span<const std::string> arguments, std::ostream& out, std::os
       "bench",
       "Prints how many voices one core of this machine mixes in real time, by the CPU time that it "
       "takes: the whole mixer and its kernel alone, for each way of mixing; the kernel's share of "
-      "what the core can do at most, the double-precision reference, other instruction sets, and "
+      "what the core can do at most and where the rest of its time goes, the double-precision "
+      "reference, other instruction sets, and "
       "OpenAL Soft on the same voices. Takes a minute or two.",
       "clamor bench mixer --voices 2000");
   parser.positional("WHAT", what, "mixer");

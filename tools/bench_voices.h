@@ -20,10 +20,14 @@ namespace clamor {
 
 inline constexpr int kBenchFrames = 256;
 
+// All as it is said above; or none that slides; or none, and all so near each other that what they
+// read stays in L1: what is dear about voices, taken away one by one.
+enum class VoicesAre : std::uint8_t { kUsual, kStill, kStillAndNear };
+
 // What one call of the kernel needs, and the advance from call to call.
 class KernelVoices {
  public:
-  KernelVoices(const MixMode& mode, std::uint32_t count);
+  KernelVoices(const MixMode& mode, std::uint32_t count, VoicesAre are = VoicesAre::kUsual);
 
   void mix();
   void mix_slowly();  // not binaural

@@ -99,6 +99,25 @@ void run_figure(benchmark::State& state, const MixerFigure* figure, Stage* stage
   if (!heard) state.SkipWithError("nothing was heard");
 }
 
+// By turns, and the best of each, so that differences are the voices'.
+void run_profile(benchmark::State& state, KernelProfile* profile, double seconds) {
+  std::array<std::unique_ptr<KernelVoices>, 3> voices;
+  constexpr std::array kKinds = {VoicesAre::kStillAndNear, VoicesAre::kStill, VoicesAre::kUsual};
+  for (std::size_t i = 0; i < voices.size(); ++i)
+    voices[i] = std::make_unique<KernelVoices>(profile->mode, profile->voices, kKinds[i]);
+  const std::array times = {&profile->still_and_near_ns, &profile->still_ns, &profile->usual_ns};
+  constexpr int kTurns = 10;
+  const int blocks = 1 + static_cast<int>(seconds / kTurns * 2e7 / profile->voices);
+  for (auto _ : state)
+    for (int turn = 0; turn < kTurns; ++turn)
+      for (std::size_t i = 0; i < voices.size(); ++i) {
+        const double start = thread_time_s();
+        for (int block = 0; block < blocks; ++block) voices[i]->mix();
+        const double ns = 1e9 * (thread_time_s() - start) / blocks / profile->voices / kBenchFrames;
+        if (*times[i] == 0 || ns < *times[i]) *times[i] = ns;
+      }
+}
+
 // One round after the other, each of everything in turn: what disturbs one disturbs all.
 void run_openal(benchmark::State& state, OpenalFigure* figure, double seconds,
                 std::string* version) {
@@ -197,6 +216,12 @@ Result<MixerFigures> measure_mixer(const BenchRequest& request,
   for (const std::uint32_t voices : request.voices)
     if (voices <= kMostOpenalVoices) result.against_openal.push_back({voices});
 
+  for (const MixMode& mode : bench_modes())
+    result.profiles.push_back(
+        {mode, std::min(kVoicesOfOtherKernels, *std::ranges::max_element(request.voices))});
+
+  const std::size_t first_profile = result.figures.size() + result.against_openal.size();
+
   Stage stage;
   benchmark::ClearRegisteredBenchmarks();
   for (std::size_t i = 0; i < result.figures.size(); ++i) {
@@ -205,11 +230,15 @@ Result<MixerFigures> measure_mixer(const BenchRequest& request,
         ->MinTime(slow ? 0.2 * request.seconds : request.seconds)
         ->Repetitions(slow ? 1 : request.runs);
   }
+  for (std::size_t i = 0; i < result.profiles.size(); ++i)
+    benchmark::RegisterBenchmark(std::to_string(first_profile + i).c_str(), run_profile,
+                                 &result.profiles[i], request.seconds)
+        ->Iterations(request.runs);
   for (std::size_t i = 0; i < result.against_openal.size(); ++i)
     benchmark::RegisterBenchmark(std::to_string(result.figures.size() + i).c_str(), run_openal,
                                  &result.against_openal[i], request.seconds, &result.openal)
         ->Iterations(3 * request.runs);
-  Collector collector(result.figures.size() + result.against_openal.size(), progress);
+  Collector collector(first_profile + result.profiles.size(), progress);
   benchmark::RunSpecifiedBenchmarks(&collector, ".");
   benchmark::ClearRegisteredBenchmarks();
   if (!collector.failure().empty()) return Error("while timing, " + collector.failure() + ".");
@@ -233,6 +262,9 @@ Result<MixerFigures> measure_mixer(const BenchRequest& request,
     figure.of_loads = frames_per_s * figure.work.loads / loads;
   }
   std::tie(result.peak_multiply_adds_per_s, result.peak_loads_per_s) = peaks[result.instructions];
+  for (KernelProfile& profile : result.profiles)
+    profile.ceiling_ns =
+        1e9 * work_of(profile.mode, profile.voices).multiply_adds / result.peak_multiply_adds_per_s;
   if (result.openal.empty()) result.against_openal.clear();
   return result;
 }

@@ -6,6 +6,9 @@
 //
 //   mixer      the whole of Mixer: keyframes loaded, voices placed and mixed, bands filtered
 //   kernel     mix_voices() alone and the voices' advance from block to block
+//   profile    mix_voices() on the same voices, then without those that slide, then with all they
+//   read
+//              in L1 as well: what of a frame's time each of these costs beyond the multiply-adds
 //   reference  mix_reference(): frame by frame in double
 //   openal     OpenAL Soft (linear, one delay, stereo, no HRTF) on as many voices at the same
 //              pitches, in turns with ours within one run. Still: the kernel against OpenAL Soft's
@@ -53,11 +56,20 @@ struct OpenalFigure {
   double times_still = 0, times_moving = 0;  // how many more are ours
 };
 
+// Where the kernel's time for a frame of a voice goes: the ceiling's share, what else it does with
+// voices that are still and in L1, what it waits for memory, and what sliding costs.
+struct KernelProfile {
+  MixMode mode;
+  std::uint32_t voices = 0;
+  double ceiling_ns = 0, still_and_near_ns = 0, still_ns = 0, usual_ns = 0;  // each with the last
+};
+
 struct MixerFigures {
   std::string instructions;  // that are used where nothing else is said
   double peak_multiply_adds_per_s = 0, peak_loads_per_s = 0;
-  std::vector<MixerFigure> figures;  // in the order of bench_modes(), then of voices
-  std::string openal;                // its version; empty: it is not there
+  std::vector<MixerFigure> figures;     // in the order of bench_modes(), then of voices
+  std::vector<KernelProfile> profiles;  // of the instructions that are used
+  std::string openal;                   // its version; empty: it is not there
   std::vector<OpenalFigure> against_openal;
 };
 

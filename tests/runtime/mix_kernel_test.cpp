@@ -121,6 +121,55 @@ TEST(MixKernel, EqualsTheDoublePrecisionReferenceOnEveryInstructionSet) {
   }
 }
 
+// Three of a head's upper bands at a time and five of its lower ones, as if they were octaves.
+TEST(MixKernel, EqualsTheReferenceInEveryBandOfAHead) {
+  const KernelGuard guard;
+  constexpr std::size_t kVoices = 70, kSlots = 2 * kVoices;
+  constexpr int kLowRow = kMostFrames / kLowRate;
+  for (const Interpolation curve : {Interpolation::kLinear, Interpolation::kCubic}) {
+    MixMode head{curve};
+    head.head = true;
+    const MixMode octaves{curve};
+    const Crowd crowd(kVoices, head, 9);
+    for (const std::string& target : mix_kernel_targets()) {
+      force_mix_kernel(target);
+      std::vector<float> high(kEars * kHeadHighBands * kMostFrames),
+          low(kEars * kHeadLowBands * kLowRow);
+      MixJob job = crowd.job(0, kMostFrames, nullptr);
+      job.high = high.data();
+      job.low = low.data();
+      mix_voices(head, job);
+      double worst = 0, loudest = 0;
+      for (std::size_t group = 0; kHighBands * group < kHeadHighBands; ++group) {
+        std::vector<float> gains(2 * kSlots * kBandLanes);
+        for (std::size_t row = 0; row < 2 * kSlots; ++row)
+          for (std::size_t lane = 0; lane < kBandLanes; ++lane) {
+            const std::size_t octave = lane / kEars;
+            const std::size_t band = octave < kLowBands
+                                         ? (kLowBands * group + octave) % kHeadLowBands
+                                         : kHeadLowBands + kHighBands * group + octave - kLowBands;
+            gains[row * kBandLanes + lane] =
+                job.gains[row * kHeadLanes + kEars * band + lane % kEars];
+          }
+        MixJob part = job;
+        part.gains = gains.data();
+        const auto expected = std::make_unique<ReferenceBuses>();
+        mix_reference(octaves, part, *expected);
+        const auto compare = [&](float ours, double theirs) {
+          worst = std::max(worst, std::abs(static_cast<double>(ours) - theirs));
+          loudest = std::max(loudest, std::abs(theirs));
+        };
+        for (std::size_t i = 0; i < std::size(expected->high); ++i)
+          compare(high[kEars * kHighBands * group * kMostFrames + i], expected->high[i]);
+        for (std::size_t i = 0; i < std::size(expected->low); ++i)
+          compare(low[(kEars * kLowBands * group * kLowRow + i) % low.size()], expected->low[i]);
+      }
+      EXPECT_LT(worst, 1e-5) << target;  // -100 dB
+      EXPECT_GT(loudest, 0.1);
+    }
+  }
+}
+
 TEST(MixKernel, GivesTheSameBitsHoweverCallsDivideTime) {
   const KernelGuard guard;
   for (const std::string& target : mix_kernel_targets()) {

@@ -58,6 +58,13 @@ TEST(Bench, MeasuresEachWayOfMixingAtEachNumberOfVoicesAndWhatStandsBesideIt) {
   EXPECT_EQ(kernels.size(), targets);
   for (const auto& [instructions, ways] : kernels) EXPECT_EQ(ways.size(), 10u) << instructions;
 
+  EXPECT_EQ(all.at("profiles").size(), 10u);
+  for (const json& profile : all["profiles"]) {
+    EXPECT_EQ(profile.at("voices"), 60);
+    for (const char* ns : {"ceiling_ns", "still_and_near_ns", "still_ns", "usual_ns"})
+      EXPECT_GT(profile.at(ns).get<double>(), 0) << profile;
+  }
+
   if (all.at("openal").is_null()) return;
   EXPECT_EQ(all["openal"].at("figures").size(), 2u);
   for (const json& figure : all["openal"]["figures"])
