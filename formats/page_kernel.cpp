@@ -28,7 +28,6 @@ using namespace page_layout;
 
 using Numbers = PageWorkspace::Numbers;
 using Place = PageWorkspace::Place;
-using PlaneRecord = PageWorkspace::PlaneRecord;
 
 HWY_INLINE std::int32_t sum(std::int32_t a, std::int32_t b) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) + static_cast<std::uint32_t>(b));
@@ -193,8 +192,7 @@ const char* read_planes(PageWorkspace& w, std::size_t materials) {
   std::fill_n(w.begins_plane.data(), w.rows, std::uint8_t{0});
   std::size_t row = 0;
   for (std::size_t i = 0; i < w.planes; ++i) {
-    w.plane[i] = {{normal[0][i], normal[1][i], normal[2][i]},
-                  static_cast<std::uint16_t>(material[i])};
+    w.plane[i] = {normal[0][i], normal[1][i], normal[2][i], std::bit_cast<float>(material[i])};
     w.begins_plane[row] = 1;
     row += static_cast<std::size_t>(w.more[i]) + 1;
   }
@@ -290,11 +288,15 @@ const char* read_powers(PageWorkspace& w, const PageTables& tables) {
   for (std::int32_t s = 0; s < w.silent; ++s)
     power_at[static_cast<std::size_t>(s)] = tables.power[w.top - s - kSilent];
   power_at[static_cast<std::size_t>(w.silent)] = 0;
-  std::fill_n(w.power_sum.begin(), w.rows, 0.0);
-  for (std::size_t b = 0; b < kBandCount; ++b) {
-    for (std::size_t i = 0; i < w.rows; ++i)
-      w.power[b][i] = power_at[static_cast<std::size_t>(w.steps[b][i])];
-    for (std::size_t i = 0; i < w.rows; ++i) w.power_sum[i] += static_cast<double>(w.power[b][i]);
+  std::array<const std::int32_t*, kBandCount> steps;
+  for (std::size_t b = 0; b < kBandCount; ++b) steps[b] = w.steps[b].data();
+  for (std::size_t i = 0; i < w.rows; ++i) {
+    std::array<float, kBandCount>& power = w.power[i];
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      power[b] = power_at[static_cast<std::size_t>(steps[b][i])];
+    double sum_of_bands = 0;
+    for (const float band : power) sum_of_bands += static_cast<double>(band);
+    w.power_sum[i] = sum_of_bands;
   }
   return nullptr;
 }
@@ -426,19 +428,55 @@ const char* read_order(PageWorkspace& w) {
   return w.bits.at_end() ? nullptr : "has more bytes than its sources take";
 }
 
-void put(const PageWorkspace& w, const PageTables& tables, PageColumns& columns) {
+// Four rows of four numbers become four columns of four.
+HWY_INLINE void turn(const std::array<const float*, 4>& rows, std::array<float*, 4> columns) {
+#if HWY_TARGET == HWY_SCALAR
+  for (std::size_t r = 0; r < 4; ++r)
+    for (std::size_t c = 0; c < 4; ++c) columns[c][r] = rows[r][c];
+#else
+  const hn::Full128<float> d;
+  const auto a = hn::LoadU(d, rows[0]), b = hn::LoadU(d, rows[1]), e = hn::LoadU(d, rows[2]),
+             f = hn::LoadU(d, rows[3]);
+  const auto low_ab = hn::InterleaveLower(d, a, b), low_ef = hn::InterleaveLower(d, e, f);
+  const auto high_ab = hn::InterleaveUpper(d, a, b), high_ef = hn::InterleaveUpper(d, e, f);
+  hn::StoreU(hn::ConcatLowerLower(d, low_ef, low_ab), d, columns[0]);
+  hn::StoreU(hn::ConcatUpperUpper(d, low_ef, low_ab), d, columns[1]);
+  hn::StoreU(hn::ConcatLowerLower(d, high_ef, high_ab), d, columns[2]);
+  hn::StoreU(hn::ConcatUpperUpper(d, high_ef, high_ab), d, columns[3]);
+#endif
+}
+
+// What is many numbers of a row is moved in fours: the columns take a store each, and no more than
+// one fits into a cycle.
+void put_powers_and_planes(PageWorkspace& w, std::size_t count, PageColumns& columns) {
+  static_assert(kBandCount == 8 && kLeafSources % 4 == 0);
+  for (std::size_t i = count; i % 4 != 0; ++i) w.order[i] = 0;
+  alignas(64) PageColumns::Column<float> material;
+  for (std::size_t i = 0; i < count; i += 4) {
+    std::array<const float*, 4> power, upper, plane;
+    for (std::size_t r = 0; r < 4; ++r) {
+      const std::size_t row = w.order[i + r];
+      power[r] = w.power[row].data();
+      upper[r] = power[r] + 4;
+      plane[r] = w.plane[w.plane_of_row[row]].data();
+    }
+    auto& to = columns.power;
+    turn(power, {&to[0][i], &to[1][i], &to[2][i], &to[3][i]});
+    turn(upper, {&to[4][i], &to[5][i], &to[6][i], &to[7][i]});
+    turn(plane,
+         {&columns.normal[0][i], &columns.normal[1][i], &columns.normal[2][i], &material[i]});
+  }
+  for (std::size_t i = 0; i < count; ++i)
+    columns.material[i] = static_cast<std::uint16_t>(std::bit_cast<std::uint32_t>(material[i]));
+}
+
+void put(PageWorkspace& w, const PageTables& tables, PageColumns& columns) {
   const std::size_t count = w.rows + w.emitter_rows;
+  put_powers_and_planes(w, count, columns);
   columns.count = static_cast<std::uint32_t>(count);
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t i = 0; i < count; ++i)
       columns.position_m[axis][i] = position_m_of(w.position[axis][w.order[i]]);
-  for (std::size_t i = 0; i < count; ++i) {
-    const PlaneRecord& on = w.plane[w.plane_of_row[w.order[i]]];
-    columns.normal[0][i] = on.normal[0];
-    columns.normal[1][i] = on.normal[1];
-    columns.normal[2][i] = on.normal[2];
-    columns.material[i] = on.material;
-  }
   const float scale = direction_scale(w.mirror_bits);
   PageColumns::Column<std::int32_t> a, b;
   for (std::size_t i = 0; i < count; ++i) {
@@ -448,8 +486,6 @@ void put(const PageWorkspace& w, const PageTables& tables, PageColumns& columns)
   for (std::size_t i = 0; i < count; ++i)
     direction_of(a[i], b[i], scale, columns.mirror[0][i], columns.mirror[1][i],
                  columns.mirror[2][i]);
-  for (std::size_t band = 0; band < kBandCount; ++band)
-    for (std::size_t i = 0; i < count; ++i) columns.power[band][i] = w.power[band][w.order[i]];
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t row = w.order[i];
     columns.delay_s[i] = delay_s_of(static_cast<std::uint32_t>(w.delay[row]));
@@ -490,7 +526,7 @@ const char* decode_here(PageWorkspace& w, std::size_t bytes, const NodeSummary& 
   for (Numbers* numbers : {&w.position[0], &w.position[1], &w.position[2], &w.delay, &w.radius,
                            &w.mirror[0], &w.mirror[1]})
     std::fill_n(numbers->data() + w.rows, w.emitter_rows, 0);
-  for (auto& band : w.power) std::fill_n(band.data() + w.rows, w.emitter_rows, 0.0f);
+  for (std::size_t i = w.rows; i < w.rows + w.emitter_rows; ++i) w.power[i].fill(0);
   std::fill_n(w.plane_of_row.data() + w.rows, w.emitter_rows, Place{0});
   std::fill_n(w.sign.data() + w.rows, w.emitter_rows, std::int8_t{1});
   if (w.planes == 0) w.plane[0] = {};

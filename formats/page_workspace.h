@@ -14,10 +14,7 @@ namespace clamor {
 struct PageWorkspace {
   using Place = std::uint16_t;
   using Numbers = std::array<std::int32_t, kLeafSources + 4>;  // as fours are written at once
-  struct PlaneRecord {
-    std::array<float, 3> normal;
-    std::uint16_t material;
-  };
+  using PlaneRecord = std::array<float, 4>;  // normal; material, as the bits of a whole number
   // A plane's axes (of the level, 0 to 2; u and v follow w) and where on it its first source is.
   struct PlanePlace {
     std::uint32_t axis_u, axis_v, axis_w;
@@ -35,7 +32,7 @@ struct PageWorkspace {
   std::int32_t top = 0, silent = 0;
 
   // As they are stored: first the secondary sources, plane by plane, then the emitters.
-  PageColumns::Column<PlaneRecord> plane;
+  alignas(64) PageColumns::Column<PlaneRecord> plane;
   PageColumns::Column<PlanePlace> plane_place;
   PageColumns::Column<Place> plane_of_row;
   PageColumns::Column<std::uint8_t> begins_plane;    // 1 where a row is its plane's first
@@ -43,7 +40,7 @@ struct PageWorkspace {
   Numbers more, first_u, first_w, longest, slope_u, slope_v;
   std::array<Numbers, 3> position, column;
   std::array<Numbers, kBandCount> steps;  // half decibels below the top
-  std::array<PageColumns::Column<float>, kBandCount> power;
+  alignas(64) PageColumns::Column<std::array<float, kBandCount>> power;  // row by row
   Numbers radius, delay, emitter, scratch;
   std::array<Numbers, 2> mirror;
   PageColumns::Column<float> number;
