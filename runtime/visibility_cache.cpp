@@ -6,6 +6,7 @@
 
 #include "common/thread_time.h"
 #include "runtime/fresnel_visibility.h"
+#include "runtime/source_number.h"
 
 namespace clamor {
 
@@ -82,16 +83,18 @@ void VisibilityCache::begin_keyframe(const Vec3& place) {
 
 // --- Where sources are kept ---------------------------------------------------------------------
 
-bool VisibilityCache::is_within(const Entry& entry, double cells) const {
-  const Vec3 moved = place_ - Vec3(entry.from_m);
+bool VisibilityCache::is_within(const Entry& entry, const Source& source, double cells) const {
   const double most_m = cells * entry.cell_m;
+  if (is_of_moving(entry.number) && length(Vec3(source.position_m) - Vec3(entry.start_m)) > most_m)
+    return false;
+  const Vec3 moved = place_ - Vec3(entry.from_m);
   return dot(moved, moved) <= most_m * most_m;
 }
 
-bool VisibilityCache::is_current(const Entry& entry) const {
+bool VisibilityCache::is_current(const Entry& entry, const Source& source) const {
   if (entry.depth < Depth::kQuick) return false;
   const double since = cells_.surprises() - static_cast<double>(entry.surprises);
-  return since < 0.5 ? is_within(entry, 1) : is_within(entry, 0);
+  return is_within(entry, source, since < 0.5 ? 1 : 0);
 }
 
 void VisibilityCache::prefetch(std::uint64_t number) const {
@@ -142,7 +145,22 @@ void VisibilityCache::make_room() {
 
 // --- Looking ------------------------------------------------------------------------------------
 
+// One that moves has no wall that its rays would leave from.
+void VisibilityCache::follow(Entry& entry, const Source& source) {
+  if (is_of_moving(entry.number)) entry.start_m = source.position_m;
+}
+
+// The straight line and the ways round it are known: so is what arrives.
 void VisibilityCache::seen(Entry& entry, const Source& source) {
+  entry.visibility = entry.around;
+  if (is_of_moving(entry.number) && !entry.straight && geometry_.lets_through()) {
+    std::uint64_t rays = 0;
+    const Bands through = geometry_.transmission(entry.start_m, Vec3f(place_), rays);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      entry.visibility[b] += (1 - entry.around[b]) * through[b];
+    statistics_.rays += rays;
+    rays_left_ -= static_cast<std::int64_t>(rays);
+  }
   if (const bool hidden = entry.visibility == Bands{}; hidden != entry.hidden) {
     entry.hidden = hidden;
     slot_of(entry.number).index ^= kHidden;
@@ -156,6 +174,7 @@ void VisibilityCache::seen(Entry& entry, const Source& source) {
 
 void VisibilityCache::glance_at(Entry& entry, const Source& source) {
   const bool was_straight = entry.straight;
+  follow(entry, source);
   entry.straight = entry.has_start && geometry_.is_free(entry.start_m, Vec3f(place_));
   entry.depth = Depth::kGlance;
   ++statistics_.glances;
@@ -170,25 +189,26 @@ void VisibilityCache::glance_at(Entry& entry, const Source& source) {
 void VisibilityCache::believe_neighbours(Entry& entry, const Source& source, bool new_side) {
   SightCells::Mean mean;
   if (!entry.has_start) {
-    entry.visibility = {};
+    entry.around = {};
   } else if (!cells_.mean(source, place_, entry.straight, entry.straight || !entry.hidden, mean)) {
-    if (new_side) entry.visibility = same_in_all_bands(entry.straight ? 1 : 0);
+    if (new_side) entry.around = same_in_all_bands(entry.straight ? 1 : 0);
   } else if (mean.keyframe > entry.looked) {
     const float share = new_side ? 1 : 0.8f;
     for (std::size_t b = 0; b < kBandCount; ++b)
-      entry.visibility[b] += share * (mean.visibility[b] - entry.visibility[b]);
+      entry.around[b] += share * (mean.visibility[b] - entry.around[b]);
   }
 }
 
 void VisibilityCache::look_at(Entry& entry, const Source& source, Depth depth) {
   std::uint64_t rays = 0;
-  const Bands believed = std::exchange(entry.visibility, {});
+  const Bands believed = std::exchange(entry.around, {});
+  follow(entry, source);
   const bool expected =
       entry.changed > 0 && cells_.surprises() - static_cast<double>(entry.surprises) < 0.5;
   entry.straight = false;
   const bool close = depth == Depth::kClose;
   if (entry.has_start)
-    entry.visibility =
+    entry.around =
         fresnel_visibility(geometry_, {entry.start_m, Vec3f(place_), speed_of_sound_mps_},
                            close                    ? kCloseLookWays
                            : depth == Depth::kQuick ? kQuickLookWays
@@ -201,11 +221,11 @@ void VisibilityCache::look_at(Entry& entry, const Source& source, Depth depth) {
   entry.looked = keyframe_;
   seen(entry, source);
   if (options_.exact || !entry.has_start) return;
-  cells_.add(source, place_, entry.straight, entry.visibility, keyframe_);
+  cells_.add(source, place_, entry.straight, entry.around, keyframe_);
   if (!expected) return;
   ++expected_;
   for (std::size_t b = 0; b < kBandCount; ++b)
-    surprise_ += static_cast<double>(std::abs(entry.visibility[b] - believed[b])) / kBandCount;
+    surprise_ += static_cast<double>(std::abs(entry.around[b] - believed[b])) / kBandCount;
 }
 
 VisibilityCache::Index VisibilityCache::look(std::uint64_t number, const Source& source,
@@ -233,7 +253,7 @@ const Bands& VisibilityCache::look_now(std::uint64_t number, const Source& sourc
   const bool known = index != kUnknown;
   if (!known) index = add(number, source);
   Entry& entry = entries_[index & ~kHidden];
-  if (!known || entry.depth < Depth::kLook || !is_current(entry))
+  if (!known || entry.depth < Depth::kLook || !is_current(entry, source))
     look_at(entry, source, Depth::kLook);
   return entry.visibility;
 }
@@ -263,11 +283,11 @@ void VisibilityCache::gather(std::span<const Wanted> wanted, double tau, std::ui
     sum += weight;
     const double counts = std::max(weight, tau);
     const auto age = std::min(keyframe_ - entry.looked, kLongAgo_keyframes);
-    if (!is_current(entry))
+    if (!is_current(entry, *one.source))
       turns_.push_back({counts * age, index, one.source, alone});
     else if (entry.depth < Depth::kLook)
       look_turns_.push_back({loudness, index, one.source});
-    else if (entry.depth < Depth::kClose && is_partial(entry.visibility))
+    else if (entry.depth < Depth::kClose && is_partial(entry.around))
       close_turns_.push_back({loudness, index, one.source});
   }
   mean_weight_ = sum / std::max<double>(1, static_cast<double>(statistics_.wanted));
@@ -312,7 +332,7 @@ void VisibilityCache::glance_again(std::vector<Turn>& turns) {
   const CastingTime time(statistics_.casting_ms);
   for (std::size_t t = 0; t < most; ++t) {
     Entry& entry = entries_[turns[t].index];
-    if (!is_within(entry, 0.1)) glance_at(entry, *turns[t].source);
+    if (!is_within(entry, *turns[t].source, 0.1)) glance_at(entry, *turns[t].source);
   }
 }
 

@@ -14,6 +14,9 @@
 //      neighbourhood first;
 //   4. what is left goes to close looks at those that edges cut.
 //
+// What goes straight through walls adds to that where a source moves (source_number.h). Where one
+// stands still the bake has it: as a source on the far side of the wall.
+//
 // One that there are no rays left for counts as hidden: it is late, a few keyframes, and weaker
 // than all that were looked at. When told to be exact (a render, which can wait), there are as many
 // rays for looks at unknown sources as it takes, no glances, and nothing is taken from neighbours.
@@ -122,7 +125,8 @@ class VisibilityCache {
     std::uint32_t changed = 0, looked = 0, used = 0;  // keyframes
     Depth depth = Depth::kGlance;
     bool has_start = false, straight = false, hidden = false;
-    Bands visibility{};
+    Bands around{};      // what gets past what is in the way
+    Bands visibility{};  // with what goes through it
   };
   struct Slot {
     std::uint64_t number = 0;
@@ -136,11 +140,12 @@ class VisibilityCache {
     bool counts_alone = true;  // and not only as one of many
   };
 
-  bool is_within(const Entry& entry, double cells) const;
-  bool is_current(const Entry& entry) const;
+  bool is_within(const Entry& entry, const Source& source, double cells) const;
+  bool is_current(const Entry& entry, const Source& source) const;
   Index add(std::uint64_t number, const Source& source);
   void make_room();
   Slot& slot_of(std::uint64_t number);  // or the free one where it would be
+  void follow(Entry& entry, const Source& source);
   void seen(Entry& entry, const Source& source);
   void glance_at(Entry& entry, const Source& source);
   void look_at(Entry& entry, const Source& source, Depth depth);
