@@ -83,6 +83,7 @@ class JoinedPool final : public SourcePool {
     still_.begin(place, time_s);
     moving_.begin(place, time_s);
   }
+  void leave_out(const HiddenNumbers* hidden) override { still_.leave_out(hidden); }
   bool look(const Vec3& place, double threshold, std::size_t most,
             std::vector<FoundSource>& found) override;
   double highest(const Vec3& place) override;

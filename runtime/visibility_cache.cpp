@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "common/thread_time.h"
+#include "runtime/casting_time.h"
 #include "runtime/fresnel_visibility.h"
 #include "runtime/source_number.h"
 
@@ -13,32 +13,15 @@ namespace clamor {
 namespace {
 
 constexpr double kCellOfDistance = 1.0 / 24, kLeastCell_m = 0.1, kMostCell_m = 0.4;
+// What an edge cuts changes the fastest.
+constexpr double kCellWherePartial = 1.0 / 4;
 constexpr std::uint32_t kForget_keyframes = 1500;  // half a minute
 constexpr std::size_t kFirstTable = 1 << 12;
-// Rays of a first look, about: enough must be left to begin one.
-constexpr std::int64_t kRaysOfLook = 50;
-constexpr std::uint32_t kLongAgo_keyframes = 50;
-constexpr int kEnoughForSurprise = 20;  // looks
-// A keyframe thinks of every fourth source only.
-constexpr std::uint32_t kTurns = 4;
 
 std::size_t hash_of(std::uint64_t number) {
   number *= 0x9e3779b97f4a7c15u;
   return static_cast<std::size_t>(number ^ (number >> 32));
 }
-
-// Of this thread, whatever others do.
-class CastingTime {
- public:
-  explicit CastingTime(double& sum_ms) : sum_ms_(sum_ms), start_s_(thread_time_s()) {}
-  ~CastingTime() { sum_ms_ += 1e3 * (thread_time_s() - start_s_); }
-  CastingTime(const CastingTime&) = delete;
-  CastingTime& operator=(const CastingTime&) = delete;
-
- private:
-  double& sum_ms_;
-  const double start_s_;
-};
 
 }  // namespace
 
@@ -75,9 +58,12 @@ VisibilityCache::VisibilityCache(const SightGeometry& geometry, double speed_of_
       slots_(kFirstTable) {}
 
 void VisibilityCache::begin_keyframe(const Vec3& place) {
+  if (place != place_) idle_ = 0;
   place_ = place;
+  hidden_.begin_keyframe(everything_changed());
   ++keyframe_;
-  rays_left_ = options_.rays_per_keyframe;
+  // Behind a door all is new at once, and it is heard at once.
+  rays_left_ = (everything_changed() ? 2 : 1) * std::int64_t{options_.rays_per_keyframe};
   if (4 * entries_.size() > slots_.size()) make_room();
 }
 
@@ -137,9 +123,11 @@ void VisibilityCache::make_room() {
   std::size_t size = kFirstTable;
   while (size < 4 * entries_.size() + 4) size *= 2;
   slots_.assign(size, Slot{});
+  hidden_.clear();
   for (Index i = 0; i < entries_.size(); ++i) {
     const std::uint64_t number = entries_[i].number;
     slot_of(number) = {number, i | (entries_[i].hidden ? kHidden : 0)};
+    if (entries_[i].hidden && !is_of_moving(number)) hidden_.set(number, true);
   }
 }
 
@@ -164,12 +152,15 @@ void VisibilityCache::seen(Entry& entry, const Source& source) {
   if (const bool hidden = entry.visibility == Bands{}; hidden != entry.hidden) {
     entry.hidden = hidden;
     slot_of(entry.number).index ^= kHidden;
+    if (!is_of_moving(entry.number)) hidden_.set(entry.number, hidden);
   }
   entry.changed = keyframe_;
   entry.surprises = static_cast<float>(cells_.surprises());
   entry.from_m = Vec3f(place_);
-  entry.cell_m = static_cast<float>(std::clamp(
-      kCellOfDistance * length(place_ - Vec3(source.position_m)), kLeastCell_m, kMostCell_m));
+  const double partly = is_partial(entry.around) ? kCellWherePartial : 1;
+  entry.cell_m = static_cast<float>(
+      partly * std::clamp(kCellOfDistance * length(place_ - Vec3(source.position_m)), kLeastCell_m,
+                          kMostCell_m));
 }
 
 void VisibilityCache::glance_at(Entry& entry, const Source& source) {
@@ -256,103 +247,6 @@ const Bands& VisibilityCache::look_now(std::uint64_t number, const Source& sourc
   if (!known || entry.depth < Depth::kLook || !is_current(entry, source))
     look_at(entry, source, Depth::kLook);
   return entry.visibility;
-}
-
-// --- Looking again ------------------------------------------------------------------------------
-
-// Those whose turn it is, or all; those that nothing need be done for are left out.
-void VisibilityCache::gather(std::span<const Wanted> wanted, double tau, std::uint32_t turn,
-                             bool all) {
-  statistics_.wanted = 0;
-  double sum = 0;
-  for (const Wanted& one : wanted) {
-    const Index index = one.index & ~kHidden;
-    if (!all && index % kTurns != turn) continue;
-    Entry& entry = entries_[index];
-    entry.used = keyframe_;
-    double loudness = one.loudness;
-    if (entry.hidden) {
-      const Vec3 way = place_ - Vec3(one.source->position_m);
-      loudness = static_cast<double>(entry.reach) / std::max(dot(way, way), 1e-2);
-    }
-    if (loudness < tau) continue;
-    ++statistics_.wanted;
-    // A chosen source is mixed as if its weight were tau at least.
-    const double weight = loudness * static_cast<double>(one.source->u);
-    const bool alone = options_.exact || weight > 4 * std::max(tau, mean_weight_);
-    sum += weight;
-    const double counts = std::max(weight, tau);
-    const auto age = std::min(keyframe_ - entry.looked, kLongAgo_keyframes);
-    if (!is_current(entry, *one.source))
-      turns_.push_back({counts * age, index, one.source, alone});
-    else if (entry.depth < Depth::kLook)
-      look_turns_.push_back({loudness, index, one.source});
-    else if (entry.depth < Depth::kClose && is_partial(entry.around))
-      close_turns_.push_back({loudness, index, one.source});
-  }
-  mean_weight_ = sum / std::max<double>(1, static_cast<double>(statistics_.wanted));
-  statistics_.current = statistics_.wanted - turns_.size();
-}
-
-bool VisibilityCache::refresh(std::span<const Wanted> wanted, double tau) {
-  turns_.clear();
-  look_turns_.clear();
-  close_turns_.clear();
-  const bool all = cells_.surprises() > last_surprises_ + 0.5;
-  last_surprises_ += 0.25 * (cells_.surprises() - last_surprises_);
-  const auto idle = [this] {
-    return turns_.empty() && look_turns_.empty() && close_turns_.empty();
-  };
-  for (std::uint32_t t = 0; t < kTurns && idle(); ++t)
-    gather(wanted, tau, (keyframe_ + t) % kTurns, all);
-  if (idle()) return false;
-  if (!options_.exact) glance_again(turns_);
-  serve(turns_, options_.exact ? Depth::kLook : Depth::kQuick);
-  serve(look_turns_, Depth::kLook);
-  serve(close_turns_, Depth::kClose);
-  if (expected_ > kEnoughForSurprise) {
-    cells_.be_surprised(surprise_ / expected_);
-    surprise_ = expected_ = 0;
-  }
-  return true;
-}
-
-// Those that were seen the longest ago. What is known of neighbours may have changed where they
-// themselves need no glance.
-void VisibilityCache::glance_again(std::vector<Turn>& turns) {
-  const auto most = static_cast<std::size_t>(
-      std::clamp<std::int64_t>(std::min<std::int64_t>(options_.rays_per_keyframe / 4, rays_left_),
-                               0, static_cast<std::int64_t>(turns.size())));
-  const auto older = [this](const Turn& a, const Turn& b) {
-    return entries_[a.index].changed < entries_[b.index].changed;
-  };
-  if (most < turns.size())
-    std::nth_element(turns.begin(), turns.begin() + static_cast<std::ptrdiff_t>(most), turns.end(),
-                     older);
-  const CastingTime time(statistics_.casting_ms);
-  for (std::size_t t = 0; t < most; ++t) {
-    Entry& entry = entries_[turns[t].index];
-    if (!is_within(entry, *turns[t].source, 0.1)) glance_at(entry, *turns[t].source);
-  }
-}
-
-// The most urgent first, as long as there are rays; those whose neighbours were just looked at
-// last.
-void VisibilityCache::serve(std::vector<Turn>& turns, Depth depth) {
-  const auto most = static_cast<std::size_t>(
-      std::clamp<std::int64_t>(rays_left_ / 10, 0, static_cast<std::int64_t>(turns.size())));
-  std::partial_sort(turns.begin(), turns.begin() + static_cast<std::ptrdiff_t>(most), turns.end(),
-                    [](const Turn& a, const Turn& b) { return a.urgency > b.urgency; });
-  const CastingTime time(statistics_.casting_ms);
-  for (const bool again : {false, true})
-    for (std::size_t t = 0; t < most && rays_left_ > kRaysOfLook; ++t) {
-      Entry& entry = entries_[turns[t].index];
-      const Source& source = *turns[t].source;
-      if (again ? entry.depth >= depth && entry.changed == keyframe_
-                : !turns[t].counts_alone && cells_.is_of(keyframe_, source, place_))
-        continue;
-      look_at(entry, source, turns[t].counts_alone ? std::max(depth, Depth::kLook) : depth);
-    }
 }
 
 }  // namespace clamor
