@@ -7,7 +7,9 @@
 // 0.5 ms (tests/benchmarks/moving_benchmark.cpp).
 //
 // What hides a source is known for where it was (visibility_cache.h): its number there changes with
-// the cell it is in, an eighth of its distance to the listener wide.
+// the cell it is in, an eighth of its distance to the listener wide, and within that it is looked
+// at again as it moves. What walls let through is heard of it, as the bake has it of what stands
+// still.
 //
 // Threads: the sampler's alone.
 #pragma once
@@ -21,12 +23,10 @@
 #include "common/vec.h"
 #include "runtime/moving_sources.h"
 #include "runtime/source_field.h"
+#include "runtime/source_number.h"
 #include "runtime/source_pool.h"
 
 namespace clamor {
-
-// Numbers of moving sources have this bit, and those of a file's do not.
-inline constexpr std::uint64_t kMovingNumber = std::uint64_t{1} << 63;
 
 class MovingList {
  public:
@@ -83,6 +83,7 @@ class JoinedPool final : public SourcePool {
     still_.begin(place, time_s);
     moving_.begin(place, time_s);
   }
+  void leave_out(const HiddenNumbers* hidden) override { still_.leave_out(hidden); }
   bool look(const Vec3& place, double threshold, std::size_t most,
             std::vector<FoundSource>& found) override;
   double highest(const Vec3& place) override;

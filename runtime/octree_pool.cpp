@@ -13,6 +13,7 @@ constexpr double kGiveInTime_s = 0.05;   // of delays rounded, and of moments
 constexpr double kPlaceGive_m = 0.002;   // quantised positions, 10 km from the origin
 constexpr std::size_t kMostFirst = 256;  // pages of a tree that are always here
 constexpr std::size_t kMostAsked = 256;  // pages at a time
+constexpr std::uint32_t kAsksPerLookAhead = 4;
 
 }  // namespace
 
@@ -56,6 +57,7 @@ OctreePool::OctreePool(const SourceField& field, const SignalWeights& ceilings,
       most_heard_(field, ceilings.by_signal),
       loader_(loader),
       maps_(signal_maps),
+      shortlists_(field, ceilings),
       leads_(field, trees, maps_) {
   for (const PageEntry& top : trees) load_first_pages(top);
   follow_leads();
@@ -81,6 +83,7 @@ void OctreePool::load_first_pages(const PageEntry& top) {
 }
 
 void OctreePool::begin(const Vec3& place, double time_s) {
+  shortlists_.begin(place, time_s);
   if (ceilings_.steady() || trees_.empty()) return;
   const PageEntry& top = trees_.back();
   const Vec3 low(top.low_m), high(top.high_m);
@@ -120,10 +123,10 @@ Source* OctreePool::placed(const Source& stored, const Placement& placement, dou
 }
 
 void OctreePool::add_source(const Step& step, const ResidentPage& page, std::size_t index,
-                            bool leads, double ceiling, std::vector<FoundSource>& found) {
+                            bool leads, std::uint32_t signal, double ceiling,
+                            std::vector<FoundSource>& found) {
   const Source* source = &page.sources[index];
   const Copy& copy = copies_[step.copy];
-  const std::uint32_t signal = maps_.signal(copy.map, field_.signal(*source));
   if (copy.moved) source = placed(*source, copy.placement, leads ? step.lead_key : 0);
   if (source != nullptr)
     found.push_back({source, step.first + index, signal, step.copy, ceiling / copy.to_threshold});
@@ -143,26 +146,37 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
   place_ = place;
   placed_count_ = 0;
   missed_.clear();
-  all_here_ = true;
+  most_missed_ = -1;
   const auto use = [this](const PageEntry& entry, double urgency) {
     ++visited_;
     return loader_.use(entry, urgency);
   };
   const auto visit = [&](const Step& step, const ResidentPage* page) {
-    const double least = threshold * copies_[step.copy].to_threshold;
+    const Copy& copy = copies_[step.copy];
     if (page == nullptr) {
-      all_here_ = false;
+      const double highest = std::max(step.most, bound(*step.entry, copy, step.entry->highest_key));
+      most_missed_ = std::max(most_missed_, highest / copy.to_threshold);
       if (!loader_.has_failed(*step.entry))
         missed_.push_back({step.most / copies_[step.copy].to_threshold, *step.entry, true});
       return true;
     }
     const bool leads = step.lead_key > 0 && page->sources.size() > 0 &&
                        page->leader == ResidentPage::Leader::kSource;
-    if (leads) add_source(step, *page, 0, true, std::numeric_limits<double>::infinity(), found);
-    looked_at_ +=
-        page->sources.pass(copies_[step.copy].place, least, [&](std::size_t i, double ceiling) {
-          if (!leads || i > 0) add_source(step, *page, i, false, ceiling, found);
-        });
+    if (leads)
+      add_source(step, *page, 0, true, maps_.signal(copy.map, field_.signal(page->sources[0])),
+                 std::numeric_limits<double>::infinity(), found);
+    if (page->sources.size() == 0) return true;
+    const MetPage met{page->sources,
+                      *step.entry,
+                      step.first,
+                      copy.place,
+                      threshold * copy.to_threshold,
+                      copy.moved ? &copy.placement : nullptr,
+                      maps_,
+                      copy.map};
+    looked_at_ += shortlists_.pass(met, [&](std::size_t i, std::uint32_t signal, double ceiling) {
+      if (!leads || i > 0) add_source(step, *page, i, false, signal, ceiling, found);
+    });
     return found.size() <= most;
   };
   const auto heard = [&](const FarCopy& far, double ceiling) {
@@ -175,7 +189,7 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
 // Down through the cubes that hold the source, to the first page that is missing and matters.
 double OctreePool::unseen_key(const FoundSource& found, double tau) {
   // A copy that is not walked has no other source that could reach the threshold.
-  if (all_here_ || found.copy == kNoCopy) return 0;
+  if (most_missed_ < tau || found.copy == kNoCopy) return 0;
   const Copy& copy = copies_[found.copy];
   const Vec3 position_m = copy.placement.inside(Vec3(found.source->position_m));
   const PageEntry* entry = copy.tree;
@@ -193,6 +207,22 @@ double OctreePool::unseen_key(const FoundSource& found, double tau) {
   return 0;
 }
 
+// What is soon needed changes slowly: a walk every few keyframes does.
+void OctreePool::look_ahead(const Vec3& soon, double tau) {
+  if (++asks_ % kAsksPerLookAhead != 1 && soon != place_) return;
+  soon_.clear();
+  if (soon == place_) return;
+  walk(
+      soon, tau, [this](const PageEntry& entry, double) { return loader_.find(entry); },
+      [&](const Step& step, const ResidentPage* page) {
+        const double urgency = step.most / copies_[step.copy].to_threshold;
+        if (page == nullptr && urgency > 0 && !loader_.has_failed(*step.entry))
+          soon_.push_back({urgency, *step.entry, false});
+        return true;
+      },
+      [](const FarCopy&, double) {});
+}
+
 void OctreePool::ask(const Vec3& soon, double tau) {
   asked_ = false;
   if (trees_.empty()) return;
@@ -200,16 +230,9 @@ void OctreePool::ask(const Vec3& soon, double tau) {
   for (const WantedPage& one : missed_)
     if (one.urgency >= tau && one.urgency > 0) wanted.push_back(one);
   asked_ = !wanted.empty();
-  if (soon != place_)
-    walk(
-        soon, tau, [this](const PageEntry& entry, double) { return loader_.find(entry); },
-        [&](const Step& step, const ResidentPage* page) {
-          const double urgency = step.most / copies_[step.copy].to_threshold;
-          if (page == nullptr && urgency > 0 && !loader_.has_failed(*step.entry))
-            wanted.push_back({urgency, *step.entry, false});
-          return true;
-        },
-        [](const FarCopy&, double) {});
+  look_ahead(soon, tau);
+  for (const WantedPage& one : soon_)
+    if (!loader_.is_here(one.entry)) wanted.push_back(one);
   // Copies of one tree want the same pages.
   std::sort(wanted.begin(), wanted.end(), [](const WantedPage& a, const WantedPage& b) {
     if (a.entry.page.offset != b.entry.page.offset)

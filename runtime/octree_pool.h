@@ -30,6 +30,7 @@
 #include "formats/octree_page.h"
 #include "runtime/most_heard.h"
 #include "runtime/page_loader.h"
+#include "runtime/page_shortlists.h"
 #include "runtime/signal_maps.h"
 #include "runtime/source_pool.h"
 #include "runtime/tree_leads.h"
@@ -56,6 +57,7 @@ class OctreePool final : public SourcePool {
   bool refresh() override;
   // Bounds nodes by the loudest that any signal was while what is heard now was under way.
   void begin(const Vec3& place, double time_s) override;
+  void leave_out(const HiddenNumbers* hidden) override { shortlists_.leave_out(hidden); }
   bool look(const Vec3& place, double threshold, std::size_t most,
             std::vector<FoundSource>& found) override;
   double highest(const Vec3& place) override;
@@ -65,8 +67,8 @@ class OctreePool final : public SourcePool {
   bool complete() override;
   std::uint64_t size() const override { return trees_.empty() ? 0 : trees_.back().sources_below; }
 
-  // By all looks so far: pages, sources in them that were not left out with their neighbours, and
-  // far copies that were a source each.
+  // By all looks so far: pages, sources in them and in their shortlists that were not left out with
+  // their neighbours, and far copies that were a source each.
   std::uint64_t nodes_visited() const { return visited_; }
   std::uint64_t sources_looked_at() const { return looked_at_; }
   std::uint64_t copies_heard() const { return copies_heard_; }
@@ -107,6 +109,7 @@ class OctreePool final : public SourcePool {
 
   void load_first_pages(const PageEntry& top);
   void follow_leads();
+  void look_ahead(const Vec3& soon, double tau);
   double bound(const PageEntry& entry, const Copy& copy, double key) const {
     return key * most_heard_.per_key(entry, copy.place, copy.placement.scale);
   }
@@ -123,7 +126,7 @@ class OctreePool final : public SourcePool {
   double most_of_lead(const TreeLead& lead, std::uint32_t signal, double lead_key,
                       const Vec3& place, double to_level) const;
   void add_source(const Step& step, const ResidentPage& page, std::size_t index, bool leads,
-                  double ceiling, std::vector<FoundSource>& found);
+                  std::uint32_t signal, double ceiling, std::vector<FoundSource>& found);
   void add_far(const FarCopy& far, double ceiling, std::vector<FoundSource>& found);
   Source* placed(const Source& stored, const Placement& placement, double lead_key);
 
@@ -135,14 +138,16 @@ class OctreePool final : public SourcePool {
   MostHeard most_heard_;
   PageLoader& loader_;
   SignalMaps maps_;
+  PageShortlists shortlists_;
   TreeLeads leads_;
 
   // Of the last look.
   std::vector<Copy> copies_;
   std::deque<Source> placed_;  // the first so many; the others wait to be used again
   std::size_t placed_count_ = 0;
-  std::vector<WantedPage> missed_;
-  bool all_here_ = true;
+  std::vector<WantedPage> missed_, soon_;
+  std::uint32_t asks_ = 0;
+  double most_missed_ = -1;  // of priorities in missing pages; below 0: all is here
   Vec3 place_{};
 
   std::vector<Step> steps_;

@@ -101,6 +101,7 @@ class Priority final : public Sampler {
     if (place_ != place) gave_up_waiting_ = false;
     place_ = place;
     time_s_ = time_s;
+    pool_.leave_out(sight_ != nullptr ? &sight_->hidden() : nullptr);
     pool_.begin(place, time_s);
     if (sight_ != nullptr) sight_->begin_keyframe(place);
     const double tau = choose(place);
@@ -192,7 +193,7 @@ class Priority final : public Sampler {
         threshold *= kStep;
       else if (too_low > 0 && !unlimited)
         threshold = std::sqrt(too_low * too_high);
-      else if (threshold == predicted && threshold_ > 0 && sight_ == nullptr)
+      else if (threshold == predicted && threshold_ > 0)
         threshold *= kCaution * kCaution;  // just missed
       else
         threshold = threshold > std::numeric_limits<float>::min()
@@ -207,10 +208,9 @@ class Priority final : public Sampler {
   }
 
   // The last threshold, lowered by as much as it may well have fallen: by thrice the most that it
-  // fell from one sample to the next of late. With sight, by what catches k nearly always.
+  // fell from one sample to the next of late.
   double predicted_threshold() const {
     if (starved_) return threshold_;
-    if (sight_ != nullptr) return threshold_ * kCaution;
     return threshold_ * std::clamp(0.97 - 3 * changed_by_, kCaution * kCaution, 0.95);
   }
 
@@ -246,11 +246,18 @@ class Priority final : public Sampler {
       const FoundSource& found = found_[f];
       const Source& source = *found.source;
       auto known = VisibilityCache::kUnknown;
+      // They are far apart in memory.
+      if (f + kFetchAhead < found_.size()) {
+        const Source* const soon = found_[f + kFetchAhead].source;
+        __builtin_prefetch(soon);
+        __builtin_prefetch(&soon->power);
+      }
       if (sight_ != nullptr) {
         if (f + kFetchAhead < found_.size()) sight_->prefetch(found_[f + kFetchAhead].number);
         known = sight_->find(found.number);
         if (known != VisibilityCache::kUnknown && sight_->is_hidden(known)) {
-          wanted_.push_back({0, known, &source});  // weighs nothing, whatever it would
+          wanted_.push_back(
+              {0, found.number, known, &source});  // weighs nothing, whatever it would
           continue;
         }
       }
@@ -323,7 +330,7 @@ class Priority final : public Sampler {
     Candidate& candidate = candidates_[c];
     const Source& source = *candidate.found.source;
     const Bands& visibility = sight_->visibility(candidate.known);
-    wanted_.push_back({as_if_free, candidate.known, &source});
+    wanted_.push_back({as_if_free, candidate.found.number, candidate.known, &source});
     double w = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
       w += static_cast<double>(parts_[c][b]) * visibility[b];

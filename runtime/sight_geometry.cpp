@@ -92,8 +92,11 @@ std::unique_ptr<SightGeometry::Embree> SightGeometry::tree_of(const Mesh& mesh, 
 SightGeometry::SightGeometry(const Mesh& mesh, std::span<const Material> materials, Ready ready)
     : materials_(mesh.materials), embree_(std::make_unique<Embree>()) {
   for (const Material& material : materials) {
-    transmission_.push_back(material.transmission);
-    for (const float through : material.transmission) lets_through_ |= through > 0;
+    Bands& through = transmission_.emplace_back(material.transmission);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      through[b] = std::min(through[b], material.absorption[b]);
+      lets_through_ |= through[b] > 0;
+    }
   }
   if (mesh.triangles.empty()) return;  // a free field
   planes_.reserve(mesh.triangles.size());

@@ -54,8 +54,10 @@ class SightGeometry {
   bool is_free(const Vec3f& from_m, const Vec3f& to_m) const;
 
   // Share of the power that gets straight through all surfaces on the way: each side of a wall that
-  // is modelled with two counts. `rays` grows by those cast.
+  // is modelled with two counts, and none lets through what it reflects. `rays` grows by those
+  // cast.
   Bands transmission(const Vec3f& from_m, const Vec3f& to_m, std::uint64_t& rays) const;
+  bool lets_through() const { return lets_through_; }  // does any surface, anything?
 
   // Where rays leave a source; nothing if that cannot be told. Costs one ray.
   std::optional<Vec3f> start(const Source& source) const;

@@ -80,6 +80,22 @@ LoudnessTrack::LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frame
                                 [&](const Bands& moment) { return moment == most_; });
 }
 
+LoudnessTrack::Seen LoudnessTrack::seen_at(double time_s) const {
+  Seen seen;
+  seen.shares_ = shares_.data();
+  seen.count_ = static_cast<std::int64_t>(shares_.size());
+  seen.moments_per_s_ = moments_per_s_;
+  seen.loop_ = loop_;
+  seen.round_ = loop_ ? static_cast<double>(seen.count_) : 0;
+  seen.last_ = static_cast<double>(std::min<std::int64_t>(seen.count_ - 1, 1 << 30));
+  seen.now_ = time_s * moments_per_s_ - static_cast<double>(first_);
+  // Then most delays stay within one turn.
+  if (loop_)
+    seen.now_ -=
+        std::floor(seen.now_ / static_cast<double>(seen.count_)) * static_cast<double>(seen.count_);
+  return seen;
+}
+
 Bands LoudnessTrack::most_between(double from_s, double to_s) const {
   const auto count = static_cast<std::int64_t>(by_moment_.size());
   std::int64_t from = static_cast<std::int64_t>(std::floor(from_s * moments_per_s_)) - first_;

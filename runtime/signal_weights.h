@@ -21,6 +21,7 @@
 // Immutable once made.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -60,6 +61,43 @@ class LoudnessTrack {
     const auto place = static_cast<std::size_t>(moment);
     return {by_moment_[place], shares_[place]};
   }
+
+  // Its shares as they are seen from one time, for asking of many delays. Valid while the track is.
+  class Seen {
+   public:
+    // No less than the share at any delay within `give_s` of that one.
+    float share(float delay_s, float give_s) const {
+      double at = now_ - static_cast<double>(delay_s) * moments_per_s_;
+      const double give = 1e-3 + static_cast<double>(give_s) * moments_per_s_;
+      if (at < give) at += round_;
+      if (give < 0.5 && at >= give && at < last_) {
+        const float* const from = shares_ + static_cast<std::int32_t>(at - give);
+        return std::max(from[0], from[1]);
+      }
+      const auto last = static_cast<std::int64_t>(std::floor(at + give));
+      float most = 0;
+      for (auto m = static_cast<std::int64_t>(std::floor(at - give)); m <= last; ++m)
+        most = std::max(most, share_of(m));
+      return most;
+    }
+
+   private:
+    friend class LoudnessTrack;
+    float share_of(std::int64_t moment) const {
+      if (moment < 0 || moment >= count_) {
+        if (!loop_) return 0;
+        moment %= count_;
+        if (moment < 0) moment += count_;
+      }
+      return shares_[moment];
+    }
+    const float* shares_ = nullptr;
+    std::int64_t count_ = 0;
+    double now_ = 0, moments_per_s_ = 0;  // in moments, from the first
+    double round_ = 0, last_ = 0;         // of a loop; the last but one
+    bool loop_ = false;
+  };
+  Seen seen_at(double time_s) const;
 
   // The highest of each band from one time to another, and at any time.
   Bands most_between(double from_s, double to_s) const;

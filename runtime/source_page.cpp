@@ -32,12 +32,8 @@ SourcePage::SourcePage(const SourceField& field, std::span<const Bands> weights,
       some.push_back(sieve_source(field, weights[field.signal(sources_[i])], sources_[i]));
     sieves_.emplace_back(some);
   }
-}
-
-std::size_t SourcePage::bytes() const {
-  std::size_t bytes = sizeof(SourcePage) + size() * sizeof(Source);
-  for (const SourceSieve& sieve : sieves_) bytes += sieve.bytes();
-  return bytes;
+  bytes_ = sizeof(SourcePage) + size() * sizeof(Source);
+  for (const SourceSieve& sieve : sieves_) bytes_ += sieve.bytes();
 }
 
 }  // namespace clamor

@@ -30,17 +30,18 @@ class SourcePage {
 
   std::size_t size() const { return sources_.size(); }
   const Source& operator[](std::size_t index) const { return sources_[index]; }
-  std::size_t bytes() const;  // of memory
+  std::size_t bytes() const { return bytes_; }  // of memory
 
   // Calls found(index, ceiling), ascending, for every source whose priority at `place` is at least
   // `threshold`, and for a few more; `ceiling` is one of the priority. Gives how many sources were
   // looked at one by one.
   template <class Found>
-  std::size_t pass(const Vec3& place, double threshold, const Found& found) const {
+  std::size_t pass(const Vec3& place, double threshold, const Found& found,
+                   const SieveGive& give = SieveGive()) const {
     Sifted sifted;
     std::size_t looked_at = 0;
     for (std::size_t s = 0; s < sieves_.size(); ++s) {
-      sieves_[s].sift(place, threshold, sifted);
+      sieves_[s].sift(place, threshold, sifted, give);
       looked_at += sifted.looked_at;
       const std::size_t first = s * kSieveSources;
       // They are far apart in memory, and all of them are about to be read.
@@ -58,6 +59,7 @@ class SourcePage {
 
   std::vector<Source> sources_;
   std::vector<SourceSieve> sieves_;
+  std::size_t bytes_ = 0;
 };
 
 }  // namespace clamor

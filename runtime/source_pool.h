@@ -9,6 +9,7 @@
 
 #include "common/bands.h"
 #include "common/vec.h"
+#include "runtime/hidden_numbers.h"
 #include "runtime/signal_weights.h"
 #include "runtime/source_field.h"
 #include "runtime/source_page.h"
@@ -41,6 +42,9 @@ class SourcePool {
   // A sample is wanted at a place and time: what may be left out now need not be told from what is
   // never heard.
   virtual void begin(const Vec3& /*place*/, double /*time_s*/) {}
+
+  // Sources that are known to be hidden need not be found; null: none is.
+  virtual void leave_out(const HiddenNumbers* /*hidden*/) {}
 
   // Appends every source that is here and whose priority at `place`, its signal being as loud as it
   // ever is, is at least `threshold`, and a few more. Gives up, and returns false, where there are

@@ -158,15 +158,19 @@ SourceSieve::SourceSieve(std::span<const SieveSource> sources)
           bounds_[b / kSieveBlock], b % kSieveBlock);
 }
 
-void SourceSieve::sift(const Vec3& place, double threshold, Sifted& sifted) const {
+void SourceSieve::sift(const Vec3& place, double threshold, Sifted& sifted,
+                       const SieveGive& give) const {
   sifted.bits = {};
   sifted.looked_at = 0;
   const Vec3 from_m = place - middle_m_;
   // Of positions and of the place, each rounded to 24 bits; and one that is on the source sees it
   // from wherever it is loudest.
-  const double give_m = 1e-6 + 0x1p-22 * (length(from_m) + extent_m_);
+  const double give_m = give.place_m + 1e-6 + 0x1p-22 * (length(from_m) + extent_m_);
+  // Because 2 r give <= (r^2 / about + about) give.
   sift_with(bounds_, blocks_, count_,
-            {Vec3f(from_m), static_cast<float>(give_m), static_cast<float>(threshold * (1 - 1e-6))},
+            {Vec3f(from_m), static_cast<float>(give_m),
+             static_cast<float>(std::max(1 - give_m / give.about_m, 0.0)),
+             static_cast<float>(give_m * give.about_m), static_cast<float>(threshold * (1 - 1e-6))},
             sifted);
 }
 

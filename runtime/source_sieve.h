@@ -10,7 +10,7 @@
 // distance of each source is looked at, then its direction. (Design, section 5.)
 //
 // Single precision, in metres from the middle of the sources. Whatever rounds, rounds towards
-// letting a source through: distances by `give`, cosines by give / r, the sum by kSlack. So no
+// letting a source through: distances by `give`, cosines by 2 give / r, the sum by kSlack. So no
 // source is ever left out that a sum in double precision would let through.
 //
 // Immutable once made. Memory: 62 bytes per source.
@@ -32,6 +32,12 @@ struct SieveSource {
   Vec3f position_m{}, normal{}, mirror{};
   float radius_m = 0, diffuse = 0, lobe = 0, fall = 0;
   bool is_emitter = false;
+};
+
+// Ceilings that hold for every place within `place_m` of the one that is asked about. They are the
+// tightest for sources that are `about_m` away.
+struct SieveGive {
+  double place_m = 0, about_m = 1;
 };
 
 inline constexpr std::size_t kSieveSources = 512, kSieveBlock = 16;
@@ -76,7 +82,8 @@ class SourceSieve {
   explicit SourceSieve(std::span<const SieveSource> sources);
 
   // Those whose priority at `place` may be `threshold` or more.
-  void sift(const Vec3& place, double threshold, Sifted& sifted) const;
+  void sift(const Vec3& place, double threshold, Sifted& sifted,
+            const SieveGive& give = SieveGive()) const;
 
   std::size_t bytes() const {
     return sizeof *this + blocks_.size() * sizeof(SieveBlock) +

@@ -48,11 +48,9 @@ HWY_INLINE Vector decay(Tag d, Vector t) {
   return hn::Mul(part, hn::BitCast(d, hn::ShiftLeft<23>(exponent)));
 }
 
-// (r - give)^2 >= r^2 (1 - give) - give, because 2 r give <= r^2 give + give.
 HWY_INLINE Vector nearest2(Tag d, Vector r2, Vector radius2, const SieveQuery& query) {
-  return hn::Max(
-      hn::NegMulAdd(r2, hn::Set(d, query.give_m + kRounds), hn::Sub(r2, hn::Set(d, query.give_m))),
-      radius2);
+  return hn::Max(hn::MulSub(r2, hn::Set(d, query.keep - kRounds), hn::Set(d, query.less_m2)),
+                 radius2);
 }
 
 // The highest cosine between a direction within the angle w of a way and one in a cone: with g the
@@ -144,7 +142,9 @@ HWY_INLINE void sift_block(const SieveBlock& block, std::size_t count, const Sie
     const auto close = hn::Not(hn::Lt(hn::Mul(hn::Add(diffuse, lobe), slack), need));
     if (hn::AllFalse(d, close)) continue;
     const auto over_r = hn::Div(one, hn::Sqrt(hn::Max(r2, hn::Set(d, 1e-12f))));
-    const auto give = hn::MulAdd(over_r, hn::Set(d, query.give_m), hn::Set(d, kRounds));
+    // A step of `give` turns the way by at most asin(give / r), and changes no cosine by twice that
+    // quotient; where it is 1 or more, any direction is possible.
+    const auto give = hn::MulAdd(over_r, hn::Set(d, 2 * query.give_m), hn::Set(d, kRounds));
     const auto over_cos_i = hn::Load(d, block.over_cos_i.data() + at);
     const auto all_round = hn::Lt(over_cos_i, zero);
     const auto cos_n = hn::Min(hn::MulAdd(dot(way, load(d, block.normal, at)), over_r, give), one);

@@ -10,8 +10,10 @@ namespace clamor {
 
 struct SieveQuery {
   Vec3f from_m{};    // of the sieve's middle
-  float give_m = 0;  // what positions may round
-  float least = 0;   // the threshold
+  float give_m = 0;  // what positions may be off
+  // (r - give)^2 >= keep r^2 - less, whatever r.
+  float keep = 1, less_m2 = 0;
+  float least = 0;  // the threshold
 };
 
 // Fills `sifted` with those of `count` sources in these blocks that may reach the query's

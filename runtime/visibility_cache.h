@@ -1,26 +1,41 @@
 // visibility_cache.h: what is known of how well sources are heard from where the listener is.
 //
-// A look at a source costs 50 to 1200 rays, and there are thousands that matter: so each look is
+// A look at a source costs 10 to 1200 rays, and there are thousands that matter: so each look is
 // kept, and holds for the cell it was made in, a ball round where the listener was whose radius is
-// a 24th of the distance to the source, 0.1 to 0.4 m. Outside it is still used, until the source's
-// turn comes. A keyframe may cast so many rays and no more:
+// a 24th of the distance to the source, 0.1 to 0.4 m; a quarter of that where an edge cuts the
+// source, because there it changes the fastest. Outside it is still used, until the source's turn
+// comes. There are four depths: a glance says whether the straight line is free (1 ray; 2 at a new
+// source), and what that means by its neighbours (sight_cells.h); a quick look, 4 ways per ring
+// (fresnel_visibility.h), is for one of many; a look, 8 ways, for one that counts alone, being four
+// times as loud as the mean; a close look, 64 ways, for one that an edge cuts.
 //
-//   1. sources that would be chosen and are new get a glance, whether the straight line is free
-//      (2 rays), loudest first, for up to half of the rays;
-//   2. then those whose look is no longer good, oldest first, for up to a quarter (1 ray): whether
-//      the straight line still is free, and what that means for its neighbours (sight_cells.h),
-//      corrects them all within a few keyframes, when a listener steps through a door;
-//   3. then they are looked at again, by what they count for times how long it is ago; one of each
-//      neighbourhood first;
-//   4. what is left goes to close looks at those that edges cut.
+// A keyframe may cast so many rays and no more, twice as many where everything changed at once, as
+// it does behind a door:
+//
+//   1. sources that would be chosen and are new get a glance, loudest first, for up to half of the
+//      rays;
+//   2. then those whose look is no longer good get one again, oldest first, for up to a quarter:
+//      that corrects them all within a few keyframes;
+//   3. then they get a look, quick ones most of them, by what they count for times how long it is
+//      ago; one of each neighbourhood first;
+//   4. those that had but a quick look get a whole one, and what is left goes to close looks, each
+//      the loudest first.
+//
+// Of 2 to 4 it thinks for every fourth source at a time (hidden_numbers.h), the next fourth where
+// that leaves nothing to do, and for all of them where everything changed at once.
+//
+// What goes straight through walls adds to that where a source moves (source_number.h). Where one
+// stands still the bake has it: as a source on the far side of the wall.
 //
 // One that there are no rays left for counts as hidden: it is late, a few keyframes, and weaker
 // than all that were looked at. When told to be exact (a render, which can wait), there are as many
 // rays for looks at unknown sources as it takes, no glances, and nothing is taken from neighbours.
 //
+// visibility_refresh.cpp has 2 to 4.
+//
 // The budget is in rays and not in time, so what is heard does not depend on the machine's load.
 //
-// Threads: the sampler's alone.   Memory: 170 to 250 bytes per source that mattered of late.
+// Threads: the sampler's alone.   Memory: 200 to 280 bytes per source that mattered of late.
 #pragma once
 
 #include <cstdint>
@@ -30,12 +45,13 @@
 #include "common/bands.h"
 #include "common/vec.h"
 #include "formats/source.h"
+#include "runtime/hidden_numbers.h"
 #include "runtime/sight_cells.h"
 #include "runtime/sight_geometry.h"
 
 namespace clamor {
 
-inline constexpr int kRaysPerKeyframe = 16'000;
+inline constexpr int kRaysPerKeyframe = 8000;
 
 struct VisibilityOptions {
   int rays_per_keyframe = kRaysPerKeyframe;
@@ -73,6 +89,7 @@ class VisibilityCache {
   // way; of one that is hidden, which nobody weighs, it may be left out.
   struct Wanted {
     double loudness = 0;
+    std::uint64_t number = 0;
     Index index = kUnknown;
     const Source* source = nullptr;
   };
@@ -96,6 +113,9 @@ class VisibilityCache {
   void prefetch_visibility(Index known) const {
     __builtin_prefetch(&entries_[known & ~kHidden].visibility);
   }
+
+  // Those of which nothing is heard, and that need not be asked about in this keyframe.
+  const HiddenNumbers& hidden() const { return hidden_; }
 
   // Looks at an unknown source; kUnknown if there are no rays left for that.
   Index look(std::uint64_t number, const Source& source, double loudness);
@@ -122,7 +142,8 @@ class VisibilityCache {
     std::uint32_t changed = 0, looked = 0, used = 0;  // keyframes
     Depth depth = Depth::kGlance;
     bool has_start = false, straight = false, hidden = false;
-    Bands visibility{};
+    Bands around{};      // what gets past what is in the way
+    Bands visibility{};  // with what goes through it
   };
   struct Slot {
     std::uint64_t number = 0;
@@ -136,15 +157,17 @@ class VisibilityCache {
     bool counts_alone = true;  // and not only as one of many
   };
 
-  bool is_within(const Entry& entry, double cells) const;
-  bool is_current(const Entry& entry) const;
+  bool is_within(const Entry& entry, const Source& source, double cells) const;
+  bool is_current(const Entry& entry, const Source& source) const;
   Index add(std::uint64_t number, const Source& source);
   void make_room();
   Slot& slot_of(std::uint64_t number);  // or the free one where it would be
+  void follow(Entry& entry, const Source& source);
   void seen(Entry& entry, const Source& source);
   void glance_at(Entry& entry, const Source& source);
   void look_at(Entry& entry, const Source& source, Depth depth);
   void believe_neighbours(Entry& entry, const Source& source, bool new_side);
+  bool everything_changed() const { return cells_.surprises() > last_surprises_ + 0.5; }
   void gather(std::span<const Wanted> wanted, double tau, std::uint32_t turn, bool all);
   void glance_again(std::vector<Turn>& turns);
   void serve(std::vector<Turn>& turns, Depth depth);
@@ -154,13 +177,15 @@ class VisibilityCache {
   const VisibilityOptions options_;
   std::vector<Slot> slots_;  // open addressing, a power of two
   std::vector<Entry> entries_;
+  HiddenNumbers hidden_;
   SightCells cells_;
   std::vector<Turn> turns_, look_turns_, close_turns_;
   Vec3 place_{};
   double mean_weight_ = 0;                    // of those that matter
   double surprise_ = 0, last_surprises_ = 0;  // of the looks of a keyframe, summed
   std::uint32_t keyframe_ = 0;
-  int expected_ = 0;  // those that there were expectations of
+  std::uint32_t idle_ = 0;  // turns in which nothing was left to do, here
+  int expected_ = 0;        // those that there were expectations of
   std::int64_t rays_left_ = 0;
   VisibilityStatistics statistics_;
 };

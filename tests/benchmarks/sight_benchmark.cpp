@@ -2,9 +2,12 @@
 //
 // Ten million sources lie all over the surfaces of Sponza (66 000 triangles; it comes with the
 // levels that lie beside the repository), their powers spread over 60 dB; a listener walks through
-// it at 1.5 m/s. `rays_ms` is the part of the keyframe that casts them, `rest_ms` all else;
-// `current` the share of the sources that matter whose look is of the present cell, `hidden` those
-// that nothing is heard of; `free_ms` a keyframe without visibility.
+// it at 1.5 m/s. In a "plain" scene they play one steady signal and shine evenly; in a "full" one
+// they reflect by the level's materials, each with its own angle of incidence, and play 16 signals
+// that are as loud as speech from moment to moment. `rays_ms` is the part of the keyframe that
+// casts them, `rest_ms` all else; `current` the share of the sources that matter whose look is of
+// the present cell, `hidden` those that nothing is heard of; `free_ms` a keyframe without
+// visibility.
 #include <cmath>
 #include <ctime>
 #include <filesystem>
@@ -18,6 +21,7 @@
 #include "bake/octree_builder.h"
 #include "common/random.h"
 #include "formats/level_import.h"
+#include "formats/signal_envelope.h"
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
 #include "runtime/visibility_cache.h"
@@ -26,9 +30,28 @@
 namespace clamor {
 namespace {
 
+constexpr std::uint32_t kSignals = 16;
+
+// Syllables of 40 to 200 ms, four words in five of a second: bands go together.
+TimedEnvelope speech(std::uint32_t seed) {
+  constexpr std::size_t kMoments = 500;
+  std::vector<std::uint8_t> steps(kBandCount * kMoments);
+  for (std::size_t m = 0; m < kMoments; ++m) {
+    const auto at = static_cast<std::uint32_t>(m / 6);
+    const RandomBits bits = philox(seed, {at, static_cast<std::uint32_t>(m / 2 % 3), 7, 0});
+    const double level = unit(bits[0]) < 0.2 ? 60 : 170 + 80 * unit(bits[1]);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      steps[b * kMoments + m] = static_cast<std::uint8_t>(level - 5 * unit(bits[2]));
+    if (m == 250)
+      for (std::size_t b = 0; b < kBandCount; ++b) steps[b * kMoments + m] = 255;
+  }
+  return {*SignalEnvelope::from_steps(same_in_all_bands(1), std::move(steps)),
+          kMoments * kMomentFrames, true};
+}
+
 const std::string kSponza = CLAMOR_SOURCE_DIR "/../shared/levels/sponza.glb";
 
-std::vector<Source> surface_sources(const Mesh& mesh, std::uint32_t count) {
+std::vector<Source> surface_sources(const Mesh& mesh, std::uint32_t count, bool full) {
   std::vector<double> area(mesh.triangles.size());
   const auto corner = [&](std::size_t t, int c) {
     return Vec3(mesh.vertices_m[mesh.triangles[t][c]]);
@@ -50,6 +73,12 @@ std::vector<Source> surface_sources(const Mesh& mesh, std::uint32_t count) {
     source.position_m =
         Vec3f((1 - u) * corner(t, 0) + u * (1 - v) * corner(t, 1) + u * v * corner(t, 2));
     source.normal = source.mirror = Vec3f(normal);
+    if (full) {
+      const Vec3 way(unit(b[2]) - 0.5, unit(b[3]) - 0.5, unit(a[3]) - 0.5);
+      source.mirror = Vec3f(normalize(1.5 * normal + way));
+      source.emitter = i % kSignals;
+      source.material = mesh.materials[t];
+    }
     source.delay_s = static_cast<float>(0.02 + 1.5 * unit(b[0]));
     source.power = same_in_all_bands(static_cast<float>(std::pow(10, -6 * unit(b[0]))));
     source.patch_radius_m = 0.3f;
@@ -63,14 +92,21 @@ void sight(benchmark::State& state) {
   const auto level = import_level(kSponza, {});
   if (!level.ok()) return state.SkipWithError(level.error().message.c_str());
   const Mesh& mesh = level->level.mesh;
+  const bool full = state.range(2) != 0;
   testing::StoredTrees trees;
-  trees.add(build_octree(surface_sources(mesh, static_cast<std::uint32_t>(state.range(0)))));
+  trees.add(build_octree(surface_sources(mesh, static_cast<std::uint32_t>(state.range(0)), full)));
 
-  std::vector<Material> materials(1);
-  const std::vector<Emitter> emitters(1);
+  const std::vector<Material> materials = full ? level->level.materials : std::vector<Material>(1);
+  std::vector<Emitter> emitters(full ? kSignals : 1);
+  for (std::uint32_t e = 0; e < emitters.size(); ++e) emitters[e].signal = e;
   const SourceField field(emitters, materials, Air{});
   SignalWeights weights;
   weights.by_signal = {same_in_all_bands(1)};
+  if (full) {
+    std::vector<TimedEnvelope> envelopes;
+    for (std::uint32_t s = 0; s < kSignals; ++s) envelopes.push_back(speech(s));
+    weights = make_signal_weights(envelopes);
+  }
   const SightGeometry surfaces(mesh, level->level.materials);
   // Each band's power at a place.
   const auto heard = [&](std::span<const SampledSource> sample, const Vec3& place) {
@@ -86,18 +122,18 @@ void sight(benchmark::State& state) {
     PageLoader loader(trees.fetch(field, weights), PageBudget{4'000'000'000});
     OctreePool pool(field, weights, trees.tops(), {}, loader);
     const auto sampler = make_priority_sampler(field, weights, pool, 2000, cache);
-    double way_m = 0;
+    double way_m = 0, time_s = 10;  // everything has begun
     // By how many decibels bands are off, from a sample of which everything was looked at here.
     const auto off_db = [&] {
       const Vec3 place(9 * std::sin(way_m / 9), 1.7, 0.8 * std::cos(way_m / 5));
-      const auto now = heard(sampler->sample(place), place);
+      const auto now = heard(sampler->sample(place, time_s), place);
       VisibilityCache all(surfaces, field.speed_of_sound_mps(), {.exact = true});
       PageLoader other_loader(trees.fetch(field, weights), PageBudget{4'000'000'000});
       OctreePool other_pool(field, weights, trees.tops(), {}, other_loader);
       const auto exact = make_priority_sampler(field, weights, other_pool, 2000, &all);
-      exact->sample(place);
-      while (!exact->complete()) exact->sample(place);
-      const auto right = heard(exact->sample(place), place);
+      exact->sample(place, time_s);
+      while (!exact->complete()) exact->sample(place, time_s);
+      const auto right = heard(exact->sample(place, time_s), place);
       double worst_db = 0;
       for (std::size_t b = 0; b < kBandCount; ++b)
         worst_db = std::max(worst_db, std::abs(10 * std::log10(now[b] / right[b])));
@@ -105,14 +141,20 @@ void sight(benchmark::State& state) {
     };
     const auto walk = [&] {
       way_m += 0.03;
+      time_s += 0.02;
       return Vec3(9 * std::sin(way_m / 9), 1.7, 0.8 * std::cos(way_m / 5));
     };
     for (int i = 0; i < 100; ++i) {
       const Vec3 place = walk();
-      sampler->sample(place);
-      while (!sampler->complete()) sampler->sample(place);
+      sampler->sample(place, time_s);
+      while (!sampler->complete()) sampler->sample(place, time_s);
     }
-    timed([&] { return sampler->sample(walk()); }, off_db);
+    timed(
+        [&] {
+          const Vec3 place = walk();
+          return sampler->sample(place, time_s);
+        },
+        off_db);
   };
   VisibilityCache cache(surfaces, field.speed_of_sound_mps(),
                         {.rays_per_keyframe = static_cast<int>(state.range(1))});
@@ -153,9 +195,9 @@ void sight(benchmark::State& state) {
   });
 }
 BENCHMARK(sight)
-    ->ArgNames({"sources", "rays"})
-    ->ArgsProduct({{1'000'000, 10'000'000}, {kRaysPerKeyframe}})
-    ->ArgsProduct({{1'000'000}, {2000, 4000, 8000, 2 * kRaysPerKeyframe}})
+    ->ArgNames({"sources", "rays", "full"})
+    ->ArgsProduct({{100'000, 1'000'000, 10'000'000}, {kRaysPerKeyframe}, {0, 1}})
+    ->ArgsProduct({{1'000'000}, {2000, 4000, 2 * kRaysPerKeyframe, 4 * kRaysPerKeyframe}, {0}})
     ->Iterations(500)
     ->Unit(benchmark::kMillisecond);
 

@@ -45,6 +45,7 @@ TEST(SightGeometry, LetsThroughTheProductOfAllWallsOnTheWay) {
   testing::add_wall_across(mesh, 1.5, size, 1);
   testing::add_wall_across(mesh, 2.5, size, 2);
   std::vector<Material> materials(3);
+  for (Material& material : materials) material.absorption = same_in_all_bands(1);
   materials[1].transmission = {0.5f, 0.4f, 0.3f, 0.2f, 0.1f, 0, 0.5f, 1};
   materials[2].transmission = same_in_all_bands(0.1f);
   const SightGeometry geometry(mesh, materials);
@@ -55,6 +56,10 @@ TEST(SightGeometry, LetsThroughTheProductOfAllWallsOnTheWay) {
   EXPECT_EQ(rays, 3u);
   EXPECT_EQ(geometry.transmission({1, 1, 1}, {1, 3, 2}, rays), same_in_all_bands(1));
   EXPECT_EQ(geometry.transmission({1, 1, 1}, {-3, 2, 2}, rays), Bands{});
+  // Nothing gets through that was reflected, in the bake neither.
+  materials[2].absorption = same_in_all_bands(0.05f);
+  EXPECT_NEAR(SightGeometry(mesh, materials).transmission({2, 1, 1}, {3, 1, 1}, rays)[0], 0.05f,
+              1e-7);
 }
 
 TEST(SightGeometry, ThatIsReadySoonAnswersLikeTheWholeBeforeAndAfterItImproves) {

@@ -1,6 +1,7 @@
 // source_sieve_test.cpp: what the sieve lets through, by every instruction set there is.
 #include "runtime/source_sieve.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -120,6 +121,43 @@ TEST_P(SourceSieveOn, LetsEverySourceThroughThatReachesTheThresholdAndFewMore) {
       // Where the sources are tens of kilometres apart, single precision is a few millimetres.
       EXPECT_LT(static_cast<double>(through), 1.02 * static_cast<double>(by_the_formula) + 30);
     }
+}
+
+// What a listener asks who means to walk: who might reach the threshold on the way?
+TEST_P(SourceSieveOn, GivesCeilingsThatHoldForAWholeBallIfAsked) {
+  const Scattered level(5, 512, 10, {3, 2, 1});
+  const SourceField field(level.emitters, level.materials, Air{});
+  std::vector<SieveSource> sources;
+  for (const Source& source : level.sources)
+    sources.push_back(sieve_source(field, level.weight, source));
+  const SourceSieve sieve(sources);
+  std::size_t passed = 0, reached = 0;
+  for (std::uint32_t i = 0; i < 60; ++i) {
+    const Vec3 middle = somewhere(level, 10, {3, 2, 1}, i);
+    const RandomBits bits = philox(78, {i, 0, 0, 0});
+    const SieveGive give{std::pow(10, -2 * unit(bits[0])), std::pow(10, 2 * unit(bits[1]) - 1)};
+    const double threshold = sieve_ceiling(sources[bits[2] % 512], middle) + 1e-9;
+    Sifted sifted;
+    sieve.sift(middle, threshold, sifted, give);
+    std::vector<double> found(512, 0);
+    sifted.for_each([&](std::size_t s, double ceiling) { found[s] = ceiling; });
+    passed += static_cast<std::size_t>(
+        std::count_if(found.begin(), found.end(), [](double ceiling) { return ceiling > 0; }));
+    // On the ball's surface, within it, and as near to a source as it lets one.
+    for (std::uint32_t k = 0; k < 40; ++k) {
+      const RandomBits step = philox(79, {i, k, 0, 0});
+      const Vec3 place =
+          middle + give.place_m * (k % 2 == 0 ? 1.0 : unit(step[3])) * direction(step);
+      for (std::size_t s = 0; s < 512; ++s) {
+        const double ceiling = sieve_ceiling(sources[s], place);
+        if (ceiling < threshold) continue;
+        ++reached;
+        ASSERT_GE(found[s], ceiling * (1 - 1e-6)) << i << " " << k << " " << s;
+      }
+    }
+  }
+  EXPECT_GT(reached, 10'000u);
+  EXPECT_LT(passed, 60u * 512u);
 }
 
 TEST_P(SourceSieveOn, GivesCeilingsThatTheFormulaInDoublePrecisionGives) {
