@@ -1,0 +1,69 @@
+#include "runtime/source_choice.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "runtime/auralizer.h"
+
+namespace clamor {
+
+StrategyOptions strategy_of(const AuralizerOptions& options) {
+  return {options.strategy, static_cast<std::size_t>(std::max(options.voices, 0)),
+          options.estimator, options.tuning};
+}
+
+bool looks(const AuralizerOptions& options) {
+  return options.visibility && asks_what_hides(options.strategy);
+}
+
+SourceChoice::SourceChoice(AuralizerInput& input, const BakeFile* file, const SourceField& field,
+                           const SignalWeights& weights, const SignalWeights& ceilings,
+                           std::uint64_t sounds_bytes, const AuralizerOptions& options) {
+  const StrategyOptions strategy = strategy_of(options);
+  look_for_what_hides(input, field, options);
+  SourceList* listed = nullptr;
+  if (file != nullptr) {
+    loader_ = std::make_unique<PageLoader>(
+        pages_of(*file, field, ceilings),
+        PageBudget{options.memory_bytes - std::min(sounds_bytes, options.memory_bytes / 2),
+                   !options.wait_for_pages});
+    pool_ =
+        std::make_unique<OctreePool>(field, ceilings, file->trees(), file->signal_maps(), *loader_);
+  } else {
+    auto list = std::make_unique<SourceList>(field, weights, std::move(input.sources));
+    listed = list.get();
+    pool_ = std::move(list);
+  }
+  join_moving(input, field, weights, options.moving);
+  SourcePool& all = joined_ != nullptr ? *joined_ : *pool_;
+  sampler_ = listed != nullptr && needs_list(options.strategy)
+                 ? make_sampler(strategy, field, weights, *listed, sight_.get(), movers_.get())
+                 : make_sampler(strategy, field, weights, all, sight_.get());
+}
+
+void SourceChoice::look_for_what_hides(const AuralizerInput& input, const SourceField& field,
+                                       const AuralizerOptions& options) {
+  if (!looks(options) || input.mesh.triangles.empty()) return;
+  using Ready = SightGeometry::Ready;
+  surfaces_ = std::make_unique<SightGeometry>(
+      input.mesh, input.materials, options.wait_for_pages ? Ready::kWhole : Ready::kSoon);
+  sight_ = std::make_unique<VisibilityCache>(
+      *surfaces_, field.speed_of_sound_mps(),
+      VisibilityOptions{.rays_per_keyframe = options.rays, .exact = options.wait_for_pages});
+}
+
+void SourceChoice::improve_sight() {
+  if (surfaces_ != nullptr) surfaces_->improve();
+}
+
+// In one ranking with the others.
+void SourceChoice::join_moving(const AuralizerInput& input, const SourceField& field,
+                               const SignalWeights& weights, const MovingOptions& options) {
+  if (options.most == 0) return;
+  moving_ = std::make_unique<MovingSources>(options.most, options.kinds.size());
+  movers_ = std::make_unique<MovingList>(*moving_, field, weights.by_signal, input.emitters,
+                                         options.kinds.size());
+  joined_ = std::make_unique<JoinedPool>(*pool_, *movers_);
+}
+
+}  // namespace clamor

@@ -1,0 +1,54 @@
+// moving_field.h: an empty field that sources move about in, and what is heard there.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "formats/level.h"
+#include "runtime/auralizer.h"
+
+namespace clamor::testing {
+
+inline Vec3 place_in_room(std::uint32_t i, std::uint32_t step) {
+  const RandomBits bits = philox(8, {i, step, 0, 0});
+  return {6 * unit(bits[0]), 8 * unit(bits[1]), 3 * unit(bits[2])};
+}
+
+// A free field with nothing in it.
+inline std::unique_ptr<Auralizer> empty_field(std::vector<Signal> signals, std::size_t most,
+                                              const std::string& strategy = "priority",
+                                              int voices = 100) {
+  AuralizerInput input;
+  AuralizerOptions options;
+  options.strategy = strategy;
+  options.voices = voices;
+  options.moving.most = most;
+  for (std::uint32_t s = 0; s < signals.size(); ++s)
+    options.moving.kinds.push_back({signals[s].name, s, {}});
+  options.moving.signals = std::move(signals);
+  auto made = Auralizer::create(std::move(input), options);
+  EXPECT_TRUE(made.ok()) << made.error().message;
+  return std::move(*made);
+}
+
+// The left ear of one who stands at the origin; `before_keyframe(time_s)` moves things.
+template <class Before>
+std::vector<float> heard(Auralizer& auralizer, double seconds, Before before_keyframe) {
+  std::vector<float> left, block(2 * kKeyframeFrames);
+  while (static_cast<double>(left.size()) < seconds * kSampleRate_hz) {
+    while (auralizer.wants_keyframe()) {
+      before_keyframe(auralizer.next_keyframe_time_s());
+      auralizer.make_keyframe({});
+    }
+    auralizer.mix(block);
+    for (std::size_t f = 0; f < block.size(); f += 2) left.push_back(block[f]);
+  }
+  return left;
+}
+
+}  // namespace clamor::testing

@@ -1,0 +1,216 @@
+// What is heard of sources that move: their pitch, no clicks, and nothing through walls.
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "runtime/click_detector.h"
+#include "tests/rooms_runtime.h"
+#include "tests/runtime/moving_field.h"
+
+namespace clamor {
+namespace {
+
+using testing::empty_field;
+using testing::heard;
+using testing::place_in_room;
+
+constexpr double kTone_hz = 1000, kSpeed_mps = 30, kNearest_m = 8;
+
+double delay_s(double t) {
+  const Vec3 source(kSpeed_mps * (t - 1), 0, -kNearest_m), ear(-kEarDistance_m / 2, 0, 0);
+  return length(source - ear) / speed_of_sound_mps(Air{});
+}
+
+// Of a tone that passes, against what would be in the air: the worst difference of pitches.
+double worst_pitch_error(const std::vector<float>& out) {
+  const auto wrong_phase = [&](std::size_t first) {
+    std::complex<double> is = 0, meant = 0;
+    for (std::size_t n = first; n < first + 288; ++n) {
+      const double t = static_cast<double>(n) / kSampleRate_hz;
+      const double window = std::sin(std::numbers::pi * static_cast<double>(n - first) / 288);
+      const double phase = 2 * std::numbers::pi * kTone_hz * (t - delay_s(t));
+      const auto back = std::polar(window * window, -phase);
+      is += static_cast<double>(out[n]) * back;
+      meant += std::sin(phase) * back;
+    }
+    return std::arg(is / meant);
+  };
+  double worst_hz = 0;
+  for (std::size_t n = 4 * kKeyframeFrames; n + 432 < out.size(); n += 144) {
+    const double turned =
+        std::remainder(wrong_phase(n + 144) - wrong_phase(n), 2 * std::numbers::pi);
+    worst_hz = std::max(worst_hz, std::abs(turned) / (2 * std::numbers::pi) * kSampleRate_hz / 144);
+  }
+  return worst_hz / kTone_hz;
+}
+
+MovingSource passing(double t) {
+  MovingSource source;
+  source.position_m = {kSpeed_mps * (t - 1), 0, -kNearest_m};
+  source.velocity_mps = {kSpeed_mps, 0, 0};
+  return source;
+}
+
+TEST(MovingSources, PassWithThePitchThatDopplerSays) {
+  const auto auralizer = empty_field({testing::sine(kTone_hz)}, 10);
+  MovingSources& moving = *auralizer->moving();
+  const auto car = *moving.add(passing(0));
+  const auto out = heard(*auralizer, 2, [&](double t) {
+    ASSERT_TRUE(moving.move(car, passing(t).position_m).ok());
+    moving.commit();
+  });
+  EXPECT_LT(worst_pitch_error(out), 0.001);
+}
+
+TEST(MovingSources, PassWithThatPitchThoughTheGameRunsAtSixtyFramesASecond) {
+  const auto auralizer = empty_field({testing::sine(kTone_hz)}, 10);
+  MovingSources& moving = *auralizer->moving();
+  const auto car = *moving.add(passing(0));
+  const auto out = heard(*auralizer, 2, [&](double t) {
+    const double frame_s = std::floor(t * 60) / 60;
+    ASSERT_TRUE(moving.move(car, passing(frame_s).position_m, {kSpeed_mps, 0, 0}).ok());
+    moving.commit(frame_s);
+  });
+  EXPECT_LT(worst_pitch_error(out), 0.001);
+}
+
+TEST(MovingSources, ComeMoveChangeAndGoWithoutAClick) {
+  const auto auralizer = empty_field({testing::sine(200), testing::sine(300)}, 50, "priority", 8);
+  MovingSources& moving = *auralizer->moving();
+  std::vector<MovingHandle> handles;
+  const auto source = [](std::uint32_t i, double t) {
+    MovingSource at;
+    at.kind = (i + static_cast<std::uint32_t>(t)) % 2;
+    at.position_m = {4 * std::sin(t + i), 3 * std::cos(1.3 * t + 2 * i), 2.0 + 0.1 * i};
+    at.gain = same_in_all_bands(0.05f + 0.05f * static_cast<float>(std::fmod(t, 1)));
+    return at;
+  };
+  int keyframe = 0;
+  std::vector<float> out = heard(*auralizer, 6, [&](double t) {
+    if (keyframe % 10 == 0 && t < 4) handles.push_back(*moving.add(source(keyframe, t)));
+    if (keyframe % 20 == 19 && !handles.empty()) {
+      ASSERT_TRUE(moving.remove(handles.front()).ok());
+      handles.erase(handles.begin());
+    }
+    for (std::uint32_t i = 0; i < handles.size(); ++i)
+      ASSERT_TRUE(moving.retune(handles[i], source(i, t)).ok());
+    if (t >= 5) {
+      for (const MovingHandle handle : handles) ASSERT_TRUE(moving.remove(handle).ok());
+      handles.clear();
+    }
+    moving.commit();
+    ++keyframe;
+  });
+  float peak = 0;
+  for (const float sample : out) peak = std::max(peak, std::abs(sample));
+  EXPECT_GT(peak, 0.05f);
+  // The last second is silent: digital noise is not what clicks are looked for in.
+  const std::size_t end = std::size_t{5} * kSampleRate_hz;
+  EXPECT_LT(std::abs(out.back()), 1e-6f);
+  for (const Click& click : find_clicks(std::span(out).first(end), 1e-3 * peak))
+    ADD_FAILURE() << click.sigmas << " sigmas at " << click.frame;
+}
+
+TEST(MovingSources, SoundTheSameAsAllWhereThereIsRoomForAll) {
+  const auto few = empty_field({testing::sine(200), testing::sine(300)}, 20);
+  const auto all = empty_field({testing::sine(200), testing::sine(300)}, 20, "all");
+  const auto play = [](Auralizer& auralizer) {
+    MovingSources& moving = *auralizer.moving();
+    for (std::uint32_t i = 0; i < 20; ++i) {
+      MovingSource source;
+      source.kind = i % 2;
+      source.position_m = place_in_room(i, 0);
+      source.velocity_mps = {1, 0, 2};
+      EXPECT_TRUE(moving.add(source).ok());
+    }
+    moving.commit(0);
+    return heard(auralizer, 1, [](double) {});
+  };
+  EXPECT_EQ(play(*few), play(*all));
+}
+
+// A listener at x = 3, a wall across x = `wall_x_m`, 40 m wide and high, and a tone of 1 kHz that
+// moves. `wait` as for a render, which is exact.
+class BesideAWall {
+ public:
+  BesideAWall(float wall_x_m, float lets_through, bool wait) {
+    AuralizerInput input;
+    input.materials.resize(1);
+    input.materials[0].absorption = same_in_all_bands(0.9f);
+    input.materials[0].transmission = same_in_all_bands(lets_through);
+    for (const auto& [y, z] : {std::pair(-20, -20), {20, -20}, {20, 20}, {-20, 20}})
+      input.mesh.vertices_m.push_back({wall_x_m, y, z});
+    input.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    input.mesh.materials = {0, 0};
+    AuralizerOptions options;
+    options.moving.most = 1;
+    options.moving.signals = {testing::sine(1000)};
+    options.moving.kinds = {{"tone", 0, {}}};
+    options.wait_for_pages = wait;
+    auralizer_ = std::move(*Auralizer::create(std::move(input), options));
+    source_ = *auralizer_->moving()->add({.position_m = {2, 0, 0}});
+  }
+
+  // What is heard of it 0.8 s after it was put there.
+  double level_db(const Vec3& position_m) {
+    EXPECT_TRUE(auralizer_->moving()->move(source_, position_m).ok());
+    auralizer_->moving()->commit();
+    std::vector<float> block(2 * kKeyframeFrames);
+    double power = 0;
+    for (int keyframe = 0; keyframe < 40; ++keyframe) {
+      while (auralizer_->wants_keyframe()) auralizer_->make_keyframe({{3, 0, 0}, 0, 0});
+      auralizer_->mix(block);
+      power = 0;
+      for (const float sample : block) power += static_cast<double>(sample) * sample;
+    }
+    return 10 * std::log10(power + 1e-30);
+  }
+
+ private:
+  std::unique_ptr<Auralizer> auralizer_;
+  MovingHandle source_;
+};
+
+TEST(MovingSources, AreHiddenByWhatStandsInTheWay) {
+  for (const bool wait : {true, false}) {
+    BesideAWall world(0, 0, wait);
+    const double before_db = world.level_db({2, 0, 1});
+    EXPECT_LT(world.level_db({-2, 0, 1}), before_db - 100);
+    EXPECT_NEAR(world.level_db({2, 0, 1}), before_db, 0.1);
+  }
+}
+
+TEST(MovingSources, AreHeardThroughAWallAsFarAsItLetsThrough) {
+  for (const bool wait : {true, false}) {
+    BesideAWall world(0, 0.01f, wait);
+    const double before_db = world.level_db({2, 0, 0});
+    // 1 m before, 5 m behind; what comes round the wall has a detour of 34 m.
+    EXPECT_NEAR(world.level_db({-2, 0, 0}) - before_db, 20 * std::log10(1 / 5.0) - 20, 0.2);
+    EXPECT_NEAR(world.level_db({2, 0, 0}), before_db, 0.1);
+  }
+}
+
+TEST(MovingSources, AreNotHeardThroughAWallThatTheyCrossedByAStep) {
+  for (const bool wait : {true, false}) {
+    BesideAWall world(0.3f, 0, wait);
+    // What is known of hidden sources is known for half a metre there, and the wall is in between.
+    const double before_db = world.level_db({0.45, 0, 0});
+    EXPECT_LT(world.level_db({0.1, 0, 0}), before_db - 100);
+    EXPECT_NEAR(world.level_db({0.45, 0, 0}), before_db, 0.1);
+  }
+}
+
+TEST(MovingSources, NeedAStrategyThatKnowsThem) {
+  AuralizerOptions options;
+  options.moving.most = 1;
+  options.strategy = "importance";
+  const auto made = Auralizer::create(testing::baked_room(), options);
+  ASSERT_FALSE(made.ok());
+  EXPECT_NE(made.error().message.find("knows nothing of moving sources"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace clamor
