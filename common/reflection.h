@@ -83,6 +83,14 @@ class ReflectionLaws {
   };
   Ceiling ceiling(std::size_t material, double cos_i) const;
 
+  // What density() is made of: Lambert's share, and the lobe of the rest; null where that is 0.
+  float scattering(std::size_t material, std::size_t band) const {
+    return laws_[material].scattering[band];
+  }
+  const PhongLobe* lobe(std::size_t material, std::size_t band) const {
+    return laws_[material].lobe[band];
+  }
+
   // Draws a departure for one band's law from six uniforms in [0, 1). `arrival` points at the
   // surface, `normal` to the side it came from; both unit vectors.
   Vec3 draw(std::size_t material, std::size_t band, const Vec3& arrival, const Vec3& normal,

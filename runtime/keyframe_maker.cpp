@@ -1,12 +1,13 @@
 #include "runtime/keyframe_maker.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
-#include "formats/level.h"
+#include "common/maths.h"
 
 namespace clamor {
 
@@ -20,214 +21,294 @@ constexpr double kFastestSlide_frames = 0.5 * kKeyframeFrames;
 constexpr double kLeap_m = 0.7;
 constexpr double kSlideAfterLeap_frames = 0.1 * kKeyframeFrames;
 
-double fade_gain(int fade) {
-  return fade == kFadeKeyframes ? 1 : std::sin(std::numbers::pi / 2 * fade / kFadeKeyframes);
+constexpr float kLastRank = kHighestRank - 1;  // of those that are chosen
+
+constexpr std::size_t kSlotsAhead = 16;  // for prefetching what is looked up by number
+
+float fade_gain(int fade) {
+  static const auto gains = [] {
+    std::array<float, kFadeKeyframes + 1> sines{};
+    for (int f = 0; f <= kFadeKeyframes; ++f)
+      sines[static_cast<std::size_t>(f)] =
+          static_cast<float>(std::sin(std::numbers::pi / 2 * f / kFadeKeyframes));
+    sines.back() = 1;
+    return sines;
+  }();
+  return gains[static_cast<std::size_t>(fade)];
 }
 
 }  // namespace
 
 KeyframeMaker::KeyframeMaker(const SourceField& field, std::size_t slots, Receivers receivers,
                              std::shared_ptr<const Head> head)
-    : field_(field), receivers_(receivers), ears_(std::move(head)), slots_(slots) {
-  slot_of_number_.reserve(slots);
+    : receivers_(receivers),
+      lags_(head == nullptr ? nullptr : std::make_unique<const EarLags>(*head)),
+      table_(field, slots),
+      last_frames_(table_.delay_frames),
+      slots_(slots),
+      voices_(slots),
+      visibility_goal_(slots),
+      tile_moved_(slots / VoiceTable::kTile + 1) {
+  heard_.reserve(2 * slots);
+  joined_.reserve(2 * slots);
   for (std::size_t s = slots; s-- > 0;) {
-    slots_[s].voice.slot = static_cast<std::uint32_t>(s);
+    voices_[s].slot = static_cast<std::uint32_t>(s);
     free_.push_back(static_cast<std::uint32_t>(s));
   }
 }
 
-KeyframeMaker::Stance KeyframeMaker::head_at(const Pose& pose) const {
-  const double half_m = receivers_ == Receivers::kPair ? 0.5 * kEarDistance_m : 0;
-  const Vec3 side_m = half_m * pose.right();
-  return {pose.position_m,
-          {pose.position_m - side_m, pose.position_m + side_m},
-          pose.forward(),
-          -pose.right(),
-          pose.up()};
+Stance KeyframeMaker::head_at(const Pose& pose) const {
+  const bool pair = receivers_ == Receivers::kPair;
+  const Vec3 side_m = (pair ? 0.5 * kEarDistance_m : 0) * pose.right();
+  return {pose.position_m, {pose.position_m - side_m, pose.position_m + side_m},
+          pose.forward(),  -pose.right(),
+          pose.up(),       pair ? kEars : 1};
 }
 
-double KeyframeMaker::delay_frames(const Source& source, const Stance& head, int ear) const {
-  const double frames = field_.delay_s(source, head.ears_m[ear]) * kSampleRate_hz;
-  return ears_ == nullptr ? frames
-                          : frames + ears_->delay_frames(direction_from(source, head), ear);
-}
-
-void KeyframeMaker::listen(Slot& slot, const Stance& head) const {
-  slot.changed = false;
-  slot.voice.from = direction_from(slot.source, head);
-  const int places = receivers_ == Receivers::kPair ? kEars : 1;
-  for (int e = 0; e < places; ++e) {
-    const Bands intensity = field_.intensity(slot.source, head.ears_m[e]);
-    slot.voice.delay_frames[e] = delay_frames(slot.source, head, e);
-    // The root between the bake's power and the mixer's amplitude.
-    for (std::size_t b = 0; b < kBandCount; ++b)
-      slot.voice.gain[e][b] =
-          std::sqrt(static_cast<float>(slot.power_scale * static_cast<double>(intensity[b])) *
-                    slot.visibility[b]) *
-          static_cast<float>(slot.source.polarity);
-  }
-  if (places == kEars) return;
-  slot.voice.delay_frames[1] = delay_frames(slot.source, head, 1);
-  slot.voice.gain[1] = slot.voice.gain[0];
-}
-
-// In the listener's axes; ahead for a source within the head.
-Vec3f KeyframeMaker::direction_from(const Source& source, const Stance& head) {
-  const Vec3 to_m = Vec3(source.position_m) - head.centre_m;
-  const double distance_m = length(to_m);
-  if (!(distance_m > 1e-6)) return {1, 0, 0};
-  return Vec3f(Vec3(dot(to_m, head.ahead), dot(to_m, head.left), dot(to_m, head.up)) / distance_m);
-}
-
-void KeyframeMaker::see(Slot& slot) {
-  constexpr float kNear = 1e-3f;
-  for (std::size_t b = 0; b < kBandCount; ++b) {
-    if (slot.visibility[b] == slot.visibility_goal[b]) continue;
-    const float way = slot.visibility_goal[b] - slot.visibility[b];
-    slot.visibility[b] =
-        std::abs(way) < kNear ? slot.visibility_goal[b] : slot.visibility[b] + way / 2;
-    slot.changed = true;
+// Places all that is heard anew; what jumped by that fades out where it was.
+void KeyframeMaker::turn_to(const Stance& head) {
+  constexpr std::size_t kTile = VoiceTable::kTile;
+  head_ = head;
+  std::swap(table_.delay_frames, last_frames_);
+  place_voices(table_, head_, lags_.get(), 0, (used_ + kTile - 1) / kTile * kTile);
+  std::fill(tile_moved_.begin(), tile_moved_.end(), false);
+  const auto slid_frames = [this](std::size_t ear, std::size_t s) {
+    return std::abs(table_.delay_frames[ear][s] - last_frames_[ear][s]);
+  };
+  for (std::size_t first = 0; first < used_; first += kTile) {
+    double most = 0;
+    for (std::size_t e = 0; e < kEars; ++e)
+      for (std::size_t s = first; s < first + kTile; ++s) most = std::max(most, slid_frames(e, s));
+    if (most <= fastest_slide_frames_) continue;
+    for (std::size_t s = first; s < std::min(first + kTile, used_); ++s)
+      if (slots_[s].in_use && !slots_[s].moves &&
+          std::max(slid_frames(0, s), slid_frames(1, s)) > fastest_slide_frames_)
+        slots_[s].frozen = true;
   }
 }
 
-void KeyframeMaker::weigh(Slot& slot) {
-  constexpr double kNear = 1e-4;
-  if (slot.power_scale == slot.power_scale_goal) return;
-  const double ratio = slot.power_scale_goal / slot.power_scale;
-  slot.power_scale =
-      std::abs(ratio - 1) < kNear ? slot.power_scale_goal : slot.power_scale * std::sqrt(ratio);
-  slot.changed = true;
-}
-
-// Those that fade out anyway go first. Where the sampler has no order, in half decibels.
-std::uint8_t KeyframeMaker::rank_of(const Slot& slot) {
-  if (!slot.chosen || slot.frozen) return kHighestRank;
-  if (slot.rank >= 0) return static_cast<std::uint8_t>(std::lround(slot.rank * (kHighestRank - 1)));
-  double power = 0;
-  for (const Bands& ear : slot.voice.gain)
-    for (const float band : ear) power += static_cast<double>(band) * band;
-  const double level_db = 10 * std::log10(std::max(power, 1e-30));
-  return static_cast<std::uint8_t>(
-      std::lround(std::clamp(2 * (20 - level_db), 0.0, static_cast<double>(kHighestRank - 1))));
-}
-
-bool KeyframeMaker::jumped(const Slot& slot, const Stance& head) const {
+bool KeyframeMaker::slides_to(std::uint32_t s, const Vec3f& position_m,
+                              double leaves_frames) const {
   for (int e = 0; e < kEars; ++e) {
-    const double frames = delay_frames(slot.source, head, e);
-    if (std::abs(frames - slot.voice.delay_frames[e]) > fastest_slide_frames_) return true;
+    const double frames = delay_frames(table_, head_, lags_.get(), position_m, leaves_frames, e);
+    if (std::abs(frames - voices_[s].delay_frames[e]) > fastest_slide_frames_) return false;
   }
-  return false;
+  return true;
 }
 
-void KeyframeMaker::start(const SampledSource& chosen, const Stance& head) {
-  if (free_.empty()) return;
-  Slot& slot = slots_[free_.back()];
-  slot_of_number_[chosen.number] = free_.back();
-  free_.pop_back();
-  slot.number = chosen.number;
-  slot.source = *chosen.source;
-  slot.fade = 0;
-  slot.in_use = slot.chosen = true;
-  slot.frozen = false;
-  slot.changed = true;
-  slot.power_scale = slot.power_scale_goal = chosen.power_scale;
-  slot.rank = chosen.rank;
-  slot.visibility = slot.visibility_goal = chosen.visibility;
-  slot.voice.starts = true;
-  slot.voice.signal = chosen.signal;
-  slot.moves = chosen.moves;
-  slot.moved_m = chosen.moved_m;
-  // It slides in from where it would have been, unless the listener jumped.
-  Source last = slot.source;
-  last.position_m -= slot.moved_m;
-  for (int e = 0; e < kEars; ++e) {
-    const double now_frames = delay_frames(slot.source, head, e);
-    const double last_frames = delay_frames(last, last_head_, e);
-    const bool slides = std::abs(now_frames - last_frames) <= kFastestSlide_frames;
-    slot.voice.start_delay_frames[e] = slides ? last_frames : now_frames;
+// Those that are chosen and heard stay in their slots, others take free ones. Both lists ascend.
+void KeyframeMaker::join(std::span<const SampledSource> sample) {
+  joined_.clear();
+  std::size_t h = 0;
+  const auto is_heard = [this](const Heard& heard) {
+    const Slot& slot = slots_[heard.slot];
+    return slot.in_use && !slot.frozen && slot.number == heard.number;
+  };
+  const auto pass_to = [&](std::uint64_t number) {  // what is not chosen may still fade out
+    for (; h < heard_.size() && heard_[h].number < number; ++h)
+      if (is_heard(heard_[h])) joined_.push_back(heard_[h]);
+  };
+  for (const SampledSource& chosen : sample) {
+    assert(&chosen == sample.data() || (&chosen)[-1].number < chosen.number);
+    pass_to(chosen.number);
+    if (h + kSlotsAhead < heard_.size()) __builtin_prefetch(&slots_[heard_[h + kSlotsAhead].slot]);
+    const bool known = h < heard_.size() && heard_[h].number == chosen.number;
+    const std::uint32_t slot = known ? heard_[h].slot : 0;
+    const bool heard = known && is_heard(heard_[h]);
+    h += known;
+    if (heard && keep(slot, chosen))
+      joined_.push_back({chosen.number, slot});
+    else if (!free_.empty())
+      joined_.push_back({chosen.number, start(chosen)});
   }
-}
-
-// One that fades out goes on, unless that took it too far.
-void KeyframeMaker::coast(Slot& slot, const Stance& head) {
-  slot.source.position_m += slot.moved_m;
-  slot.changed = true;
-  if (jumped(slot, head)) freeze(slot);
-}
-
-void KeyframeMaker::freeze(Slot& slot) {
-  slot.frozen = true;
-  slot_of_number_.erase(slot.number);
+  for (; h < heard_.size(); ++h)
+    if (is_heard(heard_[h])) joined_.push_back(heard_[h]);
+  std::swap(heard_, joined_);
 }
 
 // False if it is now too far away for sliding there: then it fades out where it was.
-bool KeyframeMaker::follow(Slot& slot, const SampledSource& chosen, const Stance& head) {
-  if (!chosen.moves) return true;
-  const Source before = std::exchange(slot.source, *chosen.source);
-  slot.changed = true;
+bool KeyframeMaker::keep(std::uint32_t s, const SampledSource& chosen) {
+  Slot& slot = slots_[s];
+  if (chosen.moves && !follow(s, chosen)) return false;
+  slot.chosen = made_;
+  slot.scale_goal = static_cast<float>(chosen.power_scale);
+  slot.rank = static_cast<float>(chosen.rank);
+  if (visibility_goal_[s] != chosen.visibility) {
+    visibility_goal_[s] = chosen.visibility;
+    slot.glides = true;
+  }
+  return true;
+}
+
+bool KeyframeMaker::follow(std::uint32_t s, const SampledSource& chosen) {
+  Slot& slot = slots_[s];
+  const Source& source = *chosen.source;
   slot.moved_m = chosen.moved_m;
-  if (!jumped(slot, head)) return true;
-  slot.source = before;
-  freeze(slot);
-  return false;
+  if (!slides_to(s, source.position_m, table_.leaves_frames_of(source))) {
+    slot.frozen = true;
+    return false;
+  }
+  table_.put(s, source);
+  change(s);
+  return true;
+}
+
+// One that fades out goes on, unless that took it too far.
+void KeyframeMaker::coast(std::uint32_t s) {
+  Slot& slot = slots_[s];
+  table_.move(s, slot.moved_m);
+  change(s);
+  if (!slides_to(s, table_.position_of(s), table_.leaves_frames[s])) slot.frozen = true;
+}
+
+void KeyframeMaker::change(std::uint32_t s) {
+  slots_[s].changed = true;
+  tile_moved_[s / VoiceTable::kTile] = true;
+}
+
+std::uint32_t KeyframeMaker::start(const SampledSource& chosen) {
+  const std::uint32_t s = free_.back();
+  free_.pop_back();
+  used_ = std::max<std::size_t>(used_, s + 1);
+  const Source& source = *chosen.source;
+  table_.put(s, source);
+  table_.scale[s] = static_cast<float>(chosen.power_scale);
+  table_.visibility[s] = visibility_goal_[s] = chosen.visibility;
+  slots_[s] = {.number = chosen.number,
+               .chosen = made_,
+               .moved_m = chosen.moved_m,
+               .scale_goal = static_cast<float>(chosen.power_scale),
+               .rank = static_cast<float>(chosen.rank),
+               .in_use = true,
+               .starts = true,
+               .moves = chosen.moves};
+  change(s);
+  ++in_use_;
+  Voice& voice = voices_[s];
+  voice.signal = chosen.signal;
+  // It slides in from where it would have been, unless the listener jumped.
+  const double leaves_frames = table_.leaves_frames[s];
+  const Vec3f last_m = chosen.moves ? source.position_m - chosen.moved_m : source.position_m;
+  for (int e = 0; e < kEars; ++e) {
+    const double now =
+        delay_frames(table_, head_, lags_.get(), source.position_m, leaves_frames, e);
+    const double last = delay_frames(table_, last_head_, lags_.get(), last_m, leaves_frames, e);
+    voice.start_delay_frames[e] = std::abs(now - last) <= kFastestSlide_frames ? last : now;
+  }
+  return s;
+}
+
+// Half the way to what is visible of it.
+void KeyframeMaker::glide(std::uint32_t s) {
+  constexpr float kNear = 1e-3f;
+  Bands& visibility = table_.visibility[s];
+  const Bands& goal = visibility_goal_[s];
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    const float way = goal[b] - visibility[b];
+    visibility[b] = std::abs(way) < kNear ? goal[b] : visibility[b] + way / 2;
+  }
+  slots_[s].glides = visibility != goal;
+  slots_[s].changed = true;
+}
+
+// Half the way of its logarithm to what it stands for.
+void KeyframeMaker::weigh(std::uint32_t s) {
+  constexpr float kNear = 1e-4f;
+  float& scale = table_.scale[s];
+  const float goal = slots_[s].scale_goal;
+  if (scale == goal) return;
+  scale = std::abs(goal - scale) < kNear * scale ? goal : std::sqrt(scale) * std::sqrt(goal);
+  slots_[s].changed = true;
+}
+
+// Where the sampler has no order: in half decibels.
+std::uint8_t KeyframeMaker::rank_by_level(const Voice& voice) {
+  Bands power;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    power[b] = voice.gain[0][b] * voice.gain[0][b] + voice.gain[1][b] * voice.gain[1][b];
+  for (std::size_t half = kBandCount / 2; half > 0; half /= 2)
+    for (std::size_t b = 0; b < half; ++b) power[b] += power[b + half];
+  const float level_db = 10 * std::numbers::ln2_v<float> / std::numbers::ln10_v<float> *
+                         log2_of(std::max(power[0], 1e-30f));
+  return static_cast<std::uint8_t>(std::clamp(2 * (20 - level_db), 0.0f, kLastRank) + 0.5f);
+}
+
+// Those that fade out anyway go first.
+std::uint8_t KeyframeMaker::rank_of(const Slot& slot, const Voice& voice) const {
+  if (!is_chosen(slot) || slot.frozen) return kHighestRank;
+  return slot.rank < 0 ? voice.rank : static_cast<std::uint8_t>(slot.rank * kLastRank + 0.5f);
 }
 
 void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose,
                          Keyframe& keyframe) {
   const Stance head = head_at(pose);
   if (made_ == 0) last_head_ = head;
-  const bool still = head == last_head_;
+  const bool still = made_ > 0 && head == last_head_;
   const Vec3 step_m = head.centre_m - last_head_.centre_m;
   const bool leapt = length(step_m - last_step_m_) > kLeap_m;
   fastest_slide_frames_ = leapt ? kSlideAfterLeap_frames : kFastestSlide_frames;
   last_step_m_ = step_m;
 
-  for (Slot& slot : slots_) {
-    slot.chosen = false;
-    slot.voice.starts = false;
-    if (!slot.in_use || slot.frozen || still || slot.moves || !jumped(slot, head)) continue;
-    freeze(slot);
-  }
-  for (const SampledSource& chosen : sample) {
-    const auto heard = slot_of_number_.find(chosen.number);
-    if (heard == slot_of_number_.end() || !follow(slots_[heard->second], chosen, head)) {
-      start(chosen, head);
-    } else {
-      Slot& slot = slots_[heard->second];
-      slot.chosen = true;
-      slot.power_scale_goal = chosen.power_scale;
-      slot.rank = chosen.rank;
-      slot.visibility_goal = chosen.visibility;
-    }
-  }
+  if (!still) turn_to(head);
+  join(sample);
 
   keyframe.number = made_;
-  keyframe.voices.clear();
-  for (Slot& slot : slots_) {
+  assert(in_use_ <= keyframe.voices.capacity());
+  keyframe.voices.resize(in_use_);
+  std::size_t count = 0;
+  for (std::size_t first = 0; first < used_; first += VoiceTable::kTile)
+    count = make_tile(first, still, keyframe, count);
+  assert(count == keyframe.voices.size());
+  last_head_ = head;
+  ++made_;
+}
+
+// Adds the voices of a tile of slots from the keyframe's voice `count` on; returns how many it has
+// then.
+std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& keyframe,
+                                     std::size_t count) {
+  const std::size_t last = std::min(first + VoiceTable::kTile, used_);
+  std::array<std::uint32_t, VoiceTable::kTile> made;
+  std::size_t makes = 0;
+  for (auto s = static_cast<std::uint32_t>(first); s < last; ++s) {
+    Slot& slot = slots_[s];
     if (!slot.in_use) continue;
     if (made_ == 0)
       slot.fade = kFadeKeyframes;
     else
-      slot.fade = std::clamp(slot.fade + (slot.chosen ? 1 : -1), 0, kFadeKeyframes);
-    if (slot.moves && !slot.chosen && !slot.frozen) coast(slot, head);
-    if (!slot.frozen) see(slot);
-    if (!slot.frozen && slot.chosen) weigh(slot);
-    if (!slot.frozen && (!still || slot.changed)) listen(slot, head);
-
-    assert(keyframe.voices.size() < keyframe.voices.capacity());
-    Voice& voice = keyframe.voices.emplace_back(slot.voice);
-    voice.rank = rank_of(slot);
-    const auto gain = static_cast<float>(fade_gain(slot.fade));
+      slot.fade = static_cast<std::int8_t>(
+          std::clamp(slot.fade + (is_chosen(slot) ? 1 : -1), 0, kFadeKeyframes));
+    if (slot.moves && !is_chosen(slot) && !slot.frozen) coast(s);
+    if (slot.frozen) continue;
+    if (slot.glides) glide(s);
+    if (is_chosen(slot)) weigh(s);
+    if (!still || slot.changed) made[makes++] = s;
+    slot.changed = false;
+  }
+  if (tile_moved_[first / VoiceTable::kTile]) {
+    place_voices(table_, head_, lags_.get(), first, first + VoiceTable::kTile);
+    tile_moved_[first / VoiceTable::kTile] = false;
+  }
+  if (makes > 0) make_voices(table_, head_.places, std::span(made).first(makes), voices_.data());
+  for (const std::uint32_t s : std::span(made).first(makes))
+    if (slots_[s].rank < 0) voices_[s].rank = rank_by_level(voices_[s]);
+  for (auto s = static_cast<std::uint32_t>(first); s < last; ++s) {
+    Slot& slot = slots_[s];
+    if (!slot.in_use) continue;
+    Voice& voice = keyframe.voices[count++];
+    voice = voices_[s];
+    voice.starts = std::exchange(slot.starts, false);
+    voice.rank = rank_of(slot, voice);
+    if (slot.fade == kFadeKeyframes) continue;
+    const float gain = fade_gain(slot.fade);
     for (Bands& ear : voice.gain)
       for (float& band : ear) band *= gain;
-
     if (slot.fade > 0) continue;
     slot.in_use = false;
-    if (!slot.frozen) slot_of_number_.erase(slot.number);
-    free_.push_back(slot.voice.slot);
+    --in_use_;
+    free_.push_back(s);
   }
-  last_head_ = head;
-  ++made_;
+  return count;
 }
 
 }  // namespace clamor

@@ -12,22 +12,25 @@
 // A source that moves takes its voice along, so that its delays slide, and goes on as it went while
 // it fades out; where it jumps it is heard as two.
 //
-// A voice whose source and ears are as they were keeps its numbers: who stands still costs nothing.
-// Intensity becomes amplitude here and nowhere else.
+// A voice whose source and ears are as they were keeps its numbers. Others are made a tile of slots
+// at a time by vector code (voice_kernel.h), from what was worked out when they took their slots
+// (voice_table.h): intensity becomes amplitude there and nowhere else.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "common/pose.h"
+#include "runtime/ear_lags.h"
 #include "runtime/head.h"
 #include "runtime/keyframe.h"
 #include "runtime/sampler.h"
 #include "runtime/source_field.h"
+#include "runtime/voice_kernel.h"
+#include "runtime/voice_table.h"
 
 namespace clamor {
 
@@ -51,51 +54,56 @@ class KeyframeMaker {
   void make(std::span<const SampledSource> sample, const Pose& pose, Keyframe& keyframe);
 
  private:
-  struct Stance {
-    Vec3 centre_m;
-    std::array<Vec3, kEars> ears_m;
-    Vec3 ahead, left, up;
-    bool operator==(const Stance&) const = default;
-  };
-
   struct Slot {
     std::uint64_t number = 0;
-    Source source;  // a copy: its page may be gone while it fades
-    int fade = 0;   // of kFadeKeyframes; 0 is silence
+    std::uint64_t chosen = 0;  // the last keyframe that it was chosen for
+    Vec3f moved_m{};           // per keyframe
+    float scale_goal = 1;      // of power
+    float rank = -1;
+    std::int8_t fade = 0;  // of kFadeKeyframes; 0 is silence
     bool in_use = false;
-    bool chosen = false;   // in the present sample
+    bool starts = false;   // with this keyframe
     bool frozen = false;   // its path jumped: fades out as it was
-    bool changed = false;  // since listen(), though the ears may be where they were
-    double power_scale = 1, power_scale_goal = 1;
-    double rank = -1;
+    bool changed = false;  // since it was made, though the ears may be where they were
     bool moves = false;
-    Vec3f moved_m{};  // per keyframe
-    Bands visibility = same_in_all_bands(1), visibility_goal = same_in_all_bands(1);
-    Voice voice;  // as in the last keyframe, before fading
+    bool glides = false;  // to what is visible of it
+  };
+  struct Heard {
+    std::uint64_t number;
+    std::uint32_t slot;
   };
 
   Stance head_at(const Pose& pose) const;
-  double delay_frames(const Source& source, const Stance& head, int ear) const;
-  void listen(Slot& slot, const Stance& head) const;
-  static void see(Slot& slot);
-  static void weigh(Slot& slot);
-  static std::uint8_t rank_of(const Slot& slot);
-  void start(const SampledSource& chosen, const Stance& head);
-  static Vec3f direction_from(const Source& source, const Stance& head);
-  bool jumped(const Slot& slot, const Stance& head) const;
-  bool follow(Slot& slot, const SampledSource& chosen, const Stance& head);
-  void coast(Slot& slot, const Stance& head);
-  void freeze(Slot& slot);
+  void turn_to(const Stance& head);
+  void join(std::span<const SampledSource> sample);
+  std::uint32_t start(const SampledSource& chosen);
+  bool keep(std::uint32_t s, const SampledSource& chosen);
+  bool follow(std::uint32_t s, const SampledSource& chosen);
+  void coast(std::uint32_t s);
+  void change(std::uint32_t s);
+  void glide(std::uint32_t s);
+  void weigh(std::uint32_t s);
+  bool slides_to(std::uint32_t s, const Vec3f& position_m, double leaves_frames) const;
+  static std::uint8_t rank_by_level(const Voice& voice);
+  std::uint8_t rank_of(const Slot& slot, const Voice& voice) const;
+  bool is_chosen(const Slot& slot) const { return slot.chosen == made_; }
+  std::size_t make_tile(std::size_t first, bool still, Keyframe& keyframe, std::size_t count);
 
-  const SourceField& field_;
   const Receivers receivers_;
-  const std::shared_ptr<const Head> ears_;
+  const std::unique_ptr<const EarLags> lags_;  // of a head
+  VoiceTable table_;
+  std::array<std::vector<double>, kEars> last_frames_;  // the table's delays, where the head was
   std::vector<Slot> slots_;
-  std::vector<std::uint32_t> free_;                                  // slots, lowest last
-  std::unordered_map<std::uint64_t, std::uint32_t> slot_of_number_;  // of sources that are heard
-  Stance last_head_{};
+  std::vector<Voice> voices_;           // by slot: as in the last keyframe, before fading
+  std::vector<Bands> visibility_goal_;  // by slot
+  std::vector<std::uint32_t> free_;     // slots, lowest last
+  std::size_t used_ = 0;                // slots ever used: those from there on are free
+  std::vector<Heard> heard_, joined_;   // by ascending number, some no longer in use
+  std::vector<bool> tile_moved_;        // since it was placed
+  Stance head_{}, last_head_{};
   Vec3 last_step_m_{0, 0, 0};
   double fastest_slide_frames_ = 0;  // of this keyframe
+  std::size_t in_use_ = 0;
   std::uint64_t made_ = 0;
 };
 

@@ -41,12 +41,24 @@ class SourceField {
     return received_intensity(source, emitters_, laws_, air_loss_per_m_, place);
   }
 
+  // Of what sources are made: laws of materials, and how an emitter radiates.
+  const ReflectionLaws& laws() const { return laws_; }
+  std::size_t material_count() const { return materials_; }
+  const Bands& directivity(const Source& emitter) const {
+    return emitters_[emitter.emitter].directivity;
+  }
+
   double speed_of_sound_mps() const { return speed_of_sound_mps_; }
 
   // From the signal's start to a listener at `place`.
   double delay_s(const Source& source, const Vec3& place) const {
     return played_[source.emitter].delay_s + static_cast<double>(source.delay_s) +
            length(place - Vec3(source.position_m)) / speed_of_sound_mps_;
+  }
+
+  // The same without the way from there to the listener.
+  double leaves_s(const Source& source) const {
+    return played_[source.emitter].delay_s + static_cast<double>(source.delay_s);
   }
 
   // Of all emitters: when the first and the last begins to play.
