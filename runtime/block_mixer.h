@@ -66,7 +66,10 @@ class BlockMixer {
   Keyframe* writable() { return queue_.writable(); }  // null if none is free
   void publish(const Keyframe& written);
 
+  // Costs so much for each frame of each voice, and for each voice of each keyframe that begins;
+  // what is mixed is whole steps, the last of which may be for the next call.
   void mix(std::span<float> interleaved) noexcept REALTIME;
+  Mixer::Work work() const noexcept REALTIME { return mixer_.work(); }  // the audio thread's
 
   // Of the newest keyframe's voices: the share that is left out now; and no more are taken.
   double left_out_share() const;

@@ -56,6 +56,9 @@ class FineVoices {
   // Gains stay what they were meant to become.
   void hold() noexcept REALTIME;
 
+  // How many are mixed.
+  std::size_t heard() const noexcept REALTIME { return heard_.size(); }
+
   // `paths` of all slots.
   void mix(const MixMode& mode, const VoicePath* paths, int first_frame, int frames, float* high,
            float* low) noexcept REALTIME;

@@ -106,6 +106,7 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
 void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
   if (holding_) end_hold();
   clear_active();
+  work_.loaded_voices += keyframe.voices.size();
   rank_voices(keyframe);
   if (mode_.head) choose_fine(keyframe);
   for (const Voice& voice : keyframe.voices) {
@@ -407,6 +408,7 @@ void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept 
   const auto& active = pairs_.size() > 1 ? here.active : active_;
   std::fill(std::begin(buses_.high), std::end(buses_.high), 0.0f);
   std::fill(std::begin(buses_.low), std::end(buses_.low), 0.0f);
+  work_.voice_frames += active.size() * static_cast<std::size_t>(frames);
   mix_voices(mode_, {paths_.data(), here.gains.data(), active.data(), active.size(), frame_, frames,
                      buses_.high, buses_.low});
   if (mode_.eight_bands) {
@@ -423,6 +425,7 @@ void Mixer::mix_head(int frames, float* interleaved) noexcept REALTIME {
   fine_->mix(mode_, paths_.data(), frame_, frames, head_bank_->high(), head_bank_->low());
   const Pair& pair = pairs_[0];
   MixBuses& octaves = head_bank_->octaves();
+  work_.voice_frames += (fine_->heard() + pair.active.size()) * static_cast<std::size_t>(frames);
   mix_voices(bus_mode_, {paths_.data(), pair.gains.data(), pair.active.data(), pair.active.size(),
                          frame_, frames, octaves.high, octaves.low});
   head_bank_->process(frames, interleaved);

@@ -93,6 +93,13 @@ class Mixer {
 
   std::int64_t clock_frames() const { return clock_; }
 
+  // What was done so far, which is what time goes into: frames of voices added up, once for each
+  // pair of channels and each bank of bands that hears them, and voices taken from keyframes.
+  struct Work {
+    std::uint64_t voice_frames = 0, loaded_voices = 0;
+  };
+  Work work() const noexcept REALTIME { return work_; }
+
   // Voices silenced because a gain or delay was not finite or beyond all measure, or a delay slid
   // beyond real time.
   std::uint64_t bad_voices() const noexcept REALTIME { return bad_voices_; }
@@ -196,6 +203,7 @@ class Mixer {
   int frame_ = 0;         // of the segment
   bool holding_ = false;  // slopes are zero until the next keyframe
   std::uint64_t bad_voices_ = 0, late_voices_ = 0;
+  Work work_;
 
   std::size_t allowed_ = std::numeric_limits<std::size_t>::max();
   std::size_t loaded_ = 0, left_out_ = 0;

@@ -3,7 +3,8 @@
 //
 // Sources on the walls of a hall, each with its own power in each band. "moving": the listener
 // walks 2 cm and turns by a degree from keyframe to keyframe, so that every voice is made anew;
-// "still": nothing has changed. The queue's hand-over is in it. By CPU time; "per_voice" in ns.
+// "still": nothing has changed; "plainly": one voice after another, as the tests' reference makes
+// them. The queue's hand-over is in it. By CPU time; "per_voice" in ns.
 #include <cmath>
 #include <memory>
 
@@ -12,6 +13,7 @@
 #include "common/random.h"
 #include "runtime/keyframe_maker.h"
 #include "runtime/keyframe_queue.h"
+#include "tests/runtime/keyframe_reference.h"
 
 namespace clamor {
 namespace {
@@ -22,6 +24,7 @@ double random_unit(std::uint32_t source, std::uint32_t use) {
   return unit(philox(3, {source, use, 0, 0})[0]);
 }
 
+template <class Maker>
 void keyframe(benchmark::State& state, bool moving, bool binaural) {
   const std::vector<Emitter> emitters = {Emitter{.name = "source", .position_m = {10, 1.7, 12}}};
   std::vector<Material> materials(1);
@@ -43,9 +46,9 @@ void keyframe(benchmark::State& state, bool moving, bool binaural) {
       source.power[b] = static_cast<float>(random_unit(i, 6 + b) / kVoices);
     sample[i] = {i, 1.0, &source, 0, same_in_all_bands(1)};
   }
-  KeyframeMaker maker(field, kVoices,
-                      binaural ? KeyframeMaker::Receivers::kOne : KeyframeMaker::Receivers::kPair,
-                      binaural ? *Head::read("") : nullptr);
+  Maker maker(field, kVoices,
+              binaural ? KeyframeMaker::Receivers::kOne : KeyframeMaker::Receivers::kPair,
+              binaural ? *Head::read("") : nullptr);
   KeyframeQueue queue(2, kVoices);
   Pose pose;
   double turn = 0;
@@ -62,9 +65,22 @@ void keyframe(benchmark::State& state, bool moving, bool binaural) {
       1e-9 * kVoices, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
-BENCHMARK_CAPTURE(keyframe, moving, true, false)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(keyframe, moving_binaural, true, true)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(keyframe, still, false, false)->Unit(benchmark::kMillisecond);
+void moving(benchmark::State& state) { keyframe<KeyframeMaker>(state, true, false); }
+void moving_binaural(benchmark::State& state) { keyframe<KeyframeMaker>(state, true, true); }
+void still(benchmark::State& state) { keyframe<KeyframeMaker>(state, false, false); }
+void moving_plainly(benchmark::State& state) {
+  keyframe<testing::KeyframeReference>(state, true, false);
+}
+void moving_binaural_plainly(benchmark::State& state) {
+  keyframe<testing::KeyframeReference>(state, true, true);
+}
+BENCHMARK(moving)->Name("keyframe/moving")->Unit(benchmark::kMillisecond);
+BENCHMARK(moving_plainly)->Name("keyframe/moving_plainly")->Unit(benchmark::kMillisecond);
+BENCHMARK(moving_binaural)->Name("keyframe/moving_binaural")->Unit(benchmark::kMillisecond);
+BENCHMARK(moving_binaural_plainly)
+    ->Name("keyframe/moving_binaural_plainly")
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(still)->Name("keyframe/still")->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace clamor
