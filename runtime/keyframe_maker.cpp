@@ -25,6 +25,12 @@ constexpr float kLastRank = kHighestRank - 1;  // of those that are chosen
 
 constexpr std::size_t kSlotsAhead = 16;  // for prefetching what is looked up by number
 
+void prefetch_to_write(const Voice* voice) {
+  constexpr std::size_t kLine = 64;
+  for (std::size_t at = 0; at < sizeof(Voice); at += kLine)
+    __builtin_prefetch(reinterpret_cast<const char*>(voice) + at, 1);
+}
+
 float fade_gain(int fade) {
   static const auto gains = [] {
     std::array<float, kFadeKeyframes + 1> sines{};
@@ -72,17 +78,16 @@ void KeyframeMaker::turn_to(const Stance& head) {
   std::swap(table_.delay_frames, last_frames_);
   place_voices(table_, head_, lags_.get(), 0, (used_ + kTile - 1) / kTile * kTile);
   std::fill(tile_moved_.begin(), tile_moved_.end(), false);
-  const auto slid_frames = [this](std::size_t ear, std::size_t s) {
-    return std::abs(table_.delay_frames[ear][s] - last_frames_[ear][s]);
+  const auto jumped = [this](std::size_t ear, std::size_t s) {
+    return std::abs(table_.delay_frames[ear][s] - last_frames_[ear][s]) > fastest_slide_frames_;
   };
   for (std::size_t first = 0; first < used_; first += kTile) {
-    double most = 0;
+    std::int64_t any = 0;  // a sum, so that the loop becomes vector code
     for (std::size_t e = 0; e < kEars; ++e)
-      for (std::size_t s = first; s < first + kTile; ++s) most = std::max(most, slid_frames(e, s));
-    if (most <= fastest_slide_frames_) continue;
+      for (std::size_t s = first; s < first + kTile; ++s) any += jumped(e, s) ? 1 : 0;
+    if (any == 0) continue;
     for (std::size_t s = first; s < std::min(first + kTile, used_); ++s)
-      if (slots_[s].in_use && !slots_[s].moves &&
-          std::max(slid_frames(0, s), slid_frames(1, s)) > fastest_slide_frames_)
+      if (slots_[s].in_use && !slots_[s].moves && (jumped(0, s) || jumped(1, s)))
         slots_[s].frozen = true;
   }
 }
@@ -133,7 +138,8 @@ bool KeyframeMaker::keep(std::uint32_t s, const SampledSource& chosen) {
   slot.chosen = made_;
   slot.scale_goal = static_cast<float>(chosen.power_scale);
   slot.rank = static_cast<float>(chosen.rank);
-  if (visibility_goal_[s] != chosen.visibility) {
+  // One that does not glide is where it is meant to be.
+  if ((slot.glides ? visibility_goal_[s] : table_.visibility[s]) != chosen.visibility) {
     visibility_goal_[s] = chosen.visibility;
     slot.glides = true;
   }
@@ -268,6 +274,12 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose
 std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& keyframe,
                                      std::size_t count) {
   const std::size_t last = std::min(first + VoiceTable::kTile, used_);
+  // What is written next, ahead of time: stores to memory that is far away hold up all others.
+  for (std::size_t s = last; s < std::min(last + VoiceTable::kTile, used_); ++s) {
+    prefetch_to_write(&voices_[s]);
+    if (count + s - first < keyframe.voices.size())
+      prefetch_to_write(&keyframe.voices[count + s - first]);
+  }
   std::array<std::uint32_t, VoiceTable::kTile> made;
   std::size_t makes = 0;
   for (auto s = static_cast<std::uint32_t>(first); s < last; ++s) {
@@ -296,9 +308,10 @@ std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& ke
     Slot& slot = slots_[s];
     if (!slot.in_use) continue;
     Voice& voice = keyframe.voices[count++];
+    const std::uint8_t rank = rank_of(slot, voices_[s]);
     voice = voices_[s];
     voice.starts = std::exchange(slot.starts, false);
-    voice.rank = rank_of(slot, voice);
+    voice.rank = rank;
     if (slot.fade == kFadeKeyframes) continue;
     const float gain = fade_gain(slot.fade);
     for (Bands& ear : voice.gain)

@@ -161,6 +161,9 @@ void place_voices_here(VoiceTable& table, const Stance& stance, const float* lag
       hn::StoreU(r_m, d, table.distance_m[e].data() + at);
       hn::StoreU(hn::Div(one, hn::Mul(near_m, near_m)), d, table.spread[e].data() + at);
       hn::StoreU(cos_o, d, table.cos_o[e].data() + at);
+      hn::StoreU(hn::Mul(hn::Sqrt(hn::Min(hn::Max(cos_o, zero), one)),
+                         hn::Set(d, 1.0f * VoiceLaw::kCells)),
+                 d, table.loss_cell[e].data() + at);
       // What p is a power of: cos a, or for an emitter (1 + cos a) / 2.
       const Float lift = hn::LoadU(d, table.lift.data() + at);
       const Float base = hn::Add(lift, hn::Mul(hn::Sub(one, lift), cos_a));
@@ -180,66 +183,118 @@ void place_voices_here(VoiceTable& table, const Stance& stance, const float* lag
   }
 }
 
-// A voice's gains at one ear.
-HWY_INLINE void make_gains(const VoiceTable& table, std::size_t ear, std::size_t slot,
-                           float* HWY_RESTRICT gain) {
-  const Eight d;
-  const VoiceTable::Kind kind = table.kind[slot];
-  const float cos_o = table.cos_o[ear][slot], log_base = table.log_base[ear][slot];
-  if (kind >= VoiceTable::kDiffuse && !(cos_o > 0)) {  // behind its surface
-    std::fill_n(gain, kBandCount, 0.0f);
-    return;
+// The bands of one ear, or of both in one vector where it is wide enough.
+struct OneEar {
+  Eight d;
+  std::size_t ear;
+
+  auto row(const float* rows) const { return hn::LoadU(d, rows); }
+  auto rows(const float* const (&of)[kEars], std::size_t b) const {
+    return hn::LoadU(d, of[ear] + b);
   }
+  auto each(const float (&of)[kEars]) const { return hn::Set(d, of[ear]); }
+};
+#if HWY_MAX_BYTES >= 64
+struct BothEars {
+  hn::CappedTag<float, kEars * kBandCount> d;
+  Eight half;
+
+  auto both(hn::Vec<Eight> first, hn::Vec<Eight> second) const {
+    return hn::Combine(d, second, first);
+  }
+  auto row(const float* rows) const { return both(hn::LoadU(half, rows), hn::LoadU(half, rows)); }
+  auto rows(const float* const (&of)[kEars], std::size_t /*b*/) const {
+    return both(hn::LoadU(half, of[0]), hn::LoadU(half, of[1]));
+  }
+  auto each(const float (&of)[kEars]) const {
+    return both(hn::Set(half, of[0]), hn::Set(half, of[1]));
+  }
+};
+#endif
+
+// What of a voice's gains is one number at each ear.
+struct PerEar {
+  float away_m[kEars] = {}, outer[kEars] = {}, cos_o[kEars] = {}, log_base[kEars] = {};
+  float tilt[kEars] = {}, part[kEars] = {};
+  const float *loss[kEars] = {}, *next_loss[kEars] = {};
+};
+
+template <class Ears>
+HWY_INLINE void make_gains(const Ears& ears, const VoiceTable& table, std::size_t slot,
+                           const PerEar& at, float* HWY_RESTRICT gain) {
+  const auto d = ears.d;
+  const VoiceTable::Kind kind = table.kind[slot];
   const VoiceLaw* const law = table.law[slot];
   const float* const exponent = table.exponent[slot];
-  float part = 0, tilt = 0;
-  const float *loss = nullptr, *next_loss = nullptr;
-  if (kind == VoiceTable::kReflection) {
-    tilt = std::min(1.0f, cos_o * table.over_cos_i[slot]);
-    const float cell = std::sqrt(std::min(cos_o, 1.0f)) * VoiceLaw::kCells;
-    const auto k = std::min(static_cast<int>(cell), VoiceLaw::kCells - 1);
-    part = cell - static_cast<float>(k);
-    loss = law->loss[static_cast<std::size_t>(k)].data();
-    next_loss = law->loss[static_cast<std::size_t>(k) + 1].data();
-  }
-  const auto distance_m = hn::Set(d, -table.distance_m[ear][slot]);
-  const auto outer = hn::Set(d, table.spread[ear][slot] * table.scale[slot]);
-  const auto sign = hn::Set(d, table.sign[slot]);
   for (std::size_t b = 0; b < kBandCount; b += hn::Lanes(d)) {
-    auto intensity = hn::LoadU(d, table.power[slot].data() + b);
+    auto intensity = ears.row(table.power[slot].data() + b);
     if (kind == VoiceTable::kEmitter) {
-      const auto power = hn::Mul(hn::LoadU(d, exponent + b), hn::Set(d, log_base));
+      const auto power = hn::Mul(ears.row(exponent + b), ears.each(at.log_base));
       intensity = hn::Mul(intensity, exp2_of(d, power));
     } else if (kind == VoiceTable::kDiffuse) {
       intensity =
-          hn::Mul(intensity, hn::Mul(hn::LoadU(d, law->diffuse.data() + b), hn::Set(d, cos_o)));
+          hn::Mul(intensity, hn::Mul(ears.row(law->diffuse.data() + b), ears.each(at.cos_o)));
     } else if (kind == VoiceTable::kReflection) {
-      const auto power = hn::Mul(hn::LoadU(d, exponent + b), hn::Set(d, log_base));
+      const auto cos_o = ears.each(at.cos_o);
+      const auto power = hn::Mul(ears.row(exponent + b), ears.each(at.log_base));
       const auto lobe =
-          hn::Mul(hn::Mul(hn::LoadU(d, law->lobe.data() + b), hn::Set(d, tilt)), exp2_of(d, power));
-      const auto diffuse = hn::Mul(hn::LoadU(d, law->diffuse.data() + b), hn::Set(d, cos_o));
-      const auto here = hn::LoadU(d, loss + b), next = hn::LoadU(d, next_loss + b);
-      const auto lost = hn::Add(here, hn::Mul(hn::Set(d, part), hn::Sub(next, here)));
-      const auto bounce =
-          hn::Mul(hn::Mul(hn::LoadU(d, table.bounce[slot].data() + b), lost), hn::Set(d, cos_o));
+          hn::Mul(hn::Mul(ears.row(law->lobe.data() + b), ears.each(at.tilt)), exp2_of(d, power));
+      const auto diffuse = hn::Mul(ears.row(law->diffuse.data() + b), cos_o);
+      const auto here = ears.rows(at.loss, b), next = ears.rows(at.next_loss, b);
+      const auto lost = hn::Add(here, hn::Mul(ears.each(at.part), hn::Sub(next, here)));
+      const auto bounce = hn::Mul(hn::Mul(ears.row(table.bounce[slot].data() + b), lost), cos_o);
       intensity = hn::Add(hn::Mul(intensity, hn::Add(diffuse, lobe)), bounce);
     }
     const auto air =
-        exp2_of(d, hn::Mul(hn::LoadU(d, table.air_octaves_per_m.data() + b), distance_m));
-    intensity = hn::Mul(hn::Mul(intensity, outer),
-                        hn::Mul(air, hn::LoadU(d, table.visibility[slot].data() + b)));
+        exp2_of(d, hn::Mul(ears.row(table.air_octaves_per_m.data() + b), ears.each(at.away_m)));
+    intensity = hn::Mul(hn::Mul(intensity, ears.each(at.outer)),
+                        hn::Mul(air, ears.row(table.visibility[slot].data() + b)));
     // The root between the bake's power and the mixer's amplitude.
-    hn::StoreU(hn::Mul(hn::Sqrt(intensity), sign), d, gain + b);
+    hn::StoreU(hn::Mul(hn::Sqrt(intensity), hn::Set(d, table.sign[slot])), d, gain + b);
   }
+}
+
+HWY_INLINE void make_voice(const VoiceTable& table, std::size_t places, std::size_t slot,
+                           Voice& voice) {
+  const VoiceTable::Kind kind = table.kind[slot];
+  PerEar at;
+  bool heard = false;
+  for (std::size_t e = 0; e < places; ++e) {
+    const float cos_o = table.cos_o[e][slot];
+    const bool behind = kind >= VoiceTable::kDiffuse && !(cos_o > 0);  // its surface
+    heard |= !behind;
+    at.away_m[e] = -table.distance_m[e][slot];
+    at.outer[e] = behind ? 0 : table.spread[e][slot] * table.scale[slot];
+    at.cos_o[e] = behind ? 0 : cos_o;
+    at.log_base[e] = table.log_base[e][slot];
+    if (kind != VoiceTable::kReflection) continue;
+    at.tilt[e] = std::min(1.0f, at.cos_o[e] * table.over_cos_i[slot]);
+    const float cell = table.loss_cell[e][slot];
+    const auto k = std::min(static_cast<int>(cell), VoiceLaw::kCells - 1);
+    at.part[e] = cell - static_cast<float>(k);
+    at.loss[e] = table.law[slot]->loss[static_cast<std::size_t>(k)].data();
+    at.next_loss[e] = at.loss[e] + kBandCount;
+  }
+  if (!heard) {
+    voice.gain = {};
+    return;
+  }
+#if HWY_MAX_BYTES >= 64
+  if (places == kEars) {
+    make_gains(BothEars{}, table, slot, at, voice.gain[0].data());
+    return;
+  }
+#endif
+  for (std::size_t e = 0; e < places; ++e)
+    make_gains(OneEar{{}, e}, table, slot, at, voice.gain[e].data());
+  if (places == 1) voice.gain[1] = voice.gain[0];
 }
 
 void make_voices_here(const VoiceTable& table, int places, std::span<const std::uint32_t> slots,
                       Voice* voices) {
   for (const std::uint32_t slot : slots) {
     Voice& voice = voices[slot];
-    for (std::size_t e = 0; e < static_cast<std::size_t>(places); ++e)
-      make_gains(table, e, slot, voice.gain[e].data());
-    if (places == 1) voice.gain[1] = voice.gain[0];
+    make_voice(table, static_cast<std::size_t>(places), slot, voice);
     for (std::size_t e = 0; e < kEars; ++e) voice.delay_frames[e] = table.delay_frames[e][slot];
     voice.from = {table.from[0][slot], table.from[1][slot], table.from[2][slot]};
   }

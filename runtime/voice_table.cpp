@@ -40,7 +40,7 @@ VoiceTable::VoiceTable(const SourceField& field, std::size_t slots)
   const std::size_t lanes = (slots + kTile - 1) / kTile * kTile;
   for (auto* columns : {&position_m, &normal, &mirror, &from})
     for (Column& column : *columns) column.resize(lanes);
-  for (auto* columns : {&distance_m, &spread, &cos_o, &log_base})
+  for (auto* columns : {&distance_m, &spread, &cos_o, &loss_cell, &log_base})
     for (Column& column : *columns) column.resize(lanes);
   for (auto* column : {&radius_m, &over_cos_i, &lift, &sign, &scale}) column->resize(lanes);
   for (auto& column : delay_frames) column.resize(lanes);

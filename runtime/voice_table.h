@@ -66,7 +66,8 @@ class VoiceTable {
 
   // What place_voices() writes, by ear.
   std::array<std::vector<double>, kEars> delay_frames;
-  std::array<Column, kEars> distance_m, spread, cos_o, log_base;  // log2 of what p is a power of
+  std::array<Column, kEars> distance_m, spread, cos_o, loss_cell;
+  std::array<Column, kEars> log_base;  // log2 of what p is a power of
   std::array<Column, 3> from;
 
  private:

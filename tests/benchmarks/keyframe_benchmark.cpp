@@ -1,7 +1,8 @@
 // What does the sampler thread pay for a keyframe of 20 000 voices once they are chosen? It must
 // not be late.
 //
-// Sources on the walls of a hall, each with its own power in each band. "moving": the listener
+// Sources on the walls of a hall, each with its own power in each band and a rank, as the default
+// strategy gives it. "moving": the listener
 // walks 2 cm and turns by a degree from keyframe to keyframe, so that every voice is made anew;
 // "still": nothing has changed; "plainly": one voice after another, as the tests' reference makes
 // them. The queue's hand-over is in it. By CPU time; "per_voice" in ns.
@@ -44,7 +45,7 @@ void keyframe(benchmark::State& state, bool moving, bool binaural) {
     source.delay_s = static_cast<float>(random_unit(i, 5));
     for (std::uint32_t b = 0; b < kBandCount; ++b)
       source.power[b] = static_cast<float>(random_unit(i, 6 + b) / kVoices);
-    sample[i] = {i, 1.0, &source, 0, same_in_all_bands(1)};
+    sample[i] = {i, 1.0, &source, 0, same_in_all_bands(1), random_unit(i, 20)};
   }
   Maker maker(field, kVoices,
               binaural ? KeyframeMaker::Receivers::kOne : KeyframeMaker::Receivers::kPair,
