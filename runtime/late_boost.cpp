@@ -8,7 +8,8 @@ namespace clamor {
 
 namespace {
 
-constexpr double kShare = 1;  // c
+constexpr double kShare = 0.5;   // c
+constexpr double kFaster = 1.1;  // than the room's decay
 
 // 0 where no band says.
 double t60_of(const DecaySummary& decay) {
@@ -26,7 +27,7 @@ double t60_of(const DecaySummary& decay) {
 
 LateBoost::LateBoost(double t60_s) {
   if (!(t60_s > 0)) return;
-  const double per_s = std::log(1e6) / t60_s;
+  const double per_s = kFaster * std::log(1e6) / t60_s;
   for (std::size_t i = 0; i < boost_.size(); ++i) {
     const double t = std::min(static_cast<double>(i) / static_cast<double>(kStepsPerS), kUntil_s);
     // A dry room's would be more than a float can hold.

@@ -88,8 +88,8 @@ TEST(LateBoost, IsNoneWithoutADecayGrowsWithTheDelayAndHasAnEnd) {
     EXPECT_LT(boost.at(1e30f), LateBoost::kMost);
     EXPECT_EQ(boost.at(1e30f), boost.at(LateBoost::kUntil_s));
   }
-  // As the formula says, at a whole step of the table: r = 23.03 / s, and (e^(0.1 r) - 1) / 0.3 r.
-  EXPECT_NEAR(LateBoost(0.6).at(0.1f), (std::exp(2.3026) - 1) / 6.9078, 1e-4);
+  // As the formula says, at a whole step of the table: r = 25.33 / s.
+  EXPECT_NEAR(LateBoost(0.6).at(0.1f), 0.5 * (std::exp(2.5328) - 1) / 7.5985, 1e-4);
   // It is of the voices that are heard as late as this, not of all that there are.
   EXPECT_EQ(LateBoost::strength(1000), 0.5f);
   EXPECT_EQ(LateBoost::strength(2000), 1);
