@@ -105,7 +105,7 @@ TEST(PrioritySampling, IsUnbiasedInEachBandFromEachSideAndAtEachDelay) {
 }
 
 TEST(PrioritySampling, IsUnbiasedWhereLateSourcesAreLikelierToo) {
-  expect_unbiased(LateBoost(0.5), 4 * kChosen, 22);
+  expect_unbiased(LateBoost(0.15), kChosen, 22);
 }
 
 }  // namespace
