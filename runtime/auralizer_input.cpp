@@ -13,6 +13,7 @@ Result<AuralizerInput> read_tables(const BakeFile& file) {
   input.emitters = file.emitters();
   input.materials = file.materials();
   input.air = file.settings().air;
+  input.decay = file.statistics().decay;
   for (std::size_t i = 0; i < file.signal_count(); ++i) {
     auto envelope = file.read_envelope(i);
     if (!envelope.ok()) return envelope.error();

@@ -22,6 +22,7 @@ struct AuralizerInput {
   Air air;
   std::vector<TimedEnvelope> envelopes{};  // of the signals; if none, they are listened to
   Mesh mesh{};                             // what stands in the way; empty in a free field
+  DecaySummary decay{};                    // late sources are chosen by it (late_boost.h)
 };
 
 // Decodes envelopes, no signals, no pages and no geometry: there are no sources yet, and nothing

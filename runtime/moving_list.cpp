@@ -158,7 +158,7 @@ void MovingList::look(const Vec3& place, double threshold, std::vector<FoundSour
       const double r_m = std::max(length(place - Vec3(source.position_m)), source_radius_m(source));
       const std::uint64_t number = number_of(i, generations_[i]);
       found.push_back({&source, number ^ (cell_of(source.position_m, place) & ~kMovingNumber),
-                       field_.signal(source), 0, static_cast<double>(highest_[i]) / (r_m * r_m),
+                       field_.signal(source), 0, 1, static_cast<double>(highest_[i]) / (r_m * r_m),
                        number, source.position_m - before_m});
     }
   }

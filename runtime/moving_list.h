@@ -84,6 +84,7 @@ class JoinedPool final : public SourcePool {
     moving_.begin(place, time_s);
   }
   void leave_out(const HiddenNumbers* hidden) override { still_.leave_out(hidden); }
+  void boost_late(float strength) override { still_.boost_late(strength); }
   bool look(const Vec3& place, double threshold, std::size_t most,
             std::vector<FoundSource>& found) override;
   double highest(const Vec3& place) override;

@@ -106,7 +106,7 @@ double OctreePool::highest(const Vec3& place) {
   if (trees_.empty()) return 0;
   const PageEntry& top = trees_.back();
   // Its cone may point away from the place, which makes a bound of 0.
-  return std::max(top.highest_key * most_heard_.per_key(top, place, 1), 1e-30);
+  return std::max(top.highest_key * most_heard_.per_key(top, place, 1) * most_boost(top), 1e-30);
 }
 
 Source* OctreePool::placed(const Source& stored, const Placement& placement, double lead_key) {
@@ -123,13 +123,17 @@ Source* OctreePool::placed(const Source& stored, const Placement& placement, dou
 }
 
 void OctreePool::add_source(const Step& step, const ResidentPage& page, std::size_t index,
-                            bool leads, std::uint32_t signal, double ceiling,
+                            bool leads, std::uint32_t signal, double ceiling, double least,
                             std::vector<FoundSource>& found) {
   const Source* source = &page.sources[index];
   const Copy& copy = copies_[step.copy];
+  const Boosted boosted(field_.late_boost().at(source->delay_s), copy.moved ? 0 : strength_,
+                        ceiling);
+  if (boosted.ceiling < least) return;
   if (copy.moved) source = placed(*source, copy.placement, leads ? step.lead_key : 0);
   if (source != nullptr)
-    found.push_back({source, step.first + index, signal, step.copy, ceiling / copy.to_threshold});
+    found.push_back({source, step.first + index, signal, step.copy, boosted.boost,
+                     boosted.ceiling / copy.to_threshold});
 }
 
 void OctreePool::add_far(const FarCopy& far, double ceiling, std::vector<FoundSource>& found) {
@@ -138,7 +142,7 @@ void OctreePool::add_far(const FarCopy& far, double ceiling, std::vector<FoundSo
   const Source* const source =
       placed(lead.source, within(tree, lead.placement), far.lead_key / lead.placement.power);
   if (source != nullptr)
-    found.push_back({source, far.first + lead.number, far.signal, kNoCopy, ceiling});
+    found.push_back({source, far.first + lead.number, far.signal, kNoCopy, 1, ceiling});
 }
 
 bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
@@ -153,6 +157,7 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
   };
   const auto visit = [&](const Step& step, const ResidentPage* page) {
     const Copy& copy = copies_[step.copy];
+    const double least = threshold * copy.to_threshold;
     if (page == nullptr) {
       const double highest = std::max(step.most, bound(*step.entry, copy, step.entry->highest_key));
       most_missed_ = std::max(most_missed_, highest / copy.to_threshold);
@@ -164,18 +169,13 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
                        page->leader == ResidentPage::Leader::kSource;
     if (leads)
       add_source(step, *page, 0, true, maps_.signal(copy.map, field_.signal(page->sources[0])),
-                 std::numeric_limits<double>::infinity(), found);
+                 std::numeric_limits<double>::infinity(), least, found);
     if (page->sources.size() == 0) return true;
-    const MetPage met{page->sources,
-                      *step.entry,
-                      step.first,
-                      copy.place,
-                      threshold * copy.to_threshold,
-                      copy.moved ? &copy.placement : nullptr,
-                      maps_,
-                      copy.map};
+    const MetPage met{page->sources, *step.entry, step.first,
+                      copy.place,    least,       copy.moved ? &copy.placement : nullptr,
+                      maps_,         copy.map};
     looked_at_ += shortlists_.pass(met, [&](std::size_t i, std::uint32_t signal, double ceiling) {
-      if (!leads || i > 0) add_source(step, *page, i, false, signal, ceiling, found);
+      if (!leads || i > 0) add_source(step, *page, i, false, signal, ceiling, least, found);
     });
     return found.size() <= most;
   };

@@ -4,9 +4,9 @@
 //
 //   highest key x most that a power of 1 can weigh at the distance to its bounds < threshold,
 //
-// or where its emission cone points away (most_heard.h): nothing in it or below can reach the
-// threshold. Of a page that is missing its parent's page knows the bound, and so it is asked for in
-// that order.
+// boosted as its latest source is (late_boost.h), or where its emission cone points away
+// (most_heard.h): nothing in it or below can reach the threshold. Of a page that is missing its
+// parent's page knows the bound, and so it is asked for in that order.
 //
 // A copy of a tree (instance.h) is walked in the tree's own space: the place is moved instead of
 // the sources, and the threshold divided by the copy's gain. Only what is found is put where the
@@ -58,6 +58,7 @@ class OctreePool final : public SourcePool {
   // Bounds nodes by the loudest that any signal was while what is heard now was under way.
   void begin(const Vec3& place, double time_s) override;
   void leave_out(const HiddenNumbers* hidden) override { shortlists_.leave_out(hidden); }
+  void boost_late(float strength) override { strength_ = strength; }
   bool look(const Vec3& place, double threshold, std::size_t most,
             std::vector<FoundSource>& found) override;
   double highest(const Vec3& place) override;
@@ -111,7 +112,11 @@ class OctreePool final : public SourcePool {
   void follow_leads();
   void look_ahead(const Vec3& soon, double tau);
   double bound(const PageEntry& entry, const Copy& copy, double key) const {
-    return key * most_heard_.per_key(entry, copy.place, copy.placement.scale);
+    return key * most_heard_.per_key(entry, copy.place, copy.placement.scale) *
+           (copy.moved ? 1 : most_boost(entry));
+  }
+  double most_boost(const PageEntry& entry) const {
+    return 1 + static_cast<double>(strength_ * field_.late_boost().at(entry.most_delay_s));
   }
   // Calls visit(step, page) for all nodes that matter, with what page_of(entry, urgency) gives,
   // until it returns false; goes no further below a page that is null. Calls heard(far copy,
@@ -126,7 +131,8 @@ class OctreePool final : public SourcePool {
   double most_of_lead(const TreeLead& lead, std::uint32_t signal, double lead_key,
                       const Vec3& place, double to_level) const;
   void add_source(const Step& step, const ResidentPage& page, std::size_t index, bool leads,
-                  std::uint32_t signal, double ceiling, std::vector<FoundSource>& found);
+                  std::uint32_t signal, double ceiling, double least,
+                  std::vector<FoundSource>& found);
   void add_far(const FarCopy& far, double ceiling, std::vector<FoundSource>& found);
   Source* placed(const Source& stored, const Placement& placement, double lead_key);
 
@@ -140,6 +146,7 @@ class OctreePool final : public SourcePool {
   SignalMaps maps_;
   PageShortlists shortlists_;
   TreeLeads leads_;
+  float strength_ = 1;  // of late sources' boost; copies' have none
 
   // Of the last look.
   std::vector<Copy> copies_;

@@ -29,7 +29,8 @@ std::vector<Arrival> sampled_response(const StrategyOptions& options,
                                       std::span<const Source> sources,
                                       const std::vector<Emitter>& emitters,
                                       std::span<const Material> materials, const Air& air,
-                                      const Vec3& listener_m, std::uint32_t emitter) {
+                                      const Vec3& listener_m, std::uint32_t emitter,
+                                      const LateBoost& late_boost) {
   if (options.strategy == "all")
     return energy_response(sources, emitters, materials, air, listener_m, emitter);
   std::vector<Source> of_emitter;
@@ -37,7 +38,7 @@ std::vector<Arrival> sampled_response(const StrategyOptions& options,
     if (source.emitter == emitter) of_emitter.push_back(source);
   std::vector<Emitter> playing = emitters;
   for (Emitter& one : playing) one.signal = 0;
-  const SourceField field(playing, materials, air);
+  const SourceField field(playing, materials, air, late_boost);
   const std::vector<Signal> impulse = {{"impulse", {1}, false}};
   Bands weight = loudness_weights();
   const Bands power = prepare_signals(impulse)[0].mean_square();

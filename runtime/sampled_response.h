@@ -16,11 +16,13 @@ std::vector<Arrival> arrivals_of(std::span<const SampledSource> sample, const So
                                  const std::vector<Emitter>& emitters, const Vec3& listener_m);
 
 // Of one emitter's impulse: its sources are chosen by what they make of a single sample of 1,
-// whatever signal it plays. With strategy "all" as energy_response().
+// whatever signal it plays. With strategy "all" as energy_response(). "priority" has late sources
+// boosted as a player has.
 std::vector<Arrival> sampled_response(const StrategyOptions& options,
                                       std::span<const Source> sources,
                                       const std::vector<Emitter>& emitters,
                                       std::span<const Material> materials, const Air& air,
-                                      const Vec3& listener_m, std::uint32_t emitter);
+                                      const Vec3& listener_m, std::uint32_t emitter,
+                                      const LateBoost& late_boost = {});
 
 }  // namespace clamor

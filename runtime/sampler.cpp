@@ -88,7 +88,9 @@ class Priority final : public Sampler {
         pool_(pool),
         most_voices_(voices),
         voices_(voices),
-        sight_(sight) {}
+        sight_(sight) {
+    pool_.boost_late(LateBoost::strength(voices));
+  }
 
   // A function of place, time and what is here alone. Where all signals are steady, one who stands
   // still costs nothing, once all that matters was looked at.
@@ -109,7 +111,7 @@ class Priority final : public Sampler {
     for (std::size_t c = 0; c < std::min(voices_, candidates_.size()); ++c) {
       const Candidate& chosen = candidates_[c];
       const Source& source = *chosen.found.source;
-      double scale = std::max(1.0, tau / chosen.weight);
+      double scale = std::max(1.0, tau / (chosen.weight * chosen.found.boost));
       if (const double kappa = pool_.unseen_key(chosen.found, tau); kappa > 0)
         scale =
             std::max(scale, kappa / std::accumulate(source.power.begin(), source.power.end(), 0.0));
@@ -144,6 +146,7 @@ class Priority final : public Sampler {
     // There are about as many more above a threshold as it is lower.
     threshold_ *= static_cast<double>(voices_) / static_cast<double>(voices);
     voices_ = voices;
+    pool_.boost_late(LateBoost::strength(voices));
     resized_ = true;
   }
 
@@ -266,7 +269,7 @@ class Priority final : public Sampler {
       if (found.ceiling * now.share < threshold) continue;
       const Bands intensity = field_.intensity(source, place);
       const double w = sum_of_bands(now.weights, intensity);
-      const double priority = w / std::max(source.u, kLeastU);
+      const double priority = w * found.boost / std::max(source.u, kLeastU);
       if (!(w > 0 && priority >= threshold)) continue;
       candidates_.push_back({priority, w, found, known});
       if (sight_ != nullptr) parts_.push_back(weighed(now.weights, intensity));
@@ -335,7 +338,7 @@ class Priority final : public Sampler {
     for (std::size_t b = 0; b < kBandCount; ++b)
       w += static_cast<double>(parts_[c][b]) * visibility[b];
     candidate.weight = w;
-    candidate.priority = w / std::max(source.u, kLeastU);
+    candidate.priority = w * candidate.found.boost / std::max(source.u, kLeastU);
     candidate.visibility = visibility;
     return candidate.priority;
   }

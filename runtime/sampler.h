@@ -9,7 +9,9 @@
 // being permanent, and scales their power by max(1, tau / w_i), tau the (k+1)-th priority: unbiased
 // in power, and the choice changes only as far as the weights do. (N. Duffield, C. Lund, M. Thorup.
 // Priority sampling for estimation of arbitrary subset sums. J. ACM 54(6), 2007. E. Cohen, H.
-// Kaplan. Summarizing data using bottom-k sketches. PODC 2007.)
+// Kaplan. Summarizing data using bottom-k sketches. PODC 2007.) Where the bake knows how the level
+// decays, late reflections' priorities are higher by a factor f, and tau / f stands for tau
+// (late_boost.h).
 //
 // The choice is exact: a threshold guessed from the last sample tells the pool what to leave out,
 // and is lowered until k + 1 sources reach it. What it leaves out it leaves out by bounds that hold

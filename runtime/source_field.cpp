@@ -8,10 +8,11 @@
 namespace clamor {
 
 SourceField::SourceField(const std::vector<Emitter>& emitters, std::span<const Material> materials,
-                         const Air& air)
+                         const Air& air, const LateBoost& late_boost)
     : emitters_(emitters),
       materials_(materials.size()),
       laws_(materials),
+      late_boost_(late_boost),
       air_loss_per_m_(clamor::air_loss_per_m(air)),
       speed_of_sound_mps_(clamor::speed_of_sound_mps(air)) {
   played_.reserve(emitters.size());

@@ -23,6 +23,7 @@
 #include "common/vec.h"
 #include "formats/level.h"
 #include "formats/source.h"
+#include "runtime/late_boost.h"
 #include "runtime/received_intensity.h"
 
 namespace clamor {
@@ -31,7 +32,7 @@ class SourceField {
  public:
   // `emitters` must outlive the field. Sources' indices must point into both.
   SourceField(const std::vector<Emitter>& emitters, std::span<const Material> materials,
-              const Air& air);
+              const Air& air, const LateBoost& late_boost = {});
 
   std::size_t emitter_count() const { return emitters_.size(); }
   std::uint32_t signal(const Source& source) const { return played_[source.emitter].signal; }
@@ -65,6 +66,9 @@ class SourceField {
   double earliest_start_s() const { return earliest_start_s_; }
   double latest_start_s() const { return latest_start_s_; }
 
+  // How much likelier late sources are to be chosen.
+  const LateBoost& late_boost() const { return late_boost_; }
+
   // At 1 m, of the weighted sum of bands.
   struct Ceiling {
     float diffuse = 0, lobe = 0, fall = 0;
@@ -90,6 +94,7 @@ class SourceField {
   std::vector<Played> played_;
   std::size_t materials_;
   ReflectionLaws laws_;
+  LateBoost late_boost_;
   Bands air_loss_per_m_;
   double speed_of_sound_mps_;
   double earliest_start_s_ = 0, latest_start_s_ = 0;

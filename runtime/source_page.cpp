@@ -9,7 +9,8 @@ namespace clamor {
 
 SieveSource sieve_source(const SourceField& field, const Bands& weight, const Source& source) {
   const SourceField::Ceiling ceiling = field.ceiling(source, weight);
-  const double over_u = 1.00001 / std::max(source.u, kLeastU);
+  const double over_u = 1.00001 * (1 + static_cast<double>(field.late_boost().at(source.delay_s))) /
+                        std::max(source.u, kLeastU);
   return {source.position_m,
           source.normal,
           source.mirror,

@@ -20,12 +20,13 @@ namespace clamor {
 // A permanent number below this counts as this, for the priority to stay finite.
 inline constexpr float kLeastU = 0x1p-64f;
 
-// Of the priority of a source, as the sieve has it; `weight` is that of its signal.
+// Of the priority of a source, as the sieve has it, late ones boosted in full (late_boost.h);
+// `weight` is that of its signal.
 SieveSource sieve_source(const SourceField& field, const Bands& weight, const Source& source);
 
 class SourcePage {
  public:
-  // Priority is the sum of bands times weights[signal], over u.
+  // Priority is the sum of bands times weights[signal], boosted, over u.
   SourcePage(const SourceField& field, std::span<const Bands> weights, std::vector<Source> sources);
 
   std::size_t size() const { return sources_.size(); }

@@ -22,12 +22,25 @@ struct FoundSource {
   std::uint64_t number = 0;
   std::uint32_t signal = 0;
   std::uint32_t copy = 0;  // the pool's
+  // Its priority is so many times what weight and u alone make it (late_boost.h).
+  float boost = 1;
   // Of its priority at any time.
   double ceiling = std::numeric_limits<double>::infinity();
   // Of one that moves: the number it is heard under, `number` being what looks at it are kept
   // under; and by how much it has moved since the last sample.
   std::uint64_t voice = 0;  // 0: as `number`
   Vec3f moved_m{};
+};
+
+// The boost of a source whose page was sifted as if it had all of it, and what is left of the
+// sieve's ceiling.
+struct Boosted {
+  Boosted(float most, float strength, double most_ceiling)
+      : boost(1 + strength * most),
+        ceiling(most_ceiling * (1 + 1e-6) * static_cast<double>(boost) /
+                (1 + static_cast<double>(most))) {}
+  float boost;
+  double ceiling;
 };
 
 // Not thread-safe: the sampler's alone.
@@ -45,6 +58,8 @@ class SourcePool {
 
   // Sources that are known to be hidden need not be found; null: none is.
   virtual void leave_out(const HiddenNumbers* /*hidden*/) {}
+  // How strongly late sources are boosted from now on, 0 to 1 (late_boost.h).
+  virtual void boost_late(float /*strength*/) {}
 
   // Appends every source that is here and whose priority at `place`, its signal being as loud as it
   // ever is, is at least `threshold`, and a few more. Gives up, and returns false, where there are
@@ -82,16 +97,21 @@ class SourceList final : public SourcePool {
   bool look(const Vec3& place, double threshold, std::size_t /*most*/,
             std::vector<FoundSource>& found) override {
     page_.pass(place, threshold, [&](std::size_t index, double ceiling) {
-      found.push_back({&page_[index], index, field_.signal(page_[index]), 0, ceiling});
+      const Source& source = page_[index];
+      const Boosted boosted(field_.late_boost().at(source.delay_s), strength_, ceiling);
+      if (boosted.ceiling >= threshold)
+        found.push_back({&source, index, field_.signal(source), 0, boosted.boost, boosted.ceiling});
     });
     return true;
   }
+  void boost_late(float strength) override { strength_ = strength; }
   std::uint64_t size() const override { return page_.size(); }
   const SourcePage& page() const { return page_; }
 
  private:
   const SourceField& field_;
   const SourcePage page_;
+  float strength_ = 1;
 };
 
 }  // namespace clamor

@@ -16,7 +16,7 @@ namespace clamor {
 ExperimentScene::ExperimentScene(AuralizerInput input)
     : input_(std::move(input)),
       signals_(prepare_signals(input_.signals)),
-      field_(input_.emitters, input_.materials, input_.air),
+      field_(input_.emitters, input_.materials, input_.air, LateBoost(input_.decay)),
       weights_(mean_weights(signals_)),
       list_(std::make_shared<SourceList>(field_, weights_, input_.sources)) {}
 
@@ -73,7 +73,7 @@ Sound ExperimentScene::render(Sampler& sampler, const Walk& walk, double seconds
       emitters[e].delay_s = longest_s * unit(bits[0]);
     }
   }
-  const SourceField field(emitters, input_.materials, input_.air);
+  const SourceField field(emitters, input_.materials, input_.air, LateBoost(input_.decay));
   const std::size_t slots = 3 * sampler.capacity();
   KeyframeMaker maker(field, slots);
   Keyframe keyframe;
@@ -157,7 +157,8 @@ Result<std::unique_ptr<ExperimentScene>> BakedLevel::bake_again(std::uint64_t so
   if (!contents.ok()) return contents.error();
   return std::make_unique<ExperimentScene>(
       AuralizerInput{std::move(contents->octree.sources), std::move(contents->emitters),
-                     level_.signals, std::move(contents->materials), level_.air});
+                     level_.signals, std::move(contents->materials), level_.air, {}, {},
+                     contents->statistics.decay});
 }
 
 void for_each_index(std::size_t count, const std::function<void(std::size_t)>& work) {

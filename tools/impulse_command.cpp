@@ -120,7 +120,8 @@ Result<void> measure(const Options& options, std::ostream& out, std::ostream& er
                                options.listener_m, emitter, &surfaces);
   } else {
     arrivals = sampled_response(options.strategy, all->sources, emitters, file->materials(),
-                                file->settings().air, options.listener_m, emitter);
+                                file->settings().air, options.listener_m, emitter,
+                                LateBoost(file->statistics().decay));
   }
   if (arrivals.empty())
     return Error("nothing of " + in_quotes(emitters[emitter].name) +

@@ -70,7 +70,9 @@ struct Hall {
     all = trees.all_sources();
   }
 
-  SourceField field() const { return {emitters, materials, Air{}}; }
+  SourceField field(const LateBoost& late_boost = {}) const {
+    return {emitters, materials, Air{}, late_boost};
+  }
 
   double power_at(const SourceField& field, const Vec3& place) const {
     double sum = 0;
@@ -95,7 +97,8 @@ Vec3 somewhere(std::uint64_t seed, std::uint32_t i) {
 TEST(OctreePool, GivesTheSampleOfAScanOfAllSources) {
   for (std::uint64_t seed = 0; seed < 6; ++seed) {
     const Hall hall(seed, seed % 2 == 0 ? 3000 : 20'000);
-    const SourceField field = hall.field();
+    // Late sources are likelier to be chosen in two of three.
+    const SourceField field = hall.field(LateBoost(0.6 * static_cast<double>(seed % 3)));
     for (const std::size_t voices : {1u, 30u, 500u, 5000u}) {
       PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
       OctreePool pool(field, hall.weights, hall.trees.tops(), {}, loader);
@@ -134,7 +137,7 @@ std::vector<double> heard_with_depth(int deepest, int seeds) {
   std::vector<double> ratios;
   for (int seed = 0; seed < seeds; ++seed) {
     const Hall hall(100 + static_cast<std::uint64_t>(seed), 30'000);
-    const SourceField field = hall.field();
+    const SourceField field = hall.field(LateBoost(seed % 2 == 0 ? 0 : 0.6));
     PageLoader loader(hall.trees.fetch(field, hall.weights, deepest), PageBudget{1'000'000'000});
     OctreePool pool(field, hall.weights, hall.trees.tops(), {}, loader);
     const auto sampler = make_priority_sampler(field, hall.weights, pool, 2000);

@@ -16,7 +16,9 @@ namespace {
 constexpr std::size_t kVoices = 200;
 
 struct Room {
-  Room() : input(testing::baked_room(400)), field(input.emitters, input.materials, input.air) {
+  explicit Room(const LateBoost& late_boost = {})
+      : input(testing::baked_room(400)),
+        field(input.emitters, input.materials, input.air, late_boost) {
     weights.by_signal.assign(input.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
   }
   const std::vector<Source>& sources() const { return input.sources; }
@@ -32,22 +34,24 @@ struct Room {
 };
 
 // The definition, written down: all priorities, sorted.
-std::map<std::uint64_t, double> slow_sample(const Room& room, const Vec3& place) {
+std::map<std::uint64_t, double> slow_sample(const Room& room, const Vec3& place,
+                                            std::size_t voices) {
   struct Entry {
     double priority, weight;
     std::uint32_t source;
   };
   std::vector<Entry> all;
   for (std::uint32_t i = 0; i < room.sources().size(); ++i) {
-    const double w = room.weight_of(i, place);
+    const float late = room.field.late_boost().at(room.sources()[i].delay_s);
+    const double w = room.weight_of(i, place) * (1 + LateBoost::strength(voices) * late);
     if (w > 0) all.push_back({w / room.sources()[i].u, w, i});
   }
   std::sort(all.begin(), all.end(), [](const Entry& a, const Entry& b) {
     return a.priority != b.priority ? a.priority > b.priority : a.source < b.source;
   });
-  const double tau = all.size() > kVoices ? all[kVoices].priority : 0;
+  const double tau = all.size() > voices ? all[voices].priority : 0;
   std::map<std::uint64_t, double> sample;
-  for (std::size_t i = 0; i < std::min(kVoices, all.size()); ++i)
+  for (std::size_t i = 0; i < std::min(voices, all.size()); ++i)
     sample[all[i].source] = std::max(1.0, tau / all[i].weight);
   return sample;
 }
@@ -57,18 +61,19 @@ Vec3 place(std::uint32_t i) {
   return {6 * unit(bits[0]), 8 * unit(bits[1]), 3 * unit(bits[2])};
 }
 
-TEST(PrioritySampler, ChoosesWhatASortOfAllPrioritiesChooses) {
-  const Room room;
+void expect_sorted_choice(const Room& room, std::size_t most_voices) {
   SourceList list = room.list();
-  const auto sampler = make_priority_sampler(room.field, room.weights, list, kVoices);
+  const auto sampler = make_priority_sampler(room.field, room.weights, list, most_voices);
   // A walk in small steps, where the last threshold predicts the next, and jumps, where it
   // misleads.
   for (std::uint32_t step = 0; step < 120; ++step) {
+    const std::size_t voices = step < 90 ? most_voices : most_voices / 2;
+    sampler->choose_at_most(voices);
     const Vec3 listener = step < 60 ? Vec3(1 + 0.05 * step, 2 + 0.03 * step, 1.5) : place(step);
     std::map<std::uint64_t, double> sample;
     for (const SampledSource& chosen : sampler->sample(listener))
       sample[chosen.number] = chosen.power_scale;
-    const auto slow = slow_sample(room, listener);
+    const auto slow = slow_sample(room, listener, voices);
     ASSERT_EQ(sample.size(), slow.size()) << "step " << step;
     auto expected = slow.begin();
     for (const auto& [source, scale] : sample) {
@@ -77,6 +82,14 @@ TEST(PrioritySampler, ChoosesWhatASortOfAllPrioritiesChooses) {
       ++expected;
     }
   }
+}
+
+TEST(PrioritySampler, ChoosesWhatASortOfAllPrioritiesChooses) {
+  expect_sorted_choice(Room(), kVoices);
+}
+
+TEST(PrioritySampler, ChoosesWhatASortDoesWhereLateSourcesAreLikelierToo) {
+  for (const double t60_s : {0.15, 0.6}) expect_sorted_choice(Room(LateBoost(t60_s)), 10 * kVoices);
 }
 
 TEST(PrioritySampler, IsUnbiasedInPowerOverItsPermanentNumbers) {

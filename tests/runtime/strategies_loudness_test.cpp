@@ -41,7 +41,8 @@ class PlacedScene {
       for (std::size_t b = 0; b < kBandCount; ++b)
         weight += static_cast<double>(loudness[b]) * power[b];
       if (weight == 0) continue;
-      sources_.push_back({weight, power, i});
+      const float late = scene.field.late_boost().at(scene.input.sources[i].delay_s);
+      sources_.push_back({weight, power, late, i});
       whole_ += weight;
       for (std::size_t b = 0; b < kBandCount; ++b) bands_[b] += power[b];
     }
@@ -51,14 +52,14 @@ class PlacedScene {
     std::vector<std::pair<double, std::uint32_t>> priorities;
     priorities.reserve(sources_.size());
     for (std::uint32_t i = 0; i < sources_.size(); ++i)
-      priorities.emplace_back(sources_[i].weight / u[sources_[i].number], i);
+      priorities.emplace_back(sources_[i].boosted(k) / u[sources_[i].number], i);
     const auto last = priorities.begin() + static_cast<std::ptrdiff_t>(k);
     std::nth_element(priorities.begin(), last, priorities.end(), std::greater<>());
     double loudness = 0;
     std::array<double, kBandCount> bands{};
     for (auto p = priorities.begin(); p != last; ++p) {
       const auto& source = sources_[p->second];
-      const double scale = std::max(1.0, last->first / source.weight);
+      const double scale = std::max(1.0, last->first / source.boosted(k));
       loudness += scale * source.weight;
       for (std::size_t b = 0; b < kBandCount; ++b) bands[b] += scale * source.power[b];
     }
@@ -73,7 +74,11 @@ class PlacedScene {
   struct Weighed {
     double weight;
     Bands power;
+    float late;
     std::uint32_t number;
+    double boosted(std::size_t k) const {
+      return weight * static_cast<double>(1 + LateBoost::strength(k) * late);
+    }
   };
   std::vector<Weighed> sources_;
   double whole_ = 0;

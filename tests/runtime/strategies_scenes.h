@@ -20,7 +20,7 @@ struct Scene {
   explicit Scene(AuralizerInput from)
       : input(std::move(from)),
         signals(prepare_signals(input.signals)),
-        field(input.emitters, input.materials, input.air) {
+        field(input.emitters, input.materials, input.air, LateBoost(input.decay)) {
     const Bands loudness = loudness_weights();
     for (const PreparedSignal& signal : signals) {
       Bands& weight = weights.by_signal.emplace_back();
@@ -46,7 +46,8 @@ struct Scene {
     EXPECT_TRUE(contents.ok());
     return std::make_unique<Scene>(AuralizerInput{
         std::move(contents->octree.sources), std::move(contents->emitters),
-        std::move(contents->signals), std::move(contents->materials), contents->settings.air});
+        std::move(contents->signals), std::move(contents->materials), contents->settings.air, {},
+        {}, contents->statistics.decay});
   }
 
   std::size_t size() const { return input.sources.size(); }

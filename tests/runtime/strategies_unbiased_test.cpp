@@ -30,9 +30,9 @@ struct Statistics {
   }
 };
 
-TEST(PrioritySampling, IsUnbiasedInEachBandFromEachSideAndAtEachDelay) {
+void expect_unbiased(const LateBoost& late_boost, std::size_t voices, std::uint64_t rolls) {
   AuralizerInput input = testing::baked_room(60);
-  const SourceField field(input.emitters, input.materials, input.air);
+  const SourceField field(input.emitters, input.materials, input.air, late_boost);
   SignalWeights weights;
   weights.by_signal.assign(input.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
 
@@ -66,9 +66,9 @@ TEST(PrioritySampling, IsUnbiasedInEachBandFromEachSideAndAtEachDelay) {
   std::vector<std::vector<Statistics>*> all = {&bands, &octants, &delays, &cells};
   for (std::uint32_t roll = 0; roll < kRolls; ++roll) {
     for (std::uint32_t i = 0; i < input.sources.size(); ++i)
-      input.sources[i].u = static_cast<float>(unit_above_zero(philox(21, {i, roll, 0, 0})[0]));
+      input.sources[i].u = static_cast<float>(unit_above_zero(philox(rolls, {i, roll, 0, 0})[0]));
     SourceList list(field, weights, input.sources);
-    const auto sampler = make_priority_sampler(field, weights, list, kChosen);
+    const auto sampler = make_priority_sampler(field, weights, list, voices);
     std::vector<std::vector<double>> estimates;
     for (const auto* of : all) estimates.emplace_back(of->size());
     for (const SampledSource& chosen : sampler->sample(kListener))
@@ -98,6 +98,14 @@ TEST(PrioritySampling, IsUnbiasedInEachBandFromEachSideAndAtEachDelay) {
   }
   EXPECT_GT(heard, 300);
   EXPECT_LE(beyond, 8);
+}
+
+TEST(PrioritySampling, IsUnbiasedInEachBandFromEachSideAndAtEachDelay) {
+  expect_unbiased({}, kChosen, 21);
+}
+
+TEST(PrioritySampling, IsUnbiasedWhereLateSourcesAreLikelierToo) {
+  expect_unbiased(LateBoost(0.15), kChosen, 22);
 }
 
 }  // namespace
