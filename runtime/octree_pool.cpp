@@ -84,6 +84,7 @@ void OctreePool::load_first_pages(const PageEntry& top) {
 
 void OctreePool::begin(const Vec3& place, double time_s) {
   shortlists_.begin(place, time_s);
+  steps_left_ = kMostSteps;
   if (ceilings_.steady() || trees_.empty()) return;
   const PageEntry& top = trees_.back();
   const Vec3 low(top.low_m), high(top.high_m);

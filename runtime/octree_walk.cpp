@@ -8,9 +8,8 @@ namespace clamor {
 
 namespace {
 
-constexpr std::uint64_t kMostVisited = 1 << 20;  // nodes in a walk; only a forged file has more
-constexpr double kLeadSlack = 1.0001;            // single precision
-constexpr double kLeadGive_m = 0.003;            // and of positions
+constexpr double kLeadSlack = 1.0001;  // single precision
+constexpr double kLeadGive_m = 0.003;  // and of positions
 
 }  // namespace
 
@@ -23,8 +22,10 @@ bool OctreePool::walk(const Vec3& place, double threshold, const PageOf& page_of
   copies_.push_back({&top, {}, place, 1, SignalMaps::kNone, false});
   if (const double most = bound(top, copies_[0], top.highest_key); most > 0 && most >= threshold)
     steps_.push_back({&top, 0, 0, 0, most});
-  for (std::uint64_t steps = 0; !steps_.empty(); ++steps) {
-    if (steps == kMostVisited) return false;
+  // What is beyond the steps of a keyframe is passed over as if it were not there: asked again with
+  // another threshold it would be no less.
+  while (!steps_.empty() && steps_left_ > 0) {
+    --steps_left_;
     const Step step = steps_.back();
     steps_.pop_back();
     const ResidentPage* const page =
@@ -69,7 +70,7 @@ void OctreePool::add_copies(const Step& from, const ResidentPage& page, double t
   const Copy outer = copies_[from.copy];
   const bool copy_leads = from.lead_key > 0 && page.leader == ResidentPage::Leader::kCopy;
   const double per_key = bound(*from.entry, outer, 1);
-  for (std::size_t c = 0; c < page.copies.size(); ++c) {
+  for (std::size_t c = 0; c < page.copies.size() && steps_left_ > 0; ++c, --steps_left_) {
     const ResidentCopy& copy = page.copies[c];
     const bool is_leader = copy_leads && c == 0;
     const double key = is_leader ? from.lead_key : copy.key;
