@@ -89,7 +89,9 @@ struct Auralizer::State {
         decoded(file == nullptr ? prepare_signals(input.signals, mode)
                                 : std::vector<PreparedSignal>()),
         signals(file == nullptr ? decoded : sounds->signals()),
-        field(input.emitters, input.materials, input.air, LateBoost(input.decay)),
+        field(
+            input.emitters, input.materials, input.air,
+            LateBoost(input.decay, file == nullptr ? input.sources.size() : file->source_count())),
         weights(needs_list(options.strategy) ? mean_weights(signals) : weights_of(input)),
         ceilings(file == nullptr ? weights : highest_over_copies(weights, file->signal_maps())),
         choice(input, file.get(), field, weights, ceilings,

@@ -38,12 +38,16 @@
 // Phong 20, in the same run: 1.1 -> 2.3 ms of 200 000 sources, 3.2 -> 6.6 ms of a million (1306 ->
 // 2745 of 2763 pages); the stadium's 36 416 sources 0.56 -> 0.56 ms.
 //
+// Above 250 000 sources c therefore falls with the square of their number: of a million it is 1/16
+// of that, and choosing costs about what it costs without. The default bake has 200 000.
+//
 // Immutable once made.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 namespace clamor {
 
@@ -55,10 +59,10 @@ class LateBoost {
   static constexpr double kMost = 64;  // of f
 
   LateBoost() = default;  // none: f is 1
-  // Of a room whose energy falls by 60 dB in so long; none if that is 0.
-  explicit LateBoost(double t60_s);
-  // Of a bake.
-  explicit LateBoost(const DecaySummary& decay);
+  // Of a room whose energy falls by 60 dB in so long; none if that is 0. `share` is of c.
+  explicit LateBoost(double t60_s, double share = 1);
+  // Of a bake with so many sources.
+  LateBoost(const DecaySummary& decay, std::uint64_t sources);
 
   // f - 1 of a source with this delay, at full strength. Never falls with the delay.
   float at(float delay_s) const {

@@ -16,7 +16,8 @@ namespace clamor {
 ExperimentScene::ExperimentScene(AuralizerInput input)
     : input_(std::move(input)),
       signals_(prepare_signals(input_.signals)),
-      field_(input_.emitters, input_.materials, input_.air, LateBoost(input_.decay)),
+      field_(input_.emitters, input_.materials, input_.air,
+             LateBoost(input_.decay, input_.sources.size())),
       weights_(mean_weights(signals_)),
       list_(std::make_shared<SourceList>(field_, weights_, input_.sources)) {}
 
@@ -73,7 +74,8 @@ Sound ExperimentScene::render(Sampler& sampler, const Walk& walk, double seconds
       emitters[e].delay_s = longest_s * unit(bits[0]);
     }
   }
-  const SourceField field(emitters, input_.materials, input_.air, LateBoost(input_.decay));
+  const SourceField field(emitters, input_.materials, input_.air,
+                          LateBoost(input_.decay, input_.sources.size()));
   const std::size_t slots = 3 * sampler.capacity();
   KeyframeMaker maker(field, slots);
   Keyframe keyframe;
@@ -155,10 +157,14 @@ Result<std::unique_ptr<ExperimentScene>> BakedLevel::bake_again(std::uint64_t so
   options.settings.photons = 0;
   auto contents = bake(level_, options);
   if (!contents.ok()) return contents.error();
-  return std::make_unique<ExperimentScene>(
-      AuralizerInput{std::move(contents->octree.sources), std::move(contents->emitters),
-                     level_.signals, std::move(contents->materials), level_.air, {}, {},
-                     contents->statistics.decay});
+  return std::make_unique<ExperimentScene>(AuralizerInput{std::move(contents->octree.sources),
+                                                          std::move(contents->emitters),
+                                                          level_.signals,
+                                                          std::move(contents->materials),
+                                                          level_.air,
+                                                          {},
+                                                          {},
+                                                          contents->statistics.decay});
 }
 
 void for_each_index(std::size_t count, const std::function<void(std::size_t)>& work) {

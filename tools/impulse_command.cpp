@@ -121,7 +121,7 @@ Result<void> measure(const Options& options, std::ostream& out, std::ostream& er
   } else {
     arrivals = sampled_response(options.strategy, all->sources, emitters, file->materials(),
                                 file->settings().air, options.listener_m, emitter,
-                                LateBoost(file->statistics().decay));
+                                LateBoost(file->statistics().decay, all->sources.size()));
   }
   if (arrivals.empty())
     return Error("nothing of " + in_quotes(emitters[emitter].name) +

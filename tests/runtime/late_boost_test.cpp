@@ -12,7 +12,7 @@ namespace {
 using testing::Scene;
 
 constexpr double kStep_s = 0.005;
-constexpr std::size_t kSteps = 60, kVoices = 2000;
+constexpr std::size_t kSteps = 60, kChosenVoices = 2000;
 using Steps = std::array<double, kSteps>;
 
 // From the direct sound on; of an impulse, whose bands are as wide as they are.
@@ -65,8 +65,8 @@ StepErrors errors_of(Scene& scene, const LateBoost& late_boost) {
     for (std::uint64_t roll = 1; roll <= kRolls; ++roll) {
       const std::vector<float> u = testing::rolled_u(roll, scene.size());
       for (std::size_t i = 0; i < scene.size(); ++i) scene.input.sources[i].u = u[i];
-      const auto sampled = respond({"priority", kVoices, Estimator::kPower, {}});
-      EXPECT_LE(sampled.size(), kVoices);
+      const auto sampled = respond({"priority", kChosenVoices, Estimator::kPower, {}});
+      EXPECT_LE(sampled.size(), kChosenVoices);
       of_place +=
           std::pow(rms_db(steps_of(sampled, all.front().time_s), truth), 2) / double{kRolls};
     }
@@ -79,7 +79,7 @@ StepErrors errors_of(Scene& scene, const LateBoost& late_boost) {
 
 TEST(LateBoost, IsNoneWithoutADecayGrowsWithTheDelayAndHasAnEnd) {
   EXPECT_EQ(LateBoost().at(1), 0);
-  EXPECT_EQ(LateBoost(DecaySummary{}).at(1), 0);
+  EXPECT_EQ(LateBoost(DecaySummary{}, 1000).at(1), 0);
   for (const double t60_s : {1e-6, 0.05, 0.6, 3.0, 100.0}) {
     const LateBoost boost(t60_s);
     EXPECT_EQ(boost.at(0), 0);
@@ -91,6 +91,9 @@ TEST(LateBoost, IsNoneWithoutADecayGrowsWithTheDelayAndHasAnEnd) {
   // As the formula says, at a whole step of the table: r = 25.33 / s.
   EXPECT_NEAR(LateBoost(0.6).at(0.1f), 0.5 * (std::exp(2.5328) - 1) / 7.5985, 1e-4);
   // It is of the voices that are heard as late as this, not of all that there are.
+  const DecaySummary decay = {4, {0, 0, 0, 0, 0, 0.6f, 0.6f, 0.6f}, {}, 0.1f};
+  EXPECT_NEAR(LateBoost(decay, 200'000).at(0.1f) / LateBoost(0.6).at(0.1f), 1, 1e-5);
+  EXPECT_NEAR(LateBoost(decay, 1'000'000).at(0.1f) / LateBoost(0.6).at(0.1f), 1.0 / 16, 1e-5);
   EXPECT_EQ(LateBoost::strength(1000), 0.5f);
   EXPECT_EQ(LateBoost::strength(2000), 1);
   EXPECT_EQ(LateBoost::strength(8000), 0.25f);
@@ -99,7 +102,8 @@ TEST(LateBoost, IsNoneWithoutADecayGrowsWithTheDelayAndHasAnEnd) {
 TEST(LateBoost, OfMirrorsHoldsTheEnergyOfEvery5MsWithin1DbOverTheFirst300Ms) {
   for (const float exponent : {20.0f, 100.0f}) {
     const auto scene = Scene::baked("violin_room.glb", 50'000, exponent);
-    const StepErrors with = errors_of(*scene, LateBoost(scene->input.decay));
+    const StepErrors with =
+        errors_of(*scene, LateBoost(scene->input.decay, scene->input.sources.size()));
     const StepErrors without = errors_of(*scene, LateBoost());
     const auto record = [&](const char* what, double db) {
       RecordProperty(what + std::to_string(static_cast<int>(exponent)),

@@ -20,7 +20,8 @@ struct Scene {
   explicit Scene(AuralizerInput from)
       : input(std::move(from)),
         signals(prepare_signals(input.signals)),
-        field(input.emitters, input.materials, input.air, LateBoost(input.decay)) {
+        field(input.emitters, input.materials, input.air,
+              LateBoost(input.decay, input.sources.size())) {
     const Bands loudness = loudness_weights();
     for (const PreparedSignal& signal : signals) {
       Bands& weight = weights.by_signal.emplace_back();
@@ -44,10 +45,14 @@ struct Scene {
     options.settings.sources = sources;
     auto contents = bake(imported->level, options);
     EXPECT_TRUE(contents.ok());
-    return std::make_unique<Scene>(AuralizerInput{
-        std::move(contents->octree.sources), std::move(contents->emitters),
-        std::move(contents->signals), std::move(contents->materials), contents->settings.air, {},
-        {}, contents->statistics.decay});
+    return std::make_unique<Scene>(AuralizerInput{std::move(contents->octree.sources),
+                                                  std::move(contents->emitters),
+                                                  std::move(contents->signals),
+                                                  std::move(contents->materials),
+                                                  contents->settings.air,
+                                                  {},
+                                                  {},
+                                                  contents->statistics.decay});
   }
 
   std::size_t size() const { return input.sources.size(); }
