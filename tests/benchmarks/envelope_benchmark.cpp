@@ -1,6 +1,6 @@
 // What does weighing sources by what they play now do to a listener who stands still?
 //
-// In a baked level (CLAMOR_BENCHMARK_BAKE names the file; without it there is nothing to measure)
+// In a baked level (CLAMOR_BAKE names the file; without it there is nothing to measure)
 // a listener stands in the middle for 20 s. `exchanged_per_s` is how many sources of the sample are
 // replaced a second, `entries_percent` the same in percent of the sample; time is of one sample.
 // By the envelope's moments as they are, smoothed as signal_weights.h says, and not at all.
@@ -37,8 +37,8 @@ SignalWeights weights_for(Weighing weighing, const AuralizerInput& input) {
 }
 
 void standing_still(benchmark::State& state) {
-  const char* const path = std::getenv("CLAMOR_BENCHMARK_BAKE");
-  if (path == nullptr) return state.SkipWithError("CLAMOR_BENCHMARK_BAKE names no file");
+  const char* const path = std::getenv("CLAMOR_BAKE");
+  if (path == nullptr) return state.SkipWithError("CLAMOR_BAKE names no file");
   const auto file = BakeFile::open(path);
   if (!file.ok()) return state.SkipWithError(file.error().message.c_str());
   auto input = read_auralizer_input(*file);

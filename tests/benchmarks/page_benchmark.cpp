@@ -5,7 +5,7 @@
 //
 //   page            as a bake file has it: zstd frame to columns of floats, everything checked
 //   page_unpacked   the same without the frame
-//   page_of_file    page, of the bake that CLAMOR_BENCHMARK_BAKE names: say a stadium of 10 million
+//   page_of_file    page, of the bake that CLAMOR_BAKE names: say a stadium of 10 million
 //   bytes_and_zstd  a byte column per byte of each number, zstd level 9: only unpacked, no number
 //                   made of it, no order found (pages of format 1 were like this)
 //
@@ -114,8 +114,8 @@ void page_unpacked(benchmark::State& state) { decode(state, false); }
 // As a player reads them, but for the disk: pages of a file are taken in their order there, and no
 // page twice before all the others, so what is decoded is not in the cache.
 void page_of_file(benchmark::State& state) {
-  const char* const path = std::getenv("CLAMOR_BENCHMARK_BAKE");
-  if (path == nullptr) return state.SkipWithError("CLAMOR_BENCHMARK_BAKE names no file");
+  const char* const path = std::getenv("CLAMOR_BAKE");
+  if (path == nullptr) return state.SkipWithError("CLAMOR_BAKE names no file");
   const auto file = BakeFile::open(path);
   if (!file.ok()) return state.SkipWithError(file.error().message.c_str());
   struct Page {

@@ -1,6 +1,7 @@
 #include "runtime/mix_kernel.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -133,8 +134,12 @@ TEST(MixKernel, EqualsTheReferenceInEveryBandOfAHead) {
     const Crowd crowd(kVoices, head, 9);
     for (const std::string& target : mix_kernel_targets()) {
       force_mix_kernel(target);
-      std::vector<float> high(kEars * kHeadHighBands * kMostFrames),
-          low(kEars * kHeadLowBands * kLowRow);
+      struct Buses {
+        alignas(64) std::array<float, kEars * kHeadHighBands * kMostFrames> high;
+        alignas(64) std::array<float, kEars * kHeadLowBands * kLowRow> low;
+      };
+      const auto buses = std::make_unique<Buses>();  // of zeros
+      auto& [high, low] = *buses;
       MixJob job = crowd.job(0, kMostFrames, nullptr);
       job.high = high.data();
       job.low = low.data();
