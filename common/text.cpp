@@ -1,14 +1,20 @@
 #include "common/text.h"
 
 #include <algorithm>
-#include <cctype>
 #include <numeric>
 #include <vector>
 
 namespace clamor {
 
+namespace {
+constexpr std::size_t kMostLetters = 64;
+}
+
 std::size_t edit_distance(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
+  // Whatever the locale.
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : int{c}; };
+  a = a.substr(0, kMostLetters);
+  b = b.substr(0, kMostLetters);
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
   for (std::size_t i = 0; i < a.size(); ++i) {

@@ -7,8 +7,8 @@
 
 namespace clamor {
 
-// The least number of letters to insert, drop or change that make a of b. Case counts for nothing.
-// (V. Levenshtein, 1966.)
+// The least number of letters to insert, drop or change that make a of b. Case (of ASCII)
+// counts for nothing. Of what is longer than 64, the beginning. (V. Levenshtein, 1966.)
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
 // The name nearest to `name`, the first of equals; empty when there are no names.

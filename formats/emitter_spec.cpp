@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 
 #include "common/maths.h"
+#include "common/text.h"
 #include "formats/acoustic_values.h"
-#include "formats/name_match.h"
 
 namespace clamor {
 

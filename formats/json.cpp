@@ -6,8 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/text.h"
 #include "formats/level_folder.h"
-#include "formats/name_match.h"
 
 namespace clamor {
 

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "common/text.h"
 #include "formats/material_presets.h"
 #include "formats/name_match.h"
 

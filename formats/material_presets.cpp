@@ -4,6 +4,7 @@
 #include <sstream>
 #include <tuple>
 
+#include "common/text.h"
 #include "embedded_materials.h"
 #include "formats/json.h"
 #include "formats/name_match.h"

@@ -8,7 +8,7 @@ namespace clamor {
 namespace {
 
 constexpr double kStep_hz = 6, kLeastHeard = 1e-5;
-constexpr int kTurns = 60, kOctaveTurns = 20, kNewtonSteps = 40;
+constexpr int kFitTurns = 60, kOctaveTurns = 20, kNewtonSteps = 40;
 constexpr double kDamping = 0.003, kMostChange = 0.3, kMostWeight = 100;
 constexpr double kFairMiss = 0.04;  // 0.35 dB
 
@@ -72,7 +72,7 @@ ErbBands HeadFit::energy_of(const Levels& levels) const {
 }
 
 void HeadFit::by_turns(const ErbBands& energy, Levels& levels) const {
-  for (int turn = 0; turn < kTurns; ++turn) {
+  for (int turn = 0; turn < kFitTurns; ++turn) {
     const ErbBands now = energy_of(levels);
     std::array<double, kHeadBands> miss{};
     for (std::size_t b = 0; b < kErbBandCount; ++b) {

@@ -35,7 +35,7 @@ Keyframe keyframe_of(std::vector<Voice> voices) {
   return keyframe;
 }
 
-Signal noise(unsigned seed, std::size_t frames) {
+Signal noisy_signal(unsigned seed, std::size_t frames) {
   Signal sound;
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> uniform(-0.5f, 0.5f);
@@ -101,7 +101,7 @@ TEST(FineVoices, OfWhichThereAreTooManyKeepTheTimeBetweenTheEarsAndTheLevelsOfOc
 void compare_crowds(const Vec3f& middle, float spread) {
   constexpr std::uint32_t kVoices = 600;
   constexpr int kFrames = 32768;
-  std::vector<Signal> sounds = {noise(5, 48000)};
+  std::vector<Signal> sounds = {noisy_signal(5, 48000)};
   std::vector<Voice> voices;
   std::mt19937 random(6);
   std::normal_distribution<float> normal;
@@ -160,7 +160,7 @@ TEST(FineVoices, AreTheLoudestAndNoOthers) {
 // again, must not be heard either.
 TEST(FineVoices, SlideToOctavesAndBackWithoutATrace) {
   const Head head(no_head());
-  const std::vector<Signal> sounds = {noise(3, 5000), noise(4, 7000)};
+  const std::vector<Signal> sounds = {noisy_signal(3, 5000), noisy_signal(4, 7000)};
   constexpr int kFrames = 12 * kKeyframeFrames;
   const auto by_turns = [&](int k) {
     std::vector<Voice> voices;
