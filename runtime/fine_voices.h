@@ -5,7 +5,7 @@
 // which has less than a 128th of the power of all, the head colours the octaves only: their energy
 // and the time between the ears stay right. One source alone, or a hundred, have every narrow band;
 // in a crowd nobody can tell one voice's, and the sum of all has the power that it should have in
-// each, within 0.5 dB even if all come from one side (crowd_colour.h). A voice that is or was fine
+// each, within 1 dB even if all come from one side (crowd_colour.h). A voice that is or was fine
 // lately stays so at up to 3 dB less than others need; one that changes slides from one set of
 // gains to the other within a keyframe.
 //

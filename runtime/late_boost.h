@@ -66,8 +66,8 @@ class LateBoost {
 
   // f - 1 of a source with this delay, at full strength. Never falls with the delay.
   float at(float delay_s) const {
-    return boost_[std::min(static_cast<std::size_t>(std::max(delay_s, 0.0f) * kStepsPerS),
-                           boost_.size() - 1)];
+    constexpr auto kLast = static_cast<float>(kUntil_s) * kStepsPerS;
+    return boost_[static_cast<std::size_t>(std::clamp(delay_s * kStepsPerS, 0.0f, kLast))];
   }
 
   // The share of it that is taken when k sources are chosen.
