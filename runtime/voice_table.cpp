@@ -34,7 +34,7 @@ VoiceLaw law_of(const ReflectionLaws& laws, std::size_t material) {
 }  // namespace
 
 VoiceTable::VoiceTable(const SourceField& field, std::size_t slots)
-    : frames_per_m(kSampleRate_hz / field.speed_of_sound_mps()), field_(field), slots_(slots) {
+    : frames_per_m(kSampleRate_hz / field.speed_of_sound_mps()), field_(field) {
   for (std::size_t b = 0; b < kBandCount; ++b)
     air_octaves_per_m[b] = field.air_loss_per_m()[b] * std::numbers::log2e_v<float>;
   const std::size_t lanes = (slots + kTile - 1) / kTile * kTile;

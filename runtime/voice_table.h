@@ -39,7 +39,6 @@ class VoiceTable {
 
   VoiceTable(const SourceField& field, std::size_t slots);
 
-  std::size_t slots() const { return slots_; }
   void put(std::size_t slot, const Source& source);
   void move(std::size_t slot, const Vec3f& by_m);
   Vec3f position_of(std::size_t slot) const {
@@ -72,7 +71,6 @@ class VoiceTable {
 
  private:
   const SourceField& field_;
-  const std::size_t slots_;
   std::vector<VoiceLaw> laws_;
 };
 

@@ -35,15 +35,22 @@ inline Mesh box(const Vec3& size_m, const std::array<std::uint16_t, 6>& material
   return mesh;
 }
 
-// A wall across the box at `x_m`, from its floor to its ceiling.
-inline void add_wall_across(Mesh& mesh, double x_m, const Vec3& size_m, std::uint16_t material) {
+// A flat face with these corners, in order round it: two triangles.
+inline void add_quad(Mesh& mesh, const std::array<Vec3f, 4>& corners_m,
+                     std::uint16_t material = 0) {
   const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
-  for (const Vec3& corner_m : {Vec3(x_m, 0, 0), Vec3(x_m, size_m.y, 0),
-                               Vec3(x_m, size_m.y, size_m.z), Vec3(x_m, 0, size_m.z)})
-    mesh.vertices_m.emplace_back(corner_m);
+  mesh.vertices_m.insert(mesh.vertices_m.end(), corners_m.begin(), corners_m.end());
   mesh.triangles.push_back({first, first + 1, first + 2});
   mesh.triangles.push_back({first, first + 2, first + 3});
   mesh.materials.insert(mesh.materials.end(), 2, material);
+}
+
+// A wall across the box at `x_m`, from its floor to its ceiling.
+inline void add_wall_across(Mesh& mesh, double x_m, const Vec3& size_m, std::uint16_t material) {
+  add_quad(mesh,
+           {Vec3f(x_m, 0, 0), Vec3f(x_m, size_m.y, 0), Vec3f(x_m, size_m.y, size_m.z),
+            Vec3f(x_m, 0, size_m.z)},
+           material);
 }
 
 // Half a second of a steady sine of amplitude 0.5 at 1 kHz.

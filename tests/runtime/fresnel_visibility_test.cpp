@@ -136,11 +136,7 @@ TEST(FresnelVisibility, FollowsTheExactHalfPlaneWithin3DecibelsAbove15BelowFree)
 Mesh furnished() {
   Mesh mesh = testing::box({10, 8, 3});
   const auto quad = [&mesh](const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d) {
-    const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
-    mesh.vertices_m.insert(mesh.vertices_m.end(), {a, b, c, d});
-    mesh.triangles.push_back({first, first + 1, first + 2});
-    mesh.triangles.push_back({first, first + 2, first + 3});
-    mesh.materials.insert(mesh.materials.end(), 2, 0);
+    testing::add_quad(mesh, {a, b, c, d});
   };
   quad({5, 0, 0}, {5, 3.5f, 0}, {5, 3.5f, 3}, {5, 0, 3});
   quad({5, 4.5f, 0}, {5, 8, 0}, {5, 8, 3}, {5, 4.5f, 3});

@@ -54,6 +54,12 @@ struct Scattered {
     }
   }
 
+  std::vector<SieveSource> sieve_sources(const SourceField& field) const {
+    std::vector<SieveSource> sieved;
+    for (const Source& source : sources) sieved.push_back(sieve_source(field, weight, source));
+    return sieved;
+  }
+
   std::vector<Material> materials;
   std::vector<Emitter> emitters;
   std::vector<Source> sources;
@@ -85,9 +91,7 @@ TEST_P(SourceSieveOn, LetsEverySourceThroughThatReachesTheThresholdAndFewMore) {
     for (const std::uint32_t count : {1u, 17u, 300u, 512u}) {
       const Scattered level(count, count, where.spread_m, where.middle_m);
       const SourceField field(level.emitters, level.materials, Air{});
-      std::vector<SieveSource> sources;
-      for (const Source& source : level.sources)
-        sources.push_back(sieve_source(field, level.weight, source));
+      const auto sources = level.sieve_sources(field);
       const SourceSieve sieve(sources);
       std::size_t through = 0, by_the_formula = 0;
       for (std::uint32_t i = 0; i < 30; ++i) {
@@ -127,9 +131,7 @@ TEST_P(SourceSieveOn, LetsEverySourceThroughThatReachesTheThresholdAndFewMore) {
 TEST_P(SourceSieveOn, GivesCeilingsThatHoldForAWholeBallIfAsked) {
   const Scattered level(5, 512, 10, {3, 2, 1});
   const SourceField field(level.emitters, level.materials, Air{});
-  std::vector<SieveSource> sources;
-  for (const Source& source : level.sources)
-    sources.push_back(sieve_source(field, level.weight, source));
+  const auto sources = level.sieve_sources(field);
   const SourceSieve sieve(sources);
   std::size_t passed = 0, reached = 0;
   for (std::uint32_t i = 0; i < 60; ++i) {
@@ -163,9 +165,7 @@ TEST_P(SourceSieveOn, GivesCeilingsThatHoldForAWholeBallIfAsked) {
 TEST_P(SourceSieveOn, GivesCeilingsThatTheFormulaInDoublePrecisionGives) {
   const Scattered level(3, 512, 10, {1, 2, 3});
   const SourceField field(level.emitters, level.materials, Air{});
-  std::vector<SieveSource> sources;
-  for (const Source& source : level.sources)
-    sources.push_back(sieve_source(field, level.weight, source));
+  const auto sources = level.sieve_sources(field);
   const SourceSieve sieve(sources);
   std::size_t compared = 0;
   for (std::uint32_t i = 0; i < 40; ++i) {

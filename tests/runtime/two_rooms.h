@@ -20,11 +20,7 @@ inline Level two_rooms(bool door) {
   Level level = shoebox({10.1, 4, 3}, uniform_material(0.3f), {1.5, 2, 1.5});
   Mesh& mesh = level.mesh;
   const auto quad = [&mesh](const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d) {
-    const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
-    mesh.vertices_m.insert(mesh.vertices_m.end(), {a, b, c, d});
-    mesh.triangles.push_back({first, first + 1, first + 2});
-    mesh.triangles.push_back({first, first + 2, first + 3});
-    mesh.materials.insert(mesh.materials.end(), 2, 0);
+    add_quad(mesh, {a, b, c, d});
   };
   const float y0 = door ? 1.5f : 4, y1 = door ? 2.5f : 4, z1 = door ? 2 : 3;
   for (const float x : {5.0f, 5.1f}) {

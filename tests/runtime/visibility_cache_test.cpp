@@ -2,9 +2,7 @@
 #include "runtime/visibility_cache.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
-#include <numeric>
 
 #include <gtest/gtest.h>
 
