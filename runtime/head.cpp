@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <utility>
 
 #include "common/fourier.h"
 #include "formats/level.h"
@@ -55,11 +56,13 @@ double lag_s(const Spectrum& left, const Spectrum& right, double bin_hz) {
   for (std::size_t k = 1; static_cast<double>(k) * bin_hz < kFollowed_hz; ++k) {
     const std::complex<double> cross = left[k] * std::conj(right[k]);
     const double angle = 2 * std::numbers::pi * static_cast<double>(k) * bin_hz * kLagStep_s;
-    const std::complex<double> turn = std::polar(1.0, -angle);
-    std::complex<double> at = cross * std::polar(1.0, kLags * angle);
+    // Its real part, turned by one step at a time: cos x = 2 cos(step) cos(x - step) - ...
+    const double twice_cosine = 2 * std::cos(angle);
+    double at = (cross * std::polar(1.0, kLags * angle)).real();
+    double before = (cross * std::polar(1.0, (kLags + 1) * angle)).real();
     for (double& sum : alike) {
-      sum += at.real();
-      at *= turn;
+      sum += at;
+      before = std::exchange(at, twice_cosine * at - before);
     }
   }
   const auto best = std::max_element(alike.begin() + 1, alike.end() - 1);

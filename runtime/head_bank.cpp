@@ -73,16 +73,19 @@ std::vector<float> filters_of(const Layer& layer) {
   return filters;
 }
 
-// The response of a symmetric filter, which has no phase.
+// The response of a symmetric filter, which has no phase: a sum of cosines, by Clenshaw.
 double response(const std::vector<float>& filters, const Layer& layer, std::size_t band,
                 double frequency_hz) {
   const float* middle =
       filters.data() + band * static_cast<std::size_t>(2 * layer.reach + 1) + layer.reach;
-  double sum = static_cast<double>(middle[0]);
-  for (int k = 1; k <= layer.reach; ++k)
-    sum += 2 * static_cast<double>(middle[k]) *
-           std::cos(2 * std::numbers::pi * frequency_hz * k / layer.rate_hz);
-  return sum;
+  const double cosine = std::cos(2 * std::numbers::pi * frequency_hz / layer.rate_hz);
+  double next = 0, after = 0;
+  for (int k = layer.reach; k > 0; --k) {
+    const double sum = static_cast<double>(middle[k]) + 2 * cosine * next - after;
+    after = next;
+    next = sum;
+  }
+  return static_cast<double>(middle[0]) + 2 * (cosine * next - after);
 }
 
 // Octaves as levels at the nodes: linear between the centres, of gains that are corrected first, so

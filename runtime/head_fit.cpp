@@ -10,7 +10,8 @@ namespace {
 constexpr double kStep_hz = 6, kLeastHeard = 1e-5;
 constexpr int kFitTurns = 60, kOctaveTurns = 20, kNewtonSteps = 40;
 constexpr double kDamping = 0.003, kMostChange = 0.3, kMostWeight = 100;
-constexpr double kFairMiss = 0.04;  // 0.35 dB
+constexpr double kFairMiss = 0.04;   // 0.35 dB
+constexpr double kGoodMiss = 0.005;  // of energy: 0.02 dB, where none would hear the next step
 
 // Levels of octaves, as their buses bring them to a head's bands.
 std::array<double, kHeadBands> at_nodes(const std::array<double, kBandCount>& levels) {
@@ -27,6 +28,7 @@ std::array<double, kHeadBands> at_nodes(const std::array<double, kBandCount>& le
 }  // namespace
 
 HeadFit::HeadFit() : forms_(kErbBandCount) {
+  for (std::size_t j = 0; j < kHeadBands; ++j) first_[j] = j;
   for (std::size_t b = 0; b < kErbBandCount; ++b) {
     Form& form = forms_[b];
     const double low_hz = erb_frequency_hz(static_cast<double>(b) + 1);
@@ -51,7 +53,10 @@ HeadFit::HeadFit() : forms_(kErbBandCount) {
       form.first = std::min(form.first, j);
       form.end = j + 1;
     }
-    for (std::size_t j = form.first; j < form.end; ++j) share_[j][b] = heard[j] / sum;
+    for (std::size_t j = form.first; j < form.end; ++j) {
+      share_[j][b] = heard[j] / sum;
+      first_[j] = std::min(first_[j], form.first);
+    }
   }
   for (auto& row : share_) {
     double sum = 0;
@@ -121,25 +126,26 @@ void HeadFit::by_newton(const ErbBands& energy, const Levels& scale, Levels& lev
         for (std::size_t k = form.first; k <= j; ++k) a[j][k] += weight[b] * slope[j] * slope[k];
       }
     }
-    // Cholesky, in place, then both substitutions.
+    // Cholesky, in place, then both substitutions; left of first_[j] row j is zero, and stays so.
     for (std::size_t j = 0; j < kHeadBands; ++j) {
-      for (std::size_t k = 0; k <= j; ++k) {
+      for (std::size_t k = first_[j]; k <= j; ++k) {
         double sum = a[j][k];
-        for (std::size_t i = 0; i < k; ++i) sum -= a[j][i] * a[k][i];
+        for (std::size_t i = std::max(first_[j], first_[k]); i < k; ++i) sum -= a[j][i] * a[k][i];
         a[j][k] = k == j ? std::sqrt(sum) : sum / a[k][k];
       }
-      for (std::size_t i = 0; i < j; ++i) d[j] -= a[j][i] * d[i];
+      for (std::size_t i = first_[j]; i < j; ++i) d[j] -= a[j][i] * d[i];
       d[j] /= a[j][j];
     }
     for (std::size_t j = kHeadBands; j-- > 0;) {
-      for (std::size_t i = j + 1; i < kHeadBands; ++i) d[j] -= a[i][j] * d[i];
       d[j] /= a[j][j];
+      for (std::size_t i = first_[j]; i < j; ++i) d[i] -= a[j][i] * d[j];
     }
     for (std::size_t j = 0; j < kHeadBands; ++j)
       levels[j] += std::clamp(d[j], -kMostChange, kMostChange) * unit[j];
     if (const double miss = largest_miss(levels); miss < least) {
       least = miss;
       best = levels;
+      if (least < kGoodMiss) break;
     }
   }
   levels = best;

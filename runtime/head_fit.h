@@ -48,6 +48,7 @@ class HeadFit {
 
   std::vector<Form> forms_;  // by ERB band
   Shares share_{};
+  std::array<std::size_t, kHeadBands> first_;  // the first band that is heard together with each
 };
 
 }  // namespace clamor
