@@ -18,6 +18,7 @@
 #include "bake/octree_streaming.h"
 #include "bake/patch_radius.h"
 #include "bake/photon_tracer.h"
+#include "bake/run_key.h"
 #include "bake/scene.h"
 #include "bake/trace_journal.h"
 #include "common/random.h"

@@ -6,6 +6,8 @@
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
+#include "bake/run_key.h"
+
 namespace clamor {
 
 // One batch on its way: looked up, traced if need be, kept, added.

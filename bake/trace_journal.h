@@ -1,15 +1,13 @@
 // trace_journal.h: keeps what is traced, so that no photon is traced twice.
 //
 // One file beside the bake's output. Runs of photons are appended as they are traced, each under a
-// key that hashes all they depend on: scene, materials, settings, the emitter itself. A bake that
-// was stopped or killed finds its runs there; one whose level changed finds those that the change
-// left as they were. Since equal keys mean equal results, using it never changes a byte of the
-// output.
+// key that hashes all they depend on (run_key.h): scene, materials, settings, the emitter itself. A
+// bake that was stopped or killed finds its runs there; one whose level changed finds those that
+// the change left as they were. Since equal keys mean equal results, using it never changes a byte
+// of the output.
 //
-// The file is 16 bytes "CLAMORTJ", version; then records: a header of 40 bytes, then one zstd
-// frame. Each is checked by xxHash3 when it is used. A record that a crash cut short, and all after
-// it, are cut off on opening; one that is damaged counts as absent.
-// It is synced once a second: a power cut loses no more than that, and the new file's name not.
+// How it is kept: journal_file.h. A record that a crash cut short, and all after it, are cut off on
+// opening; one that is damaged counts as absent.
 //
 // Threads: one at a time. Memory: 24 bytes per run in the file, and one record.
 #pragma once
@@ -58,14 +56,8 @@ class TraceJournal {
 
  private:
   struct State;
-  Result<void> write_record(std::uint32_t runs, std::span<const std::byte> payload);
   explicit TraceJournal(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
-
-// The key of a run. `scene` hashes mesh, materials and settings, see scene_hash().
-std::uint64_t run_key(std::uint64_t scene, const Emitter& emitter, std::uint64_t emitter_key,
-                      const PhotonRun& run);
-std::uint64_t scene_hash(const Level& level, const TraceSettings& settings);
 
 }  // namespace clamor

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "tests/formats/forged_root.h"
+#include "tests/sanitized.h"
 
 namespace clamor::testing {
 namespace {
@@ -350,10 +351,11 @@ TEST(BakeFile, IsReadBackWheneverItWasWritten) {
       [](auto& c, double) { c.materials.clear(); },
   };
   const std::string path = path_of("property.clamor");
-  int written_files = 0, refused = 0;
+  int tried = 0, written_files = 0, refused = 0;
   for (std::size_t i = 0; i < changes.size(); ++i) {
     for (const double x : {std::nan(""), -HUGE_VAL, -1e30, -1.0, -1e-30, 0.0, 1e-30, 0.5, 1.0, 5.0,
                            2e3, 1e7, 1e10, 1e25, 3e38, 1e300, HUGE_VAL}) {
+      if (kSanitized && ++tried % 3 != 0) continue;  // slow
       BakeContents bake = contents();
       changes[i](bake, x);
       const auto done = write_bake(path, bake, 1);
@@ -369,8 +371,8 @@ TEST(BakeFile, IsReadBackWheneverItWasWritten) {
       std::filesystem::remove(path);
     }
   }
-  EXPECT_GT(written_files, 200);
-  EXPECT_GT(refused, 200);
+  EXPECT_GT(written_files, kSanitized ? 66 : 200);
+  EXPECT_GT(refused, kSanitized ? 66 : 200);
 }
 
 }  // namespace

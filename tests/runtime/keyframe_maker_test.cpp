@@ -9,6 +9,7 @@
 #include "runtime/mix_kernel.h"
 #include "tests/runtime/heads.h"
 #include "tests/runtime/keyframe_reference.h"
+#include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
@@ -152,7 +153,8 @@ TEST(KeyframeMaker, MakesTheSameVoicesWhateverTheInstructionSet) {
     Keyframe keyframe;
     keyframe.voices.reserve(Crowd::kSlots);
     std::vector<std::vector<Voice>> all;
-    for (std::uint32_t k = 0; k < 30; ++k) {
+    const std::uint32_t keyframes = testing::kSanitized ? 10 : 30;
+    for (std::uint32_t k = 0; k < keyframes; ++k) {
       maker.make(crowd.sample(k), crowd.pose(k), keyframe);
       all.push_back(keyframe.voices);
     }

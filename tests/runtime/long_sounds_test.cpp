@@ -11,6 +11,7 @@
 #include "common/random.h"
 #include "runtime/auralizer.h"
 #include "tests/city.h"
+#include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
@@ -74,7 +75,8 @@ AuralizerOptions options(std::uint64_t memory_bytes) {
 }
 
 TEST_F(LongSounds, SoundTheSameToTheBitStreamedThroughLittleMemoryOrDecodedBefore) {
-  for (const bool panned : {false, true}) {  // then voices have one delay
+  for (const bool panned : {false, true}) {       // then voices have one delay
+    if (testing::kSanitized && panned) continue;  // slow
     AuralizerOptions asked = options(6'000'000);
     if (panned) asked.output = *OutputShape::asked_for(false, "", true);
     const auto streamed = Auralizer::create(file(), asked);

@@ -12,6 +12,7 @@
 #include "formats/page.h"
 #include "runtime/sampler.h"
 #include "tests/runtime/whole_sample.h"
+#include "tests/sanitized.h"
 #include "tests/stored_tree.h"
 
 namespace clamor {
@@ -165,11 +166,11 @@ void expect_unbiased(const std::vector<double>& ratios, double within_db) {
 }
 
 TEST(OctreePool, WithItsFirstPageAloneIsAsLoudAsWithAll) {
-  expect_unbiased(heard_with_depth(0, 100), 1.5);
+  expect_unbiased(heard_with_depth(0, testing::kSanitized ? 30 : 100), 1.5);
 }
 
 TEST(OctreePool, WithThreeLevelsOfPagesIsAsLoudAsWithAllAndSurer) {
-  expect_unbiased(heard_with_depth(2, 60), 0.6);
+  expect_unbiased(heard_with_depth(2, testing::kSanitized ? 20 : 60), 0.6);
 }
 
 TEST(OctreePool, OfNoSourcesFindsNone) {

@@ -9,6 +9,7 @@
 #include "common/random.h"
 #include "tests/rooms_runtime.h"
 #include "tests/runtime/priority_estimates.h"
+#include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
@@ -98,7 +99,7 @@ TEST(PrioritySampler, IsUnbiasedInPowerOverItsPermanentNumbers) {
   double whole = 0;
   for (std::uint32_t i = 0; i < room.sources().size(); ++i) whole += room.weight_of(i, listener);
   testing::PriorityEstimates estimates;
-  constexpr int kRolls = 500;
+  constexpr int kRolls = testing::kSanitized ? 100 : 500;
   for (std::uint32_t roll = 0; roll < kRolls; ++roll) {
     for (std::uint32_t i = 0; i < room.sources().size(); ++i)
       room.input.sources[i].u = static_cast<float>(unit_above_zero(philox(9, {i, roll, 0, 0})[0]));

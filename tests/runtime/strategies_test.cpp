@@ -9,6 +9,7 @@
 
 #include "common/random.h"
 #include "tests/rooms_runtime.h"
+#include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
@@ -95,7 +96,7 @@ TEST(Strategies, ChooseTheSameForTheSameSeed) {
 // sum is not what the strategies choose by: one band of every third source.
 TEST(Strategies, AreUnbiasedInWhatTheyEstimate) {
   const Room room;
-  constexpr int kSeeds = 400;
+  constexpr int kSeeds = testing::kSanitized ? 60 : 400;
   for (const Estimator estimator : {Estimator::kPower, Estimator::kAmplitude})
     for (const std::string& name : paper_strategies()) {
       const auto value = [&](const Source& source, std::size_t number) {
