@@ -1,12 +1,10 @@
 #include "runtime/energy_response.h"
 
 #include <algorithm>
-#include <atomic>
-#include <thread>
 
 #include "common/reflection.h"
 #include "runtime/received_intensity.h"
-#include "runtime/visibility_cache.h"
+#include "runtime/sight_looks.h"
 
 namespace clamor {
 
@@ -15,18 +13,9 @@ namespace {
 // Takes from arrivals what surfaces keep back.
 void dim(std::vector<Arrival>& arrivals, const std::vector<const Source*>& sources,
          const SightGeometry& surfaces, double speed_mps, const Vec3& listener_m) {
-  constexpr std::size_t kTogether = 256;
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t first; (first = next.fetch_add(kTogether)) < arrivals.size();)
-      for (std::size_t i = first; i < std::min(first + kTogether, arrivals.size()); ++i) {
-        const Bands visible = look_closely(surfaces, speed_mps, *sources[i], listener_m);
-        for (std::size_t b = 0; b < kBandCount; ++b) arrivals[i].energy[b] *= visible[b];
-      }
-  };
-  std::vector<std::jthread> others(std::max(std::thread::hardware_concurrency(), 1u) - 1);
-  for (std::jthread& other : others) other = std::jthread(work);
-  work();
+  const std::vector<Bands> visible = look_closely(surfaces, speed_mps, sources, listener_m);
+  for (std::size_t i = 0; i < arrivals.size(); ++i)
+    for (std::size_t b = 0; b < kBandCount; ++b) arrivals[i].energy[b] *= visible[i][b];
 }
 
 }  // namespace

@@ -1,9 +1,70 @@
 #include "runtime/render.h"
 
 #include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <stop_token>
+#include <thread>
 #include <vector>
 
+#include "runtime/thread_shares.h"
+
 namespace clamor {
+
+namespace {
+
+constexpr std::uint64_t kBlock_frames = kKeyframeFrames;
+
+// Before block n is mixed these are made: 0 to n + 1, between which its voices slide, and the next
+// for a limiter, which looks ahead by less than a block. The mixer's queue has room for one more.
+static_assert(kLimiterDelayFrames <= kKeyframeFrames);
+std::uint64_t keyframes_for(std::uint64_t block) { return block + 3; }
+
+// Makes keyframes ahead of whoever mixes blocks, on a thread of its own.
+class KeyframesAhead {
+ public:
+  KeyframesAhead(Auralizer& auralizer, const Walk& walk)
+      : thread_([this, &auralizer, &walk](const std::stop_token& stop) {
+          name_thread("sampler");
+          for (std::uint64_t mixed = 0; !stop.stop_requested(); mixed = wait_for_room(stop, mixed))
+            while (!stop.stop_requested() && auralizer.wants_keyframe()) {
+              auralizer.make_keyframe(walk.at(auralizer.next_keyframe_time_s()));
+              count(made_);
+            }
+        }) {}
+
+  // Until so many are made, or all that there is room for.
+  void wait_for_keyframes(std::uint64_t count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return made_ >= count || full_after_ == mixed_; });
+  }
+
+  // There may be room for more.
+  void mixed_a_block() { count(mixed_); }
+
+ private:
+  void count(std::uint64_t& what) {
+    const std::lock_guard lock(mutex_);
+    ++what;
+    changed_.notify_all();
+  }
+
+  std::uint64_t wait_for_room(const std::stop_token& stop, std::uint64_t mixed) {
+    std::unique_lock lock(mutex_);
+    full_after_ = mixed;
+    changed_.notify_all();
+    changed_.wait(lock, stop, [&] { return mixed_ > mixed; });
+    return mixed_;
+  }
+
+  std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::uint64_t made_ = 0, mixed_ = 0;
+  std::uint64_t full_after_ = ~std::uint64_t{0};  // blocks
+  std::jthread thread_;                           // is stopped and waited for first
+};
+
+}  // namespace
 
 void make_keyframes(Auralizer& auralizer, const Walk& walk) {
   while (auralizer.wants_keyframe())
@@ -12,14 +73,16 @@ void make_keyframes(Auralizer& auralizer, const Walk& walk) {
 
 Result<void> render(Auralizer& auralizer, const Walk& walk, std::uint64_t frames,
                     const BlockSink& sink) {
-  constexpr std::uint64_t kBlock_frames = kKeyframeFrames;
   const auto channels = static_cast<std::size_t>(auralizer.channels());
   std::vector<float> block(kBlock_frames * channels);
+  if (frames == 0) return {};
+  KeyframesAhead keyframes(auralizer, walk);
   for (std::uint64_t done = 0; done < frames;) {
-    make_keyframes(auralizer, walk);
+    keyframes.wait_for_keyframes(keyframes_for(done / kBlock_frames));
     const std::uint64_t count = std::min(kBlock_frames, frames - done);
     const std::span<float> part(block.data(), count * channels);
     auralizer.mix(part);
+    keyframes.mixed_a_block();
     if (const auto taken = sink(part); !taken.ok()) return taken;
     done += count;
   }

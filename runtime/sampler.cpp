@@ -44,8 +44,11 @@ class All final : public Sampler {
   std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
     if (sight_ != nullptr && (place_ != place || moving_ != nullptr)) {
       sight_->begin_keyframe(place);
-      for (SampledSource& one : std::span(sample_).first(still_))
-        one.visibility = sight_->look_now(one.number, *one.source);
+      wanted_.clear();
+      for (const SampledSource& one : std::span(sample_).first(still_))
+        wanted_.push_back({.number = one.number, .source = one.source});
+      const std::vector<Bands> visible = sight_->look_now(wanted_);
+      for (std::size_t i = 0; i < still_; ++i) sample_[i].visibility = visible[i];
     }
     place_ = place;
     if (moving_ != nullptr) add_moving(place, time_s);
@@ -75,6 +78,7 @@ class All final : public Sampler {
   MovingList* const moving_;
   const std::size_t still_;  // of sample_, in front
   std::vector<FoundSource> found_;
+  std::vector<VisibilityCache::Wanted> wanted_;
   std::optional<Vec3> place_;  // of sample_
   std::vector<SampledSource> sample_;
 };

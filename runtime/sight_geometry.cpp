@@ -145,6 +145,46 @@ const SightPlane* SightGeometry::first_surface(const Vec3f& from_m, const Vec3f&
   return triangle == kNone ? nullptr : &planes_[triangle];
 }
 
+void SightGeometry::first_surfaces(std::span<const SightPiece, kSightLanes> pieces,
+                                   std::uint32_t lanes,
+                                   std::span<const SightPlane*, kSightLanes> surfaces) const {
+  alignas(64) std::array<int, kSightLanes> valid{};
+  alignas(64) RTCRayHit16 rays;
+  for (std::size_t l = 0; l < kSightLanes; ++l) {
+    surfaces[l] = nullptr;
+    valid[l] = (lanes >> l & 1) != 0 ? -1 : 0;
+    const SightPiece& piece = pieces[l];
+    rays.ray.org_x[l] = piece.from_m.x;
+    rays.ray.org_y[l] = piece.from_m.y;
+    rays.ray.org_z[l] = piece.from_m.z;
+    rays.ray.tnear[l] = 0;
+    rays.ray.dir_x[l] = piece.to_m.x - piece.from_m.x;
+    rays.ray.dir_y[l] = piece.to_m.y - piece.from_m.y;
+    rays.ray.dir_z[l] = piece.to_m.z - piece.from_m.z;
+    rays.ray.time[l] = 0;
+    rays.ray.tfar[l] = 1;
+    rays.ray.mask[l] = 0xffffffff;
+    rays.ray.id[l] = 0;
+    rays.ray.flags[l] = 0;
+    rays.hit.geomID[l] = rays.hit.primID[l] = rays.hit.instID[0][l] = RTC_INVALID_GEOMETRY_ID;
+  }
+  if (empty()) return;
+#if RTC_VERSION_MAJOR >= 4
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  rtcIntersect16(valid.data(), embree_->scene, &rays, &arguments);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersect16(valid.data(), embree_->scene, &context, &rays);
+#endif
+  for (std::size_t l = 0; l < kSightLanes; ++l)
+    if (valid[l] != 0 && rays.hit.geomID[l] != RTC_INVALID_GEOMETRY_ID)
+      surfaces[l] = &planes_[rays.hit.primID[l]];
+}
+
 bool SightGeometry::is_free(const Vec3f& from_m, const Vec3f& to_m) const {
   if (empty()) return true;
   RTCRay ray = ray_between(from_m, to_m, 0);

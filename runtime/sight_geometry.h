@@ -10,6 +10,7 @@
 // Threads: all const functions from any number at once.   Memory: about 200 bytes per triangle.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <future>
 #include <memory>
@@ -33,6 +34,14 @@ struct SightPlane {
   float height_m(const Vec3f& point_m) const { return glm::dot(normal, point_m) - offset_m; }
 };
 
+// A straight piece of a way.
+struct SightPiece {
+  Vec3f from_m{}, to_m{};
+};
+
+// As many of them as are cast at once.
+inline constexpr std::size_t kSightLanes = 16;
+
 class SightGeometry {
  public:
   // Far enough before its wall for a source whose place and whose wall are both rounded.
@@ -52,6 +61,11 @@ class SightGeometry {
   // Of the first surface on the way, null if there is none.
   const SightPlane* first_surface(const Vec3f& from_m, const Vec3f& to_m) const;
   bool is_free(const Vec3f& from_m, const Vec3f& to_m) const;
+
+  // The same as first_surface() for those pieces that have a bit in `lanes`, faster where they go
+  // about the same way; of surfaces that meet where a ray comes through, it may be another.
+  void first_surfaces(std::span<const SightPiece, kSightLanes> pieces, std::uint32_t lanes,
+                      std::span<const SightPlane*, kSightLanes> surfaces) const;
 
   // Share of the power that gets straight through all surfaces on the way: each side of a wall that
   // is modelled with two counts, and none lets through what it reflects. `rays` grows by those

@@ -191,23 +191,26 @@ void VisibilityCache::believe_neighbours(Entry& entry, const Source& source, boo
 }
 
 void VisibilityCache::look_at(Entry& entry, const Source& source, Depth depth) {
-  std::uint64_t rays = 0;
-  const Bands believed = std::exchange(entry.around, {});
   follow(entry, source);
+  SightLook look;
+  if (entry.has_start)
+    look.around = fresnel_visibility(geometry_, {entry.start_m, Vec3f(place_), speed_of_sound_mps_},
+                                     depth == Depth::kClose   ? kCloseLookWays
+                                     : depth == Depth::kQuick ? kQuickLookWays
+                                                              : kFirstLookWays,
+                                     look.rays, &look.straight);
+  looked(entry, source, depth, look);
+}
+
+void VisibilityCache::looked(Entry& entry, const Source& source, Depth depth,
+                             const SightLook& look) {
+  const Bands believed = std::exchange(entry.around, look.around);
   const bool expected =
       entry.changed > 0 && cells_.surprises() - static_cast<double>(entry.surprises) < 0.5;
-  entry.straight = false;
-  const bool close = depth == Depth::kClose;
-  if (entry.has_start)
-    entry.around =
-        fresnel_visibility(geometry_, {entry.start_m, Vec3f(place_), speed_of_sound_mps_},
-                           close                    ? kCloseLookWays
-                           : depth == Depth::kQuick ? kQuickLookWays
-                                                    : kFirstLookWays,
-                           rays, &entry.straight);
-  ++(close ? statistics_.close_looks : statistics_.looks);
-  statistics_.rays += rays;
-  rays_left_ -= static_cast<std::int64_t>(rays);
+  entry.straight = look.straight;
+  ++(depth == Depth::kClose ? statistics_.close_looks : statistics_.looks);
+  statistics_.rays += look.rays;
+  rays_left_ -= static_cast<std::int64_t>(look.rays);
   entry.depth = depth;
   entry.looked = keyframe_;
   seen(entry, source);
@@ -247,6 +250,31 @@ const Bands& VisibilityCache::look_now(std::uint64_t number, const Source& sourc
   if (!known || entry.depth < Depth::kLook || !is_current(entry, source))
     look_at(entry, source, Depth::kLook);
   return entry.visibility;
+}
+
+std::vector<Bands> VisibilityCache::look_now(std::span<const Wanted> sources) {
+  const CastingTime time(statistics_.casting_ms);
+  std::vector<Index> indices, looks;  // of entries; of sources
+  std::vector<SightLine> lines;
+  for (const Wanted& one : sources) {
+    const Index known = find(one.number);
+    indices.push_back(known == kUnknown ? add(one.number, *one.source) : known & ~kHidden);
+    Entry& entry = entries_[indices.back()];
+    if (known != kUnknown && entry.depth >= Depth::kLook && is_current(entry, *one.source))
+      continue;
+    follow(entry, *one.source);
+    looks.push_back(static_cast<Index>(indices.size() - 1));
+    if (entry.has_start) lines.push_back({entry.start_m, Vec3f(place_), speed_of_sound_mps_});
+  }
+  const std::vector<SightLook> along = look_along(geometry_, lines, kFirstLookWays);
+  std::size_t next = 0;
+  for (const Index i : looks) {
+    Entry& entry = entries_[indices[i]];
+    looked(entry, *sources[i].source, Depth::kLook, entry.has_start ? along[next++] : SightLook());
+  }
+  std::vector<Bands> visible;
+  for (const Index index : indices) visible.push_back(entries_[index].visibility);
+  return visible;
 }
 
 }  // namespace clamor

@@ -48,6 +48,7 @@
 #include "runtime/hidden_numbers.h"
 #include "runtime/sight_cells.h"
 #include "runtime/sight_geometry.h"
+#include "runtime/sight_looks.h"
 
 namespace clamor {
 
@@ -124,6 +125,9 @@ class VisibilityCache {
   // every source.
   const Bands& look_now(std::uint64_t number, const Source& source);
 
+  // The same for many, on all cores: what is visible of each, in their order.
+  std::vector<Bands> look_now(std::span<const Wanted> sources);
+
   // Spends what is left of the rays on those that are as loud as `tau`, a quarter of them at a
   // time; false if nothing was left to be done.
   bool refresh(std::span<const Wanted> wanted, double tau);
@@ -166,6 +170,7 @@ class VisibilityCache {
   void seen(Entry& entry, const Source& source);
   void glance_at(Entry& entry, const Source& source);
   void look_at(Entry& entry, const Source& source, Depth depth);
+  void looked(Entry& entry, const Source& source, Depth depth, const SightLook& look);
   void believe_neighbours(Entry& entry, const Source& source, bool new_side);
   bool everything_changed() const { return cells_.surprises() > last_surprises_ + 0.5; }
   void gather(std::span<const Wanted> wanted, double tau, std::uint32_t turn, bool all);
