@@ -32,12 +32,21 @@ Error nothing_to_hear() {
   return Error("there are no sources to hear; bake the level with an emitter.");
 }
 
-SignalWeights weights_of(const AuralizerInput& input) {
-  if (!input.envelopes.empty()) return make_signal_weights(input.envelopes);
+std::size_t keyframes_of_a_choice(std::size_t voices) {
+  return std::clamp<std::size_t>((voices + kVoicesOfAChoice - 1) / kVoicesOfAChoice, 1,
+                                 kMostKeyframesOfAChoice);
+}
+
+// Who is chosen less often must be chosen earlier, to have faded in when its sound begins.
+SignalWeights weights_of(const AuralizerInput& input, int voices) {
+  EnvelopeSmoothing smoothing;
+  const std::size_t later = keyframes_of_a_choice(static_cast<std::size_t>(voices)) - 1;
+  smoothing.around_s += static_cast<double>(later) * kKeyframeFrames / kSampleRate_hz;
+  if (!input.envelopes.empty()) return make_signal_weights(input.envelopes, smoothing);
   std::vector<TimedEnvelope> envelopes;
   for (const Signal& signal : input.signals)
     envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
-  return make_signal_weights(envelopes);
+  return make_signal_weights(envelopes, smoothing);
 }
 
 // Panned voices have one delay, binaural ones two.
@@ -97,7 +106,8 @@ struct Auralizer::State {
         field(
             input.emitters, input.materials, input.air,
             LateBoost(input.decay, file == nullptr ? input.sources.size() : file->source_count())),
-        weights(needs_list(options.strategy) ? mean_weights(signals) : weights_of(input)),
+        weights(needs_list(options.strategy) ? mean_weights(signals)
+                                             : weights_of(input, options.voices)),
         ceilings(file == nullptr ? weights : highest_over_copies(weights, file->signal_maps())),
         choice(input, file.get(), field, weights, ceilings,
                sounds == nullptr ? 0 : sounds->budget_bytes(), options),
@@ -110,7 +120,7 @@ struct Auralizer::State {
         adapting(options.adapt),
         clock(options.sampler_clock),
         limit_of_k(choice.sampler().capacity()),
-        settled(keyframes_of_a_choice() > 1 ? kKeyframesToSettle : 1),
+        settled(keyframes_of_next_choice() > 1 ? kKeyframesToSettle : 1),
         mixer(signals, slots_for(choice.sampler()), mode, panner.get(), head.get(), sounds.get(),
               {static_cast<float>(options.gain), options.limit, options.adapt, options.block_frames,
                options.audio_clock}) {}
@@ -125,10 +135,8 @@ struct Auralizer::State {
       sounds->wait(std::max(0.0, first_sounds_end_s - LoadClock::steady_s(nullptr)));
   }
 
-  std::size_t keyframes_of_a_choice() const {
-    if (!choice_lasts) return 1;
-    const std::size_t crowds = (limit_of_k.voices() + kVoicesOfAChoice - 1) / kVoicesOfAChoice;
-    return std::clamp<std::size_t>(crowds, 1, kMostKeyframesOfAChoice);
+  std::size_t keyframes_of_next_choice() const {
+    return choice_lasts ? keyframes_of_a_choice(limit_of_k.voices()) : 1;
   }
 
   // What sounds at the place, now or some keyframes ago.
@@ -136,7 +144,7 @@ struct Auralizer::State {
     Sampler& sampler = choice.sampler();
     if (made < next_choice) return sample;
     if (script != nullptr) (void)script->apply(*choice.moving(), time_s);  // its own sources
-    choice_keyframes = made > 0 ? keyframes_of_a_choice() : 1;
+    choice_keyframes = made > 0 ? keyframes_of_next_choice() : 1;
     const double start_s = choice_keyframes > 1 ? clock.now() : 0;
     sample = sampler.sample(place, time_s);
     while (wait_for_pages && !sampler.complete()) sample = sampler.sample(place, time_s);
