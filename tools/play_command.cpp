@@ -233,7 +233,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.option("--frames", options.block_frames, "frames per block");
   const StrategyWords strategy(parser);
   parser.option("--interpolation", interpolation,
-                "cubic, or linear, which mixes a third more voices and has 1 dB less at 8 kHz "
+                "cubic, or linear, which mixes a quarter more voices and has 1 dB less at 8 kHz "
                 "[cubic]");
   parser.option("--visibility", visibility, "on or off: do surfaces hide sources [on]");
   parser.option("--rays", options.auralizer.rays,

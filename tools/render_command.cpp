@@ -53,7 +53,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   parser.option("--seconds", seconds, "how long; unset: the walk's length, or 10");
   const StrategyWords strategy(parser);
   parser.option("--interpolation", interpolation,
-                "cubic, or linear, which mixes a third more voices and has 1 dB less at 8 kHz "
+                "cubic, or linear, which mixes a quarter more voices and has 1 dB less at 8 kHz "
                 "[cubic]");
   parser.option("--visibility", visibility, "on or off: do surfaces hide sources [on]");
   parser.option("--rays", options.rays, "a keyframe (50 a second), to look for what they hide");
