@@ -21,6 +21,10 @@ namespace clamor {
 
 namespace {
 
+// At first everything is new to a crowd: pages come, and what hides them is looked for. That
+// passes.
+constexpr std::uint64_t kKeyframesToSettle = 50;
+
 // Voices that fade out count too; three samples' worth is full only when the listener jumps about.
 std::size_t slots_for(const Sampler& sampler) { return 3 * sampler.capacity(); }
 
@@ -28,17 +32,27 @@ Error nothing_to_hear() {
   return Error("there are no sources to hear; bake the level with an emitter.");
 }
 
-SignalWeights weights_of(const AuralizerInput& input) {
-  if (!input.envelopes.empty()) return make_signal_weights(input.envelopes);
+std::size_t keyframes_of_a_choice(std::size_t voices) {
+  return std::clamp<std::size_t>((voices + kVoicesOfAChoice - 1) / kVoicesOfAChoice, 1,
+                                 kMostKeyframesOfAChoice);
+}
+
+// Who is chosen less often must be chosen earlier, to have faded in when its sound begins.
+SignalWeights weights_of(const AuralizerInput& input, int voices) {
+  EnvelopeSmoothing smoothing;
+  const std::size_t later = keyframes_of_a_choice(static_cast<std::size_t>(voices)) - 1;
+  smoothing.around_s += static_cast<double>(later) * kKeyframeFrames / kSampleRate_hz;
+  if (!input.envelopes.empty()) return make_signal_weights(input.envelopes, smoothing);
   std::vector<TimedEnvelope> envelopes;
   for (const Signal& signal : input.signals)
     envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
-  return make_signal_weights(envelopes);
+  return make_signal_weights(envelopes, smoothing);
 }
 
 // Panned voices have one delay, binaural ones two.
-MixMode mode_of(const Panner* panner, const Head* head) {
+MixMode mode_of(Interpolation interpolation, const Panner* panner, const Head* head) {
   MixMode mode;
+  mode.interpolation = interpolation;
   mode.head = head != nullptr;
   if (panner == nullptr) return mode;
   mode.delays = 1;
@@ -84,7 +98,7 @@ struct Auralizer::State {
         first_sounds_end_s(LoadClock::steady_s(nullptr) + options.first_sounds_s),
         panner(options.output.make_panner()),
         head(options.output.head),
-        mode(mode_of(panner.get(), head.get())),
+        mode(mode_of(options.interpolation, panner.get(), head.get())),
         sounds(file == nullptr ? nullptr : sounds_from(*file, input, mode, options)),
         decoded(file == nullptr ? prepare_signals(input.signals, mode)
                                 : std::vector<PreparedSignal>()),
@@ -92,7 +106,8 @@ struct Auralizer::State {
         field(
             input.emitters, input.materials, input.air,
             LateBoost(input.decay, file == nullptr ? input.sources.size() : file->source_count())),
-        weights(needs_list(options.strategy) ? mean_weights(signals) : weights_of(input)),
+        weights(needs_list(options.strategy) ? mean_weights(signals)
+                                             : weights_of(input, options.voices)),
         ceilings(file == nullptr ? weights : highest_over_copies(weights, file->signal_maps())),
         choice(input, file.get(), field, weights, ceilings,
                sounds == nullptr ? 0 : sounds->budget_bytes(), options),
@@ -101,9 +116,11 @@ struct Auralizer::State {
               panner == nullptr && head == nullptr ? KeyframeMaker::Receivers::kPair
                                                    : KeyframeMaker::Receivers::kOne,
               head),
+        choice_lasts(options.strategy == "priority" && choice.moving() == nullptr),
         adapting(options.adapt),
         clock(options.sampler_clock),
         limit_of_k(choice.sampler().capacity()),
+        settled(keyframes_of_next_choice() > 1 ? kKeyframesToSettle : 1),
         mixer(signals, slots_for(choice.sampler()), mode, panner.get(), head.get(), sounds.get(),
               {static_cast<float>(options.gain), options.limit, options.adapt, options.block_frames,
                options.audio_clock}) {}
@@ -116,6 +133,24 @@ struct Auralizer::State {
       sounds->wait(std::numeric_limits<double>::infinity());
     else if (made == 0)
       sounds->wait(std::max(0.0, first_sounds_end_s - LoadClock::steady_s(nullptr)));
+  }
+
+  std::size_t keyframes_of_next_choice() const {
+    return choice_lasts ? keyframes_of_a_choice(limit_of_k.voices()) : 1;
+  }
+
+  // What sounds at the place, now or some keyframes ago.
+  std::span<const SampledSource> chosen(const Vec3& place, double time_s) {
+    Sampler& sampler = choice.sampler();
+    if (made < next_choice) return sample;
+    if (script != nullptr) (void)script->apply(*choice.moving(), time_s);  // its own sources
+    choice_keyframes = made > 0 ? keyframes_of_next_choice() : 1;
+    const double start_s = choice_keyframes > 1 ? clock.now() : 0;
+    sample = sampler.sample(place, time_s);
+    while (wait_for_pages && !sampler.complete()) sample = sampler.sample(place, time_s);
+    next_choice = made + choice_keyframes;
+    choice_took_s = choice_keyframes > 1 ? clock.now() - start_s : 0;
+    return sample;
   }
 
   // How many sources to choose, after a keyframe took so long.
@@ -143,10 +178,15 @@ struct Auralizer::State {
   SourceChoice choice;
   const std::shared_ptr<MovingScript> script;  // moves the choice's, if a caller does not
   KeyframeMaker maker;
-  std::uint64_t made = 0;
+  std::span<const SampledSource> sample;  // the sampler's
+  const bool choice_lasts;                // for more than a keyframe, if it is of many
+  double choice_took_s = 0;
+  std::size_t choice_keyframes = 1;
+  std::uint64_t made = 0, next_choice = 0;
   const bool adapting;
   const LoadClock clock;
   VoiceLimit limit_of_k;
+  const std::uint64_t settled;  // the first keyframe that tells how fast the machine is
 
   BlockMixer mixer;
 
@@ -225,17 +265,14 @@ void Auralizer::make_keyframe(const Pose& pose) {
   if (keyframe == nullptr) return;
   const double start_s = state.clock.now();
   const double time_s = next_keyframe_time_s();
-  Sampler& sampler = state.choice.sampler();
-  if (state.script != nullptr)
-    (void)state.script->apply(*state.choice.moving(), time_s);  // its own sources
-  auto sample = sampler.sample(pose.position_m, time_s);
-  while (state.wait_for_pages && !sampler.complete())
-    sample = sampler.sample(pose.position_m, time_s);
-  state.maker.make(sample, pose, *keyframe);
+  const bool chooses = state.made >= state.next_choice;
+  state.maker.make(state.chosen(pose.position_m, time_s), pose, *keyframe);
   state.play(*keyframe);
-  state.choice.improve_sight();
-  const double took_s = state.clock.now() - start_s;
-  if (state.adapting && state.made > 0) state.adapt_k(took_s);
+  if (chooses) state.choice.improve_sight();
+  // A choice takes of each keyframe that it serves its part.
+  const double took_s = state.clock.now() - start_s - (chooses ? state.choice_took_s : 0) +
+                        state.choice_took_s / static_cast<double>(state.choice_keyframes);
+  if (state.adapting && state.made >= state.settled) state.adapt_k(took_s);
 
   state.voices.store(static_cast<std::uint32_t>(keyframe->voices.size()),
                      std::memory_order_relaxed);

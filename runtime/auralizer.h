@@ -11,6 +11,10 @@
 // the mixer, so what is heard is a function of the poses alone, never of how
 // the threads were scheduled or how large the device's blocks are. If the mixer finds none, it
 // holds the last one (and counts that); late keyframes then count from the moment they arrive.
+//
+// Crowds are chosen anew less often, up to kMostKeyframesOfAChoice keyframes apart, as long as a
+// voice fades; delays and gains of what is chosen follow the listener in each keyframe all the
+// same.
 #pragma once
 
 #include <cstdint>
@@ -43,9 +47,13 @@ inline constexpr double kFirstSounds_s = 0.5, kFirstSoundsOfPlayer_s = 0.06;
 inline constexpr std::uint64_t kLeastSounds_bytes =
     8'000'000;  // the longest that is not cut, and more
 
+// Of more voices, each choice of so many serves one keyframe more.
+inline constexpr std::size_t kVoicesOfAChoice = 5000, kMostKeyframesOfAChoice = kFadeKeyframes;
+
 struct AuralizerOptions {
-  std::string strategy = "priority";  // strategies.h lists them
-  int voices = 2000;                  // of the sample; "all" mixes every source
+  std::string strategy = "priority";                    // strategies.h lists them
+  int voices = 2000;                                    // of the sample; "all" mixes every source
+  Interpolation interpolation = Interpolation::kCubic;  // mix_kernel.h says what linear loses
   Estimator estimator = Estimator::kPower;
   StrategyTuning tuning{};
   bool visibility = true;       // do the level's surfaces hide sources

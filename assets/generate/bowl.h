@@ -25,15 +25,19 @@ class Bowl {
   // Whether the segment from this station to the next is a stair aisle.
   bool is_aisle(std::size_t station) const { return stations_[station].aisle_follows; }
 
+  // An aisle that also leads down to the pitch: the middle one of each long side.
+  bool is_gate(std::size_t station) const { return stations_[station].is_gate; }
+  std::size_t north_gate() const;  // of the side where -Z is
+
   // First station of every aisle, in order round the bowl.
   const std::vector<std::size_t>& aisles() const { return aisles_; }
 
  private:
   struct Station {
     Vec3 front_m, outward;
-    bool aisle_follows;
+    bool aisle_follows, is_gate = false;
   };
-  void add_side(const Vec3& from_m, const Vec3& to_m, int aisle_count);
+  void add_side(const Vec3& from_m, const Vec3& to_m, int aisle_count, bool has_gate);
   void add_corner(const Vec3& centre_m, double from_rad);
 
   std::vector<Station> stations_;

@@ -13,6 +13,7 @@
 #include "presentation_room.h"
 #include "sound.h"
 #include "stadium.h"
+#include "stadium_walk.h"
 #include "violin.h"
 
 namespace {
@@ -22,7 +23,7 @@ using clamor::Result;
 
 constexpr std::string_view kHelp = R"(make_assets [--check] <folder>
 
-Writes stadium.glb, violin_room.glb and their sounds into the folder.
+Writes stadium.glb, stadium_walk.json, violin_room.glb and their sounds into the folder.
 
   --check   writes nothing; compares the folder with what would be written (levels byte by byte,
             sounds sample by sample) and fails where they differ
@@ -77,6 +78,7 @@ Result<void> make(const std::filesystem::path& folder, bool check) {
   }
   std::vector<Result<void>> results;
   results.push_back(put_level("stadium.glb", clamor::assets::make_stadium(sounds)));
+  results.push_back(put_level("stadium_walk.json", clamor::assets::make_stadium_walk()));
   results.push_back(put_level("violin_room.glb", clamor::assets::make_presentation_room()));
   results.push_back(put_sound("violin", clamor::assets::make_violin_phrase()));
   for (const auto& sound : sounds) results.push_back(put_sound(sound.name, sound.samples));

@@ -15,6 +15,7 @@ namespace clamor::assets {
 namespace {
 
 constexpr double kPitchHalfLength_m = 52.5, kPitchHalfWidth_m = 34;
+constexpr double kGateHalfWidth_m = 0.8;  // between the boards before a gate of the stands
 // Round the bowl from +X to -Z; north is where -Z is.
 constexpr std::array kStandNames = {"east stand", "north east", "north stand", "north west",
                                     "west stand", "south west", "south stand", "south east"};
@@ -116,7 +117,8 @@ MeshBuilder make_pitch(const Bowl& bowl, const Materials& m) {
   return mesh;
 }
 
-// Boards along all four sides, in panels; goals; a shelter for each team's bench.
+// Boards along all four sides, in panels, open before the gates; goals; a shelter for each team's
+// bench.
 MeshBuilder make_furniture(const Materials& m) {
   MeshBuilder mesh;
   const auto open = MeshBuilder::Bottom::kOpen;
@@ -125,9 +127,12 @@ MeshBuilder make_furniture(const Materials& m) {
   constexpr double kBoardHeight_m = 0.95, kBoardThickness_m = 0.12;
   for (const double side : {-1.0, 1.0}) {
     for (int i = 0; i < kLongPanels; ++i) {
-      const double width = 2 * (x - 1.5) / kLongPanels, from = -(x - 1.5) + i * width;
+      const double width = 2 * (x - 1.5) / kLongPanels;
+      double from = -(x - 1.5) + i * width, to = from + width;
+      if (2 * i == kLongPanels) from += kGateHalfWidth_m;
+      if (2 * i + 2 == kLongPanels) to -= kGateHalfWidth_m;
       mesh.box(i % 2 ? m.board_white : m.board_red, {from, 0, side * z - kBoardThickness_m / 2},
-               {from + width, kBoardHeight_m, side * z + kBoardThickness_m / 2}, open);
+               {to, kBoardHeight_m, side * z + kBoardThickness_m / 2}, open);
     }
     for (int i = 0; i < kShortPanels; ++i) {
       const double width = 2 * (z - 1.5) / kShortPanels, from = -(z - 1.5) + i * width;

@@ -1,5 +1,6 @@
 #include "stands.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace clamor::assets {
@@ -16,6 +17,8 @@ constexpr Tier kUpper{13.7, 9.7, 0.52, 12};
 constexpr double kParapet_m = 0.85;
 constexpr double kSeatPitch_m = 0.5;
 constexpr double kDoorHeight_m = 2.3;
+constexpr double kGateTread_m = 0.35, kGateRise_m = 0.2;  // of the stairs from the pitch
+constexpr int kGateSteps = 5;                             // and the last leads to the first tread
 
 constexpr double tread_height_m(const Tier& tier, int row) {
   return tier.first_tread_m + tier.rise_m * row;
@@ -47,18 +50,35 @@ void sweep(MeshBuilder& mesh, const Bowl& bowl, MaterialIndex material, Edge a, 
   for (std::size_t s = 0; s < bowl.station_count(); ++s) segment(mesh, bowl, material, s, a, b);
 }
 
-// A stair step half as high as the rows, on the back half of a tread.
+// A stair step: riser, tread, and both its sides down to `foot_m`.
+void step(MeshBuilder& mesh, const Bowl& bowl, MaterialIndex material, std::size_t station,
+          Edge front, Edge back, double foot_m) {
+  segment(mesh, bowl, material, station, front, {front.out_m, back.up_m});
+  segment(mesh, bowl, material, station, {front.out_m, back.up_m}, back);
+  const double s = static_cast<double>(station);
+  mesh.quad(material, bowl.at(s, front.out_m, foot_m), bowl.at(s, back.out_m, foot_m),
+            bowl.at(s, back.out_m, back.up_m), bowl.at(s, front.out_m, back.up_m));
+  mesh.quad(material, bowl.at(s + 1, back.out_m, foot_m), bowl.at(s + 1, front.out_m, foot_m),
+            bowl.at(s + 1, front.out_m, back.up_m), bowl.at(s + 1, back.out_m, back.up_m));
+}
+
+// Half as high as the rows, on the back half of a tread.
 void half_step(MeshBuilder& mesh, const Bowl& bowl, MaterialIndex material, std::size_t station,
                Edge tread, double rise_m) {
-  const double front = tread.out_m + kTread_m / 2, back = tread.out_m + kTread_m;
-  const double low = tread.up_m, high = tread.up_m + rise_m / 2;
-  segment(mesh, bowl, material, station, {front, low}, {front, high});
-  segment(mesh, bowl, material, station, {front, high}, {back, high});
-  const double s = static_cast<double>(station);
-  mesh.quad(material, bowl.at(s, front, low), bowl.at(s, back, low), bowl.at(s, back, high),
-            bowl.at(s, front, high));
-  mesh.quad(material, bowl.at(s + 1, back, low), bowl.at(s + 1, front, low),
-            bowl.at(s + 1, front, high), bowl.at(s + 1, back, high));
+  step(mesh, bowl, material, station, {tread.out_m + kTread_m / 2, tread.up_m},
+       {tread.out_m + kTread_m, tread.up_m + rise_m / 2}, tread.up_m);
+}
+
+// From the pitch to the first tread, where the parapet is open.
+void add_gate_stairs(MeshBuilder& mesh, const Bowl& bowl, MaterialIndex material,
+                     std::size_t station) {
+  for (int i = 0; i < kGateSteps; ++i) {
+    const double out_m = kLower.front_m - kGateTread_m * (kGateSteps - i);
+    step(mesh, bowl, material, station, {out_m, kGateRise_m * i},
+         {out_m + kGateTread_m, kGateRise_m * (i + 1)}, 0);
+  }
+  segment(mesh, bowl, material, station, {kLower.front_m, kGateRise_m * kGateSteps},
+          {kLower.front_m, kLower.first_tread_m});
 }
 
 void add_rows(MeshBuilder& mesh, const Bowl& bowl, const StandMaterials& materials,
@@ -79,12 +99,25 @@ void add_rows(MeshBuilder& mesh, const Bowl& bowl, const StandMaterials& materia
 }
 
 // The wall in front of the first row, both sides and the top of what stands above its tread.
-void add_parapet(MeshBuilder& mesh, const Bowl& bowl, MaterialIndex material, const Tier& tier,
-                 double foot_m) {
-  const double out = tier.front_m, top = tier.first_tread_m + kParapet_m;
-  sweep(mesh, bowl, material, {out, foot_m}, {out, top});
-  sweep(mesh, bowl, material, {out, top}, {out + 0.15, top});
-  sweep(mesh, bowl, material, {out + 0.15, top}, {out + 0.15, tier.first_tread_m});
+void add_parapet(MeshBuilder& mesh, const Bowl& bowl, const StandMaterials& materials,
+                 const Tier& tier, double foot_m) {
+  const double out = tier.front_m, top = tier.first_tread_m + kParapet_m, inside = out + 0.15;
+  const MaterialIndex wall = materials.wall;
+  for (std::size_t s = 0; s < bowl.station_count(); ++s) {
+    if (bowl.is_gate(s)) {
+      add_gate_stairs(mesh, bowl, materials.stairs, s);
+      const double from = static_cast<double>(s), to = from + 1;
+      const double low = tier.first_tread_m;
+      mesh.quad(wall, bowl.at(from, inside, low), bowl.at(from, out, low), bowl.at(from, out, top),
+                bowl.at(from, inside, top));
+      mesh.quad(wall, bowl.at(to, out, low), bowl.at(to, inside, low), bowl.at(to, inside, top),
+                bowl.at(to, out, top));
+      continue;
+    }
+    segment(mesh, bowl, wall, s, {out, foot_m}, {out, top});
+    segment(mesh, bowl, wall, s, {out, top}, {inside, top});
+    segment(mesh, bowl, wall, s, {inside, top}, {inside, tier.first_tread_m});
+  }
 }
 
 // A beam under the roof and the column it rests on, where a station is.
@@ -136,7 +169,7 @@ void add_seats(const Bowl& bowl, const Tier& tier, int first_block, std::vector<
 
 MeshBuilder make_lower_tier(const Bowl& bowl, const StandMaterials& materials) {
   MeshBuilder mesh;
-  add_parapet(mesh, bowl, materials.wall, kLower, 0);
+  add_parapet(mesh, bowl, materials, kLower, 0);
   add_rows(mesh, bowl, materials, kLower);
   sweep(mesh, bowl, materials.floor, {back_m(kLower), kWalkway_m}, {kUpper.front_m, kWalkway_m});
   return mesh;
@@ -187,6 +220,15 @@ MeshBuilder make_roof(const Bowl& bowl, const StandMaterials& materials) {
   for (const std::size_t aisle : bowl.aisles())
     add_frame(mesh, bowl, materials.beams, static_cast<double>(aisle) + 0.5);
   return mesh;
+}
+
+// Up to the first tread at a gate, and from there to the walkway.
+double stairs_height_m(double out_m) {
+  const auto share = [out_m](double from_m, double to_m) {
+    return std::clamp((out_m - from_m) / (to_m - from_m), 0.0, 1.0);
+  };
+  return kLower.first_tread_m * share(kFootOfGate_m, kFirstTread_m) +
+         (kWalkway_m - kLower.first_tread_m) * share(kFirstTread_m, kLastTread_m);
 }
 
 std::vector<Seat> seats_of(const Bowl& bowl) {

@@ -213,6 +213,26 @@ TEST(Auralizer, IsAsLoudWithFewVoicesAsWithAll) {
   EXPECT_NEAR(10 * std::log10(few / all), 0, 3 * 0.36);
 }
 
+// Where there are as many voices as sources, a crowd that is chosen every third keyframe must sound
+// as all sources do, which are looked at in every keyframe: nobody hears when it was chosen.
+TEST(Auralizer, FollowsTheListenerWithACrowdThatIsChosenLessOften) {
+  AuralizerInput input = baked_room(650);
+  for (Signal& signal : input.signals) signal.loop = true;
+  input.signals[2] = input.signals[0];  // what is silent now and then is left out
+  ASSERT_GT(input.sources.size(), 2 * kVoicesOfAChoice);
+  ASSERT_LT(input.sources.size(), 3 * kVoicesOfAChoice);
+  const auto block = [] { return 960; };
+  const auto crowd = mixed(*made(15000, "priority", input), 24000, block);
+  const auto all = mixed(*made(15000, "all", input), 24000, block);
+  double energy = 0, error = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    energy += std::pow(all[i], 2);
+    error += std::pow(static_cast<double>(crowd[i]) - all[i], 2);
+  }
+  EXPECT_GT(energy, 0);
+  EXPECT_LT(10 * std::log10(error / energy), -80);  // single precision, added in another order
+}
+
 TEST(Auralizer, RefusesWhatItCannotDoWithASentence) {
   AuralizerOptions options;
   options.strategy = "best";

@@ -1,0 +1,42 @@
+// play_trace.h: what happened while clamor play played: loudness, voices and load over time, for
+// the report at its end.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/pose.h"
+#include "common/result.h"
+#include "runtime/player.h"
+
+namespace clamor {
+
+class PlayTrace {
+ public:
+  // What is the case now; kept ten times a second of what is played, at most for 10 hours.
+  void add(const PlayerStatistics& now, const Pose& pose);
+
+  // Voices that sounded: those of the newest keyframe without those shed.
+  double mean_voices() const;
+  std::uint32_t least_voices() const;
+  double loudness_lufs() const;  // the mean power of all that was heard; -infinity in silence
+
+  // A page with both curves and tables, as FOLDER/play.html, play.json and CSV files.
+  Result<void> write(const std::string& folder, const std::string& level,
+                     const PlayerStatistics& played, std::span<const ThreadShare> threads) const;
+
+ private:
+  struct Moment {
+    double time_s;
+    Vec3 position_m;
+    double momentary_lufs, short_term_lufs;
+    std::uint32_t voices, k;
+    double audio_share, sampler_ms;
+    std::uint64_t late_callbacks, held_blocks;
+  };
+  std::vector<Moment> moments_;
+};
+
+}  // namespace clamor
