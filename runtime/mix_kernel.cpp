@@ -10,40 +10,35 @@
 #include <hwy/highway.h>
 
 #include "runtime/mix_read-inl.h"
+#include "runtime/mix_tile-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
-// Voices whose numbers stay in L1 from one chunk of frames to the next.
-constexpr std::size_t kTileVoices = 64;
-constexpr std::size_t kVoicesAhead = 12;  // for prefetching: some 300 cycles
-
 // Frames of a layer whose sums stay in registers, or, where there are too few, in L1: by the number
 // of buses. None has more than kStepFrames of the full rate, so that calls may divide time
 // anywhere.
 constexpr int chunk_frames(int buses, bool low) {
   if (low) return kStepFrames / kLowRate;
-  if (buses <= 2) return 64;
+  if (buses <= 2) return std::min(64, std::max(16, 4 * kFloats));
   if (buses <= kHighBands * kEars) return kFloats == 16 ? 64 : 32;
   return kFloats == 16 ? 32 : 16;
 }
 
-// Adds voices to a chunk of frames of kBands buses of kEarsHere ears, from ear `ear` on. Their
-// gains begin at kFirstLane of the kLanes of a voice.
-template <bool kCubic, int kDelays, int kBands, int kEarsHere, bool kLow, int kLanes,
-          int kFirstLane>
-HWY_INLINE void mix_chunk(const MixJob& job, const std::uint32_t* active, std::size_t count,
-                          int ear, int frame, float* HWY_RESTRICT rows) {
+// Adds voices to a chunk of frames, `first` and on of a step, of kBands buses of kEarsHere ears,
+// from ear `ear` on. Their gains begin at kFirstLane of the kLanes of a voice.
+template <bool kCubic, int kBands, int kEarsHere, bool kLow, int kLanes, int kFirstLane,
+          int kDelays, int kReads>
+HWY_INLINE void mix_chunk(const Tile<kDelays>& tile, const Lines<kReads>& lines, int ear, float now,
+                          int first, float* HWY_RESTRICT out) {
   const FloatTag d;
   constexpr int kFrames = chunk_frames(kBands * kEarsHere, kLow), kVectors = kFrames / kFloats;
-  constexpr int kRate = kLow ? kLowRate : 1;
+  constexpr int kRate = kLow ? kLowRate : 1, kStep = kStepFrames / kRate;
   constexpr int kRow = kMostFrames / kRate;
-  constexpr int kReads = kDelays == 1 ? 1 : kEarsHere;
   constexpr int kStride = kEars / kEarsHere;  // from bus to bus
 
-  float* HWY_RESTRICT out = rows + ear * kRow + frame / kRate;
   FloatVector sum[kBands * kEarsHere][kVectors];
   for (int b = 0; b < kBands * kEarsHere; ++b)
     for (int i = 0; i < kVectors; ++i)
@@ -51,28 +46,13 @@ HWY_INLINE void mix_chunk(const MixJob& job, const std::uint32_t* active, std::s
   // In units of kGainFrames, as slopes are.
   FloatVector time[kVectors];
   for (int i = 0; i < kVectors; ++i)
-    time[i] = hn::MulAdd(hn::Iota(d, static_cast<float>(i * kFloats)),
-                         hn::Set(d, static_cast<float>(kRate) / kGainFrames),
-                         hn::Set(d, static_cast<float>(job.first_frame + frame) / kGainFrames));
+    time[i] = hn::MulAdd(hn::Iota(d, static_cast<float>(first + i * kFloats)),
+                         hn::Set(d, static_cast<float>(kRate) / kGainFrames), hn::Set(d, now));
 
-  // Copies, so that the compiler need not look whether they changed.
-  const VoicePath* HWY_RESTRICT const all_paths = job.paths;
-  const float* HWY_RESTRICT const all_gains = job.gains;
-  const std::uint32_t* const last = job.active + job.count;
-  for (std::size_t v = 0; v < count; ++v) {
-    const VoicePath* paths = all_paths + std::size_t{kEars} * active[v];
-    const float* gain = all_gains + std::size_t{2 * kLanes} * active[v] + kFirstLane + ear;
-    const float* slope = gain + kLanes;
-    if (active + v + kVoicesAhead < last) {
-      const VoicePath* next = all_paths + std::size_t{kEars} * active[v + kVoicesAhead];
-      for (int e = 0; e < kReads; ++e) {
-        const Reading reading = reading_at<kLow>(next[kDelays == 1 ? 0 : ear + e], frame);
-        for (int line = 0; line <= kFrames; line += 16) hwy::Prefetch(reading.x + line);
-      }
-    }
-    FloatVector x[kReads][kVectors];
-    for (int e = 0; e < kReads; ++e)
-      read_chunk<kCubic, kFrames>(reading_at<kLow>(paths[kDelays == 1 ? 0 : ear + e], frame), x[e]);
+  const auto add = [&](const float* HWY_RESTRICT gain,
+                       const FloatVector(&x)[kReads][kVectors]) HWY_ATTR {
+    gain += kFirstLane + ear;
+    const float* HWY_RESTRICT slope = gain + kLanes;
     for (int b = 0; b < kBands * kEarsHere; ++b) {
       const int e = kReads == 1 ? 0 : b % kEarsHere;
       const auto start = hn::Set(d, gain[b * kStride]), grows = hn::Set(d, slope[b * kStride]);
@@ -85,36 +65,79 @@ HWY_INLINE void mix_chunk(const MixJob& job, const std::uint32_t* active, std::s
         sum[b][i] = hn::MulAdd(g, x[e][i], sum[b][i]);
       }
     }
+  };
+  const std::size_t count = lines.count;
+  FloatVector x[kReads][kVectors];
+  for (std::size_t v = 0; v < count; ++v) {
+    for (int r = 0; r < kReads; ++r)
+      for (int line = 0; line <= kFrames; line += 16)
+        hwy::Prefetch(lines.x[r][v + kVoicesAhead] + first + line);
+    for (int r = 0; r < kReads; ++r)
+      read_steadily<kCubic, kReads == 2, kFrames>(lines.x[r][v], lines.fraction[r][v],
+                                                  lines.drift[r][v], lines.turn[r][v], first, x[r]);
+    add(lines.gain[v], x);
+  }
+  for (std::size_t n = 0; n < lines.sliding_count; ++n) {
+    const std::size_t v = lines.sliding[n];
+    for (int r = 0; r < kReads; ++r)
+      read_sliding<kCubic, kStep, kFrames>(reading_of<kLow>(tile, kDelays == 1 ? 0 : ear + r, v),
+                                           first, x[r]);
+    add(tile.gain[v], x);
   }
   for (int b = 0; b < kBands * kEarsHere; ++b)
     for (int i = 0; i < kVectors; ++i)
       hn::Store(sum[b][i], d, out + b * kStride * kRow + i * kFloats);
 }
 
-template <bool kCubic, int kDelays, int kBands, int kEarsHere, bool kLow, int kLanes,
-          int kFirstLane>
-HWY_INLINE void mix_layer(const MixJob& job, const std::uint32_t* active, std::size_t count,
-                          float* rows) {
-  constexpr int kFrames = chunk_frames(kBands * kEarsHere, kLow) * (kLow ? kLowRate : 1);
-  for (int ear = 0; ear < kEars; ear += kEarsHere)
-    for (int f = 0; f < job.frames; f += kFrames)
-      mix_chunk<kCubic, kDelays, kBands, kEarsHere, kLow, kLanes, kFirstLane>(job, active, count,
-                                                                              ear, f, rows);
+// Adds a step of the tile's voices to `rows`, which begin at the call's first frame.
+template <bool kCubic, int kBands, int kEarsHere, bool kLow, int kLanes, int kFirstLane,
+          int kDelays, int kReads>
+HWY_INLINE void mix_step(const Tile<kDelays>& tile, const Lines<kReads>& lines, int ear,
+                         const MixJob& job, int step, float* rows) {
+  constexpr int kRate = kLow ? kLowRate : 1, kStep = kStepFrames / kRate;
+  constexpr int kFrames = std::min(kStep, chunk_frames(kBands * kEarsHere, kLow));
+  const float now = static_cast<float>(job.first_frame + step) / kGainFrames;
+  for (int f = 0; f < kStep; f += kFrames)
+    mix_chunk<kCubic, kBands, kEarsHere, kLow, kLanes, kFirstLane>(
+        tile, lines, ear, now, f, rows + (ear * kMostFrames + step) / kRate + f);
 }
 
-template <bool kCubic, int kDelays, bool kEightBands>
-HWY_NOINLINE void mix_here(const MixJob& job) {
+// Calls mix(tile, step) for all tiles and their steps.
+template <int kDelays, class Mix>
+HWY_INLINE void for_steps(const MixJob& job, int lanes, const Mix& mix) {
+  Tile<kDelays> tile;
   for (std::size_t first = 0; first < job.count; first += kTileVoices) {
-    const std::uint32_t* active = job.active + first;
-    const std::size_t count = std::min(kTileVoices, job.count - first);
-    if constexpr (kEightBands) {
-      mix_layer<kCubic, kDelays, kHighBands, kDelays == 1 ? 2 : 1, false, kBandLanes,
-                kEars * kLowBands>(job, active, count, job.high);
-      mix_layer<true, kDelays, kLowBands, 2, true, kBandLanes, 0>(job, active, count, job.low);
-    } else {
-      mix_layer<kCubic, kDelays, 1, 2, false, kEars, 0>(job, active, count, job.high);
+    tile.take(job, job.active + first, std::min(kTileVoices, job.count - first), lanes);
+    for (int step = 0; step < job.frames; step += kStepFrames) {
+      mix(tile, step);
+      tile.advance();
     }
   }
+}
+
+template <bool kCubic, int kDelays>
+HWY_NOINLINE void mix_full_here(const MixJob& job) {
+  Lines<kDelays> lines;
+  for_steps<kDelays>(job, kEars, [&](const Tile<kDelays>& tile, int step) HWY_ATTR {
+    lines.template look<false>(tile, 0);
+    mix_step<kCubic, 1, 2, false, kEars, 0>(tile, lines, 0, job, step, job.high);
+  });
+}
+
+template <bool kCubic, int kDelays>
+HWY_NOINLINE void mix_bands_here(const MixJob& job) {
+  constexpr int kEarsHere = kDelays == 1 ? 2 : 1;
+  Lines<1> high;
+  Lines<kDelays> low;
+  for_steps<kDelays>(job, kBandLanes, [&](const Tile<kDelays>& tile, int step) HWY_ATTR {
+    for (int ear = 0; ear < kEars; ear += kEarsHere) {
+      high.template look<false>(tile, ear);
+      mix_step<kCubic, kHighBands, kEarsHere, false, kBandLanes, kEars * kLowBands>(
+          tile, high, ear, job, step, job.high);
+    }
+    low.template look<true>(tile, 0);
+    mix_step<true, kLowBands, 2, true, kBandLanes, 0>(tile, low, 0, job, step, job.low);
+  });
 }
 
 // A dozen bands of one ear at a time: as many as have their sums in registers.
@@ -122,14 +145,18 @@ template <bool kCubic>
 HWY_NOINLINE void mix_head_here(const MixJob& job) {
   constexpr int kDozen = 12, kDozenLanes = kEars * kDozen;
   static_assert(kHeadLowBands == kDozen && kHeadHighBands == 2 * kDozen);
-  for (std::size_t first = 0; first < job.count; first += kTileVoices) {
-    const std::uint32_t* active = job.active + first;
-    const std::size_t count = std::min(kTileVoices, job.count - first);
-    mix_layer<kCubic, 2, kDozen, 1, false, kHeadLanes, kDozenLanes>(job, active, count, job.high);
-    mix_layer<kCubic, 2, kDozen, 1, false, kHeadLanes, 2 * kDozenLanes>(
-        job, active, count, job.high + kDozenLanes * kMostFrames);
-    mix_layer<true, 2, kDozen, 1, true, kHeadLanes, 0>(job, active, count, job.low);
-  }
+  Lines<1> lines;
+  for_steps<2>(job, kHeadLanes, [&](const Tile<2>& tile, int step) HWY_ATTR {
+    for (int ear = 0; ear < kEars; ++ear) {
+      lines.look<false>(tile, ear);
+      mix_step<kCubic, kDozen, 1, false, kHeadLanes, kDozenLanes>(tile, lines, ear, job, step,
+                                                                  job.high);
+      mix_step<kCubic, kDozen, 1, false, kHeadLanes, 2 * kDozenLanes>(
+          tile, lines, ear, job, step, job.high + kDozenLanes * kMostFrames);
+      lines.look<true>(tile, ear);
+      mix_step<true, kDozen, 1, true, kHeadLanes, 0>(tile, lines, ear, job, step, job.low);
+    }
+  });
 }
 
 void mix_voices_here(const MixMode& mode, const MixJob& job) {
@@ -139,14 +166,14 @@ void mix_voices_here(const MixMode& mode, const MixJob& job) {
   const bool cubic = mode.interpolation == Interpolation::kCubic;
   if (mode.eight_bands) {
     if (mode.delays == 2)
-      cubic ? mix_here<true, 2, true>(job) : mix_here<false, 2, true>(job);
+      cubic ? mix_bands_here<true, 2>(job) : mix_bands_here<false, 2>(job);
     else
-      cubic ? mix_here<true, 1, true>(job) : mix_here<false, 1, true>(job);
+      cubic ? mix_bands_here<true, 1>(job) : mix_bands_here<false, 1>(job);
   } else {
     if (mode.delays == 2)
-      cubic ? mix_here<true, 2, false>(job) : mix_here<false, 2, false>(job);
+      cubic ? mix_full_here<true, 2>(job) : mix_full_here<false, 2>(job);
     else
-      cubic ? mix_here<true, 1, false>(job) : mix_here<false, 1, false>(job);
+      cubic ? mix_full_here<true, 1>(job) : mix_full_here<false, 1>(job);
   }
 }
 

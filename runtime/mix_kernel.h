@@ -5,9 +5,11 @@
 // of it, so that eight band gains cost 3 + 5 / 4 multiply-adds per ear and frame instead of eight,
 // and one and a quarter reads instead of one. The octave bank filters the buses after the sum.
 //
-// A chunk of 16 to 64 frames of the buses stays in registers while voices pass by. Where a voice's
-// whole offset does not change within the chunk, its neighbours are contiguous loads and its
-// fraction a line; elsewhere it is looked at vector by vector.
+// Where 64 voices read is worked out for a step at a time, in columns (mix_tile-inl.h). A chunk of
+// 16 to 64 frames of the buses then stays in registers while voices pass by. Where a voice's whole
+// offset does not change within the step, its neighbours are contiguous loads and its fraction a
+// line; the others, one in sixteen, are silent in that pass and read in one of their own: across
+// the one place where the offset changes, or, if they slide fast, vector by vector.
 //
 // Cubic interpolation is a uniform B-spline over samples that were prefiltered when loaded, so that
 // whole delays give back the signal. Its largest error, at a fraction of one half, relative to the
@@ -23,9 +25,9 @@
 //            mean           -0.01  -0.05  -0.20  -0.80  -1.82  -3.29
 //            images           -64    -52    -40    -27    -20    -15
 //
-// Frames are added in the order of the voices; multiply-adds are fused where the CPU can, so CPUs
-// differ in last bits and runs on one CPU do not, however calls divide time. Highway is visible
-// only in mix_kernel*.cpp and mix_kernel-inl.h.
+// Frames are added in the order of the voices, in each 64 of them those that slide last;
+// multiply-adds are fused where the CPU can, so CPUs differ in last bits and runs on one CPU do
+// not, however calls divide time. Highway is visible only in mix_*.cpp and mix_*-inl.h.
 #pragma once
 
 #include <cstddef>

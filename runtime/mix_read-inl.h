@@ -25,6 +25,16 @@ using FloatTag = hn::CappedTag<float, 16>;
 using FloatVector = hn::Vec<FloatTag>;
 constexpr int kFloats = static_cast<int>(hn::MaxLanes(FloatTag()));
 
+// Loads once what is named more often: compilers load it anew for each time, and unaligned loads
+// are dear.
+HWY_INLINE FloatVector load(const float* HWY_RESTRICT x) {
+  auto v = hn::LoadU(FloatTag(), x);
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
+  asm("" : "+v"(v.raw));
+#endif
+  return v;
+}
+
 // Four neighbours of each frame, and how a curve is drawn through them: f is 0 at x1, 1 at x2.
 struct Taps {
   FloatVector x0, x1, x2, x3;
@@ -33,8 +43,6 @@ struct Taps {
 template <bool kCubic>
 HWY_INLINE FloatVector curve(const Taps& t, FloatVector f) {
   const FloatTag d;
-  // Each neighbour is named once: compilers load it anew for each time, and unaligned loads are
-  // dear.
   if constexpr (!kCubic) return hn::NegMulAdd(f, hn::Sub(t.x1, t.x2), t.x1);
   // The B-spline over samples that are half its coefficients, its powers of f
   // (x0 + 4 x1 + x2) / 3, x2 - x0, x0 - 2 x1 + x2 and (x3 - x0) / 3 + x1 - x2.
@@ -55,94 +63,79 @@ HWY_INLINE FloatVector shifted(FloatVector low, FloatVector high) {
 }
 #endif
 
-// Between x[0] and x[1], a fraction f of the way.
-template <bool kCubic>
-HWY_INLINE FloatVector between(const float* HWY_RESTRICT x, FloatVector f) {
-  const FloatTag d;
-#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
-  // Whole vectors that are not aligned cost two accesses each, and the next frames' low is this
-  // high; but shifting all the others takes ports from the arithmetic: one of each is best.
-  if constexpr (kCubic) {
-    const auto low = hn::LoadU(d, x - 1), high = hn::LoadU(d, x + kFloats - 1);
-    return curve<true>({low, hn::LoadU(d, x), shifted<2>(low, high), hn::LoadU(d, x + 2)}, f);
-  }
-#endif
-  const auto x1 = hn::LoadU(d, x), x2 = hn::LoadU(d, x + 1);
-  if constexpr (!kCubic) return curve<false>({x1, x1, x2, x2}, f);
-  return curve<true>({hn::LoadU(d, x - 1), x1, x2, hn::LoadU(d, x + 2)}, f);
-}
-
-// Where a voice reads during one chunk.
+// Where a voice reads during one step.
 struct Reading {
   const float* x;          // whole part of the first frame's position
   std::uint32_t fraction;  // the rest of it, 2^-32 frames
   std::int64_t drift;      // 2^-32 frames per frame beyond 1
 };
 
+constexpr std::int64_t kWhole = std::int64_t{1} << 32;
+
 // Always less than 1.
 HWY_INLINE float fraction_of(std::uint32_t bits) {
   return static_cast<float>(bits >> 8) * 0x1p-24f;
 }
 
-template <bool kLow>
-HWY_INLINE Reading reading_at(const VoicePath& path, int frame) {
-  std::int64_t position = path.position_at(frame);
-  if constexpr (kLow) position >>= 2;
-  return {(kLow ? path.low : path.high) + (position >> 32), static_cast<std::uint32_t>(position),
-          path.step_at(frame) - (std::int64_t{1} << 32)};
-}
-
-// True if the whole offset between voice and output is the same for all frames of the chunk.
+// True if the whole offset between voice and output changes no more than once in a step of so many
+// frames.
 template <int kFrames>
-HWY_INLINE bool is_steady(const Reading& r) {
-  return ((r.fraction + (kFrames - 1) * r.drift) >> 32) == 0;
+HWY_INLINE bool is_gentle(const Reading& r) {
+  return std::abs(r.drift) * (kFrames - 1) < kWhole;
 }
 
-// How far a voice slides, per frame: hardly, so that a vector has at most two whole offsets; so far
-// that its neighbours are within two vectors; or farther.
-constexpr std::int64_t kHardly = (std::int64_t{1} << 32) / 16;
+// So far per frame that a vector's neighbours are within two vectors.
 constexpr std::int64_t kFar = (std::int64_t{1} << 32) * 3 / 10;
 
-// One vector of frames whose integer offset may change on the way.
+// From the lesser of the two whole offsets of a gentle reading, positions from 0 to 2.
 template <bool kCubic>
-HWY_INLINE FloatVector read_sliding(const Reading& r, int frame) {
+HWY_INLINE FloatVector read_gently(const float* HWY_RESTRICT x, FloatVector position) {
+  const FloatTag d;
+  const auto one = hn::Set(d, 1.0f);
+  const auto x1 = hn::LoadU(d, x), x2 = hn::LoadU(d, x + 1), x3 = hn::LoadU(d, x + 2);
+  if constexpr (!kCubic) {  // a line with a knee
+    const auto f = hn::Min(position, one);
+    const auto here = hn::NegMulAdd(f, hn::Sub(x1, x2), x1);
+    return hn::NegMulAdd(hn::Sub(position, f), hn::Sub(x2, x3), here);
+  }
+  const auto next = hn::Ge(position, one);
+  const auto pick = [&](FloatVector a, FloatVector b)
+                        HWY_ATTR { return hn::IfThenElse(next, b, a); };
+  const auto f = hn::Sub(position, hn::IfThenElseZero(next, one));
+  return curve<true>(
+      {pick(hn::LoadU(d, x - 1), x1), pick(x1, x2), pick(x2, x3), pick(x3, hn::LoadU(d, x + 3))},
+      f);
+}
+
+// One vector of frames whose integer offset changes as it may.
+template <bool kCubic>
+HWY_INLINE FloatVector read_widely(const Reading& r, int frame) {
   const FloatTag d;
   const std::int64_t offset = r.fraction + frame * r.drift;
   const float* HWY_RESTRICT x = r.x + frame + (offset >> 32);
   const auto drift = hn::Set(d, static_cast<float>(r.drift) * 0x1p-32f);
   const auto fraction = hn::Set(d, fraction_of(static_cast<std::uint32_t>(offset)));
   const auto position = hn::MulAdd(hn::Iota(d, 0.0f), drift, fraction);
-  const std::int64_t distance = std::abs(r.drift);
-  if (distance <= kHardly) {
-    // From the lesser of its two whole offsets, which is its first or its last frame's.
-    const std::int64_t last = offset + (kFloats - 1) * r.drift;
-    const float* HWY_RESTRICT y = r.x + frame + (std::min(offset, last) >> 32);
-    const auto one = hn::Set(d, 1.0f);
-    const auto at = y == x ? position : hn::Add(position, one);
-    const auto next = hn::Ge(at, one);
-    const auto pick = [&](FloatVector a, FloatVector b)
-                          HWY_ATTR { return hn::IfThenElse(next, b, a); };
-    const auto x1 = hn::LoadU(d, y), x2 = hn::LoadU(d, y + 1), x3 = hn::LoadU(d, y + 2);
-    const auto g = hn::Sub(at, hn::IfThenElseZero(next, one));
-    Taps taps{g, pick(x1, x2), pick(x2, x3), g};
-    if constexpr (kCubic) {
-      taps.x0 = pick(hn::LoadU(d, y - 1), x1);
-      taps.x3 = pick(x3, hn::LoadU(d, y + 3));
-    }
-    return curve<kCubic>(taps, g);
-  }
-  const auto whole = hn::Floor(position);
-  const auto f = hn::Sub(position, whole);
+  // Down to a whole number, or at a whole number to either: f is 0 to 1. In the last bits of what
+  // is added to it, whole is an integer.
+  const auto magic = hn::Set(d, 12582912.0f);
+  const auto sum = hn::Add(hn::Sub(position, hn::Set(d, 0.5f)), magic);
+  const auto f = hn::Sub(position, hn::Sub(sum, magic));
   const hn::RebindToSigned<FloatTag> di;
-  const auto index = hn::Add(hn::ConvertTo(di, whole), hn::Iota(di, 0));  // of x0 from x - 1
+  const auto index = hn::Add(hn::BitCast(di, sum),
+                             hn::Sub(hn::Iota(di, 0), hn::BitCast(di, magic)));  // of x0 from x - 1
   Taps taps{f, f, f, f};
-  if (kFloats >= 4 && distance <= kFar) {
-    const auto low = hn::LoadU(d, x - 1), high = hn::LoadU(d, x + kFloats - 1);
+  if (kFloats >= 4 && std::abs(r.drift) <= kFar) {
+    const auto low = load(x - 1), high = load(x + kFloats - 1);
     const auto tap = [&](int k) HWY_ATTR {
       const auto at = hn::Add(index, hn::Set(di, k));
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+      return FloatVector{_mm512_permutex2var_ps(low.raw, at.raw, high.raw)};
+#else
       const auto lane = hn::IndicesFromVec(d, hn::And(at, hn::Set(di, kFloats - 1)));
       return hn::IfThenElse(hn::RebindMask(d, hn::Lt(at, hn::Set(di, kFloats))),
                             hn::TableLookupLanes(low, lane), hn::TableLookupLanes(high, lane));
+#endif
     };
     if (kCubic) taps = {tap(0), tap(1), tap(2), tap(3)};
     if (!kCubic) taps = {f, tap(1), tap(2), f};
@@ -155,32 +148,60 @@ HWY_INLINE FloatVector read_sliding(const Reading& r, int frame) {
   return curve<kCubic>(taps, f);
 }
 
-template <bool kCubic, int kFrames>
-HWY_NOINLINE void slide(const Reading& r, float* HWY_RESTRICT out) {
+// Frames `first` to first + kFrames of a step of kStep.
+template <bool kCubic, int kStep, int kFrames>
+HWY_INLINE void read_sliding(const Reading& r, int first, FloatVector (&x)[kFrames / kFloats]) {
   const FloatTag d;
-  for (int f = 0; f < kFrames; f += kFloats) hn::Store(read_sliding<kCubic>(r, f), d, out + f);
+  if (!is_gentle<kStep>(r)) {
+    for (int i = 0; i < kFrames / kFloats; ++i) x[i] = read_widely<kCubic>(r, first + i * kFloats);
+    return;
+  }
+  const std::int64_t last = r.fraction + (kStep - 1) * r.drift;
+  const std::int64_t before = std::min<std::int64_t>(last >> 32, 0);
+  const auto slope = hn::Set(d, static_cast<float>(r.drift) * 0x1p-32f);
+  const auto start = hn::Set(d, fraction_of(r.fraction) - static_cast<float>(before));
+  for (int i = 0; i < kFrames / kFloats; ++i) {
+    const int frame = first + i * kFloats;
+    const auto at = hn::MulAdd(hn::Iota(d, static_cast<float>(frame)), slope, start);
+    x[i] = read_gently<kCubic>(r.x + before + frame, at);
+  }
 }
 
-template <bool kCubic, int kFrames>
-HWY_INLINE void read_chunk(const Reading& r, FloatVector (&x)[kFrames / kFloats]) {
+// The same of a steady one that begins at `from`.
+//
+// Whole vectors of AVX-512 that are not aligned cost two accesses each; shifting instead takes
+// ports from the arithmetic. Which of them is short depends: a line that is read at one place does
+// with loads, at two places every other one is a shift, and so it is of a curve.
+template <bool kCubic, bool kFewLoads, int kFrames>
+HWY_INLINE void read_steadily(const float* HWY_RESTRICT from, const float& fraction,
+                              const float& drift, const float& turns, int first,
+                              FloatVector (&x)[kFrames / kFloats]) {
   const FloatTag d;
   constexpr int kVectors = kFrames / kFloats;
-  if (HWY_LIKELY(is_steady<kFrames>(r))) {
-    const float drift = static_cast<float>(static_cast<std::int32_t>(r.drift)) * 0x1p-32f;
-    const auto slope = hn::Set(d, drift);
-    const auto start = hn::Set(d, fraction_of(r.fraction));
-    const auto turn = hn::Set(d, drift * kFloats);
-    auto f = start;
-    for (int i = 0; i < kVectors; ++i) {
-      // Additions are cheaper, but short vectors would make too many of them in a row.
-      f = i % 4 == 0 ? hn::MulAdd(hn::Iota(d, static_cast<float>(i * kFloats)), slope, start)
-                     : hn::Add(f, turn);
-      x[i] = between<kCubic>(r.x + i * kFloats, f);
+  const auto slope = hn::Set(d, drift), start = hn::Set(d, fraction), turn = hn::Set(d, turns);
+  const float* HWY_RESTRICT at = from + first;
+  auto f = start;
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+  constexpr int kBack = kCubic ? 1 : 0;
+  FloatVector low = load(at - kBack);
+#endif
+  for (int i = 0; i < kVectors; ++i, at += kFloats) {
+    // Additions are cheaper, but short vectors would make too many of them in a row.
+    f = i % 4 == 0 ? hn::MulAdd(hn::Iota(d, static_cast<float>(first + i * kFloats)), slope, start)
+                   : hn::Add(f, turn);
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+    if constexpr (kCubic || kFewLoads) {
+      const auto high = load(at - kBack + kFloats);
+      const auto later = shifted<1 + kBack>(low, high);
+      x[i] = kCubic ? curve<true>({low, load(at), later, load(at + 2)}, f)
+                    : curve<false>({low, low, later, later}, f);
+      low = high;
+      continue;
     }
-  } else {
-    HWY_ALIGN float slid[kFrames];
-    slide<kCubic, kFrames>(r, slid);
-    for (int i = 0; i < kVectors; ++i) x[i] = hn::Load(d, slid + i * kFloats);
+#endif
+    const auto x1 = load(at), x2 = load(at + 1);
+    x[i] = kCubic ? curve<true>({load(at - 1), x1, x2, load(at + 2)}, f)
+                  : curve<false>({x1, x1, x2, x2}, f);
   }
 }
 

@@ -1,0 +1,123 @@
+// mix_tile-inl.h: where the voices of a tile read, step by step, for mix_kernel.cpp alone, which
+// compiles it once per instruction set; hence no include guard of the usual kind.
+//
+// In columns, so that it becomes vector code: what a voice's place in its signal costs, a dozen
+// operations on 64-bit numbers, is then small against reading and adding up.
+#if defined(CLAMOR_RUNTIME_MIX_TILE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef CLAMOR_RUNTIME_MIX_TILE_INL_H
+#undef CLAMOR_RUNTIME_MIX_TILE_INL_H
+#else
+#define CLAMOR_RUNTIME_MIX_TILE_INL_H
+#endif
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include <hwy/highway.h>
+
+#include "runtime/mix_kernel.h"
+#include "runtime/mix_read-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace clamor {
+namespace HWY_NAMESPACE {
+namespace {
+
+// Voices whose numbers stay in L1 from one step to the next.
+constexpr std::size_t kTileVoices = 64;
+constexpr std::size_t kVoicesAhead = 12;  // for prefetching: some 300 cycles
+
+// Gains of a voice that is not heard.
+alignas(64) constexpr float kSilent[2 * kHeadLanes] = {};
+
+template <int kDelays>
+struct Tile {
+  std::size_t count;
+  const float* gain[kTileVoices];
+  const float* signal[2][kDelays][kTileVoices];  // high, low
+  // At the beginning of a step: VoicePath's, less 1 frame per frame.
+  alignas(64) std::int64_t position[kDelays][kTileVoices];
+  alignas(64) std::int64_t drift[kDelays][kTileVoices];
+  alignas(64) std::int64_t bend[kDelays][kTileVoices];
+
+  HWY_INLINE void take(const MixJob& job, const std::uint32_t* active, std::size_t voices,
+                       int lanes) {
+    count = voices;
+    for (std::size_t v = 0; v < count; ++v) {
+      const VoicePath* const paths = job.paths + std::size_t{kEars} * active[v];
+      gain[v] = job.gains + 2 * static_cast<std::size_t>(lanes) * active[v];
+      for (int e = 0; e < kDelays; ++e) {
+        signal[0][e][v] = paths[e].high;
+        signal[1][e][v] = paths[e].low;
+        position[e][v] = paths[e].position;
+        drift[e][v] = paths[e].step - kWhole;
+        bend[e][v] = paths[e].bend;
+      }
+    }
+  }
+
+  HWY_INLINE void advance() {
+    for (int e = 0; e < kDelays; ++e)
+      for (std::size_t v = 0; v < count; ++v) {
+        position[e][v] += (drift[e][v] + kWhole) * kStepFrames;
+        drift[e][v] += bend[e][v];
+      }
+  }
+};
+
+// What is read of one layer in one step by kReads ears at once. A voice that is not steady is read
+// apart; until then it is silent.
+template <int kReads>
+struct Lines {
+  std::size_t count, sliding_count;
+  alignas(64) std::int64_t slides[kTileVoices];
+  alignas(64) float fraction[kReads][kTileVoices];
+  alignas(64) float drift[kReads][kTileVoices];
+  alignas(64) float turn[kReads][kTileVoices];  // drift of a vector
+  const float* x[kReads][kTileVoices + kVoicesAhead];
+  const float* gain[kTileVoices];
+  std::uint32_t sliding[kTileVoices];
+
+  template <bool kLow, int kDelays>
+  HWY_INLINE void look(const Tile<kDelays>& tile, int first_ear) {
+    constexpr int kFrames = kStepFrames / (kLow ? kLowRate : 1);
+    count = tile.count;
+    for (int r = 0; r < kReads; ++r) {
+      const int e = first_ear + r;
+      for (std::size_t v = 0; v < count; ++v) {
+        const std::int64_t at = tile.position[e][v] >> (kLow ? 2 : 0), change = tile.drift[e][v];
+        const std::int64_t bits = at & (kWhole - 1), offset = (bits + (kFrames - 1) * change) >> 32;
+        slides[v] = r == 0 ? offset : slides[v] | offset;
+        fraction[r][v] = static_cast<float>(static_cast<std::int32_t>(bits >> 8)) * 0x1p-24f;
+        drift[r][v] = static_cast<float>(static_cast<std::int32_t>(change)) * 0x1p-32f;
+        turn[r][v] = drift[r][v] * kFloats;
+        x[r][v] = tile.signal[kLow][e][v] + (at >> 32);
+      }
+      // The first ones' next step, or what is there.
+      for (std::size_t v = 0; v < kVoicesAhead; ++v) x[r][count + v] = x[r][v % count] + kFrames;
+    }
+    // Two loops without branches, which nobody could foretell.
+    for (std::size_t v = 0; v < count; ++v) gain[v] = slides[v] == 0 ? tile.gain[v] : kSilent;
+    std::size_t found = 0;
+    for (std::size_t v = 0; v < count; ++v) {
+      sliding[found] = static_cast<std::uint32_t>(v);
+      found += slides[v] != 0 ? 1 : 0;
+    }
+    sliding_count = found;
+  }
+};
+
+template <bool kLow, int kDelays>
+HWY_INLINE Reading reading_of(const Tile<kDelays>& tile, int ear, std::size_t v) {
+  const std::int64_t at = tile.position[ear][v] >> (kLow ? 2 : 0);
+  return {tile.signal[kLow][ear][v] + (at >> 32), static_cast<std::uint32_t>(at),
+          tile.drift[ear][v]};
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace clamor
+HWY_AFTER_NAMESPACE();
+
+#endif
