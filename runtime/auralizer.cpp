@@ -82,7 +82,7 @@ std::unique_ptr<SoundLoader> sounds_from(const BakeFile& file, const AuralizerIn
         return block_of(input.signals[signal - file.signal_count()], block);
       },
       SoundBudget{bytes, !options.wait_for_pages},
-      most_keyframes_ahead(options.block_frames, options.limit),
+      most_keyframes_ahead(options.block_frames),
       std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / 2, 1, 4));
 }
 

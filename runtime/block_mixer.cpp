@@ -14,13 +14,12 @@ constexpr int kLargestUnexpected_frames = 4096;
 }  // namespace
 
 // Two segments beyond the longest block: the one being mixed and the one that may end within it.
-std::size_t keyframes_ahead(int block_frames, bool limit) noexcept REALTIME {
-  block_frames += limit ? kLimiterDelayFrames : 0;
+std::size_t keyframes_ahead(int block_frames) noexcept REALTIME {
   return 2 + static_cast<std::size_t>((block_frames + kKeyframeFrames - 1) / kKeyframeFrames);
 }
 
-std::size_t most_keyframes_ahead(int block_frames, bool limit) {
-  return keyframes_ahead(std::max(block_frames, kLargestUnexpected_frames), limit);
+std::size_t most_keyframes_ahead(int block_frames) {
+  return keyframes_ahead(std::max(block_frames, kLargestUnexpected_frames));
 }
 
 BlockMixer::BlockMixer(std::span<const PreparedSignal> signals, std::size_t slots,
@@ -31,24 +30,42 @@ BlockMixer::BlockMixer(std::span<const PreparedSignal> signals, std::size_t slot
       adapting_(options.adapt),
       clock_(options.clock),
       sounds_(sounds),
-      ahead_(keyframes_ahead(options.block_frames, options.limit)),
-      queue_(most_keyframes_ahead(options.block_frames, options.limit), slots),
+      ahead_(keyframes_ahead(options.block_frames)),
+      queue_(most_keyframes_ahead(options.block_frames), slots),
       mixer_(signals, slots, mode, panner, head),
       limiter_(options.limit ? std::make_unique<Limiter>(channels_) : nullptr),
+      lead_frames_(mixer_.lead_frames() + (options.limit ? kLimiterDelayFrames : 0)),
       mixed_(channels_ * kMostFrames) {}
 
 bool BlockMixer::wants_keyframe() const {
-  return !published_ || queue_.size() < ahead_.load(std::memory_order_relaxed);
+  return published_ < 2 || queue_.size() < ahead_.load(std::memory_order_relaxed);
 }
 
 void BlockMixer::publish(const Keyframe& written) {
-  if (published_) {
+  if (published_ == 2) {
     queue_.publish();
     return;
   }
-  published_ = true;
-  mixer_.begin(written, 0);
+  if (published_++ == 0) {
+    mixer_.begin(written, -lead_frames_);
+    return;
+  }
+  if (sounds_ != nullptr) sounds_->pass(mixer_.clock_frames());
+  mixer_.load(written);
+  mix_lead();
   begun_.store(true, std::memory_order_release);
+}
+
+// Up to time 0; what was mixed beyond is for the first block.
+void BlockMixer::mix_lead() {
+  static_assert(kHeadDelayFrames + kLimiterDelayFrames < kKeyframeFrames);
+  for (int left = lead_frames_; left > 0;) {
+    mix_steps(std::min((left + kStepFrames - 1) / kStepFrames, mixer_.steps_left()));
+    const int mixed = static_cast<int>(mixed_end_ / channels_);
+    mixed_read_ = static_cast<std::size_t>(std::min(left, mixed)) * channels_;
+    left -= mixed;
+  }
+  for (std::atomic<float>& peak : peak_) peak.store(0, std::memory_order_relaxed);
 }
 
 void BlockMixer::mix(std::span<float> interleaved) noexcept REALTIME {
@@ -62,7 +79,7 @@ void BlockMixer::mix(std::span<float> interleaved) noexcept REALTIME {
     std::size_t sounding = 0, frames = 0;
     for (std::size_t i = 0; i < interleaved.size();) {
       if (mixed_read_ == mixed_end_) {
-        held = mix_steps(interleaved.size() - i) || held;
+        held = mix_more(interleaved.size() - i) || held;
         frames += mixed_end_ / channels_;
         sounding = std::max(sounding, mixer_.sounding());
       }
@@ -82,13 +99,12 @@ void BlockMixer::expect(std::size_t frames) noexcept REALTIME {
   if (frames <= largest_block_frames_) return;
   largest_block_frames_ = frames;
   const auto fits = static_cast<int>(std::min<std::size_t>(frames, kLargestUnexpected_frames));
-  ahead_.store(
-      std::max(ahead_.load(std::memory_order_relaxed), keyframes_ahead(fits, limiter_ != nullptr)),
-      std::memory_order_relaxed);
+  ahead_.store(std::max(ahead_.load(std::memory_order_relaxed), keyframes_ahead(fits)),
+               std::memory_order_relaxed);
 }
 
 // Mixes steps for up to so many samples; true if it had to do without a keyframe that was due.
-bool BlockMixer::mix_steps(std::size_t samples) noexcept REALTIME {
+bool BlockMixer::mix_more(std::size_t samples) noexcept REALTIME {
   bool held = false;
   const Keyframe* const keyframe = mixer_.wants_keyframe() ? queue_.readable() : nullptr;
   if (adapting_ && keyframe != nullptr) load_.expect(keyframe->voices.size());
@@ -104,14 +120,16 @@ bool BlockMixer::mix_steps(std::size_t samples) noexcept REALTIME {
     }
   }
   const std::size_t step = channels_ * kStepFrames;
-  const int steps =
-      static_cast<int>(std::min<std::size_t>((samples + step - 1) / step, mixer_.steps_left()));
+  mix_steps(
+      static_cast<int>(std::min<std::size_t>((samples + step - 1) / step, mixer_.steps_left())));
+  return held;
+}
+
+void BlockMixer::mix_steps(int steps) noexcept REALTIME {
   mixer_.mix(mixed_.data(), steps);
-  mixed_end_ = static_cast<std::size_t>(steps) * step;
+  mixed_end_ = static_cast<std::size_t>(steps) * channels_ * kStepFrames;
   mixed_read_ = 0;
   finish_mix();
-  drop_lead();
-  return held;
 }
 
 // What mixing those frames took, for the next ones.
@@ -126,15 +144,6 @@ void BlockMixer::tell_load(double took_s, std::size_t frames,
   if (now_shed > 0) shedding_blocks_.fetch_add(1, std::memory_order_relaxed);
   const double nearly = 1.02 * static_cast<double>(mixer_.voices());
   mixer_is_full_.store(static_cast<double>(load_.allowed()) < nearly, std::memory_order_relaxed);
-}
-
-// The limiter holds frames back: by as much its first ones are nobody's, and the mixer is ahead.
-void BlockMixer::drop_lead() noexcept REALTIME {
-  if (limiter_ == nullptr || limiter_lead_ == 0) return;
-  const auto frames = static_cast<int>(mixed_end_ / channels_);
-  const int dropped = std::min(limiter_lead_, frames);
-  limiter_lead_ -= dropped;
-  mixed_read_ = static_cast<std::size_t>(dropped) * channels_;
 }
 
 // Applies the output gain, limits it and looks for what a listener should know of.

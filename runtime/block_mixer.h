@@ -5,8 +5,10 @@
 // that is due and not here is held for, and counted. With `adapt`, the time that blocks take tells
 // how many voices may sound (load_control.h).
 //
-// Keyframes come through a bounded queue; the first goes to the mixer without queueing, which is
-// the audio thread's from then on.
+// What is heard at a time is of the keyframe of that time, whatever lies on its way: the bands of a
+// head take 16 ms, the limiter 1.5. The mixer is that far ahead, from the start: keyframes come
+// through a bounded queue, but the first two go to it without queueing, and what comes out before
+// time 0 is dropped; from then on it is the audio thread's.
 //
 // Threads: wants_keyframe(), writable() and publish() are the sampler's, mix() the audio thread's,
 // the rest any one's.
@@ -32,10 +34,10 @@ namespace clamor {
 inline constexpr int kLargestBlock_frames = 1 << 16;
 
 // How far ahead keyframes are made for blocks of so many frames.
-std::size_t keyframes_ahead(int block_frames, bool limit) noexcept REALTIME;
+std::size_t keyframes_ahead(int block_frames) noexcept REALTIME;
 
 // The same for the largest blocks that there is room for, though they were not expected.
-std::size_t most_keyframes_ahead(int block_frames, bool limit);
+std::size_t most_keyframes_ahead(int block_frames);
 
 struct BlockOptions {
   float gain = 1;
@@ -79,9 +81,10 @@ class BlockMixer {
 
  private:
   void expect(std::size_t frames) noexcept REALTIME;
-  bool mix_steps(std::size_t samples) noexcept REALTIME;
+  bool mix_more(std::size_t samples) noexcept REALTIME;
   void tell_load(double took_s, std::size_t frames, std::size_t sounding) noexcept REALTIME;
-  void drop_lead() noexcept REALTIME;
+  void mix_lead();
+  void mix_steps(int steps) noexcept REALTIME;
   void finish_mix() noexcept REALTIME;
 
   const std::size_t channels_;
@@ -91,15 +94,15 @@ class BlockMixer {
   SoundLoader* const sounds_;
   std::atomic<std::size_t> ahead_;  // keyframes that may wait for the mixer
   KeyframeQueue queue_;
-  std::atomic<bool> begun_{false};  // keyframe 0 is in the mixer
-  bool published_ = false;          // the sampler's
+  std::atomic<bool> begun_{false};  // the mixer is the audio thread's
+  std::uint8_t published_ = 0;      // the sampler's: keyframes, up to the first two
 
-  // Audio thread.
+  // Audio thread, once begun.
   Mixer mixer_;
   std::size_t largest_block_frames_ = 0;
   BlockLoad load_;
   const std::unique_ptr<Limiter> limiter_;  // or null
-  int limiter_lead_ = kLimiterDelayFrames;  // frames to drop until it gives what it was given
+  const int lead_frames_;                   // by which the mixer's clock is ahead of what goes out
   std::vector<float> mixed_;
   std::size_t mixed_end_ = 0, mixed_read_ = 0;  // samples in it, and those already given away
 

@@ -15,7 +15,10 @@
 // rounding of 960 small steps. A delay's slope steps by no more than it bends within kStepFrames.
 // A gain's slope turns there by what the keyframes say, for a voice that fades (keyframe_maker.h)
 // by at most 0.31 per 960 frames: no more than a step of -52 dB is at 1 kHz from the voice's own
-// sound. With eight bands, gains and delays are those of kBankDelayFrames (0.5 ms) before.
+// sound. With bands, gains and delays are those of lead_frames() before
+// (0.5 ms with eight, 16 binaural), both of one moment; block_mixer.h makes up for it. What the
+// eight bands' filters themselves take is left: a change is heard 0.2 ms late at 8 kHz, 0.8 at
+// 2 kHz, 2 at 1 kHz and 24 at 125 Hz, two or three periods. A head's have no phase and take none.
 //
 // More than two channels are mixed pair by pair from the same paths, each pair from those voices
 // that are heard in it: a voice has one delay and one spectrum, times a gain per channel that the
@@ -64,6 +67,9 @@ class Mixer {
         const Panner* panner = nullptr, const Head* head = nullptr);
 
   int channels() const noexcept REALTIME { return kEars * mode_.pairs; }
+
+  // Gains and delays are those of so many frames before: filters take as long.
+  int lead_frames() const noexcept REALTIME { return lead_frames_; }
 
   // Everything sounds as `keyframe` says, and has for kBankTailFrames before `clock_frames`.
   void begin(const Keyframe& keyframe, std::int64_t clock_frames);
