@@ -54,6 +54,8 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
                 "X,Y,Z in metres; unset: amid the emitters, 4 m before a single one");
   parser.option("--seconds", options.seconds, "stadium: length of each rendering");
   parser.option("--minutes", options.minutes, "motion: at each speed");
+  parser.option("--readings", options.readings,
+                "motion: of momentary loudness against all sources, at each speed");
   parser.option("--seeds", options.seeds,
                 "convergence, walk, octave-bands: drawings per strategy and k");
   parser.option(
@@ -80,6 +82,8 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
     return parser.bad_usage(err, "--seconds must lie between 0.5 and 60");
   if (!(options.minutes >= 0.1 && options.minutes <= 600))
     return parser.bad_usage(err, "--minutes must lie between 0.1 and 600");
+  if (options.readings < 1 || options.readings > 100'000)
+    return parser.bad_usage(err, "--readings must lie between 1 and 100000");
   if (options.rolls < 19 || options.rolls > 1000)
     return parser.bad_usage(err, "--rolls must lie between 19 and 1000");
   if (options.seeds < 2 || options.seeds > 10000)

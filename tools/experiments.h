@@ -4,6 +4,7 @@
 #include <iosfwd>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/result.h"
 #include "common/vec.h"
@@ -17,6 +18,7 @@ struct ExperimentOptions {
   std::optional<Vec3> listener_m;  // unset: ExperimentScene::usual_place()
   double seconds = 1;              // of sound per rendering
   double minutes = 10;             // at each speed
+  int readings = 60;               // of loudness, at each speed
   int seeds = 100;                 // drawings per strategy and k, where nothing is rendered
   int rolls = 19;                  // exact renderings with other phases
   bool quick = false;              // few sources, few k: does everything still run?
@@ -32,6 +34,12 @@ Result<ExperimentReport> convergence_experiment(const ExperimentOptions& options
                                                 std::ostream& err);
 Result<ExperimentReport> walk_experiment(const ExperimentOptions& options, std::ostream& err);
 Result<ExperimentReport> motion_experiment(const ExperimentOptions& options, std::ostream& err);
+
+// Part of motion: what a keyframe takes, against what it depends on.
+Result<ReportTable> keyframe_times(const ExperimentOptions& options, std::ostream& err);
+
+// 0 of none.
+double quantile(std::vector<double> values, double share);
 
 // In the palette of charts, the same in all of them.
 int colour_of(const std::string& strategy);

@@ -68,15 +68,22 @@ TEST(BlockLoad, IsLateOnceWhenABlockSuddenlyTakesHalfAsLongAgainAndNoMore) {
   EXPECT_NEAR(static_cast<double>(machine.load.allowed()), 2000 * 0.7 / 1.2, 1);
 }
 
-TEST(BlockLoad, AllowsTwiceAsManyEveryFiveSecondsOnceTheBurdenIsGone) {
+TEST(BlockLoad, AllowsTwiceAsManyWithinHalfTheDoublingTimeWhereThereIsTimeForFarMore) {
   Machine machine{.share_per_voice = 1.6 / 2000};
   machine.mix_block();
   const double least = static_cast<double>(machine.load.allowed());
-  machine.share_per_voice = 0.3 / 2000;
+  machine.share_per_voice = 0.2 / 2000;  // time for far more: twice as fast
   double seconds = 0;
-  for (; seconds < BlockLoad::kDouble_s; seconds += kBlock_s) machine.mix_block();
-  EXPECT_NEAR(static_cast<double>(machine.load.allowed()), 2 * least, 0.01 * least);
-  for (; seconds < 3 * BlockLoad::kDouble_s; seconds += kBlock_s) machine.mix_block();
+  for (; seconds < Patience::kLeast_s - kBlock_s; seconds += kBlock_s) machine.mix_block();
+  EXPECT_EQ(static_cast<double>(machine.load.allowed()), least) << "it waits for what comes";
+  for (; seconds < Patience::kLeast_s + BlockLoad::kDouble_s / 2; seconds += kBlock_s)
+    machine.mix_block();
+  // Blocks are whole: up to one more at either end of the rise, each 1.06 %.
+  const double two_blocks = std::exp2(2 * 2 * kBlock_s / BlockLoad::kDouble_s);
+  EXPECT_GE(static_cast<double>(machine.load.allowed()), 2 * least / two_blocks);
+  EXPECT_LE(static_cast<double>(machine.load.allowed()), 2 * least * two_blocks);
+  for (; seconds < Patience::kLeast_s + 3 * BlockLoad::kDouble_s; seconds += kBlock_s)
+    machine.mix_block();
   EXPECT_EQ(machine.load.allowed(), BlockLoad::kUnlimited);
 }
 
@@ -97,19 +104,18 @@ TEST(VoiceLimit, FallsAtOnceToWhatThereIsTimeForAndStays) {
   EXPECT_EQ(limit.late(), 1u);
 }
 
-TEST(VoiceLimit, RisesSlowlyToAllOfThemAfterALateKeyframe) {
+TEST(VoiceLimit, RisesToAllOfThemWithinTwoSecondsOfALateKeyframe) {
   VoiceLimit limit(2000);
   limit.keyframe_took(30, 0, false);
   EXPECT_EQ(limit.voices(), 1000u);  // one measurement takes no more than half
-  const auto keyframes = static_cast<int>(std::ceil(std::log(2) / std::log(VoiceLimit::kRise)));
-  for (int keyframe = 1; keyframe < keyframes; ++keyframe) {
+  int keyframes = 0;
+  while (limit.voices() < 2000 && keyframes < 100) {
     const std::size_t before = limit.voices();
     limit.keyframe_took(0.2, 0, false);
-    EXPECT_LE(static_cast<double>(limit.voices() - before), 0.004 * 2000);
+    EXPECT_LE(static_cast<double>(limit.voices() - before), 0.021 * static_cast<double>(before));
+    ++keyframes;
   }
-  EXPECT_LT(limit.voices(), 2000u);
-  limit.keyframe_took(0.2, 0, false);
-  EXPECT_EQ(limit.voices(), 2000u);
+  EXPECT_LT(keyframes, 100);
   EXPECT_EQ(limit.least_so_far(), 1000u);
 }
 
