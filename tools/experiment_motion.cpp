@@ -169,6 +169,28 @@ Differences differences(const MotionScene& scene, const MotionScene& rolled, con
 
 double worst(const std::vector<double>& values) { return quantile(values, 1); }
 
+// What the readings tell, in words.
+std::string said_of(const Differences& all) {
+  const double power_lu = worst(all.power_lu), heard_lu = quantile(all.heard_lu, 0.95),
+               chance_lu = quantile(all.chance_lu, 0.95);
+  const auto beside_goal = [](double lu) {
+    return lu <= kLoudnessGoal_lu ? "which meets" : "which misses";
+  };
+  return fmt::format(
+             "The power of the sample is within {:.2f} LU of that of all in every reading, {} the "
+             "goal of {} LU. As heard, 95 % of readings are within {:.2f} LU, {} it; all sources "
+             "with other signs of the reflections, as exact, are within {:.2f} LU. ",
+             power_lu, beside_goal(power_lu), kLoudnessGoal_lu, heard_lu, beside_goal(heard_lu),
+             chance_lu) +
+         (heard_lu <= chance_lu
+              ? "So what is heard differs by no more than chance: copies of the same sound add up "
+                "or cancel as those signs happen to be. "
+              : "So what is heard differs by more than chance makes it. ") +
+         fmt::format(
+             "A quarter of the voices are within {:.2f} LU, four times as many within {:.2f}.",
+             quantile(all.few_lu, 0.95), quantile(all.many_lu, 0.95));
+}
+
 }  // namespace
 
 double quantile(std::vector<double> values, double share) {
@@ -253,18 +275,8 @@ Result<ExperimentReport> motion_experiment(const ExperimentOptions& options, std
   report.claim(
       "Sampling all anew leads to \"rather strong noise artefacts\"; dynamic sampling lets sources "
       "fade in and out one by one (3.4).",
-      fmt::format(
-          "{} clicks that all sources do not have; {} keyframes later than {:.0f} ms. The power of "
-          "the sample is within {:.2f} LU of that of all in every reading, the goal being {} LU. "
-          "As heard, 95 % of readings are within {:.2f} LU. That is interference: copies of the "
-          "same sound add up or cancel, as the signs happen to be that the bake draws for "
-          "reflections. All sources with other signs, as exact, are within {:.2f} LU in 95 %. So "
-          "momentary loudness within {} LU of one drawing of all asks to keep what is chance; it "
-          "takes most of the sources: a quarter of the voices are within {:.2f} LU, four times as "
-          "many within {:.2f}.",
-          beyond, late, kLateKeyframe_ms, worst(all.power_lu), kLoudnessGoal_lu,
-          quantile(all.heard_lu, 0.95), quantile(all.chance_lu, 0.95), kLoudnessGoal_lu,
-          quantile(all.few_lu, 0.95), quantile(all.many_lu, 0.95)));
+      fmt::format("{} clicks that all sources do not have; {} keyframes later than {:.0f} ms. {}",
+                  beyond, late, kLateKeyframe_ms, said_of(all)));
   report.chart(chart,
                "Readings of 400 ms spread over the way, BS.1770, in a free field, at all speeds; "
                "chance is what all sources with other random signs are off.");
