@@ -98,7 +98,7 @@ class LoudnessTrack {
         last = std::min(last, count_ - 1);
       }
       float most = 0;
-      for (; first <= last; first = (first / kFew + 1) * kFew) {
+      for (; first <= last; first = std::min((first / kFew + 1) * kFew, count_)) {
         if (first >= count_) {  // of a loop
           first -= count_;
           last -= count_;
