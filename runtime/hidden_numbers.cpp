@@ -1,38 +1,40 @@
 #include "runtime/hidden_numbers.h"
 
-#include <cstddef>
 #include <utility>
 
 namespace clamor {
 
 namespace {
 
-constexpr std::size_t kFirstWords = 1 << 10;
+constexpr std::size_t kFirstSlots = 1 << 8;
 
 }  // namespace
 
-HiddenNumbers::HiddenNumbers() : words_(kFirstWords) {}
+HiddenNumbers::HiddenNumbers() : slots_(kFirstSlots), rows_(1) {}
 
-void HiddenNumbers::set(std::uint64_t number, bool hidden) {
-  const std::uint64_t word = number / 64, bit = std::uint64_t{1} << (number % 64);
-  Word* here = const_cast<Word*>(&find(word));
+void HiddenNumbers::set(std::uint64_t number, std::uint8_t step) {
+  const std::uint64_t key = number / kRow;
+  Slot* here = const_cast<Slot*>(&find(key));
   if (here->key == 0) {
-    if (!hidden) return;
-    if (2 * ++count_ > words_.size()) {
-      std::vector<Word> old(2 * words_.size());
-      words_.swap(old);
-      for (const Word& one : old)
-        if (one.key != 0) const_cast<Word&>(find(one.key - 1)) = one;
-      here = const_cast<Word*>(&find(word));
+    if (step == kHeard) return;
+    if (2 * (rows_.size() + 1) > slots_.size()) {
+      std::vector<Slot> old(2 * slots_.size());
+      slots_.swap(old);
+      for (const Slot& one : old)
+        if (one.key != 0) const_cast<Slot&>(find(one.key - 1)) = one;
+      here = const_cast<Slot*>(&find(key));
     }
-    here->key = word + 1;
+    *here = {key + 1, static_cast<std::uint32_t>(rows_.size())};
+    rows_.emplace_back();
   }
-  here->bits = hidden ? here->bits | bit : here->bits & ~bit;
+  const std::uint64_t shift = 4 * (number % 16);
+  std::uint64_t& steps = rows_[here->row].steps_[number % kRow / 16];
+  steps = (steps & ~(std::uint64_t{15} << shift)) | std::uint64_t{step} << shift;
 }
 
 void HiddenNumbers::clear() {
-  words_.assign(kFirstWords, Word{});
-  count_ = 0;
+  slots_.assign(kFirstSlots, Slot{});
+  rows_.assign(1, Row{});
 }
 
 }  // namespace clamor

@@ -39,12 +39,13 @@ MostHeard::MostHeard(const SourceField& field, std::span<const Bands> weights) {
   }
 }
 
-double MostHeard::per_key(const NodeSummary& node, const Vec3& place, double to_level) const {
+double MostHeard::per_key(const NodeSummary& node, const Vec3& place, double to_level,
+                          double give_m) const {
   const Vec3 low(node.low_m), high(node.high_m);
   const Vec3 away = glm::max(glm::max(low - place, place - high), Vec3(0));
-  const double near_m = std::max(length(away) - kGive_m, kEmitterRadius_m);
+  const double near_m = std::max(length(away) - kGive_m - give_m, kEmitterRadius_m);
   if (node.cone_cos > -1 &&
-      points_away(node, place - (low + high) / 2.0, length(high - low) / 2 + kGive_m))
+      points_away(node, place - (low + high) / 2.0, length(high - low) / 2 + kGive_m + give_m))
     return 0;
   return most_at(near_m * to_level) / (near_m * near_m);
 }

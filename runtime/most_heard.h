@@ -32,7 +32,9 @@ class MostHeard {
   // Most that a priority is of a source whose key is 1, in the node or below it, heard at `place`.
   // Both are in the space of a copied tree: `to_level` makes its metres the level's. 0 where the
   // node's emission cone points away.
-  double per_key(const NodeSummary& node, const Vec3& place, double to_level) const;
+  //  `give_m`: wherever within so many metres of it.
+  double per_key(const NodeSummary& node, const Vec3& place, double to_level,
+                 double give_m = 0) const;
 
  private:
   static constexpr int kLeastOctave = -4, kOctaves = 24;

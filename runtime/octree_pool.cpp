@@ -8,11 +8,14 @@ namespace clamor {
 
 namespace {
 
-constexpr double kSoon_s = 0.5;          // pages are asked for so long before they sound
-constexpr double kGiveInTime_s = 0.05;   // of delays rounded, and of moments
-constexpr double kPlaceGive_m = 0.002;   // quantised positions, 10 km from the origin
-constexpr std::size_t kMostFirst = 256;  // pages of a tree that are always here
-constexpr std::size_t kMostAsked = 256;  // pages at a time
+constexpr double kSoon_s = 0.5;                    // pages are asked for so long before they sound
+constexpr double kWindow_s = 1.5, kLeast_s = 0.5;  // that signals are bounded for at a time
+constexpr double kGiveWithoutSources_m = 1;
+constexpr double kGiveInTime_s = 0.05;                 // of delays rounded, and of moments
+constexpr double kPlaceGive_m = 0.002;                 // quantised positions, 10 km from the origin
+constexpr std::size_t kMostFirst = 256;                // pages of a tree that are always here
+constexpr std::size_t kMostAsked = 256;                // pages at a time
+constexpr std::size_t kMostMet = 64, kFetchAhead = 2;  // pages
 constexpr std::uint32_t kAsksPerLookAhead = 4;
 
 }  // namespace
@@ -83,19 +86,38 @@ void OctreePool::load_first_pages(const PageEntry& top) {
 }
 
 void OctreePool::begin(const Vec3& place, double time_s) {
-  shortlists_.begin(place, time_s);
   steps_left_ = kMostSteps;
-  if (ceilings_.steady() || trees_.empty()) return;
+  if (time_s < time_s_) quiet_.clear();
+  time_s_ = time_s;
+  if (ceilings_.steady() || trees_.empty())
+    until_s_ = std::numeric_limits<double>::infinity();
+  else if (time_s < from_s_ || time_s + kLeast_s > until_s_ ||
+           length(place - around_) > PageShortlists::kMostGive_m)
+    bound_signals(place, time_s);
+  shortlists_.begin(place, time_s, loudest_, until_s_);
+}
+
+// For a while, and wherever lists that are made in that while hold.
+void OctreePool::bound_signals(const Vec3& place, double time_s) {
+  around_ = place;
+  from_s_ = time_s;
+  until_s_ = time_s + kWindow_s;
   const PageEntry& top = trees_.back();
   const Vec3 low(top.low_m), high(top.high_m);
-  const double farthest_m =
-      length(place - (low + high) / 2.0) + length(high - low) / 2 + kPlaceGive_m;
+  const double farthest_m = length(place - (low + high) / 2.0) + length(high - low) / 2 +
+                            kPlaceGive_m + 2 * PageShortlists::kMostGive_m;
   const double longest_s =
       top.most_delay_s + farthest_m / field_.speed_of_sound_mps() + kGiveInTime_s;
   std::vector<Bands> audible;
-  for (const LoudnessTrack& track : ceilings_.tracks)
-    audible.push_back(track.most_between(time_s - longest_s - field_.latest_start_s(),
-                                         time_s + kSoon_s - field_.earliest_start_s()));
+  loudest_ = 0;
+  for (const LoudnessTrack& track : ceilings_.tracks) {
+    const Bands& most =
+        audible.emplace_back(track.most_between(time_s - longest_s - field_.latest_start_s(),
+                                                until_s_ + kSoon_s - field_.earliest_start_s()));
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      if (track.most()[b] > 0) loudest_ = std::max<double>(loudest_, most[b] / track.most()[b]);
+  }
+  loudest_ = std::max(loudest_ * (1 + 1e-6), 1e-9);
   if (audible == audible_) return;
   audible_ = std::move(audible);
   SignalWeights weights;
@@ -124,12 +146,11 @@ Source* OctreePool::placed(const Source& stored, const Placement& placement, dou
 }
 
 void OctreePool::add_source(const Step& step, const ResidentPage& page, std::size_t index,
-                            bool leads, std::uint32_t signal, double ceiling, double least,
-                            std::vector<FoundSource>& found) {
+                            bool leads, std::uint32_t signal, double ceiling, float boost,
+                            double least, std::vector<FoundSource>& found) {
   const Source* source = &page.sources[index];
   const Copy& copy = copies_[step.copy];
-  const Boosted boosted(field_.late_boost().at(source->delay_s), copy.moved ? 0 : strength_,
-                        ceiling);
+  const Boosted boosted(boost, copy.moved ? 0 : strength_, ceiling);
   if (boosted.ceiling < least) return;
   if (copy.moved) source = placed(*source, copy.placement, leads ? step.lead_key : 0);
   if (source != nullptr)
@@ -150,13 +171,14 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
                       std::vector<FoundSource>& found) {
   place_ = place;
   placed_count_ = 0;
+  met_.clear();
   missed_.clear();
   most_missed_ = -1;
   const auto use = [this](const PageEntry& entry, double urgency) {
     ++visited_;
     return loader_.use(entry, urgency);
   };
-  const auto visit = [&](const Step& step, const ResidentPage* page) {
+  const auto visit = [&](const Step& step, const ResidentPage* page, Quiet& quiet) {
     const Copy& copy = copies_[step.copy];
     const double least = threshold * copy.to_threshold;
     if (page == nullptr) {
@@ -166,25 +188,46 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
         missed_.push_back({step.most / copies_[step.copy].to_threshold, *step.entry, true});
       return true;
     }
-    const bool leads = step.lead_key > 0 && page->sources.size() > 0 &&
-                       page->leader == ResidentPage::Leader::kSource;
+    if (step.entry->source_count == 0) {
+      quiet = {copy.place, kGiveWithoutSources_m, 0, until_s_};
+      return true;
+    }
+    const bool leads = step.lead_key > 0 && page->leader == ResidentPage::Leader::kSource;
     if (leads)
       add_source(step, *page, 0, true, maps_.signal(copy.map, field_.signal(page->sources[0])),
-                 std::numeric_limits<double>::infinity(), least, found);
-    if (page->sources.size() == 0) return true;
+                 std::numeric_limits<double>::infinity(),
+                 field_.late_boost().at(page->sources[0].delay_s), least, found);
     const MetPage met{page->sources, *step.entry, step.first,
                       copy.place,    least,       copy.moved ? &copy.placement : nullptr,
                       maps_,         copy.map};
-    looked_at_ += shortlists_.pass(met, [&](std::size_t i, std::uint32_t signal, double ceiling) {
-      if (!leads || i > 0) add_source(step, *page, i, false, signal, ceiling, least, found);
-    });
+    const std::size_t list = shortlists_.list_of(met, quiet, looked_at_);
+    quiet = quiet.seen_from(copy.place);
+    if (!shortlists_.is_empty(list)) met_.push_back({step, page, list, least, leads});
+    if (met_.size() == kMostMet) pass_met(found);
     return found.size() <= most;
   };
   const auto heard = [&](const FarCopy& far, double ceiling) {
     ++copies_heard_;
     add_far(far, ceiling, found);
   };
-  return walk(place, threshold, use, visit, heard);
+  if (!walk(place, threshold, use, visit, heard)) return false;
+  pass_met(found);
+  return found.size() <= most;
+}
+
+// What is in their lists is read when it has come from memory.
+void OctreePool::pass_met(std::vector<FoundSource>& found) {
+  for (std::size_t m = 0; m < met_.size(); ++m) {
+    if (m + kFetchAhead < met_.size()) shortlists_.prefetch(met_[m + kFetchAhead].list);
+    const Met& met = met_[m];
+    shortlists_.pass(met.list, copies_[met.step.copy].place, met.least, met.step.first,
+                     [&](std::size_t i, std::uint32_t signal, double ceiling, float boost) {
+                       if (!met.leads || i > 0)
+                         add_source(met.step, *met.page, i, false, signal, ceiling, boost,
+                                    met.least, found);
+                     });
+  }
+  met_.clear();
 }
 
 // Down through the cubes that hold the source, to the first page that is missing and matters.
@@ -215,7 +258,7 @@ void OctreePool::look_ahead(const Vec3& soon, double tau) {
   if (soon == place_) return;
   walk(
       soon, tau, [this](const PageEntry& entry, double) { return loader_.find(entry); },
-      [&](const Step& step, const ResidentPage* page) {
+      [&](const Step& step, const ResidentPage* page, Quiet&) {
         const double urgency = step.most / copies_[step.copy].to_threshold;
         if (page == nullptr && urgency > 0 && !loader_.has_failed(*step.entry))
           soon_.push_back({urgency, *step.entry, false});

@@ -31,6 +31,7 @@
 #include "runtime/most_heard.h"
 #include "runtime/page_loader.h"
 #include "runtime/page_shortlists.h"
+#include "runtime/quiet_nodes.h"
 #include "runtime/signal_maps.h"
 #include "runtime/source_pool.h"
 #include "runtime/tree_leads.h"
@@ -58,7 +59,10 @@ class OctreePool final : public SourcePool {
   // Bounds nodes by the loudest that any signal was while what is heard now was under way.
   void begin(const Vec3& place, double time_s) override;
   void leave_out(const HiddenNumbers* hidden) override { shortlists_.leave_out(hidden); }
-  void boost_late(float strength) override { strength_ = strength; }
+  void boost_late(float strength) override {
+    if (strength != strength_) quiet_.clear();
+    strength_ = strength;
+  }
   bool look(const Vec3& place, double threshold, std::size_t most,
             std::vector<FoundSource>& found) override;
   double highest(const Vec3& place) override;
@@ -101,6 +105,15 @@ class OctreePool final : public SourcePool {
     double most = 0;  // that a priority in it or below can be
   };
 
+  // A page of which some sources may matter.
+  struct Met {
+    Step step;
+    const ResidentPage* page = nullptr;
+    std::size_t list = 0;
+    double least = 0;    // in its tree
+    bool leads = false;  // its first source is the representative of its copy
+  };
+
   // The one source of a copy that may matter.
   struct FarCopy {
     const TreeLead* lead = nullptr;
@@ -111,11 +124,12 @@ class OctreePool final : public SourcePool {
     double lead_key = 0;      // in its tree
   };
 
+  void bound_signals(const Vec3& place, double time_s);
   void load_first_pages(const PageEntry& top);
   void follow_leads();
   void look_ahead(const Vec3& soon, double tau);
-  double bound(const PageEntry& entry, const Copy& copy, double key) const {
-    return key * most_heard_.per_key(entry, copy.place, copy.placement.scale) *
+  double bound(const PageEntry& entry, const Copy& copy, double key, double give_m = 0) const {
+    return key * most_heard_.per_key(entry, copy.place, copy.placement.scale, give_m) *
            (copy.moved ? 1 : most_boost(entry));
   }
   double most_boost(const PageEntry& entry) const {
@@ -125,17 +139,18 @@ class OctreePool final : public SourcePool {
   // until it returns false; goes no further below a page that is null. Calls heard(far copy,
   // ceiling) for copies that are not walked.
   using PageOf = std::function<const ResidentPage*(const PageEntry& entry, double urgency)>;
-  using Visit = std::function<bool(const Step& step, const ResidentPage* page)>;
+  using Visit = std::function<bool(const Step& step, const ResidentPage* page, Quiet& quiet)>;
   using Heard = std::function<void(const FarCopy& far, double ceiling)>;
   bool walk(const Vec3& place, double threshold, const PageOf& page_of, const Visit& visit,
             const Heard& heard);
-  void add_steps(const Step& from, const ResidentPage& page, double threshold);
+  void add_steps(const Step& from, const ResidentPage& page, double threshold, Quiet& quiet);
   void add_copies(const Step& from, const ResidentPage& page, double threshold, const Heard& heard);
   double most_of_lead(const TreeLead& lead, std::uint32_t signal, double lead_key,
                       const Vec3& place, double to_level) const;
   void add_source(const Step& step, const ResidentPage& page, std::size_t index, bool leads,
-                  std::uint32_t signal, double ceiling, double least,
+                  std::uint32_t signal, double ceiling, float boost, double least,
                   std::vector<FoundSource>& found);
+  void pass_met(std::vector<FoundSource>& found);
   void add_far(const FarCopy& far, double ceiling, std::vector<FoundSource>& found);
   Source* placed(const Source& stored, const Placement& placement, double lead_key);
 
@@ -143,16 +158,20 @@ class OctreePool final : public SourcePool {
   const std::span<const PageEntry> trees_;
   const std::span<const std::vector<std::uint32_t>> signal_maps_;
   const SignalWeights& ceilings_;
-  std::vector<Bands> audible_;  // what ceilings come to now
+  std::vector<Bands> audible_;  // what ceilings come to, from one time to another
+  double from_s_ = 0, until_s_ = -1, loudest_ = 1, time_s_ = 0;
+  Vec3 around_{};  // and not far from here
   MostHeard most_heard_;
   PageLoader& loader_;
   SignalMaps maps_;
   PageShortlists shortlists_;
+  QuietNodes quiet_;
   TreeLeads leads_;
   float strength_ = 1;  // of late sources' boost; copies' have none
 
   // Of the last look.
   std::vector<Copy> copies_;
+  std::vector<Met> met_;
   std::deque<Source> placed_;  // the first so many; the others wait to be used again
   std::size_t placed_count_ = 0;
   std::vector<WantedPage> missed_, soon_;

@@ -30,16 +30,28 @@ bool OctreePool::walk(const Vec3& place, double threshold, const PageOf& page_of
     steps_.pop_back();
     const ResidentPage* const page =
         page_of(*step.entry, step.most / copies_[step.copy].to_threshold);
-    if (!visit(step, page)) return false;
+    Quiet quiet;
+    quiet.give_m = -1;
+    if (!visit(step, page, quiet)) return false;
     if (page == nullptr) continue;
-    if (!page->copies.empty()) add_copies(step, *page, threshold, heard);
-    add_steps(step, *page, threshold);
+    if (step.lead_key > 0) quiet.give_m = -1;
+    // The page itself may be far away in memory, and most are leaves.
+    if (step.entry->sources_below > step.entry->source_count) {
+      if (!page->copies.empty()) {
+        quiet.give_m = -1;
+        add_copies(step, *page, threshold, heard);
+      }
+      add_steps(step, *page, threshold, quiet);
+    }
+    if (quiet.give_m > 0)
+      quiet_.set(QuietNodes::key_of(step.entry->page.offset, step.first), quiet);
   }
   return true;
 }
 
 // The last child first, so that nodes are visited by ascending numbers.
-void OctreePool::add_steps(const Step& from, const ResidentPage& page, double threshold) {
+void OctreePool::add_steps(const Step& from, const ResidentPage& page, double threshold,
+                           Quiet& quiet) {
   const bool leads = from.lead_key > 0 && page.leader == ResidentPage::Leader::kChild;
   std::uint64_t first = from.first + from.entry->source_count;
   const std::size_t before = steps_.size();
@@ -50,7 +62,18 @@ void OctreePool::add_steps(const Step& from, const ResidentPage& page, double th
     const double key = lead_key > 0 ? lead_key : child.highest_key;
     const Copy& copy = copies_[from.copy];
     const double most = bound(child, copy, key);
-    if (most > 0 && most >= threshold * copy.to_threshold) {
+    const double least = threshold * copy.to_threshold;
+    if (most > 0 && most >= least) {
+      if (child.octant != kNoOctant && lead_key == 0)
+        if (const Quiet* known = quiet_.find(QuietNodes::key_of(child.page.offset, first))) {
+          const Quiet here = known->seen_from(copy.place);
+          if (here.holds(least, time_s_)) {
+            quiet.narrow(here);
+            first += child.sources_below;
+            continue;
+          }
+        }
+      quiet.give_m = -1;
       std::uint32_t number = from.copy;
       if (child.octant == kNoOctant) {  // an octree of its own
         number = static_cast<std::uint32_t>(copies_.size());
@@ -58,6 +81,12 @@ void OctreePool::add_steps(const Step& from, const ResidentPage& page, double th
         copies_.back().tree = &child;
       }
       steps_.push_back({&child, number, first, lead_key, most});
+    } else if (quiet.give_m > 0) {
+      const double widely = bound(child, copy, key, quiet.give_m);
+      if (widely < least || widely <= 0)
+        quiet.threshold = std::max(quiet.threshold, widely * (1 + 1e-9));
+      else
+        quiet.give_m = -1;
     }
     first += child.sources_below;
   }

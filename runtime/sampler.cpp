@@ -179,7 +179,6 @@ class Priority final : public Sampler {
   // that reach the threshold which is returned, the last of the k + 1 if there are as many.
   double choose(const Vec3& place) {
     double threshold = threshold_ > 0 ? predicted_threshold() : pool_.highest(place);
-    const double predicted = threshold;
     // Who waits, and had to take all there was, begins with that.
     if (sight_ != nullptr && sight_->exact() && starved_ && threshold_ == 0) threshold = 0;
     if (pool_.size() <= voices_) threshold = 0;  // all of them
@@ -189,6 +188,7 @@ class Priority final : public Sampler {
     const bool exact = sight_ != nullptr && sight_->exact();
     const double close = sight_ == nullptr ? kNarrow : kNarrowEnough;
     bool unlimited = false;
+    int just_missed = 0;
     for (;;) {
       // That many have one priority; or, where some are hidden, one may look at that many.
       unlimited = unlimited || too_high <= too_low * close;
@@ -200,8 +200,8 @@ class Priority final : public Sampler {
         threshold *= kStep;
       else if (too_low > 0 && !unlimited)
         threshold = std::sqrt(too_low * too_high);
-      else if (threshold == predicted && threshold_ > 0)
-        threshold *= kCaution * kCaution;  // just missed
+      else if (threshold_ > 0 && just_missed++ < (2 * candidates_.size() > voices_ ? 2 : 1))
+        threshold *= lowered(candidates_.size());
       else
         threshold = threshold > std::numeric_limits<float>::min()
                         ? threshold / (sight_ == nullptr ? kStep : kStepWhereHidden)
@@ -212,6 +212,13 @@ class Priority final : public Sampler {
     if (threshold_ > 0) changed_by_ = std::max(0.8 * changed_by_, 1 - threshold / threshold_);
     threshold_ = threshold;
     return threshold;
+  }
+
+  // By how much a threshold is lowered that so few reach. There are about as many more above it as
+  // it is lower; a guess that is too low costs more than a second one.
+  double lowered(std::size_t reached) const {
+    return std::clamp(0.9 * static_cast<double>(reached) / static_cast<double>(voices_ + 1),
+                      kCaution * kCaution, 0.9);
   }
 
   // The last threshold, lowered by as much as it may well have fallen: by thrice the most that it

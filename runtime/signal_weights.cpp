@@ -76,6 +76,10 @@ LoudnessTrack::LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frame
       if (most_[b] > 0) share = std::max(share, moment[b] / most_[b]);
     shares_.push_back(share * kRoundedUp);
   }
+  for (std::size_t m = 0; m < shares_.size(); ++m) {
+    if (m % kFew == 0) shares_of_few_.push_back(0);
+    shares_of_few_.back() = std::max(shares_of_few_.back(), shares_[m]);
+  }
   steady_ = loop && std::all_of(by_moment_.begin(), by_moment_.end(),
                                 [&](const Bands& moment) { return moment == most_; });
 }
@@ -83,6 +87,8 @@ LoudnessTrack::LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frame
 LoudnessTrack::Seen LoudnessTrack::seen_at(double time_s) const {
   Seen seen;
   seen.shares_ = shares_.data();
+  seen.of_few_ = shares_of_few_.data();
+  seen.most_ = kRoundedUp;
   seen.count_ = static_cast<std::int64_t>(shares_.size());
   seen.moments_per_s_ = moments_per_s_;
   seen.loop_ = loop_;

@@ -81,6 +81,33 @@ class LoudnessTrack {
       return most;
     }
 
+    // No less than the share at any delay within `give_s` of that one, from now until `ahead_s`
+    // later.
+    float most_share(float delay_s, float give_s, double ahead_s) const {
+      const double at = now_ - static_cast<double>(delay_s) * moments_per_s_;
+      const double give = 1e-3 + static_cast<double>(give_s) * moments_per_s_;
+      auto first = static_cast<std::int64_t>(std::floor(at - give));
+      auto last = static_cast<std::int64_t>(std::floor(at + give + ahead_s * moments_per_s_));
+      if (loop_) {
+        if (last - first >= count_) return most_;
+        const std::int64_t turns = (first >= 0 ? first : first - count_ + 1) / count_;
+        first -= turns * count_;
+        last -= turns * count_;
+      } else {
+        first = std::max<std::int64_t>(first, 0);
+        last = std::min(last, count_ - 1);
+      }
+      float most = 0;
+      for (; first <= last; first = std::min((first / kFew + 1) * kFew, count_)) {
+        if (first >= count_) {  // of a loop
+          first -= count_;
+          last -= count_;
+        }
+        most = std::max(most, of_few_[first / kFew]);
+      }
+      return most;
+    }
+
    private:
     friend class LoudnessTrack;
     float share_of(std::int64_t moment) const {
@@ -91,7 +118,8 @@ class LoudnessTrack {
       }
       return shares_[moment];
     }
-    const float* shares_ = nullptr;
+    const float *shares_ = nullptr, *of_few_ = nullptr;
+    float most_ = 0;
     std::int64_t count_ = 0;
     double now_ = 0, moments_per_s_ = 0;  // in moments, from the first
     double round_ = 0, last_ = 0;         // of a loop; the last but one
@@ -107,14 +135,14 @@ class LoudnessTrack {
 
  private:
   static constexpr Bands kSilence{};
-  static constexpr std::int64_t kStretch = 32;
+  static constexpr std::int64_t kStretch = 32, kFew = 8;
 
   bool loop_, steady_ = false;
   double moments_per_s_;
   std::int64_t first_ = 0;  // moment of by_moment_[0]
   std::vector<Bands> by_moment_;
-  std::vector<float> shares_;
-  std::vector<Bands> most_of_stretch_;  // of kStretch moments each
+  std::vector<float> shares_, shares_of_few_;  // of each moment, and the most of kFew
+  std::vector<Bands> most_of_stretch_;         // of kStretch moments each
   Bands most_{};
 };
 

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "common/bands.h"
@@ -47,7 +48,12 @@ class SourcePage {
       const std::size_t first = s * kSieveSources;
       // They are far apart in memory, and all of them are about to be read.
       sifted.for_each([&](std::size_t i, double) { prefetch(sources_[first + i]); });
-      sifted.for_each([&](std::size_t i, double ceiling) { found(first + i, ceiling); });
+      sifted.for_each([&](std::size_t i, double ceiling) {
+        if constexpr (std::is_invocable_v<Found, std::size_t, double, const SievePart&>)
+          found(first + i, ceiling, sieves_[s].part(sifted.slot[i]));
+        else
+          found(first + i, ceiling);
+      });
     }
     return looked_at;
   }

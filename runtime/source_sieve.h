@@ -47,6 +47,7 @@ inline constexpr std::size_t kSieveSources = 512, kSieveBlock = 16;
 struct Sifted {
   std::array<std::uint64_t, kSieveSources / 64> bits;
   std::array<float, kSieveSources> ceiling;
+  std::array<std::uint16_t, kSieveSources> slot;  // where in the sieve: for SourceSieve::part()
   std::uint32_t looked_at;
 
   // Calls passed(index, ceiling), ascending.
@@ -68,6 +69,10 @@ struct alignas(64) SieveBlock {
   std::array<std::uint32_t, kSieveBlock> index{};
 };
 
+struct SievePart {
+  float radius2_m2 = 0, diffuse = 0, lobe = 0, fall = 0, over_cos_i = 0;
+};
+
 // The same of 16 blocks: what none of their sources exceeds.
 struct alignas(64) SieveBounds {
   using Row = SieveBlock::Row;
@@ -84,6 +89,14 @@ class SourceSieve {
   // Those whose priority at `place` may be `threshold` or more.
   void sift(const Vec3& place, double threshold, Sifted& sifted,
             const SieveGive& give = SieveGive()) const;
+
+  // What the ceiling of one is made of, its place and directions aside.
+  SievePart part(std::size_t slot) const {
+    const SieveBlock& block = blocks_[slot / kSieveBlock];
+    const std::size_t at = slot % kSieveBlock;
+    return {block.radius2_m2[at], block.diffuse[at], block.lobe[at], block.fall[at],
+            block.over_cos_i[at]};
+  }
 
   std::size_t bytes() const {
     return sizeof *this + blocks_.size() * sizeof(SieveBlock) +

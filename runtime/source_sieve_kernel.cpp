@@ -123,8 +123,8 @@ HWY_INLINE std::uint32_t sift_blocks(const SieveBounds& bounds, std::size_t bloc
   return which;
 }
 
-HWY_INLINE void sift_block(const SieveBlock& block, std::size_t count, const SieveQuery& query,
-                           Sifted& sifted) {
+HWY_INLINE void sift_block(const SieveBlock& block, std::size_t first, std::size_t count,
+                           const SieveQuery& query, Sifted& sifted) {
   const Tag d;
   const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f), least = hn::Set(d, query.least);
   const auto slack = hn::Set(d, kSlack);
@@ -163,6 +163,7 @@ HWY_INLINE void sift_block(const SieveBlock& block, std::size_t count, const Sie
       const std::uint32_t index = block.index[at + lane];
       sifted.bits[index / 64] |= std::uint64_t{1} << (index % 64);
       sifted.ceiling[index] = ceilings[lane];
+      sifted.slot[index] = static_cast<std::uint16_t>(first + at + lane);
     }
   }
 }
@@ -176,7 +177,7 @@ void sift_here(std::span<const SieveBounds> bounds, std::span<const SieveBlock> 
       const std::size_t b = first + static_cast<std::size_t>(std::countr_zero(bits));
       const std::size_t in_block = std::min(kSieveBlock, count - b * kSieveBlock);
       sifted.looked_at += static_cast<std::uint32_t>(in_block);
-      sift_block(blocks[b], in_block, query, sifted);
+      sift_block(blocks[b], b * kSieveBlock, in_block, query, sifted);
     }
   }
 }

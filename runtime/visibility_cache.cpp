@@ -127,7 +127,8 @@ void VisibilityCache::make_room() {
   for (Index i = 0; i < entries_.size(); ++i) {
     const std::uint64_t number = entries_[i].number;
     slot_of(number) = {number, i | (entries_[i].hidden ? kHidden : 0)};
-    if (entries_[i].hidden && !is_of_moving(number)) hidden_.set(number, true);
+    if (entries_[i].step != HiddenNumbers::kHeard && !is_of_moving(number))
+      hidden_.set(number, entries_[i].step);
   }
 }
 
@@ -152,8 +153,11 @@ void VisibilityCache::seen(Entry& entry, const Source& source) {
   if (const bool hidden = entry.visibility == Bands{}; hidden != entry.hidden) {
     entry.hidden = hidden;
     slot_of(entry.number).index ^= kHidden;
-    if (!is_of_moving(entry.number)) hidden_.set(entry.number, hidden);
   }
+  const std::uint8_t step =
+      HiddenNumbers::step_of(*std::max_element(entry.visibility.begin(), entry.visibility.end()));
+  if (step != entry.step && !is_of_moving(entry.number)) hidden_.set(entry.number, step);
+  entry.step = step;
   entry.changed = keyframe_;
   entry.surprises = static_cast<float>(cells_.surprises());
   entry.from_m = Vec3f(place_);

@@ -146,6 +146,7 @@ class VisibilityCache {
     std::uint32_t changed = 0, looked = 0, used = 0;  // keyframes
     Depth depth = Depth::kGlance;
     bool has_start = false, straight = false, hidden = false;
+    std::uint8_t step = HiddenNumbers::kHeard;
     Bands around{};      // what gets past what is in the way
     Bands visibility{};  // with what goes through it
   };

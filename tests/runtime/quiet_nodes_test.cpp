@@ -1,0 +1,165 @@
+// What a sampler remembers from keyframe to keyframe: quiet nodes, and what is dim.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "bake/octree_builder.h"
+#include "common/random.h"
+#include "runtime/hidden_numbers.h"
+#include "runtime/octree_pool.h"
+#include "runtime/sampler.h"
+#include "tests/stored_tree.h"
+
+namespace clamor {
+namespace {
+
+// A loop of two seconds: silence, then levels of 40 dB more or less every 60 ms.
+TimedEnvelope syllables(std::uint32_t seed) {
+  constexpr std::size_t kMoments = 100;
+  std::vector<std::uint8_t> steps(kBandCount * kMoments);
+  for (std::size_t m = 0; m < kMoments; ++m) {
+    const RandomBits bits = philox(seed, {static_cast<std::uint32_t>(m / 3), 0, 0, 0});
+    const double level = m < 20 ? 0 : 170 + 80 * unit(bits[0]);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      steps[b * kMoments + m] = static_cast<std::uint8_t>(level);
+  }
+  for (std::size_t b = 0; b < kBandCount; ++b) steps[b * kMoments + 50] = 255;
+  return {*SignalEnvelope::from_steps(same_in_all_bands(1), std::move(steps)),
+          kMoments * kMomentFrames, true};
+}
+
+// Sharp lobes of two materials in a hall, of four emitters with a signal each.
+struct Lobes {
+  explicit Lobes(std::uint32_t count) {
+    materials.resize(2);
+    materials[0].phong = same_in_all_bands(3);
+    materials[1].phong = same_in_all_bands(300);
+    std::vector<TimedEnvelope> envelopes;
+    for (std::uint32_t e = 0; e < 4; ++e) {
+      emitters.emplace_back().signal = e;
+      envelopes.push_back(syllables(e));
+    }
+    weights = make_signal_weights(envelopes);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const RandomBits a = philox(3, {i, 0, 0, 0}), b = philox(3, {i, 1, 0, 0});
+      const RandomBits c = philox(3, {i, 2, 0, 0});
+      Source& source = sources.emplace_back();
+      source.position_m = Vec3f(Vec3(30 * unit(a[0]), 9 * unit(a[1]), 20 * unit(a[2])));
+      const Vec3 way(unit(c[0]) - 0.5, unit(c[1]) - 0.5, unit(c[2]) - 0.5);
+      const Vec3 turned(unit(c[3]) - 0.5, unit(a[3]) - 0.5, unit(b[3]) - 0.5);
+      source.normal = Vec3f(normalize(way));
+      source.mirror = Vec3f(normalize(normalize(way) + 0.8 * turned));
+      source.delay_s = static_cast<float>(0.05 + unit(b[0]));
+      source.power = same_in_all_bands(static_cast<float>(std::pow(10, -5 * unit(b[0]))));
+      source.u = static_cast<float>(unit_above_zero(b[1]));
+      source.emitter = i % 4;
+      source.material = b[2] % 8 == 0;
+    }
+  }
+  std::vector<Material> materials;
+  std::vector<Emitter> emitters;
+  SignalWeights weights;
+  std::vector<Source> sources;
+};
+
+// A list has no nodes, and looks at all of its sources each time.
+TEST(QuietNodes, ArePassedOverByOneWhoWalksAndHideNothingThatAListFinds) {
+  const Lobes lobes(60'000);
+  const SourceField field(lobes.emitters, lobes.materials, Air{});
+  testing::StoredTrees trees;
+  trees.add(build_octree(lobes.sources));
+  SourceList list(field, lobes.weights, trees.all_sources());
+  PageLoader loader(trees.fetch(field, lobes.weights), PageBudget{1'000'000'000});
+  OctreePool pool(field, lobes.weights, trees.tops(), {}, loader);
+  const auto sampler = make_priority_sampler(field, lobes.weights, pool, 300);
+  std::uint64_t visited = 0, visited_afresh = 0;
+  for (int i = 0; i < 160; ++i) {
+    // A walk, a halt, a run, and back to where and when it began.
+    const double way_m = i < 60 ? 0.03 * i : i < 90 ? 1.8 : 1.8 + 0.15 * (i - 90);
+    const double time_s = i < 150 ? 3 + 0.02 * i : 3 + 0.02 * (i - 150);
+    const Vec3 place(8 + way_m, 1.7, 9 + 2 * std::sin(way_m));
+    const std::uint64_t before = pool.nodes_visited();
+    auto sample = sampler->sample(place, time_s);
+    while (!sampler->complete()) sample = sampler->sample(place, time_s);
+    visited += pool.nodes_visited() - before;
+    if (i % 5 != 0) continue;
+    const auto afresh = make_priority_sampler(field, lobes.weights, list, 300);
+    const auto expected = afresh->sample(place, time_s);
+    ASSERT_EQ(sample.size(), expected.size()) << i;
+    for (std::size_t s = 0; s < sample.size(); ++s) {
+      ASSERT_EQ(sample[s].number, expected[s].number) << i;
+      ASSERT_NEAR(sample[s].power_scale / expected[s].power_scale, 1, 1e-9) << i;
+    }
+    OctreePool other(field, lobes.weights, trees.tops(), {}, loader);
+    const auto stranger = make_priority_sampler(field, lobes.weights, other, 300);
+    stranger->sample(place, time_s);
+    const std::uint64_t first = other.nodes_visited();
+    // The second time it knows the threshold, and nothing else that would help in another place.
+    stranger->sample(place + Vec3(0, 0, 40), time_s - 1);
+    const std::uint64_t second = other.nodes_visited();
+    stranger->sample(place, time_s - 1);
+    visited_afresh += 5 * std::min(first, other.nodes_visited() - second);
+  }
+  EXPECT_LT(2 * visited, visited_afresh);
+}
+
+TEST(HiddenNumbers, NeverTakeASourceForDimmerThanItIs) {
+  HiddenNumbers hidden;
+  std::map<std::uint64_t, float> shares;
+  for (std::uint32_t i = 0; i < 20'000; ++i) {
+    const RandomBits bits = philox(9, {i, 0, 0, 0});
+    const std::uint64_t number = std::uint64_t{bits[0] % 5000} * (bits[1] % 3 == 0 ? 1 : 7919);
+    const auto share =
+        bits[2] % 4 == 0 ? 0 : static_cast<float>(std::pow(2.0, -18 * unit(bits[3])));
+    hidden.set(number, HiddenNumbers::step_of(share));
+    shares[number] = share;
+  }
+  hidden.begin_keyframe(true);
+  for (const auto& [number, share] : shares)
+    EXPECT_EQ(hidden.most(hidden.row_of(number), number), 1);
+  hidden.begin_keyframe(false);
+  for (const auto& [number, share] : shares) {
+    const float most = hidden.most(hidden.row_of(number), number);
+    if (HiddenNumbers::turn_of(number) == hidden.turn()) {
+      EXPECT_EQ(most, 1);
+      continue;
+    }
+    EXPECT_GE(most, share);
+    EXPECT_LE(most, std::max(2 * share, share > 0 ? 0x1p-14f : 0));
+  }
+  EXPECT_EQ(hidden.most(hidden.row_of(123'456'789'012), 123'456'789'013), 1);
+  hidden.clear();
+  for (const auto& [number, share] : shares)
+    EXPECT_EQ(hidden.most(hidden.row_of(number), number), 1);
+}
+
+TEST(SignalWeights, SeenAheadAreAtLeastWhatIsSeenWhenTheTimeHasCome) {
+  for (const bool loop : {true, false}) {
+    TimedEnvelope timed = syllables(1);
+    const LoudnessTrack track(timed.envelope, timed.frames, loop, same_in_all_bands(1), {});
+    double excess = 0, sum = 0;
+    for (std::uint32_t i = 0; i < 2000; ++i) {
+      const RandomBits bits = philox(4, {i, 0, 0, 0});
+      const double time_s = 6 * unit(bits[0]) - 1, ahead_s = 0.6 * unit(bits[1]);
+      const auto delay_s = static_cast<float>(1.5 * unit(bits[2]));
+      const float give_s = 0.002f,
+                  most = track.seen_at(time_s).most_share(delay_s, give_s, ahead_s);
+      float expected = 0;
+      for (double t = 0; t <= ahead_s; t += 0.005)
+        for (const float off_s : {-give_s, 0.0f, give_s})
+          expected =
+              std::max(expected, track.at(time_s + t - static_cast<double>(delay_s + off_s)).share);
+      ASSERT_GE(most, expected) << i;
+      excess += most - expected;
+      sum += expected;
+    }
+    // Known in steps of 160 ms.
+    EXPECT_LT(excess, 0.25 * sum);
+  }
+}
+
+}  // namespace
+}  // namespace clamor
