@@ -60,7 +60,7 @@ class Punctuality {
   void made(std::size_t keyframe, double took_ms) {
     constexpr double kPeriod_ms = 1e3 * kKeyframe_s;
     const double number = static_cast<double>(keyframe);
-    const double ahead = static_cast<double>(keyframes_ahead(kKeyframeFrames, false));
+    const double ahead = static_cast<double>(keyframes_ahead(kKeyframeFrames));
     done_ms_ = std::max(done_ms_, (number - 1 - ahead) * kPeriod_ms) + took_ms;
     late_ms_ = done_ms_ - (number - 1) * kPeriod_ms;
   }
