@@ -47,7 +47,7 @@ void BlockMixer::publish(const Keyframe& written) {
     return;
   }
   if (published_++ == 0) {
-    mixer_.begin(written, -lead_frames_);
+    mixer_.begin(written, -mixer_.lead_frames());  // what the limiter holds back is not later
     return;
   }
   if (sounds_ != nullptr) sounds_->pass(mixer_.clock_frames());

@@ -98,19 +98,34 @@ class Priority final : public Sampler {
 
   // A function of place, time and what is here alone. Where all signals are steady, one who stands
   // still costs nothing, once all that matters was looked at.
+  //
+  // Who is exact waits for pages, and asks again when some came: often or seldom, as it happens.
+  // What is heard must not depend on that, so asking again begins where the first time began, and
+  // nothing is looked at once more before the next moment.
   std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
-    const bool same_moment = weights_.steady() || time_s_ == time_s;
-    if (!pool_.refresh() && place_ == place && same_moment && !looking_ && !resized_)
+    const bool exact = sight_ != nullptr && sight_->exact();
+    const bool elsewhere = place_ != place || (!weights_.steady() && time_s_ != time_s);
+    if (exact && looks_due_ && (elsewhere || time_s_ != time_s)) {
+      looking_ = look_again(tau_);
+      looks_due_ = false;
+      asks_again_ = !looking_;
+    }
+    const bool again = exact && asks_again_ && !elsewhere && !resized_;
+    if (!pool_.refresh() && !elsewhere && !resized_ && (again ? !waited_ : !looking_))
       return sample_;
-    resized_ = false;
-    const Vec3 step_m = place_ ? place - *place_ : Vec3(0);
-    if (place_ != place) gave_up_waiting_ = false;
+    if (!again) {
+      resized_ = false;
+      step_m_ = place_ ? place - *place_ : Vec3(0);
+      if (place_ != place) gave_up_waiting_ = false;
+      before_ = course_;
+    }
+    course_ = before_;
     place_ = place;
     time_s_ = time_s;
     pool_.leave_out(sight_ != nullptr ? &sight_->hidden() : nullptr);
     pool_.begin(place, time_s);
-    if (sight_ != nullptr) sight_->begin_keyframe(place);
-    const double tau = choose(place);
+    if (sight_ != nullptr && !again) sight_->begin_keyframe(place);
+    const double tau = tau_ = choose(place);
     sample_.clear();
     for (std::size_t c = 0; c < std::min(voices_, candidates_.size()); ++c) {
       const Candidate& chosen = candidates_[c];
@@ -128,8 +143,10 @@ class Priority final : public Sampler {
     const auto by_number = [](const auto& a, const auto& b) { return a.number < b.number; };
     if (!std::is_sorted(sample_.begin(), sample_.end(), by_number))
       std::sort(sample_.begin(), sample_.end(), by_number);
-    pool_.ask(place + kLookAhead_keyframes * step_m, tau);
-    looking_ = sight_ != nullptr && look_again(tau);
+    pool_.ask(place + kLookAhead_keyframes * step_m_, tau);
+    asks_again_ = looks_due_ = exact;
+    waited_ = waits();
+    looking_ = sight_ != nullptr && (exact || look_again(tau));
     return sample_;
   }
 
@@ -148,7 +165,7 @@ class Priority final : public Sampler {
     voices = std::clamp<std::size_t>(voices, 1, most_voices_);
     if (voices == voices_) return;
     // There are about as many more above a threshold as it is lower.
-    threshold_ *= static_cast<double>(voices_) / static_cast<double>(voices);
+    course_.threshold *= static_cast<double>(voices_) / static_cast<double>(voices);
     voices_ = voices;
     pool_.boost_late(LateBoost::strength(voices));
     resized_ = true;
@@ -162,6 +179,13 @@ class Priority final : public Sampler {
   static constexpr double kNarrow = 1 + 1e-9, kNarrowEnough = 1.25;
   static constexpr std::size_t kFetchAhead = 8;
   static constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+
+  // How the threshold went, so that the next is guessed well.
+  struct Course {
+    double threshold = 0;
+    double changed_by = 0.05;  // of late: a share of it
+    bool starved = false;      // fewer than k + 1 in all that was looked at
+  };
 
   struct Candidate {
     double priority, weight;
@@ -178,9 +202,10 @@ class Priority final : public Sampler {
   // Fills candidates_ with the k + 1 highest priorities, the lowest last; fewer if there are fewer
   // that reach the threshold which is returned, the last of the k + 1 if there are as many.
   double choose(const Vec3& place) {
-    double threshold = threshold_ > 0 ? predicted_threshold() : pool_.highest(place);
+    double threshold = course_.threshold > 0 ? predicted_threshold() : pool_.highest(place);
     // Who waits, and had to take all there was, begins with that.
-    if (sight_ != nullptr && sight_->exact() && starved_ && threshold_ == 0) threshold = 0;
+    if (sight_ != nullptr && sight_->exact() && course_.starved && course_.threshold == 0)
+      threshold = 0;
     if (pool_.size() <= voices_) threshold = 0;  // all of them
     // Of thresholds that were tried: the lowest with too few sources, the highest with far too
     // many.
@@ -200,17 +225,18 @@ class Priority final : public Sampler {
         threshold *= kStep;
       else if (too_low > 0 && !unlimited)
         threshold = std::sqrt(too_low * too_high);
-      else if (threshold_ > 0 && just_missed++ < (2 * candidates_.size() > voices_ ? 2 : 1))
+      else if (course_.threshold > 0 && just_missed++ < (2 * candidates_.size() > voices_ ? 2 : 1))
         threshold *= lowered(candidates_.size());
       else
         threshold = threshold > std::numeric_limits<float>::min()
                         ? threshold / (sight_ == nullptr ? kStep : kStepWhereHidden)
                         : 0;
     }
-    starved_ = candidates_.size() <= voices_;
+    course_.starved = candidates_.size() <= voices_;
     if (candidates_.size() > voices_) threshold = keep_the_first();
-    if (threshold_ > 0) changed_by_ = std::max(0.8 * changed_by_, 1 - threshold / threshold_);
-    threshold_ = threshold;
+    if (course_.threshold > 0)
+      course_.changed_by = std::max(0.8 * course_.changed_by, 1 - threshold / course_.threshold);
+    course_.threshold = threshold;
     return threshold;
   }
 
@@ -224,8 +250,8 @@ class Priority final : public Sampler {
   // The last threshold, lowered by as much as it may well have fallen: by thrice the most that it
   // fell from one sample to the next of late.
   double predicted_threshold() const {
-    if (starved_) return threshold_;
-    return threshold_ * std::clamp(0.97 - 3 * changed_by_, kCaution * kCaution, 0.95);
+    if (course_.starved) return course_.threshold;
+    return course_.threshold * std::clamp(0.97 - 3 * course_.changed_by, kCaution * kCaution, 0.95);
   }
 
   // Keeps the k highest of candidates_ in the order in which they are, and the next one last: its
@@ -260,6 +286,7 @@ class Priority final : public Sampler {
       const FoundSource& found = found_[f];
       const Source& source = *found.source;
       auto known = VisibilityCache::kUnknown;
+      bool hidden = false;
       // They are far apart in memory.
       if (f + kFetchAhead < found_.size()) {
         const Source* const soon = found_[f + kFetchAhead].source;
@@ -269,7 +296,8 @@ class Priority final : public Sampler {
       if (sight_ != nullptr) {
         if (f + kFetchAhead < found_.size()) sight_->prefetch(found_[f + kFetchAhead].number);
         known = sight_->find(found.number);
-        if (known != VisibilityCache::kUnknown && sight_->is_hidden(known)) {
+        hidden = known != VisibilityCache::kUnknown && sight_->is_hidden(known);
+        if (hidden && !sight_->exact()) {
           wanted_.push_back(
               {0, found.number, known, &source});  // weighs nothing, whatever it would
           continue;
@@ -282,6 +310,10 @@ class Priority final : public Sampler {
       const double w = sum_of_bands(now.weights, intensity);
       const double priority = w * found.boost / std::max(source.u, kLeastU);
       if (!(w > 0 && priority >= threshold)) continue;
+      if (hidden) {  // which of them the pool finds depends on what it was asked before
+        wanted_.push_back({priority, found.number, known, &source});
+        continue;
+      }
       candidates_.push_back({priority, w, found, known});
       if (sight_ != nullptr) parts_.push_back(weighed(now.weights, intensity));
     }
@@ -374,7 +406,7 @@ class Priority final : public Sampler {
   std::size_t voices_;
   bool resized_ = false;  // since sample_
   VisibilityCache* const sight_;
-  double threshold_ = 0;
+  Course course_, before_;  // before_: the first time that this sample was asked for
   std::vector<FoundSource> found_;
   std::vector<Candidate> candidates_;
   std::vector<Bands> parts_;  // of the candidates' weights in a free field
@@ -382,11 +414,11 @@ class Priority final : public Sampler {
   std::vector<double> best_;
   std::vector<VisibilityCache::Wanted> wanted_;
   std::vector<std::pair<double, std::uint32_t>> ranks_;
-  double changed_by_ = 0.05;  // the threshold, of late: a share of it
-  bool starved_ = false;      // fewer than k + 1 in all that was looked at
   bool looking_ = false, gave_up_waiting_ = false;
-  std::optional<Vec3> place_;  // of sample_
-  double time_s_ = 0;
+  bool looks_due_ = false, asks_again_ = false, waited_ = false;  // of who is exact
+  std::optional<Vec3> place_;                                     // of sample_
+  Vec3 step_m_;
+  double time_s_ = 0, tau_ = 0;
   std::vector<SampledSource> sample_;
 };
 

@@ -1,7 +1,10 @@
 // Files that fail while they are played: one message, and the sound goes on.
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <thread>
 
 #include "common/random.h"
 #include "formats/audio_file.h"
@@ -235,6 +238,41 @@ TEST(RenderCommand, OfAFileThatCannotBeReadToTheEndWritesNothing) {
   EXPECT_NE(outcome.err.find(path), std::string::npos) << outcome.err;
   EXPECT_NE(outcome.err.find(std::strerror(EIO)), std::string::npos) << outcome.err;
   EXPECT_EQ(folder.names(), std::vector<std::string>{"a.clamor"});
+}
+
+// Pages come when they come; a walk among furniture, with next to no memory for them.
+TEST(RenderCommand, WritesTheSameBytesHoweverSlowTheDiskIs) {
+  const Folder folder;
+  const std::string path = folder / "a.clamor", wav = folder / "a.wav", walk = folder / "walk.json";
+  const std::string level = CLAMOR_SOURCE_DIR "/assets/levels/violin_room.glb";
+  ASSERT_EQ(clamor({"bake", level, "-o", path, "--photons", "2000", "--sources", "20000",
+                    "--no-journal", "--quiet"})
+                .code,
+            0);
+  folder.write("walk.json", R"({"points": [{"time_s": 0, "position_m": [0, 1.7, 0]},
+                                           {"time_s": 1, "position_m": [-2, 1.7, 1]}]})");
+  const auto rendered = [&] {
+    const Outcome outcome = clamor({"render", path, "-o", wav, "--walk", walk, "--seconds", "0.5",
+                                    "--voices", "500", "--memory", "9MB"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return read(wav);
+  };
+  const std::string at_once = rendered();
+  for (const unsigned most_ms : {1u, 4u}) {
+    std::atomic<unsigned> reads{0};
+    const Faults faults({.folder = folder.path(),
+                         .calls = "pread",
+                         .strike_at = 0,
+                         .fate = Fate::kStandsStill,
+                         .meanwhile = [&] {
+                           const unsigned n = reads++;
+                           const auto bits = philox(most_ms, {n, 0, 0, 0});
+                           std::this_thread::sleep_for(
+                               std::chrono::microseconds(bits[0] % (1000 * most_ms)));
+                         }});
+    EXPECT_TRUE(rendered() == at_once) << most_ms << " ms";
+    EXPECT_GT(reads, 20u);
+  }
 }
 
 }  // namespace
