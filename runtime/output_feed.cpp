@@ -6,6 +6,7 @@
 
 #include "formats/level.h"
 #include "runtime/flush_denormals.h"
+#include "runtime/touch_stack.h"
 
 namespace clamor {
 
@@ -60,6 +61,7 @@ void OutputFeed::fill(void* self, float* output, std::uint32_t frames, bool unde
 void OutputFeed::fill_at(Clock::time_point now, float* output, std::uint32_t frames,
                          bool underflow) noexcept {
   const FlushDenormals no_denormals;
+  touch_stack();
   const std::span<float> interleaved(output, frames * channels_);
   callbacks_.store(callbacks_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   block_frames_.store(frames, std::memory_order_relaxed);

@@ -15,6 +15,7 @@
 #include "common/random.h"
 #include "runtime/mixer.h"
 #include "runtime/octave_bank.h"
+#include "runtime/touch_stack.h"
 #include "tests/sanitized.h"
 
 namespace clamor {
@@ -409,6 +410,7 @@ TEST(SoundLoader, HandsPiecesOverWhileVoicesJumpAboutWithoutAStepOrAPageFault) {
   mixer.begin(keyframe, 0);
   std::vector<float> both(2 * kMostFrames);
   float last = 0, most_step = 0, loudest = 0;
+  touch_stack();  // as an audio thread does
   long faults = 0;
   const auto faults_so_far = [] {
     rusage usage{};
