@@ -8,8 +8,6 @@
 #include <optional>
 #include <utility>
 
-#include "runtime/moving_list.h"
-
 namespace clamor {
 
 namespace {
@@ -25,63 +23,6 @@ Bands weighed(const Bands& weights, Bands intensity) {
   for (std::size_t b = 0; b < kBandCount; ++b) intensity[b] *= weights[b];
   return intensity;
 }
-
-// One that moves is heard under another number than it is looked at.
-void as_moving(const FoundSource& found, SampledSource& sampled) {
-  sampled.number = found.voice;
-  sampled.moves = true;
-  sampled.moved_m = found.moved_m;
-}
-
-class All final : public Sampler {
- public:
-  All(const SourceField& field, const SourceList& list, VisibilityCache* sight, MovingList* moving)
-      : sight_(sight), moving_(moving), still_(list.page().size()) {
-    const SourcePage& page = list.page();
-    for (std::size_t i = 0; i < page.size(); ++i)
-      sample_.push_back({i, 1, &page[i], field.signal(page[i])});
-  }
-  std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
-    if (sight_ != nullptr && (place_ != place || moving_ != nullptr)) {
-      sight_->begin_keyframe(place);
-      wanted_.clear();
-      for (const SampledSource& one : std::span(sample_).first(still_))
-        wanted_.push_back({.number = one.number, .source = one.source});
-      const std::vector<Bands> visible = sight_->look_now(wanted_);
-      for (std::size_t i = 0; i < still_; ++i) sample_[i].visibility = visible[i];
-    }
-    place_ = place;
-    if (moving_ != nullptr) add_moving(place, time_s);
-    return sample_;
-  }
-  bool complete() override { return true; }
-  std::size_t capacity() const override {
-    return still_ + (moving_ != nullptr ? moving_->most() : 0);
-  }
-
- private:
-  void add_moving(const Vec3& place, double time_s) {
-    moving_->refresh();
-    moving_->begin(place, time_s);
-    found_.clear();
-    moving_->look(place, 0, found_);
-    sample_.resize(still_);
-    for (const FoundSource& found : found_) {
-      SampledSource& sampled =
-          sample_.emplace_back(SampledSource{found.number, 1, found.source, found.signal});
-      as_moving(found, sampled);
-      if (sight_ != nullptr) sampled.visibility = sight_->look_now(found.number, *found.source);
-    }
-  }
-
-  VisibilityCache* const sight_;
-  MovingList* const moving_;
-  const std::size_t still_;  // of sample_, in front
-  std::vector<FoundSource> found_;
-  std::vector<VisibilityCache::Wanted> wanted_;
-  std::optional<Vec3> place_;  // of sample_
-  std::vector<SampledSource> sample_;
-};
 
 class Priority final : public Sampler {
  public:
@@ -137,7 +78,7 @@ class Priority final : public Sampler {
       sample_.push_back({chosen.found.number, scale, &source, chosen.found.signal,
                          chosen.visibility,
                          chosen.priority > 0 ? std::min(1.0, tau / chosen.priority) : 1.0});
-      if (chosen.found.voice != 0) as_moving(chosen.found, sample_.back());
+      if (chosen.found.voice != 0) sample_.back().move_as(chosen.found);
     }
     // Pools without copies find them in this order.
     const auto by_number = [](const auto& a, const auto& b) { return a.number < b.number; };
@@ -424,6 +365,12 @@ class Priority final : public Sampler {
 
 }  // namespace
 
+void SampledSource::move_as(const FoundSource& found) {
+  number = found.voice;
+  moves = true;
+  moved_m = found.moved_m;
+}
+
 double weight(const SourceField& field, const Bands& of_signal, const Source& source,
               const Vec3& place) {
   return sum_of_bands(of_signal, field.intensity(source, place));
@@ -440,11 +387,6 @@ std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalW
                                                SourcePool& pool, std::size_t voices,
                                                VisibilityCache* sight) {
   return std::make_unique<Priority>(field, std::move(weights), pool, voices, sight);
-}
-
-std::unique_ptr<Sampler> make_all_sampler(const SourceField& field, const SourceList& list,
-                                          VisibilityCache* sight, MovingList* moving) {
-  return std::make_unique<All>(field, list, sight, moving);
 }
 
 }  // namespace clamor

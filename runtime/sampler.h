@@ -48,6 +48,9 @@ struct SampledSource {
   double rank = -1;
   bool moves = false;
   Vec3f moved_m{};  // since the last sample, if it does
+
+  // Is one that moves, and heard under another number than it is looked at.
+  void move_as(const FoundSource& found);
 };
 
 class MovingList;
