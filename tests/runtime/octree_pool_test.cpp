@@ -166,7 +166,7 @@ void expect_unbiased(const std::vector<double>& ratios, double within_db) {
 }
 
 TEST(OctreePool, WithItsFirstPageAloneIsAsLoudAsWithAll) {
-  expect_unbiased(heard_with_depth(0, testing::kSanitized ? 30 : 100), 1.5);
+  expect_unbiased(heard_with_depth(0, 100), 1.5);
 }
 
 TEST(OctreePool, WithThreeLevelsOfPagesIsAsLoudAsWithAllAndSurer) {
