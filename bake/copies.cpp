@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bake/octree_summary.h"
+#include "common/morton_curve.h"
 #include "common/random.h"
 
 namespace clamor {
@@ -58,36 +59,6 @@ double chance_of_hit(std::uint64_t count, double length) {
   return 2 * halved * std::min(gap / 2, length) + whole * std::min(gap, length);
 }
 
-std::uint64_t spread(std::uint64_t bits) {  // 21 bits, two zeros after each
-  bits = (bits | bits << 32) & 0x1f00000000ffff;
-  bits = (bits | bits << 16) & 0x1f0000ff0000ff;
-  bits = (bits | bits << 8) & 0x100f00f00f00f00f;
-  bits = (bits | bits << 4) & 0x10c30c30c30c30c3;
-  return (bits | bits << 2) & 0x1249249249249249;
-}
-
-// Indices along a curve on which neighbours are neighbours (G. M. Morton, IBM, 1966).
-std::vector<std::size_t> along_curve(const std::vector<Vec3>& places) {
-  Vec3 low(1e300), high(-1e300);
-  for (const Vec3& place : places) {
-    low = glm::min(low, place);
-    high = glm::max(high, place);
-  }
-  const double edge = std::max({high.x - low.x, high.y - low.y, high.z - low.z, 1e-9});
-  std::vector<std::pair<std::uint64_t, std::size_t>> order;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const Vec3 at = (places[i] - low) / edge * static_cast<double>((1 << 21) - 1);
-    order.emplace_back(spread(static_cast<std::uint64_t>(at.x)) |
-                           spread(static_cast<std::uint64_t>(at.y)) << 1 |
-                           spread(static_cast<std::uint64_t>(at.z)) << 2,
-                       i);
-  }
-  std::sort(order.begin(), order.end());
-  std::vector<std::size_t> indices;
-  for (const auto& [code, index] : order) indices.push_back(index);
-  return indices;
-}
-
 // Calls set(i, u) for each. Sources lie on a circle as arcs of their shares of power, along the
 // curve; the n-th point of the sequence, turned by a random angle, picks the one with the n-th
 // highest key, as good as. So the highest of each number of keys stand for equal shares of power,
@@ -102,7 +73,7 @@ void draw(const std::vector<double>& powers, const std::vector<Vec3>& places, st
   const double total = std::accumulate(powers.begin(), powers.end(), 0.0);
   const double turned = unit(philox(seed, {0, 0, kChoice, 0})[0]);
   double from = 0;
-  for (const std::size_t i : along_curve(places)) {
+  for (const std::size_t i : along_morton_curve(places)) {
     const double random =
         unit_above_zero(philox(seed, {static_cast<std::uint32_t>(i), 0, kNumber, 0})[0]);
     double u = random;

@@ -7,6 +7,7 @@
 #include <thread>
 #include <vector>
 
+#include "runtime/head_bank.h"
 #include "runtime/thread_shares.h"
 
 namespace clamor {
@@ -15,9 +16,10 @@ namespace {
 
 constexpr std::uint64_t kBlock_frames = kKeyframeFrames;
 
-// Before block n is mixed these are made: 0 to n + 1, between which its voices slide, and the next
-// for a limiter, which looks ahead by less than a block. The mixer's queue has room for one more.
-static_assert(kLimiterDelayFrames <= kKeyframeFrames);
+// Before block n is mixed these are made: 0 to n + 1, between which its voices slide, and the next,
+// since the mixer is ahead by its filters and the limiter, less than a block. Its queue has room
+// for one more.
+static_assert(kHeadDelayFrames + kLimiterDelayFrames < kKeyframeFrames);
 std::uint64_t keyframes_for(std::uint64_t block) { return block + 3; }
 
 // Makes keyframes ahead of whoever mixes blocks, on a thread of its own.

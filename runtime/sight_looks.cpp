@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/morton_curve.h"
 #include "runtime/fresnel_zone.h"
 #include "runtime/visibility_cache.h"
 
@@ -165,37 +166,6 @@ void in_parts(std::size_t count, unsigned threads, const Act& act) {
   work();
 }
 
-// Every third bit.
-std::uint64_t spread(std::uint32_t number) {
-  std::uint64_t bits = 0;
-  for (std::uint32_t b = 0; b < 21; ++b) bits |= std::uint64_t{number >> b & 1} << (3 * b);
-  return bits;
-}
-
-// Along Morton's curve: those that follow each other are neighbours.
-std::vector<std::uint32_t> in_order_of_space(std::span<const SightLine> lines) {
-  if (lines.empty()) return {};
-  Vec3f low = lines[0].from_m, high = low;
-  for (const SightLine& line : lines) {
-    low = glm::min(low, line.from_m);
-    high = glm::max(high, line.from_m);
-  }
-  const Vec3f size = high - low;
-  const float longest_m = std::max({size.x, size.y, size.z, 1e-3f});
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> by_place(lines.size());
-  for (std::uint32_t i = 0; i < lines.size(); ++i) {
-    const Vec3f share = (lines[i].from_m - low) / longest_m;
-    std::uint64_t place = 0;
-    for (int axis = 0; axis < 3; ++axis)
-      place |= spread(static_cast<std::uint32_t>(share[axis] * 2097151)) << axis;
-    by_place[i] = {place, i};
-  }
-  std::sort(by_place.begin(), by_place.end());
-  std::vector<std::uint32_t> order;
-  for (const auto& [place, i] : by_place) order.push_back(i);
-  return order;
-}
-
 std::vector<SightLook> look_along(const SightGeometry& geometry, std::span<const SightLine> lines,
                                   int ways, int more_ways, unsigned threads) {
   std::vector<SightLook> looks(lines.size());
@@ -203,7 +173,9 @@ std::vector<SightLook> look_along(const SightGeometry& geometry, std::span<const
     for (SightLook& look : looks) look = {same_in_all_bands(1), true, 0};
     return looks;
   }
-  const std::vector<std::uint32_t> order = in_order_of_space(lines);
+  std::vector<Vec3> starts_m;
+  for (const SightLine& line : lines) starts_m.emplace_back(line.from_m);
+  const std::vector<std::size_t> order = along_morton_curve(starts_m);
   in_parts(order.size(), threads, [&](std::size_t first, std::size_t end) {
     std::vector<Looked> part;
     for (std::size_t i = first; i < end; ++i) part.emplace_back(lines[order[i]]);

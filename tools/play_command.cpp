@@ -17,6 +17,7 @@
 #include "tools/arguments.h"
 #include "tools/commands.h"
 #include "tools/interrupt.h"
+#include "tools/mix_options.h"
 #include "tools/play_report.h"
 #include "tools/play_trace.h"
 #include "tools/strategy_options.h"
@@ -214,7 +215,6 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
                                                        report_folder;
   bool ambisonics = false, binaural = false, no_limiter = false;
   std::optional<std::string> memory;
-  std::string visibility = "on", interpolation = "cubic";
   PlayerOptions options;
   Arguments parser("play",
                    "Plays a bake in real time. In a terminal, arrow keys or WASD walk and turn.",
@@ -232,12 +232,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
                 "of the device, in Hz; unset: 48000, or what it has. The mix is resampled");
   parser.option("--frames", options.block_frames, "frames per block");
   const StrategyWords strategy(parser);
-  parser.option("--interpolation", interpolation,
-                "cubic, or linear, which mixes a quarter more voices and has 1 dB less at 8 kHz "
-                "[cubic]");
-  parser.option("--visibility", visibility, "on or off: do surfaces hide sources [on]");
-  parser.option("--rays", options.auralizer.rays,
-                "a keyframe (50 a second), to look for what they hide");
+  MixWords mix(parser);
   parser.option("--memory", memory,
                 "as in 64MB, of the bake's pages and sounds to keep in memory, whatever the file's "
                 "size [64MB]");
@@ -259,13 +254,8 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
   use(*chosen, options.auralizer);
 
-  if (visibility != "on" && visibility != "off")
-    return parser.bad_usage(err, "--visibility is on or off, not " + in_quotes(visibility));
-  options.auralizer.visibility = visibility == "on";
-  if (interpolation != "cubic" && interpolation != "linear")
-    return parser.bad_usage(err,
-                            "--interpolation is cubic or linear, not " + in_quotes(interpolation));
-  if (interpolation == "linear") options.auralizer.interpolation = Interpolation::kLinear;
+  if (const auto read = mix.read(options.auralizer); !read.ok())
+    return parser.bad_usage(err, read.error().message);
   if (memory) {
     const auto bytes = parse_bytes(*memory);
     if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);

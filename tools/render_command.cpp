@@ -13,6 +13,7 @@
 #include "tools/arguments.h"
 #include "tools/commands.h"
 #include "tools/interrupt.h"
+#include "tools/mix_options.h"
 #include "tools/progress.h"
 #include "tools/strategy_options.h"
 
@@ -36,7 +37,6 @@ Result<void> all_was_read(Auralizer& auralizer) {
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   std::string level, output, listener, walk_path, moving_path, gain = "0", format, layout, hrtf;
   std::optional<std::string> memory;
-  std::string visibility = "on", interpolation = "cubic";
   double seconds = 0;
   bool ambisonics = false, binaural = false, limit = false;
   AuralizerOptions options;
@@ -52,11 +52,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   parser.option("--walk", walk_path, "a scripted path instead, PATH.json");
   parser.option("--seconds", seconds, "how long; unset: the walk's length, or 10");
   const StrategyWords strategy(parser);
-  parser.option("--interpolation", interpolation,
-                "cubic, or linear, which mixes a quarter more voices and has 1 dB less at 8 kHz "
-                "[cubic]");
-  parser.option("--visibility", visibility, "on or off: do surfaces hide sources [on]");
-  parser.option("--rays", options.rays, "a keyframe (50 a second), to look for what they hide");
+  MixWords mix(parser);
   parser.option("--memory", memory,
                 "as in 64MB, of the bake's pages and sounds to keep in memory, whatever the file's "
                 "size [64MB]");
@@ -77,13 +73,8 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
 
   if (listener.empty() == walk_path.empty())
     return parser.bad_usage(err, "give either --listener X,Y,Z or --walk PATH.json");
-  if (visibility != "on" && visibility != "off")
-    return parser.bad_usage(err, "--visibility is on or off, not " + in_quotes(visibility));
-  options.visibility = visibility == "on";
-  if (interpolation != "cubic" && interpolation != "linear")
-    return parser.bad_usage(err,
-                            "--interpolation is cubic or linear, not " + in_quotes(interpolation));
-  if (interpolation == "linear") options.interpolation = Interpolation::kLinear;
+  if (const auto read = mix.read(options); !read.ok())
+    return parser.bad_usage(err, read.error().message);
   if (memory) {
     const auto bytes = parse_bytes(*memory);
     if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);

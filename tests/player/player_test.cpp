@@ -12,6 +12,7 @@
 #include "tests/player/fake_devices.h"
 #include "tests/player/pulse.h"
 #include "tests/rooms_runtime.h"
+#include "tests/walks.h"
 
 namespace clamor {
 namespace {
@@ -44,16 +45,8 @@ PlayerOptions standing() {
 }
 
 PlayerOptions walking() {
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("clamor_walk_" + std::to_string(::getpid()) + ".json");
-  std::ofstream(path) << R"({"points":[{"time_s":0,"position_m":[1,1,1.6],"yaw_deg":0},)"
-                         R"({"time_s":0.8,"position_m":[5,4,1.6],"yaw_deg":170},)"
-                         R"({"time_s":1.5,"position_m":[2,7,1.2],"yaw_deg":-90}]})";
-  auto walk = Walk::read(path.string());
-  std::filesystem::remove(path);
-  EXPECT_TRUE(walk.ok());
   PlayerOptions options = standing();
-  if (walk.ok()) options.walk = *walk;
+  options.walk = testing::across_the_room();
   return options;
 }
 

@@ -2,31 +2,18 @@
 #include "runtime/render.h"
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "tests/rooms_runtime.h"
 #include "tests/sanitized.h"
+#include "tests/walks.h"
 
 namespace clamor {
 namespace {
 
+using testing::across_the_room;
 using testing::baked_room;
-
-Walk across_the_room() {
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("clamor_render_" + std::to_string(::getpid()) + ".json");
-  std::ofstream(path) << R"({"points":[{"time_s":0,"position_m":[1,1,1.6],"yaw_deg":0},)"
-                         R"({"time_s":0.8,"position_m":[5,4,1.6],"yaw_deg":170},)"
-                         R"({"time_s":1.5,"position_m":[2,7,1.2],"yaw_deg":-90}]})";
-  auto walk = Walk::read(path.string());
-  std::filesystem::remove(path);
-  EXPECT_TRUE(walk.ok());
-  return walk.ok() ? *walk : Walk::standing({});
-}
 
 std::unique_ptr<Auralizer> auralizer_of(const AuralizerOptions& options) {
   auto auralizer = Auralizer::create(baked_room(), options);
