@@ -81,8 +81,7 @@ std::unique_ptr<SoundLoader> sounds_from(const BakeFile& file, const AuralizerIn
         if (signal < file.signal_count()) return file.read_signal_block(signal, block);
         return block_of(input.signals[signal - file.signal_count()], block);
       },
-      SoundBudget{bytes, !options.wait_for_pages},
-      most_keyframes_ahead(options.block_frames),
+      SoundBudget{bytes, !options.wait_for_pages}, most_keyframes_ahead(options.block_frames),
       std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / 2, 1, 4));
 }
 
@@ -116,11 +115,13 @@ struct Auralizer::State {
               panner == nullptr && head == nullptr ? KeyframeMaker::Receivers::kPair
                                                    : KeyframeMaker::Receivers::kOne,
               head),
-        choice_lasts(options.strategy == "priority" && choice.moving() == nullptr),
+        keyframes_of_choice(options.strategy == "priority" && choice.moving() == nullptr
+                                ? keyframes_of_a_choice(static_cast<std::size_t>(options.voices))
+                                : 1),
         adapting(options.adapt),
         clock(options.sampler_clock),
         limit_of_k(choice.sampler().capacity()),
-        settled(keyframes_of_next_choice() > 1 ? kKeyframesToSettle : 1),
+        settled(keyframes_of_choice > 1 ? kKeyframesToSettle : 1),
         mixer(signals, slots_for(choice.sampler()), mode, panner.get(), head.get(), sounds.get(),
               {static_cast<float>(options.gain), options.limit, options.adapt, options.block_frames,
                options.audio_clock}) {}
@@ -135,16 +136,12 @@ struct Auralizer::State {
       sounds->wait(std::max(0.0, first_sounds_end_s - LoadClock::steady_s(nullptr)));
   }
 
-  std::size_t keyframes_of_next_choice() const {
-    return choice_lasts ? keyframes_of_a_choice(limit_of_k.voices()) : 1;
-  }
-
   // What sounds at the place, now or some keyframes ago.
   std::span<const SampledSource> chosen(const Vec3& place, double time_s) {
     Sampler& sampler = choice.sampler();
     if (made < next_choice) return sample;
     if (script != nullptr) (void)script->apply(*choice.moving(), time_s);  // its own sources
-    choice_keyframes = made > 0 ? keyframes_of_next_choice() : 1;
+    choice_keyframes = made > 0 ? keyframes_of_choice : 1;
     const double start_s = choice_keyframes > 1 ? clock.now() : 0;
     sample = sampler.sample(place, time_s);
     while (wait_for_pages && !sampler.complete()) sample = sampler.sample(place, time_s);
@@ -179,7 +176,10 @@ struct Auralizer::State {
   const std::shared_ptr<MovingScript> script;  // moves the choice's, if a caller does not
   KeyframeMaker maker;
   std::span<const SampledSource> sample;  // the sampler's
-  const bool choice_lasts;                // for more than a keyframe, if it is of many
+  // That a choice serves: of as many voices as are asked for, however many there is time for. Where
+  // a crowd gets fewer, choosing takes not much less time than before, and no keyframe is late for
+  // having to choose anew.
+  const std::size_t keyframes_of_choice;
   double choice_took_s = 0;
   std::size_t choice_keyframes = 1;
   std::uint64_t made = 0, next_choice = 0;

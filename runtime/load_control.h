@@ -13,7 +13,7 @@
 // keyframe while the worst of the last keyframes took less than kLowShare, and the mixer takes
 // more.
 //
-// In between both stay as they are: a burden would have to change by half for a fall after a rise.
+// In between both stay as they are: a burden would have to grow by a third for a fall after a rise.
 // After a fall both wait before they rise; where a rise soon led to the next fall, twice as long
 // as the last time (Patience): a burden that comes and goes is met by staying low.
 //
@@ -46,7 +46,7 @@ struct LoadClock {
   double now() const noexcept REALTIME { return now_s(context); }
 };
 
-inline constexpr double kHighShare = 0.85, kAimShare = 0.7, kLowShare = 0.55;
+inline constexpr double kHighShare = 0.9, kAimShare = 0.75, kLowShare = 0.65;
 
 // How long to wait after a fall before rising again.
 class Patience {

@@ -14,6 +14,7 @@ namespace {
 constexpr std::int64_t kFixedOne = std::int64_t{1} << 32;
 constexpr double kFixedOne_f = static_cast<double>(kFixedOne);
 constexpr double kFastestBent = 0.99;  // frames per frame
+constexpr std::size_t kVoicesAhead = 6;
 constexpr double kLongestDelay_frames = 1 << 30;
 constexpr float kLoudest = 1e6f;  // 120 dB above full scale: no sum of voices overflows
 
@@ -75,10 +76,7 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
   }
   active_.reserve(slots);
   once_.reserve(slots);
-  for (std::size_t b = 0; b < kBandCount; ++b)
-    for (std::size_t c = 0; c < kBandCount; ++c)
-      bus_gains_[c][b] =
-          static_cast<float>((mode.head ? HeadBank::bus_gains() : OctaveBank::bus_gains())[b][c]);
+  bus_gains_ = BusGains::of(mode.head ? HeadBank::bus_gains() : OctaveBank::bus_gains());
 }
 
 void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
@@ -109,9 +107,10 @@ void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
   work_.loaded_voices += keyframe.voices.size();
   rank_voices(keyframe);
   if (mode_.head) choose_fine(keyframe);
-  for (const Voice& voice : keyframe.voices) {
-    load_voice(voice);
-    activate(voice.slot);
+  for (std::size_t v = 0; v < keyframe.voices.size(); ++v) {
+    if (v + kVoicesAhead < keyframe.voices.size()) prefetch(keyframe.voices[v + kVoicesAhead].slot);
+    load_voice(keyframe.voices[v]);
+    activate(keyframe.voices[v].slot);
   }
   if (mode_.head) head_bank_->slide_octaves(crowd_->levels(), kKeyframeFrames);
   frame_ = 0;
@@ -221,18 +220,10 @@ void Mixer::slide(std::uint32_t slot, int ear, double change_frames,
   slots_[slot].after_knot[static_cast<std::size_t>(ear)] = parabola(b, c, n);
 }
 
-// A column of bus_gains_ per band: loops that the compiler makes vectors of.
 void Mixer::set_targets(const std::array<Bands, kEars>& gain,
                         float* targets) const noexcept REALTIME {
-  for (std::size_t e = 0; e < kEars; ++e) {
-    Bands sum{};
-    if (!bus_mode_.eight_bands) sum[0] = gain[e][0];
-    if (bus_mode_.eight_bands)
-      for (std::size_t c = 0; c < kBandCount; ++c)
-        for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += bus_gains_[c][b] * gain[e][c];
-    for (std::size_t lane = e; lane < static_cast<std::size_t>(lanes_); lane += kEars)
-      targets[lane] = sum[lane / kEars];
-  }
+  if (bus_mode_.eight_bands) return bus_lanes(bus_gains_, gain, targets);
+  for (std::size_t e = 0; e < kEars; ++e) targets[e] = gain[e][0];
 }
 
 float Mixer::power_of(const Voice& voice) const noexcept REALTIME {
@@ -283,6 +274,21 @@ bool Mixer::set_colours(const Voice& voice, bool usable) noexcept REALTIME {
   return in_bands || in_octaves;
 }
 
+// What is known of a voice is all over memory.
+void Mixer::prefetch(std::uint32_t slot) const noexcept REALTIME {
+  const auto lines = [](const void* first, std::size_t bytes) noexcept {
+    for (std::size_t at = 0; at < bytes; at += 64)
+      __builtin_prefetch(static_cast<const char*>(first) + at, 1);
+  };
+  const std::size_t lanes = static_cast<std::size_t>(lanes_);
+  lines(&slots_[slot], sizeof(Slot));
+  lines(&paths_[slot * std::size_t{kEars}], kEars * sizeof(VoicePath));
+  for (const Pair& pair : pairs_) {
+    lines(&pair.targets[slot * lanes], lanes * sizeof(float));
+    lines(&pair.gains[2 * slot * lanes], 2 * lanes * sizeof(float));
+  }
+}
+
 void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   assert(voice.slot < slots_.size() && voice.signal < signals_.size());
   Slot& slot = slots_[voice.slot];
@@ -322,7 +328,7 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
     slot.heard = set_gains(0, voice, targets.data());
     return;
   }
-  const ChannelGains gains = panner_->gains(voice.from);
+  const ChannelGains gains = usable ? panner_->gains(voice.from) : ChannelGains{};
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     std::array<float, kBandLanes> panned;
     for (std::size_t lane = 0; lane < kBandLanes; ++lane)
@@ -337,18 +343,9 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
 bool Mixer::set_gains(std::size_t pair, const Voice& voice,
                       const float* targets) noexcept REALTIME {
   const std::size_t lanes = static_cast<std::size_t>(lanes_);
-  float* const target = &pairs_[pair].targets[voice.slot * lanes];
-  float* const gain = &pairs_[pair].gains[2 * voice.slot * lanes];
-  const float per_frame = static_cast<float>(kGainFrames) / static_cast<float>(slide_frames(voice));
-  float loudest = 0;
-  for (std::size_t lane = 0; lane < lanes; ++lane) {
-    const float from = voice.starts ? 0 : target[lane];
-    gain[lane] = from;
-    gain[lanes + lane] = (targets[lane] - from) * per_frame;
-    target[lane] = targets[lane];
-    loudest = std::max({loudest, std::abs(from), std::abs(targets[lane])});
-  }
-  return loudest > 0;
+  return slide_gains({&pairs_[pair].targets[voice.slot * lanes],
+                      &pairs_[pair].gains[2 * voice.slot * lanes], targets, lanes,
+                      slide_frames(voice), voice.starts});
 }
 
 void Mixer::hold() noexcept REALTIME {

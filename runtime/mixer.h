@@ -46,6 +46,7 @@
 
 #include "runtime/crowd_colour.h"
 #include "runtime/fine_voices.h"
+#include "runtime/gain_kernel.h"
 #include "runtime/head.h"
 #include "runtime/head_bank.h"
 #include "runtime/keyframe.h"
@@ -138,6 +139,7 @@ class Mixer {
   float power_of(const Voice& voice) const noexcept REALTIME;
   void choose_fine(const Keyframe& keyframe) noexcept REALTIME;
   bool set_colours(const Voice& voice, bool usable) noexcept REALTIME;
+  void prefetch(std::uint32_t slot) const noexcept REALTIME;
   void load_voice(const Voice& voice) noexcept REALTIME;
   void slide(std::uint32_t slot, int ear, double change_frames, bool starts) noexcept REALTIME;
   void place(std::uint32_t slot, int ear, std::int64_t delay) noexcept REALTIME;
@@ -184,7 +186,7 @@ class Mixer {
   const Head* const head_;
   const int lanes_;
   const int lead_frames_;  // by which reading is ahead of what comes out
-  std::array<std::array<float, kBandCount>, kBandCount> bus_gains_;
+  BusGains bus_gains_;
 
   // By slot.
   std::vector<Slot> slots_;

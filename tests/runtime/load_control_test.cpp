@@ -65,7 +65,7 @@ TEST(BlockLoad, IsLateOnceWhenABlockSuddenlyTakesHalfAsLongAgainAndNoMore) {
   machine.share_per_voice *= 1.5;
   for (int block = 0; block < 2000; ++block) machine.mix_block();
   EXPECT_EQ(machine.late_blocks, 1);
-  EXPECT_NEAR(static_cast<double>(machine.load.allowed()), 2000 * 0.7 / 1.2, 1);
+  EXPECT_NEAR(static_cast<double>(machine.load.allowed()), 2000 * kAimShare / 1.2, 1);
 }
 
 TEST(BlockLoad, AllowsTwiceAsManyWithinHalfTheDoublingTimeWhereThereIsTimeForFarMore) {
@@ -99,8 +99,8 @@ TEST(VoiceLimit, FallsAtOnceToWhatThereIsTimeForAndStays) {
   VoiceLimit limit(2000);
   for (int keyframe = 0; keyframe < 1000; ++keyframe)
     limit.keyframe_took(1.2 * static_cast<double>(limit.voices()) / 2000, 0, false);
-  // One fall, to the share aimed at: 0.7 of 1.2.
-  EXPECT_EQ(limit.voices(), static_cast<std::size_t>(2000 * 0.7 / 1.2));
+  // One fall, to the share aimed at.
+  EXPECT_EQ(limit.voices(), static_cast<std::size_t>(2000 * kAimShare / 1.2));
   EXPECT_EQ(limit.late(), 1u);
 }
 
@@ -215,8 +215,8 @@ TEST(Load, ASlowSamplerChoosesFewerSourcesIsAsLoudAndComesBack) {
   const AuralizerStatistics late = slow.auralizer->statistics();
   EXPECT_GE(late.late_keyframes, 1u);
   EXPECT_LE(late.late_keyframes, 2u);
-  // Half, since one measurement takes no more, and then down to 0.7 of the period.
-  EXPECT_NEAR(late.k, kVoices * 0.5 * 0.7, 1);
+  // Half, since one measurement takes no more, and then down to the share aimed at.
+  EXPECT_NEAR(late.k, kVoices * 0.5 * kAimShare, 1);
   const double few_db = power_db(slow.play(2)), all_db = power_db(quick.play(2));
   // 4.34 / sqrt(k - 1) dB is one standard deviation of the few; the mean of 2 s adds 0.05 dB.
   EXPECT_NEAR(few_db, all_db, 3 * 4.34 / std::sqrt(0.35 * kVoices));
@@ -234,15 +234,15 @@ TEST(Load, ASlowMixerLeavesOutVoicesUntilTheSamplerChoosesFewer) {
   slow.audio.per_voice_s = 1.3 * kBlock_s / kVoices;
   slow.play(2 * kBlock_s);
   const AuralizerStatistics shed = slow.auralizer->statistics();
-  // 0.7 / 1.3 of them are mixed, to a rank, of which there are 255.
-  EXPECT_NEAR(shed.shed_voices, kVoices * (1 - 0.7 / 1.3), 5 * kVoices / 255.0);
+  // So many are mixed as take the share aimed at, to a rank, of which there are 255.
+  EXPECT_NEAR(shed.shed_voices, kVoices * (1 - kAimShare / 1.3), 5 * kVoices / 255.0);
   EXPECT_EQ(shed.k, std::uint32_t{kVoices}) << "the sampler does not know yet";
   slow.play(2);
   quick.play(2 + 2 * kBlock_s);
   const AuralizerStatistics settled = slow.auralizer->statistics();
   EXPECT_EQ(settled.shed_voices, 0u);
   EXPECT_EQ(settled.late_keyframes, 0u);
-  EXPECT_NEAR(settled.k, kVoices * 0.7 / 1.3, 0.1 * kVoices);
+  EXPECT_NEAR(settled.k, kVoices * kAimShare / 1.3, 0.1 * kVoices);
   EXPECT_NEAR(power_db(slow.play(2)), power_db(quick.play(2)), 3 * 4.34 / std::sqrt(0.5 * kVoices));
 
   slow.audio.per_voice_s = 0.2 * kBlock_s / kVoices;
@@ -322,7 +322,7 @@ TEST(Load, TheMixerLeavesOutVoicesWhileTheSamplerStandsStill) {
       slow.auralizer->mix(block);
       out.insert(out.end(), block.begin(), block.end());
     }
-    EXPECT_NEAR(slow.auralizer->statistics().shed_voices, kVoices * (1 - 0.7 / 1.3),
+    EXPECT_NEAR(slow.auralizer->statistics().shed_voices, kVoices * (1 - kAimShare / 1.3),
                 5 * kVoices / 255.0);
     EXPECT_TRUE(clicks_in(out).empty()) << binaural;
   }

@@ -24,7 +24,7 @@ struct Costs {
   double fixed = 0.1, voices = 0.3;  // all of them
 };
 
-struct Machine {
+struct BusyMachine {
   Costs sampler{}, mixer{};
   double noise = 0.1;  // up to so much more or less
   VoiceLimit limit{kMost};
@@ -82,7 +82,7 @@ std::function<double(double)> always(double burden) {
 }
 
 TEST(LoadRecovery, AllVoicesAreBackFourSecondsAfterTheWorstBurden) {
-  Machine machine;
+  BusyMachine machine;
   machine.run(5, none, none);
   EXPECT_EQ(machine.limit.voices(), kMost);
   machine.run(10, always(20), none);  // more than any number of voices could make up for
@@ -92,7 +92,7 @@ TEST(LoadRecovery, AllVoicesAreBackFourSecondsAfterTheWorstBurden) {
 }
 
 TEST(LoadRecovery, AllVoicesAreBackFourSecondsAfterAMixersBurden) {
-  Machine machine;
+  BusyMachine machine;
   machine.run(5, none, none);
   machine.run(10, none, always(8));  // 0.8 of it whatever is mixed
   EXPECT_LT(machine.lowest, 0.1);
@@ -105,7 +105,7 @@ TEST(LoadRecovery, AllVoicesAreBackFourSecondsAfterAMixersBurden) {
 // at most, twice for the latter. No step is late more often than that.
 TEST(LoadRecovery, AStepOfLoadIsLateOnceOrTwiceAndSettlesWithinASecond) {
   for (const double burden : {2.5, 4.0, 5.0}) {
-    Machine machine{.noise = 0.03};
+    BusyMachine machine{.noise = 0.03};
     machine.run(5, none, none);
     machine.run(1, always(burden), none);
     EXPECT_LE(machine.limit.late(), burden < 4 ? 1u : 2u) << burden;
@@ -123,7 +123,7 @@ TEST(LoadRecovery, AStepOfLoadIsLateOnceOrTwiceAndSettlesWithinASecond) {
 TEST(LoadRecovery, NothingSwingsUnderAnySteadyLoad) {
   for (double burden = 1; burden < 12; burden *= 1.07)
     for (const bool mixes : {false, true}) {
-      Machine machine{.noise = 0.15};
+      BusyMachine machine{.noise = 0.15};
       machine.run(8, mixes ? none : always(burden), mixes ? always(burden) : none);
       machine.turns = 0;
       machine.late_blocks = 0;
@@ -141,7 +141,7 @@ TEST(LoadRecovery, NothingSwingsUnderAnySteadyLoad) {
 // Without waiting longer each time, every return of the burden would find all voices there.
 TEST(LoadRecovery, ABurdenThatComesAndGoesIsMetByStayingLow) {
   for (const double every_s : {1.0, 2.0}) {
-    Machine machine{.noise = 0.03};
+    BusyMachine machine{.noise = 0.03};
     const auto on_and_off = [&](double now_s) {
       return std::fmod(now_s, every_s) < every_s / 2 ? 5.0 : 1.0;
     };
@@ -159,7 +159,7 @@ TEST(LoadRecovery, ABurdenThatComesAndGoesIsMetByStayingLow) {
 }
 
 TEST(LoadRecovery, OneLateKeyframeCostsHalfOfTheVoicesForASecondAndAHalf) {
-  Machine machine;
+  BusyMachine machine;
   machine.run(5, none, none);
   machine.run(kPeriod_s, always(50), none);
   EXPECT_EQ(machine.limit.voices(), kMost / 2);

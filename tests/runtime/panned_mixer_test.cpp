@@ -98,5 +98,22 @@ TEST(PannedMixer, SilencesAVoiceWhoseDirectionIsNone) {
   for (const float sample : out) ASSERT_EQ(sample, 0);
 }
 
+TEST(PannedMixer, HearsAVoiceAgainWhoseDirectionWasNoneForAWhile) {
+  const auto panner = make_ambisonic_panner();
+  const auto out = mixed(*panner, {testing::sine(700)}, 4, [&](int k) {
+    Keyframe keyframe;
+    const float x = k == 1 ? std::nanf("") : 1;
+    keyframe.voices = {panned_voice(0, {x, 0, 0}, 1, k == 0)};
+    return keyframe;
+  });
+  float loudest = 0;
+  for (const float sample : out) {
+    ASSERT_TRUE(std::isfinite(sample));
+    loudest = std::max(loudest, std::abs(sample));
+  }
+  const std::vector<float> last(out.end() - 1000, out.end());
+  EXPECT_GT(*std::max_element(last.begin(), last.end()), 0.5f * loudest);
+}
+
 }  // namespace
 }  // namespace clamor

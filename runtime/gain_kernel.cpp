@@ -1,0 +1,106 @@
+#include "runtime/gain_kernel.h"
+
+#include <algorithm>
+#include <cmath>
+
+// Highway compiles what follows once per instruction set.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "runtime/gain_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace clamor {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Tag = hn::CappedTag<float, kBandLanes>;
+using Vector = hn::Vec<Tag>;
+
+// What both ears have of an octave, by turns; from lane `at` on.
+HWY_INLINE Vector by_turns(const std::array<Bands, kEars>& gain, std::size_t octave,
+                           [[maybe_unused]] std::size_t at) {
+  const Tag d;
+#if HWY_TARGET == HWY_SCALAR
+  return hn::Set(d, gain[at % kEars][octave]);
+#else
+  return hn::OddEven(hn::Set(d, gain[1][octave]), hn::Set(d, gain[0][octave]));
+#endif
+}
+
+void bus_lanes_here(const BusGains& buses, const std::array<Bands, kEars>& gain,
+                    float* HWY_RESTRICT lanes) {
+  const Tag d;
+  for (std::size_t at = 0; at < kBandLanes; at += hn::Lanes(d)) {
+    auto sum = hn::Zero(d);
+    for (std::size_t c = 0; c < kBandCount; ++c)
+      sum = hn::MulAdd(hn::Load(d, buses.columns[c].data() + at), by_turns(gain, c, at), sum);
+    hn::StoreU(sum, d, lanes + at);
+  }
+}
+
+bool slide_gains_here(const GainLines& lines) {
+  const Tag d;
+  const float per_frame = static_cast<float>(kGainFrames) / static_cast<float>(lines.frames);
+  const auto over = hn::Set(d, per_frame);
+  auto loudest = hn::Zero(d);
+  for (std::size_t at = 0; at < lines.lanes; at += hn::Lanes(d)) {
+    const auto from = lines.starts ? hn::Zero(d) : hn::LoadU(d, lines.target + at);
+    const auto to = hn::LoadU(d, lines.targets + at);
+    hn::StoreU(from, d, lines.gain + at);
+    hn::StoreU(hn::Mul(hn::Sub(to, from), over), d, lines.gain + lines.lanes + at);
+    hn::StoreU(to, d, lines.target + at);
+    loudest = hn::Max(loudest, hn::Max(hn::Abs(from), hn::Abs(to)));
+  }
+  return !hn::AllTrue(d, hn::Eq(loudest, hn::Zero(d)));
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace clamor
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+namespace clamor {
+
+namespace {
+HWY_EXPORT(bus_lanes_here);
+HWY_EXPORT(slide_gains_here);
+}  // namespace
+
+BusGains BusGains::of(const Matrix& matrix) {
+  BusGains gains;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    for (std::size_t c = 0; c < kBandCount; ++c)
+      for (int ear = 0; ear < kEars; ++ear)
+        gains.columns[c][static_cast<std::size_t>(band_lane(b, ear))] =
+            static_cast<float>(matrix[b][c]);
+  return gains;
+}
+
+void bus_lanes(const BusGains& buses, const std::array<Bands, kEars>& gain,
+               float* lanes) noexcept REALTIME {
+  HWY_DYNAMIC_DISPATCH(bus_lanes_here)(buses, gain, lanes);
+}
+
+bool slide_gains(const GainLines& lines) noexcept REALTIME {
+  if (lines.lanes == kBandLanes) return HWY_DYNAMIC_DISPATCH(slide_gains_here)(lines);
+  float loudest = 0;
+  const float per_frame = static_cast<float>(kGainFrames) / static_cast<float>(lines.frames);
+  for (std::size_t lane = 0; lane < lines.lanes; ++lane) {
+    const float from = lines.starts ? 0 : lines.target[lane];
+    const float to = lines.targets[lane];
+    lines.gain[lane] = from;
+    lines.gain[lines.lanes + lane] = (to - from) * per_frame;
+    lines.target[lane] = to;
+    loudest = std::max({loudest, std::abs(from), std::abs(to)});
+  }
+  return loudest > 0;
+}
+
+}  // namespace clamor
+
+#endif
