@@ -56,6 +56,7 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
   parser.option("--minutes", options.minutes, "motion: at each speed");
   parser.option("--readings", options.readings,
                 "motion: of momentary loudness against all sources, at each speed");
+  parser.option("--voices", options.voices, "motion: chosen at a time");
   parser.option("--seeds", options.seeds,
                 "convergence, walk, octave-bands: drawings per strategy and k");
   parser.option(
@@ -84,6 +85,8 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
     return parser.bad_usage(err, "--minutes must lie between 0.1 and 600");
   if (options.readings < 1 || options.readings > 100'000)
     return parser.bad_usage(err, "--readings must lie between 1 and 100000");
+  if (options.voices < 1 || options.voices > 1'000'000)
+    return parser.bad_usage(err, "--voices must lie between 1 and 1000000");
   if (options.rolls < 19 || options.rolls > 1000)
     return parser.bad_usage(err, "--rolls must lie between 19 and 1000");
   if (options.seeds < 2 || options.seeds > 10000)

@@ -212,8 +212,9 @@ Result<ExperimentReport> motion_experiment(const ExperimentOptions& options, std
   const MotionScene scene(input), rolled(input, kRoll);
   const double seconds = options.quick ? 2 : 60 * options.minutes;
   const int readings = options.quick ? 3 : options.readings;
-  const std::size_t k =
-      std::min<std::size_t>(2000, std::max<std::size_t>(1, input.sources.size() / 4));
+  const std::size_t most =
+      options.quick ? std::max<std::size_t>(1, input.sources.size() / 4) : input.sources.size();
+  const std::size_t k = std::min(static_cast<std::size_t>(options.voices), most);
   ExperimentReport report(
       "motion", "Walking, running, flying: what is heard of it",
       fmt::format("{} sources, k = {}; {:.0f} s at each speed round {:.1f}, {:.1f}, {:.1f} m; "

@@ -19,6 +19,7 @@ struct ExperimentOptions {
   double seconds = 1;              // of sound per rendering
   double minutes = 10;             // at each speed
   int readings = 60;               // of loudness, at each speed
+  int voices = 2000;               // who moves hears so many
   int seeds = 100;                 // drawings per strategy and k, where nothing is rendered
   int rolls = 19;                  // exact renderings with other phases
   bool quick = false;              // few sources, few k: does everything still run?

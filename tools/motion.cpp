@@ -102,9 +102,9 @@ MotionTrack::MotionTrack(const MotionScene& scene, const Way& way, double speed_
       speed_mps_(speed_mps),
       sampler_(scene.sampler(strategy, voices)),
       maker_(scene.field(), slots_for(strategy, *sampler_)),
-      mixer_(scene.signals(), slots_for(strategy, *sampler_)) {
+      mixer_(scene.signals(), slots_for(strategy, *sampler_)),
+      number_(first_keyframe) {
   keyframe_.voices.reserve(slots_for(strategy, *sampler_));
-  keyframe_.number = first_keyframe;
   make_keyframe();
   mixer_.begin(keyframe_, static_cast<std::int64_t>(first_keyframe) * kKeyframeFrames);
 }
@@ -115,7 +115,7 @@ void MotionTrack::make_keyframe() {
 }
 
 void MotionTrack::next(Sound& sound, std::vector<double>& powers) {
-  ++keyframe_.number;
+  ++number_;
   make_keyframe();
   powers.push_back(scene_.power(keyframe_, time_s()));
   mixer_.load(keyframe_);

@@ -85,7 +85,7 @@ class MotionTrack {
 
  private:
   void make_keyframe();
-  double time_s() const { return static_cast<double>(keyframe_.number) * kKeyframe_s; }
+  double time_s() const { return static_cast<double>(number_) * kKeyframe_s; }
 
   const MotionScene& scene_;
   const Way& way_;
@@ -94,6 +94,7 @@ class MotionTrack {
   KeyframeMaker maker_;
   Mixer mixer_;
   Keyframe keyframe_;
+  std::uint64_t number_;  // of the way; the maker counts from where the track begins
 };
 
 }  // namespace clamor
