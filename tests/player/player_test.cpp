@@ -1,6 +1,8 @@
 #include "runtime/player.h"
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
 #include <fstream>
 #include <memory>
 #include <span>
@@ -207,6 +209,54 @@ TEST(Player, MakesKeyframesFarEnoughAheadForWhateverBlocksADeviceWants) {
   EXPECT_LE(first, 2u);  // until it is known
   EXPECT_EQ(later.auralizer.held_blocks, first);
   EXPECT_TRUE((*player)->stop().ok());
+}
+
+// A machine on which everything takes as long as the test says, whatever it is.
+struct Burden {
+  std::atomic<double> takes_s{0};
+  double now_s = 0;  // the thread's that reads the clock
+
+  LoadClock clock() {
+    return {[](void* context) noexcept {
+              auto& self = *static_cast<Burden*>(context);
+              return self.now_s += self.takes_s.load(std::memory_order_relaxed);
+            },
+            this};
+  }
+};
+
+// With all of its threads, and a listener who walks meanwhile.
+TEST(Player, LeavesOutVoicesUnderABurdenAndHasAllOfThemBackAfterIt) {
+  Burden sampling, mixing;
+  PlayerOptions options = standing();
+  options.device = "none";
+  options.seconds = 0;
+  options.auralizer.adapt = true;
+  options.auralizer.sampler_clock = sampling.clock();
+  options.auralizer.audio_clock = mixing.clock();
+  auto player = Player::create(baked_room(), options);
+  ASSERT_TRUE(player.ok()) << player.error().message;
+  ASSERT_TRUE((*player)->start().ok());
+  double way_m = 0;
+  const auto comes_to = [&](auto&& state) {
+    return testing::comes_true([&] {
+      (*player)->move({{3 + std::sin(way_m += 0.01), 5, 1.6}, way_m, 0});
+      return state((*player)->statistics().auralizer);
+    });
+  };
+  using Now = AuralizerStatistics;
+  EXPECT_TRUE(comes_to([](const Now& now) { return now.voices > 150; }));
+  const double block_s = 256.0 / kSampleRate_hz,
+               keyframe_s = 1.0 * kKeyframeFrames / kSampleRate_hz;
+  mixing.takes_s = 1.3 * block_s;
+  EXPECT_TRUE(comes_to([](const Now& now) { return now.shed_voices > 0; }));
+  EXPECT_TRUE(comes_to([](const Now& now) { return now.k < 150; }));
+  sampling.takes_s = 3 * keyframe_s;
+  EXPECT_TRUE(comes_to([](const Now& now) { return now.late_keyframes > 0; }));
+  sampling.takes_s = mixing.takes_s = 0;
+  EXPECT_TRUE(comes_to([](const Now& now) { return now.k == now.most_k && now.shed_voices == 0; }));
+  EXPECT_TRUE((*player)->stop().ok());
+  EXPECT_EQ((*player)->statistics().auralizer.bad_voices, 0u);
 }
 
 TEST(Player, SaysWhatToDoWhenADeviceDoesNotExist) {
