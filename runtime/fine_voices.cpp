@@ -19,7 +19,8 @@ FineVoices::FineVoices(std::size_t slots, std::size_t most)
       fine_(2 * most_),
       targets_(fine_.size() * kLanes),
       gains_(2 * targets_.size()),
-      paths_(kEars * fine_.size()) {
+      paths_(kEars * fine_.size()),
+      gaps_(fine_.size()) {
   loudest_.reserve(most_ + 1);
   free_.reserve(fine_.size());
   heard_.reserve(fine_.size());
@@ -93,13 +94,15 @@ void FineVoices::hold() noexcept REALTIME {
   }
 }
 
-void FineVoices::mix(const MixMode& mode, const VoicePath* paths, int first_frame, int frames,
-                     float* high, float* low) noexcept REALTIME {
+void FineVoices::mix(const MixMode& mode, const VoicePath* paths, const LayerGap* gaps,
+                     int first_frame, int frames, float* high, float* low) noexcept REALTIME {
   if (heard_.empty()) return;
-  for (const std::uint32_t place : heard_)
+  for (const std::uint32_t place : heard_) {
     std::copy_n(paths + std::size_t{kEars} * fine_[place].slot, kEars, &paths_[kEars * place]);
+    gaps_[place] = gaps[fine_[place].slot];
+  }
   mix_voices(mode, {paths_.data(), gains_.data(), heard_.data(), heard_.size(), first_frame, frames,
-                    high, low});
+                    high, low, gaps_.data()});
 }
 
 }  // namespace clamor

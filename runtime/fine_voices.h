@@ -1,15 +1,15 @@
 // fine_voices.h: the voices that are heard through all the narrow bands of a head.
 //
-// A voice's colour in 36 bands an ear costs five times what its eight octaves do. So at each
-// keyframe the loudest voices get theirs (MixMode::fine_voices, 128), and of the others, each of
-// which has less than a 128th of the power of all, the head colours the octaves only: their energy
-// and the time between the ears stay right. One source alone, or a hundred, have every narrow band;
-// in a crowd nobody can tell one voice's, and the sum of all has the power that it should have in
-// each, within 1 dB even if all come from one side (crowd_colour.h). A voice that is or was fine
-// lately stays so at up to 3 dB less than others need; one that changes slides from one set of
-// gains to the other within a keyframe.
+// A voice's colour in 36 bands and 14 quadratures an ear costs six times what its eight octaves do.
+// So at each keyframe the loudest voices get theirs (MixMode::fine_voices, 128), and of the others,
+// each of which has less than a 128th of the power of all, the head colours the octaves only: their
+// energy stays right, and so do the times between the ears, two of them. One source alone, or a
+// hundred, have every narrow band; in a crowd nobody can tell one voice's, and the sum of all has
+// the power that it should have in each, within 1 dB even if all come from one side
+// (crowd_colour.h). A voice that is or was fine lately stays so at up to 3 dB less than others
+// need; one that changes slides from one set of gains to the other within a keyframe.
 //
-// Threads: the audio thread's, but for the constructor. Memory: 1 kB for each of twice
+// Threads: the audio thread's, but for the constructor. Memory: 1.3 kB for each of twice
 // fine_voices. Cost: one comparison a voice and keyframe, log n for those that enter.
 #pragma once
 
@@ -59,9 +59,9 @@ class FineVoices {
   // How many are mixed.
   std::size_t heard() const noexcept REALTIME { return heard_.size(); }
 
-  // `paths` of all slots.
-  void mix(const MixMode& mode, const VoicePath* paths, int first_frame, int frames, float* high,
-           float* low) noexcept REALTIME;
+  // `paths` and `gaps` of all slots.
+  void mix(const MixMode& mode, const VoicePath* paths, const LayerGap* gaps, int first_frame,
+           int frames, float* high, float* low) noexcept REALTIME;
 
  private:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
@@ -78,6 +78,7 @@ class FineVoices {
   std::vector<std::uint32_t> free_;
   std::vector<float> targets_, gains_;  // [place][kHeadLanes], [place][2][kHeadLanes]
   std::vector<VoicePath> paths_;        // [place][kEars]
+  std::vector<LayerGap> gaps_;          // [place]
   std::vector<std::uint32_t> heard_;    // places
 };
 

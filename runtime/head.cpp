@@ -5,22 +5,24 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <utility>
 
+#include "common/crossover.h"
 #include "common/fourier.h"
 #include "formats/level.h"
 #include "runtime/erb_bands.h"
 #include "runtime/head_fit.h"
+#include "runtime/head_phase_fit.h"
+#include "runtime/interaural_times.h"
 
 namespace clamor {
 
 namespace {
 
 constexpr std::size_t kLeastSpectrum = 8192;
-constexpr double kLongestLag_s = 1e-3, kLagStep_s = 5e-6;
-constexpr double kFollowed_hz = 1500;  // ears hear the wave itself below
-constexpr int kTurns = 6;
-constexpr double kQuietest = 1e-6;  // 60 dB below the loudest band: silence has no colour
+constexpr int kTurns = 6, kPhaseTurns = 4;
+constexpr double kSteepest_s = 25e-6;  // a degree
+constexpr double kGoodMiss = 0.6;      // dB, or of what a phase may be missed by
+constexpr double kQuietest = 1e-6;     // 60 dB below the loudest band: silence has no colour
 
 using Spectrum = std::vector<std::complex<double>>;
 
@@ -48,27 +50,23 @@ ErbBands energy_of(const Spectrum& spectrum, double bin_hz) {
   return energy;
 }
 
-// How much later the right ear hears it: the lag of the greatest cross-correlation of what both
-// hear below kFollowed_hz.
-double lag_s(const Spectrum& left, const Spectrum& right, double bin_hz) {
-  constexpr int kLags = static_cast<int>(kLongestLag_s / kLagStep_s);
-  std::array<double, 2 * kLags + 1> alike{};
-  for (std::size_t k = 1; static_cast<double>(k) * bin_hz < kFollowed_hz; ++k) {
-    const std::complex<double> cross = left[k] * std::conj(right[k]);
-    const double angle = 2 * std::numbers::pi * static_cast<double>(k) * bin_hz * kLagStep_s;
-    // Its real part, turned by one step at a time: cos x = 2 cos(step) cos(x - step) - ...
-    const double twice_cosine = 2 * std::cos(angle);
-    double at = (cross * std::polar(1.0, kLags * angle)).real();
-    double before = (cross * std::polar(1.0, (kLags + 1) * angle)).real();
-    for (double& sum : alike) {
-      sum += at;
-      before = std::exchange(at, twice_cosine * at - before);
+// No times that differ by more than kSteepest a degree: in the middle between the least and the
+// most that all others allow. Sound comes round the head on more than one way, and where these are
+// equally loud, nearly opposite an ear, the envelopes' time jumps from one to the other.
+void make_smooth(std::span<const Vec3f> directions, std::vector<InterauralTimes>& times) {
+  constexpr double kPerRadian_s = kSteepest_s * 180 / std::numbers::pi;
+  std::vector<double> smooth_s;
+  for (std::size_t d = 0; d < directions.size(); ++d) {
+    double most = 1, least = -1;
+    for (std::size_t k = 0; k < directions.size(); ++k) {
+      const float cosine = std::clamp(dot(directions[d], directions[k]), -1.0f, 1.0f);
+      const double apart_s = k == d ? 0 : kPerRadian_s * std::acos(static_cast<double>(cosine));
+      most = std::min(most, times[k].high_s + apart_s);
+      least = std::max(least, times[k].high_s - apart_s);
     }
+    smooth_s.push_back((most + least) / 2);
   }
-  const auto best = std::max_element(alike.begin() + 1, alike.end() - 1);
-  const double bend = 2 * best[0] - best[-1] - best[1];
-  const double between = bend > 0 ? std::clamp((best[1] - best[-1]) / (2 * bend), -0.5, 0.5) : 0;
-  return (static_cast<double>(best - alike.begin()) - kLags + between) * kLagStep_s;
+  for (std::size_t d = 0; d < times.size(); ++d) times[d].high_s = smooth_s[d];
 }
 
 bool all_round(std::span<const Vec3f> directions) {
@@ -112,6 +110,7 @@ Head::Head(const HeadResponses& responses) {
   const Fourier fourier(std::max(kLeastSpectrum, std::bit_ceil(responses.frames)));
   const double bin_hz = responses.rate_hz / static_cast<double>(fourier.size());
   std::vector<std::array<ErbBands, kEars>> energies;
+  std::vector<InterauralTimes> times;
   ErbBands diffuse{};  // mean of all directions and both ears
   for (const std::size_t d : kept) {
     std::array<Spectrum, kEars> ears;
@@ -122,21 +121,53 @@ Head::Head(const HeadResponses& responses) {
       for (std::size_t b = 0; b < kErbBandCount; ++b)
         diffuse[b] += energy[e][b] / static_cast<double>(kEars * kept.size());
     }
-    directions_.push_back(
-        {{}, {}, static_cast<float>(lag_s(ears[0], ears[1], bin_hz) * kSampleRate_hz), {}});
+    times.push_back(
+        interaural_times(fourier, responses.rate_hz, responses.frames, ears[0], ears[1]));
   }
+  make_smooth(places, times);
+  directions_.resize(kept.size());
   const HeadFit fit;
-  for (std::size_t d = 0; d < kept.size(); ++d)
+  const HeadPhaseFit phase_fit;
+  HeadFit::Forms forms;
+  for (std::size_t d = 0; d < kept.size(); ++d) {
+    const double low_lag_s = times[d].low_s - times[d].high_s;
+    directions_[d].lag_frames = static_cast<float>(times[d].high_s * kSampleRate_hz);
+    directions_[d].low_lag_frames = static_cast<float>(low_lag_s * kSampleRate_hz);
+    // Where the layers part, each ear has them so much out of phase.
+    const double high_phase = -std::numbers::pi * band_edge_hz(kLowBands - 1) * low_lag_s;
+    forms = fit.forms();
+    phase_fit.turn({}, high_phase, forms);
+    std::array<HeadLevels, kEars> levels;
     for (std::size_t e = 0; e < kEars; ++e) {
       for (std::size_t b = 0; b < kErbBandCount; ++b) energies[d][e][b] /= diffuse[b];
-      directions_[d].level[e] = fit.levels_for(energies[d][e]);
-      directions_[d].octave[e] = fit.octaves_for(energies[d][e]);
-      const ErbBands octaves = fit.octave_energy_of(directions_[d].octave[e]);
+      directions_[d].octave[e] = fit.octaves_for(energies[d][e], forms);
+      const ErbBands octaves = HeadFit::octave_energy_of(directions_[d].octave[e], forms);
       const auto narrow = [](double x) { return static_cast<float>(x); };
       Energies& kept_energies = directions_[d].energies;
       std::ranges::transform(energies[d][e], kept_energies.measured[e].begin(), narrow);
       std::ranges::transform(octaves, kept_energies.octaves[e].begin(), narrow);
+      levels[e] = fit.levels_for(energies[d][e], forms);
     }
+    // Phases depend on levels, and levels on phases: of some turns, the one that misses least.
+    double least = 1e300;
+    for (int turn = 0; turn < kPhaseTurns; ++turn) {
+      const auto phases = phase_fit.phases_for(levels, times[d].phases, high_phase);
+      phase_fit.turn(phases, high_phase, forms);
+      double miss = 0;
+      for (std::size_t e = 0; e < kEars; ++e) {
+        levels[e] = fit.levels_for(energies[d][e], forms);
+        miss = std::max(miss, HeadFit::largest_miss_db(energies[d][e], forms, levels[e]));
+      }
+      miss = std::max(miss, phase_fit.largest_miss(levels, phases, times[d].phases, high_phase));
+      if (miss >= least) continue;
+      least = miss;
+      for (std::size_t e = 0; e < kEars; ++e) {
+        directions_[d].level[e] = HeadPhaseFit::in_phase(levels[e], phases);
+        directions_[d].across[e] = HeadPhaseFit::across(levels[e], phases, e);
+      }
+      if (least < kGoodMiss) break;
+    }
+  }
   for (std::size_t b = 0; b < kErbBandCount; ++b) {
     double sum = 0;
     for (std::size_t j = 0; j < kHeadBands; ++j) sum += fit.shares()[j][b];
@@ -160,8 +191,14 @@ std::array<Levels, kEars> Head::between(
   return sum;
 }
 
-std::array<HeadLevels, kEars> Head::hear(const Vec3f& from) const noexcept REALTIME {
-  return between(place(from), &Direction::level);
+std::array<HeadLevels, kEars> Head::hear(
+    const DirectionMesh::Place& place) const noexcept REALTIME {
+  return between(place, &Direction::level);
+}
+
+std::array<Quadratures, kEars> Head::hear_across(
+    const DirectionMesh::Place& place) const noexcept REALTIME {
+  return between(place, &Direction::across);
 }
 
 std::array<Bands, kEars> Head::hear_octaves(
@@ -188,12 +225,20 @@ HeadLevels Head::changed_by(const ErbBands& change) const noexcept REALTIME {
   return levels;
 }
 
-double Head::delay_frames(const Vec3f& from, int ear) const noexcept REALTIME {
-  const DirectionMesh::Place place = mesh_->find(from);
-  double lag_frames = 0;
+double Head::between(const DirectionMesh::Place& place,
+                     float Direction::*frames) const noexcept REALTIME {
+  double sum = 0;
   for (std::size_t k = 0; k < 3; ++k)
-    lag_frames += static_cast<double>(place.share[k] * directions_[place.corner[k]].lag_frames);
-  return (ear == 0 ? -0.5 : 0.5) * lag_frames;
+    sum += static_cast<double>(place.share[k] * (directions_[place.corner[k]].*frames));
+  return sum;
+}
+
+double Head::delay_frames(const Vec3f& from, int ear) const noexcept REALTIME {
+  return (ear == 0 ? -0.5 : 0.5) * between(place(from), &Direction::lag_frames);
+}
+
+double Head::low_lag_frames(const DirectionMesh::Place& place) const noexcept REALTIME {
+  return between(place, &Direction::low_lag_frames);
 }
 
 }  // namespace clamor

@@ -44,24 +44,29 @@ struct Layer {
 constexpr Layer kLowLayer{0, kHeadLowBands, 186, 1.0 * kSampleRate_hz / kLowRate};
 constexpr Layer kHighLayer{kHeadLowBands, kHeadHighBands, 192, kSampleRate_hz};
 
-// The hat of a band among those of its layer; the first and the last go on.
-double hat(const Layer& layer, std::size_t band, double frequency_hz) {
-  const auto number = [&](std::size_t j) { return erb_number(kHeadNodes_hz[layer.first + j]); };
-  const double at = erb_number(frequency_hz), peak = number(band);
-  if (at < peak) return band == 0 ? 1 : std::max(0.0, 1 - (peak - at) / (peak - number(band - 1)));
-  return band + 1 == layer.bands ? 1 : std::max(0.0, 1 - (at - peak) / (number(band + 1) - peak));
+// The hat at a node among others, in Hz; the first and the last go on.
+double hat(std::span<const double> nodes_hz, std::size_t node, double frequency_hz) {
+  const auto number = [&](std::size_t j) { return erb_number(nodes_hz[j]); };
+  const double at = erb_number(frequency_hz), peak = number(node);
+  if (at < peak) return node == 0 ? 1 : std::max(0.0, 1 - (peak - at) / (peak - number(node - 1)));
+  return node + 1 == nodes_hz.size() ? 1
+                                     : std::max(0.0, 1 - (at - peak) / (number(node + 1) - peak));
 }
 
-// [band][tap], symmetric: the hat's inverse transform under a Kaiser window.
-std::vector<float> filters_of(const Layer& layer) {
+// Taps of filters of a layer, [filter][tap]: the inverse transform of response(filter, frequency)
+// under a Kaiser window. At negative frequencies the response is the conjugate.
+template <class Response>
+std::vector<float> windowed(const Layer& layer, std::size_t count, const Response& response) {
   constexpr std::size_t kSize = 8192;
   const Fourier fourier(kSize);
   std::vector<float> filters;
-  for (std::size_t band = 0; band < layer.bands; ++band) {
+  for (std::size_t filter = 0; filter < count; ++filter) {
     std::vector<std::complex<double>> spectrum(kSize);
-    for (std::size_t k = 0; k < kSize; ++k)
-      spectrum[k] =
-          hat(layer, band, static_cast<double>(std::min(k, kSize - k)) * layer.rate_hz / kSize);
+    for (std::size_t k = 0; k < kSize; ++k) {
+      const std::complex<double> at =
+          response(filter, static_cast<double>(std::min(k, kSize - k)) * layer.rate_hz / kSize);
+      spectrum[k] = 2 * k > kSize ? std::conj(at) : at;
+    }
     fourier.inverse(spectrum);
     for (int k = -layer.reach; k <= layer.reach; ++k) {
       const double r = static_cast<double>(k) / (layer.reach + 1);
@@ -71,6 +76,23 @@ std::vector<float> filters_of(const Layer& layer) {
     }
   }
   return filters;
+}
+
+// Symmetric.
+std::vector<float> filters_of(const Layer& layer) {
+  return windowed(layer, layer.bands, [&](std::size_t band, double frequency_hz) {
+    return std::complex<double>(
+        hat(std::span(kHeadNodes_hz).subspan(layer.first, layer.bands), band, frequency_hz));
+  });
+}
+
+// Antisymmetric: a quarter of a period ahead, where the last tap meets the newest sample.
+std::vector<float> quadrature_filters() {
+  return windowed(kLowLayer, kHeadQuadratures, [](std::size_t k, double frequency_hz) {
+    const double node_hz = kQuadratureNodes_hz[k];
+    return std::complex<double>(
+        0, -std::min(1.0, frequency_hz / node_hz) * hat(kQuadratureNodes_hz, k, frequency_hz));
+  });
 }
 
 // The response of a symmetric filter, which has no phase: a sum of cosines, by Clenshaw.
@@ -86,6 +108,18 @@ double response(const std::vector<float>& filters, const Layer& layer, std::size
     next = sum;
   }
   return static_cast<double>(middle[0]) + 2 * (cosine * next - after);
+}
+
+// What is left of an antisymmetric one without the quarter of a period: a sum of sines.
+double quadrature_response(const std::vector<float>& filters, std::size_t filter,
+                           double frequency_hz) {
+  const auto reach = static_cast<std::size_t>(kLowLayer.reach);
+  const float* middle = filters.data() + filter * (2 * reach + 1) + reach;
+  const double angle = 2 * std::numbers::pi * frequency_hz / kLowLayer.rate_hz;
+  double sum = 0;
+  for (int k = 1; k <= kLowLayer.reach; ++k)
+    sum += 2 * static_cast<double>(middle[k]) * std::sin(angle * k);
+  return sum;
 }
 
 // Octaves as levels at the nodes: linear between the centres, of gains that are corrected first, so
@@ -158,6 +192,26 @@ class OctaveLevels {
   std::array<Bands, kBandCount> columns_;  // of it
 };
 
+// Quadratures' nodes between those of bands of the low layer.
+struct NodePlace {
+  std::size_t below = 0;
+  float share = 0;  // of the node above
+};
+const std::array<NodePlace, kHeadQuadratures>& quadrature_places() noexcept REALTIME {
+  static const auto kPlaces = [] {
+    std::array<NodePlace, kHeadQuadratures> places;
+    for (std::size_t k = 0; k < kHeadQuadratures; ++k) {
+      std::size_t above = 1;
+      while (above + 1 < kHeadLowBands && kHeadNodes_hz[above] < kQuadratureNodes_hz[k]) ++above;
+      const double from = kHeadNodes_hz[above - 1], to = kHeadNodes_hz[above];
+      places[k] = {above - 1, static_cast<float>(std::clamp(
+                                  (kQuadratureNodes_hz[k] - from) / (to - from), 0.0, 1.0))};
+    }
+    return places;
+  }();
+  return kPlaces;
+}
+
 const OctaveLevels& across_layers() noexcept REALTIME {
   static const OctaveLevels kLevels(false);
   return kLevels;
@@ -170,13 +224,20 @@ const OctaveLevels& within_layers() noexcept REALTIME {
 }  // namespace
 
 const std::array<double, kHeadBands> kHeadNodes_hz = nodes_hz();
+const std::array<double, kHeadQuadratures> kQuadratureNodes_hz = {
+    75, 125, 185, 235, 295, 370, 460, 560, 660, 760, 870, 990, 1120, 1275};
 
 const std::vector<float>& HeadBank::high_filters() {
   static const std::vector<float> kFilters = filters_of(kHighLayer);
   return kFilters;
 }
 const std::vector<float>& HeadBank::low_filters() {
-  static const std::vector<float> kFilters = filters_of(kLowLayer);
+  static const std::vector<float> kFilters = [] {
+    std::vector<float> filters = filters_of(kLowLayer);
+    const std::vector<float> quadratures = quadrature_filters();
+    filters.insert(filters.end(), quadratures.begin(), quadratures.end());
+    return filters;
+  }();
   return kFilters;
 }
 
@@ -186,13 +247,14 @@ const std::vector<float>& HeadBank::high_spectra() {
 }
 
 HeadBank::HeadBank()
-    : high_(kEars * kHeadHighBands * kHighWindow), low_(kEars * kHeadLowBands * kLowRow) {
+    : high_(kEars * kHeadHighBands * kHighWindow), low_(kEars * kHeadLowRows * kLowRow) {
   static_assert(kHighLayer.reach == kHighReach && kLowLayer.reach == kLowReach);
   // What the audio thread shall find made.
   high_spectra();
   low_filters();
   across_layers();
   within_layers();
+  quadrature_places();
   for (int k = 0; k < kUpTaps; ++k)
     up_[static_cast<std::size_t>(k)] = static_cast<float>(OctaveBank::up_tap(k));
 }
@@ -301,13 +363,16 @@ void HeadBank::process(int frames, float* interleaved) noexcept REALTIME {
   const BandRows low_rows{kLowLayer, buses_.low, octaves_.low, 0, kLowBands, kMostFrames / kLowRate,
                           low_frames};
   for (int ear = 0; ear < kEars; ++ear) {
-    float* const rows = low_.data() + ear * kHeadLowBands * kLowRow;
+    float* const rows = low_.data() + ear * kHeadLowRows * kLowRow;
     for (std::size_t b = 0; b < kHeadLowBands; ++b) {
       const auto level = [&](int f) { return slid(ear, b, kLowRate * f); };
       sum_band(low_rows, b, ear, level, rows + b * kLowRow + kLowHistory);
     }
+    for (std::size_t row = kHeadLowBands; row < kHeadLowRows; ++row)
+      std::copy_n(buses_.low + (kEars * row + ear) * (kMostFrames / kLowRate), low_frames,
+                  rows + row * kLowRow + kLowHistory);
     float* const low = low_sum_[ear];
-    sum_filtered({low_filters().data(), rows, kLowRow, kHeadLowBands, kLowTaps, low_frames,
+    sum_filtered({low_filters().data(), rows, kLowRow, kHeadLowRows, kLowTaps, low_frames,
                   low + kUpHistory});
     float* const high = high_sum_[ear];
     for (int f = 0; f < frames; ++f) {
@@ -318,7 +383,7 @@ void HeadBank::process(int frames, float* interleaved) noexcept REALTIME {
     }
     std::copy(high + frames, high + high_due_, high);
     std::copy_n(low + low_frames, kUpHistory, low);
-    for (std::size_t b = 0; b < kHeadLowBands; ++b)
+    for (std::size_t b = 0; b < kHeadLowRows; ++b)
       std::copy_n(rows + b * kLowRow + low_frames, kLowHistory, rows + b * kLowRow);
   }
   high_due_ -= frames;
@@ -332,6 +397,21 @@ double HeadBank::magnitude(std::size_t band, double frequency_hz) {
   if (low && frequency_hz >= kLowLayer.rate_hz / 2) return 0;
   return parting * (low ? response(low_filters(), kLowLayer, band, frequency_hz)
                         : response(high_filters(), kHighLayer, band - kHeadLowBands, frequency_hz));
+}
+
+double HeadBank::quadrature_magnitude(std::size_t quadrature, double frequency_hz) {
+  if (frequency_hz >= kLowLayer.rate_hz / 2) return 0;
+  return crossover_magnitude(kLowBands - 1, kSampleRate_hz, Side::kLow, frequency_hz) *
+         quadrature_response(low_filters(), kHeadLowBands + quadrature, frequency_hz);
+}
+
+Quadratures HeadBank::at_quadratures(const HeadLevels& levels) noexcept REALTIME {
+  Quadratures at;
+  for (std::size_t k = 0; k < kHeadQuadratures; ++k) {
+    const auto [below, share] = quadrature_places()[k];
+    at[k] = levels[below] + share * (levels[below + 1] - levels[below]);
+  }
+  return at;
 }
 
 HeadLevels HeadBank::levels_of(const Bands& gains) noexcept REALTIME {

@@ -65,10 +65,10 @@ HeadFit::HeadFit() : forms_(kErbBandCount) {
   }
 }
 
-ErbBands HeadFit::energy_of(const Levels& levels) const {
+ErbBands HeadFit::energy_of(const Levels& levels, const Forms& forms) {
   ErbBands energy{};
   for (std::size_t b = 0; b < kErbBandCount; ++b) {
-    const Form& form = forms_[b];
+    const Form& form = forms[b];
     for (std::size_t j = form.first; j < form.end; ++j)
       for (std::size_t k = form.first; k < form.end; ++k)
         energy[b] += levels[j] * form.q[j][k] * levels[k];
@@ -76,13 +76,24 @@ ErbBands HeadFit::energy_of(const Levels& levels) const {
   return energy;
 }
 
-void HeadFit::by_turns(const ErbBands& energy, Levels& levels) const {
+double HeadFit::largest_miss_db(const ErbBands& energy, const Forms& forms,
+                                const HeadLevels& levels) {
+  Levels at;
+  std::ranges::copy(levels, at.begin());
+  const ErbBands now = energy_of(at, forms);
+  double most = 0;
+  for (std::size_t b = 0; b < kErbBandCount; ++b)
+    most = std::max(most, std::abs(10 * std::log10(energy[b] / now[b])));
+  return most;
+}
+
+void HeadFit::by_turns(const ErbBands& energy, const Forms& forms, Levels& levels) const {
   for (int turn = 0; turn < kFitTurns; ++turn) {
-    const ErbBands now = energy_of(levels);
+    const ErbBands now = energy_of(levels, forms);
     std::array<double, kHeadBands> miss{};
     for (std::size_t b = 0; b < kErbBandCount; ++b) {
       const double log_miss = 0.5 * std::log(energy[b] / now[b]);
-      for (std::size_t j = forms_[b].first; j < forms_[b].end; ++j)
+      for (std::size_t j = forms[b].first; j < forms[b].end; ++j)
         miss[j] += share_[j][b] * log_miss;
     }
     for (std::size_t j = 0; j < kHeadBands; ++j)
@@ -91,9 +102,10 @@ void HeadFit::by_turns(const ErbBands& energy, Levels& levels) const {
 }
 
 // Steps of (J'J + damping) d = J' miss, each level in units of `scale`.
-void HeadFit::by_newton(const ErbBands& energy, const Levels& scale, Levels& levels) const {
+void HeadFit::by_newton(const ErbBands& energy, const Forms& forms, const Levels& scale,
+                        Levels& levels) const {
   const auto largest_miss = [&](const Levels& at) {
-    const ErbBands now = energy_of(at);
+    const ErbBands now = energy_of(at, forms);
     double most = 0;
     for (std::size_t b = 0; b < kErbBandCount; ++b)
       most = std::max(most, std::abs(std::log(energy[b] / now[b])));
@@ -111,7 +123,7 @@ void HeadFit::by_newton(const ErbBands& energy, const Levels& scale, Levels& lev
       a[j][j] = kDamping;
     }
     for (std::size_t b = 0; b < kErbBandCount; ++b) {
-      const Form& form = forms_[b];
+      const Form& form = forms[b];
       Levels slope{};
       double now = 0;
       for (std::size_t j = form.first; j < form.end; ++j) {
@@ -151,7 +163,7 @@ void HeadFit::by_newton(const ErbBands& energy, const Levels& scale, Levels& lev
   levels = best;
 }
 
-HeadLevels HeadFit::levels_for(const ErbBands& energy) const {
+HeadLevels HeadFit::levels_for(const ErbBands& energy, const Forms& forms) const {
   Levels levels{}, scale{};
   for (std::size_t j = 0; j < kHeadBands; ++j) {
     double log_level = 0;
@@ -160,20 +172,20 @@ HeadLevels HeadFit::levels_for(const ErbBands& energy) const {
     levels[j] = std::exp(log_level);
     scale[j] = 0.1 * levels[j];
   }
-  by_turns(energy, levels);
-  by_newton(energy, scale, levels);
+  by_turns(energy, forms, levels);
+  by_newton(energy, forms, scale, levels);
   HeadLevels result;
   std::ranges::transform(levels, result.begin(), [](double x) { return static_cast<float>(x); });
   return result;
 }
 
-ErbBands HeadFit::octave_energy_of(const Bands& levels) const {
+ErbBands HeadFit::octave_energy_of(const Bands& levels, const Forms& forms) {
   std::array<double, kBandCount> octaves;
   std::ranges::copy(levels, octaves.begin());
-  return energy_of(at_nodes(octaves));
+  return energy_of(at_nodes(octaves), forms);
 }
 
-Bands HeadFit::octaves_for(const ErbBands& energy) const {
+Bands HeadFit::octaves_for(const ErbBands& energy, const Forms& forms) const {
   const auto means = [](const ErbBands& bands) {
     std::array<double, kBandCount> sums{}, counts{};
     for (std::size_t b = 0; b < kErbBandCount; ++b) {
@@ -189,7 +201,7 @@ Bands HeadFit::octaves_for(const ErbBands& energy) const {
   std::array<double, kBandCount> levels{};
   for (std::size_t c = 0; c < kBandCount; ++c) levels[c] = std::sqrt(wanted[c]);
   for (int turn = 0; turn < kOctaveTurns; ++turn) {
-    const std::array<double, kBandCount> now = means(energy_of(at_nodes(levels)));
+    const std::array<double, kBandCount> now = means(energy_of(at_nodes(levels), forms));
     for (std::size_t c = 0; c < kBandCount; ++c)
       levels[c] *= std::clamp(std::pow(wanted[c] / now[c], 0.4), 0.7, 1.4);
   }

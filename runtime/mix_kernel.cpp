@@ -144,6 +144,7 @@ HWY_NOINLINE void mix_bands_here(const MixJob& job) {
 template <bool kCubic>
 HWY_NOINLINE void mix_head_here(const MixJob& job) {
   constexpr int kDozen = 12, kDozenLanes = kEars * kDozen;
+  constexpr int kLowRow = kMostFrames / kLowRate;
   static_assert(kHeadLowBands == kDozen && kHeadHighBands == 2 * kDozen);
   Lines<1> lines;
   for_steps<2>(job, kHeadLanes, [&](const Tile<2>& tile, int step) HWY_ATTR {
@@ -155,6 +156,8 @@ HWY_NOINLINE void mix_head_here(const MixJob& job) {
           tile, lines, ear, job, step, job.high + kDozenLanes * kMostFrames);
       lines.look<true>(tile, ear);
       mix_step<true, kDozen, 1, true, kHeadLanes, 0>(tile, lines, ear, job, step, job.low);
+      mix_step<true, static_cast<int>(kHeadQuadratures), 1, true, kHeadLanes, 3 * kDozenLanes>(
+          tile, lines, ear, job, step, job.low + kDozenLanes * kLowRow);
     }
   });
 }

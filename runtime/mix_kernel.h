@@ -50,10 +50,12 @@ inline constexpr int kLowRate = 4;  // frames per frame of the low layer
 inline constexpr int kLowBands = 5;
 inline constexpr int kHighBands = static_cast<int>(kBandCount) - kLowBands;
 
-// Binaural: narrow bands, the lower ones in the low layer (head_bank.h).
+// Binaural: narrow bands, the lower ones in the low layer, and quadratures (head_bank.h).
 inline constexpr std::size_t kHeadLowBands = 12, kHeadHighBands = 24;
 inline constexpr std::size_t kHeadBands = kHeadLowBands + kHeadHighBands;
-inline constexpr int kHeadLanes = kEars * static_cast<int>(kHeadBands);
+inline constexpr std::size_t kHeadQuadratures = 14;  // also in the low layer
+inline constexpr std::size_t kHeadLowRows = kHeadLowBands + kHeadQuadratures;
+inline constexpr int kHeadLanes = kEars * static_cast<int>(kHeadBands + kHeadQuadratures);
 
 inline constexpr int kGainFrames = 16;  // slopes of gains are per so many frames: a vector's
 
@@ -99,6 +101,13 @@ struct VoicePath {
   }
 };
 
+// How far ahead of its place in the high layer a voice's low layer is read by the left ear, 32.32
+// frames of the full rate, and how that grows per frame; the right ear is as far behind. A head's
+// low frequencies have delays of their own.
+struct LayerGap {
+  std::int64_t ahead = 0, step = 0;
+};
+
 struct MixJob {
   const VoicePath* paths;  // [slot][kEars]
   const float* gains;      // [slot][2][gain_lanes()]
@@ -110,6 +119,7 @@ struct MixJob {
   // voices use the first two of high.
   float* high;
   float* low;
+  const LayerGap* gaps = nullptr;  // [slot], or null where there are none
 };
 
 struct MixBuses {

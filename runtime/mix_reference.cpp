@@ -47,7 +47,9 @@ void mix_reference(const MixMode& mode, const MixJob& job, ReferenceBuses& buses
               gain(mode.eight_bands ? band_lane(kLowBands + static_cast<std::size_t>(b), ear) : ear,
                    f);
         if (!mode.eight_bands || f % kLowRate != 0) continue;
-        const double y = read(path.low, position >> 2, true);
+        const LayerGap gap = job.gaps == nullptr ? LayerGap{} : job.gaps[job.active[v]];
+        const std::int64_t ahead = gap.ahead + f * gap.step;
+        const double y = read(path.low, (position + (ear == 0 ? ahead : -ahead)) >> 2, true);
         for (int b = 0; b < kLowBands; ++b)
           buses.low[(b * kEars + ear) * (kMostFrames / kLowRate) + f / kLowRate] +=
               y * gain(band_lane(static_cast<std::size_t>(b), ear), f);

@@ -40,6 +40,8 @@ struct Tile {
   alignas(64) std::int64_t position[kDelays][kTileVoices];
   alignas(64) std::int64_t drift[kDelays][kTileVoices];
   alignas(64) std::int64_t bend[kDelays][kTileVoices];
+  alignas(64) std::int64_t ahead[kDelays][kTileVoices];
+  alignas(64) std::int64_t ahead_step[kDelays][kTileVoices];
 
   HWY_INLINE void take(const MixJob& job, const std::uint32_t* active, std::size_t voices,
                        int lanes) {
@@ -54,6 +56,11 @@ struct Tile {
         drift[e][v] = paths[e].step - kWhole;
         bend[e][v] = paths[e].bend;
       }
+      const LayerGap gap = job.gaps == nullptr ? LayerGap{} : job.gaps[active[v]];
+      for (int e = 0; e < kDelays; ++e) {
+        ahead[e][v] = e == 0 ? gap.ahead : -gap.ahead;
+        ahead_step[e][v] = e == 0 ? gap.step : -gap.step;
+      }
     }
   }
 
@@ -62,7 +69,18 @@ struct Tile {
       for (std::size_t v = 0; v < count; ++v) {
         position[e][v] += (drift[e][v] + kWhole) * kStepFrames;
         drift[e][v] += bend[e][v];
+        ahead[e][v] += ahead_step[e][v] * kStepFrames;
       }
+  }
+
+  // Where a layer is read: its own frames, 32.32, and how many more than one per frame.
+  template <bool kLow>
+  HWY_INLINE std::int64_t at(int e, std::size_t v) const {
+    return kLow ? (position[e][v] + ahead[e][v]) >> 2 : position[e][v];
+  }
+  template <bool kLow>
+  HWY_INLINE std::int64_t drift_at(int e, std::size_t v) const {
+    return kLow ? drift[e][v] + ahead_step[e][v] : drift[e][v];
   }
 };
 
@@ -86,7 +104,8 @@ struct Lines {
     for (int r = 0; r < kReads; ++r) {
       const int e = first_ear + r;
       for (std::size_t v = 0; v < count; ++v) {
-        const std::int64_t at = tile.position[e][v] >> (kLow ? 2 : 0), change = tile.drift[e][v];
+        const std::int64_t at = tile.template at<kLow>(e, v);
+        const std::int64_t change = tile.template drift_at<kLow>(e, v);
         const std::int64_t bits = at & (kWhole - 1), offset = (bits + (kFrames - 1) * change) >> 32;
         slides[v] = r == 0 ? offset : slides[v] | offset;
         fraction[r][v] = static_cast<float>(static_cast<std::int32_t>(bits >> 8)) * 0x1p-24f;
@@ -110,9 +129,9 @@ struct Lines {
 
 template <bool kLow, int kDelays>
 HWY_INLINE Reading reading_of(const Tile<kDelays>& tile, int ear, std::size_t v) {
-  const std::int64_t at = tile.position[ear][v] >> (kLow ? 2 : 0);
+  const std::int64_t at = tile.template at<kLow>(ear, v);
   return {tile.signal[kLow][ear][v] + (at >> 32), static_cast<std::uint32_t>(at),
-          tile.drift[ear][v]};
+          tile.template drift_at<kLow>(ear, v)};
 }
 
 }  // namespace

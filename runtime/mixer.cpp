@@ -59,6 +59,8 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
                                       : 0),
       slots_(slots),
       paths_(slots * kEars),
+      gaps_(mode.head ? slots : 0),
+      gap_ends_(gaps_.size()),
       wraps_(slots),
       pairs_(static_cast<std::size_t>(mode.pairs)) {
   assert(panner == nullptr ? mode.pairs == 1 : panner->channels() == channels());
@@ -193,6 +195,12 @@ void Mixer::place(std::uint32_t slot, int ear, std::int64_t delay) noexcept REAL
   signal.place(position, paths_[slot * kEars + static_cast<std::size_t>(ear)]);
 }
 
+// The ears' delays of the low layer go apart from those of the high one in a straight line.
+void Mixer::set_gap(std::uint32_t slot, std::int64_t from, std::int64_t to) noexcept REALTIME {
+  gaps_[slot] = {from, (to - from) / kKeyframeFrames};
+  gap_ends_[slot] = to;
+}
+
 // Two parabolas with slopes a at the beginning, b at the knot and c at the end, of m and n steps:
 // each step's slope is its middle's, so what they change in all is, in steps,
 // m (a + b) / 2 + n (b + c) / 2. That gives b.
@@ -243,19 +251,23 @@ void Mixer::choose_fine(const Keyframe& keyframe) noexcept REALTIME {
 }
 
 // Octaves times the head's levels, in its bands or in octaves. True if anything is heard.
-bool Mixer::set_colours(const Voice& voice, bool usable) noexcept REALTIME {
+bool Mixer::set_colours(const Voice& voice, bool usable,
+                        const DirectionMesh::Place& place) noexcept REALTIME {
   const bool fine = usable && fine_->chosen(voice.slot);
   std::array<float, kHeadLanes> colours;
   if (fine) {
-    const auto levels = head_->hear(voice.from);
+    const auto levels = head_->hear(place);
+    const auto across = head_->hear_across(place);
     for (std::size_t e = 0; e < kEars; ++e) {
       const HeadLevels own = HeadBank::levels_of(voice.gain[e]);
       for (std::size_t j = 0; j < kHeadBands; ++j) colours[kEars * j + e] = own[j] * levels[e][j];
+      const Quadratures at = HeadBank::at_quadratures(own);
+      for (std::size_t k = 0; k < kHeadQuadratures; ++k)
+        colours[kEars * (kHeadBands + k) + e] = at[k] * across[e][k];
     }
   }
   std::array<float, kBandLanes> targets{};
   if (usable && !fine) {
-    const DirectionMesh::Place place = head_->place(voice.from);
     const Bands& mean_square = signals_[voice.signal].mean_square();
     auto gain = head_->hear_octaves(place);
     std::array<Bands, kEars> power;
@@ -283,6 +295,7 @@ void Mixer::prefetch(std::uint32_t slot) const noexcept REALTIME {
   const std::size_t lanes = static_cast<std::size_t>(lanes_);
   lines(&slots_[slot], sizeof(Slot));
   lines(&paths_[slot * std::size_t{kEars}], kEars * sizeof(VoicePath));
+  if (mode_.head) lines(&gaps_[slot], sizeof(LayerGap));
   for (const Pair& pair : pairs_) {
     lines(&pair.targets[slot * lanes], lanes * sizeof(float));
     lines(&pair.gains[2 * slot * lanes], 2 * lanes * sizeof(float));
@@ -319,7 +332,11 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   if (voice.rank > highest_rank_) usable = false;
   slot.heard = false;
   if (head_ != nullptr) {
-    slot.heard = set_colours(voice, usable);
+    const auto place = usable ? head_->place(voice.from) : DirectionMesh::Place{};
+    const std::int64_t from = gap_ends_[voice.slot];
+    const std::int64_t to = usable ? fixed(0.5 * head_->low_lag_frames(place)) : from;
+    set_gap(voice.slot, voice.starts ? to : from, to);
+    slot.heard = set_colours(voice, usable, place);
     return;
   }
   std::array<float, kBandLanes> targets{};
@@ -362,6 +379,7 @@ void Mixer::hold() noexcept REALTIME {
         slide(s, e, 0, true);
         place(s, e, slots_[s].delay[e]);
       }
+      if (mode_.head) set_gap(s, gap_ends_[s], gap_ends_[s]);
     }
     if (mode_.head) fine_->hold();
     holding_ = true;
@@ -389,6 +407,8 @@ void Mixer::advance(int frames) noexcept REALTIME {
       path.step = path.step_at(frames);
       path.position -= path.position >= wraps_[s] ? wraps_[s] : 0;
     }
+  if (mode_.head)
+    for (const std::uint32_t s : active_) gaps_[s].ahead += frames * gaps_[s].step;
   for (const std::uint32_t s : once_)
     for (std::size_t e = 0; e < ears; ++e)
       slots_[s].signal->place(slots_[s].position[e], paths_[s * kEars + e]);
@@ -419,12 +439,13 @@ void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept 
 
 void Mixer::mix_head(int frames, float* interleaved) noexcept REALTIME {
   head_bank_->clear();
-  fine_->mix(mode_, paths_.data(), frame_, frames, head_bank_->high(), head_bank_->low());
+  fine_->mix(mode_, paths_.data(), gaps_.data(), frame_, frames, head_bank_->high(),
+             head_bank_->low());
   const Pair& pair = pairs_[0];
   MixBuses& octaves = head_bank_->octaves();
   work_.voice_frames += (fine_->heard() + pair.active.size()) * static_cast<std::size_t>(frames);
   mix_voices(bus_mode_, {paths_.data(), pair.gains.data(), pair.active.data(), pair.active.size(),
-                         frame_, frames, octaves.high, octaves.low});
+                         frame_, frames, octaves.high, octaves.low, gaps_.data()});
   head_bank_->process(frames, interleaved);
 }
 

@@ -27,7 +27,8 @@
 // Binaural, a voice's gains are its octaves times what the head does to its direction, also told at
 // each keyframe: in the bands of head_bank.h for the loudest voices (fine_voices.h), in octaves for
 // the others, whose sum gets its narrow bands as a whole (crowd_colour.h). The time between the
-// ears is in its delays.
+// ears is in its delays; low frequencies have more of it, also told at each keyframe, so that the
+// low layer's delays go apart from the high one's in straight lines.
 //
 // Where there is no time for all voices, those of the highest ranks fade out within kShedFrames and
 // are not mixed from there on, though their delays go on; they slide back in from a keyframe on.
@@ -138,7 +139,9 @@ class Mixer {
 
   float power_of(const Voice& voice) const noexcept REALTIME;
   void choose_fine(const Keyframe& keyframe) noexcept REALTIME;
-  bool set_colours(const Voice& voice, bool usable) noexcept REALTIME;
+  bool set_colours(const Voice& voice, bool usable,
+                   const DirectionMesh::Place& place) noexcept REALTIME;
+  void set_gap(std::uint32_t slot, std::int64_t from, std::int64_t to) noexcept REALTIME;
   void prefetch(std::uint32_t slot) const noexcept REALTIME;
   void load_voice(const Voice& voice) noexcept REALTIME;
   void slide(std::uint32_t slot, int ear, double change_frames, bool starts) noexcept REALTIME;
@@ -191,7 +194,9 @@ class Mixer {
   // By slot.
   std::vector<Slot> slots_;
   std::vector<VoicePath> paths_;
-  std::vector<std::int64_t> wraps_;  // where its signal comes round, 32.32; or never
+  std::vector<LayerGap> gaps_;          // with a head, as are the next
+  std::vector<std::int64_t> gap_ends_;  // what is ahead at the end of the segment
+  std::vector<std::int64_t> wraps_;     // where its signal comes round, 32.32; or never
 
   std::vector<std::uint32_t> active_;  // slots that sound in this segment, in the keyframe's order
   std::vector<std::uint32_t> once_;    // those of them whose signals play once

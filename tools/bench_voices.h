@@ -36,7 +36,7 @@ class KernelVoices {
  private:
   struct Buses {
     alignas(64) float high[kHeadHighBands * kEars * kMostFrames] = {};
-    alignas(64) float low[kHeadLowBands * kEars * kMostFrames / kLowRate] = {};
+    alignas(64) float low[kHeadLowRows * kEars * kMostFrames / kLowRate] = {};
   };
   // One for all voices, or, binaural, for their octaves; another for those that are fine.
   struct Part {

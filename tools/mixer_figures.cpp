@@ -40,7 +40,7 @@ VoiceWork work_of(const MixMode& mode, std::uint32_t voices) {
   }
   if (mode.head) {
     const double fine = std::min(1.0, 1.0 * mode.fine_voices / voices);
-    buses += fine * (kHeadHighBands + 1.0 * kHeadLowBands / kLowRate - buses);
+    buses += fine * (kHeadHighBands + 1.0 * kHeadLowRows / kLowRate - buses);
   }
   work.multiply_adds += 2 * kEars * mode.pairs * buses;
   return work;

@@ -20,6 +20,7 @@ namespace {
 
 using namespace testing;
 
+// In level; in the time between the ears, wave_times_test.cpp says so band by band.
 TEST(Binaural, IsConvolutionWithTheHeadFromTwoHundredDirections) {
   std::vector<std::array<ErbBands, kEars>> level_db;  // ours over the measured one's
   for (const std::size_t d : two_hundred()) {
@@ -38,9 +39,6 @@ TEST(Binaural, IsConvolutionWithTheHeadFromTwoHundredDirections) {
     }
     for (std::size_t b = 0; b < kErbBandCount; ++b)
       EXPECT_NEAR(over_db[0][b], over_db[1][b], 1) << "band " << b << ", direction " << d;
-    const double lag = lag_s(ours[0], ours[1], kBin_hz, 60, 1500);
-    const double expected_lag = lag_s(direct[0], direct[1], bin_hz, 60, 1500);
-    EXPECT_NEAR(lag, expected_lag, std::max(20e-6, 0.05 * std::abs(expected_lag))) << d;
   }
   // The same holds of each ear, but for what all directions have in common, band by band.
   for (std::size_t b = 0; b < kErbBandCount; ++b) {
@@ -76,10 +74,10 @@ TEST(Binaural, AddsNoColourOfItsOwnInTheMeanOverAllDirections) {
 TEST(Binaural, ChangesByNoMoreThanADecibelADegreeAsTheHeadTurns) {
   const HeadLevels flat = HeadBank::levels_of(same_in_all_bands(1));
   const HeadFit fit;
-  double worst_db = 0, worst_us = 0;
+  double worst_db = 0, worst_us = 0, worst_low_us = 0;
   for (const double height : {-0.5, 0.0, 0.3, 0.7}) {
     std::array<double, kEars> last{};
-    double last_us = 0;
+    double last_us = 0, last_low_us = 0;
     for (int step = 0; step <= 4 * 360; ++step) {
       const double turn = step * std::numbers::pi / 720, r = std::sqrt(1 - height * height);
       const Vec3f from(Vec3(r * std::cos(turn), r * std::sin(turn), height));
@@ -95,12 +93,17 @@ TEST(Binaural, ChangesByNoMoreThanADecibelADegreeAsTheHeadTurns) {
         if (step > 0) worst_db = std::max(worst_db, 4 * std::abs(level_db - last[e]));
         last[e] = level_db;
       }
+      const double low_us =
+          us + 1e6 * kemar_head().low_lag_frames(kemar_head().place(from)) / kSampleRate_hz;
       if (step > 0) worst_us = std::max(worst_us, 4 * std::abs(us - last_us));
+      if (step > 0) worst_low_us = std::max(worst_low_us, 4 * std::abs(low_us - last_low_us));
       last_us = us;
+      last_low_us = low_us;
     }
   }
   EXPECT_LT(worst_db, 1);
   EXPECT_LT(worst_us, 30);
+  EXPECT_LT(worst_low_us, 30);
 }
 
 TEST(Binaural, LeavesASoundAsItWasWhereTheHeadDoesNothing) {
@@ -152,7 +155,7 @@ TEST(Binaural, GivesEachOctaveItsGain) {
       level_db += change_db(random);
     }
     const HeadLevels levels = HeadBank::levels_of(gains);
-    const auto own = head.hear({1, 0, 0});
+    const auto own = head.hear(Vec3f(1, 0, 0));
     for (std::size_t b = 0; b < kBandCount; ++b) {
       double heard_gain = 0;
       for (std::size_t j = 0; j < kHeadBands; ++j)

@@ -68,9 +68,9 @@ inline Voice heard(const Head& head, const Vec3f& from, double delay_frames, flo
 // Both ears, so many frames, keyframe k with the voices of next(k).
 template <class Next>
 std::array<std::vector<float>, kEars> mixed(const Head& head, const Signal& sound, int frames,
-                                            Next next) {
-  const auto signals = prepare_signals(std::vector<Signal>{sound}, kBinaural);
-  Mixer mixer(signals, 4, kBinaural, nullptr, &head);
+                                            Next next, const MixMode& mode = kBinaural) {
+  const auto signals = prepare_signals(std::vector<Signal>{sound}, mode);
+  Mixer mixer(signals, 4, mode, nullptr, &head);
   const auto keyframe = [&](int k) {
     Keyframe result;
     result.voices = {next(k)};
@@ -109,31 +109,6 @@ inline ErbBands energy_of(const Spectrum& spectrum, double bin_hz) {
     }
   }
   return energy;
-}
-
-// Seconds by which the right ear is later: the peak of the cross-correlation between two
-// frequencies, to a tenth of a microsecond.
-inline double lag_s(const Spectrum& left, const Spectrum& right, double bin_hz, double low_hz,
-                    double high_hz) {
-  double best = -1, best_s = 0;
-  const auto look = [&](double from_s, double to_s, double step_s) {
-    best = -1e300;
-    for (double lag = from_s; lag <= to_s; lag += step_s) {
-      double sum = 0;
-      for (auto k = static_cast<std::size_t>(low_hz / bin_hz);
-           static_cast<double>(k) * bin_hz < high_hz; ++k)
-        sum += (left[k] * std::conj(right[k]) *
-                std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(k) * bin_hz * lag))
-                   .real();
-      if (sum > best) {
-        best = sum;
-        best_s = lag;
-      }
-    }
-  };
-  look(-1e-3, 1e-3, 10e-6);
-  look(best_s - 10e-6, best_s + 10e-6, 0.5e-6);
-  return best_s;
 }
 
 // Every measured direction in turn, as 200 out of the set.

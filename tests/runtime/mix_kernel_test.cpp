@@ -48,6 +48,10 @@ class Crowd {
         path.step = static_cast<std::int64_t>((1 + first) * 0x1p32);
         path.bend = static_cast<std::int64_t>((last - first) / (kMostSteps - 1) * 0x1p32);
       }
+      gaps_.resize(2 * v + 2);
+      if (mode.delays == 2)
+        gaps_.back() = {static_cast<std::int64_t>(between(-15, 15) * 0x1p32),
+                        static_cast<std::int64_t>(between(-0.01, 0.01) * 0x1p32)};
       // From one gain to any other in 960 frames.
       const auto lanes = static_cast<std::size_t>(mode.gain_lanes());
       gains_.resize(2 * lanes * (2 * v + 2));
@@ -68,7 +72,8 @@ class Crowd {
             first_frame,
             frames,
             buses ? buses->high : nullptr,
-            buses ? buses->low : nullptr};
+            buses ? buses->low : nullptr,
+            gaps_.data()};
   }
 
  private:
@@ -79,6 +84,7 @@ class Crowd {
   std::mt19937 random_;
   std::vector<float> high_, low_, gains_;
   std::vector<VoicePath> paths_;
+  std::vector<LayerGap> gaps_;
   std::vector<std::uint32_t> active_;
 };
 
@@ -122,7 +128,8 @@ TEST(MixKernel, EqualsTheDoublePrecisionReferenceOnEveryInstructionSet) {
   }
 }
 
-// Three of a head's upper bands at a time and five of its lower ones, as if they were octaves.
+// Three of a head's upper bands at a time and five of its lower ones, then of its quadratures, as
+// if they were octaves.
 TEST(MixKernel, EqualsTheReferenceInEveryBandOfAHead) {
   const KernelGuard guard;
   constexpr std::size_t kVoices = 70, kSlots = 2 * kVoices;
@@ -136,7 +143,7 @@ TEST(MixKernel, EqualsTheReferenceInEveryBandOfAHead) {
       force_mix_kernel(target);
       struct Buses {
         alignas(64) std::array<float, kEars * kHeadHighBands * kMostFrames> high;
-        alignas(64) std::array<float, kEars * kHeadLowBands * kLowRow> low;
+        alignas(64) std::array<float, kEars * kHeadLowRows * kLowRow> low;
       };
       const auto buses = std::make_unique<Buses>();  // of zeros
       auto& [high, low] = *buses;
@@ -150,9 +157,11 @@ TEST(MixKernel, EqualsTheReferenceInEveryBandOfAHead) {
         for (std::size_t row = 0; row < 2 * kSlots; ++row)
           for (std::size_t lane = 0; lane < kBandLanes; ++lane) {
             const std::size_t octave = lane / kEars;
-            const std::size_t band = octave < kLowBands
-                                         ? (kLowBands * group + octave) % kHeadLowBands
-                                         : kHeadLowBands + kHighBands * group + octave - kLowBands;
+            const std::size_t row_here = (kLowBands * group + octave) % kHeadLowRows;
+            const std::size_t band = octave >= kLowBands
+                                         ? kHeadLowBands + kHighBands * group + octave - kLowBands
+                                     : row_here < kHeadLowBands ? row_here
+                                                                : row_here + kHeadHighBands;
             gains[row * kBandLanes + lane] =
                 job.gains[row * kHeadLanes + kEars * band + lane % kEars];
           }
@@ -191,7 +200,10 @@ TEST(MixKernel, GivesTheSameBitsHoweverCallsDivideTime) {
           path.position = path.position_at(step * kStepFrames);
           path.step = path.step_at(step * kStepFrames);
         }
+        std::vector<LayerGap> gaps(job.gaps, job.gaps + 2 * 30);
+        for (LayerGap& gap : gaps) gap.ahead += step * kStepFrames * gap.step;
         job.paths = later.data();
+        job.gaps = gaps.data();
         job.high += step * kStepFrames;
         job.low += step * kStepFrames / kLowRate;
         mix_voices(mode, job);

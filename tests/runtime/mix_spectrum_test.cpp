@@ -53,10 +53,10 @@ TEST(FilterPairs, EqualsASlowConvolutionInDoubleOnEveryInstructionSet) {
 
 TEST(HeadBank, GivesTheSameBitsHoweverCallsDivideTime) {
   constexpr int kSteps = 60;  // seven blocks of the filters and a half
-  constexpr std::size_t kHigh = kEars * kHeadHighBands, kLow = kEars * kHeadLowBands;
+  constexpr std::size_t kHigh = kEars * kHeadHighBands, kLow = kEars * kHeadLowRows;
   std::mt19937 random(2);
   std::uniform_real_distribution<float> uniform(-1, 1);
-  std::vector<float> high(kHigh * kSteps * kStepFrames), low(high.size() / kLowRate);
+  std::vector<float> high(kHigh * kSteps * kStepFrames), low(kLow * kSteps * kStepFrames / kLowRate);
   for (std::vector<float>* rows : {&high, &low})
     for (float& x : *rows) x = uniform(random);
   std::array<std::array<HeadLevels, kEars>, 4> slides{};
