@@ -137,17 +137,7 @@ class Mixer {
     int steps_to_silence = 0;  // while it holds and its sound ends; 0: it does not
   };
 
-  float power_of(const Voice& voice) const noexcept REALTIME;
-  void choose_fine(const Keyframe& keyframe) noexcept REALTIME;
-  bool set_colours(const Voice& voice, bool usable,
-                   const DirectionMesh::Place& place) noexcept REALTIME;
-  void set_gap(std::uint32_t slot, std::int64_t from, std::int64_t to) noexcept REALTIME;
-  void prefetch(std::uint32_t slot) const noexcept REALTIME;
-  void load_voice(const Voice& voice) noexcept REALTIME;
-  void slide(std::uint32_t slot, int ear, double change_frames, bool starts) noexcept REALTIME;
-  void place(std::uint32_t slot, int ear, std::int64_t delay) noexcept REALTIME;
   void activate(std::uint32_t slot) noexcept REALTIME;
-  bool set_gains(std::size_t pair, const Voice& voice, const float* targets) noexcept REALTIME;
   void mix_head(int frames, float* interleaved) noexcept REALTIME;
   void mix_pair(std::size_t pair, int frames, float* interleaved) noexcept REALTIME;
   void advance(int frames) noexcept REALTIME;
@@ -171,7 +161,19 @@ class Mixer {
       });
   }
   void drop_shed() noexcept REALTIME;
+
+  // In mixer_load.cpp.
+  float power_of(const Voice& voice) const noexcept REALTIME;
+  void choose_fine(const Keyframe& keyframe) noexcept REALTIME;
+  bool set_colours(const Voice& voice, bool usable,
+                   const DirectionMesh::Place& place) noexcept REALTIME;
+  void set_gap(std::uint32_t slot, std::int64_t from, std::int64_t to) noexcept REALTIME;
+  void prefetch(std::uint32_t slot) const noexcept REALTIME;
+  void load_voice(const Voice& voice) noexcept REALTIME;
+  void slide(std::uint32_t slot, int ear, double change_frames, bool starts) noexcept REALTIME;
+  void place(std::uint32_t slot, int ear, std::int64_t delay) noexcept REALTIME;
   void set_targets(const std::array<Bands, kEars>& gain, float* targets) const noexcept REALTIME;
+  bool set_gains(std::size_t pair, const Voice& voice, const float* targets) noexcept REALTIME;
 
   // In mixer_sounds.cpp.
   bool is_here(std::uint32_t slot, const std::array<std::int64_t, kEars>& from,
