@@ -8,6 +8,7 @@
 
 #include "common/crossover.h"
 #include "common/fourier.h"
+#include "common/in_parts.h"
 #include "formats/level.h"
 #include "runtime/erb_bands.h"
 #include "runtime/head_fit.h"
@@ -19,6 +20,7 @@ namespace clamor {
 namespace {
 
 constexpr std::size_t kLeastSpectrum = 8192;
+constexpr std::size_t kTogether = 8;  // directions of a thread at a time
 constexpr int kTurns = 6, kPhaseTurns = 4;
 constexpr double kSteepest_s = 25e-6;  // a degree
 constexpr double kGoodMiss = 0.6;      // dB, or of what a phase may be missed by
@@ -92,6 +94,84 @@ Result<std::shared_ptr<const Head>> Head::read(const std::string& path) {
   return std::make_shared<const Head>(*responses);
 }
 
+// What was measured from a direction: energies, of all directions' mean, and times.
+struct Head::Measured {
+  std::array<ErbBands, kEars> energy;
+  InterauralTimes times;
+};
+
+std::vector<Head::Measured> Head::measure(const HeadResponses& responses,
+                                          const std::vector<std::size_t>& kept,
+                                          const std::vector<Vec3f>& places) {
+  const Fourier fourier(std::max(kLeastSpectrum, std::bit_ceil(responses.frames)));
+  const double bin_hz = responses.rate_hz / static_cast<double>(fourier.size());
+  std::vector<Measured> all(kept.size());
+  std::vector<InterauralTimes> times(kept.size());
+  in_parts(kept.size(), kTogether, 0, [&](std::size_t first, std::size_t end) {
+    for (std::size_t d = first; d < end; ++d) {
+      std::array<Spectrum, kEars> ears;
+      for (std::size_t e = 0; e < kEars; ++e) {
+        ears[e] = spectrum_of(fourier, responses.response(kept[d], e), responses.frames);
+        all[d].energy[e] = energy_of(ears[e], bin_hz);
+      }
+      times[d] = interaural_times(fourier, responses.rate_hz, responses.frames, ears[0], ears[1]);
+    }
+  });
+  make_smooth(places, times);
+  ErbBands diffuse{};  // mean of all directions and both ears
+  for (const Measured& one : all)
+    for (const ErbBands& ear : one.energy)
+      for (std::size_t b = 0; b < kErbBandCount; ++b)
+        diffuse[b] += ear[b] / static_cast<double>(kEars * kept.size());
+  for (std::size_t d = 0; d < all.size(); ++d) {
+    all[d].times = times[d];
+    for (ErbBands& ear : all[d].energy)
+      for (std::size_t b = 0; b < kErbBandCount; ++b) ear[b] /= diffuse[b];
+  }
+  return all;
+}
+
+Head::Direction Head::fitted(const Measured& measured, const HeadFit& fit,
+                             const HeadPhaseFit& phase_fit) {
+  const InterauralTimes& times = measured.times;
+  const double low_lag_s = times.low_s - times.high_s;
+  Direction direction{};
+  direction.lag_frames = static_cast<float>(times.high_s * kSampleRate_hz);
+  direction.low_lag_frames = static_cast<float>(low_lag_s * kSampleRate_hz);
+  // Where the layers part, each ear has them so much out of phase.
+  const double high_phase = -std::numbers::pi * band_edge_hz(kLowBands - 1) * low_lag_s;
+  HeadFit::Forms forms = fit.forms();
+  phase_fit.turn({}, high_phase, forms);
+  std::array<HeadLevels, kEars> levels;
+  for (std::size_t e = 0; e < kEars; ++e) {
+    direction.octave[e] = fit.octaves_for(measured.energy[e], forms);
+    const ErbBands octaves = HeadFit::octave_energy_of(direction.octave[e], forms);
+    const auto narrow = [](double x) { return static_cast<float>(x); };
+    std::ranges::transform(measured.energy[e], direction.energies.measured[e].begin(), narrow);
+    std::ranges::transform(octaves, direction.energies.octaves[e].begin(), narrow);
+    levels[e] = fit.levels_for(measured.energy[e], forms);
+  }
+  // Phases depend on levels, and levels on phases: of some turns, the one that misses least.
+  double least = 1e300;
+  for (int turn = 0; turn < kPhaseTurns && least >= kGoodMiss; ++turn) {
+    const auto phases = phase_fit.phases_for(levels, times.phases, high_phase);
+    phase_fit.turn(phases, high_phase, forms);
+    double miss = 0;
+    for (std::size_t e = 0; e < kEars; ++e) {
+      levels[e] = fit.levels_for(measured.energy[e], forms);
+      miss = std::max(miss, HeadFit::largest_miss_db(measured.energy[e], forms, levels[e]));
+    }
+    miss = std::max(miss, phase_fit.largest_miss(levels, phases, times.phases, high_phase));
+    if (miss >= least) continue;
+    least = miss;
+    for (std::size_t e = 0; e < kEars; ++e) {
+      direction.level[e] = HeadPhaseFit::in_phase(levels[e], phases);
+      direction.across[e] = HeadPhaseFit::across(levels[e], phases, e);
+    }
+  }
+  return direction;
+}
+
 Head::Head(const HeadResponses& responses) {
   // A pole may have been measured many times.
   std::vector<std::size_t> kept;
@@ -107,67 +187,13 @@ Head::Head(const HeadResponses& responses) {
   }
   mesh_ = std::make_unique<const DirectionMesh>(places);
 
-  const Fourier fourier(std::max(kLeastSpectrum, std::bit_ceil(responses.frames)));
-  const double bin_hz = responses.rate_hz / static_cast<double>(fourier.size());
-  std::vector<std::array<ErbBands, kEars>> energies;
-  std::vector<InterauralTimes> times;
-  ErbBands diffuse{};  // mean of all directions and both ears
-  for (const std::size_t d : kept) {
-    std::array<Spectrum, kEars> ears;
-    auto& energy = energies.emplace_back();
-    for (std::size_t e = 0; e < kEars; ++e) {
-      ears[e] = spectrum_of(fourier, responses.response(d, e), responses.frames);
-      energy[e] = energy_of(ears[e], bin_hz);
-      for (std::size_t b = 0; b < kErbBandCount; ++b)
-        diffuse[b] += energy[e][b] / static_cast<double>(kEars * kept.size());
-    }
-    times.push_back(
-        interaural_times(fourier, responses.rate_hz, responses.frames, ears[0], ears[1]));
-  }
-  make_smooth(places, times);
-  directions_.resize(kept.size());
+  const std::vector<Measured> measured = measure(responses, kept, places);
   const HeadFit fit;
   const HeadPhaseFit phase_fit;
-  HeadFit::Forms forms;
-  for (std::size_t d = 0; d < kept.size(); ++d) {
-    const double low_lag_s = times[d].low_s - times[d].high_s;
-    directions_[d].lag_frames = static_cast<float>(times[d].high_s * kSampleRate_hz);
-    directions_[d].low_lag_frames = static_cast<float>(low_lag_s * kSampleRate_hz);
-    // Where the layers part, each ear has them so much out of phase.
-    const double high_phase = -std::numbers::pi * band_edge_hz(kLowBands - 1) * low_lag_s;
-    forms = fit.forms();
-    phase_fit.turn({}, high_phase, forms);
-    std::array<HeadLevels, kEars> levels;
-    for (std::size_t e = 0; e < kEars; ++e) {
-      for (std::size_t b = 0; b < kErbBandCount; ++b) energies[d][e][b] /= diffuse[b];
-      directions_[d].octave[e] = fit.octaves_for(energies[d][e], forms);
-      const ErbBands octaves = HeadFit::octave_energy_of(directions_[d].octave[e], forms);
-      const auto narrow = [](double x) { return static_cast<float>(x); };
-      Energies& kept_energies = directions_[d].energies;
-      std::ranges::transform(energies[d][e], kept_energies.measured[e].begin(), narrow);
-      std::ranges::transform(octaves, kept_energies.octaves[e].begin(), narrow);
-      levels[e] = fit.levels_for(energies[d][e], forms);
-    }
-    // Phases depend on levels, and levels on phases: of some turns, the one that misses least.
-    double least = 1e300;
-    for (int turn = 0; turn < kPhaseTurns; ++turn) {
-      const auto phases = phase_fit.phases_for(levels, times[d].phases, high_phase);
-      phase_fit.turn(phases, high_phase, forms);
-      double miss = 0;
-      for (std::size_t e = 0; e < kEars; ++e) {
-        levels[e] = fit.levels_for(energies[d][e], forms);
-        miss = std::max(miss, HeadFit::largest_miss_db(energies[d][e], forms, levels[e]));
-      }
-      miss = std::max(miss, phase_fit.largest_miss(levels, phases, times[d].phases, high_phase));
-      if (miss >= least) continue;
-      least = miss;
-      for (std::size_t e = 0; e < kEars; ++e) {
-        directions_[d].level[e] = HeadPhaseFit::in_phase(levels[e], phases);
-        directions_[d].across[e] = HeadPhaseFit::across(levels[e], phases, e);
-      }
-      if (least < kGoodMiss) break;
-    }
-  }
+  directions_.resize(kept.size());
+  in_parts(kept.size(), kTogether, 0, [&](std::size_t first, std::size_t end) {
+    for (std::size_t d = first; d < end; ++d) directions_[d] = fitted(measured[d], fit, phase_fit);
+  });
   for (std::size_t b = 0; b < kErbBandCount; ++b) {
     double sum = 0;
     for (std::size_t j = 0; j < kHeadBands; ++j) sum += fit.shares()[j][b];

@@ -24,7 +24,7 @@
 // the mean over all directions and both ears, a head is as loud as none in each band.
 //
 // Threads: hear(), hear_across(), hear_octaves() and the delays on any. Memory: 1 kB a direction.
-// Cost: reading takes a second for 710 directions.
+// Cost: reading takes a second of CPU for 710 directions, on all cores.
 #pragma once
 
 #include <array>
@@ -41,6 +41,9 @@
 #include "runtime/realtime.h"
 
 namespace clamor {
+
+class HeadFit;
+class HeadPhaseFit;
 
 class Head {
  public:
@@ -92,6 +95,12 @@ class Head {
     float low_lag_frames;  // by which that is longer in the low layer
     Energies energies;
   };
+  struct Measured;
+  static std::vector<Measured> measure(const HeadResponses& responses,
+                                       const std::vector<std::size_t>& kept,
+                                       const std::vector<Vec3f>& places);
+  static Direction fitted(const Measured& measured, const HeadFit& fit,
+                          const HeadPhaseFit& phase_fit);
   // Of the three directions round this one, by their shares.
   template <class Levels>
   std::array<Levels, kEars> between(

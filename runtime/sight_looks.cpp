@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/in_parts.h"
 #include "common/morton_curve.h"
 #include "runtime/fresnel_zone.h"
 #include "runtime/visibility_cache.h"
@@ -150,21 +151,8 @@ void look_at_all(const SightGeometry& geometry, std::span<Looked> all, int ways,
   in_packets([&](LaneLooks& looks) { looks.look(more_ways); });
 }
 
-// Calls act(first, end) for parts of 0 to `count`, each once, on that many threads.
-template <class Act>
-void in_parts(std::size_t count, unsigned threads, const Act& act) {
-  constexpr std::size_t kTogether = 16 * kSightLanes;
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t first; (first = next.fetch_add(kTogether)) < count;)
-      act(first, std::min(first + kTogether, count));
-  };
-  if (threads == 0) threads = std::max(std::thread::hardware_concurrency(), 1u);
-  const auto useful = static_cast<unsigned>((count + kTogether - 1) / kTogether);
-  std::vector<std::jthread> others(std::max(std::min(threads, useful), 1u) - 1);
-  for (std::jthread& other : others) other = std::jthread(work);
-  work();
-}
+// Lines that a thread looks along at a time.
+constexpr std::size_t kTogether = 16 * kSightLanes;
 
 std::vector<SightLook> look_along(const SightGeometry& geometry, std::span<const SightLine> lines,
                                   int ways, int more_ways, unsigned threads) {
@@ -176,7 +164,7 @@ std::vector<SightLook> look_along(const SightGeometry& geometry, std::span<const
   std::vector<Vec3> starts_m;
   for (const SightLine& line : lines) starts_m.emplace_back(line.from_m);
   const std::vector<std::size_t> order = along_morton_curve(starts_m);
-  in_parts(order.size(), threads, [&](std::size_t first, std::size_t end) {
+  in_parts(order.size(), kTogether, threads, [&](std::size_t first, std::size_t end) {
     std::vector<Looked> part;
     for (std::size_t i = first; i < end; ++i) part.emplace_back(lines[order[i]]);
     look_at_all(geometry, part, ways, more_ways);
@@ -196,7 +184,7 @@ std::vector<Bands> look_closely(const SightGeometry& geometry, double speed_of_s
                                 std::span<const Source* const> sources, const Vec3& place,
                                 unsigned threads) {
   std::vector<std::optional<Vec3f>> starts(sources.size());
-  in_parts(sources.size(), threads, [&](std::size_t first, std::size_t end) {
+  in_parts(sources.size(), kTogether, threads, [&](std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i) starts[i] = geometry.start(*sources[i]);
   });
   std::vector<SightLine> lines;
