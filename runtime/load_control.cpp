@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "formats/level.h"
 #include "runtime/keyframe.h"
@@ -51,7 +52,8 @@ void BlockLoad::mixed(double took_s, double block_s, std::size_t voices) noexcep
     const double smoothing = share_per_voice_ > 0 ? std::min(1.0, block_s / kSmooth_s) : 1;
     share_per_voice_ += smoothing * (now - share_per_voice_);
   }
-  if (share > kHighShare) {
+  const bool was_high = std::exchange(high_, share > kHighShare);
+  if (share > 1 || (high_ && was_high)) {
     // Of those that were mixed: the same while a first fall is still fading out.
     fall_to(std::max(kLeastVoices, count * std::max(kMostAtOnce, kAimShare / share)));
   } else if (share < kLowShare && allowed_ < kNoLimit && patience_.over()) {

@@ -3,10 +3,11 @@
 // Two loops, each on the thread whose time it watches; neither waits for the other.
 //
 // The audio thread's, BlockLoad, measures what share of its own time a block takes. Above
-// kHighShare, or where a new keyframe's voices would take it there by what a voice has cost of
-// late, it allows as many as would take kAimShare, and the mixer fades out the rest, those that the
-// sampler would miss least first. Below kLowShare it allows more: twice as many after kDouble_s,
-// where there is time for far more, after half of that.
+// kHighShare in two blocks running (a single one that was in time may be any other program's), in
+// one that was late, or where a new keyframe's voices would take it there by what a voice has cost
+// of late, it allows as many as would take kAimShare, and the mixer fades out the rest, those that
+// the sampler would miss least first. Below kLowShare it allows more: twice as many after
+// kDouble_s, where there is time for far more, after half of that.
 //
 // The sampler's, VoiceLimit, says how many sources to choose, k. It falls when a keyframe takes
 // above kHighShare of its period, and by as much as the mixer had to leave out. It rises by kRise a
@@ -89,6 +90,7 @@ class BlockLoad {
   double allowed_ = kNoLimit;
   double wanted_ = 0;           // voices of the newest keyframe
   double share_per_voice_ = 0;  // smoothed; 0: not known
+  bool high_ = false;           // the last block's share
   Patience patience_;
 };
 

@@ -68,6 +68,20 @@ TEST(BlockLoad, IsLateOnceWhenABlockSuddenlyTakesHalfAsLongAgainAndNoMore) {
   EXPECT_NEAR(static_cast<double>(machine.load.allowed()), 2000 * kAimShare / 1.2, 1);
 }
 
+TEST(BlockLoad, LeavesOutNothingForASingleBlockThatWasInTime) {
+  Machine machine{.share_per_voice = 0.6 / 2000};
+  for (int block = 0; block < 500; ++block) {
+    machine.share_per_voice = (block % 10 == 9 ? 0.97 : 0.6) / 2000;
+    machine.mix_block();
+    ASSERT_EQ(machine.load.allowed(), BlockLoad::kUnlimited) << block;
+  }
+  // Twice running it is a burden, and met before a block is late.
+  machine.share_per_voice = 0.97 / 2000;
+  for (int block = 0; block < 100; ++block) machine.mix_block();
+  EXPECT_LT(machine.load.allowed(), 2000u);
+  EXPECT_EQ(machine.late_blocks, 0);
+}
+
 TEST(BlockLoad, AllowsTwiceAsManyWithinHalfTheDoublingTimeWhereThereIsTimeForFarMore) {
   Machine machine{.share_per_voice = 1.6 / 2000};
   machine.mix_block();
