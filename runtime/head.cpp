@@ -20,10 +20,10 @@ namespace clamor {
 namespace {
 
 constexpr std::size_t kLeastSpectrum = 8192;
-constexpr std::size_t kTogether = 8;  // directions of a thread at a time
+constexpr std::size_t kDirectionsTogether = 8;  // directions of a thread at a time
 constexpr int kTurns = 6, kPhaseTurns = 4;
 constexpr double kSteepest_s = 25e-6;  // a degree
-constexpr double kGoodMiss = 0.6;      // dB, or of what a phase may be missed by
+constexpr double kGoodFit = 0.6;       // dB, or of what a phase may be missed by
 constexpr double kQuietest = 1e-6;     // 60 dB below the loudest band: silence has no colour
 
 using Spectrum = std::vector<std::complex<double>>;
@@ -107,7 +107,7 @@ std::vector<Head::Measured> Head::measure(const HeadResponses& responses,
   const double bin_hz = responses.rate_hz / static_cast<double>(fourier.size());
   std::vector<Measured> all(kept.size());
   std::vector<InterauralTimes> times(kept.size());
-  in_parts(kept.size(), kTogether, 0, [&](std::size_t first, std::size_t end) {
+  in_parts(kept.size(), kDirectionsTogether, 0, [&](std::size_t first, std::size_t end) {
     for (std::size_t d = first; d < end; ++d) {
       std::array<Spectrum, kEars> ears;
       for (std::size_t e = 0; e < kEars; ++e) {
@@ -153,7 +153,7 @@ Head::Direction Head::fitted(const Measured& measured, const HeadFit& fit,
   }
   // Phases depend on levels, and levels on phases: of some turns, the one that misses least.
   double least = 1e300;
-  for (int turn = 0; turn < kPhaseTurns && least >= kGoodMiss; ++turn) {
+  for (int turn = 0; turn < kPhaseTurns && least >= kGoodFit; ++turn) {
     const auto phases = phase_fit.phases_for(levels, times.phases, high_phase);
     phase_fit.turn(phases, high_phase, forms);
     double miss = 0;
@@ -191,7 +191,7 @@ Head::Head(const HeadResponses& responses) {
   const HeadFit fit;
   const HeadPhaseFit phase_fit;
   directions_.resize(kept.size());
-  in_parts(kept.size(), kTogether, 0, [&](std::size_t first, std::size_t end) {
+  in_parts(kept.size(), kDirectionsTogether, 0, [&](std::size_t first, std::size_t end) {
     for (std::size_t d = first; d < end; ++d) directions_[d] = fitted(measured[d], fit, phase_fit);
   });
   for (std::size_t b = 0; b < kErbBandCount; ++b) {

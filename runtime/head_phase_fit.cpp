@@ -12,12 +12,12 @@ namespace clamor {
 
 namespace {
 
-constexpr double kStep_hz = 6, kLeastHeard = 1e-5, kDifference = 1e-3;
-constexpr int kNewtonSteps = 12;
+constexpr double kPhaseStep_hz = 6, kPhaseLeastHeard = 1e-5, kDifference = 1e-3;
+constexpr int kPhaseNewtonSteps = 12;
 constexpr double kMostPhase = 1.4;
-constexpr double kDamping = 0.01;  // of what 20 us are at a node
+constexpr double kPhaseDamping = 0.01;  // of what 20 us are at a node
 constexpr double kDamped_s = 20e-6;
-constexpr double kFairMiss = 0.5, kMostWeight = 30;  // of what a band may miss
+constexpr double kPhaseFairMiss = 0.5, kPhaseMostWeight = 30;  // of what a band may miss
 
 // a x = b, a positive definite: Cholesky, in place, then both substitutions.
 template <std::size_t kSize>
@@ -43,7 +43,7 @@ HeadPhaseFit::HeadPhaseFit() {
   for (std::size_t b = 0; b < kBandsHere; ++b) {
     const double low_hz = erb_frequency_hz(static_cast<double>(b) + 1);
     const double high_hz = erb_frequency_hz(static_cast<double>(b) + 2);
-    const int count = 1 + static_cast<int>((high_hz - low_hz) / kStep_hz);
+    const int count = 1 + static_cast<int>((high_hz - low_hz) / kPhaseStep_hz);
     std::array<std::array<double, kParts>, kParts> products{};
     for (int i = 0; i < count; ++i) {
       const double frequency_hz = low_hz + (high_hz - low_hz) * (i + 0.5) / count;
@@ -60,7 +60,7 @@ HeadPhaseFit::HeadPhaseFit() {
     Form& form = forms_[b];
     form.share_of_parting = erb_band_centre_hz(b) / band_edge_hz(kLowBands - 1);
     for (std::size_t j = 0; j < kParts; ++j)
-      if (products[j][j] > kLeastHeard) form.parts.push_back(j);
+      if (products[j][j] > kPhaseLeastHeard) form.parts.push_back(j);
     for (const std::size_t j : form.parts)
       for (const std::size_t k : form.parts) form.products.push_back(products[j][k]);
   }
@@ -192,12 +192,13 @@ HeadPhaseFit::Phases HeadPhaseFit::phases_for(const std::array<HeadLevels, kEars
   double least = 1e300;
   std::array<double, kPhaseBands> weight;
   weight.fill(1);
-  for (int step = 0; step <= kNewtonSteps; ++step) {
+  for (int step = 0; step <= kPhaseNewtonSteps; ++step) {
     const Misses now = misses(levels, phases, high_phase, wanted);
     double most = 0;
     for (std::size_t b = 0; b < kPhaseBands; ++b) {
       most = std::max(most, std::abs(now[b]));
-      if (std::abs(now[b]) > kFairMiss) weight[b] = std::min(1.5 * weight[b], kMostWeight);
+      if (std::abs(now[b]) > kPhaseFairMiss)
+        weight[b] = std::min(1.5 * weight[b], kPhaseMostWeight);
     }
     if (most < least) {
       least = most;
@@ -215,8 +216,8 @@ HeadPhaseFit::Phases HeadPhaseFit::phases_for(const std::array<HeadLevels, kEars
     std::array<double, kNodes> d{};
     for (std::size_t j = 0; j < kNodes; ++j) {
       const double unit = 2 * std::numbers::pi * kQuadratureNodes_hz[j] * kDamped_s;
-      a[j][j] = kDamping / (unit * unit);
-      d[j] = kDamping / (unit * unit) * (guess[j] - phases[j]);
+      a[j][j] = kPhaseDamping / (unit * unit);
+      d[j] = kPhaseDamping / (unit * unit) * (guess[j] - phases[j]);
       for (std::size_t b = 0; b < kPhaseBands; ++b) {
         d[j] -= weight[b] * slope[j][b] * now[b];
         for (std::size_t k = 0; k <= j; ++k) a[j][k] += weight[b] * slope[j][b] * slope[k][b];

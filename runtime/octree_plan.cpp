@@ -18,15 +18,15 @@ namespace clamor {
 
 namespace {
 
-constexpr double kReach = 5;  // of the way to where pages are asked for, of half of it
+constexpr double kPlanReach = 5;  // of the way to where pages are asked for, of half of it
 constexpr double kLeastReach_m = 0.3;
 constexpr double kMostReach_m = 3;
-constexpr double kLower = 0.6;   // than the lowest threshold of late
-constexpr double kFalls = 0.8;   // a threshold, before the next plan is made
-constexpr double kHold_s = 0.3;  // a new one must hold for at least that
+constexpr double kLower = 0.6;       // than the lowest threshold of late
+constexpr double kFalls = 0.8;       // a threshold, before the next plan is made
+constexpr double kPlanHold_s = 0.3;  // a new one must hold for at least that
 constexpr std::uint32_t kAsksPerLookAhead = 4;
-constexpr std::size_t kFetchAhead = 2;  // pages
-constexpr std::size_t kLeastSteps = 256, kParts = 8, kMostNodes = 1 << 18;
+constexpr std::size_t kPagesAhead = 2;  // pages
+constexpr std::size_t kLeastSteps = 256, kParts = 8, kMostPlanned = 1 << 18;
 
 }  // namespace
 
@@ -75,9 +75,9 @@ void OctreePool::renew_lists(const Vec3& place, double threshold) {
     renewed_.push_back(&node);
   }
   for (std::size_t r = 0; r < renewed_.size(); ++r) {
-    if (r + 2 * kFetchAhead < renewed_.size())
-      __builtin_prefetch(&renewed_[r + 2 * kFetchAhead]->page->sources);
-    if (r + kFetchAhead < renewed_.size()) renewed_[r + kFetchAhead]->page->sources.prefetch();
+    if (r + 2 * kPagesAhead < renewed_.size())
+      __builtin_prefetch(&renewed_[r + 2 * kPagesAhead]->page->sources);
+    if (r + kPagesAhead < renewed_.size()) renewed_[r + kPagesAhead]->page->sources.prefetch();
     Plan::Node& node = *renewed_[r];
     shortlists_.renew(node.list,
                       {node.page->sources, *node.step.entry, node.step.first, place, threshold,
@@ -102,7 +102,7 @@ void OctreePool::note_missing(const Step& step, double most, double to_threshold
 void OctreePool::begin_plan(const Vec3& soon) {
   next_.clear();
   const Vec3 half_way = (soon - place_) / 2.0;
-  const double give_m = std::max(kReach * length(half_way), kLeastReach_m);
+  const double give_m = std::max(kPlanReach * length(half_way), kLeastReach_m);
   if (trees_.size() != 1 || give_m > kMostReach_m) return;
   next_.place = place_ + half_way;
   next_.give_m = give_m;
@@ -117,13 +117,13 @@ void OctreePool::begin_plan(const Vec3& soon) {
 void OctreePool::plan_ahead(const Vec3& soon) {
   if (next_.steps.empty()) {
     const double margin_m = plan_.give_m / 4;
-    if (plan_.holds(soon, kFalls * looked_for_, time_s_ + kHold_s, margin_m)) return;
+    if (plan_.holds(soon, kFalls * looked_for_, time_s_ + kPlanHold_s, margin_m)) return;
     begin_plan(soon);
   }
   for (std::size_t most = kLeastSteps + plan_.nodes.size() / kParts;
        most > 0 && !next_.steps.empty() && steps_left_ > 0; --most, --steps_left_)
     go_a_step(next_);
-  if (next_.nodes.size() > kMostNodes) next_.clear();
+  if (next_.nodes.size() > kMostPlanned) next_.clear();
   if (next_.steps.empty() && next_.give_m >= 0) {
     std::swap(plan_, next_);
     next_.clear();
@@ -176,7 +176,7 @@ void OctreePool::complete_plan(Plan& plan) {
   std::vector<Step> steps;
   nodes.swap(plan.nodes);
   steps.swap(plan.steps);
-  for (std::size_t n = 0; n < nodes.size() && nodes.size() <= kMostNodes; ++n) {
+  for (std::size_t n = 0; n < nodes.size() && nodes.size() <= kMostPlanned; ++n) {
     if (!has_come(nodes[n])) continue;
     plan.nodes.clear();
     plan.steps.push_back(nodes[n].step);
@@ -188,7 +188,7 @@ void OctreePool::complete_plan(Plan& plan) {
   }
   plan.nodes = std::move(nodes);
   plan.steps = std::move(steps);
-  if (plan.nodes.size() > kMostNodes) plan.clear();
+  if (plan.nodes.size() > kMostPlanned) plan.clear();
 }
 
 // What is missing of the plan, if it reaches as far; false if not.
