@@ -11,7 +11,6 @@
 #include "formats/level.h"
 #include "runtime/mix_kernel.h"
 #include "tests/runtime/heads.h"
-#include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
@@ -189,7 +188,7 @@ TEST(VoiceKernel, GivesTheDelaysOfOneVoiceAsOfMany) {
 TEST(EarLags, AreTheHeadsWithinAMicrosecondNearlyEverywhere) {
   const Head& head = testing::kemar_head();
   const EarLags lags(head);
-  constexpr std::uint32_t kDirections = testing::kSanitized ? 3000 : 20000;
+  constexpr std::uint32_t kDirections = 20'000;
   constexpr double kMicrosecond_frames = 1e-6 * kSampleRate_hz;
   constexpr double kMeasuredFrom = -0.64;
   double worst_frames = 0, worst_below_frames = 0;
