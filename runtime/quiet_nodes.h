@@ -9,7 +9,6 @@
 // Threads: the sampler's alone.   Memory: 80 to 160 bytes per quiet node.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
