@@ -4,6 +4,8 @@
 #include <cassert>
 #include <functional>
 
+#include "runtime/gain_kernel.h"
+
 namespace clamor {
 
 namespace {
@@ -71,20 +73,13 @@ bool FineVoices::set(std::uint32_t slot, const float* targets, bool starts,
     fine_[place].slot = slot;
     starts = true;
   }
-  float* const target = &targets_[place * kLanes];
-  float* const gain = &gains_[2 * place * kLanes];
-  const float per_frame = static_cast<float>(kGainFrames) / static_cast<float>(frames);
-  float loudest = 0;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    const float from = starts ? 0 : target[lane], to = targets == nullptr ? 0 : targets[lane];
-    gain[lane] = from;
-    gain[kLanes + lane] = (to - from) * per_frame;
-    target[lane] = to;
-    loudest = std::max({loudest, std::abs(from), std::abs(to)});
-  }
+  static constexpr std::array<float, kLanes> kSilence{};
+  const bool heard =
+      slide_gains({&targets_[place * kLanes], &gains_[2 * place * kLanes],
+                   targets == nullptr ? kSilence.data() : targets, kLanes, frames, starts});
   fine_[place].stays = targets != nullptr;
-  if (loudest > 0) heard_.push_back(place);
-  return loudest > 0;
+  if (heard) heard_.push_back(place);
+  return heard;
 }
 
 void FineVoices::hold() noexcept REALTIME {

@@ -1,8 +1,5 @@
 #include "runtime/gain_kernel.h"
 
-#include <algorithm>
-#include <cmath>
-
 // Highway compiles what follows once per instruction set.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "runtime/gain_kernel.cpp"
@@ -41,8 +38,10 @@ void bus_lanes_here(const BusGains& buses, const std::array<Bands, kEars>& gain,
   }
 }
 
-bool slide_gains_here(const GainLines& lines) {
-  const Tag d;
+// In vectors of which the lanes are a whole number.
+template <std::size_t kMost>
+HWY_INLINE bool slide_in_vectors(const GainLines& lines) {
+  const hn::CappedTag<float, kMost> d;
   const float per_frame = static_cast<float>(kGainFrames) / static_cast<float>(lines.frames);
   const auto over = hn::Set(d, per_frame);
   auto loudest = hn::Zero(d);
@@ -55,6 +54,12 @@ bool slide_gains_here(const GainLines& lines) {
     loudest = hn::Max(loudest, hn::Max(hn::Abs(from), hn::Abs(to)));
   }
   return !hn::AllTrue(d, hn::Eq(loudest, hn::Zero(d)));
+}
+
+bool slide_gains_here(const GainLines& lines) {
+  static_assert(kBandLanes % 16 == 0 && kHeadLanes % 4 == 0 && kEars == 2);
+  if (lines.lanes % 16 == 0) return slide_in_vectors<16>(lines);
+  return lines.lanes % 4 == 0 ? slide_in_vectors<4>(lines) : slide_in_vectors<kEars>(lines);
 }
 
 }  // namespace
@@ -87,18 +92,7 @@ void bus_lanes(const BusGains& buses, const std::array<Bands, kEars>& gain,
 }
 
 bool slide_gains(const GainLines& lines) noexcept REALTIME {
-  if (lines.lanes == kBandLanes) return HWY_DYNAMIC_DISPATCH(slide_gains_here)(lines);
-  float loudest = 0;
-  const float per_frame = static_cast<float>(kGainFrames) / static_cast<float>(lines.frames);
-  for (std::size_t lane = 0; lane < lines.lanes; ++lane) {
-    const float from = lines.starts ? 0 : lines.target[lane];
-    const float to = lines.targets[lane];
-    lines.gain[lane] = from;
-    lines.gain[lines.lanes + lane] = (to - from) * per_frame;
-    lines.target[lane] = to;
-    loudest = std::max({loudest, std::abs(from), std::abs(to)});
-  }
-  return loudest > 0;
+  return HWY_DYNAMIC_DISPATCH(slide_gains_here)(lines);
 }
 
 }  // namespace clamor

@@ -28,7 +28,7 @@ void bus_lanes(const BusGains& buses, const std::array<Bands, kEars>& gain,
 
 // Straight lines from `target`, or from 0 if the voice `starts`, to `targets`, which become the
 // target: first the lanes' values, then how they grow in kGainFrames of `frames`. True if any is
-// heard. `lanes` is kBandLanes or kEars.
+// heard. `lanes` is kBandLanes, kHeadLanes or kEars.
 struct GainLines {
   float* target;         // [lanes]
   float* gain;           // [2][lanes]

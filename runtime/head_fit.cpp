@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+
+#include "common/positive_definite.h"
 
 namespace clamor {
 
@@ -76,15 +79,19 @@ ErbBands HeadFit::energy_of(const Levels& levels, const Forms& forms) {
   return energy;
 }
 
+double HeadFit::largest_log_miss(const ErbBands& energy, const Forms& forms, const Levels& levels) {
+  const ErbBands now = energy_of(levels, forms);
+  double most = 0;
+  for (std::size_t b = 0; b < kErbBandCount; ++b)
+    most = std::max(most, std::abs(std::log(energy[b] / now[b])));
+  return most;
+}
+
 double HeadFit::largest_miss_db(const ErbBands& energy, const Forms& forms,
                                 const HeadLevels& levels) {
   Levels at;
   std::ranges::copy(levels, at.begin());
-  const ErbBands now = energy_of(at, forms);
-  double most = 0;
-  for (std::size_t b = 0; b < kErbBandCount; ++b)
-    most = std::max(most, std::abs(10 * std::log10(energy[b] / now[b])));
-  return most;
+  return 10 / std::numbers::ln10 * largest_log_miss(energy, forms, at);
 }
 
 void HeadFit::by_turns(const ErbBands& energy, const Forms& forms, Levels& levels) const {
@@ -104,13 +111,7 @@ void HeadFit::by_turns(const ErbBands& energy, const Forms& forms, Levels& level
 // Steps of (J'J + damping) d = J' miss, each level in units of `scale`.
 void HeadFit::by_newton(const ErbBands& energy, const Forms& forms, const Levels& scale,
                         Levels& levels) const {
-  const auto largest_miss = [&](const Levels& at) {
-    const ErbBands now = energy_of(at, forms);
-    double most = 0;
-    for (std::size_t b = 0; b < kErbBandCount; ++b)
-      most = std::max(most, std::abs(std::log(energy[b] / now[b])));
-    return most;
-  };
+  const auto largest_miss = [&](const Levels& at) { return largest_log_miss(energy, forms, at); };
   ErbBands weight;
   weight.fill(1);
   Levels best = levels;
@@ -138,20 +139,7 @@ void HeadFit::by_newton(const ErbBands& energy, const Forms& forms, const Levels
         for (std::size_t k = form.first; k <= j; ++k) a[j][k] += weight[b] * slope[j] * slope[k];
       }
     }
-    // Cholesky, in place, then both substitutions; left of first_[j] row j is zero, and stays so.
-    for (std::size_t j = 0; j < kHeadBands; ++j) {
-      for (std::size_t k = first_[j]; k <= j; ++k) {
-        double sum = a[j][k];
-        for (std::size_t i = std::max(first_[j], first_[k]); i < k; ++i) sum -= a[j][i] * a[k][i];
-        a[j][k] = k == j ? std::sqrt(sum) : sum / a[k][k];
-      }
-      for (std::size_t i = first_[j]; i < j; ++i) d[j] -= a[j][i] * d[i];
-      d[j] /= a[j][j];
-    }
-    for (std::size_t j = kHeadBands; j-- > 0;) {
-      d[j] /= a[j][j];
-      for (std::size_t i = first_[j]; i < j; ++i) d[i] -= a[j][i] * d[j];
-    }
+    solve_positive_definite(a, d, first_);
     for (std::size_t j = 0; j < kHeadBands; ++j)
       levels[j] += std::clamp(d[j], -kMostChange, kMostChange) * unit[j];
     if (const double miss = largest_miss(levels); miss < least) {

@@ -50,6 +50,7 @@ class HeadFit {
   ErbBands energy_of(const Levels& levels) const { return energy_of(levels, forms_); }
 
  private:
+  static double largest_log_miss(const ErbBands& energy, const Forms& forms, const Levels& levels);
   void by_turns(const ErbBands& energy, const Forms& forms, Levels& levels) const;
   void by_newton(const ErbBands& energy, const Forms& forms, const Levels& scale,
                  Levels& levels) const;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/crossover.h"
+#include "common/positive_definite.h"
 #include "runtime/erb_bands.h"
 
 namespace clamor {
@@ -18,24 +19,6 @@ constexpr double kMostPhase = 1.4;
 constexpr double kPhaseDamping = 0.01;  // of what 20 us are at a node
 constexpr double kDamped_s = 20e-6;
 constexpr double kPhaseFairMiss = 0.5, kPhaseMostWeight = 30;  // of what a band may miss
-
-// a x = b, a positive definite: Cholesky, in place, then both substitutions.
-template <std::size_t kSize>
-void solve(std::array<std::array<double, kSize>, kSize>& a, std::array<double, kSize>& b) {
-  for (std::size_t j = 0; j < kSize; ++j) {
-    for (std::size_t k = 0; k <= j; ++k) {
-      double sum = a[j][k];
-      for (std::size_t i = 0; i < k; ++i) sum -= a[j][i] * a[k][i];
-      a[j][k] = k == j ? std::sqrt(sum) : sum / a[k][k];
-    }
-    for (std::size_t i = 0; i < j; ++i) b[j] -= a[j][i] * b[i];
-    b[j] /= a[j][j];
-  }
-  for (std::size_t j = kSize; j-- > 0;) {
-    b[j] /= a[j][j];
-    for (std::size_t i = 0; i < j; ++i) b[i] -= a[j][i] * b[j];
-  }
-}
 
 }  // namespace
 
@@ -223,7 +206,7 @@ HeadPhaseFit::Phases HeadPhaseFit::phases_for(const std::array<HeadLevels, kEars
         for (std::size_t k = 0; k <= j; ++k) a[j][k] += weight[b] * slope[j][b] * slope[k][b];
       }
     }
-    solve(a, d);
+    solve_positive_definite(a, d);
     for (std::size_t j = 0; j < kNodes; ++j)
       phases[j] = std::clamp(phases[j] + d[j], -kMostPhase, kMostPhase);
   }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/maths.h"
+#include "runtime/prefetch.h"
 
 namespace clamor {
 
@@ -24,12 +25,6 @@ constexpr double kSlideAfterLeap_frames = 0.1 * kKeyframeFrames;
 constexpr float kLastRank = kHighestRank - 1;  // of those that are chosen
 
 constexpr std::size_t kSlotsAhead = 16;  // for prefetching what is looked up by number
-
-void prefetch_to_write(const Voice* voice) {
-  constexpr std::size_t kLine = 64;
-  for (std::size_t at = 0; at < sizeof(Voice); at += kLine)
-    __builtin_prefetch(reinterpret_cast<const char*>(voice) + at, 1);
-}
 
 float fade_gain(int fade) {
   static const auto gains = [] {
@@ -276,9 +271,9 @@ std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& ke
   const std::size_t last = std::min(first + VoiceTable::kTile, used_);
   // What is written next, ahead of time: stores to memory that is far away hold up all others.
   for (std::size_t s = last; s < std::min(last + VoiceTable::kTile, used_); ++s) {
-    prefetch_to_write(&voices_[s]);
+    prefetch_to_write(&voices_[s], sizeof(Voice));
     if (count + s - first < keyframe.voices.size())
-      prefetch_to_write(&keyframe.voices[count + s - first]);
+      prefetch_to_write(&keyframe.voices[count + s - first], sizeof(Voice));
   }
   std::array<std::uint32_t, VoiceTable::kTile> made;
   std::size_t makes = 0;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "runtime/mixer.h"
+#include "runtime/prefetch.h"
 
 namespace clamor {
 
@@ -138,17 +139,13 @@ bool Mixer::set_colours(const Voice& voice, bool usable,
 
 // What is known of a voice is all over memory.
 void Mixer::prefetch(std::uint32_t slot) const noexcept REALTIME {
-  const auto lines = [](const void* first, std::size_t bytes) noexcept {
-    for (std::size_t at = 0; at < bytes; at += 64)
-      __builtin_prefetch(static_cast<const char*>(first) + at, 1);
-  };
   const std::size_t lanes = static_cast<std::size_t>(lanes_);
-  lines(&slots_[slot], sizeof(Slot));
-  lines(&paths_[slot * std::size_t{kEars}], kEars * sizeof(VoicePath));
-  if (mode_.head) lines(&gaps_[slot], sizeof(LayerGap));
+  prefetch_to_write(&slots_[slot], sizeof(Slot));
+  prefetch_to_write(&paths_[slot * std::size_t{kEars}], kEars * sizeof(VoicePath));
+  if (mode_.head) prefetch_to_write(&gaps_[slot], sizeof(LayerGap));
   for (const Pair& pair : pairs_) {
-    lines(&pair.targets[slot * lanes], lanes * sizeof(float));
-    lines(&pair.gains[2 * slot * lanes], 2 * lanes * sizeof(float));
+    prefetch_to_write(&pair.targets[slot * lanes], lanes * sizeof(float));
+    prefetch_to_write(&pair.gains[2 * slot * lanes], 2 * lanes * sizeof(float));
   }
 }
 

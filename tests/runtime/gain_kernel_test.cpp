@@ -47,13 +47,13 @@ TEST_P(GainKernel, GivesEachBusTheSumOverOctavesThatItsMatrixSays) {
 }
 
 TEST_P(GainKernel, SlidesFromWhereGainsAreToWhereTheyAreToBe) {
-  for (const std::size_t count : {kLanes, std::size_t{kEars}})
+  for (const std::size_t count : {std::size_t{kHeadLanes}, kLanes, std::size_t{kEars}})
     for (const bool starts : {false, true}) {
-      std::array<float, kLanes> target, before, targets;
-      std::array<float, 2 * kLanes> gain;
-      for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        before[lane] = target[lane] = 0.1f * static_cast<float>(lane);
-        targets[lane] = 1 - 0.05f * static_cast<float>(lane);
+      std::array<float, kHeadLanes> target, before, targets;
+      std::array<float, 2 * kHeadLanes> gain;
+      for (std::size_t lane = 0; lane < target.size(); ++lane) {
+        before[lane] = target[lane] = 0.1f * static_cast<float>(lane % kLanes);
+        targets[lane] = 1 - 0.05f * static_cast<float>(lane % kLanes);
       }
       constexpr int kFrames = 320;
       EXPECT_TRUE(
