@@ -25,7 +25,7 @@ inline constexpr std::uint32_t kSameSignals = 0xffffffff;
 struct Instance {
   std::uint32_t tree = 0;  // which of the bake's trees
   Vec3 offset_m{};
-  Rotation rotation{1, 0, 0, 0};        // unit; w, x, y, z
+  Rotation rotation{1, 0, 0, 0};         // unit; w, x, y, z
   float scale = 1;                       // in (0, 1]: of positions, patches and paths
   float gain = 1;                        // of amplitude
   float delay_s = 0;                     // later by so much
@@ -53,13 +53,15 @@ struct Placement {
   }
   Vec3 outside(const Vec3& place_m) const { return offset_m + scale * (rotation * place_m); }
 
+  float delayed_s(float of_source) const { return static_cast<float>(scale * of_source + delay_s); }
+
   // The source as the level has it.
   Source place(const Source& source) const {
     Source placed = source;
     placed.position_m = Vec3f(outside(Vec3(source.position_m)));
     placed.normal = Vec3f(rotation * Vec3(source.normal));
     placed.mirror = Vec3f(rotation * Vec3(source.mirror));
-    placed.delay_s = static_cast<float>(scale * source.delay_s + delay_s);
+    placed.delay_s = delayed_s(source.delay_s);
     placed.patch_radius_m = static_cast<float>(scale * source.patch_radius_m);
     for (float& band : placed.power) band = static_cast<float>(power * band);
     placed.emitter += emitters;

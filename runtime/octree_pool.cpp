@@ -8,15 +8,14 @@ namespace clamor {
 
 namespace {
 
-constexpr double kSoon_s = 0.5;                    // pages are asked for so long before they sound
-constexpr double kWindow_s = 1.5, kLeast_s = 0.5;  // that signals are bounded for at a time
+constexpr double kSoon_s = 0.5;                   // pages are asked for so long before they sound
+constexpr double kWindow_s = 2, kLeast_s = 1.25;  // that signals are bounded for at a time
 constexpr double kGiveWithoutSources_m = 1;
-constexpr double kGiveInTime_s = 0.05;                 // of delays rounded, and of moments
-constexpr double kPlaceGive_m = 0.002;                 // quantised positions, 10 km from the origin
-constexpr std::size_t kMostFirst = 256;                // pages of a tree that are always here
-constexpr std::size_t kMostAsked = 256;                // pages at a time
-constexpr std::size_t kMostMet = 64, kFetchAhead = 2;  // pages
-constexpr std::uint32_t kAsksPerLookAhead = 4;
+constexpr double kGiveInTime_s = 0.05;   // of delays rounded, and of moments
+constexpr double kPlaceGive_m = 0.002;   // quantised positions, 10 km from the origin
+constexpr std::size_t kMostFirst = 256;  // pages of a tree that are always here
+constexpr std::size_t kMostAsked = 256;  // pages at a time
+constexpr std::size_t kFetchAhead = 4;   // pages
 
 }  // namespace
 
@@ -72,7 +71,12 @@ void OctreePool::follow_leads() {
 
 bool OctreePool::refresh() {
   const bool changed = loader_.begin_sample();
-  if (changed) follow_leads();
+  if (changed) {
+    follow_leads();
+    if (loader_.has_dropped()) rest_from_plans();
+    complete_plan(plan_);
+    complete_plan(next_);
+  }
   return changed;
 }
 
@@ -87,8 +91,12 @@ void OctreePool::load_first_pages(const PageEntry& top) {
 
 void OctreePool::begin(const Vec3& place, double time_s) {
   steps_left_ = kMostSteps;
-  if (time_s < time_s_) quiet_.clear();
+  if (time_s < time_s_) {
+    quiet_.clear();
+    forget_plans();
+  }
   time_s_ = time_s;
+  walked_m_ += length(place - place_);
   if (ceilings_.steady() || trees_.empty())
     until_s_ = std::numeric_limits<double>::infinity();
   else if (time_s < from_s_ || time_s + kLeast_s > until_s_ ||
@@ -174,6 +182,7 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
   met_.clear();
   missed_.clear();
   most_missed_ = -1;
+  if (plan_.holds(place, threshold, time_s_)) return look_by_plan(place, threshold, most, found);
   const auto use = [this](const PageEntry& entry, double urgency) {
     ++visited_;
     return loader_.use(entry, urgency);
@@ -182,10 +191,7 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
     const Copy& copy = copies_[step.copy];
     const double least = threshold * copy.to_threshold;
     if (page == nullptr) {
-      const double highest = std::max(step.most, bound(*step.entry, copy, step.entry->highest_key));
-      most_missed_ = std::max(most_missed_, highest / copy.to_threshold);
-      if (!loader_.has_failed(*step.entry))
-        missed_.push_back({step.most / copies_[step.copy].to_threshold, *step.entry, true});
+      note_missing(step, step.most, copy.to_threshold);
       return true;
     }
     if (step.entry->source_count == 0) {
@@ -202,7 +208,7 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
                       maps_,         copy.map};
     const std::size_t list = shortlists_.list_of(met, quiet, looked_at_);
     quiet = quiet.seen_from(copy.place);
-    if (!shortlists_.is_empty(list)) met_.push_back({step, page, list, least, leads});
+    if (!shortlists_.is_empty(list)) met_.push_back({step, page, list, least, leads, false, 0});
     if (met_.size() == kMostMet) pass_met(found);
     return found.size() <= most;
   };
@@ -212,20 +218,28 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
   };
   if (!walk(place, threshold, use, visit, heard)) return false;
   pass_met(found);
+  looked_for_ = threshold;
   return found.size() <= most;
 }
 
 // What is in their lists is read when it has come from memory.
 void OctreePool::pass_met(std::vector<FoundSource>& found) {
+  loud_.clear();
   for (std::size_t m = 0; m < met_.size(); ++m) {
     if (m + kFetchAhead < met_.size()) shortlists_.prefetch(met_[m + kFetchAhead].list);
+    met_[m].first_loud = loud_.size();
+    shortlists_.loud_entries(met_[m].list, copies_[met_[m].step.copy].place, met_[m].least, loud_);
+  }
+  for (std::size_t m = 0; m < met_.size(); ++m) {
     const Met& met = met_[m];
-    shortlists_.pass(met.list, copies_[met.step.copy].place, met.least, met.step.first,
-                     [&](std::size_t i, std::uint32_t signal, double ceiling, float boost) {
-                       if (!met.leads || i > 0)
-                         add_source(met.step, *met.page, i, false, signal, ceiling, boost,
-                                    met.least, found);
-                     });
+    const std::size_t end = m + 1 < met_.size() ? met_[m + 1].first_loud : loud_.size();
+    visited_ += met.planned && end > met.first_loud;
+    shortlists_.pass(
+        met.list, std::span(loud_).subspan(met.first_loud, end - met.first_loud), met.least,
+        [&](std::size_t i, std::uint32_t signal, double ceiling, float boost) {
+          if (!met.leads || i > 0)
+            add_source(met.step, *met.page, i, false, signal, ceiling, boost, met.least, found);
+        });
   }
   met_.clear();
 }
@@ -251,24 +265,10 @@ double OctreePool::unseen_key(const FoundSource& found, double tau) {
   return 0;
 }
 
-// What is soon needed changes slowly: a walk every few keyframes does.
-void OctreePool::look_ahead(const Vec3& soon, double tau) {
-  if (++asks_ % kAsksPerLookAhead != 1 && soon != place_) return;
-  soon_.clear();
-  if (soon == place_) return;
-  walk(
-      soon, tau, [this](const PageEntry& entry, double) { return loader_.find(entry); },
-      [&](const Step& step, const ResidentPage* page, Quiet&) {
-        const double urgency = step.most / copies_[step.copy].to_threshold;
-        if (page == nullptr && urgency > 0 && !loader_.has_failed(*step.entry))
-          soon_.push_back({urgency, *step.entry, false});
-        return true;
-      },
-      [](const FarCopy&, double) {});
-}
-
 void OctreePool::ask(const Vec3& soon, double tau) {
   asked_ = false;
+  shortlists_.expect(looked_for_);
+  plan_ahead(soon);
   if (trees_.empty()) return;
   std::vector<WantedPage> wanted;
   for (const WantedPage& one : missed_)

@@ -14,7 +14,7 @@
 // threshold; else that one is looked at, and nothing else (tree_leads.h), so that a billion sources
 // cost what their few thousand copies do that are within reach.
 //
-// octree_walk.cpp has the walk.
+// octree_walk.cpp has the walk, octree_plan.cpp what saves most keyframes one.
 //
 // Signals that are over, or have not begun, raise no bound: only what they play, smoothed, within
 // the longest way to the listener counts.
@@ -60,7 +60,10 @@ class OctreePool final : public SourcePool {
   void begin(const Vec3& place, double time_s) override;
   void leave_out(const HiddenNumbers* hidden) override { shortlists_.leave_out(hidden); }
   void boost_late(float strength) override {
-    if (strength != strength_) quiet_.clear();
+    if (strength != strength_) {
+      quiet_.clear();
+      forget_plans();
+    }
     strength_ = strength;
   }
   bool look(const Vec3& place, double threshold, std::size_t most,
@@ -72,9 +75,12 @@ class OctreePool final : public SourcePool {
   bool complete() override;
   std::uint64_t size() const override { return trees_.empty() ? 0 : trees_.back().sources_below; }
 
-  // By all looks so far: pages, sources in them and in their shortlists that were not left out with
-  // their neighbours, and far copies that were a source each.
+  // By all looks so far: pages (of a plan, those that had a source loud enough or whose shortlist
+  // was made anew), pages that a plan for further looks was made of, sources in them and in their
+  // shortlists that were not left out with their neighbours, and far copies that were a source
+  // each.
   std::uint64_t nodes_visited() const { return visited_; }
+  std::uint64_t nodes_planned() const { return planned_; }
   std::uint64_t sources_looked_at() const { return looked_at_; }
   std::uint64_t copies_heard() const { return copies_heard_; }
 
@@ -85,6 +91,8 @@ class OctreePool final : public SourcePool {
   static constexpr std::uint64_t kMostSteps = 1 << 20;
   // What turning and moving a copy's sources may round.
   static constexpr double kTurned = 1e-5;
+  // Pages whose lists are fetched from memory before they are passed.
+  static constexpr std::size_t kMostMet = 64;
 
   // Where sources are found: the level's octree, or a copy of one.
   struct Copy {
@@ -112,6 +120,8 @@ class OctreePool final : public SourcePool {
     std::size_t list = 0;
     double least = 0;    // in its tree
     bool leads = false;  // its first source is the representative of its copy
+    bool planned = false;
+    std::size_t first_loud = 0;
   };
 
   // The one source of a copy that may matter.
@@ -122,6 +132,39 @@ class OctreePool final : public SourcePool {
     std::uint32_t signal = 0;
     std::uint64_t first = 0;  // number of its first source
     double lead_key = 0;      // in its tree
+  };
+
+  // Nodes with sources that may matter wherever the listener walks in a while, in the order of a
+  // walk, so that a keyframe need not walk; and the walk that looks for them, part by part.
+  struct Plan {
+    struct Node {
+      Step step;
+      double widest = 0;                   // as step.most, wherever the plan holds
+      std::uint64_t offset = 0;            // of its page in the file
+      const ResidentPage* page = nullptr;  // null: not here
+      PageLoader::Place* kept = nullptr;
+      std::size_t list = 0;
+      // What its list has need not be asked until so much was walked, for a higher threshold.
+      double asked_m = -1, asked_threshold = 0, asked_s = 0;
+      bool empty = true;  // as far as is known
+    };
+    Vec3 place{};
+    double give_m = -1;  // how far from there it holds; below 0: nowhere
+    double threshold = 0, until_s = 0;
+    std::uint32_t lists = 0;  // which of all ways to number them
+    std::vector<Node> nodes;
+    std::vector<Copy> copies;
+    std::vector<Step> steps;  // to be gone yet; `most` is the widest
+
+    void clear() {
+      give_m = -1;
+      nodes.clear();
+      copies.clear();
+      steps.clear();
+    }
+    bool holds(const Vec3& at, double least, double time_s, double margin_m = 0) const {
+      return length(at - place) + margin_m <= give_m && least >= threshold && time_s <= until_s;
+    }
   };
 
   void bound_signals(const Vec3& place, double time_s);
@@ -150,6 +193,20 @@ class OctreePool final : public SourcePool {
   void add_source(const Step& step, const ResidentPage& page, std::size_t index, bool leads,
                   std::uint32_t signal, double ceiling, float boost, double least,
                   std::vector<FoundSource>& found);
+  void note_missing(const Step& step, double most, double to_threshold);
+  bool look_by_plan(const Vec3& place, double threshold, std::size_t most,
+                    std::vector<FoundSource>& found);
+  void renew_lists(const Vec3& place, double threshold);
+  void plan_ahead(const Vec3& soon);
+  void begin_plan(const Vec3& soon);
+  void go_a_step(Plan& plan);
+  void complete_plan(Plan& plan);
+  bool soon_by_plan(const Vec3& soon, double tau);
+  void rest_from_plans();
+  void forget_plans() {
+    plan_.clear();
+    next_.clear();
+  }
   void pass_met(std::vector<FoundSource>& found);
   void add_far(const FarCopy& far, double ceiling, std::vector<FoundSource>& found);
   Source* placed(const Source& stored, const Placement& placement, double lead_key);
@@ -167,12 +224,18 @@ class OctreePool final : public SourcePool {
   PageShortlists shortlists_;
   QuietNodes quiet_;
   TreeLeads leads_;
-  float strength_ = 1;  // of late sources' boost; copies' have none
+  Plan plan_, next_;
+  std::uint32_t keyframes_to_rest_ = 0;  // without making one
+  std::vector<Plan::Node*> renewed_;
+  double walked_m_ = 0;    // by the listener
+  double looked_for_ = 0;  // threshold of the last look that was not given up
+  float strength_ = 1;     // of late sources' boost; copies' have none
 
   // Of the last look.
   std::vector<Copy> copies_;
   std::vector<Met> met_;
-  std::deque<Source> placed_;  // the first so many; the others wait to be used again
+  std::vector<LoudEntry> loud_;  // entries of their lists, one after the other
+  std::deque<Source> placed_;    // the first so many; the others wait to be used again
   std::size_t placed_count_ = 0;
   std::vector<WantedPage> missed_, soon_;
   std::uint32_t asks_ = 0;
@@ -182,7 +245,7 @@ class OctreePool final : public SourcePool {
   std::vector<Step> steps_;
   std::uint64_t steps_left_ = kMostSteps;  // of this keyframe
   bool asked_ = false;
-  std::uint64_t visited_ = 0, looked_at_ = 0, copies_heard_ = 0;
+  std::uint64_t visited_ = 0, planned_ = 0, looked_at_ = 0, copies_heard_ = 0;
 };
 
 }  // namespace clamor

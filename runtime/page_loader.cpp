@@ -73,7 +73,7 @@ PageLoader::~PageLoader() {
 
 void PageLoader::take(std::uint64_t offset, double urgency, Content content) {
   PageStatistics& statistics = shared_->statistics;
-  Slot& slot = slots_[offset];
+  Place& slot = slots_[offset];
   if (!content.ok()) {
     ++statistics.failed;
     if (statistics.failure.empty()) statistics.failure = content.error().message;
@@ -122,10 +122,16 @@ bool PageLoader::begin_sample() {
   ++sample_;
   used_bytes_ = 0;
   const bool changed = !shared_->arrived.empty();
-  for (auto& [page, urgency, content] : shared_->arrived) take(page, urgency, std::move(content));
+  arrived_.clear();
+  for (auto& [page, urgency, content] : shared_->arrived) {
+    arrived_.push_back(page);
+    take(page, urgency, std::move(content));
+  }
+  std::sort(arrived_.begin(), arrived_.end());
   shared_->arrived.clear();
   const std::size_t before = here_;
   if (bytes_ > budget_.bytes) drop_too_much();
+  has_dropped_ = here_ != before;
   statistics.dropped += before - here_;
   count_what_is_here();
   statistics.late = late_;
@@ -158,14 +164,22 @@ const ResidentPage* PageLoader::use(const PageEntry& entry, double urgency) {
     ++late_;
     return nullptr;
   }
-  Slot& slot = found->second;
-  if (slot.page != nullptr && slot.last_use != sample_) {
-    slot.last_use = sample_;
-    slot.urgency = 0;
-    used_bytes_ += slot.bytes;
+  use(found->second, urgency);
+  return found->second.page.get();
+}
+
+void PageLoader::use(Place& place, double urgency) {
+  if (place.page != nullptr && place.last_use != sample_) {
+    place.last_use = sample_;
+    place.urgency = 0;
+    used_bytes_ += place.bytes;
   }
-  slot.urgency = std::max(slot.urgency, urgency);
-  return slot.page.get();
+  place.urgency = std::max(place.urgency, urgency);
+}
+
+PageLoader::Place* PageLoader::place_of(const PageEntry& entry) {
+  const auto slot = slots_.find(entry.page.offset);
+  return slot == slots_.end() || slot->second.page == nullptr ? nullptr : &slot->second;
 }
 
 std::size_t PageLoader::how_many_fit(std::span<const WantedPage> most_urgent_first) const {

@@ -59,9 +59,29 @@ class PageLoader {
   // Takes in what has arrived, drops what is too much, begins a new sample. True if anything came
   // or went.
   bool begin_sample();
+  bool has_dropped() const { return has_dropped_; }  // any, when this sample began
+  // What has arrived since the last, by offset.
+  std::span<const std::uint64_t> arrived() const { return arrived_; }
 
   // Null if it is not here. Valid until the next begin_sample(). `urgency` as in WantedPage.
   const ResidentPage* use(const PageEntry& entry, double urgency);
+
+  // The same for who asks again and again, without looking for it: where a page is kept that is
+  // here. Valid until a begin_sample() that drops any.
+  class Place {
+   public:
+    const ResidentPage* resident() const { return page.get(); }
+
+   private:
+    friend class PageLoader;
+    std::unique_ptr<const ResidentPage> page;  // null: it failed
+    std::uint64_t bytes = 0;                   // of its memory
+    std::uint32_t last_use = 0;                // sample
+    double urgency = 0;                        // in that
+    bool stays = false;
+  };
+  Place* place_of(const PageEntry& entry);
+  void use(Place& place, double urgency);
 
   bool is_here(const PageEntry& entry) const { return find(entry) != nullptr; }
   // The same without being counted as used or late.
@@ -79,13 +99,6 @@ class PageLoader {
 
  private:
   struct Shared;
-  struct Slot {
-    std::unique_ptr<const ResidentPage> page;  // null: it failed
-    std::uint64_t bytes = 0;                   // of its memory
-    std::uint32_t last_use = 0;                // sample
-    double urgency = 0;                        // in that
-    bool stays = false;
-  };
   // Under the mutex, both.
   void take(std::uint64_t offset, double urgency, Content content);
   void count_what_is_here();
@@ -94,8 +107,10 @@ class PageLoader {
 
   const Fetch fetch_;
   const PageBudget budget_;
-  std::unordered_map<std::uint64_t, Slot> slots_;  // by offset in the file; here, or failed
+  std::unordered_map<std::uint64_t, Place> slots_;  // by offset in the file; here, or failed
   std::size_t here_ = 0;
+  bool has_dropped_ = false;
+  std::vector<std::uint64_t> arrived_;
   std::uint32_t sample_ = 1;
   std::uint64_t bytes_ = 0, used_bytes_ = 0;
   std::uint64_t most_page_bytes_ = 0;  // so far

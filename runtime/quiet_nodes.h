@@ -9,6 +9,7 @@
 // Threads: the sampler's alone.   Memory: 80 to 160 bytes per quiet node.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>

@@ -35,7 +35,8 @@ class SourceField {
               const Air& air, const LateBoost& late_boost = {});
 
   std::size_t emitter_count() const { return emitters_.size(); }
-  std::uint32_t signal(const Source& source) const { return played_[source.emitter].signal; }
+  std::uint32_t signal(const Source& source) const { return signal(source.emitter); }
+  std::uint32_t signal(std::uint32_t emitter) const { return played_[emitter].signal; }
 
   // Intensity, not amplitude: the keyframe maker takes the root.
   Bands intensity(const Source& source, const Vec3& place) const {
@@ -58,8 +59,9 @@ class SourceField {
   }
 
   // The same without the way from there to the listener.
-  double leaves_s(const Source& source) const {
-    return played_[source.emitter].delay_s + static_cast<double>(source.delay_s);
+  double leaves_s(const Source& source) const { return leaves_s(source.emitter, source.delay_s); }
+  double leaves_s(std::uint32_t emitter, float delay_s) const {
+    return played_[emitter].delay_s + static_cast<double>(delay_s);
   }
 
   // Of all emitters: when the first and the last begins to play.

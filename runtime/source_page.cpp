@@ -18,7 +18,9 @@ SieveSource sieve_source(const SourceField& field, const Bands& weight, const So
           static_cast<float>(ceiling.diffuse * over_u),
           static_cast<float>(ceiling.lobe * over_u),
           ceiling.fall,
-          source.is_emitter};
+          source.is_emitter,
+          source.delay_s,
+          source.emitter};
 }
 
 SourcePage::SourcePage(const SourceField& field, std::span<const Bands> weights,

@@ -151,7 +151,9 @@ SourceSieve::SourceSieve(std::span<const SieveSource> sources)
     block.fall[at] = source.fall;
     block.over_cos_i[at] =
         source.is_emitter ? -1 : 1 / std::max(glm::dot(source.mirror, source.normal), 1e-6f);
+    block.delay_s[at] = source.delay_s;
     block.index[at] = order[slot];
+    block.emitter[at] = source.emitter;
   }
   for (std::size_t b = 0; b < blocks_.size(); ++b)
     bound(blocks_[b], std::min(kSieveBlock, sources.size() - b * kSieveBlock),

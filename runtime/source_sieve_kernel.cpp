@@ -9,6 +9,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "runtime/sieve_lanes-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace clamor {
 namespace HWY_NAMESPACE {
@@ -16,37 +18,8 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Tag = hn::CappedTag<float, kSieveBlock>;
-using Vector = hn::Vec<Tag>;
 constexpr float kRounds = 2e-6f;   // a few operations of single precision
 constexpr float kSlack = 1.0005f;  // the exponential, and sums
-
-struct Vectors {
-  Vector x, y, z;
-};
-
-HWY_INLINE Vectors load(Tag d, const std::array<SieveBlock::Row, 3>& rows, std::size_t at) {
-  return {hn::Load(d, rows[0].data() + at), hn::Load(d, rows[1].data() + at),
-          hn::Load(d, rows[2].data() + at)};
-}
-
-HWY_INLINE Vector dot(const Vectors& a, const Vectors& b) {
-  return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
-}
-
-// exp(-t) for t >= 0, within 1e-4; never below 2^-100.
-HWY_INLINE Vector decay(Tag d, Vector t) {
-  const hn::RebindToSigned<Tag> di;
-  const auto y = hn::Min(hn::Mul(t, hn::Set(d, 1.44269504f)), hn::Set(d, 100.0f));
-  const auto whole = hn::Round(y);
-  const auto z = hn::Sub(whole, y);  // 2^z, z in [-1/2, 1/2], by the Taylor series
-  auto part = hn::MulAdd(z, hn::Set(d, 0.00961813f), hn::Set(d, 0.05550411f));
-  part = hn::MulAdd(part, z, hn::Set(d, 0.24022651f));
-  part = hn::MulAdd(part, z, hn::Set(d, 0.69314718f));
-  part = hn::MulAdd(part, z, hn::Set(d, 1.0f));
-  const auto exponent = hn::Sub(hn::Set(di, 127), hn::ConvertTo(di, whole));
-  return hn::Mul(part, hn::BitCast(d, hn::ShiftLeft<23>(exponent)));
-}
 
 HWY_INLINE Vector nearest2(Tag d, Vector r2, Vector radius2, const SieveQuery& query) {
   return hn::Max(hn::MulSub(r2, hn::Set(d, query.keep - kRounds), hn::Set(d, query.less_m2)),
@@ -64,14 +37,6 @@ HWY_INLINE Vector highest_cos(Tag d, Vector cos_g, Vector cos_w, Vector sin_w, V
   const auto outside = hn::And(hn::Gt(sin_both, give), hn::Lt(cos_g, hn::Sub(cos_both, give)));
   const auto cos_between = hn::MulAdd(cos_g, cos_both, hn::MulAdd(sin_g, sin_both, give));
   return hn::IfThenElse(outside, hn::Min(cos_between, one), one);
-}
-
-// The lanes that are set, of those before `count`.
-HWY_INLINE std::uint32_t bits_of(Tag d, hn::Mask<Tag> mask, std::size_t count) {
-  std::uint8_t bits[8] = {};
-  hn::StoreMaskBits(d, mask, bits);
-  const std::uint32_t all = bits[0] | static_cast<std::uint32_t>(bits[1]) << 8;
-  return count < kSieveBlock ? all & ((1u << count) - 1) : all;
 }
 
 // Which of at most 16 blocks may hold a source that is let through.

@@ -106,6 +106,39 @@ TEST(QuietNodes, ArePassedOverByOneWhoWalksAndHideNothingThatAListFinds) {
   EXPECT_LT(2 * visited, visited_afresh);
 }
 
+// A plan is made of pages that come while it is made and gone through, and ends where they go.
+TEST(OctreePlan, HidesNothingThatAListFindsWhilePagesComeAndGo) {
+  const Lobes lobes(60'000);
+  const SourceField field(lobes.emitters, lobes.materials, Air{});
+  testing::StoredTrees trees;
+  trees.add(build_octree(lobes.sources));
+  SourceList list(field, lobes.weights, trees.all_sources());
+  PageLoader loader(trees.fetch(field, lobes.weights), PageBudget{3'000'000, false});
+  OctreePool pool(field, lobes.weights, trees.tops(), {}, loader);
+  const auto sampler = make_priority_sampler(field, lobes.weights, pool, 300);
+  const auto by_list = make_priority_sampler(field, lobes.weights, list, 300);
+  std::uint64_t planned_while_pages_came = 0;
+  for (int i = 0; i < 200; ++i) {
+    // A walk to and fro, with a leap to the other end of the hall and back.
+    const double way_m = 0.03 * i;
+    const Vec3 place(i >= 100 && i < 110 ? 26 : 5 + way_m, 1.7, 9 + 4 * std::sin(way_m));
+    const double time_s = 3 + 0.02 * i;
+    const std::uint64_t planned = pool.nodes_planned(), loaded = loader.statistics().loaded;
+    auto sample = sampler->sample(place, time_s);
+    while (!sampler->complete()) sample = sampler->sample(place, time_s);
+    if (loader.statistics().loaded > loaded)
+      planned_while_pages_came += pool.nodes_planned() - planned;
+    const auto expected = by_list->sample(place, time_s);
+    ASSERT_EQ(sample.size(), expected.size()) << i;
+    for (std::size_t s = 0; s < sample.size(); ++s) {
+      ASSERT_EQ(sample[s].number, expected[s].number) << i;
+      ASSERT_NEAR(sample[s].power_scale / expected[s].power_scale, 1, 1e-9) << i;
+    }
+  }
+  EXPECT_GT(planned_while_pages_came, 0u);
+  EXPECT_GT(loader.statistics().dropped, 100u);
+}
+
 TEST(HiddenNumbers, NeverTakeASourceForDimmerThanItIs) {
   HiddenNumbers hidden;
   std::map<std::uint64_t, float> shares;
