@@ -114,7 +114,8 @@ struct Auralizer::State {
         maker(field, slots_for(choice.sampler()),
               panner == nullptr && head == nullptr ? KeyframeMaker::Receivers::kPair
                                                    : KeyframeMaker::Receivers::kOne,
-              head),
+              head, options.output.receivers),
+        receivers(options.output.receivers),
         keyframes_of_choice(options.strategy == "priority" && choice.moving() == nullptr
                                 ? keyframes_of_a_choice(static_cast<std::size_t>(options.voices))
                                 : 1),
@@ -137,9 +138,11 @@ struct Auralizer::State {
   }
 
   // What sounds at the place, now or some keyframes ago.
-  std::span<const SampledSource> chosen(const Vec3& place, double time_s) {
+  std::span<const SampledSource> chosen(const Pose& pose, double time_s) {
     Sampler& sampler = choice.sampler();
+    const Vec3& place = pose.position_m;
     if (made < next_choice) return sample;
+    sampler.face(Reception(receivers, pose));
     if (script != nullptr) (void)script->apply(*choice.moving(), time_s);  // its own sources
     choice_keyframes = made > 0 ? keyframes_of_choice : 1;
     const double start_s = choice_keyframes > 1 ? clock.now() : 0;
@@ -175,6 +178,7 @@ struct Auralizer::State {
   SourceChoice choice;
   const std::shared_ptr<MovingScript> script;  // moves the choice's, if a caller does not
   KeyframeMaker maker;
+  const ReceiverPattern receivers;
   std::span<const SampledSource> sample;  // the sampler's
   // That a choice serves: of as many voices as are asked for, however many there is time for. Where
   // a crowd gets fewer, choosing takes not much less time than before, and no keyframe is late for
@@ -208,6 +212,9 @@ Result<void> Auralizer::check(const AuralizerOptions& options) {
                  " rays a keyframe; ask for 1 or more, or for no visibility.");
   if (!std::isfinite(options.gain) || options.gain < 0)
     return Error("the output gain must be a finite amplitude, 0 or more; 1 leaves it as it is.");
+  for (const float exponent : options.output.receivers.exponent)
+    if (!(exponent >= 0 && exponent <= 100))
+      return Error("a receiver's exponent must lie between 0, alike from everywhere, and 100.");
   if (options.block_frames < 1 || options.block_frames > kLargestBlock_frames)
     return Error("cannot mix blocks of " + std::to_string(options.block_frames) +
                  " frames; ask for 1 to " + std::to_string(kLargestBlock_frames) + ".");
@@ -266,7 +273,7 @@ void Auralizer::make_keyframe(const Pose& pose) {
   const double start_s = state.clock.now();
   const double time_s = next_keyframe_time_s();
   const bool chooses = state.made >= state.next_choice;
-  state.maker.make(state.chosen(pose.position_m, time_s), pose, *keyframe);
+  state.maker.make(state.chosen(pose, time_s), pose, *keyframe);
   state.play(*keyframe);
   if (chooses) state.choice.improve_sight();
   // A choice takes of each keyframe that it serves its part.

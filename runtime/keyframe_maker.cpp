@@ -41,8 +41,9 @@ float fade_gain(int fade) {
 }  // namespace
 
 KeyframeMaker::KeyframeMaker(const SourceField& field, std::size_t slots, Receivers receivers,
-                             std::shared_ptr<const Head> head)
+                             std::shared_ptr<const Head> head, const ReceiverPattern& pattern)
     : receivers_(receivers),
+      pattern_(pattern),
       lags_(head == nullptr ? nullptr : std::make_unique<const EarLags>(*head)),
       table_(field, slots),
       last_frames_(table_.delay_frames),
@@ -64,6 +65,16 @@ Stance KeyframeMaker::head_at(const Pose& pose) const {
   return {pose.position_m, {pose.position_m - side_m, pose.position_m + side_m},
           pose.forward(),  -pose.right(),
           pose.up(),       pair ? kEars : 1};
+}
+
+// What each receiver hears of those voices from where it is.
+void KeyframeMaker::receive(std::span<const std::uint32_t> slots) {
+  for (const std::uint32_t s : slots)
+    for (int e = 0; e < kEars; ++e) {
+      const Vec3 ear_m = head_.ears_m[static_cast<std::size_t>(e)];
+      const Bands gain = reception_.gain(e, Vec3f(Vec3(table_.position_of(s)) - ear_m));
+      for (std::size_t b = 0; b < kBandCount; ++b) voices_[s].gain[e][b] *= gain[b];
+    }
 }
 
 // Places all that is heard anew; what jumped by that fades out where it was.
@@ -243,6 +254,7 @@ std::uint8_t KeyframeMaker::rank_of(const Slot& slot, const Voice& voice) const 
 void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose,
                          Keyframe& keyframe) {
   const Stance head = head_at(pose);
+  reception_ = Reception(pattern_, pose);
   if (made_ == 0) last_head_ = head;
   const bool still = made_ > 0 && head == last_head_;
   const Vec3 step_m = head.centre_m - last_head_.centre_m;
@@ -296,7 +308,10 @@ std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& ke
     place_voices(table_, head_, lags_.get(), first, first + VoiceTable::kTile);
     tile_moved_[first / VoiceTable::kTile] = false;
   }
-  if (makes > 0) make_voices(table_, head_.places, std::span(made).first(makes), voices_.data());
+  if (makes > 0) {
+    make_voices(table_, head_.places, std::span(made).first(makes), voices_.data());
+    if (!reception_.is_even()) receive(std::span(made).first(makes));
+  }
   for (const std::uint32_t s : std::span(made).first(makes))
     if (slots_[s].rank < 0) voices_[s].rank = rank_by_level(voices_[s]);
   for (auto s = static_cast<std::uint32_t>(first); s < last; ++s) {

@@ -27,6 +27,7 @@
 #include "runtime/ear_lags.h"
 #include "runtime/head.h"
 #include "runtime/keyframe.h"
+#include "runtime/reception.h"
 #include "runtime/sampler.h"
 #include "runtime/source_field.h"
 #include "runtime/voice_kernel.h"
@@ -39,15 +40,15 @@ inline constexpr int kFadeKeyframes = 5;
 
 class KeyframeMaker {
  public:
-  // What the listener's receivers are: two, each at its own place and alike from everywhere, or one
-  // in the middle, for output that is panned; then both ears of a voice are the same, but for the
-  // time between them if there is a head.
+  // What the listener's receivers are: two, each at its own place and with its own `pattern`, or
+  // one in the middle, for output that is panned; then both ears of a voice are the same, but for
+  // the time between them if there is a head.
   enum class Receivers : std::uint8_t { kPair, kOne };
 
   // `field` must outlive the maker. `slots` is how many voices may sound at once, fading ones
   // included; a source that finds none free waits until one is.
   KeyframeMaker(const SourceField& field, std::size_t slots, Receivers receivers = Receivers::kPair,
-                std::shared_ptr<const Head> head = nullptr);
+                std::shared_ptr<const Head> head = nullptr, const ReceiverPattern& pattern = {});
 
   // Fills in the next keyframe: what `sample` sounds like at `pose`. The first starts at full
   // level. `keyframe.voices` has room for all slots.
@@ -74,6 +75,7 @@ class KeyframeMaker {
   };
 
   Stance head_at(const Pose& pose) const;
+  void receive(std::span<const std::uint32_t> slots);
   void turn_to(const Stance& head);
   void join(std::span<const SampledSource> sample);
   std::uint32_t start(const SampledSource& chosen);
@@ -90,6 +92,8 @@ class KeyframeMaker {
   std::size_t make_tile(std::size_t first, bool still, Keyframe& keyframe, std::size_t count);
 
   const Receivers receivers_;
+  const ReceiverPattern pattern_;
+  Reception reception_;
   const std::unique_ptr<const EarLags> lags_;  // of a head
   VoiceTable table_;
   std::array<std::vector<double>, kEars> last_frames_;  // the table's delays, where the head was

@@ -5,11 +5,17 @@
 namespace clamor {
 
 Result<OutputShape> OutputShape::asked_for(bool binaural, const std::string& layout,
-                                           bool ambisonics) {
-  if (binaural + !layout.empty() + ambisonics > 1)
+                                           bool ambisonics, const std::string& receivers) {
+  if (binaural + !layout.empty() + ambisonics + !receivers.empty() > 1)
     return Error(
-        "give one of --binaural, --layout and --ambisonics: output has one kind of channels");
+        "give one of --binaural, --layout, --ambisonics and --receivers: output has one kind of "
+        "channels");
   OutputShape shape;
+  if (!receivers.empty()) {
+    const auto pattern = ReceiverPattern::named(receivers);
+    if (!pattern.ok()) return Error("--receivers: " + pattern.error().message);
+    shape.receivers = *pattern;
+  }
   if (binaural) shape.kind = Kind::kBinaural;
   if (ambisonics) shape.kind = Kind::kAmbisonics;
   if (layout.empty()) return shape;

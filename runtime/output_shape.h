@@ -11,6 +11,7 @@
 #include "formats/wav_writer.h"
 #include "runtime/head.h"
 #include "runtime/panner.h"
+#include "runtime/reception.h"
 
 namespace clamor {
 
@@ -19,10 +20,12 @@ struct OutputShape {
   Kind kind = Kind::kTwoReceivers;
   std::string layout;                // of loudspeakers: "5.1"
   std::shared_ptr<const Head> head;  // binaural
+  ReceiverPattern receivers;         // of two
 
-  // From what a user asked for: one of these or none. An Error for more and for a layout that does
-  // not exist.
-  static Result<OutputShape> asked_for(bool binaural, const std::string& layout, bool ambisonics);
+  // From what a user asked for: one of these or none. An Error for more and for a layout or
+  // receivers that do not exist.
+  static Result<OutputShape> asked_for(bool binaural, const std::string& layout, bool ambisonics,
+                                       const std::string& receivers = "");
 
   int channels() const;
   std::vector<Speaker> speakers() const;  // for the header of a file; empty where they are none

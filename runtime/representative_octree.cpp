@@ -117,15 +117,20 @@ void RepresentativeOctree::represent(std::uint32_t index, std::uint64_t seed) {
   }
 }
 
-double RepresentativeOctree::importance(const Node& node, const Vec3& place) const {
+double RepresentativeOctree::importance(const Node& node, const Vec3& place,
+                                        const Reception& reception) const {
   const Vec3 away =
       glm::max(glm::max(Vec3(node.low_m) - place, place - Vec3(node.high_m)), Vec3(0));
   const double r_m = std::max({length(away), static_cast<double>(node.radius_m), kNearest_m});
-  return node.volume / std::pow(r_m, fall_);
+  const double volume = node.volume / std::pow(r_m, fall_);
+  if (reception.is_even() || away == Vec3(0)) return volume;
+  const Bands heard = reception.share(Vec3f((Vec3(node.low_m) + Vec3(node.high_m)) / 2.0 - place));
+  const double share = std::accumulate(heard.begin(), heard.end(), 0.0) / kBandCount;
+  return volume * std::pow(share, fall_ / 2);
 }
 
-std::vector<RepresentativeOctree::Representative> RepresentativeOctree::cut(const Vec3& place,
-                                                                            std::size_t k) const {
+std::vector<RepresentativeOctree::Representative> RepresentativeOctree::cut(
+    const Vec3& place, std::size_t k, const Reception& reception) const {
   struct Entry {
     double importance;
     std::uint32_t node;
@@ -144,7 +149,7 @@ std::vector<RepresentativeOctree::Representative> RepresentativeOctree::cut(cons
     if (node.children == 0)
       take(node);
     else
-      queue.push({importance(node, place), index});
+      queue.push({importance(node, place, reception), index});
   };
   put(0);
   while (!queue.empty()) {

@@ -14,7 +14,8 @@
 // not: a node whose near source represents it is opened and all of it is heard, one whose far
 // source does is left closed and the far source is heard for both; so the far one is heard too
 // loud. Here a node's importance is its volume over the square of the distance to its bounds (to
-// the distance, where volumes are amplitudes), which does not depend on the drawing.
+// the distance, where volumes are amplitudes), which does not depend on the drawing, times what the
+// receivers hear of the direction of their middle (of a node one is in, all).
 //
 // Directions of emission count for nothing in the choice, as in the paper: that is what
 // octree-diffusion is for. This tree is the reference; what plays is the tree of
@@ -28,6 +29,7 @@
 #include <vector>
 
 #include "common/vec.h"
+#include "runtime/reception.h"
 
 namespace clamor {
 
@@ -50,7 +52,8 @@ class RepresentativeOctree {
 
   // The cut with k nodes, or up to 6 fewer where opening one more would be too many; by ascending
   // point. All of them when there are no more than k.
-  std::vector<Representative> cut(const Vec3& place, std::size_t k) const;
+  std::vector<Representative> cut(const Vec3& place, std::size_t k,
+                                  const Reception& reception = Reception()) const;
 
  private:
   friend class SlowCut;  // the test's
@@ -66,7 +69,7 @@ class RepresentativeOctree {
   void build(std::uint32_t node, std::span<std::uint32_t> points, const Vec3& centre_m,
              double half_m, int depth);
   void represent(std::uint32_t node, std::uint64_t seed);
-  double importance(const Node& node, const Vec3& place) const;
+  double importance(const Node& node, const Vec3& place, const Reception& reception) const;
 
   std::span<const Point> points_;  // while it is built
   double fall_;

@@ -24,6 +24,14 @@ Bands weighed(const Bands& weights, Bands intensity) {
   return intensity;
 }
 
+// Intensity of what is received.
+Bands received(const SourceField& field, const Source& source, const Vec3& place,
+               const Reception& reception) {
+  const Bands intensity = field.intensity(source, place);
+  if (reception.is_even()) return intensity;
+  return weighed(reception.share(Vec3f(Vec3(source.position_m) - place)), intensity);
+}
+
 class Priority final : public Sampler {
  public:
   Priority(const SourceField& field, SignalWeights weights, SourcePool& pool, std::size_t voices,
@@ -45,7 +53,8 @@ class Priority final : public Sampler {
   // nothing is looked at once more before the next moment.
   std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
     const bool exact = sight_ != nullptr && sight_->exact();
-    const bool elsewhere = place_ != place || (!weights_.steady() && time_s_ != time_s);
+    const bool turned = faced_ != reception();
+    const bool elsewhere = place_ != place || turned || (!weights_.steady() && time_s_ != time_s);
     if (exact && looks_due_ && (elsewhere || time_s_ != time_s)) {
       looking_ = look_again(tau_);
       looks_due_ = false;
@@ -62,6 +71,7 @@ class Priority final : public Sampler {
     }
     course_ = before_;
     place_ = place;
+    faced_ = reception();
     time_s_ = time_s;
     pool_.leave_out(sight_ != nullptr ? &sight_->hidden() : nullptr);
     pool_.begin(place, time_s);
@@ -247,7 +257,7 @@ class Priority final : public Sampler {
       const LoudnessTrack::Moment now =
           weights_now(field_, weights_, found.signal, source, place, time_s_);
       if (found.ceiling * now.share < threshold) continue;
-      const Bands intensity = field_.intensity(source, place);
+      const Bands intensity = received(field_, source, place, faced_);
       const double w = sum_of_bands(now.weights, intensity);
       const double priority = w * found.boost / std::max(source.u, kLeastU);
       if (!(w > 0 && priority >= threshold)) continue;
@@ -358,6 +368,7 @@ class Priority final : public Sampler {
   bool looking_ = false, gave_up_waiting_ = false;
   bool looks_due_ = false, asks_again_ = false, waited_ = false;  // of who is exact
   std::optional<Vec3> place_;                                     // of sample_
+  Reception faced_;                                               // in sample_
   Vec3 step_m_;
   double time_s_ = 0, tau_ = 0;
   std::vector<SampledSource> sample_;
@@ -372,8 +383,8 @@ void SampledSource::move_as(const FoundSource& found) {
 }
 
 double weight(const SourceField& field, const Bands& of_signal, const Source& source,
-              const Vec3& place) {
-  return sum_of_bands(of_signal, field.intensity(source, place));
+              const Vec3& place, const Reception& reception) {
+  return sum_of_bands(of_signal, received(field, source, place, reception));
 }
 
 LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,

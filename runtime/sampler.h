@@ -1,9 +1,10 @@
 // sampler.h: which sources are heard at a place, each with the factor its power is scaled by.
 //
-// The weight of a source is what the ear would miss: w_i = sum_b loudness_b x signal_b x I_ib, with
-// loudness_b from BS.1770 (loudness.h), signal_b the mean square in the band of what it plays at
-// the moment that is heard (signal_weights.h), and I_ib its intensity at the place
-// (source_field.h). What is silent now weighs nothing and is not taken.
+// The weight of a source is what the ear would miss: w_i = sum_b loudness_b x signal_b x I_ib x
+// e_ib, with loudness_b from BS.1770 (loudness.h), signal_b the mean square in the band of what it
+// plays at the moment that is heard (signal_weights.h), I_ib its intensity at the place
+// (source_field.h) and e_ib what the receivers hear of it from its direction (reception.h). What is
+// silent now weighs nothing and is not taken.
 //
 // "all" takes every source as it is. "priority" takes the k of highest priority w_i / u_i, u_i
 // being permanent, and scales their power by max(1, tau / w_i), tau the (k+1)-th priority: unbiased
@@ -33,6 +34,7 @@
 
 #include "common/bands.h"
 #include "common/vec.h"
+#include "runtime/reception.h"
 #include "runtime/source_pool.h"
 #include "runtime/visibility_cache.h"
 
@@ -63,6 +65,10 @@ class Sampler {
   // number; valid until the next call.
   virtual std::span<const SampledSource> sample(const Vec3& place, double time_s = 0) = 0;
 
+  // What the receivers hear of each direction, from the next sample on; until then, all of it. For
+  // strategies that weigh sources.
+  void face(const Reception& reception) { reception_ = reception; }
+
   // Whether the last sample had all the sources it needed; if not, waits until more are here.
   virtual bool complete() = 0;
 
@@ -71,11 +77,17 @@ class Sampler {
 
   // How many sources to choose from now on, at most what it was made for. Some strategies cannot.
   virtual void choose_at_most(std::size_t /*voices*/) {}
+
+ protected:
+  const Reception& reception() const { return reception_; }
+
+ private:
+  Reception reception_;
 };
 
 // Of a source, given what its signal counts for in each band.
 double weight(const SourceField& field, const Bands& of_signal, const Source& source,
-              const Vec3& place);
+              const Vec3& place, const Reception& reception = Reception());
 
 // What the signal of a source counts for that is heard at `place` at a time.
 LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,

@@ -28,8 +28,8 @@ class Listed : public Sampler {
   bool amplitudes() const { return options_.estimator == Estimator::kAmplitude; }
 
   double weight_of(std::size_t source, const Vec3& place) const {
-    const double power =
-        weight(field_, weights_.by_signal[field_.signal(page_[source])], page_[source], place);
+    const double power = weight(field_, weights_.by_signal[field_.signal(page_[source])],
+                                page_[source], place, reception());
     return amplitudes() ? std::sqrt(power) : power;
   }
 
@@ -73,10 +73,11 @@ class FromList final : public Listed {
 
   std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
     if (place_ && once_) return sample_;
-    if (!even_ && place_ != place)
+    if (!even_ && (place_ != place || faced_ != reception()))
       for (std::size_t i = 0; i < candidates_.size(); ++i)
         candidates_[i].weight = weight_of(i, place);
     place_ = place;
+    faced_ = reception();
     sample_.clear();
     for (const ChosenCandidate& chosen : dynamic_.next(candidates_))
       sample_.push_back(scaled(chosen.candidate, chosen.factor));
@@ -88,6 +89,7 @@ class FromList final : public Listed {
   DynamicSample dynamic_;
   std::vector<Candidate> candidates_;
   std::optional<Vec3> place_;
+  Reception faced_;
   std::vector<SampledSource> sample_;
 };
 
@@ -99,10 +101,11 @@ class OctreeCut final : public Listed {
       : Listed(options, field, weights, list), tree_(representatives()) {}
 
   std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
-    if (place_ == place) return sample_;
+    if (place_ == place && faced_ == reception()) return sample_;
     place_ = place;
+    faced_ = reception();
     sample_.clear();
-    for (const auto& representative : tree_.cut(place, options_.voices))
+    for (const auto& representative : tree_.cut(place, options_.voices, faced_))
       sample_.push_back(scaled(representative.point, representative.factor));
     return sample_;
   }
@@ -110,6 +113,7 @@ class OctreeCut final : public Listed {
  private:
   const RepresentativeOctree tree_;
   std::optional<Vec3> place_;
+  Reception faced_;
   std::vector<SampledSource> sample_;
 };
 
@@ -124,14 +128,16 @@ class OctreeDiffusion final : public Listed {
         dynamic_(DynamicSample::Rule::kAdaptive, options.voices, options.tuning) {}
 
   std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
-    if (place_ != place) {
+    if (place_ != place || faced_ != reception()) {
       cut_ = tree_.cut(
-          place, options_.voices * static_cast<std::size_t>(options_.tuning.candidates_per_voice));
+          place, options_.voices * static_cast<std::size_t>(options_.tuning.candidates_per_voice),
+          reception());
       candidates_.clear();
       for (const auto& [point, factor] : cut_)
         candidates_.push_back({point, factor * weight_of(point, place)});
     }
     place_ = place;
+    faced_ = reception();
     sample_.clear();
     for (const ChosenCandidate& chosen : dynamic_.next(candidates_)) {
       const auto& [point, factor] = cut_[chosen.candidate];
@@ -146,6 +152,7 @@ class OctreeDiffusion final : public Listed {
   std::vector<RepresentativeOctree::Representative> cut_;
   std::vector<Candidate> candidates_;
   std::optional<Vec3> place_;
+  Reception faced_;
   std::vector<SampledSource> sample_;
 };
 
@@ -155,6 +162,7 @@ class OnAmplitudes final : public Sampler {
   explicit OnAmplitudes(std::unique_ptr<Sampler> sampler) : sampler_(std::move(sampler)) {}
 
   std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
+    sampler_->face(reception());
     const auto sample = sampler_->sample(place);
     sample_.assign(sample.begin(), sample.end());
     for (SampledSource& chosen : sample_) chosen.power_scale *= chosen.power_scale;

@@ -211,7 +211,7 @@ void run(Player& player, const PlayerOptions& options, PlayTrace& trace, std::os
 }  // namespace
 
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, listener, walk_path, moving_path, gain = "0", format, layout, hrtf,
+  std::string level, listener, walk_path, moving_path, gain = "0", format, layout, hrtf, receivers,
                                                        report_folder;
   bool ambisonics = false, binaural = false, no_limiter = false;
   std::optional<std::string> memory;
@@ -242,6 +242,9 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.flag("--binaural", binaural, "for headphones, through a dummy head's ears");
   parser.option("--hrtf", hrtf, "the head: a SOFA file; unset: KEMAR. Means --binaural");
   parser.option("--layout", layout, "loudspeakers: 5.1, 7.1 or 7.1.4; unset: stereo");
+  parser.option(
+      "--receivers", receivers,
+      "of two channels: omni, alike from everywhere, or ortf, two cardioids; unset: omni");
   parser.flag("--ambisonics", ambisonics, "order 3 instead, 16 channels of AmbiX (ACN, SN3D)");
   parser.option("--format", format,
                 "of its samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
@@ -264,7 +267,8 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   const auto amplitude = parse_gain_db(gain);
   if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
   options.auralizer.gain = *amplitude;
-  const auto shape = OutputShape::asked_for(binaural || !hrtf.empty(), layout, ambisonics);
+  const auto shape =
+      OutputShape::asked_for(binaural || !hrtf.empty(), layout, ambisonics, receivers);
   if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
   options.auralizer.output = *shape;
   options.auralizer.limit = !no_limiter;

@@ -35,7 +35,8 @@ Result<void> all_was_read(Auralizer& auralizer) {
 }  // namespace
 
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, output, listener, walk_path, moving_path, gain = "0", format, layout, hrtf;
+  std::string level, output, listener, walk_path, moving_path, gain = "0", format, layout, hrtf,
+                                                               receivers;
   std::optional<std::string> memory;
   double seconds = 0;
   bool ambisonics = false, binaural = false, limit = false;
@@ -60,6 +61,9 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   parser.flag("--binaural", binaural, "for headphones, through a dummy head's ears");
   parser.option("--hrtf", hrtf, "the head: a SOFA file; unset: KEMAR. Means --binaural");
   parser.option("--layout", layout, "loudspeakers: 5.1, 7.1 or 7.1.4; unset: stereo");
+  parser.option(
+      "--receivers", receivers,
+      "of two channels: omni, alike from everywhere, or ortf, two cardioids; unset: omni");
   parser.flag("--ambisonics", ambisonics, "order 3 instead, 16 channels of AmbiX (ACN, SN3D)");
   parser.flag("--limit", limit,
               "keep true peaks below -1 dBFS; unset: only where samples are not float");
@@ -83,7 +87,8 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   const auto amplitude = parse_gain_db(gain);
   if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
   options.gain = *amplitude;
-  const auto shape = OutputShape::asked_for(binaural || !hrtf.empty(), layout, ambisonics);
+  const auto shape =
+      OutputShape::asked_for(binaural || !hrtf.empty(), layout, ambisonics, receivers);
   if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
   options.output = *shape;
   const auto samples = sample_format(format, output);

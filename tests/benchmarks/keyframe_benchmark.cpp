@@ -25,8 +25,8 @@ double random_unit(std::uint32_t source, std::uint32_t use) {
   return unit(philox(3, {source, use, 0, 0})[0]);
 }
 
-template <class Maker>
-void keyframe(benchmark::State& state, bool moving, bool binaural) {
+template <class Maker, class... Args>
+void keyframe(benchmark::State& state, bool moving, const Args&... args) {
   const std::vector<Emitter> emitters = {Emitter{.name = "source", .position_m = {10, 1.7, 12}}};
   std::vector<Material> materials(1);
   materials[0].scattering = same_in_all_bands(0.5f);
@@ -47,9 +47,7 @@ void keyframe(benchmark::State& state, bool moving, bool binaural) {
       source.power[b] = static_cast<float>(random_unit(i, 6 + b) / kVoices);
     sample[i] = {i, 1.0, &source, 0, same_in_all_bands(1), random_unit(i, 20)};
   }
-  Maker maker(field, kVoices,
-              binaural ? KeyframeMaker::Receivers::kOne : KeyframeMaker::Receivers::kPair,
-              binaural ? *Head::read("") : nullptr);
+  Maker maker(field, kVoices, args...);
   KeyframeQueue queue(2, kVoices);
   Pose pose;
   double turn = 0;
@@ -66,16 +64,22 @@ void keyframe(benchmark::State& state, bool moving, bool binaural) {
       1e-9 * kVoices, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
-void moving(benchmark::State& state) { keyframe<KeyframeMaker>(state, true, false); }
-void moving_binaural(benchmark::State& state) { keyframe<KeyframeMaker>(state, true, true); }
-void still(benchmark::State& state) { keyframe<KeyframeMaker>(state, false, false); }
-void moving_plainly(benchmark::State& state) {
-  keyframe<testing::KeyframeReference>(state, true, false);
+using Receivers = KeyframeMaker::Receivers;
+
+void moving(benchmark::State& state) { keyframe<KeyframeMaker>(state, true); }
+void moving_binaural(benchmark::State& state) {
+  keyframe<KeyframeMaker>(state, true, Receivers::kOne, *Head::read(""));
 }
+void moving_cardioids(benchmark::State& state) {
+  keyframe<KeyframeMaker>(state, true, Receivers::kPair, nullptr, *ReceiverPattern::named("ortf"));
+}
+void still(benchmark::State& state) { keyframe<KeyframeMaker>(state, false); }
+void moving_plainly(benchmark::State& state) { keyframe<testing::KeyframeReference>(state, true); }
 void moving_binaural_plainly(benchmark::State& state) {
-  keyframe<testing::KeyframeReference>(state, true, true);
+  keyframe<testing::KeyframeReference>(state, true, Receivers::kOne, *Head::read(""));
 }
 BENCHMARK(moving)->Name("keyframe/moving")->Unit(benchmark::kMillisecond);
+BENCHMARK(moving_cardioids)->Name("keyframe/moving_cardioids")->Unit(benchmark::kMillisecond);
 BENCHMARK(moving_plainly)->Name("keyframe/moving_plainly")->Unit(benchmark::kMillisecond);
 BENCHMARK(moving_binaural)->Name("keyframe/moving_binaural")->Unit(benchmark::kMillisecond);
 BENCHMARK(moving_binaural_plainly)

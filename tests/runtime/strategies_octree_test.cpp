@@ -21,7 +21,7 @@ class SlowCut {
       double highest = -1;
       for (std::size_t i = 0; i < cut.size(); ++i) {
         const auto& node = tree.nodes_[cut[i]];
-        const double importance = tree.importance(node, place);
+        const double importance = tree.importance(node, place, Reception());
         if (node.children == 0) continue;
         if (importance > highest || (importance == highest && cut[i] < cut[best])) {
           best = i;

@@ -18,12 +18,13 @@ using testing::Folder;
 
 // Both ears are averaged on reading; a listener who faces the source has it at one distance.
 std::vector<float> rendered(const std::string& bake, const std::string& wav, double distance_m,
-                            const std::string& strategy = "priority") {
+                            const std::string& strategy = "priority",
+                            const std::string& receivers = "omni") {
   // The ears are 0.17 m apart, so that the head stands a little nearer than the ears.
   const double head_m = std::sqrt(distance_m * distance_m - 0.085 * 0.085);
   const auto outcome =
       clamor({"render", bake, "-o", wav, "--listener", "0,0," + std::to_string(head_m), "--seconds",
-              "0.5", "--strategy", strategy});
+              "0.5", "--strategy", strategy, "--receivers", receivers});
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   auto samples = read_audio(wav);
   EXPECT_TRUE(samples.ok());
@@ -84,6 +85,17 @@ TEST_F(FreeField, LevelFallsBySixDecibelsPerDoublingAndSoundTakesItsTime) {
 TEST_F(FreeField, AllSourcesAndTheSampleOfThemAreTheSameWhenThereIsOnlyOne) {
   const auto priority = rendered(bake_, wav_, 2);
   EXPECT_EQ(priority, rendered(bake_, wav_, 2, "all"));
+}
+
+TEST_F(FreeField, ReachesACardioidPairAsFarOffItsAxesAsItIs) {
+  const auto omni = rendered(bake_, wav_, 8), pair = rendered(bake_, wav_, 8, "priority", "ortf");
+  const double off_axis = 55 * std::numbers::pi / 180;  // and 0.6 degrees, to either side
+  EXPECT_NEAR(at(pair, 500).amplitude / at(omni, 500).amplitude, (1 + std::cos(off_axis)) / 2,
+              0.005);
+  const auto outcome =
+      clamor({"render", bake_, "-o", wav_, "--listener", "0,0,1", "--receivers", "ears"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("there are 'omni' and 'ortf'"), std::string::npos) << outcome.err;
 }
 
 TEST_F(FreeField, RendersTheSameBytesEachTime) {

@@ -1,0 +1,285 @@
+// What two receivers hear of each direction, from the law to the output.
+#include "runtime/reception.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "common/directivity.h"
+#include "common/random.h"
+#include "runtime/output_shape.h"
+#include "runtime/representative_octree.h"
+#include "tests/rooms_runtime.h"
+#include "tests/sanitized.h"
+
+namespace clamor {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+// A different one in each band, none alike from everywhere but the lowest.
+ReceiverPattern uneven() { return {{0, 0.5f, 1, 1.5f, 2, 3, 5, 9}, 40 * kDegree}; }
+
+Vec3 direction(std::uint32_t i) {
+  const RandomBits bits = philox(4, {i, 0, 0, 0});
+  const double up = 2 * unit(bits[0]) - 1, turn = 2 * std::numbers::pi * unit(bits[1]);
+  const double r = std::sqrt(1 - up * up);
+  return {r * std::cos(turn), up, r * std::sin(turn)};
+}
+
+Pose pose_at(std::uint32_t i) {
+  const RandomBits bits = philox(5, {i, 0, 0, 0});
+  return {{6 * unit(bits[0]), 8 * unit(bits[1]), 3 * unit(bits[2])},
+          7 * unit(bits[3]) - 3.5,
+          unit(bits[2]) - 0.5};
+}
+
+// In double, from the law's own words.
+double intensity(const ReceiverPattern& pattern, const Pose& pose, int ear, std::size_t band,
+                 const Vec3& towards) {
+  const double side = ear == 0 ? -1 : 1;
+  const Vec3 axis = std::cos(pattern.angle_rad) * pose.forward() +
+                    side * std::sin(pattern.angle_rad) * pose.right();
+  return emission(pattern.exponent[band], dot(axis, towards));
+}
+
+TEST(Reception, IsTheLawOfEmittersRoundEachReceiversAxis) {
+  for (const ReceiverPattern& pattern : {uneven(), *ReceiverPattern::named("ortf")})
+    for (std::uint32_t i = 0; i < 200; ++i) {
+      const Pose pose = pose_at(i);
+      const Reception reception(pattern, pose);
+      const Vec3 towards = direction(i);
+      const Bands share = reception.share(Vec3f(3.0 * towards));
+      for (std::size_t b = 0; b < kBandCount; ++b) {
+        double mean = 0;
+        for (int e = 0; e < kEars; ++e) {
+          const double right = intensity(pattern, pose, e, b, towards);
+          const double gain = reception.gain(e, Vec3f(0.1 * towards))[b];
+          EXPECT_NEAR(gain * gain, right, 2e-6);
+          mean += right / 2;
+        }
+        EXPECT_NEAR(share[b], mean, 2e-6);
+        EXPECT_LE(share[b], 1);
+      }
+    }
+}
+
+TEST(Reception, OfAnOrtfPairIsTwoCardioids110DegreesApart) {
+  const Reception pair(*ReceiverPattern::named("ortf"), Pose{});
+  const auto level_db = [&](int ear, double to_the_left_deg) {
+    const double a = to_the_left_deg * kDegree;
+    return 20 * std::log10(pair.gain(ear, Vec3f(Vec3(-std::sin(a), 0, -std::cos(a))))[4]);
+  };
+  EXPECT_NEAR(level_db(0, 55), 0, 1e-5);
+  EXPECT_NEAR(level_db(1, -55), 0, 1e-5);
+  EXPECT_NEAR(level_db(0, 145), 20 * std::log10(0.5), 1e-5);  // from its side
+  EXPECT_LT(level_db(0, -125), -100);                         // and from behind it
+  EXPECT_NEAR(level_db(0, 0), level_db(1, 0), 1e-5);
+}
+
+TEST(Reception, OfOmniIsAllFromEverywhereAndOtherNamesAreRefused) {
+  const Reception omni(*ReceiverPattern::named("omni"), pose_at(1));
+  EXPECT_TRUE(omni.is_even());
+  EXPECT_EQ(omni.gain(0, {0, 0, 1}), same_in_all_bands(1));
+  const auto unknown = OutputShape::asked_for(false, "", false, "ears");
+  ASSERT_FALSE(unknown.ok());
+  EXPECT_EQ(unknown.error().message,
+            "--receivers: no receivers are called 'ears'; there are 'omni' and 'ortf'.");
+  EXPECT_FALSE(OutputShape::asked_for(true, "", false, "ortf").ok());
+  EXPECT_EQ(OutputShape::asked_for(false, "", false, "ortf")->receivers.exponent[0], 2);
+}
+
+struct Room {
+  Room() : input(testing::baked_room(400)), field(input.emitters, input.materials, input.air) {
+    weights.by_signal.assign(input.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
+  }
+  double weight_of(std::size_t source, const Vec3& place, const Reception& reception) const {
+    return weight(field, weights.by_signal[field.signal(input.sources[source])],
+                  input.sources[source], place, reception);
+  }
+
+  AuralizerInput input;
+  SourceField field;
+  SignalWeights weights;
+};
+
+TEST(Reception, WeighsASourceByWhatBothReceiversHearOfItsDirection) {
+  const Room room;
+  for (std::uint32_t i = 0; i < 300; ++i) {
+    const Pose pose = pose_at(i);
+    const Source& source = room.input.sources[i];
+    const Bands free = room.field.intensity(source, pose.position_m);
+    const Vec3 towards = normalize(Vec3(source.position_m) - pose.position_m);
+    double expected = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      for (int e = 0; e < kEars; ++e)
+        expected += static_cast<double>(room.weights.by_signal[room.field.signal(source)][b]) *
+                    free[b] * intensity(uneven(), pose, e, b, towards) / 2;
+    EXPECT_NEAR(room.weight_of(i, pose.position_m, Reception(uneven(), pose)), expected,
+                1e-5 * expected);
+  }
+}
+
+// As PrioritySampler.ChoosesWhatASortOfAllPrioritiesChooses, for one who walks, stands and turns.
+TEST(Reception, IsInTheSamplersChoiceExactly) {
+  const Room room;
+  constexpr std::size_t kVoices = 200;
+  SourceList list(room.field, room.weights, room.input.sources);
+  const auto sampler = make_priority_sampler(room.field, room.weights, list, kVoices);
+  for (std::uint32_t step = 0; step < 90; ++step) {
+    Pose pose{{1 + 0.05 * step, 2 + 0.03 * step, 1.5}, 0.1 * step, 0.2};
+    if (step >= 40) pose.position_m = {3, 4, 1.5};  // turns on the spot
+    if (step >= 60) pose = pose_at(step);
+    const Reception reception(uneven(), pose);
+    std::vector<std::pair<double, std::uint64_t>> priorities;
+    std::map<std::uint64_t, double> weights;
+    for (std::size_t i = 0; i < room.input.sources.size(); ++i) {
+      const double w = room.weight_of(i, pose.position_m, reception);
+      if (!(w > 0)) continue;
+      weights[i] = w;
+      priorities.emplace_back(-w / room.input.sources[i].u, i);
+    }
+    std::sort(priorities.begin(), priorities.end());
+    ASSERT_GT(priorities.size(), kVoices);
+    const double tau = -priorities[kVoices].first;
+    std::map<std::uint64_t, double> slow, sample;
+    for (std::size_t i = 0; i < kVoices; ++i) {
+      const std::uint64_t source = priorities[i].second;
+      slow[source] = std::max(1.0, tau / weights[source]);
+    }
+    sampler->face(reception);
+    for (const SampledSource& chosen : sampler->sample(pose.position_m))
+      sample[chosen.number] = chosen.power_scale;
+    ASSERT_EQ(sample.size(), slow.size()) << "step " << step;
+    for (const auto& [source, scale] : slow) {
+      ASSERT_TRUE(sample.contains(source)) << "step " << step;
+      ASSERT_NEAR(sample[source] / scale, 1, 1e-12);
+    }
+  }
+}
+
+// A cloud that is the same before and behind, cut by one who hears mostly what is ahead.
+TEST(Reception, OpensTheNodesOfTheRepresentativeOctreeThatAreAhead) {
+  std::vector<RepresentativeOctree::Point> points;
+  for (std::uint32_t i = 0; i < 4000; ++i) {
+    const RandomBits bits = philox(6, {i / 2, 0, 0, 0});
+    const double z = 5 + 20 * unit(bits[0]);
+    points.push_back(
+        {Vec3(20 * unit(bits[1]) - 10, 5 * unit(bits[2]), i % 2 == 0 ? -z : z), 1, 0.1});
+  }
+  const RepresentativeOctree tree(points, 2, 1);
+  const auto ahead = [&](const Reception& reception) {
+    const auto cut = tree.cut({0, 1.5, 0}, 300, reception);
+    const auto before = std::count_if(cut.begin(), cut.end(), [&](const auto& representative) {
+      return points[representative.point].position_m.z < 0;
+    });
+    return static_cast<double>(before) / static_cast<double>(cut.size());
+  };
+  EXPECT_NEAR(ahead(Reception()), 0.5, 0.05);
+  const ReceiverPattern forward{same_in_all_bands(4), 0};
+  EXPECT_GT(ahead(Reception(forward, Pose{})), 0.85);
+  Pose back;
+  back.yaw_rad = std::numbers::pi;
+  EXPECT_LT(ahead(Reception(forward, back)), 0.15);
+}
+
+// Beside the same voices of receivers that hear alike from everywhere.
+TEST(Reception, IsInEachVoicesGainsFromWhereItsReceiverIs) {
+  const Room room;
+  using Receivers = KeyframeMaker::Receivers;
+  KeyframeMaker even(room.field, 400, Receivers::kPair);
+  KeyframeMaker maker(room.field, 400, Receivers::kPair, nullptr, uneven());
+  std::vector<SampledSource> sample;
+  for (std::uint64_t i = 0; i < 300; ++i) {
+    const Source& source = room.input.sources[i];
+    sample.push_back({i, 1, &source, room.field.signal(source)});
+  }
+  Keyframe with, without;
+  with.voices.reserve(400);
+  without.voices.reserve(400);
+  std::size_t heard = 0;
+  for (std::uint32_t k = 0; k < 30; ++k) {
+    Pose pose{{2 + 0.02 * k, 3, 1.5}, 0.05 * k, 0};
+    if (k >= 10 && k < 20) pose = {{2.2, 3, 1.5}, 0.5, 0};  // stands still
+    sample[7].power_scale = k < 15 ? 1 : 4;                 // but is made anew
+    even.make(sample, pose, without);
+    maker.make(sample, pose, with);
+    ASSERT_EQ(with.voices.size(), without.voices.size());
+    for (std::size_t v = 0; v < with.voices.size(); ++v) {
+      const Voice &one = with.voices[v], &other = without.voices[v];
+      const Source& source = room.input.sources[v];
+      ASSERT_EQ(one.delay_frames, other.delay_frames);
+      for (int e = 0; e < kEars; ++e) {
+        const Vec3 ear_m = pose.position_m + (e == 0 ? -0.5 : 0.5) * kEarDistance_m * pose.right();
+        const Vec3 towards = normalize(Vec3(source.position_m) - ear_m);
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+          const double share = std::sqrt(intensity(uneven(), pose, e, b, towards));
+          ASSERT_NEAR(one.gain[e][b], share * other.gain[e][b],
+                      1e-5 * std::abs(other.gain[e][b]) + 1e-9)
+              << "keyframe " << k << " voice " << v;
+          heard += other.gain[e][b] != 0;
+        }
+      }
+    }
+  }
+  EXPECT_GT(heard, 10'000u);
+}
+
+double level_db(const std::vector<float>& interleaved, std::size_t channel) {
+  double sum = 0;
+  for (std::size_t i = channel; i < interleaved.size(); i += kEars)
+    sum += static_cast<double>(interleaved[i]) * interleaved[i];
+  return 10 * std::log10(sum / (static_cast<double>(interleaved.size()) / kEars));
+}
+
+Vec3 at(double to_the_left_deg) {
+  const double a = to_the_left_deg * kDegree;
+  return 10.0 * Vec3(-std::sin(a), 0, -std::cos(a));
+}
+
+// A sine in the open, 10 m away, at some angle to the left.
+std::vector<float> heard_from(double to_the_left_deg, const std::string& receivers) {
+  AuralizerInput input;
+  input.signals = {testing::sine(440)};
+  input.emitters.resize(1);
+  input.materials.resize(1);
+  Source& source = input.sources.emplace_back();
+  source.is_emitter = true;
+  source.position_m = Vec3f(at(to_the_left_deg));
+  source.power = same_in_all_bands(1);
+  source.u = 0.5f;
+  AuralizerOptions options;
+  options.visibility = false;
+  options.output = *OutputShape::asked_for(false, "", false, receivers);
+  const auto auralizer = Auralizer::create(input, options);
+  EXPECT_TRUE(auralizer.ok());
+  while ((*auralizer)->wants_keyframe()) (*auralizer)->make_keyframe(Pose{});
+  std::vector<float> block(2 * 4800), all;
+  for (int i = 0; i < 5; ++i) {
+    (*auralizer)->mix(block);
+    if (i > 0) all.insert(all.end(), block.begin(), block.end());
+    while ((*auralizer)->wants_keyframe()) (*auralizer)->make_keyframe(Pose{});
+  }
+  return all;
+}
+
+TEST(Reception, IsHeard) {
+  for (const double angle_deg : {-150.0, -55.0, -20.0, 0.0, 30.0, 90.0}) {
+    const auto omni = heard_from(angle_deg, "omni"), pair = heard_from(angle_deg, "ortf");
+    for (std::size_t e = 0; e < kEars; ++e) {
+      const double side = e == 0 ? -1 : 1;
+      const Vec3 way_m = at(angle_deg) - Vec3(side * 0.5 * kEarDistance_m, 0, 0);
+      const double off_axis = std::acos(
+          dot(normalize(way_m), Vec3(side * std::sin(55 * kDegree), 0, -std::cos(55 * kDegree))));
+      EXPECT_NEAR(level_db(pair, e) - level_db(omni, e),
+                  20 * std::log10((1 + std::cos(off_axis)) / 2), 0.1)
+          << angle_deg << " degrees, ear " << e;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace clamor
