@@ -10,6 +10,7 @@
 
 #include "common/random.h"
 #include "tests/rooms.h"
+#include "tests/runtime/slow_visibility.h"
 
 namespace clamor {
 namespace {
@@ -149,37 +150,6 @@ Mesh furnished() {
   return mesh;
 }
 
-double halton(std::uint32_t base, std::uint32_t i) {
-  double value = 0, digit = 1;
-  for (; i > 0; i /= base) {
-    digit /= base;
-    value += digit * (i % base);
-  }
-  return value;
-}
-
-// Each band for itself, by a thousand ways all over its zone.
-double slow_visibility(const SightGeometry& geometry, const SightLine& line, std::size_t band) {
-  const double way_m = length(Vec3(line.to_m) - Vec3(line.from_m));
-  const double wave_m = kSpeed_mps / (62.5 * std::exp2(static_cast<double>(band)));
-  int wide = 0, wide_free = 0, narrow = 0, narrow_free = 0;
-  std::uint64_t rays = 0;
-  for (std::uint32_t i = 1; i <= 1000; ++i) {
-    const double area_m2 = 2 * wave_m * (2 * way_m + 2 * wave_m) * halton(2, i);
-    const double detour_m = std::sqrt(way_m * way_m + area_m2) - way_m;
-    const auto free = way_is_free(geometry, line, detour_m, 2 * kPi * halton(3, i), rays);
-    if (!free) continue;
-    ++wide;
-    wide_free += *free;
-    if (detour_m > wave_m) continue;
-    ++narrow;
-    narrow_free += *free;
-  }
-  const float a = diffracted_amplitude(static_cast<float>(0.7 * narrow_free / std::max(narrow, 1) +
-                                                          0.3 * wide_free / std::max(wide, 1)));
-  return a * a;
-}
-
 TEST(FresnelVisibility, IsThatOfAThousandWaysPerBandWithinADecibel) {
   int close = 0, first = 0, count = 0;
   std::uint64_t rays = 0;
@@ -196,7 +166,7 @@ TEST(FresnelVisibility, IsThatOfAThousandWaysPerBandWithinADecibel) {
       const Bands first_look = fresnel_visibility(geometry, line, kFirstLookWays, rays);
       const Bands close_look = fresnel_visibility(geometry, line, kCloseLookWays, rays);
       for (std::size_t band = 0; band < kBandCount; ++band) {
-        const double slow_db = decibels(slow_visibility(geometry, line, band));
+        const double slow_db = decibels(testing::slow_visibility(geometry, line, band, 1000, rays));
         if (slow_db < -15) continue;
         ++count;
         first += std::abs(decibels(first_look[band]) - slow_db) < 1;
