@@ -22,7 +22,8 @@ FineVoices::FineVoices(std::size_t slots, std::size_t most)
       targets_(fine_.size() * kLanes),
       gains_(2 * targets_.size()),
       paths_(kEars * fine_.size()),
-      gaps_(fine_.size()) {
+      gaps_(fine_.size()),
+      wraps_(fine_.size()) {
   loudest_.reserve(most_ + 1);
   free_.reserve(fine_.size());
   heard_.reserve(fine_.size());
@@ -89,15 +90,33 @@ void FineVoices::hold() noexcept REALTIME {
   }
 }
 
-void FineVoices::mix(const MixMode& mode, const VoicePath* paths, const LayerGap* gaps,
-                     int first_frame, int frames, float* high, float* low) noexcept REALTIME {
+void FineVoices::mix(const MixMode& mode, const MixAdvance& slots, int first_frame, int frames,
+                     float* high, float* low) noexcept REALTIME {
   if (heard_.empty()) return;
   for (const std::uint32_t place : heard_) {
-    std::copy_n(paths + std::size_t{kEars} * fine_[place].slot, kEars, &paths_[kEars * place]);
-    gaps_[place] = gaps[fine_[place].slot];
+    const std::uint32_t slot = fine_[place].slot;
+    std::copy_n(slots.paths + std::size_t{kEars} * slot, kEars, &paths_[kEars * place]);
+    gaps_[place] = slots.gaps[slot];
+    wraps_[place] = slots.wraps[slot];
   }
-  mix_voices(mode, {paths_.data(), gains_.data(), heard_.data(), heard_.size(), first_frame, frames,
-                    high, low, gaps_.data()});
+  mix_voices(mode, {paths_.data(),
+                    gains_.data(),
+                    heard_.data(),
+                    heard_.size(),
+                    first_frame,
+                    frames,
+                    high,
+                    low,
+                    gaps_.data(),
+                    {paths_.data(), gaps_.data(), wraps_.data()}});
+}
+
+void FineVoices::put_back(const MixAdvance& slots) const noexcept REALTIME {
+  for (const std::uint32_t place : heard_) {
+    const std::uint32_t slot = fine_[place].slot;
+    std::copy_n(&paths_[kEars * place], kEars, slots.paths + std::size_t{kEars} * slot);
+    slots.gaps[slot] = gaps_[place];
+  }
 }
 
 }  // namespace clamor

@@ -59,9 +59,11 @@ class FineVoices {
   // How many are mixed.
   std::size_t heard() const noexcept REALTIME { return heard_.size(); }
 
-  // `paths` and `gaps` of all slots.
-  void mix(const MixMode& mode, const VoicePath* paths, const LayerGap* gaps, int first_frame,
-           int frames, float* high, float* low) noexcept REALTIME;
+  // Mixes them from where all slots are. When all others have been mixed, who may be these as well,
+  // put_back() says where they go on.
+  void mix(const MixMode& mode, const MixAdvance& slots, int first_frame, int frames, float* high,
+           float* low) noexcept REALTIME;
+  void put_back(const MixAdvance& slots) const noexcept REALTIME;
 
  private:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
@@ -78,8 +80,9 @@ class FineVoices {
   std::vector<std::uint32_t> free_;
   std::vector<float> targets_, gains_;  // [place][kHeadLanes], [place][2][kHeadLanes]
   std::vector<VoicePath> paths_;        // [place][kEars]
-  std::vector<LayerGap> gaps_;          // [place]
-  std::vector<std::uint32_t> heard_;    // places
+  std::vector<LayerGap> gaps_;          // [place], as are the next
+  std::vector<std::int64_t> wraps_;
+  std::vector<std::uint32_t> heard_;  // places
 };
 
 }  // namespace clamor

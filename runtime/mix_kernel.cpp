@@ -66,24 +66,22 @@ HWY_INLINE void mix_chunk(const Tile<kDelays>& tile, const Lines<kReads>& lines,
       }
     }
   };
-  const std::size_t count = lines.count;
   FloatVector x[kReads][kVectors];
-  for (std::size_t v = 0; v < count; ++v) {
+  for_each_of(lines.steady, [&](std::size_t v) HWY_ATTR {
     for (int r = 0; r < kReads; ++r)
       for (int line = 0; line <= kFrames; line += 16)
         hwy::Prefetch(lines.x[r][v + kVoicesAhead] + first + line);
     for (int r = 0; r < kReads; ++r)
       read_steadily<kCubic, kReads == 2, kFrames>(lines.x[r][v], lines.fraction[r][v],
                                                   lines.drift[r][v], lines.turn[r][v], first, x[r]);
-    add(lines.gain[v], x);
-  }
-  for (std::size_t n = 0; n < lines.sliding_count; ++n) {
-    const std::size_t v = lines.sliding[n];
+    add(tile.gain[v], x);
+  });
+  for_each_of(lines.sliding, [&](std::size_t v) HWY_ATTR {
     for (int r = 0; r < kReads; ++r)
       read_sliding<kCubic, kStep, kFrames>(reading_of<kLow>(tile, kDelays == 1 ? 0 : ear + r, v),
                                            first, x[r]);
     add(tile.gain[v], x);
-  }
+  });
   for (int b = 0; b < kBands * kEarsHere; ++b)
     for (int i = 0; i < kVectors; ++i)
       hn::Store(sum[b][i], d, out + b * kStride * kRow + i * kFloats);
@@ -112,6 +110,7 @@ HWY_INLINE void for_steps(const MixJob& job, int lanes, const Mix& mix) {
       mix(tile, step);
       tile.advance();
     }
+    if (job.next.paths != nullptr) tile.put_back(job.next, job.active + first);
   }
 }
 

@@ -108,6 +108,14 @@ struct LayerGap {
   std::int64_t ahead = 0, step = 0;
 };
 
+// Where voices go on in the next call, as they do in this one: in arrays by slot, which may be those
+// that are read. A position that has come as far as its slot's wrap goes back by that.
+struct MixAdvance {
+  VoicePath* paths = nullptr;  // [slot][kEars]; null: nothing is written
+  LayerGap* gaps = nullptr;    // [slot], or null where there are none
+  const std::int64_t* wraps = nullptr;
+};
+
 struct MixJob {
   const VoicePath* paths;  // [slot][kEars]
   const float* gains;      // [slot][2][gain_lanes()]
@@ -120,6 +128,7 @@ struct MixJob {
   float* high;
   float* low;
   const LayerGap* gaps = nullptr;  // [slot], or null where there are none
+  MixAdvance next = {};
 };
 
 struct MixBuses {

@@ -28,9 +28,6 @@ namespace {
 constexpr std::size_t kTileVoices = 64;
 constexpr std::size_t kVoicesAhead = 12;  // for prefetching: some 300 cycles
 
-// Gains of a voice that is not heard.
-alignas(64) constexpr float kSilent[2 * kHeadLanes] = {};
-
 template <int kDelays>
 struct Tile {
   std::size_t count;
@@ -73,6 +70,19 @@ struct Tile {
       }
   }
 
+  // After the last step: where the next call begins.
+  HWY_INLINE void put_back(const MixAdvance& to, const std::uint32_t* active) const {
+    for (std::size_t v = 0; v < count; ++v) {
+      const std::int64_t wrap = to.wraps[active[v]];
+      for (int e = 0; e < kDelays; ++e) {
+        VoicePath& path = to.paths[std::size_t{kEars} * active[v] + static_cast<std::size_t>(e)];
+        path.position = position[e][v] - (position[e][v] >= wrap ? wrap : 0);
+        path.step = drift[e][v] + kWhole;
+      }
+      if (to.gaps != nullptr) to.gaps[active[v]].ahead = ahead[0][v];
+    }
+  }
+
   // Where a layer is read: its own frames, 32.32, and how many more than one per frame.
   template <bool kLow>
   HWY_INLINE std::int64_t at(int e, std::size_t v) const {
@@ -85,22 +95,20 @@ struct Tile {
 };
 
 // What is read of one layer in one step by kReads ears at once. A voice that is not steady is read
-// apart; until then it is silent.
+// apart.
 template <int kReads>
 struct Lines {
-  std::size_t count, sliding_count;
+  std::uint64_t steady, sliding;  // sets of voices
   alignas(64) std::int64_t slides[kTileVoices];
   alignas(64) float fraction[kReads][kTileVoices];
   alignas(64) float drift[kReads][kTileVoices];
   alignas(64) float turn[kReads][kTileVoices];  // drift of a vector
   const float* x[kReads][kTileVoices + kVoicesAhead];
-  const float* gain[kTileVoices];
-  std::uint32_t sliding[kTileVoices];
 
   template <bool kLow, int kDelays>
   HWY_INLINE void look(const Tile<kDelays>& tile, int first_ear) {
     constexpr int kFrames = kStepFrames / (kLow ? kLowRate : 1);
-    count = tile.count;
+    const std::size_t count = tile.count;
     for (int r = 0; r < kReads; ++r) {
       const int e = first_ear + r;
       for (std::size_t v = 0; v < count; ++v) {
@@ -116,16 +124,25 @@ struct Lines {
       // The first ones' next step, or what is there.
       for (std::size_t v = 0; v < kVoicesAhead; ++v) x[r][count + v] = x[r][v % count] + kFrames;
     }
-    // Two loops without branches, which nobody could foretell.
-    for (std::size_t v = 0; v < count; ++v) gain[v] = slides[v] == 0 ? tile.gain[v] : kSilent;
-    std::size_t found = 0;
-    for (std::size_t v = 0; v < count; ++v) {
-      sliding[found] = static_cast<std::uint32_t>(v);
-      found += slides[v] != 0 ? 1 : 0;
+    // No branches, which nobody could foretell.
+    sliding = 0;
+    const hn::CappedTag<std::int64_t, 8> d;
+    for (std::size_t v = 0; v < kTileVoices; v += hn::Lanes(d)) {
+      std::uint8_t bits[8] = {};
+      hn::StoreMaskBits(d, hn::Ne(hn::Load(d, slides + v), hn::Zero(d)), bits);
+      sliding |= std::uint64_t{bits[0]} << v;
     }
-    sliding_count = found;
+    const std::uint64_t all = ~std::uint64_t{0} >> (kTileVoices - count);
+    steady = all & ~sliding;
+    sliding &= all;
   }
 };
+
+// Calls act(v) for those of a set, in order.
+template <class Act>
+HWY_INLINE void for_each_of(std::uint64_t set, const Act& act) {
+  for (; set != 0; set &= set - 1) act(hwy::Num0BitsBelowLS1Bit_Nonzero64(set));
+}
 
 template <bool kLow, int kDelays>
 HWY_INLINE Reading reading_of(const Tile<kDelays>& tile, int ear, std::size_t v) {

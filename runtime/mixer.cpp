@@ -190,23 +190,26 @@ void Mixer::hold() noexcept REALTIME {
   fade_above(rank);
 }
 
-void Mixer::advance(int frames) noexcept REALTIME {
-  const auto ears = static_cast<std::size_t>(mode_.delays);
+// Before the kernel: where those go on that play once, also where there is nothing to read.
+void Mixer::advance_once(int frames) noexcept REALTIME {
   for (const std::uint32_t s : once_)
-    for (std::size_t e = 0; e < ears; ++e) {
+    for (std::size_t e = 0; e < static_cast<std::size_t>(mode_.delays); ++e) {
       VoicePath path = paths_[s * kEars + e];
       path.position = slots_[s].position[e];
       slots_[s].position[e] = path.position_at(frames);
     }
-  for (const std::uint32_t s : active_)
-    for (std::size_t e = 0; e < ears; ++e) {
-      VoicePath& path = paths_[s * kEars + e];
+}
+
+// After it, which has made all others go on, unless it had them pair by pair.
+void Mixer::advance(int frames) noexcept REALTIME {
+  const auto ears = static_cast<std::size_t>(mode_.delays);
+  if (mode_.pairs > 1)
+    for (const std::uint32_t s : active_) {
+      VoicePath& path = paths_[s * kEars];
       path.position = path.position_at(frames);
       path.step = path.step_at(frames);
       path.position -= path.position >= wraps_[s] ? wraps_[s] : 0;
     }
-  if (mode_.head)
-    for (const std::uint32_t s : active_) gaps_[s].ahead += frames * gaps_[s].step;
   for (const std::uint32_t s : once_)
     for (std::size_t e = 0; e < ears; ++e)
       slots_[s].signal->place(slots_[s].position[e], paths_[s * kEars + e]);
@@ -224,8 +227,10 @@ void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept 
   std::fill(std::begin(buses_.high), std::end(buses_.high), 0.0f);
   std::fill(std::begin(buses_.low), std::end(buses_.low), 0.0f);
   work_.voice_frames += active.size() * static_cast<std::size_t>(frames);
-  mix_voices(mode_, {paths_.data(), here.gains.data(), active.data(), active.size(), frame_, frames,
-                     buses_.high, buses_.low});
+  MixJob job{paths_.data(), here.gains.data(), active.data(), active.size(), frame_,
+             frames,        buses_.high,       buses_.low};
+  if (mode_.pairs == 1) job.next = {paths_.data(), nullptr, wraps_.data()};
+  mix_voices(mode_, job);
   if (mode_.eight_bands) {
     here.bank.process(buses_, frames, interleaved, channels());
     return;
@@ -237,13 +242,14 @@ void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept 
 
 void Mixer::mix_head(int frames, float* interleaved) noexcept REALTIME {
   head_bank_->clear();
-  fine_->mix(mode_, paths_.data(), gaps_.data(), frame_, frames, head_bank_->high(),
-             head_bank_->low());
+  const MixAdvance next{paths_.data(), gaps_.data(), wraps_.data()};
+  fine_->mix(mode_, next, frame_, frames, head_bank_->high(), head_bank_->low());
   const Pair& pair = pairs_[0];
   MixBuses& octaves = head_bank_->octaves();
   work_.voice_frames += (fine_->heard() + pair.active.size()) * static_cast<std::size_t>(frames);
   mix_voices(bus_mode_, {paths_.data(), pair.gains.data(), pair.active.data(), pair.active.size(),
-                         frame_, frames, octaves.high, octaves.low, gaps_.data()});
+                         frame_, frames, octaves.high, octaves.low, gaps_.data(), next});
+  fine_->put_back(next);
   head_bank_->process(frames, interleaved);
 }
 
@@ -251,6 +257,7 @@ void Mixer::mix(float* interleaved, int steps) noexcept REALTIME {
   assert(steps >= 1 && steps <= steps_left());
   const FlushDenormals no_denormals;
   const int frames = steps * kStepFrames;
+  advance_once(frames);
   if (mode_.head)
     mix_head(frames, interleaved);
   else

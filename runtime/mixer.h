@@ -140,6 +140,7 @@ class Mixer {
   void activate(std::uint32_t slot) noexcept REALTIME;
   void mix_head(int frames, float* interleaved) noexcept REALTIME;
   void mix_pair(std::size_t pair, int frames, float* interleaved) noexcept REALTIME;
+  void advance_once(int frames) noexcept REALTIME;
   void advance(int frames) noexcept REALTIME;
   void clear_active() noexcept REALTIME;
   void rank_voices(const Keyframe& keyframe) noexcept REALTIME;

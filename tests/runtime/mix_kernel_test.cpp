@@ -214,5 +214,42 @@ TEST(MixKernel, GivesTheSameBitsHoweverCallsDivideTime) {
   }
 }
 
+TEST(MixKernel, SaysWhereVoicesGoOn) {
+  const KernelGuard guard;
+  constexpr std::size_t kVoices = 100, kSlots = 2 * kVoices;  // more than a tile
+  for (const std::string& target : mix_kernel_targets()) {
+    force_mix_kernel(target);
+    for (const MixMode& mode : kModes)
+      for (const int frames : {kStepFrames, kMostFrames}) {
+        const Crowd crowd(kVoices, mode, 6);
+        const auto buses = std::make_unique<MixBuses>();
+        MixJob job = crowd.job(0, frames, buses.get());
+        const std::vector<VoicePath> before(job.paths, job.paths + kEars * kSlots);
+        const std::vector<LayerGap> gaps_before(job.gaps, job.gaps + kSlots);
+        auto paths = before;
+        auto gaps = gaps_before;
+        const std::int64_t wrap = std::int64_t{4000} << 32;
+        const std::vector<std::int64_t> wraps(kSlots, wrap);
+        job.paths = paths.data();
+        job.gaps = gaps.data();
+        job.next = {paths.data(), gaps.data(), wraps.data()};
+        mix_voices(mode, job);
+        for (std::size_t slot = 0; slot < kSlots; ++slot) {
+          const bool sounds = slot % 2 == 1;
+          EXPECT_EQ(gaps[slot].ahead,
+                    gaps_before[slot].ahead + (sounds ? frames * gaps_before[slot].step : 0));
+          for (std::size_t e = 0; e < kEars; ++e) {
+            const VoicePath &was = before[kEars * slot + e], &is = paths[kEars * slot + e];
+            const bool goes_on = sounds && e < static_cast<std::size_t>(mode.delays);
+            const std::int64_t position = goes_on ? was.position_at(frames) : was.position;
+            EXPECT_EQ(is.position, position - (goes_on && position >= wrap ? wrap : 0));
+            EXPECT_EQ(is.step, goes_on ? was.step_at(frames) : was.step);
+            EXPECT_EQ(is.bend, was.bend);
+          }
+        }
+      }
+  }
+}
+
 }  // namespace
 }  // namespace clamor
