@@ -172,7 +172,7 @@ class Mixer {
   void prefetch(std::uint32_t slot) const noexcept REALTIME;
   void load_voice(const Voice& voice) noexcept REALTIME;
   void slide(std::uint32_t slot, int ear, double change_frames, bool starts) noexcept REALTIME;
-  void place(std::uint32_t slot, int ear, std::int64_t delay) noexcept REALTIME;
+  void place(std::uint32_t slot, const std::array<std::int64_t, kEars>& delay) noexcept REALTIME;
   void set_targets(const std::array<Bands, kEars>& gain, float* targets) const noexcept REALTIME;
   bool set_gains(std::size_t pair, const Voice& voice, const float* targets) noexcept REALTIME;
 
