@@ -11,7 +11,7 @@ namespace clamor {
 
 namespace {
 
-constexpr int kLongestWalk = 256;
+constexpr int kLongestWalk = 256, kShortWalk = 4;
 
 struct Face {
   std::array<std::uint32_t, 3> corner;  // counter-clockwise from outside
@@ -92,7 +92,9 @@ DirectionMesh::DirectionMesh(std::span<const Vec3f> directions) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t next = face.corner[(k + 1) % 3], last = face.corner[(k + 2) % 3];
       triangle.across[k] = face_of_edge.at({last, next});
-      triangle.share[k] = Vec3f(cross(points[next], points[last]) / face.height);
+      const auto share = Vec3f(cross(points[next], points[last]) / face.height);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        triangle.share[3 * axis + k] = share[static_cast<int>(axis)];
     }
   }
   // The middle of each cell of a cube round the sphere, from its neighbour's triangle on.
@@ -106,7 +108,8 @@ DirectionMesh::DirectionMesh(std::span<const Vec3f> directions) {
         middle[axis] = face % 2 == 0 ? 1.0f : -1.0f;
         middle[(axis + 1) % 3] = (2.0f * static_cast<float>(i) + 1) / kCells - 1;
         middle[(axis + 2) % 3] = (2.0f * static_cast<float>(j) + 1) / kCells - 1;
-        found = walk(found, normalize(middle));
+        Shares shares;
+        walk(normalize(middle), kLongestWalk, found, shares);
         near_[cell_of(middle)] = found;
       }
 }
@@ -124,31 +127,54 @@ std::size_t DirectionMesh::cell_of(const Vec3f& v) noexcept REALTIME {
   return (face * kCells + cell(v[(axis + 1) % 3])) * kCells + cell(v[(axis + 2) % 3]);
 }
 
-std::uint32_t DirectionMesh::walk(std::uint32_t triangle,
-                                  const Vec3f& direction) const noexcept REALTIME {
-  for (int steps = 0; steps < kLongestWalk; ++steps) {
+DirectionMesh::Shares DirectionMesh::shares_of(const Triangle& triangle,
+                                               const Vec3f& v) noexcept REALTIME {
+  const float* const of = triangle.share.data();
+  Shares shares;  // the last one is of nothing, but makes a vector
+  for (std::size_t k = 0; k < shares.size(); ++k)
+    shares[k] = of[k] * v.x + of[3 + k] * v.y + of[6 + k] * v.z;
+  return shares;
+}
+
+bool DirectionMesh::walk(const Vec3f& direction, int most, std::uint32_t& triangle,
+                         Shares& shares) const noexcept REALTIME {
+  for (int steps = 0;; ++steps) {
     const Triangle& here = triangles_[triangle];
+    shares = shares_of(here, direction);
+    if (std::min({shares[0], shares[1], shares[2]}) >= -1e-6f) return true;
+    if (steps == most) return false;
     std::size_t outside = 0;
-    float least = dot(here.share[0], direction);
     for (std::size_t k = 1; k < 3; ++k)
-      if (const float share = dot(here.share[k], direction); share < least) {
-        least = share;
-        outside = k;
-      }
-    if (least >= -1e-6f) break;
+      if (shares[k] < shares[outside]) outside = k;
     triangle = here.across[outside];
   }
-  return triangle;
+}
+
+DirectionMesh::Place DirectionMesh::place_in(const Triangle& triangle,
+                                             const Shares& shares) noexcept REALTIME {
+  Place place{triangle.corner, {}};
+  float sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) sum += place.share[k] = std::max(0.0f, shares[k]);
+  const float over = 1 / sum;
+  for (float& share : place.share) share = sum > 0 ? share * over : 1.0f / 3;
+  return place;
 }
 
 DirectionMesh::Place DirectionMesh::find(const Vec3f& direction) const noexcept REALTIME {
-  const Triangle& here = triangles_[walk(near_[cell_of(direction)], direction)];
-  Place place{here.corner, {}};
-  float sum = 0;
-  for (std::size_t k = 0; k < 3; ++k)
-    sum += place.share[k] = std::max(0.0f, dot(here.share[k], direction));
-  for (float& share : place.share) share = sum > 0 ? share / sum : 1.0f / 3;
-  return place;
+  std::uint32_t triangle = near_[cell_of(direction)];
+  Shares shares;
+  walk(direction, kLongestWalk, triangle, shares);
+  return place_in(triangles_[triangle], shares);
+}
+
+DirectionMesh::Place DirectionMesh::find(const Vec3f& direction,
+                                         std::uint32_t& last) const noexcept REALTIME {
+  Shares shares;
+  if (!walk(direction, kShortWalk, last, shares)) {
+    last = near_[cell_of(direction)];
+    walk(direction, kLongestWalk, last, shares);
+  }
+  return place_in(triangles_[last], shares);
 }
 
 }  // namespace clamor

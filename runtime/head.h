@@ -71,6 +71,9 @@ class Head {
   DirectionMesh::Place place(const Vec3f& from) const noexcept REALTIME {
     return mesh_->find(from);
   }
+  DirectionMesh::Place place(const Vec3f& from, std::uint32_t& last) const noexcept REALTIME {
+    return mesh_->find(from, last);
+  }
   struct Energies {
     std::array<std::array<float, kErbBandCount>, kEars> measured, octaves;
   };

@@ -132,9 +132,10 @@ class Mixer {
     // 32.32 fixed point: the delay at the end of the segment; where it is read next, if it plays
     // once.
     std::array<std::int64_t, kEars> delay{}, position{};
+    std::uint32_t direction = 0;  // where the head's mesh has it
     std::uint8_t rank = 0;
-    bool heard = false;        // since the last keyframe, with gains that are not all zero
-    int steps_to_silence = 0;  // while it holds and its sound ends; 0: it does not
+    bool heard = false;                 // since the last keyframe, with gains that are not all zero
+    std::uint8_t steps_to_silence = 0;  // while it holds and its sound ends; 0: it does not
   };
 
   void activate(std::uint32_t slot) noexcept REALTIME;

@@ -196,7 +196,7 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   if (voice.rank > highest_rank_) usable = false;
   slot.heard = false;
   if (head_ != nullptr) {
-    const auto place = usable ? head_->place(voice.from) : DirectionMesh::Place{};
+    const auto place = usable ? head_->place(voice.from, slot.direction) : DirectionMesh::Place{};
     const std::int64_t from = gap_ends_[voice.slot];
     const std::int64_t to = usable ? fixed(0.5 * head_->low_lag_frames(place)) : from;
     set_gap(voice.slot, voice.starts ? to : from, to);

@@ -11,7 +11,7 @@
 namespace clamor {
 
 namespace {
-constexpr int kStepsToSilence = kKeyframeFrames / kStepFrames;
+constexpr std::uint8_t kStepsToSilence = kKeyframeFrames / kStepFrames;
 }
 
 // What the voice reads in so many frames from now on while its delays slide from `from`, 32.32.
@@ -60,7 +60,8 @@ bool Mixer::hold_sounds() noexcept REALTIME {
     const bool falls = slot.steps_to_silence > 0;
     if (!falls && is_here(s, slot.delay, {}, kKeyframeFrames + kShedFrames)) continue;
     late_voices_ += !falls;
-    slot.steps_to_silence = falls ? slot.steps_to_silence - 1 : kStepsToSilence;
+    slot.steps_to_silence =
+        falls ? static_cast<std::uint8_t>(slot.steps_to_silence - 1) : kStepsToSilence;
     if (slot.steps_to_silence == 0 || !is_here(s, slot.delay, {}, kStepFrames)) {
       silence(s);
       ended = true;

@@ -220,5 +220,26 @@ TEST(DirectionMesh, HoldsEveryDirectionBetweenThreeNeighbours) {
   }
 }
 
+// Turning slowly, and from anywhere to anywhere.
+TEST(DirectionMesh, FindsTheSameWhereverItBegins) {
+  const DirectionMesh mesh(kemar().directions);
+  const auto between = [](const DirectionMesh::Place& place) {
+    Vec3f sum(0);
+    for (std::size_t k = 0; k < 3; ++k) sum += place.share[k] * kemar().directions[place.corner[k]];
+    return sum;
+  };
+  std::mt19937 random(10);
+  std::normal_distribution<float> normal;
+  std::uint32_t last = 0;
+  Vec3f from(1, 0, 0);
+  for (int i = 0; i < 20000; ++i) {
+    const float far = i % 100 == 0 ? 100.0f : 0.02f;
+    from = normalize(from + far * Vec3f(normal(random), normal(random), normal(random)));
+    const auto place = mesh.find(from, last);
+    ASSERT_LT(length(between(place) - between(mesh.find(from))), 1e-5f) << i;
+    ASSERT_NEAR(place.share[0] + place.share[1] + place.share[2], 1, 1e-6) << i;
+  }
+}
+
 }  // namespace
 }  // namespace clamor
