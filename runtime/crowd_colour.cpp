@@ -14,24 +14,14 @@ CrowdColour::CrowdColour(const Head& head) : head_(head), power_(head.directions
   }
 }
 
-void CrowdColour::begin() noexcept REALTIME {
-  std::ranges::fill(power_, std::array<Bands, kEars>{});
-}
-
-void CrowdColour::add(const DirectionMesh::Place& place,
-                      const std::array<Bands, kEars>& power) noexcept REALTIME {
-  for (std::size_t k = 0; k < place.corner.size(); ++k)
-    for (std::size_t e = 0; e < kEars; ++e)
-      for (std::size_t c = 0; c < kBandCount; ++c)
-        power_[place.corner[k]][e][c] += place.share[k] * power[e][c];
-}
+void CrowdColour::begin() noexcept REALTIME { std::ranges::fill(power_, Power{}); }
 
 std::array<HeadLevels, kEars> CrowdColour::levels() const noexcept REALTIME {
   using Sums = std::array<std::array<float, kErbBandCount>, kEars>;
   Sums wanted{}, given{};
   for (std::size_t d = 0; d < power_.size(); ++d)
     for (std::size_t e = 0; e < kEars; ++e) {
-      const Bands& power = power_[d][e];
+      const Bands& power = power_[d].at[e];
       if (!(*std::ranges::max_element(power) > 0)) continue;
       const Head::Energies& energies = head_.energies(d);
       std::array<float, kErbBandCount> here{};

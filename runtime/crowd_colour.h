@@ -17,6 +17,7 @@
 #include <array>
 #include <vector>
 
+#include "runtime/gain_kernel.h"
 #include "runtime/head.h"
 
 namespace clamor {
@@ -25,18 +26,25 @@ class CrowdColour {
  public:
   explicit CrowdColour(const Head& head);
 
-  // At a keyframe: begin(), add() every voice that is in octaves with its power in them, then
-  // levels(): 1 where nothing is heard.
+  // At a keyframe: begin(), put every voice that is in octaves between three corners() with its
+  // power in them (gain_kernel.h), then levels(): 1 where nothing is heard.
   void begin() noexcept REALTIME;
-  void add(const DirectionMesh::Place& place,
-           const std::array<Bands, kEars>& power) noexcept REALTIME;
+  std::array<ColourCorner, 3> corners(const DirectionMesh::Place& place) noexcept REALTIME {
+    std::array<ColourCorner, 3> all;
+    for (std::size_t k = 0; k < all.size(); ++k)
+      all[k] = {&head_.octaves(place.corner[k]), &power_[place.corner[k]].at, place.share[k]};
+    return all;
+  }
   std::array<HeadLevels, kEars> levels() const noexcept REALTIME;
 
  private:
   static constexpr double kMostChange = 4;  // 12 dB: beyond is no crowd, but a hole in a head
 
   const Head& head_;
-  std::vector<std::array<Bands, kEars>> power_;  // by direction
+  struct alignas(64) Power {
+    std::array<Bands, kEars> at{};
+  };
+  std::vector<Power> power_;  // by direction
   // Of an ERB band in an octave's power: linear between the octaves' centres.
   std::array<std::array<float, kErbBandCount>, kBandCount> hat_{};
 };

@@ -62,6 +62,30 @@ bool slide_gains_here(const GainLines& lines) {
   return lines.lanes % 4 == 0 ? slide_in_vectors<4>(lines) : slide_in_vectors<kEars>(lines);
 }
 
+bool slide_coloured_here(const BusGains& buses, const std::array<ColourCorner, 3>& corners,
+                         const std::array<Bands, kEars>& gain, const Bands& mean_square,
+                         GainLines lines) {
+  const hn::CappedTag<float, kBandCount> d;
+  std::array<Bands, kEars> coloured;
+  for (std::size_t e = 0; e < kEars; ++e)
+    for (std::size_t b = 0; b < kBandCount; b += hn::Lanes(d)) {
+      const auto own = hn::LoadU(d, gain[e].data() + b);
+      const auto power = hn::Mul(hn::Mul(own, own), hn::LoadU(d, mean_square.data() + b));
+      auto level = hn::Zero(d);
+      for (const ColourCorner& corner : corners) {
+        const auto share = hn::Set(d, corner.share);
+        float* const sum = (*corner.power)[e].data() + b;
+        level = hn::MulAdd(share, hn::LoadU(d, (*corner.level)[e].data() + b), level);
+        hn::StoreU(hn::MulAdd(share, power, hn::LoadU(d, sum)), d, sum);
+      }
+      hn::StoreU(hn::Mul(own, level), d, coloured[e].data() + b);
+    }
+  alignas(64) float targets[kBandLanes];
+  bus_lanes_here(buses, coloured, targets);
+  lines.targets = targets;
+  return slide_in_vectors<16>(lines);
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace clamor
@@ -74,6 +98,7 @@ namespace clamor {
 namespace {
 HWY_EXPORT(bus_lanes_here);
 HWY_EXPORT(slide_gains_here);
+HWY_EXPORT(slide_coloured_here);
 }  // namespace
 
 BusGains BusGains::of(const Matrix& matrix) {
@@ -93,6 +118,12 @@ void bus_lanes(const BusGains& buses, const std::array<Bands, kEars>& gain,
 
 bool slide_gains(const GainLines& lines) noexcept REALTIME {
   return HWY_DYNAMIC_DISPATCH(slide_gains_here)(lines);
+}
+
+bool slide_coloured(const BusGains& buses, const std::array<ColourCorner, 3>& corners,
+                    const std::array<Bands, kEars>& gain, const Bands& mean_square,
+                    const GainLines& lines) noexcept REALTIME {
+  return HWY_DYNAMIC_DISPATCH(slide_coloured_here)(buses, corners, gain, mean_square, lines);
 }
 
 }  // namespace clamor

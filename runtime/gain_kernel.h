@@ -39,4 +39,18 @@ struct GainLines {
 };
 bool slide_gains(const GainLines& lines) noexcept REALTIME;
 
+// One of the directions between which a voice lies: what a head makes of its octaves there, and the
+// power that they have there in all.
+struct ColourCorner {
+  const std::array<Bands, kEars>* level;
+  std::array<Bands, kEars>* power;
+  float share;
+};
+
+// The same to what a head makes of a voice's octaves, whose signal has so much power in each;
+// `targets` are not read.
+bool slide_coloured(const BusGains& buses, const std::array<ColourCorner, 3>& corners,
+                    const std::array<Bands, kEars>& gain, const Bands& mean_square,
+                    const GainLines& lines) noexcept REALTIME;
+
 }  // namespace clamor

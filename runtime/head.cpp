@@ -227,11 +227,6 @@ std::array<Quadratures, kEars> Head::hear_across(
   return between(place, &Direction::across);
 }
 
-std::array<Bands, kEars> Head::hear_octaves(
-    const DirectionMesh::Place& place) const noexcept REALTIME {
-  return between(place, &Direction::octave);
-}
-
 HeadLevels Head::changed_by(const ErbBands& change) const noexcept REALTIME {
   HeadLevels levels;
   levels.fill(1);

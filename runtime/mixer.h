@@ -175,7 +175,8 @@ class Mixer {
   void slide(std::uint32_t slot, int ear, double change_frames, bool starts) noexcept REALTIME;
   void place(std::uint32_t slot, const std::array<std::int64_t, kEars>& delay) noexcept REALTIME;
   void set_targets(const std::array<Bands, kEars>& gain, float* targets) const noexcept REALTIME;
-  bool set_gains(std::size_t pair, const Voice& voice, const float* targets) noexcept REALTIME;
+  GainLines gain_lines(std::size_t pair, const Voice& voice,
+                       const float* targets) noexcept REALTIME;
 
   // In mixer_sounds.cpp.
   bool is_here(std::uint32_t slot, const std::array<std::int64_t, kEars>& from,

@@ -134,22 +134,14 @@ bool Mixer::set_colours(const Voice& voice, bool usable,
         colours[kEars * (kHeadBands + k) + e] = at[k] * across[e][k];
     }
   }
-  std::array<float, kBandLanes> targets{};
-  if (usable && !fine) {
-    const Bands& mean_square = signals_[voice.signal].mean_square();
-    auto gain = head_->hear_octaves(place);
-    std::array<Bands, kEars> power;
-    for (std::size_t e = 0; e < kEars; ++e)
-      for (std::size_t b = 0; b < kBandCount; ++b) {
-        power[e][b] = mean_square[b] * voice.gain[e][b] * voice.gain[e][b];
-        gain[e][b] *= voice.gain[e][b];
-      }
-    crowd_->add(place, power);
-    set_targets(gain, targets.data());
-  }
   const bool in_bands =
       fine_->set(voice.slot, fine ? colours.data() : nullptr, voice.starts, slide_frames(voice));
-  const bool in_octaves = set_gains(0, voice, targets.data());
+  constexpr std::array<float, kBandLanes> kSilence{};
+  const GainLines octaves = gain_lines(0, voice, kSilence.data());
+  const bool in_octaves = usable && !fine
+                              ? slide_coloured(bus_gains_, crowd_->corners(place), voice.gain,
+                                               signals_[voice.signal].mean_square(), octaves)
+                              : slide_gains(octaves);
   if (in_octaves) pairs_[0].active.push_back(voice.slot);
   return in_bands || in_octaves;
 }
@@ -206,7 +198,7 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   std::array<float, kBandLanes> targets{};
   if (usable) set_targets(voice.gain, targets.data());
   if (panner_ == nullptr) {
-    slot.heard = set_gains(0, voice, targets.data());
+    slot.heard = slide_gains(gain_lines(0, voice, targets.data()));
     return;
   }
   const ChannelGains gains = usable ? panner_->gains(voice.from) : ChannelGains{};
@@ -214,19 +206,22 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
     std::array<float, kBandLanes> panned;
     for (std::size_t lane = 0; lane < kBandLanes; ++lane)
       panned[lane] = targets[lane] * gains[kEars * p + lane % kEars];
-    if (!set_gains(p, voice, panned.data())) continue;
+    if (!slide_gains(gain_lines(p, voice, panned.data()))) continue;
     slot.heard = true;
     if (pairs_.size() > 1) pairs_[p].active.push_back(voice.slot);
   }
 }
 
-// From where they are to `targets`. True if the pair hears anything of it.
-bool Mixer::set_gains(std::size_t pair, const Voice& voice,
-                      const float* targets) noexcept REALTIME {
+// From where they are to `targets`.
+GainLines Mixer::gain_lines(std::size_t pair, const Voice& voice,
+                            const float* targets) noexcept REALTIME {
   const std::size_t lanes = static_cast<std::size_t>(lanes_);
-  return slide_gains({&pairs_[pair].targets[voice.slot * lanes],
-                      &pairs_[pair].gains[2 * voice.slot * lanes], targets, lanes,
-                      slide_frames(voice), voice.starts});
+  return {&pairs_[pair].targets[voice.slot * lanes],
+          &pairs_[pair].gains[2 * voice.slot * lanes],
+          targets,
+          lanes,
+          slide_frames(voice),
+          voice.starts};
 }
 
 }  // namespace clamor

@@ -80,6 +80,36 @@ TEST_P(GainKernel, KnowsWhatIsNotHeard) {
   EXPECT_FALSE(heard());
 }
 
+TEST_P(GainKernel, ColoursAVoiceBetweenThreeDirectionsAndAddsItsPowerToThem) {
+  const BusGains buses = BusGains::of(OctaveBank::bus_gains());
+  const auto own = some_gains(1);
+  const Bands mean_square = some_gains(2)[0];
+  const std::array<std::array<Bands, kEars>, 3> levels = {some_gains(3), some_gains(4),
+                                                          some_gains(5)};
+  std::array<std::array<Bands, kEars>, 3> powers = {some_gains(6), some_gains(7), some_gains(8)};
+  const auto before = powers;
+  constexpr std::array<float, 3> kShares = {0.2f, 0.7f, 0.1f};
+  std::array<ColourCorner, 3> corners;
+  std::array<Bands, kEars> coloured{};
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    corners[k] = {&levels[k], &powers[k], kShares[k]};
+    for (std::size_t e = 0; e < kEars; ++e)
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        coloured[e][b] += kShares[k] * levels[k][e][b] * own[e][b];
+  }
+  std::array<float, kLanes> target{}, wanted;
+  std::array<float, 2 * kLanes> gain{};
+  EXPECT_TRUE(slide_coloured(buses, corners, own, mean_square,
+                             {target.data(), gain.data(), nullptr, kLanes, 960, true}));
+  bus_lanes(buses, coloured, wanted.data());
+  for (std::size_t lane = 0; lane < kLanes; ++lane) EXPECT_NEAR(target[lane], wanted[lane], 1e-6);
+  for (std::size_t k = 0; k < corners.size(); ++k)
+    for (std::size_t e = 0; e < kEars; ++e)
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        EXPECT_NEAR(powers[k][e][b],
+                    before[k][e][b] + kShares[k] * mean_square[b] * own[e][b] * own[e][b], 1e-6);
+}
+
 INSTANTIATE_TEST_SUITE_P(AllInstructionSets, GainKernel, ::testing::ValuesIn(mix_kernel_targets()));
 
 }  // namespace
