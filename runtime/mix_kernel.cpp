@@ -72,14 +72,20 @@ HWY_INLINE void mix_chunk(const Tile<kDelays>& tile, const Lines<kReads>& lines,
       for (int line = 0; line <= kFrames; line += 16)
         hwy::Prefetch(lines.x[r][v + kVoicesAhead] + first + line);
     for (int r = 0; r < kReads; ++r)
-      read_steadily<kCubic, kReads == 2, kFrames>(lines.x[r][v], lines.fraction[r][v],
-                                                  lines.drift[r][v], lines.turn[r][v], first, x[r]);
+      read_steadily<kCubic, kFrames>(lines.x[r][v], lines.fraction[r][v], lines.drift[r][v],
+                                     lines.turn[r][v], first, x[r]);
     add(tile.gain[v], x);
   });
+  const auto reading = [&](int r, std::size_t v) HWY_ATTR {
+    return reading_of<kLow>(tile, kDelays == 1 ? 0 : ear + r, v);
+  };
   for_each_of(lines.sliding, [&](std::size_t v) HWY_ATTR {
     for (int r = 0; r < kReads; ++r)
-      read_sliding<kCubic, kStep, kFrames>(reading_of<kLow>(tile, kDelays == 1 ? 0 : ear + r, v),
-                                           first, x[r]);
+      read_sliding<kCubic, kStep, kFrames>(reading(r, v), first, x[r]);
+    add(tile.gain[v], x);
+  });
+  for_each_of(lines.fast, [&](std::size_t v) HWY_ATTR {
+    for (int r = 0; r < kReads; ++r) read_fast<kCubic, kFrames>(reading(r, v), first, x[r]);
     add(tile.gain[v], x);
   });
   for (int b = 0; b < kBands * kEarsHere; ++b)

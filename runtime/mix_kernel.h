@@ -8,8 +8,9 @@
 // Where 64 voices read is worked out for a step at a time, in columns (mix_tile-inl.h). A chunk of
 // 16 to 64 frames of the buses then stays in registers while voices pass by. Where a voice's whole
 // offset does not change within the step, its neighbours are contiguous loads and its fraction a
-// line; the others, one in sixteen, are silent in that pass and read in one of their own: across
-// the one place where the offset changes, or, if they slide fast, vector by vector.
+// line; the others, one in sixteen, are read in passes of their own: across the one place where the
+// offset changes, or, if they slide fast, vector by vector. Where voices go on in the next call is
+// known when the last step is done, and written there if that is asked for.
 //
 // Cubic interpolation is a uniform B-spline over samples that were prefiltered when loaded, so that
 // whole delays give back the signal. Its largest error, at a fraction of one half, relative to the
@@ -25,7 +26,8 @@
 //            mean           -0.01  -0.05  -0.20  -0.80  -1.82  -3.29
 //            images           -64    -52    -40    -27    -20    -15
 //
-// Frames are added in the order of the voices, in each 64 of them those that slide last;
+// Frames are added in the order of the voices, in each 64 of them those that slide last, fast ones
+// after the others;
 // multiply-adds are fused where the CPU can, so CPUs differ in last bits and runs on one CPU do
 // not, however calls divide time. Highway is visible only in mix_*.cpp and mix_*-inl.h.
 #pragma once
@@ -108,8 +110,8 @@ struct LayerGap {
   std::int64_t ahead = 0, step = 0;
 };
 
-// Where voices go on in the next call, as they do in this one: in arrays by slot, which may be those
-// that are read. A position that has come as far as its slot's wrap goes back by that.
+// Where voices go on in the next call, as they do in this one: in arrays by slot, which may be
+// those that are read. A position that has come as far as its slot's wrap goes back by that.
 struct MixAdvance {
   VoicePath* paths = nullptr;  // [slot][kEars]; null: nothing is written
   LayerGap* gaps = nullptr;    // [slot], or null where there are none

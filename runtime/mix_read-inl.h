@@ -77,17 +77,11 @@ HWY_INLINE float fraction_of(std::uint32_t bits) {
   return static_cast<float>(bits >> 8) * 0x1p-24f;
 }
 
-// True if the whole offset between voice and output changes no more than once in a step of so many
-// frames.
-template <int kFrames>
-HWY_INLINE bool is_gentle(const Reading& r) {
-  return std::abs(r.drift) * (kFrames - 1) < kWhole;
-}
-
 // So far per frame that a vector's neighbours are within two vectors.
 constexpr std::int64_t kFar = (std::int64_t{1} << 32) * 3 / 10;
 
-// From the lesser of the two whole offsets of a gentle reading, positions from 0 to 2.
+// From the lesser of the two whole offsets of a gentle reading, one that changes its whole offset
+// no more than once in a step: positions from 0 to 2.
 template <bool kCubic>
 HWY_INLINE FloatVector read_gently(const float* HWY_RESTRICT x, FloatVector position) {
   const FloatTag d;
@@ -149,13 +143,15 @@ HWY_INLINE FloatVector read_widely(const Reading& r, int frame) {
 }
 
 // Frames `first` to first + kFrames of a step of kStep.
+template <bool kCubic, int kFrames>
+HWY_INLINE void read_fast(const Reading& r, int first, FloatVector (&x)[kFrames / kFloats]) {
+  for (int i = 0; i < kFrames / kFloats; ++i) x[i] = read_widely<kCubic>(r, first + i * kFloats);
+}
+
+// The same of a gentle one.
 template <bool kCubic, int kStep, int kFrames>
 HWY_INLINE void read_sliding(const Reading& r, int first, FloatVector (&x)[kFrames / kFloats]) {
   const FloatTag d;
-  if (!is_gentle<kStep>(r)) {
-    for (int i = 0; i < kFrames / kFloats; ++i) x[i] = read_widely<kCubic>(r, first + i * kFloats);
-    return;
-  }
   const std::int64_t last = r.fraction + (kStep - 1) * r.drift;
   const std::int64_t before = std::min<std::int64_t>(last >> 32, 0);
   const auto slope = hn::Set(d, static_cast<float>(r.drift) * 0x1p-32f);
@@ -170,9 +166,9 @@ HWY_INLINE void read_sliding(const Reading& r, int first, FloatVector (&x)[kFram
 // The same of a steady one that begins at `from`.
 //
 // Whole vectors of AVX-512 that are not aligned cost two accesses each; shifting instead takes
-// ports from the arithmetic. Which of them is short depends: a line that is read at one place does
-// with loads, at two places every other one is a shift, and so it is of a curve.
-template <bool kCubic, bool kFewLoads, int kFrames>
+// ports from the arithmetic. Of a line's two neighbours one is a shift, which takes a seventh less
+// with the signal in L1; of a curve's four as well, but there two or three take as long.
+template <bool kCubic, int kFrames>
 HWY_INLINE void read_steadily(const float* HWY_RESTRICT from, const float& fraction,
                               const float& drift, const float& turns, int first,
                               FloatVector (&x)[kFrames / kFloats]) {
@@ -190,18 +186,16 @@ HWY_INLINE void read_steadily(const float* HWY_RESTRICT from, const float& fract
     f = i % 4 == 0 ? hn::MulAdd(hn::Iota(d, static_cast<float>(first + i * kFloats)), slope, start)
                    : hn::Add(f, turn);
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
-    if constexpr (kCubic || kFewLoads) {
-      const auto high = load(at - kBack + kFloats);
-      const auto later = shifted<1 + kBack>(low, high);
-      x[i] = kCubic ? curve<true>({low, load(at), later, load(at + 2)}, f)
-                    : curve<false>({low, low, later, later}, f);
-      low = high;
-      continue;
-    }
-#endif
+    const auto high = load(at - kBack + kFloats);
+    const auto later = shifted<1 + kBack>(low, high);
+    x[i] = kCubic ? curve<true>({low, load(at), later, load(at + 2)}, f)
+                  : curve<false>({low, low, later, later}, f);
+    low = high;
+#else
     const auto x1 = load(at), x2 = load(at + 1);
     x[i] = kCubic ? curve<true>({load(at - 1), x1, x2, load(at + 2)}, f)
                   : curve<false>({x1, x1, x2, x2}, f);
+#endif
   }
 }
 

@@ -94,12 +94,30 @@ struct Tile {
   }
 };
 
-// What is read of one layer in one step by kReads ears at once. A voice that is not steady is read
-// apart.
+// Sets of a tile's voices.
+using VoiceSet = std::uint64_t;
+static_assert(kTileVoices == 64);
+
+// Those of which a number is not 0.
+HWY_INLINE VoiceSet those_not_zero(const std::int64_t (&numbers)[kTileVoices]) {
+  const hn::CappedTag<std::int64_t, 8> d;
+  VoiceSet set = 0;
+  for (std::size_t v = 0; v < kTileVoices; v += hn::Lanes(d)) {
+    std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(d, hn::Ne(hn::Load(d, numbers + v), hn::Zero(d)), bits);
+    set |= VoiceSet{bits[0]} << v;
+  }
+  return set;
+}
+
+// What is read of one layer in one step by kReads ears at once. A voice is steady if its whole
+// offset to the output does not change in the step, and slides if it changes no more than once.
+// Each kind is read apart, without a branch, which nobody could foretell.
 template <int kReads>
 struct Lines {
-  std::uint64_t steady, sliding;  // sets of voices
-  alignas(64) std::int64_t slides[kTileVoices];
+  VoiceSet steady, sliding, fast;
+  alignas(64) std::int64_t slides[kTileVoices];  // not 0 if it does, as is the next
+  alignas(64) std::int64_t runs[kTileVoices];
   alignas(64) float fraction[kReads][kTileVoices];
   alignas(64) float drift[kReads][kTileVoices];
   alignas(64) float turn[kReads][kTileVoices];  // drift of a vector
@@ -114,8 +132,11 @@ struct Lines {
       for (std::size_t v = 0; v < count; ++v) {
         const std::int64_t at = tile.template at<kLow>(e, v);
         const std::int64_t change = tile.template drift_at<kLow>(e, v);
-        const std::int64_t bits = at & (kWhole - 1), offset = (bits + (kFrames - 1) * change) >> 32;
+        const std::int64_t bits = at & (kWhole - 1), way = (kFrames - 1) * change;
+        const std::int64_t offset = (bits + way) >> 32;
+        const std::int64_t far = (way + (way < 0 ? kWhole - 1 : 0)) >> 32;
         slides[v] = r == 0 ? offset : slides[v] | offset;
+        runs[v] = r == 0 ? far : runs[v] | far;
         fraction[r][v] = static_cast<float>(static_cast<std::int32_t>(bits >> 8)) * 0x1p-24f;
         drift[r][v] = static_cast<float>(static_cast<std::int32_t>(change)) * 0x1p-32f;
         turn[r][v] = drift[r][v] * kFloats;
@@ -124,17 +145,10 @@ struct Lines {
       // The first ones' next step, or what is there.
       for (std::size_t v = 0; v < kVoicesAhead; ++v) x[r][count + v] = x[r][v % count] + kFrames;
     }
-    // No branches, which nobody could foretell.
-    sliding = 0;
-    const hn::CappedTag<std::int64_t, 8> d;
-    for (std::size_t v = 0; v < kTileVoices; v += hn::Lanes(d)) {
-      std::uint8_t bits[8] = {};
-      hn::StoreMaskBits(d, hn::Ne(hn::Load(d, slides + v), hn::Zero(d)), bits);
-      sliding |= std::uint64_t{bits[0]} << v;
-    }
-    const std::uint64_t all = ~std::uint64_t{0} >> (kTileVoices - count);
-    steady = all & ~sliding;
-    sliding &= all;
+    const VoiceSet all = ~VoiceSet{0} >> (kTileVoices - count);
+    steady = all & ~those_not_zero(slides);
+    fast = all & ~steady & those_not_zero(runs);
+    sliding = all & ~steady & ~fast;
   }
 };
 
