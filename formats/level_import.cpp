@@ -141,6 +141,20 @@ void report_ignored(const Json& document, ImportReport& report) {
   }
 }
 
+// A gain of 0 is a mistake more often than not: 0 dB was meant.
+void warn_of_silence(const std::vector<Emitter>& emitters, ImportReport& report) {
+  const auto silent = [](const Emitter& emitter) { return emitter.gain == 0; };
+  const auto count = static_cast<std::size_t>(std::ranges::count_if(emitters, silent));
+  if (count == 0) return;
+  report.warnings.push_back(fmt::format(
+      "{}{} silent, with a gain of 0: a plain number is an amplitude, and 1 leaves a sound as it "
+      "is; in decibels, write \"0dB\" or gain_db",
+      in_quotes(std::ranges::find_if(emitters, silent)->name),
+      count == 1 ? " is"
+                 : fmt::format(" and {} of {} are", counted(count - 1, "other emitter"),
+                               emitters.size())));
+}
+
 template <class T>
 void hash_value(InputHash& hash, const T& value) {
   hash.add(std::as_bytes(std::span(&value, 1)));
@@ -231,6 +245,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   report.found.push_back(counted(level.emitters.size(), "emitter") + " of " +
                          counted(level.signals.size(), "sound"));
   report_ignored(scene->json, report);
+  warn_of_silence(level.emitters, report);
   if (level.emitters.empty())
     report.warnings.push_back(
         "nothing in the level makes a sound; give it an emitter, as in "

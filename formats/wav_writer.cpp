@@ -40,11 +40,13 @@ const Kind& kind_of(SampleFormat format) {
   return *std::ranges::find(kKinds, format, &Kind::format);
 }
 
-bool is_flac(const std::string& path) {
+bool ends_in(const std::string& path, std::string_view wanted) {
   std::string ending = std::filesystem::path(path).extension().string();
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return ending == ".flac";
+  return ending == wanted;
 }
+
+bool is_flac(const std::string& path) { return ends_in(path, ".flac"); }
 
 Result<void> check_flac(const std::string& path, const Kind& kind) {
   if (!is_flac(path) || kind.bits == 24 || kind.bits == 16) return {};
@@ -92,6 +94,15 @@ double triangular(std::uint64_t frame, std::uint32_t channel) {
 }
 
 }  // namespace
+
+Result<void> check_sound_file(const std::string& path, int channels) {
+  if (is_flac(path) && channels > kMostFlacChannels)
+    return Error(fmt::format("{}: FLAC holds at most {} channels, not {}; write a .wav file.", path,
+                             kMostFlacChannels, channels));
+  if (is_flac(path) || ends_in(path, ".wav")) return {};
+  return Error("cannot write " + in_quotes(path) +
+               ": sound files end in .wav or .flac, which says what they are.");
+}
 
 Result<SampleFormat> sample_format(std::string_view name, const std::string& path) {
   if (name.empty()) return is_flac(path) ? SampleFormat::kPcm24 : SampleFormat::kFloat32;
@@ -148,6 +159,7 @@ WavWriter::~WavWriter() = default;
 Result<WavWriter> WavWriter::create(const std::string& path, int channels, int rate_hz,
                                     SampleFormat format, std::span<const Speaker> speakers) {
   assert(speakers.empty() || speakers.size() == static_cast<std::size_t>(channels));
+  if (const auto right = check_sound_file(path, channels); !right.ok()) return right.error();
   const Kind& kind = kind_of(format);
   auto state = std::make_unique<State>();
   state->path = path;
@@ -155,9 +167,6 @@ Result<WavWriter> WavWriter::create(const std::string& path, int channels, int r
   state->format = format;
   state->flac = is_flac(path);
   if (const auto right = check_flac(path, kind); !right.ok()) return right.error();
-  if (state->flac && channels > kMostFlacChannels)
-    return Error(fmt::format("{}: FLAC holds at most {} channels, not {}; write a .wav file.", path,
-                             kMostFlacChannels, channels));
   struct stat status {};
   if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
     return state->failed("it exists and is no regular file");

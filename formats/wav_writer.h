@@ -22,6 +22,10 @@ namespace clamor {
 
 enum class SampleFormat { kFloat32, kPcm32, kPcm24, kPcm16 };
 
+// An Error where no file of that name holds so many channels: its ending is neither .wav nor .flac,
+// or it is .flac and they are more than 8.
+Result<void> check_sound_file(const std::string& path, int channels);
+
 // "float", "32", "24" or "16"; empty for the usual one of the file: float in WAV, 24 bit in FLAC.
 // An Error where the file cannot hold it.
 Result<SampleFormat> sample_format(std::string_view name, const std::string& path);

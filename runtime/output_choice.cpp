@@ -45,21 +45,33 @@ const OutputDevice& preferred(const Devices& devices) {
   return **(found == devices.end() ? devices.begin() : found);
 }
 
+// What nothing answered from, where the word is an API's name.
+struct Api {
+  const char *name, *is_missing;
+};
+constexpr std::array<Api, 3> kApis = {{{"pulse", "no PulseAudio server is running; start one"},
+                                       {"jack", "no JACK server is running; start one"},
+                                       {"alsa", "ALSA finds no sound card; connect one"}}};
+
 }  // namespace
 
 Result<OutputDevice> choose_device(std::span<const OutputDevice> devices,
                                    const std::string& wanted) {
   const Devices all = those_that(devices, [](const OutputDevice&) { return true; });
+  const std::string name = lower(wanted);
+  if (const auto api = std::ranges::find(kApis, name, &Api::name); api != kApis.end()) {
+    const Devices of_api =
+        those_that(devices, [&](const OutputDevice& device) { return device.api == name; });
+    if (!of_api.empty()) return preferred(of_api);
+    return Error(std::string(api->is_missing) +
+                 (all.empty() ? ", or use --device none to play in silence"
+                              : ", or name another device: there is " + listed(all)));
+  }
   if (all.empty())
     return Error(
         "there is no sound device; start a sound server, use --device none to play in silence, or "
         "'clamor render' to write a WAV file");
   if (wanted.empty()) return preferred(all);
-  const std::string name = lower(wanted);
-  if (const Devices of_api =
-          those_that(devices, [&](const OutputDevice& device) { return device.api == name; });
-      !of_api.empty())
-    return preferred(of_api);
 
   const std::array<std::function<bool(const OutputDevice&)>, 3> fits = {
       [&](const OutputDevice& device) {

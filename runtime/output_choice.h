@@ -13,7 +13,7 @@ namespace clamor {
 // The device meant by `wanted`, upper and lower case alike:
 //
 //   ""             the default of the first API that has one (PulseAudio, JACK, ALSA)
-//   "jack"         an API's default
+//   "jack"         an API's default, and never a part of another's name
 //   "alsa: hw:1"   a device's full name, its name, how either begins, or a part of it
 //
 // The first of these that fits one device decides. Errors name what there is.

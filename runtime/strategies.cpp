@@ -189,7 +189,9 @@ Result<void> check(const StrategyOptions& options) {
   if (std::find(names.begin(), names.end(), options.strategy) == names.end())
     return Error("no strategy is called " + in_quotes(options.strategy) + ", the nearest is " +
                  in_quotes(nearest_name(options.strategy, names)) + "; there are " + all + ".");
-  if (options.voices < 1) return Error("cannot mix 0 voices; ask for 1 or more.");
+  if (options.voices < 1 || options.voices > kMostVoices)
+    return Error("cannot mix " + std::to_string(options.voices) + " voices; ask for 1 to " +
+                 std::to_string(kMostVoices) + ".");
   const StrategyTuning& tuning = options.tuning;
   if (!(tuning.redraw_s >= 0.2 && tuning.redraw_s <= 3600))
     return Error(

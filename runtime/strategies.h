@@ -55,6 +55,8 @@ inline constexpr std::array<StrategyInfo, 9> kStrategies = {{{"priority", ""},
                                                              {"octree", "3.5"},
                                                              {"octree-diffusion", "3.5"}}};
 
+inline constexpr int kMostVoices = 1'000'000;  // ten times what a core mixes
+
 struct StrategyOptions {
   std::string strategy = "priority";
   std::size_t voices = 2000;  // "all" takes every source

@@ -6,6 +6,7 @@
 #include <ostream>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 #include "tools/commands.h"
 
@@ -60,6 +61,18 @@ void Arguments::option(const std::string& name, int& value, const std::string& h
 void Arguments::option(const std::string& name, std::uint64_t& value, const std::string& help) {
   state_->app.add_option(name, value, help)->capture_default_str();
 }
+void Arguments::option(const std::string& name, int& value, Range range, const std::string& help) {
+  const auto check = [range](const std::string& text) -> std::string {
+    int number = 0;
+    const char* const end = text.data() + text.size();
+    const auto [rest, problem] = std::from_chars(text.data(), end, number);
+    if (problem == std::errc() && rest == end && number >= range.least && number <= range.most)
+      return "";
+    return fmt::format("{} is no whole number between {} and {}", in_quotes(text), range.least,
+                       range.most);
+  };
+  state_->app.add_option(name, value, help)->capture_default_str()->check(check);
+}
 void Arguments::required(const std::string& name) { state_->app.get_option(name)->required(); }
 
 std::optional<int> Arguments::parse(std::span<const std::string> words, std::ostream& out,
@@ -76,7 +89,9 @@ std::optional<int> Arguments::parse(std::span<const std::string> words, std::ost
 }
 
 int Arguments::bad_usage(std::ostream& err, const std::string& problem) const {
-  err << "clamor " << state_->command << ": " << problem << "; see 'clamor " << state_->command
+  std::string_view clause = problem;
+  if (clause.ends_with('.')) clause.remove_suffix(1);
+  err << "clamor " << state_->command << ": " << clause << "; see 'clamor " << state_->command
       << " --help'\n";
   return kBadUsage;
 }

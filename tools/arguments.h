@@ -39,13 +39,19 @@ class Arguments {
   void option(const std::string& name, double& value, const std::string& help);
   void option(const std::string& name, int& value, const std::string& help);
   void option(const std::string& name, std::uint64_t& value, const std::string& help);
+  // Anything but a whole number in this range is bad usage, and the complaint names the range.
+  struct Range {
+    int least, most;
+  };
+  void option(const std::string& name, int& value, Range range, const std::string& help);
   void required(const std::string& name);
 
   // Empty when the command may go on; otherwise the exit code, with help or the complaint printed.
   std::optional<int> parse(std::span<const std::string> words, std::ostream& out,
                            std::ostream& err);
 
-  // "clamor inspect: 'problem'" and how to get help, for what only the command can check.
+  // "clamor inspect: 'problem'" and how to get help, for what only the command can check. Errors
+  // are sentences; their full stop is left out, since the line goes on.
   int bad_usage(std::ostream& err, const std::string& problem) const;
 
  private:

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "common/text.h"
+#include "runtime/strategies.h"
 #include "tools/arguments.h"
 #include "tools/commands.h"
 #include "tools/experiments.h"
@@ -54,13 +55,13 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
                 "X,Y,Z in metres; unset: amid the emitters, 4 m before a single one");
   parser.option("--seconds", options.seconds, "stadium: length of each rendering");
   parser.option("--minutes", options.minutes, "motion: at each speed");
-  parser.option("--readings", options.readings,
+  parser.option("--readings", options.readings, {1, 100'000},
                 "motion: of momentary loudness against all sources, at each speed");
-  parser.option("--voices", options.voices, "motion: chosen at a time");
-  parser.option("--seeds", options.seeds,
+  parser.option("--voices", options.voices, {1, kMostVoices}, "motion: chosen at a time");
+  parser.option("--seeds", options.seeds, {2, 10000},
                 "convergence, walk, octave-bands: drawings per strategy and k");
   parser.option(
-      "--rolls", options.rolls,
+      "--rolls", options.rolls, {19, 1000},
       "stadium: exact renderings with other phases, 19 or more; 100 take 5 times as long");
   parser.flag("--quick", options.quick, "few sources and few k, to see that all of it runs");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
@@ -83,14 +84,6 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
     return parser.bad_usage(err, "--seconds must lie between 0.5 and 60");
   if (!(options.minutes >= 0.1 && options.minutes <= 600))
     return parser.bad_usage(err, "--minutes must lie between 0.1 and 600");
-  if (options.readings < 1 || options.readings > 100'000)
-    return parser.bad_usage(err, "--readings must lie between 1 and 100000");
-  if (options.voices < 1 || options.voices > 1'000'000)
-    return parser.bad_usage(err, "--voices must lie between 1 and 1000000");
-  if (options.rolls < 19 || options.rolls > 1000)
-    return parser.bad_usage(err, "--rolls must lie between 19 and 1000");
-  if (options.seeds < 2 || options.seeds > 10000)
-    return parser.bad_usage(err, "--seeds must lie between 2 and 10000");
 
   const Progress progress(err, "  " + name);
   const auto report = run(options, err);

@@ -181,6 +181,12 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
   const auto pose = parse_listener(listener);
   if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
   options.listener_m = pose->position_m;
+  if (!options.output.empty()) {
+    const auto samples = sample_format("float", options.output);
+    const auto right = check_sound_file(options.output, 1);
+    if (!right.ok()) return parser.bad_usage(err, "-o: " + right.error().message);
+    if (!samples.ok()) return parser.bad_usage(err, "-o: " + samples.error().message);
+  }
   if (!(options.seconds >= 0 && options.seconds <= kLongest_s))
     return parser.bad_usage(err, "--seconds must lie between 0 and 60");
   if (const Result<void> done = measure(options, out, err); !done) {

@@ -2,12 +2,19 @@
 
 namespace clamor {
 
+namespace {
+
+constexpr int kMostRays = 1'000'000'000;  // all that it takes, in any level
+
+}  // namespace
+
 MixWords::MixWords(Arguments& parser) {
   parser.option("--interpolation", interpolation_,
                 "cubic, or linear, which mixes a quarter more voices and has 1 dB less at 8 kHz "
                 "[cubic]");
   parser.option("--visibility", visibility_, "on or off: do surfaces hide sources [on]");
-  parser.option("--rays", rays_, "a keyframe (50 a second), to look for what they hide");
+  parser.option("--rays", rays_, {1, kMostRays},
+                "a keyframe (50 a second), to look for what they hide");
 }
 
 Result<void> MixWords::read(AuralizerOptions& options) const {

@@ -230,7 +230,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
                 "it; or none");
   parser.option("--rate", options.device_rate_hz,
                 "of the device, in Hz; unset: 48000, or what it has. The mix is resampled");
-  parser.option("--frames", options.block_frames, "frames per block");
+  parser.option("--frames", options.block_frames, {16, 8192}, "frames per block");
   const StrategyWords strategy(parser);
   MixWords mix(parser);
   parser.option("--memory", memory,
@@ -274,13 +274,14 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   options.auralizer.limit = !no_limiter;
   options.auralizer.adapt = true;
   options.auralizer.first_sounds_s = kFirstSoundsOfPlayer_s;
+  if (!options.record.empty())
+    if (const auto right = check_sound_file(options.record, shape->channels()); !right.ok())
+      return parser.bad_usage(err, "--record: " + right.error().message);
   const auto samples = sample_format(format, options.record);
   if (!samples.ok()) return parser.bad_usage(err, "--format: " + samples.error().message);
   options.record_format = *samples;
   if (!listener.empty() && !walk_path.empty())
     return parser.bad_usage(err, "give either --listener or --walk");
-  if (options.block_frames < 16 || options.block_frames > 8192)
-    return parser.bad_usage(err, "--frames must lie between 16 and 8192");
   if (options.device_rate_hz != 0 &&
       (options.device_rate_hz < 8000 || options.device_rate_hz > 384000))
     return parser.bad_usage(err, "--rate must lie between 8000 and 384000");

@@ -91,6 +91,8 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
       OutputShape::asked_for(binaural || !hrtf.empty(), layout, ambisonics, receivers);
   if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
   options.output = *shape;
+  if (const auto right = check_sound_file(output, shape->channels()); !right.ok())
+    return parser.bad_usage(err, "-o: " + right.error().message);
   const auto samples = sample_format(format, output);
   if (!samples.ok()) return parser.bad_usage(err, "--format: " + samples.error().message);
   options.limit = limit || *samples != SampleFormat::kFloat32;

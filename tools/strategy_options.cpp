@@ -13,7 +13,7 @@ StrategyWords::StrategyWords(Arguments& parser, const std::string& usual) : stra
                 "how sources are chosen: priority; all, without sampling; or one of the paper's, "
                 "with its section: " +
                     names);
-  parser.option("--voices", voices_, "how many are chosen");
+  parser.option("--voices", voices_, {1, kMostVoices}, "how many are chosen");
   parser.option("--estimator", estimator_,
                 "what is right on average: power; or amplitude, as in the paper, which is too loud "
                 "with few voices");
@@ -31,7 +31,6 @@ StrategyWords::StrategyWords(Arguments& parser, const std::string& usual) : stra
 Result<StrategyOptions> StrategyWords::read() const {
   if (estimator_ != "power" && estimator_ != "amplitude")
     return Error("--estimator is power or amplitude, not " + in_quotes(estimator_) + ".");
-  if (voices_ < 1) return Error(fmt::format("cannot mix {} voices; ask for 1 or more.", voices_));
   const StrategyOptions options{strategy_, static_cast<std::size_t>(voices_),
                                 estimator_ == "power" ? Estimator::kPower : Estimator::kAmplitude,
                                 tuning_};

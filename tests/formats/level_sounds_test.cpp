@@ -149,6 +149,23 @@ TEST_F(Sounds, OfTheSidecarAndTheCommandLineReplaceThoseOfTheirName) {
   EXPECT_EQ(result.air.temperature_c, 0);
 }
 
+// In a sidecar a plain number is an amplitude: whoever writes 0 means 0 dB, and hears nothing.
+TEST_F(Sounds, OfGainZeroAreWarnedOf) {
+  write("level.acoustics.json", R"({"emitters": [
+      {"name": "Choir", "signal": "noise", "at": [0, 0, 0], "gain": 0},
+      {"name": "Organ", "signal": "noise", "at": [9, 9, 9]}]})");
+  const auto one = import();
+  ASSERT_TRUE(one.ok()) << one.error().message;
+  EXPECT_THAT(one->report.warnings, Contains(HasSubstr("'Choir' is silent, with a gain of 0")));
+  const auto two = import({.emitters = {"name=Flute,signal=noise,at=1,1,1,gain=0"}});
+  ASSERT_TRUE(two.ok()) << two.error().message;
+  EXPECT_THAT(two->report.warnings,
+              Contains(HasSubstr("'Choir' and 1 other emitter of 3 are silent")));
+  const auto none = import({.emitters = {"name=Choir,signal=noise,at=1,1,1,gain=0dB"}});
+  ASSERT_TRUE(none.ok()) << none.error().message;
+  EXPECT_THAT(none->report.warnings, ::testing::Not(Contains(HasSubstr("silent"))));
+}
+
 TEST_F(Sounds, ThatChangeChangeTheHashAndNothingElseDoes) {
   khr();
   const auto hash = [&](const ImportOptions& options = {}) { return import(options)->input_hash; };

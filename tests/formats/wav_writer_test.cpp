@@ -148,6 +148,17 @@ TEST_F(WavFiles, SayInTheirHeaderWhichLoudspeakerAChannelIs) {
   EXPECT_EQ(number_at(ambix, 40, 4), 0u);
 }
 
+TEST_F(WavFiles, AreOfNoKindThatTheirNameDoesNotSay) {
+  for (const char* name : {"x.mp3", "x.ogg", "x", "wav", "x.wav.part", ""}) {
+    EXPECT_FALSE(WavWriter::create(folder_ / name, 2, 48000, SampleFormat::kFloat32).ok()) << name;
+    EXPECT_FALSE(check_sound_file(name, 2).ok()) << name;
+  }
+  for (const char* name : {"x.wav", "x.WAV", "some.where/x.flac"})
+    EXPECT_TRUE(check_sound_file(name, 8).ok()) << name;
+  EXPECT_TRUE(check_sound_file("x.wav", 16).ok());
+  EXPECT_FALSE(check_sound_file("x.flac", 9).ok());
+}
+
 TEST_F(WavFiles, SayWhatAFlacFileCannotHold) {
   EXPECT_FALSE(WavWriter::create(folder_ / "x.flac", 12, 48000, SampleFormat::kPcm24).ok());
   EXPECT_FALSE(WavWriter::create(folder_ / "x.flac", 2, 48000, SampleFormat::kFloat32).ok());

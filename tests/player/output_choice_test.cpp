@@ -54,6 +54,20 @@ TEST(DeviceChoice, SaysWhatThereIsWhenThereIsNoSuchDevice) {
   EXPECT_NE(choose_device({}, "").error().message.find("--device none"), std::string::npos);
 }
 
+// And takes no card for it that has "jack" in its name.
+TEST(DeviceChoice, SaysThatNoServerIsRunningWhereNothingAnswersForAnApi) {
+  const std::vector<OutputDevice> devices = {{"alsa", "hw:Headphone Jack", 2, {48000}, true}};
+  const auto missing = choose_device(devices, "JACK");
+  ASSERT_FALSE(missing.ok());
+  EXPECT_EQ(missing.error().message,
+            "no JACK server is running; start one, or name another device: there is 'alsa: "
+            "hw:Headphone Jack'");
+  const auto nothing = choose_device({}, "jack");
+  ASSERT_FALSE(nothing.ok());
+  EXPECT_EQ(nothing.error().message,
+            "no JACK server is running; start one, or use --device none to play in silence");
+}
+
 TEST(DeviceRates, AreOursOrTheNextAboveOrTheHighestBelow) {
   using Rates = std::vector<int>;
   EXPECT_EQ(rates_to_try({"", "", 2, {96000, 44100, 48000}}, 0), (Rates{48000, 96000, 44100}));

@@ -168,6 +168,58 @@ TEST(BadInput, OptionValuesOutOfRange) {
   expect_sentence(bake(folder, level, {"--emitter", kNoise, "--material", "plastr"}), 1, "plaster");
 }
 
+// Found before any file is read: there is no bake of that name.
+TEST(BadInput, SoundFilesThatCannotBeWrittenAreBadUsage) {
+  const Folder folder;
+  const auto file = folder / "none.clamor";
+  const auto expect = [&](const std::string& name, const std::vector<std::string>& more,
+                          const std::string& what) {
+    std::vector<std::string> render = {"render", file, "--listener", "0,0,0", "-o", folder / name};
+    std::vector<std::string> play = {"play",     file,   "--seconds", "1",
+                                     "--device", "none", "--record",  folder / name};
+    for (auto* arguments : {&render, &play}) {
+      arguments->insert(arguments->end(), more.begin(), more.end());
+      expect_sentence(clamor(*arguments), 2, what);
+    }
+  };
+  for (const char* name : {"o.mp3", "o.ogg", "o"}) expect(name, {}, "end in .wav or .flac");
+  expect("o.flac", {"--ambisonics"}, "at most 8 channels, not 16");
+  expect("o.flac", {"--layout", "7.1.4"}, "at most 8 channels, not 12");
+  expect("o.flac", {"--format", "float"}, "16 or 24 bits");
+  for (const char* name : {"ir.mp3", "ir.flac"})
+    expect_sentence(clamor({"impulse", file, "--listener", "0,0,0", "-o", folder / name}), 2,
+                    ".wav");
+  EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(BadInput, NumbersOutOfRangeAreBadUsageThatNamesTheRange) {
+  const Folder folder;
+  const auto file = folder / "none.clamor";
+  const auto expect = [&](const std::string& option, const std::string& value,
+                          const std::string& range) {
+    const std::string what = option + ": '" + value + "' is no whole number between " + range + ";";
+    expect_sentence(
+        clamor({"render", file, "--listener", "0,0,0", "-o", folder / "o.wav", option, value}), 2,
+        what);
+    expect_sentence(clamor({"play", file, "--device", "none", option, value}), 2, what);
+  };
+  for (const char* rays : {"0", "-5", "1.5", "few"}) expect("--rays", rays, "1 and 1000000000");
+  for (const char* voices :
+       {"0", "-1", "1000001", "100000000000", "1e3", "99999999999999999999999"})
+    expect("--voices", voices, "1 and 1000000");
+  expect_sentence(clamor({"play", file, "--device", "none", "--frames", "8"}), 2, "16 and 8192");
+}
+
+// An Error ends in a full stop, a complaint about usage goes on after it.
+TEST(BadInput, StrategiesThatDoNotExistAreNamedInASentenceThatGoesOn) {
+  const auto outcome = clamor({"render", "x.clamor", "-o", "x.wav", "--strategy", "priorty"});
+  expect_sentence(outcome, 2, "the nearest is 'priority'; there are 'priority', 'all'");
+  EXPECT_NE(outcome.err.find("'octree-diffusion'; see 'clamor render --help'\n"), std::string::npos)
+      << outcome.err;
+  const auto other = clamor({"render", "x.clamor", "-o", "x.wav", "--estimator", "loud"});
+  expect_sentence(other, 2, "not 'loud'; see");
+}
+
 TEST(BadInput, UnwritableOutput) {
   const Folder folder;
   const auto level = folder.write("level.gltf", triangle_gltf(kTriangle));
