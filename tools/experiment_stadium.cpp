@@ -114,11 +114,9 @@ void waveform_error(const ExperimentScene& scene, const Walk& here, double secon
                 std::sqrt(static_cast<double>(sizes.front()) / static_cast<double>(k)));
   absolute.series.push_back(slope);
 
-  std::string where = "at every k";
+  std::vector<Defeat> defeats;
   for (const std::size_t k : sizes)
-    if (k >= 128 && ours[k] > best_paper[k])
-      where = fmt::format("at every k but {} ({:.2f}, the best of the paper's {:.2f})", k, ours[k],
-                          best_paper[k]);
+    if (k >= 128 && ours[k] > best_paper[k]) defeats.push_back({k, ours[k], best_paper[k]});
   report.heading("Figure 4: the waveform's error");
   report.claim(
       "\"The absolute l2-error decreases with O(k^-1/2) for k sample sources, as predicted.\" Much "
@@ -129,7 +127,7 @@ void waveform_error(const ExperimentScene& scene, const Walk& here, double secon
       fmt::format(
           "Both are so. Priority, which scales powers, has the right level at every k, and a "
           "renormalised error below the best of the paper's strategies {} from 128 up.",
-          where));
+          at_every_k_but(defeats)));
   report.charts(
       {absolute, relative, loudness}, 1,
       fmt::format("The paper's strategies with --estimator amplitude, priority with power. "
@@ -276,6 +274,17 @@ void perception(const ExperimentScene& scene, const Walk& here, double seconds, 
 }
 
 }  // namespace
+
+std::string at_every_k_but(std::span<const Defeat> defeats) {
+  std::string words = "at every k";
+  for (const Defeat& defeat : defeats)
+    words += fmt::format("{} {} ({:.2f}, the best of the paper's {:.2f})",
+                         &defeat == &defeats.front()  ? " but"
+                         : &defeat == &defeats.back() ? " and"
+                                                      : ",",
+                         defeat.k, defeat.ours, defeat.theirs);
+  return words;
+}
 
 std::vector<std::size_t> sample_sizes(const ExperimentScene& scene, std::size_t most) {
   std::vector<std::size_t> sizes;

@@ -3,6 +3,7 @@
 
 #include <iosfwd>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,15 @@ Result<ReportTable> keyframe_times(const ExperimentOptions& options, std::ostrea
 
 // 0 of none.
 double quantile(std::vector<double> values, double share);
+
+// Where the best of the paper's strategies is nearer to all sources than ours.
+struct Defeat {
+  std::size_t k = 0;
+  double ours = 0, theirs = 0;  // errors
+};
+
+// "at every k", or "at every k but 128 (0.92, the best of the paper's 0.87) and 512 (...)".
+std::string at_every_k_but(std::span<const Defeat> defeats);
 
 // In the palette of charts, the same in all of them.
 int colour_of(const std::string& strategy);

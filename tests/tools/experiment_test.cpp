@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/tools/program.h"
+#include "tools/experiments.h"
 
 namespace clamor::testing {
 namespace {
@@ -12,8 +13,8 @@ namespace {
 class Experiment : public ::testing::TestWithParam<const char*> {};
 
 // A bake that all experiments can run on; the violin room, because it is small.
-std::string baked(const Folder& folder) {
-  const std::string level = std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb";
+std::string baked_level(const Folder& folder, const std::string& name = "violin_room") {
+  const std::string level = std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/" + name + ".glb";
   const Outcome bake =
       clamor({"bake", level, "-o", folder / "room.clamor", "--sources", "1000", "--no-journal"});
   EXPECT_EQ(bake.code, 0) << bake.err;
@@ -23,7 +24,7 @@ std::string baked(const Folder& folder) {
 TEST_P(Experiment, WritesAPageThatNeedsNothingElseAndItsTables) {
   const Folder folder;
   const std::string name = GetParam(), report = folder / "report";
-  const Outcome run = clamor({"experiment", name, baked(folder), "-o", report, "--quick"});
+  const Outcome run = clamor({"experiment", name, baked_level(folder), "-o", report, "--quick"});
   ASSERT_EQ(run.code, 0) << run.err;
   const std::string page = read(report + "/" + name + ".html");
   EXPECT_NE(page.find("<svg"), std::string::npos);
@@ -49,9 +50,39 @@ INSTANTIATE_TEST_SUITE_P(Each, Experiment,
                            return name;
                          });
 
+// Walking, running and flying, from the file and as the player does it.
+TEST(Experiments, OfMotionFindNoClicksBeyondThoseOfAllSourcesInEitherLevel) {
+  for (const char* const level : {"violin_room", "stadium"}) {
+    SCOPED_TRACE(level);
+    const Folder folder;
+    const std::string report = folder / "report";
+    const Outcome run =
+        clamor({"experiment", "motion", baked_level(folder, level), "-o", report, "--quick"});
+    ASSERT_EQ(run.code, 0) << run.err;
+    const auto json = nlohmann::json::parse(read(report + "/motion.json"));
+    std::vector<double> speeds_mps;
+    for (const auto& row : json["tables"]["clicks"]) {
+      speeds_mps.push_back(row["speed_mps"]);
+      EXPECT_GE(row["seconds"], 2);
+      EXPECT_EQ(row["clicks_beyond_all"], 0) << row;
+    }
+    EXPECT_EQ(speeds_mps, (std::vector<double>{1.5, 5, 30}));
+  }
+}
+
+TEST(Experiments, NameEachSampleSizeAtWhichThePaperIsBetter) {
+  EXPECT_EQ(at_every_k_but({}), "at every k");
+  const std::vector<Defeat> defeats = {{128, 0.92, 0.87}, {512, 0.5, 0.4}, {1024, 0.3, 0.2}};
+  EXPECT_EQ(at_every_k_but(std::span(defeats).first(1)),
+            "at every k but 128 (0.92, the best of the paper's 0.87)");
+  EXPECT_EQ(at_every_k_but(defeats),
+            "at every k but 128 (0.92, the best of the paper's 0.87), 512 (0.50, the best of the "
+            "paper's 0.40) and 1024 (0.30, the best of the paper's 0.20)");
+}
+
 TEST(Experiments, AreTheSameEachTime) {
   const Folder folder;
-  const std::string level = baked(folder);
+  const std::string level = baked_level(folder);
   for (const std::string report : {"a", "b"})
     ASSERT_EQ(clamor({"experiment", "octave-bands", level, "-o", folder / report, "--quick"}).code,
               0);
@@ -71,7 +102,7 @@ TEST(Experiments, RefuseWhatTheyCannotDoAndSayWhatThereIs) {
 
 TEST(Strategies, OfTheCommandLineAreCheckedBeforeAnythingIsWritten) {
   const Folder folder;
-  const std::string level = baked(folder), wav = folder / "out.wav";
+  const std::string level = baked_level(folder), wav = folder / "out.wav";
   const auto render = [&](const std::vector<std::string>& words) {
     std::vector<std::string> all = {"render",     level,     "-o",        wav,
                                     "--listener", "0,1.7,2", "--seconds", "0.1"};
@@ -96,7 +127,7 @@ TEST(Strategies, OfTheCommandLineAreCheckedBeforeAnythingIsWritten) {
 
 TEST(Strategies, OfAnImpulseHaveTheStrengthOfAllArrivals) {
   const Folder folder;
-  const std::string level = baked(folder);
+  const std::string level = baked_level(folder);
   const auto g_db = [&](const std::vector<std::string>& words) {
     std::vector<std::string> all = {"impulse", level, "--listener", "0,1.7,2", "--json"};
     all.insert(all.end(), words.begin(), words.end());
