@@ -9,20 +9,20 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include "runtime/audio_callback.h"
 #include "runtime/latest_value.h"
-#include "runtime/output_feed.h"
 #include "runtime/render.h"
 #include "runtime/resident_memory.h"
 #include "runtime/touch_stack.h"
 #include "tests/realtime/forbidden.h"
 #include "tests/rooms_runtime.h"
+#include "tests/sound_device.h"
 
 namespace clamor {
 namespace {
 
 using testing::baked_room;
 using testing::Forbidden;
+using testing::SoundDevice;
 
 // Through a pointer that the compiler cannot see through, or it would leave the call out.
 void* (*volatile allocate)(std::size_t) = std::malloc;
@@ -88,84 +88,18 @@ std::vector<Way> all_ways() {
   return ways;
 }
 
-// All that lies between a device and the sources, with a listener who runs about.
-class PathOfSound {
- public:
-  explicit PathOfSound(const Way& way)
-      : channels_(static_cast<std::size_t>(way.shape.channels())),
-        auralizer_(*Auralizer::create(baked_room(60), options(way.shape))),
-        callback_(*auralizer_, &recorded_, 0, &metered_),
-        gate_(std::make_shared<CallbackGate>(OutputCallback{&PathOfSound::fill, this})),
-        feed_(gate_, 1, static_cast<int>(channels_)),
-        rate_hz_(way.rate_hz) {
-    EXPECT_TRUE(feed_.prepare(way.rate_hz, kMost_frames).ok());
-    gate_->give_to(1);
-  }
+std::unique_ptr<Auralizer> twelve_voices(const OutputShape& shape) {
+  AuralizerOptions options;
+  options.voices = 12;  // of some 3000 sources: the sample changes as the listener moves
+  options.output = shape;
+  options.limit = true;
+  options.gain = 4;  // and that it works
+  return *Auralizer::create(baked_room(60), options);
+}
 
-  void make_keyframes() {
-    while (auralizer_->wants_keyframe()) {
-      poses_.publish(pose_at(auralizer_->next_keyframe_time_s()));
-      auralizer_->make_keyframe(poses_.latest());
-    }
-  }
-
-  // One callback of any size, as a device would make it in time.
-  void call() {
-    const auto frames = static_cast<std::uint32_t>(1 + random_() % kMost_frames);
-    const std::span<float> part(block_.data(), frames * channels_);
-    time_s_ += static_cast<double>(frames) / rate_hz_;
-    const auto now = start_ + std::chrono::duration_cast<OutputFeed::Clock::duration>(
-                                  std::chrono::duration<double>(time_s_));
-    const long before = testing::page_faults();
-    {
-      const Forbidden forbidden;
-      feed_.fill_at(now, part.data(), frames, false);
-    }
-    faults += testing::page_faults() - before;
-    for (const float sample : part) energy += static_cast<double>(sample) * sample;
-    while (recorded_.read(drained_) > 0 || metered_.read(drained_) > 0) {
-    }
-  }
-
-  AuralizerStatistics statistics() { return auralizer_->statistics(); }
-  std::uint64_t callbacks() const { return gate_->counters().callbacks; }
-
-  double energy = 0;
-  long faults = 0;
-
- private:
-  static constexpr int kMost_frames = 8;
-
-  static AuralizerOptions options(const OutputShape& shape) {
-    AuralizerOptions options;
-    options.voices = 12;  // of some 3000 sources: the sample changes as the listener moves
-    options.output = shape;
-    options.limit = true;
-    options.gain = 4;  // and that it works
-    return options;
-  }
-  static Pose pose_at(double t) {
-    return {{3 + 2.5 * std::sin(3 * t), 4 + 3.5 * std::cos(2 * t), 1.5}, 4 * t, 0.2};
-  }
-  static void fill(void* self, float* output, std::uint32_t frames, bool) noexcept {
-    auto& run = *static_cast<PathOfSound*>(self);
-    run.callback_.fill({output, frames * run.channels_});
-  }
-
-  const std::size_t channels_;
-  const std::unique_ptr<Auralizer> auralizer_;
-  SampleRing recorded_{1 << 14}, metered_{1 << 14};
-  AudioCallback callback_;
-  const std::shared_ptr<CallbackGate> gate_;
-  OutputFeed feed_;
-  const double rate_hz_;
-  double time_s_ = 0;
-  const OutputFeed::Clock::time_point start_ = OutputFeed::Clock::now();
-  LatestValue<Pose> poses_;
-  std::minstd_rand random_{1};
-  std::array<float, 16 * kMost_frames> block_{};
-  std::array<float, 4096> drained_{};
-};
+Pose running_about(double t) {
+  return {{3 + 2.5 * std::sin(3 * t), 4 + 3.5 * std::cos(2 * t), 1.5}, 4 * t, 0.2};
+}
 
 // A million callbacks, with keyframes that arrive, and do not; no allocation, lock or system call.
 TEST(AudioThread, AsksTheSystemForNothingInAMillionCallbacks) {
@@ -173,17 +107,27 @@ TEST(AudioThread, AsksTheSystemForNothingInAMillionCallbacks) {
   touch_stack();  // the only faults that there are, at a thread's first callback
   const std::vector<Way> ways = all_ways();
   const int each = 1'000'000 / static_cast<int>(ways.size()) + 1;
+  constexpr std::size_t kMost_frames = 8;
+  std::minstd_rand random(1);
   std::uint64_t callbacks = 0;
   for (const Way& way : ways) {
     SCOPED_TRACE(way.name);
-    PathOfSound run(way);
+    SoundDevice run(twelve_voices(way.shape), way.rate_hz, kMost_frames);
+    LatestValue<Pose> poses;
+    const auto pose_at = [&](double t) {
+      poses.publish(running_about(t));
+      return poses.latest();
+    };
+    long faults = 0;
     for (int i = 0; i < each; ++i) {
-      if (i % 4096 < 3072) run.make_keyframes();  // the sampler stalls, and comes back
-      run.call();
+      if (i % 4096 < 3072) run.make_keyframes(pose_at);  // the sampler stalls, and comes back
+      const long before = testing::page_faults();
+      run.call<Forbidden>(1 + random() % kMost_frames);
+      faults += testing::page_faults() - before;
     }
     callbacks += run.callbacks();
-    EXPECT_EQ(run.faults, 0);
-    EXPECT_GT(run.energy, 1);  // it did mix
+    EXPECT_EQ(faults, 0);
+    EXPECT_GT(run.energy(), 1);  // it did mix
     EXPECT_GT(run.statistics().keyframes, 500u);
     EXPECT_GT(run.statistics().held_blocks, 100u);
     EXPECT_GT(run.statistics().limited.frames, 0u);
