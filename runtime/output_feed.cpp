@@ -46,7 +46,8 @@ void OutputFeed::fade_in() { fade_frames_ = static_cast<std::size_t>(kFade_s * r
 Result<void> OutputFeed::prepare(int rate_hz, int block_frames) {
   rate_hz_ = rate_hz;
   block_frames_ = static_cast<std::uint32_t>(block_frames);
-  credit_s_ = kCredit_s + kCreditBlocks * block_frames / rate_hz;
+  longest_block_s_ = static_cast<double>(block_frames) / rate_hz;
+  credit_s_ = kCredit_s + kCreditBlocks * longest_block_s_;
   if (rate_hz == kSampleRate_hz) return {};
   auto resampler = Resampler::create(static_cast<int>(channels_), kSampleRate_hz, rate_hz);
   if (!resampler.ok()) return resampler.error();
@@ -80,7 +81,11 @@ void OutputFeed::fill_at(Clock::time_point now, float* output, std::uint32_t fra
 // Sound is owed as time passes; once a device has asked for far more than that, it is no device.
 bool OutputFeed::paced(Clock::time_point now, std::uint32_t frames) noexcept {
   const double block_s = frames / rate_hz_;
-  const double most_s = kCredit_s + kCreditBlocks * block_s;
+  if (block_s > longest_block_s_) {
+    credit_s_ += kCreditBlocks * (block_s - longest_block_s_);
+    longest_block_s_ = block_s;
+  }
+  const double most_s = kCredit_s + kCreditBlocks * longest_block_s_;
   if (last_ != Clock::time_point{})
     credit_s_ += kFastest * std::chrono::duration<double>(now - last_).count();
   last_ = now;

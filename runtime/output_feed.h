@@ -92,6 +92,7 @@ class OutputFeed {
   std::size_t fade_frames_ = 0, faded_frames_ = 0;
   Clock::time_point last_{};
   double credit_s_ = 0;  // sound that the device may still ask for ahead of time
+  double longest_block_s_ = 0;
 
   std::atomic<std::uint64_t> callbacks_{0};
   std::atomic<std::uint32_t> block_frames_{0};

@@ -11,6 +11,7 @@
 
 #include "formats/audio_file.h"
 #include "runtime/render.h"
+#include "runtime/resampler.h"
 #include "tests/player/fake_devices.h"
 #include "tests/player/pulse.h"
 #include "tests/rooms_runtime.h"
@@ -209,6 +210,42 @@ TEST(Player, MakesKeyframesFarEnoughAheadForWhateverBlocksADeviceWants) {
   EXPECT_LE(first, 2u);  // until it is known
   EXPECT_EQ(later.auralizer.held_blocks, first);
   EXPECT_TRUE((*player)->stop().ok());
+}
+
+// As `play --rate` asks for them. A block of 256 frames at 8 kHz is one and a half keyframes.
+TEST(Player, IsHeardAsTheOfflineRenderResampledFrom8To192KHz) {
+  for (const int rate_hz : {8000, 32000, 192000}) {
+    SCOPED_TRACE(rate_hz);
+    const auto world = std::make_shared<testing::FakeWorld>();
+    world->rate_hz = rate_hz;
+    PlayerOptions options = walking();
+    options.driver = std::make_shared<testing::FakeDevices>(world);
+    options.device_rate_hz = rate_hz;
+    const PlayerStatistics played = play(options);
+    EXPECT_EQ(played.output.rate_hz, rate_hz);
+    EXPECT_TRUE(played.output.resamples);
+    if (played.output.callbacks.late > 0) GTEST_SKIP() << "the machine was busy";
+    EXPECT_EQ(played.auralizer.held_blocks, 0u);
+
+    struct Rendered {
+      std::vector<float> samples;
+      std::size_t read = 0;
+    } rendered{offline(options)};
+    const auto next = [](void* from, std::span<float> interleaved) noexcept {
+      auto& [samples, read] = *static_cast<Rendered*>(from);
+      for (float& sample : interleaved) sample = read < samples.size() ? samples[read++] : 0.0f;
+    };
+    std::vector<float> expected(2 * static_cast<std::size_t>(kSeconds * rate_hz));
+    const auto resampler = Resampler::create(2, kSampleRate_hz, rate_hz);
+    ASSERT_TRUE(resampler.ok());
+    (*resampler)->read(expected, {next, &rendered});
+    const std::vector<float> heard = world->taken();
+    const auto first = std::ranges::find_if(heard, [](float sample) { return sample != 0; });
+    const auto begin = static_cast<std::size_t>(first - heard.begin()) / 512 * 512;  // of a block
+    ASSERT_GE(heard.size() - begin, expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i)
+      ASSERT_NEAR(heard[begin + i], expected[i], 1e-6) << i;
+  }
 }
 
 // A machine on which everything takes as long as the test says, whatever it is.
