@@ -116,7 +116,7 @@ class Mixer {
 
  private:
   static constexpr int kKnotFrames = 512;
-  static constexpr int kShedFrames = 512;  // their gains turn no more than those of fades
+  static constexpr int kShedFrames = 512;  // their gains turn six times as much as those of fades
 
   // Of a delay, per frame: of its whole last segment, and at its end.
   struct Slide {
