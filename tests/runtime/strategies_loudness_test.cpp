@@ -25,9 +25,17 @@ class PaperScene : public ::testing::TestWithParam<const char*> {
   }
 };
 
+// What a sample makes of the waveform, if sounds are incoherent: S^2 A^2 and S A^2 summed.
+struct Waveform {
+  double power = 0, product = 0;  // over those of all sources
+  double l2() const { return std::sqrt(std::max(0.0, 1 - 2 * product + power)); }
+  double renormalised_l2() const { return std::sqrt(2 - 2 * product / std::sqrt(power)); }
+};
+
 struct Levels {
   double loudness_db = 0;
   std::array<double, kBandCount> bands_db{};
+  Waveform waveform;
 };
 
 // Priority sampling as it is defined; sampler_test.cpp holds the sampler against the same.
@@ -55,15 +63,17 @@ class PlacedScene {
       priorities.emplace_back(sources_[i].boosted(k) / u[sources_[i].number], i);
     const auto last = priorities.begin() + static_cast<std::ptrdiff_t>(k);
     std::nth_element(priorities.begin(), last, priorities.end(), std::greater<>());
-    double loudness = 0;
+    double loudness = 0, product = 0;
     std::array<double, kBandCount> bands{};
     for (auto p = priorities.begin(); p != last; ++p) {
       const auto& source = sources_[p->second];
       const double scale = std::max(1.0, last->first / source.boosted(k));
       loudness += scale * source.weight;
+      product += std::sqrt(scale) * source.weight;
       for (std::size_t b = 0; b < kBandCount; ++b) bands[b] += scale * source.power[b];
     }
     Levels levels;
+    levels.waveform = {loudness / whole_, product / whole_};
     levels.loudness_db = 10 * std::log10(loudness / whole_);
     for (std::size_t b = 0; b < kBandCount; ++b)
       levels.bands_db[b] = 10 * std::log10(bands[b] / bands_[b]);
@@ -93,7 +103,7 @@ TEST_P(PaperScene, IsAsLoudAsEverythingByPriorityAtTwentyPlacesIn95OfAHundredBak
   for (const auto& [k, limit_db] : {std::pair<std::size_t, double>{150, 0.8}, {2000, 0.2}}) {
     double squares = 0;
     std::vector<int> within(kPlaces);
-    std::array<int, kBandCount> band_within{};
+    std::vector<std::array<int, kBandCount>> band_within(kPlaces);
     for (std::uint64_t roll = 1; roll <= kRolls; ++roll) {
       const std::vector<float> u = testing::rolled_u(roll, scene().size());
       for (std::size_t p = 0; p < kPlaces; ++p) {
@@ -101,7 +111,7 @@ TEST_P(PaperScene, IsAsLoudAsEverythingByPriorityAtTwentyPlacesIn95OfAHundredBak
         within[p] += std::abs(levels.loudness_db) <= limit_db;
         squares += levels.loudness_db * levels.loudness_db;
         for (std::size_t b = 0; b < kBandCount; ++b)
-          band_within[b] += std::abs(levels.bands_db[b]) <= 1;
+          band_within[p][b] += std::abs(levels.bands_db[b]) <= 1;
       }
     }
     for (std::size_t p = 0; p < kPlaces; ++p)
@@ -111,17 +121,11 @@ TEST_P(PaperScene, IsAsLoudAsEverythingByPriorityAtTwentyPlacesIn95OfAHundredBak
     RecordProperty("deviation_mdb_at_" + std::to_string(k), static_cast<int>(1000 * deviation_db));
     EXPECT_LE(deviation_db, 4.34 / std::sqrt(static_cast<double>(k) - 1));
     if (k < 2000) continue;
-    for (std::size_t b = 0; b < kBandCount; ++b)
-      EXPECT_GE(band_within[b], 0.95 * kPlaces * kRolls) << kBandCentres_hz[b] << " Hz";
+    for (std::size_t p = 0; p < kPlaces; ++p)
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        EXPECT_GE(band_within[p][b], 95) << kBandCentres_hz[b] << " Hz at place " << p;
   }
 }
-
-// What a sample makes of the waveform, if sounds are incoherent: S^2 A^2 and S A^2 summed.
-struct Waveform {
-  double power = 0, product = 0;  // over those of all sources
-  double l2() const { return std::sqrt(std::max(0.0, 1 - 2 * product + power)); }
-  double renormalised_l2() const { return std::sqrt(2 - 2 * product / std::sqrt(power)); }
-};
 
 class Waveforms {
  public:
@@ -155,6 +159,14 @@ class Waveforms {
     return amplitudes * amplitudes / whole_;
   }
 
+  // The sum of squares of all sources' shares of the power: 1 over how many as loud would be as
+  // many.
+  double concentration() const {
+    double squares = 0;
+    for (const double power : powers_) squares += std::pow(power / whole_, 2);
+    return squares;
+  }
+
  private:
   const Scene& scene_;
   const Vec3 place_;
@@ -163,45 +175,101 @@ class Waveforms {
   double whole_ = 0;
 };
 
+// In each drawing. Priority's are those of bakes with other permanent numbers.
 TEST_P(PaperScene, HasASmallerRelativeErrorByPriorityThanByAnythingOfThePaper) {
-  Waveforms waveforms(scene(), scene().places()[3]);
-  for (std::size_t k = 128; k <= 8192; k *= 4) {
-    const double ours = waveforms.of("priority", k, Estimator::kPower).renormalised_l2();
-    for (const StrategyInfo& info : kStrategies)
-      if (*info.section != '\0') {
-        EXPECT_LT(ours, waveforms.of(info.name, k, Estimator::kAmplitude).renormalised_l2())
-            << info.name << " at k = " << k;
+  for (std::size_t p = 0; p < 20; p += 3) {
+    Waveforms waveforms(scene(), scene().places()[p]);
+    const PlacedScene placed(scene(), scene().places()[p]);
+    for (std::size_t k = 128; k <= scene().size() / 2; k *= 2)
+      for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+        const std::vector<float> u = testing::rolled_u(seed, scene().size());
+        const double ours = placed.sampled(k, u).waveform.renormalised_l2();
+        for (const StrategyInfo& info : kStrategies) {
+          if (*info.section == '\0') continue;
+          EXPECT_LT(ours, waveforms.of(info.name, k, Estimator::kAmplitude, seed).renormalised_l2())
+              << info.name << " at k = " << k << ", place " << p << ", seed " << seed;
+        }
       }
   }
 }
 
+// Drawn without replacement, in proportion to amplitudes: as equation 3 predicts. The octree, from
+// which the paper reports it, is steeper and flatter by places, and so in their mean.
 TEST_P(PaperScene, ShowsThePapersErrorFallingWithTheRootOfTheSample) {
-  Waveforms waveforms(scene(), scene().places()[3]);
-  const double effective = waveforms.effective();
-  ASSERT_GT(effective, 1000);
-  // As long as little of it is certain, and k is small before N_eff.
-  const auto most = static_cast<std::size_t>(effective / 10);
-  double low = 0, high = 0;
-  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    low += waveforms.of("importance", most / 16, Estimator::kAmplitude, seed).l2();
-    high += waveforms.of("importance", most, Estimator::kAmplitude, seed).l2();
+  constexpr std::uint64_t kSeeds = 5;
+  double octree_slope = 0;
+  int places = 0;
+  for (std::size_t p = 0; p < 20; p += 3) {
+    Waveforms waveforms(scene(), scene().places()[p]);
+    // As long as little of it is certain, and k is small before N_eff.
+    const auto most = static_cast<std::size_t>(waveforms.effective() / 10);
+    if (most / 16 < 8) continue;
+    const auto slope = [&](const char* strategy) {
+      double low = 0, high = 0;
+      for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+        low += waveforms.of(strategy, most / 16, Estimator::kAmplitude, seed).l2();
+        high += waveforms.of(strategy, most, Estimator::kAmplitude, seed).l2();
+      }
+      return std::log(high / low) / std::log(static_cast<double>(most) / (most / 16));
+    };
+    for (const char* strategy : {"importance", "full-resampling"})
+      EXPECT_NEAR(slope(strategy), -0.5, 0.05) << strategy << " at place " << p;
+    octree_slope += slope("octree");
+    ++places;
   }
-  EXPECT_NEAR(std::log(high / low) / std::log(16), -0.5, 0.05);
+  ASSERT_GE(places, 4);
+  EXPECT_NEAR(octree_slope / places, -0.5, 0.06);
 }
 
 TEST_P(PaperScene, IsTooLoudByThePaperByTheSourcesThatEachChosenOneStandsFor) {
-  Waveforms waveforms(scene(), scene().places()[3]);
-  const double effective = waveforms.effective();
-  for (const double share : {0.005, 0.02, 0.08}) {
-    const auto k = static_cast<std::size_t>(share * effective);
-    double power = 0;
-    for (std::uint64_t seed = 1; seed <= 10; ++seed)
-      power += waveforms.of("importance", k, Estimator::kAmplitude, seed).power / 10;
-    // Nothing is drawn twice, which takes away k of N_eff: 0.35 dB at 8 %.
-    EXPECT_NEAR(10 * std::log10(power), 10 * std::log10(1 + effective / static_cast<double>(k)),
-                0.5)
-        << "k = " << k << " of " << effective;
-    EXPECT_NEAR(10 * std::log10(waveforms.of("importance", k, Estimator::kPower).power), 0, 0.05);
+  for (std::size_t p = 0; p < 20; p += 3) {
+    Waveforms waveforms(scene(), scene().places()[p]);
+    const double effective = waveforms.effective();
+    for (const double share : {0.005, 0.02, 0.08}) {
+      const auto k = static_cast<std::size_t>(share * effective);
+      const double expected_db = 10 * std::log10(1 + effective / static_cast<double>(k));
+      const auto louder_db = [&](const char* strategy, Estimator estimator) {
+        double power = 0;
+        for (std::uint64_t seed = 1; seed <= 10; ++seed)
+          power += waveforms.of(strategy, k, estimator, seed).power / 10;
+        return 10 * std::log10(power);
+      };
+      SCOPED_TRACE(::testing::Message() << "k = " << k << " of " << effective << ", place " << p);
+      for (const char* strategy : {"importance", "full-resampling"}) {
+        // Nothing is drawn twice, which takes away k of N_eff: 0.35 dB at 8 %.
+        EXPECT_NEAR(louder_db(strategy, Estimator::kAmplitude), expected_db, 0.5) << strategy;
+        EXPECT_NEAR(louder_db(strategy, Estimator::kPower), 0, 0.05) << strategy;
+      }
+      // A representative stands for what its node radiates, whatever is heard of it.
+      if (share > 0.05) {
+        const double more_db = louder_db("octree", Estimator::kAmplitude) - expected_db;
+        EXPECT_GT(more_db, 3);
+        EXPECT_LT(more_db, 6);
+      }
+    }
+  }
+}
+
+// Drawn evenly, a source stands for n / k, and the mean square of the error is n / k - 1: it too
+// falls with the root of the sample. Chance takes hundreds of drawings to tell.
+TEST_P(PaperScene, IsTooLoudByRandomByAllThatThereAre) {
+  constexpr std::uint64_t kSeeds = 400;
+  const auto n = static_cast<double>(scene().size());
+  for (std::size_t p = 0; p < 20; p += 6) {
+    Waveforms waveforms(scene(), scene().places()[p]);
+    for (const std::size_t k : {100u, 400u, 1600u}) {
+      const double stands_for = n / static_cast<double>(k);
+      double power = 0, error = 0;
+      for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+        const Waveform drawn = waveforms.of("random", k, Estimator::kAmplitude, seed);
+        power += drawn.power / kSeeds;
+        error += std::pow(drawn.l2(), 2) / kSeeds;
+      }
+      // Four standard errors of the mean.
+      const double off = 4 * std::sqrt(stands_for * waveforms.concentration() / kSeeds);
+      EXPECT_NEAR(power / stands_for, 1, off) << "k = " << k << " at place " << p;
+      EXPECT_NEAR(error / (stands_for - 1), 1, off) << "k = " << k << " at place " << p;
+    }
   }
 }
 
