@@ -15,9 +15,16 @@
 //
 // Above 1.4 kHz all envelopes together are right within 5 us, but for 42 of KEMAR's 710 directions,
 // opposite an ear: there sound comes round the head on two ways, the measured time jumps from one
-// to the other, and ours slides, by 25 us a degree at most, up to 80 us from it. In one octave
+// to the other, and ours slides, by 25 us a degree at most, up to 80 us from it (below the lowest
+// directions measured, 40 degrees under the horizon, by up to 70 us a degree). In one octave
 // alone envelopes may have another time than all together: medians of 30, 18 and 16 us at 2, 4 and
 // 8 kHz.
+//
+// As the head turns, about any axis, the level at an ear changes by less than 1 dB a degree (0.2
+// where KEMAR was measured), and so does each ERB band below 1.6 kHz. Above, where a notch passes,
+// single bands change by up to 3.8 dB a degree, on no more than 1.5 % of the way: measured bands
+// differ by up to 2.5 dB a degree between neighbours. Below the directions that were measured it is
+// up to 11 dB. (In steps of a quarter of a degree.) Nothing jumps: between directions all is linear.
 //
 // What is common to all directions is taken out, band by band: the resonance of the ear canal,
 // which a listener's own ears add again, and the bass that loudspeakers lose in measuring. So in

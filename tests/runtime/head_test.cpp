@@ -70,42 +70,6 @@ TEST(Binaural, AddsNoColourOfItsOwnInTheMeanOverAllDirections) {
     EXPECT_NEAR(10 * std::log10(sum[b] / flat[b]), 0, 0.3) << b;
 }
 
-// In steps of a quarter of a degree round the head, at three heights and over the top.
-TEST(Binaural, ChangesByNoMoreThanADecibelADegreeAsTheHeadTurns) {
-  const HeadLevels flat = HeadBank::levels_of(same_in_all_bands(1));
-  const HeadFit fit;
-  double worst_db = 0, worst_us = 0, worst_low_us = 0;
-  for (const double height : {-0.5, 0.0, 0.3, 0.7}) {
-    std::array<double, kEars> last{};
-    double last_us = 0, last_low_us = 0;
-    for (int step = 0; step <= 4 * 360; ++step) {
-      const double turn = step * std::numbers::pi / 720, r = std::sqrt(1 - height * height);
-      const Vec3f from(Vec3(r * std::cos(turn), r * std::sin(turn), height));
-      const auto levels = kemar_head().hear(from);
-      const double us = 1e6 * 2 * kemar_head().delay_frames(from, 1) / kSampleRate_hz;
-      for (std::size_t e = 0; e < kEars; ++e) {
-        std::array<double, kHeadBands> heard_levels{};
-        for (std::size_t j = 0; j < kHeadBands; ++j) heard_levels[j] = levels[e][j] * flat[j];
-        const ErbBands energy = fit.energy_of(heard_levels);
-        double sum = 0;
-        for (const double band : energy) sum += band;
-        const double level_db = 10 * std::log10(sum);
-        if (step > 0) worst_db = std::max(worst_db, 4 * std::abs(level_db - last[e]));
-        last[e] = level_db;
-      }
-      const double low_us =
-          us + 1e6 * kemar_head().low_lag_frames(kemar_head().place(from)) / kSampleRate_hz;
-      if (step > 0) worst_us = std::max(worst_us, 4 * std::abs(us - last_us));
-      if (step > 0) worst_low_us = std::max(worst_low_us, 4 * std::abs(low_us - last_low_us));
-      last_us = us;
-      last_low_us = low_us;
-    }
-  }
-  EXPECT_LT(worst_db, 1);
-  EXPECT_LT(worst_us, 30);
-  EXPECT_LT(worst_low_us, 30);
-}
-
 TEST(Binaural, LeavesASoundAsItWasWhereTheHeadDoesNothing) {
   const Head head(no_head());
   Signal noise;
