@@ -1,7 +1,7 @@
 // A sound server that is killed and started again under the player.
 //
-// A few times here; fifty with CLAMOR_RESTARTS=50 build/release/tests/test_player
-// --gtest_filter='SoundServer*', which takes a minute.
+// Fifty times, which takes most of a minute; a few where a sanitizer watches; CLAMOR_RESTARTS of
+// them where that is set.
 #include <cstdlib>
 
 #include <gtest/gtest.h>
@@ -10,6 +10,7 @@
 #include "tests/player/fake_devices.h"
 #include "tests/player/pulse.h"
 #include "tests/rooms_runtime.h"
+#include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
@@ -21,7 +22,8 @@ constexpr double kBackWithin_s = 2;
 
 int restarts() {
   const char* const wanted = std::getenv("CLAMOR_RESTARTS");
-  return wanted == nullptr ? 4 : std::max(1, std::atoi(wanted));
+  if (wanted != nullptr) return std::max(1, std::atoi(wanted));
+  return testing::kSanitized ? 4 : 50;
 }
 
 double seconds_since(Clock::time_point start) {

@@ -128,13 +128,13 @@ void expect_as_a_reference_through_a_door(std::uint64_t photons, std::size_t lea
 
 TEST(Visibility, FollowsALongReferenceThroughADoorWithin1_5DecibelsPerBand) {
   expect_as_a_reference_through_a_door(40, 500, long_reference, 58, 110,
-                                       testing::kSanitized ? 26 : 2);
+                                       testing::kSanitized ? 26 : 4);
 }
 
 // Then there are not enough rays to look at each of them again before the door is passed.
 TEST(Visibility, OfThousandsOfSourcesFollowsThatReferenceAsClosely) {
   expect_as_a_reference_through_a_door(400, 7000, close_reference, 58, 110,
-                                       testing::kSanitized ? 52 : 4);
+                                       testing::kSanitized ? 52 : 8);
 }
 
 // Looks that never come to their turn: so that what is known of a source stays what it was.

@@ -256,9 +256,9 @@ TEST_P(PaperScene, IsTooLoudByThePaperByTheSourcesThatEachChosenOneStandsFor) {
 // Drawn evenly, a source stands for n / k, and the mean square of the error is n / k - 1: it too
 // falls with the root of the sample. Chance takes hundreds of drawings to tell.
 TEST_P(PaperScene, IsTooLoudByRandomByAllThatThereAre) {
-  constexpr std::uint64_t kSeeds = 400;
+  constexpr std::uint64_t kSeeds = testing::kSanitized ? 60 : 400;
   const auto n = static_cast<double>(scene().size());
-  for (std::size_t p = 0; p < 20; p += 6) {
+  for (std::size_t p = 0; p < 20; p += testing::kSanitized ? 12 : 6) {
     Waveforms waveforms(scene(), scene().places()[p]);
     for (const std::size_t k : {100u, 400u, 1600u}) {
       const double stands_for = n / static_cast<double>(k);
