@@ -101,7 +101,7 @@ std::vector<std::vector<PhotonRun>> BakePlan::batches() const {
 
 std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads,
                                 SortedIn sorted) {
-  constexpr std::uint64_t kProgram = 55'000'000, kPerTriangle = 300;
+  constexpr std::uint64_t kProgram = 65'000'000, kPerTriangle = 300;
   const std::uint64_t per_source = sorted == SortedIn::kMemory ? 215 : 130;
   constexpr std::uint64_t kPerEmitter = 1000, kPerThread = 8'000'000;
   std::uint64_t samples = 0;

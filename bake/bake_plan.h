@@ -43,7 +43,7 @@ inline constexpr std::uint64_t kLeastPhotons = 4, kMostSources = 10'000'000;
 BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettings& settings,
                         const TraceSettings& trace);
 
-// Memory that a bake by this plan takes at its peak, somewhat above what it is found to take: 55 MB
+// Memory that a bake by this plan takes at its peak, somewhat above what it is found to take: 65 MB
 // for the program and the thinning's room to work, 300 bytes a triangle, 215 a source (sorting
 // takes two and a half times the 88 of a source), and what threads have under way. Measured: the
 // violin room 123 to 159 MB for 300 000 sources, depending on who lags, 251 for a million, 646 for

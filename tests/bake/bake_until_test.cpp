@@ -81,7 +81,7 @@ TEST(BakeUntil, WithMuchTimeLeftGrowsMuch) {
 
 TEST(BakeUntil, WhereMemoryEndsKeepsTheBestBakeAndSaysSo) {
   BakeOptions options;
-  options.memory_bytes = 120'000'000;
+  options.memory_bytes = 130'000'000;
   std::string why_not;
   const auto contents = bake_until(room(), options, {0.05, 0}, nullptr, &why_not);
   ASSERT_TRUE(contents.ok());
