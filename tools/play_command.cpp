@@ -18,6 +18,7 @@
 #include "tools/commands.h"
 #include "tools/interrupt.h"
 #include "tools/mix_options.h"
+#include "tools/output_options.h"
 #include "tools/play_report.h"
 #include "tools/play_trace.h"
 #include "tools/strategy_options.h"
@@ -211,9 +212,8 @@ void run(Player& player, const PlayerOptions& options, PlayTrace& trace, std::os
 }  // namespace
 
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, listener, walk_path, moving_path, gain = "0", format, layout, hrtf, receivers,
-                                                       report_folder;
-  bool ambisonics = false, binaural = false, no_limiter = false;
+  std::string level, listener, walk_path, moving_path, gain = "0", format, report_folder;
+  bool no_limiter = false;
   std::optional<std::string> memory;
   PlayerOptions options;
   Arguments parser("play",
@@ -239,13 +239,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
   parser.flag("--no-limiter", no_limiter, "let peaks clip instead of keeping them below -1 dBFS");
   parser.option("--record", options.record, "also write what is played to this .wav or .flac file");
-  parser.flag("--binaural", binaural, "for headphones, through a dummy head's ears");
-  parser.option("--hrtf", hrtf, "the head: a SOFA file; unset: KEMAR. Means --binaural");
-  parser.option("--layout", layout, "loudspeakers: 5.1, 7.1 or 7.1.4; unset: stereo");
-  parser.option(
-      "--receivers", receivers,
-      "of two channels: omni, alike from everywhere, or ortf, two cardioids; unset: omni");
-  parser.flag("--ambisonics", ambisonics, "order 3 instead, 16 channels of AmbiX (ACN, SN3D)");
+  const OutputWords output_words(parser);
   parser.option("--format", format,
                 "of its samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
   parser.option("--moving", moving_path, "sources that come, move and go as SCRIPT.json says");
@@ -267,8 +261,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   const auto amplitude = parse_gain_db(gain);
   if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
   options.auralizer.gain = *amplitude;
-  const auto shape =
-      OutputShape::asked_for(binaural || !hrtf.empty(), layout, ambisonics, receivers);
+  const auto shape = output_words.read();
   if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
   options.auralizer.output = *shape;
   options.auralizer.limit = !no_limiter;
@@ -293,11 +286,8 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
     fmt::print(err, "clamor play: {}\n", error.message);
     return kBadInput;
   };
-  if (shape->kind == OutputShape::Kind::kBinaural) {
-    auto head = Head::read(hrtf);
-    if (!head.ok()) return fail(head.error());
-    options.auralizer.output.head = std::move(*head);
-  }
+  if (const auto read = output_words.read_head(options.auralizer.output); !read.ok())
+    return fail(read.error());
   auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
   if (!moving_path.empty()) {

@@ -14,6 +14,7 @@
 #include "tools/commands.h"
 #include "tools/interrupt.h"
 #include "tools/mix_options.h"
+#include "tools/output_options.h"
 #include "tools/progress.h"
 #include "tools/strategy_options.h"
 
@@ -35,11 +36,10 @@ Result<void> all_was_read(Auralizer& auralizer) {
 }  // namespace
 
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, output, listener, walk_path, moving_path, gain = "0", format, layout, hrtf,
-                                                               receivers;
+  std::string level, output, listener, walk_path, moving_path, gain = "0", format;
   std::optional<std::string> memory;
   double seconds = 0;
-  bool ambisonics = false, binaural = false, limit = false;
+  bool limit = false;
   AuralizerOptions options;
   Arguments parser("render",
                    "Renders what a listener hears, standing still or on a walk, to a WAV or "
@@ -58,13 +58,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
                 "as in 64MB, of the bake's pages and sounds to keep in memory, whatever the file's "
                 "size [64MB]");
   parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
-  parser.flag("--binaural", binaural, "for headphones, through a dummy head's ears");
-  parser.option("--hrtf", hrtf, "the head: a SOFA file; unset: KEMAR. Means --binaural");
-  parser.option("--layout", layout, "loudspeakers: 5.1, 7.1 or 7.1.4; unset: stereo");
-  parser.option(
-      "--receivers", receivers,
-      "of two channels: omni, alike from everywhere, or ortf, two cardioids; unset: omni");
-  parser.flag("--ambisonics", ambisonics, "order 3 instead, 16 channels of AmbiX (ACN, SN3D)");
+  const OutputWords output_words(parser);
   parser.flag("--limit", limit,
               "keep true peaks below -1 dBFS; unset: only where samples are not float");
   parser.option("--format", format,
@@ -87,8 +81,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   const auto amplitude = parse_gain_db(gain);
   if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
   options.gain = *amplitude;
-  const auto shape =
-      OutputShape::asked_for(binaural || !hrtf.empty(), layout, ambisonics, receivers);
+  const auto shape = output_words.read();
   if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
   options.output = *shape;
   if (const auto right = check_sound_file(output, shape->channels()); !right.ok())
@@ -115,11 +108,8 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   }
   if (seconds == 0) seconds = walk.length_s() > 0 ? walk.length_s() : 10;
 
-  if (shape->kind == OutputShape::Kind::kBinaural) {
-    auto head = Head::read(hrtf);
-    if (!head.ok()) return fail(head.error());
-    options.output.head = std::move(*head);
-  }
+  if (const auto read = output_words.read_head(options.output); !read.ok())
+    return fail(read.error());
   auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
   if (!moving_path.empty()) {

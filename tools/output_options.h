@@ -1,0 +1,29 @@
+// output_options.h: what the channels are, --binaural, --hrtf, --layout, --receivers and
+// --ambisonics, alike in play and render.
+#pragma once
+
+#include <string>
+
+#include "common/result.h"
+#include "runtime/output_shape.h"
+#include "tools/arguments.h"
+
+namespace clamor {
+
+// The words of the command line, until read() has made sense of them.
+class OutputWords {
+ public:
+  explicit OutputWords(Arguments& parser);
+
+  // After parse(); the Error is what the user got wrong. Without the head, which is a file.
+  Result<OutputShape> read() const;
+
+  // Reads the head where the shape has one; the Error is what is wrong with the file.
+  Result<void> read_head(OutputShape& shape) const;
+
+ private:
+  bool binaural_ = false, ambisonics_ = false;
+  std::string hrtf_, layout_, receivers_;
+};
+
+}  // namespace clamor
