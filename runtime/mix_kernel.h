@@ -27,9 +27,8 @@
 //            images           -64    -52    -40    -27    -20    -15
 //
 // Frames are added in the order of the voices, in each 64 of them those that slide last, fast ones
-// after the others;
-// multiply-adds are fused where the CPU can, so CPUs differ in last bits and runs on one CPU do
-// not, however calls divide time. Highway is visible only in mix_*.cpp and mix_*-inl.h.
+// after the others; multiply-adds are fused where the CPU can, so CPUs differ in last bits and runs
+// on one CPU do not, however calls divide time. Highway is visible only in mix_*.cpp and mix_*-inl.h.
 #pragma once
 
 #include <cstddef>

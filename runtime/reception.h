@@ -37,7 +37,7 @@ class Reception {
   Reception() = default;  // alike from everywhere
   Reception(const ReceiverPattern& pattern, const Pose& pose);
 
-  bool is_even() const { return exponent_ == Bands{}; }
+  bool is_even() const { return is_alike_ && exponent_[0] == 0; }
 
   // Amplitude of what reaches a receiver from there; of any length, and none is on its axis.
   Bands gain(int ear, const Vec3f& towards) const;

@@ -27,6 +27,14 @@ class Listed : public Sampler {
  protected:
   bool amplitudes() const { return options_.estimator == Estimator::kAmplitude; }
 
+  // True unless the listener was there and faced so the last time; first of all, too.
+  bool is_elsewhere(const Vec3& place) {
+    const bool stays = place_ == place && faced_ == reception();
+    place_ = place;
+    faced_ = reception();
+    return !stays;
+  }
+
   double weight_of(std::size_t source, const Vec3& place) const {
     const double power = weight(field_, weights_.by_signal[field_.signal(page_[source])],
                                 page_[source], place, reception());
@@ -57,6 +65,10 @@ class Listed : public Sampler {
   const SourceField& field_;
   const SignalWeights& weights_;
   const SourcePage& page_;
+
+ private:
+  std::optional<Vec3> place_;
+  Reception faced_;
 };
 
 // Sections 3.3 and 3.4: from the whole list.
@@ -72,12 +84,11 @@ class FromList final : public Listed {
   }
 
   std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
-    if (place_ && once_) return sample_;
-    if (!even_ && (place_ != place || faced_ != reception()))
+    if (begun_ && once_) return sample_;
+    begun_ = true;
+    if (!even_ && is_elsewhere(place))
       for (std::size_t i = 0; i < candidates_.size(); ++i)
         candidates_[i].weight = weight_of(i, place);
-    place_ = place;
-    faced_ = reception();
     sample_.clear();
     for (const ChosenCandidate& chosen : dynamic_.next(candidates_))
       sample_.push_back(scaled(chosen.candidate, chosen.factor));
@@ -86,10 +97,9 @@ class FromList final : public Listed {
 
  private:
   const bool once_, even_;
+  bool begun_ = false;
   DynamicSample dynamic_;
   std::vector<Candidate> candidates_;
-  std::optional<Vec3> place_;
-  Reception faced_;
   std::vector<SampledSource> sample_;
 };
 
@@ -101,19 +111,15 @@ class OctreeCut final : public Listed {
       : Listed(options, field, weights, list), tree_(representatives()) {}
 
   std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
-    if (place_ == place && faced_ == reception()) return sample_;
-    place_ = place;
-    faced_ = reception();
+    if (!is_elsewhere(place)) return sample_;
     sample_.clear();
-    for (const auto& representative : tree_.cut(place, options_.voices, faced_))
+    for (const auto& representative : tree_.cut(place, options_.voices, reception()))
       sample_.push_back(scaled(representative.point, representative.factor));
     return sample_;
   }
 
  private:
   const RepresentativeOctree tree_;
-  std::optional<Vec3> place_;
-  Reception faced_;
   std::vector<SampledSource> sample_;
 };
 
@@ -128,7 +134,7 @@ class OctreeDiffusion final : public Listed {
         dynamic_(DynamicSample::Rule::kAdaptive, options.voices, options.tuning) {}
 
   std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
-    if (place_ != place || faced_ != reception()) {
+    if (is_elsewhere(place)) {
       cut_ = tree_.cut(
           place, options_.voices * static_cast<std::size_t>(options_.tuning.candidates_per_voice),
           reception());
@@ -136,8 +142,6 @@ class OctreeDiffusion final : public Listed {
       for (const auto& [point, factor] : cut_)
         candidates_.push_back({point, factor * weight_of(point, place)});
     }
-    place_ = place;
-    faced_ = reception();
     sample_.clear();
     for (const ChosenCandidate& chosen : dynamic_.next(candidates_)) {
       const auto& [point, factor] = cut_[chosen.candidate];
@@ -151,8 +155,6 @@ class OctreeDiffusion final : public Listed {
   DynamicSample dynamic_;
   std::vector<RepresentativeOctree::Representative> cut_;
   std::vector<Candidate> candidates_;
-  std::optional<Vec3> place_;
-  Reception faced_;
   std::vector<SampledSource> sample_;
 };
 
