@@ -1,5 +1,8 @@
 #include "tools/mix_options.h"
 
+#include <memory>
+#include <utility>
+
 namespace clamor {
 
 namespace {
@@ -15,6 +18,11 @@ MixWords::MixWords(Arguments& parser) {
   parser.option("--visibility", visibility_, "on or off: do surfaces hide sources [on]");
   parser.option("--rays", rays_, {1, kMostRays},
                 "a keyframe (50 a second), to look for what they hide");
+  parser.option("--memory", memory_,
+                "as in 64MB, of the bake's pages and sounds to keep in memory, whatever the file's "
+                "size [64MB]");
+  parser.option("--gain", gain_, "decibels on the whole output, as in -6dB");
+  parser.option("--moving", script_, "sources that come, move and go as SCRIPT.json says");
 }
 
 Result<void> MixWords::read(AuralizerOptions& options) const {
@@ -26,6 +34,23 @@ Result<void> MixWords::read(AuralizerOptions& options) const {
   options.interpolation =
       interpolation_ == "linear" ? Interpolation::kLinear : Interpolation::kCubic;
   options.rays = rays_;
+  if (memory_) {
+    const auto bytes = parse_bytes(*memory_);
+    if (!bytes.ok()) return Error("--memory " + bytes.error().message);
+    options.memory_bytes = *bytes;
+  }
+  const auto amplitude = parse_gain_db(gain_);
+  if (!amplitude.ok()) return amplitude.error();
+  options.gain = *amplitude;
+  return {};
+}
+
+Result<void> MixWords::read_script(AuralizerOptions& options, std::size_t baked_signals) const {
+  if (script_.empty()) return {};
+  auto script = MovingScript::read(script_);
+  if (!script.ok()) return script.error();
+  options.moving = script->options(baked_signals);
+  options.script = std::make_shared<MovingScript>(std::move(*script));
   return {};
 }
 

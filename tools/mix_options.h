@@ -1,6 +1,8 @@
-// mix_options.h: --interpolation, --visibility and --rays, alike in play and render.
+// mix_options.h: --interpolation, --visibility, --rays, --memory, --gain and --moving, alike in
+// play and render.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "common/result.h"
@@ -14,11 +16,16 @@ class MixWords {
  public:
   explicit MixWords(Arguments& parser);
 
-  // After parse(); the Error is what the user got wrong.
+  // After parse(); the Error is what the user got wrong. Without the script, which is a file.
   Result<void> read(AuralizerOptions& options) const;
 
+  // Reads the script, if there is one, for a bake of so many signals; the Error is what is wrong
+  // with the file.
+  Result<void> read_script(AuralizerOptions& options, std::size_t baked_signals) const;
+
  private:
-  std::string interpolation_ = "cubic", visibility_ = "on";
+  std::string interpolation_ = "cubic", visibility_ = "on", gain_ = "0", script_;
+  std::optional<std::string> memory_;
   int rays_ = AuralizerOptions{}.rays;
 };
 

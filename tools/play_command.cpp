@@ -212,9 +212,8 @@ void run(Player& player, const PlayerOptions& options, PlayTrace& trace, std::os
 }  // namespace
 
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, listener, walk_path, moving_path, gain = "0", format, report_folder;
+  std::string level, listener, walk_path, format, report_folder;
   bool no_limiter = false;
-  std::optional<std::string> memory;
   PlayerOptions options;
   Arguments parser("play",
                    "Plays a bake in real time. In a terminal, arrow keys or WASD walk and turn.",
@@ -233,16 +232,11 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.option("--frames", options.block_frames, {16, 8192}, "frames per block");
   const StrategyWords strategy(parser);
   MixWords mix(parser);
-  parser.option("--memory", memory,
-                "as in 64MB, of the bake's pages and sounds to keep in memory, whatever the file's "
-                "size [64MB]");
-  parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
   parser.flag("--no-limiter", no_limiter, "let peaks clip instead of keeping them below -1 dBFS");
   parser.option("--record", options.record, "also write what is played to this .wav or .flac file");
   const OutputWords output_words(parser);
   parser.option("--format", format,
                 "of its samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
-  parser.option("--moving", moving_path, "sources that come, move and go as SCRIPT.json says");
   parser.option("--report", report_folder,
                 "at the end, also write loudness, voices and load over time to this folder, as a "
                 "page, JSON and CSV");
@@ -253,14 +247,6 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
 
   if (const auto read = mix.read(options.auralizer); !read.ok())
     return parser.bad_usage(err, read.error().message);
-  if (memory) {
-    const auto bytes = parse_bytes(*memory);
-    if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);
-    options.auralizer.memory_bytes = *bytes;
-  }
-  const auto amplitude = parse_gain_db(gain);
-  if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
-  options.auralizer.gain = *amplitude;
   const auto shape = output_words.read();
   if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
   options.auralizer.output = *shape;
@@ -290,12 +276,8 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
     return fail(read.error());
   auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
-  if (!moving_path.empty()) {
-    auto script = MovingScript::read(moving_path);
-    if (!script.ok()) return fail(script.error());
-    options.auralizer.moving = script->options(file->signal_count());
-    options.auralizer.script = std::make_shared<MovingScript>(std::move(*script));
-  }
+  if (const auto read = mix.read_script(options.auralizer, file->signal_count()); !read.ok())
+    return fail(read.error());
   options.pose = before_first_emitter(file->emitters());
   if (!listener.empty()) {
     const auto pose = parse_listener(listener);

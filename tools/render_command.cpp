@@ -36,8 +36,7 @@ Result<void> all_was_read(Auralizer& auralizer) {
 }  // namespace
 
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, output, listener, walk_path, moving_path, gain = "0", format;
-  std::optional<std::string> memory;
+  std::string level, output, listener, walk_path, format;
   double seconds = 0;
   bool limit = false;
   AuralizerOptions options;
@@ -54,16 +53,11 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   parser.option("--seconds", seconds, "how long; unset: the walk's length, or 10");
   const StrategyWords strategy(parser);
   MixWords mix(parser);
-  parser.option("--memory", memory,
-                "as in 64MB, of the bake's pages and sounds to keep in memory, whatever the file's "
-                "size [64MB]");
-  parser.option("--gain", gain, "decibels on the whole output, as in -6dB");
   const OutputWords output_words(parser);
   parser.flag("--limit", limit,
               "keep true peaks below -1 dBFS; unset: only where samples are not float");
   parser.option("--format", format,
                 "of the samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
-  parser.option("--moving", moving_path, "sources that come, move and go as SCRIPT.json says");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto chosen = strategy.read();
   if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
@@ -73,14 +67,6 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
     return parser.bad_usage(err, "give either --listener X,Y,Z or --walk PATH.json");
   if (const auto read = mix.read(options); !read.ok())
     return parser.bad_usage(err, read.error().message);
-  if (memory) {
-    const auto bytes = parse_bytes(*memory);
-    if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);
-    options.memory_bytes = *bytes;
-  }
-  const auto amplitude = parse_gain_db(gain);
-  if (!amplitude.ok()) return parser.bad_usage(err, amplitude.error().message);
-  options.gain = *amplitude;
   const auto shape = output_words.read();
   if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
   options.output = *shape;
@@ -112,12 +98,8 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
     return fail(read.error());
   auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
-  if (!moving_path.empty()) {
-    auto script = MovingScript::read(moving_path);
-    if (!script.ok()) return fail(script.error());
-    options.moving = script->options(file->signal_count());
-    options.script = std::make_shared<MovingScript>(std::move(*script));
-  }
+  if (const auto read = mix.read_script(options, file->signal_count()); !read.ok())
+    return fail(read.error());
   options.wait_for_pages = true;
   auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
   if (!auralizer.ok()) return fail(auralizer.error().in(level));
