@@ -13,6 +13,7 @@
 #include "common/random.h"
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
+#include "tests/runtime/sorted_choice.h"
 #include "tests/stored_tree.h"
 
 namespace clamor {
@@ -86,15 +87,11 @@ std::vector<Signal> played() {
           only_between(noise(3, false, 4), 2.7, 3)};
 }
 
-// The definition, written down, with the factor of each that is chosen.
+// With the factor of each that is chosen.
 std::map<std::uint64_t, double> slow_sample(const WeighedHall& hall, const SourceField& field,
                                             std::span<const Source> sources, std::size_t voices,
                                             const Vec3& place, double time_s) {
-  struct Entry {
-    double priority, weight;
-    std::uint64_t number;
-  };
-  std::vector<Entry> entries;
+  std::vector<testing::Weighed> all;
   for (std::uint64_t i = 0; i < sources.size(); ++i) {
     const Source& source = sources[i];
     const Emitter& emitter = hall.emitters[source.emitter];
@@ -105,16 +102,9 @@ std::map<std::uint64_t, double> slow_sample(const WeighedHall& hall, const Sourc
     double weight = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
       weight += static_cast<double>(now.weights[b]) * intensity[b];
-    if (weight > 0) entries.push_back({weight / source.u, weight, i});
+    all.push_back({i, weight, source.u});
   }
-  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-    return a.priority != b.priority ? a.priority > b.priority : a.number < b.number;
-  });
-  const double tau = entries.size() > voices ? entries[voices].priority : 0;
-  std::map<std::uint64_t, double> sample;
-  for (std::size_t i = 0; i < std::min(voices, entries.size()); ++i)
-    sample[entries[i].number] = std::max(1.0, tau / entries[i].weight);
-  return sample;
+  return testing::sorted_choice(std::move(all), voices);
 }
 
 TEST(MomentSampling, GivesTheSampleOfASortOfAllSourcesAtEveryTime) {
@@ -136,13 +126,9 @@ TEST(MomentSampling, GivesTheSampleOfASortOfAllSourcesAtEveryTime) {
                                   : Vec3(20 * unit(bits[1]), 1.7, 15 * unit(bits[2]));
       auto sample = sampler->sample(place, time_s);
       while (!sampler->complete()) sample = sampler->sample(place, time_s);
-      const auto slow = slow_sample(hall, field, sources, voices, place, time_s);
-      ASSERT_EQ(sample.size(), slow.size()) << voices << " " << i;
-      for (const SampledSource& chosen : sample) {
-        const auto expected = slow.find(chosen.number);
-        ASSERT_NE(expected, slow.end()) << voices << " " << i;
-        ASSERT_NEAR(chosen.power_scale / expected->second, 1, 1e-9);
-      }
+      testing::expect_choice(sample, slow_sample(hall, field, sources, voices, place, time_s),
+                             1e-9);
+      if (HasFatalFailure()) FAIL() << voices << " voices, " << i;
     }
   }
 }

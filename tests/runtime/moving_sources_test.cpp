@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <map>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -12,6 +11,7 @@
 #include "tests/rooms_runtime.h"
 #include "tests/runtime/moving_field.h"
 #include "tests/runtime/priority_estimates.h"
+#include "tests/runtime/sorted_choice.h"
 
 namespace clamor {
 namespace {
@@ -86,35 +86,22 @@ TEST(MovingSources, AreChosenAsASortOfThemAndAllOthersChooses) {
         (void)stage.moving.move(handles[i], place_in_room(i, step));
     stage.moving.commit();
 
-    std::map<std::uint64_t, double> sample;
-    for (const SampledSource& chosen : sampler->sample(listener, 0.02 * step))
-      sample[chosen.number] = chosen.power_scale;
-
-    struct Entry {
-      double priority, weight;
-      std::uint64_t number;
-    };
-    std::vector<Entry> all;
+    std::vector<testing::Weighed> all;
     const auto add = [&](std::uint64_t number, const Source& source) {
-      const double w = stage.weight_of(source, listener);
-      if (w > 0) all.push_back({w / static_cast<double>(source.u), w, number});
+      all.push_back({number, stage.weight_of(source, listener), source.u});
     };
     for (std::size_t i = 0; i < still.page().size(); ++i) add(i, still.page()[i]);
+    const auto sample = sampler->sample(listener, 0.02 * step);
+    ASSERT_EQ(sample.size(), kVoices);
+    const auto of_moving = std::ranges::count_if(
+        sample, [](const SampledSource& chosen) { return (chosen.number & kMovingNumber) != 0; });
+    EXPECT_GT(of_moving, 0);
+    EXPECT_LT(of_moving, static_cast<std::ptrdiff_t>(kVoices));
     const auto moving = stage.all_moving(listener, 0.02 * step);
     EXPECT_EQ(moving.size(), stage.moving.size());
     for (const FoundSource& found : moving) add(found.voice, *found.source);
-    std::sort(all.begin(), all.end(),
-              [](const Entry& a, const Entry& b) { return a.priority > b.priority; });
-    ASSERT_EQ(sample.size(), kVoices);
-    int of_moving = 0;
-    for (std::size_t i = 0; i < kVoices; ++i) {
-      ASSERT_TRUE(sample.contains(all[i].number)) << "step " << step;
-      ASSERT_NEAR(sample[all[i].number] / std::max(1.0, all[kVoices].priority / all[i].weight), 1,
-                  1e-12);
-      of_moving += (all[i].number & kMovingNumber) != 0;
-    }
-    EXPECT_GT(of_moving, 0);
-    EXPECT_LT(of_moving, static_cast<int>(kVoices));
+    testing::expect_choice(sample, testing::sorted_choice(std::move(all), kVoices), 1e-12);
+    if (HasFatalFailure()) FAIL() << "step " << step;
   }
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -12,11 +11,14 @@
 #include "common/random.h"
 #include "runtime/output_shape.h"
 #include "runtime/representative_octree.h"
-#include "tests/rooms_runtime.h"
+#include "tests/runtime/sorted_choice.h"
+#include "tests/runtime/weighed_room.h"
 #include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
+
+using Room = testing::WeighedRoom;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
@@ -92,25 +94,11 @@ TEST(Reception, OfOmniIsAllFromEverywhereAndOtherNamesAreRefused) {
   EXPECT_EQ(OutputShape::asked_for(false, "", false, "ortf")->receivers.exponent[0], 2);
 }
 
-struct Room {
-  Room() : input(testing::baked_room(400)), field(input.emitters, input.materials, input.air) {
-    weights.by_signal.assign(input.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
-  }
-  double weight_of(std::size_t source, const Vec3& place, const Reception& reception) const {
-    return weight(field, weights.by_signal[field.signal(input.sources[source])],
-                  input.sources[source], place, reception);
-  }
-
-  AuralizerInput input;
-  SourceField field;
-  SignalWeights weights;
-};
-
 TEST(Reception, WeighsASourceByWhatBothReceiversHearOfItsDirection) {
-  const Room room;
+  const Room room(400);
   for (std::uint32_t i = 0; i < 300; ++i) {
     const Pose pose = pose_at(i);
-    const Source& source = room.input.sources[i];
+    const Source& source = room.sources()[i];
     const Bands free = room.field.intensity(source, pose.position_m);
     const Vec3 towards = normalize(Vec3(source.position_m) - pose.position_m);
     double expected = 0;
@@ -125,39 +113,23 @@ TEST(Reception, WeighsASourceByWhatBothReceiversHearOfItsDirection) {
 
 // As PrioritySampler.ChoosesWhatASortOfAllPrioritiesChooses, for one who walks, stands and turns.
 TEST(Reception, IsInTheSamplersChoiceExactly) {
-  const Room room;
+  const Room room(400);
   constexpr std::size_t kVoices = 200;
-  SourceList list(room.field, room.weights, room.input.sources);
+  SourceList list = room.list();
   const auto sampler = make_priority_sampler(room.field, room.weights, list, kVoices);
   for (std::uint32_t step = 0; step < 90; ++step) {
     Pose pose{{1 + 0.05 * step, 2 + 0.03 * step, 1.5}, 0.1 * step, 0.2};
     if (step >= 40) pose.position_m = {3, 4, 1.5};  // turns on the spot
     if (step >= 60) pose = pose_at(step);
     const Reception reception(uneven(), pose);
-    std::vector<std::pair<double, std::uint64_t>> priorities;
-    std::map<std::uint64_t, double> weights;
-    for (std::size_t i = 0; i < room.input.sources.size(); ++i) {
-      const double w = room.weight_of(i, pose.position_m, reception);
-      if (!(w > 0)) continue;
-      weights[i] = w;
-      priorities.emplace_back(-w / room.input.sources[i].u, i);
-    }
-    std::sort(priorities.begin(), priorities.end());
-    ASSERT_GT(priorities.size(), kVoices);
-    const double tau = -priorities[kVoices].first;
-    std::map<std::uint64_t, double> slow, sample;
-    for (std::size_t i = 0; i < kVoices; ++i) {
-      const std::uint64_t source = priorities[i].second;
-      slow[source] = std::max(1.0, tau / weights[source]);
-    }
+    std::vector<testing::Weighed> all;
+    for (std::size_t i = 0; i < room.sources().size(); ++i)
+      all.push_back({i, room.weight_of(i, pose.position_m, reception), room.sources()[i].u});
+    const auto expected = testing::sorted_choice(std::move(all), kVoices);
+    ASSERT_EQ(expected.size(), kVoices);
     sampler->face(reception);
-    for (const SampledSource& chosen : sampler->sample(pose.position_m))
-      sample[chosen.number] = chosen.power_scale;
-    ASSERT_EQ(sample.size(), slow.size()) << "step " << step;
-    for (const auto& [source, scale] : slow) {
-      ASSERT_TRUE(sample.contains(source)) << "step " << step;
-      ASSERT_NEAR(sample[source] / scale, 1, 1e-12);
-    }
+    testing::expect_choice(sampler->sample(pose.position_m), expected, 1e-12);
+    if (HasFatalFailure()) FAIL() << "step " << step;
   }
 }
 
@@ -188,13 +160,13 @@ TEST(Reception, OpensTheNodesOfTheRepresentativeOctreeThatAreAhead) {
 
 // Beside the same voices of receivers that hear alike from everywhere.
 TEST(Reception, IsInEachVoicesGainsFromWhereItsReceiverIs) {
-  const Room room;
+  const Room room(400);
   using Receivers = KeyframeMaker::Receivers;
   KeyframeMaker even(room.field, 400, Receivers::kPair);
   KeyframeMaker maker(room.field, 400, Receivers::kPair, nullptr, uneven());
   std::vector<SampledSource> sample;
   for (std::uint64_t i = 0; i < 300; ++i) {
-    const Source& source = room.input.sources[i];
+    const Source& source = room.sources()[i];
     sample.push_back({i, 1, &source, room.field.signal(source)});
   }
   Keyframe with, without;
@@ -210,7 +182,7 @@ TEST(Reception, IsInEachVoicesGainsFromWhereItsReceiverIs) {
     ASSERT_EQ(with.voices.size(), without.voices.size());
     for (std::size_t v = 0; v < with.voices.size(); ++v) {
       const Voice &one = with.voices[v], &other = without.voices[v];
-      const Source& source = room.input.sources[v];
+      const Source& source = room.sources()[v];
       ASSERT_EQ(one.delay_frames, other.delay_frames);
       for (int e = 0; e < kEars; ++e) {
         const Vec3 ear_m = pose.position_m + (e == 0 ? -0.5 : 0.5) * kEarDistance_m * pose.right();

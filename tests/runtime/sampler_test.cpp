@@ -7,54 +7,28 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "tests/rooms_runtime.h"
 #include "tests/runtime/priority_estimates.h"
+#include "tests/runtime/sorted_choice.h"
+#include "tests/runtime/weighed_room.h"
 #include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
 
+using Room = testing::WeighedRoom;
+
 constexpr std::size_t kVoices = 200;
 
-struct Room {
-  explicit Room(const LateBoost& late_boost = {})
-      : input(testing::baked_room(400)),
-        field(input.emitters, input.materials, input.air, late_boost) {
-    weights.by_signal.assign(input.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
-  }
-  const std::vector<Source>& sources() const { return input.sources; }
-  SourceList list() const { return {field, weights, input.sources}; }
-  double weight_of(std::size_t source, const Vec3& place) const {
-    return weight(field, weights.by_signal[field.signal(input.sources[source])],
-                  input.sources[source], place);
-  }
-
-  AuralizerInput input;
-  SourceField field;
-  SignalWeights weights;
-};
-
-// The definition, written down: all priorities, sorted.
 std::map<std::uint64_t, double> slow_sample(const Room& room, const Vec3& place,
                                             std::size_t voices) {
-  struct Entry {
-    double priority, weight;
-    std::uint32_t source;
-  };
-  std::vector<Entry> all;
+  std::vector<testing::Weighed> all;
   for (std::uint32_t i = 0; i < room.sources().size(); ++i) {
-    const float late = room.field.late_boost().at(room.sources()[i].delay_s);
-    const double w = room.weight_of(i, place) * (1 + LateBoost::strength(voices) * late);
-    if (w > 0) all.push_back({w / room.sources()[i].u, w, i});
+    const Source& source = room.sources()[i];
+    const float late = room.field.late_boost().at(source.delay_s);
+    all.push_back(
+        {i, room.weight_of(i, place) * (1 + LateBoost::strength(voices) * late), source.u});
   }
-  std::sort(all.begin(), all.end(), [](const Entry& a, const Entry& b) {
-    return a.priority != b.priority ? a.priority > b.priority : a.source < b.source;
-  });
-  const double tau = all.size() > voices ? all[voices].priority : 0;
-  std::map<std::uint64_t, double> sample;
-  for (std::size_t i = 0; i < std::min(voices, all.size()); ++i)
-    sample[all[i].source] = std::max(1.0, tau / all[i].weight);
-  return sample;
+  return testing::sorted_choice(std::move(all), voices);
 }
 
 Vec3 place(std::uint32_t i) {
@@ -71,30 +45,22 @@ void expect_sorted_choice(const Room& room, std::size_t most_voices) {
     const std::size_t voices = step < 90 ? most_voices : most_voices / 2;
     sampler->choose_at_most(voices);
     const Vec3 listener = step < 60 ? Vec3(1 + 0.05 * step, 2 + 0.03 * step, 1.5) : place(step);
-    std::map<std::uint64_t, double> sample;
-    for (const SampledSource& chosen : sampler->sample(listener))
-      sample[chosen.number] = chosen.power_scale;
-    const auto slow = slow_sample(room, listener, voices);
-    ASSERT_EQ(sample.size(), slow.size()) << "step " << step;
-    auto expected = slow.begin();
-    for (const auto& [source, scale] : sample) {
-      ASSERT_EQ(source, expected->first) << "step " << step;
-      ASSERT_NEAR(scale / expected->second, 1, 1e-12);
-      ++expected;
-    }
+    testing::expect_choice(sampler->sample(listener), slow_sample(room, listener, voices), 1e-12);
+    if (::testing::Test::HasFatalFailure()) FAIL() << "step " << step;
   }
 }
 
 TEST(PrioritySampler, ChoosesWhatASortOfAllPrioritiesChooses) {
-  expect_sorted_choice(Room(), kVoices);
+  expect_sorted_choice(Room(400), kVoices);
 }
 
 TEST(PrioritySampler, ChoosesWhatASortDoesWhereLateSourcesAreLikelierToo) {
-  for (const double t60_s : {0.15, 0.6}) expect_sorted_choice(Room(LateBoost(t60_s)), 10 * kVoices);
+  for (const double t60_s : {0.15, 0.6})
+    expect_sorted_choice(Room(400, LateBoost(t60_s)), 10 * kVoices);
 }
 
 TEST(PrioritySampler, IsUnbiasedInPowerOverItsPermanentNumbers) {
-  Room room;
+  Room room(400);
   const Vec3 listener(4, 5, 1.6);
   double whole = 0;
   for (std::uint32_t i = 0; i < room.sources().size(); ++i) whole += room.weight_of(i, listener);
@@ -114,7 +80,7 @@ TEST(PrioritySampler, IsUnbiasedInPowerOverItsPermanentNumbers) {
 }
 
 TEST(PrioritySampler, TakesEverythingWhenThereIsRoom) {
-  const Room room;
+  const Room room(400);
   SourceList list = room.list();
   const auto sampler = make_priority_sampler(room.field, room.weights, list, 100000);
   std::size_t audible = 0;
@@ -126,7 +92,7 @@ TEST(PrioritySampler, TakesEverythingWhenThereIsRoom) {
 }
 
 TEST(AllSampler, TakesEverySourceAsItIs) {
-  const Room room;
+  const Room room(400);
   const SourceList list = room.list();
   const auto sampler = make_all_sampler(room.field, list);
   const auto sample = sampler->sample({3, 4, 1.5});

@@ -2,13 +2,12 @@
 #include "runtime/strategies.h"
 
 #include <cmath>
-#include <map>
 #include <set>
 
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "tests/rooms_runtime.h"
+#include "tests/runtime/weighed_room.h"
 #include "tests/sanitized.h"
 
 namespace clamor {
@@ -17,27 +16,17 @@ namespace {
 constexpr std::size_t kVoices = 100;
 const Vec3 kPlace(4, 5, 1.6);
 
-struct Room {
-  Room() : input(testing::baked_room(150)), field(input.emitters, input.materials, input.air) {
-    weights.by_signal.assign(input.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
-    list = std::make_unique<SourceList>(field, weights, input.sources);
-  }
-  std::size_t size() const { return input.sources.size(); }
-  double power(std::size_t source, const Vec3& place) const {
-    return weight(field, weights.by_signal[field.signal(input.sources[source])],
-                  input.sources[source], place);
-  }
+struct StrategyRoom : testing::WeighedRoom {
+  StrategyRoom() : WeighedRoom(150), all(std::make_unique<SourceList>(list())) {}
+  std::size_t size() const { return sources().size(); }
   std::unique_ptr<Sampler> sampler(const std::string& strategy, Estimator estimator,
                                    std::uint64_t seed = 1) const {
     StrategyOptions options{strategy, kVoices, estimator, {}};
     options.tuning.seed = seed;
-    return make_sampler(options, field, weights, *list);
+    return make_sampler(options, field, weights, *all);
   }
 
-  AuralizerInput input;
-  SourceField field;
-  SignalWeights weights;
-  std::unique_ptr<SourceList> list;
+  const std::unique_ptr<SourceList> all;
 };
 
 std::vector<std::string> paper_strategies() {
@@ -50,7 +39,7 @@ std::vector<std::string> paper_strategies() {
 Vec3 walked(int keyframe) { return {1 + 0.03 * keyframe, 2 + 0.04 * keyframe, 1.5}; }
 
 TEST(Strategies, ChooseAsManyAsAskedForAndNoSourceTwice) {
-  const Room room;
+  const StrategyRoom room;
   ASSERT_GT(room.size(), 10 * kVoices);
   for (const std::string& name : paper_strategies()) {
     const auto sampler = room.sampler(name, Estimator::kPower);
@@ -71,7 +60,7 @@ TEST(Strategies, ChooseAsManyAsAskedForAndNoSourceTwice) {
 }
 
 TEST(Strategies, ChooseTheSameForTheSameSeed) {
-  const Room room;
+  const StrategyRoom room;
   for (const std::string& name : paper_strategies()) {
     const auto a = room.sampler(name, Estimator::kAmplitude),
                b = room.sampler(name, Estimator::kAmplitude),
@@ -95,7 +84,7 @@ TEST(Strategies, ChooseTheSameForTheSameSeed) {
 // Where no time passes for it to adapt, each source's power, or amplitude, is right on average. The
 // sum is not what the strategies choose by: one band of every third source.
 TEST(Strategies, AreUnbiasedInWhatTheyEstimate) {
-  const Room room;
+  const StrategyRoom room;
   constexpr int kSeeds = testing::kSanitized ? 60 : 400;
   for (const Estimator estimator : {Estimator::kPower, Estimator::kAmplitude})
     for (const std::string& name : paper_strategies()) {
@@ -106,7 +95,7 @@ TEST(Strategies, AreUnbiasedInWhatTheyEstimate) {
         return estimator == Estimator::kPower ? power : std::sqrt(power);
       };
       double whole = 0;
-      for (std::size_t i = 0; i < room.size(); ++i) whole += value(room.input.sources[i], i);
+      for (std::size_t i = 0; i < room.size(); ++i) whole += value(room.sources()[i], i);
       double sum = 0, squares = 0;
       for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
         double estimate = 0;
@@ -129,15 +118,15 @@ TEST(Strategies, AreUnbiasedInWhatTheyEstimate) {
 // By power, the whole is right at every moment of a walk, not only on average: dynamic samples
 // stand for equal parts of it.
 TEST(Strategies, OfDynamicSamplingAreAsLoudAsEverythingWhereverOneWalks) {
-  const Room room;
+  const StrategyRoom room;
   for (const std::string name : {"stochastic-diffusion", "adaptive-diffusion"}) {
     const auto sampler = room.sampler(name, Estimator::kPower);
     for (int keyframe = 0; keyframe < 60; ++keyframe) {
       const Vec3 place = walked(keyframe);
       double whole = 0, estimate = 0;
-      for (std::size_t i = 0; i < room.size(); ++i) whole += room.power(i, place);
+      for (std::size_t i = 0; i < room.size(); ++i) whole += room.weight_of(i, place);
       for (const SampledSource& chosen : sampler->sample(place))
-        estimate += chosen.power_scale * room.power(chosen.number, place);
+        estimate += chosen.power_scale * room.weight_of(chosen.number, place);
       // Louder than an equal part are only the certain ones; one that is not in yet is missing
       // until the next exchange.
       EXPECT_NEAR(10 * std::log10(estimate / whole), 0, 0.5) << name << " " << keyframe;
@@ -149,11 +138,11 @@ TEST(Strategies, OfDynamicSamplingAreAsLoudAsEverythingWhereverOneWalks) {
 // as none is certain that is N_eff / k, which is the 1 + N_eff / k of drawing with replacement but
 // for what little cannot be drawn twice.
 TEST(Strategies, OfThePaperAreTooLoudOnAmplitudesByTheSourcesThatTheyStandFor) {
-  const Room room;
+  const StrategyRoom room;
   double amplitudes = 0, powers = 0;
   std::vector<double> all;
   for (std::size_t i = 0; i < room.size(); ++i) {
-    const double power = room.power(i, kPlace);
+    const double power = room.weight_of(i, kPlace);
     all.push_back(std::sqrt(power));
     amplitudes += std::sqrt(power);
     powers += power;
@@ -169,7 +158,7 @@ TEST(Strategies, OfThePaperAreTooLoudOnAmplitudesByTheSourcesThatTheyStandFor) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto sampler = room.sampler("importance", Estimator::kAmplitude, seed);
     for (const SampledSource& chosen : sampler->sample(kPlace))
-      sum += chosen.power_scale * room.power(chosen.number, kPlace) / powers / kSeeds;
+      sum += chosen.power_scale * room.weight_of(chosen.number, kPlace) / powers / kSeeds;
   }
   EXPECT_NEAR(10 * std::log10(sum / expected), 0, 0.1);
   EXPECT_NEAR(10 * std::log10(sum), 10 * std::log10(1 + effective / kVoices),
@@ -177,13 +166,13 @@ TEST(Strategies, OfThePaperAreTooLoudOnAmplitudesByTheSourcesThatTheyStandFor) {
 }
 
 TEST(Strategies, OfOctreeDiffusionKnowWhereSoundIsSentAndTheOctreeDoesNot) {
-  const Room room;
+  const StrategyRoom room;
   const Vec3 outside(-0.05, 4, 1.5);
   const auto silent = [&](const std::string& name) {
     const auto sampler = room.sampler(name, Estimator::kPower);
     int count = 0;
     for (const SampledSource& chosen : sampler->sample(outside))
-      count += room.power(chosen.number, outside) == 0;
+      count += room.weight_of(chosen.number, outside) == 0;
     return count;
   };
   // Behind a wall one hears nothing of what leaves it to the other side.
