@@ -207,6 +207,10 @@ void run(Player& player, const PlayerOptions& options, PlayTrace& trace, std::os
         << (live_line ? "\x1b[K" : "\n") << std::flush;
   }
   if (live_line) err << '\n';
+  // What failed since the last look.
+  const AuralizerStatistics last = player.statistics().auralizer;
+  tell_of_failure(last.pages, told, err);
+  tell_of_failure(last.sounds, told, err);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <unistd.h>
 
 namespace clamor::testing {
@@ -44,13 +45,19 @@ bool is_among(const std::string& call, const std::string& calls) {
   return calls.empty() || (" " + calls + " ").find(" " + call + " ") != std::string::npos;
 }
 
+bool is_this_thread(const std::string& thread) {
+  std::array<char, 16> name{};
+  return thread.empty() || (::pthread_getname_np(::pthread_self(), name.data(), name.size()) == 0 &&
+                            thread == name.data());
+}
+
 enum class Verdict { kGoOn, kFail, kHalf };
 
 Verdict verdict_on(const char* call, const std::string& path) {
   std::unique_lock lock(mutex);
   if (!now || !lies_in(path, now->plan.folder)) return Verdict::kGoOn;
   now->log.push_back(std::string(call) + " " + std::filesystem::path(path).filename().string());
-  if (!is_among(call, now->plan.calls)) return Verdict::kGoOn;
+  if (!is_among(call, now->plan.calls) || !is_this_thread(now->plan.thread)) return Verdict::kGoOn;
   const long index = now->calls++;
   const bool stays = now->plan.fate == Fate::kStaysSo || now->plan.fate == Fate::kStandsStill;
   if (now->plan.strike_at < 0 || index < now->plan.strike_at) return Verdict::kGoOn;

@@ -23,8 +23,9 @@ enum class Fate {
 
 struct FaultPlan {
   std::string folder{};
-  std::string calls{};  // which may be struck, separated by spaces; "" for all that are counted
-  long strike_at = -1;  // so many of them go well before; -1: nothing is struck
+  std::string calls{};   // which may be struck, separated by spaces; "" for all that are counted
+  std::string thread{};  // whose; "" for all
+  long strike_at = -1;   // so many of them go well before; -1: nothing is struck
   Fate fate = Fate::kFails;
   int error = ENOSPC;
   std::function<void()> meanwhile{};
