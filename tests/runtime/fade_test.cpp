@@ -25,7 +25,7 @@ struct Moment {
 
 // At every four frames: who is chosen at keyframe k is `is_second(k)`.
 template <class Choice>
-std::vector<Moment> heard(int keyframes, Choice is_second) {
+std::vector<Moment> faded(int keyframes, Choice is_second) {
   std::vector<Signal> sounds(2);
   for (std::size_t s = 0; s < 2; ++s) sounds[s].samples.assign(kWaves[s], kWaves[s] + 4);
   const MixMode mode{Interpolation::kLinear, 1, false};
@@ -37,6 +37,7 @@ std::vector<Moment> heard(int keyframes, Choice is_second) {
   const double away_m = 96.0 / kSampleRate_hz * field.speed_of_sound_mps();
   Source source;
   source.is_emitter = true;
+  source.power = same_in_all_bands(1);
   KeyframeMaker maker(field, 4, KeyframeMaker::Receivers::kOne);
   Mixer mixer(signals, 4, mode);
   const auto out = testing::heard_of(mixer, keyframes * kKeyframeFrames, [&](int k) {
@@ -75,7 +76,7 @@ double power_on_chord(double frames) {
 
 TEST(Fade, OfOneThatLeavesForOneThatEntersHasEqualPowerAtAllMoments) {
   constexpr int kLeaves = 3;  // from this keyframe on the other is chosen
-  const auto moments = heard(12, [](int k) { return k >= kLeaves; });
+  const auto moments = faded(12, [](int k) { return k >= kLeaves; });
   const double begins = (kLeaves - 1) * kKeyframeFrames;
   for (std::size_t w = 0; w < moments.size(); ++w) {
     const double middle = static_cast<double>(w * kWindow_frames) + 1.5, since = middle - begins;
@@ -97,7 +98,7 @@ TEST(Fade, OfOneThatLeavesForOneThatEntersHasEqualPowerAtAllMoments) {
 }
 
 TEST(Fade, Takes50To200Milliseconds) {
-  const auto moments = heard(12, [](int k) { return k >= 3; });
+  const auto moments = faded(12, [](int k) { return k >= 3; });
   double entering_s = 0, leaving_s = 0;
   for (const Moment& now : moments) {
     constexpr double kTakes_s = 1.0 * kWindow_frames / kSampleRate_hz;
@@ -113,7 +114,7 @@ TEST(Fade, Takes50To200Milliseconds) {
 
 // Who is asked back while it fades turns round where it is: as much power, at all moments.
 TEST(Fade, ThatTurnsRoundHalfWayHasEqualPowerToo) {
-  const auto moments = heard(16, [](int k) { return k >= 3 && k < 6; });
+  const auto moments = faded(16, [](int k) { return k >= 3 && k < 6; });
   const double least = std::pow(std::cos(std::numbers::pi / (4 * kFadeKeyframes)), 2);
   double most_entering = 0;
   for (const Moment& now : moments) {
