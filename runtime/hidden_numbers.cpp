@@ -27,9 +27,9 @@ void HiddenNumbers::set(std::uint64_t number, std::uint8_t step) {
     *here = {key + 1, static_cast<std::uint32_t>(rows_.size())};
     rows_.emplace_back();
   }
-  const std::uint64_t shift = 4 * (number % 16);
-  std::uint64_t& steps = rows_[here->row].steps_[number % kRow / 16];
-  steps = (steps & ~(std::uint64_t{15} << shift)) | std::uint64_t{step} << shift;
+  const std::uint64_t shift = 4 * (number % kPerWord);
+  std::uint32_t& word = rows_[here->row][number % kRow / kPerWord];
+  word = (word & ~(15u << shift)) | std::uint32_t{step} << shift;
 }
 
 void HiddenNumbers::clear() {

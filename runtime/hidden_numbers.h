@@ -5,7 +5,9 @@
 // those cost a few bits each and no more: what is known of a source is at most 1/2^step of its
 // power, in steps of 3 dB, or nothing. That it is so must be asked again as the listener walks:
 // numbers take turns, every fourth at a time, and those whose turn it is count as if nothing stood
-// in the way.
+// in the way. Where that finds more than there are rays for (behind the stands of a stadium, every
+// source there is), only every eighth counts so, or up to every 32nd, and what else is a fourth
+// only as if 1/8 of it were heard, or up to 1/512: the loudest are asked as often.
 //
 // Threads: the sampler's alone.   Memory: 544 bytes per 1024 numbers any of which was dimmed.
 #pragma once
@@ -15,14 +17,15 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
 namespace clamor {
 
 class HiddenNumbers {
  public:
-  static constexpr std::uint32_t kTurns = 4;
-  static constexpr std::uint8_t kHeard = 0, kHidden = 15;  // the first step, and the last
+  static constexpr std::uint32_t kTurns = 4, kMostTurns = 32;  // powers of two
+  static constexpr std::uint8_t kHeard = 0, kHidden = 15;      // the first step, and the last
 
   // The step of a share of the power: none less than what is left.
   static std::uint8_t step_of(float share) {
@@ -31,18 +34,29 @@ class HiddenNumbers {
     return static_cast<std::uint8_t>(exponent >= 127 ? 0 : std::min(127 - exponent - 1, 14u));
   }
 
-  // Of 1024 numbers in a row, which a page of the octree has about, so that they lie together.
-  static constexpr std::uint64_t kRow = 1024;
-  class Row {
-   public:
-    std::uint8_t step(std::uint64_t number) const {
-      return static_cast<std::uint8_t>(steps_[number % kRow / 16] >> (4 * (number % 16)) & 15);
-    }
-    void prefetch(std::uint64_t number) const { __builtin_prefetch(&steps_[number % kRow / 16]); }
+  // The most that a step stands for.
+  static float share_of(std::uint32_t step) {
+    static constexpr auto kShares = [] {
+      std::array<float, 16> shares{};
+      for (std::size_t s = 0; s < kHidden; ++s) shares[s] = s == 0 ? 1 : shares[s - 1] / 2;
+      return shares;
+    }();
+    return kShares[step];
+  }
 
-   private:
-    friend class HiddenNumbers;
-    std::array<std::uint64_t, kRow / 16> steps_{};
+  // Of 1024 numbers in a row, which a page of the octree has at most, so that they lie together:
+  // eight to a word.
+  static constexpr std::uint32_t kRow = 1024, kPerWord = 8;
+  using Row = std::array<std::uint32_t, kRow / kPerWord>;
+
+  // What a kernel needs to know how much is heard at most of the numbers from one on, in its row
+  // and the next. Valid until the next set().
+  struct Near {
+    const std::uint32_t* words = nullptr;        // of all rows; null: nothing is dimmed
+    std::int32_t first_word = 0, next_word = 0;  // where the row begins, and the next
+    std::uint32_t first = 0;                     // the number, of its row
+    std::uint32_t turn = 0, turns = kTurns;
+    float in_turn = 1;
   };
 
   HiddenNumbers();
@@ -52,25 +66,47 @@ class HiddenNumbers {
 
   // The turn of others, or of all.
   void begin_keyframe(bool all) {
-    turn_ = (turn_ + 1) % kTurns;
+    turn_ = (turn_ + 1) % turns_;
     all_ = all;
   }
-  std::uint32_t turn() const { return turn_; }
+  // Every fourth number has the same turn; in it, every so many count in full.
+  std::uint32_t turn() const { return turn_ % kTurns; }
   static std::uint32_t turn_of(std::uint64_t number) {
     return static_cast<std::uint32_t>(number % kTurns);
   }
+  bool counts_in_full(std::uint64_t number) const { return all_ || number % turns_ == turn_; }
+  std::uint32_t turns() const { return turns_; }
 
-  const Row& row_of(std::uint64_t number) const { return rows_[find(number / kRow).row]; }
+  // So many counted in full that would not have been found else; twice as many turns if that is
+  // more than `most`, half as many where all of that would be less.
+  void took(std::size_t counted, std::size_t most) {
+    if (counted > most && turns_ < kMostTurns) {
+      turns_ *= 2;
+      in_turn_ /= 8;
+    } else if (4 * counted < most && turns_ > kTurns) {
+      turns_ /= 2;
+      in_turn_ *= 8;
+    }
+  }
 
-  // How much is heard at most of one in that row, as long as it is not its turn.
-  float most(const Row& row, std::uint64_t number) const {
-    if (all_ || turn_of(number) == turn_) return 1;
-    static constexpr auto kShares = [] {
-      std::array<float, 16> shares{};
-      for (std::size_t s = 0; s < kHidden; ++s) shares[s] = s == 0 ? 1 : shares[s - 1] / 2;
-      return shares;
-    }();
-    return kShares[row.step(number)];
+  Near near(std::uint64_t first) const {
+    const std::uint32_t row = find(first / kRow).row, next = find(first / kRow + 1).row;
+    if (all_ || (row == 0 && next == 0)) return {};
+    return {rows_.front().data(),
+            static_cast<std::int32_t>(row * std::tuple_size_v<Row>),
+            static_cast<std::int32_t>(next * std::tuple_size_v<Row>),
+            static_cast<std::uint32_t>(first % kRow),
+            turn_,
+            turns_,
+            in_turn_};
+  }
+
+  // How much is heard at most of one.
+  float most(std::uint64_t number) const {
+    if (counts_in_full(number)) return 1;
+    const std::uint32_t word = rows_[find(number / kRow).row][number % kRow / kPerWord];
+    const float known = share_of(word >> (4 * (number % kPerWord)) & 15);
+    return turn_of(number) == turn() ? std::max(known, in_turn_) : known;
   }
 
  private:
@@ -91,7 +127,8 @@ class HiddenNumbers {
 
   std::vector<Slot> slots_;  // open addressing, a power of two
   std::vector<Row> rows_;
-  std::uint32_t turn_ = 0;
+  std::uint32_t turn_ = 0, turns_ = kTurns;
+  float in_turn_ = 1;
   bool all_ = true;
 };
 

@@ -12,6 +12,7 @@ struct Reach {
 };
 constexpr Reach kReach{1.0 / 30, 0.1, 0.8}, kReachOfFew{1.0 / 12, 0.25, 0.65},
     kReachOfNone{1.0 / 8, 0.4, 0.5};
+constexpr double kAhead = 0.85;  // of how far they hold, their middles are
 constexpr std::uint32_t kFew = kSieveBlock / 2;
 constexpr double kHold_s = 0.6;                         // and up to twice as long
 constexpr double kRises = 1.01, kLeastLower = 1.0 / 3;  // of thresholds, per keyframe
@@ -27,7 +28,7 @@ void PageShortlists::begin(const Vec3& place, double time_s, double loudest, dou
   time_s_ = time_s;
   loudest_ = loudest;
   until_s_ = until_s;
-  step_m_ = length(place - place_);
+  step_m_ = place - place_;
   place_ = place;
   ++keyframe_;
   if (back || keyframe_ % kForget_keyframes == 0) {
@@ -59,18 +60,15 @@ void PageShortlists::prefetch(std::size_t list) const {
 void PageShortlists::loud_entries(std::size_t list, const Vec3& place, double threshold,
                                   std::vector<LoudEntry>& entries) const {
   static const SharesNow kAllLoud;
+  constexpr HiddenNumbers::Near kNothingHidden;
   const List& from = lists_[list];
   const auto least = static_cast<float>(threshold * (1 - 1e-6));
   const std::size_t before = entries.size();
   entries.resize(before + kSieveBlock * from.blocks.size());
   entries.resize(before + loud_now(from.blocks, Vec3f(place - from.place), least,
                                    from.give_s <= kUsualGive_s ? shares_ : kAllLoud,
+                                   hidden_ != nullptr ? hidden_->near(from.first) : kNothingHidden,
                                    entries.data() + before));
-  if (hidden_ == nullptr || from.count == 0) return;
-  const HiddenNumbers::Row& row = hidden_->row_of(from.first);
-  for (std::size_t e = before; e < entries.size(); ++e)
-    row.prefetch(from.first +
-                 from.blocks[entries[e].entry / kSieveBlock].index[entries[e].entry % kSieveBlock]);
 }
 
 void PageShortlists::rehash(std::size_t size) {
@@ -83,12 +81,23 @@ void PageShortlists::rehash(std::size_t size) {
   }
 }
 
+// Who walks on reaches the middle of the ball that a list holds for, and only then its far side.
+Vec3 PageShortlists::ahead_of(const MetPage& page, double give_m) const {
+  const double step_m = length(step_m_);
+  if (!(step_m > 0)) return page.place;
+  const Vec3 ahead = page.placement == nullptr
+                         ? step_m_ / step_m
+                         : page.placement->scale *
+                               (page.placement->inside(place_ + step_m_ / step_m) - page.place);
+  return page.place + kAhead * give_m * ahead;
+}
+
 // Those of a page that `list` must have from now on, as it says where it holds and above what.
 template <class Kept>
 std::size_t PageShortlists::sift(List& list, const MetPage& page, double away_m, double hold_s,
                                  const Kept& kept) {
   const double scale = page.placement != nullptr ? page.placement->scale : 1;
-  list.place = page.place;
+  list.place = ahead_of(page, list.give_m);
   list.until_s = seen_.empty() ? until_s_ : std::min(until_s_, time_s_ + hold_s);
   list.give_s =
       static_cast<float>((list.give_m * scale + 1e-3) / field_.speed_of_sound_mps() + 1e-6);
@@ -97,7 +106,7 @@ std::size_t PageShortlists::sift(List& list, const MetPage& page, double away_m,
   const SieveGive give{list.give_m, std::max(away_m, 1 / scale)};
   const auto least = static_cast<float>(list.threshold * (1 - 1e-6));
   return page.sources.pass(
-      page.place, list.threshold / loudest_,
+      list.place, list.threshold / loudest_,
       [&](std::size_t index, double most, const SievePart& part) {
         std::uint32_t emitter = part.emitter;
         float leaves_s = part.delay_s;
@@ -106,7 +115,7 @@ std::size_t PageShortlists::sift(List& list, const MetPage& page, double away_m,
           if (emitter >= field_.emitter_count()) return;  // of a forged file
           leaves_s = page.placement->delayed_s(leaves_s);
         }
-        const double way_m = scale * length(page.place - part.position_m);
+        const double way_m = scale * length(list.place - part.position_m);
         const auto delay_s = static_cast<float>(field_.leaves_s(emitter, leaves_s) +
                                                 way_m / field_.speed_of_sound_mps());
         const std::uint32_t signal = page.maps.signal(page.map, field_.signal(part.emitter));
@@ -132,7 +141,7 @@ std::size_t PageShortlists::fill(List& list, const MetPage& page) {
   list.give_m =
       std::min(std::max(reach.of_distance * away_m, reach.least_m / scale), kMostGive_m / scale);
   list.threshold = reach.lower * lower_ * page.threshold;
-  if (2 * step_m_ / scale >= list.give_m) {
+  if (2 * length(step_m_) / scale >= list.give_m) {
     list.give_m = 0;
     list.threshold = kReach.lower * page.threshold;
   }

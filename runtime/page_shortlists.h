@@ -99,8 +99,8 @@ class PageShortlists {
   bool is_empty(std::size_t list) const { return lists_[list].count == 0; }
   // Fetches what loud_entries() will want, a little later.
   void prefetch(std::size_t list) const;
-  // Appends those of a list that may be the threshold or more at this moment as long as nothing
-  // stands in the way, and fetches what pass() will want.
+  // Appends those of a list that may be the threshold or more at this moment, by what is known of
+  // what stands in the way.
   void loud_entries(std::size_t list, const Vec3& place, double threshold,
                     std::vector<LoudEntry>& entries) const;
 
@@ -111,21 +111,10 @@ class PageShortlists {
             const Found& found) const {
     const List& list = lists_[of];
     const auto least = static_cast<float>(threshold * (1 - 1e-6));
-    const HiddenNumbers::Row* row = nullptr;
-    std::uint64_t row_of = 0;
     for (const LoudEntry& one : loud) {
       const ShortlistBlock& block = list.blocks[one.entry / kSieveBlock];
       const std::size_t at = one.entry % kSieveBlock;
-      float share = 1;
-      if (hidden_ != nullptr) {
-        const std::uint64_t number = list.first + block.index[at];
-        if (row == nullptr || number / HiddenNumbers::kRow != row_of) {
-          row_of = number / HiddenNumbers::kRow;
-          row = &hidden_->row_of(number);
-        }
-        share = hidden_->most(*row, number);
-        if (one.ceiling * share < least) continue;
-      }
+      float share = one.left;
       if (!seen_.empty()) share *= seen_[block.signal[at]].share(block.delay_s[at], list.give_s);
       if (one.ceiling * share < least) continue;
       found(block.index[at], block.signal[at], static_cast<double>(one.ceiling), block.boost[at]);
@@ -167,6 +156,7 @@ class PageShortlists {
            (list.count == 0 || lower_ * threshold <= kTooLong * list.threshold);
   }
   std::size_t fill(List& list, const MetPage& page);
+  Vec3 ahead_of(const MetPage& page, double give_m) const;
   template <class Kept>
   std::size_t sift(List& list, const MetPage& page, double away_m, double hold_s, const Kept& kept);
 
@@ -184,7 +174,7 @@ class PageShortlists {
   SharesNow shares_;
   float longest_s_ = 0;  // delay in any list
   Vec3 place_{};
-  double step_m_ = 0;              // from keyframe to keyframe
+  Vec3 step_m_{};                  // from keyframe to keyframe
   double lowest_ = 0, lower_ = 1;  // threshold of late, and as a share of that of now
   double time_s_ = 0, loudest_ = 1, until_s_ = 0;
   std::uint32_t turn_ = 0, numbering_ = 0;

@@ -46,8 +46,39 @@ HWY_INLINE Vector ceilings_at(const ShortlistBlock& block, std::size_t at, const
   return hn::Div(hn::Mul(hn::Set(d, kSlack), most), near2);
 }
 
+// HiddenNumbers::most() of some of a page's sources.
+HWY_INLINE Vector left_of(const HiddenNumbers::Near& hidden, const std::uint32_t* index) {
+  constexpr std::uint32_t kRow = HiddenNumbers::kRow, kPerWord = HiddenNumbers::kPerWord;
+  static_assert(kRow == 1 << 10 && kPerWord == 1 << 3 && HiddenNumbers::kHidden == 15);
+  const Tag d;
+  const hn::RebindToSigned<Tag> di;
+  const hn::RebindToUnsigned<Tag> du;
+  const auto number = hn::Add(hn::Load(du, index), hn::Set(du, hidden.first));
+  const auto row = hn::BitCast(di, hn::ShiftRight<10>(number));
+  const auto in_row = hn::BitCast(di, hn::ShiftRight<3>(hn::And(number, hn::Set(du, kRow - 1))));
+  const auto begins = hn::IfThenElse(hn::Eq(row, hn::Zero(di)), hn::Set(di, hidden.first_word),
+                                     hn::Set(di, hidden.next_word));
+  const auto word =
+      hn::BitCast(du, hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(hidden.words),
+                                      hn::Add(begins, in_row)));
+  const auto shift = hn::ShiftLeft<2>(hn::And(number, hn::Set(du, kPerWord - 1)));
+  const auto step = hn::BitCast(di, hn::And(hn::Shr(word, shift), hn::Set(du, 15)));
+  const auto power = hn::BitCast(d, hn::ShiftLeft<23>(hn::Sub(hn::Set(di, 127), step)));
+  const auto known = hn::IfThenZeroElse(hn::RebindMask(d, hn::Eq(step, hn::Set(di, 15))), power);
+  const auto off = hn::Xor(number, hn::Set(du, hidden.turn));
+  const auto is_in = [&](std::uint32_t turns) {
+    return hn::RebindMask(d, hn::Eq(hn::And(off, hn::Set(du, turns - 1)), hn::Zero(du)));
+  };
+  const auto in_turn = hn::IfThenElse(is_in(HiddenNumbers::kTurns),
+                                      hn::Max(known, hn::Set(d, hidden.in_turn)), known);
+  // A page has no more than two rows; of a third nothing is known.
+  const auto all = hn::Or(is_in(hidden.turns), hn::RebindMask(d, hn::Gt(row, hn::Set(di, 1))));
+  return hn::IfThenElse(all, hn::Set(d, 1.0f), in_turn);
+}
+
 std::size_t loud_here(std::span<const ShortlistBlock> blocks, const Vec3f& place, float least,
-                      const float* shares, std::size_t row, LoudEntry* entries) {
+                      const float* shares, std::size_t row, const HiddenNumbers::Near& hidden,
+                      LoudEntry* entries) {
   const Tag d;
   const hn::RebindToSigned<Tag> di;
   const hn::RebindToUnsigned<Tag> du;
@@ -73,11 +104,19 @@ std::size_t loud_here(std::span<const ShortlistBlock> blocks, const Vec3f& place
       const auto ceiling = ceilings_at(block, at, place);
       loud = hn::And(loud, hn::Ge(hn::Mul(ceiling, share), needed));
       if (hn::AllFalse(d, loud)) continue;
-      HWY_ALIGN float ceilings[kSieveBlock];
+      auto left = one;
+      if (hidden.words != nullptr) {
+        left = left_of(hidden, block.index.data() + at);
+        loud = hn::And(loud, hn::Ge(hn::Mul(ceiling, hn::Mul(share, left)), needed));
+        if (hn::AllFalse(d, loud)) continue;
+      }
+      HWY_ALIGN float ceilings[kSieveBlock], lefts[kSieveBlock];
       hn::Store(ceiling, d, ceilings);
+      hn::Store(left, d, lefts);
       for (std::uint32_t bits = bits_of(d, loud, kSieveBlock); bits != 0; bits &= bits - 1) {
         const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
-        *next++ = {static_cast<std::uint32_t>(b * kSieveBlock + at + lane), ceilings[lane]};
+        *next++ = {static_cast<std::uint32_t>(b * kSieveBlock + at + lane), ceilings[lane],
+                   lefts[lane]};
       }
     }
   return static_cast<std::size_t>(next - entries);
@@ -98,8 +137,9 @@ constexpr std::size_t kMostDelays = 1 << 12;
 }  // namespace
 
 std::size_t loud_now(std::span<const ShortlistBlock> blocks, const Vec3f& place, float least,
-                     const SharesNow& shares, LoudEntry* entries) {
-  return HWY_DYNAMIC_DISPATCH(loud_here)(blocks, place, least, shares.data(), shares.row(),
+                     const SharesNow& shares, const HiddenNumbers::Near& hidden,
+                     LoudEntry* entries) {
+  return HWY_DYNAMIC_DISPATCH(loud_here)(blocks, place, least, shares.data(), shares.row(), hidden,
                                          entries);
 }
 

@@ -2,7 +2,8 @@
 //
 // The signals' shares of their loudest (signal_weights.h) are tabulated once per keyframe, by the
 // delay they are heard at. A source is first asked for its ceiling, which holds near by, then for
-// that times the share of its signal, then for its ceiling at this very place.
+// that times the share of its signal, then for its ceiling at this very place, then for what is
+// known to be left of that behind what stands in the way (hidden_numbers.h).
 #pragma once
 
 #include <array>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "common/vec.h"
+#include "runtime/hidden_numbers.h"
 #include "runtime/signal_weights.h"
 #include "runtime/source_sieve.h"
 
@@ -48,12 +50,14 @@ class SharesNow {
 
 struct LoudEntry {
   std::uint32_t entry = 0;  // where in the list
-  float ceiling = 0;        // of the priority at any time, here and nowhere else
+  float ceiling = 0;        // of the priority at any time, here and nowhere else,
+  float left = 1;           // and the share of it that is known to be left at most
 };
 
 // Writes those of a list that may reach `least` at `place`, seen from where the listener was; there
-// must be room for all. Gives how many.
+// must be room for all. Gives how many. `hidden` begins with the first source of the page.
 std::size_t loud_now(std::span<const ShortlistBlock> blocks, const Vec3f& place, float least,
-                     const SharesNow& shares, LoudEntry* entries);
+                     const SharesNow& shares, const HiddenNumbers::Near& hidden,
+                     LoudEntry* entries);
 
 }  // namespace clamor

@@ -21,6 +21,7 @@ constexpr int kEnoughForSurprise = 20;  // looks
 void VisibilityCache::gather(std::span<const Wanted> wanted, double tau, std::uint32_t turn,
                              bool all) {
   statistics_.wanted = 0;
+  std::size_t only_asked = 0;
   double sum = 0;
   for (const Wanted& one : wanted) {
     const Index index = one.index & ~kHidden;
@@ -34,6 +35,8 @@ void VisibilityCache::gather(std::span<const Wanted> wanted, double tau, std::ui
     }
     if (loudness < tau) continue;
     ++statistics_.wanted;
+    if (hidden_.counts_in_full(one.number) && HiddenNumbers::share_of(entry.step) * loudness < tau)
+      ++only_asked;
     // A chosen source is mixed as if its weight were tau at least.
     const double weight = loudness * static_cast<double>(one.source->u);
     const bool alone = options_.exact || weight > 4 * std::max(tau, mean_weight_);
@@ -49,6 +52,9 @@ void VisibilityCache::gather(std::span<const Wanted> wanted, double tau, std::ui
   }
   mean_weight_ = sum / std::max<double>(1, static_cast<double>(statistics_.wanted));
   statistics_.current = statistics_.wanted - turns_.size();
+  // Two for each ray of a glance.
+  if (!all && !options_.exact && turn == hidden_.turn())
+    hidden_.took(only_asked, static_cast<std::size_t>(options_.rays_per_keyframe / 2));
 }
 
 bool VisibilityCache::refresh(std::span<const Wanted> wanted, double tau) {
@@ -60,11 +66,12 @@ bool VisibilityCache::refresh(std::span<const Wanted> wanted, double tau) {
   const auto idle = [this] {
     return turns_.empty() && look_turns_.empty() && close_turns_.empty();
   };
+  const std::uint32_t turns = hidden_.turns();
   constexpr std::uint32_t kTurns = HiddenNumbers::kTurns;
   for (std::uint32_t t = 0; t < kTurns && idle(); ++t)
     gather(wanted, tau, (hidden_.turn() + t) % kTurns, all);
   // Of those that are hidden nothing is heard but in their turn.
-  if (idle()) return ++idle_ < kTurns;
+  if (idle()) return ++idle_ < turns;
   idle_ = 0;
   if (!options_.exact) glance_again(turns_);
   serve(turns_, options_.exact ? Depth::kLook : Depth::kQuick);

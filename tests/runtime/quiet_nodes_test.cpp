@@ -1,4 +1,4 @@
-// What a sampler remembers from keyframe to keyframe: quiet nodes, and what is dim.
+// What a sampler remembers from keyframe to keyframe of nodes that are quiet.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -8,7 +8,6 @@
 
 #include "bake/octree_builder.h"
 #include "common/random.h"
-#include "runtime/hidden_numbers.h"
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
 #include "tests/stored_tree.h"
@@ -137,36 +136,6 @@ TEST(OctreePlan, HidesNothingThatAListFindsWhilePagesComeAndGo) {
   }
   EXPECT_GT(planned_while_pages_came, 0u);
   EXPECT_GT(loader.statistics().dropped, 100u);
-}
-
-TEST(HiddenNumbers, NeverTakeASourceForDimmerThanItIs) {
-  HiddenNumbers hidden;
-  std::map<std::uint64_t, float> shares;
-  for (std::uint32_t i = 0; i < 20'000; ++i) {
-    const RandomBits bits = philox(9, {i, 0, 0, 0});
-    const std::uint64_t number = std::uint64_t{bits[0] % 5000} * (bits[1] % 3 == 0 ? 1 : 7919);
-    const auto share =
-        bits[2] % 4 == 0 ? 0 : static_cast<float>(std::pow(2.0, -18 * unit(bits[3])));
-    hidden.set(number, HiddenNumbers::step_of(share));
-    shares[number] = share;
-  }
-  hidden.begin_keyframe(true);
-  for (const auto& [number, share] : shares)
-    EXPECT_EQ(hidden.most(hidden.row_of(number), number), 1);
-  hidden.begin_keyframe(false);
-  for (const auto& [number, share] : shares) {
-    const float most = hidden.most(hidden.row_of(number), number);
-    if (HiddenNumbers::turn_of(number) == hidden.turn()) {
-      EXPECT_EQ(most, 1);
-      continue;
-    }
-    EXPECT_GE(most, share);
-    EXPECT_LE(most, std::max(2 * share, share > 0 ? 0x1p-14f : 0));
-  }
-  EXPECT_EQ(hidden.most(hidden.row_of(123'456'789'012), 123'456'789'013), 1);
-  hidden.clear();
-  for (const auto& [number, share] : shares)
-    EXPECT_EQ(hidden.most(hidden.row_of(number), number), 1);
 }
 
 TEST(SignalWeights, SeenAheadAreAtLeastWhatIsSeenWhenTheTimeHasCome) {
