@@ -1,7 +1,6 @@
 #include "runtime/direction_mesh.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <map>
 
@@ -12,6 +11,7 @@ namespace clamor {
 namespace {
 
 constexpr int kLongestWalk = 256, kShortWalk = 4;
+constexpr double kLeastDepth = 1e-3;
 
 struct Face {
   std::array<std::uint32_t, 3> corner;  // counter-clockwise from outside
@@ -76,12 +76,24 @@ std::vector<Face> hull_of(const std::vector<Vec3>& points) {
   return faces;
 }
 
+// Of a hull that holds a ball, every face is so far from its middle, however narrow the face.
+double depth_of(const std::vector<Face>& faces) {
+  double depth = 1;
+  for (const Face& face : faces) {
+    const double area = length(face.normal);
+    depth = std::min(depth, area > 0 ? face.height / area : 0);
+  }
+  return depth > kLeastDepth ? depth : 0;
+}
+
 }  // namespace
 
 DirectionMesh::DirectionMesh(std::span<const Vec3f> directions) {
-  assert(directions.size() >= 4);
+  if (directions.size() < 4) return;
   const std::vector<Vec3> points = shaken(directions);
   const std::vector<Face> faces = hull_of(points);
+  depth_ = depth_of(faces);
+  if (depth_ == 0) return;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> face_of_edge;
   for (std::uint32_t f = 0; f < faces.size(); ++f)
     for (std::size_t k = 0; k < 3; ++k)

@@ -22,8 +22,12 @@ namespace clamor {
 
 class DirectionMesh {
  public:
-  // Unit vectors all round, four or more, no two of them the same.
+  // Unit vectors, no two of them the same. Nothing can be found if their depth() is 0.
   explicit DirectionMesh(std::span<const Vec3f> directions);
+
+  // How far the sphere's middle lies inside of all triangles: the cosine of half the widest gap. 0
+  // where that is half a sphere or more, so that there is nothing between which to look.
+  double depth() const { return depth_; }
 
   struct Place {
     std::array<std::uint32_t, 3> corner;  // numbers of directions
@@ -53,6 +57,7 @@ class DirectionMesh {
   bool walk(const Vec3f& direction, int most, std::uint32_t& triangle,
             Shares& shares) const noexcept REALTIME;
 
+  double depth_ = 0;
   std::vector<Triangle> triangles_;
   std::vector<std::uint32_t> near_;  // by cell: the triangle at its middle
 };

@@ -22,6 +22,7 @@ namespace {
 constexpr std::size_t kLeastSpectrum = 8192;
 constexpr std::size_t kDirectionsTogether = 8;  // directions of a thread at a time
 constexpr int kTurns = 6, kPhaseTurns = 4;
+constexpr double kLeastDepth = 0.2;    // no gap is wider than 156 degrees
 constexpr double kSteepest_s = 25e-6;  // a degree
 constexpr double kGoodFit = 0.6;       // dB, or of what a phase may be missed by
 constexpr double kQuietest = 1e-6;     // 60 dB below the loudest band: silence has no colour
@@ -71,27 +72,15 @@ void make_smooth(std::span<const Vec3f> directions, std::vector<InterauralTimes>
   for (std::size_t d = 0; d < times.size(); ++d) times[d].high_s = smooth_s[d];
 }
 
-bool all_round(std::span<const Vec3f> directions) {
-  // Some on each side of every plane through the head, or the nearest thing to it.
-  Vec3f low(1), high(-1);
-  for (const Vec3f& d : directions)
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], d[axis]);
-      high[axis] = std::max(high[axis], d[axis]);
-    }
-  for (int axis = 0; axis < 3; ++axis)
-    if (low[axis] > -0.2f || high[axis] < 0.2f) return false;
-  return true;
-}
-
 }  // namespace
 
 Result<std::shared_ptr<const Head>> Head::read(const std::string& path) {
   auto responses = read_sofa(path);
   if (!responses.ok()) return responses.error();
-  if (!all_round(responses->directions))
+  auto head = std::make_shared<const Head>(*responses);
+  if (head->directions() == 0)
     return Error(path + ": was not measured from all sides; give a head that was.");
-  return std::make_shared<const Head>(*responses);
+  return head;
 }
 
 // What was measured from a direction: energies, of all directions' mean, and times.
@@ -186,6 +175,7 @@ Head::Head(const HeadResponses& responses) {
     places.push_back(direction);
   }
   mesh_ = std::make_unique<const DirectionMesh>(places);
+  if (mesh_->depth() < kLeastDepth) return;
 
   const std::vector<Measured> measured = measure(responses, kept, places);
   const HeadFit fit;

@@ -24,7 +24,8 @@
 // where KEMAR was measured), and so does each ERB band below 1.6 kHz. Above, where a notch passes,
 // single bands change by up to 3.8 dB a degree, on no more than 1.5 % of the way: measured bands
 // differ by up to 2.5 dB a degree between neighbours. Below the directions that were measured it is
-// up to 11 dB. (In steps of a quarter of a degree.) Nothing jumps: between directions all is linear.
+// up to 11 dB. (In steps of a quarter of a degree.) Nothing jumps: between directions all is
+// linear.
 //
 // What is common to all directions is taken out, band by band: the resonance of the ear canal,
 // which a listener's own ears add again, and the bass that loudspeakers lose in measuring. So in
@@ -56,6 +57,7 @@ class Head {
  public:
   // An empty path takes the default head.
   static Result<std::shared_ptr<const Head>> read(const std::string& path);
+  // Without directions() where it was not measured from all sides; then nothing can be heard.
   explicit Head(const HeadResponses& responses);
 
   // Levels for a sound from a direction: x ahead, y to the left, z up.
