@@ -51,6 +51,24 @@ INSTANTIATE_TEST_SUITE_P(Each, Experiment,
                            return name;
                          });
 
+// Each exchange uses up one factor epsilon of a weight's changes. What came in between counts anew,
+// so there are fewer, but as long as a step is small against epsilon not many.
+TEST(Experiments, OfAWalkFindThatAdaptiveDiffusionExchangesNoMoreThanItsRuleAsksFor) {
+  const Folder folder;
+  const std::string report = folder / "report";
+  const Outcome run = clamor({"experiment", "walk", baked_level(folder), "-o", report, "--quick"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto rows = nlohmann::json::parse(read(report + "/walk.json"))["tables"]["adaptive"];
+  ASSERT_EQ(rows.size(), 3u);
+  for (const auto& row : rows) {
+    const double exchanged = row["exchanged_percent_per_m"], due = row["due_percent_per_m"];
+    EXPECT_LE(exchanged, due);
+    if (row["speed_mps"] == 1.5) {
+      EXPECT_GT(exchanged, 0.2 * due);
+    }
+  }
+}
+
 // Walking, running and flying, from the file and as the player does it.
 TEST(Experiments, OfMotionFindNoClicksBeyondThoseOfAllSourcesInEitherLevel) {
   for (const char* const level : {"violin_room", "stadium"}) {
