@@ -120,6 +120,10 @@ void ExperimentReport::charts(const std::vector<Chart>& charts, int columns,
   body_ += "</div><figcaption>" + escaped(caption) + "</figcaption></figure>\n";
 }
 
+void ExperimentReport::picture(const std::string& svg, const std::string& caption) {
+  body_ += "<figure>" + svg + "<figcaption>" + escaped(caption) + "</figcaption></figure>\n";
+}
+
 void ExperimentReport::table(ReportTable table) {
   body_ += to_html(table);
   tables_.push_back(std::move(table));

@@ -33,6 +33,7 @@ class ExperimentReport {
   void chart(const Chart& chart, const std::string& caption);
   // Several in rows of `columns`.
   void charts(const std::vector<Chart>& charts, int columns, const std::string& caption);
+  void picture(const std::string& svg, const std::string& caption);
   void table(ReportTable table);
 
   // Makes the folder where there is none. The Error names the file that could not be written.

@@ -11,6 +11,7 @@
 #include <fmt/ostream.h>
 #include <unistd.h>
 
+#include "formats/audio_file.h"
 #include "formats/bake_file.h"
 #include "formats/wav_writer.h"
 #include "runtime/player.h"
@@ -21,6 +22,7 @@
 #include "tools/output_options.h"
 #include "tools/play_report.h"
 #include "tools/play_trace.h"
+#include "tools/spectrogram.h"
 #include "tools/strategy_options.h"
 #include "tools/terminal.h"
 
@@ -160,6 +162,15 @@ void report(const SoundStatistics& sounds, std::ostream& err) {
     fmt::print(err, "{} pieces of sounds could not be read; they were silent\n", sounds.failed);
 }
 
+// Nothing where nothing was recorded, or more than is read of a file.
+std::optional<Spectrogram> spectrogram_of_file(const std::string& path, std::ostream& err) {
+  if (path.empty()) return {};
+  const auto sound = read_channels(path, kMostChannels);
+  if (sound.ok()) return spectrogram_of(*sound);
+  fmt::print(err, "no spectrogram: {}\n", sound.error().message);
+  return {};
+}
+
 // Moves and shows until the end, a key or Ctrl-C says stop.
 void run(Player& player, const PlayerOptions& options, PlayTrace& trace, std::ostream& err) {
   const Interrupt interrupt;
@@ -243,7 +254,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
                 "of its samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
   parser.option("--report", report_folder,
                 "at the end, also write loudness, voices and load over time to this folder, as a "
-                "page, JSON and CSV");
+                "page, JSON and CSV; with --record also a spectrogram");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto chosen = strategy.read();
   if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
@@ -330,7 +341,9 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
             ? fmt::format(", but the disk was too slow for {} samples", played.dropped_samples)
             : "");
   if (!report_folder.empty()) {
-    if (const auto written = trace.write(report_folder, level, played, threads); !written.ok())
+    const auto heard = spectrogram_of_file(options.record, err);
+    if (const auto written = trace.write(report_folder, level, played, threads, heard);
+        !written.ok())
       return fail(written.error());
     fmt::print(err, "wrote {0}/play.html, play.json and tables as CSV\n", report_folder);
   }

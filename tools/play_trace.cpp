@@ -51,8 +51,8 @@ double PlayTrace::loudness_lufs() const {
 }
 
 Result<void> PlayTrace::write(const std::string& folder, const std::string& level,
-                              const PlayerStatistics& played,
-                              std::span<const ThreadShare> threads) const {
+                              const PlayerStatistics& played, std::span<const ThreadShare> threads,
+                              const std::optional<Spectrogram>& heard) const {
   ExperimentReport report(
       "play", "What was played",
       fmt::format("{}, {:.1f} s, on {}", level, played.time_s,
@@ -93,6 +93,12 @@ Result<void> PlayTrace::write(const std::string& folder, const std::string& leve
                           static_cast<double>(at.held_blocks)});
   }
   report.chart(loudness, "K-weighted, of all channels.");
+  if (heard)
+    report.picture(
+        to_svg(*heard, "Spectrogram"),
+        "Mean power of all channels in each third of an octave, relative to full scale.");
+  else
+    report.paragraph("With --record FILE there is a spectrogram, too.");
   report.chart(voices, "Those that fade out sound too, so more are mixed than chosen.");
   report.chart(load, "On the audio thread, smoothed over a second.");
 

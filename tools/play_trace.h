@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "common/pose.h"
 #include "common/result.h"
 #include "runtime/player.h"
+#include "tools/spectrogram.h"
 
 namespace clamor {
 
@@ -23,9 +25,11 @@ class PlayTrace {
   std::uint32_t least_voices() const;
   double loudness_lufs() const;  // the mean power of all that was heard; -infinity in silence
 
-  // A page with both curves and tables, as FOLDER/play.html, play.json and CSV files.
+  // A page with curves and tables, as FOLDER/play.html, play.json and CSV files; with a picture of
+  // what was heard, where that was recorded.
   Result<void> write(const std::string& folder, const std::string& level,
-                     const PlayerStatistics& played, std::span<const ThreadShare> threads) const;
+                     const PlayerStatistics& played, std::span<const ThreadShare> threads,
+                     const std::optional<Spectrogram>& heard) const;
 
  private:
   struct Moment {

@@ -141,8 +141,9 @@ TEST_F(SoundFiles, HaveTheChannelsOfEveryOutputFromRenderAndPlay) {
 TEST_F(SoundFiles, ComeWithAReportOfWhatWasPlayed) {
   const std::string report = folder_ / "report";
   const auto outcome = clamor({"play", bake_, "--listener", "1,0,2", "--seconds", "0.5", "--device",
-                               "none", "--report", report});
+                               "none", "--report", report, "--record", folder_ / "heard.wav"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(read(report + "/play.html").find("Spectrogram"), std::string::npos);
   EXPECT_NE(outcome.err.find("LUFS on average"), std::string::npos) << outcome.err;
   EXPECT_NE(outcome.err.find("CPU, of one core"), std::string::npos) << outcome.err;
   const std::string figures = read(report + "/play_figures.csv");
