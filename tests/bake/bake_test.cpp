@@ -1,14 +1,11 @@
 #include "bake/bake.h"
 
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "tests/rooms.h"
+#include "tests/temporary_file.h"
 
 namespace clamor {
 namespace {
@@ -26,16 +23,12 @@ Level two_emitters() {
 }
 
 std::string bytes_of_bake(const Level& level, std::uint64_t seed, int threads) {
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("clamor_bake_test_" + std::to_string(::getpid()) + ".clamor");
+  const testing::TemporaryFile file(".clamor");
   const auto contents =
       bake(level, {.settings = {.seed = seed, .photons = 3000}, .threads = threads});
   EXPECT_TRUE(contents.ok());
-  EXPECT_TRUE(write_bake(path.string(), *contents, threads).ok());
-  std::ifstream file(path, std::ios::binary);
-  std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  std::filesystem::remove(path);
-  return bytes;
+  testing::write(*contents, file, threads);
+  return file.bytes();
 }
 
 TEST(Bake, IsTheSameBytesOnAnyNumberOfThreads) {

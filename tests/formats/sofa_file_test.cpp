@@ -2,16 +2,14 @@
 #include "formats/sofa_file.h"
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "common/random.h"
 #include "tests/sanitized.h"
 #include "tests/sofa_writer.h"
+#include "tests/temporary_file.h"
 
 namespace clamor {
 namespace {
@@ -20,12 +18,8 @@ using testing::plain_head;
 using testing::SofaContent;
 
 Result<HeadResponses> read_bytes(const std::string& bytes) {
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("clamor_sofa_" + std::to_string(::getpid()) + ".sofa");
-  std::ofstream(path, std::ios::binary) << bytes;
-  auto responses = read_sofa(path.string());
-  std::filesystem::remove(path);
-  return responses;
+  const testing::TemporaryFile file(".sofa", bytes);
+  return read_sofa(file.path());
 }
 
 Result<HeadResponses> read(const SofaContent& content) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <fstream>
 #include <memory>
 #include <span>
 
@@ -15,6 +14,7 @@
 #include "tests/player/fake_devices.h"
 #include "tests/player/pulse.h"
 #include "tests/rooms_runtime.h"
+#include "tests/temporary_file.h"
 #include "tests/walks.h"
 
 namespace clamor {
@@ -161,9 +161,8 @@ TEST_F(ThroughPulse, ListsTheSink) {
 TEST(Player, RecordsWhatItPlays) {
   PlayerOptions options = walking();
   options.device = "none";
-  options.record = (std::filesystem::temp_directory_path() /
-                    ("clamor_record_" + std::to_string(::getpid()) + ".wav"))
-                       .string();
+  const testing::TemporaryFile record(".wav");
+  options.record = record.path();
   until_nothing_runs_dry([&] {
     const PlayerStatistics played = play(options);
     EXPECT_EQ(played.dropped_samples, 0u);
@@ -171,7 +170,6 @@ TEST(Player, RecordsWhatItPlays) {
   });
   if (HasFatalFailure()) return;
   const auto recorded = read_audio(options.record);  // mean of both channels
-  std::filesystem::remove(options.record);
   ASSERT_TRUE(recorded.ok());
   const auto rendered = offline(options);
   ASSERT_EQ(recorded->size(), rendered.size() / 2);

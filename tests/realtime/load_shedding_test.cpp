@@ -2,11 +2,9 @@
 // are read from a file piece by piece. None of that asks the system for anything on the audio
 // thread.
 #include <cmath>
-#include <filesystem>
 #include <random>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "common/random.h"
 #include "runtime/resident_memory.h"
@@ -14,6 +12,7 @@
 #include "tests/realtime/forbidden.h"
 #include "tests/rooms_runtime.h"
 #include "tests/sound_device.h"
+#include "tests/temporary_file.h"
 
 namespace clamor {
 namespace {
@@ -44,14 +43,7 @@ std::shared_ptr<const BakeFile> file_of_long_sounds() {
     for (std::uint32_t i = 0; i < signal.samples.size(); ++i)
       signal.samples[i] = static_cast<float>(unit(philox(31, {i, s, 0, 0})[0]) - 0.5);
   }
-  const std::string path = (std::filesystem::temp_directory_path() /
-                            ("clamor_shedding_" + std::to_string(::getpid()) + ".clamor"))
-                               .string();
-  EXPECT_TRUE(write_bake(path, contents, 1).ok());
-  auto opened = BakeFile::open(path);
-  EXPECT_TRUE(opened.ok());
-  std::filesystem::remove(path);
-  return std::make_shared<const BakeFile>(std::move(*opened));
+  return testing::as_file(contents);
 }
 
 // Fifty sources that fly round and round; some go, and others come in their place.

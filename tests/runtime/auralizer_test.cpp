@@ -8,12 +8,12 @@
 #include <thread>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "common/random.h"
 #include "runtime/render.h"
 #include "tests/rooms_runtime.h"
 #include "tests/sanitized.h"
+#include "tests/temporary_file.h"
 
 namespace clamor {
 namespace {
@@ -62,15 +62,7 @@ TEST(Auralizer, SoundsTheSameHoweverTimeIsCutIntoBlocks) {
 
 // A file's pages come and go, the sound is that of all of them in memory.
 TEST(Auralizer, SoundsTheSameFromAFileWithAlmostNoMemoryForIt) {
-  BakeContents contents = testing::baked_contents(4000);
-  const std::string path = (std::filesystem::temp_directory_path() /
-                            ("clamor_auralizer_" + std::to_string(::getpid()) + ".clamor"))
-                               .string();
-  ASSERT_TRUE(write_bake(path, contents, 1).ok());
-  auto opened = BakeFile::open(path);
-  ASSERT_TRUE(opened.ok());
-  const auto file = std::make_shared<const BakeFile>(std::move(*opened));
-  std::filesystem::remove(path);
+  const auto file = testing::as_file(testing::baked_contents(4000));
   ASSERT_GT(file->page_count(), 30u);
   AuralizerOptions options;
   options.voices = 60;
@@ -91,10 +83,9 @@ TEST(Auralizer, SoundsTheSameFromAFileWithAlmostNoMemoryForIt) {
 }
 
 TEST(Auralizer, ReadsTheGeometryOnlyWhereItAsksWhatHidesSources) {
-  const std::string path = (std::filesystem::temp_directory_path() /
-                            ("clamor_geometry_" + std::to_string(::getpid()) + ".clamor"))
-                               .string();
-  ASSERT_TRUE(write_bake(path, testing::baked_contents(500), 1).ok());
+  const testing::TemporaryFile written(".clamor");
+  testing::write(testing::baked_contents(500), written);
+  const std::string& path = written.path();
   // Somewhere is the geometry: the byte whose change it alone suffers from.
   std::shared_ptr<const BakeFile> file;
   for (std::uint64_t at = 0; at < std::filesystem::file_size(path); at += 8) {
@@ -113,7 +104,6 @@ TEST(Auralizer, ReadsTheGeometryOnlyWhereItAsksWhatHidesSources) {
     }
     flip();
   }
-  std::filesystem::remove(path);
   ASSERT_NE(file, nullptr);
   for (const StrategyInfo& strategy : kStrategies)
     for (const bool visibility : {false, true}) {
@@ -126,23 +116,17 @@ TEST(Auralizer, ReadsTheGeometryOnlyWhereItAsksWhatHidesSources) {
 }
 
 TEST(Auralizer, GoesOnWithThePagesItHasWhenItsFileIsCutShort) {
-  const std::string path = (std::filesystem::temp_directory_path() /
-                            ("clamor_cut_" + std::to_string(::getpid()) + ".clamor"))
-                               .string();
-  ASSERT_TRUE(write_bake(path, testing::baked_contents(4000), 1).ok());
-  auto opened = BakeFile::open(path);
-  ASSERT_TRUE(opened.ok());
+  const testing::TemporaryFile file(".clamor");
+  testing::write(testing::baked_contents(4000), file);
   AuralizerOptions options;
   options.voices = 300;
   options.wait_for_pages = true;
-  const auto auralizer =
-      Auralizer::create(std::make_shared<const BakeFile>(std::move(*opened)), options);
+  const auto auralizer = Auralizer::create(testing::opened(file), options);
   ASSERT_TRUE(auralizer.ok());
   while ((*auralizer)->statistics().sounds.loaded < 3)
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  std::filesystem::resize_file(path, 100);
+  std::filesystem::resize_file(file.path(), 100);
   const auto cut = mixed(**auralizer, 48000, [] { return 960; });
-  std::filesystem::remove(path);
   const PageStatistics pages = (*auralizer)->statistics().pages;
   EXPECT_EQ(pages.loaded, 1u);
   EXPECT_GT(pages.failed, 0u);

@@ -1,31 +1,22 @@
 // city_test.cpp: a billion sources in a file of a few megabytes.
 #include "tests/city.h"
 
-#include <filesystem>
 #include <memory>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "runtime/octree_pool.h"
 #include "runtime/sampler.h"
 #include "tests/runtime/whole_sample.h"
 #include "tests/sanitized.h"
+#include "tests/temporary_file.h"
 
 namespace clamor {
 namespace {
 
 struct OpenCity {
   OpenCity(const testing::CitySize& size, std::uint64_t seed)
-      : path((std::filesystem::temp_directory_path() /
-              ("clamor_city_" + std::to_string(::getpid()) + ".clamor"))
-                 .string()) {
-    const BakeContents bake = testing::city(size, seed);
-    const auto done = write_bake(path, bake, 1);
-    EXPECT_TRUE(done.ok()) << (done.ok() ? "" : done.error().message);
-    auto opened = BakeFile::open(path);
-    EXPECT_TRUE(opened.ok()) << (opened.ok() ? "" : opened.error().message);
-    file = std::make_unique<BakeFile>(std::move(*opened));
+      : file(testing::as_file(testing::city(size, seed))) {
     field = std::make_unique<SourceField>(file->emitters(), file->materials(), Air{});
     weights.by_signal = {
         {1, 2, 3, 4, 5, 4, 3, 2}, {2, 2, 1, 1, 1, 1, 2, 2}, {1, 1, 1, 4, 4, 1, 1, 1}};
@@ -35,10 +26,8 @@ struct OpenCity {
     pool =
         std::make_unique<OctreePool>(*field, ceilings, file->trees(), file->signal_maps(), *loader);
   }
-  ~OpenCity() { std::filesystem::remove(path); }
 
-  const std::string path;
-  std::unique_ptr<BakeFile> file;
+  const std::shared_ptr<const BakeFile> file;
   std::unique_ptr<SourceField> field;
   SignalWeights weights, ceilings;
   std::unique_ptr<PageLoader> loader;

@@ -1,17 +1,16 @@
 // Levels with long sounds, from a file.
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <thread>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "common/random.h"
 #include "runtime/auralizer.h"
 #include "tests/city.h"
 #include "tests/sanitized.h"
+#include "tests/temporary_file.h"
 
 namespace clamor {
 namespace {
@@ -36,16 +35,10 @@ class LongSounds : public ::testing::Test {
     for (SourceOctree& tree : contents.copied)
       for (Source& source : tree.sources)
         source.delay_s += static_cast<float>(contents.emitters[source.emitter].delay_s);
-    const auto written = write_bake(path_, contents, 1);
-    EXPECT_TRUE(written.ok()) << (written.ok() ? "" : written.error().message);
+    testing::write(contents, file_);
   }
-  ~LongSounds() override { std::filesystem::remove(path_); }
 
-  std::shared_ptr<const BakeFile> file() const {
-    auto opened = BakeFile::open(path_);
-    EXPECT_TRUE(opened.ok()) << (opened.ok() ? "" : opened.error().message);
-    return std::make_shared<const BakeFile>(std::move(*opened));
-  }
+  std::shared_ptr<const BakeFile> file() const { return testing::opened(file_); }
 
   // A second and a half.
   static std::vector<float> heard(Auralizer& auralizer) {
@@ -61,9 +54,7 @@ class LongSounds : public ::testing::Test {
     return out;
   }
 
-  const std::string path_ = (std::filesystem::temp_directory_path() /
-                             ("clamor_long_" + std::to_string(::getpid()) + ".clamor"))
-                                .string();
+  const testing::TemporaryFile file_{".clamor"};
 };
 
 AuralizerOptions options(std::uint64_t memory_bytes) {
@@ -97,7 +88,7 @@ TEST_F(LongSounds, SoundTheSameToTheBitStreamedThroughLittleMemoryOrDecodedBefor
 
 TEST_F(LongSounds, WithADamagedBlockGoOnWithoutItAndSayWhich) {
   {
-    std::fstream bytes(path_, std::ios::binary | std::ios::in | std::ios::out);
+    std::fstream bytes(file_.path(), std::ios::binary | std::ios::in | std::ios::out);
     std::string all((std::istreambuf_iterator<char>(bytes)), {});
     const std::size_t first = all.find("fLaC");  // of the three of the first signal
     ASSERT_NE(first, std::string::npos);

@@ -1,15 +1,13 @@
 // other_heads_test.cpp: heads that are not KEMAR: of other rates, lengths and numbers of
 // directions, and such as cannot be.
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "runtime/head.h"
 #include "tests/sanitized.h"
 #include "tests/sofa_writer.h"
+#include "tests/temporary_file.h"
 
 namespace clamor {
 namespace {
@@ -18,12 +16,8 @@ using testing::plain_head;
 using testing::SofaContent;
 
 Result<std::shared_ptr<const Head>> head_of(const SofaContent& content) {
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("clamor_head_" + std::to_string(::getpid()) + ".sofa");
-  std::ofstream(path, std::ios::binary) << testing::SofaWriter(content).bytes();
-  auto head = Head::read(path.string());
-  std::filesystem::remove(path);
-  return head;
+  const testing::TemporaryFile file(".sofa", testing::SofaWriter(content).bytes());
+  return Head::read(file.path());
 }
 
 double level_db(const HeadLevels& levels, std::size_t band) {
