@@ -30,9 +30,9 @@ constexpr int chunk_frames(int buses, bool low) {
 // Adds voices to a chunk of frames, `first` and on of a step, of kBands buses of kEarsHere ears,
 // from ear `ear` on. Their gains begin at kFirstLane of the kLanes of a voice.
 template <bool kCubic, int kBands, int kEarsHere, bool kLow, int kLanes, int kFirstLane,
-          int kDelays, int kReads>
-HWY_INLINE void mix_chunk(const Tile<kDelays>& tile, const Lines<kReads>& lines, int ear, float now,
-                          int first, float* HWY_RESTRICT out) {
+          int kDelays, bool kTwoLayers, int kReads>
+HWY_INLINE void mix_chunk(const Tile<kDelays, kTwoLayers>& tile, const Lines<kReads>& lines,
+                          int ear, float now, int first, float* HWY_RESTRICT out) {
   const FloatTag d;
   constexpr int kFrames = chunk_frames(kBands * kEarsHere, kLow), kVectors = kFrames / kFloats;
   constexpr int kRate = kLow ? kLowRate : 1, kStep = kStepFrames / kRate;
@@ -95,8 +95,8 @@ HWY_INLINE void mix_chunk(const Tile<kDelays>& tile, const Lines<kReads>& lines,
 
 // Adds a step of the tile's voices to `rows`, which begin at the call's first frame.
 template <bool kCubic, int kBands, int kEarsHere, bool kLow, int kLanes, int kFirstLane,
-          int kDelays, int kReads>
-HWY_INLINE void mix_step(const Tile<kDelays>& tile, const Lines<kReads>& lines, int ear,
+          int kDelays, bool kTwoLayers, int kReads>
+HWY_INLINE void mix_step(const Tile<kDelays, kTwoLayers>& tile, const Lines<kReads>& lines, int ear,
                          const MixJob& job, int step, float* rows) {
   constexpr int kRate = kLow ? kLowRate : 1, kStep = kStepFrames / kRate;
   constexpr int kFrames = std::min(kStep, chunk_frames(kBands * kEarsHere, kLow));
@@ -107,23 +107,23 @@ HWY_INLINE void mix_step(const Tile<kDelays>& tile, const Lines<kReads>& lines, 
 }
 
 // Calls mix(tile, step) for all tiles and their steps.
-template <int kDelays, class Mix>
+template <int kDelays, bool kTwoLayers, class Mix>
 HWY_INLINE void for_steps(const MixJob& job, int lanes, const Mix& mix) {
-  Tile<kDelays> tile;
+  Tile<kDelays, kTwoLayers> tile;
   for (std::size_t first = 0; first < job.count; first += kTileVoices) {
     tile.take(job, job.active + first, std::min(kTileVoices, job.count - first), lanes);
     for (int step = 0; step < job.frames; step += kStepFrames) {
       mix(tile, step);
       tile.advance();
     }
-    if (job.next.paths != nullptr) tile.put_back(job.next, job.active + first);
+    if (job.next.paths != nullptr) tile.put_back(job, job.active + first);
   }
 }
 
 template <bool kCubic, int kDelays>
 HWY_NOINLINE void mix_full_here(const MixJob& job) {
   Lines<kDelays> lines;
-  for_steps<kDelays>(job, kEars, [&](const Tile<kDelays>& tile, int step) HWY_ATTR {
+  for_steps<kDelays, false>(job, kEars, [&](const Tile<kDelays, false>& tile, int step) HWY_ATTR {
     lines.template look<false>(tile, 0);
     mix_step<kCubic, 1, 2, false, kEars, 0>(tile, lines, 0, job, step, job.high);
   });
@@ -134,15 +134,16 @@ HWY_NOINLINE void mix_bands_here(const MixJob& job) {
   constexpr int kEarsHere = kDelays == 1 ? 2 : 1;
   Lines<1> high;
   Lines<kDelays> low;
-  for_steps<kDelays>(job, kBandLanes, [&](const Tile<kDelays>& tile, int step) HWY_ATTR {
-    for (int ear = 0; ear < kEars; ear += kEarsHere) {
-      high.template look<false>(tile, ear);
-      mix_step<kCubic, kHighBands, kEarsHere, false, kBandLanes, kEars * kLowBands>(
-          tile, high, ear, job, step, job.high);
-    }
-    low.template look<true>(tile, 0);
-    mix_step<true, kLowBands, 2, true, kBandLanes, 0>(tile, low, 0, job, step, job.low);
-  });
+  for_steps<kDelays, true>(
+      job, kBandLanes, [&](const Tile<kDelays, true>& tile, int step) HWY_ATTR {
+        for (int ear = 0; ear < kEars; ear += kEarsHere) {
+          high.template look<false>(tile, ear);
+          mix_step<kCubic, kHighBands, kEarsHere, false, kBandLanes, kEars * kLowBands>(
+              tile, high, ear, job, step, job.high);
+        }
+        low.template look<true>(tile, 0);
+        mix_step<true, kLowBands, 2, true, kBandLanes, 0>(tile, low, 0, job, step, job.low);
+      });
 }
 
 // A dozen bands of one ear at a time: as many as have their sums in registers.
@@ -152,7 +153,7 @@ HWY_NOINLINE void mix_head_here(const MixJob& job) {
   constexpr int kLowRow = kMostFrames / kLowRate;
   static_assert(kHeadLowBands == kDozen && kHeadHighBands == 2 * kDozen);
   Lines<1> lines;
-  for_steps<2>(job, kHeadLanes, [&](const Tile<2>& tile, int step) HWY_ATTR {
+  for_steps<2, true>(job, kHeadLanes, [&](const Tile<2, true>& tile, int step) HWY_ATTR {
     for (int ear = 0; ear < kEars; ++ear) {
       lines.look<false>(tile, ear);
       mix_step<kCubic, kDozen, 1, false, kHeadLanes, kDozenLanes>(tile, lines, ear, job, step,

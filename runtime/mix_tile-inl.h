@@ -28,15 +28,28 @@ namespace {
 constexpr std::size_t kTileVoices = 64;
 constexpr std::size_t kVoicesAhead = 12;  // for prefetching: some 300 cycles
 
-template <int kDelays>
+// Keeps a loop over voices from being made vectors of, which would be put together lane by lane of
+// what lies all over memory: that takes twice as long.
+template <class Path>
+HWY_INLINE void one_by_one([[maybe_unused]] Path*& paths) {
+#if HWY_COMPILER_GCC || HWY_COMPILER_CLANG
+  asm("" : "+r"(paths));
+#endif
+}
+
+// kTwoLayers: the low layer is read as well.
+template <int kDelays, bool kTwoLayers>
 struct Tile {
+  static constexpr int kLayers = kTwoLayers ? 2 : 1;
+
   std::size_t count;
   const float* gain[kTileVoices];
-  const float* signal[2][kDelays][kTileVoices];  // high, low
+  const float* signal[kLayers][kDelays][kTileVoices];  // high, low
   // At the beginning of a step: VoicePath's, less 1 frame per frame.
   alignas(64) std::int64_t position[kDelays][kTileVoices];
   alignas(64) std::int64_t drift[kDelays][kTileVoices];
   alignas(64) std::int64_t bend[kDelays][kTileVoices];
+  // Of the low layer.
   alignas(64) std::int64_t ahead[kDelays][kTileVoices];
   alignas(64) std::int64_t ahead_step[kDelays][kTileVoices];
 
@@ -44,19 +57,22 @@ struct Tile {
                        int lanes) {
     count = voices;
     for (std::size_t v = 0; v < count; ++v) {
-      const VoicePath* const paths = job.paths + std::size_t{kEars} * active[v];
+      const VoicePath* paths = job.paths + std::size_t{kEars} * active[v];
+      one_by_one(paths);
       gain[v] = job.gains + 2 * static_cast<std::size_t>(lanes) * active[v];
       for (int e = 0; e < kDelays; ++e) {
         signal[0][e][v] = paths[e].high;
-        signal[1][e][v] = paths[e].low;
+        if constexpr (kTwoLayers) signal[1][e][v] = paths[e].low;
         position[e][v] = paths[e].position;
         drift[e][v] = paths[e].step - kWhole;
         bend[e][v] = paths[e].bend;
       }
-      const LayerGap gap = job.gaps == nullptr ? LayerGap{} : job.gaps[active[v]];
-      for (int e = 0; e < kDelays; ++e) {
-        ahead[e][v] = e == 0 ? gap.ahead : -gap.ahead;
-        ahead_step[e][v] = e == 0 ? gap.step : -gap.step;
+      if constexpr (kTwoLayers) {
+        const LayerGap gap = job.gaps == nullptr ? LayerGap{} : job.gaps[active[v]];
+        for (int e = 0; e < kDelays; ++e) {
+          ahead[e][v] = e == 0 ? gap.ahead : -gap.ahead;
+          ahead_step[e][v] = e == 0 ? gap.step : -gap.step;
+        }
       }
     }
   }
@@ -66,31 +82,38 @@ struct Tile {
       for (std::size_t v = 0; v < count; ++v) {
         position[e][v] += (drift[e][v] + kWhole) * kStepFrames;
         drift[e][v] += bend[e][v];
-        ahead[e][v] += ahead_step[e][v] * kStepFrames;
+        if constexpr (kTwoLayers) ahead[e][v] += ahead_step[e][v] * kStepFrames;
       }
   }
 
   // After the last step: where the next call begins.
-  HWY_INLINE void put_back(const MixAdvance& to, const std::uint32_t* active) const {
+  HWY_INLINE void put_back(const MixJob& job, const std::uint32_t* active) const {
+    const MixAdvance& to = job.next;
     for (std::size_t v = 0; v < count; ++v) {
       const std::int64_t wrap = to.wraps[active[v]];
+      VoicePath* paths = to.paths + std::size_t{kEars} * active[v];
+      one_by_one(paths);
       for (int e = 0; e < kDelays; ++e) {
-        VoicePath& path = to.paths[std::size_t{kEars} * active[v] + static_cast<std::size_t>(e)];
-        path.position = position[e][v] - (position[e][v] >= wrap ? wrap : 0);
-        path.step = drift[e][v] + kWhole;
+        paths[e].position = position[e][v] - (position[e][v] >= wrap ? wrap : 0);
+        paths[e].step = drift[e][v] + kWhole;
       }
-      if (to.gaps != nullptr) to.gaps[active[v]].ahead = ahead[0][v];
+      if (to.gaps != nullptr) {
+        const LayerGap& gap = job.gaps[active[v]];
+        to.gaps[active[v]].ahead = gap.ahead + job.frames * gap.step;
+      }
     }
   }
 
   // Where a layer is read: its own frames, 32.32, and how many more than one per frame.
   template <bool kLow>
   HWY_INLINE std::int64_t at(int e, std::size_t v) const {
-    return kLow ? (position[e][v] + ahead[e][v]) >> 2 : position[e][v];
+    if constexpr (kLow) return (position[e][v] + ahead[e][v]) >> 2;
+    return position[e][v];
   }
   template <bool kLow>
   HWY_INLINE std::int64_t drift_at(int e, std::size_t v) const {
-    return kLow ? drift[e][v] + ahead_step[e][v] : drift[e][v];
+    if constexpr (kLow) return drift[e][v] + ahead_step[e][v];
+    return drift[e][v];
   }
 };
 
@@ -123,8 +146,8 @@ struct Lines {
   alignas(64) float turn[kReads][kTileVoices];  // drift of a vector
   const float* x[kReads][kTileVoices + kVoicesAhead];
 
-  template <bool kLow, int kDelays>
-  HWY_INLINE void look(const Tile<kDelays>& tile, int first_ear) {
+  template <bool kLow, int kDelays, bool kTwoLayers>
+  HWY_INLINE void look(const Tile<kDelays, kTwoLayers>& tile, int first_ear) {
     constexpr int kFrames = kStepFrames / (kLow ? kLowRate : 1);
     const std::size_t count = tile.count;
     for (int r = 0; r < kReads; ++r) {
@@ -158,8 +181,8 @@ HWY_INLINE void for_each_of(std::uint64_t set, const Act& act) {
   for (; set != 0; set &= set - 1) act(hwy::Num0BitsBelowLS1Bit_Nonzero64(set));
 }
 
-template <bool kLow, int kDelays>
-HWY_INLINE Reading reading_of(const Tile<kDelays>& tile, int ear, std::size_t v) {
+template <bool kLow, int kDelays, bool kTwoLayers>
+HWY_INLINE Reading reading_of(const Tile<kDelays, kTwoLayers>& tile, int ear, std::size_t v) {
   const std::int64_t at = tile.template at<kLow>(ear, v);
   return {tile.signal[kLow][ear][v] + (at >> 32), static_cast<std::uint32_t>(at),
           tile.template drift_at<kLow>(ear, v)};
