@@ -59,7 +59,7 @@ HWY_INLINE bool slide_in_vectors(const GainLines& lines) {
 bool slide_gains_here(const GainLines& lines) {
   static_assert(kBandLanes % 16 == 0 && kHeadLanes % 4 == 0 && kEars == 2);
   if (lines.lanes % 16 == 0) return slide_in_vectors<16>(lines);
-  return lines.lanes % 4 == 0 ? slide_in_vectors<4>(lines) : slide_in_vectors<kEars>(lines);
+  return slide_in_vectors<4>(lines);
 }
 
 bool slide_coloured_here(const BusGains& buses, const std::array<ColourCorner, 3>& corners,
@@ -99,6 +99,20 @@ namespace {
 HWY_EXPORT(bus_lanes_here);
 HWY_EXPORT(slide_gains_here);
 HWY_EXPORT(slide_coloured_here);
+
+// A pair of lanes is less than a vector: looking for the best code would take as long.
+bool slide_ears(const GainLines& lines) noexcept REALTIME {
+  const float per_frame = static_cast<float>(kGainFrames) / static_cast<float>(lines.frames);
+  bool heard = false;
+  for (std::size_t e = 0; e < kEars; ++e) {
+    const float from = lines.starts ? 0 : lines.target[e], to = lines.targets[e];
+    lines.gain[e] = from;
+    lines.gain[kEars + e] = (to - from) * per_frame;
+    lines.target[e] = to;
+    heard |= from != 0 || to != 0;
+  }
+  return heard;
+}
 }  // namespace
 
 BusGains BusGains::of(const Matrix& matrix) {
@@ -117,6 +131,7 @@ void bus_lanes(const BusGains& buses, const std::array<Bands, kEars>& gain,
 }
 
 bool slide_gains(const GainLines& lines) noexcept REALTIME {
+  if (lines.lanes == kEars) return slide_ears(lines);
   return HWY_DYNAMIC_DISPATCH(slide_gains_here)(lines);
 }
 

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include "runtime/flush_denormals.h"
 
@@ -222,8 +223,12 @@ void Mixer::advance(int frames) noexcept REALTIME {
 void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept REALTIME {
   Pair& here = pairs_[pair];
   const auto& active = pairs_.size() > 1 ? here.active : active_;
-  std::fill(std::begin(buses_.high), std::end(buses_.high), 0.0f);
-  std::fill(std::begin(buses_.low), std::end(buses_.low), 0.0f);
+  if (mode_.eight_bands) {
+    std::fill(std::begin(buses_.high), std::end(buses_.high), 0.0f);
+    std::fill(std::begin(buses_.low), std::end(buses_.low), 0.0f);
+  } else {
+    std::fill_n(buses_.high, kEars * kMostFrames, 0.0f);
+  }
   work_.voice_frames += active.size() * static_cast<std::size_t>(frames);
   MixJob job{paths_.data(), here.gains.data(), active.data(), active.size(), frame_,
              frames,        buses_.high,       buses_.low};
@@ -233,9 +238,15 @@ void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept 
     here.bank.process(buses_, frames, interleaved, channels());
     return;
   }
-  for (int f = 0; f < frames; ++f)
-    for (int e = 0; e < kEars; ++e)
-      interleaved[f * channels() + e] = buses_.high[e * kMostFrames + f];
+  const auto interleave = [&](auto stride) noexcept REALTIME {
+    for (int f = 0; f < frames; ++f)
+      for (int e = 0; e < kEars; ++e)
+        interleaved[f * stride + e] = buses_.high[e * kMostFrames + f];
+  };
+  if (pairs_.size() == 1)
+    interleave(std::integral_constant<int, kEars>{});  // in vectors
+  else
+    interleave(channels());
 }
 
 void Mixer::mix_head(int frames, float* interleaved) noexcept REALTIME {
