@@ -10,7 +10,7 @@ namespace clamor {
 
 namespace {
 
-constexpr std::uint32_t kSignals = 13, kSignalFrames = 2 * kSampleRate_hz;
+constexpr std::uint32_t kSignals = 13, kSignalFrames = kBenchSignalFrames;
 
 double random_unit(std::uint32_t voice, std::uint32_t use) {
   return unit(philox(11, {voice, use, 0, 0})[0]);

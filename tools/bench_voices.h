@@ -19,6 +19,7 @@
 namespace clamor {
 
 inline constexpr int kBenchFrames = 256;
+inline constexpr int kBenchSignalFrames = 2 * kSampleRate_hz;
 
 // All as it is said above; or none that slides; or none, and all so near each other that what they
 // read stays in L1: what is dear about voices, taken away one by one.

@@ -13,7 +13,7 @@
 //   openal     OpenAL Soft (linear, one delay, stereo, no HRTF) on as many voices at the same
 //              pitches, in turns with ours within one run. Still: the kernel against OpenAL Soft's
 //              rendering alone; moving: the mixer against OpenAL Soft with its sources moved at
-//              every keyframe. Medians over the rounds.
+//              every keyframe. Each with its signals in the caches before; medians over the rounds.
 #pragma once
 
 #include <cstdint>
