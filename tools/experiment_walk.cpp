@@ -151,8 +151,7 @@ Result<ExperimentReport> walk_experiment(const ExperimentOptions& options, std::
   report.paragraph(fmt::format(
       "Adaptive diffusion exchanges a source when its weight has fallen by the factor epsilon, {}, "
       "since it was chosen, and another when one has risen as much. So of every hundred chosen it "
-      "exchanges as many per metre as their weights change by such factors, or fewer, as those "
-      "that "
+      "exchanges as many per metre as their weights change by such factors, or fewer: those that "
       "come begin anew. A source r metres away changes by up to 2 / (r ln epsilon) of them a metre "
       "by its distance alone, one at 3 m by three; lobes add to it. More than 100 % per metre in a "
       "room is what the rule asks for.",
