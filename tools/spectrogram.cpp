@@ -141,7 +141,8 @@ std::string to_svg(const Spectrogram& spectrogram, const std::string& title) {
       "font-family=\"sans-serif\" font-size=\"13\">"
       "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>",
       kWidth, kHeight);
-  svg += text(kLeft, 24, "start", title);
+  svg += "<g font-size=\"14\" font-weight=\"bold\" fill=\"#111\">" +
+         text(kLeft, 24, "start", title) + "</g>";
   svg += fmt::format(
       "<g shape-rendering=\"crispEdges\" transform=\"translate({} {}) scale({:.6f} {:.6f})\">",
       kLeft, kTop, wide / columns, high / kThirdOctaves);
