@@ -84,7 +84,8 @@ void VoiceLimit::keyframe_took(double share, double left_out, bool full) {
   patience_.pass(kKeyframe_s);
   const double told = std::min(share, 1.0);  // how much worse, the fall has answered
   worst_share_ = std::max(told, worst_share_ + kForget * (told - worst_share_));
-  if (share > kHighShare) {
+  const bool was_high = std::exchange(high_, share > kHighShare);
+  if (share > 1 || (high_ && was_high)) {
     fall_by(kAimShare / share);
   } else if (left_out > 0) {
     if (settling_ > 0) return;

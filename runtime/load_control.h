@@ -9,10 +9,10 @@
 // the sampler would miss least first. Below kLowShare it allows more: twice as many after
 // kDouble_s, where there is time for far more, after half of that.
 //
-// The sampler's, VoiceLimit, says how many sources to choose, k. It falls when a keyframe takes
-// above kHighShare of its period, and by as much as the mixer had to leave out. It rises by kRise a
-// keyframe while the worst of the last keyframes took less than kLowShare, and the mixer takes
-// more.
+// The sampler's, VoiceLimit, says how many sources to choose, k. It falls when a keyframe is late
+// or two running take above kHighShare of their period, and by as much as the mixer had to leave
+// out. It rises by kRise a keyframe while the worst of the last keyframes took less than kLowShare,
+// and the mixer takes more.
 //
 // In between both stay as they are: a burden would have to grow by a third for a fall after a rise.
 // After a fall both wait before they rise; where a rise soon led to the next fall, twice as long
@@ -117,6 +117,7 @@ class VoiceLimit {
   double voices_;
   std::size_t least_so_far_ = std::numeric_limits<std::size_t>::max();
   double worst_share_ = 0;  // of late, as it would be with as many voices as now, or more
+  bool high_ = false;       // the last keyframe's share
   int settling_ = 0;
   std::uint64_t late_ = 0;
   Patience patience_;

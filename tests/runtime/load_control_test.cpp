@@ -118,6 +118,18 @@ TEST(VoiceLimit, FallsAtOnceToWhatThereIsTimeForAndStays) {
   EXPECT_EQ(limit.late(), 1u);
 }
 
+TEST(VoiceLimit, StaysForASingleKeyframeThatWasInTime) {
+  VoiceLimit limit(2000);
+  for (int keyframe = 0; keyframe < 100; ++keyframe)
+    limit.keyframe_took(keyframe % 2 == 0 ? 0.99 : 0.89, 0, false);
+  EXPECT_EQ(limit.voices(), 2000u);
+  limit.keyframe_took(0.95, 0, false);
+  EXPECT_EQ(limit.voices(), 2000u);
+  limit.keyframe_took(0.95, 0, false);
+  EXPECT_LT(limit.voices(), 2000u) << "two running";
+  EXPECT_EQ(limit.late(), 0u);
+}
+
 TEST(VoiceLimit, RisesToAllOfThemWithinTwoSecondsOfALateKeyframe) {
   VoiceLimit limit(2000);
   limit.keyframe_took(30, 0, false);
