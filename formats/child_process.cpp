@@ -26,26 +26,26 @@ ssize_t again(const Call& call) {
     if (const ssize_t done = call(); done >= 0 || errno != EINTR) return done;
 }
 
-bool write_all(int to, const void* bytes, std::size_t count) {
-  const char* next = static_cast<const char*>(bytes);
+// By as many calls as it takes of some(bytes, count), which gives how many it did.
+template <class Byte, class Some>
+bool all_of(Byte* bytes, std::size_t count, const Some& some) {
   while (count > 0) {
-    const ssize_t done = again([&] { return ::write(to, next, count); });
+    const ssize_t done = again([&] { return some(bytes, count); });
     if (done <= 0) return false;
-    next += done;
+    bytes += done;
     count -= static_cast<std::size_t>(done);
   }
   return true;
 }
 
+bool write_all(int to, const void* bytes, std::size_t count) {
+  return all_of(static_cast<const char*>(bytes), count,
+                [to](const char* next, std::size_t left) { return ::write(to, next, left); });
+}
+
 bool read_all(int from, void* bytes, std::size_t count) {
-  char* next = static_cast<char*>(bytes);
-  while (count > 0) {
-    const ssize_t done = again([&] { return ::read(from, next, count); });
-    if (done <= 0) return false;
-    next += done;
-    count -= static_cast<std::size_t>(done);
-  }
-  return true;
+  return all_of(static_cast<char*>(bytes), count,
+                [from](char* next, std::size_t left) { return ::read(from, next, left); });
 }
 
 // Of this process, mapped; a child begins with as much.

@@ -80,13 +80,10 @@ class HiddenNumbers {
   // So many counted in full that would not have been found else; twice as many turns if that is
   // more than `most`, half as many where all of that would be less.
   void took(std::size_t counted, std::size_t most) {
-    if (counted > most && turns_ < kMostTurns) {
-      turns_ *= 2;
-      in_turn_ /= 8;
-    } else if (4 * counted < most && turns_ > kTurns) {
-      turns_ /= 2;
-      in_turn_ *= 8;
-    }
+    if (counted > most)
+      turns_ = std::min(2 * turns_, kMostTurns);
+    else if (4 * counted < most)
+      turns_ = std::max(turns_ / 2, kTurns);
   }
 
   Near near(std::uint64_t first) const {
@@ -98,7 +95,7 @@ class HiddenNumbers {
             static_cast<std::uint32_t>(first % kRow),
             turn_,
             turns_,
-            in_turn_};
+            in_turn()};
   }
 
   // How much is heard at most of one.
@@ -106,10 +103,16 @@ class HiddenNumbers {
     if (counts_in_full(number)) return 1;
     const std::uint32_t word = rows_[find(number / kRow).row][number % kRow / kPerWord];
     const float known = share_of(word >> (4 * (number % kPerWord)) & 15);
-    return turn_of(number) == turn() ? std::max(known, in_turn_) : known;
+    return turn_of(number) == turn() ? std::max(known, in_turn()) : known;
   }
 
  private:
+  // What a number counts as at least that is in turn, but not in full: 1/8 for twice the turns.
+  float in_turn() const {
+    const float share = static_cast<float>(kTurns) / static_cast<float>(turns_);
+    return share * share * share;
+  }
+
   struct Slot {
     std::uint64_t key = 0;  // 1 + number / kRow; 0: free
     std::uint32_t row = 0;  // the first has nothing
@@ -128,7 +131,6 @@ class HiddenNumbers {
   std::vector<Slot> slots_;  // open addressing, a power of two
   std::vector<Row> rows_;
   std::uint32_t turn_ = 0, turns_ = kTurns;
-  float in_turn_ = 1;
   bool all_ = true;
 };
 

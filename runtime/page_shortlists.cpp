@@ -85,10 +85,8 @@ void PageShortlists::rehash(std::size_t size) {
 Vec3 PageShortlists::ahead_of(const MetPage& page, double give_m) const {
   const double step_m = length(step_m_);
   if (!(step_m > 0)) return page.place;
-  const Vec3 ahead = page.placement == nullptr
-                         ? step_m_ / step_m
-                         : page.placement->scale *
-                               (page.placement->inside(place_ + step_m_ / step_m) - page.place);
+  Vec3 ahead = step_m_ / step_m;
+  if (page.placement != nullptr) ahead = glm::transpose(page.placement->rotation) * ahead;
   return page.place + kAhead * give_m * ahead;
 }
 

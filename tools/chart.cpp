@@ -72,10 +72,6 @@ Axis axis_over(std::vector<double> values, bool log, bool with_margin) {
   return axis;
 }
 
-std::string text(double x, double y, const std::string& what, const std::string& how) {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" {}>{}</text>\n", x, y, how, escaped(what));
-}
-
 std::string line(double x1, double y1, double x2, double y2, const std::string& how) {
   return fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" {}/>\n", x1, y1,
                      x2, y2, how);
@@ -120,6 +116,10 @@ std::string escaped(const std::string& text) {
   return result;
 }
 
+std::string svg_text(double x, double y, const std::string& what, const std::string& how) {
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" {}>{}</text>\n", x, y, how, escaped(what));
+}
+
 std::string short_number(double value) {
   if (!std::isfinite(value)) return "-";
   if (std::abs(value) >= 10000 && value == std::round(value)) {
@@ -153,7 +153,7 @@ std::string to_svg(const Chart& chart) {
       "height=\"{1}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" "
       "fill=\"#333\">\n<rect width=\"{0}\" height=\"{1}\" fill=\"#fff\"/>\n",
       chart.width, chart.height);
-  svg += text(kLeft, 24, chart.title, "font-size=\"14\" font-weight=\"bold\" fill=\"#111\"");
+  svg += svg_text(kLeft, 24, chart.title, "font-size=\"14\" font-weight=\"bold\" fill=\"#111\"");
   for (const auto& zone : chart.zones) {
     const double from = std::clamp(x.at(zone.from), x.from_px, x.to_px);
     const double to = std::clamp(x.at(zone.to), x.from_px, x.to_px);
@@ -161,23 +161,23 @@ std::string to_svg(const Chart& chart) {
         "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"#f3f0e6\" "
         "stroke=\"#fff\"/>\n",
         from, y.to_px, to - from, y.from_px - y.to_px);
-    svg += text((from + to) / 2, y.to_px + 14, zone.label,
-                "text-anchor=\"middle\" font-size=\"11\" font-style=\"italic\" fill=\"#776\"");
+    svg += svg_text((from + to) / 2, y.to_px + 14, zone.label,
+                    "text-anchor=\"middle\" font-size=\"11\" font-style=\"italic\" fill=\"#776\"");
   }
   for (const double tick : chart.x_ticks.empty() ? round_ticks(x) : chart.x_ticks) {
     svg += line(x.at(tick), y.from_px, x.at(tick), y.to_px, "stroke=\"#e4e4e4\"");
-    svg += text(x.at(tick), y.from_px + 18, short_number(tick), "text-anchor=\"middle\"");
+    svg += svg_text(x.at(tick), y.from_px + 18, short_number(tick), "text-anchor=\"middle\"");
   }
   for (const double tick : round_ticks(y)) {
     svg += line(x.from_px, y.at(tick), x.to_px, y.at(tick), "stroke=\"#e4e4e4\"");
-    svg += text(x.from_px - 8, y.at(tick) + 4, short_number(tick), "text-anchor=\"end\"");
+    svg += svg_text(x.from_px - 8, y.at(tick) + 4, short_number(tick), "text-anchor=\"end\"");
   }
   if (!y.log && y.low < 0 && y.high > 0)
     svg += line(x.from_px, y.at(0), x.to_px, y.at(0), "stroke=\"#999\"");
   svg += line(x.from_px, y.from_px, x.to_px, y.from_px, "stroke=\"#333\"");
   svg += line(x.from_px, y.from_px, x.from_px, y.to_px, "stroke=\"#333\"");
-  svg +=
-      text((x.from_px + x.to_px) / 2, chart.height - 16, chart.x_label, "text-anchor=\"middle\"");
+  svg += svg_text((x.from_px + x.to_px) / 2, chart.height - 16, chart.x_label,
+                  "text-anchor=\"middle\"");
   svg += fmt::format(
       "<text transform=\"translate(18 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
       (y.from_px + y.to_px) / 2, escaped(chart.y_label));
@@ -196,7 +196,7 @@ std::string to_svg(const Chart& chart) {
              fmt::format(
                  "stroke=\"{}\" stroke-width=\"2\"{}", colour,
                  series.look == Chart::Series::Look::kDashes ? " stroke-dasharray=\"6 4\"" : ""));
-    svg += text(x.to_px + 44, legend_y + 4, series.name, "font-size=\"11\"");
+    svg += svg_text(x.to_px + 44, legend_y + 4, series.name, "font-size=\"11\"");
     legend_y += 18;
   }
   return svg + "</svg>\n";

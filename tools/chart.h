@@ -38,6 +38,9 @@ std::string to_svg(const Chart& chart);
 // & < > " as HTML and SVG want them.
 std::string escaped(const std::string& text);
 
+// A line of words in an SVG, from its left end unless `how` (attributes) says else.
+std::string svg_text(double x, double y, const std::string& what, const std::string& how = "");
+
 // What a person writes on an axis: 0.25, 16 384, 3.2.
 std::string short_number(double value);
 

@@ -132,17 +132,13 @@ std::string to_svg(const Spectrogram& spectrogram, const std::string& title) {
             fmt::format("M{} {}h{}v1H{}z", c, kThirdOctaves - 1 - b, end - c, c);
       c = end;
     }
-  const auto text = [](double x, double y, const char* anchor, const std::string& words) {
-    return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>", x, y, anchor,
-                       escaped(words));
-  };
+  const std::string at_end = "text-anchor=\"end\"", in_middle = "text-anchor=\"middle\"";
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"100%\" "
       "font-family=\"sans-serif\" font-size=\"13\">"
       "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>",
       kWidth, kHeight);
-  svg += "<g font-size=\"14\" font-weight=\"bold\" fill=\"#111\">" +
-         text(kLeft, 24, "start", title) + "</g>";
+  svg += svg_text(kLeft, 24, title, "font-size=\"14\" font-weight=\"bold\" fill=\"#111\"");
   svg += fmt::format(
       "<g shape-rendering=\"crispEdges\" transform=\"translate({} {}) scale({:.6f} {:.6f})\">",
       kLeft, kTop, wide / columns, high / kThirdOctaves);
@@ -154,8 +150,8 @@ std::string to_svg(const Spectrogram& spectrogram, const std::string& title) {
   constexpr std::array<int, 9> kOctaves_hz = {63, 125, 250, 500, 1000, 2000, 4000, 8000, 16000};
   for (std::size_t octave = 0; octave < kOctaves_hz.size(); ++octave) {
     const double band = 3 * static_cast<double>(octave + 1);
-    svg += text(kLeft - 8, kTop + high * (kThirdOctaves - 0.5 - band) / kThirdOctaves + 4, "end",
-                short_number(kOctaves_hz[octave]));
+    svg += svg_text(kLeft - 8, kTop + high * (kThirdOctaves - 0.5 - band) / kThirdOctaves + 4,
+                    short_number(kOctaves_hz[octave]), at_end);
   }
   const double shown_s = spectrogram.column_s * columns;
   const double decade_s =
@@ -164,18 +160,18 @@ std::string to_svg(const Spectrogram& spectrogram, const std::string& title) {
   for (const double digit : {2.0, 5.0})
     if (4 * digit * decade_s <= spectrogram.length_s) tick_s = digit * decade_s;
   for (double at_s = 0; at_s <= spectrogram.length_s * 1.0001; at_s += tick_s)
-    svg += text(kLeft + wide * at_s / std::max(shown_s, 1e-9), kTop + high + 18, "middle",
-                short_number(at_s));
-  svg += text(kLeft + wide / 2, kHeight - 14, "middle", "time (s)");
-  svg += text(16, kTop - 8, "start", "Hz");
+    svg += svg_text(kLeft + wide * at_s / std::max(shown_s, 1e-9), kTop + high + 18,
+                    short_number(at_s), in_middle);
+  svg += svg_text(kLeft + wide / 2, kHeight - 14, "time (s)", in_middle);
+  svg += svg_text(16, kTop - 8, "Hz");
   const double scale_x = kWidth - kRight + 12, shade_high = high / kShades;
   for (int shade = 0; shade < kShades; ++shade)
     svg += fmt::format("<rect x=\"{}\" y=\"{:.2f}\" width=\"14\" height=\"{:.2f}\" fill=\"{}\"/>",
                        scale_x, kTop + high - shade_high * (shade + 1), shade_high + 0.5,
                        colour(shade));
   for (int shade = 0; shade <= kShades; shade += 5)
-    svg += text(scale_x + 20, kTop + high - shade_high * shade + 4, "start",
-                fmt::format("{:.0f} dB", loudest_db + kRange_db * (1.0 * shade / kShades - 1)));
+    svg += svg_text(scale_x + 20, kTop + high - shade_high * shade + 4,
+                    fmt::format("{:.0f} dB", loudest_db + kRange_db * (1.0 * shade / kShades - 1)));
   return svg + "</svg>";
 }
 
