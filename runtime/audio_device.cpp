@@ -1,4 +1,5 @@
-// audio_device.cpp: sound devices through RtAudio 5 or 6, which is visible only here.
+// audio_device.cpp: sound devices, those of PulseAudio and ALSA through RtAudio 5 or 6, which is
+// visible only here.
 //
 // Version 5 throws and numbers devices from 0; version 6 returns codes and has opaque numbers.
 // Never the UNSPECIFIED API, which takes whichever it finds first.
@@ -16,20 +17,18 @@
 
 #include <RtAudio.h>
 #include <dlfcn.h>
-#include <pthread.h>
-#include <sched.h>
 
 #include "formats/level.h"
 #include "runtime/audio_output.h"
+#include "runtime/audio_thread.h"
+#include "runtime/jack_output.h"
 #include "runtime/output_choice.h"
-#include "runtime/thread_shares.h"
 
 namespace clamor {
 
 namespace {
 
 constexpr int kLeastChannels = 2;
-constexpr int kPriority = 20;     // among real-time threads, below the kernel's own
 constexpr unsigned kBuffers = 4;  // 0 would mean two seconds on PulseAudio
 constexpr auto kAfterError = std::chrono::milliseconds(5);
 
@@ -37,25 +36,17 @@ struct Api {
   RtAudio::Api api;
   const char* name;
 };
-constexpr std::array<Api, 3> kApis = {
-    {{RtAudio::LINUX_PULSE, "pulse"}, {RtAudio::UNIX_JACK, "jack"}, {RtAudio::LINUX_ALSA, "alsa"}}};
+constexpr std::array<Api, 2> kApis = {
+    {{RtAudio::LINUX_PULSE, "pulse"}, {RtAudio::LINUX_ALSA, "alsa"}}};
 
-// The sound libraries complain to standard error about every card and server they do not find, and
-// take a function that does it instead. They are RtAudio's libraries, not ours, so they are asked
-// by name; where one is not there, nothing complains.
+// ALSA complains to standard error about every card it does not find, and takes a function that
+// does it instead. It is RtAudio's library, not ours, so it is asked by name; where it is not
+// there, nothing complains.
 void ignore_alsa(const char*, int, const char*, int, const char*, ...) {}
-void ignore_jack(const char*) {}
 
-void silence_sound_libraries() {
-  static const bool once = [] {
-    if (void* const set = ::dlsym(RTLD_DEFAULT, "snd_lib_error_set_handler"))
-      reinterpret_cast<int (*)(decltype(&ignore_alsa))>(set)(ignore_alsa);
-    for (const char* name : {"jack_set_error_function", "jack_set_info_function"})
-      if (void* const set = ::dlsym(RTLD_DEFAULT, name))
-        reinterpret_cast<void (*)(decltype(&ignore_jack))>(set)(ignore_jack);
-    return true;
-  }();
-  static_cast<void>(once);
+void silence_alsa() {
+  if (void* const set = ::dlsym(RTLD_DEFAULT, "snd_lib_error_set_handler"))
+    reinterpret_cast<int (*)(decltype(&ignore_alsa))>(set)(ignore_alsa);
 }
 
 std::vector<unsigned> ids_of(RtAudio& audio) {
@@ -69,7 +60,7 @@ std::vector<unsigned> ids_of(RtAudio& audio) {
 }
 
 std::unique_ptr<RtAudio> quiet_audio(RtAudio::Api api) {
-  silence_sound_libraries();
+  silence_alsa();
   auto audio = std::make_unique<RtAudio>(api);
   audio->showWarnings(false);
   return audio;
@@ -167,13 +158,10 @@ class DeviceOutput final : public AudioOutput {
   static int on_block(void* output, void*, unsigned frames, double, RtAudioStreamStatus status,
                       void* self) {
     auto& device = *static_cast<DeviceOutput*>(self);
-    if (!device.prioritised_) {
-      // RtAudio would do this too, but prints a line about it. Where it is not allowed, so be it.
-      device.prioritised_ = true;
+    if (!device.begun_) {
+      device.begun_ = true;
       calling_ = &device;
-      name_thread("audio");
-      const sched_param priority{kPriority};
-      ::pthread_setschedparam(::pthread_self(), SCHED_RR, &priority);
+      begin_audio_thread();
     }
     const auto& callback = device.callback_;
     callback.fill(callback.context, static_cast<float*>(output), frames,
@@ -220,9 +208,9 @@ class DeviceOutput final : public AudioOutput {
   const std::string name_;
   unsigned frames_ = 0;
   int rate_hz_ = 0;
-  bool prioritised_ = false;  // the device's thread alone
-  std::string problem_;       // the calling thread's alone
-  std::string failure_;       // written once, before failed_
+  bool begun_ = false;   // the device's thread alone
+  std::string problem_;  // the calling thread's alone
+  std::string failure_;  // written once, before failed_
   std::atomic<bool> failed_{false};
   std::unique_ptr<RtAudio> audio_;  // first to go
 };
@@ -230,32 +218,47 @@ class DeviceOutput final : public AudioOutput {
 thread_local DeviceOutput* DeviceOutput::calling_ = nullptr;
 thread_local bool DeviceOutput::attempting_ = false;
 
+// Opens it by RtAudio; what went wrong in `problem`.
+std::unique_ptr<AudioOutput> open_found(const OutputDevice& device, const OutputRequest& request,
+                                        OutputCallback callback, std::string& problem) {
+  problem = "it is gone";
+  for (const Api& api : kApis) {
+    if (device.api != api.name) continue;
+    for (const Found& found : find_devices(api)) {
+      if (found.device.name != device.name) continue;
+      for (const int rate_hz : rates_to_try(device, request.rate_hz)) {
+        auto output = std::make_unique<DeviceOutput>(api.api, device.full_name(), callback);
+        problem = output->open(found.id, request, rate_hz);
+        if (problem.empty()) return output;
+      }
+    }
+  }
+  return nullptr;
+}
+
 class SoundDevices final : public OutputDriver {
  public:
   std::vector<OutputDevice> devices(const std::string& api) override {
     std::vector<OutputDevice> devices;
-    for (const Api& each : kApis) {
-      if (!api.empty() && api != each.name) continue;
+    const auto add = [&](const Api& each) {
+      if (!api.empty() && api != each.name) return;
       for (const Found& found : find_devices(each)) devices.push_back(found.device);
-    }
+    };
+    add(kApis[0]);
+    if (api.empty() || api == "jack")
+      std::ranges::move(jack_devices(), std::back_inserter(devices));
+    add(kApis[1]);
     return devices;
   }
 
   Result<std::unique_ptr<AudioOutput>> open(const OutputDevice& device,
                                             const OutputRequest& request,
                                             OutputCallback callback) override {
-    std::string problem = "it is gone";
-    for (const Api& api : kApis) {
-      if (device.api != api.name) continue;
-      for (const Found& found : find_devices(api)) {
-        if (found.device.name != device.name) continue;
-        for (const int rate_hz : rates_to_try(device, request.rate_hz)) {
-          auto output = std::make_unique<DeviceOutput>(api.api, device.full_name(), callback);
-          problem = output->open(found.id, request, rate_hz);
-          if (problem.empty()) return std::unique_ptr<AudioOutput>(std::move(output));
-        }
-      }
-    }
+    std::string problem;
+    std::unique_ptr<AudioOutput> output = device.api == "jack"
+                                              ? open_jack(device, request, callback, problem)
+                                              : open_found(device, request, callback, problem);
+    if (output != nullptr) return output;
     return Error("the sound device " + in_quotes(device.full_name()) + " cannot play " +
                  std::to_string(request.channels) + " channels (" + problem +
                  "); name another of 'clamor devices' with --device");

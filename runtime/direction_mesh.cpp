@@ -11,7 +11,7 @@ namespace clamor {
 namespace {
 
 constexpr int kLongestWalk = 256, kShortWalk = 4;
-constexpr double kLeastDepth = 1e-3;
+constexpr double kFlatDepth = 1e-3;
 
 struct Face {
   std::array<std::uint32_t, 3> corner;  // counter-clockwise from outside
@@ -83,7 +83,7 @@ double depth_of(const std::vector<Face>& faces) {
     const double area = length(face.normal);
     depth = std::min(depth, area > 0 ? face.height / area : 0);
   }
-  return depth > kLeastDepth ? depth : 0;
+  return depth > kFlatDepth ? depth : 0;
 }
 
 }  // namespace

@@ -165,7 +165,7 @@ struct SupervisedOutput::State {
     next_attempt = Clock::now() + pause;
     const std::lock_guard lock(mutex);
     ++figures.failed_openings;
-    figures.problem = why;
+    figures.problem = figures.opening_problem = why;
   }
 
   // From the clock to the device that has been opened.

@@ -39,7 +39,8 @@ struct OutputStatistics {
   double without_device_s = 0;      // in all
   double without_device_now_s = 0;  // this time
   double longest_without_s = 0;
-  std::string problem;  // why the device was lost, or could not be opened, the last time
+  std::string problem;          // why there is no device, as was found the last time
+  std::string opening_problem;  // why the last opening that failed did
 };
 
 class SupervisedOutput {

@@ -49,7 +49,7 @@ void report(const OutputStatistics& output, std::ostream& err) {
   fmt::print(err, "\n");
   if (output.failed_openings > 0)
     fmt::print(err, "        opening it failed {}: {}\n", times(output.failed_openings),
-               output.problem);
+               output.opening_problem);
   if (output.hung_closings > 0)
     fmt::print(err, "        closing it hung {} and was left to itself\n",
                times(output.hung_closings));

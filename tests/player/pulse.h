@@ -1,4 +1,5 @@
-// pulse.h: a private PulseAudio with a null sink, and what comes out of its monitor.
+// pulse.h: a private PulseAudio with a null sink, and what comes out of its monitor; and ALSA whose
+// only card is that PulseAudio.
 //
 // No sound card, no root, no session: own folder, own socket. Bit-exact at the sink's rate.
 #pragma once
@@ -8,55 +9,25 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include <fcntl.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
+#include "tests/player/program.h"
 
 namespace clamor::testing {
 
-// Starts a program with its output in a file; killed when this goes.
-class Program {
- public:
-  Program(const std::vector<std::string>& words, const std::string& output) {
-    std::vector<char*> pointers;
-    for (const auto& word : words) pointers.push_back(const_cast<char*>(word.c_str()));
-    pointers.push_back(nullptr);
-    const std::string errors = output + ".log";
-    id_ = ::fork();
-    if (id_ != 0) return;
-    ::dup2(::open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
-    ::dup2(::open(errors.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
-    ::execvp(pointers[0], pointers.data());
-    ::_exit(127);
-  }
-  ~Program() { stop(); }
-  Program(const Program&) = delete;
-  Program& operator=(const Program&) = delete;
-
-  void signal(int number) { ::kill(id_, number); }
-
-  void stop(int number = SIGTERM) {
-    if (id_ <= 0) return;
-    signal(number);
-    ::waitpid(id_, nullptr, 0);
-    id_ = -1;
-  }
-
- private:
-  pid_t id_ = -1;
-};
-
-inline bool installed(const std::string& program) {
-  return std::system(("command -v " + program + " > /dev/null 2>&1").c_str()) == 0;
-}
-
 class Pulse {
  public:
+  static constexpr const char* kDevice = "pulse: clamor";
+
+  // What would have to be installed for it; empty when all is there.
+  static std::string missing() {
+    const bool there = installed("pulseaudio") && installed("parec");
+    return there ? "" : "pulseaudio and pulseaudio-utils are not installed";
+  }
+
   Pulse()
       : folder_(std::filesystem::temp_directory_path() /
                 ("clamor_pulse_" + std::to_string(::getpid()))) {
@@ -131,6 +102,9 @@ class Pulse {
     return samples_of(path);
   }
 
+ protected:
+  const std::filesystem::path& folder() const { return folder_; }
+
  private:
   static std::vector<std::string> recording() {
     return {"parec",        "-d",           "clamor.monitor", "--format=float32le",
@@ -154,6 +128,25 @@ class Pulse {
   std::filesystem::path folder_;
   std::unique_ptr<Program> daemon_;
   bool ready_ = false;
+};
+
+// Made before anything asks ALSA in this process.
+class Alsa : public Pulse {
+ public:
+  static constexpr const char* kDevice = "alsa: default";
+
+  static std::string missing() {
+    const bool there = std::system(
+                           "ls /usr/lib/*/alsa-lib/libasound_module_pcm_pulse.so "
+                           "> /dev/null 2>&1") == 0;
+    return there ? Pulse::missing() : "libasound2-plugins is not installed";
+  }
+
+  Alsa() {
+    const std::string settings = (folder() / "asound.conf").string();
+    std::ofstream(settings) << "pcm.!default { type pulse }\nctl.!default { type pulse }\n";
+    ::setenv("ALSA_CONFIG_PATH", ("/usr/share/alsa/alsa.conf:" + settings).c_str(), 1);
+  }
 };
 
 }  // namespace clamor::testing

@@ -89,8 +89,16 @@ TEST_F(Supervised, ADeviceThatIsUnpluggedAndPluggedInAgainIsFoundAgain) {
   EXPECT_EQ(figures.losses, 1u);
   EXPECT_EQ(figures.reopenings, 1u);
   EXPECT_GT(figures.failed_openings, 0u);
+  EXPECT_TRUE(figures.opening_problem.starts_with("there is no sound device"))
+      << figures.opening_problem;
   EXPECT_GT(figures.longest_without_s, 0.2);
   EXPECT_EQ(figures.without_device_s, figures.longest_without_s);
+
+  // Why it was lost again says nothing of why it had not opened.
+  world->says_so = true;
+  ASSERT_TRUE(comes_true([&] { return output->statistics().losses == 2; }));
+  EXPECT_EQ(output->statistics().opening_problem, figures.opening_problem);
+  EXPECT_NE(output->statistics().problem, figures.opening_problem);
 }
 
 // What one hears then begins in the middle, and must not begin with a step.

@@ -50,6 +50,7 @@ const std::vector<Fence> kFences = {
       "formats/page_order-inl.h", "runtime/gain_kernel.cpp", "runtime/lane_cascade.cpp",
       "runtime/mix_*", "runtime/shortlist_kernel.cpp", "runtime/sieve_lanes-inl.h",
       "runtime/source_sieve_kernel.cpp", "runtime/voice_kernel.cpp", "tools/machine_peak.cpp"}},
+    {"JACK", {"jack/*"}, {"runtime/jack_output.cpp", "tests/player/jack_listener.h"}},
     {"libebur128",
      {"ebur128.h"},
      {"runtime/loudness_meter.cpp", "runtime/programme_loudness.cpp", "tests/*"}},

@@ -1,0 +1,64 @@
+// jack.h: a private JACK server without a sound card.
+//
+// It waits for its clients, so that whatever the machine is busy with, each block is heard once.
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/player/program.h"
+
+namespace clamor::testing {
+
+class Jack {
+ public:
+  static constexpr const char* kDevice = "jack: system";
+
+  static std::string missing() { return installed("jackd") ? "" : "jackd2 is not installed"; }
+
+  explicit Jack(int rate_hz = 48000, int block_frames = 256)
+      : rate_hz_(rate_hz), block_frames_(block_frames) {
+    ::setenv("JACK_DEFAULT_SERVER", name_.c_str(), 1);
+    start();
+  }
+  ~Jack() {
+    daemon_.reset();
+    for (const char* ending : {"", ".log"}) std::filesystem::remove(log_ + ending);
+  }
+
+  void start() {
+    daemon_ = std::make_unique<Program>(
+        std::vector<std::string>{"jackd", "--no-realtime", "--no-mlock", "-S", "-t", "5000", "-n",
+                                 name_, "-d", "dummy", "-r", std::to_string(rate_hz_), "-p",
+                                 std::to_string(block_frames_)},
+        log_);
+    ready_ = std::system(("jack_wait -w -t 10 -s " + name_ + " > /dev/null 2>&1").c_str()) == 0;
+  }
+
+  bool ready() const { return ready_; }
+
+  // It hangs, or goes on where it hung.
+  void freeze() { daemon_->signal(SIGSTOP); }
+  void thaw() { daemon_->signal(SIGCONT); }
+
+  // As a crash would: no word to those who are connected.
+  void kill() {
+    daemon_->stop(SIGKILL);
+    ready_ = false;
+  }
+
+  // Waits until the player sounds, but not for ever.
+  bool sounds() { return std::system(CLAMOR_JACK_LISTENER " clamor > /dev/null 2>&1") == 0; }
+
+ private:
+  const std::string name_ = "clamor_test_" + std::to_string(::getpid());
+  const std::string log_ = (std::filesystem::temp_directory_path() / name_).string();
+  const int rate_hz_, block_frames_;
+  std::unique_ptr<Program> daemon_;
+  bool ready_ = false;
+};
+
+}  // namespace clamor::testing

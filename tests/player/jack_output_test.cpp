@@ -1,0 +1,132 @@
+// JACK as a device, on a private server.
+#include "runtime/jack_output.h"
+
+#include <atomic>
+
+#include <gtest/gtest.h>
+
+#include "tests/player/fake_devices.h"
+#include "tests/player/jack.h"
+#include "tests/player/jack_listener.h"
+
+namespace clamor {
+namespace {
+
+using testing::comes_true;
+
+class JackDevice : public ::testing::Test {
+ protected:
+  void SetUp() override {
+#ifdef __SANITIZE_THREAD__
+    GTEST_SKIP() << "JACK's library is not built for ThreadSanitizer";
+#endif
+    if (const std::string missing = testing::Jack::missing(); !missing.empty())
+      GTEST_SKIP() << missing;
+  }
+
+  static OutputDevice device(const std::string& name) { return {"jack", name, 2, {48000}, false}; }
+};
+
+// Plays the numbers 1, 2, 3, ... on the left, and the same below zero on the right. Floats know
+// whole numbers up to 2^24, which are six minutes.
+struct Counting {
+  std::atomic<std::uint32_t> next{1}, most_frames{0};
+
+  static void fill(void* self, float* output, std::uint32_t frames, bool) noexcept {
+    auto& counting = *static_cast<Counting*>(self);
+    for (std::uint32_t i = 0; i < frames; ++i) {
+      const auto number = static_cast<float>(counting.next.fetch_add(1));
+      output[2 * i] = number;
+      output[2 * i + 1] = -number;
+    }
+    counting.most_frames.store(std::max(counting.most_frames.load(), frames));
+  }
+
+  OutputCallback callback() { return {&Counting::fill, this}; }
+};
+
+TEST_F(JackDevice, IsListedAsTheServerHasIt) {
+  const testing::Jack server(44100, 128);
+  ASSERT_TRUE(server.ready());
+  const testing::JackListener listener("a listener");
+  const auto devices = jack_devices();
+  ASSERT_EQ(devices.size(), 2u);
+  EXPECT_EQ(devices[0].full_name(), "jack: system");
+  EXPECT_EQ(devices[0].output_channels, 2);
+  EXPECT_EQ(devices[0].rates_hz, std::vector<unsigned>{44100});
+  EXPECT_TRUE(devices[0].is_default);
+  EXPECT_EQ(devices[1].full_name(), "jack: a listener");
+  EXPECT_FALSE(devices[1].is_default);
+  // What the player asks is RtAudio for all others; it must not ask that for this.
+  const auto all = sound_devices()->devices("jack");
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(all[0].full_name(), devices[0].full_name());
+}
+
+TEST_F(JackDevice, SaysWhyItCannotBeOpened) {
+  const auto problem = [](const std::string& name, const OutputRequest& request) {
+    std::string why;
+    Counting counting;
+    EXPECT_EQ(open_jack(device(name), request, counting.callback(), why), nullptr);
+    return why;
+  };
+  {
+    const testing::Jack server(44100, 128);
+    ASSERT_TRUE(server.ready());
+    EXPECT_EQ(problem("system", {"", 6}), "it has 2");
+    EXPECT_EQ(problem("system", {"", 2, 256, 48000}), "its server runs at 44100 Hz");
+    EXPECT_EQ(problem("other", {}), "it is gone");
+  }
+  EXPECT_EQ(problem("system", {}), "it is gone");
+  EXPECT_TRUE(jack_devices().empty());
+}
+
+// RtAudio's own layer stops at the first change, and hangs when it is closed.
+TEST_F(JackDevice, HearsEachFrameOnceWhileTheServerChangesTheSizeOfItsBlocks) {
+  const testing::Jack server;
+  ASSERT_TRUE(server.ready());
+  testing::JackListener listener("listener");
+  ASSERT_TRUE(listener.connected());
+  Counting counting;
+  std::string problem;
+  const auto output = open_jack(device("listener"), {}, counting.callback(), problem);
+  ASSERT_NE(output, nullptr) << problem;
+  ASSERT_TRUE(output->start().ok());
+  for (const unsigned frames : {256u, 64u, 1024u, 16u, 4096u, 512u}) {
+    listener.set_block_frames(frames);
+    const std::uint32_t before = counting.next;
+    ASSERT_TRUE(comes_true([&] { return counting.next > before + 8 * frames + 4000; })) << frames;
+    EXPECT_EQ(output->block_frames(), static_cast<int>(frames));
+    EXPECT_EQ(output->failure(), "");
+  }
+  EXPECT_EQ(counting.most_frames, 4096u);
+  output->stop();
+  const std::uint32_t played = counting.next - 1;
+
+  std::uint32_t heard = 0;
+  for (std::size_t i = 0; i < listener.frames(); ++i) {
+    const float number = listener.left(i);
+    if (number == 0) continue;  // before it began, and while the server changes
+    ASSERT_EQ(number, static_cast<float>(++heard)) << "frame " << i;
+    ASSERT_EQ(listener.right(i), -number) << "frame " << i;
+  }
+  EXPECT_GE(heard + 512, played);  // the last block may not have reached the listener
+}
+
+TEST_F(JackDevice, SaysThatItsServerHasStopped) {
+  testing::Jack server;
+  ASSERT_TRUE(server.ready());
+  Counting counting;
+  std::string problem;
+  auto output = open_jack(device("system"), {}, counting.callback(), problem);
+  ASSERT_NE(output, nullptr) << problem;
+  ASSERT_TRUE(output->start().ok());
+  ASSERT_TRUE(comes_true([&] { return counting.next > 1; }));
+  EXPECT_EQ(output->failure(), "");
+  server.kill();
+  EXPECT_TRUE(comes_true([&] { return output->failure() == "the JACK server has stopped"; }));
+  output.reset();  // does not hang
+}
+
+}  // namespace
+}  // namespace clamor
