@@ -51,8 +51,7 @@ bool is_sound(const StoredDeposit& deposit, std::size_t materials, std::uint32_t
 std::optional<std::vector<StoredRun>> runs_of(const JournalFile::Record& record) {
   if (record.count > record.bytes.size() / sizeof(StoredRun)) return std::nullopt;
   std::vector<StoredRun> runs(record.count);
-  if (!runs.empty())
-    std::memcpy(runs.data(), record.bytes.data(), runs.size() * sizeof(StoredRun));
+  if (!runs.empty()) std::memcpy(runs.data(), record.bytes.data(), runs.size() * sizeof(StoredRun));
   return runs;
 }
 

@@ -9,8 +9,8 @@
 #include <span>
 
 #include "runtime/auralizer.h"
-#include "runtime/realtime.h"
-#include "runtime/sample_ring.h"
+#include "runtime/realtime/realtime.h"
+#include "runtime/realtime/sample_ring.h"
 
 namespace clamor {
 

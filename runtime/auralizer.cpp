@@ -10,12 +10,12 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/block_mixer.h"
-#include "runtime/keyframe_maker.h"
-#include "runtime/loudness.h"
-#include "runtime/signal_bank.h"
+#include "runtime/field/loudness.h"
+#include "runtime/field/source_field.h"
+#include "runtime/mixing/block_mixer.h"
+#include "runtime/mixing/keyframe_maker.h"
+#include "runtime/sounds/signal_bank.h"
 #include "runtime/source_choice.h"
-#include "runtime/source_field.h"
 
 namespace clamor {
 

@@ -9,8 +9,8 @@
 #include "formats/bake_file.h"
 #include "formats/level.h"
 #include "formats/source.h"
-#include "runtime/moving_sources.h"
-#include "runtime/signal_weights.h"
+#include "runtime/field/signal_weights.h"
+#include "runtime/sampling/moving_sources.h"
 
 namespace clamor {
 

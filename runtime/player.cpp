@@ -9,12 +9,12 @@
 
 #include "formats/audio_file.h"
 #include "runtime/audio_callback.h"
-#include "runtime/latest_value.h"
-#include "runtime/loudness_meter.h"
+#include "runtime/measures/loudness_meter.h"
+#include "runtime/output/supervised_output.h"
+#include "runtime/realtime/latest_value.h"
+#include "runtime/realtime/resident_memory.h"
+#include "runtime/realtime/sample_ring.h"
 #include "runtime/render.h"
-#include "runtime/resident_memory.h"
-#include "runtime/sample_ring.h"
-#include "runtime/supervised_output.h"
 
 namespace clamor {
 

@@ -20,8 +20,8 @@
 #include "formats/walk_file.h"
 #include "formats/wav_writer.h"
 #include "runtime/auralizer.h"
-#include "runtime/supervised_output.h"
-#include "runtime/thread_shares.h"
+#include "runtime/output/supervised_output.h"
+#include "runtime/realtime/thread_shares.h"
 
 namespace clamor {
 

@@ -7,8 +7,8 @@
 #include <thread>
 #include <vector>
 
-#include "runtime/head_bank.h"
-#include "runtime/thread_shares.h"
+#include "runtime/heads/head_bank.h"
+#include "runtime/realtime/thread_shares.h"
 
 namespace clamor {
 

@@ -8,14 +8,14 @@
 
 #include <memory>
 
-#include "runtime/moving_list.h"
-#include "runtime/moving_sources.h"
-#include "runtime/octree_pool.h"
-#include "runtime/page_loader.h"
-#include "runtime/sampler.h"
-#include "runtime/sight_geometry.h"
-#include "runtime/strategies.h"
-#include "runtime/visibility_cache.h"
+#include "runtime/octree/octree_pool.h"
+#include "runtime/octree/page_loader.h"
+#include "runtime/sampling/moving_list.h"
+#include "runtime/sampling/moving_sources.h"
+#include "runtime/sampling/sampler.h"
+#include "runtime/sampling/strategies.h"
+#include "runtime/sight/sight_geometry.h"
+#include "runtime/sight/visibility_cache.h"
 
 namespace clamor {
 

@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/audio_callback.h"
-#include "runtime/output_feed.h"
+#include "runtime/output/output_feed.h"
 
 namespace clamor::testing {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "formats/octree_page.h"
-#include "runtime/page_loader.h"
+#include "runtime/octree/page_loader.h"
 
 namespace clamor::testing {
 

@@ -35,7 +35,7 @@ struct CopiedTrees {
 struct BakeOverview {
   std::vector<OctreeLevel> levels;  // of the level's tree, by depth
   CopiedTrees copied;
-  Bands power{};  // of all sources, copies too
+  Bands power{};                                   // of all sources, copies too
   std::uint64_t emitter_count = 0, secondary = 0;  // of all sources, copies too
   std::vector<EmitterGroup> emitters;
   std::vector<MaterialGroup> materials;

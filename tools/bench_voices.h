@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "runtime/head.h"
-#include "runtime/mix_reference.h"
-#include "runtime/mixer.h"
-#include "runtime/panner.h"
+#include "runtime/heads/head.h"
+#include "runtime/mixing/mixer.h"
+#include "runtime/mixing/panner.h"
+#include "runtime/voices/mix_reference.h"
 #include "tools/openal_voices.h"
 
 namespace clamor {

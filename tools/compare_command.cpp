@@ -13,9 +13,9 @@
 
 #include "formats/audio_file.h"
 #include "formats/level.h"
-#include "runtime/null_distribution.h"
-#include "runtime/random_texture.h"
-#include "runtime/sound_comparison.h"
+#include "runtime/measures/null_distribution.h"
+#include "runtime/measures/random_texture.h"
+#include "runtime/measures/sound_comparison.h"
 #include "tools/arguments.h"
 #include "tools/commands.h"
 #include "tools/compare_table.h"

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/null_distribution.h"
-#include "runtime/sound_comparison.h"
+#include "runtime/measures/null_distribution.h"
+#include "runtime/measures/sound_comparison.h"
 
 namespace clamor {
 

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/level.h"
-#include "runtime/audio_output.h"
-#include "runtime/output_choice.h"
+#include "runtime/output/audio_output.h"
+#include "runtime/output/output_choice.h"
 #include "tools/arguments.h"
 #include "tools/commands.h"
 

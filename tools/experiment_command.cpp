@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "common/text.h"
-#include "runtime/strategies.h"
+#include "runtime/sampling/strategies.h"
 #include "tools/arguments.h"
 #include "tools/commands.h"
 #include "tools/experiments.h"

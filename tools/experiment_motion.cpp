@@ -25,9 +25,9 @@
 
 #include "common/thread_time.h"
 #include "runtime/auralizer.h"
-#include "runtime/block_mixer.h"
-#include "runtime/click_detector.h"
-#include "runtime/programme_loudness.h"
+#include "runtime/measures/click_detector.h"
+#include "runtime/measures/programme_loudness.h"
+#include "runtime/mixing/block_mixer.h"
 #include "tools/experiments.h"
 #include "tools/motion.h"
 

@@ -8,8 +8,8 @@
 
 #include "common/thread_time.h"
 #include "runtime/auralizer.h"
-#include "runtime/sight_geometry.h"
-#include "runtime/visibility_cache.h"
+#include "runtime/sight/sight_geometry.h"
+#include "runtime/sight/visibility_cache.h"
 #include "tools/experiments.h"
 #include "tools/motion.h"
 

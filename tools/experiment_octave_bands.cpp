@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "runtime/loudness.h"
+#include "runtime/field/loudness.h"
 #include "tools/experiments.h"
 
 namespace clamor {

@@ -8,8 +8,8 @@
 
 #include "bake/bake.h"
 #include "common/random.h"
-#include "runtime/keyframe_maker.h"
-#include "runtime/mixer.h"
+#include "runtime/mixing/keyframe_maker.h"
+#include "runtime/mixing/mixer.h"
 
 namespace clamor {
 

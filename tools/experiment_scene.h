@@ -14,8 +14,8 @@
 #include "formats/level.h"
 #include "formats/walk_file.h"
 #include "runtime/auralizer_input.h"
-#include "runtime/signal_bank.h"
-#include "runtime/strategies.h"
+#include "runtime/sampling/strategies.h"
+#include "runtime/sounds/signal_bank.h"
 
 namespace clamor {
 

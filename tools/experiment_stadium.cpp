@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
-#include "runtime/null_distribution.h"
-#include "runtime/sound_comparison.h"
+#include "runtime/measures/null_distribution.h"
+#include "runtime/measures/sound_comparison.h"
 #include "tools/experiments.h"
 
 namespace clamor {

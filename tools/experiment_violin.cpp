@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "runtime/impulse_response.h"
-#include "runtime/sampled_response.h"
+#include "runtime/measures/impulse_response.h"
+#include "runtime/measures/sampled_response.h"
 #include "tools/experiments.h"
 
 namespace clamor {

@@ -11,14 +11,12 @@
 #include <fmt/format.h>
 
 #include "formats/level.h"
-#include "runtime/keyframe.h"
+#include "runtime/voices/keyframe.h"
 #include "tools/experiments.h"
 
 namespace clamor {
 
 namespace {
-
-constexpr double kKeyframe_s = static_cast<double>(kKeyframeFrames) / kSampleRate_hz;
 
 struct Walked {
   double exchanged_per_m = 0, exchanged_per_s = 0;  // shares of the sample

@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "common/result.h"
-#include "runtime/mix_kernel.h"
+#include "runtime/voices/mix_kernel.h"
 
 namespace clamor {
 

@@ -16,15 +16,13 @@
 #include "common/pose.h"
 #include "formats/audio_file.h"
 #include "runtime/auralizer_input.h"
-#include "runtime/keyframe_maker.h"
-#include "runtime/mixer.h"
-#include "runtime/signal_bank.h"
-#include "runtime/source_field.h"
-#include "runtime/strategies.h"
+#include "runtime/field/source_field.h"
+#include "runtime/mixing/keyframe_maker.h"
+#include "runtime/mixing/mixer.h"
+#include "runtime/sampling/strategies.h"
+#include "runtime/sounds/signal_bank.h"
 
 namespace clamor {
-
-inline constexpr double kKeyframe_s = static_cast<double>(kKeyframeFrames) / kSampleRate_hz;
 
 // Two circles of different periods, within the middle of where sources are.
 class Way {

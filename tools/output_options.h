@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/result.h"
-#include "runtime/output_shape.h"
+#include "runtime/mixing/output_shape.h"
 #include "tools/arguments.h"
 
 namespace clamor {

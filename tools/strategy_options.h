@@ -5,7 +5,7 @@
 
 #include "common/result.h"
 #include "runtime/auralizer.h"
-#include "runtime/strategies.h"
+#include "runtime/sampling/strategies.h"
 #include "tools/arguments.h"
 
 namespace clamor {

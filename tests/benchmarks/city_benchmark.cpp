@@ -9,8 +9,8 @@
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
-#include "runtime/octree_pool.h"
-#include "runtime/sampler.h"
+#include "runtime/octree/octree_pool.h"
+#include "runtime/sampling/sampler.h"
 #include "tests/benchmarks/sample_times.h"
 #include "tests/city.h"
 

@@ -8,8 +8,8 @@
 #include <benchmark/benchmark.h>
 
 #include "bake/bake.h"
-#include "runtime/octree_pool.h"
-#include "runtime/sampler.h"
+#include "runtime/octree/octree_pool.h"
+#include "runtime/sampling/sampler.h"
 #include "tests/terraces.h"
 
 namespace clamor {

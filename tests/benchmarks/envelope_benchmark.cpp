@@ -14,8 +14,8 @@
 
 #include "formats/bake_file.h"
 #include "runtime/auralizer_input.h"
-#include "runtime/loudness.h"
-#include "runtime/sampler.h"
+#include "runtime/field/loudness.h"
+#include "runtime/sampling/sampler.h"
 
 namespace clamor {
 namespace {

@@ -12,8 +12,8 @@
 #include <benchmark/benchmark.h>
 
 #include "common/random.h"
-#include "runtime/keyframe_maker.h"
-#include "runtime/keyframe_queue.h"
+#include "runtime/mixing/keyframe_maker.h"
+#include "runtime/voices/keyframe_queue.h"
 #include "tests/runtime/keyframe_reference.h"
 
 namespace clamor {

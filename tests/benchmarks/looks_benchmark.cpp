@@ -16,7 +16,7 @@
 #include "common/random.h"
 #include "common/thread_time.h"
 #include "formats/level_import.h"
-#include "runtime/sight_looks.h"
+#include "runtime/sight/sight_looks.h"
 
 namespace clamor {
 namespace {

@@ -7,8 +7,8 @@
 #include <benchmark/benchmark.h>
 
 #include "common/random.h"
-#include "runtime/moving_list.h"
-#include "runtime/sampler.h"
+#include "runtime/sampling/moving_list.h"
+#include "runtime/sampling/sampler.h"
 
 namespace clamor {
 namespace {

@@ -14,8 +14,8 @@
 #include <benchmark/benchmark.h>
 
 #include "bake/octree_builder.h"
-#include "runtime/octree_pool.h"
-#include "runtime/sampler.h"
+#include "runtime/octree/octree_pool.h"
+#include "runtime/sampling/sampler.h"
 #include "tests/benchmarks/sample_times.h"
 #include "tests/source_lists.h"
 #include "tests/stored_tree.h"

@@ -24,9 +24,9 @@
 #include "common/thread_time.h"
 #include "formats/level_import.h"
 #include "formats/signal_envelope.h"
-#include "runtime/octree_pool.h"
-#include "runtime/sampler.h"
-#include "runtime/visibility_cache.h"
+#include "runtime/octree/octree_pool.h"
+#include "runtime/sampling/sampler.h"
+#include "runtime/sight/visibility_cache.h"
 #include "tests/stored_tree.h"
 
 namespace clamor {

@@ -17,7 +17,7 @@
 #include "common/random.h"
 #include "formats/page.h"
 #include "runtime/auralizer.h"
-#include "runtime/sound_loader.h"
+#include "runtime/sounds/sound_loader.h"
 
 namespace clamor {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "common/random.h"
 #include "runtime/auralizer.h"
-#include "runtime/click_detector.h"
-#include "runtime/programme_loudness.h"
+#include "runtime/measures/click_detector.h"
+#include "runtime/measures/programme_loudness.h"
 #include "tests/faults/faults.h"
 #include "tests/rooms_runtime.h"
 #include "tests/sanitized.h"

@@ -7,8 +7,8 @@
 // adds a file: raise kFormatMinor or kFormatMajor, run CLAMOR_WRITE_GOLDEN=1
 // build/release/tests/test_formats
 // --gtest_filter='Golden*', and commit both. 0.1.0, not yet released, will be the first with a
-// format for ever, 3.1; until then that one is made again whenever it changes, and 3.0 stays as if it
-// had been released. Formats 1 and 2 never were, and are refused with a sentence.
+// format for ever, 3.1; until then that one is made again whenever it changes, and 3.0 stays as if
+// it had been released. Formats 1 and 2 never were, and are refused with a sentence.
 #include <cstdlib>
 
 #include <nlohmann/json.hpp>

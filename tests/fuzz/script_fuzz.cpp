@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "formats/walk_file.h"
-#include "runtime/moving_script.h"
+#include "runtime/sampling/moving_script.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace clamor;

@@ -2,7 +2,7 @@
 // is checked here; small ones are made ready to be heard as well.
 #include <cmath>
 
-#include "runtime/head.h"
+#include "runtime/heads/head.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace clamor;

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "bake/bake.h"
-#include "runtime/received_intensity.h"
+#include "runtime/field/received_intensity.h"
 #include "tests/rooms.h"
 #include "tests/sanitized.h"
 

@@ -9,7 +9,7 @@
 #include "bake/bake.h"
 #include "bake/photon_tracer.h"
 #include "common/air.h"
-#include "runtime/energy_response.h"
+#include "runtime/measures/energy_response.h"
 #include "tests/rooms.h"
 
 namespace clamor {

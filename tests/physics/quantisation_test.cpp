@@ -14,8 +14,8 @@
 #include "bake/scene.h"
 #include "formats/level_import.h"
 #include "formats/source_code.h"
-#include "runtime/energy_response.h"
-#include "runtime/impulse_response.h"
+#include "runtime/measures/energy_response.h"
+#include "runtime/measures/impulse_response.h"
 
 namespace clamor {
 namespace {

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "bake/photon_tracer.h"
-#include "runtime/received_intensity.h"
+#include "runtime/field/received_intensity.h"
 #include "tests/rooms.h"
 
 namespace clamor {

@@ -8,8 +8,8 @@
 
 #include "bake/bake.h"
 #include "formats/level_import.h"
-#include "runtime/energy_response.h"
-#include "runtime/room_parameters.h"
+#include "runtime/measures/energy_response.h"
+#include "runtime/measures/room_parameters.h"
 
 namespace clamor {
 namespace {

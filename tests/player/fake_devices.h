@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "formats/level.h"
-#include "runtime/audio_output.h"
+#include "runtime/output/audio_output.h"
 
 namespace clamor::testing {
 

@@ -1,5 +1,5 @@
 // JACK as a device, on a private server.
-#include "runtime/jack_output.h"
+#include "runtime/output/jack_output.h"
 
 #include <atomic>
 

@@ -1,4 +1,4 @@
-#include "runtime/output_choice.h"
+#include "runtime/output/output_choice.h"
 
 #include <gtest/gtest.h>
 

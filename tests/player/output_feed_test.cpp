@@ -1,5 +1,5 @@
 // What a device is given: at its rate, in blocks of any size, without a tick.
-#include "runtime/output_feed.h"
+#include "runtime/output/output_feed.h"
 
 #include <cmath>
 #include <complex>
@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "formats/level.h"
-#include "runtime/click_detector.h"
+#include "runtime/measures/click_detector.h"
 
 namespace clamor {
 namespace {

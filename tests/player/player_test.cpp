@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "formats/audio_file.h"
+#include "runtime/output/resampler.h"
 #include "runtime/render.h"
-#include "runtime/resampler.h"
 #include "tests/player/fake_devices.h"
 #include "tests/player/pulse.h"
 #include "tests/rooms_runtime.h"

@@ -1,6 +1,6 @@
 // Whatever a device does, the mixer is called on in time, by one at a time, and never once it may
 // be gone.
-#include "runtime/supervised_output.h"
+#include "runtime/output/supervised_output.h"
 
 #include <cmath>
 

@@ -1,7 +1,8 @@
 // include_test.cpp: every #include, held against the design.
 //
-// common <- formats <- {bake, runtime} <- tools, and round each third-party library a fence: the
-// few files that may see it. A library that is not in the table is not allowed anywhere.
+// common <- formats <- {bake, runtime} <- tools, the folders of the runtime from the ground up, and
+// round each third-party library a fence: the few files that may see it. A library that is not in
+// the table is not allowed anywhere.
 
 #include <map>
 #include <regex>
@@ -39,7 +40,7 @@ const std::vector<Fence> kFences = {
     {"CLI11", {"CLI/*"}, {"tools/arguments.cpp"}},
     {"Embree",
      {"embree3/*", "embree4/*"},
-     {"bake/scene.cpp", "runtime/sight_geometry.cpp", "tests/benchmarks/*"}},
+     {"bake/scene.cpp", "runtime/sight/sight_geometry.cpp", "tests/benchmarks/*"}},
     {"fmt", {"fmt/*"}, {"formats/*.cpp", "bake/level_report.cpp", "tools/*.cpp"}},
     {"GLM", {"glm/*"}, {"common/vec.h", "formats/gltf_*"}},
     {"Google Benchmark", {"benchmark/*"}, {"tools/mixer_figures.cpp", "tests/benchmarks/*"}},
@@ -47,15 +48,17 @@ const std::vector<Fence> kFences = {
     {"Highway",
      {"hwy/*"},
      {"bake/trace_*", "formats/page_kernel.cpp", "formats/page_numbers-inl.h",
-      "formats/page_order-inl.h", "runtime/gain_kernel.cpp", "runtime/lane_cascade.cpp",
-      "runtime/mix_*", "runtime/shortlist_kernel.cpp", "runtime/sieve_lanes-inl.h",
-      "runtime/source_sieve_kernel.cpp", "runtime/voice_kernel.cpp", "tools/machine_peak.cpp"}},
-    {"JACK", {"jack/*"}, {"runtime/jack_output.cpp", "tests/player/jack_listener.h"}},
+      "formats/page_order-inl.h", "runtime/voices/gain_kernel.cpp",
+      "runtime/voices/lane_cascade.cpp", "runtime/voices/mix_*",
+      "runtime/octree/shortlist_kernel.cpp", "runtime/octree/sieve_lanes-inl.h",
+      "runtime/octree/source_sieve_kernel.cpp", "runtime/mixing/voice_kernel.cpp",
+      "tools/machine_peak.cpp"}},
+    {"JACK", {"jack/*"}, {"runtime/output/jack_output.cpp", "tests/player/jack_listener.h"}},
     {"libebur128",
      {"ebur128.h"},
-     {"runtime/loudness_meter.cpp", "runtime/programme_loudness.cpp", "tests/*"}},
+     {"runtime/measures/loudness_meter.cpp", "runtime/measures/programme_loudness.cpp", "tests/*"}},
     {"libmysofa", {"mysofa.h"}, {"formats/sofa_file.cpp"}},
-    {"libsamplerate", {"samplerate.h"}, {"runtime/resampler.cpp"}},
+    {"libsamplerate", {"samplerate.h"}, {"runtime/output/resampler.cpp"}},
     {"libsndfile", {"sndfile.h"}, {"formats/audio_file.cpp", "formats/wav_writer.cpp", "tests/*"}},
     {"libsoxr", {"soxr.h"}, {"formats/audio_file.cpp"}},
     {"nanoflann", {"nanoflann.hpp"}, {"bake/patch_radius.cpp"}},
@@ -65,7 +68,7 @@ const std::vector<Fence> kFences = {
       "tests/*"}},
     {"OpenAL Soft", {"AL/*"}, {"tools/openal_voices.cpp"}},
     {"OpenMesh", {"OpenMesh/*"}, {"bake/mesh_simplification.cpp", "tests/bake/mesh_*"}},
-    {"RtAudio", {"RtAudio.h", "rtaudio/*"}, {"runtime/audio_device.cpp"}},
+    {"RtAudio", {"RtAudio.h", "rtaudio/*"}, {"runtime/output/audio_device.cpp"}},
     {"TBB",
      {"tbb/*", "oneapi/*"},
      {"bake/*.cpp", "formats/bake_writer.cpp", "formats/geometry_section.cpp",
@@ -95,6 +98,14 @@ bool matches(const std::string& name, const std::vector<std::string>& patterns) 
 
 std::string folder_of(const std::string& path) { return path.substr(0, path.find('/')); }
 
+// In which of the runtime's folders a file of the runtime is: how far up, the top for its own.
+std::size_t floor_of(const std::string& path) {
+  const std::size_t begin = path.find('/') + 1, end = path.find('/', begin);
+  if (end == std::string::npos) return kRuntimeFolders.size();
+  const auto found = std::ranges::find(kRuntimeFolders, path.substr(begin, end - begin));
+  return static_cast<std::size_t>(found - kRuntimeFolders.begin());
+}
+
 // What is wrong with `file` including `header`, empty when nothing is.
 std::string complaint(const std::string& file, const std::string& header, bool quoted) {
   for (const Fence& fence : kFences)
@@ -113,6 +124,9 @@ std::string complaint(const std::string& file, const std::string& header, bool q
   const auto allowed = kMayInclude.find(folder_of(file));
   if (allowed == kMayInclude.end() || !allowed->second.contains(folder_of(header)))
     return folder_of(file) + " may not know " + folder_of(header);
+  if (folder_of(file) == "runtime" && folder_of(header) == "runtime" &&
+      floor_of(header) > floor_of(file))
+    return "the runtime's folders stand on each other, see kRuntimeFolders";
   return "";
 }
 
@@ -169,19 +183,23 @@ TEST(Includes, ThatBreakTheDesignAreCaught) {
   EXPECT_TRUE(caught("formats/page.cpp", "#include \"bake/bake.h\""));
   EXPECT_TRUE(caught("formats/page.cpp", "#include \"runtime/auralizer.h\""));
   EXPECT_TRUE(caught("bake/scene.cpp", "#include \"runtime/auralizer.h\""));
-  EXPECT_TRUE(caught("runtime/mixer.cpp", "#  include \"bake/scene.h\"  // just this once"));
-  EXPECT_TRUE(caught("runtime/mixer.cpp", "#include \"tools/commands.h\""));
+  EXPECT_TRUE(caught("runtime/mixing/mixer.cpp", "#  include \"bake/scene.h\"  // just this once"));
+  EXPECT_TRUE(caught("runtime/mixing/mixer.cpp", "#include \"tools/commands.h\""));
   EXPECT_TRUE(caught("tools/main.cpp", "#include \"tests/rooms.h\""));
   EXPECT_TRUE(caught("bake/bake.cpp", "#include <embree3/rtcore.h>"));
   EXPECT_TRUE(caught("bake/scene.h", "#include <embree4/rtcore.h>"));
   EXPECT_TRUE(caught("formats/gltf_document.cpp", "#include <tiny_gltf.h>"));
-  EXPECT_TRUE(caught("runtime/mixer.cpp", "#include \"formats/bake_root.capnp.h\""));
-  EXPECT_TRUE(caught("runtime/mixer.cpp", "#include <fmt/format.h>"));
+  EXPECT_TRUE(caught("runtime/mixing/mixer.cpp", "#include \"formats/bake_root.capnp.h\""));
+  EXPECT_TRUE(caught("runtime/mixing/mixer.cpp", "#include <fmt/format.h>"));
   EXPECT_TRUE(caught("tools/main.cpp", "#include <gtest/gtest.h>"));
   EXPECT_TRUE(caught("common/air.cpp", "#include <boost/any.hpp>"));
   EXPECT_TRUE(caught("common/air.cpp", "#include \"air.h\""));
   EXPECT_TRUE(caught("assets/generate/main.cpp", "#include \"common/air.h\""));
 
+  EXPECT_TRUE(caught("runtime/octree/octree_pool.cpp", "#include \"runtime/auralizer.h\""));
+  EXPECT_TRUE(caught("runtime/sampling/sampler.h", "#include \"runtime/mixing/mixer.h\""));
+
+  EXPECT_FALSE(caught("runtime/mixing/mixer.h", "#include \"runtime/sampling/sampler.h\""));
   EXPECT_FALSE(caught("tools/bake_command.cpp", "#include \"bake/bake.h\""));
   EXPECT_FALSE(caught("bake/scene.cpp", "#include <embree3/rtcore.h>"));
   EXPECT_FALSE(caught("common/air.cpp", "// #include \"formats/level.h\" would be wrong"));

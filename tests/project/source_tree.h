@@ -13,6 +13,11 @@ namespace clamor::testing {
 
 inline const std::filesystem::path kRoot = CLAMOR_SOURCE_DIR;
 
+// From the ground up: each may include those before it, and the runtime's own files all.
+inline const std::vector<std::string> kRuntimeFolders = {"realtime", "output", "voices", "sounds",
+                                                         "field",    "sight",  "octree", "sampling",
+                                                         "measures", "heads",  "mixing"};
+
 inline std::string read_text(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};

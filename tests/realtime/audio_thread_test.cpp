@@ -9,10 +9,10 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include "runtime/latest_value.h"
+#include "runtime/realtime/latest_value.h"
+#include "runtime/realtime/resident_memory.h"
+#include "runtime/realtime/touch_stack.h"
 #include "runtime/render.h"
-#include "runtime/resident_memory.h"
-#include "runtime/touch_stack.h"
 #include "tests/realtime/forbidden.h"
 #include "tests/rooms_runtime.h"
 #include "tests/sound_device.h"

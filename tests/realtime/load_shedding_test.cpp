@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "runtime/resident_memory.h"
-#include "runtime/touch_stack.h"
+#include "runtime/realtime/resident_memory.h"
+#include "runtime/realtime/touch_stack.h"
 #include "tests/realtime/forbidden.h"
 #include "tests/rooms_runtime.h"
 #include "tests/sound_device.h"

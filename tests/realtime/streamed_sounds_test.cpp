@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "runtime/mixer.h"
-#include "runtime/sound_loader.h"
+#include "runtime/mixing/mixer.h"
+#include "runtime/sounds/sound_loader.h"
 #include "tests/realtime/forbidden.h"
 
 namespace clamor {

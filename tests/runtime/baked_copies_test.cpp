@@ -11,8 +11,8 @@
 
 #include "bake/bake.h"
 #include "formats/all_sources.h"
-#include "runtime/octree_pool.h"
-#include "runtime/sampler.h"
+#include "runtime/octree/octree_pool.h"
+#include "runtime/sampling/sampler.h"
 #include "tests/sanitized.h"
 #include "tests/terraces.h"
 

@@ -1,4 +1,4 @@
-#include "runtime/binaural_cues.h"
+#include "runtime/measures/binaural_cues.h"
 
 #include <cmath>
 

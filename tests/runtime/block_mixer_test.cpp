@@ -1,5 +1,5 @@
 // block_mixer_test.cpp: what a callback costs, by counting what it does rather than by a clock.
-#include "runtime/block_mixer.h"
+#include "runtime/mixing/block_mixer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/panner.h"
+#include "runtime/mixing/panner.h"
 #include "tests/rooms.h"
 #include "tests/runtime/heads.h"
 

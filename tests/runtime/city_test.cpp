@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/octree_pool.h"
-#include "runtime/sampler.h"
+#include "runtime/octree/octree_pool.h"
+#include "runtime/sampling/sampler.h"
 #include "tests/runtime/whole_sample.h"
 #include "tests/sanitized.h"
 #include "tests/temporary_file.h"

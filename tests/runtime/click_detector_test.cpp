@@ -1,4 +1,4 @@
-#include "runtime/click_detector.h"
+#include "runtime/measures/click_detector.h"
 
 #include <cmath>
 

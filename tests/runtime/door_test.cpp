@@ -9,8 +9,8 @@
 
 #include "bake/octree_builder.h"
 #include "common/random.h"
-#include "runtime/octree_pool.h"
-#include "runtime/visibility_cache.h"
+#include "runtime/octree/octree_pool.h"
+#include "runtime/sight/visibility_cache.h"
 #include "tests/runtime/slow_visibility.h"
 #include "tests/runtime/sorted_choice.h"
 #include "tests/runtime/two_rooms.h"

@@ -1,4 +1,4 @@
-#include "runtime/echo_density.h"
+#include "runtime/measures/echo_density.h"
 
 #include <cmath>
 #include <numbers>

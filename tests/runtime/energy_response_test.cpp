@@ -1,4 +1,4 @@
-#include "runtime/energy_response.h"
+#include "runtime/measures/energy_response.h"
 
 #include <cmath>
 

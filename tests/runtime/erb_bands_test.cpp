@@ -1,11 +1,11 @@
-#include "runtime/erb_bands.h"
+#include "runtime/measures/erb_bands.h"
 
 #include <cmath>
 #include <numeric>
 
 #include <gtest/gtest.h>
 
-#include "runtime/sound_spectrum.h"
+#include "runtime/measures/sound_spectrum.h"
 #include "tests/runtime/test_sounds.h"
 
 namespace clamor {

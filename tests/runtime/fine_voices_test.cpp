@@ -1,5 +1,5 @@
 // fine_voices_test.cpp: of a crowd, the loudest as a head makes them and the others in octaves.
-#include "runtime/fine_voices.h"
+#include "runtime/voices/fine_voices.h"
 
 #include <random>
 

@@ -1,5 +1,5 @@
 // Diffraction by counting free ways round, against the exact solution and against counting many.
-#include "runtime/fresnel_visibility.h"
+#include "runtime/sight/fresnel_visibility.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Gains of buses in vectors against the sums they stand for, one by one.
-#include "runtime/gain_kernel.h"
+#include "runtime/voices/gain_kernel.h"
 
 #include <array>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "runtime/octave_bank.h"
+#include "runtime/voices/octave_bank.h"
 
 namespace clamor {
 namespace {

@@ -7,9 +7,9 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/keyframe_queue.h"
-#include "runtime/latest_value.h"
-#include "runtime/sample_ring.h"
+#include "runtime/realtime/latest_value.h"
+#include "runtime/realtime/sample_ring.h"
+#include "runtime/voices/keyframe_queue.h"
 #include "tests/sanitized.h"
 
 namespace clamor {

@@ -1,5 +1,5 @@
 // head_test.cpp: binaural mixing against convolution with the measured responses.
-#include "runtime/head.h"
+#include "runtime/heads/head.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,9 +9,9 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/head_fit.h"
-#include "runtime/mix_fir.h"
-#include "runtime/mixer.h"
+#include "runtime/heads/head_fit.h"
+#include "runtime/mixing/mixer.h"
+#include "runtime/voices/mix_fir.h"
 #include "tests/rooms.h"
 #include "tests/runtime/heads.h"
 

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/head_fit.h"
+#include "runtime/heads/head_fit.h"
 #include "tests/runtime/heads.h"
 
 namespace clamor {

@@ -10,9 +10,9 @@
 
 #include "common/fourier.h"
 #include "formats/sofa_file.h"
-#include "runtime/erb_bands.h"
-#include "runtime/head.h"
-#include "runtime/mixer.h"
+#include "runtime/heads/head.h"
+#include "runtime/measures/erb_bands.h"
+#include "runtime/mixing/mixer.h"
 #include "tests/runtime/voices.h"
 #include "tests/sanitized.h"
 

@@ -1,5 +1,5 @@
 // What is known to be dim, number by number and by the kernel that asks 16 at a time.
-#include "runtime/hidden_numbers.h"
+#include "runtime/sight/hidden_numbers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "runtime/shortlist_kernel.h"
+#include "runtime/octree/shortlist_kernel.h"
 
 namespace clamor {
 namespace {

@@ -1,4 +1,4 @@
-#include "runtime/impulse_response.h"
+#include "runtime/measures/impulse_response.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "runtime/keyframe_maker.h"
+#include "runtime/mixing/keyframe_maker.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "runtime/mix_kernel.h"
+#include "runtime/voices/mix_kernel.h"
 #include "tests/runtime/heads.h"
 #include "tests/runtime/keyframe_reference.h"
 #include "tests/sanitized.h"

@@ -18,7 +18,7 @@
 
 #include "common/pose.h"
 #include "formats/level.h"
-#include "runtime/keyframe_maker.h"
+#include "runtime/mixing/keyframe_maker.h"
 
 namespace clamor::testing {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "runtime/sampled_response.h"
+#include "runtime/measures/sampled_response.h"
 #include "tests/runtime/strategies_scenes.h"
 #include "tests/sanitized.h"
 

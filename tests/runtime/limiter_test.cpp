@@ -1,4 +1,4 @@
-#include "runtime/limiter.h"
+#include "runtime/mixing/limiter.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "formats/level.h"
-#include "runtime/loudness_meter.h"
-#include "runtime/panner.h"
+#include "runtime/measures/loudness_meter.h"
+#include "runtime/mixing/panner.h"
 
 namespace clamor {
 namespace {
@@ -70,7 +70,8 @@ TEST(Limiter, KeepsTruePeaksBelowFullScaleAndSaysThatItWorked) {
   for (int n = 0; n < 3000; ++n)
     sounds[0].push_back(
         static_cast<float>(1.35 * std::sin(std::numbers::pi / 2 * n + std::numbers::pi / 4)));
-  // Next to half the rate no filter of so few taps sees all between the samples, nor is there sound.
+  // Next to half the rate no filter of so few taps sees all between the samples, nor is there
+  // sound.
   sounds.push_back(noise(3001, 8));
   for (std::size_t n = 0; n < 3000; ++n) sounds.back()[n] += sounds.back()[n + 1];
   sounds.push_back(noise(3000, 0.01f));

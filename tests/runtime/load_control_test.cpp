@@ -1,4 +1,4 @@
-#include "runtime/load_control.h"
+#include "runtime/mixing/load_control.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "runtime/click_detector.h"
+#include "runtime/measures/click_detector.h"
 #include "runtime/render.h"
 #include "tests/rooms_runtime.h"
 

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "runtime/load_control.h"
+#include "runtime/mixing/load_control.h"
 
 namespace clamor {
 namespace {

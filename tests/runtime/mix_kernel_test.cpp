@@ -1,4 +1,4 @@
-#include "runtime/mix_kernel.h"
+#include "runtime/voices/mix_kernel.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/mix_reference.h"
+#include "runtime/voices/mix_reference.h"
 
 namespace clamor {
 namespace {

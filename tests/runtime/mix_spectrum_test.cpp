@@ -1,4 +1,4 @@
-#include "runtime/mix_spectrum.h"
+#include "runtime/voices/mix_spectrum.h"
 
 #include <algorithm>
 #include <array>
@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/head_bank.h"
-#include "runtime/keyframe.h"
+#include "runtime/heads/head_bank.h"
+#include "runtime/voices/keyframe.h"
 
 namespace clamor {
 namespace {
@@ -56,7 +56,8 @@ TEST(HeadBank, GivesTheSameBitsHoweverCallsDivideTime) {
   constexpr std::size_t kHigh = kEars * kHeadHighBands, kLow = kEars * kHeadLowRows;
   std::mt19937 random(2);
   std::uniform_real_distribution<float> uniform(-1, 1);
-  std::vector<float> high(kHigh * kSteps * kStepFrames), low(kLow * kSteps * kStepFrames / kLowRate);
+  std::vector<float> high(kHigh * kSteps * kStepFrames),
+      low(kLow * kSteps * kStepFrames / kLowRate);
   for (std::vector<float>* rows : {&high, &low})
     for (float& x : *rows) x = uniform(random);
   std::array<std::array<HeadLevels, kEars>, 4> slides{};

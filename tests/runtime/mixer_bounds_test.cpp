@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/keyframe_maker.h"
-#include "runtime/mixer.h"
+#include "runtime/mixing/keyframe_maker.h"
+#include "runtime/mixing/mixer.h"
 #include "tests/rooms.h"
 #include "tests/runtime/heads.h"
 #include "tests/runtime/voices.h"

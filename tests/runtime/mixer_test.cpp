@@ -1,4 +1,4 @@
-#include "runtime/mixer.h"
+#include "runtime/mixing/mixer.h"
 
 #include <algorithm>
 #include <cmath>

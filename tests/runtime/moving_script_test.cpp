@@ -1,4 +1,4 @@
-#include "runtime/moving_script.h"
+#include "runtime/sampling/moving_script.h"
 
 #include <algorithm>
 #include <cmath>

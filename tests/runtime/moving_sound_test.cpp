@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/click_detector.h"
+#include "runtime/measures/click_detector.h"
 #include "tests/rooms_runtime.h"
 #include "tests/runtime/moving_field.h"
 

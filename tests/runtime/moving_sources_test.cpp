@@ -1,4 +1,4 @@
-#include "runtime/moving_sources.h"
+#include "runtime/sampling/moving_sources.h"
 
 #include <algorithm>
 #include <atomic>
@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/moving_list.h"
-#include "runtime/sampler.h"
+#include "runtime/sampling/moving_list.h"
+#include "runtime/sampling/sampler.h"
 #include "tests/rooms_runtime.h"
 #include "tests/runtime/moving_field.h"
 #include "tests/runtime/priority_estimates.h"

@@ -1,4 +1,4 @@
-#include "runtime/null_distribution.h"
+#include "runtime/measures/null_distribution.h"
 
 #include <array>
 #include <atomic>
@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/random_texture.h"
+#include "runtime/measures/random_texture.h"
 #include "tests/runtime/test_sounds.h"
 
 namespace clamor {

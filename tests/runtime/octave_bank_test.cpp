@@ -1,4 +1,4 @@
-#include "runtime/octave_bank.h"
+#include "runtime/voices/octave_bank.h"
 
 #include <cmath>
 #include <complex>

@@ -1,4 +1,4 @@
-#include "runtime/octave_filter.h"
+#include "runtime/measures/octave_filter.h"
 
 #include <cmath>
 #include <complex>

@@ -1,4 +1,4 @@
-#include "runtime/octree_pool.h"
+#include "runtime/octree/octree_pool.h"
 
 #include <cmath>
 #include <functional>
@@ -10,7 +10,7 @@
 #include "bake/octree_builder.h"
 #include "common/random.h"
 #include "formats/page.h"
-#include "runtime/sampler.h"
+#include "runtime/sampling/sampler.h"
 #include "tests/runtime/whole_sample.h"
 #include "tests/sanitized.h"
 #include "tests/stored_tree.h"

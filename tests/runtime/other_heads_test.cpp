@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/head.h"
+#include "runtime/heads/head.h"
 #include "tests/sanitized.h"
 #include "tests/sofa_writer.h"
 #include "tests/temporary_file.h"

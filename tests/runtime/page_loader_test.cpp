@@ -1,4 +1,4 @@
-#include "runtime/page_loader.h"
+#include "runtime/octree/page_loader.h"
 
 #include <atomic>
 #include <cmath>

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/mixer.h"
+#include "runtime/mixing/mixer.h"
 #include "tests/rooms.h"
 
 namespace clamor {

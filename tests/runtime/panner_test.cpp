@@ -1,4 +1,4 @@
-#include "runtime/panner.h"
+#include "runtime/mixing/panner.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/spherical_harmonics.h"
+#include "runtime/mixing/spherical_harmonics.h"
 
 namespace clamor {
 namespace {

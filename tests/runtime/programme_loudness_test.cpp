@@ -1,10 +1,10 @@
-#include "runtime/programme_loudness.h"
+#include "runtime/measures/programme_loudness.h"
 
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-#include "runtime/loudness.h"
+#include "runtime/field/loudness.h"
 #include "tests/runtime/test_sounds.h"
 
 namespace clamor {

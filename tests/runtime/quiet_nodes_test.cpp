@@ -8,8 +8,8 @@
 
 #include "bake/octree_builder.h"
 #include "common/random.h"
-#include "runtime/octree_pool.h"
-#include "runtime/sampler.h"
+#include "runtime/octree/octree_pool.h"
+#include "runtime/sampling/sampler.h"
 #include "tests/stored_tree.h"
 
 namespace clamor {

@@ -1,4 +1,4 @@
-#include "runtime/received_intensity.h"
+#include "runtime/field/received_intensity.h"
 
 #include <cmath>
 #include <numbers>

@@ -1,5 +1,5 @@
 // What two receivers hear of each direction, from the law to the output.
-#include "runtime/reception.h"
+#include "runtime/field/reception.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 
 #include "common/directivity.h"
 #include "common/random.h"
-#include "runtime/output_shape.h"
-#include "runtime/representative_octree.h"
+#include "runtime/mixing/output_shape.h"
+#include "runtime/sampling/representative_octree.h"
 #include "tests/runtime/sorted_choice.h"
 #include "tests/runtime/weighed_room.h"
 #include "tests/sanitized.h"

@@ -1,4 +1,4 @@
-#include "runtime/room_parameters.h"
+#include "runtime/measures/room_parameters.h"
 
 #include <cmath>
 
@@ -6,7 +6,7 @@
 
 #include "common/decay_curve.h"
 #include "common/random.h"
-#include "runtime/impulse_response.h"
+#include "runtime/measures/impulse_response.h"
 
 namespace clamor {
 namespace {

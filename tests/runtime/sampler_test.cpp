@@ -1,4 +1,4 @@
-#include "runtime/sampler.h"
+#include "runtime/sampling/sampler.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // What stands in the way, with sources and walls as a file stores them.
-#include "runtime/sight_geometry.h"
+#include "runtime/sight/sight_geometry.h"
 
 #include <cmath>
 #include <filesystem>

@@ -1,11 +1,11 @@
 // Many looks at once, against one at a time.
-#include "runtime/sight_looks.h"
+#include "runtime/sight/sight_looks.h"
 
 #include <array>
 
 #include <gtest/gtest.h>
 
-#include "runtime/visibility_cache.h"
+#include "runtime/sight/visibility_cache.h"
 #include "tests/runtime/two_rooms.h"
 
 namespace clamor {

@@ -1,4 +1,4 @@
-#include "runtime/signal_weights.h"
+#include "runtime/field/signal_weights.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 
 #include "common/crossover.h"
 #include "common/random.h"
-#include "runtime/loudness.h"
-#include "runtime/octave_bank.h"
+#include "runtime/field/loudness.h"
+#include "runtime/voices/octave_bank.h"
 
 namespace clamor {
 namespace {

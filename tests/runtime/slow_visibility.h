@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <numbers>
 
-#include "runtime/fresnel_visibility.h"
+#include "runtime/sight/fresnel_visibility.h"
 
 namespace clamor::testing {
 

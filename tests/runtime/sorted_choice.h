@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/sampler.h"
+#include "runtime/sampling/sampler.h"
 
 namespace clamor::testing {
 

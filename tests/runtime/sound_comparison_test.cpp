@@ -1,4 +1,4 @@
-#include "runtime/sound_comparison.h"
+#include "runtime/measures/sound_comparison.h"
 
 #include <cmath>
 #include <set>

@@ -1,4 +1,4 @@
-#include "runtime/sound_loader.h"
+#include "runtime/sounds/sound_loader.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +13,9 @@
 #include <sys/resource.h>
 
 #include "common/random.h"
-#include "runtime/mixer.h"
-#include "runtime/octave_bank.h"
-#include "runtime/touch_stack.h"
+#include "runtime/mixing/mixer.h"
+#include "runtime/realtime/touch_stack.h"
+#include "runtime/voices/octave_bank.h"
 #include "tests/sanitized.h"
 
 namespace clamor {

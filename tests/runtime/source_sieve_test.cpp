@@ -1,5 +1,5 @@
 // source_sieve_test.cpp: what the sieve lets through, by every instruction set there is.
-#include "runtime/source_sieve.h"
+#include "runtime/octree/source_sieve.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,9 +10,9 @@
 
 #include "common/air.h"
 #include "common/random.h"
-#include "runtime/mix_kernel.h"
-#include "runtime/sampler.h"
-#include "runtime/source_page.h"
+#include "runtime/octree/source_page.h"
+#include "runtime/sampling/sampler.h"
+#include "runtime/voices/mix_kernel.h"
 
 namespace clamor {
 namespace {

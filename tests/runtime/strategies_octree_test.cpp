@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "runtime/representative_octree.h"
+#include "runtime/sampling/representative_octree.h"
 
 namespace clamor {
 

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/dynamic_sampling.h"
+#include "runtime/sampling/dynamic_sampling.h"
 
 namespace clamor {
 namespace {

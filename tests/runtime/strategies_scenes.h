@@ -10,9 +10,9 @@
 #include "common/random.h"
 #include "formats/level_import.h"
 #include "runtime/auralizer_input.h"
-#include "runtime/loudness.h"
-#include "runtime/signal_bank.h"
-#include "runtime/strategies.h"
+#include "runtime/field/loudness.h"
+#include "runtime/sampling/strategies.h"
+#include "runtime/sounds/signal_bank.h"
 
 namespace clamor::testing {
 

@@ -1,5 +1,5 @@
 // All strategies in one room: as many as asked for, right on average, the same each time.
-#include "runtime/strategies.h"
+#include "runtime/sampling/strategies.h"
 
 #include <cmath>
 #include <set>

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "runtime/sampler.h"
+#include "runtime/sampling/sampler.h"
 #include "tests/rooms_runtime.h"
 
 namespace clamor {

@@ -1,11 +1,11 @@
-#include "runtime/texture_statistics.h"
+#include "runtime/measures/texture_statistics.h"
 
 #include <cmath>
 #include <numeric>
 
 #include <gtest/gtest.h>
 
-#include "runtime/erb_bands.h"
+#include "runtime/measures/erb_bands.h"
 #include "tests/runtime/test_sounds.h"
 
 namespace clamor {

@@ -1,5 +1,5 @@
 // tree_leads_test.cpp: copies that are one source from afar, found without walking them.
-#include "runtime/tree_leads.h"
+#include "runtime/octree/tree_leads.h"
 
 #include <cmath>
 #include <numbers>
@@ -11,8 +11,8 @@
 #include "bake/octree_builder.h"
 #include "common/random.h"
 #include "formats/page.h"
-#include "runtime/octree_pool.h"
-#include "runtime/sampler.h"
+#include "runtime/octree/octree_pool.h"
+#include "runtime/sampling/sampler.h"
 #include "tests/sanitized.h"
 #include "tests/stored_tree.h"
 

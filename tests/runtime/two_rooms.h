@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bake/bake.h"
-#include "runtime/sampler.h"
+#include "runtime/sampling/sampler.h"
 #include "tests/rooms.h"
 
 namespace clamor::testing {

@@ -1,5 +1,5 @@
 // Sources that are hidden: which are chosen, how loud they are, and when that is known.
-#include "runtime/visibility_cache.h"
+#include "runtime/sight/visibility_cache.h"
 
 #include <algorithm>
 #include <map>
@@ -7,10 +7,10 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "runtime/energy_response.h"
-#include "runtime/fresnel_visibility.h"
-#include "runtime/keyframe_maker.h"
-#include "runtime/sampler.h"
+#include "runtime/measures/energy_response.h"
+#include "runtime/mixing/keyframe_maker.h"
+#include "runtime/sampling/sampler.h"
+#include "runtime/sight/fresnel_visibility.h"
 #include "tests/runtime/two_rooms.h"
 
 namespace clamor {

@@ -1,4 +1,4 @@
-#include "runtime/voice_kernel.h"
+#include "runtime/mixing/voice_kernel.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "common/pose.h"
 #include "common/random.h"
 #include "formats/level.h"
-#include "runtime/mix_kernel.h"
+#include "runtime/voices/mix_kernel.h"
 #include "tests/runtime/heads.h"
 
 namespace clamor {

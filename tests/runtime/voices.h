@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "runtime/mixer.h"
+#include "runtime/mixing/mixer.h"
 
 namespace clamor::testing {
 

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/interaural_times.h"
+#include "runtime/heads/interaural_times.h"
 #include "tests/rooms.h"
 #include "tests/runtime/heads.h"
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "runtime/sampler.h"
+#include "runtime/sampling/sampler.h"
 #include "tests/rooms_runtime.h"
 
 namespace clamor::testing {

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "runtime/sampler.h"
+#include "runtime/sampling/sampler.h"
 
 namespace clamor::testing {
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "runtime/mix_kernel.h"
+#include "runtime/voices/mix_kernel.h"
 #include "tests/tools/program.h"
 #include "tools/mixer_figures.h"
 

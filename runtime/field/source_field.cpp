@@ -1,0 +1,80 @@
+#include "runtime/field/source_field.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "common/directivity.h"
+
+namespace clamor {
+
+SourceField::SourceField(const std::vector<Emitter>& emitters, std::span<const Material> materials,
+                         const Air& air, const LateBoost& late_boost)
+    : emitters_(emitters),
+      materials_(materials.size()),
+      laws_(materials),
+      late_boost_(late_boost),
+      air_loss_per_m_(clamor::air_loss_per_m(air)),
+      speed_of_sound_mps_(clamor::speed_of_sound_mps(air)) {
+  played_.reserve(emitters.size());
+  for (const Emitter& emitter : emitters) {
+    played_.push_back({emitter.delay_s, emitter.signal});
+    const bool first = &emitter == emitters.data();
+    earliest_start_s_ = first ? emitter.delay_s : std::min(earliest_start_s_, emitter.delay_s);
+    latest_start_s_ = first ? emitter.delay_s : std::max(latest_start_s_, emitter.delay_s);
+  }
+}
+
+SourceField::Ceiling SourceField::ceiling(const Source& s, const Bands& weight) const {
+  double diffuse = 0, lobe = 0;
+  float fall = 0;
+  if (s.is_emitter) {
+    const Bands& directivity = emitters_[s.emitter].directivity;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      lobe += static_cast<double>(weight[b]) * s.power[b] / emission_power(directivity[b]);
+    fall = *std::min_element(directivity.begin(), directivity.end()) / 2;
+  } else {
+    const auto law = laws_.ceiling(s.material, dot(Vec3(s.mirror), Vec3(s.normal)));
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      const double power = static_cast<double>(weight[b]) * s.power[b];
+      diffuse += power * law.diffuse[b];
+      lobe += power * law.lobe[b];
+    }
+    fall = law.exponent;
+  }
+  // Rounding must never make a ceiling too low.
+  constexpr double kSlack = 1.00001;
+  return {static_cast<float>(diffuse * kSlack), static_cast<float>(lobe * kSlack), fall};
+}
+
+Bands SourceField::most_towards_any(const Source& s) const {
+  Bands most{};
+  if (s.is_emitter) {
+    const Bands& directivity = emitters_[s.emitter].directivity;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      most[b] = static_cast<float>(s.power[b] / emission_power(directivity[b]));
+  } else {
+    const auto law = laws_.ceiling(s.material, dot(Vec3(s.mirror), Vec3(s.normal)));
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      most[b] = s.power[b] * (law.diffuse[b] + law.lobe[b]);
+  }
+  return most;
+}
+
+Bands SourceField::most_per_power(std::span<const Bands> weights) const {
+  Bands most{};
+  const auto consider = [&](const Bands& weight, const Bands& density) {
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      most[b] = std::max(most[b], weight[b] * density[b]);
+  };
+  for (const Bands& weight : weights)
+    for (std::size_t m = 0; m < materials_; ++m) consider(weight, laws_.peak_density(m));
+  for (const Emitter& emitter : emitters_) {
+    Bands density{};  // (p + 1) / 4 pi on the axis
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      density[b] = static_cast<float>((emitter.directivity[b] + 1.0) / (4 * std::numbers::pi));
+    consider(weights[emitter.signal], density);
+  }
+  return most;
+}
+
+}  // namespace clamor

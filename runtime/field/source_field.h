@@ -1,0 +1,105 @@
+// source_field.h: what a source gives at a place (received_intensity.h), and ceilings of that.
+//
+// A weighted sum of a source's bands has a ceiling that costs a hundredth of the sum; the sampler
+// rejects almost all sources by it (source_sieve.h). With a the angle to the lobe's direction,
+//
+//   sum_b weight_b I_b <= (diffuse cos o + lobe min(1, cos o / cos i) exp(-fall (1 - cos a)))
+//                         / max(r, source radius)^2,
+//
+// because cos^p a <= exp(-p (1 - cos a)), p at least `fall`, and the air only takes. An emitter is
+// all lobe, ((1 + cos a) / 2)^p <= exp(-p (1 - cos a) / 2), and heard on all sides.
+//
+// Immutable once made; any thread may ask.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/air.h"
+#include "common/bands.h"
+#include "common/material.h"
+#include "common/reflection.h"
+#include "common/vec.h"
+#include "formats/level.h"
+#include "formats/source.h"
+#include "runtime/field/late_boost.h"
+#include "runtime/field/received_intensity.h"
+
+namespace clamor {
+
+class SourceField {
+ public:
+  // `emitters` must outlive the field. Sources' indices must point into both.
+  SourceField(const std::vector<Emitter>& emitters, std::span<const Material> materials,
+              const Air& air, const LateBoost& late_boost = {});
+
+  std::size_t emitter_count() const { return emitters_.size(); }
+  std::uint32_t signal(const Source& source) const { return signal(source.emitter); }
+  std::uint32_t signal(std::uint32_t emitter) const { return played_[emitter].signal; }
+
+  // Intensity, not amplitude: the keyframe maker takes the root.
+  Bands intensity(const Source& source, const Vec3& place) const {
+    return received_intensity(source, emitters_, laws_, air_loss_per_m_, place);
+  }
+
+  // Of what sources are made: laws of materials, and how an emitter radiates.
+  const ReflectionLaws& laws() const { return laws_; }
+  std::size_t material_count() const { return materials_; }
+  const Bands& directivity(const Source& emitter) const {
+    return emitters_[emitter.emitter].directivity;
+  }
+
+  double speed_of_sound_mps() const { return speed_of_sound_mps_; }
+
+  // From the signal's start to a listener at `place`.
+  double delay_s(const Source& source, const Vec3& place) const {
+    return played_[source.emitter].delay_s + static_cast<double>(source.delay_s) +
+           length(place - Vec3(source.position_m)) / speed_of_sound_mps_;
+  }
+
+  // The same without the way from there to the listener.
+  double leaves_s(const Source& source) const { return leaves_s(source.emitter, source.delay_s); }
+  double leaves_s(std::uint32_t emitter, float delay_s) const {
+    return played_[emitter].delay_s + static_cast<double>(delay_s);
+  }
+
+  // Of all emitters: when the first and the last begins to play.
+  double earliest_start_s() const { return earliest_start_s_; }
+  double latest_start_s() const { return latest_start_s_; }
+
+  // How much likelier late sources are to be chosen.
+  const LateBoost& late_boost() const { return late_boost_; }
+
+  // At 1 m, of the weighted sum of bands.
+  struct Ceiling {
+    float diffuse = 0, lobe = 0, fall = 0;
+  };
+  Ceiling ceiling(const Source& source, const Bands& weight) const;
+
+  // Most that the source gives at 1 m per band, without the air, whatever the direction.
+  Bands most_towards_any(const Source& source) const;
+
+  // Most that a power of 1 in a band is weighed as at 1 m, without the air, whatever source and
+  // direction; `weights` are per signal.
+  Bands most_per_power(std::span<const Bands> weights) const;
+  const Bands& air_loss_per_m() const { return air_loss_per_m_; }
+
+ private:
+  // What is asked of an emitter far more often than the rest, so that thousands stay in the cache.
+  struct Played {
+    double delay_s = 0;
+    std::uint32_t signal = 0;
+  };
+
+  const std::vector<Emitter>& emitters_;
+  std::vector<Played> played_;
+  std::size_t materials_;
+  ReflectionLaws laws_;
+  LateBoost late_boost_;
+  Bands air_loss_per_m_;
+  double speed_of_sound_mps_;
+  double earliest_start_s_ = 0, latest_start_s_ = 0;
+};
+
+}  // namespace clamor

@@ -1,0 +1,40 @@
+#include "runtime/measures/echo_density.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "formats/level.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kHalf = kSampleRate_hz / 100;  // of 20 ms
+constexpr auto kHop = static_cast<std::size_t>(kEchoDensityHop_s * kSampleRate_hz);
+
+}  // namespace
+
+std::vector<double> echo_density(std::span<const double> response, std::size_t first) {
+  std::vector<double> window(2 * kHalf + 1);
+  for (std::size_t i = 0; i < window.size(); ++i)
+    window[i] = (1 - std::cos(std::numbers::pi * static_cast<double>(i) / kHalf)) / (2 * kHalf);
+  const double gaussian = std::erfc(1 / std::numbers::sqrt2);
+
+  std::vector<double> densities;
+  for (std::size_t centre = first; centre < response.size(); centre += kHop) {
+    const std::size_t begin = centre < kHalf ? kHalf - centre : 0;  // within the window
+    const std::size_t end = std::min(window.size(), response.size() + kHalf - centre);
+    double variance = 0, beyond = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const double h = response[centre + i - kHalf];
+      variance += window[i] * h * h;
+    }
+    const double sigma = std::sqrt(variance);
+    for (std::size_t i = begin; i < end; ++i)
+      if (std::abs(response[centre + i - kHalf]) > sigma) beyond += window[i];
+    densities.push_back(variance > 0 ? beyond / gaussian : 0);
+  }
+  return densities;
+}
+
+}  // namespace clamor

@@ -1,0 +1,53 @@
+#include "runtime/measures/energy_response.h"
+
+#include <algorithm>
+
+#include "common/reflection.h"
+#include "runtime/field/received_intensity.h"
+#include "runtime/sight/sight_looks.h"
+
+namespace clamor {
+
+namespace {
+
+// Takes from arrivals what surfaces keep back.
+void dim(std::vector<Arrival>& arrivals, const std::vector<const Source*>& sources,
+         const SightGeometry& surfaces, double speed_mps, const Vec3& listener_m) {
+  const std::vector<Bands> visible = look_closely(surfaces, speed_mps, sources, listener_m);
+  for (std::size_t i = 0; i < arrivals.size(); ++i)
+    for (std::size_t b = 0; b < kBandCount; ++b) arrivals[i].energy[b] *= visible[i][b];
+}
+
+}  // namespace
+
+std::vector<Arrival> energy_response(std::span<const Source> sources,
+                                     const std::vector<Emitter>& emitters,
+                                     std::span<const Material> materials, const Air& air,
+                                     const Vec3& listener_m, std::optional<std::uint32_t> emitter,
+                                     const SightGeometry* surfaces) {
+  const ReflectionLaws laws(materials);
+  const Bands loss_per_m = air_loss_per_m(air);
+  const double speed_mps = speed_of_sound_mps(air);
+
+  std::vector<Arrival> arrivals;
+  std::vector<const Source*> heard;
+  for (const Source& source : sources) {
+    if (emitter && source.emitter != *emitter) continue;
+    const Bands energy = received_intensity(source, emitters, laws, loss_per_m, listener_m);
+    if (energy == Bands{}) continue;
+    const double r_m = length(listener_m - Vec3(source.position_m));
+    arrivals.push_back({.time_s = static_cast<double>(source.delay_s) + r_m / speed_mps,
+                        .energy = energy,
+                        .polarity = source.is_emitter ? 1 : source.polarity});
+    heard.push_back(&source);
+  }
+  if (surfaces != nullptr && !surfaces->empty()) {
+    dim(arrivals, heard, *surfaces, speed_mps, listener_m);
+    std::erase_if(arrivals, [](const Arrival& arrival) { return arrival.energy == Bands{}; });
+  }
+  std::stable_sort(arrivals.begin(), arrivals.end(),
+                   [](const Arrival& a, const Arrival& b) { return a.time_s < b.time_s; });
+  return arrivals;
+}
+
+}  // namespace clamor

@@ -1,0 +1,56 @@
+// measures.h: the measures by which two sounds are compared, each with its source and with the
+// just-noticeable difference (JND): what listeners at their best tell from no difference.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "runtime/measures/sound_analysis.h"
+
+namespace clamor {
+
+enum class Measure {
+  kIntegratedLoudness,
+  kMomentaryLoudness,
+  kSpectrum,
+  kDecayCurve,
+  kEdt,
+  kT20,
+  kT30,
+  kC80,
+  kD50,
+  kTs,
+  kG,
+  kEchoDensity,
+  kIld,
+  kItd,
+  kIacc,
+  kEarlyIacc,
+  kClicks,
+  kEnvelopeVariation,
+  kEnvelopeSkewness,
+  kEnvelopeKurtosis,
+  kModulation,
+  kBandCorrelation,
+  kL2,
+  kRenormalisedL2,
+  kCorrelation,
+};
+
+struct MeasureInfo {
+  Measure measure;
+  const char* key;                   // in JSON
+  const char* title;                 // in tables
+  const char* value_unit;            // of what either sound has
+  const char* unit;                  // of the difference and the JND
+  int digits;                        // worth printing
+  std::optional<double> jnd;         // 0: any difference is noticed
+  std::optional<SoundKind> only_in;  // kind of sound that it is taken in
+  const char* place;                 // what Point::at counts: "Hz", "s" or ""
+  const char* source;                // of the measure
+  const char* jnd_source;
+  bool by_chance = false;  // has no JND; judged by a null distribution alone
+};
+extern const std::array<MeasureInfo, 25> kMeasures;
+
+}  // namespace clamor

@@ -1,0 +1,130 @@
+#include "runtime/measures/room_parameters.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "common/decay_curve.h"
+#include "common/directivity.h"
+#include "runtime/measures/octave_filter.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr double kClarity_s = 0.080, kDefinition_s = 0.050;
+constexpr double kLeastWidthTimesDecay = 8;  // a pulse shows 3 to 6
+
+void set_decay_times(RoomParameters& parameters, std::size_t b, const DecayCurve& curve,
+                     double shortest_s) {
+  const auto unless_too_short = [&](double from_db, double to_db) {
+    const std::optional<double> time_s = curve.decay_time_s(from_db, to_db);
+    return time_s && *time_s >= shortest_s ? time_s : std::nullopt;
+  };
+  parameters.edt_s[b] = unless_too_short(0, -10);
+  parameters.t20_s[b] = unless_too_short(-5, -25);
+  parameters.t30_s[b] = unless_too_short(-5, -35);
+}
+
+std::optional<double> decibels(double ratio) {
+  if (!(ratio > 0) || !std::isfinite(ratio)) return std::nullopt;
+  return 10 * std::log10(ratio);
+}
+
+double energy_of(std::span<const double> signal) {
+  double sum = 0;
+  for (const double x : signal) sum += x * x;
+  return sum;
+}
+
+// Energies of the first `early` samples of a signal, and of the rest, in one octave.
+struct EarlyAndLate {
+  double early, late;
+};
+EarlyAndLate split(std::span<const double> signal, std::size_t early, std::size_t band,
+                   std::vector<double> octave) {
+  const std::vector<double> early_octave =
+      octave_of(signal.first(std::min(early, signal.size())), band);
+  for (std::size_t i = 0; i < early_octave.size(); ++i) octave[i] -= early_octave[i];
+  return {energy_of(early_octave), energy_of(octave)};
+}
+
+std::size_t samples(double seconds) {
+  return static_cast<std::size_t>(std::lround(seconds * kSampleRate_hz));
+}
+
+}  // namespace
+
+Bands free_field_energy_at_10m(const Emitter& emitter) {
+  Bands energy{};
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    const double power = emitter.gain * emitter.gain * emission_power(emitter.directivity[b]);
+    energy[b] = static_cast<float>(power / (emission_power(0) * 10 * 10));
+  }
+  return energy;
+}
+
+RoomParameters room_parameters(std::span<const Arrival> arrivals, const Bands& energy_at_10m) {
+  RoomParameters parameters;
+  if (arrivals.empty()) return parameters;
+  const double direct_s = arrivals.front().time_s;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    std::vector<EnergyStep> steps;
+    double clear = 0, defined = 0, late = 0, moment = 0;
+    for (const Arrival& arrival : arrivals) {
+      const double t_s = arrival.time_s - direct_s, energy = arrival.energy[b];
+      if (energy <= 0) continue;
+      steps.push_back({t_s, energy});
+      (t_s < kClarity_s ? clear : late) += energy;
+      if (t_s < kDefinition_s) defined += energy;
+      moment += t_s * energy;
+    }
+    if (steps.empty()) continue;
+    const DecayCurve curve(steps, steps.back().time_s);
+    set_decay_times(parameters, b, curve, 0);
+    parameters.c80_db[b] = decibels(clear / late);
+    parameters.d50[b] = defined / curve.energy();
+    parameters.ts_s[b] = moment / curve.energy();
+    parameters.g_db[b] = decibels(curve.energy() / energy_at_10m[b]);
+  }
+  return parameters;
+}
+
+RoomParameters room_parameters(std::span<const float> waveform, const Bands& energy_at_10m) {
+  RoomParameters parameters;
+  const std::vector<double> signal(waveform.begin(), waveform.end());
+  double peak = 0;
+  for (const double x : signal) peak = std::max(peak, std::abs(x));
+  if (!(peak > 0)) return parameters;
+  const auto direct =
+      static_cast<std::size_t>(std::find_if(signal.begin(), signal.end(),
+                                            [&](double x) { return std::abs(x) >= peak / 10; }) -
+                               signal.begin());
+
+  const std::vector<double> impulse = {1};
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    const std::vector<double> octave = octave_of(signal, b);
+    const auto start = static_cast<double>(kOctaveRing + direct);
+    std::vector<EnergyStep> steps(octave.size());
+    double moment = 0;
+    for (std::size_t i = 0; i < octave.size(); ++i) {
+      const double t_s = (static_cast<double>(i) - start) / kSampleRate_hz;
+      steps[i] = {t_s, octave[i] * octave[i]};
+      moment += t_s * steps[i].energy;
+    }
+    const DecayCurve curve(steps, static_cast<double>(signal.size() - direct) / kSampleRate_hz);
+    if (!(curve.energy() > 0)) continue;
+    set_decay_times(parameters, b, curve, kLeastWidthTimesDecay / octave_width_hz(b));
+
+    const EarlyAndLate clarity = split(signal, direct + samples(kClarity_s), b, octave);
+    const EarlyAndLate definition = split(signal, direct + samples(kDefinition_s), b, octave);
+    parameters.c80_db[b] = decibels(clarity.early / clarity.late);
+    parameters.d50[b] = definition.early / (definition.early + definition.late);
+    parameters.ts_s[b] = moment / curve.energy();
+    const double per_impulse = energy_of(octave_of(impulse, b));
+    parameters.g_db[b] = decibels(curve.energy() / per_impulse / energy_at_10m[b]);
+  }
+  return parameters;
+}
+
+}  // namespace clamor

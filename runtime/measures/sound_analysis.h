@@ -1,0 +1,51 @@
+// sound_analysis.h: what is measured in one sound, so that it can be compared with others.
+//
+// A sound is a programme (a scene, a texture, music) or an impulse response. Both have a spectrum
+// in ERB bands and, in stereo, binaural cues; a programme has loudness, clicks and texture, a
+// response has room parameters, decay curves and echo densities, per octave and ear.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "common/bands.h"
+#include "formats/audio_file.h"
+#include "runtime/measures/binaural_cues.h"
+#include "runtime/measures/click_detector.h"
+#include "runtime/measures/erb_bands.h"
+#include "runtime/measures/programme_loudness.h"
+#include "runtime/measures/room_parameters.h"
+#include "runtime/measures/texture_statistics.h"
+
+namespace clamor {
+
+enum class SoundKind { kProgramme, kImpulseResponse };
+
+struct SoundAnalysis {
+  SoundKind kind = SoundKind::kProgramme;
+  Sound sound = {};
+  ProgrammeLoudness loudness = {};
+  ErbBands spectrum{};
+  BinauralCues binaural = {};
+  BinauralCues early_binaural = {};  // of a response: 80 ms from the direct sound on
+
+  struct Ear {
+    std::vector<Click> clicks;
+    TextureStatistics texture;
+    RoomParameters room;
+    // From the direct sound on, every kEchoDensityHop_s: decay curve, dB, and echo density.
+    std::array<std::vector<double>, kBandCount> decay_db, echo_density;
+  };
+  std::vector<Ear> ears = {};
+};
+
+// Whether a sound begins at once and decays to nothing: the mean time of its energy after the
+// direct sound lies in the first eighth of what follows, and its last tenth has less than a
+// thousandth of the energy.
+bool looks_like_impulse_response(const Sound& sound);
+
+// One or two channels of finite samples, at least one. Takes 16 ms per second and channel of a
+// programme, 150 ms of an impulse response.
+SoundAnalysis analyse(Sound sound, SoundKind kind);
+
+}  // namespace clamor

@@ -1,0 +1,191 @@
+#include "runtime/mixing/block_mixer.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace clamor {
+
+namespace {
+
+// A device may ask for larger blocks than it was expected to, or change them: there is room for
+// keyframes as far ahead as for these, and they are made as far ahead as it takes.
+constexpr int kLargestUnexpected_frames = 4096;
+
+}  // namespace
+
+// Two segments beyond the longest block: the one being mixed and the one that may end within it.
+std::size_t keyframes_ahead(int block_frames) noexcept REALTIME {
+  return 2 + static_cast<std::size_t>((block_frames + kKeyframeFrames - 1) / kKeyframeFrames);
+}
+
+std::size_t most_keyframes_ahead(int block_frames) {
+  return keyframes_ahead(std::max(block_frames, kLargestUnexpected_frames));
+}
+
+BlockMixer::BlockMixer(std::span<const PreparedSignal> signals, std::size_t slots,
+                       const MixMode& mode, const Panner* panner, const Head* head,
+                       SoundLoader* sounds, const BlockOptions& options)
+    : channels_(static_cast<std::size_t>(kEars * mode.pairs)),
+      gain_(options.gain),
+      adapting_(options.adapt),
+      clock_(options.clock),
+      sounds_(sounds),
+      ahead_(keyframes_ahead(options.block_frames)),
+      queue_(most_keyframes_ahead(options.block_frames), slots),
+      mixer_(signals, slots, mode, panner, head),
+      limiter_(options.limit ? std::make_unique<Limiter>(channels_) : nullptr),
+      lead_frames_(mixer_.lead_frames() + (options.limit ? kLimiterDelayFrames : 0)),
+      mixed_(channels_ * kMostFrames) {}
+
+bool BlockMixer::wants_keyframe() const {
+  return published_ < 2 || queue_.size() < ahead_.load(std::memory_order_relaxed);
+}
+
+void BlockMixer::publish(const Keyframe& written) {
+  if (published_ == 2) {
+    queue_.publish();
+    return;
+  }
+  if (published_++ == 0) {
+    mixer_.begin(written, -mixer_.lead_frames());  // what the limiter holds back is not later
+    return;
+  }
+  if (sounds_ != nullptr) sounds_->pass(mixer_.clock_frames());
+  mixer_.load(written);
+  mix_lead();
+  begun_.store(true, std::memory_order_release);
+}
+
+// Up to time 0; what was mixed beyond is for the first block.
+void BlockMixer::mix_lead() {
+  static_assert(kHeadDelayFrames + kLimiterDelayFrames < kKeyframeFrames);
+  for (int left = lead_frames_; left > 0;) {
+    mix_steps(std::min((left + kStepFrames - 1) / kStepFrames, mixer_.steps_left()));
+    const int mixed = static_cast<int>(mixed_end_ / channels_);
+    mixed_read_ = static_cast<std::size_t>(std::min(left, mixed)) * channels_;
+    left -= mixed;
+  }
+  for (std::atomic<float>& peak : peak_) peak.store(0, std::memory_order_relaxed);
+}
+
+void BlockMixer::mix(std::span<float> interleaved) noexcept REALTIME {
+  expect(interleaved.size() / channels_);
+  bool held = false;
+  if (!begun_.load(std::memory_order_acquire)) {
+    std::fill(interleaved.begin(), interleaved.end(), 0.0f);
+    held = true;
+  } else {
+    const double start_s = adapting_ ? clock_.now() : 0;
+    std::size_t sounding = 0, frames = 0;
+    for (std::size_t i = 0; i < interleaved.size();) {
+      if (mixed_read_ == mixed_end_) {
+        held = mix_more(interleaved.size() - i) || held;
+        frames += mixed_end_ / channels_;
+        sounding = std::max(sounding, mixer_.sounding());
+      }
+      const std::size_t count = std::min(interleaved.size() - i, mixed_end_ - mixed_read_);
+      std::copy_n(mixed_.begin() + static_cast<std::ptrdiff_t>(mixed_read_), count,
+                  interleaved.begin() + static_cast<std::ptrdiff_t>(i));
+      mixed_read_ += count;
+      i += count;
+    }
+    if (adapting_ && frames > 0) tell_load(clock_.now() - start_s, frames, sounding);
+  }
+  if (held) held_blocks_.fetch_add(1, std::memory_order_relaxed);
+}
+
+// From the first block on that is larger than expected, keyframes are made as far ahead.
+void BlockMixer::expect(std::size_t frames) noexcept REALTIME {
+  if (frames <= largest_block_frames_) return;
+  largest_block_frames_ = frames;
+  const auto fits = static_cast<int>(std::min<std::size_t>(frames, kLargestUnexpected_frames));
+  ahead_.store(std::max(ahead_.load(std::memory_order_relaxed), keyframes_ahead(fits)),
+               std::memory_order_relaxed);
+}
+
+// Mixes steps for up to so many samples; true if it had to do without a keyframe that was due.
+bool BlockMixer::mix_more(std::size_t samples) noexcept REALTIME {
+  bool held = false;
+  const Keyframe* const keyframe = mixer_.wants_keyframe() ? queue_.readable() : nullptr;
+  if (adapting_ && keyframe != nullptr) load_.expect(keyframe->voices.size());
+  mixer_.allow(load_.allowed());
+  if (mixer_.wants_keyframe()) {
+    if (sounds_ != nullptr) sounds_->pass(mixer_.clock_frames());
+    if (keyframe != nullptr) {
+      mixer_.load(*keyframe);
+      queue_.release();
+    } else {
+      mixer_.hold();
+      held = true;
+    }
+  }
+  const std::size_t step = channels_ * kStepFrames;
+  mix_steps(
+      static_cast<int>(std::min<std::size_t>((samples + step - 1) / step, mixer_.steps_left())));
+  return held;
+}
+
+void BlockMixer::mix_steps(int steps) noexcept REALTIME {
+  mixer_.mix(mixed_.data(), steps);
+  mixed_end_ = static_cast<std::size_t>(steps) * channels_ * kStepFrames;
+  mixed_read_ = 0;
+  finish_mix();
+}
+
+// What mixing those frames took, for the next ones.
+void BlockMixer::tell_load(double took_s, std::size_t frames,
+                           std::size_t sounding) noexcept REALTIME {
+  load_.mixed(took_s, static_cast<double>(frames) / kSampleRate_hz, sounding);
+  const auto now_shed = static_cast<std::uint32_t>(mixer_.left_out());
+  loaded_.store(static_cast<std::uint32_t>(mixer_.voices()), std::memory_order_relaxed);
+  shed_.store(now_shed, std::memory_order_relaxed);
+  if (now_shed > most_shed_.load(std::memory_order_relaxed))
+    most_shed_.store(now_shed, std::memory_order_relaxed);
+  if (now_shed > 0) shedding_blocks_.fetch_add(1, std::memory_order_relaxed);
+  const double nearly = 1.02 * static_cast<double>(mixer_.voices());
+  mixer_is_full_.store(static_cast<double>(load_.allowed()) < nearly, std::memory_order_relaxed);
+}
+
+// Applies the output gain, limits it and looks for what a listener should know of.
+void BlockMixer::finish_mix() noexcept REALTIME {
+  for (std::size_t i = 0; i < mixed_end_; ++i) mixed_[i] *= gain_;
+  if (limiter_ != nullptr) limiter_->process(std::span(mixed_).first(mixed_end_));
+  std::array<float, kMostChannels> highest{};
+  std::uint64_t clipped = 0;
+  for (std::size_t f = 0; f < mixed_end_; f += channels_) {
+    bool clips = false;
+    for (std::size_t c = 0; c < channels_; ++c) {
+      const float sample = mixed_[f + c];
+      highest[c] = std::max(highest[c], std::abs(sample));
+      clips = clips || std::abs(sample) > 1;
+    }
+    clipped += clips;
+  }
+  for (std::size_t c = 0; c < channels_; ++c)
+    if (highest[c] > peak_[c].load(std::memory_order_relaxed))
+      peak_[c].store(highest[c], std::memory_order_relaxed);
+  clipped_frames_.fetch_add(clipped, std::memory_order_relaxed);
+  bad_voices_.store(mixer_.bad_voices(), std::memory_order_relaxed);
+  late_voices_.store(mixer_.late_voices(), std::memory_order_relaxed);
+}
+
+double BlockMixer::left_out_share() const {
+  const double of = loaded_.load(std::memory_order_relaxed);
+  return of > 0 ? shed_.load(std::memory_order_relaxed) / of : 0;
+}
+
+BlockStatistics BlockMixer::statistics() {
+  BlockStatistics now{.held_blocks = held_blocks_.load(std::memory_order_relaxed),
+                      .clipped_frames = clipped_frames_.load(std::memory_order_relaxed),
+                      .bad_voices = bad_voices_.load(std::memory_order_relaxed),
+                      .late_voices = late_voices_.load(std::memory_order_relaxed),
+                      .shed_voices = shed_.load(std::memory_order_relaxed),
+                      .most_shed = most_shed_.load(std::memory_order_relaxed),
+                      .shedding_blocks = shedding_blocks_.load(std::memory_order_relaxed)};
+  if (limiter_ != nullptr) now.limited = limiter_->worked();
+  for (std::size_t c = 0; c < channels_; ++c)
+    now.peak[c] = peak_[c].exchange(0, std::memory_order_relaxed);
+  return now;
+}
+
+}  // namespace clamor

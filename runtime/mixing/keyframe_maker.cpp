@@ -1,0 +1,337 @@
+#include "runtime/mixing/keyframe_maker.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "common/maths.h"
+#include "runtime/realtime/prefetch.h"
+
+namespace clamor {
+
+namespace {
+
+// Half the speed of sound: faster than anything that is meant to be heard sliding.
+constexpr double kFastestSlide_frames = 0.5 * kKeyframeFrames;
+
+// A listener who is elsewhere all at once, as after the sampler stood still, has leapt: nobody is
+// 35 m/s faster from one keyframe to the next. Sliding after them would be heard as a chirp.
+constexpr double kLeap_m = 0.7;
+constexpr double kSlideAfterLeap_frames = 0.1 * kKeyframeFrames;
+
+constexpr float kLastRank = kHighestRank - 1;  // of those that are chosen
+
+constexpr std::size_t kSlotsAhead = 16;  // for prefetching what is looked up by number
+
+float fade_gain(int fade) {
+  static const auto gains = [] {
+    std::array<float, kFadeKeyframes + 1> sines{};
+    for (int f = 0; f <= kFadeKeyframes; ++f)
+      sines[static_cast<std::size_t>(f)] =
+          static_cast<float>(std::sin(std::numbers::pi / 2 * f / kFadeKeyframes));
+    sines.back() = 1;
+    return sines;
+  }();
+  return gains[static_cast<std::size_t>(fade)];
+}
+
+}  // namespace
+
+KeyframeMaker::KeyframeMaker(const SourceField& field, std::size_t slots, Receivers receivers,
+                             std::shared_ptr<const Head> head, const ReceiverPattern& pattern)
+    : receivers_(receivers),
+      pattern_(pattern),
+      lags_(head == nullptr ? nullptr : std::make_unique<const EarLags>(*head)),
+      table_(field, slots),
+      last_frames_(table_.delay_frames),
+      slots_(slots),
+      voices_(slots),
+      visibility_goal_(slots),
+      tile_moved_(slots / VoiceTable::kTile + 1) {
+  heard_.reserve(2 * slots);
+  joined_.reserve(2 * slots);
+  for (std::size_t s = slots; s-- > 0;) {
+    voices_[s].slot = static_cast<std::uint32_t>(s);
+    free_.push_back(static_cast<std::uint32_t>(s));
+  }
+}
+
+Stance KeyframeMaker::head_at(const Pose& pose) const {
+  const bool pair = receivers_ == Receivers::kPair;
+  const Vec3 side_m = (pair ? 0.5 * kEarDistance_m : 0) * pose.right();
+  return {pose.position_m, {pose.position_m - side_m, pose.position_m + side_m},
+          pose.forward(),  -pose.right(),
+          pose.up(),       pair ? kEars : 1};
+}
+
+// What each receiver hears of those voices from where it is.
+void KeyframeMaker::receive(std::span<const std::uint32_t> slots) {
+  for (const std::uint32_t s : slots)
+    for (int e = 0; e < kEars; ++e) {
+      const Vec3 ear_m = head_.ears_m[static_cast<std::size_t>(e)];
+      const Bands gain = reception_.gain(e, Vec3f(Vec3(table_.position_of(s)) - ear_m));
+      for (std::size_t b = 0; b < kBandCount; ++b) voices_[s].gain[e][b] *= gain[b];
+    }
+}
+
+// Places all that is heard anew; what jumped by that fades out where it was.
+void KeyframeMaker::turn_to(const Stance& head) {
+  constexpr std::size_t kTile = VoiceTable::kTile;
+  head_ = head;
+  std::swap(table_.delay_frames, last_frames_);
+  place_voices(table_, head_, lags_.get(), 0, (used_ + kTile - 1) / kTile * kTile);
+  std::fill(tile_moved_.begin(), tile_moved_.end(), false);
+  const auto jumped = [this](std::size_t ear, std::size_t s) {
+    return std::abs(table_.delay_frames[ear][s] - last_frames_[ear][s]) > fastest_slide_frames_;
+  };
+  for (std::size_t first = 0; first < used_; first += kTile) {
+    std::int64_t any = 0;  // a sum, so that the loop becomes vector code
+    for (std::size_t e = 0; e < kEars; ++e)
+      for (std::size_t s = first; s < first + kTile; ++s) any += jumped(e, s) ? 1 : 0;
+    if (any == 0) continue;
+    for (std::size_t s = first; s < std::min(first + kTile, used_); ++s)
+      if (slots_[s].in_use && !slots_[s].moves && (jumped(0, s) || jumped(1, s)))
+        slots_[s].frozen = true;
+  }
+}
+
+bool KeyframeMaker::slides_to(std::uint32_t s, const Vec3f& position_m,
+                              double leaves_frames) const {
+  for (int e = 0; e < kEars; ++e) {
+    const double frames = delay_frames(table_, head_, lags_.get(), position_m, leaves_frames, e);
+    if (std::abs(frames - voices_[s].delay_frames[e]) > fastest_slide_frames_) return false;
+  }
+  return true;
+}
+
+// Those that are chosen and heard stay in their slots, others take free ones. Both lists ascend.
+void KeyframeMaker::join(std::span<const SampledSource> sample) {
+  joined_.clear();
+  std::size_t h = 0;
+  const auto is_heard = [this](const Heard& heard) {
+    const Slot& slot = slots_[heard.slot];
+    return slot.in_use && !slot.frozen && slot.number == heard.number;
+  };
+  const auto pass_to = [&](std::uint64_t number) {  // what is not chosen may still fade out
+    for (; h < heard_.size() && heard_[h].number < number; ++h)
+      if (is_heard(heard_[h])) joined_.push_back(heard_[h]);
+  };
+  for (const SampledSource& chosen : sample) {
+    assert(&chosen == sample.data() || (&chosen)[-1].number < chosen.number);
+    pass_to(chosen.number);
+    if (h + kSlotsAhead < heard_.size()) __builtin_prefetch(&slots_[heard_[h + kSlotsAhead].slot]);
+    const bool known = h < heard_.size() && heard_[h].number == chosen.number;
+    const std::uint32_t slot = known ? heard_[h].slot : 0;
+    const bool heard = known && is_heard(heard_[h]);
+    h += known;
+    if (heard && keep(slot, chosen))
+      joined_.push_back({chosen.number, slot});
+    else if (!free_.empty())
+      joined_.push_back({chosen.number, start(chosen)});
+  }
+  for (; h < heard_.size(); ++h)
+    if (is_heard(heard_[h])) joined_.push_back(heard_[h]);
+  std::swap(heard_, joined_);
+}
+
+// False if it is now too far away for sliding there: then it fades out where it was.
+bool KeyframeMaker::keep(std::uint32_t s, const SampledSource& chosen) {
+  Slot& slot = slots_[s];
+  if (chosen.moves && !follow(s, chosen)) return false;
+  slot.chosen = made_;
+  slot.scale_goal = static_cast<float>(chosen.power_scale);
+  slot.rank = static_cast<float>(chosen.rank);
+  // One that does not glide is where it is meant to be.
+  if ((slot.glides ? visibility_goal_[s] : table_.visibility[s]) != chosen.visibility) {
+    visibility_goal_[s] = chosen.visibility;
+    slot.glides = true;
+  }
+  return true;
+}
+
+bool KeyframeMaker::follow(std::uint32_t s, const SampledSource& chosen) {
+  Slot& slot = slots_[s];
+  const Source& source = *chosen.source;
+  slot.moved_m = chosen.moved_m;
+  if (!slides_to(s, source.position_m, table_.leaves_frames_of(source))) {
+    slot.frozen = true;
+    return false;
+  }
+  table_.put(s, source);
+  change(s);
+  return true;
+}
+
+// One that fades out goes on, unless that took it too far.
+void KeyframeMaker::coast(std::uint32_t s) {
+  Slot& slot = slots_[s];
+  table_.move(s, slot.moved_m);
+  change(s);
+  if (!slides_to(s, table_.position_of(s), table_.leaves_frames[s])) slot.frozen = true;
+}
+
+void KeyframeMaker::change(std::uint32_t s) {
+  slots_[s].changed = true;
+  tile_moved_[s / VoiceTable::kTile] = true;
+}
+
+std::uint32_t KeyframeMaker::start(const SampledSource& chosen) {
+  const std::uint32_t s = free_.back();
+  free_.pop_back();
+  used_ = std::max<std::size_t>(used_, s + 1);
+  const Source& source = *chosen.source;
+  table_.put(s, source);
+  table_.scale[s] = static_cast<float>(chosen.power_scale);
+  table_.visibility[s] = visibility_goal_[s] = chosen.visibility;
+  slots_[s] = {.number = chosen.number,
+               .chosen = made_,
+               .moved_m = chosen.moved_m,
+               .scale_goal = static_cast<float>(chosen.power_scale),
+               .rank = static_cast<float>(chosen.rank),
+               .in_use = true,
+               .starts = true,
+               .moves = chosen.moves};
+  change(s);
+  ++in_use_;
+  Voice& voice = voices_[s];
+  voice.signal = chosen.signal;
+  // It slides in from where it would have been, unless the listener jumped.
+  const double leaves_frames = table_.leaves_frames[s];
+  const Vec3f last_m = chosen.moves ? source.position_m - chosen.moved_m : source.position_m;
+  for (int e = 0; e < kEars; ++e) {
+    const double now =
+        delay_frames(table_, head_, lags_.get(), source.position_m, leaves_frames, e);
+    const double last = delay_frames(table_, last_head_, lags_.get(), last_m, leaves_frames, e);
+    voice.start_delay_frames[e] = std::abs(now - last) <= kFastestSlide_frames ? last : now;
+  }
+  return s;
+}
+
+// Half the way to what is visible of it.
+void KeyframeMaker::glide(std::uint32_t s) {
+  constexpr float kNear = 1e-3f;
+  Bands& visibility = table_.visibility[s];
+  const Bands& goal = visibility_goal_[s];
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    const float way = goal[b] - visibility[b];
+    visibility[b] = std::abs(way) < kNear ? goal[b] : visibility[b] + way / 2;
+  }
+  slots_[s].glides = visibility != goal;
+  slots_[s].changed = true;
+}
+
+// Half the way of its logarithm to what it stands for.
+void KeyframeMaker::weigh(std::uint32_t s) {
+  constexpr float kNear = 1e-4f;
+  float& scale = table_.scale[s];
+  const float goal = slots_[s].scale_goal;
+  if (scale == goal) return;
+  scale = std::abs(goal - scale) < kNear * scale ? goal : std::sqrt(scale) * std::sqrt(goal);
+  slots_[s].changed = true;
+}
+
+// Where the sampler has no order: in half decibels.
+std::uint8_t KeyframeMaker::rank_by_level(const Voice& voice) {
+  Bands power;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    power[b] = voice.gain[0][b] * voice.gain[0][b] + voice.gain[1][b] * voice.gain[1][b];
+  for (std::size_t half = kBandCount / 2; half > 0; half /= 2)
+    for (std::size_t b = 0; b < half; ++b) power[b] += power[b + half];
+  const float level_db = 10 * std::numbers::ln2_v<float> / std::numbers::ln10_v<float> *
+                         log2_of(std::max(power[0], 1e-30f));
+  return static_cast<std::uint8_t>(std::clamp(2 * (20 - level_db), 0.0f, kLastRank) + 0.5f);
+}
+
+// Those that fade out anyway go first.
+std::uint8_t KeyframeMaker::rank_of(const Slot& slot, const Voice& voice) const {
+  if (!is_chosen(slot) || slot.frozen) return kHighestRank;
+  return slot.rank < 0 ? voice.rank : static_cast<std::uint8_t>(slot.rank * kLastRank + 0.5f);
+}
+
+void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose,
+                         Keyframe& keyframe) {
+  const Stance head = head_at(pose);
+  reception_ = Reception(pattern_, pose);
+  if (made_ == 0) last_head_ = head;
+  const bool still = made_ > 0 && head == last_head_;
+  const Vec3 step_m = head.centre_m - last_head_.centre_m;
+  const bool leapt = length(step_m - last_step_m_) > kLeap_m;
+  fastest_slide_frames_ = leapt ? kSlideAfterLeap_frames : kFastestSlide_frames;
+  last_step_m_ = step_m;
+
+  if (!still) turn_to(head);
+  join(sample);
+
+  keyframe.number = made_;
+  assert(in_use_ <= keyframe.voices.capacity());
+  keyframe.voices.resize(in_use_);
+  std::size_t count = 0;
+  for (std::size_t first = 0; first < used_; first += VoiceTable::kTile)
+    count = make_tile(first, still, keyframe, count);
+  assert(count == keyframe.voices.size());
+  last_head_ = head;
+  ++made_;
+}
+
+// Adds the voices of a tile of slots from the keyframe's voice `count` on; returns how many it has
+// then.
+std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& keyframe,
+                                     std::size_t count) {
+  const std::size_t last = std::min(first + VoiceTable::kTile, used_);
+  // What is written next, ahead of time: stores to memory that is far away hold up all others.
+  for (std::size_t s = last; s < std::min(last + VoiceTable::kTile, used_); ++s) {
+    prefetch_to_write(&voices_[s], sizeof(Voice));
+    if (count + s - first < keyframe.voices.size())
+      prefetch_to_write(&keyframe.voices[count + s - first], sizeof(Voice));
+  }
+  std::array<std::uint32_t, VoiceTable::kTile> made;
+  std::size_t makes = 0;
+  for (auto s = static_cast<std::uint32_t>(first); s < last; ++s) {
+    Slot& slot = slots_[s];
+    if (!slot.in_use) continue;
+    if (made_ == 0)
+      slot.fade = kFadeKeyframes;
+    else
+      slot.fade = static_cast<std::int8_t>(
+          std::clamp(slot.fade + (is_chosen(slot) ? 1 : -1), 0, kFadeKeyframes));
+    if (slot.moves && !is_chosen(slot) && !slot.frozen) coast(s);
+    if (slot.frozen) continue;
+    if (slot.glides) glide(s);
+    if (is_chosen(slot)) weigh(s);
+    if (!still || slot.changed) made[makes++] = s;
+    slot.changed = false;
+  }
+  if (tile_moved_[first / VoiceTable::kTile]) {
+    place_voices(table_, head_, lags_.get(), first, first + VoiceTable::kTile);
+    tile_moved_[first / VoiceTable::kTile] = false;
+  }
+  if (makes > 0) {
+    make_voices(table_, head_.places, std::span(made).first(makes), voices_.data());
+    if (!reception_.is_even()) receive(std::span(made).first(makes));
+  }
+  for (const std::uint32_t s : std::span(made).first(makes))
+    if (slots_[s].rank < 0) voices_[s].rank = rank_by_level(voices_[s]);
+  for (auto s = static_cast<std::uint32_t>(first); s < last; ++s) {
+    Slot& slot = slots_[s];
+    if (!slot.in_use) continue;
+    Voice& voice = keyframe.voices[count++];
+    const std::uint8_t rank = rank_of(slot, voices_[s]);
+    voice = voices_[s];
+    voice.starts = std::exchange(slot.starts, false);
+    voice.rank = rank;
+    if (slot.fade == kFadeKeyframes) continue;
+    const float gain = fade_gain(slot.fade);
+    for (Bands& ear : voice.gain)
+      for (float& band : ear) band *= gain;
+    if (slot.fade > 0) continue;
+    slot.in_use = false;
+    --in_use_;
+    free_.push_back(s);
+  }
+  return count;
+}
+
+}  // namespace clamor

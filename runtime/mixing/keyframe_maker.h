@@ -1,0 +1,114 @@
+// keyframe_maker.h: from samples of sources to keyframes of voices.
+//
+// A source that is chosen gets a slot and keeps it while it is heard, so that its gains and delays
+// slide. One that enters or leaves the sample fades over kFadeKeyframes (100 ms) with equal power:
+// sin^2 + cos^2, for the one that takes its place. A source that stays but whose path jumps (the
+// listener was moved, not walking) fades out where it was and in where it is now.
+//
+// What is hidden comes and goes in steps, as rays are cast; a voice's visibility glides there, half
+// the way each keyframe. So do the factors that tell what a source stands for, as tau changes with
+// k or as the listener walks: half of their logarithm's way.
+//
+// A source that moves takes its voice along, so that its delays slide, and goes on as it went while
+// it fades out; where it jumps it is heard as two.
+//
+// A voice whose source and ears are as they were keeps its numbers. Others are made a tile of slots
+// at a time by vector code (voice_kernel.h), from what was worked out when they took their slots
+// (voice_table.h): intensity becomes amplitude there and nowhere else.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/pose.h"
+#include "runtime/field/reception.h"
+#include "runtime/field/source_field.h"
+#include "runtime/heads/head.h"
+#include "runtime/mixing/ear_lags.h"
+#include "runtime/mixing/voice_kernel.h"
+#include "runtime/mixing/voice_table.h"
+#include "runtime/sampling/sampler.h"
+#include "runtime/voices/keyframe.h"
+
+namespace clamor {
+
+inline constexpr double kEarDistance_m = 0.17;  // between the two receivers
+inline constexpr int kFadeKeyframes = 5;
+
+class KeyframeMaker {
+ public:
+  // What the listener's receivers are: two, each at its own place and with its own `pattern`, or
+  // one in the middle, for output that is panned; then both ears of a voice are the same, but for
+  // the time between them if there is a head.
+  enum class Receivers : std::uint8_t { kPair, kOne };
+
+  // `field` must outlive the maker. `slots` is how many voices may sound at once, fading ones
+  // included; a source that finds none free waits until one is.
+  KeyframeMaker(const SourceField& field, std::size_t slots, Receivers receivers = Receivers::kPair,
+                std::shared_ptr<const Head> head = nullptr, const ReceiverPattern& pattern = {});
+
+  // Fills in the next keyframe: what `sample` sounds like at `pose`. The first starts at full
+  // level. `keyframe.voices` has room for all slots.
+  void make(std::span<const SampledSource> sample, const Pose& pose, Keyframe& keyframe);
+
+ private:
+  struct Slot {
+    std::uint64_t number = 0;
+    std::uint64_t chosen = 0;  // the last keyframe that it was chosen for
+    Vec3f moved_m{};           // per keyframe
+    float scale_goal = 1;      // of power
+    float rank = -1;
+    std::int8_t fade = 0;  // of kFadeKeyframes; 0 is silence
+    bool in_use = false;
+    bool starts = false;   // with this keyframe
+    bool frozen = false;   // its path jumped: fades out as it was
+    bool changed = false;  // since it was made, though the ears may be where they were
+    bool moves = false;
+    bool glides = false;  // to what is visible of it
+  };
+  struct Heard {
+    std::uint64_t number;
+    std::uint32_t slot;
+  };
+
+  Stance head_at(const Pose& pose) const;
+  void receive(std::span<const std::uint32_t> slots);
+  void turn_to(const Stance& head);
+  void join(std::span<const SampledSource> sample);
+  std::uint32_t start(const SampledSource& chosen);
+  bool keep(std::uint32_t s, const SampledSource& chosen);
+  bool follow(std::uint32_t s, const SampledSource& chosen);
+  void coast(std::uint32_t s);
+  void change(std::uint32_t s);
+  void glide(std::uint32_t s);
+  void weigh(std::uint32_t s);
+  bool slides_to(std::uint32_t s, const Vec3f& position_m, double leaves_frames) const;
+  static std::uint8_t rank_by_level(const Voice& voice);
+  std::uint8_t rank_of(const Slot& slot, const Voice& voice) const;
+  bool is_chosen(const Slot& slot) const { return slot.chosen == made_; }
+  std::size_t make_tile(std::size_t first, bool still, Keyframe& keyframe, std::size_t count);
+
+  const Receivers receivers_;
+  const ReceiverPattern pattern_;
+  Reception reception_;
+  const std::unique_ptr<const EarLags> lags_;  // of a head
+  VoiceTable table_;
+  std::array<std::vector<double>, kEars> last_frames_;  // the table's delays, where the head was
+  std::vector<Slot> slots_;
+  std::vector<Voice> voices_;           // by slot: as in the last keyframe, before fading
+  std::vector<Bands> visibility_goal_;  // by slot
+  std::vector<std::uint32_t> free_;     // slots, lowest last
+  std::size_t used_ = 0;                // slots ever used: those from there on are free
+  std::vector<Heard> heard_, joined_;   // by ascending number, some no longer in use
+  std::vector<bool> tile_moved_;        // since it was placed
+  Stance head_{}, last_head_{};
+  Vec3 last_step_m_{0, 0, 0};
+  double fastest_slide_frames_ = 0;  // of this keyframe
+  std::size_t in_use_ = 0;
+  std::uint64_t made_ = 0;
+};
+
+}  // namespace clamor

@@ -1,0 +1,227 @@
+// mixer_load.cpp: how the mixer takes a voice of a keyframe: where it slides to, and how loud in
+// which bands, or that it is silent, since it cannot be used or there is no time for it.
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+
+#include "runtime/mixing/mixer.h"
+#include "runtime/realtime/prefetch.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::int64_t kFixedOne = std::int64_t{1} << 32;
+constexpr double kFixedOne_f = static_cast<double>(kFixedOne);
+constexpr double kFastestBent = 0.99;  // frames per frame
+constexpr double kLongestDelay_frames = 1 << 30;
+constexpr float kLoudest = 1e6f;  // 120 dB above full scale: no sum of voices overflows
+
+bool is_usable(double delay_frames) {
+  return std::abs(delay_frames) < kLongestDelay_frames;  // false for NaN
+}
+
+bool is_usable(const Voice& voice) {
+  if (!(dot(voice.from, voice.from) < 1.01f)) return false;
+  std::array<std::int32_t, kEars * kBandCount> bits;
+  static_assert(sizeof(bits) == sizeof(voice.gain));
+  std::memcpy(bits.data(), voice.gain.data(), sizeof(bits));
+  constexpr auto kLoudestBits = std::bit_cast<std::int32_t>(kLoudest);
+  std::int32_t loud = 0;  // of finite numbers bits are in their order, and NaN is beyond them
+  for (const std::int32_t b : bits) loud |= (b & 0x7fffffff) > kLoudestBits ? 1 : 0;
+  if (loud != 0) return false;
+  for (int e = 0; e < kEars; ++e) {
+    if (!is_usable(voice.delay_frames[e])) return false;
+    if (voice.starts && !is_usable(voice.start_delay_frames[e])) return false;
+  }
+  return true;
+}
+
+std::int64_t fixed(double frames) { return std::llrint(frames * kFixedOne_f); }
+
+}  // namespace
+
+// The frame read is clock + lead - delay. Of a loop the ears are as a rule less than one round
+// apart, which spares a division.
+void Mixer::place(std::uint32_t slot,
+                  const std::array<std::int64_t, kEars>& delay) noexcept REALTIME {
+  const PreparedSignal& signal = *slots_[slot].signal;
+  std::int64_t first = 0, first_near = 0;
+  for (std::size_t e = 0; e < static_cast<std::size_t>(mode_.delays); ++e) {
+    const std::int64_t whole = clock_ + lead_frames_ + (-delay[e] >> 32);
+    const bool is_close = e > 0 && std::abs(whole - first) < signal.wrap() >> 32;
+    const std::int64_t near = is_close ? first_near + (whole - first) : signal.near(whole);
+    if (e == 0) {
+      first = whole;
+      first_near = near;
+    }
+    const std::int64_t position = near * kFixedOne + (-delay[e] & (kFixedOne - 1));
+    slots_[slot].position[e] = position;
+    signal.place(position, paths_[slot * std::size_t{kEars} + e]);
+  }
+}
+
+// The ears' delays of the low layer go apart from those of the high one in a straight line.
+void Mixer::set_gap(std::uint32_t slot, std::int64_t from, std::int64_t to) noexcept REALTIME {
+  gaps_[slot] = {from, (to - from) / kKeyframeFrames};
+  gap_ends_[slot] = to;
+}
+
+// Two parabolas with slopes a at the beginning, b at the knot and c at the end, of m and n steps:
+// each step's slope is its middle's, so what they change in all is, in steps,
+// m (a + b) / 2 + n (b + c) / 2. That gives b. Without divisions, which took half the time.
+void Mixer::slide(std::uint32_t slot, int ear, double change_frames,
+                  bool starts) noexcept REALTIME {
+  constexpr double m = 1.0 * kKnotFrames / kStepFrames, n = 1.0 * kKeyframeFrames / kStepFrames - m;
+  Slide& slide = slots_[slot].slide[static_cast<std::size_t>(ear)];
+  const double mean = change_frames * (1.0 / kKeyframeFrames);
+  double a = mean, b = mean, c = mean;
+  if (!starts) {
+    a = slide.end;
+    c = 1.5 * mean - 0.5 * slide.mean;
+    b = 2 * mean - m / (m + n) * a - n / (m + n) * c;
+    if (std::max({std::abs(a), std::abs(b), std::abs(c)}) > kFastestBent) a = b = c = mean;
+  }
+  slide = {mean, c};
+  const auto parabola = [](double from, double to, double per_step) {
+    const double bend = (to - from) * per_step;
+    return Parabola{kFixedOne - fixed(from + 0.5 * bend), -fixed(bend)};
+  };
+  VoicePath& path = paths_[slot * kEars + static_cast<std::size_t>(ear)];
+  const Parabola before_knot = parabola(a, b, 1 / m);
+  path.step = before_knot.step;
+  path.bend = before_knot.bend;
+  slots_[slot].after_knot[static_cast<std::size_t>(ear)] = parabola(b, c, 1 / n);
+}
+
+void Mixer::set_targets(const std::array<Bands, kEars>& gain,
+                        float* targets) const noexcept REALTIME {
+  if (bus_mode_.eight_bands) return bus_lanes(bus_gains_, gain, targets);
+  for (std::size_t e = 0; e < kEars; ++e) targets[e] = gain[e][0];
+}
+
+float Mixer::power_of(const Voice& voice) const noexcept REALTIME {
+  const Bands& mean_square = signals_[voice.signal].mean_square();
+  float sum = 0;
+  for (const Bands& ear : voice.gain)
+    for (std::size_t b = 0; b < kBandCount; ++b) sum += mean_square[b] * ear[b] * ear[b];
+  return sum;
+}
+
+void Mixer::choose_fine(const Keyframe& keyframe) noexcept REALTIME {
+  fine_->begin();
+  crowd_->begin();
+  for (const Voice& voice : keyframe.voices)
+    if (voice.rank <= highest_rank_) fine_->offer(voice.slot, power_of(voice));
+  fine_->end();
+}
+
+// Octaves times the head's levels, in its bands or in octaves. True if anything is heard.
+bool Mixer::set_colours(const Voice& voice, bool usable,
+                        const DirectionMesh::Place& place) noexcept REALTIME {
+  const bool fine = usable && fine_->chosen(voice.slot);
+  std::array<float, kHeadLanes> colours;
+  if (fine) {
+    const auto levels = head_->hear(place);
+    const auto across = head_->hear_across(place);
+    for (std::size_t e = 0; e < kEars; ++e) {
+      const HeadLevels own = HeadBank::levels_of(voice.gain[e]);
+      for (std::size_t j = 0; j < kHeadBands; ++j) colours[kEars * j + e] = own[j] * levels[e][j];
+      const Quadratures at = HeadBank::at_quadratures(own);
+      for (std::size_t k = 0; k < kHeadQuadratures; ++k)
+        colours[kEars * (kHeadBands + k) + e] = at[k] * across[e][k];
+    }
+  }
+  const bool in_bands =
+      fine_->set(voice.slot, fine ? colours.data() : nullptr, voice.starts, slide_frames(voice));
+  constexpr std::array<float, kBandLanes> kSilence{};
+  const GainLines octaves = gain_lines(0, voice, kSilence.data());
+  const bool in_octaves = usable && !fine
+                              ? slide_coloured(bus_gains_, crowd_->corners(place), voice.gain,
+                                               signals_[voice.signal].mean_square(), octaves)
+                              : slide_gains(octaves);
+  if (in_octaves) pairs_[0].active.push_back(voice.slot);
+  return in_bands || in_octaves;
+}
+
+// What is known of a voice is all over memory.
+void Mixer::prefetch(std::uint32_t slot) const noexcept REALTIME {
+  const std::size_t lanes = static_cast<std::size_t>(lanes_);
+  prefetch_to_write(&slots_[slot], sizeof(Slot));
+  prefetch_to_write(&paths_[slot * std::size_t{kEars}], kEars * sizeof(VoicePath));
+  if (mode_.head) prefetch_to_write(&gaps_[slot], sizeof(LayerGap));
+  for (const Pair& pair : pairs_) {
+    prefetch_to_write(&pair.targets[slot * lanes], lanes * sizeof(float));
+    prefetch_to_write(&pair.gains[2 * slot * lanes], 2 * lanes * sizeof(float));
+  }
+}
+
+void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
+  assert(voice.slot < slots_.size() && voice.signal < signals_.size());
+  Slot& slot = slots_[voice.slot];
+  slot.signal = &signals_[voice.signal];
+  slot.rank = voice.rank;
+
+  bool usable = is_usable(voice);
+  std::array<double, kEars> change_frames{};
+  std::array<std::int64_t, kEars> now = slot.delay;
+  for (int e = 0; e < mode_.delays && usable; ++e) {
+    if (voice.starts) now[e] = fixed(voice.start_delay_frames[e]);
+    change_frames[e] = static_cast<double>(fixed(voice.delay_frames[e]) - now[e]) / kFixedOne_f;
+    usable = std::abs(change_frames[e]) < kKeyframeFrames;
+  }
+  if (!usable) {
+    ++bad_voices_;
+    change_frames = {};
+    now = slot.delay;
+  }
+  for (int e = 0; e < mode_.delays; ++e) {
+    slide(voice.slot, e, change_frames[e], voice.starts || !usable);
+    slot.delay[e] = usable ? fixed(voice.delay_frames[e]) : now[e];
+  }
+  place(voice.slot, now);
+  if (slot.signal->streams()) usable = may_sound(voice.slot, now, change_frames) && usable;
+
+  // Down to silence from where it was, if it cannot be used or there is no time for it.
+  if (voice.rank > highest_rank_) usable = false;
+  slot.heard = false;
+  if (head_ != nullptr) {
+    const auto place = usable ? head_->place(voice.from, slot.direction) : DirectionMesh::Place{};
+    const std::int64_t from = gap_ends_[voice.slot];
+    const std::int64_t to = usable ? fixed(0.5 * head_->low_lag_frames(place)) : from;
+    set_gap(voice.slot, voice.starts ? to : from, to);
+    slot.heard = set_colours(voice, usable, place);
+    return;
+  }
+  std::array<float, kBandLanes> targets{};
+  if (usable) set_targets(voice.gain, targets.data());
+  if (panner_ == nullptr) {
+    slot.heard = slide_gains(gain_lines(0, voice, targets.data()));
+    return;
+  }
+  const ChannelGains gains = usable ? panner_->gains(voice.from) : ChannelGains{};
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    std::array<float, kBandLanes> panned;
+    for (std::size_t lane = 0; lane < kBandLanes; ++lane)
+      panned[lane] = targets[lane] * gains[kEars * p + lane % kEars];
+    if (!slide_gains(gain_lines(p, voice, panned.data()))) continue;
+    slot.heard = true;
+    if (pairs_.size() > 1) pairs_[p].active.push_back(voice.slot);
+  }
+}
+
+// From where they are to `targets`.
+GainLines Mixer::gain_lines(std::size_t pair, const Voice& voice,
+                            const float* targets) noexcept REALTIME {
+  const std::size_t lanes = static_cast<std::size_t>(lanes_);
+  return {&pairs_[pair].targets[voice.slot * lanes],
+          &pairs_[pair].gains[2 * voice.slot * lanes],
+          targets,
+          lanes,
+          slide_frames(voice),
+          voice.starts};
+}
+
+}  // namespace clamor

@@ -1,0 +1,37 @@
+// output_shape.h: what the channels of the output are: two receivers, a head's ears, loudspeakers
+// or ambisonic components.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/result.h"
+#include "formats/wav_writer.h"
+#include "runtime/field/reception.h"
+#include "runtime/heads/head.h"
+#include "runtime/mixing/panner.h"
+
+namespace clamor {
+
+struct OutputShape {
+  enum class Kind : std::uint8_t { kTwoReceivers, kBinaural, kLoudspeakers, kAmbisonics };
+  Kind kind = Kind::kTwoReceivers;
+  std::string layout;                // of loudspeakers: "5.1"
+  std::shared_ptr<const Head> head;  // binaural
+  ReceiverPattern receivers;         // of two
+
+  // From what a user asked for: one of these or none. An Error for more and for a layout or
+  // receivers that do not exist.
+  static Result<OutputShape> asked_for(bool binaural, const std::string& layout, bool ambisonics,
+                                       const std::string& receivers = "");
+
+  int channels() const;
+  std::vector<Speaker> speakers() const;  // for the header of a file; empty where they are none
+
+  // Null for two receivers and for a head.
+  std::unique_ptr<Panner> make_panner() const;
+};
+
+}  // namespace clamor

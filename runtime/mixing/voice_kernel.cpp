@@ -1,0 +1,354 @@
+#include "runtime/mixing/voice_kernel.h"
+
+#include <algorithm>
+#include <cmath>
+
+// Highway compiles what follows once per instruction set.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "runtime/mixing/voice_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace clamor {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Doubles = hn::CappedTag<double, 8>;
+using Halves = hn::Rebind<float, Doubles>;  // as many floats
+using Eight = hn::CappedTag<float, kBandCount>;
+
+// log2(x) for normal x > 0, as log2_of() in common/maths.h.
+template <class D, class V>
+HWY_INLINE V log2_of(D d, V x) {
+  const hn::RebindToSigned<D> di;
+  const auto bits = hn::BitCast(di, x);
+  const auto exponent = hn::ShiftRight<23>(hn::Sub(bits, hn::Set(di, 0x3f3504f3)));
+  const auto m = hn::BitCast(d, hn::Sub(bits, hn::ShiftLeft<23>(exponent)));
+  const auto one = hn::Set(d, 1.0f);
+  const auto t = hn::Div(hn::Sub(m, one), hn::Add(m, one));
+  const auto t2 = hn::Mul(t, t);
+  auto series = hn::Add(hn::Set(d, 0.412198583f), hn::Mul(t2, hn::Set(d, 0.3205989f)));
+  series = hn::Add(hn::Set(d, 0.577078016f), hn::Mul(t2, series));
+  series = hn::Add(hn::Set(d, 0.961796694f), hn::Mul(t2, series));
+  series = hn::Add(hn::Set(d, 2.88539008f), hn::Mul(t2, series));
+  return hn::Add(hn::ConvertTo(d, exponent), hn::Mul(t, series));
+}
+
+// 2^x for x <= 0, as exp2_of() in common/maths.h; never below 2^-126.
+template <class D, class V>
+HWY_INLINE V exp2_of(D d, V x) {
+  const hn::RebindToSigned<D> di;
+  x = hn::Max(x, hn::Set(d, -126.0f));
+  const auto magic = hn::Set(d, 12582912.0f);
+  const auto n = hn::Sub(hn::Add(x, magic), magic);  // to the nearest integer
+  const auto f = hn::Sub(x, n);
+  const auto f2 = hn::Mul(f, f);
+  const auto pair = [&](float a, float b) {
+    return hn::Add(hn::Set(d, a), hn::Mul(f, hn::Set(d, b)));
+  };
+  const auto low =
+      hn::Add(pair(1.0f, 0.693147181f), hn::Mul(f2, pair(0.240226507f, 5.55041087e-2f)));
+  const auto high = hn::Add(pair(9.61812911e-3f, 1.33335581e-3f),
+                            hn::Mul(f2, pair(1.54035304e-4f, 1.52527338e-5f)));
+  const auto series = hn::Add(low, hn::Mul(hn::Mul(f2, f2), high));
+  const auto scale = hn::ShiftLeft<23>(hn::Add(hn::ConvertTo(di, n), hn::Set(di, 127)));
+  return hn::Mul(series, hn::BitCast(d, scale));
+}
+
+// The table of ear_lags.h, in the order of operations of its scalar code.
+template <class D, class V>
+HWY_INLINE V lag_of(D d, V x, V y, V z, const float* table) {
+  const hn::RebindToSigned<D> di;
+  constexpr int kCells = EarLags::kCells, kRow = kCells + 1;
+  const auto one = hn::Set(d, 1.0f);
+  const auto scale = hn::Div(one, hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z)));
+  const auto a = hn::Mul(x, scale), b = hn::Mul(y, scale);
+  const auto below = hn::Lt(z, hn::Zero(d));
+  const auto u = hn::IfThenElse(below, hn::CopySign(hn::Sub(one, hn::Abs(b)), a), a);
+  const auto v = hn::IfThenElse(below, hn::CopySign(hn::Sub(one, hn::Abs(a)), b), b);
+  const auto half = hn::Set(d, kCells / 2.0f);
+  const auto across = hn::Mul(hn::Add(u, one), half), along = hn::Mul(hn::Add(v, one), half);
+  const auto last = hn::Set(di, kCells - 1), first = hn::Zero(di);
+  const auto i = hn::Min(hn::Max(hn::ConvertTo(di, across), first), last);
+  const auto j = hn::Min(hn::Max(hn::ConvertTo(di, along), first), last);
+  const auto s = hn::Sub(across, hn::ConvertTo(d, i)), t = hn::Sub(along, hn::ConvertTo(d, j));
+  const auto at = hn::Add(hn::Mul(j, hn::Set(di, kRow)), i);
+  const auto corner00 = hn::GatherIndex(d, table, at);
+  const auto corner01 = hn::GatherIndex(d, table + 1, at);
+  const auto corner10 = hn::GatherIndex(d, table + kRow, at);
+  const auto corner11 = hn::GatherIndex(d, table + kRow + 1, at);
+  const auto low = hn::Add(corner00, hn::Mul(s, hn::Sub(corner01, corner00)));
+  const auto high = hn::Add(corner10, hn::Mul(s, hn::Sub(corner11, corner10)));
+  return hn::Add(low, hn::Mul(t, hn::Sub(high, low)));
+}
+
+void place_voices_here(VoiceTable& table, const Stance& stance, const float* lags,
+                       std::size_t first, std::size_t last) {
+  const Doubles dd;
+  const Halves d;
+  using Float = hn::Vec<Halves>;
+  using Double = hn::Vec<Doubles>;
+  const auto one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+  struct Floats3 {
+    Float x, y, z;
+  };
+  const auto dot = [](const Floats3& a, const Floats3& b) {
+    return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
+  };
+  const auto load = [&](const std::array<VoiceTable::Column, 3>& columns, std::size_t at) {
+    return Floats3{hn::LoadU(d, columns[0].data() + at), hn::LoadU(d, columns[1].data() + at),
+                   hn::LoadU(d, columns[2].data() + at)};
+  };
+  const auto axis = [&](const Vec3& v) {
+    return Floats3{hn::Set(d, static_cast<float>(v.x)), hn::Set(d, static_cast<float>(v.y)),
+                   hn::Set(d, static_cast<float>(v.z))};
+  };
+  const Floats3 ahead = axis(stance.ahead), left = axis(stance.left), up = axis(stance.up);
+  for (std::size_t at = first; at < last; at += hn::Lanes(d)) {
+    const Floats3 position = load(table.position_m, at);
+    const Double x = hn::PromoteTo(dd, position.x), y = hn::PromoteTo(dd, position.y),
+                 z = hn::PromoteTo(dd, position.z);
+    const Floats3 normal = load(table.normal, at), mirror = load(table.mirror, at);
+    const Double normal_x = hn::PromoteTo(dd, normal.x), normal_y = hn::PromoteTo(dd, normal.y),
+                 normal_z = hn::PromoteTo(dd, normal.z);
+    struct Way {
+      Floats3 towards;  // the listener
+      Double length;
+      Float along_normal;  // in double until here: near the surface, differences are all there is
+    };
+    const auto way_to = [&](const Vec3& place) {
+      const Double wx = hn::Sub(hn::Set(dd, place.x), x), wy = hn::Sub(hn::Set(dd, place.y), y),
+                   wz = hn::Sub(hn::Set(dd, place.z), z);
+      const Double length2 = hn::Add(hn::Add(hn::Mul(wx, wx), hn::Mul(wy, wy)), hn::Mul(wz, wz));
+      const Double along_normal =
+          hn::Add(hn::Add(hn::Mul(wx, normal_x), hn::Mul(wy, normal_y)), hn::Mul(wz, normal_z));
+      return Way{{hn::DemoteTo(d, wx), hn::DemoteTo(d, wy), hn::DemoteTo(d, wz)},
+                 hn::Sqrt(length2),
+                 hn::DemoteTo(d, along_normal)};
+    };
+
+    // In the listener's axes; ahead for a source within the head.
+    const Way to_centre = way_to(stance.centre_m);
+    const Float centre_m = hn::DemoteTo(d, to_centre.length);
+    const auto inside = hn::Le(centre_m, hn::Set(d, 1e-6f));
+    const Float over_m = hn::Div(one, hn::IfThenElse(inside, one, centre_m));
+    const auto from_along = [&](const Floats3& a) {
+      return hn::Neg(hn::Mul(dot(to_centre.towards, a), over_m));
+    };
+    const Float from_x = hn::IfThenElse(inside, one, from_along(ahead));
+    const Float from_y = hn::IfThenElse(inside, zero, from_along(left));
+    const Float from_z = hn::IfThenElse(inside, zero, from_along(up));
+    hn::StoreU(from_x, d, table.from[0].data() + at);
+    hn::StoreU(from_y, d, table.from[1].data() + at);
+    hn::StoreU(from_z, d, table.from[2].data() + at);
+
+    const Double leaves = hn::LoadU(dd, table.leaves_frames.data() + at);
+    const Float radius_m = hn::LoadU(d, table.radius_m.data() + at);
+    for (int e = 0; e < stance.places; ++e) {
+      const Way way = stance.places == 1 ? to_centre : way_to(stance.ears_m[e]);
+      const Double frames = hn::Add(leaves, hn::Mul(way.length, hn::Set(dd, table.frames_per_m)));
+      const Float r_m = stance.places == 1 ? centre_m : hn::DemoteTo(d, way.length);
+      const auto nowhere = hn::Eq(r_m, zero);
+      const Float over_r = hn::Div(one, hn::IfThenElse(nowhere, one, r_m));
+      const Float near_m = hn::Max(r_m, radius_m);
+      const Float cos_o = hn::IfThenElse(nowhere, one, hn::Mul(way.along_normal, over_r));
+      const Float cos_a = hn::Min(
+          hn::IfThenElse(nowhere, dot(normal, mirror), hn::Mul(dot(way.towards, mirror), over_r)),
+          one);
+      hn::StoreU(r_m, d, table.distance_m[e].data() + at);
+      hn::StoreU(hn::Div(one, hn::Mul(near_m, near_m)), d, table.spread[e].data() + at);
+      hn::StoreU(cos_o, d, table.cos_o[e].data() + at);
+      hn::StoreU(hn::Mul(hn::Sqrt(hn::Min(hn::Max(cos_o, zero), one)),
+                         hn::Set(d, 1.0f * VoiceLaw::kCells)),
+                 d, table.loss_cell[e].data() + at);
+      // What p is a power of: cos a, or for an emitter (1 + cos a) / 2.
+      const Float lift = hn::LoadU(d, table.lift.data() + at);
+      const Float base = hn::Add(lift, hn::Mul(hn::Sub(one, lift), cos_a));
+      const auto none = hn::Lt(base, hn::Set(d, 1e-30f));
+      hn::StoreU(
+          hn::IfThenElse(none, hn::Set(d, -1e30f), log2_of(d, hn::IfThenElse(none, one, base))), d,
+          table.log_base[e].data() + at);
+      hn::StoreU(frames, dd, table.delay_frames[e].data() + at);
+      if (stance.places > 1) continue;
+      Double half_lag = hn::Zero(dd);
+      if (lags != nullptr)
+        half_lag =
+            hn::Mul(hn::PromoteTo(dd, lag_of(d, from_x, from_y, from_z, lags)), hn::Set(dd, 0.5));
+      hn::StoreU(hn::Sub(frames, half_lag), dd, table.delay_frames[0].data() + at);
+      hn::StoreU(hn::Add(frames, half_lag), dd, table.delay_frames[1].data() + at);
+    }
+  }
+}
+
+// The bands of one ear, or of both in one vector where it is wide enough.
+struct OneEar {
+  Eight d;
+  std::size_t ear;
+
+  auto row(const float* rows) const { return hn::LoadU(d, rows); }
+  auto rows(const float* const (&of)[kEars], std::size_t b) const {
+    return hn::LoadU(d, of[ear] + b);
+  }
+  auto each(const float (&of)[kEars]) const { return hn::Set(d, of[ear]); }
+};
+#if HWY_MAX_BYTES >= 64
+struct BothEars {
+  hn::CappedTag<float, kEars * kBandCount> d;
+  Eight half;
+
+  auto both(hn::Vec<Eight> first, hn::Vec<Eight> second) const {
+    return hn::Combine(d, second, first);
+  }
+  auto row(const float* rows) const { return both(hn::LoadU(half, rows), hn::LoadU(half, rows)); }
+  auto rows(const float* const (&of)[kEars], std::size_t /*b*/) const {
+    return both(hn::LoadU(half, of[0]), hn::LoadU(half, of[1]));
+  }
+  auto each(const float (&of)[kEars]) const {
+    return both(hn::Set(half, of[0]), hn::Set(half, of[1]));
+  }
+};
+#endif
+
+// What of a voice's gains is one number at each ear.
+struct PerEar {
+  float away_m[kEars] = {}, outer[kEars] = {}, cos_o[kEars] = {}, log_base[kEars] = {};
+  float tilt[kEars] = {}, part[kEars] = {};
+  const float *loss[kEars] = {}, *next_loss[kEars] = {};
+};
+
+template <class Ears>
+HWY_INLINE void make_gains(const Ears& ears, const VoiceTable& table, std::size_t slot,
+                           const PerEar& at, float* HWY_RESTRICT gain) {
+  const auto d = ears.d;
+  const VoiceTable::Kind kind = table.kind[slot];
+  const VoiceLaw* const law = table.law[slot];
+  const float* const exponent = table.exponent[slot];
+  for (std::size_t b = 0; b < kBandCount; b += hn::Lanes(d)) {
+    auto intensity = ears.row(table.power[slot].data() + b);
+    if (kind == VoiceTable::kEmitter) {
+      const auto power = hn::Mul(ears.row(exponent + b), ears.each(at.log_base));
+      intensity = hn::Mul(intensity, exp2_of(d, power));
+    } else if (kind == VoiceTable::kDiffuse) {
+      intensity =
+          hn::Mul(intensity, hn::Mul(ears.row(law->diffuse.data() + b), ears.each(at.cos_o)));
+    } else if (kind == VoiceTable::kReflection) {
+      const auto cos_o = ears.each(at.cos_o);
+      const auto power = hn::Mul(ears.row(exponent + b), ears.each(at.log_base));
+      const auto lobe =
+          hn::Mul(hn::Mul(ears.row(law->lobe.data() + b), ears.each(at.tilt)), exp2_of(d, power));
+      const auto diffuse = hn::Mul(ears.row(law->diffuse.data() + b), cos_o);
+      const auto here = ears.rows(at.loss, b), next = ears.rows(at.next_loss, b);
+      const auto lost = hn::Add(here, hn::Mul(ears.each(at.part), hn::Sub(next, here)));
+      const auto bounce = hn::Mul(hn::Mul(ears.row(table.bounce[slot].data() + b), lost), cos_o);
+      intensity = hn::Add(hn::Mul(intensity, hn::Add(diffuse, lobe)), bounce);
+    }
+    const auto air =
+        exp2_of(d, hn::Mul(ears.row(table.air_octaves_per_m.data() + b), ears.each(at.away_m)));
+    intensity = hn::Mul(hn::Mul(intensity, ears.each(at.outer)),
+                        hn::Mul(air, ears.row(table.visibility[slot].data() + b)));
+    // The root between the bake's power and the mixer's amplitude.
+    hn::StoreU(hn::Mul(hn::Sqrt(intensity), hn::Set(d, table.sign[slot])), d, gain + b);
+  }
+}
+
+HWY_INLINE void make_voice(const VoiceTable& table, std::size_t places, std::size_t slot,
+                           Voice& voice) {
+  const VoiceTable::Kind kind = table.kind[slot];
+  PerEar at;
+  bool heard = false;
+  for (std::size_t e = 0; e < places; ++e) {
+    const float cos_o = table.cos_o[e][slot];
+    const bool behind = kind >= VoiceTable::kDiffuse && !(cos_o > 0);  // its surface
+    heard |= !behind;
+    at.away_m[e] = -table.distance_m[e][slot];
+    at.outer[e] = behind ? 0 : table.spread[e][slot] * table.scale[slot];
+    at.cos_o[e] = behind ? 0 : cos_o;
+    at.log_base[e] = table.log_base[e][slot];
+    if (kind != VoiceTable::kReflection) continue;
+    at.tilt[e] = std::min(1.0f, at.cos_o[e] * table.over_cos_i[slot]);
+    const float cell = table.loss_cell[e][slot];
+    const auto k = std::min(static_cast<int>(cell), VoiceLaw::kCells - 1);
+    at.part[e] = cell - static_cast<float>(k);
+    at.loss[e] = table.law[slot]->loss[static_cast<std::size_t>(k)].data();
+    at.next_loss[e] = at.loss[e] + kBandCount;
+  }
+  if (!heard) {
+    voice.gain = {};
+    return;
+  }
+#if HWY_MAX_BYTES >= 64
+  if (places == kEars) {
+    make_gains(BothEars{}, table, slot, at, voice.gain[0].data());
+    return;
+  }
+#endif
+  for (std::size_t e = 0; e < places; ++e)
+    make_gains(OneEar{{}, e}, table, slot, at, voice.gain[e].data());
+  if (places == 1) voice.gain[1] = voice.gain[0];
+}
+
+void make_voices_here(const VoiceTable& table, int places, std::span<const std::uint32_t> slots,
+                      Voice* voices) {
+  for (const std::uint32_t slot : slots) {
+    Voice& voice = voices[slot];
+    make_voice(table, static_cast<std::size_t>(places), slot, voice);
+    for (std::size_t e = 0; e < kEars; ++e) voice.delay_frames[e] = table.delay_frames[e][slot];
+    voice.from = {table.from[0][slot], table.from[1][slot], table.from[2][slot]};
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace clamor
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+namespace clamor {
+
+namespace {
+HWY_EXPORT(place_voices_here);
+HWY_EXPORT(make_voices_here);
+}  // namespace
+
+void place_voices(VoiceTable& table, const Stance& stance, const EarLags* lags, std::size_t first,
+                  std::size_t last) {
+  HWY_DYNAMIC_DISPATCH(place_voices_here)
+  (table, stance, lags == nullptr ? nullptr : lags->table(), first, last);
+}
+
+void make_voices(const VoiceTable& table, int places, std::span<const std::uint32_t> slots,
+                 Voice* voices) {
+  HWY_DYNAMIC_DISPATCH(make_voices_here)(table, places, slots, voices);
+}
+
+double delay_frames(const VoiceTable& table, const Stance& stance, const EarLags* lags,
+                    const Vec3f& position_m, double leaves_frames, int ear) {
+  const Vec3 place_m = stance.places == 1 ? stance.centre_m : stance.ears_m[ear];
+  const Vec3 way = place_m - Vec3(position_m);
+  const double r_m = std::sqrt(way.x * way.x + way.y * way.y + way.z * way.z);
+  const double frames = leaves_frames + r_m * table.frames_per_m;
+  if (lags == nullptr || stance.places > 1) return frames;
+  const double half_lag = 0.5 * static_cast<double>((*lags)(direction_from(stance, position_m)));
+  return ear == 0 ? frames - half_lag : frames + half_lag;
+}
+
+Vec3f direction_from(const Stance& stance, const Vec3f& position_m) {
+  const Vec3 way = stance.centre_m - Vec3(position_m);
+  const auto r_m = static_cast<float>(std::sqrt(way.x * way.x + way.y * way.y + way.z * way.z));
+  if (r_m <= 1e-6f) return {1, 0, 0};
+  const Vec3f towards(way);
+  const float over_m = 1 / r_m;
+  const auto along = [&](const Vec3& axis) {
+    const Vec3f a(axis);
+    return -((towards.x * a.x + towards.y * a.y + towards.z * a.z) * over_m);
+  };
+  return {along(stance.ahead), along(stance.left), along(stance.up)};
+}
+
+}  // namespace clamor
+
+#endif  // HWY_ONCE

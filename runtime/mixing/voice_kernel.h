@@ -1,0 +1,47 @@
+// voice_kernel.h: delays and gains of many voices at once, for whatever vectors the CPU has.
+//
+// Delays and distances are in double, 2 to 8 voices at a time; gains in float, the bands of a voice
+// at a time. They are what SourceField::intensity() and delay_s() say: gains within 1e-4 (0.001 dB)
+// of the voice's loudest band or of their own, delays within 1e-6 frames. Additions,
+// multiplications, divisions and square roots only, none of them fused, so that every CPU gives the
+// same bits.
+//
+// Highway is visible in voice_kernel.cpp only.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "common/vec.h"
+#include "runtime/mixing/ear_lags.h"
+#include "runtime/mixing/voice_table.h"
+#include "runtime/voices/keyframe.h"
+
+namespace clamor {
+
+// Where a listener's receivers are: two, or one in the middle.
+struct Stance {
+  Vec3 centre_m{};
+  std::array<Vec3, kEars> ears_m{};
+  Vec3 ahead{}, left{}, up{};
+  int places = kEars;  // that differ
+  bool operator==(const Stance&) const = default;
+};
+
+// What the listener's place says about voices in slots first to last, both whole tiles: the table's
+// last columns. With `lags`, which takes one place, the ears' delays differ by those.
+void place_voices(VoiceTable& table, const Stance& stance, const EarLags* lags, std::size_t first,
+                  std::size_t last);
+
+// The direction and a delay of one source, which need not be in the table: the same bits.
+Vec3f direction_from(const Stance& stance, const Vec3f& position_m);
+double delay_frames(const VoiceTable& table, const Stance& stance, const EarLags* lags,
+                    const Vec3f& position_m, double leaves_frames, int ear);
+
+// Of those slots, which were placed: voices[slot]'s delays, gains and direction.
+void make_voices(const VoiceTable& table, int places, std::span<const std::uint32_t> slots,
+                 Voice* voices);
+
+}  // namespace clamor

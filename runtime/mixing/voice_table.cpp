@@ -1,0 +1,99 @@
+#include "runtime/mixing/voice_table.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "common/directivity.h"
+#include "formats/level.h"
+
+namespace clamor {
+
+namespace {
+
+VoiceLaw law_of(const ReflectionLaws& laws, std::size_t material) {
+  VoiceLaw law;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    const double scattering = static_cast<double>(laws.scattering(material, b));
+    law.diffuse[b] = static_cast<float>(scattering / std::numbers::pi);
+    const PhongLobe* const lobe = laws.lobe(material, b);
+    if (lobe == nullptr) continue;
+    law.loss.resize(VoiceLaw::kCells + 1);
+    law.exponent[b] = static_cast<float>(lobe->exponent());
+    law.lobe[b] =
+        static_cast<float>((1 - scattering) * (lobe->exponent() + 1) / (2 * std::numbers::pi));
+    law.bounce[b] =
+        static_cast<float>((1 - scattering) / (std::numbers::pi * (1 - lobe->mean_albedo())));
+    for (std::size_t k = 0; k < law.loss.size(); ++k) {
+      const double root = static_cast<double>(k) / VoiceLaw::kCells;
+      law.loss[k][b] = static_cast<float>(1 - lobe->albedo(root * root));
+    }
+  }
+  return law;
+}
+
+}  // namespace
+
+VoiceTable::VoiceTable(const SourceField& field, std::size_t slots)
+    : frames_per_m(kSampleRate_hz / field.speed_of_sound_mps()), field_(field) {
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    air_octaves_per_m[b] = field.air_loss_per_m()[b] * std::numbers::log2e_v<float>;
+  const std::size_t lanes = (slots + kTile - 1) / kTile * kTile;
+  for (auto* columns : {&position_m, &normal, &mirror, &from})
+    for (Column& column : *columns) column.resize(lanes);
+  for (auto* columns : {&distance_m, &spread, &cos_o, &loss_cell, &log_base})
+    for (Column& column : *columns) column.resize(lanes);
+  for (auto* column : {&radius_m, &over_cos_i, &lift, &sign, &scale}) column->resize(lanes);
+  for (auto& column : delay_frames) column.resize(lanes);
+  leaves_frames.resize(lanes);
+  for (auto* rows : {&power, &bounce, &visibility}) rows->resize(lanes);
+  kind.resize(lanes);
+  exponent.resize(lanes);
+  law.resize(lanes);
+  for (std::size_t m = 0; m < field.material_count(); ++m) laws_.push_back(law_of(field.laws(), m));
+}
+
+double VoiceTable::leaves_frames_of(const Source& source) const {
+  return field_.leaves_s(source) * kSampleRate_hz;
+}
+
+void VoiceTable::put(std::size_t slot, const Source& source) {
+  for (int axis = 0; axis < 3; ++axis) {
+    position_m[axis][slot] = source.position_m[axis];
+    normal[axis][slot] = source.normal[axis];
+    mirror[axis][slot] = source.is_emitter ? source.normal[axis] : source.mirror[axis];
+  }
+  radius_m[slot] = static_cast<float>(source_radius_m(source));
+  leaves_frames[slot] = leaves_frames_of(source);
+  sign[slot] = source.polarity;
+  lift[slot] = source.is_emitter ? 0.5f : 0;
+  power[slot] = source.power;
+  if (source.is_emitter) {
+    const Bands& directivity = field_.directivity(source);
+    kind[slot] = kAllRound;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      const auto p = static_cast<double>(directivity[b]);
+      power[slot][b] = static_cast<float>(static_cast<double>(source.power[b]) / emission_power(p));
+      if (p != 0) kind[slot] = kEmitter;
+    }
+    exponent[slot] = directivity.data();
+    return;
+  }
+  law[slot] = &laws_[source.material];
+  kind[slot] = law[slot]->loss.empty() ? kDiffuse : kReflection;
+  if (kind[slot] == kDiffuse) return;
+  const double cos_i = dot(Vec3(source.mirror), Vec3(source.normal));
+  exponent[slot] = law[slot]->exponent.data();
+  over_cos_i[slot] = static_cast<float>(1 / std::max(cos_i, 1e-9));
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    const PhongLobe* const lobe = field_.laws().lobe(source.material, b);
+    bounce[slot][b] = lobe == nullptr ? 0
+                                      : law[slot]->bounce[b] * source.power[b] *
+                                            static_cast<float>(1 - lobe->albedo(cos_i));
+  }
+}
+
+void VoiceTable::move(std::size_t slot, const Vec3f& by_m) {
+  for (int axis = 0; axis < 3; ++axis) position_m[axis][slot] += by_m[axis];
+}
+
+}  // namespace clamor

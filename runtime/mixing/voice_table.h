@@ -1,0 +1,77 @@
+// voice_table.h: what voices are made from, by slot and in columns, as vectors want it.
+//
+// A source's own numbers are worked out once, when it takes its slot: what it gives per band, the
+// part of its reflection law that does not depend on the listener, when its sound leaves it. What
+// the listener's place says about it is in columns too, since delays are asked for before gains.
+//
+// The sampler thread's.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/bands.h"
+#include "common/vec.h"
+#include "formats/source.h"
+#include "runtime/field/source_field.h"
+#include "runtime/voices/mix_kernel.h"
+
+namespace clamor {
+
+// A reflection law (reflection.h) per band, as factors of power, with
+//
+//   f = diffuse cos o + bounce loss(cos o) cos o + lobe min(1, cos o / cos i) cos^p(a)
+//
+// where loss = 1 - E, tabled over sqrt(cos o), and bounce has the loss at the arrival in it. An
+// emitter's is lobe ((1 + cos a) / 2)^p.
+struct VoiceLaw {
+  static constexpr int kCells = 256;
+
+  Bands diffuse{}, bounce{}, lobe{}, exponent{};  // bounce without the loss at the arrival
+  std::vector<Bands> loss;                        // kCells + 1 of them; none if it is all diffuse
+};
+
+class VoiceTable {
+ public:
+  // Slots are handled so many at a time.
+  static constexpr std::size_t kTile = 16;
+
+  VoiceTable(const SourceField& field, std::size_t slots);
+
+  void put(std::size_t slot, const Source& source);
+  void move(std::size_t slot, const Vec3f& by_m);
+  Vec3f position_of(std::size_t slot) const {
+    return {position_m[0][slot], position_m[1][slot], position_m[2][slot]};
+  }
+  double leaves_frames_of(const Source& source) const;
+
+  // What the kernels read (voice_kernel.h). Columns are as long as whole tiles.
+  enum Kind : std::uint8_t { kAllRound, kEmitter, kDiffuse, kReflection };
+  using Column = std::vector<float>;
+  std::array<Column, 3> position_m, normal, mirror;  // an emitter's mirror is its axis
+  Column radius_m, over_cos_i;
+  Column lift;  // 1/2 for an emitter, whose exponents are of (1 + cos a) / 2; else 0, of cos a
+  std::vector<double> leaves_frames;
+  std::vector<Bands> power, bounce;
+  std::vector<float> sign;
+  std::vector<Kind> kind;
+  std::vector<const float*> exponent;  // kBandCount, where the kind has any
+  std::vector<const VoiceLaw*> law;    // of a reflection
+  std::vector<float> scale;            // of power
+  std::vector<Bands> visibility;
+  Bands air_octaves_per_m{};  // powers of 1/2
+  double frames_per_m = 0;
+
+  // What place_voices() writes, by ear.
+  std::array<std::vector<double>, kEars> delay_frames;
+  std::array<Column, kEars> distance_m, spread, cos_o, loss_cell;
+  std::array<Column, kEars> log_base;  // log2 of what p is a power of
+  std::array<Column, 3> from;
+
+ private:
+  const SourceField& field_;
+  std::vector<VoiceLaw> laws_;
+};
+
+}  // namespace clamor

@@ -1,0 +1,237 @@
+// octree_plan.cpp: how OctreePool does without a walk in most keyframes.
+//
+// A walk costs a microsecond per node, of which there are thousands where lobes are sharp, and a
+// keyframe later it would come by nearly the same. So the next walk is begun early, for all places
+// within a ball that reaches as far ahead as pages are asked for, and done part by part, one with
+// each keyframe; what it finds is a plan: nodes, one after the other. As long as it holds, a
+// keyframe goes through that, and leaves out nodes whose list is empty or whose bound is too low.
+//
+// Pages that come are taken in. Pages that go end it, as does whatever changes bounds; and where
+// they go for want of memory, none is made for a while: it would ask for more than fits again.
+// Levels with copies have none: what is found in copies is placed anew in each keyframe anyway.
+#include <algorithm>
+#include <limits>
+#include <span>
+
+#include "runtime/octree/octree_pool.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr double kPlanReach = 5;  // of the way to where pages are asked for, of half of it
+constexpr double kLeastReach_m = 0.3;
+constexpr double kMostReach_m = 3;
+constexpr double kLower = 0.6;       // than the lowest threshold of late
+constexpr double kFalls = 0.8;       // a threshold, before the next plan is made
+constexpr double kPlanHold_s = 0.3;  // a new one must hold for at least that
+constexpr std::uint32_t kAsksPerLookAhead = 4;
+constexpr std::size_t kPagesAhead = 2;  // pages
+constexpr std::uint32_t kRest_keyframes = 100;
+constexpr std::size_t kLeastSteps = 256, kParts = 8, kMostPlanned = 1 << 18;
+
+}  // namespace
+
+bool OctreePool::look_by_plan(const Vec3& place, double threshold, std::size_t most,
+                              std::vector<FoundSource>& found) {
+  copies_ = plan_.copies;
+  for (Copy& copy : copies_) copy.place = place;
+  const bool renumbered = plan_.lists != shortlists_.numbering();
+  plan_.lists = shortlists_.numbering();
+  if (renumbered)
+    for (Plan::Node& node : plan_.nodes)
+      if (node.page != nullptr) node.list = shortlists_.number_of(node.step.first);
+  renew_lists(place, threshold);
+  for (const Plan::Node& node : plan_.nodes) {
+    if (node.empty) continue;
+    shortlists_.use(node.list, looked_at_);
+    loader_.use(*node.kept, node.step.most);
+    met_.push_back({node.step, node.page, node.list, threshold, false, true, 0});
+    if (met_.size() == kMostMet) pass_met(found);
+    if (found.size() > most) return false;
+  }
+  pass_met(found);
+  looked_for_ = threshold;
+  return found.size() <= most;
+}
+
+// Those that do not hold, of nodes that matter now; and notes what is missing of these.
+void OctreePool::renew_lists(const Vec3& place, double threshold) {
+  renewed_.clear();
+  for (Plan::Node& node : plan_.nodes) {
+    if (walked_m_ <= node.asked_m && threshold >= node.asked_threshold && time_s_ <= node.asked_s)
+      continue;
+    node.empty = true;
+    if (node.widest < threshold) continue;
+    const bool holds = node.page != nullptr && shortlists_.holds(node.list, place, threshold);
+    if (!holds) {
+      const double highest =
+          bound(*node.step.entry, copies_[node.step.copy], node.step.entry->highest_key);
+      if (!(highest > 0 && highest >= threshold)) continue;
+      if (node.page == nullptr) {
+        loader_.use(*node.step.entry, highest);  // counts it as late
+        note_missing(node.step, highest, 1);
+        continue;
+      }
+    }
+    renewed_.push_back(&node);
+  }
+  for (std::size_t r = 0; r < renewed_.size(); ++r) {
+    if (r + 2 * kPagesAhead < renewed_.size())
+      __builtin_prefetch(&renewed_[r + 2 * kPagesAhead]->page->sources);
+    if (r + kPagesAhead < renewed_.size()) renewed_[r + kPagesAhead]->page->sources.prefetch();
+    Plan::Node& node = *renewed_[r];
+    shortlists_.renew(node.list,
+                      {node.page->sources, *node.step.entry, node.step.first, place, threshold,
+                       nullptr, maps_, SignalMaps::kNone},
+                      looked_at_);
+    const Quiet held = shortlists_.held(node.list, place);
+    node.asked_m = walked_m_ + held.give_m;
+    node.asked_threshold = held.threshold;
+    node.asked_s = held.until_s;
+    node.empty = shortlists_.is_empty(node.list);
+    ++visited_;
+  }
+}
+
+void OctreePool::note_missing(const Step& step, double most, double to_threshold) {
+  const double highest =
+      std::max(most, bound(*step.entry, copies_[step.copy], step.entry->highest_key));
+  most_missed_ = std::max(most_missed_, highest / to_threshold);
+  if (!loader_.has_failed(*step.entry)) missed_.push_back({most / to_threshold, *step.entry, true});
+}
+
+void OctreePool::begin_plan(const Vec3& soon) {
+  next_.clear();
+  const Vec3 half_way = (soon - place_) / 2.0;
+  const double give_m = std::max(kPlanReach * length(half_way), kLeastReach_m);
+  if (trees_.size() != 1 || give_m > kMostReach_m) return;
+  next_.place = place_ + half_way;
+  next_.give_m = give_m;
+  next_.threshold = kLower * shortlists_.lowest_of_late();
+  next_.until_s = until_s_;
+  next_.lists = shortlists_.numbering();
+  const PageEntry& top = trees_.back();
+  next_.copies.push_back({&top, {}, next_.place, 1, SignalMaps::kNone, false});
+  next_.steps.push_back({&top, 0, 0, 0, std::numeric_limits<double>::infinity()});
+}
+
+void OctreePool::plan_ahead(const Vec3& soon) {
+  if (keyframes_to_rest_ > 0) {
+    --keyframes_to_rest_;
+    return;
+  }
+  if (next_.steps.empty()) {
+    const double margin_m = plan_.give_m / 4;
+    if (plan_.holds(soon, kFalls * looked_for_, time_s_ + kPlanHold_s, margin_m)) return;
+    begin_plan(soon);
+  }
+  for (std::size_t most = kLeastSteps + plan_.nodes.size() / kParts;
+       most > 0 && !next_.steps.empty() && steps_left_ > 0; --most, --steps_left_)
+    go_a_step(next_);
+  if (next_.nodes.size() > kMostPlanned) next_.clear();
+  if (next_.steps.empty() && next_.give_m >= 0) {
+    std::swap(plan_, next_);
+    next_.clear();
+  }
+}
+
+void OctreePool::go_a_step(Plan& plan) {
+  ++planned_;
+  const Step step = plan.steps.back();
+  plan.steps.pop_back();
+  const PageEntry& entry = *step.entry;
+  PageLoader::Place* const kept = loader_.place_of(entry);
+  const ResidentPage* const page = kept != nullptr ? kept->resident() : nullptr;
+  if (page == nullptr || entry.source_count > 0) {
+    Plan::Node& node = plan.nodes.emplace_back();
+    node.step = step;
+    node.step.most = bound(entry, plan.copies[step.copy], entry.highest_key);
+    node.widest = step.most;
+    node.offset = entry.page.offset;
+    node.page = page;
+    node.kept = kept;
+    if (page != nullptr) node.list = shortlists_.number_of(step.first);
+  }
+  if (page == nullptr || entry.sources_below == entry.source_count) return;
+  std::uint64_t first = step.first + entry.source_count;
+  for (const PageEntry& child : page->links.children) first += child.sources_below;
+  const Copy copy = plan.copies[step.copy];
+  // The last child first, so that nodes are visited by ascending numbers.
+  for (auto child = page->links.children.rbegin(); child != page->links.children.rend(); ++child) {
+    first -= child->sources_below;
+    const double highest = bound(*child, copy, child->highest_key, plan.give_m);
+    if (!(highest > 0 && highest >= plan.threshold)) continue;
+    std::uint32_t number = step.copy;
+    if (child->octant == kNoOctant) {  // an octree of its own
+      number = static_cast<std::uint32_t>(plan.copies.size());
+      plan.copies.push_back(copy);
+      plan.copies.back().tree = &*child;
+    }
+    plan.steps.push_back({&*child, number, first, 0, highest});
+  }
+}
+
+void OctreePool::rest_from_plans() {
+  forget_plans();
+  keyframes_to_rest_ = kRest_keyframes;
+}
+
+// Takes in what has come: where a node was missing it is, and what is below.
+void OctreePool::complete_plan(Plan& plan) {
+  const std::span<const std::uint64_t> came = loader_.arrived();
+  const auto has_come = [&](const Plan::Node& node) {
+    return node.page == nullptr && std::binary_search(came.begin(), came.end(), node.offset);
+  };
+  std::vector<Plan::Node> nodes;
+  std::vector<Step> steps;
+  nodes.swap(plan.nodes);
+  steps.swap(plan.steps);
+  for (std::size_t n = 0; n < nodes.size() && nodes.size() <= kMostPlanned; ++n) {
+    if (!has_come(nodes[n])) continue;
+    plan.nodes.clear();
+    plan.steps.push_back(nodes[n].step);
+    plan.steps.back().most = nodes[n].widest;
+    while (!plan.steps.empty()) go_a_step(plan);
+    const auto here = nodes.begin() + static_cast<std::ptrdiff_t>(n);
+    *here = plan.nodes.front();
+    nodes.insert(here + 1, plan.nodes.begin() + 1, plan.nodes.end());
+  }
+  plan.nodes = std::move(nodes);
+  plan.steps = std::move(steps);
+  if (plan.nodes.size() > kMostPlanned) plan.clear();
+}
+
+// What is missing of the plan, if it reaches as far; false if not.
+bool OctreePool::soon_by_plan(const Vec3& soon, double tau) {
+  if (soon == place_ || !plan_.holds(soon, tau, time_s_)) return false;
+  soon_.clear();
+  Copy copy{};
+  copy.place = soon;
+  for (const Plan::Node& node : plan_.nodes) {
+    if (node.page != nullptr || node.widest < tau) continue;
+    const double highest = bound(*node.step.entry, copy, node.step.entry->highest_key);
+    if (highest > 0 && highest >= tau && !loader_.has_failed(*node.step.entry))
+      soon_.push_back({highest, *node.step.entry, false});
+  }
+  return true;
+}
+
+// What is soon needed changes slowly: where there is no plan, a walk every few keyframes does.
+void OctreePool::look_ahead(const Vec3& soon, double tau) {
+  if (soon_by_plan(soon, tau)) return;
+  if (++asks_ % kAsksPerLookAhead != 1 && soon != place_) return;
+  soon_.clear();
+  if (soon == place_) return;
+  walk(
+      soon, tau, [this](const PageEntry& entry, double) { return loader_.find(entry); },
+      [&](const Step& step, const ResidentPage* page, Quiet&) {
+        const double urgency = step.most / copies_[step.copy].to_threshold;
+        if (page == nullptr && urgency > 0 && !loader_.has_failed(*step.entry))
+          soon_.push_back({urgency, *step.entry, false});
+        return true;
+      },
+      [](const FarCopy&, double) {});
+}
+
+}  // namespace clamor

@@ -1,0 +1,251 @@
+// octree_pool.h: the sources of a heap-ordered octree (source_octree.h) whose pages may be missing.
+//
+// A look-up walks down from the top and leaves out a node where
+//
+//   highest key x most that a power of 1 can weigh at the distance to its bounds < threshold,
+//
+// boosted as its latest source is (late_boost.h), or where its emission cone points away
+// (most_heard.h): nothing in it or below can reach the threshold. Of a page that is missing its
+// parent's page knows the bound, and so it is asked for in that order.
+//
+// A copy of a tree (instance.h) is walked in the tree's own space: the place is moved instead of
+// the sources, and the threshold divided by the copy's gain. Only what is found is put where the
+// level has it. And it is walked only if a source other than its representative could reach the
+// threshold; else that one is looked at, and nothing else (tree_leads.h), so that a billion sources
+// cost what their few thousand copies do that are within reach.
+//
+// octree_walk.cpp has the walk, octree_plan.cpp what saves most keyframes one.
+//
+// Signals that are over, or have not begun, raise no bound: only what they play, smoothed, within
+// the longest way to the listener counts.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "formats/bake_file.h"
+#include "formats/octree_page.h"
+#include "runtime/field/signal_maps.h"
+#include "runtime/octree/most_heard.h"
+#include "runtime/octree/page_loader.h"
+#include "runtime/octree/page_shortlists.h"
+#include "runtime/octree/quiet_nodes.h"
+#include "runtime/octree/source_pool.h"
+#include "runtime/octree/tree_leads.h"
+
+namespace clamor {
+
+// Weights that no copy's sources exceed, whatever signals it plays instead: of the ceilings.
+SignalWeights highest_over_copies(const SignalWeights& weights,
+                                  std::span<const std::vector<std::uint32_t>> signal_maps);
+
+// Pages as a loader wants them, from a file. Everything must outlive what comes out.
+PageLoader::Fetch pages_of(const BakeFile& file, const SourceField& field,
+                           const SignalWeights& ceilings);
+
+class OctreePool final : public SourcePool {
+ public:
+  // `trees` and `signal_maps` as in BakeFile; the last tree is the level's. `ceilings` are those of
+  // highest_over_copies(). All must outlive the pool. Fetches the first pages with sources of each
+  // tree, for good.
+  OctreePool(const SourceField& field, const SignalWeights& ceilings,
+             std::span<const PageEntry> trees,
+             std::span<const std::vector<std::uint32_t>> signal_maps, PageLoader& loader);
+
+  bool refresh() override;
+  // Bounds nodes by the loudest that any signal was while what is heard now was under way.
+  void begin(const Vec3& place, double time_s) override;
+  void leave_out(const HiddenNumbers* hidden) override { shortlists_.leave_out(hidden); }
+  void boost_late(float strength) override {
+    if (strength != strength_) {
+      quiet_.clear();
+      forget_plans();
+    }
+    strength_ = strength;
+  }
+  bool look(const Vec3& place, double threshold, std::size_t most,
+            std::vector<FoundSource>& found) override;
+  double highest(const Vec3& place) override;
+  double unseen_key(const FoundSource& found, double tau) override;
+  void ask(const Vec3& soon, double tau) override;
+  bool missed() const override { return !missed_.empty(); }
+  bool complete() override;
+  std::uint64_t size() const override { return trees_.empty() ? 0 : trees_.back().sources_below; }
+
+  // By all looks so far: pages (of a plan, those that had a source loud enough or whose shortlist
+  // was made anew), pages that a plan for further looks was made of, sources in them and in their
+  // shortlists that were not left out with their neighbours, and far copies that were a source
+  // each.
+  std::uint64_t nodes_visited() const { return visited_; }
+  std::uint64_t nodes_planned() const { return planned_; }
+  std::uint64_t sources_looked_at() const { return looked_at_; }
+  std::uint64_t copies_heard() const { return copies_heard_; }
+
+ private:
+  static constexpr std::uint32_t kNoCopy = 0xffffffff;  // found without walking one
+  // Nodes and copies in the walks of a keyframe. A billion sources and 20 000 voices take a fifth
+  // of them; a forged file, in which copies double again and again, would take any number.
+  static constexpr std::uint64_t kMostSteps = 1 << 20;
+  // What turning and moving a copy's sources may round.
+  static constexpr double kTurned = 1e-5;
+  // Pages whose lists are fetched from memory before they are passed.
+  static constexpr std::size_t kMostMet = 64;
+
+  // Where sources are found: the level's octree, or a copy of one.
+  struct Copy {
+    const PageEntry* tree = nullptr;  // whose cube the octants divide
+    Placement placement;
+    Vec3 place{};             // of the listener, in the tree's space
+    double to_threshold = 1;  // there, of a threshold here
+    std::uint32_t map = SignalMaps::kNone;
+    bool moved = false;  // not simply the level
+  };
+
+  // A node to visit. Where the representative of its copy is in it or below, that has `lead_key`.
+  struct Step {
+    const PageEntry* entry = nullptr;
+    std::uint32_t copy = 0;
+    std::uint64_t first = 0;  // number of its first source
+    double lead_key = 0;
+    double most = 0;  // that a priority in it or below can be
+  };
+
+  // A page of which some sources may matter.
+  struct Met {
+    Step step;
+    const ResidentPage* page = nullptr;
+    std::size_t list = 0;
+    double least = 0;    // in its tree
+    bool leads = false;  // its first source is the representative of its copy
+    bool planned = false;
+    std::size_t first_loud = 0;
+  };
+
+  // The one source of a copy that may matter.
+  struct FarCopy {
+    const TreeLead* lead = nullptr;
+    const Copy* outer = nullptr;
+    const ResidentCopy* copy = nullptr;
+    std::uint32_t signal = 0;
+    std::uint64_t first = 0;  // number of its first source
+    double lead_key = 0;      // in its tree
+  };
+
+  // Nodes with sources that may matter wherever the listener walks in a while, in the order of a
+  // walk, so that a keyframe need not walk; and the walk that looks for them, part by part.
+  struct Plan {
+    struct Node {
+      Step step;
+      double widest = 0;                   // as step.most, wherever the plan holds
+      std::uint64_t offset = 0;            // of its page in the file
+      const ResidentPage* page = nullptr;  // null: not here
+      PageLoader::Place* kept = nullptr;
+      std::size_t list = 0;
+      // What its list has need not be asked until so much was walked, for a higher threshold.
+      double asked_m = -1, asked_threshold = 0, asked_s = 0;
+      bool empty = true;  // as far as is known
+    };
+    Vec3 place{};
+    double give_m = -1;  // how far from there it holds; below 0: nowhere
+    double threshold = 0, until_s = 0;
+    std::uint32_t lists = 0;  // which of all ways to number them
+    std::vector<Node> nodes;
+    std::vector<Copy> copies;
+    std::vector<Step> steps;  // to be gone yet; `most` is the widest
+
+    void clear() {
+      give_m = -1;
+      nodes.clear();
+      copies.clear();
+      steps.clear();
+    }
+    bool holds(const Vec3& at, double least, double time_s, double margin_m = 0) const {
+      return length(at - place) + margin_m <= give_m && least >= threshold && time_s <= until_s;
+    }
+  };
+
+  void bound_signals(const Vec3& place, double time_s);
+  void load_first_pages(const PageEntry& top);
+  void follow_leads();
+  void look_ahead(const Vec3& soon, double tau);
+  double bound(const PageEntry& entry, const Copy& copy, double key, double give_m = 0) const {
+    return key * most_heard_.per_key(entry, copy.place, copy.placement.scale, give_m) *
+           (copy.moved ? 1 : most_boost(entry));
+  }
+  double most_boost(const PageEntry& entry) const {
+    return 1 + static_cast<double>(strength_ * field_.late_boost().at(entry.most_delay_s));
+  }
+  // Calls visit(step, page) for all nodes that matter, with what page_of(entry, urgency) gives,
+  // until it returns false; goes no further below a page that is null. Calls heard(far copy,
+  // ceiling) for copies that are not walked.
+  using PageOf = std::function<const ResidentPage*(const PageEntry& entry, double urgency)>;
+  using Visit = std::function<bool(const Step& step, const ResidentPage* page, Quiet& quiet)>;
+  using Heard = std::function<void(const FarCopy& far, double ceiling)>;
+  bool walk(const Vec3& place, double threshold, const PageOf& page_of, const Visit& visit,
+            const Heard& heard);
+  void add_steps(const Step& from, const ResidentPage& page, double threshold, Quiet& quiet);
+  void add_copies(const Step& from, const ResidentPage& page, double threshold, const Heard& heard);
+  double most_of_lead(const TreeLead& lead, std::uint32_t signal, double lead_key,
+                      const Vec3& place, double to_level) const;
+  void add_source(const Step& step, const ResidentPage& page, std::size_t index, bool leads,
+                  std::uint32_t signal, double ceiling, float boost, double least,
+                  std::vector<FoundSource>& found);
+  void note_missing(const Step& step, double most, double to_threshold);
+  bool look_by_plan(const Vec3& place, double threshold, std::size_t most,
+                    std::vector<FoundSource>& found);
+  void renew_lists(const Vec3& place, double threshold);
+  void plan_ahead(const Vec3& soon);
+  void begin_plan(const Vec3& soon);
+  void go_a_step(Plan& plan);
+  void complete_plan(Plan& plan);
+  bool soon_by_plan(const Vec3& soon, double tau);
+  void rest_from_plans();
+  void forget_plans() {
+    plan_.clear();
+    next_.clear();
+  }
+  void pass_met(std::vector<FoundSource>& found);
+  void add_far(const FarCopy& far, double ceiling, std::vector<FoundSource>& found);
+  Source* placed(const Source& stored, const Placement& placement, double lead_key);
+
+  const SourceField& field_;
+  const std::span<const PageEntry> trees_;
+  const std::span<const std::vector<std::uint32_t>> signal_maps_;
+  const SignalWeights& ceilings_;
+  std::vector<Bands> audible_;  // what ceilings come to, from one time to another
+  double from_s_ = 0, until_s_ = -1, loudest_ = 1, time_s_ = 0;
+  Vec3 around_{};  // and not far from here
+  MostHeard most_heard_;
+  PageLoader& loader_;
+  SignalMaps maps_;
+  PageShortlists shortlists_;
+  QuietNodes quiet_;
+  TreeLeads leads_;
+  Plan plan_, next_;
+  std::uint32_t keyframes_to_rest_ = 0;  // without making one
+  std::vector<Plan::Node*> renewed_;
+  double walked_m_ = 0;    // by the listener
+  double looked_for_ = 0;  // threshold of the last look that was not given up
+  float strength_ = 1;     // of late sources' boost; copies' have none
+
+  // Of the last look.
+  std::vector<Copy> copies_;
+  std::vector<Met> met_;
+  std::vector<LoudEntry> loud_;  // entries of their lists, one after the other
+  std::deque<Source> placed_;    // the first so many; the others wait to be used again
+  std::size_t placed_count_ = 0;
+  std::vector<WantedPage> missed_, soon_;
+  std::uint32_t asks_ = 0;
+  double most_missed_ = -1;  // of priorities in missing pages; below 0: all is here
+  Vec3 place_{};
+
+  std::vector<Step> steps_;
+  std::uint64_t steps_left_ = kMostSteps;  // of this keyframe
+  bool asked_ = false;
+  std::uint64_t visited_ = 0, planned_ = 0, looked_at_ = 0, copies_heard_ = 0;
+};
+
+}  // namespace clamor

@@ -1,0 +1,181 @@
+// page_shortlists.h: which sources of each page may matter, for as long as the listener is near.
+//
+// A keyframe later the listener is 3 cm further on, and nearly the same sources of a page could
+// reach the threshold: so what the sieve (source_sieve.h) lets through is kept, with ceilings that
+// hold for a ball round where the listener was, a thirtieth of the distance to the page wide, or
+// more if the list is short. Then a keyframe looks at short lists: the ceiling, how loud the signal
+// is at the moment that is heard, the ceiling at this very place (shortlist_kernel.h), and whether
+// the source is known to be hidden (hidden_numbers.h). What is left is found as the sieve itself
+// would have found it, and a few more. When the listener leaves the ball, or the threshold falls
+// below the list's, the sieve makes the list anew. Lists reach as low as thresholds fell of late:
+// these go up and down with syllables, and else all lists would be made anew at once.
+//
+// Of a million sources, with envelopes, that is a third of what asking all sieves costs
+// (tests/benchmarks/sight_benchmark.cpp).
+//
+// Threads: the sampler's alone.   Memory: 76 bytes per source in a list.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/scattered.h"
+#include "common/vec.h"
+#include "formats/instance.h"
+#include "formats/source_octree.h"
+#include "runtime/field/signal_maps.h"
+#include "runtime/field/signal_weights.h"
+#include "runtime/field/source_field.h"
+#include "runtime/octree/quiet_nodes.h"
+#include "runtime/octree/shortlist_kernel.h"
+#include "runtime/octree/source_page.h"
+#include "runtime/sight/hidden_numbers.h"
+
+namespace clamor {
+
+// A page as it is met on a walk, with the listener's place and a threshold in its tree's space.
+struct MetPage {
+  const SourcePage& sources;
+  const NodeSummary& bounds;
+  std::uint64_t first = 0;  // number of its first source: no other page's
+  Vec3 place{};
+  double threshold = 0;
+  const Placement* placement = nullptr;  // of the tree's copy; null: the level itself
+  const SignalMaps& maps;
+  std::uint32_t map = SignalMaps::kNone;
+};
+
+class PageShortlists {
+ public:
+  // No list holds farther than that.
+  static constexpr double kMostGive_m = 8;
+
+  // `ceilings` as OctreePool's; both must outlive the lists.
+  PageShortlists(const SourceField& field, const SignalWeights& ceilings)
+      : field_(field), ceilings_(ceilings), slots_(kFirstSlots) {}
+
+  // The listener's place in the level, and the time, for what follows.
+  // `loudest`: until then no signal is louder than that share of the most that it ever is.
+  void begin(const Vec3& place, double time_s, double loudest, double until_s);
+  // What follows is asked with thresholds about that high, seen from the level.
+  void expect(double threshold);
+  double lowest_of_late() const { return lowest_; }
+  // Leaves these out; null: none.
+  void leave_out(const HiddenNumbers* hidden) { hidden_ = hidden; }
+
+  // Which list is a page's, made anew if it does not hold here and now; and where the page is
+  // quiet, if it is. Adds to `looked_at` how many sources that took.
+  std::size_t list_of(const MetPage& page, Quiet& quiet, std::uint64_t& looked_at) {
+    List& list = found_or_made(page.first);
+    if (!holds(list, page.place, page.threshold)) looked_at += fill(list, page);
+    list.used = keyframe_;
+    quiet = {list.place, list.count == 0 ? list.give_m : -1, list.threshold, list.until_s};
+    looked_at += list.count;
+    return static_cast<std::size_t>(&list - lists_.data());
+  }
+  // The same in two steps, for who asks again and again: which list is that of the page whose first
+  // source has this number, as long as numbering() stays what it is; and whether it holds here.
+  std::size_t number_of(std::uint64_t first) {
+    List& list = found_or_made(first);
+    list.used = keyframe_;
+    return static_cast<std::size_t>(&list - lists_.data());
+  }
+  std::uint32_t numbering() const { return numbering_; }
+  bool holds(std::size_t list, const Vec3& place, double threshold) const {
+    return holds(lists_[list], place, threshold);
+  }
+  void renew(std::size_t list, const MetPage& page, std::uint64_t& looked_at) {
+    if (!holds(list, page.place, page.threshold)) looked_at += fill(lists_[list], page);
+  }
+  Quiet held(std::size_t list, const Vec3& place) const {
+    const List& one = lists_[list];
+    return {place, one.give_m - length(place - one.place), one.threshold, one.until_s};
+  }
+  void use(std::size_t list, std::uint64_t& looked_at) {
+    lists_[list].used = keyframe_;
+    looked_at += lists_[list].count;
+  }
+  bool is_empty(std::size_t list) const { return lists_[list].count == 0; }
+  // Fetches what loud_entries() will want, a little later.
+  void prefetch(std::size_t list) const;
+  // Appends those of a list that may be the threshold or more at this moment, by what is known of
+  // what stands in the way.
+  void loud_entries(std::size_t list, const Vec3& place, double threshold,
+                    std::vector<LoudEntry>& entries) const;
+
+  // Calls found(index, signal, ceiling, boost), ascending, for each of these entries of a page
+  // whose priority may be the threshold or more; the ceiling is of its priority at any time.
+  template <class Found>
+  void pass(std::size_t of, std::span<const LoudEntry> loud, double threshold,
+            const Found& found) const {
+    const List& list = lists_[of];
+    const auto least = static_cast<float>(threshold * (1 - 1e-6));
+    for (const LoudEntry& one : loud) {
+      const ShortlistBlock& block = list.blocks[one.entry / kSieveBlock];
+      const std::size_t at = one.entry % kSieveBlock;
+      float share = one.left;
+      if (!seen_.empty()) share *= seen_[block.signal[at]].share(block.delay_s[at], list.give_s);
+      if (one.ceiling * share < least) continue;
+      found(block.index[at], block.signal[at], static_cast<double>(one.ceiling), block.boost[at]);
+    }
+  }
+
+ private:
+  struct List {
+    std::uint64_t first = 0;
+    Vec3 place{};
+    double give_m = -1;  // how far from there it holds
+    double threshold = 0, until_s = 0;
+    float give_s = 0;
+    std::uint32_t used = 0;
+    std::uint32_t count = 0;
+    std::vector<ShortlistBlock> blocks;
+  };
+
+  List& found_or_made(std::uint64_t first) {
+    if (2 * (lists_.size() + 1) > slots_.size()) rehash(2 * slots_.size());
+    for (std::size_t at = scattered(first);; ++at) {
+      std::uint32_t& slot = slots_[at & (slots_.size() - 1)];
+      if (slot == 0) {
+        lists_.emplace_back().first = first;
+        slot = static_cast<std::uint32_t>(lists_.size());
+      }
+      if (List& list = lists_[slot - 1]; list.first == first) return list;
+    }
+  }
+  void rehash(std::size_t size);
+  bool holds(const List& list, const Vec3& place, double threshold) const {
+    const Vec3 moved_m = place - list.place;
+    return dot(moved_m, moved_m) <= list.give_m * list.give_m && list.give_m >= 0 &&
+           threshold >= list.threshold && time_s_ <= list.until_s &&
+           (list.count == 0 || lower_ * threshold <= kTooLong * list.threshold);
+  }
+  std::size_t fill(List& list, const MetPage& page);
+  Vec3 ahead_of(const MetPage& page, double give_m) const;
+  template <class Kept>
+  std::size_t sift(List& list, const MetPage& page, double away_m, double hold_s, const Kept& kept);
+
+  // A list reaches lower than it must, so that it holds for a while; and is cut short where it
+  // reaches far too low.
+  static constexpr std::size_t kFirstSlots = 1 << 10;
+  static constexpr double kTooLong = 3;
+
+  const SourceField& field_;
+  const SignalWeights& ceilings_;
+  const HiddenNumbers* hidden_ = nullptr;
+  std::vector<List> lists_;
+  std::vector<std::uint32_t> slots_;  // 1 + which list, open addressing, a power of two; 0: free
+  std::vector<LoudnessTrack::Seen> seen_;  // per signal; empty: nothing changes
+  SharesNow shares_;
+  float longest_s_ = 0;  // delay in any list
+  Vec3 place_{};
+  Vec3 step_m_{};                  // from keyframe to keyframe
+  double lowest_ = 0, lower_ = 1;  // threshold of late, and as a share of that of now
+  double time_s_ = 0, loudest_ = 1, until_s_ = 0;
+  std::uint32_t turn_ = 0, numbering_ = 0;
+  std::uint32_t keyframe_ = 0;
+};
+
+}  // namespace clamor

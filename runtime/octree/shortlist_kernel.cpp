@@ -1,0 +1,162 @@
+#include "runtime/octree/shortlist_kernel.h"
+
+#include <algorithm>
+#include <bit>
+
+// Highway compiles what follows once per instruction set.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "runtime/octree/shortlist_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "runtime/octree/sieve_lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace clamor {
+namespace HWY_NAMESPACE {
+namespace {
+
+constexpr float kRounds = 4e-6f;   // a few operations of single precision
+constexpr float kSlack = 1.0005f;  // the exponential, and sums
+constexpr float kOnIt2_m2 = 1e-8f;
+
+// Of the priority at any time: what SourceSieve's ceilings are where nothing need be given.
+HWY_INLINE Vector ceilings_at(const ShortlistBlock& block, std::size_t at, const Vec3f& place) {
+  const Tag d;
+  const auto one = hn::Set(d, 1.0f), zero = hn::Zero(d), rounds = hn::Set(d, kRounds);
+  const Vectors position = load(d, block.position_m, at);
+  const Vectors way = {hn::Sub(hn::Set(d, place.x), position.x),
+                       hn::Sub(hn::Set(d, place.y), position.y),
+                       hn::Sub(hn::Set(d, place.z), position.z)};
+  const auto r2 = dot(way, way);
+  const auto near2 =
+      hn::Max(hn::Mul(r2, hn::Set(d, 1 - kRounds)), hn::Load(d, block.radius2_m2.data() + at));
+  const auto on_it = hn::Lt(r2, hn::Set(d, kOnIt2_m2));
+  const auto over_r = hn::Div(one, hn::Sqrt(hn::Max(r2, hn::Set(d, kOnIt2_m2))));
+  const auto over_cos_i = hn::Load(d, block.over_cos_i.data() + at);
+  const auto cos_n = hn::Min(hn::MulAdd(dot(way, load(d, block.normal, at)), over_r, rounds), one);
+  const auto all_round = hn::Or(hn::Lt(over_cos_i, zero), on_it);
+  const auto cos_o = hn::IfThenElse(all_round, one, hn::Max(cos_n, zero));
+  const auto cos_m = hn::Min(hn::MulAdd(dot(way, load(d, block.mirror, at)), over_r, rounds), one);
+  const auto cos_a = hn::IfThenElse(on_it, one, cos_m);
+  const auto tilt = hn::Min(hn::Mul(cos_o, hn::Abs(over_cos_i)), one);
+  const auto left = decay(d, hn::Mul(hn::Load(d, block.fall.data() + at), hn::Sub(one, cos_a)));
+  const auto lobe = hn::Mul(hn::Mul(hn::Load(d, block.lobe.data() + at), tilt), left);
+  const auto most = hn::MulAdd(hn::Load(d, block.diffuse.data() + at), cos_o, lobe);
+  return hn::Div(hn::Mul(hn::Set(d, kSlack), most), near2);
+}
+
+// HiddenNumbers::most() of some of a page's sources.
+HWY_INLINE Vector left_of(const HiddenNumbers::Near& hidden, const std::uint32_t* index) {
+  constexpr std::uint32_t kRow = HiddenNumbers::kRow, kPerWord = HiddenNumbers::kPerWord;
+  static_assert(kRow == 1 << 10 && kPerWord == 1 << 3 && HiddenNumbers::kHidden == 15);
+  const Tag d;
+  const hn::RebindToSigned<Tag> di;
+  const hn::RebindToUnsigned<Tag> du;
+  const auto number = hn::Add(hn::Load(du, index), hn::Set(du, hidden.first));
+  const auto row = hn::BitCast(di, hn::ShiftRight<10>(number));
+  const auto in_row = hn::BitCast(di, hn::ShiftRight<3>(hn::And(number, hn::Set(du, kRow - 1))));
+  const auto begins = hn::IfThenElse(hn::Eq(row, hn::Zero(di)), hn::Set(di, hidden.first_word),
+                                     hn::Set(di, hidden.next_word));
+  const auto word =
+      hn::BitCast(du, hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(hidden.words),
+                                      hn::Add(begins, in_row)));
+  const auto shift = hn::ShiftLeft<2>(hn::And(number, hn::Set(du, kPerWord - 1)));
+  const auto step = hn::BitCast(di, hn::And(hn::Shr(word, shift), hn::Set(du, 15)));
+  const auto power = hn::BitCast(d, hn::ShiftLeft<23>(hn::Sub(hn::Set(di, 127), step)));
+  const auto known = hn::IfThenZeroElse(hn::RebindMask(d, hn::Eq(step, hn::Set(di, 15))), power);
+  const auto off = hn::Xor(number, hn::Set(du, hidden.turn));
+  const auto is_in = [&](std::uint32_t turns) {
+    return hn::RebindMask(d, hn::Eq(hn::And(off, hn::Set(du, turns - 1)), hn::Zero(du)));
+  };
+  const auto in_turn = hn::IfThenElse(is_in(HiddenNumbers::kTurns),
+                                      hn::Max(known, hn::Set(d, hidden.in_turn)), known);
+  // A page has no more than two rows; of a third nothing is known.
+  const auto all = hn::Or(is_in(hidden.turns), hn::RebindMask(d, hn::Gt(row, hn::Set(di, 1))));
+  return hn::IfThenElse(all, hn::Set(d, 1.0f), in_turn);
+}
+
+std::size_t loud_here(std::span<const ShortlistBlock> blocks, const Vec3f& place, float least,
+                      const float* shares, std::size_t row, const HiddenNumbers::Near& hidden,
+                      LoudEntry* entries) {
+  const Tag d;
+  const hn::RebindToSigned<Tag> di;
+  const hn::RebindToUnsigned<Tag> du;
+  const auto needed = hn::Set(d, least);
+  const auto last = hn::Set(d, static_cast<float>(row) - 1), one = hn::Set(d, 1.0f);
+  const auto in_row = hn::Set(di, static_cast<std::int32_t>(row));
+  const auto per_s = hn::Set(d, SharesNow::kPerS);
+  LoudEntry* next = entries;
+  for (std::size_t b = 0; b < blocks.size(); ++b)
+    for (std::size_t at = 0; at < kSieveBlock; at += hn::Lanes(d)) {
+      const ShortlistBlock& block = blocks[b];
+      const auto near_by = hn::Load(d, block.ceiling.data() + at);
+      auto loud = hn::Ge(near_by, needed);
+      auto share = one;
+      if (row > 0 && !hn::AllFalse(d, loud)) {
+        const auto signal = hn::BitCast(di, hn::Load(du, block.signal.data() + at));
+        const auto delay = hn::MulAdd(hn::Load(d, block.delay_s.data() + at), per_s, one);
+        const auto column = hn::ConvertTo(di, hn::Min(hn::Max(delay, hn::Zero(d)), last));
+        share = hn::GatherIndex(d, shares, hn::Add(hn::Mul(signal, in_row), column));
+        loud = hn::And(loud, hn::Ge(hn::Mul(near_by, share), needed));
+      }
+      if (hn::AllFalse(d, loud)) continue;
+      const auto ceiling = ceilings_at(block, at, place);
+      loud = hn::And(loud, hn::Ge(hn::Mul(ceiling, share), needed));
+      if (hn::AllFalse(d, loud)) continue;
+      auto left = one;
+      if (hidden.words != nullptr) {
+        left = left_of(hidden, block.index.data() + at);
+        loud = hn::And(loud, hn::Ge(hn::Mul(ceiling, hn::Mul(share, left)), needed));
+        if (hn::AllFalse(d, loud)) continue;
+      }
+      HWY_ALIGN float ceilings[kSieveBlock], lefts[kSieveBlock];
+      hn::Store(ceiling, d, ceilings);
+      hn::Store(left, d, lefts);
+      for (std::uint32_t bits = bits_of(d, loud, kSieveBlock); bits != 0; bits &= bits - 1) {
+        const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
+        *next++ = {static_cast<std::uint32_t>(b * kSieveBlock + at + lane), ceilings[lane],
+                   lefts[lane]};
+      }
+    }
+  return static_cast<std::size_t>(next - entries);
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace clamor
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+namespace clamor {
+
+namespace {
+HWY_EXPORT(loud_here);
+constexpr std::size_t kMostDelays = 1 << 12;
+}  // namespace
+
+std::size_t loud_now(std::span<const ShortlistBlock> blocks, const Vec3f& place, float least,
+                     const SharesNow& shares, const HiddenNumbers::Near& hidden,
+                     LoudEntry* entries) {
+  return HWY_DYNAMIC_DISPATCH(loud_here)(blocks, place, least, shares.data(), shares.row(), hidden,
+                                         entries);
+}
+
+// A row has its first and its last place for delays that are out of its range.
+void SharesNow::tabulate(std::span<const LoudnessTrack::Seen> signals, float longest_s,
+                         float give_s) {
+  const auto delays =
+      std::min(static_cast<std::size_t>(std::max(longest_s, 0.0f) * kPerS) + 2, kMostDelays);
+  row_ = signals.empty() ? 0 : delays + 2;
+  shares_.assign(signals.size() * row_, 1);
+  constexpr float kHalf_s = 0.5f / kPerS, kRounds_s = 1e-4f;
+  for (std::size_t s = 0; s < signals.size(); ++s)
+    for (std::size_t d = 0; d < delays; ++d)
+      shares_[s * row_ + 1 + d] =
+          signals[s].share((static_cast<float>(d) + 0.5f) / kPerS, kHalf_s + kRounds_s + give_s);
+}
+
+}  // namespace clamor
+
+#endif

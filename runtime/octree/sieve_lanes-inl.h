@@ -1,0 +1,69 @@
+// sieve_lanes-inl.h: what the kernels that sift sources have in common, 16 sources at a time: for
+// source_sieve_kernel.cpp and shortlist_kernel.cpp alone, which compile it once per instruction
+// set; hence no include guard of the usual kind.
+#if defined(CLAMOR_RUNTIME_SIEVE_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef CLAMOR_RUNTIME_SIEVE_LANES_INL_H
+#undef CLAMOR_RUNTIME_SIEVE_LANES_INL_H
+#else
+#define CLAMOR_RUNTIME_SIEVE_LANES_INL_H
+#endif
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include <hwy/highway.h>
+
+#include "runtime/octree/source_sieve.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace clamor {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Tag = hn::CappedTag<float, kSieveBlock>;
+using Vector = hn::Vec<Tag>;
+
+struct Vectors {
+  Vector x, y, z;
+};
+
+HWY_INLINE Vectors load(Tag d, const std::array<SieveBlock::Row, 3>& rows, std::size_t at) {
+  return {hn::Load(d, rows[0].data() + at), hn::Load(d, rows[1].data() + at),
+          hn::Load(d, rows[2].data() + at)};
+}
+
+HWY_INLINE Vector dot(const Vectors& a, const Vectors& b) {
+  return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
+}
+
+// exp(-t) for t >= 0, within 1e-4; never below 2^-100.
+HWY_INLINE Vector decay(Tag d, Vector t) {
+  const hn::RebindToSigned<Tag> di;
+  const auto y = hn::Min(hn::Mul(t, hn::Set(d, 1.44269504f)), hn::Set(d, 100.0f));
+  const auto whole = hn::Round(y);
+  const auto z = hn::Sub(whole, y);  // 2^z, z in [-1/2, 1/2], by the Taylor series
+  auto part = hn::MulAdd(z, hn::Set(d, 0.00961813f), hn::Set(d, 0.05550411f));
+  part = hn::MulAdd(part, z, hn::Set(d, 0.24022651f));
+  part = hn::MulAdd(part, z, hn::Set(d, 0.69314718f));
+  part = hn::MulAdd(part, z, hn::Set(d, 1.0f));
+  const auto exponent = hn::Sub(hn::Set(di, 127), hn::ConvertTo(di, whole));
+  return hn::Mul(part, hn::BitCast(d, hn::ShiftLeft<23>(exponent)));
+}
+
+// The lanes that are set, of those before `count`.
+HWY_INLINE std::uint32_t bits_of(Tag d, hn::Mask<Tag> mask, std::size_t count) {
+  std::uint8_t bits[8] = {};
+  hn::StoreMaskBits(d, mask, bits);
+  const std::uint32_t all = bits[0] | static_cast<std::uint32_t>(bits[1]) << 8;
+  return count < kSieveBlock ? all & ((1u << count) - 1) : all;
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace clamor
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,78 @@
+// source_page.h: sources that are neighbours, laid out for choosing among them.
+//
+// Lets only those through that could reach a priority at a place, by ceilings of distance and
+// direction (source_sieve.h). In any order of the sources it is as exact, and only slower.
+//
+// Immutable once made. Memory: 158 bytes per source.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "common/bands.h"
+#include "common/vec.h"
+#include "runtime/field/source_field.h"
+#include "runtime/octree/source_sieve.h"
+
+namespace clamor {
+
+// A permanent number below this counts as this, for the priority to stay finite.
+inline constexpr float kLeastU = 0x1p-64f;
+
+// Of the priority of a source, as the sieve has it, late ones boosted in full (late_boost.h);
+// `weight` is that of its signal.
+SieveSource sieve_source(const SourceField& field, const Bands& weight, const Source& source);
+
+class SourcePage {
+ public:
+  // Priority is the sum of bands times weights[signal], boosted, over u.
+  SourcePage(const SourceField& field, std::span<const Bands> weights, std::vector<Source> sources);
+
+  std::size_t size() const { return sources_.size(); }
+  const Source& operator[](std::size_t index) const { return sources_[index]; }
+  std::size_t bytes() const { return bytes_; }  // of memory
+
+  // What pass() reads first.
+  void prefetch() const {
+    for (const SourceSieve& sieve : sieves_) sieve.prefetch();
+  }
+  void prefetch(std::size_t index) const {
+    __builtin_prefetch(&sources_[index]);
+    __builtin_prefetch(&sources_[index] + 1);  // it lies across two lines
+  }
+
+  // Calls found(index, ceiling), ascending, for every source whose priority at `place` is at least
+  // `threshold`, and for a few more; `ceiling` is one of the priority. A `found` that takes
+  // its SievePart as well may do without touching the source. Gives how many sources were
+  // looked at one by one.
+  template <class Found>
+  std::size_t pass(const Vec3& place, double threshold, const Found& found,
+                   const SieveGive& give = SieveGive()) const {
+    Sifted sifted;
+    std::size_t looked_at = 0;
+    for (std::size_t s = 0; s < sieves_.size(); ++s) {
+      sieves_[s].sift(place, threshold, sifted, give);
+      looked_at += sifted.looked_at;
+      const std::size_t first = s * kSieveSources;
+      if constexpr (std::is_invocable_v<Found, std::size_t, double, const SievePart&>) {
+        sifted.for_each([&](std::size_t i, double ceiling) {
+          found(first + i, ceiling, sieves_[s].part(sifted.slot[i]));
+        });
+      } else {
+        // They are far apart in memory, and all of them are about to be read.
+        sifted.for_each([&](std::size_t i, double) { prefetch(first + i); });
+        sifted.for_each([&](std::size_t i, double ceiling) { found(first + i, ceiling); });
+      }
+    }
+    return looked_at;
+  }
+
+ private:
+  std::vector<Source> sources_;
+  std::vector<SourceSieve> sieves_;
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace clamor

@@ -1,0 +1,170 @@
+#include "runtime/octree/source_sieve_kernel.h"
+
+#include <algorithm>
+#include <bit>
+
+// Highway compiles what follows once per instruction set.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "runtime/octree/source_sieve_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "runtime/octree/sieve_lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace clamor {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr float kRounds = 2e-6f;   // a few operations of single precision
+constexpr float kSlack = 1.0005f;  // the exponential, and sums
+
+HWY_INLINE Vector nearest2(Tag d, Vector r2, Vector radius2, const SieveQuery& query) {
+  return hn::Max(hn::MulSub(r2, hn::Set(d, query.keep - kRounds), hn::Set(d, query.less_m2)),
+                 radius2);
+}
+
+// The highest cosine between a direction within the angle w of a way and one in a cone: with g the
+// angle between way and axis and h the cone's half angle, of g - (w + h), or 1.
+HWY_INLINE Vector highest_cos(Tag d, Vector cos_g, Vector cos_w, Vector sin_w, Vector cos_h,
+                              Vector sin_h) {
+  const auto one = hn::Set(d, 1.0f), give = hn::Set(d, 1e-3f), zero = hn::Zero(d);
+  const auto sin_g = hn::Sqrt(hn::Max(hn::NegMulAdd(cos_g, cos_g, one), zero));
+  const auto cos_both = hn::NegMulAdd(sin_w, sin_h, hn::Mul(cos_w, cos_h));
+  const auto sin_both = hn::MulAdd(sin_w, cos_h, hn::Mul(cos_w, sin_h));
+  const auto outside = hn::And(hn::Gt(sin_both, give), hn::Lt(cos_g, hn::Sub(cos_both, give)));
+  const auto cos_between = hn::MulAdd(cos_g, cos_both, hn::MulAdd(sin_g, sin_both, give));
+  return hn::IfThenElse(outside, hn::Min(cos_between, one), one);
+}
+
+// Which of at most 16 blocks may hold a source that is let through.
+HWY_INLINE std::uint32_t sift_blocks(const SieveBounds& bounds, std::size_t blocks,
+                                     const SieveQuery& query) {
+  const Tag d;
+  const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+  const Vectors from = {hn::Set(d, query.from_m.x), hn::Set(d, query.from_m.y),
+                        hn::Set(d, query.from_m.z)};
+  std::uint32_t which = 0;
+  for (std::size_t at = 0; at < blocks; at += hn::Lanes(d)) {
+    const Vectors middle = load(d, bounds.middle_m, at), half = load(d, bounds.half_m, at);
+    const Vectors way = {hn::Sub(from.x, middle.x), hn::Sub(from.y, middle.y),
+                         hn::Sub(from.z, middle.z)};
+    const Vectors away = {hn::Max(hn::Sub(hn::Abs(way.x), half.x), zero),
+                          hn::Max(hn::Sub(hn::Abs(way.y), half.y), zero),
+                          hn::Max(hn::Sub(hn::Abs(way.z), half.z), zero)};
+    const auto near2 =
+        nearest2(d, dot(away, away), hn::Load(d, bounds.radius2_m2.data() + at), query);
+    const auto diffuse = hn::Load(d, bounds.diffuse.data() + at);
+    const auto lobe = hn::Load(d, bounds.lobe.data() + at);
+    const auto need = hn::Mul(near2, hn::Set(d, query.least));
+    const auto slack = hn::Set(d, kSlack);
+    const auto close = hn::Not(hn::Lt(hn::Mul(hn::Add(diffuse, lobe), slack), need));
+    if (hn::AllFalse(d, close)) continue;
+    // The ways to the place, from anywhere in the ball round the box.
+    const auto way2 = hn::Max(dot(way, way), hn::Set(d, 1e-12f));
+    const auto over_way = hn::Div(one, hn::Sqrt(way2));
+    const auto ball = hn::Add(hn::Sqrt(dot(half, half)), hn::Set(d, query.give_m));
+    const auto sin_w = hn::Mul(ball, over_way);
+    const auto inside = hn::Ge(sin_w, one);
+    const auto cos_w = hn::Sqrt(hn::Max(hn::NegMulAdd(sin_w, sin_w, one), zero));
+    const auto cos_o =
+        hn::IfThenElse(inside, one,
+                       highest_cos(d, hn::Mul(dot(way, load(d, bounds.normal, at)), over_way),
+                                   cos_w, sin_w, hn::Load(d, bounds.normal_cos.data() + at),
+                                   hn::Load(d, bounds.normal_sin.data() + at)));
+    const auto cos_a =
+        hn::IfThenElse(inside, one,
+                       highest_cos(d, hn::Mul(dot(way, load(d, bounds.mirror, at)), over_way),
+                                   cos_w, sin_w, hn::Load(d, bounds.mirror_cos.data() + at),
+                                   hn::Load(d, bounds.mirror_sin.data() + at)));
+    const auto left = decay(d, hn::Mul(hn::Load(d, bounds.fall.data() + at), hn::Sub(one, cos_a)));
+    const auto most =
+        hn::Mul(slack, hn::MulAdd(diffuse, hn::Max(cos_o, zero), hn::Mul(lobe, left)));
+    const auto passes = hn::And(hn::And(close, hn::Gt(cos_o, zero)), hn::Not(hn::Lt(most, need)));
+    which |= bits_of(d, passes, blocks - at) << at;
+  }
+  return which;
+}
+
+HWY_INLINE void sift_block(const SieveBlock& block, std::size_t first, std::size_t count,
+                           const SieveQuery& query, Sifted& sifted) {
+  const Tag d;
+  const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f), least = hn::Set(d, query.least);
+  const auto slack = hn::Set(d, kSlack);
+  for (std::size_t at = 0; at < count; at += hn::Lanes(d)) {
+    const Vectors position = load(d, block.position_m, at);
+    const Vectors way = {hn::Sub(hn::Set(d, query.from_m.x), position.x),
+                         hn::Sub(hn::Set(d, query.from_m.y), position.y),
+                         hn::Sub(hn::Set(d, query.from_m.z), position.z)};
+    const auto r2 = dot(way, way);
+    const auto near2 = nearest2(d, r2, hn::Load(d, block.radius2_m2.data() + at), query);
+    const auto need = hn::Mul(least, near2);
+    const auto diffuse = hn::Load(d, block.diffuse.data() + at);
+    const auto lobe = hn::Load(d, block.lobe.data() + at);
+    // By negations, so that what is infinite passes.
+    const auto close = hn::Not(hn::Lt(hn::Mul(hn::Add(diffuse, lobe), slack), need));
+    if (hn::AllFalse(d, close)) continue;
+    const auto over_r = hn::Div(one, hn::Sqrt(hn::Max(r2, hn::Set(d, 1e-12f))));
+    // A step of `give` turns the way by at most asin(give / r), and changes no cosine by twice that
+    // quotient; where it is 1 or more, any direction is possible.
+    const auto give = hn::MulAdd(over_r, hn::Set(d, 2 * query.give_m), hn::Set(d, kRounds));
+    const auto over_cos_i = hn::Load(d, block.over_cos_i.data() + at);
+    const auto all_round = hn::Lt(over_cos_i, zero);
+    const auto cos_n = hn::Min(hn::MulAdd(dot(way, load(d, block.normal, at)), over_r, give), one);
+    const auto cos_o = hn::IfThenElse(all_round, one, cos_n);
+    const auto cos_a = hn::Min(hn::MulAdd(dot(way, load(d, block.mirror, at)), over_r, give), one);
+    const auto tilt = hn::Min(hn::Mul(cos_o, hn::Abs(over_cos_i)), one);
+    const auto left = decay(d, hn::Mul(hn::Load(d, block.fall.data() + at), hn::Sub(one, cos_a)));
+    const auto most =
+        hn::Mul(slack, hn::MulAdd(diffuse, cos_o, hn::Mul(hn::Mul(lobe, tilt), left)));
+    const auto passes = hn::And(hn::And(close, hn::Gt(cos_o, zero)), hn::Not(hn::Lt(most, need)));
+    if (hn::AllFalse(d, passes)) continue;
+    HWY_ALIGN float ceilings[kSieveBlock];
+    hn::Store(hn::Div(most, near2), d, ceilings);
+    for (std::uint32_t bits = bits_of(d, passes, count - at); bits != 0; bits &= bits - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
+      const std::uint32_t index = block.index[at + lane];
+      sifted.bits[index / 64] |= std::uint64_t{1} << (index % 64);
+      sifted.ceiling[index] = ceilings[lane];
+      sifted.slot[index] = static_cast<std::uint16_t>(first + at + lane);
+    }
+  }
+}
+
+void sift_here(std::span<const SieveBounds> bounds, std::span<const SieveBlock> blocks,
+               std::size_t count, const SieveQuery& query, Sifted& sifted) {
+  for (std::size_t first = 0; first < blocks.size(); first += kSieveBlock) {
+    std::uint32_t bits = sift_blocks(bounds[first / kSieveBlock],
+                                     std::min(kSieveBlock, blocks.size() - first), query);
+    for (; bits != 0; bits &= bits - 1) {
+      const std::size_t b = first + static_cast<std::size_t>(std::countr_zero(bits));
+      const std::size_t in_block = std::min(kSieveBlock, count - b * kSieveBlock);
+      sifted.looked_at += static_cast<std::uint32_t>(in_block);
+      sift_block(blocks[b], b * kSieveBlock, in_block, query, sifted);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace clamor
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+namespace clamor {
+
+namespace {
+HWY_EXPORT(sift_here);
+}  // namespace
+
+void sift_with(std::span<const SieveBounds> bounds, std::span<const SieveBlock> blocks,
+               std::size_t count, const SieveQuery& query, Sifted& sifted) {
+  HWY_DYNAMIC_DISPATCH(sift_here)(bounds, blocks, count, query, sifted);
+}
+
+}  // namespace clamor
+
+#endif

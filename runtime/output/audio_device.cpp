@@ -1,0 +1,271 @@
+// audio_device.cpp: sound devices, those of PulseAudio and ALSA through RtAudio 5 or 6, which is
+// visible only here.
+//
+// Version 5 throws and numbers devices from 0; version 6 returns codes and has opaque numbers.
+// Never the UNSPECIFIED API, which takes whichever it finds first.
+//
+// Version 5.2.0 on PulseAudio, as found: when the server dies, every write fails at once, so that
+// callbacks come as fast as they can, each with a warning to the error callback; stopping then
+// throws, on whichever thread; closing waits for the callback's thread, which a server that hangs
+// holds for ever. So a device that has failed is not stopped, only closed, and where is not for us
+// to say (supervised_output.h).
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include <RtAudio.h>
+#include <dlfcn.h>
+
+#include "formats/level.h"
+#include "runtime/output/audio_output.h"
+#include "runtime/output/audio_thread.h"
+#include "runtime/output/jack_output.h"
+#include "runtime/output/output_choice.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr unsigned kBuffers = 4;  // 0 would mean two seconds on PulseAudio
+constexpr auto kAfterError = std::chrono::milliseconds(5);
+
+struct Api {
+  RtAudio::Api api;
+  const char* name;
+};
+constexpr std::array<Api, 2> kApis = {
+    {{RtAudio::LINUX_PULSE, "pulse"}, {RtAudio::LINUX_ALSA, "alsa"}}};
+
+// ALSA complains to standard error about every card it does not find, and takes a function that
+// does it instead. It is RtAudio's library, not ours, so it is asked by name; where it is not
+// there, nothing complains.
+void ignore_alsa(const char*, int, const char*, int, const char*, ...) {}
+
+void silence_alsa() {
+  if (void* const set = ::dlsym(RTLD_DEFAULT, "snd_lib_error_set_handler"))
+    reinterpret_cast<int (*)(decltype(&ignore_alsa))>(set)(ignore_alsa);
+}
+
+std::vector<unsigned> ids_of(RtAudio& audio) {
+#ifdef RTAUDIO_VERSION_MAJOR
+  return audio.getDeviceIds();
+#else
+  std::vector<unsigned> ids(audio.getDeviceCount());
+  for (unsigned i = 0; i < ids.size(); ++i) ids[i] = i;
+  return ids;
+#endif
+}
+
+std::unique_ptr<RtAudio> quiet_audio(RtAudio::Api api) {
+  silence_alsa();
+  auto audio = std::make_unique<RtAudio>(api);
+  audio->showWarnings(false);
+  return audio;
+}
+
+struct Found {
+  OutputDevice device;
+  unsigned id;
+};
+
+std::vector<Found> find_devices(const Api& api) {
+  std::vector<Found> found;
+  try {
+    const auto audio = quiet_audio(api.api);
+    if (audio->getCurrentApi() != api.api) return {};  // not compiled in
+    for (const unsigned id : ids_of(*audio)) {
+      const auto info = audio->getDeviceInfo(id);
+      if (info.outputChannels < kLeastChannels) continue;
+      const auto alike = std::count_if(found.begin(), found.end(), [&](const Found& other) {
+        return other.device.name.starts_with(info.name);
+      });
+      const std::string number = alike == 0 ? "" : " #" + std::to_string(alike + 1);
+      found.push_back({{api.name, info.name + number, static_cast<int>(info.outputChannels),
+                        info.sampleRates, info.isDefaultOutput},
+                       id});
+    }
+  } catch (const std::exception&) {
+    return found;  // a device that cannot be asked cannot be used
+  }
+  return found;
+}
+
+class DeviceOutput final : public AudioOutput {
+ public:
+  DeviceOutput(RtAudio::Api api, std::string name, OutputCallback callback)
+      : callback_(callback), name_(std::move(name)), audio_(quiet_audio(api)) {}
+
+  ~DeviceOutput() override {
+    stop();
+    attempt([&] {
+      if (audio_->isStreamOpen()) audio_->closeStream();
+    });
+  }
+
+  // Opens it; what went wrong, or empty.
+  std::string open(unsigned id, const OutputRequest& request, int rate_hz) {
+    RtAudio::StreamParameters parameters;
+    parameters.deviceId = id;
+    parameters.nChannels = static_cast<unsigned>(request.channels);
+    RtAudio::StreamOptions options;
+    options.numberOfBuffers = kBuffers;
+    options.streamName = "clamor";
+    frames_ = static_cast<unsigned>(request.block_frames);
+    rate_hz_ = rate_hz;
+    return attempt([&] {
+#ifdef RTAUDIO_VERSION_MAJOR
+      audio_->setErrorCallback(
+          [this](RtAudioErrorType, const std::string& text) { on_error(text); });
+      audio_->openStream(&parameters, nullptr, RTAUDIO_FLOAT32, static_cast<unsigned>(rate_hz),
+                         &frames_, &DeviceOutput::on_block, this, &options);
+#else
+      audio_->openStream(&parameters, nullptr, RTAUDIO_FLOAT32, static_cast<unsigned>(rate_hz),
+                         &frames_, &DeviceOutput::on_block, this, &options,
+                         [](RtAudioError::Type, const std::string& text) {
+                           if (calling_ != nullptr) calling_->on_error(text);
+                         });
+#endif
+      if (!audio_->isStreamOpen() && problem_.empty()) problem_ = "it does not open";
+    });
+  }
+
+  Result<void> start() override {
+    const std::string problem = attempt([&] { audio_->startStream(); });
+    if (problem.empty()) return {};
+    return Error("the sound device " + in_quotes(name_) + " does not start (" + problem +
+                 "); name another of 'clamor devices' with --device");
+  }
+
+  void stop() override {
+    if (failed_.load(std::memory_order_acquire)) return;
+    attempt([&] {
+      if (audio_->isStreamRunning()) audio_->stopStream();
+    });
+  }
+
+  std::string name() const override { return name_; }
+  int block_frames() const override { return static_cast<int>(frames_); }
+  int rate_hz() const override { return rate_hz_; }
+
+  std::string failure() const override {
+    return failed_.load(std::memory_order_acquire) ? failure_ : "";
+  }
+
+ private:
+  static int on_block(void* output, void*, unsigned frames, double, RtAudioStreamStatus status,
+                      void* self) {
+    auto& device = *static_cast<DeviceOutput*>(self);
+    if (!device.begun_) {
+      device.begun_ = true;
+      calling_ = &device;
+      begin_audio_thread();
+    }
+    const auto& callback = device.callback_;
+    callback.fill(callback.context, static_cast<float*>(output), frames,
+                  (status & RTAUDIO_OUTPUT_UNDERFLOW) != 0);
+    return 0;
+  }
+
+  // On our thread: keeps what went wrong. On the device's: it has failed, unless it only ran dry,
+  // and may not call back as fast as it can, at real-time priority.
+  void on_error(const std::string& text) {
+    if (attempting_) {
+      problem_ = text;
+      return;
+    }
+    if (text.find("underrun") != std::string::npos || text.find("underflow") != std::string::npos)
+      return;
+    if (!failed_.load(std::memory_order_relaxed)) {
+      failure_ = text;
+      failed_.store(true, std::memory_order_release);
+    }
+    std::this_thread::sleep_for(kAfterError);
+  }
+
+  // Runs one call of either version; what went wrong, or empty.
+  template <class Call>
+  std::string attempt(Call call) {
+    calling_ = this;
+    attempting_ = true;
+    problem_.clear();
+    try {
+      call();
+    } catch (const std::exception& exception) {
+      problem_ = exception.what();
+    }
+    attempting_ = false;
+    return problem_;
+  }
+
+  // Version 5 tells its error callback neither who nor where.
+  static thread_local DeviceOutput* calling_;
+  static thread_local bool attempting_;
+
+  OutputCallback callback_;
+  const std::string name_;
+  unsigned frames_ = 0;
+  int rate_hz_ = 0;
+  bool begun_ = false;   // the device's thread alone
+  std::string problem_;  // the calling thread's alone
+  std::string failure_;  // written once, before failed_
+  std::atomic<bool> failed_{false};
+  std::unique_ptr<RtAudio> audio_;  // first to go
+};
+
+thread_local DeviceOutput* DeviceOutput::calling_ = nullptr;
+thread_local bool DeviceOutput::attempting_ = false;
+
+// Opens it by RtAudio; what went wrong in `problem`.
+std::unique_ptr<AudioOutput> open_found(const OutputDevice& device, const OutputRequest& request,
+                                        OutputCallback callback, std::string& problem) {
+  problem = "it is gone";
+  for (const Api& api : kApis) {
+    if (device.api != api.name) continue;
+    for (const Found& found : find_devices(api)) {
+      if (found.device.name != device.name) continue;
+      for (const int rate_hz : rates_to_try(device, request.rate_hz)) {
+        auto output = std::make_unique<DeviceOutput>(api.api, device.full_name(), callback);
+        problem = output->open(found.id, request, rate_hz);
+        if (problem.empty()) return output;
+      }
+    }
+  }
+  return nullptr;
+}
+
+class SoundDevices final : public OutputDriver {
+ public:
+  std::vector<OutputDevice> devices(const std::string& api) override {
+    std::vector<OutputDevice> devices;
+    const auto add = [&](const Api& each) {
+      if (!api.empty() && api != each.name) return;
+      for (const Found& found : find_devices(each)) devices.push_back(found.device);
+    };
+    add(kApis[0]);
+    if (api.empty() || api == "jack")
+      std::ranges::move(jack_devices(), std::back_inserter(devices));
+    add(kApis[1]);
+    return devices;
+  }
+
+  Result<std::unique_ptr<AudioOutput>> open(const OutputDevice& device,
+                                            const OutputRequest& request,
+                                            OutputCallback callback) override {
+    std::string problem;
+    std::unique_ptr<AudioOutput> output = device.api == "jack"
+                                              ? open_jack(device, request, callback, problem)
+                                              : open_found(device, request, callback, problem);
+    if (output != nullptr) return output;
+    return Error("the sound device " + in_quotes(device.full_name()) + " cannot play " +
+                 std::to_string(request.channels) + " channels (" + problem +
+                 "); name another of 'clamor devices' with --device");
+  }
+};
+
+}  // namespace
+
+std::shared_ptr<OutputDriver> sound_devices() { return std::make_shared<SoundDevices>(); }
+
+}  // namespace clamor

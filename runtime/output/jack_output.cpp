@@ -1,0 +1,227 @@
+#include "runtime/output/jack_output.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <thread>
+
+#include <jack/jack.h>
+#include <pthread.h>
+
+#include "formats/level.h"
+#include "runtime/output/audio_thread.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kMostFrames = 8192;  // asked for at once; no JACK has larger blocks
+
+// JACK's library has one server's memory mapped for the whole process, and changes it when a client
+// is opened on another: one that is left of a server that has died must be closed before that, and
+// not meanwhile, or the process crashes.
+struct Library {
+  std::timed_mutex calls;    // of those that open and close
+  std::atomic<int> dead{0};  // clients to be closed whose server has stopped
+};
+Library& library() {
+  static auto* const one = new Library;  // outlives threads that hang
+  return *one;
+}
+
+constexpr auto kPatience = std::chrono::milliseconds(500), kPause = std::chrono::milliseconds(5);
+
+struct Closing {
+  void operator()(jack_client_t* client) const {
+    const std::lock_guard lock(library().calls);
+    ::jack_deactivate(client);
+    ::jack_client_close(client);
+  }
+};
+using Client = std::unique_ptr<jack_client_t, Closing>;
+
+// Null where no server answers, or a client of the last is not closed in time.
+Client connect(const char* name) {
+  // The library would complain of what it does not find to standard error.
+  ::jack_set_error_function([](const char*) {});
+  ::jack_set_info_function([](const char*) {});
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  do {
+    const std::unique_lock lock(library().calls, kPatience);
+    if (lock && library().dead == 0)
+      return Client(::jack_client_open(name, JackNoStartServer, nullptr));
+    std::this_thread::sleep_for(kPause);
+  } while (std::chrono::steady_clock::now() < end);
+  return nullptr;
+}
+
+// "system" of "system:playback_1".
+std::string device_of(const std::string& port) { return port.substr(0, port.find(':')); }
+
+// The ports that take sound, in JACK's order.
+std::vector<std::string> ports_of(jack_client_t* client, unsigned long flags) {
+  std::vector<std::string> ports;
+  const char** const names =
+      ::jack_get_ports(client, nullptr, JACK_DEFAULT_AUDIO_TYPE, JackPortIsInput | flags);
+  for (const char** name = names; name != nullptr && *name != nullptr; ++name)
+    ports.emplace_back(*name);
+  ::jack_free(names);
+  return ports;
+}
+
+std::vector<std::string> channels_of(jack_client_t* client, const std::string& device) {
+  std::vector<std::string> ports = ports_of(client, 0);
+  std::erase_if(ports, [&](const std::string& port) { return device_of(port) != device; });
+  return ports;
+}
+
+class JackOutput final : public AudioOutput {
+ public:
+  JackOutput(Client client, std::string name, std::vector<std::string> channels,
+             OutputCallback callback)
+      : callback_(callback),
+        name_(std::move(name)),
+        channels_(std::move(channels)),
+        interleaved_(kMostFrames * channels_.size()),
+        client_(std::move(client)) {
+    block_frames_ = ::jack_get_buffer_size(client_.get());
+    rate_hz_ = static_cast<int>(::jack_get_sample_rate(client_.get()));
+    ::jack_set_process_callback(client_.get(), &JackOutput::on_block, this);
+    ::jack_set_xrun_callback(client_.get(), &JackOutput::on_xrun, this);
+    ::jack_on_info_shutdown(client_.get(), &JackOutput::on_shutdown, this);
+    for (std::size_t i = 0; i < channels_.size(); ++i)
+      ports_.push_back(::jack_port_register(client_.get(), ("out_" + std::to_string(i + 1)).c_str(),
+                                            JACK_DEFAULT_AUDIO_TYPE, JackPortIsOutput, 0));
+  }
+
+  ~JackOutput() override {
+    client_.reset();
+    if (stopped_) --library().dead;
+  }
+
+  Result<void> start() override {
+    const bool complete = std::ranges::find(ports_, nullptr) == ports_.end();
+    if (!complete || ::jack_activate(client_.get()) != 0) return refused("it takes no client");
+    for (std::size_t i = 0; i < channels_.size(); ++i)
+      if (::jack_connect(client_.get(), ::jack_port_name(ports_[i]), channels_[i].c_str()) != 0)
+        return refused(in_quotes(channels_[i]) + " takes no connection");
+    return {};
+  }
+
+  void stop() override {
+    const std::lock_guard lock(library().calls);
+    ::jack_deactivate(client_.get());
+  }
+
+  std::string name() const override { return name_; }
+  int block_frames() const override { return static_cast<int>(block_frames_.load()); }
+  int rate_hz() const override { return rate_hz_; }
+
+  std::string failure() const override {
+    return stopped_.load() ? "the JACK server has stopped" : "";
+  }
+
+ private:
+  Error refused(const std::string& why) const {
+    return Error("the sound device " + in_quotes(name_) + " does not start (" + why +
+                 "); name another of 'clamor devices' with --device");
+  }
+
+  // JACK may cancel its thread at any instruction, which must not be one of the mixer's.
+  static int on_block(jack_nframes_t frames, void* self) {
+    int before = 0, ours = 0;
+    ::pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &before);
+    static_cast<JackOutput*>(self)->fill(frames);
+    ::pthread_setcancelstate(before, &ours);
+    return 0;
+  }
+
+  void fill(std::size_t frames) noexcept {
+    if (!begun_) begin_audio_thread(::jack_is_realtime(client_.get()) == 0);
+    begun_ = true;
+    block_frames_.store(static_cast<unsigned>(frames), std::memory_order_relaxed);
+    const bool underflow = xrun_.exchange(false, std::memory_order_relaxed);
+    const std::size_t channels = ports_.size();
+    for (std::size_t done = 0; done < frames;) {
+      const std::size_t count = std::min(frames - done, kMostFrames);
+      callback_.fill(callback_.context, interleaved_.data(), static_cast<std::uint32_t>(count),
+                     underflow && done == 0);
+      for (std::size_t c = 0; c < channels; ++c) {
+        auto* const port = static_cast<float*>(
+            ::jack_port_get_buffer(ports_[c], static_cast<jack_nframes_t>(frames)));
+        for (std::size_t i = 0; i < count; ++i) port[done + i] = interleaved_[i * channels + c];
+      }
+      done += count;
+    }
+  }
+
+  static int on_xrun(void* self) {
+    static_cast<JackOutput*>(self)->xrun_.store(true, std::memory_order_relaxed);
+    return 0;
+  }
+
+  static void on_shutdown(jack_status_t, const char*, void* self) {
+    if (!static_cast<JackOutput*>(self)->stopped_.exchange(true)) ++library().dead;
+  }
+
+  const OutputCallback callback_;
+  const std::string name_;
+  const std::vector<std::string> channels_;  // JACK's ports that ours are connected to
+  int rate_hz_ = 0;
+  std::vector<jack_port_t*> ports_;
+
+  // JACK's thread's.
+  bool begun_ = false;
+  std::vector<float> interleaved_;
+
+  std::atomic<unsigned> block_frames_{0};
+  std::atomic<bool> xrun_{false}, stopped_{false};
+  Client client_;
+};
+
+}  // namespace
+
+std::vector<OutputDevice> jack_devices() {
+  const Client client = connect("clamor_devices");
+  if (client == nullptr) return {};
+  std::vector<OutputDevice> devices;
+  for (const unsigned long flags : {static_cast<unsigned long>(JackPortIsPhysical), 0ul})
+    for (const std::string& port : ports_of(client.get(), flags)) {
+      const std::string name = device_of(port);
+      if (std::ranges::find(devices, name, &OutputDevice::name) != devices.end()) continue;
+      const std::size_t channels = channels_of(client.get(), name).size();
+      if (channels < kLeastChannels) continue;
+      devices.push_back({"jack",
+                         name,
+                         static_cast<int>(channels),
+                         {::jack_get_sample_rate(client.get())},
+                         devices.empty()});
+    }
+  return devices;
+}
+
+std::unique_ptr<AudioOutput> open_jack(const OutputDevice& device, const OutputRequest& request,
+                                       OutputCallback callback, std::string& problem) {
+  Client client = connect("clamor");
+  std::vector<std::string> channels;
+  if (client != nullptr) channels = channels_of(client.get(), device.name);
+  if (channels.empty()) {
+    problem = "it is gone";
+    return nullptr;
+  }
+  const auto rate_hz = static_cast<int>(::jack_get_sample_rate(client.get()));
+  if (request.rate_hz > 0 && request.rate_hz != rate_hz) {
+    problem = "its server runs at " + std::to_string(rate_hz) + " Hz";
+    return nullptr;
+  }
+  if (channels.size() < static_cast<std::size_t>(request.channels)) {
+    problem = "it has " + std::to_string(channels.size());
+    return nullptr;
+  }
+  channels.resize(static_cast<std::size_t>(request.channels));
+  return std::make_unique<JackOutput>(std::move(client), device.full_name(), std::move(channels),
+                                      callback);
+}
+
+}  // namespace clamor

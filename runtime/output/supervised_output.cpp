@@ -1,0 +1,313 @@
+#include "runtime/output/supervised_output.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "formats/level.h"
+#include "runtime/output/output_stream.h"
+#include "runtime/realtime/thread_shares.h"
+
+namespace clamor {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Milliseconds = std::chrono::milliseconds;
+
+constexpr auto kLook = Milliseconds(10);
+constexpr auto kFirstOpening = std::chrono::seconds(5);  // before the clock begins without it
+
+// A device that asks for nothing for so long is lost. Busy machines have been seen to take 0.2 s.
+constexpr auto kSilence = Milliseconds(500);
+constexpr int kSilentBlocks = 4;
+
+// From one attempt to open to the next.
+constexpr auto kFirstPause = Milliseconds(100), kLongestPause = Milliseconds(500);
+constexpr auto kProven = std::chrono::seconds(2);  // a device that played so long has earned haste
+
+// When the default device is not back after that, whatever is now the default may play.
+constexpr auto kFaithful = std::chrono::seconds(5);
+
+double seconds(Clock::duration time) { return std::chrono::duration<double>(time).count(); }
+
+}  // namespace
+
+struct SupervisedOutput::State {
+  State(std::shared_ptr<OutputDriver> from, const OutputRequest& wanted, OutputCallback callback)
+      : driver(std::move(from)),
+        request(wanted),
+        gate(std::make_shared<CallbackGate>(callback)),
+        clock_feed(gate, ++last_id, wanted.channels),
+        clock(silent_output(wanted.channels, wanted.block_frames, clock_feed.callback())) {
+    // Without a resampler it cannot fail.
+    if (!clock_feed.prepare(clock->rate_hz(), clock->block_frames()).ok()) return;
+    figures.rate_hz = clock->rate_hz();
+    figures.block_frames = clock->block_frames();
+    figures.device = clock->name();
+  }
+
+  bool wants_device() const { return request.device != "none"; }
+
+  void begin_opening() {
+    opening = std::make_unique<StreamOpening>(
+        driver, StreamRequest{request, playable_again(), gate, ++last_id});
+  }
+
+  // The device that was lost, unless it was a default and has not been seen for long.
+  std::optional<OutputDevice> playable_again() const {
+    if (!known) return {};
+    const bool named = !request.device.empty();
+    return named || Clock::now() - lost_at < kFaithful ? known : std::nullopt;
+  }
+
+  void supervise() {
+    name_thread("supervisor");
+    std::unique_lock lock(mutex);
+    while (!stopping) {
+      woken.wait_for(lock, kLook, [this] { return stopping; });
+      if (stopping) break;
+      lock.unlock();
+      if (playing)
+        watch();
+      else if (wants_device())
+        try_again();
+      lock.lock();
+    }
+  }
+
+  // What is wrong with the device that plays; empty for nothing.
+  std::string trouble() {
+    if (std::string said = playing->output->failure(); !said.empty()) return said;
+    if (playing->feed->ran_away()) return "it asks for sound faster than time goes";
+    const std::uint64_t callbacks = playing->feed->callbacks();
+    const auto now = Clock::now();
+    if (callbacks != heard_callbacks) {
+      heard_callbacks = callbacks;
+      heard_at = now;
+      return "";
+    }
+    const double limit_s =
+        seconds(kSilence) +
+        kSilentBlocks * static_cast<double>(playing->feed->block_frames()) / figures.rate_hz;
+    return seconds(now - heard_at) > limit_s ? "it asks for no more sound" : "";
+  }
+
+  void watch() {
+    if (const std::string why = trouble(); !why.empty()) {
+      lose(why);
+      return;
+    }
+    const std::lock_guard lock(mutex);
+    figures.block_frames = static_cast<int>(playing->feed->block_frames());
+    figures.hung_closings = closing.hung(kPatience);
+  }
+
+  void lose(const std::string& why) {
+    play_clock();
+    closing.close(std::move(*playing));
+    playing.reset();
+    const auto now = Clock::now();
+    if (now - found_at > kProven) pause = kFirstPause;
+    next_attempt = now + pause;
+    lost_at = now;
+    const std::lock_guard lock(mutex);
+    ++figures.losses;
+    figures.has_device = false;
+    figures.problem = why;
+    without_since = now;
+  }
+
+  void play_clock() {
+    clock_feed.fade_in();
+    gate->give_to(clock_feed.id());
+    if (!clock->start().ok()) return;  // never
+  }
+
+  void try_again() {
+    const auto now = Clock::now();
+    {
+      const std::lock_guard lock(mutex);
+      figures.hung_closings = closing.hung(kPatience);
+    }
+    if (candidate) {
+      // A device proves itself before it is trusted with the time.
+      if (candidate->feed->callbacks() >= 2)
+        adopt();
+      else if (now - candidate_at > kSilence || !candidate->output->failure().empty())
+        reject("it asks for no sound");
+      return;
+    }
+    if (opening) {
+      if (!opening->wait_for(Milliseconds(0))) return;
+      const auto done = std::move(opening);
+      if (done->failure() == StreamOpening::Failure::kNone) {
+        candidate = done->take();
+        candidate_at = now;
+      } else {
+        count_failure(done->problem());
+      }
+      return;
+    }
+    if (now >= next_attempt) begin_opening();
+  }
+
+  void reject(const std::string& why) {
+    closing.close(std::move(*candidate));
+    candidate.reset();
+    count_failure(why);
+  }
+
+  void count_failure(const std::string& why) {
+    pause = std::min<Milliseconds>(2 * pause, kLongestPause);
+    next_attempt = Clock::now() + pause;
+    const std::lock_guard lock(mutex);
+    ++figures.failed_openings;
+    figures.problem = figures.opening_problem = why;
+  }
+
+  // From the clock to the device that has been opened.
+  void adopt() {
+    candidate->feed->fade_in();
+    play(std::move(*candidate));
+    candidate.reset();
+    clock->stop();
+    pause = std::min<Milliseconds>(2 * pause, kLongestPause);  // until it is proven
+    const std::lock_guard lock(mutex);
+    ++figures.reopenings;
+    end_of_silence();
+  }
+
+  // Of the mutex: adds what has passed without a device, which is over.
+  void end_of_silence() {
+    figures = with_silence_until_now();
+    figures.without_device_now_s = 0;
+    without_since.reset();
+  }
+
+  // Of the mutex.
+  OutputStatistics with_silence_until_now() const {
+    OutputStatistics now = figures;
+    if (!without_since) return now;
+    now.without_device_now_s = seconds(Clock::now() - *without_since);
+    now.without_device_s += now.without_device_now_s;
+    now.longest_without_s = std::max(now.longest_without_s, now.without_device_now_s);
+    return now;
+  }
+
+  void play(OutputStream stream) {
+    known = stream.device;
+    found_at = heard_at = Clock::now();
+    heard_callbacks = stream.feed->callbacks();
+    {
+      const std::lock_guard lock(mutex);
+      figures.has_device = true;
+      figures.device = stream.output->name();
+      figures.rate_hz = stream.output->rate_hz();
+      figures.block_frames = static_cast<int>(stream.feed->block_frames());
+      figures.resamples = stream.feed->resamples();
+    }
+    playing = std::move(stream);
+    gate->give_to(playing->feed->id());
+  }
+
+  const std::shared_ptr<OutputDriver> driver;
+  const OutputRequest request;
+  const std::shared_ptr<CallbackGate> gate;
+  std::uint32_t last_id = 0;
+  StreamClosing closing;
+  OutputFeed clock_feed;
+  const std::unique_ptr<AudioOutput> clock;
+
+  // The supervisor's, while it runs.
+  std::optional<OutputStream> playing, candidate;
+  std::unique_ptr<StreamOpening> opening;
+  std::optional<OutputDevice> known;  // that played last
+  std::uint64_t heard_callbacks = 0;
+  Clock::time_point heard_at, found_at, lost_at, candidate_at, next_attempt;
+  Milliseconds pause = kFirstPause;
+
+  mutable std::mutex mutex;  // of what follows
+  std::condition_variable woken;
+  bool stopping = false;
+  OutputStatistics figures;
+  std::optional<Clock::time_point> without_since;  // while the clock stands in for a device
+
+  std::thread supervisor;
+};
+
+SupervisedOutput::SupervisedOutput(std::unique_ptr<State> state) : state_(std::move(state)) {}
+SupervisedOutput::~SupervisedOutput() { stop(); }
+
+Result<std::unique_ptr<SupervisedOutput>> SupervisedOutput::open(
+    std::shared_ptr<OutputDriver> driver, const OutputRequest& request, OutputCallback callback) {
+  auto state = std::make_unique<State>(std::move(driver), request, callback);
+  if (state->wants_device()) {
+    state->begin_opening();
+    if (state->opening->wait_for(kFirstOpening)) {
+      const auto done = std::move(state->opening);
+      if (done->failure() == StreamOpening::Failure::kChoice) return Error(done->problem());
+      if (done->failure() == StreamOpening::Failure::kNone) {
+        state->candidate = done->take();
+        state->figures.device = state->candidate->output->name();
+        state->figures.rate_hz = state->candidate->output->rate_hz();
+        state->figures.block_frames = state->candidate->output->block_frames();
+        state->figures.resamples = state->candidate->feed->resamples();
+      } else {
+        state->count_failure(done->problem());
+      }
+    } else {
+      state->figures.problem = "it has not answered";
+    }
+  }
+  return std::unique_ptr<SupervisedOutput>(new SupervisedOutput(std::move(state)));
+}
+
+void SupervisedOutput::start() {
+  State& state = *state_;
+  if (state.supervisor.joinable()) return;
+  state.lost_at = Clock::now();
+  state.stopping = false;
+  if (state.candidate) {
+    state.play(std::move(*state.candidate));
+    state.candidate.reset();
+  } else {
+    if (state.wants_device()) state.without_since = state.lost_at;
+    state.gate->give_to(state.clock_feed.id());
+    if (!state.clock->start().ok()) return;  // never
+  }
+  state.supervisor = std::thread([&state] { state.supervise(); });
+}
+
+void SupervisedOutput::stop() {
+  State& state = *state_;
+  {
+    const std::lock_guard lock(state.mutex);
+    state.stopping = true;
+    state.woken.notify_all();
+  }
+  if (state.supervisor.joinable()) state.supervisor.join();
+  state.gate->give_to(0);
+  state.clock->stop();
+  state.opening.reset();
+  for (std::optional<OutputStream>* stream : {&state.playing, &state.candidate})
+    if (*stream) {
+      state.closing.close(std::move(**stream));
+      stream->reset();
+    }
+  state.closing.wait_for(kPatience);
+  const std::lock_guard lock(state.mutex);
+  state.figures.hung_closings = state.closing.hung(Milliseconds(0));
+  state.end_of_silence();
+}
+
+OutputStatistics SupervisedOutput::statistics() const {
+  const std::lock_guard lock(state_->mutex);
+  OutputStatistics figures = state_->with_silence_until_now();
+  figures.callbacks = state_->gate->counters();
+  return figures;
+}
+
+}  // namespace clamor

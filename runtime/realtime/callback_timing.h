@@ -1,0 +1,70 @@
+// callback_timing.h: how long the audio callbacks take, and how many of them are late.
+//
+// A callback is late when it takes longer than the block it fills, when it begins later than the
+// device's buffers last, or when the device says that it ran dry.
+//
+// Threads: restart(), begin() and end() on the one that has the sound; counters() on any.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+
+#include "runtime/realtime/realtime.h"
+
+namespace clamor {
+
+class CallbackTiming {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  struct Counters {
+    std::uint64_t callbacks = 0, late = 0;
+    double cpu_share = 0;  // of the blocks' time, smoothed over a second or so
+    double cpu_s = 0;      // since the beginning
+  };
+
+  // Another device goes on: it is not late for what the last one did not do.
+  void restart() noexcept REALTIME { last_start_ = {}; }
+
+  void begin(Clock::time_point now, double block_s, bool underflow) noexcept REALTIME {
+    const double since_last_s = std::chrono::duration<double>(now - last_start_).count();
+    const double longest_s = (kBuffersAhead + 1) * std::max(block_s, block_s_);
+    late_ = underflow || (last_start_ != Clock::time_point{} && since_last_s > longest_s);
+    last_start_ = now;
+    block_s_ = block_s;
+  }
+
+  void end() noexcept REALTIME {
+    const double took_s = std::chrono::duration<double>(Clock::now() - last_start_).count();
+    if (late_ || took_s > block_s_) add(late_callbacks_, std::uint64_t{1});
+    add(callbacks_, std::uint64_t{1});
+    add(took_s_, took_s);
+    const double smoothed = cpu_share_.load(std::memory_order_relaxed);
+    add(cpu_share_, std::min(1.0, block_s_) * (took_s / block_s_ - smoothed));
+  }
+
+  Counters counters() const {
+    return {callbacks_.load(std::memory_order_relaxed),
+            late_callbacks_.load(std::memory_order_relaxed),
+            cpu_share_.load(std::memory_order_relaxed), took_s_.load(std::memory_order_relaxed)};
+  }
+
+ private:
+  static constexpr double kBuffersAhead = 4;  // blocks the device has in hand
+
+  // One thread writes, so that no read-modify-write is needed.
+  template <class T>
+  static void add(std::atomic<T>& sum, T value) noexcept REALTIME {
+    sum.store(sum.load(std::memory_order_relaxed) + value, std::memory_order_relaxed);
+  }
+
+  Clock::time_point last_start_{};
+  double block_s_ = 0;
+  bool late_ = false;
+  std::atomic<std::uint64_t> callbacks_{0}, late_callbacks_{0};
+  std::atomic<double> cpu_share_{0}, took_s_{0};
+};
+
+}  // namespace clamor

@@ -1,0 +1,69 @@
+// all_sampler.cpp: every source, with what surfaces leave of it, and every one that moves.
+#include <optional>
+#include <vector>
+
+#include "runtime/sampling/moving_list.h"
+#include "runtime/sampling/sampler.h"
+
+namespace clamor {
+
+namespace {
+
+class All final : public Sampler {
+ public:
+  All(const SourceField& field, const SourceList& list, VisibilityCache* sight, MovingList* moving)
+      : sight_(sight), moving_(moving), still_(list.page().size()) {
+    const SourcePage& page = list.page();
+    for (std::size_t i = 0; i < page.size(); ++i)
+      sample_.push_back({i, 1, &page[i], field.signal(page[i])});
+  }
+  std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
+    if (sight_ != nullptr && (place_ != place || moving_ != nullptr)) {
+      sight_->begin_keyframe(place);
+      wanted_.clear();
+      for (const SampledSource& one : std::span(sample_).first(still_))
+        wanted_.push_back({.number = one.number, .source = one.source});
+      const std::vector<Bands> visible = sight_->look_now(wanted_);
+      for (std::size_t i = 0; i < still_; ++i) sample_[i].visibility = visible[i];
+    }
+    place_ = place;
+    if (moving_ != nullptr) add_moving(place, time_s);
+    return sample_;
+  }
+  bool complete() override { return true; }
+  std::size_t capacity() const override {
+    return still_ + (moving_ != nullptr ? moving_->most() : 0);
+  }
+
+ private:
+  void add_moving(const Vec3& place, double time_s) {
+    moving_->refresh();
+    moving_->begin(place, time_s);
+    found_.clear();
+    moving_->look(place, 0, found_);
+    sample_.resize(still_);
+    for (const FoundSource& found : found_) {
+      SampledSource& sampled =
+          sample_.emplace_back(SampledSource{found.number, 1, found.source, found.signal});
+      sampled.move_as(found);
+      if (sight_ != nullptr) sampled.visibility = sight_->look_now(found.number, *found.source);
+    }
+  }
+
+  VisibilityCache* const sight_;
+  MovingList* const moving_;
+  const std::size_t still_;  // of sample_, in front
+  std::vector<FoundSource> found_;
+  std::vector<VisibilityCache::Wanted> wanted_;
+  std::optional<Vec3> place_;  // of sample_
+  std::vector<SampledSource> sample_;
+};
+
+}  // namespace
+
+std::unique_ptr<Sampler> make_all_sampler(const SourceField& field, const SourceList& list,
+                                          VisibilityCache* sight, MovingList* moving) {
+  return std::make_unique<All>(field, list, sight, moving);
+}
+
+}  // namespace clamor

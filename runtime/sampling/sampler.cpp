@@ -1,0 +1,403 @@
+#include "runtime/sampling/sampler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+namespace clamor {
+
+namespace {
+
+double sum_of_bands(const Bands& weights, const Bands& intensity) {
+  double sum = 0;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    sum += static_cast<double>(weights[b]) * intensity[b];
+  return sum;
+}
+
+Bands weighed(const Bands& weights, Bands intensity) {
+  for (std::size_t b = 0; b < kBandCount; ++b) intensity[b] *= weights[b];
+  return intensity;
+}
+
+// Intensity of what is received.
+Bands received(const SourceField& field, const Source& source, const Vec3& place,
+               const Reception& reception) {
+  const Bands intensity = field.intensity(source, place);
+  if (reception.is_even()) return intensity;
+  return weighed(reception.share(Vec3f(Vec3(source.position_m) - place)), intensity);
+}
+
+class Priority final : public Sampler {
+ public:
+  Priority(const SourceField& field, SignalWeights weights, SourcePool& pool, std::size_t voices,
+           VisibilityCache* sight)
+      : field_(field),
+        weights_(std::move(weights)),
+        pool_(pool),
+        most_voices_(voices),
+        voices_(voices),
+        sight_(sight) {
+    pool_.boost_late(LateBoost::strength(voices));
+  }
+
+  // A function of place, time and what is here alone. Where all signals are steady, one who stands
+  // still costs nothing, once all that matters was looked at.
+  //
+  // Who is exact waits for pages, and asks again when some came: often or seldom, as it happens.
+  // What is heard must not depend on that, so asking again begins where the first time began, and
+  // nothing is looked at once more before the next moment.
+  std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
+    const bool exact = sight_ != nullptr && sight_->exact();
+    const bool turned = faced_ != reception();
+    const bool elsewhere = place_ != place || turned || (!weights_.steady() && time_s_ != time_s);
+    if (exact && looks_due_ && (elsewhere || time_s_ != time_s)) {
+      looking_ = look_again(tau_);
+      looks_due_ = false;
+      asks_again_ = !looking_;
+    }
+    const bool again = exact && asks_again_ && !elsewhere && !resized_;
+    if (!pool_.refresh() && !elsewhere && !resized_ && (again ? !waited_ : !looking_))
+      return sample_;
+    if (!again) {
+      resized_ = false;
+      step_m_ = place_ ? place - *place_ : Vec3(0);
+      if (place_ != place) gave_up_waiting_ = false;
+      before_ = course_;
+    }
+    course_ = before_;
+    place_ = place;
+    faced_ = reception();
+    time_s_ = time_s;
+    pool_.leave_out(sight_ != nullptr ? &sight_->hidden() : nullptr);
+    pool_.begin(place, time_s);
+    if (sight_ != nullptr && !again) sight_->begin_keyframe(place);
+    const double tau = tau_ = choose(place);
+    sample_.clear();
+    for (std::size_t c = 0; c < std::min(voices_, candidates_.size()); ++c) {
+      const Candidate& chosen = candidates_[c];
+      const Source& source = *chosen.found.source;
+      double scale = std::max(1.0, tau / (chosen.weight * chosen.found.boost));
+      if (const double kappa = pool_.unseen_key(chosen.found, tau); kappa > 0)
+        scale =
+            std::max(scale, kappa / std::accumulate(source.power.begin(), source.power.end(), 0.0));
+      sample_.push_back({chosen.found.number, scale, &source, chosen.found.signal,
+                         chosen.visibility,
+                         chosen.priority > 0 ? std::min(1.0, tau / chosen.priority) : 1.0});
+      if (chosen.found.voice != 0) sample_.back().move_as(chosen.found);
+    }
+    // Pools without copies find them in this order.
+    const auto by_number = [](const auto& a, const auto& b) { return a.number < b.number; };
+    if (!std::is_sorted(sample_.begin(), sample_.end(), by_number))
+      std::sort(sample_.begin(), sample_.end(), by_number);
+    pool_.ask(place + kLookAhead_keyframes * step_m_, tau);
+    asks_again_ = looks_due_ = exact;
+    waited_ = waits();
+    looking_ = sight_ != nullptr && (exact || look_again(tau));
+    return sample_;
+  }
+
+  bool complete() override {
+    const bool here = pool_.complete();
+    if (!here || !waits()) return here;
+    gave_up_waiting_ = true;  // what is missing does not come: look at what is here
+    return false;
+  }
+
+  std::size_t capacity() const override {
+    return static_cast<std::size_t>(std::min<std::uint64_t>(most_voices_, pool_.size()));
+  }
+
+  void choose_at_most(std::size_t voices) override {
+    voices = std::clamp<std::size_t>(voices, 1, most_voices_);
+    if (voices == voices_) return;
+    // There are about as many more above a threshold as it is lower.
+    course_.threshold *= static_cast<double>(voices_) / static_cast<double>(voices);
+    voices_ = voices;
+    pool_.boost_late(LateBoost::strength(voices));
+    resized_ = true;
+  }
+
+ private:
+  // The last threshold lowered by this catches k sources nearly always when a listener walks.
+  static constexpr double kCaution = 0.8;
+  static constexpr double kLookAhead_keyframes = 25;  // half a second
+  static constexpr double kStep = 16, kStepWhereHidden = 4;
+  static constexpr double kNarrow = 1 + 1e-9, kNarrowEnough = 1.25;
+  static constexpr std::size_t kFetchAhead = 8;
+  static constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+
+  // How the threshold went, so that the next is guessed well.
+  struct Course {
+    double threshold = 0;
+    double changed_by = 0.05;  // of late: a share of it
+    bool starved = false;      // fewer than k + 1 in all that was looked at
+  };
+
+  struct Candidate {
+    double priority, weight;
+    FoundSource found;
+    VisibilityCache::Index known = VisibilityCache::kUnknown;
+    Bands visibility = same_in_all_bands(1);
+    // Ties go to the lower number, so that the choice is one.
+    bool operator<(const Candidate& other) const {
+      return priority != other.priority ? priority > other.priority
+                                        : found.number < other.found.number;
+    }
+  };
+
+  // Fills candidates_ with the k + 1 highest priorities, the lowest last; fewer if there are fewer
+  // that reach the threshold which is returned, the last of the k + 1 if there are as many.
+  double choose(const Vec3& place) {
+    double threshold = course_.threshold > 0 ? predicted_threshold() : pool_.highest(place);
+    // Who waits, and had to take all there was, begins with that.
+    if (sight_ != nullptr && sight_->exact() && course_.starved && course_.threshold == 0)
+      threshold = 0;
+    if (pool_.size() <= voices_) threshold = 0;  // all of them
+    // Of thresholds that were tried: the lowest with too few sources, the highest with far too
+    // many.
+    double too_high = std::numeric_limits<double>::infinity(), too_low = 0;
+    const bool exact = sight_ != nullptr && sight_->exact();
+    const double close = sight_ == nullptr ? kNarrow : kNarrowEnough;
+    bool unlimited = false;
+    int just_missed = 0;
+    for (;;) {
+      // That many have one priority; or, where some are hidden, one may look at that many.
+      unlimited = unlimited || too_high <= too_low * close;
+      const bool all = weigh_above(place, threshold, unlimited || exact ? kNoLimit : limit());
+      const bool go_on = !all || sight_ == nullptr || waits() || look_at_candidates(threshold);
+      if (all && (candidates_.size() > voices_ || threshold == 0 || !go_on)) break;
+      (all ? too_high : too_low) = threshold;
+      if (std::isinf(too_high))
+        threshold *= kStep;
+      else if (too_low > 0 && !unlimited)
+        threshold = std::sqrt(too_low * too_high);
+      else if (course_.threshold > 0 && just_missed++ < (2 * candidates_.size() > voices_ ? 2 : 1))
+        threshold *= lowered(candidates_.size());
+      else
+        threshold = threshold > std::numeric_limits<float>::min()
+                        ? threshold / (sight_ == nullptr ? kStep : kStepWhereHidden)
+                        : 0;
+    }
+    course_.starved = candidates_.size() <= voices_;
+    if (candidates_.size() > voices_) threshold = keep_the_first();
+    if (course_.threshold > 0)
+      course_.changed_by = std::max(0.8 * course_.changed_by, 1 - threshold / course_.threshold);
+    course_.threshold = threshold;
+    return threshold;
+  }
+
+  // By how much a threshold is lowered that so few reach. There are about as many more above it as
+  // it is lower; a guess that is too low costs more than a second one.
+  double lowered(std::size_t reached) const {
+    return std::clamp(0.9 * static_cast<double>(reached) / static_cast<double>(voices_ + 1),
+                      kCaution * kCaution, 0.9);
+  }
+
+  // The last threshold, lowered by as much as it may well have fallen: by thrice the most that it
+  // fell from one sample to the next of late.
+  double predicted_threshold() const {
+    if (course_.starved) return course_.threshold;
+    return course_.threshold * std::clamp(0.97 - 3 * course_.changed_by, kCaution * kCaution, 0.95);
+  }
+
+  // Keeps the k highest of candidates_ in the order in which they are, and the next one last: its
+  // priority. Candidates are large, so only their ranks are moved about.
+  double keep_the_first() {
+    ranks_.clear();
+    for (std::uint32_t c = 0; c < candidates_.size(); ++c)
+      ranks_.push_back({candidates_[c].priority, c});
+    const auto last = ranks_.begin() + static_cast<std::ptrdiff_t>(voices_);
+    std::nth_element(ranks_.begin(), last, ranks_.end(), [this](const auto& a, const auto& b) {
+      return a.first != b.first ? a.first > b.first : candidates_[a.second] < candidates_[b.second];
+    });
+    const Candidate next = candidates_[last->second];
+    std::erase_if(candidates_, [&next](const Candidate& one) { return !(one < next); });
+    candidates_.push_back(next);
+    return next.priority;
+  }
+
+  // Looking again is cheaper than sorting out more than these. Where signals come and go, most of
+  // what is found by their loudest moment is too quiet now.
+  std::size_t limit() const { return (16 * voices_ + 4096) * (weights_.steady() ? 1 : 16); }
+
+  // Every source whose priority is at least `threshold`, and above zero. False if there are more
+  // than `most`, give or take those that the pool cannot tell from them.
+  bool weigh_above(const Vec3& place, double threshold, std::size_t most) {
+    candidates_.clear();
+    parts_.clear();
+    found_.clear();
+    wanted_.clear();
+    if (!pool_.look(place, threshold, most, found_)) return false;
+    for (std::size_t f = 0; f < found_.size(); ++f) {
+      const FoundSource& found = found_[f];
+      const Source& source = *found.source;
+      auto known = VisibilityCache::kUnknown;
+      bool hidden = false;
+      // They are far apart in memory.
+      if (f + kFetchAhead < found_.size()) {
+        const Source* const soon = found_[f + kFetchAhead].source;
+        __builtin_prefetch(soon);
+        __builtin_prefetch(&soon->power);
+      }
+      if (sight_ != nullptr) {
+        if (f + kFetchAhead < found_.size()) sight_->prefetch(found_[f + kFetchAhead].number);
+        known = sight_->find(found.number);
+        hidden = known != VisibilityCache::kUnknown && sight_->is_hidden(known);
+        if (hidden && !sight_->exact()) {
+          wanted_.push_back(
+              {0, found.number, known, &source});  // weighs nothing, whatever it would
+          continue;
+        }
+      }
+      const LoudnessTrack::Moment now =
+          weights_now(field_, weights_, found.signal, source, place, time_s_);
+      if (found.ceiling * now.share < threshold) continue;
+      const Bands intensity = received(field_, source, place, faced_);
+      const double w = sum_of_bands(now.weights, intensity);
+      const double priority = w * found.boost / std::max(source.u, kLeastU);
+      if (!(w > 0 && priority >= threshold)) continue;
+      if (hidden) {  // which of them the pool finds depends on what it was asked before
+        wanted_.push_back({priority, found.number, known, &source});
+        continue;
+      }
+      candidates_.push_back({priority, w, found, known});
+      if (sight_ != nullptr) parts_.push_back(weighed(now.weights, intensity));
+    }
+    return true;
+  }
+
+  // Makes of priorities in a free field those that are left of them, for as many candidates as need
+  // to be looked at to know which are the first k + 1, and leaves out those below the threshold.
+  // False if it is no use to ask for weaker ones: there are no more rays, or enough to look at.
+  bool look_at_candidates(double threshold) {
+    const bool enough = !sight_->exact() && found_.size() > limit() / 2;
+    unknown_.clear();
+    best_.clear();
+    for (std::uint32_t c = 0; c < candidates_.size(); ++c) {
+      const Candidate& candidate = candidates_[c];
+      if (const auto ahead = c + kFetchAhead; ahead < candidates_.size())
+        if (candidates_[ahead].known != VisibilityCache::kUnknown)
+          sight_->prefetch_visibility(candidates_[ahead].known);
+      if (candidate.known != VisibilityCache::kUnknown)
+        best_.push_back(dim(c, candidate.priority));
+      else
+        unknown_.push_back({candidate.priority, c});
+    }
+    std::sort(unknown_.begin(), unknown_.end(), std::greater<>());
+    if (!unknown_.empty()) keep_best();
+    bool rays_left = true;
+    std::size_t u = 0;
+    for (; u < unknown_.size() && rays_left; ++u) {
+      const auto [as_if_free, c] = unknown_[u];
+      if (best_.size() > voices_ && best_.front() > as_if_free) break;
+      const FoundSource& found = candidates_[c].found;
+      candidates_[c].known = sight_->look(found.number, *found.source, as_if_free);
+      rays_left = candidates_[c].known != VisibilityCache::kUnknown;
+      if (!rays_left) break;
+      best_.push_back(dim(c, as_if_free));
+      std::push_heap(best_.begin(), best_.end(), std::greater<>());
+      if (best_.size() <= voices_ + 1) continue;
+      std::pop_heap(best_.begin(), best_.end(), std::greater<>());
+      best_.pop_back();
+    }
+    for (; u < unknown_.size(); ++u) candidates_[unknown_[u].second].priority = 0;
+    std::erase_if(candidates_, [threshold](const Candidate& candidate) {
+      return !(candidate.weight > 0 && candidate.priority >= threshold && candidate.priority > 0);
+    });
+    return rays_left && !enough;
+  }
+
+  // Makes best_ a heap of the k + 1 highest of it, the lowest of them at its front.
+  void keep_best() {
+    if (best_.size() > voices_ + 1) {
+      std::nth_element(best_.begin(), best_.begin() + static_cast<std::ptrdiff_t>(voices_),
+                       best_.end(), std::greater<>());
+      best_.resize(voices_ + 1);
+    }
+    std::make_heap(best_.begin(), best_.end(), std::greater<>());
+  }
+
+  // The priority that is left of a candidate.
+  double dim(std::uint32_t c, double as_if_free) {
+    Candidate& candidate = candidates_[c];
+    const Source& source = *candidate.found.source;
+    const Bands& visibility = sight_->visibility(candidate.known);
+    wanted_.push_back({as_if_free, candidate.found.number, candidate.known, &source});
+    double w = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      w += static_cast<double>(parts_[c][b]) * visibility[b];
+    candidate.weight = w;
+    candidate.priority = w * candidate.found.boost / std::max(source.u, kLeastU);
+    candidate.visibility = visibility;
+    return candidate.priority;
+  }
+
+  // Spends the keyframe's rays on what would be chosen if nothing stood in the way. False if there
+  // is nothing that a further sample at this place would know better.
+  bool look_again(double tau) {
+    if (waits()) return true;
+    return sight_->refresh(wanted_, tau);
+  }
+
+  // An exact sampler looks only when everything is here, so that what it sees does not depend on
+  // when pages came.
+  bool waits() const {
+    return sight_ != nullptr && sight_->exact() && pool_.missed() && !gave_up_waiting_;
+  }
+
+  const SourceField& field_;
+  const SignalWeights weights_;
+  SourcePool& pool_;
+  const std::size_t most_voices_;
+  std::size_t voices_;
+  bool resized_ = false;  // since sample_
+  VisibilityCache* const sight_;
+  Course course_, before_;  // before_: the first time that this sample was asked for
+  std::vector<FoundSource> found_;
+  std::vector<Candidate> candidates_;
+  std::vector<Bands> parts_;  // of the candidates' weights in a free field
+  std::vector<std::pair<double, std::uint32_t>> unknown_;
+  std::vector<double> best_;
+  std::vector<VisibilityCache::Wanted> wanted_;
+  std::vector<std::pair<double, std::uint32_t>> ranks_;
+  bool looking_ = false, gave_up_waiting_ = false;
+  bool looks_due_ = false, asks_again_ = false, waited_ = false;  // of who is exact
+  std::optional<Vec3> place_;                                     // of sample_
+  Reception faced_;                                               // in sample_
+  Vec3 step_m_;
+  double time_s_ = 0, tau_ = 0;
+  std::vector<SampledSource> sample_;
+};
+
+}  // namespace
+
+void SampledSource::move_as(const FoundSource& found) {
+  number = found.voice;
+  moves = true;
+  moved_m = found.moved_m;
+}
+
+double weight(const SourceField& field, const Bands& of_signal, const Source& source,
+              const Vec3& place, const Reception& reception) {
+  return sum_of_bands(of_signal, received(field, source, place, reception));
+}
+
+LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,
+                                  std::uint32_t signal, const Source& source, const Vec3& place,
+                                  double time_s) {
+  if (weights.steady()) return {weights.by_signal[signal], 1};
+  return weights.tracks[signal].at(time_s - field.delay_s(source, place));
+}
+
+std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,
+                                               SourcePool& pool, std::size_t voices,
+                                               VisibilityCache* sight) {
+  return std::make_unique<Priority>(field, std::move(weights), pool, voices, sight);
+}
+
+}  // namespace clamor

@@ -1,0 +1,105 @@
+// sampler.h: which sources are heard at a place, each with the factor its power is scaled by.
+//
+// The weight of a source is what the ear would miss: w_i = sum_b loudness_b x signal_b x I_ib x
+// e_ib, with loudness_b from BS.1770 (loudness.h), signal_b the mean square in the band of what it
+// plays at the moment that is heard (signal_weights.h), I_ib its intensity at the place
+// (source_field.h) and e_ib what the receivers hear of it from its direction (reception.h). What is
+// silent now weighs nothing and is not taken.
+//
+// "all" takes every source as it is. "priority" takes the k of highest priority w_i / u_i, u_i
+// being permanent, and scales their power by max(1, tau / w_i), tau the (k+1)-th priority: unbiased
+// in power, and the choice changes only as far as the weights do. (N. Duffield, C. Lund, M. Thorup.
+// Priority sampling for estimation of arbitrary subset sums. J. ACM 54(6), 2007. E. Cohen, H.
+// Kaplan. Summarizing data using bottom-k sketches. PODC 2007.) Where the bake knows how the level
+// decays, late reflections' priorities are higher by a factor f, and tau / f stands for tau
+// (late_boost.h).
+//
+// The choice is exact: a threshold guessed from the last sample tells the pool what to leave out,
+// and is lowered until k + 1 sources reach it. What it leaves out it leaves out by bounds that hold
+// for the loudest moment of every signal. Where sources are not here yet, those that are stand
+// for them: with kappa the highest key P / u of what is missing near source i, P its power over all
+// bands, i is chosen only if u_i < P_i / kappa, so its factor is max(1, tau / w_i, kappa / P_i):
+// still unbiased, only coarser.
+//
+// What stands in the way (visibility_cache.h) makes weights smaller, never larger, so sources are
+// found as if nothing did; those that would be chosen are looked at, best first, until k + 1 that
+// were looked at are ahead of all others: the top k of all sources as they are known, though few
+// were asked for.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "common/bands.h"
+#include "common/vec.h"
+#include "runtime/field/reception.h"
+#include "runtime/octree/source_pool.h"
+#include "runtime/sight/visibility_cache.h"
+
+namespace clamor {
+
+struct SampledSource {
+  std::uint64_t number = 0;
+  double power_scale = 1;
+  const Source* source = nullptr;  // valid until the next call of sample()
+  std::uint32_t signal = 0;
+  Bands visibility = same_in_all_bands(1);  // share of the power that gets past what is in the way
+  // That of k below which it would not be chosen: 0 the last to go, 1 the next; below 0 not known.
+  double rank = -1;
+  bool moves = false;
+  Vec3f moved_m{};  // since the last sample, if it does
+
+  // Is one that moves, and heard under another number than it is looked at.
+  void move_as(const FoundSource& found);
+};
+
+class MovingList;
+
+class Sampler {
+ public:
+  virtual ~Sampler() = default;
+
+  // The sample for a head centred at `place`, `time_s` after everything began to play, by ascending
+  // number; valid until the next call.
+  virtual std::span<const SampledSource> sample(const Vec3& place, double time_s = 0) = 0;
+
+  // What the receivers hear of each direction, from the next sample on; until then, all of it. For
+  // strategies that weigh sources.
+  void face(const Reception& reception) { reception_ = reception; }
+
+  // Whether the last sample had all the sources it needed; if not, waits until more are here.
+  virtual bool complete() = 0;
+
+  // Most sources that a sample can have.
+  virtual std::size_t capacity() const = 0;
+
+  // How many sources to choose from now on, at most what it was made for. Some strategies cannot.
+  virtual void choose_at_most(std::size_t /*voices*/) {}
+
+ protected:
+  const Reception& reception() const { return reception_; }
+
+ private:
+  Reception reception_;
+};
+
+// Of a source, given what its signal counts for in each band.
+double weight(const SourceField& field, const Bands& of_signal, const Source& source,
+              const Vec3& place, const Reception& reception = Reception());
+
+// What the signal of a source counts for that is heard at `place` at a time.
+LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,
+                                  std::uint32_t signal, const Source& source, const Vec3& place,
+                                  double time_s);
+
+// All must outlive the sampler. Without `sight` nothing is hidden.
+std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,
+                                               SourcePool& pool, std::size_t voices,
+                                               VisibilityCache* sight = nullptr);
+std::unique_ptr<Sampler> make_all_sampler(const SourceField& field, const SourceList& list,
+                                          VisibilityCache* sight = nullptr,
+                                          MovingList* moving = nullptr);
+
+}  // namespace clamor

@@ -1,0 +1,251 @@
+#include "runtime/sampling/strategies.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "common/text.h"
+#include "runtime/field/loudness.h"
+#include "runtime/sampling/representative_octree.h"
+
+namespace clamor {
+
+namespace {
+
+// What the samplers below share: a list, and what a source of it weighs.
+class Listed : public Sampler {
+ public:
+  Listed(const StrategyOptions& options, const SourceField& field, const SignalWeights& weights,
+         const SourceList& list)
+      : options_(options), field_(field), weights_(weights), page_(list.page()) {}
+
+  bool complete() override { return true; }
+  std::size_t capacity() const override { return std::min(options_.voices, page_.size()); }
+
+ protected:
+  bool amplitudes() const { return options_.estimator == Estimator::kAmplitude; }
+
+  // True unless the listener was there and faced so the last time; first of all, too.
+  bool is_elsewhere(const Vec3& place) {
+    const bool stays = place_ == place && faced_ == reception();
+    place_ = place;
+    faced_ = reception();
+    return !stays;
+  }
+
+  double weight_of(std::size_t source, const Vec3& place) const {
+    const double power = weight(field_, weights_.by_signal[field_.signal(page_[source])],
+                                page_[source], place, reception());
+    return amplitudes() ? std::sqrt(power) : power;
+  }
+
+  SampledSource scaled(std::size_t source, double factor) const {
+    return {source, amplitudes() ? factor * factor : factor, &page_[source],
+            field_.signal(page_[source])};
+  }
+
+  // The tree of section 3.5. What a source radiates in all directions is its volume.
+  RepresentativeOctree representatives() const {
+    std::vector<RepresentativeOctree::Point> points;
+    for (std::size_t i = 0; i < page_.size(); ++i) {
+      const Source& source = page_[i];
+      const Bands& by_band = weights_.by_signal[field_.signal(source)];
+      double power = 0;
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        power += static_cast<double>(by_band[b]) * source.power[b];
+      points.push_back({Vec3(source.position_m), amplitudes() ? std::sqrt(power) : power,
+                        source_radius_m(source)});
+    }
+    return {points, amplitudes() ? 1.0 : 2.0, options_.tuning.seed};
+  }
+
+  const StrategyOptions options_;
+  const SourceField& field_;
+  const SignalWeights& weights_;
+  const SourcePage& page_;
+
+ private:
+  std::optional<Vec3> place_;
+  Reception faced_;
+};
+
+// Sections 3.3 and 3.4: from the whole list.
+class FromList final : public Listed {
+ public:
+  FromList(const StrategyOptions& options, const SourceField& field, const SignalWeights& weights,
+           const SourceList& list, DynamicSample::Rule rule)
+      : Listed(options, field, weights, list),
+        once_(rule == DynamicSample::Rule::kOnce),
+        even_(options.strategy == "random"),
+        dynamic_(rule, options.voices, options.tuning) {
+    for (std::size_t i = 0; i < page_.size(); ++i) candidates_.push_back({i, 1});
+  }
+
+  std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
+    if (begun_ && once_) return sample_;
+    begun_ = true;
+    if (!even_ && is_elsewhere(place))
+      for (std::size_t i = 0; i < candidates_.size(); ++i)
+        candidates_[i].weight = weight_of(i, place);
+    sample_.clear();
+    for (const ChosenCandidate& chosen : dynamic_.next(candidates_))
+      sample_.push_back(scaled(chosen.candidate, chosen.factor));
+    return sample_;
+  }
+
+ private:
+  const bool once_, even_;
+  bool begun_ = false;
+  DynamicSample dynamic_;
+  std::vector<Candidate> candidates_;
+  std::vector<SampledSource> sample_;
+};
+
+// Section 3.5: the cut alone.
+class OctreeCut final : public Listed {
+ public:
+  OctreeCut(const StrategyOptions& options, const SourceField& field, const SignalWeights& weights,
+            const SourceList& list)
+      : Listed(options, field, weights, list), tree_(representatives()) {}
+
+  std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
+    if (!is_elsewhere(place)) return sample_;
+    sample_.clear();
+    for (const auto& representative : tree_.cut(place, options_.voices, reception()))
+      sample_.push_back(scaled(representative.point, representative.factor));
+    return sample_;
+  }
+
+ private:
+  const RepresentativeOctree tree_;
+  std::vector<SampledSource> sample_;
+};
+
+// Section 3.5, its end: a larger cut gives the candidates, dynamic sampling (3.4) knows what each
+// sends towards the listener. What is left of the factors is their product.
+class OctreeDiffusion final : public Listed {
+ public:
+  OctreeDiffusion(const StrategyOptions& options, const SourceField& field,
+                  const SignalWeights& weights, const SourceList& list)
+      : Listed(options, field, weights, list),
+        tree_(representatives()),
+        dynamic_(DynamicSample::Rule::kAdaptive, options.voices, options.tuning) {}
+
+  std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
+    if (is_elsewhere(place)) {
+      cut_ = tree_.cut(
+          place, options_.voices * static_cast<std::size_t>(options_.tuning.candidates_per_voice),
+          reception());
+      candidates_.clear();
+      for (const auto& [point, factor] : cut_)
+        candidates_.push_back({point, factor * weight_of(point, place)});
+    }
+    sample_.clear();
+    for (const ChosenCandidate& chosen : dynamic_.next(candidates_)) {
+      const auto& [point, factor] = cut_[chosen.candidate];
+      sample_.push_back(scaled(point, factor * chosen.factor));
+    }
+    return sample_;
+  }
+
+ private:
+  const RepresentativeOctree tree_;
+  DynamicSample dynamic_;
+  std::vector<RepresentativeOctree::Representative> cut_;
+  std::vector<Candidate> candidates_;
+  std::vector<SampledSource> sample_;
+};
+
+// A sampler whose factors were meant for powers, used on amplitudes.
+class OnAmplitudes final : public Sampler {
+ public:
+  explicit OnAmplitudes(std::unique_ptr<Sampler> sampler) : sampler_(std::move(sampler)) {}
+
+  std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
+    sampler_->face(reception());
+    const auto sample = sampler_->sample(place);
+    sample_.assign(sample.begin(), sample.end());
+    for (SampledSource& chosen : sample_) chosen.power_scale *= chosen.power_scale;
+    return sample_;
+  }
+  bool complete() override { return sampler_->complete(); }
+  std::size_t capacity() const override { return sampler_->capacity(); }
+  void choose_at_most(std::size_t voices) override { sampler_->choose_at_most(voices); }
+
+ private:
+  const std::unique_ptr<Sampler> sampler_;
+  std::vector<SampledSource> sample_;
+};
+
+}  // namespace
+
+Result<void> check(const StrategyOptions& options) {
+  std::vector<std::string> names;
+  std::string all;
+  for (const StrategyInfo& info : kStrategies) {
+    names.emplace_back(info.name);
+    all += (all.empty() ? "'" : ", '") + names.back() + "'";
+  }
+  if (std::find(names.begin(), names.end(), options.strategy) == names.end())
+    return Error("no strategy is called " + in_quotes(options.strategy) + ", the nearest is " +
+                 in_quotes(nearest_name(options.strategy, names)) + "; there are " + all + ".");
+  if (options.voices < 1 || options.voices > kMostVoices)
+    return Error("cannot mix " + std::to_string(options.voices) + " voices; ask for 1 to " +
+                 std::to_string(kMostVoices) + ".");
+  const StrategyTuning& tuning = options.tuning;
+  if (!(tuning.redraw_s >= 0.2 && tuning.redraw_s <= 3600))
+    return Error(
+        "a new sample must be drawn every 0.2 to 3600 seconds: faster, and nothing of it is ever "
+        "heard at full level.");
+  if (!(tuning.exchange_per_s >= 0 && tuning.exchange_per_s <= 5))
+    return Error("the share of the sample exchanged per second must lie between 0 and 5.");
+  if (!(tuning.epsilon > 1 && tuning.epsilon <= 100))
+    return Error(
+        "epsilon, a factor, must lie above 1, and not above 100; the paper has 1.1 to "
+        "1.5.");
+  if (tuning.candidates_per_voice < 1 || tuning.candidates_per_voice > 10000)
+    return Error("there may be 1 to 10000 candidates per voice.");
+  return {};
+}
+
+SignalWeights mean_weights(std::span<const PreparedSignal> signals) {
+  const Bands loudness = loudness_weights();
+  SignalWeights weights;
+  for (const PreparedSignal& signal : signals) {
+    Bands& weight = weights.by_signal.emplace_back();
+    for (std::size_t b = 0; b < kBandCount; ++b) weight[b] = loudness[b] * signal.mean_square()[b];
+  }
+  return weights;
+}
+
+std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
+                                      const SignalWeights& weights, SourceList& list,
+                                      VisibilityCache* sight, MovingList* moving) {
+  using Rule = DynamicSample::Rule;
+  const std::string& name = options.strategy;
+  const auto from_list = [&](Rule rule) -> std::unique_ptr<Sampler> {
+    return std::make_unique<FromList>(options, field, weights, list, rule);
+  };
+  if (name == "all") return make_all_sampler(field, list, sight, moving);
+  if (name == "random" || name == "importance") return from_list(Rule::kOnce);
+  if (name == "full-resampling") return from_list(Rule::kFull);
+  if (name == "stochastic-diffusion") return from_list(Rule::kStochastic);
+  if (name == "adaptive-diffusion") return from_list(Rule::kAdaptive);
+  if (name == "octree") return std::make_unique<OctreeCut>(options, field, weights, list);
+  if (name == "octree-diffusion")
+    return std::make_unique<OctreeDiffusion>(options, field, weights, list);
+  return make_sampler(options, field, weights, static_cast<SourcePool&>(list), sight);
+}
+
+std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
+                                      const SignalWeights& weights, SourcePool& pool,
+                                      VisibilityCache* sight) {
+  assert(!needs_list(options.strategy));
+  auto sampler = make_priority_sampler(field, weights, pool, options.voices, sight);
+  if (options.estimator == Estimator::kPower) return sampler;
+  return std::make_unique<OnAmplitudes>(std::move(sampler));
+}
+
+}  // namespace clamor

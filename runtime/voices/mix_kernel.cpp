@@ -1,0 +1,230 @@
+#include "runtime/voices/mix_kernel.h"
+
+#include <algorithm>
+
+// Highway compiles what follows once per instruction set.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "runtime/voices/mix_kernel.cpp"
+#include <hwy/cache_control.h>
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "runtime/voices/mix_read-inl.h"
+#include "runtime/voices/mix_tile-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace clamor {
+namespace HWY_NAMESPACE {
+namespace {
+
+// Frames of a layer whose sums stay in registers, or, where there are too few, in L1: by the number
+// of buses. None has more than kStepFrames of the full rate, so that calls may divide time
+// anywhere.
+constexpr int chunk_frames(int buses, bool low) {
+  if (low) return kStepFrames / kLowRate;
+  if (buses <= 2) return std::min(64, std::max(16, 4 * kFloats));
+  if (buses <= kHighBands * kEars) return kFloats == 16 ? 64 : 32;
+  return kFloats == 16 ? 32 : 16;
+}
+
+// Adds voices to a chunk of frames, `first` and on of a step, of kBands buses of kEarsHere ears,
+// from ear `ear` on. Their gains begin at kFirstLane of the kLanes of a voice.
+template <bool kCubic, int kBands, int kEarsHere, bool kLow, int kLanes, int kFirstLane,
+          int kDelays, bool kTwoLayers, int kReads>
+HWY_INLINE void mix_chunk(const Tile<kDelays, kTwoLayers>& tile, const Lines<kReads>& lines,
+                          int ear, float now, int first, float* HWY_RESTRICT out) {
+  const FloatTag d;
+  constexpr int kFrames = chunk_frames(kBands * kEarsHere, kLow), kVectors = kFrames / kFloats;
+  constexpr int kRate = kLow ? kLowRate : 1, kStep = kStepFrames / kRate;
+  constexpr int kRow = kMostFrames / kRate;
+  constexpr int kStride = kEars / kEarsHere;  // from bus to bus
+
+  FloatVector sum[kBands * kEarsHere][kVectors];
+  for (int b = 0; b < kBands * kEarsHere; ++b)
+    for (int i = 0; i < kVectors; ++i)
+      sum[b][i] = hn::Load(d, out + b * kStride * kRow + i * kFloats);
+  // In units of kGainFrames, as slopes are.
+  FloatVector time[kVectors];
+  for (int i = 0; i < kVectors; ++i)
+    time[i] = hn::MulAdd(hn::Iota(d, static_cast<float>(first + i * kFloats)),
+                         hn::Set(d, static_cast<float>(kRate) / kGainFrames), hn::Set(d, now));
+
+  const auto add = [&](const float* HWY_RESTRICT gain,
+                       const FloatVector(&x)[kReads][kVectors]) HWY_ATTR {
+    gain += kFirstLane + ear;
+    const float* HWY_RESTRICT slope = gain + kLanes;
+    for (int b = 0; b < kBands * kEarsHere; ++b) {
+      const int e = kReads == 1 ? 0 : b % kEarsHere;
+      const auto start = hn::Set(d, gain[b * kStride]), grows = hn::Set(d, slope[b * kStride]);
+      auto g = start;
+      const auto more = kFloats * kRate == kGainFrames
+                            ? grows
+                            : hn::Mul(grows, hn::Set(d, 1.0f * kFloats * kRate / kGainFrames));
+      for (int i = 0; i < kVectors; ++i) {
+        g = i % 4 == 0 ? hn::MulAdd(grows, time[i], start) : hn::Add(g, more);
+        sum[b][i] = hn::MulAdd(g, x[e][i], sum[b][i]);
+      }
+    }
+  };
+  FloatVector x[kReads][kVectors];
+  for_each_of(lines.steady, [&](std::size_t v) HWY_ATTR {
+    for (int r = 0; r < kReads; ++r)
+      for (int line = 0; line <= kFrames; line += 16)
+        hwy::Prefetch(lines.x[r][v + kVoicesAhead] + first + line);
+    for (int r = 0; r < kReads; ++r)
+      read_steadily<kCubic, kFrames>(lines.x[r][v], lines.fraction[r][v], lines.drift[r][v],
+                                     lines.turn[r][v], first, x[r]);
+    add(tile.gain[v], x);
+  });
+  const auto reading = [&](int r, std::size_t v) HWY_ATTR {
+    return reading_of<kLow>(tile, kDelays == 1 ? 0 : ear + r, v);
+  };
+  for_each_of(lines.sliding, [&](std::size_t v) HWY_ATTR {
+    for (int r = 0; r < kReads; ++r)
+      read_sliding<kCubic, kStep, kFrames>(reading(r, v), first, x[r]);
+    add(tile.gain[v], x);
+  });
+  for_each_of(lines.fast, [&](std::size_t v) HWY_ATTR {
+    for (int r = 0; r < kReads; ++r) read_fast<kCubic, kFrames>(reading(r, v), first, x[r]);
+    add(tile.gain[v], x);
+  });
+  for (int b = 0; b < kBands * kEarsHere; ++b)
+    for (int i = 0; i < kVectors; ++i)
+      hn::Store(sum[b][i], d, out + b * kStride * kRow + i * kFloats);
+}
+
+// Adds a step of the tile's voices to `rows`, which begin at the call's first frame.
+template <bool kCubic, int kBands, int kEarsHere, bool kLow, int kLanes, int kFirstLane,
+          int kDelays, bool kTwoLayers, int kReads>
+HWY_INLINE void mix_step(const Tile<kDelays, kTwoLayers>& tile, const Lines<kReads>& lines, int ear,
+                         const MixJob& job, int step, float* rows) {
+  constexpr int kRate = kLow ? kLowRate : 1, kStep = kStepFrames / kRate;
+  constexpr int kFrames = std::min(kStep, chunk_frames(kBands * kEarsHere, kLow));
+  const float now = static_cast<float>(job.first_frame + step) / kGainFrames;
+  for (int f = 0; f < kStep; f += kFrames)
+    mix_chunk<kCubic, kBands, kEarsHere, kLow, kLanes, kFirstLane>(
+        tile, lines, ear, now, f, rows + (ear * kMostFrames + step) / kRate + f);
+}
+
+// Calls mix(tile, step) for all tiles and their steps.
+template <int kDelays, bool kTwoLayers, class Mix>
+HWY_INLINE void for_steps(const MixJob& job, int lanes, const Mix& mix) {
+  Tile<kDelays, kTwoLayers> tile;
+  for (std::size_t first = 0; first < job.count; first += kTileVoices) {
+    tile.take(job, job.active + first, std::min(kTileVoices, job.count - first), lanes);
+    for (int step = 0; step < job.frames; step += kStepFrames) {
+      mix(tile, step);
+      tile.advance();
+    }
+    if (job.next.paths != nullptr) tile.put_back(job, job.active + first);
+  }
+}
+
+template <bool kCubic, int kDelays>
+HWY_NOINLINE void mix_full_here(const MixJob& job) {
+  Lines<kDelays> lines;
+  for_steps<kDelays, false>(job, kEars, [&](const Tile<kDelays, false>& tile, int step) HWY_ATTR {
+    lines.template look<false>(tile, 0);
+    mix_step<kCubic, 1, 2, false, kEars, 0>(tile, lines, 0, job, step, job.high);
+  });
+}
+
+template <bool kCubic, int kDelays>
+HWY_NOINLINE void mix_bands_here(const MixJob& job) {
+  constexpr int kEarsHere = kDelays == 1 ? 2 : 1;
+  Lines<1> high;
+  Lines<kDelays> low;
+  for_steps<kDelays, true>(
+      job, kBandLanes, [&](const Tile<kDelays, true>& tile, int step) HWY_ATTR {
+        for (int ear = 0; ear < kEars; ear += kEarsHere) {
+          high.template look<false>(tile, ear);
+          mix_step<kCubic, kHighBands, kEarsHere, false, kBandLanes, kEars * kLowBands>(
+              tile, high, ear, job, step, job.high);
+        }
+        low.template look<true>(tile, 0);
+        mix_step<true, kLowBands, 2, true, kBandLanes, 0>(tile, low, 0, job, step, job.low);
+      });
+}
+
+// A dozen bands of one ear at a time: as many as have their sums in registers.
+template <bool kCubic>
+HWY_NOINLINE void mix_head_here(const MixJob& job) {
+  constexpr int kDozen = 12, kDozenLanes = kEars * kDozen;
+  constexpr int kLowRow = kMostFrames / kLowRate;
+  static_assert(kHeadLowBands == kDozen && kHeadHighBands == 2 * kDozen);
+  Lines<1> lines;
+  for_steps<2, true>(job, kHeadLanes, [&](const Tile<2, true>& tile, int step) HWY_ATTR {
+    for (int ear = 0; ear < kEars; ++ear) {
+      lines.look<false>(tile, ear);
+      mix_step<kCubic, kDozen, 1, false, kHeadLanes, kDozenLanes>(tile, lines, ear, job, step,
+                                                                  job.high);
+      mix_step<kCubic, kDozen, 1, false, kHeadLanes, 2 * kDozenLanes>(
+          tile, lines, ear, job, step, job.high + kDozenLanes * kMostFrames);
+      lines.look<true>(tile, ear);
+      mix_step<true, kDozen, 1, true, kHeadLanes, 0>(tile, lines, ear, job, step, job.low);
+      mix_step<true, static_cast<int>(kHeadQuadratures), 1, true, kHeadLanes, 3 * kDozenLanes>(
+          tile, lines, ear, job, step, job.low + kDozenLanes * kLowRow);
+    }
+  });
+}
+
+void mix_voices_here(const MixMode& mode, const MixJob& job) {
+  if (mode.head)
+    return mode.interpolation == Interpolation::kCubic ? mix_head_here<true>(job)
+                                                       : mix_head_here<false>(job);
+  const bool cubic = mode.interpolation == Interpolation::kCubic;
+  if (mode.eight_bands) {
+    if (mode.delays == 2)
+      cubic ? mix_bands_here<true, 2>(job) : mix_bands_here<false, 2>(job);
+    else
+      cubic ? mix_bands_here<true, 1>(job) : mix_bands_here<false, 1>(job);
+  } else {
+    if (mode.delays == 2)
+      cubic ? mix_full_here<true, 2>(job) : mix_full_here<false, 2>(job);
+    else
+      cubic ? mix_full_here<true, 1>(job) : mix_full_here<false, 1>(job);
+  }
+}
+
+std::int64_t target_here() { return HWY_TARGET; }
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace clamor
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+namespace clamor {
+
+namespace {
+HWY_EXPORT(mix_voices_here);
+HWY_EXPORT(target_here);
+}  // namespace
+
+void mix_voices(const MixMode& mode, const MixJob& job) noexcept REALTIME {
+  HWY_DYNAMIC_DISPATCH(mix_voices_here)(mode, job);
+}
+
+std::string mix_kernel_target() { return hwy::TargetName(HWY_DYNAMIC_DISPATCH(target_here)()); }
+
+std::vector<std::string> mix_kernel_targets() {
+  std::vector<std::string> names;
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets())
+    names.emplace_back(hwy::TargetName(target));
+  return names;
+}
+
+void force_mix_kernel(const std::string& name) {
+  hwy::SetSupportedTargetsForTest(0);
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets())
+    if (name == hwy::TargetName(target)) {
+      hwy::SetSupportedTargetsForTest(target);
+      break;
+    }
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+}
+
+}  // namespace clamor
+
+#endif  // HWY_ONCE

@@ -1,0 +1,207 @@
+// mix_read-inl.h: how a voice's frames are read, for mix_kernel.cpp alone, which compiles it once
+// per instruction set; hence no include guard of the usual kind.
+#if defined(CLAMOR_RUNTIME_MIX_READ_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef CLAMOR_RUNTIME_MIX_READ_INL_H
+#undef CLAMOR_RUNTIME_MIX_READ_INL_H
+#else
+#define CLAMOR_RUNTIME_MIX_READ_INL_H
+#endif
+
+#include <algorithm>
+#include <cstdint>
+
+#include <hwy/highway.h>
+
+#include "runtime/voices/mix_kernel.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace clamor {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using FloatTag = hn::CappedTag<float, 16>;
+using FloatVector = hn::Vec<FloatTag>;
+constexpr int kFloats = static_cast<int>(hn::MaxLanes(FloatTag()));
+
+// Loads once what is named more often: compilers load it anew for each time, and unaligned loads
+// are dear.
+HWY_INLINE FloatVector load(const float* HWY_RESTRICT x) {
+  auto v = hn::LoadU(FloatTag(), x);
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
+  asm("" : "+v"(v.raw));
+#endif
+  return v;
+}
+
+// Four neighbours of each frame, and how a curve is drawn through them: f is 0 at x1, 1 at x2.
+struct Taps {
+  FloatVector x0, x1, x2, x3;
+};
+
+template <bool kCubic>
+HWY_INLINE FloatVector curve(const Taps& t, FloatVector f) {
+  const FloatTag d;
+  if constexpr (!kCubic) return hn::NegMulAdd(f, hn::Sub(t.x1, t.x2), t.x1);
+  // The B-spline over samples that are half its coefficients, its powers of f
+  // (x0 + 4 x1 + x2) / 3, x2 - x0, x0 - 2 x1 + x2 and (x3 - x0) / 3 + x1 - x2.
+  const auto third = hn::Set(d, 1.0f / 3);
+  const auto fall = hn::Sub(t.x1, t.x2);
+  const auto bend = hn::Sub(hn::Sub(t.x0, t.x1), fall);
+  const auto c0 = hn::MulAdd(third, bend, hn::Add(t.x1, t.x1));
+  const auto c3 = hn::MulAdd(third, hn::Sub(t.x3, t.x0), fall);
+  return hn::MulAdd(f, hn::MulAdd(f, hn::MulAdd(f, c3, bend), hn::Sub(t.x2, t.x0)), c0);
+}
+
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+// Lanes kLanes to kLanes + 15 of the 32 lanes (low, high).
+template <int kLanes>
+HWY_INLINE FloatVector shifted(FloatVector low, FloatVector high) {
+  return FloatVector{_mm512_castsi512_ps(
+      _mm512_alignr_epi32(_mm512_castps_si512(high.raw), _mm512_castps_si512(low.raw), kLanes))};
+}
+#endif
+
+// Where a voice reads during one step.
+struct Reading {
+  const float* x;          // whole part of the first frame's position
+  std::uint32_t fraction;  // the rest of it, 2^-32 frames
+  std::int64_t drift;      // 2^-32 frames per frame beyond 1
+};
+
+constexpr std::int64_t kWhole = std::int64_t{1} << 32;
+
+// Always less than 1.
+HWY_INLINE float fraction_of(std::uint32_t bits) {
+  return static_cast<float>(bits >> 8) * 0x1p-24f;
+}
+
+// So far per frame that a vector's neighbours are within two vectors.
+constexpr std::int64_t kFar = (std::int64_t{1} << 32) * 3 / 10;
+
+// From the lesser of the two whole offsets of a gentle reading, one that changes its whole offset
+// no more than once in a step: positions from 0 to 2.
+template <bool kCubic>
+HWY_INLINE FloatVector read_gently(const float* HWY_RESTRICT x, FloatVector position) {
+  const FloatTag d;
+  const auto one = hn::Set(d, 1.0f);
+  const auto x1 = hn::LoadU(d, x), x2 = hn::LoadU(d, x + 1), x3 = hn::LoadU(d, x + 2);
+  if constexpr (!kCubic) {  // a line with a knee
+    const auto f = hn::Min(position, one);
+    const auto here = hn::NegMulAdd(f, hn::Sub(x1, x2), x1);
+    return hn::NegMulAdd(hn::Sub(position, f), hn::Sub(x2, x3), here);
+  }
+  const auto next = hn::Ge(position, one);
+  const auto pick = [&](FloatVector a, FloatVector b)
+                        HWY_ATTR { return hn::IfThenElse(next, b, a); };
+  const auto f = hn::Sub(position, hn::IfThenElseZero(next, one));
+  return curve<true>(
+      {pick(hn::LoadU(d, x - 1), x1), pick(x1, x2), pick(x2, x3), pick(x3, hn::LoadU(d, x + 3))},
+      f);
+}
+
+// One vector of frames whose integer offset changes as it may.
+template <bool kCubic>
+HWY_INLINE FloatVector read_widely(const Reading& r, int frame) {
+  const FloatTag d;
+  const std::int64_t offset = r.fraction + frame * r.drift;
+  const float* HWY_RESTRICT x = r.x + frame + (offset >> 32);
+  const auto drift = hn::Set(d, static_cast<float>(r.drift) * 0x1p-32f);
+  const auto fraction = hn::Set(d, fraction_of(static_cast<std::uint32_t>(offset)));
+  const auto position = hn::MulAdd(hn::Iota(d, 0.0f), drift, fraction);
+  // Down to a whole number, or at a whole number to either: f is 0 to 1. In the last bits of what
+  // is added to it, whole is an integer.
+  const auto magic = hn::Set(d, 12582912.0f);
+  const auto sum = hn::Add(hn::Sub(position, hn::Set(d, 0.5f)), magic);
+  const auto f = hn::Sub(position, hn::Sub(sum, magic));
+  const hn::RebindToSigned<FloatTag> di;
+  const auto index = hn::Add(hn::BitCast(di, sum),
+                             hn::Sub(hn::Iota(di, 0), hn::BitCast(di, magic)));  // of x0 from x - 1
+  Taps taps{f, f, f, f};
+  if (kFloats >= 4 && std::abs(r.drift) <= kFar) {
+    const auto low = load(x - 1), high = load(x + kFloats - 1);
+    const auto tap = [&](int k) HWY_ATTR {
+      const auto at = hn::Add(index, hn::Set(di, k));
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+      return FloatVector{_mm512_permutex2var_ps(low.raw, at.raw, high.raw)};
+#else
+      const auto lane = hn::IndicesFromVec(d, hn::And(at, hn::Set(di, kFloats - 1)));
+      return hn::IfThenElse(hn::RebindMask(d, hn::Lt(at, hn::Set(di, kFloats))),
+                            hn::TableLookupLanes(low, lane), hn::TableLookupLanes(high, lane));
+#endif
+    };
+    if (kCubic) taps = {tap(0), tap(1), tap(2), tap(3)};
+    if (!kCubic) taps = {f, tap(1), tap(2), f};
+  } else {
+    taps.x1 = hn::GatherIndex(d, x, index);
+    taps.x2 = hn::GatherIndex(d, x + 1, index);
+    if (kCubic) taps.x0 = hn::GatherIndex(d, x - 1, index);
+    if (kCubic) taps.x3 = hn::GatherIndex(d, x + 2, index);
+  }
+  return curve<kCubic>(taps, f);
+}
+
+// Frames `first` to first + kFrames of a step of kStep.
+template <bool kCubic, int kFrames>
+HWY_INLINE void read_fast(const Reading& r, int first, FloatVector (&x)[kFrames / kFloats]) {
+  for (int i = 0; i < kFrames / kFloats; ++i) x[i] = read_widely<kCubic>(r, first + i * kFloats);
+}
+
+// The same of a gentle one.
+template <bool kCubic, int kStep, int kFrames>
+HWY_INLINE void read_sliding(const Reading& r, int first, FloatVector (&x)[kFrames / kFloats]) {
+  const FloatTag d;
+  const std::int64_t last = r.fraction + (kStep - 1) * r.drift;
+  const std::int64_t before = std::min<std::int64_t>(last >> 32, 0);
+  const auto slope = hn::Set(d, static_cast<float>(r.drift) * 0x1p-32f);
+  const auto start = hn::Set(d, fraction_of(r.fraction) - static_cast<float>(before));
+  for (int i = 0; i < kFrames / kFloats; ++i) {
+    const int frame = first + i * kFloats;
+    const auto at = hn::MulAdd(hn::Iota(d, static_cast<float>(frame)), slope, start);
+    x[i] = read_gently<kCubic>(r.x + before + frame, at);
+  }
+}
+
+// The same of a steady one that begins at `from`.
+//
+// Whole vectors of AVX-512 that are not aligned cost two accesses each; shifting instead takes
+// ports from the arithmetic. Of a line's two neighbours one is a shift, which takes a seventh less
+// with the signal in L1; of a curve's four as well, but there two or three take as long.
+template <bool kCubic, int kFrames>
+HWY_INLINE void read_steadily(const float* HWY_RESTRICT from, const float& fraction,
+                              const float& drift, const float& turns, int first,
+                              FloatVector (&x)[kFrames / kFloats]) {
+  const FloatTag d;
+  constexpr int kVectors = kFrames / kFloats;
+  const auto slope = hn::Set(d, drift), start = hn::Set(d, fraction), turn = hn::Set(d, turns);
+  const float* HWY_RESTRICT at = from + first;
+  auto f = start;
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+  constexpr int kBack = kCubic ? 1 : 0;
+  FloatVector low = load(at - kBack);
+#endif
+  for (int i = 0; i < kVectors; ++i, at += kFloats) {
+    // Additions are cheaper, but short vectors would make too many of them in a row.
+    f = i % 4 == 0 ? hn::MulAdd(hn::Iota(d, static_cast<float>(first + i * kFloats)), slope, start)
+                   : hn::Add(f, turn);
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+    const auto high = load(at - kBack + kFloats);
+    const auto later = shifted<1 + kBack>(low, high);
+    x[i] = kCubic ? curve<true>({low, load(at), later, load(at + 2)}, f)
+                  : curve<false>({low, low, later, later}, f);
+    low = high;
+#else
+    const auto x1 = load(at), x2 = load(at + 1);
+    x[i] = kCubic ? curve<true>({load(at - 1), x1, x2, load(at + 2)}, f)
+                  : curve<false>({x1, x1, x2, x2}, f);
+#endif
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace clamor
+HWY_AFTER_NAMESPACE();
+
+#endif
