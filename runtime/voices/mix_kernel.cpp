@@ -68,8 +68,9 @@ HWY_INLINE void mix_chunk(const Tile<kDelays, kTwoLayers>& tile, const Lines<kRe
   };
   FloatVector x[kReads][kVectors];
   for_each_of(lines.steady, [&](std::size_t v) HWY_ATTR {
+    // The high layer's first line was the last of the chunk before, or take() fetched it.
     for (int r = 0; r < kReads; ++r)
-      for (int line = 0; line <= kFrames; line += 16)
+      for (int line = kLow ? 0 : 16; line <= kFrames; line += 16)
         hwy::Prefetch(lines.x[r][v + kVoicesAhead] + first + line);
     for (int r = 0; r < kReads; ++r)
       read_steadily<kCubic, kFrames>(lines.x[r][v], lines.fraction[r][v], lines.drift[r][v],

@@ -86,7 +86,7 @@ template <bool kCubic>
 HWY_INLINE FloatVector read_gently(const float* HWY_RESTRICT x, FloatVector position) {
   const FloatTag d;
   const auto one = hn::Set(d, 1.0f);
-  const auto x1 = hn::LoadU(d, x), x2 = hn::LoadU(d, x + 1), x3 = hn::LoadU(d, x + 2);
+  const auto x1 = load(x), x2 = load(x + 1), x3 = load(x + 2);
   if constexpr (!kCubic) {  // a line with a knee
     const auto f = hn::Min(position, one);
     const auto here = hn::NegMulAdd(f, hn::Sub(x1, x2), x1);

@@ -13,7 +13,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include "runtime/voices/mix_kernel.h"
@@ -66,6 +68,7 @@ struct Tile {
         position[e][v] = paths[e].position;
         drift[e][v] = paths[e].step - kWhole;
         bend[e][v] = paths[e].bend;
+        hwy::Prefetch(paths[e].high + (paths[e].position >> 32));  // further lines: mix_chunk()
       }
       if constexpr (kTwoLayers) {
         const LayerGap gap = job.gaps == nullptr ? LayerGap{} : job.gaps[active[v]];
@@ -122,13 +125,15 @@ using VoiceSet = std::uint64_t;
 static_assert(kTileVoices == 64);
 
 // Those of which a number is not 0.
-HWY_INLINE VoiceSet those_not_zero(const std::int64_t (&numbers)[kTileVoices]) {
-  const hn::CappedTag<std::int64_t, 8> d;
+HWY_INLINE VoiceSet those_not_zero(const std::int32_t (&numbers)[kTileVoices]) {
+  const hn::CappedTag<std::int32_t, 16> d;
   VoiceSet set = 0;
   for (std::size_t v = 0; v < kTileVoices; v += hn::Lanes(d)) {
     std::uint8_t bits[8] = {};
     hn::StoreMaskBits(d, hn::Ne(hn::Load(d, numbers + v), hn::Zero(d)), bits);
-    set |= VoiceSet{bits[0]} << v;
+    VoiceSet some;
+    std::memcpy(&some, bits, sizeof(some));
+    set |= some << v;
   }
   return set;
 }
@@ -139,8 +144,9 @@ HWY_INLINE VoiceSet those_not_zero(const std::int64_t (&numbers)[kTileVoices]) {
 template <int kReads>
 struct Lines {
   VoiceSet steady, sliding, fast;
-  alignas(64) std::int64_t slides[kTileVoices];  // not 0 if it does, as is the next
-  alignas(64) std::int64_t runs[kTileVoices];
+  // Not 0 if it does, and less than kStepFrames: short numbers, so that few vectors are compared.
+  alignas(64) std::int32_t slides[kTileVoices];
+  alignas(64) std::int32_t runs[kTileVoices];
   alignas(64) float fraction[kReads][kTileVoices];
   alignas(64) float drift[kReads][kTileVoices];
   alignas(64) float turn[kReads][kTileVoices];  // drift of a vector
@@ -158,15 +164,15 @@ struct Lines {
         const std::int64_t bits = at & (kWhole - 1), way = (kFrames - 1) * change;
         const std::int64_t offset = (bits + way) >> 32;
         const std::int64_t far = (way + (way < 0 ? kWhole - 1 : 0)) >> 32;
-        slides[v] = r == 0 ? offset : slides[v] | offset;
-        runs[v] = r == 0 ? far : runs[v] | far;
+        slides[v] = static_cast<std::int32_t>(r == 0 ? offset : slides[v] | offset);
+        runs[v] = static_cast<std::int32_t>(r == 0 ? far : runs[v] | far);
         fraction[r][v] = static_cast<float>(static_cast<std::int32_t>(bits >> 8)) * 0x1p-24f;
         drift[r][v] = static_cast<float>(static_cast<std::int32_t>(change)) * 0x1p-32f;
         turn[r][v] = drift[r][v] * kFloats;
         x[r][v] = tile.signal[kLow][e][v] + (at >> 32);
       }
-      // The first ones' next step, or what is there.
-      for (std::size_t v = 0; v < kVoicesAhead; ++v) x[r][count + v] = x[r][v % count] + kFrames;
+      // The first ones' next step, and, of few voices, later ones.
+      for (std::size_t v = 0; v < kVoicesAhead; ++v) x[r][count + v] = x[r][v] + kFrames;
     }
     const VoiceSet all = ~VoiceSet{0} >> (kTileVoices - count);
     steady = all & ~those_not_zero(slides);
