@@ -174,8 +174,7 @@ void Mixer::hold() noexcept REALTIME {
         std::copy_n(&pair.targets[s * lanes], lanes, &pair.gains[2 * s * lanes]);
         std::fill_n(&pair.gains[(2 * s + 1) * lanes], lanes, 0.0f);
       }
-      for (int e = 0; e < mode_.delays; ++e) slide(s, e, 0, true);
-      place(s, slots_[s].delay);
+      stay(s);
       if (mode_.head) set_gap(s, gap_ends_[s], gap_ends_[s]);
     }
     if (mode_.head) fine_->hold();

@@ -172,8 +172,14 @@ class Mixer {
   void set_gap(std::uint32_t slot, std::int64_t from, std::int64_t to) noexcept REALTIME;
   void prefetch(std::uint32_t slot) const noexcept REALTIME;
   void load_voice(const Voice& voice) noexcept REALTIME;
-  void slide(std::uint32_t slot, int ear, double change_frames, bool starts) noexcept REALTIME;
-  void place(std::uint32_t slot, const std::array<std::int64_t, kEars>& delay) noexcept REALTIME;
+  void slide(Slide& slide, VoicePath& path, Parabola& after_knot, double change_frames,
+             bool starts) noexcept REALTIME;
+  template <std::size_t kDelays>
+  void place(Slot& slot, VoicePath* paths,
+             const std::array<std::int64_t, kDelays>& delay) noexcept REALTIME;
+  template <std::size_t kDelays>
+  bool slide_to(const Voice& voice) noexcept REALTIME;
+  void stay(std::uint32_t slot) noexcept REALTIME;
   void set_targets(const std::array<Bands, kEars>& gain, float* targets) const noexcept REALTIME;
   GainLines gain_lines(std::size_t pair, const Voice& voice,
                        const float* targets) noexcept REALTIME;

@@ -4,8 +4,8 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
-#include <cstring>
 
+#include "common/maths.h"
 #include "runtime/mixing/mixer.h"
 #include "runtime/realtime/prefetch.h"
 
@@ -25,13 +25,11 @@ bool is_usable(double delay_frames) {
 
 bool is_usable(const Voice& voice) {
   if (!(dot(voice.from, voice.from) < 1.01f)) return false;
-  std::array<std::int32_t, kEars * kBandCount> bits;
-  static_assert(sizeof(bits) == sizeof(voice.gain));
-  std::memcpy(bits.data(), voice.gain.data(), sizeof(bits));
+  const auto bits = std::bit_cast<std::array<std::int32_t, kEars * kBandCount>>(voice.gain);
   constexpr auto kLoudestBits = std::bit_cast<std::int32_t>(kLoudest);
   std::int32_t loud = 0;  // of finite numbers bits are in their order, and NaN is beyond them
-  for (const std::int32_t b : bits) loud |= (b & 0x7fffffff) > kLoudestBits ? 1 : 0;
-  if (loud != 0) return false;
+  for (const std::int32_t b : bits) loud |= kLoudestBits - (b & 0x7fffffff);
+  if (loud < 0) return false;
   for (int e = 0; e < kEars; ++e) {
     if (!is_usable(voice.delay_frames[e])) return false;
     if (voice.starts && !is_usable(voice.start_delay_frames[e])) return false;
@@ -41,15 +39,22 @@ bool is_usable(const Voice& voice) {
 
 std::int64_t fixed(double frames) { return std::llrint(frames * kFixedOne_f); }
 
+// The same of less than 2^19: a number so large beside them has just these bits left.
+std::int64_t fixed_slope(double frames) {
+  constexpr double kLarge = 3 << 19;
+  return std::bit_cast<std::int64_t>(kLarge + frames) - std::bit_cast<std::int64_t>(kLarge);
+}
+
 }  // namespace
 
 // The frame read is clock + lead - delay. Of a loop the ears are as a rule less than one round
 // apart, which spares a division.
-void Mixer::place(std::uint32_t slot,
-                  const std::array<std::int64_t, kEars>& delay) noexcept REALTIME {
-  const PreparedSignal& signal = *slots_[slot].signal;
+template <std::size_t kDelays>
+CLAMOR_INLINE void Mixer::place(Slot& slot, VoicePath* paths,
+                                const std::array<std::int64_t, kDelays>& delay) noexcept REALTIME {
+  const PreparedSignal& signal = *slot.signal;
   std::int64_t first = 0, first_near = 0;
-  for (std::size_t e = 0; e < static_cast<std::size_t>(mode_.delays); ++e) {
+  for (std::size_t e = 0; e < kDelays; ++e) {
     const std::int64_t whole = clock_ + lead_frames_ + (-delay[e] >> 32);
     const bool is_close = e > 0 && std::abs(whole - first) < signal.wrap() >> 32;
     const std::int64_t near = is_close ? first_near + (whole - first) : signal.near(whole);
@@ -57,9 +62,8 @@ void Mixer::place(std::uint32_t slot,
       first = whole;
       first_near = near;
     }
-    const std::int64_t position = near * kFixedOne + (-delay[e] & (kFixedOne - 1));
-    slots_[slot].position[e] = position;
-    signal.place(position, paths_[slot * std::size_t{kEars} + e]);
+    slot.position[e] = near * kFixedOne + (-delay[e] & (kFixedOne - 1));
+    signal.place(slot.position[e], paths[e]);
   }
 }
 
@@ -71,11 +75,11 @@ void Mixer::set_gap(std::uint32_t slot, std::int64_t from, std::int64_t to) noex
 
 // Two parabolas with slopes a at the beginning, b at the knot and c at the end, of m and n steps:
 // each step's slope is its middle's, so what they change in all is, in steps,
-// m (a + b) / 2 + n (b + c) / 2. That gives b. Without divisions, which took half the time.
-void Mixer::slide(std::uint32_t slot, int ear, double change_frames,
-                  bool starts) noexcept REALTIME {
+// m (a + b) / 2 + n (b + c) / 2. That gives b. Without divisions, which took half the time, and not
+// inlined: of both ears' numbers compilers would put together vectors, which takes longer.
+[[gnu::noinline]] void Mixer::slide(Slide& slide, VoicePath& path, Parabola& after_knot,
+                                    double change_frames, bool starts) noexcept REALTIME {
   constexpr double m = 1.0 * kKnotFrames / kStepFrames, n = 1.0 * kKeyframeFrames / kStepFrames - m;
-  Slide& slide = slots_[slot].slide[static_cast<std::size_t>(ear)];
   const double mean = change_frames * (1.0 / kKeyframeFrames);
   double a = mean, b = mean, c = mean;
   if (!starts) {
@@ -87,13 +91,59 @@ void Mixer::slide(std::uint32_t slot, int ear, double change_frames,
   slide = {mean, c};
   const auto parabola = [](double from, double to, double per_step) {
     const double bend = (to - from) * per_step;
-    return Parabola{kFixedOne - fixed(from + 0.5 * bend), -fixed(bend)};
+    return Parabola{kFixedOne - fixed_slope(from + 0.5 * bend), -fixed_slope(bend)};
   };
-  VoicePath& path = paths_[slot * kEars + static_cast<std::size_t>(ear)];
   const Parabola before_knot = parabola(a, b, 1 / m);
   path.step = before_knot.step;
   path.bend = before_knot.bend;
-  slots_[slot].after_knot[static_cast<std::size_t>(ear)] = parabola(b, c, 1 / n);
+  after_knot = parabola(b, c, 1 / n);
+}
+
+// From where they are, or the voice starts, to where they are to be; apart for each number of
+// delays, so that what is known of them stays in registers. False if the voice cannot be used: then
+// they stay; or if what it would read is not here.
+template <std::size_t kDelays>
+bool Mixer::slide_to(const Voice& voice) noexcept REALTIME {
+  Slot& slot = slots_[voice.slot];
+  std::array<std::int64_t, kDelays> from, to;
+  std::array<double, kDelays> change_frames;
+  bool usable = is_usable(voice);
+  for (std::size_t e = 0; e < kDelays; ++e) {
+    from[e] = slot.delay[e];
+    if (usable && voice.starts) from[e] = fixed(voice.start_delay_frames[e]);
+    to[e] = usable ? fixed(voice.delay_frames[e]) : from[e];
+    change_frames[e] = static_cast<double>(to[e] - from[e]) / kFixedOne_f;
+    usable = usable && std::abs(change_frames[e]) < kKeyframeFrames;
+  }
+  if (!usable) {
+    ++bad_voices_;
+    change_frames = {};
+    std::copy_n(slot.delay.begin(), kDelays, from.begin());
+    to = from;
+  }
+  VoicePath* const paths = &paths_[voice.slot * std::size_t{kEars}];
+  for (std::size_t e = 0; e < kDelays; ++e) {
+    slide(slot.slide[e], paths[e], slot.after_knot[e], change_frames[e], voice.starts || !usable);
+    slot.delay[e] = to[e];
+  }
+  place(slot, paths, from);
+  if (!slot.signal->streams()) return usable;
+  std::array<std::int64_t, kEars> first{};
+  std::array<double, kEars> change{};
+  std::ranges::copy(from, first.begin());
+  std::ranges::copy(change_frames, change.begin());
+  return may_sound(voice.slot, first, change) && usable;
+}
+
+void Mixer::stay(std::uint32_t s) noexcept REALTIME {
+  Slot& slot = slots_[s];
+  VoicePath* const paths = &paths_[s * std::size_t{kEars}];
+  for (std::size_t e = 0; e < static_cast<std::size_t>(mode_.delays); ++e)
+    slide(slot.slide[e], paths[e], slot.after_knot[e], 0, true);
+  if (mode_.delays == 1)
+    place(slot, paths, std::array{slot.delay[0]});
+  else
+    place(slot, paths, slot.delay);
 }
 
 void Mixer::set_targets(const std::array<Bands, kEars>& gain,
@@ -164,25 +214,7 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   slot.signal = &signals_[voice.signal];
   slot.rank = voice.rank;
 
-  bool usable = is_usable(voice);
-  std::array<double, kEars> change_frames{};
-  std::array<std::int64_t, kEars> now = slot.delay;
-  for (int e = 0; e < mode_.delays && usable; ++e) {
-    if (voice.starts) now[e] = fixed(voice.start_delay_frames[e]);
-    change_frames[e] = static_cast<double>(fixed(voice.delay_frames[e]) - now[e]) / kFixedOne_f;
-    usable = std::abs(change_frames[e]) < kKeyframeFrames;
-  }
-  if (!usable) {
-    ++bad_voices_;
-    change_frames = {};
-    now = slot.delay;
-  }
-  for (int e = 0; e < mode_.delays; ++e) {
-    slide(voice.slot, e, change_frames[e], voice.starts || !usable);
-    slot.delay[e] = usable ? fixed(voice.delay_frames[e]) : now[e];
-  }
-  place(voice.slot, now);
-  if (slot.signal->streams()) usable = may_sound(voice.slot, now, change_frames) && usable;
+  bool usable = mode_.delays == 1 ? slide_to<1>(voice) : slide_to<2>(voice);
 
   // Down to silence from where it was, if it cannot be used or there is no time for it.
   if (voice.rank > highest_rank_) usable = false;
