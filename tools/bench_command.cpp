@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/arguments.h"
+#include "tools/bench_voices.h"
 #include "tools/commands.h"
 #include "tools/mixer_figures.h"
 #include "tools/progress.h"
@@ -118,26 +119,40 @@ void print_by_instructions(const MixerFigures& figures, std::ostream& out) {
   }
 }
 
+// Of the same way of mixing, full band.
+const KernelProfile& full_band(const MixerFigures& figures, const KernelProfile& profile) {
+  MixMode full = profile.mode;
+  full.eight_bands = full.head = false;
+  return *std::ranges::find_if(figures.profiles, [&](const KernelProfile& other) {
+    return same(other.mode, full) && other.voices == profile.voices;
+  });
+}
+
 void print_profiles(const MixerFigures& figures, std::ostream& out) {
   if (figures.profiles.empty()) return;
-  out << fmt::format(
-      "\nWhere the kernel's time for a frame of a voice goes, ns, K={}: multiply-adds at the "
-      "core's "
-      "ceiling, what else is\ndone with voices that are still and in L1, waiting for memory, and "
-      "sliding; and their sum as many times a full-band "
-      "voice's\n{}{:>10}{:>10}{:>10}{:>10}{:>10}\n",
-      grouped(figures.profiles[0].voices), kNameColumns, "ceiling", "else", "memory", "sliding",
-      "times");
+  out << "\nWhere a voice's time in a block goes, ns. If the core did nothing but multiply and "
+         "add, "
+         "without a pause: reading its\nsignal, and adding it to its buses with gains that slide. "
+         "What more that takes if voices are still and lie in L1; taking\na voice for a call; "
+         "waiting for memory; sliding. In the whole mixer also keyframes and the bands' filters. "
+         "Ceiling: the\nfirst two's share of the kernel's time. Times: the kernel's time in that "
+         "of "
+         "a full-band voice; and if both were at the ceiling.\n"
+      << kNameColumns
+      << fmt::format("{:>7}{:>9}{:>8}{:>7}{:>8}{:>8}{:>9}{:>11}{:>9}{:>7}{:>9}\n", "K", "reading",
+                     "buses", "more", "taking", "memory", "sliding", "keyframes", "ceiling",
+                     "times", "ceilings");
   for (const KernelProfile& profile : figures.profiles) {
-    MixMode full = profile.mode;
-    full.eight_bands = full.head = false;
-    const auto whole = std::ranges::find_if(
-        figures.profiles, [&](const KernelProfile& other) { return same(other.mode, full); });
-    out << name_of(profile.mode)
-        << fmt::format("{:>10.3f}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.2f}\n", profile.ceiling_ns,
-                       profile.still_and_near_ns - profile.ceiling_ns,
-                       profile.still_ns - profile.still_and_near_ns,
-                       profile.usual_ns - profile.still_ns, profile.usual_ns / whole->usual_ns);
+    const KernelProfile& full = full_band(figures, profile);
+    out << name_of(profile.mode) << fmt::format("{:>7}", grouped(profile.voices));
+    const auto block_ns = [](double frame_ns) { return kBenchFrames * frame_ns; };
+    out << fmt::format(
+        "{:>9.1f}{:>8.1f}{:>7.1f}{:>8.1f}{:>8.1f}{:>9.1f}{:>11.1f}{:>7.0f} %{:>7.2f}{:>9.2f}\n",
+        block_ns(profile.reading_ns), block_ns(profile.ceiling_ns - profile.reading_ns),
+        block_ns(profile.rest_ns()), block_ns(profile.taking_ns()), block_ns(profile.memory_ns()),
+        block_ns(profile.sliding_ns()), block_ns(profile.keyframes_ns()),
+        100 * profile.ceiling_ns / profile.usual_ns, profile.usual_ns / full.usual_ns,
+        profile.ceiling_ns / full.ceiling_ns);
   }
 }
 
@@ -214,10 +229,13 @@ ordered_json to_json(const MixerFigures& figures) {
                                 {"bands", profile.mode.two_layers() ? 8 : 1},
                                 {"output", output_of(profile.mode)},
                                 {"voices", profile.voices},
+                                {"reading_ns", profile.reading_ns},
                                 {"ceiling_ns", profile.ceiling_ns},
+                                {"taking_ns", profile.taking_ns()},
                                 {"still_and_near_ns", profile.still_and_near_ns},
                                 {"still_ns", profile.still_ns},
-                                {"usual_ns", profile.usual_ns}});
+                                {"usual_ns", profile.usual_ns},
+                                {"mixer_ns", profile.mixer_ns}});
   json["openal"] = nullptr;
   if (figures.against_openal.empty()) return json;
   json["openal"] = {{"version", figures.openal}, {"figures", ordered_json::array()}};

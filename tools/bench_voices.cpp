@@ -55,8 +55,11 @@ const std::vector<std::vector<float>>& bench_samples() {
   return kSamples;
 }
 
-KernelVoices::KernelVoices(const MixMode& mode, std::uint32_t count, VoicesAre are)
-    : mode_(mode), wrap_(prepared(mode)[0].wrap()), reference_(std::make_unique<ReferenceBuses>()) {
+KernelVoices::KernelVoices(const MixMode& mode, std::uint32_t count, VoicesAre are, int frames)
+    : mode_(mode),
+      frames_(frames),
+      wrap_(prepared(mode)[0].wrap()),
+      reference_(std::make_unique<ReferenceBuses>()) {
   paths_.reserve(std::size_t{kEars} * count);
   for (std::uint32_t v = 0; v < count; ++v)
     for (int e = 0; e < kEars; ++e) {
@@ -87,13 +90,13 @@ KernelVoices::KernelVoices(const MixMode& mode, std::uint32_t count, VoicesAre a
 
 MixJob KernelVoices::job(Part& part) const {
   return {paths_.data(), part.gains.data(), part.active.data(), part.active.size(), 0,
-          kBenchFrames,  part.buses->high,  part.buses->low};
+          frames_,       part.buses->high,  part.buses->low};
 }
 
 void KernelVoices::mix() {
   for (Part& part : parts_) mix_voices(part.mode, job(part));
   for (std::size_t at = 0; at < paths_.size(); at += mode_.delays == 1 ? kEars : 1) {
-    paths_[at].position = paths_[at].position_at(kBenchFrames);
+    paths_[at].position = paths_[at].position_at(frames_);
     paths_[at].position -= paths_[at].position >= wrap_ ? wrap_ : 0;
   }
 }

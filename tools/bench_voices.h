@@ -28,7 +28,9 @@ enum class VoicesAre : std::uint8_t { kUsual, kStill, kStillAndNear };
 // What one call of the kernel needs, and the advance from call to call.
 class KernelVoices {
  public:
-  KernelVoices(const MixMode& mode, std::uint32_t count, VoicesAre are = VoicesAre::kUsual);
+  // `frames` are mixed by a call.
+  KernelVoices(const MixMode& mode, std::uint32_t count, VoicesAre are = VoicesAre::kUsual,
+               int frames = kBenchFrames);
 
   void mix();
   void mix_slowly();  // not binaural
@@ -49,6 +51,7 @@ class KernelVoices {
   MixJob job(Part& part) const;
 
   MixMode mode_;
+  int frames_;
   std::vector<VoicePath> paths_;
   std::vector<Part> parts_;
   std::int64_t wrap_;

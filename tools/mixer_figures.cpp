@@ -31,7 +31,7 @@ const std::vector<MixMode>& bench_modes() {
 
 VoiceWork work_of(const MixMode& mode, std::uint32_t voices) {
   const bool cubic = mode.interpolation == Interpolation::kCubic;
-  VoiceWork work{mode.delays * (cubic ? 5.0 : 1.0), mode.delays * (cubic ? 4.0 : 2.0)};
+  VoiceWork work{mode.delays * (cubic ? 5.0 : 1.0), mode.delays * (cubic ? 4.0 : 2.0), 0};
   double buses = 1;
   if (mode.two_layers()) {
     work.multiply_adds += mode.delays * 5.0 / kLowRate;
@@ -42,8 +42,15 @@ VoiceWork work_of(const MixMode& mode, std::uint32_t voices) {
     const double fine = std::min(1.0, 1.0 * mode.fine_voices / voices);
     buses += fine * (kHeadHighBands + 1.0 * kHeadLowRows / kLowRate - buses);
   }
+  work.reading = work.multiply_adds;
   work.multiply_adds += 2 * kEars * mode.pairs * buses;
   return work;
+}
+
+// Per frame, a call of n frames takes a + b / n.
+double KernelProfile::taking_ns() const {
+  constexpr double kCalls = 1.0 * kBenchFrames / kStepFrames;
+  return (in_steps_ns - still_and_near_ns) / (kCalls - 1);
 }
 
 #ifndef CLAMOR_HAS_BENCHMARK
@@ -59,6 +66,7 @@ Result<MixerFigures> measure_mixer(const BenchRequest&, const std::function<void
 namespace {
 
 constexpr std::uint32_t kVoicesOfOtherKernels = 2000, kMostOpenalVoices = 2000;
+constexpr MixMode kLikeOpenal{Interpolation::kLinear, 1, false};
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -99,55 +107,62 @@ void run_figure(benchmark::State& state, const MixerFigure* figure, Stage* stage
   if (!heard) state.SkipWithError("nothing was heard");
 }
 
-// By turns, and the best of each, so that differences are the voices'.
+// What a block takes. Whole keyframes: 15 blocks are four of them. Before that as many again, up to
+// all of a signal, bring back to the caches what others have driven out of them.
+template <class Once>
+double seconds_of(double blocks, const Once& once) {
+  const int whole = 15 * std::max(1, static_cast<int>(blocks / 15));
+  for (int i = 0; i < std::min(whole, kBenchSignalFrames / kBenchFrames); ++i) once(i);
+  const double start = thread_time_s();
+  for (int i = 0; i < whole; ++i) once(i);
+  return (thread_time_s() - start) / whole;
+}
+
+// By turns, and the best of each over all rounds, so that differences are the voices'.
 void run_profile(benchmark::State& state, KernelProfile* profile, double seconds) {
-  std::array<std::unique_ptr<KernelVoices>, 3> voices;
-  constexpr std::array kKinds = {VoicesAre::kStillAndNear, VoicesAre::kStill, VoicesAre::kUsual};
-  for (std::size_t i = 0; i < voices.size(); ++i)
-    voices[i] = std::make_unique<KernelVoices>(profile->mode, profile->voices, kKinds[i]);
-  const std::array times = {&profile->still_and_near_ns, &profile->still_ns, &profile->usual_ns};
-  constexpr int kTurns = 10;
-  const int blocks = 1 + static_cast<int>(seconds / kTurns * 2e7 / profile->voices);
+  const MixMode& mode = profile->mode;
+  const std::uint32_t count = profile->voices;
+  KernelVoices in_steps(mode, count, VoicesAre::kStillAndNear, kStepFrames);
+  KernelVoices near(mode, count, VoicesAre::kStillAndNear), still(mode, count, VoicesAre::kStill);
+  KernelVoices usual(mode, count);
+  MixerVoices mixer(mode, count);
+  constexpr int kTurns = 5;
+  const auto time = [&](double& best_ns, int frames, auto& voices) {
+    const double block_s = seconds_of(seconds / kTurns * 2e7 / count, [&](int) {
+      for (int at = 0; at < kBenchFrames; at += frames) voices.mix();
+    });
+    const double ns = 1e9 * block_s / count / kBenchFrames;
+    if (best_ns == 0 || ns < best_ns) best_ns = ns;
+  };
   for (auto _ : state)
-    for (int turn = 0; turn < kTurns; ++turn)
-      for (std::size_t i = 0; i < voices.size(); ++i) {
-        const double start = thread_time_s();
-        for (int block = 0; block < blocks; ++block) voices[i]->mix();
-        const double ns = 1e9 * (thread_time_s() - start) / blocks / profile->voices / kBenchFrames;
-        if (*times[i] == 0 || ns < *times[i]) *times[i] = ns;
-      }
+    for (int turn = 0; turn < kTurns; ++turn) {
+      time(profile->in_steps_ns, kStepFrames, in_steps);
+      time(profile->still_and_near_ns, kBenchFrames, near);
+      time(profile->still_ns, kBenchFrames, still);
+      time(profile->usual_ns, kBenchFrames, usual);
+      time(profile->mixer_ns, kBenchFrames, mixer);
+    }
 }
 
 // One round after the other, each of everything in turn: what disturbs one disturbs all.
 void run_openal(benchmark::State& state, OpenalFigure* figure, double seconds,
                 std::string* version) {
-  const MixMode mode{Interpolation::kLinear, 1, false};
   const std::uint32_t count = figure->voices;
-  KernelVoices kernel(mode, count);
-  MixerVoices mixer(mode, count);
+  KernelVoices kernel(kLikeOpenal, count);
+  MixerVoices mixer(kLikeOpenal, count);
   const std::array places = {openal_voices_at(0, count), openal_voices_at(1, count)};
   const auto openal = OpenalVoices::create(bench_samples(), places[0]);
   if (openal) *version = openal->version();
   std::vector<float> block(kEars * kBenchFrames);
-
-  // Whole keyframes: 15 blocks are four of them. Before that as many again, up to all of a signal,
-  // bring back to the caches what the others have driven out of them.
-  const auto timed = [](double blocks, auto&& once) {
-    const int whole = 15 * std::max(1, static_cast<int>(blocks / 15));
-    for (int i = 0; i < std::min(whole, kBenchSignalFrames / kBenchFrames); ++i) once(i);
-    const double start = thread_time_s();
-    for (int i = 0; i < whole; ++i) once(i);
-    return (thread_time_s() - start) / whole;
-  };
   std::vector<double> still, moving, times_still, times_moving;
   double energy = 0;
   for (auto _ : state) {
     if (!openal) continue;
     const double ours_blocks = seconds * 5e6 / count, blocks = seconds * 5e5 / count;
-    const double ours = timed(ours_blocks, [&](int) { kernel.mix(); });
-    const double ours_moving = timed(ours_blocks, [&](int) { mixer.mix(); });
-    still.push_back(timed(blocks, [&](int) { openal->render(block); }));
-    moving.push_back(timed(blocks, [&](int i) {
+    const double ours = seconds_of(ours_blocks, [&](int) { kernel.mix(); });
+    const double ours_moving = seconds_of(ours_blocks, [&](int) { mixer.mix(); });
+    still.push_back(seconds_of(blocks, [&](int) { openal->render(block); }));
+    moving.push_back(seconds_of(blocks, [&](int i) {
       if (i * 4 / 15 != (i + 1) * 4 / 15) openal->move(places[static_cast<std::size_t>(i % 2)]);
       openal->render(block);
     }));
@@ -218,9 +233,11 @@ Result<MixerFigures> measure_mixer(const BenchRequest& request,
   for (const std::uint32_t voices : request.voices)
     if (voices <= kMostOpenalVoices) result.against_openal.push_back({voices});
 
-  for (const MixMode& mode : bench_modes())
-    result.profiles.push_back(
-        {mode, std::min(kVoicesOfOtherKernels, *std::ranges::max_element(request.voices))});
+  const std::uint32_t profiled =
+      std::min(kVoicesOfOtherKernels, *std::ranges::max_element(request.voices));
+  for (const OpenalFigure& figure : result.against_openal)
+    if (figure.voices != profiled) result.profiles.push_back({kLikeOpenal, figure.voices});
+  for (const MixMode& mode : bench_modes()) result.profiles.push_back({mode, profiled});
 
   const std::size_t first_profile = result.figures.size() + result.against_openal.size();
 
@@ -232,15 +249,18 @@ Result<MixerFigures> measure_mixer(const BenchRequest& request,
         ->MinTime(slow ? 0.2 * request.seconds : request.seconds)
         ->Repetitions(slow ? 1 : request.runs);
   }
-  for (std::size_t i = 0; i < result.profiles.size(); ++i)
-    benchmark::RegisterBenchmark(std::to_string(first_profile + i).c_str(), run_profile,
-                                 &result.profiles[i], request.seconds)
-        ->Iterations(request.runs);
+  // One round after the other: what disturbs one of them leaves another's.
+  for (int round = 0; round < request.runs; ++round)
+    for (std::size_t i = 0; i < result.profiles.size(); ++i)
+      benchmark::RegisterBenchmark(std::to_string(first_profile + i).c_str(), run_profile,
+                                   &result.profiles[i], request.seconds)
+          ->Iterations(1);
   for (std::size_t i = 0; i < result.against_openal.size(); ++i)
     benchmark::RegisterBenchmark(std::to_string(result.figures.size() + i).c_str(), run_openal,
                                  &result.against_openal[i], request.seconds, &result.openal)
         ->Iterations(3 * request.runs);
-  Collector collector(first_profile + result.profiles.size(), progress);
+  const auto rounds = static_cast<std::size_t>(request.runs);
+  Collector collector(first_profile + rounds * result.profiles.size(), progress);
   benchmark::RunSpecifiedBenchmarks(&collector, ".");
   benchmark::ClearRegisteredBenchmarks();
   if (!collector.failure().empty()) return Error("while timing, " + collector.failure() + ".");
@@ -264,9 +284,11 @@ Result<MixerFigures> measure_mixer(const BenchRequest& request,
     figure.of_loads = frames_per_s * figure.work.loads / loads;
   }
   std::tie(result.peak_multiply_adds_per_s, result.peak_loads_per_s) = peaks[result.instructions];
-  for (KernelProfile& profile : result.profiles)
-    profile.ceiling_ns =
-        1e9 * work_of(profile.mode, profile.voices).multiply_adds / result.peak_multiply_adds_per_s;
+  for (KernelProfile& profile : result.profiles) {
+    const VoiceWork work = work_of(profile.mode, profile.voices);
+    profile.reading_ns = 1e9 * work.reading / result.peak_multiply_adds_per_s;
+    profile.ceiling_ns = 1e9 * work.multiply_adds / result.peak_multiply_adds_per_s;
+  }
   if (result.openal.empty()) result.against_openal.clear();
   return result;
 }

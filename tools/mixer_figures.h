@@ -7,8 +7,8 @@
 //   mixer      the whole of Mixer: keyframes loaded, voices placed and mixed, bands filtered
 //   kernel     mix_voices() alone and the voices' advance from block to block
 //   profile    mix_voices() on the same voices, then without those that slide, then with all they
-//   read
-//              in L1 as well: what of a frame's time each of these costs beyond the multiply-adds
+//              read in L1 as well, then so in shorter calls: what of a frame's time each of these
+//              costs beyond the multiply-adds
 //   reference  mix_reference(): frame by frame in double
 //   openal     OpenAL Soft (linear, one delay, stereo, no HRTF) on as many voices at the same
 //              pitches, in turns with ours within one run. Still: the kernel against OpenAL Soft's
@@ -35,6 +35,7 @@ struct VoicesInRealTime {
 // the bus's gain. Binaural, the loudest voices take those of a head's bands instead.
 struct VoiceWork {
   double multiply_adds = 0, loads = 0;
+  double reading = 0;  // of the multiply-adds; the others are the buses'
 };
 VoiceWork work_of(const MixMode& mode, std::uint32_t voices);
 
@@ -56,20 +57,32 @@ struct OpenalFigure {
   double times_still = 0, times_moving = 0;  // how many more are ours
 };
 
-// Where the kernel's time for a frame of a voice goes: the ceiling's share, what else it does with
-// voices that are still and in L1, what it waits for memory, and what sliding costs.
+// Where the time for a frame of a voice goes. Measured are the ceiling of what is read and of all,
+// the kernel with voices that are still and in L1, in calls of one step and of a block, with those
+// that are still, with all, and the mixer: each with what comes before it.
 struct KernelProfile {
   MixMode mode;
   std::uint32_t voices = 0;
-  double ceiling_ns = 0, still_and_near_ns = 0, still_ns = 0, usual_ns = 0;  // each with the last
+  double reading_ns = 0, ceiling_ns = 0;
+  double in_steps_ns = 0, still_and_near_ns = 0, still_ns = 0, usual_ns = 0, mixer_ns = 0;
+
+  // What a call does once for each voice, taking and handing it back, is a frame's share of a
+  // block's; a call of one step has as much for fewer frames.
+  double taking_ns() const;
+  double rest_ns() const { return still_and_near_ns - taking_ns() - ceiling_ns; }
+  double memory_ns() const { return still_ns - still_and_near_ns; }
+  double sliding_ns() const { return usual_ns - still_ns; }
+  double keyframes_ns() const { return mixer_ns - usual_ns; }
 };
 
 struct MixerFigures {
   std::string instructions;  // that are used where nothing else is said
   double peak_multiply_adds_per_s = 0, peak_loads_per_s = 0;
-  std::vector<MixerFigure> figures;     // in the order of bench_modes(), then of voices
-  std::vector<KernelProfile> profiles;  // of the instructions that are used
-  std::string openal;                   // its version; empty: it is not there
+  std::vector<MixerFigure> figures;  // in the order of bench_modes(), then of voices
+  // Of the instructions that are used: of each way of mixing, and before those of what is held
+  // against OpenAL Soft at other numbers of voices.
+  std::vector<KernelProfile> profiles;
+  std::string openal;  // its version; empty: it is not there
   std::vector<OpenalFigure> against_openal;
 };
 
