@@ -13,7 +13,6 @@
 #include "runtime/field/loudness.h"
 #include "runtime/field/source_field.h"
 #include "runtime/mixing/block_mixer.h"
-#include "runtime/mixing/keyframe_maker.h"
 #include "runtime/sounds/signal_bank.h"
 #include "runtime/source_choice.h"
 

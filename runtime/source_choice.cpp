@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "runtime/auralizer.h"
-
 namespace clamor {
 
 StrategyOptions strategy_of(const AuralizerOptions& options) {

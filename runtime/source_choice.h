@@ -8,6 +8,8 @@
 
 #include <memory>
 
+#include "runtime/auralizer_input.h"
+#include "runtime/auralizer_options.h"
 #include "runtime/octree/octree_pool.h"
 #include "runtime/octree/page_loader.h"
 #include "runtime/sampling/moving_list.h"
@@ -18,9 +20,6 @@
 #include "runtime/sight/visibility_cache.h"
 
 namespace clamor {
-
-struct AuralizerInput;
-struct AuralizerOptions;
 
 // The strategy that options name, with what it is to be tuned to.
 StrategyOptions strategy_of(const AuralizerOptions& options);

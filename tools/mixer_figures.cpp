@@ -185,8 +185,9 @@ class Collector final : public benchmark::BenchmarkReporter {
 
   bool ReportContext(const Context&) override { return true; }
   void ReportRuns(const std::vector<Run>& runs) override {
+    // Of repetitions, their mean and the like are told apart from them, once more.
+    if (runs.front().run_type == Run::RT_Aggregate) return;
     for (const Run& run : runs) {
-      if (run.run_type == Run::RT_Aggregate) continue;
       if (run.error_occurred) failure_ = run.error_message;
       seconds_[std::stoul(run.run_name.function_name)].push_back(
           run.cpu_accumulated_time / static_cast<double>(run.iterations));

@@ -113,6 +113,16 @@ TEST(Bench, DividesAVoicesTimeByWhatItGoesInto) {
   EXPECT_NEAR(profile.keyframes_ns(), 0.04, 1e-12);
 }
 
+TEST(Bench, SaysHowFarItIsUntilItIsDone) {
+  std::vector<double> shares;
+  const auto measured =
+      measure_mixer({{20}, 0.0005, 2}, [&](double share) { shares.push_back(share); });
+  if (!measured.ok()) GTEST_SKIP() << measured.error().message;
+  ASSERT_FALSE(shares.empty());
+  for (std::size_t i = 0; i < shares.size(); ++i)
+    EXPECT_NEAR(shares[i], static_cast<double>(i + 1) / static_cast<double>(shares.size()), 1e-9);
+}
+
 TEST(Bench, PrintsTablesWithARowForEachWayOfMixing) {
   const auto outcome =
       clamor({"bench", "mixer", "--voices", "40", "--seconds", "0.0005", "--runs", "1"});
