@@ -22,7 +22,7 @@ constexpr std::size_t kMostFrames = 8192;  // asked for at once; no JACK has lar
 // is opened on another: one that is left of a server that has died must be closed before that, and
 // not meanwhile, or the process crashes.
 struct Library {
-  std::timed_mutex calls;    // of those that open and close
+  std::mutex calls;          // of those that open and close
   std::atomic<int> dead{0};  // clients to be closed whose server has stopped
 };
 Library& library() {
@@ -48,7 +48,7 @@ Client connect(const char* name) {
   ::jack_set_info_function([](const char*) {});
   const auto end = std::chrono::steady_clock::now() + kPatience;
   do {
-    const std::unique_lock lock(library().calls, kPatience);
+    const std::unique_lock lock(library().calls, std::try_to_lock);
     if (lock && library().dead == 0)
       return Client(::jack_client_open(name, JackNoStartServer, nullptr));
     std::this_thread::sleep_for(kPause);
