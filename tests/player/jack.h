@@ -24,8 +24,15 @@ class Jack {
     ::setenv("JACK_DEFAULT_SERVER", name_.c_str(), 1);
     start();
   }
+  // JACK knows eight servers of a machine, and forgets one that was killed only when it is started
+  // again under its name and ends as it should.
   ~Jack() {
+    if (!ready_) start();
     daemon_.reset();
+    std::error_code ignored;  // and leaves what it shared with its clients when it was killed
+    for (const auto& shared : std::filesystem::directory_iterator("/dev/shm", ignored))
+      if (shared.path().string().find(name_) != std::string::npos)
+        std::filesystem::remove(shared.path(), ignored);
     for (const char* ending : {"", ".log"}) std::filesystem::remove(log_ + ending);
   }
 

@@ -23,7 +23,7 @@ class Program {
     const std::string errors = output + ".log";
     id_ = ::fork();
     if (id_ != 0) return;
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a test that crashes leaves none behind
+    ::prctl(PR_SET_PDEATHSIG, SIGTERM);  // a test that crashes leaves none behind
     ::dup2(::open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
     ::dup2(::open(errors.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
     ::execvp(pointers[0], pointers.data());
