@@ -17,7 +17,13 @@ class Jack {
  public:
   static constexpr const char* kDevice = "jack: system";
 
-  static std::string missing() { return installed("jackd") ? "" : "jackd2 is not installed"; }
+  static std::string missing() {
+    if (!installed("jackd")) return "jackd2 is not installed";
+    std::error_code problem;
+    const auto space = std::filesystem::space("/dev/shm", problem);
+    const bool fits = !problem && space.available > kShared_bytes;
+    return fits ? "" : "JACK's server needs 50 MB of shared memory, and the machine has less";
+  }
 
   explicit Jack(int rate_hz = 48000, int block_frames = 256)
       : rate_hz_(rate_hz), block_frames_(block_frames) {
@@ -38,9 +44,9 @@ class Jack {
 
   void start() {
     daemon_ = std::make_unique<Program>(
-        std::vector<std::string>{"jackd", "--no-realtime", "--no-mlock", "-S", "-t", "5000", "-n",
-                                 name_, "-d", "dummy", "-r", std::to_string(rate_hz_), "-p",
-                                 std::to_string(block_frames_)},
+        std::vector<std::string>{"jackd", "--no-realtime", "--no-mlock", "--port-max", "64", "-S",
+                                 "-t", "5000", "-n", name_, "-d", "dummy", "-r",
+                                 std::to_string(rate_hz_), "-p", std::to_string(block_frames_)},
         log_);
     ready_ = std::system(("jack_wait -w -t 10 -s " + name_ + " > /dev/null 2>&1").c_str()) == 0;
   }
@@ -61,6 +67,8 @@ class Jack {
   bool sounds() { return std::system(CLAMOR_JACK_LISTENER " clamor > /dev/null 2>&1") == 0; }
 
  private:
+  static constexpr std::uintmax_t kShared_bytes = 50'000'000;  // with so few ports it takes 40 MB
+
   const std::string name_ = "clamor_test_" + std::to_string(::getpid());
   const std::string log_ = (std::filesystem::temp_directory_path() / name_).string();
   const int rate_hz_, block_frames_;
