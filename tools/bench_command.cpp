@@ -131,13 +131,11 @@ const KernelProfile& full_band(const MixerFigures& figures, const KernelProfile&
 void print_profiles(const MixerFigures& figures, std::ostream& out) {
   if (figures.profiles.empty()) return;
   out << "\nWhere a voice's time in a block goes, ns. If the core did nothing but multiply and "
-         "add, "
-         "without a pause: reading its\nsignal, and adding it to its buses with gains that slide. "
-         "What more that takes if voices are still and lie in L1; taking\na voice for a call; "
-         "waiting for memory; sliding. In the whole mixer also keyframes and the bands' filters. "
-         "Ceiling: the\nfirst two's share of the kernel's time. Times: the kernel's time in that "
-         "of "
-         "a full-band voice; and if both were at the ceiling.\n"
+         "add, without a pause: reading its\nsignal, and adding it to its buses with gains that "
+         "slide. What more that takes if voices are still and lie in L1; taking\na voice for a "
+         "call; waiting for memory; sliding. In the whole mixer also keyframes and the bands' "
+         "filters. Ceiling: the\nfirst two's share of the kernel's time. Times: the kernel's time "
+         "in that of a full-band voice; and if both were at the ceiling.\n"
       << kNameColumns
       << fmt::format("{:>7}{:>9}{:>8}{:>7}{:>8}{:>8}{:>9}{:>11}{:>9}{:>7}{:>9}\n", "K", "reading",
                      "buses", "more", "taking", "memory", "sliding", "keyframes", "ceiling",

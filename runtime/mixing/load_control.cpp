@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "formats/level.h"
 #include "runtime/voices/keyframe.h"
 
 namespace clamor {

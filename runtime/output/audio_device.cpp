@@ -18,7 +18,6 @@
 #include <RtAudio.h>
 #include <dlfcn.h>
 
-#include "formats/level.h"
 #include "runtime/output/audio_output.h"
 #include "runtime/output/audio_thread.h"
 #include "runtime/output/jack_output.h"
@@ -134,8 +133,7 @@ class DeviceOutput final : public AudioOutput {
   Result<void> start() override {
     const std::string problem = attempt([&] { audio_->startStream(); });
     if (problem.empty()) return {};
-    return Error("the sound device " + in_quotes(name_) + " does not start (" + problem +
-                 "); name another of 'clamor devices' with --device");
+    return device_error(name_, "does not start (" + problem + ")");
   }
 
   void stop() override {
@@ -258,9 +256,8 @@ class SoundDevices final : public OutputDriver {
                                               ? open_jack(device, request, callback, problem)
                                               : open_found(device, request, callback, problem);
     if (output != nullptr) return output;
-    return Error("the sound device " + in_quotes(device.full_name()) + " cannot play " +
-                 std::to_string(request.channels) + " channels (" + problem +
-                 "); name another of 'clamor devices' with --device");
+    return device_error(device.full_name(), "cannot play " + std::to_string(request.channels) +
+                                                " channels (" + problem + ")");
   }
 };
 

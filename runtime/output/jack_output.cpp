@@ -11,6 +11,7 @@
 
 #include "formats/level.h"
 #include "runtime/output/audio_thread.h"
+#include "runtime/output/output_choice.h"
 
 namespace clamor {
 
@@ -124,8 +125,7 @@ class JackOutput final : public AudioOutput {
 
  private:
   Error refused(const std::string& why) const {
-    return Error("the sound device " + in_quotes(name_) + " does not start (" + why +
-                 "); name another of 'clamor devices' with --device");
+    return device_error(name_, "does not start (" + why + ")");
   }
 
   // JACK may cancel its thread at any instruction, which must not be one of the mixer's.

@@ -95,6 +95,11 @@ Result<OutputDevice> choose_device(std::span<const OutputDevice> devices,
                ", as 'clamor devices' prints");
 }
 
+Error device_error(const std::string& device, const std::string& what) {
+  return Error("the sound device " + in_quotes(device) + " " + what +
+               "; name another of 'clamor devices' with --device");
+}
+
 std::vector<int> rates_to_try(const OutputDevice& device, int wanted_hz) {
   if (wanted_hz > 0) return {wanted_hz};
   std::vector<int> rates(device.rates_hz.begin(), device.rates_hz.end());

@@ -20,6 +20,9 @@ namespace clamor {
 Result<OutputDevice> choose_device(std::span<const OutputDevice> devices,
                                    const std::string& wanted);
 
+// Of a device and what is wrong with it ("does not start (...)"): with what to do about it.
+Error device_error(const std::string& device, const std::string& what);
+
 // Rates to try, best first: `wanted_hz` alone where it is given; else 48 kHz if the device has it,
 // then those above it, which lose nothing, then those below.
 std::vector<int> rates_to_try(const OutputDevice& device, int wanted_hz);

@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/level.h"
 #include "runtime/voices/keyframe.h"
 
 namespace clamor {
-
-namespace {}  // namespace
 
 std::span<const ChosenCandidate> DynamicSample::next(std::span<const Candidate> candidates) {
   candidates_ = candidates;

@@ -20,6 +20,8 @@
 #include <tuple>
 #include <vector>
 
+#include "common/scattered.h"
+
 namespace clamor {
 
 class HiddenNumbers {
@@ -117,12 +119,8 @@ class HiddenNumbers {
     std::uint64_t key = 0;  // 1 + number / kRow; 0: free
     std::uint32_t row = 0;  // the first has nothing
   };
-  static std::uint64_t hash_of(std::uint64_t key) {
-    key *= 0x9e3779b97f4a7c15u;
-    return key ^ (key >> 29);
-  }
   const Slot& find(std::uint64_t key) const {
-    for (std::uint64_t at = hash_of(key) >> 20;; ++at) {
+    for (std::size_t at = scattered(key);; ++at) {
       const Slot& here = slots_[at & (slots_.size() - 1)];
       if (here.key == key + 1 || here.key == 0) return here;
     }
