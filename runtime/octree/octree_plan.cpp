@@ -22,11 +22,12 @@ namespace {
 constexpr double kPlanReach = 5;  // of the way to where pages are asked for, of half of it
 constexpr double kLeastReach_m = 0.3;
 constexpr double kMostReach_m = 3;
-constexpr double kLower = 0.6;       // than the lowest threshold of late
-constexpr double kFalls = 0.8;       // a threshold, before the next plan is made
-constexpr double kPlanHold_s = 0.3;  // a new one must hold for at least that
+constexpr double kLower = 0.6;        // than the lowest threshold of late
+constexpr double kFalls = 0.8;        // a threshold, before the next plan is made
+constexpr double kPlanHold_s = 0.3;   // a new one must hold for at least that
+constexpr double kNodeGive_m = 0.25;  // that a node which is too quiet is not asked again for
 constexpr std::uint32_t kAsksPerLookAhead = 4;
-constexpr std::size_t kPagesAhead = 2;  // pages
+constexpr std::size_t kPagesAhead = 2, kNodesAhead = 8;
 constexpr std::uint32_t kRest_keyframes = 100;
 constexpr std::size_t kLeastSteps = 256, kParts = 8, kMostPlanned = 1 << 18;
 
@@ -42,11 +43,19 @@ bool OctreePool::look_by_plan(const Vec3& place, double threshold, std::size_t m
     for (Plan::Node& node : plan_.nodes)
       if (node.page != nullptr) node.list = shortlists_.number_of(node.step.first);
   renew_lists(place, threshold);
-  for (const Plan::Node& node : plan_.nodes) {
-    if (node.empty) continue;
+  heard_.clear();
+  for (std::uint32_t n = 0; n < plan_.asked.size(); ++n)
+    if (!plan_.asked[n].empty) heard_.push_back(n);
+  const auto node_of = [this](std::size_t h) -> const Plan::Node& {
+    return plan_.nodes[heard_[h]];
+  };
+  for (std::size_t h = 0; h < heard_.size(); ++h) {
+    if (h + 2 * kNodesAhead < heard_.size()) __builtin_prefetch(&node_of(h + 2 * kNodesAhead));
+    if (h + kNodesAhead < heard_.size()) __builtin_prefetch(node_of(h + kNodesAhead).kept);
+    const Plan::Node& node = node_of(h);
     shortlists_.use(node.list, looked_at_);
     loader_.use(*node.kept, node.step.most);
-    met_.push_back({node.step, node.page, node.list, threshold, false, true, 0});
+    met_.push_back({node.step, node.page, node.list, threshold, false, true});
     if (met_.size() == kMostMet) pass_met(found);
     if (found.size() > most) return false;
   }
@@ -55,41 +64,51 @@ bool OctreePool::look_by_plan(const Vec3& place, double threshold, std::size_t m
   return found.size() <= most;
 }
 
-// Those that do not hold, of nodes that matter now; and notes what is missing of these.
+// Those that do not hold, of nodes that matter now; and notes what is missing of these. A node of
+// which nothing matters is not asked again for a while.
 void OctreePool::renew_lists(const Vec3& place, double threshold) {
   renewed_.clear();
-  for (Plan::Node& node : plan_.nodes) {
-    if (walked_m_ <= node.asked_m && threshold >= node.asked_threshold && time_s_ <= node.asked_s)
+  for (std::uint32_t n = 0; n < plan_.asked.size(); ++n) {
+    Plan::Asked& asked = plan_.asked[n];
+    if (walked_m_ <= asked.walked_m && threshold >= asked.threshold && time_s_ <= asked.until_s)
       continue;
-    node.empty = true;
-    if (node.widest < threshold) continue;
+    const Plan::Node& node = plan_.nodes[n];
+    asked = {};
+    if (node.widest < threshold) {
+      asked = {std::numeric_limits<double>::infinity(), node.widest, until_s_, true, true};
+      continue;
+    }
     const bool holds = node.page != nullptr && shortlists_.holds(node.list, place, threshold);
     if (!holds) {
-      const double highest =
-          bound(*node.step.entry, copies_[node.step.copy], node.step.entry->highest_key);
-      if (!(highest > 0 && highest >= threshold)) continue;
+      const PageEntry& entry = *node.step.entry;
+      const Copy& copy = copies_[node.step.copy];
+      const double highest = bound(entry, copy, entry.highest_key);
+      if (!(highest > 0 && highest >= threshold)) {
+        asked = {walked_m_ + kNodeGive_m, bound(entry, copy, entry.highest_key, kNodeGive_m),
+                 until_s_};
+        continue;
+      }
       if (node.page == nullptr) {
-        loader_.use(*node.step.entry, highest);  // counts it as late
+        loader_.use(entry, highest);  // counts it as late
         note_missing(node.step, highest, 1);
         continue;
       }
     }
-    renewed_.push_back(&node);
+    renewed_.push_back(n);
   }
+  const auto page_of = [this](std::size_t r) { return plan_.nodes[renewed_[r]].page; };
   for (std::size_t r = 0; r < renewed_.size(); ++r) {
     if (r + 2 * kPagesAhead < renewed_.size())
-      __builtin_prefetch(&renewed_[r + 2 * kPagesAhead]->page->sources);
-    if (r + kPagesAhead < renewed_.size()) renewed_[r + kPagesAhead]->page->sources.prefetch();
-    Plan::Node& node = *renewed_[r];
+      __builtin_prefetch(&page_of(r + 2 * kPagesAhead)->sources);
+    if (r + kPagesAhead < renewed_.size()) page_of(r + kPagesAhead)->sources.prefetch();
+    const Plan::Node& node = plan_.nodes[renewed_[r]];
     shortlists_.renew(node.list,
                       {node.page->sources, *node.step.entry, node.step.first, place, threshold,
                        nullptr, maps_, SignalMaps::kNone},
                       looked_at_);
     const Quiet held = shortlists_.held(node.list, place);
-    node.asked_m = walked_m_ + held.give_m;
-    node.asked_threshold = held.threshold;
-    node.asked_s = held.until_s;
-    node.empty = shortlists_.is_empty(node.list);
+    plan_.asked[renewed_[r]] = {walked_m_ + held.give_m, held.threshold, held.until_s,
+                                shortlists_.is_empty(node.list)};
     ++visited_;
   }
 }
@@ -131,8 +150,22 @@ void OctreePool::plan_ahead(const Vec3& soon) {
     go_a_step(next_);
   if (next_.nodes.size() > kMostPlanned) next_.clear();
   if (next_.steps.empty() && next_.give_m >= 0) {
+    next_.take_over(plan_);
     std::swap(plan_, next_);
     next_.clear();
+  }
+}
+
+// What is known of nodes that are in both, as far as it does not follow from the last plan alone.
+// Both are by ascending numbers.
+void OctreePool::Plan::take_over(const Plan& last) {
+  std::size_t l = 0;
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    const Node& node = nodes[n];
+    while (l < last.nodes.size() && last.nodes[l].step.first < node.step.first) ++l;
+    if (l == last.nodes.size()) return;
+    if (last.nodes[l].offset == node.offset && node.page != nullptr && !last.asked[l].by_plan)
+      asked[n] = last.asked[l];
   }
 }
 
@@ -145,6 +178,7 @@ void OctreePool::go_a_step(Plan& plan) {
   const ResidentPage* const page = kept != nullptr ? kept->resident() : nullptr;
   if (page == nullptr || entry.source_count > 0) {
     Plan::Node& node = plan.nodes.emplace_back();
+    plan.asked.emplace_back();
     node.step = step;
     node.step.most = bound(entry, plan.copies[step.copy], entry.highest_key);
     node.widest = step.most;
@@ -184,20 +218,26 @@ void OctreePool::complete_plan(Plan& plan) {
     return node.page == nullptr && std::binary_search(came.begin(), came.end(), node.offset);
   };
   std::vector<Plan::Node> nodes;
+  std::vector<Plan::Asked> asked;
   std::vector<Step> steps;
   nodes.swap(plan.nodes);
+  asked.swap(plan.asked);
   steps.swap(plan.steps);
   for (std::size_t n = 0; n < nodes.size() && nodes.size() <= kMostPlanned; ++n) {
     if (!has_come(nodes[n])) continue;
     plan.nodes.clear();
+    plan.asked.clear();
     plan.steps.push_back(nodes[n].step);
     plan.steps.back().most = nodes[n].widest;
     while (!plan.steps.empty()) go_a_step(plan);
-    const auto here = nodes.begin() + static_cast<std::ptrdiff_t>(n);
-    *here = plan.nodes.front();
-    nodes.insert(here + 1, plan.nodes.begin() + 1, plan.nodes.end());
+    const auto here = static_cast<std::ptrdiff_t>(n);
+    nodes[n] = plan.nodes.front();
+    nodes.insert(nodes.begin() + here + 1, plan.nodes.begin() + 1, plan.nodes.end());
+    asked[n] = {};
+    asked.insert(asked.begin() + here + 1, plan.asked.begin() + 1, plan.asked.end());
   }
   plan.nodes = std::move(nodes);
+  plan.asked = std::move(asked);
   plan.steps = std::move(steps);
   if (plan.nodes.size() > kMostPlanned) plan.clear();
 }

@@ -15,7 +15,6 @@ constexpr double kGiveInTime_s = 0.05;   // of delays rounded, and of moments
 constexpr double kPlaceGive_m = 0.002;   // quantised positions, 10 km from the origin
 constexpr std::size_t kMostFirst = 256;  // pages of a tree that are always here
 constexpr std::size_t kMostAsked = 256;  // pages at a time
-constexpr std::size_t kFetchAhead = 4;   // pages
 
 }  // namespace
 
@@ -208,7 +207,7 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
                       maps_,         copy.map};
     const std::size_t list = shortlists_.list_of(met, quiet, looked_at_);
     quiet = quiet.seen_from(copy.place);
-    if (!shortlists_.is_empty(list)) met_.push_back({step, page, list, least, leads, false, 0});
+    if (!shortlists_.is_empty(list)) met_.push_back({step, page, list, least, leads, false});
     if (met_.size() == kMostMet) pass_met(found);
     return found.size() <= most;
   };
@@ -222,25 +221,19 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
   return found.size() <= most;
 }
 
-// What is in their lists is read when it has come from memory.
 void OctreePool::pass_met(std::vector<FoundSource>& found) {
-  loud_.clear();
-  for (std::size_t m = 0; m < met_.size(); ++m) {
-    if (m + kFetchAhead < met_.size()) shortlists_.prefetch(met_[m + kFetchAhead].list);
-    met_[m].first_loud = loud_.size();
-    shortlists_.loud_entries(met_[m].list, copies_[met_[m].step.copy].place, met_[m].least, loud_);
-  }
-  for (std::size_t m = 0; m < met_.size(); ++m) {
+  asked_lists_.clear();
+  for (const Met& met : met_)
+    asked_lists_.push_back({met.list, copies_[met.step.copy].place, met.least});
+  const Met* last = nullptr;
+  shortlists_.pass(asked_lists_, [&](std::size_t m, std::size_t i, std::uint32_t signal,
+                                     double ceiling, float boost) {
     const Met& met = met_[m];
-    const std::size_t end = m + 1 < met_.size() ? met_[m + 1].first_loud : loud_.size();
-    visited_ += met.planned && end > met.first_loud;
-    shortlists_.pass(
-        met.list, std::span(loud_).subspan(met.first_loud, end - met.first_loud), met.least,
-        [&](std::size_t i, std::uint32_t signal, double ceiling, float boost) {
-          if (!met.leads || i > 0)
-            add_source(met.step, *met.page, i, false, signal, ceiling, boost, met.least, found);
-        });
-  }
+    visited_ += met.planned && &met != last;
+    last = &met;
+    if (!met.leads || i > 0)
+      add_source(met.step, *met.page, i, false, signal, ceiling, boost, met.least, found);
+  });
   met_.clear();
 }
 

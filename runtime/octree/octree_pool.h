@@ -121,7 +121,6 @@ class OctreePool final : public SourcePool {
     double least = 0;    // in its tree
     bool leads = false;  // its first source is the representative of its copy
     bool planned = false;
-    std::size_t first_loud = 0;
   };
 
   // The one source of a copy that may matter.
@@ -144,24 +143,31 @@ class OctreePool final : public SourcePool {
       const ResidentPage* page = nullptr;  // null: not here
       PageLoader::Place* kept = nullptr;
       std::size_t list = 0;
-      // What its list has need not be asked until so much was walked, for a higher threshold.
-      double asked_m = -1, asked_threshold = 0, asked_s = 0;
-      bool empty = true;  // as far as is known
+    };
+    // What the list of a node has need not be asked until so much was walked, for a higher
+    // threshold: apart from all else, since every keyframe goes through all of these.
+    struct Asked {
+      double walked_m = -1, threshold = 0, until_s = 0;
+      bool empty = true;     // as far as is known
+      bool by_plan = false;  // known wherever the plan holds, and nowhere else
     };
     Vec3 place{};
     double give_m = -1;  // how far from there it holds; below 0: nowhere
     double threshold = 0, until_s = 0;
     std::uint32_t lists = 0;  // which of all ways to number them
     std::vector<Node> nodes;
+    std::vector<Asked> asked;  // of each node
     std::vector<Copy> copies;
     std::vector<Step> steps;  // to be gone yet; `most` is the widest
 
     void clear() {
       give_m = -1;
       nodes.clear();
+      asked.clear();
       copies.clear();
       steps.clear();
     }
+    void take_over(const Plan& last);
     bool holds(const Vec3& at, double least, double time_s, double margin_m = 0) const {
       return length(at - place) + margin_m <= give_m && least >= threshold && time_s <= until_s;
     }
@@ -225,17 +231,17 @@ class OctreePool final : public SourcePool {
   QuietNodes quiet_;
   TreeLeads leads_;
   Plan plan_, next_;
-  std::uint32_t keyframes_to_rest_ = 0;  // without making one
-  std::vector<Plan::Node*> renewed_;
-  double walked_m_ = 0;    // by the listener
-  double looked_for_ = 0;  // threshold of the last look that was not given up
-  float strength_ = 1;     // of late sources' boost; copies' have none
+  std::uint32_t keyframes_to_rest_ = 0;         // without making one
+  std::vector<std::uint32_t> renewed_, heard_;  // of its nodes
+  double walked_m_ = 0;                         // by the listener
+  double looked_for_ = 0;                       // threshold of the last look that was not given up
+  float strength_ = 1;                          // of late sources' boost; copies' have none
 
   // Of the last look.
   std::vector<Copy> copies_;
   std::vector<Met> met_;
-  std::vector<LoudEntry> loud_;  // entries of their lists, one after the other
-  std::deque<Source> placed_;    // the first so many; the others wait to be used again
+  std::vector<PageShortlists::Asked> asked_lists_;  // theirs
+  std::deque<Source> placed_;  // the first so many; the others wait to be used again
   std::size_t placed_count_ = 0;
   std::vector<WantedPage> missed_, soon_;
   std::uint32_t asks_ = 0;

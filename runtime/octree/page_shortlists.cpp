@@ -1,6 +1,7 @@
 #include "runtime/octree/page_shortlists.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace clamor {
 
@@ -10,16 +11,19 @@ namespace {
 struct Reach {
   double of_distance, least_m, lower;
 };
-constexpr Reach kReach{1.0 / 30, 0.1, 0.8}, kReachOfFew{1.0 / 12, 0.25, 0.65},
-    kReachOfNone{1.0 / 8, 0.4, 0.5};
+constexpr Reach kReach{1.0 / 20, 0.15, 0.9}, kReachOfFew{1.0 / 12, 0.25, 0.75},
+    kReachOfNone{1.0 / 8, 0.4, 0.6};
 constexpr double kAhead = 0.85;  // of how far they hold, their middles are
 constexpr std::uint32_t kFew = kSieveBlock / 2;
-constexpr double kHold_s = 0.6;                         // and up to twice as long
-constexpr double kRises = 1.01, kLeastLower = 1.0 / 3;  // of thresholds, per keyframe
+constexpr double kQuiet = 0.5;   // all signals, if none is louder soon than that share of its most
+constexpr double kHold_s = 0.4;  // and up to twice as long
+constexpr double kLeastLower = 1.0 / 3;          // threshold of late, of that of now
+constexpr std::uint32_t kOfLate_keyframes = 32;  // and up to twice as many
 constexpr float kUsualGive_s = 0.003f;
 constexpr std::uint32_t kTurns = 16;
 // Lists that were not used for so long are dropped, now and then.
 constexpr std::uint32_t kForget_keyframes = 256;
+constexpr std::size_t kFetchAhead = 8, kBlocksAhead = 3;  // lists, blocks of each
 
 }  // namespace
 
@@ -39,36 +43,71 @@ void PageShortlists::begin(const Vec3& place, double time_s, double loudest, dou
     ++numbering_;
   }
   seen_.clear();
-  for (const LoudnessTrack& track : ceilings_.tracks) seen_.push_back(track.seen_at(time_s));
+  for (const LoudnessTrack& track : weights_.tracks) seen_.push_back(track.seen_at(time_s));
   shares_.tabulate(seen_, longest_s_, kUsualGive_s);
 }
 
 // Thresholds go up and down with syllables, and lists made at a high one would all be made anew at
-// the next low one.
+// the next low one. A fall of once, as where a door opens, is forgotten after a while.
 void PageShortlists::expect(double threshold) {
-  lowest_ = std::min(lowest_ > 0 ? kRises * lowest_ : threshold, threshold);
-  lower_ = threshold > 0 ? std::max(lowest_ / threshold, kLeastLower) : 1;
+  lowest_ = 0;
+  lower_ = 1;
+  if (!(threshold > 0)) return;
+  if (keyframe_ % kOfLate_keyframes == 0)
+    lowest_before_ = std::exchange(lowest_of_these_, threshold);
+  lowest_of_these_ = std::min(lowest_of_these_, threshold);
+  lowest_ = std::min(lowest_before_, lowest_of_these_);
+  lower_ = std::max(lowest_ / threshold, kLeastLower);
 }
 
-void PageShortlists::prefetch(std::size_t list) const {
-  const List& one = lists_[list];
-  for (std::size_t b = 0; b < std::min<std::size_t>(one.blocks.size(), 3); ++b)
-    for (std::size_t line = 0; line < sizeof(ShortlistBlock); line += 64)
-      __builtin_prefetch(reinterpret_cast<const char*>(&one.blocks[b]) + line);
+// From memory: lists first, and what they have when they have come.
+void PageShortlists::fetch(std::span<const Asked> asked) {
+  near_.clear();
+  for (std::size_t a = 0; a < asked.size() + kFetchAhead; ++a) {
+    if (a < asked.size()) {
+      const char* const list = reinterpret_cast<const char*>(&lists_[asked[a].list]);
+      for (std::size_t line = 0; line < sizeof(List); line += 64) __builtin_prefetch(list + line);
+    }
+    if (a < kFetchAhead) continue;
+    const List& list = lists_[asked[a - kFetchAhead].list];
+    for (std::size_t b = 0; b < std::min(list.blocks.size(), kBlocksAhead); ++b)
+      for (std::size_t line = 0; line < sizeof(ShortlistBlock); line += 64)
+        __builtin_prefetch(reinterpret_cast<const char*>(&list.blocks[b]) + line);
+    near_.push_back(hidden_ != nullptr ? hidden_->near(list.first) : HiddenNumbers::Near());
+    near_.back().prefetch();
+  }
 }
 
-void PageShortlists::loud_entries(std::size_t list, const Vec3& place, double threshold,
-                                  std::vector<LoudEntry>& entries) const {
+void PageShortlists::find_loud(std::span<const Asked> asked) {
   static const SharesNow kAllLoud;
-  constexpr HiddenNumbers::Near kNothingHidden;
-  const List& from = lists_[list];
-  const auto least = static_cast<float>(threshold * (1 - 1e-6));
-  const std::size_t before = entries.size();
-  entries.resize(before + kSieveBlock * from.blocks.size());
-  entries.resize(before + loud_now(from.blocks, Vec3f(place - from.place), least,
-                                   from.give_s <= kUsualGive_s ? shares_ : kAllLoud,
-                                   hidden_ != nullptr ? hidden_->near(from.first) : kNothingHidden,
-                                   entries.data() + before));
+  loud_.clear();
+  ends_.clear();
+  for (std::size_t a = 0; a < asked.size(); ++a) {
+    const List& list = lists_[asked[a].list];
+    const std::size_t before = loud_.size();
+    loud_.resize(before + kSieveBlock * list.blocks.size());
+    loud_.resize(before + loud_now(list.blocks, static_cast<float>(asked[a].threshold * (1 - 1e-6)),
+                                   list.give_s <= kUsualGive_s ? shares_ : kAllLoud, near_[a],
+                                   loud_.data() + before));
+    for (std::size_t l = before; l < loud_.size(); ++l)
+      __builtin_prefetch(&list.shape_of(loud_[l].entry));
+    ends_.push_back(loud_.size());
+  }
+}
+
+void PageShortlists::ask_for_ceilings(std::span<const Asked> asked) {
+  here_.resize(loud_.size());
+  ceilings_.resize(loud_.size());
+  std::size_t l = 0;
+  for (std::size_t a = 0; a < asked.size(); ++a) {
+    const List& list = lists_[asked[a].list];
+    const Vec3f moved_m(asked[a].place - list.place);
+    for (; l < ends_[a]; ++l) {
+      here_[l] = list.shape_of(loud_[l].entry);
+      here_[l].position_m -= moved_m;
+    }
+  }
+  ceilings_here(here_, ceilings_.data());
 }
 
 void PageShortlists::rehash(std::size_t size) {
@@ -91,20 +130,20 @@ Vec3 PageShortlists::ahead_of(const MetPage& page, double give_m) const {
 }
 
 // Those of a page that `list` must have from now on, as it says where it holds and above what.
-template <class Kept>
-std::size_t PageShortlists::sift(List& list, const MetPage& page, double away_m, double hold_s,
-                                 const Kept& kept) {
+template <class Found>
+std::size_t PageShortlists::sift(List& list, const MetPage& page, double away_m,
+                                 const Found& found) {
   const double scale = page.placement != nullptr ? page.placement->scale : 1;
   list.place = ahead_of(page, list.give_m);
-  list.until_s = seen_.empty() ? until_s_ : std::min(until_s_, time_s_ + hold_s);
+  const bool all_quiet = loudest_ < kQuiet;  // then few are found, but not for long
+  list.sifted_until_s = all_quiet ? until_s_ : std::numeric_limits<double>::infinity();
   list.give_s =
       static_cast<float>((list.give_m * scale + 1e-3) / field_.speed_of_sound_mps() + 1e-6);
-  list.count = 0;
-  list.blocks.clear();
+  list.shapes.clear();
+  list.kept.clear();
   const SieveGive give{list.give_m, std::max(away_m, 1 / scale)};
-  const auto least = static_cast<float>(list.threshold * (1 - 1e-6));
   return page.sources.pass(
-      list.place, list.threshold / loudest_,
+      list.place, list.threshold / (all_quiet ? loudest_ : 1),
       [&](std::size_t index, double most, const SievePart& part) {
         std::uint32_t emitter = part.emitter;
         float leaves_s = part.delay_s;
@@ -117,11 +156,7 @@ std::size_t PageShortlists::sift(List& list, const MetPage& page, double away_m,
         const auto delay_s = static_cast<float>(field_.leaves_s(emitter, leaves_s) +
                                                 way_m / field_.speed_of_sound_mps());
         const std::uint32_t signal = page.maps.signal(page.map, field_.signal(part.emitter));
-        const auto ceiling = static_cast<float>(most);
-        if (seen_.empty() ||
-            ceiling * seen_[signal].most_share(delay_s, list.give_s, list.until_s - time_s_) >=
-                least)
-          kept(index, ceiling, delay_s, signal, part);
+        found(index, static_cast<float>(most), delay_s, signal, part);
       },
       give);
 }
@@ -143,41 +178,56 @@ std::size_t PageShortlists::fill(List& list, const MetPage& page) {
     list.give_m = 0;
     list.threshold = kReach.lower * page.threshold;
   }
-  // Not all at once.
-  turn_ = (turn_ + 1) % kTurns;
-  const double hold_s = kHold_s * (1 + static_cast<double>(turn_) / kTurns);
-  const std::size_t looked_at = sift(list, page, away_m, hold_s,
-                                     [&](std::size_t index, float ceiling, float delay_s,
-                                         std::uint32_t signal, const SievePart& part) {
-                                       page.sources.prefetch(index);
-                                       longest_s_ = std::max(longest_s_, delay_s);
-                                       const std::size_t at = list.count++ % kSieveBlock;
-                                       if (at == 0) list.blocks.emplace_back().ceiling.fill(-1);
-                                       ShortlistBlock& block = list.blocks.back();
-                                       block.ceiling[at] = ceiling;
-                                       block.delay_s[at] = delay_s;
-                                       block.signal[at] = signal;
-                                       block.index[at] = static_cast<std::uint32_t>(index);
-                                       block.radius2_m2[at] = part.radius2_m2;
-                                       block.diffuse[at] = part.diffuse;
-                                       block.lobe[at] = part.lobe;
-                                       block.fall[at] = part.fall;
-                                       block.over_cos_i[at] = part.over_cos_i;
-                                       block.boost[at] = field_.late_boost().at(part.delay_s);
-                                     });
-  for (std::size_t e = 0; e < list.count; ++e) {
-    ShortlistBlock& block = list.blocks[e / kSieveBlock];
-    const std::size_t at = e % kSieveBlock;
-    const Source& stored = page.sources[block.index[at]];
-    const Vec3f position_m(Vec3(stored.position_m) - list.place);
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto row = static_cast<std::size_t>(axis);
-      block.position_m[row][at] = position_m[axis];
-      block.normal[row][at] = stored.normal[axis];
-      block.mirror[row][at] = stored.mirror[axis];
-    }
+  const auto keep = [&](std::size_t index, float ceiling, float delay_s, std::uint32_t signal,
+                        const SievePart& part) {
+    page.sources.prefetch(index);
+    longest_s_ = std::max(longest_s_, delay_s);
+    list.kept.push_back(
+        {ceiling, delay_s, signal, ShortlistBlock::packed(index, list.kept.size())});
+    SourceShape& shape = list.shapes.emplace_back();
+    shape.radius2_m2 = part.radius2_m2;
+    shape.diffuse = part.diffuse;
+    shape.lobe = part.lobe;
+    shape.fall = part.fall;
+    shape.over_cos_i = part.over_cos_i;
+    shape.boost = field_.late_boost().at(part.delay_s);
+  };
+  const std::size_t looked_at = sift(list, page, away_m, keep);
+  for (std::size_t k = 0; k < list.kept.size(); ++k) {
+    const Source& stored = page.sources[list.kept[k].source & ShortlistBlock::kIndex];
+    SourceShape& shape = list.shapes[k];
+    shape.position_m = Vec3f(Vec3(stored.position_m) - list.place);
+    shape.normal = stored.normal;
+    shape.mirror = stored.mirror;
   }
   return looked_at;
+}
+
+// Of those that are kept, the ones that are loud enough from now on, for a while.
+void PageShortlists::take_loud(List& list) {
+  list.until_s = std::numeric_limits<double>::infinity();
+  if (!seen_.empty()) {  // not all at once
+    turn_ = (turn_ + 1) % kTurns;
+    list.until_s = time_s_ + kHold_s * (1 + static_cast<double>(turn_) / kTurns);
+  }
+  list.until_s = std::min(list.until_s, list.sifted_until_s);
+  list.count = 0;
+  list.blocks.clear();
+  const auto least = static_cast<float>(list.threshold * (1 - 1e-6));
+  for (const Kept& kept : list.kept) {
+    if (!seen_.empty()) {
+      const float share =
+          seen_[kept.signal].most_share(kept.delay_s, list.give_s, list.until_s - time_s_);
+      if (kept.ceiling * share < least) continue;
+    }
+    const std::size_t at = list.count++ % kSieveBlock;
+    if (at == 0) list.blocks.emplace_back().ceiling.fill(-1);
+    ShortlistBlock& block = list.blocks.back();
+    block.ceiling[at] = kept.ceiling;
+    block.delay_s[at] = kept.delay_s;
+    block.signal[at] = kept.signal;
+    block.source[at] = kept.source;
+  }
 }
 
 }  // namespace clamor

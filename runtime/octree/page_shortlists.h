@@ -2,22 +2,25 @@
 //
 // A keyframe later the listener is 3 cm further on, and nearly the same sources of a page could
 // reach the threshold: so what the sieve (source_sieve.h) lets through is kept, with ceilings that
-// hold for a ball round where the listener was, a thirtieth of the distance to the page wide, or
-// more if the list is short. Then a keyframe looks at short lists: the ceiling, how loud the signal
-// is at the moment that is heard, the ceiling at this very place (shortlist_kernel.h), and whether
-// the source is known to be hidden (hidden_numbers.h). What is left is found as the sieve itself
-// would have found it, and a few more. When the listener leaves the ball, or the threshold falls
-// below the list's, the sieve makes the list anew. Lists reach as low as thresholds fell of late:
-// these go up and down with syllables, and else all lists would be made anew at once.
+// hold for a ball round where the listener was, a twentieth of the distance to the page wide, or
+// more if the list is short. Of these a list takes the ones that will be loud enough within half a
+// second or so, and a keyframe looks at those: the ceiling, how loud the signal is at the moment
+// that is heard, whether the source is known to be hidden (hidden_numbers.h), the ceiling at this
+// very place (shortlist_kernel.h). What is left is found as the sieve itself would have found it,
+// and a few more. When that time is over, a list takes anew of what was kept; when the listener
+// leaves the ball, or the threshold falls below the list's, the sieve is asked again. Lists reach
+// as low as thresholds fell of late: these go up and down with syllables, and else all lists would
+// be made anew at once.
 //
-// Of a million sources, with envelopes, that is a third of what asking all sieves costs
-// (tests/benchmarks/sight_benchmark.cpp).
+// What that costs: tests/benchmarks/sight_benchmark.cpp. All of it is waiting for memory, so what
+// is asked of every source lies apart from what is asked of few.
 //
-// Threads: the sampler's alone.   Memory: 76 bytes per source in a list.
+// Threads: the sampler's alone.   Memory: 96 bytes per source that is kept.
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -54,7 +57,7 @@ class PageShortlists {
 
   // `ceilings` as OctreePool's; both must outlive the lists.
   PageShortlists(const SourceField& field, const SignalWeights& ceilings)
-      : field_(field), ceilings_(ceilings), slots_(kFirstSlots) {}
+      : field_(field), weights_(ceilings), slots_(kFirstSlots) {}
 
   // The listener's place in the level, and the time, for what follows.
   // `loudest`: until then no signal is louder than that share of the most that it ever is.
@@ -69,7 +72,7 @@ class PageShortlists {
   // quiet, if it is. Adds to `looked_at` how many sources that took.
   std::size_t list_of(const MetPage& page, Quiet& quiet, std::uint64_t& looked_at) {
     List& list = found_or_made(page.first);
-    if (!holds(list, page.place, page.threshold)) looked_at += fill(list, page);
+    looked_at += renew(list, page);
     list.used = keyframe_;
     quiet = {list.place, list.count == 0 ? list.give_m : -1, list.threshold, list.until_s};
     looked_at += list.count;
@@ -87,7 +90,7 @@ class PageShortlists {
     return holds(lists_[list], place, threshold);
   }
   void renew(std::size_t list, const MetPage& page, std::uint64_t& looked_at) {
-    if (!holds(list, page.place, page.threshold)) looked_at += fill(lists_[list], page);
+    looked_at += renew(lists_[list], page);
   }
   Quiet held(std::size_t list, const Vec3& place) const {
     const List& one = lists_[list];
@@ -98,40 +101,62 @@ class PageShortlists {
     looked_at += lists_[list].count;
   }
   bool is_empty(std::size_t list) const { return lists_[list].count == 0; }
-  // Fetches what loud_entries() will want, a little later.
-  void prefetch(std::size_t list) const;
-  // Appends those of a list that may be the threshold or more at this moment, by what is known of
-  // what stands in the way.
-  void loud_entries(std::size_t list, const Vec3& place, double threshold,
-                    std::vector<LoudEntry>& entries) const;
-
-  // Calls found(index, signal, ceiling, boost), ascending, for each of these entries of a page
-  // whose priority may be the threshold or more; the ceiling is of its priority at any time.
+  // A list, the listener's place in its tree's space, and the threshold there.
+  struct Asked {
+    std::size_t list = 0;
+    Vec3 place{};
+    double threshold = 0;
+  };
+  // Calls found(which of `asked`, index in its page, signal, ceiling, boost), ascending, for each
+  // source whose priority may be the threshold or more at this moment, by what is known of what
+  // stands in the way; the ceiling is of its priority at any time.
   template <class Found>
-  void pass(std::size_t of, std::span<const LoudEntry> loud, double threshold,
-            const Found& found) const {
-    const List& list = lists_[of];
-    const auto least = static_cast<float>(threshold * (1 - 1e-6));
-    for (const LoudEntry& one : loud) {
-      const ShortlistBlock& block = list.blocks[one.entry / kSieveBlock];
-      const std::size_t at = one.entry % kSieveBlock;
-      float share = one.left;
-      if (!seen_.empty()) share *= seen_[block.signal[at]].share(block.delay_s[at], list.give_s);
-      if (one.ceiling * share < least) continue;
-      found(block.index[at], block.signal[at], static_cast<double>(one.ceiling), block.boost[at]);
+  void pass(std::span<const Asked> asked, const Found& found) {
+    fetch(asked);
+    find_loud(asked);
+    ask_for_ceilings(asked);
+    std::size_t l = 0;
+    for (std::uint32_t a = 0; a < asked.size(); ++a) {
+      const List& list = lists_[asked[a].list];
+      const auto least = static_cast<float>(asked[a].threshold * (1 - 1e-6));
+      for (; l < ends_[a]; ++l) {
+        const LoudEntry& one = loud_[l];
+        const float ceiling = ceilings_[l];
+        if (ceiling * one.share * one.left < least) continue;
+        const ShortlistBlock& block = list.blocks[one.entry / kSieveBlock];
+        const std::size_t at = one.entry % kSieveBlock;
+        if (!seen_.empty()) {
+          const float share = seen_[block.signal[at]].share(block.delay_s[at], list.give_s);
+          if (ceiling * share * one.left < least) continue;
+        }
+        found(a, block.source[at] & ShortlistBlock::kIndex, block.signal[at],
+              static_cast<double>(ceiling), here_[l].boost);
+      }
     }
   }
 
  private:
+  // Of a source that may reach the threshold if its signal is as loud as it ever is.
+  struct Kept {
+    float ceiling = 0, delay_s = 0;
+    std::uint32_t signal = 0, source = 0;
+  };
   struct List {
     std::uint64_t first = 0;
     Vec3 place{};
     double give_m = -1;  // how far from there it holds
-    double threshold = 0, until_s = 0;
+    double threshold = 0, sifted_until_s = 0, until_s = 0;
     float give_s = 0;
     std::uint32_t used = 0;
-    std::uint32_t count = 0;
-    std::vector<ShortlistBlock> blocks;
+    std::uint32_t count = 0;             // in the blocks
+    std::vector<ShortlistBlock> blocks;  // of those that may be loud enough until `until_s`
+    std::vector<Kept> kept;
+    std::vector<SourceShape> shapes;  // of each that is kept
+
+    const SourceShape& shape_of(std::size_t entry) const {
+      const ShortlistBlock& block = blocks[entry / kSieveBlock];
+      return shapes[block.source[entry % kSieveBlock] >> ShortlistBlock::kIndexBits];
+    }
   };
 
   List& found_or_made(std::uint64_t first) {
@@ -146,16 +171,33 @@ class PageShortlists {
     }
   }
   void rehash(std::size_t size);
-  bool holds(const List& list, const Vec3& place, double threshold) const {
+  bool is_sifted(const List& list, const Vec3& place, double threshold) const {
     const Vec3 moved_m = place - list.place;
     return dot(moved_m, moved_m) <= list.give_m * list.give_m && list.give_m >= 0 &&
-           threshold >= list.threshold && time_s_ <= list.until_s &&
+           threshold >= list.threshold && time_s_ <= list.sifted_until_s &&
            (list.count == 0 || lower_ * threshold <= kTooLong * list.threshold);
   }
+  bool holds(const List& list, const Vec3& place, double threshold) const {
+    return time_s_ <= list.until_s && is_sifted(list, place, threshold);
+  }
+  // How many sources that took.
+  std::size_t renew(List& list, const MetPage& page) {
+    std::size_t looked_at = 0;
+    if (!is_sifted(list, page.place, page.threshold))
+      looked_at = fill(list, page);
+    else if (time_s_ <= list.until_s)
+      return 0;
+    take_loud(list);
+    return looked_at;
+  }
+  void take_loud(List& list);
+  void fetch(std::span<const Asked> asked);
+  void find_loud(std::span<const Asked> asked);
+  void ask_for_ceilings(std::span<const Asked> asked);
   std::size_t fill(List& list, const MetPage& page);
   Vec3 ahead_of(const MetPage& page, double give_m) const;
-  template <class Kept>
-  std::size_t sift(List& list, const MetPage& page, double away_m, double hold_s, const Kept& kept);
+  template <class Found>
+  std::size_t sift(List& list, const MetPage& page, double away_m, const Found& found);
 
   // A list reaches lower than it must, so that it holds for a while; and is cut short where it
   // reaches far too low.
@@ -163,16 +205,24 @@ class PageShortlists {
   static constexpr double kTooLong = 3;
 
   const SourceField& field_;
-  const SignalWeights& ceilings_;
+  const SignalWeights& weights_;
   const HiddenNumbers* hidden_ = nullptr;
   std::vector<List> lists_;
   std::vector<std::uint32_t> slots_;  // 1 + which list, open addressing, a power of two; 0: free
   std::vector<LoudnessTrack::Seen> seen_;  // per signal; empty: nothing changes
   SharesNow shares_;
   float longest_s_ = 0;  // delay in any list
+  // Of pass(): of each list,
+  std::vector<HiddenNumbers::Near> near_;
+  std::vector<std::size_t> ends_;  // where its loud entries end,
+  std::vector<LoudEntry> loud_;    // and of each of these
+  std::vector<SourceShape> here_;  // as it is seen from the listener
+  std::vector<float> ceilings_;
   Vec3 place_{};
   Vec3 step_m_{};                  // from keyframe to keyframe
   double lowest_ = 0, lower_ = 1;  // threshold of late, and as a share of that of now
+  double lowest_before_ = std::numeric_limits<double>::infinity();  // of some keyframes,
+  double lowest_of_these_ = lowest_before_;                         // and of those after them
   double time_s_ = 0, loudest_ = 1, until_s_ = 0;
   std::uint32_t turn_ = 0, numbering_ = 0;
   std::uint32_t keyframe_ = 0;

@@ -20,40 +20,62 @@ constexpr float kRounds = 4e-6f;   // a few operations of single precision
 constexpr float kSlack = 1.0005f;  // the exponential, and sums
 constexpr float kOnIt2_m2 = 1e-8f;
 
-// Of the priority at any time: what SourceSieve's ceilings are where nothing need be given.
-HWY_INLINE Vector ceilings_at(const ShortlistBlock& block, std::size_t at, const Vec3f& place) {
+// The same number of as many shapes as there are lanes, side by side.
+HWY_INLINE Vector gather(const float& of_first) {
+  const Tag d;
+  const hn::RebindToSigned<Tag> di;
+  constexpr int kStride = sizeof(SourceShape) / sizeof(float);
+  return hn::GatherIndex(d, &of_first, hn::Mul(hn::Iota(di, 0), hn::Set(di, kStride)));
+}
+HWY_INLINE Vectors gather(const Vec3f& of_first) {
+  return {gather(of_first.x), gather(of_first.y), gather(of_first.z)};
+}
+
+// Of the priority at any time.
+HWY_INLINE Vector ceilings_of(const SourceShape& first) {
   const Tag d;
   const auto one = hn::Set(d, 1.0f), zero = hn::Zero(d), rounds = hn::Set(d, kRounds);
-  const Vectors position = load(d, block.position_m, at);
-  const Vectors way = {hn::Sub(hn::Set(d, place.x), position.x),
-                       hn::Sub(hn::Set(d, place.y), position.y),
-                       hn::Sub(hn::Set(d, place.z), position.z)};
+  const Vectors position = gather(first.position_m);
+  const Vectors way = {hn::Neg(position.x), hn::Neg(position.y), hn::Neg(position.z)};
   const auto r2 = dot(way, way);
-  const auto near2 =
-      hn::Max(hn::Mul(r2, hn::Set(d, 1 - kRounds)), hn::Load(d, block.radius2_m2.data() + at));
+  const auto near2 = hn::Max(hn::Mul(r2, hn::Set(d, 1 - kRounds)), gather(first.radius2_m2));
   const auto on_it = hn::Lt(r2, hn::Set(d, kOnIt2_m2));
   const auto over_r = hn::Div(one, hn::Sqrt(hn::Max(r2, hn::Set(d, kOnIt2_m2))));
-  const auto over_cos_i = hn::Load(d, block.over_cos_i.data() + at);
-  const auto cos_n = hn::Min(hn::MulAdd(dot(way, load(d, block.normal, at)), over_r, rounds), one);
+  const auto over_cos_i = gather(first.over_cos_i);
+  const auto cos_n = hn::Min(hn::MulAdd(dot(way, gather(first.normal)), over_r, rounds), one);
   const auto all_round = hn::Or(hn::Lt(over_cos_i, zero), on_it);
   const auto cos_o = hn::IfThenElse(all_round, one, hn::Max(cos_n, zero));
-  const auto cos_m = hn::Min(hn::MulAdd(dot(way, load(d, block.mirror, at)), over_r, rounds), one);
+  const auto cos_m = hn::Min(hn::MulAdd(dot(way, gather(first.mirror)), over_r, rounds), one);
   const auto cos_a = hn::IfThenElse(on_it, one, cos_m);
   const auto tilt = hn::Min(hn::Mul(cos_o, hn::Abs(over_cos_i)), one);
-  const auto left = decay(d, hn::Mul(hn::Load(d, block.fall.data() + at), hn::Sub(one, cos_a)));
-  const auto lobe = hn::Mul(hn::Mul(hn::Load(d, block.lobe.data() + at), tilt), left);
-  const auto most = hn::MulAdd(hn::Load(d, block.diffuse.data() + at), cos_o, lobe);
+  const auto left = decay(d, hn::Mul(gather(first.fall), hn::Sub(one, cos_a)));
+  const auto lobe = hn::Mul(hn::Mul(gather(first.lobe), tilt), left);
+  const auto most = hn::MulAdd(gather(first.diffuse), cos_o, lobe);
   return hn::Div(hn::Mul(hn::Set(d, kSlack), most), near2);
 }
 
+void ceilings_of_all(std::span<const SourceShape> shapes, float* ceilings) {
+  const Tag d;
+  std::size_t s = 0;
+  for (; s + hn::Lanes(d) <= shapes.size(); s += hn::Lanes(d))
+    hn::StoreU(ceilings_of(shapes[s]), d, ceilings + s);
+  if (s == shapes.size()) return;
+  std::array<SourceShape, kSieveBlock> last;
+  std::copy(shapes.begin() + static_cast<std::ptrdiff_t>(s), shapes.end(), last.begin());
+  HWY_ALIGN float some[kSieveBlock];
+  hn::Store(ceilings_of(last[0]), d, some);
+  std::copy(some, some + (shapes.size() - s), ceilings + s);
+}
+
 // HiddenNumbers::most() of some of a page's sources.
-HWY_INLINE Vector left_of(const HiddenNumbers::Near& hidden, const std::uint32_t* index) {
+HWY_INLINE Vector left_of(const HiddenNumbers::Near& hidden, const std::uint32_t* source) {
   constexpr std::uint32_t kRow = HiddenNumbers::kRow, kPerWord = HiddenNumbers::kPerWord;
   static_assert(kRow == 1 << 10 && kPerWord == 1 << 3 && HiddenNumbers::kHidden == 15);
   const Tag d;
   const hn::RebindToSigned<Tag> di;
   const hn::RebindToUnsigned<Tag> du;
-  const auto number = hn::Add(hn::Load(du, index), hn::Set(du, hidden.first));
+  const auto index = hn::And(hn::Load(du, source), hn::Set(du, ShortlistBlock::kIndex));
+  const auto number = hn::Add(index, hn::Set(du, hidden.first));
   const auto row = hn::BitCast(di, hn::ShiftRight<10>(number));
   const auto in_row = hn::BitCast(di, hn::ShiftRight<3>(hn::And(number, hn::Set(du, kRow - 1))));
   const auto begins = hn::IfThenElse(hn::Eq(row, hn::Zero(di)), hn::Set(di, hidden.first_word),
@@ -76,9 +98,8 @@ HWY_INLINE Vector left_of(const HiddenNumbers::Near& hidden, const std::uint32_t
   return hn::IfThenElse(all, hn::Set(d, 1.0f), in_turn);
 }
 
-std::size_t loud_here(std::span<const ShortlistBlock> blocks, const Vec3f& place, float least,
-                      const float* shares, std::size_t row, const HiddenNumbers::Near& hidden,
-                      LoudEntry* entries) {
+std::size_t loud_here(std::span<const ShortlistBlock> blocks, float least, const float* shares,
+                      std::size_t row, const HiddenNumbers::Near& hidden, LoudEntry* entries) {
   const Tag d;
   const hn::RebindToSigned<Tag> di;
   const hn::RebindToUnsigned<Tag> du;
@@ -92,7 +113,7 @@ std::size_t loud_here(std::span<const ShortlistBlock> blocks, const Vec3f& place
       const ShortlistBlock& block = blocks[b];
       const auto near_by = hn::Load(d, block.ceiling.data() + at);
       auto loud = hn::Ge(near_by, needed);
-      auto share = one;
+      auto share = one, left = one;
       if (row > 0 && !hn::AllFalse(d, loud)) {
         const auto signal = hn::BitCast(di, hn::Load(du, block.signal.data() + at));
         const auto delay = hn::MulAdd(hn::Load(d, block.delay_s.data() + at), per_s, one);
@@ -101,21 +122,17 @@ std::size_t loud_here(std::span<const ShortlistBlock> blocks, const Vec3f& place
         loud = hn::And(loud, hn::Ge(hn::Mul(near_by, share), needed));
       }
       if (hn::AllFalse(d, loud)) continue;
-      const auto ceiling = ceilings_at(block, at, place);
-      loud = hn::And(loud, hn::Ge(hn::Mul(ceiling, share), needed));
-      if (hn::AllFalse(d, loud)) continue;
-      auto left = one;
       if (hidden.words != nullptr) {
-        left = left_of(hidden, block.index.data() + at);
-        loud = hn::And(loud, hn::Ge(hn::Mul(ceiling, hn::Mul(share, left)), needed));
+        left = left_of(hidden, block.source.data() + at);
+        loud = hn::And(loud, hn::Ge(hn::Mul(near_by, hn::Mul(share, left)), needed));
         if (hn::AllFalse(d, loud)) continue;
       }
-      HWY_ALIGN float ceilings[kSieveBlock], lefts[kSieveBlock];
-      hn::Store(ceiling, d, ceilings);
+      HWY_ALIGN float shares_here[kSieveBlock], lefts[kSieveBlock];
+      hn::Store(share, d, shares_here);
       hn::Store(left, d, lefts);
       for (std::uint32_t bits = bits_of(d, loud, kSieveBlock); bits != 0; bits &= bits - 1) {
         const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
-        *next++ = {static_cast<std::uint32_t>(b * kSieveBlock + at + lane), ceilings[lane],
+        *next++ = {static_cast<std::uint32_t>(b * kSieveBlock + at + lane), shares_here[lane],
                    lefts[lane]};
       }
     }
@@ -133,14 +150,18 @@ namespace clamor {
 
 namespace {
 HWY_EXPORT(loud_here);
+HWY_EXPORT(ceilings_of_all);
 constexpr std::size_t kMostDelays = 1 << 12;
 }  // namespace
 
-std::size_t loud_now(std::span<const ShortlistBlock> blocks, const Vec3f& place, float least,
-                     const SharesNow& shares, const HiddenNumbers::Near& hidden,
-                     LoudEntry* entries) {
-  return HWY_DYNAMIC_DISPATCH(loud_here)(blocks, place, least, shares.data(), shares.row(), hidden,
+std::size_t loud_now(std::span<const ShortlistBlock> blocks, float least, const SharesNow& shares,
+                     const HiddenNumbers::Near& hidden, LoudEntry* entries) {
+  return HWY_DYNAMIC_DISPATCH(loud_here)(blocks, least, shares.data(), shares.row(), hidden,
                                          entries);
+}
+
+void ceilings_here(std::span<const SourceShape> shapes, float* ceilings) {
+  HWY_DYNAMIC_DISPATCH(ceilings_of_all)(shapes, ceilings);
 }
 
 // A row has its first and its last place for delays that are out of its range.

@@ -2,8 +2,9 @@
 //
 // The signals' shares of their loudest (signal_weights.h) are tabulated once per keyframe, by the
 // delay they are heard at. A source is first asked for its ceiling, which holds near by, then for
-// that times the share of its signal, then for its ceiling at this very place, then for what is
-// known to be left of that behind what stands in the way (hidden_numbers.h).
+// that times the share of its signal, then for what is known to be left of that behind what stands
+// in the way (hidden_numbers.h), and only then for its ceiling at this very place: what that is
+// made of lies elsewhere, and four in five are not asked for it.
 #pragma once
 
 #include <array>
@@ -19,17 +20,30 @@
 
 namespace clamor {
 
-// 16 sources of a shortlist, each number of all of them side by side; directions of x, then y, then
-// z. Positions are seen from where the listener was when the list was made.
+// 16 sources of a shortlist, each number of all of them side by side: what is asked of all of them
+// in each keyframe.
 struct alignas(64) ShortlistBlock {
   static constexpr std::size_t kEntries = kSieveBlock;
   using Row = SieveBlock::Row;
   Row ceiling{};  // wherever the list holds; below 0: none
   Row delay_s{};  // to where the listener was
-  std::array<std::uint32_t, kEntries> signal{}, index{};
-  std::array<Row, 3> position_m{}, normal{}, mirror{};
-  Row radius2_m2{}, diffuse{}, lobe{}, fall{}, over_cos_i{};  // as in SieveBlock
-  Row boost{};                                                // at full strength, less 1
+  std::array<std::uint32_t, kEntries> signal{};
+  std::array<std::uint32_t, kEntries> source{};  // as packed()
+
+  // Where a source is in its page, and where in the list its shape is: both below 2^16.
+  static constexpr std::uint32_t kIndexBits = 16, kIndex = (1u << kIndexBits) - 1;
+  static_assert(kSieveSources <= kIndex);
+  static std::uint32_t packed(std::size_t index, std::size_t shape) {
+    return static_cast<std::uint32_t>(index | shape << kIndexBits);
+  }
+};
+
+// What is asked only of those that are loud enough by that: one line of memory each.
+struct alignas(64) SourceShape {
+  Vec3f position_m{};  // seen from where the listener was when the list was made
+  Vec3f normal{}, mirror{};
+  float radius2_m2 = 0, diffuse = 0, lobe = 0, fall = 0, over_cos_i = 0;  // as in SieveBlock
+  float boost = 0;  // at full strength, less 1
 };
 
 // No less than the share of each signal around the moment that is heard with a delay.
@@ -50,14 +64,17 @@ class SharesNow {
 
 struct LoudEntry {
   std::uint32_t entry = 0;  // where in the list
-  float ceiling = 0;        // of the priority at any time, here and nowhere else,
-  float left = 1;           // and the share of it that is known to be left at most
+  float share = 1;          // of its signal, at most,
+  float left = 1;           // and of what is known to get past what is in the way
 };
 
-// Writes those of a list that may reach `least` at `place`, seen from where the listener was; there
-// must be room for all. Gives how many. `hidden` begins with the first source of the page.
-std::size_t loud_now(std::span<const ShortlistBlock> blocks, const Vec3f& place, float least,
-                     const SharesNow& shares, const HiddenNumbers::Near& hidden,
-                     LoudEntry* entries);
+// Writes those of a list that may reach `least` wherever the list holds; there must be room for
+// all. Gives how many. `hidden` begins with the first source of the page.
+std::size_t loud_now(std::span<const ShortlistBlock> blocks, float least, const SharesNow& shares,
+                     const HiddenNumbers::Near& hidden, LoudEntry* entries);
+
+// Ceilings of priorities at any time, at one place and nowhere else: what SourceSieve's are where
+// nothing need be given. `position_m` of these is the way to it from the listener.
+void ceilings_here(std::span<const SourceShape> shapes, float* ceilings);
 
 }  // namespace clamor

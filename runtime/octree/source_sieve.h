@@ -10,8 +10,8 @@
 // distance of each source is looked at, then its direction. (Design, section 5.)
 //
 // Single precision, in metres from the middle of the sources. Whatever rounds, rounds towards
-// letting a source through: distances by `give`, cosines by 2 give / r, the sum by kSlack. So no
-// source is ever left out that a sum in double precision would let through.
+// letting a source through: distances by `give`, directions by the angle asin(give / r), the sum by
+// kSlack. So no source is ever left out that a sum in double precision would let through.
 //
 // Immutable once made. Memory: 70 bytes per source.
 #pragma once

@@ -107,14 +107,20 @@ HWY_INLINE void sift_block(const SieveBlock& block, std::size_t first, std::size
     const auto close = hn::Not(hn::Lt(hn::Mul(hn::Add(diffuse, lobe), slack), need));
     if (hn::AllFalse(d, close)) continue;
     const auto over_r = hn::Div(one, hn::Sqrt(hn::Max(r2, hn::Set(d, 1e-12f))));
-    // A step of `give` turns the way by at most asin(give / r), and changes no cosine by twice that
-    // quotient; where it is 1 or more, any direction is possible.
-    const auto give = hn::MulAdd(over_r, hn::Set(d, 2 * query.give_m), hn::Set(d, kRounds));
+    // A step of `give` turns the way by at most asin(give / r).
+    const auto sin_t = hn::Mul(over_r, hn::Set(d, query.give_m));
+    const auto turns_far = hn::Gt(sin_t, hn::Set(d, 0.99f));
+    const auto cos_t = hn::Sqrt(hn::Max(hn::NegMulAdd(sin_t, sin_t, one), zero));
+    const auto highest = [&](Vector dot_m) {
+      const auto cos = hn::Min(hn::MulAdd(dot_m, over_r, hn::Set(d, kRounds)), one);
+      const auto sin = hn::Sqrt(hn::Max(hn::NegMulAdd(cos, cos, one), zero));
+      const auto nearer = hn::MulAdd(cos, cos_t, hn::MulAdd(sin, sin_t, hn::Set(d, kRounds)));
+      return hn::IfThenElse(hn::Or(turns_far, hn::Ge(cos, cos_t)), one, hn::Min(nearer, one));
+    };
     const auto over_cos_i = hn::Load(d, block.over_cos_i.data() + at);
     const auto all_round = hn::Lt(over_cos_i, zero);
-    const auto cos_n = hn::Min(hn::MulAdd(dot(way, load(d, block.normal, at)), over_r, give), one);
-    const auto cos_o = hn::IfThenElse(all_round, one, cos_n);
-    const auto cos_a = hn::Min(hn::MulAdd(dot(way, load(d, block.mirror, at)), over_r, give), one);
+    const auto cos_o = hn::IfThenElse(all_round, one, highest(dot(way, load(d, block.normal, at))));
+    const auto cos_a = highest(dot(way, load(d, block.mirror, at)));
     const auto tilt = hn::Min(hn::Mul(cos_o, hn::Abs(over_cos_i)), one);
     const auto left = decay(d, hn::Mul(hn::Load(d, block.fall.data() + at), hn::Sub(one, cos_a)));
     const auto most =

@@ -59,6 +59,15 @@ class HiddenNumbers {
     std::uint32_t first = 0;                     // the number, of its row
     std::uint32_t turn = 0, turns = kTurns;
     float in_turn = 1;
+
+    // Of the first 512, as far as they are in one row.
+    void prefetch() const {
+      constexpr std::uint32_t kWords = 512 / kPerWord, kWordsOfLine = 64 / sizeof(std::uint32_t);
+      const std::uint32_t from = first / kPerWord, end = std::min(from + kWords, kRow / kPerWord);
+      if (words != nullptr)
+        for (std::uint32_t word = from; word < end; word += kWordsOfLine)
+          __builtin_prefetch(words + first_word + word);
+    }
   };
 
   HiddenNumbers();

@@ -75,8 +75,8 @@ TEST(HiddenNumbers, AreNoMoreAtATimeThanCanBeLookedAtWhereAllAreHidden) {
   EXPECT_EQ(found_in_turn(hidden, 1000, 7), 250u);
 }
 
-// Sources that are heard on all sides from 1 m away, of the page that begins with this number.
-std::vector<ShortlistBlock> all_round(std::uint32_t count, std::uint32_t seed) {
+// Sources of the page that begins with this number, each with its ceiling.
+std::vector<ShortlistBlock> some_sources(std::uint32_t count, std::uint32_t seed) {
   std::vector<ShortlistBlock> blocks;
   std::uint32_t index = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -85,11 +85,8 @@ std::vector<ShortlistBlock> all_round(std::uint32_t count, std::uint32_t seed) {
     if (at == 0) blocks.emplace_back().ceiling.fill(-1);
     ShortlistBlock& block = blocks.back();
     index += 1 + bits[0] % 3;
-    block.index[at] = index;
-    block.position_m[0][at] = 1;
-    block.over_cos_i[at] = -1;
-    block.diffuse[at] = static_cast<float>(std::pow(2.0, 16 * unit(bits[1])));
-    block.ceiling[at] = 1.01f * block.diffuse[at];
+    block.source[at] = ShortlistBlock::packed(index, i);
+    block.ceiling[at] = static_cast<float>(std::pow(2.0, 16 * unit(bits[1])));
   }
   return blocks;
 }
@@ -98,7 +95,7 @@ TEST(HiddenNumbers, AreTheSameToTheKernelThatFindsWhatIsLoud) {
   std::size_t found = 0, left_out = 0;
   for (std::uint32_t seed = 0; seed < 100; ++seed) {
     const std::uint64_t first = philox(seed, {0, 1, 0, 0})[0] % 3000;
-    const std::vector<ShortlistBlock> blocks = all_round(300, seed);
+    const std::vector<ShortlistBlock> blocks = some_sources(300, seed);
     HiddenNumbers hidden;
     for (std::uint32_t i = 0; i < 1000; ++i) {
       const RandomBits bits = philox(seed, {i, 2, 0, 0});
@@ -109,14 +106,12 @@ TEST(HiddenNumbers, AreTheSameToTheKernelThatFindsWhatIsLoud) {
       hidden.took(seed % 3 == 0 ? 0 : 100, 10);
     }
     std::vector<LoudEntry> loud(16 * blocks.size());
-    loud.resize(loud_now(blocks, Vec3f(0), 1, SharesNow(), hidden.near(first), loud.data()));
+    loud.resize(loud_now(blocks, 1, SharesNow(), hidden.near(first), loud.data()));
     auto next = loud.begin();
     for (std::uint32_t e = 0; e < 300; ++e) {
       const ShortlistBlock& block = blocks[e / 16];
-      const float left = hidden.most(first + block.index[e % 16]);
-      if (block.diffuse[e % 16] * left < 1.001f) {
-        // The bound has some slack.
-        if (next != loud.end() && next->entry == e) ++next;
+      const float left = hidden.most(first + (block.source[e % 16] & ShortlistBlock::kIndex));
+      if (block.ceiling[e % 16] * left < 1) {
         ++left_out;
         continue;
       }

@@ -133,6 +133,42 @@ TEST(OctreePool, TouchesFewNodesOfMany) {
   EXPECT_LT(pool.nodes_visited() - before, hall.trees.page_count() / 4);
 }
 
+// Where a door opens, the threshold falls for a moment; what was looked at then is not looked at
+// for long.
+TEST(OctreePool, LooksAtNoMoreSourcesForLongAfterThresholdFellOnce) {
+  const Hall hall(2, 100'000);
+  const SourceField field = hall.field();
+  PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+  OctreePool pool(field, hall.weights, hall.trees.tops(), {}, loader);
+  std::vector<double> priorities;
+  for (const Source& source : hall.all)
+    priorities.push_back(
+        weight(field, hall.weights.by_signal[field.signal(source)], source, {10, 1.7, 7}) /
+        std::max<double>(source.u, kLeastU));
+  std::nth_element(priorities.begin(), priorities.begin() + 300, priorities.end(),
+                   std::greater<>());
+  const double threshold = priorities[300];
+  double way_m = 0;
+  const auto walk = [&](int keyframes, double least) {
+    const std::uint64_t before = pool.sources_looked_at();
+    for (int k = 0; k < keyframes; ++k) {
+      way_m += 0.02;
+      const Vec3 place(10 - 3 * std::cos(way_m / 3), 1.7, 7 + 3 * std::sin(way_m / 3));
+      std::vector<FoundSource> found;
+      pool.refresh();
+      pool.begin(place, way_m);
+      pool.look(place, least, hall.all.size(), found);
+      pool.ask(place, least);
+    }
+    return static_cast<double>(pool.sources_looked_at() - before) / keyframes;
+  };
+  walk(200, threshold);
+  const double usual = walk(400, threshold);
+  walk(1, 1e-3 * threshold);
+  walk(200, threshold);
+  EXPECT_LT(walk(400, threshold), 1.1 * usual);
+}
+
 // What is heard with pages down to some depth alone, over what all sources give, per seed.
 std::vector<double> heard_with_depth(int deepest, int seeds) {
   std::vector<double> ratios;

@@ -10,6 +10,7 @@
 
 #include "common/air.h"
 #include "common/random.h"
+#include "runtime/octree/shortlist_kernel.h"
 #include "runtime/octree/source_page.h"
 #include "runtime/sampling/sampler.h"
 #include "runtime/voices/mix_kernel.h"
@@ -160,6 +161,82 @@ TEST_P(SourceSieveOn, GivesCeilingsThatHoldForAWholeBallIfAsked) {
   }
   EXPECT_GT(reached, 10'000u);
   EXPECT_LT(passed, 60u * 512u);
+}
+
+// The highest ceiling in a ball that the source is outside of, if the nearest place in it, the one
+// farthest round towards the lobe and the one most before the surface were the same.
+double highest_in_ball(const SieveSource& s, const Vec3& middle, double radius_m) {
+  const Vec3 way_m = middle - Vec3(s.position_m);
+  const double r_m = length(way_m), turn = std::asin(radius_m / r_m);
+  const auto turned = [&](const Vec3f& to) {
+    const double angle = std::acos(std::clamp(dot(way_m, Vec3(to)) / r_m, -1.0, 1.0));
+    return std::cos(std::max(0.0, angle - turn));
+  };
+  const double near_m = std::max<double>(r_m - radius_m, s.radius_m);
+  const double lobe = s.lobe * std::exp(-s.fall * (1 - turned(s.mirror)));
+  if (s.is_emitter) return lobe / (near_m * near_m);
+  const double cos_o = std::max(turned(s.normal), 0.0);
+  const double cos_i = std::max<double>(dot(s.mirror, s.normal), 1e-9);
+  return (s.diffuse * cos_o + lobe * std::min(1.0, cos_o / cos_i)) / (near_m * near_m);
+}
+
+// Ceilings that are too high cost the runtime thrice the sources to look at.
+TEST_P(SourceSieveOn, GivesCeilingsForABallThatAreLittleHigherThanWhatIsInIt) {
+  const Scattered level(6, 512, 1, {0, 0, 0});
+  const SourceField field(level.emitters, level.materials, Air{});
+  const auto sources = level.sieve_sources(field);
+  const SourceSieve sieve(sources);
+  std::size_t compared = 0, sharp = 0;
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    const RandomBits bits = philox(80, {i, 0, 0, 0});
+    const double away_m = 20, radius_m = unit(bits[3]);
+    const Vec3 middle = away_m * direction(bits);
+    Sifted sifted;
+    sieve.sift(middle, 1e-12, sifted, {radius_m, away_m});
+    sifted.for_each([&](std::size_t s, double ceiling) {
+      const double highest = highest_in_ball(sources[s], middle, radius_m);
+      const double in_front = sieve_ceiling(sources[s], Vec3(sources[s].position_m));
+      if (highest < 1e-9 * in_front) return;  // nothing is left to compare
+      // Single precision turns the sharpest lobes, of exponent 1000, a little.
+      ASSERT_LE(ceiling, 1.02 * highest) << i << " " << s;
+      ++compared;
+      sharp += sources[s].fall > 50;
+    });
+  }
+  EXPECT_GT(compared, 5000u);
+  EXPECT_GT(sharp, 100u);
+}
+
+// What a shortlist asks, of any number of sources at once.
+TEST_P(SourceSieveOn, GivesTheSameCeilingsToSourcesOfAShortlist) {
+  const Scattered level(8, 300, 10, {1, 2, 3});
+  const SourceField field(level.emitters, level.materials, Air{});
+  const auto sources = level.sieve_sources(field);
+  for (const std::uint32_t count : {1u, 15u, 16u, 17u, 300u}) {
+    const Vec3 place = Vec3(1, 2, 3) + 12.0 * direction(philox(10, {count, 0, 0, 0}));
+    std::vector<SourceShape> shapes(count);
+    for (std::size_t s = 0; s < count; ++s) {
+      const SieveSource& source = sources[s];
+      const float cos_i = std::max(dot(source.mirror, source.normal), 1e-6f);
+      shapes[s] = {Vec3f(Vec3(source.position_m) - place),
+                   source.normal,
+                   source.mirror,
+                   source.radius_m * source.radius_m,
+                   source.diffuse,
+                   source.lobe,
+                   source.fall,
+                   source.is_emitter ? -1 : 1 / cos_i};
+    }
+    std::vector<float> ceilings(count + 1, -1);
+    ceilings_here(shapes, ceilings.data());
+    for (std::size_t s = 0; s < count; ++s) {
+      const double expected = sieve_ceiling(sources[s], place);
+      const double in_front = sieve_ceiling(sources[s], Vec3(sources[s].position_m));
+      EXPECT_GE(ceilings[s], expected * (1 - 1e-6)) << s;
+      EXPECT_LE(ceilings[s], expected * kSieveSlack * 1.01 + 1e-7 * in_front) << s;
+    }
+    EXPECT_EQ(ceilings[count], -1) << "and writes no others";
+  }
 }
 
 TEST_P(SourceSieveOn, GivesCeilingsThatTheFormulaInDoublePrecisionGives) {
