@@ -14,6 +14,7 @@
 #include <span>
 
 #include "runtime/octree/octree_pool.h"
+#include "runtime/realtime/prefetch.h"
 
 namespace clamor {
 
@@ -50,7 +51,8 @@ bool OctreePool::look_by_plan(const Vec3& place, double threshold, std::size_t m
     return plan_.nodes[heard_[h]];
   };
   for (std::size_t h = 0; h < heard_.size(); ++h) {
-    if (h + 2 * kNodesAhead < heard_.size()) __builtin_prefetch(&node_of(h + 2 * kNodesAhead));
+    if (h + 2 * kNodesAhead < heard_.size())
+      prefetch_to_read(&node_of(h + 2 * kNodesAhead), sizeof(Plan::Node));
     if (h + kNodesAhead < heard_.size()) __builtin_prefetch(node_of(h + kNodesAhead).kept);
     const Plan::Node& node = node_of(h);
     shortlists_.use(node.list, looked_at_);
@@ -67,12 +69,21 @@ bool OctreePool::look_by_plan(const Vec3& place, double threshold, std::size_t m
 // Those that do not hold, of nodes that matter now; and notes what is missing of these. A node of
 // which nothing matters is not asked again for a while.
 void OctreePool::renew_lists(const Vec3& place, double threshold) {
+  due_.clear();
+  for (std::uint32_t n = 0; n < plan_.asked.size(); ++n)
+    if (!plan_.asked[n].holds(walked_m_, threshold, time_s_)) due_.push_back(n);
   renewed_.clear();
-  for (std::uint32_t n = 0; n < plan_.asked.size(); ++n) {
-    Plan::Asked& asked = plan_.asked[n];
-    if (walked_m_ <= asked.walked_m && threshold >= asked.threshold && time_s_ <= asked.until_s)
-      continue;
+  for (std::size_t d = 0; d < due_.size(); ++d) {
+    if (d + 2 * kNodesAhead < due_.size())
+      prefetch_to_read(&plan_.nodes[due_[d + 2 * kNodesAhead]], sizeof(Plan::Node));
+    if (d + kNodesAhead < due_.size()) {
+      const Plan::Node& soon = plan_.nodes[due_[d + kNodesAhead]];
+      if (soon.page != nullptr) shortlists_.prefetch(soon.list);
+      prefetch_to_read(soon.step.entry, sizeof(PageEntry));
+    }
+    const std::uint32_t n = due_[d];
     const Plan::Node& node = plan_.nodes[n];
+    Plan::Asked& asked = plan_.asked[n];
     asked = {};
     if (node.widest < threshold) {
       asked = {std::numeric_limits<double>::infinity(), node.widest, until_s_, true, true};
@@ -98,8 +109,10 @@ void OctreePool::renew_lists(const Vec3& place, double threshold) {
   }
   const auto page_of = [this](std::size_t r) { return plan_.nodes[renewed_[r]].page; };
   for (std::size_t r = 0; r < renewed_.size(); ++r) {
-    if (r + 2 * kPagesAhead < renewed_.size())
+    if (r + 2 * kPagesAhead < renewed_.size()) {
       __builtin_prefetch(&page_of(r + 2 * kPagesAhead)->sources);
+      shortlists_.prefetch_kept(plan_.nodes[renewed_[r + 2 * kPagesAhead]].list);
+    }
     if (r + kPagesAhead < renewed_.size()) page_of(r + kPagesAhead)->sources.prefetch();
     const Plan::Node& node = plan_.nodes[renewed_[r]];
     shortlists_.renew(node.list,

@@ -150,6 +150,10 @@ class OctreePool final : public SourcePool {
       double walked_m = -1, threshold = 0, until_s = 0;
       bool empty = true;     // as far as is known
       bool by_plan = false;  // known wherever the plan holds, and nowhere else
+
+      bool holds(double at_m, double at_threshold, double at_s) const {
+        return at_m <= walked_m && at_threshold >= threshold && at_s <= until_s;
+      }
     };
     Vec3 place{};
     double give_m = -1;  // how far from there it holds; below 0: nowhere
@@ -231,11 +235,11 @@ class OctreePool final : public SourcePool {
   QuietNodes quiet_;
   TreeLeads leads_;
   Plan plan_, next_;
-  std::uint32_t keyframes_to_rest_ = 0;         // without making one
-  std::vector<std::uint32_t> renewed_, heard_;  // of its nodes
-  double walked_m_ = 0;                         // by the listener
-  double looked_for_ = 0;                       // threshold of the last look that was not given up
-  float strength_ = 1;                          // of late sources' boost; copies' have none
+  std::uint32_t keyframes_to_rest_ = 0;               // without making one
+  std::vector<std::uint32_t> due_, renewed_, heard_;  // of its nodes
+  double walked_m_ = 0;                               // by the listener
+  double looked_for_ = 0;  // threshold of the last look that was not given up
+  float strength_ = 1;     // of late sources' boost; copies' have none
 
   // Of the last look.
   std::vector<Copy> copies_;

@@ -64,15 +64,11 @@ void PageShortlists::expect(double threshold) {
 void PageShortlists::fetch(std::span<const Asked> asked) {
   near_.clear();
   for (std::size_t a = 0; a < asked.size() + kFetchAhead; ++a) {
-    if (a < asked.size()) {
-      const char* const list = reinterpret_cast<const char*>(&lists_[asked[a].list]);
-      for (std::size_t line = 0; line < sizeof(List); line += 64) __builtin_prefetch(list + line);
-    }
+    if (a < asked.size()) prefetch(asked[a].list);
     if (a < kFetchAhead) continue;
     const List& list = lists_[asked[a - kFetchAhead].list];
-    for (std::size_t b = 0; b < std::min(list.blocks.size(), kBlocksAhead); ++b)
-      for (std::size_t line = 0; line < sizeof(ShortlistBlock); line += 64)
-        __builtin_prefetch(reinterpret_cast<const char*>(&list.blocks[b]) + line);
+    prefetch_to_read(list.blocks.data(),
+                     std::min(list.blocks.size(), kBlocksAhead) * sizeof(ShortlistBlock));
     near_.push_back(hidden_ != nullptr ? hidden_->near(list.first) : HiddenNumbers::Near());
     near_.back().prefetch();
   }

@@ -34,6 +34,7 @@
 #include "runtime/octree/quiet_nodes.h"
 #include "runtime/octree/shortlist_kernel.h"
 #include "runtime/octree/source_page.h"
+#include "runtime/realtime/prefetch.h"
 #include "runtime/sight/hidden_numbers.h"
 
 namespace clamor {
@@ -101,6 +102,13 @@ class PageShortlists {
     looked_at += lists_[list].count;
   }
   bool is_empty(std::size_t list) const { return lists_[list].count == 0; }
+  // Fetches what holds() and renew() will want, and, a little later, what it keeps.
+  void prefetch(std::size_t list) const { prefetch_to_read(&lists_[list], sizeof(List)); }
+  void prefetch_kept(std::size_t list) const {
+    const List& one = lists_[list];
+    prefetch_to_read(one.kept.data(), one.kept.size() * sizeof(Kept));
+    __builtin_prefetch(one.blocks.data());
+  }
   // A list, the listener's place in its tree's space, and the threshold there.
   struct Asked {
     std::size_t list = 0;

@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "common/vec.h"
+#include "runtime/realtime/prefetch.h"
 
 namespace clamor {
 
@@ -113,10 +114,7 @@ class SourceSieve {
                 Vec3(block.position_m[0][at], block.position_m[1][at], block.position_m[2][at])};
   }
 
-  void prefetch() const {
-    for (std::size_t line = 0; line < bounds_.size() * sizeof(SieveBounds); line += 64)
-      __builtin_prefetch(reinterpret_cast<const char*>(bounds_.data()) + line);
-  }
+  void prefetch() const { prefetch_to_read(bounds_.data(), bounds_.size() * sizeof(SieveBounds)); }
 
   std::size_t bytes() const {
     return sizeof *this + blocks_.size() * sizeof(SieveBlock) +

@@ -146,6 +146,9 @@ void sift_here(std::span<const SieveBounds> bounds, std::span<const SieveBlock> 
                                      std::min(kSieveBlock, blocks.size() - first), query);
     for (; bits != 0; bits &= bits - 1) {
       const std::size_t b = first + static_cast<std::size_t>(std::countr_zero(bits));
+      if (const std::uint32_t later = bits & (bits - 1); later != 0)
+        prefetch_to_read(&blocks[first + static_cast<std::size_t>(std::countr_zero(later))],
+                         sizeof(SieveBlock));
       const std::size_t in_block = std::min(kSieveBlock, count - b * kSieveBlock);
       sifted.looked_at += static_cast<std::uint32_t>(in_block);
       sift_block(blocks[b], b * kSieveBlock, in_block, query, sifted);

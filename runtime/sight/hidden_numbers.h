@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "common/scattered.h"
+#include "runtime/realtime/prefetch.h"
 
 namespace clamor {
 
@@ -62,11 +63,9 @@ class HiddenNumbers {
 
     // Of the first 512, as far as they are in one row.
     void prefetch() const {
-      constexpr std::uint32_t kWords = 512 / kPerWord, kWordsOfLine = 64 / sizeof(std::uint32_t);
-      const std::uint32_t from = first / kPerWord, end = std::min(from + kWords, kRow / kPerWord);
-      if (words != nullptr)
-        for (std::uint32_t word = from; word < end; word += kWordsOfLine)
-          __builtin_prefetch(words + first_word + word);
+      const std::uint32_t from = first / kPerWord;
+      const std::uint32_t count = std::min(512 / kPerWord, kRow / kPerWord - from);
+      if (words != nullptr) prefetch_to_read(words + first_word + from, count * sizeof *words);
     }
   };
 
