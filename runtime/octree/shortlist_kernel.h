@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/vec.h"
+#include "formats/source_octree.h"
 #include "runtime/field/signal_weights.h"
 #include "runtime/octree/source_sieve.h"
 #include "runtime/sight/hidden_numbers.h"
@@ -32,7 +33,7 @@ struct alignas(64) ShortlistBlock {
 
   // Where a source is in its page, and where in the list its shape is: both below 2^16.
   static constexpr std::uint32_t kIndexBits = 16, kIndex = (1u << kIndexBits) - 1;
-  static_assert(kSieveSources <= kIndex);
+  static_assert(kLeafSources <= kIndex && kNodeSources <= kIndex);
   static std::uint32_t packed(std::size_t index, std::size_t shape) {
     return static_cast<std::uint32_t>(index | shape << kIndexBits);
   }
