@@ -43,6 +43,7 @@ bool OctreePool::look_by_plan(const Vec3& place, double threshold, std::size_t m
   if (renumbered)
     for (Plan::Node& node : plan_.nodes)
       if (node.page != nullptr) node.list = shortlists_.number_of(node.step.first);
+  find_lists_to_renew(place, threshold);
   renew_lists(place, threshold);
   heard_.clear();
   for (std::uint32_t n = 0; n < plan_.asked.size(); ++n)
@@ -68,7 +69,7 @@ bool OctreePool::look_by_plan(const Vec3& place, double threshold, std::size_t m
 
 // Those that do not hold, of nodes that matter now; and notes what is missing of these. A node of
 // which nothing matters is not asked again for a while.
-void OctreePool::renew_lists(const Vec3& place, double threshold) {
+void OctreePool::find_lists_to_renew(const Vec3& place, double threshold) {
   due_.clear();
   for (std::uint32_t n = 0; n < plan_.asked.size(); ++n)
     if (!plan_.asked[n].holds(walked_m_, threshold, time_s_)) due_.push_back(n);
@@ -107,6 +108,9 @@ void OctreePool::renew_lists(const Vec3& place, double threshold) {
     }
     renewed_.push_back(n);
   }
+}
+
+void OctreePool::renew_lists(const Vec3& place, double threshold) {
   const auto page_of = [this](std::size_t r) { return plan_.nodes[renewed_[r]].page; };
   for (std::size_t r = 0; r < renewed_.size(); ++r) {
     if (r + 2 * kPagesAhead < renewed_.size()) {

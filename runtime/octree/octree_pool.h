@@ -206,6 +206,7 @@ class OctreePool final : public SourcePool {
   void note_missing(const Step& step, double most, double to_threshold);
   bool look_by_plan(const Vec3& place, double threshold, std::size_t most,
                     std::vector<FoundSource>& found);
+  void find_lists_to_renew(const Vec3& place, double threshold);
   void renew_lists(const Vec3& place, double threshold);
   void plan_ahead(const Vec3& soon);
   void begin_plan(const Vec3& soon);
