@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include "runtime/octree/octree_pool.h"
 #include "runtime/realtime/prefetch.h"
@@ -84,7 +85,7 @@ void OctreePool::find_lists_to_renew(const Vec3& place, double threshold) {
     }
     const std::uint32_t n = due_[d];
     const Plan::Node& node = plan_.nodes[n];
-    Plan::Asked& asked = plan_.asked[n];
+    Plan::Answer& asked = plan_.asked[n];
     asked = {};
     if (node.widest < threshold) {
       asked = {std::numeric_limits<double>::infinity(), node.widest, until_s_, true, true};
@@ -162,9 +163,10 @@ void OctreePool::plan_ahead(const Vec3& soon) {
     if (plan_.holds(soon, kFalls * looked_for_, time_s_ + kPlanHold_s, margin_m)) return;
     begin_plan(soon);
   }
-  for (std::size_t most = kLeastSteps + plan_.nodes.size() / kParts;
-       most > 0 && !next_.steps.empty() && steps_left_ > 0; --most, --steps_left_)
-    go_a_step(next_);
+  const std::size_t most = kLeastSteps + plan_.nodes.size() / kParts;
+  LastNodes last(plan_, shortlists_.numbering(), next_);
+  for (std::size_t s = 0; s < most && !next_.steps.empty() && steps_left_ > 0; ++s, --steps_left_)
+    go_a_step(next_, last);
   if (next_.nodes.size() > kMostPlanned) next_.clear();
   if (next_.steps.empty() && next_.give_m >= 0) {
     next_.take_over(plan_);
@@ -186,13 +188,41 @@ void OctreePool::Plan::take_over(const Plan& last) {
   }
 }
 
-void OctreePool::go_a_step(Plan& plan) {
+// What of `next` is looked for among.
+OctreePool::LastNodes::LastNodes(const Plan& last, std::uint32_t numbering, const Plan& next) {
+  if (last.lists != numbering || next.steps.empty()) return;
+  const auto is_before = [](const Plan::Node& node, std::uint64_t first) {
+    return node.step.first < first;
+  };
+  nodes_ = last.nodes;
+  nodes_ = nodes_.subspan(static_cast<std::size_t>(
+      std::lower_bound(nodes_.begin(), nodes_.end(), next.steps.back().first, is_before) -
+      nodes_.begin()));
+}
+
+const OctreePool::Plan::Node* OctreePool::LastNodes::find(const Step& step) {
+  while (!nodes_.empty() && nodes_[0].step.first < step.first) nodes_ = nodes_.subspan(1);
+  if (nodes_.size() > 2 * kPagesAhead) {
+    if (const ResidentPage* const soon = nodes_[2 * kPagesAhead].page)
+      __builtin_prefetch(&soon->links);
+    if (const ResidentPage* const soon = nodes_[kPagesAhead].page)
+      prefetch_to_read(soon->links.children.data(),
+                       soon->links.children.size() * sizeof(PageEntry));
+  }
+  const bool is_it = !nodes_.empty() && nodes_[0].offset == step.entry->page.offset &&
+                     nodes_[0].step.first == step.first && nodes_[0].page != nullptr;
+  return is_it ? &nodes_[0] : nullptr;
+}
+
+void OctreePool::go_a_step(Plan& plan, LastNodes& last) {
   ++planned_;
   const Step step = plan.steps.back();
   plan.steps.pop_back();
   const PageEntry& entry = *step.entry;
-  PageLoader::Place* const kept = loader_.place_of(entry);
+  const Plan::Node* const known = last.find(step);
+  PageLoader::Place* const kept = known != nullptr ? known->kept : loader_.place_of(entry);
   const ResidentPage* const page = kept != nullptr ? kept->resident() : nullptr;
+  if (page == nullptr) plan.missing.push_back(static_cast<std::uint32_t>(plan.nodes.size()));
   if (page == nullptr || entry.source_count > 0) {
     Plan::Node& node = plan.nodes.emplace_back();
     plan.asked.emplace_back();
@@ -202,7 +232,8 @@ void OctreePool::go_a_step(Plan& plan) {
     node.offset = entry.page.offset;
     node.page = page;
     node.kept = kept;
-    if (page != nullptr) node.list = shortlists_.number_of(step.first);
+    if (page != nullptr)
+      node.list = known != nullptr ? known->list : shortlists_.number_of(step.first);
   }
   if (page == nullptr || entry.sources_below == entry.source_count) return;
   std::uint64_t first = step.first + entry.source_count;
@@ -234,27 +265,26 @@ void OctreePool::complete_plan(Plan& plan) {
   const auto has_come = [&](const Plan::Node& node) {
     return node.page == nullptr && std::binary_search(came.begin(), came.end(), node.offset);
   };
-  std::vector<Plan::Node> nodes;
-  std::vector<Plan::Asked> asked;
-  std::vector<Step> steps;
-  nodes.swap(plan.nodes);
-  asked.swap(plan.asked);
-  steps.swap(plan.steps);
-  for (std::size_t n = 0; n < nodes.size() && nodes.size() <= kMostPlanned; ++n) {
-    if (!has_come(nodes[n])) continue;
-    plan.nodes.clear();
-    plan.asked.clear();
-    plan.steps.push_back(nodes[n].step);
-    plan.steps.back().most = nodes[n].widest;
-    while (!plan.steps.empty()) go_a_step(plan);
-    const auto here = static_cast<std::ptrdiff_t>(n);
-    nodes[n] = plan.nodes.front();
-    nodes.insert(nodes.begin() + here + 1, plan.nodes.begin() + 1, plan.nodes.end());
-    asked[n] = {};
-    asked.insert(asked.begin() + here + 1, plan.asked.begin() + 1, plan.asked.end());
+  if (std::none_of(plan.missing.begin(), plan.missing.end(),
+                   [&](std::uint32_t n) { return has_come(plan.nodes[n]); }))
+    return;
+  const std::vector<Plan::Node> nodes = std::exchange(plan.nodes, {});
+  const std::vector<Plan::Answer> asked = std::exchange(plan.asked, {});
+  std::vector<Step> steps = std::exchange(plan.steps, {});
+  plan.missing.clear();
+  LastNodes none;
+  for (std::size_t n = 0; n < nodes.size() && plan.nodes.size() <= kMostPlanned; ++n) {
+    if (has_come(nodes[n])) {
+      plan.steps.push_back(nodes[n].step);
+      plan.steps.back().most = nodes[n].widest;
+      while (!plan.steps.empty()) go_a_step(plan, none);
+      continue;
+    }
+    if (nodes[n].page == nullptr)
+      plan.missing.push_back(static_cast<std::uint32_t>(plan.nodes.size()));
+    plan.nodes.push_back(nodes[n]);
+    plan.asked.push_back(asked[n]);
   }
-  plan.nodes = std::move(nodes);
-  plan.asked = std::move(asked);
   plan.steps = std::move(steps);
   if (plan.nodes.size() > kMostPlanned) plan.clear();
 }
@@ -265,8 +295,9 @@ bool OctreePool::soon_by_plan(const Vec3& soon, double tau) {
   soon_.clear();
   Copy copy{};
   copy.place = soon;
-  for (const Plan::Node& node : plan_.nodes) {
-    if (node.page != nullptr || node.widest < tau) continue;
+  for (const std::uint32_t n : plan_.missing) {
+    const Plan::Node& node = plan_.nodes[n];
+    if (node.widest < tau) continue;
     const double highest = bound(*node.step.entry, copy, node.step.entry->highest_key);
     if (highest > 0 && highest >= tau && !loader_.has_failed(*node.step.entry))
       soon_.push_back({highest, *node.step.entry, false});

@@ -146,7 +146,7 @@ class OctreePool final : public SourcePool {
     };
     // What the list of a node has need not be asked until so much was walked, for a higher
     // threshold: apart from all else, since every keyframe goes through all of these.
-    struct Asked {
+    struct Answer {
       double walked_m = -1, threshold = 0, until_s = 0;
       bool empty = true;     // as far as is known
       bool by_plan = false;  // known wherever the plan holds, and nowhere else
@@ -160,7 +160,8 @@ class OctreePool final : public SourcePool {
     double threshold = 0, until_s = 0;
     std::uint32_t lists = 0;  // which of all ways to number them
     std::vector<Node> nodes;
-    std::vector<Asked> asked;  // of each node
+    std::vector<Answer> asked;           // of each node
+    std::vector<std::uint32_t> missing;  // nodes whose page is not here
     std::vector<Copy> copies;
     std::vector<Step> steps;  // to be gone yet; `most` is the widest
 
@@ -168,6 +169,7 @@ class OctreePool final : public SourcePool {
       give_m = -1;
       nodes.clear();
       asked.clear();
+      missing.clear();
       copies.clear();
       steps.clear();
     }
@@ -175,6 +177,19 @@ class OctreePool final : public SourcePool {
     bool holds(const Vec3& at, double least, double time_s, double margin_m = 0) const {
       return length(at - place) + margin_m <= give_m && least >= threshold && time_s <= until_s;
     }
+  };
+
+  // Nodes of the last plan, for the next one, which comes by most of them in the same order: where
+  // their pages are kept need not be looked for again.
+  class LastNodes {
+   public:
+    LastNodes() = default;
+    LastNodes(const Plan& last, std::uint32_t numbering, const Plan& next);
+    // The node of a step, by ascending numbers; null if it is not among them, or not here.
+    const Plan::Node* find(const Step& step);
+
+   private:
+    std::span<const Plan::Node> nodes_;
   };
 
   void bound_signals(const Vec3& place, double time_s);
@@ -210,7 +225,7 @@ class OctreePool final : public SourcePool {
   void renew_lists(const Vec3& place, double threshold);
   void plan_ahead(const Vec3& soon);
   void begin_plan(const Vec3& soon);
-  void go_a_step(Plan& plan);
+  void go_a_step(Plan& plan, LastNodes& last);
   void complete_plan(Plan& plan);
   bool soon_by_plan(const Vec3& soon, double tau);
   void rest_from_plans();

@@ -173,6 +173,60 @@ TEST(OctreePool, LooksAtNoMoreSourcesForLongAfterThresholdFellOnce) {
   EXPECT_LT(walk(kRound, threshold), 1.1 * usual);
 }
 
+// A node without sources of its own, which a bake writes at the top alone and a file may have
+// anywhere; its children are too far away.
+TEST(OctreePool, TakesInNodesThatTurnOutToHaveNothing) {
+  SourceOctree tree;
+  const auto add = [&](const Vec3f& low_m, const Vec3f& high_m, float key) {
+    OctreeNode& node = tree.nodes.emplace_back();
+    node.low_m = low_m;
+    node.high_m = high_m;
+    node.highest_key = key;
+    if (low_m != high_m) return;
+    Source& source = tree.sources.emplace_back();
+    source.position_m = low_m;
+    source.normal = source.mirror = {0, 0, -1};
+    source.power = same_in_all_bands(key / kBandCount);
+    source.patch_radius_m = 0.1f;
+    node.first_source = static_cast<std::uint32_t>(tree.sources.size() - 1);
+    node.source_count = 1;
+  };
+  add({0, 0, 1}, {0, 0, 1}, 1);
+  add({-50, 0, 0}, {50, 0, 0}, 1e-3f);
+  add({-50, 0, 0}, {-50, 0, 0}, 1e-3f);
+  add({50, 0, 0}, {50, 0, 0}, 1e-3f);
+  tree.nodes[0].low_m = {-50, 0, 0};
+  tree.nodes[0].high_m = {50, 0, 1};
+  tree.nodes[0].children[4] = 1;
+  tree.nodes[1].children[0] = 2;
+  tree.nodes[1].children[1] = 3;
+  testing::StoredTrees trees;
+  trees.add(tree);
+  const std::vector<Emitter> emitters(1);
+  const std::vector<Material> materials(1);
+  const SourceField field(emitters, materials, Air{});
+  const SignalWeights weights{{same_in_all_bands(1)}};
+  PageLoader loader(trees.fetch(field, weights), PageBudget{1'000'000'000});
+  OctreePool pool(field, weights, trees.tops(), {}, loader);
+  std::vector<FoundSource> found;
+  bool had_missed = false;
+  for (int keyframe = 0; keyframe < 5; ++keyframe) {
+    const Vec3 place(0, 0, 0.01 * keyframe);
+    do {
+      found.clear();
+      pool.refresh();
+      pool.begin(place, 0);
+      EXPECT_TRUE(pool.look(place, 1e-2, 10, found));
+      had_missed = had_missed || pool.missed();
+      pool.ask(place + Vec3(0, 0, 0.1), 1e-2);
+    } while (!pool.complete());
+    EXPECT_FALSE(pool.missed());
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found[0].number, 0u);
+  }
+  EXPECT_TRUE(had_missed) << "the node came when it was planned for";
+}
+
 // What is heard with pages down to some depth alone, over what all sources give, per seed.
 std::vector<double> heard_with_depth(int deepest, int seeds) {
   std::vector<double> ratios;
