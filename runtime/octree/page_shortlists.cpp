@@ -36,11 +36,13 @@ void PageShortlists::begin(const Vec3& place, double time_s, double loudest, dou
   place_ = place;
   ++keyframe_;
   if (back || keyframe_ % kForget_keyframes == 0) {
-    std::erase_if(lists_, [&](const List& list) {
+    const auto dropped = std::erase_if(lists_, [&](const List& list) {
       return back || keyframe_ - list.used > kForget_keyframes;
     });
-    rehash(kFirstSlots);
-    ++numbering_;
+    if (dropped > 0) {
+      rehash(kFirstSlots);
+      ++numbering_;
+    }
   }
   seen_.clear();
   for (const LoudnessTrack& track : weights_.tracks) seen_.push_back(track.seen_at(time_s));

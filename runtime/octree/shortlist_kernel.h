@@ -4,7 +4,7 @@
 // delay they are heard at. A source is first asked for its ceiling, which holds near by, then for
 // that times the share of its signal, then for what is known to be left of that behind what stands
 // in the way (hidden_numbers.h), and only then for its ceiling at this very place: what that is
-// made of lies elsewhere, and four in five are not asked for it.
+// made of lies elsewhere, and most are not asked for it.
 #pragma once
 
 #include <array>

@@ -80,15 +80,16 @@ class Priority final : public Sampler {
     sample_.clear();
     for (std::size_t c = 0; c < std::min(voices_, candidates_.size()); ++c) {
       const Candidate& chosen = candidates_[c];
-      const Source& source = *chosen.found.source;
-      double scale = std::max(1.0, tau / (chosen.weight * chosen.found.boost));
-      if (const double kappa = pool_.unseen_key(chosen.found, tau); kappa > 0)
+      const FoundSource& found = found_[chosen.found];
+      const Source& source = *found.source;
+      double scale = std::max(1.0, tau / (chosen.weight * found.boost));
+      if (const double kappa = pool_.unseen_key(found, tau); kappa > 0)
         scale =
             std::max(scale, kappa / std::accumulate(source.power.begin(), source.power.end(), 0.0));
-      sample_.push_back({chosen.found.number, scale, &source, chosen.found.signal,
-                         chosen.visibility,
+      sample_.push_back({found.number, scale, &source, found.signal,
+                         chosen.is_dimmed ? sight_->visibility(chosen.known) : kAllHeard,
                          chosen.priority > 0 ? std::min(1.0, tau / chosen.priority) : 1.0});
-      if (chosen.found.voice != 0) sample_.back().move_as(chosen.found);
+      if (found.voice != 0) sample_.back().move_as(found);
     }
     // Pools without copies find them in this order.
     const auto by_number = [](const auto& a, const auto& b) { return a.number < b.number; };
@@ -129,6 +130,7 @@ class Priority final : public Sampler {
   static constexpr double kStep = 16, kStepWhereHidden = 4;
   static constexpr double kNarrow = 1 + 1e-9, kNarrowEnough = 1.25;
   static constexpr std::size_t kFetchAhead = 8;
+  static constexpr Bands kAllHeard = same_in_all_bands(1);
   static constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
 
   // How the threshold went, so that the next is guessed well.
@@ -140,15 +142,15 @@ class Priority final : public Sampler {
 
   struct Candidate {
     double priority, weight;
-    FoundSource found;
+    std::uint32_t found;  // which of found_
     VisibilityCache::Index known = VisibilityCache::kUnknown;
-    Bands visibility = same_in_all_bands(1);
-    // Ties go to the lower number, so that the choice is one.
-    bool operator<(const Candidate& other) const {
-      return priority != other.priority ? priority > other.priority
-                                        : found.number < other.found.number;
-    }
+    bool is_dimmed = false;  // by what is known of it
   };
+  // Ties go to the lower number, so that the choice is one.
+  bool comes_before(const Candidate& a, const Candidate& b) const {
+    return a.priority != b.priority ? a.priority > b.priority
+                                    : found_[a.found].number < found_[b.found].number;
+  }
 
   // Fills candidates_ with the k + 1 highest priorities, the lowest last; fewer if there are fewer
   // that reach the threshold which is returned, the last of the k + 1 if there are as many.
@@ -206,17 +208,18 @@ class Priority final : public Sampler {
   }
 
   // Keeps the k highest of candidates_ in the order in which they are, and the next one last: its
-  // priority. Candidates are large, so only their ranks are moved about.
+  // priority.
   double keep_the_first() {
     ranks_.clear();
     for (std::uint32_t c = 0; c < candidates_.size(); ++c)
       ranks_.push_back({candidates_[c].priority, c});
     const auto last = ranks_.begin() + static_cast<std::ptrdiff_t>(voices_);
     std::nth_element(ranks_.begin(), last, ranks_.end(), [this](const auto& a, const auto& b) {
-      return a.first != b.first ? a.first > b.first : candidates_[a.second] < candidates_[b.second];
+      return a.first != b.first ? a.first > b.first
+                                : comes_before(candidates_[a.second], candidates_[b.second]);
     });
     const Candidate next = candidates_[last->second];
-    std::erase_if(candidates_, [&next](const Candidate& one) { return !(one < next); });
+    std::erase_if(candidates_, [&](const Candidate& one) { return !comes_before(one, next); });
     candidates_.push_back(next);
     return next.priority;
   }
@@ -233,7 +236,7 @@ class Priority final : public Sampler {
     found_.clear();
     wanted_.clear();
     if (!pool_.look(place, threshold, most, found_)) return false;
-    for (std::size_t f = 0; f < found_.size(); ++f) {
+    for (std::uint32_t f = 0; f < found_.size(); ++f) {
       const FoundSource& found = found_[f];
       const Source& source = *found.source;
       auto known = VisibilityCache::kUnknown;
@@ -265,7 +268,7 @@ class Priority final : public Sampler {
         wanted_.push_back({priority, found.number, known, &source});
         continue;
       }
-      candidates_.push_back({priority, w, found, known});
+      candidates_.push_back({priority, w, f, known});
       if (sight_ != nullptr) parts_.push_back(weighed(now.weights, intensity));
     }
     return true;
@@ -295,7 +298,7 @@ class Priority final : public Sampler {
     for (; u < unknown_.size() && rays_left; ++u) {
       const auto [as_if_free, c] = unknown_[u];
       if (best_.size() > voices_ && best_.front() > as_if_free) break;
-      const FoundSource& found = candidates_[c].found;
+      const FoundSource& found = found_[candidates_[c].found];
       candidates_[c].known = sight_->look(found.number, *found.source, as_if_free);
       rays_left = candidates_[c].known != VisibilityCache::kUnknown;
       if (!rays_left) break;
@@ -325,15 +328,15 @@ class Priority final : public Sampler {
   // The priority that is left of a candidate.
   double dim(std::uint32_t c, double as_if_free) {
     Candidate& candidate = candidates_[c];
-    const Source& source = *candidate.found.source;
+    const FoundSource& found = found_[candidate.found];
     const Bands& visibility = sight_->visibility(candidate.known);
-    wanted_.push_back({as_if_free, candidate.found.number, candidate.known, &source});
+    wanted_.push_back({as_if_free, found.number, candidate.known, found.source});
     double w = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
       w += static_cast<double>(parts_[c][b]) * visibility[b];
     candidate.weight = w;
-    candidate.priority = w * candidate.found.boost / std::max(source.u, kLeastU);
-    candidate.visibility = visibility;
+    candidate.priority = w * found.boost / std::max(found.source->u, kLeastU);
+    candidate.is_dimmed = true;
     return candidate.priority;
   }
 

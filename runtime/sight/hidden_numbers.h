@@ -61,10 +61,10 @@ class HiddenNumbers {
     std::uint32_t turn = 0, turns = kTurns;
     float in_turn = 1;
 
-    // Of the first 512, as far as they are in one row.
+    // Of half a row's numbers, as far as they are in this row.
     void prefetch() const {
       const std::uint32_t from = first / kPerWord;
-      const std::uint32_t count = std::min(512 / kPerWord, kRow / kPerWord - from);
+      const std::uint32_t count = std::min(kRow / 2 / kPerWord, kRow / kPerWord - from);
       if (words != nullptr) prefetch_to_read(words + first_word + from, count * sizeof *words);
     }
   };

@@ -136,7 +136,8 @@ class VisibilityCache {
 
  private:
   enum class Depth : std::uint8_t { kGlance, kQuick, kLook, kClose };
-  struct Entry {
+  // What is asked of those whose turn it is lies in one line of memory.
+  struct alignas(64) Entry {
     std::uint64_t number = 0;
     Vec3f from_m{};  // where the listener was, at the last glance or look
     float cell_m = 0;
@@ -185,6 +186,7 @@ class VisibilityCache {
   std::vector<Entry> entries_;
   HiddenNumbers hidden_;
   SightCells cells_;
+  std::vector<std::uint32_t> in_turn_;  // of those wanted
   std::vector<Turn> turns_, look_turns_, close_turns_;
   Vec3 place_{};
   double mean_weight_ = 0;                    // of those that matter

@@ -14,6 +14,7 @@ namespace {
 constexpr std::int64_t kRaysOfLook = 50;
 constexpr std::uint32_t kLongAgo_keyframes = 50;
 constexpr int kEnoughForSurprise = 20;  // looks
+constexpr std::size_t kFetchAhead = 8;
 
 }  // namespace
 
@@ -23,9 +24,14 @@ void VisibilityCache::gather(std::span<const Wanted> wanted, double tau, std::ui
   statistics_.wanted = 0;
   std::size_t only_asked = 0;
   double sum = 0;
-  for (const Wanted& one : wanted) {
+  in_turn_.clear();
+  for (std::uint32_t w = 0; w < wanted.size(); ++w)
+    if (all || HiddenNumbers::turn_of(wanted[w].number) == turn) in_turn_.push_back(w);
+  for (std::size_t i = 0; i < in_turn_.size(); ++i) {
+    if (i + kFetchAhead < in_turn_.size())
+      __builtin_prefetch(&entries_[wanted[in_turn_[i + kFetchAhead]].index & ~kHidden], 1);
+    const Wanted& one = wanted[in_turn_[i]];
     const Index index = one.index & ~kHidden;
-    if (!all && HiddenNumbers::turn_of(one.number) != turn) continue;
     Entry& entry = entries_[index];
     entry.used = keyframe_;
     double loudness = one.loudness;
@@ -108,8 +114,12 @@ void VisibilityCache::glance_again(std::vector<Turn>& turns) {
 void VisibilityCache::serve(std::vector<Turn>& turns, Depth depth) {
   const auto most = static_cast<std::size_t>(
       std::clamp<std::int64_t>(rays_left_ / 10, 0, static_cast<std::int64_t>(turns.size())));
-  std::partial_sort(turns.begin(), turns.begin() + static_cast<std::ptrdiff_t>(most), turns.end(),
-                    [](const Turn& a, const Turn& b) { return a.urgency > b.urgency; });
+  const auto first = [](const Turn& a, const Turn& b) {
+    return a.urgency != b.urgency ? a.urgency > b.urgency : a.index < b.index;
+  };
+  const auto end = turns.begin() + static_cast<std::ptrdiff_t>(most);
+  if (end != turns.end()) std::nth_element(turns.begin(), end, turns.end(), first);
+  std::sort(turns.begin(), end, first);
   const CastingTime time(statistics_.casting_ms);
   for (const bool again : {false, true})
     for (std::size_t t = 0; t < most && rays_left_ > kRaysOfLook; ++t) {
