@@ -13,6 +13,7 @@
 #include <limits>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "runtime/octree/octree_pool.h"
 #include "runtime/realtime/prefetch.h"
@@ -28,10 +29,30 @@ constexpr double kLower = 0.6;        // than the lowest threshold of late
 constexpr double kFalls = 0.8;        // a threshold, before the next plan is made
 constexpr double kPlanHold_s = 0.3;   // a new one must hold for at least that
 constexpr double kNodeGive_m = 0.25;  // that a node which is too quiet is not asked again for
+constexpr double kRounds_m = 1e-4;    // places seen from the middle of a plan
 constexpr std::uint32_t kAsksPerLookAhead = 4;
 constexpr std::size_t kPagesAhead = 2, kNodesAhead = 8;
 constexpr std::uint32_t kRest_keyframes = 100;
 constexpr std::size_t kLeastSteps = 256, kParts = 8, kMostPlanned = 1 << 18;
+
+// Of nodes by ascending numbers.
+template <class Nodes>
+auto first_from(Nodes& nodes, std::uint64_t number) {
+  return std::lower_bound(nodes.begin(), nodes.end(), number,
+                          [](const auto& node, std::uint64_t n) { return node.step.first < n; });
+}
+
+// Puts any number in the place of one.
+template <class T>
+void replace(std::vector<T>& all, typename std::vector<T>::iterator one,
+             const std::vector<T>& with) {
+  if (with.empty()) {
+    all.erase(one);
+    return;
+  }
+  *one = with.front();
+  all.insert(one + 1, with.begin() + 1, with.end());
+}
 
 }  // namespace
 
@@ -68,12 +89,23 @@ bool OctreePool::look_by_plan(const Vec3& place, double threshold, std::size_t m
   return found.size() <= most;
 }
 
+// Whatever rounds makes it hold for less.
+OctreePool::Plan::Answer::Answer(const Quiet& held, const Vec3& from, bool is_empty)
+    : until_s(held.until_s),
+      middle_m(held.place - from),
+      threshold(static_cast<float>(held.threshold * (1 + 1e-6))),
+      empty(is_empty) {
+  const auto give_m = static_cast<float>(held.give_m - kRounds_m);
+  give2_m2 = give_m >= 0 ? give_m * give_m : -1;
+}
+
 // Those that do not hold, of nodes that matter now; and notes what is missing of these. A node of
 // which nothing matters is not asked again for a while.
 void OctreePool::find_lists_to_renew(const Vec3& place, double threshold) {
   due_.clear();
+  const Vec3f place_m(place - plan_.place);
   for (std::uint32_t n = 0; n < plan_.asked.size(); ++n)
-    if (!plan_.asked[n].holds(walked_m_, threshold, time_s_)) due_.push_back(n);
+    if (!plan_.asked[n].holds(place_m, threshold, time_s_)) due_.push_back(n);
   renewed_.clear();
   for (std::size_t d = 0; d < due_.size(); ++d) {
     if (d + 2 * kNodesAhead < due_.size())
@@ -86,9 +118,13 @@ void OctreePool::find_lists_to_renew(const Vec3& place, double threshold) {
     const std::uint32_t n = due_[d];
     const Plan::Node& node = plan_.nodes[n];
     Plan::Answer& asked = plan_.asked[n];
+    const auto is_quiet = [&](double give_m, double above) {
+      asked = {{place, give_m, above, until_s_}, plan_.place, true};
+    };
     asked = {};
     if (node.widest < threshold) {
-      asked = {std::numeric_limits<double>::infinity(), node.widest, until_s_, true, true};
+      is_quiet(std::numeric_limits<double>::infinity(), node.widest);
+      asked.by_plan = true;
       continue;
     }
     const bool holds = node.page != nullptr && shortlists_.holds(node.list, place, threshold);
@@ -97,8 +133,7 @@ void OctreePool::find_lists_to_renew(const Vec3& place, double threshold) {
       const Copy& copy = copies_[node.step.copy];
       const double highest = bound(entry, copy, entry.highest_key);
       if (!(highest > 0 && highest >= threshold)) {
-        asked = {walked_m_ + kNodeGive_m, bound(entry, copy, entry.highest_key, kNodeGive_m),
-                 until_s_};
+        is_quiet(kNodeGive_m, bound(entry, copy, entry.highest_key, kNodeGive_m));
         continue;
       }
       if (node.page == nullptr) {
@@ -124,8 +159,7 @@ void OctreePool::renew_lists(const Vec3& place, double threshold) {
                       {node.page->sources, *node.step.entry, node.step.first, place, threshold,
                        nullptr, maps_, SignalMaps::kNone},
                       looked_at_);
-    const Quiet held = shortlists_.held(node.list, place);
-    plan_.asked[renewed_[r]] = {walked_m_ + held.give_m, held.threshold, held.until_s,
+    plan_.asked[renewed_[r]] = {shortlists_.held(node.list), plan_.place,
                                 shortlists_.is_empty(node.list)};
     ++visited_;
   }
@@ -183,21 +217,17 @@ void OctreePool::Plan::take_over(const Plan& last) {
     const Node& node = nodes[n];
     while (l < last.nodes.size() && last.nodes[l].step.first < node.step.first) ++l;
     if (l == last.nodes.size()) return;
-    if (last.nodes[l].offset == node.offset && node.page != nullptr && !last.asked[l].by_plan)
+    if (last.nodes[l].offset == node.offset && node.page != nullptr && !last.asked[l].by_plan) {
       asked[n] = last.asked[l];
+      asked[n].middle_m += Vec3f(last.place - place);
+    }
   }
 }
 
 // What of `next` is looked for among.
 OctreePool::LastNodes::LastNodes(const Plan& last, std::uint32_t numbering, const Plan& next) {
   if (last.lists != numbering || next.steps.empty()) return;
-  const auto is_before = [](const Plan::Node& node, std::uint64_t first) {
-    return node.step.first < first;
-  };
-  nodes_ = last.nodes;
-  nodes_ = nodes_.subspan(static_cast<std::size_t>(
-      std::lower_bound(nodes_.begin(), nodes_.end(), next.steps.back().first, is_before) -
-      nodes_.begin()));
+  nodes_ = {first_from(last.nodes, next.steps.back().first), last.nodes.end()};
 }
 
 const OctreePool::Plan::Node* OctreePool::LastNodes::find(const Step& step) {
@@ -222,7 +252,6 @@ void OctreePool::go_a_step(Plan& plan, LastNodes& last) {
   const Plan::Node* const known = last.find(step);
   PageLoader::Place* const kept = known != nullptr ? known->kept : loader_.place_of(entry);
   const ResidentPage* const page = kept != nullptr ? kept->resident() : nullptr;
-  if (page == nullptr) plan.missing.push_back(static_cast<std::uint32_t>(plan.nodes.size()));
   if (page == nullptr || entry.source_count > 0) {
     Plan::Node& node = plan.nodes.emplace_back();
     plan.asked.emplace_back();
@@ -232,7 +261,9 @@ void OctreePool::go_a_step(Plan& plan, LastNodes& last) {
     node.offset = entry.page.offset;
     node.page = page;
     node.kept = kept;
-    if (page != nullptr)
+    if (page == nullptr)
+      plan.missing.push_back({&entry, step.first, node.widest});
+    else
       node.list = known != nullptr ? known->list : shortlists_.number_of(step.first);
   }
   if (page == nullptr || entry.sources_below == entry.source_count) return;
@@ -262,29 +293,34 @@ void OctreePool::rest_from_plans() {
 // Takes in what has come: where a node was missing it is, and what is below.
 void OctreePool::complete_plan(Plan& plan) {
   const std::span<const std::uint64_t> came = loader_.arrived();
-  const auto has_come = [&](const Plan::Node& node) {
-    return node.page == nullptr && std::binary_search(came.begin(), came.end(), node.offset);
+  const auto has_come = [&](const Plan::Missing& one) {
+    return std::binary_search(came.begin(), came.end(), one.entry->page.offset);
   };
-  if (std::none_of(plan.missing.begin(), plan.missing.end(),
-                   [&](std::uint32_t n) { return has_come(plan.nodes[n]); }))
-    return;
-  const std::vector<Plan::Node> nodes = std::exchange(plan.nodes, {});
-  const std::vector<Plan::Answer> asked = std::exchange(plan.asked, {});
+  if (std::none_of(plan.missing.begin(), plan.missing.end(), has_come)) return;
+  const std::vector<Plan::Missing> missing = std::exchange(plan.missing, {});
+  std::vector<Plan::Node> nodes = std::exchange(plan.nodes, {});
+  std::vector<Plan::Answer> asked = std::exchange(plan.asked, {});
   std::vector<Step> steps = std::exchange(plan.steps, {});
-  plan.missing.clear();
   LastNodes none;
-  for (std::size_t n = 0; n < nodes.size() && plan.nodes.size() <= kMostPlanned; ++n) {
-    if (has_come(nodes[n])) {
-      plan.steps.push_back(nodes[n].step);
-      plan.steps.back().most = nodes[n].widest;
-      while (!plan.steps.empty()) go_a_step(plan, none);
+  for (const Plan::Missing& one : missing) {
+    if (!has_come(one)) {
+      plan.missing.push_back(one);
       continue;
     }
-    if (nodes[n].page == nullptr)
-      plan.missing.push_back(static_cast<std::uint32_t>(plan.nodes.size()));
-    plan.nodes.push_back(nodes[n]);
-    plan.asked.push_back(asked[n]);
+    const auto here =
+        std::find_if(first_from(nodes, one.first), nodes.end(),
+                     [&](const Plan::Node& node) { return node.offset == one.entry->page.offset; });
+    if (here == nodes.end() || nodes.size() > kMostPlanned) continue;
+    plan.nodes.clear();
+    plan.asked.clear();
+    plan.steps.push_back(here->step);
+    plan.steps.back().most = here->widest;
+    while (!plan.steps.empty()) go_a_step(plan, none);
+    replace(asked, asked.begin() + (here - nodes.begin()), plan.asked);
+    replace(nodes, here, plan.nodes);
   }
+  plan.nodes = std::move(nodes);
+  plan.asked = std::move(asked);
   plan.steps = std::move(steps);
   if (plan.nodes.size() > kMostPlanned) plan.clear();
 }
@@ -295,12 +331,11 @@ bool OctreePool::soon_by_plan(const Vec3& soon, double tau) {
   soon_.clear();
   Copy copy{};
   copy.place = soon;
-  for (const std::uint32_t n : plan_.missing) {
-    const Plan::Node& node = plan_.nodes[n];
-    if (node.widest < tau) continue;
-    const double highest = bound(*node.step.entry, copy, node.step.entry->highest_key);
-    if (highest > 0 && highest >= tau && !loader_.has_failed(*node.step.entry))
-      soon_.push_back({highest, *node.step.entry, false});
+  for (const Plan::Missing& one : plan_.missing) {
+    if (one.widest < tau) continue;
+    const double highest = bound(*one.entry, copy, one.entry->highest_key);
+    if (highest > 0 && highest >= tau && !loader_.has_failed(*one.entry))
+      soon_.push_back({highest, *one.entry, false});
   }
   return true;
 }

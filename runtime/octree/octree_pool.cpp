@@ -97,7 +97,6 @@ void OctreePool::begin(const Vec3& place, double time_s) {
     forget_plans();
   }
   time_s_ = time_s;
-  walked_m_ += length(place - place_);
   if (ceilings_.steady() || trees_.empty())
     until_s_ = std::numeric_limits<double>::infinity();
   else if (time_s < from_s_ || time_s + kLeast_s > until_s_ ||
@@ -185,6 +184,7 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
   missed_.clear();
   most_missed_ = -1;
   if (plan_.holds(place, threshold, time_s_)) return look_by_plan(place, threshold, most, found);
+  plan_.forget_answers();  // a walk makes lists anew, for where it is
   const auto use = [this](const PageEntry& entry, double urgency) {
     ++visited_;
     return loader_.use(entry, urgency);

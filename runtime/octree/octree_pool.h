@@ -144,15 +144,29 @@ class OctreePool final : public SourcePool {
       PageLoader::Place* kept = nullptr;
       std::size_t list = 0;
     };
-    // What the list of a node has need not be asked until so much was walked, for a higher
-    // threshold: apart from all else, since every keyframe goes through all of these.
+    // A node whose page is not here.
+    struct Missing {
+      const PageEntry* entry = nullptr;
+      std::uint64_t first = 0;
+      double widest = 0;
+    };
+    // Where, when and above which threshold it need not be asked what the list of a node has:
+    // small, and apart from all else, since every keyframe goes through all of these.
     struct Answer {
-      double walked_m = -1, threshold = 0, until_s = 0;
+      Answer() = default;
+      Answer(const Quiet& held, const Vec3& from, bool is_empty);
+
+      double until_s = 0;
+      Vec3f middle_m{};     // of a ball, seen from the middle of the plan,
+      float give2_m2 = -1;  // and its radius, squared; below 0: nowhere
+      float threshold = 0;
       bool empty = true;     // as far as is known
       bool by_plan = false;  // known wherever the plan holds, and nowhere else
 
-      bool holds(double at_m, double at_threshold, double at_s) const {
-        return at_m <= walked_m && at_threshold >= threshold && at_s <= until_s;
+      bool holds(const Vec3f& place_m, double at_threshold, double at_s) const {
+        const Vec3f way_m = place_m - middle_m;
+        return glm::dot(way_m, way_m) <= give2_m2 &&
+               at_threshold >= static_cast<double>(threshold) && at_s <= until_s;
       }
     };
     Vec3 place{};
@@ -160,8 +174,8 @@ class OctreePool final : public SourcePool {
     double threshold = 0, until_s = 0;
     std::uint32_t lists = 0;  // which of all ways to number them
     std::vector<Node> nodes;
-    std::vector<Answer> asked;           // of each node
-    std::vector<std::uint32_t> missing;  // nodes whose page is not here
+    std::vector<Answer> asked;  // of each node
+    std::vector<Missing> missing;
     std::vector<Copy> copies;
     std::vector<Step> steps;  // to be gone yet; `most` is the widest
 
@@ -174,6 +188,7 @@ class OctreePool final : public SourcePool {
       steps.clear();
     }
     void take_over(const Plan& last);
+    void forget_answers() { asked.assign(nodes.size(), {}); }
     bool holds(const Vec3& at, double least, double time_s, double margin_m = 0) const {
       return length(at - place) + margin_m <= give_m && least >= threshold && time_s <= until_s;
     }
@@ -253,7 +268,6 @@ class OctreePool final : public SourcePool {
   Plan plan_, next_;
   std::uint32_t keyframes_to_rest_ = 0;               // without making one
   std::vector<std::uint32_t> due_, renewed_, heard_;  // of its nodes
-  double walked_m_ = 0;                               // by the listener
   double looked_for_ = 0;  // threshold of the last look that was not given up
   float strength_ = 1;     // of late sources' boost; copies' have none
 

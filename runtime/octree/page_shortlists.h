@@ -93,9 +93,10 @@ class PageShortlists {
   void renew(std::size_t list, const MetPage& page, std::uint64_t& looked_at) {
     looked_at += renew(lists_[list], page);
   }
-  Quiet held(std::size_t list, const Vec3& place) const {
+  // Where, when and above which threshold it does.
+  Quiet held(std::size_t list) const {
     const List& one = lists_[list];
-    return {place, one.give_m - length(place - one.place), one.threshold, one.until_s};
+    return {one.place, one.give_m, one.threshold, one.until_s};
   }
   void use(std::size_t list, std::uint64_t& looked_at) {
     lists_[list].used = keyframe_;

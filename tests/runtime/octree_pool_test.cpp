@@ -173,6 +173,48 @@ TEST(OctreePool, LooksAtNoMoreSourcesForLongAfterThresholdFellOnce) {
   EXPECT_LT(walk(kRound, threshold), 1.1 * usual);
 }
 
+// Who strolls, flies off and comes back, with a threshold that goes up and down: whatever is kept
+// from keyframe to keyframe, no source is missed.
+TEST(OctreePool, MissesNoSourceWhereverOneGoesAndComesBack) {
+  const Hall hall(4, 20'000);
+  const SourceField field = hall.field();
+  PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+  OctreePool pool(field, hall.weights, hall.trees.tops(), {}, loader);
+  Vec3 place(10, 1.7, 7), home = place;
+  std::size_t found_in_all = 0;
+  for (std::uint32_t keyframe = 0; keyframe < 1500; ++keyframe) {
+    const RandomBits bits = philox(6, {keyframe, 0, 0, 0}), more = philox(6, {keyframe, 1, 0, 0});
+    const Vec3 step(unit(bits[0]) - 0.5, 0.2 * (unit(bits[1]) - 0.5), unit(bits[2]) - 0.5);
+    const std::uint32_t in_round = keyframe % 300;
+    const Vec3 before = place;
+    if (in_round == 200) home = place;
+    if (in_round < 200 || in_round > 230)
+      place += 0.05 * step;
+    else  // to and fro elsewhere, too fast for plans
+      place = in_round == 230 ? home : home + Vec3(5, 0, in_round % 2 == 0 ? 1 : -1) + step;
+    const double threshold = 0.02 * std::pow(2, -4 * std::pow(unit(bits[3]), 8) - unit(more[0]));
+    std::vector<FoundSource> found;
+    do {
+      found.clear();
+      pool.refresh();
+      pool.begin(place, 0.02 * keyframe);
+      ASSERT_TRUE(pool.look(place, threshold, hall.all.size(), found));
+      pool.ask(place + 25.0 * (place - before), threshold);
+    } while (!pool.complete());
+    std::vector<bool> is_found(hall.all.size());
+    for (const FoundSource& one : found) is_found[one.number] = true;
+    for (std::size_t s = 0; s < hall.all.size(); ++s) {
+      const Source& source = hall.all[s];
+      const double priority =
+          weight(field, hall.weights.by_signal[field.signal(source)], source, place) / source.u;
+      if (priority < threshold) continue;
+      ++found_in_all;
+      ASSERT_TRUE(is_found[s]) << keyframe << " " << s;
+    }
+  }
+  EXPECT_GT(found_in_all, 100'000u);
+}
+
 // A node without sources of its own, which a bake writes at the top alone and a file may have
 // anywhere; its children are too far away.
 TEST(OctreePool, TakesInNodesThatTurnOutToHaveNothing) {
