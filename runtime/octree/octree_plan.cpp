@@ -198,9 +198,13 @@ void OctreePool::plan_ahead(const Vec3& soon) {
     begin_plan(soon);
   }
   const std::size_t most = kLeastSteps + plan_.nodes.size() / kParts;
-  LastNodes last(plan_, shortlists_.numbering(), next_);
-  for (std::size_t s = 0; s < most && !next_.steps.empty() && steps_left_ > 0; ++s, --steps_left_)
+  LastNodes last;
+  if (plan_.lists == shortlists_.numbering() && !next_.steps.empty())
+    last = LastNodes({first_from(plan_.nodes, next_.steps.back().first), plan_.nodes.end()});
+  for (std::size_t s = 0; s < most && !next_.steps.empty() && steps_left_ > 0; ++s, --steps_left_) {
+    last.prefetch();
     go_a_step(next_, last);
+  }
   if (next_.nodes.size() > kMostPlanned) next_.clear();
   if (next_.steps.empty() && next_.give_m >= 0) {
     next_.take_over(plan_);
@@ -212,36 +216,30 @@ void OctreePool::plan_ahead(const Vec3& soon) {
 // What is known of nodes that are in both, as far as it does not follow from the last plan alone.
 // Both are by ascending numbers.
 void OctreePool::Plan::take_over(const Plan& last) {
-  std::size_t l = 0;
+  LastNodes before(last.nodes);
   for (std::size_t n = 0; n < nodes.size(); ++n) {
-    const Node& node = nodes[n];
-    while (l < last.nodes.size() && last.nodes[l].step.first < node.step.first) ++l;
-    if (l == last.nodes.size()) return;
-    if (last.nodes[l].offset == node.offset && node.page != nullptr && !last.asked[l].by_plan) {
-      asked[n] = last.asked[l];
-      asked[n].middle_m += Vec3f(last.place - place);
-    }
+    const Node* const known = before.find(nodes[n].step.first, nodes[n].offset);
+    if (known == nullptr || nodes[n].page == nullptr) continue;
+    const Answer& answer = last.asked[static_cast<std::size_t>(known - last.nodes.data())];
+    if (answer.by_plan) continue;
+    asked[n] = answer;
+    asked[n].middle_m += Vec3f(last.place - place);
   }
 }
 
-// What of `next` is looked for among.
-OctreePool::LastNodes::LastNodes(const Plan& last, std::uint32_t numbering, const Plan& next) {
-  if (last.lists != numbering || next.steps.empty()) return;
-  nodes_ = {first_from(last.nodes, next.steps.back().first), last.nodes.end()};
-}
-
-const OctreePool::Plan::Node* OctreePool::LastNodes::find(const Step& step) {
-  while (!nodes_.empty() && nodes_[0].step.first < step.first) nodes_ = nodes_.subspan(1);
-  if (nodes_.size() > 2 * kPagesAhead) {
-    if (const ResidentPage* const soon = nodes_[2 * kPagesAhead].page)
-      __builtin_prefetch(&soon->links);
-    if (const ResidentPage* const soon = nodes_[kPagesAhead].page)
-      prefetch_to_read(soon->links.children.data(),
-                       soon->links.children.size() * sizeof(PageEntry));
-  }
-  const bool is_it = !nodes_.empty() && nodes_[0].offset == step.entry->page.offset &&
-                     nodes_[0].step.first == step.first && nodes_[0].page != nullptr;
+const OctreePool::Plan::Node* OctreePool::LastNodes::find(std::uint64_t first,
+                                                          std::uint64_t offset) {
+  while (!nodes_.empty() && nodes_[0].step.first < first) nodes_ = nodes_.subspan(1);
+  const bool is_it = !nodes_.empty() && nodes_[0].offset == offset && nodes_[0].page != nullptr;
   return is_it ? &nodes_[0] : nullptr;
+}
+
+void OctreePool::LastNodes::prefetch() const {
+  if (nodes_.size() <= 2 * kPagesAhead) return;
+  if (const ResidentPage* const soon = nodes_[2 * kPagesAhead].page)
+    __builtin_prefetch(&soon->links);
+  if (const ResidentPage* const soon = nodes_[kPagesAhead].page)
+    prefetch_to_read(soon->links.children.data(), soon->links.children.size() * sizeof(PageEntry));
 }
 
 void OctreePool::go_a_step(Plan& plan, LastNodes& last) {
@@ -249,7 +247,7 @@ void OctreePool::go_a_step(Plan& plan, LastNodes& last) {
   const Step step = plan.steps.back();
   plan.steps.pop_back();
   const PageEntry& entry = *step.entry;
-  const Plan::Node* const known = last.find(step);
+  const Plan::Node* const known = last.find(step.first, entry.page.offset);
   PageLoader::Place* const kept = known != nullptr ? known->kept : loader_.place_of(entry);
   const ResidentPage* const page = kept != nullptr ? kept->resident() : nullptr;
   if (page == nullptr || entry.source_count > 0) {

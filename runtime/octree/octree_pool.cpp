@@ -4,8 +4,6 @@
 #include <limits>
 #include <numeric>
 
-#include "runtime/realtime/prefetch.h"
-
 namespace clamor {
 
 namespace {
@@ -160,7 +158,7 @@ void OctreePool::add_source(const Step& step, const ResidentPage& page, std::siz
   const Copy& copy = copies_[step.copy];
   const Boosted boosted(boost, copy.moved ? 0 : strength_, ceiling);
   if (boosted.ceiling < least) return;
-  prefetch_to_read(source, sizeof(Source));  // to be weighed
+  page.sources.prefetch(index);  // to be weighed
   if (copy.moved) source = placed(*source, copy.placement, leads ? step.lead_key : 0);
   if (source != nullptr)
     found.push_back({source, step.first + index, signal, step.copy, boosted.boost,

@@ -194,14 +194,17 @@ class OctreePool final : public SourcePool {
     }
   };
 
-  // Nodes of the last plan, for the next one, which comes by most of them in the same order: where
-  // their pages are kept need not be looked for again.
+  // Nodes of the last plan, for the next one, which comes by most of them in the same order: what
+  // is known of them need not be looked for again.
   class LastNodes {
    public:
     LastNodes() = default;
-    LastNodes(const Plan& last, std::uint32_t numbering, const Plan& next);
-    // The node of a step, by ascending numbers; null if it is not among them, or not here.
-    const Plan::Node* find(const Step& step);
+    explicit LastNodes(std::span<const Plan::Node> nodes) : nodes_(nodes) {}
+    // The one with that first source and page, by ascending numbers; null if it is not among them,
+    // or not here.
+    const Plan::Node* find(std::uint64_t first, std::uint64_t offset);
+    // From memory, what is below those that come next.
+    void prefetch() const;
 
    private:
     std::span<const Plan::Node> nodes_;
