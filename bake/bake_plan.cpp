@@ -62,7 +62,8 @@ double least_power_for(std::vector<double> shares, double per_share, double want
     }
     below += shares[i];
   }
-  return std::pow(below / (wanted / per_share), 4.0);
+  const double root = below / (wanted / per_share);
+  return root * root * root * root;
 }
 
 // Up to one digit, down to a power of two: so that the plan does not change with every step that an

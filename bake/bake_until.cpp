@@ -79,7 +79,8 @@ Result<BakeContents> bake_until(const Level& level, const BakeOptions& options,
         break;
       }
       if (error_db <= goal.error_db) break;
-      growth = std::clamp(kMargin * std::pow(error_db / goal.error_db, 2), kWorthIt, kMostGrowth);
+      const double above = error_db / goal.error_db;
+      growth = std::clamp(kMargin * above * above, kWorthIt, kMostGrowth);
     } else {
       growth = std::min(kOfTime * (goal.seconds - spent_s) / std::max(spent_s - begun_s, 0.01),
                         kMostGrowth);

@@ -8,6 +8,8 @@
 #include <optional>
 #include <unordered_map>
 
+#include "common/maths.h"
+
 namespace clamor {
 
 namespace {
@@ -49,7 +51,7 @@ bool find_turn(const SceneGroup& model, const SceneGroup& group, Instance& copy)
   const Matrix way = group.axes * glm::inverse(model.axes);
   const double volume = glm::determinant(way);
   if (!(volume > 1e-9 && volume < 1 + 1e-5)) return false;
-  const double scale = std::cbrt(volume);
+  const double scale = power(volume, 1.0 / 3);
   const Matrix turn = way / scale;
   const Matrix square = glm::transpose(turn) * turn;
   for (int column = 0; column < 3; ++column)

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "common/disjoint_sets.h"
+#include "common/maths.h"
 #include "common/random.h"
 
 namespace clamor {
@@ -39,7 +40,7 @@ double reflected(const Material& material) {
 
 Vec3 on_sphere(double z, double turn) {
   const double r = std::sqrt(std::max(0.0, 1 - z * z));
-  return {r * std::cos(2 * std::numbers::pi * turn), r * std::sin(2 * std::numbers::pi * turn), z};
+  return {r * cos_of(2 * std::numbers::pi * turn), r * sin_of(2 * std::numbers::pi * turn), z};
 }
 
 struct Walks {

@@ -14,9 +14,7 @@
 namespace clamor {
 
 // Share of the on-axis intensity at cos a.
-inline double emission(double exponent, double cos_a) {
-  return std::pow((1 + cos_a) / 2, exponent);
-}
+inline double emission(double exponent, double cos_a) { return power((1 + cos_a) / 2, exponent); }
 
 // Power radiated per unit of on-axis intensity at 1 m: 4 pi / (p + 1).
 inline double emission_power(double exponent) { return 4 * std::numbers::pi / (exponent + 1); }

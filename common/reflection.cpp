@@ -96,7 +96,7 @@ double PhongLobe::albedo(double cos_i) const {
 double PhongLobe::density(double cos_i, double cos_o, double cos_a) const {
   if (cos_o <= 0) return 0;
   const double lobe = cos_a > 0
-                          ? (exponent_ + 1) / (2 * std::numbers::pi) * std::pow(cos_a, exponent_) *
+                          ? (exponent_ + 1) / (2 * std::numbers::pi) * power(cos_a, exponent_) *
                                 std::min(1.0, cos_o / std::max(cos_i, 1e-9))
                           : 0;
   return lobe + (1 - albedo(cos_i)) * (1 - albedo(cos_o)) /

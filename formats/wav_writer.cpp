@@ -138,7 +138,7 @@ struct WavWriter::State {
   // Rounds samples to whole numbers, which libsndfile then only shifts.
   void quantise(std::span<const float> interleaved) {
     const int bits = kind_of(format).bits;
-    const double most = std::exp2(bits - 1);
+    const double most = std::ldexp(1.0, bits - 1);
     whole.resize(interleaved.size());
     for (std::size_t i = 0; i < interleaved.size(); ++i) {
       double sample = static_cast<double>(interleaved[i]) * most;

@@ -67,6 +67,21 @@ TEST(Layout, HasNoRoomForThingsThatFoundNoPlace) {
     }
 }
 
+// Where bytes of bakes are made, or what decides them, functions of the C library would make others
+// on other CPUs (common/maths.h).
+TEST(Layout, TakesNoFunctionThatRoundsByTheCpuWhereBytesAreMade) {
+  const std::regex function(
+      R"(std::(pow|exp2?|expm1|log(2|10|1p)?|a?(sin|cos|tan)h?|atan2|cbrt|hypot)\()");
+  // A listener's way to look, and a level in words.
+  const std::set<std::string> others = {"common/pose.h", "formats/audio_file.cpp"};
+  for (const std::string folder : {"bake", "common", "formats"})
+    for (const std::string& file : files_in(folder)) {
+      if (!is_code(file) || others.contains(file)) continue;
+      for (const std::string& line : lines_of(read_text(kRoot / file)))
+        EXPECT_FALSE(std::regex_search(line, function)) << file << ": " << line;
+    }
+}
+
 // What works on one machine only. Written in two halves, so that this file is none of it.
 TEST(Layout, NamesNoPathOfOneMachine) {
   const std::vector<std::string> places = {
