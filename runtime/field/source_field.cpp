@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <utility>
 
 #include "common/directivity.h"
 
@@ -10,11 +11,20 @@ namespace clamor {
 SourceField::SourceField(const std::vector<Emitter>& emitters, std::span<const Material> materials,
                          const Air& air, const LateBoost& late_boost)
     : emitters_(emitters),
-      materials_(materials.size()),
       laws_(materials),
       late_boost_(late_boost),
       air_loss_per_m_(clamor::air_loss_per_m(air)),
       speed_of_sound_mps_(clamor::speed_of_sound_mps(air)) {
+  radiation_.emitters = emitters;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    radiation_.air_octaves_per_m[b] = air_loss_per_m_[b] * std::numbers::log2e_v<float>;
+  // Most materials of a level share a few laws, which then stay in the caches.
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    ReflectionRows rows = rows_of(laws_, m);
+    const auto same = std::find(radiation_.laws.begin(), radiation_.laws.end(), rows);
+    radiation_.law_of.push_back(static_cast<std::uint32_t>(same - radiation_.laws.begin()));
+    if (same == radiation_.laws.end()) radiation_.laws.push_back(std::move(rows));
+  }
   played_.reserve(emitters.size());
   for (const Emitter& emitter : emitters) {
     played_.push_back({emitter.delay_s, emitter.signal});
@@ -67,7 +77,7 @@ Bands SourceField::most_per_power(std::span<const Bands> weights) const {
       most[b] = std::max(most[b], weight[b] * density[b]);
   };
   for (const Bands& weight : weights)
-    for (std::size_t m = 0; m < materials_; ++m) consider(weight, laws_.peak_density(m));
+    for (std::size_t m = 0; m < material_count(); ++m) consider(weight, laws_.peak_density(m));
   for (const Emitter& emitter : emitters_) {
     Bands density{};  // (p + 1) / 4 pi on the axis
     for (std::size_t b = 0; b < kBandCount; ++b)

@@ -9,6 +9,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "common/maths_lanes-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace clamor {
 namespace HWY_NAMESPACE {
@@ -19,44 +21,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Doubles = hn::CappedTag<double, 8>;
 using Halves = hn::Rebind<float, Doubles>;  // as many floats
 using Eight = hn::CappedTag<float, kBandCount>;
-
-// log2(x) for normal x > 0, as log2_of() in common/maths.h.
-template <class D, class V>
-HWY_INLINE V log2_of(D d, V x) {
-  const hn::RebindToSigned<D> di;
-  const auto bits = hn::BitCast(di, x);
-  const auto exponent = hn::ShiftRight<23>(hn::Sub(bits, hn::Set(di, 0x3f3504f3)));
-  const auto m = hn::BitCast(d, hn::Sub(bits, hn::ShiftLeft<23>(exponent)));
-  const auto one = hn::Set(d, 1.0f);
-  const auto t = hn::Div(hn::Sub(m, one), hn::Add(m, one));
-  const auto t2 = hn::Mul(t, t);
-  auto series = hn::Add(hn::Set(d, 0.412198583f), hn::Mul(t2, hn::Set(d, 0.3205989f)));
-  series = hn::Add(hn::Set(d, 0.577078016f), hn::Mul(t2, series));
-  series = hn::Add(hn::Set(d, 0.961796694f), hn::Mul(t2, series));
-  series = hn::Add(hn::Set(d, 2.88539008f), hn::Mul(t2, series));
-  return hn::Add(hn::ConvertTo(d, exponent), hn::Mul(t, series));
-}
-
-// 2^x for x <= 0, as exp2_of() in common/maths.h; never below 2^-126.
-template <class D, class V>
-HWY_INLINE V exp2_of(D d, V x) {
-  const hn::RebindToSigned<D> di;
-  x = hn::Max(x, hn::Set(d, -126.0f));
-  const auto magic = hn::Set(d, 12582912.0f);
-  const auto n = hn::Sub(hn::Add(x, magic), magic);  // to the nearest integer
-  const auto f = hn::Sub(x, n);
-  const auto f2 = hn::Mul(f, f);
-  const auto pair = [&](float a, float b) {
-    return hn::Add(hn::Set(d, a), hn::Mul(f, hn::Set(d, b)));
-  };
-  const auto low =
-      hn::Add(pair(1.0f, 0.693147181f), hn::Mul(f2, pair(0.240226507f, 5.55041087e-2f)));
-  const auto high = hn::Add(pair(9.61812911e-3f, 1.33335581e-3f),
-                            hn::Mul(f2, pair(1.54035304e-4f, 1.52527338e-5f)));
-  const auto series = hn::Add(low, hn::Mul(hn::Mul(f2, f2), high));
-  const auto scale = hn::ShiftLeft<23>(hn::Add(hn::ConvertTo(di, n), hn::Set(di, 127)));
-  return hn::Mul(series, hn::BitCast(d, scale));
-}
 
 // The table of ear_lags.h, in the order of operations of its scalar code.
 template <class D, class V>
@@ -162,7 +126,7 @@ void place_voices_here(VoiceTable& table, const Stance& stance, const float* lag
       hn::StoreU(hn::Div(one, hn::Mul(near_m, near_m)), d, table.spread[e].data() + at);
       hn::StoreU(cos_o, d, table.cos_o[e].data() + at);
       hn::StoreU(hn::Mul(hn::Sqrt(hn::Min(hn::Max(cos_o, zero), one)),
-                         hn::Set(d, 1.0f * VoiceLaw::kCells)),
+                         hn::Set(d, 1.0f * ReflectionRows::kCells)),
                  d, table.loss_cell[e].data() + at);
       // What p is a power of: cos a, or for an emitter (1 + cos a) / 2.
       const Float lift = hn::LoadU(d, table.lift.data() + at);
@@ -224,7 +188,7 @@ HWY_INLINE void make_gains(const Ears& ears, const VoiceTable& table, std::size_
                            const PerEar& at, float* HWY_RESTRICT gain) {
   const auto d = ears.d;
   const VoiceTable::Kind kind = table.kind[slot];
-  const VoiceLaw* const law = table.law[slot];
+  const ReflectionRows* const law = table.law[slot];
   const float* const exponent = table.exponent[slot];
   for (std::size_t b = 0; b < kBandCount; b += hn::Lanes(d)) {
     auto intensity = ears.row(table.power[slot].data() + b);
@@ -270,7 +234,7 @@ HWY_INLINE void make_voice(const VoiceTable& table, std::size_t places, std::siz
     if (kind != VoiceTable::kReflection) continue;
     at.tilt[e] = std::min(1.0f, at.cos_o[e] * table.over_cos_i[slot]);
     const float cell = table.loss_cell[e][slot];
-    const auto k = std::min(static_cast<int>(cell), VoiceLaw::kCells - 1);
+    const auto k = std::min(static_cast<int>(cell), ReflectionRows::kCells - 1);
     at.part[e] = cell - static_cast<float>(k);
     at.loss[e] = table.law[slot]->loss[static_cast<std::size_t>(k)].data();
     at.next_loss[e] = at.loss[e] + kBandCount;

@@ -1,7 +1,7 @@
 // voice_kernel.h: delays and gains of many voices at once, for whatever vectors the CPU has.
 //
 // Delays and distances are in double, 2 to 8 voices at a time; gains in float, the bands of a voice
-// at a time. They are what SourceField::intensity() and delay_s() say: gains within 1e-4 (0.001 dB)
+// at a time. They are what received_intensity() and delay_s() say: gains within 1e-4 (0.001 dB)
 // of the voice's loudest band or of their own, delays within 1e-6 frames. Additions,
 // multiplications, divisions and square roots only, none of them fused, so that every CPU gives the
 // same bits.

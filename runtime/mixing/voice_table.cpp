@@ -1,37 +1,11 @@
 #include "runtime/mixing/voice_table.h"
 
 #include <algorithm>
-#include <numbers>
 
 #include "common/directivity.h"
 #include "formats/level.h"
 
 namespace clamor {
-
-namespace {
-
-VoiceLaw law_of(const ReflectionLaws& laws, std::size_t material) {
-  VoiceLaw law;
-  for (std::size_t b = 0; b < kBandCount; ++b) {
-    const double scattering = static_cast<double>(laws.scattering(material, b));
-    law.diffuse[b] = static_cast<float>(scattering / std::numbers::pi);
-    const PhongLobe* const lobe = laws.lobe(material, b);
-    if (lobe == nullptr) continue;
-    law.loss.resize(VoiceLaw::kCells + 1);
-    law.exponent[b] = static_cast<float>(lobe->exponent());
-    law.lobe[b] =
-        static_cast<float>((1 - scattering) * (lobe->exponent() + 1) / (2 * std::numbers::pi));
-    law.bounce[b] =
-        static_cast<float>((1 - scattering) / (std::numbers::pi * (1 - lobe->mean_albedo())));
-    for (std::size_t k = 0; k < law.loss.size(); ++k) {
-      const double root = static_cast<double>(k) / VoiceLaw::kCells;
-      law.loss[k][b] = static_cast<float>(1 - lobe->albedo(root * root));
-    }
-  }
-  return law;
-}
-
-}  // namespace
 
 VoiceTable::VoiceTable(const SourceField& field, std::size_t slots)
     : frames_per_m(kSampleRate_hz / field.speed_of_sound_mps()), field_(field) {
@@ -49,7 +23,6 @@ VoiceTable::VoiceTable(const SourceField& field, std::size_t slots)
   kind.resize(lanes);
   exponent.resize(lanes);
   law.resize(lanes);
-  for (std::size_t m = 0; m < field.material_count(); ++m) laws_.push_back(law_of(field.laws(), m));
 }
 
 double VoiceTable::leaves_frames_of(const Source& source) const {
@@ -78,7 +51,7 @@ void VoiceTable::put(std::size_t slot, const Source& source) {
     exponent[slot] = directivity.data();
     return;
   }
-  law[slot] = &laws_[source.material];
+  law[slot] = &field_.rows(source.material);
   kind[slot] = law[slot]->loss.empty() ? kDiffuse : kReflection;
   if (kind[slot] == kDiffuse) return;
   const double cos_i = dot(Vec3(source.mirror), Vec3(source.normal));

@@ -14,23 +14,11 @@
 #include "common/bands.h"
 #include "common/vec.h"
 #include "formats/source.h"
+#include "runtime/field/reflection_rows.h"
 #include "runtime/field/source_field.h"
 #include "runtime/voices/mix_kernel.h"
 
 namespace clamor {
-
-// A reflection law (reflection.h) per band, as factors of power, with
-//
-//   f = diffuse cos o + bounce loss(cos o) cos o + lobe min(1, cos o / cos i) cos^p(a)
-//
-// where loss = 1 - E, tabled over sqrt(cos o), and bounce has the loss at the arrival in it. An
-// emitter's is lobe ((1 + cos a) / 2)^p.
-struct VoiceLaw {
-  static constexpr int kCells = 256;
-
-  Bands diffuse{}, bounce{}, lobe{}, exponent{};  // bounce without the loss at the arrival
-  std::vector<Bands> loss;                        // kCells + 1 of them; none if it is all diffuse
-};
 
 class VoiceTable {
  public:
@@ -53,12 +41,13 @@ class VoiceTable {
   Column radius_m, over_cos_i;
   Column lift;  // 1/2 for an emitter, whose exponents are of (1 + cos a) / 2; else 0, of cos a
   std::vector<double> leaves_frames;
-  std::vector<Bands> power, bounce;
+  std::vector<Bands> power;
+  std::vector<Bands> bounce;  // of the law, times power and the loss at the arrival
   std::vector<float> sign;
   std::vector<Kind> kind;
-  std::vector<const float*> exponent;  // kBandCount, where the kind has any
-  std::vector<const VoiceLaw*> law;    // of a reflection
-  std::vector<float> scale;            // of power
+  std::vector<const float*> exponent;      // kBandCount, where the kind has any
+  std::vector<const ReflectionRows*> law;  // of a reflection
+  std::vector<float> scale;                // of power
   std::vector<Bands> visibility;
   Bands air_octaves_per_m{};  // powers of 1/2
   double frames_per_m = 0;
@@ -71,7 +60,6 @@ class VoiceTable {
 
  private:
   const SourceField& field_;
-  std::vector<VoiceLaw> laws_;
 };
 
 }  // namespace clamor

@@ -24,12 +24,18 @@ Bands weighed(const Bands& weights, Bands intensity) {
   return intensity;
 }
 
-// Intensity of what is received.
-Bands received(const SourceField& field, const Source& source, const Vec3& place,
-               const Reception& reception) {
-  const Bands intensity = field.intensity(source, place);
+// What receivers make of it.
+Bands faced(const Reception& reception, const Source& source, const Vec3& place,
+            const Bands& intensity) {
   if (reception.is_even()) return intensity;
   return weighed(reception.share(Vec3f(Vec3(source.position_m) - place)), intensity);
+}
+
+LoudnessTrack::Moment weights_heard(const SourceField& field, const SignalWeights& weights,
+                                    std::uint32_t signal, const Source& source, double way_m,
+                                    double time_s) {
+  if (weights.steady()) return {weights.by_signal[signal], 1};
+  return weights.tracks[signal].at(time_s - field.delay_s(source, way_m));
 }
 
 class Priority final : public Sampler {
@@ -129,7 +135,7 @@ class Priority final : public Sampler {
   static constexpr double kLookAhead_keyframes = 25;  // half a second
   static constexpr double kStep = 16, kStepWhereHidden = 4;
   static constexpr double kNarrow = 1 + 1e-9, kNarrowEnough = 1.25;
-  static constexpr std::size_t kFetchAhead = 8;
+  static constexpr std::size_t kFetchAhead = 8, kTogether = 32;
   static constexpr Bands kAllHeard = same_in_all_bands(1);
   static constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
 
@@ -145,6 +151,11 @@ class Priority final : public Sampler {
     std::uint32_t found;  // which of found_
     VisibilityCache::Index known = VisibilityCache::kUnknown;
     bool is_dimmed = false;  // by what is known of it
+  };
+  // One of found_ that is not known to be hidden.
+  struct Heard {
+    std::uint32_t found;
+    VisibilityCache::Index known;
   };
   // Ties go to the lower number, so that the choice is one.
   bool comes_before(const Candidate& a, const Candidate& b) const {
@@ -236,42 +247,64 @@ class Priority final : public Sampler {
     found_.clear();
     wanted_.clear();
     if (!pool_.look(place, threshold, most, found_)) return false;
-    for (std::uint32_t f = 0; f < found_.size(); ++f) {
-      const FoundSource& found = found_[f];
-      const Source& source = *found.source;
-      auto known = VisibilityCache::kUnknown;
-      bool hidden = false;
+    for (std::size_t first = 0; first < found_.size(); first += kTogether) {
+      const std::size_t end = std::min(first + kTogether, found_.size());
       // They are far apart in memory.
-      if (f + kFetchAhead < found_.size()) {
-        const Source* const soon = found_[f + kFetchAhead].source;
+      for (std::size_t f = end; f < std::min(end + kTogether, found_.size()); ++f) {
+        const Source* const soon = found_[f].source;
         __builtin_prefetch(soon);
         __builtin_prefetch(&soon->power);
+        if (sight_ != nullptr) sight_->prefetch(found_[f].number);
       }
+      pass_hidden(first, end);
+      received_.resize(heard_.size());
+      field_.receive(heard_sources_, place, received_.data());
+      for (std::size_t h = 0; h < heard_.size(); ++h)
+        weigh(heard_[h], received_[h], place, threshold);
+    }
+    return true;
+  }
+
+  // Of some of found_, the ones that need to be weighed.
+  void pass_hidden(std::size_t first, std::size_t end) {
+    heard_.clear();
+    heard_sources_.clear();
+    for (std::size_t f = first; f < end; ++f) {
+      const FoundSource& found = found_[f];
+      auto known = VisibilityCache::kUnknown;
       if (sight_ != nullptr) {
-        if (f + kFetchAhead < found_.size()) sight_->prefetch(found_[f + kFetchAhead].number);
         known = sight_->find(found.number);
-        hidden = known != VisibilityCache::kUnknown && sight_->is_hidden(known);
-        if (hidden && !sight_->exact()) {
-          wanted_.push_back(
-              {0, found.number, known, &source});  // weighs nothing, whatever it would
+        if (is_hidden(known) && !sight_->exact()) {  // weighs nothing, whatever it would
+          wanted_.push_back({0, found.number, known, found.source});
           continue;
         }
       }
-      const LoudnessTrack::Moment now =
-          weights_now(field_, weights_, found.signal, source, place, time_s_);
-      if (found.ceiling * now.share < threshold) continue;
-      const Bands intensity = received(field_, source, place, faced_);
-      const double w = sum_of_bands(now.weights, intensity);
-      const double priority = w * found.boost / std::max(source.u, kLeastU);
-      if (!(w > 0 && priority >= threshold)) continue;
-      if (hidden) {  // which of them the pool finds depends on what it was asked before
-        wanted_.push_back({priority, found.number, known, &source});
-        continue;
-      }
-      candidates_.push_back({priority, w, f, known});
-      if (sight_ != nullptr) parts_.push_back(weighed(now.weights, intensity));
+      heard_.push_back({static_cast<std::uint32_t>(f), known});
+      heard_sources_.push_back(found.source);
     }
-    return true;
+  }
+  static bool is_hidden(VisibilityCache::Index known) {
+    return known != VisibilityCache::kUnknown && VisibilityCache::is_hidden(known);
+  }
+
+  // Makes a candidate of a source, if it reaches the threshold.
+  void weigh(const Heard& heard, const Received& received, const Vec3& place, double threshold) {
+    const FoundSource& found = found_[heard.found];
+    const Source& source = *found.source;
+    const LoudnessTrack::Moment now =
+        weights_heard(field_, weights_, found.signal, source, received.way_m, time_s_);
+    if (found.ceiling * now.share < threshold) return;
+    const Bands intensity = faced(faced_, source, place, received.intensity);
+    const double w = sum_of_bands(now.weights, intensity);
+    const double priority = w * found.boost / std::max(source.u, kLeastU);
+    if (!(w > 0 && priority >= threshold)) return;
+    if (is_hidden(
+            heard.known)) {  // which of them the pool finds depends on what it was asked before
+      wanted_.push_back({priority, found.number, heard.known, &source});
+      return;
+    }
+    candidates_.push_back({priority, w, heard.found, heard.known});
+    if (sight_ != nullptr) parts_.push_back(weighed(now.weights, intensity));
   }
 
   // Makes of priorities in a free field those that are left of them, for as many candidates as need
@@ -362,6 +395,9 @@ class Priority final : public Sampler {
   VisibilityCache* const sight_;
   Course course_, before_;  // before_: the first time that this sample was asked for
   std::vector<FoundSource> found_;
+  std::vector<Heard> heard_;  // of kTogether
+  std::vector<const Source*> heard_sources_;
+  std::vector<Received> received_;
   std::vector<Candidate> candidates_;
   std::vector<Bands> parts_;  // of the candidates' weights in a free field
   std::vector<std::pair<double, std::uint32_t>> unknown_;
@@ -387,14 +423,19 @@ void SampledSource::move_as(const FoundSource& found) {
 
 double weight(const SourceField& field, const Bands& of_signal, const Source& source,
               const Vec3& place, const Reception& reception) {
-  return sum_of_bands(of_signal, received(field, source, place, reception));
+  return weight(of_signal, source, field.intensity(source, place), place, reception);
+}
+
+double weight(const Bands& of_signal, const Source& source, const Bands& intensity,
+              const Vec3& place, const Reception& reception) {
+  return sum_of_bands(of_signal, faced(reception, source, place, intensity));
 }
 
 LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,
                                   std::uint32_t signal, const Source& source, const Vec3& place,
                                   double time_s) {
-  if (weights.steady()) return {weights.by_signal[signal], 1};
-  return weights.tracks[signal].at(time_s - field.delay_s(source, place));
+  return weights_heard(field, weights, signal, source, length(place - Vec3(source.position_m)),
+                       time_s);
 }
 
 std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,

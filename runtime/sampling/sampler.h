@@ -88,6 +88,9 @@ class Sampler {
 // Of a source, given what its signal counts for in each band.
 double weight(const SourceField& field, const Bands& of_signal, const Source& source,
               const Vec3& place, const Reception& reception = Reception());
+// The same where its intensity at `place` is known.
+double weight(const Bands& of_signal, const Source& source, const Bands& intensity,
+              const Vec3& place, const Reception& reception);
 
 // What the signal of a source counts for that is heard at `place` at a time.
 LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,

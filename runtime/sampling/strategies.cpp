@@ -1,6 +1,7 @@
 #include "runtime/sampling/strategies.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -35,10 +36,22 @@ class Listed : public Sampler {
     return !stays;
   }
 
-  double weight_of(std::size_t source, const Vec3& place) const {
-    const double power = weight(field_, weights_.by_signal[field_.signal(page_[source])],
-                                page_[source], place, reception());
-    return amplitudes() ? std::sqrt(power) : power;
+  // Multiplies the weight of each by what its source weighs.
+  void weigh(std::vector<Candidate>& candidates, const Vec3& place) const {
+    constexpr std::size_t kTogether = 64;
+    std::array<const Source*, kTogether> sources;
+    std::array<Received, kTogether> received;
+    for (std::size_t first = 0; first < candidates.size(); first += kTogether) {
+      const std::size_t count = std::min(kTogether, candidates.size() - first);
+      for (std::size_t i = 0; i < count; ++i) sources[i] = &page_[candidates[first + i].number];
+      field_.receive(std::span(sources).first(count), place, received.data());
+      for (std::size_t i = 0; i < count; ++i) {
+        const Source& source = *sources[i];
+        const double power = weight(weights_.by_signal[field_.signal(source)], source,
+                                    received[i].intensity, place, reception());
+        candidates[first + i].weight *= amplitudes() ? std::sqrt(power) : power;
+      }
+    }
   }
 
   SampledSource scaled(std::size_t source, double factor) const {
@@ -86,9 +99,10 @@ class FromList final : public Listed {
   std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
     if (begun_ && once_) return sample_;
     begun_ = true;
-    if (!even_ && is_elsewhere(place))
-      for (std::size_t i = 0; i < candidates_.size(); ++i)
-        candidates_[i].weight = weight_of(i, place);
+    if (!even_ && is_elsewhere(place)) {
+      for (Candidate& candidate : candidates_) candidate.weight = 1;
+      weigh(candidates_, place);
+    }
     sample_.clear();
     for (const ChosenCandidate& chosen : dynamic_.next(candidates_))
       sample_.push_back(scaled(chosen.candidate, chosen.factor));
@@ -139,8 +153,8 @@ class OctreeDiffusion final : public Listed {
           place, options_.voices * static_cast<std::size_t>(options_.tuning.candidates_per_voice),
           reception());
       candidates_.clear();
-      for (const auto& [point, factor] : cut_)
-        candidates_.push_back({point, factor * weight_of(point, place)});
+      for (const auto& [point, factor] : cut_) candidates_.push_back({point, factor});
+      weigh(candidates_, place);
     }
     sample_.clear();
     for (const ChosenCandidate& chosen : dynamic_.next(candidates_)) {

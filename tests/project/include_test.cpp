@@ -52,7 +52,7 @@ const std::vector<Fence> kFences = {
       "runtime/voices/lane_cascade.cpp", "runtime/voices/mix_*",
       "runtime/octree/shortlist_kernel.cpp", "runtime/octree/sieve_lanes-inl.h",
       "runtime/octree/source_sieve_kernel.cpp", "runtime/mixing/voice_kernel.cpp",
-      "tools/machine_peak.cpp"}},
+      "common/maths_lanes-inl.h", "runtime/field/intensity_kernel.cpp", "tools/machine_peak.cpp"}},
     {"JACK", {"jack/*"}, {"runtime/output/jack_output.cpp", "tests/player/jack_listener.h"}},
     {"libebur128",
      {"ebur128.h"},
