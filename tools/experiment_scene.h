@@ -14,6 +14,7 @@
 #include "formats/level.h"
 #include "formats/walk_file.h"
 #include "runtime/auralizer_input.h"
+#include "runtime/field/source_weight.h"
 #include "runtime/sampling/strategies.h"
 #include "runtime/sounds/signal_bank.h"
 

@@ -52,7 +52,11 @@ struct SampledSource {
   Vec3f moved_m{};  // since the last sample, if it does
 
   // Is one that moves, and heard under another number than it is looked at.
-  void move_as(const FoundSource& found);
+  void move_as(const FoundSource& found) {
+    number = found.voice;
+    moves = true;
+    moved_m = found.moved_m;
+  }
 };
 
 class MovingList;
@@ -84,18 +88,6 @@ class Sampler {
  private:
   Reception reception_;
 };
-
-// Of a source, given what its signal counts for in each band.
-double weight(const SourceField& field, const Bands& of_signal, const Source& source,
-              const Vec3& place, const Reception& reception = Reception());
-// The same where its intensity at `place` is known.
-double weight(const Bands& of_signal, const Source& source, const Bands& intensity,
-              const Vec3& place, const Reception& reception);
-
-// What the signal of a source counts for that is heard at `place` at a time.
-LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,
-                                  std::uint32_t signal, const Source& source, const Vec3& place,
-                                  double time_s);
 
 // All must outlive the sampler. Without `sight` nothing is hidden.
 std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,

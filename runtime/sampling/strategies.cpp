@@ -9,6 +9,7 @@
 
 #include "common/text.h"
 #include "runtime/field/loudness.h"
+#include "runtime/field/source_weight.h"
 #include "runtime/sampling/representative_octree.h"
 
 namespace clamor {
@@ -47,8 +48,8 @@ class Listed : public Sampler {
       field_.receive(std::span(sources).first(count), place, received.data());
       for (std::size_t i = 0; i < count; ++i) {
         const Source& source = *sources[i];
-        const double power = weight(weights_.by_signal[field_.signal(source)], source,
-                                    received[i].intensity, place, reception());
+        const Bands intensity = faced(reception(), source, place, received[i].intensity);
+        const double power = weighed_sum(weights_.by_signal[field_.signal(source)], intensity);
         candidates[first + i].weight *= amplitudes() ? std::sqrt(power) : power;
       }
     }

@@ -11,6 +11,7 @@
 
 #include "bake/bake.h"
 #include "formats/all_sources.h"
+#include "runtime/field/source_weight.h"
 #include "runtime/octree/octree_pool.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/sanitized.h"

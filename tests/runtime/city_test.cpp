@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "runtime/field/source_weight.h"
 #include "runtime/octree/octree_pool.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/runtime/whole_sample.h"

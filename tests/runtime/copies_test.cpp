@@ -10,6 +10,7 @@
 #include "bake/octree_builder.h"
 #include "common/random.h"
 #include "formats/page.h"
+#include "runtime/field/source_weight.h"
 #include "runtime/octree/octree_pool.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/runtime/whole_sample.h"

@@ -9,6 +9,7 @@
 
 #include "bake/octree_builder.h"
 #include "common/random.h"
+#include "runtime/field/source_weight.h"
 #include "runtime/octree/octree_pool.h"
 #include "runtime/sight/visibility_cache.h"
 #include "tests/runtime/slow_visibility.h"

@@ -11,6 +11,7 @@
 
 #include "bake/octree_builder.h"
 #include "common/random.h"
+#include "runtime/field/source_weight.h"
 #include "runtime/octree/octree_pool.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/runtime/sorted_choice.h"

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "runtime/field/source_weight.h"
 #include "runtime/sampling/moving_list.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/rooms_runtime.h"

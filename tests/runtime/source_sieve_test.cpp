@@ -10,6 +10,7 @@
 
 #include "common/air.h"
 #include "common/random.h"
+#include "runtime/field/source_weight.h"
 #include "runtime/octree/shortlist_kernel.h"
 #include "runtime/octree/source_page.h"
 #include "runtime/sampling/sampler.h"

@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 
+#include "runtime/field/source_weight.h"
 #include "tests/runtime/strategies_scenes.h"
 #include "tests/sanitized.h"
 

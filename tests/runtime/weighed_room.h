@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "runtime/field/source_weight.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/rooms_runtime.h"
 

@@ -1,5 +1,4 @@
-#include "runtime/sampling/sampler.h"
-
+// priority_sampler.cpp: the k sources of highest priority.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -8,35 +7,13 @@
 #include <optional>
 #include <utility>
 
+#include "runtime/field/source_weight.h"
+#include "runtime/sampling/sampler.h"
+#include "runtime/sampling/threshold_course.h"
+
 namespace clamor {
 
 namespace {
-
-double sum_of_bands(const Bands& weights, const Bands& intensity) {
-  double sum = 0;
-  for (std::size_t b = 0; b < kBandCount; ++b)
-    sum += static_cast<double>(weights[b]) * intensity[b];
-  return sum;
-}
-
-Bands weighed(const Bands& weights, Bands intensity) {
-  for (std::size_t b = 0; b < kBandCount; ++b) intensity[b] *= weights[b];
-  return intensity;
-}
-
-// What receivers make of it.
-Bands faced(const Reception& reception, const Source& source, const Vec3& place,
-            const Bands& intensity) {
-  if (reception.is_even()) return intensity;
-  return weighed(reception.share(Vec3f(Vec3(source.position_m) - place)), intensity);
-}
-
-LoudnessTrack::Moment weights_heard(const SourceField& field, const SignalWeights& weights,
-                                    std::uint32_t signal, const Source& source, double way_m,
-                                    double time_s) {
-  if (weights.steady()) return {weights.by_signal[signal], 1};
-  return weights.tracks[signal].at(time_s - field.delay_s(source, way_m));
-}
 
 class Priority final : public Sampler {
  public:
@@ -122,29 +99,19 @@ class Priority final : public Sampler {
   void choose_at_most(std::size_t voices) override {
     voices = std::clamp<std::size_t>(voices, 1, most_voices_);
     if (voices == voices_) return;
-    // There are about as many more above a threshold as it is lower.
-    course_.threshold *= static_cast<double>(voices_) / static_cast<double>(voices);
+    course_.want(voices_, voices);
     voices_ = voices;
     pool_.boost_late(LateBoost::strength(voices));
     resized_ = true;
   }
 
  private:
-  // The last threshold lowered by this catches k sources nearly always when a listener walks.
-  static constexpr double kCaution = 0.8;
   static constexpr double kLookAhead_keyframes = 25;  // half a second
   static constexpr double kStep = 16, kStepWhereHidden = 4;
   static constexpr double kNarrow = 1 + 1e-9, kNarrowEnough = 1.25;
   static constexpr std::size_t kFetchAhead = 8, kTogether = 32;
   static constexpr Bands kAllHeard = same_in_all_bands(1);
   static constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
-
-  // How the threshold went, so that the next is guessed well.
-  struct Course {
-    double threshold = 0;
-    double changed_by = 0.05;  // of late: a share of it
-    bool starved = false;      // fewer than k + 1 in all that was looked at
-  };
 
   struct Candidate {
     double priority, weight;
@@ -166,9 +133,9 @@ class Priority final : public Sampler {
   // Fills candidates_ with the k + 1 highest priorities, the lowest last; fewer if there are fewer
   // that reach the threshold which is returned, the last of the k + 1 if there are as many.
   double choose(const Vec3& place) {
-    double threshold = course_.threshold > 0 ? predicted_threshold() : pool_.highest(place);
+    double threshold = course_.is_known() ? course_.next() : pool_.highest(place);
     // Who waits, and had to take all there was, begins with that.
-    if (sight_ != nullptr && sight_->exact() && course_.starved && course_.threshold == 0)
+    if (sight_ != nullptr && sight_->exact() && course_.starved() && !course_.is_known())
       threshold = 0;
     if (pool_.size() <= voices_) threshold = 0;  // all of them
     // Of thresholds that were tried: the lowest with too few sources, the highest with far too
@@ -189,33 +156,17 @@ class Priority final : public Sampler {
         threshold *= kStep;
       else if (too_low > 0 && !unlimited)
         threshold = std::sqrt(too_low * too_high);
-      else if (course_.threshold > 0 && just_missed++ < (2 * candidates_.size() > voices_ ? 2 : 1))
-        threshold *= lowered(candidates_.size());
+      else if (course_.is_known() && just_missed++ < (2 * candidates_.size() > voices_ ? 2 : 1))
+        threshold *= ThresholdCourse::lowered(candidates_.size(), voices_ + 1);
       else
         threshold = threshold > std::numeric_limits<float>::min()
                         ? threshold / (sight_ == nullptr ? kStep : kStepWhereHidden)
                         : 0;
     }
-    course_.starved = candidates_.size() <= voices_;
-    if (candidates_.size() > voices_) threshold = keep_the_first();
-    if (course_.threshold > 0)
-      course_.changed_by = std::max(0.8 * course_.changed_by, 1 - threshold / course_.threshold);
-    course_.threshold = threshold;
+    const bool starved = candidates_.size() <= voices_;
+    if (!starved) threshold = keep_the_first();
+    course_.was(threshold, starved);
     return threshold;
-  }
-
-  // By how much a threshold is lowered that so few reach. There are about as many more above it as
-  // it is lower; a guess that is too low costs more than a second one.
-  double lowered(std::size_t reached) const {
-    return std::clamp(0.9 * static_cast<double>(reached) / static_cast<double>(voices_ + 1),
-                      kCaution * kCaution, 0.9);
-  }
-
-  // The last threshold, lowered by as much as it may well have fallen: by thrice the most that it
-  // fell from one sample to the next of late.
-  double predicted_threshold() const {
-    if (course_.starved) return course_.threshold;
-    return course_.threshold * std::clamp(0.97 - 3 * course_.changed_by, kCaution * kCaution, 0.95);
   }
 
   // Keeps the k highest of candidates_ in the order in which they are, and the next one last: its
@@ -295,7 +246,7 @@ class Priority final : public Sampler {
         weights_heard(field_, weights_, found.signal, source, received.way_m, time_s_);
     if (found.ceiling * now.share < threshold) return;
     const Bands intensity = faced(faced_, source, place, received.intensity);
-    const double w = sum_of_bands(now.weights, intensity);
+    const double w = weighed_sum(now.weights, intensity);
     const double priority = w * found.boost / std::max(source.u, kLeastU);
     if (!(w > 0 && priority >= threshold)) return;
     if (is_hidden(
@@ -393,7 +344,7 @@ class Priority final : public Sampler {
   std::size_t voices_;
   bool resized_ = false;  // since sample_
   VisibilityCache* const sight_;
-  Course course_, before_;  // before_: the first time that this sample was asked for
+  ThresholdCourse course_, before_;  // before_: the first time that this sample was asked for
   std::vector<FoundSource> found_;
   std::vector<Heard> heard_;  // of kTogether
   std::vector<const Source*> heard_sources_;
@@ -414,29 +365,6 @@ class Priority final : public Sampler {
 };
 
 }  // namespace
-
-void SampledSource::move_as(const FoundSource& found) {
-  number = found.voice;
-  moves = true;
-  moved_m = found.moved_m;
-}
-
-double weight(const SourceField& field, const Bands& of_signal, const Source& source,
-              const Vec3& place, const Reception& reception) {
-  return weight(of_signal, source, field.intensity(source, place), place, reception);
-}
-
-double weight(const Bands& of_signal, const Source& source, const Bands& intensity,
-              const Vec3& place, const Reception& reception) {
-  return sum_of_bands(of_signal, faced(reception, source, place, intensity));
-}
-
-LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,
-                                  std::uint32_t signal, const Source& source, const Vec3& place,
-                                  double time_s) {
-  return weights_heard(field, weights, signal, source, length(place - Vec3(source.position_m)),
-                       time_s);
-}
 
 std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,
                                                SourcePool& pool, std::size_t voices,

@@ -1,0 +1,41 @@
+// source_weight.h: what a source counts for at a place: the w_i of sampler.h.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "common/bands.h"
+#include "common/vec.h"
+#include "formats/source.h"
+#include "runtime/field/reception.h"
+#include "runtime/field/signal_weights.h"
+#include "runtime/field/source_field.h"
+
+namespace clamor {
+
+// Band by band.
+inline Bands weighed(const Bands& weights, Bands intensity) {
+  for (std::size_t b = 0; b < kBandCount; ++b) intensity[b] *= weights[b];
+  return intensity;
+}
+double weighed_sum(const Bands& weights, const Bands& intensity);
+
+// What receivers at `place` make of a source's intensity there.
+Bands faced(const Reception& reception, const Source& source, const Vec3& place,
+            const Bands& intensity);
+
+// Of a source, given what its signal counts for in each band.
+double weight(const SourceField& field, const Bands& of_signal, const Source& source,
+              const Vec3& place, const Reception& reception = Reception());
+
+// What a signal counts for that is heard at a time from a source so many metres away.
+LoudnessTrack::Moment weights_heard(const SourceField& field, const SignalWeights& weights,
+                                    std::uint32_t signal, const Source& source, double way_m,
+                                    double time_s);
+
+// The same, heard at a place.
+LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,
+                                  std::uint32_t signal, const Source& source, const Vec3& place,
+                                  double time_s);
+
+}  // namespace clamor
