@@ -115,6 +115,7 @@ class Priority final : public Sampler {
 
   struct Candidate {
     double priority, weight;
+    double per_weight;    // of its priority
     std::uint32_t found;  // which of found_
     VisibilityCache::Index known = VisibilityCache::kUnknown;
     bool is_dimmed = false;  // by what is known of it
@@ -247,14 +248,15 @@ class Priority final : public Sampler {
     if (found.ceiling * now.share < threshold) return;
     const Bands intensity = faced(faced_, source, place, received.intensity);
     const double w = weighed_sum(now.weights, intensity);
-    const double priority = w * found.boost / std::max(source.u, kLeastU);
+    const double per_weight = static_cast<double>(found.boost) / std::max(source.u, kLeastU);
+    const double priority = w * per_weight;
     if (!(w > 0 && priority >= threshold)) return;
     if (is_hidden(
             heard.known)) {  // which of them the pool finds depends on what it was asked before
       wanted_.push_back({priority, found.number, heard.known, &source});
       return;
     }
-    candidates_.push_back({priority, w, heard.found, heard.known});
+    candidates_.push_back({priority, w, per_weight, heard.found, heard.known});
     if (sight_ != nullptr) parts_.push_back(weighed(now.weights, intensity));
   }
 
@@ -319,7 +321,7 @@ class Priority final : public Sampler {
     for (std::size_t b = 0; b < kBandCount; ++b)
       w += static_cast<double>(parts_[c][b]) * visibility[b];
     candidate.weight = w;
-    candidate.priority = w * found.boost / std::max(found.source->u, kLeastU);
+    candidate.priority = w * candidate.per_weight;
     candidate.is_dimmed = true;
     return candidate.priority;
   }
