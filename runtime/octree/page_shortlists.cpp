@@ -78,34 +78,38 @@ void PageShortlists::fetch(std::span<const Asked> asked) {
 
 void PageShortlists::find_loud(std::span<const Asked> asked) {
   static const SharesNow kAllLoud;
-  loud_.clear();
+  std::size_t blocks = 0;
+  for (const Asked& one : asked) blocks += lists_[one.list].blocks.size();
+  loud_.make_room(kSieveBlock * blocks);
+  loud_count_ = 0;
   ends_.clear();
   for (std::size_t a = 0; a < asked.size(); ++a) {
     const List& list = lists_[asked[a].list];
-    const std::size_t before = loud_.size();
-    loud_.resize(before + kSieveBlock * list.blocks.size());
-    loud_.resize(before + loud_now(list.blocks, static_cast<float>(asked[a].threshold * (1 - 1e-6)),
-                                   list.give_s <= kUsualGive_s ? shares_ : kAllLoud, near_[a],
-                                   loud_.data() + before));
-    for (std::size_t l = before; l < loud_.size(); ++l)
-      __builtin_prefetch(&list.shape_of(loud_[l].entry));
-    ends_.push_back(loud_.size());
+    const std::size_t before = loud_count_;
+    loud_count_ +=
+        loud_now(list.blocks, static_cast<float>(asked[a].threshold * (1 - 1e-6)),
+                 list.give_s <= kUsualGive_s ? shares_ : kAllLoud, near_[a], loud_.from(before));
+    for (std::size_t l = before; l < loud_count_; ++l)
+      __builtin_prefetch(&list.shape_of(loud_.entry[l]));
+    ends_.push_back(loud_count_);
   }
 }
 
 void PageShortlists::ask_for_ceilings(std::span<const Asked> asked) {
-  here_.resize(loud_.size());
-  ceilings_.resize(loud_.size());
+  if (here_.size() < loud_count_) {
+    here_.resize(loud_count_);
+    ceilings_.resize(loud_count_);
+  }
   std::size_t l = 0;
   for (std::size_t a = 0; a < asked.size(); ++a) {
     const List& list = lists_[asked[a].list];
     const Vec3f moved_m(asked[a].place - list.place);
     for (; l < ends_[a]; ++l) {
-      here_[l] = list.shape_of(loud_[l].entry);
+      here_[l] = list.shape_of(loud_.entry[l]);
       here_[l].position_m -= moved_m;
     }
   }
-  ceilings_here(here_, ceilings_.data());
+  ceilings_here(std::span(here_).first(loud_count_), ceilings_.data());
 }
 
 void PageShortlists::rehash(std::size_t size) {

@@ -129,14 +129,13 @@ class PageShortlists {
       const List& list = lists_[asked[a].list];
       const auto least = static_cast<float>(asked[a].threshold * (1 - 1e-6));
       for (; l < ends_[a]; ++l) {
-        const LoudEntry& one = loud_[l];
-        const float ceiling = ceilings_[l];
-        if (ceiling * one.share * one.left < least) continue;
-        const ShortlistBlock& block = list.blocks[one.entry / kSieveBlock];
-        const std::size_t at = one.entry % kSieveBlock;
+        const float ceiling = ceilings_[l], left = loud_.left[l];
+        if (ceiling * loud_.share[l] * left < least) continue;
+        const ShortlistBlock& block = list.blocks[loud_.entry[l] / kSieveBlock];
+        const std::size_t at = loud_.entry[l] % kSieveBlock;
         if (!seen_.empty()) {
           const float share = seen_[block.signal[at]].share(block.delay_s[at], list.give_s);
-          if (ceiling * share * one.left < least) continue;
+          if (ceiling * share * left < least) continue;
         }
         found(a, block.source[at] & ShortlistBlock::kIndex, block.signal[at],
               static_cast<double>(ceiling), here_[l].boost);
@@ -224,8 +223,9 @@ class PageShortlists {
   // Of pass(): of each list,
   std::vector<HiddenNumbers::Near> near_;
   std::vector<std::size_t> ends_;  // where its loud entries end,
-  std::vector<LoudEntry> loud_;    // and of each of these
-  std::vector<SourceShape> here_;  // as it is seen from the listener
+  LoudEntries loud_;               // these, the first so many,
+  std::size_t loud_count_ = 0;
+  std::vector<SourceShape> here_;  // as each is seen from the listener
   std::vector<float> ceilings_;
   Vec3 place_{};
   Vec3 step_m_{};                  // from keyframe to keyframe

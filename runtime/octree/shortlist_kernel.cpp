@@ -1,7 +1,6 @@
 #include "runtime/octree/shortlist_kernel.h"
 
 #include <algorithm>
-#include <bit>
 
 // Highway compiles what follows once per instruction set.
 #undef HWY_TARGET_INCLUDE
@@ -99,7 +98,8 @@ HWY_INLINE Vector left_of(const HiddenNumbers::Near& hidden, const std::uint32_t
 }
 
 std::size_t loud_here(std::span<const ShortlistBlock> blocks, float least, const float* shares,
-                      std::size_t row, const HiddenNumbers::Near& hidden, LoudEntry* entries) {
+                      std::size_t row, const HiddenNumbers::Near& hidden,
+                      const LoudEntries::Columns& found) {
   const Tag d;
   const hn::RebindToSigned<Tag> di;
   const hn::RebindToUnsigned<Tag> du;
@@ -107,7 +107,7 @@ std::size_t loud_here(std::span<const ShortlistBlock> blocks, float least, const
   const auto last = hn::Set(d, static_cast<float>(row) - 1), one = hn::Set(d, 1.0f);
   const auto in_row = hn::Set(di, static_cast<std::int32_t>(row));
   const auto per_s = hn::Set(d, SharesNow::kPerS);
-  LoudEntry* next = entries;
+  std::size_t count = 0;
   for (std::size_t b = 0; b < blocks.size(); ++b)
     for (std::size_t at = 0; at < kSieveBlock; at += hn::Lanes(d)) {
       const ShortlistBlock& block = blocks[b];
@@ -127,16 +127,14 @@ std::size_t loud_here(std::span<const ShortlistBlock> blocks, float least, const
         loud = hn::And(loud, hn::Ge(hn::Mul(near_by, hn::Mul(share, left)), needed));
         if (hn::AllFalse(d, loud)) continue;
       }
-      HWY_ALIGN float shares_here[kSieveBlock], lefts[kSieveBlock];
-      hn::Store(share, d, shares_here);
-      hn::Store(left, d, lefts);
-      for (std::uint32_t bits = bits_of(d, loud, kSieveBlock); bits != 0; bits &= bits - 1) {
-        const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
-        *next++ = {static_cast<std::uint32_t>(b * kSieveBlock + at + lane), shares_here[lane],
-                   lefts[lane]};
-      }
+      const auto entry = hn::Iota(du, static_cast<std::uint32_t>(b * kSieveBlock + at));
+      const auto loud_u = hn::RebindMask(du, loud);
+      hn::StoreU(hn::Compress(entry, loud_u), du, found.entry + count);
+      hn::StoreU(hn::Compress(share, loud), d, found.share + count);
+      hn::StoreU(hn::Compress(left, loud), d, found.left + count);
+      count += hn::CountTrue(d, loud);
     }
-  return static_cast<std::size_t>(next - entries);
+  return count;
 }
 
 }  // namespace
@@ -155,9 +153,8 @@ constexpr std::size_t kMostDelays = 1 << 12;
 }  // namespace
 
 std::size_t loud_now(std::span<const ShortlistBlock> blocks, float least, const SharesNow& shares,
-                     const HiddenNumbers::Near& hidden, LoudEntry* entries) {
-  return HWY_DYNAMIC_DISPATCH(loud_here)(blocks, least, shares.data(), shares.row(), hidden,
-                                         entries);
+                     const HiddenNumbers::Near& hidden, const LoudEntries::Columns& loud) {
+  return HWY_DYNAMIC_DISPATCH(loud_here)(blocks, least, shares.data(), shares.row(), hidden, loud);
 }
 
 void ceilings_here(std::span<const SourceShape> shapes, float* ceilings) {

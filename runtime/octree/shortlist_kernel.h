@@ -63,16 +63,32 @@ class SharesNow {
   std::size_t row_ = 0;        // delays of one
 };
 
-struct LoudEntry {
-  std::uint32_t entry = 0;  // where in the list
-  float share = 1;          // of its signal, at most,
-  float left = 1;           // and of what is known to get past what is in the way
+// Those of some lists that are loud enough, side by side.
+struct LoudEntries {
+  std::vector<std::uint32_t> entry;  // where in the list
+  std::vector<float> share;          // of its signal, at most,
+  std::vector<float> left;           // and of what is known to get past what is in the way
+
+  struct Columns {
+    std::uint32_t* entry;
+    float *share, *left;
+  };
+  Columns from(std::size_t first) {
+    return {entry.data() + first, share.data() + first, left.data() + first};
+  }
+  // For so many. Whole vectors are written, the last may go beyond them.
+  void make_room(std::size_t count) {
+    if (entry.size() >= count + kSieveBlock) return;
+    entry.resize(count + kSieveBlock);
+    share.resize(count + kSieveBlock);
+    left.resize(count + kSieveBlock);
+  }
 };
 
 // Writes those of a list that may reach `least` wherever the list holds; there must be room for
 // all. Gives how many. `hidden` begins with the first source of the page.
 std::size_t loud_now(std::span<const ShortlistBlock> blocks, float least, const SharesNow& shares,
-                     const HiddenNumbers::Near& hidden, LoudEntry* entries);
+                     const HiddenNumbers::Near& hidden, const LoudEntries::Columns& loud);
 
 // Ceilings of priorities at any time, at one place and nowhere else: what SourceSieve's are where
 // nothing need be given. `position_m` of these is the way to it from the listener.

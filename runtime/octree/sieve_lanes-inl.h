@@ -53,14 +53,6 @@ HWY_INLINE Vector decay(Tag d, Vector t) {
   return hn::Mul(part, hn::BitCast(d, hn::ShiftLeft<23>(exponent)));
 }
 
-// The lanes that are set, of those before `count`.
-HWY_INLINE std::uint32_t bits_of(Tag d, hn::Mask<Tag> mask, std::size_t count) {
-  std::uint8_t bits[8] = {};
-  hn::StoreMaskBits(d, mask, bits);
-  const std::uint32_t all = bits[0] | static_cast<std::uint32_t>(bits[1]) << 8;
-  return count < kSieveBlock ? all & ((1u << count) - 1) : all;
-}
-
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace clamor

@@ -21,6 +21,14 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr float kRounds = 2e-6f;   // a few operations of single precision
 constexpr float kSlack = 1.0005f;  // the exponential, and sums
 
+// The lanes that are set, of those before `count`.
+HWY_INLINE std::uint32_t bits_of(Tag d, hn::Mask<Tag> mask, std::size_t count) {
+  std::uint8_t bits[8] = {};
+  hn::StoreMaskBits(d, mask, bits);
+  const std::uint32_t all = bits[0] | static_cast<std::uint32_t>(bits[1]) << 8;
+  return count < kSieveBlock ? all & ((1u << count) - 1) : all;
+}
+
 HWY_INLINE Vector nearest2(Tag d, Vector r2, Vector radius2, const SieveQuery& query) {
   return hn::Max(hn::MulSub(r2, hn::Set(d, query.keep - kRounds), hn::Set(d, query.less_m2)),
                  radius2);
