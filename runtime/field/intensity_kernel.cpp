@@ -128,7 +128,7 @@ HWY_INLINE void add_up(const RadiationTables& tables, const Source& source, cons
       auto density = hn::Mul(row(law.diffuse), hn::Set(d, cos_o));
       if (!law.loss.empty()) {
         const auto loss_at = [&](float cell) {
-          const auto k = std::min(static_cast<std::int32_t>(cell), ReflectionRows::kCells - 1);
+          const auto k = std::clamp(static_cast<std::int32_t>(cell), 0, ReflectionRows::kCells - 1);
           const Bands* const from = law.loss.data() + k;
           const auto here = row(from[0]), next = row(from[1]);
           const auto share = hn::Set(d, cell - static_cast<float>(k));

@@ -1,7 +1,7 @@
 // received_intensity.h: how loud one source is at one place, per band.
 //
-// What all mean by loud: measures ask this function, what chooses and mixes sources has kernels that
-// give the same faster (intensity_kernel.h, voice_kernel.h).
+// What all mean by loud: measures ask this function; what chooses and mixes sources has kernels
+// that give the same faster (intensity_kernel.h, voice_kernel.h).
 #pragma once
 
 #include <algorithm>

@@ -251,8 +251,8 @@ class Priority final : public Sampler {
     const double per_weight = static_cast<double>(found.boost) / std::max(source.u, kLeastU);
     const double priority = w * per_weight;
     if (!(w > 0 && priority >= threshold)) return;
-    if (is_hidden(
-            heard.known)) {  // which of them the pool finds depends on what it was asked before
+    if (is_hidden(heard.known)) {
+      // Which of them the pool finds depends on what it was asked before.
       wanted_.push_back({priority, found.number, heard.known, &source});
       return;
     }
