@@ -10,7 +10,7 @@ namespace clamor {
 namespace {
 
 constexpr std::size_t kHalf = kSampleRate_hz / 100;  // of 20 ms
-constexpr auto kHop = static_cast<std::size_t>(kEchoDensityHop_s * kSampleRate_hz);
+constexpr auto kHop_frames = static_cast<std::size_t>(kEchoDensityHop_s * kSampleRate_hz);
 
 }  // namespace
 
@@ -21,7 +21,7 @@ std::vector<double> echo_density(std::span<const double> response, std::size_t f
   const double gaussian = std::erfc(1 / std::numbers::sqrt2);
 
   std::vector<double> densities;
-  for (std::size_t centre = first; centre < response.size(); centre += kHop) {
+  for (std::size_t centre = first; centre < response.size(); centre += kHop_frames) {
     const std::size_t begin = centre < kHalf ? kHalf - centre : 0;  // within the window
     const std::size_t end = std::min(window.size(), response.size() + kHalf - centre);
     double variance = 0, beyond = 0;
