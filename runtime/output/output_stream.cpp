@@ -8,21 +8,21 @@
 
 namespace clamor {
 
-namespace {
-
-using Clock = std::chrono::steady_clock;
-
-struct Opened {
+struct OpenedStream {
   StreamOpening::Failure failure = StreamOpening::Failure::kNone;
   std::string problem;
   OutputStream stream;
 };
 
-Opened failed(StreamOpening::Failure failure, const Error& error) {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+OpenedStream failed(StreamOpening::Failure failure, const Error& error) {
   return {failure, error.message, {}};
 }
 
-Opened open_stream(OutputDriver& driver, const StreamRequest& request) {
+OpenedStream open_stream(OutputDriver& driver, const StreamRequest& request) {
   using Failure = StreamOpening::Failure;
   const auto devices = driver.devices(request.again ? request.again->api : "");
   auto chosen =
@@ -32,7 +32,7 @@ Opened open_stream(OutputDriver& driver, const StreamRequest& request) {
   if (request.again && chosen->full_name() != request.again->full_name())
     return failed(Failure::kChoice, Error(in_quotes(request.again->full_name()) + " is gone"));
 
-  Opened opened;
+  OpenedStream opened;
   opened.stream.device = *chosen;
   opened.stream.feed =
       std::make_shared<OutputFeed>(request.gate, request.id, request.output.channels);
@@ -56,13 +56,13 @@ struct StreamOpening::Shared {
   std::mutex mutex;
   std::condition_variable changed;
   bool done = false, abandoned = false;
-  Opened opened;
+  OpenedStream opened;
 };
 
 StreamOpening::StreamOpening(std::shared_ptr<OutputDriver> driver, StreamRequest request)
     : shared_(std::make_shared<Shared>()) {
   std::thread([shared = shared_, driver = std::move(driver), request = std::move(request)] {
-    Opened opened = open_stream(*driver, request);
+    OpenedStream opened = open_stream(*driver, request);
     const std::lock_guard lock(shared->mutex);
     if (shared->abandoned) return;  // and `opened` closes
     shared->opened = std::move(opened);
