@@ -12,18 +12,12 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "common/maths_lanes-inl.h"
+#include "runtime/field/reflection_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
-
-namespace hn = hwy::HWY_NAMESPACE;
-
-using Doubles = hn::CappedTag<double, 8>;
-using Halves = hn::Rebind<float, Doubles>;  // as many floats
-using Eight = hn::CappedTag<float, kBandCount>;
 
 constexpr std::size_t kTogether = 16;
 
@@ -83,24 +77,14 @@ HWY_INLINE void place_some(Columns& columns, const Vec3& place, std::size_t i) {
   const auto cos_o = hn::IfThenElse(nowhere, one, cos_to(normal));
   const auto cos_a = hn::Min(hn::IfThenElse(nowhere, cos_i, cos_to(mirror)), one);
   const auto near_m = hn::Max(r_m, hn::Load(d, columns.radius_m + i));
-  const auto cell_of = [&](const auto& cos) {
-    return hn::Mul(hn::Sqrt(hn::Min(hn::Max(cos, zero), one)),
-                   hn::Set(d, 1.0f * ReflectionRows::kCells));
-  };
-  // What p is a power of: cos a, or for an emitter (1 + cos a) / 2.
-  const auto lift = hn::Load(d, columns.lift + i);
-  const auto base = hn::Add(lift, hn::Mul(hn::Sub(one, lift), cos_a));
-  const auto none = hn::Lt(base, hn::Set(d, 1e-30f));
-  const auto log_base =
-      hn::IfThenElse(none, hn::Set(d, -1e30f), log2_of(d, hn::IfThenElse(none, one, base)));
   hn::Store(way_m, dd, columns.way_m + i);
   hn::Store(r_m, d, columns.distance_m + i);
   hn::Store(hn::Div(one, hn::Mul(near_m, near_m)), d, columns.spread + i);
   hn::Store(cos_o, d, columns.cos_o + i);
   hn::Store(hn::Min(hn::Div(cos_o, hn::Max(cos_i, hn::Set(d, 1e-9f))), one), d, columns.tilt + i);
-  hn::Store(log_base, d, columns.log_base + i);
-  hn::Store(cell_of(cos_i), d, columns.cell_i + i);
-  hn::Store(cell_of(cos_o), d, columns.cell_o + i);
+  hn::Store(log_base_of(d, hn::Load(d, columns.lift + i), cos_a), d, columns.log_base + i);
+  hn::Store(loss_cell_of(d, cos_i), d, columns.cell_i + i);
+  hn::Store(loss_cell_of(d, cos_o), d, columns.cell_o + i);
 }
 
 HWY_INLINE void add_up(const RadiationTables& tables, const Source& source, const Columns& columns,
@@ -128,7 +112,7 @@ HWY_INLINE void add_up(const RadiationTables& tables, const Source& source, cons
       auto density = hn::Mul(row(law.diffuse), hn::Set(d, cos_o));
       if (!law.loss.empty()) {
         const auto loss_at = [&](float cell) {
-          const auto k = std::clamp(static_cast<std::int32_t>(cell), 0, ReflectionRows::kCells - 1);
+          const int k = ReflectionRows::cell_at(cell);
           const Bands* const from = law.loss.data() + k;
           const auto here = row(from[0]), next = row(from[1]);
           const auto share = hn::Set(d, cell - static_cast<float>(k));

@@ -1,6 +1,7 @@
 // reflection_rows.h: a reflection law as numbers side by side, one per band, for kernels to read.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -19,6 +20,9 @@ struct ReflectionRows {
 
   Bands diffuse{}, lobe{}, exponent{}, bounce{};
   std::vector<Bands> loss;  // kCells + 1 of them; none if it is all diffuse
+
+  // The cell that a place among them is in; the first for what is not a number.
+  static int cell_at(float place) { return std::clamp(static_cast<int>(place), 0, kCells - 1); }
 
   bool operator==(const ReflectionRows&) const = default;
 };

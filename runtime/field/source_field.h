@@ -98,6 +98,8 @@ class SourceField {
   // direction; `weights` are per signal.
   Bands most_per_power(std::span<const Bands> weights) const;
   const Bands& air_loss_per_m() const { return air_loss_per_m_; }
+  // The same in powers of 1/2.
+  const Bands& air_octaves_per_m() const { return radiation_.air_octaves_per_m; }
 
  private:
   // What is asked of an emitter far more often than the rest, so that thousands stay in the cache.

@@ -18,20 +18,31 @@ inline Bands weighed(const Bands& weights, Bands intensity) {
   for (std::size_t b = 0; b < kBandCount; ++b) intensity[b] *= weights[b];
   return intensity;
 }
-double weighed_sum(const Bands& weights, const Bands& intensity);
+inline double weighed_sum(const Bands& weights, const Bands& intensity) {
+  double sum = 0;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    sum += static_cast<double>(weights[b]) * intensity[b];
+  return sum;
+}
 
 // What receivers at `place` make of a source's intensity there.
-Bands faced(const Reception& reception, const Source& source, const Vec3& place,
-            const Bands& intensity);
+inline Bands faced(const Reception& reception, const Source& source, const Vec3& place,
+                   const Bands& intensity) {
+  if (reception.is_even()) return intensity;
+  return weighed(reception.share(Vec3f(Vec3(source.position_m) - place)), intensity);
+}
 
 // Of a source, given what its signal counts for in each band.
 double weight(const SourceField& field, const Bands& of_signal, const Source& source,
               const Vec3& place, const Reception& reception = Reception());
 
 // What a signal counts for that is heard at a time from a source so many metres away.
-LoudnessTrack::Moment weights_heard(const SourceField& field, const SignalWeights& weights,
-                                    std::uint32_t signal, const Source& source, double way_m,
-                                    double time_s);
+inline LoudnessTrack::Moment weights_heard(const SourceField& field, const SignalWeights& weights,
+                                           std::uint32_t signal, const Source& source, double way_m,
+                                           double time_s) {
+  if (weights.steady()) return {weights.by_signal[signal], 1};
+  return weights.tracks[signal].at(time_s - field.delay_s(source, way_m));
+}
 
 // The same, heard at a place.
 LoudnessTrack::Moment weights_now(const SourceField& field, const SignalWeights& weights,

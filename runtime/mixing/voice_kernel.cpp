@@ -9,18 +9,12 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "common/maths_lanes-inl.h"
+#include "runtime/field/reflection_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
-
-namespace hn = hwy::HWY_NAMESPACE;
-
-using Doubles = hn::CappedTag<double, 8>;
-using Halves = hn::Rebind<float, Doubles>;  // as many floats
-using Eight = hn::CappedTag<float, kBandCount>;
 
 // The table of ear_lags.h, in the order of operations of its scalar code.
 template <class D, class V>
@@ -125,16 +119,9 @@ void place_voices_here(VoiceTable& table, const Stance& stance, const float* lag
       hn::StoreU(r_m, d, table.distance_m[e].data() + at);
       hn::StoreU(hn::Div(one, hn::Mul(near_m, near_m)), d, table.spread[e].data() + at);
       hn::StoreU(cos_o, d, table.cos_o[e].data() + at);
-      hn::StoreU(hn::Mul(hn::Sqrt(hn::Min(hn::Max(cos_o, zero), one)),
-                         hn::Set(d, 1.0f * ReflectionRows::kCells)),
-                 d, table.loss_cell[e].data() + at);
-      // What p is a power of: cos a, or for an emitter (1 + cos a) / 2.
-      const Float lift = hn::LoadU(d, table.lift.data() + at);
-      const Float base = hn::Add(lift, hn::Mul(hn::Sub(one, lift), cos_a));
-      const auto none = hn::Lt(base, hn::Set(d, 1e-30f));
-      hn::StoreU(
-          hn::IfThenElse(none, hn::Set(d, -1e30f), log2_of(d, hn::IfThenElse(none, one, base))), d,
-          table.log_base[e].data() + at);
+      hn::StoreU(loss_cell_of(d, cos_o), d, table.loss_cell[e].data() + at);
+      hn::StoreU(log_base_of(d, hn::LoadU(d, table.lift.data() + at), cos_a), d,
+                 table.log_base[e].data() + at);
       hn::StoreU(frames, dd, table.delay_frames[e].data() + at);
       if (stance.places > 1) continue;
       Double half_lag = hn::Zero(dd);
@@ -234,7 +221,7 @@ HWY_INLINE void make_voice(const VoiceTable& table, std::size_t places, std::siz
     if (kind != VoiceTable::kReflection) continue;
     at.tilt[e] = std::min(1.0f, at.cos_o[e] * table.over_cos_i[slot]);
     const float cell = table.loss_cell[e][slot];
-    const auto k = std::min(static_cast<int>(cell), ReflectionRows::kCells - 1);
+    const int k = ReflectionRows::cell_at(cell);
     at.part[e] = cell - static_cast<float>(k);
     at.loss[e] = table.law[slot]->loss[static_cast<std::size_t>(k)].data();
     at.next_loss[e] = at.loss[e] + kBandCount;

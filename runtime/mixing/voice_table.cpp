@@ -8,9 +8,9 @@
 namespace clamor {
 
 VoiceTable::VoiceTable(const SourceField& field, std::size_t slots)
-    : frames_per_m(kSampleRate_hz / field.speed_of_sound_mps()), field_(field) {
-  for (std::size_t b = 0; b < kBandCount; ++b)
-    air_octaves_per_m[b] = field.air_loss_per_m()[b] * std::numbers::log2e_v<float>;
+    : air_octaves_per_m(field.air_octaves_per_m()),
+      frames_per_m(kSampleRate_hz / field.speed_of_sound_mps()),
+      field_(field) {
   const std::size_t lanes = (slots + kTile - 1) / kTile * kTile;
   for (auto* columns : {&position_m, &normal, &mirror, &from})
     for (Column& column : *columns) column.resize(lanes);

@@ -115,12 +115,12 @@ class Priority final : public Sampler {
 
   struct Candidate {
     double priority, weight;
-    double per_weight;    // of its priority
+    double per_weight;    // the priority
     std::uint32_t found;  // which of found_
     VisibilityCache::Index known = VisibilityCache::kUnknown;
     bool is_dimmed = false;  // by what is known of it
   };
-  // One of found_ that is not known to be hidden.
+  // One of found_ that is to be weighed.
   struct Heard {
     std::uint32_t found;
     VisibilityCache::Index known;
