@@ -107,6 +107,7 @@ class JackOutput final : public AudioOutput {
     for (std::size_t i = 0; i < channels_.size(); ++i)
       if (::jack_connect(client_.get(), ::jack_port_name(ports_[i]), channels_[i].c_str()) != 0)
         return refused(in_quotes(channels_[i]) + " takes no connection");
+    connected_.store(true);
     return {};
   }
 
@@ -141,6 +142,12 @@ class JackOutput final : public AudioOutput {
     if (!begun_) begin_audio_thread(::jack_is_realtime(client_.get()) == 0);
     begun_ = true;
     block_frames_.store(static_cast<unsigned>(frames), std::memory_order_relaxed);
+    if (!is_heard_) {
+      // Connections count from the next block on: of this one the server may know nothing yet.
+      is_heard_ = connected_.load();
+      for (jack_port_t* const port : ports_) std::fill_n(buffer_of(port, frames), frames, 0.0f);
+      return;
+    }
     const bool underflow = xrun_.exchange(false, std::memory_order_relaxed);
     const std::size_t channels = ports_.size();
     for (std::size_t done = 0; done < frames;) {
@@ -148,12 +155,15 @@ class JackOutput final : public AudioOutput {
       callback_.fill(callback_.context, interleaved_.data(), static_cast<std::uint32_t>(count),
                      underflow && done == 0);
       for (std::size_t c = 0; c < channels; ++c) {
-        auto* const port = static_cast<float*>(
-            ::jack_port_get_buffer(ports_[c], static_cast<jack_nframes_t>(frames)));
+        float* const port = buffer_of(ports_[c], frames);
         for (std::size_t i = 0; i < count; ++i) port[done + i] = interleaved_[i * channels + c];
       }
       done += count;
     }
+  }
+
+  static float* buffer_of(jack_port_t* port, std::size_t frames) noexcept {
+    return static_cast<float*>(::jack_port_get_buffer(port, static_cast<jack_nframes_t>(frames)));
   }
 
   static int on_xrun(void* self) {
@@ -172,11 +182,11 @@ class JackOutput final : public AudioOutput {
   std::vector<jack_port_t*> ports_;
 
   // JACK's thread's.
-  bool begun_ = false;
+  bool begun_ = false, is_heard_ = false;
   std::vector<float> interleaved_;
 
   std::atomic<unsigned> block_frames_{0};
-  std::atomic<bool> xrun_{false}, stopped_{false};
+  std::atomic<bool> connected_{false}, xrun_{false}, stopped_{false};
   Client client_;
 };
 

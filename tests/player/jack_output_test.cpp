@@ -113,6 +113,27 @@ TEST_F(JackDevice, HearsEachFrameOnceWhileTheServerChangesTheSizeOfItsBlocks) {
   EXPECT_GE(heard + 512, played);  // the last block may not have reached the listener
 }
 
+// With blocks of a millisecond some go by before the connections are made.
+TEST_F(JackDevice, HearsTheFirstFrame) {
+  const testing::Jack server(48000, 64);
+  ASSERT_TRUE(server.ready());
+  for (int i = 0; i < 5; ++i) {
+    testing::JackListener listener("listener");
+    ASSERT_TRUE(listener.connected());
+    Counting counting;
+    std::string problem;
+    const auto output = open_jack(device("listener"), {}, counting.callback(), problem);
+    ASSERT_NE(output, nullptr) << problem;
+    ASSERT_TRUE(output->start().ok());
+    ASSERT_TRUE(comes_true([&] { return counting.next > 4000; }));
+    output->stop();
+    std::size_t first = 0;
+    while (first < listener.frames() && listener.left(first) == 0) ++first;
+    ASSERT_LT(first, listener.frames());
+    EXPECT_EQ(listener.left(first), 1);
+  }
+}
+
 TEST_F(JackDevice, SaysThatItsServerHasStopped) {
   testing::Jack server;
   ASSERT_TRUE(server.ready());
