@@ -6,12 +6,7 @@
 namespace clamor {
 
 std::vector<KernelMaterial> kernel_materials(std::span<const Material> materials,
-                                             std::vector<std::unique_ptr<PhongLobe>>& lobes) {
-  const auto lobe_of = [&lobes](double exponent) -> const PhongLobe* {
-    for (const auto& lobe : lobes)
-      if (lobe->exponent() == exponent) return lobe.get();
-    return lobes.emplace_back(std::make_unique<PhongLobe>(exponent)).get();
-  };
+                                             PhongLobes& lobes) {
   std::vector<KernelMaterial> tables;
   for (const Material& material : materials) {
     KernelMaterial table;
@@ -25,11 +20,11 @@ std::vector<KernelMaterial> kernel_materials(std::span<const Material> materials
       table.transmits |= through > 0;
       const bool lambert = material.scattering[b] >= 1 || material.phong[b] <= 0;
       table.scattering[b] = lambert ? 1 : material.scattering[b];
-      table.exponent[b] = lambert ? 0 : material.phong[b];
+      const PhongLobe* const lobe = lambert ? nullptr : lobes.of(material.phong[b]);
+      table.exponent[b] = lambert ? 0 : static_cast<float>(lobe->exponent());
       table.inverse_exponent[b] = 1 / (table.exponent[b] + 1);
       if (lambert) continue;
       any_lobe = true;
-      const PhongLobe* const lobe = lobe_of(static_cast<double>(material.phong[b]));
       const double rest = 1 - static_cast<double>(material.scattering[b]);
       table.lobes[b] = lobe;
       table.lobe[b] = static_cast<float>(rest * (lobe->exponent() + 1) / (2 * std::numbers::pi));

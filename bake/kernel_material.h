@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstddef>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -31,6 +30,6 @@ inline constexpr std::size_t kLossCells = 256;
 
 // The tables of the materials; `lobes` keeps what they point to.
 std::vector<KernelMaterial> kernel_materials(std::span<const Material> materials,
-                                             std::vector<std::unique_ptr<PhongLobe>>& lobes);
+                                             PhongLobes& lobes);
 
 }  // namespace clamor

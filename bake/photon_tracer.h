@@ -114,7 +114,7 @@ class PhotonTracer {
   const Level& level_;
   TraceSettings settings_;
   KernelSettings kernel_settings_;
-  std::vector<std::unique_ptr<PhongLobe>> lobes_;
+  PhongLobes lobes_;
   std::vector<KernelMaterial> materials_;
   std::vector<std::uint64_t> emitter_keys_;  // of their random numbers
   std::array<double, kBandCount> power_emitted_{};

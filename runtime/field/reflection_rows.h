@@ -23,8 +23,6 @@ struct ReflectionRows {
 
   // The cell that a place among them is in; the first for what is not a number.
   static int cell_at(float place) { return std::clamp(static_cast<int>(place), 0, kCells - 1); }
-
-  bool operator==(const ReflectionRows&) const = default;
 };
 
 ReflectionRows rows_of(const ReflectionLaws& laws, std::size_t material);

@@ -1,8 +1,9 @@
 #include "runtime/field/source_field.h"
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <numbers>
-#include <utility>
 
 #include "common/directivity.h"
 
@@ -19,11 +20,18 @@ SourceField::SourceField(const std::vector<Emitter>& emitters, std::span<const M
   for (std::size_t b = 0; b < kBandCount; ++b)
     radiation_.air_octaves_per_m[b] = air_loss_per_m_[b] * std::numbers::log2e_v<float>;
   // Most materials of a level share a few laws, which then stay in the caches.
+  std::map<std::array<Bands, 2>, std::uint32_t> known;  // scattering and exponents
   for (std::size_t m = 0; m < materials.size(); ++m) {
-    ReflectionRows rows = rows_of(laws_, m);
-    const auto same = std::find(radiation_.laws.begin(), radiation_.laws.end(), rows);
-    radiation_.law_of.push_back(static_cast<std::uint32_t>(same - radiation_.laws.begin()));
-    if (same == radiation_.laws.end()) radiation_.laws.push_back(std::move(rows));
+    std::array<Bands, 2> law{};
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      law[0][b] = laws_.scattering(m, b);
+      if (const PhongLobe* const lobe = laws_.lobe(m, b))
+        law[1][b] = static_cast<float>(lobe->exponent());
+    }
+    const auto next = static_cast<std::uint32_t>(radiation_.laws.size());
+    const auto [same, is_new] = known.try_emplace(law, next);
+    if (is_new) radiation_.laws.push_back(rows_of(laws_, m));
+    radiation_.law_of.push_back(same->second);
   }
   played_.reserve(emitters.size());
   for (const Emitter& emitter : emitters) {

@@ -38,7 +38,7 @@ struct Departures {
 
 Departures depart(const Material& material, double cos_i, std::uint32_t bounce,
                   const Bands& weights = kEven, float kappa = 0) {
-  std::vector<std::unique_ptr<PhongLobe>> lobes;
+  PhongLobes lobes;
   const auto materials = kernel_materials(std::span(&material, 1), lobes);
   const KernelSettings settings{.kappa = kappa, .longest_m = 1e9};
   const auto scratch = make_shade_scratch();

@@ -64,7 +64,52 @@ TEST(Reflection, IsTheSameEitherWayRound) {
 
 TEST(Reflection, LosesAtNormalIncidenceWhatTheClosedFormSays) {
   // E at normal incidence is the mean of cos a over the lobe, (p + 1) / (p + 2).
-  for (const double p : kExponents) EXPECT_NEAR(PhongLobe(p).albedo(1), (p + 1) / (p + 2), 2e-4);
+  for (const double p : kExponents) EXPECT_NEAR(PhongLobe(p).albedo(1), (p + 1) / (p + 2), 5e-6);
+}
+
+// The mean of [cos o > 0] min(1, cos o / cos i) over the lobe, by a grid of directions in it.
+double fine_albedo(double exponent, double cos_i) {
+  constexpr int kRings = 4000, kTurns = 500;
+  const double sin_i = std::sqrt(1 - cos_i * cos_i);
+  double sum = 0;
+  for (int r = 0; r < kRings; ++r) {
+    const double cos_a = std::pow((r + 0.5) / kRings, 1 / (exponent + 1));
+    const double swing = std::sqrt(1 - cos_a * cos_a) * sin_i;
+    for (int t = 0; t < kTurns; ++t) {
+      const double cos_o = cos_a * cos_i + swing * std::cos(std::numbers::pi * (t + 0.5) / kTurns);
+      sum += std::clamp(cos_o / cos_i, 0.0, 1.0);
+    }
+  }
+  return sum / (static_cast<double>(kRings) * kTurns);
+}
+
+TEST(Reflection, KeepsOfALobeAboveTheSurfaceWhatAFineSumKeeps) {
+  for (const double exponent : {0.01, 1.0, 20.0, 1000.0})
+    for (const double root : {0.125, 0.5, 0.9375, 0.9921875})  // where the table has a value
+      EXPECT_NEAR(PhongLobe(exponent).albedo(root * root), fine_albedo(exponent, root * root), 1e-5)
+          << "exponent " << exponent << ", cosine " << root * root;
+}
+
+TEST(Reflection, TakesExponentsToThreeDigits) {
+  PhongLobes lobes;
+  for (const float exact : {0.001f, 0.3f, 2.7f, 20.0f, 99.9f, 100.0f, 316.0f, 1000.0f})
+    EXPECT_EQ(lobes.of(exact)->exponent(), static_cast<double>(exact));
+  EXPECT_EQ(lobes.of(20.04f), lobes.of(20.0f));
+  EXPECT_EQ(lobes.of(999.6f), lobes.of(1000.0f));
+  EXPECT_EQ(lobes.of(1e-30f), lobes.of(0.001f));
+  EXPECT_NE(lobes.of(20.06f), lobes.of(20.0f));
+}
+
+// However many materials a file claims to have: each lobe takes time and memory.
+TEST(Reflection, MakesFewLobesOfManyExponents) {
+  std::vector<Material> materials(5000);
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    materials[m].scattering = same_in_all_bands(0);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      materials[m].phong[b] = 400 + 0.002f * static_cast<float>(kBandCount * m + b);
+  }
+  const ReflectionLaws laws(materials);
+  EXPECT_EQ(laws.lobe_count(), 81);
 }
 
 TEST(Reflection, IsLambertWhereTheExponentIsZeroOrScatteringComplete) {
