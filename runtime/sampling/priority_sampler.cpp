@@ -120,11 +120,6 @@ class Priority final : public Sampler {
     VisibilityCache::Index known = VisibilityCache::kUnknown;
     bool is_dimmed = false;  // by what is known of it
   };
-  // One of found_ that is to be weighed.
-  struct Heard {
-    std::uint32_t found;
-    VisibilityCache::Index known;
-  };
   // Ties go to the lower number, so that the choice is one.
   bool comes_before(const Candidate& a, const Candidate& b) const {
     return a.priority != b.priority ? a.priority > b.priority
@@ -208,40 +203,22 @@ class Priority final : public Sampler {
         __builtin_prefetch(&soon->power);
         if (sight_ != nullptr) sight_->prefetch(found_[f].number);
       }
-      pass_hidden(first, end);
-      received_.resize(heard_.size());
-      field_.receive(heard_sources_, place, received_.data());
-      for (std::size_t h = 0; h < heard_.size(); ++h)
-        weigh(heard_[h], received_[h], place, threshold);
+      some_.clear();
+      for (std::size_t f = first; f < end; ++f) some_.push_back(found_[f].source);
+      received_.resize(some_.size());
+      field_.receive(some_, place, received_.data());
+      for (std::size_t f = first; f < end; ++f) weigh(f, received_[f - first], place, threshold);
     }
     return true;
   }
 
-  // Of some of found_, the ones that need to be weighed.
-  void pass_hidden(std::size_t first, std::size_t end) {
-    heard_.clear();
-    heard_sources_.clear();
-    for (std::size_t f = first; f < end; ++f) {
-      const FoundSource& found = found_[f];
-      auto known = VisibilityCache::kUnknown;
-      if (sight_ != nullptr) {
-        known = sight_->find(found.number);
-        if (is_hidden(known) && !sight_->exact()) {  // weighs nothing, whatever it would
-          wanted_.push_back({0, found.number, known, found.source});
-          continue;
-        }
-      }
-      heard_.push_back({static_cast<std::uint32_t>(f), known});
-      heard_sources_.push_back(found.source);
-    }
-  }
   static bool is_hidden(VisibilityCache::Index known) {
     return known != VisibilityCache::kUnknown && VisibilityCache::is_hidden(known);
   }
 
   // Makes a candidate of a source, if it reaches the threshold.
-  void weigh(const Heard& heard, const Received& received, const Vec3& place, double threshold) {
-    const FoundSource& found = found_[heard.found];
+  void weigh(std::size_t f, const Received& received, const Vec3& place, double threshold) {
+    const FoundSource& found = found_[f];
     const Source& source = *found.source;
     const LoudnessTrack::Moment now =
         weights_heard(field_, weights_, found.signal, source, received.way_m, time_s_);
@@ -251,12 +228,14 @@ class Priority final : public Sampler {
     const double per_weight = static_cast<double>(found.boost) / std::max(source.u, kLeastU);
     const double priority = w * per_weight;
     if (!(w > 0 && priority >= threshold)) return;
-    if (is_hidden(heard.known)) {
+    auto known = VisibilityCache::kUnknown;
+    if (sight_ != nullptr) known = sight_->find(found.number);
+    if (is_hidden(known)) {
       // Which of them the pool finds depends on what it was asked before.
-      wanted_.push_back({priority, found.number, heard.known, &source});
+      wanted_.push_back({priority, found.number, known, &source});
       return;
     }
-    candidates_.push_back({priority, w, per_weight, heard.found, heard.known});
+    candidates_.push_back({priority, w, per_weight, static_cast<std::uint32_t>(f), known});
     if (sight_ != nullptr) parts_.push_back(weighed(now.weights, intensity));
   }
 
@@ -348,8 +327,7 @@ class Priority final : public Sampler {
   VisibilityCache* const sight_;
   ThresholdCourse course_, before_;  // before_: the first time that this sample was asked for
   std::vector<FoundSource> found_;
-  std::vector<Heard> heard_;  // of kTogether
-  std::vector<const Source*> heard_sources_;
+  std::vector<const Source*> some_;  // of kTogether
   std::vector<Received> received_;
   std::vector<Candidate> candidates_;
   std::vector<Bands> parts_;  // of the candidates' weights in a free field
