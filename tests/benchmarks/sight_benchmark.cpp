@@ -8,6 +8,10 @@
 // casts them, `rest_ms` the median of all else; `current` the share of the sources that matter
 // whose look is of the present cell, `hidden` those that nothing is heard of; `free_ms` a keyframe
 // without visibility.
+//
+// sight_of_bake    the same in the bake that CLAMOR_BAKE names, with its own sounds, materials and
+//                  surfaces, to and fro through its middle, where one has been before: all pages
+//                  are here
 #include <algorithm>
 #include <cmath>
 #include <ctime>
@@ -22,11 +26,14 @@
 #include "bake/octree_builder.h"
 #include "common/random.h"
 #include "common/thread_time.h"
+#include "formats/bake_file.h"
 #include "formats/level_import.h"
 #include "formats/signal_envelope.h"
+#include "runtime/auralizer_input.h"
 #include "runtime/octree/octree_pool.h"
 #include "runtime/sampling/sampler.h"
 #include "runtime/sight/visibility_cache.h"
+#include "tests/benchmarks/hall_file.h"
 #include "tests/stored_tree.h"
 
 namespace clamor {
@@ -207,6 +214,66 @@ BENCHMARK(sight)
     ->ArgNames({"sources", "rays", "full"})
     ->ArgsProduct({{100'000, 1'000'000, 10'000'000}, {kRaysPerKeyframe}, {0, 1}})
     ->ArgsProduct({{1'000'000}, {2000, 4000, 2 * kRaysPerKeyframe, 4 * kRaysPerKeyframe}, {0}})
+    ->Iterations(500)
+    ->Unit(benchmark::kMillisecond);
+
+void sight_of_bake(benchmark::State& state) {
+  const char* const path = testing::bake_to_measure();
+  if (path == nullptr) return state.SkipWithError("CLAMOR_BAKE names no file");
+  const auto file = BakeFile::open(path);
+  if (!file.ok()) return state.SkipWithError(file.error().message.c_str());
+  const auto tables = read_tables(*file);
+  if (!tables.ok()) return state.SkipWithError(tables.error().message.c_str());
+  const auto mesh = file->read_mesh();
+  if (!mesh.ok()) return state.SkipWithError(mesh.error().message.c_str());
+  const SourceField field(tables->emitters, tables->materials, tables->air);
+  const SignalWeights weights = make_signal_weights(tables->envelopes);
+  const SignalWeights ceilings = highest_over_copies(weights, file->signal_maps());
+  const SightGeometry surfaces(*mesh, tables->materials);
+  PageLoader loader(pages_of(*file, field, ceilings), PageBudget{4'000'000'000});
+  OctreePool pool(field, ceilings, file->trees(), file->signal_maps(), loader);
+  VisibilityCache cache(surfaces, field.speed_of_sound_mps(),
+                        {.rays_per_keyframe = static_cast<int>(state.range(0))});
+  const auto sampler = make_priority_sampler(field, weights, pool, 2000, &cache);
+  const Vec3 low_m(file->top()->low_m), high_m(file->top()->high_m);
+  const Vec3 middle_m = (low_m + high_m) / 2.0, reach_m = 0.3 * (high_m - low_m);
+  double way_m = 0, time_s = 10;
+  const auto walk = [&] {
+    way_m += 0.03;
+    time_s += 0.02;
+    return Vec3(middle_m.x + reach_m.x * std::sin(way_m / reach_m.x), low_m.y + 1.7,
+                middle_m.z + 0.3 * reach_m.z * std::cos(way_m / reach_m.x));
+  };
+  const auto go_there = [&](int keyframes) {
+    for (int i = 0; i < keyframes; ++i) {
+      const Vec3 place = walk();
+      sampler->sample(place, time_s);
+      while (!sampler->complete()) sampler->sample(place, time_s);
+    }
+  };
+  go_there(100 + static_cast<int>(state.max_iterations));
+  way_m = 0;
+  go_there(100);
+  std::vector<double> rest_ms;
+  double rays_ms = 0;
+  for (auto _ : state) {
+    const double start_s = thread_time_s(), cast_ms = cache.statistics().casting_ms;
+    sampler->sample(walk(), time_s);
+    const double casting_ms = cache.statistics().casting_ms - cast_ms;
+    rest_ms.push_back(1e3 * (thread_time_s() - start_s) - casting_ms);
+    rays_ms += casting_ms;
+  }
+  const auto count = static_cast<double>(rest_ms.size());
+  std::sort(rest_ms.begin(), rest_ms.end());
+  state.counters["sources"] = static_cast<double>(pool.size());
+  state.counters["rays_ms"] = rays_ms / count;
+  state.counters["rest_ms"] = rest_ms[rest_ms.size() / 2];
+  state.counters["rest_mean_ms"] = std::accumulate(rest_ms.begin(), rest_ms.end(), 0.0) / count;
+  state.counters["rest_p95_ms"] = rest_ms[rest_ms.size() * 19 / 20];
+}
+BENCHMARK(sight_of_bake)
+    ->ArgNames({"rays"})
+    ->Arg(kRaysPerKeyframe)
     ->Iterations(500)
     ->Unit(benchmark::kMillisecond);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include "runtime/field/source_weight.h"
 #include "tests/runtime/strategies_scenes.h"
@@ -21,12 +22,16 @@ constexpr std::size_t kPlaceStep = testing::kSanitized ? 12 : 3;  // of twenty
 class PaperScene : public ::testing::TestWithParam<const char*> {
  protected:
   // Baked when it is first asked for.
-  const Scene& scene() const {
-    static std::map<std::string, std::unique_ptr<Scene>> scenes;
-    auto& scene = scenes[GetParam()];
-    if (scene == nullptr) scene = Scene::baked(GetParam(), 10000);
+  const Scene& scene(std::uint64_t seed = 1) const {
+    static std::map<std::pair<std::string, std::uint64_t>, std::unique_ptr<Scene>> scenes;
+    auto& scene = scenes[{GetParam(), seed}];
+    if (scene == nullptr) scene = Scene::baked(GetParam(), 10000, 0, seed);
     return *scene;
   }
+
+  // What an octree makes of one bake is chance: of eight of the violin room two have a slope that
+  // is more than 0.06 off, three a place that is more than 6 dB louder than it should be.
+  static constexpr std::uint64_t kBakes = 4;
 };
 
 // What a sample makes of the waveform, if sounds are incoherent: S^2 A^2 and S A^2 summed.
@@ -197,32 +202,47 @@ TEST_P(PaperScene, HasASmallerRelativeErrorByPriorityThanByAnythingOfThePaper) {
   }
 }
 
-// Drawn without replacement, in proportion to amplitudes: as equation 3 predicts. The octree, from
-// which the paper reports it, is steeper and flatter by places, and so in their mean.
-TEST_P(PaperScene, ShowsThePapersErrorFallingWithTheRootOfTheSample) {
+// How fast the error falls from a sixteenth of a sample of `most` on; the mean of some drawings.
+double slope_of(Waveforms& waveforms, const char* strategy, std::size_t most) {
   constexpr std::uint64_t kSeeds = 5;
-  double octree_slope = 0;
-  int places = 0;
-  for (std::size_t p = 0; p < 20; p += kPlaceStep) {
-    Waveforms waveforms(scene(), scene().places()[p]);
-    // As long as little of it is certain, and k is small before N_eff.
-    const auto most = static_cast<std::size_t>(waveforms.effective() / 10);
-    if (most / 16 < 8) continue;
-    const auto slope = [&](const char* strategy) {
-      double low = 0, high = 0;
-      for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-        low += waveforms.of(strategy, most / 16, Estimator::kAmplitude, seed).l2();
-        high += waveforms.of(strategy, most, Estimator::kAmplitude, seed).l2();
-      }
-      return std::log(high / low) / std::log(static_cast<double>(most) / (most / 16));
-    };
-    for (const char* strategy : {"importance", "full-resampling"})
-      EXPECT_NEAR(slope(strategy), -0.5, 0.05) << strategy << " at place " << p;
-    octree_slope += slope("octree");
-    ++places;
+  double low = 0, high = 0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    low += waveforms.of(strategy, most / 16, Estimator::kAmplitude, seed).l2();
+    high += waveforms.of(strategy, most, Estimator::kAmplitude, seed).l2();
   }
-  ASSERT_GE(places, testing::kSanitized ? 2 : 4);
-  EXPECT_NEAR(octree_slope / places, -0.5, 0.06);
+  return std::log(high / low) / std::log(static_cast<double>(most) / (most / 16));
+}
+
+// Drawn without replacement, in proportion to amplitudes: as equation 3 predicts. The octree, from
+// which the paper reports it, is steeper and flatter by places and bakes, and so in their mean.
+TEST_P(PaperScene, ShowsThePapersErrorFallingWithTheRootOfTheSample) {
+  double octree_slope = 0;
+  int slopes = 0;
+  for (std::uint64_t bake = 1; bake <= kBakes; ++bake)
+    for (std::size_t p = 0; p < 20; p += kPlaceStep) {
+      Waveforms waveforms(scene(bake), scene(bake).places()[p]);
+      // As long as little of it is certain, and k is small before N_eff.
+      const auto most = static_cast<std::size_t>(waveforms.effective() / 10);
+      if (most / 16 < 8) continue;
+      for (const char* strategy : {"importance", "full-resampling"})
+        EXPECT_NEAR(slope_of(waveforms, strategy, most), -0.5, 0.05)
+            << strategy << " at place " << p << " of bake " << bake;
+      octree_slope += slope_of(waveforms, "octree", most);
+      ++slopes;
+    }
+  ASSERT_GE(slopes, (testing::kSanitized ? 2 : 4) * kBakes);
+  EXPECT_NEAR(octree_slope / slopes, -0.5, 0.06);
+}
+
+// The mean of ten drawings.
+double louder_db(Waveforms& waveforms, const char* strategy, std::size_t k, Estimator estimator) {
+  double power = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed)
+    power += waveforms.of(strategy, k, estimator, seed).power / 10;
+  return 10 * std::log10(power);
+}
+double expected_db(double effective, std::size_t k) {
+  return 10 * std::log10(1 + effective / static_cast<double>(k));
 }
 
 TEST_P(PaperScene, IsTooLoudByThePaperByTheSourcesThatEachChosenOneStandsFor) {
@@ -231,26 +251,32 @@ TEST_P(PaperScene, IsTooLoudByThePaperByTheSourcesThatEachChosenOneStandsFor) {
     const double effective = waveforms.effective();
     for (const double share : {0.005, 0.02, 0.08}) {
       const auto k = static_cast<std::size_t>(share * effective);
-      const double expected_db = 10 * std::log10(1 + effective / static_cast<double>(k));
-      const auto louder_db = [&](const char* strategy, Estimator estimator) {
-        double power = 0;
-        for (std::uint64_t seed = 1; seed <= 10; ++seed)
-          power += waveforms.of(strategy, k, estimator, seed).power / 10;
-        return 10 * std::log10(power);
-      };
       SCOPED_TRACE(::testing::Message() << "k = " << k << " of " << effective << ", place " << p);
       for (const char* strategy : {"importance", "full-resampling"}) {
         // Nothing is drawn twice, which takes away k of N_eff: 0.35 dB at 8 %.
-        EXPECT_NEAR(louder_db(strategy, Estimator::kAmplitude), expected_db, 0.5) << strategy;
-        EXPECT_NEAR(louder_db(strategy, Estimator::kPower), 0, 0.05) << strategy;
-      }
-      // A representative stands for what its node radiates, whatever is heard of it.
-      if (share > 0.05) {
-        const double more_db = louder_db("octree", Estimator::kAmplitude) - expected_db;
-        EXPECT_GT(more_db, 3);
-        EXPECT_LT(more_db, 6);
+        EXPECT_NEAR(louder_db(waveforms, strategy, k, Estimator::kAmplitude),
+                    expected_db(effective, k), 0.5)
+            << strategy;
+        EXPECT_NEAR(louder_db(waveforms, strategy, k, Estimator::kPower), 0, 0.05) << strategy;
       }
     }
+  }
+}
+
+// A representative stands for what its node radiates, whatever is heard of it.
+TEST_P(PaperScene, IsLouderStillByTheOctreeOfThePaper) {
+  for (std::size_t p = 0; p < 20; p += kPlaceStep) {
+    double more_db = 0;
+    for (std::uint64_t bake = 1; bake <= kBakes; ++bake) {
+      Waveforms waveforms(scene(bake), scene(bake).places()[p]);
+      const double effective = waveforms.effective();
+      const auto k = static_cast<std::size_t>(0.08 * effective);
+      more_db +=
+          (louder_db(waveforms, "octree", k, Estimator::kAmplitude) - expected_db(effective, k)) /
+          kBakes;
+    }
+    EXPECT_GT(more_db, 3) << "place " << p;
+    EXPECT_LT(more_db, 6) << "place " << p;
   }
 }
 

@@ -32,7 +32,7 @@ struct Scene {
 
   // A level of assets/levels; `phong` for all surfaces, without scattering, where it is above 0.
   static std::unique_ptr<Scene> baked(const std::string& level, std::uint64_t sources,
-                                      float phong = 0) {
+                                      float phong = 0, std::uint64_t seed = 1) {
     auto imported =
         import_level(std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/" + level, ImportOptions{});
     EXPECT_TRUE(imported.ok());
@@ -43,6 +43,7 @@ struct Scene {
       }
     BakeOptions options;
     options.settings.sources = sources;
+    options.settings.seed = seed;
     auto contents = bake(imported->level, options);
     EXPECT_TRUE(contents.ok());
     return std::make_unique<Scene>(AuralizerInput{std::move(contents->octree.sources),
