@@ -21,7 +21,6 @@
 namespace clamor {
 namespace {
 
-using testing::heard;
 using testing::kSpeed_mps;
 using testing::two_rooms;
 using testing::World;

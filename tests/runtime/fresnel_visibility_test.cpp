@@ -16,7 +16,7 @@ namespace clamor {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kSpeed_mps = 343.2, kPi = std::numbers::pi;
+constexpr double kSound_mps = 343.2, kPi = std::numbers::pi;
 
 // --- The exact field behind a rigid half-plane
 // ----------------------------------------------------
@@ -74,7 +74,7 @@ double exact_power(const Vec3& from_m, const Vec3& to_m, std::size_t band) {
   double power = 0;
   for (int step = 0; step < kSteps; ++step) {
     const double hz = 1000 * std::exp2(static_cast<double>(band) - 4.5 + (step + 0.5) / kSteps);
-    const double k = 2 * kPi * hz / kSpeed_mps;
+    const double k = 2 * kPi * hz / kSound_mps;
     const auto field = [&](double distance_m, double phi) {
       const double xi = 2 * std::sqrt(k * r * r0 / (round_m + distance_m)) * std::cos(phi / 2);
       return std::polar(1 / distance_m, k * distance_m) * macdonald(k * distance_m, xi);
@@ -118,7 +118,7 @@ TEST(FresnelVisibility, FollowsTheExactHalfPlaneWithin3DecibelsAbove15BelowFree)
           const Vec3 to(behind_m, clearance_m + tilt * behind_m, -0.2 * behind_m);
           std::uint64_t rays = 0;
           const Bands visible =
-              fresnel_visibility(geometry, {from, to, kSpeed_mps}, kCloseLookWays, rays);
+              fresnel_visibility(geometry, {from, to, kSound_mps}, kCloseLookWays, rays);
           for (std::size_t b = 0; b < kBandCount; ++b) {
             const double exact_db = decibels(exact_power(from, to, b));
             if (exact_db < -15) continue;
@@ -158,7 +158,7 @@ TEST(FresnelVisibility, IsThatOfAThousandWaysPerBandWithinADecibel) {
     for (std::uint32_t i = 0; i < 200; ++i) {
       const RandomBits a = philox(5, {i, 0, 0, 0}), b = philox(5, {i, 1, 0, 0});
       SightLine line{Vec3f(10 * unit(a[0]), 8 * unit(a[1]), 3 * unit(a[2])),
-                     Vec3f(10 * unit(b[0]), 8 * unit(b[1]), 3 * unit(b[2])), kSpeed_mps};
+                     Vec3f(10 * unit(b[0]), 8 * unit(b[1]), 3 * unit(b[2])), kSound_mps};
       if (mesh.triangles.size() == 2) {
         line.from_m -= Vec3f(5, 4, 0);
         line.to_m -= Vec3f(5, 4, 0);
@@ -188,7 +188,7 @@ TEST(FresnelVisibility, OfAConvexRoomIsWholeWhereverSourceAndListenerAre) {
     const Vec3f from(6 * unit(a[0]), 8 * unit(a[1]), 2.5 * unit(a[2]));
     const Vec3f to(6 * unit(b[0]), 8 * unit(b[1]), 2.5 * unit(b[2]));
     std::uint64_t rays = 0;
-    EXPECT_EQ(fresnel_visibility(geometry, {from, to, kSpeed_mps}, kFirstLookWays, rays),
+    EXPECT_EQ(fresnel_visibility(geometry, {from, to, kSound_mps}, kFirstLookWays, rays),
               same_in_all_bands(1))
         << i;
   }
@@ -198,7 +198,7 @@ TEST(FresnelVisibility, OfAPillarDimsHighBandsAndLetsLowOnesThrough) {
   const SightGeometry geometry(furnished(), std::vector<Material>(1));
   std::uint64_t rays = 0;
   const Bands visible = fresnel_visibility(
-      geometry, {{2.2f, 0.5f, 1.5f}, {2.2f, 5.5f, 1.5f}, kSpeed_mps}, kCloseLookWays, rays);
+      geometry, {{2.2f, 0.5f, 1.5f}, {2.2f, 5.5f, 1.5f}, kSound_mps}, kCloseLookWays, rays);
   EXPECT_GT(visible[0], 0.9f);
   EXPECT_LT(visible[7], 0.1f);
   for (std::size_t b = 1; b < kBandCount; ++b) EXPECT_LE(visible[b], visible[b - 1] + 0.05f);
@@ -214,7 +214,7 @@ TEST(FresnelVisibility, ThroughAClosedWallIsNothingInAnyBand) {
     const Vec3f from(4.99 * unit(a[0]), 8 * unit(a[1]), 3 * unit(a[2]));
     const Vec3f to(5.01 + 4.99 * unit(b[0]), 8 * unit(b[1]), 3 * unit(b[2]));
     std::uint64_t rays = 0;
-    EXPECT_EQ(fresnel_visibility(geometry, {from, to, kSpeed_mps}, kFirstLookWays, rays), Bands{});
+    EXPECT_EQ(fresnel_visibility(geometry, {from, to, kSound_mps}, kFirstLookWays, rays), Bands{});
   }
 }
 
