@@ -145,14 +145,12 @@ void run_profile(benchmark::State& state, KernelProfile* profile, double seconds
 }
 
 // One round after the other, each of everything in turn: what disturbs one disturbs all.
-void run_openal(benchmark::State& state, OpenalFigure* figure, double seconds,
-                std::string* version) {
+void run_openal(benchmark::State& state, OpenalFigure* figure, double seconds) {
   const std::uint32_t count = figure->voices;
   KernelVoices kernel(kLikeOpenal, count);
   MixerVoices mixer(kLikeOpenal, count);
   const std::array places = {openal_voices_at(0, count), openal_voices_at(1, count)};
   const auto openal = OpenalVoices::create(bench_samples(), places[0]);
-  if (openal) *version = openal->version();
   std::vector<float> block(kEars * kBenchFrames);
   std::vector<double> still, moving, times_still, times_moving;
   double energy = 0;
@@ -231,8 +229,11 @@ Result<MixerFigures> measure_mixer(const BenchRequest& request,
   MixerFigures result;
   result.instructions = mix_kernel_target();
   result.figures = wanted(request, result.instructions);
-  for (const std::uint32_t voices : request.voices)
-    if (voices <= kMostOpenalVoices) result.against_openal.push_back({voices});
+  if (const auto openal = OpenalVoices::create(bench_samples(), openal_voices_at(0, 1))) {
+    result.openal = openal->version();
+    for (const std::uint32_t voices : request.voices)
+      if (voices <= kMostOpenalVoices) result.against_openal.push_back({voices});
+  }
 
   const std::uint32_t profiled =
       std::min(kVoicesOfOtherKernels, *std::ranges::max_element(request.voices));
@@ -258,7 +259,7 @@ Result<MixerFigures> measure_mixer(const BenchRequest& request,
           ->Iterations(1);
   for (std::size_t i = 0; i < result.against_openal.size(); ++i)
     benchmark::RegisterBenchmark(std::to_string(result.figures.size() + i).c_str(), run_openal,
-                                 &result.against_openal[i], request.seconds, &result.openal)
+                                 &result.against_openal[i], request.seconds)
         ->Iterations(3 * request.runs);
   const auto rounds = static_cast<std::size_t>(request.runs);
   Collector collector(first_profile + rounds * result.profiles.size(), progress);
@@ -290,7 +291,7 @@ Result<MixerFigures> measure_mixer(const BenchRequest& request,
     profile.reading_ns = 1e9 * work.reading / result.peak_multiply_adds_per_s;
     profile.ceiling_ns = 1e9 * work.multiply_adds / result.peak_multiply_adds_per_s;
   }
-  if (result.openal.empty()) result.against_openal.clear();
+  std::erase_if(result.against_openal, [](const OpenalFigure& one) { return one.still == 0; });
   return result;
 }
 
