@@ -139,10 +139,11 @@ double PhongLobe::density(double cos_i, double cos_o, double cos_a) const {
                     (std::numbers::pi * (1 - mean_albedo_)) * cos_o;
 }
 
-const PhongLobe* PhongLobes::of(float exponent) {
-  std::unique_ptr<PhongLobe>& lobe = lobes_[three_digits(exponent)];
-  if (lobe == nullptr)
-    lobe = std::make_unique<PhongLobe>(static_cast<double>(three_digits(exponent)));
+const PhongLobe* PhongLobes::of(const Material& material, std::size_t band) {
+  if (material.scattering[band] >= 1 || material.phong[band] <= 0) return nullptr;
+  const float rounded = three_digits(material.phong[band]);
+  std::unique_ptr<PhongLobe>& lobe = lobes_[rounded];
+  if (lobe == nullptr) lobe = std::make_unique<PhongLobe>(static_cast<double>(rounded));
   return lobe.get();
 }
 
@@ -150,9 +151,8 @@ ReflectionLaws::ReflectionLaws(std::span<const Material> materials) {
   for (const Material& material : materials) {
     Law law;
     for (std::size_t b = 0; b < kBandCount; ++b) {
-      const bool lambert = material.scattering[b] >= 1 || material.phong[b] <= 0;
-      law.scattering[b] = lambert ? 1 : material.scattering[b];
-      law.lobe[b] = lambert ? nullptr : lobes_.of(material.phong[b]);
+      law.lobe[b] = lobes_.of(material, b);
+      law.scattering[b] = law.lobe[b] != nullptr ? material.scattering[b] : 1;
       // The compensation term never exceeds Lambert's (1 / pi) (1 - 0.5)^2 / (1 - mE) cos o; mE is
       // at least 0.5, and its factors are largest at grazing angles, where cos o is small.
       double peak = law.scattering[b] / std::numbers::pi;

@@ -67,7 +67,9 @@ class PhongLobe {
 // thousandth on: so however many materials a level has, it has no more than 5401.
 class PhongLobes {
  public:
-  const PhongLobe* of(float exponent);  // > 0; valid as long as these
+  // What a material reflects by what it does not scatter; null if it scatters all. Valid as long as
+  // these.
+  const PhongLobe* of(const Material& material, std::size_t band);
   std::size_t count() const { return lobes_.size(); }
 
  private:

@@ -45,6 +45,18 @@ struct Counting {
   OutputCallback callback() { return {&Counting::fill, this}; }
 };
 
+// What a listener hears of an output that counts.
+struct CountingOutput {
+  explicit CountingOutput(const OutputDevice& device)
+      : output(open_jack(device, {}, counting.callback(), problem)) {}
+  bool started() const { return listener.connected() && output != nullptr && output->start().ok(); }
+
+  testing::JackListener listener{"listener"};
+  Counting counting;
+  std::string problem;
+  std::unique_ptr<AudioOutput> output;
+};
+
 TEST_F(JackDevice, IsListedAsTheServerHasIt) {
   const testing::Jack server(44100, 128);
   ASSERT_TRUE(server.ready());
@@ -85,22 +97,19 @@ TEST_F(JackDevice, SaysWhyItCannotBeOpened) {
 TEST_F(JackDevice, HearsEachFrameOnceWhileTheServerChangesTheSizeOfItsBlocks) {
   const testing::Jack server;
   ASSERT_TRUE(server.ready());
-  testing::JackListener listener("listener");
-  ASSERT_TRUE(listener.connected());
-  Counting counting;
-  std::string problem;
-  const auto output = open_jack(device("listener"), {}, counting.callback(), problem);
-  ASSERT_NE(output, nullptr) << problem;
-  ASSERT_TRUE(output->start().ok());
+  CountingOutput player(device("listener"));
+  ASSERT_TRUE(player.started()) << player.problem;
+  const Counting& counting = player.counting;
+  testing::JackListener& listener = player.listener;
   for (const unsigned frames : {256u, 64u, 1024u, 16u, 4096u, 512u}) {
     listener.set_block_frames(frames);
     const std::uint32_t before = counting.next;
     ASSERT_TRUE(comes_true([&] { return counting.next > before + 8 * frames + 4000; })) << frames;
-    EXPECT_EQ(output->block_frames(), static_cast<int>(frames));
-    EXPECT_EQ(output->failure(), "");
+    EXPECT_EQ(player.output->block_frames(), static_cast<int>(frames));
+    EXPECT_EQ(player.output->failure(), "");
   }
   EXPECT_EQ(counting.most_frames, 4096u);
-  output->stop();
+  player.output->stop();
   const std::uint32_t played = counting.next - 1;
 
   std::uint32_t heard = 0;
@@ -118,15 +127,11 @@ TEST_F(JackDevice, HearsTheFirstFrame) {
   const testing::Jack server(48000, 64);
   ASSERT_TRUE(server.ready());
   for (int i = 0; i < 5; ++i) {
-    testing::JackListener listener("listener");
-    ASSERT_TRUE(listener.connected());
-    Counting counting;
-    std::string problem;
-    const auto output = open_jack(device("listener"), {}, counting.callback(), problem);
-    ASSERT_NE(output, nullptr) << problem;
-    ASSERT_TRUE(output->start().ok());
-    ASSERT_TRUE(comes_true([&] { return counting.next > 4000; }));
-    output->stop();
+    CountingOutput player(device("listener"));
+    ASSERT_TRUE(player.started()) << player.problem;
+    ASSERT_TRUE(comes_true([&] { return player.counting.next > 4000; }));
+    player.output->stop();
+    const testing::JackListener& listener = player.listener;
     std::size_t first = 0;
     while (first < listener.frames() && listener.left(first) == 0) ++first;
     ASSERT_LT(first, listener.frames());
