@@ -96,6 +96,32 @@ std::vector<Source> surface_sources(const Mesh& mesh, std::uint32_t count, bool 
   return sources;
 }
 
+// What keyframes took, but for their rays; and these.
+class KeyframeTimes {
+ public:
+  template <class Keyframe>
+  void time(const VisibilityCache& cache, const Keyframe& keyframe) {
+    const double start_s = thread_time_s(), cast_ms = cache.statistics().casting_ms;
+    keyframe();
+    const double casting_ms = cache.statistics().casting_ms - cast_ms;
+    rest_ms_.push_back(1e3 * (thread_time_s() - start_s) - casting_ms);
+    rays_ms_ += casting_ms;
+  }
+
+  void report(benchmark::State& state) {
+    const auto count = static_cast<double>(rest_ms_.size());
+    std::sort(rest_ms_.begin(), rest_ms_.end());
+    state.counters["rays_ms"] = rays_ms_ / count;
+    state.counters["rest_ms"] = rest_ms_[rest_ms_.size() / 2];
+    state.counters["rest_mean_ms"] = std::accumulate(rest_ms_.begin(), rest_ms_.end(), 0.0) / count;
+    state.counters["rest_p95_ms"] = rest_ms_[rest_ms_.size() * 19 / 20];
+  }
+
+ private:
+  std::vector<double> rest_ms_;
+  double rays_ms_ = 0;
+};
+
 void sight(benchmark::State& state) {
   if (!std::filesystem::exists(kSponza)) return state.SkipWithError("Sponza is not here");
   const auto level = import_level(kSponza, {});
@@ -170,14 +196,11 @@ void sight(benchmark::State& state) {
   double worst_db = 0, mean_db = 0;
   double voices = 0, wanted = 0, current = 0, frames = 0;
   VisibilityStatistics before;
-  std::vector<double> rest_ms;
+  KeyframeTimes times;
   run(&cache, [&](const auto& keyframe, const auto& off_db) {
     before = cache.statistics();
     for (auto _ : state) {
-      const double start_s = thread_time_s(), cast_ms = cache.statistics().casting_ms;
-      voices += static_cast<double>(keyframe().size());
-      rest_ms.push_back(1e3 * (thread_time_s() - start_s) -
-                        (cache.statistics().casting_ms - cast_ms));
+      times.time(cache, [&] { voices += static_cast<double>(keyframe().size()); });
       wanted += static_cast<double>(cache.statistics().wanted);
       current += static_cast<double>(cache.statistics().current);
       ++frames;
@@ -199,10 +222,7 @@ void sight(benchmark::State& state) {
   state.counters["current"] = current / wanted;
   state.counters["worst_db"] = worst_db;
   state.counters["mean_db"] = mean_db;
-  state.counters["rays_ms"] = (after.casting_ms - before.casting_ms) / frames;
-  std::sort(rest_ms.begin(), rest_ms.end());
-  state.counters["rest_ms"] = rest_ms[rest_ms.size() / 2];
-  state.counters["rest_p95_ms"] = rest_ms[rest_ms.size() * 19 / 20];
+  times.report(state);
   run(nullptr, [&](const auto& keyframe, const auto&) {
     const std::clock_t start = std::clock();
     for (int i = 0; i < 200; ++i) keyframe();
@@ -254,22 +274,10 @@ void sight_of_bake(benchmark::State& state) {
   go_there(100 + static_cast<int>(state.max_iterations));
   way_m = 0;
   go_there(100);
-  std::vector<double> rest_ms;
-  double rays_ms = 0;
-  for (auto _ : state) {
-    const double start_s = thread_time_s(), cast_ms = cache.statistics().casting_ms;
-    sampler->sample(walk(), time_s);
-    const double casting_ms = cache.statistics().casting_ms - cast_ms;
-    rest_ms.push_back(1e3 * (thread_time_s() - start_s) - casting_ms);
-    rays_ms += casting_ms;
-  }
-  const auto count = static_cast<double>(rest_ms.size());
-  std::sort(rest_ms.begin(), rest_ms.end());
+  KeyframeTimes times;
+  for (auto _ : state) times.time(cache, [&] { sampler->sample(walk(), time_s); });
+  times.report(state);
   state.counters["sources"] = static_cast<double>(pool.size());
-  state.counters["rays_ms"] = rays_ms / count;
-  state.counters["rest_ms"] = rest_ms[rest_ms.size() / 2];
-  state.counters["rest_mean_ms"] = std::accumulate(rest_ms.begin(), rest_ms.end(), 0.0) / count;
-  state.counters["rest_p95_ms"] = rest_ms[rest_ms.size() * 19 / 20];
 }
 BENCHMARK(sight_of_bake)
     ->ArgNames({"rays"})

@@ -18,8 +18,7 @@ namespace {
 using Complex = std::complex<double>;
 constexpr double kSound_mps = 343.2, kPi = std::numbers::pi;
 
-// --- The exact field behind a rigid half-plane
-// ----------------------------------------------------
+// --- The exact field behind a rigid half-plane --------------------------------------------------
 //
 // H. M. Macdonald. A Class of Diffraction Problems. Proc. London Math. Soc. 14, 1915; in J. J.
 // Bowman, T. B. A. Senior, P. L. E. Uslenghi. Electromagnetic and Acoustic Scattering by Simple
