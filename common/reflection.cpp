@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "common/maths.h"
@@ -96,6 +97,13 @@ PhongLobe::PhongLobe(double exponent) : exponent_(exponent) {
     albedo_[k] = static_cast<float>(lobe_albedo(exponent_, std::max(root * root, 1e-9)));
   }
   least_albedo_ = *std::min_element(albedo_.begin(), albedo_.end());
+  loss_slope_ = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 1; k <= kCells; ++k) {
+    const double root = static_cast<double>(k) / kCells;
+    const double lost = (1 - static_cast<double>(albedo_[k])) / (1 - least_albedo_);
+    loss_slope_ = std::min(loss_slope_, -std::numbers::ln2 * log2_of(lost) / (root * root));
+  }
+  loss_slope_ *= 0.99;  // between cells
 
   // Cells of the compensation term, (1 - E) mu dmu = (1 - E) d(mu^2) / 2, trapezoidal.
   double lost = 0;
@@ -199,17 +207,19 @@ ReflectionLaws::Ceiling ReflectionLaws::ceiling(std::size_t material, double cos
   Ceiling ceiling;
   bool any_lobe = false;
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    double diffuse = law.scattering[b] / std::numbers::pi;
+    ceiling.diffuse[b] = static_cast<float>(law.scattering[b] / std::numbers::pi);
     if (const PhongLobe* const lobe = law.lobe[b]) {
       const double rest = 1 - law.scattering[b];
-      diffuse += rest * (1 - lobe->albedo(cos_i)) * (1 - lobe->least_albedo()) /
-                 (std::numbers::pi * (1 - lobe->mean_albedo()));
+      ceiling.bounce[b] =
+          static_cast<float>(rest * (1 - lobe->albedo(cos_i)) * (1 - lobe->least_albedo()) /
+                             (std::numbers::pi * (1 - lobe->mean_albedo())));
       ceiling.lobe[b] = static_cast<float>(rest * (lobe->exponent() + 1) / (2 * std::numbers::pi));
       const auto exponent = static_cast<float>(lobe->exponent());
+      const auto slope = static_cast<float>(lobe->loss_slope());
       ceiling.exponent = any_lobe ? std::min(ceiling.exponent, exponent) : exponent;
+      ceiling.slope = any_lobe ? std::min(ceiling.slope, slope) : slope;
       any_lobe = true;
     }
-    ceiling.diffuse[b] = static_cast<float>(diffuse);
   }
   return ceiling;
 }

@@ -43,8 +43,8 @@ SourceField::SourceField(const std::vector<Emitter>& emitters, std::span<const M
 }
 
 SourceField::Ceiling SourceField::ceiling(const Source& s, const Bands& weight) const {
-  double diffuse = 0, lobe = 0;
-  float fall = 0;
+  double diffuse = 0, bounce = 0, lobe = 0;
+  float slope = 0, fall = 0;
   if (s.is_emitter) {
     const Bands& directivity = emitters_[s.emitter].directivity;
     for (std::size_t b = 0; b < kBandCount; ++b)
@@ -55,13 +55,16 @@ SourceField::Ceiling SourceField::ceiling(const Source& s, const Bands& weight) 
     for (std::size_t b = 0; b < kBandCount; ++b) {
       const double power = static_cast<double>(weight[b]) * s.power[b];
       diffuse += power * law.diffuse[b];
+      bounce += power * law.bounce[b];
       lobe += power * law.lobe[b];
     }
+    slope = law.slope;
     fall = law.exponent;
   }
   // Rounding must never make a ceiling too low.
   constexpr double kSlack = 1.00001;
-  return {static_cast<float>(diffuse * kSlack), static_cast<float>(lobe * kSlack), fall};
+  return {static_cast<float>(diffuse * kSlack), static_cast<float>(bounce * kSlack), slope,
+          static_cast<float>(lobe * kSlack), fall};
 }
 
 Bands SourceField::most_towards_any(const Source& s) const {
@@ -73,7 +76,7 @@ Bands SourceField::most_towards_any(const Source& s) const {
   } else {
     const auto law = laws_.ceiling(s.material, dot(Vec3(s.mirror), Vec3(s.normal)));
     for (std::size_t b = 0; b < kBandCount; ++b)
-      most[b] = s.power[b] * (law.diffuse[b] + law.lobe[b]);
+      most[b] = s.power[b] * (law.diffuse[b] + law.bounce[b] + law.lobe[b]);
   }
   return most;
 }

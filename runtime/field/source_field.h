@@ -3,11 +3,14 @@
 // A weighted sum of a source's bands has a ceiling that costs a hundredth of the sum; the sampler
 // rejects almost all sources by it (source_sieve.h). With a the angle to the lobe's direction,
 //
-//   sum_b weight_b I_b <= (diffuse cos o + lobe min(1, cos o / cos i) exp(-fall (1 - cos a)))
-//                         / max(r, source radius)^2,
+//   sum_b weight_b I_b <= (diffuse cos o + bounce x exp(-slope x)
+//                          + lobe min(1, cos o / cos i) exp(-fall (1 - cos a)))
+//                         / max(r, source radius)^2,   x = min(cos o, 1 / slope),
 //
-// because cos^p a <= exp(-p (1 - cos a)), p at least `fall`, and the air only takes. An emitter is
-// all lobe, ((1 + cos a) / 2)^p <= exp(-p (1 - cos a) / 2), and heard on all sides.
+// because cos^p a <= exp(-p (1 - cos a)), p at least `fall`, and the air only takes. `bounce` is
+// what the lobe loses at the surface and gives back (reflection.h); x makes it grow with cos o, so
+// that the most of some directions is that of the highest. An emitter is all lobe,
+// ((1 + cos a) / 2)^p <= exp(-p (1 - cos a) / 2), and heard on all sides.
 //
 // Immutable once made; any thread may ask.
 #pragma once
@@ -87,7 +90,7 @@ class SourceField {
 
   // At 1 m, of the weighted sum of bands.
   struct Ceiling {
-    float diffuse = 0, lobe = 0, fall = 0;
+    float diffuse = 0, bounce = 0, slope = 0, lobe = 0, fall = 0;
   };
   Ceiling ceiling(const Source& source, const Bands& weight) const;
 

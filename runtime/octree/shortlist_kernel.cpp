@@ -40,16 +40,19 @@ HWY_INLINE Vector ceilings_of(const SourceShape& first) {
   const auto near2 = hn::Max(hn::Mul(r2, hn::Set(d, 1 - kRounds)), gather(first.radius2_m2));
   const auto on_it = hn::Lt(r2, hn::Set(d, kOnIt2_m2));
   const auto over_r = hn::Div(one, hn::Sqrt(hn::Max(r2, hn::Set(d, kOnIt2_m2))));
-  const auto over_cos_i = gather(first.over_cos_i);
-  const auto cos_n = hn::Min(hn::MulAdd(dot(way, gather(first.normal)), over_r, rounds), one);
-  const auto all_round = hn::Or(hn::Lt(over_cos_i, zero), on_it);
-  const auto cos_o = hn::IfThenElse(all_round, one, hn::Max(cos_n, zero));
-  const auto cos_m = hn::Min(hn::MulAdd(dot(way, gather(first.mirror)), over_r, rounds), one);
+  const Vectors normal = gather(first.normal), mirror = gather(first.mirror);
+  const auto slope = gather(first.slope);
+  const auto is_emitter = hn::Lt(slope, zero);
+  const auto cos_n = hn::Min(hn::MulAdd(dot(way, normal), over_r, rounds), one);
+  const auto cos_o = hn::IfThenElse(hn::Or(is_emitter, on_it), one, hn::Max(cos_n, zero));
+  const auto cos_m = hn::Min(hn::MulAdd(dot(way, mirror), over_r, rounds), one);
   const auto cos_a = hn::IfThenElse(on_it, one, cos_m);
-  const auto tilt = hn::Min(hn::Mul(cos_o, hn::Abs(over_cos_i)), one);
+  const auto cos_i = hn::Max(hn::Sub(dot(mirror, normal), hn::Set(d, 1e-6f)), hn::Set(d, 1e-6f));
+  const auto tilt = hn::IfThenElse(is_emitter, one, hn::Min(hn::Div(cos_o, cos_i), one));
   const auto left = decay(d, hn::Mul(gather(first.fall), hn::Sub(one, cos_a)));
   const auto lobe = hn::Mul(hn::Mul(gather(first.lobe), tilt), left);
-  const auto most = hn::MulAdd(gather(first.diffuse), cos_o, lobe);
+  const auto bounce = bounce_up_to(d, cos_o, gather(first.bounce), hn::Max(slope, zero));
+  const auto most = hn::MulAdd(gather(first.diffuse), cos_o, hn::Add(bounce, lobe));
   return hn::Div(hn::Mul(hn::Set(d, kSlack), most), near2);
 }
 

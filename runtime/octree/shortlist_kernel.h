@@ -43,8 +43,9 @@ struct alignas(64) ShortlistBlock {
 struct alignas(64) SourceShape {
   Vec3f position_m{};  // seen from where the listener was when the list was made
   Vec3f normal{}, mirror{};
-  float radius2_m2 = 0, diffuse = 0, lobe = 0, fall = 0, over_cos_i = 0;  // as in SieveBlock
-  float boost = 0;  // at full strength, less 1
+  float radius2_m2 = 0, diffuse = 0, bounce = 0, lobe = 0, fall = 0;  // as in SieveBlock
+  float slope = 0;                                                    // -1: an emitter
+  float boost = 0;                                                    // at full strength, less 1
 };
 
 // No less than the share of each signal around the moment that is heard with a delay.

@@ -53,6 +53,12 @@ HWY_INLINE Vector decay(Tag d, Vector t) {
   return hn::Mul(part, hn::BitCast(d, hn::ShiftLeft<23>(exponent)));
 }
 
+// What bounces, of all directions whose cosine is at most this one, 0 to 1: the most is 1 / slope.
+HWY_INLINE Vector bounce_up_to(Tag d, Vector cos_o, Vector bounce, Vector slope) {
+  const auto x = hn::Min(cos_o, hn::Div(hn::Set(d, 1.0f), hn::Max(slope, hn::Set(d, 1e-6f))));
+  return hn::Mul(hn::Mul(bounce, x), decay(d, hn::Mul(slope, x)));
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace clamor

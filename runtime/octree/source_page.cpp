@@ -16,6 +16,8 @@ SieveSource sieve_source(const SourceField& field, const Bands& weight, const So
           source.mirror,
           static_cast<float>(source_radius_m(source)),
           static_cast<float>(ceiling.diffuse * over_u),
+          static_cast<float>(ceiling.bounce * over_u),
+          ceiling.slope,
           static_cast<float>(ceiling.lobe * over_u),
           ceiling.fall,
           source.is_emitter,

@@ -95,13 +95,15 @@ Vec3f get(const std::array<SieveBlock::Row, 3>& rows, std::size_t at) {
 void bound(const SieveBlock& block, std::size_t count, SieveBounds& bounds, std::size_t at) {
   constexpr float kHuge = std::numeric_limits<float>::max();
   Vec3f low(kHuge), high(-kHuge);
-  float radius2 = kHuge, diffuse = 0, lobe = 0, fall = kHuge;
+  float radius2 = kHuge, diffuse = 0, bounce = 0, slope = kHuge, lobe = 0, fall = kHuge;
   bool all_round = false;
   for (std::size_t i = 0; i < count; ++i) {
     low = glm::min(low, get(block.position_m, i));
     high = glm::max(high, get(block.position_m, i));
     radius2 = std::min(radius2, block.radius2_m2[i]);
     diffuse = std::max(diffuse, block.diffuse[i]);
+    bounce = std::max(bounce, block.bounce[i]);
+    if (block.bounce[i] > 0) slope = std::min(slope, block.slope[i]);
     lobe = std::max(lobe, block.lobe[i]);
     fall = std::min(fall, block.fall[i]);
     all_round = all_round || block.over_cos_i[i] < 0;
@@ -110,6 +112,8 @@ void bound(const SieveBlock& block, std::size_t count, SieveBounds& bounds, std:
   put((high - low) * 0.500001f, bounds.half_m, at);
   bounds.radius2_m2[at] = radius2;
   bounds.diffuse[at] = diffuse;
+  bounds.bounce[at] = bounce;
+  bounds.slope[at] = slope;
   bounds.lobe[at] = lobe;
   bounds.fall[at] = fall;
   const Cone mirror = cone_of(count, [&](std::size_t i) { return get(block.mirror, i); });
@@ -147,6 +151,8 @@ SourceSieve::SourceSieve(std::span<const SieveSource> sources)
     put(source.mirror, block.mirror, at);
     block.radius2_m2[at] = source.radius_m * source.radius_m * (1 - 1e-6f);
     block.diffuse[at] = source.diffuse;
+    block.bounce[at] = source.bounce;
+    block.slope[at] = source.slope;
     block.lobe[at] = source.lobe;
     block.fall[at] = source.fall;
     block.over_cos_i[at] =
@@ -180,13 +186,17 @@ double sieve_ceiling(const SieveSource& s, const Vec3& place) {
   const Vec3 way_m = place - Vec3(s.position_m), normal(s.normal), mirror(s.mirror);
   const double r_m = length(way_m), near_m = std::max<double>(r_m, s.radius_m);
   const double spread = 1 / (near_m * near_m);
-  if (r_m == 0) return (s.diffuse + static_cast<double>(s.lobe)) * spread;
+  const auto bounce_up_to = [&](double cos_o) {
+    const double x = s.slope * cos_o > 1 ? 1 / static_cast<double>(s.slope) : cos_o;
+    return s.bounce * x * std::exp(-s.slope * x);
+  };
+  if (r_m == 0) return (s.diffuse + bounce_up_to(1) + static_cast<double>(s.lobe)) * spread;
   const double cos_a = std::min(dot(way_m, mirror) / r_m, 1.0), cos_o = dot(way_m, normal) / r_m;
   const double lobe = s.lobe * std::exp(-s.fall * (1 - cos_a));
   if (s.is_emitter) return lobe * spread;
   if (cos_o <= 0) return 0;
   const double cos_i = std::max(dot(mirror, normal), 1e-9);
-  return (s.diffuse * cos_o + lobe * std::min(1.0, cos_o / cos_i)) * spread;
+  return (s.diffuse * cos_o + bounce_up_to(cos_o) + lobe * std::min(1.0, cos_o / cos_i)) * spread;
 }
 
 }  // namespace clamor

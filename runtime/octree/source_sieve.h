@@ -2,7 +2,8 @@
 //
 // Knows of each source a ceiling of its priority (source_field.h),
 //
-//   (diffuse cos o + lobe min(1, cos o / cos i) exp(-fall (1 - cos a))) / max(r, radius)^2,
+//   (diffuse cos o + bounce x exp(-slope x) + lobe min(1, cos o / cos i) exp(-fall (1 - cos a)))
+//   / max(r, radius)^2,   x = min(cos o, 1 / slope),
 //
 // and asks it in two stages. Sources lie in blocks of 16, sorted first by key, coarsely, and then
 // by direction of their lobes, so that the lobes of a block share a narrow cone: most blocks are
@@ -13,7 +14,7 @@
 // letting a source through: distances by `give`, directions by the angle asin(give / r), the sum by
 // kSlack. So no source is ever left out that a sum in double precision would let through.
 //
-// Immutable once made. Memory: 70 bytes per source.
+// Immutable once made. Memory: 80 bytes per source.
 #pragma once
 
 #include <array>
@@ -28,10 +29,10 @@
 
 namespace clamor {
 
-// One as the sieve sees it. An emitter has no `diffuse` part, and is heard on all sides.
+// One as the sieve sees it. An emitter is all lobe, and is heard on all sides.
 struct SieveSource {
   Vec3f position_m{}, normal{}, mirror{};
-  float radius_m = 0, diffuse = 0, lobe = 0, fall = 0;
+  float radius_m = 0, diffuse = 0, bounce = 0, slope = 0, lobe = 0, fall = 0;
   bool is_emitter = false;
   // Handed on: the sieve itself asks for neither.
   float delay_s = 0;
@@ -69,14 +70,15 @@ struct Sifted {
 struct alignas(64) SieveBlock {
   using Row = std::array<float, kSieveBlock>;
   std::array<Row, 3> position_m{}, normal{}, mirror{};
-  Row radius2_m2{}, diffuse{}, lobe{}, fall{}, over_cos_i{};  // over_cos_i: -1 for emitters
+  Row radius2_m2{}, diffuse{}, bounce{}, slope{}, lobe{}, fall{};
+  Row over_cos_i{};  // -1: an emitter
   Row delay_s{};
   std::array<std::uint32_t, kSieveBlock> index{}, emitter{};
 };
 
 // What is known of a source without touching it.
 struct SievePart {
-  float radius2_m2 = 0, diffuse = 0, lobe = 0, fall = 0, over_cos_i = 0;
+  float radius2_m2 = 0, diffuse = 0, bounce = 0, slope = 0, lobe = 0, fall = 0, over_cos_i = 0;
   float delay_s = 0;
   std::uint32_t emitter = 0;
   Vec3 position_m{};  // within the give of positions
@@ -87,7 +89,7 @@ struct alignas(64) SieveBounds {
   using Row = SieveBlock::Row;
   std::array<Row, 3> middle_m{}, half_m{}, normal{}, mirror{};  // axes of cones, boxes
   Row normal_cos{}, normal_sin{}, mirror_cos{}, mirror_sin{};   // of half angles
-  Row radius2_m2{}, diffuse{}, lobe{}, fall{};
+  Row radius2_m2{}, diffuse{}, bounce{}, slope{}, lobe{}, fall{};
 };
 
 class SourceSieve {
@@ -105,6 +107,8 @@ class SourceSieve {
     const std::size_t at = slot % kSieveBlock;
     return {block.radius2_m2[at],
             block.diffuse[at],
+            block.bounce[at],
+            block.slope[at],
             block.lobe[at],
             block.fall[at],
             block.over_cos_i[at],

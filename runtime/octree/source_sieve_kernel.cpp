@@ -65,10 +65,13 @@ HWY_INLINE std::uint32_t sift_blocks(const SieveBounds& bounds, std::size_t bloc
     const auto near2 =
         nearest2(d, dot(away, away), hn::Load(d, bounds.radius2_m2.data() + at), query);
     const auto diffuse = hn::Load(d, bounds.diffuse.data() + at);
+    const auto bounce = hn::Load(d, bounds.bounce.data() + at);
+    const auto slope = hn::Load(d, bounds.slope.data() + at);
     const auto lobe = hn::Load(d, bounds.lobe.data() + at);
     const auto need = hn::Mul(near2, hn::Set(d, query.least));
     const auto slack = hn::Set(d, kSlack);
-    const auto close = hn::Not(hn::Lt(hn::Mul(hn::Add(diffuse, lobe), slack), need));
+    const auto all = hn::Add(hn::Add(diffuse, lobe), bounce_up_to(d, one, bounce, slope));
+    const auto close = hn::Not(hn::Lt(hn::Mul(all, slack), need));
     if (hn::AllFalse(d, close)) continue;
     // The ways to the place, from anywhere in the ball round the box.
     const auto way2 = hn::Max(dot(way, way), hn::Set(d, 1e-12f));
@@ -88,8 +91,9 @@ HWY_INLINE std::uint32_t sift_blocks(const SieveBounds& bounds, std::size_t bloc
                                    cos_w, sin_w, hn::Load(d, bounds.mirror_cos.data() + at),
                                    hn::Load(d, bounds.mirror_sin.data() + at)));
     const auto left = decay(d, hn::Mul(hn::Load(d, bounds.fall.data() + at), hn::Sub(one, cos_a)));
-    const auto most =
-        hn::Mul(slack, hn::MulAdd(diffuse, hn::Max(cos_o, zero), hn::Mul(lobe, left)));
+    const auto before = hn::Max(cos_o, zero);
+    const auto even = hn::MulAdd(diffuse, before, bounce_up_to(d, before, bounce, slope));
+    const auto most = hn::Mul(slack, hn::MulAdd(lobe, left, even));
     const auto passes = hn::And(hn::And(close, hn::Gt(cos_o, zero)), hn::Not(hn::Lt(most, need)));
     which |= bits_of(d, passes, blocks - at) << at;
   }
@@ -110,9 +114,12 @@ HWY_INLINE void sift_block(const SieveBlock& block, std::size_t first, std::size
     const auto near2 = nearest2(d, r2, hn::Load(d, block.radius2_m2.data() + at), query);
     const auto need = hn::Mul(least, near2);
     const auto diffuse = hn::Load(d, block.diffuse.data() + at);
+    const auto bounce = hn::Load(d, block.bounce.data() + at);
+    const auto slope = hn::Load(d, block.slope.data() + at);
     const auto lobe = hn::Load(d, block.lobe.data() + at);
     // By negations, so that what is infinite passes.
-    const auto close = hn::Not(hn::Lt(hn::Mul(hn::Add(diffuse, lobe), slack), need));
+    const auto all = hn::Add(hn::Add(diffuse, lobe), bounce_up_to(d, one, bounce, slope));
+    const auto close = hn::Not(hn::Lt(hn::Mul(all, slack), need));
     if (hn::AllFalse(d, close)) continue;
     const auto over_r = hn::Div(one, hn::Sqrt(hn::Max(r2, hn::Set(d, 1e-12f))));
     // A step of `give` turns the way by at most asin(give / r).
@@ -131,8 +138,9 @@ HWY_INLINE void sift_block(const SieveBlock& block, std::size_t first, std::size
     const auto cos_a = highest(dot(way, load(d, block.mirror, at)));
     const auto tilt = hn::Min(hn::Mul(cos_o, hn::Abs(over_cos_i)), one);
     const auto left = decay(d, hn::Mul(hn::Load(d, block.fall.data() + at), hn::Sub(one, cos_a)));
-    const auto most =
-        hn::Mul(slack, hn::MulAdd(diffuse, cos_o, hn::Mul(hn::Mul(lobe, tilt), left)));
+    const auto even =
+        hn::MulAdd(diffuse, cos_o, bounce_up_to(d, hn::Max(cos_o, zero), bounce, slope));
+    const auto most = hn::Mul(slack, hn::MulAdd(hn::Mul(lobe, tilt), left, even));
     const auto passes = hn::And(hn::And(close, hn::Gt(cos_o, zero)), hn::Not(hn::Lt(most, need)));
     if (hn::AllFalse(d, passes)) continue;
     HWY_ALIGN float ceilings[kSieveBlock];

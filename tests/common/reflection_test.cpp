@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -88,6 +89,20 @@ TEST(Reflection, KeepsOfALobeAboveTheSurfaceWhatAFineSumKeeps) {
     for (const double root : {0.125, 0.5, 0.9375, 0.9921875})  // where the table has a value
       EXPECT_NEAR(PhongLobe(exponent).albedo(root * root), fine_albedo(exponent, root * root), 1e-5)
           << "exponent " << exponent << ", cosine " << root * root;
+}
+
+// Towards the normal less is lost than in the plane of the surface, by an exponential at least.
+TEST(Reflection, LosesLessByItsSlopeAndNoSteeperOneWouldDo) {
+  for (const double exponent : kExponents) {
+    const PhongLobe lobe(exponent);
+    double steepest = std::numeric_limits<double>::infinity();
+    for (int n = 1; n <= 2000; ++n) {
+      const double cos_o = n / 2000.0, share = (1 - lobe.albedo(cos_o)) / (1 - lobe.least_albedo());
+      EXPECT_LE(share, std::exp(-lobe.loss_slope() * cos_o)) << exponent << " at " << cos_o;
+      steepest = std::min(steepest, -std::log(share) / cos_o);
+    }
+    EXPECT_GT(lobe.loss_slope(), 0.97 * steepest) << exponent;
+  }
 }
 
 TEST(Reflection, TakesExponentsToThreeDigits) {
