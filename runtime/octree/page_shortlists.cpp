@@ -192,7 +192,7 @@ std::size_t PageShortlists::fill(List& list, const MetPage& page) {
     shape.lobe = part.lobe;
     shape.fall = part.fall;
     shape.bounce = part.bounce;
-    shape.slope = part.over_cos_i < 0 ? -1 : part.slope;
+    shape.slope = part.slope;
     shape.boost = field_.late_boost().at(part.delay_s);
   };
   const std::size_t looked_at = sift(list, page, away_m, keep);

@@ -3,7 +3,7 @@
 // Lets only those through that could reach a priority at a place, by ceilings of distance and
 // direction (source_sieve.h). In any order of the sources it is as exact, and only slower.
 //
-// Immutable once made. Memory: 158 bytes per source.
+// Immutable once made. Memory: 170 bytes per source.
 #pragma once
 
 #include <cstddef>
