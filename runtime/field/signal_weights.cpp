@@ -13,8 +13,6 @@ void raise(Bands& most, const Bands& to) {
   for (std::size_t b = 0; b < kBandCount; ++b) most[b] = std::max(most[b], to[b]);
 }
 
-constexpr float kRoundedUp = 1.0001f;  // a bound must never be too low
-
 // One band of an envelope, smoothed. `levels` has room for what comes before and after.
 void smooth(std::vector<float>& levels, bool loop, std::int64_t around, double keeps,
             std::int64_t forget) {
@@ -71,35 +69,81 @@ LoudnessTrack::LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frame
     const Bands& moment = by_moment_[m];
     if (m % kStretch == 0) most_of_stretch_.push_back({});
     raise(most_of_stretch_.back(), moment);
-    float share = 0;
-    for (std::size_t b = 0; b < kBandCount; ++b)
-      if (most_[b] > 0) share = std::max(share, moment[b] / most_[b]);
-    shares_.push_back(share * kRoundedUp);
+    const Bands shares = shares_of(moment);
+    shares_.push_back(*std::max_element(shares.begin(), shares.end()));
+    if (m % kFew == 0) shares_of_few_.push_back({});
+    raise(shares_of_few_.back(), shares);
   }
-  for (std::size_t m = 0; m < shares_.size(); ++m) {
-    if (m % kFew == 0) shares_of_few_.push_back(0);
-    shares_of_few_.back() = std::max(shares_of_few_.back(), shares_[m]);
-  }
+  bound_shares();
   steady_ = loop && std::all_of(by_moment_.begin(), by_moment_.end(),
                                 [&](const Bands& moment) { return moment == most_; });
 }
 
-LoudnessTrack::Seen LoudnessTrack::seen_at(double time_s) const {
-  Seen seen;
-  seen.shares_ = shares_.data();
-  seen.of_few_ = shares_of_few_.data();
-  seen.most_ = kRoundedUp;
-  seen.count_ = static_cast<std::int64_t>(shares_.size());
-  seen.moments_per_s_ = moments_per_s_;
-  seen.loop_ = loop_;
-  seen.round_ = loop_ ? static_cast<double>(seen.count_) : 0;
-  seen.last_ = static_cast<double>(std::min<std::int64_t>(seen.count_ - 1, 1 << 30));
-  seen.now_ = time_s * moments_per_s_ - static_cast<double>(first_);
-  // Then most delays stay within one turn.
-  if (loop_)
-    seen.now_ -=
-        std::floor(seen.now_ / static_cast<double>(seen.count_)) * static_cast<double>(seen.count_);
-  return seen;
+// Rounded up, for a bound must never be too low.
+Bands LoudnessTrack::shares_of(const Bands& moment) const {
+  constexpr float kRoundedUp = 1.0001f;
+  Bands shares{};
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    if (most_[b] > 0) shares[b] = moment[b] / most_[b] * kRoundedUp;
+  return shares;
+}
+
+void LoudnessTrack::bound_shares() {
+  const auto count = static_cast<std::int64_t>(by_moment_.size());
+  for (std::size_t r = 0; r < kReaches && count > 0; ++r) {
+    const auto reach = static_cast<std::int64_t>(r + 1), beyond = loop_ ? 0 : reach;
+    for (std::int64_t m = -beyond; m < count + beyond; ++m) {
+      Bands most{};
+      for (std::int64_t k = m - reach; k <= m + reach; ++k)
+        if (loop_ || (k >= 0 && k < count))
+          raise(most, by_moment_[static_cast<std::size_t>((k % count + count) % count)]);
+      shares_around_[r].push_back(BandShares::at_least(shares_of(most)));
+    }
+  }
+}
+
+void LoudnessTrack::shares_by_delay(double time_s, double per_s, double give_s,
+                                    std::span<BandShares> shares) const {
+  const double reach = (0.5 / per_s + give_s + 1e-4) * moments_per_s_;
+  if (reach > kReaches) return std::fill(shares.begin(), shares.end(), BandShares::whole());
+  const auto r = static_cast<std::size_t>(std::max(std::ceil(reach), 1.0)) - 1;
+  const std::vector<BandShares>& around = shares_around_[r];
+  const auto count = static_cast<double>(around.size());
+  const double now = time_s * moments_per_s_ - static_cast<double>(first_) +
+                     (loop_ ? 0 : static_cast<double>(r + 1));
+  for (std::size_t d = 0; d < shares.size(); ++d) {
+    double at = std::floor(now - (static_cast<double>(d) + 0.5) / per_s * moments_per_s_);
+    if (loop_) at -= std::floor(at / count) * count;
+    shares[d] = at >= 0 && at < count ? around[static_cast<std::size_t>(at)] : BandShares();
+  }
+}
+
+float LoudnessTrack::most_share(BandMix mix, double time_s, float delay_s, float give_s,
+                                double ahead_s) const {
+  const double at =
+      (time_s - static_cast<double>(delay_s)) * moments_per_s_ - static_cast<double>(first_);
+  const double give = 1e-3 + static_cast<double>(give_s) * moments_per_s_;
+  const auto count = static_cast<std::int64_t>(by_moment_.size());
+  auto first = static_cast<std::int64_t>(std::floor(at - give));
+  auto last = static_cast<std::int64_t>(std::floor(at + give + ahead_s * moments_per_s_));
+  if (loop_) {
+    if (last - first >= count) return mix.of(shares_of(most_));
+    const std::int64_t turns = (first >= 0 ? first : first - count + 1) / count;
+    first -= turns * count;
+    last -= turns * count;
+  } else {
+    first = std::max<std::int64_t>(first, 0);
+    last = std::min(last, count - 1);
+  }
+  Bands most{};
+  for (; first <= last; first = std::min((first / kFew + 1) * kFew, count)) {
+    if (first >= count) {  // of a loop
+      first -= count;
+      last -= count;
+    }
+    raise(most, shares_of_few_[static_cast<std::size_t>(first / kFew)]);
+  }
+  return mix.of(most);
 }
 
 Bands LoudnessTrack::most_between(double from_s, double to_s) const {

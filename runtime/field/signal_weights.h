@@ -13,15 +13,16 @@
 //
 // Of 2000 voices of one who stands still are exchanged each second, in percent: 286 by the moments
 // as they are, 67 smoothed like this, 49 with twice the fall, 28 with four times the fall and twice
-// around, in the violin room (100 000 sources); in the stadium 483, 146, 112, 60. A sample takes
-// 1.8 to 2 times as long as by mean squares, of 150 voices 2.3 to 6 times: bounds hold for the
-// loudest moment, and most moments are quieter. (Ratios within a run of
+// around, in the violin room (100 000 sources); in the stadium 483, 146, 112, 60. A sample of 2000
+// voices of one who walks takes 2.2 times as long as by mean squares in the stadium, 4.5 times in
+// the violin room, of 150 voices 2 and 11 times: thresholds rise and fall with what is played, and
+// what is looked at reaches as low as they fall. (Ratios within a run of
 // tests/benchmarks/envelope_benchmark.cpp.)
 //
 // Immutable once made.
 #pragma once
 
-#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -30,6 +31,7 @@
 
 #include "common/bands.h"
 #include "formats/signal_envelope.h"
+#include "runtime/field/band_mix.h"
 
 namespace clamor {
 
@@ -62,70 +64,13 @@ class LoudnessTrack {
     return {by_moment_[place], shares_[place]};
   }
 
-  // Its shares as they are seen from one time, for asking of many delays. Valid while the track is.
-  class Seen {
-   public:
-    // No less than the share at any delay within `give_s` of that one.
-    float share(float delay_s, float give_s) const {
-      double at = now_ - static_cast<double>(delay_s) * moments_per_s_;
-      const double give = 1e-3 + static_cast<double>(give_s) * moments_per_s_;
-      if (at < give) at += round_;
-      if (give < 0.5 && at >= give && at < last_) {
-        const float* const from = shares_ + static_cast<std::int32_t>(at - give);
-        return std::max(from[0], from[1]);
-      }
-      const auto last = static_cast<std::int64_t>(std::floor(at + give));
-      float most = 0;
-      for (auto m = static_cast<std::int64_t>(std::floor(at - give)); m <= last; ++m)
-        most = std::max(most, share_of(m));
-      return most;
-    }
-
-    // No less than the share at any delay within `give_s` of that one, from now until `ahead_s`
-    // later.
-    float most_share(float delay_s, float give_s, double ahead_s) const {
-      const double at = now_ - static_cast<double>(delay_s) * moments_per_s_;
-      const double give = 1e-3 + static_cast<double>(give_s) * moments_per_s_;
-      auto first = static_cast<std::int64_t>(std::floor(at - give));
-      auto last = static_cast<std::int64_t>(std::floor(at + give + ahead_s * moments_per_s_));
-      if (loop_) {
-        if (last - first >= count_) return most_;
-        const std::int64_t turns = (first >= 0 ? first : first - count_ + 1) / count_;
-        first -= turns * count_;
-        last -= turns * count_;
-      } else {
-        first = std::max<std::int64_t>(first, 0);
-        last = std::min(last, count_ - 1);
-      }
-      float most = 0;
-      for (; first <= last; first = std::min((first / kFew + 1) * kFew, count_)) {
-        if (first >= count_) {  // of a loop
-          first -= count_;
-          last -= count_;
-        }
-        most = std::max(most, of_few_[first / kFew]);
-      }
-      return most;
-    }
-
-   private:
-    friend class LoudnessTrack;
-    float share_of(std::int64_t moment) const {
-      if (moment < 0 || moment >= count_) {
-        if (!loop_) return 0;
-        moment %= count_;
-        if (moment < 0) moment += count_;
-      }
-      return shares_[moment];
-    }
-    const float *shares_ = nullptr, *of_few_ = nullptr;
-    float most_ = 0;
-    std::int64_t count_ = 0;
-    double now_ = 0, moments_per_s_ = 0;  // in moments, from the first
-    double round_ = 0, last_ = 0;         // of a loop; the last but one
-    bool loop_ = false;
-  };
-  Seen seen_at(double time_s) const;
+  // No less than what its bands are of their loudest, heard at a time with a delay that is off by
+  // up to `give_s`: shares[d] for delays from d / per_s to (d + 1) / per_s.
+  void shares_by_delay(double time_s, double per_s, double give_s,
+                       std::span<BandShares> shares) const;
+  // No less than what is heard of a source of such a mix, as a share of the loudest it ever is,
+  // from a time until `ahead_s` later.
+  float most_share(BandMix mix, double time_s, float delay_s, float give_s, double ahead_s) const;
 
   // The highest of each band from one time to another, and at any time.
   Bands most_between(double from_s, double to_s) const;
@@ -136,13 +81,21 @@ class LoudnessTrack {
  private:
   static constexpr Bands kSilence{};
   static constexpr std::int64_t kStretch = 32, kFew = 8;
+  static constexpr std::size_t kReaches = 2;  // of moments around one, to either side
+
+  Bands shares_of(const Bands& moment) const;
+  void bound_shares();
 
   bool loop_, steady_ = false;
   double moments_per_s_;
   std::int64_t first_ = 0;  // moment of by_moment_[0]
   std::vector<Bands> by_moment_;
-  std::vector<float> shares_, shares_of_few_;  // of each moment, and the most of kFew
-  std::vector<Bands> most_of_stretch_;         // of kStretch moments each
+  std::vector<float> shares_;         // of each moment,
+  std::vector<Bands> shares_of_few_;  // and the most of each band in kFew
+  // The most around each, by how many moments to either side. What plays once has that many more
+  // at its ends.
+  std::array<std::vector<BandShares>, kReaches> shares_around_;
+  std::vector<Bands> most_of_stretch_;  // of kStretch moments each
   Bands most_{};
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <map>
 #include <numbers>
 
@@ -43,28 +44,35 @@ SourceField::SourceField(const std::vector<Emitter>& emitters, std::span<const M
 }
 
 SourceField::Ceiling SourceField::ceiling(const Source& s, const Bands& weight) const {
-  double diffuse = 0, bounce = 0, lobe = 0;
+  Bands diffuse{}, bounce{}, lobe{};
   float slope = 0, fall = 0;
   if (s.is_emitter) {
     const Bands& directivity = emitters_[s.emitter].directivity;
     for (std::size_t b = 0; b < kBandCount; ++b)
-      lobe += static_cast<double>(weight[b]) * s.power[b] / emission_power(directivity[b]);
+      lobe[b] = weight[b] * s.power[b] / static_cast<float>(emission_power(directivity[b]));
     fall = *std::min_element(directivity.begin(), directivity.end()) / 2;
   } else {
     const auto law = laws_.ceiling(s.material, dot(Vec3(s.mirror), Vec3(s.normal)));
     for (std::size_t b = 0; b < kBandCount; ++b) {
-      const double power = static_cast<double>(weight[b]) * s.power[b];
-      diffuse += power * law.diffuse[b];
-      bounce += power * law.bounce[b];
-      lobe += power * law.lobe[b];
+      const float power = weight[b] * s.power[b];
+      diffuse[b] = power * law.diffuse[b];
+      bounce[b] = power * law.bounce[b];
+      lobe[b] = power * law.lobe[b];
     }
     slope = law.slope;
     fall = law.exponent;
   }
-  // Rounding must never make a ceiling too low.
-  constexpr double kSlack = 1.00001;
-  return {static_cast<float>(diffuse * kSlack), static_cast<float>(bounce * kSlack), slope,
-          static_cast<float>(lobe * kSlack), fall};
+  Bands parts{};  // of any of these sums, at most
+  const auto sum_of = [&](const Bands& bands) {
+    float sum = 0;
+    for (const float band : bands) sum += band;
+    const bool finite = sum <= std::numeric_limits<float>::max();
+    if (sum > 0 || !finite)
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        parts[b] = finite ? std::max(parts[b], bands[b] / sum) : 1;
+    return sum * 1.00001f;  // rounding must never make a ceiling too low
+  };
+  return {sum_of(diffuse), sum_of(bounce), slope, sum_of(lobe), fall, BandMix::at_least(parts)};
 }
 
 Bands SourceField::most_towards_any(const Source& s) const {

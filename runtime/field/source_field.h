@@ -26,6 +26,7 @@
 #include "common/vec.h"
 #include "formats/level.h"
 #include "formats/source.h"
+#include "runtime/field/band_mix.h"
 #include "runtime/field/intensity_kernel.h"
 #include "runtime/field/late_boost.h"
 #include "runtime/field/received_intensity.h"
@@ -88,9 +89,10 @@ class SourceField {
   // How much likelier late sources are to be chosen.
   const LateBoost& late_boost() const { return late_boost_; }
 
-  // At 1 m, of the weighted sum of bands.
+  // At 1 m, of the weighted sum of bands; and what parts of it they are, in any direction.
   struct Ceiling {
     float diffuse = 0, bounce = 0, slope = 0, lobe = 0, fall = 0;
+    BandMix mix;
   };
   Ceiling ceiling(const Source& source, const Bands& weight) const;
 

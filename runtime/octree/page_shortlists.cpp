@@ -19,7 +19,7 @@ constexpr double kQuiet = 0.5;   // all signals, if none is louder soon than tha
 constexpr double kHold_s = 0.4;  // and up to twice as long
 constexpr double kLeastLower = 1.0 / 3;          // threshold of late, of that of now
 constexpr std::uint32_t kOfLate_keyframes = 32;  // and up to twice as many
-constexpr float kUsualGive_s = 0.003f;
+constexpr float kUsualGive_s = 0.009f;
 constexpr std::uint32_t kTurns = 16;
 // Lists that were not used for so long are dropped, now and then.
 constexpr std::uint32_t kForget_keyframes = 256;
@@ -44,9 +44,9 @@ void PageShortlists::begin(const Vec3& place, double time_s, double loudest, dou
       ++numbering_;
     }
   }
-  seen_.clear();
-  for (const LoudnessTrack& track : weights_.tracks) seen_.push_back(track.seen_at(time_s));
-  shares_.tabulate(seen_, longest_s_, kUsualGive_s);
+  shares_.tabulate(weights_.tracks, time_s, longest_s_, kUsualGive_s);
+  if (widest_s_ > kUsualGive_s)
+    wide_shares_.tabulate(weights_.tracks, time_s, longest_s_, widest_s_);
 }
 
 // Thresholds go up and down with syllables, and lists made at a high one would all be made anew at
@@ -76,8 +76,13 @@ void PageShortlists::fetch(std::span<const Asked> asked) {
   }
 }
 
+const SharesNow& PageShortlists::shares_for(float give_s) const {
+  static const SharesNow kAll;
+  if (shares_.hold_for(give_s)) return shares_;
+  return wide_shares_.hold_for(give_s) ? wide_shares_ : kAll;
+}
+
 void PageShortlists::find_loud(std::span<const Asked> asked) {
-  static const SharesNow kAllLoud;
   std::size_t blocks = 0;
   for (const Asked& one : asked) blocks += lists_[one.list].blocks.size();
   loud_.make_room(kSieveBlock * blocks);
@@ -86,9 +91,8 @@ void PageShortlists::find_loud(std::span<const Asked> asked) {
   for (std::size_t a = 0; a < asked.size(); ++a) {
     const List& list = lists_[asked[a].list];
     const std::size_t before = loud_count_;
-    loud_count_ +=
-        loud_now(list.blocks, static_cast<float>(asked[a].threshold * (1 - 1e-6)),
-                 list.give_s <= kUsualGive_s ? shares_ : kAllLoud, near_[a], loud_.from(before));
+    loud_count_ += loud_now(list.blocks, static_cast<float>(asked[a].threshold * (1 - 1e-6)),
+                            shares_for(list.give_s), near_[a], loud_.from(before));
     for (std::size_t l = before; l < loud_count_; ++l)
       __builtin_prefetch(&list.shape_of(loud_.entry[l]));
     ends_.push_back(loud_count_);
@@ -141,6 +145,7 @@ std::size_t PageShortlists::sift(List& list, const MetPage& page, double away_m,
   list.sifted_until_s = all_quiet ? until_s_ : std::numeric_limits<double>::infinity();
   list.give_s =
       static_cast<float>((list.give_m * scale + 1e-3) / field_.speed_of_sound_mps() + 1e-6);
+  widest_s_ = std::max(widest_s_, list.give_s);
   list.shapes.clear();
   list.kept.clear();
   const SieveGive give{list.give_m, std::max(away_m, 1 / scale)};
@@ -185,7 +190,7 @@ std::size_t PageShortlists::fill(List& list, const MetPage& page) {
     page.sources.prefetch(index);
     longest_s_ = std::max(longest_s_, delay_s);
     list.kept.push_back(
-        {ceiling, delay_s, signal, ShortlistBlock::packed(index, list.kept.size())});
+        {ceiling, delay_s, signal, ShortlistBlock::packed(index, list.kept.size()), part.mix});
     SourceShape& shape = list.shapes.emplace_back();
     shape.radius2_m2 = part.radius2_m2;
     shape.diffuse = part.diffuse;
@@ -209,7 +214,7 @@ std::size_t PageShortlists::fill(List& list, const MetPage& page) {
 // Of those that are kept, the ones that are loud enough from now on, for a while.
 void PageShortlists::take_loud(List& list) {
   list.until_s = std::numeric_limits<double>::infinity();
-  if (!seen_.empty()) {  // not all at once
+  if (!weights_.steady()) {  // not all at once
     turn_ = (turn_ + 1) % kTurns;
     list.until_s = time_s_ + kHold_s * (1 + static_cast<double>(turn_) / kTurns);
   }
@@ -218,9 +223,9 @@ void PageShortlists::take_loud(List& list) {
   list.blocks.clear();
   const auto least = static_cast<float>(list.threshold * (1 - 1e-6));
   for (const Kept& kept : list.kept) {
-    if (!seen_.empty()) {
-      const float share =
-          seen_[kept.signal].most_share(kept.delay_s, list.give_s, list.until_s - time_s_);
+    if (!weights_.steady()) {
+      const float share = weights_.tracks[kept.signal].most_share(
+          kept.mix, time_s_, kept.delay_s, list.give_s, list.until_s - time_s_);
       if (kept.ceiling * share < least) continue;
     }
     const std::size_t at = list.count++ % kSieveBlock;
@@ -230,6 +235,7 @@ void PageShortlists::take_loud(List& list) {
     block.delay_s[at] = kept.delay_s;
     block.signal[at] = kept.signal;
     block.source[at] = kept.source;
+    block.mix[at] = kept.mix;
   }
 }
 

@@ -4,7 +4,7 @@
 // reach the threshold: so what the sieve (source_sieve.h) lets through is kept, with ceilings that
 // hold for a ball round where the listener was, a twentieth of the distance to the page wide, or
 // more if the list is short. Of these a list takes the ones that will be loud enough within half a
-// second or so, and a keyframe looks at those: the ceiling, how loud the signal is at the moment
+// second or so, and a keyframe looks at those: the ceiling, how loud its bands are at the moment
 // that is heard, whether the source is known to be hidden (hidden_numbers.h), the ceiling at this
 // very place (shortlist_kernel.h). What is left is found as the sieve itself would have found it,
 // and a few more. When that time is over, a list takes anew of what was kept; when the listener
@@ -15,7 +15,7 @@
 // What that costs: tests/benchmarks/sight_benchmark.cpp. All of it is waiting for memory, so what
 // is asked of every source lies apart from what is asked of few.
 //
-// Threads: the sampler's alone.   Memory: 96 bytes per source that is kept.
+// Threads: the sampler's alone.   Memory: 104 bytes per source that is kept.
 #pragma once
 
 #include <algorithm>
@@ -133,10 +133,6 @@ class PageShortlists {
         if (ceiling * loud_.share[l] * left < least) continue;
         const ShortlistBlock& block = list.blocks[loud_.entry[l] / kSieveBlock];
         const std::size_t at = loud_.entry[l] % kSieveBlock;
-        if (!seen_.empty()) {
-          const float share = seen_[block.signal[at]].share(block.delay_s[at], list.give_s);
-          if (ceiling * share * left < least) continue;
-        }
         found(a, block.source[at] & ShortlistBlock::kIndex, block.signal[at],
               static_cast<double>(ceiling), here_[l].boost);
       }
@@ -148,6 +144,7 @@ class PageShortlists {
   struct Kept {
     float ceiling = 0, delay_s = 0;
     std::uint32_t signal = 0, source = 0;
+    BandMix mix;
   };
   struct List {
     std::uint64_t first = 0;
@@ -199,6 +196,7 @@ class PageShortlists {
     return looked_at;
   }
   void take_loud(List& list);
+  const SharesNow& shares_for(float give_s) const;
   void fetch(std::span<const Asked> asked);
   void find_loud(std::span<const Asked> asked);
   void ask_for_ceilings(std::span<const Asked> asked);
@@ -216,10 +214,9 @@ class PageShortlists {
   const SignalWeights& weights_;
   const HiddenNumbers* hidden_ = nullptr;
   std::vector<List> lists_;
-  std::vector<std::uint32_t> slots_;  // 1 + which list, open addressing, a power of two; 0: free
-  std::vector<LoudnessTrack::Seen> seen_;  // per signal; empty: nothing changes
-  SharesNow shares_;
-  float longest_s_ = 0;  // delay in any list
+  std::vector<std::uint32_t> slots_;    // 1 + which list, open addressing, a power of two; 0: free
+  SharesNow shares_, wide_shares_;      // of signals whose delays are off by little, and by more
+  float longest_s_ = 0, widest_s_ = 0;  // of any list: delay, and by how much that is off
   // Of pass(): of each list,
   std::vector<HiddenNumbers::Near> near_;
   std::vector<std::size_t> ends_;  // where its loud entries end,

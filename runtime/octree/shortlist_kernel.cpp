@@ -1,6 +1,7 @@
 #include "runtime/octree/shortlist_kernel.h"
 
 #include <algorithm>
+#include <cstddef>
 
 // Highway compiles what follows once per instruction set.
 #undef HWY_TARGET_INCLUDE
@@ -18,6 +19,8 @@ namespace {
 constexpr float kRounds = 4e-6f;   // a few operations of single precision
 constexpr float kSlack = 1.0005f;  // the exponential, and sums
 constexpr float kOnIt2_m2 = 1e-8f;
+
+using Integers = hn::RebindToSigned<Tag>;
 
 // The same number of as many shapes as there are lanes, side by side.
 HWY_INLINE Vector gather(const float& of_first) {
@@ -47,11 +50,10 @@ HWY_INLINE Vector ceilings_of(const SourceShape& first) {
   const auto cos_o = hn::IfThenElse(hn::Or(is_emitter, on_it), one, hn::Max(cos_n, zero));
   const auto cos_m = hn::Min(hn::MulAdd(dot(way, mirror), over_r, rounds), one);
   const auto cos_a = hn::IfThenElse(on_it, one, cos_m);
-  const auto cos_i = hn::Max(hn::Sub(dot(mirror, normal), hn::Set(d, 1e-6f)), hn::Set(d, 1e-6f));
-  const auto tilt = hn::IfThenElse(is_emitter, one, hn::Min(hn::Div(cos_o, cos_i), one));
+  const auto tilt = tilt_of(d, cos_o, normal, mirror, is_emitter);
   const auto left = decay(d, hn::Mul(gather(first.fall), hn::Sub(one, cos_a)));
   const auto lobe = hn::Mul(hn::Mul(gather(first.lobe), tilt), left);
-  const auto bounce = bounce_up_to(d, cos_o, gather(first.bounce), hn::Max(slope, zero));
+  const auto bounce = bounce_up_to(d, cos_o, gather(first.bounce), slope);
   const auto most = hn::MulAdd(gather(first.diffuse), cos_o, hn::Add(bounce, lobe));
   return hn::Div(hn::Mul(hn::Set(d, kSlack), most), near2);
 }
@@ -100,16 +102,52 @@ HWY_INLINE Vector left_of(const HiddenNumbers::Near& hidden, const std::uint32_t
   return hn::IfThenElse(all, hn::Set(d, 1.0f), in_turn);
 }
 
-std::size_t loud_here(std::span<const ShortlistBlock> blocks, float least, const float* shares,
-                      std::size_t row, const HiddenNumbers::Near& hidden,
-                      const LoudEntries::Columns& found) {
+// Shares of signals, one each.
+struct Shares {
+  Vector share;
+  hn::Vec<Integers> low, high;  // parts of it, of four bands each
+};
+HWY_INLINE Shares gather_shares(const SharesNow& shares, const ShortlistBlock& block,
+                                std::size_t at) {
+  static_assert(sizeof(BandShares) == 12 && offsetof(BandShares, parts) == 4);
   const Tag d;
-  const hn::RebindToSigned<Tag> di;
+  const Integers di;
+  const auto last = hn::Set(d, static_cast<float>(shares.row()) - 1);
+  const auto signal = hn::Load(di, reinterpret_cast<const std::int32_t*>(&block.signal[at]));
+  const auto delay = hn::MulAdd(hn::Load(d, block.delay_s.data() + at),
+                                hn::Set(d, SharesNow::kPerS), hn::Set(d, 1.0f));
+  const auto column = hn::ConvertTo(di, hn::Min(hn::Max(delay, hn::Zero(d)), last));
+  const auto row = hn::Mul(signal, hn::Set(di, static_cast<std::int32_t>(shares.row())));
+  const auto word = hn::Mul(hn::Add(row, column), hn::Set(di, 3));
+  const auto* const words = reinterpret_cast<const std::int32_t*>(shares.data());
+  return {hn::BitCast(d, hn::GatherIndex(di, words, word)), hn::GatherIndex(di, words + 1, word),
+          hn::GatherIndex(di, words + 2, word)};
+}
+
+// BandMix::of() of parts.
+HWY_INLINE Vector of_mixes(const BandMix* mixes, const Shares& shares) {
+  static_assert(BandMix::kBits == 4 && sizeof(BandMix) == 4 && kBandCount == 8);
+  const Tag d;
+  const Integers di;
+  const auto step_mask = hn::Set(di, std::int32_t{BandMix::kMost}), byte = hn::Set(di, 255);
+  auto steps = hn::Load(di, reinterpret_cast<const std::int32_t*>(mixes));
+  auto sum = hn::Zero(di);
+  for (auto parts : {shares.low, shares.high})
+    for (int b = 0; b < 4; ++b) {
+      const auto step = hn::And(steps, step_mask);
+      sum = hn::Add(sum, hn::Mul(hn::Mul(step, step), hn::And(parts, byte)));
+      steps = hn::ShiftRight<4>(steps);
+      parts = hn::ShiftRight<8>(parts);
+    }
+  constexpr float kWhole = BandMix::kMost * BandMix::kMost * BandShares::kWhole;
+  return hn::Min(hn::Mul(hn::ConvertTo(d, sum), hn::Set(d, 1 / kWhole)), hn::Set(d, 1.0f));
+}
+
+std::size_t loud_here(std::span<const ShortlistBlock> blocks, float least, const SharesNow& shares,
+                      const HiddenNumbers::Near& hidden, const LoudEntries::Columns& found) {
+  const Tag d;
   const hn::RebindToUnsigned<Tag> du;
-  const auto needed = hn::Set(d, least);
-  const auto last = hn::Set(d, static_cast<float>(row) - 1), one = hn::Set(d, 1.0f);
-  const auto in_row = hn::Set(di, static_cast<std::int32_t>(row));
-  const auto per_s = hn::Set(d, SharesNow::kPerS);
+  const auto needed = hn::Set(d, least), one = hn::Set(d, 1.0f);
   std::size_t count = 0;
   for (std::size_t b = 0; b < blocks.size(); ++b)
     for (std::size_t at = 0; at < kSieveBlock; at += hn::Lanes(d)) {
@@ -117,11 +155,11 @@ std::size_t loud_here(std::span<const ShortlistBlock> blocks, float least, const
       const auto near_by = hn::Load(d, block.ceiling.data() + at);
       auto loud = hn::Ge(near_by, needed);
       auto share = one, left = one;
-      if (row > 0 && !hn::AllFalse(d, loud)) {
-        const auto signal = hn::BitCast(di, hn::Load(du, block.signal.data() + at));
-        const auto delay = hn::MulAdd(hn::Load(d, block.delay_s.data() + at), per_s, one);
-        const auto column = hn::ConvertTo(di, hn::Min(hn::Max(delay, hn::Zero(d)), last));
-        share = hn::GatherIndex(d, shares, hn::Add(hn::Mul(signal, in_row), column));
+      if (shares.row() > 0 && !hn::AllFalse(d, loud)) {
+        const Shares now = gather_shares(shares, block, at);
+        loud = hn::And(loud, hn::Ge(hn::Mul(near_by, now.share), needed));
+        if (hn::AllFalse(d, loud)) continue;
+        share = hn::Mul(now.share, of_mixes(&block.mix[at], now));
         loud = hn::And(loud, hn::Ge(hn::Mul(near_by, share), needed));
       }
       if (hn::AllFalse(d, loud)) continue;
@@ -152,12 +190,13 @@ namespace clamor {
 namespace {
 HWY_EXPORT(loud_here);
 HWY_EXPORT(ceilings_of_all);
-constexpr std::size_t kMostDelays = 1 << 12;
+// So that no keyframe takes longer than a quarter of a millisecond for it.
+constexpr std::size_t kMostDelays = 1 << 12, kMostShares = 1 << 18;
 }  // namespace
 
 std::size_t loud_now(std::span<const ShortlistBlock> blocks, float least, const SharesNow& shares,
                      const HiddenNumbers::Near& hidden, const LoudEntries::Columns& loud) {
-  return HWY_DYNAMIC_DISPATCH(loud_here)(blocks, least, shares.data(), shares.row(), hidden, loud);
+  return HWY_DYNAMIC_DISPATCH(loud_here)(blocks, least, shares, hidden, loud);
 }
 
 void ceilings_here(std::span<const SourceShape> shapes, float* ceilings) {
@@ -165,17 +204,17 @@ void ceilings_here(std::span<const SourceShape> shapes, float* ceilings) {
 }
 
 // A row has its first and its last place for delays that are out of its range.
-void SharesNow::tabulate(std::span<const LoudnessTrack::Seen> signals, float longest_s,
+void SharesNow::tabulate(std::span<const LoudnessTrack> signals, double time_s, float longest_s,
                          float give_s) {
   const auto delays =
       std::min(static_cast<std::size_t>(std::max(longest_s, 0.0f) * kPerS) + 2, kMostDelays);
-  row_ = signals.empty() ? 0 : delays + 2;
-  shares_.assign(signals.size() * row_, 1);
-  constexpr float kHalf_s = 0.5f / kPerS, kRounds_s = 1e-4f;
+  row_ = signals.empty() || signals.size() > kMostShares / (delays + 2) ? 0 : delays + 2;
+  give_s_ = give_s;
+  shares_.assign(signals.size() * row_, BandShares::whole());
+  if (row_ == 0) return;
   for (std::size_t s = 0; s < signals.size(); ++s)
-    for (std::size_t d = 0; d < delays; ++d)
-      shares_[s * row_ + 1 + d] =
-          signals[s].share((static_cast<float>(d) + 0.5f) / kPerS, kHalf_s + kRounds_s + give_s);
+    signals[s].shares_by_delay(time_s, kPerS, give_s,
+                               std::span(shares_).subspan(s * row_ + 1, delays));
 }
 
 }  // namespace clamor

@@ -2,9 +2,10 @@
 //
 // The signals' shares of their loudest (signal_weights.h) are tabulated once per keyframe, by the
 // delay they are heard at. A source is first asked for its ceiling, which holds near by, then for
-// that times the share of its signal, then for what is known to be left of that behind what stands
-// in the way (hidden_numbers.h), and only then for its ceiling at this very place: what that is
-// made of lies elsewhere, and most are not asked for it.
+// that times the share of its signal's loudest band, then for the share of its own mix of bands
+// (band_mix.h), then for what is known to be left of that behind what stands in the way
+// (hidden_numbers.h), and only then for its ceiling at this very place: what that is made of lies
+// elsewhere, and most are not asked for it.
 #pragma once
 
 #include <array>
@@ -30,6 +31,7 @@ struct alignas(64) ShortlistBlock {
   Row delay_s{};  // to where the listener was
   std::array<std::uint32_t, kEntries> signal{};
   std::array<std::uint32_t, kEntries> source{};  // as packed()
+  std::array<BandMix, kEntries> mix{};
 
   // Where a source is in its page, and where in the list its shape is: both below 2^16.
   static constexpr std::uint32_t kIndexBits = 16, kIndex = (1u << kIndexBits) - 1;
@@ -48,26 +50,30 @@ struct alignas(64) SourceShape {
   float boost = 0;                                                    // at full strength, less 1
 };
 
-// No less than the share of each signal around the moment that is heard with a delay.
+// No less than the shares of each signal around the moment that is heard with a delay.
 class SharesNow {
  public:
   static constexpr float kPerS = 50;
 
-  // Of delays up to `longest_s`, each of them off by up to `give_s`; longer ones have all.
-  void tabulate(std::span<const LoudnessTrack::Seen> signals, float longest_s, float give_s);
+  // Of delays up to `longest_s`, each of them off by up to `give_s`; longer ones have all, and so
+  // have all of far too many signals.
+  void tabulate(std::span<const LoudnessTrack> signals, double time_s, float longest_s,
+                float give_s);
+  bool hold_for(float give_s) const { return give_s <= give_s_; }
 
-  const float* data() const { return shares_.data(); }
+  const BandShares* data() const { return shares_.data(); }
   std::size_t row() const { return row_; }
 
  private:
-  std::vector<float> shares_;  // by signal and delay; none where nothing changes
-  std::size_t row_ = 0;        // delays of one
+  std::vector<BandShares> shares_;  // by signal and delay; none: all of all
+  std::size_t row_ = 0;             // delays of one
+  float give_s_ = -1;
 };
 
 // Those of some lists that are loud enough, side by side.
 struct LoudEntries {
   std::vector<std::uint32_t> entry;  // where in the list
-  std::vector<float> share;          // of its signal, at most,
+  std::vector<float> share;          // of what it is when all bands are at their loudest,
   std::vector<float> left;           // and of what is known to get past what is in the way
 
   struct Columns {

@@ -53,9 +53,19 @@ HWY_INLINE Vector decay(Tag d, Vector t) {
   return hn::Mul(part, hn::BitCast(d, hn::ShiftLeft<23>(exponent)));
 }
 
+// How much lower a lobe is below the angle it came in at: cos o / cos i, at most 1.
+HWY_INLINE Vector tilt_of(Tag d, Vector cos_o, const Vectors& normal, const Vectors& mirror,
+                          hn::Mask<Tag> is_emitter) {
+  const auto one = hn::Set(d, 1.0f), rounds = hn::Set(d, 1e-6f);
+  const auto cos_i = hn::Max(hn::Sub(dot(mirror, normal), rounds), rounds);
+  return hn::IfThenElse(is_emitter, one, hn::Min(hn::Div(cos_o, cos_i), one));
+}
+
 // What bounces, of all directions whose cosine is at most this one, 0 to 1: the most is 1 / slope.
+// Of an emitter nothing does.
 HWY_INLINE Vector bounce_up_to(Tag d, Vector cos_o, Vector bounce, Vector slope) {
-  const auto x = hn::Min(cos_o, hn::Div(hn::Set(d, 1.0f), hn::Max(slope, hn::Set(d, 1e-6f))));
+  slope = hn::Max(slope, hn::Set(d, 1e-6f));
+  const auto x = hn::Min(cos_o, hn::Div(hn::Set(d, 1.0f), slope));
   return hn::Mul(hn::Mul(bounce, x), decay(d, hn::Mul(slope, x)));
 }
 

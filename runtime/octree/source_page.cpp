@@ -22,7 +22,8 @@ SieveSource sieve_source(const SourceField& field, const Bands& weight, const So
           ceiling.fall,
           source.is_emitter,
           source.delay_s,
-          source.emitter};
+          source.emitter,
+          ceiling.mix};
 }
 
 SourcePage::SourcePage(const SourceField& field, std::span<const Bands> weights,

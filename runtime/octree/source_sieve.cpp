@@ -106,7 +106,7 @@ void bound(const SieveBlock& block, std::size_t count, SieveBounds& bounds, std:
     if (block.bounce[i] > 0) slope = std::min(slope, block.slope[i]);
     lobe = std::max(lobe, block.lobe[i]);
     fall = std::min(fall, block.fall[i]);
-    all_round = all_round || block.over_cos_i[i] < 0;
+    all_round = all_round || block.slope[i] < 0;
   }
   put((low + high) / 2.0f, bounds.middle_m, at);
   put((high - low) * 0.500001f, bounds.half_m, at);
@@ -152,14 +152,13 @@ SourceSieve::SourceSieve(std::span<const SieveSource> sources)
     block.radius2_m2[at] = source.radius_m * source.radius_m * (1 - 1e-6f);
     block.diffuse[at] = source.diffuse;
     block.bounce[at] = source.bounce;
-    block.slope[at] = source.slope;
+    block.slope[at] = source.is_emitter ? -1 : source.slope;
     block.lobe[at] = source.lobe;
     block.fall[at] = source.fall;
-    block.over_cos_i[at] =
-        source.is_emitter ? -1 : 1 / std::max(glm::dot(source.mirror, source.normal), 1e-6f);
     block.delay_s[at] = source.delay_s;
     block.index[at] = order[slot];
     block.emitter[at] = source.emitter;
+    block.mix[at] = source.mix;
   }
   for (std::size_t b = 0; b < blocks_.size(); ++b)
     bound(blocks_[b], std::min(kSieveBlock, sources.size() - b * kSieveBlock),

@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "common/vec.h"
+#include "runtime/field/band_mix.h"
 #include "runtime/realtime/prefetch.h"
 
 namespace clamor {
@@ -34,9 +35,10 @@ struct SieveSource {
   Vec3f position_m{}, normal{}, mirror{};
   float radius_m = 0, diffuse = 0, bounce = 0, slope = 0, lobe = 0, fall = 0;
   bool is_emitter = false;
-  // Handed on: the sieve itself asks for neither.
+  // Handed on: the sieve itself asks for none of it.
   float delay_s = 0;
   std::uint32_t emitter = 0;
+  BandMix mix;
 };
 
 // Ceilings that hold for every place within `place_m` of the one that is asked about. They are the
@@ -70,10 +72,11 @@ struct Sifted {
 struct alignas(64) SieveBlock {
   using Row = std::array<float, kSieveBlock>;
   std::array<Row, 3> position_m{}, normal{}, mirror{};
-  Row radius2_m2{}, diffuse{}, bounce{}, slope{}, lobe{}, fall{};
-  Row over_cos_i{};  // -1: an emitter
+  Row radius2_m2{}, diffuse{}, bounce{}, lobe{}, fall{};
+  Row slope{};  // -1: an emitter
   Row delay_s{};
   std::array<std::uint32_t, kSieveBlock> index{}, emitter{};
+  std::array<BandMix, kSieveBlock> mix{};
 };
 
 // What is known of a source without touching it.
@@ -82,6 +85,7 @@ struct SievePart {
   float slope = 0;  // -1: an emitter
   float delay_s = 0;
   std::uint32_t emitter = 0;
+  BandMix mix;
   Vec3 position_m{};  // within the give of positions
 };
 
@@ -111,9 +115,10 @@ class SourceSieve {
             block.bounce[at],
             block.lobe[at],
             block.fall[at],
-            block.over_cos_i[at] < 0 ? -1 : block.slope[at],
+            block.slope[at],
             block.delay_s[at],
             block.emitter[at],
+            block.mix[at],
             middle_m_ +
                 Vec3(block.position_m[0][at], block.position_m[1][at], block.position_m[2][at])};
   }

@@ -132,11 +132,11 @@ HWY_INLINE void sift_block(const SieveBlock& block, std::size_t first, std::size
       const auto nearer = hn::MulAdd(cos, cos_t, hn::MulAdd(sin, sin_t, hn::Set(d, kRounds)));
       return hn::IfThenElse(hn::Or(turns_far, hn::Ge(cos, cos_t)), one, hn::Min(nearer, one));
     };
-    const auto over_cos_i = hn::Load(d, block.over_cos_i.data() + at);
-    const auto all_round = hn::Lt(over_cos_i, zero);
-    const auto cos_o = hn::IfThenElse(all_round, one, highest(dot(way, load(d, block.normal, at))));
-    const auto cos_a = highest(dot(way, load(d, block.mirror, at)));
-    const auto tilt = hn::Min(hn::Mul(cos_o, hn::Abs(over_cos_i)), one);
+    const Vectors normal = load(d, block.normal, at), mirror = load(d, block.mirror, at);
+    const auto is_emitter = hn::Lt(slope, zero);
+    const auto cos_o = hn::IfThenElse(is_emitter, one, highest(dot(way, normal)));
+    const auto cos_a = highest(dot(way, mirror));
+    const auto tilt = tilt_of(d, cos_o, normal, mirror, is_emitter);
     const auto left = decay(d, hn::Mul(hn::Load(d, block.fall.data() + at), hn::Sub(one, cos_a)));
     const auto even =
         hn::MulAdd(diffuse, cos_o, bounce_up_to(d, hn::Max(cos_o, zero), bounce, slope));

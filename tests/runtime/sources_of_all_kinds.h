@@ -73,13 +73,13 @@ class SourcesOfAllKinds {
     return unit(philox(12, {i, use, 0, 0})[0]);
   }
 
- private:
   static Vec3f direction(std::uint32_t i, std::uint32_t use) {
     const double z = 2 * at(i, use) - 1, turn = 6.2832 * at(i, use + 1);
     const double flat = std::sqrt(1 - z * z);
     return Vec3f(Vec3(flat * std::cos(turn), z, flat * std::sin(turn)));
   }
 
+ private:
   std::vector<Emitter> emitters_;
   std::vector<Material> materials_;
   std::unique_ptr<SourceField> field_;

@@ -1,0 +1,114 @@
+// shortlist_kernel_test.cpp: which sources of a list are loud enough, by every instruction set.
+#include "runtime/octree/shortlist_kernel.h"
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "runtime/voices/mix_kernel.h"
+#include "tests/runtime/syllables.h"
+
+namespace clamor {
+namespace {
+
+constexpr std::uint32_t kCount = 300, kSignals = 5;
+constexpr float kLongest_s = 1.5f;
+
+struct ShortlistOn : ::testing::TestWithParam<std::string> {
+  ShortlistOn() { force_mix_kernel(GetParam()); }  // of all Highway code
+  ~ShortlistOn() override { force_mix_kernel(""); }
+};
+INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, ShortlistOn,
+                         ::testing::ValuesIn(mix_kernel_targets()),
+                         [](const auto& target) { return target.param; });
+
+// Some with delays that are not in the table.
+std::vector<ShortlistBlock> some_list(std::uint32_t seed) {
+  std::vector<ShortlistBlock> blocks;
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    const RandomBits a = philox(seed, {i, 0, 0, 0}), b = philox(seed, {i, 1, 0, 0});
+    const std::size_t at = i % kSieveBlock;
+    if (at == 0) blocks.emplace_back().ceiling.fill(-1);
+    ShortlistBlock& block = blocks.back();
+    block.ceiling[at] = static_cast<float>(std::pow(2.0, 12 * unit(a[0])));
+    block.delay_s[at] = static_cast<float>(2 * unit(a[1]) - 0.1);
+    block.signal[at] = a[2] % kSignals;
+    block.source[at] = ShortlistBlock::packed(i, i);
+    block.mix[at] = BandMix::from_packed(b[0] & b[1]);
+  }
+  return blocks;
+}
+
+// By the table, band by band.
+float share_of(const SharesNow& table, const ShortlistBlock& block, std::size_t at) {
+  const float delay_s = block.delay_s[at];
+  const auto row = static_cast<std::size_t>(block.signal[at]) * table.row();
+  const auto last = static_cast<float>(table.row() - 1);
+  const float column = std::clamp(std::floor(delay_s * SharesNow::kPerS) + 1, 0.0f, last);
+  const BandShares& now = table.data()[row + static_cast<std::size_t>(column)];
+  Bands shares;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    shares[b] = now.share * static_cast<float>(now.parts[b]) / BandShares::kWhole;
+  return block.mix[at].of(shares);
+}
+
+TEST_P(ShortlistOn, FindsWhatIsLoudEnoughByItsOwnBands) {
+  std::vector<TimedEnvelope> sounds;
+  for (std::uint32_t s = 0; s < kSignals; ++s) sounds.push_back(testing::syllables(s));
+  const SignalWeights weights = make_signal_weights(sounds);
+  std::size_t found = 0, left_out = 0;
+  for (std::uint32_t seed = 0; seed < 60; ++seed) {
+    const std::vector<ShortlistBlock> blocks = some_list(seed);
+    SharesNow table;
+    table.tabulate(weights.tracks, 3 + 0.1 * seed, kLongest_s, 0.005f);
+    LoudEntries loud;
+    loud.make_room(kSieveBlock * blocks.size());
+    const std::size_t end = loud_now(blocks, 1, table, {}, loud.from(0));
+    std::size_t next = 0;
+    for (std::uint32_t e = 0; e < kCount; ++e) {
+      const ShortlistBlock& block = blocks[e / kSieveBlock];
+      const float share = share_of(table, block, e % kSieveBlock);
+      const float now = block.ceiling[e % kSieveBlock] * share;
+      if (std::abs(now - 1) < 1e-5f) continue;  // either will do
+      if (now < 1) {
+        ++left_out;
+        continue;
+      }
+      while (next < end && loud.entry[next] < e) ++next;
+      ASSERT_LT(next, end);
+      ASSERT_EQ(loud.entry[next], e) << seed;
+      ASSERT_NEAR(loud.share[next] / share, 1, 1e-5) << seed;
+      ++found;
+    }
+    EXPECT_LE(end, found + 1);
+  }
+  EXPECT_GT(found, 3000u);
+  EXPECT_GT(left_out, 3000u);
+}
+
+// Where nothing changes there is no table, nor where it would take too long to make.
+TEST_P(ShortlistOn, FindsWhatIsLoudEnoughAtAnyTimeWhereNoTableIsMade) {
+  const std::vector<ShortlistBlock> blocks = some_list(1);
+  const std::vector<TimedEnvelope> sounds(100, testing::syllables(1));
+  SharesNow of_too_many;
+  of_too_many.tabulate(make_signal_weights(sounds).tracks, 3, 70, 0.005f);
+  for (const SharesNow& table : {SharesNow(), of_too_many}) {
+    LoudEntries loud;
+    loud.make_room(kSieveBlock * blocks.size());
+    const std::size_t end = loud_now(blocks, 100, table, {}, loud.from(0));
+    std::size_t next = 0;
+    for (std::uint32_t e = 0; e < kCount; ++e) {
+      if (blocks[e / kSieveBlock].ceiling[e % kSieveBlock] < 100) continue;
+      ASSERT_LT(next, end);
+      EXPECT_EQ(loud.entry[next], e);
+      EXPECT_EQ(loud.share[next++], 1);
+    }
+    EXPECT_EQ(next, end);
+  }
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,29 @@
+// syllables.h: sounds that are now loud and now silent, and whose bands come and go apart.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "common/random.h"
+#include "runtime/field/signal_weights.h"
+
+namespace clamor::testing {
+
+// A loop of two seconds: silence, then levels of 40 dB more or less every 60 ms, of low bands and
+// of high ones; all are at their loudest in the middle.
+inline TimedEnvelope syllables(std::uint32_t seed) {
+  constexpr std::size_t kMoments = 100;
+  std::vector<std::uint8_t> steps(kBandCount * kMoments);
+  for (std::size_t m = 0; m < kMoments; ++m) {
+    const RandomBits bits = philox(seed, {static_cast<std::uint32_t>(m / 3), 0, 0, 0});
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      steps[b * kMoments + m] =
+          static_cast<std::uint8_t>(m < 20 ? 0 : 170 + 80 * unit(bits[b < kBandCount / 2 ? 0 : 1]));
+  }
+  for (std::size_t b = 0; b < kBandCount; ++b) steps[b * kMoments + 50] = 255;
+  return {*SignalEnvelope::from_steps(same_in_all_bands(1), std::move(steps)),
+          kMoments * kMomentFrames, true};
+}
+
+}  // namespace clamor::testing
