@@ -5,7 +5,8 @@
 // it at 1.5 m/s. In a "plain" scene they play one steady signal and shine evenly; in a "full" one
 // they reflect by the level's materials, each with its own angle of incidence, and play 16 signals
 // that are as loud as speech from moment to moment. `rays_ms` is the part of the keyframe that
-// casts them, `rest_ms` the median of all else; `current` the share of the sources that matter
+// casts them, `rest_ms` the median of all else, which is mostly waiting for memory: `memory_ns` is
+// what one read of it takes; `current` the share of the sources that matter
 // whose look is of the present cell, `hidden` those that nothing is heard of; `free_ms` a keyframe
 // without visibility.
 //
@@ -34,6 +35,7 @@
 #include "runtime/sampling/sampler.h"
 #include "runtime/sight/visibility_cache.h"
 #include "tests/benchmarks/hall_file.h"
+#include "tests/benchmarks/memory_latency.h"
 #include "tests/stored_tree.h"
 
 namespace clamor {
@@ -115,6 +117,7 @@ class KeyframeTimes {
     state.counters["rest_ms"] = rest_ms_[rest_ms_.size() / 2];
     state.counters["rest_mean_ms"] = std::accumulate(rest_ms_.begin(), rest_ms_.end(), 0.0) / count;
     state.counters["rest_p95_ms"] = rest_ms_[rest_ms_.size() * 19 / 20];
+    state.counters["memory_ns"] = testing::memory_latency_ns();
   }
 
  private:
