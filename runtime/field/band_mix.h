@@ -32,13 +32,16 @@ class BandMix {
   static BandMix from_packed(std::uint32_t packed) { return BandMix(packed); }
   // No less than these, which are 0 to 1; what is no number counts as 1.
   static BandMix at_least(const Bands& parts) {
-    std::uint32_t packed = 0;
+    std::array<std::int32_t, kBandCount> steps;
     for (std::size_t b = 0; b < kBandCount; ++b) {
       const float root = std::sqrt(parts[b]) * (kMost * kRoundedUp);
-      const std::uint32_t step =
-          root < kMost ? static_cast<std::uint32_t>(std::ceil(root)) : std::uint32_t{kMost};
-      packed |= step << (kBits * b);
+      const float step = root < kMost ? root : kMost;
+      steps[b] = static_cast<std::int32_t>(step);
+      steps[b] += static_cast<float>(steps[b]) < step;
     }
+    std::uint32_t packed = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      packed |= static_cast<std::uint32_t>(steps[b]) << (kBits * b);
     return BandMix(packed);
   }
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
+#include <cmath>
 #include <map>
 #include <numbers>
 
@@ -66,10 +66,11 @@ SourceField::Ceiling SourceField::ceiling(const Source& s, const Bands& weight) 
   const auto sum_of = [&](const Bands& bands) {
     float sum = 0;
     for (const float band : bands) sum += band;
-    const bool finite = sum <= std::numeric_limits<float>::max();
-    if (sum > 0 || !finite)
-      for (std::size_t b = 0; b < kBandCount; ++b)
-        parts[b] = finite ? std::max(parts[b], bands[b] / sum) : 1;
+    if (sum == 0) return sum;
+    const float over_sum = 1 / sum;
+    const bool known = std::isnormal(sum) && std::isnormal(over_sum);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      parts[b] = known ? std::max(parts[b], bands[b] * over_sum) : 1;
     return sum * 1.00001f;  // rounding must never make a ceiling too low
   };
   return {sum_of(diffuse), sum_of(bounce), slope, sum_of(lobe), fall, BandMix::at_least(parts)};
