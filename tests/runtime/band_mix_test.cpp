@@ -11,22 +11,12 @@
 #include "bake/octree_builder.h"
 #include "runtime/field/source_weight.h"
 #include "runtime/octree/octree_pool.h"
-#include "tests/runtime/sources_of_all_kinds.h"
+#include "tests/runtime/some_parts.h"
 #include "tests/runtime/syllables.h"
 #include "tests/stored_tree.h"
 
 namespace clamor {
 namespace {
-
-// From 0 to 1, most of them small.
-Bands some_parts(std::uint32_t seed) {
-  Bands parts;
-  for (std::uint32_t b = 0; b < kBandCount; ++b) {
-    const RandomBits bits = philox(seed, {b, 1, 0, 0});
-    parts[b] = bits[0] % 5 == 0 ? 0 : static_cast<float>(std::pow(10, -3 * unit(bits[1])));
-  }
-  return parts;
-}
 
 float shown(const BandShares& shares, std::size_t band) {
   return shares.share * static_cast<float>(shares.parts[band]) / BandShares::kWhole;
@@ -34,7 +24,7 @@ float shown(const BandShares& shares, std::size_t band) {
 
 TEST(BandMix, IsNoLessThanItsPartsAndLittleMore) {
   for (std::uint32_t seed = 0; seed < 1000; ++seed) {
-    const Bands parts = some_parts(seed);
+    const Bands parts = testing::some_parts(seed);
     const BandMix mix = BandMix::from_packed(BandMix::at_least(parts).packed());
     for (std::size_t b = 0; b < kBandCount; ++b) {
       EXPECT_GE(mix.part(b), parts[b]);
@@ -50,7 +40,7 @@ TEST(BandMix, IsNoLessThanItsPartsAndLittleMore) {
 
 TEST(BandMix, OfSharesIsNoMoreThanTheLoudest) {
   for (std::uint32_t seed = 0; seed < 1000; ++seed) {
-    const Bands parts = some_parts(seed), shares = some_parts(seed + 5000);
+    const Bands parts = testing::some_parts(seed), shares = testing::some_parts(seed + 5000);
     float sum = 0;
     for (std::size_t b = 0; b < kBandCount; ++b) sum += parts[b] * shares[b];
     const float most = *std::max_element(shares.begin(), shares.end());
@@ -62,7 +52,7 @@ TEST(BandMix, OfSharesIsNoMoreThanTheLoudest) {
 
 TEST(BandShares, AreNoLessThanWhatTheyStandFor) {
   for (std::uint32_t seed = 0; seed < 1000; ++seed) {
-    const Bands shares = some_parts(seed);
+    const Bands shares = testing::some_parts(seed);
     const BandShares bytes = BandShares::at_least(shares);
     EXPECT_EQ(bytes.share, *std::max_element(shares.begin(), shares.end()));
     for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -135,7 +125,7 @@ TEST(SignalWeights, SeenAheadAreAtLeastWhatIsSeenWhenTheTimeHasCome) {
       const double time_s = 6 * unit(bits[0]) - 1, ahead_s = 0.6 * unit(bits[1]);
       const auto delay_s = static_cast<float>(1.5 * unit(bits[2]));
       const float give_s = 0.002f;
-      const BandMix mix = BandMix::at_least(some_parts(i));
+      const BandMix mix = BandMix::at_least(testing::some_parts(i));
       const float most = track.most_share(mix, time_s, delay_s, give_s, ahead_s);
       float expected = 0;
       for (double t = 0; t <= ahead_s; t += 0.005)
@@ -147,38 +137,6 @@ TEST(SignalWeights, SeenAheadAreAtLeastWhatIsSeenWhenTheTimeHasCome) {
     }
     // Known in steps of 160 ms, and of each band apart.
     EXPECT_LT(excess, 0.3 * sum);
-  }
-}
-
-// Whatever bands are heard, in any direction.
-TEST(SourceField, KnowsOfWhichBandsItsCeilingsAreMade) {
-  const testing::SourcesOfAllKinds level({1, 2, 3});
-  const Bands weight = {1, 2, 3, 4, 5, 4, 3, 2};
-  const SourceField& field = level.field();
-  for (std::uint32_t s = 0; s < testing::SourcesOfAllKinds::kCount; ++s) {
-    Source source = level[s];
-    if (source.is_emitter) source.mirror = source.normal;
-    const SourceField::Ceiling ceiling = field.ceiling(source, weight);
-    const Bands most = field.most_towards_any(source);
-    const double all = ceiling.diffuse + ceiling.bounce + static_cast<double>(ceiling.lobe);
-    double sum = 0;
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-      const double part = weight[b] * static_cast<double>(most[b]) / all;
-      ASSERT_GE(ceiling.mix.part(b), part * (1 - 1e-5)) << s << " " << b;
-      sum += ceiling.mix.part(b);
-    }
-    if (!source.is_emitter && source.material <= 1) {
-      ASSERT_LT(sum, 1.5) << "of one law for all bands: no more than rounding";
-    }
-    for (std::uint32_t i = 0; i < 3; ++i) {
-      const Vec3 place =
-          Vec3(source.position_m) + 7.0 * Vec3(testing::SourcesOfAllKinds::direction(s, 20 + i));
-      const Bands shares = some_parts(3 * s + i);
-      const double now = weighed_sum(weighed(weight, shares), field.intensity(source, place));
-      const SieveSource sieved = sieve_source(field, weight, source);
-      const double at_any_time = sieve_ceiling(sieved, place) * std::max(source.u, kLeastU);
-      ASSERT_LE(now, at_any_time * ceiling.mix.of(shares) * (1 + 1e-5)) << s;
-    }
   }
 }
 

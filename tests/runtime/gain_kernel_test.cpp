@@ -9,6 +9,7 @@
 
 #include "common/random.h"
 #include "runtime/voices/octave_bank.h"
+#include "tests/runtime/instruction_sets.h"
 
 namespace clamor {
 namespace {
@@ -23,11 +24,9 @@ std::array<Bands, kEars> some_gains(std::uint32_t seed) {
   return gains;
 }
 
-class GainKernel : public ::testing::TestWithParam<std::string> {
- protected:
-  void SetUp() override { force_mix_kernel(GetParam()); }
-  void TearDown() override { force_mix_kernel(""); }
-};
+using GainKernel = testing::OnInstructionSet;
+INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, GainKernel, testing::every_instruction_set(),
+                         testing::instruction_set_name);
 
 TEST_P(GainKernel, GivesEachBusTheSumOverOctavesThatItsMatrixSays) {
   const BusGains buses = BusGains::of(OctaveBank::bus_gains());
@@ -109,8 +108,6 @@ TEST_P(GainKernel, ColoursAVoiceBetweenThreeDirectionsAndAddsItsPowerToThem) {
         EXPECT_NEAR(powers[k][e][b],
                     before[k][e][b] + kShares[k] * mean_square[b] * own[e][b] * own[e][b], 1e-6);
 }
-
-INSTANTIATE_TEST_SUITE_P(AllInstructionSets, GainKernel, ::testing::ValuesIn(mix_kernel_targets()));
 
 }  // namespace
 }  // namespace clamor

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/runtime/instruction_sets.h"
 #include "tests/runtime/sources_of_all_kinds.h"
 
 namespace clamor {

@@ -8,6 +8,7 @@
 #include "common/random.h"
 #include "runtime/voices/mix_kernel.h"
 #include "tests/runtime/heads.h"
+#include "tests/runtime/instruction_sets.h"
 #include "tests/runtime/keyframe_reference.h"
 #include "tests/sanitized.h"
 
@@ -142,9 +143,7 @@ TEST(KeyframeMaker, MakesTheVoicesThatThePlainWayMakes) {
 }
 
 TEST(KeyframeMaker, MakesTheSameVoicesWhateverTheInstructionSet) {
-  struct Guard {
-    ~Guard() { force_mix_kernel(""); }
-  } guard;
+  const testing::KernelGuard guard;
   std::vector<std::vector<Voice>> first;
   for (const std::string& target : mix_kernel_targets()) {
     force_mix_kernel(target);

@@ -9,14 +9,12 @@
 #include <gtest/gtest.h>
 
 #include "runtime/voices/mix_reference.h"
+#include "tests/runtime/instruction_sets.h"
 
 namespace clamor {
 namespace {
 
-// The best kernel again when a test ends, however it ends.
-struct KernelGuard {
-  ~KernelGuard() { force_mix_kernel(""); }
-};
+using testing::KernelGuard;
 
 const MixMode kModes[] = {
     {Interpolation::kLinear, 1, false}, {Interpolation::kLinear, 2, false},

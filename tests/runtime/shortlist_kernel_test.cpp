@@ -8,34 +8,30 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "runtime/voices/mix_kernel.h"
+#include "tests/runtime/instruction_sets.h"
 #include "tests/runtime/syllables.h"
 
 namespace clamor {
 namespace {
 
-constexpr std::uint32_t kCount = 300, kSignals = 5;
+constexpr std::uint32_t kListed = 300, kSounds = 5;
 constexpr float kLongest_s = 1.5f;
 
-struct ShortlistOn : ::testing::TestWithParam<std::string> {
-  ShortlistOn() { force_mix_kernel(GetParam()); }  // of all Highway code
-  ~ShortlistOn() override { force_mix_kernel(""); }
-};
-INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, ShortlistOn,
-                         ::testing::ValuesIn(mix_kernel_targets()),
-                         [](const auto& target) { return target.param; });
+using ShortlistOn = testing::OnInstructionSet;
+INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, ShortlistOn, testing::every_instruction_set(),
+                         testing::instruction_set_name);
 
 // Some with delays that are not in the table.
 std::vector<ShortlistBlock> some_list(std::uint32_t seed) {
   std::vector<ShortlistBlock> blocks;
-  for (std::uint32_t i = 0; i < kCount; ++i) {
+  for (std::uint32_t i = 0; i < kListed; ++i) {
     const RandomBits a = philox(seed, {i, 0, 0, 0}), b = philox(seed, {i, 1, 0, 0});
     const std::size_t at = i % kSieveBlock;
     if (at == 0) blocks.emplace_back().ceiling.fill(-1);
     ShortlistBlock& block = blocks.back();
     block.ceiling[at] = static_cast<float>(std::pow(2.0, 12 * unit(a[0])));
     block.delay_s[at] = static_cast<float>(2 * unit(a[1]) - 0.1);
-    block.signal[at] = a[2] % kSignals;
+    block.signal[at] = a[2] % kSounds;
     block.source[at] = ShortlistBlock::packed(i, i);
     block.mix[at] = BandMix::from_packed(b[0] & b[1]);
   }
@@ -57,7 +53,7 @@ float share_of(const SharesNow& table, const ShortlistBlock& block, std::size_t 
 
 TEST_P(ShortlistOn, FindsWhatIsLoudEnoughByItsOwnBands) {
   std::vector<TimedEnvelope> sounds;
-  for (std::uint32_t s = 0; s < kSignals; ++s) sounds.push_back(testing::syllables(s));
+  for (std::uint32_t s = 0; s < kSounds; ++s) sounds.push_back(testing::syllables(s));
   const SignalWeights weights = make_signal_weights(sounds);
   std::size_t found = 0, left_out = 0;
   for (std::uint32_t seed = 0; seed < 60; ++seed) {
@@ -68,7 +64,7 @@ TEST_P(ShortlistOn, FindsWhatIsLoudEnoughByItsOwnBands) {
     loud.make_room(kSieveBlock * blocks.size());
     const std::size_t end = loud_now(blocks, 1, table, {}, loud.from(0));
     std::size_t next = 0;
-    for (std::uint32_t e = 0; e < kCount; ++e) {
+    for (std::uint32_t e = 0; e < kListed; ++e) {
       const ShortlistBlock& block = blocks[e / kSieveBlock];
       const float share = share_of(table, block, e % kSieveBlock);
       const float now = block.ceiling[e % kSieveBlock] * share;
@@ -100,7 +96,7 @@ TEST_P(ShortlistOn, FindsWhatIsLoudEnoughAtAnyTimeWhereNoTableIsMade) {
     loud.make_room(kSieveBlock * blocks.size());
     const std::size_t end = loud_now(blocks, 100, table, {}, loud.from(0));
     std::size_t next = 0;
-    for (std::uint32_t e = 0; e < kCount; ++e) {
+    for (std::uint32_t e = 0; e < kListed; ++e) {
       if (blocks[e / kSieveBlock].ceiling[e % kSieveBlock] < 100) continue;
       ASSERT_LT(next, end);
       EXPECT_EQ(loud.entry[next], e);

@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <condition_variable>
-#include <mutex>
-#include <numbers>
 #include <random>
 #include <thread>
 
@@ -16,97 +13,21 @@
 #include "runtime/mixing/mixer.h"
 #include "runtime/realtime/touch_stack.h"
 #include "runtime/voices/octave_bank.h"
+#include "tests/runtime/played_tones.h"
 #include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
 
-constexpr std::uint64_t kSecond_frames = kSampleRate_hz;
-
-// Full-band and without layers: what comes out is gain times signal, so that garbage shows.
-constexpr MixMode kPlain{.eight_bands = false};
-
-// Slow tones that are never twice the same.
-float sample_at(std::size_t signal, std::uint64_t frame) {
-  const auto t = static_cast<double>(frame) / kSampleRate_hz;
-  return static_cast<float>(0.4 * std::sin(2 * std::numbers::pi * (110 + 7 * double(signal)) * t) *
-                            (1.2 + std::sin(0.7 * t)));
-}
-
-Signal sound(std::size_t number, const SignalShape& shape) {
-  Signal signal{"sound", {}, shape.loop};
-  for (std::uint64_t i = 0; i < shape.frames; ++i) signal.samples.push_back(sample_at(number, i));
-  return signal;
-}
-
-SoundBlocks::Decode decoder(const std::vector<SignalShape>& shapes) {
-  return [shapes](std::size_t signal, std::size_t block) -> Result<std::vector<float>> {
-    const SignalBlock where = signal_block(shapes[signal].frames, block);
-    std::vector<float> samples;
-    for (std::uint64_t i = 0; i < where.frames; ++i)
-      samples.push_back(sample_at(signal, where.first + i));
-    return samples;
-  };
-}
-
-Voice voice(std::uint32_t slot, std::uint32_t signal, double delay_s, float gain = 1) {
-  Voice one;
-  one.slot = slot;
-  one.signal = signal;
-  one.delay_frames.fill(delay_s * kSampleRate_hz);
-  for (Bands& ear : one.gain) ear.fill(gain);
-  return one;
-}
-
-// A mixer whose keyframes say the same for as long as they are made, with a loader or without.
-class Playing {
- public:
-  Playing(std::span<const PreparedSignal> signals, std::vector<Voice> voices, const MixMode& mode,
-          SoundLoader* loader = nullptr)
-      : loader_(loader), mixer_(signals, voices.size(), mode) {
-    keyframe_.voices = std::move(voices);
-    begin();
-  }
-
-  // The next segment's left ear, by a keyframe or, without one, held.
-  std::vector<float> segment(bool keyframe = true, bool wait = true) {
-    std::vector<float> both(2 * kKeyframeFrames), left;
-    if (keyframe && loader_ != nullptr) loader_->play(keyframe_.voices);
-    for (int done = 0; done < kKeyframeFrames;) {
-      if (mixer_.wants_keyframe()) {
-        if (loader_ != nullptr) pass(wait);
-        keyframe ? mixer_.load(keyframe_) : mixer_.hold();
-      }
-      const int steps = mixer_.steps_left();
-      mixer_.mix(both.data() + 2 * done, steps);
-      done += steps * kStepFrames;
-    }
-    for (std::size_t i = 0; i < both.size(); i += 2) left.push_back(both[i]);
-    return left;
-  }
-
-  Mixer& mixer() { return mixer_; }
-
- private:
-  void begin() {
-    if (loader_ != nullptr) {
-      loader_->play(keyframe_.voices);
-      pass(true);
-    }
-    mixer_.begin(keyframe_, 0);
-  }
-
-  // Memory is given back only after a pass, and what waits for it comes after that.
-  void pass(bool wait) {
-    loader_->pass(mixer_.clock_frames());
-    for (int i = 0; wait && i < 2000 && !loader_->wait(0.005); ++i)
-      loader_->pass(mixer_.clock_frames());
-  }
-
-  SoundLoader* const loader_;
-  Keyframe keyframe_;
-  Mixer mixer_;
-};
+using testing::bend;
+using testing::decoder;
+using testing::kMostBend;
+using testing::kPlain;
+using testing::kSecond_frames;
+using testing::Playing;
+using testing::sample_at;
+using testing::sound;
+using testing::tone_voice;
 
 std::uint64_t resident_bytes(std::span<const std::byte> memory) {
   const std::size_t page = SoundMemory::page_bytes();
@@ -115,17 +36,6 @@ std::uint64_t resident_bytes(std::span<const std::byte> memory) {
   return page * static_cast<std::uint64_t>(
                     std::count_if(present.begin(), present.end(), [](auto p) { return p & 1; }));
 }
-
-// The largest bend of a curve, per frame squared.
-float bend(const std::vector<float>& curve) {
-  float most = 0;
-  for (std::size_t i = 2; i < curve.size(); ++i)
-    most = std::max(most, std::abs(curve[i] - 2 * curve[i - 1] + curve[i - 2]));
-  return most;
-}
-// Of the tones above, by whose second derivative, and of a gain that begins to slide over 960
-// frames from nothing to twice their height.
-constexpr float kMostBend = 0.88f * (2.0e-4f + 2.5f / kKeyframeFrames);
 
 TEST(LongSound, MadeInPiecesIsWhatItIsMadeWhole) {
   for (const bool loop : {true, false}) {
@@ -167,8 +77,9 @@ TEST(SoundLoader, SoundsAsIfAllWereDecodedOverTheEndsOfPiecesLoopsAndSounds) {
   std::vector<Signal> sounds;
   for (std::size_t s = 0; s < shapes.size(); ++s) sounds.push_back(sound(s, shapes[s]));
   // Of both long sounds the beginning, the middle and the end within the first 4 seconds.
-  const std::vector<Voice> voices = {voice(0, 0, 1.5),   voice(1, 0, 14),  voice(2, 1, 1),
-                                     voice(3, 1, -20.5), voice(4, 1, -10), voice(5, 2, 3)};
+  const std::vector<Voice> voices = {tone_voice(0, 0, 1.5), tone_voice(1, 0, 14),
+                                     tone_voice(2, 1, 1),   tone_voice(3, 1, -20.5),
+                                     tone_voice(4, 1, -10), tone_voice(5, 2, 3)};
   for (const bool plain : {false, true}) {
     if (testing::kSanitized && !plain) continue;  // slow
     const MixMode mode = plain ? kPlain : MixMode{};
@@ -193,7 +104,8 @@ TEST(SoundLoader, KeepsToItsBudgetThroughHalfAnHourOfSoundAndCountsWhatTheKernel
   SoundLoader loader(shapes, {}, kPlain, decoder(shapes), {kBudget, true}, 2, 2);
   EXPECT_GT(loader.memory().size(), 1'000'000'000u);
   EXPECT_EQ(resident_bytes(loader.memory()), 0u);
-  const std::vector<Voice> voices = {voice(0, 0, 0), voice(1, 1, -600), voice(2, 2, -1790)};
+  const std::vector<Voice> voices = {tone_voice(0, 0, 0), tone_voice(1, 1, -600),
+                                     tone_voice(2, 2, -1790)};
   Playing streamed(loader.signals(), voices, kPlain, &loader);
   const int seconds = testing::kSanitized ? 10 : 25;
   for (int k = 0; k < 50 * seconds; ++k) {
@@ -218,122 +130,6 @@ TEST(SoundLoader, KeepsToItsBudgetThroughHalfAnHourOfSoundAndCountsWhatTheKernel
   EXPECT_GT(statistics.bytes, kBudget / 4);
 }
 
-// What decodes, and stands still while it is told to.
-struct Stall {
-  std::mutex mutex;
-  std::condition_variable changed;
-  bool stalled = false;
-  int waiting = 0;
-
-  void set(bool now) {
-    const std::lock_guard lock(mutex);
-    stalled = now;
-    changed.notify_all();
-  }
-  // Whether the loader stands still now: all that it decoded before is here.
-  bool holds() {
-    const std::lock_guard lock(mutex);
-    return waiting > 0;
-  }
-  SoundBlocks::Decode around(SoundBlocks::Decode decode) {
-    return [this, decode](std::size_t signal, std::size_t block) {
-      std::unique_lock lock(mutex);
-      ++waiting;
-      changed.wait(lock, [this] { return !stalled; });
-      --waiting;
-      lock.unlock();
-      return decode(signal, block);
-    };
-  }
-};
-
-TEST(SoundLoader, ThatStallsHoldsVoicesBackInSilenceAndTheirSoundReturnsWithoutAClick) {
-  const std::vector<SignalShape> shapes = {{600 * kSecond_frames, true}};
-  Stall stall;
-  SoundLoader loader(shapes, {}, kPlain, stall.around(decoder(shapes)), {20'000'000, true}, 2);
-  const std::vector<Voice> voices = {voice(0, 0, -5)};
-  Playing streamed(loader.signals(), voices, kPlain, &loader);
-  std::vector<float> heard;
-  const auto play = [&](int segments, bool wait) {
-    for (int k = 0; k < segments; ++k) {
-      const auto part = streamed.segment(true, wait);
-      heard.insert(heard.end(), part.begin(), part.end());
-    }
-  };
-  play(20, true);
-  stall.set(true);
-  while (!stall.holds()) play(1, true);
-  play(600, false);  // 12 s, of which some are decoded
-  const std::uint64_t late = streamed.mixer().late_voices();
-  EXPECT_GT(late, 100u);
-  stall.set(false);
-  play(1, true);
-  play(100, true);
-  EXPECT_LE(streamed.mixer().late_voices(), late + 1);
-  // Exactly the sound, exactly silence, or on a slope between them.
-  EXPECT_LT(bend(heard), kMostBend);
-  std::size_t silent = 0, sounding = 0, between = 0;
-  for (std::size_t i = 0; i < heard.size(); ++i) {
-    const float expected = sample_at(0, i + 5 * kSecond_frames);
-    if (heard[i] == 0)
-      ++silent;
-    else if (std::abs(heard[i] - expected) < 1e-5f)
-      ++sounding;
-    else
-      ++between;
-    ASSERT_LE(std::abs(heard[i]), std::abs(expected) + 1e-5f) << i;
-  }
-  EXPECT_GT(silent, 100u * kKeyframeFrames);
-  EXPECT_GT(sounding, 200u * kKeyframeFrames);
-  EXPECT_LE(between, 2u * kKeyframeFrames + 10);
-}
-
-TEST(SoundLoader, GoesOnWithTheClockWhileTheSamplerStandsStill) {
-  const std::vector<SignalShape> shapes = {{30 * kSecond_frames, true}};
-  SoundLoader loader(shapes, {}, kPlain, decoder(shapes), {3'000'000, true}, 2);
-  Playing streamed(loader.signals(), {voice(0, 0, 3)}, kPlain, &loader);
-  for (std::uint64_t k = 0; k < 400; ++k) {
-    const auto heard = streamed.segment(k < 5);
-    for (std::uint64_t i = 0; i < heard.size(); ++i) {
-      const std::uint64_t frame = 27 * kSecond_frames + k * kKeyframeFrames + i;
-      ASSERT_NEAR(heard[i], sample_at(0, frame % shapes[0].frames), 1e-5) << k << " " << i;
-    }
-  }
-  EXPECT_EQ(streamed.mixer().late_voices(), 0u);
-  EXPECT_GE(loader.statistics().loaded, 3u);
-}
-
-TEST(SoundLoader, ThatStallsTooWhileTheSamplerDoesEndsInSilenceWithoutAClick) {
-  const std::vector<SignalShape> shapes = {{40 * kSecond_frames, true}, {kSecond_frames, true}};
-  Stall stall;
-  SoundLoader loader(shapes, {}, kPlain, stall.around(decoder(shapes)), {20'000'000, true}, 2);
-  const std::vector<Voice> voices = {voice(0, 0, 0), voice(1, 1, 0, 0.25f)};
-  Playing streamed(loader.signals(), voices, kPlain, &loader);
-  std::vector<float> heard;
-  const auto play = [&](int segments, bool keyframe, bool wait) {
-    for (int k = 0; k < segments; ++k) {
-      const auto part = streamed.segment(keyframe, wait);
-      heard.insert(heard.end(), part.begin(), part.end());
-    }
-  };
-  play(20, true, true);
-  stall.set(true);
-  play(600, false, false);
-  // The short one goes on.
-  const float* const last = &heard[heard.size() - kKeyframeFrames];
-  for (int i = 0; i < kKeyframeFrames; ++i) {
-    const std::uint64_t frame = (heard.size() - kKeyframeFrames + static_cast<std::size_t>(i));
-    ASSERT_NEAR(last[i], 0.25f * sample_at(1, frame % kSecond_frames), 1e-5) << i;
-  }
-  stall.set(false);
-  play(1, true, true);
-  play(20, true, true);
-  EXPECT_LT(bend(heard), 2 * kMostBend);
-  const std::uint64_t frame = heard.size() - 1;
-  EXPECT_NEAR(heard.back(), sample_at(0, frame) + 0.25f * sample_at(1, frame % kSecond_frames),
-              1e-5);
-}
-
 TEST(SoundLoader, SilencesWhatNeedsADamagedBlockAndNothingElse) {
   const std::vector<SignalShape> shapes = {{60 * kSecond_frames, true},
                                            {60 * kSecond_frames, true}};
@@ -344,8 +140,8 @@ TEST(SoundLoader, SilencesWhatNeedsADamagedBlockAndNothingElse) {
   };
   SoundLoader loader(shapes, {}, kPlain, damaged, {20'000'000, true}, 2);
   SoundLoader sane(shapes, {}, kPlain, decode, {20'000'000, true}, 2);
-  const std::vector<Voice> voices = {voice(0, 0, -14), voice(1, 1, 0)};
-  const std::vector<Voice> other = {voice(0, 1, 0)};
+  const std::vector<Voice> voices = {tone_voice(0, 0, -14), tone_voice(1, 1, 0)};
+  const std::vector<Voice> other = {tone_voice(0, 1, 0)};
   Playing all(sane.signals(), voices, kPlain, &sane),
       streamed(loader.signals(), voices, kPlain, &loader),
       alone(sane.signals(), other, kPlain, &sane);
@@ -374,7 +170,7 @@ TEST(SoundLoader, WithTooLittleMemoryPlaysTheLoudestAndSaysSo) {
   SoundLoader loader(shapes, {}, kPlain, decoder(shapes), {3'000'000, true}, 2);
   std::vector<Voice> voices;
   for (std::uint32_t s = 0; s < 8; ++s)
-    voices.push_back(voice(s, s, -100 * static_cast<double>(s) - 1, s == 5 ? 1.0f : 0.01f));
+    voices.push_back(tone_voice(s, s, -100 * static_cast<double>(s) - 1, s == 5 ? 1.0f : 0.01f));
   Playing streamed(loader.signals(), voices, kPlain, &loader);
   double energy = 0, of_loudest = 0;
   for (int k = 0; k < 100; ++k)
@@ -402,11 +198,12 @@ TEST(SoundLoader, HandsPiecesOverWhileVoicesJumpAboutWithoutAStepOrAPageFault) {
   Keyframe keyframe;
   const auto jump = [&](Voice& one) {
     const auto slot = one.slot;
-    one = voice(slot, random() % 4, -static_cast<double>(random() % 900), 1.0f / kVoices);
+    one = tone_voice(slot, random() % 4, -static_cast<double>(random() % 900), 1.0f / kVoices);
     one.starts = true;
     one.start_delay_frames = one.delay_frames;
   };
-  for (std::uint32_t s = 0; s < kVoices; ++s) jump(keyframe.voices.emplace_back(voice(s, 0, 0)));
+  for (std::uint32_t s = 0; s < kVoices; ++s)
+    jump(keyframe.voices.emplace_back(tone_voice(s, 0, 0)));
   mixer.begin(keyframe, 0);
   std::vector<float> both(2 * kMostFrames);
   float last = 0, most_step = 0, loudest = 0;

@@ -10,79 +10,27 @@
 #include <gtest/gtest.h>
 
 #include "common/air.h"
-#include "common/random.h"
 #include "runtime/field/source_weight.h"
 #include "runtime/octree/shortlist_kernel.h"
 #include "runtime/octree/source_page.h"
 #include "runtime/sampling/sampler.h"
-#include "runtime/voices/mix_kernel.h"
+#include "tests/runtime/instruction_sets.h"
+#include "tests/runtime/scattered_sources.h"
 
 namespace clamor {
 namespace {
 
-Vec3 direction(const RandomBits& bits) {
-  return glm::normalize(Vec3(unit(bits[0]), unit(bits[1]), unit(bits[2])) - 0.4999);
-}
-
-// Emitters and secondary sources of materials from Lambert to mirror-like, scattered over
-// `spread_m` round `middle_m`.
-struct Scattered {
-  Scattered(std::uint64_t seed, std::uint32_t count, double spread_m, const Vec3& middle_m) {
-    for (const float exponent : {0.0f, 3.0f, 20.0f, 100.0f, 1000.0f}) {
-      Material& material = materials.emplace_back();
-      material.scattering = same_in_all_bands(exponent > 3 ? 0.0f : 0.3f);
-      material.phong = same_in_all_bands(exponent);
-      material.phong[3] = exponent / 2;  // bands of one material differ
-      Emitter& emitter = emitters.emplace_back();
-      emitter.directivity = same_in_all_bands(exponent);
-      emitter.directivity[5] = exponent / 3;
-    }
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const RandomBits a = philox(seed, {i, 0, 0, 0}), b = philox(seed, {i, 1, 0, 0}),
-                       c = philox(seed, {i, 2, 0, 0}), d = philox(seed, {i, 3, 0, 0});
-      Source& source = sources.emplace_back();
-      source.position_m =
-          Vec3f(middle_m + spread_m * (Vec3(unit(a[0]), unit(a[1]), unit(a[2])) - 0.5));
-      source.normal = Vec3f(direction(b));
-      source.mirror = Vec3f(direction(c));
-      if (dot(source.normal, source.mirror) < 0) source.mirror = -source.mirror;
-      for (std::size_t band = 0; band < kBandCount; ++band)
-        source.power[band] = static_cast<float>(std::pow(10, -4 * unit(d[0]) - 0.1 * band));
-      source.patch_radius_m = static_cast<float>(unit(d[1]));
-      source.u = static_cast<float>(unit_above_zero(d[2]));
-      source.emitter = d[3] % 5;
-      source.material = static_cast<std::uint16_t>(d[3] / 8 % 5);
-      source.is_emitter = d[3] / 64 % 6 == 0;
-      if (source.is_emitter) source.mirror = source.normal;
-    }
-  }
-
-  std::vector<SieveSource> sieve_sources(const SourceField& field) const {
-    std::vector<SieveSource> sieved;
-    for (const Source& source : sources) sieved.push_back(sieve_source(field, weight, source));
-    return sieved;
-  }
-
-  std::vector<Material> materials;
-  std::vector<Emitter> emitters;
-  std::vector<Source> sources;
-  Bands weight = {1, 2, 3, 4, 5, 4, 3, 2};
-};
-
 // In the midst of the sources, beside them, far off, and on one of them.
-Vec3 somewhere(const Scattered& level, double spread_m, const Vec3& middle_m, std::uint32_t i) {
+Vec3 somewhere(const testing::ScatteredSources& level, double spread_m, const Vec3& middle_m,
+               std::uint32_t i) {
   if (i % 5 == 0) return Vec3(level.sources[i % level.sources.size()].position_m);
   const RandomBits bits = philox(77, {i, 0, 0, 0});
-  return middle_m + spread_m * std::pow(10, 2 * unit(bits[3]) - 1) * direction(bits);
+  return middle_m + spread_m * std::pow(10, 2 * unit(bits[3]) - 1) * testing::direction(bits);
 }
 
-struct SourceSieveOn : ::testing::TestWithParam<std::string> {
-  SourceSieveOn() { force_mix_kernel(GetParam()); }  // of all Highway code
-  ~SourceSieveOn() override { force_mix_kernel(""); }
-};
-INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, SourceSieveOn,
-                         ::testing::ValuesIn(mix_kernel_targets()),
-                         [](const auto& target) { return target.param; });
+using SourceSieveOn = testing::OnInstructionSet;
+INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, SourceSieveOn, testing::every_instruction_set(),
+                         testing::instruction_set_name);
 
 TEST_P(SourceSieveOn, LetsEverySourceThroughThatReachesTheThresholdAndFewMore) {
   struct Place {
@@ -92,7 +40,7 @@ TEST_P(SourceSieveOn, LetsEverySourceThroughThatReachesTheThresholdAndFewMore) {
   for (const Place& where : {Place{10, {0, 0, 0}}, Place{0.01, {5, 6, 7}},
                              Place{300, {-8000, 20, 9000}}, Place{20'000, {0, 0, 0}}})
     for (const std::uint32_t count : {1u, 17u, 300u, 512u}) {
-      const Scattered level(count, count, where.spread_m, where.middle_m);
+      const testing::ScatteredSources level(count, count, where.spread_m, where.middle_m);
       const SourceField field(level.emitters, level.materials, Air{});
       const auto sources = level.sieve_sources(field);
       const SourceSieve sieve(sources);
@@ -132,7 +80,7 @@ TEST_P(SourceSieveOn, LetsEverySourceThroughThatReachesTheThresholdAndFewMore) {
 
 // What a listener asks who means to walk: who might reach the threshold on the way?
 TEST_P(SourceSieveOn, GivesCeilingsThatHoldForAWholeBallIfAsked) {
-  const Scattered level(5, 512, 10, {3, 2, 1});
+  const testing::ScatteredSources level(5, 512, 10, {3, 2, 1});
   const SourceField field(level.emitters, level.materials, Air{});
   const auto sources = level.sieve_sources(field);
   const SourceSieve sieve(sources);
@@ -152,7 +100,7 @@ TEST_P(SourceSieveOn, GivesCeilingsThatHoldForAWholeBallIfAsked) {
     for (std::uint32_t k = 0; k < 40; ++k) {
       const RandomBits step = philox(79, {i, k, 0, 0});
       const Vec3 place =
-          middle + give.place_m * (k % 2 == 0 ? 1.0 : unit(step[3])) * direction(step);
+          middle + give.place_m * (k % 2 == 0 ? 1.0 : unit(step[3])) * testing::direction(step);
       for (std::size_t s = 0; s < 512; ++s) {
         const double ceiling = sieve_ceiling(sources[s], place);
         if (ceiling < threshold) continue;
@@ -186,7 +134,7 @@ double highest_in_ball(const SieveSource& s, const Vec3& middle, double radius_m
 
 // Ceilings that are too high cost the runtime thrice the sources to look at.
 TEST_P(SourceSieveOn, GivesCeilingsForABallThatAreLittleHigherThanWhatIsInIt) {
-  const Scattered level(6, 512, 1, {0, 0, 0});
+  const testing::ScatteredSources level(6, 512, 1, {0, 0, 0});
   const SourceField field(level.emitters, level.materials, Air{});
   const auto sources = level.sieve_sources(field);
   const SourceSieve sieve(sources);
@@ -194,7 +142,7 @@ TEST_P(SourceSieveOn, GivesCeilingsForABallThatAreLittleHigherThanWhatIsInIt) {
   for (std::uint32_t i = 0; i < 40; ++i) {
     const RandomBits bits = philox(80, {i, 0, 0, 0});
     const double away_m = 20, radius_m = unit(bits[3]);
-    const Vec3 middle = away_m * direction(bits);
+    const Vec3 middle = away_m * testing::direction(bits);
     Sifted sifted;
     sieve.sift(middle, 1e-12, sifted, {radius_m, away_m});
     sifted.for_each([&](std::size_t s, double ceiling) {
@@ -211,38 +159,13 @@ TEST_P(SourceSieveOn, GivesCeilingsForABallThatAreLittleHigherThanWhatIsInIt) {
   EXPECT_GT(sharp, 100u);
 }
 
-// What is between them is looked at in vain. Most of a lobe that comes in at a slant is lost at the
-// surface and given back on all sides, but less of it towards the normal.
-TEST(SourceField, GivesCeilingsOfLobesThatAreLittleHigherThanWhatIsHeard) {
-  Scattered level(9, 4000, 1, {0, 0, 0});
-  for (Source& source : level.sources) source.is_emitter = false, source.material = 0;
-  level.materials[0].scattering = same_in_all_bands(0.1f);
-  for (const auto& [exponent, most_db] : {std::pair{3.0f, 1.1}, {20.0f, 0.75}, {100.0f, 1.0}}) {
-    level.materials[0].phong = same_in_all_bands(exponent);
-    const SourceField field(level.emitters, level.materials, Air{});
-    const auto sources = level.sieve_sources(field);
-    double sum_db = 0;
-    std::size_t heard = 0;
-    for (std::uint32_t s = 0; s < sources.size(); ++s) {
-      const Vec3 place = 5.0 * direction(philox(11, {s, 0, 0, 0}));
-      const double priority = weight(field, level.weight, level.sources[s], place) /
-                              std::max(level.sources[s].u, kLeastU);
-      if (priority <= 0) continue;
-      sum_db += 10 * std::log10(sieve_ceiling(sources[s], place) / priority);
-      ++heard;
-    }
-    ASSERT_GT(heard, 1500u);
-    EXPECT_LT(sum_db / static_cast<double>(heard), most_db) << exponent;
-  }
-}
-
 // What a shortlist asks, of any number of sources at once.
 TEST_P(SourceSieveOn, GivesTheSameCeilingsToSourcesOfAShortlist) {
-  const Scattered level(8, 300, 10, {1, 2, 3});
+  const testing::ScatteredSources level(8, 300, 10, {1, 2, 3});
   const SourceField field(level.emitters, level.materials, Air{});
   const auto sources = level.sieve_sources(field);
   for (const std::uint32_t count : {1u, 15u, 16u, 17u, 300u}) {
-    const Vec3 place = Vec3(1, 2, 3) + 12.0 * direction(philox(10, {count, 0, 0, 0}));
+    const Vec3 place = Vec3(1, 2, 3) + 12.0 * testing::direction(philox(10, {count, 0, 0, 0}));
     std::vector<SourceShape> shapes(count);
     for (std::size_t s = 0; s < count; ++s) {
       const SieveSource& source = sources[s];
@@ -269,7 +192,7 @@ TEST_P(SourceSieveOn, GivesTheSameCeilingsToSourcesOfAShortlist) {
 }
 
 TEST_P(SourceSieveOn, GivesCeilingsThatTheFormulaInDoublePrecisionGives) {
-  const Scattered level(3, 512, 10, {1, 2, 3});
+  const testing::ScatteredSources level(3, 512, 10, {1, 2, 3});
   const SourceField field(level.emitters, level.materials, Air{});
   const auto sources = level.sieve_sources(field);
   const SourceSieve sieve(sources);
@@ -277,7 +200,7 @@ TEST_P(SourceSieveOn, GivesCeilingsThatTheFormulaInDoublePrecisionGives) {
   for (std::uint32_t i = 0; i < 40; ++i) {
     // Not on a source, where half a centimetre turns the direction.
     const Vec3 place =
-        Vec3(1, 2, 3) + (i % 2 == 0 ? 20.0 : 7.0) * direction(philox(9, {i, 0, 0, 0}));
+        Vec3(1, 2, 3) + (i % 2 == 0 ? 20.0 : 7.0) * testing::direction(philox(9, {i, 0, 0, 0}));
     Sifted sifted;
     sieve.sift(place, 1e-12, sifted);
     sifted.for_each([&](std::size_t s, double ceiling) {
@@ -294,7 +217,7 @@ TEST_P(SourceSieveOn, GivesCeilingsThatTheFormulaInDoublePrecisionGives) {
 
 TEST(SourcePage, FindsTheSameInAListOfAnyLength) {
   for (const std::uint32_t count : {0u, 1u, 511u, 512u, 513u, 5000u}) {
-    const Scattered level(7, std::max(count, 1u), 10, {0, 0, 0});
+    const testing::ScatteredSources level(7, std::max(count, 1u), 10, {0, 0, 0});
     const SourceField field(level.emitters, level.materials, Air{});
     const std::vector<Bands> weights(1, level.weight);
     std::vector<Source> sources = level.sources;

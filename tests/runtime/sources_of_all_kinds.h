@@ -10,13 +10,8 @@
 #include "common/vec.h"
 #include "formats/level.h"
 #include "runtime/field/source_field.h"
-#include "runtime/voices/mix_kernel.h"
 
 namespace clamor::testing {
-
-struct KernelGuard {
-  ~KernelGuard() { force_mix_kernel(""); }
-};
 
 // In a cube of 20 m: some are where the listener is, or look away, or narrowly towards it.
 class SourcesOfAllKinds {

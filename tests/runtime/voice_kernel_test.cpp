@@ -7,6 +7,7 @@
 
 #include "common/pose.h"
 #include "tests/runtime/heads.h"
+#include "tests/runtime/instruction_sets.h"
 #include "tests/runtime/sources_of_all_kinds.h"
 
 namespace clamor {
