@@ -31,7 +31,7 @@ constexpr double kPlanHold_s = 0.3;   // a new one must hold for at least that
 constexpr double kNodeGive_m = 0.25;  // that a node which is too quiet is not asked again for
 constexpr double kRounds_m = 1e-4;    // places seen from the middle of a plan
 constexpr std::uint32_t kAsksPerLookAhead = 4;
-constexpr std::size_t kPagesAhead = 2, kNodesAhead = 8;
+constexpr std::size_t kPagesAhead = 2, kNodesAhead = 16;
 constexpr std::uint32_t kRest_keyframes = 100;
 constexpr std::size_t kLeastSteps = 256, kParts = 8, kMostPlanned = 1 << 18;
 
@@ -76,11 +76,15 @@ bool OctreePool::look_by_plan(const Vec3& place, double threshold, std::size_t m
   for (std::size_t h = 0; h < heard_.size(); ++h) {
     if (h + 2 * kNodesAhead < heard_.size())
       prefetch_to_read(&node_of(h + 2 * kNodesAhead), sizeof(Plan::Node));
-    if (h + kNodesAhead < heard_.size()) __builtin_prefetch(node_of(h + kNodesAhead).kept);
+    if (h + kNodesAhead < heard_.size()) {
+      const Plan::Node& soon = node_of(h + kNodesAhead);
+      shortlists_.prefetch(soon.list);
+      __builtin_prefetch(soon.kept, 1);
+    }
     const Plan::Node& node = node_of(h);
     shortlists_.use(node.list, looked_at_);
     loader_.use(*node.kept, node.step.most);
-    met_.push_back({node.step, node.page, node.list, threshold, false, true});
+    met_.push_back({node.step, node.sources, node.list, threshold, false, true});
     if (met_.size() == kMostMet) pass_met(found);
     if (found.size() > most) return false;
   }
@@ -149,8 +153,10 @@ void OctreePool::find_lists_to_renew(const Vec3& place, double threshold) {
 void OctreePool::renew_lists(const Vec3& place, double threshold) {
   const auto page_of = [this](std::size_t r) { return plan_.nodes[renewed_[r]].page; };
   for (std::size_t r = 0; r < renewed_.size(); ++r) {
+    if (r + 4 * kPagesAhead < renewed_.size())
+      __builtin_prefetch(&page_of(r + 4 * kPagesAhead)->sources);
     if (r + 2 * kPagesAhead < renewed_.size()) {
-      __builtin_prefetch(&page_of(r + 2 * kPagesAhead)->sources);
+      page_of(r + 2 * kPagesAhead)->sources.prefetch_sieves();
       shortlists_.prefetch_kept(plan_.nodes[renewed_[r + 2 * kPagesAhead]].list);
     }
     if (r + kPagesAhead < renewed_.size()) page_of(r + kPagesAhead)->sources.prefetch();
@@ -259,10 +265,12 @@ void OctreePool::go_a_step(Plan& plan, LastNodes& last) {
     node.offset = entry.page.offset;
     node.page = page;
     node.kept = kept;
-    if (page == nullptr)
+    if (page == nullptr) {
       plan.missing.push_back({&entry, step.first, node.widest});
-    else
+    } else {  // who knows the page need not touch it
+      node.sources = known != nullptr ? known->sources : page->sources.data();
       node.list = known != nullptr ? known->list : shortlists_.number_of(step.first);
+    }
   }
   if (page == nullptr || entry.sources_below == entry.source_count) return;
   std::uint64_t first = step.first + entry.source_count;

@@ -151,14 +151,14 @@ Source* OctreePool::placed(const Source& stored, const Placement& placement, dou
   return &source;
 }
 
-void OctreePool::add_source(const Step& step, const ResidentPage& page, std::size_t index,
-                            bool leads, std::uint32_t signal, double ceiling, float boost,
-                            double least, std::vector<FoundSource>& found) {
-  const Source* source = &page.sources[index];
+void OctreePool::add_source(const Step& step, const Source* sources, std::size_t index, bool leads,
+                            std::uint32_t signal, double ceiling, float boost, double least,
+                            std::vector<FoundSource>& found) {
+  const Source* source = sources + index;
   const Copy& copy = copies_[step.copy];
   const Boosted boosted(boost, copy.moved ? 0 : strength_, ceiling);
   if (boosted.ceiling < least) return;
-  page.sources.prefetch(index);  // to be weighed
+  SourcePage::prefetch(*source);  // to be weighed
   if (copy.moved) source = placed(*source, copy.placement, leads ? step.lead_key : 0);
   if (source != nullptr)
     found.push_back({source, step.first + index, signal, step.copy, boosted.boost,
@@ -200,7 +200,8 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
     }
     const bool leads = step.lead_key > 0 && page->leader == ResidentPage::Leader::kSource;
     if (leads)
-      add_source(step, *page, 0, true, maps_.signal(copy.map, field_.signal(page->sources[0])),
+      add_source(step, page->sources.data(), 0, true,
+                 maps_.signal(copy.map, field_.signal(page->sources[0])),
                  std::numeric_limits<double>::infinity(),
                  field_.late_boost().at(page->sources[0].delay_s), least, found);
     const MetPage met{page->sources, *step.entry, step.first,
@@ -208,7 +209,8 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
                       maps_,         copy.map};
     const std::size_t list = shortlists_.list_of(met, quiet, looked_at_);
     quiet = quiet.seen_from(copy.place);
-    if (!shortlists_.is_empty(list)) met_.push_back({step, page, list, least, leads, false});
+    if (!shortlists_.is_empty(list))
+      met_.push_back({step, page->sources.data(), list, least, leads, false});
     if (met_.size() == kMostMet) pass_met(found);
     return found.size() <= most;
   };
@@ -233,7 +235,7 @@ void OctreePool::pass_met(std::vector<FoundSource>& found) {
     visited_ += met.planned && &met != last;
     last = &met;
     if (!met.leads || i > 0)
-      add_source(met.step, *met.page, i, false, signal, ceiling, boost, met.least, found);
+      add_source(met.step, met.sources, i, false, signal, ceiling, boost, met.least, found);
   });
   met_.clear();
 }

@@ -116,7 +116,7 @@ class OctreePool final : public SourcePool {
   // A page of which some sources may matter.
   struct Met {
     Step step;
-    const ResidentPage* page = nullptr;
+    const Source* sources = nullptr;  // of the page
     std::size_t list = 0;
     double least = 0;    // in its tree
     bool leads = false;  // its first source is the representative of its copy
@@ -141,6 +141,7 @@ class OctreePool final : public SourcePool {
       double widest = 0;                   // as step.most, wherever the plan holds
       std::uint64_t offset = 0;            // of its page in the file
       const ResidentPage* page = nullptr;  // null: not here
+      const Source* sources = nullptr;     // its, if it is
       PageLoader::Place* kept = nullptr;
       std::size_t list = 0;
     };
@@ -233,7 +234,7 @@ class OctreePool final : public SourcePool {
   void add_copies(const Step& from, const ResidentPage& page, double threshold, const Heard& heard);
   double most_of_lead(const TreeLead& lead, std::uint32_t signal, double lead_key,
                       const Vec3& place, double to_level) const;
-  void add_source(const Step& step, const ResidentPage& page, std::size_t index, bool leads,
+  void add_source(const Step& step, const Source* sources, std::size_t index, bool leads,
                   std::uint32_t signal, double ceiling, float boost, double least,
                   std::vector<FoundSource>& found);
   void note_missing(const Step& step, double most, double to_threshold);

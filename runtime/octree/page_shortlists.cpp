@@ -23,7 +23,7 @@ constexpr float kUsualGive_s = 0.009f;
 constexpr std::uint32_t kTurns = 16;
 // Lists that were not used for so long are dropped, now and then.
 constexpr std::uint32_t kForget_keyframes = 256;
-constexpr std::size_t kFetchAhead = 8, kBlocksAhead = 3;  // lists, blocks of each
+constexpr std::size_t kBlocksAhead = 3;  // of each list
 
 }  // namespace
 
@@ -62,13 +62,11 @@ void PageShortlists::expect(double threshold) {
   lower_ = std::max(lowest_ / threshold, kLeastLower);
 }
 
-// From memory: lists first, and what they have when they have come.
+// From memory, what lists have.
 void PageShortlists::fetch(std::span<const Asked> asked) {
   near_.clear();
-  for (std::size_t a = 0; a < asked.size() + kFetchAhead; ++a) {
-    if (a < asked.size()) prefetch(asked[a].list);
-    if (a < kFetchAhead) continue;
-    const List& list = lists_[asked[a - kFetchAhead].list];
+  for (const Asked& one : asked) {
+    const List& list = lists_[one.list];
     prefetch_to_read(list.blocks.data(),
                      std::min(list.blocks.size(), kBlocksAhead) * sizeof(ShortlistBlock));
     near_.push_back(hidden_ != nullptr ? hidden_->near(list.first) : HiddenNumbers::Near());

@@ -21,6 +21,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -147,16 +148,19 @@ class PageShortlists {
     BandMix mix;
   };
   struct List {
+    explicit List(std::pmr::memory_resource* memory)
+        : blocks(memory), kept(memory), shapes(memory) {}
+
     std::uint64_t first = 0;
     Vec3 place{};
     double give_m = -1;  // how far from there it holds
     double threshold = 0, sifted_until_s = 0, until_s = 0;
     float give_s = 0;
     std::uint32_t used = 0;
-    std::uint32_t count = 0;             // in the blocks
-    std::vector<ShortlistBlock> blocks;  // of those that may be loud enough until `until_s`
-    std::vector<Kept> kept;
-    std::vector<SourceShape> shapes;  // of each that is kept
+    std::uint32_t count = 0;                  // in the blocks
+    std::pmr::vector<ShortlistBlock> blocks;  // of those that may be loud enough until `until_s`
+    std::pmr::vector<Kept> kept;
+    std::pmr::vector<SourceShape> shapes;  // of each that is kept
 
     const SourceShape& shape_of(std::size_t entry) const {
       const ShortlistBlock& block = blocks[entry / kSieveBlock];
@@ -169,7 +173,7 @@ class PageShortlists {
     for (std::size_t at = scattered(first);; ++at) {
       std::uint32_t& slot = slots_[at & (slots_.size() - 1)];
       if (slot == 0) {
-        lists_.emplace_back().first = first;
+        lists_.emplace_back(&memory_).first = first;
         slot = static_cast<std::uint32_t>(lists_.size());
       }
       if (List& list = lists_[slot - 1]; list.first == first) return list;
@@ -213,6 +217,8 @@ class PageShortlists {
   const SourceField& field_;
   const SignalWeights& weights_;
   const HiddenNumbers* hidden_ = nullptr;
+  // Of lists, together, so that they share the translations of few addresses.
+  std::pmr::unsynchronized_pool_resource memory_{std::pmr::pool_options{0, 1 << 16}};
   std::vector<List> lists_;
   std::vector<std::uint32_t> slots_;    // 1 + which list, open addressing, a power of two; 0: free
   SharesNow shares_, wide_shares_;      // of signals whose delays are off by little, and by more

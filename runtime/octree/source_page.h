@@ -34,13 +34,19 @@ class SourcePage {
   const Source& operator[](std::size_t index) const { return sources_[index]; }
   std::size_t bytes() const { return bytes_; }  // of memory
 
-  // What pass() reads first.
+  const Source* data() const { return sources_.data(); }
+
+  // What pass() reads first; and, a little earlier, what leads there.
+  void prefetch_sieves() const {
+    prefetch_to_read(sieves_.data(), sieves_.size() * sizeof(SourceSieve));
+  }
   void prefetch() const {
     for (const SourceSieve& sieve : sieves_) sieve.prefetch();
   }
-  void prefetch(std::size_t index) const {
-    __builtin_prefetch(&sources_[index]);
-    __builtin_prefetch(&sources_[index] + 1);  // it lies across two lines
+  void prefetch(std::size_t index) const { prefetch(sources_[index]); }
+  static void prefetch(const Source& source) {
+    __builtin_prefetch(&source);
+    __builtin_prefetch(&source + 1);  // it lies across two lines
   }
 
   // Calls found(index, ceiling), ascending, for every source whose priority at `place` is at least
