@@ -44,7 +44,7 @@ void for_parts(std::size_t count, const Work& work) {
   });
 }
 
-using OctantCounts = std::array<std::size_t, 8>;
+using OctantCounts = std::array<std::uint64_t, 8>;
 
 // A cube of space and the sources that are still to be placed in it: a range of one of two arrays;
 // the same range of the other is free.
@@ -126,10 +126,15 @@ class Sorter {
   }
 
   // A leaf, or one of a chain of nodes where space is divided no further. Sorting once and for all
-  // keeps a long chain from costing the square of its length.
+  // keeps a long chain from costing the square of its length. In a leaf of several octants, sources
+  // of equal keys stand octant by octant.
   static OctantCounts chain(Cell& cell, Entry* entries, std::uint32_t* placed) {
     const auto higher = [](const Entry& a, const Entry& b) { return a.rank() > b.rank(); };
-    if (!cell.sorted) tbb::parallel_sort(entries, entries + cell.count, higher);
+    const auto higher_key = [](const Entry& a, const Entry& b) { return a.key_bits > b.key_bits; };
+    if (cell.count <= kLeafSources && !cell.sorted)
+      std::stable_sort(entries, entries + cell.count, higher_key);
+    else if (!cell.sorted)
+      tbb::parallel_sort(entries, entries + cell.count, higher);
     cell.sorted = true;
     for (std::size_t i = 0; i < cell.own(); ++i) placed[i] = entries[i].place;
     return {cell.count - cell.own()};
@@ -161,13 +166,20 @@ std::vector<std::size_t> make_nodes(Sorter& sorter, const Cell& root,
     std::vector<Cell> below;
     for (std::size_t i = 0; i < level.size(); ++i) {
       const Cell& cell = level[i];
+      const auto firsts = first_octants(octants[i]);
       std::size_t first = cell.first + cell.own();
       for (std::size_t o = 0; o < 8; ++o) {
-        if (octants[i][o] == 0) continue;
-        nodes[first_node + i].children[o] = static_cast<std::uint32_t>(nodes.size() + below.size());
-        below.push_back({cell.cube.child(o), first, octants[i][o],
-                         cell.sorted ? cell.array : 1 - cell.array, cell.sorted});
-        first += octants[i][o];
+        const std::size_t count = octants[i][o];
+        if (count == 0) continue;
+        if (firsts[o] == o) {
+          nodes[first_node + i].children[o] =
+              static_cast<std::uint32_t>(nodes.size() + below.size());
+          below.push_back({cell.cube.child(o), first, count,
+                           cell.sorted ? cell.array : 1 - cell.array, cell.sorted});
+        } else {
+          below.back().count += count;
+        }
+        first += count;
       }
     }
     level = std::move(below);

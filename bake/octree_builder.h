@@ -9,13 +9,32 @@
 // source; that is 2.1 times the list. A list that does not fit: octree_streaming.h.
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "formats/source_octree.h"
 
 namespace clamor {
 
-// The key here is the power summed over bands, over u. Sources with equal keys keep their order.
+// Of each octant, by the sources that are handed to it, the first one of its child.
+inline std::array<std::size_t, 8> first_octants(const std::array<std::uint64_t, 8>& counts) {
+  std::array<std::size_t, 8> firsts{};
+  std::uint64_t together = 0;
+  for (std::size_t o = 0, first = 0; o < 8; ++o) {
+    if (together == 0 || together + counts[o] > kLeafSources) {
+      first = o;
+      together = 0;
+    }
+    firsts[o] = first;
+    together += counts[o];
+  }
+  return firsts;
+}
+
+// The key here is the power summed over bands, over u. Sources with equal keys keep their order, in
+// a leaf of several octants octant by octant.
 // Fewer than 2^32 sources.
 SourceOctree build_octree(std::vector<Source> sources);
 

@@ -53,6 +53,7 @@ class Streamer {
     std::vector<Source> own;
     auto octants = divide(std::move(sources), cube, own);
     if (!octants.ok()) return octants.error();
+    if (const auto done = join_leaves(*octants); !done.ok()) return done.error();
     Parts parts;
     for (std::size_t o = 0; o < 8; ++o) {
       if ((*octants)[o].count() == 0) continue;
@@ -120,6 +121,20 @@ class Streamer {
     for (SourceSpill& octant : octants)
       if (const auto done = octant.flush(); !done.ok()) return done.error();
     return octants;
+  }
+
+  // Octants that are a leaf together are moved to the first of them.
+  Result<void> join_leaves(std::vector<SourceSpill>& octants) const {
+    std::array<std::uint64_t, 8> counts{};
+    for (std::size_t o = 0; o < 8; ++o) counts[o] = octants[o].count();
+    const auto firsts = first_octants(counts);
+    for (std::size_t o = 0; o < 8; ++o) {
+      if (firsts[o] == o || counts[o] == 0) continue;
+      auto list = read_all(std::exchange(octants[o], SourceSpill(beside_, 1)));
+      if (!list.ok()) return list.error();
+      if (const auto done = octants[firsts[o]].append(*list); !done.ok()) return done;
+    }
+    return {};
   }
 
   // Sources of one place, or of the least cube there is: a chain of nodes, each with the highest

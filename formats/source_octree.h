@@ -6,7 +6,9 @@
 // first of a node represents all that the node contains, and the top of the tree is an importance
 // sample of the level. One node is one page. Leaves may be larger because there are more of them
 // than of all others: at 512 those of a stadium held 180 sources on average and took 0.3 bytes more
-// for each.
+// for each. And octants that follow each other are one leaf as long as they have no more than one
+// may hold: ten million sources in Sponza take 16 100 pages instead of 28 741 and 2 % less, and a
+// keyframe a tenth less.
 #pragma once
 
 #include <algorithm>
@@ -48,7 +50,7 @@ struct OctreeCube {
     return {(low_m + high_m) / 2.0, std::max({size.x, size.y, size.z}) / 2, 0};
   }
 
-  // Which child holds a position.
+  // Which octant holds a position.
   std::size_t octant_of(const Vec3& position_m) const {
     if (depth >= kDeepest) return 0;
     return (position_m.x >= centre_m.x ? 1u : 0u) | (position_m.y >= centre_m.y ? 2u : 0u) |
@@ -79,7 +81,9 @@ struct OctreeNode : NodeSummary {
                                            kNoNode, kNoNode, kNoNode, kNoNode};
   std::uint64_t first_source = 0;                        // into SourceOctree::sources
   std::uint32_t first_instance = 0, instance_count = 0;  // into SourceOctree::instances
-  bool divides_space = true;                             // its children are the octants of its cube
+  // Its children are the octants of its cube: each has its own, and those after it up to the next
+  // child's, which are a leaf together then.
+  bool divides_space = true;
 };
 
 // Children come after their parent; node 0 is the root. Empty when there are no sources. Copies of

@@ -24,17 +24,16 @@ struct SerialCell {
 
 // Takes the highest keys out of the cell, in descending order; the rest stay, in list order.
 inline std::vector<std::uint32_t> take_highest(SerialCell& cell, const std::vector<float>& keys) {
-  const auto higher = [&keys](std::uint32_t a, std::uint32_t b) {
-    return keys[a] != keys[b] ? keys[a] > keys[b] : a < b;
-  };
   auto& all = cell.indices;
-  const auto taken = all.size() <= kLeafSources ? all.size() : kNodeSources;
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(taken);
-  if (middle != all.end()) std::nth_element(all.begin(), middle, all.end(), higher);
-  std::sort(all.begin(), middle, higher);
-  std::vector<std::uint32_t> highest(all.begin(), middle);
-  all.erase(all.begin(), middle);
-  std::sort(all.begin(), all.end());
+  std::vector<std::uint32_t> highest = all;
+  std::stable_sort(highest.begin(), highest.end(),
+                   [&keys](std::uint32_t a, std::uint32_t b) { return keys[a] > keys[b]; });
+  highest.resize(all.size() <= kLeafSources ? all.size() : kNodeSources);
+  std::vector<std::uint32_t> taken = highest, rest;
+  std::sort(taken.begin(), taken.end());
+  for (const std::uint32_t index : all)
+    if (!std::binary_search(taken.begin(), taken.end(), index)) rest.push_back(index);
+  all = std::move(rest);
   return highest;
 }
 
@@ -69,10 +68,17 @@ inline SourceOctree build_octree_serially(std::vector<Source> sources) {
     std::array<std::vector<std::uint32_t>, 8> octants;
     for (const auto index : cell.indices)
       octants[cell.cube.octant_of(Vec3(sources[index].position_m))].push_back(index);
+    // Each octant as a leaf with those before it, if it fits.
+    std::vector<std::uint32_t>* before = nullptr;
     for (std::size_t o = 0; o < 8; ++o) {
       if (octants[o].empty()) continue;
+      if (before != nullptr && before->size() + octants[o].size() <= kLeafSources) {
+        before->insert(before->end(), octants[o].begin(), octants[o].end());
+        continue;
+      }
       node.children[o] = static_cast<std::uint32_t>(cells.size());
       cells.push_back({cell.cube.child(o), std::move(octants[o])});
+      before = &cells.back().indices;
     }
     tree.nodes.push_back(node);
   }

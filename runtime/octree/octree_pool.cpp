@@ -240,7 +240,9 @@ void OctreePool::pass_met(std::vector<FoundSource>& found) {
   met_.clear();
 }
 
-// Down through the cubes that hold the source, to the first page that is missing and matters.
+// Down through the cubes that hold the source, to the first page that is missing and matters. A
+// child has the octants up to the next one's: those that are empty below stand for it as well,
+// which is as right, since all that is there is here.
 double OctreePool::unseen_key(const FoundSource& found, double tau) {
   // A copy that is not walked has no other source that could reach the threshold.
   if (most_missed_ < tau || found.copy == kNoCopy) return 0;
@@ -255,8 +257,9 @@ double OctreePool::unseen_key(const FoundSource& found, double tau) {
     const std::size_t octant = cube.octant_of(position_m);
     entry = nullptr;
     for (const PageEntry& child : page->links.children)
-      if (child.octant == octant) entry = &child;
-    cube = cube.child(octant);
+      if (child.octant <= octant && (entry == nullptr || child.octant > entry->octant))
+        entry = &child;
+    if (entry != nullptr) cube = cube.child(entry->octant);
   }
   return 0;
 }

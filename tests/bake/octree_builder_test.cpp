@@ -98,6 +98,30 @@ TEST(Octree, NodesBoundAllThatLiesBelowThem) {
   }
 }
 
+TEST(Octree, JoinsOctantsThatAreALeafTogether) {
+  const auto tree = build_octree(testing::wall_sources(200'000));
+  const auto is_leaf = [&](std::uint32_t n) {
+    return std::all_of(tree.nodes[n].children.begin(), tree.nodes[n].children.end(),
+                       [](std::uint32_t child) { return child == kNoNode; });
+  };
+  std::size_t leaves = 0, in_leaves = 0;
+  for (const OctreeNode& node : tree.nodes) {
+    std::uint32_t before = kNoNode;
+    for (const std::uint32_t child : node.children) {
+      if (child == kNoNode) continue;
+      if (is_leaf(child)) {
+        ++leaves;
+        in_leaves += tree.nodes[child].source_count;
+        if (before != kNoNode && is_leaf(before)) {
+          EXPECT_GT(tree.nodes[before].source_count + tree.nodes[child].source_count, kLeafSources);
+        }
+      }
+      before = child;
+    }
+  }
+  EXPECT_GT(in_leaves, 500 * leaves);  // an octant each, they have a third of that
+}
+
 TEST(Octree, TakesAnyNumberOfSourcesInOnePlace) {
   auto sources = random_sources(5000);
   for (Source& source : sources) source.position_m = {1, 2, 3};

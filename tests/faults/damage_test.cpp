@@ -26,7 +26,7 @@ constexpr int kFlips = kSanitized ? 5'000 : 100'000;
 
 // Several pages, signals of no more than a few bytes.
 BakeContents small_contents() {
-  BakeContents contents = baked_contents(60);
+  BakeContents contents = baked_contents(150);
   for (Signal& signal : contents.signals) signal.samples.resize(200, 0.25f);
   return contents;
 }

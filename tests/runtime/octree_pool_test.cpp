@@ -272,10 +272,10 @@ TEST(OctreePool, TakesInNodesThatTurnOutToHaveNothing) {
 }
 
 // What is heard with pages down to some depth alone, over what all sources give, per seed.
-std::vector<double> heard_with_depth(int deepest, int seeds) {
+std::vector<double> heard_with_depth(int deepest, int seeds, std::uint32_t sources = 30'000) {
   std::vector<double> ratios;
   for (int seed = 0; seed < seeds; ++seed) {
-    const Hall hall(100 + static_cast<std::uint64_t>(seed), 30'000);
+    const Hall hall(100 + static_cast<std::uint64_t>(seed), sources);
     const SourceField field = hall.field(LateBoost(seed % 2 == 0 ? 0 : 0.6));
     PageLoader loader(hall.trees.fetch(field, hall.weights, deepest), PageBudget{1'000'000'000});
     OctreePool pool(field, hall.weights, hall.trees.tops(), {}, loader);
@@ -305,6 +305,13 @@ void expect_unbiased(const std::vector<double>& ratios, double within_db) {
 
 TEST(OctreePool, WithItsFirstPageAloneIsAsLoudAsWithAll) {
   expect_unbiased(heard_with_depth(0, 100), 1.5);
+}
+
+// Below the first page there is one leaf, of all octants.
+TEST(OctreePool, WithoutALeafOfSeveralOctantsIsAsLoudAsWithIt) {
+  constexpr std::uint32_t kSources = kNodeSources + kLeafSources - 100;
+  EXPECT_EQ(Hall(100, kSources).trees.page_count(), 2u);
+  expect_unbiased(heard_with_depth(0, 100, kSources), 1);
 }
 
 TEST(OctreePool, WithThreeLevelsOfPagesIsAsLoudAsWithAllAndSurer) {
