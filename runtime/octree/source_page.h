@@ -3,7 +3,8 @@
 // Lets only those through that could reach a priority at a place, by ceilings of distance and
 // direction (source_sieve.h). In any order of the sources it is as exact, and only slower.
 //
-// Immutable once made. Memory: 170 bytes per source.
+// Immutable once made. Memory: 170 bytes per source. Not in huge pages (madvise): with ten million
+// sources they make a keyframe 5 % quicker besides its rays and first loading a fifth slower.
 #pragma once
 
 #include <cstddef>
