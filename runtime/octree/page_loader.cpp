@@ -95,8 +95,13 @@ void PageLoader::count_what_is_here() {
   shared_->statistics.bytes = bytes_;
 }
 
+// A forged file may say of one page that it is two, of different sources.
+bool PageLoader::Place::is_of(const PageEntry& entry) const {
+  return page != nullptr && page->sources.size() == entry.source_count;
+}
+
 bool PageLoader::load_now(const PageEntry& entry) {
-  if (is_here(entry)) return true;
+  if (is_here(entry) || has_failed(entry)) return is_here(entry);
   auto content = fetch_(entry);
   const std::lock_guard lock(shared_->mutex);
   ++shared_->statistics.asked;
@@ -108,12 +113,12 @@ bool PageLoader::load_now(const PageEntry& entry) {
 
 const ResidentPage* PageLoader::find(const PageEntry& entry) const {
   const auto slot = slots_.find(entry.page.offset);
-  return slot == slots_.end() ? nullptr : slot->second.page.get();
+  return slot == slots_.end() || !slot->second.is_of(entry) ? nullptr : slot->second.page.get();
 }
 
 bool PageLoader::has_failed(const PageEntry& entry) const {
   const auto slot = slots_.find(entry.page.offset);
-  return slot != slots_.end() && slot->second.page == nullptr;
+  return slot != slots_.end() && !slot->second.is_of(entry);
 }
 
 bool PageLoader::begin_sample() {
@@ -164,6 +169,7 @@ const ResidentPage* PageLoader::use(const PageEntry& entry, double urgency) {
     ++late_;
     return nullptr;
   }
+  if (!found->second.is_of(entry)) return nullptr;
   use(found->second, urgency);
   return found->second.page.get();
 }
@@ -179,7 +185,7 @@ void PageLoader::use(Place& place, double urgency) {
 
 PageLoader::Place* PageLoader::place_of(const PageEntry& entry) {
   const auto slot = slots_.find(entry.page.offset);
-  return slot == slots_.end() || slot->second.page == nullptr ? nullptr : &slot->second;
+  return slot == slots_.end() || !slot->second.is_of(entry) ? nullptr : &slot->second;
 }
 
 std::size_t PageLoader::how_many_fit(std::span<const WantedPage> most_urgent_first) const {

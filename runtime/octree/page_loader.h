@@ -74,6 +74,7 @@ class PageLoader {
 
    private:
     friend class PageLoader;
+    bool is_of(const PageEntry& entry) const;
     std::unique_ptr<const ResidentPage> page;  // null: it failed
     std::uint64_t bytes = 0;                   // of its memory
     std::uint32_t last_use = 0;                // sample

@@ -20,6 +20,7 @@ class PageLoaderTest : public ::testing::Test {
   static PageEntry at(std::uint64_t page) {
     PageEntry entry;
     entry.page.offset = page;
+    entry.source_count = 100;
     return entry;
   }
 
@@ -62,6 +63,22 @@ TEST_F(PageLoaderTest, BringsWhatWasAskedForAndNothingBefore) {
   EXPECT_EQ(loader.use(at(5), 1), nullptr);
   EXPECT_EQ(loader.statistics().asked, 2u);
   EXPECT_EQ(loader.statistics().loaded, 2u);
+}
+
+// A forged file may name one page twice, with other sources: what is known of some would be asked
+// of others.
+TEST_F(PageLoaderTest, GivesAPageToNoOneWhoTakesItForAnother) {
+  PageLoader loader(fetcher(), PageBudget{1'000'000});
+  ASSERT_TRUE(loader.load_now(at(3)));
+  PageEntry other = at(3);
+  other.source_count = 0;
+  EXPECT_FALSE(loader.load_now(other));
+  EXPECT_TRUE(loader.has_failed(other)) << "nor is it asked for again";
+  EXPECT_EQ(loader.find(other), nullptr);
+  EXPECT_EQ(loader.use(other, 1), nullptr);
+  EXPECT_EQ(loader.place_of(other), nullptr);
+  EXPECT_FALSE(loader.has_failed(at(3)));
+  EXPECT_NE(loader.use(at(3), 1), nullptr);
 }
 
 TEST_F(PageLoaderTest, FetchesTheMostUrgentFirst) {
