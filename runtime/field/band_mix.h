@@ -9,8 +9,8 @@
 //
 // Of words, drums and strings the right side is 5 dB above what is heard on average, since their
 // bands come and go and most sources have two or three of them (10^7 of Sponza, six sounds: 6200
-// sources reach the threshold by the right side, 2700 by the left, 2500 do). Both are stored in
-// bytes, rounded up, which makes 3000 of the 2700.
+// sources reach the threshold by the right side, 2700 by the left, 2500 do). The former are
+// stored in half bytes and the latter in bytes, rounded up, which makes 3000 of the 2700.
 #pragma once
 
 #include <algorithm>

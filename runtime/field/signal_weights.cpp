@@ -9,6 +9,8 @@ namespace clamor {
 
 namespace {
 
+constexpr double kNoMoment = 1e15;  // none is as far from the first
+
 void raise(Bands& most, const Bands& to) {
   for (std::size_t b = 0; b < kBandCount; ++b) most[b] = std::max(most[b], to[b]);
 }
@@ -122,7 +124,9 @@ float LoudnessTrack::most_share(BandMix mix, double time_s, float delay_s, float
                                 double ahead_s) const {
   const double at =
       (time_s - static_cast<double>(delay_s)) * moments_per_s_ - static_cast<double>(first_);
-  const double give = 1e-3 + static_cast<double>(give_s) * moments_per_s_;
+  const double rounds_s = 0x1p-24 * std::abs(static_cast<double>(delay_s));
+  const double give = 1e-3 + (static_cast<double>(give_s) + rounds_s) * moments_per_s_;
+  if (!(std::abs(at) + give < kNoMoment)) return mix.of(shares_of(most_));  // of a forged file
   const auto count = static_cast<std::int64_t>(by_moment_.size());
   auto first = static_cast<std::int64_t>(std::floor(at - give));
   auto last = static_cast<std::int64_t>(std::floor(at + give + ahead_s * moments_per_s_));

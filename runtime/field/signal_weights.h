@@ -69,7 +69,7 @@ class LoudnessTrack {
   void shares_by_delay(double time_s, double per_s, double give_s,
                        std::span<BandShares> shares) const;
   // No less than what is heard of a source of such a mix, as a share of the loudest it ever is,
-  // from a time until `ahead_s` later.
+  // from a time until `ahead_s` later. A delay is rounded to a float, `give_s` comes on top.
   float most_share(BandMix mix, double time_s, float delay_s, float give_s, double ahead_s) const;
 
   // The highest of each band from one time to another, and at any time.

@@ -103,7 +103,8 @@ void OctreePool::begin(const Vec3& place, double time_s) {
   shortlists_.begin(place, time_s, loudest_, until_s_);
 }
 
-// For a while, and wherever lists that are made in that while hold.
+// For a while, and wherever lists that are made in that while hold: they are made up to that far
+// from here, their middles are nearly as far ahead, and they hold as far round those.
 void OctreePool::bound_signals(const Vec3& place, double time_s) {
   around_ = place;
   from_s_ = time_s;
@@ -111,7 +112,7 @@ void OctreePool::bound_signals(const Vec3& place, double time_s) {
   const PageEntry& top = trees_.back();
   const Vec3 low(top.low_m), high(top.high_m);
   const double farthest_m = length(place - (low + high) / 2.0) + length(high - low) / 2 +
-                            kPlaceGive_m + 2 * PageShortlists::kMostGive_m;
+                            kPlaceGive_m + 3 * PageShortlists::kMostGive_m;
   const double longest_s =
       top.most_delay_s + farthest_m / field_.speed_of_sound_mps() + kGiveInTime_s;
   std::vector<Bands> audible;

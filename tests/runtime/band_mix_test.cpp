@@ -140,6 +140,27 @@ TEST(SignalWeights, SeenAheadAreAtLeastWhatIsSeenWhenTheTimeHasCome) {
   }
 }
 
+// A float of an hour is off by a tenth of a millisecond, of a day by four.
+TEST(SignalWeights, SeenAheadHoldForAnEmitterThatBeginsAfterADay) {
+  const TimedEnvelope sound = testing::syllables(1);
+  const LoudnessTrack track = track_of(sound, sound.frames, false);
+  for (const double begins_s : {0.0, 3600.0, 80'000.0})
+    for (std::uint32_t i = 0; i < 40'000; ++i) {
+      const RandomBits bits = philox(9, {i, 0, 0, 0});
+      const double delay_s = begins_s + 0.5 * unit(bits[0]);
+      const double time_s = delay_s + 6 * unit(bits[1]) - 0.5;
+      const BandMix mix = BandMix::at_least(testing::some_parts(i));
+      const float most =
+          track.most_share(mix, time_s, static_cast<float>(delay_s), 4e-6f, 0.5 * unit(bits[2]));
+      ASSERT_GE(most, mix.of(shares_at(track, time_s - delay_s))) << begins_s << " " << i;
+    }
+  Bands whole;
+  whole.fill(1);
+  const BandMix mix = BandMix::at_least(testing::some_parts(1));
+  for (const float delay_s : {std::numeric_limits<float>::infinity(), std::nanf(""), -1e30f})
+    EXPECT_GE(track.most_share(mix, 1, delay_s, 4e-6f, 0.1), mix.of(whole)) << delay_s;
+}
+
 // Of sounds whose bands come and go apart, most that the loudest band would let through are too
 // quiet: a pool that goes by that finds half as
 // many again.
