@@ -207,7 +207,7 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
                  field_.late_boost().at(page->sources[0].delay_s), least, found);
     const MetPage met{page->sources, *step.entry, step.first,
                       copy.place,    least,       copy.moved ? &copy.placement : nullptr,
-                      maps_,         copy.map};
+                      maps_,         copy.map,    copy.off_m};
     const std::size_t list = shortlists_.list_of(met, quiet, looked_at_);
     quiet = quiet.seen_from(copy.place);
     if (!shortlists_.is_empty(list))
@@ -227,8 +227,10 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
 
 void OctreePool::pass_met(std::vector<FoundSource>& found) {
   asked_lists_.clear();
-  for (const Met& met : met_)
-    asked_lists_.push_back({met.list, copies_[met.step.copy].place, met.least});
+  for (const Met& met : met_) {
+    const Copy& copy = copies_[met.step.copy];
+    asked_lists_.push_back({met.list, copy.place, met.least, copy.off_m});
+  }
   const Met* last = nullptr;
   shortlists_.pass(asked_lists_, [&](std::size_t m, std::size_t i, std::uint32_t signal,
                                      double ceiling, float boost) {

@@ -89,8 +89,9 @@ class OctreePool final : public SourcePool {
   // Nodes and copies in the walks of a keyframe. A billion sources and 20 000 voices take a fifth
   // of them; a forged file, in which copies double again and again, would take any number.
   static constexpr std::uint64_t kMostSteps = 1 << 20;
-  // What turning and moving a copy's sources may round.
-  static constexpr double kTurned = 1e-5;
+  // What turning and moving a copy's sources may round; and how far off they are of that, for each
+  // metre that the listener is from the origin.
+  static constexpr double kTurned = 1e-5, kOffPerM = 0x1p-23;
   // Pages whose lists are fetched from memory before they are passed.
   static constexpr std::size_t kMostMet = 64;
 
@@ -102,6 +103,7 @@ class OctreePool final : public SourcePool {
     double to_threshold = 1;  // there, of a threshold here
     std::uint32_t map = SignalMaps::kNone;
     bool moved = false;  // not simply the level
+    double off_m = 0;    // as MetPage's
   };
 
   // A node to visit. Where the representative of its copy is in it or below, that has `lead_key`.

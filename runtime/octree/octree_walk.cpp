@@ -115,6 +115,7 @@ void OctreePool::add_copies(const Step& from, const ResidentPage& page, double t
     inner.placement.scale = outer.placement.scale * stands.scale;
     inner.to_threshold = outer.to_threshold * stands.scale * stands.scale /
                          std::max(stands.power, 1e-300) * (1 - kTurned);
+    inner.off_m = kOffPerM * length(place_) / inner.placement.scale;
     const double lead_key = key / stands.power, least = threshold * inner.to_threshold;
     const TreeLead* const lead = leads_.of(instance.tree);
     const double rest_key = lead != nullptr ? lead->rest_key : std::max<double>(lead_key, 0);

@@ -13,7 +13,8 @@ struct Reach {
 };
 constexpr Reach kReach{1.0 / 20, 0.15, 0.9}, kReachOfFew{1.0 / 12, 0.25, 0.75},
     kReachOfNone{1.0 / 8, 0.4, 0.6};
-constexpr double kAhead = 0.85;  // of how far they hold, their middles are
+constexpr double kAhead = 0.85;     // of how far they hold, their middles are
+constexpr double kRounds_m = 2e-6;  // a shape's way, single precision, of lists that hold for 8 m
 constexpr std::uint32_t kFew = kSieveBlock / 2;
 constexpr double kQuiet = 0.5;   // all signals, if none is louder soon than that share of its most
 constexpr double kHold_s = 0.4;  // and up to twice as long
@@ -103,7 +104,9 @@ void PageShortlists::ask_for_ceilings(std::span<const Asked> asked) {
     ceilings_.resize(loud_count_);
   }
   std::size_t l = 0;
+  double off_m = 0;
   for (std::size_t a = 0; a < asked.size(); ++a) {
+    off_m = std::max(off_m, asked[a].off_m);
     const List& list = lists_[asked[a].list];
     const Vec3f moved_m(asked[a].place - list.place);
     for (; l < ends_[a]; ++l) {
@@ -111,7 +114,8 @@ void PageShortlists::ask_for_ceilings(std::span<const Asked> asked) {
       here_[l].position_m -= moved_m;
     }
   }
-  ceilings_here(std::span(here_).first(loud_count_), ceilings_.data());
+  ceilings_here(std::span(here_).first(loud_count_), static_cast<float>(off_m + kRounds_m),
+                ceilings_.data());
 }
 
 void PageShortlists::rehash(std::size_t size) {
@@ -146,7 +150,7 @@ std::size_t PageShortlists::sift(List& list, const MetPage& page, double away_m,
   widest_s_ = std::max(widest_s_, list.give_s);
   list.shapes.clear();
   list.kept.clear();
-  const SieveGive give{list.give_m, std::max(away_m, 1 / scale)};
+  const SieveGive give{list.give_m + page.off_m, std::max(away_m, 1 / scale)};
   return page.sources.pass(
       list.place, list.threshold / (all_quiet ? loudest_ : 1),
       [&](std::size_t index, double most, const SievePart& part) {

@@ -50,6 +50,7 @@ struct MetPage {
   const Placement* placement = nullptr;  // of the tree's copy; null: the level itself
   const SignalMaps& maps;
   std::uint32_t map = SignalMaps::kNone;
+  double off_m = 0;  // how far off its sources may be heard: the level rounds where they are
 };
 
 class PageShortlists {
@@ -111,11 +112,12 @@ class PageShortlists {
     prefetch_to_read(one.kept.data(), one.kept.size() * sizeof(Kept));
     __builtin_prefetch(one.blocks.data());
   }
-  // A list, the listener's place in its tree's space, and the threshold there.
+  // A list, the listener's place in its tree's space, and the threshold there; `off_m` as
+  // MetPage's.
   struct Asked {
     std::size_t list = 0;
     Vec3 place{};
-    double threshold = 0;
+    double threshold = 0, off_m = 0;
   };
   // Calls found(which of `asked`, index in its page, signal, ceiling, boost), ascending, for each
   // source whose priority may be the threshold or more at this moment, by what is known of what

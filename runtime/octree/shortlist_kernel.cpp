@@ -18,7 +18,7 @@ namespace {
 
 constexpr float kRounds = 4e-6f;   // a few operations of single precision
 constexpr float kSlack = 1.0005f;  // the exponential, and sums
-constexpr float kOnIt2_m2 = 1e-8f;
+constexpr float kOnIt2_m2 = 1e-8f, kOnItOff2 = 1e4f;
 
 using Integers = hn::RebindToSigned<Tag>;
 
@@ -34,15 +34,19 @@ HWY_INLINE Vectors gather(const Vec3f& of_first) {
 }
 
 // Of the priority at any time.
-HWY_INLINE Vector ceilings_of(const SourceShape& first) {
+HWY_INLINE Vector ceilings_of(const SourceShape& first, float off_m) {
   const Tag d;
-  const auto one = hn::Set(d, 1.0f), zero = hn::Zero(d), rounds = hn::Set(d, kRounds);
+  const auto one = hn::Set(d, 1.0f), zero = hn::Zero(d), off = hn::Set(d, off_m);
   const Vectors position = gather(first.position_m);
   const Vectors way = {hn::Neg(position.x), hn::Neg(position.y), hn::Neg(position.z)};
   const auto r2 = dot(way, way);
-  const auto near2 = hn::Max(hn::Mul(r2, hn::Set(d, 1 - kRounds)), gather(first.radius2_m2));
-  const auto on_it = hn::Lt(r2, hn::Set(d, kOnIt2_m2));
-  const auto over_r = hn::Div(one, hn::Sqrt(hn::Max(r2, hn::Set(d, kOnIt2_m2))));
+  const auto on_it2 = hn::Set(d, std::max(kOnIt2_m2, kOnItOff2 * off_m * off_m));
+  const auto on_it = hn::Lt(r2, on_it2);
+  const auto r = hn::Sqrt(hn::Max(r2, on_it2)), over_r = hn::Div(one, r);
+  const auto near = hn::Sub(hn::Mul(hn::Sqrt(r2), hn::Set(d, 1 - kRounds)), off);
+  const auto near2 = hn::Max(hn::Mul(hn::Max(near, zero), near), gather(first.radius2_m2));
+  // Of a cosine: so much does a way turn that is off.
+  const auto rounds = hn::MulAdd(hn::Mul(off, over_r), hn::Set(d, 1.01f), hn::Set(d, kRounds));
   const Vectors normal = gather(first.normal), mirror = gather(first.mirror);
   const auto slope = gather(first.slope);
   const auto is_emitter = hn::Lt(slope, zero);
@@ -58,16 +62,16 @@ HWY_INLINE Vector ceilings_of(const SourceShape& first) {
   return hn::Div(hn::Mul(hn::Set(d, kSlack), most), near2);
 }
 
-void ceilings_of_all(std::span<const SourceShape> shapes, float* ceilings) {
+void ceilings_of_all(std::span<const SourceShape> shapes, float off_m, float* ceilings) {
   const Tag d;
   std::size_t s = 0;
   for (; s + hn::Lanes(d) <= shapes.size(); s += hn::Lanes(d))
-    hn::StoreU(ceilings_of(shapes[s]), d, ceilings + s);
+    hn::StoreU(ceilings_of(shapes[s], off_m), d, ceilings + s);
   if (s == shapes.size()) return;
   std::array<SourceShape, kSieveBlock> last;
   std::copy(shapes.begin() + static_cast<std::ptrdiff_t>(s), shapes.end(), last.begin());
   HWY_ALIGN float some[kSieveBlock];
-  hn::Store(ceilings_of(last[0]), d, some);
+  hn::Store(ceilings_of(last[0], off_m), d, some);
   std::copy(some, some + (shapes.size() - s), ceilings + s);
 }
 
@@ -190,8 +194,9 @@ namespace clamor {
 namespace {
 HWY_EXPORT(loud_here);
 HWY_EXPORT(ceilings_of_all);
-// So that no keyframe takes longer than a quarter of a millisecond for it.
-constexpr std::size_t kMostDelays = 1 << 12, kMostShares = 1 << 18;
+// So that no keyframe takes longer than a quarter of a millisecond for it. A table of less than
+// half a second is of no use.
+constexpr std::size_t kMostDelays = 1 << 12, kMostShares = 1 << 18, kLeastDelays = 25;
 }  // namespace
 
 std::size_t loud_now(std::span<const ShortlistBlock> blocks, float least, const SharesNow& shares,
@@ -199,22 +204,24 @@ std::size_t loud_now(std::span<const ShortlistBlock> blocks, float least, const 
   return HWY_DYNAMIC_DISPATCH(loud_here)(blocks, least, shares, hidden, loud);
 }
 
-void ceilings_here(std::span<const SourceShape> shapes, float* ceilings) {
-  HWY_DYNAMIC_DISPATCH(ceilings_of_all)(shapes, ceilings);
+void ceilings_here(std::span<const SourceShape> shapes, float off_m, float* ceilings) {
+  HWY_DYNAMIC_DISPATCH(ceilings_of_all)(shapes, off_m, ceilings);
 }
 
 // A row has its first and its last place for delays that are out of its range.
 void SharesNow::tabulate(std::span<const LoudnessTrack> signals, double time_s, float longest_s,
                          float give_s) {
-  const auto delays =
-      std::min(static_cast<std::size_t>(std::max(longest_s, 0.0f) * kPerS) + 2, kMostDelays);
-  row_ = signals.empty() || signals.size() > kMostShares / (delays + 2) ? 0 : delays + 2;
+  const std::size_t most =
+      std::min(kMostShares / std::max<std::size_t>(signals.size(), 1), kMostDelays + 2);
+  const float wanted = std::max(longest_s, 0.0f) * kPerS + 4;
+  row_ = wanted < static_cast<float>(most) ? static_cast<std::size_t>(wanted) : most;
+  if (signals.empty() || most < kLeastDelays) row_ = 0;
   give_s_ = give_s;
   shares_.assign(signals.size() * row_, BandShares::whole());
   if (row_ == 0) return;
   for (std::size_t s = 0; s < signals.size(); ++s)
     signals[s].shares_by_delay(time_s, kPerS, give_s,
-                               std::span(shares_).subspan(s * row_ + 1, delays));
+                               std::span(shares_).subspan(s * row_ + 1, row_ - 2));
 }
 
 }  // namespace clamor

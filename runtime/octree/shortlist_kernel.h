@@ -55,8 +55,8 @@ class SharesNow {
  public:
   static constexpr float kPerS = 50;
 
-  // Of delays up to `longest_s`, each of them off by up to `give_s`; longer ones have all, and so
-  // have all of far too many signals.
+  // Of delays up to `longest_s`, or fewer of many signals, each of them off by up to `give_s`;
+  // longer ones have all, and so have all of far too many signals.
   void tabulate(std::span<const LoudnessTrack> signals, double time_s, float longest_s,
                 float give_s);
   bool hold_for(float give_s) const { return give_s <= give_s_; }
@@ -97,8 +97,9 @@ struct LoudEntries {
 std::size_t loud_now(std::span<const ShortlistBlock> blocks, float least, const SharesNow& shares,
                      const HiddenNumbers::Near& hidden, const LoudEntries::Columns& loud);
 
-// Ceilings of priorities at any time, at one place and nowhere else: what SourceSieve's are where
-// nothing need be given. `position_m` of these is the way to it from the listener.
-void ceilings_here(std::span<const SourceShape> shapes, float* ceilings);
+// Ceilings of priorities at any time, at one place and nowhere else. `position_m` of these is the
+// way to it from the listener, and off by up to `off_m`, less than a hundredth of any way but a
+// short one's: there it is as if it shone from all around.
+void ceilings_here(std::span<const SourceShape> shapes, float off_m, float* ceilings);
 
 }  // namespace clamor

@@ -194,6 +194,46 @@ TEST(Copies, AreSampledAsIfEverySourceOfEachWereInTheLevel) {
   }
 }
 
+// Twenty kilometres from the origin a float is off by a millimetre: a source a hand's breadth away
+// is some percent louder than its copy's own space has it, and its front turns.
+TEST(Copies, ThatAreFarFromTheOriginLeaveOutNoneThatIsAsLoud) {
+  Stadium stadium(31, 10, 1, 1, 0);
+  std::vector<Source> block = stadium.sources_of(3, 4000, {3, 3, 3});
+  draw_numbers_for_copies(block, 4);
+  Instance copy;
+  copy.tree = static_cast<std::uint32_t>(stadium.tops.size());
+  copy.offset_m = {-17'000.123, 50.37, 16'000.456};
+  copy.rotation = turn(0.7);
+  copy.scale = 0.05f;
+  stadium.add(build_octree(std::move(block)));
+  stadium.add(tree_of_copies({copy}, stadium.tops));
+  const SourceField field = stadium.field();
+  const SignalWeights ceilings = highest_over_copies(stadium.weights, stadium.maps);
+  const std::vector<Source> all = stadium.trees.all_sources();
+  const auto signals = stadium.played();
+  PageLoader loader(stadium.trees.fetch(field, ceilings), PageBudget{1'000'000'000});
+  OctreePool pool(field, ceilings, stadium.trees.tops(), stadium.maps, loader);
+  const auto sampler = make_priority_sampler(field, stadium.weights, pool, 100);
+  for (std::uint32_t i = 0; i < 200; ++i) {
+    const RandomBits bits = philox(32, {i, 0, 0, 0});
+    const Vec3 place =
+        Placement{}.then(copy).outside(3.0 * Vec3(unit(bits[0]), unit(bits[1]), unit(bits[2])));
+    double least = 1e300;
+    std::vector<bool> chosen(all.size(), false);
+    const auto priority = [&](std::size_t s) {
+      return weight(field, stadium.weights.by_signal[signals[s]], all[s], place) / all[s].u;
+    };
+    for (const SampledSource& one : testing::whole_sample(*sampler, place)) {
+      least = std::min(least, priority(one.number));
+      chosen[one.number] = true;
+    }
+    for (std::size_t s = 0; s < all.size(); ++s)
+      if (!chosen[s]) {
+        ASSERT_LE(priority(s), least * (1 + 1e-9)) << i << " " << s;
+      }
+  }
+}
+
 // Far fewer voices than copies: nearly every copy is heard through its representative or not at
 // all.
 TEST(Copies, AreAsLoudAsTheirSourcesTogether) {

@@ -85,12 +85,32 @@ TEST_P(ShortlistOn, FindsWhatIsLoudEnoughByItsOwnBands) {
   EXPECT_GT(left_out, 3000u);
 }
 
+// One late sound must not make all others count as at their loudest.
+TEST_P(ShortlistOn, KnowsWhatIsHeardWithUsualDelaysOfHundredsOfSignalsIfSomeAreLate) {
+  const std::vector<TimedEnvelope> sounds(400, testing::syllables(1));
+  const SignalWeights weights = make_signal_weights(sounds);
+  SharesNow whole, cut;
+  whole.tabulate(std::span(weights.tracks).first(kSounds), 3, 2, 0.005f);
+  for (const float longest_s : {200.0f, 1e30f}) {
+    cut.tabulate(weights.tracks, 3, longest_s, 0.005f);
+    ASSERT_GE(cut.row(), 10 * SharesNow::kPerS);
+    for (std::size_t s = 0; s < kSounds; ++s) {
+      for (std::size_t d = 1; d + 1 < whole.row(); ++d)
+        EXPECT_EQ(cut.data()[s * cut.row() + d].share, whole.data()[s * whole.row() + d].share);
+      EXPECT_EQ(cut.data()[(s + 1) * cut.row() - 1].share, 1) << "those that are too late";
+    }
+  }
+}
+
 // Where nothing changes there is no table, nor where it would take too long to make.
 TEST_P(ShortlistOn, FindsWhatIsLoudEnoughAtAnyTimeWhereNoTableIsMade) {
   const std::vector<ShortlistBlock> blocks = some_list(1);
-  const std::vector<TimedEnvelope> sounds(100, testing::syllables(1));
+  const std::vector<std::uint8_t> moment(kBandCount, 255);
+  const std::vector<TimedEnvelope> sounds(
+      20'000, {*SignalEnvelope::from_steps(same_in_all_bands(1), moment), kMomentFrames, true});
   SharesNow of_too_many;
   of_too_many.tabulate(make_signal_weights(sounds).tracks, 3, 70, 0.005f);
+  ASSERT_EQ(of_too_many.row(), 0u);
   for (const SharesNow& table : {SharesNow(), of_too_many}) {
     LoudEntries loud;
     loud.make_room(kSieveBlock * blocks.size());

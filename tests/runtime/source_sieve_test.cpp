@@ -180,7 +180,7 @@ TEST_P(SourceSieveOn, GivesTheSameCeilingsToSourcesOfAShortlist) {
                    source.is_emitter ? -1 : source.slope};
     }
     std::vector<float> ceilings(count + 1, -1);
-    ceilings_here(shapes, ceilings.data());
+    ceilings_here(shapes, 0, ceilings.data());
     for (std::size_t s = 0; s < count; ++s) {
       const double expected = sieve_ceiling(sources[s], place);
       const double in_front = sieve_ceiling(sources[s], Vec3(sources[s].position_m));
@@ -189,6 +189,43 @@ TEST_P(SourceSieveOn, GivesTheSameCeilingsToSourcesOfAShortlist) {
     }
     EXPECT_EQ(ceilings[count], -1) << "and writes no others";
   }
+}
+
+// As those of a copy far from the origin, which are heard from where single precision has them.
+TEST_P(SourceSieveOn, GivesCeilingsToAShortlistThatHoldForSourcesAsFarOffAsItSays) {
+  const testing::ScatteredSources level(11, 400, 1, {0, 0, 0});
+  const SourceField field(level.emitters, level.materials, Air{});
+  const auto sources = level.sieve_sources(field);
+  std::vector<SourceShape> shapes(sources.size());
+  std::vector<float> ceilings(sources.size());
+  std::size_t close = 0;
+  for (const float off_m : {1e-6f, 2e-3f})
+    for (std::uint32_t i = 0; i < 100; ++i) {
+      const Vec3 place = somewhere(level, 1, {0, 0, 0}, i);
+      std::vector<Vec3> at;
+      for (std::uint32_t s = 0; s < shapes.size(); ++s) {
+        const SieveSource& source = sources[s];
+        at.push_back(Vec3(source.position_m) +
+                     0.99 * off_m * testing::direction(philox(12, {i, s, 0, 0})));
+        shapes[s] = {Vec3f(Vec3(source.position_m) - place),
+                     source.normal,
+                     source.mirror,
+                     source.radius_m * source.radius_m,
+                     source.diffuse,
+                     source.bounce,
+                     source.lobe,
+                     source.fall,
+                     source.is_emitter ? -1 : source.slope};
+      }
+      ceilings_here(shapes, off_m, ceilings.data());
+      for (std::size_t s = 0; s < shapes.size(); ++s) {
+        SieveSource there = sources[s];
+        const double expected = sieve_ceiling(there, place - (at[s] - Vec3(there.position_m)));
+        ASSERT_GE(ceilings[s], expected * (1 - 1e-6)) << off_m << " " << i << " " << s;
+        close += ceilings[s] < 1.1 * expected;
+      }
+    }
+  EXPECT_GT(close, 20'000u);
 }
 
 TEST_P(SourceSieveOn, GivesCeilingsThatTheFormulaInDoublePrecisionGives) {
