@@ -81,7 +81,7 @@ class LoudnessTrack {
  private:
   static constexpr Bands kSilence{};
   static constexpr std::int64_t kStretch = 32, kFew = 8;
-  static constexpr std::size_t kReaches = 2;  // of moments around one, to either side
+  static constexpr std::size_t kReaches = 4;  // of moments around one, to either side
 
   Bands shares_of(const Bands& moment) const;
   void bound_shares();

@@ -4,7 +4,8 @@
 // keyframe later it would come by nearly the same. So the next walk is begun early, for all places
 // within a ball that reaches as far ahead as pages are asked for, and done part by part, one with
 // each keyframe; what it finds is a plan: nodes, one after the other. As long as it holds, a
-// keyframe goes through that, and leaves out nodes whose list is empty or whose bound is too low.
+// keyframe goes through that (planned_look.cpp), and leaves out nodes whose list is empty or whose
+// bound is too low.
 //
 // Pages that come are taken in. Pages that go end it, as does whatever changes bounds; and where
 // they go for want of memory, none is made for a while: it would ask for more than fits again.
@@ -25,13 +26,12 @@ namespace {
 constexpr double kPlanReach = 5;  // of the way to where pages are asked for, of half of it
 constexpr double kLeastReach_m = 0.3;
 constexpr double kMostReach_m = 3;
-constexpr double kLower = 0.6;        // than the lowest threshold of late
-constexpr double kFalls = 0.8;        // a threshold, before the next plan is made
-constexpr double kPlanHold_s = 0.3;   // a new one must hold for at least that
-constexpr double kNodeGive_m = 0.25;  // that a node which is too quiet is not asked again for
-constexpr double kRounds_m = 1e-4;    // places seen from the middle of a plan
+constexpr double kLower = 0.6;       // than the lowest threshold of late
+constexpr double kFalls = 0.8;       // a threshold, before the next plan is made
+constexpr double kPlanHold_s = 0.3;  // a new one must hold for at least that
+constexpr double kRounds_m = 1e-4;   // places seen from the middle of a plan
 constexpr std::uint32_t kAsksPerLookAhead = 4;
-constexpr std::size_t kPagesAhead = 2, kNodesAhead = 16;
+constexpr std::size_t kPagesAhead = 2;
 constexpr std::uint32_t kRest_keyframes = 100;
 constexpr std::size_t kLeastSteps = 256, kParts = 8, kMostPlanned = 1 << 18;
 
@@ -56,120 +56,13 @@ void replace(std::vector<T>& all, typename std::vector<T>::iterator one,
 
 }  // namespace
 
-bool OctreePool::look_by_plan(const Vec3& place, double threshold, std::size_t most,
-                              std::vector<FoundSource>& found) {
-  copies_ = plan_.copies;
-  for (Copy& copy : copies_) copy.place = place;
-  const bool renumbered = plan_.lists != shortlists_.numbering();
-  plan_.lists = shortlists_.numbering();
-  if (renumbered)
-    for (Plan::Node& node : plan_.nodes)
-      if (node.page != nullptr) node.list = shortlists_.number_of(node.step.first);
-  find_lists_to_renew(place, threshold);
-  renew_lists(place, threshold);
-  heard_.clear();
-  for (std::uint32_t n = 0; n < plan_.asked.size(); ++n)
-    if (!plan_.asked[n].empty) heard_.push_back(n);
-  const auto node_of = [this](std::size_t h) -> const Plan::Node& {
-    return plan_.nodes[heard_[h]];
-  };
-  for (std::size_t h = 0; h < heard_.size(); ++h) {
-    if (h + 2 * kNodesAhead < heard_.size())
-      prefetch_to_read(&node_of(h + 2 * kNodesAhead), sizeof(Plan::Node));
-    if (h + kNodesAhead < heard_.size()) {
-      const Plan::Node& soon = node_of(h + kNodesAhead);
-      shortlists_.prefetch(soon.list);
-      __builtin_prefetch(soon.kept, 1);
-    }
-    const Plan::Node& node = node_of(h);
-    shortlists_.use(node.list, looked_at_);
-    loader_.use(*node.kept, node.step.most);
-    met_.push_back({node.step, node.sources, node.list, threshold, false, true});
-    if (met_.size() == kMostMet) pass_met(found);
-    if (found.size() > most) return false;
-  }
-  pass_met(found);
-  looked_for_ = threshold;
-  return found.size() <= most;
-}
-
 // Whatever rounds makes it hold for less.
 OctreePool::Plan::Answer::Answer(const Quiet& held, const Vec3& from, bool is_empty)
     : until_s(held.until_s),
       middle_m(held.place - from),
+      give_m(static_cast<float>(held.give_m - kRounds_m)),
       threshold(static_cast<float>(held.threshold * (1 + 1e-6))),
-      empty(is_empty) {
-  const auto give_m = static_cast<float>(held.give_m - kRounds_m);
-  give2_m2 = give_m >= 0 ? give_m * give_m : -1;
-}
-
-// Those that do not hold, of nodes that matter now; and notes what is missing of these. A node of
-// which nothing matters is not asked again for a while.
-void OctreePool::find_lists_to_renew(const Vec3& place, double threshold) {
-  due_.clear();
-  const Vec3f place_m(place - plan_.place);
-  for (std::uint32_t n = 0; n < plan_.asked.size(); ++n)
-    if (!plan_.asked[n].holds(place_m, threshold, time_s_)) due_.push_back(n);
-  renewed_.clear();
-  for (std::size_t d = 0; d < due_.size(); ++d) {
-    if (d + 2 * kNodesAhead < due_.size())
-      prefetch_to_read(&plan_.nodes[due_[d + 2 * kNodesAhead]], sizeof(Plan::Node));
-    if (d + kNodesAhead < due_.size()) {
-      const Plan::Node& soon = plan_.nodes[due_[d + kNodesAhead]];
-      if (soon.page != nullptr) shortlists_.prefetch(soon.list);
-      prefetch_to_read(soon.step.entry, sizeof(PageEntry));
-    }
-    const std::uint32_t n = due_[d];
-    const Plan::Node& node = plan_.nodes[n];
-    Plan::Answer& asked = plan_.asked[n];
-    const auto is_quiet = [&](double give_m, double above) {
-      asked = {{place, give_m, above, until_s_}, plan_.place, true};
-    };
-    asked = {};
-    if (node.widest < threshold) {
-      is_quiet(std::numeric_limits<double>::infinity(), node.widest);
-      asked.by_plan = true;
-      continue;
-    }
-    const bool holds = node.page != nullptr && shortlists_.holds(node.list, place, threshold);
-    if (!holds) {
-      const PageEntry& entry = *node.step.entry;
-      const Copy& copy = copies_[node.step.copy];
-      const double highest = bound(entry, copy, entry.highest_key);
-      if (!(highest > 0 && highest >= threshold)) {
-        is_quiet(kNodeGive_m, bound(entry, copy, entry.highest_key, kNodeGive_m));
-        continue;
-      }
-      if (node.page == nullptr) {
-        loader_.use(entry, highest);  // counts it as late
-        note_missing(node.step, highest, 1);
-        continue;
-      }
-    }
-    renewed_.push_back(n);
-  }
-}
-
-void OctreePool::renew_lists(const Vec3& place, double threshold) {
-  const auto page_of = [this](std::size_t r) { return plan_.nodes[renewed_[r]].page; };
-  for (std::size_t r = 0; r < renewed_.size(); ++r) {
-    if (r + 4 * kPagesAhead < renewed_.size())
-      __builtin_prefetch(&page_of(r + 4 * kPagesAhead)->sources);
-    if (r + 2 * kPagesAhead < renewed_.size()) {
-      page_of(r + 2 * kPagesAhead)->sources.prefetch_sieves();
-      shortlists_.prefetch_kept(plan_.nodes[renewed_[r + 2 * kPagesAhead]].list);
-    }
-    if (r + kPagesAhead < renewed_.size()) page_of(r + kPagesAhead)->sources.prefetch();
-    const Plan::Node& node = plan_.nodes[renewed_[r]];
-    shortlists_.renew(node.list,
-                      {node.page->sources, *node.step.entry, node.step.first, place, threshold,
-                       nullptr, maps_, SignalMaps::kNone},
-                      looked_at_);
-    plan_.asked[renewed_[r]] = {shortlists_.held(node.list), plan_.place,
-                                shortlists_.is_empty(node.list)};
-    ++visited_;
-  }
-}
+      empty(is_empty) {}
 
 void OctreePool::note_missing(const Step& step, double most, double to_threshold) {
   const double highest =
@@ -219,9 +112,37 @@ void OctreePool::plan_ahead(const Vec3& soon) {
   }
 }
 
+// None of which has been asked.
+void OctreePool::Plan::make_parts() {
+  parts.clear();
+  for (std::uint32_t n = 0; n < nodes.size(); ++n) {
+    const std::uint64_t block = Part::block_of(nodes[n].step.first);
+    if (parts.empty() || parts.back().block != block) {
+      Part& part = parts.emplace_back();
+      part.block = block;
+      part.first = n;
+    }
+    parts.back().last = n + 1;
+  }
+}
+
+// What parts had found before, of those that are still as they were.
+template <class IsAsBefore>
+void OctreePool::Plan::take_parts(std::vector<Part>& before, const IsAsBefore& is_as_before) {
+  auto last = before.begin();
+  for (Part& part : parts) {
+    while (last != before.end() && last->block < part.block) ++last;
+    if (last == before.end()) return;
+    if (last->block != part.block || last->scope.give_m < 0 || !is_as_before(*last, part)) continue;
+    part.scope = last->scope;
+    part.keyframe = last->keyframe;
+    part.heard.swap(last->heard);
+  }
+}
+
 // What is known of nodes that are in both, as far as it does not follow from the last plan alone.
 // Both are by ascending numbers.
-void OctreePool::Plan::take_over(const Plan& last) {
+void OctreePool::Plan::take_over(Plan& last) {
   LastNodes before(last.nodes);
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     const Node* const known = before.find(nodes[n].step.first, nodes[n].offset);
@@ -231,6 +152,13 @@ void OctreePool::Plan::take_over(const Plan& last) {
     asked[n] = answer;
     asked[n].middle_m += Vec3f(last.place - place);
   }
+  make_parts();
+  if (copies.size() != 1 || last.copies.size() != 1) return;
+  // What the last plan had and this one has not does not matter where this one holds.
+  take_parts(last.parts, [&last](const Part& part, const Part&) {
+    const Scope& scope = part.scope;
+    return last.holds(scope.place, scope.threshold, scope.until_s, scope.give_m);
+  });
 }
 
 const OctreePool::Plan::Node* OctreePool::LastNodes::find(std::uint64_t first,
@@ -308,6 +236,7 @@ void OctreePool::complete_plan(Plan& plan) {
   std::vector<Plan::Answer> asked = std::exchange(plan.asked, {});
   std::vector<Step> steps = std::exchange(plan.steps, {});
   LastNodes none;
+  bool erased = false;
   for (const Plan::Missing& one : missing) {
     if (!has_come(one)) {
       plan.missing.push_back(one);
@@ -324,11 +253,19 @@ void OctreePool::complete_plan(Plan& plan) {
     while (!plan.steps.empty()) go_a_step(plan, none);
     replace(asked, asked.begin() + (here - nodes.begin()), plan.asked);
     replace(nodes, here, plan.nodes);
+    erased = erased || plan.nodes.empty();
   }
   plan.nodes = std::move(nodes);
   plan.asked = std::move(asked);
   plan.steps = std::move(steps);
   if (plan.nodes.size() > kMostPlanned) plan.clear();
+  std::vector<Plan::Part> parts = std::exchange(plan.parts, {});
+  plan.make_parts();
+  // Of as many nodes as before: they are the same, and what is found of one that was missing holds
+  // only where that does not matter.
+  plan.take_parts(parts, [erased](const Plan::Part& before, const Plan::Part& now) {
+    return !erased && before.last - before.first == now.last - now.first;
+  });
 }
 
 // What is missing of the plan, if it reaches as far; false if not.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace clamor {
 
@@ -15,6 +16,8 @@ constexpr double kGiveInTime_s = 0.05;   // of delays rounded, and of moments
 constexpr double kPlaceGive_m = 0.002;   // quantised positions, 10 km from the origin
 constexpr std::size_t kMostFirst = 256;  // pages of a tree that are always here
 constexpr std::size_t kMostAsked = 256;  // pages at a time
+// Of the time since the last keyframe, that the next may take; and of signals bounded at once.
+constexpr double kTimeOfStep = 1.25, kMostAhead_s = 0.055;
 
 }  // namespace
 
@@ -94,13 +97,27 @@ void OctreePool::begin(const Vec3& place, double time_s) {
     quiet_.clear();
     forget_plans();
   }
+  // The next keyframes most likely come after as long a time as this one.
+  ahead_s_ = kTimeOfStep * (kTurns - 1) * (time_s - time_s_);
+  const bool is_soon = ahead_s_ > 0 && ahead_s_ <= kMostAhead_s;
+  if (!is_soon || !may_lag_ || trees_.size() != 1) ahead_s_ = 0;
+  turns_ahead_ = ahead_s_ > 0 ? kTurns - 1 : 0;
+  step_m_ = place - std::exchange(keyframe_place_, place);
+  ++keyframe_;
   time_s_ = time_s;
   if (ceilings_.steady() || trees_.empty())
     until_s_ = std::numeric_limits<double>::infinity();
   else if (time_s < from_s_ || time_s + kLeast_s > until_s_ ||
            length(place - around_) > PageShortlists::kMostGive_m)
     bound_signals(place, time_s);
-  shortlists_.begin(place, time_s, loudest_, until_s_);
+  shortlists_.begin(place, time_s, ahead_s_, loudest_, until_s_);
+  shortlists_.leave_out(hidden_, turns_ahead_);
+}
+
+void OctreePool::leave_out(const HiddenNumbers* hidden, bool may_lag) {
+  if (hidden != hidden_ || may_lag != may_lag_) plan_.make_parts();
+  hidden_ = hidden;
+  may_lag_ = may_lag;
 }
 
 // For a while, and wherever lists that are made in that while hold: they are made up to that far
@@ -181,6 +198,7 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
   placed_count_ = 0;
   met_.clear();
   missed_.clear();
+  nearly_.clear();
   most_missed_ = -1;
   if (plan_.holds(place, threshold, time_s_)) return look_by_plan(place, threshold, most, found);
   plan_.forget_answers();  // a walk makes lists anew, for where it is
@@ -205,13 +223,18 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
                  maps_.signal(copy.map, field_.signal(page->sources[0])),
                  std::numeric_limits<double>::infinity(),
                  field_.late_boost().at(page->sources[0].delay_s), least, found);
-    const MetPage met{page->sources, *step.entry, step.first,
-                      copy.place,    least,       copy.moved ? &copy.placement : nullptr,
-                      maps_,         copy.map,    copy.off_m};
+    const MetPage met{page->sources,
+                      *step.entry,
+                      step.first,
+                      {copy.place, 0, least, time_s_},
+                      copy.moved ? &copy.placement : nullptr,
+                      maps_,
+                      copy.map,
+                      copy.off_m};
     const std::size_t list = shortlists_.list_of(met, quiet, looked_at_);
     quiet = quiet.seen_from(copy.place);
     if (!shortlists_.is_empty(list))
-      met_.push_back({step, page->sources.data(), list, least, leads, false});
+      met_.push_back({step, page->sources.data(), list, least, leads, 0});
     if (met_.size() == kMostMet) pass_met(found);
     return found.size() <= most;
   };
@@ -231,14 +254,14 @@ void OctreePool::pass_met(std::vector<FoundSource>& found) {
     const Copy& copy = copies_[met.step.copy];
     asked_lists_.push_back({met.list, copy.place, met.least, copy.off_m});
   }
-  const Met* last = nullptr;
-  shortlists_.pass(asked_lists_, [&](std::size_t m, std::size_t i, std::uint32_t signal,
-                                     double ceiling, float boost) {
-    const Met& met = met_[m];
-    visited_ += met.planned && &met != last;
-    last = &met;
-    if (!met.leads || i > 0)
-      add_source(met.step, met.sources, i, false, signal, ceiling, boost, met.least, found);
+  shortlists_.pass(asked_lists_, [&](const PageShortlists::Passed& one) {
+    const Met& met = met_[one.asked];
+    if (met.leads && one.index == 0) return;
+    if (is_too_quiet(one.ceiling * static_cast<double>(one.share), one.known,
+                     met.step.first + one.index, met.least))
+      return;
+    add_source(met.step, met.sources, one.index, false, one.signal, one.ceiling, one.boost,
+               met.least, found);
   });
   met_.clear();
 }
@@ -275,6 +298,7 @@ void OctreePool::ask(const Vec3& soon, double tau) {
   std::vector<WantedPage> wanted;
   for (const WantedPage& one : missed_)
     if (one.urgency >= tau && one.urgency > 0) wanted.push_back(one);
+  wanted.insert(wanted.end(), nearly_.begin(), nearly_.end());
   asked_ = !wanted.empty();
   look_ahead(soon, tau);
   for (const WantedPage& one : soon_)

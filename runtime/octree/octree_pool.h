@@ -14,7 +14,8 @@
 // threshold; else that one is looked at, and nothing else (tree_leads.h), so that a billion sources
 // cost what their few thousand copies do that are within reach.
 //
-// octree_walk.cpp has the walk, octree_plan.cpp what saves most keyframes one.
+// octree_walk.cpp has the walk, octree_plan.cpp what saves most keyframes one, and planned_look.cpp
+// how a plan is gone through.
 //
 // Signals that are over, or have not begun, raise no bound: only what they play, smoothed, within
 // the longest way to the listener counts.
@@ -58,7 +59,7 @@ class OctreePool final : public SourcePool {
   bool refresh() override;
   // Bounds nodes by the loudest that any signal was while what is heard now was under way.
   void begin(const Vec3& place, double time_s) override;
-  void leave_out(const HiddenNumbers* hidden) override { shortlists_.leave_out(hidden); }
+  void leave_out(const HiddenNumbers* hidden, bool may_lag) override;
   void boost_late(float strength) override {
     if (strength != strength_) {
       quiet_.clear();
@@ -94,6 +95,10 @@ class OctreePool final : public SourcePool {
   static constexpr double kTurned = 1e-5, kOffPerM = 0x1p-23;
   // Pages whose lists are fetched from memory before they are passed.
   static constexpr std::size_t kMostMet = 64;
+  // Each part of a plan is asked in every so many keyframes. Of ten million sources in Sponza, in
+  // 1, 2, 3 and 4, a keyframe takes 1.53, 1.35, 1.34 and 1.31 ms besides rays.
+  static constexpr std::uint32_t kTurns = 3;
+  static_assert(kTurns - 1 <= PageLoader::kMostAhead && kTurns <= HiddenNumbers::kTurns);
 
   // Where sources are found: the level's octree, or a copy of one.
   struct Copy {
@@ -120,9 +125,9 @@ class OctreePool final : public SourcePool {
     Step step;
     const Source* sources = nullptr;  // of the page
     std::size_t list = 0;
-    double least = 0;    // in its tree
-    bool leads = false;  // its first source is the representative of its copy
-    bool planned = false;
+    double least = 0;        // in its tree
+    bool leads = false;      // its first source is the representative of its copy
+    std::uint32_t part = 0;  // of the plan
   };
 
   // The one source of a copy that may matter.
@@ -160,17 +165,38 @@ class OctreePool final : public SourcePool {
       Answer(const Quiet& held, const Vec3& from, bool is_empty);
 
       double until_s = 0;
-      Vec3f middle_m{};     // of a ball, seen from the middle of the plan,
-      float give2_m2 = -1;  // and its radius, squared; below 0: nowhere
+      Vec3f middle_m{};   // of a ball, seen from the middle of the plan,
+      float give_m = -1;  // and its radius; below 0: nowhere
       float threshold = 0;
       bool empty = true;     // as far as is known
       bool by_plan = false;  // known wherever the plan holds, and nowhere else
 
-      bool holds(const Vec3f& place_m, double at_threshold, double at_s) const {
+      // In all of a scope, which lies there.
+      bool holds(const Scope& scope, const Vec3f& place_m) const {
         const Vec3f way_m = place_m - middle_m;
-        return glm::dot(way_m, way_m) <= give2_m2 &&
-               at_threshold >= static_cast<double>(threshold) && at_s <= until_s;
+        const float left_m = give_m - static_cast<float>(scope.give_m);
+        return left_m >= 0 && glm::dot(way_m, way_m) <= left_m * left_m &&
+               scope.threshold >= static_cast<double>(threshold) && scope.until_s <= until_s;
       }
+    };
+    // A source that may matter somewhere in a scope: the most that its priority is at any time and
+    // now, as if nothing stood in the way, and what share of it is known to be heard.
+    struct Heard {
+      const Source* source = nullptr;
+      std::uint64_t number = 0;
+      std::uint32_t signal = 0, copy = 0;
+      float boost = 1, ceiling = 0, loud = 0, known = 1;
+    };
+    // What was found of nodes side by side, for this keyframe and the next ones: of those whose
+    // first sources have numbers of one block, whatever plan they are in.
+    struct Part {
+      static std::uint64_t block_of(std::uint64_t first) { return first >> 14; }
+
+      std::uint64_t block = 0;
+      std::uint32_t first = 0, last = 0;  // nodes: the first, and after the last
+      std::uint32_t keyframe = 0;         // when it was asked
+      Scope scope;
+      std::vector<Heard> heard;
     };
     Vec3 place{};
     double give_m = -1;  // how far from there it holds; below 0: nowhere
@@ -181,20 +207,30 @@ class OctreePool final : public SourcePool {
     std::vector<Missing> missing;
     std::vector<Copy> copies;
     std::vector<Step> steps;  // to be gone yet; `most` is the widest
+    std::vector<Part> parts;  // of a whole plan
 
     void clear() {
       give_m = -1;
+      parts.clear();
       nodes.clear();
       asked.clear();
       missing.clear();
       copies.clear();
       steps.clear();
     }
-    void take_over(const Plan& last);
+    void take_over(Plan& last);
+    void make_parts();
+    template <class IsAsBefore>
+    void take_parts(std::vector<Part>& before, const IsAsBefore& is_as_before);
     void forget_answers() { asked.assign(nodes.size(), {}); }
     bool holds(const Vec3& at, double least, double time_s, double margin_m = 0) const {
       return length(at - place) + margin_m <= give_m && least >= threshold && time_s <= until_s;
     }
+  };
+
+  // Of a plan, by where they are in it.
+  struct PlannedNode {
+    std::uint32_t node = 0, part = 0;
   };
 
   // Nodes of the last plan, for the next one, which comes by most of them in the same order: what
@@ -242,8 +278,14 @@ class OctreePool final : public SourcePool {
   void note_missing(const Step& step, double most, double to_threshold);
   bool look_by_plan(const Vec3& place, double threshold, std::size_t most,
                     std::vector<FoundSource>& found);
-  void find_lists_to_renew(const Vec3& place, double threshold);
-  void renew_lists(const Vec3& place, double threshold);
+  Scope scope_of(const Vec3& place, double threshold) const;
+  void find_parts_to_ask(const Vec3& place, double threshold, const Scope& scope);
+  void find_lists_to_renew(double threshold, const Scope& scope);
+  void note_planned_missing(const PlannedNode& one, double highest, double threshold);
+  void renew_lists(const Scope& scope);
+  bool ask_parts(const Scope& scope, std::size_t most);
+  std::size_t pass_planned(const Scope& scope);
+  void take_heard(const Plan::Part& part, double threshold, std::vector<FoundSource>& found) const;
   void plan_ahead(const Vec3& soon);
   void begin_plan(const Vec3& soon);
   void go_a_step(Plan& plan, LastNodes& last);
@@ -255,6 +297,12 @@ class OctreePool final : public SourcePool {
     next_.clear();
   }
   void pass_met(std::vector<FoundSource>& found);
+  // Behind what stands in the way, in this keyframe?
+  bool is_too_quiet(double loud, float known, std::uint64_t number, double threshold) const {
+    const double least = threshold * (1 - 1e-6);
+    if (loud < least) return true;
+    return known < 1 && loud * static_cast<double>(hidden_->most(number, known)) < least;
+  }
   void add_far(const FarCopy& far, double ceiling, std::vector<FoundSource>& found);
   Source* placed(const Source& stored, const Placement& placement, double lead_key);
 
@@ -269,11 +317,18 @@ class OctreePool final : public SourcePool {
   PageLoader& loader_;
   SignalMaps maps_;
   PageShortlists shortlists_;
+  const HiddenNumbers* hidden_ = nullptr;
+  bool may_lag_ = false;
+  std::uint32_t keyframe_ = 0;
+  std::uint32_t turns_ahead_ = 0;  // keyframes that are looked for at once, but for this one,
+  double ahead_s_ = 0;             // and how long they take; 0: none are
+  Vec3 keyframe_place_{}, step_m_{};
   QuietNodes quiet_;
   TreeLeads leads_;
   Plan plan_, next_;
-  std::uint32_t keyframes_to_rest_ = 0;               // without making one
-  std::vector<std::uint32_t> due_, renewed_, heard_;  // of its nodes
+  std::uint32_t keyframes_to_rest_ = 0;             // without making one
+  std::vector<std::uint32_t> asked_parts_;          // of it,
+  std::vector<PlannedNode> due_, renewed_, heard_;  // and of its nodes
   double looked_for_ = 0;  // threshold of the last look that was not given up
   float strength_ = 1;     // of late sources' boost; copies' have none
 
@@ -283,7 +338,7 @@ class OctreePool final : public SourcePool {
   std::vector<PageShortlists::Asked> asked_lists_;  // theirs
   std::deque<Source> placed_;  // the first so many; the others wait to be used again
   std::size_t placed_count_ = 0;
-  std::vector<WantedPage> missed_, soon_;
+  std::vector<WantedPage> missed_, nearly_, soon_;
   std::uint32_t asks_ = 0;
   double most_missed_ = -1;  // of priorities in missing pages; below 0: all is here
   Vec3 place_{};

@@ -125,7 +125,8 @@ bool PageLoader::begin_sample() {
   const std::lock_guard lock(shared_->mutex);
   PageStatistics& statistics = shared_->statistics;
   ++sample_;
-  used_bytes_ = 0;
+  std::copy(used_bytes_.begin() + 1, used_bytes_.end(), used_bytes_.begin());
+  used_bytes_.back() = 0;
   const bool changed = !shared_->arrived.empty();
   arrived_.clear();
   for (auto& [page, urgency, content] : shared_->arrived) {
@@ -174,11 +175,13 @@ const ResidentPage* PageLoader::use(const PageEntry& entry, double urgency) {
   return found->second.page.get();
 }
 
-void PageLoader::use(Place& place, double urgency) {
-  if (place.page != nullptr && place.last_use != sample_) {
-    place.last_use = sample_;
-    place.urgency = 0;
-    used_bytes_ += place.bytes;
+void PageLoader::use(Place& place, double urgency, std::uint32_t ahead) {
+  if (place.page != nullptr && place.last_use < sample_ + ahead) {
+    if (place.last_use < sample_) place.urgency = 0;
+    const std::uint32_t first = std::max(place.last_use + 1, sample_);
+    for (std::uint32_t s = first; s <= sample_ + ahead; ++s)
+      used_bytes_[s - sample_] += place.bytes;
+    place.last_use = sample_ + ahead;
   }
   place.urgency = std::max(place.urgency, urgency);
 }
@@ -190,12 +193,12 @@ PageLoader::Place* PageLoader::place_of(const PageEntry& entry) {
 
 std::size_t PageLoader::how_many_fit(std::span<const WantedPage> most_urgent_first) const {
   if (most_page_bytes_ == 0) return most_urgent_first.size();
-  const std::uint64_t room = budget_.bytes > used_bytes_ ? budget_.bytes - used_bytes_ : 0;
+  const std::uint64_t room = budget_.bytes > used_bytes_[0] ? budget_.bytes - used_bytes_[0] : 0;
   std::size_t fit = room / most_page_bytes_;
   if (fit >= most_urgent_first.size()) return most_urgent_first.size();
   std::vector<double> used;  // urgencies of pages that may make room
   for (const auto& [offset, slot] : slots_)
-    if (slot.page != nullptr && !slot.stays && slot.last_use == sample_)
+    if (slot.page != nullptr && !slot.stays && slot.last_use >= sample_)
       used.push_back(slot.urgency);
   std::sort(used.begin(), used.end());
   for (const double urgency : used) {

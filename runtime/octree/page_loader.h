@@ -8,6 +8,7 @@
 // asked for again: the sampler does without, as if it were still on its way.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -82,7 +83,9 @@ class PageLoader {
     bool stays = false;
   };
   Place* place_of(const PageEntry& entry);
-  void use(Place& place, double urgency);
+  // `ahead`: as well by so many samples to come.
+  static constexpr std::uint32_t kMostAhead = 3;
+  void use(Place& place, double urgency, std::uint32_t ahead = 0);
 
   bool is_here(const PageEntry& entry) const { return find(entry) != nullptr; }
   // The same without being counted as used or late.
@@ -113,8 +116,9 @@ class PageLoader {
   bool has_dropped_ = false;
   std::vector<std::uint64_t> arrived_;
   std::uint32_t sample_ = 1;
-  std::uint64_t bytes_ = 0, used_bytes_ = 0;
-  std::uint64_t most_page_bytes_ = 0;  // so far
+  std::uint64_t bytes_ = 0;
+  std::array<std::uint64_t, 1 + kMostAhead> used_bytes_{};  // by this sample, and those to come
+  std::uint64_t most_page_bytes_ = 0;                       // so far
   std::uint64_t late_ = 0;
   std::unique_ptr<Shared> shared_;
 };

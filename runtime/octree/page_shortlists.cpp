@@ -13,7 +13,8 @@ struct Reach {
 };
 constexpr Reach kReach{1.0 / 20, 0.15, 0.9}, kReachOfFew{1.0 / 12, 0.25, 0.75},
     kReachOfNone{1.0 / 8, 0.4, 0.6};
-constexpr double kAhead = 0.85;     // of how far they hold, their middles are
+constexpr double kAhead = 0.85;     // of how far they hold, their middles are;
+constexpr double kAside = 1.05;     // or as far as what they are asked for allows, with some room
 constexpr double kRounds_m = 2e-6;  // a shape's way, single precision, of lists that hold for 8 m
 constexpr std::uint32_t kFew = kSieveBlock / 2;
 constexpr double kQuiet = 0.5;   // all signals, if none is louder soon than that share of its most
@@ -28,7 +29,8 @@ constexpr std::size_t kBlocksAhead = 3;  // of each list
 
 }  // namespace
 
-void PageShortlists::begin(const Vec3& place, double time_s, double loudest, double until_s) {
+void PageShortlists::begin(const Vec3& place, double time_s, double ahead_s, double loudest,
+                           double until_s) {
   const bool back = time_s < time_s_;  // lists hold until later than now, but not from now on
   time_s_ = time_s;
   loudest_ = loudest;
@@ -45,9 +47,9 @@ void PageShortlists::begin(const Vec3& place, double time_s, double loudest, dou
       ++numbering_;
     }
   }
-  shares_.tabulate(weights_.tracks, time_s, longest_s_, kUsualGive_s);
+  shares_.tabulate(weights_.tracks, time_s, ahead_s, longest_s_, kUsualGive_s);
   if (widest_s_ > kUsualGive_s)
-    wide_shares_.tabulate(weights_.tracks, time_s, longest_s_, widest_s_);
+    wide_shares_.tabulate(weights_.tracks, time_s, ahead_s, longest_s_, widest_s_);
 }
 
 // Thresholds go up and down with syllables, and lists made at a high one would all be made anew at
@@ -70,7 +72,8 @@ void PageShortlists::fetch(std::span<const Asked> asked) {
     const List& list = lists_[one.list];
     prefetch_to_read(list.blocks.data(),
                      std::min(list.blocks.size(), kBlocksAhead) * sizeof(ShortlistBlock));
-    near_.push_back(hidden_ != nullptr ? hidden_->near(list.first) : HiddenNumbers::Near());
+    near_.push_back(hidden_ != nullptr ? hidden_->near(list.first, turns_ahead_)
+                                       : HiddenNumbers::Near());
     near_.back().prefetch();
   }
 }
@@ -131,10 +134,11 @@ void PageShortlists::rehash(std::size_t size) {
 // Who walks on reaches the middle of the ball that a list holds for, and only then its far side.
 Vec3 PageShortlists::ahead_of(const MetPage& page, double give_m) const {
   const double step_m = length(step_m_);
-  if (!(step_m > 0)) return page.place;
+  if (!(step_m > 0)) return page.scope.place;
   Vec3 ahead = step_m_ / step_m;
   if (page.placement != nullptr) ahead = glm::transpose(page.placement->rotation) * ahead;
-  return page.place + kAhead * give_m * ahead;
+  const double away_m = std::min(kAhead * give_m, give_m - kAside * page.scope.give_m);
+  return page.scope.place + std::max(away_m, 0.0) * ahead;
 }
 
 // Those of a page that `list` must have from now on, as it says where it holds and above what.
@@ -174,7 +178,8 @@ std::size_t PageShortlists::sift(List& list, const MetPage& page, double away_m,
 // stays so: then it may hold for longer, and is passed as quickly.
 std::size_t PageShortlists::fill(List& list, const MetPage& page) {
   const Vec3 low(page.bounds.low_m), high(page.bounds.high_m);
-  const double away_m = length(glm::max(glm::max(low - page.place, page.place - high), Vec3(0)));
+  const Vec3& place = page.scope.place;
+  const double away_m = length(glm::max(glm::max(low - place, place - high), Vec3(0)));
   const double scale = page.placement != nullptr ? page.placement->scale : 1;
   const bool is_new = list.give_m < 0;
   const Reach& reach = is_new || list.count > kFew ? kReach
@@ -182,10 +187,10 @@ std::size_t PageShortlists::fill(List& list, const MetPage& page) {
                                                    : kReachOfNone;
   list.give_m =
       std::min(std::max(reach.of_distance * away_m, reach.least_m / scale), kMostGive_m / scale);
-  list.threshold = reach.lower * lower_ * page.threshold;
+  list.threshold = reach.lower * lower_ * page.scope.threshold;
   if (2 * length(step_m_) / scale >= list.give_m) {
     list.give_m = 0;
-    list.threshold = kReach.lower * page.threshold;
+    list.threshold = kReach.lower * page.scope.threshold;
   }
   const auto keep = [&](std::size_t index, float ceiling, float delay_s, std::uint32_t signal,
                         const SievePart& part) {

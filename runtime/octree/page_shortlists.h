@@ -40,13 +40,25 @@
 
 namespace clamor {
 
-// A page as it is met on a walk, with the listener's place and a threshold in its tree's space.
+// Where, until when and above which threshold something holds, or is to hold.
+struct Scope {
+  Vec3 place{};
+  double give_m = -1;  // how far from there; below 0: nowhere
+  double threshold = 0, until_s = 0;
+
+  bool holds(const Vec3& at, double at_threshold, double at_s) const {
+    const Vec3 way_m = at - place;
+    return give_m >= 0 && dot(way_m, way_m) <= give_m * give_m && at_threshold >= threshold &&
+           at_s <= until_s;
+  }
+};
+
+// A page as it is met on a walk, and what is asked of its list, in its tree's space.
 struct MetPage {
   const SourcePage& sources;
   const NodeSummary& bounds;
   std::uint64_t first = 0;  // number of its first source: no other page's
-  Vec3 place{};
-  double threshold = 0;
+  Scope scope;
   const Placement* placement = nullptr;  // of the tree's copy; null: the level itself
   const SignalMaps& maps;
   std::uint32_t map = SignalMaps::kNone;
@@ -62,17 +74,21 @@ class PageShortlists {
   PageShortlists(const SourceField& field, const SignalWeights& ceilings)
       : field_(field), weights_(ceilings), slots_(kFirstSlots) {}
 
-  // The listener's place in the level, and the time, for what follows.
+  // The listener's place in the level, and the time, for what follows, and for how long it may be
+  // asked to hold.
   // `loudest`: until then no signal is louder than that share of the most that it ever is.
-  void begin(const Vec3& place, double time_s, double loudest, double until_s);
+  void begin(const Vec3& place, double time_s, double ahead_s, double loudest, double until_s);
   // What follows is asked with thresholds about that high, seen from the level.
   void expect(double threshold);
   double lowest_of_late() const { return lowest_; }
-  // Leaves these out; null: none.
-  void leave_out(const HiddenNumbers* hidden) { hidden_ = hidden; }
+  // Leaves these out; null: none. Not those either that will be in turn in `ahead` keyframes.
+  void leave_out(const HiddenNumbers* hidden, std::uint32_t ahead) {
+    hidden_ = hidden;
+    turns_ahead_ = ahead;
+  }
 
-  // Which list is a page's, made anew if it does not hold here and now; and where the page is
-  // quiet, if it is. Adds to `looked_at` how many sources that took.
+  // Which list is a page's, made anew if it does not hold; and where the page is quiet, if it is.
+  // Adds to `looked_at` how many sources that took.
   std::size_t list_of(const MetPage& page, Quiet& quiet, std::uint64_t& looked_at) {
     List& list = found_or_made(page.first);
     looked_at += renew(list, page);
@@ -89,9 +105,7 @@ class PageShortlists {
     return static_cast<std::size_t>(&list - lists_.data());
   }
   std::uint32_t numbering() const { return numbering_; }
-  bool holds(std::size_t list, const Vec3& place, double threshold) const {
-    return holds(lists_[list], place, threshold);
-  }
+  bool holds(std::size_t list, const Scope& scope) const { return holds(lists_[list], scope); }
   void renew(std::size_t list, const MetPage& page, std::uint64_t& looked_at) {
     looked_at += renew(lists_[list], page);
   }
@@ -113,15 +127,23 @@ class PageShortlists {
     __builtin_prefetch(one.blocks.data());
   }
   // A list, the listener's place in its tree's space, and the threshold there; `off_m` as
-  // MetPage's.
+  // MetPage's, and as far round that place.
   struct Asked {
     std::size_t list = 0;
     Vec3 place{};
     double threshold = 0, off_m = 0;
   };
-  // Calls found(which of `asked`, index in its page, signal, ceiling, boost), ascending, for each
-  // source whose priority may be the threshold or more at this moment, by what is known of what
-  // stands in the way; the ceiling is of its priority at any time.
+  // A source whose priority may be the threshold or more from now on, as long as begin() said, by
+  // what is known of what stands in the way.
+  struct Passed {
+    std::size_t asked = 0;  // which
+    std::size_t index = 0;  // in its page
+    std::uint32_t signal = 0;
+    double ceiling = 0;          // of its priority at any time,
+    float share = 1, known = 1;  // of that now; and of that, what is known to be heard
+    float boost = 0;
+  };
+  // Calls found(Passed), ascending.
   template <class Found>
   void pass(std::span<const Asked> asked, const Found& found) {
     fetch(asked);
@@ -132,12 +154,14 @@ class PageShortlists {
       const List& list = lists_[asked[a].list];
       const auto least = static_cast<float>(asked[a].threshold * (1 - 1e-6));
       for (; l < ends_[a]; ++l) {
-        const float ceiling = ceilings_[l], left = loud_.left[l];
-        if (ceiling * loud_.share[l] * left < least) continue;
+        const float ceiling = ceilings_[l], share = loud_.share[l], known = loud_.known[l];
+        if (ceiling * share < least) continue;
         const ShortlistBlock& block = list.blocks[loud_.entry[l] / kSieveBlock];
         const std::size_t at = loud_.entry[l] % kSieveBlock;
-        found(a, block.source[at] & ShortlistBlock::kIndex, block.signal[at],
-              static_cast<double>(ceiling), here_[l].boost);
+        const std::uint32_t index = block.source[at] & ShortlistBlock::kIndex;
+        if (ceiling * share * near_[a].most(index, known) < least) continue;
+        found(Passed{a, index, block.signal[at], static_cast<double>(ceiling), share, known,
+                     here_[l].boost});
       }
     }
   }
@@ -182,21 +206,22 @@ class PageShortlists {
     }
   }
   void rehash(std::size_t size);
-  bool is_sifted(const List& list, const Vec3& place, double threshold) const {
-    const Vec3 moved_m = place - list.place;
-    return dot(moved_m, moved_m) <= list.give_m * list.give_m && list.give_m >= 0 &&
-           threshold >= list.threshold && time_s_ <= list.sifted_until_s &&
-           (list.count == 0 || lower_ * threshold <= kTooLong * list.threshold);
+  bool is_sifted(const List& list, const Scope& scope) const {
+    const Vec3 moved_m = scope.place - list.place;
+    const double give_m = list.give_m - scope.give_m;
+    return give_m >= 0 && dot(moved_m, moved_m) <= give_m * give_m &&
+           scope.threshold >= list.threshold && scope.until_s <= list.sifted_until_s &&
+           (list.count == 0 || lower_ * scope.threshold <= kTooLong * list.threshold);
   }
-  bool holds(const List& list, const Vec3& place, double threshold) const {
-    return time_s_ <= list.until_s && is_sifted(list, place, threshold);
+  bool holds(const List& list, const Scope& scope) const {
+    return scope.until_s <= list.until_s && is_sifted(list, scope);
   }
   // How many sources that took.
   std::size_t renew(List& list, const MetPage& page) {
     std::size_t looked_at = 0;
-    if (!is_sifted(list, page.place, page.threshold))
+    if (!is_sifted(list, page.scope))
       looked_at = fill(list, page);
-    else if (time_s_ <= list.until_s)
+    else if (page.scope.until_s <= list.until_s)
       return 0;
     take_loud(list);
     return looked_at;
@@ -219,6 +244,7 @@ class PageShortlists {
   const SourceField& field_;
   const SignalWeights& weights_;
   const HiddenNumbers* hidden_ = nullptr;
+  std::uint32_t turns_ahead_ = 0;
   // Of lists, together, so that they share the translations of few addresses.
   std::pmr::unsynchronized_pool_resource memory_{std::pmr::pool_options{0, 1 << 16}};
   std::vector<List> lists_;

@@ -18,7 +18,9 @@ namespace {
 
 constexpr float kRounds = 4e-6f;   // a few operations of single precision
 constexpr float kSlack = 1.0005f;  // the exponential, and sums
-constexpr float kOnIt2_m2 = 1e-8f, kOnItOff2 = 1e4f;
+constexpr float kOnIt2_m2 = 1e-8f;
+constexpr float kRoundsOfSine2 = 1e-5f;  // of a square
+constexpr float kOnItOff = 4;            // times as far as a way is off
 
 using Integers = hn::RebindToSigned<Tag>;
 
@@ -40,19 +42,26 @@ HWY_INLINE Vector ceilings_of(const SourceShape& first, float off_m) {
   const Vectors position = gather(first.position_m);
   const Vectors way = {hn::Neg(position.x), hn::Neg(position.y), hn::Neg(position.z)};
   const auto r2 = dot(way, way);
-  const auto on_it2 = hn::Set(d, std::max(kOnIt2_m2, kOnItOff2 * off_m * off_m));
+  const auto on_it2 = hn::Set(d, std::max(kOnIt2_m2, kOnItOff * kOnItOff * off_m * off_m));
   const auto on_it = hn::Lt(r2, on_it2);
-  const auto r = hn::Sqrt(hn::Max(r2, on_it2)), over_r = hn::Div(one, r);
+  const auto over_r = hn::Div(one, hn::Sqrt(hn::Max(r2, on_it2)));
   const auto near = hn::Sub(hn::Mul(hn::Sqrt(r2), hn::Set(d, 1 - kRounds)), off);
   const auto near2 = hn::Max(hn::Mul(hn::Max(near, zero), near), gather(first.radius2_m2));
-  // Of a cosine: so much does a way turn that is off.
-  const auto rounds = hn::MulAdd(hn::Mul(off, over_r), hn::Set(d, 1.01f), hn::Set(d, kRounds));
+  // A way that is off turns by asin(off / r): the cosine of what is left of an angle.
+  const auto sin_off = hn::Mul(off, over_r), rounds = hn::Set(d, kRounds);
+  const auto cos_off = hn::Sqrt(hn::NegMulAdd(sin_off, sin_off, one));
+  const auto highest = [&](Vector cos) {
+    const auto sin2 = hn::Max(hn::NegMulAdd(cos, cos, one), zero);
+    const auto sin = hn::Sqrt(hn::Add(sin2, hn::Set(d, kRoundsOfSine2)));
+    const auto turned = hn::MulAdd(cos, cos_off, hn::MulAdd(sin, sin_off, rounds));
+    return hn::IfThenElse(hn::Lt(cos, cos_off), hn::Min(turned, one), one);
+  };
   const Vectors normal = gather(first.normal), mirror = gather(first.mirror);
   const auto slope = gather(first.slope);
   const auto is_emitter = hn::Lt(slope, zero);
-  const auto cos_n = hn::Min(hn::MulAdd(dot(way, normal), over_r, rounds), one);
+  const auto cos_n = highest(hn::Mul(dot(way, normal), over_r));
   const auto cos_o = hn::IfThenElse(hn::Or(is_emitter, on_it), one, hn::Max(cos_n, zero));
-  const auto cos_m = hn::Min(hn::MulAdd(dot(way, mirror), over_r, rounds), one);
+  const auto cos_m = highest(hn::Mul(dot(way, mirror), over_r));
   const auto cos_a = hn::IfThenElse(on_it, one, cos_m);
   const auto tilt = tilt_of(d, cos_o, normal, mirror, is_emitter);
   const auto left = decay(d, hn::Mul(gather(first.fall), hn::Sub(one, cos_a)));
@@ -75,8 +84,11 @@ void ceilings_of_all(std::span<const SourceShape> shapes, float off_m, float* ce
   std::copy(some, some + (shapes.size() - s), ceilings + s);
 }
 
-// HiddenNumbers::most() of some of a page's sources.
-HWY_INLINE Vector left_of(const HiddenNumbers::Near& hidden, const std::uint32_t* source) {
+// What is known of some of a page's sources, and HiddenNumbers::most() of them.
+struct Left {
+  Vector known, most;
+};
+HWY_INLINE Left left_of(const HiddenNumbers::Near& hidden, const std::uint32_t* source) {
   constexpr std::uint32_t kRow = HiddenNumbers::kRow, kPerWord = HiddenNumbers::kPerWord;
   static_assert(kRow == 1 << 10 && kPerWord == 1 << 3 && HiddenNumbers::kHidden == 15);
   const Tag d;
@@ -95,15 +107,19 @@ HWY_INLINE Vector left_of(const HiddenNumbers::Near& hidden, const std::uint32_t
   const auto step = hn::BitCast(di, hn::And(hn::Shr(word, shift), hn::Set(du, 15)));
   const auto power = hn::BitCast(d, hn::ShiftLeft<23>(hn::Sub(hn::Set(di, 127), step)));
   const auto known = hn::IfThenZeroElse(hn::RebindMask(d, hn::Eq(step, hn::Set(di, 15))), power);
-  const auto off = hn::Xor(number, hn::Set(du, hidden.turn));
+  const auto since = hn::Sub(number, hn::Set(du, hidden.turn));
   const auto is_in = [&](std::uint32_t turns) {
-    return hn::RebindMask(d, hn::Eq(hn::And(off, hn::Set(du, turns - 1)), hn::Zero(du)));
+    const auto turn = hn::BitCast(di, hn::And(since, hn::Set(du, turns - 1)));
+    return hn::RebindMask(d,
+                          hn::Lt(turn, hn::Set(di, static_cast<std::int32_t>(hidden.ahead) + 1)));
   };
   const auto in_turn = hn::IfThenElse(is_in(HiddenNumbers::kTurns),
                                       hn::Max(known, hn::Set(d, hidden.in_turn)), known);
   // A page has no more than two rows; of a third nothing is known.
-  const auto all = hn::Or(is_in(hidden.turns), hn::RebindMask(d, hn::Gt(row, hn::Set(di, 1))));
-  return hn::IfThenElse(all, hn::Set(d, 1.0f), in_turn);
+  const auto none = hn::RebindMask(d, hn::Gt(row, hn::Set(di, 1)));
+  const auto one = hn::Set(d, 1.0f);
+  return {hn::IfThenElse(none, one, known),
+          hn::IfThenElse(hn::Or(is_in(hidden.turns), none), one, in_turn)};
 }
 
 // Shares of signals, one each.
@@ -158,7 +174,7 @@ std::size_t loud_here(std::span<const ShortlistBlock> blocks, float least, const
       const ShortlistBlock& block = blocks[b];
       const auto near_by = hn::Load(d, block.ceiling.data() + at);
       auto loud = hn::Ge(near_by, needed);
-      auto share = one, left = one;
+      auto share = one, known = one;
       if (shares.row() > 0 && !hn::AllFalse(d, loud)) {
         const Shares now = gather_shares(shares, block, at);
         loud = hn::And(loud, hn::Ge(hn::Mul(near_by, now.share), needed));
@@ -168,15 +184,16 @@ std::size_t loud_here(std::span<const ShortlistBlock> blocks, float least, const
       }
       if (hn::AllFalse(d, loud)) continue;
       if (hidden.words != nullptr) {
-        left = left_of(hidden, block.source.data() + at);
-        loud = hn::And(loud, hn::Ge(hn::Mul(near_by, hn::Mul(share, left)), needed));
+        const Left left = left_of(hidden, block.source.data() + at);
+        known = left.known;
+        loud = hn::And(loud, hn::Ge(hn::Mul(near_by, hn::Mul(share, left.most)), needed));
         if (hn::AllFalse(d, loud)) continue;
       }
       const auto entry = hn::Iota(du, static_cast<std::uint32_t>(b * kSieveBlock + at));
       const auto loud_u = hn::RebindMask(du, loud);
       hn::StoreU(hn::Compress(entry, loud_u), du, found.entry + count);
       hn::StoreU(hn::Compress(share, loud), d, found.share + count);
-      hn::StoreU(hn::Compress(left, loud), d, found.left + count);
+      hn::StoreU(hn::Compress(known, loud), d, found.known + count);
       count += hn::CountTrue(d, loud);
     }
   return count;
@@ -209,8 +226,8 @@ void ceilings_here(std::span<const SourceShape> shapes, float off_m, float* ceil
 }
 
 // A row has its first and its last place for delays that are out of its range.
-void SharesNow::tabulate(std::span<const LoudnessTrack> signals, double time_s, float longest_s,
-                         float give_s) {
+void SharesNow::tabulate(std::span<const LoudnessTrack> signals, double time_s, double ahead_s,
+                         float longest_s, float give_s) {
   const std::size_t most =
       std::min(kMostShares / std::max<std::size_t>(signals.size(), 1), kMostDelays + 2);
   const float wanted = std::max(longest_s, 0.0f) * kPerS + 4;
@@ -220,7 +237,8 @@ void SharesNow::tabulate(std::span<const LoudnessTrack> signals, double time_s, 
   shares_.assign(signals.size() * row_, BandShares::whole());
   if (row_ == 0) return;
   for (std::size_t s = 0; s < signals.size(); ++s)
-    signals[s].shares_by_delay(time_s, kPerS, give_s,
+    signals[s].shares_by_delay(time_s + ahead_s / 2, kPerS,
+                               static_cast<double>(give_s) + ahead_s / 2,
                                std::span(shares_).subspan(s * row_ + 1, row_ - 2));
 }
 

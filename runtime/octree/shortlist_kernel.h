@@ -55,10 +55,10 @@ class SharesNow {
  public:
   static constexpr float kPerS = 50;
 
-  // Of delays up to `longest_s`, or fewer of many signals, each of them off by up to `give_s`;
-  // longer ones have all, and so have all of far too many signals.
-  void tabulate(std::span<const LoudnessTrack> signals, double time_s, float longest_s,
-                float give_s);
+  // From a time until `ahead_s` later, of delays up to `longest_s`, or fewer of many signals, each
+  // of them off by up to `give_s`; longer ones have all, and so have all of far too many signals.
+  void tabulate(std::span<const LoudnessTrack> signals, double time_s, double ahead_s,
+                float longest_s, float give_s);
   bool hold_for(float give_s) const { return give_s <= give_s_; }
 
   const BandShares* data() const { return shares_.data(); }
@@ -74,21 +74,21 @@ class SharesNow {
 struct LoudEntries {
   std::vector<std::uint32_t> entry;  // where in the list
   std::vector<float> share;          // of what it is when all bands are at their loudest,
-  std::vector<float> left;           // and of what is known to get past what is in the way
+  std::vector<float> known;          // and what of that is known to get past what is in the way
 
   struct Columns {
     std::uint32_t* entry;
-    float *share, *left;
+    float *share, *known;
   };
   Columns from(std::size_t first) {
-    return {entry.data() + first, share.data() + first, left.data() + first};
+    return {entry.data() + first, share.data() + first, known.data() + first};
   }
   // For so many. Whole vectors are written, the last may go beyond them.
   void make_room(std::size_t count) {
     if (entry.size() >= count + kSieveBlock) return;
     entry.resize(count + kSieveBlock);
     share.resize(count + kSieveBlock);
-    left.resize(count + kSieveBlock);
+    known.resize(count + kSieveBlock);
   }
 };
 
@@ -97,9 +97,8 @@ struct LoudEntries {
 std::size_t loud_now(std::span<const ShortlistBlock> blocks, float least, const SharesNow& shares,
                      const HiddenNumbers::Near& hidden, const LoudEntries::Columns& loud);
 
-// Ceilings of priorities at any time, at one place and nowhere else. `position_m` of these is the
-// way to it from the listener, and off by up to `off_m`, less than a hundredth of any way but a
-// short one's: there it is as if it shone from all around.
+// Ceilings of priorities at any time, at one place and as far round it as `off_m`. `position_m` of
+// these is the way to it from there.
 void ceilings_here(std::span<const SourceShape> shapes, float off_m, float* ceilings);
 
 }  // namespace clamor

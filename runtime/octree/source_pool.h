@@ -56,8 +56,9 @@ class SourcePool {
   // never heard.
   virtual void begin(const Vec3& /*place*/, double /*time_s*/) {}
 
-  // Sources that are known to be hidden need not be found; null: none is.
-  virtual void leave_out(const HiddenNumbers* /*hidden*/) {}
+  // Sources that are known to be hidden need not be found; null: none is. `may_lag`: nor those that
+  // were known to be a keyframe ago.
+  virtual void leave_out(const HiddenNumbers* /*hidden*/, bool /*may_lag*/) {}
   // How strongly late sources are boosted from now on, 0 to 1 (late_boost.h).
   virtual void boost_late(float /*strength*/) {}
 

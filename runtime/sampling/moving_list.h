@@ -83,7 +83,9 @@ class JoinedPool final : public SourcePool {
     still_.begin(place, time_s);
     moving_.begin(place, time_s);
   }
-  void leave_out(const HiddenNumbers* hidden) override { still_.leave_out(hidden); }
+  void leave_out(const HiddenNumbers* hidden, bool may_lag) override {
+    still_.leave_out(hidden, may_lag);
+  }
   void boost_late(float strength) override { still_.boost_late(strength); }
   bool look(const Vec3& place, double threshold, std::size_t most,
             std::vector<FoundSource>& found) override;

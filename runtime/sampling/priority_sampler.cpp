@@ -56,7 +56,7 @@ class Priority final : public Sampler {
     place_ = place;
     faced_ = reception();
     time_s_ = time_s;
-    pool_.leave_out(sight_ != nullptr ? &sight_->hidden() : nullptr);
+    pool_.leave_out(sight_ != nullptr ? &sight_->hidden() : nullptr, !exact);
     pool_.begin(place, time_s);
     if (sight_ != nullptr && !again) sight_->begin_keyframe(place);
     const double tau = tau_ = choose(place);
@@ -109,7 +109,7 @@ class Priority final : public Sampler {
   static constexpr double kLookAhead_keyframes = 25;  // half a second
   static constexpr double kStep = 16, kStepWhereHidden = 4;
   static constexpr double kNarrow = 1 + 1e-9, kNarrowEnough = 1.25;
-  static constexpr std::size_t kFetchAhead = 8, kTogether = 32;
+  static constexpr std::size_t kFetchAhead = 24, kTogether = 32;
   static constexpr Bands kAllHeard = same_in_all_bands(1);
   static constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
 

@@ -59,7 +59,15 @@ class HiddenNumbers {
     std::int32_t first_word = 0, next_word = 0;  // where the row begins, and the next
     std::uint32_t first = 0;                     // the number, of its row
     std::uint32_t turn = 0, turns = kTurns;
+    std::uint32_t ahead = 0;  // of turns, that count as well
     float in_turn = 1;
+
+    // Of one of which so much is known to be heard.
+    float most(std::uint32_t index, float known) const {
+      const std::uint32_t since = first + index - turn;
+      if (words == nullptr || (since & (turns - 1)) <= ahead) return 1;
+      return (since & (kTurns - 1)) <= ahead ? std::max(known, in_turn) : known;
+    }
 
     // Of half a row's numbers, as far as they are in this row.
     void prefetch() const {
@@ -84,6 +92,7 @@ class HiddenNumbers {
   static std::uint32_t turn_of(std::uint64_t number) {
     return static_cast<std::uint32_t>(number % kTurns);
   }
+  bool all_in_turn() const { return all_; }
   bool counts_in_full(std::uint64_t number) const { return all_ || number % turns_ == turn_; }
   std::uint32_t turns() const { return turns_; }
 
@@ -96,7 +105,8 @@ class HiddenNumbers {
       turns_ = std::max(turns_ / 2, kTurns);
   }
 
-  Near near(std::uint64_t first) const {
+  // `ahead`: in so many keyframes to come as well.
+  Near near(std::uint64_t first, std::uint32_t ahead = 0) const {
     const std::uint32_t row = find(first / kRow).row, next = find(first / kRow + 1).row;
     if (all_ || (row == 0 && next == 0)) return {};
     return {rows_.front().data(),
@@ -105,14 +115,18 @@ class HiddenNumbers {
             static_cast<std::uint32_t>(first % kRow),
             turn_,
             turns_,
+            ahead,
             in_turn()};
   }
 
   // How much is heard at most of one.
   float most(std::uint64_t number) const {
-    if (counts_in_full(number)) return 1;
     const std::uint32_t word = rows_[find(number / kRow).row][number % kRow / kPerWord];
-    const float known = share_of(word >> (4 * (number % kPerWord)) & 15);
+    return most(number, share_of(word >> (4 * (number % kPerWord)) & 15));
+  }
+  // The same of one of which so much is known to be heard.
+  float most(std::uint64_t number, float known) const {
+    if (counts_in_full(number)) return 1;
     return turn_of(number) == turn() ? std::max(known, in_turn()) : known;
   }
 

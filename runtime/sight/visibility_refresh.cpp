@@ -14,7 +14,7 @@ namespace {
 constexpr std::int64_t kRaysOfLook = 50;
 constexpr std::uint32_t kLongAgo_keyframes = 50;
 constexpr int kEnoughForSurprise = 20;  // looks
-constexpr std::size_t kFetchAhead = 8;
+constexpr std::size_t kFetchAhead = 24;
 
 }  // namespace
 

@@ -105,23 +105,36 @@ TEST(HiddenNumbers, AreTheSameToTheKernelThatFindsWhatIsLoud) {
       hidden.begin_keyframe(keyframe % 11 == 10);
       hidden.took(seed % 3 == 0 ? 0 : 100, 10);
     }
-    LoudEntries loud;
-    loud.make_room(16 * blocks.size());
-    const std::size_t end = loud_now(blocks, 1, SharesNow(), hidden.near(first), loud.from(0));
-    std::size_t next = 0;
-    for (std::uint32_t e = 0; e < 300; ++e) {
-      const ShortlistBlock& block = blocks[e / 16];
-      const float left = hidden.most(first + (block.source[e % 16] & ShortlistBlock::kIndex));
-      if (block.ceiling[e % 16] * left < 1) {
-        ++left_out;
-        continue;
+    // Of this keyframe, and of the next ones as well.
+    for (const std::uint32_t ahead : {0u, 2u}) {
+      const HiddenNumbers::Near near = hidden.near(first, ahead);
+      LoudEntries loud;
+      loud.make_room(16 * blocks.size());
+      const std::size_t end = loud_now(blocks, 1, SharesNow(), near, loud.from(0));
+      std::size_t next = 0;
+      for (std::uint32_t e = 0; e < 300; ++e) {
+        const ShortlistBlock& block = blocks[e / 16];
+        const std::uint32_t index = block.source[e % 16] & ShortlistBlock::kIndex;
+        HiddenNumbers later = hidden;
+        float left = later.most(first + index);
+        for (std::uint32_t k = 0; k < ahead && near.words != nullptr; ++k) {
+          later.begin_keyframe(false);
+          left = std::max(left, later.most(first + index));
+        }
+        if (block.ceiling[e % 16] * left < 1) {
+          ++left_out;
+          continue;
+        }
+        ASSERT_LT(next, end);
+        ASSERT_EQ(loud.entry[next], e) << seed;
+        const float known = loud.known[next++];
+        ASSERT_EQ(near.most(index, known), left) << seed;
+        ASSERT_EQ(near.words == nullptr ? 1 : hidden.most(first + index, known),
+                  hidden.most(first + index));
+        ++found;
       }
-      ASSERT_LT(next, end);
-      ASSERT_EQ(loud.entry[next], e) << seed;
-      ASSERT_EQ(loud.left[next++], left) << seed;
-      ++found;
+      ASSERT_EQ(next, end);
     }
-    ASSERT_EQ(next, end);
   }
   EXPECT_GT(found, 10'000u);
   EXPECT_GT(left_out, 5000u);

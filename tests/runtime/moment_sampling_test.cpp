@@ -15,6 +15,7 @@
 #include "runtime/octree/octree_pool.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/runtime/sorted_choice.h"
+#include "tests/sanitized.h"
 #include "tests/stored_tree.h"
 
 namespace clamor {
@@ -134,6 +135,70 @@ TEST(MomentSampling, GivesTheSampleOfASortOfAllSourcesAtEveryTime) {
   }
 }
 
+// Who goes straight on is asked for ahead; who turns, jumps, stands still or is late misses nothing
+// either.
+TEST(MomentSampling, GivesTheSampleOfASortToOneWhoWalksOnAndTurns) {
+  const WeighedHall hall(played(), 40'000, 9);
+  const SourceField field = hall.field();
+  testing::StoredTrees trees;
+  trees.add(build_octree(hall.all));
+  const std::vector<Source> sources = trees.all_sources();
+  PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+  OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
+  constexpr std::size_t kVoices = 200;
+  const auto sampler = make_priority_sampler(field, hall.weights, pool, kVoices);
+  Vec3 place(3, 1.7, 3);
+  double way = 0, time_s = 3;
+  constexpr std::uint32_t kKeyframes = testing::kSanitized ? 120 : 400;
+  for (std::uint32_t k = 0; k < kKeyframes; ++k) {
+    const RandomBits bits = philox(8, {k, 0, 0, 0});
+    const std::uint32_t in_round = k % 100;
+    way += in_round < 80 ? 0.01 : 2 * unit(bits[0]);
+    const Vec3 ahead(std::sin(way), 0.1 * std::sin(7 * way), std::cos(way));
+    if (in_round % 40 != 30) place += 0.03 * ahead;
+    if (in_round == 90) place = {10 + unit(bits[1]), 1.7, 8};
+    time_s += k / 100 % 2 == 1 ? 0.06 : in_round == 50 ? 0.035 : 0.02;
+    auto sample = sampler->sample(place, time_s);
+    while (!sampler->complete()) sample = sampler->sample(place, time_s);
+    testing::expect_choice(sample, slow_sample(hall, field, sources, kVoices, place, time_s), 1e-9);
+    if (HasFatalFailure()) FAIL() << k;
+  }
+}
+
+TEST(MomentSampling, AsksOfOneWhoWalksOnAThirdOfTheTreeAtATime) {
+  const WeighedHall hall(played(), 100'000, 10);
+  const SourceField field = hall.field();
+  testing::StoredTrees trees;
+  trees.add(build_octree(hall.all));
+  std::array<std::uint64_t, 2> looked_at{}, found_in_all{};
+  for (const bool may_lag : {false, true}) {
+    PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+    OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
+    for (std::uint32_t k = 0; k < 200; ++k) {
+      const Vec3 place(4 + 0.03 * k, 1.7, 7), step(0.03, 0, 0);
+      const double threshold = 1e-5 * (1 + 0.05 * std::sin(0.1 * k));
+      const std::uint64_t before = pool.sources_looked_at();
+      std::vector<FoundSource> found;
+      do {
+        found.clear();
+        pool.refresh();
+        pool.leave_out(nullptr, may_lag);
+        pool.begin(place, 3 + 0.02 * k);
+        ASSERT_TRUE(pool.look(place, threshold, hall.all.size(), found));
+        pool.ask(place + 25.0 * step, threshold);
+      } while (!pool.complete());
+      if (k < 50) continue;  // by then all is here
+      looked_at[may_lag] += pool.sources_looked_at() - before;
+      found_in_all[may_lag] += found.size();
+    }
+  }
+  EXPECT_GT(found_in_all[0], 150 * 100u);
+  // They may be loud enough somewhere on the way.
+  EXPECT_LT(found_in_all[1], 1.5 * static_cast<double>(found_in_all[0]));
+  // A third of what is passed in lists; lists that are made anew stay as many.
+  EXPECT_LT(looked_at[1], 0.75 * static_cast<double>(looked_at[0]));
+}
+
 TEST(MomentSampling, GivesNoVoiceToWhatIsSilentNow) {
   const WeighedHall hall(played(), 2000, 2);
   const SourceField field = hall.field();
@@ -193,7 +258,7 @@ TEST(MomentSampling, CostsNoMoreAfterALoudSoundThanIfThatHadNeverBeen) {
     const auto sampler = make_priority_sampler(field, hall.weights, pool, 100);
     // The forecast of the threshold forgets the fall of it within half a second.
     std::vector<double> times_s = {0.5};
-    for (int i = 0; i < 75; ++i) times_s.push_back(20 + 0.02 * i);
+    for (int i = 0; i < 300; ++i) times_s.push_back(20 + 0.02 * i);
     // One who stands still has nothing to visit.
     Vec3 place(5, 1.7, 5);
     for (const double time_s : times_s) {

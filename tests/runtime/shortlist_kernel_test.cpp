@@ -59,7 +59,7 @@ TEST_P(ShortlistOn, FindsWhatIsLoudEnoughByItsOwnBands) {
   for (std::uint32_t seed = 0; seed < 60; ++seed) {
     const std::vector<ShortlistBlock> blocks = some_list(seed);
     SharesNow table;
-    table.tabulate(weights.tracks, 3 + 0.1 * seed, kLongest_s, 0.005f);
+    table.tabulate(weights.tracks, 3 + 0.1 * seed, 0, kLongest_s, 0.005f);
     LoudEntries loud;
     loud.make_room(kSieveBlock * blocks.size());
     const std::size_t end = loud_now(blocks, 1, table, {}, loud.from(0));
@@ -85,14 +85,40 @@ TEST_P(ShortlistOn, FindsWhatIsLoudEnoughByItsOwnBands) {
   EXPECT_GT(left_out, 3000u);
 }
 
+// Whatever the sound does in between.
+TEST_P(ShortlistOn, KnowsWhatIsHeardAtMostFromNowUntilLater) {
+  std::vector<TimedEnvelope> sounds;
+  for (std::uint32_t s = 0; s < kSounds; ++s) sounds.push_back(testing::syllables(s));
+  const SignalWeights weights = make_signal_weights(sounds);
+  constexpr float kGive_s = 0.009f;
+  std::size_t far_from_all = 0;
+  for (std::uint32_t i = 0; i < 200; ++i) {
+    const double time_s = 2 + 0.031 * i, ahead_s = 0.05;
+    SharesNow table;
+    table.tabulate(weights.tracks, time_s, ahead_s, 2, kGive_s);
+    for (std::uint32_t j = 0; j < 500; ++j) {
+      const RandomBits bits = philox(i, {j, 3, 0, 0});
+      const std::uint32_t signal = bits[0] % kSounds;
+      const auto delay_s = static_cast<float>(2 * unit(bits[1]));
+      const double off_s = static_cast<double>(kGive_s) * (2 * unit(bits[2]) - 1);
+      const double at_s = time_s + ahead_s * unit(bits[3]) - static_cast<double>(delay_s) - off_s;
+      const auto column = static_cast<std::size_t>(delay_s * SharesNow::kPerS) + 1;
+      const float share = table.data()[signal * table.row() + column].share;
+      ASSERT_GE(share * (1 + 1e-6f), weights.tracks[signal].at(at_s).share) << i << " " << j;
+      far_from_all += share < 0.5f;
+    }
+  }
+  EXPECT_GT(far_from_all, 10'000u);
+}
+
 // One late sound must not make all others count as at their loudest.
 TEST_P(ShortlistOn, KnowsWhatIsHeardWithUsualDelaysOfHundredsOfSignalsIfSomeAreLate) {
   const std::vector<TimedEnvelope> sounds(400, testing::syllables(1));
   const SignalWeights weights = make_signal_weights(sounds);
   SharesNow whole, cut;
-  whole.tabulate(std::span(weights.tracks).first(kSounds), 3, 2, 0.005f);
+  whole.tabulate(std::span(weights.tracks).first(kSounds), 3, 0, 2, 0.005f);
   for (const float longest_s : {200.0f, 1e30f}) {
-    cut.tabulate(weights.tracks, 3, longest_s, 0.005f);
+    cut.tabulate(weights.tracks, 3, 0, longest_s, 0.005f);
     ASSERT_GE(cut.row(), 10 * SharesNow::kPerS);
     for (std::size_t s = 0; s < kSounds; ++s) {
       for (std::size_t d = 1; d + 1 < whole.row(); ++d)
@@ -109,7 +135,7 @@ TEST_P(ShortlistOn, FindsWhatIsLoudEnoughAtAnyTimeWhereNoTableIsMade) {
   const std::vector<TimedEnvelope> sounds(
       20'000, {*SignalEnvelope::from_steps(same_in_all_bands(1), moment), kMomentFrames, true});
   SharesNow of_too_many;
-  of_too_many.tabulate(make_signal_weights(sounds).tracks, 3, 70, 0.005f);
+  of_too_many.tabulate(make_signal_weights(sounds).tracks, 3, 0, 70, 0.005f);
   ASSERT_EQ(of_too_many.row(), 0u);
   for (const SharesNow& table : {SharesNow(), of_too_many}) {
     LoudEntries loud;

@@ -159,6 +159,19 @@ TEST_P(SourceSieveOn, GivesCeilingsForABallThatAreLittleHigherThanWhatIsInIt) {
   EXPECT_GT(sharp, 100u);
 }
 
+// As a list has it, seen from a place.
+SourceShape shape_of(const SieveSource& source, const Vec3& place) {
+  return {Vec3f(Vec3(source.position_m) - place),
+          source.normal,
+          source.mirror,
+          source.radius_m * source.radius_m,
+          source.diffuse,
+          source.bounce,
+          source.lobe,
+          source.fall,
+          source.is_emitter ? -1 : source.slope};
+}
+
 // What a shortlist asks, of any number of sources at once.
 TEST_P(SourceSieveOn, GivesTheSameCeilingsToSourcesOfAShortlist) {
   const testing::ScatteredSources level(8, 300, 10, {1, 2, 3});
@@ -167,18 +180,7 @@ TEST_P(SourceSieveOn, GivesTheSameCeilingsToSourcesOfAShortlist) {
   for (const std::uint32_t count : {1u, 15u, 16u, 17u, 300u}) {
     const Vec3 place = Vec3(1, 2, 3) + 12.0 * testing::direction(philox(10, {count, 0, 0, 0}));
     std::vector<SourceShape> shapes(count);
-    for (std::size_t s = 0; s < count; ++s) {
-      const SieveSource& source = sources[s];
-      shapes[s] = {Vec3f(Vec3(source.position_m) - place),
-                   source.normal,
-                   source.mirror,
-                   source.radius_m * source.radius_m,
-                   source.diffuse,
-                   source.bounce,
-                   source.lobe,
-                   source.fall,
-                   source.is_emitter ? -1 : source.slope};
-    }
+    for (std::size_t s = 0; s < count; ++s) shapes[s] = shape_of(sources[s], place);
     std::vector<float> ceilings(count + 1, -1);
     ceilings_here(shapes, 0, ceilings.data());
     for (std::size_t s = 0; s < count; ++s) {
@@ -191,7 +193,8 @@ TEST_P(SourceSieveOn, GivesTheSameCeilingsToSourcesOfAShortlist) {
   }
 }
 
-// As those of a copy far from the origin, which are heard from where single precision has them.
+// As those of a copy far from the origin, which are heard from where single precision has them; and
+// for one who walks on.
 TEST_P(SourceSieveOn, GivesCeilingsToAShortlistThatHoldForSourcesAsFarOffAsItSays) {
   const testing::ScatteredSources level(11, 400, 1, {0, 0, 0});
   const SourceField field(level.emitters, level.materials, Air{});
@@ -199,7 +202,7 @@ TEST_P(SourceSieveOn, GivesCeilingsToAShortlistThatHoldForSourcesAsFarOffAsItSay
   std::vector<SourceShape> shapes(sources.size());
   std::vector<float> ceilings(sources.size());
   std::size_t close = 0;
-  for (const float off_m : {1e-6f, 2e-3f})
+  for (const float off_m : {1e-6f, 2e-3f, 0.04f})
     for (std::uint32_t i = 0; i < 100; ++i) {
       const Vec3 place = somewhere(level, 1, {0, 0, 0}, i);
       std::vector<Vec3> at;
@@ -207,15 +210,7 @@ TEST_P(SourceSieveOn, GivesCeilingsToAShortlistThatHoldForSourcesAsFarOffAsItSay
         const SieveSource& source = sources[s];
         at.push_back(Vec3(source.position_m) +
                      0.99 * off_m * testing::direction(philox(12, {i, s, 0, 0})));
-        shapes[s] = {Vec3f(Vec3(source.position_m) - place),
-                     source.normal,
-                     source.mirror,
-                     source.radius_m * source.radius_m,
-                     source.diffuse,
-                     source.bounce,
-                     source.lobe,
-                     source.fall,
-                     source.is_emitter ? -1 : source.slope};
+        shapes[s] = shape_of(source, place);
       }
       ceilings_here(shapes, off_m, ceilings.data());
       for (std::size_t s = 0; s < shapes.size(); ++s) {
