@@ -142,8 +142,7 @@ void BlockMixer::tell_load(double took_s, std::size_t frames,
   if (now_shed > most_shed_.load(std::memory_order_relaxed))
     most_shed_.store(now_shed, std::memory_order_relaxed);
   if (now_shed > 0) shedding_blocks_.fetch_add(1, std::memory_order_relaxed);
-  const double nearly = 1.02 * static_cast<double>(mixer_.voices());
-  mixer_is_full_.store(static_cast<double>(load_.allowed()) < nearly, std::memory_order_relaxed);
+  mixer_is_full_.store(load_.is_full(mixer_.voices()), std::memory_order_relaxed);
 }
 
 // Applies the output gain, limits it and looks for what a listener should know of.

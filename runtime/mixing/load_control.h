@@ -12,7 +12,7 @@
 // The sampler's, VoiceLimit, says how many sources to choose, k. It falls when a keyframe is late
 // or two running take above kHighShare of their period, and by as much as the mixer had to leave
 // out. It rises by kRise a keyframe while the worst of the last keyframes took less than kLowShare,
-// and the mixer takes more.
+// and the mixer takes more: all that it has are allowed, and take less than kLowShare of a block.
 //
 // In between both stay as they are: a burden would have to grow by a third for a fall after a rise.
 // After a fall both wait before they rise; where a rise soon led to the next fall, twice as long
@@ -82,8 +82,15 @@ class BlockLoad {
     return allowed_ < kNoLimit ? static_cast<std::size_t>(allowed_) : kUnlimited;
   }
 
+  // Is there no time for more than that many?
+  bool is_full(std::size_t voices) const noexcept REALTIME {
+    const auto count = static_cast<double>(voices);
+    return allowed_ < kNearly * count || share_per_voice_ * count > kLowShare;
+  }
+
  private:
   static constexpr double kNoLimit = 1e15;
+  static constexpr double kNearly = 1.02;
 
   void fall_to(double voices) noexcept REALTIME;
 

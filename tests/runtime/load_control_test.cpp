@@ -277,6 +277,23 @@ TEST(Load, ASlowMixerLeavesOutVoicesUntilTheSamplerChoosesFewer) {
   EXPECT_EQ(slow.auralizer->statistics().shed_voices, 0u);
 }
 
+// One that would be too much for all voices, but not for as many as there are now.
+TEST(Load, AMixerThatIsALittleTooSlowGetsAsManyAsItHasTimeForAndNeverMore) {
+  Adapting slow(noisy_room(), kVoices);
+  slow.play(0.5);
+  slow.audio.per_voice_s = 1.3 * kBlock_s / kVoices;
+  slow.play(2);
+  const AuralizerStatistics fallen = slow.auralizer->statistics();
+  slow.audio.per_voice_s = 1.0 * kBlock_s / kVoices;
+  slow.play(5);
+  for (int i = 0; i < 20; ++i) {
+    slow.play(1);
+    const AuralizerStatistics now = slow.auralizer->statistics();
+    EXPECT_NEAR(now.k, kVoices * kLowShare, 0.05 * kVoices) << i;
+    EXPECT_EQ(now.shedding_blocks, fallen.shedding_blocks) << i;
+  }
+}
+
 // Tones, to which any jump would be a click, over a noise 54 dB below: against none at all, even
 // the end of a fade of half of all voices within 10 ms stands out.
 AuralizerInput toned_room() {

@@ -56,9 +56,9 @@ struct BusyMachine {
         late_blocks += share > 1;
         load.mixed(share * kPeriod_s / kBlocksPerKeyframe, kPeriod_s / kBlocksPerKeyframe, mixed);
       }
-      const bool full = static_cast<double>(load.allowed()) < 1.02 * static_cast<double>(chosen);
       limit.keyframe_took(took(sampler, chosen, sampling(now_s)),
-                          static_cast<double>(left_out) / static_cast<double>(chosen), full);
+                          static_cast<double>(left_out) / static_cast<double>(chosen),
+                          load.is_full(chosen));
       watch(static_cast<double>(limit.voices()));
     }
   }
