@@ -111,7 +111,7 @@ void PageShortlists::ask_for_ceilings(std::span<const Asked> asked) {
   for (std::size_t a = 0; a < asked.size(); ++a) {
     off_m = std::max(off_m, asked[a].off_m);
     const List& list = lists_[asked[a].list];
-    const Vec3f moved_m(asked[a].place - list.place);
+    const Vec3f moved_m(asked[a].place - list.sifted.place);
     for (; l < ends_[a]; ++l) {
       here_[l] = list.shape_of(loud_.entry[l]);
       here_[l].position_m -= moved_m;
@@ -146,17 +146,17 @@ template <class Found>
 std::size_t PageShortlists::sift(List& list, const MetPage& page, double away_m,
                                  const Found& found) {
   const double scale = page.placement != nullptr ? page.placement->scale : 1;
-  list.place = ahead_of(page, list.give_m);
+  list.sifted.place = ahead_of(page, list.sifted.give_m);
   const bool all_quiet = loudest_ < kQuiet;  // then few are found, but not for long
-  list.sifted_until_s = all_quiet ? until_s_ : std::numeric_limits<double>::infinity();
+  list.sifted.until_s = all_quiet ? until_s_ : std::numeric_limits<double>::infinity();
   list.give_s =
-      static_cast<float>((list.give_m * scale + 1e-3) / field_.speed_of_sound_mps() + 1e-6);
+      static_cast<float>((list.sifted.give_m * scale + 1e-3) / field_.speed_of_sound_mps() + 1e-6);
   widest_s_ = std::max(widest_s_, list.give_s);
   list.shapes.clear();
   list.kept.clear();
-  const SieveGive give{list.give_m + page.off_m, std::max(away_m, 1 / scale)};
+  const SieveGive give{list.sifted.give_m + page.off_m, std::max(away_m, 1 / scale)};
   return page.sources.pass(
-      list.place, list.threshold / (all_quiet ? loudest_ : 1),
+      list.sifted.place, list.sifted.threshold / (all_quiet ? loudest_ : 1),
       [&](std::size_t index, double most, const SievePart& part) {
         std::uint32_t emitter = part.emitter;
         float leaves_s = part.delay_s;
@@ -165,7 +165,7 @@ std::size_t PageShortlists::sift(List& list, const MetPage& page, double away_m,
           if (emitter >= field_.emitter_count()) return;  // of a forged file
           leaves_s = page.placement->delayed_s(leaves_s);
         }
-        const double way_m = scale * length(list.place - part.position_m);
+        const double way_m = scale * length(list.sifted.place - part.position_m);
         const auto delay_s = static_cast<float>(field_.leaves_s(emitter, leaves_s) +
                                                 way_m / field_.speed_of_sound_mps());
         const std::uint32_t signal = page.maps.signal(page.map, field_.signal(part.emitter));
@@ -181,16 +181,16 @@ std::size_t PageShortlists::fill(List& list, const MetPage& page) {
   const Vec3& place = page.scope.place;
   const double away_m = length(glm::max(glm::max(low - place, place - high), Vec3(0)));
   const double scale = page.placement != nullptr ? page.placement->scale : 1;
-  const bool is_new = list.give_m < 0;
+  const bool is_new = list.sifted.give_m < 0;
   const Reach& reach = is_new || list.count > kFew ? kReach
                        : list.count > 0            ? kReachOfFew
                                                    : kReachOfNone;
-  list.give_m =
+  list.sifted.give_m =
       std::min(std::max(reach.of_distance * away_m, reach.least_m / scale), kMostGive_m / scale);
-  list.threshold = reach.lower * lower_ * page.scope.threshold;
-  if (2 * length(step_m_) / scale >= list.give_m) {
-    list.give_m = 0;
-    list.threshold = kReach.lower * page.scope.threshold;
+  list.sifted.threshold = reach.lower * lower_ * page.scope.threshold;
+  if (2 * length(step_m_) / scale >= list.sifted.give_m) {
+    list.sifted.give_m = 0;
+    list.sifted.threshold = kReach.lower * page.scope.threshold;
   }
   const auto keep = [&](std::size_t index, float ceiling, float delay_s, std::uint32_t signal,
                         const SievePart& part) {
@@ -211,7 +211,7 @@ std::size_t PageShortlists::fill(List& list, const MetPage& page) {
   for (std::size_t k = 0; k < list.kept.size(); ++k) {
     const Source& stored = page.sources[list.kept[k].source & ShortlistBlock::kIndex];
     SourceShape& shape = list.shapes[k];
-    shape.position_m = Vec3f(Vec3(stored.position_m) - list.place);
+    shape.position_m = Vec3f(Vec3(stored.position_m) - list.sifted.place);
     shape.normal = stored.normal;
     shape.mirror = stored.mirror;
   }
@@ -225,10 +225,10 @@ void PageShortlists::take_loud(List& list) {
     turn_ = (turn_ + 1) % kTurns;
     list.until_s = time_s_ + kHold_s * (1 + static_cast<double>(turn_) / kTurns);
   }
-  list.until_s = std::min(list.until_s, list.sifted_until_s);
+  list.until_s = std::min(list.until_s, list.sifted.until_s);
   list.count = 0;
   list.blocks.clear();
-  const auto least = static_cast<float>(list.threshold * (1 - 1e-6));
+  const auto least = static_cast<float>(list.sifted.threshold * (1 - 1e-6));
   for (const Kept& kept : list.kept) {
     if (!weights_.steady()) {
       const float share = weights_.tracks[kept.signal].most_share(

@@ -46,10 +46,12 @@ struct Scope {
   double give_m = -1;  // how far from there; below 0: nowhere
   double threshold = 0, until_s = 0;
 
-  bool holds(const Vec3& at, double at_threshold, double at_s) const {
-    const Vec3 way_m = at - place;
-    return give_m >= 0 && dot(way_m, way_m) <= give_m * give_m && at_threshold >= threshold &&
-           at_s <= until_s;
+  // In all of another.
+  bool holds(const Scope& other) const {
+    const Vec3 way_m = other.place - place;
+    const double left_m = give_m - other.give_m;
+    return left_m >= 0 && dot(way_m, way_m) <= left_m * left_m && other.threshold >= threshold &&
+           other.until_s <= until_s;
   }
 };
 
@@ -93,7 +95,8 @@ class PageShortlists {
     List& list = found_or_made(page.first);
     looked_at += renew(list, page);
     list.used = keyframe_;
-    quiet = {list.place, list.count == 0 ? list.give_m : -1, list.threshold, list.until_s};
+    quiet = held(list);
+    if (list.count > 0) quiet.give_m = -1;
     looked_at += list.count;
     return static_cast<std::size_t>(&list - lists_.data());
   }
@@ -110,10 +113,7 @@ class PageShortlists {
     looked_at += renew(lists_[list], page);
   }
   // Where, when and above which threshold it does.
-  Quiet held(std::size_t list) const {
-    const List& one = lists_[list];
-    return {one.place, one.give_m, one.threshold, one.until_s};
-  }
+  Quiet held(std::size_t list) const { return held(lists_[list]); }
   void use(std::size_t list, std::uint64_t& looked_at) {
     lists_[list].used = keyframe_;
     looked_at += lists_[list].count;
@@ -178,9 +178,8 @@ class PageShortlists {
         : blocks(memory), kept(memory), shapes(memory) {}
 
     std::uint64_t first = 0;
-    Vec3 place{};
-    double give_m = -1;  // how far from there it holds
-    double threshold = 0, sifted_until_s = 0, until_s = 0;
+    Scope sifted;        // where what is kept has all that matters,
+    double until_s = 0;  // and until when the blocks do
     float give_s = 0;
     std::uint32_t used = 0;
     std::uint32_t count = 0;                  // in the blocks
@@ -207,11 +206,11 @@ class PageShortlists {
   }
   void rehash(std::size_t size);
   bool is_sifted(const List& list, const Scope& scope) const {
-    const Vec3 moved_m = scope.place - list.place;
-    const double give_m = list.give_m - scope.give_m;
-    return give_m >= 0 && dot(moved_m, moved_m) <= give_m * give_m &&
-           scope.threshold >= list.threshold && scope.until_s <= list.sifted_until_s &&
-           (list.count == 0 || lower_ * scope.threshold <= kTooLong * list.threshold);
+    return list.sifted.holds(scope) &&
+           (list.count == 0 || lower_ * scope.threshold <= kTooLong * list.sifted.threshold);
+  }
+  static Quiet held(const List& list) {
+    return {list.sifted.place, list.sifted.give_m, list.sifted.threshold, list.until_s};
   }
   bool holds(const List& list, const Scope& scope) const {
     return scope.until_s <= list.until_s && is_sifted(list, scope);

@@ -68,7 +68,8 @@ void OctreePool::find_parts_to_ask(const Vec3& place, double threshold, const Sc
   for (std::uint32_t p = 0; p < plan_.parts.size(); ++p) {
     Plan::Part& part = plan_.parts[p];
     const bool is_in_turn = all || (part.block + keyframe_) % kTurns == 0;
-    if ((part.keyframe == keyframe_ || !is_in_turn) && part.scope.holds(place, threshold, time_s_))
+    if ((part.keyframe == keyframe_ || !is_in_turn) &&
+        part.scope.holds({place, 0, threshold, time_s_}))
       continue;
     part.scope = scope;
     part.keyframe = keyframe_;
