@@ -10,6 +10,7 @@
 #include "bake/triangle_tree.h"
 #include "common/random.h"
 #include "formats/level_import.h"
+#include "tests/build_paths.h"
 #include "tests/rooms.h"
 
 namespace clamor::testing {
@@ -113,7 +114,7 @@ inline double furthest_m(const Mesh& from, const Mesh& to, std::uint32_t samples
 
 // A level that nobody here made, or nothing where it is not on this machine.
 inline std::optional<Level> real_level(const std::string& name) {
-  const std::string path = std::string(CLAMOR_SOURCE_DIR) + "/../shared/levels/" + name;
+  const std::string path = std::string(testing::kSourceDir) + "/../shared/levels/" + name;
   if (!std::filesystem::exists(path)) return std::nullopt;
   auto imported = import_level(path, {});
   if (!imported.ok()) return std::nullopt;

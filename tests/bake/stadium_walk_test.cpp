@@ -10,11 +10,12 @@
 #include "bake/scene.h"
 #include "formats/level_import.h"
 #include "formats/walk_file.h"
+#include "tests/build_paths.h"
 
 namespace clamor {
 namespace {
 
-const std::string kLevels = std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/";
+const std::string kLevels = std::string(testing::kSourceDir) + "/assets/levels/";
 
 class StadiumWalk : public ::testing::Test {
  protected:

@@ -39,6 +39,7 @@
 #include "common/random.h"
 #include "common/thread_time.h"
 #include "formats/level_import.h"
+#include "tests/build_paths.h"
 #include "tests/rooms.h"
 
 namespace clamor {
@@ -100,7 +101,7 @@ Level sponza() {
   ImportOptions options;
   options.emitters = {"name=source,signal=impulse,at=0,2,0"};
   auto imported =
-      import_level(std::string(CLAMOR_SOURCE_DIR) + "/../shared/levels/sponza.glb", options);
+      import_level(std::string(testing::kSourceDir) + "/../shared/levels/sponza.glb", options);
   if (!imported.ok()) return {};
   imported->level.materials.assign(imported->level.materials.size(), unlike_bands());
   return std::move(imported->level);

@@ -17,11 +17,12 @@
 #include "common/thread_time.h"
 #include "formats/level_import.h"
 #include "runtime/sight/sight_looks.h"
+#include "tests/build_paths.h"
 
 namespace clamor {
 namespace {
 
-const std::string kSponza = CLAMOR_SOURCE_DIR "/../shared/levels/sponza.glb";
+const std::string kSponza = std::string(testing::kSourceDir) + "/../shared/levels/sponza.glb";
 
 // Evenly over all surfaces, as reflections are.
 std::vector<SightLine> lines_from(const Mesh& mesh, const Vec3f& to_m) {

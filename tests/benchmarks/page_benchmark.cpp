@@ -24,6 +24,7 @@
 #include "formats/level_import.h"
 #include "formats/page.h"
 #include "formats/source_code.h"
+#include "tests/build_paths.h"
 
 namespace clamor {
 namespace {
@@ -59,7 +60,8 @@ std::vector<std::byte> as_byte_columns(std::span<const Source> sources, int mirr
 }
 
 Packed packed_room() {
-  auto imported = import_level(CLAMOR_SOURCE_DIR "/assets/levels/violin_room.glb", {});
+  auto imported =
+      import_level(std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb", {});
   if (!imported.ok()) std::abort();
   auto bake_of_it = bake(imported->level, {});
   if (!bake_of_it.ok()) std::abort();

@@ -38,6 +38,7 @@
 #include "runtime/sight/visibility_cache.h"
 #include "tests/benchmarks/hall_file.h"
 #include "tests/benchmarks/memory_latency.h"
+#include "tests/build_paths.h"
 #include "tests/stored_tree.h"
 
 namespace clamor {
@@ -63,7 +64,7 @@ TimedEnvelope speech(std::uint32_t seed) {
           kMoments * kMomentFrames, true};
 }
 
-const std::string kSponza = CLAMOR_SOURCE_DIR "/../shared/levels/sponza.glb";
+const std::string kSponza = std::string(testing::kSourceDir) + "/../shared/levels/sponza.glb";
 
 std::vector<Source> surface_sources(const Mesh& mesh, std::uint32_t count, bool full) {
   std::vector<double> area(mesh.triangles.size());

@@ -10,6 +10,7 @@
 #include "common/random.h"
 #include "formats/audio_file.h"
 #include "runtime/render.h"
+#include "tests/build_paths.h"
 #include "tests/faults/faults.h"
 #include "tests/rooms_runtime.h"
 #include "tests/sanitized.h"
@@ -270,7 +271,7 @@ TEST(RenderCommand, OfAFileThatCannotBeReadToTheEndWritesNothing) {
 TEST(RenderCommand, WritesTheSameBytesHoweverSlowTheDiskIs) {
   const Folder folder;
   const std::string path = folder / "a.clamor", wav = folder / "a.wav", walk = folder / "walk.json";
-  const std::string level = CLAMOR_SOURCE_DIR "/assets/levels/violin_room.glb";
+  const std::string level = std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb";
   ASSERT_EQ(clamor({"bake", level, "-o", path, "--photons", "2000", "--sources", "20000",
                     "--no-journal", "--quiet"})
                 .code,

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "formats/page.h"
+#include "tests/build_paths.h"
 
 namespace clamor {
 
@@ -17,7 +18,7 @@ namespace {
 // The bytes on the lines of the specification that start with "page".
 std::vector<std::byte> documented_page() {
   std::vector<std::byte> bytes;
-  std::ifstream file(CLAMOR_SOURCE_DIR "/formats/bake_format.md");
+  std::ifstream file(std::string(testing::kSourceDir) + "/formats/bake_format.md");
   for (std::string line; std::getline(file, line);) {
     if (!line.starts_with("page ")) continue;
     std::istringstream words(line.substr(5, 49));

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "formats/level_import.h"
+#include "tests/build_paths.h"
 #include "tests/formats/bake_examples.h"
 
 namespace clamor::testing {
@@ -76,7 +77,8 @@ TEST(GeometrySection, KeepsEveryTriangleWithinHalfAMillimetre) {
 }
 
 TEST(GeometrySection, TakesAByteForATriangleOfARoom) {
-  const auto imported = import_level(CLAMOR_SOURCE_DIR "/assets/levels/violin_room.glb", {});
+  const auto imported =
+      import_level(std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb", {});
   ASSERT_TRUE(imported.ok());
   const Mesh& mesh = imported->level.mesh;
   std::size_t bytes = 0;
@@ -168,7 +170,8 @@ TEST(GeometrySection, DamagedInOnePageNamesItAndLeavesTheOthersReadable) {
 }
 
 TEST(GeometrySection, OfFormatThreePointZeroIsReadAsOnePage) {
-  const auto file = BakeFile::open(CLAMOR_SOURCE_DIR "/tests/formats/golden/3.0.clamor");
+  const auto file =
+      BakeFile::open(std::string(testing::kSourceDir) + "/tests/formats/golden/3.0.clamor");
   ASSERT_TRUE(file.ok()) << file.error().message;
   EXPECT_EQ(file->minor(), 0);
   ASSERT_EQ(file->geometry_page_count(), 1u);

@@ -13,6 +13,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tests/build_paths.h"
 #include "tests/formats/bake_examples.h"
 
 namespace clamor::testing {
@@ -21,7 +22,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 std::string golden(const std::string& name) {
-  return std::string(CLAMOR_SOURCE_DIR) + "/tests/formats/golden/" + name;
+  return std::string(testing::kSourceDir) + "/tests/formats/golden/" + name;
 }
 
 template <class Vector>

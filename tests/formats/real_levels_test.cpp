@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include "tests/build_paths.h"
 #include "tests/formats/level_builder.h"
 
 namespace clamor::testing {
@@ -8,7 +9,7 @@ namespace {
 using ::testing::HasSubstr;
 
 std::string real_level(const char* name) {
-  return std::string(CLAMOR_SOURCE_DIR) + "/../shared/levels/" + name;
+  return std::string(testing::kSourceDir) + "/../shared/levels/" + name;
 }
 
 #define SKIP_WITHOUT(path) \

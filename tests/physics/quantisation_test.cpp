@@ -16,6 +16,7 @@
 #include "formats/source_code.h"
 #include "runtime/measures/energy_response.h"
 #include "runtime/measures/impulse_response.h"
+#include "tests/build_paths.h"
 #include "tests/sanitized.h"
 
 namespace clamor {
@@ -33,7 +34,8 @@ struct Violin {
 
 Violin traced_violin() {
   Violin room;
-  auto imported = import_level(CLAMOR_SOURCE_DIR "/assets/levels/violin_room.glb", {});
+  auto imported =
+      import_level(std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb", {});
   EXPECT_TRUE(imported.ok());
   room.level = std::move(imported->level);
   const Scene scene(room.level.mesh);

@@ -10,6 +10,7 @@
 #include "formats/level_import.h"
 #include "runtime/measures/energy_response.h"
 #include "runtime/measures/room_parameters.h"
+#include "tests/build_paths.h"
 
 namespace clamor {
 namespace {
@@ -29,7 +30,7 @@ double revised_theory_db(double t60_s, double distance_m) {
 }
 
 TEST(Strength, OfTheViolinRoomIsWhatTheRevisedTheoryMakesOfItsDecay) {
-  const std::string level = std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb";
+  const std::string level = std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb";
   auto imported = import_level(level, ImportOptions{});
   ASSERT_TRUE(imported.ok()) << imported.error().message;
   Level& room = imported->level;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/build_paths.h"
 #include "tests/player/program.h"
 
 namespace clamor::testing {
@@ -64,7 +65,10 @@ class Jack {
   }
 
   // Waits until the player sounds, but not for ever.
-  bool sounds() { return std::system(CLAMOR_JACK_LISTENER " clamor > /dev/null 2>&1") == 0; }
+  bool sounds() {
+    return std::system(
+               (std::string(testing::kJackListener) + " clamor > /dev/null 2>&1").c_str()) == 0;
+  }
 
  private:
   static constexpr std::uintmax_t kShared_bytes = 50'000'000;  // with so few ports it takes 40 MB

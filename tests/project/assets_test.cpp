@@ -13,12 +13,14 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/build_paths.h"
+
 namespace {
 
 using Json = nlohmann::json;
 namespace fs = std::filesystem;
 
-const fs::path kAssets = fs::path(CLAMOR_SOURCE_DIR) / "assets";
+const fs::path kAssets = fs::path(clamor::testing::kSourceDir) / "assets";
 
 // The JSON chunk of a .glb: after 12 bytes of header, a length, the type and the text.
 Json json_of_glb(const fs::path& path) {

@@ -9,9 +9,11 @@
 #include <string_view>
 #include <vector>
 
+#include "tests/build_paths.h"
+
 namespace clamor::testing {
 
-inline const std::filesystem::path kRoot = CLAMOR_SOURCE_DIR;
+inline const std::filesystem::path kRoot = kSourceDir;
 
 // From the ground up: each may include those before it, and the runtime's own files all.
 inline const std::vector<std::string> kRuntimeFolders = {"realtime", "output", "voices", "sounds",

@@ -12,6 +12,7 @@
 #include "common/random.h"
 #include "formats/geometry_section.h"
 #include "formats/level_import.h"
+#include "tests/build_paths.h"
 #include "tests/rooms.h"
 
 namespace clamor {
@@ -176,7 +177,7 @@ TEST(SightGeometry, NeverLetsAWallShadowItsOwnSourcesNorHearThemBehindIt) {
 class OnALevel : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(OnALevel, NoWallShadowsItsOwnSourcesNorAreTheyHeardBehindIt) {
-  const std::string path = std::string(CLAMOR_SOURCE_DIR) + "/" + GetParam();
+  const std::string path = std::string(testing::kSourceDir) + "/" + GetParam();
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not here";
   const auto imported = import_level(path, {});
   ASSERT_TRUE(imported.ok()) << imported.error().message;

@@ -13,6 +13,7 @@
 #include "runtime/field/loudness.h"
 #include "runtime/sampling/strategies.h"
 #include "runtime/sounds/signal_bank.h"
+#include "tests/build_paths.h"
 
 namespace clamor::testing {
 
@@ -34,7 +35,7 @@ struct Scene {
   static std::unique_ptr<Scene> baked(const std::string& level, std::uint64_t sources,
                                       float phong = 0, std::uint64_t seed = 1) {
     auto imported =
-        import_level(std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/" + level, ImportOptions{});
+        import_level(std::string(testing::kSourceDir) + "/assets/levels/" + level, ImportOptions{});
     EXPECT_TRUE(imported.ok());
     if (phong > 0)
       for (Material& material : imported->level.materials) {

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tests/build_paths.h"
 #include "tests/rooms.h"
 #include "tests/tools/program.h"
 
@@ -38,7 +39,7 @@ TEST(BakeCommand, SaysWhatTheLevelIsAndWhatSimplifyingDidToIt) {
   const Folder folder;
   const auto bake = [&](std::vector<std::string> more) {
     std::vector<std::string> words = {
-        "bake",        std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb",
+        "bake",        std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb",
         "-o",          folder / "out.clamor",
         "--photons",   "1000",
         "--sources",   "1000",
@@ -60,7 +61,7 @@ TEST(BakeCommand, SaysWhatTheLevelIsAndWhatSimplifyingDidToIt) {
 
 TEST(BakeCommand, ThatEndedAtAnErrorIsMadeAgainByTheCommandThatInspectPrints) {
   const Folder folder;
-  const std::string level = std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb";
+  const std::string level = std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb";
   const std::string once = folder / "once.clamor", again = folder / "again.clamor";
   const auto outcome = clamor({"bake", level, "-o", once, "--until", "1dB"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
@@ -86,7 +87,7 @@ TEST(BakeCommand, ThatEndedAtAnErrorIsMadeAgainByTheCommandThatInspectPrints) {
 TEST(BakeCommand, ReportsProgressAsJsonLinesForBuildSystems) {
   const Folder folder;
   const auto outcome = clamor(
-      {"bake", std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb", "-o",
+      {"bake", std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb", "-o",
        folder / "out.clamor", "--photons", "100000", "--sources", "5000", "--progress", "json"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   std::istringstream lines(outcome.err);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/build_paths.h"
 #include "tests/rooms_runtime.h"
 #include "tests/tools/program.h"
 
@@ -14,7 +15,7 @@ using testing::Folder;
 
 void bake_room(const std::string& output, std::vector<std::string> more) {
   std::vector<std::string> words = {
-      "bake",         std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb",
+      "bake",         std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb",
       "-o",           output,
       "--no-journal", "--photons",
       "500",          "--sources",
@@ -55,7 +56,7 @@ TEST(DiffCommand, SaysInWhatTwoBakesDifferAndInNothingElse) {
 }
 
 TEST(DiffCommand, FindsThatABakeInTwoVersionsOfTheFormatSoundsTheSame) {
-  const std::string golden = std::string(CLAMOR_SOURCE_DIR) + "/tests/formats/golden/";
+  const std::string golden = std::string(testing::kSourceDir) + "/tests/formats/golden/";
   const auto outcome = clamor({"diff", golden + "3.0.clamor", golden + "3.1.clamor", "--json"});
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/build_paths.h"
 #include "tests/sanitized.h"
 #include "tests/tools/program.h"
 #include "tools/experiments.h"
@@ -15,7 +16,7 @@ class Experiment : public ::testing::TestWithParam<const char*> {};
 
 // A bake that all experiments can run on; the violin room, because it is small.
 std::string baked_level(const Folder& folder, const std::string& name = "violin_room") {
-  const std::string level = std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/" + name + ".glb";
+  const std::string level = std::string(testing::kSourceDir) + "/assets/levels/" + name + ".glb";
   const Outcome bake =
       clamor({"bake", level, "-o", folder / "room.clamor", "--sources", "1000", "--no-journal"});
   EXPECT_EQ(bake.code, 0) << bake.err;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/build_paths.h"
 #include "tests/rooms_runtime.h"
 #include "tests/tools/program.h"
 #include "tools/bake_overview.h"
@@ -124,7 +125,7 @@ void collect_keys(const Json& json, std::string above, std::vector<std::string>&
 }
 
 TEST_F(InspectCommand, WritesNoJsonKeyThatTheSpecificationDoesNotTell) {
-  const std::string text = read(std::string(CLAMOR_SOURCE_DIR) + "/formats/bake_format.md");
+  const std::string text = read(std::string(testing::kSourceDir) + "/formats/bake_format.md");
   const auto start = text.find("## `clamor inspect --json`");
   ASSERT_NE(start, std::string::npos);
   std::map<std::string, std::string> rows;  // what the table says of a key of the first level

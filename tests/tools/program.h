@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "tests/build_paths.h"
 #include "tools/commands.h"
 
 namespace clamor::testing {
@@ -72,11 +73,11 @@ inline constexpr const char* kEmptyLevel =
     R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[]}]})";
 
 inline std::string violin_room() {
-  return std::string(CLAMOR_SOURCE_DIR) + "/assets/levels/violin_room.glb";
+  return std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb";
 }
 
 inline std::string shared_level(const std::string& name) {
-  return std::string(CLAMOR_SOURCE_DIR) + "/../shared/levels/" + name;
+  return std::string(testing::kSourceDir) + "/../shared/levels/" + name;
 }
 
 }  // namespace clamor::testing

@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 
 #include "formats/all_sources.h"
+#include "tests/build_paths.h"
 #include "tests/sanitized.h"
 #include "tests/tools/program.h"
 
@@ -42,11 +43,11 @@ Ended run_bake(const std::vector<std::string>& arguments, const std::string& log
       ::setrlimit(RLIMIT_FSIZE, &limit);
     }
     if (tunables != nullptr) ::setenv("GLIBC_TUNABLES", tunables, 1);
-    std::vector<char*> words{const_cast<char*>(CLAMOR_PROGRAM), const_cast<char*>("bake")};
+    std::vector<char*> words{const_cast<char*>(testing::kProgram), const_cast<char*>("bake")};
     for (const std::string& argument : arguments)
       words.push_back(const_cast<char*>(argument.c_str()));
     words.push_back(nullptr);
-    ::execv(CLAMOR_PROGRAM, words.data());
+    ::execv(testing::kProgram, words.data());
     ::_exit(127);
   }
   const auto deadline = std::chrono::steady_clock::now() + signal_after;

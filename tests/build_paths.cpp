@@ -1,0 +1,9 @@
+#include "tests/build_paths.h"
+
+namespace clamor::testing {
+
+const char kSourceDir[] = CLAMOR_SOURCE_DIR;
+const char kProgram[] = CLAMOR_PROGRAM;
+const char kJackListener[] = CLAMOR_JACK_LISTENER;
+
+}  // namespace clamor::testing
