@@ -42,9 +42,9 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
       "  walk          what is exchanged per metre, and how loud it is meanwhile\n"
       "  motion        ten minutes of walking, running and flying: clicks, loudness, keyframe "
       "times\n\n"
-      "The figures of the paper are those of assets/levels/stadium.glb baked with --sources 20000 "
-      "(16 416 fans, 20 000 reflections) and violin_room.glb with --sources 50000. violin and "
-      "octave-bands bake the level in the file again with other materials.",
+      "The figures of the paper are those of assets/levels/stadium_paper.glb baked with "
+      "--sources 20000 (16 416 fans, 20 000 reflections) and violin_room.glb with --sources 50000. "
+      "violin and octave-bands bake the level in the file again with other materials.",
       "clamor experiment stadium stadium.clamor -o report");
   parser.positional("experiment", name,
                     "stadium, violin, octave-bands, convergence, walk or motion");

@@ -23,7 +23,8 @@ using clamor::Result;
 
 constexpr std::string_view kHelp = R"(make_assets [--check] <folder>
 
-Writes stadium.glb, stadium_walk.json, violin_room.glb and their sounds into the folder.
+Writes stadium.glb, stadium_paper.glb, stadium_walk.json, violin_room.glb and their sounds into the
+folder.
 
   --check   writes nothing; compares the folder with what would be written (levels byte by byte,
             sounds sample by sample) and fails where they differ
@@ -60,7 +61,8 @@ Result<void> check_sound(const std::string& path, const std::vector<std::int16_t
 }
 
 Result<void> make(const std::filesystem::path& folder, bool check) {
-  const auto sounds = clamor::assets::make_crowd_sounds();
+  const auto paper = clamor::assets::make_paper_sounds();
+  const auto crowd = clamor::assets::make_crowd_sounds();
   const auto put_level = [&](const char* name, const std::string& bytes) {
     const std::string path = (folder / name).string();
     return check ? check_level(path, bytes) : write_level(path, bytes);
@@ -77,11 +79,15 @@ Result<void> make(const std::filesystem::path& folder, bool check) {
                    ". Choose another folder.");
   }
   std::vector<Result<void>> results;
-  results.push_back(put_level("stadium.glb", clamor::assets::make_stadium(sounds)));
+  results.push_back(
+      put_level("stadium.glb", clamor::assets::make_stadium(crowd, clamor::assets::kAnyStarts)));
+  results.push_back(put_level("stadium_paper.glb",
+                              clamor::assets::make_stadium(paper, clamor::assets::kPaperStarts)));
   results.push_back(put_level("stadium_walk.json", clamor::assets::make_stadium_walk()));
   results.push_back(put_level("violin_room.glb", clamor::assets::make_presentation_room()));
   results.push_back(put_sound("violin", clamor::assets::make_violin_phrase()));
-  for (const auto& sound : sounds) results.push_back(put_sound(sound.name, sound.samples));
+  for (const auto* sounds : {&paper, &crowd})
+    for (const auto& sound : *sounds) results.push_back(put_sound(sound.name, sound.samples));
   for (const Result<void>& result : results)
     if (!result.ok()) return result;
   return {};

@@ -15,7 +15,6 @@ namespace clamor::assets {
 namespace {
 
 constexpr std::uint64_t kSeed = 16416;
-constexpr double kMostDelayInBlock_s = 0.2, kMostDelayOfBlock_s = 0.1;
 
 // Blocks of a tier from each side and corner, round the bowl from +X to -Z.
 constexpr std::array<std::size_t, 8> kBlocksOfStand = {4, 2, 6, 2, 4, 2, 6, 2};
@@ -139,8 +138,8 @@ std::vector<std::vector<std::size_t>> taken_seats(const std::vector<SeatsOfBlock
 
 // Half of the fans join in what the block sings, the rest do as they like.
 BlockKind fill(const SeatsOfBlock& block, const std::vector<std::size_t>& taken,
-               std::span<const CrowdSound> sounds, const Songbook& songs, double mouth_m,
-               Dice& dice) {
+               std::span<const CrowdSound> sounds, const Songbook& songs, const StartTimes& starts,
+               double mouth_m, Dice& dice) {
   std::map<std::size_t, FanGroup> by_sound;
   for (const std::size_t i : taken) {
     const bool joins = dice.unit() < 0.5;
@@ -149,7 +148,7 @@ BlockKind fill(const SeatsOfBlock& block, const std::vector<std::size_t>& taken,
     const double scale = 1 + 0.08 * dice.between(-1, 1);
     const double yaw = block.yaws_rad[i] + dice.between(-0.25, 0.25);
     const double aside_m = dice.between(-0.06, 0.06), ahead_m = dice.between(-0.06, 0.06);
-    const double delay_s = dice.between(0, kMostDelayInBlock_s);
+    const double delay_s = dice.between(0, joins ? starts.in_unison_s : starts.alone_s);
     const Vec3 sway(aside_m, mouth_m * scale, ahead_m);
     by_sound[sound].fans.push_back({block.feet_m[i] + sway, yaw, scale, delay_s});
   }
@@ -180,10 +179,24 @@ std::vector<std::size_t> draw_songs(std::span<const CrowdSound> sounds, const So
   return map;
 }
 
+// Takes of one kind that no songbook holds change places at random.
+void shuffle_takes(std::span<const CrowdSound> sounds, const Songbook& songs, Dice& dice,
+                   std::vector<std::size_t>& map) {
+  for (std::size_t first = 0, end; first < sounds.size(); first = end) {
+    for (end = first + 1; end < sounds.size() && sounds[end].kind == sounds[first].kind; ++end) {
+    }
+    if (std::find(songs.begin(), songs.end(), first) != songs.end()) continue;
+    for (std::size_t left = end - first; left > 1; --left) {
+      const auto pick = static_cast<std::size_t>(dice.unit() * static_cast<double>(left));
+      std::swap(map[first + pick], map[first + left - 1]);
+    }
+  }
+}
+
 }  // namespace
 
-Seating make_seating(const Bowl& bowl, std::span<const CrowdSound> sounds, std::size_t fan_count,
-                     double mouth_m) {
+Seating make_seating(const Bowl& bowl, std::span<const CrowdSound> sounds, const StartTimes& starts,
+                     std::size_t fan_count, double mouth_m) {
   const std::vector<SeatsOfBlock> all = blocks_of(bowl);
   std::vector<SeatsOfBlock> models;
   std::vector<std::size_t> repeats, kinds;
@@ -205,7 +218,7 @@ Seating make_seating(const Bowl& bowl, std::span<const CrowdSound> sounds, std::
   const Songbook songs = songs_of(sounds);
   Dice dice(kSeed + 1);
   for (std::size_t kind = 0; kind < models.size(); ++kind)
-    seating.kinds.push_back(fill(models[kind], taken[kind], sounds, songs, mouth_m, dice));
+    seating.kinds.push_back(fill(models[kind], taken[kind], sounds, songs, starts, mouth_m, dice));
   const std::size_t in_tier = all.size() / 2;
   for (std::size_t b = 0; b < all.size(); ++b) {
     const std::size_t place = b % in_tier;
@@ -215,8 +228,9 @@ Seating make_seating(const Bowl& bowl, std::span<const CrowdSound> sounds, std::
     block.stand = stand_of(place);
     block.corner_m = all[b].corner_m;
     block.yaw_rad = all[b].yaw_rad;
-    block.delay_s = dice.between(0, kMostDelayOfBlock_s);
+    block.delay_s = dice.between(0, starts.of_block_s);
     block.sounds = draw_songs(sounds, songs, dice);
+    shuffle_takes(sounds, songs, dice, block.sounds);
     seating.blocks.push_back(std::move(block));
   }
   return seating;

@@ -2,7 +2,7 @@
 //
 // A stadium is made of a few kinds of block, repeated: those of the long sides, of the short sides
 // and of either half of a corner, in two tiers. Fans are drawn once for each kind; the blocks of a
-// kind have the same fans in the same seats, but sing other songs, and begin a moment later.
+// kind have the same fans in the same seats, but sing other songs and takes, and begin later.
 #pragma once
 
 #include <cstddef>
@@ -42,9 +42,18 @@ struct Seating {
   std::vector<Block> blocks;
 };
 
+// Ranges of the random delays after which fans begin; in a loop, a delay is a phase.
+struct StartTimes {
+  double in_unison_s;  // among fans who join in what their block does
+  double alone_s;      // among all others of a block
+  double of_block_s;   // among blocks
+};
+inline constexpr StartTimes kPaperStarts{0.2, 0.2, 0.1};
+inline constexpr StartTimes kAnyStarts{0.2, 10, 10};
+
 // `fan_count` fans, whose mouths are `mouth_m` above their feet, denser low down and along the
-// sides. They begin within 300 ms.
-Seating make_seating(const Bowl& bowl, std::span<const CrowdSound> sounds, std::size_t fan_count,
-                     double mouth_m);
+// sides.
+Seating make_seating(const Bowl& bowl, std::span<const CrowdSound> sounds, const StartTimes& starts,
+                     std::size_t fan_count, double mouth_m);
 
 }  // namespace clamor::assets

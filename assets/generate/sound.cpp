@@ -71,6 +71,12 @@ double smooth_step(double from, double to, double at) {
   return 0.5 - 0.5 * std::cos(kPi * (at - from) / (to - from));
 }
 
+void add_at(double at_s, const Samples& sound, Samples& track) {
+  const std::size_t begin = frames(at_s);
+  if (track.size() < begin + sound.size()) track.resize(begin + sound.size(), 0.0);
+  for (std::size_t i = 0; i < sound.size(); ++i) track[begin + i] += sound[i];
+}
+
 void Loop::add(double at_s, const Samples& sound, double gain) {
   const std::size_t begin = frames(at_s);
   for (std::size_t i = 0; i < sound.size(); ++i)

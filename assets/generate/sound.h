@@ -63,6 +63,16 @@ class LowPass {
 // From 0 at `from` to 1 at `to`, level at both ends; a fade of a half cosine's shape.
 double smooth_step(double from, double to, double at);
 
+// Adds a sound to a track that grows as far as needed.
+void add_at(double at_s, const Samples& sound, Samples& track);
+
+// How one utterance differs from the one that the paper's stadium repeats.
+struct Variation {
+  double pitch = 1;  // factor on all frequencies of the source
+  double tempo = 1;  // above 1 is faster; voices take 1 at most, since onsets keep their length
+  std::uint64_t seed = 0;
+};
+
 // A sound that repeats. What is added beyond its end comes round to its beginning, so that there
 // is no seam.
 class Loop {

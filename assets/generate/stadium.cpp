@@ -176,8 +176,9 @@ MeshBuilder make_fan(MaterialIndex material) {
 }
 
 // Fans stand in a block, a block in a stand, a stand in the crowd.
-void add_crowd(const Bowl& bowl, int fan, std::span<const CrowdSound> sounds, GltfWriter& gltf) {
-  const Seating seating = make_seating(bowl, sounds, kFanCount, kMouth_m);
+void add_crowd(const Bowl& bowl, int fan, std::span<const CrowdSound> sounds,
+               const StartTimes& starts, GltfWriter& gltf) {
+  const Seating seating = make_seating(bowl, sounds, starts, kFanCount, kMouth_m);
   std::vector<int> emitters;
   for (const CrowdSound& sound : sounds)
     emitters.push_back(
@@ -207,7 +208,7 @@ void add_crowd(const Bowl& bowl, int fan, std::span<const CrowdSound> sounds, Gl
 
 }  // namespace
 
-std::string make_stadium(std::span<const CrowdSound> sounds) {
+std::string make_stadium(std::span<const CrowdSound> sounds, const StartTimes& starts) {
   GltfWriter gltf("stadium");
   const Materials materials = make_materials(gltf);
   const Bowl bowl;
@@ -219,7 +220,7 @@ std::string make_stadium(std::span<const CrowdSound> sounds) {
   gltf.node("roof", gltf.mesh("roof", make_roof(bowl, materials.stands)));
 
   const int fan = gltf.mesh("fan", make_fan(materials.fan));
-  add_crowd(bowl, fan, sounds, gltf);
+  add_crowd(bowl, fan, sounds, starts, gltf);
   return gltf.glb();
 }
 

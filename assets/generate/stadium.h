@@ -11,12 +11,13 @@
 
 #include "crowd.h"
 #include "gltf_writer.h"
+#include "seating.h"
 
 namespace clamor::assets {
 
 inline constexpr std::size_t kFanCount = 16416;
 
 // The .glb; sounds are referred to as sounds/NAME.flac.
-std::string make_stadium(std::span<const CrowdSound> sounds);
+std::string make_stadium(std::span<const CrowdSound> sounds, const StartTimes& starts);
 
 }  // namespace clamor::assets

@@ -23,7 +23,7 @@ constexpr std::size_t kPlaceStep = testing::kSanitized ? 12 : 3;  // of twenty
 class PaperScene : public ::testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    if (testing::kSanitized && std::string(GetParam()) == "stadium.glb")
+    if (testing::kSanitized && std::string(GetParam()) == "stadium_paper.glb")
       GTEST_SKIP() << "the same code as in the violin's room, and only numbers";
   }
 
@@ -309,9 +309,11 @@ TEST_P(PaperScene, IsTooLoudByRandomByAllThatThereAre) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Both, PaperScene, ::testing::Values("stadium.glb", "violin_room.glb"),
+INSTANTIATE_TEST_SUITE_P(Both, PaperScene,
+                         ::testing::Values("stadium_paper.glb", "violin_room.glb"),
                          [](const auto& one) {
-                           return std::string(one.param) == "stadium.glb" ? "Stadium" : "Violin";
+                           return std::string(one.param) == "stadium_paper.glb" ? "Stadium"
+                                                                                : "Violin";
                          });
 
 }  // namespace
