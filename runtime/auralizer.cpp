@@ -123,8 +123,8 @@ struct Auralizer::State {
         limit_of_k(choice.sampler().capacity()),
         settled(keyframes_of_choice > 1 ? kKeyframesToSettle : 1),
         mixer(signals, slots_for(choice.sampler()), mode, panner.get(), head.get(), sounds.get(),
-              {static_cast<float>(options.gain), options.limit, options.adapt, options.block_frames,
-               options.audio_clock}) {}
+              {static_cast<float>(options.gain * options.output.diffuse_gain()), options.limit,
+               options.adapt, options.block_frames, options.audio_clock}) {}
 
   // Sees to it that what the keyframe plays is decoded; the first waits for it.
   void play(const Keyframe& keyframe) {

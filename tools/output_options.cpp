@@ -5,25 +5,46 @@
 namespace clamor {
 
 OutputWords::OutputWords(Arguments& parser) {
-  parser.flag("--binaural", binaural_, "for headphones, through a dummy head's ears");
-  parser.option("--hrtf", hrtf_, "the head: a SOFA file; unset: KEMAR. Means --binaural");
-  parser.option("--layout", layout_, "loudspeakers: 5.1, 7.1 or 7.1.4; unset: stereo");
+  parser.flag("--headphones", headphones_,
+              "through a dummy head's ears (binaural); this is the default");
+  parser.flag("--binaural", binaural_, "another word for --headphones");
+  parser.option("--hrtf", hrtf_, "the head: a SOFA file; unset: KEMAR. Means --headphones");
+  parser.flag("--loudspeakers", loudspeakers_, "for two loudspeakers; means --receivers wide");
+  parser.option("--layout", layout_, "for more loudspeakers: 5.1, 7.1 or 7.1.4");
   parser.option(
       "--receivers", receivers_,
-      "of two channels: omni, alike from everywhere, or ortf, two cardioids; unset: omni");
+      "two microphones 17 cm apart: wide, two wide cardioids 110 degrees apart; ortf, two "
+      "cardioids; or omni, alike from everywhere, as in the paper");
   parser.flag("--ambisonics", ambisonics_, "order 3 instead, 16 channels of AmbiX (ACN, SN3D)");
 }
 
+bool OutputWords::asked_for_any() const {
+  return headphones_ || binaural_ || !hrtf_.empty() || loudspeakers_ || !layout_.empty() ||
+         !receivers_.empty() || ambisonics_;
+}
+
 Result<OutputShape> OutputWords::read() const {
-  return OutputShape::asked_for(binaural_ || !hrtf_.empty(), layout_, ambisonics_, receivers_);
+  if (loudspeakers_ && !receivers_.empty())
+    return Error("give one of --loudspeakers and --receivers: output has one kind of channels");
+  const bool binaural = headphones_ || binaural_ || !hrtf_.empty() || !asked_for_any();
+  return OutputShape::asked_for(binaural, layout_, ambisonics_,
+                                loudspeakers_ ? "wide" : receivers_);
 }
 
 Result<void> OutputWords::read_head(OutputShape& shape) const {
   if (shape.kind != OutputShape::Kind::kBinaural) return {};
   auto head = Head::read(hrtf_);
+  if (!head.ok() && !asked_for_any())
+    return Error(head.error().message +
+                 " The default output is for headphones; --loudspeakers needs no head.");
   if (!head.ok()) return head.error();
   shape.head = std::move(*head);
   return {};
+}
+
+std::string OutputWords::note_on_default() const {
+  if (asked_for_any()) return "";
+  return "This is mixed for headphones; --loudspeakers or --layout 5.1 is for loudspeakers.";
 }
 
 }  // namespace clamor

@@ -1,5 +1,5 @@
-// output_options.h: what the channels are, --binaural, --hrtf, --layout, --receivers and
-// --ambisonics, alike in play and render.
+// output_options.h: what the channels are, --headphones, --loudspeakers, --hrtf, --layout,
+// --receivers and --ambisonics, alike in play and render. Headphones are the default.
 #pragma once
 
 #include <string>
@@ -18,11 +18,17 @@ class OutputWords {
   // After parse(); the Error is what the user got wrong. Without the head, which is a file.
   Result<OutputShape> read() const;
 
-  // Reads the head where the shape has one; the Error is what is wrong with the file.
+  // Reads the head where the shape has one, which takes a second; the Error is what is wrong with
+  // the file.
   Result<void> read_head(OutputShape& shape) const;
 
+  // One line for a user who asked for no output in particular; empty for others.
+  std::string note_on_default() const;
+
  private:
-  bool binaural_ = false, ambisonics_ = false;
+  bool asked_for_any() const;
+
+  bool headphones_ = false, binaural_ = false, loudspeakers_ = false, ambisonics_ = false;
   std::string hrtf_, layout_, receivers_;
 };
 

@@ -287,10 +287,10 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
     fmt::print(err, "clamor play: {}\n", error.message);
     return kBadInput;
   };
-  if (const auto read = output_words.read_head(options.auralizer.output); !read.ok())
-    return fail(read.error());
   auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
+  if (const auto read = output_words.read_head(options.auralizer.output); !read.ok())
+    return fail(read.error());
   if (const auto read = mix.read_script(options.auralizer, file->signal_count()); !read.ok())
     return fail(read.error());
   options.pose = before_first_emitter(file->emitters());
@@ -309,6 +309,8 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   auto player = Player::create(std::make_shared<const BakeFile>(std::move(*file)), options);
   if (!player.ok()) return fail(player.error());
   fmt::print(err, "playing {} on {}\n", level, describe((*player)->statistics().output));
+  if (const std::string note = output_words.note_on_default(); !note.empty())
+    fmt::print(err, "{}\n", note);
   if (const auto started = (*player)->start(); !started.ok()) return fail(started.error());
   PlayTrace trace;
   run(**player, options, trace, err);

@@ -94,10 +94,10 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   }
   if (seconds == 0) seconds = walk.length_s() > 0 ? walk.length_s() : 10;
 
-  if (const auto read = output_words.read_head(options.output); !read.ok())
-    return fail(read.error());
   auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
+  if (const auto read = output_words.read_head(options.output); !read.ok())
+    return fail(read.error());
   if (const auto read = mix.read_script(options, file->signal_count()); !read.ok())
     return fail(read.error());
   options.wait_for_pages = true;
@@ -138,6 +138,8 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
       "than real time\n",
       output, seconds, statistics.voices, decibels(peak),
       decibels(std::sqrt(energy / static_cast<double>(frames * channels))), seconds / elapsed_s);
+  if (const std::string note = output_words.note_on_default(); !note.empty())
+    fmt::print(err, "{}\n", note);
   if (statistics.clipped_frames > 0)
     fmt::print(err, "warning: {} frames go beyond full scale; --gain {:.0f}dB would not clip\n",
                statistics.clipped_frames,

@@ -6,20 +6,33 @@
 
 #include "common/maths.h"
 #include "common/text.h"
+#include "runtime/field/loudness.h"
 
 namespace clamor {
 
 namespace {
 
 constexpr double kOrtf_rad = 55 * std::numbers::pi / 180;
-constexpr float kCardioid = 2;
+constexpr float kCardioid = 2, kWideCardioid = 1;
 
 }  // namespace
 
 Result<ReceiverPattern> ReceiverPattern::named(const std::string& name) {
   if (name == "omni") return ReceiverPattern{};
   if (name == "ortf") return ReceiverPattern{same_in_all_bands(kCardioid), kOrtf_rad};
-  return Error("no receivers are called " + in_quotes(name) + "; there are 'omni' and 'ortf'.");
+  if (name == "wide") return ReceiverPattern{same_in_all_bands(kWideCardioid), kOrtf_rad};
+  return Error("no receivers are called " + in_quotes(name) +
+               "; there are 'omni', 'ortf' and 'wide'.");
+}
+
+double ReceiverPattern::diffuse_power() const {
+  const Bands weights = loudness_weights();
+  double heard = 0, all = 0;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    heard += static_cast<double>(weights[b]) / (static_cast<double>(exponent[b]) + 1);
+    all += static_cast<double>(weights[b]);
+  }
+  return heard / all;
 }
 
 Reception::Reception(const ReceiverPattern& pattern, const Pose& pose)

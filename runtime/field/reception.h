@@ -25,9 +25,15 @@ struct ReceiverPattern {
   Bands exponent{};      // p, 0 to 100
   double angle_rad = 0;  // from straight ahead to the left receiver's axis; the right one's mirrors
 
-  // "omni", or "ortf": two cardioids 110 degrees apart, which with the 17 cm between our receivers
-  // is the pair of the Office de Radiodiffusion Television Francaise. An Error for other names.
+  // "omni"; "ortf": two cardioids 110 degrees apart, which with the 17 cm between our receivers
+  // is the pair of the Office de Radiodiffusion Television Francaise; "wide": wide cardioids
+  // (p = 1) on the same axes, which hear a source behind the listener 5.6 dB weaker than one
+  // ahead, where cardioids hear it 11.3 dB weaker. An Error for other names.
   static Result<ReceiverPattern> named(const std::string& name);
+
+  // Power of what one receiver hears of a diffuse field, loudness-weighted over the bands, against
+  // an omnidirectional one: the mean of ((1 + cos a) / 2)^p over the sphere is 1 / (p + 1).
+  double diffuse_power() const;
 
   bool operator==(const ReceiverPattern&) const = default;
 };

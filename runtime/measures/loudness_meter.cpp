@@ -1,6 +1,7 @@
 #include "runtime/measures/loudness_meter.h"
 
 #include <cassert>
+#include <cmath>
 #include <limits>
 #include <new>
 
@@ -48,6 +49,7 @@ int place_of(Speaker speaker) {
 struct LoudnessMeter::State {
   ebur128_state* meter = nullptr;
   std::size_t channels = 0;
+  double offset_lu = 0;
   ~State() { ebur128_destroy(&meter); }
 };
 
@@ -58,6 +60,7 @@ LoudnessMeter::LoudnessMeter(int channels, std::span<const Speaker> speakers)
                                EBUR128_MODE_M | EBUR128_MODE_S);
   if (state_->meter == nullptr) throw std::bad_alloc();
   if (speakers.empty() && channels <= 2) return;
+  if (speakers.empty()) state_->offset_lu = 10 * std::log10(2.0);
   for (unsigned c = 0; c < static_cast<unsigned>(channels); ++c)
     ebur128_set_channel(state_->meter, c,
                         !speakers.empty() ? place_of(speakers[c])
@@ -76,13 +79,13 @@ void LoudnessMeter::add(std::span<const float> interleaved) {
 double LoudnessMeter::momentary_lufs() const {
   double lufs = -std::numeric_limits<double>::infinity();
   ebur128_loudness_momentary(state_->meter, &lufs);
-  return lufs;
+  return lufs + state_->offset_lu;
 }
 
 double LoudnessMeter::short_term_lufs() const {
   double lufs = -std::numeric_limits<double>::infinity();
   ebur128_loudness_shortterm(state_->meter, &lufs);
-  return lufs;
+  return lufs + state_->offset_lu;
 }
 
 }  // namespace clamor

@@ -1,7 +1,8 @@
 // loudness_meter.h: how loud what is played is now, by BS.1770, for a status line.
 //
 // Momentary over 400 ms, short-term over 3 s (EBU Tech 3341). Loudspeakers at the sides count 1.5
-// dB more, LFE nothing; of ambisonics, the omnidirectional component alone is heard.
+// dB more, LFE nothing. Ambisonics count as their omnidirectional component in two channels, which
+// is as loud as two omnidirectional receivers in the same place.
 //
 // Threads: add() and the figures on one, and not the audio thread: libebur128 allocates.
 #pragma once

@@ -22,13 +22,18 @@ struct OutputShape {
   std::shared_ptr<const Head> head;  // binaural
   ReceiverPattern receivers;         // of two
 
-  // From what a user asked for: one of these or none. An Error for more and for a layout or
-  // receivers that do not exist.
+  // From what a user asked for: one of these, or two omnidirectional receivers for none. An Error
+  // for more and for a layout or receivers that do not exist.
   static Result<OutputShape> asked_for(bool binaural, const std::string& layout, bool ambisonics,
                                        const std::string& receivers = "");
 
   int channels() const;
   std::vector<Speaker> speakers() const;  // for the header of a file; empty where they are none
+
+  // Amplitude that makes the loudness (BS.1770) of a diffuse field that of two omnidirectional
+  // receivers, so that no kind of output is louder than another. A head already is as loud
+  // (head.h). Ambisonics keep 1 by convention: W is what one such receiver hears.
+  double diffuse_gain() const;
 
   // Null for two receivers and for a head.
   std::unique_ptr<Panner> make_panner() const;

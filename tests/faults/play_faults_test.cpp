@@ -215,8 +215,8 @@ Outcome played(const Folder& folder, const std::string& path, const std::functio
                            std::this_thread::sleep_for(std::chrono::milliseconds(10));
                          strike();
                        }});
-  const Outcome outcome = clamor({"play", path, "--device", "none", "--walk", walk, "--memory",
-                                  "4MB", "--voices", "300", "--record", wav});
+  const Outcome outcome = clamor({"play", path, "--receivers", "omni", "--device", "none", "--walk",
+                                  walk, "--memory", "4MB", "--voices", "300", "--record", wav});
   EXPECT_TRUE(faults.struck()) << outcome.err;
   return outcome;
 }
@@ -258,8 +258,8 @@ TEST(RenderCommand, OfAFileThatCannotBeReadToTheEndWritesNothing) {
                        .strike_at = 20,
                        .fate = Fate::kStaysSo,
                        .error = EIO});
-  const Outcome outcome = clamor(
-      {"render", path, "-o", folder / "out.wav", "--listener", "3,4,1.5", "--seconds", "0.2"});
+  const Outcome outcome = clamor({"render", path, "--receivers", "omni", "-o", folder / "out.wav",
+                                  "--listener", "3,4,1.5", "--seconds", "0.2"});
   EXPECT_TRUE(faults.struck());
   EXPECT_EQ(outcome.code, 1) << outcome.err;
   EXPECT_NE(outcome.err.find(path), std::string::npos) << outcome.err;
@@ -279,8 +279,9 @@ TEST(RenderCommand, WritesTheSameBytesHoweverSlowTheDiskIs) {
   folder.write("walk.json", R"({"points": [{"time_s": 0, "position_m": [0, 1.7, 0]},
                                            {"time_s": 1, "position_m": [-2, 1.7, 1]}]})");
   const auto rendered = [&] {
-    const Outcome outcome = clamor({"render", path, "-o", wav, "--walk", walk, "--seconds", "0.5",
-                                    "--voices", "500", "--memory", "9MB"});
+    const Outcome outcome =
+        clamor({"render", path, "--receivers", "omni", "-o", wav, "--walk", walk, "--seconds",
+                "0.5", "--voices", "500", "--memory", "9MB"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     return read(wav);
   };

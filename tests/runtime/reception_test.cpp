@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include <gtest/gtest.h>
 
 #include "common/directivity.h"
 #include "common/random.h"
+#include "runtime/auralizer.h"
+#include "runtime/measures/loudness_meter.h"
 #include "runtime/mixing/output_shape.h"
 #include "runtime/sampling/representative_octree.h"
 #include "tests/runtime/sorted_choice.h"
@@ -82,6 +85,18 @@ TEST(Reception, OfAnOrtfPairIsTwoCardioids110DegreesApart) {
   EXPECT_NEAR(level_db(0, 0), level_db(1, 0), 1e-5);
 }
 
+TEST(Reception, OfAWidePairHearsBehindTheListenerAndTellsTheSidesApart) {
+  const Reception pair(*ReceiverPattern::named("wide"), Pose{});
+  const auto level_db = [&](int ear, double to_the_left_deg) {
+    const double a = to_the_left_deg * kDegree;
+    return 20 * std::log10(pair.gain(ear, Vec3f(Vec3(-std::sin(a), 0, -std::cos(a))))[4]);
+  };
+  EXPECT_NEAR(level_db(0, 0), 10 * std::log10((1 + std::cos(55 * kDegree)) / 2), 1e-4);
+  EXPECT_NEAR(level_db(0, 180), 10 * std::log10((1 + std::cos(125 * kDegree)) / 2), 1e-4);
+  EXPECT_NEAR(level_db(1, 180), level_db(0, 180), 1e-5);
+  EXPECT_GT(level_db(0, 90) - level_db(1, 90), 10);
+}
+
 TEST(Reception, OfOmniIsAllFromEverywhereAndOtherNamesAreRefused) {
   const Reception omni(*ReceiverPattern::named("omni"), pose_at(1));
   EXPECT_TRUE(omni.is_even());
@@ -89,7 +104,7 @@ TEST(Reception, OfOmniIsAllFromEverywhereAndOtherNamesAreRefused) {
   const auto unknown = OutputShape::asked_for(false, "", false, "ears");
   ASSERT_FALSE(unknown.ok());
   EXPECT_EQ(unknown.error().message,
-            "--receivers: no receivers are called 'ears'; there are 'omni' and 'ortf'.");
+            "--receivers: no receivers are called 'ears'; there are 'omni', 'ortf' and 'wide'.");
   EXPECT_FALSE(OutputShape::asked_for(true, "", false, "ortf").ok());
   EXPECT_EQ(OutputShape::asked_for(false, "", false, "ortf")->receivers.exponent[0], 2);
 }
@@ -246,11 +261,71 @@ TEST(Reception, IsHeard) {
       const Vec3 way_m = at(angle_deg) - Vec3(side * 0.5 * kEarDistance_m, 0, 0);
       const double off_axis = std::acos(
           dot(normalize(way_m), Vec3(side * std::sin(55 * kDegree), 0, -std::cos(55 * kDegree))));
-      EXPECT_NEAR(level_db(pair, e) - level_db(omni, e),
-                  20 * std::log10((1 + std::cos(off_axis)) / 2), 0.1)
+      EXPECT_NEAR(
+          level_db(pair, e) - level_db(omni, e),
+          // Cardioids hear a third of a diffuse field's power, which the output makes up for.
+          20 * std::log10((1 + std::cos(off_axis)) / 2) + 10 * std::log10(3), 0.1)
           << angle_deg << " degrees, ear " << e;
     }
   }
+}
+
+// Noise from 64 directions of equal solid angle, each with a signal of its own.
+AuralizerInput diffuse_field() {
+  constexpr std::uint32_t kDirections = 64;
+  AuralizerInput input;
+  input.materials.resize(1);
+  for (std::uint32_t i = 0; i < kDirections; ++i) {
+    Signal& signal = input.signals.emplace_back();
+    for (std::uint32_t n = 0; n < kSampleRate_hz / 2; ++n)
+      signal.samples.push_back(0.1f *
+                               (2 * static_cast<float>(unit(philox(i, {n, 0, 0, 0})[0])) - 1));
+    Emitter& emitter = input.emitters.emplace_back();
+    emitter.signal = i;
+    const double y = 1 - (2 * i + 1.0) / kDirections, radius = std::sqrt(1 - y * y);
+    const double turn = i * std::numbers::pi * (3 - std::sqrt(5.0));
+    Source& source = input.sources.emplace_back();
+    source.is_emitter = true;
+    source.emitter = i;
+    source.position_m = Vec3f(10.0 * Vec3(radius * std::cos(turn), y, radius * std::sin(turn)));
+    source.power = same_in_all_bands(1);
+    source.u = 0.5f;
+  }
+  return input;
+}
+
+double loudness_lufs(const AuralizerInput& input, const OutputShape& shape) {
+  AuralizerOptions options;
+  options.visibility = false;
+  options.output = shape;
+  const auto auralizer = Auralizer::create(input, options);
+  EXPECT_TRUE(auralizer.ok());
+  LoudnessMeter meter(shape.channels(), shape.speakers());
+  std::vector<float> block(static_cast<std::size_t>(shape.channels()) * 960);
+  for (int i = 0; i < 25; ++i) {
+    while ((*auralizer)->wants_keyframe()) (*auralizer)->make_keyframe(Pose{});
+    (*auralizer)->mix(block);
+    meter.add(block);
+  }
+  return meter.momentary_lufs();
+}
+
+TEST(OutputShape, IsAsLoudAsEveryOtherInADiffuseField) {
+  const AuralizerInput field = diffuse_field();
+  const double omni_lufs = loudness_lufs(field, OutputShape{});
+  EXPECT_TRUE(std::isfinite(omni_lufs));
+  OutputShape headphones = *OutputShape::asked_for(true, "", false);
+  headphones.head = *Head::read("");
+  const std::pair<const char*, OutputShape> shapes[] = {
+      {"ortf", *OutputShape::asked_for(false, "", false, "ortf")},
+      {"wide", *OutputShape::asked_for(false, "", false, "wide")},
+      {"5.1", *OutputShape::asked_for(false, "5.1", false)},
+      {"7.1", *OutputShape::asked_for(false, "7.1", false)},
+      {"7.1.4", *OutputShape::asked_for(false, "7.1.4", false)},
+      {"ambisonics", *OutputShape::asked_for(false, "", true)},
+      {"headphones", headphones}};
+  for (const auto& [name, shape] : shapes)
+    EXPECT_NEAR(loudness_lufs(field, shape), omni_lufs, 0.8) << name;
 }
 
 }  // namespace

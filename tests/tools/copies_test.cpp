@@ -136,8 +136,8 @@ TEST(CopiesCommand, RenderOfAllSourcesIsTheSameSound) {
   for (const std::string copies : {"on", "off"}) {
     const std::string file = folder / (copies + ".clamor"), wav = folder / (copies + ".wav");
     bake(level, file, {"--copies", copies});
-    const auto outcome = clamor({"render", file, "-o", wav, "--listener", "1,1.6,2", "--seconds",
-                                 "0.5", "--strategy", "all"});
+    const auto outcome = clamor({"render", file, "--receivers", "omni", "-o", wav, "--listener",
+                                 "1,1.6,2", "--seconds", "0.5", "--strategy", "all"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     heard.push_back(samples_of(wav));
   }

@@ -125,8 +125,8 @@ TEST(Strategies, OfTheCommandLineAreCheckedBeforeAnythingIsWritten) {
   const Folder folder;
   const std::string level = baked_level(folder), wav = folder / "out.wav";
   const auto render = [&](const std::vector<std::string>& words) {
-    std::vector<std::string> all = {"render",     level,     "-o",        wav,
-                                    "--listener", "0,1.7,2", "--seconds", "0.1"};
+    std::vector<std::string> all = {"render",  level,       "-o",  wav,           "--listener",
+                                    "0,1.7,2", "--seconds", "0.1", "--receivers", "omni"};
     all.insert(all.end(), words.begin(), words.end());
     return clamor(all);
   };

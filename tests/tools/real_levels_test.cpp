@@ -52,8 +52,9 @@ TEST_P(RealLevels, BakeInspectRenderAndMeasureSanely) {
   EXPECT_LE(json["photons"]["escaped_share"], level.most_escaped) << level.file;
   EXPECT_EQ(json["bytes"]["file"], std::filesystem::file_size(bake));
 
-  const auto rendered = clamor({"render", bake, "-o", wav, "--listener", level.listener,
-                                "--seconds", "1", "--voices", "500", "--gain", "-12"});
+  const auto rendered =
+      clamor({"render", bake, "--receivers", "omni", "-o", wav, "--listener", level.listener,
+              "--seconds", "1", "--voices", "500", "--gain", "-12"});
   ASSERT_EQ(rendered.code, 0) << rendered.err;
   const auto samples = read_audio(wav);
   ASSERT_TRUE(samples.ok());

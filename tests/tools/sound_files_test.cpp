@@ -87,11 +87,11 @@ TEST_F(SoundFiles, HoldTheSamplesThatWereAskedForFromRenderAndPlay) {
   } cases[] = {{"a.wav", "float", "float", 32, 0},    {"a.wav", "32", "pcm", 32, 0x1p-31},
                {"a.wav", "24", "pcm", 24, 0x1p-23},   {"a.wav", "16", "pcm", 16, 0x1p-15},
                {"a.flac", "24", "flac", 24, 0x1p-23}, {"a.flac", "16", "flac", 16, 0x1p-15}};
-  const auto exact = read_channels(written("render", "exact.wav", {}), 2);
+  const auto exact = read_channels(written("render", "exact.wav", {"--receivers", "omni"}), 2);
   ASSERT_TRUE(exact.ok());
   for (const char* command : {"render", "play"})
     for (const auto& [file, format, kind, bits, step] : cases) {
-      const std::string path = written(command, file, {"--format", format});
+      const std::string path = written(command, file, {"--receivers", "omni", "--format", format});
       const Header header = header_of(path);
       const std::string what = std::string(command) + " " + file + " " + format;
       EXPECT_EQ(header.kind, kind) << what;
@@ -111,16 +111,25 @@ TEST_F(SoundFiles, HoldTheSamplesThatWereAskedForFromRenderAndPlay) {
     }
 }
 
+TEST_F(SoundFiles, AreForHeadphonesUnlessAnotherOutputIsAskedFor) {
+  const auto unasked = read(written("render", "a.wav", {}));
+  EXPECT_EQ(unasked, read(written("render", "b.wav", {"--headphones"})));
+  EXPECT_EQ(unasked, read(written("render", "c.wav", {"--binaural"})));
+  EXPECT_EQ(read(written("render", "d.wav", {"--loudspeakers"})),
+            read(written("render", "e.wav", {"--receivers", "wide"})));
+  EXPECT_EQ(clamor({"render", bake_, "--listener", "0,0,1", "-o", folder_ / "f.wav",
+                    "--loudspeakers", "--headphones"})
+                .code,
+            2);
+}
+
 TEST_F(SoundFiles, HaveTheChannelsOfEveryOutputFromRenderAndPlay) {
   const struct {
     std::vector<std::string> options;
     unsigned channels, speakers;
-  } cases[] = {{{}, 2, 0},
-               {{"--binaural"}, 2, 0},
-               {{"--layout", "5.1"}, 6, 0x60f},
-               {{"--layout", "7.1"}, 8, 0x63f},
-               {{"--layout", "7.1.4"}, 12, 0x2d63f},
-               {{"--ambisonics"}, 16, 0}};
+  } cases[] = {{{"--loudspeakers"}, 2, 0},           {{"--headphones"}, 2, 0},
+               {{"--layout", "5.1"}, 6, 0x60f},      {{"--layout", "7.1"}, 8, 0x63f},
+               {{"--layout", "7.1.4"}, 12, 0x2d63f}, {{"--ambisonics"}, 16, 0}};
   for (const char* command : {"render", "play"})
     for (const auto& [options, channels, speakers] : cases) {
       const std::string path = written(command, "a.wav", options);
