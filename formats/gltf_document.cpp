@@ -94,11 +94,18 @@ bool is_harmless(std::string_view extension) {
   static constexpr std::array<std::string_view, 9> kPrefixes = {
       "CLAMOR_",     "KHR_materials_", "KHR_texture_", "EXT_texture_",  "MSFT_texture_",
       "KHR_lights_", "EXT_lights_",    "KHR_xmp",      "EXT_materials_"};
-  static constexpr std::array<std::string_view, 11> kNames = {
-      "KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "KHR_node_visibility",
-      "KHR_audio_emitter",     "MSFT_audio_emitter",      "OMI_audio_emitter",
-      "KHR_animation_pointer", "KHR_camera_animation",    "KHR_techniques_webgl",
-      "FB_ngon_encoding",      "EXT_mesh_features"};
+  static constexpr std::array<std::string_view, 12> kNames = {"KHR_mesh_quantization",
+                                                              "EXT_mesh_gpu_instancing",
+                                                              "KHR_node_visibility",
+                                                              "KHR_audio_emitter",
+                                                              "MSFT_audio_emitter",
+                                                              "OMI_audio_emitter",
+                                                              "KHR_audio",
+                                                              "KHR_animation_pointer",
+                                                              "KHR_camera_animation",
+                                                              "KHR_techniques_webgl",
+                                                              "FB_ngon_encoding",
+                                                              "EXT_mesh_features"};
   return std::any_of(kPrefixes.begin(), kPrefixes.end(),
                      [&](auto prefix) { return extension.starts_with(prefix); }) ||
          std::find(kNames.begin(), kNames.end(), extension) != kNames.end();

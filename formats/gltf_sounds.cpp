@@ -148,7 +148,7 @@ class SoundReader {
                        const Extra& extra) const {
     Emitter made;
     made.position_m = Vec3(place.world[3]);
-    const Vec3 ahead(place.world * glm::dvec4(0, 0, -1, 0));
+    const Vec3 ahead(place.world * glm::dvec4(0, 0, emitter.faces_plus_z ? 1 : -1, 0));
     const double stretch = length(ahead);
     if (!is_finite(made.position_m) || length(made.position_m) > kFarthestEmitter_m ||
         !std::isfinite(stretch))
@@ -206,12 +206,6 @@ class SoundReader {
         out_.ignored.push_back(
             fmt::format("emitter {} '{}', which stands on no node", i, audio_.emitters[i].name));
     }
-    for (const char* other : {"MSFT_audio_emitter", "OMI_audio_emitter"})
-      if (scene_.json.find({"extensions", other}) != nullptr)
-        out_.warnings.push_back(
-            fmt::format("{} is not read; give its emitters as KHR_audio_emitter "
-                        "or in a sidecar",
-                        other));
     return {};
   }
 

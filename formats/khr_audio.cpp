@@ -59,6 +59,7 @@ void read_positional(const Json& json, const std::string& where, KhrEmitter& emi
         where, inner * 180 / kPi, outer_angle * 180 / kPi, outer_gain, emitter.directivity));
   }
 
+  emitter.faces_plus_z = fields.boolean("facesPlusZ").value_or(false);
   const double reference_m = fields.number("refDistance", 0, 1e6).value_or(1);
   emitter.gain *= reference_m > 0 ? reference_m : 1;
   const std::string model = fields.string("distanceModel").value_or("inverse");

@@ -1,4 +1,5 @@
-// khr_audio.h: KHR_audio_emitter in its old and new spelling, as we understand it.
+// khr_audio.h: KHR_audio_emitter in its old and new spelling, as we understand it. Other audio
+// extensions are rewritten as this one first (audio_extensions.h).
 //
 // The extension is a draft whose curves are a designer's, ours are physical; what is made of them:
 //
@@ -24,6 +25,7 @@ struct KhrEmitter {
   bool global = false;
   double gain = 1;  // amplitude at 1 m on the axis, refDistance included
   double directivity = 0;
+  bool faces_plus_z = false;  // its axis is the node's +Z, not -Z (audio_extensions.h)
   std::vector<std::size_t> sources;
   std::vector<std::string> notes;  // what was understood differently than it was meant
 };

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "formats/audio_extensions.h"
 #include "formats/audio_file.h"
 #include "formats/emitter_spec.h"
 #include "formats/gltf_document.h"
@@ -184,9 +185,13 @@ std::uint64_t finish_hash(InputHash& hash, const Level& level) {
   return hash.value();
 }
 
-Result<GltfScene> read_scene(const std::string& path, LevelFolder& folder) {
+Result<GltfScene> read_scene(const std::string& path, LevelFolder& folder, ImportReport& report) {
   auto document = read_gltf_document(path, folder);
   if (!document.ok()) return document.error();
+  const RewrittenAudio audio = rewrite_audio_extensions(document->json);
+  if (!audio.extension.empty())
+    report.found.push_back(audio.extension + ", read as KHR_audio_emitter");
+  report.ignored.insert(report.ignored.end(), audio.ignored.begin(), audio.ignored.end());
   auto scene = read_gltf_scene(std::move(*document));
   if (!scene.ok()) return scene.error().in(path);
   return scene;
@@ -208,7 +213,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   LevelFolder folder(path);
   level.name = std::filesystem::path(path).filename().string();
 
-  const auto scene = read_scene(path, folder);
+  const auto scene = read_scene(path, folder, report);
   if (!scene.ok()) return scene.error();
   auto sidecar = read_sidecar(path, options, folder, report);
   if (!sidecar.ok()) return sidecar.error();

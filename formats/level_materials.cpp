@@ -26,7 +26,18 @@ bool has_flat_extras(const Json* extras) {
   });
 }
 
-// Steps 1 and 2: what the level's author wrote on the material itself.
+// Step 1.
+std::optional<Assigned> from_sidecar(const std::string& name, const Sidecar& sidecar) {
+  for (const Sidecar::MaterialRule& rule : sidecar.materials)
+    if (glob_matches(rule.pattern, name)) {
+      Assigned assigned{rule.acoustics, "sidecar " + in_quotes(rule.pattern)};
+      assigned.acoustics.material.name = name;
+      return assigned;
+    }
+  return std::nullopt;
+}
+
+// Steps 2 and 3: what the level's author wrote on the material itself.
 Result<std::optional<Assigned>> from_level(const Json* json, const std::string& name,
                                            const MaterialPresets& presets) {
   if (json == nullptr) return std::optional<Assigned>();
@@ -45,15 +56,9 @@ Result<std::optional<Assigned>> from_level(const Json* json, const std::string& 
   return std::optional<Assigned>();
 }
 
-// Steps 3 to 5.
-Result<Assigned> from_name(const std::string& name, const Sidecar& sidecar,
-                           const MaterialPresets& presets, const std::string& default_preset) {
-  for (const Sidecar::MaterialRule& rule : sidecar.materials)
-    if (glob_matches(rule.pattern, name)) {
-      Assigned assigned{rule.acoustics, "sidecar " + in_quotes(rule.pattern)};
-      assigned.acoustics.material.name = name;
-      return assigned;
-    }
+// Steps 4 and 5.
+Result<Assigned> from_name(const std::string& name, const MaterialPresets& presets,
+                           const std::string& default_preset) {
   const auto guess = name == kUnnamed ? std::nullopt : presets.guess(name);
   const std::string preset = guess.value_or(default_preset);
   auto material = presets.get(preset);
@@ -108,8 +113,14 @@ Result<void> assign_materials(const GltfScene& scene, const Sidecar& sidecar,
     const Json* json = m < scene.materials.size() ? &(*materials->array())[m] : nullptr;
     auto written = from_level(json, name, presets);
     if (!written.ok()) return written.error();
+    if (auto ruled = from_sidecar(name, sidecar)) {
+      if (*written)
+        report.found.push_back(fmt::format("material '{}': the {} replaces the level's own {}",
+                                           name, ruled->how, (*written)->how));
+      *written = std::move(*ruled);
+    }
     if (!*written) {
-      auto guessed = from_name(name, sidecar, presets, fallback);
+      auto guessed = from_name(name, presets, fallback);
       if (!guessed.ok()) return guessed.error();
       *written = std::move(*guessed);
     }

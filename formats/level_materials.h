@@ -1,9 +1,11 @@
 // level_materials.h: gives every material of a level its acoustic values, and says from where.
 //
 // The first of these that has something to say:
-//   1. extensions.CLAMOR_materials_acoustic of the glTF material
-//   2. its extras: "acoustic": { ... } or a preset's name, or flat "acoustic_preset", ...
-//   3. the sidecar's first pattern that matches its name
+//   1. the sidecar's first pattern that matches its name; it is written later than the level, and
+//   on
+//      purpose, so the report says so where it replaces what the level says
+//   2. extensions.CLAMOR_materials_acoustic of the glTF material
+//   3. its extras: "acoustic": { ... } or a preset's name, or flat "acoustic_preset", ...
 //   4. the preset of which an alias occurs in its name
 //   5. the default preset, with a warning
 #pragma once

@@ -25,11 +25,21 @@ std::optional<Bands> eight_values(JsonFields& fields, const char* key, double hi
   return bands;
 }
 
+// "walls" and "arches" are what "wall" and "arch" are.
+bool word_matches(const std::string& pattern, std::string_view word) {
+  if (glob_matches(pattern, word)) return true;
+  for (const std::string_view plural : {"s", "es"})
+    if (word.ends_with(plural) &&
+        glob_matches(pattern, word.substr(0, word.size() - plural.size())))
+      return true;
+  return false;
+}
+
 bool words_match(const std::vector<std::string>& pattern, const std::vector<std::string>& words,
                  std::size_t first) {
   if (first + pattern.size() > words.size()) return false;
   for (std::size_t i = 0; i < pattern.size(); ++i)
-    if (!glob_matches(pattern[i], words[first + i])) return false;
+    if (!word_matches(pattern[i], words[first + i])) return false;
   return true;
 }
 
@@ -76,7 +86,11 @@ Result<MaterialPresets> MaterialPresets::parse(std::string_view text) {
         for (std::string word; words >> word;) parsed.words.push_back(word);
         presets.aliases_.push_back(std::move(parsed));
       }
+    Origin origin{fields.string("source").value_or(""), 0, 0};
+    if (const auto range = fields.numbers("measured_hz"); range && range->size() == 2)
+      origin = {origin.source, (*range)[0], (*range)[1]};
     if (const auto ok = fields.result(); !ok.ok()) return ok.error();
+    presets.origins_.push_back(std::move(origin));
     presets.names_.push_back(name);
     presets.materials_.push_back(material);
   }
@@ -86,8 +100,11 @@ Result<MaterialPresets> MaterialPresets::parse(std::string_view text) {
 Result<Material> MaterialPresets::get(std::string_view name) const {
   const auto it = std::find(names_.begin(), names_.end(), name);
   if (it != names_.end()) return materials_[static_cast<std::size_t>(it - names_.begin())];
+  if (const auto meant = guess(name))
+    return Error("there is no preset " + in_quotes(name) + "; the preset for it is " +
+                 in_quotes(*meant) + ". 'clamor materials' lists all of them.");
   return Error("there is no preset " + in_quotes(name) + "; the nearest name is " +
-               in_quotes(nearest_name(name, names_)) + ".");
+               in_quotes(nearest_name(name, names_)) + ". 'clamor materials' lists all of them.");
 }
 
 std::optional<std::string> MaterialPresets::guess(std::string_view material_name) const {

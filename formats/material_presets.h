@@ -21,15 +21,24 @@ class MaterialPresets {
   // "~thing"] } }
   static Result<MaterialPresets> parse(std::string_view json);
 
-  // By its own name. The Error names the nearest one.
+  // By its own name. The Error names the preset that the name means by an alias ("velvet":
+  // curtain), or else the one that is spelled most like it.
   Result<Material> get(std::string_view name) const;
 
   // The preset of which an alias occurs among the words of a material's name, as "brick" in
-  // "WallBrick_02". Substances win over things, which are marked with ~ ("glass" over "~table");
-  // then the alias of most words ("wood floor" over "wood"); then the one that ends last.
+  // "WallBrick_02" or, in the plural, in "bricks". Substances win over things, which are marked
+  // with ~ ("glass" over "~table"); then the alias of most words ("wood floor" over "wood"); then
+  // the one that ends last.
   std::optional<std::string> guess(std::string_view material_name) const;
 
   const std::vector<std::string>& names() const { return names_; }
+
+  // Where the figures of preset `index` of names() come from.
+  struct Origin {
+    std::string source;
+    double low_hz = 0, high_hz = 0;  // range of the measured absorption; extrapolated outside of it
+  };
+  const Origin& origin(std::size_t index) const { return origins_[index]; }
 
  private:
   struct Alias {
@@ -39,6 +48,7 @@ class MaterialPresets {
   };
   std::vector<std::string> names_;
   std::vector<Material> materials_;
+  std::vector<Origin> origins_;
   std::vector<Alias> aliases_;
 };
 

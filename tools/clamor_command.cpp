@@ -26,6 +26,7 @@ constexpr std::string_view kHelp =
   clamor impulse LEVEL.clamor -o IR.wav     impulse response and room parameters (ISO 3382-1)
   clamor compare A.wav B.wav                by what the ear could tell two recordings apart
   clamor experiment NAME LEVEL.clamor -o DIR  the paper's figures, found again
+  clamor materials                          acoustic presets for the surfaces of a level
   clamor devices                            sound devices that play can use
   clamor bench mixer                        how many voices this machine mixes
 
@@ -40,7 +41,7 @@ struct Command {
   int (*run)(std::span<const std::string>, std::ostream&, std::ostream&);
 };
 
-constexpr std::array<Command, 11> kCommands = {{{"bake", run_bake},
+constexpr std::array<Command, 12> kCommands = {{{"bake", run_bake},
                                                 {"merge", run_merge},
                                                 {"inspect", run_inspect},
                                                 {"diff", run_diff},
@@ -49,6 +50,7 @@ constexpr std::array<Command, 11> kCommands = {{{"bake", run_bake},
                                                 {"compare", run_compare},
                                                 {"experiment", run_experiment},
                                                 {"play", run_play},
+                                                {"materials", run_materials},
                                                 {"devices", run_devices},
                                                 {"bench", run_bench}}};
 

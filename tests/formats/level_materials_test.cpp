@@ -21,8 +21,27 @@ class Materials : public LevelTest {
   }
 };
 
-TEST_F(Materials, TakeTheirOwnExtensionBeforeAllElse) {
+TEST_F(Materials, TakeTheSidecarBeforeAllElseAndSayWhatItReplaces) {
+  write("level.acoustics.json", R"({"materials": {"brick": "curtain"}})");
+  const json extension = {{"CLAMOR_materials_acoustic", {{"preset", "brick"}}}};
+  const auto replaced = with({{"name", "Brick"}, {"extensions", extension}});
+  EXPECT_EQ(replaced.report.materials.at(0).preset, "curtain");
+  EXPECT_THAT(replaced.report.found,
+              ::testing::Contains(HasSubstr("'Brick': the sidecar 'brick' replaces the level's "
+                                            "own CLAMOR_materials_acoustic")));
+  EXPECT_TRUE(
+      replaced.report.warnings.empty() ||
+      !::testing::Value(replaced.report.warnings, ::testing::Contains(HasSubstr("sidecar"))));
+}
+
+TEST_F(Materials, TakeTheSidecarBeforeExtras) {
   write("level.acoustics.json", R"({"materials": {"*": "carpet"}})");
+  const auto imported = with({{"name", "x"}, {"extras", {{"acoustic", {{"preset", "glass"}}}}}});
+  EXPECT_EQ(imported.report.materials.at(0).preset, "carpet");
+  EXPECT_EQ(imported.report.materials.at(0).how, "sidecar '*'");
+}
+
+TEST_F(Materials, TakeTheirOwnExtensionBeforeExtrasAndTheirName) {
   const auto imported =
       with({{"name", "Brick"},
             {"extensions", {{"CLAMOR_materials_acoustic", {{"absorption", 0.25}, {"phong", 50}}}}},
@@ -35,9 +54,9 @@ TEST_F(Materials, TakeTheirOwnExtensionBeforeAllElse) {
   EXPECT_NEAR(imported.report.materials.at(0).area_m2, 0.5, 1e-12);
 }
 
-TEST_F(Materials, TakeExtrasBeforeTheSidecar) {
-  write("level.acoustics.json", R"({"materials": {"*": "carpet"}})");
-  const auto imported = with({{"name", "x"}, {"extras", {{"acoustic", {{"preset", "glass"}}}}}});
+TEST_F(Materials, TakeExtrasBeforeTheirName) {
+  const auto imported =
+      with({{"name", "Brick"}, {"extras", {{"acoustic", {{"preset", "glass"}}}}}});
   EXPECT_EQ(imported.report.materials.at(0).preset, "glass");
   EXPECT_EQ(imported.report.materials.at(0).how, "extras");
 }
@@ -66,18 +85,34 @@ TEST_F(Materials, TakeTheFirstPatternOfTheSidecarBeforeTheirName) {
 TEST_F(Materials, AreGuessedFromTheirNames) {
   const MaterialPresets& presets = MaterialPresets::built_in();
   EXPECT_EQ(presets.names().size(), 25u);
-  const std::pair<const char*, const char*> cases[] = {
-      {"wall_brick", "brick"},         {"WallBrick.002", "brick"},
-      {"brick_wall", "brick"},         {"Concrete_Wall", "concrete"},
-      {"m_bath_glass_door", "glass"},  {"Wood_Floor_Light", "wood_floor"},
-      {"Carrera_Marble", "marble"},    {"black_tiles", "tile"},
-      {"Parquet", "wood_floor"},       {"rug", "carpet_thin"},
-      {"Metal_3", "concrete_smooth"},  {"window", "glass"},
-      {"wooden_table", "wood"},        {"heavy curtains", "curtain"},
-      {"Crowd_07", "audience"},        {"Beton", "concrete"},
-      {"ceiling_tile", "ceiling_tile"}};
+  const std::pair<const char*, const char*> cases[] = {{"wall_brick", "brick"},
+                                                       {"WallBrick.002", "brick"},
+                                                       {"brick_wall", "brick"},
+                                                       {"Concrete_Wall", "concrete"},
+                                                       {"m_bath_glass_door", "glass"},
+                                                       {"Wood_Floor_Light", "wood_floor"},
+                                                       {"Carrera_Marble", "marble"},
+                                                       {"black_tiles", "tile"},
+                                                       {"Parquet", "wood_floor"},
+                                                       {"rug", "carpet_thin"},
+                                                       {"Metal_3", "concrete_smooth"},
+                                                       {"window", "glass"},
+                                                       {"wooden_table", "wood"},
+                                                       {"heavy curtains", "curtain"},
+                                                       {"Crowd_07", "audience"},
+                                                       {"Beton", "concrete"},
+                                                       {"ceiling_tile", "ceiling_tile"},
+                                                       {"walls", "plaster"},
+                                                       {"Floors", "concrete_smooth"},
+                                                       {"ceiling", "plaster"},
+                                                       {"arches", "stone"},
+                                                       {"arcs_03", "stone"},
+                                                       {"wooden_floors", "wood_floor"},
+                                                       {"stone_wall", "stone"},
+                                                       {"Curtains", "curtain"},
+                                                       {"m_bath_ext_walls", "plaster"}};
   for (const auto& [name, preset] : cases) EXPECT_EQ(presets.guess(name), preset) << name;
-  for (const char* name : {"Material_002", "", "BoomBox_Mat", "object32", "wallet", "wall"})
+  for (const char* name : {"Material_002", "", "BoomBox_Mat", "object32", "wallet", "wallpapers"})
     EXPECT_EQ(presets.guess(name), std::nullopt) << name;
 }
 
@@ -105,6 +140,7 @@ TEST_F(Materials, ThatAreMisspelledGetTheNearestName) {
   EXPECT_THAT(refusal(), ::testing::AllOf(HasSubstr("level.gltf"), HasSubstr("'plastr'"),
                                           HasSubstr("nearest name is 'plaster'")));
   EXPECT_THAT(refusal({.material = "bric"}), HasSubstr("'brick'"));
+  EXPECT_THAT(refusal({.material = "velvet"}), HasSubstr("the preset for it is 'curtain'"));
 }
 
 TEST(AcousticValues, AreUnderstoodByTheLengthOfTheirList) {

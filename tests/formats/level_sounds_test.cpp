@@ -51,6 +51,98 @@ TEST_F(Sounds, AreReadInTheOldSpelling) {
   EXPECT_EQ(level().emitters.size(), 1u);
 }
 
+// Khronos' sample AudioSimple has this form.
+TEST_F(Sounds, AreReadFromKhrAudio) {
+  khr({{"gain", 0.5}});
+  level_["extensions"] = {{"KHR_audio", level_["extensions"]["KHR_audio_emitter"]}};
+  level_["nodes"][0]["extensions"] = {{"KHR_audio", {{"emitter", 0}}}};
+  level_["extensionsRequired"] = {"KHR_audio"};
+  const auto imported = import();
+  ASSERT_TRUE(imported.ok()) << imported.error().message;
+  ASSERT_EQ(imported->level.emitters.size(), 1u);
+  EXPECT_DOUBLE_EQ(imported->level.emitters[0].gain, 0.25);
+  EXPECT_THAT(imported->report.found, Contains(HasSubstr("KHR_audio, read as")));
+}
+
+TEST_F(Sounds, AreReadFromTheFirstDraftOfKhrAudio) {
+  khr();
+  level_["extensions"] = {{"KHR_audio",
+                           {{"sources", {{{"uri", "tone.wav"}}}},
+                            {"emitters",
+                             {{{"type", "positional"},
+                               {"gain", 0.5},
+                               {"loop", true},
+                               {"source", 0},
+                               {"positional", {{"refDistance", 3}}}}}}}}};
+  level_["nodes"][0]["extensions"] = {{"KHR_audio", {{"emitter", 0}}}};
+  const Level result = level();
+  ASSERT_EQ(result.emitters.size(), 1u);
+  EXPECT_DOUBLE_EQ(result.emitters[0].gain, 1.5);
+  EXPECT_TRUE(result.signals.at(0).loop);
+}
+
+// An emitter faces +Z, and its angles are from 0 to pi: half a sphere is p = 1.
+TEST_F(Sounds, AreReadFromMsftAudioEmitter) {
+  khr();
+  level_["extensions"] = {{"MSFT_audio_emitter",
+                           {{"clips", {{{"uri", "tone.wav"}}, {{"uri", "other.wav"}}}},
+                            {"emitters",
+                             {{{"name", "foot"},
+                               {"volume", 0.5},
+                               {"loop", true},
+                               {"innerAngle", M_PI / 2},
+                               {"outerAngle", M_PI / 2},
+                               {"clips", {{{"clip", 0}}, {{"clip", 1}}}}}}}}}};
+  level_["nodes"][0]["extensions"] = {{"MSFT_audio_emitter", {{"emitters", {0}}}}};
+  const auto imported = import();
+  ASSERT_TRUE(imported.ok()) << imported.error().message;
+  ASSERT_EQ(imported->level.emitters.size(), 1u);
+  const Emitter& emitter = imported->level.emitters[0];
+  EXPECT_LT(length(emitter.axis - Vec3(-1, 0, 0)), 1e-9);
+  EXPECT_DOUBLE_EQ(emitter.gain, 0.5);
+  EXPECT_NEAR(emitter.directivity[0], 1, 1e-6);
+  EXPECT_TRUE(imported->level.signals.at(0).loop);
+  EXPECT_THAT(imported->report.ignored, Contains(HasSubstr("first of 2 clips")));
+  EXPECT_THAT(imported->report.ignored, ::testing::Not(Contains(HasSubstr("distance model"))));
+}
+
+TEST_F(Sounds, AreReadFromOmiAudioEmitter) {
+  khr();
+  level_["extensions"] = {{"OMI_audio_emitter",
+                           {{"audioSources", {{{"uri", "tone.wav"}}}},
+                            {"audioEmitters",
+                             {{{"type", "global"}, {"source", 0}},
+                              {{"type", "positional"},
+                               {"volume", 0.25},
+                               {"loop", false},
+                               {"source", 0},
+                               {"coneInnerAngle", M_PI},
+                               {"coneOuterAngle", M_PI},
+                               {"refDistance", 2}}}}}}};
+  level_["nodes"][0]["extensions"] = {{"OMI_audio_emitter", {{"audioEmitter", 1}}}};
+  const Level result = level();
+  ASSERT_EQ(result.emitters.size(), 1u);
+  EXPECT_LT(length(result.emitters[0].axis - Vec3(1, 0, 0)), 1e-9);
+  EXPECT_DOUBLE_EQ(result.emitters[0].gain, 0.5);
+  EXPECT_NEAR(result.emitters[0].directivity[0], 1, 1e-6);
+  EXPECT_FALSE(result.signals.at(0).loop);
+}
+
+TEST_F(Sounds, AreRefusedWithASentenceInOlderExtensionsToo) {
+  khr();
+  level_["extensions"] = {{"MSFT_audio_emitter",
+                           {{"clips", {{{"uri", "tone.wav"}}}},
+                            {"emitters", {{{"volume", "loud"}, {"clips", {{{"clip", 7}}}}}}}}}};
+  level_["nodes"][0]["extensions"] = {{"MSFT_audio_emitter", {{"emitters", {0}}}}};
+  EXPECT_THAT(refusal(), HasSubstr("none of the 1 there are"));
+  for (const char* broken : {"7", "[1]", "{}", "\"x\"", "null"}) {
+    level_["extensions"]["MSFT_audio_emitter"]["emitters"] = json::parse(broken);
+    import();  // must end, whatever it says
+    level_["extensions"]["MSFT_audio_emitter"]["emitters"] = {json::parse(broken)};
+    import();
+  }
+}
+
 TEST_F(Sounds, AreReadFromBufferViews) {
   khr();
   const int at = view(wav());

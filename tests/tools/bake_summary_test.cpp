@@ -113,5 +113,19 @@ TEST(BakeCommand, ReportsProgressAsJsonLinesForBuildSystems) {
   EXPECT_EQ(clamor({"bake", "x.glb", "-o", folder / "y", "--progress", "xml"}).code, 2);
 }
 
+TEST(MaterialsCommand, ListsEveryPresetWithItsFiguresAndTheirSource) {
+  const auto json = testing::clamor({"materials", "--json"});
+  ASSERT_EQ(json.code, 0);
+  const auto list = nlohmann::json::parse(json.out);
+  const auto table = testing::clamor({"materials"}).out;
+  EXPECT_EQ(list.size(), 25u);
+  for (const auto& preset : list) {
+    EXPECT_EQ(preset["absorption"].size(), 8u);
+    EXPECT_FALSE(preset["source"].get<std::string>().empty());
+    EXPECT_NE(table.find("\n" + preset["name"].get<std::string>() + " "), std::string::npos);
+  }
+  EXPECT_EQ(testing::clamor({"materials", "--name", "velvet"}).out, "velvet -> curtain\n");
+}
+
 }  // namespace
 }  // namespace clamor
