@@ -10,6 +10,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <new>
+#include <stdexcept>
+#include <string>
 
 #include <tbb/task_arena.h>
 
@@ -18,8 +21,19 @@ namespace clamor {
 struct Scene::Embree {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
+  RTCGeometry geometry = nullptr;
+
+  // Embree reports a failure by a code that stays until somebody asks for it.
+  void check() const {
+    const RTCError error = rtcGetDeviceError(device);
+    if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+    if (device == nullptr || error != RTC_ERROR_NONE)
+      throw std::runtime_error("Embree cannot build its tree of the level's surfaces (error " +
+                               std::to_string(error) + ")");
+  }
 
   ~Embree() {
+    if (geometry != nullptr) rtcReleaseGeometry(geometry);
     if (scene != nullptr) rtcReleaseScene(scene);
     if (device != nullptr) rtcReleaseDevice(device);
   }
@@ -89,25 +103,30 @@ Scene::Scene(const Mesh& mesh, Build build) : mesh_(mesh), embree_(std::make_uni
   offset_m_ = 1e-5 * length(Vec3(high) - Vec3(low));
 
   embree_->device = rtcNewDevice(kDevice);
+  embree_->check();
   embree_->scene = rtcNewScene(embree_->device);
+  embree_->check();
   rtcSetSceneBuildQuality(embree_->scene,
                           build == Build::kQuick ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_HIGH);
 
   const RTCGeometry geometry = rtcNewGeometry(embree_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  embree_->geometry = geometry;
+  embree_->check();
   auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
                                                                RTC_FORMAT_FLOAT3, sizeof(Vec3f),
                                                                mesh.vertices_m.size()));
-  std::copy(mesh.vertices_m.begin(), mesh.vertices_m.end(), vertices);
   auto* indices = static_cast<std::array<std::uint32_t, 3>*>(
       rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                               3 * sizeof(std::uint32_t), mesh.triangles.size()));
+  embree_->check();  // without memory both are null
+  std::copy(mesh.vertices_m.begin(), mesh.vertices_m.end(), vertices);
   std::copy(mesh.triangles.begin(), mesh.triangles.end(), indices);
   rtcSetGeometryMask(geometry, 0xffffffff);  // Embree 4's default is 1
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(embree_->scene, geometry);
-  rtcReleaseGeometry(geometry);
   // An arena of one thread. (The device's own "threads=1" would hold all of TBB to one.)
   tbb::task_arena(1).execute([this] { rtcCommitScene(embree_->scene); });
+  embree_->check();
 
   surfaces_.reserve(mesh.triangles.size());
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)

@@ -45,6 +45,24 @@ inline void add_quad(Mesh& mesh, const std::array<Vec3f, 4>& corners_m,
   mesh.materials.insert(mesh.materials.end(), 2, material);
 }
 
+// A floor of so many triangles, two to each square metre.
+inline Mesh many_triangles(std::uint32_t count) {
+  Mesh mesh;
+  const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(count / 2.0)));
+  for (std::uint32_t z = 0; z <= side; ++z)
+    for (std::uint32_t x = 0; x <= side; ++x)
+      mesh.vertices_m.push_back(Vec3f(static_cast<float>(x), 0, static_cast<float>(z)));
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t corner = i / 2 / side * (side + 1) + i / 2 % side;
+    if (i % 2 == 0)
+      mesh.triangles.push_back({corner, corner + 1, corner + side + 1});
+    else
+      mesh.triangles.push_back({corner + 1, corner + side + 2, corner + side + 1});
+  }
+  mesh.materials.assign(count, 0);
+  return mesh;
+}
+
 // A wall across the box at `x_m`, from its floor to its ceiling.
 inline void add_wall_across(Mesh& mesh, double x_m, const Vec3& size_m, std::uint16_t material) {
   add_quad(mesh,

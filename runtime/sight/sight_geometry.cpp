@@ -10,6 +10,10 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <exception>
+#include <new>
+#include <stdexcept>
+#include <string>
 
 #include "runtime/realtime/thread_shares.h"
 
@@ -18,8 +22,10 @@ namespace clamor {
 struct SightGeometry::Embree {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
+  RTCGeometry geometry = nullptr;
 
   ~Embree() {
+    if (geometry != nullptr) rtcReleaseGeometry(geometry);
     if (scene != nullptr) rtcReleaseScene(scene);
     if (device != nullptr) rtcReleaseDevice(device);
   }
@@ -33,6 +39,15 @@ constexpr double kBack_m = 0.25;
 constexpr float kUncertain_m = 0.0045f;
 constexpr int kMostCrossings = 32;  // a way through more walls is silent
 constexpr float kBeyondHit = 1e-5f;
+
+// Embree reports a failure by a code that stays until somebody asks for it.
+void check(RTCDevice device) {
+  const RTCError error = rtcGetDeviceError(device);
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (device == nullptr || error != RTC_ERROR_NONE)
+    throw std::runtime_error("Embree cannot build its tree of the level's surfaces (error " +
+                             std::to_string(error) + ")");
+}
 
 RTCRay ray_between(const Vec3f& from_m, const Vec3f& to_m, float near) {
   RTCRay ray;
@@ -66,26 +81,30 @@ SightPlane plane_of(const Mesh& mesh, const std::array<std::uint32_t, 3>& corner
 std::unique_ptr<SightGeometry::Embree> SightGeometry::tree_of(const Mesh& mesh, Ready ready) {
   auto tree = std::make_unique<Embree>();
   tree->device = rtcNewDevice(nullptr);
+  check(tree->device);
   tree->scene = rtcNewScene(tree->device);
+  check(tree->device);
   rtcSetSceneBuildQuality(tree->scene,
                           ready == Ready::kSoon ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_HIGH);
   // Without it a ray may slip through the edge between two triangles.
   rtcSetSceneFlags(tree->scene, RTC_SCENE_FLAG_ROBUST);
-  const RTCGeometry geometry = rtcNewGeometry(tree->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  if (ready == Ready::kSoon) rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_LOW);
-  auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                               RTC_FORMAT_FLOAT3, sizeof(Vec3f),
-                                                               mesh.vertices_m.size()));
-  std::copy(mesh.vertices_m.begin(), mesh.vertices_m.end(), vertices);
+  tree->geometry = rtcNewGeometry(tree->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  check(tree->device);
+  if (ready == Ready::kSoon) rtcSetGeometryBuildQuality(tree->geometry, RTC_BUILD_QUALITY_LOW);
+  auto* vertices = static_cast<Vec3f*>(
+      rtcSetNewGeometryBuffer(tree->geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                              sizeof(Vec3f), mesh.vertices_m.size()));
   auto* indices = static_cast<std::array<std::uint32_t, 3>*>(
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+      rtcSetNewGeometryBuffer(tree->geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                               3 * sizeof(std::uint32_t), mesh.triangles.size()));
+  check(tree->device);  // without memory both are null
+  std::copy(mesh.vertices_m.begin(), mesh.vertices_m.end(), vertices);
   std::copy(mesh.triangles.begin(), mesh.triangles.end(), indices);
-  rtcSetGeometryMask(geometry, 0xffffffff);  // Embree 4's default is 1
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(tree->scene, geometry);
-  rtcReleaseGeometry(geometry);
+  rtcSetGeometryMask(tree->geometry, 0xffffffff);  // Embree 4's default is 1
+  rtcCommitGeometry(tree->geometry);
+  rtcAttachGeometry(tree->scene, tree->geometry);
   rtcCommitScene(tree->scene);
+  check(tree->device);
   return tree;
 }
 
@@ -108,12 +127,17 @@ SightGeometry::SightGeometry(const Mesh& mesh, std::span<const Material> materia
 bool SightGeometry::improve() {
   if (improves_ == nullptr) return true;
   if (!better_.valid())
-    better_ = std::async(std::launch::async, [mesh = improves_] {
+    better_ = std::async(std::launch::async, [mesh = improves_]() -> std::unique_ptr<Embree> {
       name_thread("sight builder");
-      return tree_of(*mesh, Ready::kWhole);
+      try {
+        return tree_of(*mesh, Ready::kWhole);
+      } catch (const std::exception&) {
+        return nullptr;
+      }
     });
   if (better_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
-  embree_ = better_.get();
+  // Without memory for the better tree, the first one serves to the end.
+  if (auto better = better_.get()) embree_ = std::move(better);
   improves_ = nullptr;
   return true;
 }

@@ -49,6 +49,7 @@ class SightGeometry {
 
   // Whole at once; or three times as soon, with rays that take a third longer until improve() finds
   // the better tree, on which a thread works from its first call on. That thread reads `mesh`.
+  // Throws std::bad_alloc where Embree finds no memory.
   enum class Ready { kWhole, kSoon };
   SightGeometry(const Mesh& mesh, std::span<const Material> materials, Ready ready = Ready::kWhole);
   ~SightGeometry();

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "formats/child_process.h"
 #include "tests/rooms.h"
+#include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
@@ -84,6 +86,30 @@ TEST(Scene, TrianglesWithoutAreaAreNotHit) {
   mesh.materials = {0};
   const Scene scene(mesh);
   EXPECT_FALSE(scene.intersect({0, 0, 0}, {0, 0, 1}));
+}
+
+// Embree returns null where it finds no memory. The child of each limit has so much more than this
+// process, from too little for the triangles to enough for all.
+TEST(Scene, WithoutMemoryThrowsAndDoesNotCrash) {
+  if (testing::kSanitized) GTEST_SKIP() << "a sanitizer takes address space of its own";
+  const Mesh mesh = testing::many_triangles(200'000);
+  bool has_thrown = false, has_built = false;
+  for (std::uint64_t megabytes = 1; megabytes <= 1024; megabytes *= 2) {
+    ChildLimits limits;
+    limits.memory_bytes = megabytes << 20;
+    const auto built = in_child_process(limits, [&mesh] {
+      const Scene scene(mesh, Scene::Build::kQuick);
+      return std::vector<std::byte>(1);
+    });
+    has_built = built.ok();
+    if (!built.ok()) {
+      has_thrown = true;
+      EXPECT_EQ(built.error().message, "asks for more memory than there should be in it")
+          << megabytes << " MB";
+    }
+  }
+  EXPECT_TRUE(has_thrown);
+  EXPECT_TRUE(has_built);
 }
 
 }  // namespace

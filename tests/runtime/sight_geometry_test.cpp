@@ -10,10 +10,12 @@
 #include "bake/bake.h"
 #include "bake/scene.h"
 #include "common/random.h"
+#include "formats/child_process.h"
 #include "formats/geometry_section.h"
 #include "formats/level_import.h"
 #include "tests/build_paths.h"
 #include "tests/rooms.h"
+#include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
@@ -97,6 +99,31 @@ TEST(SightGeometry, ThatIsReadySoonAnswersLikeTheWholeBeforeAndAfterItImproves) 
   while (!soon.improve()) std::this_thread::yield();
   answers_alike();
   EXPECT_TRUE(soon.improve());
+}
+
+// Embree returns null where it finds no memory. The child of each limit has so much more than this
+// process, from too little for the triangles to enough for all.
+TEST(SightGeometry, WithoutMemoryThrowsAndDoesNotCrash) {
+  if (testing::kSanitized) GTEST_SKIP() << "a sanitizer takes address space of its own";
+  const Mesh mesh = testing::many_triangles(200'000);
+  const std::vector<Material> materials(1);
+  bool has_thrown = false, has_built = false;
+  for (std::uint64_t megabytes = 1; megabytes <= 1024; megabytes *= 2) {
+    ChildLimits limits;
+    limits.memory_bytes = megabytes << 20;
+    const auto built = in_child_process(limits, [&] {
+      const SightGeometry geometry(mesh, materials, SightGeometry::Ready::kSoon);
+      return std::vector<std::byte>(1);
+    });
+    has_built = built.ok();
+    if (!built.ok()) {
+      has_thrown = true;
+      EXPECT_EQ(built.error().message, "asks for more memory than there should be in it")
+          << megabytes << " MB";
+    }
+  }
+  EXPECT_TRUE(has_thrown);
+  EXPECT_TRUE(has_built);
 }
 
 // --- Sources on walls
