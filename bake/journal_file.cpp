@@ -108,7 +108,9 @@ Result<void> JournalFile::open(const std::string& path) {
 Result<void> JournalFile::open_to_read(const std::string& path) {
   path_ = path;
   only_read_ = true;
-  descriptor_ = unless_interrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC); });
+  // Without O_NONBLOCK, opening a pipe would wait for its writer.
+  descriptor_ =
+      unless_interrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
   struct stat status {};
   if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0)
     return Error(path + ": cannot be read (" + reason() + ")");

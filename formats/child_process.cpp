@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <fstream>
 #include <new>
 
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -43,9 +46,19 @@ bool write_all(int to, const void* bytes, std::size_t count) {
                 [to](const char* next, std::size_t left) { return ::write(to, next, left); });
 }
 
-bool read_all(int from, void* bytes, std::size_t count) {
-  return all_of(static_cast<char*>(bytes), count,
-                [from](char* next, std::size_t left) { return ::read(from, next, left); });
+using Clock = std::chrono::steady_clock;
+
+// Gives up at the deadline.
+bool read_all(int from, void* bytes, std::size_t count, Clock::time_point deadline) {
+  return all_of(static_cast<char*>(bytes), count, [&](char* next, std::size_t left) -> ssize_t {
+    const auto wait = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
+    pollfd ready{from, POLLIN, 0};
+    if (const ssize_t count_ready =
+            ::poll(&ready, 1, static_cast<int>(std::max<std::int64_t>(wait.count(), 0)));
+        count_ready <= 0)
+      return count_ready;
+    return ::read(from, next, left);
+  });
 }
 
 // Of this process, mapped; a child begins with as much.
@@ -65,8 +78,10 @@ void limit(int resource, std::uint64_t most) {
 
 // Whoever handles signals in this process is not meant; nor is its terminal, by a crash.
 void be_alone(const ChildLimits& limits, std::uint64_t bytes_before) {
-  for (const int number : {SIGSEGV, SIGBUS, SIGABRT, SIGILL, SIGFPE, SIGXCPU, SIGPIPE, SIGALRM})
+  for (const int number : {SIGSEGV, SIGBUS, SIGABRT, SIGILL, SIGFPE, SIGXCPU, SIGPIPE, SIGALRM,
+                           SIGINT, SIGTERM, SIGHUP, SIGQUIT})
     ::signal(number, SIG_DFL);
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody else would end work that hangs
   sigset_t none;
   ::sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -114,17 +129,24 @@ Result<std::vector<std::byte>> in_child_process(
   // By its size, not up to the end: another child may have this pipe's other end, too.
   std::vector<std::byte> result;
   std::uint64_t size = 0;
-  bool whole = read_all(pipe[0], &size, sizeof size);
+  const auto deadline = Clock::now() + std::chrono::seconds(limits.wall_s);
+  bool whole = read_all(pipe[0], &size, sizeof size, deadline);
   const bool is_too_large = whole && size > limits.most_result_bytes;
   if (whole && !is_too_large) {
     result.resize(size);
-    whole = read_all(pipe[0], result.data(), size);
+    whole = read_all(pipe[0], result.data(), size, deadline);
   }
+  const bool is_late = !whole && !is_too_large && Clock::now() >= deadline;
+  if (is_late) ::kill(child, SIGKILL);
   ::close(pipe[0]);
   int status = 0;
   const bool known = again([&] { return ::waitpid(child, &status, 0); }) == child;
   if (is_too_large) return Error("holds more than can be");
   if (whole) return result;
+  if (is_late) return Error("takes more than " + std::to_string(limits.wall_s) + " s to read");
+  if (known && WIFSIGNALED(status) &&
+      (WTERMSIG(status) == SIGINT || WTERMSIG(status) == SIGTERM || WTERMSIG(status) == SIGHUP))
+    return Error("was not read to its end, since the program was stopped");
   if (known && WIFEXITED(status) && WEXITSTATUS(status) == kNoMemory)
     return Error("asks for more memory than there should be in it");
   if (known && WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)

@@ -23,10 +23,12 @@ namespace clamor {
 struct ChildLimits {
   std::uint64_t memory_bytes = 1'000'000'000;  // beyond what this process has
   unsigned cpu_s = 10;
+  unsigned wall_s = 60;  // for work that waits, as for a file system that does not answer
   std::uint64_t most_result_bytes = 4'000'000'000;
 };
 
-// What `work` returns; the Error says what became of it ("crashes", "takes more than 10 s").
+// What `work` returns; the Error says what became of it ("crashes", "takes more than 10 s to
+// read").
 Result<std::vector<std::byte>> in_child_process(
     const ChildLimits& limits, const std::function<std::vector<std::byte>()>& work);
 

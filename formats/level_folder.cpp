@@ -103,11 +103,11 @@ Result<std::string> confined_path(const std::string& folder, std::string_view ur
     if (static_cast<unsigned char>(c) < 0x20 || c == '\\')
       return refused(
           "has a backslash or a control character; use plain names with / between them.");
-  if (path.empty()) return refused("is empty; name a file in the level's folder.");
+  if (path.empty()) return refused("is empty; name a file in the folder.");
   if (path.front() == '/' || has_scheme(path) || climbs(path))
     return refused(
-        "leads out of the level's folder; put the file into the folder and name it "
-        "relative to the level.");
+        "leads out of the folder of what names it; put the file into that folder and give its "
+        "path from there.");
 
   char* const real_folder = ::realpath(folder.c_str(), nullptr);
   if (real_folder == nullptr)
@@ -117,12 +117,13 @@ Result<std::string> confined_path(const std::string& folder, std::string_view ur
   char* const real = ::realpath((root + path).c_str(), nullptr);
   if (real == nullptr)
     return refused(std::string("cannot be read: ") + std::strerror(errno) +
-                   ". Put the file into the level's folder.");
+                   ". Put the file into the folder of what names it.");
   std::string resolved(real);
   std::free(real);
-  if (resolved + "/" == root) return refused("is the level's folder itself; name a file in it.");
+  if (resolved + "/" == root) return refused("is the folder itself; name a file in it.");
   if (!resolved.starts_with(root))
-    return refused("is a link that leads out of the level's folder; put the file itself there.");
+    return refused(
+        "is a link that leads out of the folder of what names it; put the file itself there.");
   return resolved;
 }
 

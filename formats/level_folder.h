@@ -24,7 +24,7 @@ using FileBytes = std::vector<std::byte>;
 // A whole regular file, from wherever the user says.
 Result<FileBytes> read_whole_file(const std::string& path);
 
-// The path inside a folder that a URI names, or why it may not.
+// The path inside a folder that a URI of a file there names, or why it may not.
 Result<std::string> confined_path(const std::string& folder, std::string_view uri);
 
 // The contents of "data:...;base64,..." in proportion to its length.

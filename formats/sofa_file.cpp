@@ -26,6 +26,7 @@ constexpr std::uintmax_t kMostFile_bytes = 1 << 30;
 constexpr std::uint64_t kLeastMemory_bytes = 1'000'000'000;  // to read a file with
 constexpr unsigned kLeastTime_s = 2;                         // KEMAR takes 0.03 s
 constexpr std::uintmax_t kSlowest_bytes_per_s = 5'000'000;
+constexpr unsigned kWallPerCpu = 10;  // disks that spin up, machines that are busy
 
 struct FreeHead {
   void operator()(MYSOFA_HRTF* head) const { mysofa_free(head); }
@@ -106,6 +107,7 @@ Result<Tables> read_tables(const std::string& path, std::uintmax_t file_bytes) {
   ChildLimits limits;
   limits.memory_bytes = kLeastMemory_bytes + 8 * file_bytes;
   limits.cpu_s = kLeastTime_s + static_cast<unsigned>(file_bytes / kSlowest_bytes_per_s);
+  limits.wall_s = kWallPerCpu * limits.cpu_s;
   auto read = in_child_process(limits, [&] { return tables_of(path); });
   if (!read.ok()) return read.error();
   Bytes bytes(std::move(*read));
@@ -116,13 +118,6 @@ Result<Tables> read_tables(const std::string& path, std::uintmax_t file_bytes) {
     return Error("crashes what reads it");
   tables.shape.convention.back() = 0;
   return tables;
-}
-
-std::string printable(const char* text) {
-  std::string result = text;
-  for (char& c : result)
-    if (c < ' ' || c > '~') c = '?';
-  return result;
 }
 
 }  // namespace
@@ -146,7 +141,7 @@ Result<HeadResponses> read_sofa(const std::string& path) {
         "SimpleFreeFieldHRIR.",
         shape.problem));
   if (shape.is_head == 0 || shape.ears != 2 || shape.coordinates != 3) {
-    const std::string convention = printable(shape.convention.data());
+    const std::string convention = shape.convention.data();
     return refused(
         convention.empty() || convention == "SimpleFreeFieldHRIR"
             ? "holds no responses of two ears, as SimpleFreeFieldHRIR has them; export "

@@ -5,6 +5,7 @@
 
 #include "formats/audio_file.h"
 #include "formats/json.h"
+#include "formats/level_folder.h"
 #include "formats/signal_table.h"
 
 namespace clamor {
@@ -13,6 +14,11 @@ namespace {
 
 constexpr double kLongest_s = 1e7;
 constexpr double kStep_s = 0.02;  // that velocities are told from
+
+std::string folder_of(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  return folder.empty() ? "." : folder;
+}
 
 }  // namespace
 
@@ -51,7 +57,9 @@ Result<MovingScript> MovingScript::read(const std::string& path) {
     } else if (const auto known = signals.find(signal, loop)) {
       actor.signal = *known;
     } else {
-      auto samples = read_audio((std::filesystem::path(path).parent_path() / signal).string());
+      const auto file = confined_path(folder_of(path), signal);
+      if (!file.ok()) return file.error().in(where + ", 'signal'");
+      auto samples = read_audio(*file);
       if (!samples.ok()) return samples.error().in(where);
       actor.signal = signals.add(signal, signal, std::move(*samples), loop);
     }

@@ -64,6 +64,27 @@ TEST(ChildProcess, MayHang) {
             "takes more than 1 s to read");
 }
 
+TEST(ChildProcess, MayWaitForEverWithoutTakingAnyTime) {
+  ChildLimits limits;
+  limits.wall_s = 1;
+  EXPECT_EQ(what_becomes_of(
+                []() -> Bytes {
+                  for (;;) ::pause();
+                },
+                limits),
+            "takes more than 1 s to read");
+}
+
+TEST(ChildProcess, IsStoppedByAnInterruptThatThisProcessHandles) {
+  const auto before = std::signal(SIGINT, [](int) {});
+  EXPECT_EQ(what_becomes_of([]() -> Bytes {
+              ::raise(SIGINT);
+              return {};
+            }),
+            "was not read to its end, since the program was stopped");
+  std::signal(SIGINT, before);
+}
+
 TEST(ChildProcess, MayAskForAnyMemoryAndFindAnything) {
   if (testing::kSanitized) GTEST_SKIP() << "a sanitizer ends the child as for a crash";
   ChildLimits limits;

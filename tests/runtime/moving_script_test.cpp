@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "formats/audio_file.h"
 #include "tests/runtime/moving_field.h"
 
 namespace clamor {
@@ -72,6 +73,38 @@ TEST(MovingScript, SaysWhatIsWrongWithAFile) {
   ASSERT_FALSE(script.ok());
   EXPECT_NE(script.error().message.find("signl"), std::string::npos) << script.error().message;
   EXPECT_NE(script.error().message.find("source 1"), std::string::npos) << script.error().message;
+}
+
+// A script from elsewhere must not be able to name any file as its sound.
+TEST(MovingScript, ReadsSoundsOfItsOwnFolderOnly) {
+  const std::filesystem::path root =
+      std::filesystem::temp_directory_path() / ("clamor_script_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(root / "game" / "sounds");
+  const auto flac = encode_flac(std::vector<float>(100, 0.5f));
+  ASSERT_TRUE(flac.ok());
+  for (const auto* file : {"secret.flac", "game/sounds/car.flac"})
+    std::ofstream(root / file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(flac->data()),
+               static_cast<std::streamsize>(flac->size()));
+  std::filesystem::create_symlink(root / "secret.flac", root / "game" / "link.flac");
+  const auto read = [&](const std::string& signal) {
+    std::ofstream(root / "game" / "script.json")
+        << R"({ "sources": [ { "signal": ")" << signal
+        << R"(", "path": { "points": [ { "time_s": 0, "position_m": [0, 0, 0] } ] } } ] })";
+    return MovingScript::read((root / "game" / "script.json").string());
+  };
+  const auto inside = read("sounds/car.flac");
+  EXPECT_TRUE(inside.ok()) << inside.error().message;
+  for (const std::string& outside :
+       {std::string("../secret.flac"), (root / "secret.flac").string(),
+        std::string("sounds/../../secret.flac"), std::string("link.flac"),
+        "file://" + (root / "secret.flac").string()}) {
+    const auto script = read(outside);
+    ASSERT_FALSE(script.ok()) << outside;
+    EXPECT_NE(script.error().message.find("leads out"), std::string::npos)
+        << script.error().message;
+  }
+  std::filesystem::remove_all(root);
 }
 
 }  // namespace

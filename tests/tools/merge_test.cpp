@@ -1,4 +1,6 @@
 // Shards of a bake, and the command that a bake file names.
+#include <sys/stat.h>
+
 #include "tests/sanitized.h"
 #include "tests/tools/program.h"
 
@@ -94,6 +96,15 @@ TEST(Inspect, PrintsTheCommandThatMakesTheFileAgain) {
                              "5000 --seed 3\n"),
             std::string::npos)
       << outcome.out;
+}
+
+// Nobody writes into the pipe, so opening it the usual way would wait for ever.
+TEST(Shards, OneThatIsAPipeIsRefusedAtOnce) {
+  const Folder folder;
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  const auto outcome = clamor({"merge", folder / "pipe", "-o", folder / "out.clamor"});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("not a regular file"), std::string::npos) << outcome.err;
 }
 
 }  // namespace
