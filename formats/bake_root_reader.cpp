@@ -4,6 +4,7 @@
 #include <cmath>
 #include <exception>
 #include <limits>
+#include <new>
 
 #include <capnp/message.h>
 #include <capnp/serialize.h>
@@ -60,6 +61,7 @@ class RootReader {
 
   BakeRoot::Reader root_;
   std::size_t signals_ = 0;
+  std::uint64_t copied_name_bytes_ = 0;
   std::uint64_t end_;
   std::uint64_t section_end_ = kFirstPageOffset;  // sections follow each other without overlap
   BakeRootContents contents_;
@@ -210,6 +212,9 @@ Result<void> RootReader::read_copied_emitters(::EmitterCopy::Reader stored, Name
   for (std::uint32_t i = 0; i < copy.count; ++i) {
     Emitter emitter = copied(contents_.emitters[copy.from + i], copy, contents_.signal_maps);
     if (const auto named = names.next(emitter.name); !named.ok()) return named;
+    copied_name_bytes_ += emitter.name.size();
+    if (copied_name_bytes_ > most_name_bytes(end_))
+      return Error("the names of its copied emitters take more than a file of its size may have");
     if (const auto added = add_emitter(std::move(emitter)); !added.ok()) return added;
   }
   return {};
@@ -221,6 +226,10 @@ Result<void> RootReader::read_emitters() {
   const auto copies = root_.getEmitterCopies();
   std::vector<std::byte> names;
   if (copies.size() > 0) {
+    std::uint64_t count = 0;
+    for (const auto copy : copies) count += copy.getCount();
+    if (count > most_copied_emitters(end_))
+      return Error("it claims more emitters than a file of its size has");
     const auto frame = root_.getEmitterNames();
     if (root_.getEmitterNamesBytes() > most_name_bytes(end_))
       return Error("the names of its emitters claim too much");
@@ -388,6 +397,8 @@ Result<BakeRootContents> read_bake_root(std::span<const std::byte> message, std:
                      message.size() / sizeof(capnp::word)),
         options);
     return RootReader(reader.getRoot<BakeRoot>(), end).read();
+  } catch (const std::bad_alloc&) {
+    throw;  // says nothing about the file
   } catch (const std::exception&) {
     // Cap'n Proto's own words name its source files, not the user's.
     return Error("its root is not a Cap'n Proto message of this format");

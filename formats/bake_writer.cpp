@@ -194,6 +194,7 @@ void put_emitters(BakeRoot::Builder root, const BakeContents& contents, std::uin
   const std::vector<Emitter>& table = contents.emitters;
   std::vector<EmitterCopy> copies;
   if (table.size() <= most_copied_emitters(file_bytes)) copies = find_emitter_copies(contents);
+  if (copied_name_bytes(table, copies) > most_name_bytes(file_bytes)) copies.clear();
   const std::string names = list_names(table, copies);
   if (names.size() > most_name_bytes(file_bytes)) copies.clear();
   std::size_t told = table.size();

@@ -113,6 +113,14 @@ Emitter copied(const Emitter& emitter, const EmitterCopy& copy,
   return made;
 }
 
+std::uint64_t copied_name_bytes(std::span<const Emitter> table,
+                                std::span<const EmitterCopy> copies) {
+  std::uint64_t bytes = 0;
+  for (const EmitterCopy& copy : copies)
+    for (std::size_t i = 0; i < copy.count; ++i) bytes += table[copy.at + i].name.size();
+  return bytes;
+}
+
 std::string list_names(std::span<const Emitter> table, std::span<const EmitterCopy> copies) {
   std::string list;
   for (const EmitterCopy& copy : copies)

@@ -27,9 +27,11 @@ struct EmitterCopy {
 };
 
 // The table of a file of so many bytes may have so many emitters, if some of them are copies: some
-// 700 bytes of memory for each of the file, less than signals and geometry may take.
+// 700 bytes of memory for each of the file, less than signals and geometry may take. The names of
+// all copies together, those that they take over included, may take a third of that: 62 letters
+// each where there are as many as can be.
 constexpr std::uint64_t most_copied_emitters(std::uint64_t file_bytes) { return 4 * file_bytes; }
-constexpr std::uint64_t most_name_bytes(std::uint64_t file_bytes) { return 1000 * file_bytes; }
+constexpr std::uint64_t most_name_bytes(std::uint64_t file_bytes) { return 250 * file_bytes; }
 
 // Runs that the copies in `contents` account for, in order and apart.
 std::vector<EmitterCopy> find_emitter_copies(const BakeContents& contents);
@@ -40,6 +42,10 @@ bool is_sound(const EmitterCopy& copy, std::size_t signal_maps);
 // The emitter that is a copy of this one, by that one's name.
 Emitter copied(const Emitter& emitter, const EmitterCopy& copy,
                std::span<const std::vector<std::uint32_t>> signal_maps);
+
+// How long the names of all copied emitters are, those that they take over included.
+std::uint64_t copied_name_bytes(std::span<const Emitter> table,
+                                std::span<const EmitterCopy> copies);
 
 // The names of all copied emitters, short where they are those of what is copied.
 std::string list_names(std::span<const Emitter> table, std::span<const EmitterCopy> copies);

@@ -149,5 +149,23 @@ TEST(EmitterTable, OfASmallFileIsNotLarge) {
   }
 }
 
+// Each copy takes over a long name: the file has it once, the table as often as there are copies.
+TEST(EmitterTable, ChargesANameForEachCopyThatTakesItOver) {
+  const auto copied_with_name = [](std::size_t letters) {
+    return with_root(written(contents()), [=](Root root) {
+      constexpr unsigned kTimes = 8;
+      root.getEmitters()[0].setName(std::string(letters, 'a'));
+      auto copies = root.initEmitterCopies(kTimes);
+      for (unsigned i = 0; i < kTimes; ++i) fill(copies[i], 1u << i, 0, 1u << i);
+      put_names(root, std::string((1u << kTimes) - 1, '\0'));
+    });
+  };
+  EXPECT_TRUE(read_whole(copied_with_name(100)).ok());
+  const auto read = read_whole(copied_with_name(100'000));
+  ASSERT_FALSE(read.ok());
+  EXPECT_NE(read.error().message.find("names of its copied emitters take more"), std::string::npos)
+      << read.error().message;
+}
+
 }  // namespace
 }  // namespace clamor::testing
