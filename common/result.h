@@ -1,7 +1,8 @@
 // result.h: a value, or a sentence that says why there is none.
 //
 // Bad input is an Error that travels up as a value; each layer may put what it knows in front
-// with in(). A broken promise between our own functions is an assert, not an Error.
+// with in(). Names in it may come from anywhere: what steers terminals or ends lines is taken out
+// (printable.h). A broken promise between our own functions is an assert, not an Error.
 #pragma once
 
 #include <cassert>
@@ -11,11 +12,13 @@
 #include <utility>
 #include <variant>
 
+#include "common/printable.h"
+
 namespace clamor {
 
 // One sentence: what, where, found, expected, and what to do next.
 struct Error {
-  explicit Error(std::string text) : message(std::move(text)) {}
+  explicit Error(std::string_view text) : message(printable(text)) {}
 
   // The same error with `where: ` in front, as in "level.gltf: ...".
   Error in(std::string_view where) const { return Error(std::string(where) + ": " + message); }
@@ -73,9 +76,9 @@ class [[nodiscard]] Result<void> {
   std::optional<Error> error_;
 };
 
-// 'name', for messages. (std::quoted would be found first under that name.)
+// 'name', for messages, printable. (std::quoted would be found first under that name.)
 inline std::string in_quotes(std::string_view name) {
-  return std::string("'").append(name).append("'");
+  return std::string("'").append(printable(name)).append("'");
 }
 
 }  // namespace clamor

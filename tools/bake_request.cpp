@@ -27,19 +27,20 @@ std::optional<std::uint64_t> whole(const std::string& text) {
 }
 
 void print_report(const ImportReport& report, const Level& level, std::ostream& err) {
-  fmt::print(err, "{}\n", level.name);
-  for (const auto& line : report.found) fmt::print(err, "  found    {}\n", line);
+  fmt::print(err, "{}\n", printable(level.name));
+  for (const auto& line : report.found) fmt::print(err, "  found    {}\n", printable(line));
   for (const auto& material : report.materials)
-    fmt::print(err, "  material {:<24} {:<18} {:>8.1f} m2  ({})\n", material.material,
-               material.preset.empty() ? "own values" : material.preset, material.area_m2,
-               material.how);
-  for (const auto& line : report.ignored) fmt::print(err, "  ignored  {}\n", line);
-  for (const auto& line : report.warnings) fmt::print(err, "  warning  {}\n", line);
+    fmt::print(err, "  material {:<24} {:<18} {:>8.1f} m2  ({})\n", printable(material.material),
+               material.preset.empty() ? "own values" : printable(material.preset),
+               material.area_m2, printable(material.how));
+  for (const auto& line : report.ignored) fmt::print(err, "  ignored  {}\n", printable(line));
+  for (const auto& line : report.warnings) fmt::print(err, "  warning  {}\n", printable(line));
 }
 
 void print_level(const LevelReport& report, std::ostream& err) {
-  for (const auto& line : report_lines(report)) fmt::print(err, "  level    {}\n", line);
-  for (const auto& line : report_warnings(report)) fmt::print(err, "  warning  {}\n", line);
+  for (const auto& line : report_lines(report)) fmt::print(err, "  level    {}\n", printable(line));
+  for (const auto& line : report_warnings(report))
+    fmt::print(err, "  warning  {}\n", printable(line));
 }
 
 void print_level_json(const LevelReport& report, std::ostream& err) {

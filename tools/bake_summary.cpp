@@ -76,7 +76,8 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
   if (emitted > 0 && unfinished > 0.001 * emitted)
     fmt::print(err, "  warning  {:.2f} % of the power was still under way at the longest path\n",
                100 * unfinished / emitted);
-  for (const auto& warning : statistics.warnings) fmt::print(err, "  warning  {}\n", warning);
+  for (const auto& warning : statistics.warnings)
+    fmt::print(err, "  warning  {}\n", printable(warning));
   if (!report.journal_warning.empty()) fmt::print(err, "  warning  {}\n", report.journal_warning);
 
   if (statistics.photons_traced > 0) {

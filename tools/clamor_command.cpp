@@ -9,6 +9,7 @@
 #include "common/text.h"
 #include "common/version.h"
 #include "tools/commands.h"
+#include "tools/printable_stream.h"
 
 namespace clamor {
 
@@ -57,6 +58,7 @@ constexpr std::array<Command, 12> kCommands = {{{"bake", run_bake},
 }  // namespace
 
 int run_clamor(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  const PrintableStream printable_out(out), printable_err(err);
   if (arguments.empty()) {
     err << kHelp;
     return kBadUsage;

@@ -229,7 +229,7 @@ Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
     if (heard == "beyond chance") json["beyond_chance"].push_back(difference.info->key);
     json["measures"][difference.info->key] = to_json(difference, yardstick);
   }
-  out << json.dump(2, ' ', false, ordered_json::error_handler_t::replace) << '\n';
+  out << printable_json(json.dump(2, ' ', false, ordered_json::error_handler_t::replace)) << '\n';
   return {};
 }
 

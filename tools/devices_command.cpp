@@ -29,7 +29,8 @@ int run_devices(std::span<const std::string> arguments, std::ostream& out, std::
                       {"output_channels", device.output_channels},
                       {"rates_hz", device.rates_hz},
                       {"default", device.is_default}});
-    out << list.dump(2) << '\n';
+    out << printable_json(list.dump(2, ' ', false, nlohmann::json::error_handler_t::replace))
+        << '\n';
     return kSuccess;
   }
   for (const OutputDevice& device : devices) {

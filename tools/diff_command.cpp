@@ -52,7 +52,7 @@ void print_json(const Comparison& comparison, std::ostream& out) {
     rows.push_back({{"what", what}, {"a", in_a}, {"b", in_b}});
   const Json whole = {
       {"same", comparison.same}, {"differences", rows}, {"level_db", comparison.louder}};
-  out << whole.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+  out << printable_json(whole.dump(2, ' ', false, Json::error_handler_t::replace)) << '\n';
 }
 
 void print_rows(const std::vector<BakeDifference>& differences, std::ostream& out) {

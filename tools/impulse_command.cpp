@@ -144,7 +144,8 @@ Result<void> measure(const Options& options, std::ostream& out, std::ostream& er
     for (const double hz : kBandCentres_hz) json["bands_hz"].push_back(static_cast<int>(hz));
     json["energy"] = to_json(of_energy);
     json["waveform"] = to_json(of_waveform);
-    out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+    out << printable_json(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace))
+        << '\n';
   } else {
     print_table("energy", of_energy, out);
     print_table("waveform", of_waveform, out);

@@ -166,7 +166,7 @@ Result<std::string> as_json(const BakeFile& file, const BakeOverview& overview, 
   if (pages)
     if (const auto added = add_pages(file, json); !added.ok()) return added.error();
   // Names need not be UTF-8, JSON must.
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return printable_json(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
 }  // namespace clamor

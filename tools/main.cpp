@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/printable.h"
 #include "tools/commands.h"
 
 int main(int argc, char** argv) {
@@ -17,7 +18,7 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     std::cerr << "clamor: out of memory; try fewer photons or voices, or a smaller level\n";
   } catch (const std::exception& exception) {
-    std::cerr << "clamor: " << exception.what() << '\n';
+    std::cerr << "clamor: " << clamor::printable(exception.what()) << '\n';
   }
   return clamor::kBadInput;
 }

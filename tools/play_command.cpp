@@ -22,6 +22,7 @@
 #include "tools/output_options.h"
 #include "tools/play_report.h"
 #include "tools/play_trace.h"
+#include "tools/printable_stream.h"
 #include "tools/spectrogram.h"
 #include "tools/strategy_options.h"
 #include "tools/terminal.h"
@@ -214,8 +215,13 @@ void run(Player& player, const PlayerOptions& options, PlayTrace& trace, std::os
     shown = now;
     std::copy(peak.begin(), peak.end(), status.auralizer.peak);
     peak = {};
-    err << (live_line ? "\r" : "") << status_line(status, pose, options.auralizer.output.channels())
-        << (live_line ? "\x1b[K" : "\n") << std::flush;
+    if (live_line) err << to_line_start;
+    err << status_line(status, pose, options.auralizer.output.channels());
+    if (live_line)
+      err << clear_rest_of_line;
+    else
+      err << '\n';
+    err << std::flush;
   }
   if (live_line) err << '\n';
   // What failed since the last look.

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "tools/printable_stream.h"
+
 namespace clamor {
 
 namespace {
@@ -26,11 +28,12 @@ void DeviceNews::tell(const OutputStatistics& output) {
   if (output.device == "none" && output.problem.empty()) return;
   if (had_device_ == output.has_device) return;
   had_device_ = output.has_device;
+  if (over_line_) err_ << to_line_start << clear_rest_of_line;
   if (output.has_device)
-    fmt::print(err_, "{}sound is back, on {}\n", before_, describe(output));
+    fmt::print(err_, "sound is back, on {}\n", describe(output));
   else
-    fmt::print(err_, "{}no sound from the device ({}); time goes on, and it is tried again\n",
-               before_, output.problem);
+    fmt::print(err_, "no sound from the device ({}); time goes on, and it is tried again\n",
+               output.problem);
 }
 
 std::string device_note(const OutputStatistics& output) {

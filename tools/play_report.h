@@ -16,12 +16,12 @@ std::string describe(const OutputStatistics& output);
 // where the status line stands.
 class DeviceNews {
  public:
-  DeviceNews(std::ostream& err, bool over_line) : err_(err), before_(over_line ? "\r\x1b[K" : "") {}
+  DeviceNews(std::ostream& err, bool over_line) : err_(err), over_line_(over_line) {}
   void tell(const OutputStatistics& output);
 
  private:
   std::ostream& err_;
-  const char* const before_;
+  const bool over_line_;
   bool had_device_ = true;
 };
 

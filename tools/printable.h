@@ -5,19 +5,16 @@
 #include <cstdint>
 #include <string>
 
-namespace clamor {
+#include "common/printable.h"
 
-// A name that may come from anywhere, without what would steer the terminal.
-inline std::string printable(std::string name) {
-  for (char& c : name)
-    if (static_cast<unsigned char>(c) < 32 || c == 127) c = '?';
-  return name;
-}
+namespace clamor {
 
 // "violin", or of a long name its beginning and "...".
 inline std::string shortened(const std::string& name, std::size_t width) {
   const std::string whole = printable(name);
-  return whole.size() <= width ? whole : whole.substr(0, width - 3) + "...";
+  if (whole.size() <= width) return whole;
+  const std::string beginning = whole.substr(0, width - 3);
+  return beginning.substr(0, beginning.size() - incomplete_bytes(beginning)) + "...";
 }
 
 // "16 416".

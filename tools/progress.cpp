@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "tools/printable_stream.h"
+
 namespace clamor {
 
 Progress::Progress(std::ostream& err, std::string label)
@@ -17,7 +19,7 @@ Progress::Progress(std::ostream& err, std::string label)
       last_(started_) {}
 
 Progress::~Progress() {
-  if (terminal_ && printed_) err_ << "\r\x1b[K" << std::flush;
+  if (terminal_ && printed_) err_ << to_line_start << clear_rest_of_line << std::flush;
 }
 
 double Progress::seconds() const {
@@ -34,9 +36,13 @@ void Progress::update(double share, const std::string& rate) {
   share = std::clamp(share, 0.0, 1.0);
   const std::string left =
       share > 0.01 ? as_duration(seconds() * (1 - share) / share) + " left" : "";
-  err_ << fmt::format("{}{} {:3.0f} %  {}  {}{}", terminal_ ? "\r" : "", label_, 100 * share, rate,
-                      left, terminal_ ? "\x1b[K" : "\n")
-       << std::flush;
+  if (terminal_) err_ << to_line_start;
+  err_ << fmt::format("{} {:3.0f} %  {}  {}", label_, 100 * share, rate, left);
+  if (terminal_)
+    err_ << clear_rest_of_line;
+  else
+    err_ << '\n';
+  err_ << std::flush;
 }
 
 void Progress::update_json(const std::string& line) {
