@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <sndfile.h>
@@ -179,6 +180,33 @@ Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const s
   Result<Sound> sound = decode(file, name, Channels::kMean, kMostChannels);
   if (!sound.ok()) return sound.error();
   return std::move(sound->channels.front());
+}
+
+Result<std::vector<float>> decode_flac(std::span<const std::byte> flac, std::uint64_t max_frames) {
+  // libsndfile would take any format that it knows.
+  constexpr std::string_view kMark = "fLaC";
+  if (flac.size() < kMark.size() || std::memcmp(flac.data(), kMark.data(), kMark.size()) != 0)
+    return Error("is no FLAC stream");
+  Memory memory{flac.data(), nullptr, static_cast<sf_count_t>(flac.size()), 0};
+  SF_VIRTUAL_IO io = memory_io();
+  SF_INFO info{};
+  const SoundFile sound(sf_open_virtual(&io, SFM_READ, &info, &memory));
+  if (sound == nullptr || (info.format & SF_FORMAT_TYPEMASK) != SF_FORMAT_FLAC ||
+      info.channels != 1 || info.samplerate != kSampleRate_hz)
+    return Error("is no FLAC stream of one channel at 48 kHz");
+  std::vector<float> samples(max_frames + 1);
+  std::size_t done = 0;
+  while (done < samples.size()) {
+    const sf_count_t wanted =
+        std::min(kBlockFrames, static_cast<sf_count_t>(samples.size() - done));
+    const sf_count_t got = sf_readf_float(sound.get(), samples.data() + done, wanted);
+    if (got <= 0) break;
+    done += static_cast<std::size_t>(got);
+  }
+  if (sf_error(sound.get()) != SF_ERR_NO_ERROR)
+    return Error(fmt::format("is damaged ({})", sf_strerror(sound.get())));
+  samples.resize(done);
+  return samples;
 }
 
 Result<Sound> read_channels(const std::string& path, int most_channels) {

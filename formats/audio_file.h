@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,6 +17,11 @@ namespace clamor {
 // At most 30 minutes; NaN and Inf are refused.
 Result<std::vector<float>> read_audio(const std::string& path);
 Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const std::string& name);
+
+// The sound of a FLAC stream as encode_flac() makes them, and of no other file. Decodes at most
+// `max_frames` + 1 frames and allocates no more, whatever the stream holds. An Error is half a
+// sentence: "is no FLAC stream".
+Result<std::vector<float>> decode_flac(std::span<const std::byte> flac, std::uint64_t max_frames);
 
 // A sound with its channels apart, at kSampleRate_hz, all of one length.
 struct Sound {

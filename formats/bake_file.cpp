@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cstring>
-#include <unordered_set>
+#include <mutex>
+#include <unordered_map>
 
 #include "formats/bake_layout.h"
 #include "formats/bake_root_reader.h"
@@ -45,6 +46,32 @@ Result<Preamble> read_preamble(std::span<const std::byte> first, std::uint64_t f
   return preamble;
 }
 
+// Which page is whose child. In a forged file, nodes of one level or of several may share a page,
+// and so lead to the same pages along more ways than can be gone; a node whose page has a parent
+// already is refused when a second one is read. What a page says of siblings it is checked for by
+// itself (octree_page.h).
+class PageParents {
+ public:
+  void add_top(const PageEntry& top) { parents_.emplace(top.page.offset, top.page.offset); }
+
+  // Any thread.
+  Result<void> add(const PageEntry& parent, const PageLinks& links) {
+    if (links.children.empty()) return {};
+    const std::lock_guard lock(mutex_);
+    for (const PageEntry& child : links.children) {
+      const auto [known, is_new] = parents_.try_emplace(child.page.offset, parent.page.offset);
+      if (!is_new && known->second != parent.page.offset)
+        return Error("has a child whose page, at " + std::to_string(child.page.offset) +
+                     ", is another node's as well");
+    }
+    return {};
+  }
+
+ private:
+  std::mutex mutex_;
+  std::unordered_map<std::uint64_t, std::uint64_t> parents_;  // offsets; a top is its own
+};
+
 }  // namespace
 
 struct BakeFile::State {
@@ -65,6 +92,7 @@ struct BakeFile::State {
   std::string path;
   Preamble preamble;
   BakeRootContents root;
+  mutable PageParents parents;
 };
 
 Result<void> BakeFile::State::read(const FileSection& section,
@@ -99,6 +127,7 @@ Result<BakeFile> BakeFile::open(const std::string& path) {
   auto root = read_bake_root(bytes, preamble->root_offset);
   if (!root.ok()) return damaged(root.error().message).in(path);
   state->root = std::move(*root);
+  for (const PageEntry& top : state->root.trees) state->parents.add_top(top);
   return BakeFile(std::move(state));
 }
 
@@ -160,7 +189,9 @@ Result<void> BakeFile::read_page(const PageEntry& entry, PageDecoder& decoder, P
   const PageSurroundings around{state_->root.trees, state_->root.signal_maps.size(),
                                 state_->root.emitters.size()};
   const auto done = read_links(std::span(bytes).subspan(frame.size()), entry, around, links);
-  return done.ok() ? done : failed(done.error());
+  if (!done.ok()) return failed(done.error());
+  const auto added = state_->parents.add(entry, links);
+  return added.ok() ? added : failed(added.error());
 }
 
 Result<OctreePage> BakeFile::read_page(const PageEntry& entry) const {
@@ -179,15 +210,11 @@ Result<void> BakeFile::for_each_page(const Visit& visit) const {
     PageEntry entry;
     std::size_t depth;
   };
-  std::unordered_set<std::uint64_t> seen;
   for (std::size_t tree = 0; tree < trees().size(); ++tree) {
     std::vector<Waiting> waiting = {{trees()[tree], 0}};
     while (!waiting.empty()) {
       const Waiting next = waiting.back();
       waiting.pop_back();
-      if (!seen.insert(next.entry.page.offset).second)
-        return damaged(path() + ": two nodes share the page at " +
-                       std::to_string(next.entry.page.offset));
       const auto page = read_page(next.entry);
       if (!page.ok()) return page.error();
       if (const auto done = visit(next.entry, *page, tree, next.depth); !done.ok()) return done;
@@ -227,10 +254,8 @@ Result<std::vector<float>> BakeFile::read_signal_block(std::size_t index, std::s
   std::vector<std::byte> flac;
   if (const auto read = state_->read(stored.blocks[block], flac); !read.ok())
     return damaged(where + " " + read.error().message);
-  auto samples = unpack_signal_block(flac, stored.scale, stored.name);
-  if (!samples.ok()) return samples.error().in(state_->path);
-  if (samples->size() != signal_block(stored.frames, block).frames)
-    return damaged(where + " has the wrong length");
+  auto samples = unpack_signal_block(flac, signal_block(stored.frames, block).frames, stored.scale);
+  if (!samples.ok()) return damaged(where + " " + samples.error().message);
   return samples;
 }
 

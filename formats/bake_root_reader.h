@@ -38,7 +38,6 @@ struct StoredGeometryPage {
 inline constexpr std::uint64_t kMostFramesPerByte = 1000;
 inline constexpr std::size_t kMostSignals = 65536;
 inline constexpr std::size_t kMostTrees = 65536, kMostSignalMaps = 65536;
-inline constexpr std::size_t kMostLevels = 4096;
 
 struct BakeRootContents {
   BakeSettings settings;

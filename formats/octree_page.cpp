@@ -186,10 +186,13 @@ Result<void> read_links(std::span<const std::byte> bytes, const PageEntry& paren
   links.instances.clear();
   if (bytes.size() != parent.page.bytes() - parent.page.packed_bytes)
     return Error("has the wrong size");
+  if (parent.page.children > 0 && parent.depth + 1u >= kMostLevels)
+    return Error("has children deeper than " + std::to_string(kMostLevels) + " levels");
   std::uint64_t below = parent.source_count;
   unsigned octants = 0;
   for (int i = 0; i < parent.page.children; ++i) {
-    const PageEntry child = from_stored(take<StoredEntry>(bytes));
+    PageEntry child = from_stored(take<StoredEntry>(bytes));
+    child.depth = static_cast<std::uint16_t>(parent.depth + 1);
     if (const auto good = check_entry(child, kFirstPageOffset, parent.page.offset); !good.ok())
       return Error("has a child that " + good.error().message);
     if (!is_inside(child, parent)) return Error("has a child beyond its own box");

@@ -19,6 +19,7 @@ namespace clamor {
 
 inline constexpr std::size_t kEntryBytes = 120, kInstanceBytes = 72;
 inline constexpr std::size_t kMostChildren = 64, kMostInstances = 512;
+inline constexpr std::size_t kMostLevels = 4096;       // of nodes in a tree, its top included
 inline constexpr std::uint64_t kFirstPageOffset = 64;  // after the preamble
 inline constexpr std::uint8_t kNoOctant = 0xff;        // of a child that divides no cube
 
@@ -38,6 +39,7 @@ struct PageEntry : NodeSummary {
   std::uint64_t sources_below = 0;  // in it and below, those of copies too
   PageLink page;
   std::uint8_t octant = kNoOctant;  // of the parent's cube
+  std::uint16_t depth = 0;          // below its tree's top; told by the way there, not stored
 };
 
 // What the nodes of one depth hold.

@@ -37,10 +37,12 @@ Result<std::vector<std::vector<std::byte>>> pack_signal_blocks(const Signal& sig
   return blocks;
 }
 
-Result<std::vector<float>> unpack_signal_block(std::span<const std::byte> flac, float scale,
-                                               const std::string& name) {
-  auto samples = decode_audio(flac, name);
-  if (samples.ok() && scale != 1)
+Result<std::vector<float>> unpack_signal_block(std::span<const std::byte> flac,
+                                               std::uint64_t frames, float scale) {
+  auto samples = decode_flac(flac, frames);
+  if (!samples.ok()) return samples.error();
+  if (samples->size() != frames) return Error("has the wrong length");
+  if (scale != 1)
     for (float& sample : *samples) sample *= scale;
   return samples;
 }

@@ -42,9 +42,10 @@ float signal_scale(const Signal& signal);
 // Each block as FLAC, in parallel.
 Result<std::vector<std::vector<std::byte>>> pack_signal_blocks(const Signal& signal, float scale);
 
-// `name` is for the error.
-Result<std::vector<float>> unpack_signal_block(std::span<const std::byte> flac, float scale,
-                                               const std::string& name);
+// Exactly so many frames, or an Error: "has the wrong length". Allocates them and no more, whatever
+// the block holds.
+Result<std::vector<float>> unpack_signal_block(std::span<const std::byte> flac,
+                                               std::uint64_t frames, float scale);
 
 // The envelope's steps, each less the one before it of its band, as a zstd frame.
 std::vector<std::byte> pack_envelope(const SignalEnvelope& envelope);

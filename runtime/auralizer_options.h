@@ -1,6 +1,7 @@
 // auralizer_options.h: what can be asked of an auralizer.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -45,6 +46,9 @@ struct AuralizerOptions {
   MovingOptions moving{};                  // for priority and all
   std::shared_ptr<MovingScript> script{};  // moves them instead of the caller; `moving` is its own
   LoadClock sampler_clock{}, audio_clock{};
+  // Once it is true, keyframes that are being made end early with whatever they have found. It
+  // must outlive the auralizer.
+  const std::atomic<bool>* stop = nullptr;
 };
 
 }  // namespace clamor

@@ -25,8 +25,10 @@ SourceChoice::SourceChoice(AuralizerInput& input, const BakeFile* file, const So
         pages_of(*file, field, ceilings),
         PageBudget{options.memory_bytes - std::min(sounds_bytes, options.memory_bytes / 2),
                    !options.wait_for_pages});
-    pool_ =
+    auto octree =
         std::make_unique<OctreePool>(field, ceilings, file->trees(), file->signal_maps(), *loader_);
+    octree->stop_when(options.stop);
+    pool_ = std::move(octree);
   } else {
     auto list = std::make_unique<SourceList>(field, weights, std::move(input.sources));
     listed = list.get();

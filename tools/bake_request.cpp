@@ -14,6 +14,7 @@
 #include "tools/commands.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
+#include "tools/stop_deadline.h"
 
 namespace clamor {
 
@@ -229,6 +230,11 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   }
 
   const Interrupt interrupt;
+  const Error stopped(options.journal.empty()
+                          ? std::string("stopped; nothing was written")
+                          : "stopped; what was traced is kept in " + options.journal +
+                                ", and the same command goes on from there");
+  const StopDeadline deadline("clamor " + manner.command + ": " + stopped.message);
   options.stop = &Interrupt::requested();
   Progress progress(err, "  tracing");
   if (manner.json_progress)
@@ -247,10 +253,7 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
               done.error_db > 0 ? fmt::format(", known to {:.2f} dB", done.error_db) : ""));
     };
   const auto ended = [&](const Error& error) {
-    if (!Interrupt::requested()) return fail(error.in(request.level_path));
-    if (options.journal.empty()) return fail(Error("stopped; nothing was written"));
-    return fail(Error("stopped; what was traced is kept in " + options.journal +
-                      ", and the same command goes on from there"));
+    return fail(Interrupt::requested() ? stopped : error.in(request.level_path));
   };
 
   if (manner.shard) {

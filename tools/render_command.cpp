@@ -1,6 +1,7 @@
 // render_command.cpp: clamor render: what a listener hears, to a WAV file.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <ostream>
 
 #include <fmt/format.h>
@@ -16,6 +17,7 @@
 #include "tools/mix_options.h"
 #include "tools/output_options.h"
 #include "tools/progress.h"
+#include "tools/stop_deadline.h"
 #include "tools/strategy_options.h"
 
 namespace clamor {
@@ -101,19 +103,22 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   if (const auto read = mix.read_script(options, file->signal_count()); !read.ok())
     return fail(read.error());
   options.wait_for_pages = true;
+  const Interrupt interrupt;
+  const Error stopped("stopped; nothing was written. Run the same command again.");
+  std::optional<StopDeadline> deadline("clamor render: " + stopped.message);
+  options.stop = &Interrupt::requested();
   auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
   if (!auralizer.ok()) return fail(auralizer.error().in(level));
   auto wav =
       WavWriter::create(output, shape->channels(), kSampleRate_hz, *samples, shape->speakers());
   if (!wav.ok()) return fail(wav.error());
 
-  const Interrupt interrupt;
   Progress progress(err, "  rendering");
   const auto frames = static_cast<std::uint64_t>(std::llround(seconds * kSampleRate_hz));
   const auto channels = static_cast<std::size_t>(shape->channels());
   std::uint64_t done = 0;
   double energy = 0, peak = 0;
-  const auto rendered = render(**auralizer, walk, frames, [&](std::span<const float> block) {
+  const auto take = [&](std::span<const float> block) {
     for (const float sample : block) {
       energy += static_cast<double>(sample) * sample;
       peak = std::max(peak, static_cast<double>(std::abs(sample)));
@@ -122,11 +127,12 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
     const double rate = static_cast<double>(done) / kSampleRate_hz / progress.seconds();
     progress.update(static_cast<double>(done) / static_cast<double>(frames),
                     fmt::format("{:.1f} x real time", rate));
-    if (Interrupt::requested())
-      return Result<void>(Error("stopped; nothing was written. Run the same command again."));
     if (const auto whole = all_was_read(**auralizer); !whole.ok()) return whole;
     return wav->write(block);
-  });
+  };
+  const auto rendered = render(**auralizer, walk, frames, take, options.stop);
+  if (Interrupt::requested()) return fail(stopped);
+  deadline.reset();
   if (!rendered.ok()) return fail(rendered.error());
   if (const auto finished = wav->finish(); !finished.ok()) return fail(finished.error());
 

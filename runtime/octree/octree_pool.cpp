@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <new>
 #include <numeric>
 #include <utility>
 
@@ -42,11 +43,15 @@ SignalWeights highest_over_copies(const SignalWeights& weights,
 PageLoader::Fetch pages_of(const BakeFile& file, const SourceField& field,
                            const SignalWeights& ceilings) {
   return [&](const PageEntry& entry) -> PageLoader::Content {
-    auto page = file.read_page(entry);
-    if (!page.ok()) return page.error();
-    return std::make_unique<const ResidentPage>(
-        entry, SourcePage(field, ceilings.by_signal, std::move(page->sources)),
-        std::move(page->links), file.trees());
+    try {
+      auto page = file.read_page(entry);
+      if (!page.ok()) return page.error();
+      return std::make_unique<const ResidentPage>(
+          entry, SourcePage(field, ceilings.by_signal, std::move(page->sources)),
+          std::move(page->links), file.trees());
+    } catch (const std::bad_alloc&) {
+      return Error(file.path() + ": a page of it finds no memory; close other programs.");
+    }
   };
 }
 

@@ -21,6 +21,7 @@
 // the longest way to the listener counts.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -84,6 +85,9 @@ class OctreePool final : public SourcePool {
   std::uint64_t nodes_planned() const { return planned_; }
   std::uint64_t sources_looked_at() const { return looked_at_; }
   std::uint64_t copies_heard() const { return copies_heard_; }
+
+  // Walks end once it is true: it must outlive the pool. Null: never.
+  void stop_when(const std::atomic<bool>* stop) { stop_ = stop; }
 
  private:
   static constexpr std::uint32_t kNoCopy = 0xffffffff;  // found without walking one
@@ -306,7 +310,10 @@ class OctreePool final : public SourcePool {
   void add_far(const FarCopy& far, double ceiling, std::vector<FoundSource>& found);
   Source* placed(const Source& stored, const Placement& placement, double lead_key);
 
+  bool is_stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed); }
+
   const SourceField& field_;
+  const std::atomic<bool>* stop_ = nullptr;
   const std::span<const PageEntry> trees_;
   const std::span<const std::vector<std::uint32_t>> signal_maps_;
   const SignalWeights& ceilings_;

@@ -24,7 +24,7 @@ bool OctreePool::walk(const Vec3& place, double threshold, const PageOf& page_of
     steps_.push_back({&top, 0, 0, 0, most});
   // What is beyond the steps of a keyframe is passed over as if it were not there: asked again with
   // another threshold it would be no less.
-  while (!steps_.empty() && steps_left_ > 0) {
+  while (!steps_.empty() && steps_left_ > 0 && !is_stopped()) {
     --steps_left_;
     const Step step = steps_.back();
     steps_.pop_back();

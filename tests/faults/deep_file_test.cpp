@@ -1,11 +1,13 @@
 // Files whose copies are nested far deeper than any level's: whoever reads or plays them does not
 // recurse.
+#include <atomic>
 #include <cmath>
 #include <memory>
 
 #include "bake/copies.h"
 #include "formats/bake_file.h"
 #include "runtime/auralizer.h"
+#include "runtime/render.h"
 #include "tests/rooms_runtime.h"
 #include "tests/sanitized.h"
 #include "tests/tools/program.h"
@@ -78,6 +80,33 @@ TEST(DeepFile, OfCopiesWithinThousandsOfCopiesIsReadAndPlayedWithoutHarm) {
 // others.
 TEST(DeepFile, WhoseCopiesDoubleThirtyFiveTimesIsPlayedWithoutEndlessSearch) {
   EXPECT_GT(read_and_play(nested(35, 2)), 1e12);
+}
+
+// An hour of it would take days. Whoever asks has sent a signal, which wakes nobody.
+TEST(DeepFile, WhoseCopiesAreBeyondNumberIsNotRenderedOnceThatIsStopped) {
+  const Folder folder;
+  const std::string path = folder / "deep.clamor";
+  ASSERT_TRUE(write_bake(path, nested(12, 8), 1).ok());
+  auto file = BakeFile::open(path);
+  ASSERT_TRUE(file.ok()) << file.error().message;
+  std::atomic<bool> stop = false;
+  AuralizerOptions options;
+  options.wait_for_pages = true;
+  options.stop = &stop;
+  const auto auralizer =
+      Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
+  ASSERT_TRUE(auralizer.ok()) << auralizer.error().message;
+  int blocks = 0;
+  const auto rendered = render(
+      **auralizer, Walk::standing({{3, 4, 1.5}, 0, 0}), std::uint64_t{kSampleRate_hz} * 3600,
+      [&](std::span<const float>) {
+        ++blocks;
+        stop = true;
+        return Result<void>();
+      },
+      &stop);
+  ASSERT_FALSE(rendered.ok());
+  EXPECT_EQ(blocks, 1);
 }
 
 }  // namespace

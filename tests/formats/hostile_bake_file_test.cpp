@@ -3,7 +3,9 @@
 #include <array>
 #include <functional>
 
+#include "formats/audio_file.h"
 #include "tests/formats/forged_root.h"
+#include "tests/peak_memory.h"
 #include "tests/sanitized.h"
 
 namespace clamor::testing {
@@ -265,6 +267,162 @@ TEST(HostileBakeFile, InWhichTwoNodesHaveOnePageIsRefused) {
   ASSERT_FALSE(read.ok());
   EXPECT_NE(read.error().message.find("has two children on one page"), std::string::npos)
       << read.error().message;
+}
+
+// The sections that come after the only block of the only signal, so many bytes further on.
+void move_what_follows(BakeRoot::Builder root, std::uint64_t added) {
+  auto signal = root.getSignals()[0];
+  signal.setEnvelopeOffset(signal.getEnvelopeOffset() + added);
+  auto geometry = root.getGeometry();
+  geometry.setOffset(geometry.getOffset() + added);
+  for (auto page : geometry.getPages()) page.setOffset(page.getOffset() + added);
+}
+
+// `put` instead of so many bytes before the root, which moves along.
+Bytes with_bytes(Bytes bytes, std::uint64_t offset, std::uint64_t count, const Bytes& put) {
+  Preamble preamble;
+  std::memcpy(&preamble, bytes.data(), sizeof(preamble));
+  bytes.replace(offset, count, put);
+  preamble.root_offset += put.size() - count;
+  const std::uint64_t padding = -preamble.root_offset % 8;
+  bytes.insert(preamble.root_offset, padding, '\0');
+  preamble.root_offset += padding;
+  std::memcpy(bytes.data(), &preamble, sizeof(preamble));
+  seal(bytes);
+  return bytes;
+}
+
+// The file with other bytes for the only block of its only signal, all else moved along, and every
+// checksum right.
+Bytes with_signal_block(const Bytes& whole, const Bytes& block) {
+  std::uint64_t offset = 0, before = 0;
+  const Bytes bytes = with_root(whole, [&](BakeRoot::Builder root) {
+    auto signal = root.getSignals()[0];
+    offset = signal.getBlockOffset()[0];
+    before = signal.getBlockBytes()[0];
+    signal.getBlockBytes().set(0, static_cast<std::uint32_t>(block.size()));
+    signal.getBlockHash().set(0, hash_of(std::as_bytes(std::span(block))));
+    move_what_follows(root, block.size() - before);
+  });
+  return with_bytes(bytes, offset, before, block);
+}
+
+// Pages that are added above those of a tree.
+class Pages {
+ public:
+  explicit Pages(const PageEntry& top) : first_(top.page.end()) {}
+
+  // A node without sources of its own and with these children, anywhere.
+  PageEntry above(std::vector<PageEntry> children) {
+    PageEntry node = children.front();
+    node.source_count = 0;
+    node.sources_below = 0;
+    node.octant = kNoOctant;
+    node.page = {first_ + bytes_.size(), 0, 0, static_cast<std::uint8_t>(children.size()), 0};
+    std::vector<std::byte> page;
+    for (PageEntry& child : children) {
+      child.octant = kNoOctant;
+      put_entry(child, page);
+      node.sources_below += child.sources_below;
+    }
+    node.page.hash = hash_of(page);
+    bytes_.append(reinterpret_cast<const char*>(page.data()), page.size());
+    return node;
+  }
+
+  std::uint64_t first() const { return first_; }
+  const Bytes& bytes() const { return bytes_; }
+
+ private:
+  std::uint64_t first_;
+  Bytes bytes_;
+};
+
+// The file with pages above those of its only tree, which `build` makes and returns the new top of.
+Bytes with_pages_above(const Bytes& whole,
+                       const std::function<PageEntry(Pages&, const PageEntry& top)>& build) {
+  PageEntry top;
+  with_root(whole, [&](BakeRoot::Builder root) {
+    const auto stored = root.getTrees()[0].getTop();
+    top = *read_entry(std::as_bytes(std::span(stored.begin(), stored.size())));
+  });
+  Pages pages(top);
+  const PageEntry new_top = build(pages, top);
+  const Bytes bytes = with_root(whole, [&](BakeRoot::Builder root) {
+    std::vector<std::byte> stored;
+    put_entry(new_top, stored);
+    const auto* const from = reinterpret_cast<const kj::byte*>(stored.data());
+    root.getTrees()[0].setTop(kj::arrayPtr(from, stored.size()));
+    auto offsets = root.getSignals()[0].getBlockOffset();
+    offsets.set(0, offsets[0] + pages.bytes().size());
+    move_what_follows(root, pages.bytes().size());
+  });
+  return with_bytes(bytes, pages.first(), 0, pages.bytes());
+}
+
+// Each page of a chain would be fetched before the next is known.
+TEST(HostileBakeFile, WhoseTreeIsDeeperThanAnyTreeIsRefused) {
+  const Bytes whole = written(contents());  // of two levels
+  const auto with_levels_above = [&](std::size_t levels) {
+    return with_pages_above(whole, [&](Pages& pages, PageEntry top) {
+      for (std::size_t i = 0; i < levels; ++i) top = pages.above({top});
+      return top;
+    });
+  };
+  const auto deepest = read_whole(with_levels_above(kMostLevels - 2));
+  EXPECT_TRUE(deepest.ok()) << deepest.error().message;
+  const auto deeper = read_whole(with_levels_above(kMostLevels - 1));
+  ASSERT_FALSE(deeper.ok());
+  EXPECT_NE(deeper.error().message.find("deeper than 4096 levels"), std::string::npos)
+      << deeper.error().message;
+}
+
+// Cousins on one page: with each level of them, the ways to it would double.
+TEST(HostileBakeFile, InWhichNodesOfDifferentParentsHaveOnePageIsRefused) {
+  const Bytes whole = written(contents());
+  const auto read = read_whole(with_pages_above(whole, [](Pages& pages, const PageEntry& top) {
+    const PageEntry first = pages.above({top}), second = pages.above({top});
+    return pages.above({first, second});
+  }));
+  ASSERT_FALSE(read.ok());
+  EXPECT_NE(read.error().message.find("is another node's as well"), std::string::npos)
+      << read.error().message;
+}
+
+TEST(HostileBakeFile, WhoseSignalIsLongerThanItSaysIsDecodedNoFurther) {
+  const Bytes whole = written(contents());
+  const auto flac_of = [](std::size_t frames) {
+    const auto flac = encode_flac(std::vector<float>(frames, 0.0f));
+    EXPECT_TRUE(flac.ok());
+    return Bytes(reinterpret_cast<const char*>(flac->data()), flac->size());
+  };
+  const auto right = read_whole(with_signal_block(whole, flac_of(300)));
+  ASSERT_TRUE(right.ok()) << right.error().message;
+  const Bytes bomb = with_signal_block(whole, flac_of(std::size_t{kSampleRate_hz} * 300));
+  const PeakMemory peak;
+  const auto read = read_whole(bomb);
+  ASSERT_FALSE(read.ok());
+  EXPECT_NE(read.error().message.find("has the wrong length"), std::string::npos)
+      << read.error().message;
+  if (peak.known() && !kSanitized) {
+    EXPECT_LT(peak.more_bytes(), 20'000'000u);  // five minutes are 58 MB of samples
+  }
+}
+
+TEST(HostileBakeFile, WhoseSignalIsAnySoundButFlacIsRefused) {
+  const Bytes whole = written(contents());
+  const std::string path = path_of("signal.wav");
+  {
+    auto wav = WavWriter::create(path, 1, kSampleRate_hz, SampleFormat::kPcm16);
+    ASSERT_TRUE(wav.ok());
+    ASSERT_TRUE(wav->write(std::vector<float>(300, 0.5f)).ok());
+    ASSERT_TRUE(wav->finish().ok());
+  }
+  const auto read_wav = read_whole(with_signal_block(whole, read(path)));
+  std::filesystem::remove(path);
+  ASSERT_FALSE(read_wav.ok());
+  EXPECT_NE(read_wav.error().message.find("is no FLAC stream"), std::string::npos)
+      << read_wav.error().message;
 }
 
 TEST(HostileBakeFile, WithARootOfRandomWordsIsRefused) {

@@ -14,6 +14,8 @@
 #include "tests/build_paths.h"
 #include "tests/sanitized.h"
 #include "tests/tools/program.h"
+#include "tools/interrupt.h"
+#include "tools/stop_deadline.h"
 
 namespace clamor {
 namespace {
@@ -187,6 +189,34 @@ TEST(StoppedBake, SaysHowToGoOnAndGoesOn) {
   ASSERT_EQ(ended.code, 1) << "it should have been stopped: " << read(log);
   EXPECT_NE(read(log).find("the same command goes on"), std::string::npos) << read(log);
   EXPECT_FALSE(std::filesystem::exists(folder / "out.clamor"));
+}
+
+// Work that cannot be asked to stop does not keep an interrupted program.
+TEST(StopDeadline, EndsAProgramThatDoesNotEndByItself) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        const Interrupt interrupt;
+        const StopDeadline deadline("clamor test: stopped");
+        std::raise(SIGINT);
+        for (;;) ::pause();
+      },
+      ::testing::ExitedWithCode(1), "clamor test: stopped");
+}
+
+TEST(StopDeadline, LeavesAProgramAloneThatEndsInTime) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        {
+          const Interrupt interrupt;
+          const StopDeadline deadline("clamor test: stopped");
+          std::raise(SIGINT);
+        }
+        std::this_thread::sleep_for(std::chrono::seconds(2));  // past the deadline
+        std::exit(0);
+      },
+      ::testing::ExitedWithCode(0), "^$");
 }
 
 TEST(FullDisk, LeavesOneSentenceNoOutputAndAJournalThatIsSound) {
