@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <optional>
 
+#include "bake/diffuse_walk.h"
 #include "common/disjoint_sets.h"
-#include "common/maths.h"
 #include "common/random.h"
 
 namespace clamor {
@@ -38,21 +37,16 @@ double reflected(const Material& material) {
   return sum / kBandCount;
 }
 
-Vec3 on_sphere(double z, double turn) {
-  const double r = std::sqrt(std::max(0.0, 1 - z * z));
-  return {r * cos_of(2 * std::numbers::pi * turn), r * sin_of(2 * std::numbers::pi * turn), z};
-}
-
 struct Walks {
   std::vector<Escape> escapes;
   std::size_t rays = 0, legs = 0;
   double legs_m = 0;
 };
 
-Walks walk(const Scene& scene, const Level& level) {
+Walks walk(const Scene& scene, const Level& level, std::span<const Vec3> starts_m) {
   Walks walks;
-  for (std::uint32_t i = 0; i < kWalks && !level.emitters.empty(); ++i) {
-    Vec3 from = level.emitters[i * level.emitters.size() / kWalks].position_m;
+  for (std::uint32_t i = 0; i < kWalks && !starts_m.empty(); ++i) {
+    Vec3 from = starts_m[i * starts_m.size() / kWalks];
     RandomBits bits = philox(kKey, {i, 0, 0, 0});
     Vec3 direction = on_sphere(1 - 2 * unit(bits[0]), unit(bits[1]));
     double power = 1;
@@ -69,9 +63,7 @@ Walks walk(const Scene& scene, const Level& level) {
       }
       power *= reflected(level.materials[hit->material]);
       bits = philox(kKey, {i, leg, 0, 0});
-      const Vec3 local = on_sphere(std::sqrt(unit_above_zero(bits[0])), unit(bits[1]));
-      const Basis basis = basis_around(hit->normal);
-      direction = basis.tangent * local.x + basis.bitangent * local.y + hit->normal * local.z;
+      direction = diffuse_direction(hit->normal, bits);
       from = scene.away_from_surface(hit->point_m, hit->normal);
     }
   }
@@ -217,13 +209,28 @@ double edge_round_m(const Mesh& mesh, std::span<const MeshEdge> edges,
   return edges.empty() || !(near_m[best] > 0) ? 0 : all_m[best];
 }
 
+// Lines straight from one emitter meet there, so where they are most, the point that is nearest to
+// all of them is no opening.
+bool tells_of_opening(const Bundle& bundle) {
+  std::vector<std::array<double, 3>> origins;
+  for (const Escape& line : bundle.lines)
+    if (line.direct) origins.push_back({line.origin_m.x, line.origin_m.y, line.origin_m.z});
+  std::sort(origins.begin(), origins.end());
+  std::size_t together = 0, longest = 0;
+  for (std::size_t i = 0; i < origins.size(); ++i) {
+    together = i > 0 && origins[i] == origins[i - 1] ? together + 1 : 1;
+    longest = std::max(longest, together);
+  }
+  return 2 * longest <= bundle.lines.size();
+}
+
 }  // namespace
 
-LevelOpenings find_openings(const Scene& scene, const Level& level,
+LevelOpenings find_openings(const Scene& scene, const Level& level, std::span<const Vec3> starts_m,
                             std::span<const MeshEdge> free_edges) {
   LevelOpenings found;
   if (level.mesh.triangles.empty()) return found;
-  const Walks walks = walk(scene, level);
+  const Walks walks = walk(scene, level, starts_m);
   found.rays = walks.rays;
   found.escaped = walks.escapes.size();
   if (walks.legs > 0) found.mean_free_path_m = walks.legs_m / static_cast<double>(walks.legs);
@@ -242,8 +249,10 @@ LevelOpenings find_openings(const Scene& scene, const Level& level,
     opening.place_m = glm::clamp(bundle.point_m, Vec3(low), Vec3(high));
     opening.direction = bundle.flow / bundle.escaped;
     // Lines through a disc of radius R, by the cosine law, pass its middle at 3/8 R^2 in the mean.
-    opening.width_m = 2 * std::sqrt(8.0 / 3 * bundle.error / bundle.power);
-    opening.edge_length_m = edge_round_m(level.mesh, free_edges, chains, opening);
+    if (tells_of_opening(bundle)) {
+      opening.width_m = 2 * std::sqrt(8.0 / 3 * bundle.error / bundle.power);
+      opening.edge_length_m = edge_round_m(level.mesh, free_edges, chains, opening);
+    }
     found.escaped_share += opening.share;
     found.openings.push_back(opening);
   }

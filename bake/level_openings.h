@@ -23,7 +23,7 @@ struct LevelOpening {
   double share = 0;          // of all sound, that leaves here
   Vec3 place_m{};            // its middle, within the level's bounds
   Vec3 direction{};          // mean of those that leave; shorter than 1 the more they spread
-  double width_m = 0;        // as if it were round
+  double width_m = 0;        // as if it were round; 0: unknown, and then so is its middle
   double edge_length_m = 0;  // of the open edge that runs along most of it, 0 if there is none
 };
 
@@ -34,9 +34,9 @@ struct LevelOpenings {
   std::vector<LevelOpening> openings;  // the largest share first
 };
 
-// Rays start at emitters, in all directions; without any, nothing is traced. `free_edges` are those
-// boundary edges that rest on nothing.
-LevelOpenings find_openings(const Scene& scene, const Level& level,
+// Rays start at these places of emitters, in all directions; without any, nothing is traced.
+// `free_edges` are those boundary edges that rest on nothing.
+LevelOpenings find_openings(const Scene& scene, const Level& level, std::span<const Vec3> starts_m,
                             std::span<const MeshEdge> free_edges);
 
 // The volume that closed sheets enclose: the largest less those within it. 0 if any sheet is open.

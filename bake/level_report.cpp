@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "bake/audibility.h"
 #include "bake/mesh_simplification.h"
 #include "bake/scene.h"
 #include "bake/triangle_tree.h"
@@ -67,6 +68,24 @@ void simplify(PreparedMesh& prepared, const Level& level, double tolerance_m, Le
   report.simplification = simplification;
 }
 
+// Where emitters are that can be heard; those on a surface a little off it. The others would tell
+// of another space than the one that is listened to.
+std::vector<Vec3> places_that_work_m(const std::vector<Emitter>& emitters,
+                                     const std::vector<UnheardEmitter>& unheard) {
+  std::vector<Vec3> places_m;
+  auto next = unheard.begin();
+  for (std::size_t i = 0; i < emitters.size(); ++i) {
+    if (next == unheard.end() || next->emitter != i) {
+      places_m.push_back(emitters[i].position_m);
+      continue;
+    }
+    if (next->place.why == Unheard::kOnSurface && next->place.works_m)
+      places_m.push_back(*next->place.works_m);
+    ++next;
+  }
+  return places_m;
+}
+
 std::string counted(std::size_t count, const std::string& one, const std::string& many) {
   return fmt::format("{} {}", count, count == 1 ? one : many);
 }
@@ -111,7 +130,7 @@ std::string in_words(const LevelOpening& opening) {
 
 // "upwards near (1.0, 3.0, 2.0), through an opening about 4 m wide along an open edge of 16 m"
 std::string described(const LevelOpening& opening) {
-  if (way_of(opening) == Way::kAllRound) return in_words(opening);
+  if (way_of(opening) == Way::kAllRound || !(opening.width_m > 0)) return in_words(opening);
   std::string text = fmt::format("{} near {}, through an opening about {} wide", in_words(opening),
                                  at(opening.place_m), metres(opening.width_m));
   if (opening.edge_length_m > 0)
@@ -201,7 +220,10 @@ LevelReport prepare_level(Level& level, const LevelOptions& options) {
     if (!rests) free_edges.push_back(report.boundary_edges[i]);
   }
   const Scene scene(level.mesh, Scene::Build::kQuick);
-  report.openings = find_openings(scene, level, free_edges);
+  const auto unheard = Audibility(scene, level.mesh, level.materials).unheard(level.emitters);
+  report.unheard_emitters = in_words(unheard, level.emitters);
+  report.openings =
+      find_openings(scene, level, places_that_work_m(level.emitters, unheard), free_edges);
   return report;
 }
 
@@ -271,6 +293,7 @@ std::vector<std::string> report_warnings(const LevelReport& report) {
         "sound goes {} between surfaces, further than in any hall; glTF is in metres: was the "
         "level made in another unit?",
         metres(report.openings.mean_free_path_m)));
+  warnings.insert(warnings.end(), report.unheard_emitters.begin(), report.unheard_emitters.end());
   if (is_suspicious(report)) warnings.push_back(closedness(report));
   for (std::size_t i = 0; i < std::min(report.clashes.size(), kShownClashes); ++i)
     warnings.push_back(

@@ -55,6 +55,7 @@ struct LevelReport {
   std::vector<MaterialClashNames> clashes;  // the largest first
   std::optional<SimplificationReport> simplification;
   std::vector<EmitterAtSurface> emitters_at_surfaces;
+  std::vector<std::string> unheard_emitters;  // a sentence for each, audibility.h says which
 
   std::vector<MeshEdge> boundary_edges, feature_edges;  // of the prepared mesh, for diffraction
   double free_edges_m = 0, resting_edges_m = 0;         // length of boundary edges by what they do

@@ -145,15 +145,16 @@ std::optional<Hit> Scene::intersect(const Vec3& origin_m, const Vec3& direction)
   const Vec3 corner_m = mesh_.vertices_m[mesh_.triangles[ray.hit.primID][0]];
   Vec3 normal = normal_of(mesh_, ray.hit.primID);
   double falling = dot(direction, normal);
-  if (falling > 0) {
+  const bool from_behind = falling > 0;
+  if (from_behind) {
     normal = -normal;
     falling = -falling;
   }
   // A ray in the triangle's plane has no intersection of its own with it: take Embree's word.
   double distance_m = falling < -1e-9 ? dot(corner_m - origin_m, normal) / falling : ray.ray.tfar;
   distance_m = std::max(distance_m, 0.0);
-  return Hit{origin_m + direction * distance_m, normal, distance_m,
-             mesh_.materials[ray.hit.primID]};
+  return Hit{origin_m + direction * distance_m, normal, distance_m, mesh_.materials[ray.hit.primID],
+             from_behind};
 }
 
 double Scene::exact_distance_m(std::uint32_t triangle, const Ray& ray, double otherwise_m) const {

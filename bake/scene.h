@@ -24,6 +24,7 @@ struct Hit {
   Vec3 normal;  // unit, on the side the ray came from
   double distance_m;
   std::uint16_t material;
+  bool from_behind = false;  // the triangle's corners are clockwise as the ray sees them
 };
 
 // The same in single precision, for many rays at once.

@@ -17,6 +17,7 @@
 #include "runtime/measures/sampled_response.h"
 #include "runtime/sight/sight_geometry.h"
 #include "tools/arguments.h"
+#include "tools/audibility_warnings.h"
 #include "tools/commands.h"
 #include "tools/strategy_options.h"
 
@@ -123,10 +124,14 @@ Result<void> measure(const Options& options, std::ostream& out, std::ostream& er
                                 file->settings().air, options.listener_m, emitter,
                                 LateBoost(file->statistics().decay, all->sources.size()));
   }
+  const auto warning =
+      audibility_warning(*file, Walk::standing({options.listener_m}),
+                         {.emitter = emitter, .surfaces_hide = options.visibility == "on"});
   if (arrivals.empty())
-    return Error("nothing of " + in_quotes(emitters[emitter].name) +
-                 " reaches the listener. Move --listener inside the level.")
+    return Error(warning.value_or("nothing of " + in_quotes(emitters[emitter].name) +
+                                  " reaches the listener. Move --listener inside the level."))
         .in(options.level);
+  if (warning) err << "warning: " << *warning << '\n';
 
   const double seconds = std::min(kLongest_s, options.seconds);
   const std::size_t frames = seconds > 0
@@ -144,6 +149,8 @@ Result<void> measure(const Options& options, std::ostream& out, std::ostream& er
     for (const double hz : kBandCentres_hz) json["bands_hz"].push_back(static_cast<int>(hz));
     json["energy"] = to_json(of_energy);
     json["waveform"] = to_json(of_waveform);
+    json["warnings"] = nlohmann::ordered_json::array();
+    if (warning) json["warnings"].push_back(*warning);
     out << printable_json(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace))
         << '\n';
   } else {

@@ -16,6 +16,7 @@
 #include "formats/wav_writer.h"
 #include "runtime/player.h"
 #include "tools/arguments.h"
+#include "tools/audibility_warnings.h"
 #include "tools/commands.h"
 #include "tools/interrupt.h"
 #include "tools/mix_options.h"
@@ -312,6 +313,11 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
     options.walk = std::move(*walk);
   }
 
+  if (!options.auralizer.script)
+    if (const auto warning = audibility_warning(
+            *file, options.walk.value_or(Walk::standing(options.pose)),
+            {.seconds = options.seconds, .surfaces_hide = options.auralizer.visibility}))
+      fmt::print(err, "warning: {}\n", *warning);
   auto player = Player::create(std::make_shared<const BakeFile>(std::move(*file)), options);
   if (!player.ok()) return fail(player.error());
   fmt::print(err, "playing {} on {}\n", level, describe((*player)->statistics().output));

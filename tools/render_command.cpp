@@ -12,6 +12,7 @@
 #include "formats/walk_file.h"
 #include "runtime/render.h"
 #include "tools/arguments.h"
+#include "tools/audibility_warnings.h"
 #include "tools/commands.h"
 #include "tools/interrupt.h"
 #include "tools/mix_options.h"
@@ -102,6 +103,10 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
     return fail(read.error());
   if (const auto read = mix.read_script(options, file->signal_count()); !read.ok())
     return fail(read.error());
+  if (!options.script)
+    if (const auto warning = audibility_warning(
+            *file, walk, {.seconds = seconds, .surfaces_hide = options.visibility}))
+      fmt::print(err, "warning: {}\n", *warning);
   options.wait_for_pages = true;
   const Interrupt interrupt;
   const Error stopped("stopped; nothing was written. Run the same command again.");

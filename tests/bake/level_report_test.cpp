@@ -4,12 +4,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bake/audibility.h"
 #include "bake/photon_tracer.h"
 #include "tests/bake/mesh_shapes.h"
 
 namespace clamor {
 namespace {
 
+using ::testing::AllOf;
 using testing::box;
 using ::testing::Contains;
 using ::testing::HasSubstr;
@@ -165,6 +167,196 @@ TEST(LevelReport, OfALevelWithoutTrianglesIsEmpty) {
   const LevelReport report = prepare_level(level, {0.1});
   EXPECT_THAT(report_lines(report), IsEmpty());
   EXPECT_THAT(report_warnings(report), IsEmpty());
+}
+
+// A box between two corners; its triangles face outwards or into it.
+Mesh box_between(const Vec3& low_m, const Vec3& high_m, bool outwards) {
+  Mesh mesh = box(high_m - low_m);
+  for (Vec3f& vertex : mesh.vertices_m) vertex += Vec3f(low_m);
+  if (outwards)
+    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  return mesh;
+}
+
+const Vec3 kHall_m(8, 3, 6), kPillar_m(4, 1.2, 3);
+
+// A hall with a pillar from floor to ceiling, 0.37 m thick or as thick as asked for.
+Level hall_with_pillar(const Vec3& emitter_m, bool outwards = true, double thick_m = 0.37) {
+  Level level = shoebox(kHall_m, uniform_material(0.1f), emitter_m);
+  testing::add(level.mesh, box_between({4 - thick_m / 2, 0, 3 - thick_m / 2},
+                                       {4 + thick_m / 2, 3, 3 + thick_m / 2}, outwards));
+  return level;
+}
+
+std::vector<UnheardEmitter> unheard_in(const Level& level) {
+  const Scene scene(level.mesh, Scene::Build::kQuick);
+  return Audibility(scene, level.mesh, level.materials).unheard(level.emitters);
+}
+
+std::optional<UnheardPlace> unheard_at(const Level& level, const Vec3& listener_m) {
+  const Scene scene(level.mesh, Scene::Build::kQuick);
+  return Audibility(scene, level.mesh, level.materials)
+      .unheard_at(std::span(&listener_m, 1), level.emitters, level.air)[0];
+}
+
+TEST(LevelReport, WarnsOfAnEmitterInAPillarAndNamesAPlaceThatWorks) {
+  for (const bool outwards : {true, false}) {
+    Level level = hall_with_pillar(kPillar_m, outwards);
+    const auto unheard = unheard_in(level);
+    ASSERT_EQ(unheard.size(), 1u);
+    EXPECT_EQ(unheard[0].place.why, Unheard::kInSolid);
+    EXPECT_NEAR(unheard[0].place.width_m, 0.37, 0.15);
+    ASSERT_TRUE(unheard[0].place.works_m.has_value());
+    EXPECT_LT(length(*unheard[0].place.works_m - kPillar_m), 1);
+    EXPECT_THAT(report_warnings(prepare_level(level)),
+                Contains(HasSubstr("emitter 'source' lies inside a solid")));
+    Level moved = hall_with_pillar(*unheard[0].place.works_m, outwards);
+    EXPECT_THAT(report_warnings(prepare_level(moved)), IsEmpty());
+  }
+  // Larger than any hollow that is no room, but seen from behind within a room.
+  const auto thick = unheard_in(hall_with_pillar(kPillar_m, true, 1.5));
+  ASSERT_EQ(thick.size(), 1u);
+  EXPECT_EQ(thick[0].place.why, Unheard::kInSolid);
+}
+
+TEST(LevelReport, WarnsOfAnEmitterOutsideAClosedLevel) {
+  for (const Vec3& emitter_m : {Vec3(48, 1.5, 3), Vec3(4, 1.5, -0.1), Vec3(4, 3.5, 3)}) {
+    Level level = hall_with_pillar(emitter_m);
+    const auto unheard = unheard_in(level);
+    ASSERT_EQ(unheard.size(), 1u);
+    EXPECT_EQ(unheard[0].place.why, Unheard::kOutside);
+    ASSERT_TRUE(unheard[0].place.works_m.has_value());
+    EXPECT_TRUE(unheard_in(hall_with_pillar(*unheard[0].place.works_m)).empty());
+    const LevelReport report = prepare_level(level);
+    EXPECT_THAT(report_warnings(report), Contains(HasSubstr("'source' lies outside the level")));
+    EXPECT_THAT(report_lines(report), Not(Contains(HasSubstr("in the open"))));
+  }
+}
+
+TEST(LevelReport, WarnsOfAnEmitterOnAWallThatHidesHalfOfItsSound) {
+  Level level = hall_with_pillar({1, 0, 1});
+  const LevelReport report = prepare_level(level);
+  EXPECT_THAT(report_warnings(report),
+              Contains(AllOf(HasSubstr("'source' lies on a surface"), HasSubstr("1,0.02,1"))));
+  EXPECT_THAT(report_lines(report), Contains(HasSubstr("closed: none of")));
+  // On a table that stands in the room, both halves are heard.
+  Level table = hall_with_pillar({1, 1, 1});
+  testing::add_quad(table.mesh, {Vec3f(0.5f, 1, 0.5f), Vec3f(0.5f, 1, 1.5f), Vec3f(1.5f, 1, 1.5f),
+                                 Vec3f(1.5f, 1, 0.5f)});
+  EXPECT_THAT(report_warnings(prepare_level(table)), IsEmpty());
+}
+
+TEST(LevelReport, NamesTheFirstOfManyMisplacedEmittersAndCountsTheOthers) {
+  Level level = hall_with_pillar(kPillar_m);
+  level.emitters.resize(6, level.emitters[0]);
+  for (std::size_t i = 0; i < 6; ++i) level.emitters[i].name = "e" + std::to_string(i);
+  level.emitters[0].position_m = {1, 1, 1};
+  const auto warnings = report_warnings(prepare_level(level));
+  ASSERT_EQ(warnings.size(), 4u);
+  EXPECT_THAT(warnings[0], HasSubstr("emitter 'e1' lies inside a solid"));
+  EXPECT_THAT(warnings[3], HasSubstr("2 more emitters"));
+}
+
+TEST(LevelReport, FindsNoFaultWithEmittersThatAreHeard) {
+  const auto expect_none = [](Level level, const char* what) {
+    EXPECT_TRUE(unheard_in(level).empty()) << what;
+  };
+  expect_none(hall_with_pillar({3.78, 1.2, 3}), "3 cm from a pillar");
+  expect_none(hall_with_pillar({1, 0.01, 1}), "just off the floor");
+  for (const Wall wall : {kLeft, kFloor, kCeiling, kFront}) {
+    expect_none(without(wall, kHall_m, 0.1f, {2, 1, 2}), "a wall is missing");
+    expect_none(without(wall, kHall_m, 0.1f, {2, 20, 2}), "above a level that is open");
+  }
+
+  Level outwards = shoebox({5, 4, 3}, uniform_material(0.1f), {1, 1, 1});
+  outwards.mesh = box_between({0, 0, 0}, {5, 4, 3}, true);
+  expect_none(outwards, "walls that face outwards");
+  // Such a room on a wide plain, and six of them in a row.
+  testing::add_quad(outwards.mesh, {Vec3f(-500, 0, -500), Vec3f(-500, 0, 500), Vec3f(500, 0, 500),
+                                    Vec3f(500, 0, -500)});
+  expect_none(outwards, "a room on a plain");
+  for (int i = 1; i < 6; ++i)
+    testing::add(outwards.mesh, box_between({5.2 * i, 0, 0}, {5.2 * i + 5, 4, 3}, true));
+  expect_none(outwards, "one room of six");
+
+  // A closed booth in a hall is a room of its own, as its walls face into it.
+  Level booth = shoebox(kHall_m, uniform_material(0.1f), {2, 1, 2});
+  testing::add(booth.mesh, box_between({1, 0, 1}, {3, 2.2, 3}, false));
+  expect_none(booth, "a booth");
+  // What is outside a wall that lets sound through is heard inside.
+  Level thin = hall_with_pillar({48, 1.5, 3});
+  thin.materials[0].transmission = same_in_all_bands(0.05f);
+  expect_none(thin, "walls that let sound through");
+}
+
+TEST(Audibility, TellsAListenerWhyNothingIsHeardAndWhereSomethingIs) {
+  const Level hall = hall_with_pillar({1, 1, 1});
+  const struct {
+    Vec3 listener_m;
+    Unheard why;
+  } kCases[] = {{kPillar_m, Unheard::kInSolid},
+                {{48, 1.5, 3}, Unheard::kOutside},
+                {{4, 1.5, 6.2}, Unheard::kOutside},
+                {{2, 0, 2}, Unheard::kOnSurface},
+                {{1e9, 0, 0}, Unheard::kFarAway}};
+  for (const auto& [listener_m, why] : kCases) {
+    const auto found = unheard_at(hall, listener_m);
+    ASSERT_TRUE(found.has_value()) << listener_m.x;
+    EXPECT_EQ(found->why, why) << listener_m.x;
+    ASSERT_TRUE(found->works_m.has_value()) << listener_m.x;
+    EXPECT_FALSE(unheard_at(hall, *found->works_m).has_value()) << listener_m.x;
+  }
+  for (const Vec3& fine_m : {Vec3(7, 1, 5), Vec3(4.25, 1.2, 3), Vec3(0.03, 0.03, 0.03)})
+    EXPECT_FALSE(unheard_at(hall, fine_m).has_value());
+}
+
+TEST(Audibility, BlamesTheEmitterWhereThatIsOutOfPlace) {
+  const Level level = hall_with_pillar(kPillar_m);
+  const auto found = unheard_at(level, {1, 1, 1});
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(found->emitter, 0u);
+  const std::string text = in_words(*found, {1, 1, 1}, level.emitters);
+  EXPECT_THAT(text, HasSubstr("nothing is heard at 1,1,1: emitter 'source' lies inside a solid"));
+}
+
+TEST(Audibility, HearsThroughADoorAndThroughThinWallsButNotThroughOthers) {
+  // Two rooms with a wall between them that leaves a slit, or not.
+  const auto rooms = [](double slit_m) {
+    Level level = shoebox(kHall_m, uniform_material(0.1f), {1, 1, 1});
+    testing::add_quad(level.mesh,
+                      {Vec3f(5, slit_m, 0), Vec3f(5, 3, 0), Vec3f(5, 3, 6), Vec3f(5, slit_m, 6)});
+    return level;
+  };
+  const Vec3 listener_m(7, 1, 5);
+  EXPECT_FALSE(unheard_at(rooms(0.1), listener_m).has_value());
+  Level closed = rooms(0);
+  const auto found = unheard_at(closed, listener_m);
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(found->why, Unheard::kShutOff);
+  closed.materials[0].transmission = same_in_all_bands(0.05f);
+  EXPECT_FALSE(unheard_at(closed, listener_m).has_value());
+}
+
+TEST(Audibility, OfAFreeFieldEndsWithTheDistance) {
+  Level field = shoebox({5, 4, 3}, uniform_material(0.1f), {1, 1, 1});
+  field.mesh = {};
+  EXPECT_FALSE(unheard_at(field, {100, 1, 1}).has_value());
+  const auto found = unheard_at(field, {1e9, 1, 1});
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(found->why, Unheard::kFarAway);
+  EXPECT_FALSE(unheard_at(field, *found->works_m).has_value());
+}
+
+TEST(LevelReport, TellsNoWidthOfAnOpeningThatOnlyDirectSoundPasses) {
+  // All lines meet at the emitter, which is no opening.
+  Level level = without(kCeiling, {6, 4, 3}, 1, {2, 0, 1});
+  for (const std::string& line : report_lines(prepare_level(level)))
+    EXPECT_EQ(line.find(" mm wide"), std::string::npos) << line;
+  Level off = without(kCeiling, {6, 4, 3}, 1, {2, 1, 1});
+  const LevelReport report = prepare_level(off);
+  ASSERT_FALSE(report.openings.openings.empty());
+  EXPECT_EQ(report.openings.openings[0].width_m, 0);
+  EXPECT_THAT(report_lines(report), Contains(HasSubstr("leaves the level, upwards: no ceiling")));
 }
 
 }  // namespace
