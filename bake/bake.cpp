@@ -51,6 +51,20 @@ Bands as_bands(const std::array<double, kBandCount>& values) {
   return bands;
 }
 
+double sum_of(const Bands& bands) {
+  double sum = 0;
+  for (const float value : bands) sum += static_cast<double>(value);
+  return sum;
+}
+
+// "0.25 %", rounded the same way everywhere.
+std::string in_percent(double share) {
+  const std::string hundredths = std::to_string(std::llround(1e4 * share));
+  const std::string digits =
+      std::string(hundredths.size() < 3 ? 3 - hundredths.size() : 0, '0') + hundredths;
+  return digits.substr(0, digits.size() - 2) + "." + digits.substr(digits.size() - 2) + " %";
+}
+
 BakeStatistics statistics_of(const TraceTally& tally, const PhotonTracer& tracer,
                              const Level& level) {
   BakeStatistics statistics;
@@ -62,6 +76,11 @@ BakeStatistics statistics_of(const TraceTally& tally, const PhotonTracer& tracer
   statistics.power_escaped = as_bands(tally.power_escaped);
   statistics.power_unfinished = as_bands(tally.power_unfinished);
 
+  const double emitted = sum_of(statistics.power_emitted);
+  const double unfinished = sum_of(statistics.power_unfinished);
+  if (emitted > 0 && unfinished > 0.001 * emitted)
+    statistics.warnings.push_back(in_percent(unfinished / emitted) +
+                                  " of the power was still under way at the longest path");
   if (level.mesh.triangles.empty())
     statistics.warnings.push_back("The level has no triangles: sound meets nothing, a free field.");
   for (const Material& material : level.materials)

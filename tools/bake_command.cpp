@@ -56,6 +56,8 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.option("--progress", progress,
                 "json: one JSON object a line, for build systems, instead of words");
   parser.flag("--quiet", manner.quiet, "only warnings and errors");
+  parser.flag("--strict", manner.strict,
+              "warnings are errors: exit code 1, and nothing is written");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (const auto complaint = request.complaint()) return parser.bad_usage(err, *complaint);
   if (manner.threads < 0 || manner.threads > 1024)

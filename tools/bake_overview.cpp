@@ -11,21 +11,11 @@
 
 #include <fmt/format.h>
 
+#include "tools/shell_word.h"
+
 namespace clamor {
 
 namespace {
-
-// Words as a shell takes them.
-std::string as_typed(const std::string& word) {
-  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 ||
-           std::string_view("-_./:,=+%").find(static_cast<char>(c)) != std::string_view::npos;
-  });
-  if (plain) return word;
-  std::string enclosed = "'";
-  for (const char c : word) enclosed += c == '\'' ? "'\\''" : std::string(1, c);
-  return enclosed + "'";
-}
 
 std::string command_of(const BakeFile& file) {
   std::string command = "clamor bake " + as_typed(file.provenance().level) + " -o " +

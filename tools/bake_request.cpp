@@ -13,7 +13,9 @@
 #include "tools/bake_summary.h"
 #include "tools/commands.h"
 #include "tools/interrupt.h"
+#include "tools/printable.h"
 #include "tools/progress.h"
+#include "tools/progress_json.h"
 #include "tools/stop_deadline.h"
 
 namespace clamor {
@@ -35,44 +37,38 @@ void print_report(const ImportReport& report, const Level& level, std::ostream& 
                material.preset.empty() ? "own values" : printable(material.preset),
                material.area_m2, printable(material.how));
   for (const auto& line : report.ignored) fmt::print(err, "  ignored  {}\n", printable(line));
-  for (const auto& line : report.warnings) fmt::print(err, "  warning  {}\n", printable(line));
 }
 
-void print_level(const LevelReport& report, std::ostream& err) {
-  for (const auto& line : report_lines(report)) fmt::print(err, "  level    {}\n", printable(line));
-  for (const auto& line : report_warnings(report))
-    fmt::print(err, "  warning  {}\n", printable(line));
-}
+// Every warning of a bake comes through here: printed whatever else is, kept in the file unless it
+// is about this run rather than about the result, and counted for --strict.
+class Warnings {
+ public:
+  Warnings(bool json, std::ostream& err) : json_(json), err_(err) {}
 
-void print_level_json(const LevelReport& report, std::ostream& err) {
-  const LevelOpenings& openings = report.openings;
-  fmt::print(err,
-             "{{\"stage\": \"level\", \"triangles\": {}, \"area_m2\": {:.2f}, "
-             "\"welded_corners\": {}, \"without_area\": {}, \"duplicated\": {}, "
-             "\"boundary_edges_m\": {:.2f}, \"thin_gaps\": {}, \"escaped_power_share\": {:.4f}, "
-             "\"mean_free_path_m\": {:.2f}}}\n",
-             report.triangles, report.area_m2, report.welded_vertices, report.degenerate,
-             report.duplicated, report.free_edges_m, report.gaps.size(), openings.escaped_share,
-             openings.mean_free_path_m);
-}
+  void tell(const std::string& text) {
+    ++count_;
+    if (json_)
+      fmt::print(err_, "{}\n", warning_json(text));
+    else
+      fmt::print(err_, "  warning  {}\n", printable(text));
+  }
+  void tell_and_keep(const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) tell(text);
+    kept_.insert(kept_.end(), texts.begin(), texts.end());
+  }
+
+  std::size_t count() const { return count_; }
+  const std::vector<std::string>& kept() const { return kept_; }
+
+ private:
+  bool json_;
+  std::ostream& err_;
+  std::size_t count_ = 0;
+  std::vector<std::string> kept_;
+};
 
 double share_of(std::uint64_t part, std::uint64_t whole_of_it) {
   return whole_of_it > 0 ? static_cast<double>(part) / static_cast<double>(whole_of_it) : 0;
-}
-
-// One line for build systems.
-std::string as_json(const BakeProgress& done, double seconds) {
-  const double share = share_of(done.photons_done, done.photons_total);
-  return fmt::format(
-      "{{\"stage\": \"{}\", \"photons\": {}, \"photons_total\": {}, \"photons_reused\": {}, "
-      "\"bounces\": {}, \"bounces_per_s\": {:.0f}, \"escaped_share\": {:.4f}, \"error_db\": {}, "
-      "\"seconds\": {:.3f}, "
-      "\"seconds_left\": {}}}",
-      done.stage, done.photons_done, done.photons_total, done.photons_reused, done.bounces,
-      static_cast<double>(done.bounces) / std::max(seconds, 1e-3),
-      share_of(done.escaped, done.photons_done),
-      done.error_db > 0 ? fmt::format("{:.3f}", done.error_db) : "null", seconds,
-      share > 0.01 ? fmt::format("{:.3f}", seconds * (1 - share) / share) : "null");
 }
 
 // Whether the level still is what was baked.
@@ -201,12 +197,24 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   auto imported = import_level(request.level_path, import);
   if (!imported.ok()) return fail(imported.error());
   const Level& level = imported->level;
-  if (!manner.quiet && !manner.json_progress) print_report(imported->report, level, err);
+  const bool in_words = !manner.quiet && !manner.json_progress;
+  if (in_words) print_report(imported->report, level, err);
+  Warnings warnings(manner.json_progress, err);
+  warnings.tell_and_keep(imported->report.warnings);
   const LevelReport prepared = prepare_level(imported->level, {request.simplify_m});
-  if (manner.json_progress)
-    print_level_json(prepared, err);
-  else if (!manner.quiet)
-    print_level(prepared, err);
+  if (manner.json_progress) fmt::print(err, "{}\n", level_json(prepared));
+  if (in_words)
+    for (const auto& line : report_lines(prepared))
+      fmt::print(err, "  level    {}\n", printable(line));
+  warnings.tell_and_keep(report_warnings(prepared));
+  const auto is_refused = [&] { return manner.strict && warnings.count() > 0; };
+  const auto refuse = [&] {
+    return fail(Error(fmt::format(
+        "{} above, which --strict takes for {}; nothing was written",
+        warnings.count() == 1 ? "1 warning" : fmt::format("{} warnings", warnings.count()),
+        warnings.count() == 1 ? "an error" : "errors")));
+  };
+  if (is_refused()) return refuse();
 
   const ImportedSettings& wanted = imported->settings;
   BakeOptions options;
@@ -239,7 +247,7 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   Progress progress(err, "  tracing");
   if (manner.json_progress)
     options.on_progress = [&progress](const BakeProgress& done) {
-      progress.update_json(as_json(done, progress.seconds()));
+      progress.update_json(progress_json(done, progress.seconds()));
     };
   else if (!manner.quiet)
     options.on_progress = [&progress](const BakeProgress& done) {
@@ -276,20 +284,24 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   contents->provenance.inputs = imported->inputs;
   contents->provenance.arguments = words_of(request, manner, contents->settings);
   if (const auto now = changed(request.level_path, import, imported->input_hash)) return fail(*now);
+  warnings.tell_and_keep(contents->statistics.warnings);
+  contents->statistics.warnings = warnings.kept();
+  if (!report.journal_warning.empty()) warnings.tell(report.journal_warning);
+  if (!why_not.empty()) warnings.tell("--until was not reached: " + why_not);
+  if (is_refused()) return refuse();
   if (const auto written = write_bake(manner.output, *contents, manner.threads); !written.ok())
     return fail(written.error());
   if (manner.json_progress)
-    fmt::print(err,
-               "{{\"stage\": \"done\", \"sources\": {}, \"photons\": {}, \"photons_reused\": {}, "
-               "\"error_db\": {:.3f}, \"goal_reached\": {}, \"seconds\": {:.3f}}}\n",
-               contents->source_count() + report.copied_sources, report.photons,
-               report.photons_reused, contents->statistics.decay.error_db, why_not.empty(),
-               progress.seconds());
-  if (!why_not.empty() && !manner.json_progress)
-    fmt::print(err, "  warning  --until was not reached: {}\n", why_not);
-  if (manner.quiet || manner.json_progress) return kSuccess;
-
-  print_bake_summary(*contents, report, manner.output, options.journal, progress.seconds(), err);
+    fmt::print(err, "{}\n",
+               outcome_json({.sources = contents->source_count() + report.copied_sources,
+                             .photons = report.photons,
+                             .photons_reused = report.photons_reused,
+                             .error_db = contents->statistics.decay.error_db,
+                             .seconds = progress.seconds(),
+                             .goal_reached = why_not.empty(),
+                             .warnings = warnings.count()}));
+  if (in_words)
+    print_bake_summary(*contents, report, manner.output, options.journal, progress.seconds(), err);
   return kSuccess;
 }
 

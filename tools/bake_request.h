@@ -43,8 +43,10 @@ struct BakeManner {
   std::string output;
   int threads = 0;
   std::uint64_t memory_bytes = 0;  // 0: any
-  bool journal = true, quiet = false;
+  bool journal = true;
+  bool quiet = false;               // nothing but warnings and errors
   bool json_progress = false;       // one JSON object a line, and nothing else but errors
+  bool strict = false;              // a warning ends it with an Error, and nothing is written
   std::optional<BakeGoal> goal;     // then it decides how many photons and sources
   std::optional<Shard> shard;       // then `output` is the shard
   std::vector<std::string> shards;  // to be merged

@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "tools/shell_word.h"
+
 namespace clamor {
 
 namespace {
@@ -68,18 +70,6 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
                         const std::string& output, const std::string& journal, double seconds,
                         std::ostream& err) {
   const BakeStatistics& statistics = contents.statistics;
-  double emitted = 0, unfinished = 0;
-  for (std::size_t b = 0; b < kBandCount; ++b) {
-    emitted += static_cast<double>(statistics.power_emitted[b]);
-    unfinished += static_cast<double>(statistics.power_unfinished[b]);
-  }
-  if (emitted > 0 && unfinished > 0.001 * emitted)
-    fmt::print(err, "  warning  {:.2f} % of the power was still under way at the longest path\n",
-               100 * unfinished / emitted);
-  for (const auto& warning : statistics.warnings)
-    fmt::print(err, "  warning  {}\n", printable(warning));
-  if (!report.journal_warning.empty()) fmt::print(err, "  warning  {}\n", report.journal_warning);
-
   if (statistics.photons_traced > 0) {
     print_energy(contents, err);
     print_decay(statistics.decay, err);
@@ -99,7 +89,7 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
   if (!journal.empty())
     fmt::print(err, "  kept     {} ({}): baking again traces only what has changed\n", journal,
                as_size(static_cast<double>(report.journal_bytes)));
-  fmt::print(err, "  listen   clamor play {}\n", output);
+  fmt::print(err, "  listen   clamor play {}\n", as_typed(output));
 }
 
 }  // namespace clamor

@@ -9,7 +9,7 @@
 
 namespace clamor {
 
-// The closing lines: warnings first, then decay, energy, what was kept and how to hear it.
+// The closing lines, after the warnings: decay, energy, what was kept and how to hear it.
 void print_bake_summary(const BakeContents& contents, const BakeReport& report,
                         const std::string& output, const std::string& journal, double seconds,
                         std::ostream& err);

@@ -29,6 +29,8 @@ int run_merge(std::span<const std::string> arguments, std::ostream& out, std::os
   parser.option("--level", level, "where the level lies on this machine");
   parser.option("--threads", manner.threads, "at most, 0: all cores; never changes a byte");
   parser.flag("--quiet", manner.quiet, "only warnings and errors");
+  parser.flag("--strict", manner.strict,
+              "warnings are errors: exit code 1, and nothing is written");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (manner.threads < 0 || manner.threads > 1024)
     return parser.bad_usage(err, "--threads must lie between 0 and 1024");

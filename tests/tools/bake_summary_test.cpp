@@ -127,5 +127,131 @@ TEST(MaterialsCommand, ListsEveryPresetWithItsFiguresAndTheirSource) {
   EXPECT_EQ(testing::clamor({"materials", "--name", "velvet"}).out, "velvet -> curtain\n");
 }
 
+// The violin room with its emitter 40 m outside, baked with few photons.
+testing::Outcome bake_outside(const Folder& folder, const std::string& name,
+                              std::vector<std::string> more) {
+  more.insert(more.begin(),
+              {"bake", testing::violin_room(), "-o", folder / name, "--emitter",
+               "name=violin,signal=noise,at=44,1.5,0", "--photons", "100", "--no-journal"});
+  return clamor(more);
+}
+
+TEST(BakeWarnings, AreInTheFileAndInEveryKindOfOutput) {
+  const Folder folder;
+  const std::string told = "emitter 'violin' lies outside the level";
+  const auto words = bake_outside(folder, "words.clamor", {});
+  const auto quiet = bake_outside(folder, "quiet.clamor", {"--quiet"});
+  const auto lines = bake_outside(folder, "json.clamor", {"--progress", "json"});
+  for (const auto* outcome : {&words, &quiet, &lines}) EXPECT_EQ(outcome->code, 0) << outcome->err;
+
+  for (const auto* outcome : {&words, &quiet}) {
+    const std::size_t once = outcome->err.find("  warning  " + told);
+    ASSERT_NE(once, std::string::npos) << outcome->err;
+    EXPECT_EQ(outcome->err.find(told, once + 20), std::string::npos) << outcome->err;
+  }
+  EXPECT_TRUE(quiet.err.starts_with("  warning  ")) << quiet.err;
+  EXPECT_EQ(quiet.err.find('\n'), quiet.err.size() - 1) << quiet.err;
+
+  std::istringstream all(lines.err);
+  std::size_t warnings = 0;
+  for (std::string line; std::getline(all, line);) {
+    const auto json = nlohmann::json::parse(line);
+    if (json["stage"] == "warning") {
+      ++warnings;
+      EXPECT_EQ(json["text"].get<std::string>().find(told), 0u) << line;
+    }
+    if (json["stage"] == "done") {
+      EXPECT_EQ(json["warnings"], 1) << line;
+    }
+  }
+  EXPECT_EQ(warnings, 1u) << lines.err;
+
+  const auto file =
+      nlohmann::json::parse(clamor({"inspect", folder / "quiet.clamor", "--json"}).out);
+  ASSERT_EQ(file["warnings"].size(), 1u);
+  EXPECT_EQ(file["warnings"][0].get<std::string>().find(told), 0u);
+  EXPECT_NE(clamor({"inspect", folder / "quiet.clamor"}).out.find("warning: " + told),
+            std::string::npos);
+  EXPECT_TRUE(testing::read(folder / "words.clamor") == testing::read(folder / "json.clamor"));
+}
+
+TEST(BakeWarnings, AreErrorsWhenAskedForAndThenNothingIsWritten) {
+  const Folder folder;
+  const auto outcome = bake_outside(folder, "out.clamor", {"--strict", "--quiet"});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("1 warning above, which --strict takes for an error; nothing was"),
+            std::string::npos)
+      << outcome.err;
+  EXPECT_TRUE(folder.names().empty());
+  // One that is known only after the tracing.
+  const auto late = clamor({"bake", testing::violin_room(), "-o", folder / "out.clamor",
+                            "--photons", "100", "--longest", "0.05", "--strict", "--no-journal"});
+  EXPECT_EQ(late.code, 1) << late.err;
+  EXPECT_NE(late.err.find(" % of the power was still under way"), std::string::npos) << late.err;
+  EXPECT_TRUE(folder.names().empty());
+  // And without any it is a bake like another.
+  const auto fine = clamor({"bake", testing::violin_room(), "-o", folder / "out.clamor",
+                            "--photons", "100", "--strict", "--no-journal"});
+  EXPECT_EQ(fine.code, 0) << fine.err;
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"out.clamor"});
+}
+
+TEST(BakeCommand, EndsWithALineThatAShellTakesForOneFile) {
+  const Folder folder;
+  const auto outcome = clamor({"bake", testing::violin_room(), "-o", folder / "my hall's.clamor",
+                               "--photons", "100", "--no-journal"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_TRUE(outcome.err.ends_with("clamor play '" + (folder / "my hall'\\''s.clamor") + "'\n"))
+      << outcome.err;
+}
+
+TEST(ListenerWarnings, OfEveryCommandSayWhyNothingIsHeardAndWhereSomethingIs) {
+  const Folder folder;
+  const std::string bake = folder / "room.clamor";
+  ASSERT_EQ(clamor({"bake", testing::violin_room(), "-o", bake, "--photons", "1000", "--quiet",
+                    "--no-journal"})
+                .code,
+            0);
+  const std::string outside = "44,1.5,0", reason =
+                                              "nothing is heard at 44,1.5,0: the listener is "
+                                              "outside the level, which is closed";
+  const auto silent =
+      clamor({"render", bake, "-o", folder / "out.wav", "--listener", outside, "--seconds", "0.1"});
+  EXPECT_EQ(silent.code, 0) << silent.err;
+  EXPECT_NE(silent.err.find("warning: " + reason), std::string::npos) << silent.err;
+  const auto played =
+      clamor({"play", bake, "--device", "none", "--seconds", "0.1", "--listener", outside});
+  EXPECT_NE(played.err.find("warning: " + reason), std::string::npos) << played.err;
+  const auto impulse = clamor({"impulse", bake, "--listener", outside});
+  EXPECT_EQ(impulse.code, 1);
+  EXPECT_NE(impulse.err.find(reason), std::string::npos) << impulse.err;
+
+  // The place that it proposes is heard.
+  const std::string before = "where an emitter is heard is ";
+  const std::size_t begin = silent.err.find(before) + before.size();
+  const std::string place = silent.err.substr(begin, silent.err.find('\n', begin) - begin);
+  const auto heard =
+      clamor({"render", bake, "-o", folder / "out.wav", "--listener", place, "--seconds", "0.1"});
+  EXPECT_EQ(heard.code, 0) << heard.err;
+  EXPECT_EQ(heard.err.find("warning"), std::string::npos) << heard.err;
+  EXPECT_EQ(heard.err.find(" 0 voices"), std::string::npos) << heard.err;
+
+  // Surfaces that hide nothing leave distance alone.
+  const auto open = clamor({"render", bake, "-o", folder / "out.wav", "--listener", outside,
+                            "--seconds", "0.1", "--visibility", "off"});
+  EXPECT_EQ(open.err.find("warning"), std::string::npos) << open.err;
+  const auto far = clamor({"render", bake, "-o", folder / "out.wav", "--listener", "1e9,0,0",
+                           "--seconds", "0.1", "--visibility", "off"});
+  EXPECT_NE(far.err.find("too far from every emitter"), std::string::npos) << far.err;
+
+  // A walk that leaves the room half way.
+  const auto walk = folder.write(
+      "walk.json",
+      R"({"points": [{"time_s": 0, "position_m": [0, 1.7, 3]}, {"time_s": 0.1, "position_m": [12, 1.7, 3]}]})");
+  const auto left = clamor({"render", bake, "-o", folder / "out.wav", "--walk", walk});
+  EXPECT_NE(left.err.find("s into the walk; of 33 places looked at along it"), std::string::npos)
+      << left.err;
+}
+
 }  // namespace
 }  // namespace clamor
