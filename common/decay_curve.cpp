@@ -48,30 +48,47 @@ double DecayCurve::level_db(double time_s) const {
   return tread == treads_.end() ? decibels(0) : tread->level_db;
 }
 
-std::optional<double> DecayCurve::decay_time_s(double from_db, double to_db) const {
-  assert(to_db < from_db);
-  if (treads_.empty() || end_db_ > to_db - kHeadroom_db) return std::nullopt;
-
-  // Levels only fall, so the range is one run of treads. Integrals over it of 1, t, t^2, L and t L,
-  // with t from the start of the run.
+// Levels only fall, so the range is one run of treads.
+std::span<const DecayCurve::Tread> DecayCurve::range(double from_db, double to_db) const {
   const auto first = std::lower_bound(treads_.begin(), treads_.end(), from_db,
                                       [](const Tread& t, double db) { return t.level_db > db; });
   const auto last = std::lower_bound(first, treads_.end(), to_db,
                                      [](const Tread& t, double db) { return t.level_db >= db; });
-  if (last - first < kLeastArrivals) return std::nullopt;
+  return {first, last};
+}
+
+std::optional<double> DecayCurve::decay_time_s(double from_db, double to_db) const {
+  assert(to_db < from_db);
+  if (treads_.empty() || end_db_ > to_db - kHeadroom_db) return std::nullopt;
+  const std::span<const Tread> treads = range(from_db, to_db);
+  if (treads.size() < kLeastArrivals) return std::nullopt;
+
+  // Integrals over the range of 1, t, t^2, L and t L, with t from its start.
   double one = 0, t1 = 0, t2 = 0, level = 0, t_level = 0;
-  for (auto tread = first; tread != last; ++tread) {
-    const double a = tread->start_s - first->start_s, b = tread->end_s - first->start_s;
+  for (const Tread& tread : treads) {
+    const double a = tread.start_s - treads[0].start_s, b = tread.end_s - treads[0].start_s;
     const double half_square = (b * b - a * a) / 2;
     one += b - a;
     t1 += half_square;
     t2 += (b * b * b - a * a * a) / 3;
-    level += tread->level_db * (b - a);
-    t_level += tread->level_db * half_square;
+    level += tread.level_db * (b - a);
+    t_level += tread.level_db * half_square;
   }
   const double slope_db_per_s = (one * t_level - t1 * level) / (one * t2 - t1 * t1);
   if (!(slope_db_per_s < 0)) return std::nullopt;
   return -60 / slope_db_per_s;
+}
+
+std::optional<double> DecayCurve::early_decay_time_s() const {
+  constexpr double kRange_db = 10, kLeastFall_db = kRange_db / 2;
+  const auto decay_s = decay_time_s(0, -kRange_db);
+  if (!decay_s) return std::nullopt;
+  const std::span<const Tread> treads = range(0, -kRange_db);
+  const auto lasting = std::count_if(
+      treads.begin(), treads.end(), [](const Tread& tread) { return tread.end_s > tread.start_s; });
+  const double fall_db = 60 / *decay_s * (treads.back().end_s - treads.front().start_s);
+  if (lasting < kLeastArrivals || fall_db < kLeastFall_db) return std::nullopt;
+  return decay_s;
 }
 
 }  // namespace clamor

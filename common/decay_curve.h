@@ -9,6 +9,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace clamor {
@@ -38,10 +39,18 @@ class DecayCurve {
   // * when fewer than 8 arrivals lie in the range: then it shows echoes, not a decay.
   std::optional<double> decay_time_s(double from_db, double to_db) const;
 
+  // EDT: the same for 0 ... -10 dB, where the direct sound may make most of the fall at one moment.
+  // A line through what is left of the range tells nothing of a decay, so there is none where it
+  // falls by less than half of the range in the time in which the curve falls by all of it, or
+  // where fewer than 8 treads of the range take any time.
+  std::optional<double> early_decay_time_s() const;
+
  private:
   struct Tread {  // the curve between one arrival and the next
     double start_s, end_s, level_db;
   };
+
+  std::span<const Tread> range(double from_db, double to_db) const;
 
   std::vector<Tread> treads_;
   double energy_ = 0;

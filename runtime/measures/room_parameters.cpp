@@ -17,13 +17,12 @@ constexpr double kLeastWidthTimesDecay = 8;  // a pulse shows 3 to 6
 
 void set_decay_times(RoomParameters& parameters, std::size_t b, const DecayCurve& curve,
                      double shortest_s) {
-  const auto unless_too_short = [&](double from_db, double to_db) {
-    const std::optional<double> time_s = curve.decay_time_s(from_db, to_db);
+  const auto unless_too_short = [&](const std::optional<double>& time_s) {
     return time_s && *time_s >= shortest_s ? time_s : std::nullopt;
   };
-  parameters.edt_s[b] = unless_too_short(0, -10);
-  parameters.t20_s[b] = unless_too_short(-5, -25);
-  parameters.t30_s[b] = unless_too_short(-5, -35);
+  parameters.edt_s[b] = unless_too_short(curve.early_decay_time_s());
+  parameters.t20_s[b] = unless_too_short(curve.decay_time_s(-5, -25));
+  parameters.t30_s[b] = unless_too_short(curve.decay_time_s(-5, -35));
 }
 
 std::optional<double> decibels(double ratio) {

@@ -13,10 +13,11 @@
 // G is re the emitter's radiated power, as the standard asks (it averages the free field over all
 // directions), and without the air's loss over those 10 m.
 //
-// A parameter is left out where the response is too short to tell (DecayCurve says when), C80 also
-// where nothing comes late. In a waveform a decay time is also left out below 8 / bandwidth seconds
-// (63 Hz: 0.18 s), near what the octave filter makes of a mere pulse, 3 to 6 / bandwidth. C80 and
-// D50 are windowed before they are filtered, so its ringing carries nothing across 50 or 80 ms.
+// A parameter is left out where the response is too short to tell (DecayCurve says when), EDT also
+// where the direct sound makes most of its first 10 dB, and C80 where nothing comes late. In a
+// waveform a decay time is also left out below 8 / bandwidth seconds (63 Hz: 0.18 s), near what the
+// octave filter makes of a mere pulse, 3 to 6 / bandwidth. C80 and D50 are windowed before they are
+// filtered, so its ringing carries nothing across 50 or 80 ms.
 #pragma once
 
 #include <array>

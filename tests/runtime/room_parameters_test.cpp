@@ -80,6 +80,41 @@ TEST(RoomParameters, AreKeptApartByBand) {
   EXPECT_FALSE(found.t30_s[6] || found.c80_db[6] || found.d50[6] || found.ts_s[6] || found.g_db[6]);
 }
 
+// A direct sound that makes the curve fall by so many decibels at once, and an exponential decay.
+std::vector<Arrival> after_direct_sound(double fall_db, double decay_s) {
+  std::vector<Arrival> arrivals = exponential(decay_s, 1.2 * decay_s);
+  double rest = 0;
+  for (const Arrival& arrival : arrivals) rest += static_cast<double>(arrival.energy[0]);
+  const auto direct = static_cast<float>(rest * (std::pow(10.0, fall_db / 10) - 1));
+  arrivals.insert(arrivals.begin(), {.time_s = 0, .energy = same_in_all_bands(direct)});
+  return arrivals;
+}
+
+TEST(RoomParameters, HaveNoEarlyDecayTimeWhereTheDirectSoundMakesMostOfTheFall) {
+  // What is left of the range after a fall of 3 dB has the slope of the decay.
+  EXPECT_NEAR(room_parameters(after_direct_sound(3, 1), kUnit).edt_s[0].value_or(0), 1, 2e-3);
+  const RoomParameters found = room_parameters(after_direct_sound(7, 1), kUnit);
+  EXPECT_FALSE(found.edt_s[0]);
+  EXPECT_NEAR(found.t30_s[0].value_or(0), 1, 2e-3);  // begins at -5 dB, below most of it
+
+  // A few faint arrivals after a strong direct sound: a line through them would say 15 s.
+  std::vector<Arrival> near = after_direct_sound(9.9, 0.17);
+  near.erase(near.begin() + 12, near.begin() + 60);
+  for (std::size_t i = 1; i < 12; ++i) {
+    near[i].time_s = 5e-4 * static_cast<double>(i);
+    near[i].energy = same_in_all_bands(1e-2f);
+  }
+  for (std::size_t i = 12; i < near.size(); ++i) near[i].time_s += 1e-3;
+  EXPECT_FALSE(room_parameters(near, kUnit).edt_s[0]);
+  EXPECT_TRUE(room_parameters(near, kUnit).t20_s[0]);
+
+  // In a waveform the direct sound takes some milliseconds and many samples.
+  const std::vector<Arrival> arrivals = after_direct_sound(9, 1);
+  const RoomParameters wave = room_parameters(
+      impulse_response(arrivals, whole_response_frames(arrivals)), same_in_all_bands(0.01f));
+  for (std::size_t b = 0; b < kBandCount; ++b) EXPECT_FALSE(wave.edt_s[b]) << b;
+}
+
 TEST(DecayCurve, WithTwoSlopesIsFittedAsASampledLineWouldBe) {
   // -60 dB in 0.3 s and, 20 dB lower, in 2 s.
   const double fast = 6 * std::log(10.0) / 0.3, slow = 6 * std::log(10.0) / 2;
