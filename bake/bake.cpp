@@ -184,6 +184,7 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   if (!sorted.ok()) return sorted.error();
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
+  if (!options.journal.empty()) report.journal_runs = journals->front().runs();
   DecayEstimate decay = workshop.decay_estimate(level);
   BatchTracing tracing(workshop.tracer, level, plan, options, *journals,
                        scene_hash(level, workshop.trace), {}, &decay);

@@ -49,6 +49,7 @@ struct Shard {
 struct BakeReport {
   std::uint64_t photons = 0;  // done in all
   std::uint64_t photons_reused = 0;
+  std::uint64_t journal_runs = 0;  // that the journal held before
   std::uint64_t journal_bytes = 0;
   std::uint64_t copied_sources = 0;  // in copies; those of the trees they copy are in the contents
   std::size_t copied_groups = 0, copied_models = 0;

@@ -210,6 +210,7 @@ Result<void> TraceJournal::compact() {
   return state_->file.leave_only(records);
 }
 
+std::size_t TraceJournal::runs() const { return state_->places.size(); }
 std::uint64_t TraceJournal::bytes() const { return state_->file.bytes(); }
 std::uint64_t TraceJournal::damaged() const { return state_->damaged; }
 

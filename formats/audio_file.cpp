@@ -129,7 +129,7 @@ Result<Sound> decode(std::span<const std::byte> file, const std::string& name, C
 
   const auto channels = static_cast<std::size_t>(info.channels);
   Sound result{std::vector<std::vector<float>>(wanted == Channels::kMean ? 1 : channels),
-               info.samplerate};
+               info.samplerate, info.channels};
   std::vector<std::unique_ptr<Resampler>> resamplers;
   for (std::size_t c = 0; c < result.channels.size(); ++c)
     resamplers.push_back(std::make_unique<Resampler>(info.samplerate));
@@ -176,9 +176,18 @@ Result<std::vector<float>> read_audio(const std::string& path) {
   return decode_audio(*bytes, path);
 }
 
-Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const std::string& name) {
+std::string folded_note(const std::string& name, int channels) {
+  return fmt::format(
+      "all but the mean of the {} channels of {}; an emitter is one point, so give each channel "
+      "one of its own to keep them apart",
+      channels, in_quotes(name));
+}
+
+Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const std::string& name,
+                                        int* channels) {
   Result<Sound> sound = decode(file, name, Channels::kMean, kMostChannels);
   if (!sound.ok()) return sound.error();
+  if (channels != nullptr) *channels = sound->file_channels;
   return std::move(sound->channels.front());
 }
 

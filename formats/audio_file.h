@@ -16,7 +16,12 @@ namespace clamor {
 // Mono at kSampleRate_hz: channels are averaged, other rates resampled (soxr, very high quality).
 // At most 30 minutes; NaN and Inf are refused.
 Result<std::vector<float>> read_audio(const std::string& path);
-Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const std::string& name);
+// `channels`, unless null, becomes how many the file has.
+Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const std::string& name,
+                                        int* channels = nullptr);
+
+// "all but the mean of the 2 channels of 'x.wav' ...": what an import ignored of such a sound.
+std::string folded_note(const std::string& name, int channels);
 
 // The sound of a FLAC stream as encode_flac() makes them, and of no other file. Decodes at most
 // `max_frames` + 1 frames and allocates no more, whatever the stream holds. An Error is half a
@@ -26,7 +31,8 @@ Result<std::vector<float>> decode_flac(std::span<const std::byte> flac, std::uin
 // A sound with its channels apart, at kSampleRate_hz, all of one length.
 struct Sound {
   std::vector<std::vector<float>> channels;
-  int file_rate_hz = 0;  // what it had before it was resampled
+  int file_rate_hz = 0;   // what it had before it was resampled
+  int file_channels = 0;  // and before they were averaged
 
   std::size_t frames() const { return channels.empty() ? 0 : channels.front().size(); }
 };

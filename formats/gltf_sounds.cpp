@@ -173,17 +173,20 @@ class SoundReader {
                        : !source.name.empty()                                ? source.name
                        : audio.uri.starts_with("data:") || audio.uri.empty() ? key
                                                                              : audio.uri;
+    int channels = 1;
     Result<std::vector<float>> samples = Error("");
     if (!audio.view) {
       const auto bytes = folder_.read(audio.uri);
       if (!bytes.ok()) return bytes.error().in("sound " + in_quotes(name));
-      samples = decode_audio(*bytes, in_quotes(name));
+      samples = decode_audio(*bytes, in_quotes(name), &channels);
     } else {
       const GltfView& view = scene_.views[*audio.view];
       const FileBytes& buffer = scene_.buffers[static_cast<std::size_t>(view.buffer)];
-      samples = decode_audio(std::span(buffer).subspan(view.offset, view.length), in_quotes(name));
+      samples = decode_audio(std::span(buffer).subspan(view.offset, view.length), in_quotes(name),
+                             &channels);
     }
     if (!samples.ok()) return samples.error();
+    if (channels > 1) out_.ignored.push_back(folded_note(name, channels));
     return signals_.add(key, std::move(name), std::move(*samples), source.loop);
   }
 

@@ -44,7 +44,8 @@ Result<Sidecar> read_sidecar(const std::string& level, const ImportOptions& opti
 
 // An emitter of the sidecar or the command line, its sound decoded.
 Result<Emitter> realise(const EmitterSpec& spec, bool confined, LevelFolder& folder,
-                        SignalTable& signals, std::uint64_t seed, std::size_t index) {
+                        SignalTable& signals, std::uint64_t seed, std::size_t index,
+                        ImportReport& report) {
   Emitter emitter;
   emitter.name =
       !spec.name.empty() ? spec.name : std::filesystem::path(spec.signal).stem().string();
@@ -65,8 +66,10 @@ Result<Emitter> realise(const EmitterSpec& spec, bool confined, LevelFolder& fol
   }
   const auto bytes = confined ? folder.read(spec.signal) : folder.read_anywhere(spec.signal);
   if (!bytes.ok()) return bytes.error().in("emitter " + in_quotes(emitter.name));
-  auto samples = decode_audio(*bytes, spec.signal);
+  int channels = 1;
+  auto samples = decode_audio(*bytes, spec.signal, &channels);
   if (!samples.ok()) return samples.error().in("emitter " + in_quotes(emitter.name));
+  if (channels > 1) report.ignored.push_back(folded_note(spec.signal, channels));
   const std::string name = std::filesystem::path(spec.signal).filename().string();
   emitter.signal = signals.add(key, name, std::move(*samples), loop);
   return emitter;
@@ -80,7 +83,8 @@ Result<void> merge(const std::vector<EmitterSpec>& specs, bool confined, LevelFo
   std::vector<Emitter> added;
   std::map<std::string, int> names;
   for (const EmitterSpec& spec : specs) {
-    auto emitter = realise(spec, confined, folder, signals, seed, before + added.size());
+    auto emitter =
+        realise(spec, confined, folder, signals, seed, before + added.size(), imported.report);
     if (!emitter.ok()) return emitter.error();
     const int twin = ++names[emitter->name];
     if (twin > 1 && !spec.name.empty())

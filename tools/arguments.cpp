@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "common/text.h"
 #include "tools/commands.h"
 
 namespace clamor {
@@ -84,8 +85,23 @@ std::optional<int> Arguments::parse(std::span<const std::string> words, std::ost
     out << state_->app.help();
     return kSuccess;
   } catch (const CLI::ParseError& error) {
-    return bad_usage(err, error.what());
+    // A misspelled option may also be why another is missing or a word is left over.
+    const std::string misspelled = unknown_option();
+    return bad_usage(err, misspelled.empty() ? error.what() : misspelled);
   }
+}
+
+std::string Arguments::unknown_option() const {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : state_->app.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  for (const std::string& word : state_->app.remaining()) {
+    if (!word.starts_with("--") || word.size() < 3) continue;
+    const std::string option = word.substr(0, word.find('='));
+    return "there is no option " + in_quotes(option) + "; the nearest is " +
+           in_quotes(nearest_name(option, names));
+  }
+  return "";
 }
 
 int Arguments::bad_usage(std::ostream& err, const std::string& problem) const {

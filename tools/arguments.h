@@ -55,6 +55,9 @@ class Arguments {
   int bad_usage(std::ostream& err, const std::string& problem) const;
 
  private:
+  // What is wrong with the first word that looks like an option and is none; "" if there is none.
+  std::string unknown_option() const;
+
   struct State;
   std::unique_ptr<State> state_;
 };

@@ -10,6 +10,7 @@
 #include <fmt/ostream.h>
 
 #include "bake/level_report.h"
+#include "formats/emitter_spec.h"
 #include "tools/bake_summary.h"
 #include "tools/commands.h"
 #include "tools/interrupt.h"
@@ -118,6 +119,8 @@ void BakeRequest::add_options(Arguments& parser) {
 }
 
 std::optional<std::string> BakeRequest::complaint() const {
+  for (const std::string& emitter : import.emitters)
+    if (const auto spec = parse_emitter(emitter); !spec.ok()) return spec.error().message;
   if (photons && (!whole(*photons) || *whole(*photons) == 0 || *whole(*photons) > 4'000'000'000u))
     return "--photons " + in_quotes(*photons) + " is not a whole number from 1 to 4000000000";
   if (sources && (!whole(*sources) || *whole(*sources) == 0 || *whole(*sources) > 10'000'000u))

@@ -77,6 +77,11 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
   if (report.photons_reused > 0)
     fmt::print(err, "  reused   {} of {} photons from {}\n", report.photons_reused,
                statistics.photons_traced, journal);
+  else if (report.journal_runs > 0 && report.photons > 0)
+    fmt::print(err,
+               "  reused   nothing of {}: surfaces, materials, the seed or settings are others "
+               "than when it was traced, and every path depends on them\n",
+               journal);
   if (report.copied_groups > 0)
     fmt::print(err,
                "  copied   {} groups of emitters are copies of {}; {} sources are stored once\n",
@@ -87,8 +92,10 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
              counted(contents.source_count() + report.copied_sources, "source"), as_size(bytes),
              seconds);
   if (!journal.empty())
-    fmt::print(err, "  kept     {} ({}): baking again traces only what has changed\n", journal,
-               as_size(static_cast<double>(report.journal_bytes)));
+    fmt::print(err,
+               "  kept     {} ({}): baking again traces only emitters that were changed, and all "
+               "where surfaces, materials or settings were\n",
+               journal, as_size(static_cast<double>(report.journal_bytes)));
   fmt::print(err, "  listen   clamor play {}\n", as_typed(output));
 }
 

@@ -11,6 +11,7 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class Sounds : public LevelTest {
  protected:
@@ -42,6 +43,23 @@ TEST_F(Sounds, StandWhereTheirNodeStandsAndFaceItsMinusZ) {
   EXPECT_DOUBLE_EQ(emitter.gain, 0.5 * 0.5 * 2);
   EXPECT_TRUE(result.signals.at(0).loop);
   EXPECT_EQ(result.signals.at(0).samples.size(), 24000u);
+}
+
+TEST_F(Sounds, OfSeveralChannelsAreFoldedWithAWord) {
+  khr();
+  EXPECT_THAT(import()->report.ignored, Not(Contains(HasSubstr("channels"))));
+  std::string stereo = wav();
+  stereo[22] = 2;  // channels
+  stereo[32] = 4;  // bytes a frame
+  write("tone.wav", stereo);
+  const auto of_level = import();
+  ASSERT_TRUE(of_level.ok());
+  EXPECT_EQ(of_level->level.signals.at(0).samples.size(), 12000u);
+  EXPECT_THAT(of_level->report.ignored,
+              Contains(HasSubstr("all but the mean of the 2 channels of 'tone.wav'")));
+  const auto added = import({.emitters = {"name=Radio,at=0,0,0,signal=" + folder_ + "/tone.wav"}});
+  ASSERT_TRUE(added.ok());
+  EXPECT_THAT(added->report.ignored, Contains(HasSubstr("2 channels of '" + folder_)));
 }
 
 TEST_F(Sounds, AreReadInTheOldSpelling) {

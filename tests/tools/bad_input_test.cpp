@@ -152,6 +152,12 @@ TEST(BadInput, UnknownOptionsAndCommands) {
   expect_sentence(clamor({"inspect"}), 2, "--help");
   expect_sentence(clamor({"render", "x.clamor"}), 2, "--help");
   EXPECT_EQ(clamor({}).code, 2);
+  // Also where the misspelled option was required, or is written with its value.
+  expect_sentence(bake(folder, "level.gltf", {"--emiter", kNoise}), 2,
+                  "there is no option '--emiter'; the nearest is '--emitter'");
+  expect_sentence(bake(folder, "level.gltf", {"--photon=5"}), 2, "the nearest is '--photons'");
+  expect_sentence(clamor({"impulse", "x.clamor", "--listner", "0,1.7,3"}), 2,
+                  "the nearest is '--listener'");
 }
 
 TEST(BadInput, OptionValuesOutOfRange) {
@@ -161,10 +167,10 @@ TEST(BadInput, OptionValuesOutOfRange) {
   expect_sentence(bake(folder, level, {"--photons", "many"}), 2, "photons");
   expect_sentence(bake(folder, level, {"--seed", "1.5"}), 2, "seed");
   expect_sentence(bake(folder, level, {"--kappa", "7"}), 2, "kappa");
-  expect_sentence(bake(folder, level, {"--emitter", "signal=noise"}), 1, "at");
-  expect_sentence(bake(folder, level, {"--emitter", "at=0,0,0"}), 1, "signal");
-  expect_sentence(bake(folder, level, {"--emitter", "signal=noise,at=0,0,0,gian=3dB"}), 1, "gain");
-  expect_sentence(bake(folder, level, {"--emitter", "signal=noise,at=0,nan,0"}), 1, "at");
+  expect_sentence(bake(folder, level, {"--emitter", "signal=noise"}), 2, "at");
+  expect_sentence(bake(folder, level, {"--emitter", "at=0,0,0"}), 2, "signal");
+  expect_sentence(bake(folder, level, {"--emitter", "signal=noise,at=0,0,0,gian=3dB"}), 2, "gain");
+  expect_sentence(bake(folder, level, {"--emitter", "signal=noise,at=0,nan,0"}), 2, "at");
   expect_sentence(bake(folder, level, {"--emitter", kNoise, "--material", "plastr"}), 1, "plaster");
 }
 

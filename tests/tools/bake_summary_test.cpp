@@ -205,6 +205,26 @@ TEST(BakeCommand, EndsWithALineThatAShellTakesForOneFile) {
       << outcome.err;
 }
 
+TEST(BakeCommand, SaysWhatTheJournalSpared) {
+  const Folder folder;
+  const auto bake = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"bake", testing::violin_room(), "-o", folder / "out.clamor",
+                               "--photons", "5000", "--sources", "1000"});
+    return clamor(more).err;
+  };
+  const std::string none = "reused   nothing of ";
+  const auto has = [](const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+  };
+  const std::string first = bake({});
+  EXPECT_FALSE(has(first, "reused")) << first;
+  EXPECT_TRUE(has(first, "traces only emitters that were changed")) << first;
+  const std::string second = bake({});
+  EXPECT_TRUE(has(second, "reused   5000 of 5000 photons")) << second;
+  const std::string other = bake({"--kappa", "0.2"});
+  EXPECT_TRUE(has(other, none)) << other;
+}
+
 TEST(ListenerWarnings, OfEveryCommandSayWhyNothingIsHeardAndWhereSomethingIs) {
   const Folder folder;
   const std::string bake = folder / "room.clamor";
