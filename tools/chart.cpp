@@ -157,12 +157,17 @@ std::string to_svg(const Chart& chart) {
   for (const auto& zone : chart.zones) {
     const double from = std::clamp(x.at(zone.from), x.from_px, x.to_px);
     const double to = std::clamp(x.at(zone.to), x.from_px, x.to_px);
+    if (!(to > from)) continue;  // the axis ends before it or begins behind it
     svg += fmt::format(
         "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"#f3f0e6\" "
         "stroke=\"#fff\"/>\n",
         from, y.to_px, to - from, y.from_px - y.to_px);
-    svg += svg_text((from + to) / 2, y.to_px + 14, zone.label,
-                    "text-anchor=\"middle\" font-size=\"11\" font-style=\"italic\" fill=\"#776\"");
+    // Letters are about half as wide as high; a label that does not fit would be printed over the
+    // next.
+    if (5.5 * static_cast<double>(zone.label.size()) < to - from)
+      svg +=
+          svg_text((from + to) / 2, y.to_px + 14, zone.label,
+                   "text-anchor=\"middle\" font-size=\"11\" font-style=\"italic\" fill=\"#776\"");
   }
   for (const double tick : chart.x_ticks.empty() ? round_ticks(x) : chart.x_ticks) {
     svg += line(x.at(tick), y.from_px, x.at(tick), y.to_px, "stroke=\"#e4e4e4\"");

@@ -77,6 +77,43 @@ double sample_ms(Sampler& sampler, const Vec3& place) {
   return took_ms[12];
 }
 
+// The rows of one estimator, without priority's.
+ReportTable of_paper(const ReportTable& table, const std::string& estimator) {
+  ReportTable rows = table;
+  std::erase_if(rows.rows, [&](const auto& row) {
+    return std::get<std::string>(row[0]) == "priority" ||
+           std::get<std::string>(row[1]) != estimator;
+  });
+  return rows;
+}
+
+std::string error_in_words(const ReportTable& table) {
+  const ReportTable rows = of_paper(table, "amplitude");
+  std::vector<double> exponents;
+  for (const StrategyInfo& info : kStrategies)
+    if (const auto exponent =
+            fitted_exponent(column_of(rows, "k", info.name), column_of(rows, "l2", info.name)))
+      exponents.push_back(*exponent);
+  std::string text;
+  if (!exponents.empty())
+    text = fmt::format("Fitted over all k, the exponent is {}, by strategy (dashed: -1/2). ",
+                       range_in_words(exponents, 2));
+  const auto ours = column_of(table, "l2", "priority");
+  return text + fmt::format("Priority's error is {}.", range_in_words(ours, 2));
+}
+
+// How the time changes from the fewest sources to the most.
+std::string growth_in_words(const std::vector<Chart::Series>& by_n) {
+  if (by_n.empty() || by_n[0].points.size() < 2) return "";
+  std::vector<std::string> parts;
+  for (const Chart::Series& series : by_n)
+    parts.push_back(
+        fmt::format("{} {:.1f} times", series.name,
+                    series.points.back().second / std::max(series.points.front().second, 1e-6)));
+  return fmt::format("With {:.0f} times the sources a keyframe takes {} as long. ",
+                     by_n[0].points.back().first / by_n[0].points.front().first, listed(parts));
+}
+
 void loudness_and_error(const ExperimentScene& scene, const Vec3& place, bool quick, int seeds,
                         ExperimentReport& report, std::ostream& err) {
   const std::vector<double> powers = scene.powers(place);
@@ -108,6 +145,7 @@ void loudness_and_error(const ExperimentScene& scene, const Vec3& place, bool qu
   ReportTable table{"loudness", "Every strategy and estimator", {}, {}, true};
   table.columns = {"strategy",     "estimator",    "k",  "loudness_db",
                    "deviation_db", "within_95_db", "l2", "renormalised_l2"};
+  std::vector<std::string> unscattered;
   for (const StrategyInfo& info : kStrategies) {
     if (std::string(info.name) == "all") continue;
     err << "  " << info.name << std::endl;
@@ -133,6 +171,7 @@ void loudness_and_error(const ExperimentScene& scene, const Vec3& place, bool qu
         error.series.push_back(of_error);
       }
       if (power && !of_spread.points.empty()) spread.series.push_back(of_spread);
+      if (power && of_spread.points.empty()) unscattered.emplace_back(info.name);
     }
   }
   Chart::Series law{"1 + N_eff / k", {}, Chart::Series::Look::kDashes, Chart::kGrey};
@@ -153,27 +192,24 @@ void loudness_and_error(const ExperimentScene& scene, const Vec3& place, bool qu
       "Equation 3 scales amplitudes by 1 / (k p). \"The reduction of the l2-error corresponds "
       "mostly to a reduction of the amplitude of the mixing result\" (5.1): the fewer the sources, "
       "the louder; the authors renormalised by hand.",
-      fmt::format("Scaled on amplitudes, every strategy is too loud by 10 log10(1 + N_eff / k), "
-                  "here with N_eff = {:.0f} of {} sources (less where k comes near N_eff, because "
-                  "nothing is drawn twice). Priority sampling scales powers and is right at every "
-                  "k.",
-                  effective, scene.size()));
+      convergence_in_words(table) +
+          fmt::format(" 10 log10(1 + N_eff / k), with N_eff = {:.0f} of {} sources, is dashed.",
+                      effective, scene.size()));
   report.chart(loudness,
                fmt::format("Paper's strategies with --estimator amplitude, priority with power; "
                            "mean power of {} drawings each, sounds taken as incoherent.",
                            seeds));
-  report.chart(
-      spread,
-      "How far single drawings scatter with --estimator power. Dashed: the bound for "
-      "priority sampling (Duffield, Lund, Thorup 2007). importance and the diffusions draw "
-      "in exact proportion, so that they do not scatter at all, and are left out.");
+  report.chart(spread,
+               "How far single drawings scatter with --estimator power. Dashed: the bound for "
+               "priority sampling (Duffield, Lund, Thorup 2007)." +
+                   (unscattered.empty() ? std::string()
+                                        : " Left out, because they scatter by less than 1e-6 dB: " +
+                                              listed(unscattered) + "."));
   report.heading("Error against k");
   report.claim(
       "The absolute l2-error decreases with O(k^-1/2) for k sample sources, as predicted "
       "(5.1). [Section 3.3 has n in place of k.]",
-      "So it does (dashed), and faster where k comes near N_eff. Priority keeps the error "
-      "below 1.4 at any k, because it does not make up for missing waveforms by "
-      "loudness.");
+      error_in_words(table));
   report.chart(error, "Paper's strategies with --estimator amplitude, priority with power.");
   report.table(std::move(table));
 }
@@ -242,16 +278,42 @@ Result<void> time_per_keyframe(const ExperimentOptions& options, const Vec3& pla
       "The running time does not depend on the number of sound sources but only on the ratio of "
       "visible and invisible sources and on the directionality of the sound emission (6). Dynamic "
       "sampling alone takes time in proportion to n at every keyframe (3.5).",
-      "Dynamic sampling over the list grows with n, the octree does not. Priority is timed here on "
-      "a "
-      "list in memory, whose sieves still look at blocks of it; what plays walks the octree of the "
-      "file, whose times are in tests/benchmarks/query_benchmark.cpp. Occlusion is not in yet.");
+      growth_in_words(by_n) +
+          "Priority is timed here on a list in memory; what plays walks the octree of the file, "
+          "whose times are in tests/benchmarks/query_benchmark.cpp. Surfaces hide nothing here.");
   report.charts({over_n, over_k}, 1, "Median of 24 keyframes, 1.6 m/s. Times are this machine's.");
   report.table(std::move(table));
   return {};
 }
 
 }  // namespace
+
+std::string convergence_in_words(const ReportTable& table) {
+  const ReportTable rows = of_paper(table, "amplitude");
+  const auto sizes = column_of(rows, "k");
+  const auto errors_db = column_of(rows, "loudness_db");
+  std::string text;
+  if (!sizes.empty()) {
+    const auto [least, most] = std::minmax_element(sizes.begin(), sizes.end());
+    const auto at = [&](double k) {
+      std::vector<double> values;
+      for (std::size_t i = 0; i < sizes.size(); ++i)
+        if (sizes[i] == k) values.push_back(errors_db[i]);
+      return range_in_words(values, 2);
+    };
+    text = fmt::format(
+        "Scaled on amplitudes, the paper's strategies are {} dB louder than all sources at k = {} "
+        "and {} dB at k = {}. ",
+        at(*least), *least, at(*most), *most);
+  }
+  double furthest_db = 0;
+  for (const double db : column_of(table, "loudness_db", "priority"))
+    furthest_db = std::max(furthest_db, std::abs(db));
+  return text + fmt::format(
+                    "The mean power of priority, which scales powers, is within {:.2f} dB "
+                    "of that of all sources.",
+                    furthest_db);
+}
 
 Result<ExperimentReport> convergence_experiment(const ExperimentOptions& options,
                                                 std::ostream& err) {
@@ -261,8 +323,8 @@ Result<ExperimentReport> convergence_experiment(const ExperimentOptions& options
   const int seeds = options.quick ? 10 : options.seeds;
   ExperimentReport report(
       "convergence", "Convergence: how much is lost with k of n sources",
-      fmt::format("{} sources; listener at {:.1f}, {:.1f}, {:.1f} m; {} drawings each",
-                  (*scene)->size(), place.x, place.y, place.z, seeds));
+      fmt::format("The bake {}: {} sources; listener at {:.1f}, {:.1f}, {:.1f} m; {} drawings each",
+                  options.level, (*scene)->size(), place.x, place.y, place.z, seeds));
   loudness_and_error(**scene, place, options.quick, seeds, report, err);
   if (const auto timed = time_per_keyframe(options, place, report, err); !timed.ok())
     return timed.error();

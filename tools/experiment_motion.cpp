@@ -171,6 +171,7 @@ double worst(const std::vector<double>& values) { return quantile(values, 1); }
 
 // What the readings tell, in words.
 std::string said_of(const Differences& all) {
+  if (all.heard_lu.empty()) return "In no reading was anything loud enough to be compared.";
   const double power_lu = worst(all.power_lu), heard_lu = quantile(all.heard_lu, 0.95),
                chance_lu = quantile(all.chance_lu, 0.95);
   const auto beside_goal = [](double lu) {
@@ -182,10 +183,8 @@ std::string said_of(const Differences& all) {
              "with other signs of the reflections, as exact, are within {:.2f} LU. ",
              power_lu, beside_goal(power_lu), kLoudnessGoal_lu, heard_lu, beside_goal(heard_lu),
              chance_lu) +
-         (heard_lu <= chance_lu
-              ? "So what is heard differs by no more than chance: copies of the same sound add up "
-                "or cancel as those signs happen to be. "
-              : "So what is heard differs by more than chance makes it. ") +
+         (heard_lu <= chance_lu ? "So what is heard differs by no more than chance. "
+                                : "So what is heard differs by more than chance makes it. ") +
          fmt::format(
              "A quarter of the voices are within {:.2f} LU, four times as many within {:.2f}.",
              quantile(all.few_lu, 0.95), quantile(all.many_lu, 0.95));
@@ -217,9 +216,10 @@ Result<ExperimentReport> motion_experiment(const ExperimentOptions& options, std
   const std::size_t k = std::min(static_cast<std::size_t>(options.voices), most);
   ExperimentReport report(
       "motion", "Walking, running, flying: what is heard of it",
-      fmt::format("{} sources, k = {}; {:.0f} s at each speed round {:.1f}, {:.1f}, {:.1f} m; "
-                  "{} readings of 400 ms of each against all sources",
-                  input.sources.size(), k, seconds, start.x, start.y, start.z, readings));
+      fmt::format(
+          "The bake {}: {} sources, k = {}; {:.0f} s at each speed round {:.1f}, {:.1f}, {:.1f} m; "
+          "{} readings of 400 ms of each against all sources",
+          options.level, input.sources.size(), k, seconds, start.x, start.y, start.z, readings));
   ReportTable clicks{"clicks", "Clicks, in all of the time", {}, {}};
   clicks.columns = {"speed_mps", "seconds", "clicks", "clicks_beyond_all"};
   ReportTable loudness{"loudness", "Momentary loudness against all sources", {}, {}};

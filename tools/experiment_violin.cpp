@@ -112,6 +112,27 @@ Chart decay(const std::string& title,
 
 }  // namespace
 
+std::string figure_6_in_words(const ReportTable& table) {
+  const auto sizes = column_of(table, "k"), off_db = column_of(table, "steps_rms_by_energy_db");
+  std::string text =
+      "How far the energy in steps of 5 ms is from that of all sources, weighed by energy:";
+  std::string reflection, strategy;
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    const auto& now = std::get<std::string>(table.rows[i][0]);
+    const auto& by = std::get<std::string>(table.rows[i][1]);
+    if (by != "octree" && by != "priority") continue;
+    if (now != reflection) text += fmt::format("{} {}:", reflection.empty() ? "" : ".", now);
+    if (now != reflection || by != strategy)
+      text += fmt::format("{} {}", now != reflection ? "" : ";", by);
+    else
+      text += ",";
+    text += fmt::format(" {:.1f} dB at k = {}", off_db[i], sizes[i]);
+    reflection = now;
+    strategy = by;
+  }
+  return text + ".";
+}
+
 Result<ExperimentReport> violin_experiment(const ExperimentOptions& options, std::ostream& err) {
   auto level = BakedLevel::open(options.level);
   if (!level.ok()) return level.error();
@@ -119,7 +140,7 @@ Result<ExperimentReport> violin_experiment(const ExperimentOptions& options, std
   const std::vector<std::size_t> sizes = options.quick ? std::vector<std::size_t>{50, 200}
                                                        : std::vector<std::size_t>{150, 2000, 20000};
   ExperimentReport report(
-      "violin", "The violin room: impulse responses of k of n sources",
+      "violin", "Impulse responses of k of n sources",
       fmt::format("The level of {}, baked with {} reflections for each material", options.level,
                   sources));
   ReportTable table{
@@ -127,21 +148,12 @@ Result<ExperimentReport> violin_experiment(const ExperimentOptions& options, std
   table.columns = {"reflection", "strategy",     "estimator",
                    "k",          "steps_rms_db", "steps_rms_by_energy_db",
                    "level_db"};
-  report.heading("Figure 6: impulse responses");
-  report.claim(
-      "\"The specular version tends to show a few distinguished echoes while the diffuse version "
-      "shows "
-      "a more continuous impulse response. The 150-sources diffuse version approximates the final "
-      "function "
-      "only roughly, still showing temporal undersampling. 2000 comes already quite close to "
-      "20000. In the "
-      "specular case, the 150 source impulse response is merely random.\" (5.2)",
-      "The same is seen here, with the paper's octree (amplitudes) above and priority (powers) "
-      "below. "
-      "How close is told in the table: the energy in steps of 5 ms, each step alike, and weighed "
-      "by its energy. The late steps hold few of the "
-      "k sources, whatever the strategy: with n_s sources in a step its error is about 4.3 / "
-      "sqrt(n_s) dB.");
+  struct Shown {
+    std::vector<Chart> pictures;
+    Chart energy;
+    std::string name;
+  };
+  std::vector<Shown> shown;
   level->set_impulse();
   std::vector<Chart> slower;
   for (const float exponent : {0.0f, 20.0f, 100.0f}) {
@@ -189,25 +201,40 @@ Result<ExperimentReport> violin_experiment(const ExperimentOptions& options, std
                               static_cast<double>(k), std::sqrt(squares), std::sqrt(weighed),
                               10 * std::log10(power)});
       }
-    if (!pictures.empty())
-      report.charts(pictures, static_cast<int>(std::min<std::size_t>(3, sizes.size())),
-                    name +
-                        ": 400 ms from the impulse on, normalised to the highest peak and drawn "
-                        "four times as high, so that the direct sound is cut.");
-    report.chart(decay("Energy of the " + name + " room", curves), "One drawing each.");
+    shown.push_back({std::move(pictures), decay("Energy, " + name, curves), name});
     if (exponent == 0) {
-      slower.push_back(picture("sound at 343 m/s, all sources", all));
-      slower.push_back(picture("sound at 171 m/s, all sources",
+      const double speed_mps = (*scene)->field().speed_of_sound_mps();
+      slower.push_back(picture(fmt::format("sound at {:.0f} m/s, all sources", speed_mps), all));
+      slower.push_back(picture(fmt::format("sound at {:.0f} m/s, all sources", speed_mps / 2),
                                arrivals(**scene, everything.sample(place), place, 2)));
     }
   }
+  report.heading("Figure 6: impulse responses");
+  report.claim(
+      "\"The specular version tends to show a few distinguished echoes while the diffuse version "
+      "shows "
+      "a more continuous impulse response. The 150-sources diffuse version approximates the final "
+      "function "
+      "only roughly, still showing temporal undersampling. 2000 comes already quite close to "
+      "20000. In the "
+      "specular case, the 150 source impulse response is merely random.\" (5.2)",
+      figure_6_in_words(table));
+  for (const Shown& one : shown) {
+    if (!one.pictures.empty())
+      report.charts(one.pictures, static_cast<int>(std::min<std::size_t>(3, sizes.size())),
+                    one.name +
+                        ": 400 ms from the impulse on, normalised to the highest peak and drawn "
+                        "four times as high, so that the direct sound is cut. The paper's octree "
+                        "(amplitudes) comes first, then priority (powers).");
+    report.chart(one.energy, "One drawing each.");
+  }
   report.table(std::move(table));
   report.heading("Two speeds of sound");
-  report.claim(
-      "The video shows ideal diffuse reflection with two different speeds of sound (5.2).",
-      "At half the speed every arrival comes twice as late: the direct sound, the density of "
-      "echoes and the decay time all scale. (What air takes is left as it is.)");
-  report.charts(slower, 2, "The diffuse room.");
+  report.claim("The video shows ideal diffuse reflection with two different speeds of sound (5.2).",
+               "Every arrival is made to come twice as late, as it does at half the speed; what "
+               "air takes is "
+               "left as it is.");
+  report.charts(slower, 2, "Diffuse reflection.");
   return report;
 }
 

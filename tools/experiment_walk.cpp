@@ -68,6 +68,22 @@ Walked walked(const ExperimentScene& scene, const std::string& strategy, std::si
 
 }  // namespace
 
+std::string walk_in_words(const ReportTable& table) {
+  const auto of = [&](const char* column, const char* strategy) {
+    return range_in_words(column_of(table, column, strategy), 1);
+  };
+  return fmt::format(
+      "At {} m/s, full resampling exchanged {} % of its sample per second and stochastic diffusion "
+      "{} %; adaptive diffusion exchanged {} % per metre and priority, which has neither q nor "
+      "epsilon, {} %. The power of priority's sample was up to {} dB off that of all sources.",
+      range_in_words(column_of(table, "speed_mps"), 1),
+      of("exchanged_percent_per_s", "full-resampling"),
+      of("exchanged_percent_per_s", "stochastic-diffusion"),
+      of("exchanged_percent_per_m", "adaptive-diffusion"),
+      of("exchanged_percent_per_m", "priority"),
+      fmt::format("{:.2f}", quantile(column_of(table, "loudness_worst_db", "priority"), 1)));
+}
+
 Result<ExperimentReport> walk_experiment(const ExperimentOptions& options, std::ostream& err) {
   const auto opened = ExperimentScene::open(options.level, options.quick ? kQuickSources : 0);
   if (!opened.ok()) return opened.error();
@@ -75,11 +91,12 @@ Result<ExperimentReport> walk_experiment(const ExperimentOptions& options, std::
   const Vec3 start = options.listener_m.value_or(scene.usual_place());
   const std::size_t keyframes = options.quick ? 20 : 100;  // 2 s
   const std::size_t k = std::min<std::size_t>(2000, scene.size() / 4);
-  ExperimentReport report("walk", "A walk: what is exchanged, and how loud it is meanwhile",
-                          fmt::format("{} sources, k = {}; {:.1f} s from {:.1f}, {:.1f}, {:.1f} m, "
-                                      "50 keyframes a second",
-                                      scene.size(), k, static_cast<double>(keyframes) * kKeyframe_s,
-                                      start.x, start.y, start.z));
+  ExperimentReport report(
+      "walk", "A walk: what is exchanged, and how loud it is meanwhile",
+      fmt::format("The bake {}: {} sources, k = {}; {:.1f} s from {:.1f}, {:.1f}, {:.1f} m, "
+                  "50 keyframes a second",
+                  options.level, scene.size(), k, static_cast<double>(keyframes) * kKeyframe_s,
+                  start.x, start.y, start.z));
   ReportTable table{"walk", "Walking, running, flying", {}, {}};
   table.columns = {
       "strategy",        "speed_mps",        "exchanged_percent_per_m", "exchanged_percent_per_s",
@@ -134,14 +151,16 @@ Result<ExperimentReport> walk_experiment(const ExperimentOptions& options, std::
       "Full resampling turns the static error into noise; stochastic diffusion exchanges at most "
       "q = 20 % per second, whether anything has changed or not; adaptive diffusion adapts the "
       "rate of change to the changes of the weights (3.4).",
-      "So they do. Priority needs neither q nor epsilon: its numbers u are permanent, so a source "
-      "is "
-      "exchanged when its weight has changed, and by as little as that.");
+      walk_in_words(table));
+  std::vector<std::string> still;
+  for (const Chart::Series& series : exchange.series)
+    if (series.points.empty()) still.push_back(series.name);
+  std::erase_if(exchange.series, [](const auto& series) { return series.points.empty(); });
   report.chart(
       exchange,
-      "Sources of the sample that the keyframe before did not have. Strategies that "
-      "exchange by the clock exchange less per metre the faster one moves; random and importance "
-      "never do, and are left out.");
+      "Sources of the sample that the keyframe before did not have." +
+          (still.empty() ? std::string()
+                         : " Left out, because they exchanged none: " + listed(still) + "."));
   report.chart(chart,
                "Power of the sample over that of all sources, --estimator power. importance and "
                "random are drawn for the first place and keep their factors.");
@@ -151,9 +170,10 @@ Result<ExperimentReport> walk_experiment(const ExperimentOptions& options, std::
       "since it was chosen, and another when one has risen as much. So of every hundred chosen it "
       "exchanges as many per metre as their weights change by such factors, or fewer: those that "
       "come begin anew. A source r metres away changes by up to 2 / (r ln epsilon) of them a metre "
-      "by its distance alone, one at 3 m by three; lobes add to it. More than 100 % per metre in a "
-      "room is what the rule asks for.",
-      StrategyTuning{}.epsilon));
+      "by its distance alone; lobes add to it. At the three speeds the rule asked for {} % per "
+      "metre, and {} % were exchanged.",
+      StrategyTuning{}.epsilon, range_in_words(column_of(due, "due_percent_per_m"), 1),
+      range_in_words(column_of(due, "exchanged_percent_per_m"), 1)));
   report.table(std::move(due));
   return report;
 }

@@ -52,6 +52,28 @@ struct Defeat {
 // "at every k", or "at every k but 128 (0.92, the best of the paper's 0.87) and 512 (...)".
 std::string at_every_k_but(std::span<const Defeat> defeats);
 
+// What the reports say of their tables. Every number and every comparison is computed from the
+// rows.
+std::string figure_4_in_words(const ReportTable& table);
+std::string figure_6_in_words(const ReportTable& table);
+std::string bands_in_words(const ReportTable& table);
+std::string walk_in_words(const ReportTable& table);
+std::string convergence_in_words(const ReportTable& table);
+
+// The values of a column in those rows whose first cell is `name`, in order; of all rows for "".
+std::vector<double> column_of(const ReportTable& table, const std::string& column,
+                              const std::string& name = "");
+
+// "1.2 to 3.4", or "1.2" where they are alike in so many digits.
+std::string range_in_words(const std::vector<double>& values, int digits);
+
+// "a", "a and b", "a, b and c".
+std::string listed(const std::vector<std::string>& names);
+
+// The exponent e of y = c x^e by least squares of the logarithms; nothing of fewer than two
+// points, or where a value is not above zero.
+std::optional<double> fitted_exponent(const std::vector<double>& x, const std::vector<double>& y);
+
 // In the palette of charts, the same in all of them.
 int colour_of(const std::string& strategy);
 
