@@ -132,7 +132,7 @@ Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>
       },
       &state->callback};
   const OutputRequest request{options.device, state->auralizer->channels(), options.block_frames,
-                              options.device_rate_hz};
+                              options.device_rate_hz, options.buffer_may_grow};
   auto output =
       SupervisedOutput::open(options.driver ? options.driver : sound_devices(), request, callback);
   if (!output.ok()) return output.error();

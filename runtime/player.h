@@ -33,6 +33,7 @@ struct PlayerOptions {
   std::string device;        // as choose_device() takes it, or "none"
   int device_rate_hz = 0;    // 0: 48 kHz where the device can
   int block_frames = 256;
+  bool buffer_may_grow = true;           // where the device runs dry (OutputRequest)
   std::shared_ptr<OutputDriver> driver;  // instead of the machine's sound devices
   std::string record;                    // WAV or FLAC file to keep what is heard; empty for none
   SampleFormat record_format = SampleFormat::kFloat32;

@@ -123,13 +123,13 @@ std::string status_line(const PlayerStatistics& now, const Pose& pose, int chann
   return fmt::format(
       "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices{}  {} dBFS  {:.1f} LUFS, 3 s "
       "{:.1f}{}  cpu {:.0f} %  "
-      "sampler {:.1f} ms  late {}  held {}{}",
+      "sampler {:.1f} ms  late {}  gaps {}  held {}{}",
       now.time_s, pose.position_m.x, pose.position_m.y, pose.position_m.z,
       std::remainder(pose.yaw_rad * kDegrees, 360), now.auralizer.voices, load_note(now.auralizer),
       meters(now.auralizer.peak, channels), std::max(now.momentary_lufs, -99.9),
       std::max(now.short_term_lufs, -99.9), limited_note(now.auralizer.limited),
       100 * now.output.callbacks.cpu_share, now.auralizer.sampler_ms, now.output.callbacks.late,
-      now.auralizer.held_blocks, device_note(now.output));
+      now.output.callbacks.underflows, now.auralizer.held_blocks, device_note(now.output));
 }
 
 // Says so when pages of the file cannot be read (any more), the first time. The sound goes on.
@@ -251,7 +251,11 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
                 "it; or none");
   parser.option("--rate", options.device_rate_hz,
                 "of the device, in Hz; unset: 48000, or what it has. The mix is resampled");
-  parser.option("--frames", options.block_frames, {16, 8192}, "frames per block");
+  int frames = 0;
+  parser.option("--frames", frames, {16, 8192},
+                "frames per block; PulseAudio and ALSA hold four blocks, JACK has its own. Unset: "
+                "256, and PulseAudio's buffer grows, up to 0.2 s, where the device runs dry twice "
+                "in 30 s");
   const StrategyWords strategy(parser);
   MixWords mix(parser);
   parser.flag("--no-limiter", no_limiter, "let peaks clip instead of keeping them below -1 dBFS");
@@ -288,6 +292,8 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
     return parser.bad_usage(err, "--rate must lie between 8000 and 384000");
   if (!(options.seconds >= 0 && options.seconds <= 864000))
     return parser.bad_usage(err, "--seconds must lie between 0 and 864000");
+  if (frames > 0) options.block_frames = frames;
+  options.buffer_may_grow = frames == 0;
   options.auralizer.block_frames = options.block_frames;
 
   const auto fail = [&err](const Error& error) {
@@ -330,10 +336,12 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   const auto threads = (*player)->thread_shares();
   if (const auto stopped = (*player)->stop(); !stopped.ok()) return fail(stopped.error());
 
-  fmt::print(err, "played {:.1f} s: {} callbacks, {} late, {} blocks held, {} frames clipped{}\n",
+  fmt::print(err,
+             "played {:.1f} s: {} callbacks, {} late, {} gaps, {} blocks held, {} frames "
+             "clipped{}\n",
              played.time_s, played.output.callbacks.callbacks, played.output.callbacks.late,
-             played.auralizer.held_blocks, played.auralizer.clipped_frames,
-             limited_note(played.auralizer.limited));
+             played.output.callbacks.underflows, played.auralizer.held_blocks,
+             played.auralizer.clipped_frames, limited_note(played.auralizer.limited));
   fmt::print(err, "voices: {:.0f} on average, {} at least; {:.1f} LUFS on average\n",
              trace.mean_voices(), trace.least_voices(), std::max(trace.loudness_lufs(), -99.9));
   played.output = (*player)->statistics().output;  // with what came of closing

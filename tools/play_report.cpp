@@ -20,8 +20,10 @@ std::string times(std::uint64_t count) {
 std::string describe(const OutputStatistics& output) {
   if (output.device == "none")
     return fmt::format("no device, {} frames a block", output.block_frames);
-  return fmt::format("{} at {:g} kHz{}, {} frames a block", output.device, output.rate_hz / 1e3,
-                     output.resamples ? " (resampled)" : "", output.block_frames);
+  return fmt::format(
+      "{} at {:g} kHz{}, {} frames a block{}", output.device, output.rate_hz / 1e3,
+      output.resamples ? " (resampled)" : "", output.block_frames,
+      output.latency_s > 0 ? fmt::format(", {:.0f} ms latency", 1e3 * output.latency_s) : "");
 }
 
 void DeviceNews::tell(const OutputStatistics& output) {

@@ -9,7 +9,8 @@
 
 namespace clamor {
 
-// "pulse: Headset at 44.1 kHz (resampled), 256 frames a block", or that there is none yet.
+// "pulse: Headset at 44.1 kHz (resampled), 256 frames a block, 24 ms latency", or that there is
+// none yet.
 std::string describe(const OutputStatistics& output);
 
 // Says when the device is lost and when sound is back, each time once. `over_line`: of a terminal,

@@ -109,6 +109,8 @@ Result<void> PlayTrace::write(const std::string& folder, const std::string& leve
   row("seconds", played.time_s);
   row("callbacks", static_cast<double>(played.output.callbacks.callbacks));
   row("late_callbacks", static_cast<double>(played.output.callbacks.late));
+  row("gaps", static_cast<double>(played.output.callbacks.underflows));
+  row("device_latency_ms", 1e3 * played.output.latency_s);
   row("held_blocks", static_cast<double>(played.auralizer.held_blocks));
   row("late_keyframes", static_cast<double>(played.auralizer.late_keyframes));
   row("mean_voices", mean_voices());

@@ -1,16 +1,15 @@
-// audio_device.cpp: sound devices, those of PulseAudio and ALSA through RtAudio 5 or 6, which is
-// visible only here.
+// audio_device.cpp: all sound devices. Those of ALSA are reached through RtAudio 5 or 6, which is
+// visible only here; PulseAudio and JACK have files of their own.
 //
 // Version 5 throws and numbers devices from 0; version 6 returns codes and has opaque numbers.
 // Never the UNSPECIFIED API, which takes whichever it finds first.
 //
-// Version 5.2.0 on PulseAudio, as found: when the server dies, every write fails at once, so that
+// Version 5.2.0, as found: when a sound server behind ALSA dies, every write fails at once, so that
 // callbacks come as fast as they can, each with a warning to the error callback; stopping then
 // throws, on whichever thread; closing waits for the callback's thread, which a server that hangs
-// holds for ever. So a device that has failed is not stopped, only closed, and where is not for us
-// to say (supervised_output.h).
+// holds for ever. So a device that has failed is not stopped, only closed, on a thread that may
+// hang (output_stream.h).
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -22,20 +21,17 @@
 #include "runtime/output/audio_thread.h"
 #include "runtime/output/jack_output.h"
 #include "runtime/output/output_choice.h"
+#include "runtime/output/pulse_output.h"
 
 namespace clamor {
 
 namespace {
 
-constexpr unsigned kBuffers = 4;  // 0 would mean two seconds on PulseAudio
+constexpr unsigned kBuffers = 4;
 constexpr auto kAfterError = std::chrono::milliseconds(5);
 
-struct Api {
-  RtAudio::Api api;
-  const char* name;
-};
-constexpr std::array<Api, 2> kApis = {
-    {{RtAudio::LINUX_PULSE, "pulse"}, {RtAudio::LINUX_ALSA, "alsa"}}};
+constexpr RtAudio::Api kApi = RtAudio::LINUX_ALSA;
+constexpr const char* kApiName = "alsa";
 
 // ALSA complains to standard error about every card it does not find, and takes a function that
 // does it instead. It is RtAudio's library, not ours, so it is asked by name; where it is not
@@ -57,9 +53,9 @@ std::vector<unsigned> ids_of(RtAudio& audio) {
 #endif
 }
 
-std::unique_ptr<RtAudio> quiet_audio(RtAudio::Api api) {
+std::unique_ptr<RtAudio> quiet_audio() {
   silence_alsa();
-  auto audio = std::make_unique<RtAudio>(api);
+  auto audio = std::make_unique<RtAudio>(kApi);
   audio->showWarnings(false);
   return audio;
 }
@@ -69,11 +65,11 @@ struct Found {
   unsigned id;
 };
 
-std::vector<Found> find_devices(const Api& api) {
+std::vector<Found> find_devices() {
   std::vector<Found> found;
   try {
-    const auto audio = quiet_audio(api.api);
-    if (audio->getCurrentApi() != api.api) return {};  // not compiled in
+    const auto audio = quiet_audio();
+    if (audio->getCurrentApi() != kApi) return {};  // not compiled in
     for (const unsigned id : ids_of(*audio)) {
       const auto info = audio->getDeviceInfo(id);
       if (info.outputChannels < kLeastChannels) continue;
@@ -81,7 +77,7 @@ std::vector<Found> find_devices(const Api& api) {
         return other.device.name.starts_with(info.name);
       });
       const std::string number = alike == 0 ? "" : " #" + std::to_string(alike + 1);
-      found.push_back({{api.name, info.name + number, static_cast<int>(info.outputChannels),
+      found.push_back({{kApiName, info.name + number, static_cast<int>(info.outputChannels),
                         info.sampleRates, info.isDefaultOutput},
                        id});
     }
@@ -93,8 +89,8 @@ std::vector<Found> find_devices(const Api& api) {
 
 class DeviceOutput final : public AudioOutput {
  public:
-  DeviceOutput(RtAudio::Api api, std::string name, OutputCallback callback)
-      : callback_(callback), name_(std::move(name)), audio_(quiet_audio(api)) {}
+  DeviceOutput(std::string name, OutputCallback callback)
+      : callback_(callback), name_(std::move(name)), audio_(quiet_audio()) {}
 
   ~DeviceOutput() override {
     stop();
@@ -216,18 +212,15 @@ thread_local DeviceOutput* DeviceOutput::calling_ = nullptr;
 thread_local bool DeviceOutput::attempting_ = false;
 
 // Opens it by RtAudio; what went wrong in `problem`.
-std::unique_ptr<AudioOutput> open_found(const OutputDevice& device, const OutputRequest& request,
-                                        OutputCallback callback, std::string& problem) {
+std::unique_ptr<AudioOutput> open_alsa(const OutputDevice& device, const OutputRequest& request,
+                                       OutputCallback callback, std::string& problem) {
   problem = "it is gone";
-  for (const Api& api : kApis) {
-    if (device.api != api.name) continue;
-    for (const Found& found : find_devices(api)) {
-      if (found.device.name != device.name) continue;
-      for (const int rate_hz : rates_to_try(device, request.rate_hz)) {
-        auto output = std::make_unique<DeviceOutput>(api.api, device.full_name(), callback);
-        problem = output->open(found.id, request, rate_hz);
-        if (problem.empty()) return output;
-      }
+  for (const Found& found : find_devices()) {
+    if (found.device.name != device.name) continue;
+    for (const int rate_hz : rates_to_try(device, request.rate_hz)) {
+      auto output = std::make_unique<DeviceOutput>(device.full_name(), callback);
+      problem = output->open(found.id, request, rate_hz);
+      if (problem.empty()) return output;
     }
   }
   return nullptr;
@@ -237,14 +230,12 @@ class SoundDevices final : public OutputDriver {
  public:
   std::vector<OutputDevice> devices(const std::string& api) override {
     std::vector<OutputDevice> devices;
-    const auto add = [&](const Api& each) {
-      if (!api.empty() && api != each.name) return;
-      for (const Found& found : find_devices(each)) devices.push_back(found.device);
-    };
-    add(kApis[0]);
+    if (api.empty() || api == "pulse")
+      std::ranges::move(pulse_devices(), std::back_inserter(devices));
     if (api.empty() || api == "jack")
       std::ranges::move(jack_devices(), std::back_inserter(devices));
-    add(kApis[1]);
+    if (api.empty() || api == kApiName)
+      for (const Found& found : find_devices()) devices.push_back(found.device);
     return devices;
   }
 
@@ -252,9 +243,10 @@ class SoundDevices final : public OutputDriver {
                                             const OutputRequest& request,
                                             OutputCallback callback) override {
     std::string problem;
-    std::unique_ptr<AudioOutput> output = device.api == "jack"
-                                              ? open_jack(device, request, callback, problem)
-                                              : open_found(device, request, callback, problem);
+    const auto open_of = device.api == "pulse"  ? open_pulse
+                         : device.api == "jack" ? open_jack
+                                                : open_alsa;
+    std::unique_ptr<AudioOutput> output = open_of(device, request, callback, problem);
     if (output != nullptr) return output;
     return device_error(device.full_name(), "cannot play " + std::to_string(request.channels) +
                                                 " channels (" + problem + ")");

@@ -37,6 +37,10 @@ class AudioOutput {
   // Why it will play no more, as the device said itself; empty as long as it said nothing. On any
   // thread. A device may also fall silent without a word.
   virtual std::string failure() const { return ""; }
+
+  // How long a sample that is given to the device now takes to the loudspeaker, as the device or
+  // its server says; 0 where that is not known. On any thread.
+  virtual double latency_s() const { return 0; }
 };
 
 inline constexpr unsigned kLeastChannels = 2;  // of a device; those with fewer are not listed
@@ -56,6 +60,9 @@ struct OutputRequest {
   int channels = 2;
   int block_frames = 256;  // the device may give others
   int rate_hz = 0;         // 0: 48 kHz, or what the device likes best where it cannot
+  // Where the device runs dry repeatedly, its buffer may become longer than four blocks
+  // (PulseAudio only, buffer_growth.h).
+  bool buffer_may_grow = false;
 };
 
 // Finds and opens devices. Its calls may take long, or hang with a sound server that hangs; only

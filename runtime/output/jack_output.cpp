@@ -120,6 +120,10 @@ class JackOutput final : public AudioOutput {
   int block_frames() const override { return static_cast<int>(block_frames_.load()); }
   int rate_hz() const override { return rate_hz_; }
 
+  double latency_s() const override {
+    return static_cast<double>(latency_frames_.load(std::memory_order_relaxed)) / rate_hz_;
+  }
+
   std::string failure() const override {
     return stopped_.load() ? "the JACK server has stopped" : "";
   }
@@ -142,6 +146,11 @@ class JackOutput final : public AudioOutput {
     if (!begun_) begin_audio_thread(::jack_is_realtime(client_.get()) == 0);
     begun_ = true;
     block_frames_.store(static_cast<unsigned>(frames), std::memory_order_relaxed);
+    // A block that is filled now is played when the next one begins, and then the server's own
+    // latency comes on top.
+    jack_latency_range_t latency{};
+    ::jack_port_get_latency_range(ports_.front(), JackPlaybackLatency, &latency);
+    latency_frames_.store(static_cast<unsigned>(frames) + latency.max, std::memory_order_relaxed);
     if (!is_heard_) {
       // Connections count from the next block on: of this one the server may know nothing yet.
       is_heard_ = connected_.load();
@@ -185,7 +194,7 @@ class JackOutput final : public AudioOutput {
   bool begun_ = false, is_heard_ = false;
   std::vector<float> interleaved_;
 
-  std::atomic<unsigned> block_frames_{0};
+  std::atomic<unsigned> block_frames_{0}, latency_frames_{0};
   std::atomic<bool> connected_{false}, xrun_{false}, stopped_{false};
   Client client_;
 };

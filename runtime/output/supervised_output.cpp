@@ -102,6 +102,8 @@ struct SupervisedOutput::State {
     }
     const std::lock_guard lock(mutex);
     figures.block_frames = static_cast<int>(playing->feed->block_frames());
+    if (const double latency_s = playing->output->latency_s(); latency_s > 0)
+      figures.latency_s = latency_s;
     figures.hung_closings = closing.hung(kPatience);
   }
 
@@ -208,6 +210,7 @@ struct SupervisedOutput::State {
       figures.rate_hz = stream.output->rate_hz();
       figures.block_frames = static_cast<int>(stream.feed->block_frames());
       figures.resamples = stream.feed->resamples();
+      figures.latency_s = stream.output->latency_s();
     }
     playing = std::move(stream);
     gate->give_to(playing->feed->id());
@@ -255,6 +258,7 @@ Result<std::unique_ptr<SupervisedOutput>> SupervisedOutput::open(
         state->figures.rate_hz = state->candidate->output->rate_hz();
         state->figures.block_frames = state->candidate->output->block_frames();
         state->figures.resamples = state->candidate->feed->resamples();
+        state->figures.latency_s = state->candidate->output->latency_s();
       } else {
         state->count_failure(done->problem());
       }

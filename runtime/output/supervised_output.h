@@ -33,6 +33,7 @@ struct OutputStatistics {
   bool has_device = false;             // false: the clock keeps time
   int rate_hz = 0, block_frames = 0;   // the device's
   bool resamples = false;
+  double latency_s = 0;  // from the mixer to the loudspeaker, as the device says; 0: not known
   std::uint64_t losses = 0, reopenings = 0;
   std::uint64_t failed_openings = 0;
   std::uint64_t hung_closings = 0;  // given up on

@@ -21,8 +21,9 @@ class CallbackTiming {
 
   struct Counters {
     std::uint64_t callbacks = 0, late = 0;
-    double cpu_share = 0;  // of the blocks' time, smoothed over a second or so
-    double cpu_s = 0;      // since the beginning
+    double cpu_share = 0;          // of the blocks' time, smoothed over a second or so
+    double cpu_s = 0;              // since the beginning
+    std::uint64_t underflows = 0;  // of the late ones, those before which the device ran dry
   };
 
   // Another device goes on: it is not late for what the last one did not do.
@@ -31,6 +32,7 @@ class CallbackTiming {
   void begin(Clock::time_point now, double block_s, bool underflow) noexcept REALTIME {
     const double since_last_s = std::chrono::duration<double>(now - last_start_).count();
     const double longest_s = (kBuffersAhead + 1) * std::max(block_s, block_s_);
+    if (underflow) add(underflows_, std::uint64_t{1});
     late_ = underflow || (last_start_ != Clock::time_point{} && since_last_s > longest_s);
     last_start_ = now;
     block_s_ = block_s;
@@ -48,7 +50,8 @@ class CallbackTiming {
   Counters counters() const {
     return {callbacks_.load(std::memory_order_relaxed),
             late_callbacks_.load(std::memory_order_relaxed),
-            cpu_share_.load(std::memory_order_relaxed), took_s_.load(std::memory_order_relaxed)};
+            cpu_share_.load(std::memory_order_relaxed), took_s_.load(std::memory_order_relaxed),
+            underflows_.load(std::memory_order_relaxed)};
   }
 
  private:
@@ -63,7 +66,7 @@ class CallbackTiming {
   Clock::time_point last_start_{};
   double block_s_ = 0;
   bool late_ = false;
-  std::atomic<std::uint64_t> callbacks_{0}, late_callbacks_{0};
+  std::atomic<std::uint64_t> callbacks_{0}, late_callbacks_{0}, underflows_{0};
   std::atomic<double> cpu_share_{0}, took_s_{0};
 };
 

@@ -22,6 +22,10 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kBackWithin_s = 2;
 
+// Libraries that hang with their server; PulseAudio's does not.
+template <class Server>
+constexpr std::uint64_t kHungClosings = std::is_same_v<Server, testing::Pulse> ? 0 : 1;
+
 template <class Server>
 int restarts() {
   const char* const wanted = std::getenv("CLAMOR_RESTARTS");
@@ -103,13 +107,14 @@ TYPED_TEST(SoundServer, ThatIsKilledAndRestartedIsSurvivedAndSoundIsBackWithinTw
   EXPECT_LT(seconds_since(start), 5);  // it hangs on nothing
 }
 
-// One that hangs closes no socket: nothing fails, nothing is said, and RtAudio hangs with it.
+// One that hangs closes no socket: nothing fails, nothing is said, and RtAudio and JACK's library
+// hang with it.
 TYPED_TEST(SoundServer, ThatHangsIsNoticedAndSoundIsBackWhenItGoesOn) {
   this->server->freeze();
   ASSERT_TRUE(comes_true([&] { return this->output().losses == 1; }));
   const double lost_at_s = this->player->statistics().time_s;
   ASSERT_TRUE(comes_true([&] { return this->player->statistics().time_s > lost_at_s + 0.5; }));
-  ASSERT_TRUE(comes_true([&] { return this->output().hung_closings == 1; }));
+  ASSERT_TRUE(comes_true([&] { return this->output().hung_closings == kHungClosings<TypeParam>; }));
   EXPECT_FALSE(this->output().has_device);
   this->server->thaw();
   ASSERT_TRUE(comes_true([&] { return this->output().has_device; }));
@@ -122,7 +127,7 @@ TYPED_TEST(SoundServer, ThatHangsDoesNotKeepThePlayerFromEnding) {
   const auto start = Clock::now();
   EXPECT_TRUE(this->player->stop().ok());
   EXPECT_LT(seconds_since(start), 5);
-  EXPECT_EQ(this->output().hung_closings, 1u);
+  EXPECT_EQ(this->output().hung_closings, kHungClosings<TypeParam>);
   this->player.reset();
   this->server->thaw();
   std::this_thread::sleep_for(std::chrono::milliseconds(200));  // what hung calls nobody now

@@ -71,6 +71,7 @@ const std::vector<Fence> kFences = {
       "tests/*"}},
     {"OpenAL Soft", {"AL/*"}, {"tools/openal_voices.cpp"}},
     {"OpenMesh", {"OpenMesh/*"}, {"bake/mesh_simplification.cpp", "tests/bake/mesh_*"}},
+    {"PulseAudio", {"pulse/*"}, {"runtime/output/pulse_output.cpp"}},
     {"RtAudio", {"RtAudio.h", "rtaudio/*"}, {"runtime/output/audio_device.cpp"}},
     {"TBB",
      {"tbb/*", "oneapi/*"},
