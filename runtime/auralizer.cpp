@@ -13,6 +13,8 @@
 #include "runtime/field/loudness.h"
 #include "runtime/field/source_field.h"
 #include "runtime/mixing/block_mixer.h"
+#include "runtime/mixing/head_turns.h"
+#include "runtime/mixing/keyframe_lead.h"
 #include "runtime/sounds/signal_bank.h"
 #include "runtime/source_choice.h"
 
@@ -57,6 +59,16 @@ MixMode mode_of(Interpolation interpolation, const Panner* panner, const Head* h
   mode.delays = 1;
   mode.pairs = panner->channels() / kEars;
   return mode;
+}
+
+// Null where turns of the head are to wait for keyframes.
+std::unique_ptr<const HeadTurns> turns_for(const AuralizerOptions& options, const EarLags* lags,
+                                           const SourceField& field) {
+  if (!options.follows_head) return nullptr;
+  const bool pair = options.output.kind == OutputShape::Kind::kTwoReceivers;
+  const double receiver_m = pair ? kEarDistance_m / 2 : 0;
+  return std::make_unique<const HeadTurns>(
+      lags, receiver_m * kSampleRate_hz / field.speed_of_sound_mps());
 }
 
 // One of a signal's blocks, as a file would have it.
@@ -121,10 +133,11 @@ struct Auralizer::State {
         adapting(options.adapt),
         clock(options.sampler_clock),
         limit_of_k(choice.sampler().capacity()),
+        turns(turns_for(options, maker.lags(), field)),
         settled(keyframes_of_choice > 1 ? kKeyframesToSettle : 1),
         mixer(signals, slots_for(choice.sampler()), mode, panner.get(), head.get(), sounds.get(),
               {static_cast<float>(options.gain * options.output.diffuse_gain()), options.limit,
-               options.adapt, options.block_frames, options.audio_clock}) {}
+               options.adapt, options.block_frames, options.audio_clock, turns.get()}) {}
 
   // Sees to it that what the keyframe plays is decoded; the first waits for it.
   void play(const Keyframe& keyframe) {
@@ -189,6 +202,8 @@ struct Auralizer::State {
   const bool adapting;
   const LoadClock clock;
   VoiceLimit limit_of_k;
+  const std::unique_ptr<const HeadTurns> turns;  // null unless they are followed
+  KeyframeLead lead;                             // for those who are followed
   const std::uint64_t settled;  // the first keyframe that tells how fast the machine is
 
   BlockMixer mixer;
@@ -259,7 +274,11 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeF
   return std::unique_ptr<Auralizer>(new Auralizer(std::move(state)));
 }
 
-bool Auralizer::wants_keyframe() const { return state_->mixer.wants_keyframe(); }
+bool Auralizer::wants_keyframe() const {
+  const State& state = *state_;
+  return state.mixer.wants_keyframe(state.turns == nullptr ? BlockMixer::kAllAhead_s
+                                                           : state.lead.seconds());
+}
 
 double Auralizer::next_keyframe_time_s() const {
   return static_cast<double>(state_->made) * kKeyframeFrames / kSampleRate_hz;
@@ -273,10 +292,14 @@ void Auralizer::make_keyframe(const Pose& pose) {
   const double time_s = next_keyframe_time_s();
   const bool chooses = state.made >= state.next_choice;
   state.maker.make(state.chosen(pose, time_s), pose, *keyframe);
+  keyframe->facing = facing_of(pose);
   state.play(*keyframe);
   if (chooses) state.choice.improve_sight();
+  const double spent_s = state.clock.now() - start_s;
+  // The first waits for sounds and pages, as none does after it.
+  if (state.made > 0) state.lead.made(spent_s, state.mixer.held_blocks());
   // A choice takes of each keyframe that it serves its part.
-  const double took_s = state.clock.now() - start_s - (chooses ? state.choice_took_s : 0) +
+  const double took_s = spent_s - (chooses ? state.choice_took_s : 0) +
                         state.choice_took_s / static_cast<double>(state.choice_keyframes);
   if (state.adapting && state.made >= state.settled) state.adapt_k(took_s);
 
@@ -294,6 +317,8 @@ void Auralizer::make_keyframe(const Pose& pose) {
   ++state.made;
   state.mixer.publish(*keyframe);
 }
+
+void Auralizer::face(const Pose& pose) { state_->mixer.face(facing_of(pose)); }
 
 void Auralizer::mix(std::span<float> interleaved) noexcept REALTIME {
   state_->mixer.mix(interleaved);

@@ -12,6 +12,10 @@
 // the threads were scheduled or how large the device's blocks are. If the mixer finds none, it
 // holds the last one (and counts that); late keyframes then count from the moment they arrive.
 //
+// A listener who is moved in real time (AuralizerOptions::follows_head) is heard sooner: keyframes
+// are made just in time (keyframe_lead.h), and turns of the head go past them to the mixer, by
+// face().
+//
 // Crowds are chosen anew less often, up to kMostKeyframesOfAChoice keyframes apart, as long as a
 // voice fades; delays and gains of what is chosen follow the listener in each keyframe all the
 // same.
@@ -80,6 +84,10 @@ class Auralizer {
   bool wants_keyframe() const;
   double next_keyframe_time_s() const;
   void make_keyframe(const Pose& pose);
+
+  // How the listener's head is turned from now on, where `follows_head` is asked for; the position
+  // comes with keyframes. On any one thread.
+  void face(const Pose& pose);
 
   int channels() const noexcept REALTIME;
 

@@ -40,6 +40,9 @@ struct AuralizerOptions {
   // Counted from the creation: so long keyframe 0 may wait for sounds. Voices whose sound comes
   // later begin then.
   double first_sounds_s = kFirstSounds_s;
+  // For a listener who is moved in real time: keyframes are made as late as the machine allows, one
+  // ahead, and face() is heard at once. What is heard then depends on when it is called.
+  bool follows_head = false;
   // Choose and mix less where there is no time for all (load_control.h): for real time only, since
   // what is heard then depends on the machine. Each clock is read on its own thread.
   bool adapt = false;

@@ -22,8 +22,15 @@ namespace {
 
 constexpr std::size_t kRecordFrames = std::size_t{4} * kSampleRate_hz;
 constexpr std::size_t kMeterFrames = kSampleRate_hz;
-constexpr auto kSamplerNap = std::chrono::milliseconds(2);
+constexpr auto kSamplerNap = std::chrono::milliseconds(1);
 constexpr auto kWriterNap = std::chrono::milliseconds(20);
+
+// Where a walk is at a keyframe's time is known beforehand; nobody knows where a listener turns.
+AuralizerOptions auralizer_options(const PlayerOptions& options) {
+  AuralizerOptions own = options.auralizer;
+  own.follows_head = !options.walk;
+  return own;
+}
 
 }  // namespace
 
@@ -39,6 +46,7 @@ struct Player::State {
         meter(auralizer->channels(), wanted.auralizer.output.speakers()),
         callback(*auralizer, ring.get(), frames, &metered) {
     poses.publish(options.pose);
+    auralizer->face(options.pose);
   }
 
   // Makes what the auralizer wants now, for where the listener is or will be. False for nothing.
@@ -107,11 +115,11 @@ Player::~Player() {
 
 Result<std::unique_ptr<Player>> Player::create(std::shared_ptr<const BakeFile> file,
                                                const PlayerOptions& options) {
-  return create(Auralizer::create(std::move(file), options.auralizer), options);
+  return create(Auralizer::create(std::move(file), auralizer_options(options)), options);
 }
 
 Result<std::unique_ptr<Player>> Player::create(AuralizerInput input, const PlayerOptions& options) {
-  return create(Auralizer::create(std::move(input), options.auralizer), options);
+  return create(Auralizer::create(std::move(input), auralizer_options(options)), options);
 }
 
 Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>> auralizer,
@@ -154,7 +162,10 @@ Result<void> Player::start() {
 
 std::vector<ThreadShare> Player::thread_shares() const { return state_->shares.now(); }
 
-void Player::move(const Pose& pose) { state_->poses.publish(pose); }
+void Player::move(const Pose& pose) {
+  state_->poses.publish(pose);
+  state_->auralizer->face(pose);
+}
 
 MovingSources* Player::moving() { return state_->auralizer->moving(); }
 

@@ -57,7 +57,8 @@ class Player {
 
   Result<void> start();
 
-  // Where the listener is from now on. Heard three keyframes later.
+  // Where the listener is from now on. A turn is heard with the next block or the one after it, a
+  // step within two keyframes, where the machine is in time. Not for walks.
   void move(const Pose& pose);
 
   // As Auralizer's, for the thread that calls move().

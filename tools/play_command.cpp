@@ -35,7 +35,8 @@ namespace {
 constexpr double kStep_m = 0.4;  // per key
 constexpr double kTurn_rad = 10 * std::numbers::pi / 180;
 constexpr double kGlide_s = 0.15;  // a step is walked, not jumped
-constexpr int kFrame_ms = 20;
+constexpr double kTurnGlide_s = 0.05;
+constexpr int kFrame_ms = 20, kGlideFrame_ms = 5;
 constexpr double kDegrees = 180 / std::numbers::pi;
 
 // Two metres before the first emitter, looking at it.
@@ -78,6 +79,20 @@ void apply(Key key, Pose& pose) {
     case Key::kQuit:
       break;
   }
+}
+
+// Keys come in jerks; the listener glides. A first step after standing still is one of a frame.
+void glide(Pose& pose, const Pose& wanted, double seconds) {
+  const double step_s = std::min(seconds, 1e-3 * kFrame_ms);
+  const auto share = [step_s](double glide_s) { return 1 - std::exp(-step_s / glide_s); };
+  pose.position_m += share(kGlide_s) * (wanted.position_m - pose.position_m);
+  pose.yaw_rad += share(kTurnGlide_s) * (wanted.yaw_rad - pose.yaw_rad);
+}
+
+bool is_there(const Pose& pose, const Pose& wanted) {
+  constexpr double kNear = 1e-4;
+  return length(wanted.position_m - pose.position_m) < kNear &&
+         std::abs(wanted.yaw_rad - pose.yaw_rad) < kNear;
 }
 
 std::string meter(float peak) {
@@ -184,13 +199,15 @@ void run(Player& player, const PlayerOptions& options, PlayTrace& trace, std::os
                "sink, Q ends\n");
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
-  auto shown = start;
+  auto shown = start, glided = start;
   Pose pose = options.pose, wanted = options.pose;
   std::array<float, kMostChannels> peak{};  // since the last line
   bool told = false;
   DeviceNews news(err, live_line);
   while (!player.finished() && !Interrupt::requested()) {
-    const Key key = terminal.read(kFrame_ms);
+    // A key ends the wait at once. While the listener glides, the way is cut finely.
+    const bool glides = !options.walk && !is_there(pose, wanted);
+    const Key key = terminal.read(glides ? kGlideFrame_ms : kFrame_ms);
     if (key == Key::kQuit) break;
     apply(key, wanted);
     PlayerStatistics status = player.statistics();
@@ -202,10 +219,9 @@ void run(Player& player, const PlayerOptions& options, PlayTrace& trace, std::os
     if (options.walk) {
       pose = options.walk->at(status.time_s);
     } else {
-      // Keys come in jerks; the listener glides.
-      const double t = 1 - std::exp(-1e-3 * kFrame_ms / kGlide_s);
-      pose.position_m += t * (wanted.position_m - pose.position_m);
-      pose.yaw_rad += t * (wanted.yaw_rad - pose.yaw_rad);
+      const auto now = Clock::now();
+      glide(pose, wanted, std::chrono::duration<double>(now - glided).count());
+      glided = now;
       player.move(pose);
     }
     trace.add(status, pose);

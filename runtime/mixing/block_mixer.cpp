@@ -31,14 +31,22 @@ BlockMixer::BlockMixer(std::span<const PreparedSignal> signals, std::size_t slot
       clock_(options.clock),
       sounds_(sounds),
       ahead_(keyframes_ahead(options.block_frames)),
+      block_frames_(options.block_frames),
+      turns_(options.turns != nullptr),
       queue_(most_keyframes_ahead(options.block_frames), slots),
-      mixer_(signals, slots, mode, panner, head),
+      mixer_(signals, slots, mode, panner, head, options.turns),
       limiter_(options.limit ? std::make_unique<Limiter>(channels_) : nullptr),
       lead_frames_(mixer_.lead_frames() + (options.limit ? kLimiterDelayFrames : 0)),
       mixed_(channels_ * kMostFrames) {}
 
-bool BlockMixer::wants_keyframe() const {
-  return published_ < 2 || queue_.size() < ahead_.load(std::memory_order_relaxed);
+// The next block may take as many frames at once as the largest so far.
+bool BlockMixer::wants_keyframe(double lead_s) const {
+  if (published_ < 2) return true;
+  const std::size_t waiting = queue_.size();
+  if (waiting >= ahead_.load(std::memory_order_relaxed)) return false;
+  const double left_frames =
+      static_cast<double>(waiting) * kKeyframeFrames + frames_left_.load(std::memory_order_relaxed);
+  return left_frames < block_frames_.load(std::memory_order_relaxed) + lead_s * kSampleRate_hz;
 }
 
 void BlockMixer::publish(const Keyframe& written) {
@@ -53,6 +61,7 @@ void BlockMixer::publish(const Keyframe& written) {
   if (sounds_ != nullptr) sounds_->pass(mixer_.clock_frames());
   mixer_.load(written);
   mix_lead();
+  frames_left_.store(mixer_.frames_left(), std::memory_order_relaxed);
   begun_.store(true, std::memory_order_release);
 }
 
@@ -89,6 +98,7 @@ void BlockMixer::mix(std::span<float> interleaved) noexcept REALTIME {
       mixed_read_ += count;
       i += count;
     }
+    frames_left_.store(mixer_.frames_left(), std::memory_order_relaxed);
     if (adapting_ && frames > 0) tell_load(clock_.now() - start_s, frames, sounding);
   }
   if (held) held_blocks_.fetch_add(1, std::memory_order_relaxed);
@@ -101,11 +111,14 @@ void BlockMixer::expect(std::size_t frames) noexcept REALTIME {
   const auto fits = static_cast<int>(std::min<std::size_t>(frames, kLargestUnexpected_frames));
   ahead_.store(std::max(ahead_.load(std::memory_order_relaxed), keyframes_ahead(fits)),
                std::memory_order_relaxed);
+  block_frames_.store(std::max(block_frames_.load(std::memory_order_relaxed), fits),
+                      std::memory_order_relaxed);
 }
 
 // Mixes steps for up to so many samples; true if it had to do without a keyframe that was due.
 bool BlockMixer::mix_more(std::size_t samples) noexcept REALTIME {
   bool held = false;
+  if (turns_) mixer_.face(facing_.latest());
   const Keyframe* const keyframe = mixer_.wants_keyframe() ? queue_.readable() : nullptr;
   if (adapting_ && keyframe != nullptr) load_.expect(keyframe->voices.size());
   mixer_.allow(load_.allowed());
@@ -115,9 +128,11 @@ bool BlockMixer::mix_more(std::size_t samples) noexcept REALTIME {
       mixer_.load(*keyframe);
       queue_.release();
     } else {
-      mixer_.hold();
+      if (!mixer_.turn_on_the_spot()) mixer_.hold();
       held = true;
     }
+  } else {
+    mixer_.turn();
   }
   const std::size_t step = channels_ * kStepFrames;
   mix_steps(

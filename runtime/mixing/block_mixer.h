@@ -10,8 +10,11 @@
 // through a bounded queue, but the first two go to it without queueing, and what comes out before
 // time 0 is dropped; from then on it is the audio thread's.
 //
-// Threads: wants_keyframe(), writable() and publish() are the sampler's, mix() the audio thread's,
-// the rest any one's.
+// Keyframes are made a few ahead, or, for a listener who is moved by hand, so late that they come
+// just in time, one ahead. With `turns`, face() is heard without a new keyframe.
+//
+// Threads: wants_keyframe(), writable() and publish() are the sampler's, face() one other's, mix()
+// the audio thread's, the rest any one's.
 #pragma once
 
 #include <array>
@@ -21,10 +24,12 @@
 #include <span>
 #include <vector>
 
+#include "runtime/mixing/head_turns.h"
 #include "runtime/mixing/limiter.h"
 #include "runtime/mixing/load_control.h"
 #include "runtime/mixing/mixer.h"
 #include "runtime/mixing/output_shape.h"
+#include "runtime/realtime/latest_value.h"
 #include "runtime/realtime/realtime.h"
 #include "runtime/sounds/sound_loader.h"
 #include "runtime/voices/keyframe_queue.h"
@@ -45,6 +50,7 @@ struct BlockOptions {
   bool adapt = false;
   int block_frames = 960;  // the largest expected
   LoadClock clock{};
+  const HeadTurns* turns = nullptr;  // must outlive it; null: turns come with keyframes
 };
 
 struct BlockStatistics {
@@ -64,9 +70,15 @@ class BlockMixer {
 
   std::size_t channels() const noexcept REALTIME { return channels_; }
 
-  bool wants_keyframe() const;
+  // `lead_s`: so long before a keyframe is due it is wanted; by default as many ahead as there may
+  // be.
+  bool wants_keyframe(double lead_s = kAllAhead_s) const;
+  static constexpr double kAllAhead_s = 1e9;
+  std::uint64_t held_blocks() const { return held_blocks_.load(std::memory_order_relaxed); }
   Keyframe* writable() { return queue_.writable(); }  // null if none is free
   void publish(const Keyframe& written);
+
+  void face(const Facing& facing) { facing_.publish(facing); }
 
   // Costs so much for each frame of each voice, and for each voice of each keyframe that begins;
   // what is mixed is whole steps, the last of which may be for the next call.
@@ -92,7 +104,11 @@ class BlockMixer {
   const bool adapting_;
   const LoadClock clock_;
   SoundLoader* const sounds_;
-  std::atomic<std::size_t> ahead_;  // keyframes that may wait for the mixer
+  std::atomic<std::size_t> ahead_;   // keyframes that may wait for the mixer
+  std::atomic<int> block_frames_;    // the largest, so far or expected
+  std::atomic<int> frames_left_{0};  // until the mixer wants the next keyframe
+  LatestValue<Facing> facing_;
+  const bool turns_;
   KeyframeQueue queue_;
   std::atomic<bool> begun_{false};  // the mixer is the audio thread's
   std::uint8_t published_ = 0;      // the sampler's: keyframes, up to the first two

@@ -31,7 +31,7 @@ EarLags::EarLags(const Head& head) : lags_((kCells + 1) * (kCells + 1)) {
 }
 
 // In the order of operations of voice_kernel.cpp, which gives the same bits.
-float EarLags::operator()(const Vec3f& from) const {
+float EarLags::operator()(const Vec3f& from) const noexcept REALTIME {
   const float scale = 1 / (std::abs(from.x) + std::abs(from.y) + std::abs(from.z));
   const float a = from.x * scale, b = from.y * scale;
   const bool below = from.z < 0;

@@ -16,6 +16,7 @@
 
 #include "common/vec.h"
 #include "runtime/heads/head.h"
+#include "runtime/realtime/realtime.h"
 
 namespace clamor {
 
@@ -26,7 +27,7 @@ class EarLags {
   explicit EarLags(const Head& head);
 
   // Frames; from a unit vector in the head's axes: x ahead, y to the left, z up.
-  float operator()(const Vec3f& from) const;
+  float operator()(const Vec3f& from) const noexcept REALTIME;
 
   const float* table() const { return lags_.data(); }  // [kCells + 1][kCells + 1]: v, u
 

@@ -54,6 +54,9 @@ class KeyframeMaker {
   // level. `keyframe.voices` has room for all slots.
   void make(std::span<const SampledSource> sample, const Pose& pose, Keyframe& keyframe);
 
+  // The time between a head's ears by direction; null without a head.
+  const EarLags* lags() const { return lags_.get(); }
+
  private:
   struct Slot {
     std::uint64_t number = 0;

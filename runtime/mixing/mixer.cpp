@@ -25,7 +25,7 @@ MixMode without_head(MixMode mode) {
 }  // namespace
 
 Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode,
-             const Panner* panner, const Head* head)
+             const Panner* panner, const Head* head, const HeadTurns* turns)
     : signals_(signals),
       mode_(mode),
       bus_mode_(without_head(mode)),
@@ -40,7 +40,8 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
       gaps_(mode.head ? slots : 0),
       gap_ends_(gaps_.size()),
       wraps_(slots),
-      pairs_(static_cast<std::size_t>(mode.pairs)) {
+      pairs_(static_cast<std::size_t>(mode.pairs)),
+      turns_(turns) {
   assert(panner == nullptr ? mode.pairs == 1 : panner->channels() == channels());
   assert(mode.pairs == 1 || mode.delays == 1);
   assert(mode.head == (head != nullptr));
@@ -56,6 +57,7 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
   }
   active_.reserve(slots);
   once_.reserve(slots);
+  if (turns_ != nullptr) make_room_for_turns();
   bus_gains_ = BusGains::of(mode.head ? HeadBank::bus_gains() : OctaveBank::bus_gains());
 }
 
@@ -63,7 +65,10 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
   clock_ = clock_frames - (mode_.two_layers() ? kBankTailFrames : 0);
   frame_ = kKeyframeFrames;
   clear_active();
-  if (mode_.head) choose_fine(keyframe);
+  if (mode_.head) {
+    choose_fine(keyframe);
+    crowd_->begin();
+  }
   for (const Voice& voice : keyframe.voices) {
     Voice started = voice;
     started.starts = true;
@@ -83,17 +88,41 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
 
 void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
   if (holding_) end_hold();
-  clear_active();
-  work_.loaded_voices += keyframe.voices.size();
   rank_voices(keyframe);
   if (mode_.head) choose_fine(keyframe);
-  for (std::size_t v = 0; v < keyframe.voices.size(); ++v) {
-    if (v + kVoicesAhead < keyframe.voices.size()) prefetch(keyframe.voices[v + kVoicesAhead].slot);
-    load_voice(keyframe.voices[v]);
-    activate(keyframe.voices[v].slot);
-  }
-  if (mode_.head) head_bank_->slide_octaves(crowd_->levels(), kKeyframeFrames);
+  if (turns_ != nullptr) keep(keyframe);
+  load_segment(keyframe.voices, 0, has_turned() ? kKeyframeFrames / 3 : kKeyframeFrames);
+}
+
+// Voices slide to where they are to be so many frames of the period later.
+void Mixer::load_segment(std::span<const Voice> voices, int elapsed, int frames) noexcept REALTIME {
+  segment_ = frames == kKeyframeFrames       ? whole_segment()
+             : frames == kKeyframeFrames / 3 ? segment_of(kKeyframeFrames / 3, 192)
+                                             : segment_of(2 * kKeyframeFrames / 3, 384);
+  elapsed_ = elapsed;
   frame_ = 0;
+  shed_end_ = left_out_ > 0 ? std::min(kShedFrames, frames) : 0;
+  clear_active();
+  work_.loaded_voices += voices.size();
+  if (mode_.head) {
+    fine_->begin_segment();
+    crowd_->begin();
+  }
+  const bool turns = turns_ != nullptr && facing_.is_known;
+  const HeadTurns none(nullptr, 0);
+  const HeadTurns& how = turns ? *turns_ : none;
+  const HeadTurns::Turn turn(how, current_.facing, facing_),
+      previous_turn(how, previous_.facing, facing_);
+  for (std::size_t v = 0; v < voices.size(); ++v) {
+    if (v + kVoicesAhead < voices.size()) prefetch(voices[v + kVoicesAhead].slot);
+    if (turns)
+      load_voice(on_its_way(voices[v], turn, previous_turn));
+    else
+      load_voice(voices[v]);
+    activate(voices[v].slot);
+  }
+  if (mode_.head) head_bank_->slide_octaves(crowd_->levels(), frames);
+  applied_ = turns ? facing_ : current_.facing;
   holding_ = false;
 }
 
@@ -104,7 +133,6 @@ void Mixer::rank_voices(const Keyframe& keyframe) noexcept REALTIME {
   loaded_ = keyframe.voices.size();
   highest_rank_ = rank_for(allowed_);
   left_out_ = loaded_ - up_to_rank_[highest_rank_];
-  shed_end_ = left_out_ > 0 ? kShedFrames : 0;
 }
 
 // The highest up to which there are no more than so many; of rank 0, all.
@@ -116,10 +144,10 @@ std::uint8_t Mixer::rank_for(std::size_t voices) const noexcept REALTIME {
 
 void Mixer::allow(std::size_t voices) noexcept REALTIME {
   allowed_ = voices;
-  if (frame_ == kKeyframeFrames) return;  // load() comes next
+  if (frame_ == segment_.frames) return;  // the next one comes first
   const std::uint8_t rank = rank_for(voices);
   // Near the segment's end, load() sees to it.
-  const bool has_time = frame_ >= shed_end_ && frame_ + kShedFrames <= kKeyframeFrames;
+  const bool has_time = frame_ >= shed_end_ && frame_ + kShedFrames <= segment_.frames;
   if (rank < highest_rank_ && has_time) fade_above(rank);
 }
 
@@ -181,6 +209,8 @@ void Mixer::hold() noexcept REALTIME {
     holding_ = true;
   }
   const bool falling = hold_sounds();
+  segment_ = whole_segment();
+  elapsed_ = 0;
   frame_ = kKeyframeFrames - kStepFrames;
   const std::uint8_t rank = rank_for(allowed_);
   if (falling || rank >= highest_rank_) return;
@@ -211,7 +241,7 @@ void Mixer::advance(int frames) noexcept REALTIME {
   for (const std::uint32_t s : once_)
     for (std::size_t e = 0; e < ears; ++e)
       slots_[s].signal->place(slots_[s].position[e], paths_[s * kEars + e]);
-  if (frame_ + frames == kKnotFrames)
+  if (frame_ + frames == segment_.knot)
     for (const std::uint32_t s : active_)
       for (std::size_t e = 0; e < ears; ++e) {
         paths_[s * kEars + e].step = slots_[s].after_knot[e].step;
@@ -273,7 +303,7 @@ void Mixer::mix(float* interleaved, int steps) noexcept REALTIME {
   advance(frames);
   clock_ += frames;
   frame_ += frames;
-  if (frame_ == shed_end_ && frame_ < kKeyframeFrames) drop_shed();
+  if (frame_ == shed_end_ && frame_ < segment_.frames) drop_shed();
 }
 
 }  // namespace clamor

@@ -30,6 +30,11 @@
 // ears is in its delays; low frequencies have more of it, also told at each keyframe, so that the
 // low layer's delays go apart from the high one's in straight lines.
 //
+// A head that turns is followed between keyframes, where that is asked for: voices are turned from
+// the facing for which their keyframe was made to the newest one, at once at a keyframe and
+// otherwise at the next third of the way to the next one (mixer_turns.cpp). Where no keyframe
+// comes, voices stay but the head still turns.
+//
 // Where there is no time for all voices, those of the highest ranks fade out within kShedFrames and
 // are not mixed from there on, though their delays go on; they slide back in from a keyframe on.
 //
@@ -48,6 +53,7 @@
 #include "runtime/heads/crowd_colour.h"
 #include "runtime/heads/head.h"
 #include "runtime/heads/head_bank.h"
+#include "runtime/mixing/head_turns.h"
 #include "runtime/mixing/panner.h"
 #include "runtime/realtime/realtime.h"
 #include "runtime/sounds/signal_bank.h"
@@ -64,9 +70,10 @@ class Mixer {
   // `signals`, prepared for the same mode, must outlive the mixer, and so must `panner`, which has
   // the mode's channels, and `head`, where the mode has one; without either, a voice has its own
   // gains for two. Keyframes may use slots 0
-  // to slots - 1.
+  // to slots - 1. With `turns`, which must outlive it too, face() is followed.
   Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode = {},
-        const Panner* panner = nullptr, const Head* head = nullptr);
+        const Panner* panner = nullptr, const Head* head = nullptr,
+        const HeadTurns* turns = nullptr);
 
   int channels() const noexcept REALTIME { return kEars * mode_.pairs; }
 
@@ -78,9 +85,19 @@ class Mixer {
 
   // True at the end of a segment: load() the next keyframe, or hold() for one step, or for
   // kShedFrames where voices must fade out.
-  bool wants_keyframe() const noexcept REALTIME { return frame_ == kKeyframeFrames; }
+  bool wants_keyframe() const noexcept REALTIME { return frames_left() == 0; }
   void load(const Keyframe& keyframe) noexcept REALTIME;
   void hold() noexcept REALTIME;
+
+  // Until it wants a keyframe.
+  int frames_left() const noexcept REALTIME { return kKeyframeFrames - elapsed_ - frame_; }
+
+  // The newest facing of the listener. Then, before each mix(), where no keyframe is wanted,
+  // turn(); and in place of hold(), turn_on_the_spot(), which returns false where there is nothing
+  // to turn. True where voices have been taken anew.
+  void face(const Facing& facing) noexcept REALTIME { facing_ = facing; }
+  bool turn() noexcept REALTIME;
+  bool turn_on_the_spot() noexcept REALTIME;
 
   // At most about so many voices of a keyframe are to sound: to a 255th of them, as ranks are.
   void allow(std::size_t voices) noexcept REALTIME;
@@ -90,8 +107,9 @@ class Mixer {
 
   // Steps that one mix() may take now.
   int steps_left() const noexcept REALTIME {
-    const int knot = frame_ < kKnotFrames ? kKnotFrames : kKeyframeFrames;
-    const int end = frame_ < shed_end_ ? std::min(knot, shed_end_) : knot;
+    const int knot = frame_ < segment_.knot ? segment_.knot : segment_.frames;
+    int end = frame_ < shed_end_ ? std::min(knot, shed_end_) : knot;
+    if (turns_ != nullptr) end = std::min(end, frame_ + frames_to_next_third());
     return std::min(kMostSteps, (end - frame_) / kStepFrames);
   }
 
@@ -115,8 +133,22 @@ class Mixer {
   std::uint64_t late_voices() const noexcept REALTIME { return late_voices_; }
 
  private:
-  static constexpr int kKnotFrames = 512;
   static constexpr int kShedFrames = 512;  // their gains turn six times as much as those of fades
+
+  // A stretch in which gains slide in straight lines and delays along two parabolas, of m and n
+  // steps, which meet at the knot. It is a whole period, from keyframe to keyframe, or a part of
+  // one.
+  struct Segment {
+    int frames = 0, knot = 0;
+    double per_frame = 0, per_m = 0, per_n = 0, share_m = 0, share_n = 0;
+  };
+  static constexpr Segment segment_of(int frames, int knot) noexcept REALTIME {
+    const double m = 1.0 * knot / kStepFrames, n = 1.0 * frames / kStepFrames - m;
+    return {frames, knot, 1.0 / frames, 1 / m, 1 / n, m / (m + n), n / (m + n)};
+  }
+  static constexpr Segment whole_segment() noexcept REALTIME {
+    return segment_of(kKeyframeFrames, 512);
+  }
 
   // Of a delay, per frame: of its whole last segment, and at its end.
   struct Slide {
@@ -148,7 +180,20 @@ class Mixer {
   std::uint8_t rank_for(std::size_t voices) const noexcept REALTIME;
   void fade_above(std::uint8_t rank) noexcept REALTIME;
   int slide_frames(const Voice& voice) const noexcept REALTIME {
-    return voice.rank > highest_rank_ ? kShedFrames : kKeyframeFrames;
+    return voice.rank > highest_rank_ ? std::min(kShedFrames, segment_.frames) : segment_.frames;
+  }
+  void load_segment(std::span<const Voice> voices, int elapsed, int frames) noexcept REALTIME;
+
+  // In mixer_turns.cpp.
+  void make_room_for_turns();
+  void keep(const Keyframe& keyframe) noexcept REALTIME;
+  bool has_turned() const noexcept REALTIME;
+  void cut() noexcept REALTIME;
+  Voice on_its_way(const Voice& voice, const HeadTurns::Turn& turn,
+                   const HeadTurns::Turn& previous_turn) const noexcept REALTIME;
+  int frames_to_next_third() const noexcept REALTIME {
+    constexpr int kThird = kKeyframeFrames / 3;
+    return kThird - (elapsed_ + frame_) % kThird;
   }
 
   // Calls change(targets, gains, lanes) for all in which a slot is heard.
@@ -224,6 +269,8 @@ class Mixer {
   std::unique_ptr<FineVoices> fine_;
   std::unique_ptr<CrowdColour> crowd_;
   std::int64_t clock_ = 0;
+  Segment segment_ = whole_segment();
+  int elapsed_ = 0;       // frames of the period before the segment
   int frame_ = 0;         // of the segment
   bool holding_ = false;  // slopes are zero until the next keyframe
   std::uint64_t bad_voices_ = 0, late_voices_ = 0;
@@ -234,6 +281,16 @@ class Mixer {
   std::uint8_t highest_rank_ = kHighestRank;  // that sounds, or does when those above have faded
   int shed_end_ = 0;                          // frame_ at which they have
   std::array<std::uint32_t, kHighestRank + 1> up_to_rank_{};  // voices of the keyframe
+
+  // For a head that turns; null and empty where it is not followed.
+  struct Kept {
+    std::vector<Voice> voices;
+    Facing facing;
+  };
+  const HeadTurns* const turns_;
+  Facing facing_, applied_;                 // the newest, and that of the segment's end
+  Kept previous_, current_;                 // the keyframes between which voices are
+  std::vector<std::uint32_t> previous_at_;  // by slot: in previous_.voices
 };
 
 }  // namespace clamor

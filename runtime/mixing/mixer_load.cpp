@@ -69,7 +69,7 @@ CLAMOR_INLINE void Mixer::place(Slot& slot, VoicePath* paths,
 
 // The ears' delays of the low layer go apart from those of the high one in a straight line.
 void Mixer::set_gap(std::uint32_t slot, std::int64_t from, std::int64_t to) noexcept REALTIME {
-  gaps_[slot] = {from, (to - from) / kKeyframeFrames};
+  gaps_[slot] = {from, (to - from) / segment_.frames};
   gap_ends_[slot] = to;
 }
 
@@ -79,13 +79,12 @@ void Mixer::set_gap(std::uint32_t slot, std::int64_t from, std::int64_t to) noex
 // inlined: of both ears' numbers compilers would put together vectors, which takes longer.
 [[gnu::noinline]] void Mixer::slide(Slide& slide, VoicePath& path, Parabola& after_knot,
                                     double change_frames, bool starts) noexcept REALTIME {
-  constexpr double m = 1.0 * kKnotFrames / kStepFrames, n = 1.0 * kKeyframeFrames / kStepFrames - m;
-  const double mean = change_frames * (1.0 / kKeyframeFrames);
+  const double mean = change_frames * segment_.per_frame;
   double a = mean, b = mean, c = mean;
   if (!starts) {
     a = slide.end;
     c = 1.5 * mean - 0.5 * slide.mean;
-    b = 2 * mean - m / (m + n) * a - n / (m + n) * c;
+    b = 2 * mean - segment_.share_m * a - segment_.share_n * c;
     if (std::max({std::abs(a), std::abs(b), std::abs(c)}) > kFastestBent) a = b = c = mean;
   }
   slide = {mean, c};
@@ -93,10 +92,10 @@ void Mixer::set_gap(std::uint32_t slot, std::int64_t from, std::int64_t to) noex
     const double bend = (to - from) * per_step;
     return Parabola{kFixedOne - fixed_slope(from + 0.5 * bend), -fixed_slope(bend)};
   };
-  const Parabola before_knot = parabola(a, b, 1 / m);
+  const Parabola before_knot = parabola(a, b, segment_.per_m);
   path.step = before_knot.step;
   path.bend = before_knot.bend;
-  after_knot = parabola(b, c, 1 / n);
+  after_knot = parabola(b, c, segment_.per_n);
 }
 
 // From where they are, or the voice starts, to where they are to be; apart for each number of
@@ -113,7 +112,7 @@ bool Mixer::slide_to(const Voice& voice) noexcept REALTIME {
     if (usable && voice.starts) from[e] = fixed(voice.start_delay_frames[e]);
     to[e] = usable ? fixed(voice.delay_frames[e]) : from[e];
     change_frames[e] = static_cast<double>(to[e] - from[e]) / kFixedOne_f;
-    usable = usable && std::abs(change_frames[e]) < kKeyframeFrames;
+    usable = usable && std::abs(change_frames[e]) < segment_.frames;
   }
   if (!usable) {
     ++bad_voices_;
@@ -162,7 +161,6 @@ float Mixer::power_of(const Voice& voice) const noexcept REALTIME {
 
 void Mixer::choose_fine(const Keyframe& keyframe) noexcept REALTIME {
   fine_->begin();
-  crowd_->begin();
   for (const Voice& voice : keyframe.voices)
     if (voice.rank <= highest_rank_) fine_->offer(voice.slot, power_of(voice));
   fine_->end();

@@ -35,9 +35,10 @@ bool Mixer::may_sound(std::uint32_t s, const std::array<std::int64_t, kEars>& fr
                       const std::array<double, kEars>& change_frames) noexcept REALTIME {
   Slot& slot = slots_[s];
   if (!slot.signal->streams()) return true;
-  if (is_here(s, from, change_frames, 2 * kKeyframeFrames)) return true;
+  // Up to the end of the next period.
+  if (is_here(s, from, change_frames, 2 * kKeyframeFrames - elapsed_)) return true;
   ++late_voices_;
-  if (!is_here(s, from, change_frames, kKeyframeFrames)) silence(s);
+  if (!is_here(s, from, change_frames, segment_.frames)) silence(s);
   return false;
 }
 

@@ -28,10 +28,12 @@ class FineVoices {
   // `slots` of all voices, of which `most` may be fine.
   FineVoices(std::size_t slots, std::size_t most);
 
-  // At a keyframe: begin(), offer() every voice with its power, end(); then set() every one.
+  // At a keyframe: begin(), offer() every voice with its power, end(); then, at it and at each
+  // further segment on the way to it, begin_segment() and set() every one.
   void begin() noexcept REALTIME;
   void offer(std::uint32_t slot, float power) noexcept REALTIME;
   void end() noexcept REALTIME;
+  void begin_segment() noexcept REALTIME { heard_.clear(); }
   bool chosen(std::uint32_t slot) const noexcept REALTIME { return chosen_[slot]; }
 
   // Slides to `targets` (kHeadLanes), or to silence if they are null, in so many frames; from

@@ -34,8 +34,16 @@ struct Voice {
 };
 inline constexpr std::uint8_t kHighestRank = 255;
 
+// The listener's axes.
+struct Facing {
+  Vec3f ahead{1, 0, 0}, left{0, 1, 0}, up{0, 0, 1};
+  bool is_known = false;
+  bool operator==(const Facing&) const = default;
+};
+
 struct Keyframe {
   std::uint64_t number = 0;
+  Facing facing;              // of the listener for whom it was made
   std::vector<Voice> voices;  // slots differ; capacity is set once
 };
 
