@@ -71,6 +71,13 @@ std::unique_ptr<const HeadTurns> turns_for(const AuralizerOptions& options, cons
       lags, receiver_m * kSampleRate_hz / field.speed_of_sound_mps());
 }
 
+// All signals, and onsets after them.
+std::vector<PreparedSignal> decode(const AuralizerInput& input, const MixMode& mode) {
+  std::vector<PreparedSignal> decoded = prepare_signals(input.signals, mode);
+  for (const Signal& onset : input.onsets) decoded.emplace_back(onset, mode);
+  return decoded;
+}
+
 // One of a signal's blocks, as a file would have it.
 std::vector<float> block_of(const Signal& signal, std::size_t block) {
   const SignalBlock where = signal_block(signal.samples.size(), block);
@@ -84,13 +91,20 @@ std::unique_ptr<SoundLoader> sounds_from(const BakeFile& file, const AuralizerIn
   std::vector<SignalShape> shapes;
   for (const TimedEnvelope& signal : input.envelopes)
     shapes.push_back({signal.frames, signal.loop, signal.envelope.mean_square()});
+  for (std::size_t i = 0; i < input.onsets.size(); ++i) {
+    shapes[input.loop_of_onset[i]].onset = static_cast<std::uint32_t>(shapes.size());
+    shapes.push_back(
+        {input.onsets[i].samples.size(), false, shapes[input.loop_of_onset[i]].mean_square});
+  }
   const std::uint64_t bytes = std::min(SoundLoader::bytes_of(shapes, mode),
                                        std::max(options.memory_bytes / 2, kLeastSounds_bytes));
   return std::make_unique<SoundLoader>(
       shapes, file.emitters(), mode,
       [&file, &input](std::size_t signal, std::size_t block) -> Result<std::vector<float>> {
         if (signal < file.signal_count()) return file.read_signal_block(signal, block);
-        return block_of(input.signals[signal - file.signal_count()], block);
+        if (signal < input.envelopes.size())
+          return block_of(input.signals[signal - file.signal_count()], block);
+        return block_of(input.onsets[signal - input.envelopes.size()], block);
       },
       SoundBudget{bytes, !options.wait_for_pages}, most_keyframes_ahead(options.block_frames),
       std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / 2, 1, 4));
@@ -110,8 +124,7 @@ struct Auralizer::State {
         head(options.output.head),
         mode(mode_of(options.interpolation, panner.get(), head.get())),
         sounds(file == nullptr ? nullptr : sounds_from(*file, input, mode, options)),
-        decoded(file == nullptr ? prepare_signals(input.signals, mode)
-                                : std::vector<PreparedSignal>()),
+        decoded(file == nullptr ? decode(input, mode) : std::vector<PreparedSignal>()),
         signals(file == nullptr ? decoded : sounds->signals()),
         field(
             input.emitters, input.materials, input.air,
@@ -125,7 +138,7 @@ struct Auralizer::State {
         maker(field, slots_for(choice.sampler()),
               panner == nullptr && head == nullptr ? KeyframeMaker::Receivers::kPair
                                                    : KeyframeMaker::Receivers::kOne,
-              head, options.output.receivers),
+              head, options.output.receivers, onset_signals(input)),
         receivers(options.output.receivers),
         keyframes_of_choice(options.strategy == "priority" && choice.moving() == nullptr
                                 ? keyframes_of_a_choice(static_cast<std::size_t>(options.voices))
@@ -266,7 +279,7 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeF
   }
   if (file->source_count() == 0 && options.moving.most == 0)
     return nothing_to_hear().in(file->path());
-  if (const auto added = add_kinds(options.moving, *input); !added.ok())
+  if (const auto added = add_kinds(options.moving, *input, file.get()); !added.ok())
     return added.error().in(file->path());
   auto state = std::make_unique<State>(std::move(*input), file, options);
   if (const PageStatistics pages = state->choice.loader()->statistics(); pages.failed > 0)

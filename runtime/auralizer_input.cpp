@@ -50,7 +50,59 @@ Result<AuralizerInput> read_auralizer_input(const BakeFile& file) {
   return input;
 }
 
-Result<void> add_kinds(const MovingOptions& moving, AuralizerInput& input) {
+namespace {
+
+std::size_t signal_count(const AuralizerInput& input) {
+  return std::max(input.signals.size(), input.envelopes.size());
+}
+
+bool is_loop(const AuralizerInput& input, std::size_t signal) {
+  return input.envelopes.empty() ? input.signals[signal].loop : input.envelopes[signal].loop;
+}
+
+// What a loop plays first, from silence, as often round as it takes.
+Result<Signal> onset_of(const AuralizerInput& input, std::size_t signal, const BakeFile* file) {
+  // The signals that the input lacks are the file's first ones.
+  const std::size_t of_file = signal_count(input) - input.signals.size();
+  std::vector<float> once;
+  if (signal >= of_file) {
+    once = input.signals[signal - of_file].samples;
+  } else {
+    auto block = file->read_signal_block(signal, 0);
+    if (!block.ok()) return block.error();
+    once = std::move(*block);
+  }
+  Signal onset{"", {}, false};
+  for (int f = 0; f < kOnset_frames && !once.empty(); ++f)
+    onset.samples.push_back(once[static_cast<std::size_t>(f) % once.size()]);
+  return onset;
+}
+
+Result<void> add_onsets(const MovingOptions& moving, AuralizerInput& input, const BakeFile* file) {
+  for (const MovingKind& kind : moving.kinds) {
+    if (!is_loop(input, kind.signal)) continue;
+    const auto& loops = input.loop_of_onset;
+    if (std::find(loops.begin(), loops.end(), kind.signal) != loops.end()) continue;
+    auto onset = onset_of(input, kind.signal, file);
+    if (!onset.ok()) return onset.error();
+    input.onsets.push_back(std::move(*onset));
+    input.loop_of_onset.push_back(kind.signal);
+  }
+  return {};
+}
+
+}  // namespace
+
+OnsetSignals onset_signals(const AuralizerInput& input) {
+  OnsetSignals onsets(signal_count(input), kNoOnset);
+  for (std::uint32_t s = 0; s < onsets.size(); ++s)
+    if (!is_loop(input, s)) onsets[s] = s;
+  for (std::size_t i = 0; i < input.onsets.size(); ++i)
+    onsets[input.loop_of_onset[i]] = static_cast<std::uint32_t>(onsets.size() + i);
+  return onsets;
+}
+
+Result<void> add_kinds(const MovingOptions& moving, AuralizerInput& input, const BakeFile* file) {
   const std::size_t signals =
       std::max(input.signals.size(), input.envelopes.size()) + moving.signals.size();
   for (const MovingKind& kind : moving.kinds) {
@@ -73,7 +125,7 @@ Result<void> add_kinds(const MovingOptions& moving, AuralizerInput& input) {
       input.envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
     input.signals.push_back(signal);
   }
-  return {};
+  return add_onsets(moving, input, file);
 }
 
 Result<void> check(const AuralizerInput& input) {

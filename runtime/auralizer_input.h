@@ -10,6 +10,7 @@
 #include "formats/level.h"
 #include "formats/source.h"
 #include "runtime/field/signal_weights.h"
+#include "runtime/mixing/keyframe_maker.h"
 #include "runtime/sampling/moving_sources.h"
 
 namespace clamor {
@@ -23,6 +24,10 @@ struct AuralizerInput {
   std::vector<TimedEnvelope> envelopes{};  // of the signals; if none, they are listened to
   Mesh mesh{};                             // what stands in the way; empty in a free field
   DecaySummary decay{};                    // late sources are chosen by it (late_boost.h)
+  // How the loops of moving sources begin (keyframe_maker.h): what the mixer plays beside the
+  // signals, and for which of them.
+  std::vector<Signal> onsets{};
+  std::vector<std::uint32_t> loop_of_onset{};
 };
 
 // Decodes envelopes, no signals, no pages and no geometry: there are no sources yet, and nothing
@@ -41,8 +46,13 @@ Result<void> read_what_hides(const BakeFile& file, AuralizerInput& input);
 // An Error where an index points nowhere or there is nothing to hear.
 Result<void> check(const AuralizerInput& input);
 
-// Adds what moving sources may be: an emitter for each kind, and their signals. Errors: a kind
-// whose signal does not exist.
-Result<void> add_kinds(const MovingOptions& moving, AuralizerInput& input);
+// Adds what moving sources may be: an emitter for each kind, their signals, and how loops begin,
+// which is read from `file` where that has the signal and the input does not. Errors: a kind whose
+// signal does not exist or cannot be read.
+Result<void> add_kinds(const MovingOptions& moving, AuralizerInput& input,
+                       const BakeFile* file = nullptr);
+
+// By signal, what its beginning is played from. Onsets come after all signals.
+OnsetSignals onset_signals(const AuralizerInput& input);
 
 }  // namespace clamor

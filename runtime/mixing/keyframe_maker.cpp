@@ -41,10 +41,12 @@ float fade_gain(int fade) {
 }  // namespace
 
 KeyframeMaker::KeyframeMaker(const SourceField& field, std::size_t slots, Receivers receivers,
-                             std::shared_ptr<const Head> head, const ReceiverPattern& pattern)
+                             std::shared_ptr<const Head> head, const ReceiverPattern& pattern,
+                             OnsetSignals onsets)
     : receivers_(receivers),
       pattern_(pattern),
       lags_(head == nullptr ? nullptr : std::make_unique<const EarLags>(*head)),
+      onsets_(std::move(onsets)),
       table_(field, slots),
       last_frames_(table_.delay_frames),
       slots_(slots),
@@ -207,7 +209,37 @@ std::uint32_t KeyframeMaker::start(const SampledSource& chosen) {
     const double last = delay_frames(table_, last_head_, lags_.get(), last_m, leaves_frames, e);
     voice.start_delay_frames[e] = std::abs(now - last) <= kFastestSlide_frames ? last : now;
   }
+  begin_sound(s, chosen);
   return s;
+}
+
+// Does the signal's first sample arrive only after the keyframe before? Then there is nothing to
+// fade in. A loop that leaves at time 0 or earlier has always been playing.
+void KeyframeMaker::begin_sound(std::uint32_t s, const SampledSource& chosen) {
+  Voice& voice = voices_[s];
+  voice.has_onset = false;
+  const std::uint32_t onset = chosen.signal < onsets_.size() ? onsets_[chosen.signal] : kNoOnset;
+  const bool loops = onset != chosen.signal;
+  const bool has_always_played = loops && (!chosen.moves || table_.leaves_frames[s] <= 0);
+  if (onset == kNoOnset || has_always_played) return;
+  const double before_frames = (static_cast<double>(made_) - 1) * kKeyframeFrames;
+  const double rounds_frames = 1e-7 * table_.leaves_frames[s];  // a source's delay is a float
+  for (const double delay_frames : voice.start_delay_frames)
+    if (before_frames > delay_frames + rounds_frames) return;
+  voice.has_onset = true;
+  voice.signal = onset;
+  slots_[s].fade = kFadeKeyframes;
+  if (loops) slots_[s].loop = chosen.signal;
+}
+
+// Changes over to the loop once the onset has played so far at both ears.
+void KeyframeMaker::leave_onset(std::uint32_t s) {
+  Slot& slot = slots_[s];
+  if (slot.loop == kNoOnset) return;
+  const double now_frames = static_cast<double>(made_) * kKeyframeFrames;
+  for (const double delay_frames : voices_[s].delay_frames)
+    if (now_frames - delay_frames < kOnsetChange_frames) return;
+  voices_[s].signal = std::exchange(slot.loop, kNoOnset);
 }
 
 // Half the way to what is visible of it.
@@ -317,6 +349,7 @@ std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& ke
   for (auto s = static_cast<std::uint32_t>(first); s < last; ++s) {
     Slot& slot = slots_[s];
     if (!slot.in_use) continue;
+    leave_onset(s);
     Voice& voice = keyframe.voices[count++];
     const std::uint8_t rank = rank_of(slot, voices_[s]);
     voice = voices_[s];

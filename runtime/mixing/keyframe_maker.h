@@ -3,7 +3,13 @@
 // A source that is chosen gets a slot and keeps it while it is heard, so that its gains and delays
 // slide. One that enters or leaves the sample fades over kFadeKeyframes (100 ms) with equal power:
 // sin^2 + cos^2, for the one that takes its place. A source that stays but whose path jumps (the
-// listener was moved, not walking) fades out where it was and in where it is now.
+// listener was moved, not walking) fades out where it was and in where it is now. A sound that
+// begins does not fade in: where a source gets its slot before its signal's first sample arrives,
+// its gains hold from the keyframe before on, and that sample is heard at its level.
+//
+// A loop that begins is played from its onset first: a signal of its own that plays the loop's
+// first kOnset_frames once, so that nothing is heard before them (auralizer_input.h). Where both
+// are the same samples, the voice changes over.
 //
 // What is hidden comes and goes in steps, as rays are cast; a voice's visibility glides there, half
 // the way each keyframe. So do the factors that tell what a source stands for, as tau changes with
@@ -38,6 +44,16 @@ namespace clamor {
 inline constexpr double kEarDistance_m = 0.17;  // between the two receivers
 inline constexpr int kFadeKeyframes = 5;
 
+// By signal: the signal that its beginning is played from. That is the signal itself if it plays
+// once. Loops that have always been playing have none.
+using OnsetSignals = std::vector<std::uint32_t>;
+inline constexpr std::uint32_t kNoOnset = 0xffffffff;
+
+// A loop's onset equals the loop from kPartingTailFrames on until the filters meet its end; voices
+// change over in between.
+inline constexpr int kOnset_frames = 16384;
+inline constexpr int kOnsetChange_frames = 4096;
+
 class KeyframeMaker {
  public:
   // What the listener's receivers are: two, each at its own place and with its own `pattern`, or
@@ -48,7 +64,8 @@ class KeyframeMaker {
   // `field` must outlive the maker. `slots` is how many voices may sound at once, fading ones
   // included; a source that finds none free waits until one is.
   KeyframeMaker(const SourceField& field, std::size_t slots, Receivers receivers = Receivers::kPair,
-                std::shared_ptr<const Head> head = nullptr, const ReceiverPattern& pattern = {});
+                std::shared_ptr<const Head> head = nullptr, const ReceiverPattern& pattern = {},
+                OnsetSignals onsets = {});
 
   // Fills in the next keyframe: what `sample` sounds like at `pose`. The first starts at full
   // level. `keyframe.voices` has room for all slots.
@@ -70,7 +87,8 @@ class KeyframeMaker {
     bool frozen = false;   // its path jumped: fades out as it was
     bool changed = false;  // since it was made, though the ears may be where they were
     bool moves = false;
-    bool glides = false;  // to what is visible of it
+    bool glides = false;            // to what is visible of it
+    std::uint32_t loop = kNoOnset;  // what its voice changes over to, while it plays an onset
   };
   struct Heard {
     std::uint64_t number;
@@ -82,6 +100,8 @@ class KeyframeMaker {
   void turn_to(const Stance& head);
   void join(std::span<const SampledSource> sample);
   std::uint32_t start(const SampledSource& chosen);
+  void begin_sound(std::uint32_t s, const SampledSource& chosen);
+  void leave_onset(std::uint32_t s);
   bool keep(std::uint32_t s, const SampledSource& chosen);
   bool follow(std::uint32_t s, const SampledSource& chosen);
   void coast(std::uint32_t s);
@@ -98,6 +118,7 @@ class KeyframeMaker {
   const ReceiverPattern pattern_;
   Reception reception_;
   const std::unique_ptr<const EarLags> lags_;  // of a head
+  const OnsetSignals onsets_;
   VoiceTable table_;
   std::array<std::vector<double>, kEars> last_frames_;  // the table's delays, where the head was
   std::vector<Slot> slots_;

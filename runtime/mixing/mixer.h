@@ -225,6 +225,7 @@ class Mixer {
   template <std::size_t kDelays>
   bool slide_to(const Voice& voice) noexcept REALTIME;
   void stay(std::uint32_t slot) noexcept REALTIME;
+  void hold_gains(std::uint32_t slot) noexcept REALTIME;
   void set_targets(const std::array<Bands, kEars>& gain, float* targets) const noexcept REALTIME;
   GainLines gain_lines(std::size_t pair, const Voice& voice,
                        const float* targets) noexcept REALTIME;

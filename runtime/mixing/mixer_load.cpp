@@ -223,12 +223,14 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
     const std::int64_t to = usable ? fixed(0.5 * head_->low_lag_frames(place)) : from;
     set_gap(voice.slot, voice.starts ? to : from, to);
     slot.heard = set_colours(voice, usable, place);
+    if (voice.starts && voice.has_onset) hold_gains(voice.slot);
     return;
   }
   std::array<float, kBandLanes> targets{};
   if (usable) set_targets(voice.gain, targets.data());
   if (panner_ == nullptr) {
     slot.heard = slide_gains(gain_lines(0, voice, targets.data()));
+    if (voice.starts && voice.has_onset) hold_gains(voice.slot);
     return;
   }
   const ChannelGains gains = usable ? panner_->gains(voice.from) : ChannelGains{};
@@ -240,6 +242,15 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
     slot.heard = true;
     if (pairs_.size() > 1) pairs_[p].active.push_back(voice.slot);
   }
+  if (voice.starts && voice.has_onset) hold_gains(voice.slot);
+}
+
+// The segment's gains are those of its end throughout: a sound that begins is not faded in.
+void Mixer::hold_gains(std::uint32_t slot) noexcept REALTIME {
+  change_gains(slot, [](const float* target, float* gain, std::size_t lanes) noexcept REALTIME {
+    std::copy_n(target, lanes, gain);
+    std::fill_n(gain + lanes, lanes, 0.0f);
+  });
 }
 
 // From where they are to `targets`.

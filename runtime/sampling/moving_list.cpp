@@ -63,7 +63,7 @@ bool MovingList::refresh() {
 }
 
 // A source like an emitter of its kind.
-void MovingList::tune(std::size_t place) {
+void MovingList::tune(std::size_t place, double time_s) {
   const MovingSources::Tune& tune = now_->tunes[place];
   versions_[place] = tune.version;
   if (!tune.present) {
@@ -72,14 +72,18 @@ void MovingList::tune(std::size_t place) {
   }
   Source& source = heard_[place];
   source.normal = source.mirror = tune.axis;
-  source.delay_s = static_cast<float>(tune.start_s);
+  const bool is_new = generations_[place] != tune.generation;
+  if (!std::isnan(tune.start_s))
+    source.delay_s = static_cast<float>(tune.start_s);
+  else if (is_new)  // with the segment that ends with this keyframe
+    source.delay_s = static_cast<float>(std::max(0.0, time_s - kKeyframe_s));
   source.emitter = first_emitter_ + tune.kind;
   source.is_emitter = true;
   const Bands& directivity = kinds_[tune.kind].directivity;
   for (std::size_t b = 0; b < kBandCount; ++b)
     source.power[b] = static_cast<float>(emission_power(static_cast<double>(directivity[b])) *
                                          static_cast<double>(tune.gain[b]) * tune.gain[b]);
-  if (generations_[place] != tune.generation) {
+  if (is_new) {
     generations_[place] = tune.generation;
     source.u = static_cast<float>(unit_above_zero(
         philox(kSeedOfU, {static_cast<std::uint32_t>(place), tune.generation, 0, 0})[0]));
@@ -104,7 +108,7 @@ void MovingList::begin(const Vec3& /*place*/, double time_s) {
   if (later || fresh_) {
     if (fresh_)
       for (std::size_t i = 0; i < count; ++i)
-        if (versions_[i] != now_->tunes[i].version) tune(i);
+        if (versions_[i] != now_->tunes[i].version) tune(i, time_s);
     const auto coast_s =
         static_cast<float>(std::clamp(time_s - taken_s_, -kLongestCoast_s, kLongestCoast_s));
     const auto put = [&](const std::vector<float>& from_m, const std::vector<float>& by_mps,

@@ -48,7 +48,7 @@ class MovingList {
   std::size_t most() const { return sources_.most(); }
 
  private:
-  void tune(std::size_t place);
+  void tune(std::size_t place, double time_s);
 
   MovingSources& sources_;
   const SourceField& field_;

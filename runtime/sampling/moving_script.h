@@ -7,8 +7,9 @@
 //                               { "time_s": 6, "position_m": [80, 1, 5], "yaw_deg": -90 } ] } } ] }
 //
 // `signal` is "noise", "impulse" or the URI of a sound file in the script's folder, which a script
-// cannot leave, just as a level cannot leave its own (level_folder.h). It begins at `from_s` and,
-// unless "loop" is false, goes on. `path` is a walk's (walk_file.h): the source faces where a
+// cannot leave, just as a level cannot leave its own (level_folder.h). It begins at `from_s`, is
+// heard from its first sample on and, unless "loop" is false, goes on. A loop from 0 on has always
+// been playing. `path` is a walk's (walk_file.h): the source faces where a
 // walker would look. Unset: gain 0 dB, directivity 0, from 0 to the end.
 #pragma once
 

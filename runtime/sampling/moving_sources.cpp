@@ -29,8 +29,10 @@ Result<void> check(const MovingSource& source, std::size_t kinds) {
   for (const float gain : source.gain)
     if (!(gain >= 0 && gain <= 1e6f))
       return Error("a moving source's gains must lie between 0 and 1000000, amplitudes at 1 m.");
-  if (!(std::abs(source.start_s) <= kLatest_s))
-    return Error("a moving source's start must be a finite number of seconds, below 10000000.");
+  if (!std::isnan(source.start_s) && !(std::abs(source.start_s) <= kLatest_s))
+    return Error(
+        "a moving source's start must be a number of seconds between -10000000 and 10000000, or "
+        "kStartsWhenHeard.");
   const double axis = length(source.axis);
   if (!(axis > 1e-6 && axis < 1e6))
     return Error("a moving source's axis must have a length and a direction.");
@@ -123,8 +125,9 @@ Result<void> MovingSources::retune(MovingHandle handle, const MovingSource& sour
   if (const auto ok = check(source, kinds_); !ok.ok()) return ok;
   const Tune& before = own_.tunes[handle.place];
   // Another signal cannot be slid to: it is heard as another source.
-  if (before.kind != source.kind || before.start_s != source.start_s)
-    ++own_.tunes[handle.place].generation;
+  const bool starts_the_same = before.start_s == source.start_s ||
+                               (std::isnan(before.start_s) && std::isnan(source.start_s));
+  if (before.kind != source.kind || !starts_the_same) ++own_.tunes[handle.place].generation;
   tune(handle.place, source);
   return {};
 }

@@ -60,8 +60,13 @@ struct MovingSource {
   Vec3 position_m{}, velocity_mps{};
   Vec3 axis{0, 0, -1};
   Bands gain = same_in_all_bands(1);
-  double start_s = 0;  // when its signal begins; before now: it has been playing
+  // When its signal begins; before now: it has been playing. A loop that begins at 0 or earlier has
+  // always been playing. kStartsWhenHeard: its first sample leaves with the first keyframe after
+  // the commit, which is what a sound that a game plays now wants: keyframes are made ahead of
+  // time.
+  double start_s = 0;
 };
+inline constexpr double kStartsWhenHeard = std::numeric_limits<double>::quiet_NaN();
 
 // Names a source for as long as it is there, and never another one.
 struct MovingHandle {

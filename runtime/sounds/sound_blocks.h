@@ -23,6 +23,8 @@ struct SignalShape {
   std::uint64_t frames = 0;
   bool loop = false;
   Bands mean_square{};  // as its envelope has it
+  // The signal that a loop may be played from at first: whoever plays that plays the loop next.
+  std::uint32_t onset = 0xffffffff;
 };
 
 class SoundBlocks {

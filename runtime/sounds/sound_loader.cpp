@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <limits>
 #include <mutex>
+#include <numeric>
 #include <thread>
 #include <utility>
 
@@ -86,6 +87,10 @@ SoundLoader::SoundLoader(const std::vector<SignalShape>& shapes, std::span<const
                          std::size_t keyframes, int threads)
     : keyframes_(keyframes), budget_bytes_(budget.bytes) {
   std::size_t bytes = 0;
+  goes_on_as_.resize(shapes.size());
+  std::iota(goes_on_as_.begin(), goes_on_as_.end(), 0u);
+  for (std::uint32_t s = 0; s < shapes.size(); ++s)
+    if (shapes[s].onset < shapes.size()) goes_on_as_[shapes[s].onset] = s;
   for (const SignalShape& shape : shapes) {
     signals_.emplace_back(shape.frames, shape.loop, mode, shape.mean_square);
     bytes += signals_.back().memory_bytes();
@@ -162,11 +167,15 @@ void SoundLoader::play(std::span<const Voice> voices) {
     }
     if (!(least > -kLongest_frames && most < kLongest_frames)) continue;
     const float power = power_of(voice);
-    for (std::int32_t step = step_of(least); step <= step_of(most); ++step) {
-      Heard& heard = heard_[key_of(voice.signal, step)];
-      heard.power = heard.keyframe == played_ ? heard.power + power : power;
-      heard.keyframe = played_;
-    }
+    const auto reads = [&](std::uint32_t signal) {
+      for (std::int32_t step = step_of(least); step <= step_of(most); ++step) {
+        Heard& heard = heard_[key_of(signal, step)];
+        heard.power = heard.keyframe == played_ ? heard.power + power : power;
+        heard.keyframe = played_;
+      }
+    };
+    reads(voice.signal);
+    if (const std::uint32_t loop = goes_on_as_[voice.signal]; loop != voice.signal) reads(loop);
   }
   std::vector<Reading> read;
   std::erase_if(heard_,

@@ -83,6 +83,8 @@ class SoundLoader {
   void run();
 
   std::vector<PreparedSignal> signals_;
+  std::vector<std::uint32_t>
+      goes_on_as_;  // by signal: the loop of an onset, else the signal itself
   std::shared_ptr<SoundMemory> memory_;
   const std::uint64_t keyframes_, budget_bytes_;
 

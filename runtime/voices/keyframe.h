@@ -23,6 +23,8 @@ struct Voice {
   std::uint32_t slot = 0;
   std::uint32_t signal = 0;
   bool starts = false;  // from silence at start_delay_frames; otherwise from the last keyframe
+  // Where it starts: its gains hold from the last keyframe on, because its sound is only beginning.
+  bool has_onset = false;
   std::array<double, kEars> start_delay_frames{};
   std::array<double, kEars> delay_frames{};
   std::array<Bands, kEars> gain{};  // amplitude
