@@ -1,5 +1,6 @@
 #include "bake/journal_file.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -74,27 +75,34 @@ Result<void> JournalFile::open(const std::string& path) {
   if (descriptor_ < 0)
     return Error(path + ": the journal cannot be opened (" + reason() +
                  "); make its folder writable, or use --no-journal");
+  struct stat status {};
+  if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode))
+    return Error(path + ": is not a regular file, so it cannot be a journal");
   if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0)
     return Error(path +
                  ": another bake is writing this journal; wait for it to end, or choose "
                  "another output");
-  struct stat status {};
-  if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode))
-    return Error(path + ": is not a regular file, so it cannot be a journal");
   bytes_ = static_cast<std::uint64_t>(status.st_size);
 
-  FileHeader header;
-  if (bytes_ >= sizeof header) {
-    std::array<std::byte, sizeof header> raw;
-    if (!read_at(0, raw)) return Error(path + ": cannot be read (" + reason() + ")");
-    std::memcpy(&header, raw.data(), sizeof header);
-    if (header.magic != kJournalMagic)
-      return Error(path +
-                   ": is no journal of a bake, and is left alone; remove it, or choose "
-                   "another output");
+  const FileHeader header;
+  const auto wanted = bytes_of(header);
+  std::array<std::byte, sizeof header> raw;
+  const auto present = std::span(raw).first(std::min<std::uint64_t>(bytes_, raw.size()));
+  if (!read_at(0, present)) return Error(path + ": cannot be read (" + reason() + ")");
+  if (!std::ranges::equal(present, wanted.first(present.size()))) {
+    FileHeader found;
+    std::memcpy(&found, raw.data(), present.size());
+    if (present.size() == raw.size() && found.magic == kJournalMagic)
+      return Error(path + ": is the journal of another version of clamor (journal version " +
+                   std::to_string(found.version) + ", this one writes " +
+                   std::to_string(kJournalVersion) +
+                   "), and is left alone; remove it, or choose another output");
+    return Error(path +
+                 ": is no journal of a bake, and is left alone; remove it, or choose "
+                 "another output");
   }
-  if (bytes_ < sizeof header || header.version != kJournalVersion) {
-    header = {};
+  // A crash may have cut the header short, if it was written at all.
+  if (bytes_ < sizeof header) {
     if (!cut(0) || !write_at(0, bytes_of(header)) || !sync_file())
       return Error(path + ": cannot be written (" + reason() +
                    "); free some space, or use --no-journal");

@@ -3,9 +3,11 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <utility>
+#include <vector>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -20,7 +22,8 @@ namespace {
 Error failed(const std::string& path, const std::string& doing, int code) {
   const char* advice = code == ENOSPC || code == EDQUOT || code == EFBIG
                            ? "free some space or choose another disk"
-                           : "choose a place you may write to";
+                       : code == EPIPE ? "what read it has ended"
+                                       : "choose a place you may write to";
   return Error(path + ": cannot " + doing + " (" + std::strerror(code) + "); " + advice);
 }
 
@@ -52,42 +55,52 @@ void remove_what_killed_processes_left(const std::string& path) {
 
 }  // namespace
 
-AtomicFile::AtomicFile(std::string path, std::string temporary, int descriptor)
-    : path_(std::move(path)), temporary_(std::move(temporary)), descriptor_(descriptor) {}
+AtomicFile::AtomicFile(std::string path, OutputTarget target, std::string temporary, int descriptor)
+    : path_(std::move(path)),
+      target_(std::move(target)),
+      temporary_(std::move(temporary)),
+      descriptor_(descriptor) {}
 
 AtomicFile::AtomicFile(AtomicFile&& other) noexcept
     : path_(std::move(other.path_)),
+      target_(std::move(other.target_)),
       temporary_(std::move(other.temporary_)),
-      descriptor_(std::exchange(other.descriptor_, -1)) {}
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      has_appeared_(other.has_appeared_) {}
 
 AtomicFile& AtomicFile::operator=(AtomicFile&& other) noexcept {
   std::swap(path_, other.path_);
+  std::swap(target_, other.target_);
   std::swap(temporary_, other.temporary_);
   std::swap(descriptor_, other.descriptor_);
+  std::swap(has_appeared_, other.has_appeared_);
   return *this;
 }
 
 AtomicFile::~AtomicFile() {
   if (descriptor_ < 0) return;
   ::close(descriptor_);
-  ::unlink(temporary_.c_str());
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
 }
 
 Result<AtomicFile> AtomicFile::create(const std::string& path) {
-  // A rename would put a file in the place of whatever is there, a device among them.
-  struct stat status {};
-  if (::stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode))
-    return failed(path, "write a file", EISDIR);
-  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
-    return Error(path + ": is a device or a pipe, not a file; name a file to write");
-  remove_what_killed_processes_left(path);
+  auto target = OutputTarget::find(path);
+  if (!target.ok()) return target.error();
+  if (target->is_stream()) {
+    std::string temporary = target->beside() + "-XXXXXX";
+    const int descriptor = ::mkostemp(temporary.data(), O_CLOEXEC);
+    if (descriptor < 0) return failed(temporary, "make a temporary file", errno);
+    ::unlink(temporary.c_str());
+    return AtomicFile(path, std::move(*target), "", descriptor);
+  }
+  remove_what_killed_processes_left(target->file());
   // The process's own name for it, so what lies there is left from a process that is gone.
-  const std::string temporary = prefix_of(path) + std::to_string(::getpid()) + ".tmp";
+  const std::string temporary = prefix_of(target->file()) + std::to_string(::getpid()) + ".tmp";
   ::unlink(temporary.c_str());
   const int descriptor = unless_interrupted(
-      [&] { return ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644); });
+      [&] { return ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666); });
   if (descriptor < 0) return failed(path, "write here", errno);
-  return AtomicFile(path, temporary, descriptor);
+  return AtomicFile(path, std::move(*target), temporary, descriptor);
 }
 
 Result<void> AtomicFile::write(std::span<const std::byte> bytes) {
@@ -114,13 +127,41 @@ Result<void> AtomicFile::write_at(std::size_t offset, std::span<const std::byte>
   return {};
 }
 
-Result<void> AtomicFile::commit() {
-  if (unless_interrupted([&] { return ::fsync(descriptor_); }) != 0)
-    return failed(path_, "write", errno);
-  if (unless_interrupted([&] { return ::rename(temporary_.c_str(), path_.c_str()); }) != 0)
+// From here on the stream itself is written.
+Result<void> AtomicFile::copy_to_stream() {
+  const auto stream = target_.open_stream();
+  if (!stream.ok()) return stream.error();
+  const int from = std::exchange(descriptor_, *stream);
+  std::vector<std::byte> part(std::size_t{1} << 16);
+  Result<void> copied;
+  for (off_t offset = 0; copied.ok();) {
+    const ssize_t got =
+        unless_interrupted([&] { return ::pread(from, part.data(), part.size(), offset); });
+    if (got < 0) copied = failed(path_, "read the temporary file", errno);
+    if (got <= 0) break;
+    copied = write(std::span(part).first(static_cast<std::size_t>(got)));
+    offset += got;
+  }
+  ::close(from);
+  return copied;
+}
+
+Result<void> AtomicFile::appear() {
+  has_appeared_ = true;
+  if (is_stream()) return copy_to_stream();
+  if (unless_interrupted([&] { return ::rename(temporary_.c_str(), target_.file().c_str()); }) != 0)
     return failed(path_, "write here", errno);
+  temporary_.clear();
+  sync_folder_of(target_.file());
+  return {};
+}
+
+Result<void> AtomicFile::commit() {
+  if (!is_stream() && unless_interrupted([&] { return ::fsync(descriptor_); }) != 0)
+    return failed(path_, "write", errno);
+  if (!has_appeared_)
+    if (const auto appeared = appear(); !appeared.ok()) return appeared;
   ::close(std::exchange(descriptor_, -1));
-  sync_folder_of(path_);
   return {};
 }
 

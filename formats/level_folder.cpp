@@ -194,6 +194,7 @@ Result<FileBytes> LevelFolder::read_anywhere(const std::string& path) {
   if (bytes.ok()) {
     hash_.add(*bytes);
     bytes_read_ += bytes->size();
+    files_.add(path);
     inputs_.push_back({std::filesystem::path(path).filename().string(), bytes->size(),
                        XXH3_64bits(bytes->data(), bytes->size())});
   }

@@ -16,6 +16,7 @@
 
 #include "common/result.h"
 #include "formats/input_file.h"
+#include "formats/output_target.h"
 
 namespace clamor {
 
@@ -60,12 +61,14 @@ class LevelFolder {
   InputHash& hash() { return hash_; }
   std::uint64_t bytes_read() const { return bytes_read_; }
   const std::vector<InputFile>& inputs() const { return inputs_; }  // in the order of reading
+  const InputFiles& files() const { return files_; }                // the same, to keep them safe
 
  private:
   std::string path_;
   InputHash hash_;
   std::uint64_t bytes_read_ = 0;
   std::vector<InputFile> inputs_;
+  InputFiles files_;
 };
 
 }  // namespace clamor

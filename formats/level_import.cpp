@@ -260,6 +260,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
         "nothing in the level makes a sound; give it an emitter, as in "
         "--emitter \"signal=violin.flac,at=1,1.2,-3\"");
   imported.inputs = folder.inputs();
+  imported.files = folder.files();
   imported.input_hash = finish_hash(folder.hash(), level);
   return imported;
 }

@@ -16,6 +16,7 @@
 #include "common/result.h"
 #include "formats/input_file.h"
 #include "formats/level.h"
+#include "formats/output_target.h"
 #include "formats/scene_group.h"
 #include "formats/sidecar.h"
 
@@ -51,6 +52,7 @@ struct ImportedLevel {
   ImportReport report;
   ImportedSettings settings;      // of the sidecar; the air among them is in level.air already
   std::vector<InputFile> inputs;  // every file read
+  InputFiles files;               // the same, which no output may replace
   std::uint64_t input_hash = 0;   // xxHash3 of every byte read, in a fixed order, and of the result
 };
 

@@ -1,27 +1,25 @@
 #include "formats/wav_writer.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
-#include <cerrno>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 #include <vector>
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sndfile.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "common/random.h"
+#include "formats/atomic_file.h"
+#include "formats/wav_header.h"
 
 namespace clamor {
 
 namespace {
 
-constexpr std::uint64_t kMostWav_bytes = 0xffff0000;  // WAV counts in 32 bits
 constexpr int kMostFlacChannels = 8;
 constexpr std::uint64_t kDitherSeed = 0x0d17'4e72;
 
@@ -29,12 +27,11 @@ struct Kind {
   SampleFormat format;
   const char* name;
   int bits;
-  int subtype;  // libsndfile's
 };
-constexpr Kind kKinds[] = {{SampleFormat::kFloat32, "float", 32, SF_FORMAT_FLOAT},
-                           {SampleFormat::kPcm32, "32", 32, SF_FORMAT_PCM_32},
-                           {SampleFormat::kPcm24, "24", 24, SF_FORMAT_PCM_24},
-                           {SampleFormat::kPcm16, "16", 16, SF_FORMAT_PCM_16}};
+constexpr Kind kKinds[] = {{SampleFormat::kFloat32, "float", 32},
+                           {SampleFormat::kPcm32, "32", 32},
+                           {SampleFormat::kPcm24, "24", 24},
+                           {SampleFormat::kPcm16, "16", 16}};
 
 const Kind& kind_of(SampleFormat format) {
   return *std::ranges::find(kKinds, format, &Kind::format);
@@ -54,35 +51,16 @@ Result<void> check_flac(const std::string& path, const Kind& kind) {
                            path, kind.name));
 }
 
-// libsndfile's name of a bit of the channel mask.
-int channel_map_of(Speaker speaker) {
-  switch (speaker) {
-    case Speaker::kFrontLeft:
-      return SF_CHANNEL_MAP_LEFT;
-    case Speaker::kFrontRight:
-      return SF_CHANNEL_MAP_RIGHT;
-    case Speaker::kFrontCentre:
-      return SF_CHANNEL_MAP_CENTER;
-    case Speaker::kLowFrequency:
-      return SF_CHANNEL_MAP_LFE;
-    case Speaker::kBackLeft:
-      return SF_CHANNEL_MAP_REAR_LEFT;
-    case Speaker::kBackRight:
-      return SF_CHANNEL_MAP_REAR_RIGHT;
-    case Speaker::kSideLeft:
-      return SF_CHANNEL_MAP_SIDE_LEFT;
-    case Speaker::kSideRight:
-      return SF_CHANNEL_MAP_SIDE_RIGHT;
-    case Speaker::kTopFrontLeft:
-      return SF_CHANNEL_MAP_TOP_FRONT_LEFT;
-    case Speaker::kTopFrontRight:
-      return SF_CHANNEL_MAP_TOP_FRONT_RIGHT;
-    case Speaker::kTopBackLeft:
-      return SF_CHANNEL_MAP_TOP_REAR_LEFT;
-    case Speaker::kTopBackRight:
-      return SF_CHANNEL_MAP_TOP_REAR_RIGHT;
-  }
-  return SF_CHANNEL_MAP_INVALID;
+bool is_stream(const std::string& path) {
+  const auto target = OutputTarget::find(path);
+  return target.ok() && target->is_stream();
+}
+
+std::optional<std::uint32_t> channel_mask(int channels, std::span<const Speaker> speakers) {
+  if (speakers.empty() && channels <= 2) return std::nullopt;
+  std::uint32_t mask = 0;
+  for (const Speaker speaker : speakers) mask |= static_cast<std::uint32_t>(speaker);
+  return mask;
 }
 
 // -1 to 1, most often near 0: one step of dither, from two uniform numbers.
@@ -99,7 +77,7 @@ Result<void> check_sound_file(const std::string& path, int channels) {
   if (is_flac(path) && channels > kMostFlacChannels)
     return Error(fmt::format("{}: FLAC holds at most {} channels, not {}; write a .wav file.", path,
                              kMostFlacChannels, channels));
-  if (is_flac(path) || ends_in(path, ".wav")) return {};
+  if (is_flac(path) || ends_in(path, ".wav") || is_stream(path)) return {};
   return Error("cannot write " + in_quotes(path) +
                ": sound files end in .wav or .flac, which says what they are.");
 }
@@ -115,29 +93,33 @@ Result<SampleFormat> sample_format(std::string_view name, const std::string& pat
 }
 
 struct WavWriter::State {
-  std::string path, temporary;
-  int descriptor = -1;
-  SNDFILE* sound = nullptr;
-  std::size_t channels = 0;
+  explicit State(AtomicFile opened) : file(std::move(opened)) {}
+
+  AtomicFile file;
+  WavShape shape;
   SampleFormat format = SampleFormat::kFloat32;
-  bool flac = false;
-  std::uint64_t bytes = 0, frames = 0;
-  std::vector<int> whole;  // samples of one write, with the highest bit at the top
+  Appearance appearance = Appearance::kWhenComplete;
+  bool has_appeared = false;
+  SNDFILE* flac = nullptr;
+  std::uint64_t frames = 0;
+  std::vector<int> whole;         // samples of one write, with the highest bit at the top
+  std::vector<std::byte> packed;  // the same as a WAV file holds them
 
   ~State() {
-    if (sound != nullptr) sf_close(sound);
-    if (descriptor >= 0) ::close(descriptor);
-    if (!temporary.empty()) ::unlink(temporary.c_str());
+    if (flac != nullptr) sf_close(flac);
   }
 
-  Error failed(const std::string& what) const {
-    return Error(path + ": cannot be written: " + what +
+  Error failed(const char* what) const {
+    return Error(file.path() + ": cannot be written: " + what +
                  ". Check the folder, its rights and the space left.");
   }
 
-  // Rounds samples to whole numbers, which libsndfile then only shifts.
+  std::uint64_t data_bytes() const { return frames * shape.frame_bytes(); }
+
+  // Rounds samples to whole numbers, from which the lower bits can be cut without loss.
   void quantise(std::span<const float> interleaved) {
-    const int bits = kind_of(format).bits;
+    const int bits = shape.bits;
+    const auto channels = static_cast<std::size_t>(shape.channels);
     const double most = std::ldexp(1.0, bits - 1);
     whole.resize(interleaved.size());
     for (std::size_t i = 0; i < interleaved.size(); ++i) {
@@ -149,6 +131,53 @@ struct WavWriter::State {
       whole[i] = static_cast<int>(kept * (std::int64_t{1} << (32 - bits)));
     }
   }
+
+  // The highest bytes of each sample, the lowest of them first.
+  std::span<const std::byte> pack() {
+    const auto bytes = static_cast<std::size_t>(shape.bits / 8);
+    packed.resize(whole.size() * bytes);
+    for (std::size_t i = 0; i < whole.size(); ++i)
+      std::memcpy(packed.data() + i * bytes,
+                  reinterpret_cast<const std::byte*>(&whole[i]) + (4 - bytes), bytes);
+    return packed;
+  }
+
+  Result<void> open_flac() {
+    SF_INFO info{};
+    info.channels = shape.channels;
+    info.samplerate = shape.rate_hz;
+    info.format = SF_FORMAT_FLAC | (shape.bits == 16 ? SF_FORMAT_PCM_16 : SF_FORMAT_PCM_24);
+    flac = sf_open_fd(file.descriptor(), SFM_WRITE, &info, SF_FALSE);
+    if (flac == nullptr) return failed(sf_strerror(nullptr));
+    sf_command(flac, SFC_SET_CLIPPING, nullptr, SF_TRUE);
+    return {};
+  }
+
+  Result<void> write_samples(std::span<const float> interleaved) {
+    if (format == SampleFormat::kFloat32) return file.write(std::as_bytes(interleaved));
+    quantise(interleaved);
+    if (flac == nullptr) return file.write(pack());
+    const auto count = static_cast<sf_count_t>(interleaved.size()) / shape.channels;
+    if (sf_writef_int(flac, whole.data(), count) != count) return failed(sf_strerror(flac));
+    return {};
+  }
+
+  // A stream that grows cannot go back to its header, which then leaves the length open.
+  bool has_length() const { return !(file.is_stream() && appearance == Appearance::kAtOnce); }
+
+  Result<void> write_header() {
+    if (!has_length()) return {};
+    return file.write_at(0, wav_header(shape, data_bytes()));
+  }
+
+  Result<void> write(std::span<const float> interleaved) {
+    if (auto written = write_samples(interleaved); !written.ok()) return written;
+    frames += interleaved.size() / static_cast<std::size_t>(shape.channels);
+    if (appearance != Appearance::kAtOnce) return {};
+    if (flac == nullptr)
+      if (auto written = write_header(); !written.ok()) return written;
+    return has_appeared ? Result<void>() : file.appear();
+  }
 };
 
 WavWriter::WavWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -157,89 +186,57 @@ WavWriter& WavWriter::operator=(WavWriter&&) noexcept = default;
 WavWriter::~WavWriter() = default;
 
 Result<WavWriter> WavWriter::create(const std::string& path, int channels, int rate_hz,
-                                    SampleFormat format, std::span<const Speaker> speakers) {
+                                    SampleFormat format, std::span<const Speaker> speakers,
+                                    Appearance appearance) {
   assert(speakers.empty() || speakers.size() == static_cast<std::size_t>(channels));
   if (const auto right = check_sound_file(path, channels); !right.ok()) return right.error();
   const Kind& kind = kind_of(format);
-  auto state = std::make_unique<State>();
-  state->path = path;
-  state->channels = static_cast<std::size_t>(channels);
+  if (is_flac(path))
+    if (const auto right = check_flac(path, kind); !right.ok()) return right.error();
+  auto file = AtomicFile::create(path);
+  if (!file.ok()) return file.error();
+  if (is_flac(path) && file->is_stream() && appearance == Appearance::kAtOnce)
+    return Error(path +
+                 ": a recording into a pipe or a device is WAV, because FLAC needs a file; "
+                 "name it .wav");
+  auto state = std::make_unique<State>(std::move(*file));
+  state->shape = {channels, rate_hz, kind.bits, format == SampleFormat::kFloat32,
+                  channel_mask(channels, speakers)};
   state->format = format;
-  state->flac = is_flac(path);
-  if (const auto right = check_flac(path, kind); !right.ok()) return right.error();
-  struct stat status {};
-  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
-    return state->failed("it exists and is no regular file");
-
-  state->temporary = path + ".XXXXXX.tmp";
-  state->descriptor = ::mkstemps(state->temporary.data(), 4);
-  if (state->descriptor < 0) {
-    const int error = errno;
-    state->temporary.clear();
-    return state->failed(std::strerror(error));
-  }
-  const mode_t mask = ::umask(0);  // mkstemps makes the file private; it should be like any other
-  ::umask(mask);
-  ::fchmod(state->descriptor, 0666 & ~mask);
-
-  SF_INFO info{};
-  info.channels = channels;
-  info.samplerate = rate_hz;
-  const int container = state->flac                         ? SF_FORMAT_FLAC
-                        : speakers.empty() && channels <= 2 ? SF_FORMAT_WAV
-                                                            : SF_FORMAT_WAVEX;
-  info.format = container | kind.subtype;
-  state->sound = sf_open_fd(state->descriptor, SFM_WRITE, &info, SF_FALSE);
-  if (state->sound == nullptr) return state->failed(sf_strerror(nullptr));
-  sf_command(state->sound, SFC_SET_CLIPPING, nullptr, SF_TRUE);
-  // The PEAK chunk holds the time of day, and the same sound should be the same bytes.
-  sf_command(state->sound, SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
-  if (container == SF_FORMAT_WAVEX) {
-    std::vector<int> map(state->channels, SF_CHANNEL_MAP_INVALID);
-    if (!speakers.empty()) std::ranges::transform(speakers, map.begin(), channel_map_of);
-    sf_command(state->sound, SFC_SET_CHANNEL_MAP_INFO, map.data(),
-               static_cast<int>(map.size() * sizeof(int)));
-  }
+  state->appearance = appearance;
+  const std::optional<std::uint64_t> nothing_yet = 0;
+  const auto begun = is_flac(path)
+                         ? state->open_flac()
+                         : state->file.write(wav_header(
+                               state->shape, state->has_length() ? nothing_yet : std::nullopt));
+  if (!begun.ok()) return begun.error();
+  // Here, and not with the first sound, a pipe waits for its reader.
+  if (!state->has_length())
+    if (const auto appeared = state->file.appear(); !appeared.ok()) return appeared.error();
+  state->has_appeared = !state->has_length();
   return WavWriter(std::move(state));
 }
 
 Result<void> WavWriter::write(std::span<const float> interleaved) {
   State& state = *state_;
-  const Kind& kind = kind_of(state.format);
-  const std::size_t frames = interleaved.size() / state.channels;
-  state.bytes += interleaved.size() * static_cast<std::size_t>(kind.bits / 8);
-  if (!state.flac && state.bytes > kMostWav_bytes)
-    return state.failed("a WAV file holds at most 4 GiB; write less");
-  const auto count = static_cast<sf_count_t>(frames);
-  sf_count_t written = 0;
-  if (state.format == SampleFormat::kFloat32) {
-    written = sf_writef_float(state.sound, interleaved.data(), count);
-  } else {
-    state.quantise(interleaved);
-    written = sf_writef_int(state.sound, state.whole.data(), count);
-  }
-  state.frames += frames;
-  if (written != count) return state.failed(sf_strerror(state.sound));
-  return {};
+  const auto written = state.write(interleaved);
+  if (!written.ok() && state.has_appeared)
+    return Error(written.error().message + "; what was written before is kept");
+  state.has_appeared = state.appearance == Appearance::kAtOnce;
+  return written;
 }
 
 Result<void> WavWriter::finish() {
   State& state = *state_;
-  const int closed = sf_close(std::exchange(state.sound, nullptr));
-  if (closed != 0) return state.failed(sf_error_number(closed));
-  if (::fsync(state.descriptor) != 0) return state.failed(std::strerror(errno));
-  if (::rename(state.temporary.c_str(), state.path.c_str()) != 0)
-    return state.failed(std::strerror(errno));
-  state.temporary.clear();
-  // The name is on the disk only once its folder is.
-  std::string folder = std::filesystem::path(state.path).parent_path().string();
-  if (folder.empty()) folder = ".";
-  const int directory = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (directory >= 0) {
-    ::fsync(directory);
-    ::close(directory);
+  if (state.flac != nullptr) {
+    const int closed = sf_close(std::exchange(state.flac, nullptr));
+    if (closed != 0) return state.failed(sf_error_number(closed));
+  } else {
+    if (state.data_bytes() % 2 != 0)
+      if (auto padded = state.file.write(std::array{std::byte{0}}); !padded.ok()) return padded;
+    if (auto written = state.write_header(); !written.ok()) return written;
   }
-  return {};
+  return state.file.commit();
 }
 
 }  // namespace clamor

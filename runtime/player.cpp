@@ -129,7 +129,8 @@ Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>
   auto state = std::make_unique<State>(std::move(*auralizer), options, frames);
   if (!options.record.empty()) {
     auto wav = WavWriter::create(options.record, state->auralizer->channels(), kSampleRate_hz,
-                                 options.record_format, options.auralizer.output.speakers());
+                                 options.record_format, options.auralizer.output.speakers(),
+                                 Appearance::kAtOnce);
     if (!wav.ok()) return wav.error();
     state->wav = std::move(*wav);
   }

@@ -68,7 +68,8 @@ class Player {
   PlayerStatistics statistics();
   std::vector<ThreadShare> thread_shares() const;  // since start(); reads files
 
-  // Ends the sound and, where it was recorded, completes the file.
+  // Ends the sound and, where it was recorded, completes the file, which has grown under its own
+  // name since the first block.
   Result<void> stop();
 
  private:

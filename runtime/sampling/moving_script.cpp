@@ -33,6 +33,7 @@ Result<MovingScript> MovingScript::read(const std::string& path) {
   if (const auto ok = fields.result_without_unknown(); !ok.ok()) return ok.error();
 
   MovingScript script;
+  script.files_.add(path);
   SignalTable signals;
   for (const Json& item : *sources->array()) {
     const std::string where = path + ": source " + std::to_string(script.actors_.size() + 1);
@@ -61,6 +62,7 @@ Result<MovingScript> MovingScript::read(const std::string& path) {
       if (!file.ok()) return file.error().in(where + ", 'signal'");
       auto samples = read_audio(*file);
       if (!samples.ok()) return samples.error().in(where);
+      script.files_.add(*file);
       actor.signal = signals.add(signal, signal, std::move(*samples), loop);
     }
     script.actors_.push_back(std::move(actor));

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "common/result.h"
+#include "formats/output_target.h"
 #include "formats/walk_file.h"
 #include "runtime/sampling/moving_sources.h"
 
@@ -28,6 +29,9 @@ class MovingScript {
 
   // What an auralizer needs to be made with, for a bake that has so many signals.
   MovingOptions options(std::size_t signals_of_bake) const;
+
+  // The script itself and the sounds that it names, which no output may replace.
+  const InputFiles& files() const { return files_; }
 
   // Has all that the file says be so at a time. Calls must go forward in time.
   Result<void> apply(MovingSources& moving, double time_s);
@@ -43,6 +47,7 @@ class MovingScript {
   };
   std::vector<Actor> actors_;
   std::vector<Signal> signals_;
+  InputFiles files_;
 };
 
 }  // namespace clamor

@@ -152,6 +152,29 @@ TEST_F(Journal, LeavesAFileOfAnotherKindAlone) {
   EXPECT_EQ(bytes_at(path()), "this is somebody's diary, and not ours");
 }
 
+TEST_F(Journal, LeavesAShortFileAndAJournalOfAnotherVersionAlone) {
+  std::string newer = std::string("CLAMORTJ\x02") + std::string(7, '\0') + "records";
+  for (const std::string& foreign : {std::string("short"), std::string("CLAMOR!"), newer}) {
+    put_bytes(path(), foreign);
+    const auto contents = bake(fifty_emitters(), {.journal = path()});
+    ASSERT_FALSE(contents.ok()) << foreign;
+    EXPECT_NE(contents.error().message.find(path()), std::string::npos) << contents.error().message;
+    EXPECT_NE(contents.error().message.find("left alone"), std::string::npos)
+        << contents.error().message;
+    EXPECT_EQ(bytes_at(path()), foreign);
+  }
+}
+
+TEST_F(Journal, WhoseHeaderACrashCutShortIsBegunAgain) {
+  bake_bytes(fifty_emitters());
+  const std::string journal = bytes_at(path());
+  for (std::size_t size = 0; size < 16; ++size) {
+    put_bytes(path(), journal.substr(0, size));
+    EXPECT_TRUE(TraceJournal::open(path(), 1).ok()) << size;
+    EXPECT_EQ(bytes_at(path()), journal.substr(0, 16)) << size;
+  }
+}
+
 TEST_F(Journal, IsRefusedToASecondBakeAtTheSameTime) {
   auto first = TraceJournal::open(path(), 1);
   ASSERT_TRUE(first.ok());

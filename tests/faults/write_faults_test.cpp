@@ -3,6 +3,7 @@
 #include <cstring>
 #include <set>
 
+#include "formats/audio_file.h"
 #include "formats/bake_file.h"
 #include "tests/faults/faults.h"
 #include "tests/rooms_runtime.h"
@@ -99,6 +100,55 @@ TEST(WriteBake, AtEveryCallThatFailsLeavesTheOlderFileOrTheNewOneWholeAndNothing
     if (!kSanitized) {
       EXPECT_EQ(refused, harmless(kind) ? 0 : n - 5) << kind.what;
     }
+  }
+}
+
+TEST(Recording, WhoseDiskFailsAtAnyCallCanBePlayedUpToThere) {
+  const Folder folder;
+  const std::string path = folder / "r.wav";
+  constexpr std::size_t kBlocks = 10, kFrames = 960;
+  for (const Kind& kind : kKinds) {
+    long n = 0;
+    for (bool struck = true; struck; n += kStride) {
+      folder.write("r.wav", "an older recording");
+      std::size_t taken = 0;
+      std::string why;
+      {
+        const Faults faults(
+            {.folder = folder.path(), .strike_at = n, .fate = kind.fate, .error = kind.error});
+        auto writer =
+            WavWriter::create(path, 2, 48000, SampleFormat::kPcm16, {}, Appearance::kAtOnce);
+        Result<void> done = writer.ok() ? Result<void>() : Result<void>(writer.error());
+        for (std::size_t block = 0; block < kBlocks && done.ok(); ++block) {
+          done = writer->write(std::vector<float>(2 * kFrames, 0.25f));
+          if (done.ok()) ++taken;
+        }
+        if (done.ok()) done = writer->finish();
+        if (!done.ok()) why = done.error().message;
+        struck = faults.struck();
+      }
+      const std::string where = kind.what + (" at call " + std::to_string(n)) + ": " + why;
+      EXPECT_EQ(folder.names(), std::vector<std::string>{"r.wav"}) << where;
+      if (!why.empty()) {
+        EXPECT_FALSE(harmless(kind)) << where;
+        EXPECT_NE(why.find(std::strerror(kind.error)), std::string::npos) << where;
+      } else {
+        EXPECT_EQ(taken, kBlocks) << where;
+      }
+      if (taken == 0) {
+        // The first block may have come into its place before something failed.
+        EXPECT_TRUE(read(path) == "an older recording" || read(path).starts_with("RIFF")) << where;
+      } else {
+        const auto sound = read_channels(path, 2);
+        ASSERT_TRUE(sound.ok()) << where << sound.error().message;
+        EXPECT_GE(sound->frames(), taken * kFrames) << where;
+        EXPECT_EQ(why.empty() || why.find("what was written before is kept") != std::string::npos,
+                  taken < kBlocks || why.empty())
+            << where;
+      }
+      ASSERT_LT(n, 1000);
+    }
+    EXPECT_GT(n, 20) << kind.what;
   }
 }
 
