@@ -1,6 +1,8 @@
 // clamor_command.cpp: picks the subcommand.
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -55,10 +57,7 @@ constexpr std::array<Command, 12> kCommands = {{{"bake", run_bake},
                                                 {"devices", run_devices},
                                                 {"bench", run_bench}}};
 
-}  // namespace
-
-int run_clamor(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  const PrintableStream printable_out(out), printable_err(err);
+int run_command(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   if (arguments.empty()) {
     err << kHelp;
     return kBadUsage;
@@ -80,6 +79,21 @@ int run_clamor(std::span<const std::string> arguments, std::ostream& out, std::o
   err << "clamor: there is no command " << in_quotes(name) << "; the nearest is "
       << in_quotes(nearest_name(name, names)) << "; see 'clamor --help'\n";
   return kBadUsage;
+}
+
+}  // namespace
+
+int run_clamor(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  const PrintableStream printable_out(out), printable_err(err);
+  const int code = run_command(arguments, out, err);
+  errno = 0;
+  out.flush();
+  if (out) return code;
+  // Where an earlier write failed, the system's reason is gone.
+  err << "clamor: standard output could not be written"
+      << (errno != 0 ? std::string(" (") + std::strerror(errno) + ")" : "")
+      << ", so results are missing; free some space, or send them elsewhere\n";
+  return code == kSuccess ? kBadInput : code;
 }
 
 }  // namespace clamor

@@ -5,10 +5,26 @@
 #include <string>
 #include <vector>
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include "common/printable.h"
 #include "tools/commands.h"
 
+namespace {
+
+// A file that is opened where a standard descriptor is closed would take its number, and messages
+// would be written into it. The placeholders fail like closed descriptors.
+void occupy_standard_descriptors() {
+  for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (::fcntl(number, F_GETFD) < 0)
+      (void)::open("/dev/null", number == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
+  occupy_standard_descriptors();
   // Past `ulimit -f`, a write should fail with a sentence, not kill us with half a file behind.
   std::signal(SIGXFSZ, SIG_IGN);
   std::vector<std::string> arguments;
