@@ -19,6 +19,7 @@
 #include "tools/arguments.h"
 #include "tools/commands.h"
 #include "tools/compare_table.h"
+#include "tools/interrupt.h"
 #include "tools/progress.h"
 
 namespace clamor {
@@ -260,6 +261,7 @@ int run_compare(std::span<const std::string> arguments, std::ostream& out, std::
         err, fmt::format("--null must be 0 or lie between {} and {}", kFewestRolls, kMostRolls));
   if (options.null_rolls != 0 && !options.rolls_folder.empty())
     return parser.bad_usage(err, "give either --null N or --rolls FOLDER");
+  const StopAtOnce stop("compare");
   if (const Result<void> done = run(options, out, err); !done) {
     err << "clamor compare: " << done.error().message << '\n';
     return kBadInput;

@@ -1,33 +1,77 @@
 #include "tools/interrupt.h"
 
+#include <cassert>
 #include <csignal>
+
+#include <poll.h>
+#include <unistd.h>
+
+#include "tools/commands.h"
 
 namespace clamor {
 
 namespace {
 
 std::atomic<bool> interrupted{false};
+std::string sentence;  // of StopAtOnce; does not change while its handler stands
 
 void on_signal(int number) {
-  if (interrupted.exchange(true)) {
-    std::signal(number, SIG_DFL);
-    std::raise(number);
-  }
+  if (!interrupted.exchange(true) || number == SIGHUP) return;
+  std::signal(number, SIG_DFL);
+  std::raise(number);
+}
+
+// A connection to a sound server that breaks raises SIGPIPE as well, and is no reason to end.
+void on_broken_pipe(int) {
+  if (nobody_reads_output()) interrupted = true;
+}
+
+void stop_at_once(int) {
+  const ssize_t ignored = ::write(STDERR_FILENO, sentence.data(), sentence.size());
+  (void)ignored;
+  ::_exit(kBadInput);
 }
 
 }  // namespace
 
-Interrupt::Interrupt() {
-  interrupted = false;
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
+void SavedSignals::handle(int number, void (*handler)(int)) {
+  assert(count_ < saved_.size());
+  Saved& saved = saved_[count_];
+  saved.number = number;
+  ::sigaction(number, nullptr, &saved.action);
+  if (number == SIGHUP && saved.action.sa_handler == SIG_IGN) return;
+  ++count_;
+  struct sigaction action {};
+  action.sa_handler = handler;
+  action.sa_flags = SA_RESTART;
+  ::sigaction(number, &action, nullptr);
 }
 
-Interrupt::~Interrupt() {
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
+SavedSignals::~SavedSignals() {
+  for (std::size_t i = 0; i < count_; ++i)
+    ::sigaction(saved_[i].number, &saved_[i].action, nullptr);
+}
+
+Interrupt::Interrupt() {
+  interrupted = false;
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) signals_.handle(number, on_signal);
+  signals_.handle(SIGPIPE, on_broken_pipe);
 }
 
 const std::atomic<bool>& Interrupt::requested() { return interrupted; }
+
+bool nobody_reads_output() {
+  std::array<pollfd, 2> outputs{{{STDOUT_FILENO, POLLOUT, 0}, {STDERR_FILENO, POLLOUT, 0}}};
+  if (::poll(outputs.data(), outputs.size(), 0) <= 0) return false;
+  for (const pollfd& output : outputs)
+    if ((output.revents & POLLERR) != 0) return true;
+  return false;
+}
+
+StopAtOnce::StopAtOnce(const std::string& command) {
+  sentence = (::isatty(STDERR_FILENO) != 0 ? "\nclamor " : "clamor ") + command +
+             ": stopped; nothing was written\n";
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) signals_.handle(number, stop_at_once);
+}
 
 }  // namespace clamor
