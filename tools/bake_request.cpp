@@ -83,6 +83,16 @@ std::optional<Error> changed(const std::string& path, const ImportOptions& impor
       "same command again");
 }
 
+// An Error where the output or its journal would replace what the bake is made from.
+Result<void> spare_inputs(const BakeManner& manner, const std::string& journal, InputFiles inputs) {
+  for (const std::string& shard : manner.shards) inputs.add(shard);
+  for (const std::string& output : {manner.output, journal}) {
+    if (output.empty()) continue;
+    if (const auto safe = OutputTarget::find(output, inputs); !safe.ok()) return safe.error();
+  }
+  return {};
+}
+
 // A bake that ended at a goal is made again by what it came to.
 std::vector<std::string> words_of(BakeRequest request, const BakeManner& manner,
                                   const BakeSettings& settings) {
@@ -186,20 +196,22 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
 
   if (manner.output.empty())
     return fail(Error("-o is empty; name a file to write, as in hall.clamor"));
-  // A folder that cannot be written to is better known before the tracing than after.
-  const auto folder = std::filesystem::absolute(manner.output).parent_path();
-  std::error_code problem;
-  if (!std::filesystem::is_directory(folder, problem))
-    return fail(Error(manner.output + ": the folder " + in_quotes(folder.string()) +
-                      " does not exist; make it first"));
-  if (std::filesystem::is_directory(manner.output, problem))
-    return fail(Error(manner.output + ": is a folder; name a file to write, as in hall.clamor"));
+  // What cannot be written is better known before the tracing than after.
+  const auto target = OutputTarget::find(manner.output);
+  if (!target.ok()) return fail(target.error());
+  if (manner.shard && target->is_stream())
+    return fail(Error(manner.output + ": a shard is kept while it grows; name a file to write"));
 
   ImportOptions import = request.import;
   if (request.seed) import.seed = *whole(*request.seed);
   auto imported = import_level(request.level_path, import);
   if (!imported.ok()) return fail(imported.error());
   const Level& level = imported->level;
+  const std::string journal = manner.shard                             ? manner.output
+                              : manner.journal && !target->is_stream() ? manner.output + ".journal"
+                                                                       : "";
+  if (const auto safe = spare_inputs(manner, journal, imported->files); !safe.ok())
+    return fail(safe.error());
   const bool in_words = !manner.quiet && !manner.json_progress;
   if (in_words) print_report(imported->report, level, err);
   Warnings warnings(manner.json_progress, err);
@@ -231,14 +243,10 @@ int carry_out(const BakeRequest& request, const BakeManner& manner, std::ostream
   if (request.copies == "on") options.groups = imported->groups;
   options.threads = manner.threads;
   options.memory_bytes = manner.memory_bytes;
-  options.spill = manner.output;
+  options.spill = target->beside();
   options.shards = manner.shards;
-  if (manner.shard) {
-    options.journal = manner.output;
-    options.note = request.note();
-  } else if (manner.journal) {
-    options.journal = manner.output + ".journal";
-  }
+  options.journal = journal;
+  if (manner.shard) options.note = request.note();
 
   const Interrupt interrupt;
   const Error stopped(options.journal.empty()

@@ -12,6 +12,7 @@
 #include "tools/arguments.h"
 #include "tools/commands.h"
 #include "tools/experiments.h"
+#include "tools/interrupt.h"
 #include "tools/progress.h"
 
 namespace clamor {
@@ -88,12 +89,22 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
   if (!(options.minutes >= 0.1 && options.minutes <= 600))
     return parser.bad_usage(err, "--minutes must lie between 0.1 and 600");
 
+  InputFiles inputs;
+  inputs.add(options.level);
+  if (const auto can = ExperimentReport::check_folder(folder, name, inputs); !can.ok()) {
+    err << "clamor experiment: " << can.error().message << '\n';
+    return kBadInput;
+  }
   const Progress progress(err, "  " + name);
-  const auto report = run(options, err);
+  const auto report = [&] {
+    const StopAtOnce stop("experiment");
+    return run(options, err);
+  }();
   if (!report.ok()) {
     err << "clamor experiment: " << report.error().message << '\n';
     return kBadInput;
   }
+  const Interrupt until_written;
   if (const auto written = report->write(folder); !written.ok()) {
     err << "clamor experiment: " << written.error().message << '\n';
     return kBadInput;

@@ -1,12 +1,16 @@
 #include "tools/experiment_report.h"
 
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
-#include <fstream>
+#include <span>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 #include "common/version.h"
+#include "formats/atomic_file.h"
 
 namespace clamor {
 
@@ -79,11 +83,10 @@ nlohmann::ordered_json to_json(const ReportTable& table) {
 }
 
 Result<void> write_file(const std::string& path, const std::string& content) {
-  std::ofstream file(path, std::ios::binary);
-  file << content;
-  file.close();
-  if (!file) return Error("cannot be written; is there room, and may you?").in(path);
-  return {};
+  auto file = AtomicFile::create(path);
+  if (!file.ok()) return file.error();
+  if (auto written = file->write(std::as_bytes(std::span(content))); !written.ok()) return written;
+  return file->commit();
 }
 
 }  // namespace
@@ -127,6 +130,30 @@ void ExperimentReport::picture(const std::string& svg, const std::string& captio
 void ExperimentReport::table(ReportTable table) {
   body_ += to_html(table);
   tables_.push_back(std::move(table));
+}
+
+Result<void> ExperimentReport::check_folder(const std::string& folder, const std::string& name,
+                                            const InputFiles& inputs) {
+  namespace fs = std::filesystem;
+  if (folder.empty()) return Error("the folder's name is empty; name a folder for the report");
+  std::error_code problem;
+  fs::path present = fs::absolute(folder, problem);
+  while (!problem && !fs::exists(present, problem) && present.has_relative_path())
+    present = present.parent_path();
+  if (!fs::is_directory(present, problem))
+    return Error(present.string() + ": is not a folder, and a report is several files; name a " +
+                 "folder for them");
+  if (::access(present.c_str(), W_OK | X_OK) != 0)
+    return Error(present.string() + ": cannot write here (" + std::strerror(errno) +
+                 "); choose a place you may write to");
+  for (fs::directory_iterator file(folder, problem), end; !problem && file != end;
+       file.increment(problem)) {
+    const std::string file_name = file->path().filename().string();
+    if (!file_name.starts_with(name + ".") && !file_name.starts_with(name + "_")) continue;
+    if (auto target = OutputTarget::find(file->path().string(), inputs); !target.ok())
+      return target.error();
+  }
+  return {};
 }
 
 Result<void> ExperimentReport::write(const std::string& folder) const {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/result.h"
+#include "formats/output_target.h"
 #include "tools/chart.h"
 
 namespace clamor {
@@ -35,6 +36,11 @@ class ExperimentReport {
   void charts(const std::vector<Chart>& charts, int columns, const std::string& caption);
   void picture(const std::string& svg, const std::string& caption);
   void table(ReportTable table);
+
+  // An Error where a report of that name could not be written to the folder or would replace one
+  // of the inputs. Makes nothing, so that it can be asked before the work begins.
+  static Result<void> check_folder(const std::string& folder, const std::string& name,
+                                   const InputFiles& inputs);
 
   // Makes the folder where there is none. The Error names the file that could not be written.
   Result<void> write(const std::string& folder) const;

@@ -19,6 +19,7 @@
 #include "tools/arguments.h"
 #include "tools/audibility_warnings.h"
 #include "tools/commands.h"
+#include "tools/interrupt.h"
 #include "tools/strategy_options.h"
 
 namespace clamor {
@@ -87,7 +88,26 @@ void print_table(const char* title, const RoomParameters& parameters, std::ostre
   }
 }
 
-Result<void> measure(const Options& options, std::ostream& out, std::ostream& err) {
+// An Error where the waveform cannot be written, or would be written amid the results.
+Result<void> check_output(const Options& options) {
+  if (options.output.empty()) return {};
+  InputFiles inputs;
+  inputs.add(options.level);
+  const auto target = OutputTarget::find(options.output, inputs);
+  if (!target.ok()) return target.error();
+  if (target->is_stdout())
+    return Error(options.output +
+                 ": the parameters are printed there; name a file for the waveform");
+  return {};
+}
+
+struct Measured {
+  std::vector<float> waveform;
+  RoomParameters of_energy, of_waveform;
+  std::optional<std::string> warning;  // why nothing is heard, or little
+};
+
+Result<Measured> measure(const Options& options, std::ostream& err) {
   const Result<BakeFile> file = BakeFile::open(options.level);
   if (!file) return file.error();
   const std::vector<Emitter>& emitters = file->emitters();
@@ -137,27 +157,28 @@ Result<void> measure(const Options& options, std::ostream& out, std::ostream& er
   const std::size_t frames = seconds > 0
                                  ? static_cast<std::size_t>(std::lround(seconds * kSampleRate_hz))
                                  : whole_response_frames(arrivals);
-  const std::vector<float> waveform = impulse_response(arrivals, frames);
-  if (!options.output.empty())
-    if (auto written = write_wav(options.output, waveform); !written) return written;
-
   const Bands at_10m = free_field_energy_at_10m(emitters[emitter]);
-  const RoomParameters of_energy = room_parameters(arrivals, at_10m);
-  const RoomParameters of_waveform = room_parameters(std::span<const float>(waveform), at_10m);
-  if (options.json) {
-    nlohmann::ordered_json json;
-    for (const double hz : kBandCentres_hz) json["bands_hz"].push_back(static_cast<int>(hz));
-    json["energy"] = to_json(of_energy);
-    json["waveform"] = to_json(of_waveform);
-    json["warnings"] = nlohmann::ordered_json::array();
-    if (warning) json["warnings"].push_back(*warning);
-    out << printable_json(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace))
-        << '\n';
-  } else {
-    print_table("energy", of_energy, out);
-    print_table("waveform", of_waveform, out);
+  Measured measured;
+  measured.waveform = impulse_response(arrivals, frames);
+  measured.of_energy = room_parameters(arrivals, at_10m);
+  measured.of_waveform = room_parameters(std::span<const float>(measured.waveform), at_10m);
+  measured.warning = warning;
+  return measured;
+}
+
+void print(const Measured& measured, bool as_json, std::ostream& out) {
+  if (!as_json) {
+    print_table("energy", measured.of_energy, out);
+    print_table("waveform", measured.of_waveform, out);
+    return;
   }
-  return {};
+  nlohmann::ordered_json json;
+  for (const double hz : kBandCentres_hz) json["bands_hz"].push_back(static_cast<int>(hz));
+  json["energy"] = to_json(measured.of_energy);
+  json["waveform"] = to_json(measured.of_waveform);
+  json["warnings"] = nlohmann::ordered_json::array();
+  if (measured.warning) json["warnings"].push_back(*measured.warning);
+  out << printable_json(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace)) << '\n';
 }
 
 }  // namespace
@@ -197,10 +218,22 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
   }
   if (!(options.seconds >= 0 && options.seconds <= kLongest_s))
     return parser.bad_usage(err, "--seconds must lie between 0 and 60");
-  if (const Result<void> done = measure(options, out, err); !done) {
-    err << "clamor impulse: " << done.error().message << '\n';
+  const auto fail = [&err](const Error& error) {
+    err << "clamor impulse: " << error.message << '\n';
     return kBadInput;
+  };
+  if (const auto can = check_output(options); !can) return fail(can.error());
+  const auto measured = [&] {
+    const StopAtOnce stop("impulse");
+    return measure(options, err);
+  }();
+  if (!measured) return fail(measured.error());
+  if (!options.output.empty()) {
+    const Interrupt until_written;
+    if (const auto written = write_wav(options.output, measured->waveform); !written)
+      return fail(written.error());
   }
+  print(*measured, options.json, out);
   return kSuccess;
 }
 

@@ -45,10 +45,12 @@ Result<void> MixWords::read(AuralizerOptions& options) const {
   return {};
 }
 
-Result<void> MixWords::read_script(AuralizerOptions& options, std::size_t baked_signals) const {
+Result<void> MixWords::read_script(AuralizerOptions& options, std::size_t baked_signals,
+                                   InputFiles& inputs) const {
   if (script_.empty()) return {};
   auto script = MovingScript::read(script_);
   if (!script.ok()) return script.error();
+  inputs.add(script->files());
   options.moving = script->options(baked_signals);
   options.script = std::make_shared<MovingScript>(std::move(*script));
   return {};

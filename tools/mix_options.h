@@ -19,9 +19,10 @@ class MixWords {
   // After parse(); the Error is what the user got wrong. Without the script, which is a file.
   Result<void> read(AuralizerOptions& options) const;
 
-  // Reads the script, if there is one, for a bake of so many signals; the Error is what is wrong
-  // with the file.
-  Result<void> read_script(AuralizerOptions& options, std::size_t baked_signals) const;
+  // Reads the script, if there is one, for a bake of so many signals, and adds its files to the
+  // inputs; the Error is what is wrong with the file.
+  Result<void> read_script(AuralizerOptions& options, std::size_t baked_signals,
+                           InputFiles& inputs) const;
 
  private:
   std::string interpolation_ = "cubic", visibility_ = "on", gain_ = "0", script_;

@@ -31,13 +31,14 @@ Result<OutputShape> OutputWords::read() const {
                                 loudspeakers_ ? "wide" : receivers_);
 }
 
-Result<void> OutputWords::read_head(OutputShape& shape) const {
+Result<void> OutputWords::read_head(OutputShape& shape, InputFiles& inputs) const {
   if (shape.kind != OutputShape::Kind::kBinaural) return {};
   auto head = Head::read(hrtf_);
   if (!head.ok() && !asked_for_any())
     return Error(head.error().message +
                  " The default output is for headphones; --loudspeakers needs no head.");
   if (!head.ok()) return head.error();
+  inputs.add(hrtf_);
   shape.head = std::move(*head);
   return {};
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/result.h"
+#include "formats/output_target.h"
 #include "runtime/mixing/output_shape.h"
 #include "tools/arguments.h"
 
@@ -18,9 +19,9 @@ class OutputWords {
   // After parse(); the Error is what the user got wrong. Without the head, which is a file.
   Result<OutputShape> read() const;
 
-  // Reads the head where the shape has one, which takes a second; the Error is what is wrong with
-  // the file.
-  Result<void> read_head(OutputShape& shape) const;
+  // Reads the head where the shape has one, which takes a second, and adds its file to the inputs;
+  // the Error is what is wrong with the file.
+  Result<void> read_head(OutputShape& shape, InputFiles& inputs) const;
 
   // One line for a user who asked for no output in particular; empty for others.
   std::string note_on_default() const;

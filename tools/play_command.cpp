@@ -179,9 +179,10 @@ void report(const SoundStatistics& sounds, std::ostream& err) {
     fmt::print(err, "{} pieces of sounds could not be read; they were silent\n", sounds.failed);
 }
 
-// Nothing where nothing was recorded, or more than is read of a file.
+// Nothing where nothing was recorded to a file, or more than is read of one.
 std::optional<Spectrogram> spectrogram_of_file(const std::string& path, std::ostream& err) {
-  if (path.empty()) return {};
+  const auto target = OutputTarget::find(path);
+  if (!target.ok() || target->is_stream()) return {};
   const auto sound = read_channels(path, kMostChannels);
   if (sound.ok()) return spectrogram_of(*sound);
   fmt::print(err, "no spectrogram: {}\n", sound.error().message);
@@ -190,7 +191,6 @@ std::optional<Spectrogram> spectrogram_of_file(const std::string& path, std::ost
 
 // Moves and shows until the end, a key or Ctrl-C says stop.
 void run(Player& player, const PlayerOptions& options, PlayTrace& trace, std::ostream& err) {
-  const Interrupt interrupt;
   Terminal terminal;
   const bool live_line = &err == &std::cerr && isatty(STDERR_FILENO) != 0;
   if (terminal.is_terminal() && !options.walk)
@@ -204,7 +204,8 @@ void run(Player& player, const PlayerOptions& options, PlayTrace& trace, std::os
   std::array<float, kMostChannels> peak{};  // since the last line
   bool told = false;
   DeviceNews news(err, live_line);
-  while (!player.finished() && !Interrupt::requested()) {
+  // JACK's library blocks SIGPIPE, so Interrupt may not hear of it.
+  while (!player.finished() && !Interrupt::requested() && !nobody_reads_output()) {
     // A key ends the wait at once. While the listener glides, the way is cut finely.
     const bool glides = !options.walk && !is_there(pose, wanted);
     const Key key = terminal.read(glides ? kGlideFrame_ms : kFrame_ms);
@@ -275,7 +276,10 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   const StrategyWords strategy(parser);
   MixWords mix(parser);
   parser.flag("--no-limiter", no_limiter, "let peaks clip instead of keeping them below -1 dBFS");
-  parser.option("--record", options.record, "also write what is played to this .wav or .flac file");
+  parser.option("--record", options.record,
+                "also write what is played to this .wav or .flac file, which grows while it plays: "
+                "whatever ends the program, a .wav file can be played to its end, a .flac file to "
+                "less than a second before; or as WAV to a device or pipe such as /dev/stdout");
   const OutputWords output_words(parser);
   parser.option("--format", format,
                 "of its samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
@@ -316,11 +320,15 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
     fmt::print(err, "clamor play: {}\n", error.message);
     return kBadInput;
   };
+  InputFiles inputs;
+  inputs.add(level);
+  inputs.add(walk_path);
   auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
-  if (const auto read = output_words.read_head(options.auralizer.output); !read.ok())
+  if (const auto read = output_words.read_head(options.auralizer.output, inputs); !read.ok())
     return fail(read.error());
-  if (const auto read = mix.read_script(options.auralizer, file->signal_count()); !read.ok())
+  if (const auto read = mix.read_script(options.auralizer, file->signal_count(), inputs);
+      !read.ok())
     return fail(read.error());
   options.pose = before_first_emitter(file->emitters());
   if (!listener.empty()) {
@@ -335,11 +343,19 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
     options.walk = std::move(*walk);
   }
 
+  if (!options.record.empty())
+    if (const auto target = OutputTarget::find(options.record, inputs); !target.ok())
+      return fail(target.error().in("--record"));
+  if (!report_folder.empty())
+    if (const auto can = PlayTrace::check_folder(report_folder, inputs); !can.ok())
+      return fail(can.error().in("--report"));
+
   if (!options.auralizer.script)
     if (const auto warning = audibility_warning(
             *file, options.walk.value_or(Walk::standing(options.pose)),
             {.seconds = options.seconds, .surfaces_hide = options.auralizer.visibility}))
       fmt::print(err, "warning: {}\n", *warning);
+  const Interrupt interrupt;
   auto player = Player::create(std::make_shared<const BakeFile>(std::move(*file)), options);
   if (!player.ok()) return fail(player.error());
   fmt::print(err, "playing {} on {}\n", level, describe((*player)->statistics().output));

@@ -12,6 +12,7 @@ namespace clamor {
 
 namespace {
 
+constexpr const char* kName = "play";  // of the report's files
 constexpr double kBetween_s = 0.1;
 constexpr std::size_t kMostMoments = 360'000;
 
@@ -50,11 +51,15 @@ double PlayTrace::loudness_lufs() const {
                           : 10 * std::log10(power / static_cast<double>(moments_.size()));
 }
 
+Result<void> PlayTrace::check_folder(const std::string& folder, const InputFiles& inputs) {
+  return ExperimentReport::check_folder(folder, kName, inputs);
+}
+
 Result<void> PlayTrace::write(const std::string& folder, const std::string& level,
                               const PlayerStatistics& played, std::span<const ThreadShare> threads,
                               const std::optional<Spectrogram>& heard) const {
   ExperimentReport report(
-      "play", "What was played",
+      kName, "What was played",
       fmt::format("{}, {:.1f} s, on {}", level, played.time_s,
                   played.output.device == "none" ? "no device" : played.output.device));
   Chart loudness{.title = "Loudness (BS.1770)", .x_label = "time (s)", .y_label = "LUFS"};

@@ -10,6 +10,7 @@
 
 #include "common/pose.h"
 #include "common/result.h"
+#include "formats/output_target.h"
 #include "runtime/player.h"
 #include "tools/spectrogram.h"
 
@@ -24,6 +25,9 @@ class PlayTrace {
   double mean_voices() const;
   std::uint32_t least_voices() const;
   double loudness_lufs() const;  // the mean power of all that was heard; -infinity in silence
+
+  // An Error where write() could not write to that folder or would replace one of the inputs.
+  static Result<void> check_folder(const std::string& folder, const InputFiles& inputs);
 
   // A page with curves and tables, as FOLDER/play.html, play.json and CSV files; with a picture of
   // what was heard, where that was recorded.

@@ -48,7 +48,9 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
                    "FLAC file at 48 kHz: the player's own mix, faster than real time.",
                    "clamor render hall.clamor -o hall.wav --listener 0,1.7,3,180 --seconds 10");
   parser.positional("level", level, "the bake file");
-  parser.option("-o,--output", output, "the file to write: .wav or .flac");
+  parser.option(
+      "-o,--output", output,
+      "the file to write: .wav or .flac; or a device or pipe such as /dev/stdout, as WAV");
   parser.required("-o");
   parser.option("--listener", listener,
                 "X,Y,Z[,YAW[,PITCH]] in metres and degrees; yaw 0 looks to -Z");
@@ -85,6 +87,9 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
     fmt::print(err, "clamor render: {}\n", error.message);
     return kBadInput;
   };
+  InputFiles inputs;
+  inputs.add(level);
+  inputs.add(walk_path);
   Walk walk;
   if (!listener.empty()) {
     const auto pose = parse_listener(listener);
@@ -99,10 +104,12 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
 
   auto file = BakeFile::open(level);
   if (!file.ok()) return fail(file.error());
-  if (const auto read = output_words.read_head(options.output); !read.ok())
+  if (const auto read = output_words.read_head(options.output, inputs); !read.ok())
     return fail(read.error());
-  if (const auto read = mix.read_script(options, file->signal_count()); !read.ok())
+  if (const auto read = mix.read_script(options, file->signal_count(), inputs); !read.ok())
     return fail(read.error());
+  if (const auto target = OutputTarget::find(output, inputs); !target.ok())
+    return fail(target.error());
   if (!options.script)
     if (const auto warning = audibility_warning(
             *file, walk, {.seconds = seconds, .surfaces_hide = options.visibility}))
