@@ -7,9 +7,9 @@
 
 #include "formats/bake_layout.h"
 #include "formats/bake_root_reader.h"
+#include "formats/file_bytes.h"
 #include "formats/geometry_section.h"
 #include "formats/page.h"
-#include "formats/read_file.h"
 #include "formats/signal_section.h"
 
 namespace clamor {
@@ -29,11 +29,12 @@ Result<Preamble> read_preamble(std::span<const std::byte> first, std::uint64_t f
     return Error("is not a Clamor bake file; name a file that 'clamor bake' wrote");
   if (first.size() < sizeof(preamble)) return damaged("is cut short");
   std::memcpy(&preamble, first.data(), sizeof(preamble));
+  const auto copied = std::as_bytes(std::span(&preamble, 1));  // cannot change meanwhile
   // Before the checksum: another major may lay out and sum these bytes in its own way.
   if (preamble.major != kFormatMajor)
     return Error("format " + std::to_string(preamble.major) + ", but this build reads format " +
                  std::to_string(kFormatMajor) + ". Update the player or bake again.");
-  if (preamble.preamble_hash != hash_of(first.first(kHashedPreambleBytes)))
+  if (preamble.preamble_hash != hash_of(copied.first(kHashedPreambleBytes)))
     return damaged("its first 64 bytes fail their checksum");
   if (preamble.file_bytes != file_bytes)
     return damaged("is " + std::to_string(file_bytes) + " bytes long but was written with " +
@@ -75,10 +76,14 @@ class PageParents {
 }  // namespace
 
 struct BakeFile::State {
-  explicit State(ReadFile opened) : file(std::move(opened)) {}
+  explicit State(FileBytes opened) : file(std::move(opened)) {}
 
-  // The section's bytes, checked.
-  Result<void> read(const FileSection& section, std::vector<std::byte>& bytes) const;
+  // Has the section's bytes decoded, and checked before and after. May call decode() twice, the
+  // second time with a copy made in `copy`: file_bytes.h says when. Errors are half a sentence;
+  // `rejected` is set where decode() found it.
+  template <class Decode>
+  Result<void> decode(const FileSection& section, std::vector<std::byte>& copy,
+                      const Decode& decode, bool* rejected = nullptr) const;
 
   // Of all trees.
   std::uint64_t over_levels(std::uint64_t OctreeLevel::*what) const {
@@ -88,18 +93,27 @@ struct BakeFile::State {
     return sum;
   }
 
-  ReadFile file;
+  FileBytes file;
   std::string path;
   Preamble preamble;
   BakeRootContents root;
   mutable PageParents parents;
 };
 
-Result<void> BakeFile::State::read(const FileSection& section,
-                                   std::vector<std::byte>& bytes) const {
-  if (auto done = file.read(section.offset, section.bytes, bytes); !done.ok()) return done;
-  if (hash_of(bytes) != section.hash) return Error("fails its checksum");
-  return {};
+template <class Decode>
+Result<void> BakeFile::State::decode(const FileSection& section, std::vector<std::byte>& copy,
+                                     const Decode& decode, bool* rejected) const {
+  const auto checked = [&](std::span<const std::byte> bytes, bool may_change) -> Result<void> {
+    if (hash_of(bytes) != section.hash) return Error("fails its checksum");
+    if (const auto done = decode(bytes); !done.ok()) {
+      if (rejected != nullptr) *rejected = !may_change;  // bytes that may change are read again
+      return done;
+    }
+    // What was decoded is what was checked, unless somebody wrote to it in between.
+    if (may_change && hash_of(bytes) != section.hash) return Error("changed while it was read");
+    return {};
+  };
+  return file.with(section.offset, section.bytes, copy, checked);
 }
 
 BakeFile::BakeFile(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -107,31 +121,45 @@ BakeFile::BakeFile(BakeFile&&) noexcept = default;
 BakeFile& BakeFile::operator=(BakeFile&&) noexcept = default;
 BakeFile::~BakeFile() = default;
 
-Result<BakeFile> BakeFile::open(const std::string& path) {
-  auto opened = ReadFile::open(path);
+Result<BakeFile> BakeFile::open(const std::string& path, FileAccess access) {
+  auto opened = FileBytes::open(path, access);
   if (!opened.ok()) return opened.error();
   auto state = std::make_unique<State>(std::move(*opened));
   state->path = path;
   const std::uint64_t size = state->file.size();
-  std::vector<std::byte> bytes;
-  if (const auto read = state->file.read(0, std::min<std::uint64_t>(size, sizeof(Preamble)), bytes);
-      !read.ok())
-    return damaged(read.error().message).in(path);
-  const auto preamble = read_preamble(bytes, size);
-  if (!preamble.ok()) return preamble.error().in(path);
+  std::vector<std::byte> copy;
+  Result<Preamble> preamble = Preamble{};
+  bool rejected = false;
+  const auto read =
+      state->file.with(0, std::min<std::uint64_t>(size, sizeof(Preamble)), copy,
+                       [&](std::span<const std::byte> bytes, bool may_change) -> Result<void> {
+                         preamble = read_preamble(bytes, size);
+                         rejected = !preamble.ok() && !may_change;
+                         return preamble.ok() ? Result<void>() : preamble.error();
+                       });
+  if (!read.ok()) return (rejected ? read.error() : damaged(read.error().message)).in(path);
   state->preamble = *preamble;
 
+  // All that is wanted of the root is extracted here, so nobody looks at its bytes later.
   const FileSection where{preamble->root_offset, preamble->root_bytes, preamble->root_hash};
-  if (const auto read = state->read(where, bytes); !read.ok())
-    return damaged("its root " + read.error().message).in(path);
-  auto root = read_bake_root(bytes, preamble->root_offset);
-  if (!root.ok()) return damaged(root.error().message).in(path);
+  Result<BakeRootContents> root = BakeRootContents{};
+  const auto decoded = state->decode(
+      where, copy,
+      [&](std::span<const std::byte> bytes) -> Result<void> {
+        root = read_bake_root(bytes, preamble->root_offset);
+        return root.ok() ? Result<void>() : root.error();
+      },
+      &rejected);
+  if (!decoded.ok())
+    return damaged((rejected ? "" : "its root ") + decoded.error().message).in(path);
   state->root = std::move(*root);
   for (const PageEntry& top : state->root.trees) state->parents.add_top(top);
   return BakeFile(std::move(state));
 }
 
 const std::string& BakeFile::path() const { return state_->path; }
+const FileVersion& BakeFile::version() const { return state_->file.version(); }
+bool BakeFile::is_mapped() const { return state_->file.is_mapped(); }
 std::uint16_t BakeFile::major() const { return state_->preamble.major; }
 std::uint16_t BakeFile::minor() const { return state_->preamble.minor; }
 const BakeSettings& BakeFile::settings() const { return state_->root.settings; }
@@ -176,22 +204,28 @@ Result<void> BakeFile::read_page(const PageEntry& entry, PageDecoder& decoder, P
     return damaged(state_->path + ": the page of " + std::to_string(entry.page.bytes()) +
                    " bytes at " + std::to_string(entry.page.offset) + " " + error.message);
   };
-  thread_local std::vector<std::byte> bytes;  // kept, as pages are read by the thousand
+  thread_local std::vector<std::byte> copy;  // kept, as pages are read by the thousand
   const FileSection where{entry.page.offset, entry.page.bytes(), entry.page.hash};
-  if (const auto read = state_->read(where, bytes); !read.ok()) return failed(read.error());
-  const auto frame = std::span(bytes).first(entry.page.packed_bytes);
-  columns.count = 0;
-  if (!frame.empty()) {
-    const auto done =
-        decoder.decode(entry, frame, state_->root.emitters, state_->root.materials.size(), columns);
-    if (!done.ok()) return failed(done.error());
-  }
   const PageSurroundings around{state_->root.trees, state_->root.signal_maps.size(),
                                 state_->root.emitters.size()};
-  const auto done = read_links(std::span(bytes).subspan(frame.size()), entry, around, links);
+  const auto done =
+      state_->decode(where, copy, [&](std::span<const std::byte> bytes) -> Result<void> {
+        const auto frame = bytes.first(entry.page.packed_bytes);
+        columns.count = 0;
+        if (!frame.empty())
+          if (const auto decoded = decoder.decode(entry, frame, state_->root.emitters,
+                                                  state_->root.materials.size(), columns);
+              !decoded.ok())
+            return decoded;
+        return read_links(bytes.subspan(frame.size()), entry, around, links);
+      });
   if (!done.ok()) return failed(done.error());
   const auto added = state_->parents.add(entry, links);
   return added.ok() ? added : failed(added.error());
+}
+
+void BakeFile::will_need(const PageEntry& entry) const {
+  state_->file.will_need(entry.page.offset, entry.page.bytes());
 }
 
 Result<OctreePage> BakeFile::read_page(const PageEntry& entry) const {
@@ -251,22 +285,29 @@ Result<std::vector<float>> BakeFile::read_signal_block(std::size_t index, std::s
   if (stored.blocks.size() > 1)
     where += " (block " + std::to_string(block + 1) + " of " +
              std::to_string(stored.blocks.size()) + ")";
-  std::vector<std::byte> flac;
-  if (const auto read = state_->read(stored.blocks[block], flac); !read.ok())
-    return damaged(where + " " + read.error().message);
-  auto samples = unpack_signal_block(flac, signal_block(stored.frames, block).frames, stored.scale);
-  if (!samples.ok()) return damaged(where + " " + samples.error().message);
+  std::vector<std::byte> copy;
+  Result<std::vector<float>> samples = std::vector<float>();
+  const auto read = state_->decode(
+      stored.blocks[block], copy, [&](std::span<const std::byte> flac) -> Result<void> {
+        samples =
+            unpack_signal_block(flac, signal_block(stored.frames, block).frames, stored.scale);
+        return samples.ok() ? Result<void>() : samples.error();
+      });
+  if (!read.ok()) return damaged(where + " " + read.error().message);
   return samples;
 }
 
 Result<SignalEnvelope> BakeFile::read_envelope(std::size_t index) const {
   const StoredSignal& stored = state_->root.signals[index];
   const std::string where = state_->path + ": the envelope of signal " + in_quotes(stored.name);
-  std::vector<std::byte> section;
-  if (const auto read = state_->read(stored.envelope, section); !read.ok())
-    return damaged(where + " " + read.error().message);
-  auto envelope = unpack_envelope(section, stored.frames, stored.mean_square);
-  if (!envelope.ok()) return damaged(where + " " + envelope.error().message);
+  std::vector<std::byte> copy;
+  Result<SignalEnvelope> envelope = Error("is empty");
+  const auto read =
+      state_->decode(stored.envelope, copy, [&](std::span<const std::byte> bytes) -> Result<void> {
+        envelope = unpack_envelope(bytes, stored.frames, stored.mean_square);
+        return envelope.ok() ? Result<void>() : envelope.error();
+      });
+  if (!read.ok()) return damaged(where + " " + read.error().message);
   return envelope;
 }
 
@@ -286,13 +327,16 @@ Result<Mesh> BakeFile::read_geometry_page(std::size_t index) const {
                    std::to_string(stored.section.bytes) + " bytes at " +
                    std::to_string(stored.section.offset) + ") " + error.message);
   };
-  std::vector<std::byte> frame;
-  if (const auto read = state_->read(stored.section, frame); !read.ok())
-    return failed(read.error());
   const auto unpack = stored.as_before_3_1 ? unpack_whole_geometry : unpack_geometry_page;
-  auto mesh =
-      unpack(frame, stored.counts, state_->root.geometry_low_m, state_->root.materials.size());
-  return mesh.ok() ? std::move(mesh) : failed(mesh.error());
+  std::vector<std::byte> copy;
+  Result<Mesh> mesh = Mesh{};
+  const auto read =
+      state_->decode(stored.section, copy, [&](std::span<const std::byte> frame) -> Result<void> {
+        mesh = unpack(frame, stored.counts, state_->root.geometry_low_m,
+                      state_->root.materials.size());
+        return mesh.ok() ? Result<void>() : mesh.error();
+      });
+  return read.ok() ? std::move(mesh) : failed(read.error());
 }
 
 Result<Mesh> BakeFile::read_mesh() const {

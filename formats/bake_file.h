@@ -13,6 +13,7 @@
 #include "common/air.h"
 #include "common/material.h"
 #include "common/result.h"
+#include "formats/file_access.h"
 #include "formats/input_file.h"
 #include "formats/level.h"
 #include "formats/octree_page.h"
@@ -130,13 +131,16 @@ struct SignalInfo {
 class BakeFile {
  public:
   // Checks everything but page contents: sizes, offsets, counts, indices, links, floats and
-  // checksums. Opening allocates no more than a small multiple of the root's size.
-  static Result<BakeFile> open(const std::string& path);
+  // checksums. Opening allocates no more than a small multiple of the root's size. What becomes of
+  // the file later is met when a part is read: file_bytes.h compares the ways of access.
+  static Result<BakeFile> open(const std::string& path, FileAccess access = FileAccess::kRead);
   BakeFile(BakeFile&&) noexcept;
   BakeFile& operator=(BakeFile&&) noexcept;
   ~BakeFile();
 
   const std::string& path() const;
+  const FileVersion& version() const;  // that was opened; file_version(path()) tells a newer one
+  bool is_mapped() const;
   std::uint16_t major() const;
   std::uint16_t minor() const;
   const BakeSettings& settings() const;
@@ -162,6 +166,9 @@ class BakeFile {
   // The same with columns, nearly without allocating: for those who read many.
   Result<void> read_page(const PageEntry& entry, PageDecoder& decoder, PageColumns& columns,
                          PageLinks& links) const;
+
+  // Has the page fetched from the disk meanwhile, if it is not in memory. May wait for the disk.
+  void will_need(const PageEntry& entry) const;
 
   // Calls visit(entry, page, tree, depth) for every stored page, parents before their children; the
   // first error ends it.

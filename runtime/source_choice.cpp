@@ -24,7 +24,8 @@ SourceChoice::SourceChoice(AuralizerInput& input, const BakeFile* file, const So
     loader_ = std::make_unique<PageLoader>(
         pages_of(*file, field, ceilings),
         PageBudget{options.memory_bytes - std::min(sounds_bytes, options.memory_bytes / 2),
-                   !options.wait_for_pages});
+                   !options.wait_for_pages},
+        1, [file](const PageEntry& entry) { file->will_need(entry); });
     auto octree =
         std::make_unique<OctreePool>(field, ceilings, file->trees(), file->signal_maps(), *loader_);
     octree->stop_when(options.stop);

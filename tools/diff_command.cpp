@@ -109,7 +109,8 @@ int run_diff(std::span<const std::string> arguments, std::ostream& out, std::ost
     fmt::print(err, "clamor diff: {}\n", error.message);
     return kBadInput;
   };
-  const auto a = BakeFile::open(path_a), b = BakeFile::open(path_b);
+  const auto a = BakeFile::open(path_a, FileAccess::kMap),
+             b = BakeFile::open(path_b, FileAccess::kMap);
   if (!a.ok()) return fail(a.error());
   if (!b.ok()) return fail(b.error());
   const auto comparison = compared(*a, *b);

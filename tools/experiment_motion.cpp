@@ -202,7 +202,7 @@ double quantile(std::vector<double> values, double share) {
 Result<ExperimentReport> motion_experiment(const ExperimentOptions& options, std::ostream& err) {
   const auto opened = ExperimentScene::open(options.level, options.quick ? kQuickSources : 0);
   if (!opened.ok()) return opened.error();
-  auto file = BakeFile::open(options.level);
+  auto file = BakeFile::open(options.level, FileAccess::kMap);
   if (!file.ok()) return file.error();
   const auto baked = std::make_shared<const BakeFile>(std::move(*file));
   const AuralizerInput& input = (*opened)->input();

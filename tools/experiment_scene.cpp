@@ -23,7 +23,7 @@ ExperimentScene::ExperimentScene(AuralizerInput input)
 
 Result<std::unique_ptr<ExperimentScene>> ExperimentScene::open(const std::string& path,
                                                                std::size_t most) {
-  auto file = BakeFile::open(path);
+  auto file = BakeFile::open(path, FileAccess::kMap);
   if (!file.ok()) return file.error();
   auto input = read_auralizer_input(*file);
   if (!input.ok()) return input.error();
@@ -123,7 +123,7 @@ Vec3 ExperimentScene::usual_place() const {
 }
 
 Result<BakedLevel> BakedLevel::open(const std::string& path) {
-  const auto file = BakeFile::open(path);
+  const auto file = BakeFile::open(path, FileAccess::kMap);
   if (!file.ok()) return file.error();
   auto tables = read_signals_and_tables(*file);
   if (!tables.ok()) return tables.error();

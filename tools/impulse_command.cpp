@@ -108,7 +108,7 @@ struct Measured {
 };
 
 Result<Measured> measure(const Options& options, std::ostream& err) {
-  const Result<BakeFile> file = BakeFile::open(options.level);
+  const Result<BakeFile> file = BakeFile::open(options.level, FileAccess::kMap);
   if (!file) return file.error();
   const std::vector<Emitter>& emitters = file->emitters();
   if (emitters.empty())

@@ -31,7 +31,7 @@ int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::
     fmt::print(err, "clamor inspect: {}\n", error.message);
     return kBadInput;
   };
-  const auto file = BakeFile::open(path);
+  const auto file = BakeFile::open(path, FileAccess::kMap);
   if (!file.ok()) return fail(file.error());
   if (whole)
     if (const auto good = verify(*file); !good.ok()) return fail(good.error());

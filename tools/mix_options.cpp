@@ -21,6 +21,8 @@ MixWords::MixWords(Arguments& parser) {
   parser.option("--memory", memory_,
                 "as in 64MB, of the bake's pages and sounds to keep in memory, whatever the file's "
                 "size [64MB]");
+  parser.flag("--no-mmap", no_mmap_,
+              "read the bake's parts into memory instead of mapping the file");
   parser.option("--gain", gain_, "decibels on the whole output, as in -6dB");
   parser.option("--moving", script_, "sources that come, move and go as SCRIPT.json says");
 }

@@ -1,11 +1,12 @@
-// mix_options.h: --interpolation, --visibility, --rays, --memory, --gain and --moving, alike in
-// play and render.
+// mix_options.h: --interpolation, --visibility, --rays, --memory, --no-mmap, --gain and --moving,
+// alike in play and render.
 #pragma once
 
 #include <optional>
 #include <string>
 
 #include "common/result.h"
+#include "formats/file_access.h"
 #include "runtime/auralizer.h"
 #include "tools/arguments.h"
 
@@ -19,6 +20,8 @@ class MixWords {
   // After parse(); the Error is what the user got wrong. Without the script, which is a file.
   Result<void> read(AuralizerOptions& options) const;
 
+  FileAccess access() const { return no_mmap_ ? FileAccess::kRead : FileAccess::kMap; }
+
   // Reads the script, if there is one, for a bake of so many signals, and adds its files to the
   // inputs; the Error is what is wrong with the file.
   Result<void> read_script(AuralizerOptions& options, std::size_t baked_signals,
@@ -27,6 +30,7 @@ class MixWords {
  private:
   std::string interpolation_ = "cubic", visibility_ = "on", gain_ = "0", script_;
   std::optional<std::string> memory_;
+  bool no_mmap_ = false;
   int rays_ = AuralizerOptions{}.rays;
 };
 

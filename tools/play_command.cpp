@@ -323,7 +323,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   InputFiles inputs;
   inputs.add(level);
   inputs.add(walk_path);
-  auto file = BakeFile::open(level);
+  auto file = BakeFile::open(level, mix.access());
   if (!file.ok()) return fail(file.error());
   if (const auto read = output_words.read_head(options.auralizer.output, inputs); !read.ok())
     return fail(read.error());

@@ -102,7 +102,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   }
   if (seconds == 0) seconds = walk.length_s() > 0 ? walk.length_s() : 10;
 
-  auto file = BakeFile::open(level);
+  auto file = BakeFile::open(level, mix.access());
   if (!file.ok()) return fail(file.error());
   if (const auto read = output_words.read_head(options.output, inputs); !read.ok())
     return fail(read.error());

@@ -11,6 +11,13 @@
 
 namespace clamor {
 
+namespace {
+
+// So many pages are on their way from the disk while one is decoded.
+constexpr std::size_t kAnnounced = 8;
+
+}  // namespace
+
 // What the sampler and the loader threads share; all under the mutex.
 struct PageLoader::Shared {
   struct Arrival {
@@ -34,7 +41,8 @@ struct PageLoader::Shared {
                        [page](const Arrival& a) { return a.page == page; });
   }
 
-  void run(const Fetch& fetch) {
+  void run(const Fetch& fetch, const Announce& announce) {
+    std::vector<PageEntry> soon;
     std::unique_lock lock(mutex);
     for (;;) {
       work.wait(lock, [this] { return closing || !queue.empty(); });
@@ -43,7 +51,12 @@ struct PageLoader::Shared {
       const std::uint64_t page = wanted.entry.page.offset;
       queue.pop_back();
       under_way.push_back(page);
+      soon.clear();
+      if (announce)
+        for (std::size_t i = 0; i < std::min(kAnnounced, queue.size()); ++i)
+          soon.push_back(queue[queue.size() - 1 - i].entry);
       lock.unlock();
+      for (const PageEntry& entry : soon) announce(entry);
       auto content = fetch(wanted.entry);
       lock.lock();
       std::erase(under_way, page);
@@ -53,12 +66,15 @@ struct PageLoader::Shared {
   }
 };
 
-PageLoader::PageLoader(Fetch fetch, const PageBudget& budget, int threads)
-    : fetch_(std::move(fetch)), budget_(budget), shared_(std::make_unique<Shared>()) {
+PageLoader::PageLoader(Fetch fetch, const PageBudget& budget, int threads, Announce announce)
+    : fetch_(std::move(fetch)),
+      announce_(std::move(announce)),
+      budget_(budget),
+      shared_(std::make_unique<Shared>()) {
   for (int i = 0; i < threads; ++i)
     shared_->threads.emplace_back([this] {
       name_thread("page loader");
-      shared_->run(fetch_);
+      shared_->run(fetch_, announce_);
     });
 }
 

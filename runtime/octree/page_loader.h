@@ -47,7 +47,10 @@ class PageLoader {
   using Content = Result<std::unique_ptr<const ResidentPage>>;
   using Fetch = std::function<Content(const PageEntry& entry)>;
 
-  PageLoader(Fetch fetch, const PageBudget& budget, int threads = 1);
+  // Tells the disk what is fetched soon; on a loader thread, so it may take its time.
+  using Announce = std::function<void(const PageEntry& entry)>;
+
+  PageLoader(Fetch fetch, const PageBudget& budget, int threads = 1, Announce announce = {});
   ~PageLoader();
   PageLoader(const PageLoader&) = delete;
   PageLoader& operator=(const PageLoader&) = delete;
@@ -110,6 +113,7 @@ class PageLoader {
   std::size_t how_many_fit(std::span<const WantedPage> most_urgent_first) const;
 
   const Fetch fetch_;
+  const Announce announce_;
   const PageBudget budget_;
   std::unordered_map<std::uint64_t, Place> slots_;  // by offset in the file; here, or failed
   std::size_t here_ = 0;

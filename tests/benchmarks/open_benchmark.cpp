@@ -1,18 +1,29 @@
-// How long is it from a file on disk, none of which is cached, to the first sound? It should not
-// depend on the number of sources.
+// How long is it from a file on disk to the first sound? It should not depend on the number of
+// sources. And which access is faster, reading or mapping (file_bytes.h keeps the figures)?
 //
 // Sources lie on the walls of a hall of 2000 triangles. Times are of the clock: "open_ms" until the
 // root is read, "ready_ms" until signals and first pages are, the whole until there is a
-// keyframe to mix. CLAMOR_BAKE=FILE adds that of a bake.
+// keyframe to mix. CLAMOR_BAKE=FILE adds that of a bake. `cold`: none of the file is cached.
+//
+// pages_of_file opens the file and decodes every page, in the order of the file or in a shuffled
+// one, each announced eight pages ahead as the page loader does. Counters: pages per second of the
+// clock, processor time per page, megabytes from the disk, and what became resident (private, and
+// shared with the page cache).
+#include <algorithm>
 #include <chrono>
+#include <ctime>
+#include <fstream>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <benchmark/benchmark.h>
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "formats/bake_file.h"
+#include "formats/page.h"
 #include "runtime/auralizer.h"
 #include "tests/benchmarks/hall_file.h"
 
@@ -29,18 +40,19 @@ void forget(const std::string& path) {
   ::close(file);
 }
 
-void hear_first(benchmark::State& state, const std::string& path, const Pose& pose) {
+void hear_first(benchmark::State& state, const std::string& path, const Pose& pose,
+                FileAccess access = FileAccess::kMap, bool cold = true) {
   double open_ms = 0, ready_ms = 0;
   for (auto _ : state) {
     state.PauseTiming();
-    forget(path);
+    if (cold) forget(path);
     state.ResumeTiming();
     const auto start = std::chrono::steady_clock::now();
     const auto since = [&start] {
       return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
           .count();
     };
-    auto opened = BakeFile::open(path);
+    auto opened = BakeFile::open(path, access);
     if (!opened.ok()) return state.SkipWithError(opened.error().message.c_str());
     open_ms += since();
     AuralizerOptions options;
@@ -63,14 +75,14 @@ void hear_first(benchmark::State& state, const std::string& path, const Pose& po
 void first_sound(benchmark::State& state) {
   const testing::HallFile file(static_cast<std::uint32_t>(state.range(0)));
   if (!file.error.empty()) return state.SkipWithError(file.error.c_str());
-  hear_first(state, file.path, {{10, 1.7, 7}, 0, 0});
+  hear_first(state, file.path, {{10, 1.7, 7}, 0, 0},
+             state.range(1) != 0 ? FileAccess::kMap : FileAccess::kRead, state.range(2) != 0);
 }
 BENCHMARK(first_sound)
-    ->ArgName("sources")
-    ->Arg(10'000)
-    ->Arg(100'000)
-    ->Arg(1'000'000)
-    ->Arg(10'000'000)
+    ->ArgNames({"sources", "mapped", "cold"})
+    ->ArgsProduct({{10'000, 100'000, 1'000'000, 10'000'000}, {0, 1}, {1}})
+    ->Args({1'000'000, 0, 0})
+    ->Args({1'000'000, 1, 0})
     ->Iterations(10)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
@@ -81,9 +93,94 @@ void first_sound_of_bake(benchmark::State& state) {
   const auto file = BakeFile::open(path);
   if (!file.ok()) return state.SkipWithError(file.error().message.c_str());
   if (file->emitters().empty()) return state.SkipWithError("the bake has no emitter");
-  hear_first(state, path, {file->emitters().front().position_m + Vec3(0, 0, 2), 0, 0});
+  hear_first(state, path, {file->emitters().front().position_m + Vec3(0, 0, 2), 0, 0},
+             state.range(0) != 0 ? FileAccess::kMap : FileAccess::kRead, state.range(1) != 0);
 }
-BENCHMARK(first_sound_of_bake)->Iterations(10)->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(first_sound_of_bake)
+    ->ArgNames({"mapped", "cold"})
+    ->ArgsProduct({{0, 1}, {0, 1}})
+    ->Iterations(10)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+// Megabytes that this process has of a line in /proc/self/status.
+double resident_mb(const std::string& name) {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;)
+    if (double kilobytes = 0; word == name && status >> kilobytes) return kilobytes / 1024;
+  return 0;
+}
+
+// Read from the disk so far.
+double read_mb() {
+  struct rusage usage {};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_inblock) * 512 / (1 << 20);
+}
+
+double processor_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+void pages_of_file(benchmark::State& state) {
+  static const char* const bake = testing::bake_to_measure();
+  static const testing::HallFile hall(bake != nullptr ? 1000 : 4'000'000);
+  if (!hall.error.empty()) return state.SkipWithError(hall.error.c_str());
+  const std::string path = bake != nullptr ? bake : hall.path;
+  const FileAccess access = state.range(0) != 0 ? FileAccess::kMap : FileAccess::kRead;
+  const bool cold = state.range(1) != 0, shuffled = state.range(2) != 0;
+  std::vector<PageEntry> entries;
+  {
+    const auto file = BakeFile::open(path);
+    if (!file.ok()) return state.SkipWithError(file.error().message.c_str());
+    const auto add = [&](const PageEntry& entry, const OctreePage&, std::size_t,
+                         std::size_t) -> Result<void> {
+      entries.push_back(entry);
+      return {};
+    };
+    if (const auto done = file->for_each_page(add); !done.ok())
+      return state.SkipWithError(done.error().message.c_str());
+  }
+  std::sort(entries.begin(), entries.end(), [&](const PageEntry& a, const PageEntry& b) {
+    const auto order = [&](const PageEntry& e) { return shuffled ? e.page.hash : e.page.offset; };
+    return order(a) < order(b);
+  });
+  PageDecoder decoder;
+  const auto columns = std::make_unique<PageColumns>();
+  PageLinks links;
+  double took_s = 0, from_disk_mb = 0, private_mb = 0, shared_mb = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    if (cold) forget(path);
+    const double private_before = resident_mb("RssAnon:"), shared_before = resident_mb("RssFile:");
+    const double start_s = processor_s(), read_before = read_mb();
+    state.ResumeTiming();
+    const auto file = BakeFile::open(path, access);
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      constexpr std::size_t kAhead = 8;
+      if (i + kAhead < entries.size()) file->will_need(entries[i + kAhead]);
+      if (!file->read_page(entries[i], decoder, *columns, links).ok())
+        return state.SkipWithError("a page cannot be read");
+    }
+    state.PauseTiming();
+    took_s += processor_s() - start_s;
+    from_disk_mb += read_mb() - read_before;
+    private_mb = resident_mb("RssAnon:") - private_before;
+    shared_mb = resident_mb("RssFile:") - shared_before;
+    state.ResumeTiming();
+  }
+  const double pages =
+      static_cast<double>(entries.size()) * static_cast<double>(state.iterations());
+  state.counters["pages_per_s"] = benchmark::Counter(pages, benchmark::Counter::kIsRate);
+  state.counters["cpu_us_per_page"] = 1e6 * took_s / pages;
+  state.counters["disk_mb"] = from_disk_mb / static_cast<double>(state.iterations());
+  state.counters["private_mb"] = private_mb;
+  state.counters["shared_mb"] = shared_mb;
+}
+BENCHMARK(pages_of_file)
+    ->ArgNames({"mapped", "cold", "shuffled"})
+    ->ArgsProduct({{0, 1}, {0, 1}, {0, 1}})
+    ->Iterations(10)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace clamor

@@ -4,15 +4,18 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cinttypes>
 #include <cstdarg>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <mutex>
 #include <optional>
 
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <pthread.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 namespace clamor::testing {
@@ -35,6 +38,20 @@ std::string path_of(int descriptor) {
   const std::string link = "/proc/self/fd/" + std::to_string(descriptor);
   const auto length = ::readlink(link.c_str(), path.data(), path.size());
   return length > 0 ? std::string(path.data(), static_cast<std::size_t>(length)) : "";
+}
+
+// What is mapped there; "" for none.
+std::string path_at(const void* address) {
+  std::ifstream maps("/proc/self/maps");
+  for (std::string line; std::getline(maps, line);) {
+    std::uintptr_t begin = 0, end = 0;
+    if (std::sscanf(line.c_str(), "%" SCNxPTR "-%" SCNxPTR, &begin, &end) != 2) continue;
+    const auto at = reinterpret_cast<std::uintptr_t>(address);
+    if (at < begin || at >= end) continue;
+    const auto slash = line.find('/');
+    return slash == std::string::npos ? "" : line.substr(slash);
+  }
+  return "";
 }
 
 bool lies_in(const std::string& path, const std::string& folder) {
@@ -165,6 +182,15 @@ ssize_t pread(int descriptor, void* to, std::size_t bytes, off_t offset) {
   static auto* const own_pread = own<ssize_t(int, void*, std::size_t, off_t)>("pread");
   return decide("pread", descriptor, bytes,
                 [&](std::size_t count) { return own_pread(descriptor, to, count, offset); });
+}
+
+// Asking for a part of a mapped file is the call that tells when its pages are about to be touched.
+int madvise(void* address, std::size_t bytes, int advice) noexcept {
+  static auto* const own_madvise = own<int(void*, std::size_t, int)>("madvise");
+  if (advice == MADV_WILLNEED && any.load(std::memory_order_relaxed) &&
+      verdict_on("madvise", path_at(address)) == Verdict::kFail)
+    return -1;
+  return own_madvise(address, bytes, advice);
 }
 
 ssize_t write(int descriptor, const void* from, std::size_t bytes) {

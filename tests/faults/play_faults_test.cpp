@@ -93,8 +93,9 @@ struct Heard {
 
 // Two seconds of a walk through the room, with next to no memory, so that pages come and go. Half a
 // second on, something strikes.
-Heard walked(const std::string& path, const std::function<void()>& strike) {
-  auto file = BakeFile::open(path);
+Heard walked(const std::string& path, const std::function<void()>& strike,
+             FileAccess access = FileAccess::kRead) {
+  auto file = BakeFile::open(path, access);
   EXPECT_TRUE(file.ok());
   AuralizerOptions options;
   options.voices = 300;
@@ -127,16 +128,18 @@ TEST(FileUnderAPlayer, MayBeCutOverwrittenReplacedOrDeletedAndSoundsAsLoudAsBefo
   const std::string whole = read(path);
   const Heard undisturbed = walked(path, [] {});
   ASSERT_GT(undisturbed.pages.dropped, 20u);  // so that they are read again
-  for (const Calamity& calamity : calamities()) {
-    std::ofstream(path, std::ios::binary) << whole;
-    const Heard heard = walked(path, [&] { calamity.strike(path); });
-    EXPECT_EQ(heard.pages.failed > 0, calamity.is_noticed) << calamity.what;
-    EXPECT_EQ(heard.pages.failure.find(path) == 0, calamity.is_noticed) << heard.pages.failure;
-    // What has been read stands in for the rest: unbiased, with a spread of 0.8 dB from one page.
-    EXPECT_NEAR(10 * std::log10(heard.energy / undisturbed.energy), 0,
-                calamity.is_noticed ? 2.5 : 1e-9)
-        << calamity.what;
-  }
+  for (const FileAccess access : {FileAccess::kRead, FileAccess::kMap})
+    for (const Calamity& calamity : calamities()) {
+      std::ofstream(path, std::ios::binary) << whole;
+      const Heard heard = walked(
+          path, [&] { calamity.strike(path); }, access);
+      EXPECT_EQ(heard.pages.failed > 0, calamity.is_noticed) << calamity.what;
+      EXPECT_EQ(heard.pages.failure.find(path) == 0, calamity.is_noticed) << heard.pages.failure;
+      // What has been read stands in for the rest: unbiased, with a spread of 0.8 dB from one page.
+      EXPECT_NEAR(10 * std::log10(heard.energy / undisturbed.energy), 0,
+                  calamity.is_noticed ? 2.5 : 1e-9)
+          << calamity.what;
+    }
 }
 
 // Pages alone: sounds are read meanwhile, and a sound that fails is silent.
@@ -179,6 +182,32 @@ TEST(FileUnderAPlayer, WhoseDiskFailsSoundsAsLoudAsBefore) {
   }
 }
 
+// A mapped page that the disk cannot deliver raises SIGBUS, as one beyond the end of its file does;
+// reading it then tells the reason.
+TEST(FileUnderAPlayer, WhoseDiskFailsUnderAMappingSoundsAsLoudAsBefore) {
+  const Folder folder;
+  const std::string path = folder / "a.clamor";
+  ASSERT_TRUE(write_bake(path, room(), 1).ok());
+  const Heard undisturbed = walked(path, [] {});
+  const Faults faults({.folder = folder.path(),
+                       .calls = "pread",
+                       .thread = kPageLoader,
+                       .strike_at = 0,
+                       .fate = Fate::kStaysSo,
+                       .error = EIO});
+  EXPECT_EQ(walked(
+                path, [] {}, FileAccess::kMap)
+                .energy,
+            undisturbed.energy);
+  EXPECT_FALSE(faults.struck());  // nothing is read that can be touched
+  const Heard heard = walked(
+      path, [&] { std::filesystem::resize_file(path, 0); }, FileAccess::kMap);
+  EXPECT_TRUE(faults.struck());
+  EXPECT_GT(heard.pages.failed, 0u);
+  EXPECT_NE(heard.pages.failure.find(std::strerror(EIO)), std::string::npos) << heard.pages.failure;
+  EXPECT_NEAR(10 * std::log10(heard.energy / undisturbed.energy), 0, 2.5);
+}
+
 long lines_with(const std::string& text, const std::string& part) {
   std::istringstream lines(text);
   long count = 0;
@@ -200,13 +229,14 @@ bool is_heard(const Folder& folder) {
 
 // Plays to nowhere. What the player has to begin with sounds; before the first page comes that is
 // streamed, something strikes. Nothing hangs on how busy the machine is.
-Outcome played(const Folder& folder, const std::string& path, const std::function<void()>& strike) {
+Outcome played(const Folder& folder, const std::string& path, const std::function<void()>& strike,
+               FileAccess access) {
   const std::string walk = folder.write("walk.json", R"({"loop": false, "points": [
     {"time_s": 0, "position_m": [1, 1, 1.5]}, {"time_s": 1, "position_m": [5, 7, 1.5]}]})");
   const std::string wav = folder / "heard.wav";
   std::filesystem::remove(wav);
   const Faults faults({.folder = folder.path(),
-                       .calls = "pread",
+                       .calls = access == FileAccess::kMap ? "madvise" : "pread",
                        .thread = kPageLoader,
                        .strike_at = 0,
                        .fate = Fate::kGoesOn,
@@ -215,51 +245,72 @@ Outcome played(const Folder& folder, const std::string& path, const std::functio
                            std::this_thread::sleep_for(std::chrono::milliseconds(10));
                          strike();
                        }});
-  const Outcome outcome = clamor({"play", path, "--receivers", "omni", "--device", "none", "--walk",
-                                  walk, "--memory", "4MB", "--voices", "300", "--record", wav});
+  std::vector<std::string> words = {"play",     path,          "--device", "none",     "--walk",
+                                    walk,       "--receivers", "omni",     "--memory", "4MB",
+                                    "--voices", "300",         "--record", wav};
+  if (access == FileAccess::kRead) words.push_back("--no-mmap");
+  const Outcome outcome = clamor(words);
   EXPECT_TRUE(faults.struck()) << outcome.err;
   return outcome;
 }
 
-TEST(PlayCommand, SaysOnceThatItsFileIsGoneAndPlaysToTheEnd) {
+void expect_it_is_said_once_and_plays_to_the_end(const Calamity& calamity, FileAccess access) {
   const Folder folder;
   const std::string path = folder / "a.clamor";
-  for (const Calamity& calamity : calamities()) {
-    if (std::string(calamity.what) == "overwritten with garbage") continue;  // as the next
-    std::ofstream(path, std::ios::binary | std::ios::trunc).close();
-    ASSERT_TRUE(write_bake(path, room(), 1).ok());
-    const Outcome outcome = played(folder, path, [&] { calamity.strike(path); });
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_EQ(lines_with(outcome.err, "warning: " + path), calamity.is_noticed) << outcome.err;
-    EXPECT_EQ(lines_with(outcome.err, "pages could not be read"), calamity.is_noticed)
-        << outcome.err;
-    EXPECT_NE(outcome.err.find("played 1.0 s"), std::string::npos) << outcome.err;
-    EXPECT_NE(outcome.err.find("pages: "), std::string::npos) << outcome.err;
-    const std::string wav = read(folder / "heard.wav");
-    const auto heard = decode_audio(std::as_bytes(std::span(wav)), "heard");
-    ASSERT_TRUE(heard.ok()) << heard.error().message;
-    // It goes on, wherever in the room the walk has come.
-    std::array<double, 4> quarters;
-    for (std::size_t q = 0; q < 4; ++q)
-      quarters[q] =
-          energy_of(std::span(*heard).subspan(q * (heard->size() / 4), heard->size() / 4));
-    EXPECT_NEAR(10 * std::log10(quarters[3] / std::max({quarters[0], quarters[1], quarters[2]})), 0,
-                10)
-        << calamity.what;
-  }
+  ASSERT_TRUE(write_bake(path, room(), 1).ok());
+  const Outcome outcome = played(
+      folder, path, [&] { calamity.strike(path); }, access);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(lines_with(outcome.err, "warning: " + path), calamity.is_noticed) << outcome.err;
+  EXPECT_EQ(lines_with(outcome.err, "pages could not be read"), calamity.is_noticed) << outcome.err;
+  EXPECT_NE(outcome.err.find("played 1.0 s"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("pages: "), std::string::npos) << outcome.err;
+  const std::string wav = read(folder / "heard.wav");
+  const auto heard = decode_audio(std::as_bytes(std::span(wav)), "heard");
+  ASSERT_TRUE(heard.ok()) << heard.error().message;
+  // It goes on, wherever in the room the walk has come.
+  std::array<double, 4> quarters;
+  for (std::size_t q = 0; q < 4; ++q)
+    quarters[q] = energy_of(std::span(*heard).subspan(q * (heard->size() / 4), heard->size() / 4));
+  EXPECT_NEAR(10 * std::log10(quarters[3] / std::max({quarters[0], quarters[1], quarters[2]})), 0,
+              10)
+      << calamity.what;
+}
+
+TEST(PlayCommand, SaysOnceThatItsFileIsGoneAndPlaysToTheEnd) {
+  for (const FileAccess access : {FileAccess::kRead, FileAccess::kMap})
+    for (const Calamity& calamity : calamities())
+      if (std::string(calamity.what) != "overwritten with garbage")  // as the next
+        expect_it_is_said_once_and_plays_to_the_end(calamity, access);
 }
 
 TEST(RenderCommand, OfAFileThatCannotBeReadToTheEndWritesNothing) {
   const Folder folder;
   const std::string path = folder / "a.clamor";
   ASSERT_TRUE(write_bake(path, room(), 1).ok());
+  std::vector<std::string> words = {"render",  path,        "-o",  folder / "out.wav", "--listener",
+                                    "3,4,1.5", "--seconds", "0.2", "--receivers",      "omni"};
+  {  // mapped, and cut short on the way
+    const Faults faults({.folder = folder.path(),
+                         .calls = "madvise",
+                         .strike_at = 2,
+                         .fate = Fate::kGoesOn,
+                         .meanwhile = [&] { std::filesystem::resize_file(path, 0); }});
+    const Outcome outcome = clamor(words);
+    EXPECT_TRUE(faults.struck());
+    EXPECT_EQ(outcome.code, 1) << outcome.err;
+    EXPECT_NE(outcome.err.find(path), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("cut short while it was open"), std::string::npos) << outcome.err;
+    EXPECT_EQ(folder.names(), std::vector<std::string>{"a.clamor"});
+  }
+  ASSERT_TRUE(write_bake(path, room(), 1).ok());
+  words.push_back("--no-mmap");
   const Faults faults({.folder = folder.path(),
                        .calls = "pread",
                        .strike_at = 20,
                        .fate = Fate::kStaysSo,
                        .error = EIO});
-  const Outcome outcome = clamor({"render", path, "--receivers", "omni", "-o", folder / "out.wav",
-                                  "--listener", "3,4,1.5", "--seconds", "0.2"});
+  const Outcome outcome = clamor(words);
   EXPECT_TRUE(faults.struck());
   EXPECT_EQ(outcome.code, 1) << outcome.err;
   EXPECT_NE(outcome.err.find(path), std::string::npos) << outcome.err;
@@ -278,27 +329,32 @@ TEST(RenderCommand, WritesTheSameBytesHoweverSlowTheDiskIs) {
             0);
   folder.write("walk.json", R"({"points": [{"time_s": 0, "position_m": [0, 1.7, 0]},
                                            {"time_s": 1, "position_m": [-2, 1.7, 1]}]})");
-  const auto rendered = [&] {
-    const Outcome outcome =
-        clamor({"render", path, "--receivers", "omni", "-o", wav, "--walk", walk, "--seconds",
-                "0.5", "--voices", "500", "--memory", "9MB"});
+  const auto rendered = [&](FileAccess access) {
+    std::vector<std::string> words = {"render",   path,          "-o",       wav,         "--walk",
+                                      walk,       "--receivers", "omni",     "--seconds", "0.5",
+                                      "--voices", "500",         "--memory", "9MB"};
+    if (access == FileAccess::kRead) words.push_back("--no-mmap");
+    const Outcome outcome = clamor(words);
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     return read(wav);
   };
-  const std::string at_once = rendered();
-  for (const unsigned most_ms : {1u, 4u}) {
+  const std::string at_once = rendered(FileAccess::kRead);
+  EXPECT_TRUE(rendered(FileAccess::kMap) == at_once);
+  for (const auto& [most_ms, access] :
+       {std::pair(1u, FileAccess::kRead), std::pair(4u, FileAccess::kRead),
+        std::pair(4u, FileAccess::kMap)}) {
     std::atomic<unsigned> reads{0};
     const Faults faults({.folder = folder.path(),
-                         .calls = "pread",
+                         .calls = access == FileAccess::kMap ? "madvise" : "pread",
                          .strike_at = 0,
                          .fate = Fate::kStandsStill,
-                         .meanwhile = [&] {
+                         .meanwhile = [&, most = most_ms] {
                            const unsigned n = reads++;
-                           const auto bits = philox(most_ms, {n, 0, 0, 0});
+                           const auto bits = philox(most, {n, 0, 0, 0});
                            std::this_thread::sleep_for(
-                               std::chrono::microseconds(bits[0] % (1000 * most_ms)));
+                               std::chrono::microseconds(bits[0] % (1000 * most)));
                          }});
-    EXPECT_TRUE(rendered() == at_once) << most_ms << " ms";
+    EXPECT_TRUE(rendered(access) == at_once) << most_ms << " ms";
     EXPECT_GT(reads, 20u);
   }
 }

@@ -37,23 +37,29 @@ inline Bytes read(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// Writes the bytes, opens them and, where that works, reads all there is.
+// Opens the file and reads all there is; the last error of any part.
+inline Result<void> read_all_of(const std::string& path, FileAccess access) {
+  const auto file = BakeFile::open(path, access);
+  if (!file.ok()) return file.error();
+  Result<void> result;
+  if (const auto sources = read_all_sources(*file); !sources.ok()) result = sources.error();
+  for (std::size_t i = 0; i < file->signal_count(); ++i)
+    if (const auto signal = file->read_signal(i); !signal.ok()) result = signal.error();
+  for (std::size_t i = 0; i < file->signal_count(); ++i)
+    if (const auto envelope = file->read_envelope(i); !envelope.ok()) result = envelope.error();
+  if (const auto mesh = file->read_mesh(); !mesh.ok()) result = mesh.error();
+  return result;
+}
+
+// Writes the bytes, opens them and, where that works, reads all there is: mapped and not, which
+// must not differ.
 inline Result<void> read_whole(const Bytes& bytes) {
   const std::string path = path_of("bytes.clamor");
   std::ofstream(path, std::ios::binary) << bytes;
-  Result<void> result;
-  const auto file = BakeFile::open(path);
-  if (!file.ok()) {
-    result = file.error();
-  } else {
-    if (const auto sources = read_all_sources(*file); !sources.ok()) result = sources.error();
-    for (std::size_t i = 0; i < file->signal_count(); ++i)
-      if (const auto signal = file->read_signal(i); !signal.ok()) result = signal.error();
-    for (std::size_t i = 0; i < file->signal_count(); ++i)
-      if (const auto envelope = file->read_envelope(i); !envelope.ok()) result = envelope.error();
-    if (const auto mesh = file->read_mesh(); !mesh.ok()) result = mesh.error();
-  }
+  const Result<void> result = read_all_of(path, FileAccess::kRead);
+  const Result<void> mapped = read_all_of(path, FileAccess::kMap);
   std::filesystem::remove(path);
+  EXPECT_EQ(mapped.ok() ? "" : mapped.error().message, result.ok() ? "" : result.error().message);
   if (!result.ok()) {
     EXPECT_NE(result.error().message.find("bytes.clamor"), std::string::npos)
         << result.error().message;

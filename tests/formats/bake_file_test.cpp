@@ -9,41 +9,64 @@
 namespace clamor::testing {
 namespace {
 
-TEST(BakeFile, ThatIsCutShortWhileItIsOpenIsAnErrorAndNoCrash) {
-  const std::string path = path_of("cut.clamor");
-  ASSERT_TRUE(write_bake(path, contents(), 2).ok());
-  const auto file = BakeFile::open(path);
-  ASSERT_TRUE(file.ok());
-  ASSERT_TRUE(file->read_page(*file->top()).ok());
-  for (const std::uint64_t length : {file->bytes().file / 2, std::uint64_t{64}, std::uint64_t{0}}) {
-    std::filesystem::resize_file(path, length);
-    const auto whole = read_all_sources(*file);
-    const auto signal = file->read_signal(0);
-    const auto mesh = file->read_mesh();
-    EXPECT_FALSE(whole.ok() && signal.ok() && mesh.ok());
-    if (length == 0) {
-      ASSERT_FALSE(whole.ok());
-      EXPECT_NE(whole.error().message.find("cut short while it was open"), std::string::npos);
-      EXPECT_NE(whole.error().message.find("the page of"), std::string::npos);
+// What is wrong with each part of an open file; "" for what can be read.
+std::vector<std::string> complaints(const BakeFile& file) {
+  std::vector<std::string> all;
+  const auto add = [&](const auto& part) { all.push_back(part.ok() ? "" : part.error().message); };
+  for (const PageEntry& top : file.trees()) add(file.read_page(top));
+  add(read_all_sources(file));
+  add(file.read_signal(0));
+  add(file.read_envelope(0));
+  add(file.read_mesh());
+  return all;
+}
+
+TEST(BakeFile, ThatIsCutShortOrOverwrittenWhileItIsOpenIsTheSameErrorMappedAndReadAndNoCrash) {
+  const std::string path = path_of("cut.clamor"), garbage(1 << 20, '\xa5');
+  for (const std::uint32_t sources : {100u, 1000u}) {
+    ASSERT_TRUE(write_bake(path, contents(sources), 2).ok());
+    const Bytes whole = read(path);
+    const auto file = BakeFile::open(path), mapped = BakeFile::open(path, FileAccess::kMap);
+    ASSERT_TRUE(file.ok() && mapped.ok());
+    ASSERT_TRUE(mapped->is_mapped());
+    ASSERT_FALSE(file->is_mapped());
+    EXPECT_EQ(complaints(*mapped), std::vector<std::string>(5));
+    for (std::size_t length = 0; length < whole.size(); length += 997) {
+      std::filesystem::resize_file(path, length);
+      const auto all = complaints(*file);
+      EXPECT_EQ(complaints(*mapped), all) << length;
+      if (length == 0)
+        for (const std::string& one : all) {
+          EXPECT_NE(one.find("cut short while it was open"), std::string::npos) << one;
+          EXPECT_EQ(one.find(path), 0u) << one;
+        }
+      std::ofstream(path, std::ios::binary) << whole.substr(0, length) << garbage;
+      EXPECT_EQ(complaints(*mapped), complaints(*file)) << length;
+      std::ofstream(path, std::ios::binary) << whole;
     }
+    EXPECT_EQ(complaints(*mapped), std::vector<std::string>(5));
+    std::filesystem::remove(path);
   }
-  std::filesystem::remove(path);
 }
 
 TEST(BakeFile, ThatIsReplacedWhileItIsOpenGoesOnAsItWas) {
   const std::string path = path_of("replaced.clamor");
-  BakeContents bake = contents();
-  ASSERT_TRUE(write_bake(path, bake, 2).ok());
-  const auto file = BakeFile::open(path);
-  ASSERT_TRUE(file.ok());
-  const auto before = read_all_sources(*file);
-  bake.octree = {};
-  ASSERT_TRUE(write_bake(path, bake, 2).ok());
-  const auto after = read_all_sources(*file);
-  ASSERT_TRUE(before.ok() && after.ok());
-  EXPECT_EQ(before->sources.size(), after->sources.size());
-  EXPECT_GT(after->sources.size(), 0u);
-  std::filesystem::remove(path);
+  for (const FileAccess access : {FileAccess::kRead, FileAccess::kMap}) {
+    BakeContents bake = contents();
+    ASSERT_TRUE(write_bake(path, bake, 2).ok());
+    const auto file = BakeFile::open(path, access);
+    ASSERT_TRUE(file.ok());
+    EXPECT_EQ(file_version(path), file->version());
+    const auto before = read_all_sources(*file);
+    bake.octree = {};
+    ASSERT_TRUE(write_bake(path, bake, 2).ok());
+    EXPECT_NE(file_version(path), file->version());
+    const auto after = read_all_sources(*file);
+    ASSERT_TRUE(before.ok() && after.ok());
+    EXPECT_EQ(before->sources.size(), after->sources.size());
+    EXPECT_GT(after->sources.size(), 0u);
+    std::filesystem::remove(path);
+  }
 }
 
 TEST(BakeFile, GivesBackWhatWasWritten) {
