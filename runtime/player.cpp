@@ -2,10 +2,13 @@
 
 #include <array>
 #include <atomic>
+#include <cassert>
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <thread>
+#include <utility>
 
 #include "formats/audio_file.h"
 #include "runtime/audio_callback.h"
@@ -24,12 +27,19 @@ constexpr std::size_t kRecordFrames = std::size_t{4} * kSampleRate_hz;
 constexpr std::size_t kMeterFrames = kSampleRate_hz;
 constexpr auto kSamplerNap = std::chrono::milliseconds(1);
 constexpr auto kWriterNap = std::chrono::milliseconds(20);
+constexpr auto kFadeNap = std::chrono::milliseconds(5);
+constexpr auto kLongestFade = std::chrono::seconds(2);  // unless the output stands still
+
+// An auralizer, and when in the player's time it began.
+struct Playing {
+  std::unique_ptr<Auralizer> auralizer;
+  double begun_s = 0;
+};
 
 // Where a walk is at a keyframe's time is known beforehand; nobody knows where a listener turns.
-AuralizerOptions auralizer_options(const PlayerOptions& options) {
-  AuralizerOptions own = options.auralizer;
-  own.follows_head = !options.walk;
-  return own;
+AuralizerOptions following_head(AuralizerOptions options, bool on_walk) {
+  options.follows_head = !on_walk;
+  return options;
 }
 
 }  // namespace
@@ -37,33 +47,59 @@ AuralizerOptions auralizer_options(const PlayerOptions& options) {
 struct Player::State {
   State(std::unique_ptr<Auralizer> from, const PlayerOptions& wanted, std::uint64_t frames)
       : options(wanted),
-        auralizer(std::move(from)),
-        ring(wanted.record.empty()
-                 ? nullptr
-                 : std::make_unique<SampleRing>(kRecordFrames *
-                                                static_cast<std::size_t>(auralizer->channels()))),
-        metered(kMeterFrames * static_cast<std::size_t>(auralizer->channels())),
-        meter(auralizer->channels(), wanted.auralizer.output.speakers()),
-        callback(*auralizer, ring.get(), frames, &metered) {
+        current{std::move(from)},
+        channels(current.auralizer->channels()),
+        ring(wanted.record.empty() ? nullptr
+                                   : std::make_unique<SampleRing>(
+                                         kRecordFrames * static_cast<std::size_t>(channels))),
+        metered(kMeterFrames * static_cast<std::size_t>(channels)),
+        meter(channels, wanted.auralizer.output.speakers()),
+        callback(*current.auralizer, ring.get(), frames, &metered),
+        moved_to(wanted.pose) {
     poses.publish(options.pose);
-    auralizer->face(options.pose);
+    current.auralizer->face(options.pose);
   }
 
-  // Makes what the auralizer wants now, for where the listener is or will be. False for nothing.
-  bool make_wanted_keyframe() {
-    if (!auralizer->wants_keyframe()) return false;
-    auralizer->make_keyframe(options.walk ? options.walk->at(auralizer->next_keyframe_time_s())
-                                          : poses.latest());
+  // Makes what an auralizer wants now, for where the listener is, or will be on its walk. False for
+  // nothing.
+  bool make_wanted_keyframe(Playing& playing, const Pose& pose) const {
+    if (playing.auralizer == nullptr || !playing.auralizer->wants_keyframe()) return false;
+    const double time_s = playing.begun_s + playing.auralizer->next_keyframe_time_s();
+    playing.auralizer->make_keyframe(options.walk ? options.walk->at(time_s) : pose);
     return true;
   }
 
   void run_sampler() {
     name_thread("sampler");
     while (running.load(std::memory_order_relaxed)) {
-      const bool was_busy = make_wanted_keyframe();
+      bool was_busy = false;
+      {
+        const std::lock_guard lock(exchange);
+        const Pose& pose = poses.latest();
+        was_busy = make_wanted_keyframe(current, pose);
+        was_busy = make_wanted_keyframe(outgoing, pose) || was_busy;
+      }
       read_meter();  // however late the keyframes are
       if (!was_busy) std::this_thread::sleep_for(kSamplerNap);
     }
+  }
+
+  double played_s() const {
+    return static_cast<double>(callback.counters().frames) / kSampleRate_hz;
+  }
+
+  // Frees what has been faded from; false if the output stands still, so that it may still be
+  // mixed.
+  bool end_fade() {
+    const auto start = std::chrono::steady_clock::now();
+    while (!callback.has_faded() && !callback.counters().finished) {
+      if (std::chrono::steady_clock::now() - start > kLongestFade) return false;
+      std::this_thread::sleep_for(kFadeNap);
+    }
+    if (!callback.has_faded()) return false;
+    const std::lock_guard lock(exchange);
+    outgoing = {};
+    return true;
   }
 
   // The meter is this thread's, since it may take its time here.
@@ -91,12 +127,16 @@ struct Player::State {
   }
 
   const PlayerOptions options;
-  const std::unique_ptr<Auralizer> auralizer;
+  // The sampler holds it while it makes a keyframe, the caller while one takes the other's place.
+  std::mutex exchange;
+  Playing current, outgoing;  // outgoing: while it fades out
+  const int channels;
   const std::unique_ptr<SampleRing> ring;
   SampleRing metered;
   LoudnessMeter meter;
   AudioCallback callback;
   LatestValue<Pose> poses;
+  Pose moved_to;  // the caller's: the last of them
   std::optional<WavWriter> wav;
   Result<void> recorded;  // the writer thread's until it has ended
   std::atomic<double> momentary_lufs{-std::numeric_limits<double>::infinity()};
@@ -115,11 +155,15 @@ Player::~Player() {
 
 Result<std::unique_ptr<Player>> Player::create(std::shared_ptr<const BakeFile> file,
                                                const PlayerOptions& options) {
-  return create(Auralizer::create(std::move(file), auralizer_options(options)), options);
+  return create(Auralizer::create(std::move(file),
+                                  following_head(options.auralizer, options.walk.has_value())),
+                options);
 }
 
 Result<std::unique_ptr<Player>> Player::create(AuralizerInput input, const PlayerOptions& options) {
-  return create(Auralizer::create(std::move(input), auralizer_options(options)), options);
+  return create(Auralizer::create(std::move(input),
+                                  following_head(options.auralizer, options.walk.has_value())),
+                options);
 }
 
 Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>> auralizer,
@@ -128,9 +172,9 @@ Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>
   const auto frames = static_cast<std::uint64_t>(std::llround(options.seconds * kSampleRate_hz));
   auto state = std::make_unique<State>(std::move(*auralizer), options, frames);
   if (!options.record.empty()) {
-    auto wav = WavWriter::create(options.record, state->auralizer->channels(), kSampleRate_hz,
-                                 options.record_format, options.auralizer.output.speakers(),
-                                 Appearance::kAtOnce);
+    auto wav =
+        WavWriter::create(options.record, state->channels, kSampleRate_hz, options.record_format,
+                          options.auralizer.output.speakers(), Appearance::kAtOnce);
     if (!wav.ok()) return wav.error();
     state->wav = std::move(*wav);
   }
@@ -140,7 +184,7 @@ Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>
         audio.fill({output, block_frames * audio.channels()});
       },
       &state->callback};
-  const OutputRequest request{options.device, state->auralizer->channels(), options.block_frames,
+  const OutputRequest request{options.device, state->channels, options.block_frames,
                               options.device_rate_hz, options.buffer_may_grow};
   auto output =
       SupervisedOutput::open(options.driver ? options.driver : sound_devices(), request, callback);
@@ -151,7 +195,8 @@ Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>
 
 Result<void> Player::start() {
   touch_all_code();
-  while (state_->make_wanted_keyframe()) {  // so that the first block has what it needs
+  while (state_->make_wanted_keyframe(
+      state_->current, state_->moved_to)) {  // so that the first block has what it needs
   }
   state_->shares = ThreadShares();
   state_->running = true;
@@ -164,18 +209,41 @@ Result<void> Player::start() {
 std::vector<ThreadShare> Player::thread_shares() const { return state_->shares.now(); }
 
 void Player::move(const Pose& pose) {
+  state_->moved_to = pose;
   state_->poses.publish(pose);
-  state_->auralizer->face(pose);
+  state_->current.auralizer->face(pose);
 }
 
-MovingSources* Player::moving() { return state_->auralizer->moving(); }
+Result<void> Player::replace(std::shared_ptr<const BakeFile> file,
+                             const AuralizerOptions& options) {
+  State& state = *state_;
+  if (!state.end_fade())
+    return Error("the sound output stands still, so another bake cannot be faded in. Try again.");
+  auto next =
+      Auralizer::create(std::move(file), following_head(options, state.options.walk.has_value()));
+  if (!next.ok()) return next.error();
+  assert((*next)->channels() == state.channels);
+  Playing incoming{std::move(*next), state.played_s()};
+  incoming.auralizer->face(state.moved_to);
+  while (state.make_wanted_keyframe(incoming, state.moved_to)) {
+  }
+  {
+    const std::lock_guard lock(state.exchange);
+    state.outgoing = std::exchange(state.current, std::move(incoming));
+  }
+  state.callback.fade_to(*state.current.auralizer);
+  (void)state.end_fade();  // where the output stands still, the next call frees what was faded from
+  return {};
+}
+
+MovingSources* Player::moving() { return state_->current.auralizer->moving(); }
 
 bool Player::finished() const { return state_->callback.counters().finished; }
 
 PlayerStatistics Player::statistics() {
   const auto counters = state_->callback.counters();
   PlayerStatistics statistics;
-  statistics.auralizer = state_->auralizer->statistics();
+  statistics.auralizer = state_->current.auralizer->statistics();
   statistics.output = state_->output->statistics();
   statistics.time_s = static_cast<double>(counters.frames) / kSampleRate_hz;
   statistics.dropped_samples = state_->ring ? state_->ring->dropped() : 0;

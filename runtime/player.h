@@ -64,6 +64,14 @@ class Player {
   // As Auralizer's, for the thread that calls move().
   MovingSources* moving();
 
+  // Plays another bake from now on, the listener where it is; the sound fades over in a tenth of a
+  // second, and what the bake plays begins anew. Takes as long as opening, while the sound goes on,
+  // and memory for both until then.
+  // On an Error what plays goes on playing. For the thread that calls move() and statistics(), once
+  // the player has started; statistics().auralizer then counts from the new bake on, and what
+  // moving() gave is gone.
+  Result<void> replace(std::shared_ptr<const BakeFile> file, const AuralizerOptions& options);
+
   bool finished() const;  // options.seconds have been played
   PlayerStatistics statistics();
   std::vector<ThreadShare> thread_shares() const;  // since start(); reads files

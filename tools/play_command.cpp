@@ -17,6 +17,7 @@
 #include "runtime/player.h"
 #include "tools/arguments.h"
 #include "tools/audibility_warnings.h"
+#include "tools/bake_watch.h"
 #include "tools/commands.h"
 #include "tools/interrupt.h"
 #include "tools/mix_options.h"
@@ -37,6 +38,7 @@ constexpr double kTurn_rad = 10 * std::numbers::pi / 180;
 constexpr double kGlide_s = 0.15;  // a step is walked, not jumped
 constexpr double kTurnGlide_s = 0.05;
 constexpr int kFrame_ms = 20, kGlideFrame_ms = 5;
+constexpr auto kLook = std::chrono::milliseconds(500);  // for another bake in the file's place
 constexpr double kDegrees = 180 / std::numbers::pi;
 
 // Two metres before the first emitter, looking at it.
@@ -189,8 +191,56 @@ std::optional<Spectrogram> spectrogram_of_file(const std::string& path, std::ost
   return {};
 }
 
+// Notices that the bake was replaced while it plays, and takes up the new one where that is wanted.
+class BakeFollower {
+ public:
+  BakeFollower(std::shared_ptr<const BakeFile> file, bool follows, const MixWords& mix)
+      : file_(std::move(file)), watch_(*file_), follows_(follows), mix_(mix) {}
+
+  // Says each thing once, with `before` in front. True if another bake plays from now on.
+  bool look(Player& player, AuralizerOptions options, std::ostream& err, const char* before) {
+    const BakeWatch::News news = watch_.look();
+    if (news == BakeWatch::News::kNone) return false;
+    const bool is_replaced = news == BakeWatch::News::kReplaced;
+    const std::string what =
+        fmt::format("{}{} was {}", before, file_->path(), is_replaced ? "replaced" : "overwritten");
+    if (!follows_) {
+      fmt::print(
+          err, "{} on disk; {}. 'clamor play --follow' takes up the new one\n", what,
+          is_replaced ? "the old one plays on" : "what has been read of the old one plays on");
+      return false;
+    }
+    const Result<void> taken = take_up(player, options);
+    if (taken.ok())
+      fmt::print(err, "{} on disk; the new one plays\n", what);
+    else
+      fmt::print(err, "{} on disk, but the old one plays on: {}\n", what, taken.error().message);
+    return taken.ok();
+  }
+
+ private:
+  Result<void> take_up(Player& player, AuralizerOptions& options) {
+    auto opened = BakeFile::open(file_->path(), mix_.access());
+    if (!opened.ok()) return opened.error();
+    InputFiles inputs;  // were compared with the outputs when the program began
+    if (const auto read = mix_.read_script(options, opened->signal_count(), inputs); !read.ok())
+      return read;
+    auto file = std::make_shared<const BakeFile>(std::move(*opened));
+    if (const auto replaced = player.replace(file, options); !replaced.ok()) return replaced;
+    file_ = std::move(file);
+    watch_.plays(*file_);
+    return {};
+  }
+
+  std::shared_ptr<const BakeFile> file_;
+  BakeWatch watch_;
+  const bool follows_;
+  const MixWords& mix_;
+};
+
 // Moves and shows until the end, a key or Ctrl-C says stop.
-void run(Player& player, const PlayerOptions& options, PlayTrace& trace, std::ostream& err) {
+void run(Player& player, const PlayerOptions& options, BakeFollower& follower, PlayTrace& trace,
+         std::ostream& err) {
   Terminal terminal;
   const bool live_line = &err == &std::cerr && isatty(STDERR_FILENO) != 0;
   if (terminal.is_terminal() && !options.walk)
@@ -199,7 +249,7 @@ void run(Player& player, const PlayerOptions& options, PlayTrace& trace, std::os
                "sink, Q ends\n");
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
-  auto shown = start, glided = start;
+  auto shown = start, glided = start, looked = start;
   Pose pose = options.pose, wanted = options.pose;
   std::array<float, kMostChannels> peak{};  // since the last line
   bool told = false;
@@ -227,6 +277,10 @@ void run(Player& player, const PlayerOptions& options, PlayTrace& trace, std::os
     }
     trace.add(status, pose);
     const auto now = Clock::now();
+    if (now - looked >= kLook) {
+      looked = now;
+      if (follower.look(player, options.auralizer, err, live_line ? "\r\x1b[K" : "")) told = false;
+    }
     if (now - shown <
         (live_line ? std::chrono::milliseconds(100) : std::chrono::milliseconds(1000)))
       continue;
@@ -252,7 +306,7 @@ void run(Player& player, const PlayerOptions& options, PlayTrace& trace, std::os
 
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   std::string level, listener, walk_path, format, report_folder;
-  bool no_limiter = false;
+  bool no_limiter = false, follows = false;
   PlayerOptions options;
   Arguments parser("play",
                    "Plays a bake in real time. In a terminal, arrow keys or WASD walk and turn.",
@@ -276,6 +330,10 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   const StrategyWords strategy(parser);
   MixWords mix(parser);
   parser.flag("--no-limiter", no_limiter, "let peaks clip instead of keeping them below -1 dBFS");
+  parser.flag(
+      "--follow", follows,
+      "when the file is replaced by another bake, fade over to that; unset: say so, and play "
+      "the old one to the end");
   parser.option("--record", options.record,
                 "also write what is played to this .wav or .flac file, which grows while it plays: "
                 "whatever ends the program, a .wav file can be played to its end, a .flac file to "
@@ -356,14 +414,16 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
             {.seconds = options.seconds, .surfaces_hide = options.auralizer.visibility}))
       fmt::print(err, "warning: {}\n", *warning);
   const Interrupt interrupt;
-  auto player = Player::create(std::make_shared<const BakeFile>(std::move(*file)), options);
+  const auto playing = std::make_shared<const BakeFile>(std::move(*file));
+  BakeFollower follower(playing, follows, mix);
+  auto player = Player::create(playing, options);
   if (!player.ok()) return fail(player.error());
   fmt::print(err, "playing {} on {}\n", level, describe((*player)->statistics().output));
   if (const std::string note = output_words.note_on_default(); !note.empty())
     fmt::print(err, "{}\n", note);
   if (const auto started = (*player)->start(); !started.ok()) return fail(started.error());
   PlayTrace trace;
-  run(**player, options, trace, err);
+  run(**player, options, follower, trace, err);
   PlayerStatistics played = (*player)->statistics();
   const auto threads = (*player)->thread_shares();
   if (const auto stopped = (*player)->stop(); !stopped.ok()) return fail(stopped.error());

@@ -3,8 +3,11 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <functional>
+#include <sstream>
+#include <streambuf>
 #include <thread>
 
 #include "common/random.h"
@@ -15,6 +18,7 @@
 #include "tests/rooms_runtime.h"
 #include "tests/sanitized.h"
 #include "tests/tools/program.h"
+#include "tools/bake_watch.h"
 
 namespace clamor::testing {
 
@@ -282,6 +286,146 @@ TEST(PlayCommand, SaysOnceThatItsFileIsGoneAndPlaysToTheEnd) {
     for (const Calamity& calamity : calamities())
       if (std::string(calamity.what) != "overwritten with garbage")  // as the next
         expect_it_is_said_once_and_plays_to_the_end(calamity, access);
+}
+
+TEST(BakeWatch, TellsOfEachVersionOnceAndOnlyWhenItHasSettled) {
+  using News = BakeWatch::News;
+  const Folder folder;
+  const std::string path = folder / "a.clamor";
+  ASSERT_TRUE(write_bake(path, room(), 1).ok());
+  const auto file = BakeFile::open(path);
+  ASSERT_TRUE(file.ok());
+  BakeWatch watch(*file);
+  const auto looks = [&watch](int count) {
+    std::vector<News> news;
+    for (int i = 0; i < count; ++i) news.push_back(watch.look());
+    return news;
+  };
+  const auto nothing = [](std::size_t count) { return std::vector<News>(count, News::kNone); };
+  EXPECT_EQ(looks(3), nothing(3));
+  // A copy that is still being written.
+  for (std::size_t part = 1; part < 4; ++part) {
+    std::filesystem::remove(path);
+    folder.write("a.clamor", other_bytes().substr(0, 100 * part));
+    EXPECT_EQ(looks(1), nothing(1));
+  }
+  EXPECT_EQ(looks(3), (std::vector{News::kReplaced, News::kNone, News::kNone}));
+  std::filesystem::remove(path);
+  EXPECT_EQ(looks(2), nothing(2));
+  ASSERT_TRUE(write_bake(path, other_room(), 1).ok());
+  EXPECT_EQ(looks(3), (std::vector{News::kNone, News::kReplaced, News::kNone}));
+  const auto other = BakeFile::open(path);
+  ASSERT_TRUE(other.ok());
+  watch.plays(*other);
+  EXPECT_EQ(looks(2), nothing(2));
+  std::ofstream(path, std::ios::app) << "more";
+  EXPECT_EQ(looks(3), (std::vector{News::kNone, News::kOverwritten, News::kNone}));
+}
+
+// Takes what the program says, and does something when it has said this, and something else when it
+// has said that afterwards.
+class Listening final : public std::streambuf {
+ public:
+  struct Cue {
+    std::string words;
+    std::function<void()> act;
+  };
+  explicit Listening(std::vector<Cue> cues) : cues_(std::move(cues)) {}
+  const std::string& heard() const { return heard_; }
+  bool all_said() const { return next_ == cues_.size(); }
+
+ private:
+  int_type overflow(int_type letter) override {
+    const char one = traits_type::to_char_type(letter);
+    xsputn(&one, 1);
+    return letter;
+  }
+  std::streamsize xsputn(const char* text, std::streamsize size) override {
+    heard_.append(text, static_cast<std::size_t>(size));
+    if (next_ == cues_.size()) return size;
+    const auto found = heard_.find(cues_[next_].words, from_);
+    if (found == std::string::npos) return size;
+    from_ = found + cues_[next_].words.size();
+    cues_[next_++].act();
+    return size;
+  }
+
+  const std::vector<Cue> cues_;
+  std::size_t next_ = 0, from_ = 0;
+  std::string heard_;
+};
+
+// The room a hundredth as loud.
+BakeContents quiet_room() {
+  BakeContents quiet = room();
+  for (Signal& signal : quiet.signals)
+    for (float& sample : signal.samples) sample *= 0.01f;
+  return quiet;
+}
+
+// Plays until it has said all of that. A minute is for a machine that never does.
+std::string played_until(const std::string& path, const std::vector<std::string>& words,
+                         std::vector<Listening::Cue> cues) {
+  cues.back().act = [] { std::raise(SIGINT); };  // as Ctrl-C
+  Listening listening(std::move(cues));
+  std::ostream err(&listening);
+  std::ostringstream out;
+  std::vector<std::string> arguments = {"play",     path,  "--device",   "none",
+                                        "--voices", "300", "--seconds",  "60",
+                                        "--memory", "4MB", "--listener", "3,4,1.5"};
+  arguments.insert(arguments.end(), words.begin(), words.end());
+  EXPECT_EQ(run_clamor(arguments, out, err), 0) << listening.heard();
+  EXPECT_TRUE(listening.all_said()) << listening.heard();
+  return listening.heard();
+}
+
+TEST(PlayCommand, SaysOnceThatItsBakeWasReplacedAndPlaysTheOldOne) {
+  const Folder folder;
+  const std::string path = folder / "a.clamor", wav = folder / "heard.wav";
+  ASSERT_TRUE(write_bake(path, room(), 1).ok());
+  const auto replace = [&] { ASSERT_TRUE(write_bake(path, quiet_room(), 1).ok()); };
+  const std::string said = played_until(
+      path, {"--record", wav},
+      {{"playing " + path, replace}, {path + " was replaced on disk", [] {}}, {"dBFS", {}}});
+  EXPECT_EQ(lines_with(said, "was replaced"), 1) << said;
+  EXPECT_EQ(lines_with(said, "--follow"), 1) << said;
+  EXPECT_EQ(lines_with(said, "warning"), 0) << said;
+  EXPECT_EQ(lines_with(said, "could not be read"), 0) << said;
+  const auto heard = read_audio(wav);
+  ASSERT_TRUE(heard.ok());
+  const std::span<const float> all(*heard);
+  EXPECT_NEAR(10 * std::log10(energy_of(all.last(9600)) / energy_of(all.subspan(9600, 9600))), 0,
+              3);
+}
+
+TEST(PlayCommand, FollowsABakeThatIsReplacedAndStaysWithTheOldOneWhereTheNewOneIsDamaged) {
+  const Folder folder;
+  const std::string path = folder / "a.clamor", wav = folder / "heard.wav";
+  for (const char* const access : {"--no-mmap", ""}) {
+    ASSERT_TRUE(write_bake(path, room(), 1).ok());
+    const auto damage = [&] {
+      std::filesystem::remove(path);
+      folder.write("a.clamor", other_bytes().substr(0, 1000));
+    };
+    const auto replace = [&] { ASSERT_TRUE(write_bake(path, quiet_room(), 1).ok()); };
+    std::vector<std::string> words = {"--follow", "--record", wav};
+    if (*access != '\0') words.emplace_back(access);
+    const std::string said =
+        played_until(path, words,
+                     {{"playing " + path, damage},
+                      {path + " was replaced on disk, but the old one plays on: " + path, replace},
+                      {path + " was replaced on disk; the new one plays", [] {}},
+                      {"dBFS", [] {}},  // a second later the fade is over
+                      {"dBFS", {}}});
+    EXPECT_EQ(lines_with(said, "was replaced"), 2) << said;
+    EXPECT_EQ(lines_with(said, "warning"), 0) << said;
+    EXPECT_EQ(lines_with(said, "could not be read"), 0) << said;
+    const auto heard = read_audio(wav);
+    ASSERT_TRUE(heard.ok());
+    const std::span<const float> all(*heard);
+    EXPECT_NEAR(10 * std::log10(energy_of(all.last(9600)) / energy_of(all.subspan(9600, 9600))),
+                -40, 3);
+  }
 }
 
 TEST(RenderCommand, OfAFileThatCannotBeReadToTheEndWritesNothing) {

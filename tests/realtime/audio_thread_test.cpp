@@ -168,6 +168,42 @@ TEST(AudioThread, AllocatesNothingWhenTheSamplerHasStopped) {
   EXPECT_GT((*auralizer)->statistics().held_blocks, 900u);
 }
 
+// Whatever both play: each sample is between theirs, and nothing is asked of the system.
+TEST(AudioCallback, FadesToAnotherAuralizerWithinATenthOfASecond) {
+  const auto room = [](double gain) {
+    AuralizerOptions options;
+    options.gain = gain;
+    options.wait_for_pages = true;
+    auto made = Auralizer::create(baked_room(), options);
+    EXPECT_TRUE(made.ok());
+    return std::move(*made);
+  };
+  const auto standing = Walk::standing({{3, 4, 1.5}, 0, 0});
+  constexpr std::size_t kFrames = 480, kFadeBlocks = 10;
+  using Block = std::array<float, 2 * kFrames>;
+  const auto old = room(1), old_alone = room(1), next = room(0.25), next_alone = room(0.25);
+  AudioCallback callback(*old, nullptr, 0);
+  Block block{}, from{}, to{};
+  for (std::size_t i = 0; i < 30; ++i) {
+    for (const auto* one : {&old, &old_alone, &next, &next_alone}) make_keyframes(**one, standing);
+    if (i == 5) callback.fade_to(*next);
+    {
+      const Forbidden forbidden;
+      callback.fill(block);
+    }
+    old_alone->mix(from);
+    if (i >= 5) next_alone->mix(to);
+    for (std::size_t s = 0; s < block.size(); ++s) {
+      const double faded = (static_cast<double>(kFrames) * (static_cast<double>(i) - 5) +
+                            static_cast<double>(s / 2) + 1) /
+                           (kFadeBlocks * kFrames);
+      const double share = std::clamp(faded, 0.0, 1.0);
+      ASSERT_NEAR(block[s], from[s] + share * (to[s] - from[s]), 1e-6) << i << " " << s;
+    }
+    EXPECT_EQ(callback.has_faded(), i < 5 || i >= 5 + kFadeBlocks - 1) << i;
+  }
+}
+
 TEST(AudioCallback, EndsInTwoBlocksOfSilence) {
   auto auralizer = Auralizer::create(baked_room(), {});
   ASSERT_TRUE(auralizer.ok());
