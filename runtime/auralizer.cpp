@@ -150,7 +150,14 @@ struct Auralizer::State {
         settled(keyframes_of_choice > 1 ? kKeyframesToSettle : 1),
         mixer(signals, slots_for(choice.sampler()), mode, panner.get(), head.get(), sounds.get(),
               {static_cast<float>(options.gain * options.output.diffuse_gain()), options.limit,
-               options.adapt, options.block_frames, options.audio_clock, turns.get()}) {}
+               options.adapt, options.block_frames, options.audio_clock, turns.get()}) {
+    stop_when(options.stop);
+  }
+
+  void stop_when(const std::atomic<bool>* wanted) {
+    stop = wanted;
+    choice.sampler().stop_when(wanted);
+  }
 
   // Sees to it that what the keyframe plays is decoded; the first waits for it.
   void play(const Keyframe& keyframe) {
@@ -172,11 +179,14 @@ struct Auralizer::State {
     choice_keyframes = made > 0 ? keyframes_of_choice : 1;
     const double start_s = choice_keyframes > 1 ? clock.now() : 0;
     sample = sampler.sample(place, time_s);
-    while (wait_for_pages && !sampler.complete()) sample = sampler.sample(place, time_s);
+    while (wait_for_pages && !is_stopped() && !sampler.complete())
+      sample = sampler.sample(place, time_s);
     next_choice = made + choice_keyframes;
     choice_took_s = choice_keyframes > 1 ? clock.now() - start_s : 0;
     return sample;
   }
+
+  bool is_stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 
   // How many sources to choose, after a keyframe took so long.
   void adapt_k(double took_s) {
@@ -201,6 +211,7 @@ struct Auralizer::State {
 
   // Sampler thread.
   SourceChoice choice;
+  const std::atomic<bool>* stop = nullptr;     // a caller's
   const std::shared_ptr<MovingScript> script;  // moves the choice's, if a caller does not
   KeyframeMaker maker;
   const ReceiverPattern receivers;
@@ -223,6 +234,7 @@ struct Auralizer::State {
 
   // Statistics.
   std::atomic<std::uint64_t> keyframes{0}, rays{0}, late_sources{0}, late_keyframes{0};
+  std::atomic<std::uint64_t> bounded_keyframes{0};
   std::atomic<std::uint32_t> voices{0}, k{0}, least_k{0};
   std::atomic<double> sampler_ms{0};
 };
@@ -326,12 +338,16 @@ void Auralizer::make_keyframe(const Pose& pose) {
     state.rays.store(sight->statistics().rays, std::memory_order_relaxed);
     state.late_sources.store(sight->statistics().late, std::memory_order_relaxed);
   }
+  state.bounded_keyframes.store(state.choice.sampler().bounded_keyframes(),
+                                std::memory_order_relaxed);
   state.keyframes.fetch_add(1, std::memory_order_relaxed);
   ++state.made;
   state.mixer.publish(*keyframe);
 }
 
 void Auralizer::face(const Pose& pose) { state_->mixer.face(facing_of(pose)); }
+
+void Auralizer::stop_when(const std::atomic<bool>* stop) { state_->stop_when(stop); }
 
 void Auralizer::mix(std::span<float> interleaved) noexcept REALTIME {
   state_->mixer.mix(interleaved);
@@ -365,6 +381,7 @@ AuralizerStatistics Auralizer::statistics() {
   statistics.shed_voices = mixed.shed_voices;
   statistics.most_shed = mixed.most_shed;
   statistics.shedding_blocks = mixed.shedding_blocks;
+  statistics.bounded_keyframes = state.bounded_keyframes.load(std::memory_order_relaxed);
   statistics.late_sources = state.late_sources.load(std::memory_order_relaxed);
   if (const PageLoader* const loader = state.choice.loader())
     statistics.pages = loader->statistics();

@@ -21,6 +21,7 @@
 // same.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -48,16 +49,17 @@ inline constexpr int kOutputChannels = 2;  // of the default output shape
 inline constexpr std::size_t kVoicesOfAChoice = 5000, kMostKeyframesOfAChoice = kFadeKeyframes;
 
 struct AuralizerStatistics {
-  std::uint64_t keyframes = 0;       // made
-  std::uint64_t held_blocks = 0;     // mixed without a new keyframe when one was due
-  std::uint32_t voices = 0;          // in the newest keyframe, fading ones included
-  double sampler_ms = 0;             // the last make_keyframe took
-  float peak[kMostChannels] = {};    // largest sample since the last call of statistics()
-  std::uint64_t clipped_frames = 0;  // frames beyond full scale so far
-  Limiter::Work limited;             // what the limiter did so far
-  std::uint64_t bad_voices = 0;      // silenced for a keyframe: a gain or delay was not finite
-  std::uint64_t rays = 0;            // cast so far
-  std::uint64_t late_sources = 0;    // times a source was left out for want of rays
+  std::uint64_t keyframes = 0;          // made
+  std::uint64_t held_blocks = 0;        // mixed without a new keyframe when one was due
+  std::uint32_t voices = 0;             // in the newest keyframe, fading ones included
+  double sampler_ms = 0;                // the last make_keyframe took
+  float peak[kMostChannels] = {};       // largest sample since the last call of statistics()
+  std::uint64_t clipped_frames = 0;     // frames beyond full scale so far
+  Limiter::Work limited;                // what the limiter did so far
+  std::uint64_t bad_voices = 0;         // silenced for a keyframe: a gain or delay was not finite
+  std::uint64_t rays = 0;               // cast so far
+  std::uint64_t late_sources = 0;       // times a source was left out for want of rays
+  std::uint64_t bounded_keyframes = 0;  // whose search for sources its budget ended (sampler.h)
   // What there was no time for. k is how many sources are chosen; the mixer leaves out voices.
   std::uint32_t k = 0, least_k = 0, most_k = 0;  // now, at least so far, asked for
   std::uint64_t late_keyframes = 0;  // took longer than what they are for lasts; not the first
@@ -88,6 +90,10 @@ class Auralizer {
   // How the listener's head is turned from now on, where `follows_head` is asked for; the position
   // comes with keyframes. On any one thread.
   void face(const Pose& pose);
+
+  // Sampler thread, or before there is one: once `*stop` is set, whatever keyframe is being made
+  // ends early, with whatever was chosen so far. It must outlive the auralizer or be taken back.
+  void stop_when(const std::atomic<bool>* stop);
 
   int channels() const noexcept REALTIME;
 

@@ -56,6 +56,7 @@ struct Player::State {
         meter(channels, wanted.auralizer.output.speakers()),
         callback(*current.auralizer, ring.get(), frames, &metered),
         moved_to(wanted.pose) {
+    current.auralizer->stop_when(&stopping);
     poses.publish(options.pose);
     current.auralizer->face(options.pose);
   }
@@ -142,7 +143,7 @@ struct Player::State {
   std::atomic<double> momentary_lufs{-std::numeric_limits<double>::infinity()};
   std::atomic<double> short_term_lufs{-std::numeric_limits<double>::infinity()};
   ThreadShares shares;
-  std::atomic<bool> running{false};
+  std::atomic<bool> running{false}, stopping{false};
   std::thread sampler, writer;
   std::unique_ptr<SupervisedOutput> output;  // last: its threads use all the others
 };
@@ -225,6 +226,7 @@ Result<void> Player::replace(std::shared_ptr<const BakeFile> file,
   assert((*next)->channels() == state.channels);
   Playing incoming{std::move(*next), state.played_s()};
   incoming.auralizer->face(state.moved_to);
+  incoming.auralizer->stop_when(&state.stopping);
   while (state.make_wanted_keyframe(incoming, state.moved_to)) {
   }
   {
@@ -255,6 +257,7 @@ PlayerStatistics Player::statistics() {
 Result<void> Player::stop() {
   state_->output->stop();
   state_->running = false;
+  state_->stopping = true;
   if (state_->sampler.joinable()) state_->sampler.join();
   if (state_->writer.joinable()) state_->writer.join();
   if (!state_->wav) return {};

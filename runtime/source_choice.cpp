@@ -7,7 +7,8 @@ namespace clamor {
 
 StrategyOptions strategy_of(const AuralizerOptions& options) {
   return {options.strategy, static_cast<std::size_t>(std::max(options.voices, 0)),
-          options.estimator, options.tuning};
+          options.estimator, options.tuning,
+          options.wait_for_pages ? SearchBound::kUnbounded : SearchBound::kBounded};
 }
 
 bool looks(const AuralizerOptions& options) {
@@ -26,10 +27,8 @@ SourceChoice::SourceChoice(AuralizerInput& input, const BakeFile* file, const So
         PageBudget{options.memory_bytes - std::min(sounds_bytes, options.memory_bytes / 2),
                    !options.wait_for_pages},
         1, [file](const PageEntry& entry) { file->will_need(entry); });
-    auto octree =
+    pool_ =
         std::make_unique<OctreePool>(field, ceilings, file->trees(), file->signal_maps(), *loader_);
-    octree->stop_when(options.stop);
-    pool_ = std::move(octree);
   } else {
     auto list = std::make_unique<SourceList>(field, weights, std::move(input.sources));
     listed = list.get();

@@ -128,25 +128,20 @@ Result<Measured> measure(const Options& options, std::ostream& err) {
   Result<AllSources> all = read_all_sources(*file);
   if (!all) return all.error();
   for (Source& source : all->sources) source.emitter = all->stored_as[source.emitter];
-  std::vector<Arrival> arrivals;
-  if (options.strategy.strategy == "all") {
-    Mesh mesh;
-    if (options.visibility == "on") {
-      Result<Mesh> read = file->read_mesh();
-      if (!read) return read.error().in(options.level);
-      mesh = std::move(*read);
-    }
-    const SightGeometry surfaces(mesh, file->materials());
-    arrivals = energy_response(all->sources, emitters, file->materials(), file->settings().air,
-                               options.listener_m, emitter, &surfaces);
-  } else {
-    arrivals = sampled_response(options.strategy, all->sources, emitters, file->materials(),
-                                file->settings().air, options.listener_m, emitter,
-                                LateBoost(file->statistics().decay, all->sources.size()));
+  Mesh mesh;
+  if (options.visibility == "on" && asks_what_hides(options.strategy.strategy)) {
+    Result<Mesh> read = file->read_mesh();
+    if (!read) return read.error().in(options.level);
+    mesh = std::move(*read);
   }
   const auto warning =
       audibility_warning(*file, Walk::standing({options.listener_m}),
                          {.emitter = emitter, .surfaces_hide = options.visibility == "on"});
+  const SightGeometry surfaces(mesh, file->materials());
+  const std::vector<Arrival> arrivals =
+      sampled_response(options.strategy, all->sources, emitters, file->materials(),
+                       file->settings().air, options.listener_m, emitter,
+                       LateBoost(file->statistics().decay, all->sources.size()), &surfaces);
   if (arrivals.empty())
     return Error(warning.value_or("nothing of " + in_quotes(emitters[emitter].name) +
                                   " reaches the listener. Move --listener inside the level."))

@@ -16,8 +16,10 @@ MixWords::MixWords(Arguments& parser) {
                 "cubic, or linear, which mixes a quarter more voices and has 1 dB less at 8 kHz "
                 "[cubic]");
   parser.option("--visibility", visibility_, "on or off: do surfaces hide sources [on]");
-  parser.option("--rays", rays_, {1, kMostRays},
-                "a keyframe (50 a second), to look for what they hide");
+  parser.option(
+      "--rays", rays_, {1, kMostRays},
+      "a keyframe (50 a second), to look for what they hide; a render casts as many as it "
+      "takes");
   parser.option("--memory", memory_,
                 "as in 64MB, of the bake's pages and sounds to keep in memory, whatever the file's "
                 "size [64MB]");

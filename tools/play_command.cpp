@@ -125,6 +125,18 @@ std::string load_note(const AuralizerStatistics& now) {
   return fmt::format(" (k {} of {}, {} shed)", now.k, now.most_k, now.shed_voices);
 }
 
+// A second without what the budget leaves out is not worth a line: nearly any start has some.
+constexpr std::uint64_t kMentionedKeyframes = 50;
+
+// Says where fewer voices sounded than were asked for because nearly everything was hidden.
+void tell_bounded_search(const AuralizerStatistics& played, std::ostream& err) {
+  if (played.bounded_keyframes < kMentionedKeyframes) return;
+  fmt::print(err,
+             "nearly everything was hidden in {} of {} keyframes: the search for audible sources "
+             "ended early there, with the right loudness on average but fewer voices\n",
+             played.bounded_keyframes, played.keyframes);
+}
+
 // What was less than asked for, and for how long.
 void tell_load(const AuralizerStatistics& played, std::ostream& err) {
   if (played.least_k >= played.most_k && played.shedding_blocks == 0) return;
@@ -440,6 +452,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   report(played.output, err);
   report(threads, err);
   tell_load(played.auralizer, err);
+  tell_bounded_search(played.auralizer, err);
   const PageStatistics& pages = played.auralizer.pages;
   if (pages.loaded > 0)
     fmt::print(err, "pages: {} asked for, {} loaded, {} dropped, {} late; {:.1f} MB of them kept\n",

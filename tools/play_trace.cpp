@@ -118,6 +118,7 @@ Result<void> PlayTrace::write(const std::string& folder, const std::string& leve
   row("device_latency_ms", 1e3 * played.output.latency_s);
   row("held_blocks", static_cast<double>(played.auralizer.held_blocks));
   row("late_keyframes", static_cast<double>(played.auralizer.late_keyframes));
+  row("bounded_keyframes", static_cast<double>(played.auralizer.bounded_keyframes));
   row("mean_voices", mean_voices());
   row("least_voices", least_voices());
   row("loudness_lufs", std::max(loudness_lufs(), -99.9));

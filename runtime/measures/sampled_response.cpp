@@ -1,8 +1,11 @@
 #include "runtime/measures/sampled_response.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "runtime/field/loudness.h"
+#include "runtime/sight/sight_looks.h"
+#include "runtime/sight/visibility_cache.h"
 #include "runtime/sounds/signal_bank.h"
 
 namespace clamor {
@@ -16,7 +19,8 @@ std::vector<Arrival> arrivals_of(std::span<const SampledSource> sample, const So
     Arrival arrival;
     arrival.time_s = field.delay_s(source, listener_m) - emitters[source.emitter].delay_s;
     arrival.energy = field.intensity(source, listener_m);
-    for (float& band : arrival.energy) band *= static_cast<float>(chosen.power_scale);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      arrival.energy[b] *= static_cast<float>(chosen.power_scale) * chosen.visibility[b];
     arrival.polarity = source.is_emitter ? 1 : source.polarity;
     arrivals.push_back(arrival);
   }
@@ -30,9 +34,9 @@ std::vector<Arrival> sampled_response(const StrategyOptions& options,
                                       const std::vector<Emitter>& emitters,
                                       std::span<const Material> materials, const Air& air,
                                       const Vec3& listener_m, std::uint32_t emitter,
-                                      const LateBoost& late_boost) {
+                                      const LateBoost& late_boost, const SightGeometry* surfaces) {
   if (options.strategy == "all")
-    return energy_response(sources, emitters, materials, air, listener_m, emitter);
+    return energy_response(sources, emitters, materials, air, listener_m, emitter, surfaces);
   std::vector<Source> of_emitter;
   for (const Source& source : sources)
     if (source.emitter == emitter) of_emitter.push_back(source);
@@ -45,9 +49,21 @@ std::vector<Arrival> sampled_response(const StrategyOptions& options,
   for (std::size_t b = 0; b < kBandCount; ++b) weight[b] *= power[b];
   const SignalWeights weights{{weight}};
   SourceList list(field, weights, std::move(of_emitter));
-  const auto sampler = make_sampler(options, field, weights, list);
-  std::vector<Arrival> arrivals =
-      arrivals_of(sampler->sample(listener_m), field, playing, listener_m);
+  std::optional<VisibilityCache> sight;
+  if (surfaces != nullptr && asks_what_hides(options.strategy))
+    sight.emplace(*surfaces, field.speed_of_sound_mps(), VisibilityOptions{.exact = true});
+  const auto sampler = make_sampler(options, field, weights, list, sight ? &*sight : nullptr);
+  const auto chosen = sampler->sample(listener_m);
+  std::vector<SampledSource> sample(chosen.begin(), chosen.end());
+  if (sight) {
+    // Chosen by looks as a player's, they are heard by close ones, as all sources are.
+    std::vector<const Source*> looked_at;
+    for (const SampledSource& one : sample) looked_at.push_back(one.source);
+    const std::vector<Bands> visible =
+        look_closely(*surfaces, field.speed_of_sound_mps(), looked_at, listener_m);
+    for (std::size_t i = 0; i < sample.size(); ++i) sample[i].visibility = visible[i];
+  }
+  std::vector<Arrival> arrivals = arrivals_of(sample, field, playing, listener_m);
   std::erase_if(arrivals, [](const Arrival& arrival) { return arrival.energy == Bands{}; });
   return arrivals;
 }

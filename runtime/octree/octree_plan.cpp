@@ -101,6 +101,8 @@ void OctreePool::plan_ahead(const Vec3& soon) {
   if (plan_.lists == shortlists_.numbering() && !next_.steps.empty())
     last = LastNodes({first_from(plan_.nodes, next_.steps.back().first), plan_.nodes.end()});
   for (std::size_t s = 0; s < most && !next_.steps.empty() && steps_left_ > 0; ++s, --steps_left_) {
+    if (is_exhausted()) break;
+    spend(WorkBudget::kStepOfPlan);
     last.prefetch();
     go_a_step(next_, last);
   }
@@ -295,7 +297,7 @@ void OctreePool::look_ahead(const Vec3& soon, double tau) {
         const double urgency = step.most / copies_[step.copy].to_threshold;
         if (page == nullptr && urgency > 0 && !loader_.has_failed(*step.entry))
           soon_.push_back({urgency, *step.entry, false});
-        return true;
+        return !is_exhausted();
       },
       [](const FarCopy&, double) {});
 }

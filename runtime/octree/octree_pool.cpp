@@ -183,9 +183,10 @@ void OctreePool::add_source(const Step& step, const Source* sources, std::size_t
   if (boosted.ceiling < least) return;
   SourcePage::prefetch(*source);  // to be weighed
   if (copy.moved) source = placed(*source, copy.placement, leads ? step.lead_key : 0);
-  if (source != nullptr)
-    found.push_back({source, step.first + index, signal, step.copy, boosted.boost,
-                     boosted.ceiling / copy.to_threshold});
+  if (source == nullptr) return;
+  spend(WorkBudget::kFound);
+  found.push_back({source, step.first + index, signal, step.copy, boosted.boost,
+                   boosted.ceiling / copy.to_threshold});
 }
 
 void OctreePool::add_far(const FarCopy& far, double ceiling, std::vector<FoundSource>& found) {
@@ -193,8 +194,9 @@ void OctreePool::add_far(const FarCopy& far, double ceiling, std::vector<FoundSo
   const Placement tree = within(far.outer->placement, far.copy->placement);
   const Source* const source =
       placed(lead.source, within(tree, lead.placement), far.lead_key / lead.placement.power);
-  if (source != nullptr)
-    found.push_back({source, far.first + lead.number, far.signal, kNoCopy, 1, ceiling});
+  if (source == nullptr) return;
+  spend(WorkBudget::kFound);
+  found.push_back({source, far.first + lead.number, far.signal, kNoCopy, 1, ceiling});
 }
 
 bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
@@ -241,7 +243,7 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
     if (!shortlists_.is_empty(list))
       met_.push_back({step, page->sources.data(), list, least, leads, 0});
     if (met_.size() == kMostMet) pass_met(found);
-    return found.size() <= most;
+    return found.size() <= most && !is_exhausted();
   };
   const auto heard = [&](const FarCopy& far, double ceiling) {
     ++copies_heard_;
@@ -250,7 +252,7 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
   if (!walk(place, threshold, use, visit, heard)) return false;
   pass_met(found);
   looked_for_ = threshold;
-  return found.size() <= most;
+  return found.size() <= most && !is_exhausted();
 }
 
 void OctreePool::pass_met(std::vector<FoundSource>& found) {

@@ -86,9 +86,6 @@ class OctreePool final : public SourcePool {
   std::uint64_t sources_looked_at() const { return looked_at_; }
   std::uint64_t copies_heard() const { return copies_heard_; }
 
-  // Walks end once it is true: it must outlive the pool. Null: never.
-  void stop_when(const std::atomic<bool>* stop) { stop_ = stop; }
-
  private:
   static constexpr std::uint32_t kNoCopy = 0xffffffff;  // found without walking one
   // Nodes and copies in the walks of a keyframe. A billion sources and 20 000 voices take a fifth
@@ -285,8 +282,9 @@ class OctreePool final : public SourcePool {
   Scope scope_of(const Vec3& place, double threshold) const;
   void find_parts_to_ask(const Vec3& place, double threshold, const Scope& scope);
   void find_lists_to_renew(double threshold, const Scope& scope);
+  bool give_up_parts();
   void note_planned_missing(const PlannedNode& one, double highest, double threshold);
-  void renew_lists(const Scope& scope);
+  bool renew_lists(const Scope& scope);
   bool ask_parts(const Scope& scope, std::size_t most);
   std::size_t pass_planned(const Scope& scope);
   void take_heard(const Plan::Part& part, double threshold, std::vector<FoundSource>& found) const;
@@ -301,6 +299,11 @@ class OctreePool final : public SourcePool {
     next_.clear();
   }
   void pass_met(std::vector<FoundSource>& found);
+  // Charges what the shortlists did since the last call as well.
+  bool is_exhausted() {
+    spend(shortlists_.take_work());
+    return SourcePool::is_exhausted();
+  }
   // Behind what stands in the way, in this keyframe?
   bool is_too_quiet(double loud, float known, std::uint64_t number, double threshold) const {
     const double least = threshold * (1 - 1e-6);
@@ -310,10 +313,7 @@ class OctreePool final : public SourcePool {
   void add_far(const FarCopy& far, double ceiling, std::vector<FoundSource>& found);
   Source* placed(const Source& stored, const Placement& placement, double lead_key);
 
-  bool is_stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed); }
-
   const SourceField& field_;
-  const std::atomic<bool>* stop_ = nullptr;
   const std::span<const PageEntry> trees_;
   const std::span<const std::vector<std::uint32_t>> signal_maps_;
   const SignalWeights& ceilings_;

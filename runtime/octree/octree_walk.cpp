@@ -24,8 +24,9 @@ bool OctreePool::walk(const Vec3& place, double threshold, const PageOf& page_of
     steps_.push_back({&top, 0, 0, 0, most});
   // What is beyond the steps of a keyframe is passed over as if it were not there: asked again with
   // another threshold it would be no less.
-  while (!steps_.empty() && steps_left_ > 0 && !is_stopped()) {
+  while (!steps_.empty() && steps_left_ > 0) {
     --steps_left_;
+    spend(WorkBudget::kNode);
     const Step step = steps_.back();
     steps_.pop_back();
     const ResidentPage* const page =
@@ -40,6 +41,7 @@ bool OctreePool::walk(const Vec3& place, double threshold, const PageOf& page_of
       if (!page->copies.empty()) {
         quiet.give_m = -1;
         add_copies(step, *page, threshold, heard);
+        if (is_exhausted()) return false;
       }
       add_steps(step, *page, threshold, quiet);
     }
@@ -100,6 +102,8 @@ void OctreePool::add_copies(const Step& from, const ResidentPage& page, double t
   const bool copy_leads = from.lead_key > 0 && page.leader == ResidentPage::Leader::kCopy;
   const double per_key = bound(*from.entry, outer, 1);
   for (std::size_t c = 0; c < page.copies.size() && steps_left_ > 0; ++c, --steps_left_) {
+    spend(WorkBudget::kInstance);
+    if (is_exhausted()) return;
     const ResidentCopy& copy = page.copies[c];
     const bool is_leader = copy_leads && c == 0;
     const double key = is_leader ? from.lead_key : copy.key;

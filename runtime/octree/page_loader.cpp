@@ -256,7 +256,8 @@ bool PageLoader::wait() {
     return shared_->queue.empty() && shared_->under_way.empty() && shared_->arrived.empty();
   };
   if (nothing()) return false;
-  shared_->arrival.wait(lock, [this] { return !shared_->arrived.empty(); });
+  shared_->arrival.wait(lock,
+                        [this] { return shared_->queue.empty() && shared_->under_way.empty(); });
   return true;
 }
 

@@ -99,7 +99,7 @@ class PageLoader {
   // urgent, as many as fit the budget beside what the last sample uses and is not half as urgent.
   void ask(std::vector<WantedPage> wanted);
 
-  // Waits until something that was asked for has arrived; false if nothing is on its way.
+  // Waits until all that was asked for has arrived; false if nothing is on its way.
   bool wait();
 
   PageStatistics statistics() const;  // any thread

@@ -23,6 +23,7 @@
 #include <limits>
 #include <memory_resource>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/scattered.h"
@@ -35,6 +36,7 @@
 #include "runtime/octree/quiet_nodes.h"
 #include "runtime/octree/shortlist_kernel.h"
 #include "runtime/octree/source_page.h"
+#include "runtime/octree/work_budget.h"
 #include "runtime/realtime/prefetch.h"
 #include "runtime/sight/hidden_numbers.h"
 
@@ -98,6 +100,7 @@ class PageShortlists {
     quiet = held(list);
     if (list.count > 0) quiet.give_m = -1;
     looked_at += list.count;
+    work_ += list.count;
     return static_cast<std::size_t>(&list - lists_.data());
   }
   // The same in two steps, for who asks again and again: which list is that of the page whose first
@@ -108,6 +111,8 @@ class PageShortlists {
     return static_cast<std::size_t>(&list - lists_.data());
   }
   std::uint32_t numbering() const { return numbering_; }
+  // What making and passing lists has cost since the last call (work_budget.h).
+  std::uint64_t take_work() { return std::exchange(work_, 0); }
   bool holds(std::size_t list, const Scope& scope) const { return holds(lists_[list], scope); }
   void renew(std::size_t list, const MetPage& page, std::uint64_t& looked_at) {
     looked_at += renew(lists_[list], page);
@@ -117,6 +122,7 @@ class PageShortlists {
   void use(std::size_t list, std::uint64_t& looked_at) {
     lists_[list].used = keyframe_;
     looked_at += lists_[list].count;
+    work_ += lists_[list].count;
   }
   bool is_empty(std::size_t list) const { return lists_[list].count == 0; }
   // Fetches what holds() and renew() will want, and, a little later, what it keeps.
@@ -218,11 +224,14 @@ class PageShortlists {
   // How many sources that took.
   std::size_t renew(List& list, const MetPage& page) {
     std::size_t looked_at = 0;
-    if (!is_sifted(list, page.scope))
+    if (!is_sifted(list, page.scope)) {
       looked_at = fill(list, page);
-    else if (page.scope.until_s <= list.until_s)
+      work_ += WorkBudget::kSievedSource * looked_at;
+    } else if (page.scope.until_s <= list.until_s) {
       return 0;
+    }
     take_loud(list);
+    work_ += WorkBudget::kKeptSource * list.kept.size();
     return looked_at;
   }
   void take_loud(List& list);
@@ -265,6 +274,7 @@ class PageShortlists {
   double time_s_ = 0, loudest_ = 1, until_s_ = 0;
   std::uint32_t turn_ = 0, numbering_ = 0;
   std::uint32_t keyframe_ = 0;
+  std::uint64_t work_ = 0;
 };
 
 }  // namespace clamor

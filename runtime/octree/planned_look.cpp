@@ -42,11 +42,12 @@ bool OctreePool::look_by_plan(const Vec3& place, double threshold, std::size_t m
   const Scope scope = scope_of(place, threshold);
   find_parts_to_ask(place, threshold, scope);
   find_lists_to_renew(threshold, scope);
-  renew_lists(scope);
-  if (!ask_parts(scope, most)) return false;
+  if (!renew_lists(scope) || !ask_parts(scope, most)) return give_up_parts();
   for (const Plan::Part& part : plan_.parts) {
+    const std::size_t before = found.size();
     take_heard(part, threshold, found);
-    if (found.size() > most) return false;
+    spend(part.heard.size() + WorkBudget::kFound * (found.size() - before));
+    if (found.size() > most || is_exhausted()) return false;
   }
   looked_for_ = threshold;
   return true;
@@ -88,6 +89,7 @@ void OctreePool::find_lists_to_renew(double threshold, const Scope& scope) {
     for (std::uint32_t n = part.first; n < part.last; ++n)
       if (!plan_.asked[n].holds(scope, scope_m)) due_.push_back({n, p});
   }
+  spend(WorkBudget::kPlannedNode * due_.size());
   renewed_.clear();
   Copy there{};
   there.place = scope.place;
@@ -142,7 +144,17 @@ void OctreePool::note_planned_missing(const PlannedNode& one, double highest, do
   }
 }
 
-void OctreePool::renew_lists(const Scope& scope) {
+// Parts that were begun have to be asked again, whatever is asked next.
+bool OctreePool::give_up_parts() {
+  for (const std::uint32_t p : asked_parts_) {
+    plan_.parts[p].scope.give_m = -1;
+    plan_.parts[p].heard.clear();
+  }
+  return false;
+}
+
+// False if the budget is exhausted.
+bool OctreePool::renew_lists(const Scope& scope) {
   const Vec3f scope_m(scope.place - plan_.place);
   const auto page_of = [this](std::size_t r) { return plan_.nodes[renewed_[r].node].page; };
   for (std::size_t r = 0; r < renewed_.size(); ++r) {
@@ -162,10 +174,14 @@ void OctreePool::renew_lists(const Scope& scope) {
     // Who hurries has lists that hold here and nowhere else.
     if (!plan_.asked[n].holds(scope, scope_m)) plan_.parts[p].scope.give_m = -1;
     ++visited_;
+    spend(WorkBudget::kNode);
+    if (is_exhausted()) return false;
   }
+  return true;
 }
 
-// Fills what asked parts have heard. False if that is more than so many.
+// Fills what asked parts have heard. False if that is more than so many, or the budget is
+// exhausted.
 bool OctreePool::ask_parts(const Scope& scope, std::size_t most) {
   heard_.clear();
   for (const std::uint32_t p : asked_parts_) {
@@ -191,9 +207,7 @@ bool OctreePool::ask_parts(const Scope& scope, std::size_t most) {
     met_.push_back({node.step, node.sources, node.list, scope.threshold, false, heard_[h].part});
     if (met_.size() < kMostMet && h + 1 < heard_.size()) continue;
     passed += pass_planned(scope);
-    if (passed <= most) continue;
-    for (const std::uint32_t p : asked_parts_) plan_.parts[p].scope.give_m = -1;
-    return false;
+    if (passed > most || is_exhausted()) return false;
   }
   return true;
 }
@@ -207,7 +221,10 @@ std::size_t OctreePool::pass_planned(const Scope& scope) {
   const Met* last = nullptr;
   shortlists_.pass(asked_lists_, [&](const PageShortlists::Passed& one) {
     const Met& met = met_[one.asked];
-    visited_ += &met != last;
+    if (&met != last) {
+      ++visited_;
+      spend(WorkBudget::kNode);
+    }
     last = &met;
     const Boosted boosted(one.boost, strength_, one.ceiling);
     if (boosted.ceiling < scope.threshold) return;

@@ -12,6 +12,7 @@
 #include "runtime/field/signal_weights.h"
 #include "runtime/field/source_field.h"
 #include "runtime/octree/source_page.h"
+#include "runtime/octree/work_budget.h"
 #include "runtime/sight/hidden_numbers.h"
 
 namespace clamor {
@@ -48,6 +49,9 @@ class SourcePool {
  public:
   virtual ~SourcePool() = default;
 
+  // Charges all look-ups to a budget, which must outlive the pool or be taken back.
+  virtual void charge(WorkBudget* budget) { budget_ = budget; }
+
   // Called before the look-ups of a sample; what was found before is no longer valid. `true` if a
   // sample at the same place might differ from the last.
   virtual bool refresh() { return false; }
@@ -64,7 +68,7 @@ class SourcePool {
 
   // Appends every source that is here and whose priority at `place`, its signal being as loud as it
   // ever is, is at least `threshold`, and a few more. Gives up, and returns false, where there are
-  // more than `most`.
+  // more than `most`, or where the budget is exhausted.
   virtual bool look(const Vec3& place, double threshold, std::size_t most,
                     std::vector<FoundSource>& found) = 0;
 
@@ -82,11 +86,20 @@ class SourcePool {
   // Was something not here that the last look would have needed?
   virtual bool missed() const { return false; }
 
-  // Is everything here that was asked for? If not, waits for some of it.
+  // Is everything here that was asked for? If not, waits for it.
   virtual bool complete() { return true; }
 
   // Of sources, here or not.
   virtual std::uint64_t size() const = 0;
+
+ protected:
+  void spend(std::uint64_t units) {
+    if (budget_ != nullptr) budget_->spend(units);
+  }
+  bool is_exhausted() const { return budget_ != nullptr && budget_->is_exhausted(); }
+
+ private:
+  WorkBudget* budget_ = nullptr;
 };
 
 // All of a list, always here.
@@ -97,12 +110,14 @@ class SourceList final : public SourcePool {
 
   bool look(const Vec3& place, double threshold, std::size_t /*most*/,
             std::vector<FoundSource>& found) override {
+    const std::size_t before = found.size();
     page_.pass(place, threshold, [&](std::size_t index, double ceiling) {
       const Source& source = page_[index];
       const Boosted boosted(field_.late_boost().at(source.delay_s), strength_, ceiling);
       if (boosted.ceiling >= threshold)
         found.push_back({&source, index, field_.signal(source), 0, boosted.boost, boosted.ceiling});
     });
+    spend(WorkBudget::kFound * (found.size() - before) + page_.size() / 8);
     return true;
   }
   void boost_late(float strength) override { strength_ = strength; }

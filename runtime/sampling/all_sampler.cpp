@@ -1,4 +1,5 @@
 // all_sampler.cpp: every source, with what surfaces leave of it, and every one that moves.
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -23,19 +24,28 @@ class All final : public Sampler {
       wanted_.clear();
       for (const SampledSource& one : std::span(sample_).first(still_))
         wanted_.push_back({.number = one.number, .source = one.source});
-      const std::vector<Bands> visible = sight_->look_now(wanted_);
-      for (std::size_t i = 0; i < still_; ++i) sample_[i].visibility = visible[i];
+      for (std::size_t first = 0; first < still_ && !is_stopped(); first += kTogether) {
+        const std::size_t count = std::min(kTogether, still_ - first);
+        const std::vector<Bands> visible =
+            sight_->look_now(std::span(wanted_).subspan(first, count));
+        for (std::size_t i = 0; i < count; ++i) sample_[first + i].visibility = visible[i];
+      }
     }
     place_ = place;
     if (moving_ != nullptr) add_moving(place, time_s);
     return sample_;
   }
   bool complete() override { return true; }
+  void stop_when(const std::atomic<bool>* stop) override { stop_ = stop; }
   std::size_t capacity() const override {
     return still_ + (moving_ != nullptr ? moving_->most() : 0);
   }
 
  private:
+  static constexpr std::size_t kTogether = 1 << 16;  // looks between which it may be stopped
+
+  bool is_stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed); }
+
   void add_moving(const Vec3& place, double time_s) {
     moving_->refresh();
     moving_->begin(place, time_s);
@@ -51,6 +61,7 @@ class All final : public Sampler {
   }
 
   VisibilityCache* const sight_;
+  const std::atomic<bool>* stop_ = nullptr;
   MovingList* const moving_;
   const std::size_t still_;  // of sample_, in front
   std::vector<FoundSource> found_;

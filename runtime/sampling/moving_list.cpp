@@ -181,7 +181,10 @@ double MovingList::highest(const Vec3& place) const {
 bool JoinedPool::look(const Vec3& place, double threshold, std::size_t most,
                       std::vector<FoundSource>& found) {
   if (!still_.look(place, threshold, most, found)) return false;
+  const std::size_t before = found.size();
   moving_.look(place, threshold, found);
+  spend(WorkBudget::kFound * (found.size() - before) +
+        WorkBudget::kMovingPer16 * (moving_.most() / 16));
   // Whoever looks for all of them cannot do with fewer.
   return found.size() <= most || threshold == 0;
 }

@@ -75,6 +75,10 @@ class JoinedPool final : public SourcePool {
  public:
   JoinedPool(SourcePool& still, MovingList& moving) : still_(still), moving_(moving) {}
 
+  void charge(WorkBudget* budget) override {
+    SourcePool::charge(budget);
+    still_.charge(budget);
+  }
   bool refresh() override {
     const bool changed = moving_.refresh();
     return still_.refresh() || changed;

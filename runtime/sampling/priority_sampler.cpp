@@ -18,35 +18,35 @@ namespace {
 class Priority final : public Sampler {
  public:
   Priority(const SourceField& field, SignalWeights weights, SourcePool& pool, std::size_t voices,
-           VisibilityCache* sight)
+           VisibilityCache* sight, SearchBound bound)
       : field_(field),
         weights_(std::move(weights)),
         pool_(pool),
         most_voices_(voices),
         voices_(voices),
-        sight_(sight) {
+        sight_(sight),
+        bounded_(bound == SearchBound::kBounded) {
+    pool_.charge(&budget_);
     pool_.boost_late(LateBoost::strength(voices));
   }
+  ~Priority() override { pool_.charge(nullptr); }
+  Priority(const Priority&) = delete;
+  Priority& operator=(const Priority&) = delete;
 
   // A function of place, time and what is here alone. Where all signals are steady, one who stands
   // still costs nothing, once all that matters was looked at.
   //
-  // Who is exact waits for pages, and asks again when some came: often or seldom, as it happens.
-  // What is heard must not depend on that, so asking again begins where the first time began, and
-  // nothing is looked at once more before the next moment.
+  // An exact sampler waits for pages, and is asked again when some came: often or seldom, as it
+  // happens. What is heard must not depend on that: nothing is looked at before all is here that
+  // reaches the threshold, and asking again goes on from there.
   std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
-    const bool exact = sight_ != nullptr && sight_->exact();
     const bool turned = faced_ != reception();
     const bool elsewhere = place_ != place || turned || (!weights_.steady() && time_s_ != time_s);
-    if (exact && looks_due_ && (elsewhere || time_s_ != time_s)) {
-      looking_ = look_again(tau_);
-      looks_due_ = false;
-      asks_again_ = !looking_;
-    }
-    const bool again = exact && asks_again_ && !elsewhere && !resized_;
-    if (!pool_.refresh() && !elsewhere && !resized_ && (again ? !waited_ : !looking_))
+    const bool again = exact() && !elsewhere && !resized_;
+    if (!pool_.refresh() && !elsewhere && !resized_ && !(exact() ? waited_ : looking_))
       return sample_;
     if (!again) {
+      paused_.reset();
       resized_ = false;
       step_m_ = place_ ? place - *place_ : Vec3(0);
       if (place_ != place) gave_up_waiting_ = false;
@@ -56,10 +56,11 @@ class Priority final : public Sampler {
     place_ = place;
     faced_ = reception();
     time_s_ = time_s;
-    pool_.leave_out(sight_ != nullptr ? &sight_->hidden() : nullptr, !exact);
+    // What an exact sampler knows to be hidden may be so no more.
+    pool_.leave_out(sight_ != nullptr && !exact() ? &sight_->hidden() : nullptr, !exact());
     pool_.begin(place, time_s);
     if (sight_ != nullptr && !again) sight_->begin_keyframe(place);
-    const double tau = tau_ = choose(place);
+    const double tau = choose(place);
     sample_.clear();
     for (std::size_t c = 0; c < std::min(voices_, candidates_.size()); ++c) {
       const Candidate& chosen = candidates_[c];
@@ -78,10 +79,11 @@ class Priority final : public Sampler {
     const auto by_number = [](const auto& a, const auto& b) { return a.number < b.number; };
     if (!std::is_sorted(sample_.begin(), sample_.end(), by_number))
       std::sort(sample_.begin(), sample_.end(), by_number);
+    if (bounded_) budget_.limit(work_ahead_per_keyframe(voices_));
     pool_.ask(place + kLookAhead_keyframes * step_m_, tau);
-    asks_again_ = looks_due_ = exact;
     waited_ = waits();
-    looking_ = sight_ != nullptr && (exact || look_again(tau));
+    const bool learns = sight_ != nullptr && !exact() && sight_->refresh(wanted_, tau);
+    looking_ = learns || ended_by_budget_;
     return sample_;
   }
 
@@ -96,6 +98,11 @@ class Priority final : public Sampler {
     return static_cast<std::size_t>(std::min<std::uint64_t>(most_voices_, pool_.size()));
   }
 
+  void stop_when(const std::atomic<bool>* stop) override { budget_.stop_when(stop); }
+
+  std::uint64_t work() const override { return budget_.spent(); }
+  std::uint64_t bounded_keyframes() const override { return bounded_keyframes_; }
+
   void choose_at_most(std::size_t voices) override {
     voices = std::clamp<std::size_t>(voices, 1, most_voices_);
     if (voices == voices_) return;
@@ -108,7 +115,13 @@ class Priority final : public Sampler {
  private:
   static constexpr double kLookAhead_keyframes = 25;  // half a second
   static constexpr double kStep = 16, kStepWhereHidden = 4;
+  // All sources whose priority is lower are, together, some 150 dB below full scale or less.
+  static constexpr double kInaudible = 1e-18;
   static constexpr double kNarrow = 1 + 1e-9, kNarrowEnough = 1.25;
+  static constexpr double kGrowth = 1.25;  // of what a look-up costs, at once its threshold
+  static constexpr std::size_t kMostExamined = 100'000;
+  // Looks of an exact search that are made together, at first and later.
+  static constexpr std::size_t kFirstLooks = 256, kMostLooks = 8192;
   static constexpr std::size_t kFetchAhead = 24, kTogether = 32;
   static constexpr Bands kAllHeard = same_in_all_bands(1);
   static constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
@@ -126,27 +139,75 @@ class Priority final : public Sampler {
                                     : found_[a.found].number < found_[b.found].number;
   }
 
+  bool exact() const { return sight_ != nullptr && sight_->exact(); }
+
   // Fills candidates_ with the k + 1 highest priorities, the lowest last; fewer if there are fewer
   // that reach the threshold which is returned, the last of the k + 1 if there are as many.
   double choose(const Vec3& place) {
-    double threshold = course_.is_known() ? course_.next() : pool_.highest(place);
-    // Who waits, and had to take all there was, begins with that.
-    if (sight_ != nullptr && sight_->exact() && course_.starved() && !course_.is_known())
-      threshold = 0;
-    if (pool_.size() <= voices_) threshold = 0;  // all of them
-    // Of thresholds that were tried: the lowest with too few sources, the highest with far too
-    // many.
+    const Search found = bounded_ ? search_within_budget(place) : search(place);
+    ended_by_budget_ = found.ended_by_budget;
+    bounded_keyframes_ += found.ended_by_budget;
+    const bool starved = candidates_.size() <= voices_;
+    const double threshold = starved ? found.threshold : keep_the_first();
+    course_.was(threshold > kInaudible ? threshold : 0, starved);
+    return threshold;
+  }
+
+  struct Search {
+    double threshold = 0;
+    bool ended_by_budget = false;
+  };
+
+  // Of thresholds that were tried: the lowest with too few sources, the highest with far too many.
+  struct Bracket {
+    double threshold = 0;
     double too_high = std::numeric_limits<double>::infinity(), too_low = 0;
-    const bool exact = sight_ != nullptr && sight_->exact();
-    const double close = sight_ == nullptr ? kNarrow : kNarrowEnough;
     bool unlimited = false;
     int just_missed = 0;
+  };
+
+  double first_threshold(const Vec3& place) {
+    if (pool_.size() <= voices_) return 0;  // all of them
+    return course_.is_known() ? course_.next() : pool_.highest(place);
+  }
+
+  // The threshold that follows one at which too few were found.
+  double lowered(double threshold) {
+    const double before = std::exchange(last_found_, static_cast<double>(found_.size()));
+    if (sight_ == nullptr || found_.empty()) return std::max(threshold / kStep, kInaudible);
+    double step = kStepWhereHidden;
+    if (exact()) {
+      // All that is found will be looked at, so that must not be far more than is needed. It grows
+      // with some power of the step: the first, or less.
+      const double times = static_cast<double>(most_examined()) / last_found_;
+      const double power =
+          before > 0 ? 1.5 * std::log(last_found_ / before) / std::log(last_step_) : 1;
+      step = std::pow(std::clamp(times, kNarrowEnough, kStepWhereHidden),
+                      1 / std::clamp(power, 0.4, 1.0));
+    }
+    last_step_ = step;
+    return std::max(threshold / step, kInaudible);
+  }
+
+  Search search(const Vec3& place) {
+    Bracket now = paused_.value_or(Bracket{.threshold = first_threshold(place)});
+    auto& [threshold, too_high, too_low, unlimited, just_missed] = now;
+    if (!paused_) last_found_ = 0;
+    // One who waits, and had to take all there was, begins with that.
+    if (exact() && !paused_ && course_.starved() && !course_.is_known()) threshold = kInaudible;
+    const double close = sight_ == nullptr ? kNarrow : kNarrowEnough;
     for (;;) {
       // That many have one priority; or, where some are hidden, one may look at that many.
       unlimited = unlimited || too_high <= too_low * close;
-      const bool all = weigh_above(place, threshold, unlimited || exact ? kNoLimit : limit());
-      const bool go_on = !all || sight_ == nullptr || waits() || look_at_candidates(threshold);
-      if (all && (candidates_.size() > voices_ || threshold == 0 || !go_on)) break;
+      const bool all = weigh_above(place, threshold, unlimited || exact() ? kNoLimit : limit());
+      if (waits()) {
+        paused_ = now;
+        return {threshold};
+      }
+      const bool go_on = !all || sight_ == nullptr || look_at_candidates(threshold);
+      const bool is_lowest = candidates_.size() > voices_ || threshold <= kInaudible;
+      const bool enough = all && (is_lowest || !go_on);
+      if (enough || budget_.is_stopped()) return {threshold};
       (all ? too_high : too_low) = threshold;
       if (std::isinf(too_high))
         threshold *= kStep;
@@ -155,14 +216,56 @@ class Priority final : public Sampler {
       else if (course_.is_known() && just_missed++ < (2 * candidates_.size() > voices_ ? 2 : 1))
         threshold *= ThresholdCourse::lowered(candidates_.size(), voices_ + 1);
       else
-        threshold = threshold > std::numeric_limits<float>::min()
-                        ? threshold / (sight_ == nullptr ? kStep : kStepWhereHidden)
-                        : 0;
+        threshold = lowered(threshold);
     }
-    const bool starved = candidates_.size() <= voices_;
-    if (!starved) threshold = keep_the_first();
-    course_.was(threshold, starved);
-    return threshold;
+  }
+
+  // Downwards, as long as a look-up at the next threshold is likely to be completed, and the last
+  // one could be repeated if it is not. From below only if the first guess was far too low.
+  Search search_within_budget(const Vec3& place) {
+    const std::uint64_t whole = work_per_keyframe(voices_), end = budget_.spent() + whole;
+    double threshold = first_threshold(place);
+    double completed = std::numeric_limits<double>::infinity(), too_low = 0;
+    std::uint64_t completed_cost = 0;  // of the look-up at the lowest threshold that was completed
+    std::uint64_t allowed = whole / 2;
+    for (;;) {
+      const std::uint64_t before = budget_.spent();
+      budget_.limit(allowed);
+      const bool all = weigh_above(place, threshold, std::isinf(completed) ? limit() : kNoLimit);
+      const bool go_on = !all || sight_ == nullptr || look_at_candidates(threshold);
+      if (budget_.is_stopped()) return {threshold};
+      const bool is_lowest = candidates_.size() > voices_ || threshold <= kInaudible;
+      if (all && (is_lowest || !go_on)) return {threshold};
+      const std::uint64_t cost = budget_.spent() - before;
+      const std::uint64_t left = end - std::min(end, budget_.spent());
+      double next = 0;
+      if (all) {
+        completed = threshold;
+        completed_cost = cost;
+        next = course_.is_known() && too_low == 0 && 2 * candidates_.size() > voices_
+                   ? threshold * ThresholdCourse::lowered(candidates_.size(), voices_ + 1)
+                   : lowered(threshold);
+        if (next <= too_low) next = std::sqrt(too_low * completed);
+        const bool is_narrow = completed <= too_low * kNarrowEnough;
+        // There are up to as many more sources above a threshold as it is lower.
+        const double growth = kGrowth * threshold / next;
+        const auto likely = static_cast<std::uint64_t>(growth * static_cast<double>(cost));
+        if (is_narrow || likely + completed_cost > left) return {threshold, true};
+        allowed = left - completed_cost;
+      } else if (std::isinf(completed)) {
+        // Nothing is known yet but that this is too low: what is far above costs little.
+        too_low = threshold;
+        next = std::max(kStep * threshold, std::sqrt(threshold * pool_.highest(place)));
+        if (left < whole / 8) return {threshold, true};
+        allowed = left / 2;
+      } else {
+        budget_.limit(WorkBudget::kUnlimited);  // what it costs is known
+        weigh_above(place, completed, kNoLimit);
+        if (sight_ != nullptr) look_at_candidates(completed);
+        return {completed, true};
+      }
+      threshold = next;
+    }
   }
 
   // Keeps the k highest of candidates_ in the order in which they are, and the next one last: its
@@ -182,18 +285,23 @@ class Priority final : public Sampler {
     return next.priority;
   }
 
+  // An exact search goes no lower once so many were found.
+  std::size_t most_examined() const { return kMostExamined + 16 * voices_; }
+
   // Looking again is cheaper than sorting out more than these. Where signals come and go, most of
   // what is found by their loudest moment is too quiet now.
   std::size_t limit() const { return (16 * voices_ + 4096) * (weights_.steady() ? 1 : 16); }
 
   // Every source whose priority is at least `threshold`, and above zero. False if there are more
-  // than `most`, give or take those that the pool cannot tell from them.
+  // than `most`, give or take those that the pool cannot tell from them, or if the budget was
+  // exhausted: then some of them.
   bool weigh_above(const Vec3& place, double threshold, std::size_t most) {
     candidates_.clear();
     parts_.clear();
     found_.clear();
     wanted_.clear();
-    if (!pool_.look(place, threshold, most, found_)) return false;
+    const bool all = pool_.look(place, threshold, most, found_);
+    if (!all && (!bounded_ || budget_.is_stopped())) return false;
     for (std::size_t first = 0; first < found_.size(); first += kTogether) {
       const std::size_t end = std::min(first + kTogether, found_.size());
       // They are far apart in memory.
@@ -209,7 +317,7 @@ class Priority final : public Sampler {
       field_.receive(some_, place, received_.data());
       for (std::size_t f = first; f < end; ++f) weigh(f, received_[f - first], place, threshold);
     }
-    return true;
+    return all;
   }
 
   static bool is_hidden(VisibilityCache::Index known) {
@@ -229,10 +337,13 @@ class Priority final : public Sampler {
     const double priority = w * per_weight;
     if (!(w > 0 && priority >= threshold)) return;
     auto known = VisibilityCache::kUnknown;
-    if (sight_ != nullptr) known = sight_->find(found.number);
+    if (exact())
+      known = sight_->find_current(found.number, source);
+    else if (sight_ != nullptr)
+      known = sight_->find(found.number);
     if (is_hidden(known)) {
       // Which of them the pool finds depends on what it was asked before.
-      wanted_.push_back({priority, found.number, known, &source});
+      if (!exact()) wanted_.push_back({priority, found.number, known, &source});
       return;
     }
     candidates_.push_back({priority, w, per_weight, static_cast<std::uint32_t>(f), known});
@@ -243,7 +354,7 @@ class Priority final : public Sampler {
   // to be looked at to know which are the first k + 1, and leaves out those below the threshold.
   // False if it is no use to ask for weaker ones: there are no more rays, or enough to look at.
   bool look_at_candidates(double threshold) {
-    const bool enough = !sight_->exact() && found_.size() > limit() / 2;
+    const bool enough = found_.size() > (exact() ? most_examined() : limit() / 2);
     unknown_.clear();
     best_.clear();
     for (std::uint32_t c = 0; c < candidates_.size(); ++c) {
@@ -260,13 +371,24 @@ class Priority final : public Sampler {
     if (!unknown_.empty()) keep_best();
     bool rays_left = true;
     std::size_t u = 0;
+    std::size_t looked = 0, together = kFirstLooks;  // of unknown_, by an exact sampler
     for (; u < unknown_.size() && rays_left; ++u) {
       const auto [as_if_free, c] = unknown_[u];
       if (best_.size() > voices_ && best_.front() > as_if_free) break;
       const FoundSource& found = found_[candidates_[c].found];
-      candidates_[c].known = sight_->look(found.number, *found.source, as_if_free);
-      rays_left = candidates_[c].known != VisibilityCache::kUnknown;
-      if (!rays_left) break;
+      if (exact()) {
+        if (u == looked) {
+          if (budget_.is_stopped()) break;
+          looked = std::min(u + together, unknown_.size());
+          together = std::min(2 * together, kMostLooks);
+          look_now(u, looked);
+        }
+        candidates_[c].known = sight_->find(found.number);
+      } else {
+        candidates_[c].known = sight_->look(found.number, *found.source, as_if_free);
+        rays_left = candidates_[c].known != VisibilityCache::kUnknown;
+        if (!rays_left) break;
+      }
       best_.push_back(dim(c, as_if_free));
       std::push_heap(best_.begin(), best_.end(), std::greater<>());
       if (best_.size() <= voices_ + 1) continue;
@@ -278,6 +400,16 @@ class Priority final : public Sampler {
       return !(candidate.weight > 0 && candidate.priority >= threshold && candidate.priority > 0);
     });
     return rays_left && !enough;
+  }
+
+  // Looks at the unknown ones from the first to before the last, on all cores.
+  void look_now(std::size_t first, std::size_t last) {
+    wanted_.clear();
+    for (std::size_t u = first; u < last; ++u) {
+      const FoundSource& found = found_[candidates_[unknown_[u].second].found];
+      wanted_.push_back({.number = found.number, .source = found.source});
+    }
+    sight_->look_now(wanted_);
   }
 
   // Makes best_ a heap of the k + 1 highest of it, the lowest of them at its front.
@@ -295,7 +427,7 @@ class Priority final : public Sampler {
     Candidate& candidate = candidates_[c];
     const FoundSource& found = found_[candidate.found];
     const Bands& visibility = sight_->visibility(candidate.known);
-    wanted_.push_back({as_if_free, found.number, candidate.known, found.source});
+    if (!exact()) wanted_.push_back({as_if_free, found.number, candidate.known, found.source});
     double w = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
       w += static_cast<double>(parts_[c][b]) * visibility[b];
@@ -303,13 +435,6 @@ class Priority final : public Sampler {
     candidate.priority = w * candidate.per_weight;
     candidate.is_dimmed = true;
     return candidate.priority;
-  }
-
-  // Spends the keyframe's rays on what would be chosen if nothing stood in the way. False if there
-  // is nothing that a further sample at this place would know better.
-  bool look_again(double tau) {
-    if (waits()) return true;
-    return sight_->refresh(wanted_, tau);
   }
 
   // An exact sampler looks only when everything is here, so that what it sees does not depend on
@@ -325,6 +450,11 @@ class Priority final : public Sampler {
   std::size_t voices_;
   bool resized_ = false;  // since sample_
   VisibilityCache* const sight_;
+  const bool bounded_;
+  WorkBudget budget_;
+  bool ended_by_budget_ = false;  // sample_
+  std::uint64_t bounded_keyframes_ = 0;
+  std::optional<Bracket> paused_;    // a search that waits for pages
   ThresholdCourse course_, before_;  // before_: the first time that this sample was asked for
   std::vector<FoundSource> found_;
   std::vector<const Source*> some_;  // of kTogether
@@ -336,11 +466,12 @@ class Priority final : public Sampler {
   std::vector<VisibilityCache::Wanted> wanted_;
   std::vector<std::pair<double, std::uint32_t>> ranks_;
   bool looking_ = false, gave_up_waiting_ = false;
-  bool looks_due_ = false, asks_again_ = false, waited_ = false;  // of who is exact
-  std::optional<Vec3> place_;                                     // of sample_
-  Reception faced_;                                               // in sample_
+  bool waited_ = false;        // for pages, before anything was looked at
+  std::optional<Vec3> place_;  // of sample_
+  Reception faced_;            // in sample_
   Vec3 step_m_;
-  double time_s_ = 0, tau_ = 0;
+  double time_s_ = 0;
+  double last_found_ = 0, last_step_ = kStepWhereHidden;  // of lowered()
   std::vector<SampledSource> sample_;
 };
 
@@ -348,8 +479,8 @@ class Priority final : public Sampler {
 
 std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,
                                                SourcePool& pool, std::size_t voices,
-                                               VisibilityCache* sight) {
-  return std::make_unique<Priority>(field, std::move(weights), pool, voices, sight);
+                                               VisibilityCache* sight, SearchBound bound) {
+  return std::make_unique<Priority>(field, std::move(weights), pool, voices, sight, bound);
 }
 
 }  // namespace clamor

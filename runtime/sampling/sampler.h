@@ -25,8 +25,25 @@
 // found as if nothing did; those that would be chosen are looked at, best first, until k + 1 that
 // were looked at are ahead of all others: the top k of all sources as they are known, though few
 // were asked for.
+//
+// Where nearly everything is occluded, the search for k + 1 sources would go down to the weakest
+// one, in every keyframe. It ends earlier, at a threshold t that fewer than k audible sources
+// reach. These are published with t in the place of tau: as an audible source reaches t with
+// probability min(1, w_i / t), whatever that is, the sum stays unbiased in power; only its variance
+// is that of fewer voices. Silence is published where every source that reaches t is known to be
+// occluded. Where the search ends depends on how it is bounded:
+//
+//   kBounded    real time. A keyframe has a budget of work (work_budget.h), which most keyframes
+//               need a tenth of. When a lower threshold is likely to exceed it, the last threshold
+//               whose look-up was completed is taken, and the next keyframe goes on from there.
+//               If no look-up was completed, as when a listener leaps from silence into a crowd,
+//               what was found so far is published, too quiet for that keyframe.
+//   kUnbounded  a render. Every source that may be chosen was looked at from within its present
+//               cell, and t is low enough that 100 000 sources and more would reach it if nothing
+//               were occluded: levels with fewer are searched to the last source.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -79,6 +96,15 @@ class Sampler {
   // Most sources that a sample can have.
   virtual std::size_t capacity() const = 0;
 
+  // Ends a sample early, with whatever it has, once `*stop` is set: nobody will hear it.
+  virtual void stop_when(const std::atomic<bool>* /*stop*/) {}
+
+  // Units of work (work_budget.h) that its look-ups took so far.
+  virtual std::uint64_t work() const { return 0; }
+
+  // Keyframes so far whose search was ended by the budget of work.
+  virtual std::uint64_t bounded_keyframes() const { return 0; }
+
   // How many sources to choose from now on, at most what it was made for. Some strategies cannot.
   virtual void choose_at_most(std::size_t /*voices*/) {}
 
@@ -89,10 +115,20 @@ class Sampler {
   Reception reception_;
 };
 
+enum class SearchBound { kBounded, kUnbounded };
+
+// The budget of a bounded keyframe that chooses so many sources, in units of work_budget.h. One of
+// 2000 out of a million takes some 6 ms if it is spent, and another 1 ms to plan ahead.
+constexpr std::uint64_t work_per_keyframe(std::size_t voices) { return 800'000 + 100 * voices; }
+constexpr std::uint64_t work_ahead_per_keyframe(std::size_t voices) {
+  return 100'000 + 10 * voices;
+}
+
 // All must outlive the sampler. Without `sight` nothing is hidden.
 std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,
                                                SourcePool& pool, std::size_t voices,
-                                               VisibilityCache* sight = nullptr);
+                                               VisibilityCache* sight = nullptr,
+                                               SearchBound bound = SearchBound::kUnbounded);
 std::unique_ptr<Sampler> make_all_sampler(const SourceField& field, const SourceList& list,
                                           VisibilityCache* sight = nullptr,
                                           MovingList* moving = nullptr);

@@ -188,6 +188,9 @@ class OnAmplitudes final : public Sampler {
   bool complete() override { return sampler_->complete(); }
   std::size_t capacity() const override { return sampler_->capacity(); }
   void choose_at_most(std::size_t voices) override { sampler_->choose_at_most(voices); }
+  void stop_when(const std::atomic<bool>* stop) override { sampler_->stop_when(stop); }
+  std::uint64_t work() const override { return sampler_->work(); }
+  std::uint64_t bounded_keyframes() const override { return sampler_->bounded_keyframes(); }
 
  private:
   const std::unique_ptr<Sampler> sampler_;
@@ -258,7 +261,7 @@ std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const Sour
                                       const SignalWeights& weights, SourcePool& pool,
                                       VisibilityCache* sight) {
   assert(!needs_list(options.strategy));
-  auto sampler = make_priority_sampler(field, weights, pool, options.voices, sight);
+  auto sampler = make_priority_sampler(field, weights, pool, options.voices, sight, options.bound);
   if (options.estimator == Estimator::kPower) return sampler;
   return std::make_unique<OnAmplitudes>(std::move(sampler));
 }

@@ -64,6 +64,7 @@ struct StrategyOptions {
   std::size_t voices = 2000;  // "all" takes every source
   Estimator estimator = Estimator::kPower;
   StrategyTuning tuning{};
+  SearchBound bound = SearchBound::kUnbounded;  // of priority
 };
 
 // An Error that names what there is, or the range that was left.

@@ -94,6 +94,14 @@ VisibilityCache::Index VisibilityCache::find(std::uint64_t number) const {
   return const_cast<VisibilityCache*>(this)->slot_of(number).index;
 }
 
+VisibilityCache::Index VisibilityCache::find_current(std::uint64_t number, const Source& source) {
+  const Index index = find(number);
+  if (index == kUnknown) return kUnknown;
+  Entry& entry = entries_[index & ~kHidden];
+  entry.used = keyframe_;
+  return entry.depth >= Depth::kLook && is_current(entry, source) ? index : kUnknown;
+}
+
 VisibilityCache::Index VisibilityCache::add(std::uint64_t number, const Source& source) {
   const auto index = static_cast<Index>(entries_.size());
   Entry& entry = entries_.emplace_back();
@@ -225,7 +233,7 @@ void VisibilityCache::looked(Entry& entry, const Source& source, Depth depth,
 
 VisibilityCache::Index VisibilityCache::look(std::uint64_t number, const Source& source,
                                              double loudness) {
-  if (!options_.exact && rays_left_ < options_.rays_per_keyframe / 2) {
+  if (rays_left_ < options_.rays_per_keyframe / 2) {
     ++statistics_.late;
     return kUnknown;
   }
@@ -234,10 +242,7 @@ VisibilityCache::Index VisibilityCache::look(std::uint64_t number, const Source&
   Entry& entry = entries_[index];
   ++statistics_.rays;
   --rays_left_;
-  if (options_.exact)
-    look_at(entry, source, Depth::kLook);
-  else
-    glance_at(entry, source);
+  glance_at(entry, source);
   const Vec3 way = place_ - Vec3(source.position_m);
   entry.reach = static_cast<float>(loudness * dot(way, way));
   return entry.hidden ? index | kHidden : index;

@@ -28,8 +28,11 @@
 // stands still the bake has it: as a source on the far side of the wall.
 //
 // One that there are no rays left for counts as hidden: it is late, a few keyframes, and weaker
-// than all that were looked at. When told to be exact (a render, which can wait), there are as many
-// rays for looks at unknown sources as it takes, no glances, and nothing is taken from neighbours.
+// than all that were looked at.
+//
+// A render can wait, and needs none of this: an exact cache has no budget, casts no glances and
+// takes nothing from neighbours. Its sampler asks for looks (look_now) at every source that may be
+// chosen and was not looked at from within the present cell.
 //
 // visibility_refresh.cpp has 2 to 4.
 //
@@ -56,7 +59,7 @@ inline constexpr int kRaysPerKeyframe = 8000;
 
 struct VisibilityOptions {
   int rays_per_keyframe = kRaysPerKeyframe;
-  bool exact = false;  // look at every unknown source as long as it takes
+  bool exact = false;  // no budget: every source that matters has a look of the present cell
 };
 
 struct VisibilityStatistics {
@@ -108,6 +111,9 @@ class VisibilityCache {
   void prefetch(std::uint64_t number) const;
   Index find(std::uint64_t number) const;
   static bool is_hidden(Index known) { return (known & kHidden) != 0; }
+
+  // The same of one whose look was made in this cell; kUnknown if there is none.
+  Index find_current(std::uint64_t number, const Source& source);
 
   // What arrives of a known source; and, a little earlier, that it will be asked for.
   const Bands& visibility(Index known) const { return entries_[known & ~kHidden].visibility; }

@@ -45,7 +45,7 @@ void VisibilityCache::gather(std::span<const Wanted> wanted, double tau, std::ui
       ++only_asked;
     // A chosen source is mixed as if its weight were tau at least.
     const double weight = loudness * static_cast<double>(one.source->u);
-    const bool alone = options_.exact || weight > 4 * std::max(tau, mean_weight_);
+    const bool alone = weight > 4 * std::max(tau, mean_weight_);
     sum += weight;
     const double counts = std::max(weight, tau);
     const auto age = std::min(keyframe_ - entry.looked, kLongAgo_keyframes);
@@ -59,7 +59,7 @@ void VisibilityCache::gather(std::span<const Wanted> wanted, double tau, std::ui
   mean_weight_ = sum / std::max<double>(1, static_cast<double>(statistics_.wanted));
   statistics_.current = statistics_.wanted - turns_.size();
   // Two for each ray of a glance.
-  if (!all && !options_.exact && turn == hidden_.turn())
+  if (!all && turn == hidden_.turn())
     hidden_.took(only_asked, static_cast<std::size_t>(options_.rays_per_keyframe / 2));
 }
 
@@ -79,8 +79,8 @@ bool VisibilityCache::refresh(std::span<const Wanted> wanted, double tau) {
   // Of those that are hidden nothing is heard but in their turn.
   if (idle()) return ++idle_ < turns;
   idle_ = 0;
-  if (!options_.exact) glance_again(turns_);
-  serve(turns_, options_.exact ? Depth::kLook : Depth::kQuick);
+  glance_again(turns_);
+  serve(turns_, Depth::kQuick);
   serve(look_turns_, Depth::kLook);
   serve(close_turns_, Depth::kClose);
   if (expected_ > kEnoughForSurprise) {
