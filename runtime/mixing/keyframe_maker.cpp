@@ -14,8 +14,9 @@ namespace clamor {
 
 namespace {
 
-// Half the speed of sound: faster than anything that is meant to be heard sliding.
-constexpr double kFastestSlide_frames = 0.5 * kKeyframeFrames;
+// A delay cannot shrink as fast as time passes. So much less is a source that comes nearer at half
+// the speed of sound (kFastestSource).
+constexpr double kFastestSlide_frames = 0.98 * kKeyframeFrames;
 
 // A listener who is elsewhere all at once, as after the sampler stood still, has leapt: nobody is
 // 35 m/s faster from one keyframe to the next. Sliding after them would be heard as a chirp.
@@ -100,10 +101,17 @@ void KeyframeMaker::turn_to(const Stance& head) {
   }
 }
 
-bool KeyframeMaker::slides_to(std::uint32_t s, const Vec3f& position_m,
+MovingPoint KeyframeMaker::point_of(const SampledSource& chosen) const {
+  const Vec3f& position_m = chosen.source->position_m;
+  const double speed_of_sound_mps = kSampleRate_hz / table_.frames_per_m;
+  return {position_m, chosen.velocity_mps / static_cast<float>(speed_of_sound_mps),
+          length(head_.centre_m - Vec3(position_m))};
+}
+
+bool KeyframeMaker::slides_to(std::uint32_t s, const MovingPoint& point,
                               double leaves_frames) const {
   for (int e = 0; e < kEars; ++e) {
-    const double frames = delay_frames(table_, head_, lags_.get(), position_m, leaves_frames, e);
+    const double frames = delay_frames(table_, head_, lags_.get(), point, leaves_frames, e);
     if (std::abs(frames - voices_[s].delay_frames[e]) > fastest_slide_frames_) return false;
   }
   return true;
@@ -157,22 +165,27 @@ bool KeyframeMaker::keep(std::uint32_t s, const SampledSource& chosen) {
 bool KeyframeMaker::follow(std::uint32_t s, const SampledSource& chosen) {
   Slot& slot = slots_[s];
   const Source& source = *chosen.source;
-  slot.moved_m = chosen.moved_m;
-  if (!slides_to(s, source.position_m, table_.leaves_frames_of(source))) {
+  if (!slides_to(s, point_of(chosen), table_.leaves_frames_of(source))) {
     slot.frozen = true;
     return false;
   }
   table_.put(s, source);
+  table_.set_velocity(s, chosen.velocity_mps);
   change(s);
   return true;
 }
 
 // One that fades out goes on, unless that took it too far.
 void KeyframeMaker::coast(std::uint32_t s) {
-  Slot& slot = slots_[s];
-  table_.move(s, slot.moved_m);
+  MovingPoint point{table_.position_of(s), table_.mach_of(s), 0};
+  point.age_m =
+      length(last_head_.centre_m - Vec3(point.position_m)) + kKeyframeFrames / table_.frames_per_m;
+  const Vec3f moved_m(point.later_m(head_.centre_m) * Vec3(point.mach));
+  table_.move(s, moved_m);
   change(s);
-  if (!slides_to(s, table_.position_of(s), table_.leaves_frames[s])) slot.frozen = true;
+  point.position_m += moved_m;
+  point.age_m = length(head_.centre_m - Vec3(point.position_m));
+  if (!slides_to(s, point, table_.leaves_frames[s])) slots_[s].frozen = true;
 }
 
 void KeyframeMaker::change(std::uint32_t s) {
@@ -186,11 +199,11 @@ std::uint32_t KeyframeMaker::start(const SampledSource& chosen) {
   used_ = std::max<std::size_t>(used_, s + 1);
   const Source& source = *chosen.source;
   table_.put(s, source);
+  table_.set_velocity(s, chosen.velocity_mps);
   table_.scale[s] = static_cast<float>(chosen.power_scale);
   table_.visibility[s] = visibility_goal_[s] = chosen.visibility;
   slots_[s] = {.number = chosen.number,
                .chosen = made_,
-               .moved_m = chosen.moved_m,
                .scale_goal = static_cast<float>(chosen.power_scale),
                .rank = static_cast<float>(chosen.rank),
                .in_use = true,
@@ -202,11 +215,12 @@ std::uint32_t KeyframeMaker::start(const SampledSource& chosen) {
   voice.signal = chosen.signal;
   // It slides in from where it would have been, unless the listener jumped.
   const double leaves_frames = table_.leaves_frames[s];
-  const Vec3f last_m = chosen.moves ? source.position_m - chosen.moved_m : source.position_m;
+  const MovingPoint point = point_of(chosen);
+  MovingPoint last_point = point;
+  last_point.age_m -= kKeyframeFrames / table_.frames_per_m;
   for (int e = 0; e < kEars; ++e) {
-    const double now =
-        delay_frames(table_, head_, lags_.get(), source.position_m, leaves_frames, e);
-    const double last = delay_frames(table_, last_head_, lags_.get(), last_m, leaves_frames, e);
+    const double now = delay_frames(table_, head_, lags_.get(), point, leaves_frames, e);
+    const double last = delay_frames(table_, last_head_, lags_.get(), last_point, leaves_frames, e);
     voice.start_delay_frames[e] = std::abs(now - last) <= kFastestSlide_frames ? last : now;
   }
   begin_sound(s, chosen);
@@ -222,7 +236,7 @@ void KeyframeMaker::begin_sound(std::uint32_t s, const SampledSource& chosen) {
   const bool loops = onset != chosen.signal;
   const bool has_always_played = loops && (!chosen.moves || table_.leaves_frames[s] <= 0);
   if (onset == kNoOnset || has_always_played) return;
-  const double before_frames = (static_cast<double>(made_) - 1) * kKeyframeFrames;
+  const double before_frames = now_frames_ - kKeyframeFrames;
   const double rounds_frames = 1e-7 * table_.leaves_frames[s];  // a source's delay is a float
   for (const double delay_frames : voice.start_delay_frames)
     if (before_frames > delay_frames + rounds_frames) return;
@@ -236,9 +250,8 @@ void KeyframeMaker::begin_sound(std::uint32_t s, const SampledSource& chosen) {
 void KeyframeMaker::leave_onset(std::uint32_t s) {
   Slot& slot = slots_[s];
   if (slot.loop == kNoOnset) return;
-  const double now_frames = static_cast<double>(made_) * kKeyframeFrames;
   for (const double delay_frames : voices_[s].delay_frames)
-    if (now_frames - delay_frames < kOnsetChange_frames) return;
+    if (now_frames_ - delay_frames < kOnsetChange_frames) return;
   voices_[s].signal = std::exchange(slot.loop, kNoOnset);
 }
 
@@ -284,7 +297,8 @@ std::uint8_t KeyframeMaker::rank_of(const Slot& slot, const Voice& voice) const 
 }
 
 void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose,
-                         Keyframe& keyframe) {
+                         Keyframe& keyframe, std::uint64_t held_frames) {
+  now_frames_ = static_cast<double>(made_ * kKeyframeFrames + held_frames);
   const Stance head = head_at(pose);
   reception_ = Reception(pattern_, pose);
   if (made_ == 0) last_head_ = head;

@@ -16,7 +16,7 @@
 // k or as the listener walks: half of their logarithm's way.
 //
 // A source that moves takes its voice along, so that its delays slide, and goes on as it went while
-// it fades out; where it jumps it is heard as two.
+// it fades out; where it jumps it is heard as two. It is heard where it was when its sound left it.
 //
 // A voice whose source and ears are as they were keeps its numbers. Others are made a tile of slots
 // at a time by vector code (voice_kernel.h), from what was worked out when they took their slots
@@ -68,8 +68,10 @@ class KeyframeMaker {
                 OnsetSignals onsets = {});
 
   // Fills in the next keyframe: what `sample` sounds like at `pose`. The first starts at full
-  // level. `keyframe.voices` has room for all slots.
-  void make(std::span<const SampledSource> sample, const Pose& pose, Keyframe& keyframe);
+  // level. `keyframe.voices` has room for all slots. It comes `held_frames` later than its number
+  // says.
+  void make(std::span<const SampledSource> sample, const Pose& pose, Keyframe& keyframe,
+            std::uint64_t held_frames = 0);
 
   // The time between a head's ears by direction; null without a head.
   const EarLags* lags() const { return lags_.get(); }
@@ -78,7 +80,6 @@ class KeyframeMaker {
   struct Slot {
     std::uint64_t number = 0;
     std::uint64_t chosen = 0;  // the last keyframe that it was chosen for
-    Vec3f moved_m{};           // per keyframe
     float scale_goal = 1;      // of power
     float rank = -1;
     std::int8_t fade = 0;  // of kFadeKeyframes; 0 is silence
@@ -108,7 +109,8 @@ class KeyframeMaker {
   void change(std::uint32_t s);
   void glide(std::uint32_t s);
   void weigh(std::uint32_t s);
-  bool slides_to(std::uint32_t s, const Vec3f& position_m, double leaves_frames) const;
+  MovingPoint point_of(const SampledSource& chosen) const;
+  bool slides_to(std::uint32_t s, const MovingPoint& point, double leaves_frames) const;
   static std::uint8_t rank_by_level(const Voice& voice);
   std::uint8_t rank_of(const Slot& slot, const Voice& voice) const;
   bool is_chosen(const Slot& slot) const { return slot.chosen == made_; }
@@ -133,6 +135,7 @@ class KeyframeMaker {
   double fastest_slide_frames_ = 0;  // of this keyframe
   std::size_t in_use_ = 0;
   std::uint64_t made_ = 0;
+  double now_frames_ = 0;  // when the keyframe that is made comes
 };
 
 }  // namespace clamor

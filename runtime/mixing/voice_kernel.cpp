@@ -77,15 +77,17 @@ void place_voices_here(VoiceTable& table, const Stance& stance, const float* lag
       Double length;
       Float along_normal;  // in double until here: near the surface, differences are all there is
     };
-    const auto way_to = [&](const Vec3& place) {
-      const Double wx = hn::Sub(hn::Set(dd, place.x), x), wy = hn::Sub(hn::Set(dd, place.y), y),
-                   wz = hn::Sub(hn::Set(dd, place.z), z);
+    const auto way_along = [&](Double wx, Double wy, Double wz) {
       const Double length2 = hn::Add(hn::Add(hn::Mul(wx, wx), hn::Mul(wy, wy)), hn::Mul(wz, wz));
       const Double along_normal =
           hn::Add(hn::Add(hn::Mul(wx, normal_x), hn::Mul(wy, normal_y)), hn::Mul(wz, normal_z));
       return Way{{hn::DemoteTo(d, wx), hn::DemoteTo(d, wy), hn::DemoteTo(d, wz)},
                  hn::Sqrt(length2),
                  hn::DemoteTo(d, along_normal)};
+    };
+    const auto way_to = [&](const Vec3& place) {
+      return way_along(hn::Sub(hn::Set(dd, place.x), x), hn::Sub(hn::Set(dd, place.y), y),
+                       hn::Sub(hn::Set(dd, place.z), z));
     };
 
     // In the listener's axes; ahead for a source within the head.
@@ -103,10 +105,33 @@ void place_voices_here(VoiceTable& table, const Stance& stance, const float* lag
     hn::StoreU(from_y, d, table.from[1].data() + at);
     hn::StoreU(from_z, d, table.from[2].data() + at);
 
+    // To an ear beside the centre, from where the source was when that ear's sound left it.
+    const bool moves = table.moves[at / VoiceTable::kTile];
+    const auto way_from_moving = [&](const Vec3& place) {
+      const Floats3 mach = load(table.mach, at);
+      const Double mx = hn::PromoteTo(dd, mach.x), my = hn::PromoteTo(dd, mach.y),
+                   mz = hn::PromoteTo(dd, mach.z);
+      const auto dot3 = [](Double ax, Double ay, Double az, Double bx, Double by, Double bz) {
+        return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
+      };
+      const Double wx = hn::Sub(hn::Set(dd, place.x), x), wy = hn::Sub(hn::Set(dd, place.y), y),
+                   wz = hn::Sub(hn::Set(dd, place.z), z);
+      const Double age = to_centre.length;
+      const Double b = hn::Sub(age, dot3(wx, wy, wz, mx, my, mz));
+      const Double rest = hn::Sub(hn::Set(dd, 1), dot3(mx, my, mz, mx, my, mz));
+      const Double under = hn::Sub(
+          hn::Mul(b, b), hn::Mul(rest, hn::Sub(hn::Mul(age, age), dot3(wx, wy, wz, wx, wy, wz))));
+      const Double later = hn::Div(hn::Sub(b, hn::Sqrt(hn::Max(under, hn::Zero(dd)))), rest);
+      return way_along(hn::Sub(wx, hn::Mul(mx, later)), hn::Sub(wy, hn::Mul(my, later)),
+                       hn::Sub(wz, hn::Mul(mz, later)));
+    };
+
     const Double leaves = hn::LoadU(dd, table.leaves_frames.data() + at);
     const Float radius_m = hn::LoadU(d, table.radius_m.data() + at);
     for (int e = 0; e < stance.places; ++e) {
-      const Way way = stance.places == 1 ? to_centre : way_to(stance.ears_m[e]);
+      const Way way = stance.places == 1 ? to_centre
+                      : moves            ? way_from_moving(stance.ears_m[e])
+                                         : way_to(stance.ears_m[e]);
       const Double frames = hn::Add(leaves, hn::Mul(way.length, hn::Set(dd, table.frames_per_m)));
       const Float r_m = stance.places == 1 ? centre_m : hn::DemoteTo(d, way.length);
       const auto nowhere = hn::Eq(r_m, zero);
@@ -276,14 +301,25 @@ void make_voices(const VoiceTable& table, int places, std::span<const std::uint3
   HWY_DYNAMIC_DISPATCH(make_voices_here)(table, places, slots, voices);
 }
 
+double MovingPoint::later_m(const Vec3& place) const {
+  if (mach == Vec3f(0)) return 0;
+  const Vec3 w = place - Vec3(position_m), m(mach);
+  const double b = age_m - (w.x * m.x + w.y * m.y + w.z * m.z);
+  const double rest = 1 - (m.x * m.x + m.y * m.y + m.z * m.z);
+  const double under = b * b - rest * (age_m * age_m - (w.x * w.x + w.y * w.y + w.z * w.z));
+  return (b - std::sqrt(std::max(under, 0.0))) / rest;
+}
+
 double delay_frames(const VoiceTable& table, const Stance& stance, const EarLags* lags,
-                    const Vec3f& position_m, double leaves_frames, int ear) {
+                    const MovingPoint& source, double leaves_frames, int ear) {
   const Vec3 place_m = stance.places == 1 ? stance.centre_m : stance.ears_m[ear];
-  const Vec3 way = place_m - Vec3(position_m);
+  const Vec3 moved_m = source.later_m(place_m) * Vec3(source.mach);
+  const Vec3 way = place_m - Vec3(source.position_m) - moved_m;
   const double r_m = std::sqrt(way.x * way.x + way.y * way.y + way.z * way.z);
   const double frames = leaves_frames + r_m * table.frames_per_m;
   if (lags == nullptr || stance.places > 1) return frames;
-  const double half_lag = 0.5 * static_cast<double>((*lags)(direction_from(stance, position_m)));
+  const Vec3f from = direction_from(stance, Vec3f(Vec3(source.position_m) + moved_m));
+  const double half_lag = 0.5 * static_cast<double>((*lags)(from));
   return ear == 0 ? frames - half_lag : frames + half_lag;
 }
 

@@ -21,7 +21,9 @@
 
 namespace clamor {
 
-// Where a listener's receivers are: two, or one in the middle.
+// Where a listener's receivers are: two, or one in the middle. A source that moves is where it was
+// when the sound left it that arrives in the middle; what arrives at a receiver beside it left the
+// source a little before or after.
 struct Stance {
   Vec3 centre_m{};
   std::array<Vec3, kEars> ears_m{};
@@ -35,10 +37,22 @@ struct Stance {
 void place_voices(VoiceTable& table, const Stance& stance, const EarLags* lags, std::size_t first,
                   std::size_t last);
 
+// A source that moves in a straight line round the moment that it was at a place. Ages and speeds
+// are in metres that sound travels.
+struct MovingPoint {
+  Vec3f position_m{};
+  Vec3f mach{};
+  double age_m = 0;  // how long before it is heard it was there; of one at rest any number
+
+  // How much later than that it was left by the sound that arrives at `place`: the earlier solution
+  // of age_m - later = |place - position_m - later x mach|.
+  double later_m(const Vec3& place) const;
+};
+
 // The direction and a delay of one source, which need not be in the table: the same bits.
 Vec3f direction_from(const Stance& stance, const Vec3f& position_m);
 double delay_frames(const VoiceTable& table, const Stance& stance, const EarLags* lags,
-                    const Vec3f& position_m, double leaves_frames, int ear);
+                    const MovingPoint& source, double leaves_frames, int ear);
 
 // Of those slots, which were placed: voices[slot]'s delays, gains and direction.
 void make_voices(const VoiceTable& table, int places, std::span<const std::uint32_t> slots,

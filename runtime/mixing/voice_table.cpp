@@ -12,7 +12,8 @@ VoiceTable::VoiceTable(const SourceField& field, std::size_t slots)
       frames_per_m(kSampleRate_hz / field.speed_of_sound_mps()),
       field_(field) {
   const std::size_t lanes = (slots + kTile - 1) / kTile * kTile;
-  for (auto* columns : {&position_m, &normal, &mirror, &from})
+  moves.resize(lanes / kTile);
+  for (auto* columns : {&position_m, &normal, &mirror, &from, &mach})
     for (Column& column : *columns) column.resize(lanes);
   for (auto* columns : {&distance_m, &spread, &cos_o, &loss_cell, &log_base})
     for (Column& column : *columns) column.resize(lanes);
@@ -63,6 +64,16 @@ void VoiceTable::put(std::size_t slot, const Source& source) {
                                       : law[slot]->bounce[b] * source.power[b] *
                                             static_cast<float>(1 - lobe->albedo(cos_i));
   }
+}
+
+void VoiceTable::set_velocity(std::size_t slot, const Vec3f& velocity_mps) {
+  const Vec3f now = velocity_mps / static_cast<float>(field_.speed_of_sound_mps());
+  if (now == mach_of(slot)) return;
+  for (int axis = 0; axis < 3; ++axis) mach[axis][slot] = now[axis];
+  const std::size_t tile = slot / kTile;
+  moves[tile] = false;
+  for (std::size_t s = tile * kTile; s < (tile + 1) * kTile; ++s)
+    moves[tile] = moves[tile] || mach_of(s) != Vec3f(0);
 }
 
 void VoiceTable::move(std::size_t slot, const Vec3f& by_m) {

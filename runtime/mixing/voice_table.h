@@ -28,6 +28,9 @@ class VoiceTable {
   VoiceTable(const SourceField& field, std::size_t slots);
 
   void put(std::size_t slot, const Source& source);
+  // As it moved when it left what reaches the head's centre now; 0 where it stands still.
+  void set_velocity(std::size_t slot, const Vec3f& velocity_mps);
+  Vec3f mach_of(std::size_t slot) const { return {mach[0][slot], mach[1][slot], mach[2][slot]}; }
   void move(std::size_t slot, const Vec3f& by_m);
   Vec3f position_of(std::size_t slot) const {
     return {position_m[0][slot], position_m[1][slot], position_m[2][slot]};
@@ -38,6 +41,8 @@ class VoiceTable {
   enum Kind : std::uint8_t { kAllRound, kEmitter, kDiffuse, kReflection };
   using Column = std::vector<float>;
   std::array<Column, 3> position_m, normal, mirror;  // an emitter's mirror is its axis
+  std::array<Column, 3> mach;                        // velocities in speeds of sound
+  std::vector<bool> moves;                           // by tile: any of it does
   Column radius_m, over_cos_i;
   Column lift;  // 1/2 for an emitter, whose exponents are of (1 + cos a) / 2; else 0, of cos a
   std::vector<double> leaves_frames;

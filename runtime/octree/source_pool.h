@@ -28,9 +28,9 @@ struct FoundSource {
   // Of its priority at any time.
   double ceiling = std::numeric_limits<double>::infinity();
   // Of one that moves: the number it is heard under, `number` being what looks at it are kept
-  // under; and by how much it has moved since the last sample.
+  // under; and how fast it was at the place that sound left, which is the source's.
   std::uint64_t voice = 0;  // 0: as `number`
-  Vec3f moved_m{};
+  Vec3f velocity_mps{};
 };
 
 // The boost of a source whose page was sifted as if it had all of it, and what is left of the

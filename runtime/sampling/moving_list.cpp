@@ -49,9 +49,11 @@ MovingList::MovingList(MovingSources& sources, const SourceField& field,
       heard_(sources.most()),
       versions_(sources.most()),
       generations_(sources.most()),
-      highest_(sources.most(), -1.0f) {
-  for (auto* column : {&x_m_, &y_m_, &z_m_, &last_x_m_, &last_y_m_, &last_z_m_})
-    column->resize(sources.most());
+      highest_(sources.most(), -1.0f),
+      velocity_mps_(sources.most()),
+      found_in_(sources.most()),
+      trails_(sources.most(), field.speed_of_sound_mps()) {
+  for (auto* column : {&x_m_, &y_m_, &z_m_}) column->resize(sources.most());
 }
 
 bool MovingList::refresh() {
@@ -87,45 +89,61 @@ void MovingList::tune(std::size_t place, double time_s) {
     generations_[place] = tune.generation;
     source.u = static_cast<float>(unit_above_zero(
         philox(kSeedOfU, {static_cast<std::uint32_t>(place), tune.generation, 0, 0})[0]));
-    // It comes from where its velocity says.
-    last_x_m_[place] = std::numeric_limits<float>::quiet_NaN();
+    restarts_.push_back(static_cast<std::uint32_t>(place));
   }
   const SourceField::Ceiling ceiling = field_.ceiling(source, weights_[field_.signal(source)]);
   highest_[place] = static_cast<float>(static_cast<double>(ceiling.diffuse + ceiling.lobe) *
                                        kMovingSlack / std::max(source.u, kLeastU));
 }
 
+// Where they are at a time, and what that says about the way they came.
+void MovingList::put_all(double time_s) {
+  const std::size_t count = now_->count;
+  const bool coasts = std::abs(time_s - taken_s_) <= kLongestCoast_s;
+  const auto coast_s =
+      static_cast<float>(std::clamp(time_s - taken_s_, -kLongestCoast_s, kLongestCoast_s));
+  const auto put = [&](const std::vector<float>& from_m, const std::vector<float>& by_mps,
+                       std::vector<float>& at_m) {
+    float fastest = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      at_m[i] = from_m[i] + coast_s * by_mps[i];
+      fastest = std::max(fastest, std::abs(by_mps[i]));
+    }
+    return fastest;
+  };
+  const float x = put(now_->x_m, now_->x_mps, x_m_), y = put(now_->y_m, now_->y_mps, y_m_),
+              z = put(now_->z_m, now_->z_mps, z_m_);
+  const auto column = [count](const std::vector<float>& of) { return std::span(of).first(count); };
+  trails_.record(time_s, column(x_m_), column(y_m_), column(z_m_));
+  const auto restart = [&](std::uint32_t i) {
+    trails_.restart(i, coasts ? Vec3f(now_->x_mps[i], now_->y_mps[i], now_->z_mps[i]) : Vec3f(0));
+  };
+  for (const std::uint32_t i : trails_.jumped()) restart(i);
+  for (const std::uint32_t i : restarts_) restart(i);
+  restarts_.clear();
+  in_motion_ = std::max({x, y, z}) > 0 || !trails_.settled();
+}
+
 void MovingList::begin(const Vec3& /*place*/, double time_s) {
   if (now_ == nullptr) now_ = &sources_.latest();
-  const std::size_t count = now_->count;
-  if (fresh_) taken_s_ = std::isnan(now_->time_s) ? time_s : now_->time_s;
-  const bool later = time_s_ != time_s;
-  if (later) {
-    std::swap(x_m_, last_x_m_);
-    std::swap(y_m_, last_y_m_);
-    std::swap(z_m_, last_z_m_);
+  if (fresh_) {
+    taken_s_ = std::isnan(now_->time_s) ? time_s : now_->time_s;
+    for (std::size_t i = 0; i < now_->count; ++i)
+      if (versions_[i] != now_->tunes[i].version) tune(i, time_s);
   }
-  if (later || fresh_) {
-    if (fresh_)
-      for (std::size_t i = 0; i < count; ++i)
-        if (versions_[i] != now_->tunes[i].version) tune(i, time_s);
-    const auto coast_s =
-        static_cast<float>(std::clamp(time_s - taken_s_, -kLongestCoast_s, kLongestCoast_s));
-    const auto put = [&](const std::vector<float>& from_m, const std::vector<float>& by_mps,
-                         std::vector<float>& at_m) {
-      float fastest = 0;
-      for (std::size_t i = 0; i < count; ++i) {
-        at_m[i] = from_m[i] + coast_s * by_mps[i];
-        fastest = std::max(fastest, std::abs(by_mps[i]));
-      }
-      return fastest;
-    };
-    const float x = put(now_->x_m, now_->x_mps, x_m_), y = put(now_->y_m, now_->y_mps, y_m_),
-                z = put(now_->z_m, now_->z_mps, z_m_);
-    in_motion_ = std::max({x, y, z}) > 0;
-  }
+  if (fresh_ || time_s_ != time_s) put_all(time_s);
+  ++begun_;
   time_s_ = time_s;
   fresh_ = false;
+}
+
+// Where the source was, and how fast, when what the listener hears of it now left it.
+void MovingList::find_emission(std::size_t place, const Vec3& listener_m) {
+  if (found_in_[place] == begun_) return;
+  found_in_[place] = begun_;
+  const MotionTrails::Emission emission = trails_.emission(place, listener_m);
+  heard_[place].position_m = emission.position_m;
+  velocity_mps_[place] = emission.velocity_mps;
 }
 
 void MovingList::look(const Vec3& place, double threshold, std::vector<FoundSource>& found) {
@@ -139,30 +157,25 @@ void MovingList::look(const Vec3& place, double threshold, std::vector<FoundSour
     const float* const y = y_m_.data() + first;
     const float* const z = z_m_.data() + first;
     const float* const highest = highest_.data() + first;
+    const float* const nearer = trails_.nearer().data() + first;
     std::uint8_t passes[kBlock];
     std::uint8_t any = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const float dx = x[i] - from.x, dy = y[i] - from.y, dz = z[i] - from.z;
       const float r2_m2 = std::max((dx * dx + dy * dy + dz * dz) * (1 - kGive) - kGive, kLeast2_m2);
-      passes[i] = highest[i] >= least * r2_m2;
+      passes[i] = highest[i] * nearer[i] >= least * r2_m2;
       any |= passes[i];
     }
     if (any == 0) continue;
     for (std::size_t i = first; i < first + count; ++i) {
       if (passes[i - first] == 0) continue;
-      Source& source = heard_[i];
-      source.position_m = {x_m_[i], y_m_[i], z_m_[i]};
-      const MovingSources::Snapshot& now = *now_;
-      const Vec3f before_m =
-          std::isnan(last_x_m_[i])
-              ? source.position_m - static_cast<float>(kKeyframe_s) *
-                                        Vec3f(now.x_mps[i], now.y_mps[i], now.z_mps[i])
-              : Vec3f(last_x_m_[i], last_y_m_[i], last_z_m_[i]);
+      find_emission(i, place);
+      const Source& source = heard_[i];
       const double r_m = std::max(length(place - Vec3(source.position_m)), source_radius_m(source));
       const std::uint64_t number = number_of(i, generations_[i]);
       found.push_back({&source, number ^ (cell_of(source.position_m, place) & ~kMovingNumber),
                        field_.signal(source), 0, 1, static_cast<double>(highest_[i]) / (r_m * r_m),
-                       number, source.position_m - before_m});
+                       number, velocity_mps_[i]});
     }
   }
 }
@@ -173,7 +186,7 @@ double MovingList::highest(const Vec3& place) const {
   for (std::size_t i = 0; i < now_->count; ++i) {
     const Vec3 away(place.x - x_m_[i], place.y - y_m_[i], place.z - z_m_[i]);
     const double r2_m2 = std::max(dot(away, away), kEmitterRadius_m * kEmitterRadius_m);
-    most = std::max(most, static_cast<double>(highest_[i]) / r2_m2);
+    most = std::max(most, static_cast<double>(highest_[i] * trails_.nearer()[i]) / r2_m2);
   }
   return most * kMovingSlack;
 }

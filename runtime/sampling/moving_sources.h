@@ -17,11 +17,11 @@
 // carries them from there to each keyframe's own moment: so that Doppler is steady though the
 // game's frames and keyframes (50 a second) do not fall together. Without a velocity a source
 // stays where it was put until it is put elsewhere. After kLongestCoast_s without a commit all
-// stand still.
+// stand still. A source is heard where it was when its sound left it (motion_trails.h).
 //
 // Threads: add, move, retune, remove and commit on one, the caller's; the sampler reads what was
 // committed last (three copies, traded by one atomic exchange: newest wins). Neither waits. Memory:
-// 600 bytes a source, taken when it is made. A commit copies all positions: moving 100 000 and
+// 1300 bytes a source, taken when it is made. A commit copies all positions: moving 100 000 and
 // committing them takes the caller 1 to 4 ms.
 #pragma once
 

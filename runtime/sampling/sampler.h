@@ -66,13 +66,13 @@ struct SampledSource {
   // That of k below which it would not be chosen: 0 the last to go, 1 the next; below 0 not known.
   double rank = -1;
   bool moves = false;
-  Vec3f moved_m{};  // since the last sample, if it does
+  Vec3f velocity_mps{};  // where sound left it, if it does
 
   // Is one that moves, and heard under another number than it is looked at.
   void move_as(const FoundSource& found) {
     number = found.voice;
     moves = true;
-    moved_m = found.moved_m;
+    velocity_mps = found.velocity_mps;
   }
 };
 

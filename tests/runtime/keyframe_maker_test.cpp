@@ -73,7 +73,7 @@ class Crowd {
       for (std::uint32_t b = 0; b < kBandCount; ++b)
         chosen.visibility[b] = k / 6 % 2 == i % 2 ? 1.0f : between(i, 200 + k / 6, 0, 1);
       chosen.moves = moves(i);
-      chosen.moved_m = moved_m;
+      chosen.velocity_mps = moved_m / static_cast<float>(kKeyframe_s);
     }
     return sample_;
   }

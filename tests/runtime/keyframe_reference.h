@@ -51,13 +51,25 @@ class KeyframeReference {
     double power_scale = 1, power_scale_goal = 1;
     double rank = -1;
     bool moves = false;
-    Vec3f moved_m{};  // per keyframe
+    Vec3f velocity_mps{};
     Bands visibility = same_in_all_bands(1), visibility_goal = same_in_all_bands(1);
     Voice voice;  // as in the last keyframe, before fading
   };
 
   Stance head_at(const Pose& pose) const;
-  double delay_frames(const Source& source, const Stance& head, int ear) const;
+  // Of a source that moves in a straight line and was at its place so long before, in metres.
+  Vec3 mach_of(const Vec3f& velocity_mps) const {
+    return Vec3(velocity_mps / static_cast<float>(field_.speed_of_sound_mps()));
+  }
+  static double later_m(const Source& source, const Vec3& mach, double age_m, const Vec3& place);
+  double delay_frames(const Source& source, const Vec3f& velocity_mps, double age_m,
+                      const Stance& head, int ear) const;
+  // It was at its place when what reaches the head's centre now left it.
+  double delay_frames(const Source& source, const Vec3f& velocity_mps, const Stance& head,
+                      int ear) const {
+    return delay_frames(source, velocity_mps, length(head.centre_m - Vec3(source.position_m)), head,
+                        ear);
+  }
   void listen(Slot& slot, const Stance& head) const;
   static void see(Slot& slot);
   static void weigh(Slot& slot);
@@ -81,8 +93,8 @@ class KeyframeReference {
   std::uint64_t made_ = 0;
 };
 
-// Half the speed of sound: faster than anything that is meant to be heard sliding.
-inline constexpr double kFastestSlide_frames = 0.5 * kKeyframeFrames;
+// A delay cannot shrink as fast as time passes.
+inline constexpr double kFastestSlide_frames = 0.98 * kKeyframeFrames;
 
 // A listener who is elsewhere all at once, as after the sampler stood still, has leapt: nobody is
 // 35 m/s faster from one keyframe to the next. Sliding after them would be heard as a chirp.
@@ -113,11 +125,31 @@ inline KeyframeReference::Stance KeyframeReference::head_at(const Pose& pose) co
           pose.up()};
 }
 
-inline double KeyframeReference::delay_frames(const Source& source, const Stance& head,
-                                              int ear) const {
-  const double frames = field_.delay_s(source, head.ears_m[ear]) * kSampleRate_hz;
-  return ears_ == nullptr ? frames
-                          : frames + ears_->delay_frames(direction_from(source, head), ear);
+// By bisection: what left the source later than that arrives too late.
+inline double KeyframeReference::later_m(const Source& source, const Vec3& mach, double age_m,
+                                         const Vec3& place) {
+  double low = -1e6, high = std::max(age_m, 0.0) + 1e6;
+  for (int i = 0; i < 200; ++i) {
+    const double later = (low + high) / 2;
+    const double way_m = length(place - Vec3(source.position_m) - later * mach);
+    (age_m - later > way_m ? low : high) = later;
+  }
+  return low;
+}
+
+inline double KeyframeReference::delay_frames(const Source& source, const Vec3f& velocity_mps,
+                                              double age_m, const Stance& head, int ear) const {
+  Source there = source;
+  double frames = field_.delay_s(source, head.ears_m[ear]) * kSampleRate_hz;
+  if (velocity_mps != Vec3f(0)) {
+    const Vec3 mach = mach_of(velocity_mps);
+    const double later = later_m(source, mach, age_m, head.ears_m[ear]);
+    there.position_m = Vec3f(Vec3(source.position_m) + later * mach);
+    frames =
+        field_.delay_s(source, length(head.ears_m[ear] - Vec3(source.position_m) - later * mach)) *
+        kSampleRate_hz;
+  }
+  return ears_ == nullptr ? frames : frames + ears_->delay_frames(direction_from(there, head), ear);
 }
 
 inline void KeyframeReference::listen(Slot& slot, const Stance& head) const {
@@ -125,8 +157,14 @@ inline void KeyframeReference::listen(Slot& slot, const Stance& head) const {
   slot.voice.from = direction_from(slot.source, head);
   const int places = receivers_ == Receivers::kPair ? kEars : 1;
   for (int e = 0; e < places; ++e) {
-    const Bands intensity = field_.intensity(slot.source, head.ears_m[e]);
-    slot.voice.delay_frames[e] = delay_frames(slot.source, head, e);
+    Source there = slot.source;
+    const Vec3 mach = mach_of(slot.velocity_mps);
+    const double age_m = length(head.centre_m - Vec3(there.position_m));
+    if (slot.moves)
+      there.position_m +=
+          Vec3f(later_m(there, mach, age_m, head.ears_m[static_cast<std::size_t>(e)]) * mach);
+    const Bands intensity = field_.intensity(there, head.ears_m[static_cast<std::size_t>(e)]);
+    slot.voice.delay_frames[e] = delay_frames(slot.source, slot.velocity_mps, head, e);
     // The root between the bake's power and the mixer's amplitude.
     for (std::size_t b = 0; b < kBandCount; ++b)
       slot.voice.gain[e][b] =
@@ -135,7 +173,7 @@ inline void KeyframeReference::listen(Slot& slot, const Stance& head) const {
           static_cast<float>(slot.source.polarity);
   }
   if (places == kEars) return;
-  slot.voice.delay_frames[1] = delay_frames(slot.source, head, 1);
+  slot.voice.delay_frames[1] = delay_frames(slot.source, slot.velocity_mps, head, 1);
   slot.voice.gain[1] = slot.voice.gain[0];
 }
 
@@ -181,7 +219,7 @@ inline std::uint8_t KeyframeReference::rank_of(const Slot& slot) {
 
 inline bool KeyframeReference::jumped(const Slot& slot, const Stance& head) const {
   for (int e = 0; e < kEars; ++e) {
-    const double frames = delay_frames(slot.source, head, e);
+    const double frames = delay_frames(slot.source, slot.velocity_mps, head, e);
     if (std::abs(frames - slot.voice.delay_frames[e]) > fastest_slide_frames_) return true;
   }
   return false;
@@ -204,13 +242,13 @@ inline void KeyframeReference::start(const SampledSource& chosen, const Stance& 
   slot.voice.starts = true;
   slot.voice.signal = chosen.signal;
   slot.moves = chosen.moves;
-  slot.moved_m = chosen.moved_m;
+  slot.velocity_mps = chosen.velocity_mps;
   // It slides in from where it would have been, unless the listener jumped.
-  Source last = slot.source;
-  last.position_m -= slot.moved_m;
+  const double age_m = length(head.centre_m - Vec3(slot.source.position_m)) -
+                       kKeyframe_s * field_.speed_of_sound_mps();
   for (int e = 0; e < kEars; ++e) {
-    const double now_frames = delay_frames(slot.source, head, e);
-    const double last_frames = delay_frames(last, last_head_, e);
+    const double now_frames = delay_frames(slot.source, slot.velocity_mps, head, e);
+    const double last_frames = delay_frames(slot.source, slot.velocity_mps, age_m, last_head_, e);
     const bool slides = std::abs(now_frames - last_frames) <= kFastestSlide_frames;
     slot.voice.start_delay_frames[e] = slides ? last_frames : now_frames;
   }
@@ -218,7 +256,10 @@ inline void KeyframeReference::start(const SampledSource& chosen, const Stance& 
 
 // One that fades out goes on, unless that took it too far.
 inline void KeyframeReference::coast(Slot& slot, const Stance& head) {
-  slot.source.position_m += slot.moved_m;
+  const Vec3 mach = mach_of(slot.velocity_mps);
+  const double age_m = length(last_head_.centre_m - Vec3(slot.source.position_m)) +
+                       kKeyframe_s * field_.speed_of_sound_mps();
+  slot.source.position_m += Vec3f(later_m(slot.source, mach, age_m, head.centre_m) * mach);
   slot.changed = true;
   if (jumped(slot, head)) freeze(slot);
 }
@@ -233,9 +274,10 @@ inline bool KeyframeReference::follow(Slot& slot, const SampledSource& chosen, c
   if (!chosen.moves) return true;
   const Source before = std::exchange(slot.source, *chosen.source);
   slot.changed = true;
-  slot.moved_m = chosen.moved_m;
+  const Vec3f velocity_mps = std::exchange(slot.velocity_mps, chosen.velocity_mps);
   if (!jumped(slot, head)) return true;
   slot.source = before;
+  slot.velocity_mps = velocity_mps;
   freeze(slot);
   return false;
 }

@@ -1,6 +1,7 @@
 // moving_field.h: an empty field that sources move about in, and what is heard there.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <string>
 #include <utility>
@@ -8,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/air.h"
 #include "common/random.h"
 #include "formats/level.h"
 #include "runtime/auralizer.h"
@@ -17,6 +19,16 @@ namespace clamor::testing {
 inline Vec3 place_in_room(std::uint32_t i, std::uint32_t step) {
   const RandomBits bits = philox(8, {i, step, 0, 0});
   return {6 * unit(bits[0]), 8 * unit(bits[1]), 3 * unit(bits[2])};
+}
+
+// How late a source is heard at a place that moves in a straight line and is at `position_m` now:
+// R = c delay was the distance when it was R / c ago at the end of that way, a quadratic equation.
+inline double delay_of_moving_s(const Vec3& position_m, const Vec3& velocity_mps,
+                                const Vec3& place) {
+  const double c = speed_of_sound_mps(Air{});
+  const Vec3 way = place - position_m, mach = velocity_mps / c;
+  const double ahead_m = dot(way, mach), rest = 1 - dot(mach, mach);
+  return (ahead_m + std::sqrt(ahead_m * ahead_m + rest * dot(way, way))) / rest / c;
 }
 
 // A free field with nothing in it.

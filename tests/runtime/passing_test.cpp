@@ -91,11 +91,13 @@ class Ride {
 
   bool plays() const { return !left_.empty(); }
 
-  double distance_m(double t) const {
+  double distance_m(double t) const { return meant_lag_s(t) * speed_of_sound_mps(Air{}); }
+  double meant_lag_s(double t) const {
     const double ear_m = ride_.output == Output::kTwoReceivers ? kEarDistance_m / 2 : 0;
-    return std::hypot(x_m(t) + ear_m, ride_.nearest_m);
+    const Vec3 source_m(x_m(t) + ear_m, 0, ride_.nearest_m);
+    if (ride_.listener_rides) return length(source_m) / speed_of_sound_mps(Air{});
+    return testing::delay_of_moving_s(source_m, {kSpeed_mps, 0, 0}, {});
   }
-  double meant_lag_s(double t) const { return distance_m(t) / speed_of_sound_mps(Air{}); }
   // By how much of itself the tone is lower.
   double meant_pitch_shift(double t) const {
     return (meant_lag_s(t + kHalf_s) - meant_lag_s(t - kHalf_s)) / (2 * kHalf_s);

@@ -127,7 +127,7 @@ TEST(VoiceKernel, GivesTheDelaysOfOneVoiceAsOfMany) {
       for (std::size_t i = 0; i < made.size(); ++i)
         for (int e = 0; e < kEars; ++e)
           ASSERT_EQ(made[i].delay_frames[e], delay_frames(voices.table(), Voices::listener(places),
-                                                          &lags, voices.sources()[i].position_m,
+                                                          &lags, {voices.sources()[i].position_m},
                                                           voices.table().leaves_frames[i], e))
               << target << i;
     }
