@@ -223,6 +223,7 @@ struct Auralizer::State {
   double choice_took_s = 0;
   std::size_t choice_keyframes = 1;
   std::uint64_t made = 0, next_choice = 0;
+  std::uint64_t held_frames = 0;  // by which keyframes come later than their number says
   const bool adapting;
   const LoadClock clock;
   VoiceLimit limit_of_k;
@@ -300,13 +301,14 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeF
 }
 
 bool Auralizer::wants_keyframe() const {
-  const State& state = *state_;
+  State& state = *state_;
+  state.held_frames = state.mixer.held_frames();
   return state.mixer.wants_keyframe(state.turns == nullptr ? BlockMixer::kAllAhead_s
                                                            : state.lead.seconds());
 }
 
 double Auralizer::next_keyframe_time_s() const {
-  return static_cast<double>(state_->made) * kKeyframeFrames / kSampleRate_hz;
+  return static_cast<double>(state_->made * kKeyframeFrames + state_->held_frames) / kSampleRate_hz;
 }
 
 void Auralizer::make_keyframe(const Pose& pose) {
@@ -316,7 +318,7 @@ void Auralizer::make_keyframe(const Pose& pose) {
   const double start_s = state.clock.now();
   const double time_s = next_keyframe_time_s();
   const bool chooses = state.made >= state.next_choice;
-  state.maker.make(state.chosen(pose, time_s), pose, *keyframe);
+  state.maker.make(state.chosen(pose, time_s), pose, *keyframe, state.held_frames);
   keyframe->facing = facing_of(pose);
   state.play(*keyframe);
   if (chooses) state.choice.improve_sight();

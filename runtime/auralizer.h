@@ -6,11 +6,12 @@
 //                      auralizer.make_keyframe(pose at auralizer.next_keyframe_time_s());
 //   audio thread:    auralizer.mix(block);
 //
-// Keyframe n says how things are at sample n x kKeyframeFrames; the mixer slides gains and delays
-// from each to the next. Keyframes travel through a bounded queue, in order, a few of them ahead of
-// the mixer, so what is heard is a function of the poses alone, never of how
-// the threads were scheduled or how large the device's blocks are. If the mixer finds none, it
-// holds the last one (and counts that); late keyframes then count from the moment they arrive.
+// Keyframe n says how things are at sample n x kKeyframeFrames if none is late; the mixer slides
+// gains and delays from each to the next. Keyframes travel through a bounded queue, in order, a few
+// of them ahead of the mixer, so what is heard is a function of the poses alone, never of how the
+// threads were scheduled or how large the device's blocks are. If the mixer finds none, it holds
+// the last one (and counts that). Keyframes made from then on are of so much later moments: time
+// goes on, and what is heard does not stay behind where the listener is.
 //
 // A listener who is moved in real time (AuralizerOptions::follows_head) is heard sooner: keyframes
 // are made just in time (keyframe_lead.h), and turns of the head go past them to the mixer, by
@@ -83,6 +84,7 @@ class Auralizer {
   // Sampler thread. Keyframe 0 also mixes the 85 ms before time 0, so that sound that has always
   // been playing is there from the first frame on; until it is made, mix() gives silence. It waits
   // for the sounds that are heard first, but no longer than first_sounds_s.
+  // Between wants_keyframe() and make_keyframe() the next one's time stays what it is.
   bool wants_keyframe() const;
   double next_keyframe_time_s() const;
   void make_keyframe(const Pose& pose);

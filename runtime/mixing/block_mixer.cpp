@@ -135,8 +135,12 @@ bool BlockMixer::mix_more(std::size_t samples) noexcept REALTIME {
     mixer_.turn();
   }
   const std::size_t step = channels_ * kStepFrames;
-  mix_steps(
-      static_cast<int>(std::min<std::size_t>((samples + step - 1) / step, mixer_.steps_left())));
+  const auto steps =
+      static_cast<int>(std::min<std::size_t>((samples + step - 1) / step, mixer_.steps_left()));
+  mix_steps(steps);
+  if (mixer_.holds())
+    held_frames_.fetch_add(static_cast<std::uint64_t>(steps) * kStepFrames,
+                           std::memory_order_relaxed);
   return held;
 }
 

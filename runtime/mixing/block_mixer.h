@@ -85,6 +85,10 @@ class BlockMixer {
   void mix(std::span<float> interleaved) noexcept REALTIME;
   Mixer::Work work() const noexcept REALTIME { return mixer_.work(); }  // the audio thread's
 
+  // How long it has held for keyframes that were due, in all: so much later than planned all others
+  // come.
+  std::uint64_t held_frames() const { return held_frames_.load(std::memory_order_relaxed); }
+
   // Of the newest keyframe's voices: the share that is left out now; and no more are taken.
   double left_out_share() const;
   bool is_full() const { return mixer_is_full_.load(std::memory_order_relaxed); }
@@ -123,7 +127,8 @@ class BlockMixer {
   std::size_t mixed_end_ = 0, mixed_read_ = 0;  // samples in it, and those already given away
 
   // Statistics.
-  std::atomic<std::uint64_t> held_blocks_{0}, clipped_frames_{0}, bad_voices_{0}, late_voices_{0};
+  std::atomic<std::uint64_t> held_blocks_{0}, held_frames_{0}, clipped_frames_{0}, bad_voices_{0},
+      late_voices_{0};
   std::atomic<std::uint32_t> loaded_{0}, shed_{0}, most_shed_{0};  // of the mixer's voices
   std::atomic<bool> mixer_is_full_{false};
   std::atomic<std::uint64_t> shedding_blocks_{0};

@@ -88,6 +88,7 @@ class Mixer {
   bool wants_keyframe() const noexcept REALTIME { return frames_left() == 0; }
   void load(const Keyframe& keyframe) noexcept REALTIME;
   void hold() noexcept REALTIME;
+  bool holds() const noexcept REALTIME { return holding_; }
 
   // Until it wants a keyframe.
   int frames_left() const noexcept REALTIME { return kKeyframeFrames - elapsed_ - frame_; }

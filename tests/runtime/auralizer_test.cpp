@@ -161,6 +161,45 @@ TEST(Auralizer, GoesOnAsItWasWhileTheSamplerStandsStill) {
   EXPECT_GT(stalled->statistics().held_blocks, 500u);
 }
 
+// A trip to 900 km and back within four seconds, during which the sampler stands still for three:
+// who is back is heard at once, not three seconds of keyframes later.
+TEST(Auralizer, HearsAListenerWhereTimeSaysAfterItHeld) {
+  const auto pose = [](double t) {
+    Pose pose{{4, 5, 1.6}, 0.4, 0};
+    if (t >= 1 && t < 5) pose.position_m.x += 450e3 * std::min(t - 1, 5 - t);
+    return pose;
+  };
+  constexpr int kBlock = 480, kBlocks_per_s = kSampleRate_hz / kBlock;
+  const auto auralizer = made(60);
+  std::vector<float> block(2 * kBlock);
+  std::vector<double> power;  // of tenths of a second
+  double latest_s = 0;
+  for (int n = 0; n < 8 * kBlocks_per_s; ++n) {
+    const double now_s = static_cast<double>(n) / kBlocks_per_s;
+    const bool stands_still = now_s > 1.5 && now_s < 4.5;
+    while (!stands_still && auralizer->wants_keyframe()) {
+      latest_s = auralizer->next_keyframe_time_s();
+      auralizer->make_keyframe(pose(latest_s));
+    }
+    if (!stands_still) {
+      EXPECT_LT(latest_s, now_s + 8 * kKeyframe_s);
+      EXPECT_GT(latest_s, now_s) << "the listener is heard where it was before";
+    }
+    auralizer->mix(block);
+    if (n % (kBlocks_per_s / 10) == 0) power.push_back(0);
+    for (const float sample : block) power.back() += static_cast<double>(sample) * sample;
+  }
+  EXPECT_GT(auralizer->statistics().held_blocks, 200u);
+  double before = 0, away = 0, back = 0;
+  for (std::size_t i = 0; i < 8; ++i) {
+    before += power[2 + i];
+    away += power[12 + i];
+    back += power[52 + i];  // from 0.2 s after the return on
+  }
+  EXPECT_LT(10 * std::log10(away / before), -60);
+  EXPECT_NEAR(10 * std::log10(back / before), 0, 2);
+}
+
 TEST(Auralizer, LetsSourcesComeAndGoWithoutAClick) {
   AuralizerInput input = baked_room();
   input.signals.assign(3, testing::sine(200));
