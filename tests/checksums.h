@@ -5,9 +5,14 @@
 // read, whatever the format sums and wherever it keeps it.
 #pragma once
 
+#include <functional>
+
 namespace clamor::testing {
 
 extern bool checksums_are_off;
+
+// Called once, after the next sum: for whoever writes to a file between check and use.
+extern std::function<void()> after_checksum;
 
 struct ChecksumsOff {
   ChecksumsOff() { checksums_are_off = true; }

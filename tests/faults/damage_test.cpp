@@ -259,6 +259,32 @@ TEST(ForgedFile, WithAPageThatDeclaresFourGigabytesCostsNothing) {
   }
 }
 
+// A mapped page is decoded where it is, after its checksum was right.
+TEST(MappedPage, ThatIsOverwrittenBetweenItsChecksumAndItsDecodingIsAnError) {
+  Damaged damaged;
+  const auto file = BakeFile::open(damaged.path(), FileAccess::kMap);
+  ASSERT_TRUE(file.ok() && file->is_mapped());
+  const PageEntry& top = *file->top();
+  std::size_t decodes = 0;
+  for (std::uint64_t at = top.page.offset; at < top.page.end(); ++at) {
+    after_checksum = [&] { damaged.flip(8 * at); };
+    const auto page = file->read_page(top);
+    EXPECT_FALSE(page.ok()) << at;
+    if (!page.ok()) {
+      EXPECT_NE(page.error().message.find("fails its checksum"), std::string::npos);
+    }
+    {
+      const ChecksumsOff off;
+      PageEntry forged = top;
+      forged.page.hash = 0x1234567;
+      decodes += file->read_page(forged).ok();
+    }
+    damaged.mend(at, 1);
+    ASSERT_TRUE(file->read_page(top).ok());
+  }
+  EXPECT_GT(decodes, 100u);  // so that nothing but the second checksum notices
+}
+
 }  // namespace
 
 }  // namespace clamor::testing
