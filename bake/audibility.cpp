@@ -20,9 +20,12 @@ constexpr std::uint32_t kWalks = 64, kLegs = 32;
 constexpr double kFewEscape = 0.1;  // of the walks, where a place counts as closed in
 
 // A hollow is no room if its surfaces are this near each other on average (a cube of 0.75 m), and
-// if it takes up a small part of the level's bounds. Seen from behind it may be larger.
+// if it takes up a small part of the level's bounds.
 constexpr double kNarrow_m = 0.5, kNarrowShare = 0.1;
-constexpr double kBehind = 0.75, kBehindShare = 0.3;
+// Surfaces that are seen from behind are those of a solid, unless whoever made the level turned the
+// walls of rooms outwards. A solid is narrower than rooms are (a cube of 1.8 m), or else it takes
+// up a small part of the bounds and stands in a room.
+constexpr double kBehind = 0.75, kThick_m = 1.2, kThickOfExtent = 0.2, kBehindShare = 0.3;
 
 // A level is closed if so much of its bounds is closed in; a place is outside if so many rays
 // escape from it.
@@ -200,6 +203,23 @@ bool Audibility::connected(std::span<const Vec3> some_m, std::span<const Vec3> o
   });
 }
 
+// Whether sound may bend round what stands between two places: a way over a point beside the middle
+// is free. The longest waves are heard that far beside the straight line.
+bool Audibility::bends_to(const Vec3& from_m, const Vec3& to_m) const {
+  const Vec3 way_m = to_m - from_m;
+  if (!(length(way_m) > 0)) return true;
+  const Basis across = basis_around(normalize(way_m));
+  constexpr int kTurns = 8;
+  for (const double beside_m : {0.5, 1.0, 2.0, 4.0, 8.0})
+    for (int turn = 0; turn < kTurns; ++turn) {
+      const Vec3 around = on_sphere(0, turn / static_cast<double>(kTurns));
+      const Vec3 over_m = from_m + 0.5 * way_m +
+                          beside_m * (around.x * across.tangent + around.y * across.bitangent);
+      if (sees(from_m, over_m) && sees(over_m, to_m)) return true;
+    }
+  return false;
+}
+
 bool Audibility::has_clearance(const Vec3& place_m) const {
   const double clearance_m = std::min(kClearance_m, 0.02 * length(high_m_ - low_m_));
   constexpr std::uint32_t kRays = 26;
@@ -234,43 +254,52 @@ std::vector<Vec3> Audibility::candidates_m(const Vec3& from_m) const {
   return places_m;
 }
 
-// The nearest place that is neither in a solid nor outside; with `closed_in`, none if that place
-// lies in the open.
-std::optional<Vec3> Audibility::nearest_air_m(const Vec3& from_m, bool closed_in) const {
+Audibility::Hollow Audibility::hollow_of(const Exploration& found) const {
+  if (!found.is_closed_in() || found.passes || found.points_m.empty()) return Hollow::kNone;
+  const double share = share_of_bounds(found);
+  if (found.width_m() < kNarrow_m && share < kNarrowShare) return Hollow::kNarrow;
+  if (static_cast<double>(found.behind) < kBehind * static_cast<double>(found.points_m.size()))
+    return Hollow::kNone;
+  if (found.width_m() < std::min(kThick_m, kThickOfExtent * length(high_m_ - low_m_)))
+    return Hollow::kThick;
+  return share < kBehindShare ? Hollow::kWide : Hollow::kNone;
+}
+
+// The nearest place that is neither in a solid nor outside.
+std::optional<Audibility::AirPlace> Audibility::nearest_air(const Vec3& from_m) const {
   std::size_t tried = 0;
   for (const Vec3& place_m : candidates_m(from_m)) {
     if (!has_clearance(place_m)) continue;
     if (++tried > kMostTried) break;
     const Exploration found = explore(place_m);
-    const bool in_air =
-        !found.is_closed_in() ||
-        (static_cast<double>(found.behind) < kBehind * static_cast<double>(found.points_m.size()) &&
-         found.width_m() > kNarrow_m) ||
-        share_of_bounds(found) > kBehindShare;
-    if (!in_air) continue;
+    if (hollow_of(found) != Hollow::kNone) continue;
     if (closed_ && !found.is_closed_in() && !connected(std::span(&place_m, 1), inside_m_)) continue;
-    if (closed_in && !found.is_closed_in()) return std::nullopt;
-    return place_m;
+    return AirPlace{place_m, found.is_closed_in()};
   }
   return std::nullopt;
 }
 
 std::optional<UnheardPlace> Audibility::judged(const Vec3& place_m) const {
   const Exploration found = explore(place_m);
-  if (found.is_closed_in() && !found.passes && !found.points_m.empty()) {
-    const double share = share_of_bounds(found);
-    if (found.width_m() < kNarrow_m && share < kNarrowShare)
-      return UnheardPlace{Unheard::kInSolid, found.width_m(), nearest_air_m(place_m, false), {}};
-    if (static_cast<double>(found.behind) > kBehind * static_cast<double>(found.points_m.size()) &&
-        share < kBehindShare)
-      if (const auto works_m = nearest_air_m(place_m, true))
-        return UnheardPlace{Unheard::kInSolid, found.width_m(), works_m, {}};
+  if (const Hollow hollow = hollow_of(found); hollow != Hollow::kNone) {
+    const auto air = nearest_air(place_m);
+    // A level that is all like this may be meant so, and so may a room that stands in the open.
+    const bool is_solid =
+        hollow == Hollow::kNarrow || (air && hollow == Hollow::kThick) || (air && air->closed_in);
+    if (is_solid) {
+      UnheardPlace solid{Unheard::kInSolid, found.width_m(), {}, {}};
+      if (air) solid.works_m = air->place_m;
+      return solid;
+    }
   }
   if (closed_ && static_cast<double>(found.direct) >= kOutsideEscapes * kWalks) {
     std::vector<Vec3> seen_m = thinned<Vec3>(found.points_m, kPairs);
     seen_m.insert(seen_m.begin(), place_m);
-    if (!connected(seen_m, inside_m_))
-      return UnheardPlace{Unheard::kOutside, 0, nearest_air_m(place_m, false), {}};
+    if (!connected(seen_m, inside_m_)) {
+      UnheardPlace outside{Unheard::kOutside, 0, {}, {}};
+      if (const auto air = nearest_air(place_m)) outside.works_m = air->place_m;
+      return outside;
+    }
   }
   return std::nullopt;
 }
@@ -433,6 +462,9 @@ std::vector<std::optional<UnheardPlace>> Audibility::unheard_at(std::span<const 
         answers[i] = why;
         continue;
       }
+      if (std::any_of(some_lit_m.begin(), some_lit_m.end(),
+                      [&](const Vec3& lit_place_m) { return bends_to(place_m, lit_place_m); }))
+        continue;
       why = UnheardPlace{Unheard::kShutOff, 0, {}, {}};
     }
     why->works_m = nearest_that_hears(place_m);
@@ -487,7 +519,9 @@ std::vector<std::string> in_words(std::span<const UnheardEmitter> unheard,
 std::string in_words(const UnheardPlace& unheard, const Vec3& listener_m,
                      std::span<const Emitter> emitters) {
   const std::string where = "nothing is heard at " + place_in_words(listener_m) + ": ";
-  if (unheard.emitter) return where + emitter_in_words(unheard, emitters[*unheard.emitter].name);
+  if (unheard.emitter)  // a little may leak out of a solid
+    return "hardly anything" + where.substr(7) +
+           emitter_in_words(unheard, emitters[*unheard.emitter].name);
   return where + "the listener is " + cause(unheard) +
          works_in_words(unheard, "where an emitter is heard");
 }

@@ -5,14 +5,15 @@
 // by some thousand rays that are reflected diffusely and pass surfaces that let sound through.
 //
 //   in a solid    rays from the place hardly get away from it, and either the surfaces are too near
-//                 for any room, or rays meet them from behind within a space that is closed itself
+//                 for any room, or rays meet them from behind and they are nearer than those of
+//                 rooms or stand in one
 //   outside       most of the level's bounds are closed in, rays from the place are not, and no
 //                 surface that they meet is in sight of the closed space
 //   on a surface  half of an emitter's sound leaves on the far side, and of a listener's rays
 //   chance
 //                 decides on which side they begin
 //   far away      the direct sound has fallen by 120 dB from its level at 1 m
-//   shut off      none of these, but no path from an emitter was found
+//   shut off      none of these, but no path from an emitter was found, nor one that bends
 //
 // The search prefers silence to a false alarm: a place that any ray connects with an emitter is
 // fine. Everything is a function of the input alone; the random numbers are always the same.
@@ -65,11 +66,17 @@ class Audibility {
 
  private:
   struct Exploration;
-  struct Vantage;
+  struct AirPlace {
+    Vec3 place_m{};
+    bool closed_in = false;
+  };
+  // A space that may be the inside of a solid, by how sure that is.
+  enum class Hollow : std::uint8_t { kNone, kNarrow, kThick, kWide };
 
   Exploration explore(const Vec3& from_m) const;
   bool transmits(std::uint16_t material) const;
   bool sees(const Vec3& from_m, const Vec3& to_m) const;
+  bool bends_to(const Vec3& from_m, const Vec3& to_m) const;
   bool connected(std::span<const Vec3> some_m, std::span<const Vec3> others_m) const;
   bool has_clearance(const Vec3& place_m) const;
   double share_of_bounds(const Exploration& found) const;
@@ -78,7 +85,8 @@ class Audibility {
   std::optional<UnheardPlace> judged(const Vec3& place_m) const;
   std::optional<Vec3> surface_at(const Vec3& place_m, double within_m) const;
   std::optional<UnheardPlace> judged_on_surface(const Vec3& place_m) const;
-  std::optional<Vec3> nearest_air_m(const Vec3& from_m, bool closed_in) const;
+  Hollow hollow_of(const Exploration& found) const;
+  std::optional<AirPlace> nearest_air(const Vec3& from_m) const;
   std::vector<Vec3> lit_places_m(std::span<const Emitter> emitters) const;
   bool looks_suspicious(const Vec3& place_m) const;
 

@@ -217,6 +217,13 @@ TEST(LevelReport, WarnsOfAnEmitterInAPillarAndNamesAPlaceThatWorks) {
   const auto thick = unheard_in(hall_with_pillar(kPillar_m, true, 1.5));
   ASSERT_EQ(thick.size(), 1u);
   EXPECT_EQ(thick[0].place.why, Unheard::kInSolid);
+  // In a level without a ceiling it is a pillar all the same, and so is the inside of a long wall.
+  Level open = without(kCeiling, kHall_m, 0.1f, kPillar_m);
+  testing::add(open.mesh, box_between({3.6, 0, 2.6}, {4.4, 2.5, 3.4}, true));
+  EXPECT_EQ(unheard_in(open).size(), 1u);
+  Level wall = shoebox(kHall_m, uniform_material(0.1f), {3, 1.2, 5.2});
+  testing::add(wall.mesh, box_between({0.01, 0.01, 4.8}, {7.99, 2.99, 5.5}, true));
+  EXPECT_EQ(unheard_in(wall).size(), 1u);
 }
 
 TEST(LevelReport, WarnsOfAnEmitterOutsideAClosedLevel) {
@@ -279,6 +286,11 @@ TEST(LevelReport, FindsNoFaultWithEmittersThatAreHeard) {
     testing::add(outwards.mesh, box_between({5.2 * i, 0, 0}, {5.2 * i + 5, 4, 3}, true));
   expect_none(outwards, "one room of six");
 
+  // A level that is narrow and faces outwards throughout.
+  Level duct = shoebox({20, 0.9, 0.9}, uniform_material(0.1f), {3, 0.4, 0.4});
+  duct.mesh = box_between({0, 0, 0}, {20, 0.9, 0.9}, true);
+  expect_none(duct, "a duct");
+
   // A closed booth in a hall is a room of its own, as its walls face into it.
   Level booth = shoebox(kHall_m, uniform_material(0.1f), {2, 1, 2});
   testing::add(booth.mesh, box_between({1, 0, 1}, {3, 2.2, 3}, false));
@@ -316,7 +328,8 @@ TEST(Audibility, BlamesTheEmitterWhereThatIsOutOfPlace) {
   ASSERT_TRUE(found.has_value());
   EXPECT_EQ(found->emitter, 0u);
   const std::string text = in_words(*found, {1, 1, 1}, level.emitters);
-  EXPECT_THAT(text, HasSubstr("nothing is heard at 1,1,1: emitter 'source' lies inside a solid"));
+  EXPECT_THAT(text,
+              HasSubstr("hardly anything is heard at 1,1,1: emitter 'source' lies inside a solid"));
 }
 
 TEST(Audibility, HearsThroughADoorAndThroughThinWallsButNotThroughOthers) {
@@ -335,6 +348,13 @@ TEST(Audibility, HearsThroughADoorAndThroughThinWallsButNotThroughOthers) {
   EXPECT_EQ(found->why, Unheard::kShutOff);
   closed.materials[0].transmission = same_in_all_bands(0.05f);
   EXPECT_FALSE(unheard_at(closed, listener_m).has_value());
+}
+
+TEST(Audibility, BendsRoundAWallInTheOpen) {
+  Level level = shoebox({5, 4, 3}, uniform_material(0.1f), {0, 1.5, 2});
+  level.mesh = {};
+  testing::add_quad(level.mesh, {Vec3f(-2, 0, 0), Vec3f(2, 0, 0), Vec3f(2, 3, 0), Vec3f(-2, 3, 0)});
+  EXPECT_FALSE(unheard_at(level, {0, 1.5, -2}).has_value());
 }
 
 TEST(Audibility, OfAFreeFieldEndsWithTheDistance) {
