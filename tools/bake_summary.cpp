@@ -79,8 +79,8 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
                statistics.photons_traced, journal);
   else if (report.journal_runs > 0 && report.photons > 0)
     fmt::print(err,
-               "  reused   nothing of {}: surfaces, materials, the seed or settings are others "
-               "than when it was traced, and every path depends on them\n",
+               "  reused   nothing of {}: surfaces, materials, settings or the shares that "
+               "emitters have of the photons are others than when it was traced\n",
                journal);
   if (report.copied_groups > 0)
     fmt::print(err,
@@ -93,8 +93,8 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
              seconds);
   if (!journal.empty())
     fmt::print(err,
-               "  kept     {} ({}): baking again traces only emitters that were changed, and all "
-               "where surfaces, materials or settings were\n",
+               "  kept     {} ({}): baking again traces only emitters that were moved, and all "
+               "where surfaces, materials or settings were changed\n",
                journal, as_size(static_cast<double>(report.journal_bytes)));
   fmt::print(err, "  listen   clamor play {}\n", as_typed(output));
 }

@@ -218,7 +218,7 @@ TEST(BakeCommand, SaysWhatTheJournalSpared) {
   };
   const std::string first = bake({});
   EXPECT_FALSE(has(first, "reused")) << first;
-  EXPECT_TRUE(has(first, "traces only emitters that were changed")) << first;
+  EXPECT_TRUE(has(first, "traces only emitters that were moved")) << first;
   const std::string second = bake({});
   EXPECT_TRUE(has(second, "reused   5000 of 5000 photons")) << second;
   const std::string other = bake({"--kappa", "0.2"});
