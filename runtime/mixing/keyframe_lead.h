@@ -3,7 +3,7 @@
 // A keyframe holds the listener's place at the moment when it is begun, so every millisecond that
 // it waits for the mixer is latency. The lead is what keyframes have taken of late, the longest of
 // them counting most, and some reserve for the system's scheduler; where the mixer has nevertheless
-// had to hold, the reserve doubles, and then shrinks again within seconds.
+// had to hold, the reserve doubles, and then shrinks again within half a minute.
 //
 // Threads: the sampler's.
 #pragma once
@@ -29,7 +29,7 @@ class KeyframeLead {
 
  private:
   static constexpr double kForget = 0.96;    // by half in 0.3 s
-  static constexpr double kForgive = 0.995;  // by half in 3 s
+  static constexpr double kForgive = 0.998;  // by half in 7 s
 
   double longest_s_ = 0, reserve_s_ = kLeastReserve_s;
   std::uint64_t held_blocks_ = 0;

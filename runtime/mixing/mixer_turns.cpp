@@ -24,8 +24,10 @@ constexpr std::size_t kMostTurning = 5000;
 
 void Mixer::make_room_for_turns() {
   const std::size_t most = std::min(slots_.size(), kMostTurning);
-  previous_.voices.reserve(most);
-  current_.voices.reserve(most);
+  for (Kept* const kept : {&previous_, &current_}) {
+    kept->voices.resize(most);  // touches the memory, which the audio thread may not do first
+    kept->voices.clear();
+  }
   previous_at_.resize(slots_.size());
 }
 

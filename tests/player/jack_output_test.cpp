@@ -106,6 +106,7 @@ TEST_F(JackDevice, HearsEachFrameOnceWhileTheServerChangesTheSizeOfItsBlocks) {
     const std::uint32_t before = counting.next;
     ASSERT_TRUE(comes_true([&] { return counting.next > before + 8 * frames + 4000; })) << frames;
     EXPECT_EQ(player.output->block_frames(), static_cast<int>(frames));
+    EXPECT_GE(player.output->latency_s(), frames / 48000.0);  // what is filled now comes next
     EXPECT_EQ(player.output->failure(), "");
   }
   EXPECT_EQ(counting.most_frames, 4096u);

@@ -73,6 +73,26 @@ TEST_F(PulseDevice, CountsEachTimeThatTheServerRanDry) {
   EXPECT_EQ(output.statistics().losses, 0u);
 }
 
+TEST_F(PulseDevice, HoldsMoreSoundAfterTheServerRanDryTwiceWhereItMay) {
+  SlowMixer mixer;
+  OutputRequest request;
+  request.buffer_may_grow = true;
+  auto output = open(request, mixer.callback());
+  ASSERT_NE(output, nullptr) << problem;
+  ASSERT_TRUE(output->start().ok());
+  ASSERT_TRUE(comes_true([&] { return mixer.blocks > 20; }));
+  constexpr double kFirst_s = 4 * 256 / 48000.0;
+  EXPECT_LT(output->latency_s(), 1.5 * kFirst_s);
+  const auto mix = [&mixer](int takes_ms, std::uint64_t count) {
+    mixer.takes_ms = takes_ms;
+    const std::uint64_t before = mixer.blocks;
+    return comes_true([&] { return mixer.blocks > before + count; });
+  };
+  for (int i = 0; i < 6; ++i) ASSERT_TRUE(mix(60, 6) && mix(0, 100)) << i;
+  EXPECT_TRUE(comes_true([&] { return output->latency_s() > 2 * kFirst_s; }))
+      << output->latency_s();
+}
+
 TEST_F(PulseDevice, TellsTheLatencyOfTheBuffersThatWereAskedFor) {
   for (const int frames : {256, 2048}) {
     SlowMixer mixer;

@@ -88,8 +88,9 @@ std::vector<Way> all_ways() {
   return ways;
 }
 
-std::unique_ptr<Auralizer> twelve_voices(const OutputShape& shape) {
+std::unique_ptr<Auralizer> twelve_voices(const OutputShape& shape, bool follows_head = false) {
   AuralizerOptions options;
+  options.follows_head = follows_head;
   options.voices = 12;  // of some 3000 sources: the sample changes as the listener moves
   options.output = shape;
   options.limit = true;
@@ -133,6 +134,30 @@ TEST(AudioThread, AsksTheSystemForNothingInAMillionCallbacks) {
     EXPECT_GT(run.statistics().limited.frames, 0u);
   }
   EXPECT_GE(callbacks, 1'000'000u);
+}
+
+// Turns go to the audio thread itself, between keyframes and where none come.
+TEST(AudioThread, AsksTheSystemForNothingWhileTheHeadTurns) {
+  touch_all_code();
+  touch_stack();
+  constexpr std::size_t kMost_frames = 256;
+  std::minstd_rand random(2);
+  for (const Way& way : all_ways()) {
+    SCOPED_TRACE(way.name);
+    SoundDevice run(twelve_voices(way.shape, true), way.rate_hz, kMost_frames);
+    long faults = 0;
+    for (int i = 0; i < 4000; ++i) {
+      const double time_s = run.time_s();
+      run.auralizer().face(running_about(time_s));
+      if (i % 512 < 384) run.make_keyframes([&](double) { return running_about(time_s); });
+      const long before = testing::page_faults();
+      run.call<Forbidden>(1 + random() % kMost_frames);
+      faults += testing::page_faults() - before;
+    }
+    EXPECT_EQ(faults, 0);
+    EXPECT_GT(run.energy(), 1);
+    EXPECT_GT(run.statistics().held_blocks, 100u);
+  }
 }
 
 TEST(AudioThread, HasDenormalsOff) {

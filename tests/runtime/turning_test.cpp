@@ -223,7 +223,7 @@ TEST(KeyframeLead, IsWhatKeyframesTakeAndMoreWhereTheMixerHadToHold) {
   EXPECT_GT(lead.seconds(), quiet_s + 0.9 * KeyframeLead::kLeastReserve_s);
   for (std::uint64_t held = 4; held < 100; ++held) lead.made(0.002, held);
   EXPECT_LE(lead.seconds(), 0.0025 + KeyframeLead::kMostReserve_s + 1e-9);
-  for (int i = 0; i < 1000; ++i) lead.made(0.002, 99);
+  for (int i = 0; i < 3000; ++i) lead.made(0.002, 99);
   EXPECT_NEAR(lead.seconds(), quiet_s, 1e-9);
 }
 
