@@ -14,6 +14,10 @@
 #include <thread>
 #include <vector>
 
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
 #include "tests/player/program.h"
 
 namespace clamor::testing {
@@ -53,9 +57,9 @@ class Pulse {
             "module-null-sink sink_name=clamor norewinds=1 format=float32le rate=48000 channels=2 "
             "sink_properties=device.description=clamor"},
         (folder_ / "daemon").string());
-    for (int i = 0; i < 500 && !std::filesystem::exists(socket); ++i)
+    for (int i = 0; i < 500 && !answers(socket); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    ready_ = std::filesystem::exists(socket);
+    ready_ = answers(socket);
   }
   ~Pulse() {
     daemon_.reset();
@@ -109,6 +113,19 @@ class Pulse {
   static std::vector<std::string> recording() {
     return {"parec",        "-d",           "clamor.monitor", "--format=float32le",
             "--rate=48000", "--channels=2", "--raw",          "--latency-msec=20"};
+  }
+
+  // The socket's file is there somewhat earlier.
+  static bool answers(const std::string& path) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    if (path.size() >= sizeof(address.sun_path)) return false;
+    std::copy(path.begin(), path.end(), address.sun_path);
+    const int client = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    const bool connected =
+        ::connect(client, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+    ::close(client);
+    return connected;
   }
 
   static std::vector<float> samples_of(const std::string& path) {
