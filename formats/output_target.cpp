@@ -132,7 +132,7 @@ std::string OutputTarget::beside() const {
 Result<int> OutputTarget::open_stream() const {
   const int opened = unless_interrupted([&] {
     return descriptor_ >= 0 ? ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0)
-                            : ::open(file_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
+                            : ::open(path_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
   });
   if (opened < 0) return unwritable(path_, errno);
   return opened;

@@ -86,17 +86,18 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
     fmt::print(err,
                "  copied   {} groups of emitters are copies of {}; {} sources are stored once\n",
                report.copied_groups, report.copied_models, report.copied_sources);
-  std::error_code ignored;
-  const auto bytes = static_cast<double>(std::filesystem::file_size(output, ignored));
-  fmt::print(err, "  wrote    {}: {} in {}, {:.1f} s\n", output,
-             counted(contents.source_count() + report.copied_sources, "source"), as_size(bytes),
-             seconds);
+  // A device or a pipe has no size, and nothing to play.
+  std::error_code no_file;
+  const auto bytes = static_cast<double>(std::filesystem::file_size(output, no_file));
+  fmt::print(err, "  wrote    {}: {}{}, {:.1f} s\n", output,
+             counted(contents.source_count() + report.copied_sources, "source"),
+             no_file ? "" : " in " + as_size(bytes), seconds);
   if (!journal.empty())
     fmt::print(err,
                "  kept     {} ({}): baking again traces only emitters that were moved, and all "
                "where surfaces, materials or settings were changed\n",
                journal, as_size(static_cast<double>(report.journal_bytes)));
-  fmt::print(err, "  listen   clamor play {}\n", as_typed(output));
+  if (!no_file) fmt::print(err, "  listen   clamor play {}\n", as_typed(output));
 }
 
 }  // namespace clamor
