@@ -7,9 +7,9 @@
 
 #include "formats/bake_layout.h"
 #include "formats/bake_root_reader.h"
-#include "formats/file_bytes.h"
 #include "formats/geometry_section.h"
 #include "formats/page.h"
+#include "formats/random_access_file.h"
 #include "formats/signal_section.h"
 
 namespace clamor {
@@ -76,11 +76,11 @@ class PageParents {
 }  // namespace
 
 struct BakeFile::State {
-  explicit State(FileBytes opened) : file(std::move(opened)) {}
+  explicit State(RandomAccessFile opened) : file(std::move(opened)) {}
 
   // Has the section's bytes decoded, and checked before and after. May call decode() twice, the
-  // second time with a copy made in `copy`: file_bytes.h says when. Errors are half a sentence;
-  // `rejected` is set where decode() found it.
+  // second time with a copy made in `copy`: random_access_file.h says when. Errors are half a
+  // sentence; `rejected` is set where decode() found it.
   template <class Decode>
   Result<void> decode(const FileSection& section, std::vector<std::byte>& copy,
                       const Decode& decode, bool* rejected = nullptr) const;
@@ -93,7 +93,7 @@ struct BakeFile::State {
     return sum;
   }
 
-  FileBytes file;
+  RandomAccessFile file;
   std::string path;
   Preamble preamble;
   BakeRootContents root;
@@ -122,7 +122,7 @@ BakeFile& BakeFile::operator=(BakeFile&&) noexcept = default;
 BakeFile::~BakeFile() = default;
 
 Result<BakeFile> BakeFile::open(const std::string& path, FileAccess access) {
-  auto opened = FileBytes::open(path, access);
+  auto opened = RandomAccessFile::open(path, access);
   if (!opened.ok()) return opened.error();
   auto state = std::make_unique<State>(std::move(*opened));
   state->path = path;

@@ -132,7 +132,7 @@ class BakeFile {
  public:
   // Checks everything but page contents: sizes, offsets, counts, indices, links, floats and
   // checksums. Opening allocates no more than a small multiple of the root's size. What becomes of
-  // the file later is met when a part is read: file_bytes.h compares the ways of access.
+  // the file later is met when a part is read: random_access_file.h compares the ways of access.
   static Result<BakeFile> open(const std::string& path, FileAccess access = FileAccess::kRead);
   BakeFile(BakeFile&&) noexcept;
   BakeFile& operator=(BakeFile&&) noexcept;

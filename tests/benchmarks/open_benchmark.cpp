@@ -1,5 +1,5 @@
 // How long is it from a file on disk to the first sound? It should not depend on the number of
-// sources. And which access is faster, reading or mapping (file_bytes.h keeps the figures)?
+// sources. And which access is faster, reading or mapping (random_access_file.h keeps the figures)?
 //
 // Sources lie on the walls of a hall of 2000 triangles. Times are of the clock: "open_ms" until the
 // root is read, "ready_ms" until signals and first pages are, the whole until there is a

@@ -1,4 +1,4 @@
-// file_bytes.h: an open file, parts of which are looked at when they are needed.
+// random_access_file.h: an open file, parts of which are looked at when they are needed.
 //
 // There are two ways to get at the bytes, and both give the same contents and the same errors:
 //
@@ -47,14 +47,14 @@
 
 namespace clamor {
 
-class FileBytes {
+class RandomAccessFile {
  public:
-  static Result<FileBytes> open(const std::string& path, FileAccess access);
-  FileBytes(FileBytes&& other) noexcept;
-  FileBytes& operator=(FileBytes&& other) noexcept;
-  FileBytes(const FileBytes&) = delete;
-  FileBytes& operator=(const FileBytes&) = delete;
-  ~FileBytes();
+  static Result<RandomAccessFile> open(const std::string& path, FileAccess access);
+  RandomAccessFile(RandomAccessFile&& other) noexcept;
+  RandomAccessFile& operator=(RandomAccessFile&& other) noexcept;
+  RandomAccessFile(const RandomAccessFile&) = delete;
+  RandomAccessFile& operator=(const RandomAccessFile&) = delete;
+  ~RandomAccessFile();
 
   std::uint64_t size() const { return version_.bytes; }  // when it was opened
   const FileVersion& version() const { return version_; }
@@ -83,7 +83,7 @@ class FileBytes {
   void will_need(std::uint64_t offset, std::uint64_t bytes) const;
 
  private:
-  FileBytes() = default;
+  RandomAccessFile() = default;
   bool holds(std::uint64_t offset, std::uint64_t bytes) const {
     return bytes > 0 && offset < size() && bytes <= size() - offset;
   }

@@ -1,4 +1,4 @@
-#include "formats/file_bytes.h"
+#include "formats/random_access_file.h"
 
 #include <cerrno>
 #include <cstring>
@@ -31,8 +31,8 @@ std::optional<FileVersion> file_version(const std::string& path) {
   return version_of(status);
 }
 
-Result<FileBytes> FileBytes::open(const std::string& path, FileAccess access) {
-  FileBytes file;
+Result<RandomAccessFile> RandomAccessFile::open(const std::string& path, FileAccess access) {
+  RandomAccessFile file;
   // Without O_NONBLOCK, a pipe that nobody writes to would be waited for.
   file.descriptor_ =
       unless_interrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
@@ -46,7 +46,7 @@ Result<FileBytes> FileBytes::open(const std::string& path, FileAccess access) {
   return file;
 }
 
-void FileBytes::map() {
+void RandomAccessFile::map() {
   if (size() == 0 || size() > std::numeric_limits<std::size_t>::max()) return;
   if (!BusErrorGuard::install()) return;
   // Private, as some network file systems allow no other; nothing is written, so nothing is copied.
@@ -59,14 +59,14 @@ void FileBytes::map() {
 }
 
 // Where it fails, the zeros stay: they fail every checksum, so that what is there is read instead.
-void FileBytes::map_again(std::span<std::byte> zeros) const {
+void RandomAccessFile::map_again(std::span<std::byte> zeros) const {
   if (::mmap(zeros.data(), zeros.size(), PROT_READ, MAP_PRIVATE | MAP_FIXED, descriptor_,
              zeros.data() - mapped_) != MAP_FAILED)
     ::madvise(zeros.data(), zeros.size(), MADV_RANDOM);
 }
 
-Result<void> FileBytes::read(std::uint64_t offset, std::uint64_t bytes,
-                             std::vector<std::byte>& into) const {
+Result<void> RandomAccessFile::read(std::uint64_t offset, std::uint64_t bytes,
+                                    std::vector<std::byte>& into) const {
   try {
     into.resize(bytes);
   } catch (const std::exception&) {  // no memory, or more than a vector can hold
@@ -85,7 +85,7 @@ Result<void> FileBytes::read(std::uint64_t offset, std::uint64_t bytes,
   return {};
 }
 
-void FileBytes::will_need(std::uint64_t offset, std::uint64_t bytes) const {
+void RandomAccessFile::will_need(std::uint64_t offset, std::uint64_t bytes) const {
   if (!holds(offset, bytes)) return;
   if (!is_mapped()) {
     ::posix_fadvise(descriptor_, static_cast<off_t>(offset), static_cast<off_t>(bytes),
@@ -96,19 +96,19 @@ void FileBytes::will_need(std::uint64_t offset, std::uint64_t bytes) const {
   ::madvise(pages.data(), pages.size(), MADV_WILLNEED);
 }
 
-FileBytes::FileBytes(FileBytes&& other) noexcept
+RandomAccessFile::RandomAccessFile(RandomAccessFile&& other) noexcept
     : descriptor_(std::exchange(other.descriptor_, -1)),
       version_(std::exchange(other.version_, {})),
       mapped_(std::exchange(other.mapped_, nullptr)) {}
 
-FileBytes& FileBytes::operator=(FileBytes&& other) noexcept {
+RandomAccessFile& RandomAccessFile::operator=(RandomAccessFile&& other) noexcept {
   std::swap(descriptor_, other.descriptor_);
   std::swap(version_, other.version_);
   std::swap(mapped_, other.mapped_);
   return *this;
 }
 
-FileBytes::~FileBytes() {
+RandomAccessFile::~RandomAccessFile() {
   if (mapped_ != nullptr) ::munmap(mapped_, size());
   if (descriptor_ >= 0) ::close(descriptor_);
 }

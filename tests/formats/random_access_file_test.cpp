@@ -1,4 +1,4 @@
-#include "formats/file_bytes.h"
+#include "formats/random_access_file.h"
 
 #include <atomic>
 #include <csignal>
@@ -29,7 +29,7 @@ std::string some_bytes(std::size_t size) {
 }
 
 // The range, accepted only if it is what it was.
-Result<std::string> text_of(const FileBytes& file, std::size_t offset,
+Result<std::string> text_of(const RandomAccessFile& file, std::size_t offset,
                             const std::string& expected) {
   std::vector<std::byte> copy;
   std::string text;
@@ -42,11 +42,11 @@ Result<std::string> text_of(const FileBytes& file, std::size_t offset,
   return text;
 }
 
-TEST(FileBytes, AreTheSameMappedAndRead) {
+TEST(RandomAccessFile, IsTheSameMappedAndRead) {
   const std::string bytes = some_bytes(40'001);
   const TemporaryFile stored(".bin", bytes);
   for (const FileAccess way : kWays) {
-    const auto file = FileBytes::open(stored.path(), way);
+    const auto file = RandomAccessFile::open(stored.path(), way);
     ASSERT_TRUE(file.ok());
     EXPECT_EQ(file->is_mapped(), way == FileAccess::kMap);
     EXPECT_EQ(file->size(), bytes.size());
@@ -61,7 +61,7 @@ TEST(FileBytes, AreTheSameMappedAndRead) {
   }
 }
 
-TEST(FileBytes, OfAFileThatShrinksAreAnErrorAndBackWhenItGrowsAgain) {
+TEST(RandomAccessFile, ThatShrinksIsAnErrorAndIsBackWhenItGrowsAgain) {
   const std::string bytes = some_bytes(10 * 4096 + 100);
   // Whether or not the thread lets SIGBUS through.
   sigset_t bus_error, before, after;
@@ -72,7 +72,7 @@ TEST(FileBytes, OfAFileThatShrinksAreAnErrorAndBackWhenItGrowsAgain) {
     ::pthread_sigmask(SIG_SETMASK, nullptr, &before);
     for (const FileAccess way : kWays) {
       const TemporaryFile stored(".bin", bytes);
-      const auto file = FileBytes::open(stored.path(), way);
+      const auto file = RandomAccessFile::open(stored.path(), way);
       ASSERT_TRUE(file.ok());
       for (const std::size_t length : {5 * 4096, 5 * 4096 + 7, 0}) {
         std::filesystem::resize_file(stored.path(), length);
@@ -94,10 +94,10 @@ TEST(FileBytes, OfAFileThatShrinksAreAnErrorAndBackWhenItGrowsAgain) {
 }
 
 // As a disk that delivers on the second attempt.
-TEST(FileBytes, ThatCannotBeTouchedButCanBeReadAreRead) {
+TEST(RandomAccessFile, ThatCannotBeTouchedButCanBeReadIsRead) {
   const std::string bytes = some_bytes(8 * 4096);
   const TemporaryFile stored(".bin", bytes);
-  const auto file = FileBytes::open(stored.path(), FileAccess::kMap);
+  const auto file = RandomAccessFile::open(stored.path(), FileAccess::kMap);
   ASSERT_TRUE(file.ok());
   std::filesystem::resize_file(stored.path(), 4096);
   std::vector<std::byte> copy;
@@ -114,10 +114,10 @@ TEST(FileBytes, ThatCannotBeTouchedButCanBeReadAreRead) {
   EXPECT_TRUE(seen[1] == bytes);
 }
 
-TEST(FileBytes, AreRightOrAnErrorOnAllThreadsWhileTheFileShrinksAndGrows) {
+TEST(RandomAccessFile, IsRightOrAnErrorOnAllThreadsWhileItShrinksAndGrows) {
   const std::string bytes = some_bytes(16 * 4096);
   const TemporaryFile stored(".bin", bytes);
-  const auto file = FileBytes::open(stored.path(), FileAccess::kMap);
+  const auto file = RandomAccessFile::open(stored.path(), FileAccess::kMap);
   ASSERT_TRUE(file.ok());
   std::atomic<bool> over{false};
   std::atomic<int> wrong{0};
@@ -142,7 +142,7 @@ TEST(FileBytes, AreRightOrAnErrorOnAllThreadsWhileTheFileShrinksAndGrows) {
 
 TEST(FileVersion, ChangesWhenAFileIsReplacedOrWrittenTo) {
   const TemporaryFile stored(".bin", "one");
-  const auto file = FileBytes::open(stored.path(), FileAccess::kRead);
+  const auto file = RandomAccessFile::open(stored.path(), FileAccess::kRead);
   ASSERT_TRUE(file.ok());
   EXPECT_EQ(file_version(stored.path()), file->version());
   std::ofstream(stored.path(), std::ios::app) << " and more";
@@ -169,7 +169,7 @@ const volatile char* untouchable() {
 template <class Then>
 void while_guarded(const Then& then) {
   const TemporaryFile stored(".bin", some_bytes(4096));
-  const auto file = FileBytes::open(stored.path(), FileAccess::kMap);
+  const auto file = RandomAccessFile::open(stored.path(), FileAccess::kMap);
   std::vector<std::byte> copy;
   (void)file->with(0, 4096, copy, [&](std::span<const std::byte>, bool) -> Result<void> {
     then();
@@ -247,7 +247,7 @@ TEST(NoHandlerBeforeDeathTest, IsNotInstalledByALibraryThatOnlyReads) {
     struct sigaction before, after;
     ::sigaction(SIGBUS, nullptr, &before);
     const TemporaryFile stored(".bin", "bytes");
-    (void)FileBytes::open(stored.path(), FileAccess::kRead).ok();
+    (void)RandomAccessFile::open(stored.path(), FileAccess::kRead).ok();
     ::sigaction(SIGBUS, nullptr, &after);
     ::_exit(before.sa_sigaction == after.sa_sigaction ? 0 : 1);
   };
