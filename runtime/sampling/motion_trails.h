@@ -8,10 +8,10 @@
 // at f / (1 - v / c), where one whose listener comes nearer is heard at f (1 + v / c).
 //
 // Positions are kept of each keyframe for 0.3 s, of every fourth for 1.6 s, and of every sixteenth
-// for 6.7 s; between them a path is a cubic through its neighbours' slopes. Before a source was
-// there it moved as it did then, in a straight line, and before all that is kept it stood still. A
-// source that is faster than kFastestSource for a keyframe was put elsewhere: what is known of it
-// begins anew.
+// for 6.7 s; between them a path is a cubic through its neighbours' slopes, and from where the
+// source was added to the first that is kept it is a straight line. Before that the source moved as
+// it did when it was added. A source that is faster than kFastestSource for a keyframe was put
+// elsewhere: what is known of it begins anew.
 //
 // Threads: the sampler's alone.   Memory: 12 bytes a source and row, up to 50 rows, and 40 more.
 #pragma once
@@ -43,7 +43,7 @@ class MotionTrails {
   // Sources that were put elsewhere by the newest row; they have to be restarted.
   std::span<const std::uint32_t> jumped() const { return jumped_; }
 
-  // Whether what is heard of any source may change though none moves now.
+  // Whether all have been at rest for so long that this is what is heard of them.
   bool settled() const;
 
   struct Emission {
