@@ -8,6 +8,7 @@
 
 #include "bake/bake_plan.h"
 #include "bake/scene.h"
+#include "common/text.h"
 
 namespace clamor {
 
@@ -40,13 +41,13 @@ std::optional<BakeGoal> BakeGoal::from(const std::string& text) {
   const std::string_view unit(rest, static_cast<std::size_t>(end - rest));
   if (wrong != std::errc() || !(number > 0) || !(number < 1e6)) return std::nullopt;
   BakeGoal goal;
-  if (unit == "dB")
+  if (equal_ignoring_case(unit, "dB"))
     goal.error_db = number;
-  else if (unit == "s")
+  else if (equal_ignoring_case(unit, "s"))
     goal.seconds = number;
-  else if (unit == "min")
+  else if (equal_ignoring_case(unit, "min"))
     goal.seconds = 60 * number;
-  else if (unit == "h")
+  else if (equal_ignoring_case(unit, "h"))
     goal.seconds = 3600 * number;
   else
     return std::nullopt;

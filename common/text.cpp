@@ -8,11 +8,17 @@ namespace clamor {
 
 namespace {
 constexpr std::size_t kMostLetters = 64;
+
+// Whatever the locale.
+int lower(char c) { return c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : int{c}; }
+}  // namespace
+
+bool equal_ignoring_case(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](char x, char y) { return lower(x) == lower(y); });
 }
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
-  // Whatever the locale.
-  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : int{c}; };
   a = a.substr(0, kMostLetters);
   b = b.substr(0, kMostLetters);
   std::vector<std::size_t> row(b.size() + 1);

@@ -144,17 +144,24 @@ Result<void> set(EmitterSpec& spec, const Field& field) {
 
 }  // namespace
 
-Result<double> parse_gain(std::string_view text) {
+Result<double> parse_gain(std::string_view text, double greatest) {
   std::string_view digits = trimmed(text);
-  const bool in_db = digits.size() > 2 &&
-                     (digits.ends_with("dB") || digits.ends_with("db") || digits.ends_with("DB"));
+  const bool in_db =
+      digits.size() > 2 && equal_ignoring_case(digits.substr(digits.size() - 2), "dB");
+  const bool is_factor = digits.starts_with('x') || digits.starts_with('X');
   if (in_db) digits.remove_suffix(2);
+  if (is_factor) digits.remove_prefix(1);
   const auto value = number(digits);
+  const std::string what = "gain " + in_quotes(text);
+  if (value && in_db == is_factor)
+    return Error(
+        fmt::format("{} could be decibels or a factor; write {}dB or x{}.", what, digits, digits));
   const double gain = !value ? -1 : in_db ? power(10, *value / 20) : *value;
-  if (!(gain >= 0 && gain <= kGreatestGain))
-    return Error("gain=" + std::string(text) +
-                 " must be decibels of at most 80 (gain=-6dB) or a "
-                 "factor from 0 to 10000 (gain=0.5).");
+  if (!(gain >= 0 && gain <= greatest))
+    return Error(
+        fmt::format("{} must be decibels of at most {:.0f}, as in -6dB, or a factor from 0 to "
+                    "{:.0f}, as in x0.5.",
+                    what, 20 * log2_of(greatest) / log2_of(10.0), greatest));
   return gain;
 }
 

@@ -32,8 +32,9 @@ inline constexpr double kLongestDelay_s = 3600;
 inline constexpr double kGreatestGain = 1e4;  // 80 dB
 inline constexpr double kGreatestDirectivity = 1000;
 
-// "0dB", "-6.5 dB" or a factor such as "0.5".
-Result<double> parse_gain(std::string_view text);
+// "0dB", "-6.5 dB", in any case, or a factor such as "x0.5"; up to `greatest`. A number alone could
+// be either and is refused.
+Result<double> parse_gain(std::string_view text, double greatest = kGreatestGain);
 
 // Needs `signal` and `at`. Errors show an example to copy.
 Result<EmitterSpec> parse_emitter(std::string_view text);

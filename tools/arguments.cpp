@@ -153,19 +153,10 @@ Result<std::uint64_t> parse_bytes(const std::string& text) {
   const auto [unit, wrong] = std::from_chars(text.data(), end, number);
   const std::string_view suffix(unit, static_cast<std::size_t>(end - unit));
   if (wrong == std::errc() && number > 0 && number <= 1'000'000) {
-    if (suffix == "MB") return number * 1'000'000;
-    if (suffix == "GB") return number * 1'000'000'000;
+    if (equal_ignoring_case(suffix, "MB")) return number * 1'000'000;
+    if (equal_ignoring_case(suffix, "GB")) return number * 1'000'000'000;
   }
   return Error(in_quotes(text) + " is not a size like 500MB or 2GB");
-}
-
-Result<double> parse_gain_db(const std::string& text) {
-  std::string_view rest = text;
-  if (rest.size() > 2 && (rest.ends_with("dB") || rest.ends_with("db"))) rest.remove_suffix(2);
-  const auto gain_db = number(rest);
-  if (!gain_db || std::abs(*gain_db) > 200)
-    return Error("gain " + in_quotes(text) + " is not a number of decibels, as in -6 or -6dB");
-  return std::pow(10.0, *gain_db / 20);
 }
 
 }  // namespace clamor

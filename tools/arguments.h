@@ -68,7 +68,4 @@ Result<Pose> parse_listener(const std::string& text);
 // "500MB" or "2GB" in bytes.
 Result<std::uint64_t> parse_bytes(const std::string& text);
 
-// "-6", "-6dB" or "-6 dB" as an amplitude factor.
-Result<double> parse_gain_db(const std::string& text);
-
 }  // namespace clamor

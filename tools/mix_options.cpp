@@ -3,6 +3,8 @@
 #include <memory>
 #include <utility>
 
+#include "formats/emitter_spec.h"
+
 namespace clamor {
 
 namespace {
@@ -25,7 +27,8 @@ MixWords::MixWords(Arguments& parser) {
                 "size [64MB]");
   parser.flag("--no-mmap", no_mmap_,
               "read the bake's parts into memory instead of mapping the file");
-  parser.option("--gain", gain_, "decibels on the whole output, as in -6dB");
+  parser.option("--gain", gain_,
+                "of the whole output: decibels, as in -6dB, or a factor, as in x0.5");
   parser.option("--moving", script_, "sources that come, move and go as SCRIPT.json says");
 }
 
@@ -43,7 +46,8 @@ Result<void> MixWords::read(AuralizerOptions& options) const {
     if (!bytes.ok()) return Error("--memory " + bytes.error().message);
     options.memory_bytes = *bytes;
   }
-  const auto amplitude = parse_gain_db(gain_);
+  constexpr double kGreatestOutputGain = 1e10;  // 200 dB
+  const auto amplitude = parse_gain(gain_, kGreatestOutputGain);
   if (!amplitude.ok()) return amplitude.error();
   options.gain = *amplitude;
   return {};

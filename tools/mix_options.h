@@ -28,7 +28,7 @@ class MixWords {
                            InputFiles& inputs) const;
 
  private:
-  std::string interpolation_ = "cubic", visibility_ = "on", gain_ = "0", script_;
+  std::string interpolation_ = "cubic", visibility_ = "on", gain_ = "0dB", script_;
   std::optional<std::string> memory_;
   bool no_mmap_ = false;
   int rays_ = AuralizerOptions{}.rays;

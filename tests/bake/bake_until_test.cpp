@@ -28,6 +28,7 @@ bool same(const Source& a, const Source& b) {
 TEST(BakeGoal, IsAnErrorOrATimeWithItsUnit) {
   EXPECT_EQ(BakeGoal::from("0.5dB")->error_db, 0.5);
   EXPECT_EQ(BakeGoal::from("0.5dB")->seconds, 0);
+  EXPECT_EQ(BakeGoal::from("0.5db")->error_db, 0.5);
   EXPECT_EQ(BakeGoal::from("90s")->seconds, 90);
   EXPECT_EQ(BakeGoal::from("1.5min")->seconds, 90);
   EXPECT_EQ(BakeGoal::from("2h")->seconds, 7200);

@@ -267,7 +267,7 @@ TEST_F(Sounds, OfGainZeroAreWarnedOf) {
   const auto one = import();
   ASSERT_TRUE(one.ok()) << one.error().message;
   EXPECT_THAT(one->report.warnings, Contains(HasSubstr("'Choir' is silent, with a gain of 0")));
-  const auto two = import({.emitters = {"name=Flute,signal=noise,at=1,1,1,gain=0"}});
+  const auto two = import({.emitters = {"name=Flute,signal=noise,at=1,1,1,gain=x0"}});
   ASSERT_TRUE(two.ok()) << two.error().message;
   EXPECT_THAT(two->report.warnings,
               Contains(HasSubstr("'Choir' and 1 other emitter of 3 are silent")));
@@ -299,6 +299,22 @@ TEST(EmitterSpecs, AreReadWithCommasInsideTheirLists) {
   EXPECT_EQ(spec->directivity[7], 8);
   EXPECT_EQ(spec->delay_s, 0.25);
   EXPECT_EQ(spec->loop, false);
+}
+
+// A number alone was a factor here and decibels in --gain.
+TEST(EmitterSpecs, HaveGainsInDecibelsOrAsFactorsAndNeverAsNumbersAlone) {
+  EXPECT_DOUBLE_EQ(*parse_gain("20dB"), 10);
+  EXPECT_DOUBLE_EQ(*parse_gain("-20 DB"), 0.1);
+  EXPECT_DOUBLE_EQ(*parse_gain("40db"), 100);
+  EXPECT_DOUBLE_EQ(*parse_gain("x2"), 2);
+  EXPECT_DOUBLE_EQ(*parse_gain("X0.5"), 0.5);
+  const auto alone = parse_gain("6");
+  ASSERT_FALSE(alone.ok());
+  EXPECT_THAT(alone.error().message, HasSubstr("6dB or x6"));
+  EXPECT_FALSE(parse_gain("x6dB").ok());
+  EXPECT_FALSE(parse_gain("x-1").ok());
+  EXPECT_FALSE(parse_gain("81dB").ok());
+  EXPECT_TRUE(parse_gain("81dB", 1e10).ok());
 }
 
 TEST(EmitterSpecs, ThatAreWrongSayWhatToWrite) {

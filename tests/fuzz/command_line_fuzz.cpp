@@ -17,7 +17,6 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   (void)parse_emitter(text);
   (void)parse_gain(text);
   (void)parse_listener(std::string(text));
-  (void)parse_gain_db(std::string(text));
   (void)BakeRequest::from_note(std::string(text));
   if (text.find('/') != std::string_view::npos) return 0;
 

@@ -15,6 +15,21 @@ using testing::clamor;
 using testing::Folder;
 using testing::Outcome;
 
+// Units have no case; what is refused after them is the file that is not there.
+TEST(Units, AreTakenInAnyCaseAndGainsNeedThem) {
+  const auto render = [](const std::string& option, const std::string& value) {
+    return clamor({"render", "none.clamor", "-o", "none.wav", "--listener", "0,0,0", "--seconds",
+                   "1", option, value});
+  };
+  for (const char* size : {"64MB", "64mb", "1Gb"}) EXPECT_EQ(render("--memory", size).code, 1);
+  EXPECT_EQ(render("--memory", "64").code, 2);
+  for (const char* gain : {"-6dB", "-6DB", "0.5db", "x2"})
+    EXPECT_EQ(render("--gain", gain).code, 1) << gain;
+  const Outcome alone = render("--gain", "6");
+  EXPECT_EQ(alone.code, 2);
+  EXPECT_NE(alone.err.find("write 6dB or x6"), std::string::npos) << alone.err;
+}
+
 constexpr const char* kNoise = "name=n,signal=noise,at=1,1,1";
 
 // One line, from this program, that mentions `what`.

@@ -54,7 +54,7 @@ TEST_P(RealLevels, BakeInspectRenderAndMeasureSanely) {
 
   const auto rendered =
       clamor({"render", bake, "--receivers", "omni", "-o", wav, "--listener", level.listener,
-              "--seconds", "1", "--voices", "500", "--gain", "-12"});
+              "--seconds", "1", "--voices", "500", "--gain", "-12dB"});
   ASSERT_EQ(rendered.code, 0) << rendered.err;
   const auto samples = read_audio(wav);
   ASSERT_TRUE(samples.ok());
