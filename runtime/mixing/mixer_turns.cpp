@@ -112,7 +112,7 @@ Voice Mixer::on_its_way(const Voice& voice, const HeadTurns::Turn& turn,
   if (was_there) {
     previous_turn.apply(before);
   } else {
-    before.gain = {};
+    if (!voice.has_onset) before.gain = {};  // a sound that begins is not faded in
     if (voice.starts) before.delay_frames = now.start_delay_frames;
   }
   for (std::size_t e = 0; e < kEars; ++e) {

@@ -11,7 +11,9 @@
 
 #include "runtime/auralizer.h"
 #include "runtime/heads/head_bank.h"
+#include "runtime/mixing/head_turns.h"
 #include "runtime/mixing/keyframe_lead.h"
+#include "runtime/mixing/mixer.h"
 #include "runtime/voices/octave_bank.h"
 #include "tests/rooms_runtime.h"
 #include "tests/runtime/heads.h"
@@ -208,6 +210,45 @@ std::string name_of(const ::testing::TestParamInfo<Output>& given) {
 INSTANTIATE_TEST_SUITE_P(Through, TurningListener,
                          ::testing::Values(Output::kPair, Output::kLoudspeakers, Output::kHead),
                          name_of);
+
+// With a head that turns all the time, its first keyframe is reached in thirds.
+TEST(TurningMixer, DoesNotFadeInASoundThatBegins) {
+  constexpr MixMode kFullBand{.eight_bands = false};
+  const auto signals = prepare_signals(
+      std::vector<Signal>{{"flat", std::vector<float>(4800, 1.0f), true}}, kFullBand);
+  const HeadTurns turns(nullptr, 0);
+  Mixer mixer(signals, 2, kFullBand, nullptr, nullptr, &turns);
+  Keyframe keyframe;
+  keyframe.facing = facing_of({});
+  keyframe.voices.resize(1);  // a silent one
+  mixer.begin(keyframe, 0);
+  Pose pose;
+  std::vector<float> period;
+  for (int k = 0; k < 4; ++k) {
+    if (k == 3) {
+      Voice& begins = keyframe.voices.emplace_back();
+      begins.slot = 1;
+      begins.starts = begins.has_onset = true;
+      begins.gain = {same_in_all_bands(1), same_in_all_bands(1)};
+    }
+    period.clear();
+    std::array<float, kEars * kMostFrames> out;
+    for (bool loaded = false; !loaded || !mixer.wants_keyframe(); loaded = true) {
+      pose.yaw_rad += 0.01;
+      mixer.face(facing_of(pose));
+      if (loaded)
+        mixer.turn();
+      else
+        mixer.load(keyframe);
+      const int steps = mixer.steps_left();
+      mixer.mix(out.data(), steps);
+      period.insert(period.end(), out.begin(), out.begin() + kEars * kStepFrames * steps);
+    }
+  }
+  ASSERT_EQ(period.size(), std::size_t{kEars} * kKeyframeFrames);
+  EXPECT_GT(mixer.work().loaded_voices, 1u + 1u + 3u + 3u * 2u);  // in parts
+  for (const float sample : period) ASSERT_NEAR(sample, 1, 1e-5);
+}
 
 TEST(KeyframeLead, IsWhatKeyframesTakeAndMoreWhereTheMixerHadToHold) {
   KeyframeLead lead;
