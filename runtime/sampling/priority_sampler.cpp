@@ -227,7 +227,7 @@ class Priority final : public Sampler {
     double threshold = first_threshold(place);
     double completed = std::numeric_limits<double>::infinity(), too_low = 0;
     std::uint64_t completed_cost = 0;  // of the look-up at the lowest threshold that was completed
-    std::uint64_t allowed = whole / 2;
+    std::uint64_t allowed = whole / 4 * 3;
     for (;;) {
       const std::uint64_t before = budget_.spent();
       budget_.limit(allowed);
@@ -246,17 +246,20 @@ class Priority final : public Sampler {
                    ? threshold * ThresholdCourse::lowered(candidates_.size(), voices_ + 1)
                    : lowered(threshold);
         if (next <= too_low) next = std::sqrt(too_low * completed);
-        const bool is_narrow = completed <= too_low * kNarrowEnough;
         // There are up to as many more sources above a threshold as it is lower.
-        const double growth = kGrowth * threshold / next;
-        const auto likely = static_cast<std::uint64_t>(growth * static_cast<double>(cost));
-        if (is_narrow || likely + completed_cost > left) return {threshold, true};
+        const double affordable = static_cast<double>(left - std::min(left, completed_cost)) /
+                                  (kGrowth * static_cast<double>(std::max<std::uint64_t>(cost, 1)));
+        const bool is_narrow = completed <= too_low * kNarrowEnough;
+        const bool just_misses = threshold <= next * kNarrowEnough;
+        if (is_narrow || affordable < (just_misses ? threshold / next : kNarrowEnough))
+          return {threshold, true};
+        next = std::max(next, threshold / affordable);
         allowed = left - completed_cost;
       } else if (std::isinf(completed)) {
         // Nothing is known yet but that this is too low: what is far above costs little.
         too_low = threshold;
         next = std::max(kStep * threshold, std::sqrt(threshold * pool_.highest(place)));
-        if (left < whole / 8) return {threshold, true};
+        if (left < whole / 16) return {threshold, true};
         allowed = left / 2;
       } else {
         budget_.limit(WorkBudget::kUnlimited);  // what it costs is known

@@ -119,7 +119,7 @@ enum class SearchBound { kBounded, kUnbounded };
 
 // The budget of a bounded keyframe that chooses so many sources, in units of work_budget.h. One of
 // 2000 out of a million takes some 6 ms if it is spent, and another 1 ms to plan ahead.
-constexpr std::uint64_t work_per_keyframe(std::size_t voices) { return 800'000 + 100 * voices; }
+constexpr std::uint64_t work_per_keyframe(std::size_t voices) { return 800'000 + 200 * voices; }
 constexpr std::uint64_t work_ahead_per_keyframe(std::size_t voices) {
   return 100'000 + 10 * voices;
 }
