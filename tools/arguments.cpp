@@ -105,7 +105,8 @@ std::string Arguments::unknown_option() const {
 }
 
 int Arguments::bad_usage(std::ostream& err, const std::string& problem) const {
-  std::string_view clause = problem;
+  const std::string shown = printable(problem);
+  std::string_view clause = shown;
   if (clause.ends_with('.')) clause.remove_suffix(1);
   err << "clamor " << state_->command << ": " << clause << "; see 'clamor " << state_->command
       << " --help'\n";

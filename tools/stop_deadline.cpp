@@ -14,7 +14,7 @@ namespace clamor {
 namespace {
 
 constexpr auto kLooksForInterrupt = std::chrono::milliseconds(50);
-constexpr auto kToEnd = std::chrono::milliseconds(800);
+constexpr auto kToEnd = std::chrono::milliseconds(600);
 
 }  // namespace
 

@@ -213,6 +213,7 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
     ++visited_;
     return loader_.use(entry, urgency);
   };
+  const bool is_unlimited = most > kMaxPlaced;
   const auto visit = [&](const Step& step, const ResidentPage* page, Quiet& quiet) {
     const Copy& copy = copies_[step.copy];
     const double least = threshold * copy.to_threshold;
@@ -243,6 +244,7 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
     if (!shortlists_.is_empty(list))
       met_.push_back({step, page->sources.data(), list, least, leads, 0});
     if (met_.size() == kMostMet) pass_met(found);
+    if (is_unlimited && placed_count_ >= kMaxPlaced) steps_left_ = 0;
     return found.size() <= most && !is_exhausted();
   };
   const auto heard = [&](const FarCopy& far, double ceiling) {

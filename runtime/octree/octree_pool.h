@@ -91,6 +91,10 @@ class OctreePool final : public SourcePool {
   // Nodes and copies in the walks of a keyframe. A billion sources and 20 000 voices take a fifth
   // of them; a forged file, in which copies double again and again, would take any number.
   static constexpr std::uint64_t kMostSteps = 1 << 20;
+  // Sources of copies in a look-up without a limit on what is found, as a render's are: with
+  // what is made of them, they take half a kilobyte each. Those beyond are passed over like those
+  // beyond the steps.
+  static constexpr std::size_t kMaxPlaced = 1 << 21;
   // What turning and moving a copy's sources may round; and how far off they are of that, for each
   // metre that the listener is from the origin.
   static constexpr double kTurned = 1e-5, kOffPerM = 0x1p-23;
