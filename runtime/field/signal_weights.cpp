@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "runtime/field/loudness.h"
 
@@ -15,28 +16,63 @@ void raise(Bands& most, const Bands& to) {
   for (std::size_t b = 0; b < kBandCount; ++b) most[b] = std::max(most[b], to[b]);
 }
 
-// One band of an envelope, smoothed. `levels` has room for what comes before and after.
-void smooth(std::vector<float>& levels, bool loop, std::int64_t around, double keeps,
-            std::int64_t forget) {
-  const auto size = static_cast<std::int64_t>(levels.size());
-  const auto place = [&](std::int64_t m) {
-    return static_cast<std::size_t>((m % size + size) % size);
-  };
-  std::vector<float> loudest(levels.size());
-  for (std::int64_t m = 0; m < size; ++m)
-    for (std::int64_t k = std::max(m - around, m - size); k <= std::min(m + around, m + size); ++k)
-      if (loop || (k >= 0 && k < size))
-        loudest[place(m)] = std::max(loudest[place(m)], levels[place(k)]);
-  // A loop goes round once before, to know what it comes from.
-  float level = 0;
-  std::int64_t since = forget;
-  for (std::int64_t m = loop ? -size : 0; m < size; ++m) {
-    const float now = loudest[place(m)];
-    since = now > 0 ? 0 : since + 1;
-    level = since > forget ? 0 : std::max(now, static_cast<float>(level * keeps));
-    levels[place(m)] = level;
-  }
+Bands weighted(const Bands& weights, Bands levels) {
+  for (std::size_t b = 0; b < kBandCount; ++b) levels[b] *= weights[b];
+  return levels;
 }
+
+// One value per moment of a signal. A loop comes round; what plays once is silent before and after.
+class MomentCourse {
+ public:
+  MomentCourse(std::size_t count, bool loop) : values_(count), loop_(loop) {}
+
+  std::int64_t size() const { return static_cast<std::int64_t>(values_.size()); }
+  double& operator[](std::size_t moment) { return values_[moment]; }
+  double at(std::int64_t moment) const {
+    if (loop_) return values_[static_cast<std::size_t>((moment % size() + size()) % size())];
+    return moment >= 0 && moment < size() ? values_[static_cast<std::size_t>(moment)] : 0;
+  }
+
+  // The mean over `reach` moments to either side.
+  MomentCourse mean(std::int64_t reach) const {
+    return each([&](std::int64_t moment) {
+      double sum = 0;
+      for (std::int64_t k = moment - reach; k <= moment + reach; ++k) sum += at(k);
+      return sum / static_cast<double>(2 * reach + 1);
+    });
+  }
+  // The maximum from `before` moments earlier until `after` moments later.
+  MomentCourse maximum(std::int64_t before, std::int64_t after) const {
+    return each([&](std::int64_t moment) {
+      double maximum = 0;
+      for (std::int64_t k = moment - before; k <= moment + after; ++k)
+        maximum = std::max(maximum, at(k));
+      return maximum;
+    });
+  }
+  // Stays where it is while that is between the value and `give` times the value. A loop goes round
+  // once before, to know what it comes from.
+  MomentCourse with_hysteresis(double give) const {
+    double level = 0;
+    const auto next = [&](std::int64_t moment) {
+      return level = std::clamp(level, at(moment), give * at(moment));
+    };
+    if (loop_) (void)each(next);
+    return each(next);
+  }
+
+ private:
+  template <class Function>
+  MomentCourse each(const Function& value_of) const {
+    MomentCourse made(values_.size(), loop_);
+    for (std::int64_t moment = 0; moment < size(); ++moment)
+      made[static_cast<std::size_t>(moment)] = value_of(moment);
+    return made;
+  }
+
+  std::vector<double> values_;
+  bool loop_;
+};
 
 }  // namespace
 
@@ -48,25 +84,40 @@ LoudnessTrack::LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frame
   const double moment_frames =
       loop ? static_cast<double>(frames) / static_cast<double>(moments) : kMomentFrames;
   moments_per_s_ = kSampleRate_hz / moment_frames;
-  const auto around = std::llround(smoothing.around_s * moments_per_s_);
-  const auto forget = std::llround(smoothing.forget_s * moments_per_s_);
-  const double keeps =
-      smoothing.fall_s > 0 ? std::exp(-1 / (smoothing.fall_s * moments_per_s_)) : 0;
-  const auto before = static_cast<std::size_t>(loop ? 0 : around);
-  const auto after = static_cast<std::size_t>(loop ? 0 : around + forget);
+  const std::int64_t around = std::llround(smoothing.around_s * moments_per_s_);
+  const std::int64_t forget = std::llround(smoothing.forget_s * moments_per_s_);
+  const bool momentary = !(smoothing.mean_s > 0);
+  const auto before = static_cast<std::size_t>(loop || momentary ? 0 : around);
+  const auto after = static_cast<std::size_t>(loop || momentary ? 0 : around + forget);
   first_ = -static_cast<std::int64_t>(before);
   by_moment_.resize(before + moments + after);
 
-  std::vector<float> levels;
-  for (std::size_t b = 0; b < kBandCount; ++b) {
-    levels.assign(by_moment_.size(), 0);
-    for (std::size_t m = 0; m < moments; ++m) levels[before + m] = loudness[b] * envelope.at(m)[b];
-    smooth(levels, loop, around, keeps, forget);
-    for (std::size_t m = 0; m < levels.size(); ++m) {
-      by_moment_[m][b] = levels[m];
-      most_[b] = std::max(most_[b], levels[m]);
-    }
+  const Bands mean = weighted(loudness, envelope.mean_square());
+  const double mean_sum = std::accumulate(mean.begin(), mean.end(), 0.0);
+  MomentCourse level(by_moment_.size(), loop), sounds(by_moment_.size(), loop);
+  for (std::size_t m = 0; m < moments; ++m) {
+    const Bands now = weighted(loudness, envelope.at(m));
+    if (momentary) by_moment_[m] = now;
+    const double now_sum = std::accumulate(now.begin(), now.end(), 0.0);
+    if (!(now_sum > 0)) continue;
+    level[before + m] = now_sum / mean_sum;
+    sounds[before + m] = 1;
   }
+  if (!momentary && mean_sum > 0) {
+    // Two means of half the length have no corners.
+    const std::int64_t reach = std::llround(smoothing.mean_s * moments_per_s_ / 4);
+    const std::int64_t hold = std::llround(smoothing.hold_s * moments_per_s_);
+    level = level.mean(reach)
+                .mean(reach)
+                .maximum(hold, around)
+                .with_hysteresis(std::pow(10, smoothing.give_db / 10));
+    sounds = sounds.maximum(around + forget, around);
+    for (std::size_t m = 0; m < by_moment_.size(); ++m)
+      if (sounds[m] > 0)
+        for (std::size_t b = 0; b < kBandCount; ++b)
+          by_moment_[m][b] = static_cast<float>(mean[b] * level[m]);
+  }
+  for (const Bands& moment : by_moment_) raise(most_, moment);
   for (std::size_t m = 0; m < by_moment_.size(); ++m) {
     const Bands& moment = by_moment_[m];
     if (m % kStretch == 0) most_of_stretch_.push_back({});

@@ -2,9 +2,9 @@
 //
 // The weight of a source is what the ear would miss: w_i = sum_b loudness_b x signal_b x I_ib x
 // e_ib, with loudness_b from BS.1770 (loudness.h), signal_b the mean square in the band of what it
-// plays at the moment that is heard (signal_weights.h), I_ib its intensity at the place
-// (source_field.h) and e_ib what the receivers hear of it from its direction (reception.h). What is
-// silent now weighs nothing and is not taken.
+// plays, with the level around the moment that is heard (signal_weights.h), I_ib its intensity at
+// the place (source_field.h) and e_ib what the receivers hear of it from its direction
+// (reception.h). What is silent now weighs nothing and is not taken.
 //
 // "all" takes every source as it is. "priority" takes the k of highest priority w_i / u_i, u_i
 // being permanent, and scales their power by max(1, tau / w_i), tau the (k+1)-th priority: unbiased
