@@ -16,6 +16,7 @@
 #include "runtime/measures/null_distribution.h"
 #include "runtime/measures/random_texture.h"
 #include "runtime/measures/sound_comparison.h"
+#include "runtime/measures/time_varying_part.h"
 #include "tools/arguments.h"
 #include "tools/commands.h"
 #include "tools/compare_table.h"
@@ -33,7 +34,7 @@ constexpr int kMostRolls = 10000, kMostEars = 2;
 constexpr std::size_t kMostPointsInJson = 64;  // moments of a long programme are not listed
 
 struct Options {
-  std::string a, b, kind = "auto", rolls_folder;
+  std::string a, b, kind = "auto", rolls_folder, dry;
   int null_rolls = 0;
   std::uint64_t seed = 1;
   bool json = false;
@@ -172,6 +173,23 @@ Result<NullDistribution> null_of_folder(const Options& options, const SoundAnaly
   return null;
 }
 
+// The dry signal, again and again until it is as long as the recordings.
+Result<std::vector<float>> read_dry(const std::string& path, std::size_t frames) {
+  Result<std::vector<float>> signal = read_audio(path);
+  if (!signal.ok()) return signal;
+  if (std::all_of(signal->begin(), signal->end(), [](float x) { return x == 0; }))
+    return Error("is silent; give the signal that plays in both recordings.").in(path);
+  const double seconds = static_cast<double>(frames) / kSampleRate_hz;
+  if (seconds < kLeastSoundOfFilter_s)
+    return Error(
+        fmt::format("--dry takes recordings of at least {:g} s, and these have {:.2f} s; "
+                    "render more.",
+                    kLeastSoundOfFilter_s, seconds));
+  std::vector<float> dry(frames);
+  for (std::size_t i = 0; i < frames; ++i) dry[i] = (*signal)[i % signal->size()];
+  return dry;
+}
+
 Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
   Result<Sound> a = read_sound(options.a);
   if (!a) return a.error();
@@ -199,9 +217,17 @@ Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
   for (Sound* const sound : {&*a, &*b})
     for (auto& channel : sound->channels) channel.resize(frames);
 
+  std::vector<float> dry;
+  if (!options.dry.empty()) {
+    Result<std::vector<float>> read = read_dry(options.dry, frames);
+    if (!read) return read.error();
+    dry = std::move(*read);
+  }
   const SoundAnalysis analysis_a = analyse(std::move(*a), kind);
   const SoundAnalysis analysis_b = analyse(std::move(*b), kind);
-  const std::vector<Difference> differences = compare(analysis_a, analysis_b);
+  std::vector<Difference> differences = compare(analysis_a, analysis_b);
+  if (!dry.empty())
+    differences.push_back(compare_time_varying_parts(dry, analysis_a.sound, analysis_b.sound));
   std::optional<NullDistribution> null;
   if (options.null_rolls > 0) null = null_of_texture(options, analysis_a, err);
   if (!options.rolls_folder.empty()) {
@@ -250,6 +276,9 @@ int run_compare(std::span<const std::string> arguments, std::ostream& out, std::
   parser.option("--rolls", options.rolls_folder,
                 "for textures: a folder of at least 19 exact renderings with other phases (render "
                 "--strategy all, of bakes with other seeds)");
+  parser.option("--dry", options.dry,
+                "the signal that plays in both, for 'changes with time'; a short one comes round "
+                "again");
   parser.flag("--json", options.json, "all of it as JSON, with every octave, band and source");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (options.kind != "auto" && options.kind != "programme" && options.kind != "response")

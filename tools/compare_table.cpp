@@ -63,6 +63,11 @@ inside the 95th percentile of chance passes. The firm yardstick is a folder of e
 with other phases, --rolls. Without them, --null N draws N pairs of steady noises with the power of
 A, per frequency, moment and ear: right for rain or surf, too strict where a few looped sounds make
 the crowd, since their interference does not average out.
+
+A room in which nobody moves is a fixed filter. With --dry, the signal that plays in both, 'changes
+with time' tells how much of either recording the best fixed filter of 1.25 s does not make of that
+signal, in dB of the whole (-60: nothing): an exact rendering is below -50 dB, and one above -25 dB
+sounds like a room that follows the music. It takes about as long as both recordings last.
 )";
 }
 
@@ -101,8 +106,10 @@ void print_comparison(const std::string& a, const std::string& b,
       row += fmt::format("{:>13}{:>13}{:>14}   {:<16}{:>9}", value(point->a), value(point->b),
                          with(*point->difference, info.unit, digits, info.jnd.has_value()),
                          place_of(info, *point), jnd_text(info, point->jnd));
-      if (null != nullptr)
-        row += fmt::format("{:>12}", with(chance_95(*null, difference, point->jnd), "", digits));
+      if (null != nullptr) {
+        const double chance = chance_95(*null, difference, point->jnd);
+        row += fmt::format("{:>12}", std::isnan(chance) ? "-" : with(chance, "", digits));
+      }
       const std::string heard = verdict_on(difference, null);
       if (heard == "audible") audible.emplace_back(info.title);
       if (heard == "beyond chance") beyond_chance.emplace_back(info.title);

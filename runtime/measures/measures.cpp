@@ -9,7 +9,7 @@ constexpr auto kImpulse = SoundKind::kImpulseResponse;
 
 }  // namespace
 
-const std::array<MeasureInfo, 25> kMeasures = {{
+const std::array<MeasureInfo, 26> kMeasures = {{
     {Measure::kIntegratedLoudness, "integrated_loudness", "loudness, whole", "LUFS", "LU", 1, 1,
      kProgramme, "", "ITU-R BS.1770-4, integrated (libebur128)", "Zwicker and Fastl 1990"},
     {Measure::kMomentaryLoudness, "momentary_loudness", "loudness, 400 ms", "LUFS", "LU", 1, 1,
@@ -173,6 +173,17 @@ const std::array<MeasureInfo, 25> kMeasures = {{
      {},
      "",
      "of the waveforms",
+     "none: told, not judged"},
+    {Measure::kTimeVaryingPart,
+     "time_varying_part",
+     "changes with time",
+     "dB",
+     "dB",
+     1,
+     {},
+     {},
+     "",
+     "with --dry: what the best fixed filter leaves, re the whole",
      "none: told, not judged"},
 }};
 

@@ -35,6 +35,7 @@ enum class Measure {
   kL2,
   kRenormalisedL2,
   kCorrelation,
+  kTimeVaryingPart,  // takes the dry signal too
 };
 
 struct MeasureInfo {
@@ -51,6 +52,6 @@ struct MeasureInfo {
   const char* jnd_source;
   bool by_chance = false;  // has no JND; judged by a null distribution alone
 };
-extern const std::array<MeasureInfo, 25> kMeasures;
+extern const std::array<MeasureInfo, 26> kMeasures;
 
 }  // namespace clamor

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <span>
 
+#include "runtime/measures/time_varying_part.h"
+
 namespace clamor {
 
 namespace {
@@ -33,7 +35,8 @@ class Comparison {
     std::erase_if(differences_, [&](const Difference& difference) {
       const MeasureInfo& info = *difference.info;
       const bool binaural = info.measure >= Measure::kIld && info.measure <= Measure::kEarlyIacc;
-      return (info.only_in && info.only_in != a_.kind) || (mono && binaural);
+      return (info.only_in && info.only_in != a_.kind) || (mono && binaural) ||
+             info.measure == Measure::kTimeVaryingPart;
     });
     return std::move(differences_);
   }
@@ -297,6 +300,18 @@ std::vector<Difference> compare(const SoundAnalysis& a, const SoundAnalysis& b) 
   }
   comparison.waveform();
   return comparison.take();
+}
+
+Difference compare_time_varying_parts(std::span<const float> dry, const Sound& a, const Sound& b) {
+  assert(a.channels.size() == b.channels.size());
+  Difference difference{&kMeasures[static_cast<std::size_t>(Measure::kTimeVaryingPart)], {}};
+  const auto of_a = time_varying_part_db(dry, a), of_b = time_varying_part_db(dry, b);
+  for (std::size_t c = 0; c < a.channels.size(); ++c) {
+    DifferencePoint point{.a = of_a[c], .b = of_b[c], .difference = minus(of_b[c], of_a[c])};
+    if (a.channels.size() > 1) point.channel = static_cast<int>(c);
+    difference.points.push_back(point);
+  }
+  return difference;
 }
 
 }  // namespace clamor

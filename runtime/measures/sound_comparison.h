@@ -16,6 +16,7 @@
 // * decay_curve.h, room_parameters.h, echo_density.h: impulse responses, per octave and ear;
 //   judged from 125 Hz to 4 kHz, the range of ISO 3382-1, echo density from 500 Hz. The curves
 //   are compared down to -35 dB; 1 dB is noticed, as of any level.
+// * time_varying_part.h: what no fixed filter makes of the dry signal, where that is known.
 //
 // and the waveform's own: relative L2 = |b - a| / |a|, absolute and with b brought to the energy of
 // a (the paper, figure 4), and correlation rho, L2^2 = 1 + g^2 - 2 g rho, g = |b| / |a|. They have
@@ -23,6 +24,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "runtime/measures/measures.h"
@@ -59,5 +61,8 @@ struct Difference {
 
 // Both of one kind and with as many channels. The shorter is silent from its end on.
 std::vector<Difference> compare(const SoundAnalysis& a, const SoundAnalysis& b);
+
+// Of two renderings of one dry signal, beside what compare() finds (time_varying_part.h).
+Difference compare_time_varying_parts(std::span<const float> dry, const Sound& a, const Sound& b);
 
 }  // namespace clamor

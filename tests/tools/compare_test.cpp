@@ -8,6 +8,7 @@
 
 #include "common/random.h"
 #include "formats/audio_file.h"
+#include "formats/level.h"
 #include "tests/tools/program.h"
 
 namespace clamor {
@@ -252,6 +253,30 @@ TEST(Compare, HelpNamesEveryMeasureWithItsSource) {
   const auto example = help.out.rfind("example: clamor compare");
   ASSERT_NE(example, std::string::npos);
   EXPECT_EQ(help.out.find('\n', example), help.out.size() - 1);
+}
+
+TEST(Compare, TellsHowMuchOfEitherNoFixedFilterMakesOfTheDrySignal) {
+  const Folder folder;
+  const auto dry =
+      write_noise(folder, "dry.wav", {.seconds = 3, .channels = 1});  // comes round again
+  const auto write_again = [&](const std::string& name, double swing) {
+    const auto samples = read_audio(dry);
+    EXPECT_TRUE(samples.ok());
+    std::vector<float> again;
+    for (std::size_t i = 0; i < 6 * kSampleRate_hz; ++i)
+      again.push_back((*samples)[i % samples->size()] *
+                      static_cast<float>(1 + swing * std::sin(0.9e-4 * static_cast<double>(i))));
+    auto wav = WavWriter::create(folder / name, 1, kSampleRate_hz, SampleFormat::kFloat32);
+    EXPECT_TRUE(wav.ok() && wav->write(again).ok() && wav->finish().ok());
+    return folder / name;
+  };
+  const auto a = write_again("a.wav", 0), b = write_again("b.wav", 0.3);
+  const json measure = json_of({a, b, "--dry", dry}).at("measures").at("time_varying_part");
+  EXPECT_LT(measure.at("a").get<double>(), -50);
+  EXPECT_NEAR(measure.at("b").get<double>(), -13.7, 1.5);  // 0.3^2 / 2 of the whole
+  EXPECT_TRUE(measure.at("verdict").is_null());
+  EXPECT_FALSE(json_of({a, b}).at("measures").contains("time_varying_part"));
+  expect_sentence({"compare", dry, dry, "--dry", dry}, 1, "at least 5 s");
 }
 
 }  // namespace
