@@ -5,6 +5,8 @@
 # shellcheck shell=bash
 
 export LC_ALL=C.UTF-8
+# A compiler cache, where there is one, serves every clone of this repository.
+export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$PWD} CCACHE_NOHASHDIR=1
 mkdir -p build
 
 # now_ms, seconds_since MS: "12.3 s"
