@@ -84,7 +84,7 @@ std::string works_in_words(const UnheardPlace& place, const char* what) {
 
 }  // namespace
 
-// What rays found that walked away from a place.
+// The surfaces that rays found which walked away from a place.
 struct Audibility::Exploration {
   std::vector<Vec3> points_m;  // a little before the surfaces that were met, in the order of walks
   std::size_t escaped = 0;     // walks

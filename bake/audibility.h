@@ -56,7 +56,8 @@ class Audibility {
   // Mesh, materials and scene must outlive it; the scene is made of the mesh.
   Audibility(const Scene& scene, const Mesh& mesh, std::span<const Material> materials);
 
-  // Those emitters whose sound does not get where listeners are. Of a level without surfaces none.
+  // Finds the emitters whose sound does not get where listeners are; none in a level without
+  // surfaces.
   std::vector<UnheardEmitter> unheard(std::span<const Emitter> emitters) const;
 
   // Why a listener at each place hears nothing of any of the emitters; nothing where they do.

@@ -74,7 +74,7 @@ Json positional_of(const Json& emitter, const Dialect& dialect) {
     copy_half_angle(emitter, "innerAngle", positional, "coneInnerAngle");
     copy_half_angle(emitter, "outerAngle", positional, "coneOuterAngle");
     put(positional, "facesPlusZ", Json(true));
-    // Its default model, exponential with a rolloff of 1, is the 1 / r of physics.
+    // The default model, exponential with a rolloff of 1, is the 1 / r of physics.
     const Json* model = emitter.find("distanceModel");
     const std::string* name = model == nullptr ? nullptr : model->string();
     if (model != nullptr && (name == nullptr || *name != "exponential"))

@@ -109,7 +109,7 @@ Result<void> BakeFile::State::decode(const FileSection& section, std::vector<std
       if (rejected != nullptr) *rejected = !may_change;  // bytes that may change are read again
       return done;
     }
-    // What was decoded is what was checked, unless somebody wrote to it in between.
+    // Somebody may have written to it between the check and the decoding.
     if (may_change && hash_of(bytes) != section.hash) return Error("changed while it was read");
     return {};
   };

@@ -27,8 +27,8 @@ struct ChildLimits {
   std::uint64_t most_result_bytes = 4'000'000'000;
 };
 
-// What `work` returns; the Error says what became of it ("crashes", "takes more than 10 s to
-// read").
+// Returns what `work` returns; the Error says what became of it ("crashes", "takes more than 10 s
+// to read").
 Result<std::vector<std::byte>> in_child_process(
     const ChildLimits& limits, const std::function<std::vector<std::byte>()>& work);
 

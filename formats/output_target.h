@@ -46,14 +46,14 @@ class OutputTarget {
   bool is_stream() const { return is_stream_; }
   bool is_stdout() const;
 
-  // Of a file: its path with all links resolved.
+  // The path of a file with all links resolved.
   const std::string& file() const { return file_; }
 
   // How the path of a temporary file begins: beside the file, or, for a stream, in the system's
   // folder for temporary files.
   std::string beside() const;
 
-  // Of a stream: a descriptor that the caller closes. Opening a pipe waits for its reader.
+  // Opens a stream; the caller closes the descriptor. Opening a pipe waits for its reader.
   Result<int> open_stream() const;
 
  private:

@@ -60,7 +60,7 @@ bool is_loop(const AuralizerInput& input, std::size_t signal) {
   return input.envelopes.empty() ? input.signals[signal].loop : input.envelopes[signal].loop;
 }
 
-// What a loop plays first, from silence, as often round as it takes.
+// The onset of a loop: what it plays first, from silence, as often round as it takes.
 Result<Signal> onset_of(const AuralizerInput& input, std::size_t signal, const BakeFile* file) {
   // The signals that the input lacks are the file's first ones.
   const std::size_t of_file = signal_count(input) - input.signals.size();

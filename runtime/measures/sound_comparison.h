@@ -62,7 +62,7 @@ struct Difference {
 // Both of one kind and with as many channels. The shorter is silent from its end on.
 std::vector<Difference> compare(const SoundAnalysis& a, const SoundAnalysis& b);
 
-// Of two renderings of one dry signal, beside what compare() finds (time_varying_part.h).
+// Compares two renderings of one dry signal, beside what compare() finds (time_varying_part.h).
 Difference compare_time_varying_parts(std::span<const float> dry, const Sound& a, const Sound& b);
 
 }  // namespace clamor

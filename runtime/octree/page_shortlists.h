@@ -111,7 +111,7 @@ class PageShortlists {
     return static_cast<std::size_t>(&list - lists_.data());
   }
   std::uint32_t numbering() const { return numbering_; }
-  // What making and passing lists has cost since the last call (work_budget.h).
+  // Returns the cost of making and passing lists since the last call (work_budget.h).
   std::uint64_t take_work() { return std::exchange(work_, 0); }
   bool holds(std::size_t list, const Scope& scope) const { return holds(lists_[list], scope); }
   void renew(std::size_t list, const MetPage& page, std::uint64_t& looked_at) {

@@ -284,7 +284,7 @@ class PulseOutput final : public AudioOutput {
       ::pa_operation_unref(operation);
   }
 
-  // What has been written is heard to its end, unless the server hangs.
+  // The server plays what was written to its end, unless it hangs.
   void drain() {
     bool drained = false;
     pa_operation* const operation = ::pa_stream_drain(

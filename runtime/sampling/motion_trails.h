@@ -49,7 +49,8 @@ class MotionTrails {
   struct Emission {
     Vec3f position_m{}, velocity_mps{};
   };
-  // What a source was like when what is heard of it at `place` at the newest row's time left it.
+  // The state of a source at the time when the sound left it that reaches `place` with the newest
+  // row.
   Emission emission(std::size_t source, const Vec3& place) const;
 
   // The distance to where a source is now over the distance at emission is at most this.
@@ -70,7 +71,7 @@ class MotionTrails {
     Vec3 position_m{};
   };
 
-  // What is known of a source's way: where it began, and the rows since.
+  // The known way of a source: where it began, and the rows since.
   struct Way {
     std::size_t source = 0, first_row = 0;
   };

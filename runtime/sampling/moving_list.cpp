@@ -96,7 +96,7 @@ void MovingList::tune(std::size_t place, double time_s) {
                                        kMovingSlack / std::max(source.u, kLeastU));
 }
 
-// Where they are at a time, and what that says about the way they came.
+// Moves the sources to where they are at a time, and keeps the way that they came.
 void MovingList::put_all(double time_s) {
   const std::size_t count = now_->count;
   const bool coasts = std::abs(time_s - taken_s_) <= kLongestCoast_s;
