@@ -412,9 +412,9 @@ std::vector<std::optional<UnheardPlace>> Audibility::unheard_at(std::span<const 
     for (const Emitter& emitter : emitters) {
       // Reflections come from at most so much nearer.
       const double away_m = std::max(1.0, length(place_m - emitter.position_m) - extent_m);
-      const double least_loss = *std::min_element(loss_per_m.begin(), loss_per_m.end());
+      const double min_loss = *std::min_element(loss_per_m.begin(), loss_per_m.end());
       const double amplitude = emitter.gain / away_m;
-      energy += amplitude * amplitude * exp_of(-least_loss * away_m);
+      energy += amplitude * amplitude * exp_of(-min_loss * away_m);
     }
     return energy < kInaudible;
   };

@@ -207,13 +207,13 @@ Result<void> RootReader::read_copied_emitters(::EmitterCopy::Reader stored, Name
   if (copy.at != contents_.emitters.size() || !is_sound(copy, contents_.signal_maps.size()))
     return Error("a run of copied emitters is out of range");
   if (copy.count >
-      most_copied_emitters(end_) - std::min<std::uint64_t>(copy.at, most_copied_emitters(end_)))
+      max_copied_emitters(end_) - std::min<std::uint64_t>(copy.at, max_copied_emitters(end_)))
     return Error("it claims more emitters than a file of its size has");
   for (std::uint32_t i = 0; i < copy.count; ++i) {
     Emitter emitter = copied(contents_.emitters[copy.from + i], copy, contents_.signal_maps);
     if (const auto named = names.next(emitter.name); !named.ok()) return named;
     copied_name_bytes_ += emitter.name.size();
-    if (copied_name_bytes_ > most_name_bytes(end_))
+    if (copied_name_bytes_ > max_name_bytes(end_))
       return Error("the names of its copied emitters take more than a file of its size may have");
     if (const auto added = add_emitter(std::move(emitter)); !added.ok()) return added;
   }
@@ -228,10 +228,10 @@ Result<void> RootReader::read_emitters() {
   if (copies.size() > 0) {
     std::uint64_t count = 0;
     for (const auto copy : copies) count += copy.getCount();
-    if (count > most_copied_emitters(end_))
+    if (count > max_copied_emitters(end_))
       return Error("it claims more emitters than a file of its size has");
     const auto frame = root_.getEmitterNames();
-    if (root_.getEmitterNamesBytes() > most_name_bytes(end_))
+    if (root_.getEmitterNamesBytes() > max_name_bytes(end_))
       return Error("the names of its emitters claim too much");
     auto list = unpacked(std::as_bytes(std::span(frame.begin(), frame.size())),
                          root_.getEmitterNamesBytes());

@@ -193,10 +193,10 @@ void put_emitter_copies(BakeRoot::Builder root, const std::vector<EmitterCopy>& 
 void put_emitters(BakeRoot::Builder root, const BakeContents& contents, std::uint64_t file_bytes) {
   const std::vector<Emitter>& table = contents.emitters;
   std::vector<EmitterCopy> copies;
-  if (table.size() <= most_copied_emitters(file_bytes)) copies = find_emitter_copies(contents);
-  if (copied_name_bytes(table, copies) > most_name_bytes(file_bytes)) copies.clear();
+  if (table.size() <= max_copied_emitters(file_bytes)) copies = find_emitter_copies(contents);
+  if (copied_name_bytes(table, copies) > max_name_bytes(file_bytes)) copies.clear();
   const std::string names = list_names(table, copies);
-  if (names.size() > most_name_bytes(file_bytes)) copies.clear();
+  if (names.size() > max_name_bytes(file_bytes)) copies.clear();
   std::size_t told = table.size();
   for (const EmitterCopy& copy : copies) told -= copy.count;
   auto emitters = root.initEmitters(static_cast<unsigned>(told));

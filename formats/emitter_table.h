@@ -30,8 +30,8 @@ struct EmitterCopy {
 // 700 bytes of memory for each of the file, less than signals and geometry may take. The names of
 // all copies together, those that they take over included, may take a third of that: 62 letters
 // each where there are as many as can be.
-constexpr std::uint64_t most_copied_emitters(std::uint64_t file_bytes) { return 4 * file_bytes; }
-constexpr std::uint64_t most_name_bytes(std::uint64_t file_bytes) { return 250 * file_bytes; }
+constexpr std::uint64_t max_copied_emitters(std::uint64_t file_bytes) { return 4 * file_bytes; }
+constexpr std::uint64_t max_name_bytes(std::uint64_t file_bytes) { return 250 * file_bytes; }
 
 // Runs that the copies in `contents` account for, in order and apart.
 std::vector<EmitterCopy> find_emitter_copies(const BakeContents& contents);

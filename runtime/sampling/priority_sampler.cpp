@@ -119,7 +119,7 @@ class Priority final : public Sampler {
   static constexpr double kInaudible = 1e-18;
   static constexpr double kNarrow = 1 + 1e-9, kNarrowEnough = 1.25;
   static constexpr double kGrowth = 1.25;  // of what a look-up costs, at once its threshold
-  static constexpr std::size_t kMostExamined = 100'000;
+  static constexpr std::size_t kMaxExamined = 100'000;
   // Looks of an exact search that are made together, at first and later.
   static constexpr std::size_t kFirstLooks = 256, kMostLooks = 8192;
   static constexpr std::size_t kFetchAhead = 24, kTogether = 32;
@@ -179,7 +179,7 @@ class Priority final : public Sampler {
     if (exact()) {
       // All that is found will be looked at, so that must not be far more than is needed. It grows
       // with some power of the step: the first, or less.
-      const double times = static_cast<double>(most_examined()) / last_found_;
+      const double times = static_cast<double>(max_examined()) / last_found_;
       const double power =
           before > 0 ? 1.5 * std::log(last_found_ / before) / std::log(last_step_) : 1;
       step = std::pow(std::clamp(times, kNarrowEnough, kStepWhereHidden),
@@ -289,7 +289,7 @@ class Priority final : public Sampler {
   }
 
   // An exact search goes no lower once so many were found.
-  std::size_t most_examined() const { return kMostExamined + 16 * voices_; }
+  std::size_t max_examined() const { return kMaxExamined + 16 * voices_; }
 
   // Looking again is cheaper than sorting out more than these. Where signals come and go, most of
   // what is found by their loudest moment is too quiet now.
@@ -357,7 +357,7 @@ class Priority final : public Sampler {
   // to be looked at to know which are the first k + 1, and leaves out those below the threshold.
   // False if it is no use to ask for weaker ones: there are no more rays, or enough to look at.
   bool look_at_candidates(double threshold) {
-    const bool enough = found_.size() > (exact() ? most_examined() : limit() / 2);
+    const bool enough = found_.size() > (exact() ? max_examined() : limit() / 2);
     unknown_.clear();
     best_.clear();
     for (std::uint32_t c = 0; c < candidates_.size(); ++c) {

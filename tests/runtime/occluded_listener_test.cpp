@@ -99,7 +99,7 @@ void expect_bounded_and_back_soon(const World& world, const std::vector<Source>&
   constexpr std::size_t kVoices = 2000;
   constexpr int kLeaves = 100, kReturns = 200, kBackWithin = 10;
   // A look-up notices that the budget is exhausted after at most a packet of pages.
-  const std::uint64_t most_work =
+  const std::uint64_t max_work =
       (work_per_keyframe(kVoices) + work_ahead_per_keyframe(kVoices)) * 5 / 4;
   // Twice the rays where everything changed, and the last look, which may be a close one.
   constexpr std::uint64_t kMostRays = 2 * kRaysPerKeyframe + 64 * 9 * 8;
@@ -109,7 +109,7 @@ void expect_bounded_and_back_soon(const World& world, const std::vector<Source>&
     const bool is_hidden = keyframe >= kLeaves && keyframe < kReturns;
     const Vec3 place = is_hidden ? hidden(keyframe) : inside(keyframe % 50);
     const double power = listener.power_at(place, 0.02 * keyframe);
-    EXPECT_LE(listener.work(), most_work) << "keyframe " << keyframe;
+    EXPECT_LE(listener.work(), max_work) << "keyframe " << keyframe;
     EXPECT_LE(listener.rays(), kMostRays) << "keyframe " << keyframe;
     if (keyframe < kLeaves) settled[keyframe % 50] = power;
     if (keyframe == kReturns - 1 && is_silent) {
