@@ -174,7 +174,8 @@ TEST(Readme, ShowsCommandsAndOptionsThatTheProgramHas) {
     }
   }
   EXPECT_EQ(shown, (std::set<std::string>{"bake", "merge", "compare", "diff", "inspect", "render",
-                                          "impulse", "play", "devices", "experiment", "bench"}));
+                                          "impulse", "play", "materials", "devices", "experiment",
+                                          "bench"}));
 }
 
 TEST(Readme, ShowsASidecarWithPresetsThatExist) {
