@@ -247,7 +247,11 @@ class Priority final : public Sampler {
                    : lowered(threshold);
         if (next <= too_low) next = std::sqrt(too_low * completed);
         // There are up to as many more sources above a threshold as it is lower.
-        const double affordable = static_cast<double>(left - std::min(left, completed_cost)) /
+        // Where most is hidden there is little to gain, keyframe after keyframe: half the budget
+        // does.
+        const bool mostly_hidden = sight_ != nullptr && 2 * candidates_.size() < voices_;
+        const std::uint64_t kept = completed_cost + (mostly_hidden ? whole / 2 : 0);
+        const double affordable = static_cast<double>(left - std::min(left, kept)) /
                                   (kGrowth * static_cast<double>(std::max<std::uint64_t>(cost, 1)));
         const bool is_narrow = completed <= too_low * kNarrowEnough;
         const bool just_misses = threshold <= next * kNarrowEnough;
