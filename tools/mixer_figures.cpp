@@ -57,8 +57,9 @@ double KernelProfile::taking_ns() const {
 
 Result<MixerFigures> measure_mixer(const BenchRequest&, const std::function<void(double)>&) {
   return Error(
-      "this program was built without Google Benchmark; install libbenchmark-dev and build it "
-      "again.");
+      "this program was built without Google Benchmark. On Debian, 'apt-get install "
+      "libbenchmark-dev' and then 'cmake --preset release && cmake --build --preset release "
+      "--target clamor' build it again with it.");
 }
 
 #else
