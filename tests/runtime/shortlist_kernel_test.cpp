@@ -54,7 +54,7 @@ float share_of(const SharesNow& table, const ShortlistBlock& block, std::size_t 
 TEST_P(ShortlistOn, FindsWhatIsLoudEnoughByItsOwnBands) {
   std::vector<TimedEnvelope> sounds;
   for (std::uint32_t s = 0; s < kSounds; ++s) sounds.push_back(testing::syllables(s));
-  const SignalWeights weights = make_signal_weights(sounds);
+  const SignalWeights weights = make_signal_weights(sounds, {0, 0, 0});
   std::size_t found = 0, left_out = 0;
   for (std::uint32_t seed = 0; seed < 60; ++seed) {
     const std::vector<ShortlistBlock> blocks = some_list(seed);
@@ -89,7 +89,7 @@ TEST_P(ShortlistOn, FindsWhatIsLoudEnoughByItsOwnBands) {
 TEST_P(ShortlistOn, KnowsWhatIsHeardAtMostFromNowUntilLater) {
   std::vector<TimedEnvelope> sounds;
   for (std::uint32_t s = 0; s < kSounds; ++s) sounds.push_back(testing::syllables(s));
-  const SignalWeights weights = make_signal_weights(sounds);
+  const SignalWeights weights = make_signal_weights(sounds, {0, 0, 0});
   constexpr float kGive_s = 0.009f;
   std::size_t far_from_all = 0;
   for (std::uint32_t i = 0; i < 200; ++i) {
@@ -114,7 +114,7 @@ TEST_P(ShortlistOn, KnowsWhatIsHeardAtMostFromNowUntilLater) {
 // One late sound must not make all others count as at their loudest.
 TEST_P(ShortlistOn, KnowsWhatIsHeardWithUsualDelaysOfHundredsOfSignalsIfSomeAreLate) {
   const std::vector<TimedEnvelope> sounds(400, testing::syllables(1));
-  const SignalWeights weights = make_signal_weights(sounds);
+  const SignalWeights weights = make_signal_weights(sounds, {0, 0, 0});
   SharesNow whole, cut;
   whole.tabulate(std::span(weights.tracks).first(kSounds), 3, 0, 2, 0.005f);
   for (const float longest_s : {200.0f, 1e30f}) {
@@ -135,7 +135,7 @@ TEST_P(ShortlistOn, FindsWhatIsLoudEnoughAtAnyTimeWhereNoTableIsMade) {
   const std::vector<TimedEnvelope> sounds(
       20'000, {*SignalEnvelope::from_steps(same_in_all_bands(1), moment), kMomentFrames, true});
   SharesNow of_too_many;
-  of_too_many.tabulate(make_signal_weights(sounds).tracks, 3, 0, 70, 0.005f);
+  of_too_many.tabulate(make_signal_weights(sounds, {0, 0, 0}).tracks, 3, 0, 70, 0.005f);
   ASSERT_EQ(of_too_many.row(), 0u);
   for (const SharesNow& table : {SharesNow(), of_too_many}) {
     LoudEntries loud;
