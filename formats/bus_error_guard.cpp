@@ -16,7 +16,7 @@ namespace {
 // may do in a shared library.
 [[gnu::tls_model("initial-exec")]] constinit thread_local BusErrorGuard* innermost = nullptr;
 
-const std::size_t page_bytes = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+const std::size_t system_page_bytes = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 
 struct sigaction previous;  // written before the handler is installed, then left alone
 
@@ -39,9 +39,10 @@ void pass_on(int signal, siginfo_t* information, void* context) {
 }  // namespace
 
 std::span<std::byte> whole_pages(std::span<std::byte> bytes) {
-  const std::size_t before = reinterpret_cast<std::uintptr_t>(bytes.data()) % page_bytes;
+  const std::size_t before = reinterpret_cast<std::uintptr_t>(bytes.data()) % system_page_bytes;
   const std::size_t size = before + bytes.size();
-  return {bytes.data() - before, (size + page_bytes - 1) / page_bytes * page_bytes};
+  return {bytes.data() - before,
+          (size + system_page_bytes - 1) / system_page_bytes * system_page_bytes};
 }
 
 bool BusErrorGuard::install() {

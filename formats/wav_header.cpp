@@ -19,7 +19,7 @@ constexpr std::uint16_t kPcm = 1, kFloat = 3, kExtensible = 0xfffe;
 constexpr std::array<unsigned char, 14> kSubtype = {0, 0, 0,    0, 0x10, 0,    0x80,
                                                     0, 0, 0xaa, 0, 0x38, 0x9b, 0x71};
 
-class Bytes {
+class HeaderBytes {
  public:
   template <class T>
   void add(const T& value) {
@@ -37,7 +37,7 @@ class Bytes {
   std::vector<std::byte> bytes_;
 };
 
-void add_format(const WavShape& shape, Bytes& bytes) {
+void add_format(const WavShape& shape, HeaderBytes& bytes) {
   const std::uint16_t tag = shape.is_float ? kFloat : kPcm;
   const auto frame_bytes = static_cast<std::uint16_t>(shape.frame_bytes());
   bytes.add_name("fmt ");
@@ -62,7 +62,7 @@ void add_format(const WavShape& shape, Bytes& bytes) {
 }  // namespace
 
 std::vector<std::byte> wav_header(const WavShape& shape, std::optional<std::uint64_t> data_bytes) {
-  Bytes format;
+  HeaderBytes format;
   add_format(shape, format);
   const std::size_t fact_bytes = shape.is_float ? 12 : 0;
   const std::uint64_t before_samples = 4 + 8 + kDs64Bytes + format.size() + fact_bytes + 8;
@@ -73,7 +73,7 @@ std::vector<std::byte> wav_header(const WavShape& shape, std::optional<std::uint
     return is_long || !data_bytes ? kUnknown : static_cast<std::uint32_t>(value);
   };
 
-  Bytes bytes;
+  HeaderBytes bytes;
   bytes.add_name(is_long ? "RF64" : "RIFF");
   bytes.add(length(riff));
   bytes.add_name("WAVE");

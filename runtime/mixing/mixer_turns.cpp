@@ -13,7 +13,7 @@ namespace clamor {
 
 namespace {
 
-constexpr double kFixedOne_f = 4294967296.0;
+constexpr double kWholeFrame = 4294967296.0;  // of positions, 32.32
 
 constexpr int kThird_frames = kKeyframeFrames / 3;
 
@@ -82,7 +82,7 @@ void Mixer::cut() noexcept REALTIME {
     Slot& slot = slots_[s];
     for (std::size_t e = 0; e < static_cast<std::size_t>(mode_.delays); ++e) {
       VoicePath path = paths_[s * kEars + e];
-      slot.slide[e].end = 1 - static_cast<double>(path.step) / kFixedOne_f;
+      slot.slide[e].end = 1 - static_cast<double>(path.step) / kWholeFrame;
       path.position = 0;
       std::int64_t way = path.position_at(to_knot);
       if (to_knot > 0) {

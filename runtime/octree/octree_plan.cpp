@@ -26,10 +26,10 @@ namespace {
 constexpr double kPlanReach = 5;  // of the way to where pages are asked for, of half of it
 constexpr double kLeastReach_m = 0.3;
 constexpr double kMostReach_m = 3;
-constexpr double kLower = 0.6;       // than the lowest threshold of late
-constexpr double kFalls = 0.8;       // a threshold, before the next plan is made
-constexpr double kPlanHold_s = 0.3;  // a new one must hold for at least that
-constexpr double kRounds_m = 1e-4;   // places seen from the middle of a plan
+constexpr double kLower = 0.6;            // than the lowest threshold of late
+constexpr double kFalls = 0.8;            // a threshold, before the next plan is made
+constexpr double kPlanHold_s = 0.3;       // a new one must hold for at least that
+constexpr double kPlanRounding_m = 1e-4;  // places seen from the middle of a plan
 constexpr std::uint32_t kAsksPerLookAhead = 4;
 constexpr std::size_t kPagesAhead = 2;
 constexpr std::uint32_t kRest_keyframes = 100;
@@ -60,7 +60,7 @@ void replace(std::vector<T>& all, typename std::vector<T>::iterator one,
 OctreePool::Plan::Answer::Answer(const Quiet& held, const Vec3& from, bool is_empty)
     : until_s(held.until_s),
       middle_m(held.place - from),
-      give_m(static_cast<float>(held.give_m - kRounds_m)),
+      give_m(static_cast<float>(held.give_m - kPlanRounding_m)),
       threshold(static_cast<float>(held.threshold * (1 + 1e-6))),
       empty(is_empty) {}
 

@@ -20,7 +20,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 // How long the server may take to answer, and to play what it still has at the end.
-constexpr auto kPatience = std::chrono::seconds(2);
+constexpr auto kServerPatience = std::chrono::seconds(2);
 constexpr auto kFirstLatency = std::chrono::milliseconds(100);
 constexpr auto kDrainPatience = std::chrono::milliseconds(500);
 constexpr int kPoll_us = 50'000;
@@ -65,7 +65,7 @@ class Connection {
     if (context == nullptr) return nullptr;
     if (::pa_context_connect(context, nullptr, PA_CONTEXT_NOFLAGS, nullptr) < 0) return nullptr;
     const bool ready = connection->wait_until(
-        [&] { return ::pa_context_get_state(context) == PA_CONTEXT_READY; }, kPatience);
+        [&] { return ::pa_context_get_state(context) == PA_CONTEXT_READY; }, kServerPatience);
     return ready ? std::move(connection) : nullptr;
   }
 
@@ -119,7 +119,7 @@ class Connection {
     };
     pa_operation* const server = ::pa_context_get_server_info(context_.get(), +on_server, &answer);
     pa_operation* const list = ::pa_context_get_sink_info_list(context_.get(), +on_sink, &answer);
-    const bool answered = wait_until([&] { return answer.pending <= 0; }, kPatience);
+    const bool answered = wait_until([&] { return answer.pending <= 0; }, kServerPatience);
     for (pa_operation* const operation : {server, list}) {
       if (operation == nullptr) continue;
       if (!answered) ::pa_operation_cancel(operation);  // `answer` is about to go
@@ -189,7 +189,8 @@ class PulseOutput final : public AudioOutput {
     if (::pa_stream_connect_playback(stream_.get(), sink_.name.c_str(), &attributes, flags, nullptr,
                                      nullptr) < 0)
       return refused();
-    if (!connection_->wait_until([this] { return is_ready() || !stream_is_good(); }, kPatience) ||
+    if (!connection_->wait_until([this] { return is_ready() || !stream_is_good(); },
+                                 kServerPatience) ||
         !is_ready())
       return refused();
     write();  // fills the buffer, so that the latency that is told next is the whole of it

@@ -163,6 +163,9 @@ TEST(Readme, ShowsCommandsAndOptionsThatTheProgramHas) {
     std::string source = read_text(kRoot / "tools" / (name + "_command.cpp"));
     EXPECT_FALSE(source.empty()) << "there is no command " << name;
     if (name == "bake") source += read_text(kRoot / "tools" / "bake_request.cpp");
+    for (const char* const shared : {"mix", "output", "strategy"})
+      if (source.find("tools/" + std::string(shared) + "_options.h") != std::string::npos)
+        source += read_text(kRoot / "tools" / (std::string(shared) + "_options.cpp"));
     shown.insert(name);
     for (auto option = std::sregex_iterator(options.begin(), options.end(), kOption);
          option != std::sregex_iterator(); ++option) {
