@@ -2,6 +2,8 @@
 // reads a sentence, keeps the older file, and loses nothing by running the command again.
 #include <cstring>
 #include <set>
+#include <sstream>
+#include <string>
 
 #include "formats/audio_file.h"
 #include "formats/bake_file.h"
