@@ -37,7 +37,7 @@ double db(double power) { return 10 * std::log10(power + 1e-30); }
 class Listener {
  public:
   Listener(const World& world, std::vector<Source> sources, std::size_t voices, bool exact)
-      : world_(world), voices_(voices) {
+      : world_(world) {
     trees_.add(build_octree(std::move(sources)));
     loader_ = std::make_unique<PageLoader>(trees_.fetch(world.field, world.weights),
                                            PageBudget{4'000'000'000});
@@ -70,7 +70,6 @@ class Listener {
 
  private:
   const World& world_;
-  const std::size_t voices_;
   testing::StoredTrees trees_;
   std::unique_ptr<PageLoader> loader_;
   std::unique_ptr<OctreePool> pool_;
