@@ -174,8 +174,8 @@ std::size_t PageShortlists::sift(List& list, const MetPage& page, double away_m,
       give);
 }
 
-// One who walks faster than lists hold has no use for their give. A list that was short most likely
-// stays so: then it may hold for longer, and is passed as quickly.
+// One who walks faster than lists hold has no use for more give than is asked for. A list that was
+// short most likely stays so: then it may hold for longer, and is passed as quickly.
 std::size_t PageShortlists::fill(List& list, const MetPage& page) {
   const Vec3 low(page.bounds.low_m), high(page.bounds.high_m);
   const Vec3& place = page.scope.place;
@@ -189,7 +189,7 @@ std::size_t PageShortlists::fill(List& list, const MetPage& page) {
       std::min(std::max(reach.of_distance * away_m, reach.least_m / scale), kMostGive_m / scale);
   list.sifted.threshold = reach.lower * lower_ * page.scope.threshold;
   if (2 * length(step_m_) / scale >= list.sifted.give_m) {
-    list.sifted.give_m = 0;
+    list.sifted.give_m = kAside * page.scope.give_m;
     list.sifted.threshold = kReach.lower * page.scope.threshold;
   }
   const auto keep = [&](std::size_t index, float ceiling, float delay_s, std::uint32_t signal,
