@@ -39,6 +39,18 @@ float fade_gain(int fade) {
   return gains[static_cast<std::size_t>(fade)];
 }
 
+// What share of its power a source that fades in gains with each keyframe; together 1.
+const std::array<float, kFadeKeyframes>& fade_steps() {
+  static const auto steps = [] {
+    std::array<float, kFadeKeyframes> powers{};
+    for (int f = 0; f < kFadeKeyframes; ++f)
+      powers[static_cast<std::size_t>(f)] =
+          fade_gain(f + 1) * fade_gain(f + 1) - fade_gain(f) * fade_gain(f);
+    return powers;
+  }();
+  return steps;
+}
+
 }  // namespace
 
 KeyframeMaker::KeyframeMaker(const SourceField& field, std::size_t slots, Receivers receivers,
@@ -152,7 +164,7 @@ bool KeyframeMaker::keep(std::uint32_t s, const SampledSource& chosen) {
   Slot& slot = slots_[s];
   if (chosen.moves && !follow(s, chosen)) return false;
   slot.chosen = made_;
-  slot.scale_goal = static_cast<float>(chosen.power_scale);
+  slot.weigh_as(static_cast<float>(chosen.power_scale));
   slot.rank = static_cast<float>(chosen.rank);
   // One that does not glide is where it is meant to be.
   if ((slot.glides ? visibility_goal_[s] : table_.visibility[s]) != chosen.visibility) {
@@ -209,6 +221,7 @@ std::uint32_t KeyframeMaker::start(const SampledSource& chosen) {
                .in_use = true,
                .starts = true,
                .moves = chosen.moves};
+  slots_[s].scale_goals_before.fill(slots_[s].scale_goal);
   change(s);
   ++in_use_;
   Voice& voice = voices_[s];
@@ -268,14 +281,19 @@ void KeyframeMaker::glide(std::uint32_t s) {
   slots_[s].changed = true;
 }
 
-// Half the way of its logarithm to what it stands for.
+// The change of each keyframe takes the course of a fade. Sources that fade in and out, and those
+// that stay and stand for fewer or more, then have the same power together all the way.
 void KeyframeMaker::weigh(std::uint32_t s) {
-  constexpr float kNear = 1e-4f;
-  float& scale = table_.scale[s];
-  const float goal = slots_[s].scale_goal;
-  if (scale == goal) return;
-  scale = std::abs(goal - scale) < kNear * scale ? goal : std::sqrt(scale) * std::sqrt(goal);
-  slots_[s].changed = true;
+  Slot& slot = slots_[s];
+  if (slot.keyframes_to_weigh == 0) return;
+  const std::array<float, kFadeKeyframes>& steps = fade_steps();
+  float scale = steps[0] * slot.scale_goal;
+  for (std::size_t f = 1; f < steps.size(); ++f) scale += steps[f] * slot.scale_goals_before[f - 1];
+  std::shift_right(slot.scale_goals_before.begin(), slot.scale_goals_before.end(), 1);
+  slot.scale_goals_before[0] = slot.scale_goal;
+  if (--slot.keyframes_to_weigh == 0) scale = slot.scale_goal;
+  table_.scale[s] = scale;
+  slot.changed = true;
 }
 
 // Where the sampler has no order: in half decibels.
@@ -346,7 +364,7 @@ std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& ke
     if (slot.moves && !is_chosen(slot) && !slot.frozen) coast(s);
     if (slot.frozen) continue;
     if (slot.glides) glide(s);
-    if (is_chosen(slot)) weigh(s);
+    weigh(s);
     if (!still || slot.changed) made[makes++] = s;
     slot.changed = false;
   }

@@ -12,8 +12,11 @@
 // are the same samples, the voice changes over.
 //
 // What is hidden comes and goes in steps, as rays are cast; a voice's visibility glides there, half
-// the way each keyframe. So do the factors that tell what a source stands for, as tau changes with
-// k or as the listener walks: half of their logarithm's way.
+// the way each keyframe. The factors that tell what a source stands for change with tau, as k does
+// or as the listener walks: each change takes the course of a fade, over as many keyframes, so that
+// the voices that come, go and stay have as much power together as the sampler says. (Half the way
+// of the logarithm in each keyframe: 0.7 dB too much after k was halved, 1.0 where it was halved in
+// each of four keyframes, 1.3 too little after it was doubled; now 0.00, 0.3 and 0.00.)
 //
 // A source that moves takes its voice along, so that its delays slide, and goes on as it went while
 // it fades out; where it jumps it is heard as two. It is heard where it was when its sound left it.
@@ -81,6 +84,8 @@ class KeyframeMaker {
     std::uint64_t number = 0;
     std::uint64_t chosen = 0;  // the last keyframe that it was chosen for
     float scale_goal = 1;      // of power
+    // Those of the keyframes before, the last one first.
+    std::array<float, kFadeKeyframes - 1> scale_goals_before{};
     float rank = -1;
     std::int8_t fade = 0;  // of kFadeKeyframes; 0 is silence
     bool in_use = false;
@@ -88,8 +93,14 @@ class KeyframeMaker {
     bool frozen = false;   // its path jumped: fades out as it was
     bool changed = false;  // since it was made, though the ears may be where they were
     bool moves = false;
-    bool glides = false;            // to what is visible of it
-    std::uint32_t loop = kNoOnset;  // what its voice changes over to, while it plays an onset
+    bool glides = false;                 // to what is visible of it
+    std::int8_t keyframes_to_weigh = 0;  // until its scale is its goal
+    std::uint32_t loop = kNoOnset;       // what its voice changes over to, while it plays an onset
+
+    void weigh_as(float goal) {
+      if (goal != scale_goal) keyframes_to_weigh = kFadeKeyframes;
+      scale_goal = goal;
+    }
   };
   struct Heard {
     std::uint64_t number;

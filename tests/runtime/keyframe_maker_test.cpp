@@ -2,10 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <functional>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "runtime/octree/source_pool.h"
+#include "runtime/sampling/sampler.h"
 #include "runtime/voices/mix_kernel.h"
 #include "tests/runtime/heads.h"
 #include "tests/runtime/instruction_sets.h"
@@ -182,6 +187,77 @@ TEST(KeyframeMaker, LetsAVoiceWaitWhereNoSlotIsFree) {
     for (std::size_t v = 1; v < 40; ++v)
       ASSERT_LT(keyframe.voices[v - 1].slot, keyframe.voices[v].slot);
   }
+}
+
+// How many voices there may be at keyframe k.
+using VoiceCourse = std::function<std::size_t(int k)>;
+
+// How far the power of the voices is off, at most, in dB, where one who stands is given as many
+// voices as a course says: off what the sampler estimates with as many, faded over with equal power
+// where that changes. Of gains squared, so that it does not depend on phases.
+double power_off_dB(const VoiceCourse& course, int keyframes) {
+  constexpr std::size_t kSources = 20'000, kMostVoices = 2000;
+  const std::vector<Emitter> emitters(1);
+  const std::vector<Material> materials(1);
+  const SourceField field(emitters, materials, Air{});
+  std::vector<Source> sources(kSources);
+  for (std::uint32_t i = 0; i < kSources; ++i) {
+    Source& source = sources[i];
+    const RandomBits a = philox(9, {i, 0, 0, 0}), b = philox(9, {i, 1, 0, 0});
+    source.is_emitter = true;
+    source.position_m = Vec3f(Vec3(40 * unit(a[0]) - 20, 10, 40 * unit(a[1]) - 20));
+    source.power = same_in_all_bands(static_cast<float>(std::pow(10, -3 * unit(a[2]))));
+    source.u = static_cast<float>(unit_above_zero(b[0]));
+  }
+  SignalWeights weights;
+  weights.by_signal.assign(1, same_in_all_bands(1));
+  SourceList list(field, weights, sources);
+  const auto sampler = make_priority_sampler(field, weights, list, kMostVoices);
+  KeyframeMaker maker(field, 2 * kMostVoices, Receivers::kOne);
+  Keyframe keyframe;
+  keyframe.voices.reserve(2 * kMostVoices);
+  const Vec3 place(0, 1.5, 0);
+  std::deque<double> estimates;  // newest first
+  double off_dB = 0;
+  for (int k = 0; k < keyframes; ++k) {
+    sampler->choose_at_most(course(k));
+    const auto sample = sampler->sample(place, k * kKeyframe_s);
+    double& estimate = estimates.emplace_front(0);
+    for (const SampledSource& one : sample)
+      for (const float band : field.intensity(*one.source, place))
+        estimate += one.power_scale * static_cast<double>(band);
+    while (estimates.size() <= kFadeKeyframes) estimates.push_back(estimate);
+    double expected = 0, power = 0;
+    for (int f = 0; f < kFadeKeyframes; ++f) {
+      const auto share = [](int of) {
+        return std::pow(std::sin(std::numbers::pi / 2 * of / kFadeKeyframes), 2);
+      };
+      expected += (share(f + 1) - share(f)) * estimates[static_cast<std::size_t>(f)];
+    }
+    maker.make(sample, Pose{place, 0, 0}, keyframe);
+    for (const Voice& voice : keyframe.voices)
+      for (const float band : voice.gain[0]) power += static_cast<double>(band) * band;
+    off_dB = std::max(off_dB, std::abs(10 * std::log10(power / expected)));
+  }
+  return off_dB;
+}
+
+// What fades out, what fades in and what stays and stands for more or fewer: together as much as
+// before.
+TEST(KeyframeMaker, KeepsThePowerWhereTheNumberOfVoicesChanges) {
+  // Halved again and again, then doubled.
+  const auto in_steps = [](int k) {
+    const int step = k / 8;
+    return std::size_t{2000} >> (step <= 4 ? step : std::max(8 - step, 0));
+  };
+  EXPECT_LT(power_off_dB(in_steps, 80), 0.005);
+  // As the limit of voices does it at worst: halved in four keyframes that follow one another, then
+  // 2 % more in each. Those that leave before they reached what they stood for overshoot a little.
+  const auto as_limited = [](int k) {
+    if (k < 8) return std::size_t{2000} >> std::min(std::max(k - 3, 0), 4);
+    return static_cast<std::size_t>(std::min(2000.0, 125 * std::pow(1.02, k - 8)));
+  };
+  EXPECT_LT(power_off_dB(as_limited, 160), 0.35);
 }
 
 }  // namespace

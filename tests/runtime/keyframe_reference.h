@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <numbers>
 #include <span>
@@ -49,6 +50,7 @@ class KeyframeReference {
     bool frozen = false;   // its path jumped: fades out as it was
     bool changed = false;  // since listen(), though the ears may be where they were
     double power_scale = 1, power_scale_goal = 1;
+    std::deque<double> power_scale_goals;  // of the last keyframes, the last first
     double rank = -1;
     bool moves = false;
     Vec3f velocity_mps{};
@@ -197,12 +199,14 @@ inline void KeyframeReference::see(Slot& slot) {
 }
 
 inline void KeyframeReference::weigh(Slot& slot) {
-  constexpr double kNear = 1e-4;
-  if (slot.power_scale == slot.power_scale_goal) return;
-  const double ratio = slot.power_scale_goal / slot.power_scale;
-  slot.power_scale =
-      std::abs(ratio - 1) < kNear ? slot.power_scale_goal : slot.power_scale * std::sqrt(ratio);
-  slot.changed = true;
+  slot.power_scale_goals.push_front(slot.power_scale_goal);
+  slot.power_scale_goals.pop_back();
+  double scale = 0;
+  for (int f = 0; f < kFadeKeyframes; ++f)
+    scale += (std::pow(fade_gain(f + 1), 2) - std::pow(fade_gain(f), 2)) *
+             slot.power_scale_goals[static_cast<std::size_t>(f)];
+  slot.changed = slot.changed || scale != slot.power_scale;
+  slot.power_scale = scale;
 }
 
 // Those that fade out anyway go first. Where the sampler has no order, in half decibels.
@@ -237,6 +241,7 @@ inline void KeyframeReference::start(const SampledSource& chosen, const Stance& 
   slot.frozen = false;
   slot.changed = true;
   slot.power_scale = slot.power_scale_goal = chosen.power_scale;
+  slot.power_scale_goals.assign(kFadeKeyframes, chosen.power_scale);
   slot.rank = chosen.rank;
   slot.visibility = slot.visibility_goal = chosen.visibility;
   slot.voice.starts = true;
@@ -321,7 +326,7 @@ inline void KeyframeReference::make(std::span<const SampledSource> sample, const
       slot.fade = std::clamp(slot.fade + (slot.chosen ? 1 : -1), 0, kFadeKeyframes);
     if (slot.moves && !slot.chosen && !slot.frozen) coast(slot, head);
     if (!slot.frozen) see(slot);
-    if (!slot.frozen && slot.chosen) weigh(slot);
+    if (!slot.frozen) weigh(slot);
     if (!slot.frozen && (!still || slot.changed)) listen(slot, head);
 
     Voice& voice = keyframe.voices.emplace_back(slot.voice);
