@@ -12,14 +12,15 @@
 // * the highest of the last `hold_s` counts,
 // * it stays where it is until that has fallen by `give_db`: what counts is how far the level goes
 //   up and down in total, not how fast,
-// * it is never more than `burst_db` below the loudest 20 ms within `around_s`: claps and strokes
-//   would otherwise be chosen too seldom and be scaled up so far that single ones stick out,
+// * it is never less than the loudest 20 ms within `around_s`: claps and strokes would otherwise
+//   be chosen too seldom and be scaled up so far that single ones stick out,
 // * bands keep their proportions,
 // * and silence alone is momentary: a signal weighs nothing until `around_s` before it sounds,
 //   which is as long as a source takes to fade in, and from `around_s` + `forget_s` after it ends.
 //
-// A weight may be less than what plays at the moment. The factor of a chosen source (sampler.h)
-// makes up for that: the power is right on average, as long as nothing that sounds weighs nothing.
+// The weight of a band may be less than what plays in it at the moment. The factor of a chosen
+// source (sampler.h) makes up for that: the power is right on average, as long as nothing that
+// sounds weighs nothing.
 //
 // What no fixed filter makes of the dry violin (time_varying_part.h), by one who stands 4 m away in
 // the violin room, with 2000 of 200 000 sources; all of them: below -60 dB.
@@ -29,7 +30,8 @@
 //   one level for all bands, over 1.4 s, followed within +-6 dB         -20.4
 //   as above, over 3 s, from -3 to +12 dB                               -30.6
 //   mean over 1.4 s, held for 1.5 s, from 0 to 12 dB                    -25.0
-//   mean over 0.7 s, held for 2 s, from 0 to 12 dB: this                below -59
+//   mean over 0.7 s, held for 2 s, from 0 to 12 dB                      below -59
+//   as above, and never less than the loudest moment: this              -30.6
 //
 // Immutable once made.
 #pragma once
@@ -53,7 +55,6 @@ struct EnvelopeSmoothing {
   double hold_s = 2;
   double forget_s = 0.5;
   double give_db = 12;
-  double burst_db = 6;
 };
 
 // The weight of one signal over its own time.
