@@ -108,13 +108,14 @@ LoudnessTrack::LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frame
     const std::int64_t reach = std::llround(smoothing.mean_s * moments_per_s_ / 4);
     const std::int64_t hold = std::llround(smoothing.hold_s * moments_per_s_);
     const MomentCourse bursts = level.maximum(around, around);
+    const double below_bursts = std::pow(10, -smoothing.burst_db / 10);
     level = level.mean(reach)
                 .mean(reach)
                 .maximum(hold, around)
                 .with_hysteresis(std::pow(10, smoothing.give_db / 10));
     for (std::int64_t m = 0; m < level.size(); ++m) {
       double& here = level[static_cast<std::size_t>(m)];
-      here = std::max(here, bursts.at(m));
+      here = std::max(here, below_bursts * bursts.at(m));
     }
     sounds = sounds.maximum(around + forget, around);
     for (std::size_t m = 0; m < by_moment_.size(); ++m)

@@ -12,7 +12,8 @@
 // * the highest of the last `hold_s` counts,
 // * it stays where it is until that has fallen by `give_db`: what counts is how far the level goes
 //   up and down in total, not how fast,
-// * it is never less than the loudest 20 ms within `around_s`: claps and strokes would otherwise
+// * it is never more than `burst_db` below the loudest 20 ms within `around_s`: claps and strokes
+// would otherwise
 //   be chosen too seldom and be scaled up so far that single ones stick out,
 // * bands keep their proportions,
 // * and silence alone is momentary: a signal weighs nothing until `around_s` before it sounds,
@@ -55,6 +56,7 @@ struct EnvelopeSmoothing {
   double hold_s = 2;
   double forget_s = 0.5;
   double give_db = 12;
+  double burst_db = 0;
 };
 
 // The weight of one signal over its own time.
