@@ -39,7 +39,7 @@ float fade_gain(int fade) {
   return gains[static_cast<std::size_t>(fade)];
 }
 
-// What share of its power a source that fades in gains with each keyframe; together 1.
+// The shares of its power that a source which fades in gains with each keyframe; they add up to 1.
 const std::array<float, kFadeKeyframes>& fade_steps() {
   static const auto steps = [] {
     std::array<float, kFadeKeyframes> powers{};

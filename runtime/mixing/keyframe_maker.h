@@ -84,7 +84,7 @@ class KeyframeMaker {
     std::uint64_t number = 0;
     std::uint64_t chosen = 0;  // the last keyframe that it was chosen for
     float scale_goal = 1;      // of power
-    // Those of the keyframes before, the last one first.
+    // The goals of the keyframes before, the last one first.
     std::array<float, kFadeKeyframes - 1> scale_goals_before{};
     float rank = -1;
     std::int8_t fade = 0;  // of kFadeKeyframes; 0 is silence

@@ -9,7 +9,7 @@
 namespace clamor::testing {
 namespace {
 
-// What is wrong with each part of an open file; "" for what can be read.
+// The error of each part of an open file; "" for a part that can be read.
 std::vector<std::string> complaints(const BakeFile& file) {
   std::vector<std::string> all;
   const auto add = [&](const auto& part) { all.push_back(part.ok() ? "" : part.error().message); };

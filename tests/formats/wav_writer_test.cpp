@@ -256,7 +256,7 @@ class Recordings : public WavFiles {
     return WavWriter::create(path, 2, 48000, format, {}, Appearance::kAtOnce);
   }
 
-  // What a player finds now.
+  // A player finds this now.
   static std::size_t frames_in(const std::string& path) {
     const auto sound = read_channels(path, 2);
     return sound.ok() ? sound->frames() : 0;

@@ -59,7 +59,8 @@ class KeyframeReference {
   };
 
   Stance head_at(const Pose& pose) const;
-  // Of a source that moves in a straight line and was at its place so long before, in metres.
+  // The distance, in metres, of a source that moves in a straight line and was there so long
+  // before.
   Vec3 mach_of(const Vec3f& velocity_mps) const {
     return Vec3(velocity_mps / static_cast<float>(field_.speed_of_sound_mps()));
   }

@@ -67,7 +67,7 @@ TEST(MovingSources, PassWithThePitchThatDopplerSays) {
     ASSERT_TRUE(moving.move(car, passing(t).position_m).ok());
     moving.commit();
   });
-  // What left it before it was moved left it at rest.
+  // The sound that left it before it was moved left it at rest.
   EXPECT_LT(worst_pitch_error(out, delay_s, 0.2), 0.001);
 }
 
