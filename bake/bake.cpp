@@ -11,20 +11,20 @@
 
 #include "bake/bake_plan.h"
 #include "bake/batch_tracing.h"
-#include "bake/copies.h"
-#include "bake/decay_estimate.h"
-#include "bake/emitter_copies.h"
-#include "bake/octree_builder.h"
-#include "bake/octree_streaming.h"
-#include "bake/patch_radius.h"
-#include "bake/photon_tracer.h"
-#include "bake/run_key.h"
-#include "bake/scene.h"
-#include "bake/trace_journal.h"
+#include "bake/instances/emitter_instances.h"
+#include "bake/instances/instance_tree.h"
+#include "bake/journal/run_key.h"
+#include "bake/journal/trace_journal.h"
+#include "bake/octree/octree_builder.h"
+#include "bake/octree/octree_streaming.h"
+#include "bake/octree/patch_radius.h"
+#include "bake/report/decay_estimate.h"
+#include "bake/trace/photon_tracer.h"
+#include "bake/trace/scene.h"
 #include "common/random.h"
 #include "common/version.h"
-#include "formats/page.h"
-#include "formats/source_code.h"
+#include "formats/bake_file/page.h"
+#include "formats/bake_file/source_quantization.h"
 
 namespace clamor {
 
@@ -98,7 +98,7 @@ BakeStatistics statistics_of(const TraceTally& tally, const PhotonTracer& tracer
 TraceSettings trace_settings(const BakeSettings& settings) {
   TraceSettings trace;
   trace.seed = settings.seed;
-  trace.roulette_kappa = settings.roulette_kappa;
+  trace.roulette_exponent = settings.roulette_exponent;
   trace.longest_path_s = settings.longest_path_s;
   trace.speed_mps = speed_of_sound_mps(settings.air);
   trace.air_loss_per_m = air_loss_per_m(settings.air);
@@ -106,15 +106,15 @@ TraceSettings trace_settings(const BakeSettings& settings) {
 }
 
 // Everything that tracing a level needs.
-struct Workshop {
-  Workshop(const Level& level, const BakeSettings& settings)
+struct TraceSetup {
+  TraceSetup(const Level& level, const BakeSettings& settings)
       : scene(level.mesh),
         trace(trace_settings(settings)),
         plan(make_bake_plan(scene, level, settings, trace)),
         tracer(scene, level, with_least_power()) {}
 
   const TraceSettings& with_least_power() {
-    trace.least_power = plan.least_power;
+    trace.deposit_threshold = plan.deposit_threshold;
     return trace;
   }
 
@@ -130,16 +130,16 @@ struct Workshop {
 };
 
 // Where the octree can be sorted; an Error if the plan needs more memory than it may have.
-Result<SortedIn> check_memory(const Level& level, const BakePlan& plan,
-                              const BakeOptions& options) {
+Result<SortStorage> check_memory(const Level& level, const BakePlan& plan,
+                                 const BakeOptions& options) {
   const int threads = tbb::this_task_arena::max_concurrency();
-  const std::uint64_t listening = DecayEstimate::most_bytes(options.settings.longest_path_s);
-  const auto needs = [&](const BakePlan& of, SortedIn sorted) {
+  const std::uint64_t listening = DecayEstimate::max_bytes(options.settings.longest_path_s);
+  const auto needs = [&](const BakePlan& of, SortStorage sorted) {
     return bake_memory_bytes(level, of, threads, sorted) + listening;
   };
-  if (options.memory_bytes == 0 || needs(plan, SortedIn::kMemory) <= options.memory_bytes)
-    return SortedIn::kMemory;
-  const SortedIn last = options.spill.empty() ? SortedIn::kMemory : SortedIn::kFiles;
+  if (options.memory_bytes == 0 || needs(plan, SortStorage::kMemory) <= options.memory_bytes)
+    return SortStorage::kMemory;
+  const SortStorage last = options.spill.empty() ? SortStorage::kMemory : SortStorage::kFiles;
   const std::uint64_t needed = needs(plan, last);
   if (needed <= options.memory_bytes) return last;
   BakePlan bare = plan;
@@ -178,7 +178,7 @@ Result<std::vector<TraceJournal>> open_journals(const Level& level, const BakeOp
 
 Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& options,
                                         BakeReport& report) {
-  const Workshop workshop(level, options.settings);
+  const TraceSetup workshop(level, options.settings);
   const BakePlan& plan = workshop.plan;
   const auto sorted = check_memory(level, plan, options);
   if (!sorted.ok()) return sorted.error();
@@ -219,24 +219,25 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   const std::span<Source> deposits = traced->deposits;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, deposits.size(), 4096),
                     [&](const tbb::blocked_range<std::size_t>& part) {
-                      quantise(deposits.subspan(part.begin(), part.size()), level.materials);
+                      quantize_sources(deposits.subspan(part.begin(), part.size()),
+                                       level.materials);
                     });
-  EmitterCopies copies =
-      copy_emitters(level, options.groups, traced->tally.photons > 0, options.settings.seed);
+  EmitterInstances copies =
+      instance_emitters(level, options.groups, traced->tally.photons > 0, options.settings.seed);
   for (const std::uint32_t i : copies.alone)
     traced->deposits.push_back(
         emitter_source(level.emitters[i], copies.numbers[i], workshop.tracer.emitter_key(i)));
-  report.copied_sources = copies.emitters;
-  report.copied_groups = copies.groups;
-  report.copied_models = copies.models;
+  report.instanced_sources = copies.emitters;
+  report.instanced_groups = copies.groups;
+  report.instance_prototypes = copies.models;
   contents.emitters = std::move(copies.table);
   contents.copied = std::move(copies.trees);
   contents.signal_maps = std::move(copies.signal_maps);
-  if (*sorted == SortedIn::kMemory) {
-    contents.octree = with_copies(build_octree(std::move(traced->deposits)),
-                                  std::move(copies.instances), copies.tops);
+  if (*sorted == SortStorage::kMemory) {
+    contents.octree = with_instances(build_octree(std::move(traced->deposits)),
+                                     std::move(copies.instances), copies.tops);
   } else {
-    contents.octree = tree_of_copies(std::move(copies.instances), copies.tops);
+    contents.octree = instance_tree(std::move(copies.instances), copies.tops);
     // The list goes to disk, and its memory to the sorting of parts of it.
     auto spill = std::make_shared<SourceSpill>(options.spill);
     if (const auto done = spill->append(traced->deposits); !done.ok()) return done.error();
@@ -262,7 +263,7 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
 
 Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& options,
                                        const Shard& shard) {
-  const Workshop workshop(level, options.settings);
+  const TraceSetup workshop(level, options.settings);
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
   BatchTracing tracing(workshop.tracer, level, workshop.plan, options, *journals,

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "common/result.h"
-#include "formats/bake_file.h"
-#include "formats/level.h"
-#include "formats/scene_group.h"
+#include "formats/bake_file/bake_file.h"
+#include "formats/level/level.h"
+#include "formats/level/scene_group.h"
 
 namespace clamor {
 
@@ -51,8 +51,9 @@ struct BakeReport {
   std::uint64_t photons_reused = 0;
   std::uint64_t journal_runs = 0;  // that the journal held before
   std::uint64_t journal_bytes = 0;
-  std::uint64_t copied_sources = 0;  // in copies; those of the trees they copy are in the contents
-  std::size_t copied_groups = 0, copied_models = 0;
+  std::uint64_t instanced_sources =
+      0;  // in copies; those of the trees they copy are in the contents
+  std::size_t instanced_groups = 0, instance_prototypes = 0;
   std::string journal_warning;  // why the journal was not used, or what of it was damaged; or ""
 };
 

@@ -23,7 +23,7 @@ std::vector<double> pilot_deposits(const Scene& scene, const Level& level,
                                    const TraceSettings& trace, std::span<const double> power) {
   TraceSettings settings = trace;
   settings.seed = trace.seed ^ 0x70696c6f74u;
-  settings.least_power = 0;
+  settings.deposit_threshold = 0;
   const PhotonTracer tracer(scene, level, settings);
   const double total = std::accumulate(power.begin(), power.end(), 0.0);
   std::vector<PhotonRun> runs;
@@ -101,9 +101,9 @@ std::vector<std::vector<PhotonRun>> BakePlan::batches() const {
 }
 
 std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads,
-                                SortedIn sorted) {
+                                SortStorage sorted) {
   constexpr std::uint64_t kProgram = 65'000'000, kPerTriangle = 300;
-  const std::uint64_t per_source = sorted == SortedIn::kMemory ? 215 : 130;
+  const std::uint64_t per_source = sorted == SortStorage::kMemory ? 215 : 130;
   constexpr std::uint64_t kPerEmitter = 1000, kPerThread = 8'000'000;
   std::uint64_t samples = 0;
   for (const Signal& signal : level.signals) samples += signal.samples.size();
@@ -152,7 +152,7 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
   plan.rooms = emitter_rooms(scene, level);
   const double sources =
       settings.sources > 0 ? static_cast<double>(settings.sources) : kSourcesPerRoom * plan.rooms;
-  plan.sources = static_cast<std::uint64_t>(std::min<double>(sources, kMostSources));
+  plan.sources = static_cast<std::uint64_t>(std::min<double>(sources, kMaxSources));
 
   std::vector<double> power(level.emitters.size(), 0);
   for (std::size_t i = 0; i < power.size(); ++i)
@@ -169,14 +169,13 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
   plan.wanted_photons = static_cast<std::uint64_t>(photons);
   for (const double emitted : power) {
     const double wanted = total > 0 ? std::round(emitted / total * photons) : 0;
-    plan.photons.push_back(emitted > 0 && photons > 0
-                               ? std::max(kLeastPhotons, static_cast<std::uint64_t>(wanted))
-                               : 0);
+    plan.photons.push_back(
+        emitted > 0 && photons > 0 ? std::max(kMinPhotons, static_cast<std::uint64_t>(wanted)) : 0);
   }
   plan.deposits = std::min(per_photon * static_cast<double>(plan.all_photons()),
                            kKeptDepositsPerSource * sources);
   if (!shares.empty())
-    plan.least_power = power_of_two_down(
+    plan.deposit_threshold = power_of_two_down(
         least_power_for(shares, static_cast<double>(plan.all_photons()) / kPilotPhotons,
                         kKeptDepositsPerSource * sources));
   return plan;

@@ -9,10 +9,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "bake/photon_tracer.h"
-#include "bake/scene.h"
-#include "formats/bake_file.h"
-#include "formats/level.h"
+#include "bake/trace/photon_tracer.h"
+#include "bake/trace/scene.h"
+#include "formats/bake_file/bake_file.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 
@@ -21,7 +21,7 @@ struct BakePlan {
   std::uint64_t sources = 0;           // most secondary sources to keep
   std::uint64_t wanted_photons = 0;    // which are shared out
   std::vector<std::uint64_t> photons;  // per emitter
-  double least_power = 0;              // of a deposit, see TraceSettings
+  double deposit_threshold = 0;        // of a deposit, see TraceSettings
   double deposits = 0;                 // that will be left, about
 
   std::uint64_t all_photons() const;
@@ -38,8 +38,8 @@ struct BakePlan {
 //
 // How many deposits a photon leaves is judged by a pilot of 1024. If more than 1.25 deposits would
 // come to a source, weak ones are thinned while tracing. Photons are shared out by power; an
-// emitter with any power gets at least kLeastPhotons. A free field gets none.
-inline constexpr std::uint64_t kLeastPhotons = 4, kMostSources = 10'000'000;
+// emitter with any power gets at least kMinPhotons. A free field gets none.
+inline constexpr std::uint64_t kMinPhotons = 4, kMaxSources = 10'000'000;
 BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettings& settings,
                         const TraceSettings& trace);
 
@@ -49,9 +49,9 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
 // violin room 123 to 159 MB for 300 000 sources, depending on who lags, 251 for a million, 646 for
 // three.
 // Where the octree is sorted on disk, a source takes 130.
-enum class SortedIn : std::uint8_t { kMemory, kFiles };
+enum class SortStorage : std::uint8_t { kMemory, kFiles };
 std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads,
-                                SortedIn sorted = SortedIn::kMemory);
+                                SortStorage sorted = SortStorage::kMemory);
 
 // How many rooms the emitters are in: those that see each other, directly or through others, share
 // one. Emitters beyond the first 64 rooms' worth are counted to the first.

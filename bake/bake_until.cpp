@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "bake/bake_plan.h"
-#include "bake/scene.h"
+#include "bake/trace/scene.h"
 #include "common/text.h"
 
 namespace clamor {
@@ -87,9 +87,9 @@ Result<BakeContents> bake_until(const Level& level, const BakeOptions& options,
                         kMostGrowth);
       if (growth < kWorthIt) break;
     }
-    const std::uint64_t most = kMostSources / first.sources;
+    const std::uint64_t most = kMaxSources / first.sources;
     if (times == most) {
-      reason = "a file holds " + std::to_string(kMostSources) + " sources at most";
+      reason = "a file holds " + std::to_string(kMaxSources) + " sources at most";
       break;
     }
     times = std::min(most, two_digits_up(growth * static_cast<double>(times)));

@@ -6,7 +6,7 @@
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
-#include "bake/run_key.h"
+#include "bake/journal/run_key.h"
 
 namespace clamor {
 
@@ -16,7 +16,7 @@ struct BatchTracing::Batch {
   std::vector<PhotonRun> missing;
   std::vector<std::uint64_t> missing_keys;
   TracedRuns found, traced;
-  std::vector<std::vector<HeardDeposit>> heard_found, heard_traced;  // per run
+  std::vector<std::vector<ReceivedEnergy>> heard_found, heard_traced;  // per run
 };
 
 BatchTracing::BatchTracing(const PhotonTracer& tracer, const Level& level, const BakePlan& plan,
@@ -114,7 +114,7 @@ void BatchTracing::look_up(const std::vector<PhotonRun>& runs, Batch& batch) {
 }
 
 void BatchTracing::hear(const TracedRuns& runs,
-                        std::vector<std::vector<HeardDeposit>>& heard) const {
+                        std::vector<std::vector<ReceivedEnergy>>& heard) const {
   heard.resize(runs.runs().size());
   for (std::size_t i = 0; i < heard.size(); ++i) {
     heard[i].clear();
@@ -166,7 +166,7 @@ void BatchTracing::add(Batch& batch) {
 }
 
 void BatchTracing::add_run(const TracedRun& run, TracedRuns& runs, std::uint64_t order,
-                           std::span<const HeardDeposit> heard) {
+                           std::span<const ReceivedEnergy> heard) {
   if (decay_ != nullptr && decay_->wants(run.run)) decay_->add(run.run, heard);
   const double share = 1 / static_cast<double>(plan_.photons[run.run.emitter]);
   const auto deposits = runs.deposits().subspan(run.first_deposit, run.deposits);

@@ -14,12 +14,12 @@
 
 #include "bake/bake.h"
 #include "bake/bake_plan.h"
-#include "bake/decay_estimate.h"
-#include "bake/photon_tracer.h"
-#include "bake/source_thinning.h"
-#include "bake/trace_journal.h"
+#include "bake/journal/trace_journal.h"
+#include "bake/octree/source_thinning.h"
+#include "bake/report/decay_estimate.h"
+#include "bake/trace/photon_tracer.h"
 #include "common/result.h"
-#include "formats/level.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 
@@ -53,9 +53,9 @@ class BatchTracing {
   }
   void look_up(const std::vector<PhotonRun>& runs, Batch& batch);
   void add(Batch& batch);
-  void hear(const TracedRuns& runs, std::vector<std::vector<HeardDeposit>>& heard) const;
+  void hear(const TracedRuns& runs, std::vector<std::vector<ReceivedEnergy>>& heard) const;
   void add_run(const TracedRun& run, TracedRuns& runs, std::uint64_t order,
-               std::span<const HeardDeposit> heard);
+               std::span<const ReceivedEnergy> heard);
 
   const PhotonTracer& tracer_;
   const Level& level_;

@@ -11,7 +11,7 @@ namespace clamor {
 namespace {
 
 constexpr double kHeadroom_db = 10;
-constexpr int kLeastArrivals = 8;
+constexpr int kMinArrivals = 8;
 
 // 10 log10(ratio), the same on every CPU.
 double decibels(double ratio) {
@@ -61,7 +61,7 @@ std::optional<double> DecayCurve::decay_time_s(double from_db, double to_db) con
   assert(to_db < from_db);
   if (treads_.empty() || end_db_ > to_db - kHeadroom_db) return std::nullopt;
   const std::span<const Tread> treads = range(from_db, to_db);
-  if (treads.size() < kLeastArrivals) return std::nullopt;
+  if (treads.size() < kMinArrivals) return std::nullopt;
 
   // Integrals over the range of 1, t, t^2, L and t L, with t from its start.
   double one = 0, t1 = 0, t2 = 0, level = 0, t_level = 0;
@@ -80,14 +80,14 @@ std::optional<double> DecayCurve::decay_time_s(double from_db, double to_db) con
 }
 
 std::optional<double> DecayCurve::early_decay_time_s() const {
-  constexpr double kRange_db = 10, kLeastFall_db = kRange_db / 2;
+  constexpr double kRange_db = 10, kMinFall_db = kRange_db / 2;
   const auto decay_s = decay_time_s(0, -kRange_db);
   if (!decay_s) return std::nullopt;
   const std::span<const Tread> treads = range(0, -kRange_db);
   const auto lasting = std::count_if(
       treads.begin(), treads.end(), [](const Tread& tread) { return tread.end_s > tread.start_s; });
   const double fall_db = 60 / *decay_s * (treads.back().end_s - treads.front().start_s);
-  if (lasting < kLeastArrivals || fall_db < kLeastFall_db) return std::nullopt;
+  if (lasting < kMinArrivals || fall_db < kMinFall_db) return std::nullopt;
   return decay_s;
 }
 

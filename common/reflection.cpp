@@ -211,7 +211,7 @@ ReflectionLaws::Ceiling ReflectionLaws::ceiling(std::size_t material, double cos
     if (const PhongLobe* const lobe = law.lobe[b]) {
       const double rest = 1 - law.scattering[b];
       ceiling.bounce[b] =
-          static_cast<float>(rest * (1 - lobe->albedo(cos_i)) * (1 - lobe->least_albedo()) /
+          static_cast<float>(rest * (1 - lobe->albedo(cos_i)) * (1 - lobe->min_albedo()) /
                              (std::numbers::pi * (1 - lobe->mean_albedo())));
       ceiling.lobe[b] = static_cast<float>(rest * (lobe->exponent() + 1) / (2 * std::numbers::pi));
       const auto exponent = static_cast<float>(lobe->exponent());

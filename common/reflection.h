@@ -39,8 +39,8 @@ class PhongLobe {
   // E(i), within 2e-4 of the integral of the lobe over the hemisphere.
   double albedo(double cos_i) const;
   double mean_albedo() const { return mean_albedo_; }
-  double least_albedo() const { return least_albedo_; }
-  // 1 - E(o) <= (1 - least_albedo()) exp(-loss_slope() cos o): 0.34 for an exponent of 1, 1.7 for
+  double min_albedo() const { return least_albedo_; }
+  // 1 - E(o) <= (1 - min_albedo()) exp(-loss_slope() cos o): 0.34 for an exponent of 1, 1.7 for
   // 20, 3.8 for 100.
   double loss_slope() const { return loss_slope_; }
 

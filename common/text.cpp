@@ -7,7 +7,7 @@
 namespace clamor {
 
 namespace {
-constexpr std::size_t kMostLetters = 64;
+constexpr std::size_t kMaxLetters = 64;
 
 // Whatever the locale.
 int lower(char c) { return c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : int{c}; }
@@ -19,8 +19,8 @@ bool equal_ignoring_case(std::string_view a, std::string_view b) {
 }
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
-  a = a.substr(0, kMostLetters);
-  b = b.substr(0, kMostLetters);
+  a = a.substr(0, kMaxLetters);
+  b = b.substr(0, kMaxLetters);
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
   for (std::size_t i = 0; i < a.size(); ++i) {

@@ -8,11 +8,11 @@
 #include <numbers>
 #include <string>
 
-#include "bake/copies.h"
-#include "bake/octree_builder.h"
+#include "bake/instances/instance_tree.h"
+#include "bake/octree/octree_builder.h"
 #include "common/random.h"
-#include "formats/bake_file.h"
-#include "formats/page.h"
+#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/page.h"
 
 namespace clamor::testing {
 
@@ -72,11 +72,11 @@ inline BakeContents city(const CitySize& size, std::uint64_t seed) {
 
   std::vector<PageEntry> tops;
   const auto add = [&](SourceOctree tree) {
-    tops.push_back(top_of(tree, tops));
+    tops.push_back(root_entry(tree, tops));
     bake.copied.push_back(std::move(tree));
   };
   for (std::uint32_t v = 0; v < size.variants; ++v) {
-    draw_numbers_for_copies(fans, seed * 1000 + v);
+    draw_prototype_u(fans, seed * 1000 + v);
     add(build_octree(fans));
   }
   std::uint32_t first = 0;
@@ -84,16 +84,16 @@ inline BakeContents city(const CitySize& size, std::uint64_t seed) {
     const auto next = static_cast<std::uint32_t>(tops.size());
     for (std::uint32_t v = 0; v < size.variants; ++v) {
       auto copies = on_a_grid(count, step_m, first, size.variants, level);
-      draw_numbers_for_copies(copies, tops, seed * 1000 + 100 * level + v);
-      add(tree_of_copies(std::move(copies), tops));
+      draw_prototype_u(copies, tops, seed * 1000 + 100 * level + v);
+      add(instance_tree(std::move(copies), tops));
     }
     first = next;
   };
   add_copies(size.blocks, 10, 1);
   add_copies(size.stands, 150, 2);
   auto stadiums = on_a_grid(size.stadiums, 2000, first, size.variants, 3);
-  draw_numbers(stadiums, seed);
-  bake.octree = tree_of_copies(std::move(stadiums), tops);
+  draw_instance_u(stadiums, seed);
+  bake.octree = instance_tree(std::move(stadiums), tops);
   return bake;
 }
 

@@ -11,8 +11,8 @@
 #include <numeric>
 #include <vector>
 
-#include "bake/octree_summary.h"
-#include "formats/source_octree.h"
+#include "bake/octree/octree_summary.h"
+#include "formats/bake_file/source_octree.h"
 
 namespace clamor::testing {
 
@@ -96,7 +96,7 @@ inline SourceOctree build_octree_serially(std::vector<Source> sources) {
 inline bool same_summary(const NodeSummary& a, const NodeSummary& b) {
   return a.low_m == b.low_m && a.high_m == b.high_m && a.highest_key == b.highest_key &&
          a.power == b.power && a.cone_axis == b.cone_axis && a.cone_cos == b.cone_cos &&
-         a.least_delay_s == b.least_delay_s && a.most_delay_s == b.most_delay_s &&
+         a.min_delay_s == b.min_delay_s && a.max_delay_s == b.max_delay_s &&
          a.source_count == b.source_count;
 }
 

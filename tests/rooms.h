@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "formats/level.h"
+#include "formats/level/level.h"
 
 namespace clamor::testing {
 

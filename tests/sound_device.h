@@ -10,8 +10,8 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/audio_callback.h"
-#include "runtime/output/output_feed.h"
+#include "runtime/output/device_feed.h"
+#include "runtime/player/audio_callback.h"
 
 namespace clamor::testing {
 
@@ -45,7 +45,7 @@ class SoundDevice {
   std::span<const float> call(std::size_t frames) {
     const std::span<float> part = std::span(block_).first(frames * channels_);
     time_s_ += static_cast<double>(frames) / rate_hz_;
-    const auto now = start_ + std::chrono::duration_cast<OutputFeed::Clock::duration>(
+    const auto now = start_ + std::chrono::duration_cast<DeviceFeed::Clock::duration>(
                                   std::chrono::duration<double>(time_s_));
     {
       [[maybe_unused]] const Guard guard;
@@ -74,10 +74,10 @@ class SoundDevice {
   SampleRing recorded_{1 << 17}, metered_{1 << 17};
   AudioCallback callback_;
   const std::shared_ptr<CallbackGate> gate_;
-  OutputFeed feed_;
+  DeviceFeed feed_;
   const double rate_hz_;
   double time_s_ = 0, energy_ = 0;
-  const OutputFeed::Clock::time_point start_ = OutputFeed::Clock::now();
+  const DeviceFeed::Clock::time_point start_ = DeviceFeed::Clock::now();
   std::vector<float> block_;
   std::array<float, 4096> drained_{};
 };

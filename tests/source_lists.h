@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/random.h"
-#include "formats/source.h"
+#include "formats/bake_file/source.h"
 
 namespace clamor::testing {
 

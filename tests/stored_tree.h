@@ -7,8 +7,8 @@
 #include <numeric>
 #include <vector>
 
-#include "formats/octree_page.h"
-#include "runtime/octree/page_loader.h"
+#include "formats/bake_file/page_links.h"
+#include "runtime/streaming/page_loader.h"
 
 namespace clamor::testing {
 
@@ -65,7 +65,7 @@ class StoredTrees {
   std::size_t page_count() const { return pages_.size(); }
 
   // Of nodes deeper than `deepest` there are no pages. All must outlive the loader.
-  PageLoader::Fetch fetch(const SourceField& field, const SignalWeights& ceilings,
+  PageLoader::Fetch fetch(const RadiationModel& field, const SignalWeights& ceilings,
                           int deepest = 1 << 30) const {
     return [this, &field, &ceilings, deepest](const PageEntry& entry) -> PageLoader::Content {
       const Page& page = pages_.at(entry.page.offset);

@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "formats/bake_file.h"
+#include "formats/bake_file/bake_file.h"
 
 namespace clamor::testing {
 

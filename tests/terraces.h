@@ -10,8 +10,8 @@
 #include <string>
 
 #include "common/random.h"
-#include "formats/level.h"
-#include "formats/scene_group.h"
+#include "formats/level/level.h"
+#include "formats/level/scene_group.h"
 
 namespace clamor::testing {
 

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "formats/walk_file.h"
+#include "formats/level/walk_file.h"
 #include "tests/temporary_file.h"
 
 namespace clamor::testing {

@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 #include "common/printable.h"
-#include "tools/commands.h"
+#include "tools/commands/commands.h"
 
 namespace {
 

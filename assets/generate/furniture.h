@@ -9,7 +9,7 @@ struct FurnitureMaterials {
   MaterialIndex upholstery, wood, lacquer, metal, screen, curtain, person, stage;
 };
 
-// Facing -Z, feet at the origin.
+// ListenerAxes -Z, feet at the origin.
 MeshBuilder make_chair(const FurnitureMaterials& m);
 MeshBuilder make_violinist(const FurnitureMaterials& m);
 MeshBuilder make_lectern(const FurnitureMaterials& m);

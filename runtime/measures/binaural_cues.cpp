@@ -12,7 +12,7 @@ namespace clamor {
 
 namespace {
 
-constexpr double kLongestLag_s = 1e-3, kFloor = 1e-6;
+constexpr double kMaxLag_s = 1e-3, kFloor = 1e-6;
 constexpr int kLags = 200;  // to either side: 5 us apart, a 17th of the period of 11.3 kHz
 
 struct Peak {
@@ -25,7 +25,7 @@ Peak peak_of(const std::vector<std::complex<double>>& cross, double energy) {
   for (std::size_t k = 0; k < cross.size(); ++k) {
     if (cross[k] == std::complex<double>(0)) continue;
     const double radians_per_lag =
-        2 * std::numbers::pi * spectrum_bin_hz(static_cast<double>(k)) * kLongestLag_s / kLags;
+        2 * std::numbers::pi * spectrum_bin_hz(static_cast<double>(k)) * kMaxLag_s / kLags;
     const std::complex<double> step = std::polar(1.0, radians_per_lag);
     std::complex<double> value = cross[k] * std::polar(1.0, -kLags * radians_per_lag);
     for (double& at_lag : correlation) {
@@ -46,7 +46,7 @@ Peak peak_of(const std::vector<std::complex<double>>& cross, double energy) {
     }
   }
   magnitude = std::max(magnitude, top);
-  return {lag * kLongestLag_s / kLags, top / energy, magnitude / energy};
+  return {lag * kMaxLag_s / kLags, top / energy, magnitude / energy};
 }
 
 }  // namespace
@@ -77,7 +77,7 @@ BinauralCues binaural_cues(const SoundSpectrum& spectrum) {
       if (gain[b][k] > 1e-9) cross[k] = gain[b][k] * spectrum.cross[k];
     const Peak peak = peak_of(cross, std::sqrt(left * right));
     cues.iacc[b] = std::min(1.0, peak.magnitude);
-    if (peak.correlation >= kLeastIaccForItd) cues.itd_s[b] = peak.lag_s;
+    if (peak.correlation >= kMinIaccForItd) cues.itd_s[b] = peak.lag_s;
   }
   return cues;
 }

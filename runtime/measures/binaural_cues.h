@@ -34,7 +34,7 @@ struct BinauralCues {
   Value ild_db, itd_s, iacc;
 };
 
-inline constexpr double kLeastIaccForItd = 0.3;
+inline constexpr double kMinIaccForItd = 0.3;
 
 // Of a sound in stereo; in mono there is none.
 BinauralCues binaural_cues(const SoundSpectrum& spectrum);

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "common/reflection.h"
-#include "runtime/field/received_intensity.h"
-#include "runtime/sight/sight_looks.h"
+#include "runtime/occlusion/occlusion_batch.h"
+#include "runtime/propagation/received_intensity.h"
 
 namespace clamor {
 
@@ -12,8 +12,8 @@ namespace {
 
 // Takes from arrivals what surfaces keep back.
 void dim(std::vector<Arrival>& arrivals, const std::vector<const Source*>& sources,
-         const SightGeometry& surfaces, double speed_mps, const Vec3& listener_m) {
-  const std::vector<Bands> visible = look_closely(surfaces, speed_mps, sources, listener_m);
+         const OcclusionGeometry& surfaces, double speed_mps, const Vec3& listener_m) {
+  const std::vector<Bands> visible = fine_visibility(surfaces, speed_mps, sources, listener_m);
   for (std::size_t i = 0; i < arrivals.size(); ++i)
     for (std::size_t b = 0; b < kBandCount; ++b) arrivals[i].energy[b] *= visible[i][b];
 }
@@ -24,7 +24,7 @@ std::vector<Arrival> energy_response(std::span<const Source> sources,
                                      const std::vector<Emitter>& emitters,
                                      std::span<const Material> materials, const Air& air,
                                      const Vec3& listener_m, std::optional<std::uint32_t> emitter,
-                                     const SightGeometry* surfaces) {
+                                     const OcclusionGeometry* surfaces) {
   const ReflectionLaws laws(materials);
   const Bands loss_per_m = air_loss_per_m(air);
   const double speed_mps = speed_of_sound_mps(air);

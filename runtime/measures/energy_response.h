@@ -17,9 +17,9 @@
 #include "common/bands.h"
 #include "common/material.h"
 #include "common/vec.h"
-#include "formats/level.h"
-#include "formats/source.h"
-#include "runtime/sight/sight_geometry.h"
+#include "formats/bake_file/source.h"
+#include "formats/level/level.h"
+#include "runtime/occlusion/occlusion_geometry.h"
 
 namespace clamor {
 
@@ -38,6 +38,6 @@ std::vector<Arrival> energy_response(std::span<const Source> sources,
                                      const std::vector<Emitter>& emitters,
                                      std::span<const Material> materials, const Air& air,
                                      const Vec3& listener_m, std::optional<std::uint32_t> emitter,
-                                     const SightGeometry* surfaces = nullptr);
+                                     const OcclusionGeometry* surfaces = nullptr);
 
 }  // namespace clamor

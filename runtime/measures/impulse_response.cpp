@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "formats/level.h"
+#include "formats/level/level.h"
 #include "runtime/measures/octave_filter.h"
 
 namespace clamor {

@@ -10,7 +10,7 @@ namespace clamor {
 
 NullDistribution::NullDistribution(const std::vector<std::vector<Difference>>& rolls)
     : count_(rolls.size()), size_95_(kMeasures.size(), NAN) {
-  assert(rolls.size() >= static_cast<std::size_t>(kFewestRolls));
+  assert(rolls.size() >= static_cast<std::size_t>(kMinRolls));
   const double number = std::ceil(0.95 * (static_cast<double>(rolls.size()) + 1) - 1e-9);
   for (std::size_t i = 0; i < rolls.front().size(); ++i) {
     std::vector<double> sizes;

@@ -44,7 +44,7 @@ class NullDistribution {
   std::vector<double> size_95_;  // by Measure
 };
 
-inline constexpr int kFewestRolls = 19;
+inline constexpr int kMinRolls = 19;
 
 // difference_of_roll(0 ... count - 1), on all cores; what it gives may depend on the roll alone.
 NullDistribution null_distribution(

@@ -9,7 +9,7 @@
 
 #include <ebur128.h>
 
-#include "formats/level.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 

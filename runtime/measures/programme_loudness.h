@@ -11,7 +11,7 @@
 
 #include <vector>
 
-#include "formats/audio_file.h"
+#include "formats/audio/audio_file.h"
 
 namespace clamor {
 

@@ -16,7 +16,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/audio_file.h"
+#include "formats/audio/audio_file.h"
 
 namespace clamor {
 

@@ -13,7 +13,7 @@ namespace clamor {
 namespace {
 
 constexpr double kClarity_s = 0.080, kDefinition_s = 0.050;
-constexpr double kLeastWidthTimesDecay = 8;  // a pulse shows 3 to 6
+constexpr double kMinWidthTimesDecay = 8;  // a pulse shows 3 to 6
 
 void set_decay_times(RoomParameters& parameters, std::size_t b, const DecayCurve& curve,
                      double shortest_s) {
@@ -113,7 +113,7 @@ RoomParameters room_parameters(std::span<const float> waveform, const Bands& ene
     }
     const DecayCurve curve(steps, static_cast<double>(signal.size() - direct) / kSampleRate_hz);
     if (!(curve.energy() > 0)) continue;
-    set_decay_times(parameters, b, curve, kLeastWidthTimesDecay / octave_width_hz(b));
+    set_decay_times(parameters, b, curve, kMinWidthTimesDecay / octave_width_hz(b));
 
     const EarlyAndLate clarity = split(signal, direct + samples(kClarity_s), b, octave);
     const EarlyAndLate definition = split(signal, direct + samples(kDefinition_s), b, octave);

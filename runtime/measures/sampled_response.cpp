@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <optional>
 
-#include "runtime/field/loudness.h"
-#include "runtime/sight/sight_looks.h"
-#include "runtime/sight/visibility_cache.h"
-#include "runtime/sounds/signal_bank.h"
+#include "runtime/occlusion/occlusion_batch.h"
+#include "runtime/occlusion/visibility_cache.h"
+#include "runtime/propagation/loudness.h"
+#include "runtime/streaming/prepared_signal.h"
 
 namespace clamor {
 
-std::vector<Arrival> arrivals_of(std::span<const SampledSource> sample, const SourceField& field,
+std::vector<Arrival> arrivals_of(std::span<const SampledSource> sample, const RadiationModel& field,
                                  const std::vector<Emitter>& emitters, const Vec3& listener_m) {
   std::vector<Arrival> arrivals;
   arrivals.reserve(sample.size());
@@ -34,7 +34,8 @@ std::vector<Arrival> sampled_response(const StrategyOptions& options,
                                       const std::vector<Emitter>& emitters,
                                       std::span<const Material> materials, const Air& air,
                                       const Vec3& listener_m, std::uint32_t emitter,
-                                      const LateBoost& late_boost, const SightGeometry* surfaces) {
+                                      const LateBoost& late_boost,
+                                      const OcclusionGeometry* surfaces) {
   if (options.strategy == "all")
     return energy_response(sources, emitters, materials, air, listener_m, emitter, surfaces);
   std::vector<Source> of_emitter;
@@ -42,25 +43,26 @@ std::vector<Arrival> sampled_response(const StrategyOptions& options,
     if (source.emitter == emitter) of_emitter.push_back(source);
   std::vector<Emitter> playing = emitters;
   for (Emitter& one : playing) one.signal = 0;
-  const SourceField field(playing, materials, air, late_boost);
+  const RadiationModel field(playing, materials, air, late_boost);
   const std::vector<Signal> impulse = {{"impulse", {1}, false}};
   Bands weight = loudness_weights();
   const Bands power = prepare_signals(impulse)[0].mean_square();
   for (std::size_t b = 0; b < kBandCount; ++b) weight[b] *= power[b];
   const SignalWeights weights{{weight}};
   SourceList list(field, weights, std::move(of_emitter));
-  std::optional<VisibilityCache> sight;
-  if (surfaces != nullptr && asks_what_hides(options.strategy))
-    sight.emplace(*surfaces, field.speed_of_sound_mps(), VisibilityOptions{.exact = true});
-  const auto sampler = make_sampler(options, field, weights, list, sight ? &*sight : nullptr);
+  std::optional<VisibilityCache> occlusion;
+  if (surfaces != nullptr && uses_occlusion(options.strategy))
+    occlusion.emplace(*surfaces, field.speed_of_sound_mps(), VisibilityOptions{.exact = true});
+  const auto sampler =
+      make_sampler(options, field, weights, list, occlusion ? &*occlusion : nullptr);
   const auto chosen = sampler->sample(listener_m);
   std::vector<SampledSource> sample(chosen.begin(), chosen.end());
-  if (sight) {
+  if (occlusion) {
     // Chosen by looks as a player's, they are heard by close ones, as all sources are.
     std::vector<const Source*> looked_at;
     for (const SampledSource& one : sample) looked_at.push_back(one.source);
     const std::vector<Bands> visible =
-        look_closely(*surfaces, field.speed_of_sound_mps(), looked_at, listener_m);
+        fine_visibility(*surfaces, field.speed_of_sound_mps(), looked_at, listener_m);
     for (std::size_t i = 0; i < sample.size(); ++i) sample[i].visibility = visible[i];
   }
   std::vector<Arrival> arrivals = arrivals_of(sample, field, playing, listener_m);

@@ -12,7 +12,7 @@ namespace clamor {
 
 // The arrivals of energy_response.h, of these sources alone, scaled and visible as they are; silent
 // ones too.
-std::vector<Arrival> arrivals_of(std::span<const SampledSource> sample, const SourceField& field,
+std::vector<Arrival> arrivals_of(std::span<const SampledSource> sample, const RadiationModel& field,
                                  const std::vector<Emitter>& emitters, const Vec3& listener_m);
 
 // Of one emitter's impulse: its sources are chosen by what they make of a single sample of 1,
@@ -24,6 +24,6 @@ std::vector<Arrival> sampled_response(const StrategyOptions& options,
                                       std::span<const Material> materials, const Air& air,
                                       const Vec3& listener_m, std::uint32_t emitter,
                                       const LateBoost& late_boost = {},
-                                      const SightGeometry* surfaces = nullptr);
+                                      const OcclusionGeometry* surfaces = nullptr);
 
 }  // namespace clamor

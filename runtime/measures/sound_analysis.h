@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/bands.h"
-#include "formats/audio_file.h"
+#include "formats/audio/audio_file.h"
 #include "runtime/measures/binaural_cues.h"
 #include "runtime/measures/click_detector.h"
 #include "runtime/measures/erb_bands.h"

@@ -14,7 +14,7 @@ namespace clamor {
 namespace {
 
 constexpr double kSpectrumFloor_db = 60, kMomentaryFloor_db = 40, kDecayDepth_db = -35;
-constexpr double kItdPhase_rad = 0.05, kLeastItd_us = 10;
+constexpr double kItdPhase_rad = 0.05, kMinItd_us = 10;
 constexpr std::size_t kFirstIsoBand = 1, kLastIsoBand = 6;  // 125 Hz to 4 kHz
 constexpr std::size_t kLastItdBand = 4;                     // 1 kHz
 
@@ -91,8 +91,8 @@ class Comparison {
       };
       const double phase_us = kItdPhase_rad / (2 * std::numbers::pi * kBandCentres_hz[b]) * 1e6;
       cue(Measure::kIld, a_.binaural.ild_db, b_.binaural.ild_db, 1, 0, true);
-      cue(Measure::kItd, a_.binaural.itd_s, b_.binaural.itd_s, 1e6,
-          std::max(kLeastItd_us, phase_us), b <= kLastItdBand);
+      cue(Measure::kItd, a_.binaural.itd_s, b_.binaural.itd_s, 1e6, std::max(kMinItd_us, phase_us),
+          b <= kLastItdBand);
       cue(Measure::kIacc, a_.binaural.iacc, b_.binaural.iacc, 1, 0, iso(b));
       cue(Measure::kEarlyIacc, a_.early_binaural.iacc, b_.early_binaural.iacc, 1, 0, iso(b));
     }

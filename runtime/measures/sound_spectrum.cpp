@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "common/fourier.h"
-#include "formats/level.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 

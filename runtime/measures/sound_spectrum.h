@@ -12,7 +12,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "formats/audio_file.h"
+#include "formats/audio/audio_file.h"
 
 namespace clamor {
 

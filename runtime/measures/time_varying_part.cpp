@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/fourier.h"
-#include "formats/level.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 

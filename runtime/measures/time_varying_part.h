@@ -25,18 +25,18 @@
 #include <optional>
 #include <span>
 
-#include "formats/audio_file.h"
+#include "formats/audio/audio_file.h"
 
 namespace clamor {
 
 inline constexpr double kFixedFilter_s = 1.25;
 
 // Sounds are at least this long, so that the filter cannot fit them sample by sample.
-inline constexpr double kLeastSoundOfFilter_s = 4 * kFixedFilter_s;
+inline constexpr double kMinSoundForFilter_s = 4 * kFixedFilter_s;
 
 // In decibels, -60 at least, for each channel of a rendering of one or two channels. `dry` is as
 // long as the rendering; samples that either does not have are silent. Nothing where either is
-// silent, or shorter than kLeastSoundOfFilter_s. Takes about as long
+// silent, or shorter than kMinSoundForFilter_s. Takes about as long
 // as the sound.
 std::array<std::optional<double>, 2> time_varying_part_db(std::span<const float> dry,
                                                           const Sound& rendering,

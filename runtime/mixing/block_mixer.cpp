@@ -18,12 +18,12 @@ std::size_t keyframes_ahead(int block_frames) noexcept REALTIME {
   return 2 + static_cast<std::size_t>((block_frames + kKeyframeFrames - 1) / kKeyframeFrames);
 }
 
-std::size_t most_keyframes_ahead(int block_frames) {
+std::size_t max_keyframes_ahead(int block_frames) {
   return keyframes_ahead(std::max(block_frames, kLargestUnexpected_frames));
 }
 
 BlockMixer::BlockMixer(std::span<const PreparedSignal> signals, std::size_t slots,
-                       const MixMode& mode, const Panner* panner, const Head* head,
+                       const MixMode& mode, const Panner* panner, const Hrtf* head,
                        SoundLoader* sounds, const BlockOptions& options)
     : channels_(static_cast<std::size_t>(kEars * mode.pairs)),
       gain_(options.gain),
@@ -33,11 +33,11 @@ BlockMixer::BlockMixer(std::span<const PreparedSignal> signals, std::size_t slot
       ahead_(keyframes_ahead(options.block_frames)),
       block_frames_(options.block_frames),
       turns_(options.turns != nullptr),
-      queue_(most_keyframes_ahead(options.block_frames), slots),
+      queue_(max_keyframes_ahead(options.block_frames), slots),
       mixer_(signals, slots, mode, panner, head, options.turns),
       limiter_(options.limit ? std::make_unique<Limiter>(channels_) : nullptr),
       lead_frames_(mixer_.lead_frames() + (options.limit ? kLimiterDelayFrames : 0)),
-      mixed_(channels_ * kMostFrames) {}
+      mixed_(channels_ * kMaxFrames) {}
 
 // The next block may take as many frames at once as the largest so far.
 bool BlockMixer::wants_keyframe(double lead_s) const {
@@ -67,7 +67,7 @@ void BlockMixer::publish(const Keyframe& written) {
 
 // Up to time 0; what was mixed beyond is for the first block.
 void BlockMixer::mix_lead() {
-  static_assert(kHeadDelayFrames + kLimiterDelayFrames < kKeyframeFrames);
+  static_assert(kHrtfDelayFrames + kLimiterDelayFrames < kKeyframeFrames);
   for (int left = lead_frames_; left > 0;) {
     mix_steps(std::min((left + kStepFrames - 1) / kStepFrames, mixer_.steps_left()));
     const int mixed = static_cast<int>(mixed_end_ / channels_);
@@ -128,7 +128,7 @@ bool BlockMixer::mix_more(std::size_t samples) noexcept REALTIME {
       mixer_.load(*keyframe);
       queue_.release();
     } else {
-      if (!mixer_.turn_on_the_spot()) mixer_.hold();
+      if (!mixer_.rotate_while_holding()) mixer_.hold();
       held = true;
     }
   } else {
@@ -158,8 +158,8 @@ void BlockMixer::tell_load(double took_s, std::size_t frames,
   const auto now_shed = static_cast<std::uint32_t>(mixer_.left_out());
   loaded_.store(static_cast<std::uint32_t>(mixer_.voices()), std::memory_order_relaxed);
   shed_.store(now_shed, std::memory_order_relaxed);
-  if (now_shed > most_shed_.load(std::memory_order_relaxed))
-    most_shed_.store(now_shed, std::memory_order_relaxed);
+  if (now_shed > max_shed_voices_.load(std::memory_order_relaxed))
+    max_shed_voices_.store(now_shed, std::memory_order_relaxed);
   if (now_shed > 0) shedding_blocks_.fetch_add(1, std::memory_order_relaxed);
   mixer_is_full_.store(load_.is_full(mixer_.voices()), std::memory_order_relaxed);
 }
@@ -168,7 +168,7 @@ void BlockMixer::tell_load(double took_s, std::size_t frames,
 void BlockMixer::finish_mix() noexcept REALTIME {
   for (std::size_t i = 0; i < mixed_end_; ++i) mixed_[i] *= gain_;
   if (limiter_ != nullptr) limiter_->process(std::span(mixed_).first(mixed_end_));
-  std::array<float, kMostChannels> highest{};
+  std::array<float, kMaxChannels> highest{};
   std::uint64_t clipped = 0;
   for (std::size_t f = 0; f < mixed_end_; f += channels_) {
     bool clips = false;
@@ -187,7 +187,7 @@ void BlockMixer::finish_mix() noexcept REALTIME {
   late_voices_.store(mixer_.late_voices(), std::memory_order_relaxed);
 }
 
-double BlockMixer::left_out_share() const {
+double BlockMixer::shed_share() const {
   const double of = loaded_.load(std::memory_order_relaxed);
   return of > 0 ? shed_.load(std::memory_order_relaxed) / of : 0;
 }
@@ -198,7 +198,7 @@ BlockStatistics BlockMixer::statistics() {
                       .bad_voices = bad_voices_.load(std::memory_order_relaxed),
                       .late_voices = late_voices_.load(std::memory_order_relaxed),
                       .shed_voices = shed_.load(std::memory_order_relaxed),
-                      .most_shed = most_shed_.load(std::memory_order_relaxed),
+                      .max_shed_voices = max_shed_voices_.load(std::memory_order_relaxed),
                       .shedding_blocks = shedding_blocks_.load(std::memory_order_relaxed)};
   if (limiter_ != nullptr) now.limited = limiter_->worked();
   for (std::size_t c = 0; c < channels_; ++c)

@@ -24,14 +24,14 @@
 #include <span>
 #include <vector>
 
-#include "runtime/mixing/head_turns.h"
+#include "runtime/mixing/head_rotation.h"
 #include "runtime/mixing/limiter.h"
 #include "runtime/mixing/load_control.h"
 #include "runtime/mixing/mixer.h"
-#include "runtime/mixing/output_shape.h"
+#include "runtime/mixing/output_format.h"
 #include "runtime/realtime/latest_value.h"
 #include "runtime/realtime/realtime.h"
-#include "runtime/sounds/sound_loader.h"
+#include "runtime/streaming/sound_loader.h"
 #include "runtime/voices/keyframe_queue.h"
 
 namespace clamor {
@@ -42,7 +42,7 @@ inline constexpr int kLargestBlock_frames = 1 << 16;
 std::size_t keyframes_ahead(int block_frames) noexcept REALTIME;
 
 // The same for the largest blocks that there is room for, though they were not expected.
-std::size_t most_keyframes_ahead(int block_frames);
+std::size_t max_keyframes_ahead(int block_frames);
 
 struct BlockOptions {
   float gain = 1;
@@ -50,22 +50,22 @@ struct BlockOptions {
   bool adapt = false;
   int block_frames = 960;  // the largest expected
   LoadClock clock{};
-  const HeadTurns* turns = nullptr;  // must outlive it; null: turns come with keyframes
+  const HeadRotation* turns = nullptr;  // must outlive it; null: turns come with keyframes
 };
 
 struct BlockStatistics {
   std::uint64_t held_blocks = 0, clipped_frames = 0, bad_voices = 0, late_voices = 0;
-  std::uint32_t shed_voices = 0, most_shed = 0;
+  std::uint32_t shed_voices = 0, max_shed_voices = 0;
   std::uint64_t shedding_blocks = 0;
   Limiter::Work limited{};
-  std::array<float, kMostChannels> peak{};  // since they were last asked for
+  std::array<float, kMaxChannels> peak{};  // since they were last asked for
 };
 
 class BlockMixer {
  public:
   // `signals`, and `sounds`, `panner` and `head` where they are not null, must outlive it.
   BlockMixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode,
-             const Panner* panner, const Head* head, SoundLoader* sounds,
+             const Panner* panner, const Hrtf* head, SoundLoader* sounds,
              const BlockOptions& options);
 
   std::size_t channels() const noexcept REALTIME { return channels_; }
@@ -78,7 +78,7 @@ class BlockMixer {
   Keyframe* writable() { return queue_.writable(); }  // null if none is free
   void publish(const Keyframe& written);
 
-  void face(const Facing& facing) { facing_.publish(facing); }
+  void face(const ListenerAxes& facing) { facing_.publish(facing); }
 
   // Costs so much for each frame of each voice, and for each voice of each keyframe that begins;
   // what is mixed is whole steps, the last of which may be for the next call.
@@ -90,7 +90,7 @@ class BlockMixer {
   std::uint64_t held_frames() const { return held_frames_.load(std::memory_order_relaxed); }
 
   // Of the newest keyframe's voices: the share that is left out now; and no more are taken.
-  double left_out_share() const;
+  double shed_share() const;
   bool is_full() const { return mixer_is_full_.load(std::memory_order_relaxed); }
 
   BlockStatistics statistics();
@@ -111,7 +111,7 @@ class BlockMixer {
   std::atomic<std::size_t> ahead_;   // keyframes that may wait for the mixer
   std::atomic<int> block_frames_;    // the largest, so far or expected
   std::atomic<int> frames_left_{0};  // until the mixer wants the next keyframe
-  LatestValue<Facing> facing_;
+  LatestValue<ListenerAxes> facing_;
   const bool turns_;
   KeyframeQueue queue_;
   std::atomic<bool> begun_{false};  // the mixer is the audio thread's
@@ -120,7 +120,7 @@ class BlockMixer {
   // Audio thread, once begun.
   Mixer mixer_;
   std::size_t largest_block_frames_ = 0;
-  BlockLoad load_;
+  MixerLoadControl load_;
   const std::unique_ptr<Limiter> limiter_;  // or null
   const int lead_frames_;                   // by which the mixer's clock is ahead of what goes out
   std::vector<float> mixed_;
@@ -129,10 +129,10 @@ class BlockMixer {
   // Statistics.
   std::atomic<std::uint64_t> held_blocks_{0}, held_frames_{0}, clipped_frames_{0}, bad_voices_{0},
       late_voices_{0};
-  std::atomic<std::uint32_t> loaded_{0}, shed_{0}, most_shed_{0};  // of the mixer's voices
+  std::atomic<std::uint32_t> loaded_{0}, shed_{0}, max_shed_voices_{0};  // of the mixer's voices
   std::atomic<bool> mixer_is_full_{false};
   std::atomic<std::uint64_t> shedding_blocks_{0};
-  std::array<std::atomic<float>, kMostChannels> peak_{};
+  std::array<std::atomic<float>, kMaxChannels> peak_{};
 };
 
 }  // namespace clamor

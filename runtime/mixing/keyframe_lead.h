@@ -15,13 +15,13 @@ namespace clamor {
 
 class KeyframeLead {
  public:
-  static constexpr double kLeastReserve_s = 0.004, kMostReserve_s = 0.064;
+  static constexpr double kMinReserve_s = 0.004, kMaxReserve_s = 0.064;
 
   // A keyframe took so long; the mixer has held so many blocks so far.
   void made(double took_s, std::uint64_t held_blocks) {
     longest_s_ = std::max(took_s, kForget * longest_s_);
     reserve_s_ = held_blocks > held_blocks_ ? 2 * reserve_s_ : kForgive * reserve_s_;
-    reserve_s_ = std::clamp(reserve_s_, kLeastReserve_s, kMostReserve_s);
+    reserve_s_ = std::clamp(reserve_s_, kMinReserve_s, kMaxReserve_s);
     held_blocks_ = held_blocks;
   }
 
@@ -31,7 +31,7 @@ class KeyframeLead {
   static constexpr double kForget = 0.96;    // by half in 0.3 s
   static constexpr double kForgive = 0.998;  // by half in 7 s
 
-  double longest_s_ = 0, reserve_s_ = kLeastReserve_s;
+  double longest_s_ = 0, reserve_s_ = kMinReserve_s;
   std::uint64_t held_blocks_ = 0;
 };
 

@@ -15,7 +15,7 @@ namespace clamor {
 namespace {
 
 // A delay cannot shrink as fast as time passes. So much less is a source that comes nearer at half
-// the speed of sound (kFastestSource).
+// the speed of sound (kMaxSourceMach).
 constexpr double kFastestSlide_frames = 0.98 * kKeyframeFrames;
 
 // A listener who is elsewhere all at once, as after the sampler stood still, has leapt: nobody is
@@ -53,12 +53,12 @@ const std::array<float, kFadeKeyframes>& fade_steps() {
 
 }  // namespace
 
-KeyframeMaker::KeyframeMaker(const SourceField& field, std::size_t slots, Receivers receivers,
-                             std::shared_ptr<const Head> head, const ReceiverPattern& pattern,
+KeyframeMaker::KeyframeMaker(const RadiationModel& field, std::size_t slots, Receivers receivers,
+                             std::shared_ptr<const Hrtf> head, const ReceiverPattern& pattern,
                              OnsetSignals onsets)
     : receivers_(receivers),
       pattern_(pattern),
-      lags_(head == nullptr ? nullptr : std::make_unique<const EarLags>(*head)),
+      lags_(head == nullptr ? nullptr : std::make_unique<const ItdTable>(*head)),
       onsets_(std::move(onsets)),
       table_(field, slots),
       last_frames_(table_.delay_frames),
@@ -74,7 +74,7 @@ KeyframeMaker::KeyframeMaker(const SourceField& field, std::size_t slots, Receiv
   }
 }
 
-Stance KeyframeMaker::head_at(const Pose& pose) const {
+ListenerFrame KeyframeMaker::head_at(const Listener& pose) const {
   const bool pair = receivers_ == Receivers::kPair;
   const Vec3 side_m = (pair ? 0.5 * kEarDistance_m : 0) * pose.right();
   return {pose.position_m, {pose.position_m - side_m, pose.position_m + side_m},
@@ -86,14 +86,14 @@ Stance KeyframeMaker::head_at(const Pose& pose) const {
 void KeyframeMaker::receive(std::span<const std::uint32_t> slots) {
   for (const std::uint32_t s : slots)
     for (int e = 0; e < kEars; ++e) {
-      const Vec3 ear_m = head_.ears_m[static_cast<std::size_t>(e)];
+      const Vec3 ear_m = head_.ear_positions_m[static_cast<std::size_t>(e)];
       const Bands gain = reception_.gain(e, Vec3f(Vec3(table_.position_of(s)) - ear_m));
       for (std::size_t b = 0; b < kBandCount; ++b) voices_[s].gain[e][b] *= gain[b];
     }
 }
 
 // Places all that is heard anew; what jumped by that fades out where it was.
-void KeyframeMaker::turn_to(const Stance& head) {
+void KeyframeMaker::turn_to(const ListenerFrame& head) {
   constexpr std::size_t kTile = VoiceTable::kTile;
   head_ = head;
   std::swap(table_.delay_frames, last_frames_);
@@ -113,17 +113,17 @@ void KeyframeMaker::turn_to(const Stance& head) {
   }
 }
 
-MovingPoint KeyframeMaker::point_of(const SampledSource& chosen) const {
+MovingSourcePoint KeyframeMaker::point_of(const SampledSource& chosen) const {
   const Vec3f& position_m = chosen.source->position_m;
   const double speed_of_sound_mps = kSampleRate_hz / table_.frames_per_m;
   return {position_m, chosen.velocity_mps / static_cast<float>(speed_of_sound_mps),
           length(head_.centre_m - Vec3(position_m))};
 }
 
-bool KeyframeMaker::slides_to(std::uint32_t s, const MovingPoint& point,
-                              double leaves_frames) const {
+bool KeyframeMaker::slides_to(std::uint32_t s, const MovingSourcePoint& point,
+                              double emission_frames) const {
   for (int e = 0; e < kEars; ++e) {
-    const double frames = delay_frames(table_, head_, lags_.get(), point, leaves_frames, e);
+    const double frames = delay_frames(table_, head_, lags_.get(), point, emission_frames, e);
     if (std::abs(frames - voices_[s].delay_frames[e]) > fastest_slide_frames_) return false;
   }
   return true;
@@ -177,7 +177,7 @@ bool KeyframeMaker::keep(std::uint32_t s, const SampledSource& chosen) {
 bool KeyframeMaker::follow(std::uint32_t s, const SampledSource& chosen) {
   Slot& slot = slots_[s];
   const Source& source = *chosen.source;
-  if (!slides_to(s, point_of(chosen), table_.leaves_frames_of(source))) {
+  if (!slides_to(s, point_of(chosen), table_.emission_frames_of(source))) {
     slot.frozen = true;
     return false;
   }
@@ -189,7 +189,7 @@ bool KeyframeMaker::follow(std::uint32_t s, const SampledSource& chosen) {
 
 // One that fades out goes on, unless that took it too far.
 void KeyframeMaker::coast(std::uint32_t s) {
-  MovingPoint point{table_.position_of(s), table_.mach_of(s), 0};
+  MovingSourcePoint point{table_.position_of(s), table_.mach_of(s), 0};
   point.age_m =
       length(last_head_.centre_m - Vec3(point.position_m)) + kKeyframeFrames / table_.frames_per_m;
   const Vec3f moved_m(point.later_m(head_.centre_m) * Vec3(point.mach));
@@ -197,7 +197,7 @@ void KeyframeMaker::coast(std::uint32_t s) {
   change(s);
   point.position_m += moved_m;
   point.age_m = length(head_.centre_m - Vec3(point.position_m));
-  if (!slides_to(s, point, table_.leaves_frames[s])) slots_[s].frozen = true;
+  if (!slides_to(s, point, table_.emission_frames[s])) slots_[s].frozen = true;
 }
 
 void KeyframeMaker::change(std::uint32_t s) {
@@ -227,13 +227,14 @@ std::uint32_t KeyframeMaker::start(const SampledSource& chosen) {
   Voice& voice = voices_[s];
   voice.signal = chosen.signal;
   // It slides in from where it would have been, unless the listener jumped.
-  const double leaves_frames = table_.leaves_frames[s];
-  const MovingPoint point = point_of(chosen);
-  MovingPoint last_point = point;
+  const double emission_frames = table_.emission_frames[s];
+  const MovingSourcePoint point = point_of(chosen);
+  MovingSourcePoint last_point = point;
   last_point.age_m -= kKeyframeFrames / table_.frames_per_m;
   for (int e = 0; e < kEars; ++e) {
-    const double now = delay_frames(table_, head_, lags_.get(), point, leaves_frames, e);
-    const double last = delay_frames(table_, last_head_, lags_.get(), last_point, leaves_frames, e);
+    const double now = delay_frames(table_, head_, lags_.get(), point, emission_frames, e);
+    const double last =
+        delay_frames(table_, last_head_, lags_.get(), last_point, emission_frames, e);
     voice.start_delay_frames[e] = std::abs(now - last) <= kFastestSlide_frames ? last : now;
   }
   begin_sound(s, chosen);
@@ -247,10 +248,10 @@ void KeyframeMaker::begin_sound(std::uint32_t s, const SampledSource& chosen) {
   voice.has_onset = false;
   const std::uint32_t onset = chosen.signal < onsets_.size() ? onsets_[chosen.signal] : kNoOnset;
   const bool loops = onset != chosen.signal;
-  const bool has_always_played = loops && (!chosen.moves || table_.leaves_frames[s] <= 0);
+  const bool has_always_played = loops && (!chosen.moves || table_.emission_frames[s] <= 0);
   if (onset == kNoOnset || has_always_played) return;
   const double before_frames = now_frames_ - kKeyframeFrames;
-  const double rounds_frames = 1e-7 * table_.leaves_frames[s];  // a source's delay is a float
+  const double rounds_frames = 1e-7 * table_.emission_frames[s];  // a source's delay is a float
   for (const double delay_frames : voice.start_delay_frames)
     if (before_frames > delay_frames + rounds_frames) return;
   voice.has_onset = true;
@@ -314,10 +315,10 @@ std::uint8_t KeyframeMaker::rank_of(const Slot& slot, const Voice& voice) const 
   return slot.rank < 0 ? voice.rank : static_cast<std::uint8_t>(slot.rank * kLastRank + 0.5f);
 }
 
-void KeyframeMaker::make(std::span<const SampledSource> sample, const Pose& pose,
+void KeyframeMaker::make(std::span<const SampledSource> sample, const Listener& pose,
                          Keyframe& keyframe, std::uint64_t held_frames) {
   now_frames_ = static_cast<double>(made_ * kKeyframeFrames + held_frames);
-  const Stance head = head_at(pose);
+  const ListenerFrame head = head_at(pose);
   reception_ = Reception(pattern_, pose);
   if (made_ == 0) last_head_ = head;
   const bool still = made_ > 0 && head == last_head_;
@@ -374,7 +375,7 @@ std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& ke
   }
   if (makes > 0) {
     make_voices(table_, head_.places, std::span(made).first(makes), voices_.data());
-    if (!reception_.is_even()) receive(std::span(made).first(makes));
+    if (!reception_.is_omnidirectional()) receive(std::span(made).first(makes));
   }
   for (const std::uint32_t s : std::span(made).first(makes))
     if (slots_[s].rank < 0) voices_[s].rank = rank_by_level(voices_[s]);

@@ -32,13 +32,13 @@
 #include <span>
 #include <vector>
 
-#include "common/pose.h"
-#include "runtime/field/reception.h"
-#include "runtime/field/source_field.h"
-#include "runtime/heads/head.h"
-#include "runtime/mixing/ear_lags.h"
+#include "common/listener.h"
+#include "runtime/hrtf/hrtf.h"
+#include "runtime/mixing/itd_table.h"
 #include "runtime/mixing/voice_kernel.h"
 #include "runtime/mixing/voice_table.h"
+#include "runtime/propagation/radiation_model.h"
+#include "runtime/propagation/reception.h"
 #include "runtime/sampling/sampler.h"
 #include "runtime/voices/keyframe.h"
 
@@ -66,18 +66,18 @@ class KeyframeMaker {
 
   // `field` must outlive the maker. `slots` is how many voices may sound at once, fading ones
   // included; a source that finds none free waits until one is.
-  KeyframeMaker(const SourceField& field, std::size_t slots, Receivers receivers = Receivers::kPair,
-                std::shared_ptr<const Head> head = nullptr, const ReceiverPattern& pattern = {},
-                OnsetSignals onsets = {});
+  KeyframeMaker(const RadiationModel& field, std::size_t slots,
+                Receivers receivers = Receivers::kPair, std::shared_ptr<const Hrtf> head = nullptr,
+                const ReceiverPattern& pattern = {}, OnsetSignals onsets = {});
 
   // Fills in the next keyframe: what `sample` sounds like at `pose`. The first starts at full
   // level. `keyframe.voices` has room for all slots. It comes `held_frames` later than its number
   // says.
-  void make(std::span<const SampledSource> sample, const Pose& pose, Keyframe& keyframe,
+  void make(std::span<const SampledSource> sample, const Listener& pose, Keyframe& keyframe,
             std::uint64_t held_frames = 0);
 
   // The time between a head's ears by direction; null without a head.
-  const EarLags* lags() const { return lags_.get(); }
+  const ItdTable* lags() const { return lags_.get(); }
 
  private:
   struct Slot {
@@ -107,9 +107,9 @@ class KeyframeMaker {
     std::uint32_t slot;
   };
 
-  Stance head_at(const Pose& pose) const;
+  ListenerFrame head_at(const Listener& pose) const;
   void receive(std::span<const std::uint32_t> slots);
-  void turn_to(const Stance& head);
+  void turn_to(const ListenerFrame& head);
   void join(std::span<const SampledSource> sample);
   std::uint32_t start(const SampledSource& chosen);
   void begin_sound(std::uint32_t s, const SampledSource& chosen);
@@ -120,8 +120,8 @@ class KeyframeMaker {
   void change(std::uint32_t s);
   void glide(std::uint32_t s);
   void weigh(std::uint32_t s);
-  MovingPoint point_of(const SampledSource& chosen) const;
-  bool slides_to(std::uint32_t s, const MovingPoint& point, double leaves_frames) const;
+  MovingSourcePoint point_of(const SampledSource& chosen) const;
+  bool slides_to(std::uint32_t s, const MovingSourcePoint& point, double emission_frames) const;
   static std::uint8_t rank_by_level(const Voice& voice);
   std::uint8_t rank_of(const Slot& slot, const Voice& voice) const;
   bool is_chosen(const Slot& slot) const { return slot.chosen == made_; }
@@ -130,7 +130,7 @@ class KeyframeMaker {
   const Receivers receivers_;
   const ReceiverPattern pattern_;
   Reception reception_;
-  const std::unique_ptr<const EarLags> lags_;  // of a head
+  const std::unique_ptr<const ItdTable> lags_;  // of a head
   const OnsetSignals onsets_;
   VoiceTable table_;
   std::array<std::vector<double>, kEars> last_frames_;  // the table's delays, where the head was
@@ -141,7 +141,7 @@ class KeyframeMaker {
   std::size_t used_ = 0;                // slots ever used: those from there on are free
   std::vector<Heard> heard_, joined_;   // by ascending number, some no longer in use
   std::vector<bool> tile_moved_;        // since it was placed
-  Stance head_{}, last_head_{};
+  ListenerFrame head_{}, last_head_{};
   Vec3 last_step_m_{0, 0, 0};
   double fastest_slide_frames_ = 0;  // of this keyframe
   std::size_t in_use_ = 0;

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "formats/level.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 

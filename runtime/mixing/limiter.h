@@ -36,7 +36,7 @@ class Limiter {
 
   struct Work {
     std::uint64_t frames = 0;  // that went out with less than their own gain
-    float least_gain = 1;      // of them all
+    float min_gain = 1;        // of them all
   };
   Work worked() const noexcept;
 

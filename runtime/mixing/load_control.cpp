@@ -23,24 +23,24 @@ double LoadClock::steady_s(void*) noexcept {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-void Patience::pass(double seconds) noexcept REALTIME {
+void Backoff::pass(double seconds) noexcept REALTIME {
   since_fall_s_ += seconds;
   if (rose_) since_rise_s_ += seconds;
 }
 
-void Patience::fell() noexcept REALTIME {
+void Backoff::fell() noexcept REALTIME {
   if (rose_) wait_s_ = since_rise_s_ < kSoon_s ? std::min(2 * wait_s_, kMost_s) : kLeast_s;
   rose_ = false;
   since_fall_s_ = since_rise_s_ = 0;
 }
 
-void BlockLoad::fall_to(double voices) noexcept REALTIME {
+void MixerLoadControl::fall_to(double voices) noexcept REALTIME {
   if (voices >= allowed_) return;  // a first fall is still fading out
   allowed_ = voices;
   patience_.fell();
 }
 
-void BlockLoad::mixed(double took_s, double block_s, std::size_t voices) noexcept {
+void MixerLoadControl::mixed(double took_s, double block_s, std::size_t voices) noexcept {
   if (!(block_s > 0) || voices == 0) return;
   patience_.pass(block_s);
   const double share = took_s / block_s;
@@ -53,7 +53,7 @@ void BlockLoad::mixed(double took_s, double block_s, std::size_t voices) noexcep
   const bool was_high = std::exchange(high_, share > kHighShare);
   if (share > 1 || (high_ && was_high)) {
     // Of those that were mixed: the same while a first fall is still fading out.
-    fall_to(std::max(kLeastVoices, count * std::max(kMostAtOnce, kAimShare / share)));
+    fall_to(std::max(kMinVoices, count * std::max(kMostAtOnce, kAimShare / share)));
   } else if (share < kLowShare && allowed_ < kNoLimit && patience_.over()) {
     patience_.rose();
     const double faster = share < kLowShare / 2 ? 2 : 1;
@@ -63,20 +63,20 @@ void BlockLoad::mixed(double took_s, double block_s, std::size_t voices) noexcep
   }
 }
 
-void BlockLoad::expect(std::size_t voices) noexcept {
+void MixerLoadControl::expect(std::size_t voices) noexcept {
   wanted_ = static_cast<double>(voices);
   if (share_per_voice_ * std::min(wanted_, allowed_) > kHighShare)
-    fall_to(std::max(kLeastVoices, kAimShare / share_per_voice_));
+    fall_to(std::max(kMinVoices, kAimShare / share_per_voice_));
 }
 
-void VoiceLimit::fall_by(double factor) {
+void SamplerLoadControl::fall_by(double factor) {
   const double floor = std::max(1.0, std::floor(static_cast<double>(most_) / kFloor));
   voices_ = std::min(voices_, std::max(floor, voices_ * std::max(kMostAtOnce, factor)));
-  least_so_far_ = std::min(least_so_far_, voices());
+  min_so_far_ = std::min(min_so_far_, voices());
   patience_.fell();
 }
 
-void VoiceLimit::keyframe_took(double share, double left_out, bool full) {
+void SamplerLoadControl::keyframe_took(double share, double left_out, bool full) {
   if (share > 1) ++late_;
   if (settling_ > 0) --settling_;
   patience_.pass(kKeyframe_s);

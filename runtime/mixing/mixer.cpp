@@ -25,14 +25,14 @@ MixMode without_head(MixMode mode) {
 }  // namespace
 
 Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode,
-             const Panner* panner, const Head* head, const HeadTurns* turns)
+             const Panner* panner, const Hrtf* head, const HeadRotation* turns)
     : signals_(signals),
       mode_(mode),
       bus_mode_(without_head(mode)),
       panner_(panner),
       head_(head),
       lanes_(bus_mode_.gain_lanes()),
-      lead_frames_(mode.head          ? kHeadDelayFrames
+      lead_frames_(mode.head          ? kHrtfDelayFrames
                    : mode.eight_bands ? kBankDelayFrames
                                       : 0),
       slots_(slots),
@@ -46,9 +46,9 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
   assert(mode.pairs == 1 || mode.delays == 1);
   assert(mode.head == (head != nullptr));
   if (mode.head) {
-    head_bank_ = std::make_unique<HeadBank>();
-    crowd_ = std::make_unique<CrowdColour>(*head);
-    fine_ = std::make_unique<FineVoices>(slots, static_cast<std::size_t>(mode.fine_voices));
+    head_bank_ = std::make_unique<HrtfFilterBank>();
+    crowd_ = std::make_unique<DiffuseHrtfEq>(*head);
+    fine_ = std::make_unique<NarrowbandVoices>(slots, static_cast<std::size_t>(mode.fine_voices));
   }
   for (Pair& pair : pairs_) {
     pair.targets.resize(slots * static_cast<std::size_t>(lanes_));
@@ -58,7 +58,8 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
   active_.reserve(slots);
   once_.reserve(slots);
   if (turns_ != nullptr) make_room_for_turns();
-  bus_gains_ = BusGains::of(mode.head ? HeadBank::bus_gains() : OctaveBank::bus_gains());
+  bus_gains_ =
+      BusGains::of(mode.head ? HrtfFilterBank::bus_gains() : OctaveFilterBank::bus_gains());
 }
 
 void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
@@ -109,14 +110,14 @@ void Mixer::load_segment(std::span<const Voice> voices, int elapsed, int frames)
     crowd_->begin();
   }
   const bool turns = turns_ != nullptr && facing_.is_known;
-  const HeadTurns none(nullptr, 0);
-  const HeadTurns& how = turns ? *turns_ : none;
-  const HeadTurns::Turn turn(how, current_.facing, facing_),
+  const HeadRotation none(nullptr, 0);
+  const HeadRotation& how = turns ? *turns_ : none;
+  const HeadRotation::Turn turn(how, current_.facing, facing_),
       previous_turn(how, previous_.facing, facing_);
   for (std::size_t v = 0; v < voices.size(); ++v) {
     if (v + kVoicesAhead < voices.size()) prefetch(voices[v + kVoicesAhead].slot);
     if (turns)
-      load_voice(on_its_way(voices[v], turn, previous_turn));
+      load_voice(interpolated_voice(voices[v], turn, previous_turn));
     else
       load_voice(voices[v]);
     activate(voices[v].slot);
@@ -203,7 +204,7 @@ void Mixer::hold() noexcept REALTIME {
         std::fill_n(&pair.gains[(2 * s + 1) * lanes], lanes, 0.0f);
       }
       stay(s);
-      if (mode_.head) set_gap(s, gap_ends_[s], gap_ends_[s]);
+      if (mode_.head) set_layer_offset(s, gap_ends_[s], gap_ends_[s]);
     }
     if (mode_.head) fine_->hold();
     holding_ = true;
@@ -256,7 +257,7 @@ void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept 
     std::fill(std::begin(buses_.high), std::end(buses_.high), 0.0f);
     std::fill(std::begin(buses_.low), std::end(buses_.low), 0.0f);
   } else {
-    std::fill_n(buses_.high, kEars * kMostFrames, 0.0f);
+    std::fill_n(buses_.high, kEars * kMaxFrames, 0.0f);
   }
   work_.voice_frames += active.size() * static_cast<std::size_t>(frames);
   MixJob job{paths_.data(), here.gains.data(), active.data(), active.size(), frame_,
@@ -269,8 +270,7 @@ void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept 
   }
   const auto interleave = [&](auto stride) noexcept REALTIME {
     for (int f = 0; f < frames; ++f)
-      for (int e = 0; e < kEars; ++e)
-        interleaved[f * stride + e] = buses_.high[e * kMostFrames + f];
+      for (int e = 0; e < kEars; ++e) interleaved[f * stride + e] = buses_.high[e * kMaxFrames + f];
   };
   if (pairs_.size() == 1)
     interleave(std::integral_constant<int, kEars>{});  // in vectors
@@ -280,7 +280,7 @@ void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept 
 
 void Mixer::mix_head(int frames, float* interleaved) noexcept REALTIME {
   head_bank_->clear();
-  const MixAdvance next{paths_.data(), gaps_.data(), wraps_.data()};
+  const MixContinuation next{paths_.data(), gaps_.data(), wraps_.data()};
   fine_->mix(mode_, next, frame_, frames, head_bank_->high(), head_bank_->low());
   const Pair& pair = pairs_[0];
   MixBuses& octaves = head_bank_->octaves();

@@ -25,15 +25,15 @@
 // panner tells from its direction at each keyframe. So those gains slide as all do.
 //
 // Binaural, a voice's gains are its octaves times what the head does to its direction, also told at
-// each keyframe: in the bands of head_bank.h for the loudest voices (fine_voices.h), in octaves for
-// the others, whose sum gets its narrow bands as a whole (crowd_colour.h). The time between the
-// ears is in its delays; low frequencies have more of it, also told at each keyframe, so that the
-// low layer's delays go apart from the high one's in straight lines.
+// each keyframe: in the bands of hrtf_filter_bank.h for the loudest voices (narrowband_voices.h),
+// in octaves for the others, whose sum gets its narrow bands as a whole (diffuse_hrtf_eq.h). The
+// time between the ears is in its delays; low frequencies have more of it, also told at each
+// keyframe, so that the low layer's delays go apart from the high one's in straight lines.
 //
 // A head that turns is followed between keyframes, where that is asked for: voices are turned from
 // the facing for which their keyframe was made to the newest one, at once at a keyframe and
-// otherwise at the next third of the way to the next one (mixer_turns.cpp). Where no keyframe
-// comes, voices stay but the head still turns.
+// otherwise at the next third of the way to the next one (mixer_head_rotation.cpp). Where no
+// keyframe comes, voices stay but the head still turns.
 //
 // Where there is no time for all voices, those of the highest ranks fade out within kShedFrames and
 // are not mixed from there on, though their delays go on; they slide back in from a keyframe on.
@@ -50,18 +50,18 @@
 #include <span>
 #include <vector>
 
-#include "runtime/heads/crowd_colour.h"
-#include "runtime/heads/head.h"
-#include "runtime/heads/head_bank.h"
-#include "runtime/mixing/head_turns.h"
+#include "runtime/hrtf/diffuse_hrtf_eq.h"
+#include "runtime/hrtf/hrtf.h"
+#include "runtime/hrtf/hrtf_filter_bank.h"
+#include "runtime/mixing/head_rotation.h"
 #include "runtime/mixing/panner.h"
 #include "runtime/realtime/realtime.h"
-#include "runtime/sounds/signal_bank.h"
-#include "runtime/voices/fine_voices.h"
-#include "runtime/voices/gain_kernel.h"
+#include "runtime/streaming/prepared_signal.h"
+#include "runtime/voices/gain_ramp_kernel.h"
 #include "runtime/voices/keyframe.h"
 #include "runtime/voices/mix_kernel.h"
-#include "runtime/voices/octave_bank.h"
+#include "runtime/voices/narrowband_voices.h"
+#include "runtime/voices/octave_filter_bank.h"
 
 namespace clamor {
 
@@ -72,8 +72,8 @@ class Mixer {
   // gains for two. Keyframes may use slots 0
   // to slots - 1. With `turns`, which must outlive it too, face() is followed.
   Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode = {},
-        const Panner* panner = nullptr, const Head* head = nullptr,
-        const HeadTurns* turns = nullptr);
+        const Panner* panner = nullptr, const Hrtf* head = nullptr,
+        const HeadRotation* turns = nullptr);
 
   int channels() const noexcept REALTIME { return kEars * mode_.pairs; }
 
@@ -94,11 +94,11 @@ class Mixer {
   int frames_left() const noexcept REALTIME { return kKeyframeFrames - elapsed_ - frame_; }
 
   // The newest facing of the listener. Then, before each mix(), where no keyframe is wanted,
-  // turn(); and in place of hold(), turn_on_the_spot(), which returns false where there is nothing
-  // to turn. True where voices have been taken anew.
-  void face(const Facing& facing) noexcept REALTIME { facing_ = facing; }
+  // turn(); and in place of hold(), rotate_while_holding(), which returns false where there is
+  // nothing to turn. True where voices have been taken anew.
+  void face(const ListenerAxes& facing) noexcept REALTIME { facing_ = facing; }
   bool turn() noexcept REALTIME;
-  bool turn_on_the_spot() noexcept REALTIME;
+  bool rotate_while_holding() noexcept REALTIME;
 
   // At most about so many voices of a keyframe are to sound: to a 255th of them, as ranks are.
   void allow(std::size_t voices) noexcept REALTIME;
@@ -185,13 +185,13 @@ class Mixer {
   }
   void load_segment(std::span<const Voice> voices, int elapsed, int frames) noexcept REALTIME;
 
-  // In mixer_turns.cpp.
+  // In mixer_head_rotation.cpp.
   void make_room_for_turns();
   void keep(const Keyframe& keyframe) noexcept REALTIME;
   bool has_turned() const noexcept REALTIME;
   void cut() noexcept REALTIME;
-  Voice on_its_way(const Voice& voice, const HeadTurns::Turn& turn,
-                   const HeadTurns::Turn& previous_turn) const noexcept REALTIME;
+  Voice interpolated_voice(const Voice& voice, const HeadRotation::Turn& turn,
+                           const HeadRotation::Turn& previous_turn) const noexcept REALTIME;
   int frames_to_next_third() const noexcept REALTIME {
     constexpr int kThird = kKeyframeFrames / 3;
     return kThird - (elapsed_ + frame_) % kThird;
@@ -205,17 +205,17 @@ class Mixer {
       change(&pair.targets[slot * lanes], &pair.gains[2 * slot * lanes], lanes);
     if (fine_ != nullptr)
       fine_->change(slot, [&](float* target, float* gain) noexcept REALTIME {
-        change(target, gain, std::size_t{kHeadLanes});
+        change(target, gain, std::size_t{kHrtfLanes});
       });
   }
   void drop_shed() noexcept REALTIME;
 
-  // In mixer_load.cpp.
+  // In mixer_keyframes.cpp.
   float power_of(const Voice& voice) const noexcept REALTIME;
   void choose_fine(const Keyframe& keyframe) noexcept REALTIME;
   bool set_colours(const Voice& voice, bool usable,
                    const DirectionMesh::Place& place) noexcept REALTIME;
-  void set_gap(std::uint32_t slot, std::int64_t from, std::int64_t to) noexcept REALTIME;
+  void set_layer_offset(std::uint32_t slot, std::int64_t from, std::int64_t to) noexcept REALTIME;
   void prefetch(std::uint32_t slot) const noexcept REALTIME;
   void load_voice(const Voice& voice) noexcept REALTIME;
   void slide(Slide& slide, VoicePath& path, Parabola& after_knot, double change_frames,
@@ -228,10 +228,10 @@ class Mixer {
   void stay(std::uint32_t slot) noexcept REALTIME;
   void hold_gains(std::uint32_t slot) noexcept REALTIME;
   void set_targets(const std::array<Bands, kEars>& gain, float* targets) const noexcept REALTIME;
-  GainLines gain_lines(std::size_t pair, const Voice& voice,
+  GainRamps gain_ramps(std::size_t pair, const Voice& voice,
                        const float* targets) noexcept REALTIME;
 
-  // In mixer_sounds.cpp.
+  // In mixer_streaming.cpp.
   bool is_here(std::uint32_t slot, const std::array<std::int64_t, kEars>& from,
                const std::array<double, kEars>& change_frames, int frames) const noexcept REALTIME;
   bool may_sound(std::uint32_t slot, const std::array<std::int64_t, kEars>& from,
@@ -244,7 +244,7 @@ class Mixer {
   const MixMode mode_;
   const MixMode bus_mode_;  // of voices that add to buses of octaves, or to one
   const Panner* const panner_;
-  const Head* const head_;
+  const Hrtf* const head_;
   const int lanes_;
   const int lead_frames_;  // by which reading is ahead of what comes out
   BusGains bus_gains_;
@@ -252,7 +252,7 @@ class Mixer {
   // By slot.
   std::vector<Slot> slots_;
   std::vector<VoicePath> paths_;
-  std::vector<LayerGap> gaps_;          // with a head, as are the next
+  std::vector<LayerOffset> gaps_;       // with a head, as are the next
   std::vector<std::int64_t> gap_ends_;  // what is ahead at the end of the segment
   std::vector<std::int64_t> wraps_;     // where its signal comes round, 32.32; or never
 
@@ -263,13 +263,13 @@ class Mixer {
     std::vector<float> targets;         // [slot][lanes_]: gains at the end of the segment
     std::vector<float> gains;           // MixJob
     std::vector<std::uint32_t> active;  // those of active_ that it hears, where they may be fewer
-    OctaveBank bank;
+    OctaveFilterBank bank;
   };
   std::vector<Pair> pairs_;
   MixBuses buses_;
-  std::unique_ptr<HeadBank> head_bank_;
-  std::unique_ptr<FineVoices> fine_;
-  std::unique_ptr<CrowdColour> crowd_;
+  std::unique_ptr<HrtfFilterBank> head_bank_;
+  std::unique_ptr<NarrowbandVoices> fine_;
+  std::unique_ptr<DiffuseHrtfEq> crowd_;
   std::int64_t clock_ = 0;
   Segment segment_ = whole_segment();
   int elapsed_ = 0;       // frames of the period before the segment
@@ -287,10 +287,10 @@ class Mixer {
   // For a head that turns; null and empty where it is not followed.
   struct Kept {
     std::vector<Voice> voices;
-    Facing facing;
+    ListenerAxes facing;
   };
-  const HeadTurns* const turns_;
-  Facing facing_, applied_;                 // the newest, and that of the segment's end
+  const HeadRotation* const turns_;
+  ListenerAxes facing_, applied_;           // the newest, and that of the segment's end
   Kept previous_, current_;                 // the keyframes between which voices are
   std::vector<std::uint32_t> previous_at_;  // by slot: in previous_.voices
 };

@@ -70,7 +70,7 @@ class LoudspeakerPanner final : public Panner {
   ChannelGains gains(const Vec3f& from) const noexcept REALTIME override {
     // What the three corners of each triangle must be given for their sum to be `from`; its least
     // is negative unless the direction lies within.
-    std::array<float, kMostTriangles> least;
+    std::array<float, kMaxTriangles> least;
     least.fill(std::numeric_limits<float>::lowest());
     for (std::size_t t = 0; t < triangles_; ++t) {
       const auto corner = [&](std::size_t k) {
@@ -80,7 +80,7 @@ class LoudspeakerPanner final : public Panner {
     }
     // Where four corners lie in a plane, both ways to divide them hold the direction: their mean.
     const float within = std::min(-1e-6f, *std::ranges::max_element(least));
-    std::array<float, kMostChannels + 2> corner_gains{};
+    std::array<float, kMaxChannels + 2> corner_gains{};
     for (std::size_t t = 0; t < triangles_; ++t) {
       if (least[t] < within) continue;
       for (std::size_t k = 0; k < 3; ++k)
@@ -105,7 +105,7 @@ class LoudspeakerPanner final : public Panner {
   }
 
  private:
-  static constexpr std::size_t kMostTriangles = 64;
+  static constexpr std::size_t kMaxTriangles = 64;
 
   // Three corners with all others on one side of their plane, or in it.
   void find_triangles(const std::vector<Vec3>& corners) {
@@ -123,7 +123,7 @@ class LoudspeakerPanner final : public Panner {
           if (low < -1e-6 && high > 1e-6) continue;
           const double volume = dot(corners[a], cross(corners[b], corners[c]));
           // In a plane with the listener: the two halves of a ring, which has no face there.
-          if (std::abs(volume) < 1e-6 || triangles_ == kMostTriangles) continue;
+          if (std::abs(volume) < 1e-6 || triangles_ == kMaxTriangles) continue;
           const std::array<Vec3, 3> rows = {cross(corners[b], corners[c]) / volume,
                                             cross(corners[c], corners[a]) / volume,
                                             cross(corners[a], corners[b]) / volume};
@@ -138,9 +138,9 @@ class LoudspeakerPanner final : public Panner {
   const int channels_;
   std::size_t real_ = 0, triangles_ = 0;
   std::vector<std::size_t> channel_of_;  // by corner, of the real ones
-  std::array<std::array<std::size_t, 3>, kMostTriangles> corners_{};
+  std::array<std::array<std::size_t, 3>, kMaxTriangles> corners_{};
   // [corner][axis][triangle]: side by side for vectors.
-  std::array<std::array<std::array<float, kMostTriangles>, 3>, 3> inverse_{};
+  std::array<std::array<std::array<float, kMaxTriangles>, 3>, 3> inverse_{};
 };
 
 class AmbisonicPanner final : public Panner {

@@ -25,18 +25,18 @@
 
 #include "common/result.h"
 #include "common/vec.h"
-#include "formats/wav_writer.h"
+#include "formats/audio/wav_writer.h"
 #include "runtime/realtime/realtime.h"
 
 namespace clamor {
 
-inline constexpr std::size_t kMostChannels = 16;
-using ChannelGains = std::array<float, kMostChannels>;
+inline constexpr std::size_t kMaxChannels = 16;
+using ChannelGains = std::array<float, kMaxChannels>;
 
 class Panner {
  public:
   virtual ~Panner() = default;
-  virtual int channels() const noexcept REALTIME = 0;  // even, at most kMostChannels
+  virtual int channels() const noexcept REALTIME = 0;  // even, at most kMaxChannels
   // Those beyond channels() are 0.
   virtual ChannelGains gains(const Vec3f& from) const noexcept REALTIME = 0;
 };

@@ -9,18 +9,18 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "runtime/field/reflection_lanes-inl.h"
+#include "runtime/propagation/reflection_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
-// The table of ear_lags.h, in the order of operations of its scalar code.
+// The table of itd_table.h, in the order of operations of its scalar code.
 template <class D, class V>
 HWY_INLINE V lag_of(D d, V x, V y, V z, const float* table) {
   const hn::RebindToSigned<D> di;
-  constexpr int kCells = EarLags::kCells, kRow = kCells + 1;
+  constexpr int kCells = ItdTable::kCells, kRow = kCells + 1;
   const auto one = hn::Set(d, 1.0f);
   const auto scale = hn::Div(one, hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z)));
   const auto a = hn::Mul(x, scale), b = hn::Mul(y, scale);
@@ -43,7 +43,7 @@ HWY_INLINE V lag_of(D d, V x, V y, V z, const float* table) {
   return hn::Add(low, hn::Mul(t, hn::Sub(high, low)));
 }
 
-void place_voices_here(VoiceTable& table, const Stance& stance, const float* lags,
+void place_voices_here(VoiceTable& table, const ListenerFrame& stance, const float* lags,
                        std::size_t first, std::size_t last) {
   const Doubles dd;
   const Halves d;
@@ -126,12 +126,12 @@ void place_voices_here(VoiceTable& table, const Stance& stance, const float* lag
                        hn::Sub(wz, hn::Mul(mz, later)));
     };
 
-    const Double leaves = hn::LoadU(dd, table.leaves_frames.data() + at);
+    const Double leaves = hn::LoadU(dd, table.emission_frames.data() + at);
     const Float radius_m = hn::LoadU(d, table.radius_m.data() + at);
     for (int e = 0; e < stance.places; ++e) {
       const Way way = stance.places == 1 ? to_centre
-                      : moves            ? way_from_moving(stance.ears_m[e])
-                                         : way_to(stance.ears_m[e]);
+                      : moves            ? way_from_moving(stance.ear_positions_m[e])
+                                         : way_to(stance.ear_positions_m[e]);
       const Double frames = hn::Add(leaves, hn::Mul(way.length, hn::Set(dd, table.frames_per_m)));
       const Float r_m = stance.places == 1 ? centre_m : hn::DemoteTo(d, way.length);
       const auto nowhere = hn::Eq(r_m, zero);
@@ -200,7 +200,7 @@ HWY_INLINE void make_gains(const Ears& ears, const VoiceTable& table, std::size_
                            const PerEar& at, float* HWY_RESTRICT gain) {
   const auto d = ears.d;
   const VoiceTable::Kind kind = table.kind[slot];
-  const ReflectionRows* const law = table.law[slot];
+  const ReflectionTable* const law = table.law[slot];
   const float* const exponent = table.exponent[slot];
   for (std::size_t b = 0; b < kBandCount; b += hn::Lanes(d)) {
     auto intensity = ears.row(table.power[slot].data() + b);
@@ -222,7 +222,7 @@ HWY_INLINE void make_gains(const Ears& ears, const VoiceTable& table, std::size_
       intensity = hn::Add(hn::Mul(intensity, hn::Add(diffuse, lobe)), bounce);
     }
     const auto air =
-        exp2_of(d, hn::Mul(ears.row(table.air_octaves_per_m.data() + b), ears.each(at.away_m)));
+        exp2_of(d, hn::Mul(ears.row(table.air_log2_loss_per_m.data() + b), ears.each(at.away_m)));
     intensity = hn::Mul(hn::Mul(intensity, ears.each(at.outer)),
                         hn::Mul(air, ears.row(table.visibility[slot].data() + b)));
     // The root between the bake's power and the mixer's amplitude.
@@ -246,7 +246,7 @@ HWY_INLINE void make_voice(const VoiceTable& table, std::size_t places, std::siz
     if (kind != VoiceTable::kReflection) continue;
     at.tilt[e] = std::min(1.0f, at.cos_o[e] * table.over_cos_i[slot]);
     const float cell = table.loss_cell[e][slot];
-    const int k = ReflectionRows::cell_at(cell);
+    const int k = ReflectionTable::cell_at(cell);
     at.part[e] = cell - static_cast<float>(k);
     at.loss[e] = table.law[slot]->loss[static_cast<std::size_t>(k)].data();
     at.next_loss[e] = at.loss[e] + kBandCount;
@@ -290,8 +290,8 @@ HWY_EXPORT(place_voices_here);
 HWY_EXPORT(make_voices_here);
 }  // namespace
 
-void place_voices(VoiceTable& table, const Stance& stance, const EarLags* lags, std::size_t first,
-                  std::size_t last) {
+void place_voices(VoiceTable& table, const ListenerFrame& stance, const ItdTable* lags,
+                  std::size_t first, std::size_t last) {
   HWY_DYNAMIC_DISPATCH(place_voices_here)
   (table, stance, lags == nullptr ? nullptr : lags->table(), first, last);
 }
@@ -301,7 +301,7 @@ void make_voices(const VoiceTable& table, int places, std::span<const std::uint3
   HWY_DYNAMIC_DISPATCH(make_voices_here)(table, places, slots, voices);
 }
 
-double MovingPoint::later_m(const Vec3& place) const {
+double MovingSourcePoint::later_m(const Vec3& place) const {
   if (mach == Vec3f(0)) return 0;
   const Vec3 w = place - Vec3(position_m), m(mach);
   const double b = age_m - (w.x * m.x + w.y * m.y + w.z * m.z);
@@ -310,20 +310,20 @@ double MovingPoint::later_m(const Vec3& place) const {
   return (b - std::sqrt(std::max(under, 0.0))) / rest;
 }
 
-double delay_frames(const VoiceTable& table, const Stance& stance, const EarLags* lags,
-                    const MovingPoint& source, double leaves_frames, int ear) {
-  const Vec3 place_m = stance.places == 1 ? stance.centre_m : stance.ears_m[ear];
+double delay_frames(const VoiceTable& table, const ListenerFrame& stance, const ItdTable* lags,
+                    const MovingSourcePoint& source, double emission_frames, int ear) {
+  const Vec3 place_m = stance.places == 1 ? stance.centre_m : stance.ear_positions_m[ear];
   const Vec3 moved_m = source.later_m(place_m) * Vec3(source.mach);
   const Vec3 way = place_m - Vec3(source.position_m) - moved_m;
   const double r_m = std::sqrt(way.x * way.x + way.y * way.y + way.z * way.z);
-  const double frames = leaves_frames + r_m * table.frames_per_m;
+  const double frames = emission_frames + r_m * table.frames_per_m;
   if (lags == nullptr || stance.places > 1) return frames;
   const Vec3f from = direction_from(stance, Vec3f(Vec3(source.position_m) + moved_m));
   const double half_lag = 0.5 * static_cast<double>((*lags)(from));
   return ear == 0 ? frames - half_lag : frames + half_lag;
 }
 
-Vec3f direction_from(const Stance& stance, const Vec3f& position_m) {
+Vec3f direction_from(const ListenerFrame& stance, const Vec3f& position_m) {
   const Vec3 way = stance.centre_m - Vec3(position_m);
   const auto r_m = static_cast<float>(std::sqrt(way.x * way.x + way.y * way.y + way.z * way.z));
   if (r_m <= 1e-6f) return {1, 0, 0};

@@ -15,7 +15,7 @@
 #include <span>
 
 #include "common/vec.h"
-#include "runtime/mixing/ear_lags.h"
+#include "runtime/mixing/itd_table.h"
 #include "runtime/mixing/voice_table.h"
 #include "runtime/voices/keyframe.h"
 
@@ -24,22 +24,22 @@ namespace clamor {
 // Where a listener's receivers are: two, or one in the middle. A source that moves is where it was
 // when the sound left it that arrives in the middle; what arrives at a receiver beside it left the
 // source a little before or after.
-struct Stance {
+struct ListenerFrame {
   Vec3 centre_m{};
-  std::array<Vec3, kEars> ears_m{};
+  std::array<Vec3, kEars> ear_positions_m{};
   Vec3 ahead{}, left{}, up{};
   int places = kEars;  // that differ
-  bool operator==(const Stance&) const = default;
+  bool operator==(const ListenerFrame&) const = default;
 };
 
 // What the listener's place says about voices in slots first to last, both whole tiles: the table's
 // last columns. With `lags`, which takes one place, the ears' delays differ by those.
-void place_voices(VoiceTable& table, const Stance& stance, const EarLags* lags, std::size_t first,
-                  std::size_t last);
+void place_voices(VoiceTable& table, const ListenerFrame& stance, const ItdTable* lags,
+                  std::size_t first, std::size_t last);
 
 // A source that moves in a straight line round the moment that it was at a place. Ages and speeds
 // are in metres that sound travels.
-struct MovingPoint {
+struct MovingSourcePoint {
   Vec3f position_m{};
   Vec3f mach{};
   double age_m = 0;  // how long before it is heard it was there; of one at rest any number
@@ -50,9 +50,9 @@ struct MovingPoint {
 };
 
 // The direction and a delay of one source, which need not be in the table: the same bits.
-Vec3f direction_from(const Stance& stance, const Vec3f& position_m);
-double delay_frames(const VoiceTable& table, const Stance& stance, const EarLags* lags,
-                    const MovingPoint& source, double leaves_frames, int ear);
+Vec3f direction_from(const ListenerFrame& stance, const Vec3f& position_m);
+double delay_frames(const VoiceTable& table, const ListenerFrame& stance, const ItdTable* lags,
+                    const MovingSourcePoint& source, double emission_frames, int ear);
 
 // Of those slots, which were placed: voices[slot]'s delays, gains and direction.
 void make_voices(const VoiceTable& table, int places, std::span<const std::uint32_t> slots,

@@ -3,12 +3,12 @@
 #include <algorithm>
 
 #include "common/directivity.h"
-#include "formats/level.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 
-VoiceTable::VoiceTable(const SourceField& field, std::size_t slots)
-    : air_octaves_per_m(field.air_octaves_per_m()),
+VoiceTable::VoiceTable(const RadiationModel& field, std::size_t slots)
+    : air_log2_loss_per_m(field.air_log2_loss_per_m()),
       frames_per_m(kSampleRate_hz / field.speed_of_sound_mps()),
       field_(field) {
   const std::size_t lanes = (slots + kTile - 1) / kTile * kTile;
@@ -19,15 +19,15 @@ VoiceTable::VoiceTable(const SourceField& field, std::size_t slots)
     for (Column& column : *columns) column.resize(lanes);
   for (auto* column : {&radius_m, &over_cos_i, &lift, &sign, &scale}) column->resize(lanes);
   for (auto& column : delay_frames) column.resize(lanes);
-  leaves_frames.resize(lanes);
+  emission_frames.resize(lanes);
   for (auto* rows : {&power, &bounce, &visibility}) rows->resize(lanes);
   kind.resize(lanes);
   exponent.resize(lanes);
   law.resize(lanes);
 }
 
-double VoiceTable::leaves_frames_of(const Source& source) const {
-  return field_.leaves_s(source) * kSampleRate_hz;
+double VoiceTable::emission_frames_of(const Source& source) const {
+  return field_.emission_time_s(source) * kSampleRate_hz;
 }
 
 void VoiceTable::put(std::size_t slot, const Source& source) {
@@ -37,7 +37,7 @@ void VoiceTable::put(std::size_t slot, const Source& source) {
     mirror[axis][slot] = source.is_emitter ? source.normal[axis] : source.mirror[axis];
   }
   radius_m[slot] = static_cast<float>(source_radius_m(source));
-  leaves_frames[slot] = leaves_frames_of(source);
+  emission_frames[slot] = emission_frames_of(source);
   sign[slot] = source.polarity;
   lift[slot] = source.is_emitter ? 0.5f : 0;
   power[slot] = source.power;

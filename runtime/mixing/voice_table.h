@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "common/bands.h"
+#include "common/reflection_table.h"
 #include "common/vec.h"
-#include "formats/source.h"
-#include "runtime/field/reflection_rows.h"
-#include "runtime/field/source_field.h"
+#include "formats/bake_file/source.h"
+#include "runtime/propagation/radiation_model.h"
 #include "runtime/voices/mix_kernel.h"
 
 namespace clamor {
@@ -25,7 +25,7 @@ class VoiceTable {
   // Slots are handled so many at a time.
   static constexpr std::size_t kTile = 16;
 
-  VoiceTable(const SourceField& field, std::size_t slots);
+  VoiceTable(const RadiationModel& field, std::size_t slots);
 
   void put(std::size_t slot, const Source& source);
   // As it moved when it left what reaches the head's centre now; 0 where it stands still.
@@ -35,7 +35,7 @@ class VoiceTable {
   Vec3f position_of(std::size_t slot) const {
     return {position_m[0][slot], position_m[1][slot], position_m[2][slot]};
   }
-  double leaves_frames_of(const Source& source) const;
+  double emission_frames_of(const Source& source) const;
 
   // What the kernels read (voice_kernel.h). Columns are as long as whole tiles.
   enum Kind : std::uint8_t { kAllRound, kEmitter, kDiffuse, kReflection };
@@ -45,16 +45,16 @@ class VoiceTable {
   std::vector<bool> moves;                           // by tile: any of it does
   Column radius_m, over_cos_i;
   Column lift;  // 1/2 for an emitter, whose exponents are of (1 + cos a) / 2; else 0, of cos a
-  std::vector<double> leaves_frames;
+  std::vector<double> emission_frames;
   std::vector<Bands> power;
   std::vector<Bands> bounce;  // of the law, times power and the loss at the arrival
   std::vector<float> sign;
   std::vector<Kind> kind;
-  std::vector<const float*> exponent;      // kBandCount, where the kind has any
-  std::vector<const ReflectionRows*> law;  // of a reflection
-  std::vector<float> scale;                // of power
+  std::vector<const float*> exponent;       // kBandCount, where the kind has any
+  std::vector<const ReflectionTable*> law;  // of a reflection
+  std::vector<float> scale;                 // of power
   std::vector<Bands> visibility;
-  Bands air_octaves_per_m{};  // powers of 1/2
+  Bands air_log2_loss_per_m{};  // powers of 1/2
   double frames_per_m = 0;
 
   // What place_voices() writes, by ear.
@@ -64,7 +64,7 @@ class VoiceTable {
   std::array<Column, 3> from;
 
  private:
-  const SourceField& field_;
+  const RadiationModel& field_;
 };
 
 }  // namespace clamor

@@ -19,8 +19,8 @@
 
 #include "runtime/output/audio_output.h"
 #include "runtime/output/audio_thread.h"
+#include "runtime/output/device_selection.h"
 #include "runtime/output/jack_output.h"
-#include "runtime/output/output_choice.h"
 #include "runtime/output/pulse_output.h"
 
 namespace clamor {
@@ -72,7 +72,7 @@ std::vector<Found> find_devices() {
     if (audio->getCurrentApi() != kApi) return {};  // not compiled in
     for (const unsigned id : ids_of(*audio)) {
       const auto info = audio->getDeviceInfo(id);
-      if (info.outputChannels < kLeastChannels) continue;
+      if (info.outputChannels < kMinChannels) continue;
       const auto alike = std::count_if(found.begin(), found.end(), [&](const Found& other) {
         return other.device.name.starts_with(info.name);
       });

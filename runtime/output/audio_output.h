@@ -43,7 +43,7 @@ class AudioOutput {
   virtual double latency_s() const { return 0; }
 };
 
-inline constexpr unsigned kLeastChannels = 2;  // of a device; those with fewer are not listed
+inline constexpr unsigned kMinChannels = 2;  // of a device; those with fewer are not listed
 
 struct OutputDevice {
   std::string api;   // "pulse", "jack", "alsa"
@@ -56,7 +56,7 @@ struct OutputDevice {
 };
 
 struct OutputRequest {
-  std::string device;  // as choose_device() takes it (output_choice.h)
+  std::string device;  // as choose_device() takes it (device_selection.h)
   int channels = 2;
   int block_frames = 256;  // the device may give others
   int rate_hz = 0;         // 0: 48 kHz, or what the device likes best where it cannot

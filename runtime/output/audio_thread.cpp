@@ -3,7 +3,7 @@
 #include <pthread.h>
 #include <sched.h>
 
-#include "runtime/realtime/thread_shares.h"
+#include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
 

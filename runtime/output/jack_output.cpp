@@ -9,15 +9,15 @@
 #include <jack/jack.h>
 #include <pthread.h>
 
-#include "formats/level.h"
+#include "formats/level/level.h"
 #include "runtime/output/audio_thread.h"
-#include "runtime/output/output_choice.h"
+#include "runtime/output/device_selection.h"
 
 namespace clamor {
 
 namespace {
 
-constexpr std::size_t kMostPeriod_frames = 8192;  // asked for at once; no JACK has larger blocks
+constexpr std::size_t kMaxPeriod_frames = 8192;  // asked for at once; no JACK has larger blocks
 
 // JACK's library has one server's memory mapped for the whole process, and changes it when a client
 // is opened on another: one that is left of a server that has died must be closed before that, and
@@ -84,7 +84,7 @@ class JackOutput final : public AudioOutput {
       : callback_(callback),
         name_(std::move(name)),
         channels_(std::move(channels)),
-        interleaved_(kMostPeriod_frames * channels_.size()),
+        interleaved_(kMaxPeriod_frames * channels_.size()),
         client_(std::move(client)) {
     block_frames_ = ::jack_get_buffer_size(client_.get());
     rate_hz_ = static_cast<int>(::jack_get_sample_rate(client_.get()));
@@ -160,7 +160,7 @@ class JackOutput final : public AudioOutput {
     const bool underflow = xrun_.exchange(false, std::memory_order_relaxed);
     const std::size_t channels = ports_.size();
     for (std::size_t done = 0; done < frames;) {
-      const std::size_t count = std::min(frames - done, kMostPeriod_frames);
+      const std::size_t count = std::min(frames - done, kMaxPeriod_frames);
       callback_.fill(callback_.context, interleaved_.data(), static_cast<std::uint32_t>(count),
                      underflow && done == 0);
       for (std::size_t c = 0; c < channels; ++c) {
@@ -210,7 +210,7 @@ std::vector<OutputDevice> jack_devices() {
       const std::string name = device_of(port);
       if (std::ranges::find(devices, name, &OutputDevice::name) != devices.end()) continue;
       const std::size_t channels = channels_of(client.get(), name).size();
-      if (channels < kLeastChannels) continue;
+      if (channels < kMinChannels) continue;
       devices.push_back({"jack",
                          name,
                          static_cast<int>(channels),

@@ -4,7 +4,7 @@
 #include <thread>
 #include <vector>
 
-#include "runtime/output/output_choice.h"
+#include "runtime/output/device_selection.h"
 
 namespace clamor {
 
@@ -35,7 +35,7 @@ OpenedStream open_stream(OutputDriver& driver, const StreamRequest& request) {
   OpenedStream opened;
   opened.stream.device = *chosen;
   opened.stream.feed =
-      std::make_shared<OutputFeed>(request.gate, request.id, request.output.channels);
+      std::make_shared<DeviceFeed>(request.gate, request.id, request.output.channels);
   auto output = driver.open(*chosen, request.output, opened.stream.feed->callback());
   if (!output.ok()) {
     opened.failure = Failure::kDevice;

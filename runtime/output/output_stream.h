@@ -12,14 +12,14 @@
 
 #include "common/result.h"
 #include "runtime/output/audio_output.h"
-#include "runtime/output/output_feed.h"
+#include "runtime/output/device_feed.h"
 
 namespace clamor {
 
 // The output goes first, since it calls the feed.
 struct OutputStream {
   OutputDevice device;
-  std::shared_ptr<OutputFeed> feed;
+  std::shared_ptr<DeviceFeed> feed;
   std::unique_ptr<AudioOutput> output;
 };
 

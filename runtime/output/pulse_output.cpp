@@ -11,7 +11,7 @@
 
 #include "runtime/output/audio_thread.h"
 #include "runtime/output/buffer_growth.h"
-#include "runtime/output/output_choice.h"
+#include "runtime/output/device_selection.h"
 
 namespace clamor {
 
@@ -31,7 +31,7 @@ constexpr const char* kServerIsGone = "the PulseAudio server has stopped";
 constexpr std::array<unsigned, 7> kRates_hz = {8000, 16000, 22050, 32000, 44100, 48000, 96000};
 
 // Channels up to this many have the order of a WAV file, whatever order the sink's are in.
-constexpr int kMostInWavOrder = 8;
+constexpr int kMaxInWavOrder = 8;
 
 struct Sink {
   std::string name;  // PulseAudio's, not the user's
@@ -128,7 +128,7 @@ class Connection {
     if (!answered) return {};
     std::vector<Sink>& sinks = answer.sinks;
     std::erase_if(sinks, [](const Sink& sink) {
-      return sink.device.output_channels < static_cast<int>(kLeastChannels);
+      return sink.device.output_channels < static_cast<int>(kMinChannels);
     });
     for (std::size_t i = 0; i < sinks.size(); ++i) {
       sinks[i].device.is_default = sinks[i].name == answer.default_name;
@@ -150,7 +150,7 @@ class Connection {
 };
 
 pa_channel_map map_for(int channels, const pa_channel_map& of_sink) {
-  if (channels > kMostInWavOrder && channels == of_sink.channels) return of_sink;
+  if (channels > kMaxInWavOrder && channels == of_sink.channels) return of_sink;
   pa_channel_map map;
   ::pa_channel_map_init_extend(&map, static_cast<unsigned>(channels), PA_CHANNEL_MAP_WAVEEX);
   return map;

@@ -11,7 +11,7 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kMostInput_frames = 8192;
+constexpr std::size_t kMaxInput_frames = 8192;
 constexpr double kTouched_s = 2;  // longer than the library's buffers, at any rate
 
 }  // namespace
@@ -42,7 +42,7 @@ Result<std::unique_ptr<Resampler>> Resampler::create(int channels, int from_hz, 
                  std::to_string(from_hz) + " Hz into " + std::to_string(to_hz) + " Hz" +
                  (problem != 0 ? std::string(" (") + src_strerror(problem) + ")" : "") +
                  "; use a device with another rate");
-  state->input.resize(kMostInput_frames * state->channels);
+  state->input.resize(kMaxInput_frames * state->channels);
   std::unique_ptr<Resampler> resampler(new Resampler(std::move(state)));
 
   // So that no page of the buffers is new to the audio thread.
@@ -65,7 +65,7 @@ void Resampler::read(std::span<float> interleaved, Source source) noexcept {
       const auto wanted =
           static_cast<std::size_t>(std::ceil(static_cast<double>(frames - done) / state.ratio));
       state.input_begin = 0;
-      state.input_end = std::clamp(wanted, std::size_t{1}, kMostInput_frames);
+      state.input_end = std::clamp(wanted, std::size_t{1}, kMaxInput_frames);
       source.fill(source.context, std::span(state.input).first(state.input_end * state.channels));
     }
     SRC_DATA data{};

@@ -3,15 +3,15 @@
 #include <chrono>
 #include <thread>
 
-#include "formats/level.h"
+#include "formats/level/level.h"
 #include "runtime/output/audio_output.h"
-#include "runtime/realtime/thread_shares.h"
+#include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
 
 namespace {
 
-constexpr auto kMostBehind = std::chrono::milliseconds(100);
+constexpr auto kMaxBehind = std::chrono::milliseconds(100);
 
 class SilentOutput final : public AudioOutput {
  public:
@@ -48,7 +48,7 @@ class SilentOutput final : public AudioOutput {
                      false);
       next += period;
       // After a suspension time goes on from now: nobody wants the night before at once.
-      if (const auto now = Clock::now(); now - next > kMostBehind) next = now;
+      if (const auto now = Clock::now(); now - next > kMaxBehind) next = now;
       std::this_thread::sleep_until(next);
     }
   }

@@ -6,9 +6,9 @@
 #include <optional>
 #include <thread>
 
-#include "formats/level.h"
+#include "formats/level/level.h"
 #include "runtime/output/output_stream.h"
-#include "runtime/realtime/thread_shares.h"
+#include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
 
@@ -25,7 +25,7 @@ constexpr auto kSilence = Milliseconds(500);
 constexpr int kSilentBlocks = 4;
 
 // From one attempt to open to the next.
-constexpr auto kFirstPause = Milliseconds(100), kLongestPause = Milliseconds(500);
+constexpr auto kFirstPause = Milliseconds(100), kMaxPause = Milliseconds(500);
 constexpr auto kProven = std::chrono::seconds(2);  // a device that played so long has earned haste
 
 // When the default device is not back after that, whatever is now the default may play.
@@ -163,7 +163,7 @@ struct SupervisedOutput::State {
   }
 
   void count_failure(const std::string& why) {
-    pause = std::min<Milliseconds>(2 * pause, kLongestPause);
+    pause = std::min<Milliseconds>(2 * pause, kMaxPause);
     next_attempt = Clock::now() + pause;
     const std::lock_guard lock(mutex);
     ++figures.failed_openings;
@@ -176,7 +176,7 @@ struct SupervisedOutput::State {
     play(std::move(*candidate));
     candidate.reset();
     clock->stop();
-    pause = std::min<Milliseconds>(2 * pause, kLongestPause);  // until it is proven
+    pause = std::min<Milliseconds>(2 * pause, kMaxPause);  // until it is proven
     const std::lock_guard lock(mutex);
     ++figures.reopenings;
     end_of_silence();
@@ -221,7 +221,7 @@ struct SupervisedOutput::State {
   const std::shared_ptr<CallbackGate> gate;
   std::uint32_t last_id = 0;
   StreamClosing closing;
-  OutputFeed clock_feed;
+  DeviceFeed clock_feed;
   const std::unique_ptr<AudioOutput> clock;
 
   // The supervisor's, while it runs.

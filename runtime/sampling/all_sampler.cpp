@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "runtime/sampling/moving_list.h"
+#include "runtime/sampling/moving_source_list.h"
 #include "runtime/sampling/sampler.h"
 
 namespace clamor {
@@ -12,22 +12,23 @@ namespace {
 
 class All final : public Sampler {
  public:
-  All(const SourceField& field, const SourceList& list, VisibilityCache* sight, MovingList* moving)
-      : sight_(sight), moving_(moving), still_(list.page().size()) {
+  All(const RadiationModel& field, const SourceList& list, VisibilityCache* occlusion,
+      MovingSourceList* moving)
+      : occlusion_(occlusion), moving_(moving), still_(list.page().size()) {
     const SourcePage& page = list.page();
     for (std::size_t i = 0; i < page.size(); ++i)
       sample_.push_back({i, 1, &page[i], field.signal(page[i])});
   }
   std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
-    if (sight_ != nullptr && (place_ != place || moving_ != nullptr)) {
-      sight_->begin_keyframe(place);
+    if (occlusion_ != nullptr && (place_ != place || moving_ != nullptr)) {
+      occlusion_->begin_keyframe(place);
       wanted_.clear();
       for (const SampledSource& one : std::span(sample_).first(still_))
         wanted_.push_back({.number = one.number, .source = one.source});
       for (std::size_t first = 0; first < still_ && !is_stopped(); first += kTogether) {
         const std::size_t count = std::min(kTogether, still_ - first);
         const std::vector<Bands> visible =
-            sight_->look_now(std::span(wanted_).subspan(first, count));
+            occlusion_->estimate_now(std::span(wanted_).subspan(first, count));
         for (std::size_t i = 0; i < count; ++i) sample_[first + i].visibility = visible[i];
       }
     }
@@ -55,14 +56,15 @@ class All final : public Sampler {
     for (const FoundSource& found : found_) {
       SampledSource& sampled =
           sample_.emplace_back(SampledSource{found.number, 1, found.source, found.signal});
-      sampled.move_as(found);
-      if (sight_ != nullptr) sampled.visibility = sight_->look_now(found.number, *found.source);
+      sampled.set_moving(found);
+      if (occlusion_ != nullptr)
+        sampled.visibility = occlusion_->estimate_now(found.number, *found.source);
     }
   }
 
-  VisibilityCache* const sight_;
+  VisibilityCache* const occlusion_;
   const std::atomic<bool>* stop_ = nullptr;
-  MovingList* const moving_;
+  MovingSourceList* const moving_;
   const std::size_t still_;  // of sample_, in front
   std::vector<FoundSource> found_;
   std::vector<VisibilityCache::Wanted> wanted_;
@@ -72,9 +74,9 @@ class All final : public Sampler {
 
 }  // namespace
 
-std::unique_ptr<Sampler> make_all_sampler(const SourceField& field, const SourceList& list,
-                                          VisibilityCache* sight, MovingList* moving) {
-  return std::make_unique<All>(field, list, sight, moving);
+std::unique_ptr<Sampler> make_all_sampler(const RadiationModel& field, const SourceList& list,
+                                          VisibilityCache* occlusion, MovingSourceList* moving) {
+  return std::make_unique<All>(field, list, occlusion, moving);
 }
 
 }  // namespace clamor

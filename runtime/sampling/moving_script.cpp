@@ -3,10 +3,10 @@
 #include <cmath>
 #include <filesystem>
 
-#include "formats/audio_file.h"
-#include "formats/json.h"
-#include "formats/level_folder.h"
-#include "formats/signal_table.h"
+#include "formats/audio/audio_file.h"
+#include "formats/files/json.h"
+#include "formats/level/level_folder.h"
+#include "formats/level/signal_table.h"
 
 namespace clamor {
 
@@ -88,7 +88,7 @@ Result<void> MovingScript::apply(MovingSources& moving, double time_s) {
     if (!on_stage && actor.on_stage)
       if (const auto ok = moving.remove(actor.handle); !ok.ok()) return ok;
     if (on_stage) {
-      const Pose pose = actor.path.at(time_s);
+      const Listener pose = actor.path.at(time_s);
       MovingSource source;
       source.kind = kind;
       source.position_m = pose.position_m;

@@ -17,8 +17,8 @@
 #include <vector>
 
 #include "common/result.h"
-#include "formats/output_target.h"
-#include "formats/walk_file.h"
+#include "formats/files/output_target.h"
+#include "formats/level/walk_file.h"
 #include "runtime/sampling/moving_sources.h"
 
 namespace clamor {

@@ -16,8 +16,8 @@
 // Positions are as of commit's time, in seconds since everything began to play, and velocity
 // carries them from there to each keyframe's own moment: so that Doppler is steady though the
 // game's frames and keyframes (50 a second) do not fall together. Without a velocity a source
-// stays where it was put until it is put elsewhere. After kLongestCoast_s without a commit all
-// stand still. A source is heard where it was when its sound left it (motion_trails.h).
+// stays where it was put until it is put elsewhere. After kMaxExtrapolation_s without a commit all
+// stand still. A source is heard where it was when its sound left it (position_history.h).
 //
 // Threads: add, move, retune, remove and commit on one, the caller's; the sampler reads what was
 // committed last (three copies, traded by one atomic exchange: newest wins). Neither waits. Memory:
@@ -36,12 +36,12 @@
 #include "common/bands.h"
 #include "common/result.h"
 #include "common/vec.h"
-#include "formats/level.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 
-inline constexpr std::size_t kMostMovingSources = 1'000'000;
-inline constexpr double kLongestCoast_s = 0.5;
+inline constexpr std::size_t kMaxMovingSources = 1'000'000;
+inline constexpr double kMaxExtrapolation_s = 0.5;
 
 struct MovingKind {
   std::string name;

@@ -7,9 +7,9 @@
 #include <optional>
 #include <utility>
 
-#include "runtime/field/source_weight.h"
+#include "runtime/propagation/source_weight.h"
 #include "runtime/sampling/sampler.h"
-#include "runtime/sampling/threshold_course.h"
+#include "runtime/sampling/threshold_predictor.h"
 
 namespace clamor {
 
@@ -17,17 +17,17 @@ namespace {
 
 class Priority final : public Sampler {
  public:
-  Priority(const SourceField& field, SignalWeights weights, SourcePool& pool, std::size_t voices,
-           VisibilityCache* sight, SearchBound bound)
+  Priority(const RadiationModel& field, SignalWeights weights, SourcePool& pool, std::size_t voices,
+           VisibilityCache* occlusion, SearchBound bound)
       : field_(field),
         weights_(std::move(weights)),
         pool_(pool),
         most_voices_(voices),
         voices_(voices),
-        sight_(sight),
+        occlusion_(occlusion),
         bounded_(bound == SearchBound::kBounded) {
     pool_.charge(&budget_);
-    pool_.boost_late(LateBoost::strength(voices));
+    pool_.set_late_boost(LateBoost::strength(voices));
   }
   ~Priority() override { pool_.charge(nullptr); }
   Priority(const Priority&) = delete;
@@ -50,16 +50,17 @@ class Priority final : public Sampler {
       resized_ = false;
       step_m_ = place_ ? place - *place_ : Vec3(0);
       if (place_ != place) gave_up_waiting_ = false;
-      before_ = course_;
+      before_ = predictor_;
     }
-    course_ = before_;
+    predictor_ = before_;
     place_ = place;
     faced_ = reception();
     time_s_ = time_s;
     // What an exact sampler knows to be hidden may be so no more.
-    pool_.leave_out(sight_ != nullptr && !exact() ? &sight_->hidden() : nullptr, !exact());
+    pool_.set_occlusion_bounds(occlusion_ != nullptr && !exact() ? &occlusion_->hidden() : nullptr,
+                               !exact());
     pool_.begin(place, time_s);
-    if (sight_ != nullptr && !again) sight_->begin_keyframe(place);
+    if (occlusion_ != nullptr && !again) occlusion_->begin_keyframe(place);
     const double tau = choose(place);
     sample_.clear();
     for (std::size_t c = 0; c < std::min(voices_, candidates_.size()); ++c) {
@@ -71,9 +72,9 @@ class Priority final : public Sampler {
         scale =
             std::max(scale, kappa / std::accumulate(source.power.begin(), source.power.end(), 0.0));
       sample_.push_back({found.number, scale, &source, found.signal,
-                         chosen.is_dimmed ? sight_->visibility(chosen.known) : kAllHeard,
+                         chosen.is_dimmed ? occlusion_->visibility(chosen.known) : kAllHeard,
                          chosen.priority > 0 ? std::min(1.0, tau / chosen.priority) : 1.0});
-      if (found.voice != 0) sample_.back().move_as(found);
+      if (found.voice != 0) sample_.back().set_moving(found);
     }
     // Pools without copies find them in this order.
     const auto by_number = [](const auto& a, const auto& b) { return a.number < b.number; };
@@ -82,7 +83,7 @@ class Priority final : public Sampler {
     if (bounded_) budget_.limit(work_ahead_per_keyframe(voices_));
     pool_.ask(place + kLookAhead_keyframes * step_m_, tau);
     waited_ = waits();
-    const bool learns = sight_ != nullptr && !exact() && sight_->refresh(wanted_, tau);
+    const bool learns = occlusion_ != nullptr && !exact() && occlusion_->refresh(wanted_, tau);
     looking_ = learns || ended_by_budget_;
     return sample_;
   }
@@ -103,12 +104,12 @@ class Priority final : public Sampler {
   std::uint64_t work() const override { return budget_.spent(); }
   std::uint64_t bounded_keyframes() const override { return bounded_keyframes_; }
 
-  void choose_at_most(std::size_t voices) override {
+  void set_voice_count(std::size_t voices) override {
     voices = std::clamp<std::size_t>(voices, 1, most_voices_);
     if (voices == voices_) return;
-    course_.want(voices_, voices);
+    predictor_.want(voices_, voices);
     voices_ = voices;
-    pool_.boost_late(LateBoost::strength(voices));
+    pool_.set_late_boost(LateBoost::strength(voices));
     resized_ = true;
   }
 
@@ -139,7 +140,7 @@ class Priority final : public Sampler {
                                     : found_[a.found].number < found_[b.found].number;
   }
 
-  bool exact() const { return sight_ != nullptr && sight_->exact(); }
+  bool exact() const { return occlusion_ != nullptr && occlusion_->exact(); }
 
   // Fills candidates_ with the k + 1 highest priorities, the lowest last; fewer if there are fewer
   // that reach the threshold which is returned, the last of the k + 1 if there are as many.
@@ -149,7 +150,7 @@ class Priority final : public Sampler {
     bounded_keyframes_ += found.ended_by_budget;
     const bool starved = candidates_.size() <= voices_;
     const double threshold = starved ? found.threshold : keep_the_first();
-    course_.was(threshold > kInaudible ? threshold : 0, starved);
+    predictor_.was(threshold > kInaudible ? threshold : 0, starved);
     return threshold;
   }
 
@@ -168,13 +169,13 @@ class Priority final : public Sampler {
 
   double first_threshold(const Vec3& place) {
     if (pool_.size() <= voices_) return 0;  // all of them
-    return course_.is_known() ? course_.next() : pool_.highest(place);
+    return predictor_.is_known() ? predictor_.next() : pool_.highest(place);
   }
 
   // The threshold that follows one at which too few were found.
   double lowered(double threshold) {
     const double before = std::exchange(last_found_, static_cast<double>(found_.size()));
-    if (sight_ == nullptr || found_.empty()) return std::max(threshold / kStep, kInaudible);
+    if (occlusion_ == nullptr || found_.empty()) return std::max(threshold / kStep, kInaudible);
     double step = kStepWhereHidden;
     if (exact()) {
       // All that is found will be looked at, so that must not be far more than is needed. It grows
@@ -194,8 +195,9 @@ class Priority final : public Sampler {
     auto& [threshold, too_high, too_low, unlimited, just_missed] = now;
     if (!paused_) last_found_ = 0;
     // One who waits, and had to take all there was, begins with that.
-    if (exact() && !paused_ && course_.starved() && !course_.is_known()) threshold = kInaudible;
-    const double close = sight_ == nullptr ? kNarrow : kNarrowEnough;
+    if (exact() && !paused_ && predictor_.starved() && !predictor_.is_known())
+      threshold = kInaudible;
+    const double close = occlusion_ == nullptr ? kNarrow : kNarrowEnough;
     for (;;) {
       // That many have one priority; or, where some are hidden, one may look at that many.
       unlimited = unlimited || too_high <= too_low * close;
@@ -204,7 +206,7 @@ class Priority final : public Sampler {
         paused_ = now;
         return {threshold};
       }
-      const bool go_on = !all || sight_ == nullptr || look_at_candidates(threshold);
+      const bool go_on = !all || occlusion_ == nullptr || look_at_candidates(threshold);
       const bool is_lowest = candidates_.size() > voices_ || threshold <= kInaudible;
       const bool enough = all && (is_lowest || !go_on);
       if (enough || budget_.is_stopped()) return {threshold};
@@ -213,8 +215,8 @@ class Priority final : public Sampler {
         threshold *= kStep;
       else if (too_low > 0 && !unlimited)
         threshold = std::sqrt(too_low * too_high);
-      else if (course_.is_known() && just_missed++ < (2 * candidates_.size() > voices_ ? 2 : 1))
-        threshold *= ThresholdCourse::lowered(candidates_.size(), voices_ + 1);
+      else if (predictor_.is_known() && just_missed++ < (2 * candidates_.size() > voices_ ? 2 : 1))
+        threshold *= ThresholdPredictor::lowered(candidates_.size(), voices_ + 1);
       else
         threshold = lowered(threshold);
     }
@@ -232,7 +234,7 @@ class Priority final : public Sampler {
       const std::uint64_t before = budget_.spent();
       budget_.limit(allowed);
       const bool all = weigh_above(place, threshold, std::isinf(completed) ? limit() : kNoLimit);
-      const bool go_on = !all || sight_ == nullptr || look_at_candidates(threshold);
+      const bool go_on = !all || occlusion_ == nullptr || look_at_candidates(threshold);
       if (budget_.is_stopped()) return {threshold};
       const bool is_lowest = candidates_.size() > voices_ || threshold <= kInaudible;
       if (all && (is_lowest || !go_on)) return {threshold};
@@ -242,14 +244,14 @@ class Priority final : public Sampler {
       if (all) {
         completed = threshold;
         completed_cost = cost;
-        next = course_.is_known() && too_low == 0 && 2 * candidates_.size() > voices_
-                   ? threshold * ThresholdCourse::lowered(candidates_.size(), voices_ + 1)
+        next = predictor_.is_known() && too_low == 0 && 2 * candidates_.size() > voices_
+                   ? threshold * ThresholdPredictor::lowered(candidates_.size(), voices_ + 1)
                    : lowered(threshold);
         if (next <= too_low) next = std::sqrt(too_low * completed);
         // There are up to as many more sources above a threshold as it is lower.
         // Where most is hidden there is little to gain, keyframe after keyframe: half the budget
         // does.
-        const bool mostly_hidden = sight_ != nullptr && 2 * candidates_.size() < voices_;
+        const bool mostly_hidden = occlusion_ != nullptr && 2 * candidates_.size() < voices_;
         const std::uint64_t kept = completed_cost + (mostly_hidden ? whole / 2 : 0);
         const double affordable = static_cast<double>(left - std::min(left, kept)) /
                                   (kGrowth * static_cast<double>(std::max<std::uint64_t>(cost, 1)));
@@ -268,7 +270,7 @@ class Priority final : public Sampler {
       } else {
         budget_.limit(WorkBudget::kUnlimited);  // what it costs is known
         weigh_above(place, completed, kNoLimit);
-        if (sight_ != nullptr) look_at_candidates(completed);
+        if (occlusion_ != nullptr) look_at_candidates(completed);
         return {completed, true};
       }
       threshold = next;
@@ -316,7 +318,7 @@ class Priority final : public Sampler {
         const Source* const soon = found_[f].source;
         __builtin_prefetch(soon);
         __builtin_prefetch(&soon->power);
-        if (sight_ != nullptr) sight_->prefetch(found_[f].number);
+        if (occlusion_ != nullptr) occlusion_->prefetch(found_[f].number);
       }
       some_.clear();
       for (std::size_t f = first; f < end; ++f) some_.push_back(found_[f].source);
@@ -332,29 +334,30 @@ class Priority final : public Sampler {
   }
 
   // Makes a candidate of a source, if it reaches the threshold.
-  void weigh(std::size_t f, const Received& received, const Vec3& place, double threshold) {
+  void weigh(std::size_t f, const ReceivedIntensity& received, const Vec3& place,
+             double threshold) {
     const FoundSource& found = found_[f];
     const Source& source = *found.source;
     const LoudnessTrack::Moment now =
-        weights_heard(field_, weights_, found.signal, source, received.way_m, time_s_);
+        weights_at_distance(field_, weights_, found.signal, source, received.way_m, time_s_);
     if (found.ceiling * now.share < threshold) return;
-    const Bands intensity = faced(faced_, source, place, received.intensity);
-    const double w = weighed_sum(now.weights, intensity);
-    const double per_weight = static_cast<double>(found.boost) / std::max(source.u, kLeastU);
+    const Bands intensity = apply_reception(faced_, source, place, received.intensity);
+    const double w = weighted_sum(now.weights, intensity);
+    const double per_weight = static_cast<double>(found.boost) / std::max(source.u, kMinU);
     const double priority = w * per_weight;
     if (!(w > 0 && priority >= threshold)) return;
     auto known = VisibilityCache::kUnknown;
     if (exact())
-      known = sight_->find_current(found.number, source);
-    else if (sight_ != nullptr)
-      known = sight_->find(found.number);
+      known = occlusion_->find_current(found.number, source);
+    else if (occlusion_ != nullptr)
+      known = occlusion_->find(found.number);
     if (is_hidden(known)) {
       // Which of them the pool finds depends on what it was asked before.
       if (!exact()) wanted_.push_back({priority, found.number, known, &source});
       return;
     }
     candidates_.push_back({priority, w, per_weight, static_cast<std::uint32_t>(f), known});
-    if (sight_ != nullptr) parts_.push_back(weighed(now.weights, intensity));
+    if (occlusion_ != nullptr) parts_.push_back(weighed(now.weights, intensity));
   }
 
   // Makes of priorities in a free field those that are left of them, for as many candidates as need
@@ -368,7 +371,7 @@ class Priority final : public Sampler {
       const Candidate& candidate = candidates_[c];
       if (const auto ahead = c + kFetchAhead; ahead < candidates_.size())
         if (candidates_[ahead].known != VisibilityCache::kUnknown)
-          sight_->prefetch_visibility(candidates_[ahead].known);
+          occlusion_->prefetch_visibility(candidates_[ahead].known);
       if (candidate.known != VisibilityCache::kUnknown)
         best_.push_back(dim(c, candidate.priority));
       else
@@ -388,11 +391,11 @@ class Priority final : public Sampler {
           if (budget_.is_stopped()) break;
           looked = std::min(u + together, unknown_.size());
           together = std::min(2 * together, kMostLooks);
-          look_now(u, looked);
+          estimate_now(u, looked);
         }
-        candidates_[c].known = sight_->find(found.number);
+        candidates_[c].known = occlusion_->find(found.number);
       } else {
-        candidates_[c].known = sight_->look(found.number, *found.source, as_if_free);
+        candidates_[c].known = occlusion_->look(found.number, *found.source, as_if_free);
         rays_left = candidates_[c].known != VisibilityCache::kUnknown;
         if (!rays_left) break;
       }
@@ -410,13 +413,13 @@ class Priority final : public Sampler {
   }
 
   // Looks at the unknown ones from the first to before the last, on all cores.
-  void look_now(std::size_t first, std::size_t last) {
+  void estimate_now(std::size_t first, std::size_t last) {
     wanted_.clear();
     for (std::size_t u = first; u < last; ++u) {
       const FoundSource& found = found_[candidates_[unknown_[u].second].found];
       wanted_.push_back({.number = found.number, .source = found.source});
     }
-    sight_->look_now(wanted_);
+    occlusion_->estimate_now(wanted_);
   }
 
   // Makes best_ a heap of the k + 1 highest of it, the lowest of them at its front.
@@ -433,7 +436,7 @@ class Priority final : public Sampler {
   double dim(std::uint32_t c, double as_if_free) {
     Candidate& candidate = candidates_[c];
     const FoundSource& found = found_[candidate.found];
-    const Bands& visibility = sight_->visibility(candidate.known);
+    const Bands& visibility = occlusion_->visibility(candidate.known);
     if (!exact()) wanted_.push_back({as_if_free, found.number, candidate.known, found.source});
     double w = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
@@ -447,25 +450,25 @@ class Priority final : public Sampler {
   // An exact sampler looks only when everything is here, so that what it sees does not depend on
   // when pages came.
   bool waits() const {
-    return sight_ != nullptr && sight_->exact() && pool_.missed() && !gave_up_waiting_;
+    return occlusion_ != nullptr && occlusion_->exact() && pool_.missed() && !gave_up_waiting_;
   }
 
-  const SourceField& field_;
+  const RadiationModel& field_;
   const SignalWeights weights_;
   SourcePool& pool_;
   const std::size_t most_voices_;
   std::size_t voices_;
   bool resized_ = false;  // since sample_
-  VisibilityCache* const sight_;
+  VisibilityCache* const occlusion_;
   const bool bounded_;
   WorkBudget budget_;
   bool ended_by_budget_ = false;  // sample_
   std::uint64_t bounded_keyframes_ = 0;
-  std::optional<Bracket> paused_;    // a search that waits for pages
-  ThresholdCourse course_, before_;  // before_: the first time that this sample was asked for
+  std::optional<Bracket> paused_;          // a search that waits for pages
+  ThresholdPredictor predictor_, before_;  // before_: the first time that this sample was asked for
   std::vector<FoundSource> found_;
   std::vector<const Source*> some_;  // of kTogether
-  std::vector<Received> received_;
+  std::vector<ReceivedIntensity> received_;
   std::vector<Candidate> candidates_;
   std::vector<Bands> parts_;  // of the candidates' weights in a free field
   std::vector<std::pair<double, std::uint32_t>> unknown_;
@@ -484,10 +487,10 @@ class Priority final : public Sampler {
 
 }  // namespace
 
-std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,
+std::unique_ptr<Sampler> make_priority_sampler(const RadiationModel& field, SignalWeights weights,
                                                SourcePool& pool, std::size_t voices,
-                                               VisibilityCache* sight, SearchBound bound) {
-  return std::make_unique<Priority>(field, std::move(weights), pool, voices, sight, bound);
+                                               VisibilityCache* occlusion, SearchBound bound) {
+  return std::make_unique<Priority>(field, std::move(weights), pool, voices, occlusion, bound);
 }
 
 }  // namespace clamor

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <queue>
 
-#include "formats/source_octree.h"
+#include "formats/bake_file/source_octree.h"
 #include "runtime/sampling/importance_sampling.h"
 
 namespace clamor {
@@ -123,7 +123,7 @@ double RepresentativeOctree::importance(const Node& node, const Vec3& place,
       glm::max(glm::max(Vec3(node.low_m) - place, place - Vec3(node.high_m)), Vec3(0));
   const double r_m = std::max({length(away), static_cast<double>(node.radius_m), kNearest_m});
   const double volume = node.volume / std::pow(r_m, fall_);
-  if (reception.is_even() || away == Vec3(0)) return volume;
+  if (reception.is_omnidirectional() || away == Vec3(0)) return volume;
   const Bands heard = reception.share(Vec3f((Vec3(node.low_m) + Vec3(node.high_m)) / 2.0 - place));
   const double share = std::accumulate(heard.begin(), heard.end(), 0.0) / kBandCount;
   return volume * std::pow(share, fall_ / 2);

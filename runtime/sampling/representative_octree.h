@@ -19,7 +19,7 @@
 //
 // Directions of emission count for nothing in the choice, as in the paper: that is what
 // octree-diffusion is for. This tree is the reference; what plays is the tree of
-// formats/source_octree.h.
+// formats/bake_file/source_octree.h.
 //
 // Immutable once made. Memory: about 100 bytes per source.
 #pragma once
@@ -29,7 +29,7 @@
 #include <vector>
 
 #include "common/vec.h"
-#include "runtime/field/reception.h"
+#include "runtime/propagation/reception.h"
 
 namespace clamor {
 

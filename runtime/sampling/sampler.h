@@ -3,7 +3,7 @@
 // The weight of a source is what the ear would miss: w_i = sum_b loudness_b x signal_b x I_ib x
 // e_ib, with loudness_b from BS.1770 (loudness.h), signal_b the mean square in the band of what it
 // plays, with the level around the moment that is heard (signal_weights.h), I_ib its intensity at
-// the place (source_field.h) and e_ib what the receivers hear of it from its direction
+// the place (radiation_model.h) and e_ib what the receivers hear of it from its direction
 // (reception.h). What is silent now weighs nothing and is not taken.
 //
 // "all" takes every source as it is. "priority" takes the k of highest priority w_i / u_i, u_i
@@ -51,9 +51,9 @@
 
 #include "common/bands.h"
 #include "common/vec.h"
-#include "runtime/field/reception.h"
-#include "runtime/octree/source_pool.h"
-#include "runtime/sight/visibility_cache.h"
+#include "runtime/occlusion/visibility_cache.h"
+#include "runtime/propagation/reception.h"
+#include "runtime/query/source_pool.h"
 
 namespace clamor {
 
@@ -69,14 +69,14 @@ struct SampledSource {
   Vec3f velocity_mps{};  // where sound left it, if it does
 
   // Is one that moves, and heard under another number than it is looked at.
-  void move_as(const FoundSource& found) {
+  void set_moving(const FoundSource& found) {
     number = found.voice;
     moves = true;
     velocity_mps = found.velocity_mps;
   }
 };
 
-class MovingList;
+class MovingSourceList;
 
 class Sampler {
  public:
@@ -106,7 +106,7 @@ class Sampler {
   virtual std::uint64_t bounded_keyframes() const { return 0; }
 
   // How many sources to choose from now on, at most what it was made for. Some strategies cannot.
-  virtual void choose_at_most(std::size_t /*voices*/) {}
+  virtual void set_voice_count(std::size_t /*voices*/) {}
 
  protected:
   const Reception& reception() const { return reception_; }
@@ -124,13 +124,13 @@ constexpr std::uint64_t work_ahead_per_keyframe(std::size_t voices) {
   return 100'000 + 10 * voices;
 }
 
-// All must outlive the sampler. Without `sight` nothing is hidden.
-std::unique_ptr<Sampler> make_priority_sampler(const SourceField& field, SignalWeights weights,
+// All must outlive the sampler. Without `occlusion` no source is occluded.
+std::unique_ptr<Sampler> make_priority_sampler(const RadiationModel& field, SignalWeights weights,
                                                SourcePool& pool, std::size_t voices,
-                                               VisibilityCache* sight = nullptr,
+                                               VisibilityCache* occlusion = nullptr,
                                                SearchBound bound = SearchBound::kUnbounded);
-std::unique_ptr<Sampler> make_all_sampler(const SourceField& field, const SourceList& list,
-                                          VisibilityCache* sight = nullptr,
-                                          MovingList* moving = nullptr);
+std::unique_ptr<Sampler> make_all_sampler(const RadiationModel& field, const SourceList& list,
+                                          VisibilityCache* occlusion = nullptr,
+                                          MovingSourceList* moving = nullptr);
 
 }  // namespace clamor

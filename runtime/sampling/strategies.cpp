@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "common/text.h"
-#include "runtime/field/loudness.h"
-#include "runtime/field/source_weight.h"
+#include "runtime/propagation/loudness.h"
+#include "runtime/propagation/source_weight.h"
 #include "runtime/sampling/representative_octree.h"
 
 namespace clamor {
@@ -19,7 +19,7 @@ namespace {
 // What the samplers below share: a list, and what a source of it weighs.
 class Listed : public Sampler {
  public:
-  Listed(const StrategyOptions& options, const SourceField& field, const SignalWeights& weights,
+  Listed(const StrategyOptions& options, const RadiationModel& field, const SignalWeights& weights,
          const SourceList& list)
       : options_(options), field_(field), weights_(weights), page_(list.page()) {}
 
@@ -29,7 +29,7 @@ class Listed : public Sampler {
  protected:
   bool amplitudes() const { return options_.estimator == Estimator::kAmplitude; }
 
-  // True unless the listener was there and faced so the last time; first of all, too.
+  // True unless the listener was there and apply_reception so the last time; first of all, too.
   bool is_elsewhere(const Vec3& place) {
     const bool stays = place_ == place && faced_ == reception();
     place_ = place;
@@ -41,15 +41,15 @@ class Listed : public Sampler {
   void weigh(std::vector<Candidate>& candidates, const Vec3& place) const {
     constexpr std::size_t kTogether = 64;
     std::array<const Source*, kTogether> sources;
-    std::array<Received, kTogether> received;
+    std::array<ReceivedIntensity, kTogether> received;
     for (std::size_t first = 0; first < candidates.size(); first += kTogether) {
       const std::size_t count = std::min(kTogether, candidates.size() - first);
       for (std::size_t i = 0; i < count; ++i) sources[i] = &page_[candidates[first + i].number];
       field_.receive(std::span(sources).first(count), place, received.data());
       for (std::size_t i = 0; i < count; ++i) {
         const Source& source = *sources[i];
-        const Bands intensity = faced(reception(), source, place, received[i].intensity);
-        const double power = weighed_sum(weights_.by_signal[field_.signal(source)], intensity);
+        const Bands intensity = apply_reception(reception(), source, place, received[i].intensity);
+        const double power = weighted_sum(weights_.by_signal[field_.signal(source)], intensity);
         candidates[first + i].weight *= amplitudes() ? std::sqrt(power) : power;
       }
     }
@@ -76,7 +76,7 @@ class Listed : public Sampler {
   }
 
   const StrategyOptions options_;
-  const SourceField& field_;
+  const RadiationModel& field_;
   const SignalWeights& weights_;
   const SourcePage& page_;
 
@@ -88,8 +88,8 @@ class Listed : public Sampler {
 // Sections 3.3 and 3.4: from the whole list.
 class FromList final : public Listed {
  public:
-  FromList(const StrategyOptions& options, const SourceField& field, const SignalWeights& weights,
-           const SourceList& list, DynamicSample::Rule rule)
+  FromList(const StrategyOptions& options, const RadiationModel& field,
+           const SignalWeights& weights, const SourceList& list, DynamicSample::Rule rule)
       : Listed(options, field, weights, list),
         once_(rule == DynamicSample::Rule::kOnce),
         even_(options.strategy == "random"),
@@ -121,8 +121,8 @@ class FromList final : public Listed {
 // Section 3.5: the cut alone.
 class OctreeCut final : public Listed {
  public:
-  OctreeCut(const StrategyOptions& options, const SourceField& field, const SignalWeights& weights,
-            const SourceList& list)
+  OctreeCut(const StrategyOptions& options, const RadiationModel& field,
+            const SignalWeights& weights, const SourceList& list)
       : Listed(options, field, weights, list), tree_(representatives()) {}
 
   std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
@@ -142,7 +142,7 @@ class OctreeCut final : public Listed {
 // sends towards the listener. What is left of the factors is their product.
 class OctreeDiffusion final : public Listed {
  public:
-  OctreeDiffusion(const StrategyOptions& options, const SourceField& field,
+  OctreeDiffusion(const StrategyOptions& options, const RadiationModel& field,
                   const SignalWeights& weights, const SourceList& list)
       : Listed(options, field, weights, list),
         tree_(representatives()),
@@ -187,7 +187,7 @@ class OnAmplitudes final : public Sampler {
   }
   bool complete() override { return sampler_->complete(); }
   std::size_t capacity() const override { return sampler_->capacity(); }
-  void choose_at_most(std::size_t voices) override { sampler_->choose_at_most(voices); }
+  void set_voice_count(std::size_t voices) override { sampler_->set_voice_count(voices); }
   void stop_when(const std::atomic<bool>* stop) override { sampler_->stop_when(stop); }
   std::uint64_t work() const override { return sampler_->work(); }
   std::uint64_t bounded_keyframes() const override { return sampler_->bounded_keyframes(); }
@@ -209,9 +209,9 @@ Result<void> check(const StrategyOptions& options) {
   if (std::find(names.begin(), names.end(), options.strategy) == names.end())
     return Error("no strategy is called " + in_quotes(options.strategy) + ", the nearest is " +
                  in_quotes(nearest_name(options.strategy, names)) + "; there are " + all + ".");
-  if (options.voices < 1 || options.voices > kMostVoices)
+  if (options.voices < 1 || options.voices > kMaxVoices)
     return Error("cannot mix " + std::to_string(options.voices) + " voices; ask for 1 to " +
-                 std::to_string(kMostVoices) + ".");
+                 std::to_string(kMaxVoices) + ".");
   const StrategyTuning& tuning = options.tuning;
   if (!(tuning.redraw_s >= 0.2 && tuning.redraw_s <= 3600))
     return Error(
@@ -238,15 +238,15 @@ SignalWeights mean_weights(std::span<const PreparedSignal> signals) {
   return weights;
 }
 
-std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
+std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const RadiationModel& field,
                                       const SignalWeights& weights, SourceList& list,
-                                      VisibilityCache* sight, MovingList* moving) {
+                                      VisibilityCache* occlusion, MovingSourceList* moving) {
   using Rule = DynamicSample::Rule;
   const std::string& name = options.strategy;
   const auto from_list = [&](Rule rule) -> std::unique_ptr<Sampler> {
     return std::make_unique<FromList>(options, field, weights, list, rule);
   };
-  if (name == "all") return make_all_sampler(field, list, sight, moving);
+  if (name == "all") return make_all_sampler(field, list, occlusion, moving);
   if (name == "random" || name == "importance") return from_list(Rule::kOnce);
   if (name == "full-resampling") return from_list(Rule::kFull);
   if (name == "stochastic-diffusion") return from_list(Rule::kStochastic);
@@ -254,14 +254,15 @@ std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const Sour
   if (name == "octree") return std::make_unique<OctreeCut>(options, field, weights, list);
   if (name == "octree-diffusion")
     return std::make_unique<OctreeDiffusion>(options, field, weights, list);
-  return make_sampler(options, field, weights, static_cast<SourcePool&>(list), sight);
+  return make_sampler(options, field, weights, static_cast<SourcePool&>(list), occlusion);
 }
 
-std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
+std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const RadiationModel& field,
                                       const SignalWeights& weights, SourcePool& pool,
-                                      VisibilityCache* sight) {
+                                      VisibilityCache* occlusion) {
   assert(!needs_list(options.strategy));
-  auto sampler = make_priority_sampler(field, weights, pool, options.voices, sight, options.bound);
+  auto sampler =
+      make_priority_sampler(field, weights, pool, options.voices, occlusion, options.bound);
   if (options.estimator == Estimator::kPower) return sampler;
   return std::make_unique<OnAmplitudes>(std::move(sampler));
 }

@@ -37,7 +37,7 @@
 #include "common/result.h"
 #include "runtime/sampling/dynamic_sampling.h"
 #include "runtime/sampling/sampler.h"
-#include "runtime/sounds/signal_bank.h"
+#include "runtime/streaming/prepared_signal.h"
 
 namespace clamor {
 
@@ -57,7 +57,7 @@ inline constexpr std::array<StrategyInfo, 9> kStrategies = {{{"priority", ""},
                                                              {"octree", "3.5"},
                                                              {"octree-diffusion", "3.5"}}};
 
-inline constexpr int kMostVoices = 1'000'000;  // ten times what a core mixes
+inline constexpr int kMaxVoices = 1'000'000;  // ten times what a core mixes
 
 struct StrategyOptions {
   std::string strategy = "priority";
@@ -82,19 +82,19 @@ inline bool takes_moving(const std::string& strategy) {
 }
 
 // Does it ask what hides a source? The paper's own strategies know nothing of that.
-inline bool asks_what_hides(const std::string& strategy) {
+inline bool uses_occlusion(const std::string& strategy) {
   return strategy == "priority" || strategy == "all";
 }
 
 // What the options, which are right, ask for. All must outlive the sampler.
-std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
+std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const RadiationModel& field,
                                       const SignalWeights& weights, SourceList& list,
-                                      VisibilityCache* sight = nullptr,
-                                      MovingList* moving = nullptr);
+                                      VisibilityCache* occlusion = nullptr,
+                                      MovingSourceList* moving = nullptr);
 
-// Of a strategy that needs no list. Moving sources are in the pool (moving_list.h).
-std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const SourceField& field,
+// Of a strategy that needs no list. Moving sources are in the pool (moving_source_list.h).
+std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const RadiationModel& field,
                                       const SignalWeights& weights, SourcePool& pool,
-                                      VisibilityCache* sight = nullptr);
+                                      VisibilityCache* occlusion = nullptr);
 
 }  // namespace clamor

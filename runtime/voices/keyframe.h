@@ -11,7 +11,7 @@
 
 #include "common/bands.h"
 #include "common/vec.h"
-#include "formats/level.h"
+#include "formats/level/level.h"
 #include "runtime/voices/mix_kernel.h"
 
 namespace clamor {
@@ -37,15 +37,15 @@ struct Voice {
 inline constexpr std::uint8_t kHighestRank = 255;
 
 // The listener's axes.
-struct Facing {
+struct ListenerAxes {
   Vec3f ahead{1, 0, 0}, left{0, 1, 0}, up{0, 0, 1};
   bool is_known = false;
-  bool operator==(const Facing&) const = default;
+  bool operator==(const ListenerAxes&) const = default;
 };
 
 struct Keyframe {
   std::uint64_t number = 0;
-  Facing facing;              // of the listener for whom it was made
+  ListenerAxes facing;        // of the listener for whom it was made
   std::vector<Voice> voices;  // slots differ; capacity is set once
 };
 

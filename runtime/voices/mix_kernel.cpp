@@ -36,7 +36,7 @@ HWY_INLINE void mix_chunk(const Tile<kDelays, kTwoLayers>& tile, const Lines<kRe
   const FloatTag d;
   constexpr int kFrames = chunk_frames(kBands * kEarsHere, kLow), kVectors = kFrames / kFloats;
   constexpr int kRate = kLow ? kLowRate : 1, kStep = kStepFrames / kRate;
-  constexpr int kRow = kMostFrames / kRate;
+  constexpr int kRow = kMaxFrames / kRate;
   constexpr int kStride = kEars / kEarsHere;  // from bus to bus
 
   FloatVector sum[kBands * kEarsHere][kVectors];
@@ -104,7 +104,7 @@ HWY_INLINE void mix_step(const Tile<kDelays, kTwoLayers>& tile, const Lines<kRea
   const float now = static_cast<float>(job.first_frame + step) / kGainFrames;
   for (int f = 0; f < kStep; f += kFrames)
     mix_chunk<kCubic, kBands, kEarsHere, kLow, kLanes, kFirstLane>(
-        tile, lines, ear, now, f, rows + (ear * kMostFrames + step) / kRate + f);
+        tile, lines, ear, now, f, rows + (ear * kMaxFrames + step) / kRate + f);
 }
 
 // Calls mix(tile, step) for all tiles and their steps.
@@ -151,19 +151,19 @@ HWY_NOINLINE void mix_bands_here(const MixJob& job) {
 template <bool kCubic>
 HWY_NOINLINE void mix_head_here(const MixJob& job) {
   constexpr int kDozen = 12, kDozenLanes = kEars * kDozen;
-  constexpr int kLowRow = kMostFrames / kLowRate;
-  static_assert(kHeadLowBands == kDozen && kHeadHighBands == 2 * kDozen);
+  constexpr int kLowRow = kMaxFrames / kLowRate;
+  static_assert(kHrtfLowBands == kDozen && kHrtfHighBands == 2 * kDozen);
   Lines<1> lines;
-  for_steps<2, true>(job, kHeadLanes, [&](const Tile<2, true>& tile, int step) HWY_ATTR {
+  for_steps<2, true>(job, kHrtfLanes, [&](const Tile<2, true>& tile, int step) HWY_ATTR {
     for (int ear = 0; ear < kEars; ++ear) {
       lines.look<false>(tile, ear);
-      mix_step<kCubic, kDozen, 1, false, kHeadLanes, kDozenLanes>(tile, lines, ear, job, step,
+      mix_step<kCubic, kDozen, 1, false, kHrtfLanes, kDozenLanes>(tile, lines, ear, job, step,
                                                                   job.high);
-      mix_step<kCubic, kDozen, 1, false, kHeadLanes, 2 * kDozenLanes>(
-          tile, lines, ear, job, step, job.high + kDozenLanes * kMostFrames);
+      mix_step<kCubic, kDozen, 1, false, kHrtfLanes, 2 * kDozenLanes>(
+          tile, lines, ear, job, step, job.high + kDozenLanes * kMaxFrames);
       lines.look<true>(tile, ear);
-      mix_step<true, kDozen, 1, true, kHeadLanes, 0>(tile, lines, ear, job, step, job.low);
-      mix_step<true, static_cast<int>(kHeadQuadratures), 1, true, kHeadLanes, 3 * kDozenLanes>(
+      mix_step<true, kDozen, 1, true, kHrtfLanes, 0>(tile, lines, ear, job, step, job.low);
+      mix_step<true, static_cast<int>(kHrtfQuadratures), 1, true, kHrtfLanes, 3 * kDozenLanes>(
           tile, lines, ear, job, step, job.low + kDozenLanes * kLowRow);
     }
   });

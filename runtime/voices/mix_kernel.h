@@ -1,9 +1,10 @@
 // mix_kernel.h: the inner loop of the mixer, for whatever vectors the CPU has.
 //
 // Voices add into buses, one row of frames per band and ear. With eight bands a signal is kept in
-// two layers (signal_bank.h): the upper three bands at the full rate, the lower five at a quarter
-// of it, so that eight band gains cost 3 + 5 / 4 multiply-adds per ear and frame instead of eight,
-// and one and a quarter reads instead of one. The octave bank filters the buses after the sum.
+// two layers (prepared_signal.h): the upper three bands at the full rate, the lower five at a
+// quarter of it, so that eight band gains cost 3 + 5 / 4 multiply-adds per ear and frame instead of
+// eight, and one and a quarter reads instead of one. The octave bank filters the buses after the
+// sum.
 //
 // Where 64 voices read is worked out for a step at a time, in columns (mix_tile-inl.h). A chunk of
 // 16 to 64 frames of the buses then stays in registers while voices pass by. Where a voice's whole
@@ -45,19 +46,19 @@ namespace clamor {
 inline constexpr int kEars = 2;
 inline constexpr int kStepFrames = 64;  // calls mix whole steps; divides kKeyframeFrames
 inline constexpr int kMostSteps = 4;    // of one call
-inline constexpr int kMostFrames = kMostSteps * kStepFrames;
+inline constexpr int kMaxFrames = kMostSteps * kStepFrames;
 
 inline constexpr int kBandLanes = kEars * static_cast<int>(kBandCount);
 inline constexpr int kLowRate = 4;  // frames per frame of the low layer
 inline constexpr int kLowBands = 5;
 inline constexpr int kHighBands = static_cast<int>(kBandCount) - kLowBands;
 
-// Binaural: narrow bands, the lower ones in the low layer, and quadratures (head_bank.h).
-inline constexpr std::size_t kHeadLowBands = 12, kHeadHighBands = 24;
-inline constexpr std::size_t kHeadBands = kHeadLowBands + kHeadHighBands;
-inline constexpr std::size_t kHeadQuadratures = 14;  // also in the low layer
-inline constexpr std::size_t kHeadLowRows = kHeadLowBands + kHeadQuadratures;
-inline constexpr int kHeadLanes = kEars * static_cast<int>(kHeadBands + kHeadQuadratures);
+// Binaural: narrow bands, the lower ones in the low layer, and quadratures (hrtf_filter_bank.h).
+inline constexpr std::size_t kHrtfLowBands = 12, kHrtfHighBands = 24;
+inline constexpr std::size_t kHrtfBands = kHrtfLowBands + kHrtfHighBands;
+inline constexpr std::size_t kHrtfQuadratures = 14;  // also in the low layer
+inline constexpr std::size_t kHrtfLowRows = kHrtfLowBands + kHrtfQuadratures;
+inline constexpr int kHrtfLanes = kEars * static_cast<int>(kHrtfBands + kHrtfQuadratures);
 
 inline constexpr int kGainFrames = 16;  // slopes of gains are per so many frames: a vector's
 
@@ -71,11 +72,13 @@ struct MixMode {
   bool eight_bands = true;  // otherwise each ear has one gain: a voice's band 0
   // Of output channels. More than one pair takes one delay, and a panner says what goes where.
   int pairs = 1;
-  bool head = false;      // binaural: a voice's gains are in the bands of head_bank.h; two delays
-  int fine_voices = 128;  // binaural: so many have them at a time, the loudest (fine_voices.h)
+  bool head =
+      false;  // binaural: a voice's gains are in the bands of hrtf_filter_bank.h; two delays
+  int fine_voices =
+      128;  // binaural: so many have them at a time, the loudest (narrowband_voices.h)
 
   // Gains of a voice: those of the segment's frame 0, then how they grow in kGainFrames.
-  constexpr int gain_lanes() const { return head ? kHeadLanes : eight_bands ? kBandLanes : kEars; }
+  constexpr int gain_lanes() const { return head ? kHrtfLanes : eight_bands ? kBandLanes : kEars; }
   constexpr bool two_layers() const { return eight_bands || head; }
 };
 
@@ -106,15 +109,15 @@ struct VoicePath {
 // How far ahead of its place in the high layer a voice's low layer is read by the left ear, 32.32
 // frames of the full rate, and how that grows per frame; the right ear is as far behind. A head's
 // low frequencies have delays of their own.
-struct LayerGap {
+struct LayerOffset {
   std::int64_t ahead = 0, step = 0;
 };
 
 // Where voices go on in the next call, as they do in this one: in arrays by slot, which may be
 // those that are read. A position that has come as far as its slot's wrap goes back by that.
-struct MixAdvance {
-  VoicePath* paths = nullptr;  // [slot][kEars]; null: nothing is written
-  LayerGap* gaps = nullptr;    // [slot], or null where there are none
+struct MixContinuation {
+  VoicePath* paths = nullptr;   // [slot][kEars]; null: nothing is written
+  LayerOffset* gaps = nullptr;  // [slot], or null where there are none
   const std::int64_t* wraps = nullptr;
 };
 
@@ -124,18 +127,18 @@ struct MixJob {
   const std::uint32_t* active;
   std::size_t count;  // of active slots
   int first_frame;    // of the segment
-  int frames;         // whole steps, at most kMostFrames
-  // Rows of kMostFrames and kMostFrames / kLowRate, in order of band and ear. Added to. Full-band
+  int frames;         // whole steps, at most kMaxFrames
+  // Rows of kMaxFrames and kMaxFrames / kLowRate, in order of band and ear. Added to. Full-band
   // voices use the first two of high.
   float* high;
   float* low;
-  const LayerGap* gaps = nullptr;  // [slot], or null where there are none
-  MixAdvance next = {};
+  const LayerOffset* gaps = nullptr;  // [slot], or null where there are none
+  MixContinuation next = {};
 };
 
 struct MixBuses {
-  alignas(64) float high[kHighBands * kEars * kMostFrames];
-  alignas(64) float low[kLowBands * kEars * kMostFrames / kLowRate];
+  alignas(64) float high[kHighBands * kEars * kMaxFrames];
+  alignas(64) float low[kLowBands * kEars * kMaxFrames / kLowRate];
 };
 
 void mix_voices(const MixMode& mode, const MixJob& job) noexcept REALTIME;

@@ -42,16 +42,16 @@ void mix_reference(const MixMode& mode, const MixJob& job, ReferenceBuses& buses
         const std::int64_t position = path.position_at(f);
         const double x = read(path.high, position, cubic);
         for (int b = 0; b < (mode.eight_bands ? kHighBands : 1); ++b)
-          buses.high[(b * kEars + ear) * kMostFrames + f] +=
+          buses.high[(b * kEars + ear) * kMaxFrames + f] +=
               x *
               gain(mode.eight_bands ? band_lane(kLowBands + static_cast<std::size_t>(b), ear) : ear,
                    f);
         if (!mode.eight_bands || f % kLowRate != 0) continue;
-        const LayerGap gap = job.gaps == nullptr ? LayerGap{} : job.gaps[job.active[v]];
+        const LayerOffset gap = job.gaps == nullptr ? LayerOffset{} : job.gaps[job.active[v]];
         const std::int64_t ahead = gap.ahead + f * gap.step;
         const double y = read(path.low, (position + (ear == 0 ? ahead : -ahead)) >> 2, true);
         for (int b = 0; b < kLowBands; ++b)
-          buses.low[(b * kEars + ear) * (kMostFrames / kLowRate) + f / kLowRate] +=
+          buses.low[(b * kEars + ear) * (kMaxFrames / kLowRate) + f / kLowRate] +=
               y * gain(band_lane(static_cast<std::size_t>(b), ear), f);
       }
     }

@@ -8,8 +8,8 @@
 namespace clamor {
 
 struct ReferenceBuses {
-  double high[kHighBands * kEars * kMostFrames];
-  double low[kLowBands * kEars * kMostFrames / kLowRate];
+  double high[kHighBands * kEars * kMaxFrames];
+  double low[kLowBands * kEars * kMaxFrames / kLowRate];
 };
 
 // Adds to `buses`; job.high and job.low are not used.

@@ -71,7 +71,7 @@ struct Tile {
         hwy::Prefetch(paths[e].high + (paths[e].position >> 32));  // further lines: mix_chunk()
       }
       if constexpr (kTwoLayers) {
-        const LayerGap gap = job.gaps == nullptr ? LayerGap{} : job.gaps[active[v]];
+        const LayerOffset gap = job.gaps == nullptr ? LayerOffset{} : job.gaps[active[v]];
         for (int e = 0; e < kDelays; ++e) {
           ahead[e][v] = e == 0 ? gap.ahead : -gap.ahead;
           ahead_step[e][v] = e == 0 ? gap.step : -gap.step;
@@ -91,7 +91,7 @@ struct Tile {
 
   // After the last step: where the next call begins.
   HWY_INLINE void put_back(const MixJob& job, const std::uint32_t* active) const {
-    const MixAdvance& to = job.next;
+    const MixContinuation& to = job.next;
     for (std::size_t v = 0; v < count; ++v) {
       const std::int64_t wrap = to.wraps[active[v]];
       VoicePath* paths = to.paths + std::size_t{kEars} * active[v];
@@ -101,7 +101,7 @@ struct Tile {
         paths[e].step = drift[e][v] + kWhole;
       }
       if (to.gaps != nullptr) {
-        const LayerGap& gap = job.gaps[active[v]];
+        const LayerOffset& gap = job.gaps[active[v]];
         to.gaps[active[v]].ahead = gap.ahead + job.frames * gap.step;
       }
     }

@@ -33,7 +33,7 @@ TEST(BakePlan, SharesPhotonsOutByPowerButGivesEveryEmitterSome) {
   const BakePlan found = plan(level, {.photons = 10000});
   EXPECT_EQ(found.photons[0], 9000u);
   EXPECT_EQ(found.photons[1], 1000u);
-  EXPECT_EQ(found.photons[2], kLeastPhotons);
+  EXPECT_EQ(found.photons[2], kMinPhotons);
 }
 
 TEST(BakePlan, SpendsNothingOnSilentEmitters) {
@@ -67,9 +67,9 @@ TEST(BakePlan, CountsRoomsByWhoSeesWhom) {
 }
 
 TEST(BakePlan, ThinsWhileTracingOnlyWhereFarMoreDepositsAreLeftThanKept) {
-  EXPECT_EQ(plan(room_with(1), {.photons = 100, .sources = 100000}).least_power, 0);
-  const double some = plan(room_with(1), {.photons = 100000, .sources = 10000}).least_power;
-  const double more = plan(room_with(1), {.photons = 1000000, .sources = 10000}).least_power;
+  EXPECT_EQ(plan(room_with(1), {.photons = 100, .sources = 100000}).deposit_threshold, 0);
+  const double some = plan(room_with(1), {.photons = 100000, .sources = 10000}).deposit_threshold;
+  const double more = plan(room_with(1), {.photons = 1000000, .sources = 10000}).deposit_threshold;
   EXPECT_GT(some, 0);
   EXPECT_GT(more, 5 * some);
 }
@@ -80,7 +80,7 @@ TEST(BakePlan, MovingOneOfFiftyEmittersLeavesTheOthersAsTheyWere) {
   level.emitters[17].position_m = {15, 8, 4};
   const BakePlan after = plan(level, {});
   EXPECT_EQ(before.photons, after.photons);
-  EXPECT_EQ(before.least_power, after.least_power);
+  EXPECT_EQ(before.deposit_threshold, after.deposit_threshold);
 }
 
 TEST(BakePlan, BatchesHoldEveryPhotonOnceAndNoMoreThanTheyMay) {

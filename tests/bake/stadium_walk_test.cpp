@@ -7,9 +7,9 @@
 
 #include <gtest/gtest.h>
 
-#include "bake/scene.h"
-#include "formats/level_import.h"
-#include "formats/walk_file.h"
+#include "bake/trace/scene.h"
+#include "formats/gltf/level_import.h"
+#include "formats/level/walk_file.h"
 #include "tests/build_paths.h"
 
 namespace clamor {

@@ -33,12 +33,12 @@
 #include <embree3/rtcore.h>
 #endif
 
-#include "bake/photon_tracer.h"
-#include "bake/scene.h"
+#include "bake/trace/photon_tracer.h"
+#include "bake/trace/scene.h"
 #include "common/maths.h"
 #include "common/random.h"
 #include "common/thread_time.h"
-#include "formats/level_import.h"
+#include "formats/gltf/level_import.h"
 #include "tests/build_paths.h"
 #include "tests/rooms.h"
 
@@ -254,7 +254,7 @@ void tracing(benchmark::State& state, const Level& level, bool closed) {
   const Scene scene(level.mesh);
   const BareEmbree bare(level.mesh);
   TraceSettings settings;
-  settings.roulette_kappa = 0.15;
+  settings.roulette_exponent = 0.15;
   settings.air_loss_per_m = air_loss_per_m(level.air);
   const PhotonTracer tracer(scene, level, settings);
   const Vec3f start(level.emitters[0].position_m);

@@ -9,7 +9,7 @@
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
-#include "runtime/octree/octree_pool.h"
+#include "runtime/query/octree_pool.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/benchmarks/sample_times.h"
 #include "tests/city.h"
@@ -55,12 +55,12 @@ void city_sample(benchmark::State& state) {
   const auto stadiums = static_cast<std::uint32_t>(state.range(0));
   const auto file = BakeFile::open(city_file(stadiums));
   if (!file.ok()) return state.SkipWithError(file.error().message.c_str());
-  const SourceField field(file->emitters(), file->materials(), Air{});
+  const RadiationModel field(file->emitters(), file->materials(), Air{});
   SignalWeights weights;
   weights.by_signal = {
       {1, 2, 3, 4, 5, 4, 3, 2}, {2, 2, 1, 1, 1, 1, 2, 2}, {1, 1, 1, 4, 4, 1, 1, 1}};
-  const SignalWeights ceilings = highest_over_copies(weights, file->signal_maps());
-  PageLoader loader(pages_of(*file, field, ceilings), PageBudget{20'000'000});
+  const SignalWeights ceilings = max_over_instances(weights, file->signal_maps());
+  PageLoader loader(page_fetch(*file, field, ceilings), PageBudget{20'000'000});
   OctreePool pool(field, ceilings, file->trees(), file->signal_maps(), loader);
   const auto sampler =
       make_priority_sampler(field, weights, pool, static_cast<std::size_t>(state.range(1)));
@@ -75,7 +75,7 @@ void city_sample(benchmark::State& state) {
     while (!sampler->complete()) sampler->sample(place);
   }
   const std::uint64_t pages_before = pool.nodes_visited();
-  const std::uint64_t entries_before = pool.sources_looked_at() + pool.copies_heard();
+  const std::uint64_t entries_before = pool.sources_tested() + pool.representatives_found();
   std::uint64_t samples = 0;
   testing::SampleTimes times;
   for (auto _ : state) {
@@ -88,7 +88,7 @@ void city_sample(benchmark::State& state) {
   times.report(state);
   state.counters["pages"] = per_sample(pool.nodes_visited() - pages_before);
   state.counters["entries"] =
-      per_sample(pool.sources_looked_at() + pool.copies_heard() - entries_before);
+      per_sample(pool.sources_tested() + pool.representatives_found() - entries_before);
   state.counters["pages_MB"] = static_cast<double>(loader.statistics().bytes) / 1e6;
 }
 BENCHMARK(city_sample)

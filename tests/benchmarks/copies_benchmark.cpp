@@ -8,7 +8,7 @@
 #include <benchmark/benchmark.h>
 
 #include "bake/bake.h"
-#include "runtime/octree/octree_pool.h"
+#include "runtime/query/octree_pool.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/terraces.h"
 
@@ -36,11 +36,11 @@ void copies_sample(benchmark::State& state) {
   state.counters["file_kB"] = static_cast<double>(file->bytes().file) / 1e3;
   state.counters["trees"] = static_cast<double>(file->trees().size());
 
-  const SourceField field(file->emitters(), file->materials(), Air{});
+  const RadiationModel field(file->emitters(), file->materials(), Air{});
   SignalWeights weights;
   weights.by_signal.assign(file->signal_count(), same_in_all_bands(1));
-  const SignalWeights ceilings = highest_over_copies(weights, file->signal_maps());
-  PageLoader loader(pages_of(*file, field, ceilings), PageBudget{1'000'000'000});
+  const SignalWeights ceilings = max_over_instances(weights, file->signal_maps());
+  PageLoader loader(page_fetch(*file, field, ceilings), PageBudget{1'000'000'000});
   OctreePool pool(field, ceilings, file->trees(), file->signal_maps(), loader);
   const auto sampler = make_priority_sampler(field, weights, pool, 2000);
   sampler->sample({0, 2, 0});

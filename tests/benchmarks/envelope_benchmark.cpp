@@ -12,10 +12,10 @@
 
 #include <benchmark/benchmark.h>
 
-#include "formats/bake_file.h"
-#include "runtime/auralizer_input.h"
-#include "runtime/field/loudness.h"
-#include "runtime/octree/octree_pool.h"
+#include "formats/bake_file/bake_file.h"
+#include "runtime/engine/auralizer_input.h"
+#include "runtime/propagation/loudness.h"
+#include "runtime/query/octree_pool.h"
 #include "runtime/sampling/sampler.h"
 
 namespace clamor {
@@ -44,10 +44,10 @@ void standing_still(benchmark::State& state) {
   if (!file.ok()) return state.SkipWithError(file.error().message.c_str());
   const auto tables = read_tables(*file);
   if (!tables.ok()) return state.SkipWithError(tables.error().message.c_str());
-  const SourceField field(tables->emitters, tables->materials, tables->air);
+  const RadiationModel field(tables->emitters, tables->materials, tables->air);
   const SignalWeights weights = weights_for(static_cast<Weighing>(state.range(0)), *tables);
-  const SignalWeights ceilings = highest_over_copies(weights, file->signal_maps());
-  PageLoader loader(pages_of(*file, field, ceilings), PageBudget{4'000'000'000});
+  const SignalWeights ceilings = max_over_instances(weights, file->signal_maps());
+  PageLoader loader(page_fetch(*file, field, ceilings), PageBudget{4'000'000'000});
   OctreePool pool(field, ceilings, file->trees(), file->signal_maps(), loader);
   const auto voices = static_cast<std::size_t>(state.range(1));
   const auto sampler = make_priority_sampler(field, weights, pool, voices);

@@ -16,8 +16,8 @@
 #include <benchmark/benchmark.h>
 
 #include "common/thread_time.h"
-#include "formats/bake_file.h"
-#include "runtime/auralizer.h"
+#include "formats/bake_file/bake_file.h"
+#include "runtime/engine/auralizer.h"
 #include "tests/benchmarks/hall_file.h"
 
 namespace clamor {
@@ -29,7 +29,7 @@ const testing::HallFile& hall() {
 }
 
 // Rounds of what lies between these corners, 12 m above its lowest.
-Pose flying(double time_s, const Vec3& low_m, const Vec3& high_m) {
+Listener flying(double time_s, const Vec3& low_m, const Vec3& high_m) {
   const double a = 0.4 * (high_m.x - low_m.x), b = 0.4 * (high_m.z - low_m.z);
   const double angle = 50 * time_s / std::sqrt((a * a + b * b) / 2);
   const Vec3 middle_m = (low_m + high_m) / 2.0;

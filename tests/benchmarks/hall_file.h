@@ -11,9 +11,9 @@
 
 #include <unistd.h>
 
-#include "bake/octree_builder.h"
+#include "bake/octree/octree_builder.h"
 #include "common/random.h"
-#include "formats/bake_file.h"
+#include "formats/bake_file/bake_file.h"
 #include "tests/source_lists.h"
 
 namespace clamor::testing {

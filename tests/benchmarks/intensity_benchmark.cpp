@@ -12,7 +12,7 @@
 #include <benchmark/benchmark.h>
 
 #include "common/random.h"
-#include "runtime/field/source_field.h"
+#include "runtime/propagation/radiation_model.h"
 
 namespace clamor {
 namespace {
@@ -41,11 +41,11 @@ void intensity(benchmark::State& state) {
   materials[0].scattering = {0.05f, 0.05f, 0.07f, 0.1f, 0.15f, 0.2f, 0.3f, 0.4f};
   materials[0].phong = same_in_all_bands(20);
   const std::vector<Emitter> emitters(1);
-  const SourceField field(emitters, materials, Air{});
+  const RadiationModel field(emitters, materials, Air{});
   const std::vector<Source> sources = wall_sources();
   std::vector<const Source*> all;
   for (const Source& source : sources) all.push_back(&source);
-  std::vector<Received> received(kSources);
+  std::vector<ReceivedIntensity> received(kSources);
   double exact_ns = 1e9, kernel_ns = 1e9, alone_ns = 1e9;
   const auto time = [](double& least_ns, const auto& run) {
     const auto start = std::chrono::steady_clock::now();

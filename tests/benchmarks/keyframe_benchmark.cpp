@@ -14,7 +14,7 @@
 #include "common/random.h"
 #include "runtime/mixing/keyframe_maker.h"
 #include "runtime/voices/keyframe_queue.h"
-#include "tests/runtime/keyframe_reference.h"
+#include "tests/runtime/mixing/keyframe_reference.h"
 
 namespace clamor {
 namespace {
@@ -30,7 +30,7 @@ void keyframe(benchmark::State& state, bool moving, const Args&... args) {
   const std::vector<Emitter> emitters = {Emitter{.name = "source", .position_m = {10, 1.7, 12}}};
   std::vector<Material> materials(1);
   materials[0].scattering = same_in_all_bands(0.5f);
-  const SourceField field(emitters, materials, Air{});
+  const RadiationModel field(emitters, materials, Air{});
   std::vector<Source> sources(kVoices);
   std::vector<SampledSource> sample(kVoices);
   for (std::uint32_t i = 0; i < kVoices; ++i) {
@@ -49,7 +49,7 @@ void keyframe(benchmark::State& state, bool moving, const Args&... args) {
   }
   Maker maker(field, kVoices, args...);
   KeyframeQueue queue(2, kVoices);
-  Pose pose;
+  Listener pose;
   double turn = 0;
   for (auto _ : state) {
     if (moving) turn += 0.017;
@@ -68,7 +68,7 @@ using Receivers = KeyframeMaker::Receivers;
 
 void moving(benchmark::State& state) { keyframe<KeyframeMaker>(state, true); }
 void moving_binaural(benchmark::State& state) {
-  keyframe<KeyframeMaker>(state, true, Receivers::kOne, *Head::read(""));
+  keyframe<KeyframeMaker>(state, true, Receivers::kOne, *Hrtf::read(""));
 }
 void moving_cardioids(benchmark::State& state) {
   keyframe<KeyframeMaker>(state, true, Receivers::kPair, nullptr, *ReceiverPattern::named("ortf"));
@@ -76,7 +76,7 @@ void moving_cardioids(benchmark::State& state) {
 void still(benchmark::State& state) { keyframe<KeyframeMaker>(state, false); }
 void moving_plainly(benchmark::State& state) { keyframe<testing::KeyframeReference>(state, true); }
 void moving_binaural_plainly(benchmark::State& state) {
-  keyframe<testing::KeyframeReference>(state, true, Receivers::kOne, *Head::read(""));
+  keyframe<testing::KeyframeReference>(state, true, Receivers::kOne, *Hrtf::read(""));
 }
 BENCHMARK(moving)->Name("keyframe/moving")->Unit(benchmark::kMillisecond);
 BENCHMARK(moving_cardioids)->Name("keyframe/moving_cardioids")->Unit(benchmark::kMillisecond);

@@ -22,8 +22,8 @@
 #include <benchmark/benchmark.h>
 #include <tbb/task_arena.h>
 
-#include "bake/octree_builder.h"
-#include "bake/octree_streaming.h"
+#include "bake/octree/octree_builder.h"
+#include "bake/octree/octree_streaming.h"
 #include "tests/octree_reference.h"
 #include "tests/peak_memory.h"
 #include "tests/source_lists.h"

@@ -22,9 +22,9 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "formats/bake_file.h"
-#include "formats/page.h"
-#include "runtime/auralizer.h"
+#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/page.h"
+#include "runtime/engine/auralizer.h"
 #include "tests/benchmarks/hall_file.h"
 
 namespace clamor {
@@ -40,7 +40,7 @@ void forget(const std::string& path) {
   ::close(file);
 }
 
-void hear_first(benchmark::State& state, const std::string& path, const Pose& pose,
+void hear_first(benchmark::State& state, const std::string& path, const Listener& pose,
                 FileAccess access = FileAccess::kMap, bool cold = true) {
   double open_ms = 0, ready_ms = 0;
   for (auto _ : state) {

@@ -19,11 +19,11 @@
 #include <benchmark/benchmark.h>
 
 #include "bake/bake.h"
-#include "formats/bake_file.h"
-#include "formats/bake_layout.h"
-#include "formats/level_import.h"
-#include "formats/page.h"
-#include "formats/source_code.h"
+#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_layout.h"
+#include "formats/bake_file/page.h"
+#include "formats/bake_file/source_quantization.h"
+#include "formats/gltf/level_import.h"
 #include "tests/build_paths.h"
 
 namespace clamor {
@@ -39,7 +39,7 @@ struct Packed {
 std::vector<std::byte> as_byte_columns(std::span<const Source> sources, int mirror_bits) {
   std::vector<std::vector<std::uint32_t>> columns(19);
   for (const Source& source : sources) {
-    const SourceCode code = code_of(source, mirror_bits);
+    const QuantizedSource code = quantized(source, mirror_bits);
     std::size_t c = 0;
     const auto put = [&](auto value) { columns[c++].push_back(static_cast<std::uint32_t>(value)); };
     for (const auto value : code.position) put(value);
@@ -71,7 +71,7 @@ Packed packed_room() {
     const auto sources =
         std::span(room.bake.octree.sources).subspan(node.first_source, node.source_count);
     room.pages.push_back(encode_page(node, sources, mirror_bits));
-    room.frames.push_back(packed_lightly(room.pages.back()));
+    room.frames.push_back(zstd_compress_fast(room.pages.back()));
     const auto bytes = as_byte_columns(sources, mirror_bits);
     room.byte_frames.push_back(packed(bytes));
     room.byte_sizes.push_back(bytes.size());
@@ -161,7 +161,7 @@ void page_of_file(benchmark::State& state) {
 
 void bytes_and_zstd(benchmark::State& state) {
   const Packed& all = room();
-  Unpacker unpacker;
+  ZstdDecompressor unpacker;
   std::vector<std::byte> bytes(19 * 4 * kLeafSources);
   for (auto _ : state)
     for (std::size_t i = 0; i < all.byte_frames.size(); ++i) {

@@ -13,8 +13,8 @@
 
 #include <benchmark/benchmark.h>
 
-#include "bake/octree_builder.h"
-#include "runtime/octree/octree_pool.h"
+#include "bake/octree/octree_builder.h"
+#include "runtime/query/octree_pool.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/benchmarks/sample_times.h"
 #include "tests/source_lists.h"
@@ -42,7 +42,7 @@ void query(benchmark::State& state) {
   materials[0].scattering = same_in_all_bands(exponent > 0 ? 0.0f : 1.0f);
   materials[0].phong = same_in_all_bands(exponent);
   const std::vector<Emitter> emitters(1);
-  const SourceField field(emitters, materials, Air{});
+  const RadiationModel field(emitters, materials, Air{});
   SignalWeights weights;
   weights.by_signal = {same_in_all_bands(1)};
   PageLoader loader(trees.fetch(field, weights), PageBudget{4'000'000'000});
@@ -62,7 +62,7 @@ void query(benchmark::State& state) {
   time_s = 0;
   sampler->sample(walk());
   const std::uint64_t pages_before = pool.nodes_visited();
-  const std::uint64_t entries_before = pool.sources_looked_at();
+  const std::uint64_t entries_before = pool.sources_tested();
   testing::SampleTimes times;
   std::uint64_t samples = 0;
   std::size_t chosen = 0;
@@ -78,7 +78,7 @@ void query(benchmark::State& state) {
   };
   times.report(state);
   state.counters["pages"] = per_sample(pool.nodes_visited() - pages_before);
-  state.counters["entries"] = per_sample(pool.sources_looked_at() - entries_before);
+  state.counters["entries"] = per_sample(pool.sources_tested() - entries_before);
   if (pool.size() > kMostToScan) return;
   SourceList list(field, weights, trees.all_sources());
   const auto scan = make_priority_sampler(field, weights, list, voices);

@@ -13,8 +13,8 @@
 #include <benchmark/benchmark.h>
 
 #include "common/random.h"
-#include "runtime/auralizer.h"
-#include "runtime/render.h"
+#include "runtime/engine/auralizer.h"
+#include "runtime/player/render.h"
 
 namespace clamor {
 namespace {
@@ -76,7 +76,7 @@ std::unique_ptr<Auralizer> listener(std::uint32_t sources, int voices) {
   return std::move(*Auralizer::create(std::move(input), options));
 }
 
-Pose walking(double time_s) {
+Listener walking(double time_s) {
   return {{10 + 6 * std::sin(time_s / 6), 1.7, 7 + 4 * std::cos(time_s / 6)}, time_s / 3, 0};
 }
 
@@ -107,7 +107,7 @@ void keyframe(benchmark::State& state) {
   for (auto _ : state) {
     state.PauseTiming();
     auralizer->mix(block);
-    const Pose pose = walking(walks ? auralizer->next_keyframe_time_s() : 0);
+    const Listener pose = walking(walks ? auralizer->next_keyframe_time_s() : 0);
     state.ResumeTiming();
     auralizer->make_keyframe(pose);
   }

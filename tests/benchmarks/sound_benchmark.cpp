@@ -15,9 +15,9 @@
 #include <benchmark/benchmark.h>
 
 #include "common/random.h"
-#include "formats/page.h"
-#include "runtime/auralizer.h"
-#include "runtime/sounds/sound_loader.h"
+#include "formats/bake_file/page.h"
+#include "runtime/engine/auralizer.h"
+#include "runtime/streaming/sound_loader.h"
 
 namespace clamor {
 namespace {
@@ -54,7 +54,7 @@ std::shared_ptr<const BakeFile> level() {
     }
     node.low_m = {-1, -1, -1};
     node.high_m = {100, 1, 1};
-    node.most_delay_s = 100;
+    node.max_delay_s = 100;
     node.source_count = static_cast<std::uint32_t>(contents.octree.sources.size());
     contents.octree.nodes = {node};
     const std::string path =
@@ -116,7 +116,7 @@ BENCHMARK(BM_OpenStreamed)
 void BM_Piece(benchmark::State& state) {
   const auto file = level();
   const auto kept = static_cast<std::size_t>(state.range(0));
-  SoundBlocks blocks(
+  SignalBlockCache blocks(
       [&](std::size_t signal, std::size_t block) { return file->read_signal_block(signal, block); },
       kept);
   PreparedSignal signal(kLong_frames, true, {});
@@ -128,7 +128,7 @@ void BM_Piece(benchmark::State& state) {
     if (!samples.ok()) std::abort();
     signal.bring(piece);
     signal.make(piece, std::move(*samples));
-    signal.let_go(piece);
+    signal.decommit(piece);
     piece = (piece + 1) % (signal.pieces() - 1);
   }
   state.counters["real_time"] =

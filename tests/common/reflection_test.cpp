@@ -97,7 +97,7 @@ TEST(Reflection, LosesLessByItsSlopeAndNoSteeperOneWouldDo) {
     const PhongLobe lobe(exponent);
     double steepest = std::numeric_limits<double>::infinity();
     for (int n = 1; n <= 2000; ++n) {
-      const double cos_o = n / 2000.0, share = (1 - lobe.albedo(cos_o)) / (1 - lobe.least_albedo());
+      const double cos_o = n / 2000.0, share = (1 - lobe.albedo(cos_o)) / (1 - lobe.min_albedo());
       EXPECT_LE(share, std::exp(-lobe.loss_slope() * cos_o)) << exponent << " at " << cos_o;
       steepest = std::min(steepest, -std::log(share) / cos_o);
     }

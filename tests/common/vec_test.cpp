@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/pose.h"
+#include "common/listener.h"
 #include "common/random.h"
 
 namespace clamor {
@@ -45,14 +45,14 @@ TEST(Vec, IsFiniteOnlyIfEveryCoordinateIs) {
   EXPECT_FALSE(is_finite({1, 2, -std::numeric_limits<double>::infinity()}));
 }
 
-TEST(Pose, LooksAlongMinusZAndTurnsToTheLeft) {
+TEST(Listener, LooksAlongMinusZAndTurnsToTheLeft) {
   const double quarter = std::acos(0.0);
-  EXPECT_NEAR(length(Pose{}.forward() - Vec3(0, 0, -1)), 0, 1e-15);
-  EXPECT_NEAR(length(Pose{}.right() - Vec3(1, 0, 0)), 0, 1e-15);
-  EXPECT_NEAR(length(Pose{.yaw_rad = quarter}.forward() - Vec3(-1, 0, 0)), 0, 1e-15);
-  EXPECT_NEAR(length(Pose{.pitch_rad = quarter}.forward() - Vec3(0, 1, 0)), 0, 1e-15);
+  EXPECT_NEAR(length(Listener{}.forward() - Vec3(0, 0, -1)), 0, 1e-15);
+  EXPECT_NEAR(length(Listener{}.right() - Vec3(1, 0, 0)), 0, 1e-15);
+  EXPECT_NEAR(length(Listener{.yaw_rad = quarter}.forward() - Vec3(-1, 0, 0)), 0, 1e-15);
+  EXPECT_NEAR(length(Listener{.pitch_rad = quarter}.forward() - Vec3(0, 1, 0)), 0, 1e-15);
   for (const double yaw : {0.3, 2.0, -1.0}) {
-    const Pose pose{.yaw_rad = yaw, .pitch_rad = 0.4};
+    const Listener pose{.yaw_rad = yaw, .pitch_rad = 0.4};
     EXPECT_NEAR(length(pose.forward()), 1, 1e-15);
     EXPECT_NEAR(dot(pose.forward(), pose.right()), 0, 1e-15);
   }

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <memory>
 
-#include "bake/copies.h"
-#include "formats/bake_file.h"
-#include "runtime/auralizer.h"
-#include "runtime/render.h"
-#include "tests/rooms_runtime.h"
+#include "bake/instances/instance_tree.h"
+#include "formats/bake_file/bake_file.h"
+#include "runtime/engine/auralizer.h"
+#include "runtime/player/render.h"
+#include "tests/baked_room.h"
 #include "tests/sanitized.h"
-#include "tests/tools/program.h"
+#include "tests/tools/run_clamor.h"
 
 namespace clamor::testing {
 
@@ -22,7 +22,7 @@ BakeContents nested(std::uint32_t depth, std::uint32_t copies) {
   for (Signal& signal : bake.signals) signal.samples.resize(200, 0.25f);
   std::vector<PageEntry> tops;
   for (std::uint32_t t = 0; t < depth; ++t) {
-    tops.push_back(top_of(bake.octree, tops));
+    tops.push_back(root_entry(bake.octree, tops));
     bake.copied.push_back(std::move(bake.octree));
     OctreeNode node;
     node.low_m = tops.back().low_m;

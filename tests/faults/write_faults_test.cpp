@@ -5,12 +5,12 @@
 #include <sstream>
 #include <string>
 
-#include "formats/audio_file.h"
-#include "formats/bake_file.h"
-#include "tests/faults/faults.h"
-#include "tests/rooms_runtime.h"
+#include "formats/audio/audio_file.h"
+#include "formats/bake_file/bake_file.h"
+#include "tests/baked_room.h"
+#include "tests/faults/fault_injection.h"
 #include "tests/sanitized.h"
-#include "tests/tools/program.h"
+#include "tests/tools/run_clamor.h"
 
 namespace clamor::testing {
 
@@ -18,15 +18,15 @@ namespace {
 
 struct Kind {
   const char* what;
-  Fate fate;
+  FaultKind fate;
   int error;
 };
 
 // EINTR and a short read or write are no errors.
-constexpr Kind kKinds[] = {{"the disk is full from then on", Fate::kStaysSo, ENOSPC},
-                           {"one call is an I/O error", Fate::kFails, EIO},
-                           {"one call is interrupted", Fate::kFails, EINTR},
-                           {"one call does half", Fate::kFallsShort, 0}};
+constexpr Kind kKinds[] = {{"the disk is full from then on", FaultKind::kPersistentFailure, ENOSPC},
+                           {"one call is an I/O error", FaultKind::kFails, EIO},
+                           {"one call is interrupted", FaultKind::kFails, EINTR},
+                           {"one call does half", FaultKind::kPartialTransfer, 0}};
 
 // Sanitizers, under which all this takes ten times as long, see every sixth call.
 constexpr long kStride = kSanitized ? 6 : 1;
@@ -39,7 +39,9 @@ std::size_t lines_besides_warnings(const std::string& text) {
   return count;
 }
 
-bool harmless(const Kind& kind) { return kind.error == EINTR || kind.fate == Fate::kFallsShort; }
+bool harmless(const Kind& kind) {
+  return kind.error == EINTR || kind.fate == FaultKind::kPartialTransfer;
+}
 
 const BakeContents& large() {
   static const BakeContents contents = baked_contents(kSanitized ? 30 : 100);
@@ -48,7 +50,7 @@ const BakeContents& large() {
 
 TEST(WriteBake, SyncsTheFileThenRenamesItThenSyncsTheFolder) {
   const Folder folder;
-  const Faults faults({.folder = folder.path()});
+  const FaultInjection faults({.folder = folder.path()});
   ASSERT_TRUE(write_bake(folder / "a.clamor", large(), 1).ok());
   std::vector<std::string> log = faults.log();
   const auto first = [&](const std::string& beginning) {
@@ -81,8 +83,8 @@ TEST(WriteBake, AtEveryCallThatFailsLeavesTheOlderFileOrTheNewOneWholeAndNothing
       Result<void> done;
       bool after_rename = false;
       {
-        const Faults faults(
-            {.folder = folder.path(), .strike_at = n, .fate = kind.fate, .error = kind.error});
+        const FaultInjection faults(
+            {.folder = folder.path(), .fail_at_call = n, .fate = kind.fate, .error = kind.error});
         done = write_bake(path, large(), 1);
         struck = faults.struck();
         // What follows the rename: the descriptor's close, and the folder's open, sync and close.
@@ -124,8 +126,8 @@ TEST(Recording, WhoseDiskFailsAtAnyCallCanBePlayedUpToThere) {
       std::size_t taken = 0;
       std::string why;
       {
-        const Faults faults(
-            {.folder = folder.path(), .strike_at = n, .fate = kind.fate, .error = kind.error});
+        const FaultInjection faults(
+            {.folder = folder.path(), .fail_at_call = n, .fate = kind.fate, .error = kind.error});
         auto writer =
             WavWriter::create(path, 2, 48000, SampleFormat::kPcm16, {}, Appearance::kAtOnce);
         Result<void> done = writer.ok() ? Result<void>() : Result<void>(writer.error());
@@ -222,8 +224,8 @@ void fail_everywhere(const std::vector<std::string>& more, bool is_journal,
       Outcome outcome;
       std::vector<std::string> log;
       {
-        const Faults faults(
-            {.folder = folder.path(), .strike_at = n, .fate = kind.fate, .error = kind.error});
+        const FaultInjection faults(
+            {.folder = folder.path(), .fail_at_call = n, .fate = kind.fate, .error = kind.error});
         outcome = clamor(command(folder));
         struck = faults.struck();
         log = faults.log();

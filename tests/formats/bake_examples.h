@@ -14,11 +14,11 @@
 #include <unistd.h>
 
 #include "common/random.h"
-#include "formats/all_sources.h"
-#include "formats/bake_file.h"
-#include "formats/bake_layout.h"
-#include "formats/page.h"
-#include "formats/source_code.h"
+#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_layout.h"
+#include "formats/bake_file/expanded_sources.h"
+#include "formats/bake_file/page.h"
+#include "formats/bake_file/source_quantization.h"
 
 namespace clamor::testing {
 
@@ -42,7 +42,7 @@ inline Result<void> read_all_of(const std::string& path, FileAccess access) {
   const auto file = BakeFile::open(path, access);
   if (!file.ok()) return file.error();
   Result<void> result;
-  if (const auto sources = read_all_sources(*file); !sources.ok()) result = sources.error();
+  if (const auto sources = read_expanded_sources(*file); !sources.ok()) result = sources.error();
   for (std::size_t i = 0; i < file->signal_count(); ++i)
     if (const auto signal = file->read_signal(i); !signal.ok()) result = signal.error();
   for (std::size_t i = 0; i < file->signal_count(); ++i)
@@ -129,12 +129,12 @@ inline BakeContents contents(std::uint32_t secondary = 100) {
   set_from_emitter(primary, emitter);
   bake.octree.sources = {primary};
   for (std::uint32_t i = 0; i < secondary; ++i) bake.octree.sources.push_back(random_source(i));
-  quantise(bake.octree.sources, bake.materials);
+  quantize_sources(bake.octree.sources, bake.materials);
   OctreeNode root;
   root.low_m = {0, 0, 0};
   root.high_m = {30, 10, 20};
   root.highest_key = 1;
-  root.most_delay_s = 3;
+  root.max_delay_s = 3;
   root.source_count = std::min<std::uint32_t>(60, secondary + 1);
   bake.octree.nodes = {root};
   if (root.source_count < secondary + 1) {

@@ -6,7 +6,7 @@
 #include <capnp/message.h>
 #include <capnp/serialize.h>
 
-#include "formats/bake_root.capnp.h"
+#include "formats/bake_file/bake_root.capnp.h"
 #include "tests/formats/bake_examples.h"
 
 namespace clamor::testing {

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "formats/level_import.h"
+#include "formats/gltf/level_import.h"
 
 namespace clamor::testing {
 

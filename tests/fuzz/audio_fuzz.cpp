@@ -1,5 +1,5 @@
 // audio_fuzz.cpp: sound files in whatever format libsndfile knows.
-#include "formats/audio_file.h"
+#include "formats/audio/audio_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace clamor;

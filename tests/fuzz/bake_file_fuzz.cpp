@@ -8,9 +8,9 @@
 #include <memory>
 #include <vector>
 
-#include "formats/bake_file.h"
-#include "formats/bake_layout.h"
-#include "runtime/auralizer.h"
+#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_layout.h"
+#include "runtime/engine/auralizer.h"
 #include "tests/checksums.h"
 #include "tests/fuzz/fuzz_target.h"
 

@@ -4,11 +4,11 @@
 #include <sstream>
 #include <vector>
 
-#include "formats/emitter_spec.h"
+#include "formats/level/emitter_spec.h"
 #include "tests/fuzz/fuzz_target.h"
-#include "tools/arguments.h"
-#include "tools/bake_request.h"
-#include "tools/commands.h"
+#include "tools/commands/bake_request.h"
+#include "tools/commands/commands.h"
+#include "tools/program/arguments.h"
 
 using namespace clamor;
 

@@ -4,8 +4,8 @@
 #include <cstring>
 #include <vector>
 
-#include "bake/trace_journal.h"
-#include "formats/bake_layout.h"
+#include "bake/journal/trace_journal.h"
+#include "formats/bake_file/bake_layout.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace clamor;

@@ -3,7 +3,7 @@
 // 2 as .gltf.
 #include <cstring>
 
-#include "formats/level_import.h"
+#include "formats/gltf/level_import.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace clamor;

@@ -3,7 +3,7 @@
 // follow.
 #include <vector>
 
-#include "formats/octree_page.h"
+#include "formats/bake_file/page_links.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace clamor;

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <memory>
 
-#include "formats/page.h"
+#include "formats/bake_file/page.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace clamor;

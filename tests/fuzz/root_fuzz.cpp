@@ -2,7 +2,7 @@
 #include <cstring>
 #include <vector>
 
-#include "formats/bake_root_reader.h"
+#include "formats/bake_file/bake_root_reader.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace clamor;

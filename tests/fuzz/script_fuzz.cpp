@@ -1,7 +1,7 @@
 // script_fuzz.cpp: a listener's way, and moving sources as a script has them.
 #include <cmath>
 
-#include "formats/walk_file.h"
+#include "formats/level/walk_file.h"
 #include "runtime/sampling/moving_script.h"
 #include "tests/fuzz/fuzz_target.h"
 
@@ -13,7 +13,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     if (walk.error().message.empty()) std::abort();
   } else {
     for (const double time_s : {-1.0, 0.0, 1.5, walk->length_s(), 1e6}) {
-      const Pose pose = walk->at(time_s);
+      const Listener pose = walk->at(time_s);
       if (!std::isfinite(pose.position_m.x + pose.yaw_rad)) std::abort();
     }
   }

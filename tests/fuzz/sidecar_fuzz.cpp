@@ -1,6 +1,6 @@
 // sidecar_fuzz.cpp: LEVEL.acoustics.json and material presets.
-#include "formats/material_presets.h"
-#include "formats/sidecar.h"
+#include "formats/level/material_presets.h"
+#include "formats/level/sidecar.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace clamor;

@@ -2,7 +2,7 @@
 // is checked here; small ones are made ready to be heard as well.
 #include <cmath>
 
-#include "runtime/heads/head.h"
+#include "runtime/hrtf/hrtf.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace clamor;
@@ -25,13 +25,13 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   for (const float sample : responses->samples) expect_finite(sample);
   constexpr std::size_t kFew = 40, kShort = 4096;  // a millisecond each
   if (responses->directions.size() > kFew || responses->frames > kShort) return 0;
-  const auto head = Head::read(path);
+  const auto head = Hrtf::read(path);
   if (!head.ok()) {
     if (head.error().message.empty()) std::abort();
     return 0;
   }
   for (const Vec3f& from : {Vec3f(1, 0, 0), Vec3f(0, -1, 0), Vec3f(0.6f, 0.48f, -0.64f)}) {
-    for (const HeadLevels& ear : (*head)->hear(from))
+    for (const HrtfGains& ear : (*head)->hear(from))
       for (const float level : ear) expect_finite(level);
     expect_finite(static_cast<float>((*head)->delay_frames(from, 0)));
   }

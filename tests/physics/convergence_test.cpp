@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "bake/bake.h"
-#include "runtime/field/received_intensity.h"
+#include "runtime/propagation/received_intensity.h"
 #include "tests/rooms.h"
 #include "tests/sanitized.h"
 
@@ -26,7 +26,7 @@ double reflected_intensity(std::uint64_t photons, std::uint64_t seed) {
   for (const float absorption : {0.4f, 0.5f, 0.3f, 0.5f, 0.6f, 0.7f})
     level.materials.push_back(testing::uniform_material(absorption));
   BakeSettings settings{.seed = seed, .photons = photons, .sources = 10'000'000};
-  settings.roulette_kappa = 0.5;
+  settings.roulette_exponent = 0.5;
   const auto contents = bake(level, {.settings = settings, .threads = 1});
   const ReflectionLaws laws(level.materials);
   double heard = 0;

@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "bake/photon_tracer.h"
-#include "runtime/field/received_intensity.h"
+#include "bake/trace/photon_tracer.h"
+#include "runtime/propagation/received_intensity.h"
 #include "tests/rooms.h"
 
 namespace clamor {
@@ -38,7 +38,7 @@ TEST(FirstOrder, ArrivesWhenAndAsLoudAsTheImageSourcesOfAShoebox) {
     level.materials.push_back(testing::uniform_material(absorption, 0, 1000));
   const Scene scene(level.mesh);
   const ReflectionLaws laws(level.materials);
-  const PhotonTracer tracer(scene, level, {.roulette_kappa = 0, .most_bounces = 1});
+  const PhotonTracer tracer(scene, level, {.roulette_exponent = 0, .max_bounces = 1});
 
   std::array<std::vector<std::pair<double, double>>, 6> arrivals;  // time and intensity, per wall
   TracedRuns traced;

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "bake/bake.h"
-#include "bake/photon_tracer.h"
+#include "bake/trace/photon_tracer.h"
 #include "common/air.h"
 #include "runtime/measures/energy_response.h"
 #include "tests/rooms.h"
@@ -42,7 +42,7 @@ TEST(InverseSquare, HoldsForThePhotonsThatAPlateCatches) {
     level.mesh.triangles = {level.mesh.triangles[8], level.mesh.triangles[9]};  // z = 0
     level.mesh.materials.resize(2);
     const Scene scene(level.mesh);
-    const PhotonTracer tracer(scene, level, {.roulette_kappa = 0, .most_bounces = 1});
+    const PhotonTracer tracer(scene, level, {.roulette_exponent = 0, .max_bounces = 1});
     double caught = 0;
     for (std::uint64_t first = 0; first < kPhotons; first += kRunPhotons) {
       const PhotonRun run{0, first, kRunPhotons};

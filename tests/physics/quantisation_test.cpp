@@ -9,11 +9,11 @@
 
 #include <gtest/gtest.h>
 
-#include "bake/patch_radius.h"
-#include "bake/photon_tracer.h"
-#include "bake/scene.h"
-#include "formats/level_import.h"
-#include "formats/source_code.h"
+#include "bake/octree/patch_radius.h"
+#include "bake/trace/photon_tracer.h"
+#include "bake/trace/scene.h"
+#include "formats/bake_file/source_quantization.h"
+#include "formats/gltf/level_import.h"
 #include "runtime/measures/energy_response.h"
 #include "runtime/measures/impulse_response.h"
 #include "tests/build_paths.h"
@@ -52,7 +52,7 @@ Violin traced_violin() {
     for (float& power : source.power) power /= kPhotons;
   set_patch_radii(room.traced);
   room.quantised = room.traced;
-  quantise(room.quantised, room.level.materials);
+  quantize_sources(room.quantised, room.level.materials);
   // Another draw of signs would be another sum of waves, whatever the steps.
   for (std::size_t i = 0; i < room.traced.size(); ++i)
     room.quantised[i].polarity = room.traced[i].polarity;

@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "bake/photon_tracer.h"
-#include "runtime/field/received_intensity.h"
+#include "bake/trace/photon_tracer.h"
+#include "runtime/propagation/received_intensity.h"
 #include "tests/rooms.h"
 
 namespace clamor {

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "bake/bake.h"
-#include "formats/level_import.h"
+#include "formats/gltf/level_import.h"
 #include "runtime/measures/energy_response.h"
 #include "runtime/measures/room_parameters.h"
 #include "tests/build_paths.h"
@@ -44,7 +44,7 @@ TEST(Strength, OfTheViolinRoomIsWhatTheRevisedTheoryMakesOfItsDecay) {
 
   const Emitter& violin = room.emitters[0];
   const Vec3 aside = glm::normalize(Vec3(violin.axis.z, 0, -violin.axis.x));
-  const SightGeometry surfaces(baked->mesh, baked->materials);
+  const OcclusionGeometry surfaces(baked->mesh, baked->materials);
   std::array<double, kBandCount> off_db{};
   constexpr int kPlaces = 4;
   for (int i = 0; i < kPlaces; ++i) {

@@ -6,7 +6,7 @@
 
 #include "bake/bake.h"
 #include "common/air.h"
-#include "runtime/field/received_intensity.h"
+#include "runtime/propagation/received_intensity.h"
 #include "tests/rooms.h"
 #include "tests/sanitized.h"
 

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "formats/level.h"
+#include "formats/level/level.h"
 #include "runtime/output/audio_output.h"
 
 namespace clamor::testing {

@@ -12,12 +12,12 @@ namespace clamor::testing {
 // A client with two inputs. Another's output may be connected to them, or play to it as a device.
 class JackListener {
  public:
-  static constexpr std::size_t kMostFrames = 1 << 21;
+  static constexpr std::size_t kMaxFrames = 1 << 21;
 
   explicit JackListener(const std::string& name)
       : client_(::jack_client_open(name.c_str(), JackNoStartServer, nullptr)),
-        left_(kMostFrames),
-        right_(kMostFrames) {
+        left_(kMaxFrames),
+        right_(kMaxFrames) {
     if (client_ == nullptr) return;
     for (jack_port_t*& port : inputs_)
       port = ::jack_port_register(client_, &port == inputs_ ? "left" : "right",
@@ -57,7 +57,7 @@ class JackListener {
     const auto* const right =
         static_cast<const float*>(::jack_port_get_buffer(listener.inputs_[1], frames));
     std::size_t heard = listener.heard_.load(std::memory_order_relaxed);
-    for (std::size_t i = 0; i < frames && heard < kMostFrames; ++i, ++heard) {
+    for (std::size_t i = 0; i < frames && heard < kMaxFrames; ++i, ++heard) {
       listener.left_[heard] = left[i];
       listener.right_[heard] = right[i];
     }

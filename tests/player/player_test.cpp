@@ -1,4 +1,4 @@
-#include "runtime/player.h"
+#include "runtime/player/player.h"
 
 #include <algorithm>
 #include <atomic>
@@ -8,12 +8,12 @@
 
 #include <gtest/gtest.h>
 
-#include "formats/audio_file.h"
+#include "formats/audio/audio_file.h"
 #include "runtime/output/resampler.h"
-#include "runtime/render.h"
+#include "runtime/player/render.h"
+#include "tests/baked_room.h"
 #include "tests/player/fake_devices.h"
 #include "tests/player/pulse.h"
-#include "tests/rooms_runtime.h"
 #include "tests/temporary_file.h"
 #include "tests/walks.h"
 
@@ -313,7 +313,7 @@ TEST(Player, LeavesOutVoicesUnderABurdenAndHasAllOfThemBackAfterIt) {
   sampling.takes_s = 3 * keyframe_s;
   EXPECT_TRUE(comes_to([](const Now& now) { return now.late_keyframes > 0; }));
   sampling.takes_s = mixing.takes_s = 0;
-  EXPECT_TRUE(comes_to([](const Now& now) { return now.k == now.most_k && now.shed_voices == 0; }));
+  EXPECT_TRUE(comes_to([](const Now& now) { return now.k == now.max_k && now.shed_voices == 0; }));
   EXPECT_TRUE((*player)->stop().ok());
   EXPECT_EQ((*player)->statistics().auralizer.bad_voices, 0u);
 }

@@ -1,4 +1,4 @@
-// program.h: a program that runs beside a test.
+// run_clamor.h: a program that runs beside a test.
 #pragma once
 
 #include <cstdlib>

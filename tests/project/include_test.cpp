@@ -36,51 +36,60 @@ struct Fence {
 const std::vector<Fence> kFences = {
     {"Cap'n Proto",
      {"capnp/*", "kj/*", "*.capnp.h"},
-     {"formats/bake_root_reader.cpp", "formats/bake_writer.cpp", "tests/formats/forged_root.h"}},
-    {"CLI11", {"CLI/*"}, {"tools/arguments.cpp"}},
+     {"formats/bake_file/bake_root_reader.cpp", "formats/bake_file/bake_writer.cpp",
+      "tests/formats/forged_root.h"}},
+    {"CLI11", {"CLI/*"}, {"tools/program/arguments.cpp"}},
     {"Embree",
      {"embree3/*", "embree4/*"},
-     {"bake/scene.cpp", "runtime/sight/sight_geometry.cpp", "tests/benchmarks/*"}},
+     {"bake/trace/scene.cpp", "runtime/occlusion/occlusion_geometry.cpp", "tests/benchmarks/*"}},
     {"fmt",
      {"fmt/*"},
-     {"formats/*.cpp", "bake/audibility.cpp", "bake/level_report.cpp", "tools/*.cpp"}},
+     {"formats/*.cpp", "bake/report/audibility.cpp", "bake/report/level_report.cpp",
+      "tools/*/*.cpp"}},
     {"GLM", {"glm/*"}, {"common/vec.h", "formats/gltf_*"}},
-    {"Google Benchmark", {"benchmark/*"}, {"tools/mixer_figures.cpp", "tests/benchmarks/*"}},
+    {"Google Benchmark",
+     {"benchmark/*"},
+     {"tools/bench/mixer_benchmark.cpp", "tests/benchmarks/*"}},
     {"GoogleTest", {"gtest/*", "gmock/*"}, {"tests/*"}},
     {"Highway",
      {"hwy/*"},
-     {"bake/trace_*", "formats/page_kernel.cpp", "formats/page_numbers-inl.h",
-      "formats/page_order-inl.h", "runtime/voices/gain_kernel.cpp",
-      "runtime/voices/lane_cascade.cpp", "runtime/voices/mix_*",
-      "runtime/octree/shortlist_kernel.cpp", "runtime/octree/sieve_lanes-inl.h",
-      "runtime/octree/source_sieve_kernel.cpp", "runtime/mixing/voice_kernel.cpp",
-      "common/maths_lanes-inl.h", "runtime/field/intensity_kernel.cpp",
-      "runtime/field/reflection_lanes-inl.h", "tools/machine_peak.cpp"}},
+     {"bake/trace/trace_*", "formats/bake_file/page_kernel.cpp",
+      "formats/bake_file/page_columns-inl.h", "formats/bake_file/page_output-inl.h",
+      "runtime/voices/gain_ramp_kernel.cpp", "runtime/voices/biquad_cascade.cpp",
+      "runtime/voices/mix_*", "runtime/query/shortlist_kernel.cpp",
+      "runtime/query/culler_lanes-inl.h", "runtime/query/source_culler_kernel.cpp",
+      "runtime/mixing/voice_kernel.cpp", "common/maths_lanes-inl.h",
+      "runtime/propagation/intensity_kernel.cpp", "runtime/propagation/reflection_lanes-inl.h",
+      "tools/bench/machine_peak.cpp"}},
     {"JACK", {"jack/*"}, {"runtime/output/jack_output.cpp", "tests/player/jack_listener.h"}},
     {"libebur128",
      {"ebur128.h"},
-     {"runtime/measures/loudness_meter.cpp", "runtime/measures/programme_loudness.cpp", "tests/*"}},
-    {"libmysofa", {"mysofa.h"}, {"formats/sofa_file.cpp"}},
+     {"runtime/output/loudness_meter.cpp", "runtime/measures/programme_loudness.cpp", "tests/*"}},
+    {"libmysofa", {"mysofa.h"}, {"formats/audio/sofa_file.cpp"}},
     {"libsamplerate", {"samplerate.h"}, {"runtime/output/resampler.cpp"}},
-    {"libsndfile", {"sndfile.h"}, {"formats/audio_file.cpp", "formats/wav_writer.cpp", "tests/*"}},
-    {"libsoxr", {"soxr.h"}, {"formats/audio_file.cpp"}},
-    {"nanoflann", {"nanoflann.hpp"}, {"bake/patch_radius.cpp"}},
+    {"libsndfile",
+     {"sndfile.h"},
+     {"formats/audio/audio_file.cpp", "formats/audio/wav_writer.cpp", "tests/*"}},
+    {"libsoxr", {"soxr.h"}, {"formats/audio/audio_file.cpp"}},
+    {"nanoflann", {"nanoflann.hpp"}, {"bake/octree/patch_radius.cpp"}},
     {"nlohmann-json",
      {"nlohmann/*"},
-     {"formats/json.cpp", "tools/*_command.cpp", "tools/*_json.cpp", "tools/experiment_report.cpp",
-      "tests/*"}},
-    {"OpenAL Soft", {"AL/*"}, {"tools/openal_voices.cpp"}},
-    {"OpenMesh", {"OpenMesh/*"}, {"bake/mesh_simplification.cpp", "tests/bake/mesh_*"}},
+     {"formats/files/json.cpp", "tools/*_command.cpp", "tools/*_json.cpp",
+      "tools/analysis/report_page.cpp", "tests/*"}},
+    {"OpenAL Soft", {"AL/*"}, {"tools/bench/openal_voices.cpp"}},
+    {"OpenMesh", {"OpenMesh/*"}, {"bake/mesh/mesh_simplification.cpp", "tests/bake/mesh/mesh_*"}},
     {"PulseAudio", {"pulse/*"}, {"runtime/output/pulse_output.cpp"}},
     {"RtAudio", {"RtAudio.h", "rtaudio/*"}, {"runtime/output/audio_device.cpp"}},
     {"TBB",
      {"tbb/*", "oneapi/*"},
-     {"bake/*.cpp", "formats/bake_writer.cpp", "formats/geometry_section.cpp",
-      "formats/octree_writer.cpp", "formats/signal_*.cpp", "tests/bake/octree_*",
+     {"bake/*.cpp", "formats/bake_file/bake_writer.cpp", "formats/bake_file/geometry_section.cpp",
+      "formats/bake_file/octree_writer.cpp", "formats/signal_*.cpp", "tests/bake/octree/octree_*",
       "tests/benchmarks/octree_*", "tests/one_tbb_thread.cpp"}},
-    {"tinygltf", {"tiny_gltf.h"}, {"formats/gltf_reader.cpp"}},
-    {"xxHash", {"xxhash.h"}, {"formats/bake_layout.cpp", "formats/level_folder.cpp"}},
-    {"zstd", {"zstd.h"}, {"formats/bake_layout.cpp"}},
+    {"tinygltf", {"tiny_gltf.h"}, {"formats/gltf/gltf_reader.cpp"}},
+    {"xxHash",
+     {"xxhash.h"},
+     {"formats/bake_file/bake_layout.cpp", "formats/level/level_folder.cpp"}},
+    {"zstd", {"zstd.h"}, {"formats/bake_file/bake_layout.cpp"}},
 };
 
 // The C library, POSIX and the compiler's own. C++ headers have no dot in their names.
@@ -183,30 +192,32 @@ TEST(Includes, ThatBreakTheDesignAreCaught) {
   const auto caught = [](const std::string& file, const std::string& line) {
     return complaints(file, line + "\n").size() == 1;
   };
-  EXPECT_TRUE(caught("common/air.cpp", "#include \"formats/level.h\""));
-  EXPECT_TRUE(caught("formats/page.cpp", "#include \"bake/bake.h\""));
-  EXPECT_TRUE(caught("formats/page.cpp", "#include \"runtime/auralizer.h\""));
-  EXPECT_TRUE(caught("bake/scene.cpp", "#include \"runtime/auralizer.h\""));
-  EXPECT_TRUE(caught("runtime/mixing/mixer.cpp", "#  include \"bake/scene.h\"  // just this once"));
-  EXPECT_TRUE(caught("runtime/mixing/mixer.cpp", "#include \"tools/commands.h\""));
+  EXPECT_TRUE(caught("common/air.cpp", "#include \"formats/level/level.h\""));
+  EXPECT_TRUE(caught("formats/bake_file/page.cpp", "#include \"bake/bake.h\""));
+  EXPECT_TRUE(caught("formats/bake_file/page.cpp", "#include \"runtime/engine/auralizer.h\""));
+  EXPECT_TRUE(caught("bake/trace/scene.cpp", "#include \"runtime/engine/auralizer.h\""));
+  EXPECT_TRUE(
+      caught("runtime/mixing/mixer.cpp", "#  include \"bake/trace/scene.h\"  // just this once"));
+  EXPECT_TRUE(caught("runtime/mixing/mixer.cpp", "#include \"tools/commands/commands.h\""));
   EXPECT_TRUE(caught("tools/main.cpp", "#include \"tests/rooms.h\""));
   EXPECT_TRUE(caught("bake/bake.cpp", "#include <embree3/rtcore.h>"));
-  EXPECT_TRUE(caught("bake/scene.h", "#include <embree4/rtcore.h>"));
-  EXPECT_TRUE(caught("formats/gltf_document.cpp", "#include <tiny_gltf.h>"));
-  EXPECT_TRUE(caught("runtime/mixing/mixer.cpp", "#include \"formats/bake_root.capnp.h\""));
+  EXPECT_TRUE(caught("bake/trace/scene.h", "#include <embree4/rtcore.h>"));
+  EXPECT_TRUE(caught("formats/gltf/gltf_document.cpp", "#include <tiny_gltf.h>"));
+  EXPECT_TRUE(
+      caught("runtime/mixing/mixer.cpp", "#include \"formats/bake_file/bake_root.capnp.h\""));
   EXPECT_TRUE(caught("runtime/mixing/mixer.cpp", "#include <fmt/format.h>"));
   EXPECT_TRUE(caught("tools/main.cpp", "#include <gtest/gtest.h>"));
   EXPECT_TRUE(caught("common/air.cpp", "#include <boost/any.hpp>"));
   EXPECT_TRUE(caught("common/air.cpp", "#include \"air.h\""));
   EXPECT_TRUE(caught("assets/generate/main.cpp", "#include \"common/air.h\""));
 
-  EXPECT_TRUE(caught("runtime/octree/octree_pool.cpp", "#include \"runtime/auralizer.h\""));
+  EXPECT_TRUE(caught("runtime/query/octree_pool.cpp", "#include \"runtime/engine/auralizer.h\""));
   EXPECT_TRUE(caught("runtime/sampling/sampler.h", "#include \"runtime/mixing/mixer.h\""));
 
   EXPECT_FALSE(caught("runtime/mixing/mixer.h", "#include \"runtime/sampling/sampler.h\""));
-  EXPECT_FALSE(caught("tools/bake_command.cpp", "#include \"bake/bake.h\""));
-  EXPECT_FALSE(caught("bake/scene.cpp", "#include <embree3/rtcore.h>"));
-  EXPECT_FALSE(caught("common/air.cpp", "// #include \"formats/level.h\" would be wrong"));
+  EXPECT_FALSE(caught("tools/commands/bake_command.cpp", "#include \"bake/bake.h\""));
+  EXPECT_FALSE(caught("bake/trace/scene.cpp", "#include <embree3/rtcore.h>"));
+  EXPECT_FALSE(caught("common/air.cpp", "// #include \"formats/level/level.h\" would be wrong"));
 }
 
 }  // namespace

@@ -9,12 +9,12 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "runtime/player/render.h"
 #include "runtime/realtime/latest_value.h"
-#include "runtime/realtime/resident_memory.h"
-#include "runtime/realtime/touch_stack.h"
-#include "runtime/render.h"
+#include "runtime/realtime/prefault_code.h"
+#include "runtime/realtime/prefault_stack.h"
+#include "tests/baked_room.h"
 #include "tests/realtime/forbidden.h"
-#include "tests/rooms_runtime.h"
 #include "tests/sound_device.h"
 
 namespace clamor {
@@ -72,7 +72,7 @@ TEST(Forbidden, CountsPageFaults) {
 // One way through the callback: what the channels are, and the device's rate.
 struct Way {
   std::string name;
-  OutputShape shape;
+  OutputFormat shape;
   int rate_hz = kSampleRate_hz;
 };
 
@@ -80,17 +80,17 @@ std::vector<Way> all_ways() {
   std::vector<Way> ways = {{"stereo", {}},
                            {"stereo for 44.1 kHz", {}, 44100},
                            {"binaural", {}},
-                           {"5.1", *OutputShape::asked_for(false, "5.1", false)},
-                           {"7.1.4", *OutputShape::asked_for(false, "7.1.4", false)},
-                           {"ambisonics", *OutputShape::asked_for(false, "", true)}};
-  ways[2].shape.kind = OutputShape::Kind::kBinaural;
-  ways[2].shape.head = *Head::read("");
+                           {"5.1", *OutputFormat::from_options(false, "5.1", false)},
+                           {"7.1.4", *OutputFormat::from_options(false, "7.1.4", false)},
+                           {"ambisonics", *OutputFormat::from_options(false, "", true)}};
+  ways[2].shape.kind = OutputFormat::Kind::kBinaural;
+  ways[2].shape.head = *Hrtf::read("");
   return ways;
 }
 
-std::unique_ptr<Auralizer> twelve_voices(const OutputShape& shape, bool follows_head = false) {
+std::unique_ptr<Auralizer> twelve_voices(const OutputFormat& shape, bool tracks_head = false) {
   AuralizerOptions options;
-  options.follows_head = follows_head;
+  options.tracks_head = tracks_head;
   options.voices = 12;  // of some 3000 sources: the sample changes as the listener moves
   options.output = shape;
   options.limit = true;
@@ -98,13 +98,13 @@ std::unique_ptr<Auralizer> twelve_voices(const OutputShape& shape, bool follows_
   return *Auralizer::create(baked_room(60), options);
 }
 
-Pose running_about(double t) {
+Listener running_about(double t) {
   return {{3 + 2.5 * std::sin(3 * t), 4 + 3.5 * std::cos(2 * t), 1.5}, 4 * t, 0.2};
 }
 
 // A million callbacks, with keyframes that arrive, and do not; no allocation, lock or system call.
 TEST(AudioThread, AsksTheSystemForNothingInAMillionCallbacks) {
-  touch_all_code();
+  prefault_code();
   touch_stack();  // the only faults that there are, at a thread's first callback
   const std::vector<Way> ways = all_ways();
   const int each = 1'000'000 / static_cast<int>(ways.size()) + 1;
@@ -114,7 +114,7 @@ TEST(AudioThread, AsksTheSystemForNothingInAMillionCallbacks) {
   for (const Way& way : ways) {
     SCOPED_TRACE(way.name);
     SoundDevice run(twelve_voices(way.shape), way.rate_hz, kMost_frames);
-    LatestValue<Pose> poses;
+    LatestValue<Listener> poses;
     const auto pose_at = [&](double t) {
       poses.publish(running_about(t));
       return poses.latest();
@@ -138,7 +138,7 @@ TEST(AudioThread, AsksTheSystemForNothingInAMillionCallbacks) {
 
 // Turns go to the audio thread itself, between keyframes and where none come.
 TEST(AudioThread, AsksTheSystemForNothingWhileTheHeadTurns) {
-  touch_all_code();
+  prefault_code();
   touch_stack();
   constexpr std::size_t kMost_frames = 256;
   std::minstd_rand random(2);
@@ -172,11 +172,11 @@ TEST(AudioThread, HasDenormalsOff) {
                        half = half * 0.5f;
                      },
                      nullptr});
-  OutputFeed feed(gate, 1, 2);
+  DeviceFeed feed(gate, 1, 2);
   ASSERT_TRUE(feed.prepare(kSampleRate_hz, 64).ok());
   gate->give_to(1);
   std::array<float, 128> block{};
-  feed.fill_at(OutputFeed::Clock::now(), block.data(), 64, false);
+  feed.fill_at(DeviceFeed::Clock::now(), block.data(), 64, false);
   EXPECT_EQ(half, 0);
 }
 

@@ -11,8 +11,8 @@
 
 #include "common/air.h"
 #include "common/random.h"
-#include "formats/level.h"
-#include "runtime/auralizer.h"
+#include "formats/level/level.h"
+#include "runtime/engine/auralizer.h"
 
 namespace clamor::testing {
 

@@ -8,10 +8,10 @@
 #include "common/material.h"
 #include "common/random.h"
 #include "common/vec.h"
-#include "formats/level.h"
-#include "formats/source.h"
-#include "runtime/field/source_field.h"
-#include "runtime/octree/source_page.h"
+#include "formats/bake_file/source.h"
+#include "formats/level/level.h"
+#include "runtime/propagation/radiation_model.h"
+#include "runtime/query/source_page.h"
 
 namespace clamor::testing {
 
@@ -52,9 +52,9 @@ struct ScatteredSources {
     }
   }
 
-  std::vector<SieveSource> sieve_sources(const SourceField& field) const {
-    std::vector<SieveSource> sieved;
-    for (const Source& source : sources) sieved.push_back(sieve_source(field, weight, source));
+  std::vector<CullSource> sieve_sources(const RadiationModel& field) const {
+    std::vector<CullSource> sieved;
+    for (const Source& source : sources) sieved.push_back(cull_source(field, weight, source));
     return sieved;
   }
 

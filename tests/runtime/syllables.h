@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/random.h"
-#include "runtime/field/signal_weights.h"
+#include "runtime/propagation/signal_weights.h"
 
 namespace clamor::testing {
 

@@ -54,8 +54,8 @@ struct World {
 
   BakeContents contents;
   const std::vector<Source>& sources;
-  SourceField field;
-  SightGeometry surfaces;
+  RadiationModel field;
+  OcclusionGeometry surfaces;
   SignalWeights weights;
 };
 

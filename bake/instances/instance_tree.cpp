@@ -1,0 +1,232 @@
+#include "bake/instances/instance_tree.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "bake/octree/octree_summary.h"
+#include "common/morton_order.h"
+#include "common/random.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::uint32_t kChoice = 0xc0b1e5, kNumber = 0xc0b1e6;  // uses of the generator
+
+double power_of(const Source& source) {
+  return std::accumulate(source.power.begin(), source.power.end(), 0.0);
+}
+
+double power_of(const Instance& instance, std::span<const PageEntry> trees) {
+  return static_cast<double>(instance.gain) * instance.gain * total_power(trees[instance.tree]);
+}
+
+// Where most of a copy is: its tree may be far from the tree's origin.
+Vec3 middle_of(const Instance& instance, std::span<const PageEntry> trees) {
+  const PageEntry& tree = trees[instance.tree];
+  return Placement{}.then(instance).outside(Vec3(tree.low_m + tree.high_m) / 2.0);
+}
+
+// The first of the points 0, 1/2, 1/4, 3/4, 1/8, 5/8, ... (J. G. van der Corput, 1935) that lies in
+// [from, from + length) of a circle of length 1, counted from 1.
+std::uint64_t first_hit(double from, double length) {
+  constexpr int kFinest = 50;
+  for (int level = 0; level <= kFinest; ++level) {
+    const double points = std::ldexp(1.0, level);
+    const double next = std::ceil(from * points);
+    if (next >= (from + length) * points) continue;
+    // No coarser point is in there, so this is an odd one: its bits turned round are its place.
+    auto odd = static_cast<std::uint64_t>(next) & ((1ull << level) - 1);
+    std::uint64_t place = 0;
+    for (int bit = 0; bit < level; ++bit, odd >>= 1) place = place << 1 | (odd & 1);
+    return place + 1;
+  }
+  return (1ull << kFinest) + 1;
+}
+
+// The chance that one of the first `count` points, all turned by the same random angle, hits an arc
+// of this length: they part the circle into gaps of two sizes.
+double chance_of_hit(std::uint64_t count, double length) {
+  if (count == 0) return 0;
+  const int level = std::bit_width(count) - 1;
+  const double gap = std::ldexp(1.0, -level);
+  const double halved = static_cast<double>(count - (1ull << level));
+  const double whole = static_cast<double>(1ull << level) - halved;
+  return 2 * halved * std::min(gap / 2, length) + whole * std::min(gap, length);
+}
+
+// Calls set(i, u) for each. Sources lie on a circle as arcs of their shares of power, along the
+// curve; the n-th point of the sequence, turned by a random angle, picks the one with the n-th
+// highest key, as good as. So the highest of each number of keys stand for equal shares of power,
+// spread over the place, however few they are: the error of a copy of m chosen sources falls as
+// 1 / m, where independent numbers would leave 1 / sqrt(m), alike in all copies of a variant.
+//
+// u is the chance that an arc as long would have been hit by then, so it is uniform: and as the
+// first point gives P_i / P, exactly one key is above P.
+template <class Set>
+void draw(const std::vector<double>& powers, const std::vector<Vec3>& places, std::uint64_t seed,
+          const Set& set) {
+  const double total = std::accumulate(powers.begin(), powers.end(), 0.0);
+  const double turned = unit(philox(seed, {0, 0, kChoice, 0})[0]);
+  double from = 0;
+  for (const std::size_t i : morton_order(places)) {
+    const double random =
+        unit_above_zero(philox(seed, {static_cast<std::uint32_t>(i), 0, kNumber, 0})[0]);
+    double u = random;
+    if (powers[i] > 0) {
+      const double length = powers[i] / total, at = from / total + turned;
+      const std::uint64_t hit = first_hit(at - std::floor(at), length);
+      const double before = chance_of_hit(hit - 1, length);
+      u = before + (chance_of_hit(hit, length) - before) * random;
+      from += powers[i];
+    }
+    set(i, static_cast<float>(std::clamp(u, 0x1p-60, 1.0)));
+  }
+}
+
+}  // namespace
+
+void draw_prototype_u(std::span<Source> sources, std::uint64_t seed) {
+  draw_prototype_u(sources, {}, {}, seed);
+}
+
+void draw_prototype_u(std::span<Instance> instances, std::span<const PageEntry> trees,
+                      std::uint64_t seed) {
+  draw_prototype_u({}, instances, trees, seed);
+}
+
+void draw_prototype_u(std::span<Source> sources, std::span<Instance> instances,
+                      std::span<const PageEntry> trees, std::uint64_t seed) {
+  std::vector<double> powers;
+  std::vector<Vec3> places;
+  for (const Source& source : sources) {
+    powers.push_back(power_of(source));
+    places.emplace_back(source.position_m);
+  }
+  for (const Instance& instance : instances) {
+    powers.push_back(power_of(instance, trees));
+    places.push_back(middle_of(instance, trees));
+  }
+  draw(powers, places, seed, [&](std::size_t i, float u) {
+    if (i < sources.size())
+      sources[i].u = u;
+    else
+      instances[i - sources.size()].number = u;
+  });
+}
+
+void draw_instance_u(std::span<Instance> instances, std::uint64_t seed) {
+  for (std::size_t i = 0; i < instances.size(); ++i)
+    instances[i].number = static_cast<float>(
+        unit_above_zero(philox(seed, {static_cast<std::uint32_t>(i), 1, kNumber, 0})[0]));
+}
+
+SourceOctree instance_tree(std::vector<Instance> instances, std::span<const PageEntry> trees) {
+  SourceOctree tree;
+  if (instances.empty()) return tree;
+  // Halved along the longest edge, eight parts at a time, breadth first.
+  struct Part {
+    std::size_t first, count;
+  };
+  struct Placed {
+    Vec3 middle_m;
+    Instance instance;
+  };
+  std::vector<Placed> placed;
+  for (const Instance& instance : instances)
+    placed.push_back({middle_of(instance, trees), instance});
+  std::vector<Part> parts = {{0, instances.size()}};
+  const auto split = [&](const Part& part) -> std::array<Part, 2> {
+    const auto begin = placed.begin() + static_cast<std::ptrdiff_t>(part.first);
+    const auto end = begin + static_cast<std::ptrdiff_t>(part.count);
+    Vec3 low(1e300), high(-1e300);
+    for (auto copy = begin; copy != end; ++copy) {
+      low = glm::min(low, copy->middle_m);
+      high = glm::max(high, copy->middle_m);
+    }
+    const Vec3 size = high - low;
+    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    const std::size_t half = part.count / 2;
+    std::stable_sort(begin, end, [axis](const Placed& a, const Placed& b) {
+      return a.middle_m[axis] < b.middle_m[axis];
+    });
+    return {Part{part.first, half}, Part{part.first + half, part.count - half}};
+  };
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    OctreeNode node;
+    node.divides_space = false;
+    if (parts[i].count <= kMaxInstances) {
+      node.first_instance = static_cast<std::uint32_t>(parts[i].first);
+      node.instance_count = static_cast<std::uint32_t>(parts[i].count);
+    } else {
+      std::vector<Part> into = {parts[i]};
+      for (int halvings = 0; halvings < 3; ++halvings) {
+        std::vector<Part> halves;
+        for (const Part& part : into)
+          for (const Part& half : split(part)) halves.push_back(half);
+        into = halves;
+      }
+      for (std::size_t k = 0; k < into.size(); ++k) {
+        node.children[k] = static_cast<std::uint32_t>(parts.size());
+        parts.push_back(into[k]);
+      }
+    }
+    tree.nodes.push_back(node);
+  }
+  for (std::size_t i = 0; i < placed.size(); ++i) instances[i] = placed[i].instance;
+  for (std::size_t i = tree.nodes.size(); i-- > 0;) {
+    OctreeNode& node = tree.nodes[i];
+    std::array<const NodeSummary*, 8> children;
+    std::size_t count = 0;
+    for (const std::uint32_t child : node.children)
+      if (child != kNoNode) children[count++] = &tree.nodes[child];
+    summarise(node, {}, std::span(children).first(count));
+    include_instances(std::span(instances).subspan(node.first_instance, node.instance_count), trees,
+                      node);
+  }
+  tree.instances = std::move(instances);
+  return tree;
+}
+
+SourceOctree with_instances(SourceOctree octree, std::vector<Instance> instances,
+                            std::span<const PageEntry> trees) {
+  SourceOctree copies = instance_tree(std::move(instances), trees);
+  if (copies.nodes.empty()) return octree;
+  if (octree.nodes.empty()) return copies;
+  SourceOctree both;
+  OctreeNode top;
+  top.divides_space = false;
+  summarise(top, {}, std::array<const NodeSummary*, 2>{&octree.nodes[0], &copies.nodes[0]});
+  both.nodes.push_back(top);
+  const auto add = [&both](const SourceOctree& tree) {
+    const auto first = static_cast<std::uint32_t>(both.nodes.size());
+    for (OctreeNode node : tree.nodes) {
+      for (std::uint32_t& child : node.children)
+        if (child != kNoNode) child += first;
+      node.first_source += both.sources.size();
+      both.nodes.push_back(node);
+    }
+    return first;
+  };
+  both.nodes[0].children[0] = add(octree);
+  both.sources = std::move(octree.sources);
+  both.nodes[0].children[1] = add(copies);
+  both.instances = std::move(copies.instances);
+  return both;
+}
+
+PageEntry root_entry(const SourceOctree& octree, std::span<const PageEntry> trees) {
+  PageEntry top;
+  if (octree.nodes.empty()) return top;
+  static_cast<NodeSummary&>(top) = octree.nodes[0];
+  top.sources_below = octree.sources.size();
+  for (const Instance& instance : octree.instances)
+    top.sources_below += trees[instance.tree].sources_below;
+  return top;
+}
+
+}  // namespace clamor

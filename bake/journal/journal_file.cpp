@@ -1,0 +1,270 @@
+#include "bake/journal/journal_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "formats/bake_file/bake_layout.h"
+#include "formats/files/atomic_file.h"
+#include "formats/files/retry_on_eintr.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::array<char, 8> kJournalMagic = {'C', 'L', 'A', 'M', 'O', 'R', 'T', 'J'};
+constexpr std::uint32_t kJournalVersion = 1;
+constexpr std::uint32_t kRecordMagic = 0x6e757254;  // "Trun"
+constexpr std::uint64_t kMostRecordBytes = std::uint64_t{1} << 30;
+// Each sync takes 0.4 to 20 ms, by the disk, and there are 40 batches a second: this costs 2 % at
+// most where a sync of every batch costs 5 % to two thirds.
+constexpr auto kSyncEvery = std::chrono::seconds(1);
+constexpr std::uint64_t kMostRatio = 4000;  // of a zstd frame we would have written
+
+struct FileHeader {
+  std::array<char, 8> magic = kJournalMagic;
+  std::uint32_t version = kJournalVersion, unused = 0;
+};
+static_assert(sizeof(FileHeader) == 16);
+
+struct RecordHeader {
+  std::uint32_t magic = kRecordMagic, count = 0;
+  std::uint64_t packed_bytes = 0, unpacked_bytes = 0;
+  std::uint64_t frame_hash = 0;
+  std::uint64_t header_hash = 0;  // of the 32 bytes before
+};
+static_assert(sizeof(RecordHeader) == 40);
+
+template <class T>
+std::span<const std::byte> bytes_of(const T& value) {
+  return std::as_bytes(std::span(&value, 1));
+}
+
+// A header whose hash is right, and what it says possible.
+std::optional<RecordHeader> checked(std::span<const std::byte, sizeof(RecordHeader)> raw,
+                                    std::uint64_t bytes_left) {
+  RecordHeader header;
+  std::memcpy(&header, raw.data(), raw.size());
+  if (header.magic != kRecordMagic || header.header_hash != hash_of(raw.first(raw.size() - 8)) ||
+      header.packed_bytes > bytes_left || header.unpacked_bytes > kMostRecordBytes ||
+      header.unpacked_bytes > kMostRatio * header.packed_bytes)
+    return std::nullopt;
+  return header;
+}
+
+std::string reason() { return std::strerror(errno); }
+
+}  // namespace
+
+JournalFile::~JournalFile() {
+  if (descriptor_ < 0) return;
+  if (!only_read_ && synced_bytes_ != bytes_) sync_file();
+  ::close(descriptor_);
+}
+
+Result<void> JournalFile::open(const std::string& path) {
+  path_ = path;
+  descriptor_ =
+      retry_on_eintr([&] { return ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644); });
+  if (descriptor_ < 0)
+    return Error(path + ": the journal cannot be opened (" + reason() +
+                 "); make its folder writable, or use --no-journal");
+  struct stat status {};
+  if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode))
+    return Error(path + ": is not a regular file, so it cannot be a journal");
+  if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0)
+    return Error(path +
+                 ": another bake is writing this journal; wait for it to end, or choose "
+                 "another output");
+  bytes_ = static_cast<std::uint64_t>(status.st_size);
+
+  const FileHeader header;
+  const auto wanted = bytes_of(header);
+  std::array<std::byte, sizeof header> raw;
+  const auto present = std::span(raw).first(std::min<std::uint64_t>(bytes_, raw.size()));
+  if (!read_at(0, present)) return Error(path + ": cannot be read (" + reason() + ")");
+  if (!std::ranges::equal(present, wanted.first(present.size()))) {
+    FileHeader found;
+    std::memcpy(&found, raw.data(), present.size());
+    if (present.size() == raw.size() && found.magic == kJournalMagic)
+      return Error(path + ": is the journal of another version of clamor (journal version " +
+                   std::to_string(found.version) + ", this one writes " +
+                   std::to_string(kJournalVersion) +
+                   "), and is left alone; remove it, or choose another output");
+    return Error(path +
+                 ": is no journal of a bake, and is left alone; remove it, or choose "
+                 "another output");
+  }
+  // A crash may have cut the header short, if it was written at all.
+  if (bytes_ < sizeof header) {
+    if (!cut(0) || !write_at(0, bytes_of(header)) || !sync_file())
+      return Error(path + ": cannot be written (" + reason() +
+                   "); free some space, or use --no-journal");
+    sync_folder_of(path);
+    bytes_ = sizeof header;
+  }
+  synced_bytes_ = bytes_;
+  return {};
+}
+
+Result<void> JournalFile::open_to_read(const std::string& path) {
+  path_ = path;
+  only_read_ = true;
+  // Without O_NONBLOCK, opening a pipe would wait for its writer.
+  descriptor_ =
+      retry_on_eintr([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
+  struct stat status {};
+  if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0)
+    return Error(path + ": cannot be read (" + reason() + ")");
+  if (!S_ISREG(status.st_mode)) return Error(path + ": is not a regular file");
+  bytes_ = static_cast<std::uint64_t>(status.st_size);
+  FileHeader header;
+  std::array<std::byte, sizeof header> raw;
+  const bool whole = bytes_ >= sizeof header && read_at(0, raw);
+  if (whole) std::memcpy(&header, raw.data(), sizeof header);
+  if (!whole || header.magic != kJournalMagic)
+    return Error(path + ": holds no traced photons; shards are made with clamor bake --shard I/N");
+  if (header.version != kJournalVersion)
+    return Error(path + ": was written by another version of clamor (journal version " +
+                 std::to_string(header.version) + ", this one writes " +
+                 std::to_string(kJournalVersion) + "); trace it again");
+  return {};
+}
+
+bool JournalFile::read_at(std::uint64_t offset, std::span<std::byte> out) const {
+  std::size_t done = 0;
+  while (done < out.size()) {
+    const ssize_t got = retry_on_eintr([&] {
+      return ::pread(descriptor_, out.data() + done, out.size() - done,
+                     static_cast<off_t>(offset + done));
+    });
+    if (got <= 0) return false;
+    done += static_cast<std::size_t>(got);
+  }
+  return true;
+}
+
+bool JournalFile::write_at(std::uint64_t offset, std::span<const std::byte> data) const {
+  std::size_t done = 0;
+  while (done < data.size()) {
+    const ssize_t put = retry_on_eintr([&] {
+      return ::pwrite(descriptor_, data.data() + done, data.size() - done,
+                      static_cast<off_t>(offset + done));
+    });
+    if (put == 0) errno = ENOSPC;  // no room for a byte, and the file system does not say so
+    if (put <= 0) return false;
+    done += static_cast<std::size_t>(put);
+  }
+  return true;
+}
+
+bool JournalFile::cut(std::uint64_t length) const {
+  return retry_on_eintr([&] { return ::ftruncate(descriptor_, static_cast<off_t>(length)); }) == 0;
+}
+
+// From here on what is written survives a power cut.
+bool JournalFile::sync_file() {
+  if (retry_on_eintr([&] { return ::fdatasync(descriptor_); }) != 0) return false;
+  synced_bytes_ = bytes_;
+  last_sync_ = Clock::now();
+  return true;
+}
+
+// Right after a write or sync that failed.
+Error JournalFile::unwritten() const {
+  return Error(path_ + ": the journal cannot be written (" + reason() +
+               "); what was traced before is kept. Free some space and run the same command "
+               "again, or use --no-journal");
+}
+
+Result<void> JournalFile::sync() {
+  return sync_file() ? Result<void>() : Result<void>(unwritten());
+}
+
+std::uint64_t JournalFile::first() { return sizeof(FileHeader); }
+
+std::optional<std::uint64_t> JournalFile::after(std::uint64_t offset) const {
+  std::array<std::byte, sizeof(RecordHeader)> raw;
+  if (offset + raw.size() > bytes_ || !read_at(offset, raw)) return std::nullopt;
+  const auto header = checked(raw, bytes_ - offset - raw.size());
+  if (!header) return std::nullopt;
+  return offset + raw.size() + header->packed_bytes;
+}
+
+std::optional<JournalFile::Record> JournalFile::read(std::uint64_t offset) {
+  if (offset == read_record_) return Record{read_count_, unpacked_};
+  read_record_ = 0;
+  std::array<std::byte, sizeof(RecordHeader)> raw;
+  if (offset + raw.size() > bytes_ || !read_at(offset, raw)) return std::nullopt;
+  const auto header = checked(raw, bytes_ - offset - raw.size());
+  if (!header) return std::nullopt;
+  std::vector<std::byte> frame(header->packed_bytes);
+  if (!read_at(offset + raw.size(), frame) || hash_of(frame) != header->frame_hash)
+    return std::nullopt;
+  auto whole = unpacked(frame, header->unpacked_bytes);
+  if (!whole.ok()) return std::nullopt;
+  unpacked_ = std::move(*whole);
+  read_count_ = header->count;
+  read_record_ = offset;
+  return Record{read_count_, unpacked_};
+}
+
+Result<std::uint64_t> JournalFile::append(std::uint32_t count, std::span<const std::byte> bytes) {
+  const std::vector<std::byte> frame = packed(bytes);
+  RecordHeader header;
+  header.count = count;
+  header.packed_bytes = frame.size();
+  header.unpacked_bytes = bytes.size();
+  header.frame_hash = hash_of(frame);
+  header.header_hash = hash_of(bytes_of(header).first(sizeof header - 8));
+  const auto sync_now_and_then = [&] {
+    return Clock::now() - last_sync_ < kSyncEvery || sync_file();
+  };
+  if (!write_at(bytes_, bytes_of(header)) || !write_at(bytes_ + sizeof header, frame) ||
+      !sync_now_and_then()) {
+    const Error error = unwritten();
+    (void)cut(bytes_);  // or the next to open it cuts it
+    return error;
+  }
+  const std::uint64_t record = bytes_;
+  bytes_ += sizeof header + frame.size();
+  return record;
+}
+
+Result<void> JournalFile::truncate_at(std::uint64_t offset) {
+  if (!only_read_ && offset < bytes_ && !cut(offset))
+    return Error(path_ + ": cannot be cut to its last complete record (" + reason() + ")");
+  bytes_ = offset;
+  synced_bytes_ = bytes_;
+  return {};
+}
+
+Result<void> JournalFile::keep_only(std::span<const std::uint64_t> records) {
+  std::uint64_t kept = first();
+  for (const std::uint64_t record : records)
+    if (const auto end = after(record)) kept += *end - record;
+  if (2 * kept >= bytes_) return {};
+
+  auto file = AtomicFile::create(path_);
+  if (!file.ok()) return file.error();
+  const FileHeader header;
+  if (auto written = file->write(bytes_of(header)); !written.ok()) return written.error();
+  for (const std::uint64_t record : records) {
+    const auto end = after(record);
+    if (!end) continue;
+    std::vector<std::byte> whole(*end - record);
+    if (!read_at(record, whole)) continue;
+    if (auto written = file->write(whole); !written.ok()) return written.error();
+  }
+  if (auto done = file->commit(); !done.ok()) return done.error();
+  bytes_ = kept;
+  return {};
+}
+
+}  // namespace clamor

@@ -1,0 +1,72 @@
+#include "bake/journal/run_key.h"
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <type_traits>
+
+#include "formats/bake_file/bake_layout.h"
+
+namespace clamor {
+
+namespace {
+
+// Goes up whenever the tracer's results change, so that older journals no longer match.
+constexpr std::uint64_t kTraceVersion = 1;
+
+class Hasher {
+ public:
+  template <class T>
+  Hasher& add(const T& value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    return add(std::as_bytes(std::span(&value, 1)));
+  }
+  Hasher& add(std::span<const std::byte> bytes) {
+    const std::array<std::uint64_t, 3> parts = {hash_, bytes.size(), hash_of(bytes)};
+    hash_ = hash_of(std::as_bytes(std::span(parts)));
+    return *this;
+  }
+  std::uint64_t hash() const { return hash_; }
+
+ private:
+  std::uint64_t hash_ = 0;
+};
+
+}  // namespace
+
+std::uint64_t scene_hash(const Level& level, const TraceSettings& settings) {
+  Hasher hasher;
+  hasher.add(kTraceVersion)
+      .add(settings.seed)
+      .add(settings.roulette_exponent)
+      .add(settings.longest_path_s)
+      .add(settings.speed_mps)
+      .add(settings.air_loss_per_m)
+      .add(settings.max_bounces)
+      .add(settings.deposit_threshold);
+  hasher.add(std::as_bytes(std::span(level.mesh.vertices_m)));
+  hasher.add(std::as_bytes(std::span(level.mesh.triangles)));
+  hasher.add(std::as_bytes(std::span(level.mesh.materials)));
+  for (const Material& material : level.materials)
+    hasher.add(material.absorption)
+        .add(material.scattering)
+        .add(material.phong)
+        .add(material.transmission);
+  return hasher.hash();
+}
+
+std::uint64_t run_key(std::uint64_t scene, const Emitter& emitter, std::uint64_t emitter_key,
+                      const PhotonRun& run) {
+  return Hasher()
+      .add(scene)
+      .add(emitter_key)
+      .add(emitter.position_m)
+      .add(emitter.axis)
+      .add(emitter.gain)
+      .add(emitter.directivity)
+      .add(run.first)
+      .add(run.count)
+      .hash();
+}
+
+}  // namespace clamor

@@ -1,0 +1,66 @@
+// highest_ranks.h: the kNodeSources first of however many sources come along.
+//
+// Sources are ordered by descending key, equal keys by their place in the list. That is one
+// comparison of one number: the bits of the key above, the place, counted down, below.
+//
+// Memory: two nodes' worth of ranks, inside the object.   Cost: a comparison each, nearly always.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+
+#include "formats/bake_file/source_octree.h"
+
+namespace clamor {
+
+// Grows with the key; 0 and -0 are equal, as keys are.
+inline std::uint32_t key_bits(float key) {
+  const auto bits = std::bit_cast<std::uint32_t>(key + 0.0f);
+  return (bits & 0x80000000u) != 0 ? ~bits : bits | 0x80000000u;
+}
+
+// Of which the highest come first.
+inline std::uint64_t octree_rank(std::uint32_t bits_of_key, std::uint32_t place) {
+  return (std::uint64_t{bits_of_key} << 32) | (0xffffffffu - place);
+}
+inline std::uint32_t place_of_rank(std::uint64_t rank) {
+  return 0xffffffffu - static_cast<std::uint32_t>(rank);
+}
+
+class HighestRanks {
+ public:
+  // Every rank once.
+  void offer(std::uint64_t rank) {
+    if (rank < least_) return;
+    ranks_[count_++] = rank;
+    if (count_ == ranks_.size()) trim();
+  }
+
+  // The highest so far, in descending order. Holds until the next offer().
+  std::span<const std::uint64_t> descending() {
+    if (count_ > kNodeSources) trim();
+    std::sort(ranks_.begin(), ranks_.begin() + static_cast<std::ptrdiff_t>(count_),
+              std::greater<>());
+    return {ranks_.data(), count_};
+  }
+
+ private:
+  void trim() {
+    const auto last = ranks_.begin() + kNodeSources - 1;
+    std::nth_element(ranks_.begin(), last, ranks_.begin() + static_cast<std::ptrdiff_t>(count_),
+                     std::greater<>());
+    least_ = *last;
+    count_ = kNodeSources;
+  }
+
+  std::array<std::uint64_t, std::size_t{2} * kNodeSources> ranks_;
+  std::size_t count_ = 0;
+  std::uint64_t least_ = 0;  // lower ones are out
+};
+
+}  // namespace clamor

@@ -1,0 +1,252 @@
+#include "bake/octree/octree_builder.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <functional>
+#include <memory>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
+#include "bake/octree/highest_ranks.h"
+#include "bake/octree/octree_summary.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kPart = 65536;  // of a cell's or a list's entries, for one task
+
+// What sorting needs to know of a source.
+struct Entry {
+  std::uint32_t key_bits;
+  std::uint32_t place;  // in the list
+  Vec3f position_m;
+
+  std::uint64_t rank() const { return octree_rank(key_bits, place); }
+};
+
+// Not initialised: whichever thread writes a part first brings it into memory.
+template <class T>
+std::unique_ptr<T[]> uninitialised(std::size_t count) {
+  return std::make_unique_for_overwrite<T[]>(count);
+}
+
+// Calls work(part, first, last) for each part of [0, count).
+template <class Work>
+void for_parts(std::size_t count, const Work& work) {
+  const std::size_t parts = (count + kPart - 1) / kPart;
+  if (parts == 1) return work(std::size_t{0}, std::size_t{0}, count);
+  tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+    work(part, part * kPart, std::min(count, (part + 1) * kPart));
+  });
+}
+
+using OctantCounts = std::array<std::uint64_t, 8>;
+
+// A cube of space and the sources that are still to be placed in it: a range of one of two arrays;
+// the same range of the other is free.
+struct Cell {
+  OctreeCube cube;
+  std::size_t first = 0, count = 0;
+  unsigned array = 0;
+  bool sorted = false;  // by rank, for good
+
+  std::size_t own() const { return count <= kLeafSources ? count : kNodeSources; }
+};
+
+class Sorter {
+ public:
+  explicit Sorter(std::span<const Source> sources)
+      : arrays_{uninitialised<Entry>(sources.size()), uninitialised<Entry>(sources.size())},
+        order_(uninitialised<std::uint32_t>(sources.size())) {
+    for_parts(sources.size(), [&](std::size_t, std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i)
+        arrays_[0][i] = {key_bits(octree_key(sources[i])), static_cast<std::uint32_t>(i),
+                         sources[i].position_m};
+    });
+  }
+
+  // Places a cell's highest, from `first_source` on, and parts the others by octant, in the other
+  // array, one octant after the other from the cell's first + own() on. Returns their numbers.
+  OctantCounts divide(Cell& cell, std::uint64_t first_source) {
+    Entry* const entries = &arrays_[cell.array][cell.first];
+    std::uint32_t* const placed = &order_[first_source];
+    if (cell.count <= kLeafSources || cell.cube.depth >= OctreeCube::kDeepest)
+      return chain(cell, entries, placed);
+
+    const std::uint64_t least = take_highest(entries, cell.count, placed);
+    std::vector<OctantCounts> part_begins((cell.count + kPart - 1) / kPart);
+    for_parts(cell.count, [&](std::size_t part, std::size_t first, std::size_t last) {
+      OctantCounts counts{};
+      for (std::size_t i = first; i < last; ++i)
+        if (entries[i].rank() < least) ++counts[octant_of(cell, entries[i])];
+      part_begins[part] = counts;
+    });
+    OctantCounts octants{};
+    std::size_t begin = 0;
+    for (std::size_t o = 0; o < 8; ++o)
+      for (OctantCounts& part : part_begins) {
+        const std::size_t count = part[o];
+        octants[o] += count;
+        part[o] = begin;
+        begin += count;
+      }
+    Entry* const others = &arrays_[1 - cell.array][cell.first + cell.own()];
+    for_parts(cell.count, [&](std::size_t part, std::size_t first, std::size_t last) {
+      OctantCounts next = part_begins[part];
+      for (std::size_t i = first; i < last; ++i)
+        if (entries[i].rank() < least) others[next[octant_of(cell, entries[i])]++] = entries[i];
+    });
+    return octants;
+  }
+
+  // The source at each place of the tree, when all cells are divided.
+  std::unique_ptr<std::uint32_t[]> order() && { return std::move(order_); }
+
+ private:
+  static std::size_t octant_of(const Cell& cell, const Entry& entry) {
+    return cell.cube.octant_of(Vec3(entry.position_m));
+  }
+
+  // Places the kNodeSources highest; returns the rank of the last of them.
+  static std::uint64_t take_highest(const Entry* entries, std::size_t count,
+                                    std::uint32_t* placed) {
+    std::vector<HighestRanks> highest((count + kPart - 1) / kPart);
+    for_parts(count, [&](std::size_t part, std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) highest[part].offer(entries[i].rank());
+    });
+    for (std::size_t part = 1; part < highest.size(); ++part)
+      for (const std::uint64_t rank : highest[part].descending()) highest[0].offer(rank);
+    const auto ranks = highest[0].descending();
+    std::transform(ranks.begin(), ranks.end(), placed, place_of_rank);
+    return ranks.back();
+  }
+
+  // A leaf, or one of a chain of nodes where space is divided no further. Sorting once and for all
+  // keeps a long chain from costing the square of its length. In a leaf of several octants, sources
+  // of equal keys stand octant by octant.
+  static OctantCounts chain(Cell& cell, Entry* entries, std::uint32_t* placed) {
+    const auto higher = [](const Entry& a, const Entry& b) { return a.rank() > b.rank(); };
+    const auto higher_key = [](const Entry& a, const Entry& b) { return a.key_bits > b.key_bits; };
+    if (cell.count <= kLeafSources && !cell.sorted)
+      std::stable_sort(entries, entries + cell.count, higher_key);
+    else if (!cell.sorted)
+      tbb::parallel_sort(entries, entries + cell.count, higher);
+    cell.sorted = true;
+    for (std::size_t i = 0; i < cell.own(); ++i) placed[i] = entries[i].place;
+    return {cell.count - cell.own()};
+  }
+
+  std::array<std::unique_ptr<Entry[]>, 2> arrays_;
+  std::unique_ptr<std::uint32_t[]> order_;
+};
+
+// Makes the nodes, all but their summaries, and returns where each level begins and ends.
+std::vector<std::size_t> make_nodes(Sorter& sorter, const Cell& root,
+                                    std::vector<OctreeNode>& nodes) {
+  std::vector<std::size_t> level_begins;
+  std::uint64_t first_source = 0;
+  for (std::vector<Cell> level{root}; !level.empty();) {
+    const std::size_t first_node = nodes.size();
+    level_begins.push_back(first_node);
+    for (const Cell& cell : level) {
+      OctreeNode& node = nodes.emplace_back();
+      node.first_source = first_source;
+      node.source_count = static_cast<std::uint32_t>(cell.own());
+      first_source += cell.own();
+    }
+    std::vector<OctantCounts> octants(level.size());
+    tbb::parallel_for(std::size_t{0}, level.size(), [&](std::size_t i) {
+      octants[i] = sorter.divide(level[i], nodes[first_node + i].first_source);
+    });
+
+    std::vector<Cell> below;
+    for (std::size_t i = 0; i < level.size(); ++i) {
+      const Cell& cell = level[i];
+      const auto firsts = first_octants(octants[i]);
+      std::size_t first = cell.first + cell.own();
+      for (std::size_t o = 0; o < 8; ++o) {
+        const std::size_t count = octants[i][o];
+        if (count == 0) continue;
+        if (firsts[o] == o) {
+          nodes[first_node + i].children[o] =
+              static_cast<std::uint32_t>(nodes.size() + below.size());
+          below.push_back({cell.cube.child(o), first, count,
+                           cell.sorted ? cell.array : 1 - cell.array, cell.sorted});
+        } else {
+          below.back().count += count;
+        }
+        first += count;
+      }
+    }
+    level = std::move(below);
+  }
+  level_begins.push_back(nodes.size());
+  return level_begins;
+}
+
+void summarise_all(SourceOctree& tree, const std::vector<std::size_t>& level_begins) {
+  for (std::size_t level = level_begins.size() - 1; level-- > 0;)
+    tbb::parallel_for(level_begins[level], level_begins[level + 1], [&](std::size_t i) {
+      OctreeNode& node = tree.nodes[i];
+      std::array<const NodeSummary*, 8> children{};
+      std::size_t count = 0;
+      for (const std::uint32_t child : node.children)
+        if (child != kNoNode) children[count++] = &tree.nodes[child];
+      summarise(node, std::span(tree.sources).subspan(node.first_source, node.source_count),
+                std::span(children).first(count));
+    });
+}
+
+OctreeCube cube_around(std::span<const Source> sources) {
+  struct Box {
+    Vec3f low_m, high_m;
+  };
+  std::vector<Box> boxes((sources.size() + kPart - 1) / kPart);
+  for_parts(sources.size(), [&](std::size_t part, std::size_t first, std::size_t last) {
+    Box box{sources[first].position_m, sources[first].position_m};
+    for (const Source& source : sources.subspan(first, last - first)) {
+      box.low_m = glm::min(box.low_m, source.position_m);
+      box.high_m = glm::max(box.high_m, source.position_m);
+    }
+    boxes[part] = box;
+  });
+  Box all = boxes[0];
+  for (const Box& box : boxes) {
+    all.low_m = glm::min(all.low_m, box.low_m);
+    all.high_m = glm::max(all.high_m, box.high_m);
+  }
+  return OctreeCube::around(Vec3(all.low_m), Vec3(all.high_m));
+}
+
+}  // namespace
+
+SourceOctree build_octree(std::vector<Source> sources) {
+  if (sources.empty()) return {};
+  const OctreeCube cube = cube_around(sources);
+  return build_octree(std::move(sources), cube);
+}
+
+SourceOctree build_octree(std::vector<Source> sources, const OctreeCube& cube) {
+  assert(sources.size() < 0xffffffffu);
+  SourceOctree tree;
+  if (sources.empty()) return tree;
+  std::vector<std::size_t> level_begins;
+  std::unique_ptr<std::uint32_t[]> order;
+  {
+    Sorter sorter(sources);
+    level_begins = make_nodes(sorter, {cube, 0, sources.size()}, tree.nodes);
+    order = std::move(sorter).order();
+  }
+  tree.sources.resize(sources.size());
+  for_parts(sources.size(), [&](std::size_t, std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) tree.sources[i] = sources[order[i]];
+  });
+  summarise_all(tree, level_begins);
+  return tree;
+}
+
+}  // namespace clamor

@@ -1,0 +1,99 @@
+#include "bake/octree/source_thinning.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include <tbb/parallel_sort.h>
+
+#include "common/random.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kSlack = 200'000, kMostAtOnce = 100'000;  // a run leaves fewer, nearly always
+
+double weight_of(const Source& source) {
+  double power = 0;
+  for (const float band : source.power) power += static_cast<double>(band);
+  return std::sqrt(std::sqrt(power));
+}
+
+// In (0, 1], from what tells this deposit from all others.
+double source_hash(const Source& source) {
+  const std::uint64_t where =
+      (std::uint64_t{std::bit_cast<std::uint32_t>(source.position_m.x)} << 32) |
+      std::bit_cast<std::uint32_t>(source.position_m.y);
+  const RandomBits bits = philox(
+      where, {std::bit_cast<std::uint32_t>(source.u), std::bit_cast<std::uint32_t>(source.delay_s),
+              std::bit_cast<std::uint32_t>(source.position_m.z),
+              static_cast<std::uint32_t>(Use::kThinning)});
+  return unit_above_zero(bits[0]);
+}
+
+}  // namespace
+
+SourceThinning::SourceThinning(std::uint64_t most_sources) : most_(most_sources) {}
+
+// Higher keys first; equal ones by order, so that the choice is never open.
+bool SourceThinning::before(const Entry& a, const Entry& b) {
+  if (a.key != b.key) return a.key > b.key;
+  if (a.order != b.order) return a.order < b.order;
+  return a.rank < b.rank;
+}
+
+void SourceThinning::add(std::span<const Source> deposits, std::uint64_t order) {
+  // At once: growing by doubling would take twice as much when it is fullest.
+  const std::size_t room = most_ + most_ / 4 + kSlack;
+  if (added_ == 0) {
+    entries_.reserve(room);
+    sources_.reserve(room);
+  }
+  added_ += deposits.size();
+  for (std::size_t i = 0; i < deposits.size(); ++i) {
+    const double key = weight_of(deposits[i]) / source_hash(deposits[i]);
+    if (key < threshold_) continue;  // more than n are above it already
+    if (live_ == entries_.size()) {
+      entries_.push_back({0, 0, 0, static_cast<std::uint32_t>(live_)});
+      sources_.emplace_back();
+    }
+    Entry& entry = entries_[live_++];
+    entry = {key, order, static_cast<std::uint32_t>(i), entry.slot};
+    sources_[entry.slot] = deposits[i];
+  }
+  if (live_ > room - kMostAtOnce) prune();
+}
+
+void SourceThinning::prune() {
+  if (live_ <= most_) return;
+  const auto begin = entries_.begin(), cut = begin + static_cast<std::ptrdiff_t>(most_);
+  std::nth_element(begin, cut, begin + static_cast<std::ptrdiff_t>(live_), before);
+  threshold_ = std::max(threshold_, cut->key);
+  live_ = most_;
+}
+
+std::vector<Source> SourceThinning::take() {
+  prune();
+  entries_.resize(live_);
+  tbb::parallel_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
+    return a.order != b.order ? a.order < b.order : a.rank < b.rank;
+  });
+  // Where it is, since there may be no room for a second list: the i-th changes places with
+  // whichever source is there, which is found again by way of the i-th entry's slot.
+  for (std::size_t i = 0; i < live_; ++i) {
+    std::uint32_t& slot = entries_[i].slot;
+    while (slot < i) slot = entries_[slot].slot;
+    std::swap(sources_[i], sources_[slot]);
+    const double weight = weight_of(sources_[i]);
+    if (weight >= threshold_) continue;
+    for (float& band : sources_[i].power) band = static_cast<float>(band * (threshold_ / weight));
+  }
+  sources_.resize(live_);
+  entries_ = std::vector<Entry>();  // {} would keep the room
+  live_ = 0;
+  return std::exchange(sources_, std::vector<Source>());
+}
+
+}  // namespace clamor

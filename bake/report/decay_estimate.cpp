@@ -1,0 +1,312 @@
+#include "bake/report/decay_estimate.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "common/decay_curve.h"
+#include "common/maths.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kPlaces = 4;
+constexpr double kLeastRoom_m = 0.2;
+constexpr double kNearest_m = 0.1;             // as in the runtime, nothing grows louder than there
+constexpr std::uint64_t kCrowdPhotons = 1000;  // fewer of an emitter tell nothing
+constexpr std::size_t kCrowdGroups = 16;
+constexpr std::size_t kNone = ~std::size_t{0};
+constexpr double kDecibelsPerOctave = 10 / 3.321928094887362;
+
+// Off to the sides and a little up or down, no two alike, so that no place lies on an axis of a
+// room.
+constexpr std::array<Vec3, kPlaces> kDirections = {Vec3(0.80, 0.13, 0.58), Vec3(-0.55, 0.21, 0.81),
+                                                   Vec3(-0.83, -0.11, -0.55),
+                                                   Vec3(0.51, 0.17, -0.84)};
+
+// Times at which the decay curve has first fallen so far, and how much energy is left then.
+constexpr std::array<double, 7> kFallen_db = {0, 5, 10, 15, 20, 25, 30};
+
+// (G - 1) / G times the sum of squared distances from the mean.
+double jackknife_variance(std::span<const double> without_one) {
+  const auto count = static_cast<double>(without_one.size());
+  double mean = 0, squares = 0;
+  for (const double x : without_one) mean += x / count;
+  for (const double x : without_one) squares += (x - mean) * (x - mean);
+  return squares * (count - 1) / count;
+}
+
+}  // namespace
+
+std::vector<DecayReceiver> decay_receivers(const Scene& scene,
+                                           const std::vector<Emitter>& emitters) {
+  std::vector<DecayReceiver> places;
+  for (std::size_t i = 0; i < kPlaces && !emitters.empty(); ++i) {
+    const auto emitter = static_cast<std::uint32_t>(i * emitters.size() / kPlaces);
+    const Vec3 direction = normalize(kDirections[i]);
+    const auto hit = scene.intersect(emitters[emitter].position_m, direction);
+    if (hit && hit->distance_m > kLeastRoom_m)
+      places.push_back(
+          {emitters[emitter].position_m + direction * (0.5 * hit->distance_m), emitter});
+  }
+  return places;
+}
+
+DecayEstimate::DecayEstimate(const Scene& scene, const Level& level, const TraceSettings& settings,
+                             std::span<const std::uint64_t> photons, std::uint64_t stride)
+    : scene_(scene),
+      laws_(level.materials),
+      air_loss_per_m_(settings.air_loss_per_m),
+      speed_mps_(settings.speed_mps),
+      longest_path_s_(settings.longest_path_s),
+      photons_(photons.begin(), photons.end()),
+      stride_(std::max<std::uint64_t>(1, stride)),
+      listening_(level.emitters.size()) {
+  for (const DecayReceiver& place : decay_receivers(scene, level.emitters)) {
+    crowd_ |= level.emitters.size() > 1 && photons_[place.emitter] < kCrowdPhotons;
+    places_.push_back({place, {}});
+  }
+  if (crowd_)
+    for (Heard& heard : places_) heard.groups.resize(kCrowdGroups);
+}
+
+std::uint64_t DecayEstimate::max_bytes(double longest_path_s) {
+  const double steps = (longest_path_s + 1) / kStep_s;
+  return static_cast<std::uint64_t>(steps) * kPlaces * kMostGroups * sizeof(Energy);
+}
+
+bool DecayEstimate::wants(const PhotonRun& run) const {
+  if (run.first / kRunPhotons % stride_ != 0 || photons_[run.emitter] == 0) return false;
+  return std::any_of(places_.begin(), places_.end(), [&](const Heard& heard) {
+    return crowd_ || heard.place.emitter == run.emitter;
+  });
+}
+
+void DecayEstimate::hear(std::span<const Source> deposits, std::span<const std::uint16_t> photons,
+                         std::vector<ReceivedEnergy>& heard) const {
+  std::vector<Ray> rays;
+  std::vector<ReceivedEnergy> candidates;
+  std::vector<float> distances_m;
+  for (std::size_t i = 0; i < deposits.size(); ++i) {
+    const Source& deposit = deposits[i];
+    const Vec3 normal(deposit.normal), mirror(deposit.mirror);
+    const Vec3 place_m(deposit.position_m), from_m = scene_.away_from_surface(place_m, normal);
+    for (std::size_t place = 0; place < places_.size(); ++place) {
+      const Vec3& listener_m = places_[place].place.listener_m;
+      if (!crowd_ && places_[place].place.emitter != deposit.emitter) continue;
+      const Vec3 way_m = listener_m - place_m;
+      const double r_m = length(way_m);
+      const double cos_o = r_m > 0 ? dot(way_m, normal) / r_m : 0;
+      if (!(cos_o > 0)) continue;
+      const Vec3 direction = way_m / r_m;
+      const double arrival_s = deposit.delay_s + r_m / speed_mps_;
+      if (!(arrival_s < longest_path_s_ + 1)) continue;
+
+      ReceivedEnergy one{static_cast<std::uint32_t>(place), photons[i],
+                         static_cast<std::uint32_t>(arrival_s / kStep_s),
+                         laws_.density(deposit.material, dot(mirror, normal), cos_o,
+                                       std::min(1.0, dot(direction, mirror)))};
+      const double near_m = std::max(r_m, kNearest_m);
+      const auto spread = static_cast<float>(1 / (near_m * near_m));
+      const auto octaves_per_loss = static_cast<float>(r_m * std::numbers::log2e);
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        one.energy[b] *=
+            deposit.power[b] * spread * exp2_of(-air_loss_per_m_[b] * octaves_per_loss);
+      candidates.push_back(one);
+      rays.push_back({Vec3f(from_m), Vec3f(normalize(listener_m - from_m))});
+      distances_m.push_back(static_cast<float>(length(listener_m - from_m)));
+    }
+  }
+  std::vector<SurfaceHit> hits(rays.size());
+  scene_.first_hits(rays, hits);
+  for (std::size_t i = 0; i < hits.size(); ++i)
+    if (hits[i].material == SurfaceHit::kNone || hits[i].distance_m >= distances_m[i])
+      heard.push_back(candidates[i]);
+}
+
+void DecayEstimate::join_groups(std::uint32_t emitter) {
+  listening_[emitter].units_per_group *= 2;
+  for (Heard& heard : places_) {
+    if (heard.place.emitter != emitter) continue;
+    heard.groups.resize(kMostGroups);
+    for (std::size_t i = 0; i < kMostGroups; ++i) {
+      Histogram from = std::move(heard.groups[i]);
+      Histogram& to = heard.groups[i / 2];
+      if (i % 2 == 0) {
+        to = std::move(from);
+        continue;
+      }
+      to.resize(std::max(to.size(), from.size()));
+      for (std::size_t step = 0; step < from.size(); ++step)
+        for (std::size_t b = 0; b < kBandCount; ++b) to[step][b] += from[step][b];
+    }
+    for (std::size_t i = kMostGroups / 2; i < kMostGroups; ++i) heard.groups[i].clear();
+  }
+}
+
+void DecayEstimate::add(const PhotonRun& run, std::span<const ReceivedEnergy> heard) {
+  Listening& listening = listening_[crowd_ ? 0 : run.emitter];
+  const std::uint64_t first_unit = listening.units;
+  const std::uint64_t units = crowd_ ? 1 : run.count / kUnitPhotons;  // the rest is left out
+  if (!crowd_)
+    while ((first_unit + units + listening.units_per_group - 1) / listening.units_per_group >
+           kMostGroups)
+      join_groups(run.emitter);
+  const double share = 1 / static_cast<double>(photons_[run.emitter]);
+  for (const ReceivedEnergy& one : heard) {
+    const std::uint64_t unit = one.photon / kUnitPhotons;
+    if (!crowd_ && unit >= units) continue;
+    const std::uint64_t group =
+        crowd_ ? first_unit % kCrowdGroups : (first_unit + unit) / listening.units_per_group;
+    auto& groups = places_[one.place].groups;
+    if (groups.size() <= group) groups.resize(group + 1);
+    Histogram& histogram = groups[group];
+    if (histogram.size() <= one.step) histogram.resize(one.step + 1);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      histogram[one.step][b] += share * static_cast<double>(one.energy[b]);
+  }
+  listening.units += units;
+  if (crowd_) return;
+  const std::uint64_t begun =
+      (listening.units + listening.units_per_group - 1) / listening.units_per_group;
+  for (Heard& place : places_)
+    if (place.place.emitter == run.emitter && place.groups.size() < begun)
+      place.groups.resize(begun);
+}
+
+std::size_t DecayEstimate::whole_groups(const Heard& heard) const {
+  const Listening& listening = listening_[crowd_ ? 0 : heard.place.emitter];
+  const std::uint64_t whole = crowd_ ? (listening.units >= kCrowdGroups ? kCrowdGroups : 0)
+                                     : listening.units / listening.units_per_group;
+  return std::min<std::size_t>(whole, heard.groups.size());
+}
+
+std::optional<double> DecayEstimate::error_db() const {
+  double variance = 0, terms = 0;
+  for (const Heard& heard : places_) {
+    const std::size_t count = whole_groups(heard);
+    if (count < kLeastGroups) return std::nullopt;
+    std::size_t steps = 0;
+    for (std::size_t i = 0; i < count; ++i) steps = std::max(steps, heard.groups[i].size());
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      // What has yet to come, of all and of each group, backwards until nothing more does.
+      std::vector<double> total(steps + 1, 0);
+      for (std::size_t step = steps; step-- > 0;) {
+        total[step] = total[step + 1];
+        for (std::size_t i = 0; i < count; ++i)
+          if (step < heard.groups[i].size()) total[step] += heard.groups[i][step][b];
+      }
+      if (!(total[0] > 0)) continue;
+      std::array<std::vector<double>, kFallen_db.size()> without_one;
+      for (std::size_t i = 0; i < count; ++i) {
+        double left = 0;
+        std::size_t step = steps;
+        for (std::size_t k = kFallen_db.size(); k-- > 0;) {
+          const double level = total[0] * exp2_of(-kFallen_db[k] / kDecibelsPerOctave);
+          while (step > 0 && (total[step] < level || k == 0)) {
+            --step;
+            if (step < heard.groups[i].size()) left += heard.groups[i][step][b];
+          }
+          const double rest = total[step] - left;
+          if (!(rest > 0)) return std::nullopt;  // all of it comes from one group
+          without_one[k].push_back(kDecibelsPerOctave * log2_of(rest));
+        }
+      }
+      for (const auto& levels_db : without_one) {
+        variance += jackknife_variance(levels_db);
+        terms += 1;
+      }
+    }
+  }
+  if (terms == 0) return std::nullopt;
+  return std::sqrt(variance / terms / static_cast<double>(stride_));
+}
+
+std::optional<double> DecayEstimate::level_db(std::size_t place, std::size_t band,
+                                              double time_s) const {
+  const Heard& heard = places_[place];
+  double energy = 0, all = 0;
+  for (std::size_t i = 0; i < whole_groups(heard); ++i) {
+    for (std::size_t step = static_cast<std::size_t>(time_s / kStep_s);
+         step < heard.groups[i].size(); ++step)
+      energy += heard.groups[i][step][band];
+    all += 1;
+  }
+  // As if all photons of the emitter had been heard.
+  const Listening& listening = listening_[crowd_ ? 0 : heard.place.emitter];
+  if (!crowd_)
+    energy *= static_cast<double>(photons_[heard.place.emitter]) /
+              (all * static_cast<double>(listening.units_per_group * kUnitPhotons));
+  if (!(energy > 0)) return std::nullopt;
+  return kDecibelsPerOctave * log2_of(energy);
+}
+
+std::optional<double> DecayEstimate::t30_s(const Heard& heard, std::size_t band,
+                                           std::size_t left_out) const {
+  std::vector<EnergyStep> steps;
+  const std::size_t count = whole_groups(heard);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i == left_out) continue;
+    const Histogram& group = heard.groups[i];
+    for (std::size_t step = steps.size(); step < group.size(); ++step)
+      steps.push_back({(static_cast<double>(step) + 0.5) * kStep_s, 0});
+    for (std::size_t step = 0; step < group.size(); ++step) steps[step].energy += group[step][band];
+  }
+  std::erase_if(steps, [](const EnergyStep& step) { return !(step.energy > 0); });
+  if (steps.empty()) return std::nullopt;
+  return DecayCurve(steps, steps.back().time_s).decay_time_s(-5, -35);
+}
+
+std::optional<double> DecayEstimate::mean_t30_s(std::span<const Heard> group, std::size_t band,
+                                                std::size_t left_out) const {
+  double sum = 0;
+  std::size_t known = 0;
+  for (const Heard& heard : group)
+    if (const auto time_s = t30_s(heard, band, left_out)) {
+      sum += *time_s;
+      ++known;
+    }
+  if (2 * known <= group.size()) return std::nullopt;
+  return sum / static_cast<double>(known);
+}
+
+DecaySummary DecayEstimate::summary() const {
+  DecaySummary summary;
+  summary.places = static_cast<std::uint32_t>(places_.size());
+  if (places_.empty()) return summary;
+  summary.error_db = static_cast<float>(std::round(error_db().value_or(0) * 1e3) / 1e3);
+  const auto milliseconds = [](double s) { return static_cast<float>(std::round(s * 1e3) / 1e3); };
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    const auto mean_s = mean_t30_s(places_, b, kNone);
+    if (!mean_s) continue;
+    summary.t30_s[b] = milliseconds(*mean_s);
+    // Places of one emitter share its photons; those of different emitters share nothing.
+    double variance = 0;
+    bool known = true;
+    for (std::size_t first = 0, last = 0; first < places_.size(); first = last) {
+      while (last < places_.size() &&
+             (crowd_ || places_[last].place.emitter == places_[first].place.emitter))
+        ++last;
+      const std::span<const Heard> group(&places_[first], last - first);
+      const std::size_t count = whole_groups(group[0]);
+      std::vector<double> without_one;
+      for (std::size_t i = 0; i < count && known; ++i) {
+        const auto time_s = mean_t30_s(group, b, i);
+        known = time_s.has_value();
+        if (known) without_one.push_back(*time_s);
+      }
+      if (count < kLeastGroups || !known) {
+        known = false;
+        break;
+      }
+      const double weight = static_cast<double>(group.size()) / static_cast<double>(places_.size());
+      variance += weight * weight * jackknife_variance(without_one);
+    }
+    if (known) summary.t30_error_s[b] = std::max(1e-3f, milliseconds(std::sqrt(variance)));
+  }
+  return summary;
+}
+
+}  // namespace clamor

@@ -1,0 +1,313 @@
+#include "bake/report/level_report.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "bake/mesh/mesh_simplification.h"
+#include "bake/mesh/triangle_tree.h"
+#include "bake/report/audibility.h"
+#include "bake/trace/scene.h"
+#include "common/result.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kShownOpenings = 3, kShownGaps = 3, kShownClashes = 3;
+
+// What no room is: less across, or, from surface to surface, more.
+constexpr double kSmallLevel_m = 1, kLargeRoom_m = 60;
+
+// Less than this of the sound is lost anywhere: numbers of rays would show chance.
+constexpr double kLeak = 0.05;
+
+void add_areas(const Mesh& mesh, std::vector<MaterialArea>& materials, double& all_m2,
+               double MaterialArea::*where) {
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const double area = area_m2(mesh, t);
+    materials[mesh.materials[t]].*where += area;
+    all_m2 += area;
+  }
+}
+
+double area_of(const Mesh& mesh) {
+  double sum = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) sum += area_m2(mesh, t);
+  return sum;
+}
+
+double extent_of(const Mesh& mesh) {
+  if (mesh.vertices_m.empty()) return 0;
+  Vec3f low = mesh.vertices_m[0], high = low;
+  for (const Vec3f& vertex : mesh.vertices_m) {
+    low = glm::min(low, vertex);
+    high = glm::max(high, vertex);
+  }
+  return length(Vec3(high) - Vec3(low));
+}
+
+void simplify(PreparedMesh& prepared, const Level& level, double tolerance_m, LevelReport& report) {
+  SimplificationReport simplification;
+  simplification.tolerance_m = tolerance_m;
+  simplification.triangles_before = prepared.mesh.triangles.size();
+  simplification.area_before_m2 = area_of(prepared.mesh);
+  const TriangleTree tree(prepared.mesh);
+  for (const Emitter& emitter : level.emitters)
+    if (const auto surface = tree.nearest(emitter.position_m, tolerance_m, {}, 10'000))
+      report.emitters_at_surfaces.push_back({emitter.name, surface->distance_m});
+
+  const Simplification simpler = simplify(prepared, tolerance_m);
+  PreparationOptions same;
+  same.weld_m = prepared.weld_m;
+  prepared = prepare_mesh(simpler.mesh, same);
+  simplification.error_m = simpler.error_m;
+  simplification.triangles_after = prepared.mesh.triangles.size();
+  simplification.area_after_m2 = area_of(prepared.mesh);
+  report.simplification = simplification;
+}
+
+// Where emitters are that can be heard; those on a surface a little off it. The others would tell
+// of another space than the one that is listened to.
+std::vector<Vec3> places_that_work_m(const std::vector<Emitter>& emitters,
+                                     const std::vector<InaudibleEmitter>& unheard) {
+  std::vector<Vec3> places_m;
+  auto next = unheard.begin();
+  for (std::size_t i = 0; i < emitters.size(); ++i) {
+    if (next == unheard.end() || next->emitter != i) {
+      places_m.push_back(emitters[i].position_m);
+      continue;
+    }
+    if (next->place.why == InaudibleCause::kOnSurface && next->place.alternative_m)
+      places_m.push_back(*next->place.alternative_m);
+    ++next;
+  }
+  return places_m;
+}
+
+std::string counted(std::size_t count, const std::string& one, const std::string& many) {
+  return fmt::format("{} {}", count, count == 1 ? one : many);
+}
+
+std::string at(const Vec3& place_m) {
+  return fmt::format("({:.1f}, {:.1f}, {:.1f})", place_m.x, place_m.y, place_m.z);
+}
+
+std::string metres(double length_m) {
+  if (length_m < 0.0095) return fmt::format("{:.1f} mm", 1e3 * length_m);
+  if (length_m < 0.0995) return fmt::format("{:.0f} cm", 1e2 * length_m);
+  return fmt::format("{:.{}f} m", length_m, length_m < 9.95 ? 1 : 0);
+}
+
+std::string percent(double share) {
+  return fmt::format("{:.{}f} %", 100 * share, share < 0.00095 ? 2 : share < 0.0995 ? 1 : 0);
+}
+
+// Which way most of the sound goes; with its whole strength it is 2/3 from an opening in a wall.
+enum class Way { kAllRound, kUp, kDown, kSideways };
+Way way_of(const LevelOpening& opening) {
+  const Vec3& d = opening.direction;
+  if (length(d) < 0.35) return Way::kAllRound;
+  if (std::abs(d.y) < std::max(std::abs(d.x), std::abs(d.z))) return Way::kSideways;
+  return d.y > 0 ? Way::kUp : Way::kDown;
+}
+std::string in_words(const LevelOpening& opening) {
+  const Vec3& d = opening.direction;
+  switch (way_of(opening)) {
+    case Way::kUp:
+      return "upwards";
+    case Way::kDown:
+      return "downwards";
+    case Way::kSideways:
+      if (std::abs(d.x) > std::abs(d.z)) return d.x > 0 ? "towards +X" : "towards -X";
+      return d.z > 0 ? "towards +Z" : "towards -Z";
+    case Way::kAllRound:
+      break;
+  }
+  return "in all directions";
+}
+
+// "upwards near (1.0, 3.0, 2.0), through an opening about 4 m wide along an open edge of 16 m"
+std::string described(const LevelOpening& opening) {
+  if (way_of(opening) == Way::kAllRound || !(opening.width_m > 0)) return in_words(opening);
+  std::string text = fmt::format("{} near {}, through an opening about {} wide", in_words(opening),
+                                 at(opening.place_m), metres(opening.width_m));
+  if (opening.edge_length_m > 0)
+    text += fmt::format(" along an open edge of {}", metres(opening.edge_length_m));
+  return text;
+}
+
+std::string question(const LevelOpening& opening) {
+  switch (way_of(opening)) {
+    case Way::kUp:
+      return "no ceiling there, or open sky?";
+    case Way::kDown:
+      return "is a floor missing?";
+    case Way::kSideways:
+      return "is a wall or a door missing?";
+    case Way::kAllRound:
+      break;
+  }
+  return "the level stands in the open";
+}
+
+// An opening that hardly anyone wants: a floor, or one that lets little through.
+bool is_suspicious(const LevelReport& report) {
+  const LevelOpenings& found = report.openings;
+  return !found.openings.empty() &&
+         (found.escaped_share < kLeak || way_of(found.openings.front()) == Way::kDown);
+}
+
+std::string closedness(const LevelReport& report) {
+  const LevelOpenings& found = report.openings;
+  const std::size_t worth_naming = static_cast<std::size_t>(std::count_if(
+      found.openings.begin(), found.openings.end(),
+      [&](const LevelOpening& opening) { return opening.share >= 0.1 * found.escaped_share; }));
+  std::string text =
+      fmt::format("{} of the sound leaves the level, ", percent(found.escaped_share));
+  if (worth_naming > 1) text += fmt::format("first of all ({}) ", percent(found.openings[0].share));
+  text += fmt::format("{}: {}", described(found.openings[0]), question(found.openings[0]));
+  for (std::size_t i = 1; i < std::min(worth_naming, kShownOpenings); ++i)
+    text += fmt::format("{} {} {}", i == 1 ? " Then" : ";", percent(found.openings[i].share),
+                        described(found.openings[i]));
+  return text;
+}
+
+}  // namespace
+
+std::optional<double> LevelReport::geometric_free_path_m() const {
+  if (!(volume_m3 > 0) || !(area_m2 > 0) || openings.escaped > 0) return std::nullopt;
+  return 4 * volume_m3 / area_m2;
+}
+
+LevelReport prepare_level(Level& level, const LevelOptions& options) {
+  LevelReport report;
+  for (const Material& material : level.materials) report.materials.push_back({material.name});
+  report.triangles_read = level.mesh.triangles.size();
+  add_areas(level.mesh, report.materials, report.area_read_m2, &MaterialArea::read_m2);
+
+  PreparedMesh prepared = prepare_mesh(level.mesh);
+  report.weld_m = prepared.weld_m;
+  report.welded_vertices = prepared.welded_vertices;
+  report.degenerate = prepared.degenerate;
+  report.duplicated = prepared.duplicated;
+  report.duplicated_m2 = prepared.duplicated_m2;
+  report.split_edges = prepared.split_edges;
+  for (const MaterialClash& clash : prepared.clashes)
+    report.clashes.push_back(
+        {level.materials[clash.kept].name, level.materials[clash.dropped].name, clash.area_m2});
+  if (options.simplify_m > 0 && !prepared.mesh.triangles.empty())
+    simplify(prepared, level, options.simplify_m, report);
+  report.volume_m3 = enclosed_volume_m3(prepared);
+
+  level.mesh = std::move(prepared.mesh);
+  report.triangles = level.mesh.triangles.size();
+  report.extent_m = extent_of(level.mesh);
+  add_areas(level.mesh, report.materials, report.area_m2, &MaterialArea::area_m2);
+  report.boundary_edges = std::move(prepared.boundary_edges);
+  report.feature_edges = std::move(prepared.feature_edges);
+
+  const TriangleTree tree(level.mesh);
+  const auto surroundings =
+      classify_edges(level.mesh, tree, report.boundary_edges, 4 * report.weld_m,
+                     std::min(kThinGap_m, 0.01 * report.extent_m));
+  report.gaps = thin_gaps(report.boundary_edges, surroundings);
+  std::vector<MeshEdge> free_edges;
+  for (std::size_t i = 0; i < surroundings.size(); ++i) {
+    const bool rests = surroundings[i].kind == EdgeSurroundings::Kind::kRests;
+    (rests ? report.resting_edges_m : report.free_edges_m) += report.boundary_edges[i].length_m;
+    if (!rests) free_edges.push_back(report.boundary_edges[i]);
+  }
+  const Scene scene(level.mesh, Scene::Build::kQuick);
+  const auto unheard = Audibility(scene, level.mesh, level.materials).unheard(level.emitters);
+  report.unheard_emitters = in_words(unheard, level.emitters);
+  report.openings =
+      find_openings(scene, level, places_that_work_m(level.emitters, unheard), free_edges);
+  return report;
+}
+
+std::vector<std::string> report_lines(const LevelReport& report) {
+  std::vector<std::string> lines;
+  if (report.triangles == 0) return lines;
+  std::string mesh = fmt::format(
+      "{} of {:.1f} m2", counted(report.triangles, "triangle", "triangles"), report.area_m2);
+  if (report.welded_vertices > 0)
+    mesh += fmt::format("; {} welded", counted(report.welded_vertices, "corner", "corners"));
+  if (report.degenerate > 0)
+    mesh += fmt::format("; {} without area dropped",
+                        counted(report.degenerate, "triangle", "triangles"));
+  if (report.duplicated > 0)
+    mesh += fmt::format("; {} dropped that were there twice ({:.2f} m2)",
+                        counted(report.duplicated, "triangle", "triangles"), report.duplicated_m2);
+  lines.push_back(mesh);
+
+  if (const auto& simpler = report.simplification) {
+    std::string line = fmt::format(
+        "simplified within {}: {} triangles instead of {}, area {:+.2f} %",
+        metres(simpler->tolerance_m), simpler->triangles_after, simpler->triangles_before,
+        100 * (simpler->area_after_m2 / simpler->area_before_m2 - 1));
+    const MaterialArea* most = nullptr;
+    const auto change = [](const MaterialArea& m) { return m.area_m2 / m.read_m2 - 1; };
+    for (const MaterialArea& material : report.materials)
+      if (material.read_m2 > 0 &&
+          (most == nullptr || std::abs(change(material)) > std::abs(change(*most))))
+        most = &material;
+    if (most != nullptr && report.materials.size() > 1)
+      line += fmt::format(", most in {} ({:+.1f} %)", in_quotes(most->name), 100 * change(*most));
+    lines.push_back(line);
+  }
+
+  if (report.openings.rays > 0) {
+    if (report.openings.openings.empty())
+      lines.push_back(fmt::format("closed: none of {} rays left it", report.openings.rays));
+    else if (!is_suspicious(report))
+      lines.push_back(closedness(report));
+  }
+  if (!report.gaps.empty()) {
+    std::string text = fmt::format("{} between edges that nearly meet:",
+                                   counted(report.gaps.size(), "thin gap", "thin gaps"));
+    for (std::size_t i = 0; i < std::min(report.gaps.size(), kShownGaps); ++i)
+      text += fmt::format("{} {} wide over {} near {}", i == 0 ? "" : ";",
+                          metres(report.gaps[i].width_m), metres(report.gaps[i].length_m),
+                          at(report.gaps[i].place_m));
+    lines.push_back(text);
+  }
+  if (report.openings.mean_free_path_m > 0) {
+    std::string line = fmt::format("mean free path {:.2f} m", report.openings.mean_free_path_m);
+    if (const auto geometric_m = report.geometric_free_path_m())
+      line += fmt::format(" (4V/S {:.2f} m, of {:.0f} m3)", *geometric_m, report.volume_m3);
+    lines.push_back(line);
+  }
+  return lines;
+}
+
+std::vector<std::string> report_warnings(const LevelReport& report) {
+  std::vector<std::string> warnings;
+  if (report.extent_m > 0 && report.extent_m < kSmallLevel_m)
+    warnings.push_back(
+        fmt::format("the whole level is {} across; glTF is in metres: was it made in another unit?",
+                    metres(report.extent_m)));
+  if (report.openings.escaped_share < 0.5 && report.openings.mean_free_path_m > kLargeRoom_m)
+    warnings.push_back(fmt::format(
+        "sound goes {} between surfaces, further than in any hall; glTF is in metres: was the "
+        "level made in another unit?",
+        metres(report.openings.mean_free_path_m)));
+  warnings.insert(warnings.end(), report.unheard_emitters.begin(), report.unheard_emitters.end());
+  if (is_suspicious(report)) warnings.push_back(closedness(report));
+  for (std::size_t i = 0; i < std::min(report.clashes.size(), kShownClashes); ++i)
+    warnings.push_back(
+        fmt::format("{:.2f} m2 are there twice, in {} and in {}; the first in the file counts, {}",
+                    report.clashes[i].area_m2, in_quotes(report.clashes[i].kept),
+                    in_quotes(report.clashes[i].dropped), in_quotes(report.clashes[i].kept)));
+  if (!report.emitters_at_surfaces.empty())
+    warnings.push_back(fmt::format(
+        "{} within the tolerance of --simplify from a surface and may have come to lie behind it: "
+        "{} is {} away",
+        counted(report.emitters_at_surfaces.size(), "emitter lies", "emitters lie"),
+        in_quotes(report.emitters_at_surfaces[0].name),
+        metres(report.emitters_at_surfaces[0].distance_m)));
+  return warnings;
+}
+
+}  // namespace clamor

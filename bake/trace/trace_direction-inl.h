@@ -1,0 +1,209 @@
+// trace_direction-inl.h: the part of a bounce that draws the next direction by the law of one band
+// and reweights all.
+//
+// Compiled once per instruction set, by bake/trace/trace_kernel.cpp.
+#if defined(CLAMOR_BAKE_TRACE_DIRECTION_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CLAMOR_BAKE_TRACE_DIRECTION_INL_H_
+#undef CLAMOR_BAKE_TRACE_DIRECTION_INL_H_
+#else
+#define CLAMOR_BAKE_TRACE_DIRECTION_INL_H_
+#endif
+
+#include <cmath>
+#include <numbers>
+
+#include <hwy/highway.h>
+
+#include "bake/trace/trace_vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace clamor {
+namespace HWY_NAMESPACE {
+namespace {
+
+// Which band's law draws the direction, and on which side of the surface. Of the random words the
+// high 24 bits are two of the direction and one of its acceptance, the fourth is for those not
+// accepted, and the low bytes choose the side.
+[[gnu::noinline]] void choose_laws(const ShadeArguments& with, std::size_t count) {
+  const auto photons = with.photons;
+  const auto hits = with.hits;
+  const auto materials = with.materials;
+  const auto rays = with.rays;
+  ShadeScratch& scratch = with.scratch;
+  for (std::size_t k = 0; k < count; ++k) {
+    const KernelPhoton& photon = photons[scratch.going_slot[k]];
+    const SurfaceHit& hit = hits[scratch.going_hit[k]];
+    const KernelMaterial& material = materials[hit.material];
+    std::size_t drawn = 0;
+    if (!material.alike || material.transmits) {
+      const float place = unit_of(scratch.band_bits[k]) * kBandCount;
+      float below = 0;
+      for (std::size_t b = 0; b + 1 < kBandCount; ++b) {
+        below += photon.weight[b];
+        drawn += place >= below ? 1 : 0;
+      }
+    }
+    scratch.drawn[k] = static_cast<std::uint8_t>(drawn);
+    const bool through =
+        material.transmits &&
+        unit_of(scratch.way.words[0][k] << 24 | (scratch.way.words[1][k] & 255) << 16 |
+                (scratch.way.words[2][k] & 255) << 8) < material.through_of_kept[drawn];
+    const Vec3f normal = through ? -hit.normal : hit.normal;
+    const Vec3f arrival = rays[scratch.going_hit[k]].direction;
+    const Vec3f mirror = through ? arrival : arrival + hit.normal * (2 * hit.cos_i);
+    for (int axis = 0; axis < 3; ++axis) {
+      scratch.normal[axis][k] = normal[axis];
+      scratch.mirror[axis][k] = mirror[axis];
+    }
+    scratch.through[k] = through ? 1 : 0;
+    scratch.cos_i[k] = hit.cos_i;
+    scratch.scattering[k] = material.scattering[drawn];
+    scratch.inverse_exponent[k] = material.inverse_exponent[drawn];
+    const bool first = with.bounce == 1;
+    scratch.u1[k] = first ? photon.first_bounce[0] : unit_of(scratch.way.words[0][k]);
+    scratch.u2[k] = first ? photon.first_bounce[1] : unit_of(scratch.way.words[1][k]);
+  }
+}
+
+// A direction at angle a (given its cosine) to a unit axis, turned by the share `turn` of a circle.
+// The basis is Duff's, as in common/vec.h.
+CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
+  const float sign = z < 0 ? -1.0f : 1.0f;
+  const float a = -1 / (sign + z);
+  const float b = x * y * a;
+  const float square = (1 - cos_a) * (1 + cos_a);
+  const float sin_a = std::sqrt(square > 0 ? square : 0.0f);
+  const SinCos s = sin_cos_of_turn(turn);
+  const float p = sin_a * s.cos, q = sin_a * s.sin;
+  return {x * cos_a + (1 + sign * x * x * a) * p + b * q,
+          y * cos_a + sign * b * p + (sign + y * y * a) * q, z * cos_a - sign * x * p - y * q};
+}
+
+// Draws from Lambert's law or about the mirror direction.
+[[gnu::noinline]] void propose(ShadeScratch& scratch, std::size_t count) {
+  for (std::size_t k = 0; k < count; ++k) {
+    const bool lambert = unit_of(scratch.lambert_bits[k]) < scratch.scattering[k];
+    const float left = 1 - scratch.u1[k];
+    const float cos_lambert = std::sqrt(left);
+    const float cos_lobe = exp2_of(log2_of(left) * scratch.inverse_exponent[k]);
+    const float nx = scratch.normal[0][k], ny = scratch.normal[1][k], nz = scratch.normal[2][k];
+    const float mx = scratch.mirror[0][k], my = scratch.mirror[1][k], mz = scratch.mirror[2][k];
+    const Vec3f way = around(lambert ? nx : mx, lambert ? ny : my, lambert ? nz : mz,
+                             lambert ? cos_lambert : cos_lobe, scratch.u2[k]);
+    const float cos_o = way.x * nx + way.y * ny + way.z * nz;
+    const float u3 = unit_of(scratch.way.words[2][k]);
+    scratch.direction[0][k] = way.x;
+    scratch.direction[1][k] = way.y;
+    scratch.direction[2][k] = way.z;
+    const bool accepted = lambert || (cos_o > 0 && u3 * scratch.cos_i[k] <= cos_o);
+    scratch.rejected[k] = accepted ? 0 : 1;
+  }
+}
+
+// Proposals that went below the surface, or were not taken, leave by the law's second term.
+[[gnu::noinline]] void compensate(const ShadeArguments& with, std::size_t count) {
+  const auto hits = with.hits;
+  const auto materials = with.materials;
+  ShadeScratch& scratch = with.scratch;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (scratch.rejected[k] == 0) continue;
+    const KernelMaterial& material = materials[hits[scratch.going_hit[k]].material];
+    const PhongLobe& lobe = *material.lobes[scratch.drawn[k]];
+    const std::uint32_t bits = scratch.way.words[3][k];  // 16 for the angle, 16 for the turn
+    const float cos_o =
+        lobe.draw_compensation_cos(static_cast<float>(bits >> 16) * 0x1p-16f + 0x1p-17f);
+    const Vec3f way = around(scratch.normal[0][k], scratch.normal[1][k], scratch.normal[2][k],
+                             cos_o, static_cast<float>(bits & 0xffff) * 0x1p-16f);
+    for (int axis = 0; axis < 3; ++axis) scratch.direction[axis][k] = way[axis];
+  }
+}
+
+// The angles that the law's density needs.
+[[gnu::noinline]] void measure(ShadeScratch& scratch, std::size_t count) {
+  for (std::size_t k = 0; k < count; ++k) {
+    float x = scratch.direction[0][k], y = scratch.direction[1][k], z = scratch.direction[2][k];
+    const float scale = 1 / std::sqrt(x * x + y * y + z * z);
+    x *= scale;
+    y *= scale;
+    z *= scale;
+    scratch.direction[0][k] = x;
+    scratch.direction[1][k] = y;
+    scratch.direction[2][k] = z;
+    const float cos_o =
+        x * scratch.normal[0][k] + y * scratch.normal[1][k] + z * scratch.normal[2][k];
+    float cos_a = x * scratch.mirror[0][k] + y * scratch.mirror[1][k] + z * scratch.mirror[2][k];
+    cos_a = cos_a < 1 ? cos_a : 1.0f;
+    const float cos_i = scratch.cos_i[k];
+    scratch.cos_o[k] = cos_o;
+    // Behind the mirror direction's equator there is no lobe: 2^-126 stands for nothing.
+    scratch.log2_cos_a[k] = cos_a > 1e-30f ? log2_of(cos_a > 1e-30f ? cos_a : 1.0f) : -1e30f;
+    const float safe_i = cos_i > 1e-9f ? cos_i : 1e-9f;
+    const float ratio = cos_o / safe_i;
+    scratch.ratio[k] = ratio < 1 ? ratio : 1.0f;
+    const float up_i = cos_i < 1 ? cos_i : 1.0f;
+    const float up_o = cos_o < 0 ? 0.0f : cos_o < 1 ? cos_o : 1.0f;
+    scratch.loss_place_i[k] = std::sqrt(up_i) * (kLossCells - 1e-4f);
+    scratch.loss_place_o[k] = std::sqrt(up_o) * (kLossCells - 1e-4f);
+  }
+}
+
+// The path's band weights after the direction: w <- 8 w q / sum(w q). Leaves the next ray. Returns
+// how many are alive, listed in order.
+[[gnu::noinline]] std::size_t reweight(const ShadeArguments& with, std::size_t count) {
+  const auto photons = with.photons;
+  const auto hits = with.hits;
+  const auto materials = with.materials;
+  const auto rays = with.rays;
+  const auto slots = with.alive;
+  ShadeScratch& scratch = with.scratch;
+  std::size_t alive = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    KernelPhoton& photon = photons[scratch.going_slot[k]];
+    const SurfaceHit& hit = hits[scratch.going_hit[k]];
+    const KernelMaterial& material = materials[hit.material];
+    const bool through = scratch.through[k] != 0;
+    if (!(scratch.cos_o[k] > 0)) continue;
+    if (!material.alike || material.transmits) {
+      BandVector q = load(photon.weight);
+      if (!material.alike) {
+        const float place_i = scratch.loss_place_i[k], place_o = scratch.loss_place_o[k];
+        const auto row_i = static_cast<std::int32_t>(place_i);
+        const auto row_o = static_cast<std::int32_t>(place_o);
+        const Bands* const i = &material.lost[static_cast<std::size_t>(row_i)];
+        const Bands* const o = &material.lost[static_cast<std::size_t>(row_o)];
+        const BandVector low_i = load(i[0]), low_o = load(o[0]);
+        const BandVector lost_i =
+            low_i + (place_i - static_cast<float>(row_i)) * (load(i[1]) - low_i);
+        const BandVector lost_o =
+            low_o + (place_o - static_cast<float>(row_o)) * (load(o[1]) - low_o);
+        const BandVector lobe = load(material.lobe) *
+                                exp2_of_bands(load(material.exponent) * scratch.log2_cos_a[k]) *
+                                scratch.ratio[k];
+        q *= scratch.cos_o[k] * (load(material.scattering) * std::numbers::inv_pi_v<float> +
+                                 load(material.compensation) * lost_i * lost_o) +
+             lobe;
+      }
+      if (material.transmits) {
+        const BandVector share = load(material.through_of_kept);
+        q *= through ? share : 1 - share;
+      }
+      const float sum = sum_of(q);
+      if (!(sum > 1e-30f)) continue;
+      store(q * (static_cast<float>(kBandCount) / sum), photon.weight);
+    }
+    const float offset_m = through ? -with.settings.offset_m : with.settings.offset_m;
+    const Ray& ray = rays[scratch.going_hit[k]];
+    const Vec3f origin_m = ray.origin_m + ray.direction * hit.distance_m + hit.normal * offset_m;
+    rays[alive] = {origin_m,
+                   {scratch.direction[0][k], scratch.direction[1][k], scratch.direction[2][k]}};
+    slots[alive++] = scratch.going_slot[k];
+  }
+  return alive;
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace clamor
+HWY_AFTER_NAMESPACE();
+
+#endif  // CLAMOR_BAKE_TRACE_DIRECTION_INL_H_

@@ -1,0 +1,42 @@
+#include "common/morton_order.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+namespace clamor {
+
+namespace {
+
+std::uint64_t spread(std::uint64_t bits) {  // 21 bits, two zeros after each
+  bits = (bits | bits << 32) & 0x1f00000000ffff;
+  bits = (bits | bits << 16) & 0x1f0000ff0000ff;
+  bits = (bits | bits << 8) & 0x100f00f00f00f00f;
+  bits = (bits | bits << 4) & 0x10c30c30c30c30c3;
+  return (bits | bits << 2) & 0x1249249249249249;
+}
+
+}  // namespace
+
+std::vector<std::size_t> morton_order(std::span<const Vec3> places) {
+  Vec3 low(1e300), high(-1e300);
+  for (const Vec3& place : places) {
+    low = glm::min(low, place);
+    high = glm::max(high, place);
+  }
+  const double edge = std::max({high.x - low.x, high.y - low.y, high.z - low.z, 1e-9});
+  std::vector<std::pair<std::uint64_t, std::size_t>> order;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Vec3 at = (places[i] - low) / edge * static_cast<double>((1 << 21) - 1);
+    order.emplace_back(spread(static_cast<std::uint64_t>(at.x)) |
+                           spread(static_cast<std::uint64_t>(at.y)) << 1 |
+                           spread(static_cast<std::uint64_t>(at.z)) << 2,
+                       i);
+  }
+  std::sort(order.begin(), order.end());
+  std::vector<std::size_t> indices;
+  for (const auto& [code, index] : order) indices.push_back(index);
+  return indices;
+}
+
+}  // namespace clamor

@@ -1,0 +1,106 @@
+#include "formats/bake_file/bake_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/bake_file/page_layout.h"
+#include "formats/bake_file/value_limits.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr float kMaxPowerOfPages = 1e24f;    // what a page can say
+constexpr double kWidestMesh_m = 4'294'967;  // 32 bits of millimetres
+constexpr std::size_t kMaxSignal_frames = std::size_t{kSampleRate_hz} * 1800;
+
+bool near(const Vec3f& place_m) {
+  return std::abs(place_m.x) <= kMaxCoordinateInFile_m &&
+         std::abs(place_m.y) <= kMaxCoordinateInFile_m &&
+         std::abs(place_m.z) <= kMaxCoordinateInFile_m;
+}
+
+bool is_unit(const Vec3f& direction) { return std::abs(length(direction) - 1) < 1e-3f; }
+
+// What is wrong with a source, or null.
+const char* wrong_with(const Source& source, const BakeContents& contents) {
+  if (source.emitter >= contents.emitters.size()) return "names an emitter that does not exist";
+  if (!(source.u > 0 && source.u <= 1)) return "has a permanent number outside (0, 1]";
+  if (source.is_emitter) return nullptr;  // the rest is the emitter table's
+  if (source.material >= contents.materials.size()) return "names a material that does not exist";
+  if (!near(source.position_m)) return "lies nowhere";
+  if (!is_unit(source.normal) || !is_unit(source.mirror)) return "has directions without length 1";
+  if (!(source.delay_s >= 0 && source.delay_s <= 86400)) return "has a delay out of range";
+  if (!std::isfinite(source.patch_radius_m)) return "has a patch without bounds";
+  for (const float power : source.power)
+    if (!(power >= 0 && power <= kMaxPowerOfPages)) return "has a power out of range";
+  return nullptr;
+}
+
+Result<void> check_octree(const BakeContents& contents) {
+  const SourceOctree& octree = contents.octree;
+  std::size_t first = 0;
+  for (const OctreeNode& node : octree.nodes) {
+    if (node.first_source != first || node.source_count > octree.sources.size() - first)
+      return Error("the nodes do not share out the sources");
+    if (!near(node.low_m) || !near(node.high_m)) return Error("a node lies nowhere");
+    first += node.source_count;
+  }
+  if (first != octree.sources.size()) return Error("the nodes do not share out the sources");
+  for (std::size_t i = 0; i < octree.sources.size(); ++i)
+    if (const char* const wrong = wrong_with(octree.sources[i], contents))
+      return Error("source " + std::to_string(i) + " " + wrong);
+  const int mirror_bits = mirror_bits_for(contents.materials);
+  for (const OctreeNode& node : octree.nodes)
+    for (std::size_t i = 0; i < node.source_count; ++i) {
+      const Source& source = octree.sources[node.first_source + i];
+      if (!source.is_emitter &&
+          !page_layout::grid_box_of(node).holds(quantized(source, mirror_bits)))
+        return Error("source " + std::to_string(node.first_source + i) + " lies outside its node");
+    }
+  return {};
+}
+
+Result<void> check_mesh(const BakeContents& contents) {
+  const Mesh& mesh = contents.mesh;
+  if (mesh.materials.size() != mesh.triangles.size())
+    return Error("the triangles and their materials differ in number");
+  for (const std::uint16_t material : mesh.materials)
+    if (material >= contents.materials.size())
+      return Error("a triangle names a material that does not exist");
+  for (const auto& triangle : mesh.triangles)
+    for (const std::uint32_t corner : triangle)
+      if (corner >= mesh.vertices_m.size())
+        return Error("a triangle names a vertex that does not exist");
+  if (mesh.triangles.empty()) return {};
+  Vec3f low = mesh.vertices_m[0], high = low;
+  for (const Vec3f& vertex : mesh.vertices_m) {
+    if (!near(vertex)) return Error("a vertex lies nowhere");
+    low = glm::min(low, vertex);
+    high = glm::max(high, vertex);
+  }
+  for (int axis = 0; axis < 3; ++axis)
+    if (static_cast<double>(high[axis]) - low[axis] > kWidestMesh_m)
+      return Error("the geometry is wider than millimetres can be counted");
+  return {};
+}
+
+Result<void> check_signals(const std::vector<Signal>& signals) {
+  for (const Signal& signal : signals)
+    if (signal.samples.empty() || signal.samples.size() > kMaxSignal_frames ||
+        !std::all_of(signal.samples.begin(), signal.samples.end(),
+                     [](float sample) { return std::abs(sample) < 1e6f; }))
+      return Error("signal " + in_quotes(signal.name) +
+                   " is empty, longer than 30 minutes or no sound");
+  return {};
+}
+
+}  // namespace
+
+Result<void> check_bake(const BakeContents& contents) {
+  if (const auto done = check_octree(contents); !done.ok()) return done;
+  if (const auto done = check_mesh(contents); !done.ok()) return done;
+  return check_signals(contents.signals);
+}
+
+}  // namespace clamor

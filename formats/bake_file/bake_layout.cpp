@@ -1,0 +1,73 @@
+#include "formats/bake_file/bake_layout.h"
+
+#define XXH_INLINE_ALL
+#include <cassert>
+
+#include <xxhash.h>
+#include <zstd.h>
+
+namespace clamor {
+
+namespace {
+
+constexpr int kLevel = 9;  // 3 makes pages 2 % larger, 19 another 1 % smaller at 10 times the time
+
+constexpr int kLightLevel = -1;  // repetitions only, no entropy stage
+
+std::vector<std::byte> packed_at(int level, std::span<const std::byte> bytes) {
+  std::vector<std::byte> frame(ZSTD_compressBound(bytes.size()));
+  const std::size_t size =
+      ZSTD_compress(frame.data(), frame.size(), bytes.data(), bytes.size(), level);
+  assert(!ZSTD_isError(size));  // the buffer is as large as any frame can be
+  frame.resize(size);
+  return frame;
+}
+
+}  // namespace
+
+std::uint64_t hash_of(std::span<const std::byte> bytes) {
+  return XXH3_64bits(bytes.data(), bytes.size());
+}
+
+std::vector<std::byte> packed(std::span<const std::byte> bytes) { return packed_at(kLevel, bytes); }
+
+std::vector<std::byte> zstd_compress_fast(std::span<const std::byte> bytes) {
+  return packed_at(kLightLevel, bytes);
+}
+
+std::string zstd_version() { return std::string("zstd ") + ZSTD_versionString(); }
+
+Result<std::vector<std::byte>> unpacked(std::span<const std::byte> frame, std::size_t size) {
+  // A frame that claims another size is refused before anything is allocated for it.
+  if (ZSTD_getFrameContentSize(frame.data(), frame.size()) != size)
+    return Error("does not unpack to the " + std::to_string(size) + " bytes it should");
+  std::vector<std::byte> bytes(size);
+  const std::size_t got = ZSTD_decompress(bytes.data(), size, frame.data(), frame.size());
+  if (ZSTD_isError(got) || got != size) return Error("is not a complete zstd frame");
+  return bytes;
+}
+
+struct ZstdDecompressor::State {
+  struct Free {
+    void operator()(ZSTD_DCtx* used) const { ZSTD_freeDCtx(used); }
+  };
+  std::unique_ptr<ZSTD_DCtx, Free> context{ZSTD_createDCtx()};
+};
+
+ZstdDecompressor::ZstdDecompressor() : state_(std::make_unique<State>()) {}
+ZstdDecompressor::ZstdDecompressor(ZstdDecompressor&&) noexcept = default;
+ZstdDecompressor& ZstdDecompressor::operator=(ZstdDecompressor&&) noexcept = default;
+ZstdDecompressor::~ZstdDecompressor() = default;
+
+Result<std::size_t> ZstdDecompressor::unpack(std::span<const std::byte> frame,
+                                             std::span<std::byte> room) {
+  // Unknown and wrong sizes are the two largest numbers.
+  const auto size = ZSTD_getFrameContentSize(frame.data(), frame.size());
+  if (size > room.size()) return Error("does not unpack to what its sources take");
+  const std::size_t got =
+      ZSTD_decompressDCtx(state_->context.get(), room.data(), size, frame.data(), frame.size());
+  if (ZSTD_isError(got) || got != size) return Error("is not a complete zstd frame");
+  return got;
+}
+
+}  // namespace clamor

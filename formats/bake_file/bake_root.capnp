@@ -1,0 +1,141 @@
+@0xd3a1c7e5b9f2046b;
+# bake_root.capnp: the root of a bake file, read in place. bake_format.md says what the fields mean.
+#
+# Minor versions may add fields at the end; they never change the meaning of one.
+
+struct BakeRoot {
+  seed @0 :UInt64;
+  photons @1 :UInt64;
+  sources @2 :UInt64;
+  rouletteKappa @3 :Float64;
+  longestPathS @4 :Float64;
+  temperatureC @5 :Float64;
+  humidityPercent @6 :Float64;
+  pressureKpa @7 :Float64;
+
+  tool @8 :Text;
+  level @9 :Text;
+  arguments @10 :List(Text);
+  libraries @11 :List(Text);
+  inputs @12 :List(InputFile);
+  inputHash @13 :UInt64;
+
+  photonsTraced @14 :UInt64;
+  bounces @15 :UInt64;
+  photonsEscaped @16 :UInt64;
+  rooms @17 :UInt32;
+  deposits @18 :UInt64;
+  meanFreePathM @19 :Float64;
+  powerEmitted @20 :List(Float32);
+  powerEscaped @21 :List(Float32);
+  powerUnfinished @22 :List(Float32);
+  decayPlaces @23 :UInt32;
+  decayT30S @24 :List(Float32);
+  decayT30ErrorS @25 :List(Float32);
+  decayErrorDb @26 :Float32;
+  warnings @27 :List(Text);
+
+  bandsHz @28 :List(Float32);
+  materials @29 :List(Material);
+  emitters @30 :List(Emitter);
+  signals @31 :List(Signal);
+  geometry @32 :Geometry;
+
+  trees @33 :List(Tree);                # the last is the level's, the others are copied
+  signalMaps @34 :List(List(UInt32));   # per map: what each signal is replaced by
+
+  emitterInstances @35 :List(EmitterInstance); # runs of the emitter table that are not in emitters
+  emitterNames @36 :Data;               # of those, as a zstd frame of so many bytes
+  emitterNamesBytes @37 :UInt64;
+}
+
+struct Tree {
+  top @0 :Data;             # its entry, 120 bytes, as in a page
+  levels @1 :List(Level);   # of the tree's own pages, from the top
+}
+
+struct Level {
+  nodes @0 :UInt64;
+  sources @1 :UInt64;
+  packedBytes @2 :UInt64;
+  power @3 :List(Float32);  # per band, of those sources
+}
+
+struct InputFile {
+  name @0 :Text;
+  bytes @1 :UInt64;
+  hash @2 :UInt64;
+}
+
+struct Material {
+  name @0 :Text;
+  absorption @1 :List(Float32);
+  scattering @2 :List(Float32);
+  phong @3 :List(Float32);
+  transmission @4 :List(Float32);
+}
+
+struct Emitter {
+  name @0 :Text;
+  x @1 :Float64;
+  y @2 :Float64;
+  z @3 :Float64;
+  axisX @4 :Float64;
+  axisY @5 :Float64;
+  axisZ @6 :Float64;
+  gain @7 :Float64;
+  directivity @8 :List(Float32);
+  signal @9 :UInt32;
+  delayS @10 :Float64;
+}
+
+struct EmitterInstance {
+  at @0 :UInt32;            # places in the table
+  from @1 :UInt32;
+  count @2 :UInt32;
+  signals @3 :UInt32;       # which signal map, 2^32 - 1: the same signals
+  offsetX @4 :Float64;
+  offsetY @5 :Float64;
+  offsetZ @6 :Float64;
+  rotationX @7 :Float32;
+  rotationY @8 :Float32;
+  rotationZ @9 :Float32;
+  rotationW @10 :Float32;
+  scale @11 :Float32;
+  gain @12 :Float32;
+  delayS @13 :Float64;
+}
+
+struct Signal {
+  name @0 :Text;
+  loop @1 :Bool;
+  scale @2 :Float32;
+  frames @3 :UInt64;
+  blockOffset @4 :List(UInt64);        # lists block*: one entry per block
+  blockBytes @5 :List(UInt32);
+  blockHash @6 :List(UInt64);
+  meanSquare @7 :List(Float32);
+  envelopeOffset @8 :UInt64;
+  envelopeBytes @9 :UInt32;
+  envelopeHash @10 :UInt64;
+}
+
+struct Geometry {
+  lowX @0 :Float64;
+  lowY @1 :Float64;
+  lowZ @2 :Float64;
+  vertices @3 :UInt32;
+  triangles @4 :UInt32;
+  offset @5 :UInt64;
+  bytes @6 :UInt64;
+  hash @7 :UInt64;
+  pages @8 :List(GeometryPage);  # since 3.1, and then vertices to bytes are 0
+}
+
+struct GeometryPage {
+  offset @0 :UInt64;
+  hash @1 :UInt64;
+  bytes @2 :UInt32;
+  vertices @3 :UInt32;
+  triangles @4 :UInt32;
+}

@@ -1,0 +1,406 @@
+#include "formats/bake_file/bake_root_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <new>
+
+#include <capnp/message.h>
+#include <capnp/serialize.h>
+
+#include "formats/bake_file/bake_layout.h"
+#include "formats/bake_file/bake_root.capnp.h"
+#include "formats/bake_file/emitter_table.h"
+#include "formats/bake_file/signal_section.h"
+#include "formats/bake_file/value_limits.h"
+
+namespace clamor {
+
+namespace {
+
+// Far beyond any level (import ends at 1000 km), and near enough that delays fit into 32 bits.
+constexpr std::uint64_t kMaxCounted = 1ULL << 48;
+
+// Eight values within [least, most], or an Error.
+template <class List>
+Result<Bands> read_bands(const List& list, float least, float most, const char* what) {
+  Bands bands{};
+  if (list.size() != kBandCount) return Error(std::string(what) + " has not eight bands");
+  for (unsigned b = 0; b < kBandCount; ++b) {
+    bands[b] = list[b];
+    if (!(bands[b] >= least && bands[b] <= most))
+      return Error(std::string(what) + " is out of range");
+  }
+  return bands;
+}
+
+std::string text(capnp::Text::Reader reader) { return {reader.begin(), reader.size()}; }
+
+class RootReader {
+ public:
+  RootReader(BakeRoot::Reader root, std::uint64_t end) : root_(root), end_(end) {}
+
+  Result<BakeRootContents> read();
+
+ private:
+  Result<void> read_settings();
+  Result<void> read_provenance();
+  Result<void> read_statistics();
+  Result<void> read_materials();
+  Result<void> read_emitters();
+  Result<void> read_emitter(::Emitter::Reader stored);
+  Result<void> read_copied_emitters(::EmitterInstance::Reader stored, NameList& names);
+  Result<void> add_emitter(Emitter emitter);
+  Result<void> read_trees();
+  Result<void> read_signal_maps();
+  Result<void> read_signals();
+  Result<void> read_blocks(::Signal::Reader stored, StoredSignal& signal);
+  Result<void> read_geometry();
+  Result<FileSection> checked(FileSection section);
+
+  BakeRoot::Reader root_;
+  std::size_t signals_ = 0;
+  std::uint64_t copied_name_bytes_ = 0;
+  std::uint64_t end_;
+  std::uint64_t section_end_ = kFirstPageOffset;  // sections follow each other without overlap
+  BakeRootContents contents_;
+};
+
+// A section must lie after the one before it and before the root.
+Result<FileSection> RootReader::checked(FileSection section) {
+  if (section.offset < section_end_ || section.offset > end_ ||
+      section.bytes > end_ - section.offset)
+    return Error("a part of it lies outside the file or over another part");
+  section_end_ = section.offset + section.bytes;
+  return section;
+}
+
+Result<void> RootReader::read_settings() {
+  BakeSettings& settings = contents_.settings;
+  settings.seed = root_.getSeed();
+  settings.photons = root_.getPhotons();
+  settings.sources = root_.getSources();
+  settings.roulette_exponent = root_.getRouletteKappa();
+  settings.longest_path_s = root_.getLongestPathS();
+  settings.air = {root_.getTemperatureC(), root_.getHumidityPercent(), root_.getPressureKpa()};
+  const Air& air = settings.air;
+  if (!(air.temperature_c > -100 && air.temperature_c < 1000 && air.humidity_percent >= 0 &&
+        air.humidity_percent <= 100 && air.pressure_kpa > 0 && air.pressure_kpa < 1e5) ||
+      !std::isfinite(settings.roulette_exponent) || !std::isfinite(settings.longest_path_s))
+    return Error("its settings are out of range");
+
+  const auto bands_hz = root_.getBandsHz();
+  if (bands_hz.size() != kBandCount) return Error("it has not eight bands");
+  for (unsigned b = 0; b < kBandCount; ++b)
+    if (bands_hz[b] != static_cast<float>(kBandCentres_hz[b]))
+      return Error("its bands are not the octaves from 63 Hz to 8 kHz that this build reads");
+  return {};
+}
+
+Result<void> RootReader::read_provenance() {
+  Provenance& provenance = contents_.provenance;
+  provenance.tool = text(root_.getTool());
+  provenance.level = text(root_.getLevel());
+  provenance.input_hash = root_.getInputHash();
+  for (const auto word : root_.getArguments()) provenance.arguments.push_back(text(word));
+  for (const auto library : root_.getLibraries()) provenance.libraries.push_back(text(library));
+  for (const auto input : root_.getInputs())
+    provenance.inputs.push_back({text(input.getName()), input.getBytes(), input.getHash()});
+  return {};
+}
+
+Result<void> RootReader::read_statistics() {
+  BakeStatistics& statistics = contents_.statistics;
+  statistics.photons_traced = root_.getPhotonsTraced();
+  statistics.bounces = root_.getBounces();
+  statistics.photons_escaped = root_.getPhotonsEscaped();
+  statistics.rooms = root_.getRooms();
+  statistics.deposits = root_.getDeposits();
+  statistics.mean_free_path_m = root_.getMeanFreePathM();
+  if (!std::isfinite(statistics.mean_free_path_m)) return Error("its statistics are no numbers");
+  const auto emitted = read_bands(root_.getPowerEmitted(), 0, kMaxPowerInFile, "the emitted power");
+  if (!emitted.ok()) return emitted.error();
+  const auto escaped = read_bands(root_.getPowerEscaped(), 0, kMaxPowerInFile, "the escaped power");
+  if (!escaped.ok()) return escaped.error();
+  const auto unfinished =
+      read_bands(root_.getPowerUnfinished(), 0, kMaxPowerInFile, "the unfinished power");
+  if (!unfinished.ok()) return unfinished.error();
+  statistics.power_emitted = *emitted;
+  statistics.power_escaped = *escaped;
+  statistics.power_unfinished = *unfinished;
+  for (const auto warning : root_.getWarnings()) statistics.warnings.push_back(text(warning));
+
+  DecaySummary& decay = statistics.decay;
+  decay.places = root_.getDecayPlaces();
+  decay.error_db = root_.getDecayErrorDb();
+  if (!(decay.error_db >= 0 && decay.error_db < 1e6f)) return Error("its decay is out of range");
+  const auto t30_s = read_bands(root_.getDecayT30S(), 0, 1e6f, "the decay time");
+  if (!t30_s.ok()) return t30_s.error();
+  const auto error_s = read_bands(root_.getDecayT30ErrorS(), 0, 1e6f, "the decay time's error");
+  if (!error_s.ok()) return error_s.error();
+  decay.t30_s = *t30_s;
+  decay.t30_error_s = *error_s;
+  return {};
+}
+
+Result<void> RootReader::read_materials() {
+  for (const auto stored : root_.getMaterials()) {
+    Material material;
+    material.name = text(stored.getName());
+    const std::string what = "material " + in_quotes(material.name);
+    const auto absorption = read_bands(stored.getAbsorption(), 0, 1, what.c_str());
+    const auto scattering = read_bands(stored.getScattering(), 0, 1, what.c_str());
+    const auto phong = read_bands(stored.getPhong(), 0, 1000, what.c_str());
+    const auto transmission = read_bands(stored.getTransmission(), 0, 1, what.c_str());
+    for (const auto* bands : {&absorption, &scattering, &phong, &transmission})
+      if (!bands->ok()) return bands->error();
+    material.absorption = *absorption;
+    material.scattering = *scattering;
+    material.phong = *phong;
+    material.transmission = *transmission;
+    contents_.materials.push_back(std::move(material));
+  }
+  if (contents_.materials.size() > 65536)
+    return Error("it has more materials than can be numbered");
+  return {};
+}
+
+Result<void> RootReader::add_emitter(Emitter emitter) {
+  if (!(length(emitter.position_m) <= kMaxCoordinateInFile_m) ||
+      !(std::abs(length(emitter.axis) - 1) < 1e-3) || !(emitter.gain >= 0 && emitter.gain < 1e10) ||
+      !(std::abs(emitter.delay_s) <= 86400) || emitter.signal >= signals_)
+    return Error("emitter " + in_quotes(emitter.name) + " is out of range");
+  contents_.emitters.push_back(std::move(emitter));
+  return {};
+}
+
+Result<void> RootReader::read_emitter(::Emitter::Reader stored) {
+  Emitter emitter;
+  emitter.name = text(stored.getName());
+  emitter.position_m = {stored.getX(), stored.getY(), stored.getZ()};
+  emitter.axis = {stored.getAxisX(), stored.getAxisY(), stored.getAxisZ()};
+  emitter.gain = stored.getGain();
+  emitter.signal = stored.getSignal();
+  emitter.delay_s = stored.getDelayS();
+  const std::string what = "emitter " + in_quotes(emitter.name);
+  const auto directivity = read_bands(stored.getDirectivity(), 0, 1000, what.c_str());
+  if (!directivity.ok()) return directivity.error();
+  emitter.directivity = *directivity;
+  return add_emitter(std::move(emitter));
+}
+
+Result<void> RootReader::read_copied_emitters(::EmitterInstance::Reader stored, NameList& names) {
+  clamor::EmitterInstance copy;
+  copy.at = stored.getAt();
+  copy.from = stored.getFrom();
+  copy.count = stored.getCount();
+  copy.copy.signals = stored.getSignals();
+  copy.copy.offset_m = {stored.getOffsetX(), stored.getOffsetY(), stored.getOffsetZ()};
+  copy.copy.rotation = Rotation(stored.getRotationW(), stored.getRotationX(), stored.getRotationY(),
+                                stored.getRotationZ());
+  copy.copy.scale = stored.getScale();
+  copy.copy.gain = stored.getGain();
+  copy.delay_s = stored.getDelayS();
+  if (copy.at != contents_.emitters.size() || !is_valid(copy, contents_.signal_maps.size()))
+    return Error("a run of copied emitters is out of range");
+  if (copy.count >
+      max_instanced_emitters(end_) - std::min<std::uint64_t>(copy.at, max_instanced_emitters(end_)))
+    return Error("it claims more emitters than a file of its size has");
+  for (std::uint32_t i = 0; i < copy.count; ++i) {
+    Emitter emitter = copied(contents_.emitters[copy.from + i], copy, contents_.signal_maps);
+    if (const auto named = names.next(emitter.name); !named.ok()) return named;
+    copied_name_bytes_ += emitter.name.size();
+    if (copied_name_bytes_ > max_name_bytes(end_))
+      return Error("the names of its copied emitters take more than a file of its size may have");
+    if (const auto added = add_emitter(std::move(emitter)); !added.ok()) return added;
+  }
+  return {};
+}
+
+Result<void> RootReader::read_emitters() {
+  signals_ = root_.getSignals().size();
+  const auto stored = root_.getEmitters();
+  const auto copies = root_.getEmitterInstances();
+  std::vector<std::byte> names;
+  if (copies.size() > 0) {
+    std::uint64_t count = 0;
+    for (const auto copy : copies) count += copy.getCount();
+    if (count > max_instanced_emitters(end_))
+      return Error("it claims more emitters than a file of its size has");
+    const auto frame = root_.getEmitterNames();
+    if (root_.getEmitterNamesBytes() > max_name_bytes(end_))
+      return Error("the names of its emitters claim too much");
+    auto list = unpacked(std::as_bytes(std::span(frame.begin(), frame.size())),
+                         root_.getEmitterNamesBytes());
+    if (!list.ok()) return list.error().in("the names of its emitters");
+    names = std::move(*list);
+  }
+  NameList list(names);
+  unsigned next = 0;
+  for (const auto copy : copies) {
+    for (; contents_.emitters.size() < copy.getAt() && next < stored.size(); ++next)
+      if (const auto read = read_emitter(stored[next]); !read.ok()) return read;
+    if (const auto read = read_copied_emitters(copy, list); !read.ok()) return read;
+  }
+  for (; next < stored.size(); ++next)
+    if (const auto read = read_emitter(stored[next]); !read.ok()) return read;
+  if (!list.at_end()) return Error("the names of its emitters are too many");
+  return {};
+}
+
+Result<void> RootReader::read_trees() {
+  const auto stored_trees = root_.getTrees();
+  if (stored_trees.size() > kMaxTrees) return Error("it has more trees than can be numbered");
+  for (const auto stored : stored_trees) {
+    const auto top = stored.getTop();
+    const auto entry = read_entry(
+        std::as_bytes(std::span(reinterpret_cast<const std::uint8_t*>(top.begin()), top.size())));
+    if (!entry.ok()) return Error("the top of a tree " + entry.error().message);
+    // Each tree's pages end with its top, so tops stand in order.
+    if (const auto good = check_entry(*entry, section_end_, end_); !good.ok())
+      return Error("the top of a tree " + good.error().message);
+    section_end_ = entry->page.end();
+    contents_.trees.push_back(*entry);
+
+    const auto stored_levels = stored.getLevels();
+    if (stored_levels.size() == 0 || stored_levels.size() > kMaxTreeLevels)
+      return Error("a tree has " + std::to_string(stored_levels.size()) + " levels");
+    auto& levels = contents_.levels.emplace_back();
+    for (const auto level : stored_levels) {
+      const auto power = read_bands(level.getPower(), 0, kMaxPowerInFile, "the power of a level");
+      if (!power.ok()) return power.error();
+      levels.push_back({level.getNodes(), level.getSources(), level.getPackedBytes(), *power});
+      if (level.getNodes() > kMaxCounted || level.getSources() > kMaxCounted ||
+          level.getPackedBytes() > end_)
+        return Error("a level of a tree counts more than the file can hold");
+    }
+  }
+  return {};
+}
+
+Result<void> RootReader::read_signal_maps() {
+  const auto stored_maps = root_.getSignalMaps();
+  const auto signals = root_.getSignals().size();
+  if (stored_maps.size() > kMaxSignalMaps)
+    return Error("it has more signal maps than can be numbered");
+  for (const auto stored : stored_maps) {
+    auto& map = contents_.signal_maps.emplace_back();
+    for (const std::uint32_t signal : stored) map.push_back(signal);
+    if (map.size() != signals ||
+        std::any_of(map.begin(), map.end(), [&](std::uint32_t s) { return s >= signals; }))
+      return Error("a signal map does not fit the signals");
+  }
+  return {};
+}
+
+Result<void> RootReader::read_signals() {
+  constexpr std::uint64_t kMaxSignal_frames = std::uint64_t{kSampleRate_hz} * 1800;
+  const auto stored_signals = root_.getSignals();
+  if (stored_signals.size() > kMaxSignals)
+    return Error("it has " + std::to_string(stored_signals.size()) + " signals, more than " +
+                 std::to_string(kMaxSignals));
+  for (const auto stored : stored_signals) {
+    StoredSignal signal{text(stored.getName()),
+                        stored.getLoop(),
+                        stored.getScale(),
+                        stored.getFrames(),
+                        {},
+                        {},
+                        {}};
+    const std::string what = "signal " + in_quotes(signal.name);
+    if (!(signal.scale > 0 && signal.scale < 1e6f) || signal.frames == 0 ||
+        signal.frames > kMaxSignal_frames)
+      return Error(what + " is out of range");
+    if (const auto done = read_blocks(stored, signal); !done.ok()) return done;
+    const auto mean_square = read_bands(stored.getMeanSquare(), 0, kMaxPowerInFile, what.c_str());
+    if (!mean_square.ok()) return mean_square.error();
+    signal.mean_square = *mean_square;
+    const auto envelope =
+        checked({stored.getEnvelopeOffset(), stored.getEnvelopeBytes(), stored.getEnvelopeHash()});
+    if (!envelope.ok()) return envelope.error();
+    signal.envelope = *envelope;
+    contents_.signals.push_back(std::move(signal));
+  }
+  return {};
+}
+
+Result<void> RootReader::read_blocks(::Signal::Reader stored, StoredSignal& signal) {
+  const auto offset = stored.getBlockOffset(), hash = stored.getBlockHash();
+  const auto bytes = stored.getBlockBytes();
+  const std::size_t count = signal_blocks(signal.frames);
+  if (offset.size() != count || bytes.size() != count || hash.size() != count)
+    return Error("signal " + in_quotes(signal.name) + " has not " + std::to_string(count) +
+                 " blocks");
+  for (unsigned i = 0; i < count; ++i) {
+    const auto section = checked({offset[i], bytes[i], hash[i]});
+    if (!section.ok()) return section.error();
+    if (signal_block(signal.frames, i).frames > kMaxFramesPerByte * section->bytes)
+      return Error("signal " + in_quotes(signal.name) + " is out of range");
+    signal.blocks.push_back(*section);
+  }
+  return {};
+}
+
+Result<void> RootReader::read_geometry() {
+  const auto stored = root_.getGeometry();
+  contents_.geometry_low_m = {stored.getLowX(), stored.getLowY(), stored.getLowZ()};
+  if (!(length(contents_.geometry_low_m) <= 2 * kMaxCoordinateInFile_m))
+    return Error("its geometry is nowhere");
+  const auto whole = checked({stored.getOffset(), stored.getBytes(), stored.getHash()});
+  if (!whole.ok()) return whole.error();
+  const GeometryCounts counts{stored.getVertices(), stored.getTriangles()};
+  const auto pages = stored.getPages();
+  if (counts.triangles > 0) {
+    if (pages.size() > 0) return Error("its geometry is there in two ways");
+    contents_.geometry.push_back({*whole, counts, true});
+    return {};
+  }
+  if (counts.vertices > 0 || whole->bytes > 0) return Error("its geometry has no triangles");
+  std::uint64_t vertices = 0;
+  for (const auto page : pages) {
+    const auto section = checked({page.getOffset(), page.getBytes(), page.getHash()});
+    if (!section.ok()) return section.error();
+    contents_.geometry.push_back({*section, {page.getVertices(), page.getTriangles()}});
+    const StoredGeometryPage& kept = contents_.geometry.back();
+    if (!is_geometry_page(kept.counts, section->bytes))
+      return Error("page " + std::to_string(contents_.geometry.size()) +
+                   " of its geometry claims more than it can hold");
+    vertices += kept.counts.vertices;
+  }
+  if (vertices > std::numeric_limits<std::uint32_t>::max())
+    return Error("its geometry has more vertices than can be numbered");
+  return {};
+}
+
+Result<BakeRootContents> RootReader::read() {
+  // Sections in the order of the file: pages, signals, geometry.
+  for (const auto part :
+       {&RootReader::read_settings, &RootReader::read_provenance, &RootReader::read_statistics,
+        &RootReader::read_materials, &RootReader::read_signal_maps, &RootReader::read_emitters,
+        &RootReader::read_trees, &RootReader::read_signals, &RootReader::read_geometry})
+    if (const auto done = (this->*part)(); !done.ok()) return done.error();
+  return std::move(contents_);
+}
+
+}  // namespace
+
+Result<BakeRootContents> read_bake_root(std::span<const std::byte> message, std::uint64_t end) {
+  capnp::ReaderOptions options;
+  options.traversalLimitInWords = std::max<std::uint64_t>(1024, 4 * (message.size() / 8));
+  options.nestingLimit = 16;
+  try {
+    capnp::FlatArrayMessageReader reader(
+        kj::arrayPtr(reinterpret_cast<const capnp::word*>(message.data()),
+                     message.size() / sizeof(capnp::word)),
+        options);
+    return RootReader(reader.getRoot<BakeRoot>(), end).read();
+  } catch (const std::bad_alloc&) {
+    throw;  // says nothing about the file
+  } catch (const std::exception&) {
+    // Cap'n Proto's own words name its source files, not the user's.
+    return Error("its root is not a Cap'n Proto message of this format");
+  }
+}
+
+}  // namespace clamor

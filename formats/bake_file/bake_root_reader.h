@@ -1,0 +1,60 @@
+// bake_root_reader.h: the root of a bake file, read and checked before anything in it is used.
+//
+// The reader of files calls it, and the writer before it commits: so whatever is written can be
+// read. Costs a small multiple of the root's size, whatever the root claims.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/result.h"
+#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/geometry_section.h"
+#include "formats/bake_file/page_links.h"
+#include "formats/bake_file/section_writer.h"
+
+namespace clamor {
+
+struct StoredSignal {
+  std::string name;
+  bool loop = false;
+  float scale = 1;
+  std::uint64_t frames = 0;
+  std::vector<FileSection> blocks;
+  Bands mean_square{};
+  FileSection envelope;
+};
+
+struct StoredGeometryPage {
+  FileSection section;
+  GeometryCounts counts;
+  bool as_before_3_1 = false;  // one frame of the whole geometry
+};
+
+// A signal's samples per byte of FLAC: silence reaches 350.
+inline constexpr std::uint64_t kMaxFramesPerByte = 1000;
+inline constexpr std::size_t kMaxSignals = 65536;
+inline constexpr std::size_t kMaxTrees = 65536, kMaxSignalMaps = 65536;
+
+struct BakeRootContents {
+  BakeSettings settings;
+  Provenance provenance;
+  BakeStatistics statistics;
+  std::vector<Material> materials;
+  std::vector<Emitter> emitters;
+  std::vector<StoredSignal> signals;
+  Vec3 geometry_low_m{};
+  std::vector<StoredGeometryPage> geometry;
+  std::vector<PageEntry> trees;
+  std::vector<std::vector<OctreeLevel>> levels;  // per tree
+  std::vector<std::vector<std::uint32_t>> signal_maps;
+};
+
+// `message` is the root, 8-byte aligned; sections must lie between the preamble and `end`. An Error
+// is half a sentence: "emitter 'x' is out of range".
+Result<BakeRootContents> read_bake_root(std::span<const std::byte> message, std::uint64_t end);
+
+}  // namespace clamor

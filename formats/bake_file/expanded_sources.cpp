@@ -1,0 +1,123 @@
+#include "formats/bake_file/expanded_sources.h"
+
+#include <deque>
+#include <map>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "formats/bake_file/page.h"
+
+namespace clamor {
+
+namespace {
+
+class Reader {
+ public:
+  explicit Reader(const BakeFile& file) : file_(file) {
+    all_.emitters = file.emitters();
+    all_.stored_as.resize(all_.emitters.size());
+    std::iota(all_.stored_as.begin(), all_.stored_as.end(), 0u);
+  }
+
+  // Without recursion, as trees may be as deep as the file is long.
+  Result<void> read(const PageEntry& top) {
+    copies_.push_back({});
+    waiting_ = {{top, &copies_.back()}};
+    while (!waiting_.empty()) {
+      const Waiting next = waiting_.back();
+      waiting_.pop_back();
+      if (const auto done = read_one(next); !done.ok()) return done;
+    }
+    return {};
+  }
+
+  ExpandedSources take() { return std::move(all_); }
+
+ private:
+  struct Copy {
+    Placement placement;
+    std::vector<std::uint32_t> signals;  // what each is replaced by; empty: nothing is
+  };
+
+  struct Waiting {
+    PageEntry entry;
+    const Copy* copy;
+  };
+
+  Result<void> read_one(const Waiting& next) {
+    PageLinks links;
+    if (const auto done = file_.read_page(next.entry, decoder_, *columns_, links); !done.ok())
+      return done;
+    for (std::size_t i = 0; i < columns_->count; ++i) {
+      Source source = next.copy->placement.place(columns_->source(i));
+      if (source.emitter >= file_.emitters().size())
+        return Error(file_.path() + ": a copy plays an emitter that does not exist. Bake again.");
+      std::uint32_t signal = file_.emitters()[columns_->emitter[i]].signal;
+      if (!next.copy->signals.empty()) signal = next.copy->signals[signal];
+      source.emitter = playing(source.emitter, signal);
+      all_.sources.push_back(source);
+    }
+    for (std::size_t k = links.instances.size(); k-- > 0;) {
+      const Instance& instance = links.instances[k];
+      copies_.push_back(
+          {next.copy->placement.then(instance), composed(next.copy->signals, instance.signals)});
+      wait_for(file_.trees()[instance.tree], &copies_.back());
+    }
+    for (std::size_t k = links.children.size(); k-- > 0;) wait_for(links.children[k], next.copy);
+    return {};
+  }
+
+  // A forged file may lead to nothing along more ways than can be gone.
+  void wait_for(const PageEntry& entry, const Copy* copy) {
+    if (entry.sources_below > 0) waiting_.push_back({entry, copy});
+  }
+
+  // First the copy's own map, then that of the copy it is in.
+  std::vector<std::uint32_t> composed(const std::vector<std::uint32_t>& outer,
+                                      std::uint32_t inner) const {
+    if (inner == kSameSignals) return outer;
+    std::vector<std::uint32_t> map = file_.signal_maps()[inner];
+    if (!outer.empty())
+      for (std::uint32_t& signal : map) signal = outer[signal];
+    return map;
+  }
+
+  // The emitter that is as `emitter` but for its signal.
+  std::uint32_t playing(std::uint32_t emitter, std::uint32_t signal) {
+    if (signal == file_.emitters()[emitter].signal) return emitter;
+    const auto next = static_cast<std::uint32_t>(all_.emitters.size());
+    const auto [known, is_new] = added_.try_emplace({emitter, signal}, next);
+    if (is_new) {
+      Emitter other = file_.emitters()[emitter];
+      other.signal = signal;
+      all_.emitters.push_back(std::move(other));
+      all_.stored_as.push_back(emitter);
+    }
+    return known->second;
+  }
+
+  const BakeFile& file_;
+  ExpandedSources all_;
+  std::deque<Copy> copies_;
+  std::vector<Waiting> waiting_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> added_;
+  PageDecoder decoder_;
+  const std::unique_ptr<PageColumns> columns_ = std::make_unique<PageColumns>();
+};
+
+}  // namespace
+
+Result<ExpandedSources> read_expanded_sources(const BakeFile& file) {
+  if (file.source_count() > kMaxExpandedSources)
+    return Error(file.path() + ": holds " + std::to_string(file.source_count()) +
+                 " sources, copies counted, too many to be taken all at once (the most are " +
+                 std::to_string(kMaxExpandedSources) +
+                 "). Choose among them with --strategy priority.");
+  Reader reader(file);
+  if (file.top() != nullptr)
+    if (const auto done = reader.read(*file.top()); !done.ok()) return done.error();
+  return reader.take();
+}
+
+}  // namespace clamor

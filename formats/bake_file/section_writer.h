@@ -1,0 +1,47 @@
+// section_writer.h: a file written front to back, whose sections are remembered.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "common/result.h"
+#include "formats/bake_file/bake_layout.h"
+#include "formats/files/atomic_file.h"
+
+namespace clamor {
+
+// A stretch of the file.
+struct FileSection {
+  std::uint64_t offset = 0, bytes = 0, hash = 0;
+};
+
+class SectionWriter {
+ public:
+  explicit SectionWriter(AtomicFile& file) : file_(file) {}
+
+  Result<FileSection> append(std::span<const std::byte> bytes) {
+    const FileSection section{offset_, bytes.size(), hash_of(bytes)};
+    if (const auto written = file_.write(bytes); !written.ok()) return written.error();
+    offset_ += bytes.size();
+    return section;
+  }
+
+  // Zeros up to the next multiple of 8.
+  Result<void> align() {
+    static constexpr std::array<std::byte, 8> kZeros{};
+    const auto padding = append({kZeros.data(), (8 - offset_ % 8) % 8});
+    return padding.ok() ? Result<void>() : Result<void>(padding.error());
+  }
+
+  std::uint64_t offset() const { return offset_; }
+  const std::string& path() const { return file_.path(); }
+
+ private:
+  AtomicFile& file_;
+  std::uint64_t offset_ = 0;
+};
+
+}  // namespace clamor

@@ -1,0 +1,111 @@
+#include "formats/files/bus_error_guard.h"
+
+#include <atomic>
+#include <cerrno>
+#include <cstdint>
+
+#include <pthread.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+namespace clamor {
+
+namespace {
+
+// The handler must not allocate, which the first access to another kind of thread-local variable
+// may do in a shared library.
+[[gnu::tls_model("initial-exec")]] constinit thread_local BusErrorGuard* innermost = nullptr;
+
+const std::size_t system_page_bytes = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+
+struct sigaction previous;  // written before the handler is installed, then left alone
+
+// Does what would have happened without our handler.
+void pass_on(int signal, siginfo_t* information, void* context) {
+  if ((previous.sa_flags & SA_SIGINFO) != 0)
+    return previous.sa_sigaction(signal, information, context);
+  const bool was_sent = information->si_code <= 0;  // by a process, not by a failed access
+  if (previous.sa_handler != SIG_DFL && previous.sa_handler != SIG_IGN)
+    return previous.sa_handler(signal);
+  if (previous.sa_handler == SIG_IGN && was_sent) return;
+  // A failed access is repeated when the handler returns, and ends the program even where the
+  // signal was ignored.
+  struct sigaction standard {};
+  standard.sa_handler = SIG_DFL;
+  ::sigaction(signal, &standard, nullptr);
+  if (was_sent) ::raise(signal);
+}
+
+}  // namespace
+
+std::span<std::byte> whole_pages(std::span<std::byte> bytes) {
+  const std::size_t before = reinterpret_cast<std::uintptr_t>(bytes.data()) % system_page_bytes;
+  const std::size_t size = before + bytes.size();
+  return {bytes.data() - before,
+          (size + system_page_bytes - 1) / system_page_bytes * system_page_bytes};
+}
+
+bool BusErrorGuard::install() {
+  static const bool installed = [] {
+    if (::sigaction(SIGBUS, nullptr, &previous) != 0) return false;
+    struct sigaction ours {};
+    ours.sa_sigaction = handle;
+    ours.sa_mask = previous.sa_mask;
+    // On the alternative stack where a thread has one, as handlers of crash reporters expect.
+    ours.sa_flags = SA_SIGINFO | SA_ONSTACK | (previous.sa_flags & (SA_NODEFER | SA_RESTART));
+    return ::sigaction(SIGBUS, &ours, nullptr) == 0;
+  }();
+  return installed;
+}
+
+BusErrorGuard::BusErrorGuard(std::span<std::byte> bytes)
+    : pages_(whole_pages(bytes)), zeros_begin_(pages_.data() + pages_.size()), outer_(innermost) {
+  // A failed access ends the program where its thread blocks the signal, as threads of games may.
+  sigset_t bus_error;
+  ::sigemptyset(&bus_error);
+  ::sigaddset(&bus_error, SIGBUS);
+  ::pthread_sigmask(SIG_UNBLOCK, &bus_error, &blocked_before_);
+  innermost = this;
+  std::atomic_signal_fence(std::memory_order_seq_cst);
+}
+
+BusErrorGuard::~BusErrorGuard() {
+  std::atomic_signal_fence(std::memory_order_seq_cst);
+  innermost = outer_;
+  if (::sigismember(&blocked_before_, SIGBUS) == 1)
+    ::pthread_sigmask(SIG_SETMASK, &blocked_before_, nullptr);
+}
+
+std::span<std::byte> BusErrorGuard::zeros() const {
+  std::atomic_signal_fence(std::memory_order_seq_cst);
+  std::byte* const begin = zeros_begin_;
+  return {begin, static_cast<std::size_t>(pages_.data() + pages_.size() - begin)};
+}
+
+// Maps zeros over the rest of the range, so that there is one fault at most.
+bool BusErrorGuard::replace(void* address) {
+  std::byte* const end = pages_.data() + pages_.size();
+  auto* const failed = static_cast<std::byte*>(address);
+  if (failed < pages_.data() || failed >= end) return false;
+  std::byte* const begin = whole_pages({failed, 1}).data();
+  if (::mmap(begin, static_cast<std::size_t>(end - begin), PROT_READ,
+             MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0) == MAP_FAILED)
+    return false;
+  if (begin < zeros_begin_) zeros_begin_ = begin;
+  return true;
+}
+
+void BusErrorGuard::handle(int signal, siginfo_t* information, void* context) {
+  const int error_before = errno;
+  const bool is_failed_access = information->si_code > 0;
+  for (BusErrorGuard* guard = innermost; guard != nullptr && is_failed_access;
+       guard = guard->outer_)
+    if (guard->replace(information->si_addr)) {
+      errno = error_before;
+      return;
+    }
+  errno = error_before;
+  pass_on(signal, information, context);
+}
+
+}  // namespace clamor

@@ -1,0 +1,15 @@
+// retry_on_eintr.h: what a system call returns once no signal interrupts it.
+#pragma once
+
+#include <cerrno>
+
+namespace clamor {
+
+template <class Call>
+auto retry_on_eintr(const Call& call) {
+  auto result = call();
+  while (result < 0 && errno == EINTR) result = call();
+  return result;
+}
+
+}  // namespace clamor

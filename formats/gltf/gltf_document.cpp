@@ -1,0 +1,161 @@
+#include "formats/gltf/gltf_document.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include <fmt/format.h>
+
+#include "formats/gltf/gltf_check.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::uint32_t kGlbMagic = 0x46546c67, kJsonChunk = 0x4e4f534a, kBinChunk = 0x004e4942;
+
+struct Container {
+  std::string_view json;
+  std::span<const std::byte> bin;
+  bool has_bin = false;
+};
+
+std::uint32_t word_at(std::span<const std::byte> bytes, std::size_t offset) {
+  std::uint32_t word;
+  std::memcpy(&word, bytes.data() + offset, sizeof word);
+  return word;
+}
+
+std::string_view as_text(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+// glTF 2.0, section 4.4: a header of 12 bytes, then chunks of length, type, bytes.
+Result<Container> unpack(std::span<const std::byte> file) {
+  if (file.empty()) return Error("is empty; export the level again.");
+  if (file.size() < 4 || word_at(file, 0) != kGlbMagic) return Container{as_text(file), {}, false};
+  const Error cut("is cut short: its parts are longer than the file; copy or export it again.");
+  if (file.size() < 20) return cut;
+  if (word_at(file, 4) != 2)
+    return Error(fmt::format(
+        "is GLB version {}, but only version 2 is read; export it as glTF 2.0.", word_at(file, 4)));
+  const std::size_t length = word_at(file, 8);
+  if (length > file.size() || length < 20) return cut;
+  file = file.first(length);
+
+  Container result;
+  bool has_json = false;
+  for (std::size_t at = 12; at + 8 <= file.size();) {
+    const std::size_t size = word_at(file, at);
+    const std::uint32_t type = word_at(file, at + 4);
+    if (size > file.size() - at - 8) return cut;
+    const auto chunk = file.subspan(at + 8, size);
+    if (type == kJsonChunk && !has_json) {
+      result.json = as_text(chunk);
+      has_json = true;
+    } else if (type == kBinChunk && !result.has_bin) {
+      result.bin = chunk;
+      result.has_bin = true;
+    }
+    at += 8 + size;
+  }
+  if (!has_json) return Error("has no JSON chunk; export the level again.");
+  return result;
+}
+
+Result<FileBytes> read_buffer(const Json& buffer, std::size_t index, const Container& container,
+                              LevelFolder& folder) {
+  const Json* uri = buffer.find("uri");
+  const auto length = static_cast<std::size_t>(*buffer.find("byteLength")->number());
+  FileBytes bytes;
+  if (uri != nullptr && uri->string() != nullptr) {
+    auto read = folder.read(*uri->string());
+    if (!read.ok()) return read.error().in(fmt::format("buffer {}", index));
+    bytes = std::move(*read);
+  } else if (index == 0 && container.has_bin) {
+    bytes.assign(container.bin.begin(), container.bin.end());
+  } else if (length > 0) {
+    return Error(
+        fmt::format("buffer {} has no data: neither a uri nor the GLB's binary chunk; "
+                    "export the level again.",
+                    index));
+  }
+  if (bytes.size() < length)
+    return Error(
+        fmt::format("buffer {} is cut short: {} bytes where the level says {}; copy or "
+                    "export it again.",
+                    index, bytes.size(), length));
+  bytes.resize(length);
+  return bytes;
+}
+
+// What a reader of triangles may ignore.
+bool is_harmless(std::string_view extension) {
+  static constexpr std::array<std::string_view, 9> kPrefixes = {
+      "CLAMOR_",     "KHR_materials_", "KHR_texture_", "EXT_texture_",  "MSFT_texture_",
+      "KHR_lights_", "EXT_lights_",    "KHR_xmp",      "EXT_materials_"};
+  static constexpr std::array<std::string_view, 12> kNames = {"KHR_mesh_quantization",
+                                                              "EXT_mesh_gpu_instancing",
+                                                              "KHR_node_visibility",
+                                                              "KHR_audio_emitter",
+                                                              "MSFT_audio_emitter",
+                                                              "OMI_audio_emitter",
+                                                              "KHR_audio",
+                                                              "KHR_animation_pointer",
+                                                              "KHR_camera_animation",
+                                                              "KHR_techniques_webgl",
+                                                              "FB_ngon_encoding",
+                                                              "EXT_mesh_features"};
+  return std::any_of(kPrefixes.begin(), kPrefixes.end(),
+                     [&](auto prefix) { return extension.starts_with(prefix); }) ||
+         std::find(kNames.begin(), kNames.end(), extension) != kNames.end();
+}
+
+Result<void> check_required_extensions(const Json& json) {
+  const Json* required = json.find("extensionsRequired");
+  if (required == nullptr) return {};
+  if (required->array() == nullptr) return Error("'extensionsRequired' must be a list of names.");
+  for (const Json& item : *required->array()) {
+    const std::string name = item.string() == nullptr ? "" : *item.string();
+    if (name.ends_with("_meshopt_compression"))
+      return Error("its geometry is compressed with " + name +
+                   ", which Clamor does not read. "
+                   "Unpack it first: gltf-transform dequantize in.glb out.glb (or any tool that "
+                   "writes it uncompressed).");
+    if (name == "KHR_draco_mesh_compression")
+      return Error("its geometry is compressed with " + name +
+                   ", which Clamor does not read. "
+                   "Unpack it first: gltf-transform copy in.glb out.glb, which writes it without "
+                   "Draco.");
+    if (!is_harmless(name))
+      return Error("it requires the extension " + in_quotes(name) +
+                   ", which Clamor does not know and "
+                   "which may change its geometry; export the level without it.");
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<GltfDocument> read_gltf_document(const std::string& path, LevelFolder& folder) {
+  const auto file = folder.read_anywhere(path);
+  if (!file.ok()) return file.error();
+  const auto container = unpack(*file);
+  if (!container.ok()) return container.error().in(path);
+  auto json = parse_json(container->json);
+  if (!json.ok()) return Error(path + ": " + json.error().message + ".");
+
+  GltfDocument document{std::move(*json), {}};
+  if (const auto ok = check_required_extensions(document.json); !ok.ok())
+    return ok.error().in(path);
+  if (const auto ok = check_gltf(document.json); !ok.ok()) return ok.error().in(path);
+  if (const Json* buffers = document.json.find("buffers"))
+    for (const Json& buffer : *buffers->array()) {
+      auto bytes = read_buffer(buffer, document.buffers.size(), *container, folder);
+      if (!bytes.ok()) return bytes.error().in(path);
+      document.buffers.push_back(std::move(*bytes));
+    }
+  return document;
+}
+
+}  // namespace clamor

@@ -1,0 +1,234 @@
+#include "formats/gltf/gltf_mesh.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "formats/gltf/gltf_accessor.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr double kFarthest_m = 1e6;
+constexpr int kTriangles = 4, kFan = 6;
+
+// A mesh in its own coordinates, with only the vertices that its triangles use.
+struct LocalMesh {
+  std::vector<Vec3> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<std::uint16_t> materials;
+  std::size_t points_or_lines = 0, left_over = 0;
+};
+
+std::string label(const GltfScene& scene, std::size_t mesh) {
+  const std::string& name = scene.meshes[mesh].name;
+  return fmt::format("mesh {}{}", mesh, name.empty() ? "" : " " + in_quotes(name));
+}
+
+std::size_t triangle_count(int mode, std::size_t indices) {
+  if (mode == kTriangles) return indices / 3;
+  return indices < 3 ? 0 : indices - 2;
+}
+
+// The three places in the list of indices that make triangle t. A strip turns every other
+// triangle round, so that all face alike.
+std::array<std::size_t, 3> triangle_corners(int mode, std::size_t t) {
+  if (mode == kTriangles) return {3 * t, 3 * t + 1, 3 * t + 2};
+  if (mode == kFan) return {0, t + 1, t + 2};
+  return {t, t + 1 + t % 2, t + 2 - t % 2};
+}
+
+class MeshReader {
+ public:
+  explicit MeshReader(const GltfScene& scene) : scene_(scene) {}
+
+  Result<LocalMesh> read(std::size_t mesh) {
+    LocalMesh local;
+    for (const GltfPrimitive& primitive : scene_.meshes[mesh].primitives)
+      if (const auto ok = read(primitive, local); !ok.ok())
+        return ok.error().in(label(scene_, mesh));
+    return local;
+  }
+
+ private:
+  Result<void> read(const GltfPrimitive& primitive, LocalMesh& local) {
+    if (primitive.mode < kTriangles) {
+      ++local.points_or_lines;
+      return {};
+    }
+    if (primitive.positions == kNone) return {};  // glTF: such a primitive is skipped
+    const auto positions = GltfReader::open(scene_, primitive.positions, 3);
+    if (!positions.ok()) return positions.error();
+    std::optional<GltfReader> indices;
+    if (primitive.indices != kNone) {
+      if (!is_unsigned(scene_.accessors[static_cast<std::size_t>(primitive.indices)]))
+        return Error(
+            fmt::format("accessor {} holds indices but no unsigned integers; export the "
+                        "level again.",
+                        primitive.indices));
+      auto reader = GltfReader::open(scene_, primitive.indices, 1);
+      if (!reader.ok()) return reader.error();
+      indices = std::move(*reader);
+    }
+
+    const std::size_t count = indices ? indices->count() : positions->count();
+    const std::size_t triangles = triangle_count(primitive.mode, count);
+    if (primitive.mode == kTriangles) local.left_over += count % 3;
+    begin_remap(positions->count());
+    for (std::size_t t = 0; t < triangles; ++t) {
+      std::array<std::uint32_t, 3> triangle;
+      const auto places = triangle_corners(primitive.mode, t);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::size_t vertex = indices ? indices->index_at(places[c]) : places[c];
+        if (vertex >= positions->count())
+          return Error(fmt::format("has index {}, beyond its {} vertices; export the level again.",
+                                   vertex, positions->count()));
+        const auto known = local_vertex(*positions, vertex, local);
+        if (!known)
+          return Error(
+              fmt::format("vertex {} is not finite (NaN or infinite); repair the mesh.", vertex));
+        triangle[c] = *known;
+      }
+      local.triangles.push_back(triangle);
+      local.materials.push_back(static_cast<std::uint16_t>(
+          primitive.material == kNone ? static_cast<int>(scene_.materials.size())
+                                      : primitive.material));
+    }
+    return {};
+  }
+
+  // The remap table keeps its size and contents from primitive to primitive; an entry counts only
+  // if it was written by the one under way, so a primitive costs what it uses.
+  void begin_remap(std::size_t vertices) {
+    if (remap_.size() < vertices) remap_.resize(vertices);
+    ++round_;
+  }
+
+  // The place of a vertex in `local`, added there the first time; none when it is not finite.
+  std::optional<std::uint32_t> local_vertex(const GltfReader& positions, std::size_t vertex,
+                                            LocalMesh& local) {
+    auto& [round, place] = remap_[vertex];
+    if (round != round_) {
+      const auto p = positions.at(vertex);
+      const Vec3 position(p[0], p[1], p[2]);
+      if (!is_finite(position)) return std::nullopt;
+      round = round_;
+      place = static_cast<std::uint32_t>(local.vertices.size());
+      local.vertices.push_back(position);
+    }
+    return place;
+  }
+
+  const GltfScene& scene_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> remap_;  // round, place
+  std::uint32_t round_ = 0;
+};
+
+Result<void> append(const LocalMesh& local, const PlacedNode& placement, SceneMesh& out) {
+  Mesh& mesh = out.mesh;
+  const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
+  for (const Vec3& vertex : local.vertices) {
+    const Vec3 p(placement.world * glm::dvec4(vertex, 1.0));
+    if (!(std::fabs(p.x) <= kFarthest_m && std::fabs(p.y) <= kFarthest_m &&
+          std::fabs(p.z) <= kFarthest_m))
+      return Error(
+          fmt::format("a vertex lies at ({:g}, {:g}, {:g}) m, which is not within 1000 km "
+                      "of the origin; glTF is in metres: scale the level or repair it.",
+                      p.x, p.y, p.z));
+    mesh.vertices_m.emplace_back(p);
+  }
+  for (std::size_t t = 0; t < local.triangles.size(); ++t) {
+    std::array<std::uint32_t, 3> triangle = local.triangles[t];
+    for (auto& corner : triangle) corner += first;
+    const Vec3 a(mesh.vertices_m[triangle[0]]), b(mesh.vertices_m[triangle[1]]),
+        c(mesh.vertices_m[triangle[2]]);
+    if (length(cross(b - a, c - a)) == 0) {
+      ++out.degenerate;
+      continue;
+    }
+    mesh.triangles.push_back(triangle);
+    mesh.materials.push_back(local.materials[t]);
+  }
+  return {};
+}
+
+// Triangles of one mesh, as its accessors promise them, once they are known to hold that many.
+Result<std::uint64_t> count_triangles(const GltfScene& scene, std::size_t mesh) {
+  std::uint64_t count = 0;
+  for (const GltfPrimitive& primitive : scene.meshes[mesh].primitives) {
+    const bool indexed = primitive.indices != kNone;
+    const int accessor = indexed ? primitive.indices : primitive.positions;
+    if (primitive.mode < kTriangles || accessor == kNone) continue;
+    const auto reader = GltfReader::open(scene, accessor, indexed ? 1 : 3);
+    if (!reader.ok()) return reader.error().in(label(scene, mesh));
+    count += triangle_count(primitive.mode, reader->count());
+  }
+  return count;
+}
+
+// Before a single triangle is made: instances multiply, and a small file may ask for any number.
+Result<void> check_total(const GltfScene& scene, const std::vector<PlacedNode>& placements,
+                         bool with_hidden) {
+  std::map<int, std::uint64_t> per_mesh;
+  std::uint64_t total = 0;
+  for (const PlacedNode& placement : placements) {
+    const int mesh = scene.nodes[static_cast<std::size_t>(placement.node)].mesh;
+    if (mesh == kNone || (placement.hidden && !with_hidden)) continue;
+    auto known = per_mesh.find(mesh);
+    if (known == per_mesh.end()) {
+      const auto count = count_triangles(scene, static_cast<std::size_t>(mesh));
+      if (!count.ok()) return count.error();
+      known = per_mesh.emplace(mesh, *count).first;
+    }
+    total += known->second;
+    if (total > kMaxTriangles)
+      return Error(
+          fmt::format("the level has more than {} triangles, instances counted, the most "
+                      "that are read; simplify or split it.",
+                      kMaxTriangles));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<PlacedNode>& placements,
+                             bool with_hidden) {
+  SceneMesh out;
+  if (scene.materials.size() >= std::numeric_limits<std::uint16_t>::max())
+    return Error(fmt::format("has {} materials; at most 65534 are read.", scene.materials.size()));
+  if (const auto ok = check_total(scene, placements, with_hidden); !ok.ok()) return ok.error();
+
+  MeshReader reader(scene);
+  std::map<int, LocalMesh> local_meshes;  // each read once, however often it stands in the scene
+  for (const PlacedNode& placement : placements) {
+    const int mesh = scene.nodes[static_cast<std::size_t>(placement.node)].mesh;
+    if (mesh == kNone) continue;
+    if (placement.hidden && !with_hidden) {
+      ++out.hidden;
+      continue;
+    }
+    auto found = local_meshes.find(mesh);
+    if (found == local_meshes.end()) {
+      auto local = reader.read(static_cast<std::size_t>(mesh));
+      if (!local.ok()) return local.error();
+      out.points_or_lines += local->points_or_lines;
+      out.left_over += local->left_over;
+      if (!local->triangles.empty()) ++out.meshes;
+      found = local_meshes.emplace(mesh, std::move(*local)).first;
+    }
+    if (found->second.triangles.empty()) continue;
+    ++out.placements;
+    if (const auto ok = append(found->second, placement, out); !ok.ok())
+      return ok.error().in(label(scene, static_cast<std::size_t>(mesh)));
+  }
+  return out;
+}
+
+}  // namespace clamor

@@ -1,0 +1,146 @@
+#include "formats/gltf/gltf_placement.h"
+
+#include <optional>
+
+#include <fmt/format.h>
+#include <glm/gtc/quaternion.hpp>
+
+#include "formats/gltf/gltf_accessor.h"
+#include "formats/level/emitter_spec.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kMaxPlacements = 10'000'000;
+constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
+
+std::string label(const GltfScene& scene, int node) {
+  const std::string& name = scene.nodes[static_cast<std::size_t>(node)].name;
+  return fmt::format("node {}{}", node, name.empty() ? "" : " " + in_quotes(name));
+}
+
+// Of an instance, relative to the node.
+struct InstancePlace {
+  glm::dmat4 local{1.0};
+  double delay_s = 0;
+};
+
+// EXT_mesh_gpu_instancing, which leaves names that begin with _ to whoever needs them.
+Result<std::vector<InstancePlace>> instance_places(const GltfScene& scene, const Json& extension) {
+  const Json* attributes = extension.find("attributes");
+  constexpr std::array<const char*, 4> kNames = {"TRANSLATION", "ROTATION", "SCALE", "_DELAY_S"};
+  constexpr std::array kComponents = {3, 4, 3, 1};
+  std::optional<GltfReader> readers[kNames.size()];
+  std::optional<std::size_t> count;
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    const Json* accessor = attributes == nullptr ? nullptr : attributes->find(kNames[i]);
+    if (accessor == nullptr) continue;
+    const double* number = accessor->number();
+    if (number == nullptr || !(*number >= 0) ||
+        !(*number < static_cast<double>(scene.accessors.size())))
+      return Error(
+          fmt::format("{} '{}' points to none of the {} accessors; export the level again.",
+                      kInstancing, kNames[i], scene.accessors.size()));
+    auto reader = GltfReader::open(scene, static_cast<int>(*number), kComponents[i]);
+    if (!reader.ok()) return reader.error().in(kInstancing);
+    if (count.value_or(reader->count()) != reader->count())
+      return Error(
+          fmt::format("{} has {} of '{}' but {} of another attribute; export the level again.",
+                      kInstancing, reader->count(), kNames[i], *count));
+    count = reader->count();
+    readers[i] = std::move(*reader);
+  }
+  if (!count)
+    return Error(
+        fmt::format("{} has none of TRANSLATION, ROTATION, SCALE and _DELAY_S, so nothing says how "
+                    "many instances there are; export the level again.",
+                    kInstancing));
+
+  if (*count > kMaxPlacements)
+    return Error(fmt::format("has {} instances; at most {} are read.", *count, kMaxPlacements));
+  std::vector<InstancePlace> places(*count);
+  for (std::size_t i = 0; i < *count; ++i) {
+    glm::dmat4& local = places[i].local;
+    if (readers[1]) {
+      const auto q = readers[1]->at(i);
+      const glm::dquat turn(q[3], q[0], q[1], q[2]);
+      if (glm::length(turn) > 0) local = glm::mat4_cast(glm::normalize(turn));
+    }
+    if (readers[2]) {
+      const auto scale = readers[2]->at(i);
+      for (int axis = 0; axis < 3; ++axis) local[axis] *= scale[static_cast<std::size_t>(axis)];
+    }
+    if (readers[0]) {
+      const auto move = readers[0]->at(i);
+      local[3] = glm::dvec4(move[0], move[1], move[2], 1);
+    }
+    if (readers[3]) {
+      places[i].delay_s = readers[3]->at(i)[0];
+      if (!(places[i].delay_s >= 0 && places[i].delay_s <= kMaxDelay_s))
+        return Error(fmt::format("{} {}: '_DELAY_S' must lie between 0 and {} seconds", kInstancing,
+                                 i, kMaxDelay_s));
+    }
+  }
+  return places;
+}
+
+bool hides(const Json* extensions) {
+  const Json* visible =
+      extensions == nullptr ? nullptr : extensions->find({"KHR_node_visibility", "visible"});
+  return visible != nullptr && visible->boolean() != nullptr && !*visible->boolean();
+}
+
+}  // namespace
+
+Result<std::vector<PlacedNode>> place_nodes(const GltfScene& scene) {
+  struct Visit {
+    int node;
+    bool hidden;
+    glm::dmat4 parent;
+  };
+  std::vector<PlacedNode> placements;
+  std::vector<bool> visited(scene.nodes.size(), false);
+  std::vector<Visit> stack;
+  const Json::Array* nodes = scene.nodes.empty() ? nullptr : scene.json.find("nodes")->array();
+  for (auto it = scene.roots.rbegin(); it != scene.roots.rend(); ++it)
+    stack.push_back({*it, false, glm::dmat4(1.0)});
+
+  while (!stack.empty()) {
+    const Visit visit = stack.back();
+    stack.pop_back();
+    const auto n = static_cast<std::size_t>(visit.node);
+    if (visited[n])
+      return Error(label(scene, visit.node) +
+                   " is reached twice: the hierarchy has a cycle or a "
+                   "node with two parents; export the level again.");
+    visited[n] = true;
+    const GltfNode& node = scene.nodes[n];
+    const Json* extensions = (*nodes)[n].find("extensions");
+    const bool hidden = visit.hidden || hides(extensions);
+    const glm::dmat4 world = visit.parent * node.local;
+    // In reverse, so that children come off the stack in their order.
+    for (auto it = node.children.rbegin(); it != node.children.rend(); ++it)
+      stack.push_back({*it, hidden, world});
+
+    if (node.mesh == kNone && extensions == nullptr) continue;
+    const Json* instancing = extensions == nullptr ? nullptr : extensions->find(kInstancing);
+    if (instancing == nullptr) {
+      placements.push_back({visit.node, 0, false, hidden, world});
+      continue;
+    }
+    const auto instances = instance_places(scene, *instancing);
+    if (!instances.ok()) return instances.error().in(label(scene, visit.node));
+    if (placements.size() + instances->size() > kMaxPlacements)
+      return Error(
+          fmt::format("{}: the level has more than {} instances, the most that are read; "
+                      "thin them out.",
+                      label(scene, visit.node), kMaxPlacements));
+    for (std::size_t i = 0; i < instances->size(); ++i)
+      placements.push_back({visit.node, static_cast<std::uint32_t>(i), true, hidden,
+                            world * (*instances)[i].local, (*instances)[i].delay_s});
+  }
+  return placements;
+}
+
+}  // namespace clamor

@@ -1,0 +1,71 @@
+// gltf_scene.h: what a glTF file says, as plain structs that know no library.
+//
+//   .gltf | .glb -> gltf_document -> gltf_reader (tinygltf) -> GltfScene -> geometry, sounds
+//
+// All indices are in range and every buffer view lies inside its buffer; accessors are checked
+// against their views when they are read (gltf_accessor.h).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "formats/files/json.h"
+#include "formats/level/level_folder.h"
+
+namespace clamor {
+
+inline constexpr int kNone = -1;  // an index that is not given
+
+struct GltfView {
+  int buffer = kNone;
+  std::size_t offset = 0, length = 0;  // inside the buffer
+  std::size_t stride = 0;              // 0 for tightly packed
+};
+
+struct GltfAccessor {
+  int view = kNone;  // none for all zeros
+  std::size_t offset = 0;
+  int component_type = 0;  // 5120 to 5126, as in glTF
+  int components = 1;
+  std::size_t count = 0;
+  bool normalized = false;
+  std::size_t sparse_count = 0;
+  int sparse_index_view = kNone, sparse_index_type = 0, sparse_value_view = kNone;
+  std::size_t sparse_index_offset = 0, sparse_value_offset = 0;
+};
+
+struct GltfPrimitive {
+  int mode = 4;
+  int positions = kNone, indices = kNone;  // accessors
+  int material = kNone;
+};
+
+struct GltfMesh {
+  std::string name;
+  std::vector<GltfPrimitive> primitives;
+};
+
+struct GltfNode {
+  std::string name;
+  std::vector<int> children;
+  int mesh = kNone;
+  glm::dmat4 local{1.0};
+};
+
+struct GltfScene {
+  std::vector<FileBytes> buffers;
+  std::vector<GltfView> views;
+  std::vector<GltfAccessor> accessors;
+  std::vector<GltfMesh> meshes;
+  std::vector<GltfNode> nodes;
+  std::vector<std::string> materials;  // names
+  std::vector<int> roots;              // nodes of the scene to show
+  Json json;                           // the document, for its extensions and extras
+  std::size_t bytes = 0;               // of all files: what allocations may be justified by
+};
+
+}  // namespace clamor

@@ -1,0 +1,239 @@
+#include "formats/gltf/gltf_sounds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "common/maths.h"
+#include "common/random.h"
+#include "formats/audio/audio_file.h"
+#include "formats/gltf/khr_audio.h"
+#include "formats/level/acoustic_values.h"
+#include "formats/level/emitter_spec.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kMaxEmitters = 10'000'000;
+
+// What CLAMOR_emitter says, each part only if it does.
+struct Extra {
+  std::optional<Bands> directivity;
+  std::optional<double> gain_db, delay_s, random_delay_s;
+};
+
+Result<void> read_extra(const Json* json, const std::string& where, Extra& extra) {
+  if (json == nullptr) return {};
+  JsonFields fields(*json, where + ": CLAMOR_emitter");
+  if (const auto bands = bands_member(fields, "directivity", 0, kMaxDirectivity))
+    extra.directivity = bands;
+  if (const auto gain_db = fields.number("gain_db", -200, 80)) extra.gain_db = gain_db;
+  if (const auto delay_s = fields.number("delay_s", 0, kMaxDelay_s)) extra.delay_s = delay_s;
+  if (const auto most_s = fields.number("random_delay_s", 0, kMaxDelay_s))
+    extra.random_delay_s = most_s;
+  for (const char* note : {"name", "comment", "extras", "extensions"}) fields.any(note);
+  return fields.result_without_unknown();
+}
+
+// The extension and then the extras of a node or KHR emitter.
+Result<void> read_extras(const Json& object, const std::string& where, Extra& extra) {
+  if (const auto ok = read_extra(object.find({"extras", "clamor_emitter"}), where, extra); !ok.ok())
+    return ok;
+  return read_extra(object.find({"extensions", "CLAMOR_emitter"}), where, extra);
+}
+
+class SoundReader {
+ public:
+  SoundReader(const GltfScene& scene, LevelFolder& folder, SignalTable& signals, std::uint64_t seed)
+      : scene_(scene), folder_(folder), signals_(signals), seed_(seed) {}
+
+  Result<SceneSounds> read(const std::vector<PlacedNode>& placements) {
+    auto audio = read_khr_audio(scene_.json);
+    if (!audio.ok()) return audio.error();
+    audio_ = std::move(*audio);
+    used_.assign(audio_.emitters.size(), false);
+    for (std::size_t p = 0; p < placements.size();) {
+      // All instances of a node follow each other, and share what is read from it.
+      std::size_t end = p + 1;
+      while (end < placements.size() && placements[end].node == placements[p].node) ++end;
+      if (const auto ok = read_node(std::span(placements).subspan(p, end - p)); !ok.ok())
+        return ok.error();
+      p = end;
+    }
+    if (const auto ok = report_rest(); !ok.ok()) return ok.error();
+    return std::move(out_);
+  }
+
+ private:
+  Result<void> read_node(std::span<const PlacedNode> places) {
+    const Json& node = *scene_.json.element("nodes", static_cast<std::size_t>(places[0].node));
+    const GltfNode& plain = scene_.nodes[static_cast<std::size_t>(places[0].node)];
+    const std::string where =
+        "node " + (plain.name.empty() ? std::to_string(places[0].node) : in_quotes(plain.name));
+    const auto emitters = khr_emitters_of(node, audio_);
+    if (!emitters.ok()) return emitters.error().in(where);
+    if (emitters->empty()) {
+      if (node.find({"extensions", "CLAMOR_emitter"}) != nullptr)
+        out_.warnings.push_back(where +
+                                " has CLAMOR_emitter but no KHR_audio_emitter, so nothing "
+                                "says what it plays; ignored");
+      return {};
+    }
+    for (const std::size_t index : *emitters) {
+      const KhrEmitter& emitter = audio_.emitters[index];
+      if (emitter.global) {
+        warn_global(index);
+        continue;
+      }
+      if (!used_[index])
+        out_.ignored.insert(out_.ignored.end(), emitter.notes.begin(), emitter.notes.end());
+      used_[index] = true;
+      Extra extra;
+      const Json* json = scene_.json.find({"extensions", "KHR_audio_emitter"});
+      if (const auto ok = read_extras(*json->element("emitters", index), where, extra); !ok.ok())
+        return ok;
+      if (const auto ok = read_extras(node, where, extra); !ok.ok()) return ok;
+      std::string name = !plain.name.empty()     ? plain.name
+                         : !emitter.name.empty() ? emitter.name
+                                                 : fmt::format("emitter {}", index);
+      if (emitters->size() > 1)
+        name += "/" + (emitter.name.empty() ? std::to_string(index) : emitter.name);
+      if (const auto ok = add(places, emitter, extra, name); !ok.ok()) return ok.error().in(where);
+    }
+    return {};
+  }
+
+  Result<void> add(std::span<const PlacedNode> places, const KhrEmitter& emitter,
+                   const Extra& extra, const std::string& name) {
+    if (emitter.sources.empty())
+      out_.warnings.push_back(in_quotes(name) + " has no source, so it is silent; ignored");
+    for (const std::size_t index : emitter.sources) {
+      const KhrSource& source = audio_.sources[index];
+      if (!source.audio) {
+        out_.warnings.push_back(
+            fmt::format("source {} of '{}' has no audio; ignored", index, name));
+        continue;
+      }
+      const auto signal = load(*source.audio, source);
+      if (!signal.ok()) return signal.error();
+      if (out_.emitters.size() + places.size() > kMaxEmitters)
+        return Error(
+            fmt::format("the level has more than {} emitters, the most that are read; thin "
+                        "them out.",
+                        kMaxEmitters));
+      const std::string source_name =
+          emitter.sources.size() == 1
+              ? name
+              : name + "/" + (source.name.empty() ? std::to_string(index) : source.name);
+      for (const PlacedNode& place : places) {
+        auto made = make(place, emitter, extra);
+        if (!made.ok()) return made.error();
+        made->name =
+            place.instanced ? fmt::format("{} #{}", source_name, place.instance) : source_name;
+        made->gain *= source.gain;
+        made->signal = *signal;
+        made->delay_s += place.delay_s;
+        out_.emitters.push_back(std::move(*made));
+        out_.nodes.push_back(place.node);
+      }
+    }
+    return {};
+  }
+
+  Result<Emitter> make(const PlacedNode& place, const KhrEmitter& emitter,
+                       const Extra& extra) const {
+    Emitter made;
+    made.position_m = Vec3(place.world[3]);
+    const Vec3 ahead(place.world * glm::dvec4(0, 0, emitter.faces_plus_z ? 1 : -1, 0));
+    const double stretch = length(ahead);
+    if (!is_finite(made.position_m) || length(made.position_m) > kMaxEmitterCoordinate_m ||
+        !std::isfinite(stretch))
+      return Error("its emitter is not within 1000 km of the origin; repair the transforms.");
+    if (stretch > 0) made.axis = ahead / stretch;
+    made.gain = emitter.gain * power(10, extra.gain_db.value_or(0) / 20);
+    made.directivity =
+        extra.directivity.value_or(same_in_all_bands(static_cast<float>(emitter.directivity)));
+    made.delay_s = extra.delay_s.value_or(0) +
+                   random_start_s(seed_, out_.emitters.size(), extra.random_delay_s.value_or(0));
+    return made;
+  }
+
+  Result<std::uint32_t> load(std::size_t audio_index, const KhrSource& source) {
+    const KhrAudio& audio = audio_.audio[audio_index];
+    const std::string key = fmt::format("glTF audio {}", audio_index);
+    if (const auto known = signals_.find(key, source.loop)) return *known;
+    if (source.playback_rate != 1)
+      out_.ignored.push_back(
+          fmt::format("playback rate {:g} of source '{}'", source.playback_rate, source.name));
+    std::string name = !audio.name.empty()                                   ? audio.name
+                       : !source.name.empty()                                ? source.name
+                       : audio.uri.starts_with("data:") || audio.uri.empty() ? key
+                                                                             : audio.uri;
+    int channels = 1;
+    Result<std::vector<float>> samples = Error("");
+    if (!audio.view) {
+      const auto bytes = folder_.read(audio.uri);
+      if (!bytes.ok()) return bytes.error().in("sound " + in_quotes(name));
+      samples = decode_audio(*bytes, in_quotes(name), &channels);
+    } else {
+      const GltfView& view = scene_.views[*audio.view];
+      const FileBytes& buffer = scene_.buffers[static_cast<std::size_t>(view.buffer)];
+      samples = decode_audio(std::span(buffer).subspan(view.offset, view.length), in_quotes(name),
+                             &channels);
+    }
+    if (!samples.ok()) return samples.error();
+    if (channels > 1) out_.ignored.push_back(downmix_note(name, channels));
+    return signals_.add(key, std::move(name), std::move(*samples), source.loop);
+  }
+
+  void warn_global(std::size_t index) {
+    if (!used_[index])
+      out_.warnings.push_back(
+          fmt::format("global emitter {} '{}' has no place in the room; ignored "
+                      "(make it positional, or use a sidecar)",
+                      index, audio_.emitters[index].name));
+    used_[index] = true;
+  }
+
+  // Emitters that no node carries, and those of the scene itself.
+  Result<void> report_rest() {
+    for (std::size_t i = 0; i < audio_.emitters.size(); ++i) {
+      if (used_[i]) continue;
+      if (audio_.emitters[i].global)
+        warn_global(i);
+      else
+        out_.ignored.push_back(
+            fmt::format("emitter {} '{}', which stands on no node", i, audio_.emitters[i].name));
+    }
+    return {};
+  }
+
+  const GltfScene& scene_;
+  LevelFolder& folder_;
+  SignalTable& signals_;
+  std::uint64_t seed_;
+  KhrAudioScene audio_;
+  std::vector<bool> used_;
+  SceneSounds out_;
+};
+
+}  // namespace
+
+double random_start_s(std::uint64_t seed, std::size_t index, double most_s) {
+  const RandomBits counter = {static_cast<std::uint32_t>(index), 0, 0,
+                              static_cast<std::uint32_t>(Use::kPhase)};
+  return most_s * unit(philox(seed, counter)[0]);
+}
+
+Result<SceneSounds> read_scene_sounds(const GltfScene& scene,
+                                      const std::vector<PlacedNode>& placements,
+                                      LevelFolder& folder, SignalTable& signals,
+                                      std::uint64_t seed) {
+  return SoundReader(scene, folder, signals, seed).read(placements);
+}
+
+}  // namespace clamor

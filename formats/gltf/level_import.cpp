@@ -1,0 +1,268 @@
+#include "formats/gltf/level_import.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "formats/audio/audio_file.h"
+#include "formats/gltf/audio_extensions.h"
+#include "formats/gltf/gltf_document.h"
+#include "formats/gltf/gltf_groups.h"
+#include "formats/gltf/gltf_mesh.h"
+#include "formats/gltf/gltf_placement.h"
+#include "formats/gltf/gltf_reader.h"
+#include "formats/gltf/gltf_sounds.h"
+#include "formats/gltf/level_materials.h"
+#include "formats/level/emitter_spec.h"
+#include "formats/level/level_folder.h"
+#include "formats/level/signal_table.h"
+
+namespace clamor {
+
+namespace {
+
+std::string counted(std::size_t count, const std::string& thing) {
+  return fmt::format("{} {}{}", count, thing, count == 1 ? "" : thing.ends_with("sh") ? "es" : "s");
+}
+
+Result<Sidecar> read_sidecar(const std::string& level, const ImportOptions& options,
+                             LevelFolder& folder, ImportReport& report) {
+  const std::string path =
+      options.sidecar.value_or(std::filesystem::path(level).replace_extension(".acoustics.json"));
+  std::error_code none;
+  if (!options.sidecar && !std::filesystem::exists(path, none)) return Sidecar{};
+  const auto bytes = folder.read_anywhere(path);
+  if (!bytes.ok()) return bytes.error();
+  auto sidecar = parse_sidecar({reinterpret_cast<const char*>(bytes->data()), bytes->size()},
+                               MaterialPresets::built_in());
+  if (!sidecar.ok()) return sidecar.error().in(path);
+  report.found.push_back("sidecar " + path);
+  return sidecar;
+}
+
+// An emitter of the sidecar or the command line, its sound decoded.
+Result<Emitter> realise(const EmitterSpec& spec, bool confined, LevelFolder& folder,
+                        SignalTable& signals, std::uint64_t seed, std::size_t index,
+                        ImportReport& report) {
+  Emitter emitter;
+  emitter.name =
+      !spec.name.empty() ? spec.name : std::filesystem::path(spec.signal).stem().string();
+  emitter.position_m = spec.at_m;
+  emitter.axis = spec.facing;
+  emitter.gain = spec.gain;
+  emitter.directivity = spec.directivity;
+  emitter.delay_s = spec.delay_s + random_start_s(seed, index, spec.random_delay_s);
+  const bool loop = spec.loop.value_or(spec.signal != "impulse");
+  if (is_built_in_signal(spec.signal)) {
+    emitter.signal = signals.built_in(spec.signal, loop);
+    return emitter;
+  }
+  const std::string key = (confined ? "sidecar " : "command line ") + spec.signal;
+  if (const auto known = signals.find(key, loop)) {
+    emitter.signal = *known;
+    return emitter;
+  }
+  const auto bytes = confined ? folder.read(spec.signal) : folder.read_anywhere(spec.signal);
+  if (!bytes.ok()) return bytes.error().in("emitter " + in_quotes(emitter.name));
+  int channels = 1;
+  auto samples = decode_audio(*bytes, spec.signal, &channels);
+  if (!samples.ok()) return samples.error().in("emitter " + in_quotes(emitter.name));
+  if (channels > 1) report.ignored.push_back(downmix_note(spec.signal, channels));
+  const std::string name = std::filesystem::path(spec.signal).filename().string();
+  emitter.signal = signals.add(key, name, std::move(*samples), loop);
+  return emitter;
+}
+
+// Adds the emitters of one origin; each replaces those of its name from the origins before.
+Result<void> merge(const std::vector<EmitterSpec>& specs, bool confined, LevelFolder& folder,
+                   SignalTable& signals, std::uint64_t seed, ImportedLevel& imported) {
+  Level& level = imported.level;
+  const std::size_t before = level.emitters.size();
+  std::vector<Emitter> added;
+  std::map<std::string, int> names;
+  for (const EmitterSpec& spec : specs) {
+    auto emitter =
+        realise(spec, confined, folder, signals, seed, before + added.size(), imported.report);
+    if (!emitter.ok()) return emitter.error();
+    const int twin = ++names[emitter->name];
+    if (twin > 1 && !spec.name.empty())
+      return Error("two emitters are named " + in_quotes(spec.name) + "; give each its own name.");
+    if (twin > 1) emitter->name += fmt::format(" {}", twin);
+    added.push_back(std::move(*emitter));
+  }
+  for (Emitter& emitter : added) {
+    std::vector<bool> gone;
+    for (const Emitter& known : level.emitters) gone.push_back(known.name == emitter.name);
+    if (std::erase_if(level.emitters, [&](const Emitter& e) { return e.name == emitter.name; })) {
+      remove_emitters(gone, imported.groups);
+      imported.report.found.push_back(
+          fmt::format("emitter '{}' of the {} in place of the level's own", emitter.name,
+                      confined ? "sidecar" : "command line"));
+    }
+  }
+  std::move(added.begin(), added.end(), std::back_inserter(level.emitters));
+  return {};
+}
+
+// Drops signals that no emitter plays any more, and renumbers.
+void keep_used_signals(Level& level) {
+  std::vector<int> place(level.signals.size(), kNone);
+  std::vector<Signal> kept;
+  for (Emitter& emitter : level.emitters) {
+    int& index = place[emitter.signal];
+    if (index == kNone) {
+      index = static_cast<int>(kept.size());
+      kept.push_back(std::move(level.signals[emitter.signal]));
+    }
+    emitter.signal = static_cast<std::uint32_t>(index);
+  }
+  level.signals = std::move(kept);
+}
+
+void report_mesh(const SceneMesh& scene, ImportReport& report) {
+  report.found.push_back(counted(scene.mesh.triangles.size(), "triangle") + " in " +
+                         counted(scene.meshes, "mesh") + ", placed " +
+                         counted(scene.placements, "time"));
+  if (scene.hidden > 0) report.ignored.push_back(counted(scene.hidden, "hidden mesh"));
+  if (scene.points_or_lines > 0)
+    report.ignored.push_back(counted(scene.points_or_lines, "primitive") + " of points or lines");
+  if (scene.degenerate > 0)
+    report.ignored.push_back(counted(scene.degenerate, "triangle") + " without area");
+  if (scene.left_over > 0)
+    report.warnings.push_back(counted(scene.left_over, "index") +
+                              " at the end of a list make no "
+                              "whole triangle; the mesh may be damaged");
+}
+
+void report_ignored(const Json& document, ImportReport& report) {
+  for (const char* list : {"images", "cameras", "animations", "skins"}) {
+    const Json* items = document.find(list);
+    if (items == nullptr || items->array() == nullptr || items->array()->empty()) continue;
+    std::string thing(list);
+    thing.pop_back();
+    report.ignored.push_back(counted(items->array()->size(), thing));
+  }
+}
+
+// A gain of 0 is a mistake more often than not: 0 dB was meant.
+void warn_of_silence(const std::vector<Emitter>& emitters, ImportReport& report) {
+  const auto silent = [](const Emitter& emitter) { return emitter.gain == 0; };
+  const auto count = static_cast<std::size_t>(std::ranges::count_if(emitters, silent));
+  if (count == 0) return;
+  report.warnings.push_back(fmt::format(
+      "{}{} silent, with a gain of 0: a plain number is an amplitude, and 1 leaves a sound as it "
+      "is; in decibels, write \"0dB\" or gain_db",
+      in_quotes(std::ranges::find_if(emitters, silent)->name),
+      count == 1 ? " is"
+                 : fmt::format(" and {} of {} are", counted(count - 1, "other emitter"),
+                               emitters.size())));
+}
+
+template <class T>
+void hash_value(InputHash& hash, const T& value) {
+  hash.add(std::as_bytes(std::span(&value, 1)));
+}
+
+// What the options made of the files, so that another emitter gives another hash.
+std::uint64_t finish_hash(InputHash& hash, const Level& level) {
+  for (const Material& material : level.materials) {
+    hash.add(material.name);
+    for (const Bands* bands :
+         {&material.absorption, &material.scattering, &material.phong, &material.transmission})
+      hash_value(hash, *bands);
+  }
+  for (const Emitter& emitter : level.emitters) {
+    hash.add(emitter.name);
+    for (const Vec3* vector : {&emitter.position_m, &emitter.axis})
+      for (int i = 0; i < 3; ++i) hash_value(hash, (*vector)[i]);
+    for (const double value : {emitter.gain, emitter.delay_s}) hash_value(hash, value);
+    hash_value(hash, emitter.directivity);
+    hash_value(hash, emitter.signal);
+  }
+  for (const Signal& signal : level.signals) hash_value(hash, signal.loop);
+  hash_value(hash, level.mesh.triangles.size());
+  for (const double value :
+       {level.air.temperature_c, level.air.humidity_percent, level.air.pressure_kpa})
+    hash_value(hash, value);
+  return hash.value();
+}
+
+Result<GltfScene> read_scene(const std::string& path, LevelFolder& folder, ImportReport& report) {
+  auto document = read_gltf_document(path, folder);
+  if (!document.ok()) return document.error();
+  const RewrittenAudio audio = rewrite_audio_extensions(document->json);
+  if (!audio.extension.empty())
+    report.found.push_back(audio.extension + ", read as KHR_audio_emitter");
+  report.ignored.insert(report.ignored.end(), audio.ignored.begin(), audio.ignored.end());
+  auto scene = read_gltf_scene(std::move(*document));
+  if (!scene.ok()) return scene.error().in(path);
+  return scene;
+}
+
+}  // namespace
+
+Result<ImportedLevel> import_level(const std::string& path, const ImportOptions& options) {
+  std::vector<EmitterSpec> command_line;
+  for (const std::string& text : options.emitters) {
+    auto spec = parse_emitter(text);
+    if (!spec.ok()) return spec.error();
+    command_line.push_back(std::move(*spec));
+  }
+
+  ImportedLevel imported;
+  Level& level = imported.level;
+  ImportReport& report = imported.report;
+  LevelFolder folder(path);
+  level.name = std::filesystem::path(path).filename().string();
+
+  const auto scene = read_scene(path, folder, report);
+  if (!scene.ok()) return scene.error();
+  auto sidecar = read_sidecar(path, options, folder, report);
+  if (!sidecar.ok()) return sidecar.error();
+  imported.settings = sidecar->settings;
+  level.air = sidecar->settings.air.value_or(Air{});
+  const std::uint64_t seed = options.seed.value_or(sidecar->settings.seed.value_or(1));
+
+  const auto placements = place_nodes(*scene);
+  if (!placements.ok()) return placements.error().in(path);
+  auto mesh = build_mesh(*scene, *placements, options.hidden_meshes);
+  if (!mesh.ok()) return mesh.error().in(path);
+  report_mesh(*mesh, report);
+  level.mesh = std::move(mesh->mesh);
+  if (const auto ok = assign_materials(*scene, *sidecar, options.material, level, report); !ok.ok())
+    return ok.error().in(path);
+
+  SignalTable signals;
+  auto sounds = read_scene_sounds(*scene, *placements, folder, signals, seed);
+  if (!sounds.ok()) return sounds.error().in(path);
+  level.emitters = std::move(sounds->emitters);
+  imported.groups = scene_groups(*scene, sounds->nodes);
+  std::move(sounds->ignored.begin(), sounds->ignored.end(), std::back_inserter(report.ignored));
+  std::move(sounds->warnings.begin(), sounds->warnings.end(), std::back_inserter(report.warnings));
+  const struct {
+    const std::vector<EmitterSpec>& specs;
+    bool confined;
+  } kOrigins[] = {{sidecar->emitters, true}, {command_line, false}};
+  for (const auto& [specs, confined] : kOrigins)
+    if (const auto ok = merge(specs, confined, folder, signals, seed, imported); !ok.ok())
+      return ok.error().in(path);
+  level.signals = signals.take();
+  keep_used_signals(level);
+
+  report.found.push_back(counted(level.emitters.size(), "emitter") + " of " +
+                         counted(level.signals.size(), "sound"));
+  report_ignored(scene->json, report);
+  warn_of_silence(level.emitters, report);
+  if (level.emitters.empty())
+    report.warnings.push_back(
+        "nothing in the level makes a sound; give it an emitter, as in "
+        "--emitter \"signal=violin.flac,at=1,1.2,-3\"");
+  imported.inputs = folder.inputs();
+  imported.files = folder.files();
+  imported.input_hash = finish_hash(folder.hash(), level);
+  return imported;
+}
+
+}  // namespace clamor

@@ -1,0 +1,147 @@
+#include "formats/gltf/level_materials.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "common/text.h"
+#include "formats/level/material_presets.h"
+#include "formats/level/name_match.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr const char* kUnnamed = "(no material)";
+
+struct Assigned {
+  AcousticMaterial acoustics;
+  std::string how;
+};
+
+bool has_flat_extras(const Json* extras) {
+  if (extras == nullptr || extras->object() == nullptr) return false;
+  return std::any_of(extras->object()->begin(), extras->object()->end(), [](const auto& member) {
+    return member.first == "acoustic_preset" || member.first == "acoustic_absorption";
+  });
+}
+
+// Step 1.
+std::optional<Assigned> from_sidecar(const std::string& name, const Sidecar& sidecar) {
+  for (const Sidecar::MaterialRule& rule : sidecar.materials)
+    if (glob_matches(rule.pattern, name)) {
+      Assigned assigned{rule.acoustics, "sidecar " + in_quotes(rule.pattern)};
+      assigned.acoustics.material.name = name;
+      return assigned;
+    }
+  return std::nullopt;
+}
+
+// Steps 2 and 3: what the level's author wrote on the material itself.
+Result<std::optional<Assigned>> from_level(const Json* json, const std::string& name,
+                                           const MaterialPresets& presets) {
+  if (json == nullptr) return std::optional<Assigned>();
+  const auto read = [&](const Json& values, const char* how,
+                        const char* prefix) -> Result<std::optional<Assigned>> {
+    auto acoustics = read_acoustic_material(values, name, presets, prefix);
+    if (!acoustics.ok()) return acoustics.error();
+    return std::optional(Assigned{std::move(*acoustics), how});
+  };
+  constexpr const char* kExtension = "CLAMOR_materials_acoustic";
+  if (const Json* values = json->find({"extensions", kExtension}))
+    return read(*values, kExtension, "");
+  if (const Json* values = json->find({"extras", "acoustic"})) return read(*values, "extras", "");
+  if (const Json* extras = json->find("extras"); has_flat_extras(extras))
+    return read(*extras, "extras", "acoustic_");
+  return std::optional<Assigned>();
+}
+
+// Steps 4 and 5.
+Result<Assigned> from_name(const std::string& name, const MaterialPresets& presets,
+                           const std::string& default_preset) {
+  const auto guess = name == kUnnamed ? std::nullopt : presets.guess(name);
+  const std::string preset = guess.value_or(default_preset);
+  auto material = presets.get(preset);
+  if (!material.ok()) return material.error();
+  material->name = name;
+  return Assigned{{std::move(*material), preset}, guess ? "name" : "default"};
+}
+
+// Triangles and area of each glTF material, the last for triangles without one.
+std::vector<MaterialAssignment> measure(const Mesh& mesh, std::size_t materials) {
+  std::vector<MaterialAssignment> result(materials + 1);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& triangle = mesh.triangles[t];
+    const Vec3 a(mesh.vertices_m[triangle[0]]), b(mesh.vertices_m[triangle[1]]),
+        c(mesh.vertices_m[triangle[2]]);
+    MaterialAssignment& measured = result[mesh.materials[t]];
+    ++measured.triangles;
+    measured.area_m2 += length(cross(b - a, c - a)) / 2;
+  }
+  return result;
+}
+
+void warn_of_unused_rules(const Sidecar& sidecar, const GltfScene& scene, ImportReport& report) {
+  for (const Sidecar::MaterialRule& rule : sidecar.materials) {
+    const auto matches = [&](const std::string& name) { return glob_matches(rule.pattern, name); };
+    if (std::any_of(scene.materials.begin(), scene.materials.end(), matches)) continue;
+    if (matches(kUnnamed)) continue;
+    report.warnings.push_back(
+        fmt::format("the sidecar's '{}' matches no material; the nearest is '{}'", rule.pattern,
+                    nearest_name(rule.pattern, scene.materials)));
+  }
+}
+
+}  // namespace
+
+Result<void> assign_materials(const GltfScene& scene, const Sidecar& sidecar,
+                              const std::optional<std::string>& default_preset, Level& level,
+                              ImportReport& report) {
+  const MaterialPresets& presets = MaterialPresets::built_in();
+  const std::string fallback = default_preset.value_or("plaster");
+  if (const auto known = presets.get(fallback); !known.ok())
+    return known.error().in("default material");
+
+  std::vector<MaterialAssignment> measured = measure(level.mesh, scene.materials.size());
+  std::vector<std::uint16_t> renumbered(measured.size(), 0);
+  const Json* materials = scene.json.find("materials");
+  std::size_t defaults = 0;
+  for (std::size_t m = 0; m < measured.size(); ++m) {
+    if (measured[m].triangles == 0) continue;
+    const bool unnamed = m == scene.materials.size() || scene.materials[m].empty();
+    const std::string name = unnamed ? kUnnamed : scene.materials[m];
+    const Json* json = m < scene.materials.size() ? &(*materials->array())[m] : nullptr;
+    auto written = from_level(json, name, presets);
+    if (!written.ok()) return written.error();
+    if (auto ruled = from_sidecar(name, sidecar)) {
+      if (*written)
+        report.found.push_back(fmt::format("material '{}': the {} replaces the level's own {}",
+                                           name, ruled->how, (*written)->how));
+      *written = std::move(*ruled);
+    }
+    if (!*written) {
+      auto guessed = from_name(name, presets, fallback);
+      if (!guessed.ok()) return guessed.error();
+      *written = std::move(*guessed);
+    }
+    Assigned& assigned = **written;
+    if (assigned.how == "default") ++defaults;
+    measured[m].material = name;
+    measured[m].preset = assigned.acoustics.preset;
+    measured[m].how = assigned.how;
+    renumbered[m] = static_cast<std::uint16_t>(level.materials.size());
+    level.materials.push_back(std::move(assigned.acoustics.material));
+    report.materials.push_back(measured[m]);
+  }
+  for (std::uint16_t& material : level.mesh.materials) material = renumbered[material];
+
+  warn_of_unused_rules(sidecar, scene, report);
+  if (defaults > 0)
+    report.warnings.push_back(fmt::format(
+        "{} of {} materials have names that say nothing; they were taken for '{}' (give "
+        "them presets in the sidecar)",
+        defaults, level.materials.size(), fallback));
+  return {};
+}
+
+}  // namespace clamor

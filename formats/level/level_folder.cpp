@@ -1,0 +1,204 @@
+#include "formats/level/level_folder.h"
+
+#include <array>
+#include <cerrno>
+#include <climits>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+namespace clamor {
+
+namespace {
+
+constexpr off_t kMaxFile_bytes = off_t{16} << 30;
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+Result<std::string> percent_decoded(std::string_view uri) {
+  std::string out;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    if (uri[i] != '%') {
+      out += uri[i];
+      continue;
+    }
+    const int high = i + 2 < uri.size() ? hex_digit(uri[i + 1]) : -1;
+    const int low = i + 2 < uri.size() ? hex_digit(uri[i + 2]) : -1;
+    if (high < 0 || low < 0)
+      return Error("has a % that is no escape; write %25 for a percent sign.");
+    out += static_cast<char>(high * 16 + low);
+    i += 2;
+  }
+  return out;
+}
+
+bool has_scheme(std::string_view path) {
+  const auto colon = path.find(':');
+  return colon != std::string_view::npos && path.substr(0, colon).find('/') == path.npos;
+}
+
+bool climbs(std::string_view path) {
+  for (std::size_t begin = 0; begin <= path.size();) {
+    const std::size_t end = std::min(path.find('/', begin), path.size());
+    if (path.substr(begin, end - begin) == "..") return true;
+    begin = end + 1;
+  }
+  return false;
+}
+
+struct Descriptor {
+  int number;
+  ~Descriptor() {
+    if (number >= 0) ::close(number);
+  }
+};
+
+}  // namespace
+
+Result<FileBytes> read_whole_file(const std::string& path) {
+  const auto failed = [&](int error) {
+    return Error(path + ": cannot be read: " + std::strerror(error) +
+                 ". Check the name and that you may read it.");
+  };
+  // Without O_NONBLOCK, opening a pipe would wait for its writer.
+  const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+  if (file.number < 0) return failed(errno);
+  struct stat status {};
+  if (::fstat(file.number, &status) != 0) return failed(errno);
+  if (!S_ISREG(status.st_mode)) return Error(path + ": is no regular file; name a file.");
+  if (status.st_size > kMaxFile_bytes)
+    return Error(path + ": is larger than 16 GiB, the most that is read; cut it into parts.");
+
+  FileBytes bytes(static_cast<std::size_t>(status.st_size));
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t got = ::read(file.number, bytes.data() + done, bytes.size() - done);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return failed(errno);
+    if (got == 0) break;  // it shrank meanwhile
+    done += static_cast<std::size_t>(got);
+  }
+  bytes.resize(done);
+  return bytes;
+}
+
+Result<std::string> confined_path(const std::string& folder, std::string_view uri) {
+  const auto refused = [&](const std::string& why) {
+    return Error("URI " + in_quotes(uri.substr(0, 200)) + " " + why);
+  };
+  const auto decoded = percent_decoded(uri);
+  if (!decoded.ok()) return refused(decoded.error().message);
+  const std::string& path = *decoded;
+  for (const char c : path)
+    if (static_cast<unsigned char>(c) < 0x20 || c == '\\')
+      return refused(
+          "has a backslash or a control character; use plain names with / between them.");
+  if (path.empty()) return refused("is empty; name a file in the folder.");
+  if (path.front() == '/' || has_scheme(path) || climbs(path))
+    return refused(
+        "leads out of the folder of what names it; put the file into that folder and give its "
+        "path from there.");
+
+  char* const real_folder = ::realpath(folder.c_str(), nullptr);
+  if (real_folder == nullptr)
+    return refused(std::string("has no folder: ") + std::strerror(errno) + ".");
+  const std::string root = std::string(real_folder) == "/" ? "/" : std::string(real_folder) + "/";
+  std::free(real_folder);
+  char* const real = ::realpath((root + path).c_str(), nullptr);
+  if (real == nullptr)
+    return refused(std::string("cannot be read: ") + std::strerror(errno) +
+                   ". Put the file into the folder of what names it.");
+  std::string resolved(real);
+  std::free(real);
+  if (resolved + "/" == root) return refused("is the folder itself; name a file in it.");
+  if (!resolved.starts_with(root))
+    return refused(
+        "is a link that leads out of the folder of what names it; put the file itself there.");
+  return resolved;
+}
+
+Result<FileBytes> decode_data_uri(std::string_view uri) {
+  const auto comma = uri.find(',');
+  if (comma == std::string_view::npos || !uri.substr(0, comma).ends_with(";base64"))
+    return Error("a data URI must be 'data:TYPE;base64,...'; export the file again.");
+  static const auto kDigits = [] {
+    std::array<signed char, 256> digits;
+    digits.fill(-1);
+    constexpr std::string_view kAlphabet =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    for (std::size_t i = 0; i < kAlphabet.size(); ++i)
+      digits[static_cast<unsigned char>(kAlphabet[i])] = static_cast<signed char>(i);
+    return digits;
+  }();
+  std::string_view text = uri.substr(comma + 1);
+  while (text.ends_with('=')) text.remove_suffix(1);
+  FileBytes bytes;
+  bytes.reserve(text.size() / 4 * 3 + 3);
+  std::uint32_t bits = 0;
+  int count = 0;
+  for (const char c : text) {
+    const int digit = kDigits[static_cast<unsigned char>(c)];
+    if (digit < 0)
+      return Error("a data URI holds characters that are no base64; export the file again.");
+    bits = bits << 6 | static_cast<std::uint32_t>(digit);
+    count += 6;
+    if (count >= 8) {
+      count -= 8;
+      bytes.push_back(static_cast<std::byte>(bits >> count & 0xff));
+    }
+  }
+  return bytes;
+}
+
+struct InputHash::State {
+  XXH3_state_t* xxh = XXH3_createState();
+  ~State() { XXH3_freeState(xxh); }
+};
+
+InputHash::InputHash() : state_(std::make_unique<State>()) { XXH3_64bits_reset(state_->xxh); }
+InputHash::InputHash(InputHash&&) noexcept = default;
+InputHash::~InputHash() = default;
+
+void InputHash::add(std::span<const std::byte> bytes) {
+  const std::uint64_t size = bytes.size();
+  XXH3_64bits_update(state_->xxh, &size, sizeof size);
+  XXH3_64bits_update(state_->xxh, bytes.data(), bytes.size());
+}
+
+std::uint64_t InputHash::value() const { return XXH3_64bits_digest(state_->xxh); }
+
+LevelFolder::LevelFolder(const std::string& level_path)
+    : path_(std::filesystem::path(level_path).parent_path().string()) {
+  if (path_.empty()) path_ = ".";
+}
+
+Result<FileBytes> LevelFolder::read(std::string_view uri) {
+  if (uri.starts_with("data:")) return decode_data_uri(uri);  // hashed with the file it stands in
+  const auto path = confined_path(path_, uri);
+  if (!path.ok()) return path.error();
+  return read_anywhere(*path);
+}
+
+Result<FileBytes> LevelFolder::read_anywhere(const std::string& path) {
+  auto bytes = read_whole_file(path);
+  if (bytes.ok()) {
+    hash_.add(*bytes);
+    bytes_read_ += bytes->size();
+    files_.add(path);
+    inputs_.push_back({std::filesystem::path(path).filename().string(), bytes->size(),
+                       XXH3_64bits(bytes->data(), bytes->size())});
+  }
+  return bytes;
+}
+
+}  // namespace clamor

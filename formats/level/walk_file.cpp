@@ -1,0 +1,83 @@
+#include "formats/level/walk_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "formats/files/json.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr double kRadians = std::numbers::pi / 180;
+constexpr double kFarthest_m = 1e6, kLongest_s = 1e7;
+
+// The turn from `from` to `to`, the shorter way round.
+double shortest_turn(double from, double to) {
+  return std::remainder(to - from, 2 * std::numbers::pi);
+}
+
+}  // namespace
+
+Result<Walk> Walk::read(const std::string& path) {
+  const auto json = read_json(path);
+  if (!json.ok()) return json.error();
+  return parse(*json, path);
+}
+
+Result<Walk> Walk::parse(const Json& json, const std::string& path) {
+  Walk walk;
+  JsonFields fields(json, path);
+  walk.loop_ = fields.boolean("loop").value_or(false);
+  fields.any("comment");
+  const Json* points = fields.any("points");
+  if (points == nullptr || points->array() == nullptr || points->array()->empty())
+    fields.fail(
+        "needs 'points', a list of at least one { \"time_s\": 0, \"position_m\": [0, 1.7, 3] }");
+  if (const auto ok = fields.result_without_unknown(); !ok.ok()) return ok.error();
+
+  for (const Json& item : *points->array()) {
+    JsonFields values(item, fmt::format("{}: point {}", path, walk.points_.size() + 1));
+    const auto time_s = values.number("time_s", 0, kLongest_s);
+    const auto position_m = values.vector("position_m", kFarthest_m);
+    if (!time_s) values.fail("'time_s' is missing");
+    if (!position_m) values.fail("'position_m' is missing");
+    Point point{time_s.value_or(0), {position_m.value_or(Vec3{}), 0, 0}};
+    point.pose.yaw_rad = values.number("yaw_deg", -1e6, 1e6).value_or(0) * kRadians;
+    point.pose.pitch_rad = values.number("pitch_deg", -90, 90).value_or(0) * kRadians;
+    if (!walk.points_.empty() && point.time_s <= walk.points_.back().time_s)
+      values.fail("'time_s' must be later than that of the point before");
+    if (const auto ok = values.result_without_unknown(); !ok.ok()) return ok.error();
+    walk.points_.push_back(point);
+  }
+  return walk;
+}
+
+Walk Walk::standing(const Listener& pose) {
+  Walk walk;
+  walk.points_.push_back({0, pose});
+  return walk;
+}
+
+double Walk::length_s() const { return points_.back().time_s; }
+
+Listener Walk::at(double time_s) const {
+  if (loop_ && length_s() > 0) time_s = std::fmod(std::max(time_s, 0.0), length_s());
+  const auto after =
+      std::upper_bound(points_.begin(), points_.end(), time_s,
+                       [](double t, const Point& point) { return t < point.time_s; });
+  if (after == points_.begin()) return points_.front().pose;
+  if (after == points_.end()) return points_.back().pose;
+  const Point &from = *(after - 1), &to = *after;
+  const double t = (time_s - from.time_s) / (to.time_s - from.time_s);
+  Listener pose;
+  pose.position_m = from.pose.position_m + t * (to.pose.position_m - from.pose.position_m);
+  pose.yaw_rad = from.pose.yaw_rad + t * shortest_turn(from.pose.yaw_rad, to.pose.yaw_rad);
+  pose.pitch_rad = from.pose.pitch_rad + t * (to.pose.pitch_rad - from.pose.pitch_rad);
+  return pose;
+}
+
+}  // namespace clamor

@@ -1,0 +1,148 @@
+#include "runtime/engine/auralizer_input.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "formats/bake_file/expanded_sources.h"
+
+namespace clamor {
+
+Result<AuralizerInput> read_tables(const BakeFile& file) {
+  AuralizerInput input;
+  input.emitters = file.emitters();
+  input.materials = file.materials();
+  input.air = file.settings().air;
+  input.decay = file.statistics().decay;
+  for (std::size_t i = 0; i < file.signal_count(); ++i) {
+    auto envelope = file.read_envelope(i);
+    if (!envelope.ok()) return envelope.error();
+    const SignalInfo signal = file.signal(i);
+    input.envelopes.push_back({std::move(*envelope), signal.frames, signal.loop});
+  }
+  return input;
+}
+
+Result<void> read_occluders(const BakeFile& file, AuralizerInput& input) {
+  auto mesh = file.read_mesh();
+  if (!mesh.ok()) return mesh.error();
+  input.mesh = std::move(*mesh);
+  return {};
+}
+
+Result<AuralizerInput> read_signals_and_tables(const BakeFile& file) {
+  auto input = read_tables(file);
+  for (std::size_t i = 0; i < file.signal_count() && input.ok(); ++i) {
+    auto signal = file.read_signal(i);
+    if (!signal.ok()) return signal.error();
+    input->signals.push_back(std::move(*signal));
+  }
+  return input;
+}
+
+Result<AuralizerInput> read_auralizer_input(const BakeFile& file) {
+  auto all = read_expanded_sources(file);
+  if (!all.ok()) return all.error();
+  auto input = read_signals_and_tables(file);
+  if (!input.ok()) return input;
+  input->sources = std::move(all->sources);
+  input->emitters = std::move(all->emitters);
+  return input;
+}
+
+namespace {
+
+std::size_t signal_count(const AuralizerInput& input) {
+  return std::max(input.signals.size(), input.envelopes.size());
+}
+
+bool is_loop(const AuralizerInput& input, std::size_t signal) {
+  return input.envelopes.empty() ? input.signals[signal].loop : input.envelopes[signal].loop;
+}
+
+// The onset of a loop: what it plays first, from silence, as often round as it takes.
+Result<Signal> onset_of(const AuralizerInput& input, std::size_t signal, const BakeFile* file) {
+  // The signals that the input lacks are the file's first ones.
+  const std::size_t of_file = signal_count(input) - input.signals.size();
+  std::vector<float> once;
+  if (signal >= of_file) {
+    once = input.signals[signal - of_file].samples;
+  } else {
+    auto block = file->read_signal_block(signal, 0);
+    if (!block.ok()) return block.error();
+    once = std::move(*block);
+  }
+  Signal onset{"", {}, false};
+  for (int f = 0; f < kOnset_frames && !once.empty(); ++f)
+    onset.samples.push_back(once[static_cast<std::size_t>(f) % once.size()]);
+  return onset;
+}
+
+Result<void> add_onsets(const MovingOptions& moving, AuralizerInput& input, const BakeFile* file) {
+  for (const MovingKind& kind : moving.kinds) {
+    if (!is_loop(input, kind.signal)) continue;
+    const auto& loops = input.loop_of_onset;
+    if (std::find(loops.begin(), loops.end(), kind.signal) != loops.end()) continue;
+    auto onset = onset_of(input, kind.signal, file);
+    if (!onset.ok()) return onset.error();
+    input.onsets.push_back(std::move(*onset));
+    input.loop_of_onset.push_back(kind.signal);
+  }
+  return {};
+}
+
+}  // namespace
+
+OnsetSignals onset_signals(const AuralizerInput& input) {
+  OnsetSignals onsets(signal_count(input), kNoOnset);
+  for (std::uint32_t s = 0; s < onsets.size(); ++s)
+    if (!is_loop(input, s)) onsets[s] = s;
+  for (std::size_t i = 0; i < input.onsets.size(); ++i)
+    onsets[input.loop_of_onset[i]] = static_cast<std::uint32_t>(onsets.size() + i);
+  return onsets;
+}
+
+Result<void> add_kinds(const MovingOptions& moving, AuralizerInput& input, const BakeFile* file) {
+  const std::size_t signals =
+      std::max(input.signals.size(), input.envelopes.size()) + moving.signals.size();
+  for (const MovingKind& kind : moving.kinds) {
+    if (kind.signal >= signals)
+      return Error("moving sources of kind " + in_quotes(kind.name) + " play signal " +
+                   std::to_string(kind.signal) + ", but there are " + std::to_string(signals) +
+                   ", those of the bake first. Bring its signal along or name another.");
+    for (const float exponent : kind.directivity)
+      if (!(exponent >= 0 && exponent <= 1e4f))
+        return Error("moving sources of kind " + in_quotes(kind.name) +
+                     " have a directivity that is not between 0 and 10000.");
+    Emitter emitter;
+    emitter.name = kind.name;
+    emitter.directivity = kind.directivity;
+    emitter.signal = kind.signal;
+    input.emitters.push_back(emitter);
+  }
+  for (const Signal& signal : moving.signals) {
+    if (!input.envelopes.empty() || input.signals.empty())
+      input.envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
+    input.signals.push_back(signal);
+  }
+  return add_onsets(moving, input, file);
+}
+
+Result<void> check(const AuralizerInput& input) {
+  for (const Emitter& emitter : input.emitters)
+    if (emitter.signal >= input.signals.size())
+      return Error("emitter " + in_quotes(emitter.name) + " plays signal " +
+                   std::to_string(emitter.signal) + ", but there are " +
+                   std::to_string(input.signals.size()) + ". Bake again.");
+  for (const Source& source : input.sources) {
+    if (source.emitter >= input.emitters.size())
+      return Error("a source belongs to emitter " + std::to_string(source.emitter) +
+                   ", but there are " + std::to_string(input.emitters.size()) + ". Bake again.");
+    if (!source.is_emitter && source.material >= input.materials.size())
+      return Error("a source is of material " + std::to_string(source.material) +
+                   ", but there are " + std::to_string(input.materials.size()) + ". Bake again.");
+  }
+  return {};
+}
+
+}  // namespace clamor

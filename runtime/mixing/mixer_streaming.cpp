@@ -1,0 +1,105 @@
+// mixer_streaming.cpp: how the mixer does without sound that is not decoded yet (sound_loader.h).
+//
+// A voice plays a segment only if all is here that it reads in it and in the next one; otherwise it
+// slides to silence in this one, or, if not even that much is here, it is silent at once. It comes
+// back as it went: from silence to its gains in one segment. While the mixer holds, it looks ahead
+// as far at each step.
+#include <algorithm>
+
+#include "runtime/mixing/mixer.h"
+
+namespace clamor {
+
+namespace {
+constexpr std::uint8_t kStepsToSilence = kKeyframeFrames / kStepFrames;
+}
+
+// What the voice reads in so many frames from now on while its delays slide from `from`, 32.32.
+bool Mixer::is_here(std::uint32_t s, const std::array<std::int64_t, kEars>& from,
+                    const std::array<double, kEars>& change_frames,
+                    int frames) const noexcept REALTIME {
+  const PreparedSignal& signal = *slots_[s].signal;
+  std::int64_t first = std::numeric_limits<std::int64_t>::max();
+  std::int64_t last = std::numeric_limits<std::int64_t>::min();
+  for (std::size_t e = 0; e < static_cast<std::size_t>(mode_.delays); ++e) {
+    const std::int64_t at = clock_ + lead_frames_ - (from[e] >> 32);
+    first = std::min(first, at - 2);
+    last = std::max(last, at + frames + 2 - static_cast<std::int64_t>(change_frames[e]));
+  }
+  const std::int64_t near = signal.near(first);
+  return signal.is_here(near, near + (last - first));
+}
+
+// Whether a voice that begins a segment may be heard in it. If not, it is late.
+bool Mixer::may_sound(std::uint32_t s, const std::array<std::int64_t, kEars>& from,
+                      const std::array<double, kEars>& change_frames) noexcept REALTIME {
+  Slot& slot = slots_[s];
+  if (!slot.signal->streams()) return true;
+  // Up to the end of the next period.
+  if (is_here(s, from, change_frames, 2 * kKeyframeFrames - elapsed_)) return true;
+  ++late_voices_;
+  if (!is_here(s, from, change_frames, segment_.frames)) silence(s);
+  return false;
+}
+
+void Mixer::silence(std::uint32_t s) noexcept REALTIME {
+  change_gains(s, [](float* target, float* gain, std::size_t lanes) noexcept REALTIME {
+    std::fill_n(target, lanes, 0.0f);
+    std::fill_n(gain, 2 * lanes, 0.0f);
+  });
+  slots_[s].heard = false;
+  slots_[s].steps_to_silence = 0;
+}
+
+// For a step of holding, beginning where every voice is placed. True while a voice falls silent:
+// then the step must be one of kStepFrames. Otherwise it may be one of kShedFrames.
+bool Mixer::hold_sounds() noexcept REALTIME {
+  bool ended = false, falling = false;
+  for (const std::uint32_t s : active_) {
+    Slot& slot = slots_[s];
+    if (!slot.signal->streams()) continue;
+    const bool falls = slot.steps_to_silence > 0;
+    if (!falls && is_here(s, slot.delay, {}, kKeyframeFrames + kShedFrames)) continue;
+    late_voices_ += !falls;
+    slot.steps_to_silence =
+        falls ? static_cast<std::uint8_t>(slot.steps_to_silence - 1) : kStepsToSilence;
+    if (slot.steps_to_silence == 0 || !is_here(s, slot.delay, {}, kStepFrames)) {
+      silence(s);
+      ended = true;
+      continue;
+    }
+    falling = true;
+    // Gains count from the segment's frame 0, and the step is its last.
+    constexpr float kUnits = static_cast<float>(kKeyframeFrames - kStepFrames) / kGainFrames;
+    constexpr float kSlope = -1.0f * kGainFrames / kStepFrames / kStepsToSilence;
+    const float now = static_cast<float>(slot.steps_to_silence) / kStepsToSilence;
+    change_gains(s, [now](const float* target, float* gain, std::size_t lanes) noexcept REALTIME {
+      for (std::size_t lane = 0; lane < lanes; ++lane) {
+        gain[lane] = target[lane] * (now - kSlope * kUnits);
+        gain[lanes + lane] = target[lane] * kSlope;
+      }
+    });
+  }
+  if (!ended) return falling;
+  const auto is_over = [this](std::uint32_t s) { return !slots_[s].heard; };
+  std::erase_if(active_, is_over);
+  std::erase_if(once_, is_over);
+  for (Pair& pair : pairs_) std::erase_if(pair.active, is_over);
+  if (mode_.head) fine_->drop(is_over);
+  return falling;
+}
+
+// Before the next segment: gains go on from where holding left them.
+void Mixer::end_hold() noexcept REALTIME {
+  for (const std::uint32_t s : active_) {
+    Slot& slot = slots_[s];
+    if (slot.steps_to_silence == 0) continue;
+    const float now = static_cast<float>(slot.steps_to_silence - 1) / kStepsToSilence;
+    change_gains(s, [now](float* target, float*, std::size_t lanes) noexcept REALTIME {
+      for (std::size_t lane = 0; lane < lanes; ++lane) target[lane] *= now;
+    });
+    slot.steps_to_silence = 0;
+  }
+}
+
+}  // namespace clamor

@@ -1,0 +1,91 @@
+#include "runtime/output/loudness_meter.h"
+
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <new>
+
+#include <ebur128.h>
+
+#include "formats/level/level.h"
+
+namespace clamor {
+
+namespace {
+
+// Where libebur128 thinks a channel stands: it counts those beside the listener 1.5 dB more.
+int place_of(Speaker speaker) {
+  switch (speaker) {
+    case Speaker::kFrontLeft:
+      return EBUR128_LEFT;
+    case Speaker::kFrontRight:
+      return EBUR128_RIGHT;
+    case Speaker::kFrontCentre:
+      return EBUR128_CENTER;
+    case Speaker::kLowFrequency:
+      return EBUR128_UNUSED;
+    case Speaker::kSideLeft:
+      return EBUR128_LEFT_SURROUND;
+    case Speaker::kSideRight:
+      return EBUR128_RIGHT_SURROUND;
+    case Speaker::kBackLeft:
+      return EBUR128_Mp135;
+    case Speaker::kBackRight:
+      return EBUR128_Mm135;
+    case Speaker::kTopFrontLeft:
+      return EBUR128_Up045;
+    case Speaker::kTopFrontRight:
+      return EBUR128_Um045;
+    case Speaker::kTopBackLeft:
+      return EBUR128_Up135;
+    case Speaker::kTopBackRight:
+      return EBUR128_Um135;
+  }
+  return EBUR128_UNUSED;
+}
+
+}  // namespace
+
+struct LoudnessMeter::State {
+  ebur128_state* meter = nullptr;
+  std::size_t channels = 0;
+  double offset_lu = 0;
+  ~State() { ebur128_destroy(&meter); }
+};
+
+LoudnessMeter::LoudnessMeter(int channels, std::span<const Speaker> speakers)
+    : state_(std::make_unique<State>()) {
+  state_->channels = static_cast<std::size_t>(channels);
+  state_->meter = ebur128_init(static_cast<unsigned>(channels), kSampleRate_hz,
+                               EBUR128_MODE_M | EBUR128_MODE_S);
+  if (state_->meter == nullptr) throw std::bad_alloc();
+  if (speakers.empty() && channels <= 2) return;
+  if (speakers.empty()) state_->offset_lu = 10 * std::log10(2.0);
+  for (unsigned c = 0; c < static_cast<unsigned>(channels); ++c)
+    ebur128_set_channel(state_->meter, c,
+                        !speakers.empty() ? place_of(speakers[c])
+                        : c == 0          ? EBUR128_CENTER
+                                          : EBUR128_UNUSED);
+}
+
+LoudnessMeter::~LoudnessMeter() = default;
+
+void LoudnessMeter::add(std::span<const float> interleaved) {
+  assert(interleaved.size() % state_->channels == 0);
+  ebur128_add_frames_float(state_->meter, interleaved.data(),
+                           interleaved.size() / state_->channels);
+}
+
+double LoudnessMeter::momentary_lufs() const {
+  double lufs = -std::numeric_limits<double>::infinity();
+  ebur128_loudness_momentary(state_->meter, &lufs);
+  return lufs + state_->offset_lu;
+}
+
+double LoudnessMeter::short_term_lufs() const {
+  double lufs = -std::numeric_limits<double>::infinity();
+  ebur128_loudness_shortterm(state_->meter, &lufs);
+  return lufs + state_->offset_lu;
+}
+
+}  // namespace clamor

@@ -1,0 +1,270 @@
+#include "runtime/player/player.h"
+
+#include <array>
+#include <atomic>
+#include <cassert>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "formats/audio/audio_file.h"
+#include "runtime/output/loudness_meter.h"
+#include "runtime/output/supervised_output.h"
+#include "runtime/player/audio_callback.h"
+#include "runtime/player/render.h"
+#include "runtime/realtime/latest_value.h"
+#include "runtime/realtime/prefault_code.h"
+#include "runtime/realtime/sample_ring.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kRecordFrames = std::size_t{4} * kSampleRate_hz;
+constexpr std::size_t kMeterFrames = kSampleRate_hz;
+constexpr auto kSamplerNap = std::chrono::milliseconds(1);
+constexpr auto kWriterNap = std::chrono::milliseconds(20);
+constexpr auto kFadeNap = std::chrono::milliseconds(5);
+constexpr auto kMaxFade = std::chrono::seconds(2);  // unless the output stands still
+
+// An auralizer, and when in the player's time it began.
+struct Playing {
+  std::unique_ptr<Auralizer> auralizer;
+  double begun_s = 0;
+};
+
+// Where a walk is at a keyframe's time is known beforehand; nobody knows where a listener turns.
+AuralizerOptions tracking_head(AuralizerOptions options, bool on_walk) {
+  options.tracks_head = !on_walk;
+  return options;
+}
+
+}  // namespace
+
+struct Player::State {
+  State(std::unique_ptr<Auralizer> from, const PlayerOptions& wanted, std::uint64_t frames)
+      : options(wanted),
+        current{std::move(from)},
+        channels(current.auralizer->channels()),
+        ring(wanted.record.empty() ? nullptr
+                                   : std::make_unique<SampleRing>(
+                                         kRecordFrames * static_cast<std::size_t>(channels))),
+        metered(kMeterFrames * static_cast<std::size_t>(channels)),
+        meter(channels, wanted.auralizer.output.speakers()),
+        callback(*current.auralizer, ring.get(), frames, &metered),
+        moved_to(wanted.pose) {
+    current.auralizer->stop_when(&stopping);
+    poses.publish(options.pose);
+    current.auralizer->face(options.pose);
+  }
+
+  // Makes what an auralizer wants now, for where the listener is, or will be on its walk. False for
+  // nothing.
+  bool make_wanted_keyframe(Playing& playing, const Listener& pose) const {
+    if (playing.auralizer == nullptr || !playing.auralizer->wants_keyframe()) return false;
+    const double time_s = playing.begun_s + playing.auralizer->next_keyframe_time_s();
+    playing.auralizer->make_keyframe(options.walk ? options.walk->at(time_s) : pose);
+    return true;
+  }
+
+  void run_sampler() {
+    name_thread("sampler");
+    while (running.load(std::memory_order_relaxed)) {
+      bool was_busy = false;
+      {
+        const std::lock_guard lock(exchange);
+        const Listener& pose = poses.latest();
+        was_busy = make_wanted_keyframe(current, pose);
+        was_busy = make_wanted_keyframe(outgoing, pose) || was_busy;
+      }
+      read_meter();  // however late the keyframes are
+      if (!was_busy) std::this_thread::sleep_for(kSamplerNap);
+    }
+  }
+
+  double played_s() const {
+    return static_cast<double>(callback.counters().frames) / kSampleRate_hz;
+  }
+
+  // Frees what has been faded from; false if the output stands still, so that it may still be
+  // mixed.
+  bool end_fade() {
+    const auto start = std::chrono::steady_clock::now();
+    while (!callback.has_faded() && !callback.counters().finished) {
+      if (std::chrono::steady_clock::now() - start > kMaxFade) return false;
+      std::this_thread::sleep_for(kFadeNap);
+    }
+    if (!callback.has_faded()) return false;
+    const std::lock_guard lock(exchange);
+    outgoing = {};
+    return true;
+  }
+
+  // The meter is this thread's, since it may take its time here.
+  void read_meter() {
+    std::array<float, 4800> samples;
+    while (const std::size_t count = metered.read(samples)) {
+      meter.add(std::span(samples).first(count));
+      momentary_lufs.store(meter.momentary_lufs(), std::memory_order_relaxed);
+      short_term_lufs.store(meter.short_term_lufs(), std::memory_order_relaxed);
+    }
+  }
+
+  void drain() {
+    std::array<float, 4800> samples;  // whole frames of 2, 6, 8, 12 or 16 channels
+    while (const std::size_t count = ring->read(samples))
+      if (recorded.ok()) recorded = wav->write(std::span(samples).first(count));
+  }
+
+  void run_writer() {
+    name_thread("recording");
+    while (running.load(std::memory_order_relaxed)) {
+      drain();
+      std::this_thread::sleep_for(kWriterNap);
+    }
+  }
+
+  const PlayerOptions options;
+  // The sampler holds it while it makes a keyframe, the caller while one takes the other's place.
+  std::mutex exchange;
+  Playing current, outgoing;  // outgoing: while it fades out
+  const int channels;
+  const std::unique_ptr<SampleRing> ring;
+  SampleRing metered;
+  LoudnessMeter meter;
+  AudioCallback callback;
+  LatestValue<Listener> poses;
+  Listener moved_to;  // the caller's: the last of them
+  std::optional<WavWriter> wav;
+  Result<void> recorded;  // the writer thread's until it has ended
+  std::atomic<double> momentary_lufs{-std::numeric_limits<double>::infinity()};
+  std::atomic<double> short_term_lufs{-std::numeric_limits<double>::infinity()};
+  ThreadCpuMeter shares;
+  std::atomic<bool> running{false}, stopping{false};
+  std::thread sampler, writer;
+  std::unique_ptr<SupervisedOutput> output;  // last: its threads use all the others
+};
+
+Player::Player(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+Player::~Player() {
+  if (!stop().ok()) return;  // the recording is not completed; whoever minds calls stop() first
+}
+
+Result<std::unique_ptr<Player>> Player::create(std::shared_ptr<const BakeFile> file,
+                                               const PlayerOptions& options) {
+  return create(Auralizer::create(std::move(file),
+                                  tracking_head(options.auralizer, options.walk.has_value())),
+                options);
+}
+
+Result<std::unique_ptr<Player>> Player::create(AuralizerInput input, const PlayerOptions& options) {
+  return create(Auralizer::create(std::move(input),
+                                  tracking_head(options.auralizer, options.walk.has_value())),
+                options);
+}
+
+Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>> auralizer,
+                                               const PlayerOptions& options) {
+  if (!auralizer.ok()) return auralizer.error();
+  const auto frames = static_cast<std::uint64_t>(std::llround(options.seconds * kSampleRate_hz));
+  auto state = std::make_unique<State>(std::move(*auralizer), options, frames);
+  if (!options.record.empty()) {
+    auto wav =
+        WavWriter::create(options.record, state->channels, kSampleRate_hz, options.record_format,
+                          options.auralizer.output.speakers(), Appearance::kAtOnce);
+    if (!wav.ok()) return wav.error();
+    state->wav = std::move(*wav);
+  }
+  const OutputCallback callback{
+      [](void* context, float* output, std::uint32_t block_frames, bool) noexcept {
+        auto& audio = *static_cast<AudioCallback*>(context);
+        audio.fill({output, block_frames * audio.channels()});
+      },
+      &state->callback};
+  const OutputRequest request{options.device, state->channels, options.block_frames,
+                              options.device_rate_hz, options.buffer_may_grow};
+  auto output =
+      SupervisedOutput::open(options.driver ? options.driver : sound_devices(), request, callback);
+  if (!output.ok()) return output.error();
+  state->output = std::move(*output);
+  return std::unique_ptr<Player>(new Player(std::move(state)));
+}
+
+Result<void> Player::start() {
+  prefault_code();
+  while (state_->make_wanted_keyframe(
+      state_->current, state_->moved_to)) {  // so that the first block has what it needs
+  }
+  state_->shares = ThreadCpuMeter();
+  state_->running = true;
+  state_->sampler = std::thread([this] { state_->run_sampler(); });
+  if (state_->ring) state_->writer = std::thread([this] { state_->run_writer(); });
+  state_->output->start();
+  return {};
+}
+
+std::vector<ThreadCpuUsage> Player::thread_shares() const { return state_->shares.now(); }
+
+void Player::move(const Listener& pose) {
+  state_->moved_to = pose;
+  state_->poses.publish(pose);
+  state_->current.auralizer->face(pose);
+}
+
+Result<void> Player::replace(std::shared_ptr<const BakeFile> file,
+                             const AuralizerOptions& options) {
+  State& state = *state_;
+  if (!state.end_fade())
+    return Error("the sound output stands still, so another bake cannot be faded in. Try again.");
+  auto next =
+      Auralizer::create(std::move(file), tracking_head(options, state.options.walk.has_value()));
+  if (!next.ok()) return next.error();
+  assert((*next)->channels() == state.channels);
+  Playing incoming{std::move(*next), state.played_s()};
+  incoming.auralizer->face(state.moved_to);
+  incoming.auralizer->stop_when(&state.stopping);
+  while (state.make_wanted_keyframe(incoming, state.moved_to)) {
+  }
+  {
+    const std::lock_guard lock(state.exchange);
+    state.outgoing = std::exchange(state.current, std::move(incoming));
+  }
+  state.callback.fade_to(*state.current.auralizer);
+  (void)state.end_fade();  // where the output stands still, the next call frees what was faded from
+  return {};
+}
+
+MovingSources* Player::moving() { return state_->current.auralizer->moving(); }
+
+bool Player::finished() const { return state_->callback.counters().finished; }
+
+PlayerStatistics Player::statistics() {
+  const auto counters = state_->callback.counters();
+  PlayerStatistics statistics;
+  statistics.auralizer = state_->current.auralizer->statistics();
+  statistics.output = state_->output->statistics();
+  statistics.time_s = static_cast<double>(counters.frames) / kSampleRate_hz;
+  statistics.dropped_samples = state_->ring ? state_->ring->dropped() : 0;
+  statistics.momentary_lufs = state_->momentary_lufs.load(std::memory_order_relaxed);
+  statistics.short_term_lufs = state_->short_term_lufs.load(std::memory_order_relaxed);
+  return statistics;
+}
+
+Result<void> Player::stop() {
+  state_->output->stop();
+  state_->running = false;
+  state_->stopping = true;
+  if (state_->sampler.joinable()) state_->sampler.join();
+  if (state_->writer.joinable()) state_->writer.join();
+  if (!state_->wav) return {};
+  state_->drain();
+  const auto finished = state_->recorded.ok() ? state_->wav->finish() : state_->recorded;
+  state_->wav.reset();
+  return finished;
+}
+
+}  // namespace clamor

@@ -1,0 +1,53 @@
+// source_weight.h: what a source counts for at a place: the w_i of sampler.h.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "common/bands.h"
+#include "common/vec.h"
+#include "formats/bake_file/source.h"
+#include "runtime/propagation/radiation_model.h"
+#include "runtime/propagation/reception.h"
+#include "runtime/propagation/signal_weights.h"
+
+namespace clamor {
+
+// Band by band.
+inline Bands weighed(const Bands& weights, Bands intensity) {
+  for (std::size_t b = 0; b < kBandCount; ++b) intensity[b] *= weights[b];
+  return intensity;
+}
+inline double weighted_sum(const Bands& weights, const Bands& intensity) {
+  double sum = 0;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    sum += static_cast<double>(weights[b]) * intensity[b];
+  return sum;
+}
+
+// What receivers at `place` make of a source's intensity there.
+inline Bands apply_reception(const Reception& reception, const Source& source, const Vec3& place,
+                             const Bands& intensity) {
+  if (reception.is_omnidirectional()) return intensity;
+  return weighed(reception.share(Vec3f(Vec3(source.position_m) - place)), intensity);
+}
+
+// Of a source, given what its signal counts for in each band.
+double weight(const RadiationModel& field, const Bands& of_signal, const Source& source,
+              const Vec3& place, const Reception& reception = Reception());
+
+// What a signal counts for that is heard at a time from a source so many metres away.
+inline LoudnessTrack::Moment weights_at_distance(const RadiationModel& field,
+                                                 const SignalWeights& weights, std::uint32_t signal,
+                                                 const Source& source, double way_m,
+                                                 double time_s) {
+  if (weights.steady()) return {weights.by_signal[signal], 1};
+  return weights.tracks[signal].at(time_s - field.delay_s(source, way_m));
+}
+
+// The same, heard at a place.
+LoudnessTrack::Moment weights_at_place(const RadiationModel& field, const SignalWeights& weights,
+                                       std::uint32_t signal, const Source& source,
+                                       const Vec3& place, double time_s);
+
+}  // namespace clamor

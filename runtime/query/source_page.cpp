@@ -1,0 +1,45 @@
+#include "runtime/query/source_page.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "runtime/propagation/received_intensity.h"
+
+namespace clamor {
+
+CullSource cull_source(const RadiationModel& field, const Bands& weight, const Source& source) {
+  const RadiationModel::Ceiling ceiling = field.ceiling(source, weight);
+  const double over_u = 1.00001 * (1 + static_cast<double>(field.late_boost().at(source.delay_s))) /
+                        std::max(source.u, kMinU);
+  return {source.position_m,
+          source.normal,
+          source.mirror,
+          static_cast<float>(source_radius_m(source)),
+          static_cast<float>(ceiling.diffuse * over_u),
+          static_cast<float>(ceiling.bounce * over_u),
+          ceiling.slope,
+          static_cast<float>(ceiling.lobe * over_u),
+          ceiling.fall,
+          source.is_emitter,
+          source.delay_s,
+          source.emitter,
+          ceiling.mix};
+}
+
+SourcePage::SourcePage(const RadiationModel& field, std::span<const Bands> weights,
+                       std::vector<Source> sources)
+    : sources_(std::move(sources)) {
+  std::vector<CullSource> some;
+  some.reserve(kCullerSources);
+  cullers_.reserve((size() + kCullerSources - 1) / kCullerSources);
+  for (std::size_t first = 0; first < size(); first += kCullerSources) {
+    some.clear();
+    for (std::size_t i = first; i < std::min(first + kCullerSources, size()); ++i)
+      some.push_back(cull_source(field, weights[field.signal(sources_[i])], sources_[i]));
+    cullers_.emplace_back(some);
+  }
+  bytes_ = sizeof(SourcePage) + size() * sizeof(Source);
+  for (const SourceCuller& sieve : cullers_) bytes_ += sieve.bytes();
+}
+
+}  // namespace clamor

@@ -1,0 +1,44 @@
+// work_budget.h: bounds what a keyframe's look-ups may cost, by counting and never by time.
+//
+// A unit is about 10 ns of one core. Whoever looks sources up spends units as it goes and gives up
+// once the budget is exhausted; because work is counted, the same walk gives the same samples on
+// any machine, however busy. A stop flag exhausts every budget, so that ending a program never
+// waits for a long look-up.
+//
+// Threads: the sampler's alone; the stop flag may be set by any thread.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <limits>
+
+namespace clamor {
+
+class WorkBudget {
+ public:
+  static constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
+
+  // Costs in units, measured on octrees of 10^5 to 10^7 sources.
+  static constexpr std::uint64_t kNode = 50;         // a page of the octree that is visited
+  static constexpr std::uint64_t kPlannedNode = 4;   // a node of a plan that is checked
+  static constexpr std::uint64_t kStepOfPlan = 20;   // a node that is added to a plan
+  static constexpr std::uint64_t kInstance = 2;      // a copy that is checked, but not walked
+  static constexpr std::uint64_t kFound = 12;        // a source that is found, and then weighed
+  static constexpr std::uint64_t kCulledSource = 2;  // a source of a page whose shortlist is made
+  static constexpr std::uint64_t kKeptSource = 6;    // a source that such a list keeps
+  static constexpr std::uint64_t kMovingPer16 = 1;   // 16 moving sources that are checked
+
+  void limit(std::uint64_t units) { limit_ = units == kUnlimited ? units : spent_ + units; }
+  void stop_when(const std::atomic<bool>* stop) { stop_ = stop; }
+
+  void spend(std::uint64_t units) { spent_ += units; }
+  std::uint64_t spent() const { return spent_; }
+  bool is_stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed); }
+  bool is_exhausted() const { return spent_ > limit_ || is_stopped(); }
+
+ private:
+  std::uint64_t spent_ = 0, limit_ = kUnlimited;
+  const std::atomic<bool>* stop_ = nullptr;
+};
+
+}  // namespace clamor

@@ -1,0 +1,269 @@
+#include "runtime/streaming/page_loader.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <tuple>
+
+#include "runtime/realtime/thread_cpu_usage.h"
+
+namespace clamor {
+
+namespace {
+
+// So many pages are on their way from the disk while one is decoded.
+constexpr std::size_t kAnnounced = 8;
+
+}  // namespace
+
+// What the sampler and the loader threads share; all under the mutex.
+struct PageLoader::Shared {
+  struct Arrival {
+    std::uint64_t page = 0;  // offset
+    double urgency = 0;
+    Content content;
+  };
+
+  std::mutex mutex;
+  std::condition_variable work, arrival;
+  bool closing = false;
+  std::vector<WantedPage> queue;         // the most urgent last
+  std::vector<std::uint64_t> under_way;  // being fetched: offsets
+  std::vector<Arrival> arrived;
+  PageStatistics statistics;
+  std::vector<std::thread> threads;
+
+  bool is_on_its_way(std::uint64_t page) const {
+    return std::find(under_way.begin(), under_way.end(), page) != under_way.end() ||
+           std::any_of(arrived.begin(), arrived.end(),
+                       [page](const Arrival& a) { return a.page == page; });
+  }
+
+  void run(const Fetch& fetch, const Announce& announce) {
+    std::vector<PageEntry> soon;
+    std::unique_lock lock(mutex);
+    for (;;) {
+      work.wait(lock, [this] { return closing || !queue.empty(); });
+      if (closing) return;
+      const WantedPage wanted = queue.back();
+      const std::uint64_t page = wanted.entry.page.offset;
+      queue.pop_back();
+      under_way.push_back(page);
+      soon.clear();
+      if (announce)
+        for (std::size_t i = 0; i < std::min(kAnnounced, queue.size()); ++i)
+          soon.push_back(queue[queue.size() - 1 - i].entry);
+      lock.unlock();
+      for (const PageEntry& entry : soon) announce(entry);
+      auto content = fetch(wanted.entry);
+      lock.lock();
+      std::erase(under_way, page);
+      arrived.push_back({page, wanted.urgency, std::move(content)});
+      arrival.notify_all();
+    }
+  }
+};
+
+PageLoader::PageLoader(Fetch fetch, const PageBudget& budget, int threads, Announce announce)
+    : fetch_(std::move(fetch)),
+      announce_(std::move(announce)),
+      budget_(budget),
+      shared_(std::make_unique<Shared>()) {
+  for (int i = 0; i < threads; ++i)
+    shared_->threads.emplace_back([this] {
+      name_thread("page loader");
+      shared_->run(fetch_, announce_);
+    });
+}
+
+PageLoader::~PageLoader() {
+  {
+    const std::lock_guard lock(shared_->mutex);
+    shared_->closing = true;
+  }
+  shared_->work.notify_all();
+  for (std::thread& thread : shared_->threads) thread.join();
+}
+
+void PageLoader::take(std::uint64_t offset, double urgency, Content content) {
+  PageStatistics& statistics = shared_->statistics;
+  Place& slot = slots_[offset];
+  if (!content.ok()) {
+    ++statistics.failed;
+    if (statistics.failure.empty()) statistics.failure = content.error().message;
+    return;
+  }
+  const std::uint64_t bytes = (*content)->bytes();
+  bytes_ += bytes;
+  most_page_bytes_ = std::max(most_page_bytes_, bytes);
+  slot.page = std::move(*content);
+  slot.bytes = bytes;
+  slot.last_use = sample_ - 1;  // so that it is not dropped before it was looked at
+  slot.urgency = urgency;
+  ++here_;
+  ++statistics.loaded;
+}
+
+void PageLoader::count_what_is_here() {
+  shared_->statistics.resident = here_;
+  shared_->statistics.bytes = bytes_;
+}
+
+// A forged file may say of one page that it is two, of different sources.
+bool PageLoader::Place::is_of(const PageEntry& entry) const {
+  return page != nullptr && page->sources.size() == entry.source_count;
+}
+
+bool PageLoader::load_now(const PageEntry& entry) {
+  if (is_here(entry) || has_failed(entry)) return is_here(entry);
+  auto content = fetch_(entry);
+  const std::lock_guard lock(shared_->mutex);
+  ++shared_->statistics.asked;
+  take(entry.page.offset, 0, std::move(content));
+  slots_[entry.page.offset].stays = true;
+  count_what_is_here();
+  return is_here(entry);
+}
+
+const ResidentPage* PageLoader::find(const PageEntry& entry) const {
+  const auto slot = slots_.find(entry.page.offset);
+  return slot == slots_.end() || !slot->second.is_of(entry) ? nullptr : slot->second.page.get();
+}
+
+bool PageLoader::has_failed(const PageEntry& entry) const {
+  const auto slot = slots_.find(entry.page.offset);
+  return slot != slots_.end() && !slot->second.is_of(entry);
+}
+
+bool PageLoader::begin_sample() {
+  const std::lock_guard lock(shared_->mutex);
+  PageStatistics& statistics = shared_->statistics;
+  ++sample_;
+  std::copy(used_bytes_.begin() + 1, used_bytes_.end(), used_bytes_.begin());
+  used_bytes_.back() = 0;
+  const bool changed = !shared_->arrived.empty();
+  arrived_.clear();
+  for (auto& [page, urgency, content] : shared_->arrived) {
+    arrived_.push_back(page);
+    take(page, urgency, std::move(content));
+  }
+  std::sort(arrived_.begin(), arrived_.end());
+  shared_->arrived.clear();
+  const std::size_t before = here_;
+  if (bytes_ > budget_.bytes) drop_too_much();
+  has_dropped_ = here_ != before;
+  statistics.dropped += before - here_;
+  count_what_is_here();
+  statistics.late = late_;
+  return changed || before != here_;
+}
+
+// By last use, then by urgency. Children are at most as urgent as their parents and come before
+// them in the file, so of pages used alike they go first.
+void PageLoader::drop_too_much() {
+  std::vector<std::tuple<std::uint32_t, double, std::uint64_t>> order;  // and offset
+  for (const auto& [offset, slot] : slots_)
+    if (slot.page != nullptr && !slot.stays && (budget_.strict || slot.last_use + 1 < sample_))
+      order.emplace_back(slot.last_use, slot.urgency, offset);
+  // A heap, as few of many go.
+  const std::greater<> last_goes_first;
+  std::make_heap(order.begin(), order.end(), last_goes_first);
+  while (bytes_ > budget_.bytes && !order.empty()) {
+    std::pop_heap(order.begin(), order.end(), last_goes_first);
+    const auto slot = slots_.find(std::get<std::uint64_t>(order.back()));
+    order.pop_back();
+    bytes_ -= slot->second.bytes;
+    slots_.erase(slot);
+    --here_;
+  }
+}
+
+const ResidentPage* PageLoader::use(const PageEntry& entry, double urgency) {
+  const auto found = slots_.find(entry.page.offset);
+  if (found == slots_.end()) {
+    ++late_;
+    return nullptr;
+  }
+  if (!found->second.is_of(entry)) return nullptr;
+  use(found->second, urgency);
+  return found->second.page.get();
+}
+
+void PageLoader::use(Place& place, double urgency, std::uint32_t ahead) {
+  if (place.page != nullptr && place.last_use < sample_ + ahead) {
+    if (place.last_use < sample_) place.urgency = 0;
+    const std::uint32_t first = std::max(place.last_use + 1, sample_);
+    for (std::uint32_t s = first; s <= sample_ + ahead; ++s)
+      used_bytes_[s - sample_] += place.bytes;
+    place.last_use = sample_ + ahead;
+  }
+  place.urgency = std::max(place.urgency, urgency);
+}
+
+PageLoader::Place* PageLoader::place_of(const PageEntry& entry) {
+  const auto slot = slots_.find(entry.page.offset);
+  return slot == slots_.end() || !slot->second.is_of(entry) ? nullptr : &slot->second;
+}
+
+std::size_t PageLoader::how_many_fit(std::span<const WantedPage> most_urgent_first) const {
+  if (most_page_bytes_ == 0) return most_urgent_first.size();
+  const std::uint64_t room = budget_.bytes > used_bytes_[0] ? budget_.bytes - used_bytes_[0] : 0;
+  std::size_t fit = room / most_page_bytes_;
+  if (fit >= most_urgent_first.size()) return most_urgent_first.size();
+  std::vector<double> used;  // urgencies of pages that may make room
+  for (const auto& [offset, slot] : slots_)
+    if (slot.page != nullptr && !slot.stays && slot.last_use >= sample_)
+      used.push_back(slot.urgency);
+  std::sort(used.begin(), used.end());
+  for (const double urgency : used) {
+    if (fit == most_urgent_first.size() || 2 * urgency >= most_urgent_first[fit].urgency) break;
+    ++fit;
+  }
+  return fit;
+}
+
+void PageLoader::ask(std::vector<WantedPage> wanted) {
+  std::sort(wanted.begin(), wanted.end(), [](const WantedPage& a, const WantedPage& b) {
+    if (a.needed != b.needed) return a.needed;
+    return a.urgency != b.urgency ? a.urgency > b.urgency
+                                  : a.entry.page.offset > b.entry.page.offset;
+  });
+  std::size_t fit = how_many_fit(wanted);
+  if (!budget_.strict)
+    fit =
+        std::max<std::size_t>(fit, std::count_if(wanted.begin(), wanted.end(),
+                                                 [](const WantedPage& one) { return one.needed; }));
+  if (wanted.size() > fit) wanted.resize(fit);
+  std::reverse(wanted.begin(), wanted.end());
+  const std::lock_guard lock(shared_->mutex);
+  std::erase_if(wanted, [this](const WantedPage& one) {
+    return shared_->is_on_its_way(one.entry.page.offset);
+  });
+  for (const WantedPage& one : wanted)
+    shared_->statistics.asked +=
+        std::none_of(shared_->queue.begin(), shared_->queue.end(), [&](const WantedPage& before) {
+          return before.entry.page.offset == one.entry.page.offset;
+        });
+  shared_->queue = std::move(wanted);
+  if (!shared_->queue.empty()) shared_->work.notify_all();
+}
+
+bool PageLoader::wait() {
+  std::unique_lock lock(shared_->mutex);
+  const auto nothing = [this] {
+    return shared_->queue.empty() && shared_->under_way.empty() && shared_->arrived.empty();
+  };
+  if (nothing()) return false;
+  shared_->arrival.wait(lock,
+                        [this] { return shared_->queue.empty() && shared_->under_way.empty(); });
+  return true;
+}
+
+PageStatistics PageLoader::statistics() const {
+  const std::lock_guard lock(shared_->mutex);
+  return shared_->statistics;
+}
+
+}  // namespace clamor

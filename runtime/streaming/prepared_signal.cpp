@@ -1,0 +1,224 @@
+#include "runtime/streaming/prepared_signal.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "common/crossover.h"
+#include "formats/bake_file/signal_envelope.h"
+#include "runtime/voices/octave_filter_bank.h"
+
+namespace clamor {
+
+namespace {
+
+// A spline's prefilter is forgotten in so many samples: 0.268^64 is beyond doubles.
+constexpr int kSplineTail = 64;
+
+// How far beyond a piece its window reaches.
+constexpr int kFramesBefore = kPartingTailFrames + kLowRate * kSplineTail;
+constexpr int kFramesAfter = kPartingTailFrames + kBankTailFrames + kLowRate * kSplineTail;
+static_assert(kFramesBefore % kLowRate == 0 && kPieceFrames % kLowRate == 0);
+
+// Samples to half the coefficients of the cubic B-spline through them: 3 / (z + 4 + 1 / z), its
+// stable half forwards and the other backwards.
+void to_spline(std::vector<double>& samples, bool loop) {
+  const double pole = std::sqrt(3.0) - 2;
+  const std::size_t tail = loop ? std::size_t{kSplineTail} : 0;
+  filter_samples({Biquad{1, 0, 0, -pole, 0}}, samples, false, tail);
+  filter_samples({Biquad{-3 * pole, 0, 0, -pole, 0}}, samples, true, tail);
+}
+
+// `samples` from -guard to size + guard: silence there, or what a loop plays. A loop may come round
+// only after several of its lengths; `size` is of one.
+void write_guarded(const std::vector<double>& samples, std::size_t size, std::size_t guard,
+                   bool loop, float* to) {
+  const auto period = static_cast<std::int64_t>(samples.size());
+  for (std::size_t i = 0; i < size + 2 * guard && period > 0; ++i) {
+    const std::int64_t at = static_cast<std::int64_t>(i) - static_cast<std::int64_t>(guard);
+    if (loop)
+      to[i] =
+          static_cast<float>(samples[static_cast<std::size_t>((at % period + period) % period)]);
+    else if (at >= 0 && at < period)
+      to[i] = static_cast<float>(samples[static_cast<std::size_t>(at)]);
+  }
+}
+
+}  // namespace
+
+PreparedSignal::PreparedSignal(std::uint64_t frames, bool loop, const MixMode& mode,
+                               const Bands& mean_square)
+    : mode_(mode), frames_(frames), mean_square_(mean_square) {
+  auto high_frames = static_cast<std::int64_t>(frames);
+  if (loop && frames > 0) {
+    const std::int64_t once = high_frames;
+    high_frames *= std::max<std::int64_t>(1, (kReach + once - 1) / once);
+    loop_frames_ = high_frames;
+  } else {  // filters, and a spline, reach beyond the samples on both sides
+    front_frames_ = mode.two_layers() ? kBankTailFrames : kSplineTail;
+    if (frames > 0)
+      high_frames += front_frames_ + (mode.two_layers() ? kPartingTailFrames : kSplineTail);
+  }
+  end_frames_ = high_frames - front_frames_ + 2;
+  buffer_frames_ = high_frames + 2 * kGuardFrames;
+  if (frames > kMaxWholeSignal_frames)
+    pieces_ = (static_cast<std::size_t>(buffer_frames_) + kPieceFrames - 1) / kPieceFrames;
+  high_bytes_ = SoundMemory::whole_pages(static_cast<std::size_t>(buffer_frames_) * sizeof(float));
+  if (mode.two_layers())
+    low_bytes_ = SoundMemory::whole_pages(
+        static_cast<std::size_t>((buffer_frames_ + kLowRate - 1) / kLowRate) * sizeof(float));
+  here_ = std::make_unique<std::atomic<bool>[]>(pieces_);
+}
+
+PreparedSignal::PreparedSignal(const Signal& signal, const MixMode& mode)
+    : PreparedSignal(signal.samples.size(), signal.loop, mode) {
+  here_ = nullptr;
+  use_memory(std::make_shared<SoundMemory>(memory_bytes()), 0);
+  const auto frames = static_cast<std::int64_t>(signal.samples.size());
+  for (std::size_t piece = 0; piece < pieces_; ++piece) {
+    bring(piece);
+    const Window wanted = window(piece);
+    std::vector<double> samples(wanted.frames);
+    for (std::size_t i = 0; i < wanted.frames; ++i) {
+      std::int64_t at = wanted.first + static_cast<std::int64_t>(i);
+      if (loops()) at = (at % frames + frames) % frames;
+      if (at >= 0 && at < frames) samples[i] = signal.samples[static_cast<std::size_t>(at)];
+    }
+    make(piece, std::move(samples));
+  }
+  if (pieces_ > 1) mean_square_ = SignalEnvelope(signal).mean_square();
+  bad_samples_ = static_cast<std::uint64_t>(
+      std::count_if(signal.samples.begin(), signal.samples.end(),
+                    [](float sample) { return !std::isfinite(sample); }));
+}
+
+void PreparedSignal::use_memory(std::shared_ptr<SoundMemory> memory, std::size_t offset) {
+  assert(offset + memory_bytes() <= memory->bytes());
+  memory_ = std::move(memory);
+  offset_ = offset;
+  auto* const high = reinterpret_cast<float*>(memory_->data() + offset);
+  high_ = high + buffer_front();
+  low_ = high_;
+  if (mode_.two_layers()) low_ = high + high_bytes_ / sizeof(float) + buffer_front() / kLowRate;
+}
+
+std::array<PreparedSignal::Stretch, 2> PreparedSignal::stretches(std::size_t piece) const {
+  if (pieces_ == 1) return {Stretch{0, high_bytes_}, Stretch{high_bytes_, low_bytes_}};
+  const auto of = [&](std::size_t first, std::size_t whole, std::size_t each) {
+    const std::size_t at = piece * each;
+    return at < whole ? Stretch{first + at, std::min(each, whole - at)} : Stretch{};
+  };
+  constexpr std::size_t kBytes = kPieceFrames * sizeof(float);
+  return {of(0, high_bytes_, kBytes), of(high_bytes_, low_bytes_, kBytes / kLowRate)};
+}
+
+std::size_t PreparedSignal::piece_bytes(std::size_t piece) const {
+  const auto both = stretches(piece);
+  return both[0].bytes + both[1].bytes;
+}
+
+bool PreparedSignal::bring(std::size_t piece) {
+  bool locked = true;
+  for (const Stretch& stretch : stretches(piece))
+    if (stretch.bytes > 0)
+      locked = memory_->bring(offset_ + stretch.first, stretch.bytes) && locked;
+  return locked;
+}
+
+void PreparedSignal::decommit(std::size_t piece) {
+  for (const Stretch& stretch : stretches(piece))
+    if (stretch.bytes > 0) memory_->decommit(offset_ + stretch.first, stretch.bytes);
+}
+
+PreparedSignal::Window PreparedSignal::window(std::size_t piece) const {
+  if (pieces_ == 1) return {0, static_cast<std::size_t>(frames_)};
+  const std::size_t first = piece * kPieceFrames;
+  const std::size_t frames =
+      std::min(kPieceFrames, static_cast<std::size_t>(buffer_frames_) - first);
+  return {static_cast<std::int64_t>(first) - buffer_front() - kFramesBefore,
+          frames + kFramesBefore + kFramesAfter};
+}
+
+void PreparedSignal::make(std::size_t piece, std::vector<double> samples) {
+  assert(samples.size() == window(piece).frames);
+  for (double& sample : samples)
+    if (!std::isfinite(sample)) sample = 0;
+  if (pieces_ == 1)
+    make_whole(std::move(samples));
+  else
+    make_part(piece, std::move(samples));
+}
+
+void PreparedSignal::make_whole(std::vector<double> samples) {
+  const bool loop = loops();
+  const std::size_t once = samples.size();
+  while (loop && samples.size() < static_cast<std::size_t>(loop_frames_))
+    samples.insert(samples.end(), samples.end() - static_cast<std::ptrdiff_t>(once), samples.end());
+  OctaveFilterBank::Layers layers;
+  if (mode_.two_layers() || here_ == nullptr) {
+    const bool knows_power = here_ != nullptr;
+    layers = OctaveFilterBank::part(samples, loop, !mode_.head, !knows_power);
+    if (!knows_power) mean_square_ = layers.mean_square;
+  }
+  if (!mode_.two_layers()) {
+    layers.low.clear();
+    layers.high = std::move(samples);
+    if (!loop && once > 0) {
+      layers.high.insert(layers.high.begin(), kSplineTail, 0.0);
+      layers.high.resize(layers.high.size() + kSplineTail);
+    }
+  }
+  if (mode_.interpolation == Interpolation::kCubic) to_spline(layers.high, loop);
+  to_spline(layers.low, loop);
+
+  write_guarded(layers.high, layers.high.size(), kGuardFrames, loop, high_ - buffer_front());
+  const std::size_t low_size =
+      loop ? (layers.high.size() + kLowRate - 1) / kLowRate : layers.low.size();
+  if (mode_.two_layers())
+    write_guarded(layers.low, low_size, kGuardFrames / kLowRate, loop,
+                  low_ - buffer_front() / kLowRate);
+}
+
+void PreparedSignal::make_part(std::size_t piece, std::vector<double> window) {
+  OctaveFilterBank::Layers layers;
+  if (mode_.two_layers())
+    layers = OctaveFilterBank::part_window(std::move(window), !mode_.head);
+  else
+    layers.high = std::move(window);
+  if (mode_.interpolation == Interpolation::kCubic) to_spline(layers.high, false);
+  to_spline(layers.low, false);
+
+  const auto write = [&](const std::vector<double>& layer, float* buffer, int rate) {
+    const std::size_t first = piece * kPieceFrames;
+    const std::size_t end =
+        std::min(first + kPieceFrames, static_cast<std::size_t>(buffer_frames_));
+    const auto step = static_cast<std::size_t>(rate);
+    const std::size_t behind = kFramesBefore / step;
+    for (std::size_t i = first / step; i < (end + step - 1) / step; ++i)
+      buffer[i] = static_cast<float>(layer[behind + i - first / step]);
+  };
+  write(layers.high, high_ - buffer_front(), 1);
+  if (mode_.two_layers()) write(layers.low, low_ - buffer_front() / kLowRate, kLowRate);
+}
+
+std::int64_t PreparedSignal::near(std::int64_t frame) const noexcept REALTIME {
+  // Three hours: no voice is held for so long.
+  constexpr std::int64_t kFar = std::int64_t{1} << 29;
+  if (loop_frames_ > 0) return frame % loop_frames_;
+  return std::clamp(frame, -kFar, end_frames_ + kFar);
+}
+
+const float* PreparedSignal::silence() noexcept REALTIME {
+  static constexpr std::array<float, 2 * kGuardFrames> kSilence{};
+  return kSilence.data() + kGuardFrames / 4;
+}
+
+std::vector<PreparedSignal> prepare_signals(std::span<const Signal> signals, const MixMode& mode) {
+  std::vector<PreparedSignal> prepared;
+  prepared.reserve(signals.size());
+  for (const Signal& signal : signals) prepared.emplace_back(signal, mode);
+  return prepared;
+}
+
+}  // namespace clamor

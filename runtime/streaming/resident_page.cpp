@@ -1,0 +1,55 @@
+#include "runtime/streaming/resident_page.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace clamor {
+
+namespace {
+
+std::vector<ResidentInstance> copies_of(const PageEntry& entry, const PageLinks& links,
+                                        std::span<const PageEntry> trees) {
+  std::uint64_t first = entry.source_count;
+  for (const PageEntry& child : links.children) first += child.sources_below;
+  std::vector<ResidentInstance> copies;
+  copies.reserve(links.instances.size());
+  for (std::uint32_t i = 0; i < links.instances.size(); ++i) {
+    const Instance& instance = links.instances[i];
+    const PageEntry& tree = trees[instance.tree];
+    ResidentInstance copy;
+    copy.placement = Placement{}.then(instance);
+    copy.key = copy.placement.power * total_power(tree) / instance.number;
+    copy.first = first;
+    copy.instance = i;
+    first += tree.sources_below;
+    copies.push_back(copy);
+  }
+  std::stable_sort(
+      copies.begin(), copies.end(),
+      [](const ResidentInstance& a, const ResidentInstance& b) { return a.key > b.key; });
+  return copies;
+}
+
+}  // namespace
+
+ResidentPage::ResidentPage(const PageEntry& entry, SourcePage of_node, PageLinks further,
+                           std::span<const PageEntry> trees)
+    : sources(std::move(of_node)),
+      links(std::move(further)),
+      copies(copies_of(entry, links, trees)) {
+  double highest = sources.size() > 0 ? octree_key(sources[0]) : -1;
+  for (std::size_t c = 0; c < links.children.size(); ++c)
+    if (links.children[c].highest_key > highest) {
+      highest = links.children[c].highest_key;
+      leader = Leader::kChild;
+      leading_child = c;
+    }
+  if (!copies.empty() && copies[0].key > highest) leader = Leader::kCopy;
+}
+
+std::size_t ResidentPage::bytes() const {
+  return sources.bytes() + sizeof(ResidentPage) + links.children.size() * sizeof(PageEntry) +
+         links.instances.size() * sizeof(Instance) + copies.size() * sizeof(ResidentInstance);
+}
+
+}  // namespace clamor

@@ -1,0 +1,214 @@
+#include "runtime/streaming/sound_loader.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <limits>
+#include <mutex>
+#include <numeric>
+#include <thread>
+#include <utility>
+
+namespace clamor {
+
+namespace {
+
+constexpr auto kNap = std::chrono::milliseconds(20);
+constexpr std::uint64_t kMaxKeptBlocks = 4;
+
+std::uint64_t key_of(std::uint32_t signal, std::int32_t step) {
+  return std::uint64_t{signal} << 32 | static_cast<std::uint32_t>(step);
+}
+Reading reading_of(std::uint64_t key, float power) {
+  return {static_cast<std::uint32_t>(key >> 32),
+          static_cast<std::int32_t>(static_cast<std::uint32_t>(key)), power};
+}
+
+std::int32_t step_of(double delay_frames) {
+  return static_cast<std::int32_t>(std::floor(delay_frames / kDelayStep_frames));
+}
+
+// What each emitter plays, whoever hears it.
+std::vector<Reading> emitted_by(std::span<const Emitter> emitters) {
+  std::unordered_map<std::uint64_t, float> powers;
+  for (const Emitter& emitter : emitters)
+    powers[key_of(emitter.signal, step_of(emitter.delay_s * kSampleRate_hz))] +=
+        static_cast<float>(emitter.gain * emitter.gain);
+  std::vector<Reading> emitted;
+  for (const auto& [key, power] : powers) emitted.push_back(reading_of(key, power));
+  return emitted;
+}
+
+float power_of(const Voice& voice) {
+  float power = 0;
+  for (const Bands& ear : voice.gain)
+    for (const float gain : ear) power += gain * gain;
+  return power;
+}
+
+// How many decoded blocks may be kept, out of the budget.
+std::uint64_t blocks_kept(const std::vector<SignalDescription>& shapes, const SoundBudget& budget) {
+  const bool any_long = std::any_of(
+      shapes.begin(), shapes.end(),
+      [](const SignalDescription& shape) { return shape.frames > kMaxWholeSignal_frames; });
+  return any_long ? std::min(kMaxKeptBlocks, budget.bytes / 8 / SignalBlockCache::kBlockBytes) : 0;
+}
+
+}  // namespace
+
+// What the sampler and the loader threads share; all under the mutex but for what is said.
+struct SoundLoader::Shared {
+  Shared(std::span<PreparedSignal> signals, SignalBlockCache::Decode decode, std::uint64_t kept,
+         const SoundBudget& budget, const std::atomic<std::uint64_t>& passes)
+      : blocks(std::move(decode), static_cast<std::size_t>(kept)),
+        pieces(signals, {budget.bytes - kept * SignalBlockCache::kBlockBytes, budget.strict},
+               passes) {}
+
+  SignalBlockCache blocks;           // has a mutex of its own
+  std::atomic<bool> settled{false};  // all is here for good, or cannot be
+  std::mutex mutex;
+  std::condition_variable work, arrival;
+  bool closing = false;
+  SoundResidency pieces;
+  std::vector<Reading> read, emitted;
+  std::int64_t ahead_frames = 0;
+  std::vector<std::thread> threads;
+};
+
+std::uint64_t SoundLoader::bytes_of(const std::vector<SignalDescription>& shapes,
+                                    const MixMode& mode) {
+  std::uint64_t bytes = 0;
+  for (const SignalDescription& shape : shapes)
+    bytes += PreparedSignal(shape.frames, shape.loop, mode).memory_bytes();
+  return bytes;
+}
+
+SoundLoader::SoundLoader(const std::vector<SignalDescription>& shapes,
+                         std::span<const Emitter> emitters, const MixMode& mode,
+                         SignalBlockCache::Decode decode, const SoundBudget& budget,
+                         std::size_t keyframes, int threads)
+    : keyframes_(keyframes), budget_bytes_(budget.bytes) {
+  std::size_t bytes = 0;
+  continuation_.resize(shapes.size());
+  std::iota(continuation_.begin(), continuation_.end(), 0u);
+  for (std::uint32_t s = 0; s < shapes.size(); ++s)
+    if (shapes[s].onset < shapes.size()) continuation_[shapes[s].onset] = s;
+  for (const SignalDescription& shape : shapes) {
+    signals_.emplace_back(shape.frames, shape.loop, mode, shape.mean_square);
+    bytes += signals_.back().memory_bytes();
+  }
+  memory_ = std::make_shared<SoundMemory>(bytes);
+  bytes = 0;
+  for (PreparedSignal& signal : signals_) {
+    signal.use_memory(memory_, bytes);
+    bytes += signal.memory_bytes();
+  }
+  shared_ = std::make_unique<Shared>(signals_, std::move(decode), blocks_kept(shapes, budget),
+                                     budget, passes_);
+  shared_->emitted = emitted_by(emitters);
+  // The segment that is mixed, those that wait, and the one that is being made.
+  shared_->ahead_frames = static_cast<std::int64_t>(keyframes + 2) * kKeyframeFrames;
+  for (int i = 0; i < threads; ++i) shared_->threads.emplace_back([this] { run(); });
+}
+
+SoundLoader::~SoundLoader() {
+  {
+    const std::lock_guard lock(shared_->mutex);
+    shared_->closing = true;
+  }
+  shared_->work.notify_all();
+  for (std::thread& thread : shared_->threads) thread.join();
+}
+
+void SoundLoader::run() {
+  Shared& shared = *shared_;
+  std::unique_lock lock(shared.mutex);
+  while (!shared.closing) {
+    shared.pieces.give_back();
+    shared.pieces.look(shared.read, shared.emitted, clock_.load(std::memory_order_relaxed),
+                       shared.ahead_frames);
+    SoundResidency::Piece* const piece = shared.pieces.choose();
+    if (piece == nullptr) {
+      shared.settled = shared.pieces.all_settled();
+      shared.arrival.notify_all();
+      if (shared.settled)
+        shared.work.wait(lock);
+      else
+        shared.work.wait_for(lock, kNap);
+      continue;
+    }
+    lock.unlock();
+    PreparedSignal& signal = signals_[piece->signal];
+    const PreparedSignal::Window window = signal.window(piece->piece);
+    auto samples = shared.blocks.read(piece->signal, {signal.frames(), signal.loops()},
+                                      window.first, window.frames);
+    bool locked = false;
+    if (samples.ok()) {
+      locked = signal.bring(piece->piece);
+      signal.make(piece->piece, std::move(*samples));
+    }
+    lock.lock();
+    if (samples.ok())
+      shared.pieces.loaded(*piece, locked);
+    else
+      shared.pieces.failed(*piece, samples.error().message);
+    shared.arrival.notify_all();
+  }
+}
+
+void SoundLoader::play(std::span<const Voice> voices) {
+  ++played_;
+  if (shared_->settled.load(std::memory_order_relaxed)) return;
+  constexpr double kMaxSignal_frames = 1 << 30;  // as the mixer's
+  for (const Voice& voice : voices) {
+    double least = std::min(voice.delay_frames[0], voice.delay_frames[1]);
+    double most = std::max(voice.delay_frames[0], voice.delay_frames[1]);
+    if (voice.starts) {
+      least = std::min({least, voice.start_delay_frames[0], voice.start_delay_frames[1]});
+      most = std::max({most, voice.start_delay_frames[0], voice.start_delay_frames[1]});
+    }
+    if (!(least > -kMaxSignal_frames && most < kMaxSignal_frames)) continue;
+    const float power = power_of(voice);
+    const auto reads = [&](std::uint32_t signal) {
+      for (std::int32_t step = step_of(least); step <= step_of(most); ++step) {
+        Heard& heard = heard_[key_of(signal, step)];
+        heard.power = heard.keyframe == played_ ? heard.power + power : power;
+        heard.keyframe = played_;
+      }
+    };
+    reads(voice.signal);
+    if (const std::uint32_t loop = continuation_[voice.signal]; loop != voice.signal) reads(loop);
+  }
+  std::vector<Reading> read;
+  std::erase_if(heard_,
+                [this](const auto& one) { return one.second.keyframe + keyframes_ + 2 < played_; });
+  for (const auto& [key, heard] : heard_) read.push_back(reading_of(key, heard.power));
+  {
+    const std::lock_guard lock(shared_->mutex);
+    shared_->read = std::move(read);
+  }
+  shared_->work.notify_all();
+}
+
+bool SoundLoader::wait(double longest_s) {
+  Shared& shared = *shared_;
+  if (shared.settled.load(std::memory_order_relaxed)) return true;
+  std::unique_lock lock(shared.mutex);
+  const auto complete = [&] {
+    shared.pieces.look(shared.read, shared.emitted, clock_.load(std::memory_order_relaxed),
+                       shared.ahead_frames);
+    return !shared.pieces.lacks_needed_now();
+  };
+  if (longest_s < std::numeric_limits<double>::infinity())
+    return shared.arrival.wait_for(lock, std::chrono::duration<double>(longest_s), complete);
+  shared.arrival.wait(lock, complete);
+  return true;
+}
+
+SoundStatistics SoundLoader::statistics() const {
+  const std::lock_guard lock(shared_->mutex);
+  return shared_->pieces.statistics();
+}
+
+}  // namespace clamor

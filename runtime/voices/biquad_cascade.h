@@ -1,0 +1,32 @@
+// biquad_cascade.h: many cascades of biquads side by side, one per vector lane, in double
+// precision.
+//
+// Transposed direct form 2, frame by frame: the result does not depend on how calls divide time.
+// Highway is visible only in biquad_cascade.cpp.
+#pragma once
+
+#include "runtime/realtime/realtime.h"
+
+namespace clamor {
+
+template <int kLanesOfIt, int kSectionsOfIt>
+struct alignas(64) BiquadCascade {
+  static constexpr int kLanes = kLanesOfIt, kSections = kSectionsOfIt;
+  struct Section {
+    double b0[kLanes], b1[kLanes], b2[kLanes], a1[kLanes], a2[kLanes];
+  };
+  struct Memory {
+    double s1[kLanes], s2[kLanes];
+  };
+  Section section[kSections];
+  Memory memory[kSections];
+};
+
+using HighCascade = BiquadCascade<8, 12>;  // 3 bands of 2 ears, and 2 unused
+using LowCascade = BiquadCascade<16, 22>;  // 5 bands of 2 ears, and 6 unused
+
+// Filters lanes[frames][kLanes] in place; 64-byte aligned.
+void filter_lanes(HighCascade& cascade, double* lanes, int frames) noexcept REALTIME;
+void filter_lanes(LowCascade& cascade, double* lanes, int frames) noexcept REALTIME;
+
+}  // namespace clamor

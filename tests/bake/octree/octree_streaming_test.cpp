@@ -1,0 +1,237 @@
+#include "bake/octree/octree_streaming.h"
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+#include <unistd.h>
+
+#include "bake/octree/octree_builder.h"
+#include "tests/octree_reference.h"
+#include "tests/peak_memory.h"
+#include "tests/sanitized.h"
+#include "tests/source_lists.h"
+
+namespace clamor {
+namespace {
+
+// Keeps what it is given, and puts it together as one tree, breadth first.
+class CollectingSink : public OctreeSink {
+ public:
+  Result<std::size_t> add_subtree(SourceOctree&& subtree) override {
+    EXPECT_FALSE(subtree.nodes.empty());
+    ++subtrees;
+    const std::size_t first = pieces_.size();
+    for (const OctreeNode& node : subtree.nodes) {
+      Piece& piece = pieces_.emplace_back();
+      piece.node = node;
+      const auto* sources = subtree.sources.data() + node.first_source;
+      piece.sources.assign(sources, sources + node.source_count);
+      for (std::size_t o = 0; o < 8; ++o)
+        if (node.children[o] != kNoNode) piece.children[o] = first + node.children[o];
+    }
+    return first;
+  }
+
+  Result<std::size_t> add_node(const NodeSummary& node, std::span<const Source> sources,
+                               const std::array<std::optional<std::size_t>, 8>& children) override {
+    ++single_nodes;
+    if (refuse_after_nodes > 0 && single_nodes > refuse_after_nodes)
+      return Error("out.clamor: the sink is full");
+    for (const auto& child : children)
+      EXPECT_LT(child.value_or(0), pieces_.size() + (child ? 0 : 1)) << "before its child";
+    EXPECT_EQ(node.source_count, sources.size());
+    Piece& piece = pieces_.emplace_back();
+    static_cast<NodeSummary&>(piece.node) = node;
+    piece.sources.assign(sources.begin(), sources.end());
+    piece.children = children;
+    return pieces_.size() - 1;
+  }
+
+  SourceOctree whole(std::size_t root) const {
+    SourceOctree tree;
+    std::vector<std::size_t> queue{root};
+    for (std::size_t i = 0; i < queue.size(); ++i) {
+      const Piece& piece = pieces_[queue[i]];
+      OctreeNode node = piece.node;
+      node.first_source = tree.sources.size();
+      for (std::size_t o = 0; o < 8; ++o) {
+        node.children[o] = piece.children[o] ? static_cast<std::uint32_t>(queue.size()) : kNoNode;
+        if (piece.children[o]) queue.push_back(*piece.children[o]);
+      }
+      tree.nodes.push_back(node);
+      tree.sources.insert(tree.sources.end(), piece.sources.begin(), piece.sources.end());
+    }
+    EXPECT_EQ(queue.size(), pieces_.size()) << "something was added and named by no parent";
+    return tree;
+  }
+
+  std::size_t subtrees = 0, single_nodes = 0, refuse_after_nodes = 0;
+
+ private:
+  struct Piece {
+    OctreeNode node{};
+    std::vector<Source> sources{};
+    std::array<std::optional<std::size_t>, 8> children{};
+  };
+  std::vector<Piece> pieces_;
+};
+
+// A folder of this process's own, which goes with it.
+class OctreeStreaming : public ::testing::Test {
+ protected:
+  OctreeStreaming() { std::filesystem::create_directories(folder_); }
+  ~OctreeStreaming() override { std::filesystem::remove_all(folder_); }
+
+  SourceSpill spilled(std::span<const Source> sources, std::size_t at_once) const {
+    SourceSpill spill(output_, 100);
+    for (std::size_t i = 0; i < sources.size(); i += at_once) {
+      const auto done = spill.append(sources.subspan(i, std::min(at_once, sources.size() - i)));
+      EXPECT_TRUE(done.ok());
+    }
+    return spill;
+  }
+
+  std::size_t files() const {
+    const auto all = std::filesystem::directory_iterator(folder_);
+    return static_cast<std::size_t>(std::distance(begin(all), end(all)));
+  }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("clamor_streaming_" + std::to_string(::getpid()));
+  const std::string output_ = (folder_ / "out.clamor").string();
+};
+
+TEST_F(OctreeStreaming, MakesTheTreeThatIsMadeInMemoryWhateverTheMemory) {
+  const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
+  const std::vector<testing::Awkward> lists = {
+      {},                                          // on walls
+      {.keys = 5},                                 // so that the order of the list decides
+      {.places = 1},                               // a chain that is sorted by merging
+      {.keys = 3, .places = 1},                    // with equals in all runs
+      {.keys = 40, .places = 4, .emitters = 300},  // a few crowded places
+      {.spread_m = 1e-6, .far_m = 1000},           // most in one of the least cubes
+      {.spread_m = 1e-6}};                         // where a float has few values
+  for (std::size_t i = 0; i < lists.size(); ++i)
+    for (const std::uint32_t count : {1u, 600u, 1200u, 12'000u, 100'000u}) {
+      if (count > 12'000 && i > 3) continue;                         // twenty passes over the disk
+      if (count > 12'000 && i > 0 && testing::kSanitized) continue;  // slow
+      const auto sources = testing::awkward_sources(count, 10 + i, lists[i]);
+      const SourceOctree expected = build_octree(sources);
+      for (const std::uint64_t memory_bytes :
+           {1'000ull, 500'000ull, 8'000'000ull, 1'000'000'000ull})
+        for (const int threads : {1, 8}) {
+          CollectingSink sink;
+          tbb::task_arena(threads).execute([&] {
+            const auto root = stream_octree(spilled(sources, 777), memory_bytes, sink);
+            ASSERT_TRUE(root.ok() && root->has_value());
+            ASSERT_TRUE(testing::same_octree(sink.whole(**root), expected))
+                << count << " sources of list " << i << " in " << memory_bytes << " bytes";
+          });
+          const bool fits =
+              count * 220ull <= std::max<std::uint64_t>(memory_bytes, kLeafSources * 220);
+          EXPECT_EQ(sink.single_nodes == 0, fits);  // else it was not the disk's tree
+        }
+    }
+  EXPECT_EQ(files(), 0u);
+}
+
+TEST_F(OctreeStreaming, OfNothingGivesTheSinkNothing) {
+  CollectingSink sink;
+  const auto root = stream_octree(SourceSpill(output_), 1000, sink);
+  ASSERT_TRUE(root.ok());
+  EXPECT_FALSE(root->has_value());
+  EXPECT_EQ(sink.subtrees + sink.single_nodes, 0u);
+}
+
+// Counts, so that no more than one part is in memory at a time.
+class CountingSink : public OctreeSink {
+ public:
+  Result<std::size_t> add_subtree(SourceOctree&& subtree) override {
+    sources += subtree.sources.size();
+    largest = std::max(largest, subtree.sources.size());
+    return 0;
+  }
+  Result<std::size_t> add_node(const NodeSummary&, std::span<const Source> own,
+                               const std::array<std::optional<std::size_t>, 8>&) override {
+    sources += own.size();
+    return 0;
+  }
+  std::size_t sources = 0, largest = 0;
+};
+
+TEST_F(OctreeStreaming, KeepsToTheMemoryItMayTakeForAListTenTimesAsLarge) {
+  if (testing::kSanitized) GTEST_SKIP() << "a sanitizer keeps what is freed";
+  constexpr std::uint32_t kCount = 1'000'000;
+  constexpr std::uint64_t kMemory_bytes = 8'800'000;  // a tenth of the list
+  SourceSpill spill(output_);
+  for (std::uint32_t part = 0; part < 100; ++part)
+    ASSERT_TRUE(spill.append(testing::wall_sources(kCount / 100, part)).ok());
+  const testing::PeakMemory peak;
+  if (!peak.known()) GTEST_SKIP() << "this system does not tell how much memory was used at most";
+  CountingSink sink;
+  ASSERT_TRUE(stream_octree(std::move(spill), kMemory_bytes, sink).ok());
+  EXPECT_EQ(sink.sources, kCount);
+  EXPECT_GT(sink.largest, 10'000u);  // makes use of it
+  // The allocator may keep of what is freed, once, about as much as a part takes.
+  EXPECT_LE(peak.more_bytes(), 2 * kMemory_bytes);
+}
+
+TEST_F(OctreeStreaming, SaysThatTheDiskIsFullAndLeavesNothingBehind) {
+  const auto sources = testing::wall_sources(6000);
+  const auto build = [&](std::uint64_t limit_bytes) -> Result<void> {
+    rlimit before{};
+    getrlimit(RLIMIT_FSIZE, &before);
+    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+    // No file may grow beyond that: what a full disk does, without filling one.
+    const rlimit small{limit_bytes, before.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &small);
+    SourceSpill spill(output_, 64);
+    auto done = spill.append(sources);
+    if (done.ok()) {
+      CountingSink sink;
+      const auto root = stream_octree(std::move(spill), 1000, sink);
+      if (!root.ok()) done = root.error();
+    }
+    setrlimit(RLIMIT_FSIZE, &before);
+    std::signal(SIGXFSZ, handler);
+    return done;
+  };
+  const std::uint64_t whole_bytes = sources.size() * sizeof(Source);
+  for (std::uint64_t limit = 0; limit < whole_bytes; limit += 9999) {
+    const auto done = build(limit);
+    ASSERT_FALSE(done.ok()) << limit;
+    EXPECT_TRUE(done.error().message.starts_with(output_ + ": cannot write")) << limit;
+    EXPECT_NE(done.error().message.find("free some space"), std::string::npos);
+    EXPECT_EQ(files(), 0u);
+  }
+  EXPECT_TRUE(build(whole_bytes).ok());
+}
+
+TEST_F(OctreeStreaming, SaysWhyWhereItCannotWrite) {
+  const std::string path = (folder_ / "missing" / "out.clamor").string();
+  SourceSpill spill(path, 10);
+  const auto done = spill.append(testing::wall_sources(20));
+  ASSERT_FALSE(done.ok());
+  EXPECT_TRUE(done.error().message.starts_with(path + ": cannot make")) << done.error().message;
+}
+
+TEST_F(OctreeStreaming, EndsWithTheErrorOfTheSink) {
+  const auto sources = testing::wall_sources(30'000);
+  for (const std::size_t nodes : {1u, 5u, 20u}) {
+    CollectingSink sink;
+    sink.refuse_after_nodes = nodes;
+    const auto root = stream_octree(spilled(sources, 1000), 1000, sink);
+    ASSERT_FALSE(root.ok());
+    EXPECT_EQ(root.error().message, "out.clamor: the sink is full");
+    EXPECT_EQ(sink.single_nodes, nodes + 1);  // and asks no more of it
+    EXPECT_EQ(files(), 0u);
+  }
+}
+
+}  // namespace
+}  // namespace clamor

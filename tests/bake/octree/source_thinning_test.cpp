@@ -1,0 +1,137 @@
+#include "bake/octree/source_thinning.h"
+
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "tests/peak_memory.h"
+#include "tests/sanitized.h"
+
+namespace clamor {
+namespace {
+
+// Deposits whose powers spread over 60 dB, each with its own place.
+std::vector<Source> deposits(std::uint32_t count, std::uint64_t seed) {
+  std::vector<Source> sources(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const RandomBits a = philox(seed, {i, 0, 0, 0}), b = philox(seed, {i, 1, 0, 0});
+    sources[i].position_m = {static_cast<float>(unit(a[0])), static_cast<float>(unit(a[1])),
+                             static_cast<float>(unit(a[2]))};
+    sources[i].delay_s = static_cast<float>(unit(a[3]));
+    sources[i].u = static_cast<float>(unit_above_zero(b[0]));
+    sources[i].power = same_in_all_bands(static_cast<float>(std::pow(10, -6 * unit(b[1]))));
+  }
+  return sources;
+}
+
+double power(const std::vector<Source>& sources, float below_x) {
+  double sum = 0;
+  for (const Source& source : sources)
+    if (source.position_m.x < below_x) sum += static_cast<double>(source.power[2]);
+  return sum;
+}
+
+TEST(SourceThinning, LeavesWhatFitsAsItIs) {
+  const auto all = deposits(100, 1);
+  SourceThinning thinning(100);
+  thinning.add(all, 0);
+  const auto kept = thinning.take();
+  ASSERT_EQ(kept.size(), all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_EQ(kept[i].power, all[i].power);
+    EXPECT_EQ(kept[i].position_m, all[i].position_m);
+  }
+}
+
+double weight(const Source& source) { return std::pow(8.0 * source.power[0], 0.25); }
+
+TEST(SourceThinning, KeepsExactlyAsManyAsAskedForAndThePowerOfAnyPartOnAverage) {
+  double whole = 0, part = 0, all_whole = 0, all_part = 0, variance = 0, part_variance = 0;
+  constexpr int kSeeds = 400;
+  constexpr std::size_t kKept = 200;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto all = deposits(2000, seed);
+    SourceThinning thinning(kKept);
+    thinning.add(all, 0);
+    const auto kept = thinning.take();
+    ASSERT_EQ(kept.size(), kKept);
+    whole += power(kept, 2);
+    part += power(kept, 0.3f);
+    all_whole += power(all, 2);
+    all_part += power(all, 0.3f);
+    // Kept with probability w / tau, tau about the sum of w over k: P^2 tau / w each, at most.
+    double tau = 0;
+    for (const Source& source : all) tau += weight(source) / (kKept - 1);
+    for (const Source& source : all) {
+      const double most = std::pow(source.power[2], 2) * tau / weight(source);
+      variance += most;
+      if (source.position_m.x < 0.3f) part_variance += most;
+    }
+  }
+  EXPECT_NEAR(whole, all_whole, 3 * std::sqrt(variance));
+  EXPECT_NEAR(part, all_part, 3 * std::sqrt(part_variance));
+}
+
+TEST(SourceThinning, LetsNoneGoThatIsStrongerThanOneItLeftAsItWas) {
+  const auto all = deposits(20000, 5);
+  SourceThinning thinning(12000);
+  thinning.add(all, 0);
+  const auto kept = thinning.take();
+  std::map<float, float> power_at;  // by place
+  for (const Source& source : kept) power_at[source.position_m.x] = source.power[0];
+  float least_unchanged = 1e9f;
+  for (const Source& source : all)
+    if (power_at.contains(source.position_m.x) && power_at[source.position_m.x] == source.power[0])
+      least_unchanged = std::min(least_unchanged, source.power[0]);
+  ASSERT_LT(least_unchanged, 1.0f);
+  for (const Source& source : all)
+    if (source.power[0] > 1.0001f * least_unchanged) {
+      EXPECT_TRUE(power_at.contains(source.position_m.x));
+    }
+}
+
+TEST(SourceThinning, KeepsTheSameHoweverTheDepositsAreSharedOut) {
+  const auto all = deposits(50000, 9);
+  const std::span<const Source> span(all);
+  SourceThinning whole(3000), parts(3000);
+  for (std::uint64_t i = 0; i < 50; ++i) whole.add(span.subspan(1000 * i, 1000), i);
+  for (std::uint64_t i = 50; i-- > 0;) parts.add(span.subspan(1000 * i, 1000), i);
+  const auto a = whole.take(), b = parts.take();
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].position_m, b[i].position_m);
+    EXPECT_EQ(a[i].power, b[i].power);
+  }
+}
+
+TEST(SourceThinning, DrawsWithNumbersThatHaveNothingToDoWithTheSourcesOwn) {
+  // If u decided, what is kept would have small u; the sampler relies on it being uniform.
+  SourceThinning thinning(2000);
+  thinning.add(deposits(100000, 3), 0);
+  double sum = 0;
+  const auto kept = thinning.take();
+  for (const Source& source : kept) sum += static_cast<double>(source.u);
+  EXPECT_NEAR(sum / 2000, 0.5, 4 * std::sqrt(1.0 / 12 / 2000));
+}
+
+TEST(SourceThinning, HoldsLittleMoreThanItKeeps) {
+  if (testing::kSanitized) GTEST_SKIP() << "a sanitizer keeps what is freed";
+  constexpr std::uint64_t kKept = 1'000'000, kList_bytes = kKept * sizeof(Source);
+  const testing::PeakMemory peak;
+  if (!peak.known()) GTEST_SKIP() << "this system does not tell how much memory was used at most";
+  std::vector<Source> kept;
+  {
+    SourceThinning thinning(kKept);
+    for (std::uint32_t part = 0; part < 60; ++part) thinning.add(deposits(50'000, part), part);
+    kept = thinning.take();
+  }
+  ASSERT_EQ(kept.size(), kKept);
+  EXPECT_LE(peak.more_bytes(), 2 * kList_bytes);
+  EXPECT_GE(peak.more_bytes(), kList_bytes);  // else nothing was measured
+}
+
+}  // namespace
+}  // namespace clamor

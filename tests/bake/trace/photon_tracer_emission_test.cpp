@@ -1,0 +1,105 @@
+// The directions in which photons leave an emitter, and the band weights they carry, against the
+// emission law, by chi-square over the whole sphere.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "bake/trace/photon_tracer.h"
+#include "tests/hemisphere.h"
+#include "tests/rooms.h"
+
+namespace clamor {
+namespace {
+
+constexpr std::size_t kHeights = 16, kTurns = 16, kCells = kHeights * kTurns;
+
+// ((1 + cos a) / 2)^(p + 1), the share of a lobe's power that leaves below cos a.
+double share_below(double exponent, double cos_a) {
+  return std::pow((1 + cos_a) / 2, exponent + 1);
+}
+
+void check_emission(const Bands& exponents) {
+  constexpr std::uint32_t kPhotons = 200 * kRunPhotons;
+  Level level = testing::shoebox({2, 2, 2}, testing::uniform_material(0), {1, 1, 1});
+  Emitter& emitter = level.emitters[0];
+  emitter.axis = {0.36, 0.48, 0.8};
+  emitter.gain = 0.7;
+  emitter.directivity = exponents;
+  const Basis basis = basis_around(emitter.axis);
+  const Scene scene(level.mesh);
+  const PhotonTracer tracer(scene, level, {.roulette_exponent = 0, .max_bounces = 1});
+
+  // Heights are spaced so that the mixture of the bands gives each about the same.
+  std::array<double, kHeights + 1> edges{};
+  edges[0] = -1, edges[kHeights] = 1;
+  for (std::size_t k = 1; k < kHeights; ++k) {
+    double low = -1, high = 1;
+    for (int step = 0; step < 50; ++step) {
+      double below = 0;
+      for (const float p : exponents) below += share_below(p, (low + high) / 2) / kBandCount;
+      (below < static_cast<double>(k) / kHeights ? low : high) = (low + high) / 2;
+    }
+    edges[k] = low;
+  }
+
+  std::vector<double> drawn(kCells), expected(kCells, 0.0);
+  std::vector<std::array<double, kBandCount>> sums(kCells), squares(kCells);
+  TracedRuns traced;
+  for (std::uint32_t first = 0; first < kPhotons; first += kRunPhotons) {
+    const PhotonRun run{0, first, kRunPhotons};
+    traced.clear();
+    tracer.trace({&run, 1}, traced);
+    for (const Source& deposit : traced.deposits()) {
+      const Vec3 way = normalize(Vec3(deposit.position_m) - emitter.position_m);
+      const double cos_a = dot(way, emitter.axis);
+      const double turn = std::atan2(dot(way, basis.bitangent), dot(way, basis.tangent));
+      const auto height = std::min<std::size_t>(
+          kHeights - 1,
+          static_cast<std::size_t>(std::upper_bound(edges.begin() + 1, edges.end(), cos_a) -
+                                   edges.begin() - 1));
+      const auto sector = std::min<std::size_t>(
+          kTurns - 1, static_cast<std::size_t>((turn / (2 * std::numbers::pi) + 0.5) * kTurns));
+      const std::size_t cell = height * kTurns + sector;
+      ++drawn[cell];
+      for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double weight = deposit.power[b] / emitted_power(emitter, b);
+        sums[cell][b] += weight;
+        squares[cell][b] += weight * weight;
+      }
+    }
+  }
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    const double p = exponents[b];
+    double z_squares = 0;
+    for (std::size_t c = 0; c < kCells; ++c) {
+      const std::size_t height = c / kTurns;
+      const double wanted = kPhotons / static_cast<double>(kTurns) *
+                            (share_below(p, edges[height + 1]) - share_below(p, edges[height]));
+      expected[c] += wanted / kBandCount;
+      // Nothing is asked of cells with less than a millionth of the band's power.
+      const double variance =
+          squares[c][b] - sums[c][b] * sums[c][b] / kPhotons + std::pow(1e-6 * kPhotons, 2);
+      z_squares += std::pow(sums[c][b] - wanted, 2) / variance;
+    }
+    // Sobol points are more even than random: only too much counts.
+    EXPECT_LT((z_squares - kCells) / std::sqrt(2.0 * kCells), 4) << "exponent " << p;
+  }
+  EXPECT_LT(testing::chi_square_excess(drawn, expected), 4);
+}
+
+TEST(Emission, IsDrawnAsDenselyAsTheLawSaysWhereBandsAreAlike) {
+  for (const float exponent : {0.0f, 0.3f, 1.0f, 7.0f, 100.0f})
+    check_emission(same_in_all_bands(exponent));
+}
+
+TEST(Emission, OfUnlikeBandsIsTheMixtureOfTheirLawsAndGivesEachItsOwn) {
+  check_emission({0, 0.5f, 1, 2, 4, 8, 16, 64});
+  check_emission({64, 0, 1, 0, 64, 0.1f, 0, 200});
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,174 @@
+// Where the power goes that photons are launched with: absorbed, let through thin walls, escaped,
+// still under way, or on the books of roulette.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "bake/trace/photon_tracer.h"
+#include "tests/rooms.h"
+
+namespace clamor {
+namespace {
+
+using Power = std::array<double, kBandCount>;
+
+constexpr std::uint16_t kThin = 1;
+
+// A box without its ceiling, and across it a thin wall of material kThin.
+Level two_rooms(const Material& outer, const Material& thin) {
+  Level level = testing::shoebox({6, 4, 3}, outer, {1.5, 2, 1.2});
+  level.mesh.triangles.resize(10);
+  level.mesh.materials.resize(10);
+  testing::add_wall_across(level.mesh, 3, {6, 4, 3}, kThin);
+  level.materials.push_back(thin);
+  return level;
+}
+
+// One photon's account, in shares of what was launched.
+struct Account {
+  Power absorbed{}, transmitted{}, escaped{}, unfinished{};
+  Power gained{}, killed{};  // by roulette: when it lets live, and when it does not
+};
+
+// Traces every photon as a run of its own, so that tallies are its own too, and follows its power
+// from deposit to deposit.
+std::vector<Account> accounts(const Level& level, const TraceSettings& settings,
+                              std::uint32_t photons) {
+  const Scene scene(level.mesh);
+  const PhotonTracer tracer(scene, level, settings);
+  std::vector<PhotonRun> runs;
+  for (std::uint32_t i = 0; i < photons; ++i) runs.push_back({0, i, 1});
+  TracedRuns traced;
+  tracer.trace(runs, traced);
+  std::vector<Account> result;
+  for (const TracedRun& run : traced.runs()) {
+    Account account;
+    Power before{}, launched{};  // what the photon carries to the next surface
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      launched[b] = before[b] = emitted_power(level.emitters[0], b);
+    const auto share = [&](std::size_t b, double power) { return power / launched[b]; };
+    const auto deposits = traced.deposits().subspan(run.first_deposit, run.deposits);
+    double odds = 1;  // that roulette gave the photon at its last surface
+    for (std::size_t i = 0; i < deposits.size();) {
+      const Material& material = level.materials[deposits[i].material];
+      const bool thin = deposits[i].material == kThin;
+      Power hit{}, kept{};
+      for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double reflected = deposits[i].power[b];
+        const double through = thin ? deposits[i + 1].power[b] : 0;
+        hit[b] = reflected / (1 - material.absorption[b]);
+        kept[b] = reflected + through;
+        EXPECT_NEAR(hit[b] * odds / before[b], 1, 1e-4);
+        EXPECT_NEAR(through, hit[b] * material.transmission[b], 1e-5 * hit[b]);
+        account.gained[b] += share(b, hit[b] - before[b]);
+        account.absorbed[b] += share(b, hit[b] - kept[b]);
+        account.transmitted[b] += share(b, through);
+      }
+      odds = std::pow(
+          *std::max_element(kept.begin(), kept.end()) / *std::max_element(hit.begin(), hit.end()),
+          settings.roulette_exponent);
+      before = kept;
+      i += thin ? 2 : 1;
+    }
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      account.escaped[b] = share(b, run.tally.power_escaped[b]);
+      account.unfinished[b] = share(b, run.tally.power_unfinished[b]);
+      const double left = account.escaped[b] + account.unfinished[b];
+      // Neither escaped nor under way: roulette. Else what is left has grown by its odds.
+      account.killed[b] = left > 0 ? 0 : share(b, before[b]);
+      if (left > 0) account.gained[b] += left - share(b, before[b]);
+    }
+    result.push_back(account);
+  }
+  return result;
+}
+
+// Absorbing unlike in every band, but sending all of them the same ways.
+Level alike_rooms() {
+  Material outer = testing::uniform_material(0, 0.4f, 10);
+  outer.absorption = {0.02f, 0.05f, 0.1f, 0.15f, 0.2f, 0.3f, 0.4f, 0.5f};
+  Material thin = testing::uniform_material(0.5f, 0.2f, 20);
+  thin.transmission = same_in_all_bands(0.2f);
+  return two_rooms(outer, thin);
+}
+
+TEST(EnergyBooks, BalanceForEveryPhotonInEveryBandWithoutRoulette) {
+  const auto books = accounts(alike_rooms(), {.roulette_exponent = 0, .max_bounces = 40}, 3000);
+  Power transmitted{}, escaped{};
+  for (const Account& a : books)
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      EXPECT_NEAR(a.absorbed[b] + a.escaped[b] + a.unfinished[b] + a.killed[b], 1, 1e-4);
+      EXPECT_NEAR(a.gained[b], 0, 1e-4);
+      transmitted[b] += a.transmitted[b] / 3000;
+      escaped[b] += a.escaped[b] / 3000;
+    }
+  EXPECT_GT(transmitted[0], 0.05);
+  EXPECT_GT(escaped[0], 0.3);
+}
+
+TEST(EnergyBooks, WithRouletteBalanceOnceWhatItGaveAndTookIsCounted) {
+  for (const double kappa : {0.15, 0.5, 1.0}) {
+    const auto books =
+        accounts(alike_rooms(), {.roulette_exponent = kappa, .max_bounces = 40}, 8000);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      double sum = 0, squares = 0, given = 0;
+      for (const Account& a : books) {
+        EXPECT_NEAR(a.absorbed[b] + a.escaped[b] + a.unfinished[b] + a.killed[b], 1 + a.gained[b],
+                    2e-4 * (1 + a.gained[b]));
+        const double difference = a.gained[b] - a.killed[b];
+        sum += difference;
+        squares += difference * difference;
+        given += a.gained[b];
+      }
+      // What it gives the living is what it takes from the dead, on average.
+      EXPECT_LT(std::abs(sum), 4 * std::sqrt(squares)) << "kappa " << kappa << ", band " << b;
+      EXPECT_GT(given, 10 * std::sqrt(squares)) << "kappa " << kappa << ", band " << b;
+    }
+  }
+}
+
+TEST(EnergyBooks, OfBandsThatGoUnlikeWaysBalanceOnAverage) {
+  Material outer = testing::uniform_material(0.1f, 0.2f);
+  outer.phong = {0, 1, 3, 10, 30, 100, 300, 1000};
+  Material thin = testing::uniform_material(0.7f, 0.1f);
+  thin.phong = {1000, 100, 50, 20, 10, 5, 2, 1};
+  thin.transmission = {0.6f, 0.4f, 0.3f, 0.2f, 0.1f, 0.05f, 0.02f, 0.01f};
+  const Level level = two_rooms(outer, thin);
+  const Scene scene(level.mesh);
+  const PhotonTracer tracer(scene, level, {.roulette_exponent = 0.15, .max_bounces = 30});
+  constexpr std::uint32_t kRuns = 200;
+  Power sum{}, squares{};
+  for (std::uint32_t r = 0; r < kRuns; ++r) {
+    const PhotonRun run{0, std::uint64_t{r} * kRunPhotons, kRunPhotons};
+    TracedRuns traced;
+    tracer.trace({&run, 1}, traced);
+    Power spent{};
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      spent[b] =
+          traced.runs()[0].tally.power_escaped[b] + traced.runs()[0].tally.power_unfinished[b];
+    for (std::size_t i = 0; i < traced.deposits().size(); ++i) {
+      const Source& deposit = traced.deposits()[i];
+      const Material& material = level.materials[deposit.material];
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        spent[b] += deposit.power[b] / (1 - material.absorption[b]) *
+                    (material.absorption[b] - material.transmission[b]);
+      if (deposit.material == kThin) ++i;  // the same arrival's, on the far side
+    }
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      const double ratio = spent[b] / kRunPhotons / emitted_power(level.emitters[0], b);
+      sum[b] += ratio / kRuns;
+      squares[b] += ratio * ratio / kRuns;
+    }
+  }
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    const double error = std::sqrt((squares[b] - sum[b] * sum[b]) / (kRuns - 1));
+    EXPECT_NEAR(sum[b], 1, 4 * error) << "band " << b;
+    EXPECT_LT(error, 0.005) << "band " << b;
+  }
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,84 @@
+// How much faster are looks at many sources side by side than one at a time? It decides how long
+// exact impulses take.
+//
+// Lines from all over the walls of Sponza (66 000 triangles; it comes with the levels that lie
+// beside the repository) to one listener, eight ways per ring. `ratio` is of one thread's time, in
+// the same run; `differ` counts lines of which the two see something else: ways that come through
+// the edge between two surfaces.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "common/random.h"
+#include "common/thread_time.h"
+#include "formats/gltf/level_import.h"
+#include "runtime/occlusion/occlusion_batch.h"
+#include "tests/build_paths.h"
+
+namespace clamor {
+namespace {
+
+const std::string kSponza = std::string(testing::kSourceDir) + "/../shared/levels/sponza.glb";
+
+// Evenly over all surfaces, as reflections are.
+std::vector<LineOfSight> lines_from(const Mesh& mesh, const Vec3f& to_m) {
+  constexpr std::uint32_t kLines = 60'000;
+  std::vector<double> area_m2;
+  double sum_m2 = 0;
+  const auto across = [&mesh](std::size_t t) {
+    const auto corner = [&](std::size_t c) { return Vec3(mesh.vertices_m[mesh.triangles[t][c]]); };
+    return cross(corner(1) - corner(0), corner(2) - corner(0));
+  };
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    area_m2.push_back(sum_m2 += length(across(t)) / 2);
+  std::vector<LineOfSight> lines;
+  for (std::uint32_t i = 0; i < kLines; ++i) {
+    const RandomBits bits = philox(4, {i, 0, 0, 0});
+    const auto found = std::upper_bound(area_m2.begin(), area_m2.end(), unit(bits[0]) * sum_m2);
+    const auto t = static_cast<std::size_t>(found - area_m2.begin());
+    if (t >= area_m2.size()) continue;
+    const auto& corners = mesh.triangles[t];
+    const double u = std::sqrt(unit(bits[1])), v = unit(bits[2]);
+    const Vec3 at_m = (1 - u) * Vec3(mesh.vertices_m[corners[0]]) +
+                      u * (1 - v) * Vec3(mesh.vertices_m[corners[1]]) +
+                      u * v * Vec3(mesh.vertices_m[corners[2]]);
+    lines.push_back({Vec3f(at_m + 0.005 * normalize(across(t))), to_m, 343.2});
+  }
+  return lines;
+}
+
+void looks(benchmark::State& state) {
+  if (!std::filesystem::exists(kSponza)) {
+    state.SkipWithError("needs ../shared/levels/sponza.glb");
+    return;
+  }
+  const auto imported = import_level(kSponza, ImportOptions{});
+  const OcclusionGeometry geometry(imported->level.mesh, imported->level.materials);
+  const std::vector<LineOfSight> lines = lines_from(imported->level.mesh, {0, 2, 0});
+  double one_s = 0, many_s = 0;
+  std::uint64_t differ = 0, rays = 0;
+  for (auto _ : state) {
+    const double start_s = thread_time_s();
+    std::vector<Bands> one;
+    for (const LineOfSight& line : lines)
+      one.push_back(fresnel_visibility(geometry, line, kMediumPaths, rays));
+    const double middle_s = thread_time_s();
+    const auto many = estimate_visibilities(geometry, lines, kMediumPaths, 1);
+    many_s += thread_time_s() - middle_s;
+    one_s += middle_s - start_s;
+    differ = 0;
+    for (std::size_t i = 0; i < lines.size(); ++i) differ += many[i].around != one[i];
+  }
+  const auto runs = static_cast<double>(state.iterations());
+  state.counters["ratio"] = one_s / many_s;
+  state.counters["differ"] = static_cast<double>(differ);
+  state.counters["us_a_look"] = 1e6 * many_s / runs / static_cast<double>(lines.size());
+}
+BENCHMARK(looks)->Unit(benchmark::kMillisecond)->Name("looks/side by side/one thread");
+
+}  // namespace
+}  // namespace clamor

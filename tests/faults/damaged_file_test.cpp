@@ -1,0 +1,290 @@
+// Files that are damaged, by accident (which checksums see) and on purpose (which they do not):
+// refused or harmless, never a crash, a hang or much memory.
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <random>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_layout.h"
+#include "runtime/engine/auralizer.h"
+#include "tests/baked_room.h"
+#include "tests/checksums.h"
+#include "tests/faults/allocations.h"
+#include "tests/sanitized.h"
+#include "tests/tools/run_clamor.h"
+
+namespace clamor::testing {
+
+namespace {
+
+constexpr std::size_t kMuchMemory = 4 << 20;
+constexpr int kFlips = kSanitized ? 5'000 : 100'000;
+
+// Several pages, signals of no more than a few bytes.
+BakeContents small_contents() {
+  BakeContents contents = baked_contents(150);
+  for (Signal& signal : contents.signals) signal.samples.resize(200, 0.25f);
+  return contents;
+}
+
+// A file of which bits can be flipped in place, fast enough for a hundred thousand.
+class Damaged {
+ public:
+  Damaged() {
+    EXPECT_TRUE(write_bake(path(), small_contents(), 1).ok());
+    descriptor_ = ::open(path().c_str(), O_RDWR | O_CLOEXEC);
+    const std::string bytes = read(path());
+    whole_.assign(bytes.begin(), bytes.end());
+    Preamble preamble;
+    std::memcpy(&preamble, whole_.data(), sizeof preamble);
+    root_ = preamble.root_offset;
+    const auto file = BakeFile::open(path());
+    EXPECT_TRUE(file.ok());
+    pages_end_ = sizeof(Preamble) + file->bytes().pages;
+    page_count_ = file->page_count();
+  }
+  ~Damaged() { ::close(descriptor_); }
+
+  std::string path() const { return folder_ / "damaged.clamor"; }
+  std::size_t size() const { return whole_.size(); }
+  std::size_t pages_end() const { return pages_end_; }
+  std::size_t root() const { return root_; }
+  std::uint64_t page_count() const { return page_count_; }
+
+  void flip(std::size_t bit) {
+    put(bit / 8, std::string(1, static_cast<char>(whole_[bit / 8] ^ (1 << bit % 8))));
+  }
+  void put(std::size_t offset, const std::string& bytes) {
+    ASSERT_EQ(::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset)),
+              static_cast<ssize_t>(bytes.size()));
+  }
+  void mend(std::size_t offset, std::size_t bytes = 1) {
+    put(offset, std::string(whole_.data() + offset, bytes));
+  }
+
+ private:
+  Folder folder_;
+  int descriptor_ = -1;
+  std::vector<char> whole_;
+  std::size_t root_ = 0, pages_end_ = 0;
+  std::uint64_t page_count_ = 0;
+};
+
+// What may be there of a source whatever a forger writes: nothing that breaks who reads it.
+void expect_sound(const Source& source, const BakeFile& file) {
+  double sum = source.delay_s + source.patch_radius_m;
+  for (const float power : source.power) {
+    sum += power;
+    ASSERT_GE(power, 0);
+  }
+  for (int axis = 0; axis < 3; ++axis)
+    sum += source.position_m[axis] + source.normal[axis] + source.mirror[axis];
+  ASSERT_TRUE(std::isfinite(sum));
+  ASSERT_TRUE(source.u > 0 && source.u <= 1);
+  ASSERT_LT(source.emitter, file.emitters().size());
+  ASSERT_TRUE(source.is_emitter || source.material < file.materials().size());
+}
+
+// Reads all pages. False where the file is refused, with a sentence that names it.
+bool read_pages(const Damaged& damaged) {
+  const auto refused = [&](const Error& error) {
+    EXPECT_NE(error.message.find(damaged.path()), std::string::npos) << error.message;
+    return false;
+  };
+  const auto file = BakeFile::open(damaged.path());
+  if (!file.ok()) return refused(file.error());
+  const auto done = file->for_each_page(
+      [&](const PageEntry&, const OctreePage& page, std::size_t, std::size_t) -> Result<void> {
+        for (const Source& source : page.sources) expect_sound(source, *file);
+        return {};
+      });
+  return done.ok() || refused(done.error());
+}
+
+TEST(DamagedFile, WithAnyOfAHundredThousandBitsOfItsPagesFlippedIsRefused) {
+  Damaged damaged;
+  ASSERT_GT(damaged.page_count(), 3u);
+  std::mt19937_64 random(1);
+  watch_allocations();
+  for (int i = 0; i < kFlips; ++i) {
+    const std::size_t bit =
+        8 * sizeof(Preamble) + random() % (8 * (damaged.pages_end() - sizeof(Preamble)));
+    damaged.flip(bit);
+    ASSERT_FALSE(read_pages(damaged)) << "bit " << bit;
+    damaged.mend(bit / 8);
+  }
+  EXPECT_LT(allocations().largest, kMuchMemory);
+  EXPECT_TRUE(read_pages(damaged));
+}
+
+TEST(ForgedFile, WithAnyOfAHundredThousandBitsOfItsPagesFlippedIsRefusedOrHarmless) {
+  const ChecksumsOff off;
+  Damaged damaged;
+  std::mt19937_64 random(2);
+  int refused = 0;
+  watch_allocations();
+  for (int i = 0; i < kFlips; ++i) {
+    const std::size_t bit =
+        8 * sizeof(Preamble) + random() % (8 * (damaged.pages_end() - sizeof(Preamble)));
+    damaged.flip(bit);
+    refused += !read_pages(damaged);
+    ASSERT_FALSE(HasFatalFailure()) << "bit " << bit;
+    damaged.mend(bit / 8);
+  }
+  EXPECT_LT(allocations().largest, kMuchMemory);
+  // Most of what is in a page may be any number, so that a flip is another sound and no more.
+  EXPECT_GT(refused, kFlips / 20);
+  EXPECT_LT(refused, kFlips * 19 / 20);
+}
+
+TEST(ForgedFile, WithAnyBitOfItsPreambleOrRootFlippedIsRefusedOrHarmless) {
+  const ChecksumsOff off;
+  Damaged damaged;
+  watch_allocations();
+  int refused = 0;
+  const auto try_byte = [&](std::size_t byte) {
+    for (std::size_t bit = 8 * byte; bit < 8 * byte + 8; ++bit) {
+      damaged.flip(bit);
+      const auto file = BakeFile::open(damaged.path());
+      refused += !file.ok();
+      if (file.ok() && bit % 16 == 0) {  // each sixteenth also read to the end
+        read_pages(damaged);
+        for (std::size_t s = 0; s < file->signal_count(); ++s) {
+          (void)file->read_signal(s);
+          (void)file->read_envelope(s);
+        }
+        (void)file->read_mesh();
+      }
+      ASSERT_FALSE(HasFatalFailure()) << "bit " << bit;
+    }
+    damaged.mend(byte);
+  };
+  for (std::size_t byte = 0; byte < sizeof(Preamble); ++byte) try_byte(byte);
+  EXPECT_GT(refused, 150);  // all but the version's minor and the checksums
+  for (std::size_t byte = damaged.root(); byte < damaged.size(); ++byte) try_byte(byte);
+  EXPECT_LT(allocations().largest, kMuchMemory);
+}
+
+TEST(ForgedFile, WithAnyBitOfItsGeometryFlippedIsRefusedOrHarmless) {
+  const ChecksumsOff off;
+  Damaged damaged;
+  const auto whole = BakeFile::open(damaged.path());
+  ASSERT_TRUE(whole.ok());
+  ASSERT_EQ(whole->geometry_page_count(), 1u);
+  const GeometryPageInfo page = whole->geometry_page(0);
+  watch_allocations();
+  int refused = 0;
+  for (std::size_t bit = 8 * page.offset; bit < 8 * (page.offset + page.packed_bytes); ++bit) {
+    damaged.flip(bit);
+    const auto mesh = BakeFile::open(damaged.path())->read_mesh();
+    refused += !mesh.ok();
+    if (mesh.ok()) {
+      ASSERT_EQ(mesh->triangles.size(), page.triangles) << "bit " << bit;
+      for (const auto& triangle : mesh->triangles)
+        for (const std::uint32_t corner : triangle) ASSERT_LT(corner, page.vertices);
+    }
+    damaged.mend(bit / 8);
+  }
+  EXPECT_LT(allocations().largest, kMuchMemory);
+  EXPECT_GT(refused, 100);
+  EXPECT_TRUE(BakeFile::open(damaged.path())->read_mesh().ok());
+}
+
+// What a player makes of forged files: sound of finite numbers, or a sentence.
+TEST(ForgedFile, IsPlayedWithoutHarmWhereItIsNotRefused) {
+  const ChecksumsOff off;
+  Damaged damaged;
+  std::mt19937_64 random(3);
+  int played = 0;
+  for (int i = 0; i < 300; ++i) {
+    // Half in the pages, half in the root.
+    const std::size_t start = i % 2 == 0 ? sizeof(Preamble) : damaged.root();
+    const std::size_t end = i % 2 == 0 ? damaged.pages_end() : damaged.size();
+    const std::size_t bit = 8 * start + random() % (8 * (end - start));
+    damaged.flip(bit);
+    auto file = BakeFile::open(damaged.path());
+    if (file.ok()) {
+      AuralizerOptions options;
+      options.voices = 50;
+      options.wait_for_pages = true;
+      const auto auralizer =
+          Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
+      if (auralizer.ok()) {
+        ++played;
+        std::vector<float> block(2 * 960);
+        for (int k = 0; k < 3; ++k) {
+          while ((*auralizer)->wants_keyframe())
+            (*auralizer)->make_keyframe({{3 + 0.1 * k, 4, 1.5}, 0, 0});
+          (*auralizer)->mix(block);
+          for (const float sample : block) ASSERT_TRUE(std::isfinite(sample)) << "bit " << bit;
+        }
+      }
+    }
+    damaged.mend(bit / 8);
+  }
+  EXPECT_GT(played, 100);
+}
+
+TEST(ForgedFile, WithAPageThatDeclaresFourGigabytesCostsNothing) {
+  const ChecksumsOff off;
+  Damaged damaged;
+  // A zstd frame header with a size of eight bytes: 4 GB, and 2^63.
+  const std::string zstd = "\x28\xb5\x2f\xfd\xe0";
+  for (const std::string& size :
+       {std::string("\0\0\0\0\1\0\0\0", 8), std::string("\0\0\0\0\0\0\0\x80", 8)}) {
+    std::vector<std::uint64_t> offsets;
+    ASSERT_TRUE(BakeFile::open(damaged.path())
+                    ->for_each_page([&](const PageEntry& entry, const OctreePage&, std::size_t,
+                                        std::size_t) -> Result<void> {
+                      offsets.push_back(entry.page.offset);
+                      return {};
+                    })
+                    .ok());
+    for (const std::uint64_t offset : offsets) {
+      damaged.put(offset, zstd + size);
+      watch_allocations();
+      EXPECT_FALSE(read_pages(damaged));
+      EXPECT_LT(allocations().all, 1u << 20);
+      damaged.mend(offset, 13);
+    }
+  }
+  if (!kSanitized) {
+    watch_allocations();
+    EXPECT_TRUE(read_pages(damaged));
+    EXPECT_GT(allocations().all, 0u);  // they are counted
+  }
+}
+
+// A mapped page is decoded where it is, after its checksum was right.
+TEST(MappedPage, ThatIsOverwrittenBetweenItsChecksumAndItsDecodingIsAnError) {
+  Damaged damaged;
+  const auto file = BakeFile::open(damaged.path(), FileAccess::kMap);
+  ASSERT_TRUE(file.ok() && file->is_mapped());
+  const PageEntry& top = *file->top();
+  std::size_t decodes = 0;
+  for (std::uint64_t at = top.page.offset; at < top.page.end(); ++at) {
+    after_checksum = [&] { damaged.flip(8 * at); };
+    const auto page = file->read_page(top);
+    EXPECT_FALSE(page.ok()) << at;
+    if (!page.ok()) {
+      EXPECT_NE(page.error().message.find("fails its checksum"), std::string::npos);
+    }
+    {
+      const ChecksumsOff off;
+      PageEntry forged = top;
+      forged.page.hash = 0x1234567;
+      decodes += file->read_page(forged).ok();
+    }
+    damaged.mend(at, 1);
+    ASSERT_TRUE(file->read_page(top).ok());
+  }
+  EXPECT_GT(decodes, 100u);  // so that nothing but the second checksum notices
+}
+
+}  // namespace
+
+}  // namespace clamor::testing

@@ -1,0 +1,172 @@
+#include "formats/bake_file/emitter_table.h"
+
+#include "formats/bake_file/bake_layout.h"
+#include "tests/formats/forged_root.h"
+
+namespace clamor::testing {
+namespace {
+
+using Root = BakeRoot::Builder;
+
+// A run of `count` emitters from `from` on, again at `at`, all as they are.
+void fill(::EmitterInstance::Builder copy, std::uint32_t at, std::uint32_t from,
+          std::uint32_t count) {
+  copy.setAt(at);
+  copy.setFrom(from);
+  copy.setCount(count);
+  copy.setSignals(kSameSignals);
+  copy.setRotationW(1);
+  copy.setScale(1);
+  copy.setGain(1);
+}
+
+void put_names(Root root, const std::string& names) {
+  const auto frame = packed(std::as_bytes(std::span(names)));
+  root.setEmitterNames(kj::arrayPtr(reinterpret_cast<const kj::byte*>(frame.data()), frame.size()));
+  root.setEmitterNamesBytes(names.size());
+}
+
+// One copy of the only emitter, moved by 2 m in x.
+void add_copy(Root root) {
+  auto copy = root.initEmitterInstances(1)[0];
+  fill(copy, 1, 0, 1);
+  copy.setOffsetX(2);
+  copy.setGain(0.5f);
+  copy.setDelayS(-0.125);
+  put_names(root, std::string("\1viola\0", 7));
+}
+
+TEST(EmitterTable, HasTheEmittersThatARunSaysAreCopies) {
+  const Bytes bytes = with_root(written(contents()), add_copy);
+  const std::string path = path_of("table.clamor");
+  std::ofstream(path, std::ios::binary) << bytes;
+  const auto bake = BakeFile::open(path);
+  std::filesystem::remove(path);
+  ASSERT_TRUE(bake.ok()) << bake.error().message;
+  ASSERT_EQ(bake->emitters().size(), 2u);
+  const Emitter &violin = bake->emitters()[0], &viola = bake->emitters()[1];
+  EXPECT_EQ(viola.name, "viola");
+  EXPECT_LT(length(viola.position_m - violin.position_m - Vec3(2, 0, 0)), 1e-12);
+  EXPECT_LT(length(viola.axis - violin.axis), 1e-12);
+  EXPECT_EQ(viola.gain, violin.gain / 2);
+  EXPECT_EQ(viola.delay_s, violin.delay_s - 0.125);
+  EXPECT_EQ(viola.directivity, violin.directivity);
+}
+
+TEST(EmitterTable, KeepsNamesShortOnlyWhereTheyAreThoseOfTheOriginal) {
+  std::vector<Emitter> table(5);
+  for (const std::size_t i : {0u, 1u}) table[i].name = "fan " + std::to_string(i);
+  table[2].name = "fan 0";
+  table[4].name = "the other";
+  EmitterInstance copy;
+  copy.at = 2;
+  copy.count = 2;
+  EmitterInstance last;
+  last.at = 4;
+  last.count = 1;
+  const std::string list = list_names(table, std::vector{copy, last});
+  EXPECT_EQ(list.size(), 1 + 2 + 11u);
+  NameList names(std::as_bytes(std::span(list)));
+  for (const std::size_t i : {2u, 3u, 4u}) {
+    std::string name = table[i == 4 ? 0 : i - 2].name;
+    ASSERT_TRUE(names.next(name).ok());
+    EXPECT_EQ(name, table[i].name);
+  }
+  EXPECT_TRUE(names.at_end());
+  std::string name;
+  EXPECT_FALSE(names.next(name).ok());
+}
+
+TEST(EmitterTable, ThatCannotBeIsRefused) {
+  const Bytes whole = written(contents());
+  const struct {
+    const char* what;
+    std::function<void(::EmitterInstance::Builder)> change;
+  } kRuns[] = {
+      {"a run that copies itself", [](auto copy) { copy.setFrom(1); }},
+      {"a run of what comes later", [](auto copy) { copy.setFrom(7); }},
+      {"a run over its own end", [](auto copy) { copy.setCount(2); }},
+      {"a run without end", [](auto copy) { copy.setCount(0xffffffffu); }},
+      {"a run of nobody", [](auto copy) { copy.setCount(0); }},
+      {"a run after a gap", [](auto copy) { copy.setAt(2); }},
+      {"a run over another", [](auto copy) { copy.setAt(0); }},
+      {"a run at the end of the world", [](auto copy) { copy.setAt(0xffffffffu); }},
+      {"a run that is nowhere", [](auto copy) { copy.setOffsetY(kNaN); }},
+      {"a run that is stretched", [](auto copy) { copy.setScale(3); }},
+      {"a run that is turned by no turn", [](auto copy) { copy.setRotationW(0); }},
+      {"a run of infinite gain", [](auto copy) { copy.setGain(INFINITY); }},
+      {"a run in a thousand years", [](auto copy) { copy.setDelayS(3e10); }},
+      {"a run that plays no map", [](auto copy) { copy.setSignals(0); }},
+  };
+  for (const auto& run : kRuns)
+    EXPECT_FALSE(read_whole(with_root(whole,
+                                      [&](Root root) {
+                                        add_copy(root);
+                                        run.change(root.getEmitterInstances()[0]);
+                                      }))
+                     .ok())
+        << run.what;
+  const struct {
+    const char* what;
+    std::function<void(Root)> change;
+  } kNames[] = {
+      {"no names", [](Root root) { put_names(root, ""); }},
+      {"too many names", [](Root root) { put_names(root, std::string(2, '\0')); }},
+      {"a name cut short", [](Root root) { put_names(root, "\1viol"); }},
+      {"names of a terabyte", [](Root root) { root.setEmitterNamesBytes(1ull << 40); }},
+      {"names that are no frame", [](Root root) { root.initEmitterNames(5); }},
+  };
+  for (const auto& names : kNames)
+    EXPECT_FALSE(read_whole(with_root(whole,
+                                      [&](Root root) {
+                                        add_copy(root);
+                                        names.change(root);
+                                      }))
+                     .ok())
+        << names.what;
+}
+
+// Runs that double the table again and again: a few kilobytes that would be gigabytes.
+TEST(EmitterTable, OfASmallFileIsNotLarge) {
+  const auto doubled = [](unsigned times, unsigned named) {
+    return with_root(written(contents()), [=](Root root) {
+      auto copies = root.initEmitterInstances(times);
+      for (unsigned i = 0; i < times; ++i) fill(copies[i], 1u << i, 0, 1u << i);
+      std::string names;
+      for (unsigned i = 1; i < 1u << times; ++i)
+        if (i <= named)
+          names += '\1' + std::to_string(philox(1, {i, 0, 0, 0})[0]) + '\0';
+        else
+          names += '\0';
+      put_names(root, names);
+    });
+  };
+  EXPECT_TRUE(read_whole(doubled(8, 0)).ok());
+  for (const unsigned times : {16u, 20u}) {
+    const auto read = read_whole(doubled(times, 100));
+    ASSERT_FALSE(read.ok());
+    EXPECT_NE(read.error().message.find("more emitters than a file of its size"), std::string::npos)
+        << read.error().message;
+  }
+}
+
+// Each copy takes over a long name: the file has it once, the table as often as there are copies.
+TEST(EmitterTable, ChargesANameForEachCopyThatTakesItOver) {
+  const auto copied_with_name = [](std::size_t letters) {
+    return with_root(written(contents()), [=](Root root) {
+      constexpr unsigned kTimes = 8;
+      root.getEmitters()[0].setName(std::string(letters, 'a'));
+      auto copies = root.initEmitterInstances(kTimes);
+      for (unsigned i = 0; i < kTimes; ++i) fill(copies[i], 1u << i, 0, 1u << i);
+      put_names(root, std::string((1u << kTimes) - 1, '\0'));
+    });
+  };
+  EXPECT_TRUE(read_whole(copied_with_name(100)).ok());
+  const auto read = read_whole(copied_with_name(100'000));
+  ASSERT_FALSE(read.ok());
+  EXPECT_NE(read.error().message.find("names of its copied emitters take more"), std::string::npos)
+      << read.error().message;
+}
+
+}  // namespace
+}  // namespace clamor::testing

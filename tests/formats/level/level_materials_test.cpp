@@ -1,0 +1,173 @@
+#include <gmock/gmock.h>
+
+#include "formats/level/acoustic_values.h"
+#include "formats/level/material_presets.h"
+#include "tests/formats/level_builder.h"
+
+namespace clamor::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+class Materials : public LevelTest {
+ protected:
+  ImportedLevel with(json material, const ImportOptions& options = {}) {
+    triangle();
+    level_["materials"] = json::array({material});  // compilers differ on {material}
+    level_["meshes"][0]["primitives"][0]["material"] = 0;
+    auto imported = import(options);
+    EXPECT_TRUE(imported.ok()) << (imported.ok() ? "" : imported.error().message);
+    return imported.ok() ? *imported : ImportedLevel{};
+  }
+};
+
+TEST_F(Materials, TakeTheSidecarBeforeAllElseAndSayWhatItReplaces) {
+  write("level.acoustics.json", R"({"materials": {"brick": "curtain"}})");
+  const json extension = {{"CLAMOR_materials_acoustic", {{"preset", "brick"}}}};
+  const auto replaced = with({{"name", "Brick"}, {"extensions", extension}});
+  EXPECT_EQ(replaced.report.materials.at(0).preset, "curtain");
+  EXPECT_THAT(replaced.report.found,
+              ::testing::Contains(HasSubstr("'Brick': the sidecar 'brick' replaces the level's "
+                                            "own CLAMOR_materials_acoustic")));
+  EXPECT_TRUE(
+      replaced.report.warnings.empty() ||
+      !::testing::Value(replaced.report.warnings, ::testing::Contains(HasSubstr("sidecar"))));
+}
+
+TEST_F(Materials, TakeTheSidecarBeforeExtras) {
+  write("level.acoustics.json", R"({"materials": {"*": "carpet"}})");
+  const auto imported = with({{"name", "x"}, {"extras", {{"acoustic", {{"preset", "glass"}}}}}});
+  EXPECT_EQ(imported.report.materials.at(0).preset, "carpet");
+  EXPECT_EQ(imported.report.materials.at(0).how, "sidecar '*'");
+}
+
+TEST_F(Materials, TakeTheirOwnExtensionBeforeExtrasAndTheirName) {
+  const auto imported =
+      with({{"name", "Brick"},
+            {"extensions", {{"CLAMOR_materials_acoustic", {{"absorption", 0.25}, {"phong", 50}}}}},
+            {"extras", {{"acoustic", "glass"}}}});
+  const Material& material = imported.level.materials.at(0);
+  EXPECT_EQ(material.absorption, same_in_all_bands(0.25f));
+  EXPECT_EQ(material.phong, same_in_all_bands(50));
+  EXPECT_EQ(material.scattering, same_in_all_bands(0)) << "an exponent alone is a mirror";
+  EXPECT_EQ(imported.report.materials.at(0).how, "CLAMOR_materials_acoustic");
+  EXPECT_NEAR(imported.report.materials.at(0).area_m2, 0.5, 1e-12);
+}
+
+TEST_F(Materials, TakeExtrasBeforeTheirName) {
+  const auto imported =
+      with({{"name", "Brick"}, {"extras", {{"acoustic", {{"preset", "glass"}}}}}});
+  EXPECT_EQ(imported.report.materials.at(0).preset, "glass");
+  EXPECT_EQ(imported.report.materials.at(0).how, "extras");
+}
+
+TEST_F(Materials, TakeFlatExtrasAsBlenderWritesThem) {
+  const auto imported = with({{"name", "x"},
+                              {"extras",
+                               {{"acoustic_absorption", {0.1, 0.2, 0.3}},
+                                {"acoustic_bandsHz", {125, 1000, 4000}},
+                                {"somebody_elses", 1}}}});
+  EXPECT_FLOAT_EQ(imported.level.materials.at(0).absorption[4], 0.2f);
+  EXPECT_FLOAT_EQ(imported.level.materials.at(0).absorption[7], 0.3f);
+}
+
+TEST_F(Materials, TakeTheFirstPatternOfTheSidecarBeforeTheirName) {
+  write("level.acoustics.json",
+        R"({"materials": {"wall_?": {"preset": "brick", "absorption": 0.5}, "*": "carpet"}})");
+  const auto imported = with({{"name", "Wall_3"}});
+  EXPECT_EQ(imported.report.materials.at(0).how, "sidecar 'wall_?'");
+  EXPECT_EQ(imported.level.materials.at(0).name, "Wall_3");
+  EXPECT_EQ(imported.level.materials.at(0).absorption, same_in_all_bands(0.5f));
+  const auto brick = MaterialPresets::built_in().get("brick");
+  EXPECT_EQ(imported.level.materials.at(0).scattering, brick->scattering);
+}
+
+TEST_F(Materials, AreGuessedFromTheirNames) {
+  const MaterialPresets& presets = MaterialPresets::built_in();
+  EXPECT_EQ(presets.names().size(), 25u);
+  const std::pair<const char*, const char*> cases[] = {{"wall_brick", "brick"},
+                                                       {"WallBrick.002", "brick"},
+                                                       {"brick_wall", "brick"},
+                                                       {"Concrete_Wall", "concrete"},
+                                                       {"m_bath_glass_door", "glass"},
+                                                       {"Wood_Floor_Light", "wood_floor"},
+                                                       {"Carrera_Marble", "marble"},
+                                                       {"black_tiles", "tile"},
+                                                       {"Parquet", "wood_floor"},
+                                                       {"rug", "carpet_thin"},
+                                                       {"Metal_3", "concrete_smooth"},
+                                                       {"window", "glass"},
+                                                       {"wooden_table", "wood"},
+                                                       {"heavy curtains", "curtain"},
+                                                       {"Crowd_07", "audience"},
+                                                       {"Beton", "concrete"},
+                                                       {"ceiling_tile", "ceiling_tile"},
+                                                       {"walls", "plaster"},
+                                                       {"Floors", "concrete_smooth"},
+                                                       {"ceiling", "plaster"},
+                                                       {"arches", "stone"},
+                                                       {"arcs_03", "stone"},
+                                                       {"wooden_floors", "wood_floor"},
+                                                       {"stone_wall", "stone"},
+                                                       {"Curtains", "curtain"},
+                                                       {"m_bath_ext_walls", "plaster"}};
+  for (const auto& [name, preset] : cases) EXPECT_EQ(presets.guess(name), preset) << name;
+  for (const char* name : {"Material_002", "", "BoomBox_Mat", "object32", "wallet", "wallpapers"})
+    EXPECT_EQ(presets.guess(name), std::nullopt) << name;
+}
+
+TEST_F(Materials, OfUnknownNamesGetTheDefaultAndAWarning) {
+  const auto imported = with({{"name", "object32"}}, {.material = "stone"});
+  EXPECT_EQ(imported.report.materials.at(0).preset, "stone");
+  EXPECT_EQ(imported.report.materials.at(0).how, "default");
+  EXPECT_THAT(imported.report.warnings, ::testing::Contains(HasSubstr("'stone'")));
+}
+
+TEST_F(Materials, AreOnlyThoseThatTrianglesUse) {
+  const auto imported = with({{"name", "Brick"}});
+  EXPECT_EQ(imported.level.materials.size(), 1u);
+  level_["materials"].insert(level_["materials"].begin(), json{{"name", "unused"}});
+  level_["meshes"][0]["primitives"][0]["material"] = 1;
+  const Level again = level();
+  EXPECT_EQ(again.materials.size(), 1u);
+  EXPECT_EQ(again.mesh.materials.at(0), 0);
+}
+
+TEST_F(Materials, ThatAreMisspelledGetTheNearestName) {
+  triangle();
+  level_["materials"] = {{{"name", "x"}, {"extras", {{"acoustic", "plastr"}}}}};
+  level_["meshes"][0]["primitives"][0]["material"] = 0;
+  EXPECT_THAT(refusal(), ::testing::AllOf(HasSubstr("level.gltf"), HasSubstr("'plastr'"),
+                                          HasSubstr("nearest name is 'plaster'")));
+  EXPECT_THAT(refusal({.material = "bric"}), HasSubstr("'brick'"));
+  EXPECT_THAT(refusal({.material = "velvet"}), HasSubstr("the preset for it is 'curtain'"));
+}
+
+TEST(AcousticValues, AreUnderstoodByTheLengthOfTheirList) {
+  const auto bands = [](std::vector<double> values) {
+    const auto result = bands_from_values(values, {}, 0, 1000);
+    EXPECT_TRUE(result.ok());
+    return result.ok() ? *result : Bands{};
+  };
+  EXPECT_EQ(bands({7}), same_in_all_bands(7));
+  // A list that is its own frequency in Hz comes back as the bands' frequencies.
+  for (std::size_t count : {6u, 7u, 8u, 9u, 10u}) {
+    std::vector<double> values;
+    const double first = count <= 7 ? 125 : count == 8 ? 62.5 : 31.25;
+    for (std::size_t i = 0; i < count; ++i) values.push_back(first * std::exp2(i) / 100);
+    const Bands result = bands(values);
+    for (std::size_t b = 1; b <= 6; ++b)
+      EXPECT_NEAR(result[b], kBandCentres_hz[b] / 100, 1e-4) << count << " values, band " << b;
+    EXPECT_NEAR(result[7], count == 6 ? 40 : 80, 1e-4);
+  }
+  // Steam Audio's: 400, 2500, 15000 Hz.
+  const Bands three = bands({4, 25, 150});
+  EXPECT_FLOAT_EQ(three[2], 4);
+  EXPECT_FLOAT_EQ(three[4], 10);
+  EXPECT_FLOAT_EQ(three[7], 80);
+  for (std::size_t count : {0u, 2u, 4u, 5u, 11u})
+    EXPECT_FALSE(bands_from_values(std::vector<double>(count, 0.5), {}, 0, 1).ok()) << count;
+}
+
+}  // namespace
+}  // namespace clamor::testing

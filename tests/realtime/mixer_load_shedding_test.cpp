@@ -1,0 +1,153 @@
+// Too much to do, by turns: voices are left out, fade, and come back, while sources move and sounds
+// are read from a file piece by piece. None of that asks the system for anything on the audio
+// thread.
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "runtime/realtime/prefault_code.h"
+#include "runtime/realtime/prefault_stack.h"
+#include "tests/baked_room.h"
+#include "tests/realtime/forbidden.h"
+#include "tests/sound_device.h"
+#include "tests/temporary_file.h"
+
+namespace clamor {
+namespace {
+
+using testing::Forbidden;
+using testing::SoundDevice;
+
+// Each reading is so much later than the one before.
+struct BusyClock {
+  double now_s = 0, takes_s = 0;
+
+  LoadClock clock() {
+    return {[](void* self) noexcept {
+              auto& busy = *static_cast<BusyClock*>(self);
+              return busy.now_s += busy.takes_s;
+            },
+            this};
+  }
+};
+
+// A room whose sounds are so long that they are not kept whole.
+std::shared_ptr<const BakeFile> file_of_long_sounds() {
+  BakeContents contents = testing::baked_contents(2000);
+  for (std::uint32_t s = 0; s < contents.signals.size(); ++s) {
+    Signal& signal = contents.signals[s];
+    signal.loop = s != 2;
+    signal.samples.resize(std::size_t{45} * kSampleRate_hz);
+    for (std::uint32_t i = 0; i < signal.samples.size(); ++i)
+      signal.samples[i] = static_cast<float>(unit(philox(31, {i, s, 0, 0})[0]) - 0.5);
+  }
+  return testing::as_file(contents);
+}
+
+// Fifty sources that fly round and round; some go, and others come in their place.
+class Swarm {
+ public:
+  explicit Swarm(MovingSources& sources) : sources_(sources) {
+    for (std::uint32_t i = 0; i < kCount; ++i) handles_.push_back(*sources_.add(at(i, 0)));
+    sources_.commit();
+  }
+
+  void fly(double t) {
+    for (std::uint32_t i = 0; i < kCount; ++i) {
+      const MovingSource source = at(i, t);
+      if (random_() % 100 == 0) {
+        EXPECT_TRUE(sources_.remove(handles_[i]).ok());
+        handles_[i] = *sources_.add(source);
+      } else {
+        EXPECT_TRUE(sources_.move(handles_[i], source.position_m).ok());
+      }
+    }
+    sources_.commit();
+  }
+
+  static constexpr std::uint32_t kCount = 50;
+
+ private:
+  static MovingSource at(std::uint32_t i, double t) {
+    MovingSource source;
+    source.position_m = {3 + 2 * std::sin(t + i), 4 + 3 * std::cos(0.7 * t + i), 1.5};
+    source.gain = same_in_all_bands(0.2f);
+    return source;
+  }
+
+  MovingSources& sources_;
+  std::vector<MovingHandle> handles_;
+  std::minstd_rand random_{4};
+};
+
+class Shedding : public ::testing::TestWithParam<bool> {};
+
+TEST_P(Shedding, AsksTheSystemForNothingWhileVoicesGoAndComeBack) {
+  prefault_code();
+  touch_stack();
+  constexpr double kSeconds = 60, kTurn_s = 15;  // Backoff lasts 4 s, all come back within 4 s
+  constexpr double kBlocksAreLate_s = 1.5, kKeyframesAreLate_s = 2;  // of each turn
+  constexpr std::size_t kLeast_frames = 16, kMost_frames = 2048;
+  BusyClock audio, sampler;
+  AuralizerOptions options;
+  options.voices = 300;
+  options.adapt = true;
+  options.audio_clock = audio.clock();
+  options.sampler_clock = sampler.clock();
+  options.limit = true;
+  options.block_frames = kMost_frames;
+  options.memory_bytes = 1;  // what sounds take anyway, and the first page
+  options.moving = {2 * Swarm::kCount, {{.name = "bee", .signal = 1}}};
+  if (GetParam()) {
+    options.output = *OutputFormat::from_options(true, "", false);
+    options.output.head = *Hrtf::read("");
+  }
+  auto auralizer = Auralizer::create(file_of_long_sounds(), options);
+  ASSERT_TRUE(auralizer.ok()) << auralizer.error().message;
+  SoundDevice device(std::move(*auralizer), kSampleRate_hz, kMost_frames);
+  Swarm swarm(*device.auralizer().moving());
+  const auto listener = [&](double t) {
+    swarm.fly(t);
+    return Listener{{3 + 2.5 * std::sin(t), 4 + 3.5 * std::cos(t), 1.5}, t, 0.2};
+  };
+
+  std::minstd_rand random(2);
+  long faults = 0;
+  int times_shed = 0, times_back = 0;
+  bool shedding = false;
+  while (device.time_s() < kSeconds) {
+    const double in_turn_s = std::fmod(device.time_s(), kTurn_s);
+    sampler.takes_s = in_turn_s < kKeyframesAreLate_s ? 0.05 : 0;
+    device.make_keyframes(listener);
+    const auto frames = kLeast_frames + random() % (kMost_frames - kLeast_frames + 1);
+    // Twice as long as what is mixed lasts, which is a few frames more than are asked for.
+    audio.takes_s = in_turn_s < kBlocksAreLate_s ? 2.0 * (frames + 64) / kSampleRate_hz : 0;
+    const long before = testing::page_faults();
+    device.call<Forbidden>(frames);
+    faults += testing::page_faults() - before;
+
+    const AuralizerStatistics now = device.statistics();
+    if (!shedding && now.shed_voices > 0) ++times_shed, shedding = true;
+    if (shedding && now.shed_voices == 0 && now.k == now.max_k) ++times_back, shedding = false;
+  }
+  const AuralizerStatistics played = device.statistics();
+  EXPECT_EQ(faults, 0);
+  EXPECT_GT(device.energy(), 1);
+  EXPECT_GT(device.callbacks(), 2000u);
+  EXPECT_GE(times_shed, kSeconds / kTurn_s);
+  EXPECT_GE(times_back, kSeconds / kTurn_s);
+  EXPECT_GT(played.max_shed_voices, 200u);
+  EXPECT_LT(played.min_k, 100u);
+  EXPECT_GT(played.late_keyframes, 5u);
+  EXPECT_GT(played.sounds.dropped, 0u);
+  EXPECT_EQ(played.sounds.failed + played.pages.failed, 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(AudioThread, Shedding, ::testing::Bool(), [](const auto& binaural) {
+  return std::string(binaural.param ? "Binaural" : "Stereo");
+});
+
+}  // namespace
+}  // namespace clamor

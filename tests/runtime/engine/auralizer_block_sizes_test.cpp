@@ -1,0 +1,100 @@
+// However a device cuts time into blocks, what is heard is the same, bit for bit: every size
+// from 16 to 2048, one after the other, so that blocks begin and end everywhere in a keyframe.
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "runtime/engine/auralizer.h"
+#include "tests/baked_room.h"
+#include "tests/sanitized.h"
+#include "tests/sound_device.h"
+
+namespace clamor {
+namespace {
+
+using testing::SoundDevice;
+
+constexpr int kLeast_frames = 16, kMost_frames = 2048;
+
+// Those sizes, `step` apart, the small ones between large ones.
+std::vector<std::size_t> all_sizes(int step) {
+  std::vector<std::size_t> sizes;
+  for (int low = kLeast_frames, high = kMost_frames; low <= high; low += step, high -= step) {
+    sizes.push_back(static_cast<std::size_t>(low));
+    if (high != low) sizes.push_back(static_cast<std::size_t>(high));
+  }
+  return sizes;
+}
+
+OutputFormat two_ears() {
+  OutputFormat shape = *OutputFormat::from_options(true, "", false);
+  shape.head = *Hrtf::read("");
+  return shape;
+}
+
+std::unique_ptr<Auralizer> forty_voices(const OutputFormat& shape) {
+  AuralizerOptions options;
+  options.voices = 40;  // of some 1500 sources: they come and go
+  options.output = shape;
+  options.limit = true;
+  options.gain = 4;
+  options.block_frames = 2 * kMost_frames;  // as many as a device at 24 kHz would ask for
+  AuralizerInput input = testing::baked_room();
+  for (Signal& signal : input.signals) signal.loop = true;
+  auto auralizer = Auralizer::create(std::move(input), options);
+  EXPECT_TRUE(auralizer.ok());
+  return std::move(*auralizer);
+}
+
+Listener strolling(double t) {
+  return {{3 + 2 * std::sin(t), 4 + 3 * std::cos(t), 1.5}, 0.7 * t, 0};
+}
+
+// Against blocks of one keyframe.
+void expect_the_same(const OutputFormat& shape, int rate_hz, int step) {
+  constexpr std::size_t kRegular_frames = 960;
+  // The resampler counts its place in doubles, from block to block.
+  const float off = rate_hz == kSampleRate_hz ? 0 : 1e-6f;
+  SoundDevice torn(forty_voices(shape), rate_hz, kMost_frames);
+  SoundDevice whole(forty_voices(shape), rate_hz, kMost_frames);
+  std::vector<float> regular;
+  for (const std::size_t frames : all_sizes(step)) {
+    torn.make_keyframes(strolling);
+    const std::span<const float> block = torn.call(frames);
+    while (regular.size() < block.size()) {
+      whole.make_keyframes(strolling);
+      const std::span<const float> more = whole.call(kRegular_frames);
+      regular.insert(regular.end(), more.begin(), more.end());
+    }
+    for (std::size_t i = 0; i < block.size(); ++i)
+      ASSERT_NEAR(block[i], regular[i], off) << "sample " << i << " of a block of " << frames;
+    regular.erase(regular.begin(), regular.begin() + static_cast<std::ptrdiff_t>(block.size()));
+  }
+  EXPECT_GT(torn.energy(), 1);
+  EXPECT_EQ(torn.statistics().held_blocks, 0u);
+  EXPECT_EQ(whole.statistics().held_blocks, 0u);
+  EXPECT_GT(torn.statistics().limited.frames, 0u);
+}
+
+// 44 s in all.
+TEST(BlockSizes, ChangeNothingOfStereoFrom16To2048EachOfThem) {
+  expect_the_same({}, kSampleRate_hz, testing::kSanitized ? 97 : 1);
+}
+
+TEST(BlockSizes, ChangeNothingOfBinaural) {
+  expect_the_same(two_ears(), kSampleRate_hz, testing::kSanitized ? 331 : 23);
+}
+
+TEST(BlockSizes, ChangeNothingOfLoudspeakers) {
+  expect_the_same(*OutputFormat::from_options(false, "7.1.4", false), kSampleRate_hz,
+                  testing::kSanitized ? 331 : 23);
+}
+
+TEST(BlockSizes, ChangeNothingOfADeviceAtAnotherRate) {
+  for (const int rate_hz : {32000, 44100, 96000})
+    expect_the_same({}, rate_hz, testing::kSanitized ? 331 : 41);
+}
+
+}  // namespace
+}  // namespace clamor

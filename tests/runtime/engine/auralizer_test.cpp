@@ -1,0 +1,275 @@
+#include "runtime/engine/auralizer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "runtime/player/render.h"
+#include "tests/baked_room.h"
+#include "tests/sanitized.h"
+#include "tests/temporary_file.h"
+
+namespace clamor {
+namespace {
+
+using testing::baked_room;
+
+Listener walking(double t) { return {{3 + 2 * std::sin(t), 4 + 3 * std::cos(t), 1.5}, 0.7 * t, 0}; }
+
+std::unique_ptr<Auralizer> made(int voices, const std::string& strategy = "priority",
+                                AuralizerInput input = baked_room()) {
+  AuralizerOptions options;
+  options.voices = voices;
+  options.strategy = strategy;
+  options.block_frames = 2048;
+  auto auralizer = Auralizer::create(std::move(input), options);
+  EXPECT_TRUE(auralizer.ok());
+  return std::move(*auralizer);
+}
+
+// Mixes `frames` frames in blocks whose lengths `next_block` chooses.
+template <class NextBlock>
+std::vector<float> mixed(Auralizer& auralizer, std::size_t frames, NextBlock next_block) {
+  std::vector<float> out(2 * frames);
+  for (std::size_t done = 0; done < frames;) {
+    while (auralizer.wants_keyframe())
+      auralizer.make_keyframe(walking(auralizer.next_keyframe_time_s()));
+    const std::size_t count = std::min<std::size_t>(next_block(), frames - done);
+    auralizer.mix({out.data() + 2 * done, 2 * count});
+    done += count;
+  }
+  return out;
+}
+
+TEST(Auralizer, SoundsTheSameHoweverTimeIsCutIntoBlocks) {
+  constexpr std::size_t kFrames = testing::kSanitized ? 12000 : 40000;
+  const auto regular = mixed(*made(60), kFrames, [] { return 256; });
+  std::minstd_rand random(3);
+  EXPECT_EQ(regular, mixed(*made(60), kFrames, [&] { return 1 + random() % 900; }));
+  EXPECT_EQ(regular, mixed(*made(60), kFrames, [] { return 960; }));
+  EXPECT_EQ(regular, mixed(*made(60), kFrames, [] { return 1; }));
+  for (std::size_t first = 16; first <= 2048; first = 3 * first / 2) {
+    std::size_t block = first;  // and somewhat longer ones
+    EXPECT_EQ(regular, mixed(*made(60), kFrames, [&] { return block++ % 2048 + 1; })) << first;
+  }
+}
+
+// A file's pages come and go, the sound is that of all of them in memory.
+TEST(Auralizer, SoundsTheSameFromAFileWithAlmostNoMemoryForIt) {
+  const auto file = testing::as_file(testing::baked_contents(4000));
+  ASSERT_GT(file->page_count(), 30u);
+  AuralizerOptions options;
+  options.voices = 60;
+  auto input = read_auralizer_input(*file);
+  ASSERT_TRUE(input.ok() && read_occluders(*file, *input).ok());
+  const auto in_memory = Auralizer::create(std::move(*input), options);
+  options.wait_for_pages = true;
+  options.memory_bytes = 500'000;
+  const auto from_file = Auralizer::create(file, options);
+  ASSERT_TRUE(in_memory.ok() && from_file.ok());
+  constexpr std::size_t kFrames = 4 * 48000;
+  EXPECT_EQ(mixed(**in_memory, kFrames, [] { return 960; }),
+            mixed(**from_file, kFrames, [] { return 960; }));
+  const PageStatistics pages = (*from_file)->statistics().pages;
+  EXPECT_GT(pages.dropped, 0u);
+  EXPECT_LT(pages.resident, file->page_count() / 2);
+  EXPECT_EQ(pages.failed, 0u);
+}
+
+TEST(Auralizer, ReadsTheGeometryOnlyWhereItAsksWhatHidesSources) {
+  const testing::TemporaryFile written(".clamor");
+  testing::write(testing::baked_contents(500), written);
+  const std::string& path = written.path();
+  // Somewhere is the geometry: the byte whose change it alone suffers from.
+  std::shared_ptr<const BakeFile> file;
+  for (std::uint64_t at = 0; at < std::filesystem::file_size(path); at += 8) {
+    std::fstream bytes(path, std::ios::in | std::ios::out | std::ios::binary);
+    const auto flip = [&bytes, at] {
+      bytes.seekg(static_cast<std::streamoff>(at));
+      const auto byte = static_cast<char>(bytes.get() ^ 1);
+      bytes.seekp(static_cast<std::streamoff>(at));
+      bytes.put(byte).flush();
+    };
+    flip();
+    auto opened = BakeFile::open(path);
+    if (opened.ok() && !opened->read_mesh().ok() && read_auralizer_input(*opened).ok()) {
+      file = std::make_shared<const BakeFile>(std::move(*opened));
+      break;
+    }
+    flip();
+  }
+  ASSERT_NE(file, nullptr);
+  for (const StrategyInfo& strategy : kStrategies)
+    for (const bool visibility : {false, true}) {
+      AuralizerOptions options;
+      options.strategy = strategy.name;
+      options.visibility = visibility;
+      const bool looks = visibility && uses_occlusion(strategy.name);
+      EXPECT_EQ(Auralizer::create(file, options).ok(), !looks) << strategy.name << visibility;
+    }
+}
+
+TEST(Auralizer, GoesOnWithThePagesItHasWhenItsFileIsCutShort) {
+  const testing::TemporaryFile file(".clamor");
+  testing::write(testing::baked_contents(4000), file);
+  AuralizerOptions options;
+  options.voices = 300;
+  options.wait_for_pages = true;
+  const auto auralizer = Auralizer::create(testing::opened(file), options);
+  ASSERT_TRUE(auralizer.ok());
+  while ((*auralizer)->statistics().sounds.loaded < 3)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  std::filesystem::resize_file(file.path(), 100);
+  const auto cut = mixed(**auralizer, 48000, [] { return 960; });
+  const PageStatistics pages = (*auralizer)->statistics().pages;
+  EXPECT_EQ(pages.loaded, 1u);
+  EXPECT_GT(pages.failed, 0u);
+  EXPECT_NE(pages.failure.find("cut short while it was open"), std::string::npos) << pages.failure;
+  EXPECT_GT(*std::max_element(cut.begin(), cut.end()), 1e-3f);
+}
+
+TEST(Auralizer, IsSilentBeforeItsFirstKeyframe) {
+  const auto auralizer = made(60);
+  std::vector<float> block(512, 1.0f);
+  auralizer->mix(block);
+  EXPECT_EQ(block, std::vector<float>(512, 0.0f));
+  EXPECT_EQ(auralizer->statistics().held_blocks, 1u);
+}
+
+TEST(Auralizer, GoesOnAsItWasWhileTheSamplerStandsStill) {
+  const Walk still = Walk::standing({{4, 5, 1.6}, 0.4, 0});
+  // Sounds that never change, or the sampler would follow what they play.
+  AuralizerInput input = baked_room();
+  input.signals.assign(3, testing::sine(440));
+  const auto steady = made(60, "priority", input), stalled = made(60, "priority", input);
+  std::vector<float> a(512), b(512);
+  for (int block = 0; block < 900; ++block) {
+    make_keyframes(*steady, still);
+    // No keyframe for three seconds from the first on.
+    if (block < 190 || block > 750) make_keyframes(*stalled, still);
+    steady->mix(a);
+    stalled->mix(b);
+    for (std::size_t i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i], b[i], 1e-5) << "block " << block;
+  }
+  EXPECT_EQ(steady->statistics().held_blocks, 0u);
+  EXPECT_GT(stalled->statistics().held_blocks, 500u);
+}
+
+// A trip to 900 km and back within four seconds, during which the sampler stands still for three:
+// who is back is heard at once, not three seconds of keyframes later.
+TEST(Auralizer, HearsAListenerWhereTimeSaysAfterItHeld) {
+  const auto pose = [](double t) {
+    Listener pose{{4, 5, 1.6}, 0.4, 0};
+    if (t >= 1 && t < 5) pose.position_m.x += 450e3 * std::min(t - 1, 5 - t);
+    return pose;
+  };
+  constexpr int kBlock = 480, kBlocks_per_s = kSampleRate_hz / kBlock;
+  const auto auralizer = made(60);
+  std::vector<float> block(2 * kBlock);
+  std::vector<double> power;  // of tenths of a second
+  double latest_s = 0;
+  for (int n = 0; n < 8 * kBlocks_per_s; ++n) {
+    const double now_s = static_cast<double>(n) / kBlocks_per_s;
+    const bool stands_still = now_s > 1.5 && now_s < 4.5;
+    while (!stands_still && auralizer->wants_keyframe()) {
+      latest_s = auralizer->next_keyframe_time_s();
+      auralizer->make_keyframe(pose(latest_s));
+    }
+    if (!stands_still) {
+      EXPECT_LT(latest_s, now_s + 8 * kKeyframe_s);
+      EXPECT_GT(latest_s, now_s) << "the listener is heard where it was before";
+    }
+    auralizer->mix(block);
+    if (n % (kBlocks_per_s / 10) == 0) power.push_back(0);
+    for (const float sample : block) power.back() += static_cast<double>(sample) * sample;
+  }
+  EXPECT_GT(auralizer->statistics().held_blocks, 200u);
+  double before = 0, away = 0, back = 0;
+  for (std::size_t i = 0; i < 8; ++i) {
+    before += power[2 + i];
+    away += power[12 + i];
+    back += power[52 + i];  // from 0.2 s after the return on
+  }
+  EXPECT_LT(10 * std::log10(away / before), -60);
+  EXPECT_NEAR(10 * std::log10(back / before), 0, 2);
+}
+
+TEST(Auralizer, LetsSourcesComeAndGoWithoutAClick) {
+  AuralizerInput input = baked_room();
+  input.signals.assign(3, testing::sine(200));
+  const auto out = mixed(*made(30, "priority", input), 96000, [] { return 256; });
+  // A 200 Hz tone bends by (2 pi 200 / 48000)^2 = 7e-4 of its height per frame squared, and a gain
+  // that turns from one slope to another between keyframes by 2 / 960. A voice that jumped in or
+  // out would be a step of a tenth and more.
+  float height = 0, bend = 0;
+  for (std::size_t i = 4; i < out.size(); i += 2) {
+    height = std::max(height, std::abs(out[i]));
+    bend = std::max(bend, std::abs(out[i] - 2 * out[i - 2] + out[i - 4]));
+  }
+  EXPECT_GT(height, 0.01f);
+  EXPECT_LT(bend, 0.005f * height);
+}
+
+TEST(Auralizer, IsAsLoudWithFewVoicesAsWithAll) {
+  const auto energy = [](const std::vector<float>& samples) {
+    double sum = 0;
+    for (const float sample : samples) sum += static_cast<double>(sample) * sample;
+    return sum;
+  };
+  // Noise: of sines, the interference alone would be as large as the power of them all.
+  AuralizerInput input = baked_room();
+  for (std::uint32_t s = 0; s < input.signals.size(); ++s) {
+    input.signals[s].loop = true;
+    input.signals[s].samples.resize(24000);
+    for (std::uint32_t i = 0; i < 24000; ++i)
+      input.signals[s].samples[i] = static_cast<float>(unit(philox(7, {i, s, 0, 0})[0]) - 0.5);
+  }
+  const double all = energy(mixed(*made(1, "all", input), 24000, [] { return 256; }));
+  const double few = energy(mixed(*made(150, "priority", input), 24000, [] { return 256; }));
+  // 4.34 / sqrt(149) = 0.36 dB is one standard deviation of the power.
+  EXPECT_NEAR(10 * std::log10(few / all), 0, 3 * 0.36);
+}
+
+// Where there are as many voices as sources, a crowd that is chosen every third keyframe must sound
+// as all sources do, which are looked at in every keyframe: nobody hears when it was chosen.
+TEST(Auralizer, FollowsTheListenerWithACrowdThatIsChosenLessOften) {
+  AuralizerInput input = baked_room(650);
+  for (Signal& signal : input.signals) signal.loop = true;
+  input.signals[2] = input.signals[0];  // what is silent now and then is left out
+  ASSERT_GT(input.sources.size(), 2 * kVoicesPerKeyframeOfSample);
+  ASSERT_LT(input.sources.size(), 3 * kVoicesPerKeyframeOfSample);
+  const auto block = [] { return 960; };
+  const auto crowd = mixed(*made(15000, "priority", input), 24000, block);
+  const auto all = mixed(*made(15000, "all", input), 24000, block);
+  double energy = 0, error = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    energy += std::pow(all[i], 2);
+    error += std::pow(static_cast<double>(crowd[i]) - all[i], 2);
+  }
+  EXPECT_GT(energy, 0);
+  EXPECT_LT(10 * std::log10(error / energy), -80);  // single precision, added in another order
+}
+
+TEST(Auralizer, RefusesWhatItCannotDoWithASentence) {
+  AuralizerOptions options;
+  options.strategy = "best";
+  EXPECT_FALSE(Auralizer::create(baked_room(), options).ok());
+  options = {};
+  options.voices = 0;
+  EXPECT_FALSE(Auralizer::create(baked_room(), options).ok());
+  options = {};
+  options.gain = std::nan("");
+  EXPECT_FALSE(Auralizer::create(baked_room(), options).ok());
+  AuralizerInput broken = baked_room();
+  broken.emitters[0].signal = 99;
+  EXPECT_FALSE(Auralizer::create(broken, {}).ok());
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,282 @@
+// A listener who is moved in real time: how soon a turn or a step is heard, counted in frames.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "runtime/engine/auralizer.h"
+#include "runtime/hrtf/hrtf_filter_bank.h"
+#include "runtime/mixing/head_rotation.h"
+#include "runtime/mixing/keyframe_lead.h"
+#include "runtime/mixing/mixer.h"
+#include "runtime/voices/octave_filter_bank.h"
+#include "tests/baked_room.h"
+#include "tests/runtime/hrtf_mixing.h"
+
+namespace clamor {
+namespace {
+
+constexpr std::size_t kBlock = 256, kThird = kKeyframeFrames / 3;
+constexpr double kDegrees = std::numbers::pi / 180;
+const Listener kStart{{4, 5, 1.6}, 0.5, 0};
+
+enum class TurningOutput : std::uint8_t { kPair, kLoudspeakers, kHead };
+
+OutputFormat output_shape_of(TurningOutput output) {
+  if (output == TurningOutput::kHead) {
+    OutputFormat shape = *OutputFormat::from_options(true, "", false);
+    shape.head = {std::shared_ptr<void>(), &testing::kemar_head()};
+    return shape;
+  }
+  return *OutputFormat::from_options(false, output == TurningOutput::kLoudspeakers ? "5.1" : "",
+                                     false);
+}
+
+// By how much the mixer is ahead of what is heard.
+std::size_t lead_frames(TurningOutput output) {
+  return output == TurningOutput::kHead ? kHrtfDelayFrames : kBankDelayFrames;
+}
+
+std::unique_ptr<Auralizer> following_auralizer(TurningOutput output, bool tracks_head,
+                                               AuralizerInput input = testing::baked_room(60)) {
+  AuralizerOptions options;
+  options.strategy = "all";
+  options.visibility = false;
+  options.output = output_shape_of(output);
+  options.block_frames = kBlock;
+  options.tracks_head = tracks_head;
+  options.sampler_clock = {[](void*) noexcept { return 0.0; }, nullptr};  // keyframes take no time
+  auto auralizer = Auralizer::create(std::move(input), options);
+  EXPECT_TRUE(auralizer.ok());
+  return std::move(*auralizer);
+}
+
+// Mixes blocks, each after face() and keyframes for where the listener is then: both are given the
+// frame at which the block begins. Without a place no keyframe is made.
+template <class Place, class Face>
+std::vector<float> played_blocks(Auralizer& auralizer, std::size_t blocks, std::size_t block_frames,
+                                 Place place, Face face) {
+  const std::size_t samples = block_frames * static_cast<std::size_t>(auralizer.channels());
+  std::vector<float> all(blocks * samples);
+  for (std::size_t b = 0; b < blocks; ++b) {
+    const std::size_t frame = b * block_frames;
+    auralizer.face(face(frame));
+    while (auralizer.wants_keyframe()) {
+      const std::optional<Listener> pose = place(frame);
+      if (!pose) break;
+      auralizer.make_keyframe(*pose);
+    }
+    auralizer.mix(std::span(all).subspan(b * samples, samples));
+  }
+  return all;
+}
+
+auto always(const Listener& pose) {
+  return [pose](std::size_t) { return pose; };
+}
+// From that block on.
+auto from(std::size_t block, const Listener& pose) {
+  return [block, pose](std::size_t frame) { return frame < block * kBlock ? kStart : pose; };
+}
+Listener turned(double degrees) {
+  return {kStart.position_m, kStart.yaw_rad + degrees * kDegrees, kStart.pitch_rad};
+}
+
+std::size_t first_difference(const std::vector<float>& a, const std::vector<float>& b,
+                             TurningOutput output) {
+  const auto at = std::ranges::mismatch(a, b).in1 - a.begin();
+  return static_cast<std::size_t>(at) /
+         static_cast<std::size_t>(output_shape_of(output).channels());
+}
+
+// Of the last so many samples, relative.
+double difference(std::span<const float> a, std::span<const float> b, std::size_t last) {
+  double sum = 0, power = 0;
+  for (std::size_t i = a.size() - last; i < a.size(); ++i) {
+    sum += (a[i] - b[i]) * (a[i] - b[i]);
+    power += b[i] * b[i];
+  }
+  return std::sqrt(sum / power);
+}
+
+class TurningListener : public ::testing::TestWithParam<TurningOutput> {};
+
+// Within a third of a keyframe, whatever the sampler does; what the head's filters take comes on
+// top. A keyframe would take 20 ms and more.
+TEST_P(TurningListener, IsHeardToTurnWithinAThirdOfAKeyframe) {
+  const TurningOutput output = GetParam();
+  const auto still = played_blocks(*following_auralizer(output, true), 120, kBlock, always(kStart),
+                                   always(kStart));
+  for (const std::size_t block : {90u, 91u, 92u, 93u}) {  // anywhere in a keyframe
+    const auto turns = played_blocks(*following_auralizer(output, true), 120, kBlock,
+                                     always(kStart), from(block, turned(20)));
+    const std::size_t first = first_difference(still, turns, output);
+    EXPECT_GE(first, block * kBlock);
+    EXPECT_LE(first, block * kBlock + lead_frames(output) + kThird + kStepFrames);
+  }
+}
+
+// It is heard as by a listener who has always stood so, though the sampler knows of no turn or
+// stands still. Two receivers are taken to be far from each source: 0.3 frames are 4 % at 997 Hz.
+TEST_P(TurningListener, HearsAfterTheTurnWhatKeyframesWouldSay) {
+  const TurningOutput output = GetParam();
+  const Listener after = turned(50);
+  const auto expected =
+      played_blocks(*following_auralizer(output, true), 140, kBlock, always(after), always(after));
+  const std::size_t last = expected.size() / 7;
+  const double tolerance = output == TurningOutput::kPair ? 0.06 : 0.002;
+  const auto turns = played_blocks(*following_auralizer(output, true), 140, kBlock, always(kStart),
+                                   from(90, after));
+  EXPECT_LT(difference(turns, expected, last), tolerance);
+  const auto nobody = [](std::size_t frame) {
+    return frame < 80 * kBlock ? std::optional(kStart) : std::nullopt;
+  };
+  const auto stalls =
+      played_blocks(*following_auralizer(output, true), 140, kBlock, nobody, from(90, after));
+  EXPECT_LT(difference(stalls, expected, last), tolerance);
+  const auto still = played_blocks(*following_auralizer(output, true), 140, kBlock, always(kStart),
+                                   always(kStart));
+  EXPECT_GT(difference(still, expected, last), 0.1);  // the turn matters
+}
+
+// Neither in jerks nor by how blocks and keyframes meet: as a scripted walk turns, by as much later
+// as a turn takes to be heard.
+TEST_P(TurningListener, WhoTurnsSteadilyIsHeardToTurnSteadily) {
+  const TurningOutput output = GetParam();
+  constexpr double kRate = 90 * kDegrees / kSampleRate_hz;
+  const auto at = [](double frame) {
+    return Listener{kStart.position_m, kStart.yaw_rad + kRate * frame, 0};
+  };
+  const std::size_t later_frames = 2 * kThird + lead_frames(output) / kThird * kThird;
+  constexpr std::size_t kBlocks = 150;
+  const auto now = [&](std::size_t frame) { return at(static_cast<double>(frame)); };
+  const auto turns = played_blocks(*following_auralizer(output, true), kBlocks, kThird, now, now);
+  const auto later = [&](double later_by) {
+    const auto auralizer = following_auralizer(output, false);
+    return played_blocks(
+        *auralizer, kBlocks, kThird,
+        [&](std::size_t) {
+          return at(auralizer->next_keyframe_time_s() * kSampleRate_hz - later_by);
+        },
+        now);
+  };
+  const std::size_t last = turns.size() / 2;
+  const double error = difference(turns, later(static_cast<double>(later_frames)), last);
+  EXPECT_LT(error, 0.01);
+  EXPECT_GT(difference(turns, later(static_cast<double>(later_frames + kThird)), last), 2 * error);
+}
+
+// The bound of Auralizer.LetsSourcesComeAndGoWithoutAClick, at 400 degrees a second.
+TEST_P(TurningListener, WhoTurnsFastHearsNoClick) {
+  const TurningOutput output = GetParam();
+  AuralizerInput input = testing::baked_room(60);
+  input.signals.assign(3, testing::sine(200));
+  const auto turning = [](std::size_t frame) {
+    const auto time_s = static_cast<double>(frame) / kSampleRate_hz;
+    return turned(time_s < 0.3 ? 0 : 400 * (time_s - 0.3));
+  };
+  const auto auralizer = following_auralizer(output, true, input);
+  const auto channels = static_cast<std::size_t>(auralizer->channels());
+  const auto out = played_blocks(*auralizer, 300, kBlock, turning, turning);
+  float height = 0, bend = 0;
+  for (std::size_t i = 2 * channels; i < out.size(); i += channels) {
+    height = std::max(height, std::abs(out[i]));
+    bend = std::max(bend, std::abs(out[i] - 2 * out[i - channels] + out[i - 2 * channels]));
+  }
+  EXPECT_GT(height, 0.01f);
+  EXPECT_LT(bend, 0.005f * height);
+}
+
+// The next keyframe knows of a step, and is made when it is just in time: a block and the sampler's
+// reserve before it is due.
+TEST_P(TurningListener, WhoStepsIsHeardToWithTheNextKeyframe) {
+  const TurningOutput output = GetParam();
+  const auto still = played_blocks(*following_auralizer(output, true), 120, kBlock, always(kStart),
+                                   always(kStart));
+  const auto reserve = static_cast<std::size_t>(KeyframeLead::kMinReserve_s * kSampleRate_hz);
+  for (const std::size_t block : {90u, 91u, 92u, 93u}) {
+    Listener after = kStart;
+    after.position_m.x += 0.2;
+    const auto steps = played_blocks(*following_auralizer(output, true), 120, kBlock,
+                                     from(block, after), always(kStart));
+    const std::size_t first = first_difference(still, steps, output);
+    EXPECT_GE(first, block * kBlock);
+    EXPECT_LE(first, block * kBlock + lead_frames(output) + kKeyframeFrames + reserve + 2 * kBlock);
+  }
+}
+
+std::string name_of(const ::testing::TestParamInfo<TurningOutput>& given) {
+  return given.param == TurningOutput::kPair           ? "Pair"
+         : given.param == TurningOutput::kLoudspeakers ? "Loudspeakers"
+                                                       : "Hrtf";
+}
+
+INSTANTIATE_TEST_SUITE_P(Through, TurningListener,
+                         ::testing::Values(TurningOutput::kPair, TurningOutput::kLoudspeakers,
+                                           TurningOutput::kHead),
+                         name_of);
+
+// With a head that turns all the time, its first keyframe is reached in thirds.
+TEST(TurningMixer, DoesNotFadeInASoundThatBegins) {
+  constexpr MixMode kFullBand{.eight_bands = false};
+  const auto signals = prepare_signals(
+      std::vector<Signal>{{"flat", std::vector<float>(4800, 1.0f), true}}, kFullBand);
+  const HeadRotation turns(nullptr, 0);
+  Mixer mixer(signals, 2, kFullBand, nullptr, nullptr, &turns);
+  Keyframe keyframe;
+  keyframe.facing = listener_axes({});
+  keyframe.voices.resize(1);  // a silent one
+  mixer.begin(keyframe, 0);
+  Listener pose;
+  std::vector<float> period;
+  for (int k = 0; k < 4; ++k) {
+    if (k == 3) {
+      Voice& begins = keyframe.voices.emplace_back();
+      begins.slot = 1;
+      begins.starts = begins.has_onset = true;
+      begins.gain = {same_in_all_bands(1), same_in_all_bands(1)};
+    }
+    period.clear();
+    std::array<float, kEars * kMaxFrames> out;
+    for (bool loaded = false; !loaded || !mixer.wants_keyframe(); loaded = true) {
+      pose.yaw_rad += 0.01;
+      mixer.face(listener_axes(pose));
+      if (loaded)
+        mixer.turn();
+      else
+        mixer.load(keyframe);
+      const int steps = mixer.steps_left();
+      mixer.mix(out.data(), steps);
+      period.insert(period.end(), out.begin(), out.begin() + kEars * kStepFrames * steps);
+    }
+  }
+  ASSERT_EQ(period.size(), std::size_t{kEars} * kKeyframeFrames);
+  EXPECT_GT(mixer.work().loaded_voices, 1u + 1u + 3u + 3u * 2u);  // in parts
+  for (const float sample : period) ASSERT_NEAR(sample, 1, 1e-5);
+}
+
+TEST(KeyframeLead, IsWhatKeyframesTakeAndMoreWhereTheMixerHadToHold) {
+  KeyframeLead lead;
+  EXPECT_DOUBLE_EQ(lead.seconds(), KeyframeLead::kMinReserve_s);
+  for (int i = 0; i < 200; ++i) lead.made(0.002, 0);
+  const double quiet_s = lead.seconds();
+  EXPECT_NEAR(quiet_s, 0.0025 + KeyframeLead::kMinReserve_s, 1e-9);
+  lead.made(0.030, 0);
+  EXPECT_GT(lead.seconds(), 0.030);  // one that took long may come again
+  for (int i = 0; i < 200; ++i) lead.made(0.002, 0);
+  EXPECT_NEAR(lead.seconds(), quiet_s, 1e-9);
+  lead.made(0.002, 3);
+  EXPECT_GT(lead.seconds(), quiet_s + 0.9 * KeyframeLead::kMinReserve_s);
+  for (std::uint64_t held = 4; held < 100; ++held) lead.made(0.002, held);
+  EXPECT_LE(lead.seconds(), 0.0025 + KeyframeLead::kMaxReserve_s + 1e-9);
+  for (int i = 0; i < 3000; ++i) lead.made(0.002, 99);
+  EXPECT_NEAR(lead.seconds(), quiet_s, 1e-9);
+}
+
+}  // namespace
+}  // namespace clamor

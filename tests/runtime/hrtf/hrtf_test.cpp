@@ -1,0 +1,209 @@
+// hrtf_test.cpp: binaural mixing against convolution with the measured responses.
+#include "runtime/hrtf/hrtf.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "runtime/hrtf/hrtf_magnitude_fit.h"
+#include "runtime/mixing/mixer.h"
+#include "runtime/voices/mix_fir.h"
+#include "tests/rooms.h"
+#include "tests/runtime/hrtf_mixing.h"
+
+namespace clamor {
+namespace {
+
+using namespace testing;
+
+// In level; in the time between the ears, interaural_times_test.cpp says so band by band.
+TEST(Binaural, IsConvolutionWithTheHeadFromTwoHundredDirections) {
+  std::vector<std::array<ErbBands, kEars>> level_db;  // ours over the measured one's
+  for (const std::size_t d : two_hundred()) {
+    const Vec3f from = kemar().directions[d];
+    const auto out = mixed(kemar_head(), click(), 4096,
+                           [&](int k) { return heard(kemar_head(), from, 2000, 1, k == 0); });
+    std::array<Spectrum, kEars> ours, direct;
+    auto& over_db = level_db.emplace_back();
+    const double bin_hz = kemar().rate_hz / kSize;
+    for (std::size_t e = 0; e < kEars; ++e) {
+      ours[e] = spectrum_of(out[e].data(), out[e].size());
+      direct[e] = spectrum_of(kemar().response(d, e), kemar().frames);
+      const ErbBands energy = energy_of(ours[e], kBin_hz), expected = energy_of(direct[e], bin_hz);
+      for (std::size_t b = 0; b < kErbBandCount; ++b)
+        over_db[e][b] = 10 * std::log10(energy[b] / expected[b]);
+    }
+    for (std::size_t b = 0; b < kErbBandCount; ++b)
+      EXPECT_NEAR(over_db[0][b], over_db[1][b], 1) << "band " << b << ", direction " << d;
+  }
+  // The same holds of each ear, but for what all directions have in common, band by band.
+  for (std::size_t b = 0; b < kErbBandCount; ++b) {
+    double common_db = 0;
+    for (const auto& ears : level_db)
+      common_db += (ears[0][b] + ears[1][b]) / static_cast<double>(kEars * level_db.size());
+    for (const auto& ears : level_db)
+      for (const ErbBands& ear : ears) EXPECT_NEAR(ear[b], common_db, 1) << b;
+  }
+}
+
+// Diffuse sound is as loud in each band as without a head.
+TEST(Binaural, AddsNoColourOfItsOwnInTheMeanOverAllDirections) {
+  const HrtfMagnitudeFit fit;
+  ErbBands sum{}, flat = fit.energy_of([] {
+    std::array<double, kHrtfBands> ones;
+    ones.fill(1);
+    return ones;
+  }());
+  for (const Vec3f& from : kemar().directions)
+    for (const HrtfGains& levels : kemar_head().hear(from)) {
+      std::array<double, kHrtfBands> heard_levels;
+      std::ranges::copy(levels, heard_levels.begin());
+      const ErbBands energy = fit.energy_of(heard_levels);
+      for (std::size_t b = 0; b < kErbBandCount; ++b)
+        sum[b] += energy[b] / static_cast<double>(kEars * kemar().directions.size());
+    }
+  for (std::size_t b = 0; b < kErbBandCount; ++b)
+    EXPECT_NEAR(10 * std::log10(sum[b] / flat[b]), 0, 0.3) << b;
+}
+
+TEST(Binaural, LeavesASoundAsItWasWhereTheHeadDoesNothing) {
+  const Hrtf head(no_head());
+  Signal noise;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> uniform(-0.5f, 0.5f);
+  for (int i = 0; i < 5000; ++i) noise.samples.push_back(uniform(random));
+  const auto out = mixed(head, noise, 4096, [&](int k) {
+    return heard(head, {0, 1, 0}, 300, 0.5f, k == 0);
+  });
+  double error = 0, power = 0;
+  for (std::size_t n = 0; n < 4096; ++n) {
+    const double expected = 0.5 * noise.samples[(n + 5000 - 300) % 5000];
+    for (std::size_t e = 0; e < kEars; ++e) error += std::pow(out[e][n] - expected, 2);
+    power += kEars * expected * expected;
+  }
+  EXPECT_LT(10 * std::log10(error / power), -50);
+}
+
+TEST(Binaural, IsTheSameOnEveryInstructionSet) {
+  std::array<std::vector<float>, kEars> first;
+  Signal tone;
+  tone.samples = testing::sine(3000).samples;
+  for (const std::string& target : mix_kernel_targets()) {
+    force_mix_kernel(target);
+    const auto out = mixed(kemar_head(), tone, 3000, [&](int k) {
+      return heard(kemar_head(), k % 2 == 0 ? Vec3f(1, 0, 0) : Vec3f(0, -1, 0), 500 + 7.3 * k, 0.5f,
+                   k == 0);
+    });
+    if (first[0].empty()) first = out;
+    for (std::size_t e = 0; e < kEars; ++e)
+      for (std::size_t n = 0; n < out[e].size(); ++n)
+        ASSERT_NEAR(out[e][n], first[e][n], 1e-5) << target << ' ' << n;
+  }
+  force_mix_kernel("");
+}
+
+// Gains in octaves come through the narrow bands: a tone at a centre has its octave's.
+TEST(Binaural, GivesEachOctaveItsGain) {
+  const Hrtf head(no_head());
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> change_db(-6, 2);
+  for (int shape = 0; shape < 20; ++shape) {
+    Bands gains{};
+    double level_db = 0;
+    for (float& gain : gains) {
+      gain = static_cast<float>(std::pow(10, level_db / 20));
+      level_db += change_db(random);
+    }
+    const HrtfGains levels = HrtfFilterBank::levels_of(gains);
+    const auto own = head.hear(Vec3f(1, 0, 0));
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      double heard_gain = 0;
+      for (std::size_t j = 0; j < kHrtfBands; ++j)
+        heard_gain += levels[j] * own[0][j] * HrtfFilterBank::magnitude(j, kBandCentres_hz[b]);
+      EXPECT_NEAR(20 * std::log10(heard_gain / gains[b]), 0, 0.5) << shape << ' ' << b;
+    }
+  }
+}
+
+TEST(HrtfFilterBank, PassesEverythingWhenAllBandsAreEqual) {
+  for (double hz = 20; hz < 20000; hz *= 1.07) {
+    double sum = 0;
+    for (std::size_t j = 0; j < kHrtfBands; ++j) sum += HrtfFilterBank::magnitude(j, hz);
+    EXPECT_NEAR(sum, 1, 1e-3) << hz;
+  }
+}
+
+TEST(SumFiltered, EqualsASlowSumInDouble) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  constexpr int kRows = 5, kTaps = 37, kStride = 300;
+  std::vector<float> filters(kRows * kTaps), rows(kRows * kStride), out(256);
+  for (float& x : filters) x = uniform(random);
+  for (float& x : rows) x = uniform(random);
+  for (const std::string& target : mix_kernel_targets())
+    for (const int frames : {16, 64, 240, 256}) {
+      force_mix_kernel(target);
+      sum_filtered({filters.data(), rows.data(), kStride, kRows, kTaps, frames, out.data()});
+      for (int f = 0; f < frames; ++f) {
+        double sum = 0;
+        for (int r = 0; r < kRows; ++r)
+          for (int k = 0; k < kTaps; ++k)
+            sum += static_cast<double>(filters[static_cast<std::size_t>(r * kTaps + k)]) *
+                   rows[static_cast<std::size_t>(r * kStride + f + k)];
+        ASSERT_NEAR(out[static_cast<std::size_t>(f)], sum, 3e-5) << target << ' ' << f;
+      }
+    }
+  force_mix_kernel("");
+}
+
+TEST(DirectionMesh, HoldsEveryDirectionBetweenThreeNeighbours) {
+  const DirectionMesh mesh(kemar().directions);
+  for (std::uint32_t d = 0; d < kemar().directions.size(); ++d) {
+    const auto place = mesh.find(kemar().directions[d]);
+    float own = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      if (place.corner[k] == d) own += place.share[k];
+    EXPECT_GT(own, 0.999f) << d;
+  }
+  std::mt19937 random(9);
+  std::normal_distribution<float> normal;
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3f from = normalize(Vec3f(normal(random), normal(random), normal(random)));
+    const auto place = mesh.find(from);
+    Vec3f sum(0);
+    for (std::size_t k = 0; k < 3; ++k) sum += place.share[k] * kemar().directions[place.corner[k]];
+    ASSERT_LT(length(normalize(sum) - from), 1e-4f) << i;
+    // The measured set is 5 to 10 degrees fine, but for what lies under the feet.
+    if (from.z < -0.6f) continue;
+    for (std::size_t k = 0; k < 3; ++k)
+      ASSERT_GT(dot(kemar().directions[place.corner[k]], from), 0.97f) << i;
+  }
+}
+
+// Turning slowly, and from anywhere to anywhere.
+TEST(DirectionMesh, FindsTheSameWhereverItBegins) {
+  const DirectionMesh mesh(kemar().directions);
+  const auto between = [](const DirectionMesh::Place& place) {
+    Vec3f sum(0);
+    for (std::size_t k = 0; k < 3; ++k) sum += place.share[k] * kemar().directions[place.corner[k]];
+    return sum;
+  };
+  std::mt19937 random(10);
+  std::normal_distribution<float> normal;
+  std::uint32_t last = 0;
+  Vec3f from(1, 0, 0);
+  for (int i = 0; i < 20000; ++i) {
+    const float far = i % 100 == 0 ? 100.0f : 0.02f;
+    from = normalize(from + far * Vec3f(normal(random), normal(random), normal(random)));
+    const auto place = mesh.find(from, last);
+    ASSERT_LT(length(between(place) - between(mesh.find(from))), 1e-5f) << i;
+    ASSERT_NEAR(place.share[0] + place.share[1] + place.share[2], 1, 1e-6) << i;
+  }
+}
+
+}  // namespace
+}  // namespace clamor

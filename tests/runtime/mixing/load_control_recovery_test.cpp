@@ -1,0 +1,172 @@
+// load_control.h in a closed loop with a simulated machine: how soon all voices are back after a
+// burden, how many keyframes and blocks are late meanwhile, and that nothing swings.
+//
+// A keyframe takes fixed + k x per_voice of its period, a block the same of its own; both times
+// what else the machine does, which comes and goes, and a few percent of noise.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "runtime/mixing/load_control.h"
+
+namespace clamor {
+namespace {
+
+constexpr std::size_t kMost = 2000;
+constexpr double kPeriod_s = 0.02;
+constexpr int kBlocksPerKeyframe = 4;
+
+// Shares of the period, where nothing else is done.
+struct Costs {
+  double fixed = 0.1, voices = 0.3;  // all of them
+};
+
+struct BusyMachine {
+  Costs sampler{}, mixer{};
+  double noise = 0.1;  // up to so much more or less
+  SamplerLoadControl limit{kMost};
+  MixerLoadControl load{};
+  std::size_t late_blocks = 0;
+  double lowest = 1, now_s = 0;
+  std::size_t turns = 0;  // of k, from falling to rising or back, by more than 5 %
+  double least_since = kMost, most_since = kMost;
+  bool falling = false;
+  std::uint32_t draws = 0;
+
+  double took(const Costs& costs, std::size_t voices, double burden) {
+    const double random = unit(philox(5, {draws++, 0, 0, 0})[0]);
+    const double share = static_cast<double>(voices) / kMost;
+    return burden * (costs.fixed + costs.voices * share) * (1 + noise * (2 * random - 1));
+  }
+
+  // Both threads go on for a while; burden(now) is how many times as long each takes.
+  void run(double seconds, const std::function<double(double)>& sampling,
+           const std::function<double(double)>& mixing) {
+    for (const double end_s = now_s + seconds; now_s < end_s; now_s += kPeriod_s) {
+      const std::size_t chosen = limit.voices();
+      std::size_t left_out = 0;
+      for (int block = 0; block < kBlocksPerKeyframe; ++block) {
+        load.expect(chosen);
+        const std::size_t mixed = std::min(chosen, load.allowed());
+        left_out = chosen - mixed;
+        const double share = took(mixer, mixed, mixing(now_s));
+        late_blocks += share > 1;
+        load.mixed(share * kPeriod_s / kBlocksPerKeyframe, kPeriod_s / kBlocksPerKeyframe, mixed);
+      }
+      limit.keyframe_took(took(sampler, chosen, sampling(now_s)),
+                          static_cast<double>(left_out) / static_cast<double>(chosen),
+                          load.is_full(chosen));
+      watch(static_cast<double>(limit.voices()));
+    }
+  }
+
+  void watch(double k) {
+    lowest = std::min(lowest, k / kMost);
+    least_since = falling ? std::min(least_since, k) : least_since;
+    most_since = falling ? most_since : std::max(most_since, k);
+    if (falling ? k > 1.05 * least_since : k < 0.95 * most_since) {
+      falling = !falling;
+      ++turns;
+      least_since = most_since = k;
+    }
+  }
+  double share_of_all() const { return static_cast<double>(limit.voices()) / kMost; }
+};
+
+double none(double) { return 1; }
+std::function<double(double)> always(double burden) {
+  return [burden](double) { return burden; };
+}
+
+TEST(LoadRecovery, AllVoicesAreBackFourSecondsAfterTheWorstBurden) {
+  BusyMachine machine;
+  machine.run(5, none, none);
+  EXPECT_EQ(machine.limit.voices(), kMost);
+  machine.run(10, always(20), none);  // more than any number of voices could make up for
+  EXPECT_EQ(machine.limit.voices(), kMost / SamplerLoadControl::kFloor);
+  machine.run(4, none, none);
+  EXPECT_EQ(machine.limit.voices(), kMost);
+}
+
+TEST(LoadRecovery, AllVoicesAreBackFourSecondsAfterAMixersBurden) {
+  BusyMachine machine;
+  machine.run(5, none, none);
+  machine.run(10, none, always(8));  // 0.8 of it whatever is mixed
+  EXPECT_LT(machine.lowest, 0.1);
+  machine.run(4, none, none);
+  EXPECT_EQ(machine.limit.voices(), kMost);
+  EXPECT_EQ(machine.load.allowed(), MixerLoadControl::kUnlimited);
+}
+
+// A burden of 2.5 makes a keyframe take 1.0 of its period, and of 5 makes it 2.0: it falls by half
+// at most, twice for the latter. No step is late more often than that.
+TEST(LoadRecovery, AStepOfLoadIsLateOnceOrTwiceAndSettlesWithinASecond) {
+  for (const double burden : {2.5, 4.0, 5.0}) {
+    BusyMachine machine{.noise = 0.03};
+    machine.run(5, none, none);
+    machine.run(1, always(burden), none);
+    EXPECT_LE(machine.limit.late(), burden < 4 ? 1u : 2u) << burden;
+    const double settled = machine.share_of_all();
+    const double took = burden * (0.1 + 0.3 * settled);
+    EXPECT_LT(took, kHighShare) << burden;
+    EXPECT_GT(took, kLowShare * 0.9) << burden;
+    machine.run(60, always(burden), none);
+    EXPECT_NEAR(machine.share_of_all(), settled, 0.08) << burden;
+    EXPECT_LE(machine.limit.late(), burden < 4 ? 1u : 2u) << burden;
+    EXPECT_LE(machine.turns, 2u) << burden;
+  }
+}
+
+TEST(LoadRecovery, NothingSwingsUnderAnySteadyLoad) {
+  for (double burden = 1; burden < 12; burden *= 1.07)
+    for (const bool mixes : {false, true}) {
+      BusyMachine machine{.noise = 0.15};
+      machine.run(8, mixes ? none : always(burden), mixes ? always(burden) : none);
+      machine.turns = 0;
+      machine.late_blocks = 0;
+      const std::uint64_t late = machine.limit.late();
+      machine.run(60, mixes ? none : always(burden), mixes ? always(burden) : none);
+      EXPECT_LE(machine.turns, 2u) << burden << (mixes ? " of the mixer" : "");
+      // Beyond 7, what a keyframe takes anyway, with the least voices, is all of its time.
+      if (burden < 7) {
+        EXPECT_EQ(machine.limit.late(), late) << burden;
+        EXPECT_EQ(machine.late_blocks, 0u) << burden;
+      }
+    }
+}
+
+// Without waiting longer each time, every return of the burden would find all voices there.
+TEST(LoadRecovery, ABurdenThatComesAndGoesIsMetByStayingLow) {
+  for (const double every_s : {1.0, 2.0}) {
+    BusyMachine machine{.noise = 0.03};
+    const auto on_and_off = [&](double now_s) {
+      return std::fmod(now_s, every_s) < every_s / 2 ? 5.0 : 1.0;
+    };
+    machine.run(20, on_and_off, none);
+    const std::uint64_t late = machine.limit.late();
+    machine.turns = 0;
+    machine.run(60, on_and_off, none);
+    // 60 / every_s returns, each of which was late twice the first time; at most one in 4 s finds
+    // many voices.
+    EXPECT_LE(machine.limit.late() - late, 2 * 60 / Backoff::kMost_s) << every_s;
+    EXPECT_LE(machine.turns, 2 * 60 / Backoff::kMost_s) << every_s;
+    machine.run(8, none, none);
+    EXPECT_EQ(machine.limit.voices(), kMost) << every_s;
+  }
+}
+
+TEST(LoadRecovery, OneLateKeyframeCostsHalfOfTheVoicesForASecondAndAHalf) {
+  BusyMachine machine;
+  machine.run(5, none, none);
+  machine.run(kPeriod_s, always(50), none);
+  EXPECT_EQ(machine.limit.voices(), kMost / 2);
+  machine.run(1.5, none, none);
+  EXPECT_EQ(machine.limit.voices(), kMost);
+  EXPECT_EQ(machine.limit.late(), 1u);
+}
+
+}  // namespace
+}  // namespace clamor

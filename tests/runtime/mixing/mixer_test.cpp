@@ -1,0 +1,420 @@
+#include "runtime/mixing/mixer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "tests/rooms.h"
+#include "tests/runtime/mixer_voices.h"
+
+namespace clamor {
+namespace {
+
+using testing::voice;
+
+// The left ear of so many steps, keyframe k being next(k).
+template <class Next>
+std::vector<float> mixed_steps(const std::vector<PreparedSignal>& signals, int steps, Next next,
+                               std::int64_t clock = 0, std::uint64_t* bad = nullptr,
+                               const MixMode& mode = {}) {
+  Mixer mixer(signals, 8, mode);
+  std::uint64_t number = 0;
+  mixer.begin(next(number++), clock);
+  std::vector<float> out, block(2 * kStepFrames);
+  for (int s = 0; s < steps; ++s) {
+    if (mixer.wants_keyframe()) mixer.load(next(number++));
+    mixer.step(block.data());
+    for (int f = 0; f < kStepFrames; ++f) out.push_back(block[static_cast<std::size_t>(2 * f)]);
+  }
+  if (bad != nullptr) *bad = mixer.bad_voices();
+  return out;
+}
+
+TEST(Mixer, HoldsPhaseForADay) {
+  const auto signals = prepare_signals(std::vector<Signal>{testing::sine(997)});
+  const auto still = [](std::uint64_t number) {
+    Keyframe keyframe;
+    keyframe.voices = {voice(0, 1234.56789, 0.7f)};
+    keyframe.voices[0].starts = number == 0;
+    return keyframe;
+  };
+  const std::int64_t day = std::int64_t{24} * 3600 * kSampleRate_hz;  // a whole number of loops
+  EXPECT_EQ(mixed_steps(signals, 200, still), mixed_steps(signals, 200, still, day));
+}
+
+TEST(Mixer, ShiftsThePitchOfAPassingSourceAsDopplerSaysThroughout) {
+  constexpr double kTone_hz = 1000, kSpeed_mps = 30, kSound_mps = 343.2;
+  struct Case {
+    double nearest_m;
+    bool eight_bands;  // their bank hears slides of 1 kHz 2.4 ms late, at 5 m 0.13 %
+  };
+  for (const auto [nearest_m, eight_bands] : {Case{5, false}, Case{20, false}, Case{8, true}}) {
+    const MixMode mode{Interpolation::kCubic, 2, eight_bands};
+    const auto signals = prepare_signals(std::vector<Signal>{testing::sine(kTone_hz)}, mode);
+    const auto delay_s = [near_m = nearest_m](double t) {
+      return std::hypot(near_m, kSpeed_mps * (t - 1)) / kSound_mps;
+    };
+    const auto passing = [&](std::uint64_t number) {
+      Keyframe keyframe;
+      const double t = static_cast<double>(number) * kKeyframeFrames / kSampleRate_hz;
+      keyframe.voices = {voice(0, delay_s(t) * kSampleRate_hz, 0.5f)};
+      keyframe.voices[0].starts = number == 0;
+      return keyframe;
+    };
+    const auto out =
+        mixed_steps(signals, 2 * kSampleRate_hz / kStepFrames, passing, 0, nullptr, mode);
+    // Phase over a window of six periods of what is heard, less that of what would be in the air.
+    const auto wrong_phase = [&](std::size_t first) {
+      std::complex<double> heard = 0, meant = 0;
+      for (std::size_t n = first; n < first + 288; ++n) {
+        const double t = static_cast<double>(n) / kSampleRate_hz;
+        const double window = std::sin(std::numbers::pi * static_cast<double>(n - first) / 288);
+        const auto back =
+            std::polar(window * window, -2 * std::numbers::pi * kTone_hz * (t - delay_s(t)));
+        heard += static_cast<double>(out[n]) * back;
+        meant += std::sin(2 * std::numbers::pi * kTone_hz * (t - delay_s(t))) * back;
+      }
+      return std::arg(heard / meant);
+    };
+    // Every 3 ms, after the two keyframes that tell how it began.
+    double worst_hz = 0;
+    for (std::size_t n = 3 * kKeyframeFrames; n + 432 < out.size(); n += 144) {
+      const double turned =
+          std::remainder(wrong_phase(n + 144) - wrong_phase(n), 2 * std::numbers::pi);
+      worst_hz =
+          std::max(worst_hz, std::abs(turned) / (2 * std::numbers::pi) * kSampleRate_hz / 144);
+    }
+    EXPECT_LT(worst_hz, 0.001 * kTone_hz) << nearest_m << " m";
+  }
+}
+
+TEST(Mixer, SlidesGainsAndDelaysFromKeyframeToKeyframeWithoutAStep) {
+  // A constant shows gains, a ramp read by lines shows where it is read.
+  std::vector<Signal> sounds(2);
+  sounds[0].samples = {1};
+  for (int i = 0; i < 20000; ++i) sounds[1].samples.push_back(static_cast<float>(i) / 16384);
+  sounds[1].loop = false;
+  const MixMode mode{Interpolation::kLinear, 2, false};
+  const auto signals = prepare_signals(sounds, mode);
+  for (const std::uint32_t sound : {0u, 1u}) {
+    std::vector<double> gains, delays;  // of the keyframes
+    const auto moving = [&](std::uint64_t number) {
+      const double turn = 0.7 * static_cast<double>(number);
+      gains.push_back(sound == 0 ? std::sin(turn) : 1);
+      delays.push_back(100 * std::sin(turn));
+      Keyframe keyframe;
+      keyframe.voices = {voice(0, delays.back(), static_cast<float>(gains.back()))};
+      keyframe.voices[0].signal = sound;
+      keyframe.voices[0].starts = number == 0;
+      return keyframe;
+    };
+    const auto out =
+        mixed_steps(signals, 12 * kKeyframeFrames / kStepFrames, moving, 2000, nullptr, mode);
+    const auto at = [&](std::size_t n) {
+      return sound == 0 ? static_cast<double>(out[n]) : static_cast<double>(out[n]) * 16384;
+    };
+    for (std::size_t k = 1; k < 12; ++k) {
+      const std::size_t n = k * kKeyframeFrames;
+      if (sound == 0) {
+        EXPECT_NEAR(at(n), gains[k], 2e-6) << k;
+        EXPECT_LE(std::abs(at(n) - at(n - 1)), std::abs(gains[k] - gains[k - 1]) / 960 + 1e-6) << k;
+      } else {
+        EXPECT_NEAR(at(n), 2000 + static_cast<double>(n) - delays[k], 2e-3)
+            << k;  // 24 bits of 8192
+        // How the reading speed steps there, against how it bends in between: a hundred frames per
+        // radian and keyframe squared.
+        const double before = at(n) - at(n - 32), after = at(n + 32) - at(n);
+        if (k > 2) {
+          EXPECT_NEAR(after, before, 32 * 2.5 * 100 * 0.49 / 15 / 960)
+              << k << ", " << after - before;
+        }
+      }
+    }
+  }
+}
+
+// One voice that stands still, as keyframes.
+auto standing(double delay_frames, const Bands& gains = same_in_all_bands(1)) {
+  return [=](std::uint64_t number) {
+    Keyframe keyframe;
+    keyframe.voices = {voice(0, delay_frames, 0)};
+    keyframe.voices[0].gain = {gains, gains};
+    keyframe.voices[0].starts = number == 0;
+    return keyframe;
+  };
+}
+
+// Largest error of a tone read `fraction` frames late, relative to the tone.
+double tone_error(double frequency_hz, double fraction, const MixMode& mode) {
+  const auto signals = prepare_signals(std::vector<Signal>{testing::sine(frequency_hz)}, mode);
+  const auto out = mixed_steps(signals, 30, standing(100 + fraction), 0, nullptr, mode);
+  double worst = 0;
+  for (std::size_t n = 0; n < out.size(); ++n) {
+    const double turn = frequency_hz * (static_cast<double>(n) - 100 - fraction) / kSampleRate_hz;
+    const double expected = 0.5 * std::sin(2 * std::numbers::pi * turn);
+    worst = std::max(worst, std::abs(static_cast<double>(out[n]) - expected));
+  }
+  return worst / 0.5;
+}
+
+// What a line (order 2) or a spline (order 4) through a tone of f periods per sample is away from
+// it.
+double curve_error(double f, double x, int order) {
+  const auto tone = [&](double k) { return std::polar(1.0, 2 * std::numbers::pi * f * k); };
+  if (order == 2) return std::abs((1 - x) * tone(0) + x * tone(1) - tone(x));
+  const double y = 1 - x, knots = 4 + 2 * std::cos(2 * std::numbers::pi * f);
+  return std::abs((y * y * y * tone(-1) + (4 - 6 * x * x + 3 * x * x * x) * tone(0) +
+                   (4 - 6 * y * y + 3 * y * y * y) * tone(1) + x * x * x * tone(2)) /
+                      knots -
+                  tone(x));
+}
+
+TEST(Mixer, ReadsBetweenFramesWithTheErrorOfASplineAndNoMore) {
+  const MixMode linear{Interpolation::kLinear, 2, false}, cubic{Interpolation::kCubic, 2, false};
+  const double rounding = 1e-5;  // -100 dB
+  for (const double hz : {100.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 12000.0, 16000.0})
+    for (const double fraction : {0.125, 0.25, 0.5, 0.75}) {
+      const double f = hz / kSampleRate_hz;
+      EXPECT_LT(tone_error(hz, fraction, linear), curve_error(f, fraction, 2) + rounding) << hz;
+      EXPECT_LT(tone_error(hz, fraction, cubic), curve_error(f, fraction, 4) + rounding) << hz;
+    }
+  // Eight bands: the low layer's rate is a quarter, and the bank may leave -80 dB.
+  for (const double hz : {100.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 16000.0}) {
+    const double f = hz / kSampleRate_hz;
+    EXPECT_LT(tone_error(hz, 0.5, {}),
+              curve_error(hz < 1414 ? kLowRate * f : f, 0.5, 4) * (hz < 1414 ? 1.1 : 1) + 1e-4)
+        << hz;
+  }
+  // A whole delay is none.
+  for (const double hz : {100.0, 1000.0, 16000.0}) EXPECT_LT(tone_error(hz, 0, cubic), 1e-6) << hz;
+}
+
+// The mix as it is meant, from the samples as they came, in double: sample k of a signal with its
+// own time, by closed forms.
+class SlowMix {
+ public:
+  SlowMix(const std::vector<Signal>& signals, Interpolation interpolation)
+      : signals_(signals), cubic_(interpolation == Interpolation::kCubic) {}
+
+  double read(std::uint32_t signal, double frame) const {
+    const double whole = std::floor(frame), f = frame - whole, g = 1 - f;
+    const auto k = static_cast<std::int64_t>(whole);
+    const Signal& s = signals_[signal];
+    if (!cubic_) return g * sample(s, k) + f * sample(s, k + 1);
+    return (g * g * g * knot(s, k - 1) + (4 - 6 * f * f + 3 * f * f * f) * knot(s, k) +
+            (4 - 6 * g * g + 3 * g * g * g) * knot(s, k + 1) + f * f * f * knot(s, k + 2)) /
+           6;
+  }
+
+ private:
+  static double sample(const Signal& s, std::int64_t k) {
+    const auto size = static_cast<std::int64_t>(s.samples.size());
+    if (s.loop) k = (k % size + size) % size;
+    return k < 0 || k >= size ? 0 : static_cast<double>(s.samples[static_cast<std::size_t>(k)]);
+  }
+
+  // The spline's coefficient: sqrt(3) (sqrt(3) - 2)^|m| is the inverse of (1/6, 4/6, 1/6).
+  static double knot(const Signal& s, std::int64_t k) {
+    double sum = 0;
+    for (std::int64_t m = -24; m <= 24; ++m)
+      sum += std::sqrt(3.0) * std::pow(std::sqrt(3.0) - 2, static_cast<double>(std::abs(m))) *
+             sample(s, k - m);
+    return sum;
+  }
+
+  const std::vector<Signal>& signals_;
+  const bool cubic_;
+};
+
+// What a delay has changed f frames after keyframe k - 1: step by step, the slope of each that of
+// its middle, on two straight lines of slope through 0, 8 and 15 steps.
+double slid_frames(const std::vector<Keyframe>& keyframes, std::size_t k, std::uint32_t v, int ear,
+                   int f) {
+  const auto mean = [&](std::size_t at) {
+    return at < 2 ? 0
+                  : (keyframes[at - 1].voices[v].delay_frames[ear] -
+                     keyframes[at - 2].voices[v].delay_frames[ear]) /
+                        kKeyframeFrames;
+  };
+  const auto end = [&](std::size_t at) {  // as it was decided there: straight if it was too fast
+    double last = 0, last_mean = 0;
+    std::array<double, 3> slopes{};
+    for (std::size_t i = 2; i <= at; ++i) {
+      const double now = mean(i), c = 1.5 * now - 0.5 * last_mean;
+      const double b = (30 * now - 8 * last - 7 * c) / 15;
+      slopes = {last, b, c};
+      if (std::max({std::abs(last), std::abs(b), std::abs(c)}) > 0.99) slopes = {now, now, now};
+      last = slopes[2];
+      last_mean = now;
+    }
+    return slopes;
+  };
+  const auto [a, b, c] = end(k + 1);
+  double slid = 0;
+  for (int step = 0; step < f / kStepFrames + 1 && step < 15; ++step) {
+    const double slope =
+        step < 8 ? a + (b - a) * (step + 0.5) / 8 : b + (c - b) * (step - 8 + 0.5) / 7;
+    slid += slope * std::min(kStepFrames, f - step * kStepFrames);
+  }
+  return slid;
+}
+
+TEST(Mixer, EqualsASlowMixAcrossTheEndsOfLoopsAndOfSoundsPlayedOnce) {
+  std::mt19937 random(2);
+  const auto between = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  std::vector<Signal> sounds;
+  for (const bool loop : {true, false})
+    for (const std::size_t length : {1u, 5u, 777u, 1500u}) {
+      Signal& sound = sounds.emplace_back();
+      sound.loop = loop;
+      for (std::size_t i = 0; i < length; ++i)
+        sound.samples.push_back(static_cast<float>(between(-1, 1)));
+    }
+  constexpr int kVoices = 16, kKeyframes = 5;
+  constexpr std::int64_t kClock = 100000;
+  // Keyframes whose one-shots begin, play and end within them; some slide at nearly sound's speed.
+  std::vector<Keyframe> keyframes(kKeyframes);
+  for (std::uint32_t v = 0; v < kVoices; ++v)
+    for (std::uint64_t k = 0; k < kKeyframes; ++k) {
+      Voice& now = keyframes[k].voices.emplace_back(voice(v, 0, 0));
+      now.signal = v % static_cast<std::uint32_t>(sounds.size());
+      now.starts = k == 0;
+      for (int e = 0; e < kEars; ++e) {
+        const double fast = v % 4 == 0 ? 900 : v % 4 == 1 ? 100 : 2;
+        now.delay_frames[e] =
+            k == 0 ? kClock + between(0, 3000)
+                   : keyframes[k - 1].voices[v].delay_frames[e] + between(-fast, fast);
+        now.gain[e] = same_in_all_bands(static_cast<float>(between(-0.25, 0.25)));
+      }
+    }
+  for (const Interpolation interpolation : {Interpolation::kLinear, Interpolation::kCubic}) {
+    const SlowMix slow(sounds, interpolation);
+    std::vector<double> expected(2 * (kKeyframes - 1) * kKeyframeFrames);
+    for (std::size_t k = 1; k < kKeyframes; ++k)
+      for (std::uint32_t v = 0; v < kVoices; ++v)
+        for (int e = 0; e < kEars; ++e)
+          for (int f = 0; f < kKeyframeFrames; ++f) {
+            const Voice &from = keyframes[k - 1].voices[v], &to = keyframes[k].voices[v];
+            const double t = static_cast<double>(f) / kKeyframeFrames;
+            const double gain = (1 - t) * static_cast<double>(from.gain[e][0]) +
+                                t * static_cast<double>(to.gain[e][0]);
+            const double delay = from.delay_frames[e] + slid_frames(keyframes, k, v, e, f);
+            const std::size_t frame = (k - 1) * kKeyframeFrames + static_cast<std::size_t>(f);
+            expected[2 * frame + static_cast<std::size_t>(e)] +=
+                gain * slow.read(from.signal,
+                                 static_cast<double>(kClock) + static_cast<double>(frame) - delay);
+          }
+    const MixMode mode{interpolation, 2, false};
+    const auto signals = prepare_signals(sounds, mode);
+    for (const std::string& target : mix_kernel_targets())
+      for (const int steps : {1, 4}) {
+        force_mix_kernel(target);
+        Mixer mixer(signals, kVoices, mode);
+        mixer.begin(keyframes[0], kClock);
+        std::vector<float> out(expected.size());
+        std::size_t next = 1;
+        for (std::size_t at = 0; at < out.size();) {
+          if (mixer.wants_keyframe()) mixer.load(keyframes[next++]);
+          const int now = std::min(steps, mixer.steps_left());
+          mixer.mix(out.data() + at, now);
+          at += static_cast<std::size_t>(2 * now * kStepFrames);
+        }
+        double worst = 0;
+        for (std::size_t i = 0; i < out.size(); ++i)
+          worst = std::max(worst, std::abs(static_cast<double>(out[i]) - expected[i]));
+        EXPECT_LT(worst, 1e-5) << target << (interpolation == Interpolation::kCubic);  // -100 dB
+      }
+    force_mix_kernel("");
+  }
+}
+
+TEST(Mixer, GivesEachBandItsGainWithinHalfADecibelWhateverThePathTookAway) {
+  Signal impulse;
+  impulse.samples = {1};
+  impulse.loop = false;
+  const auto signals = prepare_signals(std::vector<Signal>{impulse});
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int shape = 0; shape < 24; ++shape) {
+    // Reflections that keep 1 to 90 % of the power of a band, carpets to concrete with neighbours
+    // at most 10 dB apart in all, and up to 150 m of air, 6 dB more of loss per octave (ISO 9613-1:
+    // 0.1 dB per metre at 8 kHz).
+    Bands gains{};
+    double level_db = 0;
+    const double air_m = shape % 3 == 0 ? 0 : 150 * unit(random);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      level_db = std::clamp(level_db + 20 * (unit(random) - 0.5), -30.0, 0.0);
+      const double octaves_below = static_cast<double>(kBandCount - 1 - b);
+      const double air_db = 0.1 * air_m * std::pow(0.3, octaves_below);
+      gains[b] = static_cast<float>(std::pow(10, (level_db - air_db) / 20));
+    }
+    constexpr int kZero = 4800;
+    const auto out = mixed_steps(signals, 20000 / kStepFrames, standing(kZero, gains));
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      std::complex<double> sum = 0;
+      for (std::size_t n = 0; n < out.size(); ++n)
+        sum += static_cast<double>(out[n]) *
+               std::polar(1.0, -2 * std::numbers::pi * kBandCentres_hz[b] *
+                                   (static_cast<double>(n) - kZero) / kSampleRate_hz);
+      EXPECT_NEAR(20 * std::log10(std::abs(sum) / static_cast<double>(gains[b])), 0, 0.5)
+          << shape << ", " << kBandCentres_hz[b] << " Hz";
+    }
+  }
+}
+
+TEST(Mixer, SilencesAVoiceWhoseNumbersAreNoneAndNoOther) {
+  const auto signals = prepare_signals(std::vector<Signal>{testing::sine(440)});
+  const auto frames = [](bool with_bad) {
+    return [with_bad](std::uint64_t number) {
+      Keyframe keyframe;
+      keyframe.voices = {voice(0, 50, 0.5f)};
+      if (with_bad) {
+        keyframe.voices.push_back(voice(1, 50, std::numeric_limits<float>::quiet_NaN()));
+        keyframe.voices.push_back(voice(2, std::numeric_limits<double>::infinity(), 0.5f));
+        keyframe.voices.push_back(voice(3, 50, 1e30f));
+      }
+      for (Voice& v : keyframe.voices) v.starts = number == 0;
+      return keyframe;
+    };
+  };
+  std::uint64_t bad = 0;
+  const auto clean = mixed_steps(signals, 60, frames(false));
+  EXPECT_EQ(clean, mixed_steps(signals, 60, frames(true), 0, &bad));
+  EXPECT_GE(bad, 3u);
+}
+
+TEST(Mixer, PlaysSilenceWhereASignalIsNotANumberAndCountsIt) {
+  Signal broken = testing::sine(440), mended = broken;
+  for (const std::size_t i : {7u, 100u, 23999u}) {
+    broken.samples[i] =
+        i == 7 ? std::numeric_limits<float>::infinity() : std::numeric_limits<float>::quiet_NaN();
+    mended.samples[i] = 0;
+  }
+  const auto signals = prepare_signals(std::vector<Signal>{broken});
+  EXPECT_EQ(signals[0].bad_samples(), 3u);
+  EXPECT_EQ(mixed_steps(signals, 60, standing(10)),
+            mixed_steps(prepare_signals(std::vector<Signal>{mended}), 60, standing(10)));
+}
+
+TEST(Mixer, PlaysAOneShotOnceAtItsTime) {
+  const auto signals = prepare_signals(std::vector<Signal>{{"click", {1, 0.5f}, false}});
+  const auto still = [](std::uint64_t number) {
+    Keyframe keyframe;
+    keyframe.voices = {voice(0, 2000, 1)};
+    keyframe.voices[0].starts = number == 0;
+    return keyframe;
+  };
+  const auto out = mixed_steps(signals, 200, still);
+  for (std::size_t n = 0; n < out.size(); ++n)
+    ASSERT_NEAR(out[n], n == 2000 ? 1 : n == 2001 ? 0.5 : 0, 1e-4) << n;
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,208 @@
+#include "runtime/mixing/panner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "runtime/mixing/spherical_harmonics.h"
+
+namespace clamor {
+namespace {
+
+std::vector<Vec3f> directions(std::size_t count) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  std::vector<Vec3f> directions;
+  while (directions.size() < count)
+    directions.push_back(Vec3f(normalize(Vec3(normal(random), normal(random), normal(random)))));
+  return directions;
+}
+
+Vec3f around(double azimuth_deg, double elevation_deg = 0) {
+  return direction_of({Speaker::kFrontLeft, azimuth_deg, elevation_deg});
+}
+
+struct Sums {
+  double power = 0;
+  Vec3 velocity{}, energy{};
+};
+Sums sums_of(const LoudspeakerLayout& layout, const ChannelGains& gains) {
+  Sums sums;
+  for (std::size_t c = 0; c < layout.speakers.size(); ++c) {
+    const double gain = gains[c];
+    const Vec3 to(direction_of(layout.speakers[c]));
+    sums.power += gain * gain;
+    sums.velocity += gain * to;
+    sums.energy += gain * gain * to;
+  }
+  return sums;
+}
+
+class Layouts : public ::testing::TestWithParam<const char*> {
+ protected:
+  const LoudspeakerLayout layout_ = *find_layout(GetParam());
+  const std::unique_ptr<Panner> panner_ = make_loudspeaker_panner(layout_);
+};
+INSTANTIATE_TEST_SUITE_P(Panner, Layouts, ::testing::Values("5.1", "7.1", "7.1.4"));
+
+TEST_P(Layouts, KeepThePowerOfAVoiceFromEveryDirection) {
+  for (const Vec3f& from : directions(5000)) {
+    const ChannelGains gains = panner_->gains(from);
+    EXPECT_NEAR(sums_of(layout_, gains).power, 1, 1e-5);
+    for (const float gain : gains) EXPECT_GE(gain, 0);
+    EXPECT_EQ(gains[3], 0) << "LFE";
+  }
+}
+
+TEST_P(Layouts, LetALoudspeakerAloneSoundForADirectionThatIsItsOwn) {
+  for (std::size_t c = 0; c < layout_.speakers.size(); ++c) {
+    if (layout_.speakers[c].speaker == Speaker::kLowFrequency) continue;
+    const ChannelGains gains = panner_->gains(direction_of(layout_.speakers[c]));
+    for (std::size_t other = 0; other < kMaxChannels; ++other)
+      EXPECT_NEAR(gains[other], other == c ? 1 : 0, 1e-3) << c << ' ' << other;
+  }
+}
+
+// Amplitudes add up to a vector at the source: so says the law, between any loudspeakers of a ring,
+// and anywhere above it if there are some above.
+TEST_P(Layouts, PointAtTheSource) {
+  for (const double elevation : {0.0, 20.0, 40.0, 70.0})
+    for (double azimuth = -180; azimuth < 180; azimuth += 3.7) {
+      if (elevation > 0 && layout_.name != "7.1.4") continue;
+      const Vec3f from = around(azimuth, elevation);
+      const Sums sums = sums_of(layout_, panner_->gains(from));
+      EXPECT_LT(length(normalize(sums.velocity) - Vec3(from)), 1e-4) << azimuth << ' ' << elevation;
+    }
+}
+
+// A direction at an angle a from the middle of a pair 2 b apart has gains whose difference is t =
+// tan a / tan b of their sum; their squares then add up to a vector at atan(2 t / (1 + t^2) tan b).
+TEST_P(Layouts, LetTheEnergyOfAPairPointWhereTheLawOfTangentsSays) {
+  std::vector<double> ring;
+  for (const Loudspeaker& speaker : layout_.speakers)
+    if (speaker.elevation_deg == 0 && speaker.speaker != Speaker::kLowFrequency)
+      ring.push_back(speaker.azimuth_deg);
+  std::ranges::sort(ring);
+  ring.push_back(ring.front() + 360);
+  constexpr double kRadians = std::numbers::pi / 180;
+  for (std::size_t pair = 0; pair + 1 < ring.size(); ++pair) {
+    const double middle = (ring[pair] + ring[pair + 1]) / 2, half = ring[pair + 1] - middle;
+    for (double a = -half; a <= half; a += half / 8) {
+      const Sums sums = sums_of(layout_, panner_->gains(around(middle + a)));
+      const double t = std::tan(a * kRadians) / std::tan(half * kRadians);
+      const double expected =
+          middle + std::atan(2 * t / (1 + t * t) * std::tan(half * kRadians)) / kRadians;
+      EXPECT_LT(length(normalize(sums.energy) - Vec3(around(expected))), 1e-4) << middle + a;
+    }
+  }
+}
+
+TEST_P(Layouts, GiveMirroredDirectionsMirroredGains) {
+  const auto mirrored = [&](std::size_t c) {
+    for (std::size_t other = 0; other < layout_.speakers.size(); ++other)
+      if (layout_.speakers[other].azimuth_deg == -layout_.speakers[c].azimuth_deg &&
+          layout_.speakers[other].elevation_deg == layout_.speakers[c].elevation_deg &&
+          (layout_.speakers[c].speaker == Speaker::kLowFrequency) ==
+              (layout_.speakers[other].speaker == Speaker::kLowFrequency))
+        return other;
+    return c;
+  };
+  for (const Vec3f& from : directions(500)) {
+    const ChannelGains left = panner_->gains(from);
+    const ChannelGains right = panner_->gains({from.x, -from.y, from.z});
+    for (std::size_t c = 0; c < layout_.speakers.size(); ++c)
+      EXPECT_NEAR(left[c], right[mirrored(c)], 1e-4) << c;
+  }
+}
+
+TEST_P(Layouts, ChangeNoGainByAJumpWhenASourceMoves) {
+  // Half a degree; a pair 60 degrees apart trades all in that many steps, so no step is above 1/20.
+  for (const Vec3f& from : directions(2000)) {
+    const Basis basis = basis_around(Vec3(from));
+    const Vec3f next(normalize(Vec3(from) + std::numbers::pi / 360 * basis.tangent));
+    const ChannelGains before = panner_->gains(from), after = panner_->gains(next);
+    for (std::size_t c = 0; c < kMaxChannels; ++c) EXPECT_NEAR(before[c], after[c], 0.05);
+  }
+}
+
+TEST(Panner, GivesSilenceForADirectionThatIsNone) {
+  const auto panner = make_loudspeaker_panner(*find_layout("5.1"));
+  for (const float gain : panner->gains({0, 0, 0})) EXPECT_EQ(gain, 0);
+}
+
+TEST(Panner, NamesTheLayoutsThatThereAre) {
+  const auto none = find_layout("22.2");
+  ASSERT_FALSE(none.ok());
+  EXPECT_NE(none.error().message.find("7.1.4"), std::string::npos);
+}
+
+// P_l^m(s), m >= 0, without the sign (-1)^m, by the recursions.
+double legendre(int l, int m, double s) {
+  double diagonal = 1;
+  for (int i = 1; i <= m; ++i) diagonal *= (2 * i - 1) * std::sqrt(1 - s * s);
+  double before = 0, now = diagonal;
+  for (int i = m + 1; i <= l; ++i) {
+    const double next = ((2 * i - 1) * s * now - (i + m - 1) * before) / (i - m);
+    before = now;
+    now = next;
+  }
+  return now;
+}
+
+TEST(SphericalHarmonics, AreThoseOfTheRecursionInTheOrderOfAmbiX) {
+  for (const Vec3f& from : directions(1000)) {
+    const auto harmonics = spherical_harmonics(from);
+    // The recursion holds on the sphere alone, and near its poles a float is not on it.
+    const Vec3 on_sphere = normalize(Vec3(from));
+    const double azimuth = std::atan2(on_sphere.y, on_sphere.x);
+    for (int l = 0; l <= kAmbisonicOrder; ++l)
+      for (int m = -l; m <= l; ++m) {
+        const int k = std::abs(m);
+        const double n =
+            std::sqrt((m == 0 ? 1 : 2) * std::tgamma(l - k + 1.0) / std::tgamma(l + k + 1.0));
+        const double expected = n * legendre(l, k, on_sphere.z) *
+                                (m >= 0 ? std::cos(k * azimuth) : std::sin(k * azimuth));
+        EXPECT_NEAR(harmonics[static_cast<std::size_t>(l * (l + 1) + m)], expected, 3e-6)
+            << l << ' ' << m;
+      }
+  }
+}
+
+TEST(SphericalHarmonics, SquaredAddUpToOneInEachOrder) {
+  for (const Vec3f& from : directions(1000)) {
+    const auto harmonics = spherical_harmonics(from);
+    for (std::size_t l = 0; l <= kAmbisonicOrder; ++l) {
+      double sum = 0;
+      for (std::size_t c = l * l; c < (l + 1) * (l + 1); ++c)
+        sum += static_cast<double>(harmonics[c]) * harmonics[c];
+      EXPECT_NEAR(sum, 1, 1e-5) << l;
+    }
+  }
+}
+
+// To turn by a about the vertical turns the pair +-m of each order by m a, as a plane.
+TEST(SphericalHarmonics, TurnWithTheListener) {
+  const double a = 0.7;
+  for (const Vec3f& from : directions(300)) {
+    const Vec3f turned(Vec3(std::cos(a) * from.x - std::sin(a) * from.y,
+                            std::sin(a) * from.x + std::cos(a) * from.y, from.z));
+    const auto before = spherical_harmonics(from), after = spherical_harmonics(turned);
+    for (int l = 0; l <= kAmbisonicOrder; ++l)
+      for (int m = 0; m <= l; ++m) {
+        const auto at = [&](const auto& y, int k) {
+          return static_cast<double>(y[static_cast<std::size_t>(l * (l + 1) + k)]);
+        };
+        const double cosine = std::cos(m * a), sine = std::sin(m * a);
+        EXPECT_NEAR(at(after, m), cosine * at(before, m) - (m > 0 ? sine * at(before, -m) : 0),
+                    3e-6);
+        if (m == 0) continue;
+        EXPECT_NEAR(at(after, -m), sine * at(before, m) + cosine * at(before, -m), 3e-6);
+      }
+  }
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,144 @@
+// What is known to be dim, number by number and by the kernel that asks 16 at a time.
+#include "runtime/occlusion/occlusion_upper_bounds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "runtime/query/shortlist_kernel.h"
+
+namespace clamor {
+namespace {
+
+TEST(OcclusionUpperBounds, NeverTakeASourceForDimmerThanItIs) {
+  OcclusionUpperBounds hidden;
+  std::map<std::uint64_t, float> shares;
+  for (std::uint32_t i = 0; i < 20'000; ++i) {
+    const RandomBits bits = philox(9, {i, 0, 0, 0});
+    const std::uint64_t number = std::uint64_t{bits[0] % 5000} * (bits[1] % 3 == 0 ? 1 : 7919);
+    const auto share =
+        bits[2] % 4 == 0 ? 0 : static_cast<float>(std::pow(2.0, -18 * unit(bits[3])));
+    hidden.set(number, OcclusionUpperBounds::step_of(share));
+    shares[number] = share;
+  }
+  hidden.begin_keyframe(true);
+  for (const auto& [number, share] : shares) EXPECT_EQ(hidden.most(number), 1);
+  hidden.begin_keyframe(false);
+  for (const auto& [number, share] : shares) {
+    const float most = hidden.most(number);
+    if (OcclusionUpperBounds::turn_of(number) == hidden.turn()) {
+      EXPECT_EQ(most, 1);
+      continue;
+    }
+    EXPECT_GE(most, share);
+    EXPECT_LE(most, std::max(2 * share, share > 0 ? 0x1p-14f : 0));
+  }
+  EXPECT_EQ(hidden.most(123'456'789'013), 1);
+  hidden.clear();
+  for (const auto& [number, share] : shares) EXPECT_EQ(hidden.most(number), 1);
+}
+
+// So many that are hidden are found, as loud as that without what hides them, in a keyframe.
+std::size_t found_in_turn(OcclusionUpperBounds& hidden, std::size_t count, float as_if_free) {
+  hidden.begin_keyframe(false);
+  std::size_t found = 0, in_full = 0;
+  for (std::uint64_t number = 0; number < count; ++number) {
+    found += hidden.most(number) * as_if_free >= 1;
+    in_full += hidden.counts_in_full(number);
+  }
+  hidden.took(in_full, 4000);
+  return found;
+}
+
+TEST(OcclusionUpperBounds, AreNoMoreAtATimeThanCanBeLookedAtWhereAllAreHidden) {
+  constexpr std::size_t kCount = 100'000;
+  OcclusionUpperBounds hidden;
+  for (std::uint64_t number = 0; number < kCount; ++number)
+    hidden.set(number, OcclusionUpperBounds::kHidden);
+  for (int keyframe = 0; keyframe < 10; ++keyframe) found_in_turn(hidden, kCount, 7);
+  EXPECT_EQ(hidden.turns(), 32u);
+  EXPECT_LE(found_in_turn(hidden, kCount, 7), 4000u);
+  EXPECT_EQ(found_in_turn(hidden, kCount, 1000), kCount / 4) << "the loudest, as often as ever";
+  std::vector<int> asked(kCount);
+  for (int keyframe = 0; keyframe < 32; ++keyframe) {
+    hidden.begin_keyframe(false);
+    for (std::uint64_t number = 0; number < kCount; ++number)
+      asked[number] += hidden.most(number) == 1;
+  }
+  EXPECT_EQ(std::count(asked.begin(), asked.end(), 1), std::ptrdiff_t{kCount}) << "all, in turn";
+  for (int keyframe = 0; keyframe < 10; ++keyframe) found_in_turn(hidden, 1000, 7);
+  EXPECT_EQ(hidden.turns(), OcclusionUpperBounds::kTurns) << "where few are, as often as ever";
+  EXPECT_EQ(found_in_turn(hidden, 1000, 7), 250u);
+}
+
+// Sources of the page that begins with this number, each with its ceiling.
+std::vector<ShortlistBlock> some_sources(std::uint32_t count, std::uint32_t seed) {
+  std::vector<ShortlistBlock> blocks;
+  std::uint32_t index = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const RandomBits bits = philox(seed, {i, 0, 0, 0});
+    const std::size_t at = i % ShortlistBlock::kEntries;
+    if (at == 0) blocks.emplace_back().ceiling.fill(-1);
+    ShortlistBlock& block = blocks.back();
+    index += 1 + bits[0] % 3;
+    block.source[at] = ShortlistBlock::packed(index, i);
+    block.ceiling[at] = static_cast<float>(std::pow(2.0, 16 * unit(bits[1])));
+  }
+  return blocks;
+}
+
+TEST(OcclusionUpperBounds, AreTheSameToTheKernelThatFindsWhatIsLoud) {
+  std::size_t found = 0, left_out = 0;
+  for (std::uint32_t seed = 0; seed < 100; ++seed) {
+    const std::uint64_t first = philox(seed, {0, 1, 0, 0})[0] % 3000;
+    const std::vector<ShortlistBlock> blocks = some_sources(300, seed);
+    OcclusionUpperBounds hidden;
+    for (std::uint32_t i = 0; i < 1000; ++i) {
+      const RandomBits bits = philox(seed, {i, 2, 0, 0});
+      hidden.set(first + bits[0] % 1000, static_cast<std::uint8_t>(bits[1] % 16));
+    }
+    for (std::uint32_t keyframe = 0; keyframe < seed % 40; ++keyframe) {
+      hidden.begin_keyframe(keyframe % 11 == 10);
+      hidden.took(seed % 3 == 0 ? 0 : 100, 10);
+    }
+    // Of this keyframe, and of the next ones as well.
+    for (const std::uint32_t ahead : {0u, 2u}) {
+      const OcclusionUpperBounds::Near near = hidden.near(first, ahead);
+      AudibleEntries loud;
+      loud.make_room(16 * blocks.size());
+      const std::size_t end = find_audible(blocks, 1, LoudnessTable(), near, loud.from(0));
+      std::size_t next = 0;
+      for (std::uint32_t e = 0; e < 300; ++e) {
+        const ShortlistBlock& block = blocks[e / 16];
+        const std::uint32_t index = block.source[e % 16] & ShortlistBlock::kIndex;
+        OcclusionUpperBounds later = hidden;
+        float left = later.most(first + index);
+        for (std::uint32_t k = 0; k < ahead && near.words != nullptr; ++k) {
+          later.begin_keyframe(false);
+          left = std::max(left, later.most(first + index));
+        }
+        if (block.ceiling[e % 16] * left < 1) {
+          ++left_out;
+          continue;
+        }
+        ASSERT_LT(next, end);
+        ASSERT_EQ(loud.entry[next], e) << seed;
+        const float known = loud.known[next++];
+        ASSERT_EQ(near.most(index, known), left) << seed;
+        ASSERT_EQ(near.words == nullptr ? 1 : hidden.most(first + index, known),
+                  hidden.most(first + index));
+        ++found;
+      }
+      ASSERT_EQ(next, end);
+    }
+  }
+  EXPECT_GT(found, 10'000u);
+  EXPECT_GT(left_out, 5000u);
+}
+
+}  // namespace
+}  // namespace clamor

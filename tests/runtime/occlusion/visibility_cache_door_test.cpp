@@ -1,0 +1,212 @@
+// A listener who walks through a door: what is heard then, and that it is chosen exactly by what is
+// known.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "bake/octree/octree_builder.h"
+#include "common/random.h"
+#include "runtime/occlusion/visibility_cache.h"
+#include "runtime/propagation/source_weight.h"
+#include "runtime/query/octree_pool.h"
+#include "tests/runtime/occlusion/visibility_reference.h"
+#include "tests/runtime/priority_sample_reference.h"
+#include "tests/runtime/two_rooms.h"
+#include "tests/sanitized.h"
+#include "tests/stored_tree.h"
+
+namespace clamor {
+namespace {
+
+using testing::kSpeed_mps;
+using testing::two_rooms;
+using testing::World;
+
+// Loud and low by turns, at random, over 30 dB.
+TimedEnvelope speech() {
+  constexpr std::size_t kMoments = 400;
+  std::vector<std::uint8_t> steps(kBandCount * kMoments);
+  for (std::uint32_t m = 0; m < kMoments; ++m) {
+    const double level = 255 - 60 * unit(philox(8, {m / 6, 0, 0, 0})[0]);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      steps[b * kMoments + m] =
+          static_cast<std::uint8_t>(m == 0 ? 255 : level - 4 * static_cast<double>(b));
+  }
+  return {*SignalEnvelope::from_steps(same_in_all_bands(1), std::move(steps)),
+          kMoments * kMomentFrames, true};
+}
+
+using Power = std::array<double, kBandCount>;
+
+// What is heard of all sources, by how much is visible of each: visibility(source, intensity).
+template <class Visibility>
+Power power_of_all(const World& world, const Vec3& place, const Visibility& visibility) {
+  Power power{};
+  for (const Source& source : world.sources) {
+    const Bands intensity = world.field.intensity(source, place);
+    if (intensity == Bands{}) continue;
+    const Power visible = visibility(source);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      power[b] += static_cast<double>(intensity[b]) * visible[b];
+  }
+  return power;
+}
+
+// Each looked at with 10 000 rays and more.
+Power long_reference(const World& world, const Vec3& place) {
+  constexpr std::uint32_t kWays = 310;  // per band
+  std::uint64_t rays = 0, looked_at = 0;
+  const Power power = power_of_all(world, place, [&](const Source& source) {
+    Power visible{};
+    const auto start_m = world.surfaces.start(source);
+    if (!start_m) return visible;
+    ++looked_at;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      visible[b] = testing::slow_visibility(world.surfaces, {*start_m, Vec3f(place), kSpeed_mps}, b,
+                                            kWays, rays);
+    return visible;
+  });
+  EXPECT_GE(rays, 10'000 * looked_at) << place.x;
+  return power;
+}
+
+// By close looks, which have a tenth of the rays: for thousands of sources.
+Power close_reference(const World& world, const Vec3& place) {
+  return power_of_all(world, place, [&](const Source& source) {
+    Power visible{};
+    std::ranges::copy(fine_visibility(world.surfaces, kSpeed_mps, source, place), visible.begin());
+    return visible;
+  });
+}
+
+// From the lit room through the door, where it is at keyframes 66 to 70, and aside into the other,
+// at 1.5 m/s.
+Vec3 through_the_door(int keyframe) {
+  const double way_m = 0.03 * keyframe;
+  if (way_m < 3.5) return {3 + way_m, 2, 1.6};
+  return {6.5 + 0.5 * (way_m - 3.5), 2 + 0.85 * (way_m - 3.5), 1.6};
+}
+
+// A sound level meter's (IEC 61672-1, time weighting F).
+class FastLevel {
+ public:
+  explicit FastLevel(double step_s) : share_(1 - std::exp(-step_s / 0.125)) {}
+
+  void add(const Power& power) {
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      mean_[b] += (begun_ ? share_ : 1) * (power[b] - mean_[b]);
+    begun_ = true;
+  }
+  double db(std::size_t band) const { return 10 * std::log10(mean_[band]); }
+
+ private:
+  const double share_;
+  bool begun_ = false;
+  Power mean_{};
+};
+
+// Compared at every so many keyframes from the first to the last.
+template <class Reference>
+void expect_as_a_reference_through_a_door(std::uint64_t photons, std::size_t least_sources,
+                                          const Reference& reference, int first, int last,
+                                          int every) {
+  const World world(two_rooms(true), photons);
+  ASSERT_GT(world.sources.size(), least_sources);
+  SourceList list(world.field, world.weights, world.sources);
+  VisibilityCache occlusion(world.surfaces, kSpeed_mps, {});
+  // All sources are voices: what differs from the reference is what is known of their visibility.
+  const auto sampler =
+      make_priority_sampler(world.field, world.weights, list, world.sources.size(), &occlusion);
+  FastLevel is(0.02 * every), should_be(0.02 * every);
+  double fell_db = 0;
+  for (int keyframe = 0; keyframe <= last; ++keyframe) {
+    const Vec3 place = through_the_door(keyframe);
+    const auto sample = sampler->sample(place);
+    if (keyframe < first || (keyframe - first) % every != 0) continue;
+    is.add(heard(world, sample, place));
+    should_be.add(reference(world, place));
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      EXPECT_NEAR(is.db(b) - should_be.db(b), 0, 1.5)
+          << "band " << b << " at " << place.x << ", " << place.y;
+    if (keyframe == first) fell_db = should_be.db(5);
+  }
+  EXPECT_GT(fell_db - should_be.db(5), 4);  // it is another room
+}
+
+TEST(Visibility, FollowsALongReferenceThroughADoorWithin1_5DecibelsPerBand) {
+  expect_as_a_reference_through_a_door(40, 500, long_reference, 58, 110,
+                                       testing::kSanitized ? 26 : 4);
+}
+
+// Then there are not enough rays to look at each of them again before the door is passed.
+TEST(Visibility, OfThousandsOfSourcesFollowsThatReferenceAsClosely) {
+  expect_as_a_reference_through_a_door(400, 7000, close_reference, 58, 110,
+                                       testing::kSanitized ? 52 : 8);
+}
+
+// Looks that never come to their turn: so that what is known of a source stays what it was.
+TEST(Visibility, KnownToTheCacheIsWhatAWalkThroughAnOctreeChoosesBy) {
+  World world(two_rooms(true), 300);
+  world.weights = make_signal_weights(std::vector(world.contents.signals.size(), speech()));
+  testing::StoredTrees trees;
+  trees.add(build_octree(world.sources));
+  const std::vector<Source> all = trees.all_sources();
+  constexpr std::size_t kVoices = 200;
+  PageLoader loader(trees.fetch(world.field, world.weights), PageBudget{100'000'000});
+  OctreePool pool(world.field, world.weights, trees.tops(), {}, loader);
+  VisibilityCache occlusion(world.surfaces, kSpeed_mps, {.rays_per_keyframe = 0, .exact = true});
+  const auto sampler = make_priority_sampler(world.field, world.weights, pool, kVoices, &occlusion);
+  std::uint64_t hidden = 0, exchanged = 0;
+  std::set<std::uint64_t> before;
+  for (int keyframe = 0; keyframe < 150; ++keyframe) {
+    // Steps of a walk; then of one who flies, and back to where something is known.
+    const double way_m = keyframe < 100 ? 0.03 * keyframe : 0.6 * (keyframe - 100);
+    const Vec3 place(5 + 4 * std::cos(0.3 * way_m), 2 + 1.5 * std::sin(way_m), 1.6);
+    const double time_s = 10 + 0.02 * keyframe;
+    auto sample = sampler->sample(place, time_s);
+    while (!sampler->complete()) sample = sampler->sample(place, time_s);
+
+    std::vector<testing::WeightedSource> known;
+    double unknown = 0;
+    for (std::uint64_t i = 0; i < all.size(); ++i) {
+      const auto now = weights_at_place(world.field, world.weights, world.field.signal(all[i]),
+                                        all[i], place, time_s);
+      const Bands intensity = world.field.intensity(all[i], place);
+      const auto index = occlusion.find(i);
+      const bool is_known = index != VisibilityCache::kUnknown;
+      const Bands visible = is_known ? occlusion.visibility(index) : same_in_all_bands(1);
+      double w = 0;
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        w += static_cast<double>(now.weights[b] * intensity[b]) * visible[b];
+      if (is_known && w > 0)
+        known.push_back({i, w, all[i].u});
+      else
+        unknown = std::max(unknown, w / all[i].u);
+      hidden += is_known && w == 0;
+    }
+    const auto expected = testing::reference_sample(known, kVoices);
+    ASSERT_EQ(expected.size(), kVoices);
+    std::ranges::nth_element(known, known.begin() + kVoices, std::greater(),
+                             &testing::WeightedSource::priority);
+    const double tau = known[kVoices].priority();
+    // Nobody was left unknown who might have been chosen.
+    EXPECT_LE(unknown, tau * (1 + 1e-6)) << keyframe;
+    testing::expect_sample(sample, expected, 1e-5);
+    if (HasFatalFailure()) FAIL() << "keyframe " << keyframe;
+    std::set<std::uint64_t> chosen;
+    for (const SampledSource& one : sample) {
+      chosen.insert(one.number);
+      exchanged += !before.contains(one.number);
+    }
+    before = std::move(chosen);
+  }
+  // It was worth the while: some are hidden in each keyframe, and much comes and goes.
+  EXPECT_GT(hidden, 150u * 20u);
+  EXPECT_GT(exchanged, 1000u);
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,47 @@
+// visibility_reference.h: what gets past what stands in the way, each band for itself, by as many
+// ways as it takes all over its zone. The model is fresnel_visibility.h's; nothing is shared
+// between bands, nothing is guessed, nothing is fast.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include "runtime/occlusion/fresnel_visibility.h"
+
+namespace clamor::testing {
+
+inline double halton(std::uint32_t base, std::uint32_t i) {
+  double value = 0, digit = 1;
+  for (; i > 0; i /= base) {
+    digit /= base;
+    value += digit * (i % base);
+  }
+  return value;
+}
+
+// Share of the power. `rays` grows by those cast.
+inline double slow_visibility(const OcclusionGeometry& geometry, const LineOfSight& line,
+                              std::size_t band, std::uint32_t ways, std::uint64_t& rays) {
+  const double way_m = length(Vec3(line.to_m) - Vec3(line.from_m));
+  const double wave_m = line.speed_of_sound_mps / (62.5 * std::exp2(static_cast<double>(band)));
+  int wide = 0, wide_free = 0, narrow = 0, narrow_free = 0;
+  for (std::uint32_t i = 1; i <= ways; ++i) {
+    const double area_m2 = 2 * wave_m * (2 * way_m + 2 * wave_m) * halton(2, i);
+    const double detour_m = std::sqrt(way_m * way_m + area_m2) - way_m;
+    const auto free =
+        path_is_free(geometry, line, detour_m, 2 * std::numbers::pi * halton(3, i), rays);
+    if (!free) continue;
+    ++wide;
+    wide_free += *free;
+    if (detour_m > wave_m) continue;
+    ++narrow;
+    narrow_free += *free;
+  }
+  const float a = diffracted_amplitude(static_cast<float>(0.7 * narrow_free / std::max(narrow, 1) +
+                                                          0.3 * wide_free / std::max(wide, 1)));
+  return static_cast<double>(a) * a;
+}
+
+}  // namespace clamor::testing

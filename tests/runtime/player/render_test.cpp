@@ -1,0 +1,91 @@
+// What is rendered on two threads, against one that does both in turn.
+#include "runtime/player/render.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "tests/baked_room.h"
+#include "tests/sanitized.h"
+#include "tests/walks.h"
+
+namespace clamor {
+namespace {
+
+using testing::across_the_room;
+using testing::baked_room;
+
+std::unique_ptr<Auralizer> auralizer_of(const AuralizerOptions& options) {
+  auto auralizer = Auralizer::create(baked_room(), options);
+  EXPECT_TRUE(auralizer.ok());
+  return std::move(*auralizer);
+}
+
+std::vector<float> in_turn(const AuralizerOptions& options, const Walk& walk,
+                           std::uint64_t frames) {
+  const auto auralizer = auralizer_of(options);
+  const auto channels = static_cast<std::uint64_t>(auralizer->channels());
+  std::vector<float> all(frames * channels);
+  for (std::uint64_t done = 0; done < frames; done += kKeyframeFrames) {
+    make_keyframes(*auralizer, walk);
+    const auto count = std::min<std::uint64_t>(kKeyframeFrames, frames - done);
+    auralizer->mix(std::span(all).subspan(done * channels, count * channels));
+  }
+  return all;
+}
+
+BlockSink appending_to(std::vector<float>& all) {
+  return [&all](std::span<const float> block) {
+    all.insert(all.end(), block.begin(), block.end());
+    return Result<void>();
+  };
+}
+
+TEST(Render, IsTheSamplesOfOneThreadThatMakesKeyframesAndMixesInTurn) {
+  const Walk walk = across_the_room();
+  for (const char* strategy : {"priority", "all"})
+    for (const bool limit : {false, true})
+      for (const int block_frames : {1, 960, 5000}) {
+        const bool all = strategy == std::string("all");
+        if (testing::kSanitized && block_frames != 960 && (all || limit)) continue;
+        const std::uint64_t frames = !testing::kSanitized ? 20'007 : all ? 2'011 : 6'007;  // slow
+        AuralizerOptions options;
+        options.strategy = strategy;
+        options.voices = 100;
+        options.limit = limit;
+        options.block_frames = block_frames;
+        const auto auralizer = auralizer_of(options);
+        std::vector<float> rendered;
+        ASSERT_TRUE(render(*auralizer, walk, frames, appending_to(rendered)).ok());
+        EXPECT_EQ(auralizer->statistics().held_blocks, 0u);
+        EXPECT_EQ(rendered, in_turn(options, walk, frames)) << strategy << " limit " << limit;
+      }
+}
+
+TEST(Render, GoesOnWhereItEndedAndNeverWaitsForWhatIsThere) {
+  const Walk walk = across_the_room();
+  AuralizerOptions options;
+  options.voices = 100;
+  const auto auralizer = auralizer_of(options);
+  std::vector<float> rendered;
+  for (const std::uint64_t frames : {9'600u, 0u, 960u, 19'200u})
+    ASSERT_TRUE(render(*auralizer, walk, frames, appending_to(rendered)).ok());
+  EXPECT_EQ(rendered, in_turn(options, walk, rendered.size() / 2));
+}
+
+TEST(Render, EndsWithItsSinksErrorWhileKeyframesAreBeingMade) {
+  AuralizerOptions options;
+  options.voices = 100;
+  const auto auralizer = auralizer_of(options);
+  int blocks = 0;
+  const auto rendered =
+      render(*auralizer, across_the_room(), 48'000'000, [&](std::span<const float>) {
+        return ++blocks == 3 ? Result<void>(Error("the disk is full.")) : Result<void>();
+      });
+  ASSERT_FALSE(rendered.ok());
+  EXPECT_EQ(rendered.error().message, "the disk is full.");
+  EXPECT_EQ(blocks, 3);
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,95 @@
+// radiation_model_test.cpp: ceilings of what sources give, and of which bands they are made.
+#include "runtime/propagation/radiation_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "common/air.h"
+#include "runtime/propagation/source_weight.h"
+#include "tests/runtime/random_fractions.h"
+#include "tests/runtime/scattered_sources.h"
+#include "tests/runtime/varied_sources.h"
+
+namespace clamor {
+namespace {
+
+// What is between them is looked at in vain. Most of a lobe that comes in at a slant is lost at the
+// surface and given back on all sides, but less of it towards the normal.
+TEST(RadiationModel, GivesCeilingsOfLobesThatAreLittleHigherThanWhatIsHeard) {
+  testing::ScatteredSources level(9, 4000, 1, {0, 0, 0});
+  for (Source& source : level.sources) source.is_emitter = false, source.material = 0;
+  level.materials[0].scattering = same_in_all_bands(0.1f);
+  for (const auto& [exponent, most_db] : {std::pair{3.0f, 1.1}, {20.0f, 0.75}, {100.0f, 1.0}}) {
+    level.materials[0].phong = same_in_all_bands(exponent);
+    const RadiationModel field(level.emitters, level.materials, Air{});
+    const auto sources = level.sieve_sources(field);
+    double sum_db = 0;
+    std::size_t heard = 0;
+    for (std::uint32_t s = 0; s < sources.size(); ++s) {
+      const Vec3 place = 5.0 * testing::direction(philox(11, {s, 0, 0, 0}));
+      const double priority = weight(field, level.weight, level.sources[s], place) /
+                              std::max(level.sources[s].u, kMinU);
+      if (priority <= 0) continue;
+      sum_db += 10 * std::log10(priority_upper_bound(sources[s], place) / priority);
+      ++heard;
+    }
+    ASSERT_GT(heard, 1500u);
+    EXPECT_LT(sum_db / static_cast<double>(heard), most_db) << exponent;
+  }
+}
+
+// Whatever bands are heard, in any direction.
+TEST(RadiationModel, KnowsOfWhichBandsItsCeilingsAreMade) {
+  const testing::SourcesOfAllKinds level({1, 2, 3});
+  const Bands weight = {1, 2, 3, 4, 5, 4, 3, 2};
+  const RadiationModel& field = level.field();
+  for (std::uint32_t s = 0; s < testing::SourcesOfAllKinds::kCount; ++s) {
+    Source source = level[s];
+    if (source.is_emitter) source.mirror = source.normal;
+    const RadiationModel::Ceiling ceiling = field.ceiling(source, weight);
+    const Bands most = field.max_intensity(source);
+    const double all = ceiling.diffuse + ceiling.bounce + static_cast<double>(ceiling.lobe);
+    double sum = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      const double part = weight[b] * static_cast<double>(most[b]) / all;
+      ASSERT_GE(ceiling.mix.part(b), part * (1 - 1e-5)) << s << " " << b;
+      sum += ceiling.mix.part(b);
+    }
+    if (!source.is_emitter && source.material <= 1) {
+      ASSERT_LT(sum, 1.5) << "of one law for all bands: no more than rounding";
+    }
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      const Vec3 place =
+          Vec3(source.position_m) + 7.0 * Vec3(testing::SourcesOfAllKinds::direction(s, 20 + i));
+      const Bands shares = testing::random_fractions(3 * s + i);
+      const double now = weighted_sum(weighed(weight, shares), field.intensity(source, place));
+      const CullSource sieved = cull_source(field, weight, source);
+      const double at_any_time = priority_upper_bound(sieved, place) * std::max(source.u, kMinU);
+      ASSERT_LE(now, at_any_time * ceiling.mix.of(shares) * (1 + 1e-5)) << s;
+    }
+  }
+}
+
+// Of a forged file.
+TEST(RadiationModel, TakesCeilingsThatCannotBeDividedForAnyMix) {
+  const std::vector<Emitter> emitters(1);
+  const std::vector<Material> materials(1);
+  const RadiationModel field(emitters, materials, Air{});
+  Source source;
+  source.normal = source.mirror = {0, 1, 0};
+  for (const float power : {3e38f, 1e-42f, std::numeric_limits<float>::quiet_NaN()}) {
+    source.power = same_in_all_bands(power);
+    const BandMix mix = field.ceiling(source, same_in_all_bands(1)).mix;
+    for (std::size_t b = 0; b < kBandCount; ++b) EXPECT_EQ(mix.part(b), 1) << power;
+  }
+  source.power = {};
+  EXPECT_EQ(field.ceiling(source, same_in_all_bands(1)).mix.packed(), 0u);
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,332 @@
+// What two receivers hear of each direction, from the law to the output.
+#include "runtime/propagation/reception.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "common/directivity.h"
+#include "common/random.h"
+#include "runtime/engine/auralizer.h"
+#include "runtime/mixing/output_format.h"
+#include "runtime/output/loudness_meter.h"
+#include "runtime/sampling/representative_octree.h"
+#include "tests/runtime/priority_sample_reference.h"
+#include "tests/runtime/weighted_room.h"
+#include "tests/sanitized.h"
+
+namespace clamor {
+namespace {
+
+using ReceptionRoom = testing::WeightedRoom;
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+// A different one in each band, none alike from everywhere but the lowest.
+ReceiverPattern uneven() { return {{0, 0.5f, 1, 1.5f, 2, 3, 5, 9}, 40 * kDegree}; }
+
+Vec3 direction(std::uint32_t i) {
+  const RandomBits bits = philox(4, {i, 0, 0, 0});
+  const double up = 2 * unit(bits[0]) - 1, turn = 2 * std::numbers::pi * unit(bits[1]);
+  const double r = std::sqrt(1 - up * up);
+  return {r * std::cos(turn), up, r * std::sin(turn)};
+}
+
+Listener pose_at(std::uint32_t i) {
+  const RandomBits bits = philox(5, {i, 0, 0, 0});
+  return {{6 * unit(bits[0]), 8 * unit(bits[1]), 3 * unit(bits[2])},
+          7 * unit(bits[3]) - 3.5,
+          unit(bits[2]) - 0.5};
+}
+
+// In double, from the law's own words.
+double intensity(const ReceiverPattern& pattern, const Listener& pose, int ear, std::size_t band,
+                 const Vec3& towards) {
+  const double side = ear == 0 ? -1 : 1;
+  const Vec3 axis = std::cos(pattern.angle_rad) * pose.forward() +
+                    side * std::sin(pattern.angle_rad) * pose.right();
+  return emission(pattern.exponent[band], dot(axis, towards));
+}
+
+TEST(Reception, IsTheLawOfEmittersRoundEachReceiversAxis) {
+  for (const ReceiverPattern& pattern : {uneven(), *ReceiverPattern::named("ortf")})
+    for (std::uint32_t i = 0; i < 200; ++i) {
+      const Listener pose = pose_at(i);
+      const Reception reception(pattern, pose);
+      const Vec3 towards = direction(i);
+      const Bands share = reception.share(Vec3f(3.0 * towards));
+      for (std::size_t b = 0; b < kBandCount; ++b) {
+        double mean = 0;
+        for (int e = 0; e < kEars; ++e) {
+          const double right = intensity(pattern, pose, e, b, towards);
+          const double gain = reception.gain(e, Vec3f(0.1 * towards))[b];
+          EXPECT_NEAR(gain * gain, right, 2e-6);
+          mean += right / 2;
+        }
+        EXPECT_NEAR(share[b], mean, 2e-6);
+        EXPECT_LE(share[b], 1);
+      }
+    }
+}
+
+TEST(Reception, OfAnOrtfPairIsTwoCardioids110DegreesApart) {
+  const Reception pair(*ReceiverPattern::named("ortf"), Listener{});
+  const auto level_db = [&](int ear, double to_the_left_deg) {
+    const double a = to_the_left_deg * kDegree;
+    return 20 * std::log10(pair.gain(ear, Vec3f(Vec3(-std::sin(a), 0, -std::cos(a))))[4]);
+  };
+  EXPECT_NEAR(level_db(0, 55), 0, 1e-5);
+  EXPECT_NEAR(level_db(1, -55), 0, 1e-5);
+  EXPECT_NEAR(level_db(0, 145), 20 * std::log10(0.5), 1e-5);  // from its side
+  EXPECT_LT(level_db(0, -125), -100);                         // and from behind it
+  EXPECT_NEAR(level_db(0, 0), level_db(1, 0), 1e-5);
+}
+
+TEST(Reception, OfAWidePairHearsBehindTheListenerAndTellsTheSidesApart) {
+  const Reception pair(*ReceiverPattern::named("wide"), Listener{});
+  const auto level_db = [&](int ear, double to_the_left_deg) {
+    const double a = to_the_left_deg * kDegree;
+    return 20 * std::log10(pair.gain(ear, Vec3f(Vec3(-std::sin(a), 0, -std::cos(a))))[4]);
+  };
+  EXPECT_NEAR(level_db(0, 0), 10 * std::log10((1 + std::cos(55 * kDegree)) / 2), 1e-4);
+  EXPECT_NEAR(level_db(0, 180), 10 * std::log10((1 + std::cos(125 * kDegree)) / 2), 1e-4);
+  EXPECT_NEAR(level_db(1, 180), level_db(0, 180), 1e-5);
+  EXPECT_GT(level_db(0, 90) - level_db(1, 90), 10);
+}
+
+TEST(Reception, OfOmniIsAllFromEverywhereAndOtherNamesAreRefused) {
+  const Reception omni(*ReceiverPattern::named("omni"), pose_at(1));
+  EXPECT_TRUE(omni.is_omnidirectional());
+  EXPECT_EQ(omni.gain(0, {0, 0, 1}), same_in_all_bands(1));
+  const auto unknown = OutputFormat::from_options(false, "", false, "ears");
+  ASSERT_FALSE(unknown.ok());
+  EXPECT_EQ(unknown.error().message,
+            "--receivers: no receivers are called 'ears'; there are 'omni', 'ortf' and 'wide'.");
+  EXPECT_FALSE(OutputFormat::from_options(true, "", false, "ortf").ok());
+  EXPECT_EQ(OutputFormat::from_options(false, "", false, "ortf")->receivers.exponent[0], 2);
+}
+
+TEST(Reception, WeighsASourceByWhatBothReceiversHearOfItsDirection) {
+  const ReceptionRoom room(400);
+  for (std::uint32_t i = 0; i < 300; ++i) {
+    const Listener pose = pose_at(i);
+    const Source& source = room.sources()[i];
+    const Bands free = room.field.intensity(source, pose.position_m);
+    const Vec3 towards = normalize(Vec3(source.position_m) - pose.position_m);
+    double expected = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      for (int e = 0; e < kEars; ++e)
+        expected += static_cast<double>(room.weights.by_signal[room.field.signal(source)][b]) *
+                    free[b] * intensity(uneven(), pose, e, b, towards) / 2;
+    EXPECT_NEAR(room.weight_of(i, pose.position_m, Reception(uneven(), pose)), expected,
+                1e-5 * expected);
+  }
+}
+
+// As PrioritySampler.ChoosesWhatASortOfAllPrioritiesChooses, for one who walks, stands and turns.
+TEST(Reception, IsInTheSamplersChoiceExactly) {
+  const ReceptionRoom room(400);
+  constexpr std::size_t kVoices = 200;
+  SourceList list = room.list();
+  const auto sampler = make_priority_sampler(room.field, room.weights, list, kVoices);
+  for (std::uint32_t step = 0; step < 90; ++step) {
+    Listener pose{{1 + 0.05 * step, 2 + 0.03 * step, 1.5}, 0.1 * step, 0.2};
+    if (step >= 40) pose.position_m = {3, 4, 1.5};  // turns on the spot
+    if (step >= 60) pose = pose_at(step);
+    const Reception reception(uneven(), pose);
+    std::vector<testing::WeightedSource> all;
+    for (std::size_t i = 0; i < room.sources().size(); ++i)
+      all.push_back({i, room.weight_of(i, pose.position_m, reception), room.sources()[i].u});
+    const auto expected = testing::reference_sample(std::move(all), kVoices);
+    ASSERT_EQ(expected.size(), kVoices);
+    sampler->face(reception);
+    testing::expect_sample(sampler->sample(pose.position_m), expected, 1e-12);
+    if (HasFatalFailure()) FAIL() << "step " << step;
+  }
+}
+
+// A cloud that is the same before and behind, cut by one who hears mostly what is ahead.
+TEST(Reception, OpensTheNodesOfTheRepresentativeOctreeThatAreAhead) {
+  std::vector<RepresentativeOctree::Point> points;
+  for (std::uint32_t i = 0; i < 4000; ++i) {
+    const RandomBits bits = philox(6, {i / 2, 0, 0, 0});
+    const double z = 5 + 20 * unit(bits[0]);
+    points.push_back(
+        {Vec3(20 * unit(bits[1]) - 10, 5 * unit(bits[2]), i % 2 == 0 ? -z : z), 1, 0.1});
+  }
+  const RepresentativeOctree tree(points, 2, 1);
+  const auto ahead = [&](const Reception& reception) {
+    const auto cut = tree.cut({0, 1.5, 0}, 300, reception);
+    const auto before = std::count_if(cut.begin(), cut.end(), [&](const auto& representative) {
+      return points[representative.point].position_m.z < 0;
+    });
+    return static_cast<double>(before) / static_cast<double>(cut.size());
+  };
+  EXPECT_NEAR(ahead(Reception()), 0.5, 0.05);
+  const ReceiverPattern forward{same_in_all_bands(4), 0};
+  EXPECT_GT(ahead(Reception(forward, Listener{})), 0.85);
+  Listener back;
+  back.yaw_rad = std::numbers::pi;
+  EXPECT_LT(ahead(Reception(forward, back)), 0.15);
+}
+
+// Beside the same voices of receivers that hear alike from everywhere.
+TEST(Reception, IsInEachVoicesGainsFromWhereItsReceiverIs) {
+  const ReceptionRoom room(400);
+  using Receivers = KeyframeMaker::Receivers;
+  KeyframeMaker even(room.field, 400, Receivers::kPair);
+  KeyframeMaker maker(room.field, 400, Receivers::kPair, nullptr, uneven());
+  std::vector<SampledSource> sample;
+  for (std::uint64_t i = 0; i < 300; ++i) {
+    const Source& source = room.sources()[i];
+    sample.push_back({i, 1, &source, room.field.signal(source)});
+  }
+  Keyframe with, without;
+  with.voices.reserve(400);
+  without.voices.reserve(400);
+  std::size_t heard = 0;
+  for (std::uint32_t k = 0; k < 30; ++k) {
+    Listener pose{{2 + 0.02 * k, 3, 1.5}, 0.05 * k, 0};
+    if (k >= 10 && k < 20) pose = {{2.2, 3, 1.5}, 0.5, 0};  // stands still
+    sample[7].power_scale = k < 15 ? 1 : 4;                 // but is made anew
+    even.make(sample, pose, without);
+    maker.make(sample, pose, with);
+    ASSERT_EQ(with.voices.size(), without.voices.size());
+    for (std::size_t v = 0; v < with.voices.size(); ++v) {
+      const Voice &one = with.voices[v], &other = without.voices[v];
+      const Source& source = room.sources()[v];
+      ASSERT_EQ(one.delay_frames, other.delay_frames);
+      for (int e = 0; e < kEars; ++e) {
+        const Vec3 ear_m = pose.position_m + (e == 0 ? -0.5 : 0.5) * kEarDistance_m * pose.right();
+        const Vec3 towards = normalize(Vec3(source.position_m) - ear_m);
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+          const double share = std::sqrt(intensity(uneven(), pose, e, b, towards));
+          ASSERT_NEAR(one.gain[e][b], share * other.gain[e][b],
+                      1e-5 * std::abs(other.gain[e][b]) + 1e-9)
+              << "keyframe " << k << " voice " << v;
+          heard += other.gain[e][b] != 0;
+        }
+      }
+    }
+  }
+  EXPECT_GT(heard, 10'000u);
+}
+
+double channel_level_db(const std::vector<float>& interleaved, std::size_t channel) {
+  double sum = 0;
+  for (std::size_t i = channel; i < interleaved.size(); i += kEars)
+    sum += static_cast<double>(interleaved[i]) * interleaved[i];
+  return 10 * std::log10(sum / (static_cast<double>(interleaved.size()) / kEars));
+}
+
+Vec3 at(double to_the_left_deg) {
+  const double a = to_the_left_deg * kDegree;
+  return 10.0 * Vec3(-std::sin(a), 0, -std::cos(a));
+}
+
+// A sine in the open, 10 m away, at some angle to the left.
+std::vector<float> heard_from(double to_the_left_deg, const std::string& receivers) {
+  AuralizerInput input;
+  input.signals = {testing::sine(440)};
+  input.emitters.resize(1);
+  input.materials.resize(1);
+  Source& source = input.sources.emplace_back();
+  source.is_emitter = true;
+  source.position_m = Vec3f(at(to_the_left_deg));
+  source.power = same_in_all_bands(1);
+  source.u = 0.5f;
+  AuralizerOptions options;
+  options.visibility = false;
+  options.output = *OutputFormat::from_options(false, "", false, receivers);
+  const auto auralizer = Auralizer::create(input, options);
+  EXPECT_TRUE(auralizer.ok());
+  while ((*auralizer)->wants_keyframe()) (*auralizer)->make_keyframe(Listener{});
+  std::vector<float> block(2 * 4800), all;
+  for (int i = 0; i < 5; ++i) {
+    (*auralizer)->mix(block);
+    if (i > 0) all.insert(all.end(), block.begin(), block.end());
+    while ((*auralizer)->wants_keyframe()) (*auralizer)->make_keyframe(Listener{});
+  }
+  return all;
+}
+
+TEST(Reception, IsHeard) {
+  for (const double angle_deg : {-150.0, -55.0, -20.0, 0.0, 30.0, 90.0}) {
+    const auto omni = heard_from(angle_deg, "omni"), pair = heard_from(angle_deg, "ortf");
+    for (std::size_t e = 0; e < kEars; ++e) {
+      const double side = e == 0 ? -1 : 1;
+      const Vec3 way_m = at(angle_deg) - Vec3(side * 0.5 * kEarDistance_m, 0, 0);
+      const double off_axis = std::acos(
+          dot(normalize(way_m), Vec3(side * std::sin(55 * kDegree), 0, -std::cos(55 * kDegree))));
+      EXPECT_NEAR(
+          channel_level_db(pair, e) - channel_level_db(omni, e),
+          // Cardioids hear a third of a diffuse field's power, which the output makes up for.
+          20 * std::log10((1 + std::cos(off_axis)) / 2) + 10 * std::log10(3), 0.1)
+          << angle_deg << " degrees, ear " << e;
+    }
+  }
+}
+
+// Noise from 64 directions of equal solid angle, each with a signal of its own.
+AuralizerInput diffuse_field() {
+  constexpr std::uint32_t kDirections = 64;
+  AuralizerInput input;
+  input.materials.resize(1);
+  for (std::uint32_t i = 0; i < kDirections; ++i) {
+    Signal& signal = input.signals.emplace_back();
+    for (std::uint32_t n = 0; n < kSampleRate_hz / 2; ++n)
+      signal.samples.push_back(0.1f *
+                               (2 * static_cast<float>(unit(philox(i, {n, 0, 0, 0})[0])) - 1));
+    Emitter& emitter = input.emitters.emplace_back();
+    emitter.signal = i;
+    const double y = 1 - (2 * i + 1.0) / kDirections, radius = std::sqrt(1 - y * y);
+    const double turn = i * std::numbers::pi * (3 - std::sqrt(5.0));
+    Source& source = input.sources.emplace_back();
+    source.is_emitter = true;
+    source.emitter = i;
+    source.position_m = Vec3f(10.0 * Vec3(radius * std::cos(turn), y, radius * std::sin(turn)));
+    source.power = same_in_all_bands(1);
+    source.u = 0.5f;
+  }
+  return input;
+}
+
+double loudness_lufs(const AuralizerInput& input, const OutputFormat& shape) {
+  AuralizerOptions options;
+  options.visibility = false;
+  options.output = shape;
+  const auto auralizer = Auralizer::create(input, options);
+  EXPECT_TRUE(auralizer.ok());
+  LoudnessMeter meter(shape.channels(), shape.speakers());
+  std::vector<float> block(static_cast<std::size_t>(shape.channels()) * 960);
+  for (int i = 0; i < 25; ++i) {
+    while ((*auralizer)->wants_keyframe()) (*auralizer)->make_keyframe(Listener{});
+    (*auralizer)->mix(block);
+    meter.add(block);
+  }
+  return meter.momentary_lufs();
+}
+
+TEST(OutputFormat, IsAsLoudAsEveryOtherInADiffuseField) {
+  const AuralizerInput field = diffuse_field();
+  const double omni_lufs = loudness_lufs(field, OutputFormat{});
+  EXPECT_TRUE(std::isfinite(omni_lufs));
+  OutputFormat headphones = *OutputFormat::from_options(true, "", false);
+  headphones.head = *Hrtf::read("");
+  const std::pair<const char*, OutputFormat> shapes[] = {
+      {"ortf", *OutputFormat::from_options(false, "", false, "ortf")},
+      {"wide", *OutputFormat::from_options(false, "", false, "wide")},
+      {"5.1", *OutputFormat::from_options(false, "5.1", false)},
+      {"7.1", *OutputFormat::from_options(false, "7.1", false)},
+      {"7.1.4", *OutputFormat::from_options(false, "7.1.4", false)},
+      {"ambisonics", *OutputFormat::from_options(false, "", true)},
+      {"headphones", headphones}};
+  for (const auto& [name, shape] : shapes)
+    EXPECT_NEAR(loudness_lufs(field, shape), omni_lufs, 0.8) << name;
+}
+
+}  // namespace
+}  // namespace clamor

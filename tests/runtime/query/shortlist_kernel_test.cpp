@@ -1,0 +1,156 @@
+// shortlist_kernel_test.cpp: which sources of a list are loud enough, by every instruction set.
+#include "runtime/query/shortlist_kernel.h"
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "tests/runtime/instruction_sets.h"
+#include "tests/runtime/syllables.h"
+
+namespace clamor {
+namespace {
+
+constexpr std::uint32_t kListed = 300, kSounds = 5;
+constexpr float kLongest_s = 1.5f;
+
+using ShortlistOn = testing::OnInstructionSet;
+INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, ShortlistOn, testing::every_instruction_set(),
+                         testing::instruction_set_name);
+
+// Some with delays that are not in the table.
+std::vector<ShortlistBlock> some_list(std::uint32_t seed) {
+  std::vector<ShortlistBlock> blocks;
+  for (std::uint32_t i = 0; i < kListed; ++i) {
+    const RandomBits a = philox(seed, {i, 0, 0, 0}), b = philox(seed, {i, 1, 0, 0});
+    const std::size_t at = i % kCullBlock;
+    if (at == 0) blocks.emplace_back().ceiling.fill(-1);
+    ShortlistBlock& block = blocks.back();
+    block.ceiling[at] = static_cast<float>(std::pow(2.0, 12 * unit(a[0])));
+    block.delay_s[at] = static_cast<float>(2 * unit(a[1]) - 0.1);
+    block.signal[at] = a[2] % kSounds;
+    block.source[at] = ShortlistBlock::packed(i, i);
+    block.mix[at] = BandMix::from_packed(b[0] & b[1]);
+  }
+  return blocks;
+}
+
+// By the table, band by band.
+float share_of(const LoudnessTable& table, const ShortlistBlock& block, std::size_t at) {
+  const float delay_s = block.delay_s[at];
+  const auto row = static_cast<std::size_t>(block.signal[at]) * table.row();
+  const auto last = static_cast<float>(table.row() - 1);
+  const float column = std::clamp(std::floor(delay_s * LoudnessTable::kPerS) + 1, 0.0f, last);
+  const BandShares& now = table.data()[row + static_cast<std::size_t>(column)];
+  Bands shares;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    shares[b] = now.share * static_cast<float>(now.parts[b]) / BandShares::kWhole;
+  return block.mix[at].of(shares);
+}
+
+TEST_P(ShortlistOn, FindsWhatIsLoudEnoughByItsOwnBands) {
+  std::vector<TimedEnvelope> sounds;
+  for (std::uint32_t s = 0; s < kSounds; ++s) sounds.push_back(testing::syllables(s));
+  const SignalWeights weights = make_signal_weights(sounds, {0, 0, 0});
+  std::size_t found = 0, left_out = 0;
+  for (std::uint32_t seed = 0; seed < 60; ++seed) {
+    const std::vector<ShortlistBlock> blocks = some_list(seed);
+    LoudnessTable table;
+    table.tabulate(weights.tracks, 3 + 0.1 * seed, 0, kLongest_s, 0.005f);
+    AudibleEntries loud;
+    loud.make_room(kCullBlock * blocks.size());
+    const std::size_t end = find_audible(blocks, 1, table, {}, loud.from(0));
+    std::size_t next = 0;
+    for (std::uint32_t e = 0; e < kListed; ++e) {
+      const ShortlistBlock& block = blocks[e / kCullBlock];
+      const float share = share_of(table, block, e % kCullBlock);
+      const float now = block.ceiling[e % kCullBlock] * share;
+      if (std::abs(now - 1) < 1e-5f) continue;  // either will do
+      if (now < 1) {
+        ++left_out;
+        continue;
+      }
+      while (next < end && loud.entry[next] < e) ++next;
+      ASSERT_LT(next, end);
+      ASSERT_EQ(loud.entry[next], e) << seed;
+      ASSERT_NEAR(loud.share[next] / share, 1, 1e-5) << seed;
+      ++found;
+    }
+    EXPECT_LE(end, found + 1);
+  }
+  EXPECT_GT(found, 3000u);
+  EXPECT_GT(left_out, 3000u);
+}
+
+// Whatever the sound does in between.
+TEST_P(ShortlistOn, KnowsWhatIsHeardAtMostFromNowUntilLater) {
+  std::vector<TimedEnvelope> sounds;
+  for (std::uint32_t s = 0; s < kSounds; ++s) sounds.push_back(testing::syllables(s));
+  const SignalWeights weights = make_signal_weights(sounds, {0, 0, 0});
+  constexpr float kGive_s = 0.009f;
+  std::size_t far_from_all = 0;
+  for (std::uint32_t i = 0; i < 200; ++i) {
+    const double time_s = 2 + 0.031 * i, ahead_s = 0.05;
+    LoudnessTable table;
+    table.tabulate(weights.tracks, time_s, ahead_s, 2, kGive_s);
+    for (std::uint32_t j = 0; j < 500; ++j) {
+      const RandomBits bits = philox(i, {j, 3, 0, 0});
+      const std::uint32_t signal = bits[0] % kSounds;
+      const auto delay_s = static_cast<float>(2 * unit(bits[1]));
+      const double off_s = static_cast<double>(kGive_s) * (2 * unit(bits[2]) - 1);
+      const double at_s = time_s + ahead_s * unit(bits[3]) - static_cast<double>(delay_s) - off_s;
+      const auto column = static_cast<std::size_t>(delay_s * LoudnessTable::kPerS) + 1;
+      const float share = table.data()[signal * table.row() + column].share;
+      ASSERT_GE(share * (1 + 1e-6f), weights.tracks[signal].at(at_s).share) << i << " " << j;
+      far_from_all += share < 0.5f;
+    }
+  }
+  EXPECT_GT(far_from_all, 10'000u);
+}
+
+// One late sound must not make all others count as at their loudest.
+TEST_P(ShortlistOn, KnowsWhatIsHeardWithUsualDelaysOfHundredsOfSignalsIfSomeAreLate) {
+  const std::vector<TimedEnvelope> sounds(400, testing::syllables(1));
+  const SignalWeights weights = make_signal_weights(sounds, {0, 0, 0});
+  LoudnessTable whole, cut;
+  whole.tabulate(std::span(weights.tracks).first(kSounds), 3, 0, 2, 0.005f);
+  for (const float longest_s : {200.0f, 1e30f}) {
+    cut.tabulate(weights.tracks, 3, 0, longest_s, 0.005f);
+    ASSERT_GE(cut.row(), 10 * LoudnessTable::kPerS);
+    for (std::size_t s = 0; s < kSounds; ++s) {
+      for (std::size_t d = 1; d + 1 < whole.row(); ++d)
+        EXPECT_EQ(cut.data()[s * cut.row() + d].share, whole.data()[s * whole.row() + d].share);
+      EXPECT_EQ(cut.data()[(s + 1) * cut.row() - 1].share, 1) << "those that are too late";
+    }
+  }
+}
+
+// Where nothing changes there is no table, nor where it would take too long to make.
+TEST_P(ShortlistOn, FindsWhatIsLoudEnoughAtAnyTimeWhereNoTableIsMade) {
+  const std::vector<ShortlistBlock> blocks = some_list(1);
+  const std::vector<std::uint8_t> moment(kBandCount, 255);
+  const std::vector<TimedEnvelope> sounds(
+      20'000, {*SignalEnvelope::from_steps(same_in_all_bands(1), moment), kMomentFrames, true});
+  LoudnessTable of_too_many;
+  of_too_many.tabulate(make_signal_weights(sounds, {0, 0, 0}).tracks, 3, 0, 70, 0.005f);
+  ASSERT_EQ(of_too_many.row(), 0u);
+  for (const LoudnessTable& table : {LoudnessTable(), of_too_many}) {
+    AudibleEntries loud;
+    loud.make_room(kCullBlock * blocks.size());
+    const std::size_t end = find_audible(blocks, 100, table, {}, loud.from(0));
+    std::size_t next = 0;
+    for (std::uint32_t e = 0; e < kListed; ++e) {
+      if (blocks[e / kCullBlock].ceiling[e % kCullBlock] < 100) continue;
+      ASSERT_LT(next, end);
+      EXPECT_EQ(loud.entry[next], e);
+      EXPECT_EQ(loud.share[next++], 1);
+    }
+    EXPECT_EQ(next, end);
+  }
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,263 @@
+// Listeners from whom nearly everything is hidden: what finding out costs, and what they hear.
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <numeric>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "bake/octree/octree_builder.h"
+#include "runtime/measures/sampled_response.h"
+#include "runtime/occlusion/visibility_cache.h"
+#include "runtime/query/octree_pool.h"
+#include "runtime/sampling/sampler.h"
+#include "tests/runtime/two_rooms.h"
+#include "tests/sanitized.h"
+#include "tests/source_lists.h"
+#include "tests/stored_tree.h"
+
+namespace clamor {
+namespace {
+
+using testing::heard;
+using testing::World;
+
+using Place = std::function<Vec3(int keyframe)>;
+
+double sum_of_bands(const std::array<double, kBandCount>& power) {
+  return std::accumulate(power.begin(), power.end(), 0.0);
+}
+
+double db(double power) { return 10 * std::log10(power + 1e-30); }
+
+// A sampler of a world's sources, or of others on the walls of its room, in an octree.
+class OccludedListener {
+ public:
+  OccludedListener(const World& world, std::vector<Source> sources, std::size_t voices, bool exact)
+      : world_(world) {
+    trees_.add(build_octree(std::move(sources)));
+    loader_ = std::make_unique<PageLoader>(trees_.fetch(world.field, world.weights),
+                                           PageBudget{4'000'000'000});
+    pool_ = std::make_unique<OctreePool>(world.field, world.weights, trees_.tops(),
+                                         std::span<const std::vector<std::uint32_t>>(), *loader_);
+    occlusion_ = std::make_unique<VisibilityCache>(world.surfaces, testing::kSpeed_mps,
+                                                   VisibilityOptions{.exact = exact});
+    sampler_ = make_priority_sampler(world.field, world.weights, *pool_, voices, occlusion_.get(),
+                                     exact ? SearchBound::kUnbounded : SearchBound::kBounded);
+  }
+
+  // All pages that it asks for come before the next keyframe.
+  double power_at(const Vec3& place, double time_s) {
+    const std::uint64_t work = sampler_->work(), rays = occlusion_->statistics().rays;
+    auto sample = sampler_->sample(place, time_s);
+    if (!occlusion_->exact()) {
+      work_ = sampler_->work() - work;
+      rays_ = occlusion_->statistics().rays - rays;
+      loader_->wait();
+    } else {
+      while (!sampler_->complete()) sample = sampler_->sample(place, time_s);
+    }
+    return sum_of_bands(heard(world_, sample, place));
+  }
+
+  std::uint64_t work() const { return work_; }  // of the last keyframe
+  std::uint64_t rays() const { return rays_; }
+  Sampler& sampler() { return *sampler_; }
+  const VisibilityCache& occlusion() const { return *occlusion_; }
+
+ private:
+  const World& world_;
+  testing::StoredTrees trees_;
+  std::unique_ptr<PageLoader> loader_;
+  std::unique_ptr<OctreePool> pool_;
+  std::unique_ptr<VisibilityCache> occlusion_;
+  std::unique_ptr<Sampler> sampler_;
+  std::uint64_t work_ = 0, rays_ = 0;
+};
+
+// A closed box with a solid pillar of 0.4 m in it.
+Level box_with_pillar(const Vec3& size_m) {
+  Level level = testing::shoebox(size_m, testing::uniform_material(0.1f), {1.5, 1.7, 1.5});
+  const Mesh pillar = testing::box({0.4, size_m.y, 0.4});
+  const auto first = static_cast<std::uint32_t>(level.mesh.vertices_m.size());
+  for (const Vec3f& vertex_m : pillar.vertices_m)
+    level.mesh.vertices_m.push_back(vertex_m + Vec3f(4, 0, 2));
+  for (const auto& corners : pillar.triangles)
+    level.mesh.triangles.push_back({first + corners[0], first + corners[1], first + corners[2]});
+  level.mesh.materials.insert(level.mesh.materials.end(), pillar.triangles.size(), 0);
+  return level;
+}
+
+// Walks inside for two seconds, then, at once, somewhere where little is heard, for two, and then
+// inside again. The budget is in units of work, so the bound does not depend on the machine.
+void expect_bounded_and_back_soon(const World& world, const std::vector<Source>& sources,
+                                  const Place& inside, const Place& hidden, bool is_silent) {
+  constexpr std::size_t kVoices = 2000;
+  constexpr int kLeaves = 100, kReturns = 200, kBackWithin = 10;
+  // A look-up notices that the budget is exhausted after at most a packet of pages.
+  const std::uint64_t max_work =
+      (work_per_keyframe(kVoices) + work_ahead_per_keyframe(kVoices)) * 5 / 4;
+  // Twice the rays where everything changed, and the last look, which may be a close one.
+  constexpr std::uint64_t kMostRays = 2 * kRaysPerKeyframe + 64 * 9 * 8;
+  OccludedListener listener(world, sources, kVoices, false);
+  std::vector<double> settled(50);  // by where one is on the way
+  for (int keyframe = 0; keyframe < kReturns + 30; ++keyframe) {
+    const bool is_hidden = keyframe >= kLeaves && keyframe < kReturns;
+    const Vec3 place = is_hidden ? hidden(keyframe) : inside(keyframe % 50);
+    const double power = listener.power_at(place, 0.02 * keyframe);
+    EXPECT_LE(listener.work(), max_work) << "keyframe " << keyframe;
+    EXPECT_LE(listener.rays(), kMostRays) << "keyframe " << keyframe;
+    if (keyframe < kLeaves) settled[keyframe % 50] = power;
+    if (keyframe == kReturns - 1 && is_silent) {
+      EXPECT_LT(db(power), db(settled[0]) - 40);
+      EXPECT_GT(listener.sampler().bounded_keyframes(), 0u);
+    }
+    if (keyframe >= kReturns + kBackWithin) {
+      EXPECT_NEAR(db(power) - db(settled[keyframe % 50]), 0, 1) << "keyframe " << keyframe;
+    }
+  }
+}
+
+// Both rooms are small; a step of a walk is 3 cm.
+Vec3 stroll(const Vec3& from, int keyframe) {
+  return from + Vec3(0.03 * (keyframe % 50), 0, 0.01 * (keyframe % 50));
+}
+
+TEST(OccludedListener, CostsNoMoreThanTheBudgetAndHearsTheRoomAtOnceAgain) {
+  const World world(box_with_pillar({6, 4, 5}), testing::kSanitized ? 100 : 1500);
+  const auto inside = [](int k) { return stroll({2, 1.7, 3}, k); };
+  const auto outside = [](int k) { return stroll({9, 1.7, 2}, k); };
+  const auto in_the_pillar = [](int k) { return stroll({4.05, 1.7, 2.1}, k / 40); };
+  expect_bounded_and_back_soon(world, world.sources, inside, outside, true);
+  expect_bounded_and_back_soon(world, world.sources, inside, in_the_pillar, true);
+}
+
+TEST(OccludedListener, CostsNoMoreThanTheBudgetBehindAWall) {
+  Level level = testing::shoebox({12, 3, 8}, testing::uniform_material(0.6f), {1.5, 1.5, 4});
+  testing::add_quad(level.mesh,
+                    {Vec3f(6, 0, 0.5f), Vec3f(6, 3, 0.5f), Vec3f(6, 3, 7.5f), Vec3f(6, 0, 7.5f)});
+  const World world(level, testing::kSanitized ? 100 : 2500);
+  expect_bounded_and_back_soon(
+      world, world.sources,
+      [](int k) {
+        return stroll({3, 1.5, 3}, k);
+      },
+      [](int k) {
+        return stroll({6.3, 1.5, 3.5}, k);
+      },
+      false);
+}
+
+TEST(OccludedListener, CostsNoMoreThanTheBudgetOfAMillionSources) {
+  const World world(box_with_pillar({20, 8, 15}), 5);
+  std::vector<Source> sources = testing::wall_sources(testing::kSanitized ? 20'000 : 1'000'000);
+  expect_bounded_and_back_soon(
+      world, sources,
+      [](int k) {
+        return stroll({8, 1.7, 7}, k);
+      },
+      [](int k) {
+        return stroll({26, 1.7, 7}, k);
+      },
+      true);
+}
+
+TEST(OccludedListener, OfARenderLooksAtEachSourceOnceAndHearsNothing) {
+  const World world(box_with_pillar({6, 4, 5}), 200);
+  OccludedListener listener(world, world.sources, 2000, true);
+  EXPECT_GT(listener.power_at({2, 1.7, 3}, 0), 0);
+  const std::uint64_t looks = listener.occlusion().statistics().looks;
+  for (int keyframe = 1; keyframe < 5; ++keyframe)
+    EXPECT_EQ(listener.power_at({9 + 0.01 * keyframe, 1.7, 2}, 0.02 * keyframe), 0);
+  EXPECT_LE(listener.occlusion().statistics().looks - looks, world.sources.size());
+}
+
+TEST(OccludedListener, IsNotSearchedForOnceStopped) {
+  const World world(box_with_pillar({6, 4, 5}), 200);
+  for (const bool exact : {false, true}) {
+    OccludedListener listener(world, world.sources, 2000, exact);
+    listener.power_at({2, 1.7, 3}, 0);
+    const std::uint64_t work = listener.sampler().work(),
+                        looks = listener.occlusion().statistics().rays;
+    const std::atomic<bool> stop{true};
+    listener.sampler().stop_when(&stop);
+    listener.sampler().sample({9, 1.7, 2}, 0.02);
+    // A page or two, until it is noticed.
+    EXPECT_LE(listener.sampler().work() - work, 20'000u) << exact;
+    EXPECT_LE(listener.occlusion().statistics().rays - looks, kRaysPerKeyframe) << exact;
+    listener.sampler().stop_when(nullptr);
+  }
+}
+
+// A hall of little reverberation, with a wall of 4 x 3 m between its emitter and who walks by.
+Level hall_with_wall() {
+  Level level = testing::shoebox({24, 8, 14}, testing::uniform_material(0.95f), {12, 1.5, 11});
+  testing::add_quad(level.mesh,
+                    {Vec3f(10, 0, 8), Vec3f(14, 0, 8), Vec3f(14, 3, 8), Vec3f(10, 3, 8)});
+  return level;
+}
+
+TEST(Render, HearsTheShadowOfAWallWhereItIsHoweverFastOneWalks) {
+  const World world(hall_with_wall(), 300);
+  constexpr std::size_t kVoices = 300;
+  for (const double speed_mps : {3.0, 9.0}) {
+    OccludedListener listener(world, world.sources, kVoices, true);
+    const int keyframes = static_cast<int>(16 / (0.02 * speed_mps));
+    double most = 0, least = 1e9, worst_db = 0;
+    for (int keyframe = 0; keyframe < keyframes; ++keyframe) {
+      const Vec3 place(4 + 0.02 * speed_mps * keyframe, 1.5, 6.5);
+      const double power = listener.power_at(place, 0.02 * keyframe);
+      most = std::max(most, power);
+      least = std::min(least, power);
+      if (keyframe % (testing::kSanitized ? 32 : 4) != 0) continue;
+      // The slow version knows nothing yet, and so looks at every source from here.
+      OccludedListener anew(world, world.sources, kVoices, true);
+      const double should_be = anew.power_at(place, 0.02 * keyframe);
+      worst_db = std::max(worst_db, std::abs(db(power) - db(should_be)));
+    }
+    // A look holds for a cell of 0.1 to 0.4 m, a quarter of that at an edge.
+    EXPECT_LT(worst_db, 1) << speed_mps << " m/s";
+    EXPECT_GT(db(most) - db(least), 5);  // the wall casts a shadow
+  }
+}
+
+TEST(Render, IsOneLevelFromTheFirstKeyframeOnWhereOneStands) {
+  const World world(hall_with_wall(), 300);
+  const Vec3 behind(13.5, 1.5, 6.5);  // where its edge cuts many
+  for (const std::size_t voices : {100, 300, 10'000}) {
+    OccludedListener listener(world, world.sources, voices, true);
+    const double first = listener.power_at(behind, 0);
+    EXPECT_GT(first, 0);
+    for (int keyframe = 1; keyframe < 100; ++keyframe)
+      ASSERT_EQ(listener.power_at(behind, 0.02 * keyframe), first)
+          << voices << " voices, keyframe " << keyframe;
+  }
+}
+
+TEST(SampledResponse, OfPriorityIsWhatSurfacesLeaveOfAllSources) {
+  const World world(testing::two_rooms(true), 200);
+  const Vec3 beside_the_door(6, 3.6, 1.5);
+  const auto energy = [&](const StrategyOptions& options) {
+    std::array<double, kBandCount> sum{};
+    for (const Arrival& arrival :
+         sampled_response(options, world.sources, world.contents.emitters, world.contents.materials,
+                          world.contents.settings.air, beside_the_door, 0, {}, &world.surfaces))
+      for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += static_cast<double>(arrival.energy[b]);
+    return sum;
+  };
+  const auto all = energy({.strategy = "all"});
+  const auto as_many = energy({.strategy = "priority", .voices = world.sources.size()});
+  const auto fewer = energy({.strategy = "priority", .voices = world.sources.size() / 8});
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    EXPECT_GT(all[b], 0);
+    // A source that an ordinary look calls hidden and a close one does not is left out.
+    EXPECT_NEAR(db(as_many[b]) - db(all[b]), 0, 0.1) << "band " << b;
+    EXPECT_NEAR(db(fewer[b]) - db(all[b]), 0, 1) << "band " << b;
+  }
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,347 @@
+// Sources are chosen by what they play at the moment.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "bake/octree/octree_builder.h"
+#include "common/random.h"
+#include "runtime/propagation/source_weight.h"
+#include "runtime/query/octree_pool.h"
+#include "runtime/sampling/sampler.h"
+#include "tests/runtime/priority_sample_reference.h"
+#include "tests/sanitized.h"
+#include "tests/stored_tree.h"
+
+namespace clamor {
+namespace {
+
+Signal gated_noise(double seconds, bool loop, std::uint32_t seed) {
+  Signal signal{"noise", {}, loop};
+  for (std::uint32_t i = 0; i < seconds * kSampleRate_hz; ++i)
+    signal.samples.push_back(static_cast<float>(unit(philox(seed, {i, 0, 0, 0})[0]) - 0.5));
+  return signal;
+}
+
+// Silent but between these times.
+Signal only_between(Signal signal, double from_s, double to_s) {
+  for (std::size_t i = 0; i < signal.samples.size(); ++i) {
+    const double t = static_cast<double>(i) / kSampleRate_hz;
+    if (t < from_s || t >= to_s) signal.samples[i] = 0;
+  }
+  return signal;
+}
+
+SignalWeights weights_of(const std::vector<Signal>& signals) {
+  std::vector<TimedEnvelope> envelopes;
+  for (const Signal& signal : signals)
+    envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
+  return make_signal_weights(envelopes);
+}
+
+// Sources in a hall, of emitters that play different signals.
+struct WeighedHall {
+  WeighedHall(std::vector<Signal> played, std::uint32_t count, std::uint64_t seed)
+      : signals(std::move(played)), weights(weights_of(signals)) {
+    materials.resize(1);
+    materials[0].scattering = same_in_all_bands(0.5f);
+    materials[0].phong = same_in_all_bands(8);
+    for (std::uint32_t e = 0; e < 2 * signals.size(); ++e) {
+      const RandomBits bits = philox(seed, {e, 7, 0, 0});
+      Emitter& emitter = emitters.emplace_back();
+      emitter.position_m = {20 * unit(bits[0]), 8 * unit(bits[1]), 15 * unit(bits[2])};
+      emitter.signal = e % static_cast<std::uint32_t>(signals.size());
+      emitter.delay_s = 0.4 * unit(bits[3]);
+    }
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const RandomBits a = philox(seed, {i, 0, 0, 0}), b = philox(seed, {i, 1, 0, 0});
+      Source& source = all.emplace_back();
+      source.position_m = Vec3f(Vec3(20 * unit(a[0]), 8 * unit(a[1]), 15 * unit(a[2])));
+      const double turn = 2 * std::numbers::pi * unit(b[3]);
+      source.normal = Vec3f(Vec3(std::cos(turn), 0, std::sin(turn)));
+      source.mirror = source.normal;
+      source.delay_s = static_cast<float>(1.5 * unit(b[0]));
+      source.power = same_in_all_bands(static_cast<float>(std::pow(10, -4 * unit(b[0]))));
+      source.u = static_cast<float>(unit_above_zero(b[1]));
+      source.emitter = b[2] % static_cast<std::uint32_t>(emitters.size());
+    }
+  }
+
+  RadiationModel field() const { return {emitters, materials, Air{}}; }
+
+  std::vector<Signal> signals;
+  SignalWeights weights;
+  std::vector<Material> materials;
+  std::vector<Emitter> emitters;
+  std::vector<Source> all;
+};
+
+// Two loops of unlike rhythm, one of them quiet, and two sounds that play once.
+std::vector<Signal> played() {
+  Signal quiet = gated_noise(0.77, true, 2);
+  for (float& sample : quiet.samples) sample *= 0.05f;
+  return {only_between(gated_noise(2, true, 1), 0.5, 0.9), quiet, gated_noise(0.3, false, 3),
+          only_between(gated_noise(3, false, 4), 2.7, 3)};
+}
+
+// With the factor of each that is chosen.
+std::map<std::uint64_t, double> slow_sample(const WeighedHall& hall, const RadiationModel& field,
+                                            std::span<const Source> sources, std::size_t voices,
+                                            const Vec3& place, double time_s) {
+  std::vector<testing::WeightedSource> all;
+  for (std::uint64_t i = 0; i < sources.size(); ++i) {
+    const Source& source = sources[i];
+    const Emitter& emitter = hall.emitters[source.emitter];
+    const double heard_s = time_s - emitter.delay_s - source.delay_s -
+                           length(place - Vec3(source.position_m)) / speed_of_sound_mps(Air{});
+    const auto now = hall.weights.tracks[emitter.signal].at(heard_s);
+    const Bands intensity = field.intensity(source, place);
+    double weight = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      weight += static_cast<double>(now.weights[b]) * intensity[b];
+    all.push_back({i, weight, source.u});
+  }
+  return testing::reference_sample(std::move(all), voices);
+}
+
+TEST(MomentSampling, GivesTheSampleOfASortOfAllSourcesAtEveryTime) {
+  const WeighedHall hall(played(), 6000, 1);
+  const RadiationModel field = hall.field();
+  testing::StoredTrees trees;
+  trees.add(build_octree(hall.all));
+  const std::vector<Source> sources = trees.all_sources();
+  for (const std::size_t voices : {1u, 50u, 1000u}) {
+    PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+    OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
+    const auto sampler = make_priority_sampler(field, hall.weights, pool, voices);
+    // Standing still while time goes on, walking, and jumps in place and time.
+    for (std::uint32_t i = 0; i < 40; ++i) {
+      const RandomBits bits = philox(6, {i, 0, 0, 0});
+      const double time_s = i < 25 ? 0.5 + 0.02 * i : 8 * unit(bits[0]) - 0.5;
+      const Vec3 place = i < 15   ? Vec3(7, 1.7, 6)
+                         : i < 25 ? Vec3(7 + 0.05 * i, 1.7, 6)
+                                  : Vec3(20 * unit(bits[1]), 1.7, 15 * unit(bits[2]));
+      auto sample = sampler->sample(place, time_s);
+      while (!sampler->complete()) sample = sampler->sample(place, time_s);
+      testing::expect_sample(sample, slow_sample(hall, field, sources, voices, place, time_s),
+                             1e-9);
+      if (HasFatalFailure()) FAIL() << voices << " voices, " << i;
+    }
+  }
+}
+
+// Who goes straight on is asked for ahead; who turns, jumps, stands still or is late misses nothing
+// either.
+TEST(MomentSampling, GivesTheSampleOfASortToOneWhoWalksOnAndTurns) {
+  const WeighedHall hall(played(), 40'000, 9);
+  const RadiationModel field = hall.field();
+  testing::StoredTrees trees;
+  trees.add(build_octree(hall.all));
+  const std::vector<Source> sources = trees.all_sources();
+  PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+  OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
+  constexpr std::size_t kVoices = 200;
+  const auto sampler = make_priority_sampler(field, hall.weights, pool, kVoices);
+  Vec3 place(3, 1.7, 3);
+  double way = 0, time_s = 3;
+  constexpr std::uint32_t kKeyframes = testing::kSanitized ? 120 : 400;
+  for (std::uint32_t k = 0; k < kKeyframes; ++k) {
+    const RandomBits bits = philox(8, {k, 0, 0, 0});
+    const std::uint32_t in_round = k % 100;
+    way += in_round < 80 ? 0.01 : 2 * unit(bits[0]);
+    const Vec3 ahead(std::sin(way), 0.1 * std::sin(7 * way), std::cos(way));
+    if (in_round % 40 != 30) place += 0.03 * ahead;
+    if (in_round == 90) place = {10 + unit(bits[1]), 1.7, 8};
+    time_s += k / 100 % 2 == 1 ? 0.06 : in_round == 50 ? 0.035 : 0.02;
+    auto sample = sampler->sample(place, time_s);
+    while (!sampler->complete()) sample = sampler->sample(place, time_s);
+    testing::expect_sample(sample, slow_sample(hall, field, sources, kVoices, place, time_s), 1e-9);
+    if (HasFatalFailure()) FAIL() << k;
+  }
+}
+
+TEST(MomentSampling, AsksOfOneWhoWalksOnAThirdOfTheTreeAtATime) {
+  const WeighedHall hall(played(), 100'000, 10);
+  const RadiationModel field = hall.field();
+  testing::StoredTrees trees;
+  trees.add(build_octree(hall.all));
+  std::array<std::uint64_t, 2> looked_at{}, found_in_all{};
+  for (const bool may_lag : {false, true}) {
+    PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+    OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
+    for (std::uint32_t k = 0; k < 200; ++k) {
+      const Vec3 place(4 + 0.03 * k, 1.7, 7), step(0.03, 0, 0);
+      const double threshold = 1e-5 * (1 + 0.05 * std::sin(0.1 * k));
+      const std::uint64_t before = pool.sources_tested();
+      std::vector<FoundSource> found;
+      do {
+        found.clear();
+        pool.refresh();
+        pool.set_occlusion_bounds(nullptr, may_lag);
+        pool.begin(place, 3 + 0.02 * k);
+        ASSERT_TRUE(pool.look(place, threshold, hall.all.size(), found));
+        pool.ask(place + 25.0 * step, threshold);
+      } while (!pool.complete());
+      if (k < 50) continue;  // by then all is here
+      looked_at[may_lag] += pool.sources_tested() - before;
+      found_in_all[may_lag] += found.size();
+    }
+  }
+  EXPECT_GT(found_in_all[0], 150 * 100u);
+  // They may be loud enough somewhere on the way.
+  EXPECT_LT(found_in_all[1], 1.5 * static_cast<double>(found_in_all[0]));
+  // A third of what is passed in lists; lists that are made anew stay as many.
+  EXPECT_LT(looked_at[1], 0.75 * static_cast<double>(looked_at[0]));
+}
+
+TEST(MomentSampling, GivesNoVoiceToWhatIsSilentNow) {
+  const WeighedHall hall(played(), 2000, 2);
+  const RadiationModel field = hall.field();
+  SourceList list(field, hall.weights, hall.all);
+  const auto sampler = make_priority_sampler(field, hall.weights, list, 5000);
+  std::vector<int> heard(hall.signals.size());
+  for (double time_s = 0; time_s < 12; time_s += 0.1) {
+    for (const SampledSource& chosen : sampler->sample({5, 1.7, 5}, time_s)) {
+      const Source& source = *chosen.source;
+      ++heard[chosen.signal];
+      // Of what plays once nothing sounds before it can have begun, nor when it is long over.
+      const double at_s = time_s - field.delay_s(source, {5, 1.7, 5});
+      if (chosen.signal == 2) {
+        EXPECT_TRUE(at_s > -0.15 && at_s < 1) << at_s;
+      }
+      if (chosen.signal == 3) {
+        EXPECT_TRUE(at_s > 2.5 && at_s < 3.7) << at_s;
+      }
+      if (chosen.signal == 0) {
+        const double in_loop_s = std::fmod(at_s + 20, 2);
+        EXPECT_TRUE(in_loop_s > 0.3 && in_loop_s < 1.6) << in_loop_s;
+      }
+    }
+  }
+  for (const int times : heard) EXPECT_GT(times, 100);
+  // The last echoes of what plays once are over by then; the loops go on.
+  for (const SampledSource& chosen : sampler->sample({5, 1.7, 5}, 1e6))
+    EXPECT_LT(chosen.signal, 2u);
+}
+
+TEST(MomentSampling, OfALevelWhereAllIsOverChoosesNothing) {
+  const WeighedHall hall({gated_noise(0.3, false, 1)}, 1000, 3);
+  const RadiationModel field = hall.field();
+  testing::StoredTrees trees;
+  trees.add(build_octree(hall.all));
+  PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+  OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
+  const auto sampler = make_priority_sampler(field, hall.weights, pool, 100);
+  EXPECT_EQ(sampler->sample({5, 1.7, 5}, 1).size(), 100u);
+  EXPECT_TRUE(sampler->sample({5, 1.7, 5}, 10).empty());
+}
+
+// For good, with all below it.
+void load_all(PageLoader& loader, const PageEntry& entry) {
+  ASSERT_TRUE(loader.load_now(entry));
+  for (const PageEntry& child : loader.find(entry)->links.children) load_all(loader, child);
+}
+
+// Or a bang would make every sample after it as dear as itself.
+TEST(MomentSampling, CostsNoMoreAfterALoudSoundThanIfThatHadNeverBeen) {
+  Signal quiet = gated_noise(1, true, 2);
+  for (float& sample : quiet.samples) sample *= 0.01f;
+  std::array<std::uint64_t, 2> visited{};
+  for (std::size_t loud = 0; loud < 2; ++loud) {
+    Signal bang = gated_noise(0.3, false, 1);
+    for (float& sample : bang.samples) sample *= static_cast<float>(loud);
+    const WeighedHall hall({quiet, bang}, 60'000, 4);
+    const RadiationModel field = hall.field();
+    testing::StoredTrees trees;
+    trees.add(build_octree(hall.all));
+    PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+    // When pages come decides what is asked for meanwhile, and is not what this is about.
+    load_all(loader, trees.tops().back());
+    OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
+    const auto sampler = make_priority_sampler(field, hall.weights, pool, 100);
+    // The forecast of the threshold forgets the fall of it within half a second.
+    std::vector<double> times_s = {0.5};
+    for (int i = 0; i < 300; ++i) times_s.push_back(20 + 0.02 * i);
+    // One who stands still has nothing to visit.
+    Vec3 place(5, 1.7, 5);
+    for (const double time_s : times_s) {
+      const std::uint64_t before = pool.nodes_visited();
+      place.x += 0.03;
+      sampler->sample(place, time_s);
+      EXPECT_TRUE(sampler->complete());
+      const std::uint64_t now = pool.nodes_visited() - before;
+      if (time_s < 20.2) continue;
+      EXPECT_LT(now, trees.page_count() / 2);
+      visited[loud] += now;
+    }
+  }
+  // Which nodes are known to be quiet, and above what, depends on what thresholds were asked for
+  // before: a node more or less at a time. With the bang in its bounds it visits all of them.
+  EXPECT_NEAR(static_cast<double>(visited[1]) / static_cast<double>(visited[0]), 1, 0.15);
+}
+
+// The power that is heard now, with each source's power counted as it is at this moment.
+double heard_now(const WeighedHall& hall, const RadiationModel& field, const SignalWeights& raw,
+                 const Source& source, const Vec3& place, double time_s) {
+  const auto now =
+      weights_at_place(field, raw, hall.emitters[source.emitter].signal, source, place, time_s);
+  return weight(field, now.weights, source, place);
+}
+
+// Half of the sources are silent at a time: two loops take turns.
+TEST(MomentSampling, IsAsLoudAsAllAndSurerThanByTheMeanWhereHalfIsSilentAtATime) {
+  std::vector<Signal> turns = {only_between(gated_noise(2, true, 1), 0, 0.9),
+                               only_between(gated_noise(2, true, 2), 1, 1.9)};
+  constexpr std::size_t kVoices = 150;
+  constexpr int kSeeds = 40;
+  WeighedHall hall(turns, 4000, 5);
+  const RadiationModel field = hall.field();
+  std::vector<TimedEnvelope> envelopes;
+  for (const Signal& signal : turns)
+    envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
+  const SignalWeights raw = make_signal_weights(envelopes, {0, 0, 0});
+  SignalWeights by_mean = hall.weights;
+  by_mean.tracks.clear();
+
+  const Vec3 place(8, 1.7, 7);
+  std::array<double, 2> sum{}, squares{};
+  int looks = 0, far = 0;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    for (std::uint32_t i = 0; i < hall.all.size(); ++i)
+      hall.all[i].u = static_cast<float>(
+          unit_above_zero(philox(100 + static_cast<std::uint64_t>(seed), {i, 0, 0, 0})[0]));
+    SourceList list(field, hall.weights, hall.all), mean_list(field, by_mean, hall.all);
+    const std::array samplers = {make_priority_sampler(field, hall.weights, list, kVoices),
+                                 make_priority_sampler(field, by_mean, mean_list, kVoices)};
+    for (double time_s = 10; time_s < 12; time_s += 0.25) {
+      double whole = 0;
+      for (const Source& source : hall.all)
+        whole += heard_now(hall, field, raw, source, place, time_s);
+      for (std::size_t s = 0; s < samplers.size(); ++s) {
+        double heard = 0;
+        for (const SampledSource& chosen : samplers[s]->sample(place, time_s))
+          heard += chosen.power_scale * heard_now(hall, field, raw, *chosen.source, place, time_s);
+        sum[s] += heard / whole;
+        squares[s] += (heard / whole - 1) * (heard / whole - 1);
+        if (s == 0) far += std::abs(10 * std::log10(heard / whole)) > 0.8;
+      }
+      ++looks;
+    }
+  }
+  // Unbiased, both.
+  for (std::size_t s = 0; s < 2; ++s)
+    EXPECT_NEAR(sum[s] / looks, 1, 3 * std::sqrt(squares[s] / looks / kSeeds)) << s;
+  // Within 0.8 dB in 95 of 100, at every moment and not only over ten seconds.
+  EXPECT_LE(far, looks / 20);
+  EXPECT_LT(squares[0], 0.8 * squares[1]);
+  RecordProperty("spread", std::to_string(std::sqrt(squares[0] / looks)));
+  RecordProperty("spread_by_mean", std::to_string(std::sqrt(squares[1] / looks)));
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,104 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "runtime/sampling/sampler.h"
+#include "tests/runtime/priority_estimates.h"
+#include "tests/runtime/priority_sample_reference.h"
+#include "tests/runtime/weighted_room.h"
+#include "tests/sanitized.h"
+
+namespace clamor {
+namespace {
+
+using Room = testing::WeightedRoom;
+
+constexpr std::size_t kSampleVoices = 200;
+
+std::map<std::uint64_t, double> reference_priority_sample(const Room& room, const Vec3& place,
+                                                          std::size_t voices) {
+  std::vector<testing::WeightedSource> all;
+  for (std::uint32_t i = 0; i < room.sources().size(); ++i) {
+    const Source& source = room.sources()[i];
+    const float late = room.field.late_boost().at(source.delay_s);
+    all.push_back(
+        {i, room.weight_of(i, place) * (1 + LateBoost::strength(voices) * late), source.u});
+  }
+  return testing::reference_sample(std::move(all), voices);
+}
+
+Vec3 place(std::uint32_t i) {
+  const RandomBits bits = philox(8, {i, 0, 0, 0});
+  return {6 * unit(bits[0]), 8 * unit(bits[1]), 3 * unit(bits[2])};
+}
+
+void expect_sorted_choice(const Room& room, std::size_t most_voices) {
+  SourceList list = room.list();
+  const auto sampler = make_priority_sampler(room.field, room.weights, list, most_voices);
+  // A walk in small steps, where the last threshold predicts the next, and jumps, where it
+  // misleads.
+  for (std::uint32_t step = 0; step < 120; ++step) {
+    const std::size_t voices = step < 90 ? most_voices : most_voices / 2;
+    sampler->set_voice_count(voices);
+    const Vec3 listener = step < 60 ? Vec3(1 + 0.05 * step, 2 + 0.03 * step, 1.5) : place(step);
+    testing::expect_sample(sampler->sample(listener),
+                           reference_priority_sample(room, listener, voices), 1e-12);
+    if (::testing::Test::HasFatalFailure()) FAIL() << "step " << step;
+  }
+}
+
+TEST(PrioritySampler, ChoosesWhatASortOfAllPrioritiesChooses) {
+  expect_sorted_choice(Room(400), kSampleVoices);
+}
+
+TEST(PrioritySampler, ChoosesWhatASortDoesWhereLateSourcesAreLikelierToo) {
+  for (const double t60_s : {0.15, 0.6})
+    expect_sorted_choice(Room(400, LateBoost(t60_s)), 10 * kSampleVoices);
+}
+
+TEST(PrioritySampler, IsUnbiasedInPowerOverItsPermanentNumbers) {
+  Room room(400);
+  const Vec3 listener(4, 5, 1.6);
+  double whole = 0;
+  for (std::uint32_t i = 0; i < room.sources().size(); ++i) whole += room.weight_of(i, listener);
+  testing::PriorityEstimates estimates;
+  constexpr int kRolls = testing::kSanitized ? 100 : 500;
+  for (std::uint32_t roll = 0; roll < kRolls; ++roll) {
+    for (std::uint32_t i = 0; i < room.sources().size(); ++i)
+      room.input.sources[i].u = static_cast<float>(unit_above_zero(philox(9, {i, roll, 0, 0})[0]));
+    double estimate = 0;
+    SourceList list = room.list();
+    const auto sampler = make_priority_sampler(room.field, room.weights, list, kSampleVoices);
+    for (const SampledSource& chosen : sampler->sample(listener))
+      estimate += chosen.power_scale * room.weight_of(chosen.number, listener);
+    estimates.add(estimate / whole);
+  }
+  estimates.expect_unbiased(kSampleVoices);
+}
+
+TEST(PrioritySampler, TakesEverythingWhenThereIsRoom) {
+  const Room room(400);
+  SourceList list = room.list();
+  const auto sampler = make_priority_sampler(room.field, room.weights, list, 100000);
+  std::size_t audible = 0;
+  for (std::uint32_t i = 0; i < room.sources().size(); ++i)
+    audible += room.weight_of(i, {3, 4, 1.5}) > 0;
+  const auto sample = sampler->sample({3, 4, 1.5});
+  EXPECT_EQ(sample.size(), audible);
+  for (const SampledSource& chosen : sample) EXPECT_EQ(chosen.power_scale, 1);
+}
+
+TEST(AllSampler, TakesEverySourceAsItIs) {
+  const Room room(400);
+  const SourceList list = room.list();
+  const auto sampler = make_all_sampler(room.field, list);
+  const auto sample = sampler->sample({3, 4, 1.5});
+  EXPECT_EQ(sample.size(), room.sources().size());
+  for (const SampledSource& chosen : sample) EXPECT_EQ(chosen.power_scale, 1);
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,262 @@
+#include "runtime/streaming/sound_loader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+
+#include "common/random.h"
+#include "runtime/mixing/mixer.h"
+#include "runtime/realtime/prefault_stack.h"
+#include "runtime/voices/octave_filter_bank.h"
+#include "tests/runtime/streaming/played_tones.h"
+#include "tests/sanitized.h"
+
+namespace clamor {
+namespace {
+
+using testing::bend;
+using testing::decoder;
+using testing::kMostBend;
+using testing::kPlain;
+using testing::kSecond_frames;
+using testing::Playing;
+using testing::sample_at;
+using testing::sound;
+using testing::tone_voice;
+
+std::uint64_t resident_bytes(std::span<const std::byte> memory) {
+  const std::size_t page = SoundMemory::page_bytes();
+  std::vector<unsigned char> present(memory.size() / page);
+  EXPECT_EQ(::mincore(const_cast<std::byte*>(memory.data()), memory.size(), present.data()), 0);
+  return page * static_cast<std::uint64_t>(
+                    std::count_if(present.begin(), present.end(), [](auto p) { return p & 1; }));
+}
+
+TEST(LongSound, MadeInPiecesIsWhatItIsMadeWhole) {
+  for (const bool loop : {true, false}) {
+    if (testing::kSanitized && loop) continue;  // slow
+    const bool phase_undone = loop;
+    const SignalDescription shape{21 * kSecond_frames + 1234, loop};
+    Signal signal = sound(0, shape);
+    for (std::uint32_t i = 0; i < signal.samples.size(); ++i)
+      signal.samples[i] += static_cast<float>(unit(philox(3, {i, 0, 0, 0})[0]) - 0.5);
+    // The high layer as it is, the low one as a spline.
+    MixMode mode{.interpolation = Interpolation::kLinear};
+    mode.head = !phase_undone;
+    const PreparedSignal pieces(signal, mode);
+    ASSERT_GT(pieces.pieces(), 5u);
+    const std::vector<double> samples(signal.samples.begin(), signal.samples.end());
+    const auto whole = OctaveFilterBank::part(samples, loop, phase_undone);
+    VoicePath path;
+    pieces.place(0, path);
+    const std::int64_t front = loop ? 0 : kBankTailFrames;
+    double error = 0;
+    for (std::int64_t n = -front; n < static_cast<std::int64_t>(whole.high.size()) - front; ++n)
+      error =
+          std::max(error, std::abs(path.high[n] - whole.high[static_cast<std::size_t>(n + front)]));
+    for (std::int64_t k = 1; k + 1 < static_cast<std::int64_t>(shape.frames) / kLowRate; ++k) {
+      const double low = (path.low[k - 1] + 4.0 * path.low[k] + path.low[k + 1]) / 3;
+      error = std::max(error,
+                       std::abs(low - whole.low[static_cast<std::size_t>(k + front / kLowRate)]));
+    }
+    // What filters remember is cut at -150 dB; floats end at -140 dB below these samples.
+    EXPECT_LT(error, 2e-7) << loop << phase_undone;
+    EXPECT_GT(*std::max_element(whole.high.begin(), whole.high.end()), 0.3);
+  }
+}
+
+TEST(SoundLoader, SoundsAsIfAllWereDecodedOverTheEndsOfPiecesLoopsAndSounds) {
+  const std::vector<SignalDescription> shapes = {{25 * kSecond_frames + 17, true},
+                                                 {22 * kSecond_frames + 5, false},
+                                                 {kSecond_frames / 2, true}};
+  std::vector<Signal> sounds;
+  for (std::size_t s = 0; s < shapes.size(); ++s) sounds.push_back(sound(s, shapes[s]));
+  // Of both long sounds the beginning, the middle and the end within the first 4 seconds.
+  const std::vector<Voice> voices = {tone_voice(0, 0, 1.5), tone_voice(1, 0, 14),
+                                     tone_voice(2, 1, 1),   tone_voice(3, 1, -20.5),
+                                     tone_voice(4, 1, -10), tone_voice(5, 2, 3)};
+  for (const bool plain : {false, true}) {
+    if (testing::kSanitized && !plain) continue;  // slow
+    const MixMode mode = plain ? kPlain : MixMode{};
+    const auto decoded = prepare_signals(sounds, mode);
+    SoundLoader loader(shapes, {}, mode, decoder(shapes), {12'000'000, true}, 2);
+    Playing all(decoded, voices, mode), streamed(loader.signals(), voices, mode, &loader);
+    double energy = 0;
+    for (int k = 0; k < 200; ++k) {
+      const auto expected = all.segment();
+      ASSERT_EQ(expected, streamed.segment()) << k;
+      for (const float x : expected) energy += static_cast<double>(x) * x;
+    }
+    EXPECT_GT(energy, 1000);
+    EXPECT_EQ(streamed.mixer().late_voices(), 0u);
+    EXPECT_EQ(loader.statistics().failed, 0u);
+  }
+}
+
+TEST(SoundLoader, KeepsToItsBudgetThroughHalfAnHourOfSoundAndCountsWhatTheKernelCounts) {
+  const std::vector<SignalDescription> shapes(3, {1800 * kSecond_frames, true});
+  constexpr std::uint64_t kBudget = 6'000'000;
+  SoundLoader loader(shapes, {}, kPlain, decoder(shapes), {kBudget, true}, 2, 2);
+  EXPECT_GT(loader.memory().size(), 1'000'000'000u);
+  EXPECT_EQ(resident_bytes(loader.memory()), 0u);
+  const std::vector<Voice> voices = {tone_voice(0, 0, 0), tone_voice(1, 1, -600),
+                                     tone_voice(2, 2, -1790)};
+  Playing streamed(loader.signals(), voices, kPlain, &loader);
+  const int seconds = testing::kSanitized ? 10 : 25;
+  for (int k = 0; k < 50 * seconds; ++k) {
+    streamed.segment();
+    if (k % 100 == 0) {
+      EXPECT_LE(resident_bytes(loader.memory()), kBudget) << k;
+    }
+  }
+  EXPECT_EQ(streamed.mixer().late_voices(), 0u);
+  // What is under way comes to rest, since the clock does; while it is not, the two may differ.
+  SoundStatistics statistics = loader.statistics();
+  std::uint64_t resident = resident_bytes(loader.memory());
+  for (int i = 0; i < 1000 && resident != statistics.bytes; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    statistics = loader.statistics();
+    resident = resident_bytes(loader.memory());
+  }
+  EXPECT_LE(statistics.max_bytes, kBudget);
+  EXPECT_GT(statistics.dropped, 3u);
+  EXPECT_EQ(statistics.crowded, 0u);
+  EXPECT_EQ(resident, statistics.bytes);
+  EXPECT_GT(statistics.bytes, kBudget / 4);
+}
+
+TEST(SoundLoader, SilencesWhatNeedsADamagedBlockAndNothingElse) {
+  const std::vector<SignalDescription> shapes = {{60 * kSecond_frames, true},
+                                                 {60 * kSecond_frames, true}};
+  const auto decode = decoder(shapes);
+  const auto damaged = [&](std::size_t signal, std::size_t block) -> Result<std::vector<float>> {
+    if (signal == 0 && block == 2) return Error("block 3 of 6 fails its checksum");
+    return decode(signal, block);
+  };
+  SoundLoader loader(shapes, {}, kPlain, damaged, {20'000'000, true}, 2);
+  SoundLoader sane(shapes, {}, kPlain, decode, {20'000'000, true}, 2);
+  const std::vector<Voice> voices = {tone_voice(0, 0, -14), tone_voice(1, 1, 0)};
+  const std::vector<Voice> other = {tone_voice(0, 1, 0)};
+  Playing all(sane.signals(), voices, kPlain, &sane),
+      streamed(loader.signals(), voices, kPlain, &loader),
+      alone(sane.signals(), other, kPlain, &sane);
+  std::vector<float> heard;
+  int whole = 0, without = 0;
+  for (int k = 0; k < 1000; ++k) {  // from second 14 to 34 of it, 20 to 30 being lost
+    const auto part = streamed.segment(), expected = all.segment(), left = alone.segment();
+    heard.insert(heard.end(), part.begin(), part.end());
+    whole += part == expected;
+    without += part == left;
+    ASSERT_TRUE(k > 100 || part == expected) << k;
+    ASSERT_TRUE(k < 320 || k > 780 || part == left) << k;
+  }
+  // A piece of 2.7 s, and what the filters remember, is lost with it on each side at most.
+  EXPECT_GE(whole, 1000 - 500 - 2 * 150);
+  EXPECT_GE(without, 500 - 5);
+  EXPECT_GE(whole + without, 1000 - 2);
+  EXPECT_LT(bend(heard), 2 * kMostBend);
+  const SoundStatistics statistics = loader.statistics();
+  EXPECT_GE(statistics.failed, 4u);
+  EXPECT_EQ(statistics.failure, "block 3 of 6 fails its checksum");
+}
+
+TEST(SoundLoader, WithTooLittleMemoryPlaysTheLoudestAndSaysSo) {
+  const std::vector<SignalDescription> shapes(8, {600 * kSecond_frames, true});
+  SoundLoader loader(shapes, {}, kPlain, decoder(shapes), {3'000'000, true}, 2);
+  std::vector<Voice> voices;
+  for (std::uint32_t s = 0; s < 8; ++s)
+    voices.push_back(tone_voice(s, s, -100 * static_cast<double>(s) - 1, s == 5 ? 1.0f : 0.01f));
+  Playing streamed(loader.signals(), voices, kPlain, &loader);
+  double energy = 0, of_loudest = 0;
+  for (int k = 0; k < 100; ++k)
+    for (const float x : streamed.segment()) energy += static_cast<double>(x) * x;
+  for (std::uint64_t i = 0; i < 100 * kKeyframeFrames; ++i)
+    of_loudest += std::pow(sample_at(5, i + 501 * kSecond_frames), 2);
+  EXPECT_GT(loader.statistics().crowded, 0u);
+  EXPECT_LE(loader.statistics().max_bytes, 3'000'000u);
+  // The others are 40 dB below it.
+  EXPECT_NEAR(energy / of_loudest, 1, 0.05);
+  EXPECT_LT(streamed.mixer().late_voices(), 8u * 100);
+}
+
+// Voices jump about in sounds of constant height while their pieces come and go by the thousand:
+// a piece that went while it is read would be a step, and so would one that is not filled yet.
+TEST(SoundLoader, HandsPiecesOverWhileVoicesJumpAboutWithoutAStepOrAPageFault) {
+  const std::vector<SignalDescription> shapes(4, {1000 * kSecond_frames, true});
+  const auto constant = [&](std::size_t signal, std::size_t block) -> Result<std::vector<float>> {
+    return std::vector<float>(signal_block(shapes[signal].frames, block).frames, 0.5f);
+  };
+  constexpr std::size_t kVoices = 6;
+  SoundLoader loader(shapes, {}, kPlain, constant, {6'000'000, true}, 2, 2);
+  Mixer mixer(loader.signals(), kVoices, kPlain);
+  std::mt19937 random(5);
+  Keyframe keyframe;
+  const auto jump = [&](Voice& one) {
+    const auto slot = one.slot;
+    one = tone_voice(slot, random() % 4, -static_cast<double>(random() % 900), 1.0f / kVoices);
+    one.starts = true;
+    one.start_delay_frames = one.delay_frames;
+  };
+  for (std::uint32_t s = 0; s < kVoices; ++s)
+    jump(keyframe.voices.emplace_back(tone_voice(s, 0, 0)));
+  mixer.begin(keyframe, 0);
+  std::vector<float> both(2 * kMaxFrames);
+  float last = 0, most_step = 0, loudest = 0;
+  touch_stack();  // as an audio thread does
+  long faults = 0;
+  const auto faults_so_far = [] {
+    rusage usage{};
+    ::getrusage(RUSAGE_THREAD, &usage);
+    return usage.ru_minflt + usage.ru_majflt;
+  };
+  // As many as it takes, where all is slow.
+  const int segments = testing::kSanitized ? 300 : 3000;
+  const auto goes_on = [&](int k) {
+    return k < segments || (k < 20 * segments && loader.statistics().dropped < 30);
+  };
+  std::vector<int> since(kVoices);  // its last jump, fades in between
+  for (int k = 0; goes_on(k); ++k) {
+    for (Voice& one : keyframe.voices) {
+      one.starts = false;
+      int& age = since[one.slot];
+      ++age;
+      for (Bands& ear : one.gain) ear.fill(1.0f / kVoices);
+      if (age > 60 && random() % 40 == 0) age = -1;
+      if (age == -1)
+        for (Bands& ear : one.gain) ear.fill(0);
+      if (age == 0) jump(one);
+    }
+    loader.play(keyframe.voices);
+    loader.pass(mixer.clock_frames());
+    const long before = faults_so_far();
+    mixer.load(keyframe);
+    while (!mixer.wants_keyframe()) {
+      const int steps = mixer.steps_left();
+      mixer.mix(both.data(), steps);
+      for (int i = 0; i < steps * kStepFrames; ++i) {
+        const float now = both[static_cast<std::size_t>(2 * i)];
+        most_step = std::max(most_step, std::abs(now - last));
+        loudest = std::max(loudest, now);
+        last = now;
+      }
+    }
+    if (k > 10) faults += faults_so_far() - before;
+    if (testing::kSanitized || k % 4 == 0)
+      std::this_thread::sleep_for(std::chrono::milliseconds(testing::kSanitized ? 5 : 1));
+  }
+  EXPECT_GT(loader.statistics().dropped, 20u);
+  EXPECT_GT(loudest, 0.08f);  // one voice's 0.083, or more
+  // All voices at once from silence in 960 frames; one that is cut would be a step of 0.08.
+  EXPECT_LT(most_step, 0.5f / kKeyframeFrames + 1e-5f);
+  if (!testing::kSanitized) {
+    EXPECT_EQ(faults, 0);
+  }
+}
+
+}  // namespace
+}  // namespace clamor

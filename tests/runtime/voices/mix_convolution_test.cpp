@@ -1,0 +1,100 @@
+#include "runtime/voices/mix_convolution.h"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "runtime/hrtf/hrtf_filter_bank.h"
+#include "runtime/voices/keyframe.h"
+
+namespace clamor {
+namespace {
+
+// Noise in 11 pairs, so that the second group of lanes is not full, of a filter each.
+TEST(FilterPairs, EqualsASlowConvolutionInDoubleOnEveryInstructionSet) {
+  constexpr int kFilters = 11, kGroups = 2, kTaps = 201, kReach = kTaps / 2, kFrames = 700;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  std::vector<float> filters(kFilters * kTaps);
+  for (std::size_t filter = 0; filter < kFilters; ++filter)
+    for (std::size_t k = 0; k <= kReach; ++k)
+      filters[filter * kTaps + kReach - k] = filters[filter * kTaps + kReach + k] = uniform(random);
+  std::vector<float> pairs(std::size_t{2} * kGroups * kFrames * kSpectrumLanes);
+  for (float& x : pairs) x = uniform(random);
+  const auto input = [&](std::size_t filter, std::size_t ear, std::size_t frame) {
+    const std::size_t part = filter / kSpectrumLanes * 2 + ear;
+    return static_cast<double>(
+        pairs[(part * kFrames + frame) * kSpectrumLanes + filter % kSpectrumLanes]);
+  };
+  const std::vector<float> spectra = spectra_of(filters, kTaps);
+  const auto work = std::make_unique<LaneSpectrum>(), sum = std::make_unique<LaneSpectrum>();
+  for (const std::string& target : mix_kernel_targets()) {
+    force_mix_kernel(target);
+    filter_pairs({spectra.data(), kGroups, pairs.data(), kFrames, work.get(), sum.get()});
+    for (std::size_t ear = 0; ear < 2; ++ear)
+      for (std::size_t f = kReach; f < kFrames - kReach; f += 7) {
+        double expected = 0, heard = 0;
+        for (std::size_t filter = 0; filter < kFilters; ++filter)
+          for (std::size_t k = 0; k < kTaps; ++k)
+            expected += static_cast<double>(filters[filter * kTaps + k]) *
+                        input(filter, ear, f + k - kReach);
+        for (std::size_t lane = 0; lane < kSpectrumLanes; ++lane)
+          heard +=
+              static_cast<double>((ear == 0 ? sum->left : sum->right)[f * kSpectrumLanes + lane]);
+        // The sum is about 30 in size: -100 dB of that.
+        ASSERT_NEAR(heard, expected, 3e-4) << target << ' ' << ear << ' ' << f;
+      }
+  }
+  force_mix_kernel("");
+}
+
+TEST(HrtfFilterBank, GivesTheSameBitsHoweverCallsDivideTime) {
+  constexpr int kSteps = 60;  // seven blocks of the filters and a half
+  constexpr std::size_t kHigh = kEars * kHrtfHighBands, kLow = kEars * kHrtfLowRows;
+  std::mt19937 random(2);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  std::vector<float> high(kHigh * kSteps * kStepFrames),
+      low(kLow * kSteps * kStepFrames / kLowRate);
+  for (std::vector<float>* rows : {&high, &low})
+    for (float& x : *rows) x = uniform(random);
+  std::array<std::array<HrtfGains, kEars>, 4> slides{};
+  for (auto& levels : slides)
+    for (HrtfGains& ear : levels)
+      for (float& level : ear) level = 1 + uniform(random);
+  const auto heard = [&](const std::vector<int>& steps) {
+    const auto bank = std::make_unique<HrtfFilterBank>();
+    std::vector<float> out(std::size_t{kEars} * kSteps * kStepFrames);
+    const auto give = [&](const std::vector<float>& rows, std::size_t count, int frame, int frames,
+                          int rate, float* to) {
+      for (std::size_t row = 0; row < count; ++row)
+        for (int f = 0; f < frames / rate; ++f)
+          to[row * (kMaxFrames / rate) + f] =
+              rows[row * (kSteps * kStepFrames / rate) + frame / rate + f];
+    };
+    int frame = 0;
+    for (std::size_t call = 0; frame < kSteps * kStepFrames; ++call) {
+      const int left = kKeyframeFrames - frame % kKeyframeFrames;
+      const int frames = std::min(steps[call % steps.size()] * kStepFrames, left);
+      bank->clear();
+      if (left == kKeyframeFrames)
+        bank->slide_octaves(slides[static_cast<std::size_t>(frame / kKeyframeFrames)],
+                            kKeyframeFrames);
+      give(high, kHigh, frame, frames, 1, bank->high());
+      give(low, kLow, frame, frames, kLowRate, bank->low());
+      give(high, kEars * kHighBands, frame, frames, 1, bank->octaves().high);
+      give(low, kEars * kLowBands, frame, frames, kLowRate, bank->octaves().low);
+      bank->process(frames, out.data() + kEars * frame);
+      frame += frames;
+    }
+    return out;
+  };
+  const std::vector<float> whole = heard({4});
+  EXPECT_EQ(heard({1}), whole);
+  EXPECT_EQ(heard({3, 1, 2, 4, 1}), whole);
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,31 @@
+// weighted_room.h: a small baked room and what its sources weigh, each band differently.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "runtime/propagation/source_weight.h"
+#include "runtime/sampling/sampler.h"
+#include "tests/baked_room.h"
+
+namespace clamor::testing {
+
+struct WeightedRoom {
+  explicit WeightedRoom(std::uint64_t photons, const LateBoost& late_boost = {})
+      : input(baked_room(photons)), field(input.emitters, input.materials, input.air, late_boost) {
+    weights.by_signal.assign(input.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
+  }
+  const std::vector<Source>& sources() const { return input.sources; }
+  SourceList list() const { return {field, weights, input.sources}; }
+  double weight_of(std::size_t source, const Vec3& place,
+                   const Reception& reception = Reception()) const {
+    return weight(field, weights.by_signal[field.signal(sources()[source])], sources()[source],
+                  place, reception);
+  }
+
+  AuralizerInput input;
+  RadiationModel field;
+  SignalWeights weights;
+};
+
+}  // namespace clamor::testing

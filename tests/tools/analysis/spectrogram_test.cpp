@@ -1,0 +1,104 @@
+#include "tools/analysis/spectrogram.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "formats/level/level.h"
+
+namespace clamor {
+namespace {
+
+// Of half the full scale between two times, otherwise silence.
+std::vector<float> tone(double frequency_hz, double length_s, double from_s, double to_s) {
+  std::vector<float> samples(static_cast<std::size_t>(length_s * kSampleRate_hz));
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double t = static_cast<double>(i) / kSampleRate_hz;
+    if (t >= from_s && t < to_s)
+      samples[i] = static_cast<float>(0.5 * std::sin(2 * std::numbers::pi * frequency_hz * t));
+  }
+  return samples;
+}
+
+double db(double power) { return 10 * std::log10(std::max(power, 1e-20)); }
+
+constexpr double kTone_db = -9.0309;  // a sine of half the full scale: 1/8
+
+TEST(Spectrogram, HasASineInItsThirdOfAnOctaveAsLoudAsItIs) {
+  for (std::size_t band = 0; band < kThirdOctaves; ++band) {
+    const double frequency_hz = third_octave_hz(static_cast<int>(band));
+    SCOPED_TRACE(frequency_hz);
+    const auto samples = tone(frequency_hz, 1.5, 0, 1.5);
+    for (const bool stereo : {false, true}) {
+      Sound sound{{samples}, kSampleRate_hz};
+      if (stereo) sound.channels.emplace_back(samples.size(), 0.0f);  // half of the mean power
+      const Spectrogram spectrogram = spectrogram_of(sound);
+      const auto& powers = spectrogram.power[spectrogram.power.size() / 2];
+      const double expected_db = kTone_db - (stereo ? 3.0103 : 0);
+      // A window's main lobe is 12 Hz wide, and so is a third of an octave at 50 Hz.
+      EXPECT_NEAR(db(powers[band]), expected_db, frequency_hz > 200 ? 0.01 : 1.5);
+      for (std::size_t other = 0; other < kThirdOctaves; ++other) {
+        const double apart_hz =
+            std::abs(third_octave_hz(static_cast<int>(other)) - frequency_hz) -
+            0.116 * third_octave_hz(static_cast<int>(other));  // from its border
+        if (other != band) {
+          EXPECT_LT(db(powers[other]), expected_db - (apart_hz > 12 ? 45 : 5)) << other;
+        }
+      }
+    }
+  }
+}
+
+TEST(Spectrogram, ShowsWhenASoundBeginsAndEnds) {
+  const Spectrogram spectrogram = spectrogram_of({{tone(1000, 6, 2, 4)}, kSampleRate_hz});
+  constexpr std::size_t kBand = 15;
+  ASSERT_NEAR(third_octave_hz(kBand), 1000, 1e-9);
+  EXPECT_NEAR(spectrogram.length_s, 6, 1e-9);
+  for (std::size_t c = 0; c < spectrogram.power.size(); ++c) {
+    const double middle_s = (static_cast<double>(c) + 0.5) * spectrogram.column_s;
+    constexpr double kReach_s = 8192.0 / kSampleRate_hz;
+    const double level_db = db(spectrogram.power[c][kBand]);
+    if (middle_s > 2 + kReach_s && middle_s < 4 - kReach_s) {
+      EXPECT_NEAR(level_db, kTone_db, 0.01) << middle_s;
+    }
+    if (middle_s < 2 - kReach_s || middle_s > 4 + kReach_s) {
+      EXPECT_LT(level_db, -150) << middle_s;
+    }
+  }
+}
+
+TEST(Spectrogram, HasAllPowerOfANoiseHoweverManyColumns) {
+  std::vector<float> noise(20 * kSampleRate_hz);
+  for (std::uint32_t i = 0; i < noise.size(); ++i)
+    noise[i] = static_cast<float>(unit(philox(5, {i, 0, 0, 0})[0]) - 0.5);
+  for (const std::size_t most : {1u, 7u, 200u}) {
+    const Spectrogram spectrogram = spectrogram_of({{noise}, kSampleRate_hz}, most);
+    ASSERT_LE(spectrogram.power.size(), most);
+    double power = 0;
+    for (const auto& column : spectrogram.power)
+      for (const double band : column)
+        power += band / static_cast<double>(spectrogram.power.size());
+    // From 28 Hz to 22.4 kHz of 24 kHz; the frames that hang over the ends hold less.
+    EXPECT_NEAR(db(power), db(1.0 / 12 * 22361 / 24000), 0.1) << most;
+  }
+}
+
+TEST(Spectrogram, IsAPictureWithNumbersInIt) {
+  const std::string svg = to_svg(spectrogram_of({{tone(500, 90, 0, 90)}, kSampleRate_hz}), "A <b>");
+  for (const char* part : {"A &lt;b&gt;", ">500<", ">16 000<", ">20<", "-9 dB", "time (s)"})
+    EXPECT_NE(svg.find(part), std::string::npos) << part;
+  EXPECT_LT(svg.size(), 100'000u);
+  // Silence, or nothing at all, is no reason for strange numbers.
+  for (const std::size_t frames : {0u, 1u, 100'000u}) {
+    const std::string dark =
+        to_svg(spectrogram_of({{std::vector<float>(frames)}, kSampleRate_hz}), "Silence");
+    EXPECT_EQ(dark.find("nan"), std::string::npos);
+    EXPECT_EQ(dark.find("inf"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace clamor

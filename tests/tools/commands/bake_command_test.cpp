@@ -1,0 +1,276 @@
+#include <nlohmann/json.hpp>
+
+#include "tests/build_paths.h"
+#include "tests/rooms.h"
+#include "tests/tools/run_clamor.h"
+#include "tools/commands/bake_summary.h"
+
+namespace clamor {
+namespace {
+
+using testing::clamor;
+using testing::Folder;
+
+TEST(BakeSummary, TellsTheDecayTimeOfARoom) {
+  Level level = testing::shoebox({5, 4, 3}, testing::uniform_material(0.2f), {1.3, 1.7, 1.1});
+  level.air.humidity_percent = 90;  // little loss at low frequencies
+  const auto contents = bake(level, {.settings = {.sources = 100000}});
+  ASSERT_TRUE(contents.ok());
+  const DecaySummary& decay = contents->statistics.decay;
+  EXPECT_EQ(decay.places, 4u);
+  // Exact for Lambertian walls without air, from the integral equation: 0.481 s. Air takes 0.3 % at
+  // 125 Hz; a place's T30 from 100 000 sources varies by 1 %.
+  EXPECT_NEAR(decay.t30_s[1] / 0.481, 1, 0.02);
+}
+
+TEST(BakeSummary, SaysNothingOfDecaysWhereThereAreNone) {
+  Level level = testing::shoebox({5, 4, 3}, testing::uniform_material(1), {1.3, 1.7, 1.1});
+  const auto dry = bake(level, {.settings = {.photons = 1000}});
+  ASSERT_TRUE(dry.ok());
+  for (const float t30_s : dry->statistics.decay.t30_s) EXPECT_EQ(t30_s, 0);
+  level.mesh = {};
+  const auto field = bake(level, {.settings = {.photons = 1000}});
+  ASSERT_TRUE(field.ok());
+  EXPECT_EQ(field->statistics.decay.places, 0u);
+}
+
+TEST(BakeCommand, SaysWhatTheLevelIsAndWhatSimplifyingDidToIt) {
+  const Folder folder;
+  const auto bake = [&](std::vector<std::string> more) {
+    std::vector<std::string> words = {
+        "bake",        std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb",
+        "-o",          folder / "out.clamor",
+        "--photons",   "1000",
+        "--sources",   "1000",
+        "--no-journal"};
+    words.insert(words.end(), more.begin(), more.end());
+    return clamor(words);
+  };
+  const auto plain = bake({});
+  EXPECT_NE(plain.err.find("closed: none of "), std::string::npos) << plain.err;
+  EXPECT_EQ(plain.err.find("simplified"), std::string::npos) << plain.err;
+  const auto simple = bake({"--simplify", "0.05"});
+  ASSERT_EQ(simple.code, 0) << simple.err;
+  EXPECT_NE(simple.err.find("simplified within 5 cm: "), std::string::npos) << simple.err;
+  EXPECT_NE(simple.err.find(" triangles instead of 5952, area "), std::string::npos) << simple.err;
+  const auto shown = clamor({"inspect", folder / "out.clamor"});
+  EXPECT_NE(shown.out.find("--simplify 0.05"), std::string::npos) << shown.out;
+  for (const char* wrong : {"-1", "11", "a"}) EXPECT_EQ(bake({"--simplify", wrong}).code, 2);
+}
+
+TEST(BakeCommand, ThatEndedAtAnErrorIsMadeAgainByTheCommandThatInspectPrints) {
+  const Folder folder;
+  const std::string level = std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb";
+  const std::string once = folder / "once.clamor", again = folder / "again.clamor";
+  const auto outcome = clamor({"bake", level, "-o", once, "--until", "1dB"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err.find("warning"), std::string::npos) << outcome.err;
+  const auto shown = clamor({"inspect", once});
+  const std::size_t place = shown.out.find("clamor bake violin_room.glb -o once.clamor ");
+  ASSERT_NE(place, std::string::npos) << shown.out;
+  std::istringstream words(shown.out.substr(place, shown.out.find('\n', place) - place));
+  std::vector<std::string> command;
+  for (std::string word; words >> word;) command.push_back(word);
+  ASSERT_EQ(command.size(), 9u);
+  command.erase(command.begin());
+  command[1] = level;
+  command[3] = again;
+  const auto second = clamor(command);
+  ASSERT_EQ(second.code, 0) << second.err;
+  EXPECT_TRUE(testing::read(once) == testing::read(again));
+  for (const char* wrong : {"0.5", "0dB", "x"})
+    EXPECT_EQ(clamor({"bake", level, "-o", once, "--until", wrong}).code, 2);
+  EXPECT_EQ(clamor({"bake", level, "-o", once, "--until", "1dB", "--photons", "100"}).code, 2);
+}
+
+TEST(BakeCommand, ReportsProgressAsJsonLinesForBuildSystems) {
+  const Folder folder;
+  const auto outcome = clamor(
+      {"bake", std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb", "-o",
+       folder / "out.clamor", "--photons", "100000", "--sources", "5000", "--progress", "json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  std::istringstream lines(outcome.err);
+  std::string line, last;
+  std::uint64_t photons = 0;
+  while (std::getline(lines, line)) {
+    const auto json = nlohmann::json::parse(line);
+    if (json["stage"] == "level") {
+      EXPECT_EQ(json["triangles"], 5952);
+      EXPECT_EQ(json["escaped_power_share"], 0);
+      continue;
+    }
+    EXPECT_GE(json["photons"].get<std::uint64_t>(), photons);
+    photons = json["photons"];
+    last = json["stage"];
+    if (last == "done") {
+      EXPECT_GT(json["error_db"].get<double>(), 0.1);
+      EXPECT_LT(json["error_db"].get<double>(), 3);
+    }
+  }
+  EXPECT_EQ(last, "done");
+  EXPECT_EQ(photons, 100000u);
+  EXPECT_EQ(clamor({"bake", "x.glb", "-o", folder / "y", "--progress", "xml"}).code, 2);
+}
+
+TEST(MaterialsCommand, ListsEveryPresetWithItsFiguresAndTheirSource) {
+  const auto json = testing::clamor({"materials", "--json"});
+  ASSERT_EQ(json.code, 0);
+  const auto list = nlohmann::json::parse(json.out);
+  const auto table = testing::clamor({"materials"}).out;
+  EXPECT_EQ(list.size(), 25u);
+  for (const auto& preset : list) {
+    EXPECT_EQ(preset["absorption"].size(), 8u);
+    EXPECT_FALSE(preset["source"].get<std::string>().empty());
+    EXPECT_NE(table.find("\n" + preset["name"].get<std::string>() + " "), std::string::npos);
+  }
+  EXPECT_EQ(testing::clamor({"materials", "--name", "velvet"}).out, "velvet -> curtain\n");
+}
+
+// The violin room with its emitter 40 m outside, baked with few photons.
+testing::Outcome bake_outside(const Folder& folder, const std::string& name,
+                              std::vector<std::string> more) {
+  more.insert(more.begin(),
+              {"bake", testing::violin_room(), "-o", folder / name, "--emitter",
+               "name=violin,signal=noise,at=44,1.5,0", "--photons", "100", "--no-journal"});
+  return clamor(more);
+}
+
+TEST(BakeWarnings, AreInTheFileAndInEveryKindOfOutput) {
+  const Folder folder;
+  const std::string told = "emitter 'violin' lies outside the level";
+  const auto words = bake_outside(folder, "words.clamor", {});
+  const auto quiet = bake_outside(folder, "quiet.clamor", {"--quiet"});
+  const auto lines = bake_outside(folder, "json.clamor", {"--progress", "json"});
+  for (const auto* outcome : {&words, &quiet, &lines}) EXPECT_EQ(outcome->code, 0) << outcome->err;
+
+  for (const auto* outcome : {&words, &quiet}) {
+    const std::size_t once = outcome->err.find("  warning  " + told);
+    ASSERT_NE(once, std::string::npos) << outcome->err;
+    EXPECT_EQ(outcome->err.find(told, once + 20), std::string::npos) << outcome->err;
+  }
+  EXPECT_TRUE(quiet.err.starts_with("  warning  ")) << quiet.err;
+  EXPECT_EQ(quiet.err.find('\n'), quiet.err.size() - 1) << quiet.err;
+
+  std::istringstream all(lines.err);
+  std::size_t warnings = 0;
+  for (std::string line; std::getline(all, line);) {
+    const auto json = nlohmann::json::parse(line);
+    if (json["stage"] == "warning") {
+      ++warnings;
+      EXPECT_EQ(json["text"].get<std::string>().find(told), 0u) << line;
+    }
+    if (json["stage"] == "done") {
+      EXPECT_EQ(json["warnings"], 1) << line;
+    }
+  }
+  EXPECT_EQ(warnings, 1u) << lines.err;
+
+  const auto file =
+      nlohmann::json::parse(clamor({"inspect", folder / "quiet.clamor", "--json"}).out);
+  ASSERT_EQ(file["warnings"].size(), 1u);
+  EXPECT_EQ(file["warnings"][0].get<std::string>().find(told), 0u);
+  EXPECT_NE(clamor({"inspect", folder / "quiet.clamor"}).out.find("warning: " + told),
+            std::string::npos);
+  EXPECT_TRUE(testing::read(folder / "words.clamor") == testing::read(folder / "json.clamor"));
+}
+
+TEST(BakeWarnings, AreErrorsWhenAskedForAndThenNothingIsWritten) {
+  const Folder folder;
+  const auto outcome = bake_outside(folder, "out.clamor", {"--strict", "--quiet"});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("1 warning above, which --strict takes for an error; nothing was"),
+            std::string::npos)
+      << outcome.err;
+  EXPECT_TRUE(folder.names().empty());
+  // One that is known only after the tracing.
+  const auto late = clamor({"bake", testing::violin_room(), "-o", folder / "out.clamor",
+                            "--photons", "100", "--longest", "0.05", "--strict", "--no-journal"});
+  EXPECT_EQ(late.code, 1) << late.err;
+  EXPECT_NE(late.err.find(" % of the power was still under way"), std::string::npos) << late.err;
+  EXPECT_TRUE(folder.names().empty());
+  // And without any it is a bake like another.
+  const auto fine = clamor({"bake", testing::violin_room(), "-o", folder / "out.clamor",
+                            "--photons", "100", "--strict", "--no-journal"});
+  EXPECT_EQ(fine.code, 0) << fine.err;
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"out.clamor"});
+}
+
+TEST(BakeCommand, EndsWithALineThatAShellTakesForOneFile) {
+  const Folder folder;
+  const auto outcome = clamor({"bake", testing::violin_room(), "-o", folder / "my hall's.clamor",
+                               "--photons", "100", "--no-journal"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_TRUE(outcome.err.ends_with("clamor play '" + (folder / "my hall'\\''s.clamor") + "'\n"))
+      << outcome.err;
+}
+
+TEST(BakeCommand, SaysWhatTheJournalSpared) {
+  const Folder folder;
+  const auto bake = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"bake", testing::violin_room(), "-o", folder / "out.clamor",
+                               "--photons", "5000", "--sources", "1000"});
+    return clamor(more).err;
+  };
+  const std::string none = "reused   nothing of ";
+  const auto has = [](const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+  };
+  const std::string first = bake({});
+  EXPECT_FALSE(has(first, "reused")) << first;
+  EXPECT_TRUE(has(first, "traces only emitters that were moved")) << first;
+  const std::string second = bake({});
+  EXPECT_TRUE(has(second, "reused   5000 of 5000 photons")) << second;
+  const std::string other = bake({"--kappa", "0.2"});
+  EXPECT_TRUE(has(other, none)) << other;
+}
+
+TEST(ListenerWarnings, OfEveryCommandSayWhyNothingIsHeardAndWhereSomethingIs) {
+  const Folder folder;
+  const std::string bake = folder / "room.clamor";
+  ASSERT_EQ(clamor({"bake", testing::violin_room(), "-o", bake, "--photons", "1000", "--quiet",
+                    "--no-journal"})
+                .code,
+            0);
+  const std::string outside = "44,1.5,0", reason =
+                                              "nothing is heard at 44,1.5,0: the listener is "
+                                              "outside the level, which is closed";
+  const auto silent =
+      clamor({"render", bake, "-o", folder / "out.wav", "--listener", outside, "--seconds", "0.1"});
+  EXPECT_EQ(silent.code, 0) << silent.err;
+  EXPECT_NE(silent.err.find("warning: " + reason), std::string::npos) << silent.err;
+  const auto played =
+      clamor({"play", bake, "--device", "none", "--seconds", "0.1", "--listener", outside});
+  EXPECT_NE(played.err.find("warning: " + reason), std::string::npos) << played.err;
+  const auto impulse = clamor({"impulse", bake, "--listener", outside});
+  EXPECT_EQ(impulse.code, 1);
+  EXPECT_NE(impulse.err.find(reason), std::string::npos) << impulse.err;
+
+  // The place that it proposes is heard.
+  const std::string before = "where an emitter is heard is ";
+  const std::size_t begin = silent.err.find(before) + before.size();
+  const std::string place = silent.err.substr(begin, silent.err.find('\n', begin) - begin);
+  const auto heard =
+      clamor({"render", bake, "-o", folder / "out.wav", "--listener", place, "--seconds", "0.1"});
+  EXPECT_EQ(heard.code, 0) << heard.err;
+  EXPECT_EQ(heard.err.find("warning"), std::string::npos) << heard.err;
+  EXPECT_EQ(heard.err.find(" 0 voices"), std::string::npos) << heard.err;
+
+  // Surfaces that hide nothing leave distance alone.
+  const auto open = clamor({"render", bake, "-o", folder / "out.wav", "--listener", outside,
+                            "--seconds", "0.1", "--visibility", "off"});
+  EXPECT_EQ(open.err.find("warning"), std::string::npos) << open.err;
+  const auto far = clamor({"render", bake, "-o", folder / "out.wav", "--listener", "1e9,0,0",
+                           "--seconds", "0.1", "--visibility", "off"});
+  EXPECT_NE(far.err.find("too far from every emitter"), std::string::npos) << far.err;
+
+  // A walk that leaves the room half way.
+  const auto walk = folder.write(
+      "walk.json",
+      R"({"points": [{"time_s": 0, "position_m": [0, 1.7, 3]}, {"time_s": 0.1, "position_m": [12, 1.7, 3]}]})");
+  const auto left = clamor({"render", bake, "-o", folder / "out.wav", "--walk", walk});
+  EXPECT_NE(left.err.find("s into the walk; of 33 places looked at along it"), std::string::npos)
+      << left.err;
+}
+
+}  // namespace
+}  // namespace clamor

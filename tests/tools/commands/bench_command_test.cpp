@@ -1,0 +1,171 @@
+// clamor bench, as somebody meets it who wants to know how many voices a machine mixes. Times are
+// not looked at: only that everything is there and fits together.
+#include <set>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "runtime/voices/mix_kernel.h"
+#include "tests/tools/run_clamor.h"
+#include "tools/bench/mixer_benchmark.h"
+
+namespace clamor {
+namespace {
+
+using nlohmann::json;
+using testing::clamor;
+
+// A word of a build that cannot time, for tests to be skipped by.
+bool is_without_timer(const std::string& error) {
+  return error.find("built without Google Benchmark") != std::string::npos;
+}
+bool is_without_timer(const testing::Outcome& outcome) {
+  return outcome.code == 1 && is_without_timer(outcome.err);
+}
+
+TEST(Bench, MeasuresEachWayOfMixingAtEachNumberOfVoicesAndWhatStandsBesideIt) {
+  const auto outcome = clamor(
+      {"bench", "mixer", "--voices", "20,60", "--seconds", "0.0005", "--runs", "2", "--json"});
+  if (is_without_timer(outcome)) GTEST_SKIP() << outcome.err;
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json all = json::parse(outcome.out);
+  EXPECT_EQ(all.at("rate_hz"), 48000);
+  EXPECT_EQ(all.at("frames"), 256);
+
+  std::map<std::string, std::set<std::string>> kernels;  // ways of mixing, by instructions
+  std::map<std::string, int> count;
+  for (const json& figure : all.at("figures")) {
+    const std::string what = figure.at("what");
+    const std::string way = figure.at("curve").get<std::string>() + figure.at("delays").dump() +
+                            figure.at("bands").dump() + figure.at("output").get<std::string>();
+    const double voices = figure.at("real_time_voices");
+    EXPECT_GT(voices, 0) << figure;
+    EXPECT_LE(figure.at("median_real_time_voices"), voices) << figure;
+    ++count[what];
+    if (what != "kernel") continue;
+    kernels[figure.at("instructions")].insert(way);
+    if (figure.at("instructions") != all.at("instructions")) continue;
+    // Shares are of one and the same peak.
+    for (const std::string of : {"multiply_adds", "loads"}) {
+      const double done_per_s = voices * 48000 * figure.at(of + "_per_frame").get<double>();
+      EXPECT_NEAR(
+          figure.at("of_" + of).get<double>() * all.at("peak").at(of + "_per_s").get<double>(),
+          done_per_s, 1e-6 * done_per_s)
+          << figure;
+    }
+  }
+  const std::size_t targets = mix_kernel_targets().size();
+  EXPECT_EQ(count["mixer"], 2 * 10);     // 2 curves x (2 delays x 2 sets of bands + binaural)
+  EXPECT_EQ(count["reference"], 2 * 8);  // which is not for heads
+  EXPECT_EQ(kernels.size(), targets);
+  for (const auto& [instructions, ways] : kernels) EXPECT_EQ(ways.size(), 10u) << instructions;
+
+  // Each way of mixing, and what OpenAL Soft is held against at the other number as well.
+  const bool has_openal = !all.at("openal").is_null();
+  EXPECT_EQ(all.at("profiles").size(), has_openal ? 11u : 10u);
+  for (const json& profile : all["profiles"]) {
+    EXPECT_EQ(profile.at("voices"), has_openal && profile == all["profiles"][0] ? 20 : 60);
+    for (const char* ns :
+         {"reading_ns", "ceiling_ns", "still_and_near_ns", "still_ns", "usual_ns", "mixer_ns"})
+      EXPECT_GT(profile.at(ns).get<double>(), 0) << profile;
+    EXPECT_LT(profile.at("reading_ns"), profile.at("ceiling_ns")) << profile;
+  }
+
+  if (!has_openal) return;
+  EXPECT_EQ(all["openal"].at("figures").size(), 2u);
+  for (const json& figure : all["openal"]["figures"])
+    for (const char* value : {"still", "moving", "times_still", "times_moving"})
+      EXPECT_GT(figure.at(value).get<double>(), 0) << figure;
+}
+
+// Counted by hand: two neighbours and one multiply-add make a line, each of two ears has a gain and
+// a sum; the low layer, at a quarter of the rate, is read along a spline for 5 of 8 bands.
+TEST(Bench, CountsWhatAFrameOfAVoiceTakes) {
+  const VoiceCost line = cost_of({Interpolation::kLinear, 1, false}, 100);
+  EXPECT_EQ(line.multiply_adds, 1 + 2 * 2);
+  EXPECT_EQ(line.reading, 1);
+  EXPECT_EQ(line.loads, 2);
+  const VoiceCost bands = cost_of({Interpolation::kCubic, 2, true}, 100);
+  EXPECT_EQ(bands.multiply_adds, 2 * (5 + 5 / 4.0) + 2 * 2 * (3 + 5 / 4.0));
+  EXPECT_EQ(bands.reading, 2 * (5 + 5 / 4.0));
+  EXPECT_EQ(bands.loads, 2 * (4 + 4 / 4.0));
+  // A quarter of the voices in 24 and 12 bands of a head, and in 14 quadratures of the lower ones.
+  MixMode binaural;
+  binaural.head = true;
+  binaural.fine_voices = 25;
+  EXPECT_EQ(cost_of(binaural, 100).multiply_adds,
+            2 * (5 + 5 / 4.0) + 2 * 2 * (0.75 * (3 + 5 / 4.0) + 0.25 * (24 + (12 + 14) / 4.0)));
+}
+
+// A kernel that takes 10 ns for a voice in a call and 0.1 for a frame of it, 0.06 of which are what
+// the core must do at least: a frame of a call of 64 takes 10 / 64 + 0.1, of 256 10 / 256 + 0.1.
+TEST(Bench, DividesAVoicesTimeByWhatItGoesInto) {
+  KernelProfile profile;
+  profile.ceiling_ns = 0.06;
+  profile.in_steps_ns = 10 / 64.0 + 0.1;
+  profile.still_and_near_ns = 10 / 256.0 + 0.1;
+  profile.still_ns = profile.still_and_near_ns + 0.02;
+  profile.usual_ns = profile.still_ns + 0.03;
+  profile.mixer_ns = profile.usual_ns + 0.04;
+
+  EXPECT_NEAR(profile.taking_ns(), 10 / 256.0, 1e-12);
+  EXPECT_NEAR(profile.rest_ns(), 0.1 - 0.06, 1e-12);
+  EXPECT_NEAR(profile.memory_ns(), 0.02, 1e-12);
+  EXPECT_NEAR(profile.sliding_ns(), 0.03, 1e-12);
+  EXPECT_NEAR(profile.keyframes_ns(), 0.04, 1e-12);
+}
+
+TEST(Bench, SaysHowFarItIsUntilItIsDone) {
+  std::vector<double> shares;
+  const auto measured =
+      measure_mixer({{20}, 0.0005, 2}, [&](double share) { shares.push_back(share); });
+  if (!measured.ok() && is_without_timer(measured.error().message))
+    GTEST_SKIP() << measured.error().message;
+  ASSERT_TRUE(measured.ok()) << measured.error().message;
+  ASSERT_FALSE(shares.empty());
+  for (std::size_t i = 0; i < shares.size(); ++i)
+    EXPECT_NEAR(shares[i], static_cast<double>(i + 1) / static_cast<double>(shares.size()), 1e-9);
+}
+
+TEST(Bench, PrintsTablesWithARowForEachWayOfMixing) {
+  const auto outcome =
+      clamor({"bench", "mixer", "--voices", "40", "--seconds", "0.0005", "--runs", "1"});
+  if (is_without_timer(outcome)) GTEST_SKIP() << outcome.err;
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto rows = [&](const std::string& begins) {
+    std::size_t count = 0;
+    for (std::size_t at = 0; (at = outcome.out.find('\n' + begins, at)) != std::string::npos; ++at)
+      ++count;
+    return count;
+  };
+  // The mixer, the kernel, the reference, the kernel in other instruction sets, where its time
+  // goes; there is no reference of binaural mixing.
+  for (const std::string curve : {"linear", "cubic "}) {
+    EXPECT_EQ(rows(curve + " one    full   stereo "), 5u) << outcome.out;
+    EXPECT_EQ(rows(curve + " two    full   stereo "), 5u) << outcome.out;
+    EXPECT_EQ(rows(curve + " one    eight  stereo "), 5u) << outcome.out;
+    EXPECT_EQ(rows(curve + " two    eight  stereo "), 5u) << outcome.out;
+    EXPECT_EQ(rows(curve + " two    eight  binaural "), 4u) << outcome.out;
+  }
+  EXPECT_NE(outcome.out.find("K=40"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("OpenAL Soft"), std::string::npos) << outcome.out;
+}
+
+TEST(Bench, RefusesWhatItCannotTimeWithASentence) {
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"bench"},
+                                             {"bench", "sampler"},
+                                             {"bench", "mixer", "--voices", "150,,2000"},
+                                             {"bench", "mixer", "--voices", "0"},
+                                             {"bench", "mixer", "--voices", "99999999999"},
+                                             {"bench", "mixer", "--seconds", "-1"},
+                                             {"bench", "mixer", "--runs", "0"}}) {
+    const auto outcome = clamor(words);
+    EXPECT_EQ(outcome.code, 2) << words.back();
+    EXPECT_TRUE(outcome.err.starts_with("clamor bench: ")) << outcome.err;
+    EXPECT_TRUE(outcome.out.empty()) << outcome.out;
+  }
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,147 @@
+// Names that would steer a terminal, in everything that they get into: nothing that a command
+// prints may hold them.
+#include "tools/program/printable_stream.h"
+
+#include <sstream>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "common/printable.h"
+#include "tests/tools/run_clamor.h"
+
+namespace clamor::testing {
+namespace {
+
+// A window title, a screen cleared by 8-bit CSI in both its forms, text turned round, a forged
+// line.
+const std::string kName =
+    "a\x1b]0;x\a \xc2\x9b"
+    "2J \x9b"
+    "2J \xe2\x80\xae\xe2\x81\xa6 \nclamor: done";
+
+void expect_printable(const std::string& text) {
+  EXPECT_EQ(printable(text, Lines::kMany), text);
+  EXPECT_EQ(text.find("\nclamor: done"), std::string::npos) << text;
+}
+
+void expect_printable(const Outcome& outcome) {
+  expect_printable(outcome.out);
+  expect_printable(outcome.err);
+}
+
+TEST(PrintableStream, FiltersWhatIsWrittenInAnyPieces) {
+  std::ostringstream text;
+  {
+    const PrintableStream filter(text);
+    text << "a" << '\x1b' << "[2J\xe2\x80"
+         << "\xae|\xc3" << '\xbc' << "|\xc3";
+    text << to_line_start << clear_rest_of_line;
+  }
+  EXPECT_EQ(text.str(), "a?[2J?|\xc3\xbc|\r\x1b[K?");
+  text << '\x1b';  // as before
+  EXPECT_EQ(text.str().back(), '\x1b');
+}
+
+TEST(PrintableStream, KeepsThatAWriteHasFailed) {
+  std::ofstream full("/dev/full");
+  {
+    const PrintableStream filter(full);
+    full << std::string(100'000, 'x') << std::flush;
+    EXPECT_FALSE(full.good());
+  }
+  EXPECT_FALSE(full.good());
+}
+
+TEST(Names, OfABakeDoNotSteerTheTerminalThatItIsShownOn) {
+  const Folder folder;
+  const std::string level = folder.write("level.gltf", kEmptyLevel), file = folder / "a.clamor";
+  const Outcome baked = clamor({"bake", level, "-o", file, "--photons", "10", "--emitter",
+                                "name=" + kName + ",signal=noise,at=0,1,0", "--emitter",
+                                "name=" + kName + "2,signal=noise,at=0,2,0"});
+  ASSERT_EQ(baked.code, 0) << baked.err;
+  expect_printable(baked);
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"inspect", file},
+        {"inspect", file, "--json"},
+        {"diff", file, file},
+        {"impulse", file, "--listener", "0,1,3", "-o", folder / "ir.wav"},
+        {"impulse", file, "--listener", "0,1,3", "--json", "-o", folder / "ir2.wav"},
+        {"impulse", file, "--listener", "0,1,3", "--emitter", kName + "3", "-o",
+         folder / "ir3.wav"},
+        {"render", file, "--listener", "0,1,3", "-o", folder / "no.such.folder/x.wav"}})
+    expect_printable(clamor(words));
+}
+
+TEST(Names, InJsonAreEscapedSoThatReadersGetThemBack) {
+  const Folder folder;
+  const std::string name = "a\xc2\x9b\xe2\x80\xae\x7f\n\x1b";
+  const std::string level = folder.write("level.gltf", kEmptyLevel), file = folder / "a.clamor";
+  ASSERT_EQ(clamor({"bake", level, "-o", file, "--quiet", "--photons", "10", "--emitter",
+                    "name=" + name + ",signal=noise,at=0,1,0"})
+                .code,
+            0);
+  const Outcome outcome = clamor({"inspect", file, "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  expect_printable(outcome.out);
+  EXPECT_EQ(nlohmann::json::parse(outcome.out)["emitters"][0]["name"], name);
+}
+
+// Whatever a level names that is not there, unknown or wrong.
+TEST(Names, OfALevelDoNotSteerTheTerminalByErrorsAndWarnings) {
+  const Folder folder;
+  const nlohmann::json good = nlohmann::json::parse(kEmptyLevel);
+  std::vector<nlohmann::json> levels;
+  // JSON has no bytes outside UTF-8.
+  std::string name = kName;
+  name.erase(name.find("\x9b"
+                       "2J \xe2"),
+             1);
+  levels.emplace_back(good)["extensionsRequired"] = {name};
+  levels.emplace_back(good)["buffers"] = {{{"byteLength", 4}, {"uri", name}}};
+  levels.emplace_back(good)["asset"]["version"] = name;
+  levels.emplace_back(good)["nodes"] = {{{"name", name}, {"mesh", 7}}};
+  levels.back()["scenes"][0]["nodes"] = {0};
+  levels.emplace_back(good)["extensionsUsed"] = {name};
+  // A wall of a material that nothing is known of.
+  nlohmann::json& wall = levels.emplace_back(good);
+  wall["scenes"][0]["nodes"] = {0};
+  wall["nodes"] = {{{"name", name}, {"mesh", 0}}};
+  wall["meshes"] = {
+      {{"name", name}, {"primitives", {{{"attributes", {{"POSITION", 0}}}, {"material", 0}}}}}};
+  wall["materials"] = {{{"name", name}}};
+  wall["accessors"] = {
+      {{"bufferView", 0}, {"componentType", 5126}, {"type", "VEC3"}, {"count", 3}}};
+  wall["bufferViews"] = {{{"buffer", 0}, {"byteLength", 36}}};
+  wall["buffers"] = {
+      {{"byteLength", 36},
+       {"uri",
+        "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}}};
+  const Outcome baked_wall =
+      clamor({"bake", folder.write("wall.gltf", wall.dump()), "-o", folder / "wall.clamor",
+              "--photons", "10", "--emitter", "name=x,signal=noise,at=0,1,1"});
+  EXPECT_EQ(baked_wall.code, 0) << baked_wall.err;
+  EXPECT_NE(baked_wall.err.find("a?]0;x?"), std::string::npos) << baked_wall.err;
+  expect_printable(baked_wall);
+  expect_printable(clamor({"inspect", folder / "wall.clamor"}));
+  for (const nlohmann::json& level : levels) {
+    const std::string path = folder.write("level.gltf", level.dump());
+    expect_printable(clamor({"bake", path, "-o", folder / "a.clamor", "--photons", "10",
+                             "--emitter", "name=x,signal=noise,at=0,1,0"}));
+  }
+  const std::string path = folder.write("level.gltf", kEmptyLevel);
+  const nlohmann::json sidecar = {{name, 1}};
+  folder.write("level.acoustics.json", sidecar.dump());
+  const Outcome unknown_key = clamor({"bake", path, "-o", folder / "a.clamor"});
+  EXPECT_EQ(unknown_key.code, 1);
+  expect_printable(unknown_key);
+  const Outcome no_signal = clamor(
+      {"bake", path, "-o", folder / "a.clamor", "--emitter", "signal=" + kName + ",at=0,1,0"});
+  EXPECT_NE(no_signal.code, 0);
+  expect_printable(no_signal);
+  expect_printable(clamor({kName}));
+  expect_printable(clamor({"bake", kName, "-o", kName, "--" + kName}));
+}
+
+}  // namespace
+}  // namespace clamor::testing

@@ -1,0 +1,259 @@
+// The paper's sections 3.3 and 3.4: who is drawn, how often, and when he is exchanged.
+#include "runtime/sampling/dynamic_sampling.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+
+#include <gtest/gtest.h>
+
+namespace clamor {
+namespace {
+
+using Rule = DynamicSample::Rule;
+
+const std::vector<double> kWeights = {0.1, 3, 0.5, 2, 1, 1, 0, 0.2, 4, 0.7, 1.5, 2.5};
+
+TEST(Importance, GivesProbabilitiesInProportionThatAddUpToTheSample) {
+  const double sum = std::accumulate(kWeights.begin(), kWeights.end(), 0.0);
+  const auto probabilities = inclusion_probabilities(kWeights, 3);
+  for (std::size_t i = 0; i < kWeights.size(); ++i)
+    EXPECT_NEAR(probabilities[i], 3 * kWeights[i] / sum, 1e-12);
+}
+
+TEST(Importance, MakesCertainWhatCouldOnlyBeChosenTwice) {
+  const std::vector<double> weights = {10, 1, 1, 1, 1, 5};
+  // 3 x 10 / 19 > 1, then 2 x 5 / 9 > 1, then 1 x 1 / 4.
+  EXPECT_EQ(inclusion_probabilities(weights, 3),
+            (std::vector<double>{1, 0.25, 0.25, 0.25, 0.25, 1}));
+}
+
+TEST(Importance, TakesAllThatIsHeardWhenThereIsRoom) {
+  const auto probabilities = inclusion_probabilities(kWeights, 50);
+  for (std::size_t i = 0; i < kWeights.size(); ++i)
+    EXPECT_EQ(probabilities[i], kWeights[i] > 0 ? 1 : 0);
+  Draws draws(1, 0);
+  EXPECT_EQ(choose_without_replacement(probabilities, draws).size(), 11u);
+}
+
+// A sample of one is a throw of one loaded die.
+TEST(Importance, DrawsOneSourceWithItsProbability) {
+  const auto probabilities = inclusion_probabilities(kWeights, 1);
+  std::vector<double> count(kWeights.size());
+  constexpr int kThrows = 20000;
+  for (int t = 0; t < kThrows; ++t) {
+    Draws draws(5, static_cast<std::uint64_t>(t));
+    const auto chosen = choose_without_replacement(probabilities, draws);
+    ASSERT_EQ(chosen.size(), 1u);
+    ++count[chosen[0]];
+  }
+  double chi2 = 0;
+  for (std::size_t i = 0; i < count.size(); ++i) {
+    const double expected = probabilities[i] * kThrows;
+    if (expected == 0)
+      EXPECT_EQ(count[i], 0);
+    else
+      chi2 += (count[i] - expected) * (count[i] - expected) / expected;
+  }
+  // 11 sources, 10 degrees of freedom: beyond 29.6 one time in 1000.
+  EXPECT_LT(chi2, 29.6);
+}
+
+TEST(Importance, DrawsExactlySoManyWithoutReplacementEachWithItsProbability) {
+  for (const std::size_t k : {2u, 5u, 8u}) {
+    const auto probabilities = inclusion_probabilities(kWeights, k);
+    std::vector<double> count(kWeights.size());
+    constexpr int kDrawings = 20000;
+    for (int d = 0; d < kDrawings; ++d) {
+      Draws draws(k, static_cast<std::uint64_t>(d));
+      const auto chosen = choose_without_replacement(probabilities, draws);
+      ASSERT_EQ(std::set<std::uint32_t>(chosen.begin(), chosen.end()).size(), k);
+      for (const std::uint32_t i : chosen) ++count[i];
+    }
+    for (std::size_t i = 0; i < count.size(); ++i) {
+      const double p = probabilities[i];
+      // 33 binomials: beyond 4 deviations one time in 500.
+      EXPECT_NEAR(count[i] / kDrawings, p, 4 * std::sqrt(p * (1 - p) / kDrawings) + 1e-12)
+          << "source " << i << " of k = " << k;
+    }
+  }
+}
+
+TEST(Importance, DealsEachHalfOfTheListItsDueRoundedUpOrDown) {
+  std::vector<double> weights;
+  for (int i = 0; i < 1000; ++i) weights.push_back(1 + i % 17);
+  const auto probabilities = inclusion_probabilities(weights, 100);
+  double due = 0;
+  for (std::size_t i = 0; i < 512; ++i) due += probabilities[i];
+  for (std::uint64_t drawing = 0; drawing < 50; ++drawing) {
+    Draws draws(1, drawing);
+    const auto chosen = choose_without_replacement(probabilities, draws);
+    EXPECT_EQ(chosen.size(), 100u);
+    const auto left = std::count_if(chosen.begin(), chosen.end(), [](auto i) { return i < 512; });
+    EXPECT_NEAR(static_cast<double>(left), due, 1);
+  }
+}
+
+std::vector<Candidate> candidates_of(const std::vector<double>& weights) {
+  std::vector<Candidate> candidates;
+  for (std::size_t i = 0; i < weights.size(); ++i) candidates.push_back({10 + 3 * i, weights[i]});
+  return candidates;
+}
+
+std::set<std::uint32_t> next(DynamicSample& sample, const std::vector<Candidate>& candidates) {
+  std::set<std::uint32_t> chosen;
+  for (const auto& one : sample.next(candidates)) chosen.insert(one.candidate);
+  return chosen;
+}
+
+std::size_t newcomers(const std::set<std::uint32_t>& before, const std::set<std::uint32_t>& now) {
+  return static_cast<std::size_t>(
+      std::count_if(now.begin(), now.end(), [&](auto c) { return !before.contains(c); }));
+}
+
+TEST(DynamicSampling, DrawnOnceStaysAsItIs) {
+  DynamicSample sample(Rule::kOnce, 50, {});
+  auto candidates = candidates_of(std::vector<double>(500, 1));
+  const auto first = next(sample, candidates);
+  for (Candidate& candidate : candidates) candidate.weight = 1 + candidate.number % 5;
+  EXPECT_EQ(next(sample, candidates), first);
+}
+
+TEST(DynamicSampling, OfFullResamplingIsNewWhenItsTimeHasComeAndNeverBefore) {
+  StrategyTuning tuning;
+  tuning.redraw_s = 0.2;  // 10 keyframes
+  DynamicSample sample(Rule::kFull, 50, tuning);
+  const auto candidates = candidates_of(std::vector<double>(5000, 1));
+  auto last = next(sample, candidates);
+  for (int keyframe = 1; keyframe < 40; ++keyframe) {
+    const auto now = next(sample, candidates);
+    if (keyframe % 10 == 0)
+      EXPECT_GT(newcomers(last, now), 40u);
+    else
+      EXPECT_EQ(now, last);
+    last = now;
+  }
+}
+
+TEST(DynamicSampling, OfStochasticDiffusionExchangesTheShareThatWasAskedFor) {
+  DynamicSample sample(Rule::kStochastic, 500, {});  // q = 0.2
+  const auto candidates = candidates_of(std::vector<double>(5000, 1));
+  auto last = next(sample, candidates);
+  std::size_t exchanged = 0;
+  for (int keyframe = 1; keyframe <= 500; ++keyframe) {  // 10 s
+    const auto now = next(sample, candidates);
+    ASSERT_EQ(now.size(), 500u);
+    exchanged += newcomers(last, now);
+    last = now;
+  }
+  // 0.2 x 500 x 10; one in 500 leaves again in the keyframe that he came in.
+  EXPECT_NEAR(static_cast<double>(exchanged), 1000, 10);
+}
+
+// Sets of k with probabilities in proportion to the product of their odds: how often each source is
+// in. By the sums of products over all sets, e(k, without i) and e(k, all).
+std::vector<double> by_odds(const std::vector<double>& probabilities, std::size_t k) {
+  const auto products = [&](std::size_t left_out) {
+    std::vector<double> e(k + 1, 0);
+    e[0] = 1;
+    for (std::size_t i = 0; i < probabilities.size(); ++i)
+      if (i != left_out)
+        for (std::size_t j = k; j > 0; --j)
+          e[j] += e[j - 1] * probabilities[i] / (1 - probabilities[i]);
+    return e[k];
+  };
+  std::vector<double> result;
+  for (std::size_t i = 0; i < probabilities.size(); ++i)
+    result.push_back(1 - products(i) / products(probabilities.size()));
+  return result;
+}
+
+TEST(DynamicSampling, OfStochasticDiffusionKeepsEachSourcesProbabilityForEver) {
+  std::vector<double> weights;
+  for (int i = 0; i < 40; ++i) weights.push_back(1 + i % 8);
+  const auto probabilities = inclusion_probabilities(weights, 10);
+  StrategyTuning tuning;
+  tuning.exchange_per_s = 5;  // one of ten per keyframe
+  DynamicSample sample(Rule::kStochastic, 10, tuning);
+  const auto candidates = candidates_of(weights);
+  std::vector<double> count(weights.size());
+  constexpr int kKeyframes = 100000;
+  for (int keyframe = 0; keyframe < kKeyframes; ++keyframe)
+    for (const std::uint32_t c : next(sample, candidates)) ++count[c];
+  const auto expected = by_odds(probabilities, 10);
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    // A source stays for about ten keyframes, so twenty count as one throw: deviation 0.0061.
+    EXPECT_NEAR(count[i] / kKeyframes, expected[i], 0.025);
+    // The theory's term of order 1 / k.
+    EXPECT_NEAR(expected[i] / probabilities[i], 1, 0.1);
+  }
+}
+
+TEST(DynamicSampling, OfAdaptiveDiffusionLeavesAloneWhatChangesLessThanEpsilon) {
+  DynamicSample sample(Rule::kAdaptive, 100, {});  // 1.25
+  auto candidates = candidates_of(std::vector<double>(1000, 1));
+  const auto first = next(sample, candidates);
+  for (Candidate& candidate : candidates) candidate.weight = candidate.number % 2 ? 1.24 : 0.81;
+  EXPECT_EQ(next(sample, candidates), first);
+}
+
+TEST(DynamicSampling, OfAdaptiveDiffusionExchangesWhatHasFallenByEpsilon) {
+  DynamicSample sample(Rule::kAdaptive, 100, {});
+  auto candidates = candidates_of(std::vector<double>(1000, 1));
+  const auto first = next(sample, candidates);
+  std::size_t fallen = 0;
+  for (const std::uint32_t c : first)
+    if (c % 2 == 0) {
+      candidates[c].weight = 1e-9;  // so low that it does not come in again
+      ++fallen;
+    }
+  const auto now = next(sample, candidates);
+  EXPECT_EQ(now.size(), 100u);
+  EXPECT_EQ(newcomers(first, now), fallen);
+  for (const std::uint32_t c : first) EXPECT_EQ(now.contains(c), c % 2 != 0);
+  EXPECT_EQ(next(sample, candidates), now) << "once is enough";
+}
+
+TEST(DynamicSampling, OfAdaptiveDiffusionExchangesOneForEachThatHasGrownByEpsilon) {
+  DynamicSample sample(Rule::kAdaptive, 1000, {});
+  auto candidates = candidates_of(std::vector<double>(100000, 1));
+  const auto first = next(sample, candidates);
+  int grown = 0;
+  for (const std::uint32_t c : first)
+    if (grown < 30) {
+      candidates[c].weight = 2;
+      ++grown;
+    }
+  const auto now = next(sample, candidates);
+  EXPECT_EQ(now.size(), 1000u);
+  // One in a hundred draws somebody who is already on his way, or who comes back at once.
+  EXPECT_NEAR(static_cast<double>(newcomers(first, now)), 30, 1);
+  EXPECT_EQ(next(sample, candidates), now) << "once is enough";
+}
+
+TEST(DynamicSampling, GivesUpWhoIsNoCandidateAnyMore) {
+  DynamicSample sample(Rule::kAdaptive, 20, {});
+  auto candidates = candidates_of(std::vector<double>(100, 1));
+  next(sample, candidates);
+  candidates.erase(candidates.begin(), candidates.begin() + 50);
+  const auto now = next(sample, candidates);
+  EXPECT_EQ(now.size(), 20u);
+  EXPECT_LT(*now.rbegin(), 50u);
+}
+
+TEST(DynamicSampling, IsTheSameForTheSameSeedAndAnotherForAnother) {
+  const auto candidates = candidates_of(std::vector<double>(1000, 1));
+  StrategyTuning other;
+  other.seed = 2;
+  DynamicSample a(Rule::kStochastic, 50, {}), b(Rule::kStochastic, 50, {}),
+      c(Rule::kStochastic, 50, other);
+  for (int keyframe = 0; keyframe < 50; ++keyframe) {
+    const auto of_a = next(a, candidates);
+    EXPECT_EQ(of_a, next(b, candidates));
+    EXPECT_NE(of_a, next(c, candidates));
+  }
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,210 @@
+#include "tools/analysis/chart.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+namespace clamor {
+
+namespace {
+
+// Colours that the colour-blind can tell apart. (M. Okabe, K. Ito. Color Universal Design, 2008.)
+constexpr std::array<const char*, 9> kPalette = {"#D55E00", "#0072B2", "#009E73",
+                                                 "#CC79A7", "#56B4E9", "#E69F00",
+                                                 "#7A4FBF", "#8C6D31", "#444444"};
+
+constexpr double kLeft = 74, kTop = 40, kBottom = 56, kLegend = 190, kRight = 18;
+
+struct Axis {
+  double low = 0, high = 1;
+  bool log = false;
+  double from_px = 0, to_px = 1;
+
+  double at(double value) const {
+    const double t =
+        log ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
+    return from_px + t * (to_px - from_px);
+  }
+  bool shows(double value) const { return std::isfinite(value) && (!log || value > 0); }
+};
+
+std::vector<double> round_ticks(const Axis& axis) {
+  std::vector<double> ticks;
+  if (axis.log) {
+    const double decades = std::log10(axis.high / axis.low);
+    for (double power = std::floor(std::log10(axis.low)); power <= std::log10(axis.high); ++power)
+      for (const double digit : {1.0, 2.0, 5.0}) {
+        const double tick = digit * std::pow(10.0, power);
+        if (decades > 3 && digit != 1) continue;
+        if (tick >= axis.low * 0.999 && tick <= axis.high * 1.001) ticks.push_back(tick);
+      }
+    return ticks;
+  }
+  const double rough = (axis.high - axis.low) / 6;
+  const double power = std::pow(10.0, std::floor(std::log10(rough)));
+  double step = power;
+  for (const double digit : {1.0, 2.0, 5.0, 10.0})
+    if (digit * power <= rough * 1.2) step = digit * power;
+  for (double i = std::ceil(axis.low / step - 1e-9); i * step <= axis.high + step * 1e-9; ++i)
+    ticks.push_back(i == 0 ? 0 : i * step);
+  return ticks;
+}
+
+Axis axis_over(std::vector<double> values, bool log, bool with_margin) {
+  Axis axis;
+  axis.log = log;
+  std::erase_if(values, [&](double v) { return !axis.shows(v); });
+  if (values.empty()) return {1, 2, log};
+  axis.low = *std::min_element(values.begin(), values.end());
+  axis.high = *std::max_element(values.begin(), values.end());
+  if (log) {
+    if (axis.high / axis.low < 1.1) axis.low /= 1.5, axis.high *= 1.5;
+    if (with_margin) axis.low /= 1.15, axis.high *= 1.15;
+  } else {
+    if (axis.high - axis.low < 1e-9) axis.low -= 0.5, axis.high += 0.5;
+    const double margin = with_margin ? 0.06 * (axis.high - axis.low) : 0;
+    axis.low -= margin;
+    axis.high += margin;
+  }
+  return axis;
+}
+
+std::string line(double x1, double y1, double x2, double y2, const std::string& how) {
+  return fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" {}/>\n", x1, y1,
+                     x2, y2, how);
+}
+
+std::string drawn(const Chart::Series& series, const Axis& x, const Axis& y, const char* colour) {
+  using Look = Chart::Series::Look;
+  std::string path, dots;
+  for (const auto& [px, py] : series.points) {
+    if (!x.shows(px) || !y.shows(py)) continue;
+    const double at_x = x.at(px), at_y = std::clamp(y.at(py), y.to_px - 2, y.from_px + 2);
+    path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : " L", at_x, at_y);
+    if (series.look == Look::kLineAndDots)
+      dots += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\"/>\n", at_x, at_y,
+                          colour);
+  }
+  if (path.empty()) return "";
+  return fmt::format(
+             "<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\"{} "
+             "stroke-linejoin=\"round\"/>\n",
+             path, colour, series.look == Look::kThin ? 0.8 : 1.8,
+             series.look == Look::kDashes ? " stroke-dasharray=\"6 4\"" : "") +
+         dots;
+}
+
+}  // namespace
+
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '&')
+      result += "&amp;";
+    else if (c == '<')
+      result += "&lt;";
+    else if (c == '>')
+      result += "&gt;";
+    else if (c == '"')
+      result += "&quot;";
+    else
+      result += c;
+  }
+  return result;
+}
+
+std::string svg_text(double x, double y, const std::string& what, const std::string& how) {
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" {}>{}</text>\n", x, y, how, escaped(what));
+}
+
+std::string short_number(double value) {
+  if (!std::isfinite(value)) return "-";
+  if (std::abs(value) >= 10000 && value == std::round(value)) {
+    const auto whole = static_cast<long long>(value);
+    if (std::abs(whole) < 1000000)
+      return fmt::format("{} {:03}", whole / 1000, std::abs(whole) % 1000);
+  }
+  return fmt::format("{:.4g}", value);
+}
+
+std::string to_svg(const Chart& chart) {
+  std::vector<double> xs, ys;
+  std::size_t named = 0;
+  for (const auto& series : chart.series) {
+    named += !series.name.empty();
+    for (const auto& [x, y] : series.points) {
+      xs.push_back(x);
+      ys.push_back(y);
+    }
+  }
+  const double legend = named > 1 ? kLegend : 0;
+  Axis x = axis_over(xs, chart.log_x, chart.log_x), y = axis_over(ys, chart.log_y, true);
+  if (chart.y_range) std::tie(y.low, y.high) = *chart.y_range;
+  x.from_px = kLeft;
+  x.to_px = chart.width - kRight - legend;
+  y.from_px = chart.height - kBottom;
+  y.to_px = kTop;
+
+  std::string svg = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
+      "height=\"{1}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" "
+      "fill=\"#333\">\n<rect width=\"{0}\" height=\"{1}\" fill=\"#fff\"/>\n",
+      chart.width, chart.height);
+  svg += svg_text(kLeft, 24, chart.title, "font-size=\"14\" font-weight=\"bold\" fill=\"#111\"");
+  for (const auto& zone : chart.zones) {
+    const double from = std::clamp(x.at(zone.from), x.from_px, x.to_px);
+    const double to = std::clamp(x.at(zone.to), x.from_px, x.to_px);
+    if (!(to > from)) continue;  // the axis ends before it or begins behind it
+    svg += fmt::format(
+        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"#f3f0e6\" "
+        "stroke=\"#fff\"/>\n",
+        from, y.to_px, to - from, y.from_px - y.to_px);
+    // Letters are about half as wide as high; a label that does not fit would be printed over the
+    // next.
+    if (5.5 * static_cast<double>(zone.label.size()) < to - from)
+      svg +=
+          svg_text((from + to) / 2, y.to_px + 14, zone.label,
+                   "text-anchor=\"middle\" font-size=\"11\" font-style=\"italic\" fill=\"#776\"");
+  }
+  for (const double tick : chart.x_ticks.empty() ? round_ticks(x) : chart.x_ticks) {
+    svg += line(x.at(tick), y.from_px, x.at(tick), y.to_px, "stroke=\"#e4e4e4\"");
+    svg += svg_text(x.at(tick), y.from_px + 18, short_number(tick), "text-anchor=\"middle\"");
+  }
+  for (const double tick : round_ticks(y)) {
+    svg += line(x.from_px, y.at(tick), x.to_px, y.at(tick), "stroke=\"#e4e4e4\"");
+    svg += svg_text(x.from_px - 8, y.at(tick) + 4, short_number(tick), "text-anchor=\"end\"");
+  }
+  if (!y.log && y.low < 0 && y.high > 0)
+    svg += line(x.from_px, y.at(0), x.to_px, y.at(0), "stroke=\"#999\"");
+  svg += line(x.from_px, y.from_px, x.to_px, y.from_px, "stroke=\"#333\"");
+  svg += line(x.from_px, y.from_px, x.from_px, y.to_px, "stroke=\"#333\"");
+  svg += svg_text((x.from_px + x.to_px) / 2, chart.height - 16, chart.x_label,
+                  "text-anchor=\"middle\"");
+  svg += fmt::format(
+      "<text transform=\"translate(18 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
+      (y.from_px + y.to_px) / 2, escaped(chart.y_label));
+
+  double legend_y = y.to_px + 10;
+  std::size_t turn = 0;
+  for (const auto& series : chart.series) {
+    const int wanted = series.colour >= 0 ? series.colour : static_cast<int>(turn++);
+    const char* const colour = wanted == Chart::kGrey
+                                   ? "#888"
+                                   : kPalette[static_cast<std::size_t>(wanted) % kPalette.size()];
+    svg += drawn(series, x, y, colour);
+    if (named < 2 || series.name.empty()) continue;
+    svg +=
+        line(x.to_px + 14, legend_y, x.to_px + 38, legend_y,
+             fmt::format(
+                 "stroke=\"{}\" stroke-width=\"2\"{}", colour,
+                 series.look == Chart::Series::Look::kDashes ? " stroke-dasharray=\"6 4\"" : ""));
+    svg += svg_text(x.to_px + 44, legend_y + 4, series.name, "font-size=\"11\"");
+    legend_y += 18;
+  }
+  return svg + "</svg>\n";
+}
+
+}  // namespace clamor

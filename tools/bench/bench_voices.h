@@ -1,0 +1,84 @@
+// bench_voices.h: the voices that mixing is timed with.
+//
+// 48 kHz, 256 frames a block, a new keyframe every 960. Voices read 13 looping signals of 2 s at
+// random delays; most delays slide by less than 0.1 % of real time, 3 % of them by up to 10 %, as
+// in a hall with a few fast things in it.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "runtime/hrtf/hrtf.h"
+#include "runtime/mixing/mixer.h"
+#include "runtime/mixing/panner.h"
+#include "runtime/voices/mix_reference.h"
+#include "tools/bench/openal_voices.h"
+
+namespace clamor {
+
+inline constexpr int kBenchFrames = 256;
+inline constexpr int kBenchSignalFrames = 2 * kSampleRate_hz;
+
+// All as it is said above; or none that slides; or none, and all so near each other that what they
+// read stays in L1: what is dear about voices, taken away one by one.
+enum class BenchVoiceKind : std::uint8_t { kTypical, kStill, kStaticInL1 };
+
+// What one call of the kernel needs, and the advance from call to call.
+class KernelVoices {
+ public:
+  // `frames` are mixed by a call.
+  KernelVoices(const MixMode& mode, std::uint32_t count,
+               BenchVoiceKind are = BenchVoiceKind::kTypical, int frames = kBenchFrames);
+
+  void mix();
+  void mix_with_reference();  // not binaural
+  bool heard() const;
+
+ private:
+  struct Buses {
+    alignas(64) float high[kHrtfHighBands * kEars * kMaxFrames] = {};
+    alignas(64) float low[kHrtfLowRows * kEars * kMaxFrames / kLowRate] = {};
+  };
+  // One for all voices, or, binaural, for their octaves; another for those that are fine.
+  struct Part {
+    MixMode mode;
+    std::vector<std::uint32_t> active = {};
+    std::vector<float> gains = {};
+    std::unique_ptr<Buses> buses = std::make_unique<Buses>();
+  };
+  MixJob job(Part& part) const;
+
+  MixMode mode_;
+  int frames_;
+  std::vector<VoicePath> paths_;
+  std::vector<Part> parts_;
+  std::int64_t wrap_;
+  std::unique_ptr<ReferenceBuses> reference_;
+};
+
+// A whole mixer, and two keyframes by turns, so that every gain and delay goes on sliding to and
+// fro and every direction turns.
+class MixerVoices {
+ public:
+  MixerVoices(const MixMode& mode, std::uint32_t count);
+
+  void mix();  // one block
+  bool heard() const { return energy_ > 0; }
+
+ private:
+  std::array<Keyframe, 2> keyframes_;
+  std::unique_ptr<const Panner> panner_;
+  std::shared_ptr<const Hrtf> head_;
+  Mixer mixer_;
+  std::vector<float> block_;
+  std::size_t next_ = 1;
+  double energy_ = 0;
+};
+
+// The same for OpenAL Soft, at one of two moments.
+const std::vector<std::vector<float>>& bench_samples();
+std::vector<OpenalVoices::Voice> openal_voices_at(std::uint32_t moment, std::uint32_t count);
+
+}  // namespace clamor

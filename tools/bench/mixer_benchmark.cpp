@@ -1,0 +1,302 @@
+#include "tools/bench/mixer_benchmark.h"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+
+#include "common/thread_time.h"
+#include "tools/bench/bench_voices.h"
+#include "tools/bench/machine_peak.h"
+
+#ifdef CLAMOR_HAS_BENCHMARK
+#include <benchmark/benchmark.h>
+#endif
+
+namespace clamor {
+
+const std::vector<MixMode>& bench_modes() {
+  static const auto kModes = [] {
+    std::vector<MixMode> modes;
+    for (const bool eight_bands : {false, true})
+      for (const Interpolation curve : {Interpolation::kLinear, Interpolation::kCubic})
+        for (const int delays : {1, 2}) modes.push_back({curve, delays, eight_bands});
+    for (const Interpolation curve : {Interpolation::kLinear, Interpolation::kCubic}) {
+      modes.push_back({curve});
+      modes.back().head = true;
+    }
+    return modes;
+  }();
+  return kModes;
+}
+
+VoiceCost cost_of(const MixMode& mode, std::uint32_t voices) {
+  const bool cubic = mode.interpolation == Interpolation::kCubic;
+  VoiceCost work{mode.delays * (cubic ? 5.0 : 1.0), mode.delays * (cubic ? 4.0 : 2.0), 0};
+  double buses = 1;
+  if (mode.two_layers()) {
+    work.multiply_adds += mode.delays * 5.0 / kLowRate;
+    work.loads += mode.delays * 4.0 / kLowRate;
+    buses = kHighBands + 1.0 * kLowBands / kLowRate;
+  }
+  if (mode.head) {
+    const double fine = std::min(1.0, 1.0 * mode.fine_voices / voices);
+    buses += fine * (kHrtfHighBands + 1.0 * kHrtfLowRows / kLowRate - buses);
+  }
+  work.reading = work.multiply_adds;
+  work.multiply_adds += 2 * kEars * mode.pairs * buses;
+  return work;
+}
+
+// Per frame, a call of n frames takes a + b / n.
+double KernelProfile::taking_ns() const {
+  constexpr double kCalls = 1.0 * kBenchFrames / kStepFrames;
+  return (in_steps_ns - still_and_near_ns) / (kCalls - 1);
+}
+
+#ifndef CLAMOR_HAS_BENCHMARK
+
+Result<MixerBenchmark> measure_mixer(const BenchRequest&, const std::function<void(double)>&) {
+  return Error(
+      "this program was built without Google Benchmark. On Debian, 'apt-get install "
+      "libbenchmark-dev' and then 'cmake --preset release && cmake --build --preset release "
+      "--target clamor' build it again with it.");
+}
+
+#else
+
+namespace {
+
+constexpr std::uint32_t kVoicesOfOtherKernels = 2000, kMostOpenalVoices = 2000;
+constexpr MixMode kLikeOpenal{Interpolation::kLinear, 1, false};
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// What a figure is timed with, kept from run to run: making 100 000 voices takes longer than timing
+// them.
+struct Stage {
+  const MixerTiming* figure = nullptr;
+  std::unique_ptr<MixerVoices> mixer;
+  std::unique_ptr<KernelVoices> kernel;
+};
+
+void run_figure(benchmark::State& state, const MixerTiming* figure, Stage* stage) {
+  using What = MixerTiming::What;
+  if (stage->figure != figure) {
+    *stage = {};
+    if (figure->what == What::kMixer)
+      stage->mixer = std::make_unique<MixerVoices>(figure->mode, figure->voices);
+    else
+      stage->kernel = std::make_unique<KernelVoices>(figure->mode, figure->voices);
+    stage->figure = figure;
+  }
+  bool heard = true;
+  if (figure->what == What::kMixer) {
+    for (auto _ : state) stage->mixer->mix();
+    heard = stage->mixer->heard();
+  } else if (figure->what == What::kKernel) {
+    force_mix_kernel(figure->instructions);
+    for (auto _ : state) stage->kernel->mix();
+    force_mix_kernel("");
+    heard = stage->kernel->heard();
+  } else {
+    for (auto _ : state) stage->kernel->mix_with_reference();
+  }
+  if (!heard) state.SkipWithError("nothing was heard");
+}
+
+// What a block takes. Whole keyframes: 15 blocks are four of them. Before that as many again, up to
+// all of a signal, bring back to the caches what others have driven out of them.
+template <class Once>
+double seconds_of(double blocks, const Once& once) {
+  const int whole = 15 * std::max(1, static_cast<int>(blocks / 15));
+  for (int i = 0; i < std::min(whole, kBenchSignalFrames / kBenchFrames); ++i) once(i);
+  const double start = thread_time_s();
+  for (int i = 0; i < whole; ++i) once(i);
+  return (thread_time_s() - start) / whole;
+}
+
+// By turns, and the best of each over all rounds, so that differences are the voices'.
+void run_profile(benchmark::State& state, KernelProfile* profile, double seconds) {
+  const MixMode& mode = profile->mode;
+  const std::uint32_t count = profile->voices;
+  KernelVoices in_steps(mode, count, BenchVoiceKind::kStaticInL1, kStepFrames);
+  KernelVoices near(mode, count, BenchVoiceKind::kStaticInL1),
+      still(mode, count, BenchVoiceKind::kStill);
+  KernelVoices usual(mode, count);
+  MixerVoices mixer(mode, count);
+  constexpr int kTurns = 5;
+  const auto time = [&](double& best_ns, int frames, auto& voices) {
+    const double block_s = seconds_of(seconds / kTurns * 2e7 / count, [&](int) {
+      for (int at = 0; at < kBenchFrames; at += frames) voices.mix();
+    });
+    const double ns = 1e9 * block_s / count / kBenchFrames;
+    if (best_ns == 0 || ns < best_ns) best_ns = ns;
+  };
+  for (auto _ : state)
+    for (int turn = 0; turn < kTurns; ++turn) {
+      time(profile->in_steps_ns, kStepFrames, in_steps);
+      time(profile->still_and_near_ns, kBenchFrames, near);
+      time(profile->still_ns, kBenchFrames, still);
+      time(profile->usual_ns, kBenchFrames, usual);
+      time(profile->mixer_ns, kBenchFrames, mixer);
+    }
+}
+
+// One round after the other, each of everything in turn: what disturbs one disturbs all.
+void run_openal(benchmark::State& state, OpenalTiming* figure, double seconds) {
+  const std::uint32_t count = figure->voices;
+  KernelVoices kernel(kLikeOpenal, count);
+  MixerVoices mixer(kLikeOpenal, count);
+  const std::array places = {openal_voices_at(0, count), openal_voices_at(1, count)};
+  const auto openal = OpenalVoices::create(bench_samples(), places[0]);
+  std::vector<float> block(kEars * kBenchFrames);
+  std::vector<double> still, moving, times_still, times_moving;
+  double energy = 0;
+  for (auto _ : state) {
+    if (!openal) continue;
+    const double ours_blocks = seconds * 5e6 / count, blocks = seconds * 5e5 / count;
+    const double ours = seconds_of(ours_blocks, [&](int) { kernel.mix(); });
+    const double ours_moving = seconds_of(ours_blocks, [&](int) { mixer.mix(); });
+    still.push_back(seconds_of(blocks, [&](int) { openal->render(block); }));
+    moving.push_back(seconds_of(blocks, [&](int i) {
+      if (i * 4 / 15 != (i + 1) * 4 / 15) openal->move(places[static_cast<std::size_t>(i % 2)]);
+      openal->render(block);
+    }));
+    times_still.push_back(still.back() / ours);
+    times_moving.push_back(moving.back() / ours_moving);
+    for (const float x : block) energy += static_cast<double>(x) * static_cast<double>(x);
+  }
+  if (!openal) return;
+  if (!(energy > 0)) state.SkipWithError("OpenAL Soft was silent");
+  const double real_time = static_cast<double>(count) * kBenchFrames / kSampleRate_hz;
+  *figure = {count, real_time / median(still), real_time / median(moving), median(times_still),
+             median(times_moving)};
+}
+
+// Keeps what a run of a figure came to, by its number, and prints nothing.
+class Collector final : public benchmark::BenchmarkReporter {
+ public:
+  Collector(std::size_t expected, const std::function<void(double)>& progress)
+      : expected_(expected), progress_(progress) {}
+
+  bool ReportContext(const Context&) override { return true; }
+  void ReportRuns(const std::vector<Run>& runs) override {
+    // Of repetitions, their mean and the like are told apart from them, once more.
+    if (runs.front().run_type == Run::RT_Aggregate) return;
+    for (const Run& run : runs) {
+      if (run.error_occurred) failure_ = run.error_message;
+      seconds_[std::stoul(run.run_name.function_name)].push_back(
+          run.cpu_accumulated_time / static_cast<double>(run.iterations));
+    }
+    progress_(static_cast<double>(++done_) / static_cast<double>(expected_));
+  }
+
+  const std::string& failure() const { return failure_; }
+  const std::vector<double>& seconds_of(std::size_t number) { return seconds_[number]; }
+
+ private:
+  std::size_t expected_, done_ = 0;
+  const std::function<void(double)>& progress_;
+  std::map<std::size_t, std::vector<double> > seconds_;
+  std::string failure_;
+};
+
+std::vector<MixerTiming> wanted(const BenchRequest& request, const std::string& best) {
+  using What = MixerTiming::What;
+  std::vector<MixerTiming> figures;
+  for (const MixMode& mode : bench_modes())
+    for (const What what : {What::kMixer, What::kKernel, What::kReference})
+      for (const std::uint32_t voices : request.voices) {
+        if (what == What::kReference && mode.head) continue;
+        figures.push_back({what, mode, what == What::kReference ? "double" : best, voices});
+      }
+  for (const MixMode& mode : bench_modes())
+    for (const std::string& target : mix_kernel_targets())
+      if (target != best)
+        figures.push_back(
+            {What::kKernel, mode, target,
+             std::min(kVoicesOfOtherKernels,
+                      *std::max_element(request.voices.begin(), request.voices.end()))});
+  return figures;
+}
+
+}  // namespace
+
+Result<MixerBenchmark> measure_mixer(const BenchRequest& request,
+                                     const std::function<void(double)>& progress) {
+  MixerBenchmark result;
+  result.instructions = mix_kernel_target();
+  result.figures = wanted(request, result.instructions);
+  if (const auto openal = OpenalVoices::create(bench_samples(), openal_voices_at(0, 1))) {
+    result.openal = openal->version();
+    for (const std::uint32_t voices : request.voices)
+      if (voices <= kMostOpenalVoices) result.against_openal.push_back({voices});
+  }
+
+  const std::uint32_t profiled =
+      std::min(kVoicesOfOtherKernels, *std::ranges::max_element(request.voices));
+  for (const OpenalTiming& figure : result.against_openal)
+    if (figure.voices != profiled) result.profiles.push_back({kLikeOpenal, figure.voices});
+  for (const MixMode& mode : bench_modes()) result.profiles.push_back({mode, profiled});
+
+  const std::size_t first_profile = result.figures.size() + result.against_openal.size();
+
+  Stage stage;
+  benchmark::ClearRegisteredBenchmarks();
+  for (std::size_t i = 0; i < result.figures.size(); ++i) {
+    const bool slow = result.figures[i].what == MixerTiming::What::kReference;
+    benchmark::RegisterBenchmark(std::to_string(i).c_str(), run_figure, &result.figures[i], &stage)
+        ->MinTime(slow ? 0.2 * request.seconds : request.seconds)
+        ->Repetitions(slow ? 1 : request.runs);
+  }
+  // One round after the other: what disturbs one of them leaves another's.
+  for (int round = 0; round < request.runs; ++round)
+    for (std::size_t i = 0; i < result.profiles.size(); ++i)
+      benchmark::RegisterBenchmark(std::to_string(first_profile + i).c_str(), run_profile,
+                                   &result.profiles[i], request.seconds)
+          ->Iterations(1);
+  for (std::size_t i = 0; i < result.against_openal.size(); ++i)
+    benchmark::RegisterBenchmark(std::to_string(result.figures.size() + i).c_str(), run_openal,
+                                 &result.against_openal[i], request.seconds)
+        ->Iterations(3 * request.runs);
+  const auto rounds = static_cast<std::size_t>(request.runs);
+  Collector collector(first_profile + rounds * result.profiles.size(), progress);
+  benchmark::RunSpecifiedBenchmarks(&collector, ".");
+  benchmark::ClearRegisteredBenchmarks();
+  if (!collector.failure().empty()) return Error("while timing, " + collector.failure() + ".");
+
+  std::map<std::string, std::pair<double, double> > peaks;
+  for (std::size_t i = 0; i < result.figures.size(); ++i) {
+    MixerTiming& figure = result.figures[i];
+    const auto& seconds = collector.seconds_of(i);
+    const double real_time = static_cast<double>(figure.voices) * kBenchFrames / kSampleRate_hz;
+    figure.real_time = {real_time / median(seconds), real_time / std::ranges::min(seconds)};
+    if (figure.what != MixerTiming::What::kKernel) continue;
+    if (!peaks.contains(figure.instructions)) {
+      force_mix_kernel(figure.instructions);
+      peaks[figure.instructions] = {peak_multiply_adds_per_s(), peak_loads_per_s()};
+      force_mix_kernel("");
+    }
+    figure.work = cost_of(figure.mode, figure.voices);
+    const auto [multiply_adds, loads] = peaks[figure.instructions];
+    const double frames_per_s = figure.real_time.best * kSampleRate_hz;
+    figure.of_multiply_adds = frames_per_s * figure.work.multiply_adds / multiply_adds;
+    figure.of_loads = frames_per_s * figure.work.loads / loads;
+  }
+  std::tie(result.peak_multiply_adds_per_s, result.peak_loads_per_s) = peaks[result.instructions];
+  for (KernelProfile& profile : result.profiles) {
+    const VoiceCost work = cost_of(profile.mode, profile.voices);
+    profile.reading_ns = 1e9 * work.reading / result.peak_multiply_adds_per_s;
+    profile.ceiling_ns = 1e9 * work.multiply_adds / result.peak_multiply_adds_per_s;
+  }
+  std::erase_if(result.against_openal, [](const OpenalTiming& one) { return one.still == 0; });
+  return result;
+}
+
+#endif  // CLAMOR_HAS_BENCHMARK
+
+}  // namespace clamor

@@ -1,0 +1,194 @@
+#include "tools/commands/bake_overview.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <string_view>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "tools/program/shell_quote.h"
+
+namespace clamor {
+
+namespace {
+
+std::string command_of(const BakeFile& file) {
+  std::string command = "clamor bake " + shell_quoted(file.provenance().level) + " -o " +
+                        shell_quoted(std::filesystem::path(file.path()).filename().string());
+  for (const std::string& word : file.provenance().arguments) command += " " + shell_quoted(word);
+  return command;
+}
+
+void add(const OctreeLevel& level, OctreeLevel& sum) {
+  sum.nodes += level.nodes;
+  sum.sources += level.sources;
+  sum.packed_bytes += level.packed_bytes;
+}
+
+bool tell_alike(const OctreeLevel& told, const OctreeLevel& found) {
+  if (told.nodes != found.nodes || told.sources != found.sources ||
+      told.packed_bytes != found.packed_bytes)
+    return false;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    if (std::abs(told.power[b] - found.power[b]) > 1e-3f * std::max(told.power[b], found.power[b]))
+      return false;
+  return true;
+}
+
+Result<void> verify_pages(const BakeFile& file) {
+  struct Found {
+    OctreeLevel level;
+    std::array<double, kBandCount> power{};
+  };
+  std::vector<std::vector<Found>> found(file.trees().size());
+  const auto read = file.for_each_page([&](const PageEntry& entry, const OctreePage& page,
+                                           std::size_t tree, std::size_t depth) -> Result<void> {
+    if (depth >= found[tree].size()) found[tree].resize(depth + 1);
+    Found& here = found[tree][depth];
+    add({1, entry.source_count, entry.page.bytes(), {}}, here.level);
+    for (const Source& source : page.sources)
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        here.power[b] += static_cast<double>(source.power[b]);
+    return {};
+  });
+  if (!read.ok()) return read;
+  for (std::size_t tree = 0; tree < found.size(); ++tree) {
+    const auto& told = file.levels()[tree];
+    bool alike = told.size() == found[tree].size();
+    for (std::size_t d = 0; alike && d < told.size(); ++d) {
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        found[tree][d].level.power[b] = static_cast<float>(found[tree][d].power[b]);
+      alike = tell_alike(told[d], found[tree][d].level);
+    }
+    if (!alike)
+      return Error(file.path() + ": what the root tells of tree " + std::to_string(tree + 1) +
+                   " of " + std::to_string(found.size()) +
+                   " is not what its pages hold. Copy the file again or bake again.");
+  }
+  return {};
+}
+
+// Whether any source is a reflection. A bake that traced photons says that by their number; other
+// files with copies by their pages.
+Result<bool> anything_reflected(const BakeFile& file) {
+  if (file.statistics().photons_traced > 0) return true;
+  constexpr const char* kEnough = "is enough to know";
+  bool found = false;
+  const auto read = file.for_each_page(
+      [&](const PageEntry&, const OctreePage& page, std::size_t, std::size_t) -> Result<void> {
+        found = std::any_of(page.sources.begin(), page.sources.end(),
+                            [](const Source& source) { return !source.is_emitter; });
+        if (found) return Error(kEnough);
+        return {};
+      });
+  if (!found && !read.ok()) return read.error();
+  return found;
+}
+
+// How many of all sources, copies too, are emitters. Where anything is reflected the table has all
+// of them, as reflections name them there. Where nothing is, every source is an emitter, and the
+// table has only those that are stored.
+Result<std::uint64_t> emitters_in(const BakeFile& file) {
+  const std::uint64_t listed = std::min<std::uint64_t>(file.source_count(), file.emitters().size());
+  if (file.trees().size() < 2) return listed;
+  const auto reflected = anything_reflected(file);
+  if (!reflected.ok()) return reflected.error();
+  return *reflected ? listed : file.source_count();
+}
+
+}  // namespace
+
+std::string without_number(const std::string& name) {
+  std::size_t end = name.size();
+  while (end > 0 && std::isdigit(static_cast<unsigned char>(name[end - 1])) != 0) --end;
+  if (end == name.size()) return name;
+  while (end > 0 && std::string_view(" #._-").find(name[end - 1]) != std::string_view::npos) --end;
+  return end > 0 ? name.substr(0, end) : name;
+}
+
+double escaped_share(const BakeStatistics& statistics) {
+  return statistics.photons_traced == 0 ? 0
+                                        : static_cast<double>(statistics.photons_escaped) /
+                                              static_cast<double>(statistics.photons_traced);
+}
+
+std::vector<EmitterGroup> groups_of(std::span<const Emitter> emitters) {
+  std::vector<EmitterGroup> groups;
+  std::map<std::tuple<std::string, std::uint32_t, double, Bands>, std::size_t> known;
+  for (std::size_t i = 0; i < emitters.size(); ++i) {
+    const Emitter& emitter = emitters[i];
+    const std::string name = without_number(emitter.name);
+    const auto [place, is_new] =
+        known.try_emplace({name, emitter.signal, emitter.gain, emitter.directivity}, groups.size());
+    if (is_new)
+      groups.push_back(
+          {name, 0, i, emitter.position_m, emitter.position_m, emitter.delay_s, emitter.delay_s});
+    EmitterGroup& group = groups[place->second];
+    ++group.count;
+    group.low_m = glm::min(group.low_m, emitter.position_m);
+    group.high_m = glm::max(group.high_m, emitter.position_m);
+    group.min_delay_s = std::min(group.min_delay_s, emitter.delay_s);
+    group.max_delay_s = std::max(group.max_delay_s, emitter.delay_s);
+  }
+  for (EmitterGroup& group : groups)
+    if (group.count == 1) group.name = emitters[group.first].name;
+  return groups;
+}
+
+std::vector<MaterialGroup> groups_of(std::span<const Material> materials) {
+  std::vector<MaterialGroup> groups;
+  std::map<std::string, std::size_t> known;
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    const Material& material = materials[i];
+    std::string looks;
+    for (const Bands* bands :
+         {&material.absorption, &material.scattering, &material.phong, &material.transmission})
+      for (const float value : *bands) looks += fmt::format("{:.2f} ", value);
+    const auto [place, is_new] = known.try_emplace(looks, groups.size());
+    if (is_new) groups.push_back({i, {}});
+    groups[place->second].names.push_back(material.name);
+  }
+  return groups;
+}
+
+Result<BakeOverview> overview_of(const BakeFile& file) {
+  BakeOverview overview;
+  const auto emitters = emitters_in(file);
+  if (!emitters.ok()) return emitters.error();
+  overview.emitter_count = *emitters;
+  overview.secondary = file.source_count() - *emitters;
+  overview.emitters = groups_of(file.emitters());
+  overview.materials = groups_of(file.materials());
+  overview.command = command_of(file);
+  if (file.top() == nullptr) return overview;
+  overview.power = file.top()->power;
+  overview.levels = file.levels().back();
+  overview.copied.trees = file.trees().size() - 1;
+  for (std::size_t tree = 0; tree < overview.copied.trees; ++tree)
+    for (const OctreeLevel& level : file.levels()[tree]) add(level, overview.copied.stored);
+  if (overview.copied.trees == 0) return overview;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    double own = 0;
+    for (const OctreeLevel& level : overview.levels) own += static_cast<double>(level.power[b]);
+    overview.copied.stored.power[b] =
+        static_cast<float>(std::max(0.0, static_cast<double>(overview.power[b]) - own));
+  }
+  return overview;
+}
+
+Result<void> verify(const BakeFile& file) {
+  if (auto pages = verify_pages(file); !pages.ok()) return pages;
+  for (std::size_t i = 0; i < file.signal_count(); ++i) {
+    if (const auto signal = file.read_signal(i); !signal.ok()) return signal.error();
+    if (const auto envelope = file.read_envelope(i); !envelope.ok()) return envelope.error();
+  }
+  if (const auto mesh = file.read_mesh(); !mesh.ok()) return mesh.error();
+  return {};
+}
+
+}  // namespace clamor

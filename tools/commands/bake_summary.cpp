@@ -1,0 +1,103 @@
+#include "tools/commands/bake_summary.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <ostream>
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include "tools/program/shell_quote.h"
+
+namespace clamor {
+
+namespace {
+
+// "0.9 kB", "5.5 MB".
+std::string as_size(double bytes) {
+  return bytes < 1e5 ? fmt::format("{:.1f} kB", bytes / 1e3)
+                     : fmt::format("{:.1f} MB", bytes / 1e6);
+}
+
+std::string counted(std::uint64_t count, const char* thing) {
+  return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
+}
+
+void print_energy(const BakeContents& contents, std::ostream& err) {
+  const BakeStatistics& statistics = contents.statistics;
+  const double photons = static_cast<double>(std::max<std::uint64_t>(1, statistics.photons_traced));
+  const std::string bounces = statistics.bounces == 0
+                                  ? "which met nothing"
+                                  : fmt::format("{:.1f} bounces each, {:.2f} m apart",
+                                                static_cast<double>(statistics.bounces) / photons,
+                                                statistics.mean_free_path_m);
+  double emitted = 0, escaped = 0;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    emitted += static_cast<double>(statistics.power_emitted[b]);
+    escaped += static_cast<double>(statistics.power_escaped[b]);
+  }
+  fmt::print(err, "  traced   {}, {}; {:.1f} % escaped with {:.1f} % of the power\n",
+             counted(statistics.photons_traced, "photon"), bounces,
+             100 * static_cast<double>(statistics.photons_escaped) / photons,
+             emitted > 0 ? 100 * escaped / emitted : 0);
+}
+
+// T30 per band, as a small table, and how well the decay is known.
+void print_decay(const DecaySummary& decay, std::ostream& err) {
+  if (std::all_of(decay.t30_s.begin(), decay.t30_s.end(), [](float s) { return s == 0; })) {
+    fmt::print(err, "  decays   too dry to tell a T30\n");
+    return;
+  }
+  std::string bands, times, errors;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    bands += fmt::format("{:>7}", kBandCentres_hz[b] < 1000
+                                      ? fmt::format("{:.0f}", kBandCentres_hz[b])
+                                      : fmt::format("{:.0f}k", kBandCentres_hz[b] / 1000));
+    times += fmt::format("{:>7}", decay.t30_s[b] > 0 ? fmt::format("{:.2f}", decay.t30_s[b]) : "-");
+    errors += fmt::format("{:>7}", decay.t30_s[b] > 0 && decay.t30_error_s[b] > 0
+                                       ? fmt::format("{:.3f}", decay.t30_error_s[b])
+                                       : "-");
+  }
+  fmt::print(err, "  decays   at Hz      {}\n           T30 in s   {}\n", bands, times);
+  if (decay.error_db > 0)
+    fmt::print(err, "           error in s {}\n           the decay is known to {:.2f} dB\n",
+               errors, decay.error_db);
+}
+
+}  // namespace
+
+void print_bake_summary(const BakeContents& contents, const BakeReport& report,
+                        const std::string& output, const std::string& journal, double seconds,
+                        std::ostream& err) {
+  const BakeStatistics& statistics = contents.statistics;
+  if (statistics.photons_traced > 0) {
+    print_energy(contents, err);
+    print_decay(statistics.decay, err);
+  }
+  if (report.photons_reused > 0)
+    fmt::print(err, "  reused   {} of {} photons from {}\n", report.photons_reused,
+               statistics.photons_traced, journal);
+  else if (report.journal_runs > 0 && report.photons > 0)
+    fmt::print(err,
+               "  reused   nothing of {}: surfaces, materials, settings or the shares that "
+               "emitters have of the photons are others than when it was traced\n",
+               journal);
+  if (report.instanced_groups > 0)
+    fmt::print(err,
+               "  copied   {} groups of emitters are copies of {}; {} sources are stored once\n",
+               report.instanced_groups, report.instance_prototypes, report.instanced_sources);
+  // A device or a pipe has no size, and nothing to play.
+  std::error_code no_file;
+  const auto bytes = static_cast<double>(std::filesystem::file_size(output, no_file));
+  fmt::print(err, "  wrote    {}: {}{}, {:.1f} s\n", output,
+             counted(contents.source_count() + report.instanced_sources, "source"),
+             no_file ? "" : " in " + as_size(bytes), seconds);
+  if (!journal.empty())
+    fmt::print(err,
+               "  kept     {} ({}): baking again traces only emitters that were moved, and all "
+               "where surfaces, materials or settings were changed\n",
+               journal, as_size(static_cast<double>(report.journal_bytes)));
+  if (!no_file) fmt::print(err, "  listen   clamor play {}\n", shell_quoted(output));
+}
+
+}  // namespace clamor

@@ -1,0 +1,294 @@
+// bench_command.cpp: clamor bench: how many voices one core of this machine mixes.
+#include <algorithm>
+#include <charconv>
+#include <ostream>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "tools/bench/bench_voices.h"
+#include "tools/bench/mixer_benchmark.h"
+#include "tools/commands/commands.h"
+#include "tools/program/arguments.h"
+#include "tools/program/progress.h"
+
+namespace clamor {
+
+namespace {
+
+using nlohmann::ordered_json;
+using What = MixerTiming::What;
+
+// 10^6 take 1.5 GB.
+constexpr std::uint32_t kMaxVoices = 1'000'000;
+
+// "150,2000".
+Result<std::vector<std::uint32_t>> parse_voices(const std::string& text) {
+  std::vector<std::uint32_t> counts;
+  for (const char *at = text.data(), *const end = at + text.size();; ++at) {
+    std::uint32_t count = 0;
+    const auto read = std::from_chars(at, end, count);
+    if (read.ec != std::errc() || count == 0 || count > kMaxVoices ||
+        (read.ptr != end && *read.ptr != ','))
+      return Error(
+          fmt::format("--voices takes whole numbers from 1 to {} with commas in between, "
+                      "not {}",
+                      kMaxVoices, in_quotes(text)));
+    counts.push_back(count);
+    at = read.ptr;
+    if (at == end) return counts;
+  }
+}
+
+// "100 000".
+std::string grouped(double value) {
+  std::string digits = fmt::format("{:.0f}", value);
+  for (int at = static_cast<int>(digits.size()) - 3; at > 0; at -= 3)
+    digits.insert(static_cast<std::size_t>(at), " ");
+  return digits;
+}
+
+const char* curve_of(const MixMode& mode) {
+  return mode.interpolation == Interpolation::kCubic ? "cubic" : "linear";
+}
+const char* bands_of(const MixMode& mode) { return mode.two_layers() ? "eight" : "full"; }
+const char* output_of(const MixMode& mode) { return mode.head ? "binaural" : "stereo"; }
+std::string name_of(const MixMode& mode) {
+  return fmt::format("{:<7}{:<7}{:<7}{:<9}", curve_of(mode), mode.delays == 1 ? "one" : "two",
+                     bands_of(mode), output_of(mode));
+}
+const std::string kNameColumns =
+    fmt::format("{:<7}{:<7}{:<7}{:<9}", "curve", "delays", "bands", "to");
+
+bool same(const MixMode& a, const MixMode& b) { return name_of(a) == name_of(b); }
+
+const MixerTiming* find(const MixerBenchmark& figures, What what, const MixMode& mode,
+                        const std::string& instructions, std::uint32_t voices) {
+  for (const MixerTiming& figure : figures.figures)
+    if (figure.what == what && same(figure.mode, mode) && figure.voices == voices &&
+        (what != What::kKernel || figure.instructions == instructions))
+      return &figure;
+  return nullptr;
+}
+
+void print_by_voices(const MixerBenchmark& figures, What what, const std::string& title,
+                     const std::vector<std::uint32_t>& counts, std::ostream& out) {
+  out << '\n' << title << '\n' << kNameColumns;
+  for (const std::uint32_t count : counts) out << fmt::format("{:>11}", "K=" + grouped(count));
+  if (what == What::kKernel) out << "   multiply-adds  loads";
+  out << '\n';
+  for (const MixMode& mode : bench_modes()) {
+    std::string line;
+    const MixerTiming* best = nullptr;
+    for (const std::uint32_t count : counts) {
+      const MixerTiming* figure = find(figures, what, mode, figures.instructions, count);
+      if (figure == nullptr) continue;
+      line += fmt::format("{:>11}", grouped(figure->real_time.best));
+      if (best == nullptr || best->real_time.best < figure->real_time.best) best = figure;
+    }
+    if (line.empty()) continue;
+    out << name_of(mode) << line;
+    if (what == What::kKernel)
+      out << fmt::format("{:>14.0f} %{:>6.0f} %", 100 * best->of_multiply_adds,
+                         100 * best->of_loads);
+    out << '\n';
+  }
+}
+
+void print_by_instructions(const MixerBenchmark& figures, std::ostream& out) {
+  std::vector<std::string> targets = {figures.instructions};
+  std::uint32_t voices = 0;
+  for (const MixerTiming& figure : figures.figures)
+    if (figure.what == What::kKernel && figure.instructions != figures.instructions) {
+      voices = figure.voices;
+      if (std::find(targets.begin(), targets.end(), figure.instructions) == targets.end())
+        targets.push_back(figure.instructions);
+    }
+  if (voices == 0) return;
+  out << fmt::format("\nThe kernel in other instruction sets, K={}\n{}", grouped(voices),
+                     kNameColumns);
+  for (const std::string& target : targets) out << fmt::format("{:>11}", target);
+  out << '\n';
+  for (const MixMode& mode : bench_modes()) {
+    out << name_of(mode);
+    for (const std::string& target : targets) {
+      const MixerTiming* figure = find(figures, What::kKernel, mode, target, voices);
+      out << fmt::format("{:>11}", figure ? grouped(figure->real_time.best) : "");
+    }
+    out << '\n';
+  }
+}
+
+// Of the same way of mixing, full band.
+const KernelProfile& full_band(const MixerBenchmark& figures, const KernelProfile& profile) {
+  MixMode full = profile.mode;
+  full.eight_bands = full.head = false;
+  return *std::ranges::find_if(figures.profiles, [&](const KernelProfile& other) {
+    return same(other.mode, full) && other.voices == profile.voices;
+  });
+}
+
+void print_profiles(const MixerBenchmark& figures, std::ostream& out) {
+  if (figures.profiles.empty()) return;
+  out << "\nWhere a voice's time in a block goes, ns. If the core did nothing but multiply and "
+         "add, without a pause: reading its\nsignal, and adding it to its buses with gains that "
+         "slide. What more that takes if voices are still and lie in L1; taking\na voice for a "
+         "call; waiting for memory; sliding. In the whole mixer also keyframes and the bands' "
+         "filters. Ceiling: the\nfirst two's share of the kernel's time. Times: the kernel's time "
+         "in that of a full-band voice; and if both were at the ceiling.\n"
+      << kNameColumns
+      << fmt::format("{:>7}{:>9}{:>8}{:>7}{:>8}{:>8}{:>9}{:>11}{:>9}{:>7}{:>9}\n", "K", "reading",
+                     "buses", "more", "taking", "memory", "sliding", "keyframes", "ceiling",
+                     "times", "ceilings");
+  for (const KernelProfile& profile : figures.profiles) {
+    const KernelProfile& full = full_band(figures, profile);
+    out << name_of(profile.mode) << fmt::format("{:>7}", grouped(profile.voices));
+    const auto block_ns = [](double frame_ns) { return kBenchFrames * frame_ns; };
+    out << fmt::format(
+        "{:>9.1f}{:>8.1f}{:>7.1f}{:>8.1f}{:>8.1f}{:>9.1f}{:>11.1f}{:>7.0f} %{:>7.2f}{:>9.2f}\n",
+        block_ns(profile.reading_ns), block_ns(profile.ceiling_ns - profile.reading_ns),
+        block_ns(profile.rest_ns()), block_ns(profile.taking_ns()), block_ns(profile.memory_ns()),
+        block_ns(profile.sliding_ns()), block_ns(profile.keyframes_ns()),
+        100 * profile.ceiling_ns / profile.usual_ns, profile.usual_ns / full.usual_ns,
+        profile.ceiling_ns / full.ceiling_ns);
+  }
+}
+
+void print_openal(const MixerBenchmark& figures, std::ostream& out) {
+  if (figures.against_openal.empty()) {
+    out << "\nOpenAL Soft is not there to be compared with; install libopenal-dev and build "
+           "again.\n";
+    return;
+  }
+  out << fmt::format(
+      "\nOpenAL Soft {} on the same voices (linear, one delay, full band, stereo), and how many "
+      "times as many are ours\n"
+      "{:>10}{:>12}{:>18}{:>12}{:>18}\n",
+      figures.openal, "", "still", "times: kernel", "moving", "times: mixer");
+  for (const OpenalTiming& figure : figures.against_openal)
+    out << fmt::format("{:>10}{:>12}{:>18.1f}{:>12}{:>18.1f}\n", "K=" + grouped(figure.voices),
+                       grouped(figure.still), figure.times_still, grouped(figure.moving),
+                       figure.times_moving);
+}
+
+void print_tables(const MixerBenchmark& figures, const std::vector<std::uint32_t>& counts,
+                  std::ostream& out) {
+  out << fmt::format(
+      "Voices in real time on one core: 48 kHz, blocks of 256 frames, K voices at once, {}.\n"
+      "The best of the runs, which other work on the machine disturbs least; --json has medians "
+      "too.\n",
+      figures.instructions);
+  print_by_voices(figures, What::kMixer,
+                  "The mixer: keyframes loaded, voices placed and mixed, bands filtered", counts,
+                  out);
+  print_by_voices(
+      figures, What::kKernel,
+      "The kernel alone, and its share of what this core can multiply and add, and load", counts,
+      out);
+  print_by_voices(figures, What::kReference, "The reference: frame by frame, in double", counts,
+                  out);
+  print_by_instructions(figures, out);
+  print_profiles(figures, out);
+  print_openal(figures, out);
+}
+
+ordered_json to_json(const MixerBenchmark& figures) {
+  ordered_json json = {{"rate_hz", 48000},
+                       {"frames", 256},
+                       {"instructions", figures.instructions},
+                       {"peak",
+                        {{"multiply_adds_per_s", figures.peak_multiply_adds_per_s},
+                         {"loads_per_s", figures.peak_loads_per_s}}}};
+  json["figures"] = ordered_json::array();
+  for (const MixerTiming& figure : figures.figures) {
+    ordered_json one = {{"what", figure.what == What::kMixer    ? "mixer"
+                                 : figure.what == What::kKernel ? "kernel"
+                                                                : "reference"},
+                        {"instructions", figure.instructions},
+                        {"curve", curve_of(figure.mode)},
+                        {"delays", figure.mode.delays},
+                        {"bands", figure.mode.two_layers() ? 8 : 1},
+                        {"output", output_of(figure.mode)},
+                        {"voices", figure.voices},
+                        {"real_time_voices", figure.real_time.best},
+                        {"median_real_time_voices", figure.real_time.median}};
+    if (figure.what == What::kKernel) {
+      one["multiply_adds_per_frame"] = figure.work.multiply_adds;
+      one["loads_per_frame"] = figure.work.loads;
+      one["of_multiply_adds"] = figure.of_multiply_adds;
+      one["of_loads"] = figure.of_loads;
+    }
+    json["figures"].push_back(std::move(one));
+  }
+  json["profiles"] = ordered_json::array();
+  for (const KernelProfile& profile : figures.profiles)
+    json["profiles"].push_back({{"curve", curve_of(profile.mode)},
+                                {"delays", profile.mode.delays},
+                                {"bands", profile.mode.two_layers() ? 8 : 1},
+                                {"output", output_of(profile.mode)},
+                                {"voices", profile.voices},
+                                {"reading_ns", profile.reading_ns},
+                                {"ceiling_ns", profile.ceiling_ns},
+                                {"taking_ns", profile.taking_ns()},
+                                {"still_and_near_ns", profile.still_and_near_ns},
+                                {"still_ns", profile.still_ns},
+                                {"usual_ns", profile.usual_ns},
+                                {"mixer_ns", profile.mixer_ns}});
+  json["openal"] = nullptr;
+  if (figures.against_openal.empty()) return json;
+  json["openal"] = {{"version", figures.openal}, {"figures", ordered_json::array()}};
+  for (const OpenalTiming& figure : figures.against_openal)
+    json["openal"]["figures"].push_back({{"voices", figure.voices},
+                                         {"still", figure.still},
+                                         {"moving", figure.moving},
+                                         {"times_still", figure.times_still},
+                                         {"times_moving", figure.times_moving}});
+  return json;
+}
+
+}  // namespace
+
+int run_bench(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  std::string what, voices = "150,2000,20000,100000";
+  BenchRequest request;
+  bool json = false;
+  Arguments parser(
+      "bench",
+      "Prints how many voices one core of this machine mixes in real time, by the CPU time that it "
+      "takes: the whole mixer and its kernel alone, for each way of mixing; the kernel's share of "
+      "what the core can do at most and where the rest of its time goes, the double-precision "
+      "reference, other instruction sets, and "
+      "OpenAL Soft on the same voices. Takes a minute or two.",
+      "clamor bench mixer --voices 2000");
+  parser.positional("WHAT", what, "mixer");
+  parser.option("--voices", voices, "how many at once, one column for each");
+  parser.option("--seconds", request.seconds, "that each run of a figure takes at least");
+  parser.option("--runs", request.runs, "of each figure, the best of which counts");
+  parser.flag("--json", json, "all of it as JSON, with medians as well");
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+  if (what != "mixer")
+    return parser.bad_usage(err, "only the mixer is timed, not " + in_quotes(what));
+  if (!(request.seconds > 0 && request.seconds <= 60))
+    return parser.bad_usage(err, "--seconds must lie above 0 and below 60");
+  if (request.runs < 1 || request.runs > 1000)
+    return parser.bad_usage(err, "--runs must lie between 1 and 1000");
+  const auto counts = parse_voices(voices);
+  if (!counts) return parser.bad_usage(err, counts.error().message);
+  request.voices = *counts;
+
+  Result<MixerBenchmark> figures = [&] {
+    Progress progress(err, "  timing");
+    return measure_mixer(request, [&](double share) { progress.update(share, ""); });
+  }();
+  if (!figures) {
+    err << "clamor bench: " << figures.error().message << '\n';
+    return kBadInput;
+  }
+  if (json)
+    out << to_json(*figures).dump(2) << '\n';
+  else
+    print_tables(*figures, request.voices, out);
+  return kSuccess;
+}
+
+}  // namespace clamor

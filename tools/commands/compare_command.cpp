@@ -1,0 +1,301 @@
+// compare_command.cpp: clamor compare: what the ear could tell two recordings apart by.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <ostream>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "formats/audio/audio_file.h"
+#include "formats/level/level.h"
+#include "runtime/measures/null_distribution.h"
+#include "runtime/measures/random_texture.h"
+#include "runtime/measures/sound_comparison.h"
+#include "runtime/measures/time_varying_part.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/compare_table.h"
+#include "tools/program/arguments.h"
+#include "tools/program/interrupt.h"
+#include "tools/program/progress.h"
+
+namespace clamor {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr float kLoudest = 1e6f;
+constexpr int kMostRolls = 10000, kMostEars = 2;
+constexpr std::size_t kMostPointsInJson = 64;  // moments of a long programme are not listed
+
+struct Options {
+  std::string a, b, kind = "auto", rolls_folder, dry;
+  int null_rolls = 0;
+  std::uint64_t seed = 1;
+  bool json = false;
+};
+
+Result<Sound> read_sound(const std::string& path) {
+  Result<Sound> sound = read_channels(path, kMostEars);
+  if (!sound.ok()) return sound;
+  for (const auto& channel : sound->channels)
+    for (const float x : channel)
+      if (std::abs(x) > kLoudest)
+        return Error(fmt::format("reaches {:g}, where full scale is 1; lower it.", x)).in(path);
+  return sound;
+}
+
+// A sound with as many channels as another.
+Result<Sound> read_alike(const std::string& path, const std::string& other_path,
+                         const Sound& other) {
+  const auto kind = [](const Sound& sound) {
+    return sound.channels.size() == 1 ? "mono" : "stereo";
+  };
+  Result<Sound> sound = read_sound(path);
+  if (sound.ok() && sound->channels.size() != other.channels.size())
+    return Error(fmt::format("is {}, but {} is {}; give two of the same number of channels.",
+                             kind(*sound), in_quotes(other_path), kind(other)))
+        .in(path);
+  return sound;
+}
+
+ordered_json number(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? ordered_json(*value) : ordered_json(nullptr);
+}
+
+ordered_json to_json(const DifferencePoint& point, const MeasureInfo& info) {
+  ordered_json json;
+  if (std::string_view(info.place) == "Hz") json["hz"] = point.at;
+  if (std::string_view(info.place) == "s") json["s"] = point.at;
+  if (point.channel) json["channel"] = *point.channel;
+  json["a"] = number(point.a);
+  json["b"] = number(point.b);
+  json["difference"] = number(point.difference);
+  json["jnd"] = info.jnd ? ordered_json(point.jnd) : ordered_json(nullptr);
+  json["judged"] = point.judged;
+  return json;
+}
+
+ordered_json to_json(const Difference& difference, const NullDistribution* null) {
+  const MeasureInfo& info = *difference.info;
+  const DifferencePoint* const worst = difference.worst();
+  ordered_json json = to_json(worst == nullptr ? DifferencePoint{} : *worst, info);
+  json.erase("judged");
+  if (worst == nullptr) json["jnd"] = number(info.jnd);
+  if (null != nullptr)
+    json["null_95"] = worst == nullptr ? ordered_json(nullptr)
+                                       : ordered_json(chance_95(*null, difference, worst->jnd));
+  const std::string heard = verdict_on(difference, null);
+  json["verdict"] = heard.empty() ? ordered_json(nullptr) : ordered_json(heard);
+  json["value_unit"] = info.value_unit;
+  json["unit"] = info.unit;
+  json["source"] = info.source;
+  json["jnd_source"] = info.jnd_source;
+  if (difference.points.size() > 1 && difference.points.size() <= kMostPointsInJson)
+    for (const DifferencePoint& point : difference.points)
+      json["points"].push_back(to_json(point, info));
+  return json;
+}
+
+ordered_json to_json(const std::string& path, const Sound& sound) {
+  return {{"file", path},
+          {"seconds", static_cast<double>(sound.frames()) / kSampleRate_hz},
+          {"channels", sound.channels.size()},
+          {"rate_hz", sound.file_rate_hz}};
+}
+
+// Calls difference_of_roll() on all cores and shows how far it has got.
+NullDistribution with_progress(
+    int count, const std::function<std::vector<Difference>(std::uint32_t)>& difference_of_roll,
+    std::ostream& err) {
+  Progress progress(err, "  chance");
+  std::mutex printing;
+  int done = 0;
+  return null_distribution(count, [&](std::uint32_t roll) {
+    std::vector<Difference> differences = difference_of_roll(roll);
+    const std::scoped_lock lock(printing);
+    progress.update(static_cast<double>(++done) / count, fmt::format("{} of {}", done, count));
+    return differences;
+  });
+}
+
+NullDistribution null_of_texture(const Options& options, const SoundAnalysis& a,
+                                 std::ostream& err) {
+  const RandomTexture texture(a.sound);
+  const auto pair = [&](std::uint32_t roll) {
+    return compare(analyse(texture.roll(options.seed, 2 * roll), a.kind),
+                   analyse(texture.roll(options.seed, 2 * roll + 1), a.kind));
+  };
+  return with_progress(options.null_rolls, pair, err);
+}
+
+// From a folder of exact renderings with other phases.
+Result<NullDistribution> null_of_folder(const Options& options, const SoundAnalysis& a,
+                                        std::ostream& err) {
+  const std::string& folder = options.rolls_folder;
+  std::vector<std::string> paths;
+  std::error_code problem;
+  for (std::filesystem::directory_iterator file(folder, problem), end; !problem && file != end;
+       file.increment(problem))
+    if (std::error_code ignored; file->is_regular_file(ignored))
+      paths.push_back(file->path().string());
+  if (problem)
+    return Error(fmt::format("cannot be read as a folder ({}); give one that holds exact "
+                             "renderings with other phases.",
+                             problem.message()))
+        .in(folder);
+  std::sort(paths.begin(), paths.end());
+  if (paths.size() < static_cast<std::size_t>(kMinRolls))
+    return Error(fmt::format("holds {} files; a 95th percentile takes {} exact renderings with "
+                             "other phases.",
+                             paths.size(), kMinRolls))
+        .in(folder);
+
+  std::mutex failing;
+  std::optional<Error> first;
+  const auto roll = [&](std::uint32_t i) {
+    Result<Sound> sound = read_alike(paths[i], options.a, a.sound);
+    if (sound.ok()) {
+      for (auto& channel : sound->channels) channel.resize(a.sound.frames());
+      return compare(a, analyse(std::move(*sound), a.kind));
+    }
+    const std::scoped_lock lock(failing);
+    if (!first) first = sound.error();
+    return compare(a, a);
+  };
+  const NullDistribution null = with_progress(static_cast<int>(paths.size()), roll, err);
+  if (first) return *first;
+  return null;
+}
+
+// The dry signal, again and again until it is as long as the recordings.
+Result<std::vector<float>> read_dry(const std::string& path, std::size_t frames) {
+  Result<std::vector<float>> signal = read_audio(path);
+  if (!signal.ok()) return signal;
+  if (std::all_of(signal->begin(), signal->end(), [](float x) { return x == 0; }))
+    return Error("is silent; give the signal that plays in both recordings.").in(path);
+  const double seconds = static_cast<double>(frames) / kSampleRate_hz;
+  if (seconds < kMinSoundForFilter_s)
+    return Error(
+        fmt::format("--dry takes recordings of at least {:g} s, and these have {:.2f} s; "
+                    "render more.",
+                    kMinSoundForFilter_s, seconds));
+  std::vector<float> dry(frames);
+  for (std::size_t i = 0; i < frames; ++i) dry[i] = (*signal)[i % signal->size()];
+  return dry;
+}
+
+Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
+  Result<Sound> a = read_sound(options.a);
+  if (!a) return a.error();
+  Result<Sound> b = read_alike(options.b, options.a, *a);
+  if (!b) return b.error();
+
+  const bool response =
+      options.kind == "response" || (options.kind == "auto" && looks_like_impulse_response(*a) &&
+                                     looks_like_impulse_response(*b));
+  const SoundKind kind = response ? SoundKind::kImpulseResponse : SoundKind::kProgramme;
+  ordered_json json;
+  json["a"] = to_json(options.a, *a);
+  json["b"] = to_json(options.b, *b);
+  json["kind"] = response ? "response" : "programme";
+
+  const auto seconds = [](std::size_t frames) {
+    return static_cast<double>(frames) / kSampleRate_hz;
+  };
+  const std::size_t frames = std::max(a->frames(), b->frames());
+  if (a->frames() != b->frames())
+    err << fmt::format(
+        "clamor compare: A has {:.3f} s and B {:.3f} s; the shorter counts as silent "
+        "from its end on.\n",
+        seconds(a->frames()), seconds(b->frames()));
+  for (Sound* const sound : {&*a, &*b})
+    for (auto& channel : sound->channels) channel.resize(frames);
+
+  std::vector<float> dry;
+  if (!options.dry.empty()) {
+    Result<std::vector<float>> read = read_dry(options.dry, frames);
+    if (!read) return read.error();
+    dry = std::move(*read);
+  }
+  const SoundAnalysis analysis_a = analyse(std::move(*a), kind);
+  const SoundAnalysis analysis_b = analyse(std::move(*b), kind);
+  std::vector<Difference> differences = compare(analysis_a, analysis_b);
+  if (!dry.empty())
+    differences.push_back(compare_time_varying_parts(dry, analysis_a.sound, analysis_b.sound));
+  std::optional<NullDistribution> null;
+  if (options.null_rolls > 0) null = null_of_texture(options, analysis_a, err);
+  if (!options.rolls_folder.empty()) {
+    const Result<NullDistribution> of_folder = null_of_folder(options, analysis_a, err);
+    if (!of_folder) return of_folder.error();
+    null = *of_folder;
+  }
+  const NullDistribution* const yardstick = null ? &*null : nullptr;
+
+  if (!options.json) {
+    out << fmt::format("A {}\nB {}\n{:.2f} s, {}, compared as {}\n\n", options.a, options.b,
+                       seconds(frames), analysis_a.ears.size() == 1 ? "mono" : "stereo",
+                       response ? "impulse responses" : "programmes");
+    print_comparison(options.a, options.b, differences, yardstick, out);
+    return {};
+  }
+  if (options.null_rolls > 0)
+    json["null"] = {{"rolls", options.null_rolls}, {"seed", options.seed}};
+  else if (yardstick != nullptr)
+    json["null"] = {{"rolls", yardstick->count()}, {"folder", options.rolls_folder}};
+  json["audible"] = ordered_json::array();
+  if (yardstick != nullptr) json["beyond_chance"] = ordered_json::array();
+  for (const Difference& difference : differences) {
+    const std::string heard = verdict_on(difference, yardstick);
+    if (heard == "audible") json["audible"].push_back(difference.info->key);
+    if (heard == "beyond chance") json["beyond_chance"].push_back(difference.info->key);
+    json["measures"][difference.info->key] = to_json(difference, yardstick);
+  }
+  out << printable_json(json.dump(2, ' ', false, ordered_json::error_handler_t::replace)) << '\n';
+  return {};
+}
+
+}  // namespace
+
+int run_compare(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  Options options;
+  Arguments parser("compare", compare_help(),
+                   "clamor compare exact.wav approximation.wav --null 100");
+  parser.positional("A", options.a, "the reference: WAV, FLAC, Ogg or MP3");
+  parser.positional("B", options.b, "what is compared with it");
+  parser.option("--as", options.kind,
+                "programme or response; auto: responses where both begin at once and decay");
+  parser.option("--null", options.null_rolls,
+                "for textures: rolls of steady noise, 19 to 10000, 100 are good; 0: none");
+  parser.option("--seed", options.seed, "of those rolls");
+  parser.option("--rolls", options.rolls_folder,
+                "for textures: a folder of at least 19 exact renderings with other phases (render "
+                "--strategy all, of bakes with other seeds)");
+  parser.option("--dry", options.dry,
+                "the signal that plays in both, for 'changes with time'; a short one comes round "
+                "again");
+  parser.flag("--json", options.json, "all of it as JSON, with every octave, band and source");
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+  if (options.kind != "auto" && options.kind != "programme" && options.kind != "response")
+    return parser.bad_usage(err,
+                            "--as is auto, programme or response, not " + in_quotes(options.kind));
+  if (options.null_rolls != 0 &&
+      (options.null_rolls < kMinRolls || options.null_rolls > kMostRolls))
+    return parser.bad_usage(
+        err, fmt::format("--null must be 0 or lie between {} and {}", kMinRolls, kMostRolls));
+  if (options.null_rolls != 0 && !options.rolls_folder.empty())
+    return parser.bad_usage(err, "give either --null N or --rolls FOLDER");
+  const ExitOnSignal stop("compare");
+  if (const Result<void> done = run(options, out, err); !done) {
+    err << "clamor compare: " << done.error().message << '\n';
+    return kBadInput;
+  }
+  return kSuccess;
+}
+
+}  // namespace clamor

@@ -1,0 +1,235 @@
+// impulse_command.cpp: clamor impulse: a WAV file, and the room's parameters per octave band.
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <ostream>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "common/text.h"
+#include "formats/audio/audio_file.h"
+#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/expanded_sources.h"
+#include "runtime/measures/impulse_response.h"
+#include "runtime/measures/room_parameters.h"
+#include "runtime/measures/sampled_response.h"
+#include "runtime/occlusion/occlusion_geometry.h"
+#include "tools/commands/audibility_warnings.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/strategy_options.h"
+#include "tools/program/arguments.h"
+#include "tools/program/interrupt.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr double kLongest_s = 60;
+
+struct Options {
+  std::string level, output, emitter;
+  Vec3 listener_m{};
+  double seconds = 0;  // 0: until the last arrival has rung out
+  StrategyOptions strategy;
+  bool json = false;
+  std::string visibility = "on";
+};
+
+struct Row {
+  const char* key;
+  const char* title;
+  RoomParameters::Value RoomParameters::*value;
+  int digits;
+};
+constexpr Row kRows[] = {
+    {"edt_s", "EDT s", &RoomParameters::edt_s, 3}, {"t20_s", "T20 s", &RoomParameters::t20_s, 3},
+    {"t30_s", "T30 s", &RoomParameters::t30_s, 3}, {"c80_db", "C80 dB", &RoomParameters::c80_db, 2},
+    {"d50", "D50", &RoomParameters::d50, 3},       {"ts_s", "Ts s", &RoomParameters::ts_s, 4},
+    {"g_db", "G dB", &RoomParameters::g_db, 2},
+};
+
+Result<std::uint32_t> find_emitter(const std::vector<Emitter>& emitters, const std::string& name) {
+  std::vector<std::string> names;
+  for (const Emitter& emitter : emitters) names.push_back(emitter.name);
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found != names.end()) return static_cast<std::uint32_t>(found - names.begin());
+  return Error(fmt::format("no emitter is called {}; the nearest name of {} is {}", in_quotes(name),
+                           names.size(), in_quotes(nearest_name(name, names))));
+}
+
+Result<void> write_wav(const std::string& path, std::span<const float> samples) {
+  Result<WavWriter> wav = WavWriter::create(path, 1, kSampleRate_hz, SampleFormat::kFloat32);
+  if (!wav) return wav.error();
+  if (auto written = wav->write(samples); !written) return written;
+  return wav->finish();
+}
+
+nlohmann::ordered_json to_json(const RoomParameters& parameters) {
+  nlohmann::ordered_json json;
+  for (const Row& row : kRows) {
+    auto& values = json[row.key] = nlohmann::ordered_json::array();
+    for (const auto& value : parameters.*row.value)
+      values.push_back(value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr));
+  }
+  return json;
+}
+
+void print_table(const char* title, const RoomParameters& parameters, std::ostream& out) {
+  out << fmt::format("{:<10}", title);
+  for (const double hz : kBandCentres_hz) out << fmt::format("{:>9} Hz", hz);
+  out << '\n';
+  for (const Row& row : kRows) {
+    out << fmt::format("  {:<8}", row.title);
+    for (const auto& value : parameters.*row.value)
+      out << (value ? fmt::format("{:>12.{}f}", *value, row.digits) : fmt::format("{:>12}", "-"));
+    out << '\n';
+  }
+}
+
+// An Error where the waveform cannot be written, or would be written amid the results.
+Result<void> check_output(const Options& options) {
+  if (options.output.empty()) return {};
+  InputFiles inputs;
+  inputs.add(options.level);
+  const auto target = OutputTarget::find(options.output, inputs);
+  if (!target.ok()) return target.error();
+  if (target->is_stdout())
+    return Error(options.output +
+                 ": the parameters are printed there; name a file for the waveform");
+  return {};
+}
+
+struct Measured {
+  std::vector<float> waveform;
+  RoomParameters of_energy, of_waveform;
+  std::optional<std::string> warning;  // why nothing is heard, or little
+};
+
+Result<Measured> measure(const Options& options, std::ostream& err) {
+  const Result<BakeFile> file = BakeFile::open(options.level, FileAccess::kMap);
+  if (!file) return file.error();
+  const std::vector<Emitter>& emitters = file->emitters();
+  if (emitters.empty())
+    return Error("the file has no emitters, so nothing can be heard. Bake it with one.")
+        .in(options.level);
+  std::uint32_t emitter = 0;
+  if (!options.emitter.empty()) {
+    const Result<std::uint32_t> found = find_emitter(emitters, options.emitter);
+    if (!found) return found.error().in(options.level);
+    emitter = *found;
+  } else if (emitters.size() > 1) {
+    err << fmt::format(
+        "clamor impulse: {} emitters, taking the first, {}; --emitter names another.\n",
+        emitters.size(), in_quotes(emitters[0].name));
+  }
+
+  Result<ExpandedSources> all = read_expanded_sources(*file);
+  if (!all) return all.error();
+  for (Source& source : all->sources) source.emitter = all->stored_as[source.emitter];
+  Mesh mesh;
+  if (options.visibility == "on" && uses_occlusion(options.strategy.strategy)) {
+    Result<Mesh> read = file->read_mesh();
+    if (!read) return read.error().in(options.level);
+    mesh = std::move(*read);
+  }
+  const auto warning =
+      audibility_warning(*file, Walk::standing({options.listener_m}),
+                         {.emitter = emitter, .with_occlusion = options.visibility == "on"});
+  const OcclusionGeometry surfaces(mesh, file->materials());
+  const std::vector<Arrival> arrivals =
+      sampled_response(options.strategy, all->sources, emitters, file->materials(),
+                       file->settings().air, options.listener_m, emitter,
+                       LateBoost(file->statistics().decay, all->sources.size()), &surfaces);
+  if (arrivals.empty())
+    return Error(warning.value_or("nothing of " + in_quotes(emitters[emitter].name) +
+                                  " reaches the listener. Move --listener inside the level."))
+        .in(options.level);
+  if (warning) err << "warning: " << *warning << '\n';
+
+  const double seconds = std::min(kLongest_s, options.seconds);
+  const std::size_t frames = seconds > 0
+                                 ? static_cast<std::size_t>(std::lround(seconds * kSampleRate_hz))
+                                 : whole_response_frames(arrivals);
+  const Bands at_10m = free_field_energy_at_10m(emitters[emitter]);
+  Measured measured;
+  measured.waveform = impulse_response(arrivals, frames);
+  measured.of_energy = room_parameters(arrivals, at_10m);
+  measured.of_waveform = room_parameters(std::span<const float>(measured.waveform), at_10m);
+  measured.warning = warning;
+  return measured;
+}
+
+void print(const Measured& measured, bool as_json, std::ostream& out) {
+  if (!as_json) {
+    print_table("energy", measured.of_energy, out);
+    print_table("waveform", measured.of_waveform, out);
+    return;
+  }
+  nlohmann::ordered_json json;
+  for (const double hz : kBandCentres_hz) json["bands_hz"].push_back(static_cast<int>(hz));
+  json["energy"] = to_json(measured.of_energy);
+  json["waveform"] = to_json(measured.of_waveform);
+  json["warnings"] = nlohmann::ordered_json::array();
+  if (measured.warning) json["warnings"].push_back(*measured.warning);
+  out << printable_json(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace)) << '\n';
+}
+
+}  // namespace
+
+int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  Options options;
+  std::string listener;
+  Arguments parser("impulse",
+                   "Impulse response at a listener, and the room's parameters (ISO 3382-1) per "
+                   "octave band, from the energy response, which carries no chance of phase, and "
+                   "from the waveform. A dash (null in --json) stands where a response is too "
+                   "short to tell.",
+                   "clamor impulse hall.clamor -o ir.wav --listener 2,1.7,-3");
+  parser.positional("level", options.level, "the bake file");
+  parser.option("-o,--output", options.output, "also write the waveform: WAV, mono, 48 kHz, float");
+  parser.option("--listener", listener, "where to listen: X,Y,Z in metres");
+  parser.required("--listener");
+  parser.option("--emitter", options.emitter, "which emitter sounds; unset: the first");
+  parser.option("--seconds", options.seconds, "length of the waveform, at most 60; 0: all of it");
+  parser.option("--visibility", options.visibility, "on or off: do surfaces hide sources [on]");
+  parser.flag("--json", options.json, "the parameters as JSON");
+  const StrategyArguments strategy(parser, "all");
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+  const auto chosen = strategy.read();
+  if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
+  options.strategy = *chosen;
+  if (options.visibility != "on" && options.visibility != "off")
+    return parser.bad_usage(err, "--visibility is on or off, not " + in_quotes(options.visibility));
+  const auto pose = parse_listener(listener);
+  if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
+  options.listener_m = pose->position_m;
+  if (!options.output.empty()) {
+    const auto samples = sample_format("float", options.output);
+    const auto right = check_sound_file(options.output, 1);
+    if (!right.ok()) return parser.bad_usage(err, "-o: " + right.error().message);
+    if (!samples.ok()) return parser.bad_usage(err, "-o: " + samples.error().message);
+  }
+  if (!(options.seconds >= 0 && options.seconds <= kLongest_s))
+    return parser.bad_usage(err, "--seconds must lie between 0 and 60");
+  const auto fail = [&err](const Error& error) {
+    err << "clamor impulse: " << error.message << '\n';
+    return kBadInput;
+  };
+  if (const auto can = check_output(options); !can) return fail(can.error());
+  const auto measured = [&] {
+    const ExitOnSignal stop("impulse");
+    return measure(options, err);
+  }();
+  if (!measured) return fail(measured.error());
+  if (!options.output.empty()) {
+    const Interrupt until_written;
+    if (const auto written = write_wav(options.output, measured->waveform); !written)
+      return fail(written.error());
+  }
+  print(*measured, options.json, out);
+  return kSuccess;
+}
+
+}  // namespace clamor

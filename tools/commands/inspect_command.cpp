@@ -1,0 +1,55 @@
+// inspect_command.cpp: clamor inspect: what a bake file holds.
+#include <ostream>
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include "formats/bake_file/bake_file.h"
+#include "tools/commands/bake_overview.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/inspect_json.h"
+#include "tools/commands/inspect_tables.h"
+#include "tools/program/arguments.h"
+
+namespace clamor {
+
+int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  std::string path;
+  bool json = false, pages = false, whole = false;
+  Arguments parser("inspect", "Prints what a bake file holds and how it was made.",
+                   "clamor inspect hall.clamor --pages | sort -k4 -n | tail -5");
+  parser.positional("file", path, "the bake file");
+  parser.flag("--json", json, "everything, for programs; see formats/bake_format.md");
+  parser.flag("--pages", pages,
+              "also a line per page: tree, depth, offset, bytes, sources, children, copies; then "
+              "those of the geometry");
+  parser.flag("--verify", whole,
+              "decode every page, signal and triangle and name the first bad one");
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+
+  const auto fail = [&err](const Error& error) {
+    fmt::print(err, "clamor inspect: {}\n", error.message);
+    return kBadInput;
+  };
+  const auto file = BakeFile::open(path, FileAccess::kMap);
+  if (!file.ok()) return fail(file.error());
+  if (whole)
+    if (const auto good = verify(*file); !good.ok()) return fail(good.error());
+  const auto overview = overview_of(*file);
+  if (!overview.ok()) return fail(overview.error());
+  if (json) {
+    const auto text = as_json(*file, *overview, pages);
+    if (!text.ok()) return fail(text.error());
+    out << *text << '\n';
+    return kSuccess;
+  }
+  print_tables(*file, *overview, out);
+  if (pages) {
+    out << '\n';
+    if (const auto printed = print_pages(*file, out); !printed.ok()) return fail(printed.error());
+  }
+  if (whole) fmt::print(out, "\nverified: every page, signal and triangle is whole\n");
+  return kSuccess;
+}
+
+}  // namespace clamor

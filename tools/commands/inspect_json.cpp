@@ -1,0 +1,172 @@
+#include "tools/commands/inspect_json.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace clamor {
+
+namespace {
+
+// A number as it was rounded, or null.
+nlohmann::ordered_json rounded(float value) {
+  if (!(value > 0)) return nullptr;
+  return std::round(static_cast<double>(value) * 1e3) / 1e3;
+}
+
+double ratio(std::uint64_t part, std::uint64_t whole) {
+  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
+}
+
+nlohmann::ordered_json what_it_is(const BakeFile& file, const BakeOverview& overview) {
+  const BakeBytes bytes = file.bytes();
+  nlohmann::ordered_json json;
+  json["format"] = {{"major", file.major()}, {"minor", file.minor()}};
+  json["bands_hz"] = nlohmann::ordered_json::array();
+  for (const double hz : kBandCentres_hz) json["bands_hz"].push_back(static_cast<int>(hz));
+  json["sources"] = {{"total", file.source_count()},
+                     {"stored", file.stored_sources()},
+                     {"emitters", overview.emitter_count},
+                     {"secondary", overview.secondary}};
+  json["bytes"] = {{"file", bytes.file},
+                   {"pages", bytes.pages},
+                   {"root", bytes.root},
+                   {"signals", bytes.signals},
+                   {"geometry", bytes.geometry},
+                   {"pages_unpacked", bytes.pages_unpacked},
+                   {"pages_per_source", ratio(bytes.pages, file.stored_sources())},
+                   {"file_per_source", ratio(bytes.file, file.stored_sources())},
+                   {"compression_ratio", ratio(bytes.pages_unpacked, bytes.pages)}};
+  json["page_count"] = file.page_count();
+  std::uint64_t vertices = 0, triangles = 0;
+  for (std::size_t i = 0; i < file.geometry_page_count(); ++i) {
+    vertices += file.geometry_page(i).vertices;
+    triangles += file.geometry_page(i).triangles;
+  }
+  json["geometry"] = {
+      {"triangles", triangles}, {"vertices", vertices}, {"page_count", file.geometry_page_count()}};
+  return json;
+}
+
+void add_making(const BakeFile& file, const BakeOverview& overview, nlohmann::ordered_json& json) {
+  const BakeSettings& settings = file.settings();
+  const BakeStatistics& statistics = file.statistics();
+  json["photons"] = {
+      {"traced", statistics.photons_traced}, {"escaped_share", escaped_share(statistics)},
+      {"bounces", statistics.bounces},       {"deposits", statistics.deposits},
+      {"rooms", statistics.rooms},           {"mean_free_path_m", statistics.mean_free_path_m}};
+  json["settings"] = {{"seed", settings.seed},
+                      {"photons", settings.photons},
+                      {"sources", settings.sources},
+                      {"roulette_kappa", settings.roulette_exponent},
+                      {"longest_path_s", settings.longest_path_s},
+                      {"temperature_c", settings.air.temperature_c},
+                      {"humidity_percent", settings.air.humidity_percent},
+                      {"pressure_kpa", settings.air.pressure_kpa}};
+  json["provenance"] = {{"tool", file.provenance().tool},
+                        {"level", file.provenance().level},
+                        {"input_hash", fmt::format("{:016x}", file.provenance().input_hash)},
+                        {"libraries", file.provenance().libraries},
+                        {"command", overview.command}};
+  json["provenance"]["inputs"] = nlohmann::ordered_json::array();
+  for (const InputFile& input : file.provenance().inputs)
+    json["provenance"]["inputs"].push_back({{"name", input.name},
+                                            {"bytes", input.bytes},
+                                            {"hash", fmt::format("{:016x}", input.hash)}});
+}
+
+void add_sound(const BakeFile& file, const BakeOverview& overview, nlohmann::ordered_json& json) {
+  const BakeStatistics& statistics = file.statistics();
+  json["power"] = {{"emitted", statistics.power_emitted},
+                   {"in_sources", overview.power},
+                   {"escaped", statistics.power_escaped},
+                   {"unfinished", statistics.power_unfinished}};
+  const DecaySummary& decay = statistics.decay;
+  json["decay"] = {{"places", decay.places}, {"error_db", rounded(decay.error_db)}};
+  for (const char* key : {"t30_s", "t30_error_s"})
+    json["decay"][key] = nlohmann::ordered_json::array();
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    json["decay"]["t30_s"].push_back(rounded(decay.t30_s[b]));
+    json["decay"]["t30_error_s"].push_back(rounded(decay.t30_error_s[b]));
+  }
+}
+
+void add_tables(const BakeFile& file, nlohmann::ordered_json& json) {
+  json["materials"] = nlohmann::ordered_json::array();
+  for (const Material& material : file.materials())
+    json["materials"].push_back({{"name", material.name},
+                                 {"absorption", material.absorption},
+                                 {"scattering", material.scattering},
+                                 {"phong", material.phong},
+                                 {"transmission", material.transmission}});
+  json["emitters"] = nlohmann::ordered_json::array();
+  for (const Emitter& emitter : file.emitters())
+    json["emitters"].push_back(
+        {{"name", emitter.name},
+         {"position_m", {emitter.position_m.x, emitter.position_m.y, emitter.position_m.z}},
+         {"axis", {emitter.axis.x, emitter.axis.y, emitter.axis.z}},
+         {"gain", emitter.gain},
+         {"directivity", emitter.directivity},
+         {"signal", emitter.signal},
+         {"delay_s", emitter.delay_s}});
+}
+
+nlohmann::ordered_json as_json(const OctreeLevel& level, const Bands& all) {
+  Bands share{};
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    if (all[b] > 0) share[b] = level.power[b] / all[b];
+  return {{"nodes", level.nodes},
+          {"sources", level.sources},
+          {"packed_bytes", level.packed_bytes},
+          {"power", level.power},
+          {"power_share", share}};
+}
+
+void add_octree(const BakeOverview& overview, nlohmann::ordered_json& json) {
+  json["octree"] = nlohmann::ordered_json::array();
+  for (const OctreeLevel& level : overview.levels)
+    json["octree"].push_back(as_json(level, overview.power));
+  json["copied"] = as_json(overview.copied.stored, overview.power);
+  json["copied"]["trees"] = overview.copied.trees;
+}
+
+Result<void> add_pages(const BakeFile& file, nlohmann::ordered_json& json) {
+  json["geometry_pages"] = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < file.geometry_page_count(); ++i) {
+    const GeometryPageInfo page = file.geometry_page(i);
+    json["geometry_pages"].push_back({{"offset", page.offset},
+                                      {"packed_bytes", page.packed_bytes},
+                                      {"triangles", page.triangles},
+                                      {"vertices", page.vertices}});
+  }
+  json["pages"] = nlohmann::ordered_json::array();
+  return file.for_each_page([&](const PageEntry& entry, const OctreePage& page, std::size_t tree,
+                                std::size_t depth) -> Result<void> {
+    json["pages"].push_back({{"tree", tree},
+                             {"depth", depth},
+                             {"offset", entry.page.offset},
+                             {"packed_bytes", entry.page.bytes()},
+                             {"sources", entry.source_count},
+                             {"children", page.links.children.size()},
+                             {"copies", page.links.instances.size()}});
+    return {};
+  });
+}
+
+}  // namespace
+
+Result<std::string> as_json(const BakeFile& file, const BakeOverview& overview, bool pages) {
+  nlohmann::ordered_json json = what_it_is(file, overview);
+  add_making(file, overview, json);
+  add_sound(file, overview, json);
+  add_tables(file, json);
+  add_octree(overview, json);
+  json["warnings"] = file.statistics().warnings;
+  if (pages)
+    if (const auto added = add_pages(file, json); !added.ok()) return added.error();
+  // Names need not be UTF-8, JSON must.
+  return printable_json(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+}  // namespace clamor

@@ -1,0 +1,274 @@
+#include "tools/commands/inspect_tables.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ostream>
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include "common/air.h"
+#include "tools/program/text_format.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kShownGroups = 12, kShownInputs = 6, kShownMaterials = 20;
+constexpr std::size_t kWidth = 100;
+constexpr double kFaintest_dB = -99.9;
+
+std::string as_db(double power) {
+  const double level_db = decibels_of(power);
+  return level_db > kFaintest_dB ? fmt::format("{:.1f}", level_db) : "-";
+}
+
+std::string as_seconds(float seconds) { return seconds > 0 ? fmt::format("{:.2f}", seconds) : "-"; }
+
+std::string as_percent(double share) {
+  return share <= 0 ? "-" : share < 0.0005 ? "<0.1" : fmt::format("{:.1f}", 100 * share);
+}
+
+double share_of(double part, double whole) { return whole > 0 ? part / whole : 0; }
+
+std::string as_megabytes(std::uint64_t bytes) {
+  return fmt::format("{:.2f}", static_cast<double>(bytes) / 1e6);
+}
+
+// Of so many, as many as may be; a line that says "1 more" would be no shorter.
+std::size_t shown_of(std::size_t all, std::size_t most) { return all <= most + 1 ? all : most; }
+
+template <class Values, class Format>
+std::string row(const std::string& title, const Values& values, Format format) {
+  std::string line = fmt::format("  {:<24}", title);
+  for (const auto value : values) line += fmt::format("{:>8}", format(value));
+  return line;
+}
+
+std::string band_header(const char* title) {
+  std::string line = fmt::format("{:<26}", title);
+  for (const double hz : kBandCentres_hz)
+    line += fmt::format(
+        "{:>8}", hz < 1000 ? fmt::format("{:.0f} Hz", hz) : fmt::format("{:.0f} kHz", hz / 1000));
+  return line;
+}
+
+// "title  one, two,", as many to a line as fit.
+void print_list(const char* title, const std::vector<std::string>& items, std::ostream& out) {
+  std::string line;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const std::string item = printable(items[i]) + (i + 1 < items.size() ? "," : "");
+    if (!line.empty() && line.size() + 1 + item.size() > kWidth - 12) {
+      fmt::print(out, "  {:<10}{}\n", title, line);
+      title = "";
+      line.clear();
+    }
+    line += (line.empty() ? "" : " ") + item;
+  }
+  if (!line.empty()) fmt::print(out, "  {:<10}{}\n", title, line);
+}
+
+// "violin.flac (44 100 bytes, 0123456789abcdef)"; of many, the first few.
+std::vector<std::string> inputs_of(const Provenance& provenance) {
+  std::vector<std::string> lines;
+  for (const InputFile& input : provenance.inputs) {
+    if (lines.size() == kShownInputs && provenance.inputs.size() > kShownInputs + 1) {
+      lines.push_back(fmt::format("and {} more", provenance.inputs.size() - kShownInputs));
+      break;
+    }
+    lines.push_back(
+        fmt::format("{} ({} bytes, {:016x})", input.name, grouped(input.bytes), input.hash));
+  }
+  return lines;
+}
+
+void print_title(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
+  fmt::print(out, "{}: Clamor bake, format {}.{}, {} MB\n", printable(file.path()), file.major(),
+             file.minor(), as_megabytes(file.bytes().file));
+  fmt::print(out, "  {} and {} in {}, made by {}\n", counted(overview.emitter_count, "emitter"),
+             counted(overview.secondary, "secondary source"), printable(file.provenance().level),
+             printable(file.provenance().tool));
+  if (file.stored_sources() != file.source_count())
+    fmt::print(out, "  {} of them stored, the others are copies of trees of them\n",
+               grouped(file.stored_sources()));
+  for (const auto& warning : file.statistics().warnings)
+    fmt::print(out, "  warning: {}\n", printable(warning));
+}
+
+void print_making(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
+  const BakeSettings& settings = file.settings();
+  const BakeStatistics& statistics = file.statistics();
+  fmt::print(out, "\nhow it was made (inputs {:016x})\n", file.provenance().input_hash);
+  fmt::print(out, "  {:<10}{}\n", "by", printable(overview.command));
+  print_list("from", inputs_of(file.provenance()), out);
+  print_list("using", file.provenance().libraries, out);
+  fmt::print(out, "  {:<10}seed {}, {}, up to {}, kappa {}, paths up to {} s\n", "settings",
+             settings.seed, counted(settings.photons, "photon"),
+             counted(settings.sources, "reflection"), settings.roulette_exponent,
+             settings.longest_path_s);
+  fmt::print(out, "  {:<10}{} C, {} % humidity, {} kPa: sound travels at {:.1f} m/s\n", "air",
+             settings.air.temperature_c, settings.air.humidity_percent, settings.air.pressure_kpa,
+             speed_of_sound_mps(settings.air));
+  fmt::print(out, "  {:<10}{}, {}, mean free path {:.2f} m, {:.1f} % escaped\n", "traced",
+             counted(statistics.photons_traced, "photon"), counted(statistics.bounces, "bounce"),
+             statistics.mean_free_path_m, 100 * escaped_share(statistics));
+}
+
+void print_sound(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
+  const BakeStatistics& statistics = file.statistics();
+  const DecaySummary& decay = statistics.decay;
+  fmt::print(out, "\n{}\n", band_header("how it sounds"));
+  const bool dry =
+      std::all_of(decay.t30_s.begin(), decay.t30_s.end(), [](float s) { return s == 0; });
+  if (decay.places > 0 && !dry) out << row("T30, s", decay.t30_s, as_seconds) << '\n';
+  if (decay.places > 0 && dry) out << "  too dry to tell a T30\n";
+  out << row("power emitted, dB", statistics.power_emitted, as_db) << '\n';
+  out << row("  in all sources, dB", overview.power, as_db) << '\n';
+  const auto sum = [](const Bands& bands) { return *std::max_element(bands.begin(), bands.end()); };
+  if (sum(statistics.power_escaped) > 0)
+    out << row("  escaped, dB", statistics.power_escaped, as_db) << '\n';
+  if (sum(statistics.power_unfinished) > 0)
+    out << row("  cut at longest path, dB", statistics.power_unfinished, as_db) << '\n';
+}
+
+void print_emitters(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
+  const std::string listed = counted(file.emitters().size(), "emitter");
+  fmt::print(out, "\n{:<26}{:>8}  {:>8} {:>8} {:>9}  {}\n",
+             file.emitters().size() < overview.emitter_count ? listed + " stored" : listed, "gain",
+             "beam", "starts", "count", "at");
+  const std::size_t shown = shown_of(overview.emitters.size(), kShownGroups);
+  for (std::size_t i = 0; i < shown; ++i) {
+    const EmitterGroup& group = overview.emitters[i];
+    const Emitter& emitter = file.emitters()[group.first];
+    const bool one = group.count == 1;
+    const auto place = [](const Vec3& at) {
+      return fmt::format("{:.2f} {:.2f} {:.2f}", at.x, at.y, at.z);
+    };
+    const float beam = *std::max_element(emitter.directivity.begin(), emitter.directivity.end());
+    fmt::print(out, "  {:<24}{:>8}  {:>8} {:>8} {:>9}  {}\n", shortened(group.name, 24),
+               fmt::format("{:+.1f} dB", 2 * decibels_of(emitter.gain)),
+               beam > 0 ? fmt::format("p {:.2g}", beam) : "all round",
+               one ? fmt::format("{:.2f} s", group.min_delay_s)
+                   : fmt::format("0-{:.2f} s", group.max_delay_s),
+               grouped(group.count),
+               one ? place(group.low_m) : place(group.low_m) + " to " + place(group.high_m));
+  }
+  if (overview.emitters.size() > shown)
+    fmt::print(out, "  and {} kinds more (--json has all)\n", overview.emitters.size() - shown);
+}
+
+void print_materials(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
+  fmt::print(out, "\n{}  1 kHz: scatters lobe through\n",
+             band_header((counted(file.materials().size(), "material") + ": absorbs").c_str()));
+  const std::size_t shown = shown_of(overview.materials.size(), kShownMaterials);
+  for (std::size_t i = 0; i < shown; ++i) {
+    const MaterialGroup& group = overview.materials[i];
+    const Material& material = file.materials()[group.first];
+    const std::string more =
+        group.names.size() > 1 ? fmt::format(" +{} alike", group.names.size() - 1) : "";
+    const double through = material.transmission[4];
+    fmt::print(out, "{} {:>16.2f} {:>4.0f} {:>7}\n",
+               row(shortened(group.names.front(), 24 - more.size()) + more, material.absorption,
+                   [](float value) { return fmt::format("{:.2f}", value); }),
+               material.scattering[4], material.phong[4],
+               through > 0 ? fmt::format("{:.2f}", through) : "-");
+  }
+  if (overview.materials.size() > shown)
+    fmt::print(out, "  and {} kinds more (--json has all)\n", overview.materials.size() - shown);
+}
+
+void print_shares(const BakeOverview& overview, std::ostream& out) {
+  const auto shares_of = [&](const Bands& power) {
+    std::array<double, kBandCount> shares;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      shares[b] = share_of(static_cast<double>(power[b]), static_cast<double>(overview.power[b]));
+    return shares;
+  };
+  fmt::print(out, "\n{}\n", band_header("power by depth, %"));
+  for (std::size_t d = 0; d < overview.levels.size(); ++d)
+    out << row(d == 0 ? "depth 0, the first page" : fmt::format("depth {}", d),
+               shares_of(overview.levels[d].power), as_percent)
+        << '\n';
+  if (overview.copied.trees > 0)
+    out << row("in copies of trees", shares_of(overview.copied.stored.power), as_percent) << '\n';
+}
+
+void print_octree(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
+  fmt::print(out, "\n{:<26}{:>8}{:>12}{:>8}{:>10}{:>14}\n", "octree", "nodes", "sources", "%", "kB",
+             "bytes/source");
+  const auto line = [&](const std::string& title, const OctreeLevel& level) {
+    const auto sources = static_cast<double>(level.sources);
+    fmt::print(out, "  {:<24}{:>8}{:>12}{:>8}{:>10.1f}{:>14.1f}\n", title, level.nodes,
+               grouped(level.sources),
+               as_percent(share_of(sources, static_cast<double>(file.stored_sources()))),
+               static_cast<double>(level.packed_bytes) / 1e3,
+               share_of(static_cast<double>(level.packed_bytes), sources));
+  };
+  for (std::size_t d = 0; d < overview.levels.size(); ++d)
+    line(fmt::format("depth {}", d), overview.levels[d]);
+  if (overview.copied.trees > 0)
+    line(counted(overview.copied.trees, "copied tree"), overview.copied.stored);
+}
+
+void print_bytes(const BakeFile& file, std::ostream& out) {
+  const BakeBytes bytes = file.bytes();
+  const auto sources = static_cast<double>(file.stored_sources());
+  fmt::print(out, "\n{:<26}{:>8}{:>12}{:>22}\n", "bytes", "MB", "% of file", "bytes/source");
+  const auto section = [&](const char* title, std::uint64_t size) {
+    fmt::print(out, "  {:<24}{:>8}{:>12}{:>22.2f}\n", title, as_megabytes(size),
+               as_percent(share_of(static_cast<double>(size), static_cast<double>(bytes.file))),
+               share_of(static_cast<double>(size), sources));
+  };
+  section("pages", bytes.pages);
+  section("signals", bytes.signals);
+  section("geometry", bytes.geometry);
+  section("root", bytes.root);
+  section("file", bytes.file);
+  fmt::print(out, "  {}: {:.2f} times smaller than as columns ({} MB)\n",
+             counted(file.page_count(), "page"),
+             share_of(static_cast<double>(bytes.pages_unpacked), static_cast<double>(bytes.pages)),
+             as_megabytes(bytes.pages_unpacked));
+  std::uint64_t triangles = 0;
+  for (std::size_t i = 0; i < file.geometry_page_count(); ++i)
+    triangles += file.geometry_page(i).triangles;
+  if (triangles > 0)
+    fmt::print(out, "  geometry: {} in {}\n", counted(triangles, "triangle"),
+               counted(file.geometry_page_count(), "page"));
+}
+
+}  // namespace
+
+void print_tables(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
+  print_title(file, overview, out);
+  print_sound(file, overview, out);
+  print_emitters(file, overview, out);
+  print_materials(file, overview, out);
+  if (file.top() != nullptr) {
+    print_shares(overview, out);
+    print_octree(file, overview, out);
+  }
+  print_bytes(file, out);
+  print_making(file, overview, out);
+}
+
+Result<void> print_pages(const BakeFile& file, std::ostream& out) {
+  fmt::print(out, "  tree depth      offset    bytes sources children copies\n");
+  const auto of_sources =
+      file.for_each_page([&](const PageEntry& entry, const OctreePage& page, std::size_t tree,
+                             std::size_t depth) -> Result<void> {
+        fmt::print(out, "{:>6} {:>5} {:>11} {:>8} {:>7} {:>8} {:>6}\n", tree, depth,
+                   entry.page.offset, entry.page.bytes(), entry.source_count,
+                   page.links.children.size(), page.links.instances.size());
+        return {};
+      });
+  if (!of_sources.ok() || file.geometry_page_count() == 0) return of_sources;
+  fmt::print(out, "\n  geometry        offset    bytes triangles vertices\n");
+  for (std::size_t i = 0; i < file.geometry_page_count(); ++i) {
+    const GeometryPageInfo page = file.geometry_page(i);
+    fmt::print(out, "{:>10} {:>13} {:>8} {:>9} {:>8}\n", i + 1, page.offset, page.packed_bytes,
+               page.triangles, page.vertices);
+  }
+  return {};
+}
+
+}  // namespace clamor

@@ -1,0 +1,84 @@
+// materials_command.cpp: clamor materials: the acoustic presets, and which of them a name means.
+#include <ostream>
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+#include <nlohmann/json.hpp>
+
+#include "formats/level/material_presets.h"
+#include "tools/commands/commands.h"
+#include "tools/program/arguments.h"
+
+namespace clamor {
+
+namespace {
+
+// One row of eight bands.
+void print_bands(std::ostream& out, const std::string& name, const Bands& bands) {
+  fmt::print(out, "{:<18}", name);
+  for (const float value : bands) fmt::print(out, " {:>6.3g}", value);
+}
+
+void print_table(std::ostream& out, const MaterialPresets& presets) {
+  fmt::print(out, "{:<18}", "absorption at Hz");
+  for (const double hz : kBandCentres_hz) fmt::print(out, " {:>6.0f}", hz);
+  fmt::print(out, "  measured, from\n");
+  for (std::size_t i = 0; i < presets.names().size(); ++i) {
+    const auto& origin = presets.origin(i);
+    print_bands(out, presets.names()[i], presets.get(presets.names()[i])->absorption);
+    if (origin.high_hz > 0)
+      fmt::print(out, "  {:.0f} to {:.0f} Hz: {}\n", origin.low_hz, origin.high_hz, origin.source);
+    else
+      fmt::print(out, "  {}\n", origin.source);
+  }
+  fmt::print(out, "\n{:<18}\n", "scattering");
+  for (const std::string& name : presets.names()) {
+    print_bands(out, name, presets.get(name)->scattering);
+    fmt::print(out, "\n");
+  }
+}
+
+nlohmann::ordered_json json_of(const MaterialPresets& presets) {
+  auto list = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < presets.names().size(); ++i) {
+    const Material material = *presets.get(presets.names()[i]);
+    const auto& origin = presets.origin(i);
+    list.push_back({{"name", presets.names()[i]},
+                    {"bands_hz", kBandCentres_hz},
+                    {"absorption", material.absorption},
+                    {"scattering", material.scattering},
+                    {"transmission", material.transmission},
+                    {"measured_hz", {origin.low_hz, origin.high_hz}},
+                    {"source", origin.source}});
+  }
+  return list;
+}
+
+}  // namespace
+
+int run_materials(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  bool json = false;
+  std::vector<std::string> names;
+  Arguments parser(
+      "materials",
+      "Lists the material presets: absorption and scattering per octave band, and where the "
+      "figures come from. Other bands than the measured ones are extrapolated. With --name, which "
+      "preset a material of that name gets.",
+      "clamor materials --name Brick_Wall_03 --name velvet");
+  parser.flag("--json", json, "as a list of objects, with all values");
+  parser.option("--name", names, "of a material in a level; may be given more than once");
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+
+  const MaterialPresets& presets = MaterialPresets::built_in();
+  for (const std::string& name : names)
+    fmt::print(out, "{} -> {}\n", name,
+               presets.guess(name).value_or("no preset; the bake takes its default, plaster"));
+  if (!names.empty()) return kSuccess;
+  if (json)
+    out << json_of(presets).dump(2) << '\n';
+  else
+    print_table(out, presets);
+  return kSuccess;
+}
+
+}  // namespace clamor

@@ -1,0 +1,37 @@
+// mix_options.h: --interpolation, --visibility, --rays, --memory, --no-mmap, --gain and --moving,
+// alike in play and render.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "common/result.h"
+#include "formats/files/file_access.h"
+#include "runtime/engine/auralizer.h"
+#include "tools/program/arguments.h"
+
+namespace clamor {
+
+// The words of the command line, until read() has made sense of them.
+class MixArguments {
+ public:
+  explicit MixArguments(Arguments& parser);
+
+  // After parse(); the Error is what the user got wrong. Without the script, which is a file.
+  Result<void> read(AuralizerOptions& options) const;
+
+  FileAccess access() const { return no_mmap_ ? FileAccess::kRead : FileAccess::kMap; }
+
+  // Reads the script, if there is one, for a bake of so many signals, and adds its files to the
+  // inputs; the Error is what is wrong with the file.
+  Result<void> read_script(AuralizerOptions& options, std::size_t baked_signals,
+                           InputFiles& inputs) const;
+
+ private:
+  std::string interpolation_ = "cubic", visibility_ = "on", gain_ = "0dB", script_;
+  std::optional<std::string> memory_;
+  bool no_mmap_ = false;
+  int rays_ = AuralizerOptions{}.rays;
+};
+
+}  // namespace clamor

@@ -1,0 +1,62 @@
+#include "tools/commands/progress_json.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "common/printable.h"
+
+namespace clamor {
+
+namespace {
+
+double share_of(std::uint64_t part, std::uint64_t whole) {
+  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
+}
+
+}  // namespace
+
+std::string level_json(const LevelReport& report) {
+  const LevelOpenings& openings = report.openings;
+  return fmt::format(
+      "{{\"stage\": \"level\", \"triangles\": {}, \"area_m2\": {:.2f}, "
+      "\"welded_corners\": {}, \"without_area\": {}, \"duplicated\": {}, "
+      "\"boundary_edges_m\": {:.2f}, \"thin_gaps\": {}, \"escaped_power_share\": {:.4f}, "
+      "\"mean_free_path_m\": {:.2f}}}",
+      report.triangles, report.area_m2, report.welded_vertices, report.degenerate,
+      report.duplicated, report.free_edges_m, report.gaps.size(), openings.escaped_share,
+      openings.mean_free_path_m);
+}
+
+std::string warning_json(const std::string& text) {
+  // Names need not be UTF-8, JSON must.
+  return "{\"stage\": \"warning\", \"text\": " +
+         printable_json(
+             nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)) +
+         "}";
+}
+
+std::string progress_json(const BakeProgress& done, double seconds) {
+  const double share = share_of(done.photons_done, done.photons_total);
+  return fmt::format(
+      "{{\"stage\": \"{}\", \"photons\": {}, \"photons_total\": {}, \"photons_reused\": {}, "
+      "\"bounces\": {}, \"bounces_per_s\": {:.0f}, \"escaped_share\": {:.4f}, \"error_db\": {}, "
+      "\"seconds\": {:.3f}, "
+      "\"seconds_left\": {}}}",
+      done.stage, done.photons_done, done.photons_total, done.photons_reused, done.bounces,
+      static_cast<double>(done.bounces) / std::max(seconds, 1e-3),
+      share_of(done.escaped, done.photons_done),
+      done.error_db > 0 ? fmt::format("{:.3f}", done.error_db) : "null", seconds,
+      share > 0.01 ? fmt::format("{:.3f}", seconds * (1 - share) / share) : "null");
+}
+
+std::string outcome_json(const BakeOutcome& outcome) {
+  return fmt::format(
+      "{{\"stage\": \"done\", \"sources\": {}, \"photons\": {}, \"photons_reused\": {}, "
+      "\"error_db\": {:.3f}, \"goal_reached\": {}, \"warnings\": {}, \"seconds\": {:.3f}}}",
+      outcome.sources, outcome.photons, outcome.photons_reused, outcome.error_db,
+      outcome.goal_reached, outcome.warnings, outcome.seconds);
+}
+
+}  // namespace clamor

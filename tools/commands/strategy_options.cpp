@@ -1,0 +1,49 @@
+#include "tools/commands/strategy_options.h"
+
+#include <fmt/format.h>
+
+namespace clamor {
+
+StrategyArguments::StrategyArguments(Arguments& parser, const std::string& usual)
+    : strategy_(usual) {
+  std::string names;
+  for (const StrategyInfo& info : kStrategies)
+    if (*info.section != '\0')
+      names += fmt::format("{}{} ({})", names.empty() ? "" : ", ", info.name, info.section);
+  parser.option("--strategy", strategy_,
+                "how sources are chosen: priority; all, without sampling; or one of the paper's, "
+                "with its section: " +
+                    names);
+  parser.option("--voices", voices_, {1, kMaxVoices}, "how many are chosen");
+  parser.option("--estimator", estimator_,
+                "what is right on average: power; or amplitude, as in the paper, which is too loud "
+                "with few voices");
+  parser.option("--strategy-seed", tuning_.seed,
+                "of the paper's strategies; same seed, same sound");
+  parser.option("--redraw", tuning_.redraw_s, "full-resampling: seconds from sample to sample");
+  parser.option("--exchange", tuning_.exchange_per_s,
+                "stochastic-diffusion: share of the sample exchanged per second (q)");
+  parser.option("--epsilon", tuning_.epsilon,
+                "adaptive-diffusion: change of weight that exchanges a source (factor)");
+  parser.option("--candidates", tuning_.candidates_per_voice,
+                "octree-diffusion: how many per voice the octree gives");
+}
+
+Result<StrategyOptions> StrategyArguments::read() const {
+  if (estimator_ != "power" && estimator_ != "amplitude")
+    return Error("--estimator is power or amplitude, not " + in_quotes(estimator_) + ".");
+  const StrategyOptions options{strategy_, static_cast<std::size_t>(voices_),
+                                estimator_ == "power" ? Estimator::kPower : Estimator::kAmplitude,
+                                tuning_};
+  if (const auto right = check(options); !right.ok()) return right.error();
+  return options;
+}
+
+void use(const StrategyOptions& strategy, AuralizerOptions& options) {
+  options.strategy = strategy.strategy;
+  options.voices = static_cast<int>(strategy.voices);
+  options.estimator = strategy.estimator;
+  options.tuning = strategy.tuning;
+}
+
+}  // namespace clamor

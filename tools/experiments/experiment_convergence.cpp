@@ -1,0 +1,333 @@
+// experiment_convergence.cpp: loudness and waveform error against k, and the time a keyframe takes.
+//
+// Nothing is rendered here: sounds are taken to be incoherent, so that powers add, and each drawing
+// is one number. With A_i the amplitude of source i and S_i the factor it gets (0 if not chosen),
+//
+//   loudness   sum S_i^2 A_i^2 / sum A_i^2
+//   L2         |X - f| / |f| = sqrt(sum (S_i - 1)^2 A_i^2 / sum A_i^2)
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <numeric>
+#include <ostream>
+
+#include <fmt/format.h>
+
+#include "tools/experiments/experiments.h"
+
+namespace clamor {
+
+namespace {
+
+struct Outcome {
+  double loudness_db = 0;   // of the mean power
+  double deviation_db = 0;  // over the drawings
+  double beyond_95_db = 0;  // 95 % of the drawings are no farther off
+  double l2 = 0, renormalised_l2 = 0;
+};
+
+Outcome drawn(const ExperimentScene& scene, const std::string& strategy, std::size_t k,
+              Estimator estimator, const Vec3& place, const std::vector<double>& powers,
+              int seeds) {
+  const double whole = std::accumulate(powers.begin(), powers.end(), 0.0);
+  std::vector<double> loudness(static_cast<std::size_t>(seeds)), l2 = loudness, relative = loudness;
+  for_each_index(static_cast<std::size_t>(seeds), [&](std::size_t i) {
+    auto sampler = scene.sampler(strategy, k, estimator, 2 + i);
+    double power = 0, product = 0;
+    for (const SampledSource& chosen : sampler.sample(place)) {
+      const double of_source = powers[chosen.number] / whole;
+      power += chosen.power_scale * of_source;
+      product += std::sqrt(chosen.power_scale) * of_source;
+    }
+    loudness[i] = power;
+    l2[i] = std::sqrt(std::max(0.0, 1 - 2 * product + power));
+    relative[i] = std::sqrt(std::max(0.0, 2 - 2 * product / std::sqrt(power)));
+  });
+  const auto mean = [&](const std::vector<double>& values) {
+    return std::accumulate(values.begin(), values.end(), 0.0) / seeds;
+  };
+  Outcome outcome;
+  outcome.loudness_db = 10 * std::log10(mean(loudness));
+  std::vector<double> off_db;
+  double squares = 0;
+  for (const double power : loudness) {
+    const double db = 10 * std::log10(power);
+    squares += (db - outcome.loudness_db) * (db - outcome.loudness_db);
+    off_db.push_back(std::abs(db));
+  }
+  std::sort(off_db.begin(), off_db.end());
+  outcome.deviation_db = std::sqrt(squares / seeds);
+  outcome.beyond_95_db = off_db[static_cast<std::size_t>(std::ceil(0.95 * seeds)) - 1];
+  outcome.l2 = mean(l2);
+  outcome.renormalised_l2 = mean(relative);
+  return outcome;
+}
+
+// Milliseconds that sample() takes for a listener who walks, the middle one of a second of them.
+double sample_ms(Sampler& sampler, const Vec3& place) {
+  std::vector<double> took_ms;
+  for (int keyframe = 0; keyframe < 25; ++keyframe) {
+    const Vec3 here = place + Vec3(0.03 * keyframe, 0, 0.01 * keyframe);
+    const std::clock_t start = std::clock();  // of the processor: others may be busy, too
+    sampler.sample(here);
+    if (keyframe > 0)
+      took_ms.push_back(1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+  }
+  std::nth_element(took_ms.begin(), took_ms.begin() + 12, took_ms.end());
+  return took_ms[12];
+}
+
+// The rows of one estimator, without priority's.
+ReportTable of_paper(const ReportTable& table, const std::string& estimator) {
+  ReportTable rows = table;
+  std::erase_if(rows.rows, [&](const auto& row) {
+    return std::get<std::string>(row[0]) == "priority" ||
+           std::get<std::string>(row[1]) != estimator;
+  });
+  return rows;
+}
+
+std::string error_in_words(const ReportTable& table) {
+  const ReportTable rows = of_paper(table, "amplitude");
+  std::vector<double> exponents;
+  for (const StrategyInfo& info : kStrategies)
+    if (const auto exponent =
+            fitted_exponent(column_of(rows, "k", info.name), column_of(rows, "l2", info.name)))
+      exponents.push_back(*exponent);
+  std::string text;
+  if (!exponents.empty())
+    text = fmt::format("Fitted over all k, the exponent is {}, by strategy (dashed: -1/2). ",
+                       range_text(exponents, 2));
+  const auto ours = column_of(table, "l2", "priority");
+  return text + fmt::format("Priority's error is {}.", range_text(ours, 2));
+}
+
+// How the time changes from the fewest sources to the most.
+std::string growth_in_words(const std::vector<Chart::Series>& by_n) {
+  if (by_n.empty() || by_n[0].points.size() < 2) return "";
+  std::vector<std::string> parts;
+  for (const Chart::Series& series : by_n)
+    parts.push_back(
+        fmt::format("{} {:.1f} times", series.name,
+                    series.points.back().second / std::max(series.points.front().second, 1e-6)));
+  return fmt::format("With {:.0f} times the sources a keyframe takes {} as long. ",
+                     by_n[0].points.back().first / by_n[0].points.front().first, listed(parts));
+}
+
+void loudness_and_error(const ExperimentScene& scene, const Vec3& place, bool quick, int seeds,
+                        ReportPage& report, std::ostream& err) {
+  const std::vector<double> powers = scene.powers(place);
+  double amplitudes = 0, whole = 0;
+  for (const double power : powers) {
+    amplitudes += std::sqrt(power);
+    whole += power;
+  }
+  const double effective = amplitudes * amplitudes / whole;
+  const auto sizes = sample_sizes(scene, quick ? 256 : 16384);
+
+  Chart loudness{.title = "Loudness against k, relative to all sources",
+                 .x_label = "k, sources mixed",
+                 .y_label = "mean loudness error (dB)",
+                 .log_x = true};
+  Chart spread{.title = "Spread of loudness over drawings, power estimator",
+               .x_label = "k, sources mixed",
+               .y_label = "standard deviation (dB)",
+               .log_x = true,
+               .log_y = true};
+  Chart error{.title = "Relative L2 error of the waveform, amplitude estimator",
+              .x_label = "k, sources mixed",
+              .y_label = "|X - f| / |f|",
+              .log_x = true,
+              .log_y = true};
+  for (Chart* chart : {&loudness, &spread, &error})
+    for (const std::size_t k : sizes) chart->x_ticks.push_back(static_cast<double>(k));
+
+  ReportTable table{"loudness", "Every strategy and estimator", {}, {}, true};
+  table.columns = {"strategy",     "estimator",    "k",  "loudness_db",
+                   "deviation_db", "within_95_db", "l2", "renormalised_l2"};
+  std::vector<std::string> unscattered;
+  for (const StrategyInfo& info : kStrategies) {
+    if (std::string(info.name) == "all") continue;
+    err << "  " << info.name << std::endl;
+    for (const Estimator estimator : {Estimator::kPower, Estimator::kAmplitude}) {
+      const bool power = estimator == Estimator::kPower;
+      const bool ours = std::string(info.name) == "priority";
+      if (ours && !power) continue;
+      Chart::Series of_loudness{.name = info.name, .colour = colour_of(info.name)};
+      Chart::Series of_spread = of_loudness, of_error = of_loudness;
+      for (const std::size_t k : sizes) {
+        const Outcome outcome = drawn(scene, info.name, k, estimator, place, powers, seeds);
+        const auto x = static_cast<double>(k);
+        table.rows.push_back({info.name, power ? "power" : "amplitude", x, outcome.loudness_db,
+                              outcome.deviation_db, outcome.beyond_95_db, outcome.l2,
+                              outcome.renormalised_l2});
+        of_loudness.points.emplace_back(x, outcome.loudness_db);
+        // Less is rounding.
+        if (outcome.deviation_db > 1e-6) of_spread.points.emplace_back(x, outcome.deviation_db);
+        of_error.points.emplace_back(x, outcome.l2);
+      }
+      if (ours || !power) {
+        loudness.series.push_back(of_loudness);
+        error.series.push_back(of_error);
+      }
+      if (power && !of_spread.points.empty()) spread.series.push_back(of_spread);
+      if (power && of_spread.points.empty()) unscattered.emplace_back(info.name);
+    }
+  }
+  Chart::Series law{"1 + N_eff / k", {}, Chart::Series::Look::kDashes, Chart::kGrey};
+  Chart::Series bound{"4.34 / sqrt(k - 1)", {}, Chart::Series::Look::kDashes, Chart::kGrey};
+  Chart::Series slope{"sqrt(N_eff / k)", {}, Chart::Series::Look::kDashes, Chart::kGrey};
+  for (const std::size_t size : sizes) {
+    const auto k = static_cast<double>(size);
+    law.points.emplace_back(k, 10 * std::log10(1 + effective / k));
+    bound.points.emplace_back(k, 4.34 / std::sqrt(k - 1));
+    slope.points.emplace_back(k, std::sqrt(effective / k));
+  }
+  loudness.series.push_back(law);
+  spread.series.push_back(bound);
+  error.series.push_back(slope);
+
+  report.heading("Loudness against k");
+  report.claim(
+      "Equation 3 scales amplitudes by 1 / (k p). \"The reduction of the l2-error corresponds "
+      "mostly to a reduction of the amplitude of the mixing result\" (5.1): the fewer the sources, "
+      "the louder; the authors renormalised by hand.",
+      convergence_text(table) +
+          fmt::format(" 10 log10(1 + N_eff / k), with N_eff = {:.0f} of {} sources, is dashed.",
+                      effective, scene.size()));
+  report.chart(loudness,
+               fmt::format("Paper's strategies with --estimator amplitude, priority with power; "
+                           "mean power of {} drawings each, sounds taken as incoherent.",
+                           seeds));
+  report.chart(spread,
+               "How far single drawings scatter with --estimator power. Dashed: the bound for "
+               "priority sampling (Duffield, Lund, Thorup 2007)." +
+                   (unscattered.empty() ? std::string()
+                                        : " Left out, because they scatter by less than 1e-6 dB: " +
+                                              listed(unscattered) + "."));
+  report.heading("Error against k");
+  report.claim(
+      "The absolute l2-error decreases with O(k^-1/2) for k sample sources, as predicted "
+      "(5.1). [Section 3.3 has n in place of k.]",
+      error_in_words(table));
+  report.chart(error, "Paper's strategies with --estimator amplitude, priority with power.");
+  report.table(std::move(table));
+}
+
+Result<void> time_per_keyframe(const ExperimentOptions& options, const Vec3& place,
+                               ReportPage& report, std::ostream& err) {
+  const auto level = BakedLevel::open(options.level);
+  if (!level.ok()) return level.error();
+  ReportTable table{"time", "Time to choose the sources of one keyframe, walking", {}, {}};
+  table.columns = {"strategy", "n", "k", "phong_exponent", "ms"};
+  Chart over_n{.title = "Time to choose k = 500 of n, walking",
+               .x_label = "n, sources in the level",
+               .y_label = "ms per keyframe, one core",
+               .log_x = true,
+               .log_y = true};
+  Chart over_k{.title = "Time to choose k, walking",
+               .x_label = "k, sources mixed",
+               .y_label = "ms per keyframe, one core",
+               .log_x = true,
+               .log_y = true};
+  const std::vector<std::uint64_t> counts =
+      options.quick ? std::vector<std::uint64_t>{1000}
+                    : std::vector<std::uint64_t>{5000, 20000, 80000, 320000};
+  const std::vector<std::size_t> sizes = options.quick
+                                             ? std::vector<std::size_t>{150}
+                                             : std::vector<std::size_t>{150, 500, 2000, 8000};
+  const std::vector<std::string> names = {"priority", "stochastic-diffusion", "adaptive-diffusion",
+                                          "octree", "octree-diffusion"};
+  const std::size_t usual = options.quick ? 150 : 500;
+  std::vector<Chart::Series> by_n, by_k;
+  for (const std::string& name : names) {
+    by_n.push_back({.name = name, .colour = colour_of(name)});
+    by_k.push_back(by_n.back());
+  }
+  for (const std::uint64_t count : counts) {
+    err << fmt::format("  {} sources", count) << std::endl;
+    auto scene = level->rebake(count);
+    if (!scene.ok()) return scene.error();
+    for (std::size_t s = 0; s < names.size(); ++s)
+      for (const std::size_t k : sizes) {
+        if (k != usual && count != counts[counts.size() / 2]) continue;
+        auto sampler = (*scene)->sampler(names[s], k, Estimator::kPower, 1);
+        const double ms = sample_ms(*sampler.sampler, place);
+        const auto n = static_cast<double>((*scene)->size());
+        table.rows.push_back({names[s], n, static_cast<double>(k), "as baked", ms});
+        if (k == usual) by_n[s].points.emplace_back(n, ms);
+        if (count == counts[counts.size() / 2]) by_k[s].points.emplace_back(k, ms);
+      }
+  }
+  over_n.series = by_n;
+  over_k.series = by_k;
+  for (const float exponent :
+       options.quick ? std::vector<float>{20} : std::vector<float>{0, 20, 100}) {
+    BakedLevel changed = *level;
+    changed.set_phong(same_in_all_bands(exponent));
+    auto scene = changed.rebake(counts.back());
+    if (!scene.ok()) return scene.error();
+    for (const std::string name : {"priority", "octree", "octree-diffusion"}) {
+      auto sampler = (*scene)->sampler(name, usual, Estimator::kPower, 1);
+      table.rows.push_back({name, static_cast<double>((*scene)->size()), static_cast<double>(usual),
+                            fmt::format("{}", exponent), sample_ms(*sampler.sampler, place)});
+    }
+  }
+  report.heading("Time per keyframe");
+  report.claim(
+      "The running time does not depend on the number of sound sources but only on the ratio of "
+      "visible and invisible sources and on the directionality of the sound emission (6). Dynamic "
+      "sampling alone takes time in proportion to n at every keyframe (3.5).",
+      growth_in_words(by_n) +
+          "Priority is timed here on a list in memory; what plays walks the octree of the file, "
+          "whose times are in tests/benchmarks/query_benchmark.cpp. Surfaces hide nothing here.");
+  report.charts({over_n, over_k}, 1, "Median of 24 keyframes, 1.6 m/s. Times are this machine's.");
+  report.table(std::move(table));
+  return {};
+}
+
+}  // namespace
+
+std::string convergence_text(const ReportTable& table) {
+  const ReportTable rows = of_paper(table, "amplitude");
+  const auto sizes = column_of(rows, "k");
+  const auto errors_db = column_of(rows, "loudness_db");
+  std::string text;
+  if (!sizes.empty()) {
+    const auto [least, most] = std::minmax_element(sizes.begin(), sizes.end());
+    const auto at = [&](double k) {
+      std::vector<double> values;
+      for (std::size_t i = 0; i < sizes.size(); ++i)
+        if (sizes[i] == k) values.push_back(errors_db[i]);
+      return range_text(values, 2);
+    };
+    text = fmt::format(
+        "Scaled on amplitudes, the paper's strategies are {} dB louder than all sources at k = {} "
+        "and {} dB at k = {}. ",
+        at(*least), *least, at(*most), *most);
+  }
+  double furthest_db = 0;
+  for (const double db : column_of(table, "loudness_db", "priority"))
+    furthest_db = std::max(furthest_db, std::abs(db));
+  return text + fmt::format(
+                    "The mean power of priority, which scales powers, is within {:.2f} dB "
+                    "of that of all sources.",
+                    furthest_db);
+}
+
+Result<ReportPage> convergence_experiment(const ExperimentOptions& options, std::ostream& err) {
+  const auto scene = ExperimentScene::open(options.level, options.quick ? kQuickSources : 0);
+  if (!scene.ok()) return scene.error();
+  const Vec3 place = options.listener_m.value_or((*scene)->default_listener_m());
+  const int seeds = options.quick ? 10 : options.seeds;
+  ReportPage report(
+      "convergence", "Convergence: how much is lost with k of n sources",
+      fmt::format("The bake {}: {} sources; listener at {:.1f}, {:.1f}, {:.1f} m; {} drawings each",
+                  options.level, (*scene)->size(), place.x, place.y, place.z, seeds));
+  loudness_and_error(**scene, place, options.quick, seeds, report, err);
+  if (const auto timed = time_per_keyframe(options, place, report, err); !timed.ok())
+    return timed.error();
+  return report;
+}
+
+}  // namespace clamor

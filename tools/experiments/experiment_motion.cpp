@@ -1,0 +1,297 @@
+// experiment_motion.cpp: walking, running and flying, heard: clicks and loudness against all
+// sources, and what each keyframe takes.
+//
+// The listener goes round and round in the level, on a path that crosses itself, as long as asked
+// for, and is played to as by `clamor play`: from the file, with all that hides sources. All of
+// that is searched for clicks; where one is found, all sources are mixed around it, to see whether
+// they have it too.
+//
+// All sources cannot be mixed for ten minutes in any sensible time (2000 times as many seconds as
+// sources, in millions). Loudness is compared in readings of 400 ms spread evenly over the way,
+// each from a track that begins shortly before it (motion_scene.h), in a free field. Three
+// differences:
+//
+//   heard   of what is mixed. Copies of one sound interfere, and which way is chance.
+//   chance  the same of all sources with other signs of reflections, which a bake draws at random,
+//           and other delays of emitters that have random ones: as exact as the first.
+//   power   of the sums of powers of both, as the keyframes have them, faded and glided: what
+//           sampling is answerable for, without interference.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <ostream>
+
+#include <fmt/format.h>
+
+#include "common/thread_time.h"
+#include "runtime/engine/auralizer.h"
+#include "runtime/measures/click_detector.h"
+#include "runtime/measures/programme_loudness.h"
+#include "runtime/mixing/block_mixer.h"
+#include "tools/experiments/experiments.h"
+#include "tools/experiments/motion_scene.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr double kLateKeyframe_ms = 100, kLoudnessGoal_lu = 0.5;
+constexpr std::size_t kChunk_frames = 10 * kSampleRate_hz;
+constexpr std::size_t kReadingKeyframes = 20;  // 400 ms
+constexpr double kHeardFromPeak = 1e-4;        // of a click
+constexpr std::uint64_t kRoll = 7;
+
+struct FoundClick {
+  std::size_t ear = 0;
+  double time_s = 0;
+};
+
+struct Played {
+  std::vector<FoundClick> clicks;
+  std::vector<double> times_ms;  // of keyframes
+  std::size_t held = 0, late = 0;
+  std::uint64_t late_sources = 0;
+};
+
+// When each keyframe is there, were the thread alone on its core: they are made as soon as there is
+// room for them, a few ahead of the one that is needed at the beginning of its segment.
+class Punctuality {
+ public:
+  void made(std::size_t keyframe, double took_ms) {
+    constexpr double kPeriod_ms = 1e3 * kKeyframe_s;
+    const double number = static_cast<double>(keyframe);
+    const double ahead = static_cast<double>(keyframes_ahead(kKeyframeFrames));
+    done_ms_ = std::max(done_ms_, (number - 1 - ahead) * kPeriod_ms) + took_ms;
+    late_ms_ = done_ms_ - (number - 1) * kPeriod_ms;
+  }
+  double late_ms() const { return late_ms_; }
+
+ private:
+  double done_ms_ = 0, late_ms_ = 0;
+};
+
+void find_clicks_in(std::array<std::vector<float>, kEars>& ears, double end_s, Played& played) {
+  for (std::size_t e = 0; e < kEars; ++e) {
+    double peak = 0;
+    for (const float sample : ears[e]) peak = std::max(peak, static_cast<double>(std::abs(sample)));
+    for (const Click& click : find_clicks(ears[e], kHeardFromPeak * peak))
+      played.clicks.push_back(
+          {e, end_s - static_cast<double>(ears[e].size() - click.frame) / kSampleRate_hz});
+    ears[e].clear();
+  }
+}
+
+Played play(Auralizer& auralizer, const Way& way, double speed_mps, double seconds) {
+  Played played;
+  Punctuality punctuality;
+  std::array<std::vector<float>, kEars> ears;
+  std::vector<float> block(kEars * kKeyframeFrames);
+  const auto blocks = static_cast<std::size_t>(std::llround(seconds / kKeyframe_s));
+  std::size_t made = 0;
+  for (std::size_t b = 1; b <= blocks; ++b) {
+    while (auralizer.wants_keyframe()) {
+      auralizer.make_keyframe(way.at(speed_mps * auralizer.next_keyframe_time_s()));
+      if (made++ == 0) continue;  // before anything is heard
+      played.times_ms.push_back(auralizer.statistics().sampler_ms);
+      punctuality.made(made - 1, played.times_ms.back());
+      played.held += punctuality.late_ms() > 0;
+      played.late += punctuality.late_ms() > kLateKeyframe_ms;
+    }
+    auralizer.mix(block);
+    for (std::size_t f = 0; f < block.size(); f += kEars)
+      for (std::size_t e = 0; e < kEars; ++e) ears[e].push_back(block[f + e]);
+    if (ears[0].size() >= kChunk_frames || b == blocks)
+      find_clicks_in(ears, static_cast<double>(b) * kKeyframe_s, played);
+  }
+  played.late_sources = auralizer.statistics().late_sources;
+  return played;
+}
+
+// Those that all sources do not have, mixed around each: from a multiple of the detector's steps
+// and of keyframes before it, so that it is looked at in the same frames as in its chunk.
+std::size_t clicks_beyond_all(const Played& played, const MotionScene& scene, const Way& way,
+                              double speed_mps) {
+  constexpr double kGrid_s = 0.32;  // 15 detector's steps of 1024 frames, 16 keyframes of 960
+  constexpr double kChunk_s = static_cast<double>(kChunk_frames) / kSampleRate_hz;
+  std::size_t beyond = 0;
+  for (const FoundClick& click : played.clicks) {
+    const double chunk_s = kChunk_s * std::floor(click.time_s / kChunk_s);
+    const double before = std::floor((click.time_s - chunk_s) / kGrid_s - 0.5);
+    const double from_s = chunk_s + kGrid_s * std::max(0.0, before);
+    const auto first = static_cast<std::uint64_t>(std::llround(from_s / kKeyframe_s));
+    const Stretch whole = render_segment(scene, way, speed_mps, "all", 1, first, 32);
+    const std::vector<float>& ear = whole.sound.channels[click.ear];
+    double peak = 0;
+    for (const float sample : ear) peak = std::max(peak, static_cast<double>(std::abs(sample)));
+    const Click here{static_cast<std::size_t>((click.time_s - from_s) * kSampleRate_hz), 0};
+    beyond += new_clicks(std::span(&here, 1), find_clicks(ear, kHeardFromPeak * peak)).size();
+  }
+  return beyond;
+}
+
+struct Differences {
+  std::vector<double> heard_lu, chance_lu, power_lu;
+  std::vector<double> few_lu, many_lu;  // heard, with a quarter of the voices and with four times
+};
+
+double power_lu(const Stretch& a, const Stretch& b) {
+  const auto sum = [](const Stretch& one) {
+    return std::accumulate(one.powers.begin(), one.powers.end(), 0.0);
+  };
+  return std::abs(10 * std::log10(sum(a) / sum(b)));
+}
+
+Differences differences(const MotionScene& scene, const MotionScene& rolled, const Way& way,
+                        double speed_mps, double seconds, int readings, std::size_t k) {
+  Differences result;
+  const double every_s = std::max(kKeyframe_s, seconds / readings);
+  for (int r = 0; r < readings; ++r) {
+    const auto first = static_cast<std::uint64_t>(every_s * r / kKeyframe_s);
+    const auto stretch = [&](const MotionScene& of, const char* strategy, std::size_t voices) {
+      return render_segment(of, way, speed_mps, strategy, voices, first, kReadingKeyframes);
+    };
+    const auto loudness_lufs = [](const Stretch& one) {
+      return programme_loudness(one.sound).momentary_lufs.at(0);
+    };
+    const Stretch whole = stretch(scene, "all", 1);
+    const double all_lufs = loudness_lufs(whole);
+    if (!(all_lufs > kSilence_lufs)) continue;
+    const auto off_lu = [&](const Stretch& one) { return std::abs(loudness_lufs(one) - all_lufs); };
+    const Stretch sampled = stretch(scene, "priority", k);
+    result.heard_lu.push_back(off_lu(sampled));
+    result.power_lu.push_back(power_lu(sampled, whole));
+    result.chance_lu.push_back(off_lu(stretch(rolled, "all", 1)));
+    result.few_lu.push_back(off_lu(stretch(scene, "priority", std::max<std::size_t>(1, k / 4))));
+    result.many_lu.push_back(off_lu(stretch(scene, "priority", 4 * k)));
+  }
+  return result;
+}
+
+double worst(const std::vector<double>& values) { return quantile(values, 1); }
+
+// What the readings tell, in words.
+std::string said_of(const Differences& all) {
+  if (all.heard_lu.empty()) return "In no reading was anything loud enough to be compared.";
+  const double power_lu = worst(all.power_lu), heard_lu = quantile(all.heard_lu, 0.95),
+               chance_lu = quantile(all.chance_lu, 0.95);
+  const auto beside_goal = [](double lu) {
+    return lu <= kLoudnessGoal_lu ? "which meets" : "which misses";
+  };
+  return fmt::format(
+             "The power of the sample is within {:.2f} LU of that of all in every reading, {} the "
+             "goal of {} LU. As heard, 95 % of readings are within {:.2f} LU, {} it; all sources "
+             "with other signs of the reflections, as exact, are within {:.2f} LU. ",
+             power_lu, beside_goal(power_lu), kLoudnessGoal_lu, heard_lu, beside_goal(heard_lu),
+             chance_lu) +
+         (heard_lu <= chance_lu ? "So what is heard differs by no more than chance. "
+                                : "So what is heard differs by more than chance makes it. ") +
+         fmt::format(
+             "A quarter of the voices are within {:.2f} LU, four times as many within {:.2f}.",
+             quantile(all.few_lu, 0.95), quantile(all.many_lu, 0.95));
+}
+
+}  // namespace
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto at = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
+  return values[at];
+}
+
+Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostream& err) {
+  const auto opened = ExperimentScene::open(options.level, options.quick ? kQuickSources : 0);
+  if (!opened.ok()) return opened.error();
+  auto file = BakeFile::open(options.level, FileAccess::kMap);
+  if (!file.ok()) return file.error();
+  const auto baked = std::make_shared<const BakeFile>(std::move(*file));
+  const AuralizerInput& input = (*opened)->input();
+  const Vec3 start = options.listener_m.value_or((*opened)->default_listener_m());
+  const Way way(input.sources, start);
+  const MotionScene scene(input), rolled(input, kRoll);
+  const double seconds = options.quick ? 2 : 60 * options.minutes;
+  const int readings = options.quick ? 3 : options.readings;
+  const std::size_t most =
+      options.quick ? std::max<std::size_t>(1, input.sources.size() / 4) : input.sources.size();
+  const std::size_t k = std::min(static_cast<std::size_t>(options.voices), most);
+  ReportPage report(
+      "motion", "Walking, running, flying: what is heard of it",
+      fmt::format(
+          "The bake {}: {} sources, k = {}; {:.0f} s at each speed round {:.1f}, {:.1f}, {:.1f} m; "
+          "{} readings of 400 ms of each against all sources",
+          options.level, input.sources.size(), k, seconds, start.x, start.y, start.z, readings));
+  ReportTable clicks{"clicks", "Clicks, in all of the time", {}, {}};
+  clicks.columns = {"speed_mps", "seconds", "clicks", "clicks_beyond_all"};
+  ReportTable loudness{"loudness", "Momentary loudness against all sources", {}, {}};
+  loudness.columns = {"speed_mps",       "readings",        "heard_95_lu", "heard_worst_lu",
+                      "chance_95_lu",    "chance_worst_lu", "power_95_lu", "power_worst_lu",
+                      "quarter_k_95_lu", "four_k_95_lu"};
+  ReportTable times{"keyframes", "Keyframes, with what hides sources", {}, {}};
+  times.columns = {"speed_mps", "keyframes", "median_ms",         "p99_ms",
+                   "worst_ms",  "held",      "later_than_100_ms", "sources_late_for_want_of_rays"};
+  Chart chart{.title = "Difference of momentary loudness from all sources",
+              .x_label = "share of the readings (%)",
+              .y_label = "at most (LU)"};
+  Differences all;
+  std::size_t beyond = 0, late = 0;
+  for (const double speed_mps : {1.5, 5.0, 30.0}) {
+    err << fmt::format("  {} m/s", speed_mps) << std::endl;
+    AuralizerOptions player;
+    player.voices = static_cast<int>(k);
+    // A voice whose sound is decoded late begins late, which is no matter of motion.
+    player.first_sounds_s = 60;
+    player.sampler_clock.now_s = [](void*) noexcept { return thread_time_s(); };
+    const auto auralizer = Auralizer::create(baked, player);
+    if (!auralizer.ok()) return auralizer.error();
+    const Played played = play(**auralizer, way, speed_mps, seconds);
+    const std::size_t new_ones = clicks_beyond_all(played, scene, way, speed_mps);
+    clicks.rows.push_back({speed_mps, seconds, static_cast<double>(played.clicks.size()),
+                           static_cast<double>(new_ones)});
+    times.rows.push_back(
+        {speed_mps, static_cast<double>(played.times_ms.size()), quantile(played.times_ms, 0.5),
+         quantile(played.times_ms, 0.99), worst(played.times_ms), static_cast<double>(played.held),
+         static_cast<double>(played.late), static_cast<double>(played.late_sources)});
+    beyond += new_ones;
+    late += played.late;
+
+    const Differences now = differences(scene, rolled, way, speed_mps, seconds, readings, k);
+    loudness.rows.push_back({speed_mps, static_cast<double>(now.heard_lu.size()),
+                             quantile(now.heard_lu, 0.95), worst(now.heard_lu),
+                             quantile(now.chance_lu, 0.95), worst(now.chance_lu),
+                             quantile(now.power_lu, 0.95), worst(now.power_lu),
+                             quantile(now.few_lu, 0.95), quantile(now.many_lu, 0.95)});
+    for (const auto part : {&Differences::heard_lu, &Differences::chance_lu, &Differences::power_lu,
+                            &Differences::few_lu, &Differences::many_lu})
+      (all.*part).insert((all.*part).end(), (now.*part).begin(), (now.*part).end());
+  }
+  int colour = 0;
+  for (const auto& [name, values] :
+       {std::pair("heard", &all.heard_lu), std::pair("chance: all, other signs", &all.chance_lu),
+        std::pair("power", &all.power_lu)}) {
+    Chart::Series& series =
+        chart.series.emplace_back(Chart::Series{.name = name, .colour = colour++});
+    for (int percent = 0; percent <= 100; percent += 2)
+      series.points.emplace_back(percent, quantile(*values, percent / 100.0));
+  }
+  auto against = keyframe_times(options, err);
+  if (!against.ok()) return against.error();
+  report.claim(
+      "Sampling all anew leads to \"rather strong noise artefacts\"; dynamic sampling lets sources "
+      "fade in and out one by one (3.4).",
+      fmt::format("{} clicks that all sources do not have; {} keyframes later than {:.0f} ms. {}",
+                  beyond, late, kLateKeyframe_ms, said_of(all)));
+  report.chart(chart,
+               "Readings of 400 ms spread over the way, BS.1770, in a free field, at all speeds; "
+               "chance is what all sources with other random signs are off.");
+  report.table(std::move(clicks));
+  report.table(std::move(loudness));
+  report.paragraph(
+      "Keyframes are timed by the thread's own clock, as if it had a core to itself. One is held "
+      "for where it comes after it is needed, those before it included.");
+  report.table(std::move(times));
+  report.table(std::move(*against));
+  return report;
+}
+
+}  // namespace clamor

@@ -1,0 +1,94 @@
+// experiment_motion_times.cpp: what a keyframe takes against how many sources there are, how many
+// are chosen and what share is hidden; directivity is the bake's.
+#include <cmath>
+#include <memory>
+#include <ostream>
+
+#include <fmt/format.h>
+
+#include "common/thread_time.h"
+#include "runtime/engine/auralizer.h"
+#include "runtime/occlusion/occlusion_geometry.h"
+#include "runtime/occlusion/visibility_cache.h"
+#include "tools/experiments/experiments.h"
+#include "tools/experiments/motion_scene.h"
+
+namespace clamor {
+
+namespace {
+
+std::unique_ptr<Auralizer> auralizer_of(const AuralizerInput& input, int voices, bool visibility) {
+  AuralizerOptions options;
+  options.voices = voices;
+  options.visibility = visibility;
+  options.sampler_clock.now_s = [](void*) noexcept { return thread_time_s(); };
+  auto made = Auralizer::create(AuralizerInput(input), options);
+  return made.ok() ? std::move(*made) : nullptr;
+}
+
+// What keyframes take on the way, one after the other; the first, which is made before anything is
+// heard, not counted.
+std::vector<double> times_ms(Auralizer& auralizer, const Way& way, double seconds) {
+  std::vector<double> times;
+  std::vector<float> block(kEars * kKeyframeFrames);
+  const auto keyframes = static_cast<std::uint64_t>(std::llround(seconds / kKeyframe_s));
+  while (auralizer.statistics().keyframes < keyframes) {
+    while (auralizer.wants_keyframe()) {
+      auralizer.make_keyframe(way.at(1.5 * auralizer.next_keyframe_time_s()));
+      if (auralizer.statistics().keyframes > 1) times.push_back(auralizer.statistics().sampler_ms);
+    }
+    auralizer.mix(std::span(block));
+  }
+  return times;
+}
+
+// Of the sources that would be chosen in a free field, the share that is hidden.
+double occluded_share(const ExperimentScene& scene, const OcclusionGeometry& surfaces,
+                      std::size_t k, const Vec3& place) {
+  SeededSampler sampler = scene.sampler("priority", k, Estimator::kPower, 1);
+  std::size_t hidden = 0, all = 0;
+  for (const SampledSource& chosen : sampler.sample(place)) {
+    if (all++ % 8 != 0) continue;  // a part of them tells
+    hidden += fine_visibility(surfaces, scene.field().speed_of_sound_mps(), *chosen.source,
+                              place) == Bands{};
+  }
+  return all == 0 ? 0 : static_cast<double>(hidden) / std::ceil(static_cast<double>(all) / 8);
+}
+
+}  // namespace
+
+Result<ReportTable> keyframe_times(const ExperimentOptions& options, std::ostream& err) {
+  ReportTable table{"time", "Time per keyframe, walking, one core", {}, {}};
+  table.columns = {"sources",          "k", "place", "occluded_percent", "median_ms", "p99_ms",
+                   "no_rays_median_ms"};
+  std::vector<std::size_t> most = options.quick ? std::vector<std::size_t>{200, kQuickSources}
+                                                : std::vector<std::size_t>{2000, 10'000, 0};
+  for (const std::size_t n : most) {
+    const auto scene = ExperimentScene::open(options.level, n);
+    if (!scene.ok()) return scene.error();
+    const Vec3 usual = options.listener_m.value_or((*scene)->default_listener_m());
+    const OcclusionGeometry surfaces((*scene)->input().mesh, (*scene)->input().materials);
+    err << fmt::format("  {} sources", (*scene)->size()) << std::endl;
+    for (const int k : {150, 2000, 20'000}) {
+      if (static_cast<std::size_t>(k) >= (*scene)->size()) continue;
+      for (int place = 0; place < 3; ++place) {
+        // Where one is usually, and behind more and more of what there is.
+        const Way way((*scene)->input().sources, usual + 1.5 * place * Vec3(1, 0.2, 1));
+        const double seconds = options.quick ? 0.3 : 4;
+        const auto seeing = auralizer_of((*scene)->input(), k, true);
+        const auto blind = auralizer_of((*scene)->input(), k, false);
+        if (seeing == nullptr || blind == nullptr) return Error("there is nothing to hear.");
+        const auto seeing_ms = times_ms(*seeing, way, seconds);
+        const auto blind_ms = times_ms(*blind, way, seconds);
+        const double hidden =
+            occluded_share(**scene, surfaces, static_cast<std::size_t>(k), way.at(0).position_m);
+        table.rows.push_back({static_cast<double>((*scene)->size()), static_cast<double>(k),
+                              static_cast<double>(place), 100 * hidden, quantile(seeing_ms, 0.5),
+                              quantile(seeing_ms, 0.99), quantile(blind_ms, 0.5)});
+      }
+    }
+  }
+  return table;
+}
+
+}  // namespace clamor

@@ -1,0 +1,191 @@
+#include "tools/experiments/experiment_scene.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <thread>
+
+#include "bake/bake.h"
+#include "common/random.h"
+#include "runtime/mixing/keyframe_maker.h"
+#include "runtime/mixing/mixer.h"
+
+namespace clamor {
+
+ExperimentScene::ExperimentScene(AuralizerInput input)
+    : input_(std::move(input)),
+      signals_(prepare_signals(input_.signals)),
+      field_(input_.emitters, input_.materials, input_.air,
+             LateBoost(input_.decay, input_.sources.size())),
+      weights_(mean_weights(signals_)),
+      list_(std::make_shared<SourceList>(field_, weights_, input_.sources)) {}
+
+Result<std::unique_ptr<ExperimentScene>> ExperimentScene::open(const std::string& path,
+                                                               std::size_t most) {
+  auto file = BakeFile::open(path, FileAccess::kMap);
+  if (!file.ok()) return file.error();
+  auto input = read_auralizer_input(*file);
+  if (!input.ok()) return input.error();
+  if (const auto right = check(*input); !right.ok()) return right.error().in(path);
+  if (most > 0 && input->sources.size() > most) {
+    const std::size_t every = (input->sources.size() + most - 1) / most;
+    std::vector<Source> few;
+    for (std::size_t i = 0; i < input->sources.size(); i += every) few.push_back(input->sources[i]);
+    input->sources = std::move(few);
+  }
+  return std::make_unique<ExperimentScene>(std::move(*input));
+}
+
+SeededSampler ExperimentScene::sampler(const std::string& strategy, std::size_t voices,
+                                       Estimator estimator, std::uint64_t seed) const {
+  SeededSampler result{list_, nullptr};
+  if (strategy == "priority" && seed != 1) {
+    std::vector<Source> sources = input_.sources;
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      const auto use = static_cast<std::uint32_t>(Use::kPolarity);
+      const RandomBits bits = philox(seed, {static_cast<std::uint32_t>(i), 0, 0, use});
+      sources[i].u = static_cast<float>(unit_above_zero(bits[0]));
+    }
+    result.list = std::make_shared<SourceList>(field_, weights_, std::move(sources));
+  }
+  StrategyOptions options{strategy, voices, estimator, {}};
+  options.tuning.seed = seed;
+  result.sampler = make_sampler(options, field_, weights_, *result.list);
+  return result;
+}
+
+std::vector<double> ExperimentScene::powers(const Vec3& place) const {
+  std::vector<double> powers;
+  powers.reserve(size());
+  for (const Source& source : input_.sources) powers.push_back(power(source, place));
+  return powers;
+}
+
+Sound ExperimentScene::render(Sampler& sampler, const Walk& walk, double seconds,
+                              std::uint64_t phases) const {
+  std::vector<Emitter> emitters = input_.emitters;
+  if (phases != 0) {
+    double longest_s = 0;
+    for (const Emitter& emitter : emitters) longest_s = std::max(longest_s, emitter.delay_s);
+    for (std::size_t e = 0; e < emitters.size(); ++e) {
+      const auto use = static_cast<std::uint32_t>(Use::kPhase);
+      const RandomBits bits = philox(phases, {static_cast<std::uint32_t>(e), 0, 0, use});
+      emitters[e].delay_s = longest_s * unit(bits[0]);
+    }
+  }
+  const RadiationModel field(emitters, input_.materials, input_.air,
+                             LateBoost(input_.decay, input_.sources.size()));
+  const std::size_t slots = 3 * sampler.capacity();
+  KeyframeMaker maker(field, slots);
+  Keyframe keyframe;
+  keyframe.voices.reserve(slots);
+  const auto make = [&] {
+    const Listener pose =
+        walk.at(static_cast<double>(keyframe.number) * kKeyframeFrames / kSampleRate_hz);
+    maker.make(sampler.sample(pose.position_m), pose, keyframe);
+  };
+
+  const auto frames = static_cast<std::size_t>(std::llround(seconds * kSampleRate_hz));
+  Sound sound{{std::vector<float>(frames), std::vector<float>(frames)}, kSampleRate_hz};
+  Mixer mixer(signals_, slots);
+  make();
+  mixer.begin(keyframe, 0);
+  std::array<float, kEars * kMaxFrames> mixed;
+  for (std::size_t done = 0; done < frames;) {
+    if (mixer.wants_keyframe()) {
+      ++keyframe.number;
+      make();
+      mixer.load(keyframe);
+    }
+    const int steps = mixer.steps_left();
+    mixer.mix(mixed.data(), steps);
+    const auto count = std::min(frames - done, static_cast<std::size_t>(steps) * kStepFrames);
+    for (std::size_t f = 0; f < count; ++f)
+      for (std::size_t ear = 0; ear < kEars; ++ear)
+        sound.channels[ear][done + f] = mixed[f * kEars + ear];
+    done += count;
+  }
+  return sound;
+}
+
+Vec3 ExperimentScene::default_listener_m() const {
+  const auto& emitters = input_.emitters;
+  if (emitters.size() == 1) return emitters[0].position_m + 4.0 * emitters[0].axis;
+  Vec3 sum(0);
+  double lowest_m = emitters[0].position_m.y;
+  for (const Emitter& emitter : emitters) {
+    sum += emitter.position_m;
+    lowest_m = std::min(lowest_m, emitter.position_m.y);
+  }
+  sum /= static_cast<double>(emitters.size());
+  return {sum.x, lowest_m, sum.z};
+}
+
+Result<BakedLevel> BakedLevel::open(const std::string& path) {
+  const auto file = BakeFile::open(path, FileAccess::kMap);
+  if (!file.ok()) return file.error();
+  auto tables = read_signals_and_tables(*file);
+  if (!tables.ok()) return tables.error();
+  auto mesh = file->read_mesh();
+  if (!mesh.ok()) return mesh.error();
+  BakedLevel level;
+  level.settings_ = file->settings();
+  level.level_ = {file->provenance().level,     std::move(*mesh),
+                  std::move(tables->materials), std::move(tables->emitters),
+                  std::move(tables->signals),   tables->air};
+  return level;
+}
+
+void BakedLevel::set_phong(const Bands& exponents) {
+  for (Material& material : level_.materials) {
+    material.phong = exponents;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      material.scattering[b] = exponents[b] == 0 ? 1.0f : 0.0f;
+  }
+}
+
+void BakedLevel::set_impulse() {
+  level_.signals = {{"impulse", {1}, false}};
+  for (Emitter& emitter : level_.emitters) emitter.signal = 0;
+}
+
+Result<std::unique_ptr<ExperimentScene>> BakedLevel::rebake(std::uint64_t sources) const {
+  BakeOptions options;
+  options.settings = settings_;
+  options.settings.sources = sources;
+  options.settings.photons = 0;
+  auto contents = bake(level_, options);
+  if (!contents.ok()) return contents.error();
+  return std::make_unique<ExperimentScene>(AuralizerInput{std::move(contents->octree.sources),
+                                                          std::move(contents->emitters),
+                                                          level_.signals,
+                                                          std::move(contents->materials),
+                                                          level_.air,
+                                                          {},
+                                                          {},
+                                                          contents->statistics.decay});
+}
+
+void for_each_index(std::size_t count, const std::function<void(std::size_t)>& work) {
+  std::atomic<std::size_t> next = 0;
+  const auto take = [&] {
+    for (std::size_t i; (i = next.fetch_add(1)) < count;) work(i);
+  };
+  std::vector<std::jthread> others;
+  for (unsigned core = 1; core < std::thread::hardware_concurrency(); ++core)
+    others.emplace_back(take);
+  take();
+}
+
+double inner_product(const Sound& a, const Sound& b) {
+  double sum = 0;
+  for (std::size_t c = 0; c < a.channels.size(); ++c)
+    for (std::size_t i = 0; i < a.channels[c].size(); ++i)
+      sum += static_cast<double>(a.channels[c][i]) * b.channels[c][i];
+  return sum;
+}
+
+double energy(const Sound& sound) { return inner_product(sound, sound); }
+
+}  // namespace clamor

@@ -1,0 +1,163 @@
+#include "tools/program/arguments.h"
+
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <ostream>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "common/text.h"
+#include "tools/commands/commands.h"
+
+namespace clamor {
+
+struct Arguments::State {
+  std::string command;
+  CLI::App app;
+};
+
+Arguments::Arguments(const std::string& command, const std::string& purpose,
+                     const std::string& example)
+    : state_(std::make_unique<State>()) {
+  state_->command = command;
+  state_->app.description(purpose);
+  state_->app.name("clamor " + command);
+  state_->app.footer("example: " + example);
+  state_->app.get_formatter()->column_width(34);
+}
+
+Arguments::~Arguments() = default;
+
+void Arguments::positional(const std::string& name, std::string& value, const std::string& help) {
+  state_->app.add_option(name, value, help)->required();
+}
+void Arguments::positional(const std::string& name, std::vector<std::string>& values,
+                           const std::string& help) {
+  state_->app.add_option(name, values, help)->required();
+}
+void Arguments::flag(const std::string& name, bool& value, const std::string& help) {
+  state_->app.add_flag(name, value, help);
+}
+void Arguments::option(const std::string& name, std::string& value, const std::string& help) {
+  state_->app.add_option(name, value, help)->capture_default_str();
+}
+void Arguments::option(const std::string& name, std::optional<std::string>& value,
+                       const std::string& help) {
+  state_->app.add_option(name, value, help);
+}
+void Arguments::option(const std::string& name, std::vector<std::string>& value,
+                       const std::string& help) {
+  state_->app.add_option(name, value, help)
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+void Arguments::option(const std::string& name, double& value, const std::string& help) {
+  state_->app.add_option(name, value, help)->capture_default_str();
+}
+void Arguments::option(const std::string& name, int& value, const std::string& help) {
+  state_->app.add_option(name, value, help)->capture_default_str();
+}
+void Arguments::option(const std::string& name, std::uint64_t& value, const std::string& help) {
+  state_->app.add_option(name, value, help)->capture_default_str();
+}
+void Arguments::option(const std::string& name, int& value, Range range, const std::string& help) {
+  const auto check = [range](const std::string& text) -> std::string {
+    int number = 0;
+    const char* const end = text.data() + text.size();
+    const auto [rest, problem] = std::from_chars(text.data(), end, number);
+    if (problem == std::errc() && rest == end && number >= range.least && number <= range.most)
+      return "";
+    return fmt::format("{} is no whole number between {} and {}", in_quotes(text), range.least,
+                       range.most);
+  };
+  state_->app.add_option(name, value, help)->capture_default_str()->check(check);
+}
+void Arguments::required(const std::string& name) { state_->app.get_option(name)->required(); }
+
+std::optional<int> Arguments::parse(std::span<const std::string> words, std::ostream& out,
+                                    std::ostream& err) {
+  try {
+    state_->app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
+    return std::nullopt;
+  } catch (const CLI::CallForHelp&) {
+    out << state_->app.help();
+    return kSuccess;
+  } catch (const CLI::ParseError& error) {
+    // A misspelled option may also be why another is missing or a word is left over.
+    const std::string misspelled = unknown_option();
+    return bad_usage(err, misspelled.empty() ? error.what() : misspelled);
+  }
+}
+
+std::string Arguments::unknown_option() const {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : state_->app.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  for (const std::string& word : state_->app.remaining()) {
+    if (!word.starts_with("--") || word.size() < 3) continue;
+    const std::string option = word.substr(0, word.find('='));
+    return "there is no option " + in_quotes(option) + "; the nearest is " +
+           in_quotes(nearest_name(option, names));
+  }
+  return "";
+}
+
+int Arguments::bad_usage(std::ostream& err, const std::string& problem) const {
+  const std::string shown = printable(problem);
+  std::string_view clause = shown;
+  if (clause.ends_with('.')) clause.remove_suffix(1);
+  err << "clamor " << state_->command << ": " << clause << "; see 'clamor " << state_->command
+      << " --help'\n";
+  return kBadUsage;
+}
+
+namespace {
+
+std::optional<double> number(std::string_view text) {
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (problem != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+Result<Listener> parse_listener(const std::string& text) {
+  const Error wrong("listener " + in_quotes(text) +
+                    " is not X,Y,Z or X,Y,Z,YAW or X,Y,Z,YAW,PITCH (metres, degrees), "
+                    "as in 0,1.7,3,90");
+  std::vector<double> values;
+  std::string_view rest = text;
+  while (true) {
+    const auto comma = rest.find(',');
+    const auto value = number(rest.substr(0, comma));
+    if (!value) return wrong;
+    values.push_back(*value);
+    if (comma == std::string_view::npos) break;
+    rest.remove_prefix(comma + 1);
+  }
+  if (values.size() < 3 || values.size() > 5) return wrong;
+  values.resize(5, 0.0);
+  constexpr double kRadians = std::numbers::pi / 180;
+  return Listener{{values[0], values[1], values[2]}, values[3] * kRadians, values[4] * kRadians};
+}
+
+Result<std::uint64_t> parse_bytes(const std::string& text) {
+  std::uint64_t number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [unit, wrong] = std::from_chars(text.data(), end, number);
+  const std::string_view suffix(unit, static_cast<std::size_t>(end - unit));
+  if (wrong == std::errc() && number > 0 && number <= 1'000'000) {
+    if (equal_ignoring_case(suffix, "MB")) return number * 1'000'000;
+    if (equal_ignoring_case(suffix, "GB")) return number * 1'000'000'000;
+  }
+  return Error(in_quotes(text) + " is not a size like 500MB or 2GB");
+}
+
+}  // namespace clamor

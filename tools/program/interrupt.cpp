@@ -1,0 +1,77 @@
+#include "tools/program/interrupt.h"
+
+#include <cassert>
+#include <csignal>
+
+#include <poll.h>
+#include <unistd.h>
+
+#include "tools/commands/commands.h"
+
+namespace clamor {
+
+namespace {
+
+std::atomic<bool> interrupted{false};
+std::string sentence;  // of ExitOnSignal; does not change while its handler stands
+
+void on_signal(int number) {
+  if (!interrupted.exchange(true) || number == SIGHUP) return;
+  std::signal(number, SIG_DFL);
+  std::raise(number);
+}
+
+// A connection to a sound server that breaks raises SIGPIPE as well, and is no reason to end.
+void on_broken_pipe(int) {
+  if (output_reader_is_gone()) interrupted = true;
+}
+
+void stop_at_once(int) {
+  const ssize_t ignored = ::write(STDERR_FILENO, sentence.data(), sentence.size());
+  (void)ignored;
+  ::_exit(kBadInput);
+}
+
+}  // namespace
+
+void SavedSignalHandlers::handle(int number, void (*handler)(int)) {
+  assert(count_ < saved_.size());
+  Saved& saved = saved_[count_];
+  saved.number = number;
+  ::sigaction(number, nullptr, &saved.action);
+  if (number == SIGHUP && saved.action.sa_handler == SIG_IGN) return;
+  ++count_;
+  struct sigaction action {};
+  action.sa_handler = handler;
+  action.sa_flags = SA_RESTART;
+  ::sigaction(number, &action, nullptr);
+}
+
+SavedSignalHandlers::~SavedSignalHandlers() {
+  for (std::size_t i = 0; i < count_; ++i)
+    ::sigaction(saved_[i].number, &saved_[i].action, nullptr);
+}
+
+Interrupt::Interrupt() {
+  interrupted = false;
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) signals_.handle(number, on_signal);
+  signals_.handle(SIGPIPE, on_broken_pipe);
+}
+
+const std::atomic<bool>& Interrupt::requested() { return interrupted; }
+
+bool output_reader_is_gone() {
+  std::array<pollfd, 2> outputs{{{STDOUT_FILENO, POLLOUT, 0}, {STDERR_FILENO, POLLOUT, 0}}};
+  if (::poll(outputs.data(), outputs.size(), 0) <= 0) return false;
+  for (const pollfd& output : outputs)
+    if ((output.revents & POLLERR) != 0) return true;
+  return false;
+}
+
+ExitOnSignal::ExitOnSignal(const std::string& command) {
+  sentence = (::isatty(STDERR_FILENO) != 0 ? "\nclamor " : "clamor ") + command +
+             ": stopped; nothing was written\n";
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) signals_.handle(number, stop_at_once);
+}
+
+}  // namespace clamor

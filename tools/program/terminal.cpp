@@ -1,0 +1,87 @@
+#include "tools/program/terminal.h"
+
+#include <array>
+#include <cctype>
+#include <chrono>
+#include <string_view>
+#include <thread>
+
+#include <poll.h>
+#include <unistd.h>
+
+namespace clamor {
+
+namespace {
+
+struct Sequence {
+  std::string_view text;
+  Key key;
+};
+// Arrow keys in a terminal's two dialects, and letters where games have them.
+constexpr std::array<Sequence, 20> kSequences = {{{"\x1b[A", Key::kForward},
+                                                  {"\x1b[B", Key::kBack},
+                                                  {"\x1b[C", Key::kTurnRight},
+                                                  {"\x1b[D", Key::kTurnLeft},
+                                                  {"\x1bOA", Key::kForward},
+                                                  {"\x1bOB", Key::kBack},
+                                                  {"\x1bOC", Key::kTurnRight},
+                                                  {"\x1bOD", Key::kTurnLeft},
+                                                  {"\x1b[5~", Key::kUp},
+                                                  {"\x1b[6~", Key::kDown},
+                                                  {"w", Key::kForward},
+                                                  {"s", Key::kBack},
+                                                  {"a", Key::kTurnLeft},
+                                                  {"d", Key::kTurnRight},
+                                                  {",", Key::kLeft},
+                                                  {".", Key::kRight},
+                                                  {"r", Key::kUp},
+                                                  {"f", Key::kDown},
+                                                  {"q", Key::kQuit},
+                                                  {"\x03", Key::kQuit}}};
+
+}  // namespace
+
+Terminal::Terminal() {
+  if (isatty(STDIN_FILENO) == 0 || tcgetattr(STDIN_FILENO, &before_) != 0) return;
+  is_terminal_ = true;
+  termios raw = before_;
+  raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+  raw.c_cc[VMIN] = 0;
+  raw.c_cc[VTIME] = 0;
+  tcsetattr(STDIN_FILENO, TCSANOW, &raw);
+}
+
+Terminal::~Terminal() {
+  if (is_terminal_) tcsetattr(STDIN_FILENO, TCSANOW, &before_);
+}
+
+Key Terminal::read(int milliseconds) {
+  if (!is_terminal_) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+    return Key::kNone;
+  }
+  if (pending_.empty()) {
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    if (::poll(&input, 1, milliseconds) <= 0) return Key::kNone;
+    std::array<char, 64> bytes;
+    const ssize_t count = ::read(STDIN_FILENO, bytes.data(), bytes.size());
+    if (count <= 0) return Key::kQuit;  // the terminal is gone
+    pending_.assign(bytes.data(), static_cast<std::size_t>(count));
+  }
+  if (pending_ == "\x1b") {  // Escape alone
+    pending_.clear();
+    return Key::kQuit;
+  }
+  for (const Sequence& sequence : kSequences) {
+    std::string start = pending_.substr(0, sequence.text.size());
+    if (start.size() == 1)
+      start[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(start[0])));
+    if (start != sequence.text) continue;
+    pending_.erase(0, sequence.text.size());
+    return sequence.key;
+  }
+  pending_.erase(0, 1);
+  return Key::kNone;
+}
+
+}  // namespace clamor
