@@ -175,7 +175,7 @@ struct Auralizer::State {
     Sampler& sampler = choice.sampler();
     const Vec3& place = pose.position_m;
     if (made < next_choice) return sample;
-    sampler.face(Reception(receivers, pose));
+    sampler.set_reception(Reception(receivers, pose));
     if (script != nullptr) (void)script->apply(*choice.moving(), time_s);  // its own sources
     choice_keyframes = made > 0 ? keyframes_of_choice : 1;
     const double start_s = choice_keyframes > 1 ? clock.now() : 0;
@@ -259,10 +259,10 @@ Result<void> Auralizer::check(const AuralizerOptions& options) {
   if (options.block_frames < 1 || options.block_frames > kLargestBlock_frames)
     return Error("cannot mix blocks of " + std::to_string(options.block_frames) +
                  " frames; ask for 1 to " + std::to_string(kLargestBlock_frames) + ".");
-  if (options.moving.most > kMaxMovingSources)
+  if (options.moving.max_sources > kMaxMovingSources)
     return Error("there may be at most " + std::to_string(kMaxMovingSources) +
                  " moving sources at a time.");
-  if (options.moving.most > 0 && !takes_moving(options.strategy))
+  if (options.moving.max_sources > 0 && !takes_moving(options.strategy))
     return Error("the strategy " + in_quotes(options.strategy) +
                  " knows nothing of moving sources; take 'priority' or 'all'.");
   return {};
@@ -272,7 +272,7 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(AuralizerInput input,
                                                      const AuralizerOptions& options) {
   if (const auto right = check(options); !right.ok()) return right.error();
   if (const auto right = clamor::check(input); !right.ok()) return right.error();
-  if (input.sources.empty() && options.moving.most == 0) return nothing_to_hear();
+  if (input.sources.empty() && options.moving.max_sources == 0) return nothing_to_hear();
   if (const auto added = add_kinds(options.moving, input); !added.ok()) return added.error();
   return std::unique_ptr<Auralizer>(
       new Auralizer(std::make_unique<State>(std::move(input), nullptr, options)));
@@ -291,7 +291,7 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeF
     if (!auralizer.ok()) return auralizer.error().in(file->path());
     return auralizer;
   }
-  if (file->source_count() == 0 && options.moving.most == 0)
+  if (file->source_count() == 0 && options.moving.max_sources == 0)
     return nothing_to_hear().in(file->path());
   if (const auto added = add_kinds(options.moving, *input, file.get()); !added.ok())
     return added.error().in(file->path());

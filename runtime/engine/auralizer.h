@@ -107,7 +107,8 @@ class Auralizer {
   // Any one thread.
   AuralizerStatistics statistics();
 
-  // Sources that come, move and go, on the caller's thread; null unless `moving.most` asks for any.
+  // Sources that come, move and go, on the caller's thread; null unless `moving.max_sources` asks
+  // for any.
   MovingSources* moving();
 
  private:

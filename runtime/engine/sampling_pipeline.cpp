@@ -45,9 +45,10 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
 void SamplingPipeline::add_occlusion(const AuralizerInput& input, const RadiationModel& field,
                                      const AuralizerOptions& options) {
   if (!looks(options) || input.mesh.triangles.empty()) return;
-  using Ready = OcclusionGeometry::Ready;
+  using BuildQuality = OcclusionGeometry::BuildQuality;
   surfaces_ = std::make_unique<OcclusionGeometry>(
-      input.mesh, input.materials, options.wait_for_pages ? Ready::kWhole : Ready::kSoon);
+      input.mesh, input.materials,
+      options.wait_for_pages ? BuildQuality::kHigh : BuildQuality::kFast);
   occlusion_ = std::make_unique<VisibilityCache>(
       *surfaces_, field.speed_of_sound_mps(),
       VisibilityOptions{.rays_per_keyframe = options.rays, .exact = options.wait_for_pages});
@@ -60,8 +61,8 @@ void SamplingPipeline::improve_occlusion() {
 // In one ranking with the others.
 void SamplingPipeline::join_moving(const AuralizerInput& input, const RadiationModel& field,
                                    const SignalWeights& weights, const MovingOptions& options) {
-  if (options.most == 0) return;
-  moving_ = std::make_unique<MovingSources>(options.most, options.kinds.size());
+  if (options.max_sources == 0) return;
+  moving_ = std::make_unique<MovingSources>(options.max_sources, options.kinds.size());
   movers_ = std::make_unique<MovingSourceList>(*moving_, field, weights.by_signal, input.emitters,
                                                options.kinds.size());
   joined_ = std::make_unique<CombinedPool>(*pool_, *movers_);

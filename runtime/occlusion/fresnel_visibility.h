@@ -1,38 +1,39 @@
-// fresnel_visibility.h: how much of a source gets past what stands in the way, per octave band.
+// fresnel_visibility.h: occlusion with diffraction: the share of a source's power that passes the
+// level's surfaces on its way to the listener, per octave band.
 //
-// Sound does not only go straight: what arrives has come through a zone round the line from source
-// to listener, wide for low bands and narrow for high ones, so that a pillar dims 8 kHz and lets
-// 63 Hz through. Rays ask which share of the zone is free (N. Tsingos, J.-D. Gascuel. Soundtracks
-// for Computer Animation: Sound Rendering in Dynamic Environments with Occlusions. Graphics
-// Interface 1997). A ray is a way round: from the source, along half an ellipse, to the listener,
-// as four straight pieces, because an edge may lie anywhere between. With D(d) the share of the
-// ways with a detour of at most d that are free, evenly over their area half way, and l the
+// Sound reaches the listener through a zone around the straight line from the source, wide for low
+// bands and narrow for high ones: a pillar attenuates 8 kHz and lets 63 Hz pass. Rays estimate the
+// unoccluded fraction of the zone (N. Tsingos, J.-D. Gascuel. Soundtracks for Computer Animation:
+// Sound Rendering in Dynamic Environments with Occlusions. Graphics Interface 1997). Each ray is a
+// detour path from the source along half an ellipse to the listener. A path has four straight
+// segments, because an edge may lie anywhere along it. With D(d) the unoccluded fraction of the
+// paths with a detour of at most d, weighted evenly over their cross-section half way, and l the
 // wavelength at the band's centre (the first Fresnel zone ends at d = l / 2),
 //
 //   S = 0.7 D(l) + 0.3 D(2 l),     amplitude a = curve(S),     visibility V = a^2.
 //
-// The first zone alone cannot do it: at the edge of a rigid half-plane's shadow the exact amplitude
-// is a half, in the shadow it falls as 1 / sqrt(detour) and never ends, and on the lit side sound
-// is whole again when the edge has come to 0.6 of the zone. The curve is the exact solution's,
-// fitted at 270 pairs of places:
+// The first Fresnel zone alone does not suffice. At the shadow boundary of a rigid half-plane the
+// exact amplitude is one half; in the shadow it falls as 1 / sqrt(detour) and never reaches zero;
+// on the lit side it is back to one where the edge clears 0.6 of the zone. The curve is fitted to
+// the exact half-plane solution at 270 pairs of source and listener:
 //
 //   S  0   0.01   0.06    0.275   0.375   0.5    0.74 and more
 //   a  0   0.15   0.185   0.295   0.39    0.59   1
 //
-// It is within 2.1 dB of exact wherever that is above -15 dB; below -17 dB it ends. The sum over
-// zones with their phases (Kirchhoff's integral) was no better: 3.5 dB too low near the edge of
-// shadows, where a rigid screen adds what it reflects, and with as many rays twice as noisy. It is
-// better at small openings, where a share is too low: a slit that lets -3 dB through gets -10 dB.
+// The fit is within 2.1 dB of the exact solution wherever that is above -15 dB, and zero below
+// -17 dB. The sum over zones with their phases (Kirchhoff's integral) was no better: 3.5 dB too low
+// near shadow boundaries, where a rigid screen adds its reflection, and twice as noisy for the same
+// number of rays. That sum is better at small openings, where an unoccluded fraction is too low: a
+// slit that passes -3 dB is estimated at -10 dB.
 //
-// Walls along the way. A floor cuts the zone, too, but takes nothing from the direct sound: what
-// would have come from below comes from its mirror image, and of that the bake knows. So a surface
-// blocks only if source and listener are on different sides of its plane; a way that meets one
-// which has both before it is folded at it, as a mirror would. In a convex room nothing is ever
-// hidden.
+// Surfaces beside the path. A floor also cuts the zone but takes nothing from the direct sound: the
+// missing part is the image source's, which the bake accounts for. A surface therefore occludes
+// only if source and listener lie on different sides of its plane. A path that meets any other
+// surface is reflected at that surface. In a convex room no source is ever occluded.
 //
-// One set of ways serves all bands, as each zone lies within that of the next lower band: rays ask
-// for the rings between them. Most are spent where some ways are free and others not; where the
-// straight line and three rings agree that a source is in plain sight, a dozen ways are all.
+// One set of paths serves all bands, because each band's zone lies within that of the next lower
+// band: rays sample the rings between the zones. Most rays go to rings with both free and blocked
+// paths. Where the straight line and three rings agree that a source is visible, 12 paths suffice.
 #pragma once
 
 #include <cstdint>
@@ -44,32 +45,31 @@
 
 namespace clamor {
 
-// From where to where, and the speed of sound that makes wavelengths of bands.
+// A source's ray origin, the listener, and the speed of sound that turns bands into wavelengths.
 struct LineOfSight {
   Vec3f from_m{}, to_m{};
   double speed_of_sound_mps = 343.2;
 };
 
-// The amplitude that a free share of the zone lets through: the curve.
-float diffracted_amplitude(float free_share);
+// The curve above: amplitude that an unoccluded fraction of the zone lets pass.
+float diffracted_amplitude(float free_fraction);
 
 // Wavelength at the centre of a band.
 double wavelength_m(std::size_t band, double speed_of_sound_mps);
 
-// A way round that is `detour_m` longer than the straight one, on the side that `turn_rad` says.
-// Nothing if it gets lost between walls.
+// Whether the path that is `detour_m` longer than the straight line, on the side given by
+// `azimuth_rad`, is unoccluded. Nothing if the path gets lost between surfaces.
 std::optional<bool> path_is_free(const OcclusionGeometry& geometry, const LineOfSight& line,
-                                 double detour_m, double turn_rad, std::uint64_t& rays);
+                                 double detour_m, double azimuth_rad, std::uint64_t& rays);
 
-// Ways per ring, half of them where rings are not mixed: for a quick look at one of many; for a
-// first look (70 rays on average in a
-// furnished room, 9 of 10 bands within 1 dB), and for one that is within 1 dB of any number of
-// ways.
+// Paths per ring; rings that are not mixed get half of them. A coarse estimate is for sources that
+// matter as a group only. A medium one takes 70 rays on average in a furnished room, and 9 of 10
+// bands are within 1 dB. A fine one is within 1 dB of any larger number of paths.
 inline constexpr int kCoarsePaths = 4, kMediumPaths = 8, kFinePaths = 64;
 
-// Share of the power that arrives, per band. `rays` grows by those cast; `straight` says whether
-// the straight line is free.
+// Share of the power that arrives, per band. Adds the rays cast to `rays`, and sets
+// `line_is_free` to whether the straight line is unoccluded.
 Bands fresnel_visibility(const OcclusionGeometry& geometry, const LineOfSight& line,
-                         int paths_per_ring, std::uint64_t& rays, bool* straight = nullptr);
+                         int paths_per_ring, std::uint64_t& rays, bool* line_is_free = nullptr);
 
 }  // namespace clamor

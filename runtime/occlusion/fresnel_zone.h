@@ -1,6 +1,9 @@
-// fresnel_zone.h: one way round, and one zone of them, for those who cast them (the model is in
-// fresnel_visibility.h): one at a time there, many sources side by side in occlusion_batch.cpp.
-// Where a way runs, and what it means that it is free, is the same for both, to the last bit.
+// fresnel_zone.h: the detour paths of one source and listener, and the rings that they sample (the
+// model is in fresnel_visibility.h).
+//
+// Both estimators build on this file: fresnel_visibility() casts one path at a time, and
+// occlusion_batch.cpp casts packets of neighbouring sources. Paths and rings are the same in both,
+// to the last bit.
 #pragma once
 
 #include <array>
@@ -15,77 +18,79 @@
 
 namespace clamor {
 
-// Ring r lies between detours of 2^(1-r) and 2^-r wavelengths of the lowest band, the last one
-// within: disc(b + 1) is the zone of band b.
+// Ring r covers detours from 2^-r to 2^(1-r) wavelengths of the lowest band, and the last ring all
+// shorter ones: the disc of ring b + 1 and all rings within it is the zone of band b.
 inline constexpr std::size_t kZoneRings = kBandCount + 1;
 
-// Straight from source to listener, and what is aside of that.
+// The straight line from source to listener, with a basis around it.
 struct PathFrame {
   explicit PathFrame(const LineOfSight& line);
 
   LineOfSight line;
-  Vec3 way;
-  double way_m;
-  Basis basis;  // of none where the way has no length
+  Vec3 along_m;  // from source to listener
+  double length_m;
+  Basis basis;  // zero where the length is
 };
 
+// Angle around the straight line, from the basis' tangent.
 struct PathAzimuth {
   explicit PathAzimuth(double rad) : cos(std::cos(rad)), sin(std::sin(rad)) {}
   double cos, sin;
 };
 
-// To which side the ring's i-th way goes: any first few of them lie evenly over the ring half way.
+// Azimuth of the ring's i-th path. Any first few of them are spread evenly over the ring.
 const PathAzimuth& path_azimuth(std::size_t ring, int i);
 
-// A way round of four straight pieces; piece i runs from at[i - 1] to at[i].
-struct Way {
-  static constexpr std::size_t kPieces = 4;
+// What a surface does to a path that meets it: reflects it (it may meet more surfaces behind),
+// blocks it, or loses it between surfaces.
+enum class PathHit : std::uint8_t { kReflected, kBlocked, kLost };
 
-  // To the side that turns from the basis' tangent as this does.
-  Way(const PathFrame& frame, double detour_m, const PathAzimuth& turn);
+// A path of four straight segments; segment i runs from points_m[i - 1] to points_m[i].
+struct DetourPath {
+  static constexpr std::size_t kSegments = 4;
 
-  // What the first surface that piece i meets makes of it: folds it at the surface, which it may
-  // then meet others behind of; ends it, or loses it between walls.
-  enum class Met : std::uint8_t { kFolded, kBlocked, kLost };
-  Met meet(const OccluderPlane& wall, std::size_t piece, const LineOfSight& line);
+  DetourPath(const PathFrame& frame, double detour_m, const PathAzimuth& azimuth);
 
-  std::array<Vec3f, kPieces + 1> at;
-  int folds = 0;
+  // Applies the first surface that a segment meets.
+  PathHit hit(const OccluderPlane& wall, std::size_t segment, const LineOfSight& line);
+
+  std::array<Vec3f, kSegments + 1> points_m;
+  int reflections = 0;
 };
 
+// Tally of a ring's paths: cast, with a known outcome (counted), and unoccluded (free).
 struct ZoneRing {
   int cast = 0, free = 0, counted = 0;
 
   bool mixed() const { return free > 0 && free < counted; }
-  float share() const {
+  float free_fraction() const {
     return counted > 0 ? static_cast<float>(free) / static_cast<float>(counted) : 0;
   }
-  // Does it contradict the straight line?
-  bool contradicts(bool straight) const {
-    return mixed() || (counted > 0 && (free > 0) != straight);
+  bool contradicts(bool line_is_free) const {
+    return mixed() || (counted > 0 && (free > 0) != line_is_free);
   }
 };
 
 struct FresnelZone {
   explicit FresnelZone(const PathFrame& frame);
 
-  // Detour of the ring's i-th way.
+  // Detour of the ring's i-th path.
   double detour_m(std::size_t ring, int i) const;
 
-  // Is it clear what the ring is without more ways: do its neighbours say the same?
+  // Whether the neighbouring rings agree with this one, so that more paths would tell no more.
   bool is_settled(std::size_t ring) const;
 
-  // Of what was cast.
+  // Share of the power that arrives, per band, from the paths cast so far.
   Bands visibility() const;
 
-  double way_m;
+  double length_m;  // of the straight line
   std::array<ZoneRing, kZoneRings> rings{};
 
  private:
-  // Of the zone that a ring and all within it make up half way; but for a factor.
+  // Cross-section half way of each ring with all rings within it, up to a common factor.
   std::array<double, kZoneRings + 1> area_m2_{};
   bool agree(std::size_t a, std::size_t b) const;
-  std::array<float, kZoneRings> discs() const;
+  std::array<float, kZoneRings> disc_fractions() const;
 };
 
 }  // namespace clamor

@@ -2,11 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
 #include <optional>
-#include <thread>
-#include <utility>
 
 #include "common/morton_order.h"
 #include "common/parallel_for.h"
@@ -17,104 +14,108 @@ namespace clamor {
 
 namespace {
 
-using Lanes = std::uint32_t;  // a bit each
+// A set of a packet's lanes, one bit each.
+using Lanes = std::uint32_t;
 
 template <class Do>
 void for_each(Lanes lanes, const Do& act) {
   for (; lanes != 0; lanes &= lanes - 1) act(static_cast<std::size_t>(std::countr_zero(lanes)));
 }
 
-// One line, and what was cast for it.
-struct Looked {
-  explicit Looked(const LineOfSight& line) : frame(line), zone(frame) {}
+// A line and the state of its estimate.
+struct LineState {
+  explicit LineState(const LineOfSight& line) : frame(line), zone(frame) {}
 
   PathFrame frame;
   FresnelZone zone;
-  VisibilityEstimate look;
+  VisibilityEstimate estimate;
 };
 
-// Neighbours, side by side; null beyond the last.
+// Estimates neighbouring lines together, one per lane; lanes beyond the last line are null.
 class PacketEstimator {
  public:
-  PacketEstimator(const OcclusionGeometry& geometry, std::span<Looked* const> near)
+  PacketEstimator(const OcclusionGeometry& geometry, std::span<LineState* const> lines)
       : geometry_(geometry) {
-    std::copy(near.begin(), near.end(), lanes_.begin());
-    all_ = static_cast<Lanes>((std::uint64_t{1} << near.size()) - 1);
+    std::copy(lines.begin(), lines.end(), lanes_.begin());
+    all_ = static_cast<Lanes>((std::uint64_t{1} << lines.size()) - 1);
   }
 
-  void look_straight() {
+  void test_straight_lines() {
     for_each(all_, [this](std::size_t l) {
-      Looked& one = *lanes_[l];
-      ++one.look.rays;
-      one.look.straight = geometry_.is_free(one.frame.line.from_m, one.frame.line.to_m);
+      LineState& one = *lanes_[l];
+      ++one.estimate.rays;
+      one.estimate.line_is_free = geometry_.is_free(one.frame.line.from_m, one.frame.line.to_m);
     });
   }
 
-  // As fresnel_visibility(), with what was cast before.
-  void look(int paths_per_ring) {
-    const int first_ways = (paths_per_ring + 1) / 2;
-    Lanes straight = 0, mixed = 0;
-    for_each(all_, [&](std::size_t l) { straight |= lane_if(lanes_[l]->look.straight, l); });
+  // Follows fresnel_visibility() step by step, and continues from the paths cast before.
+  void estimate(int paths_per_ring) {
+    const int first_paths = (paths_per_ring + 1) / 2;
+    Lanes line_free = 0, mixed = 0;
+    for_each(all_,
+             [&](std::size_t l) { line_free |= lane_if(lanes_[l]->estimate.line_is_free, l); });
     for (std::size_t r = 0; r < kZoneRings; ++r) {
-      const Lanes lanes = r % (kZoneRings / 2) == 0 ? all_ : all_ & ~straight;
-      cast(lanes, r, first_ways);
+      const Lanes lanes = r % (kZoneRings / 2) == 0 ? all_ : all_ & ~line_free;
+      cast(lanes, r, first_paths);
       for_each(lanes, [&](std::size_t l) {
-        mixed |= lane_if(ring(l, r).contradicts(lanes_[l]->look.straight), l);
+        mixed |= lane_if(ring(l, r).contradicts(lanes_[l]->estimate.line_is_free), l);
       });
     }
     for_each(all_ & ~mixed, [this](std::size_t l) {
-      lanes_[l]->look.around = same_in_all_bands(lanes_[l]->look.straight ? 1 : 0);
+      VisibilityEstimate& estimate = lanes_[l]->estimate;
+      estimate.diffracted = same_in_all_bands(estimate.line_is_free ? 1 : 0);
     });
-    for (std::size_t r = 0; r < kZoneRings; ++r) cast(mixed, r, first_ways);
+    for (std::size_t r = 0; r < kZoneRings; ++r) cast(mixed, r, first_paths);
     std::array<Lanes, kZoneRings> unsettled{};
     for (std::size_t r = 0; r < kZoneRings; ++r)
       for_each(mixed,
                [&](std::size_t l) { unsettled[r] |= lane_if(!lanes_[l]->zone.is_settled(r), l); });
     for (std::size_t r = 0; r < kZoneRings; ++r) cast(unsettled[r], r, paths_per_ring);
-    for_each(mixed,
-             [this](std::size_t l) { lanes_[l]->look.around = lanes_[l]->zone.visibility(); });
+    for_each(mixed, [this](std::size_t l) {
+      lanes_[l]->estimate.diffracted = lanes_[l]->zone.visibility();
+    });
   }
 
  private:
-  // Of those lanes, the ring's ways up to the `count`-th.
+  // Casts the ring's paths up to number `count` for the given lanes.
   void cast(Lanes lanes, std::size_t r, int count) {
     for (int i = 0; i < count; ++i) {
       Lanes now = 0;
       for_each(lanes, [&](std::size_t l) { now |= lane_if(ring(l, r).cast == i, l); });
-      if (now != 0) cast_way(now, r, i);
+      if (now != 0) cast_path(now, r, i);
     }
   }
 
-  void cast_way(Lanes lanes, std::size_t r, int i) {
-    std::array<std::optional<Way>, kPacketRays> ways;
+  void cast_path(Lanes lanes, std::size_t r, int i) {
+    std::array<std::optional<DetourPath>, kPacketRays> paths;
     Lanes under_way = 0, free = 0, lost = 0;
     for_each(lanes, [&](std::size_t l) {
-      const Looked& one = *lanes_[l];
+      const LineState& one = *lanes_[l];
       ++ring(l, r).cast;
-      free |= lane_if(!(one.frame.way_m > 0), l);
-      ways[l].emplace(one.frame, one.zone.detour_m(r, i), path_azimuth(r, i));
+      free |= lane_if(!(one.frame.length_m > 0), l);
+      paths[l].emplace(one.frame, one.zone.detour_m(r, i), path_azimuth(r, i));
     });
     under_way = lanes & ~free;
-    std::array<PathSegment, kPacketRays> pieces{};
+    std::array<PathSegment, kPacketRays> segments{};
     std::array<const OccluderPlane*, kPacketRays> walls;
-    for (std::size_t piece = 1; piece <= Way::kPieces; ++piece)
+    for (std::size_t segment = 1; segment <= DetourPath::kSegments; ++segment)
       for (Lanes casting = under_way; casting != 0;) {
         for_each(casting, [&](std::size_t l) {
-          pieces[l] = {ways[l]->at[piece - 1], ways[l]->at[piece]};
-          ++lanes_[l]->look.rays;
+          segments[l] = {paths[l]->points_m[segment - 1], paths[l]->points_m[segment]};
+          ++lanes_[l]->estimate.rays;
         });
-        geometry_.first_surfaces(pieces, casting, walls);
+        geometry_.first_surfaces(segments, casting, walls);
         for_each(casting, [&](std::size_t l) {
           const Lanes lane = Lanes{1} << l;
           if (walls[l] == nullptr) {
             casting &= ~lane;
             return;
           }
-          const Way::Met met = ways[l]->meet(*walls[l], piece, lanes_[l]->frame.line);
-          if (met == Way::Met::kFolded) return;
+          const PathHit hit = paths[l]->hit(*walls[l], segment, lanes_[l]->frame.line);
+          if (hit == PathHit::kReflected) return;
           casting &= ~lane;
           under_way &= ~lane;
-          if (met == Way::Met::kLost) lost |= lane;
+          if (hit == PathHit::kLost) lost |= lane;
         });
       }
     free |= under_way;
@@ -129,51 +130,52 @@ class PacketEstimator {
 
   const OcclusionGeometry& geometry_;
   Lanes all_ = 0;
-  std::array<Looked*, kPacketRays> lanes_{};
+  std::array<LineState*, kPacketRays> lanes_{};
 };
 
-// All of them, with so many ways; then those that an edge cuts with more, if there are to be more.
-void look_at_all(const OcclusionGeometry& geometry, std::span<Looked> all, int ways,
-                 int more_ways) {
-  std::vector<Looked*> lanes;
-  for (Looked& one : all) lanes.push_back(&one);
+// Estimates all lines with `paths` per ring, and those that an edge partly occludes with
+// `more_paths`, if that is larger.
+void estimate_all(const OcclusionGeometry& geometry, std::span<LineState> all, int paths,
+                  int more_paths) {
+  std::vector<LineState*> lines;
+  for (LineState& one : all) lines.push_back(&one);
   const auto in_packets = [&](const auto& act) {
-    for (std::size_t first = 0; first < lanes.size(); first += kPacketRays) {
-      const auto count = std::min(kPacketRays, lanes.size() - first);
-      PacketEstimator looks(geometry, std::span(lanes).subspan(first, count));
-      act(looks);
+    for (std::size_t first = 0; first < lines.size(); first += kPacketRays) {
+      const auto count = std::min(kPacketRays, lines.size() - first);
+      PacketEstimator packet(geometry, std::span(lines).subspan(first, count));
+      act(packet);
     }
   };
-  in_packets([&](PacketEstimator& looks) {
-    looks.look_straight();
-    looks.look(ways);
+  in_packets([&](PacketEstimator& packet) {
+    packet.test_straight_lines();
+    packet.estimate(paths);
   });
-  if (more_ways <= ways) return;
-  std::erase_if(lanes, [](const Looked* one) { return !is_partial(one->look.around); });
-  in_packets([&](PacketEstimator& looks) { looks.look(more_ways); });
+  if (more_paths <= paths) return;
+  std::erase_if(lines, [](const LineState* one) { return !is_partial(one->estimate.diffracted); });
+  in_packets([&](PacketEstimator& packet) { packet.estimate(more_paths); });
 }
 
-// Lines that a thread looks along at a time.
-constexpr std::size_t kTogether = 16 * kPacketRays;
+// Lines that a thread takes at a time.
+constexpr std::size_t kLinesPerTask = 16 * kPacketRays;
 
 std::vector<VisibilityEstimate> estimate_visibilities(const OcclusionGeometry& geometry,
-                                                      std::span<const LineOfSight> lines, int ways,
-                                                      int more_ways, unsigned threads) {
-  std::vector<VisibilityEstimate> looks(lines.size());
+                                                      std::span<const LineOfSight> lines, int paths,
+                                                      int more_paths, unsigned threads) {
+  std::vector<VisibilityEstimate> estimates(lines.size());
   if (geometry.empty()) {
-    for (VisibilityEstimate& look : looks) look = {same_in_all_bands(1), true, 0};
-    return looks;
+    for (VisibilityEstimate& estimate : estimates) estimate = {same_in_all_bands(1), true, 0};
+    return estimates;
   }
   std::vector<Vec3> starts_m;
   for (const LineOfSight& line : lines) starts_m.emplace_back(line.from_m);
   const std::vector<std::size_t> order = morton_order(starts_m);
-  parallel_for(order.size(), kTogether, threads, [&](std::size_t first, std::size_t end) {
-    std::vector<Looked> part;
-    for (std::size_t i = first; i < end; ++i) part.emplace_back(lines[order[i]]);
-    look_at_all(geometry, part, ways, more_ways);
-    for (std::size_t i = first; i < end; ++i) looks[order[i]] = part[i - first].look;
+  parallel_for(order.size(), kLinesPerTask, threads, [&](std::size_t first, std::size_t end) {
+    std::vector<LineState> task;
+    for (std::size_t i = first; i < end; ++i) task.emplace_back(lines[order[i]]);
+    estimate_all(geometry, task, paths, more_paths);
+    for (std::size_t i = first; i < end; ++i) estimates[order[i]] = task[i - first].estimate;
   });
-  return looks;
+  return estimates;
 }
 
 }  // namespace
@@ -187,18 +189,19 @@ std::vector<VisibilityEstimate> estimate_visibilities(const OcclusionGeometry& g
 std::vector<Bands> fine_visibility(const OcclusionGeometry& geometry, double speed_of_sound_mps,
                                    std::span<const Source* const> sources, const Vec3& place,
                                    unsigned threads) {
-  std::vector<std::optional<Vec3f>> starts(sources.size());
-  parallel_for(sources.size(), kTogether, threads, [&](std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) starts[i] = geometry.start(*sources[i]);
+  std::vector<std::optional<Vec3f>> origins(sources.size());
+  parallel_for(sources.size(), kLinesPerTask, threads, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) origins[i] = geometry.ray_origin(*sources[i]);
   });
   std::vector<LineOfSight> lines;
-  for (const auto& start_m : starts)
-    if (start_m) lines.push_back({*start_m, Vec3f(place), speed_of_sound_mps});
-  const std::vector<VisibilityEstimate> looks =
+  for (const auto& origin_m : origins)
+    if (origin_m) lines.push_back({*origin_m, Vec3f(place), speed_of_sound_mps});
+  const std::vector<VisibilityEstimate> estimates =
       estimate_visibilities(geometry, lines, kMediumPaths, kFinePaths, threads);
   std::vector<Bands> visibility;
   std::size_t next = 0;
-  for (const auto& start_m : starts) visibility.push_back(start_m ? looks[next++].around : Bands{});
+  for (const auto& origin_m : origins)
+    visibility.push_back(origin_m ? estimates[next++].diffracted : Bands{});
   return visibility;
 }
 

@@ -1,12 +1,12 @@
-// occlusion_batch.h: looks at many sources from one place, on all cores: for exact renders.
+// occlusion_batch.h: visibility of many sources from one place, on all cores, for exact renders.
 //
-// The same looks as fresnel_visibility() takes one at a time, in 50 to 70 % of the time: sources
-// are taken in the order in which they lie in space, and of kPacketRays neighbours the same way
-// round is cast at once, as a packet of rays. So near each other, with one end in common, they go
-// the same way down the tree of surfaces. (Only where a ray comes through the edge between two
-// surfaces may a packet find the other one: one way of six million in a cathedral.)
+// The estimates equal those of fresnel_visibility(), which takes one source at a time, in 50 to
+// 70 % of the time. Sources are sorted along a space-filling curve, and the same detour path of
+// kPacketRays neighbours is cast as one packet of coherent rays. (Where a ray passes through the
+// edge between two surfaces, a packet may find the other surface: one path of six million in a
+// cathedral.)
 //
-// What lies side by side is a function of the lines alone: so is the outcome, whatever the threads.
+// Packets are formed from the lines alone, so the result does not depend on the number of threads.
 #pragma once
 
 #include <cstdint>
@@ -22,18 +22,18 @@
 namespace clamor {
 
 struct VisibilityEstimate {
-  Bands around{};  // as fresnel_visibility() gives it
-  bool straight = false;
-  std::uint64_t rays = 0;  // cast for it
+  Bands diffracted{};         // as returned by fresnel_visibility()
+  bool line_is_free = false;  // the straight line
+  std::uint64_t rays = 0;     // cast for this estimate
 };
 
-// Along each of the lines, in their order, all of which end in about one place. On so many threads,
-// 0: as many as there are cores.
+// Estimates for the lines, in their order; all lines end at about the same place. `threads` of 0
+// means one per core.
 std::vector<VisibilityEstimate> estimate_visibilities(const OcclusionGeometry& geometry,
                                                       std::span<const LineOfSight> lines,
                                                       int paths_per_ring, unsigned threads = 0);
 
-// What fine_visibility() of visibility_cache.h says of each.
+// fine_visibility() of visibility_cache.h for each of the sources.
 std::vector<Bands> fine_visibility(const OcclusionGeometry& geometry, double speed_of_sound_mps,
                                    std::span<const Source* const> sources, const Vec3& place,
                                    unsigned threads = 0);

@@ -19,6 +19,7 @@
 
 namespace clamor {
 
+// Owns the Embree objects of one BVH.
 struct OcclusionGeometry::Embree {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
@@ -33,14 +34,15 @@ struct OcclusionGeometry::Embree {
 
 namespace {
 
-// How far back towards where its sound came from a source is asked which side of a wall it is on.
-constexpr double kBack_m = 0.25;
-// Rounding: 3.4 mm of the source's place, 0.9 mm of the wall's.
-constexpr float kUncertain_m = 0.0045f;
-constexpr int kMostCrossings = 32;  // a way through more walls is silent
-constexpr float kBeyondHit = 1e-5f;
+// Length of the ray, back along the sound's arrival, that finds a source's side of nearby walls.
+constexpr double kSideTest_m = 0.25;
+// A source nearer to another wall than this may be on either side: rounding moves the source by up
+// to 3.4 mm and the wall by up to 0.9 mm.
+constexpr float kAmbiguous_m = 0.0045f;
+constexpr int kMaxCrossings = 32;          // a path through more surfaces is silent
+constexpr float kRestartFraction = 1e-5f;  // of a segment, added after a hit to leave the surface
 
-// Embree reports a failure by a code that stays until somebody asks for it.
+// Throws if an Embree call since the last check failed.
 void check(RTCDevice device) {
   const RTCError error = rtcGetDeviceError(device);
   if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
@@ -78,27 +80,28 @@ OccluderPlane plane_of(const Mesh& mesh, const std::array<std::uint32_t, 3>& cor
 
 }  // namespace
 
-std::unique_ptr<OcclusionGeometry::Embree> OcclusionGeometry::tree_of(const Mesh& mesh,
-                                                                      Ready ready) {
+std::unique_ptr<OcclusionGeometry::Embree> OcclusionGeometry::build_bvh(const Mesh& mesh,
+                                                                        BuildQuality quality) {
   auto tree = std::make_unique<Embree>();
   tree->device = rtcNewDevice(nullptr);
   check(tree->device);
   tree->scene = rtcNewScene(tree->device);
   check(tree->device);
-  rtcSetSceneBuildQuality(tree->scene,
-                          ready == Ready::kSoon ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_HIGH);
-  // Without it a ray may slip through the edge between two triangles.
+  rtcSetSceneBuildQuality(
+      tree->scene, quality == BuildQuality::kFast ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_HIGH);
+  // Robust mode keeps rays from slipping through the edge between two triangles.
   rtcSetSceneFlags(tree->scene, RTC_SCENE_FLAG_ROBUST);
   tree->geometry = rtcNewGeometry(tree->device, RTC_GEOMETRY_TYPE_TRIANGLE);
   check(tree->device);
-  if (ready == Ready::kSoon) rtcSetGeometryBuildQuality(tree->geometry, RTC_BUILD_QUALITY_LOW);
+  if (quality == BuildQuality::kFast)
+    rtcSetGeometryBuildQuality(tree->geometry, RTC_BUILD_QUALITY_LOW);
   auto* vertices = static_cast<Vec3f*>(
       rtcSetNewGeometryBuffer(tree->geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                               sizeof(Vec3f), mesh.vertices_m.size()));
   auto* indices = static_cast<std::array<std::uint32_t, 3>*>(
       rtcSetNewGeometryBuffer(tree->geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                               3 * sizeof(std::uint32_t), mesh.triangles.size()));
-  check(tree->device);  // without memory both are null
+  check(tree->device);  // buffers are null if memory ran out
   std::copy(mesh.vertices_m.begin(), mesh.vertices_m.end(), vertices);
   std::copy(mesh.triangles.begin(), mesh.triangles.end(), indices);
   rtcSetGeometryMask(tree->geometry, 0xffffffff);  // Embree 4's default is 1
@@ -110,37 +113,38 @@ std::unique_ptr<OcclusionGeometry::Embree> OcclusionGeometry::tree_of(const Mesh
 }
 
 OcclusionGeometry::OcclusionGeometry(const Mesh& mesh, std::span<const Material> materials,
-                                     Ready ready)
+                                     BuildQuality quality)
     : materials_(mesh.materials), embree_(std::make_unique<Embree>()) {
   for (const Material& material : materials) {
     Bands& through = transmission_.emplace_back(material.transmission);
     for (std::size_t b = 0; b < kBandCount; ++b) {
       through[b] = std::min(through[b], material.absorption[b]);
-      lets_through_ |= through[b] > 0;
+      transmits_ |= through[b] > 0;
     }
   }
-  if (mesh.triangles.empty()) return;  // a free field
+  if (mesh.triangles.empty()) return;  // free field
   planes_.reserve(mesh.triangles.size());
   for (const auto& triangle : mesh.triangles) planes_.push_back(plane_of(mesh, triangle));
-  embree_ = tree_of(mesh, ready);
-  if (ready == Ready::kSoon) improves_ = &mesh;
+  embree_ = build_bvh(mesh, quality);
+  if (quality == BuildQuality::kFast) mesh_to_improve_ = &mesh;
 }
 
 bool OcclusionGeometry::improve() {
-  if (improves_ == nullptr) return true;
+  if (mesh_to_improve_ == nullptr) return true;
   if (!better_.valid())
-    better_ = std::async(std::launch::async, [mesh = improves_]() -> std::unique_ptr<Embree> {
-      name_thread("sight builder");
-      try {
-        return tree_of(*mesh, Ready::kWhole);
-      } catch (const std::exception&) {
-        return nullptr;
-      }
-    });
+    better_ =
+        std::async(std::launch::async, [mesh = mesh_to_improve_]() -> std::unique_ptr<Embree> {
+          name_thread("occlusion bvh");
+          try {
+            return build_bvh(*mesh, BuildQuality::kHigh);
+          } catch (const std::exception&) {
+            return nullptr;
+          }
+        });
   if (better_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
-  // Without memory for the better tree, the first one serves to the end.
+  // If memory for the better BVH ran out, the first one stays.
   if (auto better = better_.get()) embree_ = std::move(better);
-  improves_ = nullptr;
+  mesh_to_improve_ = nullptr;
   return true;
 }
 
@@ -173,21 +177,21 @@ const OccluderPlane* OcclusionGeometry::first_surface(const Vec3f& from_m,
 }
 
 void OcclusionGeometry::first_surfaces(
-    std::span<const PathSegment, kPacketRays> pieces, std::uint32_t lanes,
+    std::span<const PathSegment, kPacketRays> segments, std::uint32_t lanes,
     std::span<const OccluderPlane*, kPacketRays> surfaces) const {
   alignas(64) std::array<int, kPacketRays> valid{};
   alignas(64) RTCRayHit16 rays;
   for (std::size_t l = 0; l < kPacketRays; ++l) {
     surfaces[l] = nullptr;
     valid[l] = (lanes >> l & 1) != 0 ? -1 : 0;
-    const PathSegment& piece = pieces[l];
-    rays.ray.org_x[l] = piece.from_m.x;
-    rays.ray.org_y[l] = piece.from_m.y;
-    rays.ray.org_z[l] = piece.from_m.z;
+    const PathSegment& segment = segments[l];
+    rays.ray.org_x[l] = segment.from_m.x;
+    rays.ray.org_y[l] = segment.from_m.y;
+    rays.ray.org_z[l] = segment.from_m.z;
     rays.ray.tnear[l] = 0;
-    rays.ray.dir_x[l] = piece.to_m.x - piece.from_m.x;
-    rays.ray.dir_y[l] = piece.to_m.y - piece.from_m.y;
-    rays.ray.dir_z[l] = piece.to_m.z - piece.from_m.z;
+    rays.ray.dir_x[l] = segment.to_m.x - segment.from_m.x;
+    rays.ray.dir_y[l] = segment.to_m.y - segment.from_m.y;
+    rays.ray.dir_z[l] = segment.to_m.z - segment.from_m.z;
     rays.ray.time[l] = 0;
     rays.ray.tfar[l] = 1;
     rays.ray.mask[l] = 0xffffffff;
@@ -231,12 +235,12 @@ Bands OcclusionGeometry::transmission(const Vec3f& from_m, const Vec3f& to_m,
   if (empty()) return through;
   float near = 0;
   std::uint32_t last = kNone;
-  for (int crossing = 0; crossing < kMostCrossings; ++crossing) {
+  for (int crossing = 0; crossing < kMaxCrossings; ++crossing) {
     ++rays;
     const std::uint32_t triangle = first_triangle(from_m, to_m, near);
     if (triangle == kNone) return through;
-    if (!lets_through_) return Bands{};
-    near += kBeyondHit;
+    if (!transmits_) return Bands{};
+    near += kRestartFraction;
     if (triangle == last) continue;
     last = triangle;
     float most = 0;
@@ -249,16 +253,16 @@ Bands OcclusionGeometry::transmission(const Vec3f& from_m, const Vec3f& to_m,
   return Bands{};
 }
 
-std::optional<Vec3f> OcclusionGeometry::start(const Source& source) const {
-  const Vec3f at_m = source.position_m;
-  if (source.is_emitter || empty()) return at_m;
-  const auto before = static_cast<float>(kStartOffset_m);
-  const Vec3f start_m = at_m + before * source.normal;
+std::optional<Vec3f> OcclusionGeometry::ray_origin(const Source& source) const {
+  const Vec3f position_m = source.position_m;
+  if (source.is_emitter || empty()) return position_m;
+  const auto offset_m = static_cast<float>(kStartOffset_m);
+  const Vec3f origin_m = position_m + offset_m * source.normal;
   const Vec3f back = 2 * glm::dot(source.mirror, source.normal) * source.normal - source.mirror;
   const OccluderPlane* const wall =
-      first_surface(start_m, start_m + static_cast<float>(kBack_m) * back);
-  if (wall != nullptr && std::abs(wall->height_m(start_m)) < kUncertain_m) return std::nullopt;
-  return start_m;
+      first_surface(origin_m, origin_m + static_cast<float>(kSideTest_m) * back);
+  if (wall != nullptr && std::abs(wall->height_m(origin_m)) < kAmbiguous_m) return std::nullopt;
+  return origin_m;
 }
 
 }  // namespace clamor

@@ -1,13 +1,15 @@
-// occlusion_geometry.h: the level's surfaces as what stands in the way of sound. Embree ends here.
+// occlusion_geometry.h: ray queries against the level's surfaces. The only runtime module that
+// includes Embree.
 //
-// Surfaces block from both sides. Where exactly a source on a wall is, and where the wall, the file
-// says to a few millimetres (positions to 1/256 m, corners to 1 mm), so rays leave a source from a
-// little before its wall: never shadowed by it, never behind it. Where another wall is so near that
-// rounding may have put the source on its wrong side, the way back to where the sound came from
-// tells; if it does not, there is no start, and the source is taken to be hidden: it is one in a
-// thousand, and sound that is heard through a wall would be worse.
+// Surfaces block from both sides. The bake file stores sources to 1/256 m and corners to 1 mm, so a
+// stored source may lie a few millimetres off its wall. Rays therefore start a little in front of
+// the wall, and the wall never shadows its own source. Near a corner, rounding may have moved a
+// source behind another wall; the direction that its sound came from then shows the side it belongs
+// to. Where that is ambiguous (one source in a thousand) there is no ray origin and the source
+// counts as occluded, because sound heard through a wall would be worse.
 //
-// Threads: all const functions from any number at once.   Memory: about 200 bytes per triangle.
+// Threads: const functions may run on any number of threads at once.
+// Memory: about 200 bytes per triangle.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +28,7 @@
 
 namespace clamor {
 
-// n x = offset.
+// The plane of a triangle: dot(normal, x) = offset.
 struct OccluderPlane {
   Vec3f normal{};
   float offset_m = 0;
@@ -34,64 +36,67 @@ struct OccluderPlane {
   float height_m(const Vec3f& point_m) const { return glm::dot(normal, point_m) - offset_m; }
 };
 
-// A straight piece of a way.
+// A straight segment of a path.
 struct PathSegment {
   Vec3f from_m{}, to_m{};
 };
 
-// As many of them as are cast at once.
+// Segments that are cast at once.
 inline constexpr std::size_t kPacketRays = 16;
 
 class OcclusionGeometry {
  public:
-  // Far enough before its wall for a source whose place and whose wall are both rounded.
+  // Distance of ray origins from the source's wall; covers the rounding of both.
   static constexpr double kStartOffset_m = 0.005;
 
-  // Whole at once; or three times as soon, with rays that take a third longer until improve() finds
-  // the better tree, on which a thread works from its first call on. That thread reads `mesh`.
-  // Throws std::bad_alloc where Embree finds no memory.
-  enum class Ready { kWhole, kSoon };
+  // kHigh builds the best BVH in the constructor. kFast takes a third of the time and builds one
+  // whose rays take a third longer, until improve() swaps in the better BVH, which a thread builds
+  // from its first call on. `mesh` must outlive that thread.
+  enum class BuildQuality { kHigh, kFast };
+  // Throws std::bad_alloc if Embree runs out of memory.
   OcclusionGeometry(const Mesh& mesh, std::span<const Material> materials,
-                    Ready ready = Ready::kWhole);
+                    BuildQuality quality = BuildQuality::kHigh);
   ~OcclusionGeometry();
 
   bool empty() const { return planes_.empty(); }
 
-  // Takes the better tree if it is there: true once it is. Never waits. Not while rays are cast.
+  // Swaps in the better BVH if it is finished, and returns true from then on. Never waits. Must not
+  // run while other threads cast rays.
   bool improve();
 
-  // Of the first surface on the way, null if there is none.
+  // Plane of the first surface on the segment, null if there is none.
   const OccluderPlane* first_surface(const Vec3f& from_m, const Vec3f& to_m) const;
   bool is_free(const Vec3f& from_m, const Vec3f& to_m) const;
 
-  // The same as first_surface() for those pieces that have a bit in `lanes`, faster where they go
-  // about the same way; of surfaces that meet where a ray comes through, it may be another.
-  void first_surfaces(std::span<const PathSegment, kPacketRays> pieces, std::uint32_t lanes,
+  // first_surface() for the segments whose bit is set in `lanes`; faster for coherent segments.
+  // Where a ray passes through the edge between two surfaces, it may find the other surface.
+  void first_surfaces(std::span<const PathSegment, kPacketRays> segments, std::uint32_t lanes,
                       std::span<const OccluderPlane*, kPacketRays> surfaces) const;
 
-  // Share of the power that gets straight through all surfaces on the way: each side of a wall that
-  // is modelled with two counts, and none lets through what it reflects. `rays` grows by those
-  // cast.
+  // Share of the power transmitted straight through all surfaces on the segment. Both sides of a
+  // wall that is modelled with two surfaces count. No surface transmits what it reflects. Adds the
+  // rays cast to `rays`.
   Bands transmission(const Vec3f& from_m, const Vec3f& to_m, std::uint64_t& rays) const;
-  bool lets_through() const { return lets_through_; }  // does any surface, anything?
+  bool transmits() const { return transmits_; }  // whether any material does
 
-  // Where rays leave a source; nothing if that cannot be told. Costs one ray.
-  std::optional<Vec3f> start(const Source& source) const;
+  // Where the source's rays start; nothing where that is ambiguous. Costs one ray.
+  std::optional<Vec3f> ray_origin(const Source& source) const;
 
  private:
   struct Embree;
-  static std::unique_ptr<Embree> tree_of(const Mesh& mesh, Ready ready);
+  static std::unique_ptr<Embree> build_bvh(const Mesh& mesh, BuildQuality quality);
   static constexpr std::uint32_t kNone = 0xffffffff;
 
-  // The triangle, from `near` to the end of the way (both shares of it); `near` becomes where.
+  // First triangle beyond the fraction `near` of the segment, kNone if there is none. Sets `near`
+  // to the fraction of the hit.
   std::uint32_t first_triangle(const Vec3f& from_m, const Vec3f& to_m, float& near) const;
 
   std::vector<OccluderPlane> planes_;     // per triangle
   std::vector<std::uint16_t> materials_;  // per triangle
   std::vector<Bands> transmission_;       // per material
-  bool lets_through_ = false;             // any of them, anything
+  bool transmits_ = false;
   std::unique_ptr<Embree> embree_;
-  const Mesh* improves_ = nullptr;  // null: need not
+  const Mesh* mesh_to_improve_ = nullptr;  // null: the BVH is final
   std::future<std::unique_ptr<Embree>> better_;
 };
 

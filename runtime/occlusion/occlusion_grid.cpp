@@ -10,22 +10,28 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kFirstTable = 1 << 10;
-constexpr std::uint32_t kForget_keyframes = 500;
-constexpr double kSizePerDistance = 1.0 / 4;
-constexpr int kSizes = 4, kSizesNear = 2;
-// Means and looks differ by so much on any walk; twice that, and nothing is as it was.
-constexpr double kExpected = 0.08, kPerSurprise = 10, kLearn = 0.3;
-constexpr int kFinest = -3, kCoarsest = 5;  // 12 cm to 32 m
-// Looks lose half of their weight on a tenth of the way to the source, and older ones to newer ones
-// beyond so many.
-constexpr double kFadePerDistance = 0.1;
-constexpr float kMostWeight = 2, kEnough = 0.5f;
+constexpr std::size_t kMinTableSize = 1 << 10;
+constexpr std::uint32_t kForget_keyframes = 500;  // 10 s without a new estimate
 
-// Of the cell that is as large as a source's distance allows.
+// Cells are a quarter of the source's distance wide, from 2^kFinestLevel to 2^kCoarsestLevel m.
+constexpr double kSizePerDistance = 1.0 / 4;
+constexpr int kFinestLevel = -3, kCoarsestLevel = 5;
+// An estimate is added to cells of four sizes. A prediction tries two of them, or all from afar.
+constexpr int kLevels = 4, kLevelsNear = 2;
+
+// Predictions err by up to 0.08 (share of the power) on any walk. The change clock advances by 10
+// per unit of error above that. The usual error follows with an exponential mean.
+constexpr double kToleratedError = 0.08, kClockPerError = 10, kErrorLearningRate = 0.3;
+
+// Estimates lose their whole weight where the listener moves by a tenth of the source's distance.
+constexpr double kFadePerDistance = 0.1;
+// A mean has at most the weight of two estimates, and predicts with that of half an estimate.
+constexpr float kMaxWeight = 2, kMinWeight = 0.5f;
+
+// Level of the cell size that suits a source's distance.
 int level_at(const Source& source, const Vec3& place) {
   const double size_m = kSizePerDistance * length(place - Vec3(source.position_m));
-  return std::clamp(std::ilogb(std::max(size_m, 1e-3)), kFinest, kCoarsest);
+  return std::clamp(std::ilogb(std::max(size_m, 1e-3)), kFinestLevel, kCoarsestLevel);
 }
 
 std::uint64_t key_of(const Source& source, int level) {
@@ -37,27 +43,28 @@ std::uint64_t key_of(const Source& source, int level) {
   const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
   const auto faces = static_cast<std::uint64_t>(
       source.is_emitter ? 6 : 2 * axis + (source.normal[axis] < 0 ? 1 : 0));
-  const auto which = static_cast<std::uint64_t>(level - kFinest + 1);
+  const auto which = static_cast<std::uint64_t>(level - kFinestLevel + 1);
   return which << 59 | faces << 55 | step(source.position_m.x) << 34 |
          step(source.position_m.y) << 17 | step(source.position_m.z);
 }
 
 }  // namespace
 
-OcclusionGrid::OcclusionGrid() : table_(kFirstTable) {}
+OcclusionGrid::OcclusionGrid() : table_(kMinTableSize) {}
 
-// How much of their weight looks have kept.
-float OcclusionGrid::kept(const Cell& cell, const Source& source, const Vec3& place) const {
+// Factor from 0 to 1 by which a cell's weights have fallen since its last estimate.
+float OcclusionGrid::remaining_weight(const Cell& cell, const Source& source,
+                                      const Vec3& place) const {
   const double moved_m = length(place - Vec3(cell.from_m));
   const double distance_m = length(place - Vec3(source.position_m));
-  const double left = 1 - moved_m / std::max(kFadePerDistance * distance_m, 0.1);
-  const double same = 1 - (surprises_ - static_cast<double>(cell.change_clock));
-  return static_cast<float>(std::max(left, 0.0) * std::max(same, 0.0));
+  const double by_distance = 1 - moved_m / std::max(kFadePerDistance * distance_m, 0.1);
+  const double by_change = 1 - (change_clock_ - static_cast<double>(cell.change_clock));
+  return static_cast<float>(std::max(by_distance, 0.0) * std::max(by_change, 0.0));
 }
 
-void OcclusionGrid::invalidate_on_change(double by) {
-  surprises_ += kPerSurprise * std::max(0.0, by - expected_ - kExpected);
-  expected_ += kLearn * (by - expected_);
+void OcclusionGrid::invalidate_on_change(double mean_error) {
+  change_clock_ += kClockPerError * std::max(0.0, mean_error - usual_error_ - kToleratedError);
+  usual_error_ += kErrorLearningRate * (mean_error - usual_error_);
 }
 
 const OcclusionGrid::Cell* OcclusionGrid::find(std::uint64_t key) const {
@@ -79,13 +86,13 @@ OcclusionGrid::Cell& OcclusionGrid::find_or_add(std::uint64_t key, std::uint32_t
   return cell;
 }
 
-// Forgets what is old; doubles where that is not enough.
+// Drops old cells, and doubles the table where that frees too little.
 void OcclusionGrid::grow(std::uint32_t keyframe) {
   std::vector<Cell> old = std::exchange(table_, {});
   std::erase_if(old, [keyframe](const Cell& cell) {
     return cell.key == 0 || keyframe - cell.keyframe > kForget_keyframes;
   });
-  std::size_t size = kFirstTable;
+  std::size_t size = kMinTableSize;
   while (size < 4 * old.size()) size *= 2;
   table_.assign(size, Cell{});
   cells_ = old.size();
@@ -96,41 +103,43 @@ void OcclusionGrid::grow(std::uint32_t keyframe) {
   }
 }
 
-// In several sizes: one that is right now may be too fine when the listener walks away.
-void OcclusionGrid::add(const Source& source, const Vec3& place, bool straight,
+// Several sizes get the estimate: the one that suits now may be too fine once the listener has
+// walked away.
+void OcclusionGrid::add(const Source& source, const Vec3& place, bool line_is_free,
                         const Bands& visibility, std::uint32_t keyframe) {
   const int level = level_at(source, place);
-  for (int l = level; l < level + kSizes; ++l) {
+  for (int l = level; l < level + kLevels; ++l) {
     Cell& cell = find_or_add(key_of(source, l), keyframe);
-    const float left = kept(cell, source, place);
-    for (Kind& kind : cell.kinds) {
-      const float keep = left * std::min(1.0f, kMostWeight / std::max(kind.weight, kMostWeight));
-      kind.weight *= keep;
-      for (float& band : kind.sum) band *= keep;
+    const float remaining = remaining_weight(cell, source, place);
+    for (RunningMean& mean : cell.means) {
+      const float keep = remaining * std::min(1.0f, kMaxWeight / std::max(mean.weight, kMaxWeight));
+      mean.weight *= keep;
+      for (float& band : mean.sum) band *= keep;
     }
-    Kind& kind = cell.kinds[straight ? 1 : 0];
-    kind.weight += 1;
-    for (std::size_t b = 0; b < kBandCount; ++b) kind.sum[b] += visibility[b];
+    RunningMean& mean = cell.means[line_is_free ? 1 : 0];
+    mean.weight += 1;
+    for (std::size_t b = 0; b < kBandCount; ++b) mean.sum[b] += visibility[b];
     cell.from_m = Vec3f(place);
     cell.keyframe = keyframe;
-    cell.change_clock = static_cast<float>(surprises_);
+    cell.change_clock = static_cast<float>(change_clock_);
   }
 }
 
-bool OcclusionGrid::is_of(std::uint32_t keyframe, const Source& source, const Vec3& place) const {
+bool OcclusionGrid::has_estimate_of(std::uint32_t keyframe, const Source& source,
+                                    const Vec3& place) const {
   const Cell* const cell = find(key_of(source, level_at(source, place)));
   return cell != nullptr && cell->keyframe == keyframe;
 }
 
-bool OcclusionGrid::mean(const Source& source, const Vec3& place, bool straight, bool from_afar,
+bool OcclusionGrid::mean(const Source& source, const Vec3& place, bool line_is_free, bool from_afar,
                          Mean& mean) const {
   const int level = level_at(source, place);
-  for (int l = level; l < level + (from_afar ? kSizes : kSizesNear); ++l) {
+  for (int l = level; l < level + (from_afar ? kLevels : kLevelsNear); ++l) {
     const Cell* const cell = find(key_of(source, l));
     if (cell == nullptr) continue;
-    const Kind& kind = cell->kinds[straight ? 1 : 0];
-    if (kind.weight * kept(*cell, source, place) < kEnough) continue;
-    for (std::size_t b = 0; b < kBandCount; ++b) mean.visibility[b] = kind.sum[b] / kind.weight;
+    const RunningMean& known = cell->means[line_is_free ? 1 : 0];
+    if (known.weight * remaining_weight(*cell, source, place) < kMinWeight) continue;
+    for (std::size_t b = 0; b < kBandCount; ++b) mean.visibility[b] = known.sum[b] / known.weight;
     mean.keyframe = cell->keyframe;
     return true;
   }

@@ -6,17 +6,17 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kFirstSlots = 1 << 8;
+constexpr std::size_t kMinSlots = 1 << 8;
 
 }  // namespace
 
-OcclusionUpperBounds::OcclusionUpperBounds() : slots_(kFirstSlots), rows_(1) {}
+OcclusionUpperBounds::OcclusionUpperBounds() : slots_(kMinSlots), rows_(1) {}
 
 void OcclusionUpperBounds::set(std::uint64_t number, std::uint8_t step) {
   const std::uint64_t key = number / kRow;
   Slot* here = const_cast<Slot*>(&find(key));
   if (here->key == 0) {
-    if (step == kHeard) return;
+    if (step == kUnoccluded) return;
     if (2 * (rows_.size() + 1) > slots_.size()) {
       std::vector<Slot> old(2 * slots_.size());
       slots_.swap(old);
@@ -33,7 +33,7 @@ void OcclusionUpperBounds::set(std::uint64_t number, std::uint8_t step) {
 }
 
 void OcclusionUpperBounds::clear() {
-  slots_.assign(kFirstSlots, Slot{});
+  slots_.assign(kMinSlots, Slot{});
   rows_.assign(1, Row{});
 }
 

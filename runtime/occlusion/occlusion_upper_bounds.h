@@ -1,16 +1,17 @@
-// occlusion_upper_bounds.h: how much is heard of sources at most, in four bits beside their
-// numbers.
+// occlusion_upper_bounds.h: upper bound of each source's visibility, in four bits per source.
 //
-// Behind a wall there may be twice as many sources that would matter as before it, and more of
-// which a little comes round its edges. A pool asks this before it looks at one any closer, so that
-// those cost a few bits each and no more: what is known of a source is at most 1/2^step of its
-// power, in steps of 3 dB, or nothing. That it is so must be asked again as the listener walks:
-// numbers take turns, every fourth at a time, and those whose turn it is count as if nothing stood
-// in the way. Where that finds more than there are rays for (behind the stands of a stadium, every
-// source there is), only every eighth counts so, or up to every 32nd, and what else is a fourth
-// only as if 1/8 of it were heard, or up to 1/512: the loudest are asked as often.
+// Behind a wall, twice as many sources may reach a threshold unoccluded as in front of it, and even
+// more are partly occluded. A source pool consults these bounds first, so that such a source costs
+// a few bits and nothing else. A bound is 1/2^step of the source's power (steps of 3 dB) or zero.
 //
-// Threads: the sampler's alone.   Memory: 544 bytes per 1024 numbers any of which was dimmed.
+// Bounds go stale as the listener walks. Sources are therefore retested in phases: each keyframe
+// treats every fourth source as unoccluded. Where that is more than there are rays for (behind the
+// stands of a stadium, every source is occluded), the number of phases grows up to 32. Only every
+// 32nd source is then treated as unoccluded, and the rest of the usual quarter gets a bound of at
+// least 1/512: the loudest sources are retested as often as before.
+//
+// Threads: the sampler's alone.
+// Memory: 544 bytes per 1024 consecutive source numbers that contain an occluded one.
 #pragma once
 
 #include <algorithm>
@@ -28,49 +29,48 @@ namespace clamor {
 
 class OcclusionUpperBounds {
  public:
-  static constexpr std::uint32_t kTurns = 4, kMaxTurns = 32;  // powers of two
-  static constexpr std::uint8_t kHeard = 0, kHidden = 15;     // the first step, and the last
+  static constexpr std::uint32_t kPhases = 4, kMaxPhases = 32;    // powers of two
+  static constexpr std::uint8_t kUnoccluded = 0, kOccluded = 15;  // the first and the last step
 
-  // The step of a share of the power: none less than what is left.
-  static std::uint8_t step_of(float share) {
-    if (!(share > 0)) return kHidden;
-    const std::uint32_t exponent = std::bit_cast<std::uint32_t>(share) >> 23;
+  // The step whose bound is the lowest that is not below a visibility.
+  static std::uint8_t step_for(float visibility) {
+    if (!(visibility > 0)) return kOccluded;
+    const std::uint32_t exponent = std::bit_cast<std::uint32_t>(visibility) >> 23;
     return static_cast<std::uint8_t>(exponent >= 127 ? 0 : std::min(127 - exponent - 1, 14u));
   }
 
-  // The most that a step stands for.
-  static float share_of(std::uint32_t step) {
-    static constexpr auto kShares = [] {
-      std::array<float, 16> shares{};
-      for (std::size_t s = 0; s < kHidden; ++s) shares[s] = s == 0 ? 1 : shares[s - 1] / 2;
-      return shares;
+  // The visibility that a step stands for.
+  static float bound_of(std::uint32_t step) {
+    static constexpr auto kBounds = [] {
+      std::array<float, 16> bounds{};
+      for (std::size_t s = 0; s < kOccluded; ++s) bounds[s] = s == 0 ? 1 : bounds[s - 1] / 2;
+      return bounds;
     }();
-    return kShares[step];
+    return kBounds[step];
   }
 
-  // Of 1024 numbers in a row, which a page of the octree has at most, so that they lie together:
-  // eight to a word.
+  // Steps of 1024 consecutive numbers, as many as an octree page holds, eight to a word.
   static constexpr std::uint32_t kRow = 1024, kPerWord = 8;
   using Row = std::array<std::uint32_t, kRow / kPerWord>;
 
-  // What a kernel needs to know how much is heard at most of the numbers from one on, in its row
-  // and the next. Valid until the next set().
-  struct Near {
-    const std::uint32_t* words = nullptr;        // of all rows; null: nothing is dimmed
-    std::int32_t first_word = 0, next_word = 0;  // where the row begins, and the next
-    std::uint32_t first = 0;                     // the number, of its row
-    std::uint32_t turn = 0, turns = kTurns;
-    std::uint32_t ahead = 0;  // of turns, that count as well
-    float in_turn = 1;
+  // What a kernel needs to bound the numbers from one on, within its row and the next. Valid until
+  // the next set().
+  struct Window {
+    const std::uint32_t* words = nullptr;        // of all rows; null: all bounds are 1
+    std::int32_t first_word = 0, next_word = 0;  // where the row and the next one begin
+    std::uint32_t first = 0;                     // offset of the first number in its row
+    std::uint32_t phase = 0, phases = kPhases;
+    std::uint32_t ahead = 0;  // phases ahead that are treated as current
+    float phase_bound = 1;    // least bound in the current phase
 
-    // Of one of which so much is known to be heard.
-    float most(std::uint32_t index, float known) const {
-      const std::uint32_t since = first + index - turn;
-      if (words == nullptr || (since & (turns - 1)) <= ahead) return 1;
-      return (since & (kTurns - 1)) <= ahead ? std::max(known, in_turn) : known;
+    // Upper bound of the visibility of number first + index, whose stored bound is `known`.
+    float upper_bound(std::uint32_t index, float known) const {
+      const std::uint32_t since = first + index - phase;
+      if (words == nullptr || (since & (phases - 1)) <= ahead) return 1;
+      return (since & (kPhases - 1)) <= ahead ? std::max(known, phase_bound) : known;
     }
 
-    // Of half a row's numbers, as far as they are in this row.
+    // Prefetches the steps of half a row's numbers, as far as they are in this row.
     void prefetch() const {
       const std::uint32_t from = first / kPerWord;
       const std::uint32_t count = std::min(kRow / 2 / kPerWord, kRow / kPerWord - from);
@@ -83,64 +83,65 @@ class OcclusionUpperBounds {
   void set(std::uint64_t number, std::uint8_t step);
   void clear();
 
-  // The turn of others, or of all.
+  // Moves on to the next phase; `all` retests all sources in this keyframe.
   void begin_keyframe(bool all) {
-    turn_ = (turn_ + 1) % turns_;
+    phase_ = (phase_ + 1) % phases_;
     all_ = all;
   }
-  // Every fourth number has the same turn; in it, every so many count in full.
-  std::uint32_t turn() const { return turn_ % kTurns; }
-  static std::uint32_t turn_of(std::uint64_t number) {
-    return static_cast<std::uint32_t>(number % kTurns);
+  // Every fourth number shares a phase, whatever the number of phases.
+  std::uint32_t phase() const { return phase_ % kPhases; }
+  static std::uint32_t phase_of(std::uint64_t number) {
+    return static_cast<std::uint32_t>(number % kPhases);
   }
   bool retests_all() const { return all_; }
-  bool counts_in_full(std::uint64_t number) const { return all_ || number % turns_ == turn_; }
-  std::uint32_t turns() const { return turns_; }
+  // Whether the keyframe treats a number as unoccluded.
+  bool is_retested(std::uint64_t number) const { return all_ || number % phases_ == phase_; }
+  std::uint32_t phases() const { return phases_; }
 
-  // So many counted in full that would not have been found else; twice as many turns if that is
-  // more than `most`, half as many where all of that would be less.
-  void took(std::size_t counted, std::size_t most) {
-    if (counted > most)
-      turns_ = std::min(2 * turns_, kMaxTurns);
-    else if (4 * counted < most)
-      turns_ = std::max(turns_ / 2, kTurns);
+  // Adapts the number of phases to how many sources a keyframe found only because it retested them:
+  // twice as many phases if more than `max_retested`, half if half the phases would find fewer.
+  void adapt_phases(std::size_t retested, std::size_t max_retested) {
+    if (retested > max_retested)
+      phases_ = std::min(2 * phases_, kMaxPhases);
+    else if (4 * retested < max_retested)
+      phases_ = std::max(phases_ / 2, kPhases);
   }
 
-  // `ahead`: in so many keyframes to come as well.
-  Near near(std::uint64_t first, std::uint32_t ahead = 0) const {
+  // The window from a number on, valid for this keyframe and `ahead` further ones.
+  Window window(std::uint64_t first, std::uint32_t ahead = 0) const {
     const std::uint32_t row = find(first / kRow).row, next = find(first / kRow + 1).row;
     if (all_ || (row == 0 && next == 0)) return {};
     return {rows_.front().data(),
             static_cast<std::int32_t>(row * std::tuple_size_v<Row>),
             static_cast<std::int32_t>(next * std::tuple_size_v<Row>),
             static_cast<std::uint32_t>(first % kRow),
-            turn_,
-            turns_,
+            phase_,
+            phases_,
             ahead,
-            in_turn()};
+            phase_bound()};
   }
 
-  // How much is heard at most of one.
-  float most(std::uint64_t number) const {
+  // Upper bound of a number's visibility in this keyframe.
+  float upper_bound(std::uint64_t number) const {
     const std::uint32_t word = rows_[find(number / kRow).row][number % kRow / kPerWord];
-    return most(number, share_of(word >> (4 * (number % kPerWord)) & 15));
+    return upper_bound(number, bound_of(word >> (4 * (number % kPerWord)) & 15));
   }
-  // The same of one of which so much is known to be heard.
-  float most(std::uint64_t number, float known) const {
-    if (counts_in_full(number)) return 1;
-    return turn_of(number) == turn() ? std::max(known, in_turn()) : known;
+  // The same for a number whose stored bound is `known`.
+  float upper_bound(std::uint64_t number, float known) const {
+    if (is_retested(number)) return 1;
+    return phase_of(number) == phase() ? std::max(known, phase_bound()) : known;
   }
 
  private:
-  // What a number counts as at least that is in turn, but not in full: 1/8 for twice the turns.
-  float in_turn() const {
-    const float share = static_cast<float>(kTurns) / static_cast<float>(turns_);
+  // Least bound of numbers in the current quarter that are not retested: 1/8 for twice the phases.
+  float phase_bound() const {
+    const float share = static_cast<float>(kPhases) / static_cast<float>(phases_);
     return share * share * share;
   }
 
   struct Slot {
     std::uint64_t key = 0;  // 1 + number / kRow; 0: free
-    std::uint32_t row = 0;  // the first has nothing
+    std::uint32_t row = 0;  // index into rows_; row 0 has no occluded number
   };
   const Slot& find(std::uint64_t key) const {
     for (std::size_t at = fibonacci_hash(key);; ++at) {
@@ -151,7 +152,7 @@ class OcclusionUpperBounds {
 
   std::vector<Slot> slots_;  // open addressing, a power of two
   std::vector<Row> rows_;
-  std::uint32_t turn_ = 0, turns_ = kTurns;
+  std::uint32_t phase_ = 0, phases_ = kPhases;
   bool all_ = true;
 };
 

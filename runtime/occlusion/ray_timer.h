@@ -1,11 +1,11 @@
-// ray_timer.h: adds the time a thread spends on rays to a sum.
+// ray_timer.h: adds the CPU time that a thread spends on casting rays to a sum.
 #pragma once
 
 #include "common/thread_time.h"
 
 namespace clamor {
 
-// Of this thread, whatever others do.
+// Measures from construction to destruction, on the constructing thread only.
 class RayTimer {
  public:
   explicit RayTimer(double& sum_ms) : sum_ms_(sum_ms), start_s_(thread_time_s()) {}

@@ -1,44 +1,45 @@
-// visibility_cache.h: what is known of how well sources are heard from where the listener is.
+// visibility_cache.h: the visibility of each source from where the listener is, within a budget of
+// rays.
 //
-// A look at a source costs 10 to 1200 rays, and there are thousands that matter: so each look is
-// kept, and holds for the cell it was made in, a ball round where the listener was whose radius is
-// a 24th of the distance to the source, 0.1 to 0.4 m; a quarter of that where an edge cuts the
-// source, because there it changes the fastest. Outside it is still used, until the source's turn
-// comes. There are four depths: a glance says whether the straight line is free (1 ray; 2 at a new
-// source), and what that means by its neighbours (occlusion_grid.h); a quick look, 4 ways per ring
-// (fresnel_visibility.h), is for one of many; a look, 8 ways, for one that counts alone, being four
-// times as loud as the mean; a close look, 64 ways, for one that an edge cuts.
+// A visibility estimate costs 10 to 1200 rays, and thousands of sources matter, so estimates are
+// cached. Each is valid within a ball around the listener's position whose radius is 1/24 of the
+// source's distance, from 0.1 to 0.4 m, and a quarter of that where an edge partly occludes the
+// source. Outside that ball a stale estimate stays in use until the source's turn comes.
 //
-// A keyframe may cast so many rays and no more, twice as many where everything changed at once, as
-// it does behind a door:
+// There are four levels of precision (VisibilityPrecision):
 //
-//   1. sources that would be chosen and are new get a glance, loudest first, for up to half of the
-//      rays;
-//   2. then those whose look is no longer good get one again, oldest first, for up to a quarter:
-//      that corrects them all within a few keyframes;
-//   3. then they get a look, quick ones most of them, by what they count for times how long it is
-//      ago; one of each neighbourhood first;
-//   4. those that had but a quick look get a whole one, and what is left goes to close looks, each
-//      the loudest first.
+//   line test  1 ray (2 for a new source): whether the straight line is free. The source takes the
+//              mean visibility of its neighbours (occlusion_grid.h).
+//   coarse     4 paths per ring (fresnel_visibility.h), for sources that matter as a group only
+//   medium     8 paths per ring, for sources of four times the mean weight or more
+//   fine       64 paths per ring, for sources that an edge partly occludes
 //
-// Of 2 to 4 it thinks for every fourth source at a time (occlusion_upper_bounds.h), the next fourth
-// where that leaves nothing to do, and for all of them where everything changed at once.
+// Each keyframe has a budget of rays, twice as many where the whole scene changed at once, as it
+// does behind a door. The budget pays, in this order, for
 //
-// What goes straight through walls adds to that where a source moves (source_number.h). Where one
-// stands still the bake has it: as a source on the far side of the wall.
+//   1. line tests of new sources that may be chosen, loudest first, with up to half of the rays,
+//   2. line tests of sources with stale estimates, oldest first, with up to a quarter of the rays,
+//      which corrects all of them within a few keyframes,
+//   3. new estimates for these, mostly coarse, by weight times age, one per neighbourhood first,
+//   4. medium estimates where there is a coarse one, and then fine ones, loudest first.
 //
-// One that there are no rays left for counts as hidden: it is late, a few keyframes, and weaker
-// than all that were looked at.
+// Steps 2 to 4 (visibility_refresh.cpp) consider a quarter of the sources at a time
+// (occlusion_upper_bounds.h), the next quarter where there is nothing to do, and all sources where
+// the whole scene changed.
 //
-// A render can wait, and needs none of this: an exact cache has no budget, casts no line_tests and
-// takes nothing from neighbours. Its sampler asks for looks (estimate_now) at every source that may
-// be chosen and was not looked at from within the present cell.
+// For moving sources, sound transmitted straight through walls is added to the visibility. For
+// static ones, the bake stores it as sources on the far side of the wall.
 //
-// visibility_refresh.cpp has 2 to 4.
+// New sources for which no rays are left count as occluded. They are a few keyframes late and
+// quieter than all tested ones.
 //
-// The budget is in rays and not in time, so what is heard does not depend on the machine's load.
+// An offline render uses an exact cache: it has no budget and takes nothing from neighbours. Its
+// sampler requests an estimate (estimate_now) of every source that may be chosen and has none that
+// is valid at the listener's position.
 //
-// Threads: the sampler's alone.   Memory: 200 to 280 bytes per source that mattered of late.
+// The budget counts rays and not time, so the result does not depend on the machine's load.
+//
+// Threads: the sampler's alone.   Memory: 200 to 280 bytes per source that mattered recently.
 #pragma once
 
 #include <cstdint>
@@ -52,6 +53,7 @@
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/occlusion/occlusion_grid.h"
 #include "runtime/occlusion/occlusion_upper_bounds.h"
+#include "runtime/occlusion/visibility_entries.h"
 
 namespace clamor {
 
@@ -59,40 +61,40 @@ inline constexpr int kRaysPerKeyframe = 8000;
 
 struct VisibilityOptions {
   int rays_per_keyframe = kRaysPerKeyframe;
-  bool exact = false;  // no budget: every source that matters has a look of the present cell
+  bool exact = false;  // no budget: all sources that matter have valid estimates
 };
 
 struct VisibilityStatistics {
-  std::uint64_t rays = 0, line_tests = 0, looks = 0, fine_estimates = 0;
-  double ray_ms = 0;          // of the thread's own time
-  std::uint64_t late = 0;     // sources that counted as hidden for want of rays
-  std::uint64_t wanted = 0;   // of the last keyframe, sources that mattered,
-  std::uint64_t current = 0;  // and those of them whose look was made in this cell
+  std::uint64_t rays = 0, line_tests = 0, estimates = 0, fine_estimates = 0;
+  double ray_ms = 0;          // CPU time
+  std::uint64_t late = 0;     // sources that counted as occluded for want of rays
+  std::uint64_t wanted = 0;   // sources that mattered in the last keyframe,
+  std::uint64_t current = 0;  // and how many of them had a valid estimate
 };
 
-// What arrives of a source at `place`, by that many ways per ring (fresnel_visibility.h); nothing
-// of one on whose place relative to its walls the file leaves doubts.
+// Visibility of a source from `place`; zero where the ray origin is ambiguous
+// (occlusion_geometry.h). Adds the rays cast to `rays`.
 Bands source_visibility(const OcclusionGeometry& geometry, double speed_of_sound_mps,
                         const Source& source, const Vec3& place, int paths_per_ring,
                         std::uint64_t& rays);
 
-// Does an edge cut it, so that more rays would tell more?
+// Whether an edge partly occludes the source, so that more rays would refine the estimate.
 bool is_partial(const Bands& visibility);
 
-// With as many rays as it takes: for references.
+// A visibility from as many rays as it takes, for references.
 Bands fine_visibility(const OcclusionGeometry& geometry, double speed_of_sound_mps,
                       const Source& source, const Vec3& place);
 
 class VisibilityCache {
  public:
-  // A known source, until the next keyframe. It says itself whether anything of it is heard.
-  using Index = std::uint32_t;
-  static constexpr Index kUnknown = 0xffffffff, kHidden = 0x80000000;
+  // A known source. Valid until the next keyframe.
+  using Index = VisibilityEntries::Index;
+  static constexpr Index kUnknown = VisibilityEntries::kUnknown;
 
-  // What a keyframe would like to know better. `loudness` is its priority as if nothing were in the
-  // way; of one that is hidden, which nobody weighs, it may be left out.
+  // A source that may be chosen, with its priority without occlusion, which may be left out for
+  // occluded sources.
   struct Wanted {
-    double loudness = 0;
+    double priority = 0;
     std::uint64_t number = 0;
     Index index = kUnknown;
     const Source* source = nullptr;
@@ -104,104 +106,94 @@ class VisibilityCache {
 
   bool exact() const { return options_.exact; }
 
-  // The listener's place for what follows, and new rays to cast.
+  // Sets the listener's position and renews the budget of rays.
   void begin_keyframe(const Vec3& place);
 
-  // Fetches what find() will want of a source, a little later.
-  void prefetch(std::uint64_t number) const;
-  Index find(std::uint64_t number) const;
-  static bool is_hidden(Index known) { return (known & kHidden) != 0; }
+  // Prefetches what find() reads of a source.
+  void prefetch(std::uint64_t number) const { entries_.prefetch(number); }
+  Index find(std::uint64_t number) const { return entries_.find(number); }
+  static bool is_occluded(Index known) { return (known & VisibilityEntries::kOccluded) != 0; }
 
-  // The same of one whose look was made in this cell; kUnknown if there is none.
+  // The index of a source with a medium or fine estimate that is valid here, kUnknown otherwise.
   Index find_current(std::uint64_t number, const Source& source);
 
-  // What arrives of a known source; and, a little earlier, that it will be asked for.
-  const Bands& visibility(Index known) const { return entries_[known & ~kHidden].visibility; }
-  void prefetch_visibility(Index known) const {
-    __builtin_prefetch(&entries_[known & ~kHidden].visibility);
-  }
+  // Visibility of a known source.
+  const Bands& visibility(Index known) const { return entries_[known].visibility; }
+  void prefetch_visibility(Index known) const { __builtin_prefetch(&visibility(known)); }
 
-  // Those of which nothing is heard, and that need not be asked about in this keyframe.
-  const OcclusionUpperBounds& hidden() const { return hidden_; }
+  // Upper bounds of all visibilities, for pools to cull by in this keyframe.
+  const OcclusionUpperBounds& upper_bounds() const { return upper_bounds_; }
 
-  // Looks at an unknown source; kUnknown if there are no rays left for that.
-  Index look(std::uint64_t number, const Source& source, double loudness);
+  // Line test of an unknown source; kUnknown if no rays are left for new sources.
+  Index test_new(std::uint64_t number, const Source& source, double priority);
 
-  // A look from here, whatever it costs, unless one from this cell is known: for those who take
-  // every source.
+  // Visibility of a source by an estimate that is valid here, made now if need be and without
+  // regard to the budget: for samplers that take every source.
   const Bands& estimate_now(std::uint64_t number, const Source& source);
 
-  // The same for many, on all cores: what is visible of each, in their order.
+  // The same for many sources, in their order, on all cores.
   std::vector<Bands> estimate_now(std::span<const Wanted> sources);
 
-  // Spends what is left of the rays on those that are as loud as `tau`, a quarter of them at a
-  // time; false if nothing was left to be done.
+  // Spends the remaining rays on a quarter of the sources whose priority without occlusion is at
+  // least `tau`. Returns false once there is nothing left to do.
   bool refresh(std::span<const Wanted> wanted, double tau);
 
   const VisibilityStatistics& statistics() const { return statistics_; }
 
  private:
-  enum class Depth : std::uint8_t { kGlance, kQuick, kLook, kClose };
-  // What is asked of those whose turn it is lies in one line of memory.
-  struct alignas(64) Entry {
-    std::uint64_t number = 0;
-    Vec3f from_m{};  // where the listener was, at the last glance or look
-    float cell_m = 0;
-    Vec3f start_m{};         // where rays leave the source
-    float reach = 0;         // its loudness as if nothing were in the way, at 1 m
-    float change_clock = 0;  // of the neighbourhood's clock
-    std::uint32_t changed = 0, looked = 0, used = 0;  // keyframes
-    Depth depth = Depth::kGlance;
-    bool has_start = false, straight = false, hidden = false;
-    std::uint8_t step = OcclusionUpperBounds::kHeard;
-    Bands around{};      // what gets past what is in the way
-    Bands visibility{};  // with what goes through it
-  };
-  struct Slot {
-    std::uint64_t number = 0;
-    Index index = kUnknown;  // of the entry, | kHidden if it is; kUnknown: the slot is free
-  };
-  // One of those that refresh() is about.
-  struct Turn {
+  // A source that refresh() may test or estimate.
+  struct Task {
     double urgency;
     Index index;
     const Source* source;
-    bool counts_alone = true;  // and not only as one of many
+    bool is_significant = true;  // by itself, not only as one of a group
+  };
+  struct Tasks {
+    std::vector<Task> stale, coarse, partial;  // by what is wrong with their estimates
+
+    bool empty() const { return stale.empty() && coarse.empty() && partial.empty(); }
+  };
+  // Sum of the errors of predictions by the grid, until there are enough for a mean.
+  struct PredictionError {
+    double sum = 0;
+    int count = 0;
+  };
+  struct RefreshState {
+    Tasks tasks;
+    std::vector<std::uint32_t> in_phase;  // sources wanted that the current phase retests
+    double mean_weight = 0;               // of the sources that mattered last
+    PredictionError prediction_error;
+    double last_change_clock = 0;
+    std::uint32_t idle_keyframes = 0;  // in a row without a task, at this position
   };
 
-  bool is_within(const Entry& entry, const Source& source, double cells) const;
-  bool is_current(const Entry& entry, const Source& source) const;
+  bool is_within(const VisibilityEntry& entry, const Source& source, double radii) const;
+  bool is_current(const VisibilityEntry& entry, const Source& source) const;
   Index add(std::uint64_t number, const Source& source);
-  void make_room();
-  Slot& slot_of(std::uint64_t number);  // or the free one where it would be
-  void follow(Entry& entry, const Source& source);
-  void seen(Entry& entry, const Source& source);
-  void glance_at(Entry& entry, const Source& source);
-  void look_at(Entry& entry, const Source& source, Depth depth);
-  void looked(Entry& entry, const Source& source, Depth depth, const VisibilityEstimate& look);
-  void believe_neighbours(Entry& entry, const Source& source, bool new_side);
-  bool everything_changed() const { return cells_.change_clock() > last_change_clock_ + 0.5; }
-  void gather(std::span<const Wanted> wanted, double tau, std::uint32_t turn, bool all);
-  void glance_again(std::vector<Turn>& turns);
-  void serve(std::vector<Turn>& turns, Depth depth);
+  void remove_unused();
+  void follow(VisibilityEntry& entry, const Source& source);
+  void update(VisibilityEntry& entry, const Source& source);
+  void test_line(VisibilityEntry& entry, const Source& source);
+  void predict(VisibilityEntry& entry, const Source& source, bool line_changed);
+  void estimate(VisibilityEntry& entry, const Source& source, VisibilityPrecision precision);
+  void store(VisibilityEntry& entry, const Source& source, VisibilityPrecision precision,
+             const VisibilityEstimate& estimate);
+  bool scene_changed() const { return grid_.change_clock() > refresh_.last_change_clock + 0.5; }
+  void collect_tasks(std::span<const Wanted> wanted, double tau, std::uint32_t phase, bool all);
+  void retest_lines(std::vector<Task>& tasks);
+  void estimate_most_urgent(std::vector<Task>& tasks, VisibilityPrecision precision);
 
   const OcclusionGeometry& geometry_;
   const double speed_of_sound_mps_;
   const VisibilityOptions options_;
-  std::vector<Slot> slots_;  // open addressing, a power of two
-  std::vector<Entry> entries_;
-  OcclusionUpperBounds hidden_;
-  OcclusionGrid cells_;
-  std::vector<std::uint32_t> in_turn_;  // of those wanted
-  std::vector<Turn> turns_, look_turns_, close_turns_;
+  VisibilityEntries entries_;
+  OcclusionUpperBounds upper_bounds_;
+  OcclusionGrid grid_;
   Vec3 place_{};
-  double mean_weight_ = 0;                       // of those that matter
-  double surprise_ = 0, last_change_clock_ = 0;  // of the looks of a keyframe, summed
   std::uint32_t keyframe_ = 0;
-  std::uint32_t idle_ = 0;  // turns in which nothing was left to do, here
-  int expected_ = 0;        // those that there were expectations of
   std::int64_t rays_left_ = 0;
   VisibilityStatistics statistics_;
+  RefreshState refresh_;
 };
 
 }  // namespace clamor

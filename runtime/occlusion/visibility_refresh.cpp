@@ -1,4 +1,4 @@
-// visibility_refresh.cpp: what a VisibilityCache looks at again, and in which order.
+// visibility_refresh.cpp: which sources a VisibilityCache retests, and in which order.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -10,126 +10,134 @@ namespace clamor {
 
 namespace {
 
-// Rays of a first look, about: enough must be left to begin one.
-constexpr std::int64_t kRaysOfLook = 50;
-constexpr std::uint32_t kLongAgo_keyframes = 50;
-constexpr int kEnoughForSurprise = 20;  // looks
-constexpr std::size_t kFetchAhead = 24;
+constexpr std::int64_t kMinRaysForEstimate = 50;  // about what a medium estimate takes
+constexpr std::int64_t kRaysPerTask = 10;         // bounds how many tasks are sorted
+constexpr std::uint32_t kMaxAge_keyframes = 50;   // older estimates are equally urgent
+constexpr int kMinPredictions = 20;               // for a mean error
+constexpr double kSignificance = 4;               // times the mean weight
+constexpr double kRecentRadii = 0.1;  // a line test from within this many radii is repeated later
+constexpr double kChangeClockRate = 0.25;  // of the way to the grid's clock per keyframe
+constexpr double kMinDistance2_m2 = 1e-2;
+constexpr std::size_t kPrefetchDistance = 24;
 
 }  // namespace
 
-// Those whose turn it is, or all; those that nothing need be done for are left out.
-void VisibilityCache::gather(std::span<const Wanted> wanted, double tau, std::uint32_t turn,
-                             bool all) {
+// Collects the tasks of one phase's sources, or of all.
+void VisibilityCache::collect_tasks(std::span<const Wanted> wanted, double tau, std::uint32_t phase,
+                                    bool all) {
   statistics_.wanted = 0;
-  std::size_t only_asked = 0;
-  double sum = 0;
-  in_turn_.clear();
+  std::size_t found_by_retest = 0;
+  double weight_sum = 0;
+  std::vector<std::uint32_t>& in_phase = refresh_.in_phase;
+  in_phase.clear();
   for (std::uint32_t w = 0; w < wanted.size(); ++w)
-    if (all || OcclusionUpperBounds::turn_of(wanted[w].number) == turn) in_turn_.push_back(w);
-  for (std::size_t i = 0; i < in_turn_.size(); ++i) {
-    if (i + kFetchAhead < in_turn_.size())
-      __builtin_prefetch(&entries_[wanted[in_turn_[i + kFetchAhead]].index & ~kHidden], 1);
-    const Wanted& one = wanted[in_turn_[i]];
-    const Index index = one.index & ~kHidden;
-    Entry& entry = entries_[index];
+    if (all || OcclusionUpperBounds::phase_of(wanted[w].number) == phase) in_phase.push_back(w);
+  for (std::size_t i = 0; i < in_phase.size(); ++i) {
+    if (i + kPrefetchDistance < in_phase.size())
+      __builtin_prefetch(&entries_[wanted[in_phase[i + kPrefetchDistance]].index], 1);
+    const Wanted& one = wanted[in_phase[i]];
+    const Index index = one.index & ~VisibilityEntries::kOccluded;
+    VisibilityEntry& entry = entries_[index];
     entry.used = keyframe_;
-    double loudness = one.loudness;
-    if (entry.hidden) {
-      const Vec3 way = place_ - Vec3(one.source->position_m);
-      loudness = static_cast<double>(entry.reach) / std::max(dot(way, way), 1e-2);
+    double priority = one.priority;
+    if (entry.occluded) {
+      const Vec3 path_m = place_ - Vec3(one.source->position_m);
+      priority = static_cast<double>(entry.priority_at_1m) /
+                 std::max(dot(path_m, path_m), kMinDistance2_m2);
     }
-    if (loudness < tau) continue;
+    if (priority < tau) continue;
     ++statistics_.wanted;
-    if (hidden_.counts_in_full(one.number) &&
-        OcclusionUpperBounds::share_of(entry.step) * loudness < tau)
-      ++only_asked;
-    // A chosen source is mixed as if its weight were tau at least.
-    const double weight = loudness * static_cast<double>(one.source->u);
-    const bool alone = weight > 4 * std::max(tau, mean_weight_);
-    sum += weight;
-    const double counts = std::max(weight, tau);
-    const auto age = std::min(keyframe_ - entry.looked, kLongAgo_keyframes);
+    if (upper_bounds_.is_retested(one.number) &&
+        OcclusionUpperBounds::bound_of(entry.step) * priority < tau)
+      ++found_by_retest;
+    // A chosen source is mixed as if its weight were at least tau.
+    const double weight = priority * static_cast<double>(one.source->u);
+    const bool significant = weight > kSignificance * std::max(tau, refresh_.mean_weight);
+    weight_sum += weight;
+    const auto age = std::min(keyframe_ - entry.estimated, kMaxAge_keyframes);
     if (!is_current(entry, *one.source))
-      turns_.push_back({counts * age, index, one.source, alone});
-    else if (entry.depth < Depth::kLook)
-      look_turns_.push_back({loudness, index, one.source});
-    else if (entry.depth < Depth::kClose && is_partial(entry.around))
-      close_turns_.push_back({loudness, index, one.source});
+      refresh_.tasks.stale.push_back({std::max(weight, tau) * age, index, one.source, significant});
+    else if (entry.precision < VisibilityPrecision::kMedium)
+      refresh_.tasks.coarse.push_back({priority, index, one.source});
+    else if (entry.precision < VisibilityPrecision::kFine && is_partial(entry.diffracted))
+      refresh_.tasks.partial.push_back({priority, index, one.source});
   }
-  mean_weight_ = sum / std::max<double>(1, static_cast<double>(statistics_.wanted));
-  statistics_.current = statistics_.wanted - turns_.size();
-  // Two for each ray of a glance.
-  if (!all && turn == hidden_.turn())
-    hidden_.took(only_asked, static_cast<std::size_t>(options_.rays_per_keyframe / 2));
+  refresh_.mean_weight = weight_sum / std::max<double>(1, static_cast<double>(statistics_.wanted));
+  statistics_.current = statistics_.wanted - refresh_.tasks.stale.size();
+  // A new source's line test takes two rays.
+  if (!all && phase == upper_bounds_.phase())
+    upper_bounds_.adapt_phases(found_by_retest,
+                               static_cast<std::size_t>(options_.rays_per_keyframe / 2));
 }
 
 bool VisibilityCache::refresh(std::span<const Wanted> wanted, double tau) {
-  turns_.clear();
-  look_turns_.clear();
-  close_turns_.clear();
-  const bool all = everything_changed();
-  last_change_clock_ += 0.25 * (cells_.change_clock() - last_change_clock_);
-  const auto idle = [this] {
-    return turns_.empty() && look_turns_.empty() && close_turns_.empty();
-  };
-  const std::uint32_t turns = hidden_.turns();
-  constexpr std::uint32_t kTurns = OcclusionUpperBounds::kTurns;
-  for (std::uint32_t t = 0; t < kTurns && idle(); ++t)
-    gather(wanted, tau, (hidden_.turn() + t) % kTurns, all);
-  // Of those that are hidden nothing is heard but in their turn.
-  if (idle()) return ++idle_ < turns;
-  idle_ = 0;
-  glance_again(turns_);
-  serve(turns_, Depth::kQuick);
-  serve(look_turns_, Depth::kLook);
-  serve(close_turns_, Depth::kClose);
-  if (expected_ > kEnoughForSurprise) {
-    cells_.invalidate_on_change(surprise_ / expected_);
-    surprise_ = expected_ = 0;
+  Tasks& tasks = refresh_.tasks;
+  tasks.stale.clear();
+  tasks.coarse.clear();
+  tasks.partial.clear();
+  const bool all = scene_changed();
+  refresh_.last_change_clock +=
+      kChangeClockRate * (grid_.change_clock() - refresh_.last_change_clock);
+  const std::uint32_t phases = upper_bounds_.phases();
+  constexpr std::uint32_t kPhases = OcclusionUpperBounds::kPhases;
+  for (std::uint32_t p = 0; p < kPhases && tasks.empty(); ++p)
+    collect_tasks(wanted, tau, (upper_bounds_.phase() + p) % kPhases, all);
+  // Occluded sources are tested in their phase only, so idle means idle in every phase.
+  if (tasks.empty()) return ++refresh_.idle_keyframes < phases;
+  refresh_.idle_keyframes = 0;
+  retest_lines(tasks.stale);
+  estimate_most_urgent(tasks.stale, VisibilityPrecision::kCoarse);
+  estimate_most_urgent(tasks.coarse, VisibilityPrecision::kMedium);
+  estimate_most_urgent(tasks.partial, VisibilityPrecision::kFine);
+  PredictionError& error = refresh_.prediction_error;
+  if (error.count > kMinPredictions) {
+    grid_.invalidate_on_change(error.sum / error.count);
+    error = {};
   }
   return true;
 }
 
-// Those that were seen the longest ago. What is known of neighbours may have changed where they
-// themselves need no glance.
-void VisibilityCache::glance_again(std::vector<Turn>& turns) {
-  const auto most = static_cast<std::size_t>(
+// Repeats the line tests of the sources that were updated the longest ago.
+void VisibilityCache::retest_lines(std::vector<Task>& tasks) {
+  const auto count = static_cast<std::size_t>(
       std::clamp<std::int64_t>(std::min<std::int64_t>(options_.rays_per_keyframe / 4, rays_left_),
-                               0, static_cast<std::int64_t>(turns.size())));
-  const auto older = [this](const Turn& a, const Turn& b) {
-    return entries_[a.index].changed < entries_[b.index].changed;
+                               0, static_cast<std::int64_t>(tasks.size())));
+  const auto is_older = [this](const Task& a, const Task& b) {
+    return entries_[a.index].updated < entries_[b.index].updated;
   };
-  if (most < turns.size())
-    std::nth_element(turns.begin(), turns.begin() + static_cast<std::ptrdiff_t>(most), turns.end(),
-                     older);
+  if (count < tasks.size())
+    std::nth_element(tasks.begin(), tasks.begin() + static_cast<std::ptrdiff_t>(count), tasks.end(),
+                     is_older);
   const RayTimer time(statistics_.ray_ms);
-  for (std::size_t t = 0; t < most; ++t) {
-    Entry& entry = entries_[turns[t].index];
-    if (!is_within(entry, *turns[t].source, 0.1)) glance_at(entry, *turns[t].source);
+  for (std::size_t t = 0; t < count; ++t) {
+    VisibilityEntry& entry = entries_[tasks[t].index];
+    if (!is_within(entry, *tasks[t].source, kRecentRadii)) test_line(entry, *tasks[t].source);
   }
 }
 
-// The most urgent first, as long as there are rays; those whose neighbours were just looked at
-// last.
-void VisibilityCache::serve(std::vector<Turn>& turns, Depth depth) {
-  const auto most = static_cast<std::size_t>(
-      std::clamp<std::int64_t>(rays_left_ / 10, 0, static_cast<std::int64_t>(turns.size())));
-  const auto first = [](const Turn& a, const Turn& b) {
+// Estimates the most urgent sources as long as there are rays, those whose neighbours have an
+// estimate of this keyframe last.
+void VisibilityCache::estimate_most_urgent(std::vector<Task>& tasks,
+                                           VisibilityPrecision precision) {
+  const auto count = static_cast<std::size_t>(std::clamp<std::int64_t>(
+      rays_left_ / kRaysPerTask, 0, static_cast<std::int64_t>(tasks.size())));
+  const auto comes_first = [](const Task& a, const Task& b) {
     return a.urgency != b.urgency ? a.urgency > b.urgency : a.index < b.index;
   };
-  const auto end = turns.begin() + static_cast<std::ptrdiff_t>(most);
-  if (end != turns.end()) std::nth_element(turns.begin(), end, turns.end(), first);
-  std::sort(turns.begin(), end, first);
+  const auto end = tasks.begin() + static_cast<std::ptrdiff_t>(count);
+  if (end != tasks.end()) std::nth_element(tasks.begin(), end, tasks.end(), comes_first);
+  std::sort(tasks.begin(), end, comes_first);
   const RayTimer time(statistics_.ray_ms);
-  for (const bool again : {false, true})
-    for (std::size_t t = 0; t < most && rays_left_ > kRaysOfLook; ++t) {
-      Entry& entry = entries_[turns[t].index];
-      const Source& source = *turns[t].source;
-      if (again ? entry.depth >= depth && entry.changed == keyframe_
-                : !turns[t].counts_alone && cells_.is_of(keyframe_, source, place_))
+  for (const bool second_pass : {false, true})
+    for (std::size_t t = 0; t < count && rays_left_ > kMinRaysForEstimate; ++t) {
+      const Task& task = tasks[t];
+      VisibilityEntry& entry = entries_[task.index];
+      if (second_pass
+              ? entry.precision >= precision && entry.updated == keyframe_
+              : !task.is_significant && grid_.has_estimate_of(keyframe_, *task.source, place_))
         continue;
-      look_at(entry, source, turns[t].counts_alone ? std::max(depth, Depth::kLook) : depth);
+      estimate(entry, *task.source,
+               task.is_significant ? std::max(precision, VisibilityPrecision::kMedium) : precision);
     }
 }
 

@@ -1,16 +1,17 @@
-// band_mix.h: how what a source counts for divides among the bands, and how loud a signal is in
-// each: together a far lower bound than that by the loudest band alone.
+// band_mix.h: how a source's weight divides among the bands, and the current level of a signal in
+// each band: together a tighter upper bound of the weight than the loudest band alone.
 //
-// A ceiling C (radiation_model.h) holds for the loudest that each band of a signal ever is. Let no
-// band's part of it exceed f_b C, and band b now be s_b of its loudest: then what is heard now is
-// at most
+// An upper bound C of a source's weight (radiation_model.h) assumes that each band of its signal is
+// at its maximum. If band b contributes at most f_b C, and its level is now s_b of its maximum,
+// then the weight is now at most
 //
 //   C sum_b f_b s_b  <=  C max_b s_b.
 //
-// Of words, drums and strings the right side is 5 dB above what is heard on average, since their
-// bands come and go and most sources have two or three of them (10^7 of Sponza, six sounds: 6200
-// sources reach the threshold by the right side, 2700 by the left, 2500 do). The former are
-// stored in half bytes and the latter in bytes, rounded up, which makes 3000 of the 2700.
+// For speech, drums and strings the right-hand bound is 5 dB above the weight on average, because
+// most sources have energy in two or three bands, and these come and go (10^7 sources in Sponza,
+// six signals: 6200 reach the threshold by the right-hand bound, 2700 by the left-hand one, 2500
+// in fact). The f_b are stored in four bits and the s_b in eight, rounded up; 3000 sources reach
+// the threshold then.
 #pragma once
 
 #include <algorithm>
@@ -23,19 +24,19 @@
 
 namespace clamor {
 
-// The f_b, each in four bits: (step / 15)^2, so that small parts have small steps.
+// The f_b, each in four bits as (step / 15)^2, which resolves small values finely.
 class BandMix {
  public:
-  static constexpr std::uint32_t kBits = 4, kMost = (1u << kBits) - 1;
+  static constexpr std::uint32_t kBits = 4, kMax = (1u << kBits) - 1;
 
-  BandMix() = default;  // nothing in any band
+  BandMix() = default;  // zero in all bands
   static BandMix from_packed(std::uint32_t packed) { return BandMix(packed); }
-  // No less than these, which are 0 to 1; what is no number counts as 1.
+  // Rounds up values from 0 to 1; NaN becomes 1.
   static BandMix at_least(const Bands& parts) {
     std::array<std::int32_t, kBandCount> steps;
     for (std::size_t b = 0; b < kBandCount; ++b) {
-      const float root = std::sqrt(parts[b]) * (kMost * kRoundedUp);
-      const float step = root < kMost ? root : kMost;
+      const float root = std::sqrt(parts[b]) * (kMax * kRoundUp);
+      const float step = root < kMax ? root : kMax;
       steps[b] = static_cast<std::int32_t>(step);
       steps[b] += static_cast<float>(steps[b]) < step;
     }
@@ -46,35 +47,35 @@ class BandMix {
   }
 
   float part(std::size_t band) const {
-    const auto step = static_cast<float>((packed_ >> (kBits * band)) & kMost);
-    return step * step * (1.0f / (kMost * kMost));
+    const auto step = static_cast<float>((packed_ >> (kBits * band)) & kMax);
+    return step * step * (1.0f / (kMax * kMax));
   }
-  // The most of a whole, of whose bands no more than these are heard.
+  // Upper bound of the weight as a fraction of C, for bands at these levels (the s_b).
   float of(const Bands& shares) const {
-    float most = 0, sum = 0;
+    float max = 0, sum = 0;
     for (std::size_t b = 0; b < kBandCount; ++b) {
       sum += part(b) * shares[b];
-      most = std::max(most, shares[b]);
+      max = std::max(max, shares[b]);
     }
-    return std::min(sum, most);
+    return std::min(sum, max);
   }
   std::uint32_t packed() const { return packed_; }
 
  private:
-  static constexpr float kRoundedUp = 1.00001f;
+  static constexpr float kRoundUp = 1.00001f;  // exceeds the rounding of the square root
   explicit BandMix(std::uint32_t packed) : packed_(packed) {}
 
   std::uint32_t packed_ = 0;
 };
 
-// The s_b: that of the loudest, and the others as parts of it.
+// The s_b: the highest of them, and each as a fraction of it.
 struct BandShares {
   static constexpr float kWhole = 255;
 
   float share = 0;
   std::array<std::uint8_t, kBandCount> parts{};
 
-  // No less than these.
+  // Rounds up.
   static BandShares at_least(const Bands& shares) {
     BandShares all{*std::max_element(shares.begin(), shares.end())};
     if (!(all.share > 0)) return {};

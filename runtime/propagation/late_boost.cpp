@@ -8,11 +8,11 @@ namespace clamor {
 
 namespace {
 
-constexpr double kShare = 0.5;   // c
-constexpr double kFaster = 1.1;  // than the room's decay
-constexpr double kFullSources = 250'000;
+constexpr double kMixture = 0.5;           // c
+constexpr double kRatePerDecayRate = 1.1;  // r
+constexpr double kFullSources = 250'000;   // c falls beyond
 
-// 0 where no band says.
+// Mean T30 of 2 to 8 kHz; 0 if unknown.
 double t60_of(const DecaySummary& decay) {
   constexpr std::size_t k2000Hz = 5;
   double sum = 0;
@@ -24,7 +24,7 @@ double t60_of(const DecaySummary& decay) {
   return bands > 0 ? sum / bands : 0;
 }
 
-// 1 for as many sources as choosing stays cheap for.
+// Factor of c for so many sources.
 double share_for(std::uint64_t sources) {
   const double part = kFullSources / std::max(static_cast<double>(sources), kFullSources);
   return part * part;
@@ -34,12 +34,12 @@ double share_for(std::uint64_t sources) {
 
 LateBoost::LateBoost(double t60_s, double share) {
   if (!(t60_s > 0)) return;
-  const double per_s = kFaster * std::log(1e6) / t60_s;
+  const double per_s = kRatePerDecayRate * std::log(1e6) / t60_s;
   for (std::size_t i = 0; i < boost_.size(); ++i) {
     const double t = std::min(static_cast<double>(i) / static_cast<double>(kStepsPerS), kUntil_s);
-    // A dry room's would be more than a float can hold.
+    // The limit keeps a dry room's value within a float.
     const double grown = std::expm1(std::min(per_s * t, 50.0)) / (per_s * kUntil_s);
-    boost_[i] = static_cast<float>(std::min(share * kShare * grown, kMost - 1));
+    boost_[i] = static_cast<float>(std::min(share * kMixture * grown, kMaxBoost - 1));
   }
 }
 

@@ -11,13 +11,12 @@ namespace clamor {
 
 namespace {
 
-// exp(-x) of eight x >= 0, within 3e-7 for x < 1; never below 2e-38. A loop without calls or
-// branches, which compilers make vectors of; and the same bits on all machines, which std::exp is
-// not.
-Bands decays(const Bands& x) {
+// exp(-x) for x >= 0, with an error below 3e-7 for x < 1 and a result of at least 2e-38. The loop
+// vectorises, and gives the same bits on all machines, unlike std::exp.
+Bands exp_of_negative(const Bands& x) {
   Bands result;
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    // 2^-y, y = whole + part: part in [-1/2, 1/2] by the Taylor series to the 7th power.
+    // 2^-y with y = whole + part; 2^-part by its Taylor series up to the 7th power.
     const float y = std::min(x[b] * std::numbers::log2e_v<float>, 125.0f);
     const auto whole = static_cast<std::int32_t>(y + 0.5f);
     const float z = (static_cast<float>(whole) - y) * std::numbers::ln2_v<float>;
@@ -37,7 +36,7 @@ Bands air_transmittance(const Bands& loss_per_m, double r_m) {
   const auto r = static_cast<float>(r_m);
   Bands loss;
   for (std::size_t b = 0; b < kBandCount; ++b) loss[b] = loss_per_m[b] * r;
-  return decays(loss);
+  return exp_of_negative(loss);
 }
 
 Bands received_intensity(const Source& source, const std::vector<Emitter>& emitters,
@@ -51,11 +50,11 @@ Bands received_intensity(const Source& source, const std::vector<Emitter>& emitt
     const Emitter& emitter = emitters[source.emitter];
     const double cos_a =
         r_m > 0 ? std::clamp(dot(path_m, Vec3(source.normal)) / r_m, -1.0, 1.0) : 1;
-    double share = 0;  // bands of one exponent share the evaluation
+    double share = 0;  // of the emitted power, reused by bands with the same exponent
     for (std::size_t b = 0; b < kBandCount; ++b) {
       const double p = emitter.directivity[b];
       if (b == 0 || emitter.directivity[b] != emitter.directivity[b - 1])
-        share = (p == 0 ? 1 : emission(p, cos_a)) / emission_power(p);  // 1 is what it would be
+        share = (p == 0 ? 1 : emission(p, cos_a)) / emission_power(p);  // saves the evaluation
       intensity[b] = static_cast<float>(source.power[b] * share);
     }
   } else {

@@ -36,14 +36,15 @@ double ReceiverPattern::diffuse_power() const {
 }
 
 Reception::Reception(const ReceiverPattern& pattern, const Listener& pose)
-    : exponent_(pattern.exponent), is_alike_(exponent_ == same_in_all_bands(exponent_[0])) {
+    : exponent_(pattern.exponent),
+      same_in_all_bands_(exponent_ == same_in_all_bands(exponent_[0])) {
   if (is_omnidirectional()) return;
   const Vec3 ahead = std::cos(pattern.angle_rad) * pose.forward();
   const Vec3 aside = std::sin(pattern.angle_rad) * pose.right();
   axes_ = {Vec3f(ahead - aside), Vec3f(ahead + aside)};
 }
 
-// One exponent serves all bands as often as not.
+// Sensitivity to the power of `times`: 1 for intensity, 1/2 for amplitude.
 Bands Reception::shares(int ear, const Vec3f& towards, float times) const {
   const float length2 = glm::dot(towards, towards);
   const float along = glm::dot(axes_[static_cast<std::size_t>(ear)], towards);
@@ -56,7 +57,7 @@ Bands Reception::shares(int ear, const Vec3f& towards, float times) const {
     if (p == 0) return 1.0f;
     return base > 1e-30f ? exp2_of(p * log2_of(base)) : 0;
   };
-  if (is_alike_) return same_in_all_bands(share(exponent_[0]));
+  if (same_in_all_bands_) return same_in_all_bands(share(exponent_[0]));
   Bands result;
   for (std::size_t b = 0; b < kBandCount; ++b) result[b] = share(exponent_[b]);
   return result;

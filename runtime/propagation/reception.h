@@ -1,13 +1,13 @@
-// reception.h: how loud two receivers hear what comes from each direction: the paper's e_r
-// (equation 1), per band.
+// reception.h: directivity of the listener's two receivers, per band (e_r in equation 1 of the
+// paper).
 //
-// Intensity from the angle a to a receiver's axis is ((1 + cos a) / 2)^p of that from straight
-// ahead of it, the law of emitters (directivity.h): p = 0 hears alike from everywhere, p = 2 is a
-// cardioid microphone. The axes turn with the listener. Nothing is louder than on an axis, so that
-// whatever bounds the loudness of sources for receivers of p = 0 bounds it for all.
+// A receiver's sensitivity to intensity at the angle a from its axis is ((1 + cos a) / 2)^p, the
+// law of emitters (directivity.h): p = 0 is omnidirectional, p = 2 a cardioid microphone. The axes
+// turn with the listener's head. Sensitivity is at most 1, so an upper bound for omnidirectional
+// receivers is one for all.
 //
-// Voices get what each receiver hears, from where it is; the choice of sources weighs them by the
-// mean of both, from between them.
+// A voice gets the gain of each receiver from the receiver's own position. Sampling weighs sources
+// by the mean of both receivers, from the centre of the head.
 #pragma once
 
 #include <array>
@@ -23,16 +23,16 @@ namespace clamor {
 
 struct ReceiverPattern {
   Bands exponent{};      // p, 0 to 100
-  double angle_rad = 0;  // from straight ahead to the left receiver's axis; the right one's mirrors
+  double angle_rad = 0;  // from straight ahead to the left axis, and mirrored to the right one
 
-  // "omni"; "ortf": two cardioids 110 degrees apart, which with the 17 cm between our receivers
-  // is the pair of the Office de Radiodiffusion Television Francaise; "wide": wide cardioids
-  // (p = 1) on the same axes, which hear a source behind the listener 5.6 dB weaker than one
-  // ahead, where cardioids hear it 11.3 dB weaker. An Error for other names.
+  // "omni"; "ortf": two cardioids 110 degrees apart, which with 17 cm between the receivers is the
+  // pair of the Office de Radiodiffusion Television Francaise; "wide": wide cardioids (p = 1) on
+  // the same axes, which attenuate a source behind the listener by 5.6 dB against one ahead, where
+  // cardioids attenuate it by 11.3 dB. Other names are an Error.
   static Result<ReceiverPattern> named(const std::string& name);
 
-  // Power of what one receiver hears of a diffuse field, loudness-weighted over the bands, against
-  // an omnidirectional one: the mean of ((1 + cos a) / 2)^p over the sphere is 1 / (p + 1).
+  // Power received from a diffuse field, loudness-weighted over the bands, relative to an
+  // omnidirectional receiver: the mean of ((1 + cos a) / 2)^p over the sphere is 1 / (p + 1).
   double diffuse_power() const;
 
   bool operator==(const ReceiverPattern&) const = default;
@@ -40,15 +40,16 @@ struct ReceiverPattern {
 
 class Reception {
  public:
-  Reception() = default;  // alike from everywhere
+  Reception() = default;  // omnidirectional
   Reception(const ReceiverPattern& pattern, const Listener& pose);
 
-  bool is_omnidirectional() const { return is_alike_ && exponent_[0] == 0; }
+  bool is_omnidirectional() const { return same_in_all_bands_ && exponent_[0] == 0; }
 
-  // Amplitude of what reaches a receiver from there; of any length, and none is on its axis.
+  // Amplitude gain of a receiver for sound from a direction of any length; a zero vector counts as
+  // on the axis.
   Bands gain(int ear, const Vec3f& towards) const;
 
-  // Mean of both receivers' intensities.
+  // Mean of both receivers' sensitivities to intensity.
   Bands share(const Vec3f& towards) const;
 
   bool operator==(const Reception&) const = default;
@@ -57,7 +58,7 @@ class Reception {
   Bands shares(int ear, const Vec3f& towards, float times) const;
 
   Bands exponent_{};
-  bool is_alike_ = true;  // in all bands
+  bool same_in_all_bands_ = true;
   std::array<Vec3f, kEars> axes_{};
 };
 

@@ -10,10 +10,10 @@ namespace clamor {
 
 namespace {
 
-constexpr double kNoMoment = 1e15;  // none is as far from the first
+constexpr double kMaxMoment = 1e15;  // beyond any real time; a forged file may hold more
 
-void raise(Bands& most, const Bands& to) {
-  for (std::size_t b = 0; b < kBandCount; ++b) most[b] = std::max(most[b], to[b]);
+void raise(Bands& max, const Bands& to) {
+  for (std::size_t b = 0; b < kBandCount; ++b) max[b] = std::max(max[b], to[b]);
 }
 
 Bands weighted(const Bands& weights, Bands levels) {
@@ -21,7 +21,7 @@ Bands weighted(const Bands& weights, Bands levels) {
   return levels;
 }
 
-// One value per moment of a signal. A loop comes round; what plays once is silent before and after.
+// One value per moment of a signal. Loops repeat; other signals are zero before and after.
 class MomentSeries {
  public:
   MomentSeries(std::size_t count, bool loop) : values_(count), loop_(loop) {}
@@ -50,8 +50,8 @@ class MomentSeries {
       return maximum;
     });
   }
-  // Stays where it is while that is between the value and `give` times the value. A loop goes round
-  // once before, to know what it comes from.
+  // Holds its level while that is between the value and `give` times the value. A loop runs through
+  // once before, to reach its periodic state.
   MomentSeries with_hysteresis(double give) const {
     double level = 0;
     const auto next = [&](std::int64_t moment) {
@@ -80,7 +80,7 @@ LoudnessTrack::LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frame
                              const Bands& loudness, const EnvelopeSmoothing& smoothing)
     : loop_(loop) {
   const std::size_t moments = envelope.moments();
-  if (moments == 0) loop_ = loop = false;  // no sound: silent at all times
+  if (moments == 0) loop_ = loop = false;  // no samples: silent
   const double moment_frames =
       loop ? static_cast<double>(frames) / static_cast<double>(moments) : kMomentFrames;
   moments_per_s_ = kSampleRate_hz / moment_frames;
@@ -104,7 +104,7 @@ LoudnessTrack::LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frame
     sounds[before + m] = 1;
   }
   if (!momentary && mean_sum > 0) {
-    // Two means of half the length have no corners.
+    // Two means of half the length make a smooth kernel.
     const std::int64_t reach = std::llround(smoothing.mean_s * moments_per_s_ / 4);
     const std::int64_t hold = std::llround(smoothing.hold_s * moments_per_s_);
     const MomentSeries bursts = level.maximum(around, around);
@@ -123,50 +123,50 @@ LoudnessTrack::LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frame
         for (std::size_t b = 0; b < kBandCount; ++b)
           by_moment_[m][b] = static_cast<float>(mean[b] * level[m]);
   }
-  for (const Bands& moment : by_moment_) raise(most_, moment);
+  for (const Bands& moment : by_moment_) raise(max_, moment);
   for (std::size_t m = 0; m < by_moment_.size(); ++m) {
     const Bands& moment = by_moment_[m];
-    if (m % kStretch == 0) most_of_stretch_.push_back({});
-    raise(most_of_stretch_.back(), moment);
+    if (m % kCoarseMoments == 0) coarse_max_.push_back({});
+    raise(coarse_max_.back(), moment);
     const Bands shares = shares_of(moment);
     shares_.push_back(*std::max_element(shares.begin(), shares.end()));
-    if (m % kFew == 0) shares_of_few_.push_back({});
-    raise(shares_of_few_.back(), shares);
+    if (m % kFineMoments == 0) fine_shares_.push_back({});
+    raise(fine_shares_.back(), shares);
   }
-  bound_shares();
+  fill_window_shares();
   steady_ = loop && std::all_of(by_moment_.begin(), by_moment_.end(),
-                                [&](const Bands& moment) { return moment == most_; });
+                                [&](const Bands& moment) { return moment == max_; });
 }
 
-// Rounded up, for a bound must never be too low.
+// Rounded up, because the fractions are upper bounds.
 Bands LoudnessTrack::shares_of(const Bands& moment) const {
-  constexpr float kRoundedUp = 1.0001f;
+  constexpr float kRoundUp = 1.0001f;
   Bands shares{};
   for (std::size_t b = 0; b < kBandCount; ++b)
-    if (most_[b] > 0) shares[b] = moment[b] / most_[b] * kRoundedUp;
+    if (max_[b] > 0) shares[b] = moment[b] / max_[b] * kRoundUp;
   return shares;
 }
 
-void LoudnessTrack::bound_shares() {
+void LoudnessTrack::fill_window_shares() {
   const auto count = static_cast<std::int64_t>(by_moment_.size());
-  for (std::size_t r = 0; r < kReaches && count > 0; ++r) {
+  for (std::size_t r = 0; r < kWindows && count > 0; ++r) {
     const auto reach = static_cast<std::int64_t>(r + 1), beyond = loop_ ? 0 : reach;
     for (std::int64_t m = -beyond; m < count + beyond; ++m) {
-      Bands most{};
+      Bands max{};
       for (std::int64_t k = m - reach; k <= m + reach; ++k)
         if (loop_ || (k >= 0 && k < count))
-          raise(most, by_moment_[static_cast<std::size_t>((k % count + count) % count)]);
-      shares_around_[r].push_back(BandShares::at_least(shares_of(most)));
+          raise(max, by_moment_[static_cast<std::size_t>((k % count + count) % count)]);
+      window_shares_[r].push_back(BandShares::at_least(shares_of(max)));
     }
   }
 }
 
-void LoudnessTrack::shares_by_delay(double time_s, double per_s, double give_s,
+void LoudnessTrack::shares_by_delay(double time_s, double per_s, double margin_s,
                                     std::span<BandShares> shares) const {
-  const double reach = (0.5 / per_s + give_s + 1e-4) * moments_per_s_;
-  if (reach > kReaches) return std::fill(shares.begin(), shares.end(), BandShares::whole());
+  const double reach = (0.5 / per_s + margin_s + 1e-4) * moments_per_s_;
+  if (reach > kWindows) return std::fill(shares.begin(), shares.end(), BandShares::whole());
   const auto r = static_cast<std::size_t>(std::max(std::ceil(reach), 1.0)) - 1;
-  const std::vector<BandShares>& around = shares_around_[r];
+  const std::vector<BandShares>& around = window_shares_[r];
   const auto count = static_cast<double>(around.size());
   const double now = time_s * moments_per_s_ - static_cast<double>(first_) +
                      (loop_ ? 0 : static_cast<double>(r + 1));
@@ -177,18 +177,18 @@ void LoudnessTrack::shares_by_delay(double time_s, double per_s, double give_s,
   }
 }
 
-float LoudnessTrack::max_share(BandMix mix, double time_s, float delay_s, float give_s,
+float LoudnessTrack::max_share(BandMix mix, double time_s, float delay_s, float margin_s,
                                double ahead_s) const {
   const double at =
       (time_s - static_cast<double>(delay_s)) * moments_per_s_ - static_cast<double>(first_);
-  const double rounds_s = 0x1p-24 * std::abs(static_cast<double>(delay_s));
-  const double give = 1e-3 + (static_cast<double>(give_s) + rounds_s) * moments_per_s_;
-  if (!(std::abs(at) + give < kNoMoment)) return mix.of(shares_of(most_));  // of a forged file
+  const double rounding_s = 0x1p-24 * std::abs(static_cast<double>(delay_s));
+  const double margin = 1e-3 + (static_cast<double>(margin_s) + rounding_s) * moments_per_s_;
+  if (!(std::abs(at) + margin < kMaxMoment)) return mix.of(shares_of(max_));
   const auto count = static_cast<std::int64_t>(by_moment_.size());
-  auto first = static_cast<std::int64_t>(std::floor(at - give));
-  auto last = static_cast<std::int64_t>(std::floor(at + give + ahead_s * moments_per_s_));
+  auto first = static_cast<std::int64_t>(std::floor(at - margin));
+  auto last = static_cast<std::int64_t>(std::floor(at + margin + ahead_s * moments_per_s_));
   if (loop_) {
-    if (last - first >= count) return mix.of(shares_of(most_));
+    if (last - first >= count) return mix.of(shares_of(max_));
     const std::int64_t turns = (first >= 0 ? first : first - count + 1) / count;
     first -= turns * count;
     last -= turns * count;
@@ -196,15 +196,15 @@ float LoudnessTrack::max_share(BandMix mix, double time_s, float delay_s, float 
     first = std::max<std::int64_t>(first, 0);
     last = std::min(last, count - 1);
   }
-  Bands most{};
-  for (; first <= last; first = std::min((first / kFew + 1) * kFew, count)) {
-    if (first >= count) {  // of a loop
+  Bands max{};
+  for (; first <= last; first = std::min((first / kFineMoments + 1) * kFineMoments, count)) {
+    if (first >= count) {  // a loop begins anew
       first -= count;
       last -= count;
     }
-    raise(most, shares_of_few_[static_cast<std::size_t>(first / kFew)]);
+    raise(max, fine_shares_[static_cast<std::size_t>(first / kFineMoments)]);
   }
-  return mix.of(most);
+  return mix.of(max);
 }
 
 Bands LoudnessTrack::max_between(double from_s, double to_s) const {
@@ -212,7 +212,7 @@ Bands LoudnessTrack::max_between(double from_s, double to_s) const {
   std::int64_t from = static_cast<std::int64_t>(std::floor(from_s * moments_per_s_)) - first_;
   std::int64_t to = static_cast<std::int64_t>(std::floor(to_s * moments_per_s_)) - first_;
   if (loop_) {
-    if (to - from + 1 >= count) return most_;
+    if (to - from + 1 >= count) return max_;
     const std::int64_t round = (from >= 0 ? from / count : -((count - 1 - from) / count)) * count;
     from -= round;
     to -= round;
@@ -220,18 +220,19 @@ Bands LoudnessTrack::max_between(double from_s, double to_s) const {
     from = std::max<std::int64_t>(from, 0);
     to = std::min(to, count - 1);
   }
-  Bands most{};
+  Bands max{};
   while (from <= to) {
     const std::int64_t at = from % count;
-    if (at % kStretch == 0 && from + kStretch - 1 <= to && at + kStretch <= count) {
-      raise(most, most_of_stretch_[static_cast<std::size_t>(at / kStretch)]);
-      from += kStretch;
+    if (at % kCoarseMoments == 0 && from + kCoarseMoments - 1 <= to &&
+        at + kCoarseMoments <= count) {
+      raise(max, coarse_max_[static_cast<std::size_t>(at / kCoarseMoments)]);
+      from += kCoarseMoments;
     } else {
-      raise(most, by_moment_[static_cast<std::size_t>(at)]);
+      raise(max, by_moment_[static_cast<std::size_t>(at)]);
       ++from;
     }
   }
-  return most;
+  return max;
 }
 
 SignalWeights make_signal_weights(std::span<const TimedEnvelope> signals,
@@ -242,7 +243,7 @@ SignalWeights make_signal_weights(std::span<const TimedEnvelope> signals,
   for (const TimedEnvelope& signal : signals) {
     const LoudnessTrack& track = weights.tracks.emplace_back(signal.envelope, signal.frames,
                                                              signal.loop, loudness, smoothing);
-    weights.by_signal.push_back(track.most());
+    weights.by_signal.push_back(track.max());
     steady = steady && track.steady();
   }
   if (steady) weights.tracks.clear();

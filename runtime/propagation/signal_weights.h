@@ -1,30 +1,28 @@
-// signal_weights.h: how much what a source plays now counts towards loudness, per band.
+// signal_weights.h: loudness weights of what a source plays at a time, per band.
 //
-// A weight is loudness_b (loudness.h) times the mean square of the signal in the band, over the
-// whole signal, times the level of the signal around the moment that is heard: at `time - delay` of
-// its own time. Loops come round; what plays once is silent before and after.
+// A weight is loudness_b (loudness.h) times the signal's mean square in the band, times the level
+// of the signal around the moment that is received, at `time - delay` of its own time. Loops
+// repeat; other signals are silent before and after.
 //
-// A choice that follows the momentary envelope makes the room change with the music: sources hear
-// the envelope at different delays, so each change of level or of spectrum reorders them while it
-// passes, and others are heard. Therefore
+// A sample that followed the momentary envelope would make the room change with the music: sources
+// receive the envelope at different delays, so each change of level or spectrum would reorder them
+// while it passes. Therefore
 //
 // * the level is the mean of all bands over `mean_s`, about as long as a room decays,
-// * the highest of the last `hold_s` counts,
-// * it stays where it is until that has fallen by `give_db`: what counts is how far the level goes
-//   up and down in total, not how fast,
-// * it is never more than `burst_db` below the loudest 20 ms within `around_s`: claps and strokes
-// would otherwise
-//   be chosen too seldom and be scaled up so far that single ones stick out,
-// * bands keep their proportions,
-// * and silence alone is momentary: a signal weighs nothing until `around_s` before it sounds,
-//   which is as long as a source takes to fade in, and from `around_s` + `forget_s` after it ends.
+// * the highest level of the last `hold_s` counts,
+// * a hysteresis holds the level until that has fallen by `give_db`: what matters is how far the
+//   level rises and falls in total, not how fast,
+// * the level is never more than `burst_db` below the loudest 20 ms within `around_s`; otherwise
+//   claps and strokes would be chosen too seldom, and scaled up so far that single ones stand out,
+// * the bands keep their proportions,
+// * and only silence is momentary: a weight is zero until `around_s` before the signal sounds, as
+//   long as a source takes to fade in, and from `around_s` + `forget_s` after it ends.
 //
-// The weight of a band may be less than what plays in it at the moment. The factor of a chosen
-// source (sampler.h) makes up for that: the power is right on average, as long as nothing that
-// sounds weighs nothing.
+// A weight may be below what the band plays at the moment. The scale of a chosen source (sampler.h)
+// compensates: the power is right on average as long as no sounding signal has zero weight.
 //
-// What no fixed filter makes of the dry violin (time_varying_part.h), by one who stands 4 m away in
-// the violin room, with 2000 of 200 000 sources; all of them: below -60 dB.
+// The time-varying part of the error (time_varying_part.h) for the dry violin, 4 m away in the
+// violin room, with 2000 of 200 000 sources; with all sources it is below -60 dB:
 //
 //   loudest moment of 20 ms within 0.1 s, falling by 1 / e in 0.15 s    -17.3 dB
 //   mean per band over 0.7 s / 1.4 s / 3 s                              -17.1 / -17.5 / -18.0
@@ -32,9 +30,9 @@
 //   as above, over 3 s, from -3 to +12 dB                               -30.6
 //   mean over 1.4 s, held for 1.5 s, from 0 to 12 dB                    -25.0
 //   mean over 0.7 s, held for 2 s, from 0 to 12 dB                      below -59
-//   as above, and never less than the loudest moment: this              -30.6
+//   as above, and never below the loudest moment: the choice made here  -30.6
 //
-// Immutable once made.
+// Immutable.
 #pragma once
 
 #include <array>
@@ -51,21 +49,21 @@
 namespace clamor {
 
 struct EnvelopeSmoothing {
-  double around_s = 0.1;  // as long as a source takes to fade in
-  double mean_s = 0.7;    // 0: each moment of 20 ms as it is, band by band
+  double around_s = 0.1;  // the fade-in of a source
+  double mean_s = 0.7;    // 0: no smoothing; each moment of 20 ms keeps its own spectrum
   double hold_s = 2;
   double forget_s = 0.5;
   double give_db = 12;
   double burst_db = 0;
 };
 
-// The weight of one signal over its own time.
+// The weights of one signal over its own time, in moments of about 20 ms.
 class LoudnessTrack {
  public:
   LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frames, bool loop,
                 const Bands& loudness, const EnvelopeSmoothing& smoothing);
 
-  // The weights at a time, and a share of `most` that no band of them exceeds.
+  // The weights at a time, and an upper bound of each as a fraction of max().
   struct Moment {
     const Bands& weights;
     float share;
@@ -82,50 +80,52 @@ class LoudnessTrack {
     return {by_moment_[place], shares_[place]};
   }
 
-  // No less than what its bands are of their loudest, heard at a time with a delay that is off by
-  // up to `give_s`: shares[d] for delays from d / per_s to (d + 1) / per_s.
-  void shares_by_delay(double time_s, double per_s, double give_s,
+  // Upper bounds of the weights as fractions of max(), for signals received at a time with a delay
+  // that errs by up to `margin_s`: shares[d] covers delays from d / per_s to (d + 1) / per_s.
+  void shares_by_delay(double time_s, double per_s, double margin_s,
                        std::span<BandShares> shares) const;
-  // No less than what is heard of a source of such a mix, as a share of the loudest it ever is,
-  // from a time until `ahead_s` later. A delay is rounded to a float, `give_s` comes on top.
-  float max_share(BandMix mix, double time_s, float delay_s, float give_s, double ahead_s) const;
+  // Upper bound of a source's weight as a fraction of its maximum, from a time until `ahead_s`
+  // later. Covers the rounding of the delay to a float, and `margin_s` on top.
+  float max_share(BandMix mix, double time_s, float delay_s, float margin_s, double ahead_s) const;
 
-  // The highest of each band from one time to another, and at any time.
+  // Maximum of each band's weight from one time to another, and over all time.
   Bands max_between(double from_s, double to_s) const;
-  const Bands& most() const { return most_; }
-  // The same at all times?
+  const Bands& max() const { return max_; }
+  // Whether the weights are constant.
   bool steady() const { return steady_; }
 
  private:
   static constexpr Bands kSilence{};
-  static constexpr std::int64_t kStretch = 32, kFew = 8;
-  static constexpr std::size_t kReaches = 4;  // of moments around one, to either side
+  // Moments per entry of the coarse and the fine table of maxima.
+  static constexpr std::int64_t kCoarseMoments = 32, kFineMoments = 8;
+  // Window sizes of the maxima around a moment: 1 to 4 moments to either side.
+  static constexpr std::size_t kWindows = 4;
 
   Bands shares_of(const Bands& moment) const;
-  void bound_shares();
+  void fill_window_shares();
 
   bool loop_, steady_ = false;
   double moments_per_s_;
   std::int64_t first_ = 0;  // moment of by_moment_[0]
   std::vector<Bands> by_moment_;
-  std::vector<float> shares_;         // of each moment,
-  std::vector<Bands> shares_of_few_;  // and the most of each band in kFew
-  // The most around each, by how many moments to either side. What plays once has that many more
-  // at its ends.
-  std::array<std::vector<BandShares>, kReaches> shares_around_;
-  std::vector<Bands> most_of_stretch_;  // of kStretch moments each
-  Bands most_{};
+  std::vector<float> shares_;       // largest band of each moment, as a fraction of max_
+  std::vector<Bands> fine_shares_;  // maxima of kFineMoments moments, as fractions of max_
+  // Maxima around each moment, by window size. Signals that play once have as many more moments at
+  // either end as the window reaches.
+  std::array<std::vector<BandShares>, kWindows> window_shares_;
+  std::vector<Bands> coarse_max_;  // maxima of kCoarseMoments moments
+  Bands max_{};
 };
 
-// What an intensity is weighed with.
+// The weights of all signals.
 struct SignalWeights {
-  std::vector<Bands> by_signal;         // at its loudest; what does not change, always
-  std::vector<LoudnessTrack> tracks{};  // per signal, or none if nothing changes
+  std::vector<Bands> by_signal;         // maxima over time
+  std::vector<LoudnessTrack> tracks{};  // per signal; empty if all signals are steady
 
   bool steady() const { return tracks.empty(); }
 };
 
-// A signal as its envelope and what that is of.
+// A signal's envelope with its length.
 struct TimedEnvelope {
   SignalEnvelope envelope;
   std::uint64_t frames = 0;

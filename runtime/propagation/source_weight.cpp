@@ -2,9 +2,9 @@
 
 namespace clamor {
 
-double weight(const RadiationModel& field, const Bands& of_signal, const Source& source,
+double weight(const RadiationModel& field, const Bands& signal_weights, const Source& source,
               const Vec3& place, const Reception& reception) {
-  return weighted_sum(of_signal,
+  return weighted_sum(signal_weights,
                       apply_reception(reception, source, place, field.intensity(source, place)));
 }
 

@@ -1,4 +1,4 @@
-// source_weight.h: what a source counts for at a place: the w_i of sampler.h.
+// source_weight.h: a source's weight at a place, the w_i of sampler.h.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@
 
 namespace clamor {
 
-// Band by band.
-inline Bands weighed(const Bands& weights, Bands intensity) {
+// Multiplies band by band.
+inline Bands weighted(const Bands& weights, Bands intensity) {
   for (std::size_t b = 0; b < kBandCount; ++b) intensity[b] *= weights[b];
   return intensity;
 }
@@ -25,27 +25,27 @@ inline double weighted_sum(const Bands& weights, const Bands& intensity) {
   return sum;
 }
 
-// What receivers at `place` make of a source's intensity there.
+// A source's intensity at `place` as received by directional receivers.
 inline Bands apply_reception(const Reception& reception, const Source& source, const Vec3& place,
                              const Bands& intensity) {
   if (reception.is_omnidirectional()) return intensity;
-  return weighed(reception.share(Vec3f(Vec3(source.position_m) - place)), intensity);
+  return weighted(reception.share(Vec3f(Vec3(source.position_m) - place)), intensity);
 }
 
-// Of a source, given what its signal counts for in each band.
-double weight(const RadiationModel& field, const Bands& of_signal, const Source& source,
+// Weight of a source whose signal has these weights.
+double weight(const RadiationModel& field, const Bands& signal_weights, const Source& source,
               const Vec3& place, const Reception& reception = Reception());
 
-// What a signal counts for that is heard at a time from a source so many metres away.
+// Weights of a signal as received at a time from a source at a distance.
 inline LoudnessTrack::Moment weights_at_distance(const RadiationModel& field,
                                                  const SignalWeights& weights, std::uint32_t signal,
-                                                 const Source& source, double way_m,
+                                                 const Source& source, double distance_m,
                                                  double time_s) {
   if (weights.steady()) return {weights.by_signal[signal], 1};
-  return weights.tracks[signal].at(time_s - field.delay_s(source, way_m));
+  return weights.tracks[signal].at(time_s - field.delay_s(source, distance_m));
 }
 
-// The same, heard at a place.
+// The same as received at a place.
 LoudnessTrack::Moment weights_at_place(const RadiationModel& field, const SignalWeights& weights,
                                        std::uint32_t signal, const Source& source,
                                        const Vec3& place, double time_s);

@@ -144,7 +144,7 @@ void OctreePool::bound_signals(const Vec3& place, double time_s) {
         audible.emplace_back(track.max_between(time_s - longest_s - field_.latest_start_s(),
                                                until_s_ + kSoon_s - field_.earliest_start_s()));
     for (std::size_t b = 0; b < kBandCount; ++b)
-      if (track.most()[b] > 0) loudest_ = std::max<double>(loudest_, most[b] / track.most()[b]);
+      if (track.max()[b] > 0) loudest_ = std::max<double>(loudest_, most[b] / track.max()[b]);
   }
   loudest_ = std::max(loudest_ * (1 + 1e-6), 1e-9);
   if (audible == audible_) return;

@@ -103,7 +103,7 @@ class OctreePool final : public SourcePool {
   // Each part of a plan is asked in every so many keyframes. Of ten million sources in Sponza a
   // prototype's keyframe took 1.53, 1.35, 1.34 and 1.31 ms besides rays, in 1, 2, 3 and 4.
   static constexpr std::uint32_t kTurns = 3;
-  static_assert(kTurns - 1 <= PageLoader::kMostAhead && kTurns <= OcclusionUpperBounds::kTurns);
+  static_assert(kTurns - 1 <= PageLoader::kMostAhead && kTurns <= OcclusionUpperBounds::kPhases);
 
   // Where sources are found: the level's octree, or a copy of one.
   struct Copy {
@@ -315,7 +315,7 @@ class OctreePool final : public SourcePool {
   bool is_too_quiet(double loud, float known, std::uint64_t number, double threshold) const {
     const double least = threshold * (1 - 1e-6);
     if (loud < least) return true;
-    return known < 1 && loud * static_cast<double>(hidden_->most(number, known)) < least;
+    return known < 1 && loud * static_cast<double>(hidden_->upper_bound(number, known)) < least;
   }
   void add_far(const FarCopy& far, double ceiling, std::vector<FoundSource>& found);
   Source* placed(const Source& stored, const Placement& placement, double representative_key);

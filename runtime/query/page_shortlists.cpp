@@ -72,8 +72,8 @@ void PageShortlists::fetch(std::span<const Asked> asked) {
     const List& list = lists_[one.list];
     prefetch_to_read(list.blocks.data(),
                      std::min(list.blocks.size(), kBlocksAhead) * sizeof(ShortlistBlock));
-    near_.push_back(hidden_ != nullptr ? hidden_->near(list.first, turns_ahead_)
-                                       : OcclusionUpperBounds::Near());
+    near_.push_back(hidden_ != nullptr ? hidden_->window(list.first, turns_ahead_)
+                                       : OcclusionUpperBounds::Window());
     near_.back().prefetch();
   }
 }

@@ -165,7 +165,7 @@ class PageShortlists {
         const ShortlistBlock& block = list.blocks[loud_.entry[l] / kCullBlock];
         const std::size_t at = loud_.entry[l] % kCullBlock;
         const std::uint32_t index = block.source[at] & ShortlistBlock::kIndex;
-        if (ceiling * share * near_[a].most(index, known) < least) continue;
+        if (ceiling * share * near_[a].upper_bound(index, known) < least) continue;
         found(Passed{a, index, block.signal[at], static_cast<double>(ceiling), share, known,
                      here_[l].boost});
       }
@@ -260,7 +260,7 @@ class PageShortlists {
   LoudnessTable shares_, wide_shares_;  // of signals whose delays are off by little, and by more
   float longest_s_ = 0, widest_s_ = 0;  // of any list: delay, and by how much that is off
   // Of pass(): of each list,
-  std::vector<OcclusionUpperBounds::Near> near_;
+  std::vector<OcclusionUpperBounds::Window> near_;
   std::vector<std::size_t> ends_;  // where its loud entries end,
   AudibleEntries loud_;            // these, the first so many,
   std::size_t loud_count_ = 0;

@@ -84,14 +84,14 @@ void ceilings_of_all(std::span<const SourceShape> shapes, float off_m, float* ce
   std::copy(some, some + (shapes.size() - s), ceilings + s);
 }
 
-// What is known of some of a page's sources, and OcclusionUpperBounds::most() of them.
+// What is known of some of a page's sources, and OcclusionUpperBounds::upper_bound() of them.
 struct Left {
   Vector known, most;
 };
-HWY_INLINE Left left_of(const OcclusionUpperBounds::Near& hidden, const std::uint32_t* source) {
+HWY_INLINE Left left_of(const OcclusionUpperBounds::Window& hidden, const std::uint32_t* source) {
   constexpr std::uint32_t kRow = OcclusionUpperBounds::kRow,
                           kPerWord = OcclusionUpperBounds::kPerWord;
-  static_assert(kRow == 1 << 10 && kPerWord == 1 << 3 && OcclusionUpperBounds::kHidden == 15);
+  static_assert(kRow == 1 << 10 && kPerWord == 1 << 3 && OcclusionUpperBounds::kOccluded == 15);
   const Tag d;
   const hn::RebindToSigned<Tag> di;
   const hn::RebindToUnsigned<Tag> du;
@@ -108,19 +108,19 @@ HWY_INLINE Left left_of(const OcclusionUpperBounds::Near& hidden, const std::uin
   const auto step = hn::BitCast(di, hn::And(hn::Shr(word, shift), hn::Set(du, 15)));
   const auto power = hn::BitCast(d, hn::ShiftLeft<23>(hn::Sub(hn::Set(di, 127), step)));
   const auto known = hn::IfThenZeroElse(hn::RebindMask(d, hn::Eq(step, hn::Set(di, 15))), power);
-  const auto since = hn::Sub(number, hn::Set(du, hidden.turn));
+  const auto since = hn::Sub(number, hn::Set(du, hidden.phase));
   const auto is_in = [&](std::uint32_t turns) {
     const auto turn = hn::BitCast(di, hn::And(since, hn::Set(du, turns - 1)));
     return hn::RebindMask(d,
                           hn::Lt(turn, hn::Set(di, static_cast<std::int32_t>(hidden.ahead) + 1)));
   };
-  const auto in_turn = hn::IfThenElse(is_in(OcclusionUpperBounds::kTurns),
-                                      hn::Max(known, hn::Set(d, hidden.in_turn)), known);
+  const auto in_turn = hn::IfThenElse(is_in(OcclusionUpperBounds::kPhases),
+                                      hn::Max(known, hn::Set(d, hidden.phase_bound)), known);
   // A page has no more than two rows; of a third nothing is known.
   const auto none = hn::RebindMask(d, hn::Gt(row, hn::Set(di, 1)));
   const auto one = hn::Set(d, 1.0f);
   return {hn::IfThenElse(none, one, known),
-          hn::IfThenElse(hn::Or(is_in(hidden.turns), none), one, in_turn)};
+          hn::IfThenElse(hn::Or(is_in(hidden.phases), none), one, in_turn)};
 }
 
 // Shares of signals, one each.
@@ -150,7 +150,7 @@ HWY_INLINE Vector of_mixes(const BandMix* mixes, const Shares& shares) {
   static_assert(BandMix::kBits == 4 && sizeof(BandMix) == 4 && kBandCount == 8);
   const Tag d;
   const Integers di;
-  const auto step_mask = hn::Set(di, std::int32_t{BandMix::kMost}), byte = hn::Set(di, 255);
+  const auto step_mask = hn::Set(di, std::int32_t{BandMix::kMax}), byte = hn::Set(di, 255);
   auto steps = hn::Load(di, reinterpret_cast<const std::int32_t*>(mixes));
   auto sum = hn::Zero(di);
   for (auto parts : {shares.low, shares.high})
@@ -160,12 +160,12 @@ HWY_INLINE Vector of_mixes(const BandMix* mixes, const Shares& shares) {
       steps = hn::ShiftRight<4>(steps);
       parts = hn::ShiftRight<8>(parts);
     }
-  constexpr float kWhole = BandMix::kMost * BandMix::kMost * BandShares::kWhole;
+  constexpr float kWhole = BandMix::kMax * BandMix::kMax * BandShares::kWhole;
   return hn::Min(hn::Mul(hn::ConvertTo(d, sum), hn::Set(d, 1 / kWhole)), hn::Set(d, 1.0f));
 }
 
 std::size_t loud_here(std::span<const ShortlistBlock> blocks, float least,
-                      const LoudnessTable& shares, const OcclusionUpperBounds::Near& hidden,
+                      const LoudnessTable& shares, const OcclusionUpperBounds::Window& hidden,
                       const AudibleEntries::Columns& found) {
   const Tag d;
   const hn::RebindToUnsigned<Tag> du;
@@ -219,7 +219,7 @@ constexpr std::size_t kMostDelays = 1 << 12, kMostShares = 1 << 18, kLeastDelays
 }  // namespace
 
 std::size_t find_audible(std::span<const ShortlistBlock> blocks, float least,
-                         const LoudnessTable& shares, const OcclusionUpperBounds::Near& hidden,
+                         const LoudnessTable& shares, const OcclusionUpperBounds::Window& hidden,
                          const AudibleEntries::Columns& loud) {
   return HWY_DYNAMIC_DISPATCH(loud_here)(blocks, least, shares, hidden, loud);
 }

@@ -95,7 +95,7 @@ struct AudibleEntries {
 // Writes those of a list that may reach `least` wherever the list holds; there must be room for
 // all. Gives how many. `hidden` begins with the first source of the page.
 std::size_t find_audible(std::span<const ShortlistBlock> blocks, float least,
-                         const LoudnessTable& shares, const OcclusionUpperBounds::Near& hidden,
+                         const LoudnessTable& shares, const OcclusionUpperBounds::Window& hidden,
                          const AudibleEntries::Columns& loud);
 
 // Ceilings of priorities at any time, at one place and as far round it as `off_m`. `position_m` of

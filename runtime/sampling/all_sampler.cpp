@@ -39,7 +39,7 @@ class All final : public Sampler {
   bool complete() override { return true; }
   void stop_when(const std::atomic<bool>* stop) override { stop_ = stop; }
   std::size_t capacity() const override {
-    return still_ + (moving_ != nullptr ? moving_->most() : 0);
+    return still_ + (moving_ != nullptr ? moving_->max_sources() : 0);
   }
 
  private:

@@ -12,8 +12,8 @@ namespace clamor {
 
 namespace {
 
-constexpr double kLongest_s = 1e7;
-constexpr double kStep_s = 0.02;  // that velocities are told from
+constexpr double kMaxTime_s = 1e7;
+constexpr double kVelocityStep_s = 0.02;
 
 std::string folder_of(const std::string& path) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
@@ -36,36 +36,36 @@ Result<MovingScript> MovingScript::read(const std::string& path) {
   script.files_.add(path);
   SignalTable signals;
   for (const Json& item : *sources->array()) {
-    const std::string where = path + ": source " + std::to_string(script.actors_.size() + 1);
+    const std::string where = path + ": source " + std::to_string(script.sources_.size() + 1);
     JsonFields values(item, where);
-    Actor actor;
-    actor.name = values.string("name").value_or("");
+    ScriptedSource scripted;
+    scripted.name = values.string("name").value_or("");
     const std::string signal = values.string("signal").value_or("noise");
     const bool loop = values.boolean("loop").value_or(signal != "impulse");
-    actor.gain = std::pow(10, values.number("gain_db", -200, 120).value_or(0) / 20);
-    actor.directivity = values.number("directivity", 0, 1e4).value_or(0);
-    actor.from_s = values.number("from_s", 0, kLongest_s).value_or(0);
-    actor.until_s = values.number("until_s", 0, kLongest_s).value_or(kLongest_s);
+    scripted.gain = std::pow(10, values.number("gain_db", -200, 120).value_or(0) / 20);
+    scripted.directivity = values.number("directivity", 0, 1e4).value_or(0);
+    scripted.from_s = values.number("from_s", 0, kMaxTime_s).value_or(0);
+    scripted.until_s = values.number("until_s", 0, kMaxTime_s).value_or(kMaxTime_s);
     const Json* const walk = values.any("path");
     if (walk == nullptr) values.fail("'path' is missing");
     if (const auto ok = values.result_without_unknown(); !ok.ok()) return ok.error();
     auto parsed = Walk::parse(*walk, where + ", 'path'");
     if (!parsed.ok()) return parsed.error();
-    actor.path = std::move(*parsed);
+    scripted.path = std::move(*parsed);
 
     if (is_built_in_signal(signal)) {
-      actor.signal = signals.built_in(signal, loop);
+      scripted.signal = signals.built_in(signal, loop);
     } else if (const auto known = signals.find(signal, loop)) {
-      actor.signal = *known;
+      scripted.signal = *known;
     } else {
       const auto file = confined_path(folder_of(path), signal);
       if (!file.ok()) return file.error().in(where + ", 'signal'");
       auto samples = read_audio(*file);
       if (!samples.ok()) return samples.error().in(where);
       script.files_.add(*file);
-      actor.signal = signals.add(signal, signal, std::move(*samples), loop);
+      scripted.signal = signals.add(signal, signal, std::move(*samples), loop);
     }
-    script.actors_.push_back(std::move(actor));
+    script.sources_.push_back(std::move(scripted));
   }
   script.signals_ = signals.take();
   return script;
@@ -73,39 +73,41 @@ Result<MovingScript> MovingScript::read(const std::string& path) {
 
 MovingOptions MovingScript::options(std::size_t signals_of_bake) const {
   MovingOptions options;
-  options.most = actors_.size();
+  options.max_sources = sources_.size();
   options.signals = signals_;
-  for (const Actor& actor : actors_)
-    options.kinds.push_back({actor.name, static_cast<std::uint32_t>(signals_of_bake + actor.signal),
-                             same_in_all_bands(static_cast<float>(actor.directivity))});
+  for (const ScriptedSource& scripted : sources_)
+    options.kinds.push_back({scripted.name,
+                             static_cast<std::uint32_t>(signals_of_bake + scripted.signal),
+                             same_in_all_bands(static_cast<float>(scripted.directivity))});
   return options;
 }
 
 Result<void> MovingScript::apply(MovingSources& moving, double time_s) {
-  for (std::uint32_t kind = 0; kind < actors_.size(); ++kind) {
-    Actor& actor = actors_[kind];
-    const bool on_stage = time_s >= actor.from_s && time_s < actor.until_s;
-    if (!on_stage && actor.on_stage)
-      if (const auto ok = moving.remove(actor.handle); !ok.ok()) return ok;
-    if (on_stage) {
-      const Listener pose = actor.path.at(time_s);
+  for (std::uint32_t kind = 0; kind < sources_.size(); ++kind) {
+    ScriptedSource& scripted = sources_[kind];
+    const bool is_present = time_s >= scripted.from_s && time_s < scripted.until_s;
+    if (!is_present && scripted.is_present)
+      if (const auto ok = moving.remove(scripted.handle); !ok.ok()) return ok;
+    if (is_present) {
+      const Listener pose = scripted.path.at(time_s);
       MovingSource source;
       source.kind = kind;
       source.position_m = pose.position_m;
       source.velocity_mps =
-          (pose.position_m - actor.path.at(time_s - kStep_s).position_m) / kStep_s;
+          (pose.position_m - scripted.path.at(time_s - kVelocityStep_s).position_m) /
+          kVelocityStep_s;
       source.axis = pose.forward();
-      source.gain = same_in_all_bands(static_cast<float>(actor.gain));
-      source.start_s = actor.from_s;
-      if (!actor.on_stage) {
+      source.gain = same_in_all_bands(static_cast<float>(scripted.gain));
+      source.start_s = scripted.from_s;
+      if (!scripted.is_present) {
         const auto added = moving.add(source);
         if (!added.ok()) return added.error();
-        actor.handle = *added;
-      } else if (const auto ok = moving.retune(actor.handle, source); !ok.ok()) {
+        scripted.handle = *added;
+      } else if (const auto ok = moving.change(scripted.handle, source); !ok.ok()) {
         return ok;
       }
     }
-    actor.on_stage = on_stage;
+    scripted.is_present = is_present;
   }
   moving.commit(time_s);
   return {};

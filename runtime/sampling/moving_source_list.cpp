@@ -13,20 +13,26 @@ namespace clamor {
 
 namespace {
 
-constexpr double kMovingSlack = 1.00001;
-constexpr std::size_t kBlock = 256;  // sources that are sieved at a time
-constexpr double kCellOfDistance = 1.0 / 8, kLeastCell_m = 0.5, kMostCell_m = 8;
+// Factor on upper bounds of priorities that exceeds their rounding.
+constexpr double kBoundSlack = 1.00001;
+constexpr double kThresholdSlack = 1 - 1e-6;
+// Squared distances are reduced by this fraction and this many m^2, more than single precision
+// loses, as in source_page.cpp.
+constexpr float kDistanceSlack = 0.001f;
+constexpr std::size_t kBlock = 256;  // sources that are culled at a time
+// Cells of the occlusion cache: an eighth of the distance, within limits.
+constexpr double kCellPerDistance = 1.0 / 8, kMinCell_m = 0.5, kMaxCell_m = 8;
 constexpr std::uint32_t kSeedOfU = 0x6d6f7665;
 
-std::uint64_t number_of(std::size_t place, std::uint32_t generation) {
-  return kMovingSourceBit | std::uint64_t{generation & 0x7fffffffu} << 32 | place;
+std::uint64_t number_of(std::size_t slot, std::uint32_t generation) {
+  return kMovingSourceBit | std::uint64_t{generation & 0x7fffffffu} << 32 | slot;
 }
 
-// Of the cell that a source is in, which is the larger the farther it is away.
+// Hash of the cell that a source is in.
 std::uint64_t cell_of(const Vec3f& position_m, const Vec3& place) {
   const double distance_m = length(Vec3(position_m) - place);
   const double size_m = std::exp2(
-      std::round(std::log2(std::clamp(kCellOfDistance * distance_m, kLeastCell_m, kMostCell_m))));
+      std::round(std::log2(std::clamp(kCellPerDistance * distance_m, kMinCell_m, kMaxCell_m))));
   std::uint64_t cell = static_cast<std::uint64_t>(std::llround(16 * size_m));
   for (int axis = 0; axis < 3; ++axis) {
     cell *= 0x9e3779b97f4a7c15u;
@@ -38,172 +44,182 @@ std::uint64_t cell_of(const Vec3f& position_m, const Vec3& place) {
 
 }  // namespace
 
+MovingSourceList::Columns::Columns(std::size_t slots)
+    : sources(slots),
+      versions(slots),
+      generations(slots),
+      x_m(slots),
+      y_m(slots),
+      z_m(slots),
+      max_priority(slots, -1.0f),
+      velocity_mps(slots),
+      emission_of(slots) {}
+
 MovingSourceList::MovingSourceList(MovingSources& sources, const RadiationModel& field,
                                    std::span<const Bands> weights,
                                    std::span<const Emitter> emitters, std::size_t kinds)
-    : sources_(sources),
+    : moving_(sources),
       field_(field),
       weights_(weights),
       kinds_(emitters.last(kinds)),
       first_emitter_(static_cast<std::uint32_t>(emitters.size() - kinds)),
-      heard_(sources.most()),
-      versions_(sources.most()),
-      generations_(sources.most()),
-      highest_(sources.most(), -1.0f),
-      velocity_mps_(sources.most()),
-      found_in_(sources.most()),
-      trails_(sources.most(), field.speed_of_sound_mps()) {
-  for (auto* column : {&x_m_, &y_m_, &z_m_}) column->resize(sources.most());
-}
+      columns_(sources.max_sources()),
+      history_(sources.max_sources(), field.speed_of_sound_mps()) {}
 
 bool MovingSourceList::refresh() {
-  now_ = &sources_.latest();
+  now_ = &moving_.latest();
   if (now_->commits == commits_) return in_motion_;
   commits_ = now_->commits;
-  fresh_ = true;
+  is_new_ = true;
   return true;
 }
 
-// A source like an emitter of its kind.
-void MovingSourceList::tune(std::size_t place, double time_s) {
-  const MovingSources::Tune& tune = now_->tunes[place];
-  versions_[place] = tune.version;
-  if (!tune.present) {
-    highest_[place] = -1;
+// Takes over a source's settings: it is an emitter of its kind.
+void MovingSourceList::set(std::size_t slot, double time_s) {
+  const MovingSources::Settings& settings = now_->settings[slot];
+  columns_.versions[slot] = settings.version;
+  if (!settings.present) {
+    columns_.max_priority[slot] = -1;
     return;
   }
-  Source& source = heard_[place];
-  source.normal = source.mirror = tune.axis;
-  const bool is_new = generations_[place] != tune.generation;
-  if (!std::isnan(tune.start_s))
-    source.delay_s = static_cast<float>(tune.start_s);
-  else if (is_new)  // with the segment that ends with this keyframe
+  Source& source = columns_.sources[slot];
+  source.normal = source.mirror = settings.axis;
+  const bool is_added = columns_.generations[slot] != settings.generation;
+  if (!std::isnan(settings.start_s))
+    source.delay_s = static_cast<float>(settings.start_s);
+  else if (is_added)  // starts with the segment that ends with this keyframe
     source.delay_s = static_cast<float>(std::max(0.0, time_s - kKeyframe_s));
-  source.emitter = first_emitter_ + tune.kind;
+  source.emitter = first_emitter_ + settings.kind;
   source.is_emitter = true;
-  const Bands& directivity = kinds_[tune.kind].directivity;
+  const Bands& directivity = kinds_[settings.kind].directivity;
   for (std::size_t b = 0; b < kBandCount; ++b)
     source.power[b] = static_cast<float>(emission_power(static_cast<double>(directivity[b])) *
-                                         static_cast<double>(tune.gain[b]) * tune.gain[b]);
-  if (is_new) {
-    generations_[place] = tune.generation;
+                                         static_cast<double>(settings.gain[b]) * settings.gain[b]);
+  if (is_added) {
+    columns_.generations[slot] = settings.generation;
     source.u = static_cast<float>(unit_above_zero(
-        philox(kSeedOfU, {static_cast<std::uint32_t>(place), tune.generation, 0, 0})[0]));
-    restarts_.push_back(static_cast<std::uint32_t>(place));
+        philox(kSeedOfU, {static_cast<std::uint32_t>(slot), settings.generation, 0, 0})[0]));
+    added_.push_back(static_cast<std::uint32_t>(slot));
   }
   const RadiationModel::Ceiling ceiling = field_.ceiling(source, weights_[field_.signal(source)]);
-  highest_[place] = static_cast<float>(static_cast<double>(ceiling.diffuse + ceiling.lobe) *
-                                       kMovingSlack / std::max(source.u, kMinU));
+  columns_.max_priority[slot] =
+      static_cast<float>(static_cast<double>(ceiling.diffuse + ceiling.lobe) * kBoundSlack /
+                         std::max(source.u, kMinU));
 }
 
-// Moves the sources to where they are at a time, and keeps the way that they came.
-void MovingSourceList::put_all(double time_s) {
+// Extrapolates all sources to a time, and records their paths.
+void MovingSourceList::move_all(double time_s) {
   const std::size_t count = now_->count;
-  const bool coasts = std::abs(time_s - taken_s_) <= kMaxExtrapolation_s;
-  const auto coast_s =
-      static_cast<float>(std::clamp(time_s - taken_s_, -kMaxExtrapolation_s, kMaxExtrapolation_s));
-  const auto put = [&](const std::vector<float>& from_m, const std::vector<float>& by_mps,
-                       std::vector<float>& at_m) {
-    float fastest = 0;
+  const bool extrapolates = std::abs(time_s - snapshot_s_) <= kMaxExtrapolation_s;
+  const auto seconds = static_cast<float>(
+      std::clamp(time_s - snapshot_s_, -kMaxExtrapolation_s, kMaxExtrapolation_s));
+  const auto extrapolate = [&](const std::vector<float>& from_m, const std::vector<float>& by_mps,
+                               std::vector<float>& to_m) {
+    float max_mps = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      at_m[i] = from_m[i] + coast_s * by_mps[i];
-      fastest = std::max(fastest, std::abs(by_mps[i]));
+      to_m[i] = from_m[i] + seconds * by_mps[i];
+      max_mps = std::max(max_mps, std::abs(by_mps[i]));
     }
-    return fastest;
+    return max_mps;
   };
-  const float x = put(now_->x_m, now_->x_mps, x_m_), y = put(now_->y_m, now_->y_mps, y_m_),
-              z = put(now_->z_m, now_->z_mps, z_m_);
+  const float x = extrapolate(now_->x_m, now_->x_mps, columns_.x_m),
+              y = extrapolate(now_->y_m, now_->y_mps, columns_.y_m),
+              z = extrapolate(now_->z_m, now_->z_mps, columns_.z_m);
   const auto column = [count](const std::vector<float>& of) { return std::span(of).first(count); };
-  trails_.record(time_s, column(x_m_), column(y_m_), column(z_m_));
+  history_.record(time_s, column(columns_.x_m), column(columns_.y_m), column(columns_.z_m));
   const auto restart = [&](std::uint32_t i) {
-    trails_.restart(i, coasts ? Vec3f(now_->x_mps[i], now_->y_mps[i], now_->z_mps[i]) : Vec3f(0));
+    history_.restart(
+        i, extrapolates ? Vec3f(now_->x_mps[i], now_->y_mps[i], now_->z_mps[i]) : Vec3f(0));
   };
-  for (const std::uint32_t i : trails_.jumped()) restart(i);
-  for (const std::uint32_t i : restarts_) restart(i);
-  restarts_.clear();
-  in_motion_ = std::max({x, y, z}) > 0 || !trails_.settled();
+  for (const std::uint32_t i : history_.teleported()) restart(i);
+  for (const std::uint32_t i : added_) restart(i);
+  added_.clear();
+  in_motion_ = std::max({x, y, z}) > 0 || !history_.settled();
 }
 
 void MovingSourceList::begin(const Vec3& /*place*/, double time_s) {
-  if (now_ == nullptr) now_ = &sources_.latest();
-  if (fresh_) {
-    taken_s_ = std::isnan(now_->time_s) ? time_s : now_->time_s;
+  if (now_ == nullptr) now_ = &moving_.latest();
+  if (is_new_) {
+    snapshot_s_ = std::isnan(now_->time_s) ? time_s : now_->time_s;
     for (std::size_t i = 0; i < now_->count; ++i)
-      if (versions_[i] != now_->tunes[i].version) tune(i, time_s);
+      if (columns_.versions[i] != now_->settings[i].version) set(i, time_s);
   }
-  if (fresh_ || time_s_ != time_s) put_all(time_s);
-  ++begun_;
+  if (is_new_ || time_s_ != time_s) move_all(time_s);
+  ++sample_;
   time_s_ = time_s;
-  fresh_ = false;
+  is_new_ = false;
 }
 
-// Where the source was, and how fast, when what the listener hears of it now left it.
-void MovingSourceList::find_emission(std::size_t place, const Vec3& listener_m) {
-  if (found_in_[place] == begun_) return;
-  found_in_[place] = begun_;
-  const PositionHistory::Emission emission = trails_.emission(place, listener_m);
-  heard_[place].position_m = emission.position_m;
-  velocity_mps_[place] = emission.velocity_mps;
+// Finds where a source was, and how fast, when the sound left it that the listener hears now.
+void MovingSourceList::find_emission(std::size_t slot, const Vec3& listener_m) {
+  if (columns_.emission_of[slot] == sample_) return;
+  columns_.emission_of[slot] = sample_;
+  const PositionHistory::Emission emission = history_.emission(slot, listener_m);
+  columns_.sources[slot].position_m = emission.position_m;
+  columns_.velocity_mps[slot] = emission.velocity_mps;
 }
 
 void MovingSourceList::look(const Vec3& place, double threshold, std::vector<FoundSource>& found) {
   const Vec3f from(place);
-  const auto least = static_cast<float>(threshold * (1 - 1e-6));
-  constexpr float kGive = 0.001f;  // as in source_page.cpp
-  constexpr auto kLeast2_m2 = static_cast<float>(kEmitterRadius_m * kEmitterRadius_m);
+  const auto min_priority = static_cast<float>(threshold * kThresholdSlack);
+  constexpr auto kMinDistance2_m2 = static_cast<float>(kEmitterRadius_m * kEmitterRadius_m);
   for (std::size_t first = 0; first < now_->count; first += kBlock) {
     const std::size_t count = std::min(kBlock, now_->count - first);
-    const float* const x = x_m_.data() + first;
-    const float* const y = y_m_.data() + first;
-    const float* const z = z_m_.data() + first;
-    const float* const highest = highest_.data() + first;
-    const float* const nearer = trails_.nearer().data() + first;
+    const float* const x = columns_.x_m.data() + first;
+    const float* const y = columns_.y_m.data() + first;
+    const float* const z = columns_.z_m.data() + first;
+    const float* const max_priority = columns_.max_priority.data() + first;
+    const float* const max_ratio2 = history_.max_distance_ratio2().data() + first;
     std::uint8_t passes[kBlock];
     std::uint8_t any = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const float dx = x[i] - from.x, dy = y[i] - from.y, dz = z[i] - from.z;
-      const float r2_m2 = std::max((dx * dx + dy * dy + dz * dz) * (1 - kGive) - kGive, kLeast2_m2);
-      passes[i] = highest[i] * nearer[i] >= least * r2_m2;
+      const float r2_m2 = std::max(
+          (dx * dx + dy * dy + dz * dz) * (1 - kDistanceSlack) - kDistanceSlack, kMinDistance2_m2);
+      passes[i] = max_priority[i] * max_ratio2[i] >= min_priority * r2_m2;
       any |= passes[i];
     }
     if (any == 0) continue;
     for (std::size_t i = first; i < first + count; ++i) {
       if (passes[i - first] == 0) continue;
       find_emission(i, place);
-      const Source& source = heard_[i];
+      const Source& source = columns_.sources[i];
       const double r_m = std::max(length(place - Vec3(source.position_m)), source_radius_m(source));
-      const std::uint64_t number = number_of(i, generations_[i]);
+      const std::uint64_t number = number_of(i, columns_.generations[i]);
       found.push_back({&source, number ^ (cell_of(source.position_m, place) & ~kMovingSourceBit),
-                       field_.signal(source), 0, 1, static_cast<double>(highest_[i]) / (r_m * r_m),
-                       number, velocity_mps_[i]});
+                       field_.signal(source), 0, 1,
+                       static_cast<double>(columns_.max_priority[i]) / (r_m * r_m), number,
+                       columns_.velocity_mps[i]});
     }
   }
 }
 
 double MovingSourceList::highest(const Vec3& place) const {
-  double most = 0;
+  double highest = 0;
   if (now_ == nullptr) return 0;
   for (std::size_t i = 0; i < now_->count; ++i) {
-    const Vec3 away(place.x - x_m_[i], place.y - y_m_[i], place.z - z_m_[i]);
-    const double r2_m2 = std::max(dot(away, away), kEmitterRadius_m * kEmitterRadius_m);
-    most = std::max(most, static_cast<double>(highest_[i] * trails_.nearer()[i]) / r2_m2);
+    const Vec3 away_m(place.x - columns_.x_m[i], place.y - columns_.y_m[i],
+                      place.z - columns_.z_m[i]);
+    const double r2_m2 = std::max(dot(away_m, away_m), kEmitterRadius_m * kEmitterRadius_m);
+    const float priority = columns_.max_priority[i] * history_.max_distance_ratio2()[i];
+    highest = std::max(highest, static_cast<double>(priority) / r2_m2);
   }
-  return most * kMovingSlack;
+  return highest * kBoundSlack;
 }
 
 bool CombinedPool::look(const Vec3& place, double threshold, std::size_t most,
                         std::vector<FoundSource>& found) {
-  if (!still_.look(place, threshold, most, found)) return false;
+  if (!static_.look(place, threshold, most, found)) return false;
   const std::size_t before = found.size();
   moving_.look(place, threshold, found);
   spend(WorkBudget::kFound * (found.size() - before) +
-        WorkBudget::kMovingPer16 * (moving_.most() / 16));
-  // Whoever looks for all of them cannot do with fewer.
+        WorkBudget::kMovingPer16 * (moving_.max_sources() / 16));
+  // A threshold of zero asks for all sources, however many there are.
   return found.size() <= most || threshold == 0;
 }
 
 double CombinedPool::highest(const Vec3& place) {
-  return std::max(still_.highest(place), moving_.highest(place));
+  return std::max(static_.highest(place), moving_.highest(place));
 }
 
 }  // namespace clamor

@@ -1,28 +1,28 @@
-// moving_sources.h: sources that a game adds, moves, retunes and removes while it plays.
+// moving_sources.h: sources that a game adds, moves, changes and removes while it plays.
 //
 //   auto car = moving.add({.kind = kEngine, .position_m = {0, 1, -40}, .velocity_mps = {30, 0,
 //   0}});
-//   ... once a frame of the game, for all that move ...
+//   ... once per frame of the game, for all that move ...
 //   moving.move(*car, position_m, velocity_mps);
 //   moving.commit(time_s);
 //
-// Changes are heard together, from the first keyframe after their commit(). A source is heard
-// directly, dimmed by what stands in its way; it leaves no reflections, which are the bake's.
+// Changes take effect together, from the first keyframe after their commit(). A moving source is
+// heard directly, with occlusion; it has no reflections, because these are baked.
 //
-// What it sounds like is its kind: a signal, of the bake or one brought along, and a directivity.
-// Kinds are named when the auralizer is made; a source may change between them, and then fades
-// over. Metres and metres per second; gains are amplitudes at 1 m on its axis playing full scale.
+// A source's kind is its signal, of the bake or brought along, and its directivity. Kinds are named
+// when the auralizer is made. A source may change to another kind, and crossfades then. Distances
+// are metres and speeds metres per second; gains are amplitudes at 1 m on the axis at full scale.
 //
-// Positions are as of commit's time, in seconds since everything began to play, and velocity
-// carries them from there to each keyframe's own moment: so that Doppler is steady though the
-// game's frames and keyframes (50 a second) do not fall together. Without a velocity a source
-// stays where it was put until it is put elsewhere. After kMaxExtrapolation_s without a commit all
-// stand still. A source is heard where it was when its sound left it (position_history.h).
+// Positions are as of the commit's time, in seconds since playing began. The velocity extrapolates
+// them to each keyframe's own time, so that Doppler is steady although the game's frames and the 50
+// keyframes per second do not coincide. Without a velocity a source stays where it was put. After
+// kMaxExtrapolation_s without a commit all sources stand still. A source is heard where it was when
+// its sound left it (position_history.h).
 //
-// Threads: add, move, retune, remove and commit on one, the caller's; the sampler reads what was
-// committed last (three copies, traded by one atomic exchange: newest wins). Neither waits. Memory:
-// 1300 bytes a source, taken when it is made. A commit copies all positions: moving 100 000 and
-// committing them takes the caller 1 to 4 ms.
+// Threads: add, move, change, remove and commit on one thread, the caller's; the sampler's thread
+// reads the newest commit (a triple buffer, swapped by one atomic exchange). Neither waits.
+// Memory: 1300 bytes per source, allocated by the constructor. A commit copies all positions:
+// moving and committing 100 000 sources takes the caller 1 to 4 ms.
 #pragma once
 
 #include <array>
@@ -45,14 +45,14 @@ inline constexpr double kMaxExtrapolation_s = 0.5;
 
 struct MovingKind {
   std::string name;
-  std::uint32_t signal = 0;  // of the bake; beyond its last, of MovingOptions::signals
-  Bands directivity{};       // as an Emitter's
+  std::uint32_t signal = 0;  // of the bake, or continuing after them in MovingOptions::signals
+  Bands directivity{};       // exponents, as an Emitter's
 };
 
 struct MovingOptions {
-  std::size_t most = 0;  // at a time; 0: there are none
+  std::size_t max_sources = 0;  // at a time
   std::vector<MovingKind> kinds{};
-  std::vector<Signal> signals{};  // that the bake does not have
+  std::vector<Signal> signals{};  // besides those of the bake
 };
 
 struct MovingSource {
@@ -60,80 +60,81 @@ struct MovingSource {
   Vec3 position_m{}, velocity_mps{};
   Vec3 axis{0, 0, -1};
   Bands gain = same_in_all_bands(1);
-  // When its signal begins; before now: it has been playing. A loop that begins at 0 or earlier has
-  // always been playing. kStartsWhenHeard: its first sample leaves with the first keyframe after
-  // the commit, which is what a sound that a game plays now wants: keyframes are made ahead of
-  // time.
+  // When the signal begins; a time in the past means that it is playing already, and a loop that
+  // begins at 0 or earlier has always been playing. kStartsWhenHeard: the first sample leaves with
+  // the first keyframe after the commit, as a game that plays a sound now expects, although
+  // keyframes are made ahead of time.
   double start_s = 0;
 };
 inline constexpr double kStartsWhenHeard = std::numeric_limits<double>::quiet_NaN();
 
-// Names a source for as long as it is there, and never another one.
+// Identifies a source from add() to remove(), and never another one.
 struct MovingHandle {
-  std::uint32_t place = 0, generation = 0;  // 0: none
+  std::uint32_t slot = 0, generation = 0;  // generation 0: no source
 };
 
 class MovingSources {
  public:
-  MovingSources(std::size_t most, std::size_t kinds);
+  MovingSources(std::size_t max_sources, std::size_t kinds);
 
-  // Errors: there are `most` already; a kind that does not exist; a number that is not finite.
+  // Errors: there are `max_sources` already; no such kind; a number out of range.
   Result<MovingHandle> add(const MovingSource& source);
 
-  // Errors: it was removed; a number that is not finite. Nothing changes then.
+  // Errors, after which nothing has changed: no such source; a number out of range.
   Result<void> move(MovingHandle handle, const Vec3& position_m, const Vec3& velocity_mps = {});
-  Result<void> retune(MovingHandle handle, const MovingSource& source);  // all of it
-  Result<void> remove(MovingHandle handle);                              // it fades out
+  Result<void> change(MovingHandle handle, const MovingSource& source);  // all properties
+  Result<void> remove(MovingHandle handle);                              // fades out
 
-  // Makes all of that heard. Without a time, positions are as of the next keyframe.
+  // Publishes all changes. Without a time, positions are as of the next keyframe.
   void commit(double time_s = kNextKeyframe);
   static constexpr double kNextKeyframe = std::numeric_limits<double>::quiet_NaN();
 
   std::size_t size() const { return present_; }
-  std::size_t most() const { return most_; }
+  std::size_t max_sources() const { return max_sources_; }
 
   // ---- The sampler's side --------------------------------------------------------------------
 
-  struct Tune {
+  // All of a source but its motion.
+  struct Settings {
     Bands gain{};
     Vec3f axis{};
     std::uint32_t kind = 0;
-    std::uint32_t generation = 0;  // of what is heard there: grows with every add and new signal
-    std::uint32_t version = 0;     // of this tune
+    std::uint32_t generation = 0;  // grows with every add and every change of the signal
+    std::uint32_t version = 0;     // grows with every change
     double start_s = 0;
     bool present = false;
   };
-  // By place, up to `count`; positions as columns.
+  // The first `count` slots; positions as columns.
   struct Snapshot {
     std::size_t count = 0;
     double time_s = kNextKeyframe;
     std::uint64_t commits = 0;
     std::vector<float> x_m, y_m, z_m, x_mps, y_mps, z_mps;
-    std::vector<Tune> tunes;
+    std::vector<Settings> settings;
   };
 
-  // What was committed last; holds until the next call.
+  // The newest commit; valid until the next call.
   const Snapshot& latest() noexcept;
 
  private:
-  static constexpr unsigned kSlot = 3, kFresh = 4;
+  static constexpr unsigned kCopy = 3, kFresh = 4;
 
   bool is_present(MovingHandle handle) const;
-  void put(std::size_t place, const Vec3& position_m, const Vec3& velocity_mps);
-  void tune(std::size_t place, const MovingSource& source);
-  void touch(std::size_t place);
+  void set_motion(std::size_t slot, const Vec3& position_m, const Vec3& velocity_mps);
+  void set(std::size_t slot, const MovingSource& source);
+  void mark_changed(std::size_t slot);
 
-  const std::size_t most_, kinds_;
+  const std::size_t max_sources_, kinds_;
   Snapshot own_;                                     // the caller's, to copy from
-  std::vector<std::uint32_t> handles_;               // generations, by place; even: there is none
-  std::vector<std::uint32_t> free_;                  // places
-  std::array<std::vector<std::uint32_t>, 3> stale_;  // tunes that have changed since, by copy
-  std::vector<std::uint8_t> stale_in_;               // the same as bits, by place
+  std::vector<std::uint32_t> handles_;               // generations, by slot; even: no source
+  std::vector<std::uint32_t> free_;                  // slots
+  std::array<std::vector<std::uint32_t>, 3> stale_;  // slots whose settings a copy lacks, by copy
+  std::vector<std::uint8_t> stale_in_;               // the same as bits, by slot
   std::size_t present_ = 0;
 
   std::array<Snapshot, 3> copies_;
   unsigned writing_ = 0;                         // the caller's alone
-  alignas(64) std::atomic<unsigned> middle_{1};  // copy, | kFresh until read
+  alignas(64) std::atomic<unsigned> middle_{1};  // index of a copy, | kFresh until read
   alignas(64) unsigned reading_ = 2;             // the sampler's alone
 };
 

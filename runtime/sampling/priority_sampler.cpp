@@ -57,8 +57,8 @@ class Priority final : public Sampler {
     faced_ = reception();
     time_s_ = time_s;
     // What an exact sampler knows to be hidden may be so no more.
-    pool_.set_occlusion_bounds(occlusion_ != nullptr && !exact() ? &occlusion_->hidden() : nullptr,
-                               !exact());
+    pool_.set_occlusion_bounds(
+        occlusion_ != nullptr && !exact() ? &occlusion_->upper_bounds() : nullptr, !exact());
     pool_.begin(place, time_s);
     if (occlusion_ != nullptr && !again) occlusion_->begin_keyframe(place);
     const double tau = choose(place);
@@ -330,7 +330,7 @@ class Priority final : public Sampler {
   }
 
   static bool is_hidden(VisibilityCache::Index known) {
-    return known != VisibilityCache::kUnknown && VisibilityCache::is_hidden(known);
+    return known != VisibilityCache::kUnknown && VisibilityCache::is_occluded(known);
   }
 
   // Makes a candidate of a source, if it reaches the threshold.
@@ -357,7 +357,7 @@ class Priority final : public Sampler {
       return;
     }
     candidates_.push_back({priority, w, per_weight, static_cast<std::uint32_t>(f), known});
-    if (occlusion_ != nullptr) parts_.push_back(weighed(now.weights, intensity));
+    if (occlusion_ != nullptr) parts_.push_back(weighted(now.weights, intensity));
   }
 
   // Makes of priorities in a free field those that are left of them, for as many candidates as need
@@ -395,7 +395,7 @@ class Priority final : public Sampler {
         }
         candidates_[c].known = occlusion_->find(found.number);
       } else {
-        candidates_[c].known = occlusion_->look(found.number, *found.source, as_if_free);
+        candidates_[c].known = occlusion_->test_new(found.number, *found.source, as_if_free);
         rays_left = candidates_[c].known != VisibilityCache::kUnknown;
         if (!rays_left) break;
       }

@@ -1,46 +1,45 @@
-// sampler.h: which sources are heard at a place, each with the factor its power is scaled by.
+// sampler.h: which sources are heard by a listener, each with the factor that scales its power.
 //
-// The weight of a source is what the ear would miss: w_i = sum_b loudness_b x signal_b x I_ib x
-// e_ib, with loudness_b from BS.1770 (loudness.h), signal_b the mean square in the band of what it
-// plays, with the level around the moment that is heard (signal_weights.h), I_ib its intensity at
-// the place (radiation_model.h) and e_ib what the receivers hear of it from its direction
-// (reception.h). What is silent now weighs nothing and is not taken.
+// A source's weight estimates its audibility: w_i = sum_b loudness_b x signal_b x I_ib x e_ib, with
+// loudness_b from BS.1770 (loudness.h), signal_b the mean square of its signal in the band, at the
+// level around the moment that is heard (signal_weights.h), I_ib its intensity at the listener
+// (radiation_model.h), and e_ib the receivers' sensitivity towards it (reception.h). A source whose
+// signal is silent now has zero weight and is not sampled.
 //
-// "all" takes every source as it is. "priority" takes the k of highest priority w_i / u_i, u_i
-// being permanent, and scales their power by max(1, tau / w_i), tau the (k+1)-th priority: unbiased
-// in power, and the choice changes only as far as the weights do. (N. Duffield, C. Lund, M. Thorup.
-// Priority sampling for estimation of arbitrary subset sums. J. ACM 54(6), 2007. E. Cohen, H.
-// Kaplan. Summarizing data using bottom-k sketches. PODC 2007.) Where the bake knows how the level
-// decays, late reflections' priorities are higher by a factor f, and tau / f stands for tau
-// (late_boost.h).
+// The sampler "all" takes every source as it is. The sampler "priority" takes the k sources of
+// highest priority w_i / u_i, with a permanent uniform u_i per source, and scales their power by
+// max(1, tau / w_i), with tau the (k+1)-th priority. The estimate is unbiased in power, and the
+// sample changes only as far as weights do. (N. Duffield, C. Lund, M. Thorup. Priority sampling for
+// estimation of arbitrary subset sums. J. ACM 54(6), 2007. E. Cohen, H. Kaplan. Summarizing data
+// using bottom-k sketches. PODC 2007.) Where the bake knows the decay of the room, the priorities
+// of late reflections are higher by a factor f, and tau / f replaces tau (late_boost.h).
 //
-// The choice is exact: a threshold guessed from the last sample tells the pool what to leave out,
-// and is lowered until k + 1 sources reach it. What it leaves out it leaves out by bounds that hold
-// for the loudest moment of every signal. Where sources are not here yet, those that are stand
-// for them: with kappa the highest key P / u of what is missing near source i, P its power over all
-// bands, i is chosen only if u_i < P_i / kappa, so its factor is max(1, tau / w_i, kappa / P_i):
-// still unbiased, only coarser.
+// The sample is exact: a threshold predicted from previous samples tells the pool what to cull, and
+// is lowered until k + 1 sources reach it. The pool culls by upper bounds that hold for the loudest
+// moment of every signal. Where pages are not loaded yet, the remaining samples of their parent
+// page replace them. With kappa the highest key P / u that is missing near source i, and P its
+// power over all bands, i is chosen only if u_i < P_i / kappa, so its factor is max(1, tau / w_i,
+// kappa / P_i): still unbiased, with a larger variance.
 //
-// What stands in the way (visibility_cache.h) makes weights smaller, never larger, so sources are
-// found as if nothing did; those that would be chosen are looked at, best first, until k + 1 that
-// were looked at are ahead of all others: the top k of all sources as they are known, though few
-// were asked for.
+// Occlusion (visibility_cache.h) only reduces weights. Sources are therefore found without it, and
+// those that would be chosen are tested, best first, until k + 1 tested sources are ahead of all
+// others: the top k of all sources as far as their visibility is known, though few were tested.
 //
-// Where nearly everything is occluded, the search for k + 1 sources would go down to the weakest
-// one, in every keyframe. It ends earlier, at a threshold t that fewer than k audible sources
-// reach. These are published with t in the place of tau: as an audible source reaches t with
-// probability min(1, w_i / t), whatever that is, the sum stays unbiased in power; only its variance
-// is that of fewer voices. Silence is published where every source that reaches t is known to be
-// occluded. Where the search ends depends on how it is bounded:
+// Where nearly all sources are occluded, the search for k + 1 sources would descend to the weakest
+// one in every keyframe. It ends earlier, at a threshold t that fewer than k audible sources reach.
+// These are published with t in place of tau: an audible source reaches t with probability
+// min(1, w_i / t), so the sum stays unbiased in power, with the variance of fewer voices. The
+// sample is empty where every source that reaches t is occluded. What ends the search:
 //
-//   kBounded    real time. A keyframe has a budget of work (work_budget.h), which most keyframes
-//               need a tenth of. When a lower threshold is likely to exceed it, the last threshold
-//               whose look-up was completed is taken, and the next keyframe goes on from there.
-//               If no look-up was completed, as when a listener leaps from silence into a crowd,
-//               what was found so far is published, too quiet for that keyframe.
-//   kUnbounded  a render. Every source that may be chosen was looked at from within its present
-//               cell, and t is low enough that 100 000 sources and more would reach it if nothing
-//               were occluded: levels with fewer are searched to the last source.
+//   kBounded    real time. A keyframe has a budget of work (work_budget.h), of which most keyframes
+//               need a tenth. If a lower threshold would probably exceed it, the last threshold
+//               with a completed query is taken, and the next keyframe continues from there. If no
+//               query was completed, as when a listener is teleported from silence into a crowd,
+//               the sources found so far are published, which is too quiet for that keyframe.
+//   kUnbounded  offline render. Every source that may be chosen has a valid visibility estimate,
+//   and
+//               t is so low that at least 100 000 sources would reach it without occlusion. Smaller
+//               levels are searched to the last source.
 #pragma once
 
 #include <atomic>
@@ -50,6 +49,7 @@
 #include <string>
 
 #include "common/bands.h"
+#include "common/listener.h"
 #include "common/vec.h"
 #include "runtime/occlusion/visibility_cache.h"
 #include "runtime/propagation/reception.h"
@@ -62,13 +62,14 @@ struct SampledSource {
   double power_scale = 1;
   const Source* source = nullptr;  // valid until the next call of sample()
   std::uint32_t signal = 0;
-  Bands visibility = same_in_all_bands(1);  // share of the power that gets past what is in the way
-  // That of k below which it would not be chosen: 0 the last to go, 1 the next; below 0 not known.
+  Bands visibility = same_in_all_bands(1);  // share of the power that passes occluders
+  // Fraction of k below which the source would not be chosen: 0 is dropped last, 1 is dropped next.
+  // Below 0 if unknown.
   double rank = -1;
   bool moves = false;
-  Vec3f velocity_mps{};  // where sound left it, if it does
+  Vec3f velocity_mps{};  // of a moving source, when the sound left it
 
-  // Is one that moves, and heard under another number than it is looked at.
+  // Makes this a moving source, whose voice has another number than its visibility.
   void set_moving(const FoundSource& found) {
     number = found.voice;
     moves = true;
@@ -82,30 +83,31 @@ class Sampler {
  public:
   virtual ~Sampler() = default;
 
-  // The sample for a head centred at `place`, `time_s` after everything began to play, by ascending
-  // number; valid until the next call.
+  // The sample for a listener, `time_s` after everything began to play, by ascending number. Valid
+  // until the next call. Samplers use the listener's position and velocity; the orientation enters
+  // through set_reception().
   virtual std::span<const SampledSource> sample(const Vec3& place, double time_s = 0) = 0;
 
-  // What the receivers hear of each direction, from the next sample on; until then, all of it. For
-  // strategies that weigh sources.
-  void face(const Reception& reception) { reception_ = reception; }
+  // Sets the receivers' directivity from the next sample on, for samplers that weigh sources. The
+  // initial one is omnidirectional.
+  void set_reception(const Reception& reception) { reception_ = reception; }
 
-  // Whether the last sample had all the sources it needed; if not, waits until more are here.
+  // Whether the last sample had all the sources it needed; if not, waits until more are loaded.
   virtual bool complete() = 0;
 
-  // Most sources that a sample can have.
+  // Largest possible number of sources in a sample.
   virtual std::size_t capacity() const = 0;
 
-  // Ends a sample early, with whatever it has, once `*stop` is set: nobody will hear it.
+  // Ends a sample early, with what was found so far, once `*stop` is set.
   virtual void stop_when(const std::atomic<bool>* /*stop*/) {}
 
-  // Units of work (work_budget.h) that its look-ups took so far.
+  // Units of work (work_budget.h) spent on queries so far.
   virtual std::uint64_t work() const { return 0; }
 
-  // Keyframes so far whose search was ended by the budget of work.
+  // Number of keyframes so far whose search was ended by the budget of work.
   virtual std::uint64_t bounded_keyframes() const { return 0; }
 
-  // How many sources to choose from now on, at most what it was made for. Some strategies cannot.
+  // Sets the sample size, at most capacity(). Some strategies ignore it.
   virtual void set_voice_count(std::size_t /*voices*/) {}
 
  protected:
@@ -117,14 +119,15 @@ class Sampler {
 
 enum class SearchBound { kBounded, kUnbounded };
 
-// The budget of a bounded keyframe that chooses so many sources, in units of work_budget.h. One of
-// 2000 out of a million takes some 6 ms if it is spent, and another 1 ms to plan ahead.
+// Budget of a bounded keyframe for samples of this size, in units of work_budget.h. A keyframe that
+// samples 2000 of a million sources and spends all of it takes about 6 ms, and 1 ms for planning
+// ahead.
 constexpr std::uint64_t work_per_keyframe(std::size_t voices) { return 800'000 + 200 * voices; }
 constexpr std::uint64_t work_ahead_per_keyframe(std::size_t voices) {
   return 100'000 + 10 * voices;
 }
 
-// All must outlive the sampler. Without `occlusion` no source is occluded.
+// All arguments must outlive the sampler. Without `occlusion` no source is occluded.
 std::unique_ptr<Sampler> make_priority_sampler(const RadiationModel& field, SignalWeights weights,
                                                SourcePool& pool, std::size_t voices,
                                                VisibilityCache* occlusion = nullptr,

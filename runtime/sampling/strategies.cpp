@@ -179,7 +179,7 @@ class OnAmplitudes final : public Sampler {
   explicit OnAmplitudes(std::unique_ptr<Sampler> sampler) : sampler_(std::move(sampler)) {}
 
   std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
-    sampler_->face(reception());
+    sampler_->set_reception(reception());
     const auto sample = sampler_->sample(place);
     sample_.assign(sample.begin(), sample.end());
     for (SampledSource& chosen : sample_) chosen.power_scale *= chosen.power_scale;

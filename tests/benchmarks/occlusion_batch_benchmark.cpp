@@ -71,7 +71,7 @@ void looks(benchmark::State& state) {
     many_s += thread_time_s() - middle_s;
     one_s += middle_s - start_s;
     differ = 0;
-    for (std::size_t i = 0; i < lines.size(); ++i) differ += many[i].around != one[i];
+    for (std::size_t i = 0; i < lines.size(); ++i) differ += many[i].diffracted != one[i];
   }
   const auto runs = static_cast<double>(state.iterations());
   state.counters["ratio"] = one_s / many_s;

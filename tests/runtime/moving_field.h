@@ -1,4 +1,4 @@
-// moving_field.h: an empty field that sources move about in, and what is heard there.
+// moving_field.h: a free field with moving sources, and its sound.
 #pragma once
 
 #include <cmath>
@@ -21,8 +21,8 @@ inline Vec3 place_in_room(std::uint32_t i, std::uint32_t step) {
   return {6 * unit(bits[0]), 8 * unit(bits[1]), 3 * unit(bits[2])};
 }
 
-// How late a source is heard at a place that moves in a straight line and is at `position_m` now:
-// R = c delay was the distance when it was R / c ago at the end of that way, a quadratic equation.
+// Delay of a source that moves in a straight line and is at `position_m` now: the distance
+// R = c delay is that of its position R / c ago, a quadratic equation.
 inline double delay_of_moving_s(const Vec3& position_m, const Vec3& velocity_mps,
                                 const Vec3& place) {
   const double c = speed_of_sound_mps(Air{});
@@ -31,7 +31,7 @@ inline double delay_of_moving_s(const Vec3& position_m, const Vec3& velocity_mps
   return (ahead_m + std::sqrt(ahead_m * ahead_m + rest * dot(way, way))) / rest / c;
 }
 
-// A free field with nothing in it.
+// A free field without static sources.
 inline std::unique_ptr<Auralizer> empty_field(std::vector<Signal> signals, std::size_t most,
                                               const std::string& strategy = "priority",
                                               int voices = 100) {
@@ -39,7 +39,7 @@ inline std::unique_ptr<Auralizer> empty_field(std::vector<Signal> signals, std::
   AuralizerOptions options;
   options.strategy = strategy;
   options.voices = voices;
-  options.moving.most = most;
+  options.moving.max_sources = most;
   for (std::uint32_t s = 0; s < signals.size(); ++s)
     options.moving.kinds.push_back({signals[s].name, s, {}});
   options.moving.signals = std::move(signals);
@@ -48,7 +48,7 @@ inline std::unique_ptr<Auralizer> empty_field(std::vector<Signal> signals, std::
   return std::move(*made);
 }
 
-// The left ear of one who stands at the origin; `before_keyframe(time_s)` moves things.
+// The left ear of a listener at the origin; `before_keyframe(time_s)` moves the sources.
 template <class Before>
 std::vector<float> heard(Auralizer& auralizer, double seconds, Before before_keyframe) {
   std::vector<float> left, block(2 * kKeyframeFrames);

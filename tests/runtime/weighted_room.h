@@ -1,4 +1,4 @@
-// weighted_room.h: a small baked room and what its sources weigh, each band differently.
+// weighted_room.h: a small baked room and the weights of its sources, which differ by band.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What is heard of sources that move: their pitch, no clicks, and nothing through walls.
+// auralizer_moving_sources_test.cpp: pitch, clicks and occlusion of moving sources.
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -26,8 +26,8 @@ double delay_s(double t) {
                                     {-kEarDistance_m / 2, 0, 0});
 }
 
-// Of a tone against one that is so late: the worst difference of pitches, by phases of windows
-// of 6 ms, 3 ms apart.
+// Largest pitch error of a tone against one with the given delay, from the phases of windows of 6
+// ms, 3 ms apart.
 template <class Delay>
 double worst_pitch_error(const std::vector<float>& out, const Delay& meant_delay_s,
                          double from_s = 0.08) {
@@ -67,7 +67,7 @@ TEST(MovingSources, PassWithThePitchThatDopplerSays) {
     ASSERT_TRUE(moving.move(car, passing(t).position_m).ok());
     moving.commit();
   });
-  // The sound that left it before it was moved left it at rest.
+  // Sound that left before the first move left a source at rest.
   EXPECT_LT(worst_pitch_error(out, delay_s, 0.2), 0.001);
 }
 
@@ -83,7 +83,7 @@ TEST(MovingSources, PassWithThatPitchThoughTheGameRunsAtSixtyFramesASecond) {
   EXPECT_LT(worst_pitch_error(out, delay_s), 0.001);
 }
 
-// One of both moves past the other; the pitch that is heard is not the same.
+// Source and listener move past each other in turn, which gives different pitches.
 enum class Mover : std::uint8_t { kSource, kListener };
 struct Drive {
   Mover mover;
@@ -96,10 +96,10 @@ double worst_cents(const Drive& drive) {
   const Vec3 still_m(0, 0, -drive.nearest_m);
   const bool source_moves = drive.mover == Mover::kSource;
   AuralizerOptions options;
-  options.moving.most = 1;
+  options.moving.max_sources = 1;
   options.moving.signals = {testing::sine(kTone_hz)};
   options.moving.kinds = {{"tone", 0, {}}};
-  // A head's bands have no phase, so that nothing is late (mixer.h).
+  // An HRTF's bands are zero-phase and add no delay (mixer.h).
   options.output.kind = OutputFormat::Kind::kBinaural;
   options.output.head = std::make_shared<const Hrtf>(testing::no_head());
   const auto auralizer = std::move(*Auralizer::create(AuralizerInput{}, options));
@@ -122,7 +122,7 @@ double worst_cents(const Drive& drive) {
     auralizer->mix(block);
     for (std::size_t f = 0; f < block.size(); f += 2) left.push_back(block[f]);
   }
-  // One who begins to move all at once has leapt, and is heard as two for 0.1 s.
+  // A sudden start counts as a teleport, with a crossfade of 0.1 s.
   const auto delay_s = [&](double t) {
     if (source_moves)
       return testing::delay_of_moving_s(still_m + moved_m(t), velocity_mps, Vec3(0));
@@ -141,7 +141,7 @@ TEST(Doppler, IsWithinACentOfTheoryForSourcesAndListenersUpToAHundredMetresASeco
             << nearest_m << " m away";
 }
 
-// Three clicks, the first of which is the sound's first sample.
+// Three clicks; the first is the signal's first sample.
 constexpr double kClicks_s[] = {0, 0.005, 0.020};
 Signal three_clicks(bool loop) {
   Signal clicks{"clicks", std::vector<float>(kSampleRate_hz / 2), loop};
@@ -156,11 +156,11 @@ struct Shot {
   OutputFormat::Kind output = OutputFormat::Kind::kTwoReceivers;
 };
 
-// The left ear of one who hears it; the source is there from the beginning, as what it sounds like
-// is known from, or is added only as its sound begins.
+// The left ear. The source is present from the beginning, which gives the expected sound, or added
+// only as its signal begins.
 std::vector<float> heard_of(const Shot& shot, bool from_the_beginning) {
   AuralizerOptions options;
-  options.moving.most = 1;
+  options.moving.max_sources = 1;
   options.moving.signals = {three_clicks(shot.loop && !from_the_beginning)};
   options.moving.kinds = {{"shot", 0, {}}};
   options.output.kind = shot.output;
@@ -199,12 +199,12 @@ TEST_P(Onset, IsHeardFromItsFirstSampleOnThoughTheSourceIsAddedAsItBegins) {
     ASSERT_GT(energy_db(meant, from_s, to_s), -80);
     EXPECT_NEAR(energy_db(is, from_s, to_s), energy_db(meant, from_s, to_s), 0.1) << at_s;
   }
-  // Nothing comes before it, and what follows is what the sound is, but for the low frequencies,
-  // whose filters reach 30 ms ahead: where a sound begins sooner, they are cut.
+  // Nothing precedes the onset, and what follows is the expected sound, except for low frequencies:
+  // their filters reach 30 ms ahead and are cut where a sound begins sooner.
   EXPECT_LT(energy_db(is, 0, arrives_s - 0.03), energy_db(meant, 0, 1.1) - 50);
   std::vector<float> wrong(is.size());
   for (std::size_t n = 0; n < is.size(); ++n) wrong[n] = is[n] - meant[n];
-  const double end_s = shot.start_s + 0.45;  // a loop comes round at 0.5
+  const double end_s = shot.start_s + 0.45;  // a loop repeats at 0.5
   EXPECT_LT(energy_db(wrong, 0, end_s), energy_db(meant, 0, end_s) - 20);
 }
 
@@ -216,13 +216,13 @@ INSTANTIATE_TEST_SUITE_P(
                       Shot{.loop = true, .away_m = 130},
                       Shot{.loop = true, .output = OutputFormat::Kind::kBinaural}));
 
-// A loop that begins goes on as the loop, round after round.
+// A loop that begins continues as the loop, repeat after repeat.
 TEST(MovingSources, GoOnAsTheLoopThatBegan) {
   const auto play = [](bool loop) {
     Signal sound = testing::sine(100);
     sound.samples.resize(std::size_t{10} * kSampleRate_hz / 100);
     sound.loop = true;
-    if (!loop) {  // all rounds of it, played once
+    if (!loop) {  // all repeats, as one signal that plays once
       const auto round = sound.samples;
       while (sound.samples.size() < std::size_t{2} * kSampleRate_hz)
         sound.samples.insert(sound.samples.end(), round.begin(), round.end());
@@ -251,14 +251,14 @@ TEST(MovingSources, GoOnAsTheLoopThatBegan) {
   EXPECT_LT(most, 1e-4f * peak);
 }
 
-// Of a bake's file the beginning of a loop is read as it is of signals in memory.
+// The beginning of a loop is the same from a bake file as from signals in memory.
 TEST(MovingSources, BeginWithALoopOfTheBakeAsWithTheirOwn) {
   const auto play = [](bool of_the_bake) {
     const auto file = testing::as_file(testing::baked_contents(300));
     AuralizerOptions options;
     options.wait_for_pages = true;
     options.voices = 60;
-    options.moving.most = 1;
+    options.moving.max_sources = 1;
     if (!of_the_bake) options.moving.signals = {*file->read_signal(1)};
     const auto of_bake = static_cast<std::uint32_t>(file->signal_count());
     options.moving.kinds = {{"tone", of_the_bake ? 1 : of_bake, {}}};
@@ -278,7 +278,7 @@ TEST(MovingSources, BeginWithALoopOfTheBakeAsWithTheirOwn) {
   EXPECT_EQ(play(true), play(false));
 }
 
-// Whoever plays a sound now need not know how far ahead keyframes are made.
+// A caller that plays a sound now need not know how far ahead keyframes are made.
 TEST(MovingSources, StartWhenTheyAreFirstHeardIfTheyAreToldTo) {
   const auto auralizer = empty_field({three_clicks(false)}, 1);
   MovingHandle handle;
@@ -287,9 +287,9 @@ TEST(MovingSources, StartWhenTheyAreFirstHeardIfTheyAreToldTo) {
     source.position_m = {-3, 0, 0};
     source.start_s = kStartsWhenHeard;
     if (t >= 0.3 && handle.generation == 0) handle = *auralizer->moving()->add(source);
-    // To be louder is not to begin again.
+    // A change of gain does not restart the signal.
     if (t >= 0.4) {
-      ASSERT_TRUE(auralizer->moving()->retune(handle, source).ok());
+      ASSERT_TRUE(auralizer->moving()->change(handle, source).ok());
     }
     auralizer->moving()->commit(t);
   });
@@ -322,7 +322,7 @@ TEST(MovingSources, ComeMoveChangeAndGoWithoutAClick) {
       handles.erase(handles.begin());
     }
     for (std::uint32_t i = 0; i < handles.size(); ++i)
-      ASSERT_TRUE(moving.retune(handles[i], source(i, t)).ok());
+      ASSERT_TRUE(moving.change(handles[i], source(i, t)).ok());
     if (t >= 5) {
       for (const MovingHandle handle : handles) ASSERT_TRUE(moving.remove(handle).ok());
       handles.clear();
@@ -333,7 +333,7 @@ TEST(MovingSources, ComeMoveChangeAndGoWithoutAClick) {
   float peak = 0;
   for (const float sample : out) peak = std::max(peak, std::abs(sample));
   EXPECT_GT(peak, 0.05f);
-  // The last second is silent: digital noise is not what clicks are looked for in.
+  // The last second is silent; rounding noise there is no click.
   const std::size_t end = std::size_t{5} * kSampleRate_hz;
   EXPECT_LT(std::abs(out.back()), 1e-6f);
   for (const Click& click : find_clicks(std::span(out).first(end), 1e-3 * peak))
@@ -358,8 +358,8 @@ TEST(MovingSources, SoundTheSameAsAllWhereThereIsRoomForAll) {
   EXPECT_EQ(play(*few), play(*all));
 }
 
-// A listener at x = 3, a wall across x = `wall_x_m`, 40 m wide and high, and a tone of 1 kHz that
-// moves. `wait` as for a render, which is exact.
+// A listener at x = 3, a wall 40 m wide and high at x = `wall_x_m`, and a moving tone of 1 kHz.
+// `wait` renders with exact visibility, as offline renders do.
 class BesideAWall {
  public:
   BesideAWall(float wall_x_m, float lets_through, bool wait) {
@@ -372,7 +372,7 @@ class BesideAWall {
     input.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
     input.mesh.materials = {0, 0};
     AuralizerOptions options;
-    options.moving.most = 1;
+    options.moving.max_sources = 1;
     options.moving.signals = {testing::sine(1000)};
     options.moving.kinds = {{"tone", 0, {}}};
     options.wait_for_pages = wait;
@@ -380,7 +380,7 @@ class BesideAWall {
     source_ = *auralizer_->moving()->add({.position_m = {2, 0, 0}});
   }
 
-  // What is heard of it 0.8 s after it was put there.
+  // The level 0.8 s after the source was put there.
   double level_db(const Vec3& position_m) {
     EXPECT_TRUE(auralizer_->moving()->move(source_, position_m).ok());
     auralizer_->moving()->commit();
@@ -413,7 +413,7 @@ TEST(MovingSources, AreHeardThroughAWallAsFarAsItLetsThrough) {
   for (const bool wait : {true, false}) {
     BesideAWall world(0, 0.01f, wait);
     const double before_db = world.level_db({2, 0, 0});
-    // 1 m before, 5 m behind; what comes round the wall has a detour of 34 m.
+    // 1 m in front and 5 m behind the wall; the path around it is 34 m longer.
     EXPECT_NEAR(world.level_db({-2, 0, 0}) - before_db, 20 * std::log10(1 / 5.0) - 20, 0.2);
     EXPECT_NEAR(world.level_db({2, 0, 0}), before_db, 0.1);
   }
@@ -422,7 +422,7 @@ TEST(MovingSources, AreHeardThroughAWallAsFarAsItLetsThrough) {
 TEST(MovingSources, AreNotHeardThroughAWallThatTheyCrossedByAStep) {
   for (const bool wait : {true, false}) {
     BesideAWall world(0.3f, 0, wait);
-    // What is known of hidden sources is known for half a metre there, and the wall is in between.
+    // An occluded source's estimate is valid for half a metre there, and the wall is in between.
     const double before_db = world.level_db({0.45, 0, 0});
     EXPECT_LT(world.level_db({0.1, 0, 0}), before_db - 100);
     EXPECT_NEAR(world.level_db({0.45, 0, 0}), before_db, 0.1);
@@ -431,7 +431,7 @@ TEST(MovingSources, AreNotHeardThroughAWallThatTheyCrossedByAStep) {
 
 TEST(MovingSources, NeedAStrategyThatKnowsThem) {
   AuralizerOptions options;
-  options.moving.most = 1;
+  options.moving.max_sources = 1;
   options.strategy = "importance";
   const auto made = Auralizer::create(testing::baked_room(), options);
   ASSERT_FALSE(made.ok());

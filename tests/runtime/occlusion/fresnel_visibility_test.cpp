@@ -1,4 +1,5 @@
-// Diffraction by counting free ways round, against the exact solution and against counting many.
+// fresnel_visibility_test.cpp: diffraction against the exact half-plane solution and against an
+// estimate with far more paths.
 #include "runtime/occlusion/fresnel_visibility.h"
 
 #include <algorithm>
@@ -59,7 +60,7 @@ Complex macdonald(double x, double xi) {
   return xi <= 0 ? integral_from(x, -xi) / whole : 1.0 - integral_from(x, xi) / whole;
 }
 
-// Power behind the half-plane x = 0, y < 0, over that without it, averaged over the octave.
+// Power behind the half-plane x = 0, y < 0, relative to the free field, averaged over the octave.
 double exact_power(const Vec3& from_m, const Vec3& to_m, std::size_t band) {
   const auto angle = [](const Vec3& at) {  // from the half-plane, through the source's side
     const double phi = std::atan2(-at.x, -at.y);
@@ -85,17 +86,17 @@ double exact_power(const Vec3& from_m, const Vec3& to_m, std::size_t band) {
 }
 
 TEST(HalfPlane, OfTheOracleIsHalfTheAmplitudeAtItsEdgeAndAllOfItFarFromIt) {
-  // At the edge of the shadow the incident wave's part is exactly a half.
+  // At the shadow boundary the incident wave's factor is exactly one half.
   for (const double x : {3.0, 30.0, 3000.0}) EXPECT_NEAR(std::abs(macdonald(x, 0)), 0.5, 1e-9);
   EXPECT_NEAR(std::abs(macdonald(100, 60)), 1, 0.01);
   EXPECT_NEAR(std::abs(macdonald(100, -60)), 0, 0.01);
-  // The whole integral is a spherical wave.
+  // Far from the edge, the whole integral is a spherical wave.
   const double at_3 = 3 * std::abs(integral_from(3, 0)),
                at_500 = 500 * std::abs(integral_from(500, 0));
   EXPECT_NEAR(at_3 / at_500, 1, 2e-3);
 }
 
-// A sheet at x = 0, y < 0, large enough to have one edge only.
+// A sheet at x = 0, y < 0, so large that only one edge matters.
 Mesh half_plane() {
   Mesh mesh;
   mesh.vertices_m = {{0, 0, -1000}, {0, 0, 1000}, {0, -1000, 1000}, {0, -1000, -1000}};

@@ -1,4 +1,4 @@
-// Many looks at once, against one at a time.
+// occlusion_batch_test.cpp: packets of estimates against one estimate at a time.
 #include "runtime/occlusion/occlusion_batch.h"
 
 #include <array>
@@ -24,19 +24,19 @@ TEST(OcclusionBatch, AreThoseOfOneSourceAtATimeWithAsManyRays) {
   for (const Vec3& place : {Vec3(2, 2, 1.6), Vec3(6.2, 2.4, 1.6), Vec3(9, 0.3, 2.5)}) {
     std::vector<LineOfSight> lines;
     for (const Source& source : world.sources)
-      if (const auto start_m = world.surfaces.start(source))
+      if (const auto start_m = world.surfaces.ray_origin(source))
         lines.push_back({*start_m, Vec3f(place), kSpeed_mps});
     ASSERT_GT(lines.size(), 500u);
     const auto looks = estimate_visibilities(world.surfaces, lines, kMediumPaths);
     int partial = 0;
     for (std::size_t i = 0; i < lines.size(); ++i) {
       VisibilityEstimate one;
-      one.around =
-          fresnel_visibility(world.surfaces, lines[i], kMediumPaths, one.rays, &one.straight);
-      ASSERT_EQ(looks[i].around, one.around) << "line " << i;
-      ASSERT_EQ(looks[i].straight, one.straight);
+      one.diffracted =
+          fresnel_visibility(world.surfaces, lines[i], kMediumPaths, one.rays, &one.line_is_free);
+      ASSERT_EQ(looks[i].diffracted, one.diffracted) << "line " << i;
+      ASSERT_EQ(looks[i].line_is_free, one.line_is_free);
       ASSERT_EQ(looks[i].rays, one.rays);
-      partial += is_partial(one.around);
+      partial += is_partial(one.diffracted);
     }
     EXPECT_GE(partial, place.x > 5 ? 20 : 0);
   }
@@ -72,19 +72,19 @@ TEST(OcclusionBatch, OfAllAreThoseThatACacheTakesOneByOneOnAWalk) {
     const auto visible = at_once.estimate_now(wanted);
     for (std::size_t i = 0; i < wanted.size(); ++i)
       ASSERT_EQ(visible[i], one_by_one.estimate_now(i, world.sources[i]));
-    ASSERT_EQ(at_once.statistics().looks, one_by_one.statistics().looks);
+    ASSERT_EQ(at_once.statistics().estimates, one_by_one.statistics().estimates);
     ASSERT_EQ(at_once.statistics().rays, one_by_one.statistics().rays);
   }
-  // Looks that still hold were not taken again.
-  EXPECT_LT(at_once.statistics().looks, 11 * wanted.size());
+  // Valid estimates were not repeated.
+  EXPECT_LT(at_once.statistics().estimates, 11 * wanted.size());
 }
 
 TEST(OcclusionBatch, WithoutSurfacesSeeEverythingAndCastNothing) {
   const OcclusionGeometry free_field(Mesh{}, {});
   const std::array<LineOfSight, 2> lines = {{{{0, 0, 0}, {1, 0, 0}}, {{0, 0, 2}, {1, 0, 0}}}};
   for (const VisibilityEstimate& look : estimate_visibilities(free_field, lines, kMediumPaths)) {
-    EXPECT_EQ(look.around, same_in_all_bands(1));
-    EXPECT_TRUE(look.straight);
+    EXPECT_EQ(look.diffracted, same_in_all_bands(1));
+    EXPECT_TRUE(look.line_is_free);
     EXPECT_EQ(look.rays, 0u);
   }
   EXPECT_TRUE(estimate_visibilities(free_field, {}, kMediumPaths).empty());

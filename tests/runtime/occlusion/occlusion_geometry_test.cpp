@@ -1,4 +1,4 @@
-// What stands in the way, with sources and walls as a file stores them.
+// occlusion_geometry_test.cpp: ray queries with sources and walls rounded as in a bake file.
 #include "runtime/occlusion/occlusion_geometry.h"
 
 #include <cmath>
@@ -59,7 +59,7 @@ TEST(OcclusionGeometry, LetsThroughTheProductOfAllWallsOnTheWay) {
   EXPECT_EQ(rays, 3u);
   EXPECT_EQ(geometry.transmission({1, 1, 1}, {1, 3, 2}, rays), same_in_all_bands(1));
   EXPECT_EQ(geometry.transmission({1, 1, 1}, {-3, 2, 2}, rays), Bands{});
-  // Nothing gets through that was reflected, in the bake neither.
+  // Reflected power is not transmitted, as in the bake.
   materials[2].absorption = same_in_all_bands(0.05f);
   EXPECT_NEAR(OcclusionGeometry(mesh, materials).transmission({2, 1, 1}, {3, 1, 1}, rays)[0], 0.05f,
               1e-7);
@@ -79,9 +79,9 @@ TEST(OcclusionGeometry, ThatIsReadySoonAnswersLikeTheWholeBeforeAndAfterItImprov
   }
   std::vector<Material> materials(1);
   materials[0].transmission = same_in_all_bands(0.5f);
-  using Ready = OcclusionGeometry::Ready;
+  using BuildQuality = OcclusionGeometry::BuildQuality;
   const OcclusionGeometry whole(mesh, materials);
-  OcclusionGeometry soon(mesh, materials, Ready::kSoon);
+  OcclusionGeometry soon(mesh, materials, BuildQuality::kFast);
   const auto answers_alike = [&] {
     std::uint32_t blocked = 0;
     for (std::uint32_t i = 0; i < 5000; ++i) {
@@ -101,8 +101,8 @@ TEST(OcclusionGeometry, ThatIsReadySoonAnswersLikeTheWholeBeforeAndAfterItImprov
   EXPECT_TRUE(soon.improve());
 }
 
-// Embree returns null where it finds no memory. The child of each limit has so much more than this
-// process, from too little for the triangles to enough for all.
+// Embree returns null where memory runs out. Each child process may allocate a different amount,
+// from too little for the triangles to enough for the whole BVH.
 TEST(OcclusionGeometry, WithoutMemoryThrowsAndDoesNotCrash) {
   if (testing::kSanitized) GTEST_SKIP() << "a sanitizer takes address space of its own";
   const Mesh mesh = testing::many_triangles(200'000);
@@ -112,7 +112,7 @@ TEST(OcclusionGeometry, WithoutMemoryThrowsAndDoesNotCrash) {
     ChildLimits limits;
     limits.memory_bytes = megabytes << 20;
     const auto built = in_child_process(limits, [&] {
-      const OcclusionGeometry geometry(mesh, materials, OcclusionGeometry::Ready::kSoon);
+      const OcclusionGeometry geometry(mesh, materials, OcclusionGeometry::BuildQuality::kFast);
       return std::vector<std::byte>(1);
     });
     has_built = built.ok();
@@ -141,8 +141,8 @@ struct Misses {
   std::size_t sources = 0, without_start = 0, shadowed = 0, behind = 0, heard_behind = 0;
 };
 
-// Each source must be seen from half way back to where its sound came from, and not from 3 cm
-// behind its wall, unless that is through some opening.
+// Each source must be visible from half way back along its sound's arrival, and not from 3 cm
+// behind its wall, except through an opening.
 Misses misses_of(Level level, std::uint64_t photons) {
   BakeOptions options;
   options.settings.photons = photons;
@@ -156,7 +156,7 @@ Misses misses_of(Level level, std::uint64_t photons) {
   for (const Source& source : contents.octree.sources) {
     if (source.is_emitter) continue;
     ++misses.sources;
-    const auto start = geometry.start(source);
+    const auto start = geometry.ray_origin(source);
     if (!start) {
       ++misses.without_start;
       continue;
@@ -167,7 +167,7 @@ Misses misses_of(Level level, std::uint64_t photons) {
     const double free_m = hit ? hit->distance_m : 2;
     if (free_m > 0.1 && !geometry.is_free(*start, Vec3f(at + 0.01 * normal + back * free_m / 2.0)))
       ++misses.shadowed;
-    // From well before the wall to well behind it: is there a wall at all?
+    // A ray from well before the wall to well behind it finds out whether there is a wall.
     if (!exact.intersect(at + 0.02 * normal, -normal) ||
         exact.intersect(at + 0.02 * normal, -normal)->distance_m > 0.03)
       continue;
@@ -181,9 +181,9 @@ void expect_clean(const std::string& name, const Level& level) {
   const Misses misses = misses_of(level, 400);
   const auto count = static_cast<double>(misses.sources);
   ASSERT_GT(misses.sources, 100u) << name;
-  // Within a few millimetres of a corner or a gap rounding decides. One in 200 has no start there,
-  // one in 1000 starts beyond a surface that is nearer than 5 mm, one in 5000 lies beyond the rim
-  // of its own wall, where the way behind is free.
+  // Within a few millimetres of a corner or a gap, rounding decides. One source in 200 has no ray
+  // origin there, one in 1000 has it beyond a surface nearer than 5 mm, and one in 5000 lies beyond
+  // the rim of its own wall, where the path behind is free.
   EXPECT_LT(misses.without_start, 0.01 * count) << name;
   EXPECT_LT(misses.shadowed, 0.0025 * count) << name;
   EXPECT_GT(misses.behind, 0.9 * count) << name;
@@ -193,7 +193,7 @@ void expect_clean(const std::string& name, const Level& level) {
 TEST(OcclusionGeometry, NeverLetsAWallShadowItsOwnSourcesNorHearThemBehindIt) {
   Level room =
       testing::shoebox({5.0123, 4.0077, 2.9991}, testing::uniform_material(0.2f), {2, 2, 1});
-  // All axes askew, so that rounding goes every way.
+  // No axis is aligned, so that rounding errs in all directions.
   const Vec3 x(0.8, 0.6, 0), y(-0.48, 0.64, 0.6), z(0.36, -0.48, 0.8);
   const auto turned = [&](const Vec3& at) { return at.x * x + at.y * y + at.z * z; };
   for (Vec3f& vertex : room.mesh.vertices_m) vertex = Vec3f(turned(Vec3(vertex)));

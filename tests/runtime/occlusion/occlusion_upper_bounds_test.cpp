@@ -1,4 +1,4 @@
-// What is known to be dim, number by number and by the kernel that asks 16 at a time.
+// occlusion_upper_bounds_test.cpp: the bounds of single numbers and those of the vector kernel.
 #include "runtime/occlusion/occlusion_upper_bounds.h"
 
 #include <algorithm>
@@ -22,35 +22,35 @@ TEST(OcclusionUpperBounds, NeverTakeASourceForDimmerThanItIs) {
     const std::uint64_t number = std::uint64_t{bits[0] % 5000} * (bits[1] % 3 == 0 ? 1 : 7919);
     const auto share =
         bits[2] % 4 == 0 ? 0 : static_cast<float>(std::pow(2.0, -18 * unit(bits[3])));
-    hidden.set(number, OcclusionUpperBounds::step_of(share));
+    hidden.set(number, OcclusionUpperBounds::step_for(share));
     shares[number] = share;
   }
   hidden.begin_keyframe(true);
-  for (const auto& [number, share] : shares) EXPECT_EQ(hidden.most(number), 1);
+  for (const auto& [number, share] : shares) EXPECT_EQ(hidden.upper_bound(number), 1);
   hidden.begin_keyframe(false);
   for (const auto& [number, share] : shares) {
-    const float most = hidden.most(number);
-    if (OcclusionUpperBounds::turn_of(number) == hidden.turn()) {
+    const float most = hidden.upper_bound(number);
+    if (OcclusionUpperBounds::phase_of(number) == hidden.phase()) {
       EXPECT_EQ(most, 1);
       continue;
     }
     EXPECT_GE(most, share);
     EXPECT_LE(most, std::max(2 * share, share > 0 ? 0x1p-14f : 0));
   }
-  EXPECT_EQ(hidden.most(123'456'789'013), 1);
+  EXPECT_EQ(hidden.upper_bound(123'456'789'013), 1);
   hidden.clear();
-  for (const auto& [number, share] : shares) EXPECT_EQ(hidden.most(number), 1);
+  for (const auto& [number, share] : shares) EXPECT_EQ(hidden.upper_bound(number), 1);
 }
 
-// So many that are hidden are found, as loud as that without what hides them, in a keyframe.
+// How many of `count` occluded sources a keyframe finds that have this priority without occlusion.
 std::size_t found_in_turn(OcclusionUpperBounds& hidden, std::size_t count, float as_if_free) {
   hidden.begin_keyframe(false);
   std::size_t found = 0, in_full = 0;
   for (std::uint64_t number = 0; number < count; ++number) {
-    found += hidden.most(number) * as_if_free >= 1;
-    in_full += hidden.counts_in_full(number);
+    found += hidden.upper_bound(number) * as_if_free >= 1;
+    in_full += hidden.is_retested(number);
   }
-  hidden.took(in_full, 4000);
+  hidden.adapt_phases(in_full, 4000);
   return found;
 }
 
@@ -58,24 +58,24 @@ TEST(OcclusionUpperBounds, AreNoMoreAtATimeThanCanBeLookedAtWhereAllAreHidden) {
   constexpr std::size_t kCount = 100'000;
   OcclusionUpperBounds hidden;
   for (std::uint64_t number = 0; number < kCount; ++number)
-    hidden.set(number, OcclusionUpperBounds::kHidden);
+    hidden.set(number, OcclusionUpperBounds::kOccluded);
   for (int keyframe = 0; keyframe < 10; ++keyframe) found_in_turn(hidden, kCount, 7);
-  EXPECT_EQ(hidden.turns(), 32u);
+  EXPECT_EQ(hidden.phases(), 32u);
   EXPECT_LE(found_in_turn(hidden, kCount, 7), 4000u);
   EXPECT_EQ(found_in_turn(hidden, kCount, 1000), kCount / 4) << "the loudest, as often as ever";
   std::vector<int> asked(kCount);
   for (int keyframe = 0; keyframe < 32; ++keyframe) {
     hidden.begin_keyframe(false);
     for (std::uint64_t number = 0; number < kCount; ++number)
-      asked[number] += hidden.most(number) == 1;
+      asked[number] += hidden.upper_bound(number) == 1;
   }
   EXPECT_EQ(std::count(asked.begin(), asked.end(), 1), std::ptrdiff_t{kCount}) << "all, in turn";
   for (int keyframe = 0; keyframe < 10; ++keyframe) found_in_turn(hidden, 1000, 7);
-  EXPECT_EQ(hidden.turns(), OcclusionUpperBounds::kTurns) << "where few are, as often as ever";
+  EXPECT_EQ(hidden.phases(), OcclusionUpperBounds::kPhases) << "where few are, as often as ever";
   EXPECT_EQ(found_in_turn(hidden, 1000, 7), 250u);
 }
 
-// Sources of the page that begins with this number, each with its ceiling.
+// Sources of the page that begins with this number, each with its upper bound.
 std::vector<ShortlistBlock> some_sources(std::uint32_t count, std::uint32_t seed) {
   std::vector<ShortlistBlock> blocks;
   std::uint32_t index = 0;
@@ -103,11 +103,11 @@ TEST(OcclusionUpperBounds, AreTheSameToTheKernelThatFindsWhatIsLoud) {
     }
     for (std::uint32_t keyframe = 0; keyframe < seed % 40; ++keyframe) {
       hidden.begin_keyframe(keyframe % 11 == 10);
-      hidden.took(seed % 3 == 0 ? 0 : 100, 10);
+      hidden.adapt_phases(seed % 3 == 0 ? 0 : 100, 10);
     }
-    // Of this keyframe, and of the next ones as well.
+    // For this keyframe, and for the next ones as well.
     for (const std::uint32_t ahead : {0u, 2u}) {
-      const OcclusionUpperBounds::Near near = hidden.near(first, ahead);
+      const OcclusionUpperBounds::Window near = hidden.window(first, ahead);
       AudibleEntries loud;
       loud.make_room(16 * blocks.size());
       const std::size_t end = find_audible(blocks, 1, LoudnessTable(), near, loud.from(0));
@@ -116,10 +116,10 @@ TEST(OcclusionUpperBounds, AreTheSameToTheKernelThatFindsWhatIsLoud) {
         const ShortlistBlock& block = blocks[e / 16];
         const std::uint32_t index = block.source[e % 16] & ShortlistBlock::kIndex;
         OcclusionUpperBounds later = hidden;
-        float left = later.most(first + index);
+        float left = later.upper_bound(first + index);
         for (std::uint32_t k = 0; k < ahead && near.words != nullptr; ++k) {
           later.begin_keyframe(false);
-          left = std::max(left, later.most(first + index));
+          left = std::max(left, later.upper_bound(first + index));
         }
         if (block.ceiling[e % 16] * left < 1) {
           ++left_out;
@@ -128,9 +128,9 @@ TEST(OcclusionUpperBounds, AreTheSameToTheKernelThatFindsWhatIsLoud) {
         ASSERT_LT(next, end);
         ASSERT_EQ(loud.entry[next], e) << seed;
         const float known = loud.known[next++];
-        ASSERT_EQ(near.most(index, known), left) << seed;
-        ASSERT_EQ(near.words == nullptr ? 1 : hidden.most(first + index, known),
-                  hidden.most(first + index));
+        ASSERT_EQ(near.upper_bound(index, known), left) << seed;
+        ASSERT_EQ(near.words == nullptr ? 1 : hidden.upper_bound(first + index, known),
+                  hidden.upper_bound(first + index));
         ++found;
       }
       ASSERT_EQ(next, end);

@@ -1,5 +1,4 @@
-// A listener who walks through a door: what is heard then, and that it is chosen exactly by what is
-// known.
+// visibility_cache_door_test.cpp: a walk through a door, where all visibilities change at once.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -25,7 +24,7 @@ using testing::kSpeed_mps;
 using testing::two_rooms;
 using testing::World;
 
-// Loud and low by turns, at random, over 30 dB.
+// Random levels over 30 dB.
 TimedEnvelope speech() {
   constexpr std::size_t kMoments = 400;
   std::vector<std::uint8_t> steps(kBandCount * kMoments);
@@ -41,7 +40,7 @@ TimedEnvelope speech() {
 
 using Power = std::array<double, kBandCount>;
 
-// What is heard of all sources, by how much is visible of each: visibility(source, intensity).
+// Power of all sources by band, with the given visibility(source, intensity).
 template <class Visibility>
 Power power_of_all(const World& world, const Vec3& place, const Visibility& visibility) {
   Power power{};
@@ -55,13 +54,13 @@ Power power_of_all(const World& world, const Vec3& place, const Visibility& visi
   return power;
 }
 
-// Each looked at with 10 000 rays and more.
+// Reference with 10 000 rays and more per source.
 Power long_reference(const World& world, const Vec3& place) {
   constexpr std::uint32_t kWays = 310;  // per band
   std::uint64_t rays = 0, looked_at = 0;
   const Power power = power_of_all(world, place, [&](const Source& source) {
     Power visible{};
-    const auto start_m = world.surfaces.start(source);
+    const auto start_m = world.surfaces.ray_origin(source);
     if (!start_m) return visible;
     ++looked_at;
     for (std::size_t b = 0; b < kBandCount; ++b)
@@ -73,7 +72,7 @@ Power long_reference(const World& world, const Vec3& place) {
   return power;
 }
 
-// By close looks, which have a tenth of the rays: for thousands of sources.
+// Reference for thousands of sources: fine estimates, with a tenth of the rays.
 Power close_reference(const World& world, const Vec3& place) {
   return power_of_all(world, place, [&](const Source& source) {
     Power visible{};
@@ -82,15 +81,15 @@ Power close_reference(const World& world, const Vec3& place) {
   });
 }
 
-// From the lit room through the door, where it is at keyframes 66 to 70, and aside into the other,
-// at 1.5 m/s.
+// A walk at 1.5 m/s out of the source's room, through the door at keyframes 66 to 70, and aside
+// into the other room.
 Vec3 through_the_door(int keyframe) {
   const double way_m = 0.03 * keyframe;
   if (way_m < 3.5) return {3 + way_m, 2, 1.6};
   return {6.5 + 0.5 * (way_m - 3.5), 2 + 0.85 * (way_m - 3.5), 1.6};
 }
 
-// A sound level meter's (IEC 61672-1, time weighting F).
+// Time weighting F of a sound level meter (IEC 61672-1).
 class FastLevel {
  public:
   explicit FastLevel(double step_s) : share_(1 - std::exp(-step_s / 0.125)) {}
@@ -108,7 +107,7 @@ class FastLevel {
   Power mean_{};
 };
 
-// Compared at every so many keyframes from the first to the last.
+// Compares every `step`-th keyframe from the first to the last.
 template <class Reference>
 void expect_as_a_reference_through_a_door(std::uint64_t photons, std::size_t least_sources,
                                           const Reference& reference, int first, int last,
@@ -117,7 +116,7 @@ void expect_as_a_reference_through_a_door(std::uint64_t photons, std::size_t lea
   ASSERT_GT(world.sources.size(), least_sources);
   SourceList list(world.field, world.weights, world.sources);
   VisibilityCache occlusion(world.surfaces, kSpeed_mps, {});
-  // All sources are voices: what differs from the reference is what is known of their visibility.
+  // All sources are voices, so any difference from the reference is due to their visibility.
   const auto sampler =
       make_priority_sampler(world.field, world.weights, list, world.sources.size(), &occlusion);
   FastLevel is(0.02 * every), should_be(0.02 * every);
@@ -133,7 +132,7 @@ void expect_as_a_reference_through_a_door(std::uint64_t photons, std::size_t lea
           << "band " << b << " at " << place.x << ", " << place.y;
     if (keyframe == first) fell_db = should_be.db(5);
   }
-  EXPECT_GT(fell_db - should_be.db(5), 4);  // it is another room
+  EXPECT_GT(fell_db - should_be.db(5), 4);  // the other room is quieter
 }
 
 TEST(Visibility, FollowsALongReferenceThroughADoorWithin1_5DecibelsPerBand) {
@@ -141,13 +140,13 @@ TEST(Visibility, FollowsALongReferenceThroughADoorWithin1_5DecibelsPerBand) {
                                        testing::kSanitized ? 26 : 4);
 }
 
-// Then there are not enough rays to look at each of them again before the door is passed.
+// There are not enough rays to estimate each source anew before the door is passed.
 TEST(Visibility, OfThousandsOfSourcesFollowsThatReferenceAsClosely) {
   expect_as_a_reference_through_a_door(400, 7000, close_reference, 58, 110,
                                        testing::kSanitized ? 52 : 8);
 }
 
-// Looks that never come to their turn: so that what is known of a source stays what it was.
+// Without rays for estimates, each visibility stays what it was.
 TEST(Visibility, KnownToTheCacheIsWhatAWalkThroughAnOctreeChoosesBy) {
   World world(two_rooms(true), 300);
   world.weights = make_signal_weights(std::vector(world.contents.signals.size(), speech()));
@@ -162,7 +161,7 @@ TEST(Visibility, KnownToTheCacheIsWhatAWalkThroughAnOctreeChoosesBy) {
   std::uint64_t hidden = 0, exchanged = 0;
   std::set<std::uint64_t> before;
   for (int keyframe = 0; keyframe < 150; ++keyframe) {
-    // Steps of a walk; then of one who flies, and back to where something is known.
+    // A walk, then a flight, and back to where visibilities are known.
     const double way_m = keyframe < 100 ? 0.03 * keyframe : 0.6 * (keyframe - 100);
     const Vec3 place(5 + 4 * std::cos(0.3 * way_m), 2 + 1.5 * std::sin(way_m), 1.6);
     const double time_s = 10 + 0.02 * keyframe;
@@ -192,7 +191,7 @@ TEST(Visibility, KnownToTheCacheIsWhatAWalkThroughAnOctreeChoosesBy) {
     std::ranges::nth_element(known, known.begin() + kVoices, std::greater(),
                              &testing::WeightedSource::priority);
     const double tau = known[kVoices].priority();
-    // Nobody was left unknown who might have been chosen.
+    // Every source that might have been chosen is known.
     EXPECT_LE(unknown, tau * (1 + 1e-6)) << keyframe;
     testing::expect_sample(sample, expected, 1e-5);
     if (HasFatalFailure()) FAIL() << "keyframe " << keyframe;
@@ -203,7 +202,7 @@ TEST(Visibility, KnownToTheCacheIsWhatAWalkThroughAnOctreeChoosesBy) {
     }
     before = std::move(chosen);
   }
-  // It was worth the while: some are hidden in each keyframe, and much comes and goes.
+  // The test covers something: each keyframe has occluded sources, and the sample changes a lot.
   EXPECT_GT(hidden, 150u * 20u);
   EXPECT_GT(exchanged, 1000u);
 }

@@ -1,4 +1,5 @@
-// Sources that are hidden: which are chosen, how loud they are, and when that is known.
+// visibility_cache_test.cpp: which occluded sources are sampled, how loud they are, and when the
+// cache knows it.
 #include "runtime/occlusion/visibility_cache.h"
 
 #include <algorithm>
@@ -63,7 +64,7 @@ TEST(Visibility, OfTheTopKIsThatOfAFullScanWithVisibility) {
       EXPECT_NEAR(one.power_scale / next->second, 1, 1e-6);
       ++next;
     }
-    EXPECT_LT(occlusion.statistics().looks, world.sources.size());
+    EXPECT_LT(occlusion.statistics().estimates, world.sources.size());
   }
 }
 
@@ -85,7 +86,7 @@ TEST(Visibility, LetsNothingThroughAWallEitherWhereNeighboursSpeakForASource) {
     SourceList list(world.field, world.weights, world.sources);
     VisibilityCache occlusion(world.surfaces, kSpeed_mps, {.rays_per_keyframe = rays});
     const auto sampler = make_priority_sampler(world.field, world.weights, list, 500, &occlusion);
-    // First where all is heard, then, at once, where nothing is.
+    // First where all sources are audible, then at once where none is.
     double before = 0;
     for (int keyframe = 0; keyframe < 10; ++keyframe) {
       const Vec3 place(1 + 0.2 * keyframe, 2, 1.6);
@@ -98,7 +99,7 @@ TEST(Visibility, LetsNothingThroughAWallEitherWhereNeighboursSpeakForASource) {
       const double turn = 0.03 * keyframe;
       const Vec3 place(7.5 + 2 * std::cos(turn), 2 + 1.5 * std::sin(turn), 1.6);
       const auto power = heard(world, sampler->sample(place), place);
-      // All that there is has been looked at within a quarter of a second, and stays hidden.
+      // All sources have been tested within a quarter of a second, and stay occluded.
       const double most = *std::max_element(power.begin(), power.end());
       EXPECT_LE(most, keyframe < 12 ? 0.05 * before : 0) << "keyframe " << keyframe;
     }
@@ -122,9 +123,9 @@ TEST(Visibility, SettlesWhereOneStandsAndThenCostsNothing) {
   }
   EXPECT_GT(keyframes, 3);
   EXPECT_LT(keyframes, 2000);
-  // A keyframe casts what it may, but for the last look, which may have been a close one.
+  // A keyframe exceeds its budget by at most one estimate, which may be a fine one.
   EXPECT_LT(most, 3000u + 64 * 9 * 8);
-  // And every one is as good as a reference.
+  // In the end, every visibility equals the reference.
   std::uint64_t compared = 0;
   for (const SampledSource& one : sampler->sample(place)) {
     if (!is_partial(one.visibility)) continue;
@@ -155,7 +156,8 @@ TEST(Visibility, GlidesInAVoiceAndNeverJumps) {
     maker.make({&sampled, 1}, pose, keyframe);
     const float now = keyframe.voices[0].gain[0][7];
     EXPECT_LE(now, last);
-    EXPECT_GT(now, 0.69f * last - 0.04f * free);  // half the power a keyframe, until it is gone
+    EXPECT_GT(now, 0.69f * last -
+                       0.04f * free);  // at most half the power per keyframe, until it is inaudible
     last = now;
   }
   EXPECT_EQ(last, 0);

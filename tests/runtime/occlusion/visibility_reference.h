@@ -1,6 +1,5 @@
-// visibility_reference.h: what gets past what stands in the way, each band for itself, by as many
-// ways as it takes all over its zone. The model is fresnel_visibility.h's; nothing is shared
-// between bands, nothing is guessed, nothing is fast.
+// visibility_reference.h: a slow reference for fresnel_visibility.h: the same model, with as many
+// paths as it takes over the zone of each band, and nothing shared between bands.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +20,7 @@ inline double halton(std::uint32_t base, std::uint32_t i) {
   return value;
 }
 
-// Share of the power. `rays` grows by those cast.
+// Share of the power that arrives. Adds the rays cast to `rays`.
 inline double slow_visibility(const OcclusionGeometry& geometry, const LineOfSight& line,
                               std::size_t band, std::uint32_t ways, std::uint64_t& rays) {
   const double way_m = length(Vec3(line.to_m) - Vec3(line.from_m));

@@ -1,4 +1,4 @@
-// band_mix_test.cpp: bounds that know which bands a source has, and which of them are loud now.
+// band_mix_test.cpp: upper bounds from the bands of a source and the levels of a signal in them.
 #include "runtime/propagation/band_mix.h"
 
 #include <algorithm>
@@ -64,11 +64,11 @@ TEST(BandShares, AreNoLessThanWhatTheyStandFor) {
   EXPECT_EQ(BandShares::at_least({}).share, 0);
 }
 
-// At a time, as parts of the loudest that each band is.
+// Weights at a time as fractions of their maxima.
 Bands shares_at(const LoudnessTrack& track, double time_s) {
   Bands shares = track.at(time_s).weights;
   for (std::size_t b = 0; b < kBandCount; ++b)
-    shares[b] = track.most()[b] > 0 ? shares[b] / track.most()[b] : 0;
+    shares[b] = track.max()[b] > 0 ? shares[b] / track.max()[b] : 0;
   return shares;
 }
 
@@ -84,7 +84,7 @@ TEST(SignalWeights, ByDelayAreAtLeastWhatIsHeardWithAnyDelayThatIsMeant) {
   const TimedEnvelope sound = testing::syllables(1);
   constexpr double kPerS = 50;
   for (const bool loop : {true, false})
-    // Moments as they are, and those of a loop that has not a whole number of them.
+    // Moments of nominal length, and those of a loop whose length is not a whole number of them.
     for (const std::uint64_t frames : {sound.frames, sound.frames - 900})
       for (const double give_s : {0.0, 0.009, 0.025}) {
         const LoudnessTrack track = track_of(sound, frames, loop);
@@ -136,12 +136,12 @@ TEST(SignalWeights, SeenAheadAreAtLeastWhatIsSeenWhenTheTimeHasCome) {
       excess += most - expected;
       sum += expected;
     }
-    // Known in steps of 160 ms, and of each band apart.
+    // The bound has steps of 160 ms and treats each band by itself.
     EXPECT_LT(excess, 0.3 * sum);
   }
 }
 
-// A float of an hour is off by a tenth of a millisecond, of a day by four.
+// A float errs by 0.1 ms after an hour and by 4 ms after a day.
 TEST(SignalWeights, SeenAheadHoldForAnEmitterThatBeginsAfterADay) {
   const TimedEnvelope sound = testing::syllables(1);
   const LoudnessTrack track = track_of(sound, sound.frames, false);
@@ -162,9 +162,8 @@ TEST(SignalWeights, SeenAheadHoldForAnEmitterThatBeginsAfterADay) {
     EXPECT_GE(track.max_share(mix, 1, delay_s, 4e-6f, 0.1), mix.of(whole)) << delay_s;
 }
 
-// Of sounds whose bands come and go apart, most that the loudest band would let through are too
-// quiet: a pool that goes by that finds half as
-// many again.
+// The bands of these signals come and go separately. A pool that bounds by the loudest band alone
+// finds half as many sources again.
 TEST(OctreePool, FindsLittleMoreThanReachesTheThresholdNow) {
   const std::vector<Emitter> emitters(1);
   const std::vector<Material> materials(1);
@@ -198,7 +197,7 @@ TEST(OctreePool, FindsLittleMoreThanReachesTheThresholdNow) {
       ASSERT_TRUE(pool.look(place, kThreshold, std::numeric_limits<std::size_t>::max(), found));
       pool.ask(place, kThreshold);
     } while (!pool.complete());
-    if (i < 10) continue;  // lists are made
+    if (i < 10) continue;  // caches fill
     found_in_all += found.size();
     for (const FoundSource& one : found) {
       const auto now = weights_at_place(field, weights, one.signal, *one.source, place, time_s);

@@ -1,4 +1,5 @@
-// The energy of an impulse response in steps of 5 ms, of 2000 sources against all of them.
+// late_boost_test.cpp: energy of an impulse response in windows of 5 ms, of 2000 sampled sources
+// against all of them.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,7 +17,7 @@ constexpr double kStep_s = 0.005;
 constexpr std::size_t kSteps = 60, kChosenVoices = 2000;
 using Steps = std::array<double, kSteps>;
 
-// From the direct sound on; of an impulse, whose bands are as wide as they are.
+// Energy per window from the direct sound on, for an impulse, weighted by the width of the bands.
 Steps steps_of(const std::vector<Arrival>& arrivals, double first_s) {
   const std::vector<Signal> impulse = {{"impulse", {1}, false}};
   static const Bands power = prepare_signals(impulse)[0].mean_square();
@@ -31,7 +32,7 @@ Steps steps_of(const std::vector<Arrival>& arrivals, double first_s) {
   return steps;
 }
 
-// Root of the mean square over the steps. One that is empty counts as 20 dB off.
+// RMS error over the windows. An empty window counts as 20 dB.
 double rms_db(const Steps& steps, const Steps& all) {
   double squares = 0;
   for (std::size_t i = 0; i < kSteps; ++i) {
@@ -41,9 +42,9 @@ double rms_db(const Steps& steps, const Steps& all) {
   return std::sqrt(squares);
 }
 
-// Over several places and as many rolls of the permanent numbers.
+// Over several places and as many draws of u.
 struct StepErrors {
-  double rms_db = 0, worst_db = 0;  // of all; of a place
+  double rms_db = 0, worst_db = 0;  // over all places; of the worst
 };
 
 StepErrors errors_of(Scene& scene, const LateBoost& late_boost, std::uint64_t rolls = 5) {
@@ -85,12 +86,12 @@ TEST(LateBoost, IsNoneWithoutADecayGrowsWithTheDelayAndHasAnEnd) {
     EXPECT_EQ(boost.at(0), 0);
     for (float delay_s = 0; delay_s < 0.4f; delay_s += 0.0004f)
       ASSERT_LE(boost.at(delay_s), boost.at(delay_s + 0.0004f));
-    EXPECT_LT(boost.at(1e30f), LateBoost::kMost);
+    EXPECT_LT(boost.at(1e30f), LateBoost::kMaxBoost);
     EXPECT_EQ(boost.at(1e30f), boost.at(LateBoost::kUntil_s));
   }
-  // As the formula says, at a whole step of the table: r = 25.33 / s.
+  // The formula at a table entry: r = 25.33 / s.
   EXPECT_NEAR(LateBoost(0.6).at(0.1f), 0.5 * (std::exp(2.5328) - 1) / 7.5985, 1e-4);
-  // It is of the voices that are heard as late as this, not of all that there are.
+  // Strength falls again for more voices than the windows need.
   const DecaySummary decay = {4, {0, 0, 0, 0, 0, 0.6f, 0.6f, 0.6f}, {}, 0.1f};
   EXPECT_NEAR(LateBoost(decay, 200'000).at(0.1f) / LateBoost(0.6).at(0.1f), 1, 1e-5);
   EXPECT_NEAR(LateBoost(decay, 1'000'000).at(0.1f) / LateBoost(0.6).at(0.1f), 1.0 / 16, 1e-5);
@@ -113,7 +114,7 @@ TEST(LateBoost, OfMirrorsHoldsTheEnergyOfEvery5MsWithin1DbOverTheFirst300Ms) {
     record("without_boost_of_exponent_", without.rms_db);
     EXPECT_LT(with.rms_db, 1) << exponent;
     EXPECT_LT(with.worst_db, 1) << exponent;
-    // So the test can tell.
+    // Without the boost the error is large, so the test is meaningful.
     EXPECT_GT(without.rms_db, 3) << exponent;
   }
 }

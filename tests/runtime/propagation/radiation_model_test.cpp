@@ -1,4 +1,4 @@
-// radiation_model_test.cpp: ceilings of what sources give, and of which bands they are made.
+// radiation_model_test.cpp: upper bounds of what sources radiate, and of its division into bands.
 #include "runtime/propagation/radiation_model.h"
 
 #include <algorithm>
@@ -67,7 +67,7 @@ TEST(RadiationModel, KnowsOfWhichBandsItsCeilingsAreMade) {
       const Vec3 place =
           Vec3(source.position_m) + 7.0 * Vec3(testing::SourcesOfAllKinds::direction(s, 20 + i));
       const Bands shares = testing::random_fractions(3 * s + i);
-      const double now = weighted_sum(weighed(weight, shares), field.intensity(source, place));
+      const double now = weighted_sum(weighted(weight, shares), field.intensity(source, place));
       const CullSource sieved = cull_source(field, weight, source);
       const double at_any_time = priority_upper_bound(sieved, place) * std::max(source.u, kMinU);
       ASSERT_LE(now, at_any_time * ceiling.mix.of(shares) * (1 + 1e-5)) << s;

@@ -1,4 +1,4 @@
-// What two receivers hear of each direction, from the law to the output.
+// reception_test.cpp: directivity of the two receivers, from the law to the output.
 #include "runtime/propagation/reception.h"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ using ReceptionRoom = testing::WeightedRoom;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-// A different one in each band, none alike from everywhere but the lowest.
+// A different exponent in each band; only the lowest band is omnidirectional.
 ReceiverPattern uneven() { return {{0, 0.5f, 1, 1.5f, 2, 3, 5, 9}, 40 * kDegree}; }
 
 Vec3 direction(std::uint32_t i) {
@@ -42,7 +42,7 @@ Listener pose_at(std::uint32_t i) {
           unit(bits[2]) - 0.5};
 }
 
-// In double, from the law's own words.
+// The law in double precision.
 double intensity(const ReceiverPattern& pattern, const Listener& pose, int ear, std::size_t band,
                  const Vec3& towards) {
   const double side = ear == 0 ? -1 : 1;
@@ -80,8 +80,8 @@ TEST(Reception, OfAnOrtfPairIsTwoCardioids110DegreesApart) {
   };
   EXPECT_NEAR(level_db(0, 55), 0, 1e-5);
   EXPECT_NEAR(level_db(1, -55), 0, 1e-5);
-  EXPECT_NEAR(level_db(0, 145), 20 * std::log10(0.5), 1e-5);  // from its side
-  EXPECT_LT(level_db(0, -125), -100);                         // and from behind it
+  EXPECT_NEAR(level_db(0, 145), 20 * std::log10(0.5), 1e-5);  // at its side
+  EXPECT_LT(level_db(0, -125), -100);                         // and behind it
   EXPECT_NEAR(level_db(0, 0), level_db(1, 0), 1e-5);
 }
 
@@ -126,7 +126,8 @@ TEST(Reception, WeighsASourceByWhatBothReceiversHearOfItsDirection) {
   }
 }
 
-// As PrioritySampler.ChoosesWhatASortOfAllPrioritiesChooses, for one who walks, stands and turns.
+// PrioritySampler.ChoosesWhatASortOfAllPrioritiesChooses for a listener who walks, stands and
+// turns.
 TEST(Reception, IsInTheSamplersChoiceExactly) {
   const ReceptionRoom room(400);
   constexpr std::size_t kVoices = 200;
@@ -142,13 +143,13 @@ TEST(Reception, IsInTheSamplersChoiceExactly) {
       all.push_back({i, room.weight_of(i, pose.position_m, reception), room.sources()[i].u});
     const auto expected = testing::reference_sample(std::move(all), kVoices);
     ASSERT_EQ(expected.size(), kVoices);
-    sampler->face(reception);
+    sampler->set_reception(reception);
     testing::expect_sample(sampler->sample(pose.position_m), expected, 1e-12);
     if (HasFatalFailure()) FAIL() << "step " << step;
   }
 }
 
-// A cloud that is the same before and behind, cut by one who hears mostly what is ahead.
+// A cloud that is the same ahead and behind, for receivers that mostly hear what is ahead.
 TEST(Reception, OpensTheNodesOfTheRepresentativeOctreeThatAreAhead) {
   std::vector<RepresentativeOctree::Point> points;
   for (std::uint32_t i = 0; i < 4000; ++i) {
@@ -173,7 +174,7 @@ TEST(Reception, OpensTheNodesOfTheRepresentativeOctreeThatAreAhead) {
   EXPECT_LT(ahead(Reception(forward, back)), 0.15);
 }
 
-// Beside the same voices of receivers that hear alike from everywhere.
+// Compared with the same voices of omnidirectional receivers.
 TEST(Reception, IsInEachVoicesGainsFromWhereItsReceiverIs) {
   const ReceptionRoom room(400);
   using Receivers = KeyframeMaker::Receivers;
@@ -191,7 +192,7 @@ TEST(Reception, IsInEachVoicesGainsFromWhereItsReceiverIs) {
   for (std::uint32_t k = 0; k < 30; ++k) {
     Listener pose{{2 + 0.02 * k, 3, 1.5}, 0.05 * k, 0};
     if (k >= 10 && k < 20) pose = {{2.2, 3, 1.5}, 0.5, 0};  // stands still
-    sample[7].power_scale = k < 15 ? 1 : 4;                 // but is made anew
+    sample[7].power_scale = k < 15 ? 1 : 4;                 // but its voice is made anew
     even.make(sample, pose, without);
     maker.make(sample, pose, with);
     ASSERT_EQ(with.voices.size(), without.voices.size());
@@ -227,7 +228,7 @@ Vec3 at(double to_the_left_deg) {
   return 10.0 * Vec3(-std::sin(a), 0, -std::cos(a));
 }
 
-// A sine in the open, 10 m away, at some angle to the left.
+// A sine in a free field, 10 m away, at an angle to the left.
 std::vector<float> heard_from(double to_the_left_deg, const std::string& receivers) {
   AuralizerInput input;
   input.signals = {testing::sine(440)};
@@ -261,16 +262,16 @@ TEST(Reception, IsHeard) {
       const Vec3 way_m = at(angle_deg) - Vec3(side * 0.5 * kEarDistance_m, 0, 0);
       const double off_axis = std::acos(
           dot(normalize(way_m), Vec3(side * std::sin(55 * kDegree), 0, -std::cos(55 * kDegree))));
-      EXPECT_NEAR(
-          channel_level_db(pair, e) - channel_level_db(omni, e),
-          // Cardioids hear a third of a diffuse field's power, which the output makes up for.
-          20 * std::log10((1 + std::cos(off_axis)) / 2) + 10 * std::log10(3), 0.1)
+      EXPECT_NEAR(channel_level_db(pair, e) - channel_level_db(omni, e),
+                  // Cardioids receive a third of a diffuse field's power, which the output gain
+                  // compensates.
+                  20 * std::log10((1 + std::cos(off_axis)) / 2) + 10 * std::log10(3), 0.1)
           << angle_deg << " degrees, ear " << e;
     }
   }
 }
 
-// Noise from 64 directions of equal solid angle, each with a signal of its own.
+// Uncorrelated noise from 64 directions of equal solid angle.
 AuralizerInput diffuse_field() {
   constexpr std::uint32_t kDirections = 64;
   AuralizerInput input;

@@ -39,7 +39,7 @@ double sum(const Bands& bands) {
   return sum;
 }
 
-// What the mixer's own bank finds, which parts at two rates: a second implementation.
+// A second implementation: band powers by the mixer's filter bank.
 TEST(SignalWeights, OverALoopAreTheMeanSquareThatTheMixersBandsPass) {
   std::vector<Signal> signals = {noise_bursts(true, 0.3, 0.2, 2.0), noise_bursts(true, 0, 1, 0.9),
                                  noise_bursts(true, 0.7, 0.05, 5.1)};
@@ -59,7 +59,7 @@ TEST(SignalWeights, OverALoopAreTheMeanSquareThatTheMixersBandsPass) {
         mean[b] += raw.at((m + 0.5) * moment_s).weights[b] / moments;
     const std::vector<double> samples(signal.samples.begin(), signal.samples.end());
     const Bands mixed = OctaveFilterBank::part(samples, true).mean_square;
-    // The mixer filters low bands at a quarter of the rate, which bends skirts 36 dB down.
+    // The mixer filters low bands at a quarter of the rate, which distorts skirts below -36 dB.
     for (std::size_t b = 0; b < kBandCount; ++b)
       if (mixed[b] > 1e-3 * sum(mixed)) {
         EXPECT_NEAR(10 * std::log10(mean[b] / mixed[b]), 0, 0.1) << b;
@@ -72,7 +72,7 @@ TEST(SignalWeights, AreNeverLessThanTheMeanOverTheDecayOfARoomNorZeroWhereItSoun
     const Signal signal = noise_bursts(loop, 1.7, 0.1, 5.4);
     const LoudnessTrack raw = track(signal, {0, 0, 0}), smooth = track(signal);
     for (double t = -3.99; t < 8; t += 0.02) {
-      // A triangle of 0.7 s, as two means of half of that one after the other.
+      // A triangular window of 0.7 s, the convolution of two means of half that length.
       double mean = 0;
       for (int i = -18; i <= 18; ++i)
         mean += (1 - std::abs(i) / 19.0) / 19 * sum(raw.at(t + 0.02 * i).weights);
@@ -81,13 +81,13 @@ TEST(SignalWeights, AreNeverLessThanTheMeanOverTheDecayOfARoomNorZeroWhereItSoun
         for (std::size_t b = 0; b < kBandCount; ++b) EXPECT_GT(smooth.at(t).weights[b], 0) << t;
       }
       for (std::size_t b = 0; b < kBandCount; ++b)
-        EXPECT_LE(smooth.at(t).weights[b], smooth.most()[b]) << t;
+        EXPECT_LE(smooth.at(t).weights[b], smooth.max()[b]) << t;
     }
   }
 }
 
-// Or every phrase would exchange voices, and the room would change with the music.
-// With these the mean alone is followed, which bursts raise otherwise.
+// Otherwise every phrase would exchange voices, and the room would change with the music.
+// With these options weights follow the mean alone, which bursts raise otherwise.
 constexpr EnvelopeSmoothing kWithoutBursts{.burst_db = 100};
 
 TEST(SignalWeights, AreNeverLessThanTheLoudestMomentThatPlaysNow) {
@@ -114,9 +114,9 @@ TEST(SignalWeights, StayTheSameWhileAPhraseSwellsAndItsNotesComeAndGo) {
           static_cast<float>(swell * note * std::sin(2 * 3.14159265358979 * hz * t)));
     }
     const LoudnessTrack heard = track(phrase, kWithoutBursts);
-    // What plays once is followed up to its loudest, and then held.
+    // The weights of a signal that plays once rise with it and hold its maximum.
     for (double t = loop ? 0 : 4.5; t < 8; t += 0.02)
-      EXPECT_EQ(heard.at(t).weights, heard.most()) << t;
+      EXPECT_EQ(heard.at(t).weights, heard.max()) << t;
   }
 }
 
@@ -130,7 +130,7 @@ TEST(SignalWeights, FollowALoudSoundAndLetItGoWhenTheRoomHasForgottenIt) {
   const LoudnessTrack heard = track(signal, kWithoutBursts);
   const double bang = sum(heard.at(5.5).weights);
   EXPECT_EQ(sum(heard.at(7.5).weights), bang);
-  // 40 dB are more than the 12 within which it stays where it is.
+  // 40 dB exceed the hysteresis of 12 dB.
   for (const double t : {4.0, 9.0, 15.0})
     EXPECT_NEAR(10 * std::log10(sum(heard.at(t).weights) / bang), -28, 0.5) << t;
 }
@@ -146,7 +146,7 @@ TEST(SignalWeights, KnowASoundBeforeItStartsAndForgetItSoonAfterItEnds) {
     EXPECT_GT(sum(heard.at(1.92).weights), 0.5 * sum(heard.at(2.5).weights));
     EXPECT_EQ(sum(heard.at(3.5).weights), sum(heard.at(2.5).weights));
     EXPECT_EQ(sum(heard.at(3.8).weights), 0);
-    // Around again, or never before and after.
+    // Loops repeat; other signals are silent before and after.
     EXPECT_EQ(sum(heard.at(7.5).weights) > 0, loop);
     EXPECT_EQ(sum(heard.at(-2.5).weights) > 0, loop);
     EXPECT_EQ(heard.at(2.5 + 5e5).weights == heard.at(2.5).weights, loop);
@@ -190,7 +190,7 @@ TEST(SignalWeights, OfSteadySoundsAreKnownToBeSteady) {
   const SignalWeights weights = make_signal_weights(both);
   EXPECT_FALSE(weights.steady());
   EXPECT_EQ(weights.tracks[0].at(12.3).weights, weights.by_signal[0]);
-  // The closed form: what the band's two edges pass of a sine at its centre.
+  // Closed form: the gain of the band's two edges for a sine at its centre.
   const double passed = crossover_magnitude(3, kSampleRate_hz, Side::kHigh, 1000) *
                         crossover_magnitude(4, kSampleRate_hz, Side::kLow, 1000);
   EXPECT_NEAR(weights.by_signal[0][4] / (0.5 * passed * passed * loudness_weights()[4]), 1, 0.001);

@@ -75,7 +75,7 @@ TEST(MovingScript, SaysWhatIsWrongWithAFile) {
   EXPECT_NE(script.error().message.find("source 1"), std::string::npos) << script.error().message;
 }
 
-// A script from elsewhere must not be able to name any file as its sound.
+// A script from an untrusted place must not be able to read arbitrary files.
 TEST(MovingScript, ReadsSoundsOfItsOwnFolderOnly) {
   const std::filesystem::path root =
       std::filesystem::temp_directory_path() / ("clamor_script_" + std::to_string(::getpid()));

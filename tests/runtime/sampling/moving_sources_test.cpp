@@ -19,7 +19,7 @@ namespace {
 
 using testing::place_in_room;
 
-// A baked room, and two kinds of sources that move about in it.
+// A baked room with moving sources of two kinds.
 struct Stage {
   static constexpr std::size_t kKinds = 2;
 
@@ -53,7 +53,7 @@ struct Stage {
   double weight_of(const Source& source, const Vec3& place) const {
     return weight(field, weights.by_signal[field.signal(source)], source, place);
   }
-  // All that move, as they were committed.
+  // All moving sources as committed.
   std::vector<FoundSource> all_moving(const Vec3& place, double time_s) {
     std::vector<FoundSource> found;
     list.refresh();
@@ -139,7 +139,7 @@ TEST(MovingSources, AreWhereTheirVelocityHasTakenThemByEachKeyframe) {
   source.velocity_mps = {30, -3, 0};
   ASSERT_TRUE(stage.moving.add(source).ok());
   stage.moving.commit(5);
-  // As one hears it who is there.
+  // As heard at the source itself, without delay.
   const auto at = [&](double time_s, const Vec3& place) {
     return stage.all_moving(place, time_s).front().source->position_m;
   };
@@ -147,19 +147,19 @@ TEST(MovingSources, AreWhereTheirVelocityHasTakenThemByEachKeyframe) {
   EXPECT_NEAR(at(5.2, {16, -0.6, 0}).x, 16, 1e-5);
   EXPECT_NEAR(at(5.2, {16, -0.6, 0}).y, -0.6, 1e-5);
   EXPECT_NEAR(at(4.9, {7, 0.3, 0}).x, 7, 1e-5);
-  // Nobody has moved it for so long that it may be anywhere: it stops.
+  // Without a commit for too long, the source stops.
   for (double t = 4.92; t < 9; t += kKeyframe_s) (void)at(t, {});
   EXPECT_NEAR(at(9, {}).x, 10 + 30 * kMaxExtrapolation_s, 1e-4);
 }
 
-// By the law of its own: the distance to where it was is what sound went since.
+// The definition: the distance to the position at emission equals the path of sound since then.
 TEST(PositionHistory, KnowWhereASourceWasWhenWhatIsHeardLeftIt) {
   constexpr double kSound_mps = 340;
   constexpr std::size_t kSources = 3;
   const auto at_m = [](std::size_t i, double t) -> Vec3 {
     if (i == 0) return {100 * t - 200, 1, 5};                                // straight
-    if (i == 1) return {20 * std::cos(1.5 * t), 2, 20 * std::sin(1.5 * t)};  // round, 30 m/s
-    return {t > 3 ? 50.0 : 0.0, 0, 0};                                       // put elsewhere
+    if (i == 1) return {20 * std::cos(1.5 * t), 2, 20 * std::sin(1.5 * t)};  // circle, 30 m/s
+    return {t > 3 ? 50.0 : 0.0, 0, 0};                                       // teleported
   };
   PositionHistory trails(kSources, kSound_mps);
   std::array<std::vector<float>, 3> now_m;
@@ -178,13 +178,13 @@ TEST(PositionHistory, KnowWhereASourceWasWhenWhatIsHeardLeftIt) {
         const auto emission = trails.emission(i, place);
         const double way_m = length(place - Vec3(emission.position_m)),
                      left_s = t - way_m / kSound_mps;
-        // The first was on its way before it was there, and the third is as put. Of the second it
-        // is not known how it began.
+        // The first moved before it was added, and the third is at rest; the path of the second
+        // before that is unknown.
         if (i == 2) {
           ASSERT_EQ(Vec3(emission.position_m), at_m(i, t));
         } else if (i == 0 || left_s > 0.7) {
           const double speed_mps = i == 0 ? 100 : 30;
-          // Where 3 s ago only every 16th keyframe is known, a curve is a little off.
+          // Beyond 3 s ago, only every 16th keyframe is known, so a curve errs a little.
           const double slack = away_m > 500 ? 5 : 1;
           ASSERT_LT(length(Vec3(emission.position_m) - at_m(i, left_s)), 0.01 * slack)
               << i << ", " << t << " s, " << away_m << " m";
@@ -209,17 +209,17 @@ TEST(MovingSources, SayWhatIsWrongAndChangeNothingThen) {
   EXPECT_FALSE(moving.move(*first, {NAN, 0, 0}).ok());
   EXPECT_FALSE(moving.move({}, {}).ok());
   source.kind = 1;
-  EXPECT_FALSE(moving.retune(*first, source).ok());
+  EXPECT_FALSE(moving.change(*first, source).ok());
   ASSERT_TRUE(moving.remove(*first).ok());
   EXPECT_FALSE(moving.remove(*first).ok());
   source.kind = 0;
-  const auto again = moving.add(source);  // in the same place
+  const auto again = moving.add(source);  // in the same slot
   ASSERT_TRUE(again.ok());
   EXPECT_FALSE(moving.move(*first, {1, 2, 3}).ok()) << "a handle never names another source";
   EXPECT_TRUE(moving.move(*again, {1, 2, 3}).ok());
 }
 
-// A hundred thousand, all moved for every keyframe: still the same sample as a sort's.
+// 100 000 sources that all move for every keyframe: the sample is still that of a full sort.
 TEST(MovingSources, AreAHundredThousandThatAllMoveForEveryKeyframe) {
   constexpr std::size_t kMany = 100'000, kVoices = 500;
   Stage stage(kMany);
@@ -253,14 +253,14 @@ TEST(MovingSources, AreAHundredThousandThatAllMoveForEveryKeyframe) {
   }
 }
 
-// Positions and tunes of one commit, never of two, and never of an older one than before.
+// A snapshot has positions and settings of one commit, and commits never go back.
 TEST(MovingSources, AreHandedOverWholeWhileTheCallerGoesOn) {
   constexpr std::size_t kSources = 200;
   constexpr std::uint32_t kCommits = 20'000;
   MovingSources moving(kSources, 1);
   std::vector<MovingHandle> handles;
   MovingSource first;
-  first.gain = same_in_all_bands(0);  // as what is committed at time 0
+  first.gain = same_in_all_bands(0);  // matches the commit at time 0
   for (std::size_t i = 0; i < kSources; ++i) handles.push_back(*moving.add(first));
   moving.commit(0);
   std::atomic<bool> wrong{false};
@@ -271,7 +271,7 @@ TEST(MovingSources, AreHandedOverWholeWhileTheCallerGoesOn) {
       if (now.commits == 0) continue;
       const auto meant = static_cast<float>(now.time_s);
       for (std::size_t i = 0; i < now.count; ++i)
-        if (now.x_m[i] != meant || (now.tunes[i].present && now.tunes[i].gain[3] != meant))
+        if (now.x_m[i] != meant || (now.settings[i].present && now.settings[i].gain[3] != meant))
           wrong = true;
       if (now.time_s < last) wrong = true;
       last = now.time_s;
@@ -286,7 +286,7 @@ TEST(MovingSources, AreHandedOverWholeWhileTheCallerGoesOn) {
         ASSERT_TRUE(moving.remove(handles[i]).ok());
         handles[i] = *moving.add(source);
       } else {
-        ASSERT_TRUE(moving.retune(handles[i], source).ok());
+        ASSERT_TRUE(moving.change(handles[i], source).ok());
       }
     }
     moving.commit(commit);

@@ -169,10 +169,10 @@ TEST(OccludedListener, OfARenderLooksAtEachSourceOnceAndHearsNothing) {
   const World world(box_with_pillar({6, 4, 5}), 200);
   OccludedListener listener(world, world.sources, 2000, true);
   EXPECT_GT(listener.power_at({2, 1.7, 3}, 0), 0);
-  const std::uint64_t looks = listener.occlusion().statistics().looks;
+  const std::uint64_t looks = listener.occlusion().statistics().estimates;
   for (int keyframe = 1; keyframe < 5; ++keyframe)
     EXPECT_EQ(listener.power_at({9 + 0.01 * keyframe, 1.7, 2}, 0.02 * keyframe), 0);
-  EXPECT_LE(listener.occlusion().statistics().looks - looks, world.sources.size());
+  EXPECT_LE(listener.occlusion().statistics().estimates - looks, world.sources.size());
 }
 
 TEST(OccludedListener, IsNotSearchedForOnceStopped) {
