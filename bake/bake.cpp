@@ -38,7 +38,7 @@ Source emitter_source(const Emitter& emitter, std::uint32_t index, std::uint64_t
   Source source;
   source.emitter = index;
   set_from_emitter(source, emitter);
-  // Bounce 0 is no reflection, so the counter is free.
+  // Bounce 0 is no reflection, so its counter is free for u.
   const RandomBits bits = philox(key, {0, 0, 0, static_cast<std::uint32_t>(Use::kPolarity)});
   source.u = static_cast<float>(unit_above_zero(bits[0]));
   return source;
@@ -57,7 +57,7 @@ double sum_of(const Bands& bands) {
   return sum;
 }
 
-// "0.25 %", rounded the same way everywhere.
+// Formats "0.25 %" without floating-point printing, which varies between platforms.
 std::string in_percent(double share) {
   const std::string hundredths = std::to_string(std::llround(1e4 * share));
   const std::string digits =
@@ -105,7 +105,7 @@ TraceSettings trace_settings(const BakeSettings& settings) {
   return trace;
 }
 
-// Everything that tracing a level needs.
+// Everything needed to trace a level.
 struct TraceSetup {
   TraceSetup(const Level& level, const BakeSettings& settings)
       : scene(level.mesh),
@@ -118,7 +118,7 @@ struct TraceSetup {
     return trace;
   }
 
-  // Listens to about 400 000 deposits at most, which takes a few hundredths of the tracing.
+  // Uses about 400 000 deposits at most, which costs a few percent of the tracing time.
   DecayEstimate decay_estimate(const Level& level) const {
     return {scene, level, trace, plan.photons, static_cast<std::uint64_t>(plan.deposits / 400'000)};
   }
@@ -129,7 +129,7 @@ struct TraceSetup {
   PhotonTracer tracer;
 };
 
-// Where the octree can be sorted; an Error if the plan needs more memory than it may have.
+// Where the octree can be sorted, or an Error if the plan exceeds the memory limit.
 Result<SortStorage> check_memory(const Level& level, const BakePlan& plan,
                                  const BakeOptions& options) {
   const int threads = tbb::this_task_arena::max_concurrency();
@@ -158,7 +158,7 @@ Result<SortStorage> check_memory(const Level& level, const BakePlan& plan,
                megabytes(options.memory_bytes) + " it may have; " + advice);
 }
 
-// The journal that is written, if any, and then the shards.
+// Opens the journal to append to, if any, followed by the shards.
 Result<std::vector<TraceJournal>> open_journals(const Level& level, const BakeOptions& options) {
   std::vector<TraceJournal> journals;
   if (!options.journal.empty()) {
@@ -238,7 +238,7 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
                                      std::move(copies.instances), copies.tops);
   } else {
     contents.octree = instance_tree(std::move(copies.instances), copies.tops);
-    // The list goes to disk, and its memory to the sorting of parts of it.
+    // The list moves to disk, so that its memory is free for sorting.
     auto spill = std::make_shared<SourceSpill>(options.spill);
     if (const auto done = spill->append(traced->deposits); !done.ok()) return done.error();
     contents.streamed_sources = traced->deposits.size();
@@ -277,7 +277,7 @@ Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& op
   return report;
 }
 
-// Runs it with the threads the options ask for.
+// Runs `work` with options.threads threads.
 template <class Work>
 auto on_arena(const Level& level, const BakeOptions& options, const Work& work) {
   using Outcome = decltype(work());
@@ -286,7 +286,7 @@ auto on_arena(const Level& level, const BakeOptions& options, const Work& work) 
       "\"name=violin,signal=violin.flac,at=0,1.5,0\", in LEVEL.acoustics.json or as "
       "KHR_audio_emitter");
   if (level.emitters.empty()) return outcome;
-  // TBB has no more threads than the machine has cores, and says so if asked for more.
+  // TBB warns if asked for more threads than the machine has cores.
   const int cores = tbb::info::default_concurrency();
   tbb::task_arena arena(options.threads > 0 ? std::min(options.threads, cores) : cores);
   arena.execute([&] { outcome = work(); });

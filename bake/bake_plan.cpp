@@ -11,14 +11,14 @@ namespace clamor {
 namespace {
 
 constexpr double kSourcesPerRoom = 200'000;
-constexpr double kDepositsPerSource = 4;         // where --photons does not say
-constexpr double kKeptDepositsPerSource = 1.25;  // before the last, exact thinning
+constexpr double kDepositsPerSource = 4;         // default without --photons
+constexpr double kKeptDepositsPerSource = 1.25;  // before the final, exact thinning
 constexpr std::uint32_t kPilotPhotons = 1024;
 constexpr std::uint64_t kMostPhotons = 4'000'000'000;
 
-// What a few photons leave, of the emitters in proportion to their power: the power of each deposit
-// as a share of its photon's. Other paths than those of the bake, so that the plan and what it
-// finds have nothing to do with each other.
+// Power of each pilot deposit, relative to its photon's power. Emitters get photons in proportion
+// to their power. The pilot's seed differs from the bake's, so that the plan is independent of the
+// paths it is used for.
 std::vector<double> pilot_deposits(const Scene& scene, const Level& level,
                                    const TraceSettings& trace, std::span<const double> power) {
   TraceSettings settings = trace;
@@ -29,7 +29,7 @@ std::vector<double> pilot_deposits(const Scene& scene, const Level& level,
   std::vector<PhotonRun> runs;
   double below = 0;
   for (std::uint32_t i = 0; i < power.size() && total > 0; ++i) {
-    // Systematic: photon k falls on the emitter at (k + 1/2) / n of the power.
+    // Systematic sampling: photon k belongs to the emitter at (k + 1/2) / n of the power.
     const auto first = static_cast<std::int64_t>(std::ceil(below / total * kPilotPhotons - 0.5));
     below += power[i];
     const auto last = static_cast<std::int64_t>(std::ceil(below / total * kPilotPhotons - 0.5));
@@ -44,18 +44,18 @@ std::vector<double> pilot_deposits(const Scene& scene, const Level& level,
   return shares;
 }
 
-// The threshold T at which the sum of min(1, (share / T)^(1/4)), times `per_share`, comes to
+// The threshold T for which the sum of min(1, (share / T)^(1/4)), times `per_share`, equals
 // `wanted`.
 double least_power_for(std::vector<double> shares, double per_share, double wanted) {
   if (static_cast<double>(shares.size()) * per_share <= wanted) return 0;
   std::sort(shares.begin(), shares.end());
   for (double& share : shares) share = std::sqrt(std::sqrt(share));
-  // With T at a share, the smaller ones are kept in proportion, the larger ones all.
+  // For T equal to a share, smaller shares are thinned and larger ones are kept.
   double below = 0;
   for (std::size_t i = 0; i < shares.size(); ++i) {
     const double above = static_cast<double>(shares.size() - i);
     if (per_share * (below / shares[i] + above) <= wanted) {
-      // Between the last share and this one: below / T + above = wanted / per_share.
+      // T lies between the previous share and this one: below / T + above = wanted / per_share.
       const double room = wanted / per_share - above;
       const double root = room > 0 ? std::min(below / room, shares[i]) : shares[i];
       return root * root * root * root;
@@ -66,8 +66,8 @@ double least_power_for(std::vector<double> shares, double per_share, double want
   return root * root * root * root;
 }
 
-// Up to one digit, down to a power of two: so that the plan does not change with every step that an
-// emitter moves, and what was traced before can be used again.
+// Coarse rounding keeps the plan constant while an emitter moves a little, so that the journal
+// stays valid.
 double one_digit_up(double value) {
   double step = 1;
   while (value / step >= 10) step *= 10;
@@ -114,8 +114,8 @@ std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int th
 
 std::uint32_t emitter_rooms(const Scene& scene, const Level& level) {
   constexpr std::size_t kMostRooms = 64;
-  std::vector<std::size_t> parent;  // union of those found so far
-  std::vector<Vec3> place;          // one that stands for them
+  std::vector<std::size_t> parent;  // union-find over the rooms found so far
+  std::vector<Vec3> place;          // one emitter position per room
   const auto root_of = [&](std::size_t i) {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
@@ -165,7 +165,7 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
   if (settings.photons == 0)
     photons = std::clamp(one_digit_up(kDepositsPerSource * sources / per_photon), 1000.0,
                          static_cast<double>(kMostPhotons));
-  if (level.mesh.triangles.empty()) photons = 0;  // would meet nothing
+  if (level.mesh.triangles.empty()) photons = 0;  // no surfaces to hit
   plan.wanted_photons = static_cast<std::uint64_t>(photons);
   for (const double emitted : power) {
     const double wanted = total > 0 ? std::round(emitted / total * photons) : 0;

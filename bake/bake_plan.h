@@ -1,9 +1,9 @@
-// bake_plan.h: how many photons each emitter gets, and how many sources are kept.
+// bake_plan.h: decides how many photons each emitter gets and how many sources are kept.
 //
-// Photons traced and sources stored are separate: photons decide how good the sources are, sources
-// how large the file is. The plan is a function of the scene, of how much power each emitter has
-// and of the settings. It does not depend on where emitters stand, but for how many rooms they are
-// in, so that moving one leaves the photons of all others as they were.
+// Photons and sources are separate: photons determine the quality of the sources, sources the size
+// of the file. The plan depends on the scene, the emitters' powers and the settings. Emitter
+// positions matter only for the number of rooms they are in, so moving one emitter leaves the
+// photons of all others unchanged.
 #pragma once
 
 #include <cstdint>
@@ -17,44 +17,42 @@
 namespace clamor {
 
 struct BakePlan {
-  std::uint32_t rooms = 1;             // that emitters are in, as far as they see each other
-  std::uint64_t sources = 0;           // most secondary sources to keep
-  std::uint64_t wanted_photons = 0;    // which are shared out
+  std::uint32_t rooms = 1;             // rooms with emitters, see emitter_rooms()
+  std::uint64_t sources = 0;           // maximum number of secondary sources
+  std::uint64_t wanted_photons = 0;    // photons of the bake, distributed over the emitters
   std::vector<std::uint64_t> photons;  // per emitter
-  double deposit_threshold = 0;        // of a deposit, see TraceSettings
-  double deposits = 0;                 // that will be left, about
+  double deposit_threshold = 0;        // see TraceSettings
+  double deposits = 0;                 // estimated number of deposits
 
   std::uint64_t all_photons() const;
 
-  // The photons of every emitter as runs, and these as batches of at most kRunPhotons, one to a
-  // task.
+  // Divides the photons of every emitter into runs, and the runs into batches of at most
+  // kRunPhotons, one per task.
   std::vector<std::vector<PhotonRun>> batches() const;
 };
 
-// Where the settings leave photons or sources at 0:
+// Defaults for photons or sources of 0 in the settings:
 //
 //   sources   200 000 for each room with emitters in it
-//   photons   as many as leave about four times as many deposits as there are sources to keep
+//   photons   enough for about four deposits per source
 //
-// How many deposits a photon leaves is judged by a pilot of 1024. If more than 1.25 deposits would
-// come to a source, weak ones are thinned while tracing. Photons are shared out by power; an
-// emitter with any power gets at least kMinPhotons. A free field gets none.
+// The deposits per photon are estimated by a pilot of 1024 photons. Above 1.25 deposits per source,
+// weak deposits are thinned while tracing. Photons are distributed by power; an emitter with any
+// power gets at least kMinPhotons. A free field gets none.
 inline constexpr std::uint64_t kMinPhotons = 4, kMaxSources = 10'000'000;
 BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettings& settings,
                         const TraceSettings& trace);
 
-// Memory that a bake by this plan takes at its peak, somewhat above what it is found to take: 65 MB
-// for the program and the thinning's room to work, 300 bytes a triangle, 215 a source (sorting
-// takes two and a half times the 88 of a source), and what threads have under way. Measured: the
-// violin room 123 to 159 MB for 300 000 sources, depending on who lags, 251 for a million, 646 for
-// three.
-// Where the octree is sorted on disk, a source takes 130.
+// Upper estimate of the peak memory of a bake: 65 MB for the program and the thinning's buffers,
+// 300 bytes per triangle, 215 per source (sorting takes 2.5 times the 88 bytes of a source; 130
+// when sorting on disk), and the batches in flight. Measured in the violin room: 123 to 159 MB for
+// 300 000 sources, depending on thread timing, 251 MB for one million, 646 MB for three million.
 enum class SortStorage : std::uint8_t { kMemory, kFiles };
 std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads,
                                 SortStorage sorted = SortStorage::kMemory);
 
-// How many rooms the emitters are in: those that see each other, directly or through others, share
-// one. Emitters beyond the first 64 rooms' worth are counted to the first.
+// Number of rooms with emitters. Emitters that see each other, directly or through others, share a
+// room. Emitters beyond the first 64 rooms count towards the first.
 std::uint32_t emitter_rooms(const Scene& scene, const Level& level);
 
 }  // namespace clamor

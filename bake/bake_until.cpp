@@ -16,16 +16,18 @@ namespace {
 
 constexpr double kFirstSourcesPerRoom = 20'000;
 constexpr int kMostRounds = 8;
-constexpr double kMostGrowth = 32;  // from one round to the next; an early error is rough
-constexpr double kMargin = 1.1;     // on what the error foretells: of ten rounds, one goes again
-constexpr double kOfTime = 0.8;     // of the time that is left
-constexpr double kWorthIt = 1.25;   // a round that would grow by less is not begun
+// Maximum growth per round, because early error estimates are rough.
+constexpr double kMostGrowth = 32;
+// Safety factor on the extrapolated error; one in ten bakes needs another round.
+constexpr double kMargin = 1.1;
+constexpr double kOfTime = 0.8;    // share of the remaining time to plan for
+constexpr double kWorthIt = 1.25;  // minimum growth that justifies another round
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Up to two digits, so that the command that makes it again is short.
+// Rounds up to two digits, for a short command line.
 std::uint64_t two_digits_up(double value) {
   double step = 1;
   while (value / step >= 100) step *= 10;
@@ -70,7 +72,7 @@ Result<BakeContents> bake_until(const Level& level, const BakeOptions& options,
   const BakeSettings first = best->settings;
   std::uint64_t times = 1;
   for (int i = 1; i < kMostRounds; ++i) {
-    if (best->statistics.photons_traced == 0) break;  // a free field is exact
+    if (best->statistics.photons_traced == 0) break;  // a free field has no error
     const double spent_s = seconds_since(start);
     double growth = 0;
     if (goal.error_db > 0) {

@@ -1,13 +1,12 @@
-// bake_until.h: a bake that ends at a wanted error or after a wanted time.
+// bake_until.h: bakes until the decay is known to a given error or a time limit is reached.
 //
-// What limits a bake is both how many photons there are and how many sources are kept of them: with
-// the sources fixed, the error of the decay stops falling (violin room, 200 000 sources: 0.41 to
-// 0.51 dB from 20 000 photons to 400 000). So both grow together, and the bake is done in rounds: a
-// small one first, the next as many times as large as its error or its speed foretells. Photons are
-// sequences of which a larger round only traces more, and as photons and sources keep their ratio
-// so does what is thinned while tracing: with a journal no round traces anything twice.
+// The error depends on both photons and sources: with 200 000 sources in the violin room it stays
+// between 0.41 and 0.51 dB from 20 000 photons to 400 000. Both therefore grow together, in rounds.
+// The first round is small, and each further one is scaled by the measured error or speed. Photons
+// are sequences that a larger round only extends, and a constant ratio of photons to sources keeps
+// the thinning threshold constant. With a journal, no round traces a photon again.
 //
-// Settings of the result are those of a bake of that size, which makes the same bytes.
+// The settings of the result reproduce its bytes in a single bake.
 #pragma once
 
 #include <optional>
@@ -18,15 +17,16 @@
 namespace clamor {
 
 struct BakeGoal {
-  double error_db = 0;  // of the energy decay (DecaySummary::error_db); or 0
-  double seconds = 0;   // of the clock, for the whole bake; or 0
+  double error_db = 0;  // target error of the energy decay (DecaySummary::error_db); 0: none
+  double seconds = 0;   // wall-clock limit for the whole bake; 0: none
 
-  // "0.5dB", "90s", "15min" or "2h".
+  // Parses "0.5dB", "90s", "15min" or "2h".
   static std::optional<BakeGoal> from(const std::string& text);
 };
 
-// `why_not`: a sentence if the goal was missed: where the level tells no error, where it would take
-// more sources than a file holds or more memory than options allow. The best bake is returned then.
+// If the goal is missed, `why_not` explains it in a sentence: the level gives no error estimate, or
+// the goal needs more sources than a file holds or more memory than the options allow. The best
+// bake so far is returned.
 Result<BakeContents> bake_until(const Level& level, const BakeOptions& options,
                                 const BakeGoal& goal, BakeReport* report = nullptr,
                                 std::string* why_not = nullptr);

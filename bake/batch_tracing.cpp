@@ -10,7 +10,7 @@
 
 namespace clamor {
 
-// One batch on its way: looked up, traced if need be, kept, added.
+// A batch in the pipeline.
 struct BatchTracing::Batch {
   std::size_t number = 0;
   std::vector<PhotonRun> missing;
@@ -135,7 +135,7 @@ void BatchTracing::add(Batch& batch) {
       return;
     }
   }
-  // By emitter and photon, whether found or traced.
+  // Merges found and traced runs in the order of emitters and photons.
   auto found = batch.found.runs().begin();
   auto traced = batch.traced.runs().begin();
   const auto before = [](const PhotonRun& a, const PhotonRun& b) {

@@ -1,8 +1,8 @@
-// batch_tracing.h: all photons of a bake, from the journal or traced, to the sources that are kept.
+// batch_tracing.h: produces all photons of a bake, from the journal or by tracing, and thins them.
 //
-// Photons come in batches of a fixed make-up. Batches pass through a pipeline: looked up in order,
-// traced in any order on all threads, added in order; so neither sources nor sums depend on the
-// number of threads, nor on what was in the journal.
+// Photons form fixed batches, which pass through a pipeline: look up in the journal (in order),
+// trace (in parallel, in any order), accumulate (in order). Neither sources nor sums therefore
+// depend on the number of threads or on the contents of the journal.
 #pragma once
 
 #include <atomic>
@@ -25,22 +25,22 @@ namespace clamor {
 
 class BatchTracing {
  public:
-  // What all batches left behind.
+  // The accumulated result of all batches.
   struct Assembled {
-    std::vector<Source> deposits;  // thinned to the plan's sources; none where it is a shard
+    std::vector<Source> deposits;  // thinned to the plan's number of sources; empty for a shard
     TraceTally tally;
     std::uint64_t left = 0;  // deposits before thinning
   };
 
-  // If options.journal is named, it is the first of `journals`, and what is traced is added to it.
-  // If options.shards are named, nothing is traced. `scene` is scene_hash(). `decay`, unless null,
-  // is told what is traced or found. All must outlive this.
+  // If options.journal is set, it is the first of `journals` and receives what is traced. If
+  // options.shards is set, nothing is traced. `scene` is scene_hash(). `decay` may be null;
+  // otherwise it receives every run. All arguments must outlive the object.
   BatchTracing(const PhotonTracer& tracer, const Level& level, const BakePlan& plan,
                const BakeOptions& options, std::span<TraceJournal> journals, std::uint64_t scene,
                const Shard& shard, DecayEstimate* decay = nullptr);
 
-  // Runs on the arena it is called from. An Error if the journal cannot be written, or if shards
-  // lack photons. Returns early, with less, when options.stop is set.
+  // Runs in the calling TBB arena. Fails if the journal cannot be written or if shards lack
+  // photons. Returns a partial result when options.stop is set.
   Result<Assembled> run();
 
   const BakeProgress& progress() const { return progress_; }
@@ -62,11 +62,11 @@ class BatchTracing {
   const BakePlan& plan_;
   const BakeOptions& options_;
   std::span<TraceJournal> journals_;
-  TraceJournal* journal_;  // the one that is written, or null
+  TraceJournal* journal_;  // the journal to append to, or null
   std::uint64_t scene_;
   Shard shard_;
   DecayEstimate* decay_;
-  std::uint64_t next_error_ = 0;  // photons at which the error is estimated again
+  std::uint64_t next_error_ = 0;  // photon count for the next error estimate
   std::vector<std::vector<PhotonRun>> batches_;
   SourceThinning thinning_;
   Assembled assembled_;

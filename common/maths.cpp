@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// sin(x) and cos(x) for |x| <= pi / 4, by their series.
+// Taylor series of sin(x) and cos(x) for |x| <= pi / 4.
 double sin_series(double x) {
   const double x2 = x * x;
   double sum = 0;
@@ -24,13 +24,15 @@ double cos_series(double x) {
   return 1 + sum;
 }
 
-// Radians as quarter turns and a rest within pi / 4 of 0; pi / 2 in two parts, for the rounding.
+// Reduces radians to a number of quarter turns and a rest within pi / 4. pi / 2 has two parts for
+// accuracy.
 struct Quarters {
   std::int64_t count;
   double rest;
 };
 Quarters quarters_of(double radians) {
-  constexpr double kHigh = 0x1.921fb54442d00p0, kLow = 0x1.8469898cc5170p-48;  // their sum: pi / 2
+  // Their sum is pi / 2.
+  constexpr double kHigh = 0x1.921fb54442d00p0, kLow = 0x1.8469898cc5170p-48;
   const double count = std::nearbyint(radians * (2 / kPi));
   return {static_cast<std::int64_t>(count), (radians - count * kHigh) - count * kLow};
 }
@@ -79,8 +81,8 @@ double cos_of(double radians) {
   return ((count + 1) & 2) != 0 ? -value : value;
 }
 
-// asin(x) = x + x^3 P(x^2) / Q(x^2) within 1 / 2, and acos(x) = 2 asin(sqrt((1 - x) / 2)) above.
-// The coefficients are those of Sun Microsystems' fdlibm (e_acos.c, 1993), error below 2^-58.
+// asin(x) = x + x^3 P(x^2) / Q(x^2) up to 1 / 2, and acos(x) = 2 asin(sqrt((1 - x) / 2)) above.
+// Coefficients of Sun Microsystems' fdlibm (e_acos.c, 1993), error below 2^-58.
 double acos_of(double x) {
   const auto asin_near_0 = [](double y) {
     const double z = y * y;

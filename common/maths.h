@@ -1,13 +1,13 @@
-// maths.h: elementary functions that give the same bits on every CPU.
+// maths.h: elementary functions with the same bits on every CPU.
 //
-// The C library's exp, log, pow, sin and cos choose their code by what the CPU can do, and round
-// differently with fused multiply-add than without. Where a result reaches the bake file, or
-// decides which way a photon goes, these are used instead: additions, multiplications, divisions
-// and square roots only, each of which IEEE 754 rounds in one way. (The project is compiled without
-// contraction, and never with -ffast-math.)
+// The C library selects its exp, log, pow, sin and cos by CPU features, and they round differently
+// with and without fused multiply-add. Where a result reaches the bake file or decides a photon's
+// path, these functions are used instead. They consist of additions, multiplications, divisions and
+// square roots, which IEEE 754 rounds in only one way. (The project is compiled without contraction
+// and never with -ffast-math.)
 //
-// The float functions have no branch, so that loops over arrays of them become vector code; the
-// double ones are for tables. Errors stated are the largest found by tests/common/maths_test.cpp.
+// The float functions have no branches, so that loops over arrays are vectorised; the double ones
+// are for tables. The stated errors are the maxima found by tests/common/maths_test.cpp.
 #pragma once
 
 #include <bit>
@@ -18,10 +18,10 @@ namespace clamor {
 
 #define CLAMOR_INLINE [[gnu::always_inline]] inline
 
-// log2(x) for normal x > 0. Error below 2e-7 times the larger of 1 and |log2(x)|, and below 3e-7 of
-// it near 1.
+// log2(x) for normal x > 0. Error below 2e-7 times max(1, |log2(x)|), and relative error below 3e-7
+// near 1.
 //
-// x = 2^e m, sqrt(1/2) <= m < sqrt(2), and log(m) = 2 artanh((m - 1) / (m + 1)).
+// With x = 2^e m and sqrt(1/2) <= m < sqrt(2): log(m) = 2 artanh((m - 1) / (m + 1)).
 CLAMOR_INLINE float log2_of(float x) {
   const std::int32_t bits = std::bit_cast<std::int32_t>(x);
   const std::int32_t exponent = (bits - 0x3f3504f3) >> 23;
@@ -34,15 +34,15 @@ CLAMOR_INLINE float log2_of(float x) {
   return static_cast<float>(exponent) + t * series;
 }
 
-// 2^x, relative error below 2e-7; x is kept within -126 and 126.
+// 2^x, relative error below 2e-7; x is clamped to [-126, 126].
 //
-// 2^x = 2^n 2^f, |f| <= 1/2, by the series of exp(f ln 2).
+// With x = n + f and |f| <= 1/2: 2^x = 2^n 2^f, by the Taylor series of exp(f ln 2).
 CLAMOR_INLINE float exp2_of(float x) {
   x = x < -126 ? -126 : x;
   x = x > 126 ? 126 : x;
-  const float n = (x + 12582912.0f) - 12582912.0f;  // to the nearest integer
+  const float n = (x + 12582912.0f) - 12582912.0f;  // rounds to the nearest integer
   const float f = x - n;
-  const float f2 = f * f;  // Estrin's order: half as deep as Horner's
+  const float f2 = f * f;  // Estrin's scheme, half as deep as Horner's
   const float series =
       ((1.0f + f * 0.693147181f) + f2 * (0.240226507f + f * 5.55041087e-2f)) +
       f2 * f2 *
@@ -51,14 +51,14 @@ CLAMOR_INLINE float exp2_of(float x) {
   return series * std::bit_cast<float>(scale);
 }
 
-// sin and cos of a turn's share u in [0, 1]: of 2 pi u. Absolute error below 1.5e-7.
+// sin and cos of 2 pi u for u in [0, 1]. Absolute error below 1.5e-7.
 struct SinCos {
   float sin, cos;
 };
 CLAMOR_INLINE SinCos sin_cos_of_turn(float u) {
   const float quarters = u * 4;
   const float k = (quarters + 12582912.0f) - 12582912.0f;
-  const float r = quarters - k;  // of a quarter turn, |r| <= 1/2
+  const float r = quarters - k;  // in quarter turns, |r| <= 1/2
   const float r2 = r * r;
   const float s =
       r *
@@ -74,8 +74,8 @@ CLAMOR_INLINE SinCos sin_cos_of_turn(float u) {
   return {(quadrant & 2) != 0 ? -sine : sine, ((quadrant + 1) & 2) != 0 ? -cosine : cosine};
 }
 
-// The same in double, relative error below 1e-15 (1e-14 for power, times |exponent log2(base)|
-// where that is larger than 10). For tables; not for inner loops.
+// Double precision, relative error below 1e-15 (for power: 1e-14 times max(1, |exponent log2(base)|
+// / 10)). For tables, not for inner loops.
 double log2_of(double x);  // x > 0
 double exp2_of(double x);  // 0 below -1022
 double exp_of(double x);

@@ -1,7 +1,6 @@
-// maths_lanes-inl.h: functions of maths.h in every lane of a vector, to the same bits.
+// maths_lanes-inl.h: functions of maths.h for Highway vectors, with the same bits.
 //
-// For Highway's kernels, which compile it once per instruction set; hence no include guard of the
-// usual kind.
+// Compiled once per instruction set; hence the unusual include guard.
 #if defined(CLAMOR_COMMON_MATHS_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef CLAMOR_COMMON_MATHS_LANES_INL_H
 #undef CLAMOR_COMMON_MATHS_LANES_INL_H
@@ -41,7 +40,7 @@ HWY_INLINE V exp2_of(D d, V x) {
   const hn::RebindToSigned<D> di;
   x = hn::Max(x, hn::Set(d, -126.0f));
   const auto magic = hn::Set(d, 12582912.0f);
-  const auto n = hn::Sub(hn::Add(x, magic), magic);  // to the nearest integer
+  const auto n = hn::Sub(hn::Add(x, magic), magic);  // rounds to the nearest integer
   const auto f = hn::Sub(x, n);
   const auto f2 = hn::Mul(f, f);
   const auto pair = [&](float a, float b) {

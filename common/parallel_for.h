@@ -1,4 +1,4 @@
-// parallel_for.h: work on many things that do not depend on each other, on all cores.
+// parallel_for.h: a loop whose iterations run on several threads.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +9,9 @@
 
 namespace clamor {
 
-// Calls act(first, end) for parts of 0 to `count`, of `together` each, every one once, on that many
-// threads, this one included; 0: on as many as there are cores. Returns when all are done.
+// Calls act(first, end) for consecutive parts of [0, count), each of at most `grain` indices, on
+// `threads` threads including the calling one (0: one per core). Returns when all calls have
+// returned. act() must not throw.
 template <class Act>
 void parallel_for(std::size_t count, std::size_t together, unsigned threads, const Act& act) {
   std::atomic<std::size_t> next{0};

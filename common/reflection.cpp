@@ -22,19 +22,19 @@ Vec3 around(const Vec3& axis, double cos_a, double turn) {
 
 double fourth_power(double x) { return x * x * x * x; }
 
-// The mean of (a + b cos phi) / mu, kept between 0 and 1, round a ring: b >= 0, |a| <= mu.
+// Mean of clamp((a + b cos phi) / mu, 0, 1) over phi, for b >= 0 and |a| <= mu.
 double ring_albedo(double a, double b, double mu) {
   if (b <= 0) return std::clamp(a / mu, 0.0, 1.0);
   const double cos_full = std::clamp((mu - a) / b, -1.0, 1.0);
   const double cos_empty = std::clamp(-a / b, -1.0, 1.0);
-  const double full = acos_of(cos_full), empty = acos_of(cos_empty);  // 1 up to, 0 beyond this phi
+  const double full = acos_of(cos_full), empty = acos_of(cos_empty);  // 1 below, 0 above this phi
   const double between = a * (empty - full) + b * (std::sqrt(1 - cos_empty * cos_empty) -
                                                    std::sqrt(1 - cos_full * cos_full));
   return (full + between / mu) / std::numbers::pi;
 }
 
-// Nodes and weights on [0, 1]: Gauss and Legendre's twelve (Abramowitz and Stegun, table 25.4),
-// drawn towards both ends, where what is integrated has its roots.
+// Quadrature on [0, 1]: twelve Gauss-Legendre nodes (Abramowitz and Stegun, table 25.4),
+// transformed to cluster at both ends, where the integrand has its roots.
 struct Rule {
   static constexpr std::size_t kNodes = 12;
   std::array<double, kNodes> at{}, weight{};
@@ -56,14 +56,15 @@ constexpr Rule make_rule() {
 }
 
 // E(i) for cos i = mu, within 5e-6: the mean of [cos o > 0] min(1, cos o / cos i) over directions
-// drawn from the lobe. In closed form round each ring of the lobe; over rings by Gauss's rule, in
-// the share of the lobe's power that lies outside a ring, where the exponent is only a change of
-// variable. It is smooth but for the ring that first goes below the surface, 90 degrees - i from
-// the lobe's axis, and the last that anywhere rises above i, at 2 i.
+// sampled from the lobe. The integral around each ring of the lobe has a closed form. The one over
+// rings uses Gaussian quadrature in the share of the lobe's power outside the ring, which removes
+// the exponent. The integrand is smooth except at the first ring that crosses the horizon, 90
+// degrees - i from the lobe's axis, and the last ring that reaches above i, at 2 i.
 double lobe_albedo(double exponent, double mu) {
   static constexpr Rule kRule = make_rule();
   const double sin_i = std::sqrt(1 - mu * mu);
-  const double sinks = sin_i, rises = std::max(2 * mu * mu - 1, 0.0);  // cosines of these
+  // Cosines of these two angles.
+  const double sinks = sin_i, rises = std::max(2 * mu * mu - 1, 0.0);
   const std::array<double, 4> shares = {0, power(std::min(sinks, rises), exponent + 1),
                                         power(std::max(sinks, rises), exponent + 1), 1};
   double sum = 0;
@@ -79,7 +80,7 @@ double lobe_albedo(double exponent, double mu) {
   return sum;
 }
 
-// Exponents to three digits, from a thousandth on: half a percent is 0.02 dB of a lobe's height.
+// Rounds exponents to three digits, at least 0.001: half a percent is 0.02 dB of a lobe's height.
 float three_digits(float exponent) {
   const double exact = std::max(static_cast<double>(exponent), 1e-3);
   double scale = 1;
@@ -103,9 +104,9 @@ PhongLobe::PhongLobe(double exponent) : exponent_(exponent) {
     const double lost = (1 - static_cast<double>(albedo_[k])) / (1 - least_albedo_);
     loss_slope_ = std::min(loss_slope_, -std::numbers::ln2 * log2_of(lost) / (root * root));
   }
-  loss_slope_ *= 0.99;  // between cells
+  loss_slope_ *= 0.99;  // margin between cells
 
-  // Cells of the compensation term, (1 - E) mu dmu = (1 - E) d(mu^2) / 2, trapezoidal.
+  // Trapezoidal integral of the compensation term, (1 - E) mu dmu = (1 - E) d(mu^2) / 2.
   double lost = 0;
   std::array<double, kCells + 1> cumulative{};
   for (std::size_t k = 1; k <= kCells; ++k) {
@@ -161,8 +162,8 @@ ReflectionLaws::ReflectionLaws(std::span<const Material> materials) {
     for (std::size_t b = 0; b < kBandCount; ++b) {
       law.lobe[b] = lobes_.of(material, b);
       law.scattering[b] = law.lobe[b] != nullptr ? material.scattering[b] : 1;
-      // The compensation term never exceeds Lambert's (1 / pi) (1 - 0.5)^2 / (1 - mE) cos o; mE is
-      // at least 0.5, and its factors are largest at grazing angles, where cos o is small.
+      // The compensation term never exceeds Lambert's: (1 / pi) (1 - 0.5)^2 / (1 - mE) cos o, where
+      // mE is at least 0.5 and the factors peak at grazing angles, where cos o is small.
       double peak = law.scattering[b] / std::numbers::pi;
       if (law.lobe[b] != nullptr)
         peak += (1 - law.scattering[b]) *
@@ -189,7 +190,7 @@ Bands ReflectionLaws::density(std::size_t material, double cos_i, double cos_o,
   if (cos_o <= 0) return result;
   const Law& law = laws_[material];
   const PhongLobe* previous = nullptr;
-  double lobe = 0;  // bands of one exponent share the evaluation
+  double lobe = 0;  // shared by bands of the same exponent
   for (std::size_t b = 0; b < kBandCount; ++b) {
     double density = law.scattering[b] * cos_o / std::numbers::pi;
     if (law.lobe[b] != nullptr) {

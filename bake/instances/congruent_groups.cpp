@@ -15,7 +15,7 @@ namespace clamor {
 namespace {
 
 constexpr double kPlace_m = 5e-4, kAxis = 1e-4, kGain = 1e-4, kStart_s = 2e-6;
-constexpr std::size_t kMostModels = 64;  // of groups that could be alike until one looks closely
+constexpr std::size_t kMostModels = 64;  // hash matches to compare in full
 constexpr std::uint32_t kUnset = 0xffffffff;
 
 std::uint64_t mixed(std::uint64_t hash, std::uint64_t value) {
@@ -23,8 +23,8 @@ std::uint64_t mixed(std::uint64_t hash, std::uint64_t value) {
   return hash ^ hash >> 29;
 }
 
-// Of what congruent groups have in common to the bit: how many they are, their directivities, and
-// who plays the same as whom.
+// Hash of the exact invariants of congruent groups: emitter count, directivities, and which
+// emitters share a signal.
 std::uint64_t hash_of(std::span<const Emitter> emitters, std::vector<std::uint32_t>& first_use) {
   std::uint64_t hash = mixed(0, emitters.size());
   std::uint32_t signals = 0;
@@ -45,7 +45,7 @@ Vec3 middle_of(std::span<const Emitter> emitters) {
   return sum / static_cast<double>(emitters.size());
 }
 
-// The turn and the scale that lead from one frame to the other, if that is all there is to it.
+// Finds the rotation and uniform scale between two frames; false if the transform has other parts.
 bool find_turn(const SceneGroup& model, const SceneGroup& group, Instance& copy) {
   if (!(std::abs(glm::determinant(model.axes)) > 1e-30)) return false;
   const Matrix way = group.axes * glm::inverse(model.axes);
@@ -62,7 +62,7 @@ bool find_turn(const SceneGroup& model, const SceneGroup& group, Instance& copy)
   return true;
 }
 
-// As find_congruent_groups() promises, or not at all.
+// The instance transform if the groups are congruent within the tolerances, otherwise nothing.
 std::optional<Instance> copy_of(std::span<const Emitter> model, std::span<const Emitter> group,
                                 Instance copy, std::vector<std::uint32_t>& map) {
   const Matrix turn = Placement{}.then(copy).rotation;

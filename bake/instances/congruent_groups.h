@@ -1,15 +1,15 @@
-// congruent_groups.h: which groups of a level's emitters are the same but for where they are.
+// congruent_groups.h: finds groups of emitters that are transformed copies of each other.
 //
-// Two groups are congruent if the n-th emitter of one is the n-th of the other: turned and moved,
-// perhaps made smaller, louder by one factor, later by one offset, with one substitution of
-// signals, and with the same directivity. What a designer repeats comes in the same order, so no
-// matching is needed. How the groups lie to each other follows from their nodes; it is then checked
-// emitter by emitter, as a reader of the file will place them:
+// Two groups are congruent if the n-th emitter of one matches the n-th of the other under a rigid
+// transform, a uniform scale of at most 1, one gain factor, one time offset and one substitution of
+// signals, with equal directivities. Repeated objects list their emitters in the same order, so no
+// matching is needed. The transform follows from the groups' nodes and is then verified emitter by
+// emitter, as a reader of the file will place them, to
 //
 //   position   0.5 mm, an eighth of the file's step      axis   1e-4 rad, below the file's 2.6e-4
 //   gain       1e-4 of it, 0.001 dB                      start  2 us, a tenth of a sample
 //
-// A mirrored group is no copy, nor is one that is larger.
+// Mirrored and enlarged groups are not congruent.
 #pragma once
 
 #include <cstddef>
@@ -24,10 +24,10 @@
 
 namespace clamor {
 
-// Signal maps as a bake file has them, each kept once.
+// The unique signal substitutions of a bake file.
 class SignalMaps {
  public:
-  // Its number; that of no map where nothing is replaced.
+  // Index of the map, added if new; kSameSignals for the identity.
   std::uint32_t number_of(const std::vector<std::uint32_t>& map);
   const std::vector<std::vector<std::uint32_t>>& all() const { return maps_; }
 
@@ -36,16 +36,17 @@ class SignalMaps {
   std::map<std::vector<std::uint32_t>, std::uint32_t> numbers_;
 };
 
-// What a group is a copy of: itself, where it is the first of its kind.
+// The prototype of a group and the transform from it. A prototype refers to itself.
 struct Congruence {
-  std::size_t model = 0;  // a group that is a model itself
-  Instance copy{};        // of its emitters; no tree or numbers yet
+  std::size_t model = 0;  // a group that is a prototype
+  Instance copy{};        // transform of the emitters; tree, u and emitter offset are unset
 };
 
-// Which of a kind comes first, and so is the model.
+// Which of the congruent groups becomes the prototype.
 enum class PrototypeIs { kFirstInList, kFirstToSound };
 
-// One for each group. A copy is never earlier, in what makes it a model, than its model is.
+// Returns one entry per group. A prototype comes before its instances in the order that
+// `prototype_is` names.
 std::vector<Congruence> find_congruent_groups(const Level& level, const SceneGroups& groups,
                                               PrototypeIs model_is, SignalMaps& maps);
 

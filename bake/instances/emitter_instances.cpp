@@ -17,17 +17,18 @@ namespace clamor {
 
 namespace {
 
-// Bytes in a file: of an emitter in a page and in the table, of a copy in the table, and of a tree
-// beside what is in it.
+// File size estimates in bytes: an emitter in a page and in the table, an instance in the table,
+// and the overhead of a tree.
 constexpr double kEmitterBytes = 6, kListedBytes = 150, kListedCopyBytes = 72, kTreeBytes = 400;
-// Measured with 2000 voices amid 65536 fans (copies_benchmark): copies of 4, 8, 16, 64 and 256 fans
-// take the sampler 1.4, 2.2, 1.4, 1.2 and 0.6 times as long as the fans alone.
+// Minimum group size. Measured with 2000 voices amid 65536 fans (instances_benchmark): instances of
+// 4, 8, 16, 64 and 256 fans take the sampler 1.4, 2.2, 1.4, 1.2 and 0.6 times as long as the fans
+// alone.
 constexpr std::size_t kFewestEmitters = 16;
 constexpr std::size_t kMostVariants = 8;
-constexpr std::uint32_t kVariant = 0xc0b1e7;  // use of the generator
+constexpr std::uint32_t kVariant = 0xc0b1e7;  // random number stream
 constexpr std::uint32_t kNotStored = 0xffffffff;
 
-// Two copies of one variant choose alike, so few copies need few variants.
+// Instances of the same variant select alike, so few instances need few variants.
 std::size_t variants_for(std::size_t copies) {
   return std::clamp<std::size_t>(copies / 2, 2, kMostVariants);
 }
@@ -77,13 +78,13 @@ class Copier {
   }
 
  private:
-  // What a group is made of: emitters of its own, and copied groups.
+  // The contents of a group: its own emitters and instanced groups.
   struct Items {
     std::vector<std::uint32_t> emitters;
     std::vector<std::size_t> groups;
   };
 
-  // Children of each, found from the order of the groups: those within come first.
+  // Finds the children of each group. Inner groups precede the group that contains them.
   void nest() {
     children_.resize(groups_.size());
     for (std::size_t g = 0; g < groups_.size(); ++g) {
@@ -100,10 +101,10 @@ class Copier {
       number_in_kind_[g] = kind_size_[found_[g].model]++;
   }
 
-  // Which kinds are worth copying, the small ones first, as large ones are made of them.
+  // Decides which prototypes save space, small ones first, because large ones contain them.
   void decide() {
     copied_.assign(groups_.size(), false);
-    std::vector<double> bytes(groups_.size());  // in a page of whoever it is in
+    std::vector<double> bytes(groups_.size());  // size of each group in the page of its parent
     std::vector<std::size_t> by_size(groups_.size());
     std::iota(by_size.begin(), by_size.end(), 0u);
     std::stable_sort(by_size.begin(), by_size.end(), [&](std::size_t a, std::size_t b) {
@@ -118,7 +119,7 @@ class Copier {
       }
       return sum + kEmitterBytes * static_cast<double>(groups_[group].size() - below);
     };
-    // Groups of one size, models before any that is larger.
+    // All groups of one size, before any larger one.
     for (std::size_t from = 0; from < by_size.size();) {
       std::size_t to = from;
       while (to < by_size.size() && groups_[by_size[to]].size() == groups_[by_size[from]].size())
@@ -176,7 +177,7 @@ class Copier {
     return items;
   }
 
-  // Those that are in the level, however deep, each after those in it.
+  // The prototypes used at any depth, inner ones first.
   std::vector<std::size_t> models_used(const Items& top) const {
     std::vector<bool> used(groups_.size(), false);
     std::vector<std::size_t> waiting = top.groups;
@@ -197,7 +198,7 @@ class Copier {
     return models;
   }
 
-  // A copy of the variant that its turn is.
+  // An instance of the group; `turn` selects the variant.
   Instance instance_of(std::size_t group, std::size_t turn) const {
     const Congruence& found = found_[group];
     Instance copy = found.copy;
@@ -205,7 +206,7 @@ class Copier {
                                            turn % variants_for(kind_size_[found.model]));
     if (reflected_) {
       copy.emitters = static_cast<std::uint32_t>(groups_[group].first - groups_[found.model].first);
-      copy.delay_s = 0;  // the table's is its own
+      copy.delay_s = 0;  // the emitter table holds each emitter's own delay
     }
     return copy;
   }
@@ -241,9 +242,9 @@ class Copier {
   SignalMaps maps_;
   std::vector<Congruence> found_;
   std::vector<std::vector<std::size_t>> children_;
-  std::vector<std::size_t> top_;  // groups that are in no other
+  std::vector<std::size_t> top_;  // groups without a parent
   std::vector<std::size_t> number_in_kind_, kind_size_, first_tree_;
-  std::vector<bool> copied_;  // per model: whether its kind is
+  std::vector<bool> copied_;  // per prototype
 };
 
 }  // namespace

@@ -1,14 +1,12 @@
-// emitter_instances.h: the emitters of a level as sources, those of repeated groups as copies.
+// emitter_instances.h: turns a level's emitters into sources and instances of repeated groups.
 //
-// Of groups that are congruent (congruent_groups.h) one is stored as a tree of its own, in a few
-// variants of its permanent numbers, and the others are copies of it, copies within them too. That
-// is done where it makes the file smaller: a copy takes 144 bytes, an emitter some 6 in a page and
-// 150 in the table, and each variant is stored whole. So a group is copied if it is large enough
-// and there are enough.
+// One of several congruent groups (congruent_groups.h), the prototype, is stored as a tree in a few
+// variants that differ in u. The others become instances of it, and groups may be nested.
+// Instancing is applied where it makes the file smaller: an instance takes 144 bytes, an emitter
+// some 6 bytes in a page and 150 in the table, and each variant is stored in full.
 //
-// Reflections of an emitter name it in the emitter table, so where there are any the table keeps
-// every emitter and copies point to their own. Where nothing reflects, the table has only those
-// that are stored.
+// Reflections refer to their emitter in the emitter table. With reflections the table therefore
+// holds every emitter, and instances refer to theirs; without, it holds only the stored ones.
 #pragma once
 
 #include <cstdint>
@@ -22,20 +20,22 @@
 namespace clamor {
 
 struct EmitterInstances {
-  std::vector<SourceOctree> trees;  // each may copy those before it
-  std::vector<PageEntry> tops;      // theirs
+  std::vector<SourceOctree> trees;  // a tree may contain instances of earlier trees
+  std::vector<PageEntry> tops;      // root entries of the trees
   std::vector<std::vector<std::uint32_t>> signal_maps;
-  std::vector<Instance> instances;     // in the level's own tree
-  std::vector<std::uint32_t> alone;    // emitters in no copy, by their numbers in the level
-  std::vector<std::uint32_t> numbers;  // of each emitter of the level in the table, if it is in it
+  std::vector<Instance> instances;     // of the level's own tree
+  std::vector<std::uint32_t> alone;    // level indices of emitters outside all instances
+  std::vector<std::uint32_t> numbers;  // table index of each emitter of the level, if it has one
   std::vector<Emitter> table;
 
-  std::size_t groups = 0, models = 0;  // that are copies, also within others, and of how many
-  std::uint64_t emitters = 0;          // in these
-  std::uint64_t stored = 0;            // of which there are sources in the models
+  // Number of instanced groups, nested ones included, and of their prototypes.
+  std::size_t groups = 0, models = 0;
+  std::uint64_t emitters = 0;  // emitters in instanced groups
+  std::uint64_t stored = 0;    // emitters stored in prototypes
 };
 
-// `reflected`: whether sources will name emitters. A function of level, groups and seed.
+// `reflected`: whether secondary sources will refer to emitters. The result depends on level,
+// groups and seed alone.
 EmitterInstances instance_emitters(const Level& level, const SceneGroups& groups, bool reflected,
                                    std::uint64_t seed);
 

@@ -15,7 +15,7 @@ namespace clamor {
 
 namespace {
 
-constexpr std::uint32_t kChoice = 0xc0b1e5, kNumber = 0xc0b1e6;  // uses of the generator
+constexpr std::uint32_t kChoice = 0xc0b1e5, kNumber = 0xc0b1e6;  // random number streams
 
 double power_of(const Source& source) {
   return std::accumulate(source.power.begin(), source.power.end(), 0.0);
@@ -25,21 +25,21 @@ double power_of(const Instance& instance, std::span<const PageEntry> trees) {
   return static_cast<double>(instance.gain) * instance.gain * total_power(trees[instance.tree]);
 }
 
-// Where most of a copy is: its tree may be far from the tree's origin.
+// Centre of an instance's bounds, which may be far from its origin.
 Vec3 middle_of(const Instance& instance, std::span<const PageEntry> trees) {
   const PageEntry& tree = trees[instance.tree];
   return Placement{}.then(instance).outside(Vec3(tree.low_m + tree.high_m) / 2.0);
 }
 
-// The first of the points 0, 1/2, 1/4, 3/4, 1/8, 5/8, ... (J. G. van der Corput, 1935) that lies in
-// [from, from + length) of a circle of length 1, counted from 1.
+// Index, from 1, of the first point of the van der Corput sequence 0, 1/2, 1/4, 3/4, 1/8, ... (J.
+// G. van der Corput, 1935) in [from, from + length) on a circle of length 1.
 std::uint64_t first_hit(double from, double length) {
   constexpr int kFinest = 50;
   for (int level = 0; level <= kFinest; ++level) {
     const double points = std::ldexp(1.0, level);
     const double next = std::ceil(from * points);
     if (next >= (from + length) * points) continue;
-    // No coarser point is in there, so this is an odd one: its bits turned round are its place.
+    // The interval holds no coarser point, so the index is odd; its reversed bits are the position.
     auto odd = static_cast<std::uint64_t>(next) & ((1ull << level) - 1);
     std::uint64_t place = 0;
     for (int bit = 0; bit < level; ++bit, odd >>= 1) place = place << 1 | (odd & 1);
@@ -48,8 +48,8 @@ std::uint64_t first_hit(double from, double length) {
   return (1ull << kFinest) + 1;
 }
 
-// The chance that one of the first `count` points, all turned by the same random angle, hits an arc
-// of this length: they part the circle into gaps of two sizes.
+// Probability that one of the first `count` points, all rotated by the same random angle, falls
+// into an arc of this length. The points divide the circle into gaps of two sizes.
 double chance_of_hit(std::uint64_t count, double length) {
   if (count == 0) return 0;
   const int level = std::bit_width(count) - 1;
@@ -59,14 +59,15 @@ double chance_of_hit(std::uint64_t count, double length) {
   return 2 * halved * std::min(gap / 2, length) + whole * std::min(gap, length);
 }
 
-// Calls set(i, u) for each. Sources lie on a circle as arcs of their shares of power, along the
-// curve; the n-th point of the sequence, turned by a random angle, picks the one with the n-th
-// highest key, as good as. So the highest of each number of keys stand for equal shares of power,
-// spread over the place, however few they are: the error of a copy of m chosen sources falls as
-// 1 / m, where independent numbers would leave 1 / sqrt(m), alike in all copies of a variant.
+// Calls set(i, u) for each source. Sources are arcs of a circle, in Morton order, with lengths
+// proportional to their power. The n-th point of the rotated van der Corput sequence selects the
+// source of approximately the n-th highest key. The sources with the m highest keys therefore
+// represent equal shares of power, spread over the prototype, for every m: the error of m chosen
+// sources falls as 1 / m, where independent u give 1 / sqrt(m), alike in all instances of a
+// variant.
 //
-// u is the chance that an arc as long would have been hit by then, so it is uniform: and as the
-// first point gives P_i / P, exactly one key is above P.
+// u is the probability that an arc of this length would have been hit by then, so it is uniform.
+// The first point gives P_i / P, so exactly one key exceeds P.
 template <class Set>
 void draw(const std::vector<double>& powers, const std::vector<Vec3>& places, std::uint64_t seed,
           const Set& set) {
@@ -128,7 +129,7 @@ void draw_instance_u(std::span<Instance> instances, std::uint64_t seed) {
 SourceOctree instance_tree(std::vector<Instance> instances, std::span<const PageEntry> trees) {
   SourceOctree tree;
   if (instances.empty()) return tree;
-  // Halved along the longest edge, eight parts at a time, breadth first.
+  // The tree is built breadth first by median splits along the longest edge, eight parts at a time.
   struct Part {
     std::size_t first, count;
   };

@@ -1,7 +1,7 @@
-// instance_tree.h: trees that are made to be copied, and trees that are made of copies.
+// instance_tree.h: builds prototype trees and trees of instances.
 //
-// instance.h says what a copy is, and why a copied tree needs a representative: exactly one key
-// above the tree's power, drawn with probability proportional to power.
+// An instanced tree needs a representative (instance.h): exactly one source whose key exceeds the
+// tree's total power, drawn with probability proportional to power.
 #pragma once
 
 #include <cstdint>
@@ -13,30 +13,30 @@
 
 namespace clamor {
 
-// New permanent numbers for sources that shall be copied: one of them, drawn by power, has a key
-// above the power of all; the others have none. Each u is uniform in (0, 1] by itself. A function
-// of the powers and the seed; another seed makes another variant.
+// Draws u of a prototype's sources. One source, drawn by power, gets a key above the total power
+// and the others get lower keys; each u by itself is uniform in (0, 1]. Another seed makes another
+// variant.
 void draw_prototype_u(std::span<Source> sources, std::uint64_t seed);
 
-// The same for copies of trees, by `number`. `trees` are the tops of those that the bake has.
+// Draws u of a prototype that consists of instances. `trees` are the root entries of all trees.
 void draw_prototype_u(std::span<Instance> instances, std::span<const PageEntry> trees,
                       std::uint64_t seed);
 
-// The same for a tree of both: one of all has a key above the power of all.
+// Draws u of a prototype of sources and instances; one key of all exceeds the total power.
 void draw_prototype_u(std::span<Source> sources, std::span<Instance> instances,
                       std::span<const PageEntry> trees, std::uint64_t seed);
 
-// Numbers of copies that are not copied themselves: uniform in (0, 1].
+// Draws independent u, uniform in (0, 1], for instances outside prototypes.
 void draw_instance_u(std::span<Instance> instances, std::uint64_t seed);
 
-// A tree of copies alone, at most kMaxInstances in a node, neighbours together.
+// Builds a tree of instances, at most kMaxInstances per node, neighbours together.
 SourceOctree instance_tree(std::vector<Instance> instances, std::span<const PageEntry> trees);
 
-// `octree` and copies beside it, as one tree. Either may be empty.
+// Joins `octree` and a tree of the instances under a new root. Either may be empty.
 SourceOctree with_instances(SourceOctree octree, std::vector<Instance> instances,
                             std::span<const PageEntry> trees);
 
-// What is known of a tree before it is written: its summary and how many sources it has.
+// The page entry of a tree's root before the tree is written: its summary and source count.
 PageEntry root_entry(const SourceOctree& octree, std::span<const PageEntry> trees);
 
 }  // namespace clamor

@@ -22,10 +22,10 @@ constexpr std::array<char, 8> kJournalMagic = {'C', 'L', 'A', 'M', 'O', 'R', 'T'
 constexpr std::uint32_t kJournalVersion = 1;
 constexpr std::uint32_t kRecordMagic = 0x6e757254;  // "Trun"
 constexpr std::uint64_t kMostRecordBytes = std::uint64_t{1} << 30;
-// Each sync takes 0.4 to 20 ms, by the disk, and there are 40 batches a second: this costs 2 % at
-// most where a sync of every batch costs 5 % to two thirds.
+// A sync takes 0.4 to 20 ms, depending on the disk, and there are some 40 batches per second. One
+// sync per second costs at most 2 %; one per batch costs 5 to 67 %.
 constexpr auto kSyncEvery = std::chrono::seconds(1);
-constexpr std::uint64_t kMostRatio = 4000;  // of a zstd frame we would have written
+constexpr std::uint64_t kMostRatio = 4000;  // maximum compression ratio of our zstd frames
 
 struct FileHeader {
   std::array<char, 8> magic = kJournalMagic;
@@ -37,7 +37,7 @@ struct RecordHeader {
   std::uint32_t magic = kRecordMagic, count = 0;
   std::uint64_t packed_bytes = 0, unpacked_bytes = 0;
   std::uint64_t frame_hash = 0;
-  std::uint64_t header_hash = 0;  // of the 32 bytes before
+  std::uint64_t header_hash = 0;  // of the preceding 32 bytes
 };
 static_assert(sizeof(RecordHeader) == 40);
 
@@ -46,7 +46,7 @@ std::span<const std::byte> bytes_of(const T& value) {
   return std::as_bytes(std::span(&value, 1));
 }
 
-// A header whose hash is right, and what it says possible.
+// Parses a header; nothing if its hash or one of its values is invalid.
 std::optional<RecordHeader> checked(std::span<const std::byte, sizeof(RecordHeader)> raw,
                                     std::uint64_t bytes_left) {
   RecordHeader header;
@@ -101,7 +101,7 @@ Result<void> JournalFile::open(const std::string& path) {
                  ": is no journal of a bake, and is left alone; remove it, or choose "
                  "another output");
   }
-  // A crash may have cut the header short, if it was written at all.
+  // A crash may have left a new file empty or its header incomplete.
   if (bytes_ < sizeof header) {
     if (!cut(0) || !write_at(0, bytes_of(header)) || !sync_file())
       return Error(path + ": cannot be written (" + reason() +
@@ -116,7 +116,7 @@ Result<void> JournalFile::open(const std::string& path) {
 Result<void> JournalFile::open_to_read(const std::string& path) {
   path_ = path;
   only_read_ = true;
-  // Without O_NONBLOCK, opening a pipe would wait for its writer.
+  // O_NONBLOCK: opening a pipe must not wait for its writer.
   descriptor_ =
       retry_on_eintr([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
   struct stat status {};
@@ -157,7 +157,7 @@ bool JournalFile::write_at(std::uint64_t offset, std::span<const std::byte> data
       return ::pwrite(descriptor_, data.data() + done, data.size() - done,
                       static_cast<off_t>(offset + done));
     });
-    if (put == 0) errno = ENOSPC;  // no room for a byte, and the file system does not say so
+    if (put == 0) errno = ENOSPC;  // disk full, on file systems that do not report it
     if (put <= 0) return false;
     done += static_cast<std::size_t>(put);
   }
@@ -168,7 +168,7 @@ bool JournalFile::cut(std::uint64_t length) const {
   return retry_on_eintr([&] { return ::ftruncate(descriptor_, static_cast<off_t>(length)); }) == 0;
 }
 
-// From here on what is written survives a power cut.
+// Makes all previous writes survive a power cut.
 bool JournalFile::sync_file() {
   if (retry_on_eintr([&] { return ::fdatasync(descriptor_); }) != 0) return false;
   synced_bytes_ = bytes_;
@@ -176,7 +176,7 @@ bool JournalFile::sync_file() {
   return true;
 }
 
-// Right after a write or sync that failed.
+// Error message for errno; call right after a failed write or sync.
 Error JournalFile::unwritten() const {
   return Error(path_ + ": the journal cannot be written (" + reason() +
                "); what was traced before is kept. Free some space and run the same command "
@@ -229,7 +229,7 @@ Result<std::uint64_t> JournalFile::append(std::uint32_t count, std::span<const s
   if (!write_at(bytes_, bytes_of(header)) || !write_at(bytes_ + sizeof header, frame) ||
       !sync_now_and_then()) {
     const Error error = unwritten();
-    (void)cut(bytes_);  // or the next to open it cuts it
+    (void)cut(bytes_);  // if this fails too, the next open() truncates the record
     return error;
   }
   const std::uint64_t record = bytes_;

@@ -1,9 +1,9 @@
-// journal_file.h: a file of records that only grows, and survives whatever stops its writer.
+// journal_file.h: an append-only file of records that survives crashes of its writer.
 //
-// 16 bytes "CLAMORTJ", version; then records: a header of 40 bytes, then one zstd frame. Each is
-// checked by xxHash3 when it is used. It is synced once a second: a power cut loses no more than
-// that, and the new file's name not. What a record says is its user's (trace_journal.h); here it
-// has a count and bytes.
+// The file starts with 16 bytes ("CLAMORTJ" and the version). Each record has a header of 40 bytes
+// and one zstd frame, both verified by xxHash3 when read. The file is synced once per second, so a
+// power cut loses at most one second; the name of a new file is synced at once. A record consists
+// of a count and bytes; trace_journal.h defines their meaning.
 //
 // Threads: one at a time. Memory: one record.
 #pragma once
@@ -24,7 +24,7 @@ class JournalFile {
  public:
   struct Record {
     std::uint32_t count = 0;
-    std::span<const std::byte> bytes;  // valid until another is read
+    std::span<const std::byte> bytes;  // valid until the next read()
   };
 
   JournalFile() = default;
@@ -32,34 +32,37 @@ class JournalFile {
   JournalFile(const JournalFile&) = delete;
   JournalFile& operator=(const JournalFile&) = delete;
 
-  // Makes the file or opens what is there, for this process alone; refuses what is no journal.
+  // Creates or opens the file and locks it against other processes. Fails on files that are no
+  // journal.
   Result<void> open(const std::string& path);
 
-  // Nothing is made, cut off or locked.
+  // Opens an existing file without creating, truncating or locking it.
   Result<void> open_to_read(const std::string& path);
 
   const std::string& path() const { return path_; }
   std::uint64_t bytes() const { return bytes_; }
 
-  // Where the first record begins, and the one after the record that begins there, were it there.
+  // Offset of the first record, and of the successor of the record at `offset`; nothing at the end
+  // of the file.
   static std::uint64_t first();
   std::optional<std::uint64_t> after(std::uint64_t offset) const;
 
-  // The record that begins there; none if it is damaged.
+  // The record at `offset`, or nothing if it is damaged.
   std::optional<Record> read(std::uint64_t offset);
 
-  // Adds a record and says where it begins. On failure (a full disk) the file is what it was.
+  // Appends a record and returns its offset. On failure (a full disk) the file keeps its old
+  // contents.
   Result<std::uint64_t> append(std::uint32_t count, std::span<const std::byte> bytes);
 
-  // Nothing from there on counts: a crash left it incomplete.
+  // Removes an incomplete record at `offset` and everything after it.
   Result<void> truncate_at(std::uint64_t offset);
 
-  // What was added is on the disk: done at every second anyway, and when the file is closed, but
-  // only this says whether it worked.
+  // Forces all appended records to disk. The journal does so once per second and when closed, but
+  // only this call reports errors.
   Result<void> sync();
 
-  // Leaves only these records, ascending, if that is less than half of the file. To be done last:
-  // the file that is open is then another.
+  // Rewrites the file with only these records (ascending offsets) if that halves its size. No other
+  // call may follow, because the open file is then the replaced one.
   Result<void> keep_only(std::span<const std::uint64_t> records);
 
  private:
@@ -76,7 +79,7 @@ class JournalFile {
   bool only_read_ = false;
   std::uint64_t bytes_ = 0, synced_bytes_ = 0;
   Clock::time_point last_sync_ = Clock::now();
-  std::uint64_t read_record_ = 0;  // what `unpacked_` holds; 0: nothing
+  std::uint64_t read_record_ = 0;  // offset of the record in `unpacked_`; 0: none
   std::uint32_t read_count_ = 0;
   std::vector<std::byte> unpacked_;
 };

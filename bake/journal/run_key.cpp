@@ -11,7 +11,7 @@ namespace clamor {
 
 namespace {
 
-// Goes up whenever the tracer's results change, so that older journals no longer match.
+// Increment whenever the tracer's results change, so that older journals no longer match.
 constexpr std::uint64_t kTraceVersion = 1;
 
 class Hasher {

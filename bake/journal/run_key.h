@@ -1,7 +1,8 @@
-// run_key.h: all that a run of photons depends on, in one number.
+// run_key.h: hashes everything that the result of a photon run depends on.
 //
-// Equal keys mean equal results, so what was traced under a key need never be traced again
-// (trace_journal.h). Whatever changes what the tracer does changes kTraceVersion in run_key.cpp.
+// Equal keys imply equal results, so a run that is stored under its key (trace_journal.h) need not
+// be traced again. Every change of the tracer's results must increment kTraceVersion in
+// run_key.cpp.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +12,10 @@
 
 namespace clamor {
 
-// Hashes mesh, materials and settings.
+// Hash of mesh, materials and settings.
 std::uint64_t scene_hash(const Level& level, const TraceSettings& settings);
 
-// The key of a run. `scene` is scene_hash(), `emitter_key` PhotonTracer::emitter_key().
+// Key of a run. `scene` is scene_hash(), `emitter_key` is PhotonTracer::emitter_key().
 std::uint64_t run_key(std::uint64_t scene, const Emitter& emitter, std::uint64_t emitter_key,
                       const PhotonRun& run);
 

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::uint64_t kMostNoteBytes = 1 << 20;
 
-// A run in a record: its key, counts and tally, then its deposits follow with those of the others.
+// Header of a run in a record. The headers of all runs come first, then their deposits.
 struct StoredRun {
   std::uint64_t key = 0;
   std::uint32_t photons = 0, deposits = 0;
@@ -47,7 +47,7 @@ bool is_valid(const StoredDeposit& deposit, std::size_t materials, std::uint32_t
   return sound;
 }
 
-// A record's runs; none if they are more than there is room for.
+// The run headers of a record, or nothing if its count exceeds its size.
 std::optional<std::vector<StoredRun>> runs_of(const JournalFile::Record& record) {
   if (record.count > record.bytes.size() / sizeof(StoredRun)) return std::nullopt;
   std::vector<StoredRun> runs(record.count);
@@ -59,19 +59,19 @@ std::optional<std::vector<StoredRun>> runs_of(const JournalFile::Record& record)
 
 struct TraceJournal::State {
   struct Place {
-    std::uint64_t record = 0;  // where it begins
-    std::uint32_t run = 0;     // index within
+    std::uint64_t record = 0;  // offset of the record
+    std::uint32_t run = 0;     // index within the record
   };
 
   JournalFile file;
   std::size_t materials = 0;
   std::uint64_t damaged = 0;
-  std::unordered_map<std::uint64_t, Place> places;  // by key
-  std::unordered_set<std::uint64_t> used;           // records
+  std::unordered_map<std::uint64_t, Place> places;  // by run key
+  std::unordered_set<std::uint64_t> used;           // offsets of records
   std::string note;
-  std::uint64_t note_record = 0;  // where it is; 0: nowhere
+  std::uint64_t note_record = 0;  // offset of the note's record; 0: none
 
-  // Reads the keys of all records; cuts off what a crash left incomplete.
+  // Collects the keys of all records and truncates an incomplete last one.
   Result<void> index() {
     std::uint64_t offset = JournalFile::first();
     while (const auto end = file.after(offset)) {

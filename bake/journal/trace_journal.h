@@ -1,16 +1,16 @@
-// trace_journal.h: keeps what is traced, so that no photon is traced twice.
+// trace_journal.h: stores traced photon runs, so that no photon is traced twice.
 //
-// One file beside the bake's output. Runs of photons are appended as they are traced, each under a
-// key that hashes all they depend on (run_key.h): scene, materials, settings, the emitter itself. A
-// bake that was stopped or killed finds its runs there, and so does one some of whose emitters were
-// moved: those of all other emitters. A change of the mesh or of a material changes every key,
-// since a run of 1024 paths of some forty reflections meets nearly every surface. Since equal keys
-// mean equal results, using the journal never changes a byte of the output.
+// The journal is one file beside the bake's output. Each traced run is appended under a key that
+// hashes everything it depends on (run_key.h): mesh, materials, settings and its emitter. An
+// interrupted bake finds its runs there; so does a bake after some emitters moved, for all other
+// emitters. A change of the mesh or of a material invalidates every key, because a run of 1024
+// paths with some forty reflections hits nearly every surface. Equal keys imply equal results, so
+// the journal never changes a byte of the output.
 //
-// How it is kept: journal_file.h. A record that a crash cut short, and all after it, are cut off on
-// opening; one that is damaged counts as absent.
+// File format: journal_file.h. An incomplete record and everything after it are removed on opening;
+// a damaged record counts as absent.
 //
-// Threads: one at a time. Memory: 24 bytes per run in the file, and one record.
+// Threads: one at a time. Memory: 24 bytes per stored run, and one record.
 #pragma once
 
 #include <cstdint>
@@ -25,36 +25,38 @@ namespace clamor {
 
 class TraceJournal {
  public:
-  // Makes the file or opens what is there; refuses a file that is no journal, or that another
-  // process has open. `materials`: how many the level has; what names others is damaged.
+  // Creates or opens the file. Fails if the file is no journal or if another process has it open.
+  // Runs that refer to a material index of `materials` or above count as damaged.
   static Result<TraceJournal> open(const std::string& path, std::size_t materials);
   TraceJournal(TraceJournal&&) noexcept;
   TraceJournal& operator=(TraceJournal&&) noexcept;
   ~TraceJournal();
 
-  // A journal that is only asked: nothing is made, cut off or locked.
+  // Opens a journal for find() only; the file is neither created, truncated nor locked.
   static Result<TraceJournal> open_to_read(const std::string& path, std::size_t materials);
 
-  // Words kept in the file for whoever reads it; at most a megabyte. The last ones count.
+  // Stores a text of at most 1 MB for other readers of the file. The last note replaces earlier
+  // ones.
   Result<void> set_note(const std::string& note);
   const std::string& note() const;
 
-  // True if the run is in the journal; then it is appended to `result`.
+  // Appends the run to `result` and returns true if the journal contains it.
   bool find(std::uint64_t key, const PhotonRun& run, TracedRuns& result);
 
-  // Adds runs under their keys. On failure (a full disk) the file is cut back to what it was.
+  // Stores runs under their keys. On failure (a full disk) the file keeps its old contents.
   Result<void> append(std::span<const std::uint64_t> keys, const TracedRuns& traced);
 
-  // What was added is on the disk: done at every second anyway, and when the journal is closed, but
-  // only this says whether it worked.
+  // Forces all appended runs to disk. The journal does so once per second and when closed, but only
+  // this call reports errors.
   Result<void> sync();
 
-  // Leaves only what was found or appended since opening, if that is less than half of the file.
+  // Drops all runs not found or appended since opening, if that halves the file. No other call may
+  // follow.
   Result<void> compact();
 
-  std::size_t runs() const;  // that can be found
+  std::size_t runs() const;  // number of stored runs
   std::uint64_t bytes() const;
-  std::uint64_t damaged() const;  // records found to be
+  std::uint64_t damaged() const;  // damaged records encountered
 
  private:
   struct State;

@@ -9,9 +9,9 @@ namespace clamor {
 namespace {
 
 constexpr double kLeastCosine = 0.5;
-constexpr std::size_t kLongestRing = 40;  // crossings grow with its square
+constexpr std::size_t kLongestRing = 40;  // the number of crossings is quadratic in this
 
-// Height over a plane, and where.
+// A point projected onto the plane of the fan, with its height above that plane.
 struct Point {
   double x, y, height;
 };
@@ -20,7 +20,7 @@ double area_sign(const Point& a, const Point& b, const Point& c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-// The difference in height where the segments cross, 0 where they do not.
+// Height difference at the crossing of segments ab and cd; 0 if they do not cross.
 double crossing_m(const Point& a, const Point& b, const Point& c, const Point& d) {
   const double to_c = area_sign(a, b, c), to_d = area_sign(a, b, d);
   const double to_a = area_sign(c, d, a), to_b = area_sign(c, d, b);
@@ -29,7 +29,7 @@ double crossing_m(const Point& a, const Point& b, const Point& c, const Point& d
   return std::abs((a.height + s * (b.height - a.height)) - (c.height + t * (d.height - c.height)));
 }
 
-// Whether the triangle's shortest height is no longer than that.
+// Whether the smallest height of the triangle is at most `thin_m`.
 bool is_thin(const Vec3& a, const Vec3& b, const Vec3& c, double thin_m) {
   const double longest2 = std::max({dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)});
   const Vec3 across = cross(b - a, c - a);
@@ -68,7 +68,7 @@ std::optional<double> collapse_distance_m(const Vec3& centre, std::span<const Ve
   }
   for (std::size_t i = 0; i < old_faces; ++i) {
     const Vec3 &a = ring[i], &b = ring[(i + 1) % count];
-    // Of a sliver the normal says nothing; its whole surface lies within its sides.
+    // The normal of a sliver is meaningless, but its surface lies within its sides.
     if (!is_thin(centre, a, b, thin_m) && !faces_along(centre, a, b, normal)) return std::nullopt;
     if (!closed && !is_thin(foot, a, b, thin_m) && !faces_along(foot, a, b, normal))
       return std::nullopt;
@@ -94,7 +94,7 @@ std::optional<double> collapse_distance_m(const Vec3& centre, std::span<const Ve
         greatest_m =
             std::max(greatest_m, crossing_m(points[0], points[spoke], middle, points[old]));
   if (closed) {
-    // The centre itself, over the one new face that it lies on.
+    // Distance of the old centre to the new face below it.
     bool found = false;
     for (std::size_t i = 1; i + 1 < count; ++i) {
       const Point &a = points[0], &b = points[i], &c = points[i + 1];

@@ -15,12 +15,13 @@ namespace {
 constexpr double kSampleEvery_m = 0.25;
 constexpr double kMostSamples = 8;
 constexpr std::size_t kMostLooks = 20'000'000;  // a few seconds
-constexpr double kAhead = 0.7071067811865476;   // a gap lies within 45 degrees of straight ahead
-constexpr double kSlender = 5;                  // a gap is that much longer than wide
+// Cos 45 degrees: a gap lies within this angle of the direction away from the face.
+constexpr double kAhead = 0.7071067811865476;
+constexpr double kSlender = 5;  // minimum ratio of length to width of a gap
 
 Vec3 corner(const Mesh& mesh, std::uint32_t vertex) { return Vec3(mesh.vertices_m[vertex]); }
 
-// Vertices are copied where sheets meet, so it is places that count.
+// Compares positions, because vertices are duplicated where sheets meet.
 bool shares_a_corner(const Mesh& mesh, std::uint32_t triangle, const MeshEdge& edge) {
   for (const std::uint32_t a : mesh.triangles[triangle])
     for (const std::uint32_t b : edge.vertices)
@@ -28,7 +29,7 @@ bool shares_a_corner(const Mesh& mesh, std::uint32_t triangle, const MeshEdge& e
   return false;
 }
 
-// In the plane of the edge's face, away from it, unit.
+// Unit direction in the plane of the edge's face, away from the face.
 Vec3 ahead_of(const Mesh& mesh, const MeshEdge& edge) {
   const Vec3 a = corner(mesh, edge.vertices[0]), b = corner(mesh, edge.vertices[1]);
   const Vec3 along = (b - a) / length(b - a);
@@ -44,7 +45,7 @@ int samples_on(const MeshEdge& edge) {
   return static_cast<int>(std::clamp(std::ceil(edge.length_m / kSampleEvery_m), 2.0, kMostSamples));
 }
 
-// In the order in which they are worth looking at.
+// Indices of the edges in order of importance.
 std::vector<std::size_t> longest_first(std::span<const MeshEdge> edges) {
   std::vector<std::size_t> order(edges.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -87,8 +88,7 @@ EdgeSurroundings look_round(const Mesh& mesh, const TriangleTree& tree, const Me
       found.place_m = at;
     }
   }
-  // A gap that narrows to nothing at one end still is one; an edge that stands free of all for
-  // most of its length is not.
+  // A gap may close at one end. An edge that is free along most of its length borders no gap.
   if (resting == samples)
     found.kind = EdgeSurroundings::Kind::kRests;
   else if (before_gap > 0 && 2 * (resting + before_gap) > samples)
@@ -119,7 +119,7 @@ std::vector<std::uint32_t> contacts(const Mesh& mesh, const TriangleTree& tree,
   for (const std::size_t i : longest_first(edges)) {
     const MeshEdge& edge = edges[i];
     if (!(edge.length_m > 0)) continue;
-    if (looks > kMostLooks) {  // too many to look at: better held than torn open
+    if (looks > kMostLooks) {  // budget exhausted: fix the rest rather than risk a crack
       meeting.push_back(edge.triangle);
       continue;
     }
@@ -152,7 +152,7 @@ std::vector<ThinGap> thin_gaps(std::span<const MeshEdge> edges,
   assert(edges.size() == surroundings.size());
   DisjointSets<std::size_t> gap_of(edges.size());
 
-  // Along a chain by shared vertices, across the gap by the triangle there.
+  // Gaps grow along chains of edges by shared vertices, and across the gap by the facing triangle.
   std::unordered_map<std::uint32_t, std::size_t> at_vertex, of_triangle;
   const auto is_gap = [&](std::size_t i) {
     return surroundings[i].kind == EdgeSurroundings::Kind::kGap;
@@ -163,7 +163,7 @@ std::vector<ThinGap> thin_gaps(std::span<const MeshEdge> edges,
       gap_of.join(i, at_vertex.try_emplace(vertex, i).first->second);
     gap_of.join(i, of_triangle.try_emplace(edges[i].triangle, i).first->second);
   }
-  std::vector<double> share(edges.size(), 1);  // one half where both sides are edges of the gap
+  std::vector<double> share(edges.size(), 1);  // one half where both sides of the gap are edges
   for (std::size_t i = 0; i < edges.size(); ++i) {
     if (!is_gap(i)) continue;
     const auto facing = of_triangle.find(surroundings[i].triangle);
@@ -185,7 +185,7 @@ std::vector<ThinGap> thin_gaps(std::span<const MeshEdge> edges,
   std::copy_if(by_root.begin(), by_root.end(), std::back_inserter(gaps), [](const ThinGap& gap) {
     return gap.width_m > 0 && gap.length_m >= kSlender * gap.width_m;
   });
-  // By how much sound gets through.
+  // Ordered by area, which decides how much sound leaks through.
   std::stable_sort(gaps.begin(), gaps.end(), [](const ThinGap& a, const ThinGap& b) {
     return a.width_m * a.length_m > b.width_m * b.length_m;
   });

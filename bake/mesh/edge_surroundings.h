@@ -1,12 +1,12 @@
-// edge_surroundings.h: what lies about the boundary edges of a mesh.
+// edge_surroundings.h: classifies boundary edges by the surfaces next to them.
 //
-// Levels are put together from pieces: a wall ends in the middle of a floor, a step touches a wall
-// without sharing its corners. Such an edge has one face and yet is no opening. So every boundary
-// edge is sampled, and the surfaces round each sample tell whether the edge rests on something, has
-// a thin gap before it, or is free.
+// Levels are assembled from pieces: a wall ends in the middle of a floor, a step touches a wall
+// without sharing its vertices. Such an edge has one face and yet is no opening. Every boundary
+// edge is therefore sampled, and the surfaces near its samples tell whether the edge touches a
+// surface, faces a thin gap or is free.
 //
-// Time: a few look-ups per edge. Input that would need more than a fixed number of looks in all is
-// judged by the longest edges.
+// Time: a few nearest-triangle queries per edge, and a fixed maximum in total, spent on the longest
+// edges.
 #pragma once
 
 #include <cstdint>
@@ -21,28 +21,29 @@ namespace clamor {
 struct EdgeSurroundings {
   enum class Kind : std::uint8_t { kFree, kRests, kGap };
   Kind kind = Kind::kFree;
-  std::uint32_t triangle = 0;  // what it rests on or what lies across the gap
-  double gap_m = 0;            // the widest of the samples
-  Vec3 place_m{};              // of that sample
+  std::uint32_t triangle = 0;  // the surface it rests on, or the one across the gap
+  double gap_m = 0;            // maximum over the samples
+  Vec3 place_m{};              // the sample with the widest gap
 };
 
-// A surface within `touch_m` of all samples is rested on; one within `reach_m`, seen from the edge
-// away from its face and sharing no corner with the edge, makes a gap.
+// An edge rests on surfaces if all its samples have one within `touch_m`. It borders a gap if
+// samples see a surface within `reach_m`, on the far side from the edge's face, that shares no
+// vertex with the edge.
 std::vector<EdgeSurroundings> classify_edges(const Mesh& mesh, const TriangleTree& tree,
                                              std::span<const MeshEdge> edges, double touch_m,
                                              double reach_m);
 
-// The triangles that meet others at an edge, or nearly: both, where a sample of the edge has within
-// `reach_m` a triangle of another sheet, one of its own sheet across a gap, or any within
-// `touch_m`. Ascending, each once.
+// Triangles that touch or nearly touch others at a boundary edge, ascending and unique. A sample of
+// the edge has within `reach_m` a triangle of another sheet or one of its own sheet across a gap,
+// or any triangle within `touch_m`; both triangles are returned.
 std::vector<std::uint32_t> contacts(const Mesh& mesh, const TriangleTree& tree,
                                     std::span<const MeshEdge> edges, double touch_m,
                                     double reach_m);
 
-// Edges that face each other across less than the reach, put together.
+// A chain of edges that face each other across less than the reach.
 struct ThinGap {
-  Vec3 place_m{};      // where it is widest
-  double width_m = 0;  // there
+  Vec3 place_m{};      // where the gap is widest
+  double width_m = 0;  // maximum
   double length_m = 0;
 };
 std::vector<ThinGap> thin_gaps(std::span<const MeshEdge> edges,

@@ -14,7 +14,7 @@ namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-// A triangle's side from corner s to corner s + 1, under its edge: the pair of welded vertices.
+// Half-edge of a triangle from corner s to s + 1, sorted by the pair of welded vertices.
 struct Side {
   std::uint32_t low, high;
   std::uint32_t triangle;
@@ -40,7 +40,7 @@ std::vector<Side> sides_of(const std::vector<Triangle>& triangles) {
   return sides;
 }
 
-// Calls visit(first, last) with the sides of each edge.
+// Calls visit(first, last) with the half-edges of each edge.
 template <class Visit>
 void for_each_edge(const std::vector<Side>& sides, const Visit& visit) {
   for (std::size_t first = 0; first < sides.size();) {
@@ -86,7 +86,7 @@ class Preparation {
     }
   }
 
-  // By corners whatever their order, then by place in the file.
+  // Duplicates have the same vertices in any order; the first in the file is kept.
   void drop_duplicates() {
     struct Key {
       Triangle sorted;
@@ -136,7 +136,8 @@ class Preparation {
     materials_.resize(kept);
   }
 
-  // True if the sides run along their edge in opposite directions once their triangles are turned.
+  // Whether two faces agree in orientation after flipping those marked as turned: their half-edges
+  // then run in opposite directions.
   bool face_alike(const Side& a, const Side& b) const {
     const auto forward = [this](const Side& side) {
       return (triangles_[side.triangle][side.corner] == side.low) !=
@@ -145,10 +146,10 @@ class Preparation {
     return forward(a) != forward(b);
   }
 
-  // Which triangles face against their neighbours: a walk over all edges of two faces.
+  // Flood fill over edges of two faces that marks triangles with the opposite winding.
   void orient() {
     constexpr std::uint32_t kNobody = 0xffffffff;
-    std::vector<std::uint32_t> own(3 * triangles_.size(), kNobody), across(own);  // per side
+    std::vector<std::uint32_t> own(3 * triangles_.size(), kNobody), across(own);  // per half-edge
     for_each_edge(sides_, [&](std::size_t first, std::size_t last) {
       if (last - first != 2) return;
       for (const std::size_t i : {first, first + 1}) {
@@ -179,11 +180,11 @@ class Preparation {
     }
   }
 
-  // Corners are joined across the edges of two faces; what is joined is one vertex. The corners of
-  // one vertex then form a path or a ring: each is joined to at most two others, so of the faces of
-  // an edge of many at most two, the ends of one path, still share it. These close a ring.
+  // Corners are joined across edges of two faces; each joined set becomes one vertex. The corners
+  // of a vertex form a path or a ring, because each is joined to at most two others. Of the faces
+  // at a non-manifold edge at most two, the ends of one path, still share it; those close a ring.
   void split() {
-    DisjointSets<std::uint32_t> joined(3 * triangles_.size());  // corners
+    DisjointSets<std::uint32_t> joined(3 * triangles_.size());  // one element per corner
     const auto corner_at = [this](const Side& side, std::uint32_t vertex) {
       const std::uint32_t next = (side.corner + 1) % 3;
       return 3 * side.triangle +
@@ -198,7 +199,7 @@ class Preparation {
       }
     });
 
-    // Vertices in the order in which triangles ask for them.
+    // New vertices are numbered in the order in which triangles use them.
     constexpr std::uint32_t kNone = 0xffffffff;
     std::vector<std::uint32_t> place(3 * triangles_.size(), kNone);
     std::vector<bool> known(input_.vertices_m.size(), false);
@@ -218,7 +219,7 @@ class Preparation {
     mesh.materials = std::move(materials_);
   }
 
-  // From the middle of an edge into its face: unit, at right angles to the edge.
+  // Unit vector from the middle of an edge into its face, perpendicular to the edge.
   Vec3 into_face(const Side& side) const {
     const Triangle& corners = triangles_[side.triangle];
     const Vec3 a = position(corners[side.corner]), b = position(corners[(side.corner + 1) % 3]),
@@ -261,9 +262,9 @@ class Preparation {
 
   const Mesh& input_;
   PreparedMesh out_;
-  std::vector<Triangle> triangles_;  // of welded vertices, by the input's numbers
+  std::vector<Triangle> triangles_;  // input indices of the welded vertices
   std::vector<std::uint16_t> materials_;
-  std::vector<Side> sides_;  // edge by edge
+  std::vector<Side> sides_;  // grouped by edge
 };
 
 }  // namespace

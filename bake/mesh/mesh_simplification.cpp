@@ -14,7 +14,7 @@ namespace clamor {
 
 namespace {
 
-// The weighted sum of squared distances to planes.
+// Weighted sum of squared distances to planes, as a quadratic form.
 struct Quadric {
   double xx = 0, xy = 0, xz = 0, x = 0, yy = 0, yz = 0, y = 0, zz = 0, z = 0, one = 0;
 
@@ -42,11 +42,11 @@ struct Traits : OpenMesh::DefaultTraits {
   HalfedgeAttributes(OpenMesh::Attributes::PrevHalfedge);
   VertexTraits {
     Quadric error;
-    std::uint32_t round = 0;  // of its entry in the queue that counts
+    std::uint32_t round = 0;  // version number of the valid queue entry
   };
   FaceTraits {
-    double moved_m = 0;  // bound on the distance to the input
-    double may_m = 0;    // most of it
+    double moved_m = 0;  // upper bound of the distance to the input
+    double may_m = 0;    // tolerance of this triangle
     std::uint16_t material = 0;
   };
 };
@@ -56,11 +56,11 @@ using Halfedge = Surface::HalfedgeHandle;
 using Edge = Surface::EdgeHandle;
 using Face = Surface::FaceHandle;
 
-// Neither are walked round: what takes time in a fan grows with its square.
-constexpr std::uint32_t kMostSpokes = 256;  // of a vertex whose triangles are taken apart
-constexpr std::size_t kMostRemovable = 32;  // of a vertex that may go
+// Limits on vertex valence, because the cost of a fan is quadratic in it.
+constexpr std::uint32_t kMostSpokes = 256;  // for vertices whose triangles are detached
+constexpr std::size_t kMostRemovable = 32;  // for vertices that may be removed
 
-// A side of the star of a vertex, cut along its two lines; or all of it.
+// The triangles around a vertex on one side of its constraint lines, or all of them.
 struct Fan {
   std::vector<Vec3> ring;
   std::vector<Face> faces;
@@ -70,7 +70,8 @@ struct Fan {
 struct Candidate {
   double error;
   std::uint32_t vertex, round;
-  bool operator<(const Candidate& other) const {  // the last of a queue comes first
+  // Std::priority_queue returns the largest element first.
+  bool operator<(const Candidate& other) const {
     return error != other.error ? error > other.error : vertex > other.vertex;
   }
 };
@@ -126,8 +127,8 @@ class Simplifier {
     return {p[0], p[1], p[2]};
   }
 
-  // Triangle by triangle, all of a sheet facing alike. One that OpenMesh cannot join, or at a
-  // vertex of very many, gets corners of its own; then it keeps its shape.
+  // Adds the triangles one by one, all of a sheet with the same winding. Triangles that OpenMesh
+  // rejects, or at a vertex of very high valence, get vertices of their own and keep their shape.
   void build() {
     const Mesh& mesh = prepared_.mesh;
     const auto add_vertex = [&](std::uint32_t vertex) {
@@ -164,7 +165,7 @@ class Simplifier {
     }
   }
 
-  // Boundaries, features, borders of materials.
+  // Constraint lines: boundaries, feature edges and material borders.
   void draw_lines() {
     for (const auto edge : surface_.edges()) {
       bool line = surface_.is_boundary(edge);
@@ -182,7 +183,7 @@ class Simplifier {
     }
   }
 
-  // Where the edge of a sheet meets another within the tolerance, neither may move.
+  // Fixes vertices where the edge of a sheet comes within the tolerance of another triangle.
   void hold_contacts() {
     const Mesh& mesh = prepared_.mesh;
     std::vector<std::uint32_t> triangle_of(surface_.n_faces());
@@ -195,7 +196,7 @@ class Simplifier {
       const std::uint32_t t = triangle_of[static_cast<std::size_t>(face.idx())];
       MeshEdge edge;
       edge.triangle = t;
-      // By the input's own numbers: copies made in build() have others.
+      // Uses input indices, because build() may have duplicated vertices.
       const Vec3f from(at(surface_.from_vertex_handle(halfedge))),
           to(at(surface_.to_vertex_handle(halfedge)));
       for (const std::uint32_t corner : mesh.triangles[t]) {
@@ -211,7 +212,8 @@ class Simplifier {
       surface_.data(face_of_[triangle]).may_m = prepared_.weld_m;
   }
 
-  // The squared distances to the planes about a vertex, by area; and to its lines.
+  // Accumulates the quadrics of the planes around a vertex, weighted by area, and of its constraint
+  // lines.
   void measure(Vertex vertex) {
     Quadric sum;
     const Vec3 here = at(vertex);
@@ -238,7 +240,7 @@ class Simplifier {
     return std::max(0.0, surface_.data(from).error.at(at(to)) + surface_.data(to).error.at(at(to)));
   }
 
-  // Where the vertex may go as far as lines allow, the best first.
+  // Collapse targets that the constraint lines allow, lowest error first.
   const std::vector<std::pair<double, Halfedge>>& ways_of(Vertex vertex) {
     ways_.clear();
     std::size_t lines = 0, spokes = 0;
@@ -265,8 +267,8 @@ class Simplifier {
       queue_.push({ways.front().first, static_cast<std::uint32_t>(vertex.idx()), round});
   }
 
-  // The fans of a halfedge's start, each with the halfedge's end first: all of the star, or what
-  // lies to the left and to the right of the lines.
+  // The fans around a half-edge's start, each beginning with the half-edge's end: one for an
+  // interior vertex, or one on each side of its constraint lines.
   void find_fans(Halfedge halfedge) {
     fans_.clear();
     if (!is_line(surface_.edge_handle(halfedge))) {
@@ -297,10 +299,11 @@ class Simplifier {
     }
   }
 
-  // Whether the collapse keeps topology, lines and tolerance; then moved_ has each fan's new bound.
+  // Whether the collapse preserves topology, constraint lines and tolerance. On success moved_
+  // holds the new bound of each fan.
   bool may_collapse(Halfedge halfedge) {
     if (!surface_.is_collapse_ok(halfedge)) return false;
-    // Two lines must not fall onto each other.
+    // Two constraint lines must not coincide.
     for (const Halfedge side : {halfedge, surface_.opposite_halfedge_handle(halfedge)}) {
       if (surface_.is_boundary(side)) continue;
       const Halfedge next = surface_.next_halfedge_handle(side),
@@ -343,7 +346,7 @@ class Simplifier {
         surface_.data(face).moved_m = moved_[i].first;
         surface_.data(face).may_m = moved_[i].second;
       }
-    // Of the two sides of a face that goes one is left: it is a line if either was.
+    // A removed face leaves one of its two sides, which is a constraint line if either was.
     std::vector<Vertex> lines;
     for (const Halfedge side : {halfedge, surface_.opposite_halfedge_handle(halfedge)}) {
       if (surface_.is_boundary(side)) continue;

@@ -1,22 +1,21 @@
-// mesh_simplification.h: fewer triangles where sound does not hear the difference.
+// mesh_simplification.h: removes triangles whose loss is inaudible.
 //
-// Vertices are taken away one by one, the flattest first (quadric error: M. Garland, P. Heckbert,
-// SIGGRAPH 1997), each collapsed onto a neighbour, so that what is left is a subset of the vertices
-// there were. OpenMesh keeps the topology: nothing is torn open, no hole is closed.
+// Vertices are removed by half-edge collapses in order of quadric error (M. Garland, P. Heckbert,
+// SIGGRAPH 1997), so the remaining vertices are a subset of the original ones. OpenMesh preserves
+// the topology: no surface is torn open and no hole is closed.
 //
-// The result stays within the tolerance of the input, and the input within it of the result. That
-// is kept as a bound, not as a hope: where a vertex goes, the surface about it before and after are
-// both heights over one polygon, so the greatest distance between them is found at finitely many
-// points, and each triangle carries the sum of such distances of all that it came from (as in
-// A. Guéziec, Surface simplification with variable tolerance, 1995, but sums over time only).
+// The Hausdorff distance between input and result stays within the tolerance. Each collapse has an
+// exact local distance (collapse_distance.h), and each triangle carries the sum of the distances of
+// all collapses that led to it. (Compare A. Guéziec, Surface simplification with variable
+// tolerance, 1995; here the sums run over time only.)
 //
-// Boundaries, features and borders of materials are lines of their own: a vertex on one may go only
-// along it, by the same tolerance; where such lines meet or end, vertices stay. Where the edge of
-// one piece touches another, or nearly, both stay as they are: no crack opens. No triangle turns by
-// more than 60 degrees.
+// Boundaries, feature edges and material borders are constraint lines: a vertex on a line may only
+// move along it, within the same tolerance, and vertices where lines meet or end are fixed. Where
+// the edge of one piece touches or nearly touches another, both are fixed, so that no crack opens.
+// No triangle turns by more than 60 degrees.
 //
-// A function of its input alone. OpenMesh ends here. Memory: about 1 kB per triangle while it
-// works.
+// The result depends on the input alone. OpenMesh is used in this module only. Memory:
+// about 1 kB per triangle.
 #pragma once
 
 #include <cstddef>
@@ -27,10 +26,10 @@ namespace clamor {
 
 struct Simplification {
   Mesh mesh;
-  double error_m = 0;  // bound on the distance to the input, both ways
+  double error_m = 0;  // upper bound of the Hausdorff distance to the input
 };
 
-// `tolerance_m` > 0.
+// Requires tolerance_m > 0.
 Simplification simplify(const PreparedMesh& prepared, double tolerance_m);
 
 }  // namespace clamor

@@ -18,8 +18,8 @@ Vec3 nearest_on_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
 
 }  // namespace
 
-// Where p falls onto the plane, if that is within the triangle; else the nearest point of its
-// sides.
+// The projection of p onto the plane if it lies within the triangle, otherwise the nearest point of
+// the three sides.
 Vec3 nearest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 normal = cross(b - a, c - a);
   const double normal2 = dot(normal, normal);
@@ -90,7 +90,7 @@ std::optional<TriangleTree::Nearest> TriangleTree::nearest(const Vec3& point_m, 
   if (nodes_.empty()) return std::nullopt;
   std::optional<Nearest> best;
   double best_m2 = within_m * within_m;
-  std::array<std::uint32_t, 64> waiting;  // one per level at most
+  std::array<std::uint32_t, 64> waiting;  // one node per level at most
   std::size_t depth = 0;
   waiting[depth++] = 0;
   while (depth > 0) {

@@ -1,10 +1,10 @@
-// triangle_tree.h: the nearest triangle to a point.
+// triangle_tree.h: nearest-triangle queries with a bounding volume hierarchy.
 //
-// A tree of bounding boxes, halved by count along the longest axis, so its depth is log2 n for any
-// input. Distances are exact in double; of triangles equally near the first in the mesh counts, so
-// the answer does not depend on how the tree was built.
+// The BVH is split at the median along the longest axis, so its depth is log2 n for any input.
+// Distances are exact in double. Among equally near triangles the first in the mesh is returned, so
+// the answer does not depend on the tree.
 //
-// Threads: nearest() from any number at once.   Memory: about 20 bytes per triangle.
+// Threads: nearest() may be called concurrently. Memory: about 20 bytes per triangle.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@
 
 namespace clamor {
 
-// The point of the triangle a, b, c that is nearest to p.
+// The point of the triangle a, b, c nearest to p.
 Vec3 nearest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c);
 
 class TriangleTree {
@@ -27,14 +27,14 @@ class TriangleTree {
     Vec3 point_m{};
     double distance_m = 0;
   };
-  // Whether a triangle, with its point nearest to the one asked about, may be the answer.
+  // Filter: whether a triangle, given its nearest point, is a valid answer.
   using Accepts = std::function<bool(std::uint32_t triangle, const Vec3& point_m)>;
 
   // The mesh must outlive the tree.
   explicit TriangleTree(const Mesh& mesh);
 
-  // The nearest triangle no further than `within_m` that is accepted; an empty function accepts
-  // all. At most `most_looks` triangles are looked at; then the nearest of these is the answer.
+  // The nearest accepted triangle within `within_m`; an empty filter accepts all. At most
+  // `most_looks` triangles are tested, and the nearest of these is returned.
   std::optional<Nearest> nearest(
       const Vec3& point_m, double within_m, const Accepts& accepts = {},
       std::size_t most_looks = std::numeric_limits<std::size_t>::max()) const;
@@ -46,8 +46,9 @@ class TriangleTree {
   };
   struct Node {
     Box box;
-    std::uint32_t first = 0;  // triangle in order_, or the second child: the first follows its node
-    std::uint32_t count = 0;  // of triangles; 0 within the tree
+    // Leaf: position in order_; inner node: second child (the first child follows its parent).
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;  // triangles of a leaf; 0 for an inner node
   };
 
   void build(std::uint32_t first, std::uint32_t last);

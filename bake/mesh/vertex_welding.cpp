@@ -13,8 +13,8 @@ namespace {
 constexpr std::uint32_t kNone = 0xffffffff;
 constexpr double kCell = 4;  // in welding distances
 
-// Those that stand for themselves, found by place. Cells share lists where their hashes do, which
-// costs time only.
+// Spatial hash of the representatives. Cells with equal hashes share a list, which costs time but
+// not correctness.
 class Grid {
  public:
   Grid(const Mesh& mesh, std::size_t vertices, double distance_m)
@@ -25,7 +25,7 @@ class Grid {
     next_.assign(vertices_m_.size(), kNone);
   }
 
-  // The nearest within the distance, the first of equals, or kNone.
+  // The nearest representative within the distance (the lowest index among equals), or kNone.
   std::uint32_t find(std::uint32_t vertex) const {
     const Vec3 at(vertices_m_[vertex]);
     std::array<std::int64_t, 3> low, high;
@@ -71,7 +71,7 @@ class Grid {
 
   const std::vector<Vec3f>& vertices_m_;
   double distance_m_, cell_m_;
-  std::vector<std::uint32_t> first_, next_;  // lists, per slot and per vertex
+  std::vector<std::uint32_t> first_, next_;  // linked lists: heads per slot, links per vertex
 };
 
 }  // namespace
@@ -90,7 +90,7 @@ double weld_distance_m(const Mesh& mesh) {
                           std::abs(static_cast<double>(high[axis]))});
   const double rounding_m = 4 * 0x1p-23 * largest_m;
   const double extent_m = length(Vec3(high) - Vec3(low));
-  // All in one point, at the origin: any distance does.
+  // All vertices at the origin: any distance works.
   return std::max({std::min(1e-4, 1e-5 * extent_m), rounding_m, 1e-30});
 }
 

@@ -1,9 +1,10 @@
-// vertex_welding.h: which vertices are one.
+// vertex_welding.h: merges nearby vertices.
 //
-// Vertices are taken in the order of the file. Each joins the nearest one before it that stands for
-// itself and is near enough, or else stands for itself. So those that stay keep their place, no
-// chain of small steps joins what is far apart, and any two that stay are further apart than the
-// distance: few fit into a cell of a grid, so each look-up is bounded whatever the input.
+// Vertices are processed in file order. Each one joins the nearest earlier representative within
+// the welding distance, or else becomes a representative itself. Representatives therefore keep
+// their positions, chains of small steps never merge distant vertices, and any two representatives
+// are further apart than the welding distance. A grid cell holds few of them, so each lookup is
+// bounded for any input.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +15,9 @@
 namespace clamor {
 
 struct Welding {
-  std::vector<std::uint32_t> representative;  // per vertex; of those that no triangle uses, itself
-  std::size_t welded = 0;                     // used vertices that are represented by another
+  // Per vertex; vertices without triangles represent themselves.
+  std::vector<std::uint32_t> representative;
+  std::size_t welded = 0;  // used vertices represented by another vertex
 };
 Welding weld_vertices(const Mesh& mesh, double distance_m);
 

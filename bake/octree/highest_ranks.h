@@ -1,9 +1,9 @@
-// highest_ranks.h: the kNodeSources first of however many sources come along.
+// highest_ranks.h: selects the kNodeSources highest ranks of a stream.
 //
-// Sources are ordered by descending key, equal keys by their place in the list. That is one
-// comparison of one number: the bits of the key above, the place, counted down, below.
+// Sources are ordered by descending key, equal keys by their position in the list. A rank packs
+// both into one integer: the bits of the key above, the complement of the position below.
 //
-// Memory: two nodes' worth of ranks, inside the object.   Cost: a comparison each, nearly always.
+// Memory: 2 kNodeSources ranks, inside the object. Cost: almost always one comparison per offer.
 #pragma once
 
 #include <algorithm>
@@ -18,13 +18,13 @@
 
 namespace clamor {
 
-// Grows with the key; 0 and -0 are equal, as keys are.
+// Maps a key to an integer of the same order; 0 and -0 compare equal, as floats do.
 inline std::uint32_t key_bits(float key) {
   const auto bits = std::bit_cast<std::uint32_t>(key + 0.0f);
   return (bits & 0x80000000u) != 0 ? ~bits : bits | 0x80000000u;
 }
 
-// Of which the highest come first.
+// Higher ranks come first in the octree.
 inline std::uint64_t octree_rank(std::uint32_t bits_of_key, std::uint32_t place) {
   return (std::uint64_t{bits_of_key} << 32) | (0xffffffffu - place);
 }
@@ -34,14 +34,14 @@ inline std::uint32_t place_of_rank(std::uint64_t rank) {
 
 class HighestRanks {
  public:
-  // Every rank once.
+  // Each rank may be offered once.
   void offer(std::uint64_t rank) {
     if (rank < least_) return;
     ranks_[count_++] = rank;
     if (count_ == ranks_.size()) trim();
   }
 
-  // The highest so far, in descending order. Holds until the next offer().
+  // The highest ranks so far, in descending order. The span is valid until the next offer().
   std::span<const std::uint64_t> descending() {
     if (count_ > kNodeSources) trim();
     std::sort(ranks_.begin(), ranks_.begin() + static_cast<std::ptrdiff_t>(count_),
@@ -60,7 +60,7 @@ class HighestRanks {
 
   std::array<std::uint64_t, std::size_t{2} * kNodeSources> ranks_;
   std::size_t count_ = 0;
-  std::uint64_t least_ = 0;  // lower ones are out
+  std::uint64_t least_ = 0;  // lower ranks cannot be among the highest
 };
 
 }  // namespace clamor

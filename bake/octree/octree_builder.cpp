@@ -17,18 +17,19 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kPart = 65536;  // of a cell's or a list's entries, for one task
+constexpr std::size_t kPart = 65536;  // entries per task
 
-// What sorting needs to know of a source.
+// The part of a source that sorting needs.
 struct Entry {
   std::uint32_t key_bits;
-  std::uint32_t place;  // in the list
+  std::uint32_t place;  // position in the list
   Vec3f position_m;
 
   std::uint64_t rank() const { return octree_rank(key_bits, place); }
 };
 
-// Not initialised: whichever thread writes a part first brings it into memory.
+// Allocates without initialising, so that the thread that first writes a part also touches its
+// pages.
 template <class T>
 std::unique_ptr<T[]> uninitialised(std::size_t count) {
   return std::make_unique_for_overwrite<T[]>(count);
@@ -46,13 +47,13 @@ void for_parts(std::size_t count, const Work& work) {
 
 using OctantCounts = std::array<std::uint64_t, 8>;
 
-// A cube of space and the sources that are still to be placed in it: a range of one of two arrays;
-// the same range of the other is free.
+// A cube and the sources not yet placed in it: a range of one of the two arrays. The same range of
+// the other array is free.
 struct Cell {
   OctreeCube cube;
   std::size_t first = 0, count = 0;
   unsigned array = 0;
-  bool sorted = false;  // by rank, for good
+  bool sorted = false;  // sorted by rank already
 
   std::size_t own() const { return count <= kLeafSources ? count : kNodeSources; }
 };
@@ -69,8 +70,9 @@ class Sorter {
     });
   }
 
-  // Places a cell's highest, from `first_source` on, and parts the others by octant, in the other
-  // array, one octant after the other from the cell's first + own() on. Returns their numbers.
+  // Writes the cell's highest entries to `order_` from `first_source` on and partitions the others
+  // by octant into the other array, starting at the cell's first + own(). Returns the size of each
+  // octant.
   OctantCounts divide(Cell& cell, std::uint64_t first_source) {
     Entry* const entries = &arrays_[cell.array][cell.first];
     std::uint32_t* const placed = &order_[first_source];
@@ -103,7 +105,7 @@ class Sorter {
     return octants;
   }
 
-  // The source at each place of the tree, when all cells are divided.
+  // The source at each position of the tree; call after all cells are divided.
   std::unique_ptr<std::uint32_t[]> order() && { return std::move(order_); }
 
  private:
@@ -111,7 +113,7 @@ class Sorter {
     return cell.cube.octant_of(Vec3(entry.position_m));
   }
 
-  // Places the kNodeSources highest; returns the rank of the last of them.
+  // Places the kNodeSources highest entries and returns the rank of the last one.
   static std::uint64_t take_highest(const Entry* entries, std::size_t count,
                                     std::uint32_t* placed) {
     std::vector<HighestRanks> highest((count + kPart - 1) / kPart);
@@ -125,9 +127,9 @@ class Sorter {
     return ranks.back();
   }
 
-  // A leaf, or one of a chain of nodes where space is divided no further. Sorting once and for all
-  // keeps a long chain from costing the square of its length. In a leaf of several octants, sources
-  // of equal keys stand octant by octant.
+  // Handles leaves, and chains of nodes at the maximum depth. The entries are sorted only once, or
+  // a long chain would cost the square of its length. In a leaf of several octants, sources of
+  // equal keys are ordered by octant.
   static OctantCounts chain(Cell& cell, Entry* entries, std::uint32_t* placed) {
     const auto higher = [](const Entry& a, const Entry& b) { return a.rank() > b.rank(); };
     const auto higher_key = [](const Entry& a, const Entry& b) { return a.key_bits > b.key_bits; };
@@ -144,7 +146,7 @@ class Sorter {
   std::unique_ptr<std::uint32_t[]> order_;
 };
 
-// Makes the nodes, all but their summaries, and returns where each level begins and ends.
+// Creates all nodes without their summaries. Returns the first node of each level and the end.
 std::vector<std::size_t> make_nodes(Sorter& sorter, const Cell& root,
                                     std::vector<OctreeNode>& nodes) {
   std::vector<std::size_t> level_begins;

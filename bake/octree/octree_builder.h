@@ -1,12 +1,12 @@
-// octree_builder.h: sorts the sources of a bake into the heap-ordered octree, in memory.
+// octree_builder.h: builds the heap-ordered octree from sources in memory.
 //
-// Level by level, so that nodes come out breadth first. Of a source only its key, place in the list
-// and position (20 bytes) are moved about, from one array to another and back, a level each; the
-// sources themselves are moved once, at the end. The cells of a level are worked on in parallel,
-// and large ones in parts; the tree is a function of the list, whatever the number of threads.
+// The builder works level by level, so nodes come out breadth first. Only the key, list position
+// and coordinates of a source (20 bytes) move between two arrays, once per level; the sources
+// themselves move once at the end. Cells of a level are divided in parallel, and large cells in
+// parts. The tree depends on the list alone, not on the number of threads.
 //
-// Threads: as many as the TBB arena it is called in.   Memory: the list, the tree and 4 bytes a
-// source; that is 2.1 times the list. A list that does not fit: octree_streaming.h.
+// Threads: those of the calling TBB arena. Memory: the list, the tree and 4 bytes per source, 2.1
+// times the list. For lists that do not fit into memory see octree_streaming.h.
 #pragma once
 
 #include <array>
@@ -18,7 +18,8 @@
 
 namespace clamor {
 
-// Of each octant, by the sources that are handed to it, the first one of its child.
+// Merges small octants: given the number of sources in each octant, returns for each octant the
+// first octant of the child node that it belongs to.
 inline std::array<std::size_t, 8> first_octants(const std::array<std::uint64_t, 8>& counts) {
   std::array<std::size_t, 8> firsts{};
   std::uint64_t together = 0;
@@ -33,12 +34,11 @@ inline std::array<std::size_t, 8> first_octants(const std::array<std::uint64_t, 
   return firsts;
 }
 
-// The key here is the power summed over bands, over u. Sources with equal keys keep their order, in
-// a leaf of several octants octant by octant.
-// Fewer than 2^32 sources.
+// Builds a tree with key = power summed over bands / u. Sources with equal keys keep their order;
+// in a leaf of several octants they are ordered by octant first. Requires fewer than 2^32 sources.
 SourceOctree build_octree(std::vector<Source> sources);
 
-// The part of a tree that lies in one of its cubes.
+// Builds the subtree of one cube.
 SourceOctree build_octree(std::vector<Source> sources, const OctreeCube& cube);
 
 }  // namespace clamor

@@ -17,17 +17,17 @@ namespace clamor {
 
 namespace {
 
-constexpr std::uint64_t kBuildBytesPerSource = 220;  // two and a half times its own 88
-constexpr std::size_t kMostBuffered = 32768;         // sources, in each of ten buffers
+constexpr std::uint64_t kBuildBytesPerSource = 220;  // 2.5 times sizeof(Source)
+constexpr std::size_t kMostBuffered = 32768;         // sources per buffer; there are ten buffers
 
-// A finished part of the tree: what the sink calls it, and what its parent must know.
+// A finished subtree: its handle in the sink and the summary that its parent needs.
 struct Part {
   std::size_t handle = 0;
   NodeSummary top{};
 };
 using Parts = std::array<std::optional<Part>, 8>;
 
-// Calls work(i) for each i below `count`, on one thread where there is too little to do for more.
+// Calls work(i) for each i below `count`, on one thread if there are few sources.
 template <class Work>
 void in_parallel(std::size_t count, std::size_t sources, const Work& work) {
   constexpr std::size_t kWorthIt = 2048;
@@ -79,14 +79,14 @@ class Streamer {
     return part;
   }
 
-  // And gives its room on disk back.
+  // Reads the whole list and frees its disk space.
   static Result<std::vector<Source>> read_all(SourceSpill sources) {
     std::vector<Source> list(sources.count());
     if (const auto done = sources.read(0, list); !done.ok()) return done.error();
     return list;
   }
 
-  // `own` are the highest; what is returned are the others, by octant, in the order of the list.
+  // Stores the highest sources in `own` and returns the others by octant, in list order.
   Result<std::vector<SourceSpill>> divide(SourceSpill sources, const OctreeCube& cube,
                                           std::vector<Source>& own) {
     std::vector<SourceSpill> octants;
@@ -123,7 +123,7 @@ class Streamer {
     return octants;
   }
 
-  // Octants that are a leaf together are moved to the first of them.
+  // Moves the octants of a shared leaf into the first of them.
   Result<void> join_leaves(std::vector<SourceSpill>& octants) const {
     std::array<std::uint64_t, 8> counts{};
     for (std::size_t o = 0; o < 8; ++o) counts[o] = octants[o].count();
@@ -137,25 +137,25 @@ class Streamer {
     return {};
   }
 
-  // Sources of one place, or of the least cube there is: a chain of nodes, each with the highest
-  // keys of what is left, its end first.
+  // Handles sources at one point or in a cube of minimum size: a chain of nodes, each with the
+  // highest remaining keys, built from its end.
   Result<Part> build_chain(SourceSpill sources, OctreeCube cube) {
-    std::vector<std::size_t> octants;  // that the chain goes through; then always the first
+    std::vector<std::size_t> octants;  // octants along the chain; further nodes use octant 0
     for (; cube.depth < OctreeCube::kDeepest; cube = cube.child(octants.back()))
       octants.push_back(cube.octant_of(Vec3(sources.low_m())));
     SourceSpill sorted(beside_, 1);
     const auto run_begins = sort_runs(std::move(sources), cube, sorted);
     if (!run_begins.ok()) return run_begins.error();
 
-    // The end of a run that is not merged yet, part of it in memory.
+    // A sorted run, merged from its end; one block of it is in memory.
     struct Run {
-      std::uint64_t begin = 0, unread = 0;  // places in `sorted`
-      std::vector<Source> block{};          // those from `unread` on
+      std::uint64_t begin = 0, unread = 0;  // positions in `sorted`
+      std::vector<Source> block{};          // sources from `unread` on
     };
     std::vector<Run> runs;
     const std::size_t block_size =
         std::max<std::uint64_t>(1, most_in_memory_ / (2 * run_begins->size()));
-    // Lowest key first, of equal keys the later in the list: later runs hold later sources.
+    // Lowest key first; of equal keys, the later source, which is in the later run.
     std::priority_queue<std::pair<std::uint32_t, std::size_t>,
                         std::vector<std::pair<std::uint32_t, std::size_t>>, LaterFirst>
         next;
@@ -177,7 +177,7 @@ class Streamer {
 
     std::optional<Part> below;
     std::vector<Source> own;
-    const std::uint64_t above_end =  // nodes above the last
+    const std::uint64_t above_end =  // nodes above the last one
         sorted.count() <= kLeafSources ? 0 : (sorted.count() - kLeafSources - 1) / kNodeSources + 1;
     for (std::uint64_t left = sorted.count(); left > 0; --left) {
       const std::size_t r = next.top().second;
@@ -198,14 +198,14 @@ class Streamer {
     return *below;
   }
 
-  struct LaterFirst {  // as priority_queue wants it: whether a comes after b
+  struct LaterFirst {  // comparison for std::priority_queue: whether a comes after b
     bool operator()(const std::pair<std::uint32_t, std::size_t>& a,
                     const std::pair<std::uint32_t, std::size_t>& b) const {
       return a.first != b.first ? a.first > b.first : a.second < b.second;
     }
   };
 
-  // Appends runs of sources, each by descending key, and returns where they begin.
+  // Appends sorted runs (descending keys) and returns the position of each.
   Result<std::vector<std::uint64_t>> sort_runs(SourceSpill sources, const OctreeCube& cube,
                                                SourceSpill& sorted) const {
     std::vector<std::uint64_t> begins;

@@ -1,13 +1,13 @@
-// octree_streaming.h: sorts sources that do not fit into memory into the heap-ordered octree.
+// octree_streaming.h: builds the heap-ordered octree from sources on disk.
 //
-// An external sort from the top: a cell's sources are read once, its highest keys (known since the
-// sources were written) are kept, the others go to one file for each octant, and so on; as soon as
-// a cell fits, build_octree() does the rest. Where space is divided no further, sorted runs are
-// merged. What the sink is given is, node by node, the tree that build_octree() makes of the list.
+// The build is a top-down external sort. A cell's sources are read once; its highest keys, known
+// since the sources were written, stay in the node, and the others go to one file per octant. Once
+// a cell fits into memory, build_octree() finishes it. At the maximum depth, sorted runs are merged
+// instead. Node by node, the sink receives the tree that build_octree() would make of the list.
 //
-// Threads: as many as the TBB arena it is called in; the sink is called by one at a time, in an
-// order that depends on the sources and on the memory only.
-// Disk: twice the list, for a moment; each source is written about log4(list / memory) times.
+// Threads: those of the calling TBB arena. Calls of the sink are serialised, in an order that
+// depends on the sources and the memory limit only. Disk: up to twice the list; each source is
+// written about log4(list / memory) times.
 #pragma once
 
 #include <cstddef>
@@ -20,8 +20,8 @@
 
 namespace clamor {
 
-// Returns the handle of the root, none if there are no sources. Takes `memory_bytes` at most,
-// beside what the sink takes, but 1 MB in any case.
+// Returns the handle of the root, or nothing without sources. Uses at most `memory_bytes` (at least
+// 1 MB), not counting the sink.
 Result<std::optional<std::size_t>> stream_octree(SourceSpill sources, std::uint64_t memory_bytes,
                                                  OctreeSink& sink);
 

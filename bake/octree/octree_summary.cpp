@@ -18,7 +18,7 @@ void summarise(NodeSummary& node, std::span<const Source> own,
   std::array<double, kBandCount> power{};
   Vec3 axis(0);
 
-  bool everywhere = false;  // does anything here radiate in all directions
+  bool everywhere = false;  // whether any source is omnidirectional
   for (const Source& source : own) {
     node.low_m = glm::min(node.low_m, source.position_m);
     node.high_m = glm::max(node.high_m, source.position_m);
@@ -43,7 +43,7 @@ void summarise(NodeSummary& node, std::span<const Source> own,
   }
   for (std::size_t b = 0; b < kBandCount; ++b) node.power[b] = static_cast<float>(power[b]);
 
-  // Half angle of the cone: a surface radiates up to 90 degrees from its normal.
+  // Half angle of the cone; a surface radiates up to 90 degrees from its normal.
   const double length_of_axis = length(axis);
   if (everywhere || length_of_axis < 1e-6) return;
   node.cone_axis = Vec3f(axis / length_of_axis);

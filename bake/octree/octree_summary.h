@@ -1,4 +1,4 @@
-// octree_summary.h: what a node says of all that lies in and below it.
+// octree_summary.h: computes the summary of an octree node.
 #pragma once
 
 #include <span>
@@ -7,9 +7,9 @@
 
 namespace clamor {
 
-// Sets all but source_count of a node from its own sources, by descending key, and from its
-// children, by octant. Sums run in that order, so a summary is the same however its tree is built.
-// Copies in it are for include_instances() to add.
+// Sets all members but source_count from the node's own sources (by descending key) and its
+// children (by octant). Sums run in that order, so that the builders in memory and on disk agree.
+// Instances are added by include_instances().
 void summarise(NodeSummary& node, std::span<const Source> own,
                std::span<const NodeSummary* const> children);
 

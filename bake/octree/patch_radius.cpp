@@ -12,7 +12,7 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kNeighbours = 16;  // the source itself included
+constexpr std::size_t kNeighbours = 16;  // including the source itself
 
 double broadband(const Source& source) {
   double sum = 0;
@@ -20,7 +20,7 @@ double broadband(const Source& source) {
   return sum;
 }
 
-// What nanoflann asks of a set of points.
+// Adaptor of the sources for nanoflann.
 struct Points {
   std::span<const Source> sources;
 
@@ -37,7 +37,7 @@ struct Points {
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Points>,
                                                  Points, 3, std::uint32_t>;
 
-// The indices of the sources, neighbours near each other. (It was renamed in nanoflann 1.5.)
+// The source indices in tree order. (nanoflann 1.5 renamed the member.)
 template <class AnyTree>
 const auto& in_space(const AnyTree& tree) {
   if constexpr (requires { tree.vAcc_; })
@@ -54,8 +54,7 @@ void set_patch_radii(std::span<Source> secondary_sources) {
   Tree tree(3, points, nanoflann::KDTreeSingleIndexAdaptorParams(10));
   tree.buildIndex();
 
-  // Neighbours after each other: they visit the same parts of the tree, which are in the cache
-  // then.
+  // Sources are visited in tree order, because neighbours then share cached nodes.
   tbb::parallel_for(
       tbb::blocked_range<std::size_t>(0, secondary_sources.size(), 1024), [&](const auto& range) {
         for (std::size_t at = range.begin(); at != range.end(); ++at) {
@@ -64,8 +63,8 @@ void set_patch_radii(std::span<Source> secondary_sources) {
           std::array<float, kNeighbours> distance_squared{};
           const std::size_t found = tree.knnSearch(&secondary_sources[i].position_m[0], kNeighbours,
                                                    index.data(), distance_squared.data());
-          // Summed in ascending order of power: which of two neighbours at one distance comes first
-          // is the tree's affair and must not show.
+          // Powers are summed in ascending order, because the order of equidistant neighbours
+          // depends on the tree.
           std::array<double, kNeighbours> power{};
           for (std::size_t k = 0; k < found; ++k) power[k] = broadband(secondary_sources[index[k]]);
           std::sort(power.begin(), power.begin() + static_cast<std::ptrdiff_t>(found));

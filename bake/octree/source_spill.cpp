@@ -98,7 +98,7 @@ Result<void> SourceSpill::append(std::span<const Source> sources) {
 
 Result<void> SourceSpill::flush() {
   const auto written = write(buffer_);
-  buffer_ = std::vector<Source>();  // {} would keep the room
+  buffer_ = std::vector<Source>();  // assigning {} would keep the capacity
   return written;
 }
 
@@ -109,7 +109,7 @@ Result<void> SourceSpill::read(std::uint64_t first, std::span<Source> sources) c
   while (!bytes.empty()) {
     const ssize_t got = ::pread(descriptor_, bytes.data(), bytes.size(), offset);
     if (got < 0 && errno == EINTR) continue;
-    if (got == 0) errno = EIO;  // it ends early, so something else wrote to it
+    if (got == 0) errno = EIO;  // unexpected end: another process changed the file
     if (got <= 0) return failed("read");
     bytes = bytes.subspan(static_cast<std::size_t>(got));
     offset += got;

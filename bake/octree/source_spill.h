@@ -1,10 +1,10 @@
-// source_spill.h: a list of sources on disk, for lists that do not fit into memory.
+// source_spill.h: a list of sources in a temporary file, for lists larger than memory.
 //
-// A temporary file beside the output, where there should be room, and without a name as soon as it
-// is open: when this goes, or the process is killed, the room is free again. As sources arrive it
-// notes what dividing them will ask first: their bounds, and the ranks of the highest keys.
+// The file is created beside the output, where there should be space, and unlinked immediately: its
+// space is freed when the object or the process ends. While sources are appended, the list records
+// what dividing it will need: the bounds and the highest ranks.
 //
-// Threads: one at a time.   Disk: 88 bytes a source.   Memory: a buffer while sources arrive.
+// Threads: one at a time. Disk: 88 bytes per source. Memory: one write buffer while appending.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ namespace clamor {
 
 class SourceSpill {
  public:
-  // The file is made when the buffer is full for the first time, beside the file at `beside`.
+  // Creates the file beside `beside` when the buffer first overflows.
   explicit SourceSpill(std::string beside, std::size_t buffered_sources = 16384);
   SourceSpill(SourceSpill&& other) noexcept;
   SourceSpill& operator=(SourceSpill&& other) noexcept;
@@ -29,13 +29,13 @@ class SourceSpill {
   SourceSpill& operator=(const SourceSpill&) = delete;
   ~SourceSpill();
 
-  // At the end of the list, which holds fewer than 2^32.
+  // Appends to the list, which holds fewer than 2^32 sources.
   Result<void> append(std::span<const Source> sources);
 
-  // Writes what is buffered and lets go of the buffer. Call before read().
+  // Writes and frees the buffer. Must be called before read().
   Result<void> flush();
 
-  // Fills `sources` with those from `first` on, which must be there.
+  // Reads sources.size() existing sources, starting at `first`.
   Result<void> read(std::uint64_t first, std::span<Source> sources) const;
 
   const std::string& beside() const { return beside_; }
@@ -43,7 +43,7 @@ class SourceSpill {
   const Vec3f& low_m() const { return low_m_; }
   const Vec3f& high_m() const { return high_m_; }
 
-  // Ranks as octree_rank() makes them of places in the list, kNodeSources at most.
+  // The highest octree_rank() values of the list, at most kNodeSources, in descending order.
   std::span<const std::uint64_t> highest_ranks() { return highest_.descending(); }
 
  private:

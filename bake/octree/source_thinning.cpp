@@ -13,7 +13,8 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kSlack = 200'000, kMostAtOnce = 100'000;  // a run leaves fewer, nearly always
+// A run almost never has more deposits.
+constexpr std::size_t kSlack = 200'000, kMostAtOnce = 100'000;
 
 double weight_of(const Source& source) {
   double power = 0;
@@ -21,7 +22,7 @@ double weight_of(const Source& source) {
   return std::sqrt(std::sqrt(power));
 }
 
-// In (0, 1], from what tells this deposit from all others.
+// Hash of the deposit, uniform in (0, 1].
 double source_hash(const Source& source) {
   const std::uint64_t where =
       (std::uint64_t{std::bit_cast<std::uint32_t>(source.position_m.x)} << 32) |
@@ -37,7 +38,7 @@ double source_hash(const Source& source) {
 
 SourceThinning::SourceThinning(std::uint64_t most_sources) : most_(most_sources) {}
 
-// Higher keys first; equal ones by order, so that the choice is never open.
+// Higher keys first; ties are broken by order of arrival.
 bool SourceThinning::before(const Entry& a, const Entry& b) {
   if (a.key != b.key) return a.key > b.key;
   if (a.order != b.order) return a.order < b.order;
@@ -45,7 +46,7 @@ bool SourceThinning::before(const Entry& a, const Entry& b) {
 }
 
 void SourceThinning::add(std::span<const Source> deposits, std::uint64_t order) {
-  // At once: growing by doubling would take twice as much when it is fullest.
+  // Reserved at once, because doubling would need twice the memory at the peak.
   const std::size_t room = most_ + most_ / 4 + kSlack;
   if (added_ == 0) {
     entries_.reserve(room);
@@ -54,7 +55,7 @@ void SourceThinning::add(std::span<const Source> deposits, std::uint64_t order) 
   added_ += deposits.size();
   for (std::size_t i = 0; i < deposits.size(); ++i) {
     const double key = weight_of(deposits[i]) / source_hash(deposits[i]);
-    if (key < threshold_) continue;  // more than n are above it already
+    if (key < threshold_) continue;  // too low: the kept sources all have higher keys
     if (live_ == entries_.size()) {
       entries_.push_back({0, 0, 0, static_cast<std::uint32_t>(live_)});
       sources_.emplace_back();
@@ -80,8 +81,8 @@ std::vector<Source> SourceThinning::take() {
   tbb::parallel_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
     return a.order != b.order ? a.order < b.order : a.rank < b.rank;
   });
-  // Where it is, since there may be no room for a second list: the i-th changes places with
-  // whichever source is there, which is found again by way of the i-th entry's slot.
+  // Sorts in place, since there may be no memory for a second list. Source i is swapped with the
+  // one in its slot; the displaced source is later found through entry i's slot.
   for (std::size_t i = 0; i < live_; ++i) {
     std::uint32_t& slot = entries_[i].slot;
     while (slot < i) slot = entries_[slot].slot;
@@ -91,7 +92,7 @@ std::vector<Source> SourceThinning::take() {
     for (float& band : sources_[i].power) band = static_cast<float>(band * (threshold_ / weight));
   }
   sources_.resize(live_);
-  entries_ = std::vector<Entry>();  // {} would keep the room
+  entries_ = std::vector<Entry>();  // assigning {} would keep the capacity
   live_ = 0;
   return std::exchange(sources_, std::vector<Source>());
 }

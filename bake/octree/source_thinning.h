@@ -1,23 +1,24 @@
-// source_thinning.h: keeps the n deposits that matter most, without bias.
+// source_thinning.h: keeps n of the deposits by unbiased priority sampling.
 //
-// Priority sampling (N. Duffield, C. Lund, M. Thorup, J. ACM 54(6), 2007): deposit i, of power P_i
-// summed over bands, has the weight w_i = P_i^(1/4), a random number v_i in (0, 1] and the key w_i
-// / v_i. The n highest keys are kept, each with its power times max(1, tau / w_i), tau the (n +
-// 1)-th key. Any sum over the deposits is right on average; none with a weight above tau is let go.
+// Priority sampling (N. Duffield, C. Lund, M. Thorup, J. ACM 54(6), 2007): deposit i with power
+// P_i, summed over bands, has the weight w_i = P_i^(1/4), a random number v_i in (0, 1] and the key
+// w_i / v_i. The n highest keys are kept, and each kept power is multiplied by max(1, tau / w_i),
+// with tau the (n + 1)-th key. The estimate of any sum over deposits is unbiased, and no deposit
+// with a weight above tau is dropped.
 //
-// Why the fourth root: weights in proportion to power would leave the late decay, 30 dB down, a
-// thousandth of the sources. In a 5 x 4 x 3 m room, 200 000 sources of 30 000 photons, over 24
+// Why the fourth root: weights proportional to power would leave a thousandth of the sources for
+// the late decay, 30 dB down. In a 5 x 4 x 3 m room, with 200 000 sources of 30 000 photons and 24
 // seeds, the spread of T30 at one place and of its level is
 //
 //   P: 2.0 %, 0.014 dB    P^(1/2): 1.1 %, 0.015 dB    P^(1/4): 0.4 %, 0.014 dB
 //
-// and 0.5 %, 0.029 dB for the 150 000 deposits of 5 000 photons, unthinned.
+// and 0.5 %, 0.029 dB for the 150 000 deposits of 5 000 photons without thinning.
 //
-// v is a hash of the deposit and has nothing to do with its u, which the sampler will draw with.
-// The result depends neither on the order of add() nor on how the deposits were shared out.
+// v is a hash of the deposit and independent of u, which the runtime's sampler uses. The result
+// depends neither on the order of add() nor on how deposits were grouped.
 //
-// Memory: 1.6 times the n that are kept, however many are added, and 22 MB.   Threads: one at a
-// time; take() uses those of the TBB arena it is called in.
+// Memory: 1.6 times the n kept sources plus 22 MB, for any number of deposits. Threads: one at a
+// time; take() uses the calling TBB arena.
 #pragma once
 
 #include <cstdint>
@@ -32,31 +33,30 @@ class SourceThinning {
  public:
   explicit SourceThinning(std::uint64_t most_sources);
 
-  // Deposits in the order in which they shall come out; `order` grows from call to call, or says
-  // where among others' they belong.
+  // Adds deposits. take() returns sources sorted by `order`, then by their position in the call.
   void add(std::span<const Source> deposits, std::uint64_t order);
 
-  // Those that are kept, by order of arrival, and empties this. The list has room for more.
+  // Returns the kept sources in order and clears the object. The vector has spare capacity.
   std::vector<Source> take();
 
   std::uint64_t added() const { return added_; }
 
  private:
-  // Of a source, what decides about it; sources stay in their slots.
+  // The sort key of a source. Entries move, sources stay in their slots.
   struct Entry {
     double key;
-    std::uint64_t order;  // of the add()
-    std::uint32_t rank;   // within it
-    std::uint32_t slot;   // in sources_
+    std::uint64_t order;  // argument of add()
+    std::uint32_t rank;   // position within that call
+    std::uint32_t slot;   // index into sources_
   };
   static bool before(const Entry& a, const Entry& b);
   void prune();
 
   std::uint64_t most_;
   std::uint64_t added_ = 0;
-  double threshold_ = 0;         // the highest key ever let go
-  std::vector<Entry> entries_;   // the first live_; the slots of the others are free
-  std::vector<Source> sources_;  // as many as entries
+  double threshold_ = 0;         // highest dropped key
+  std::vector<Entry> entries_;   // the first live_ are in use; the slots of the others are free
+  std::vector<Source> sources_;  // same size as entries_
   std::size_t live_ = 0;
 };
 

@@ -17,39 +17,40 @@ namespace {
 
 constexpr std::uint64_t kKey = 0x61756469626c65u;
 constexpr std::uint32_t kWalks = 64, kLegs = 32;
-constexpr double kFewEscape = 0.1;  // of the walks, where a place counts as closed in
+constexpr double kFewEscape = 0.1;  // maximum share of escaping walks at an enclosed point
 
-// A hollow is no room if its surfaces are this near each other on average (a cube of 0.75 m), and
-// if it takes up a small part of the level's bounds.
+// A cavity is too small for a room if its mean free path is below this (a cube of 0.75 m) and it
+// fills a small part of the level's bounds.
 constexpr double kNarrow_m = 0.5, kNarrowShare = 0.1;
-// Surfaces that are seen from behind are those of a solid, unless whoever made the level turned the
-// walls of rooms outwards. A solid is narrower than rooms are (a cube of 1.8 m), or else it takes
-// up a small part of the bounds and stands in a room.
+// A cavity whose surfaces are mostly seen from behind is the inside of a solid, unless the level's
+// walls face outwards. A solid is smaller than a room (a cube of 1.8 m), or it fills a small part
+// of the bounds and stands in a room.
 constexpr double kBehind = 0.75, kThick_m = 1.2, kThickOfExtent = 0.2, kBehindShare = 0.3;
 
-// A level is closed if so much of its bounds is closed in; a place is outside if so many rays
-// escape from it.
+// A level is closed if this share of its bounds is enclosed. A point is outside if this share of
+// rays escapes.
 constexpr double kClosedShare = 0.5, kOutsideEscapes = 0.25;
 
-constexpr double kClearance_m = 0.2;    // that a proposed place has, in a level of 10 m or more
-constexpr double kSurface_m = 0.01;     // how far off rays start that look for a surface at a place
-constexpr double kOffSurface_m = 0.02;  // and how far off it a place is moved
-constexpr double kAtSurface_m = 1e-3;   // an emitter this near counts as on it,
-constexpr double kOnSurface_m = 1e-5;   // and a listener, whose rays begin on either side by chance
-constexpr double kInaudible = 1e-12;    // energy of the direct sound, re 1 m and gain 1
+constexpr double kClearance_m = 0.2;    // clearance of proposed points, in levels of 10 m or more
+constexpr double kSurface_m = 0.01;     // start distance of rays that look for a surface at a point
+constexpr double kOffSurface_m = 0.02;  // distance by which a point is moved off a surface
+constexpr double kAtSurface_m = 1e-3;   // tolerance for an emitter on a surface
+// Tolerance for a listener, whose rays start on either side by chance.
+constexpr double kOnSurface_m = 1e-5;
+constexpr double kInaudible = 1e-12;  // energy of the direct sound relative to 1 m and gain 1
 
 constexpr std::size_t kMaxEmitters = 16'384, kMostExplored = 512;
 constexpr std::size_t kLitEmitters = 64, kLitPlaces = 512, kPairs = 96, kMostTried = 200;
 constexpr std::size_t kShownEmitters = 3;
 
-// Directions that are spread evenly over the sphere.
+// Fibonacci sphere: `count` evenly distributed directions.
 Vec3 spread_direction(std::uint32_t index, std::uint32_t count) {
   constexpr double kGolden = 0.6180339887498949;
   const double turn = index * kGolden;
   return on_sphere(1 - (2 * index + 1.0) / count, turn - std::floor(turn));
 }
 
-// Up to `most` of the values, evenly spread.
+// At most `most` of the values, evenly spaced.
 template <class T>
 std::vector<T> thinned(std::span<const T> values, std::size_t most) {
   if (values.size() <= most) return {values.begin(), values.end()};
@@ -58,7 +59,7 @@ std::vector<T> thinned(std::span<const T> values, std::size_t most) {
   return kept;
 }
 
-// To a centimetre, as it will be printed.
+// Rounded to centimetres, as printed.
 Vec3 rounded(const Vec3& place_m) { return glm::round(place_m * 100.0) / 100.0; }
 
 double interval(std::vector<double> values) {
@@ -85,14 +86,15 @@ std::string works_in_words(const InaudiblePlace& place, const char* what) {
 
 }  // namespace
 
-// The surfaces that rays found which walked away from a place.
+// What random walks from a point found.
 struct Audibility::Exploration {
-  std::vector<Vec3> points_m;  // a little before the surfaces that were met, in the order of walks
-  std::size_t escaped = 0;     // walks
-  std::size_t direct = 0;      // of these, those that met no surface at all
-  std::size_t behind = 0;      // surfaces that were met from behind
+  // Points just in front of the hit surfaces, in the order of the walks.
+  std::vector<Vec3> points_m;
+  std::size_t escaped = 0;  // walks that left the level
+  std::size_t direct = 0;   // walks that left without hitting a surface
+  std::size_t behind = 0;   // hits on the back of a surface
   double legs_m = 0;
-  bool passes = false;  // a surface lets sound through
+  bool passes = false;  // whether any surface transmits sound
 
   bool is_closed_in() const { return static_cast<double>(escaped) <= kFewEscape * kWalks; }
   double width_m() const {
@@ -126,7 +128,7 @@ Audibility::Audibility(const Scene& scene, const Mesh& mesh, std::span<const Mat
   inside_m_ = thinned<Vec3>(inside_m, kPairs);
 }
 
-// The middles of the cells of a coarse grid over the level's bounds.
+// Cell centres of a coarse grid over the level's bounds.
 std::vector<Vec3> Audibility::grid_m() const {
   std::vector<Vec3> places_m;
   constexpr int kAcross = 10, kUp = 6;
@@ -167,7 +169,7 @@ Audibility::Exploration Audibility::explore(const Vec3& from_m) const {
   return found;
 }
 
-// How much of the level's bounds the space takes up that the walks got to, without strays.
+// Share of the level's bounds that the walks covered, ignoring outliers.
 double Audibility::share_of_bounds(const Exploration& found) const {
   double share = 1;
   for (int axis = 0; axis < 3; ++axis) {
@@ -187,7 +189,7 @@ bool Audibility::sees(const Vec3& from_m, const Vec3& to_m) const {
   Vec3 at_m = from_m;
   for (int crossing = 0; crossing < 32; ++crossing) {
     const auto hit = scene_.intersect(at_m, direction);
-    // A place before a wall, by offset_m(), is not to be seen through that wall.
+    // A point at offset_m() in front of a wall is not visible through that wall.
     if (!hit || hit->distance_m >= left_m - 0.25 * scene_.offset_m()) return true;
     if (!transmits(hit->material)) return false;
     const double step_m = hit->distance_m + scene_.offset_m();
@@ -204,8 +206,8 @@ bool Audibility::connected(std::span<const Vec3> some_m, std::span<const Vec3> o
   });
 }
 
-// Whether sound may bend round what stands between two places: a way over a point beside the middle
-// is free. The longest waves are heard that far beside the straight line.
+// Whether sound may be diffracted around an obstacle: there is a free path over a point beside the
+// middle of the line. The longest wavelengths reach 8 m beside it.
 bool Audibility::bends_to(const Vec3& from_m, const Vec3& to_m) const {
   const Vec3 way_m = to_m - from_m;
   if (!(length(way_m) > 0)) return true;
@@ -231,7 +233,7 @@ bool Audibility::has_clearance(const Vec3& place_m) const {
   return true;
 }
 
-// Places to try instead, the nearest first: on shells round it and, further away, on the grid.
+// Alternative points, nearest first: on spheres around the point and on the grid.
 std::vector<Vec3> Audibility::candidates_m(const Vec3& from_m) const {
   std::vector<Vec3> places_m = grid_m();
   const Vec3 margin_m(0.01);
@@ -245,7 +247,7 @@ std::vector<Vec3> Audibility::candidates_m(const Vec3& from_m) const {
               glm::all(glm::lessThan(place_m, high_m_ - margin_m)))
             places_m.push_back(place_m);
         }
-  // One at the same height is preferred to one that is as near.
+  // Points at the same height are preferred.
   const auto cost = [&](const Vec3& place_m) {
     const Vec3 way_m = place_m - from_m;
     return length(way_m) + 0.3 * std::abs(way_m.y);
@@ -266,7 +268,7 @@ Audibility::Hollow Audibility::hollow_of(const Exploration& found) const {
   return share < kBehindShare ? Hollow::kWide : Hollow::kNone;
 }
 
-// The nearest place that is neither in a solid nor outside.
+// The nearest point that is neither in a solid nor outside.
 std::optional<Audibility::AirPlace> Audibility::nearest_air(const Vec3& from_m) const {
   std::size_t tried = 0;
   for (const Vec3& place_m : candidates_m(from_m)) {
@@ -284,7 +286,7 @@ std::optional<InaudiblePlace> Audibility::judged(const Vec3& place_m) const {
   const Exploration found = explore(place_m);
   if (const Hollow hollow = hollow_of(found); hollow != Hollow::kNone) {
     const auto air = nearest_air(place_m);
-    // A level that is all like this may be meant so, and so may a room that stands in the open.
+    // A level in which every point looks like this may be intended, and so may a room in the open.
     const bool is_solid =
         hollow == Hollow::kNarrow || (air && hollow == Hollow::kThick) || (air && air->closed_in);
     if (is_solid) {
@@ -305,7 +307,7 @@ std::optional<InaudiblePlace> Audibility::judged(const Vec3& place_m) const {
   return std::nullopt;
 }
 
-// The normal of a surface that the place lies on or less than `within_m` before or behind, if any.
+// Normal of a surface within `within_m` of the point, if any.
 std::optional<Vec3> Audibility::surface_at(const Vec3& place_m, double within_m) const {
   constexpr std::uint32_t kRays = 12;
   std::uint32_t at_surface = 0;
@@ -322,7 +324,7 @@ std::optional<Vec3> Audibility::surface_at(const Vec3& place_m, double within_m)
   return normal;
 }
 
-// For a place on a surface whose two sides are not alike.
+// Judges a point on a surface whose two sides differ.
 std::optional<InaudiblePlace> Audibility::judged_on_surface(const Vec3& place_m) const {
   const auto found = surface_at(place_m, kAtSurface_m);
   if (!found) return std::nullopt;
@@ -342,7 +344,7 @@ std::optional<InaudiblePlace> Audibility::judged_on_surface(const Vec3& place_m)
   return InaudiblePlace{InaudibleCause::kOnSurface, 0, rounded(sides[second ? 1 : 0].place_m), {}};
 }
 
-// A cheap test that every place fails which judged() could find fault with.
+// Fast conservative test: true for every point that judged() may reject.
 bool Audibility::looks_suspicious(const Vec3& place_m) const {
   constexpr std::uint32_t kRays = 16, kMany = 10;
   std::uint32_t near = 0, behind = 0, escaped = 0, at_surface = 0;
@@ -366,7 +368,7 @@ std::vector<InaudibleEmitter> Audibility::unheard(std::span<const Emitter> emitt
   if (empty_) return found;
   std::vector<std::size_t> indices(emitters.size());
   for (std::size_t i = 0; i < indices.size(); ++i) indices[i] = i;
-  std::vector<Vec3> fine_m;  // places that an emitter in sight of is fine as well
+  std::vector<Vec3> fine_m;  // points near audible emitters
   std::size_t explored = 0;
   for (const std::size_t i : thinned<std::size_t>(indices, kMaxEmitters)) {
     const Vec3& place_m = emitters[i].position_m;
@@ -384,7 +386,7 @@ std::vector<InaudibleEmitter> Audibility::unheard(std::span<const Emitter> emitt
   return found;
 }
 
-// Emitters, and places on surfaces that their sound gets to.
+// Emitters, and points on surfaces that their sound reaches.
 std::vector<Vec3> Audibility::lit_places_m(std::span<const Emitter> emitters) const {
   const std::vector<Emitter> some = thinned<Emitter>(emitters, kLitEmitters);
   std::vector<Vec3> lit_m;
@@ -410,7 +412,7 @@ std::vector<std::optional<InaudiblePlace>> Audibility::inaudible_at(
   const auto is_far_away = [&](const Vec3& place_m) {
     double energy = 0;
     for (const Emitter& emitter : emitters) {
-      // Reflections come from at most so much nearer.
+      // Reflections are louder than the direct sound by at most this distance ratio.
       const double away_m = std::max(1.0, length(place_m - emitter.position_m) - extent_m);
       const double min_loss = *std::min_element(loss_per_m.begin(), loss_per_m.end());
       const double amplitude = emitter.gain / away_m;
@@ -521,7 +523,7 @@ std::vector<std::string> in_words(std::span<const InaudibleEmitter> unheard,
 std::string in_words(const InaudiblePlace& unheard, const Vec3& listener_m,
                      std::span<const Emitter> emitters) {
   const std::string where = "nothing is heard at " + place_in_words(listener_m) + ": ";
-  if (unheard.emitter)  // a little may leak out of a solid
+  if (unheard.emitter)  // some sound may leak out of a solid
     return "hardly anything" + where.substr(7) +
            emitter_in_words(unheard, emitters[*unheard.emitter].name);
   return where + "the listener is " + cause(unheard) +

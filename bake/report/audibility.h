@@ -1,24 +1,26 @@
-// audibility.h: can anything be heard at a place, and if not, why not and where could it be?
+// audibility.h: detects emitters and listeners that nobody can hear, and proposes other positions.
 //
-// An emitter in a pillar or forty metres outside a closed hall, and a listener there, are mistakes
-// that nothing else tells: the bake succeeds, and the render is silent. This follows sound roughly,
-// by some thousand rays that are reflected diffusely and pass surfaces that let sound through.
+// An emitter inside a pillar, or forty metres outside a closed hall, is a mistake that nothing else
+// reports: the bake succeeds and the render is silent. The check follows sound roughly, with some
+// thousand rays that are reflected diffusely and pass transmitting surfaces. The causes:
 //
-//   in a solid    rays from the place hardly get away from it, and either the surfaces are too near
-//                 for any room, or rays meet them from behind and they are nearer than those of
-//                 rooms or stand in one
-//   outside       most of the level's bounds are closed in, rays from the place are not, and no
-//                 surface that they meet is in sight of the closed space
-//   on a surface  half of an emitter's sound leaves on the far side, and of a listener's rays
-//   chance
-//                 decides on which side they begin
-//   far away      the direct sound has fallen by 120 dB from its level at 1 m
-//   shut off      none of these, but no path from an emitter was found, nor one that bends
+//   in a solid    walks from the point stay enclosed, and either the cavity is too small for a
+//   room,
+//                 or its surfaces are seen from behind and it is smaller than rooms are or stands
+//                 in one
+//   outside       most of the level's bounds are enclosed, the point is not, and no surface that
+//   its
+//                 walks hit is visible from the enclosed space
+//   on a surface  half of an emitter's sound leaves on the far side; a listener's rays start on
+//   either
+//                 side by chance
+//   far away      the direct sound is 120 dB below its level at 1 m
+//   shut off      none of these, but neither a path nor diffraction from any emitter was found
 //
-// The search prefers silence to a false alarm: a place that any ray connects with an emitter is
-// fine. Everything is a function of the input alone; the random numbers are always the same.
+// The check avoids false alarms: a point that any ray connects with an emitter passes. The random
+// numbers are fixed, so results depend on the input alone.
 //
-// Threads: const functions from any number at once.   Cost: milliseconds for a place that is fine.
+// Threads: const functions may be called concurrently. Cost: milliseconds for a point that passes.
 #pragma once
 
 #include <cstddef>
@@ -40,27 +42,27 @@ enum class InaudibleCause : std::uint8_t { kInSolid, kOutside, kOnSurface, kFarA
 
 struct InaudiblePlace {
   InaudibleCause why{};
-  double width_m = 0;  // of the hollow, for kInSolid: between its surfaces on average
-  std::optional<Vec3> alternative_m{};  // the nearest place found that works
+  double width_m = 0;                   // mean free path inside the solid, for kInSolid
+  std::optional<Vec3> alternative_m{};  // nearest point found that passes
   std::optional<std::size_t>
-      emitter{};  // set if an emitter's place is to blame, not the listener's
+      emitter{};  // set if that emitter's position is to blame, not the listener's
 };
 
 struct InaudibleEmitter {
-  std::size_t emitter = 0;  // its index
+  std::size_t emitter = 0;  // index in the level
   InaudiblePlace place;
 };
 
 class Audibility {
  public:
-  // Mesh, materials and scene must outlive it; the scene is made of the mesh.
+  // Mesh, materials and scene must outlive the object; the scene must be built from the mesh.
   Audibility(const Scene& scene, const Mesh& mesh, std::span<const Material> materials);
 
-  // Finds the emitters whose sound does not get where listeners are; none in a level without
-  // surfaces.
+  // Finds emitters that cannot be heard where listeners are. Levels without surfaces have none.
   std::vector<InaudibleEmitter> unheard(std::span<const Emitter> emitters) const;
 
-  // Why a listener at each place hears nothing of any of the emitters; nothing where they do.
+  // For each position, the reason why a listener there hears none of the emitters, or nothing if
+  // one is audible.
   std::vector<std::optional<InaudiblePlace>> inaudible_at(std::span<const Vec3> listeners_m,
                                                           std::span<const Emitter> emitters,
                                                           const Air& air) const;
@@ -71,7 +73,7 @@ class Audibility {
     Vec3 place_m{};
     bool closed_in = false;
   };
-  // A space that may be the inside of a solid, by how sure that is.
+  // Kinds of cavities that may be the inside of a solid, most certain first after kNone.
   enum class Hollow : std::uint8_t { kNone, kNarrow, kThick, kWide };
 
   Exploration explore(const Vec3& from_m) const;
@@ -93,18 +95,18 @@ class Audibility {
 
   const Scene& scene_;
   std::span<const Material> materials_;
-  Vec3 low_m_{}, high_m_{};     // of the triangles
-  bool empty_ = true;           // there are no triangles
-  bool closed_ = false;         // most of the bounds are closed in
-  std::vector<Vec3> inside_m_;  // some places in the closed space
+  Vec3 low_m_{}, high_m_{};     // bounds of the triangles
+  bool empty_ = true;           // whether there are no triangles
+  bool closed_ = false;         // whether most of the bounds are enclosed
+  std::vector<Vec3> inside_m_;  // sample points of the enclosed space
 };
 
-// "'violin' is inside a solid ...": one sentence without a full stop for each of the first few
-// emitters, and one for all others.
+// Describes inaudible emitters: a sentence without full stop for each of the first few, as in
+// "'violin' is inside a solid ...", and one for all others.
 std::vector<std::string> in_words(std::span<const InaudibleEmitter> unheard,
                                   std::span<const Emitter> emitters);
 
-// "nothing is heard at 1,1.7,3: ...".
+// Describes an inaudible listener position, as in "nothing is heard at 1,1.7,3: ...".
 std::string in_words(const InaudiblePlace& unheard, const Vec3& listener_m,
                      std::span<const Emitter> emitters);
 

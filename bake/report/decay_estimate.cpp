@@ -14,22 +14,22 @@ namespace {
 
 constexpr std::size_t kPlaces = 4;
 constexpr double kLeastRoom_m = 0.2;
-constexpr double kNearest_m = 0.1;             // as in the runtime, nothing grows louder than there
-constexpr std::uint64_t kCrowdPhotons = 1000;  // fewer of an emitter tell nothing
+constexpr double kNearest_m = 0.1;  // minimum distance for 1 / r^2, as in the runtime
+// Fewer photons per emitter give no estimate of their own.
+constexpr std::uint64_t kCrowdPhotons = 1000;
 constexpr std::size_t kCrowdGroups = 16;
 constexpr std::size_t kNone = ~std::size_t{0};
 constexpr double kDecibelsPerOctave = 10 / 3.321928094887362;
 
-// Off to the sides and a little up or down, no two alike, so that no place lies on an axis of a
-// room.
+// Oblique directions, all different, so that no receiver lies on an axis of a room.
 constexpr std::array<Vec3, kPlaces> kDirections = {Vec3(0.80, 0.13, 0.58), Vec3(-0.55, 0.21, 0.81),
                                                    Vec3(-0.83, -0.11, -0.55),
                                                    Vec3(0.51, 0.17, -0.84)};
 
-// Times at which the decay curve has first fallen so far, and how much energy is left then.
+// Levels of the decay curve at which its error is evaluated.
 constexpr std::array<double, 7> kFallen_db = {0, 5, 10, 15, 20, 25, 30};
 
-// (G - 1) / G times the sum of squared distances from the mean.
+// (G - 1) / G times the sum of squared deviations from the mean.
 double jackknife_variance(std::span<const double> without_one) {
   const auto count = static_cast<double>(without_one.size());
   double mean = 0, squares = 0;
@@ -149,7 +149,8 @@ void DecayEstimate::join_groups(std::uint32_t emitter) {
 void DecayEstimate::add(const PhotonRun& run, std::span<const ReceivedEnergy> heard) {
   Listening& listening = listening_[crowd_ ? 0 : run.emitter];
   const std::uint64_t first_unit = listening.units;
-  const std::uint64_t units = crowd_ ? 1 : run.count / kUnitPhotons;  // the rest is left out
+  // An incomplete last unit is ignored.
+  const std::uint64_t units = crowd_ ? 1 : run.count / kUnitPhotons;
   if (!crowd_)
     while ((first_unit + units + listening.units_per_group - 1) / listening.units_per_group >
            kMostGroups)
@@ -191,7 +192,8 @@ std::optional<double> DecayEstimate::error_db() const {
     std::size_t steps = 0;
     for (std::size_t i = 0; i < count; ++i) steps = std::max(steps, heard.groups[i].size());
     for (std::size_t b = 0; b < kBandCount; ++b) {
-      // What has yet to come, of all and of each group, backwards until nothing more does.
+      // Backward integrals (M. R. Schroeder, 1965) of all groups together and of each group, down
+      // to each level.
       std::vector<double> total(steps + 1, 0);
       for (std::size_t step = steps; step-- > 0;) {
         total[step] = total[step + 1];
@@ -210,7 +212,7 @@ std::optional<double> DecayEstimate::error_db() const {
             if (step < heard.groups[i].size()) left += heard.groups[i][step][b];
           }
           const double rest = total[step] - left;
-          if (!(rest > 0)) return std::nullopt;  // all of it comes from one group
+          if (!(rest > 0)) return std::nullopt;  // one group contains all the energy
           without_one[k].push_back(kDecibelsPerOctave * log2_of(rest));
         }
       }
@@ -234,7 +236,7 @@ std::optional<double> DecayEstimate::level_db(std::size_t place, std::size_t ban
       energy += heard.groups[i][step][band];
     all += 1;
   }
-  // As if all photons of the emitter had been heard.
+  // Scaled to all photons of the emitter.
   const Listening& listening = listening_[crowd_ ? 0 : heard.place.emitter];
   if (!crowd_)
     energy *= static_cast<double>(photons_[heard.place.emitter]) /
@@ -282,7 +284,7 @@ DecaySummary DecayEstimate::summary() const {
     const auto mean_s = mean_t30_s(places_, b, kNone);
     if (!mean_s) continue;
     summary.t30_s[b] = milliseconds(*mean_s);
-    // Places of one emitter share its photons; those of different emitters share nothing.
+    // Receivers of one emitter share its photons; those of different emitters are independent.
     double variance = 0;
     bool known = true;
     for (std::size_t first = 0, last = 0; first < places_.size(); first = last) {

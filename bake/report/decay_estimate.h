@@ -1,24 +1,25 @@
-// decay_estimate.h: how the sound of a level dies away at a few places, and how sure that is.
+// decay_estimate.h: estimates the energy decay of a level and its statistical error.
 //
-// While photons are traced, their deposits are also heard at up to four places: in sight, with the
-// reflection law towards the listener, 1 / r^2 and air; without the direct sound, which is exact.
-// From that come T30 per band and its error for the summary, and the error of the decay curves, for
-// progress and for ending a bake at a wanted error.
+// During tracing, deposits are received at up to four receivers: those in line of sight, weighted
+// by the BRDF towards the receiver, 1 / r^2 and air attenuation. Direct sound is exact and left
+// out. The results are T30 per band with its error, for the summary, and the error of the decay
+// curves, for progress reports and for ending a bake at a given error.
 //
-// Places: each half way from an emitter to the first surface in one of four fixed directions; with
-// several emitters, spread over them evenly. So they lie inside the level, off its walls, within a
-// straight line of sound, and are the same every time. A place hears its own emitter. Where
-// emitters are many and have few photons each (a crowd), every place hears all.
+// Receivers are placed half way from an emitter to the first surface in one of four fixed
+// directions, spread evenly over several emitters. They therefore lie inside the level, away from
+// walls and in line of sight of their emitter, and never change. A receiver registers its own
+// emitter only. If emitters are many and have few photons each (a crowd), every receiver registers
+// all.
 //
 // Errors are delete-a-group jackknife estimates (B. Efron, C. Stein, The jackknife estimate of
-// variance, Annals of Statistics 9(3), 1981): with G groups of photons and x_(j) what comes out
-// without group j, var x = (G - 1) / G sum_j (x_(j) - mean x)^2. Groups are consecutive photons, as
-// these are spread evenly by the Sobol sequence: a group is a small bake of its own. Photons come
-// in units of 64; when 32 groups are full they are joined in pairs, so that there are 16 to 32 of
-// them at any time. In a crowd runs are dealt out in turn.
+// variance, Annals of Statistics 9(3), 1981): with G groups of photons and x_(j) the result without
+// group j, var x = (G - 1) / G sum_j (x_(j) - mean x)^2. Groups are consecutive photons, which the
+// Sobol sequence distributes evenly, so a group is a small bake of its own. Photons are counted in
+// units of 64. When 32 groups are full they are merged in pairs, so there are always 16 to 32. In a
+// crowd, runs are assigned to groups round-robin.
 //
-// Threads: hear() on any number at once; the rest one at a time, in the order of the photons.
-// Memory: 26 kB per place, group and second.
+// Threads: receive() may be called concurrently; all else one at a time, in the order of the
+// photons. Memory: 26 kB per receiver, group and second.
 #pragma once
 
 #include <array>
@@ -40,15 +41,15 @@ struct DecayReceiver {
   std::uint32_t emitter = 0;
 };
 
-// The places of a level; none where emitters have no surface near them.
+// Receivers of a level; none if no surface is near the emitters.
 std::vector<DecayReceiver> decay_receivers(const Scene& scene,
                                            const std::vector<Emitter>& emitters);
 
-// Energy of one deposit at one place.
+// Energy of one deposit at one receiver.
 struct ReceivedEnergy {
   std::uint32_t place = 0;
-  std::uint32_t photon = 0;  // within its run
-  std::uint32_t step = 0;    // of time
+  std::uint32_t photon = 0;  // index within the run
+  std::uint32_t step = 0;    // time step
   Bands energy{};
 };
 
@@ -56,34 +57,34 @@ class DecayEstimate {
  public:
   static constexpr double kStep_s = 0.0025;
 
-  // Scene and level must outlive the estimate. `stride`: of every emitter's runs, one in so many is
-  // heard.
+  // Scene and level must outlive the estimate. One in `stride` runs of every emitter is used.
   DecayEstimate(const Scene& scene, const Level& level, const TraceSettings& settings,
                 std::span<const std::uint64_t> photons, std::uint64_t stride);
 
-  // Most memory that an estimate takes.
+  // Upper bound of the memory that an estimate uses.
   static std::uint64_t max_bytes(double longest_path_s);
 
   bool wants(const PhotonRun& run) const;
 
-  // Adds what the places hear of a run's deposits.
+  // Appends the energies of a run's deposits at all receivers.
   void hear(std::span<const Source> deposits, std::span<const std::uint16_t> photons,
             std::vector<ReceivedEnergy>& heard) const;
 
-  // Takes in a run that was wanted. Deposits carry the whole power of their emitter.
+  // Accumulates the energies of a run for which wants() holds.
   void add(const PhotonRun& run, std::span<const ReceivedEnergy> heard);
 
-  // Standard error of the decay curves in dB, had all runs so far been heard: root mean square over
-  // places, bands and the times when the curve has fallen by 0, 5 ... 30 dB. Nothing where there
-  // are no places or too few photons to tell.
+  // Standard error of the decay curves in dB, extrapolated to all runs instead of one in `stride`:
+  // the root mean square over receivers, bands and levels of 0, -5 ... -30 dB. Nothing without
+  // receivers or with too few photons.
   std::optional<double> error_db() const;
 
-  // Energy that has yet to come at a place, so long after the emitter, in dB re intensity 1 for 1
-  // s; nothing if none does.
+  // Backward-integrated energy at a receiver from `time_s` on, in dB relative to intensity 1 for 1
+  // s. Nothing if it is zero.
   std::optional<double> level_db(std::size_t place, std::size_t band, double time_s) const;
 
-  // T30 as the mean over the places that can tell, where most can. In whole milliseconds and
-  // thousandths of decibels, so that they do not depend on the last bit of a CPU's pow().
+  // T30 per band as the mean over receivers, where most have one. Values are rounded to
+  // milliseconds and thousandths of a decibel, so that they do not depend on the last bit of a
+  // CPU's pow().
   DecaySummary summary() const;
 
  private:
@@ -91,12 +92,12 @@ class DecayEstimate {
   static constexpr std::size_t kMostGroups = 32, kLeastGroups = 8;
 
   using Energy = std::array<double, kBandCount>;
-  using Histogram = std::vector<Energy>;  // by time step
+  using Histogram = std::vector<Energy>;  // indexed by time step
   struct Heard {
     DecayReceiver place;
     std::vector<Histogram> groups;
   };
-  // How many photons of an emitter were heard; all places that listen to it have like groups.
+  // Photons received per emitter. All receivers of an emitter have the same groups.
   struct Listening {
     std::uint64_t units = 0, units_per_group = 1;
   };
@@ -114,8 +115,8 @@ class DecayEstimate {
   std::vector<std::uint64_t> photons_;  // per emitter
   std::uint64_t stride_;
   bool crowd_ = false;
-  std::vector<Heard> places_;         // by emitter
-  std::vector<Listening> listening_;  // per emitter; in a crowd, the first is everybody's
+  std::vector<Heard> places_;         // sorted by emitter
+  std::vector<Listening> listening_;  // per emitter; a crowd uses the first only
 };
 
 }  // namespace clamor

@@ -16,21 +16,21 @@ namespace {
 
 constexpr std::uint32_t kWalks = 2048, kLongestWalk = 64;
 constexpr std::uint64_t kKey = 0x6f70656e696e67u;
-constexpr double kLeastPower = 1e-3;  // of a walk's start, at which it ends
+constexpr double kLeastPower = 1e-3;  // a walk ends below this share of its initial power
 constexpr std::size_t kMostOpenings = 6;
 constexpr int kTellingLines = 16;
 
-// Two points must leave less than this of the squared distances to count as two openings. Cutting
-// one long slit in two leaves a quarter.
+// A bundle is split if two points reduce the sum of squared distances below this share. Cutting one
+// long slit in two leaves a quarter.
 constexpr double kTwoOpenings = 0.2;
 
 struct Escape {
   Vec3 origin_m, direction;
   double power;
-  bool direct;  // from the emitter, met no surface
+  bool direct;  // whether the walk left without hitting a surface
 };
 
-// The part of the power that a surface gives back, over all bands.
+// Mean reflectance over all bands.
 double reflected(const Material& material) {
   double sum = 0;
   for (const float absorption : material.absorption) sum += 1 - static_cast<double>(absorption);
@@ -76,13 +76,14 @@ double distance2_m2(const Escape& line, const Vec3& point_m) {
   return std::max(0.0, dot(way, way) - along * along);
 }
 
-// Lines, and the point nearest to all: the sum of w (1 - d d^T) (x - o) vanishes there.
+// A bundle of lines and the point nearest to all of them, where the sum of w (1 - d d^T) (x - o)
+// vanishes.
 struct Bundle {
   std::vector<Escape> lines;
   Vec3 point_m{};
-  double power = 0, error = 0;  // of the lines; their weighted sum of squared distances
-  double escaped = 0;           // power of all that left here, straight from an emitter or not
-  Vec3 flow{};                  // the same, with direction
+  double power = 0, error = 0;  // power of the lines; weighted sum of their squared distances
+  double escaped = 0;           // power of all lines, including those straight from an emitter
+  Vec3 flow{};                  // power-weighted sum of directions
 
   void fit() {
     glm::dmat3 sum(0.0);
@@ -96,7 +97,7 @@ struct Bundle {
       mean += line.origin_m * line.power;
       power += line.power;
     }
-    // Of lines that are all but parallel, any point along them will do.
+    // For nearly parallel lines, any point along them is as good.
     const bool parallel = !(glm::determinant(sum) > 1e-6 * power * power * power);
     point_m = parallel ? mean / power : glm::inverse(sum) * right;
     escaped = power;
@@ -113,18 +114,18 @@ struct Bundle {
   }
 };
 
-// In two, about two points that start either side of the bundle's own, or nothing if they explain
-// it hardly better.
+// Splits a bundle by 2-means clustering, or returns nothing if two points fit hardly better than
+// one.
 std::optional<std::pair<Bundle, Bundle>> in_two(const Bundle& bundle) {
   if (bundle.lines.size() < 8) return std::nullopt;
-  // The line that passes furthest away, and what passes furthest from there.
+  // The foot point on a distant line, and its mirror image, are the initial centres.
   const auto foot = [](const Escape& line, const Vec3& point_m) {
     return line.origin_m + line.direction * dot(point_m - line.origin_m, line.direction);
   };
   std::vector<double> away(bundle.lines.size());
   std::transform(bundle.lines.begin(), bundle.lines.end(), away.begin(),
                  [&](const Escape& line) { return distance2_m2(line, bundle.point_m); });
-  // Not the very furthest, which may be a stray.
+  // The 90th percentile is used, because the most distant line may be an outlier.
   std::vector<std::size_t> order(away.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
@@ -148,8 +149,8 @@ std::optional<std::pair<Bundle, Bundle>> in_two(const Bundle& bundle) {
   return halves;
 }
 
-// Lines straight from an emitter all meet there, so they tell nothing of the opening; they are
-// counted to the one that they pass nearest.
+// Lines straight from an emitter meet at the emitter and do not locate the opening. They are added
+// to the nearest bundle afterwards.
 std::vector<Bundle> bundles_of(std::vector<Escape> escapes) {
   const auto straight = std::stable_partition(escapes.begin(), escapes.end(),
                                               [](const Escape& line) { return !line.direct; });
@@ -180,7 +181,7 @@ std::vector<Bundle> bundles_of(std::vector<Escape> escapes) {
   return whole;
 }
 
-// Open edges that hang together: per edge, the first of its chain.
+// Connected components of open edges: per edge, its representative.
 std::vector<std::size_t> chains_of(const Mesh& mesh, std::span<const MeshEdge> edges) {
   DisjointSets<std::size_t> chains(edges.size());
   std::vector<std::size_t> last_at(mesh.vertices_m.size(), edges.size());
@@ -192,7 +193,7 @@ std::vector<std::size_t> chains_of(const Mesh& mesh, std::span<const MeshEdge> e
   return chains.roots();
 }
 
-// The whole length of the chain that has most of its length round the opening.
+// Total length of the chain that covers most of the opening's border.
 double edge_round_m(const Mesh& mesh, std::span<const MeshEdge> edges,
                     std::span<const std::size_t> chains, const LevelOpening& opening) {
   std::vector<double> near_m(edges.size(), 0), all_m(edges.size(), 0);
@@ -209,8 +210,8 @@ double edge_round_m(const Mesh& mesh, std::span<const MeshEdge> edges,
   return edges.empty() || !(near_m[best] > 0) ? 0 : all_m[best];
 }
 
-// Lines straight from one emitter meet there, so where they are most, the point that is nearest to
-// all of them is no opening.
+// Whether the bundle locates an opening. Lines straight from one emitter all meet at that emitter,
+// so bundles dominated by them do not.
 bool tells_of_opening(const Bundle& bundle) {
   std::vector<std::array<double, 3>> origins;
   for (const Escape& line : bundle.lines)
@@ -248,7 +249,8 @@ LevelOpenings find_openings(const Scene& scene, const Level& level, std::span<co
     opening.share = bundle.escaped / kWalks;
     opening.place_m = glm::clamp(bundle.point_m, Vec3(low), Vec3(high));
     opening.direction = bundle.flow / bundle.escaped;
-    // Lines through a disc of radius R, by the cosine law, pass its middle at 3/8 R^2 in the mean.
+    // Lines through a disc of radius R, distributed by Lambert's law, have a mean squared distance
+    // of 3/8 R^2 from its centre.
     if (tells_of_opening(bundle)) {
       opening.width_m = 2 * std::sqrt(8.0 / 3 * bundle.error / bundle.power);
       opening.edge_length_m = edge_round_m(level.mesh, free_edges, chains, opening);
@@ -267,7 +269,7 @@ double enclosed_volume_m3(const PreparedMesh& prepared) {
     return 0;
   const std::vector<std::uint32_t> sheets = sheets_of(mesh);
 
-  // Six times the signed volume of each sheet, by Gauss.
+  // Six times the signed volume of each sheet, by the divergence theorem.
   std::vector<double> volumes(mesh.vertices_m.size(), 0);
   const Vec3 origin(mesh.vertices_m[0]);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

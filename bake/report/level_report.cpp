@@ -17,10 +17,10 @@ namespace {
 
 constexpr std::size_t kShownOpenings = 3, kShownGaps = 3, kShownClashes = 3;
 
-// What no room is: less across, or, from surface to surface, more.
+// Extents below and mean free paths above these suggest a wrong unit of length.
 constexpr double kSmallLevel_m = 1, kLargeRoom_m = 60;
 
-// Less than this of the sound is lost anywhere: numbers of rays would show chance.
+// Losses below this share of the power are not reported, because the ray counts would be noise.
 constexpr double kLeak = 0.05;
 
 void add_areas(const Mesh& mesh, std::vector<MaterialArea>& materials, double& all_m2,
@@ -68,8 +68,8 @@ void simplify(PreparedMesh& prepared, const Level& level, double tolerance_m, Le
   report.simplification = simplification;
 }
 
-// Where emitters are that can be heard; those on a surface a little off it. The others would tell
-// of another space than the one that is listened to.
+// Positions of audible emitters, moved off surfaces. Inaudible emitters would explore a space that
+// nobody listens to.
 std::vector<Vec3> places_that_work_m(const std::vector<Emitter>& emitters,
                                      const std::vector<InaudibleEmitter>& unheard) {
   std::vector<Vec3> places_m;
@@ -104,7 +104,7 @@ std::string percent(double share) {
   return fmt::format("{:.{}f} %", 100 * share, share < 0.00095 ? 2 : share < 0.0995 ? 1 : 0);
 }
 
-// Which way most of the sound goes; with its whole strength it is 2/3 from an opening in a wall.
+// Dominant direction of the escaping sound. Through an opening in a wall its mean is 2/3 long.
 enum class Way { kAllRound, kUp, kDown, kSideways };
 Way way_of(const LevelOpening& opening) {
   const Vec3& d = opening.direction;
@@ -128,7 +128,8 @@ std::string in_words(const LevelOpening& opening) {
   return "in all directions";
 }
 
-// "upwards near (1.0, 3.0, 2.0), through an opening about 4 m wide along an open edge of 16 m"
+// Example: "upwards near (1.0, 3.0, 2.0), through an opening about 4 m wide along an open edge of
+// 16 m".
 std::string described(const LevelOpening& opening) {
   if (way_of(opening) == Way::kAllRound || !(opening.width_m > 0)) return in_words(opening);
   std::string text = fmt::format("{} near {}, through an opening about {} wide", in_words(opening),
@@ -152,7 +153,7 @@ std::string question(const LevelOpening& opening) {
   return "the level stands in the open";
 }
 
-// An opening that hardly anyone wants: a floor, or one that lets little through.
+// Whether an opening is probably unintended: one in a floor, or one that is small.
 bool is_suspicious(const LevelReport& report) {
   const LevelOpenings& found = report.openings;
   return !found.openings.empty() &&

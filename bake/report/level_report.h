@@ -1,8 +1,7 @@
-// level_report.h: makes a level ready to be traced, and says what it is made of and whether it is
-// closed.
+// level_report.h: prepares a level for tracing and reports on its mesh, materials and openings.
 //
-// A designer reads it before the bake: a missing floor, a gap under a door or a wall that is there
-// twice in two materials is cheaper to know now than to hear later.
+// The report is read before the bake: a missing floor, a gap under a door or a wall that exists
+// twice in two materials is cheaper to fix now than after listening.
 #pragma once
 
 #include <cstddef>
@@ -18,12 +17,12 @@
 namespace clamor {
 
 struct LevelOptions {
-  double simplify_m = 0;  // how far surfaces may move to save triangles; 0: not at all
+  double simplify_m = 0;  // simplification tolerance; 0: no simplification
 };
 
 struct MaterialArea {
   std::string name;
-  double read_m2 = 0, area_m2 = 0;  // before and after preparation; one side counts
+  double read_m2 = 0, area_m2 = 0;  // before and after preparation, counting one side
 };
 
 struct MaterialClashNames {
@@ -33,12 +32,12 @@ struct MaterialClashNames {
 
 struct SimplificationReport {
   double tolerance_m = 0;
-  double error_m = 0;  // bound on what was used of it
+  double error_m = 0;  // upper bound of the distance to the original surface
   std::size_t triangles_before = 0, triangles_after = 0;
   double area_before_m2 = 0, area_after_m2 = 0;
 };
 
-// Emitters so near a surface that simplification may have put them on its other side.
+// An emitter that simplification may have moved to the other side of a surface.
 struct EmitterAtSurface {
   std::string name;
   double distance_m = 0;
@@ -47,37 +46,37 @@ struct EmitterAtSurface {
 struct LevelReport {
   std::size_t triangles_read = 0, triangles = 0;
   double area_read_m2 = 0, area_m2 = 0;
-  std::vector<MaterialArea> materials;  // as in the level
+  std::vector<MaterialArea> materials;  // in the order of the level
 
   double weld_m = 0;
   std::size_t welded_vertices = 0, degenerate = 0, duplicated = 0, split_edges = 0;
   double duplicated_m2 = 0;
-  std::vector<MaterialClashNames> clashes;  // the largest first
+  std::vector<MaterialClashNames> clashes;  // largest area first
   std::optional<SimplificationReport> simplification;
   std::vector<EmitterAtSurface> emitters_at_surfaces;
-  std::vector<std::string> unheard_emitters;  // a sentence for each, audibility.h says which
+  std::vector<std::string> unheard_emitters;  // one sentence per emitter, see audibility.h
 
   std::vector<MeshEdge> boundary_edges, feature_edges;  // of the prepared mesh, for diffraction
-  double free_edges_m = 0, resting_edges_m = 0;         // length of boundary edges by what they do
-  std::vector<ThinGap> gaps;                            // the largest first
+  double free_edges_m = 0, resting_edges_m = 0;         // total length of boundary edges by kind
+  std::vector<ThinGap> gaps;                            // largest area first
 
   LevelOpenings openings;
-  double volume_m3 = 0;  // 0 where the level is not closed
+  double volume_m3 = 0;  // 0 for open levels
   double extent_m = 0;
 
-  // 4 V / S, where the level is closed and nothing escapes.
+  // 4 V / S for closed levels without escaped sound; otherwise nothing.
   std::optional<double> geometric_free_path_m() const;
 };
 
-// Two boundary edges nearer than this, but not together, are a gap nobody meant: two thirds of the
+// Boundary edges closer than this, but not touching, form an unintended gap. Two thirds of the
 // shortest wavelength.
 inline constexpr double kThinGap_m = 0.02;
 
-// Prepares level.mesh in place. The mesh is a function of the mesh and the options alone; emitters
-// and materials are only looked at.
+// Prepares level.mesh in place. The new mesh depends on the old mesh and the options alone;
+// emitters and materials are not changed.
 LevelReport prepare_level(Level& level, const LevelOptions& options = {});
 
-// Sentences, the few that matter first; and what to look into.
+// The report as sentences, most important first, and the warnings.
 std::vector<std::string> report_lines(const LevelReport& report);
 std::vector<std::string> report_warnings(const LevelReport& report);
 

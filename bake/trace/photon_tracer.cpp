@@ -17,7 +17,7 @@ namespace clamor {
 
 namespace {
 
-// FNV-1a.
+// FNV-1a hash.
 std::uint64_t hash_of_name(std::string_view name) {
   std::uint64_t hash = 0xcbf29ce484222325u;
   for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
@@ -59,7 +59,7 @@ void TracedRuns::make_room(std::size_t deposits) {
   run_of_.resize(deposits_.size());
 }
 
-// Deposits of runs that were traced together lie in order of bounces; each run's are gathered.
+// Deposits of runs traced together are ordered by bounce; this groups them by run.
 void TracedRuns::sort_by_run(std::size_t first_deposit, std::size_t first_run) {
   const std::size_t runs = runs_.size() - first_run;
   std::vector<std::size_t> next(runs + 1, 0);
@@ -118,7 +118,7 @@ KernelPhoton PhotonTracer::emit(std::uint32_t index, std::uint64_t number, Ray& 
   photon.first_bounce = {std::min(static_cast<float>(sobol[2]), kBelowOne),
                          std::min(static_cast<float>(sobol[3]), kBelowOne)};
 
-  // draw_emission_cos() of common/directivity.h, in single precision.
+  // Same as draw_emission_cos() of common/directivity.h, in single precision.
   const auto drawn = static_cast<std::size_t>(unit(bits[0]) * kBandCount);
   const float p = emitter.directivity[drawn];
   const float u = std::max(static_cast<float>(sobol[0]), 0x1p-32f);
@@ -131,7 +131,8 @@ KernelPhoton PhotonTracer::emit(std::uint32_t index, std::uint64_t number, Ray& 
                                   basis.tangent * static_cast<double>(sin_a * turn.cos) +
                                   basis.bitangent * static_cast<double>(sin_a * turn.sin)));
 
-  // The bands' densities towards there, ((1 + cos a) / 2)^p (p + 1) / 4 pi, as weights of sum 8.
+  // The bands' densities in this direction, ((1 + cos a) / 2)^p (p + 1) / 4 pi, become weights of
+  // sum 8.
   double sum = 0;
   std::array<double, kBandCount> density{};
   const float log2_share = log2_of(std::max(share, 1e-30f));
@@ -161,7 +162,7 @@ void PhotonTracer::trace(std::span<const PhotonRun> runs, TracedRuns& result) co
 
 namespace {
 
-// What a thread needs for one call, kept between calls.
+// Buffers of a thread, kept between calls.
 struct Workspace {
   std::vector<KernelRun> runs;
   std::vector<KernelPhoton> photons;

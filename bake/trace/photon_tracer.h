@@ -1,22 +1,23 @@
-// photon_tracer.h: sends sound photons through a scene and notes where they are reflected.
+// photon_tracer.h: traces sound photons through a scene and records a deposit at every reflection.
 //
-// A photon leaves an emitter by importance sampling of its directivity, carries eight bands' power
-// from surface to surface, leaves a secondary source at each (power after absorption, delay,
-// normal, mirror direction), is reflected by importance sampling of the surface's law, and dies by
-// Russian roulette (the paper, section 4).
+// A photon leaves an emitter by importance sampling of its directivity and carries eight bands of
+// power. At every surface it leaves a deposit (power after absorption, delay, normal, mirror
+// direction) and is reflected by importance sampling of the BRDF, until Russian roulette ends it
+// (the paper, section 4).
 //
-// One path serves eight bands: its direction is drawn from the mixture of the bands' laws weighted
-// by the path's own band weights w, and w <- 8 w q / sum(w q), q the bands' densities: the balance
-// heuristic over whole paths (E. Veach, L. Guibas, SIGGRAPH 1995). No band does worse than traced
-// alone with an eighth of the photons; with like exponents nothing is lost.
+// One path serves eight bands. Its direction is drawn from the mixture of the bands' BRDFs,
+// weighted by the path's band weights w, and then w <- 8 w q / sum(w q), with q the bands'
+// densities. This is the balance heuristic over whole paths (E. Veach, L. Guibas, SIGGRAPH 1995).
+// No band is worse than if traced alone with an eighth of the photons; with equal exponents nothing
+// is lost.
 //
-// The photons of a run advance in step, so that the shading of one bounce is vector code
-// (trace_kernel.h) and rays are asked for many at a time.
+// The photons of a run advance in lockstep, so that shading is vector code (trace_kernel.h) and
+// rays are traced in batches.
 //
-// Photon i of an emitter is a function of the seed, the emitter's own content (its name picks the
-// random numbers), the scene and the settings: philox(seed, name; i, bounce, use) and Sobol point
-// i. So photons may be traced in any order on any thread, tracing more only adds to those before,
-// and moving one emitter changes nothing for the others.
+// Photon i of an emitter depends on the seed, the emitter (its name selects the random numbers),
+// the scene and the settings: philox(seed, name; i, bounce, use) and Sobol point i. Photons may
+// therefore be traced in any order on any thread, tracing more photons only adds deposits, and
+// moving one emitter does not change the photons of the others.
 #pragma once
 
 #include <cstddef>
@@ -35,22 +36,21 @@ namespace clamor {
 struct TraceSettings {
   std::uint64_t seed = 1;
   double roulette_exponent =
-      0.5;                     // a photon survives with (power after / before)^kappa, loudest band
-  double longest_path_s = 10;  // photons older than this are given up, and counted
+      0.5;  // survival probability = (power after / before)^exponent, in the loudest band
+  double longest_path_s = 10;  // longer paths end and are counted as unfinished
   double speed_mps = 343.2;
   Bands air_loss_per_m{};
   std::uint32_t max_bounces = 0xffffffff;
 
-  // A deposit whose power P, summed over bands, is below this share T of the power that its photon
-  // left the emitter with is kept with probability (P / T)^(1/4), and then carries the inverse
-  // times as much: fewer deposits, without bias. 0 keeps all. source_thinning.h says why the fourth
-  // root.
+  // Thins weak deposits without bias: if the power P of a deposit, summed over bands, is below this
+  // share T of its photon's initial power, it is kept with probability (P / T)^(1/4) and its power
+  // is divided by that probability. 0 keeps all. For the fourth root see source_thinning.h.
   double deposit_threshold = 0;
 };
 
 inline constexpr std::uint32_t kRunPhotons = kStepPhotons;
 
-// Photons first .. first + count - 1 of one emitter, at most kRunPhotons of them.
+// Photons first .. first + count - 1 of one emitter; count is at most kRunPhotons.
 struct PhotonRun {
   std::uint32_t emitter = 0;
   std::uint64_t first = 0;
@@ -59,12 +59,12 @@ struct PhotonRun {
 
 struct TracedRun {
   PhotonRun run;
-  std::size_t first_deposit = 0, deposits = 0;  // into TracedRuns
+  std::size_t first_deposit = 0, deposits = 0;  // range of TracedRuns::deposits()
   TraceTally tally;
 };
 
-// What some runs left behind, run after run; within one by bounce, then by photon. Meant to be
-// cleared and used again: memory once had is kept, since fresh pages cost as much as the shading.
+// The deposits of several runs, grouped by run, then ordered by bounce and photon. Reuse objects
+// with clear(), which keeps the capacity: touching new memory costs as much as shading.
 class TracedRuns {
  public:
   std::span<const TracedRun> runs() const { return runs_; }
@@ -76,7 +76,7 @@ class TracedRuns {
 
   void clear();
 
-  // Adds a run that was traced before.
+  // Appends a run traced earlier.
   void append(const PhotonRun& run, const TraceTally& tally, std::span<const Source> deposits,
               std::span<const std::uint16_t> photons);
 
@@ -96,15 +96,15 @@ class PhotonTracer {
   // Scene and level must outlive the tracer.
   PhotonTracer(const Scene& scene, const Level& level, const TraceSettings& settings);
 
-  // Traces the runs and appends what they leave behind. Every photon carries the whole power of its
-  // emitter, so the caller divides by how many it traces of that emitter. What a run leaves does
-  // not depend on which others are traced with it.
+  // Traces the runs and appends their deposits. Every photon carries the full power of its emitter,
+  // so the caller divides by the emitter's number of photons. The deposits of a run do not depend
+  // on the other runs of the call. Threads: may be called concurrently.
   void trace(std::span<const PhotonRun> runs, TracedRuns& result) const;
 
-  // What the random numbers of an emitter are keyed by: the seed and its name.
+  // Key of an emitter's random numbers: a hash of the seed and its name.
   std::uint64_t emitter_key(std::uint32_t emitter) const { return emitter_keys_[emitter]; }
 
-  // Power that all emitters radiate, per band.
+  // Total emitted power per band.
   const std::array<double, kBandCount>& power_emitted() const { return power_emitted_; }
 
  private:
@@ -117,11 +117,11 @@ class PhotonTracer {
   KernelSettings kernel_settings_;
   PhongLobes lobes_;
   std::vector<KernelMaterial> materials_;
-  std::vector<std::uint64_t> emitter_keys_;  // of their random numbers
+  std::vector<std::uint64_t> emitter_keys_;  // keys of the random numbers
   std::array<double, kBandCount> power_emitted_{};
 };
 
-// What an emitter radiates into all directions, in the units of Source::power.
+// Power that an emitter radiates in all directions, in the units of Source::power.
 double emitted_power(const Emitter& emitter, std::size_t band);
 
 }  // namespace clamor

@@ -68,7 +68,7 @@ struct Scene::Embree {
 
 namespace {
 
-// Unit, by the triangle's own winding; zero where it has no area.
+// Unit normal given by the winding; zero for a triangle without area.
 Vec3 normal_of(const Mesh& mesh, std::uint32_t triangle) {
   const auto& corners = mesh.triangles[triangle];
   const Vec3 a = mesh.vertices_m[corners[0]];
@@ -78,12 +78,11 @@ Vec3 normal_of(const Mesh& mesh, std::uint32_t triangle) {
   return twice_area > 0 ? across / twice_area : Vec3(0);
 }
 
-// Which rays hit which triangle must not depend on the machine. Embree's code for AVX2 and AVX-512
-// rounds otherwise than that for SSE (it fuses multiplications and additions) and builds another
-// tree, so all machines use SSE4.2, which costs a fifth to a third of the rays per second that AVX2
-// would give (4.7 instead of 6.0, or 2.6 instead of 3.8 million a second in another run, on
-// Sponza). One thread builds, so that triangles lie in the tree in one order and a ray through an
-// edge always finds the same one of its two.
+// The hits must not depend on the machine. Embree's AVX2 and AVX-512 code uses fused multiply-add
+// and another tree layout, so all machines use SSE4.2. This costs 20 to 30 % of the ray throughput
+// (4.7 instead of 6.0 million rays per second on Sponza, 2.6 instead of 3.8 in another run). The
+// tree is built by one thread, so that the triangles are always in the same order and a ray through
+// an edge hits the same one of its two triangles.
 constexpr const char* kDevice = "isa=sse4.2";
 
 }  // namespace
@@ -92,7 +91,7 @@ const char* embree_device() { return kDevice; }
 std::string embree_version() { return RTC_VERSION_STRING; }
 
 Scene::Scene(const Mesh& mesh, Build build) : mesh_(mesh), embree_(std::make_unique<Embree>()) {
-  if (mesh.triangles.empty()) return;  // a free field
+  if (mesh.triangles.empty()) return;  // free field
 
   Vec3f low = mesh.vertices_m[mesh.triangles[0][0]], high = low;
   for (const auto& triangle : mesh.triangles)
@@ -118,13 +117,13 @@ Scene::Scene(const Mesh& mesh, Build build) : mesh_(mesh), embree_(std::make_uni
   auto* indices = static_cast<std::array<std::uint32_t, 3>*>(
       rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                               3 * sizeof(std::uint32_t), mesh.triangles.size()));
-  embree_->check();  // without memory both are null
+  embree_->check();  // both are null if memory is exhausted
   std::copy(mesh.vertices_m.begin(), mesh.vertices_m.end(), vertices);
   std::copy(mesh.triangles.begin(), mesh.triangles.end(), indices);
   rtcSetGeometryMask(geometry, 0xffffffff);  // Embree 4's default is 1
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(embree_->scene, geometry);
-  // An arena of one thread. (The device's own "threads=1" would hold all of TBB to one.)
+  // An arena of one thread. (The device option "threads=1" would limit all of TBB.)
   tbb::task_arena(1).execute([this] { rtcCommitScene(embree_->scene); });
   embree_->check();
 
@@ -150,7 +149,7 @@ std::optional<Hit> Scene::intersect(const Vec3& origin_m, const Vec3& direction)
     normal = -normal;
     falling = -falling;
   }
-  // A ray in the triangle's plane has no intersection of its own with it: take Embree's word.
+  // For a ray in the triangle's plane the intersection is ill-defined; use Embree's distance.
   double distance_m = falling < -1e-9 ? dot(corner_m - origin_m, normal) / falling : ray.ray.tfar;
   distance_m = std::max(distance_m, 0.0);
   return Hit{origin_m + direction * distance_m, normal, distance_m, mesh_.materials[ray.hit.primID],
@@ -170,8 +169,7 @@ void Scene::first_hits(std::span<const Ray> rays, std::span<SurfaceHit> hits) co
     for (SurfaceHit& hit : hits) hit.material = SurfaceHit::kNone;
     return;
   }
-  // Embree's traversal misses the caches where the level is large; what it found is asked for at
-  // once and read later.
+  // In large levels the surface data is not cached; prefetch it for several rays before reading it.
   constexpr std::size_t kTogether = 16;
   std::array<std::uint32_t, kTogether> triangles;
   for (std::size_t first = 0; first < rays.size(); first += kTogether) {
@@ -195,7 +193,7 @@ void Scene::first_hits(std::span<const Ray> rays, std::span<SurfaceHit> hits) co
       hit.normal = falling > 0 ? -surface.normal : surface.normal;
       hit.cos_i = std::min(std::abs(falling), 1.0f);
       hit.material = surface.material;
-      // Single precision is 0.1 mm off at most, along the ray, unless that grazes the surface.
+      // In single precision the error is at most 0.1 mm along the ray, except at grazing incidence.
       const float distance_m =
           hit.cos_i > 0.02f
               ? dot(surface.corner_m - ray.origin_m, surface.normal) / falling

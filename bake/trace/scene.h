@@ -1,10 +1,10 @@
-// scene.h: the level's triangles as something rays can hit. Embree ends here.
+// scene.h: ray casting against the triangles of a level, with Embree.
 //
-// Embree says which triangle is hit, in single precision; where exactly is then computed from the
-// triangle's own vertices in double, so that a hit point lies on its plane and does not depend on
-// the reciprocals of this or that CPU.
+// Embree finds the triangle in single precision. The hit point is then computed in double from the
+// triangle's vertices, so that it lies in the triangle's plane and does not depend on a CPU's
+// reciprocal instructions.
 //
-// Threads: intersect() from any number at once.   Memory: about 200 bytes per triangle.
+// Threads: const functions may be called concurrently. Memory: about 200 bytes per triangle.
 #pragma once
 
 #include <cstdint>
@@ -21,50 +21,52 @@ namespace clamor {
 
 struct Hit {
   Vec3 point_m;
-  Vec3 normal;  // unit, on the side the ray came from
+  Vec3 normal;  // unit, on the ray's side of the surface
   double distance_m;
   std::uint16_t material;
-  bool from_behind = false;  // the triangle's corners are clockwise as the ray sees them
+  // Whether the triangle's winding is clockwise as seen from the ray's origin.
+  bool from_behind = false;
 };
 
-// The same in single precision, for many rays at once.
+// A ray in single precision, for batches.
 struct Ray {
   Vec3f origin_m, direction;
 };
 struct SurfaceHit {
   static constexpr std::uint32_t kNone = 0xffffffff;
 
-  Vec3f normal;     // unit, on the side the ray came from
-  float cos_i = 0;  // of the ray's angle to the normal
+  Vec3f normal;     // unit, on the ray's side of the surface
+  float cos_i = 0;  // cosine between ray and normal
   float distance_m = 0;
-  std::uint32_t material = kNone;  // kNone where the ray leaves the level
+  std::uint32_t material = kNone;  // kNone if the ray leaves the level
 };
 
-// How Embree is opened, and what its version is.
+// Embree's device configuration and version.
 const char* embree_device();
 std::string embree_version();
 
 class Scene {
  public:
-  // For a few rays: a tree that is built in a fifth of the time.
+  // kQuick builds five times faster and traces slower, for few rays.
   enum class Build { kThorough, kQuick };
 
-  // The mesh must outlive the scene. Triangles without area cannot be hit.
+  // The mesh must outlive the scene. Triangles without area are never hit. Throws std::bad_alloc or
+  // std::runtime_error if Embree fails.
   explicit Scene(const Mesh& mesh, Build build = Build::kThorough);
   ~Scene();
 
-  // The first surface in the unit direction, or nothing. From a point on a surface, start at
-  // away_from_surface(), or the ray hits where it stands.
+  // The first hit in the unit direction, or nothing. Rays from a surface must start at
+  // away_from_surface(), or they hit that surface again.
   std::optional<Hit> intersect(const Vec3& origin_m, const Vec3& direction) const;
 
-  // The first surface of each ray.
+  // The first hit of each ray.
   void first_hits(std::span<const Ray> rays, std::span<SurfaceHit> hits) const;
 
-  // How far away_from_surface() moves.
+  // Distance that away_from_surface() moves a point.
   double offset_m() const { return offset_m_; }
 
-  // The point, moved along the normal by 1e-5 of the level's extent. Far enough that single
-  // precision keeps it on its side (one of 20 million rays leaks), 0.1 mm in a room of 10 m.
+  // Moves a point along the normal by 1e-5 of the level's extent, 0.1 mm in a room of 10 m. That is
+  // enough in single precision: one of 20 million rays leaks.
   Vec3 away_from_surface(const Vec3& point_m, const Vec3& normal) const {
     return point_m + normal * offset_m_;
   }

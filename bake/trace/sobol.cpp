@@ -10,8 +10,8 @@ namespace {
 
 using BitMatrix = std::array<std::uint32_t, 32>;
 
-// Column j of a generator matrix from the primitive polynomial of degree `degree` with inner
-// coefficients `inner` and the first odd direction integers m.
+// Columns of a generator matrix, from the primitive polynomial of degree `degree` with inner
+// coefficients `inner` and the initial direction integers m.
 constexpr BitMatrix generator(int degree, std::uint32_t inner, std::array<std::uint32_t, 3> m) {
   BitMatrix v{};
   if (degree == 0) {
@@ -38,8 +38,8 @@ constexpr std::uint32_t reversed(std::uint32_t x) {
   return ((x & 0x55555555u) << 1) | ((x & 0xaaaaaaaau) >> 1);
 }
 
-// An Owen scramble: each bit is flipped depending on all bits above it and the seed. Burley's
-// constants for the Laine-Karras permutation, on the reversed number.
+// Owen scrambling: each bit is flipped depending on all higher bits and the seed. Burley's
+// constants for the Laine-Karras permutation, applied to the reversed number.
 constexpr std::uint32_t owen_scrambled(std::uint32_t x, std::uint32_t seed) {
   x = reversed(x);
   x ^= x * 0x3d20adeau;

@@ -1,4 +1,4 @@
-// trace_columns.h: what the parts of the trace kernel share on every instruction set.
+// trace_columns.h: intermediate results of the trace kernel, as structure of arrays.
 #pragma once
 
 #include <array>
@@ -10,10 +10,10 @@
 
 namespace clamor {
 
-constexpr std::size_t kLanes = 32;  // a multiple of every vector's
+constexpr std::size_t kLanes = 32;  // a multiple of the lanes of every instruction set
 
-// Arrays over the photons of a step, so that lanes can run along them. Padded: at 4096 bytes apart
-// a read of one would wait for a write to another, and all would share a few lines of the cache.
+// One value per photon of a step. The padding avoids arrays 4096 bytes apart, whose reads would
+// wait for writes to another (4K aliasing) and which would share cache sets.
 template <class T>
 using Column = std::array<T, kStepPhotons + 48>;
 using VectorColumn = std::array<Column<float>, 3>;
@@ -23,19 +23,20 @@ struct RandomColumns {
 };
 
 struct alignas(64) ShadeScratch {
-  // Of those that hit something.
+  // Photons that hit a surface:
   Column<std::uint16_t> slot;
-  Column<std::uint32_t> hit;  // index into the hits
+  Column<std::uint32_t> hit;  // index of the hit
   std::array<Column<std::uint32_t>, 2> key, number;
   RandomColumns fate;
-  alignas(64) std::array<Bands, kStepPhotons> left;  // power after the surface, of this path
+  // Power after the surface, times the path's weights.
+  alignas(64) std::array<Bands, kStepPhotons> left;
   Column<float> before, after, reflected, survival;
   Column<float> u, roulette, keep;
 
-  // Of those that go on.
+  // Photons that survive roulette:
   Column<std::uint16_t> going_slot;
   Column<std::uint32_t> going_hit;
-  Column<std::uint8_t> drawn;  // band
+  Column<std::uint8_t> drawn;  // band that samples the direction
   RandomColumns way;
   Column<std::uint32_t> band_bits, lambert_bits;
   VectorColumn normal, mirror, direction;

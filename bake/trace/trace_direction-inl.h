@@ -1,5 +1,5 @@
-// trace_direction-inl.h: the part of a bounce that draws the next direction by the law of one band
-// and reweights all.
+// trace_direction-inl.h: second part of a bounce: samples the next direction from one band's BRDF
+// and reweights all bands.
 //
 // Compiled once per instruction set, by bake/trace/trace_kernel.cpp.
 #if defined(CLAMOR_BAKE_TRACE_DIRECTION_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -21,9 +21,9 @@ namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
-// Which band's law draws the direction, and on which side of the surface. Of the random words the
-// high 24 bits are two of the direction and one of its acceptance, the fourth is for those not
-// accepted, and the low bytes choose the side.
+// Chooses the band whose BRDF samples the direction, and reflection or transmission. The upper 24
+// bits of the random words are two coordinates of the direction, its acceptance and the
+// compensation term; the low bytes choose the side.
 [[gnu::noinline]] void choose_laws(const ShadeArguments& with, std::size_t count) {
   const auto photons = with.photons;
   const auto hits = with.hits;
@@ -65,8 +65,8 @@ namespace {
   }
 }
 
-// A direction at angle a (given its cosine) to a unit axis, turned by the share `turn` of a circle.
-// The basis is Duff's, as in common/vec.h.
+// The direction at angle a (given its cosine) to a unit axis, rotated around it by `turn`
+// revolutions. The basis is Duff's, as in common/vec.h.
 CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
   const float sign = z < 0 ? -1.0f : 1.0f;
   const float a = -1 / (sign + z);
@@ -79,7 +79,7 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
           y * cos_a + sign * b * p + (sign + y * y * a) * q, z * cos_a - sign * x * p - y * q};
 }
 
-// Draws from Lambert's law or about the mirror direction.
+// Samples Lambert's law or the lobe around the mirror direction.
 [[gnu::noinline]] void propose(ShadeScratch& scratch, std::size_t count) {
   for (std::size_t k = 0; k < count; ++k) {
     const bool lambert = unit_of(scratch.lambert_bits[k]) < scratch.scattering[k];
@@ -100,7 +100,7 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
   }
 }
 
-// Proposals that went below the surface, or were not taken, leave by the law's second term.
+// Samples the compensation term for proposals that were rejected or lie below the surface.
 [[gnu::noinline]] void compensate(const ShadeArguments& with, std::size_t count) {
   const auto hits = with.hits;
   const auto materials = with.materials;
@@ -109,7 +109,8 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
     if (scratch.rejected[k] == 0) continue;
     const KernelMaterial& material = materials[hits[scratch.going_hit[k]].material];
     const PhongLobe& lobe = *material.lobes[scratch.drawn[k]];
-    const std::uint32_t bits = scratch.way.words[3][k];  // 16 for the angle, 16 for the turn
+    // 16 bits for the angle, 16 for the rotation.
+    const std::uint32_t bits = scratch.way.words[3][k];
     const float cos_o =
         lobe.draw_compensation_cos(static_cast<float>(bits >> 16) * 0x1p-16f + 0x1p-17f);
     const Vec3f way = around(scratch.normal[0][k], scratch.normal[1][k], scratch.normal[2][k],
@@ -118,7 +119,7 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
   }
 }
 
-// The angles that the law's density needs.
+// Computes the cosines for evaluating the BRDF.
 [[gnu::noinline]] void measure(ShadeScratch& scratch, std::size_t count) {
   for (std::size_t k = 0; k < count; ++k) {
     float x = scratch.direction[0][k], y = scratch.direction[1][k], z = scratch.direction[2][k];
@@ -135,7 +136,7 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
     cos_a = cos_a < 1 ? cos_a : 1.0f;
     const float cos_i = scratch.cos_i[k];
     scratch.cos_o[k] = cos_o;
-    // Behind the mirror direction's equator there is no lobe: 2^-126 stands for nothing.
+    // The lobe vanishes beyond 90 degrees from the mirror direction; 2^-126 represents 0.
     scratch.log2_cos_a[k] = cos_a > 1e-30f ? log2_of(cos_a > 1e-30f ? cos_a : 1.0f) : -1e30f;
     const float safe_i = cos_i > 1e-9f ? cos_i : 1e-9f;
     const float ratio = cos_o / safe_i;
@@ -147,8 +148,8 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
   }
 }
 
-// The path's band weights after the direction: w <- 8 w q / sum(w q). Leaves the next ray. Returns
-// how many are alive, listed in order.
+// Updates the band weights of each path, w <- 8 w q / sum(w q), and creates its next ray. Returns
+// the number of live photons, listed in order.
 [[gnu::noinline]] std::size_t reweight(const ShadeArguments& with, std::size_t count) {
   const auto photons = with.photons;
   const auto hits = with.hits;

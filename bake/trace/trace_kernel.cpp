@@ -4,7 +4,7 @@
 
 #include "bake/trace/trace_columns.h"
 
-// Highway compiles what follows once per instruction set.
+// Highway compiles the following once per instruction set.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "bake/trace/trace_kernel.cpp"
 #include <hwy/foreach_target.h>

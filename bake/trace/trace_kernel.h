@@ -1,13 +1,13 @@
-// trace_kernel.h: what happens to photons at a surface, for many of them at once.
+// trace_kernel.h: shades the surface hits of many photons at once.
 //
-// The inner part of the photon tracer, without rays: air, absorption, deposits, roulette and the
-// draw of the next direction. Photons advance in step, bounce by bounce. What is alike for all
-// (random numbers, logarithms, directions) is computed one photon per lane; what is per band one
-// band per lane, eight bands of one photon in one register. These are plain loops that compilers
-// turn into vector code, compiled once per instruction set through Highway; since no operation used
-// rounds differently on any of them, neither instruction set nor compiler changes a bit.
+// The inner loop of the photon tracer, without rays: air attenuation, absorption, deposits,
+// roulette and the next direction. Photons advance in lockstep, bounce by bounce. Random numbers,
+// logarithms and directions are computed with one photon per lane, band values with one band per
+// lane, eight bands of one photon in a register. The code consists of plain loops that compilers
+// vectorise, compiled once per instruction set through Highway. None of its operations rounds
+// differently between instruction sets or compilers.
 //
-// Threads: shade() from any number at once, each with its own ShadeScratch.
+// Threads: shade() may be called concurrently, with one ShadeScratch per call.
 #pragma once
 
 #include <array>
@@ -25,16 +25,16 @@
 
 namespace clamor {
 
-// Photons that advance in step: enough to fill the lanes, few enough to stay in the L2 cache.
+// Photons per step: enough to fill the lanes, few enough for the L2 cache.
 inline constexpr std::size_t kStepPhotons = 1024;
 
 struct alignas(64) KernelPhoton {
-  Bands power{};   // of each band's own paths; times weight for this path
-  Bands weight{};  // the balance heuristic's, sums to 8
+  Bands power{};   // power of each band's own paths; multiply by weight for this path
+  Bands weight{};  // weights of the balance heuristic; their sum is 8
   double travelled_m = 0;
-  std::uint64_t number = 0, key = 0;    // of the random numbers
-  std::array<float, 2> first_bounce{};  // the Sobol point's other half
-  std::uint16_t run = 0, index = 0;     // within the call; within the run
+  std::uint64_t number = 0, key = 0;    // photon index and key of its random numbers
+  std::array<float, 2> first_bounce{};  // third and fourth coordinate of the Sobol point
+  std::uint16_t run = 0, index = 0;     // run within the call; index within the run
 };
 
 struct KernelSettings {
@@ -42,21 +42,21 @@ struct KernelSettings {
   double longest_m = 0;
   std::uint32_t max_bounces = 0xffffffff;
   double seconds_per_m = 1 / 343.2;
-  Bands air_log2_loss_per_m{};  // energy falls as 2^(-loss r)
-  float offset_m = 0;           // off the surface, for the next ray
+  Bands air_log2_loss_per_m{};  // attenuation of energy: 2^(-loss r)
+  float offset_m = 0;           // offset of the next ray from the surface
 };
 
-// What became of the photons of one run. Powers in the units of Source::power.
+// Statistics of a run. Powers are per photon, in the units of Deposit::power.
 struct TraceTally {
   std::uint64_t photons = 0, bounces = 0, escaped = 0;
-  double legs_m = 0;  // total length between surfaces
+  double legs_m = 0;  // total distance between surfaces
   std::uint64_t legs = 0;
   std::array<double, kBandCount> power_escaped{}, power_unfinished{};
 
   void add(const TraceTally& other, double power_share = 1);
 };
 
-// Where deposits go: room for two per photon of the step.
+// Output of deposits, with space for two per photon of the step.
 struct DepositSink {
   Source* deposits = nullptr;
   std::uint16_t* runs = nullptr;     // of each deposit
@@ -64,7 +64,7 @@ struct DepositSink {
   std::size_t count = 0;
 };
 
-// Per run of the call: what a deposit must have to be kept for certain, and the emitter.
+// Per run of the call.
 struct KernelRun {
   float deposit_threshold = 0;
   std::uint32_t emitter = 0;
@@ -77,18 +77,17 @@ struct DeleteScratch {
 };
 std::unique_ptr<ShadeScratch, DeleteScratch> make_shade_scratch();
 
-// One bounce of the photons whose slots are listed in `alive`, at most kStepPhotons, given their
-// rays and where these end. Leaves deposits in the sink and counts in the runs; returns how many
-// photons are still alive: their slots and their next rays are then the first of `alive` and
-// `rays`.
+// Shades one bounce of the photons listed in `alive` (slots, at most kStepPhotons), given their
+// rays and hits. Writes deposits to the sink and statistics to the runs. Returns the number of
+// surviving photons; their slots and next rays are then at the front of `alive` and `rays`.
 std::size_t shade(const KernelSettings& settings, std::span<const KernelMaterial> materials,
                   std::uint32_t bounce, std::span<KernelPhoton> photons,
                   std::span<std::uint16_t> alive, std::span<Ray> rays,
                   std::span<const SurfaceHit> hits, std::span<KernelRun> runs,
                   ShadeScratch& scratch, DepositSink& sink);
 
-// For tests: the instruction sets this CPU has, best first, and a way to be limited to one of them
-// ("" for the best). Not while anything is traced.
+// For tests: the instruction sets of this CPU, best first, and a way to force one ("" for the
+// best). Must not be called while tracing.
 std::vector<std::string> trace_kernel_targets();
 void force_trace_kernel_target(const std::string& name);
 

@@ -1,5 +1,4 @@
-// trace_surface-inl.h: the part of a bounce before the next direction: air, absorption, deposits
-// and roulette.
+// trace_surface-inl.h: first part of a bounce: air attenuation, absorption, deposits and roulette.
 //
 // Compiled once per instruction set, by bake/trace/trace_kernel.cpp.
 #if defined(CLAMOR_BAKE_TRACE_SURFACE_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -20,8 +19,8 @@ namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
-// Notes who hit what, and lets air and surface take their share of each band; tallies those who
-// left the level or are too old. Returns how many hit.
+// Applies air and surface to each photon's bands and tallies photons that leave the level or exceed
+// the longest path. Returns the number of hits.
 [[gnu::noinline]] std::size_t meet(const ShadeArguments& with) {
   const auto photons = with.photons;
   const auto hits = with.hits;
@@ -74,9 +73,9 @@ namespace {
   return count;
 }
 
-// Roulette's odds and the numbers that a deposit carries. Of the four random words the high 24 bits
-// are the deposit's u, roulette, the band that draws, and the choice of Lambert; the lowest bit of
-// the first is the sign, and the low bytes of the others decide whether a weak deposit is kept.
+// Computes survival probabilities and random numbers. The upper 24 bits of the four words are the
+// deposit's random number, roulette, the band that samples and the choice of Lambert; the low bytes
+// of the last three decide whether a weak deposit is kept.
 [[gnu::noinline]] void decide(const ShadeArguments& with, std::size_t count) {
   ShadeScratch& scratch = with.scratch;
   draw(scratch, count, with.bounce, Use::kPolarity, scratch.fate);
@@ -119,8 +118,8 @@ CLAMOR_INLINE void put_deposit(const ShadeArguments& with, const KernelPhoton& p
   ++with.sink.count;
 }
 
-// Kept for certain from `least` on; below, with probability (power / least)^(1/4), and then
-// carrying the inverse times as much. Returns the factor to its power, 0 where it is dropped.
+// Thinning of weak deposits: certain to be kept from `threshold` on, below it with probability
+// (power / threshold)^(1/4). Returns the factor for the deposit's power, 0 if it is dropped.
 CLAMOR_INLINE float kept_scale(float power, float least, float draw) {
   if (!(power > 0)) return 0;
   if (power >= least) return 1;
@@ -128,7 +127,7 @@ CLAMOR_INLINE float kept_scale(float power, float least, float draw) {
   return draw < odds ? 1 / odds : 0;
 }
 
-// Leaves the deposits and plays roulette. Returns how many go on.
+// Writes deposits and applies roulette. Returns the number of survivors.
 [[gnu::noinline]] std::size_t deposit_and_survive(const ShadeArguments& with, std::size_t count) {
   const auto photons = with.photons;
   const auto hits = with.hits;
@@ -164,7 +163,7 @@ CLAMOR_INLINE float kept_scale(float power, float least, float draw) {
     store(load(photon.power) * (1 / scratch.survival[j]), photon.power);
     scratch.going_slot[going] = scratch.slot[j];
     scratch.going_hit[going] = scratch.hit[j];
-    // The random numbers' columns are for those that go on from here.
+    // From here on, the columns of random number keys hold the survivors only.
     scratch.key[0][going] = scratch.key[0][j];
     scratch.key[1][going] = scratch.key[1][j];
     scratch.number[0][going] = scratch.number[0][j];

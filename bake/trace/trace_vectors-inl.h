@@ -1,4 +1,4 @@
-// trace_vectors-inl.h: eight bands in one register, and random numbers in every lane.
+// trace_vectors-inl.h: vectors of eight bands, and random numbers in every lane.
 //
 // Compiled once per instruction set, by bake/trace/trace_kernel.cpp.
 #if defined(CLAMOR_BAKE_TRACE_VECTORS_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -19,7 +19,7 @@ namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
-// Eight bands in one register, where the instruction set has one of that size.
+// Eight bands in one register, if the instruction set has one of that size.
 typedef float BandVector __attribute__((vector_size(4 * kBandCount)));
 typedef std::int32_t BandInts __attribute__((vector_size(4 * kBandCount)));
 typedef float FourFloats __attribute__((vector_size(16)));
@@ -33,7 +33,7 @@ CLAMOR_INLINE void store(BandVector vector, Bands& bands) {
   __builtin_memcpy(bands.data(), &vector, sizeof vector);
 }
 
-// The sum and the greatest of eight, in one order on every machine.
+// Sum and maximum of eight bands, evaluated in the same order on every machine.
 CLAMOR_INLINE float sum_of(BandVector x) {
   const FourFloats four =
       __builtin_shufflevector(x, x, 0, 1, 2, 3) + __builtin_shufflevector(x, x, 4, 5, 6, 7);
@@ -49,7 +49,7 @@ CLAMOR_INLINE float greatest_of(BandVector x) {
   return two[0] > two[1] ? two[0] : two[1];
 }
 
-// exp2_of() of common/maths.h in every lane, to the same bits.
+// exp2_of() of common/maths.h for every band, with the same bits.
 CLAMOR_INLINE BandVector exp2_of_bands(BandVector x) {
   const BandVector low = BandVector{} - 126, high = BandVector{} + 126;
   const BandVector round = BandVector{} + 12582912.0f;
@@ -66,12 +66,12 @@ CLAMOR_INLINE BandVector exp2_of_bands(BandVector x) {
   return series * (BandVector)scale;
 }
 
-// In [0, 1), 24 bits fine.
+// Uniform in [0, 1), with 24 bits.
 CLAMOR_INLINE float unit_of(std::uint32_t bits) {
   return static_cast<float>(static_cast<std::int32_t>(bits >> 8)) * 0x1p-24f;
 }
 
-// Philox, as common/random.h has it, of the first `count` keys and numbers, rounded up to kLanes.
+// Philox of common/random.h for the first `count` keys and photons, rounded up to kLanes.
 void draw(const ShadeScratch& scratch, std::size_t count, std::uint32_t bounce, Use use,
           RandomColumns& out) {
   for (std::size_t first = 0; first < count; first += kLanes) {

@@ -6,7 +6,7 @@
 
 #include "runtime/propagation/received_intensity.h"
 
-// Highway compiles what follows once per instruction set.
+// Highway compiles the following once per instruction set.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "runtime/propagation/intensity_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -21,11 +21,11 @@ namespace {
 
 constexpr std::size_t kTogether = 16;
 
-// Some sources, side by side, and what the place says about them.
+// Sources in structure-of-arrays form, and their geometry relative to the receiver.
 struct alignas(64) Columns {
   using Column = float[kTogether];
   Column position_m[3], normal[3], mirror[3], radius_m;
-  Column lift;  // as VoiceTable's
+  Column lift;  // see log_base_of()
   double way_m[kTogether];
   Column distance_m, spread, cos_o, tilt, log_base, cell_i, cell_o;
 };
@@ -68,7 +68,7 @@ HWY_INLINE void place_some(Columns& columns, const Vec3& place, std::size_t i) {
   const auto way_m = hn::Sqrt(dot(way, way));
   const auto r_m = hn::DemoteTo(d, way_m);
   const auto nowhere = hn::Eq(r_m, zero);
-  // A lobe of 1000 makes a thousand times as much of what is rounded here.
+  // Division in double, because a lobe of exponent 1000 amplifies its rounding error by 1000.
   const auto over_m = hn::Div(hn::Set(dd, 1.0), hn::Max(way_m, hn::Set(dd, 1e-300)));
   const auto cos_to = [&](const Doubles3& axis) {
     return hn::DemoteTo(d, hn::Mul(dot(way, axis), over_m));
@@ -95,7 +95,7 @@ HWY_INLINE void add_up(const RadiationTables& tables, const Source& source, cons
     intensity = {};
     return;
   }
-  const auto to_the = [&](auto p) {  // the base; nothing of what is too little for a float
+  const auto to_the = [&](auto p) {  // base^p; results below the range of float become 0
     const auto octaves = hn::Mul(p, hn::Set(d, columns.log_base[i]));
     return hn::IfThenElseZero(hn::Ge(octaves, hn::Set(d, -126.0f)), exp2_of(d, octaves));
   };

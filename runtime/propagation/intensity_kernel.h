@@ -1,10 +1,11 @@
-// intensity_kernel.h: how loud many sources are at one place, for whatever vectors the CPU has.
+// intensity_kernel.h: intensities of many sources at one place, vectorised.
 //
-// What received_intensity() says, within 1e-5 of a source's loudest band and 1e-4 of each: ways and
-// angles in double, 2 to 8 sources at a time, the rest in float, the bands of a source at a time.
-// Additions, multiplications, divisions and square roots only, none of them fused, so that every
-// CPU gives the same bits; and a source gives the same whether it is asked for alone or among
-// others, which takes a fifth of the time (tests/benchmarks/intensity_benchmark.cpp).
+// The results equal received_intensity() within 1e-5 of a source's loudest band and 1e-4 of each
+// band. Distances and angles are computed in double for 2 to 8 sources at a time, the rest in float
+// with one band per lane. The kernel uses additions, multiplications, divisions and square roots
+// without contraction, so every CPU gives the same bits. A source's result does not depend on the
+// other sources of the call; batches take a fifth of the time of single calls
+// (tests/benchmarks/intensity_benchmark.cpp).
 #pragma once
 
 #include <cstdint>
@@ -19,20 +20,21 @@
 
 namespace clamor {
 
-// How sources radiate.
+// Radiation of emitters and surfaces.
 struct RadiationTables {
   std::span<const Emitter> emitters;
   std::vector<ReflectionTable> laws;
-  std::vector<std::uint32_t> law_of;  // each material
-  Bands air_log2_loss_per_m{};        // powers of 1/2
+  std::vector<std::uint32_t> law_of;  // index into laws, per material
+  Bands air_log2_loss_per_m{};        // attenuation of energy: 2^(-loss r)
 };
 
 struct ReceivedIntensity {
   Bands intensity{};
-  double way_m = 0;  // from the source
+  double way_m = 0;  // distance from the source
 };
 
-// Writes as many as there are sources, whose indices must point into the tables.
+// Computes one result per source. The sources' emitter and material indices must be valid for the
+// tables.
 void receive(const RadiationTables& tables, std::span<const Source* const> sources,
              const Vec3& place, ReceivedIntensity* received);
 

@@ -21,7 +21,7 @@ RadiationModel::RadiationModel(const std::vector<Emitter>& emitters,
   radiation_.emitters = emitters;
   for (std::size_t b = 0; b < kBandCount; ++b)
     radiation_.air_log2_loss_per_m[b] = air_loss_per_m_[b] * std::numbers::log2e_v<float>;
-  // Most materials of a level share a few laws, which then stay in the caches.
+  // Materials with equal BRDFs share a table, which improves cache use.
   std::map<std::array<Bands, 2>, std::uint32_t> known;  // scattering and exponents
   for (std::size_t m = 0; m < materials.size(); ++m) {
     std::array<Bands, 2> law{};
@@ -63,7 +63,7 @@ RadiationModel::Ceiling RadiationModel::ceiling(const Source& s, const Bands& we
     slope = law.slope;
     fall = law.exponent;
   }
-  Bands parts{};  // of any of these sums, at most
+  Bands parts{};  // maximum of each band's share over the sums below
   const auto sum_of = [&](const Bands& bands) {
     float sum = 0;
     for (const float band : bands) sum += band;
@@ -72,7 +72,7 @@ RadiationModel::Ceiling RadiationModel::ceiling(const Source& s, const Bands& we
     const bool known = std::isnormal(sum) && std::isnormal(over_sum);
     for (std::size_t b = 0; b < kBandCount; ++b)
       parts[b] = known ? std::max(parts[b], bands[b] * over_sum) : 1;
-    return sum * 1.00001f;  // rounding must never make a ceiling too low
+    return sum * 1.00001f;  // margin for rounding, so that the bound holds
   };
   return {sum_of(diffuse), sum_of(bounce), slope, sum_of(lobe), fall, BandMix::at_least(parts)};
 }
@@ -100,7 +100,7 @@ Bands RadiationModel::max_weight_per_power(std::span<const Bands> weights) const
   for (const Bands& weight : weights)
     for (std::size_t m = 0; m < material_count(); ++m) consider(weight, laws_.peak_density(m));
   for (const Emitter& emitter : emitters_) {
-    Bands density{};  // (p + 1) / 4 pi on the axis
+    Bands density{};  // (p + 1) / 4 pi, on the axis
     for (std::size_t b = 0; b < kBandCount; ++b)
       density[b] = static_cast<float>((emitter.directivity[b] + 1.0) / (4 * std::numbers::pi));
     consider(weights[emitter.signal], density);

@@ -1,18 +1,18 @@
-// radiation_model.h: what a source gives at a place (received_intensity.h), and ceilings of that.
+// radiation_model.h: intensity of a source at a place (received_intensity.h), and its upper bounds.
 //
-// A weighted sum of a source's bands has a ceiling that costs a hundredth of the sum; the sampler
-// rejects almost all sources by it (source_culler.h). With a the angle to the lobe's direction,
+// The weighted sum of a source's bands has an upper bound that costs a hundredth of the sum; the
+// sampler rejects almost all sources by it (source_culler.h). With a the angle to the lobe's axis,
 //
-//   sum_b weight_b I_b <= (diffuse cos o + bounce x exp(-slope x)
+//   sum_b weight_b I_b <= (diffuse cos o + compensation x exp(-slope x)
 //                          + lobe min(1, cos o / cos i) exp(-fall (1 - cos a)))
-//                         / max(r, source radius)^2,   x = min(cos o, 1 / slope),
+//                         / max(r, source radius)^2,   x = min(cos o, 1 / slope).
 //
-// because cos^p a <= exp(-p (1 - cos a)), p at least `fall`, and the air only takes. `bounce` is
-// what the lobe loses at the surface and gives back (reflection.h); x makes it grow with cos o, so
-// that the most of some directions is that of the highest. An emitter is all lobe,
-// ((1 + cos a) / 2)^p <= exp(-p (1 - cos a) / 2), and heard on all sides.
+// The bound follows from cos^p a <= exp(-p (1 - cos a)) with p at least `fall`, and from air
+// transmittance <= 1. `compensation` bounds the BRDF's compensation term (reflection.h); x makes it
+// grow with cos o, so that the maximum over directions is at the largest cos o. An emitter has a
+// lobe only, ((1 + cos a) / 2)^p <= exp(-p (1 - cos a) / 2), on all sides.
 //
-// Immutable once made; any thread may ask.
+// Immutable, so any thread may call it.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ namespace clamor {
 
 class RadiationModel {
  public:
-  // `emitters` must outlive the field. Sources' indices must point into both.
+  // `emitters` must outlive the model. All sources must have valid emitter and material indices.
   RadiationModel(const std::vector<Emitter>& emitters, std::span<const Material> materials,
                  const Air& air, const LateBoost& late_boost = {});
 
@@ -43,20 +43,20 @@ class RadiationModel {
   std::uint32_t signal(const Source& source) const { return signal(source.emitter); }
   std::uint32_t signal(std::uint32_t emitter) const { return played_[emitter].signal; }
 
-  // Intensity, not amplitude: the keyframe maker takes the root.
+  // Intensity per band at `place`; the mixer needs its square root.
   Bands intensity(const Source& source, const Vec3& place) const {
     const Source* const one = &source;
     ReceivedIntensity received;
     receive({&one, 1}, place, &received);
     return received.intensity;
   }
-  // Of many, to the same bits and in a fifth of the time (intensity_kernel.h).
+  // Intensities of many sources, with the same bits in a fifth of the time (intensity_kernel.h).
   void receive(std::span<const Source* const> sources, const Vec3& place,
                ReceivedIntensity* received) const {
     clamor::receive(radiation_, sources, place, received);
   }
 
-  // Of what sources are made: laws of materials, and how an emitter radiates.
+  // The BRDFs of the materials and the directivity of an emitter.
   const ReflectionLaws& laws() const { return laws_; }
   const ReflectionTable& rows(std::size_t material) const {
     return radiation_.laws[radiation_.law_of[material]];
@@ -68,7 +68,7 @@ class RadiationModel {
 
   double speed_of_sound_mps() const { return speed_of_sound_mps_; }
 
-  // From the signal's start to a listener at `place`.
+  // Time from the signal's start to its arrival at `place`.
   double delay_s(const Source& source, const Vec3& place) const {
     return delay_s(source, length(place - Vec3(source.position_m)));
   }
@@ -76,7 +76,7 @@ class RadiationModel {
     return emission_time_s(source) + way_m / speed_of_sound_mps_;
   }
 
-  // The same without the way from there to the listener.
+  // Time from the signal's start to its emission by the source.
   double emission_time_s(const Source& source) const {
     return emission_time_s(source.emitter, source.delay_s);
   }
@@ -84,32 +84,33 @@ class RadiationModel {
     return played_[emitter].delay_s + static_cast<double>(delay_s);
   }
 
-  // Of all emitters: when the first and the last begins to play.
+  // When the first and the last emitter start to play.
   double earliest_start_s() const { return earliest_start_s_; }
   double latest_start_s() const { return latest_start_s_; }
 
-  // How much likelier late sources are to be chosen.
+  // Priority boost of late reflections.
   const LateBoost& late_boost() const { return late_boost_; }
 
-  // At 1 m, of the weighted sum of bands; and what parts of it they are, in any direction.
+  // Upper bound of the weighted sum of bands at 1 m, and of each band's share of it, in any
+  // direction.
   struct Ceiling {
     float diffuse = 0, bounce = 0, slope = 0, lobe = 0, fall = 0;
     BandMix mix;
   };
   Ceiling ceiling(const Source& source, const Bands& weight) const;
 
-  // Most that the source gives at 1 m per band, without the air, whatever the direction.
+  // Upper bound per band at 1 m without air attenuation, in any direction.
   Bands max_intensity(const Source& source) const;
 
-  // Most that a power of 1 in a band is weighed as at 1 m, without the air, whatever source and
-  // direction; `weights` are per signal.
+  // Upper bound of weight x intensity per unit of power in a band, at 1 m without air attenuation,
+  // over all sources and directions; `weights` are per signal.
   Bands max_weight_per_power(std::span<const Bands> weights) const;
   const Bands& air_loss_per_m() const { return air_loss_per_m_; }
-  // The same in powers of 1/2.
+  // Attenuation as an exponent of 2: energy falls as 2^(-loss r).
   const Bands& air_log2_loss_per_m() const { return radiation_.air_log2_loss_per_m; }
 
  private:
-  // What is asked of an emitter far more often than the rest, so that thousands stay in the cache.
+  // The emitter values that are read most, so that thousands fit in the cache.
   struct Played {
     double delay_s = 0;
     std::uint32_t signal = 0;

@@ -1,7 +1,7 @@
-// reflection_lanes-inl.h: how kernels ask for reflection laws (reflection_table.h), in every lane.
+// reflection_lanes-inl.h: evaluates the BRDF (reflection_table.h) in Highway vectors.
 //
-// For field/intensity_kernel.cpp and mixing/voice_kernel.cpp alone, which compile it once per
-// instruction set; hence no include guard of the usual kind.
+// For propagation/intensity_kernel.cpp and mixing/voice_kernel.cpp, which compile it once per
+// instruction set; hence the unusual include guard.
 #if defined(CLAMOR_RUNTIME_REFLECTION_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef CLAMOR_RUNTIME_REFLECTION_LANES_INL_H
 #undef CLAMOR_RUNTIME_REFLECTION_LANES_INL_H
@@ -23,18 +23,18 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using Doubles = hn::CappedTag<double, 8>;
-using Halves = hn::Rebind<float, Doubles>;  // as many floats
+using Halves = hn::Rebind<float, Doubles>;  // same number of floats
 using Eight = hn::CappedTag<float, kBandCount>;
 
-// Where a cosine is among the cells of `loss`.
+// Position of a cosine in the cells of ReflectionTable::loss.
 template <class D, class V>
 HWY_INLINE V loss_cell_of(D d, V cos) {
   return hn::Mul(hn::Sqrt(hn::Min(hn::Max(cos, hn::Zero(d)), hn::Set(d, 1.0f))),
                  hn::Set(d, 1.0f * ReflectionTable::kCells));
 }
 
-// log2 of what p is a power of: cos a where `lift` is 0; for an emitter, whose `lift` is 1/2,
-// (1 + cos a) / 2. So low that nothing is left of it where that is 0.
+// log2 of the base of cos^p: cos a for surfaces (lift 0), (1 + cos a) / 2 for emitters (lift 1/2).
+// For a base near 0 the result is so low that its power vanishes.
 template <class D, class V>
 HWY_INLINE V log_base_of(D d, V lift, V cos_a) {
   const auto one = hn::Set(d, 1.0f);

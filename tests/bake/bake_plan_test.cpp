@@ -49,7 +49,7 @@ TEST(BakePlan, ManyEmittersShareTheWorkOfOne) {
 }
 
 TEST(BakePlan, CountsRoomsByWhoSeesWhom) {
-  // Two boxes apart, with a wall's thickness between them.
+  // Two separate boxes with a gap between them.
   Level level = room_with(2);
   Mesh other = testing::box({20, 10, 5});
   const auto first = static_cast<std::uint32_t>(level.mesh.vertices_m.size());

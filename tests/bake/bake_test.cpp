@@ -56,7 +56,7 @@ TEST(Bake, ChoosesPhotonsForAboutTwoHundredThousandSourcesIfNotTold) {
   const auto contents = bake(two_emitters(), {});
   ASSERT_TRUE(contents.ok());
   EXPECT_GT(contents->settings.photons, 1000u);
-  // The pilot of 1024 photons knows the bounces per photon to a few per cent.
+  // The pilot of 1024 photons estimates the bounces per photon to a few percent.
   EXPECT_NEAR(static_cast<double>(contents->octree.sources.size()), 200000, 20000);
 }
 

@@ -1,4 +1,4 @@
-// The walk that tools/demo plays leads where somebody can walk.
+// Tests of the walk that tools/demo plays: a person can walk there.
 
 #include <cmath>
 #include <numbers>
@@ -32,7 +32,7 @@ class StadiumWalk : public ::testing::Test {
     delete walk_;
   }
 
-  // Where the eyes are at every half metre of the way, and where it ends.
+  // Eye positions at every half metre of the walk, and its end.
   static std::vector<Vec3> places(double step_m) {
     std::vector<Vec3> places{(*walk_)->at(0).position_m};
     for (double t = 0; t < (*walk_)->length_s(); t += 0.01) {
@@ -56,7 +56,7 @@ TEST_F(StadiumWalk, LeadsFromTheMiddleOfThePitchAmongTheFansInAMinuteAndAHalf) {
   EXPECT_NEAR(length(first - Vec3(0, 1.7, 0)), 0, 0.01);
   EXPECT_GE((*walk_)->length_s(), 60);
   EXPECT_LE((*walk_)->length_s(), 90);
-  std::size_t near = 0;  // within reach of a voice
+  std::size_t near = 0;  // within earshot
   for (const Emitter& emitter : (*level_)->level.emitters)
     near += length(emitter.position_m - last) < 5;
   EXPECT_GT(near, 30u);
@@ -67,7 +67,7 @@ TEST_F(StadiumWalk, HasFloorUnderItsFeet) {
   for (const Vec3& eyes : places(0.5)) {
     const auto floor = scene_->intersect(eyes, {0, -1, 0});
     ASSERT_TRUE(floor) << eyes.x << ' ' << eyes.y << ' ' << eyes.z;
-    // Eyes are 1.7 m above the line through the middle of steps that are 0.2 m high at most.
+    // Eyes are 1.7 m above the line through the middle of the steps, which are at most 0.2 m high.
     EXPECT_NEAR(floor->distance_m, 1.7, 0.11) << eyes.x << ' ' << eyes.y << ' ' << eyes.z;
     EXPECT_GT(floor->normal.y, 0.99);
     highest_m = std::max(highest_m, eyes.y - floor->distance_m);
@@ -87,7 +87,7 @@ TEST_F(StadiumWalk, GoesThroughNothingWithHeadOrKnees) {
     }
 }
 
-// Fans' shoulders and rails too keep their distance: nobody squeezes through.
+// Fans and rails keep enough distance to walk upright without squeezing through.
 TEST_F(StadiumWalk, HasRoomForShoulders) {
   for (const Vec3& eyes : places(0.5))
     for (const double below_m : {0.0, 0.4, 1.1})
@@ -95,7 +95,7 @@ TEST_F(StadiumWalk, HasRoomForShoulders) {
         const double angle = 2 * std::numbers::pi * i / 16;
         const auto hit =
             scene_->intersect(eyes - Vec3(0, below_m, 0), {std::cos(angle), 0, std::sin(angle)});
-        // The stairs themselves come towards the knees: half a metre at 1 in 1.75 and a step.
+        // Stairs rise towards the knees: half a metre at 1 in 1.75 plus one step.
         EXPECT_TRUE(!hit || hit->distance_m > 0.35)
             << eyes.x << ' ' << eyes.y << ' ' << eyes.z << ", " << below_m << " m below, "
             << hit->distance_m << " m at " << i;

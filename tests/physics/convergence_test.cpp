@@ -1,4 +1,4 @@
-// More photons make less error and nothing else: there is no bias for it to stop at.
+// The estimator is unbiased: its error falls with the number of photons and has no floor.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -14,8 +14,8 @@
 namespace clamor {
 namespace {
 
-// Reflected intensity at one place of a dry room with Lambert's walls while the source plays on, 1
-// being the source's own at 1 m: `python3 tests/physics/reference.py listener dry`, standard error
+// Reflected intensity at one place of a dry room with Lambertian walls in the steady state,
+// relative to the source at 1 m: `python3 tests/physics/reference.py listener dry`, standard error
 // 0.03 %.
 constexpr double kReference = 0.284705;
 
@@ -37,7 +37,7 @@ double reflected_intensity(std::uint64_t photons, std::uint64_t seed) {
   return heard;
 }
 
-// From 20 photons to 20 000, each from so many seeds.
+// Photons per bake, from 20 to 20 000, and the number of seeds.
 struct Step {
   std::uint64_t photons;
   int seeds;
@@ -58,7 +58,7 @@ TEST(Convergence, ErrorFallsWithTheSquareRootOfThePhotonsOverThreeDecades) {
       squares += error * error / step.seeds;
       sum += error / step.seeds;
     }
-    // The mean error is noise at every number of photons: nothing is lost or gained by having few.
+    // The mean error is noise for every number of photons, so there is no bias.
     EXPECT_LT(std::abs(sum), 4 * std::sqrt(squares / step.seeds)) << step.photons << " photons";
     std::cout << step.photons << " photons: rms error " << 100 * std::sqrt(squares)
               << " %, mean error " << 100 * sum << " % of " << step.seeds << " seeds\n";
@@ -67,16 +67,16 @@ TEST(Convergence, ErrorFallsWithTheSquareRootOfThePhotonsOverThreeDecades) {
     xx_sum += weight * x * x, xy_sum += weight * x * y;
   }
   const double slope = (weights * xy_sum - x_sum * y_sum) / (weights * xx_sum - x_sum * x_sum);
-  // The logarithm of an rms of n values spreads by 0.31 / sqrt(n), so the slope does by this much.
+  // The logarithm of the rms of n values has a standard deviation of 0.31 / sqrt(n), which gives
+  // that of the slope.
   const double slope_error = 0.31 / std::sqrt(xx_sum - x_sum * x_sum / weights);
   const double factor = std::pow(10, (y_sum - slope * x_sum) / weights);
   std::cout << "fit: rms error = " << 100 * factor << " % x photons^" << slope << " (+- "
             << slope_error << ")\n";
   RecordProperty("slope", std::to_string(slope));
   EXPECT_LT(slope_error, 0.035);
-  // A bias would flatten the fit. Sobol points steepen it: what they leave of the error of the
-  // first two orders falls faster. (With plain random numbers the error was twice this and the
-  // slope -0.52.)
+  // A bias would flatten the fit. Sobol points steepen it, because their error falls faster in the
+  // first two orders. (With random numbers the error was twice as large and the slope -0.52.)
   EXPECT_LT(slope, -0.5 + 3 * slope_error);
   EXPECT_GT(slope, -0.6 - 3 * slope_error);
 }

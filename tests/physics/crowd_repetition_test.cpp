@@ -1,4 +1,4 @@
-// A crowd made of loops does not repeat itself.
+// A crowd made of loops must not repeat audibly.
 
 #include <algorithm>
 #include <cmath>
@@ -21,8 +21,8 @@ constexpr std::size_t kCrowdFrames = std::size_t{1} << 21;  // 44 s
 constexpr std::size_t kCrowdWindow_frames = 960;            // 20 ms
 constexpr double kSpeedOfSound_mps = 343, kCrowdRate_hz = kSampleRate_hz;
 
-// Sum of the direct sounds of all fans at a place, as spectrum of its first 44 s. Fans who play one
-// loop are summed within its period first.
+// Spectrum of the direct sound of all fans at one place, first 44 s. Fans with the same loop are
+// summed within its period first.
 std::vector<std::complex<double>> spectrum_of_crowd(const std::string& name, const Vec3& place,
                                                     const Fourier& fourier) {
   const auto imported =
@@ -51,7 +51,7 @@ std::vector<std::complex<double>> spectrum_of_crowd(const std::string& name, con
   return mix;
 }
 
-// Highest autocorrelation of an octave's envelope (mean squares of 20 ms) at lags of 0.5 to 10 s.
+// Maximum autocorrelation of an octave's envelope (mean squares of 20 ms) at lags of 0.5 to 10 s.
 double repetition(const std::vector<std::complex<double>>& spectrum, double centre_hz,
                   const Fourier& fourier) {
   std::vector<std::complex<double>> octave(kCrowdFrames);
@@ -59,7 +59,8 @@ double repetition(const std::vector<std::complex<double>>& spectrum, double cent
     return static_cast<std::size_t>(hz * kCrowdFrames / kCrowdRate_hz);
   };
   for (std::size_t k = bin(centre_hz / std::sqrt(2)); k < bin(centre_hz * std::sqrt(2)); ++k)
-    octave[k] = spectrum[k];  // without negative frequencies, its magnitude is the envelope
+    // Analytic signal: without negative frequencies, the magnitude is the envelope.
+    octave[k] = spectrum[k];
   fourier.inverse(octave);
   std::vector<double> envelope(kCrowdFrames / kCrowdWindow_frames);
   double mean = 0;
@@ -91,7 +92,8 @@ TEST(Crowd, OfTheStadiumHasNoPeriodAnywhereOnThePitch) {
       EXPECT_LT(repetition(spectrum, kBandCentres_hz[b], fourier), 0.3)
           << kBandCentres_hz[b] << " Hz, x = " << place.x;
   }
-  // Thirteen loops within 300 ms, the paper's crowd, do have one: 4 s, which the measure sees.
+  // Control: the paper's crowd of thirteen loops within 300 ms repeats after 4 s, which the measure
+  // detects.
   const auto paper = spectrum_of_crowd("stadium_paper.glb", Vec3(0, 1.7, 0), fourier);
   ASSERT_FALSE(paper.empty());
   EXPECT_GT(repetition(paper, 1000, fourier), 0.9);

@@ -1,4 +1,4 @@
-// The first reflections of a shoebox with mirror-like walls, against its image sources.
+// First-order reflections of a shoebox with mirror-like walls, compared with image sources.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,13 +14,13 @@
 namespace clamor {
 namespace {
 
-// One wall's image source: when it is heard, and how loud re the source at 1 m.
+// Image source of one wall: arrival time, and level relative to the source at 1 m.
 struct Image {
   double time_s, intensity;
 };
 
-// `python3 tests/physics/reference.py images`: walls -x +x -y +y -z +z of a 5 x 4 x 3 m room absorb
-// 0.1 to 0.6; source (1.3, 1.7, 1.1), listener (3.9, 2.4, 1.6), c = 343.2 m/s, no air.
+// From `python3 tests/physics/reference.py images`: walls -x +x -y +y -z +z of a 5 x 4 x 3 m room
+// absorb 0.1 to 0.6; source (1.3, 1.7, 1.1), listener (3.9, 2.4, 1.6), c = 343.2 m/s, no air.
 constexpr std::array<Image, 6> kImages = {{{0.015357441, 0.03239741},
                                            {0.014208841, 0.03364172},
                                            {0.014220786, 0.02938707},
@@ -53,9 +53,8 @@ TEST(FirstOrder, ArrivesWhenAndAsLoudAsTheImageSourcesOfAShoebox) {
     }
   }
 
-  // Nothing is heard sooner than the image, half of it within a tenth of a sample of that, and a
-  // few per cent, what the lobe loses below the surface and gives back diffusely, up to
-  // milliseconds later.
+  // No energy arrives before the image source's. Half of it arrives within a tenth of a sample of
+  // that time; a few percent, the BRDF's diffuse compensation term, up to milliseconds later.
   for (std::size_t wall = 0; wall < 6; ++wall) {
     auto& pulses = arrivals[wall];
     std::sort(pulses.begin(), pulses.end());
@@ -82,7 +81,7 @@ TEST(FirstOrder, ArrivesWhenAndAsLoudAsTheImageSourcesOfAShoebox) {
     EXPECT_GT(pulses.front().first * kSampleRate_hz, image_sample - 0.01) << "wall " << wall;
     EXPECT_NEAR(median_sample, image_sample, 0.25) << "wall " << wall;
     EXPECT_NEAR(loudest, image_sample, 1) << "wall " << wall;
-    // Half a decibel is asked for; Sobol points leave a hundredth.
+    // The requirement is 0.5 dB; Sobol points reach 0.01 dB.
     EXPECT_NEAR(level_db, 0, 0.1) << "wall " << wall;
   }
 }

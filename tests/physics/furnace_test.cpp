@@ -1,7 +1,7 @@
-// Rooms that absorb nothing: what was emitted spreads evenly and stays for ever.
+// Rooms without absorption (furnace tests): the emitted energy becomes uniform and stays.
 //
-// Whatever the walls do to directions, if their laws keep energy and are reciprocal, the room ends
-// with the same energy in every cubic metre and direction. So every listener hears, in any time t,
+// If the BRDFs conserve energy and are reciprocal, the energy density becomes the same at every
+// point and in every direction, whatever the walls. Every listener then receives, in any time t,
 //
 //   E = 4 pi c t / V     of an omnidirectional emitter of gain 1,
 //
@@ -24,7 +24,7 @@ namespace {
 constexpr double kSpeed_mps = 343.2;
 constexpr std::uint32_t kRuns = 24;
 
-// The mean of what independent runs found, and its standard error.
+// Mean and standard error of independent runs.
 struct Mean {
   double sum = 0, squares = 0;
   void add(double value) { sum += value, squares += value * value; }
@@ -32,14 +32,14 @@ struct Mean {
   double error() const { return std::sqrt((squares / kRuns - value() * value()) / (kRuns - 1)); }
 };
 
-// Emitters in one place, whose names give each its own random numbers.
+// Emitters at one place; their names give them independent random numbers.
 void repeat_emitter(Level& level) {
   level.emitters.resize(kRuns, level.emitters[0]);
   for (std::uint32_t i = 0; i < kRuns; ++i) level.emitters[i].name = std::to_string(i);
 }
 
 TEST(Furnace, IsAsLoudEverywhereAsItsVolumeSaysWhateverItsWallsDo) {
-  // From the 13th bounce to the 37th.
+  // Bounces 13 to 37.
   constexpr double from_s = 0.1, to_s = 0.28;
   const std::vector<Vec3> listeners_m = {{2.4, 1.9, 1.6}, {0.5, 0.6, 0.4}, {4.4, 3.2, 2.5}};
   for (const float exponent : {0.0f, 1.0f, 5.0f, 20.0f}) {
@@ -75,7 +75,7 @@ TEST(Furnace, IsAsLoudEverywhereAsItsVolumeSaysWhateverItsWallsDo) {
   }
 }
 
-// The mean chord 4V/S and the wall shares of each band, though all share their paths.
+// Mean chord 4V/S and wall shares of each band, although all bands share their paths.
 TEST(Furnace, KeepsEveryBandInEquilibriumHoweverUnlikeTheyAre) {
   constexpr double from_s = 0.1, to_s = 0.3;
   Level level = testing::shoebox({5, 4, 3}, testing::uniform_material(0, 0), {1.3, 1.7, 1.1});
@@ -83,7 +83,7 @@ TEST(Furnace, KeepsEveryBandInEquilibriumHoweverUnlikeTheyAre) {
   repeat_emitter(level);
   const Scene scene(level.mesh);
   const PhotonTracer tracer(scene, level, {.longest_path_s = to_s, .speed_mps = kSpeed_mps});
-  // Of all hits, the shares of the walls across x, y and z; and their number, which is 4V/S.
+  // Shares of the hits on the walls across x, y and z, and the number of hits, which gives 4V/S.
   std::array<std::array<Mean, kBandCount>, 4> hits;
   for (std::uint32_t run = 0; run < kRuns; ++run) {
     std::array<std::array<double, kBandCount>, 4> arrived{};
@@ -120,19 +120,19 @@ TEST(Furnace, KeepsEveryBandInEquilibriumHoweverUnlikeTheyAre) {
 }
 
 TEST(Furnace, WithAThinWallAcrossIsAsLoudOnBothSidesOfIt) {
-  // Two parts of 24 and 48 m^3 even out as exp(-t c A T (1 / 24 + 1 / 48) / 4), to 0.05 % by then.
+  // Two rooms of 24 and 48 m^3 equalise as exp(-t c A T (1 / 24 + 1 / 48) / 4), to 0.05 % by then.
   constexpr double from_s = 0.3, to_s = 0.45;
   Level level = testing::shoebox({6, 4, 3}, testing::uniform_material(0, 0.3f, 10), {1.1, 2, 1.2});
   testing::add_wall_across(level.mesh, 2, {6, 4, 3}, 1);
   Material thin = testing::uniform_material(0, 0.3f, 10);
   thin.transmission = {0.4f, 0.45f, 0.5f, 0.55f, 0.6f, 0.65f, 0.7f, 0.8f};
-  thin.absorption = thin.transmission;  // what it does not reflect it lets through
+  thin.absorption = thin.transmission;  // transmits everything that it does not reflect
   level.materials.push_back(thin);
   repeat_emitter(level);
   const Scene scene(level.mesh);
   const PhotonTracer tracer(scene, level, {.longest_path_s = to_s, .speed_mps = kSpeed_mps});
 
-  // Walls that are wholly in the small room, wholly in the large one, and both sides between them.
+  // Walls of the small room, walls of the large room, and both sides of the wall between them.
   std::array<std::array<Mean, kBandCount>, 4> hits;
   for (std::uint32_t run = 0; run < kRuns; ++run) {
     TracedRuns traced;
@@ -145,12 +145,12 @@ TEST(Furnace, WithAThinWallAcrossIsAsLoudOnBothSidesOfIt) {
       if (deposit.delay_s < static_cast<float>(from_s) || std::abs(deposit.normal.x) < 0.5f)
         continue;
       const std::size_t wall = deposit.position_m.x < 1 ? 0 : deposit.position_m.x > 3 ? 1 : 2;
-      // Of what arrives at the thin wall on one side, part is left there and part beyond: so the
-      // power that leaves each side is what arrives at it, if it is as loud on the other.
+      // Power that arrives at one side of the thin wall is deposited partly on each side. In
+      // equilibrium, the power deposited on a side therefore equals the power arriving there.
       const std::size_t side = wall == 2 && deposit.normal.x > 0 ? 3 : wall;
       for (std::size_t b = 0; b < kBandCount; ++b) arrived[side][b] += deposit.power[b];
     }
-    // A quarter of the fluence, on 12 m^2.
+    // A quarter of the fluence on 12 m^2.
     const double expected =
         4 * std::numbers::pi * kSpeed_mps * (to_s - from_s) / (4 * 72) * 12 * 4 * kRunPhotons;
     for (std::size_t side = 0; side < 4; ++side)

@@ -1,5 +1,4 @@
-// Nothing but distance: sound thins out as 1 / r^2, heard from the emitter itself and carried by
-// photons.
+// The inverse-square law, for direct sound from an emitter and for power carried by photons.
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -51,9 +50,9 @@ TEST(InverseSquare, HoldsForThePhotonsThatAPlateCatches) {
       for (const Source& deposit : traced.deposits())
         caught += static_cast<double>(deposit.power[2]) / kPhotons;
     }
-    // The solid angle of a square of side 1, times the emitter's intensity of 1 at 1 m.
+    // Solid angle of a square of side 1, times the emitter's intensity of 1 at 1 m.
     const double expected = 4 * std::atan(1 / (4 * r_m * std::sqrt(r_m * r_m + 0.5)));
-    // Random numbers would spread by this much; Sobol points do by less.
+    // Standard deviation of random numbers; Sobol points have less.
     const double spread = expected / std::sqrt(kPhotons * expected / (4 * std::numbers::pi));
     EXPECT_NEAR(caught, expected, 3 * spread) << r_m << " m";
     EXPECT_LT(spread, 0.07 * expected);

@@ -1,5 +1,4 @@
-// What is lost by writing sources in steps: the same room, heard from its sources as they were
-// traced and as a page says them.
+// Error of quantising sources: the same room, rendered from its sources as traced and as stored.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,7 +25,7 @@ constexpr std::uint32_t kPhotons = 16000;
 constexpr std::size_t kListeners = 24;
 constexpr std::size_t kFrames = 1 << 16;  // 1.37 s; the room's T30 is 0.9 s at most
 
-// The violin room, its sources before and after.
+// The violin room and its sources before and after quantisation.
 struct Violin {
   Level level;
   std::vector<Source> traced, quantised;
@@ -53,13 +52,13 @@ Violin traced_violin() {
   set_patch_radii(room.traced);
   room.quantised = room.traced;
   quantize_sources(room.quantised, room.level.materials);
-  // Another draw of signs would be another sum of waves, whatever the steps.
+  // Polarities must be equal, because other ones would add up to another waveform.
   for (std::size_t i = 0; i < room.traced.size(); ++i)
     room.quantised[i].polarity = room.traced[i].polarity;
   return room;
 }
 
-// Places in the room, 1.2 m above its floor; some near walls, one near the violin.
+// Places 1.2 m above the floor of the room; some near walls, one near the violin.
 Vec3 listener(std::size_t i) {
   const auto n = static_cast<double>(i);
   return {-3.9 + 7.8 * std::fmod(0.5 + 0.7548776662 * n, 1), 1.2,
@@ -73,7 +72,7 @@ std::vector<Arrival> heard(const Violin& room, const std::vector<Source>& source
 
 double decibels(double ratio) { return 10 * std::log10(ratio); }
 
-// Energy yet to come, as a function of time.
+// Backward-integrated energy as a function of time.
 class Decay {
  public:
   Decay(const std::vector<Arrival>& arrivals, std::size_t band) : left_(arrivals.size() + 1, 0) {
@@ -91,7 +90,7 @@ class Decay {
   std::vector<double> times_s_, left_;
 };
 
-// Radix 2, in place.
+// Radix-2 FFT, in place.
 void transform(std::vector<std::complex<double>>& x) {
   const std::size_t n = x.size();
   for (std::size_t i = 1, j = 0; i < n; ++i) {
@@ -112,7 +111,7 @@ void transform(std::vector<std::complex<double>>& x) {
     }
 }
 
-// Adds the energies of a waveform in the third octaves 50 Hz, 63 Hz, ... 16 kHz.
+// Adds the energies of a waveform in the third-octave bands 50 Hz, 63 Hz, ... 16 kHz.
 void add_third_octaves(const std::vector<float>& waveform, std::vector<double>& energies) {
   std::vector<std::complex<double>> x(waveform.begin(), waveform.end());
   x.resize(kFrames);
@@ -130,7 +129,7 @@ TEST(Quantisation, ChangesNeitherLevelAnywhereNorTheDecayNorAnyThirdOctaveOfTheR
   const Violin room = traced_violin();
   ASSERT_GT(room.traced.size(), 150'000u);
   double level = 0;
-  std::array<std::vector<Arrival>, 2> all;  // at all places, each as loud as the others
+  std::array<std::vector<Arrival>, 2> all;  // of all places, normalised to equal levels
   std::array<std::vector<double>, 2> thirds;
   for (std::size_t i = 0; i < kListeners; ++i) {
     std::array<Bands, 2> energy{};
@@ -147,8 +146,8 @@ TEST(Quantisation, ChangesNeitherLevelAnywhereNorTheDecayNorAnyThirdOctaveOfTheR
   }
   EXPECT_LT(level, 0.1);
 
-  // Over the places together, as a decay time is measured: at one of them a single strong source
-  // may be most of what is left after 0.4 s, and then its own half decibel shows.
+  // Averaged over places, as in measurements of decay times: at a single place one strong source
+  // may dominate after 0.4 s and show its own rounding of half a decibel.
   double curve = 0;
   for (auto& arrivals : all)
     std::stable_sort(arrivals.begin(), arrivals.end(),

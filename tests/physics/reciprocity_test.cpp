@@ -1,5 +1,4 @@
-// Source and listener change places: sound takes the same ways backwards, and as much of it
-// arrives.
+// Reciprocity: exchanging source and listener leaves the received energy unchanged.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,16 +15,16 @@ namespace clamor {
 namespace {
 
 constexpr std::size_t kSeeds = 16, kWindows = 10;
-constexpr double kWindow_s = 0.02;  // the last takes all that comes later
+constexpr double kWindow_s = 0.02;  // the last window includes all later energy
 constexpr std::uint64_t kPhotonsEachWay = 16 * kRunPhotons;
 constexpr double kSoundSpeed_mps = 343.2;
 
-// Energy by window and band, with the standard error that the independent seeds show.
+// Energy by window and band, with the standard error over independent seeds.
 struct DecayWithError {
   std::array<std::array<double, kBandCount>, kWindows> energy{}, error{};
 };
 
-// Six walls that absorb and reflect unlike each other, and each unlike in every band.
+// Six walls whose absorption and BRDF differ from each other and between bands.
 Level room() {
   Level level = testing::shoebox({6, 5, 3}, {}, {});
   level.mesh = testing::box({6, 5, 3}, {0, 1, 2, 3, 4, 5});
@@ -42,7 +41,7 @@ Level room() {
 
 DecayWithError reflected_decay(const Vec3& source_m, const Vec3& listener_m) {
   Level level = room();
-  for (std::size_t seed = 0; seed < kSeeds; ++seed) {  // names pick the random numbers
+  for (std::size_t seed = 0; seed < kSeeds; ++seed) {  // names select the random numbers
     Emitter emitter;
     emitter.name = "source " + std::to_string(seed) + " at " + std::to_string(source_m.x);
     emitter.position_m = source_m;
@@ -92,14 +91,15 @@ TEST(Reciprocity, LetsSourceAndListenerChangePlaces) {
       const double z = (there.energy[w][b] - back.energy[w][b]) / error;
       worst = std::max(worst, std::abs(z));
       squares += z * z / (kWindows * kBandCount);
-      // By Student's law with 15 degrees of freedom on either side, one in 7000 is beyond 4.4.
+      // Student's distribution with 15 degrees of freedom per side: one value in 7000 exceeds 4.4.
       EXPECT_LT(std::abs(z), 4.4) << "window " << w << ", band " << b;
     }
-  // Bands share their paths and windows do not, so these are some ten values of mean 1.07.
+  // Bands share their paths and windows do not, so these are about ten independent values of mean
+  // 1.07.
   EXPECT_LT(squares, 2.5);
   RecordProperty("worst", std::to_string(worst));
   RecordProperty("mean_square", std::to_string(squares));
-  // And the noise would not hide a law that is not reciprocal.
+  // The noise is small enough to detect a BRDF that is not reciprocal.
   for (std::size_t b = 0; b < kBandCount; ++b) {
     EXPECT_LT(there.error[0][b], (b < 6 ? 0.005 : 0.02) * there.energy[0][b]) << "band " << b;
     EXPECT_LT(there.error[4][b], (b < 6 ? 0.04 : 0.1) * there.energy[4][b]) << "band " << b;

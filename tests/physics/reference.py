@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""The reference that tests/physics is held against: small, slow, and sharing no code with Clamor.
+"""Independent reference for tests/physics: small, slow, and without code from Clamor.
 
   reference.py albedo          share of a Phong lobe that survives above the surface, by quadrature
   reference.py room NAME...    T30 and level of rooms, by a Monte Carlo tracer of boxes (or: all)
-  reference.py listener NAME   reflected intensity at one place while the source plays on, likewise
+  reference.py listener NAME   reflected intensity at one place while the source plays on, by the same tracer
   reference.py images          first-order images of the shoebox of first_order_test.cpp
 
-Needs numpy and scipy. Rooms are boxes with walls -x +x -y +y -z +z, met in closed form; a photon loses
-weight where it is absorbed and there is no roulette, so what is printed has no bias but the step of 1 ms.
-Errors are standard errors of the mean over independent batches.
+Needs numpy and scipy. Rooms are boxes with walls -x +x -y +y -z +z, intersected in closed form. Photons lose
+weight by absorption without Russian roulette, so the only bias is the time step of 1 ms. Errors are standard
+errors of the mean over independent batches.
 """
 import sys
 

@@ -1,5 +1,5 @@
-// Rooms against an independent tracer, tests/physics/reference.py: how they decay and how loud they
-// are, through bake and energy response.
+// Decay and level of rooms, through bake and energy response, against an independent tracer,
+// tests/physics/reference.py.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,19 +20,19 @@
 namespace clamor {
 namespace {
 
-// The reference tracer has no air. At 63 Hz air takes 0.1 dB per kilometre, which is 0.04 % of the
-// slowest decay below, so that band is the one that is asked.
+// The reference tracer has no air. The 63 Hz band is tested, where air takes 0.1 dB per kilometre,
+// 0.04 % of the slowest decay below.
 constexpr std::size_t kBand = 0;
 
-// One box of a room, with what the reference tracer says of the reflected energy in it.
+// One box of a room, with the reference tracer's results for the reflected energy in it.
 struct Box {
   Vec3 low_m, size_m;
-  std::array<float, 6> absorption;  // of the walls -x +x -y +y -z +z
+  std::array<float, 6> absorption;  // walls -x +x -y +y -z +z
   double t30_s;
-  double energy_integral_s;  // of the share of the emitted energy that is in there, over time
+  double energy_integral_s;  // integral over time of the share of the emitted energy in this box
 };
 
-// Boxes side by side along x; the walls that two share have an opening, from `portal_low_m` to
+// Boxes side by side along x. Walls between two boxes have an opening from `portal_low_m` to
 // `portal_high_m` in y and z.
 struct Room {
   std::string name;
@@ -40,14 +40,13 @@ struct Room {
   Vec3 source_m;
   float scattering = 1, phong = 0;
   glm::dvec2 portal_low_m{}, portal_high_m{};
-  std::size_t listeners = 0;  // that are asked what they hear
+  std::size_t listeners = 0;  // number of listeners
 };
 
 void PrintTo(const Room& room, std::ostream* out) { *out << room.name; }
 
-// `python3 tests/physics/reference.py room NAME` prints these figures, from 10 x 100 000 photons,
-// with standard errors of at most 0.1 % and 0.07 %; 0.3 % for the level of the second of the
-// coupled boxes.
+// Printed by `python3 tests/physics/reference.py room NAME` from 10 x 100 000 photons, with
+// standard errors of at most 0.1 % and 0.07 %; 0.3 % for the level of the second coupled box.
 const std::vector<Room> kRooms = {
     {.name = "uniform",
      .boxes = {{{0, 0, 0}, {6, 8, 3}, {.2f, .2f, .2f, .2f, .2f, .2f}, 0.60510, 0.038097}},
@@ -80,7 +79,7 @@ const std::vector<Room> kRooms = {
      .listeners = 24},
 };
 
-// Adds the rectangle from `corner_m` along two sides.
+// Adds the rectangle spanned by two sides from `corner_m`.
 void add_rectangle(Mesh& mesh, const Vec3& corner_m, const Vec3& a_m, const Vec3& b_m,
                    std::uint16_t material) {
   const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
@@ -98,7 +97,7 @@ Level level_of(const Room& room) {
   for (std::size_t k = 0; k < room.boxes.size(); ++k) {
     const Box& box = room.boxes[k];
     for (std::size_t wall = 0; wall < 6; ++wall) {
-      if (k > 0 && wall == 0) continue;  // the neighbour's
+      if (k > 0 && wall == 0) continue;  // added with the neighbour
       const auto material = static_cast<std::uint16_t>(level.materials.size());
       level.materials.push_back(
           testing::uniform_material(box.absorption[wall], room.scattering, room.phong));
@@ -107,7 +106,8 @@ Level level_of(const Room& room) {
       if (wall % 2 == 1) corner_m[axis] += box.size_m[axis];
       a_m[(axis + 1) % 3] = box.size_m[(axis + 1) % 3];
       b_m[(axis + 2) % 3] = box.size_m[(axis + 2) % 3];
-      if (wall == 1 && k + 1 < room.boxes.size()) {  // round the opening: left, right, below, above
+      // Around the opening: left, right, below, above.
+      if (wall == 1 && k + 1 < room.boxes.size()) {
         const double y0 = room.portal_low_m.x, y1 = room.portal_high_m.x;
         const double z0 = room.portal_low_m.y, z1 = room.portal_high_m.y;
         const double x = corner_m.x, depth = box.size_m.y, height = box.size_m.z;
@@ -128,15 +128,15 @@ bool through_the_portal(const Room& room, const Vec3& at_m) {
          at_m.z > room.portal_low_m.y && at_m.z < room.portal_high_m.y;
 }
 
-// The box that a place is in, or on the wall of.
+// Index of the box that contains the place or its wall.
 std::size_t box_of(const Room& room, double x) {
   std::size_t k = 0;
   while (k + 1 < room.boxes.size() && x > room.boxes[k + 1].low_m.x) ++k;
   return k;
 }
 
-// Energy on its way from one surface to the next, in each box, in steps of 1 ms: every source sends
-// all it has in one direction of its law, which is right on average and knows no 1 / r^2.
+// Energy between surfaces in each box, in steps of 1 ms. Every source emits all its power in one
+// direction sampled from its BRDF, which is unbiased and avoids 1 / r^2.
 std::vector<std::vector<double>> energy_in_flight(const Room& room, const BakeContents& bake,
                                                   double speed_mps) {
   const ReflectionLaws laws(bake.materials);
@@ -181,7 +181,7 @@ std::vector<std::vector<double>> energy_in_flight(const Room& room, const BakeCo
   return energy;
 }
 
-// A place inside the box, evenly spread for i = 0, 1, ... (the R3 sequence, M. Roberts 2018).
+// Evenly distributed places inside the box (the R3 sequence, M. Roberts 2018).
 Vec3 listener(std::size_t i, const Box& box) {
   constexpr double g = 1.22074408460575947536;
   const auto n = static_cast<double>(i + 1);
@@ -189,15 +189,14 @@ Vec3 listener(std::size_t i, const Box& box) {
                                        std::fmod(0.5 + n / (g * g * g), 1));
 }
 
-// Reflected energy in steps of 1 ms, as heard on average over the box: energy in flight x 4 pi c /
-// volume.
+// Reflected energy in steps of 1 ms, averaged over the box: energy in flight x 4 pi c / volume.
 std::vector<double> mean_reflected_decay(const Room& room, std::size_t box, const Level& level,
                                          const BakeContents& bake) {
   std::vector<double> decay;
   for (std::size_t i = 0; i < room.listeners; ++i) {
     const Vec3 listener_m = listener(i, room.boxes[box]);
-    // Every listener hears another quarter of the sources. energy_response() hears through walls:
-    // what is in another box must be seen in the portal.
+    // Every listener uses another quarter of the sources. energy_response() ignores walls, so
+    // sources in the other box must be visible through the portal.
     std::vector<Source> seen;
     for (std::size_t n = i % 4; n < bake.octree.sources.size(); n += 4) {
       const Source& source = bake.octree.sources[n];
@@ -226,7 +225,7 @@ double sum(const std::vector<double>& values) {
   return total;
 }
 
-// Least squares over -5 to -35 dB of the backward integral, as ISO 3382-1 has it.
+// Least-squares fit of the backward integral from -5 to -35 dB, as in ISO 3382-1.
 double t30_s(const std::vector<double>& decay) {
   std::vector<double> left(decay.size());
   double tail = 0;
@@ -257,8 +256,8 @@ TEST_P(ReferenceRoom, DecaysAndSoundsAsTheIndependentTracerSays) {
     const double level_db = 10 * std::log10(sum(in_flight[k]) / (emitted * box.energy_integral_s));
     RecordProperty("t30_ratio_" + std::to_string(k), std::to_string(t30_ratio));
     RecordProperty("level_db_" + std::to_string(k), std::to_string(level_db));
-    // Over five other seeds these spread by 0.3 to 0.8 % and 0.01 to 0.03 dB, and in the coupled
-    // boxes by 2 % and 0.05 dB; their means differ from the reference by no more than that allows.
+    // Over five other seeds these values vary by 0.3 to 0.8 % and 0.01 to 0.03 dB, in the coupled
+    // boxes by 2 % and 0.05 dB; their means differ from the reference by no more than that.
     const bool alone = room.boxes.size() == 1;
     EXPECT_NEAR(t30_ratio, 1, alone ? 0.02 : 0.06) << "box " << k;
     EXPECT_NEAR(level_db, 0, alone ? 0.1 : 0.15) << "box " << k;
@@ -269,8 +268,8 @@ TEST_P(ReferenceRoom, DecaysAndSoundsAsTheIndependentTracerSays) {
     const double heard_db =
         10 * std::log10(sum(heard) * volume_m3 / (emitted * speed_mps * box.energy_integral_s));
     RecordProperty("heard_db_" + std::to_string(k), std::to_string(heard_db));
-    // At 400 places the mean is 0.1 dB short, 0.06 dB of it because no source grows louder nearer
-    // than 0.1 m. These 24 places and the seed spread by 0.05 dB, in the coupled boxes by 0.1 dB.
+    // At 400 places the mean is 0.1 dB low, of which the clamp of 1 / r^2 at 0.1 m explains 0.06
+    // dB. These 24 places and the seed vary by 0.05 dB, in the coupled boxes by 0.1 dB.
     EXPECT_NEAR(heard_db, -0.1, alone ? 0.2 : 0.35) << "box " << k;
     EXPECT_NEAR(t30_s(heard) / box.t30_s, 1, 0.06) << "box " << k;
   }

@@ -1,4 +1,4 @@
-// How loud a furnished room is, against what statistics say of it.
+// Strength G of a furnished room, compared with statistical theory.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,11 +15,11 @@
 namespace clamor {
 namespace {
 
-// The violin room's box: the generator's 9 x 3.6 x 12 m. Its furniture fills less than a fiftieth.
+// The violin room's box, 9 x 3.6 x 12 m by the generator. Furniture fills less than 2 % of it.
 constexpr double kVolume_m3 = 9 * 3.6 * 12;
 
-// G in a room with a decay time at a distance: the direct sound, and a reverberation that begins
-// with it and so is the weaker the farther one is,
+// Revised theory of G at a distance, for a given decay time. The reverberation starts with the
+// direct sound, so it is weaker at larger distances:
 //
 //   G = 10 lg(100 / r^2 + 31200 T / V exp(-0.04 r / T)).
 //
@@ -48,7 +48,7 @@ TEST(Strength, OfTheViolinRoomIsWhatTheRevisedTheoryMakesOfItsDecay) {
   std::array<double, kBandCount> off_db{};
   constexpr int kPlaces = 4;
   for (int i = 0; i < kPlaces; ++i) {
-    // Among the chairs and before them, on both sides, 1.3 m above the floor.
+    // Among the chairs and in front of them, on both sides, 1.3 m above the floor.
     Vec3 place =
         violin.position_m + (3.0 + 1.5 * i) * violin.axis + (i % 2 == 0 ? 1.5 : -1.5) * aside;
     place.y = 1.3;
@@ -64,9 +64,9 @@ TEST(Strength, OfTheViolinRoomIsWhatTheRevisedTheoryMakesOfItsDecay) {
           kPlaces;
     }
   }
-  // Chairs and curtains, which take most at high frequencies, stand near the listeners: there is
-  // less than in the even field of the theory, the more so the higher the band. A factor of two in
-  // emission, reflection or reference would be 3 dB.
+  // Chairs and curtains near the listeners absorb more at higher frequencies, so levels are below
+  // the theory's uniform field, increasingly with frequency. A factor of two in emission,
+  // reflection or reference would be 3 dB.
   for (std::size_t b = 0; b < kBandCount; ++b) {
     RecordProperty("millidecibels_in_band_" + std::to_string(b),
                    static_cast<int>(std::lround(1000 * off_db[b])));

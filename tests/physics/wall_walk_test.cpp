@@ -1,4 +1,4 @@
-// Close to a wall, a source is a patch and not a point: no single one jumps out.
+// Close to a wall a source is a patch, not a point: no single source stands out.
 #include <cmath>
 #include <vector>
 
@@ -13,7 +13,7 @@
 namespace clamor {
 namespace {
 
-// Level at places 5 cm in front of the wall y = 0, all bands together and at 500 Hz.
+// Levels at places 5 cm in front of the wall y = 0, for all bands together and at 500 Hz.
 std::vector<double> levels_along_the_wall_db(const BakeContents& contents) {
   const ReflectionLaws laws(contents.materials);
   const Bands air = air_loss_per_m(contents.settings.air);

@@ -24,7 +24,7 @@ std::size_t copies_in(const std::vector<Congruence>& found) {
   return copies;
 }
 
-// Every copy as the file will place it, against what it stands for.
+// Compares every instance, as the file will place it, with the emitters it replaces.
 void expect_true_copies(const Terraces& all, const std::vector<Congruence>& found,
                         const SignalMaps& maps) {
   for (std::size_t g = 0; g < found.size(); ++g) {
@@ -62,7 +62,7 @@ TEST(CongruentGroups, AreAllBlocksAndAllStandsOfAStadium) {
   }
 }
 
-// Each of these leaves block 3 of stand 2, and so stand 2, as nothing else is.
+// Each change makes block 3 of stand 2, and so stand 2, unlike any other.
 TEST(CongruentGroups, AreNotThoseThatOnlyLookAlike) {
   const std::function<void(Emitter&)> changes[] = {
       [](Emitter& fan) { fan.position_m.x += 0.02; },
@@ -86,13 +86,14 @@ TEST(CongruentGroups, AreNotThoseThatOnlyLookAlike) {
   }
 }
 
-// A block, and the same in another frame.
+// Two equal blocks in different frames.
 Terraces two_blocks(const Frame& second, double gain = 1) {
   Terraces all;
   all.blocks = 1;
   all.stands = 2;
   all.build();
-  all.groups = {all.groups[0], all.groups[2]};  // blocks; a stand of one is the same range
+  // The two blocks; a stand of one block is the same range.
+  all.groups = {all.groups[0], all.groups[2]};
   const SceneGroup& first = all.groups[0];
   const Matrix way = second.axes * glm::inverse(first.axes);
   for (std::size_t i = 0; i < 40; ++i) {
@@ -132,10 +133,10 @@ TEST(CongruentGroups, MayBeTurnedMovedSmallerAndLouderButNeitherMirroredNorStret
   EXPECT_FALSE(second_is_copy(two_blocks(scaled({1, 0, 1}))));
 }
 
-// Far from the origin a turn, which is stored as floats, would move fans by more than they may be.
+// Far from the origin, a rotation stored as floats would displace fans by more than the tolerance.
 TEST(CongruentGroups, AreLeftAloneWhereFloatsCannotPlaceThem) {
   const Frame far = {glm::mat3_cast(glm::angleAxis(1.1, Vec3(0, 1, 0))), {500'000, 0, 300'000}};
-  second_is_copy(two_blocks(far));  // whatever it says, it is true
+  second_is_copy(two_blocks(far));  // either answer must be correct
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ class Journal : public ::testing::Test {
     std::ofstream(path, std::ios::binary) << bytes;
   }
 
-  // The bytes of the bake of a level, with the journal or without, and how much was reused.
+  // The bytes of a level's bake, with or without a journal, and the number of reused photons.
   std::string bake_bytes(const Level& level, bool with_journal = true) {
     BakeOptions options{.settings = {.photons = 5000, .sources = 2000}, .threads = 2};
     if (with_journal) options.journal = path();

@@ -20,7 +20,7 @@ using testing::random_soup;
 using testing::real_level;
 using testing::whole_area_m2;
 
-// Every triangle with corners of its own, each moved by less than `by_m`.
+// Gives every triangle vertices of its own, each displaced by less than `by_m`.
 Mesh torn(const Mesh& mesh, double by_m) {
   Mesh apart;
   std::uint32_t draw = 0;
@@ -37,7 +37,7 @@ Mesh torn(const Mesh& mesh, double by_m) {
   return apart;
 }
 
-// What triangles are, wherever their corners stand in the lists.
+// The multiset of triangles by position, independent of vertex order.
 using Faces = std::multiset<std::pair<std::vector<std::array<float, 3>>, std::uint16_t>>;
 std::vector<std::array<float, 3>> places_of(const Mesh& mesh, std::size_t triangle) {
   std::vector<std::array<float, 3>> places;
@@ -48,7 +48,7 @@ std::vector<std::array<float, 3>> places_of(const Mesh& mesh, std::size_t triang
   return places;
 }
 
-// Refused faces of OpenMesh, when every sheet is made to face one way.
+// Number of faces that OpenMesh rejects after all sheets are oriented.
 std::size_t refused_by_openmesh(const PreparedMesh& prepared) {
   OpenMesh::TriMesh_ArrayKernelT<> surface;
   for (const Vec3f& p : prepared.mesh.vertices_m) surface.add_vertex({p.x, p.y, p.z});
@@ -81,7 +81,7 @@ TEST(MeshPreparation, LeavesAGapOfAMillimetreOpen) {
 TEST(MeshPreparation, OfAnySoupKeepsEachDistinctTriangleOnceAndAllItsArea) {
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     const Mesh soup = random_soup(seed, 50 + 40 * static_cast<std::uint32_t>(seed), 3);
-    // The slow version: the first of each set of corners that spans an area.
+    // Brute force: the first triangle of each set of vertices that has an area.
     std::map<std::vector<std::array<float, 3>>, std::size_t> first;
     Faces expected;
     std::size_t degenerate = 0;
@@ -141,7 +141,7 @@ TEST(MeshPreparation, OfCoincidentFacesKeepsTheFirstAndNamesBothMaterials) {
   Mesh wall = box({5, 4, 3}, {7, 7, 7, 7, 7, 7});
   wall.triangles.resize(2);  // x = 0, 4 m x 3 m
   wall.materials.resize(2);
-  std::swap(wall.triangles[0][0], wall.triangles[0][1]);  // its other side
+  std::swap(wall.triangles[0][0], wall.triangles[0][1]);  // flipped
   add(mesh, wall);
   const PreparedMesh prepared = prepare_mesh(mesh);
   EXPECT_EQ(prepared.mesh.triangles.size(), 12u);
@@ -183,7 +183,7 @@ TEST(MeshPreparation, CallsTheEdgesOfAnEightSidedColumnSharpAndThoseOfATwelveSid
 
 TEST(MeshPreparation, CutsAFinOffTheBoxItStandsOnAndLeavesTheBoxClosed) {
   Mesh mesh = box({2, 2, 2});
-  Mesh fin;  // on the edge from (2, 2, 0) to (2, 2, 2)
+  Mesh fin;  // a fin on the edge from (2, 2, 0) to (2, 2, 2)
   fin.vertices_m = {{2, 2, 0}, {2, 2, 2}, {3, 3, 1}};
   fin.triangles = {{0, 1, 2}};
   fin.materials = {1};
@@ -192,7 +192,7 @@ TEST(MeshPreparation, CutsAFinOffTheBoxItStandsOnAndLeavesTheBoxClosed) {
   EXPECT_EQ(prepared.split_edges, 1u);
   EXPECT_EQ(prepared.split_vertices, 2u);
   EXPECT_EQ(prepared.mesh.vertices_m.size(), 11u);
-  EXPECT_EQ(prepared.boundary_edges.size(), 2u);  // the fin's free sides
+  EXPECT_EQ(prepared.boundary_edges.size(), 2u);  // free sides of the fin
   EXPECT_EQ(refused_by_openmesh(prepared), 0u);
 }
 
@@ -205,7 +205,7 @@ TEST(MeshPreparation, CutsAStripThatClosesTwisted) {
   const PreparedMesh prepared = prepare_mesh(strip);
   EXPECT_EQ(prepared.mesh.triangles.size(), strip.triangles.size());
   EXPECT_GT(prepared.split_edges, 0u);
-  EXPECT_EQ(prepared.boundary_edges.size(), 80u);  // the cut is no boundary
+  EXPECT_EQ(prepared.boundary_edges.size(), 80u);  // the cut does not count as boundary
   EXPECT_EQ(refused_by_openmesh(prepared), 0u);
 }
 
@@ -225,7 +225,7 @@ TEST(MeshPreparation, OfNothingIsNothing) {
 }
 
 TEST(MeshPreparation, TakesNoLongerForMeshesMadeToHurt) {
-  constexpr std::uint32_t kMany = 100'000;  // squared, this would take minutes
+  constexpr std::uint32_t kMany = 100'000;  // a quadratic algorithm would take minutes
   Mesh fan, same, point;
   fan.vertices_m = {{0, 0, 0}};
   same.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -234,7 +234,7 @@ TEST(MeshPreparation, TakesNoLongerForMeshesMadeToHurt) {
     fan.vertices_m.emplace_back(1000 * std::cos(angle), i % 2, 1000 * std::sin(angle));
     fan.triangles.push_back({0, i + 1, (i + 1) % kMany + 1});
     same.triangles.push_back({i % 3, (i + 1) % 3, (i + 2) % 3});
-    // Within one welding distance, and each a little elsewhere.
+    // All vertices lie within one welding distance of each other.
     point.vertices_m.emplace_back(1 + 1e-7 * (i % 10), 1 + 1e-7 * (i % 11), 1 + 1e-7 * (i % 13));
     point.triangles.push_back({i, (i + 1) % kMany, (i + 2) % kMany});
   }
@@ -256,7 +256,7 @@ TEST(VertexWelding, JoinsToTheNearestWithinTheDistanceAndLeavesNoTwoCloser) {
     mesh.triangles.push_back({i, i, i});
   }
   const Welding welding = weld_vertices(mesh, kDistance);
-  std::vector<std::uint32_t> standing;  // the slow version
+  std::vector<std::uint32_t> standing;  // brute force
   std::size_t welded = 0;
   for (std::uint32_t i = 0; i < mesh.vertices_m.size(); ++i) {
     std::uint32_t nearest = i;
@@ -285,7 +285,7 @@ TEST_P(RealMeshes, LoseNoAreaButWhatIsThereTwiceAndFitTogether) {
   const PreparedMesh prepared = prepare_mesh(level->mesh);
   EXPECT_EQ(prepared.mesh.triangles.size() + prepared.degenerate + prepared.duplicated,
             level->mesh.triangles.size());
-  // A corner moves by no more than the welding distance, which moves area along the sides.
+  // Vertices move by at most the welding distance, which moves area along the sides.
   double sides_m = 0;
   for (const auto& corners : level->mesh.triangles)
     for (std::size_t c = 0; c < 3; ++c)

@@ -1,4 +1,4 @@
-// mesh_shapes.h: shapes and measures for the tests of meshes.
+// mesh_shapes.h: test meshes and a distance between surfaces.
 #pragma once
 
 #include <algorithm>
@@ -36,7 +36,7 @@ inline void add(Mesh& mesh, const Mesh& more) {
   mesh.materials.insert(mesh.materials.end(), more.materials.begin(), more.materials.end());
 }
 
-// at(u, v) over the unit square in `across` x `up` cells of two triangles each.
+// Samples the surface at(u, v) over the unit square with `across` x `up` cells of two triangles.
 inline Mesh patch(std::uint32_t across, std::uint32_t up,
                   const std::function<Vec3(double u, double v)>& at, std::uint16_t material = 0) {
   Mesh mesh;
@@ -54,7 +54,8 @@ inline Mesh patch(std::uint32_t across, std::uint32_t up,
   return mesh;
 }
 
-// The walls of a box from the origin, each of cells x cells, moved by `moved`; welding joins them.
+// The walls of a box at the origin, each of cells x cells and displaced by `moved`. Their vertices
+// are not shared; welding joins them.
 inline Mesh fine_box(
     const Vec3& size_m, std::uint32_t cells,
     const std::function<Vec3(const Vec3&)>& moved = [](const Vec3& p) { return p; }) {
@@ -74,8 +75,8 @@ inline Mesh fine_box(
   return mesh;
 }
 
-// Triangles between the points of a small lattice: many coincide, many have no area, and most edges
-// have far more than two faces.
+// Random triangles on a small lattice: many coincide, many have no area, and most edges have far
+// more than two faces.
 inline Mesh random_soup(std::uint64_t seed, std::uint32_t triangles, std::uint32_t lattice) {
   Mesh mesh;
   for (std::uint32_t i = 0; i < triangles; ++i) {
@@ -91,7 +92,7 @@ inline Mesh random_soup(std::uint64_t seed, std::uint32_t triangles, std::uint32
   return mesh;
 }
 
-// The greatest distance from points of one surface, evenly over its area, to another.
+// One-sided Hausdorff distance, estimated by points spread evenly over the area of `from`.
 inline double furthest_m(const Mesh& from, const Mesh& to, std::uint32_t samples) {
   const TriangleTree tree(to);
   const double all_m2 = whole_area_m2(from);
@@ -112,7 +113,7 @@ inline double furthest_m(const Mesh& from, const Mesh& to, std::uint32_t samples
   return furthest;
 }
 
-// A level that nobody here made, or nothing where it is not on this machine.
+// A level from the shared folder, or nothing if this machine does not have it.
 inline std::optional<Level> real_level(const std::string& name) {
   const std::string path = std::string(testing::kSourceDir) + "/../shared/levels/" + name;
   if (!std::filesystem::exists(path)) return std::nullopt;

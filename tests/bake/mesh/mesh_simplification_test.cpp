@@ -36,7 +36,7 @@ TEST(MeshSimplification, OfAFinelyMeshedBoxIsTheBox) {
 }
 
 TEST(MeshSimplification, StaysWithinItsOwnBoundAndTheToleranceBothWays) {
-  // A globe, and a rippled hill whose rim is a boundary.
+  // A sphere, and a rippled hill with a boundary.
   const Mesh shapes[] = {patch(96, 48, on_globe), patch(60, 60, [](double u, double v) {
                            return Vec3(6 * u, 0.2 * std::sin(9 * u) * std::cos(7 * v), 6 * v);
                          })};
@@ -51,7 +51,7 @@ TEST(MeshSimplification, StaysWithinItsOwnBoundAndTheToleranceBothWays) {
       const double there_m = furthest_m(mesh, simple.mesh, 20'000),
                    back_m = furthest_m(simple.mesh, mesh, 20'000);
       EXPECT_LE(std::max(there_m, back_m), simple.error_m);
-      EXPECT_GT(std::max(there_m, back_m), 0.1 * simple.error_m);  // a bound that tells something
+      EXPECT_GT(std::max(there_m, back_m), 0.1 * simple.error_m);  // the bound is not trivial
     }
   }
 }
@@ -89,7 +89,7 @@ TEST(MeshSimplification, MovesNoBorderBetweenMaterials) {
 }
 
 TEST(MeshSimplification, OpensNoCrackWhereAWallStandsOnAFloor) {
-  // The wall's lower edge, finely cut and a little curved, touches the floor's middle.
+  // A curved, finely divided lower edge of a wall touches the middle of the floor.
   Mesh mesh = patch(10, 10, [](double u, double v) { return Vec3(8 * u, 0, 8 * v); });
   const Mesh wall = patch(64, 8, [](double u, double v) {
     return Vec3(1 + 6 * u, 3 * v, 4 + 0.02 * std::sin(12 * u));
@@ -97,7 +97,7 @@ TEST(MeshSimplification, OpensNoCrackWhereAWallStandsOnAFloor) {
   testing::add(mesh, wall);
   const Simplification simple = simplified(mesh, 0.05);
   EXPECT_LT(simple.mesh.triangles.size(), mesh.triangles.size());
-  // Every point of the old lower edge is still on a wall and on the floor.
+  // Every point of the old lower edge still lies on a wall and on the floor.
   const TriangleTree tree(simple.mesh);
   for (std::size_t i = 0; i <= 64; ++i) {
     const Vec3 foot(wall.vertices_m[i]);

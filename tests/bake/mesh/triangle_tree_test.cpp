@@ -41,7 +41,8 @@ TEST(TriangleTree, FindsTheNearestPointOfATriangleWhereverThatLies) {
     const RandomBits bits = philox(6, {i, 0, 0, 0});
     const Vec3 p(8 * unit(bits[0]) - 2, 8 * unit(bits[1]) - 2, 4 * unit(bits[2]) - 2);
     const Vec3 on = nearest_on_triangle(p, a, b, c);
-    // On it, and, as it is convex, no corner lies further towards p than the point itself.
+    // The nearest point lies on the triangle, and no vertex lies further towards p (the triangle is
+    // convex).
     EXPECT_NEAR(on.z, 0, 1e-12);
     EXPECT_GE(on.x, -1e-12);
     EXPECT_GE(on.y, -1e-12);

@@ -26,7 +26,7 @@ std::vector<Source> random_sources(std::uint32_t count) {
     sources[i].power = same_in_all_bands(static_cast<float>(unit_above_zero(a[3])));
     sources[i].u = static_cast<float>(unit_above_zero(b[0]));
     sources[i].delay_s = static_cast<float>(unit(b[1]));
-    sources[i].emitter = i;  // names the source
+    sources[i].emitter = i;  // identifies the source
   }
   return sources;
 }
@@ -60,7 +60,7 @@ TEST(Octree, StoresEverySourceOnceWithTheHighestKeysOnTop) {
       if (child == kNoNode) continue;
       ASSERT_GT(child, n);
       EXPECT_FALSE(has_parent[child]++);
-      EXPECT_EQ(node.source_count, kNodeSources);  // only full nodes hand down
+      EXPECT_EQ(node.source_count, kNodeSources);  // only full nodes have children
       EXPECT_LE(tree.nodes[child].highest_key, key(first[node.source_count - 1]));
     }
   }
@@ -82,7 +82,7 @@ TEST(Octree, NodesBoundAllThatLiesBelowThem) {
         }
         EXPECT_GE(source.delay_s, node.min_delay_s);
         EXPECT_LE(source.delay_s, node.max_delay_s);
-        // All normals are +Y, so the cone is that half space.
+        // All normals are +Y, so the cone is the upper half space.
         EXPECT_NEAR(node.cone_cos, 0, 1e-5);
       }
     };
@@ -119,7 +119,7 @@ TEST(Octree, JoinsOctantsThatAreALeafTogether) {
       before = child;
     }
   }
-  EXPECT_GT(in_leaves, 500 * leaves);  // an octant each, they have a third of that
+  EXPECT_GT(in_leaves, 500 * leaves);  // one octant per leaf would give a third of that
 }
 
 TEST(Octree, TakesAnyNumberOfSourcesInOnePlace) {
@@ -130,21 +130,21 @@ TEST(Octree, TakesAnyNumberOfSourcesInOnePlace) {
 }
 
 TEST(Octree, IsThatOfThePlainestCodeOnAnyNumberOfThreads) {
-  // TBB makes no more threads than there are cores unless it is told to.
+  // By default TBB has no more threads than the machine has cores.
   const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
   const std::vector<testing::Awkward> lists = {
-      {},                                 // on walls
-      {.keys = 7},                        // so that the order of the list decides
-      {.keys = 1, .places = 2},           // chains of equals, below the depth limit
+      {},                                 // sources on walls
+      {.keys = 7},                        // equal keys: the list order decides
+      {.keys = 1, .places = 2},           // chains of equal sources at the depth limit
       {.places = 5, .emitters = 3},       // a few crowded places
-      {.spread_m = 1e-6},                 // where a float has few values
-      {.spread_m = 1e-6, .far_m = 1000},  // most in one of the least cubes
+      {.spread_m = 1e-6},                 // positions with few distinct floats
+      {.spread_m = 1e-6, .far_m = 1000},  // most sources in one cube of minimum size
       {.keys = 100, .emitters = 200}};
-  // Around the size of a node, and beyond what one task takes.
+  // Around the size of a node, and larger than one task.
   for (const std::uint32_t count : {1u, 2u, 511u, 512u, 513u, 1024u, 5000u, 70'000u, 200'000u})
     for (std::size_t i = 0; i < lists.size(); ++i) {
       if (count > 70'000 && (lists[i].places > 0 || lists[i].far_m > 0))
-        continue;  // the plainest code takes minutes
+        continue;                                                  // brute force takes minutes
       if (count > 5000 && i > 0 && testing::kSanitized) continue;  // slow
       const auto sources = testing::awkward_sources(count, count + i, lists[i]);
       const SourceOctree expected = testing::build_octree_serially(sources);
@@ -158,7 +158,7 @@ TEST(Octree, IsThatOfThePlainestCodeOnAnyNumberOfThreads) {
 }
 
 TEST(Octree, OfManySourcesInOnePlaceTakesNoLongerThanOfOthers) {
-  // Node by node, two million would mean to look at four thousand million: minutes.
+  // The brute-force check would need 4 * 10^9 comparisons, several minutes.
   auto sources = testing::awkward_sources(2'000'000, 1, {.places = 1});
   const auto tree = build_octree(std::move(sources));
   ASSERT_EQ(tree.nodes.size(), 1 + (2'000'000 - kLeafSources + kNodeSources - 1) / kNodeSources);
@@ -177,7 +177,7 @@ TEST(Octree, IsBuiltInThreeTimesTheMemoryOfItsSources) {
   ASSERT_EQ(tree.sources.size(), kCount);
   const double times = static_cast<double>(list_bytes + peak.more_bytes()) / list_bytes;
   EXPECT_LE(times, 3.0);
-  EXPECT_GE(times, 1.9);  // the list and the tree: else nothing was measured
+  EXPECT_GE(times, 1.9);  // list and tree; less would mean that the measurement failed
 }
 
 TEST(Octree, OfNothingIsEmpty) { EXPECT_TRUE(build_octree({}).nodes.empty()); }

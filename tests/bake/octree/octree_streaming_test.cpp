@@ -19,7 +19,7 @@
 namespace clamor {
 namespace {
 
-// Keeps what it is given, and puts it together as one tree, breadth first.
+// Assembles the received nodes into one tree, breadth first.
 class CollectingSink : public OctreeSink {
  public:
   Result<std::size_t> add_subtree(SourceOctree&& subtree) override {
@@ -81,7 +81,7 @@ class CollectingSink : public OctreeSink {
   std::vector<Piece> pieces_;
 };
 
-// A folder of this process's own, which goes with it.
+// Fixture with a temporary folder.
 class OctreeStreaming : public ::testing::Test {
  protected:
   OctreeStreaming() { std::filesystem::create_directories(folder_); }
@@ -109,13 +109,13 @@ class OctreeStreaming : public ::testing::Test {
 TEST_F(OctreeStreaming, MakesTheTreeThatIsMadeInMemoryWhateverTheMemory) {
   const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
   const std::vector<testing::Awkward> lists = {
-      {},                                          // on walls
-      {.keys = 5},                                 // so that the order of the list decides
-      {.places = 1},                               // a chain that is sorted by merging
-      {.keys = 3, .places = 1},                    // with equals in all runs
+      {},                                          // sources on walls
+      {.keys = 5},                                 // equal keys: the list order decides
+      {.places = 1},                               // a chain, sorted by merging
+      {.keys = 3, .places = 1},                    // a chain with equal keys in all runs
       {.keys = 40, .places = 4, .emitters = 300},  // a few crowded places
-      {.spread_m = 1e-6, .far_m = 1000},           // most in one of the least cubes
-      {.spread_m = 1e-6}};                         // where a float has few values
+      {.spread_m = 1e-6, .far_m = 1000},           // most sources in one cube of minimum size
+      {.spread_m = 1e-6}};                         // positions with few distinct floats
   for (std::size_t i = 0; i < lists.size(); ++i)
     for (const std::uint32_t count : {1u, 600u, 1200u, 12'000u, 100'000u}) {
       if (count > 12'000 && i > 3) continue;                         // twenty passes over the disk
@@ -134,7 +134,7 @@ TEST_F(OctreeStreaming, MakesTheTreeThatIsMadeInMemoryWhateverTheMemory) {
           });
           const bool fits =
               count * 220ull <= std::max<std::uint64_t>(memory_bytes, kLeafSources * 220);
-          EXPECT_EQ(sink.single_nodes == 0, fits);  // else it was not the disk's tree
+          EXPECT_EQ(sink.single_nodes == 0, fits);  // otherwise the tree was not built on disk
         }
     }
   EXPECT_EQ(files(), 0u);
@@ -148,7 +148,7 @@ TEST_F(OctreeStreaming, OfNothingGivesTheSinkNothing) {
   EXPECT_EQ(sink.subtrees + sink.single_nodes, 0u);
 }
 
-// Counts, so that no more than one part is in memory at a time.
+// Only counts, so that at most one subtree is in memory.
 class CountingSink : public OctreeSink {
  public:
   Result<std::size_t> add_subtree(SourceOctree&& subtree) override {
@@ -176,8 +176,8 @@ TEST_F(OctreeStreaming, KeepsToTheMemoryItMayTakeForAListTenTimesAsLarge) {
   CountingSink sink;
   ASSERT_TRUE(stream_octree(std::move(spill), kMemory_bytes, sink).ok());
   EXPECT_EQ(sink.sources, kCount);
-  EXPECT_GT(sink.largest, 10'000u);  // makes use of it
-  // The allocator may keep of what is freed, once, about as much as a part takes.
+  EXPECT_GT(sink.largest, 10'000u);  // uses the allowed memory
+  // The allocator may retain freed memory of about one subtree.
   EXPECT_LE(peak.more_bytes(), 2 * kMemory_bytes);
 }
 
@@ -187,7 +187,7 @@ TEST_F(OctreeStreaming, SaysThatTheDiskIsFullAndLeavesNothingBehind) {
     rlimit before{};
     getrlimit(RLIMIT_FSIZE, &before);
     const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-    // No file may grow beyond that: what a full disk does, without filling one.
+    // A limit on file sizes acts like a full disk.
     const rlimit small{limit_bytes, before.rlim_max};
     setrlimit(RLIMIT_FSIZE, &small);
     SourceSpill spill(output_, 64);
@@ -228,7 +228,7 @@ TEST_F(OctreeStreaming, EndsWithTheErrorOfTheSink) {
     const auto root = stream_octree(spilled(sources, 1000), 1000, sink);
     ASSERT_FALSE(root.ok());
     EXPECT_EQ(root.error().message, "out.clamor: the sink is full");
-    EXPECT_EQ(sink.single_nodes, nodes + 1);  // and asks no more of it
+    EXPECT_EQ(sink.single_nodes, nodes + 1);  // no further calls after the error
     EXPECT_EQ(files(), 0u);
   }
 }

@@ -8,7 +8,7 @@
 namespace clamor {
 namespace {
 
-// A wall with one source of equal power every `step` metres.
+// A wall with sources of equal power every `step` metres.
 std::vector<Source> wall(int side, float step) {
   std::vector<Source> sources;
   for (int x = 0; x < side; ++x)
@@ -25,8 +25,8 @@ TEST(PatchRadius, OfAnEvenWallIsThatOfADiscWithEachSourcesShareOfTheArea) {
   auto sources = wall(41, 0.1f);
   set_patch_radii(sources);
   const Source& middle = sources[20 * 41 + 20];
-  // Sixteen neighbours reach between 2 and sqrt(5) steps, so a disc of their count has an area
-  // of 16 steps squared up to the grain of the grid.
+  // Sixteen neighbours reach 2 to sqrt(5) steps; a disc of their number has an area of 16 square
+  // steps, up to the graininess of the grid.
   const double expected_m = 0.1 / std::sqrt(2 * std::numbers::pi);
   EXPECT_NEAR(middle.patch_radius_m / expected_m, 1, 0.15);
 }

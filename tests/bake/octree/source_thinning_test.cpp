@@ -13,7 +13,7 @@
 namespace clamor {
 namespace {
 
-// Deposits whose powers spread over 60 dB, each with its own place.
+// Deposits with powers over a range of 60 dB, each at its own position.
 std::vector<Source> deposits(std::uint32_t count, std::uint64_t seed) {
   std::vector<Source> sources(count);
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -62,7 +62,8 @@ TEST(SourceThinning, KeepsExactlyAsManyAsAskedForAndThePowerOfAnyPartOnAverage) 
     part += power(kept, 0.3f);
     all_whole += power(all, 2);
     all_part += power(all, 0.3f);
-    // Kept with probability w / tau, tau about the sum of w over k: P^2 tau / w each, at most.
+    // A source is kept with probability w / tau, tau about the sum of w over k, so its variance is
+    // at most P^2 tau / w.
     double tau = 0;
     for (const Source& source : all) tau += weight(source) / (kKept - 1);
     for (const Source& source : all) {
@@ -80,7 +81,7 @@ TEST(SourceThinning, LetsNoneGoThatIsStrongerThanOneItLeftAsItWas) {
   SourceThinning thinning(12000);
   thinning.add(all, 0);
   const auto kept = thinning.take();
-  std::map<float, float> power_at;  // by place
+  std::map<float, float> power_at;  // by position
   for (const Source& source : kept) power_at[source.position_m.x] = source.power[0];
   float least_unchanged = 1e9f;
   for (const Source& source : all)
@@ -108,7 +109,7 @@ TEST(SourceThinning, KeepsTheSameHoweverTheDepositsAreSharedOut) {
 }
 
 TEST(SourceThinning, DrawsWithNumbersThatHaveNothingToDoWithTheSourcesOwn) {
-  // If u decided, what is kept would have small u; the sampler relies on it being uniform.
+  // If u decided, kept sources would have small u. The sampler needs uniform ones.
   SourceThinning thinning(2000);
   thinning.add(deposits(100000, 3), 0);
   double sum = 0;
@@ -130,7 +131,7 @@ TEST(SourceThinning, HoldsLittleMoreThanItKeeps) {
   }
   ASSERT_EQ(kept.size(), kKept);
   EXPECT_LE(peak.more_bytes(), 2 * kList_bytes);
-  EXPECT_GE(peak.more_bytes(), kList_bytes);  // else nothing was measured
+  EXPECT_GE(peak.more_bytes(), kList_bytes);  // less would mean that the measurement failed
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ TraceSettings dry_air() {
   return settings;
 }
 
-// One room of one material, and what an estimate needs.
+// A room of one material, and the arguments of an estimate.
 struct Room {
   explicit Room(const Vec3& size_m, float absorption = 0.2f)
       : level(testing::shoebox(size_m, testing::uniform_material(absorption), {1.3, 1.7, 1.1})),
@@ -27,7 +27,7 @@ struct Room {
   Scene scene;
 };
 
-// Photons of the first emitter, traced and heard.
+// Traces photons of the first emitter and adds them to an estimate.
 DecayEstimate heard(const Room& room, std::uint64_t seed, std::uint64_t photons) {
   TraceSettings settings = dry_air();
   settings.seed = seed;
@@ -64,7 +64,7 @@ TEST(DecayEstimate, MeasuresAnExponentialDecayExactly) {
   DecayEstimate estimate(room.scene, room.level, dry_air(), photons, 1);
   std::vector<Source> deposits;
   std::vector<std::uint16_t> photon;
-  for (int i = 0; i < 600; ++i) {  // one a step, alike for all photons
+  for (int i = 0; i < 600; ++i) {  // one per step, the same for all photons
     const double t_s = (i + 0.5) * DecayEstimate::kStep_s;
     deposits.push_back(on_the_floor(t_s, static_cast<float>(std::pow(10.0, -6 * t_s / kT30_s))));
     photon.push_back(static_cast<std::uint16_t>(i % 1024));
@@ -74,7 +74,8 @@ TEST(DecayEstimate, MeasuresAnExponentialDecayExactly) {
   estimate.add({0, 0, 1024}, what);
   const DecaySummary summary = estimate.summary();
   EXPECT_EQ(summary.places, 4u);
-  for (const float t30_s : summary.t30_s) EXPECT_NEAR(t30_s, kT30_s, 0.0011);  // it is in whole ms
+  // Rounded to milliseconds.
+  for (const float t30_s : summary.t30_s) EXPECT_NEAR(t30_s, kT30_s, 0.0011);
   ASSERT_TRUE(estimate.level_db(0, 4, 0.0).has_value());
   EXPECT_NEAR(*estimate.level_db(0, 4, 0.2) - *estimate.level_db(0, 4, 0.6), 30, 0.01);
 }
@@ -98,7 +99,7 @@ TEST(DecayEstimate, HearsInverseSquareAndTheReflectionLawAndNothingThroughWalls)
     EXPECT_EQ(one.step, static_cast<std::uint32_t>((0.1 + r / 343.2) / DecayEstimate::kStep_s));
   }
 
-  // A ceiling just above the floor stands between.
+  // A second ceiling just above the floor blocks the line of sight.
   for (const Vec3f& corner :
        {Vec3f(0, 0.01f, 0), Vec3f(5, 0.01f, 0), Vec3f(5, 0.01f, 3), Vec3f(0, 0.01f, 3)})
     room.level.mesh.vertices_m.push_back(corner);
@@ -117,7 +118,7 @@ TEST(DecayEstimate, HearsInverseSquareAndTheReflectionLawAndNothingThroughWalls)
 TEST(DecayEstimate, TellsTheDecayTimeOfARoom) {
   const Room room({5, 4, 3});
   const DecaySummary summary = heard(room, 1, 16384).summary();
-  // Exact for Lambertian walls without air, from the integral equation: 0.481 s.
+  // Exact solution for Lambertian walls without air, from the integral equation: 0.481 s.
   for (std::size_t b = 0; b < kBandCount; ++b) {
     EXPECT_NEAR(summary.t30_s[b], 0.481, 4 * summary.t30_error_s[b]) << b;
     EXPECT_LT(summary.t30_error_s[b], 0.01f);
@@ -125,7 +126,7 @@ TEST(DecayEstimate, TellsTheDecayTimeOfARoom) {
   }
 }
 
-// Levels of many bakes, each with its own seed, against what each says of its error.
+// The spread of many bakes with different seeds, compared with the error that each of them claims.
 TEST(DecayEstimate, SaysHowMuchBakesWithOtherSeedsDiffer) {
   const Room room({5, 4, 3}, 0.3f);
   constexpr int kSeeds = 48;
@@ -151,8 +152,8 @@ TEST(DecayEstimate, SaysHowMuchBakesWithOtherSeedsDiffer) {
       }
       found += (squares - sum * sum / kSeeds) / (kSeeds - 1) / (4 * kFallen);
     }
-  // Were all times and places one, 48 seeds would know their spread to 1 / sqrt(2 x 47) = 10 %, and
-  // 16 groups of 48 seeds their claims to 3 %: 25 % is more than twice that.
+  // If all times and receivers were fully correlated, 48 seeds would determine their spread to 1 /
+  // sqrt(2 x 47) = 10 %, and 16 groups of 48 seeds the claims to 3 %. 25 % is more than twice that.
   EXPECT_NEAR(std::sqrt(claimed / found), 1, 0.25);
 }
 
@@ -163,8 +164,8 @@ TEST(DecayEstimate, FindsHalfTheErrorWithFourTimesThePhotons) {
     few += std::pow(heard(room, seed, 1024).error_db().value(), 2);
     many += std::pow(heard(room, seed, 4096).error_db().value(), 2);
   }
-  // Each error is known to 1 / sqrt(2 x 15) = 18 % if all times were one, so the ratio of four to
-  // 13 %.
+  // If all times were fully correlated, each error would be known to 1 / sqrt(2 x 15) = 18 %, and
+  // the ratio of four to 13 %.
   EXPECT_NEAR(std::sqrt(few / many), 2, 0.5);
 }
 
@@ -202,7 +203,7 @@ TEST(DecayEstimate, HearsAWholeCrowdWhereOneOfItHasFewPhotons) {
   EXPECT_GT(many.error_db, 0);
   for (std::size_t b = 1; b < 6; ++b) {
     EXPECT_GT(many.t30_error_s[b], 0);
-    // A diffuse room decays alike wherever the sound came from: within 2 % of each other's times.
+    // A diffuse room decays alike for all emitter positions; T30 may differ by 2 %.
     EXPECT_NEAR(many.t30_s[b], one.t30_s[b],
                 0.02 * one.t30_s[b] + 4 * std::hypot(many.t30_error_s[b], one.t30_error_s[b]));
   }

@@ -1,4 +1,4 @@
-// What a designer reads about a level before it is baked.
+// Tests of what the report tells a designer before the bake.
 #include "bake/report/level_report.h"
 
 #include <gmock/gmock.h>
@@ -38,7 +38,7 @@ TEST(LevelReport, CallsABoxClosedAndKnowsItsVolumeAndMeanFreePath) {
   EXPECT_GT(report.openings.rays, 10'000u);
   EXPECT_NEAR(report.volume_m3, 72, 1e-9);
   EXPECT_NEAR(report.area_m2, 108, 1e-9);
-  // Mean chord of a diffuse field (Kosten); the walks begin at the emitter, off equilibrium.
+  // Mean chord of a diffuse field (Kosten). The walks start at the emitter, not in equilibrium.
   EXPECT_NEAR(report.geometric_free_path_m().value_or(0), 4 * 72.0 / 108, 1e-9);
   EXPECT_NEAR(report.openings.mean_free_path_m, 4 * 72.0 / 108, 0.02 * 4 * 72 / 108);
   EXPECT_THAT(report_lines(report), Contains(HasSubstr("closed: none of")));
@@ -46,7 +46,8 @@ TEST(LevelReport, CallsABoxClosedAndKnowsItsVolumeAndMeanFreePath) {
 }
 
 TEST(LevelReport, OfBlackWallsLosesThroughAMissingOneWhatIsSeenOfIt) {
-  // From the middle of a cube each side is a sixth of all directions. 2048 rays; four deviations.
+  // From the centre of a cube each side covers a sixth of all directions. Four standard deviations
+  // for 2048 rays.
   const double bound = 4 * std::sqrt(1.0 / 6 * 5 / 6 / 2048);
   for (const Wall wall : {kLeft, kFloor, kCeiling, kFront}) {
     Level level = without(wall, {4, 4, 4}, 1, {2, 2, 2});
@@ -79,7 +80,7 @@ TEST(LevelReport, SaysWhereSoundLeaves) {
   EXPECT_GT(sky.direction.y, 0.5);
   EXPECT_NEAR(sky.edge_length_m, 18, 1e-5);
   EXPECT_THAT(report_lines(up), Contains(HasSubstr("open sky?")));
-  EXPECT_THAT(report_warnings(up), IsEmpty());  // many want one
+  EXPECT_THAT(report_warnings(up), IsEmpty());  // an open ceiling is common
 
   Level bottomless = without(kFloor, {6, 4, 3}, 0.1f, {2, 1, 1});
   EXPECT_THAT(report_warnings(prepare_level(bottomless)), Contains(HasSubstr("floor missing?")));
@@ -157,7 +158,7 @@ TEST(LevelReport, TellsWhatSimplificationSavedAndWhatItDidToTheAreas) {
   EXPECT_NEAR(report.simplification->area_after_m2, 94, 1e-4);
   EXPECT_THAT(report_lines(report),
               Contains(HasSubstr("12 triangles instead of 1200, area +0.00 %")));
-  // The emitter is a centimetre from a wall that may have moved by five.
+  // The emitter is 1 cm from a wall that may have moved by 5 cm.
   EXPECT_THAT(report_warnings(report), Contains(HasSubstr("'source' is 1 cm away")));
 }
 
@@ -169,7 +170,7 @@ TEST(LevelReport, OfALevelWithoutTrianglesIsEmpty) {
   EXPECT_THAT(report_warnings(report), IsEmpty());
 }
 
-// A box between two corners; its triangles face outwards or into it.
+// A box whose triangles face outwards or inwards.
 Mesh box_between(const Vec3& low_m, const Vec3& high_m, bool outwards) {
   Mesh mesh = box(high_m - low_m);
   for (Vec3f& vertex : mesh.vertices_m) vertex += Vec3f(low_m);
@@ -180,7 +181,7 @@ Mesh box_between(const Vec3& low_m, const Vec3& high_m, bool outwards) {
 
 const Vec3 kHall_m(8, 3, 6), kPillar_m(4, 1.2, 3);
 
-// A hall with a pillar from floor to ceiling, 0.37 m thick or as thick as asked for.
+// A hall with a pillar of square section from floor to ceiling, 0.37 m thick by default.
 Level hall_with_pillar(const Vec3& emitter_m, bool outwards = true, double thick_m = 0.37) {
   Level level = shoebox(kHall_m, uniform_material(0.1f), emitter_m);
   testing::add(level.mesh, box_between({4 - thick_m / 2, 0, 3 - thick_m / 2},
@@ -213,11 +214,11 @@ TEST(LevelReport, WarnsOfAnEmitterInAPillarAndNamesAPlaceThatWorks) {
     Level moved = hall_with_pillar(*unheard[0].place.alternative_m, outwards);
     EXPECT_THAT(report_warnings(prepare_level(moved)), IsEmpty());
   }
-  // Larger than any hollow that is no room, but seen from behind within a room.
+  // Larger than the limit for cavities, but seen from behind within a room.
   const auto thick = unheard_in(hall_with_pillar(kPillar_m, true, 1.5));
   ASSERT_EQ(thick.size(), 1u);
   EXPECT_EQ(thick[0].place.why, InaudibleCause::kInSolid);
-  // In a level without a ceiling it is a pillar all the same, and so is the inside of a long wall.
+  // Also without a ceiling, and in a long wall.
   Level open = without(kCeiling, kHall_m, 0.1f, kPillar_m);
   testing::add(open.mesh, box_between({3.6, 0, 2.6}, {4.4, 2.5, 3.4}, true));
   EXPECT_EQ(unheard_in(open).size(), 1u);
@@ -246,7 +247,7 @@ TEST(LevelReport, WarnsOfAnEmitterOnAWallThatHidesHalfOfItsSound) {
   EXPECT_THAT(report_warnings(report),
               Contains(AllOf(HasSubstr("'source' lies on a surface"), HasSubstr("1,0.02,1"))));
   EXPECT_THAT(report_lines(report), Contains(HasSubstr("closed: none of")));
-  // On a table that stands in the room, both halves are heard.
+  // An emitter on a table is audible above and below it.
   Level table = hall_with_pillar({1, 1, 1});
   testing::add_quad(table.mesh, {Vec3f(0.5f, 1, 0.5f), Vec3f(0.5f, 1, 1.5f), Vec3f(1.5f, 1, 1.5f),
                                  Vec3f(1.5f, 1, 0.5f)});
@@ -286,16 +287,16 @@ TEST(LevelReport, FindsNoFaultWithEmittersThatAreHeard) {
     testing::add(outwards.mesh, box_between({5.2 * i, 0, 0}, {5.2 * i + 5, 4, 3}, true));
   expect_none(outwards, "one room of six");
 
-  // A level that is narrow and faces outwards throughout.
+  // A narrow level that faces outwards throughout.
   Level duct = shoebox({20, 0.9, 0.9}, uniform_material(0.1f), {3, 0.4, 0.4});
   duct.mesh = box_between({0, 0, 0}, {20, 0.9, 0.9}, true);
   expect_none(duct, "a duct");
 
-  // A closed booth in a hall is a room of its own, as its walls face into it.
+  // A closed booth in a hall is a room of its own, because its walls face inwards.
   Level booth = shoebox(kHall_m, uniform_material(0.1f), {2, 1, 2});
   testing::add(booth.mesh, box_between({1, 0, 1}, {3, 2.2, 3}, false));
   expect_none(booth, "a booth");
-  // What is outside a wall that lets sound through is heard inside.
+  // Sound behind a transmitting wall is heard inside.
   Level thin = hall_with_pillar({48, 1.5, 3});
   thin.materials[0].transmission = same_in_all_bands(0.05f);
   expect_none(thin, "walls that let sound through");
@@ -333,7 +334,7 @@ TEST(Audibility, BlamesTheEmitterWhereThatIsOutOfPlace) {
 }
 
 TEST(Audibility, HearsThroughADoorAndThroughThinWallsButNotThroughOthers) {
-  // Two rooms with a wall between them that leaves a slit, or not.
+  // Two rooms, separated by a wall with or without a slit.
   const auto rooms = [](double slit_m) {
     Level level = shoebox(kHall_m, uniform_material(0.1f), {1, 1, 1});
     testing::add_quad(level.mesh,
@@ -368,7 +369,7 @@ TEST(Audibility, OfAFreeFieldEndsWithTheDistance) {
 }
 
 TEST(LevelReport, TellsNoWidthOfAnOpeningThatOnlyDirectSoundPasses) {
-  // All lines meet at the emitter, which is no opening.
+  // All lines meet at the emitter, which is not an opening.
   Level level = without(kCeiling, {6, 4, 3}, 1, {2, 0, 1});
   for (const std::string& line : report_lines(prepare_level(level)))
     EXPECT_EQ(line.find(" mm wide"), std::string::npos) << line;

@@ -1,5 +1,5 @@
-// One path serves eight bands: compared with tracing each band alone, and held to the equilibrium
-// that a closed room keeps for ever.
+// One path carries eight bands: compared with tracing each band alone, and with the equilibrium of
+// a closed room.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -21,7 +21,8 @@ struct Spread {
   std::array<double, kBandCount> mean{}, variance{};  // over photons
 };
 
-// Power that a photon leaves on a part of one wall within five bounces, per band.
+// Mean and variance of the power that a photon leaves on a part of one wall within five bounces,
+// per band.
 Spread power_on_the_wall(const Material& material, const Bands& directivity) {
   constexpr std::uint32_t kPhotons = 20 * kRunPhotons;
   Level level = shoebox({5, 4, 3}, material, {1.3, 1.7, 1.1});
@@ -54,7 +55,7 @@ Spread power_on_the_wall(const Material& material, const Bands& directivity) {
   return spread;
 }
 
-// Traces the bands together and each alone; variances may grow by `most`.
+// Traces the bands together and each alone; variances may grow by the factor `most`.
 void compare(const Bands& phong, const Bands& directivity, double most) {
   Material material = uniform_material(0.1f, 0.1f);
   material.phong = phong;
@@ -79,7 +80,7 @@ TEST(BandMixture, LosesNearlyNothingForLobesThatAreAlike) {
   compare({18, 19, 20, 21, 22, 20, 19, 21}, {1, 1, 1.1f, 1.1f, 1.2f, 1.1f, 1, 1}, 1.1);
 }
 
-// Chi-square of counts that are expected to be alike, over its standard deviation, about its mean.
+// Chi-square of counts with equal expectations, in standard deviations from its mean.
 double excess(const std::vector<double>& counts) {
   double sum = 0, chi = 0;
   for (const double count : counts) sum += count;
@@ -90,9 +91,9 @@ double excess(const std::vector<double>& counts) {
 }
 
 TEST(Draws, OfTracerFollowTheirDensities) {
-  // From the middle of a box whose walls keep half, every first deposit tells where its photon
-  // went; deposits' own numbers are uniform, and half of the photons live on where roulette is
-  // analog.
+  // In a box whose walls absorb half, seen from the centre, every first deposit shows where its
+  // photon went. The deposits' random numbers are uniform, and half of the photons survive analog
+  // roulette.
   constexpr std::uint32_t kPhotons = 60 * kRunPhotons;
   Level level = shoebox({2, 2, 2}, uniform_material(0.5f), {1, 1, 1});
   level.emitters[0].axis = {0.36, 0.48, 0.8};
@@ -117,7 +118,7 @@ TEST(Draws, OfTracerFollowTheirDensities) {
         last = &deposit;
         const Vec3 way = normalize(Vec3(deposit.position_m) - Vec3(1));
         const double share = (1 + dot(way, level.emitters[0].axis)) / 2;
-        double below = 0;  // the mixture's distribution function
+        double below = 0;  // distribution function of the mixture
         for (const float p : level.emitters[0].directivity)
           below += std::pow(share, static_cast<double>(p) + 1) / 8;
         cosines[std::min<std::size_t>(63, static_cast<std::size_t>(64 * below))] += 1;
@@ -134,7 +135,7 @@ TEST(Draws, OfTracerFollowTheirDensities) {
       }
     }
   }
-  // Sobol points are more even than random, so only too much counts.
+  // One-sided, because Sobol points are more even than random ones.
   EXPECT_LT(excess(cosines), 4);
   EXPECT_LT(excess(turns), 4);
   EXPECT_LT(excess(departures), 4);
@@ -143,11 +144,11 @@ TEST(Draws, OfTracerFollowTheirDensities) {
   EXPECT_NEAR(survived, survivors_expected, 4 * std::sqrt(kPhotons * 0.25));
 }
 
-// Photons that start in all directions from one place: at any time their directions are isotropic,
-// for ever, whatever the walls do to them, if the law is reciprocal and keeps energy. So they hit
-// each wall in proportion to its area, and c S / 4V times a second.
+// Photons start in all directions from one point. If the BRDF is reciprocal and conserves energy,
+// directions stay isotropic for ever. Photons then hit each wall in proportion to its area, c S /
+// 4V times per second.
 TEST(Equilibrium, OfAClosedRoomKeepsItsMeanChordAndItsWallSharesForEveryExponent) {
-  constexpr double kFrom_s = 0.1, kTo_s = 0.35, kSpeed_mps = 343.2;  // the 13th to the 47th bounce
+  constexpr double kFrom_s = 0.1, kTo_s = 0.35, kSpeed_mps = 343.2;  // bounces 13 to 47
   constexpr std::uint64_t kPhotons = 100 * kRunPhotons;
   const std::array<double, 6> area_m2 = {12, 12, 15, 15, 20, 20};
   for (const float exponent : {0.0f, 1.0f, 3.0f, 10.0f, 100.0f, 1000.0f}) {

@@ -1,5 +1,5 @@
-// The directions in which photons leave an emitter, and the band weights they carry, against the
-// emission law, by chi-square over the whole sphere.
+// Chi-square tests of the emitted directions and band weights over the whole sphere, against the
+// emission law.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kHeights = 16, kTurns = 16, kCells = kHeights * kTurns;
 
-// ((1 + cos a) / 2)^(p + 1), the share of a lobe's power that leaves below cos a.
+// ((1 + cos a) / 2)^(p + 1), the share of a lobe's power below cos a.
 double share_below(double exponent, double cos_a) {
   return std::pow((1 + cos_a) / 2, exponent + 1);
 }
@@ -33,7 +33,7 @@ void check_emission(const Bands& exponents) {
   const Scene scene(level.mesh);
   const PhotonTracer tracer(scene, level, {.roulette_exponent = 0, .max_bounces = 1});
 
-  // Heights are spaced so that the mixture of the bands gives each about the same.
+  // Heights at which the mixture of the bands gives each cell about the same expectation.
   std::array<double, kHeights + 1> edges{};
   edges[0] = -1, edges[kHeights] = 1;
   for (std::size_t k = 1; k < kHeights; ++k) {
@@ -80,12 +80,12 @@ void check_emission(const Bands& exponents) {
       const double wanted = kPhotons / static_cast<double>(kTurns) *
                             (share_below(p, edges[height + 1]) - share_below(p, edges[height]));
       expected[c] += wanted / kBandCount;
-      // Nothing is asked of cells with less than a millionth of the band's power.
+      // Cells with less than a millionth of the band's power are not tested.
       const double variance =
           squares[c][b] - sums[c][b] * sums[c][b] / kPhotons + std::pow(1e-6 * kPhotons, 2);
       z_squares += std::pow(sums[c][b] - wanted, 2) / variance;
     }
-    // Sobol points are more even than random: only too much counts.
+    // One-sided, because Sobol points are more even than random ones.
     EXPECT_LT((z_squares - kCells) / std::sqrt(2.0 * kCells), 4) << "exponent " << p;
   }
   EXPECT_LT(testing::chi_square_excess(drawn, expected), 4);

@@ -1,5 +1,5 @@
-// Where the power goes that photons are launched with: absorbed, let through thin walls, escaped,
-// still under way, or on the books of roulette.
+// Energy conservation per photon: emitted power is absorbed, transmitted, escaped, unfinished or
+// accounted for by roulette.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,7 +17,7 @@ using Power = std::array<double, kBandCount>;
 
 constexpr std::uint16_t kThin = 1;
 
-// A box without its ceiling, and across it a thin wall of material kThin.
+// A box without a ceiling, divided by a thin wall of material kThin.
 Level two_rooms(const Material& outer, const Material& thin) {
   Level level = testing::shoebox({6, 4, 3}, outer, {1.5, 2, 1.2});
   level.mesh.triangles.resize(10);
@@ -27,13 +27,13 @@ Level two_rooms(const Material& outer, const Material& thin) {
   return level;
 }
 
-// One photon's account, in shares of what was launched.
+// The power balance of one photon, relative to its initial power.
 struct Account {
   Power absorbed{}, transmitted{}, escaped{}, unfinished{};
-  Power gained{}, killed{};  // by roulette: when it lets live, and when it does not
+  Power gained{}, killed{};  // by roulette: for survivors, and for the others
 };
 
-// Traces every photon as a run of its own, so that tallies are its own too, and follows its power
+// Traces every photon as a run of its own, so that it has a tally of its own, and follows its power
 // from deposit to deposit.
 std::vector<Account> accounts(const Level& level, const TraceSettings& settings,
                               std::uint32_t photons) {
@@ -46,12 +46,12 @@ std::vector<Account> accounts(const Level& level, const TraceSettings& settings,
   std::vector<Account> result;
   for (const TracedRun& run : traced.runs()) {
     Account account;
-    Power before{}, launched{};  // what the photon carries to the next surface
+    Power before{}, launched{};  // power on the way to the next surface
     for (std::size_t b = 0; b < kBandCount; ++b)
       launched[b] = before[b] = emitted_power(level.emitters[0], b);
     const auto share = [&](std::size_t b, double power) { return power / launched[b]; };
     const auto deposits = traced.deposits().subspan(run.first_deposit, run.deposits);
-    double odds = 1;  // that roulette gave the photon at its last surface
+    double odds = 1;  // survival probability at the last surface
     for (std::size_t i = 0; i < deposits.size();) {
       const Material& material = level.materials[deposits[i].material];
       const bool thin = deposits[i].material == kThin;
@@ -77,7 +77,8 @@ std::vector<Account> accounts(const Level& level, const TraceSettings& settings,
       account.escaped[b] = share(b, run.tally.power_escaped[b]);
       account.unfinished[b] = share(b, run.tally.power_unfinished[b]);
       const double left = account.escaped[b] + account.unfinished[b];
-      // Neither escaped nor under way: roulette. Else what is left has grown by its odds.
+      // A photon that neither escaped nor is unfinished was ended by roulette. Otherwise its
+      // remaining power grew by 1 / probability.
       account.killed[b] = left > 0 ? 0 : share(b, before[b]);
       if (left > 0) account.gained[b] += left - share(b, before[b]);
     }
@@ -86,7 +87,7 @@ std::vector<Account> accounts(const Level& level, const TraceSettings& settings,
   return result;
 }
 
-// Absorbing unlike in every band, but sending all of them the same ways.
+// Rooms with unlike absorption in the bands but the same BRDF.
 Level alike_rooms() {
   Material outer = testing::uniform_material(0, 0.4f, 10);
   outer.absorption = {0.02f, 0.05f, 0.1f, 0.15f, 0.2f, 0.3f, 0.4f, 0.5f};
@@ -123,7 +124,7 @@ TEST(EnergyBooks, WithRouletteBalanceOnceWhatItGaveAndTookIsCounted) {
         squares += difference * difference;
         given += a.gained[b];
       }
-      // What it gives the living is what it takes from the dead, on average.
+      // On average roulette gives survivors what it takes from the others.
       EXPECT_LT(std::abs(sum), 4 * std::sqrt(squares)) << "kappa " << kappa << ", band " << b;
       EXPECT_GT(given, 10 * std::sqrt(squares)) << "kappa " << kappa << ", band " << b;
     }
@@ -155,7 +156,7 @@ TEST(EnergyBooks, OfBandsThatGoUnlikeWaysBalanceOnAverage) {
       for (std::size_t b = 0; b < kBandCount; ++b)
         spent[b] += deposit.power[b] / (1 - material.absorption[b]) *
                     (material.absorption[b] - material.transmission[b]);
-      if (deposit.material == kThin) ++i;  // the same arrival's, on the far side
+      if (deposit.material == kThin) ++i;  // the deposit of the same hit on the far side
     }
     for (std::size_t b = 0; b < kBandCount; ++b) {
       const double ratio = spent[b] / kRunPhotons / emitted_power(level.emitters[0], b);

@@ -20,7 +20,7 @@ struct Outcome {
   std::array<double, kBandCount> emitted{};
 };
 
-// `photons` of each emitter, with powers as the assembled bake has them.
+// Traces `photons` per emitter, with deposit powers scaled as in a bake.
 Outcome trace(const Level& level, const TraceSettings& settings, std::uint32_t photons) {
   const Scene scene(level.mesh);
   const PhotonTracer tracer(scene, level, settings);
@@ -45,8 +45,8 @@ double total(const std::array<double, kBandCount>& bands) {
 
 TEST(PhotonTracer, WithoutAbsorptionKeepsAllPowerInEveryBandForAHundredBounces) {
   for (const float exponent : {0.0f, 1.0f, 20.0f, 100.0f}) {
-    // Bands with unlike exponents share paths, so only their expected power is kept; with equal
-    // exponents the weights stay 1 and every photon keeps its power to rounding.
+    // Bands with different exponents share paths, so only their expected power is conserved. With
+    // equal exponents the weights stay 1 and every photon keeps its power up to rounding.
     const Level level = shoebox(
         {5, 4, 3}, uniform_material(0, exponent > 0 ? 0.0f : 1.0f, exponent), {1.3, 1.7, 1.1});
     const Outcome outcome = trace(level, {.longest_path_s = 1e9, .max_bounces = 100}, 2000);
@@ -63,8 +63,8 @@ TEST(PhotonTracer, KeepsEachBandsPowerOnAverageWhenBandsReflectUnlike) {
   material.phong = {1, 2, 4, 8, 16, 32, 64, 128};
   const Level level = shoebox({5, 4, 3}, material, {1.3, 1.7, 1.1});
   const Outcome outcome = trace(level, {.longest_path_s = 1e9, .max_bounces = 8}, 40000);
-  // A band's weight lies between 0 and 8 with mean 1, so its variance is at most 7: the standard
-  // error of 40 000 photons is at most sqrt(7 / 40000) = 1.3 %.
+  // A band's weight lies between 0 and 8 with mean 1, so its variance is at most 7 and the standard
+  // error of 40 000 photons at most sqrt(7 / 40000) = 1.3 %.
   for (std::size_t b = 0; b < kBandCount; ++b)
     EXPECT_NEAR(outcome.tally.power_unfinished[b] / outcome.emitted[b], 1, 4 * 0.0132)
         << "band " << b;
@@ -75,19 +75,19 @@ TEST(PhotonTracer, FindsTheMeanFreePathOfADiffuseRoom) {
   const Outcome outcome = trace(level, {.longest_path_s = 1e9, .max_bounces = 60}, 5000);
   const double expected_m = 4.0 * 60 / 94;  // 4V / S
   const double found_m = outcome.tally.legs_m / static_cast<double>(outcome.tally.legs);
-  // Its standard error is 0.1 %: 300 000 legs, each with a spread of 60 %. The first bounces are
-  // not yet in equilibrium, which is worth less.
+  // The standard error is 0.1 %: 300 000 legs with a spread of 60 %. The first bounces, not yet in
+  // equilibrium, contribute less.
   EXPECT_NEAR(found_m / expected_m, 1, 0.005);
 }
 
 TEST(PhotonTracer, PowerIsAbsorbedEscapesOrIsStillUnderWay) {
-  // No ceiling, so some photons leave; roulette off, so that the books balance photon by photon.
+  // Without a ceiling some photons escape; without roulette the balance holds per photon.
   Level level = shoebox({5, 4, 3}, uniform_material(0.3f), {1.3, 1.7, 1.1});
   level.mesh.triangles.resize(10);
   level.mesh.materials.resize(10);
   const Outcome outcome =
       trace(level, {.roulette_exponent = 0, .longest_path_s = 1e9, .max_bounces = 50}, 2000);
-  // Each deposit is what is left after absorption: 0.7 of what hit, so 0.3 / 0.7 of it was lost.
+  // A deposit is 0.7 of the incident power, so 0.3 / 0.7 of it was absorbed.
   double deposited = 0;
   for (const Source& deposit : outcome.deposits) deposited += deposit.power[3];
   const double absorbed = deposited * 0.3 / 0.7;
@@ -99,13 +99,13 @@ TEST(PhotonTracer, PowerIsAbsorbedEscapesOrIsStillUnderWay) {
 
 TEST(PhotonTracer, RouletteDoesNotChangeTheReflectedPowerOnAverage) {
   const Level level = shoebox({5, 4, 3}, uniform_material(0.2f), {1.3, 1.7, 1.1});
-  // Geometric series: 0.8 + 0.64 + ... = 4 times what is emitted.
+  // Geometric series: 0.8 + 0.64 + ... = 4 times the emitted power.
   for (const double kappa : {0.15, 0.5, 1.0}) {
     const Outcome outcome =
         trace(level, {.roulette_exponent = kappa, .longest_path_s = 1e9}, 20000);
     double deposited = 0;
     for (const Source& deposit : outcome.deposits) deposited += deposit.power[0];
-    // Analog roulette (kappa 1) spreads a photon's sum by its mean length of 4, over 20 000.
+    // Analog roulette (exponent 1) spreads a photon's sum by its mean length of 4; 20 000 photons.
     EXPECT_NEAR(deposited / outcome.emitted[0] / 4, 1, 0.03) << "kappa " << kappa;
   }
 }
@@ -148,8 +148,8 @@ TEST(PhotonTracer, KeepsFewerDepositsWithoutBias) {
 }
 
 TEST(PhotonTracer, EmitsAlongTheDirectivityOfEachBand) {
-  // A free sphere of directions: what escapes upwards and downwards, by band, is the closed form
-  // 1 - 2^-(p+1) above the equator of ((1 + cos a) / 2)^p.
+  // Power that escapes upwards and downwards has a closed form per band: 1 - 2^-(p+1) of ((1 + cos
+  // a) / 2)^p lies above the equator.
   Level level = shoebox({1000, 1000, 1000}, uniform_material(0), {500, 500, 500});
   level.emitters[0].axis = {0, 0, 1};
   level.emitters[0].directivity = {0, 1, 2, 3, 4, 6, 8, 12};
@@ -160,7 +160,7 @@ TEST(PhotonTracer, EmitsAlongTheDirectivityOfEachBand) {
       for (std::size_t b = 0; b < kBandCount; ++b) above[b] += deposit.power[b];
   for (std::size_t b = 0; b < kBandCount; ++b) {
     const double p = level.emitters[0].directivity[b];
-    // Random numbers would leave sqrt(7 / 20000) = 1.9 % of standard error at most.
+    // The standard error of random numbers would be at most sqrt(7 / 20000) = 1.9 %.
     EXPECT_NEAR(above[b] / outcome.emitted[b], 1 - std::pow(2, -(p + 1)), 0.03) << "exponent " << p;
   }
 }
@@ -188,7 +188,7 @@ TEST(PhotonTracer, LeavesTheSameBehindWhereverThePhotonsAreCut) {
     TracedRuns traced;
     tracer.trace(runs, traced);
     std::vector<std::vector<const Source*>> photons(300);
-    std::vector<std::pair<float, Bands>> deposits;  // per photon, in the order of its bounces
+    std::vector<std::pair<float, Bands>> deposits;  // per photon, in bounce order
     for (const TracedRun& run : traced.runs())
       for (std::size_t i = run.first_deposit; i < run.first_deposit + run.deposits; ++i)
         photons[run.run.first + traced.photons()[i]].push_back(&traced.deposits()[i]);
@@ -218,7 +218,8 @@ TEST(PhotonTracer, InAFreeFieldEveryPhotonEscapesAndNothingIsDeposited) {
   const Outcome outcome = trace(level, {}, 1000);
   EXPECT_EQ(outcome.tally.escaped, 1000u);
   EXPECT_TRUE(outcome.deposits.empty());
-  EXPECT_NEAR(total(outcome.tally.power_escaped) / total(outcome.emitted), 1, 1e-6);  // float
+  // Single precision.
+  EXPECT_NEAR(total(outcome.tally.power_escaped) / total(outcome.emitted), 1, 1e-6);
 }
 
 TEST(PhotonTracer, SilentEmittersCostNothingAndBreakNothing) {
@@ -248,8 +249,8 @@ TEST(PhotonTracer, LeavesTheSameBitsOnEveryInstructionSet) {
 }
 
 TEST(PhotonTracer, LetsThroughAThinWallWhatItsMaterialSays) {
-  // A box with a wall across, that absorbs half of what hits it, of which 0.2 of all goes through;
-  // the outer walls swallow everything. One bounce: what the far side gets is 0.2 of what hit.
+  // A box divided by a wall that absorbs half, including 0.2 transmission; the outer walls absorb
+  // everything. After one bounce the far side has 0.2 of the incident power.
   Level level = shoebox({6, 4, 3}, uniform_material(1), {1.5, 2, 1.5});
   const auto first = static_cast<std::uint32_t>(level.mesh.vertices_m.size());
   for (const Vec3f corner : {Vec3f(3, 0, 0), Vec3f(3, 4, 0), Vec3f(3, 4, 3), Vec3f(3, 0, 3)})
@@ -275,23 +276,23 @@ TEST(PhotonTracer, LetsThroughAThinWallWhatItsMaterialSays) {
 }
 
 TEST(PhotonTracer, ThePhotonThatGoesThroughCarriesItsShareIntoTheNextRoom) {
-  // As above, but the far room's outer walls reflect a little: the power that they leave behind is
-  // their reflectance times what came through. Both rooms see the thin wall from one emitter.
+  // Like the previous test, but the far room's outer walls reflect a little: they leave their
+  // reflectance times the transmitted power. Both rooms see the wall from one emitter.
   Level level = shoebox({6, 4, 3}, uniform_material(1), {1.5, 2, 1.5});
-  level.mesh.materials[2] = level.mesh.materials[3] = 2;  // the wall at x = 6
+  level.mesh.materials[2] = level.mesh.materials[3] = 2;  // wall at x = 6
   const auto first = static_cast<std::uint32_t>(level.mesh.vertices_m.size());
   for (const Vec3f corner : {Vec3f(3, 0, 0), Vec3f(3, 4, 0), Vec3f(3, 4, 3), Vec3f(3, 0, 3)})
     level.mesh.vertices_m.push_back(corner);
   level.mesh.triangles.push_back({first, first + 1, first + 2});
   level.mesh.triangles.push_back({first, first + 2, first + 3});
   level.mesh.materials.insert(level.mesh.materials.end(), 2, 1);
-  Material thin = uniform_material(0.5f, 0, 1000);  // nearly straight on
+  Material thin = uniform_material(0.5f, 0, 1000);  // almost no change of direction
   thin.transmission = same_in_all_bands(0.3f);
   level.materials.push_back(thin);
   level.materials.push_back(uniform_material(0.9f));
 
-  // Straight on through the wall at 3 m, the emitter sees the rectangle 4 x 3 at 4.5 m distance
-  // under the solid angle 4 atan(a b / (d sqrt(a^2 + b^2 + d^2))) with half sides a, b.
+  // Straight through the wall at 3 m, the emitter sees a rectangle of 4 x 3 m at 4.5 m under the
+  // solid angle 4 atan(a b / (d sqrt(a^2 + b^2 + d^2))), with half sides a and b.
   const double a = 2, b = 1.5, d = 4.5;
   const double share =
       4 * std::atan(a * b / (d * std::sqrt(a * a + b * b + d * d))) / (4 * std::numbers::pi);
@@ -299,8 +300,8 @@ TEST(PhotonTracer, ThePhotonThatGoesThroughCarriesItsShareIntoTheNextRoom) {
   const Outcome outcome = trace(level, {.roulette_exponent = 0, .max_bounces = 2}, 200000);
   for (const Source& deposit : outcome.deposits)
     if (deposit.material == 2) found += deposit.power[0];
-  // The lobe's width of 2.6 degrees blurs the rectangle's rim, which is worth a per cent; the paths
-  // are 200 000 x 0.5 x 6 % = 2 300 that count.
+  // The lobe's width of 2.6 degrees blurs the rectangle's edge by 1 %; 2 300 of the 200 000 paths
+  // contribute.
   EXPECT_NEAR(found / outcome.emitted[0] / (share * 0.3 * 0.1), 1, 0.06);
 }
 

@@ -39,7 +39,7 @@ TEST(Scene, HitsABoxWhereTheSlabsSay) {
     }
     const auto hit = scene.intersect(origin, d);
     ASSERT_TRUE(hit);
-    // The walls' corners are exact in single precision, so the distance is right to double's.
+    // The vertices are exact in single precision, so the distance is exact in double.
     EXPECT_NEAR(hit->distance_m, nearest_m, 1e-12);
     EXPECT_EQ(hit->material, face);
     EXPECT_LT(dot(hit->normal, d), 0);
@@ -61,7 +61,7 @@ TEST(Scene, DoesNotLeakBetweenTheTrianglesOfAClosedRoom) {
   const Vec3 start(2, 3, 1.2);
   Vec3 origin = start, normal(0);
   std::uint32_t lost = 0;
-  // A walk from wall to wall. Without the offset one ray of eight is lost here.
+  // A random walk from wall to wall. Without the offset, one ray in eight would be lost.
   for (std::uint32_t i = 0; i < 200000; ++i) {
     Vec3 d = direction(i);
     if (dot(d, normal) < 0) d = -d;
@@ -88,8 +88,8 @@ TEST(Scene, TrianglesWithoutAreaAreNotHit) {
   EXPECT_FALSE(scene.intersect({0, 0, 0}, {0, 0, 1}));
 }
 
-// Embree returns null where it finds no memory. The child of each limit has so much more than this
-// process, from too little for the triangles to enough for all.
+// Embree returns null if it runs out of memory. Each child process has a memory limit above this
+// process's use, from too little for the triangles to enough for all.
 TEST(Scene, WithoutMemoryThrowsAndDoesNotCrash) {
   if (testing::kSanitized) GTEST_SKIP() << "a sanitizer takes address space of its own";
   const Mesh mesh = testing::many_triangles(200'000);

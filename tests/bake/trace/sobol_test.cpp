@@ -8,8 +8,8 @@
 namespace clamor {
 namespace {
 
-// The property a (0, m, 2)-net in base 2 has by definition: every way of cutting the unit square
-// into 2^m equal boxes with powers of two as sides has one of 2^m points in each.
+// Definition of a (0, m, 2)-net in base 2: every division of the unit square into 2^m equal boxes
+// with powers of two as sides has one of 2^m points in each box.
 TEST(Sobol, HasOnePointInEachElementaryBoxOfItsFirstPlane) {
   for (const std::uint64_t key : {1ull, 77ull})
     for (int columns = 0; columns <= 8; ++columns) {

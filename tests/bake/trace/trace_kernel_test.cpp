@@ -1,6 +1,5 @@
-// The directions that the trace kernel itself draws, and the band weights it leaves on them,
-// against the reflection law: what photons do, in single precision and from the kernel's own
-// tables.
+// Directions and band weights from the trace kernel itself, in single precision and with its own
+// tables, against the reference BRDF.
 #include "bake/trace/trace_kernel.h"
 
 #include <algorithm>
@@ -29,11 +28,11 @@ using testing::uniform_material;
 constexpr std::uint32_t kDraws = 128 * kStepPhotons;
 constexpr Bands kEven = {1, 1, 1, 1, 1, 1, 1, 1};
 
-// Photons that arrived at the plane z = 0 from above at one angle, by their next directions.
+// Next directions of photons that arrived at the plane z = 0 from above at one angle.
 struct Departures {
-  std::vector<Vec3> directions;  // below 0 where the photon went through
+  std::vector<Vec3> directions;  // z < 0: transmitted
   std::vector<Bands> weights;
-  double lost = 0;  // photons that did not go on
+  double lost = 0;  // photons ended by roulette
 };
 
 Departures depart(const Material& material, double cos_i, std::uint32_t bounce,
@@ -81,12 +80,12 @@ Departures depart(const Material& material, double cos_i, std::uint32_t bounce,
 
 Vec3 mirror_of(double cos_i) { return {std::sqrt(1 - cos_i * cos_i), 0, cos_i}; }
 
-// How each band's reflected power spreads over the cells; sums to 1.
+// Distribution of each band's reflected power over the cells; sums to 1.
 std::vector<std::array<double, kBandCount>> shares(const Material& material, double cos_i) {
   const ReflectionLaws laws(std::span(&material, 1));
   std::vector<double> exponents(material.phong.begin(), material.phong.end());
   exponents.erase(std::unique(exponents.begin(), exponents.end()), exponents.end());
-  if (exponents.size() == 1) exponents.insert(exponents.end(), {30, 1000});  // for narrow cells
+  if (exponents.size() == 1) exponents.insert(exponents.end(), {30, 1000});  // needs narrow cells
   const Vec3 mirror = mirror_of(cos_i);
   const DirectionCells cells(mirror);
   std::vector<std::array<double, kBandCount>> shares(cells.size());
@@ -106,7 +105,7 @@ TEST(TraceKernel, SendsPhotonsOnAsDenselyAsTheLawSays) {
       const double cos_i = std::cos(radians(incidence_deg));
       std::vector<double> expected;
       for (const auto& share : shares(material, cos_i)) expected.push_back(kDraws * share[4]);
-      for (const std::uint32_t bounce : {1u, 7u}) {  // the first takes Sobol points
+      for (const std::uint32_t bounce : {1u, 7u}) {  // the first bounce uses Sobol points
         const Departures departures = depart(material, cos_i, bounce);
         EXPECT_EQ(departures.lost, 0);
         const DirectionCells cells(mirror_of(cos_i));
@@ -122,8 +121,8 @@ TEST(TraceKernel, SendsPhotonsOnAsDenselyAsTheLawSays) {
   }
 }
 
-// Directions by the mixture that the path's weights make of the bands' laws; and the new weights,
-// summed over any cell, to each band's own share of it.
+// Directions follow the mixture of the bands' BRDFs under the path's weights. The new weights,
+// summed over any cell, give each band's own share of it.
 TEST(TraceKernel, DrawsTheMixtureOfUnlikeBandsAndGivesEachBandItsOwnLaw) {
   Material material = uniform_material(0);
   material.scattering = {0.1f, 0.9f, 0, 0.3f, 0.5f, 0.2f, 0, 0.05f};
@@ -168,8 +167,8 @@ TEST(TraceKernel, DrawsTheMixtureOfUnlikeBandsAndGivesEachBandItsOwnLaw) {
   }
 }
 
-// The transmitted share goes straight on through the wall, with the same lobe about its own
-// direction; which way a photon takes is drawn too, and the weights make up for it per band.
+// Transmitted power continues straight, with the same lobe around that direction. The side is
+// sampled, too, and the weights correct for it per band.
 TEST(TraceKernel, LetsPhotonsThroughAsOftenAndAsDenselyAsTheMaterialSays) {
   Material material = uniform_material(0.6f, 0.2f, 20);
   material.transmission = {0.02f, 0.05f, 0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f};
@@ -179,7 +178,7 @@ TEST(TraceKernel, LetsPhotonsThroughAsOftenAndAsDenselyAsTheMaterialSays) {
     const DirectionCells cells(mirror_of(cos_i));
     const Departures departures = depart(material, cos_i, 4, weights);
     EXPECT_EQ(departures.lost, 0);
-    double odds = 0;  // of going through
+    double odds = 0;  // probability of transmission
     std::array<double, kBandCount> through{};
     for (std::size_t b = 0; b < kBandCount; ++b) {
       const double transmitted = material.transmission[b], reflected = 1 - material.absorption[b];
@@ -194,7 +193,7 @@ TEST(TraceKernel, LetsPhotonsThroughAsOftenAndAsDenselyAsTheMaterialSays) {
         ++above[cells.of(out)];
         continue;
       }
-      out.z = -out.z;  // straight on is then the mirror direction
+      out.z = -out.z;  // makes the straight direction the mirror direction
       ++below[cells.of(out)];
       for (std::size_t b = 0; b < kBandCount; ++b) {
         through_weight[b] += departures.weights[i][b];
