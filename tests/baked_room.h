@@ -1,4 +1,4 @@
-// baked_room.h: small baked rooms in memory, for tests of the runtime.
+// baked_room.h: small baked rooms in memory.
 #pragma once
 
 #include "bake/bake.h"
@@ -23,7 +23,7 @@ inline BakeContents baked_contents(std::uint64_t photons) {
   return *bake(level, options);
 }
 
-// The same as decoded.
+// The same room as input of an Auralizer.
 inline AuralizerInput baked_room(std::uint64_t photons = 300) {
   const BakeContents contents = baked_contents(photons);
   return {contents.octree.sources, contents.emitters, contents.signals, contents.materials,

@@ -1,7 +1,7 @@
-// build_paths.h: where the tested tree and programs are.
+// build_paths.h: paths of the source tree and of the programs under test.
 //
-// These paths are compiled in build_paths.cpp alone. A definition on every compiler command would
-// keep a compiler cache from sharing test objects between two clones.
+// The paths are compiled into build_paths.cpp only. As definitions on every compiler command they
+// would keep a compiler cache from sharing the tests' objects between clones.
 #pragma once
 
 namespace clamor::testing {

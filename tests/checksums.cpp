@@ -7,7 +7,7 @@
 
 #define HASH_OF "_ZN6clamor7hash_ofESt4spanIKSt4byteLm18446744073709551615EE"
 
-// What the linker makes of hash_of() with --wrap.
+// Names that the linker gives hash_of() with --wrap.
 std::uint64_t own_hash_of(std::span<const std::byte> bytes) asm("__real_" HASH_OF);
 std::uint64_t wrapped_hash_of(std::span<const std::byte> bytes) asm("__wrap_" HASH_OF);
 

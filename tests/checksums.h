@@ -1,8 +1,8 @@
-// checksums.h: a world in which every checksum is right, as in a file whose forger knew how to sum.
+// checksums.h: makes every checksum match, as in a file whose forger computed them.
 //
-// Programs that link checksums.cpp have it stand in for hash_of() (CMake's clamor_forgeable). While
-// `checksums_are_off` everything sums to the same, in files that are written and in those that are
-// read, whatever the format sums and wherever it keeps it.
+// Programs that link checksums.cpp replace hash_of() (clamor_forgeable in CMake). While
+// `checksums_are_off` all hashes are equal, in files that are written and in files that are read,
+// whatever the format hashes and wherever it stores the hash.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@ namespace clamor::testing {
 
 extern bool checksums_are_off;
 
-// Called once, after the next sum: for whoever writes to a file between check and use.
+// Called once, after the next hash: for tests that change a file between check and use.
 extern std::function<void()> after_checksum;
 
 struct ChecksumsOff {

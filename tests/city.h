@@ -1,7 +1,8 @@
-// city.h: a city of stadiums of stands of blocks of fans, a billion when every count is the
-// default's.
+// city.h: a city of stadiums of stands of blocks of fans; a billion sources with the default
+// counts.
 //
-// Every fan of a block is an omnidirectional emitter in the emitter table; all else are copies.
+// Every fan of a block is an omnidirectional emitter in the emitter table; everything else is
+// instances.
 #pragma once
 
 #include <cmath>
@@ -17,14 +18,15 @@
 namespace clamor::testing {
 
 struct CitySize {
-  std::uint32_t fans = 1000;  // of a block
+  std::uint32_t fans = 1000;  // per block
   std::uint32_t blocks = 100, stands = 100, stadiums = 100;
   std::uint32_t variants = 8;
 
   std::uint64_t sources() const { return std::uint64_t{fans} * blocks * stands * stadiums; }
 };
 
-// Copies on a grid of so many, `step_m` apart, jittered, turned by quarters, of any variant.
+// `count` instances on a grid with spacing `step_m`, with jitter, quarter turns and random
+// variants.
 inline std::vector<Instance> on_a_grid(std::uint32_t count, double step_m, std::uint32_t first_tree,
                                        std::uint32_t variants, std::uint64_t seed) {
   const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(count)));
@@ -43,7 +45,7 @@ inline std::vector<Instance> on_a_grid(std::uint32_t count, double step_m, std::
   return copies;
 }
 
-// `seed` is that of the numbers alone: the same places and levels for each.
+// `seed` determines only the sources' random numbers u; places and levels are the same for each.
 inline BakeContents city(const CitySize& size, std::uint64_t seed) {
   BakeContents bake;
   bake.provenance.tool = "clamor test";

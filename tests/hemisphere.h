@@ -1,4 +1,4 @@
-// hemisphere.h: directions above a surface whose normal is +Z, integrated and counted, for tests.
+// hemisphere.h: integrates and counts directions above a surface whose normal is +Z.
 #pragma once
 
 #include <algorithm>
@@ -20,9 +20,10 @@ inline Vec3 off_normal(double cos_o, double azimuth) {
 }
 
 // Calls visit(direction, weight) for directions whose weights turn a sum of a density into its
-// integral over the hemisphere about +Z. Some follow Lambert and some lobes of the given exponents,
-// `points` of each, so all of these are resolved; the weights are those of the mixture. Points are
-// Fibonacci spirals, closer towards both ends, because a lobe's share of a ring has roots there.
+// integral over the hemisphere around +Z. `points` directions follow the cosine law and as many
+// each lobe of the given exponents, so all of these are resolved; the weights are those of the
+// mixture. The points are Fibonacci spirals, denser towards both ends, where the share of a lobe
+// per ring has roots.
 template <class Visit>
 void over_hemisphere(std::span<const double> exponents, const Vec3& mirror, int points,
                      Visit visit) {
@@ -56,8 +57,9 @@ void over_hemisphere(double exponent, const Vec3& mirror, int points, Visit visi
   over_hemisphere(std::span(&exponent, 1), mirror, points, visit);
 }
 
-// Cells by angle to the mirror direction, twice as wide from each to the next so that lobes of any
-// exponent fill some; by height; and by the side of the plane of incidence, which holds the X axis.
+// Cells by angle to the mirror direction, whose widths double from each to the next, so lobes of
+// any exponent fill some; by height; and by side of the plane of incidence, which contains the X
+// axis.
 class DirectionCells {
  public:
   explicit DirectionCells(const Vec3& mirror) : mirror_(mirror) {}
@@ -65,7 +67,7 @@ class DirectionCells {
   static constexpr std::size_t size() { return std::size_t{kAngles} * kHeights * 2; }
 
   std::size_t of(const Vec3& out) const {
-    const double versine = std::max(1 - dot(out, mirror_), 1e-30);  // 2 at most
+    const double versine = std::max(1 - dot(out, mirror_), 1e-30);  // at most 2
     const int angle =
         std::clamp(kAngles - 1 + static_cast<int>(std::floor(std::log2(versine))), 0, kAngles - 1);
     const int height = std::clamp(static_cast<int>(out.z * out.z * kHeights), 0, kHeights - 1);
@@ -78,8 +80,9 @@ class DirectionCells {
   Vec3 mirror_;
 };
 
-// By how many standard deviations chi-square lies above its mean. Cells that expect fewer than 20
-// are too few for the normal law and count as one; a draw where none can be is past forgiving.
+// Standard deviations by which chi-square exceeds its mean. Cells that expect fewer than 20 draws
+// are merged, because the normal approximation fails for them; a draw where none is possible makes
+// the result huge.
 inline double chi_square_excess(const std::vector<double>& drawn,
                                 const std::vector<double>& expected) {
   double chi_square = 0, rest_drawn = 0, rest_expected = 0, cells = 0;

@@ -1,8 +1,8 @@
-// Waits until a client of JACK's whose name begins as the argument sounds: a program of its own,
-// since JACK's library cannot have clients of a server that has died and of the next in one
-// process.
+// jack_listener.cpp: waits until a client of JACK whose name starts with the argument produces
+// sound. This is a separate program because JACK's library cannot have clients of a dead server and
+// of its successor in one process.
 //
-// Exit code: 0 when it sounds, 1 when it does not in ten seconds, or there is no server.
+// Exit code: 0 when the client sounds, 1 when it does not within ten seconds or there is no server.
 #include "tests/player/jack_listener.h"
 
 #include <chrono>

@@ -1,7 +1,7 @@
-// octree_reference.h: the octree of a list of sources by the plainest code, to hold builders
-// against.
+// octree_reference.h: builds the octree of a list of sources with plain code, as a reference for
+// builders.
 //
-// One cell after the other, each with a list of its own; quadratic where many sources share a
+// Processes one cell after the other, each with its own list; quadratic where many sources share a
 // place.
 #pragma once
 
@@ -16,13 +16,14 @@
 
 namespace clamor::testing {
 
-// A cube of space and the sources (as indices) that are still to be placed in it.
+// A cube of space and the indices of the sources that remain to be placed in it.
 struct SerialCell {
   OctreeCube cube;
   std::vector<std::uint32_t> indices;
 };
 
-// Takes the highest keys out of the cell, in descending order; the rest stay, in list order.
+// Removes the highest keys from the cell and returns them in descending order; the rest stays in
+// list order.
 inline std::vector<std::uint32_t> take_highest(SerialCell& cell, const std::vector<float>& keys) {
   auto& all = cell.indices;
   std::vector<std::uint32_t> highest = all;
@@ -52,8 +53,8 @@ inline SourceOctree build_octree_serially(std::vector<Source> sources) {
   root.indices.resize(sources.size());
   std::iota(root.indices.begin(), root.indices.end(), 0u);
 
-  // Breadth first: cells wait in a list that is also the list of nodes, so that children come
-  // after their parents and the top of the tree is the start of the file.
+  // Breadth first: the queue of cells is also the list of nodes, so children follow their parents
+  // and the top of the tree is the start of the file.
   std::vector<SerialCell> cells;
   cells.push_back(std::move(root));
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -68,7 +69,7 @@ inline SourceOctree build_octree_serially(std::vector<Source> sources) {
     std::array<std::vector<std::uint32_t>, 8> octants;
     for (const auto index : cell.indices)
       octants[cell.cube.octant_of(Vec3(sources[index].position_m))].push_back(index);
-    // Each octant as a leaf with those before it, if it fits.
+    // Each octant shares a leaf with the octants before it, if it fits.
     std::vector<std::uint32_t>* before = nullptr;
     for (std::size_t o = 0; o < 8; ++o) {
       if (octants[o].empty()) continue;

@@ -1,7 +1,8 @@
-// Linked into the thread tests under ThreadSanitizer. oneTBB and Embree as Debian builds them are
-// not instrumented: it sees none of their hand-overs and takes what a task wrote for a race with
-// whoever waits for it. So tasks, which only the bake, the file's writer and Embree's own building
-// use, stay on the thread that asks for them; the threads under test, those that play, use none.
+// one_tbb_thread.cpp: limits oneTBB to one thread under ThreadSanitizer.
+//
+// Debian's oneTBB and Embree are not instrumented: ThreadSanitizer misses their synchronization and
+// reports what a task wrote as a race with the thread that waits for it. Only the bake, the file
+// writer and Embree's build use tasks; the threads under test, those of playback, use none.
 
 #include <tbb/global_control.h>
 

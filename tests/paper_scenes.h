@@ -1,4 +1,4 @@
-// paper_scenes.h: the paper's two scenes, baked for the tests of choosing sources.
+// paper_scenes.h: the two scenes of the paper, baked.
 #pragma once
 
 #include <memory>
@@ -31,7 +31,8 @@ struct Scene {
     }
   }
 
-  // A level of assets/levels; `phong` for all surfaces, without scattering, where it is above 0.
+  // Bakes a level of assets/levels; `phong` above 0 replaces all materials by mirrors with that
+  // exponent.
   static std::unique_ptr<Scene> baked(const std::string& level, std::uint64_t sources,
                                       float phong = 0, std::uint64_t seed = 1) {
     auto imported =
@@ -59,7 +60,7 @@ struct Scene {
 
   std::size_t size() const { return input.sources.size(); }
 
-  // Mean square that a source gives at a place, per band.
+  // Mean square received from a source, per band.
   Bands received(std::size_t i, const Vec3& place) const {
     const Source& source = input.sources[i];
     Bands power = field.intensity(source, place);
@@ -68,7 +69,7 @@ struct Scene {
     return power;
   }
 
-  // Twenty places: as high as a head, within the middle of where the emitters and walls are.
+  // Twenty places at the height of a head, in the middle of the extent of emitters and walls.
   std::vector<Vec3> places() const {
     Vec3 low(1e9), high(-1e9);
     for (const Source& source : input.sources) {
@@ -93,7 +94,7 @@ struct Scene {
   SignalWeights weights;
 };
 
-// New permanent numbers, as another bake would have.
+// New random numbers u, like those of a bake with another seed.
 inline std::vector<float> rolled_u(std::uint64_t roll, std::size_t sources) {
   std::vector<float> u(sources + 3);
   for (std::size_t i = 0; i < sources; i += 4) {

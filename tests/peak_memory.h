@@ -1,6 +1,6 @@
-// peak_memory.h: how much more memory this process held, at most, since a moment.
+// peak_memory.h: the peak growth of this process's memory since a moment.
 //
-// As the kernel counts it, so whatever the allocator keeps for later counts too.
+// The kernel counts, so memory that the allocator keeps for later counts as well.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@ namespace clamor::testing {
 
 class PeakMemory {
  public:
-  // From now on.
+  // Starts measuring.
   PeakMemory() {
-    std::ofstream("/proc/self/clear_refs") << "5\n";  // forgets the peak
+    std::ofstream("/proc/self/clear_refs") << "5\n";  // resets the peak
     before_bytes_ = status_bytes("VmRSS:");
     known_ = before_bytes_ > 0 && status_bytes("VmHWM:") < before_bytes_ + 10'000'000;
   }

@@ -1,4 +1,4 @@
-// rooms.h: small rooms built in code, for tests.
+// rooms.h: small rooms built in code.
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@ inline Material uniform_material(float absorption, float scattering = 1, float p
   return material;
 }
 
-// A closed box from the origin to `size_m`, faces -x +x -y +y -z +z, two triangles each. Material
-// indices are per face.
+// A closed box from the origin to `size_m`: faces -x +x -y +y -z +z, two triangles each.
+// `materials` are per face.
 inline Mesh box(const Vec3& size_m, const std::array<std::uint16_t, 6>& materials = {}) {
   Mesh mesh;
   for (int corner = 0; corner < 8; ++corner)
@@ -35,7 +35,7 @@ inline Mesh box(const Vec3& size_m, const std::array<std::uint16_t, 6>& material
   return mesh;
 }
 
-// A flat face with these corners, in order round it: two triangles.
+// A planar face with these corners in order: two triangles.
 inline void add_quad(Mesh& mesh, const std::array<Vec3f, 4>& corners_m,
                      std::uint16_t material = 0) {
   const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
@@ -45,7 +45,7 @@ inline void add_quad(Mesh& mesh, const std::array<Vec3f, 4>& corners_m,
   mesh.materials.insert(mesh.materials.end(), 2, material);
 }
 
-// A floor of so many triangles, two to each square metre.
+// A floor of `count` triangles, two per square metre.
 inline Mesh many_triangles(std::uint32_t count) {
   Mesh mesh;
   const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(count / 2.0)));
@@ -63,7 +63,7 @@ inline Mesh many_triangles(std::uint32_t count) {
   return mesh;
 }
 
-// A wall across the box at `x_m`, from its floor to its ceiling.
+// A wall across a box of `size_m` at x = `x_m`, from floor to ceiling.
 inline void add_wall_across(Mesh& mesh, double x_m, const Vec3& size_m, std::uint16_t material) {
   add_quad(mesh,
            {Vec3f(x_m, 0, 0), Vec3f(x_m, size_m.y, 0), Vec3f(x_m, size_m.y, size_m.z),
@@ -71,7 +71,7 @@ inline void add_wall_across(Mesh& mesh, double x_m, const Vec3& size_m, std::uin
            material);
 }
 
-// Half a second of a steady sine of amplitude 0.5 at 1 kHz.
+// Half a second of a steady sine of amplitude 0.5.
 inline Signal sine(double frequency_hz = 1000) {
   Signal signal;
   signal.name = "sine";

@@ -1,5 +1,5 @@
-// sanitized.h: whether a sanitizer of memory or threads watches, which makes all slow and larger,
-// and which GCC and Clang say in ways of their own.
+// sanitized.h: whether a sanitizer of memory or threads is active, which slows programs down and
+// enlarges them.
 #pragma once
 
 namespace clamor::testing {

@@ -1,7 +1,7 @@
-// sofa_writer.h: heads as SOFA files (AES69), in the plainest HDF5 that libmysofa reads.
+// sofa_writer.h: writes HRTFs as SOFA files (AES69), in the simplest HDF5 that libmysofa reads.
 //
-// One group of tables, none of them packed; lists of dimensions are the strings that libmysofa
-// makes of references. (The HDF Group. HDF5 File Format Specification, version 3.0.)
+// One group of uncompressed tables; lists of dimensions are the strings that libmysofa makes of
+// references. (The HDF Group. HDF5 File Format Specification, version 3.0.)
 #pragma once
 
 #include <cmath>
@@ -20,17 +20,17 @@ struct SofaContent {
   std::uint32_t frames = 0;
   std::vector<Vec3> directions;         // x ahead, y to the left, z up
   std::vector<double> responses;        // [direction][left, right][frames]
-  std::vector<double> delays = {0, 0};  // frames: [left, right], or so for each direction
+  std::vector<double> delays = {0, 0};  // frames: [left, right], or one pair per direction
   std::string convention = "SimpleFreeFieldHRIR";
   std::string data_type = "FIR";
-  std::int64_t says_directions = -1;  // other than there are
+  std::int64_t says_directions = -1;  // claims another number than there is
 };
 
 class SofaWriter {
  public:
   explicit SofaWriter(const SofaContent& content) {
     const std::size_t count = content.directions.size();
-    file_.resize(48);  // the superblock, in the end
+    file_.resize(48);  // the superblock is written last
     dimension("I", 1);
     dimension("C", 3);
     dimension("R", 2);
@@ -61,7 +61,7 @@ class SofaWriter {
   const std::string& bytes() const { return file_; }
 
  private:
-  // Little-endian numbers of so many bytes.
+  // A little-endian integer of `bytes` bytes.
   static std::string number(std::uint64_t value, int bytes) {
     std::string text;
     for (int i = 0; i < bytes; ++i) text.push_back(static_cast<char>(value >> (8 * i)));
@@ -117,7 +117,7 @@ class SofaWriter {
   }
 
   void finish(const SofaContent& content) {
-    // A fractal heap of one block, in which the group's links lie.
+    // A fractal heap of one block that contains the group's links.
     const std::uint64_t heap = file_.size();
     const std::string head = "FRHP" + zeros(1) + number(8, 2) + number(0, 2) + number(2, 1) +
                              number(4096, 4) + zeros(8) + number(~0ULL, 8) + zeros(8) +
@@ -139,10 +139,10 @@ class SofaWriter {
   }
 
   std::string file_;
-  std::vector<std::pair<std::string, std::uint64_t>> objects_;  // and where they are
+  std::vector<std::pair<std::string, std::uint64_t>> objects_;  // with their addresses
 };
 
-// All round, evenly.
+// Evenly distributed over the sphere.
 inline std::vector<Vec3> directions_all_round(std::size_t count) {
   std::vector<Vec3> all;
   for (std::size_t i = 0; i < count; ++i) {
@@ -153,9 +153,9 @@ inline std::vector<Vec3> directions_all_round(std::size_t count) {
   return all;
 }
 
-// A head of two ears that a wave passes on its way: nearer is earlier, by up to `half_lag_s`, and
-// louder, by up to `half_level_db`, alike at all frequencies. Pulses of whole frames; early_frames
-// of the delay are told in Data.Delay, where `told_apart`.
+// Two ears in a plane wave: the nearer ear is earlier by up to `half_lag_s` and louder by up to
+// `half_level_db`, alike at all frequencies. Pulses are whole frames; with `told_apart`,
+// early_frames of the delay are in Data.Delay.
 inline SofaContent plain_head(double rate_hz, std::size_t directions, std::uint32_t frames,
                               double half_lag_s = 0.0003, double half_level_db = 6,
                               bool told_apart = false) {

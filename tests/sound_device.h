@@ -1,5 +1,5 @@
-// sound_device.h: a device that plays an auralizer, with all that lies between the two, as fast as
-// the test likes but in time by its own clock.
+// sound_device.h: a simulated device that plays an auralizer through the player's callback and
+// resampler, as fast as the test likes, with its own clock.
 #pragma once
 
 #include <array>
@@ -33,14 +33,14 @@ class SoundDevice {
   SoundDevice(const SoundDevice&) = delete;
   SoundDevice& operator=(const SoundDevice&) = delete;
 
-  // As many as are wanted, each where the listener is at its time.
+  // Makes all keyframes that are due, each with the listener's pose at its time.
   template <class PoseAt>
   void make_keyframes(PoseAt pose_at) {
     while (auralizer_->wants_keyframe())
       auralizer_->make_keyframe(pose_at(auralizer_->next_keyframe_time_s()));
   }
 
-  // One callback; a Guard lives as long as it lasts. The frames hold until the next.
+  // One callback, with a Guard during the call. The frames are valid until the next call.
   template <class Guard = NoGuard>
   std::span<const float> call(std::size_t frames) {
     const std::span<float> part = std::span(block_).first(frames * channels_);
@@ -60,7 +60,7 @@ class SoundDevice {
   Auralizer& auralizer() { return *auralizer_; }
   AuralizerStatistics statistics() { return auralizer_->statistics(); }
   std::uint64_t callbacks() const { return gate_->counters().callbacks; }
-  double energy() const { return energy_; }  // of all that was played
+  double energy() const { return energy_; }  // of all frames played
   double time_s() const { return time_s_; }  // played so far
 
  private:

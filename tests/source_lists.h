@@ -1,4 +1,4 @@
-// source_lists.h: lists of sources that an octree has trouble with, and one that it has not.
+// source_lists.h: lists of sources for tests of octrees, ordinary and pathological.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace clamor::testing {
 
-// On the walls of a 20 x 8 x 15 m hall, powers spread over 60 dB.
+// Sources on the walls of a 20 x 8 x 15 m hall, with powers spread over 60 dB.
 inline std::vector<Source> wall_sources(std::uint32_t count, std::uint64_t seed = 2) {
   std::vector<Source> sources(count);
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -37,13 +37,13 @@ inline std::vector<Source> wall_sources(std::uint32_t count, std::uint64_t seed 
   return sources;
 }
 
-// What may be awkward about a list.
+// Properties that make a list difficult.
 struct Awkward {
-  std::uint32_t keys = 0;      // that differ; 0: all
-  std::uint32_t places = 0;    // that differ; 0: all
-  double spread_m = 0;         // of all places: 0 is the hall's
-  double far_m = 0;            // how far away the first is
-  std::uint32_t emitters = 0;  // the first few radiate in all directions
+  std::uint32_t keys = 0;      // number of different keys; 0: all differ
+  std::uint32_t places = 0;    // number of different places; 0: all differ
+  double spread_m = 0;         // extent of all places; 0: that of the hall
+  double far_m = 0;            // distance of the first source
+  std::uint32_t emitters = 0;  // the first `emitters` sources are omnidirectional
 };
 
 inline std::vector<Source> awkward_sources(std::uint32_t count, std::uint64_t seed,
@@ -53,7 +53,8 @@ inline std::vector<Source> awkward_sources(std::uint32_t count, std::uint64_t se
     Source& source = sources[i];
     const RandomBits bits = philox(seed, {i, 2, 0, 0});
     if (awkward.keys > 0) {
-      source.power = same_in_all_bands(static_cast<float>(bits[0] % awkward.keys));  // 0 too
+      // zero included
+      source.power = same_in_all_bands(static_cast<float>(bits[0] % awkward.keys));
       source.u = 1;
     }
     if (awkward.places > 0)

@@ -1,4 +1,4 @@
-// stored_tree.h: octrees as a file would store them, but in memory.
+// stored_tree.h: octrees in pages as a file stores them, but in memory.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace clamor::testing {
 
-// Trees are added in the order of a file, copied ones first; the last is the level's.
+// Trees are added in the order of a file: prototypes of instances first, the level's tree last.
 class StoredTrees {
  public:
   void add(const SourceOctree& octree) {
@@ -47,13 +47,13 @@ class StoredTrees {
     if (!entries.empty()) tops_.push_back(entries[0]);
   }
 
-  // What each of these plays.
+  // Signal of each source of all_sources().
   std::vector<std::uint32_t> signals(const std::vector<Emitter>& emitters,
                                      const std::vector<std::vector<std::uint32_t>>& maps) const {
     return tops_.empty() ? std::vector<std::uint32_t>{} : signals_of(tops_.back(), emitters, maps);
   }
 
-  // The same of any of the trees, in its own space.
+  // Sources and signals of any tree, in its own space.
   std::vector<Source> sources_of_tree(std::size_t tree) const { return sources_of(tops_[tree]); }
   std::vector<std::uint32_t> signals_of_tree(
       std::size_t tree, const std::vector<Emitter>& emitters,
@@ -64,7 +64,7 @@ class StoredTrees {
   const std::vector<PageEntry>& tops() const { return tops_; }
   std::size_t page_count() const { return pages_.size(); }
 
-  // Of nodes deeper than `deepest` there are no pages. All must outlive the loader.
+  // Nodes deeper than `deepest` have no pages. All arguments must outlive the loader.
   PageLoader::Fetch fetch(const RadiationModel& field, const SignalWeights& ceilings,
                           int deepest = 1 << 30) const {
     return [this, &field, &ceilings, deepest](const PageEntry& entry) -> PageLoader::Content {
@@ -75,8 +75,8 @@ class StoredTrees {
     };
   }
 
-  // All sources in the order of their numbers, copies where they stand, with the numbers u that
-  // they have there.
+  // All sources in the order of their numbers, instanced ones at their places and with their u
+  // there.
   std::vector<Source> all_sources() const {
     return tops_.empty() ? std::vector<Source>{} : sources_of(tops_.back());
   }
@@ -95,7 +95,7 @@ class StoredTrees {
       for (const Source& source : sources_of(child)) all.push_back(source);
     for (const Instance& instance : page.links.instances) {
       std::vector<Source> copied = sources_of(tops_[instance.tree]);
-      // The representative's number is the copy's (instance.h).
+      // The representative takes the instance's u (instance.h).
       const auto leader = std::max_element(
           copied.begin(), copied.end(),
           [](const Source& a, const Source& b) { return octree_key(a) < octree_key(b); });

@@ -1,4 +1,4 @@
-// temporary_file.h: names for files of one test, and bakes that were written and opened again.
+// temporary_file.h: temporary files of a test, and bakes written to and opened from them.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@
 
 namespace clamor::testing {
 
-// A name that no other has; whatever file has it in the end is removed.
+// A unique path; the file is removed at the end.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& ending)
@@ -54,7 +54,7 @@ inline std::shared_ptr<const BakeFile> opened(const TemporaryFile& file) {
   return std::make_shared<const BakeFile>(std::move(*bake));
 }
 
-// As a file that nobody else can open any more.
+// Returns an open bake file whose path is already removed.
 inline std::shared_ptr<const BakeFile> as_file(const BakeContents& contents) {
   const TemporaryFile file(".clamor");
   write(contents, file);

@@ -1,8 +1,8 @@
 // terraces.h: a stadium of stands of blocks of fans, as a level and its groups.
 //
-// All blocks are the same but for where they are, what they sing and when they begin; so are all
-// stands. Fans turn to the pitch, are loud and directive to different degrees, and play `signals`
-// sounds. Built as an importer builds it: parents before children, ranges of one list.
+// Blocks differ only in place, signals and start times, and so do stands. Fans face the pitch,
+// differ in level and directivity, and play `signals` sounds. The groups are in an importer's
+// order: parents before children, ranges of one list.
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,7 @@
 
 namespace clamor::testing {
 
-// Where something is laid out.
+// Coordinate frame of a stand or block.
 struct Frame {
   Matrix axes{1};
   Vec3 origin_m{};
@@ -24,10 +24,10 @@ struct Frame {
 };
 
 struct Terraces {
-  std::uint32_t fans = 40;  // of a block
+  std::uint32_t fans = 40;  // per block
   std::uint32_t blocks = 6, stands = 4;
   std::uint32_t signals = 5;
-  bool ground = false;  // to be heard from
+  bool ground = false;  // adds a ground that reflects
 
   Level level{};
   SceneGroups groups{};

@@ -1,4 +1,4 @@
-// walks.h: where a listener walks in tests.
+// walks.h: a walk for tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 
 namespace clamor::testing {
 
-// From corner to corner of baked_room(), turning, in a second and a half.
+// Walks from corner to corner of baked_room() while turning, in a second and a half.
 inline Walk across_the_room() {
   const TemporaryFile file(".json", R"({"points":[{"time_s":0,"position_m":[1,1,1.6],"yaw_deg":0},)"
                                     R"({"time_s":0.8,"position_m":[5,4,1.6],"yaw_deg":170},)"

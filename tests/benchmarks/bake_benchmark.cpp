@@ -1,21 +1,21 @@
-// How close to the machine is the photon tracer? It decides how long a designer waits for a bake.
+// bake_benchmark.cpp: speed of the photon tracer relative to the hardware, which decides how long a
+// bake takes.
 //
-// On each level, in turns within one run, millions per second of one thread's own time (which the
-// machine's other work does not count towards):
+// For each level, alternating within one run, in millions per second of one thread's CPU time
+// (which excludes other work of the machine):
 //
-//   bare_M         rays of Embree alone, on the rays that the plain walk casts
-//   plain_M        bounces of the least a random walk can be: closest hit, random numbers, cosine
-//   full_M         bounces of the tracer: eight bands with unlike lobes, air, path weights,
+//   bare_M         rays of Embree alone, for the rays that the plain walk casts
+//   plain_M        bounces of a minimal random walk: closest hit, random numbers, cosine law
+//   full_M         bounces of the tracer: eight bands with different lobes, air, path weights,
 //                  roulette, deposits written
 //   full_of_plain  their ratio in the same round
-//   two_of_one     what two threads do in a second over what one does: by the clock, so only of use
-//                  on an idle machine
-//   two_own_time   the same by the threads' own time: what sharing caches and memory costs, whoever
-//                  else runs
+//   two_of_one     throughput of two threads relative to one by the clock, so only meaningful on an
+//                  idle machine
+//   two_own_time   the same by CPU time: the cost of sharing caches and memory
 //
-// Medians over the rounds. A fast wrong answer fails: mean free paths of walk and tracer must be
-// 4V/S where the level is closed, the deposits of one run must be the same bytes on either of two
-// threads as on one, and `checksum` is of those bytes, the same on every machine.
+// Values are medians over the rounds. The benchmark fails on wrong results: mean free paths of walk
+// and tracer must be 4V/S in a closed level, the deposits of a run must be the same bytes on one
+// thread and on two, and `checksum` of those bytes is the same on every machine.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -107,7 +107,7 @@ Level sponza() {
   return std::move(imported->level);
 }
 
-// The rays of another scene object, so that nothing of ours is timed with Embree.
+// Traces in its own Embree scene, so that no code of ours is timed with Embree.
 class BareEmbree {
  public:
   explicit BareEmbree(const Mesh& mesh) {
@@ -174,7 +174,7 @@ struct Walk {
   double legs_m = 0, own_s = 0;
 };
 
-// 4V/S of a level that is closed, from its triangles.
+// Mean free path 4V/S of a closed level, from its triangles.
 double mean_chord_m(const Mesh& mesh) {
   double six_volumes = 0, twice_area = 0;
   for (const auto& corners : mesh.triangles) {
@@ -186,7 +186,7 @@ double mean_chord_m(const Mesh& mesh) {
   return 4 * (std::abs(six_volumes) / 6) / (twice_area / 2);
 }
 
-// FNV-1a.
+// The FNV-1a hash.
 std::uint64_t checksum_of(std::span<const Source> deposits) {
   std::uint64_t hash = 0xcbf29ce484222325u;
   const auto add = [&hash](auto value) {
@@ -203,7 +203,7 @@ std::uint64_t checksum_of(std::span<const Source> deposits) {
   return hash;
 }
 
-// Photons in step, one surface after the other, Lambertian, nothing else.
+// Moves all photons from one surface to the next, with Lambertian reflection only.
 Walk plain_walk(const Scene& scene, const Vec3f& start, std::uint32_t photons,
                 std::uint32_t bounces, std::vector<Ray>* record) {
   const double start_s = thread_time_s();
@@ -261,7 +261,7 @@ void tracing(benchmark::State& state, const Level& level, bool closed) {
   std::vector<Ray> rays;
   plain_walk(scene, start, 1024, 20, &rays);
 
-  // As a bake does it: results go into memory that is kept from run to run.
+  // Results go into memory that is reused from run to run, as in a bake.
   constexpr std::uint32_t kRuns = 6;
   const auto full = [&](std::uint64_t first, TracedRuns& traced) {
     const double start_s = thread_time_s();
@@ -284,7 +284,7 @@ void tracing(benchmark::State& state, const Level& level, bool closed) {
   };
 
   std::array<TracedRuns, 2> kept;
-  full(0, kept[0]);  // first pages
+  full(0, kept[0]);  // touches the memory for the first time
   full(0, kept[1]);
   const std::uint64_t checksum = checksum_of(kept[0].deposits());
   std::vector<double> bare_M, plain_M, full_M, ratio, two, two_own;
@@ -317,8 +317,8 @@ void tracing(benchmark::State& state, const Level& level, bool closed) {
     }
     first += 2 * std::uint64_t{kRuns} * kRunPhotons;
   }
-  // The standard error of a million legs is 0.1 %; bumps leave no diffuse field in their hollows
-  // until some bounces have passed.
+  // The standard error of a million legs is 0.1 %. Within the hollows of bumps the field becomes
+  // diffuse only after some bounces.
   if (closed)
     for (const Walk* walk : {&plain_sum, &full_sum})
       if (std::abs(walk->legs_m / static_cast<double>(walk->legs) / mean_chord_m(level.mesh) - 1) >

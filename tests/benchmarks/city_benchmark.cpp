@@ -1,5 +1,5 @@
-// city_benchmark.cpp: a billion sources, copied from few thousand (tests/city.h): opening the file,
-// and choosing 2000 of them for one who walks. One thread's own time.
+// city_benchmark.cpp: a billion sources, instanced from a few thousand (tests/city.h): opening the
+// file, and sampling 2000 of them for a listener who walks. Times are one thread's CPU time.
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -17,7 +17,7 @@
 namespace clamor {
 namespace {
 
-// Stadiums, so many millions of sources are ten times as many.
+// A file of `stadiums` stadiums, of ten million sources each.
 const std::string& city_file(std::uint32_t stadiums) {
   struct Written {
     std::uint32_t stadiums = 0;

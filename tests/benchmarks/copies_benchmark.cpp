@@ -1,7 +1,8 @@
-// copies_benchmark.cpp: from how many emitters in a group on does copying pay?
+// copies_benchmark.cpp: the number of emitters in a group from which instancing pays.
 //
-// 65536 fans in groups of so many, baked with and without copies: how large is the file, how long
-// does the bake take, and how long the sampler with k = 2000 voices in the middle of the crowd?
+// 65536 fans in groups of a given size are baked with and without instances. Measured are the size
+// of the file, the time of the bake, and the time of a sample with k = 2000 voices in the middle of
+// the crowd.
 #include <chrono>
 #include <filesystem>
 

@@ -1,9 +1,11 @@
-// What does weighing sources by what they play now do to a listener who stands still?
+// envelope_benchmark.cpp: changes of the sample for a listener at rest, because sources are
+// weighted by the current level of their signals.
 //
-// In a baked level (CLAMOR_BAKE names the file; without it there is nothing to measure)
-// a listener stands in the middle for 20 s. `exchanged_per_s` is how many sources of the sample are
-// replaced a second, `entries_percent` the same in percent of the sample; time is of one sample.
-// By the envelope's moments as they are, smoothed as signal_weights.h says, and not at all.
+// A listener stands in the middle of a baked level for 20 s; CLAMOR_BAKE names the file, and
+// without it nothing is measured. `exchanged_per_s` is the number of sources of the sample that are
+// replaced per second, and `entries_percent` the same in percent of the sample; the time is that of
+// one sample. Weights follow the moments of the envelope, their smoothing in signal_weights.h, or
+// the mean.
 #include <algorithm>
 #include <cstdlib>
 #include <iterator>
@@ -57,7 +59,7 @@ void standing_still(benchmark::State& state) {
 
   std::vector<std::uint64_t> before, now, entered;
   std::uint64_t exchanged = 0, chosen = 0;
-  double time_s = 10;  // everything has begun
+  double time_s = 10;  // all signals have started
   sampler->sample(middle, time_s);
   while (!sampler->complete()) sampler->sample(middle, time_s);
   int keyframes = 0;

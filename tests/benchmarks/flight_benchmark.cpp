@@ -1,10 +1,10 @@
-// What does a keyframe cost while a listener flies at 50 m/s through ten million sources, of which
-// 64 MB fit into memory? It decides whether a player keeps up.
+// flight_benchmark.cpp: cost of a keyframe while a listener flies at 50 m/s through ten million
+// sources, of which 64 MB fit into memory. It decides whether a player keeps up.
 //
-// In real time, as a player does: a keyframe every 20 ms, pages arriving meanwhile. `median_ms`
-// and `p99_ms` are the sampler thread's own time for a whole keyframe, with visibility or without;
-// `asked`, `loaded`, `dropped` and `late` are pages a keyframe.
-// CLAMOR_BAKE=FILE flies through that instead, round its middle.
+// The benchmark runs in real time like a player: a keyframe every 20 ms, with pages arriving
+// meanwhile. `median_ms` and `p99_ms` are the sampler thread's CPU time for a whole keyframe, with
+// or without occlusion; `asked`, `loaded`, `dropped` and `late` are pages per keyframe. With
+// CLAMOR_BAKE=FILE the listener flies through that bake instead, around its middle.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -28,7 +28,7 @@ const testing::HallFile& hall() {
   return file;
 }
 
-// Rounds of what lies between these corners, 12 m above its lowest.
+// Flies in circles between these corners, 12 m above the lower one.
 Listener flying(double time_s, const Vec3& low_m, const Vec3& high_m) {
   const double a = 0.4 * (high_m.x - low_m.x), b = 0.4 * (high_m.z - low_m.z);
   const double angle = 50 * time_s / std::sqrt((a * a + b * b) / 2);

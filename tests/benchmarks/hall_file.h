@@ -1,6 +1,7 @@
-// hall_file.h: a bake file of so many sources on the walls of a hall, for benchmarks of a player.
+// hall_file.h: a bake file of a given number of sources on the walls of a hall, for benchmarks of a
+// player.
 //
-// The hall is 20 x 8 x 15 m, or as many times that; its floor is 2000 triangles, its sound noise.
+// The hall is 20 x 8 x 15 m, or a multiple; its floor has 2000 triangles, and its sound is noise.
 // CLAMOR_BAKE=FILE in the environment names a bake to measure instead.
 #pragma once
 
@@ -18,7 +19,7 @@
 
 namespace clamor::testing {
 
-// Removed in the end.
+// The file is removed at the end.
 struct HallFile {
   explicit HallFile(std::uint32_t sources, float times = 1)
       : path((std::filesystem::temp_directory_path() /
@@ -53,7 +54,7 @@ struct HallFile {
   std::string error;
 };
 
-// What CLAMOR_BAKE names, or null.
+// Path in CLAMOR_BAKE, or null.
 inline const char* bake_to_measure() { return std::getenv("CLAMOR_BAKE"); }
 
 }  // namespace clamor::testing

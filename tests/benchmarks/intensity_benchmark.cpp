@@ -1,9 +1,9 @@
-// What does it cost to know how loud a source is at a place?
+// intensity_benchmark.cpp: cost of a source's intensity at a place.
 //
-// Sources on walls with a lobe of 20, as sampling weighs them by the thousand: together as the
-// kernel does it (intensity_kernel.h), and one by one in double precision (received_intensity.h),
-// in turns; `exact_ns` and `kernel_ns` are per source, `alone_ns` where the kernel has but one, and
-// `exact_of_kernel` is their ratio.
+// Sources on walls with a lobe of exponent 20 are evaluated by the thousand, as in sampling: in
+// batches by the kernel (intensity_kernel.h) and one by one in double precision
+// (received_intensity.h), alternating. `exact_ns` and `kernel_ns` are per source, `alone_ns` for a
+// batch of one, and `exact_of_kernel` is their ratio.
 #include <algorithm>
 #include <chrono>
 #include <cmath>

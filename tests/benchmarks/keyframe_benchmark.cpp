@@ -1,11 +1,11 @@
-// What does the sampler thread pay for a keyframe of 20 000 voices once they are chosen? It must
-// not be late.
+// keyframe_benchmark.cpp: cost of a keyframe of 20 000 sampled voices on the sampler thread, which
+// must not be late.
 //
-// Sources on the walls of a hall, each with its own power in each band and a rank, as the default
-// strategy gives it. "moving": the listener
-// walks 2 cm and turns by a degree from keyframe to keyframe, so that every voice is made anew;
-// "still": nothing has changed; "plainly": one voice after another, as the tests' reference makes
-// them. The queue's hand-over is in it. By CPU time; "per_voice" in ns.
+// The sources lie on the walls of a hall, each with its own power in each band and a rank, as the
+// default strategy gives it. "moving": the listener walks 2 cm and turns by a degree per keyframe,
+// so every voice is updated; "still": nothing changes; "plainly": the reference of the tests makes
+// one voice after another. The hand-over by the queue is included. Times are CPU time, "per_voice"
+// in ns.
 #include <cmath>
 #include <memory>
 

@@ -1,7 +1,7 @@
-// memory_latency.h: how long a read from memory takes here and now.
+// memory_latency.h: current latency of a read from memory.
 //
-// A keyframe waits for memory most of its time, and on a machine that others share a read takes
-// several times as long as on one that is idle: what a benchmark says is to be read beside this.
+// A keyframe mostly waits for memory, and on a shared machine a read takes several times as long as
+// on an idle one; benchmarks report this latency beside their results.
 #pragma once
 
 #include <chrono>
@@ -16,7 +16,7 @@
 
 namespace clamor::testing {
 
-// Of reads each of which waits for the last, all over 256 MB.
+// Latency of dependent reads over 256 MB.
 inline double memory_latency_ns() {
   constexpr std::uint32_t kLines = 1 << 22, kPerLine = 64 / sizeof(std::uint32_t);
   constexpr int kReads = 200'000;

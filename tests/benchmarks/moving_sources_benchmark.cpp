@@ -1,7 +1,9 @@
-// What do moving sources cost: the caller who moves all of them, and the keyframe that chooses?
+// moving_sources_benchmark.cpp: cost of moving sources for the caller who moves all of them, and
+// for the keyframe that samples them.
 //
-// All of n move for every keyframe, in a room of 200 x 200 m; k = 2000 are chosen. Time is of one
-// sample; `caller_ms` is what moving and committing all of them takes on the caller's thread.
+// All n sources move in every keyframe, in a room of 200 x 200 m; k = 2000 are sampled. The time is
+// that of one sample; `caller_ms` is the time of moving and committing all sources on the caller's
+// thread.
 #include <chrono>
 
 #include <benchmark/benchmark.h>

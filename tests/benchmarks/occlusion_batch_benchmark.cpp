@@ -1,10 +1,10 @@
-// How much faster are looks at many sources side by side than one at a time? It decides how long
-// exact impulses take.
+// occlusion_batch_benchmark.cpp: speedup of batched visibility tests over single ones, which
+// decides how long exact impulse responses take.
 //
-// Lines from all over the walls of Sponza (66 000 triangles; it comes with the levels that lie
-// beside the repository) to one listener, eight ways per ring. `ratio` is of one thread's time, in
-// the same run; `differ` counts lines of which the two see something else: ways that come through
-// the edge between two surfaces.
+// Lines lead from all over the walls of Sponza (66 000 triangles; it comes with the levels beside
+// the repository) to one listener, with eight paths per ring. `ratio` is by one thread's CPU time
+// in the same run; `differ` counts lines with different results: paths through the edge between two
+// surfaces.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -24,7 +24,7 @@ namespace {
 
 const std::string kSponza = std::string(testing::kSourceDir) + "/../shared/levels/sponza.glb";
 
-// Evenly over all surfaces, as reflections are.
+// Evenly distributed over all surfaces, like reflections.
 std::vector<LineOfSight> lines_from(const Mesh& mesh, const Vec3f& to_m) {
   constexpr std::uint32_t kLines = 60'000;
   std::vector<double> area_m2;

@@ -1,20 +1,19 @@
-// What does it cost a keyframe to know which sources are hidden? It decides the budget of rays.
+// occlusion_benchmark.cpp: cost of occlusion per keyframe, which decides the budget of rays.
 //
-// Ten million sources lie all over the surfaces of Sponza (66 000 triangles; it comes with the
-// levels that lie beside the repository), their powers spread over 60 dB; a listener walks through
-// it at 1.5 m/s. In a "plain" scene they play one steady signal and shine evenly; in a "full" one
-// they reflect by the level's materials, each with its own angle of incidence, and play 16 signals
-// that are as loud as speech from moment to moment. `rays_ms` is the part of the keyframe that
-// casts them, `rest_ms` the median of all else, which is mostly waiting for memory: `memory_ns` is
-// what one read of it takes; `current` the share of the sources that matter
-// whose look is of the present cell, `hidden` those that nothing is heard of; `free_ms` a keyframe
-// without visibility.
+// Ten million sources lie on the surfaces of Sponza (66 000 triangles; it comes with the levels
+// beside the repository), with powers spread over 60 dB; a listener walks through it at 1.5 m/s. In
+// a "plain" scene they play one steady signal and radiate uniformly; in a "full" one they reflect
+// by the level's materials, each with its own angle of incidence, and play 16 signals with the
+// levels of speech. `rays_ms` is the part of the keyframe that casts rays and `rest_ms` the median
+// of everything else, which mostly waits for memory: `memory_ns` is the time of one read. `current`
+// is the share of the relevant sources whose visibility was tested from the present cell, and
+// `hidden` the occluded share; `free_ms` is a keyframe without occlusion.
 //
-// sight_of_bake    the same in the bake that CLAMOR_BAKE names, with its own sounds, materials and
-//                  surfaces, to and fro through its middle, where one has been before: all pages
-//                  are here. One walks the same way five times, and `least_ms` is the median of
-//                  keyframes each of which took as long as in the walk where it took the least:
-//                  what else the machine has to do differs from walk to walk, the keyframe not
+//   sight_of_bake  the same in the bake that CLAMOR_BAKE names, with its sounds, materials and
+//                  surfaces. The listener walks back and forth through the middle, after a first
+//                  walk that loads all pages. The walk is repeated five times, and `least_ms` is
+//                  the median over keyframes of the shortest time of each: other work of the
+//                  machine varies between walks, the keyframe does not.
 #include <algorithm>
 #include <cmath>
 #include <ctime>
@@ -47,7 +46,7 @@ namespace {
 constexpr std::uint32_t kSignals = 16;
 constexpr int kWalks = 5;
 
-// Syllables of 40 to 200 ms, four words in five of a second: bands go together.
+// Speech: syllables of 40 to 200 ms during 80 % of the time; all bands vary together.
 TimedEnvelope speech(std::uint32_t seed) {
   constexpr std::size_t kMoments = 500;
   std::vector<std::uint8_t> steps(kBandCount * kMoments);
@@ -102,8 +101,8 @@ std::vector<Source> surface_sources(const Mesh& mesh, std::uint32_t count, bool 
   return sources;
 }
 
-// What keyframes took, but for their rays; and these. Of walks that are the same, the last, and the
-// least of each keyframe.
+// Times of keyframes without their rays, and of the rays: those of the last walk, and the shortest
+// of each keyframe over repeated walks.
 class KeyframeTimes {
  public:
   void begin_walk() {
@@ -165,7 +164,7 @@ void sight(benchmark::State& state) {
     weights = make_signal_weights(envelopes);
   }
   const OcclusionGeometry surfaces(mesh, level->level.materials);
-  // Each band's power at a place.
+  // ReceivedIntensity power per band.
   const auto heard = [&](std::span<const SampledSource> sample, const Vec3& place) {
     std::array<double, kBandCount> power{};
     for (const SampledSource& one : sample) {
@@ -179,8 +178,8 @@ void sight(benchmark::State& state) {
     PageLoader loader(trees.fetch(field, weights), PageBudget{4'000'000'000});
     OctreePool pool(field, weights, trees.tops(), {}, loader);
     const auto sampler = make_priority_sampler(field, weights, pool, 2000, cache);
-    double way_m = 0, time_s = 10;  // everything has begun
-    // By how many decibels bands are off, from a sample of which everything was looked at here.
+    double way_m = 0, time_s = 10;  // all signals have started
+    // Error per band in dB against a sample in which every source is tested from here.
     const auto off_db = [&] {
       const Vec3 place(9 * std::sin(way_m / 9), 1.7, 0.8 * std::cos(way_m / 5));
       const auto now = heard(sampler->sample(place, time_s), place);
@@ -276,7 +275,7 @@ void sight_of_bake(benchmark::State& state) {
   const Vec3 middle_m = (low_m + high_m) / 2.0, reach_m = 0.3 * (high_m - low_m);
   const auto keyframes = static_cast<int>(state.max_iterations);
   KeyframeTimes times;
-  // Calls timed(keyframe), which calls keyframe() so many times.
+  // Calls timed(keyframe), which calls keyframe() once for each keyframe.
   const auto walk = [&](const auto& timed) {
     PageLoader loader(page_fetch(*file, field, ceilings), PageBudget{4'000'000'000});
     OctreePool pool(field, ceilings, file->trees(), file->signal_maps(), loader);

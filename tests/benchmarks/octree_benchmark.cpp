@@ -1,16 +1,17 @@
-// How long does sorting the sources into the octree take, and in how much memory? It decides how
-// large a bake may be.
+// octree_benchmark.cpp: time and memory of building the octree, which decide how large a bake may
+// be.
 //
-// Sources on the walls of a hall, the same list for all, in turns within one run; medians:
+// The sources lie on the walls of a hall; the list is the same for all variants, which alternate
+// within one run. Values are medians:
 //
-//   one_s, two_s     seconds on one thread, and on two
-//   two_of_one       how many times as fast two threads are: of use on an idle machine
-//   of_serial        how many times as fast one is as the plainest code, octree_reference.h
-//   memory_times     the most memory held, list and tree included, over that of the list
-//   external_of_one  how many times as long as in memory an external sort takes, on one thread, in
-//                    a tenth of the list's memory; writing and reading the disk included
+//   one_s, two_s     seconds on one thread and on two
+//   two_of_one       speedup by two threads, meaningful on an idle machine
+//   of_serial        speedup of one thread over the reference, octree_reference.h
+//   memory_times     peak memory, list and tree included, relative to that of the list
+//   external_of_one  time of an external sort with a tenth of the list's memory on one thread,
+//                    including disk access, relative to the sort in memory
 //
-// A fast wrong answer fails: on any number of threads it is the plainest code's tree, to the bit.
+// The benchmark fails unless the tree equals the reference's bit by bit on any number of threads.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -37,7 +38,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Takes what it is given and forgets it.
+// An octree sink that discards its input.
 class Drain : public OctreeSink {
  public:
   Result<std::size_t> add_subtree(SourceOctree&& subtree) override {
@@ -52,7 +53,7 @@ class Drain : public OctreeSink {
   std::size_t sources = 0;
 };
 
-// Of all of it: from the list to the disk to the sink.
+// Time of the whole external build: from the list to the disk to the sink.
 double external_seconds(std::span<const Source> sources) {
   const auto start = Clock::now();
   SourceSpill spill((std::filesystem::temp_directory_path() / "clamor_octree_benchmark").string());

@@ -1,14 +1,16 @@
-// How long is it from a file on disk to the first sound? It should not depend on the number of
-// sources. And which access is faster, reading or mapping (random_access_file.h keeps the figures)?
+// open_benchmark.cpp: time from a file on disk to the first keyframe, which should not depend on
+// the number of sources; and reading against mapping the file (random_access_file.h has the
+// results).
 //
-// Sources lie on the walls of a hall of 2000 triangles. Times are of the clock: "open_ms" until the
-// root is read, "ready_ms" until signals and first pages are, the whole until there is a
-// keyframe to mix. CLAMOR_BAKE=FILE adds that of a bake. `cold`: none of the file is cached.
+// The sources lie on the walls of a hall of 2000 triangles. Times are by the clock: "open_ms" until
+// the root is read, "ready_ms" until signals and first pages are loaded, and the whole until there
+// is a keyframe to mix. CLAMOR_BAKE=FILE adds those of a bake. `cold`: nothing of the file is
+// cached.
 //
-// pages_of_file opens the file and decodes every page, in the order of the file or in a shuffled
-// one, each announced eight pages ahead as the page loader does. Counters: pages per second of the
-// clock, processor time per page, megabytes from the disk, and what became resident (private, and
-// shared with the page cache).
+// pages_of_file opens the file and decodes every page, in the order of the file or shuffled, each
+// prefetched eight pages ahead as by the page loader. Counters: pages per second by the clock, CPU
+// time per page, megabytes read from the disk, and growth of resident memory (private, and shared
+// with the page cache).
 #include <algorithm>
 #include <chrono>
 #include <ctime>
@@ -30,8 +32,8 @@
 namespace clamor {
 namespace {
 
-// A file of so many sources, removed in the end.
-// As after a start of the machine, as far as a program may say so.
+// Drops the file from the page cache as far as an unprivileged program can, like a restart of the
+// machine.
 void forget(const std::string& path) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0) return;
@@ -103,7 +105,7 @@ BENCHMARK(first_sound_of_bake)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
-// Megabytes that this process has of a line in /proc/self/status.
+// A value of this process in /proc/self/status, in megabytes.
 double resident_mb(const std::string& name) {
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;)
@@ -111,7 +113,7 @@ double resident_mb(const std::string& name) {
   return 0;
 }
 
-// Read from the disk so far.
+// Megabytes read from the disk so far.
 double read_mb() {
   struct rusage usage {};
   ::getrusage(RUSAGE_SELF, &usage);

@@ -1,16 +1,17 @@
-// How many sources a second does one core unpack, and what does one take on disk? It decides how
-// fast a listener may move, and how large a level may be.
+// page_benchmark.cpp: sources that one core decodes per second, and bytes per source on disk. They
+// decide how fast a listener may move and how large a level may be.
 //
-// The violin room, baked to 200 000 sources, in three layouts, the same numbers in each:
+// The violin room is baked to 200 000 sources and stored in these layouts, with the same values:
 //
-//   page            as a bake file has it: zstd frame to columns of floats, everything checked
+//   page            as in a bake file: zstd frame to columns of floats, everything validated
 //   page_unpacked   the same without the frame
-//   page_of_file    page, of the bake that CLAMOR_BAKE names: say a stadium of 10 million
-//   bytes_and_zstd  a byte column per byte of each number, zstd level 9: only unpacked, no number
-//                   made of it, no order found (pages of format 1 were like this)
+//   page_of_file    page, of the bake that CLAMOR_BAKE names, such as a stadium of 10 million
+//                   sources
+//   bytes_and_zstd  one column per byte of each value, zstd level 9: decompressed only, without
+//                   decoding values or restoring the order (the pages of format 1)
 //
-// Counters: sources per second of processor time, bytes per source. Results are checked against the
-// bake's own sources.
+// Counters: sources per second of CPU time, bytes per source. Results are compared with the bake's
+// sources.
 #include <cstdlib>
 #include <fstream>
 #include <memory>
@@ -35,7 +36,7 @@ struct Packed {
   std::vector<std::size_t> byte_sizes;
 };
 
-// The numbers of a node's sources, lowest bytes first, each byte of each number a column.
+// Stores the values of a node's sources byte by byte, lowest bytes first, one column per byte.
 std::vector<std::byte> as_byte_columns(std::span<const Source> sources, int mirror_bits) {
   std::vector<std::vector<std::uint32_t>> columns(19);
   for (const Source& source : sources) {
@@ -113,8 +114,8 @@ void decode(benchmark::State& state, bool from_frame) {
 void page(benchmark::State& state) { decode(state, true); }
 void page_unpacked(benchmark::State& state) { decode(state, false); }
 
-// As a player reads them, but for the disk: pages of a file are taken in their order there, and no
-// page twice before all the others, so what is decoded is not in the cache.
+// Reads pages like a player, except for the disk: in the order of the file, and none twice before
+// all others, so no decoded page is in the CPU's cache.
 void page_of_file(benchmark::State& state) {
   const char* const path = std::getenv("CLAMOR_BAKE");
   if (path == nullptr) return state.SkipWithError("CLAMOR_BAKE names no file");

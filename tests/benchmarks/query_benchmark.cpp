@@ -1,11 +1,12 @@
-// What does choosing k of n sources cost while a listener walks? It should not depend on n.
+// query_benchmark.cpp: cost of sampling k of n sources while a listener walks, which should not
+// depend on n.
 //
-// Sources lie on the walls of a 20 x 8 x 15 m hall, their powers spread over 60 dB, their lobes of
-// one exponent in all eight bands (0: Lambert). `median_ms` and `least_ms` are of one sample of the
-// octree, all its pages in memory, in the thread's own time; `pages` are looked at, `entries` are
-// sources in them that were not left out with their neighbours; `scan_ms` is what scanning all
-// sources takes for the same sample, where that fits in memory twice. Of a billion sources
-// city_benchmark.cpp tells the same.
+// The sources lie on the walls of a 20 x 8 x 15 m hall, with powers spread over 60 dB and lobes of
+// one exponent in all eight bands (0: Lambertian). `median_ms` and `least_ms` are the thread's CPU
+// time of one sample of the octree with all pages in memory. `pages` are visited and `entries` are
+// sources in them that were not culled with their neighbours. `scan_ms` is the time of scanning all
+// sources for the same sample, where they fit into memory twice. city_benchmark.cpp measures a
+// billion sources.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -28,7 +29,7 @@ constexpr std::size_t kMostToScan = 1'000'000;
 const testing::StoredTrees& trees_of(std::uint32_t count) {
   static std::map<std::uint32_t, testing::StoredTrees> known;
   if (!known.contains(count)) {
-    known.clear();  // one at a time: ten million take a gigabyte
+    known.clear();  // only one at a time, since ten million sources take a gigabyte
     known[count].add(build_octree(testing::wall_sources(count)));
   }
   return known[count];
@@ -54,7 +55,7 @@ void query(benchmark::State& state) {
     return Vec3(10 + 6 * std::sin(time_s / 6), 1.7, 7 + 4 * std::cos(time_s / 6));
   };
   constexpr double kWalk_s = 2;
-  for (int i = 0; i < 50 * kWalk_s; ++i) {  // the pages of the whole walk
+  for (int i = 0; i < 50 * kWalk_s; ++i) {  // loads the pages of the whole walk
     const Vec3 place = walk();
     sampler->sample(place);
     while (!sampler->complete()) sampler->sample(place);

@@ -1,8 +1,8 @@
-// How much of real time does a listener cost? It decides how many voices and sources we can afford.
+// runtime_benchmark.cpp: cost of a listener, which decides how many voices and sources are
+// affordable.
 //
-// "x_real_time" is how much faster than real time one core is; real-time playing needs well
-// above 1. Results are checked: a sum over what was made is given to the reader and must be above
-// zero.
+// "x_real_time" is the speed of one core relative to real time; playback needs well above 1.
+// Results are checked: a sum over the output is reported and must be above zero.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,8 +19,8 @@
 namespace clamor {
 namespace {
 
-// Sources on the walls of a 20 x 8 x 15 m hall whose powers spread over 60 dB, as after many
-// bounces. They come cell by cell, as pages of an octree do.
+// Sources on the walls of a 20 x 8 x 15 m hall with powers spread over 60 dB, as after many
+// bounces. They are ordered by cells, like pages of an octree.
 AuralizerInput hall(std::uint32_t sources) {
   AuralizerInput input;
   Signal noise;
@@ -60,7 +60,7 @@ AuralizerInput hall(std::uint32_t sources) {
   return input;
 }
 
-// The octree's order makes blocks of neighbours; so does this one, cell by cell and face by face.
+// Orders sources cell by cell and face by face into blocks of neighbours, as the octree does.
 std::unique_ptr<Auralizer> listener(std::uint32_t sources, int voices) {
   AuralizerInput input = hall(sources);
   std::stable_sort(

@@ -1,7 +1,7 @@
-// sample_times.h: what each of many samples cost the thread that drew it.
+// sample_times.h: CPU time of each of many samples on the thread that draws them.
 //
-// By the thread's own clock, so that a loaded machine costs little more than its cold caches; the
-// median and the least say more than a mean.
+// CPU time excludes the load of the machine except for cold caches. The median and the minimum are
+// more stable than a mean.
 #pragma once
 
 #include <algorithm>

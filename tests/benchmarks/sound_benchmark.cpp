@@ -1,12 +1,12 @@
-// How long does it take to open a level, and what does it cost to stream its sounds?
+// sound_benchmark.cpp: time of opening a level, and cost of streaming its sounds.
 //
-//   open/whole     every signal of a file decoded and prepared, as it was done before the first
-//                  sound until signals streamed
-//   open/streamed  until the first keyframe's sounds are there
-//   piece          one loader thread, from the file's blocks to what voices read, as they play on
+//   open/whole     every signal of a file decoded and prepared in advance
+//   open/streamed  until the sounds of the first keyframe are loaded
+//   piece          one loader thread, from the blocks of the file to what voices read, during
+//                  playback
 //
-// The level: 13 loops of 10 s, as a stadium has, and 2 of three minutes. Counters: seconds of sound
-// per second of processor time. Results are checked: what is heard first is not silent.
+// The level has 13 loops of 10 s, like a stadium, and 2 of three minutes. Counters: seconds of
+// sound per second of CPU time. Results are checked: the first output is not silent.
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -112,7 +112,7 @@ BENCHMARK(BM_OpenStreamed)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 
-// Its own loader, without threads.
+// Uses its own loader without threads.
 void BM_Piece(benchmark::State& state) {
   const auto file = level();
   const auto kept = static_cast<std::size_t>(state.range(0));

@@ -1,4 +1,4 @@
-// run_clamor.h: a program that runs beside a test.
+// program.h: a program that runs beside a test.
 #pragma once
 
 #include <cstdlib>

@@ -1,4 +1,4 @@
-// complete_sample.h: what a sampler chooses once all pages that it asked for are there.
+// complete_sample.h: samples until all requested pages are loaded.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// hrtf_mixing.h: heads to be mixed for, and what is looked at in what they make of a sound.
+// hrtf_mixing.h: HRTFs for tests of the mixer, and measures of its output.
 #pragma once
 
 #include <algorithm>
@@ -30,7 +30,7 @@ inline const Hrtf& kemar_head() {
   return kHead;
 }
 
-// Responses that do nothing, all round.
+// HRTF that changes nothing, from any direction.
 inline HrirSet no_head() {
   HrirSet responses{1.0 * kSampleRate_hz, 64, {}, {}};
   for (std::size_t i = 0; i < 100; ++i) {
@@ -65,7 +65,7 @@ inline Voice heard(const Hrtf& head, const Vec3f& from, double delay_frames, flo
   return voice;
 }
 
-// Both ears, so many frames, keyframe k with the voices of next(k).
+// Both ears, `frames` frames; next(k) returns the voice of keyframe k.
 template <class Next>
 std::array<std::vector<float>, kEars> mixed(const Hrtf& head, const Signal& sound, int frames,
                                             Next next, const MixMode& mode = kBinaural) {
@@ -96,7 +96,7 @@ inline Spectrum spectrum_of(const float* samples, std::size_t frames) {
   return spectrum;
 }
 
-// Mean square per ERB band, bins shared between bands by their width.
+// Mean square per ERB band; each bin is shared between bands by width.
 inline ErbBands energy_of(const Spectrum& spectrum, double bin_hz) {
   ErbBands energy{};
   for (std::size_t b = 0; b < kErbBandCount; ++b) {
@@ -111,10 +111,10 @@ inline ErbBands energy_of(const Spectrum& spectrum, double bin_hz) {
   return energy;
 }
 
-// Every measured direction in turn, as 200 out of the set.
+// Indices of 200 measured directions, evenly spread over the set.
 inline std::vector<std::size_t> two_hundred() {
   std::vector<std::size_t> chosen;
-  const std::size_t step = kSanitized ? 5 : 1;  // slow
+  const std::size_t step = kSanitized ? 5 : 1;  // fewer, because they are slow
   for (std::size_t i = 0; i < 200; i += step) chosen.push_back(i * kemar().directions.size() / 200);
   return chosen;
 }

@@ -1,4 +1,4 @@
-// instruction_sets.h: tests of vector code, by every instruction set that this machine has.
+// instruction_sets.h: runs tests of vector code on every instruction set of this machine.
 #pragma once
 
 #include <string>
@@ -9,17 +9,17 @@
 
 namespace clamor::testing {
 
-// Back to the best when a test is over, however it ends.
+// Restores the best instruction set when a test ends.
 struct KernelGuard {
   ~KernelGuard() { force_mix_kernel(""); }
 };
 
 struct OnInstructionSet : ::testing::TestWithParam<std::string> {
-  OnInstructionSet() { force_mix_kernel(GetParam()); }  // of all Highway code
+  OnInstructionSet() { force_mix_kernel(GetParam()); }  // applies to all Highway code
   KernelGuard guard;
 };
 
-// INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, ..., every_instruction_set(),
+// Usage: INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, ..., every_instruction_set(),
 // instruction_set_name);
 inline auto every_instruction_set() { return ::testing::ValuesIn(mix_kernel_targets()); }
 inline std::string instruction_set_name(const ::testing::TestParamInfo<std::string>& target) {

@@ -1,4 +1,4 @@
-// mixer_voices.h: voices for a mixer, and what it makes of them.
+// mixer_voices.h: voices for a mixer, and the samples that a mixer makes of them.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace clamor::testing {
 
-// Starts where it stays, as loud in both ears and in all bands.
+// A voice with equal gains in both ears and all bands.
 inline Voice voice(std::uint32_t slot, double delay_frames, float gain) {
   Voice v;
   v.slot = slot;
@@ -19,7 +19,7 @@ inline Voice voice(std::uint32_t slot, double delay_frames, float gain) {
   return v;
 }
 
-// Both ears, so many frames from time 0 on, of keyframe(0), keyframe(1) and so on.
+// Both ears, `frames` frames from time 0; keyframe(k) returns keyframe k.
 template <class Next>
 std::array<std::vector<float>, kEars> heard_of(Mixer& mixer, int frames, Next keyframe) {
   mixer.begin(keyframe(0), 0);

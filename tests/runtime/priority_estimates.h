@@ -1,4 +1,4 @@
-// priority_estimates.h: whether sums over samples are right.
+// priority_estimates.h: tests estimates of sums for bias and variance.
 #pragma once
 
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace clamor::testing {
 
-// Sums of many samples of k sources, each re the sum of all sources.
+// Estimates from many samples of k sources, each relative to the sum of all sources.
 class PriorityEstimates {
  public:
   void add(double ratio) {
@@ -16,8 +16,8 @@ class PriorityEstimates {
     ++count_;
   }
 
-  // Within three standard errors of the truth; relative variance at most 1 / (k - 1) (Duffield,
-  // Lund, Thorup).
+  // Expects a mean within three standard errors of the true value and a relative variance of at
+  // most 1 / (k - 1) (Duffield, Lund, Thorup).
   void expect_unbiased(double k) const {
     const double mean = sum_ / count_;
     const double deviation = std::sqrt(squares_ / count_ - mean * mean);

@@ -1,5 +1,4 @@
-// priority_sample_reference.h: what priority sampling chooses, by its definition: all priorities,
-// sorted.
+// priority_sample_reference.h: priority sampling by its definition, with a sort of all priorities.
 #pragma once
 
 #include <algorithm>
@@ -17,12 +16,12 @@ namespace clamor::testing {
 struct WeightedSource {
   std::uint64_t number;
   double weight;
-  float u;  // the source's own
+  float u;  // the source's own random number in (0, 1]
   double priority() const { return weight / u; }
 };
 
-// By number, what each stands for: the `voices` of highest priority, weight / u, each for
-// max(1, tau / weight) of itself, tau being the highest priority of the others.
+// Power scales by number, of the `voices` sources with the highest priority weight / u. A scale is
+// max(1, tau / weight), with tau the highest priority of the others.
 inline std::map<std::uint64_t, double> reference_sample(std::vector<WeightedSource> all,
                                                         std::size_t voices) {
   std::erase_if(all, [](const WeightedSource& one) { return !(one.weight > 0); });

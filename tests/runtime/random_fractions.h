@@ -1,4 +1,4 @@
-// random_fractions.h: parts of a whole, band by band, of all sizes.
+// random_fractions.h: random fractions per band.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace clamor::testing {
 
-// From 0 to 1, most of them small.
+// Values from 0 to 1, most of them small.
 inline Bands random_fractions(std::uint32_t seed) {
   Bands parts;
   for (std::uint32_t b = 0; b < kBandCount; ++b) {

@@ -1,4 +1,5 @@
-// scattered_sources.h: emitters and reflections, by materials from Lambert to mirror-like.
+// scattered_sources.h: scattered emitters and reflections, with materials from Lambertian to
+// mirror-like.
 #pragma once
 
 #include <cmath>
@@ -19,15 +20,14 @@ inline Vec3 direction(const RandomBits& bits) {
   return glm::normalize(Vec3(unit(bits[0]), unit(bits[1]), unit(bits[2])) - 0.4999);
 }
 
-// Emitters and secondary sources of materials from Lambert to mirror-like, scattered over
-// `spread_m` round `middle_m`.
+// Scattered within `spread_m` around `middle_m`.
 struct ScatteredSources {
   ScatteredSources(std::uint64_t seed, std::uint32_t count, double spread_m, const Vec3& middle_m) {
     for (const float exponent : {0.0f, 3.0f, 20.0f, 100.0f, 1000.0f}) {
       Material& material = materials.emplace_back();
       material.scattering = same_in_all_bands(exponent > 3 ? 0.0f : 0.3f);
       material.phong = same_in_all_bands(exponent);
-      material.phong[3] = exponent / 2;  // bands of one material differ
+      material.phong[3] = exponent / 2;  // so that bands differ
       Emitter& emitter = emitters.emplace_back();
       emitter.directivity = same_in_all_bands(exponent);
       emitter.directivity[5] = exponent / 3;

@@ -1,4 +1,4 @@
-// syllables.h: sounds that are now loud and now silent, and whose bands come and go apart.
+// syllables.h: signals that alternate between loud and silent, with bands that vary independently.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace clamor::testing {
 
-// A loop of two seconds: silence, then levels of 40 dB more or less every 60 ms, of low bands and
-// of high ones; all are at their loudest in the middle.
+// A loop of two seconds: silence, then random levels over 40 dB that change every 60 ms, separately
+// for low and high bands. The maximum of all bands is in the middle.
 inline TimedEnvelope syllables(std::uint32_t seed) {
   constexpr std::size_t kMoments = 100;
   std::vector<std::uint8_t> steps(kBandCount * kMoments);

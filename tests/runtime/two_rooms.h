@@ -1,4 +1,4 @@
-// two_rooms.h: a level of two rooms with a wall between them, baked, and what is heard of it.
+// two_rooms.h: a baked level of two rooms with a wall between them, and received power in it.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@ namespace clamor::testing {
 
 inline constexpr double kSpeed_mps = 343.2;
 
-// Two rooms of 5 x 4 x 3 m side by side, with a wall 10 cm thick between them and, if asked for, a
-// door in it of 1 x 2 m. The emitter is in the first.
+// Two rooms of 5 x 4 x 3 m side by side. The wall between them is 10 cm thick and has, if asked
+// for, a door of 1 x 2 m. The emitter is in the first room.
 inline Level two_rooms(bool door) {
   Level level = shoebox({10.1, 4, 3}, uniform_material(0.3f), {1.5, 2, 1.5});
   Mesh& mesh = level.mesh;
@@ -59,7 +59,7 @@ struct World {
   SignalWeights weights;
 };
 
-// Power per band at a place, of a sample as it is mixed.
+// Power per band at a place from the sources of a sample.
 inline std::array<double, kBandCount> heard(const World& world,
                                             std::span<const SampledSource> sample,
                                             const Vec3& place) {

@@ -1,4 +1,4 @@
-// varied_sources.h: sources that kernels might get wrong, and what they give exactly.
+// varied_sources.h: sources with edge cases for kernels, and their exact intensities.
 #pragma once
 
 #include <cmath>
@@ -13,7 +13,8 @@
 
 namespace clamor::testing {
 
-// In a cube of 20 m: some are where the listener is, or look away, or narrowly towards it.
+// Sources in a cube of 20 m. Some are at the listener's place, radiate away from it, or have a
+// narrow lobe towards it.
 class SourcesOfAllKinds {
  public:
   static constexpr std::uint32_t kCount = 3000;
@@ -57,13 +58,13 @@ class SourcesOfAllKinds {
   const RadiationModel& field() const { return *field_; }
   const Source& operator[](std::size_t i) const { return sources_[i]; }
 
-  // In double precision, and one band after the other.
+  // In double precision, one band after the other.
   Bands exactly(std::size_t i, const Vec3& place) const {
     return received_intensity(sources_[i], emitters_, field_->laws(), field_->air_loss_per_m(),
                               place);
   }
 
-  // Random, in [0, 1).
+  // Random number in [0, 1).
   static double at(std::uint32_t i, std::uint32_t use) {
     return unit(philox(12, {i, use, 0, 0})[0]);
   }

@@ -5,9 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "formats/files/child_process.h"
+#include "tests/memory_limits.h"
 #include "tests/rooms.h"
-#include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
@@ -91,25 +90,8 @@ TEST(Scene, TrianglesWithoutAreaAreNotHit) {
 // Embree returns null if it runs out of memory. Each child process has a memory limit above this
 // process's use, from too little for the triangles to enough for all.
 TEST(Scene, WithoutMemoryThrowsAndDoesNotCrash) {
-  if (testing::kSanitized) GTEST_SKIP() << "a sanitizer takes address space of its own";
   const Mesh mesh = testing::many_triangles(200'000);
-  bool has_thrown = false, has_built = false;
-  for (std::uint64_t megabytes = 1; megabytes <= 1024; megabytes *= 2) {
-    ChildLimits limits;
-    limits.memory_bytes = megabytes << 20;
-    const auto built = in_child_process(limits, [&mesh] {
-      const Scene scene(mesh, Scene::Build::kQuick);
-      return std::vector<std::byte>(1);
-    });
-    has_built = built.ok();
-    if (!built.ok()) {
-      has_thrown = true;
-      EXPECT_EQ(built.error().message, "asks for more memory than there should be in it")
-          << megabytes << " MB";
-    }
-  }
-  EXPECT_TRUE(has_thrown);
-  EXPECT_TRUE(has_built);
+  testing::expect_throws_without_memory([&mesh] { const Scene scene(mesh, Scene::Build::kQuick); });
 }
 
 }  // namespace

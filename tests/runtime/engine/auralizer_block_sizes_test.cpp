@@ -1,5 +1,5 @@
-// However a device cuts time into blocks, what is heard is the same, bit for bit: every size
-// from 16 to 2048, one after the other, so that blocks begin and end everywhere in a keyframe.
+// auralizer_block_sizes_test.cpp: the output is bit-identical for every block size of a device from
+// 16 to 2048 frames; the sizes vary, so that blocks begin and end anywhere in a keyframe.
 #include <memory>
 #include <vector>
 
@@ -17,7 +17,7 @@ using testing::SoundDevice;
 
 constexpr int kLeast_frames = 16, kMost_frames = 2048;
 
-// Those sizes, `step` apart, the small ones between large ones.
+// Sizes `step` apart; small and large ones alternate.
 std::vector<std::size_t> all_sizes(int step) {
   std::vector<std::size_t> sizes;
   for (int low = kLeast_frames, high = kMost_frames; low <= high; low += step, high -= step) {
@@ -35,11 +35,11 @@ OutputFormat two_ears() {
 
 std::unique_ptr<Auralizer> forty_voices(const OutputFormat& shape) {
   AuralizerOptions options;
-  options.voices = 40;  // of some 1500 sources: they come and go
+  options.voices = 40;  // of about 1500 sources, so voices start and end
   options.output = shape;
   options.limit = true;
   options.gain = 4;
-  options.block_frames = 2 * kMost_frames;  // as many as a device at 24 kHz would ask for
+  options.block_frames = 2 * kMost_frames;  // what a device at 24 kHz asks for
   AuralizerInput input = testing::baked_room();
   for (Signal& signal : input.signals) signal.loop = true;
   auto auralizer = Auralizer::create(std::move(input), options);
@@ -51,10 +51,10 @@ Listener strolling(double t) {
   return {{3 + 2 * std::sin(t), 4 + 3 * std::cos(t), 1.5}, 0.7 * t, 0};
 }
 
-// Against blocks of one keyframe.
+// Compares varied block sizes with blocks of one keyframe.
 void expect_the_same(const OutputFormat& shape, int rate_hz, int step) {
   constexpr std::size_t kRegular_frames = 960;
-  // The resampler counts its place in doubles, from block to block.
+  // The resampler accumulates its position in double precision from block to block.
   const float off = rate_hz == kSampleRate_hz ? 0 : 1e-6f;
   SoundDevice torn(forty_voices(shape), rate_hz, kMost_frames);
   SoundDevice whole(forty_voices(shape), rate_hz, kMost_frames);
@@ -77,21 +77,21 @@ void expect_the_same(const OutputFormat& shape, int rate_hz, int step) {
   EXPECT_GT(torn.statistics().limited.frames, 0u);
 }
 
-// 44 s in all.
-TEST(BlockSizes, ChangeNothingOfStereoFrom16To2048EachOfThem) {
+// The walk takes 44 s.
+TEST(AuralizerBlockSizes, DoNotChangeStereoOutput) {
   expect_the_same({}, kSampleRate_hz, testing::kSanitized ? 97 : 1);
 }
 
-TEST(BlockSizes, ChangeNothingOfBinaural) {
+TEST(AuralizerBlockSizes, DoNotChangeBinauralOutput) {
   expect_the_same(two_ears(), kSampleRate_hz, testing::kSanitized ? 331 : 23);
 }
 
-TEST(BlockSizes, ChangeNothingOfLoudspeakers) {
+TEST(AuralizerBlockSizes, DoNotChangeLoudspeakerOutput) {
   expect_the_same(*OutputFormat::from_options(false, "7.1.4", false), kSampleRate_hz,
                   testing::kSanitized ? 331 : 23);
 }
 
-TEST(BlockSizes, ChangeNothingOfADeviceAtAnotherRate) {
+TEST(AuralizerBlockSizes, DoNotChangeOutputAtAnotherSampleRate) {
   for (const int rate_hz : {32000, 44100, 96000})
     expect_the_same({}, rate_hz, testing::kSanitized ? 331 : 41);
 }

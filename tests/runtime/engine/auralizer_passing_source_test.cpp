@@ -132,9 +132,9 @@ class Ride {
   const std::vector<float> left_;
 };
 
-class Passing : public ::testing::TestWithParam<Case> {};
+class PassingSource : public ::testing::TestWithParam<Case> {};
 
-TEST_P(Passing, IsLoudestAndFallsInPitchWhenItIsNearest) {
+TEST_P(PassingSource, IsLoudestAndFallsInPitchAtItsClosestApproach) {
   const Ride ride(GetParam());
   ASSERT_TRUE(ride.plays());
   const double level_late_s = late_s([&](double t) { return ride.level(t); },
@@ -160,7 +160,7 @@ TEST(PassingTone, HasThePitchOfTheoryThroughoutAsLateAsTheFiltersAre) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Something, Passing,
+INSTANTIATE_TEST_SUITE_P(Something, PassingSource,
                          ::testing::Values(Case{PassingOutput::kTwoReceivers, false, true},
                                            Case{PassingOutput::kTwoReceivers, true, false},
                                            Case{PassingOutput::kBinaural, false, true},

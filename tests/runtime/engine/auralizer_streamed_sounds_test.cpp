@@ -1,4 +1,4 @@
-// Levels with long sounds, from a file.
+// auralizer_streamed_sounds_test.cpp: levels whose sounds are longer than the memory given to them.
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -22,14 +22,14 @@ Signal noise(std::uint64_t seed, std::size_t frames, bool loop) {
   return signal;
 }
 
-// Stands of fans copied with offsets of whole seconds, each playing what the copy says instead.
-class LongSounds : public ::testing::Test {
+// Stands of fans, instanced with offsets of whole seconds; each instance maps the signals anew.
+class AuralizerStreamedSounds : public ::testing::Test {
  protected:
-  LongSounds() {
+  AuralizerStreamedSounds() {
     BakeContents contents = testing::city({3, 2, 2, 1, 1}, 1);
     contents.signals = {noise(1, 481 * kSampleRate_hz / 20 + 5, true),
                         noise(2, 21 * kSampleRate_hz, false), noise(3, 4800, true)};
-    // Of the loop the end within the first second, of what plays once the beginning.
+    // The loop reaches its end within the first second; the other sound starts at 0.5 s.
     contents.emitters[0].delay_s = 1;
     contents.emitters[1].delay_s = 0.5;
     for (SourceOctree& tree : contents.copied)
@@ -40,7 +40,7 @@ class LongSounds : public ::testing::Test {
 
   std::shared_ptr<const BakeFile> file() const { return testing::opened(file_); }
 
-  // A second and a half.
+  // Renders a second and a half.
   static std::vector<float> heard(Auralizer& auralizer) {
     const std::size_t block = 960 * static_cast<std::size_t>(auralizer.channels());
     std::vector<float> out(75 * block);
@@ -65,8 +65,8 @@ AuralizerOptions options(std::uint64_t memory_bytes) {
   return made;
 }
 
-TEST_F(LongSounds, SoundTheSameToTheBitStreamedThroughLittleMemoryOrDecodedBefore) {
-  for (const bool panned : {false, true}) {       // then voices have one delay
+TEST_F(AuralizerStreamedSounds, AreBitIdenticalToSoundsDecodedInAdvance) {
+  for (const bool panned : {false, true}) {       // panned voices have one delay each
     if (testing::kSanitized && panned) continue;  // slow
     AuralizerOptions asked = options(6'000'000);
     if (panned) asked.output = *OutputFormat::from_options(false, "", true);
@@ -82,15 +82,15 @@ TEST_F(LongSounds, SoundTheSameToTheBitStreamedThroughLittleMemoryOrDecodedBefor
     EXPECT_EQ(sounds.late, 0u);
     EXPECT_EQ(sounds.failed, 0u);
     EXPECT_GT(sounds.loaded, 5u);
-    EXPECT_LT(sounds.resident, 20u);  // that all of them would be
+    EXPECT_LT(sounds.resident, 20u);  // as many as all sounds together have
   }
 }
 
-TEST_F(LongSounds, WithADamagedBlockGoOnWithoutItAndSayWhich) {
+TEST_F(AuralizerStreamedSounds, SkipADamagedBlockAndNameIt) {
   {
     std::fstream bytes(file_.path(), std::ios::binary | std::ios::in | std::ios::out);
     std::string all((std::istreambuf_iterator<char>(bytes)), {});
-    const std::size_t first = all.find("fLaC");  // of the three of the first signal
+    const std::size_t first = all.find("fLaC");  // first of three blocks of the first signal
     ASSERT_NE(first, std::string::npos);
     const std::size_t second = all.find("fLaC", first + 4);
     bytes.clear();

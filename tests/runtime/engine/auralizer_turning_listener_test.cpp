@@ -1,4 +1,5 @@
-// A listener who is moved in real time: how soon a turn or a step is heard, counted in frames.
+// auralizer_turning_listener_test.cpp: the latency of head rotation and of motion of the listener,
+// in frames.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -37,7 +38,7 @@ OutputFormat output_shape_of(TurningOutput output) {
                                      false);
 }
 
-// By how much the mixer is ahead of what is heard.
+// Frames by which the mixer compensates the delay of its filters.
 std::size_t lead_frames(TurningOutput output) {
   return output == TurningOutput::kHead ? kHrtfDelayFrames : kBankDelayFrames;
 }
@@ -50,14 +51,15 @@ std::unique_ptr<Auralizer> following_auralizer(TurningOutput output, bool tracks
   options.output = output_shape_of(output);
   options.block_frames = kBlock;
   options.tracks_head = tracks_head;
-  options.sampler_clock = {[](void*) noexcept { return 0.0; }, nullptr};  // keyframes take no time
+  // makes keyframes in no time
+  options.sampler_clock = {[](void*) noexcept { return 0.0; }, nullptr};
   auto auralizer = Auralizer::create(std::move(input), options);
   EXPECT_TRUE(auralizer.ok());
   return std::move(*auralizer);
 }
 
-// Mixes blocks, each after face() and keyframes for where the listener is then: both are given the
-// frame at which the block begins. Without a place no keyframe is made.
+// Mixes `blocks` blocks. face(frame) and place(frame) give the listener at the first frame of each
+// block; no keyframe is made where place() returns nothing.
 template <class Place, class Face>
 std::vector<float> played_blocks(Auralizer& auralizer, std::size_t blocks, std::size_t block_frames,
                                  Place place, Face face) {
@@ -79,7 +81,7 @@ std::vector<float> played_blocks(Auralizer& auralizer, std::size_t blocks, std::
 auto always(const Listener& pose) {
   return [pose](std::size_t) { return pose; };
 }
-// From that block on.
+// Returns kStart before that block.
 auto from(std::size_t block, const Listener& pose) {
   return [block, pose](std::size_t frame) { return frame < block * kBlock ? kStart : pose; };
 }
@@ -94,7 +96,7 @@ std::size_t first_difference(const std::vector<float>& a, const std::vector<floa
          static_cast<std::size_t>(output_shape_of(output).channels());
 }
 
-// Of the last so many samples, relative.
+// Relative RMS difference of the `last` samples.
 double difference(std::span<const float> a, std::span<const float> b, std::size_t last) {
   double sum = 0, power = 0;
   for (std::size_t i = a.size() - last; i < a.size(); ++i) {
@@ -106,13 +108,13 @@ double difference(std::span<const float> a, std::span<const float> b, std::size_
 
 class TurningListener : public ::testing::TestWithParam<TurningOutput> {};
 
-// Within a third of a keyframe, whatever the sampler does; what the head's filters take comes on
-// top. A keyframe would take 20 ms and more.
-TEST_P(TurningListener, IsHeardToTurnWithinAThirdOfAKeyframe) {
+// The latency is at most a third of a keyframe plus the HRTF's filters, whatever the sampler does.
+// A keyframe alone would take 20 ms and more.
+TEST_P(TurningListener, RotatesTheSceneWithinAThirdOfAKeyframe) {
   const TurningOutput output = GetParam();
   const auto still = played_blocks(*following_auralizer(output, true), 120, kBlock, always(kStart),
                                    always(kStart));
-  for (const std::size_t block : {90u, 91u, 92u, 93u}) {  // anywhere in a keyframe
+  for (const std::size_t block : {90u, 91u, 92u, 93u}) {  // at any phase of a keyframe
     const auto turns = played_blocks(*following_auralizer(output, true), 120, kBlock,
                                      always(kStart), from(block, turned(20)));
     const std::size_t first = first_difference(still, turns, output);
@@ -121,9 +123,10 @@ TEST_P(TurningListener, IsHeardToTurnWithinAThirdOfAKeyframe) {
   }
 }
 
-// It is heard as by a listener who has always stood so, though the sampler knows of no turn or
-// stands still. Two receivers are taken to be far from each source: 0.3 frames are 4 % at 997 Hz.
-TEST_P(TurningListener, HearsAfterTheTurnWhatKeyframesWouldSay) {
+// The result equals that of a listener who has always apply_reception this way, even while the
+// sampler keeps the old orientation or stalls. Two receivers assume far sources: an error of 0.3
+// frames is 4 % at 997 Hz.
+TEST_P(TurningListener, EndsWhereKeyframesWouldHavePutTheScene) {
   const TurningOutput output = GetParam();
   const Listener after = turned(50);
   const auto expected =
@@ -141,12 +144,12 @@ TEST_P(TurningListener, HearsAfterTheTurnWhatKeyframesWouldSay) {
   EXPECT_LT(difference(stalls, expected, last), tolerance);
   const auto still = played_blocks(*following_auralizer(output, true), 140, kBlock, always(kStart),
                                    always(kStart));
-  EXPECT_GT(difference(still, expected, last), 0.1);  // the turn matters
+  EXPECT_GT(difference(still, expected, last), 0.1);  // the rotation matters
 }
 
-// Neither in jerks nor by how blocks and keyframes meet: as a scripted walk turns, by as much later
-// as a turn takes to be heard.
-TEST_P(TurningListener, WhoTurnsSteadilyIsHeardToTurnSteadily) {
+// The rotation is smooth and independent of how blocks and keyframes align: it equals a scripted
+// walk, delayed by the latency of head rotation.
+TEST_P(TurningListener, RotatesTheSceneSmoothly) {
   const TurningOutput output = GetParam();
   constexpr double kRate = 90 * kDegrees / kSampleRate_hz;
   const auto at = [](double frame) {
@@ -171,8 +174,8 @@ TEST_P(TurningListener, WhoTurnsSteadilyIsHeardToTurnSteadily) {
   EXPECT_GT(difference(turns, later(static_cast<double>(later_frames + kThird)), last), 2 * error);
 }
 
-// The bound of Auralizer.LetsSourcesComeAndGoWithoutAClick, at 400 degrees a second.
-TEST_P(TurningListener, WhoTurnsFastHearsNoClick) {
+// The bound is that of Auralizer.StartsAndEndsVoicesWithoutClicks, at 400 degrees per second.
+TEST_P(TurningListener, CausesNoClickWhenTurningFast) {
   const TurningOutput output = GetParam();
   AuralizerInput input = testing::baked_room(60);
   input.signals.assign(3, testing::sine(200));
@@ -192,9 +195,9 @@ TEST_P(TurningListener, WhoTurnsFastHearsNoClick) {
   EXPECT_LT(bend, 0.005f * height);
 }
 
-// The next keyframe knows of a step, and is made when it is just in time: a block and the sampler's
-// reserve before it is due.
-TEST_P(TurningListener, WhoStepsIsHeardToWithTheNextKeyframe) {
+// The next keyframe contains a step of the listener; it is made one block and the sampler's reserve
+// before it is due.
+TEST_P(TurningListener, HearsItsOwnStepInTheNextKeyframe) {
   const TurningOutput output = GetParam();
   const auto still = played_blocks(*following_auralizer(output, true), 120, kBlock, always(kStart),
                                    always(kStart));
@@ -221,8 +224,8 @@ INSTANTIATE_TEST_SUITE_P(Through, TurningListener,
                                            TurningOutput::kHead),
                          name_of);
 
-// With a head that turns all the time, its first keyframe is reached in thirds.
-TEST(TurningMixer, DoesNotFadeInASoundThatBegins) {
+// While the head turns, the mixer reaches its first keyframe in three parts.
+TEST(MixerHeadRotation, DoesNotFadeInASoundThatStarts) {
   constexpr MixMode kFullBand{.eight_bands = false};
   const auto signals = prepare_signals(
       std::vector<Signal>{{"flat", std::vector<float>(4800, 1.0f), true}}, kFullBand);
@@ -230,7 +233,7 @@ TEST(TurningMixer, DoesNotFadeInASoundThatBegins) {
   Mixer mixer(signals, 2, kFullBand, nullptr, nullptr, &turns);
   Keyframe keyframe;
   keyframe.facing = listener_axes({});
-  keyframe.voices.resize(1);  // a silent one
+  keyframe.voices.resize(1);  // a silent voice
   mixer.begin(keyframe, 0);
   Listener pose;
   std::vector<float> period;
@@ -260,14 +263,14 @@ TEST(TurningMixer, DoesNotFadeInASoundThatBegins) {
   for (const float sample : period) ASSERT_NEAR(sample, 1, 1e-5);
 }
 
-TEST(KeyframeLead, IsWhatKeyframesTakeAndMoreWhereTheMixerHadToHold) {
+TEST(KeyframeLead, IsTheTimeAKeyframeTakesPlusAReserveThatGrowsWithStalls) {
   KeyframeLead lead;
   EXPECT_DOUBLE_EQ(lead.seconds(), KeyframeLead::kMinReserve_s);
   for (int i = 0; i < 200; ++i) lead.made(0.002, 0);
   const double quiet_s = lead.seconds();
   EXPECT_NEAR(quiet_s, 0.0025 + KeyframeLead::kMinReserve_s, 1e-9);
   lead.made(0.030, 0);
-  EXPECT_GT(lead.seconds(), 0.030);  // one that took long may come again
+  EXPECT_GT(lead.seconds(), 0.030);  // a slow keyframe may occur again
   for (int i = 0; i < 200; ++i) lead.made(0.002, 0);
   EXPECT_NEAR(lead.seconds(), quiet_s, 1e-9);
   lead.made(0.002, 3);

@@ -1,5 +1,5 @@
-// hrtf_from_sofa_test.cpp: heads that are not KEMAR: of other rates, lengths and numbers of
-// directions, and such as cannot be.
+// hrtf_from_sofa_test.cpp: HRTFs with other sample rates, lengths and sets of directions than
+// KEMAR's, and invalid ones.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ double level_db(const HrtfGains& levels, std::size_t band) {
   return 20 * std::log10(static_cast<double>(levels[band]));
 }
 
-TEST(OtherHeads, AreHeardAsTheyAreAtAnyRateOfAnyLength) {
+TEST(HrtfFromSofa, KeepsLevelsAndTimesAtAnySampleRateAndLength) {
   constexpr double kHalfLag_s = 0.0003, kHalfLevel_db = 6;
   struct Case {
     double rate_hz;
@@ -42,20 +42,20 @@ TEST(OtherHeads, AreHeardAsTheyAreAtAnyRateOfAnyLength) {
     for (const Vec3& to : testing::directions_all_round(directions)) {
       const auto from = Vec3f(to);
       const auto levels = (*head)->hear(from);
-      // Where a band is, both ears' levels differ as the responses do, alike in all bands.
+      // Within a band, the levels at the ears differ as those of the responses do.
       for (std::size_t band = 4; band < kHrtfBands; ++band)
         EXPECT_NEAR(level_db(levels[0], band) - level_db(levels[1], band), 2 * kHalfLevel_db * to.y,
                     0.5)
             << "band " << band << " from y = " << to.y;
       const double lag_s =
           ((*head)->delay_frames(from, 1) - (*head)->delay_frames(from, 0)) / kSampleRate_hz;
-      // Whole frames of that rate; 20 us besides.
+      // The error is at most a frame at that rate plus 20 us.
       EXPECT_NEAR(lag_s, 2 * kHalfLag_s * to.y, 20e-6 + 1 / rate_hz) << to.y;
     }
   }
 }
 
-TEST(OtherHeads, ThatWereNotMeasuredFromAllSidesAreRefused) {
+TEST(HrtfFromSofa, RejectsSetsThatDoNotSurroundTheListener) {
   const auto expect_refused = [](const std::vector<Vec3>& directions) {
     SofaContent content = plain_head(48000, directions.size(), 64);
     content.directions = directions;
@@ -77,8 +77,8 @@ TEST(OtherHeads, ThatWereNotMeasuredFromAllSidesAreRefused) {
   for (const auto& directions : {above, ring, two, point}) expect_refused(directions);
 }
 
-// Silent from some sides or from all, or with a click at one ear alone.
-TEST(OtherHeads, ThatAreSilentGiveFiniteNumbers) {
+// The responses are silent from some directions or all, or have a click at one ear only.
+TEST(HrtfFromSofa, IsFiniteForSilentResponses) {
   for (const int kind : {0, 1, 2}) {
     SofaContent content = plain_head(48000, 20, 64);
     for (std::size_t i = 0; i < content.responses.size(); ++i) {

@@ -1,8 +1,9 @@
-// What changes at the ears as a head turns: about each axis, past sources that lie on the great
-// circle of that turn and on smaller ones, in every ERB band as well as over all.
+// hrtf_magnitude_fit_test.cpp: level and time at the ears while the head turns about each axis,
+// past sources on the great circle of that rotation and on smaller circles, in every ERB band and
+// over all bands.
 //
-// A level's slope is bounded only as far as the measured head's own is: its notches are narrow.
-// What matters to a listener who turns is that ours are no jumps.
+// The slope of a level is bounded by that of the measured HRTF, which has narrow notches. A
+// listener who turns must hear no jumps.
 #include "runtime/hrtf/hrtf_magnitude_fit.h"
 
 #include <algorithm>
@@ -20,14 +21,15 @@ namespace {
 
 using namespace testing;
 
-constexpr double kLowestMeasured = -0.643;  // z: KEMAR's responses begin 40 degrees below
+// z; the measured directions of KEMAR end 40 degrees below
+constexpr double kLowestMeasured = -0.643;
 constexpr double kSteps_per_degree = kSanitized ? 1 : 4;
 
 enum class Axis { kYaw, kPitch, kRoll };
 constexpr Axis kAxes[] = {Axis::kYaw, Axis::kPitch, Axis::kRoll};
 constexpr double kOff_axis[] = {-0.7, -0.5, -0.3, 0, 0.3, 0.5, 0.7, 0.9};
 
-// A source on a circle about the axis, by the angle that the head has turned.
+// Direction of a source on a circle about the axis, after a rotation by `degrees`.
 Vec3f on_circle(Axis axis, double off_axis, double degrees) {
   const double turn = degrees * std::numbers::pi / 180, r = std::sqrt(1 - off_axis * off_axis);
   const double c = r * std::cos(turn), s = r * std::sin(turn);
@@ -38,7 +40,7 @@ Vec3f on_circle(Axis axis, double off_axis, double degrees) {
 struct AtEars {
   std::array<ErbBands, kEars> bands_db{};
   std::array<double, kEars> level_db{};
-  double high_us = 0, low_us = 0;  // between them
+  double high_us = 0, low_us = 0;  // between the ears
 };
 
 AtEars at_ears(const Vec3f& from) {
@@ -64,7 +66,7 @@ AtEars at_ears(const Vec3f& from) {
   return ears;
 }
 
-// The steepest that there is, per degree, and on what share of the way a band is above 1 dB.
+// The steepest slopes per degree, and the share of the circle on which a band exceeds 1 dB.
 struct Slopes {
   double level_db = 0, high_us = 0, low_us = 0;
   ErbBands bands_db{}, share{};
@@ -72,7 +74,7 @@ struct Slopes {
   double steepest_band_db() const { return *std::ranges::max_element(bands_db); }
 };
 
-// Round all circles of an axis, as far as sources are not below `lowest`.
+// Slopes on all circles about an axis, without sources below `lowest`.
 Slopes slopes_of(Axis axis, double lowest) {
   Slopes slopes;
   int steps = 0;
@@ -108,33 +110,14 @@ Slopes slopes_of(Axis axis, double lowest) {
   return slopes;
 }
 
-// About an axis: all round, and above what was measured. Worked out once.
-struct Turning {
-  Slopes all_round, where_measured;
-};
-const Turning& turning(Axis axis) {
-  static const std::vector<Turning> kTurnings = [] {
-    std::vector<Turning> all;
-    for (const Axis one : kAxes)
-      all.push_back({slopes_of(one, -1), slopes_of(one, kLowestMeasured)});
-    return all;
-  }();
-  return kTurnings[static_cast<std::size_t>(axis)];
-}
-
-TEST(HeadRotation, ChangeTheLevelByNoMoreThanADecibelADegreeAboutAnyAxis) {
+TEST(HrtfRotation, ChangesLevelsByAtMostADecibelPerDegreeExceptAtNotches) {
   for (const Axis axis : kAxes) {
-    EXPECT_LT(turning(axis).all_round.level_db, 1);
-    const Slopes& where_measured = turning(axis).where_measured;
-    EXPECT_LT(where_measured.level_db, 0.25);
-    EXPECT_LT(where_measured.high_us, 30);
-    EXPECT_LT(where_measured.low_us, 30);
-  }
-}
-
-TEST(HeadRotation, ChangeEachBandByNoMoreThanADecibelADegreeButForNotches) {
-  for (const Axis axis : kAxes) {
-    const Slopes& slopes = turning(axis).where_measured;
+    const Slopes all_round = slopes_of(axis, -1);
+    const Slopes slopes = slopes_of(axis, kLowestMeasured);
+    EXPECT_LT(all_round.level_db, 1);
+    EXPECT_LT(slopes.level_db, 0.25);
+    EXPECT_LT(slopes.high_us, 30);
+    EXPECT_LT(slopes.low_us, 30);
     for (std::size_t b = 0; b < kErbBandCount; ++b) {
       const double centre_hz = erb_frequency_hz(static_cast<double>(b) + 1.5);
       EXPECT_LE(slopes.share[b], centre_hz < 1600 ? 0 : 0.015) << centre_hz << " Hz";
@@ -142,13 +125,14 @@ TEST(HeadRotation, ChangeEachBandByNoMoreThanADecibelADegreeButForNotches) {
     EXPECT_LT(slopes.steepest_band_db(), 4);
     RecordProperty("steepest_mdb_per_degree_" + std::to_string(static_cast<int>(axis)),
                    static_cast<int>(1000 * slopes.steepest_band_db()));
-    // Where nothing was measured, between directions far apart.
-    EXPECT_LT(turning(axis).all_round.steepest_band_db(), 12);
+    // Below the measured directions, neighbours are far apart.
+    EXPECT_LT(all_round.steepest_band_db(), 12);
   }
 }
 
-// Between neighbours, 5 to 10 degrees apart: no head that is right has less.
-TEST(HeadRotation, OfTheMeasuredHeadAreAsSteepBetweenNeighbours) {
+// Neighbours are 5 to 10 degrees apart. A smaller bound than this would exclude the measured HRTF
+// itself.
+TEST(HrtfRotation, IsAsSteepBetweenNeighboursOfTheMeasuredHrtf) {
   const HrirSet& measured = kemar();
   std::vector<std::array<ErbBands, kEars>> energies;
   for (std::size_t d = 0; d < measured.directions.size(); ++d)
@@ -173,9 +157,8 @@ TEST(HeadRotation, OfTheMeasuredHeadAreAsSteepBetweenNeighbours) {
   EXPECT_GT(steepest_db, 2);
 }
 
-// Looked at more closely, each change is one of many small ones: all goes on, steeply at most. A
-// jump would stay what it is.
-TEST(HeadRotation, HaveNoJumpsInAnyBand) {
+// Subdividing a steep step gives many small steps; a jump would stay one step.
+TEST(HrtfRotation, IsContinuousInEveryBand) {
   constexpr double kStep_degrees = 0.05;
   constexpr int kParts = 10, kSteps = kSanitized ? 500 : 7200;
   for (const Axis axis : kAxes)

@@ -20,9 +20,10 @@ namespace {
 
 using namespace testing;
 
-// In level; in the time between the ears, interaural_times_test.cpp says so band by band.
-TEST(Binaural, IsConvolutionWithTheHeadFromTwoHundredDirections) {
-  std::vector<std::array<ErbBands, kEars>> level_db;  // ours over the measured one's
+// Compares levels; interaural_times_test.cpp compares the time between the ears band by band.
+TEST(Binaural, EqualsConvolutionWithTheHrtfFromTwoHundredDirections) {
+  // of the mix, relative to the measured response
+  std::vector<std::array<ErbBands, kEars>> level_db;
   for (const std::size_t d : two_hundred()) {
     const Vec3f from = kemar().directions[d];
     const auto out = mixed(kemar_head(), click(), 4096,
@@ -40,7 +41,7 @@ TEST(Binaural, IsConvolutionWithTheHeadFromTwoHundredDirections) {
     for (std::size_t b = 0; b < kErbBandCount; ++b)
       EXPECT_NEAR(over_db[0][b], over_db[1][b], 1) << "band " << b << ", direction " << d;
   }
-  // The same holds of each ear, but for what all directions have in common, band by band.
+  // The same holds for each ear and band, apart from what all directions have in common.
   for (std::size_t b = 0; b < kErbBandCount; ++b) {
     double common_db = 0;
     for (const auto& ears : level_db)
@@ -50,8 +51,8 @@ TEST(Binaural, IsConvolutionWithTheHeadFromTwoHundredDirections) {
   }
 }
 
-// Diffuse sound is as loud in each band as without a head.
-TEST(Binaural, AddsNoColourOfItsOwnInTheMeanOverAllDirections) {
+// A diffuse field is as loud in each band as without an HRTF.
+TEST(Binaural, AddsNoColourInTheMeanOverAllDirections) {
   const HrtfMagnitudeFit fit;
   ErbBands sum{}, flat = fit.energy_of([] {
     std::array<double, kHrtfBands> ones;
@@ -70,7 +71,7 @@ TEST(Binaural, AddsNoColourOfItsOwnInTheMeanOverAllDirections) {
     EXPECT_NEAR(10 * std::log10(sum[b] / flat[b]), 0, 0.3) << b;
 }
 
-TEST(Binaural, LeavesASoundAsItWasWhereTheHeadDoesNothing) {
+TEST(Binaural, ChangesNothingWithAnHrtfThatIsAnImpulse) {
   const Hrtf head(no_head());
   Signal noise;
   std::mt19937 random(3);
@@ -106,7 +107,7 @@ TEST(Binaural, IsTheSameOnEveryInstructionSet) {
   force_mix_kernel("");
 }
 
-// Gains in octaves come through the narrow bands: a tone at a centre has its octave's.
+// Gains of octaves act through the narrow bands: a tone at the centre of an octave has its gain.
 TEST(Binaural, GivesEachOctaveItsGain) {
   const Hrtf head(no_head());
   std::mt19937 random(4);
@@ -129,7 +130,7 @@ TEST(Binaural, GivesEachOctaveItsGain) {
   }
 }
 
-TEST(HrtfFilterBank, PassesEverythingWhenAllBandsAreEqual) {
+TEST(HrtfFilterBank, ReconstructsItsInputWithEqualBands) {
   for (double hz = 20; hz < 20000; hz *= 1.07) {
     double sum = 0;
     for (std::size_t j = 0; j < kHrtfBands; ++j) sum += HrtfFilterBank::magnitude(j, hz);
@@ -137,7 +138,7 @@ TEST(HrtfFilterBank, PassesEverythingWhenAllBandsAreEqual) {
   }
 }
 
-TEST(SumFiltered, EqualsASlowSumInDouble) {
+TEST(SumFiltered, EqualsADirectSumInDoublePrecision) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> uniform(-1, 1);
   constexpr int kRows = 5, kTaps = 37, kStride = 300;
@@ -160,7 +161,7 @@ TEST(SumFiltered, EqualsASlowSumInDouble) {
   force_mix_kernel("");
 }
 
-TEST(DirectionMesh, HoldsEveryDirectionBetweenThreeNeighbours) {
+TEST(DirectionMesh, FindsThreeNeighboursAroundEveryDirection) {
   const DirectionMesh mesh(kemar().directions);
   for (std::uint32_t d = 0; d < kemar().directions.size(); ++d) {
     const auto place = mesh.find(kemar().directions[d]);
@@ -177,15 +178,15 @@ TEST(DirectionMesh, HoldsEveryDirectionBetweenThreeNeighbours) {
     Vec3f sum(0);
     for (std::size_t k = 0; k < 3; ++k) sum += place.share[k] * kemar().directions[place.corner[k]];
     ASSERT_LT(length(normalize(sum) - from), 1e-4f) << i;
-    // The measured set is 5 to 10 degrees fine, but for what lies under the feet.
+    // The measured directions are 5 to 10 degrees apart, except below the listener.
     if (from.z < -0.6f) continue;
     for (std::size_t k = 0; k < 3; ++k)
       ASSERT_GT(dot(kemar().directions[place.corner[k]], from), 0.97f) << i;
   }
 }
 
-// Turning slowly, and from anywhere to anywhere.
-TEST(DirectionMesh, FindsTheSameWhereverItBegins) {
+// Queries follow a slow rotation, or jump anywhere.
+TEST(DirectionMesh, FindsTheSameTriangleFromAnyStart) {
   const DirectionMesh mesh(kemar().directions);
   const auto between = [](const DirectionMesh::Place& place) {
     Vec3f sum(0);

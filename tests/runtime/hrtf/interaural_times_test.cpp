@@ -1,5 +1,5 @@
-// interaural_times_test.cpp: the time between the ears, band by band, of what the mixer makes for
-// the default head against convolution with its measured responses.
+// interaural_times_test.cpp: the time between the ears in each band, of the mixer with the default
+// HRTF against convolution with its measured responses.
 #include "runtime/hrtf/interaural_times.h"
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 using namespace testing;
 using Ears = std::array<Spectrum, kEars>;
 
-constexpr double kFollowed_hz = 1400;  // ears hear the wave below, the envelope above
+constexpr double kFollowed_hz = 1400;  // ears follow the waveform below and the envelope above
 
 struct Range {
   double low_hz, high_hz;
@@ -34,7 +34,7 @@ MixMode with_fine_voices_of(int fine_voices) {
   return mode;
 }
 
-// What the mixer makes of a click from a measured direction, and what convolution does.
+// Both ears for a click from a measured direction: mixed, and by convolution.
 Ears ours(std::size_t direction, const MixMode& mode) {
   const auto out = mixed(
       kemar_head(), click(), 4096,
@@ -50,26 +50,41 @@ Ears direct(std::size_t direction) {
 }
 const double kDirectBin_hz = kemar().rate_hz / kSize;
 
-// How alike both ears are in a range if the right one is heard so much earlier.
-std::complex<double> correlation(const Ears& ears, double bin_hz, const Range& range,
-                                 double lag_s) {
+// Correlation of both ears within a range of frequencies, with the right one `lag_s` earlier.
+std::complex<double> correlation(const Spectrum& left, const Spectrum& right, double bin_hz,
+                                 const Range& range, double lag_s) {
   const auto first = static_cast<std::size_t>(range.low_hz / bin_hz + 0.5);
   const double angle = -2 * std::numbers::pi * bin_hz * lag_s;
-  const std::complex<double> turn = std::polar(1.0, angle);
-  std::complex<double> at = std::polar(1.0, angle * static_cast<double>(first)), sum = 0;
-  for (std::size_t k = first; static_cast<double>(k) * bin_hz < range.high_hz; ++k, at *= turn)
-    sum += ears[0][k] * std::conj(ears[1][k]) * at;
-  return sum;
+  const double turn_re = std::cos(angle), turn_im = std::sin(angle);
+  double re = std::cos(angle * static_cast<double>(first));
+  double im = std::sin(angle * static_cast<double>(first)), sum_re = 0, sum_im = 0;
+  // In real numbers, because products of std::complex check for infinities.
+  for (std::size_t k = first; static_cast<double>(k) * bin_hz < range.high_hz; ++k) {
+    const std::complex<double> l = left[k], r = right[k];
+    const double cross_re = l.real() * r.real() + l.imag() * r.imag();
+    const double cross_im = l.imag() * r.real() - l.real() * r.imag();
+    sum_re += cross_re * re - cross_im * im;
+    sum_im += cross_re * im + cross_im * re;
+    const double next_re = re * turn_re - im * turn_im;
+    im = re * turn_im + im * turn_re;
+    re = next_re;
+  }
+  return {sum_re, sum_im};
+}
+std::complex<double> correlation(const Ears& ears, double bin_hz, const Range& range,
+                                 double lag_s) {
+  return correlation(ears[0], ears[1], bin_hz, range, lag_s);
+}
+double energy(const Spectrum& ear, double bin_hz, const Range& range) {
+  return std::abs(correlation(ear, ear, bin_hz, range, 0));
 }
 double coherence(const Ears& ears, double bin_hz, const Range& range, double lag_s) {
-  const auto energy = [&](std::size_t e) {
-    return std::abs(correlation({ears[e], ears[e]}, bin_hz, range, 0));
-  };
-  return std::abs(correlation(ears, bin_hz, range, lag_s)) / std::sqrt(energy(0) * energy(1));
+  return std::abs(correlation(ears, bin_hz, range, lag_s)) /
+         std::sqrt(energy(ears[0], bin_hz, range) * energy(ears[1], bin_hz, range));
 }
 
-// Of what is heard of a range: the lag of the most, or that of the envelope's, not farther than
-// `reach_s` from `near_s`.
+// Lag of the highest correlation within a range, of waveforms below kFollowed_hz and of envelopes
+// above, at most `reach_s` from `near_s`.
 double lag_s(const Ears& ears, double bin_hz, const Range& range, double near_s, double reach_s) {
   double best_s = near_s;
   const auto look = [&](double reach, double step_s) {
@@ -91,16 +106,16 @@ double broad_lag_s(const Ears& ears, double bin_hz) {
   return lag_s(ears, bin_hz, {90, 850}, 0, 1e-3);
 }
 
-// What no response of the file can tell: bands lower than one period in its length, 86 Hz.
+// Bands below 86 Hz, whose period is longer than the response, are undetermined.
 bool is_told(std::size_t band) {
   return erb_band_centre_hz(band) * static_cast<double>(kemar().frames) >= kemar().rate_hz;
 }
-// Half a period to either side of all bands' time, beyond which another wave would be taken for it.
+// Half a period around the broadband lag; beyond it the adjacent period would match.
 double reach_s(std::size_t band) { return std::min(0.5 / erb_band_centre_hz(band), 0.5e-3); }
 
 double tolerance_s(double time_s) { return std::max(20e-6, 0.05 * std::abs(time_s)); }
 
-TEST(Binaural, HasTheTimeBetweenTheEarsOfConvolutionInEveryErbBandBelow1400Hz) {
+TEST(Binaural, HasTheInterauralTimeOfConvolutionInEveryErbBandBelow1400Hz) {
   std::size_t bands = 0;
   for (const std::size_t d : two_hundred()) {
     const Ears made = ours(d, kBinaural), measured = direct(d);
@@ -108,7 +123,7 @@ TEST(Binaural, HasTheTimeBetweenTheEarsOfConvolutionInEveryErbBandBelow1400Hz) {
     for (std::size_t b = 0; b < kPhaseBands; ++b) {
       if (!is_told(b)) continue;
       const double expected_s = lag_s(measured, kDirectBin_hz, erb_band(b), near_s, reach_s(b));
-      // The time is well defined everywhere: both ears are as good as one signal.
+      // The lag is well defined: the ears are coherent.
       ASSERT_GT(coherence(measured, kDirectBin_hz, erb_band(b), expected_s), 0.8) << b << ' ' << d;
       EXPECT_NEAR(lag_s(made, kBin_hz, erb_band(b), expected_s, reach_s(b)), expected_s,
                   tolerance_s(expected_s))
@@ -119,12 +134,12 @@ TEST(Binaural, HasTheTimeBetweenTheEarsOfConvolutionInEveryErbBandBelow1400Hz) {
   EXPECT_EQ(bands, 15 * two_hundred().size());  // 105 Hz to 1275 Hz
 }
 
-// Of all frequencies above together. Sound comes round the head on more than one way, so that the
-// measured time jumps between directions; there, the mixer's is in the middle, or a head that turns
-// would be heard to jump.
-TEST(Binaural, HasTheTimeBetweenEnvelopesOfConvolutionAbove1400Hz) {
+// Envelopes of all frequencies above 1400 Hz. Sound diffracts around the head on more than one
+// path, so the measured lag jumps between directions; the mixer uses the mean there, so that
+// turning the head causes no jump.
+TEST(Binaural, HasTheEnvelopeLagOfConvolutionAbove1400Hz) {
   constexpr Range kAbove{kFollowed_hz, 12000};
-  constexpr double kSteepest_s = 25e-6;  // a degree
+  constexpr double kSteepest_s = 25e-6;  // per degree
   std::vector<double> measured_s;
   for (std::size_t d = 0; d < kemar().directions.size(); ++d) {
     const Ears measured = direct(d);
@@ -148,9 +163,8 @@ TEST(Binaural, HasTheTimeBetweenEnvelopesOfConvolutionAbove1400Hz) {
   EXPECT_LE(jumps, two_hundred().size() / 12);
 }
 
-// A crowd's voices have two times only, and no phases: the lower one as a whole, and what is left
-// band by band, as a share of a period.
-TEST(NarrowbandVoices, LeaveTheOthersTwoTimesBetweenTheEars) {
+// Voices in octaves have two lags and no phases: one for low frequencies, and one for the rest.
+TEST(NarrowbandVoices, LeaveTheOtherVoicesTwoInterauralTimes) {
   for (const std::size_t d : two_hundred()) {
     const Ears made = ours(d, with_fine_voices_of(0)), measured = direct(d);
     const double near_s = broad_lag_s(measured, kDirectBin_hz);
@@ -164,9 +178,9 @@ TEST(NarrowbandVoices, LeaveTheOthersTwoTimesBetweenTheEars) {
   }
 }
 
-// Many voices, each its own sound: powers and cross-spectra add. Just noticeable are 0.075
+// Powers and cross-spectra of many uncorrelated voices add. The just noticeable difference is 0.075
 // (binaural_cues.h).
-TEST(NarrowbandVoices, LeaveACrowdAllRoundAsWideAsConvolutionDoes) {
+TEST(NarrowbandVoices, LeaveADiffuseCrowdAsWideAsConvolution) {
   if (kSanitized) GTEST_SKIP() << "takes 200 directions, of which sanitizers see 40";
   struct Sums {
     std::array<double, kErbBandCount> left{}, right{};
@@ -180,8 +194,8 @@ TEST(NarrowbandVoices, LeaveACrowdAllRoundAsWideAsConvolutionDoes) {
       Sums& sum = sums[mixed_here];
       for (std::size_t b = 0; b < kErbBandCount; ++b) {
         const Range range = erb_band(b);
-        sum.left[b] += std::abs(correlation({ears[0], ears[0]}, bin_hz, range, 0));
-        sum.right[b] += std::abs(correlation({ears[1], ears[1]}, bin_hz, range, 0));
+        sum.left[b] += energy(ears[0], bin_hz, range);
+        sum.right[b] += energy(ears[1], bin_hz, range);
         sum.cross[b].resize(2 * kLags + 1);
         for (int lag = -kLags; lag <= kLags; ++lag)
           sum.cross[b][static_cast<std::size_t>(lag + kLags)] +=
@@ -199,9 +213,9 @@ TEST(NarrowbandVoices, LeaveACrowdAllRoundAsWideAsConvolutionDoes) {
   }
 }
 
-// The low layer's delays go apart from the high one's without a step: a low tone bends nowhere more
-// than it does itself, however its direction changes from keyframe to keyframe.
-TEST(Binaural, SlidesTheTimeOfLowFrequenciesWithoutAStep) {
+// The delays of the low layer and of the high one diverge without a step: the second difference of
+// a low tone stays within its own bound while its direction changes at each keyframe.
+TEST(Binaural, ChangesTheTimeOfLowFrequenciesWithoutAStep) {
   constexpr double kTone_hz = 300, kAmplitude = 0.5;
   const Vec3f places[] = {{1, 0, 0}, {0.7071f, 0.7071f, 0}, {0, 1, 0}, {0, -1, 0}};
   const double bend = std::pow(2 * std::numbers::pi * kTone_hz / kSampleRate_hz, 2);
@@ -215,14 +229,14 @@ TEST(Binaural, SlidesTheTimeOfLowFrequenciesWithoutAStep) {
         with_fine_voices_of(fine));
     for (const auto& ear : out)
       for (std::size_t n = kKeyframeFrames; n + 1 < ear.size(); ++n)
-        // As loud as 6 dB more at the near ear, and then some for what slides.
+        // The near ear is 6 dB louder; the rest of the factor allows for the change of delay.
         ASSERT_LT(std::abs(ear[n + 1] - 2 * ear[n] + ear[n - 1]), 2.5 * kAmplitude * bend)
             << fine << ' ' << n;
   }
 }
 
-// Responses that are nothing but a time apart: all of it in both times, and no phase beside.
-TEST(InterauralTimes, AreThoseOfTwoPulses) {
+// Responses that differ by a pure delay have that delay at low and high frequencies and no phase.
+TEST(InterauralTimes, AreTheDelayBetweenTwoPulses) {
   const Fourier fourier(kSize);
   for (const double later_s : {-612.4e-6, 3.1e-6, 400e-6}) {
     Spectrum left(kSize), right(kSize);

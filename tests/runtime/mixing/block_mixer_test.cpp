@@ -1,4 +1,5 @@
-// block_mixer_test.cpp: what a callback costs, by counting what it does rather than by a clock.
+// block_mixer_test.cpp: the cost of an audio callback, counted in operations rather than measured
+// in time.
 #include "runtime/mixing/block_mixer.h"
 
 #include <algorithm>
@@ -14,7 +15,7 @@
 namespace clamor {
 namespace {
 
-// A clock on which some blocks take far longer than they last.
+// A clock by which some blocks take far longer than their duration.
 struct BusyClock {
   double time_s = 0;
   std::mt19937 random{9};
@@ -47,13 +48,13 @@ class Callbacks {
         BlockOptions{.adapt = busy, .block_frames = 4096, .clock = {BusyClock::now, &clock_}});
   }
 
-  // Of each voice and frame, once per pair, or for a head by its narrow bands and its octaves: a
-  // voice slides from one to the other.
+  // Number of mixes of each voice and frame: one per pair of channels, or with an HRTF one in
+  // narrow bands and one in octaves, because a voice crossfades between the two.
   std::uint64_t most_banks() const {
     return mode_.head ? 2 : static_cast<std::uint64_t>(mode_.pairs);
   }
 
-  // Publishes a keyframe of anybody: they come, go, turn, leap and are loud or silent.
+  // Publishes a keyframe with random voices: they start, end, turn, jump, and have any level.
   void publish(std::uint32_t least_voices) {
     Keyframe& keyframe = *mixer_->writable();
     keyframe.number = number_++;
@@ -94,17 +95,17 @@ class Callbacks {
 
 class Work : public ::testing::TestWithParam<Output> {};
 
-// Whatever keyframes say, however late they are and whatever is shed, a block of n frames mixes at
-// most n + 63 frames of each voice in each bank, and takes each voice from a keyframe once for
-// every 960 frames and once more.
-TEST_P(Work, OfACallbackIsBoundedByVoicesTimesFrames) {
+// Whatever keyframes contain, however late they are and whatever is shed, a block of n frames mixes
+// at most n + 63 frames per voice and filter bank, and loads each voice once per 960 frames plus
+// once.
+TEST_P(Work, IsBoundedByVoicesTimesFrames) {
   for (const bool busy : {false, true}) {
     Callbacks callbacks(GetParam(), busy);
     BlockMixer& mixer = callbacks.mixer();
     std::vector<float> block;
     std::uint64_t done = 0, frames_in_all = 0;
     for (int call = 0; call < 500; ++call) {
-      // Late now and then, by several keyframes.
+      // Keyframes are sometimes late, by several periods.
       if (call % 50 < 40)
         while (mixer.wants_keyframe()) callbacks.publish(0);
       constexpr std::uint64_t kSizes[] = {1, 16, 63, 64, 65, 256, 480, 1024, 4096};
@@ -129,8 +130,8 @@ TEST_P(Work, OfACallbackIsBoundedByVoicesTimesFrames) {
   }
 }
 
-// Nothing is left out where there is time: then the bound is what is done.
-TEST_P(Work, IsThatOfAllVoicesWhereThereIsTime) {
+// Nothing is shed while there is time, so the work reaches the bound.
+TEST_P(Work, IncludesAllVoicesWhileThereIsTime) {
   Callbacks callbacks(GetParam(), false);
   BlockMixer& mixer = callbacks.mixer();
   std::vector<float> block(kKeyframeFrames * mixer.channels());

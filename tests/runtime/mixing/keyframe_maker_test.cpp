@@ -22,8 +22,8 @@ namespace {
 
 using Receivers = KeyframeMaker::Receivers;
 
-// A crowd that comes, goes, moves, hides, leaps and is leapt to; a function of the keyframe's
-// number.
+// Sources that enter and leave the sample, move, become occluded and jump, with a listener who
+// jumps; all are functions of the keyframe's number.
 class Crowd {
  public:
   static constexpr std::uint32_t kSources = 400;
@@ -51,7 +51,7 @@ class Crowd {
   Listener pose(std::uint32_t k) const {
     if (k >= 20 && k < 25) k = 20;  // stands still
     Listener pose{{0.02 * k, 1.5, 2}, 0.03 * k, 0};
-    if (k >= 40) pose.position_m.z += 30;     // is moved across the room
+    if (k >= 40) pose.position_m.z += 30;     // jumps across the room
     if (k >= 60) pose.position_m.x += 12000;  // and out of it
     return pose;
   }
@@ -65,9 +65,9 @@ class Crowd {
       if (moves(i)) {
         moved_m = {between(i, 23, -1, 1), 0, between(i, 24, -1, 1)};
         source.position_m += static_cast<float>(k) * moved_m;
-        if (k / 10 % 4 == i % 4) source.position_m.y += 3000;  // is elsewhere for a while
+        if (k / 10 % 4 == i % 4) source.position_m.y += 3000;  // jumps away for a while
       }
-      // In for a while, out for a while.
+      // The source alternates between inside and outside the sample.
       if ((k + i % 29) / (3 + i % 7) % 3 == 0) continue;
       SampledSource& chosen = sample_.emplace_back();
       chosen.number = 10 * i;
@@ -101,7 +101,7 @@ std::shared_ptr<const Hrtf> kemar() {
   return {&testing::kemar_head(), [](const Hrtf*) {}};
 }
 
-TEST(KeyframeMaker, MakesTheVoicesThatThePlainWayMakes) {
+TEST(KeyframeMaker, MakesTheVoicesOfTheReference) {
   for (const bool binaural : {false, true}) {
     Crowd crowd;
     const auto receivers = binaural ? Receivers::kOne : Receivers::kPair;
@@ -124,7 +124,8 @@ TEST(KeyframeMaker, MakesTheVoicesThatThePlainWayMakes) {
         ASSERT_EQ(is.starts, meant.starts) << "keyframe " << k << ", slot " << is.slot;
         EXPECT_NEAR(is.rank, meant.rank, 1);
         EXPECT_LT(length(is.from - meant.from), 1e-6f);
-        // The ears' lag is a table's in one and the head's in the other: half of what may differ.
+        // The time between the ears comes from a table here and from the HRTF in the reference; the
+        // tolerance is half of the largest possible difference.
         const double slack_frames = binaural ? 0.24 : 1e-6;
         float loudest = 0;
         for (const Bands& ear : meant.gain)
@@ -147,7 +148,7 @@ TEST(KeyframeMaker, MakesTheVoicesThatThePlainWayMakes) {
   }
 }
 
-TEST(KeyframeMaker, MakesTheSameVoicesWhateverTheInstructionSet) {
+TEST(KeyframeMaker, MakesTheSameVoicesOnEveryInstructionSet) {
   const testing::KernelGuard guard;
   std::vector<std::vector<Voice>> first;
   for (const std::string& target : mix_kernel_targets()) {
@@ -176,7 +177,7 @@ TEST(KeyframeMaker, MakesTheSameVoicesWhateverTheInstructionSet) {
   }
 }
 
-TEST(KeyframeMaker, LetsAVoiceWaitWhereNoSlotIsFree) {
+TEST(KeyframeMaker, DelaysAVoiceUntilASlotIsFree) {
   Crowd crowd;
   KeyframeMaker maker(crowd.field(), 40);
   Keyframe keyframe;
@@ -189,12 +190,12 @@ TEST(KeyframeMaker, LetsAVoiceWaitWhereNoSlotIsFree) {
   }
 }
 
-// How many voices there may be at keyframe k.
+// Number of voices allowed at keyframe k.
 using VoiceCourse = std::function<std::size_t(int k)>;
 
-// How far the power of the voices is off, at most, in dB, where one who stands is given as many
-// voices as a course says: off what the sampler estimates with as many, faded over with equal power
-// where that changes. Of gains squared, so that it does not depend on phases.
+// Largest deviation, in dB, of the power of all voices from the sampler's estimate with as many
+// voices, crossfaded at constant power where that number changes. Power is the sum of squared
+// gains, so phases do not matter.
 double power_off_dB(const VoiceCourse& course, int keyframes) {
   constexpr std::size_t kSources = 20'000, kMaxVoices = 2000;
   const std::vector<Emitter> emitters(1);
@@ -242,17 +243,16 @@ double power_off_dB(const VoiceCourse& course, int keyframes) {
   return off_dB;
 }
 
-// What fades out, what fades in and what stays and stands for more or fewer: together as much as
-// before.
-TEST(KeyframeMaker, KeepsThePowerWhereTheNumberOfVoicesChanges) {
-  // Halved again and again, then doubled.
+// Voices that fade out, fade in, or stay with a changed scale keep the total power.
+TEST(KeyframeMaker, KeepsThePowerWhenTheNumberOfVoicesChanges) {
+  // The number of voices halves repeatedly and then doubles.
   const auto in_steps = [](int k) {
     const int step = k / 8;
     return std::size_t{2000} >> (step <= 4 ? step : std::max(8 - step, 0));
   };
   EXPECT_LT(power_off_dB(in_steps, 80), 0.005);
-  // As the limit of voices does it at worst: halved in four keyframes that follow one another, then
-  // 2 % more in each. Those that leave before they reached what they stood for overshoot a little.
+  // The voice limit changes like this at worst: it halves in four successive keyframes and then
+  // grows by 2 % per keyframe. Voices that leave before they reach their goal overshoot a little.
   const auto as_limited = [](int k) {
     if (k < 8) return std::size_t{2000} >> std::min(std::max(k - 3, 0), 4);
     return static_cast<std::size_t>(std::min(2000.0, 125 * std::pow(1.02, k - 8)));

@@ -1,8 +1,8 @@
-// keyframe_reference.h: what KeyframeMaker does, one voice after another in plain words: to be
-// compared with.
+// keyframe_reference.h: a plain version of KeyframeMaker that makes one voice after another, for
+// comparison.
 //
-// Nothing here is fast: gains and delays are asked of the field and of the head themselves, sources
-// are found in a map, and everything is in double until it is a voice.
+// Nothing here is fast: gains and delays come straight from the radiation model and the HRTF,
+// sources are looked up in a map, and all arithmetic is in double precision.
 #pragma once
 
 #include <algorithm>
@@ -43,39 +43,39 @@ class KeyframeReference {
 
   struct Slot {
     std::uint64_t number = 0;
-    Source source;  // a copy: its page may be gone while it fades
-    int fade = 0;   // of kFadeKeyframes; 0 is silence
+    Source source;  // a copy, because its page may be evicted during the fade-out
+    int fade = 0;   // in 0..kFadeKeyframes; 0 is silence
     bool in_use = false;
     bool chosen = false;   // in the present sample
-    bool frozen = false;   // its path jumped: fades out as it was
-    bool changed = false;  // since listen(), though the ears may be where they were
+    bool frozen = false;   // its path jumped: it fades out with its last values
+    bool changed = false;  // since listen(), even if the ears have not moved
     double power_scale = 1, power_scale_goal = 1;
-    std::deque<double> power_scale_goals;  // of the last keyframes, the last first
+    std::deque<double> power_scale_goals;  // of the last keyframes, newest first
     double rank = -1;
     bool moves = false;
     Vec3f velocity_mps{};
     Bands visibility = same_in_all_bands(1), visibility_goal = same_in_all_bands(1);
-    Voice voice;  // as in the last keyframe, before fading
+    Voice voice;  // as in the last keyframe, before the fade
   };
 
   ListenerFrame head_at(const Listener& pose) const;
-  // The distance, in metres, of a source that moves in a straight line and was there so long
-  // before.
+  // Velocity as a fraction of the speed of sound.
   Vec3 mach_of(const Vec3f& velocity_mps) const {
     return Vec3(velocity_mps / static_cast<float>(field_.speed_of_sound_mps()));
   }
   static double later_m(const Source& source, const Vec3& mach, double age_m, const Vec3& place);
   double delay_frames(const Source& source, const Vec3f& velocity_mps, double age_m,
                       const ListenerFrame& head, int ear) const;
-  // It was at its place when what reaches the head's centre now left it.
+  // Delay of a source that was at its place when the sound that now reaches the centre of the head
+  // left it.
   double delay_frames(const Source& source, const Vec3f& velocity_mps, const ListenerFrame& head,
                       int ear) const {
     return delay_frames(source, velocity_mps, length(head.centre_m - Vec3(source.position_m)), head,
                         ear);
   }
   void listen(Slot& slot, const ListenerFrame& head) const;
-  static void see(Slot& slot);
-  static void weigh(Slot& slot);
+  static void approach_visibility(Slot& slot);
+  static void approach_power_scale(Slot& slot);
   static std::uint8_t rank_of(const Slot& slot);
   void start(const SampledSource& chosen, const ListenerFrame& head);
   static Vec3f direction_from(const Source& source, const ListenerFrame& head);
@@ -89,18 +89,18 @@ class KeyframeReference {
   const std::shared_ptr<const Hrtf> ears_;
   std::vector<Slot> slots_;
   std::vector<std::uint32_t> free_;                                  // slots, lowest last
-  std::unordered_map<std::uint64_t, std::uint32_t> slot_of_number_;  // of sources that are heard
+  std::unordered_map<std::uint64_t, std::uint32_t> slot_of_number_;  // of sources with a voice
   ListenerFrame last_head_{};
   Vec3 last_step_m_{0, 0, 0};
-  double fastest_slide_frames_ = 0;  // of this keyframe
+  double fastest_slide_frames_ = 0;  // in this keyframe
   std::uint64_t made_ = 0;
 };
 
-// A delay cannot shrink as fast as time passes.
+// Upper bound of a change of delay per keyframe: a delay cannot shrink as fast as time passes.
 inline constexpr double kFastestSlide_frames = 0.98 * kKeyframeFrames;
 
-// A listener who is elsewhere all at once, as after the sampler stood still, has leapt: nobody is
-// 35 m/s faster from one keyframe to the next. Sliding after them would be heard as a chirp.
+// A larger change of the listener's step than this is a jump, as after a stall of the sampler:
+// nobody gains 35 m/s from one keyframe to the next. Sliding delays would be heard as a chirp.
 inline constexpr double kLeap_m = 0.7;
 inline constexpr double kSlideAfterLeap_frames = 0.1 * kKeyframeFrames;
 
@@ -128,7 +128,7 @@ inline KeyframeReference::ListenerFrame KeyframeReference::head_at(const Listene
           pose.up()};
 }
 
-// By bisection: what left the source later than that arrives too late.
+// Solves by bisection: sound that left the source later arrives too late.
 inline double KeyframeReference::later_m(const Source& source, const Vec3& mach, double age_m,
                                          const Vec3& place) {
   double low = -1e6, high = std::max(age_m, 0.0) + 1e6;
@@ -170,7 +170,7 @@ inline void KeyframeReference::listen(Slot& slot, const ListenerFrame& head) con
     const Bands intensity =
         field_.intensity(there, head.ear_positions_m[static_cast<std::size_t>(e)]);
     slot.voice.delay_frames[e] = delay_frames(slot.source, slot.velocity_mps, head, e);
-    // The root between the bake's power and the mixer's amplitude.
+    // The square root converts the power of the bake to the amplitude of the mixer.
     for (std::size_t b = 0; b < kBandCount; ++b)
       slot.voice.gain[e][b] =
           std::sqrt(static_cast<float>(slot.power_scale * static_cast<double>(intensity[b])) *
@@ -182,7 +182,7 @@ inline void KeyframeReference::listen(Slot& slot, const ListenerFrame& head) con
   slot.voice.gain[1] = slot.voice.gain[0];
 }
 
-// In the listener's axes; ahead for a source within the head.
+// Direction in the listener's axes; ahead for a source within the head.
 inline Vec3f KeyframeReference::direction_from(const Source& source, const ListenerFrame& head) {
   const Vec3 to_m = Vec3(source.position_m) - head.centre_m;
   const double distance_m = length(to_m);
@@ -190,7 +190,7 @@ inline Vec3f KeyframeReference::direction_from(const Source& source, const Liste
   return Vec3f(Vec3(dot(to_m, head.ahead), dot(to_m, head.left), dot(to_m, head.up)) / distance_m);
 }
 
-inline void KeyframeReference::see(Slot& slot) {
+inline void KeyframeReference::approach_visibility(Slot& slot) {
   constexpr float kNear = 1e-3f;
   for (std::size_t b = 0; b < kBandCount; ++b) {
     if (slot.visibility[b] == slot.visibility_goal[b]) continue;
@@ -201,7 +201,7 @@ inline void KeyframeReference::see(Slot& slot) {
   }
 }
 
-inline void KeyframeReference::weigh(Slot& slot) {
+inline void KeyframeReference::approach_power_scale(Slot& slot) {
   slot.power_scale_goals.push_front(slot.power_scale_goal);
   slot.power_scale_goals.pop_back();
   double scale = 0;
@@ -212,7 +212,8 @@ inline void KeyframeReference::weigh(Slot& slot) {
   slot.power_scale = scale;
 }
 
-// Those that fade out anyway go first. Where the sampler has no order, in half decibels.
+// Voices that fade out are the first to be shed. Without an order from the sampler, ranks are half
+// decibels.
 inline std::uint8_t KeyframeReference::rank_of(const Slot& slot) {
   if (!slot.chosen || slot.frozen) return kHighestRank;
   if (slot.rank >= 0) return static_cast<std::uint8_t>(std::lround(slot.rank * (kHighestRank - 1)));
@@ -251,7 +252,7 @@ inline void KeyframeReference::start(const SampledSource& chosen, const Listener
   slot.voice.signal = chosen.signal;
   slot.moves = chosen.moves;
   slot.velocity_mps = chosen.velocity_mps;
-  // It slides in from where it would have been, unless the listener jumped.
+  // The delay slides from its value at the last keyframe, unless the listener jumped.
   const double age_m = length(head.centre_m - Vec3(slot.source.position_m)) -
                        kKeyframe_s * field_.speed_of_sound_mps();
   for (int e = 0; e < kEars; ++e) {
@@ -262,7 +263,7 @@ inline void KeyframeReference::start(const SampledSource& chosen, const Listener
   }
 }
 
-// One that fades out goes on, unless that took it too far.
+// A moving source that fades out continues on its path, unless it gets too far.
 inline void KeyframeReference::coast(Slot& slot, const ListenerFrame& head) {
   const Vec3 mach = mach_of(slot.velocity_mps);
   const double age_m = length(last_head_.centre_m - Vec3(slot.source.position_m)) +
@@ -277,7 +278,8 @@ inline void KeyframeReference::freeze(Slot& slot) {
   slot_of_number_.erase(slot.number);
 }
 
-// False if it is now too far away for sliding there: then it fades out where it was.
+// Returns false if the source jumped too far for a sliding delay; it then fades out at its old
+// place.
 inline bool KeyframeReference::follow(Slot& slot, const SampledSource& chosen,
                                       const ListenerFrame& head) {
   if (!chosen.moves) return true;
@@ -329,8 +331,8 @@ inline void KeyframeReference::make(std::span<const SampledSource> sample, const
     else
       slot.fade = std::clamp(slot.fade + (slot.chosen ? 1 : -1), 0, kFadeKeyframes);
     if (slot.moves && !slot.chosen && !slot.frozen) coast(slot, head);
-    if (!slot.frozen) see(slot);
-    if (!slot.frozen) weigh(slot);
+    if (!slot.frozen) approach_visibility(slot);
+    if (!slot.frozen) approach_power_scale(slot);
     if (!slot.frozen && (!still || slot.changed)) listen(slot, head);
 
     Voice& voice = keyframe.voices.emplace_back(slot.voice);

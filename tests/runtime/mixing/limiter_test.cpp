@@ -23,7 +23,7 @@ std::vector<float> white_noise(std::size_t samples, float most, unsigned seed = 
   return result;
 }
 
-// Blocks of any length; the result moved back by the delay.
+// Limits blocks of `block_frames` frames and removes the limiter's delay from the result.
 std::vector<float> limited(Limiter& limiter, std::vector<float> samples, std::size_t channels,
                            std::size_t block_frames) {
   for (std::size_t i = 0; i < channels * kLimiterDelayFrames; ++i) samples.push_back(0);
@@ -35,7 +35,8 @@ std::vector<float> limited(Limiter& limiter, std::vector<float> samples, std::si
   return samples;
 }
 
-// The largest magnitude of the wave through the samples, in 16 steps between them, by sinc.
+// Largest magnitude of the band-limited signal through the samples, by sinc interpolation at 16
+// points between them.
 double true_peak(const std::vector<float>& samples, std::size_t channels, std::size_t channel) {
   double peak = 0;
   const auto frames = static_cast<std::ptrdiff_t>(samples.size() / channels);
@@ -53,7 +54,7 @@ double true_peak(const std::vector<float>& samples, std::size_t channels, std::s
   return peak;
 }
 
-TEST(Limiter, LetsEveryBitPassBelowTheCeiling) {
+TEST(Limiter, ChangesNoBitBelowTheThreshold) {
   for (const std::size_t channels : {1u, 2u, 12u}) {
     Limiter limiter(channels);
     const std::vector<float> in = white_noise(channels * 4000, 0.5f);
@@ -63,15 +64,16 @@ TEST(Limiter, LetsEveryBitPassBelowTheCeiling) {
   }
 }
 
-TEST(Limiter, KeepsTruePeaksBelowFullScaleAndSaysThatItWorked) {
-  // A quarter of the rate, at the phase whose samples are 3 dB below the peaks between them: none
-  // of the samples reaches 1. Then noise far above full scale, and a single click.
+TEST(Limiter, KeepsTruePeaksBelowFullScaleAndCountsItsFrames) {
+  // A tone at a quarter of the sample rate, in the phase whose samples are 3 dB below the peaks
+  // between them: no sample reaches 1. The others are noise far above full scale and a single
+  // click.
   std::vector<std::vector<float>> sounds(1);
   for (int n = 0; n < 3000; ++n)
     sounds[0].push_back(
         static_cast<float>(1.35 * std::sin(std::numbers::pi / 2 * n + std::numbers::pi / 4)));
-  // Next to half the rate no filter of so few taps sees all between the samples, nor is there
-  // sound.
+  // The noise is low-passed: next to the Nyquist frequency, where there is no sound anyway, so
+  // short a filter misses peaks between samples.
   sounds.push_back(white_noise(3001, 8));
   for (std::size_t n = 0; n < 3000; ++n) sounds.back()[n] += sounds.back()[n + 1];
   sounds.push_back(white_noise(3000, 0.01f));
@@ -86,33 +88,34 @@ TEST(Limiter, KeepsTruePeaksBelowFullScaleAndSaysThatItWorked) {
   }
 }
 
-TEST(Limiter, ComesBackToEveryBitAndNeverMovesTheGainFast) {
+TEST(Limiter, ReturnsToUnityGainAndNeverChangesItFast) {
   std::vector<float> in(2 * 60000, 0.25f);
-  in[2 * 1000] = 4;  // the left channel
+  in[2 * 1000] = 4;  // in the left channel
   Limiter limiter(2);
   const std::vector<float> out = limited(limiter, in, 2, 300);
   for (std::size_t f = 0; f < 60000; ++f) {
     const float same = f == 1000 ? out[2 * f + 1] : out[2 * f];
     ASSERT_EQ(same, out[2 * f + 1]) << "both have one gain";
-    // Down within 66 frames, in a straight line; up by 3 dB in 100 ms.
+    // The gain falls linearly within 66 frames and rises by 3 dB in 100 ms.
     if (f == 0) continue;
     EXPECT_LT(out[2 * f - 1] - out[2 * f + 1], 0.25f / 60) << f;
     EXPECT_LT(out[2 * f + 1] / out[2 * f - 1], 1.0001f) << f;
   }
   EXPECT_LT(out[2 * 1000 + 1], 0.06f);
-  // 13 dB take 0.43 s.
+  // The release from 13 dB takes 0.43 s.
   for (std::size_t f = 1000 + 22000; f < 60000; ++f) EXPECT_EQ(out[2 * f], 0.25f) << f;
 }
 
-TEST(Limiter, DoesNotDependOnHowCallsDivideTime) {
+TEST(Limiter, DoesNotDependOnBlockSizes) {
   const std::vector<float> in = white_noise(2 * 5000, 3, 7);
   Limiter first(2), second(2);
   EXPECT_EQ(limited(first, in, 2, 5000), limited(second, in, 2, 37));
 }
 
-// 997 Hz at full scale is -3.01 LUFS in one channel, 0 in two (BS.1770-4); beside the listener 1.5
-// dB more, and nothing in LFE. The omnidirectional component of ambisonics counts twice.
-TEST(LoudnessMeter, ReadsASineAsTheStandardSays) {
+// A sine of 997 Hz at full scale is -3.01 LUFS in one channel and 0 LUFS in two (BS.1770-4), 1.5 dB
+// more in a surround channel, and nothing in LFE. The omnidirectional channel of ambisonics counts
+// twice.
+TEST(LoudnessMeter, MeasuresASineAsBs1770Says) {
   const std::vector<Speaker> surround = find_layout("5.1")->order();
   struct Case {
     std::vector<Speaker> speakers;

@@ -1,8 +1,9 @@
-// load_control.h in a closed loop with a simulated machine: how soon all voices are back after a
-// burden, how many keyframes and blocks are late meanwhile, and that nothing swings.
+// load_control_recovery_test.cpp: the closed loop of load_control.h and a simulated machine. How
+// soon do all voices return after a burden, how many keyframes and blocks are late meanwhile, and
+// does the number of voices oscillate?
 //
-// A keyframe takes fixed + k x per_voice of its period, a block the same of its own; both times
-// what else the machine does, which comes and goes, and a few percent of noise.
+// A keyframe takes fixed + k x per_voice of its period, and a block the same of its own; both are
+// multiplied by the burden of other programs, which comes and goes, and by a few percent of noise.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -19,19 +20,19 @@ constexpr std::size_t kMost = 2000;
 constexpr double kPeriod_s = 0.02;
 constexpr int kBlocksPerKeyframe = 4;
 
-// Shares of the period, where nothing else is done.
+// Shares of the period, without a burden.
 struct Costs {
-  double fixed = 0.1, voices = 0.3;  // all of them
+  double fixed = 0.1, voices = 0.3;  // of all voices
 };
 
 struct BusyMachine {
   Costs sampler{}, mixer{};
-  double noise = 0.1;  // up to so much more or less
+  double noise = 0.1;  // relative amplitude
   SamplerLoadControl limit{kMost};
   MixerLoadControl load{};
   std::size_t late_blocks = 0;
   double lowest = 1, now_s = 0;
-  std::size_t turns = 0;  // of k, from falling to rising or back, by more than 5 %
+  std::size_t turns = 0;  // changes of direction of k, by more than 5 %
   double least_since = kMost, most_since = kMost;
   bool falling = false;
   std::uint32_t draws = 0;
@@ -42,7 +43,7 @@ struct BusyMachine {
     return burden * (costs.fixed + costs.voices * share) * (1 + noise * (2 * random - 1));
   }
 
-  // Both threads go on for a while; burden(now) is how many times as long each takes.
+  // Runs both threads; burden(now) multiplies the time that each takes.
   void run(double seconds, const std::function<double(double)>& sampling,
            const std::function<double(double)>& mixing) {
     for (const double end_s = now_s + seconds; now_s < end_s; now_s += kPeriod_s) {
@@ -81,29 +82,29 @@ std::function<double(double)> always(double burden) {
   return [burden](double) { return burden; };
 }
 
-TEST(LoadRecovery, AllVoicesAreBackFourSecondsAfterTheWorstBurden) {
+TEST(LoadControlRecovery, AllVoicesReturnWithinFourSecondsOfTheWorstBurden) {
   BusyMachine machine;
   machine.run(5, none, none);
   EXPECT_EQ(machine.limit.voices(), kMost);
-  machine.run(10, always(20), none);  // more than any number of voices could make up for
+  machine.run(10, always(20), none);  // no number of voices fits
   EXPECT_EQ(machine.limit.voices(), kMost / SamplerLoadControl::kFloor);
   machine.run(4, none, none);
   EXPECT_EQ(machine.limit.voices(), kMost);
 }
 
-TEST(LoadRecovery, AllVoicesAreBackFourSecondsAfterAMixersBurden) {
+TEST(LoadControlRecovery, AllVoicesReturnWithinFourSecondsOfABurdenOfTheMixer) {
   BusyMachine machine;
   machine.run(5, none, none);
-  machine.run(10, none, always(8));  // 0.8 of it whatever is mixed
+  machine.run(10, none, always(8));  // 0.8 of the period without any voice
   EXPECT_LT(machine.lowest, 0.1);
   machine.run(4, none, none);
   EXPECT_EQ(machine.limit.voices(), kMost);
   EXPECT_EQ(machine.load.allowed(), MixerLoadControl::kUnlimited);
 }
 
-// A burden of 2.5 makes a keyframe take 1.0 of its period, and of 5 makes it 2.0: it falls by half
-// at most, twice for the latter. No step is late more often than that.
-TEST(LoadRecovery, AStepOfLoadIsLateOnceOrTwiceAndSettlesWithinASecond) {
+// With a burden of 2.5 a keyframe takes 1.0 of its period, and with 5 it takes 2.0; each late
+// keyframe halves the number of voices at most. So a step is late once or twice.
+TEST(LoadControlRecovery, AStepOfLoadIsLateOnceOrTwiceAndSettlesWithinASecond) {
   for (const double burden : {2.5, 4.0, 5.0}) {
     BusyMachine machine{.noise = 0.03};
     machine.run(5, none, none);
@@ -120,7 +121,7 @@ TEST(LoadRecovery, AStepOfLoadIsLateOnceOrTwiceAndSettlesWithinASecond) {
   }
 }
 
-TEST(LoadRecovery, NothingSwingsUnderAnySteadyLoad) {
+TEST(LoadControlRecovery, TheNumberOfVoicesDoesNotOscillateUnderASteadyLoad) {
   for (double burden = 1; burden < 12; burden *= 1.07)
     for (const bool mixes : {false, true}) {
       BusyMachine machine{.noise = 0.15};
@@ -130,7 +131,8 @@ TEST(LoadRecovery, NothingSwingsUnderAnySteadyLoad) {
       const std::uint64_t late = machine.limit.late();
       machine.run(60, mixes ? none : always(burden), mixes ? always(burden) : none);
       EXPECT_LE(machine.turns, 2u) << burden << (mixes ? " of the mixer" : "");
-      // Beyond 7, what a keyframe takes anyway, with the least voices, is all of its time.
+      // Beyond a burden of 7, the fixed cost of a keyframe with the fewest voices takes the whole
+      // period.
       if (burden < 7) {
         EXPECT_EQ(machine.limit.late(), late) << burden;
         EXPECT_EQ(machine.late_blocks, 0u) << burden;
@@ -138,8 +140,9 @@ TEST(LoadRecovery, NothingSwingsUnderAnySteadyLoad) {
     }
 }
 
-// Without waiting longer each time, every return of the burden would find all voices there.
-TEST(LoadRecovery, ABurdenThatComesAndGoesIsMetByStayingLow) {
+// The limit waits longer after each return; otherwise every return of the burden would find all
+// voices there.
+TEST(LoadControlRecovery, AnIntermittentBurdenKeepsTheLimitLow) {
   for (const double every_s : {1.0, 2.0}) {
     BusyMachine machine{.noise = 0.03};
     const auto on_and_off = [&](double now_s) {
@@ -149,8 +152,8 @@ TEST(LoadRecovery, ABurdenThatComesAndGoesIsMetByStayingLow) {
     const std::uint64_t late = machine.limit.late();
     machine.turns = 0;
     machine.run(60, on_and_off, none);
-    // 60 / every_s returns, each of which was late twice the first time; at most one in 4 s finds
-    // many voices.
+    // There are 60 / every_s returns, and each of the first ones makes two keyframes late; later,
+    // at most one in 4 s finds many voices.
     EXPECT_LE(machine.limit.late() - late, 2 * 60 / Backoff::kMost_s) << every_s;
     EXPECT_LE(machine.turns, 2 * 60 / Backoff::kMost_s) << every_s;
     machine.run(8, none, none);
@@ -158,7 +161,7 @@ TEST(LoadRecovery, ABurdenThatComesAndGoesIsMetByStayingLow) {
   }
 }
 
-TEST(LoadRecovery, OneLateKeyframeCostsHalfOfTheVoicesForASecondAndAHalf) {
+TEST(LoadControlRecovery, OneLateKeyframeHalvesTheVoicesForASecondAndAHalf) {
   BusyMachine machine;
   machine.run(5, none, none);
   machine.run(kPeriod_s, always(50), none);

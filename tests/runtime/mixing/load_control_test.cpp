@@ -16,11 +16,12 @@ namespace {
 
 constexpr double kBlock_s = 256.0 / kSampleRate_hz;
 
-// A machine that takes so much of a block's time for a voice, and mixes what it is allowed.
+// A machine that spends a given share of a block's time on each voice and mixes as many voices as
+// allowed.
 struct Machine {
   MixerLoadControl load{};
   double share_per_voice = 0;
-  std::size_t voices = 2000;  // of the keyframes
+  std::size_t voices = 2000;  // in each keyframe
   int late_blocks = 0;
 
   double mix_block() {
@@ -33,15 +34,15 @@ struct Machine {
   }
 };
 
-TEST(MixerLoadControl, IsNoLimitWhereThereIsTime) {
+TEST(MixerLoadControl, IsUnlimitedWhileThereIsTime) {
   Machine machine{.share_per_voice = 0.8 / 2000};
   for (int block = 0; block < 1000; ++block) machine.mix_block();
   EXPECT_EQ(machine.load.allowed(), MixerLoadControl::kUnlimited);
 }
 
-TEST(MixerLoadControl, LetsNoBlockBeLateWhileABurdenGrows) {
+TEST(MixerLoadControl, LetsNoBlockBeLateWhileTheCostGrows) {
   Machine machine{.share_per_voice = 0.3 / 2000};
-  // A voice costs eight times as much in the end; 2 % more with every block.
+  // The cost of a voice grows by 2 % per block, eightfold in the end.
   for (int block = 0; block < 105; ++block) {
     machine.mix_block();
     machine.share_per_voice *= 1.02;
@@ -50,7 +51,7 @@ TEST(MixerLoadControl, LetsNoBlockBeLateWhileABurdenGrows) {
   EXPECT_NEAR(machine.mix_block(), kAimShare, kHighShare - kAimShare);
 }
 
-TEST(MixerLoadControl, LetsNoBlockBeLateWhenMoreVoicesComeThanThereIsTimeFor) {
+TEST(MixerLoadControl, LetsNoBlockBeLateWhenTooManyVoicesAreAdded) {
   Machine machine{.share_per_voice = 0.5 / 2000};
   for (int block = 0; block < 200; ++block) machine.mix_block();
   machine.voices = 20'000;
@@ -59,7 +60,7 @@ TEST(MixerLoadControl, LetsNoBlockBeLateWhenMoreVoicesComeThanThereIsTimeFor) {
   EXPECT_NEAR(machine.mix_block(), kAimShare, 0.01);
 }
 
-TEST(MixerLoadControl, IsLateOnceWhenABlockSuddenlyTakesHalfAsLongAgainAndNoMore) {
+TEST(MixerLoadControl, LetsOneBlockBeLateWhenTheCostRisesByHalf) {
   Machine machine{.share_per_voice = 0.8 / 2000};
   for (int block = 0; block < 200; ++block) machine.mix_block();
   machine.share_per_voice *= 1.5;
@@ -68,31 +69,31 @@ TEST(MixerLoadControl, IsLateOnceWhenABlockSuddenlyTakesHalfAsLongAgainAndNoMore
   EXPECT_NEAR(static_cast<double>(machine.load.allowed()), 2000 * kAimShare / 1.2, 1);
 }
 
-TEST(MixerLoadControl, LeavesOutNothingForASingleBlockThatWasInTime) {
+TEST(MixerLoadControl, IgnoresASingleSlowBlockThatWasInTime) {
   Machine machine{.share_per_voice = 0.6 / 2000};
   for (int block = 0; block < 500; ++block) {
     machine.share_per_voice = (block % 10 == 9 ? 0.97 : 0.6) / 2000;
     machine.mix_block();
     ASSERT_EQ(machine.load.allowed(), MixerLoadControl::kUnlimited) << block;
   }
-  // Twice running it is a burden, and met before a block is late.
+  // Two slow blocks in succession lower the limit before a block is late.
   machine.share_per_voice = 0.97 / 2000;
   for (int block = 0; block < 100; ++block) machine.mix_block();
   EXPECT_LT(machine.load.allowed(), 2000u);
   EXPECT_EQ(machine.late_blocks, 0);
 }
 
-TEST(MixerLoadControl, AllowsTwiceAsManyWithinHalfTheDoublingTimeWhereThereIsTimeForFarMore) {
+TEST(MixerLoadControl, DoublesTheLimitInHalfTheUsualTimeWhenMuchTimeIsLeft) {
   Machine machine{.share_per_voice = 1.6 / 2000};
   machine.mix_block();
   const double least = static_cast<double>(machine.load.allowed());
-  machine.share_per_voice = 0.2 / 2000;  // time for far more: twice as fast
+  machine.share_per_voice = 0.2 / 2000;  // enough time left to double the rate
   double seconds = 0;
   for (; seconds < Backoff::kLeast_s - kBlock_s; seconds += kBlock_s) machine.mix_block();
   EXPECT_EQ(static_cast<double>(machine.load.allowed()), least) << "it waits for what comes";
   for (; seconds < Backoff::kLeast_s + MixerLoadControl::kDouble_s / 2; seconds += kBlock_s)
     machine.mix_block();
-  // Blocks are whole: up to one more at either end of the rise, each 1.06 %.
+  // Whole blocks are counted: up to one more at either end of the rise, 1.06 % each.
   const double two_blocks = std::exp2(2 * 2 * kBlock_s / MixerLoadControl::kDouble_s);
   EXPECT_GE(static_cast<double>(machine.load.allowed()), 2 * least / two_blocks);
   EXPECT_LE(static_cast<double>(machine.load.allowed()), 2 * least * two_blocks);
@@ -101,24 +102,24 @@ TEST(MixerLoadControl, AllowsTwiceAsManyWithinHalfTheDoublingTimeWhereThereIsTim
   EXPECT_EQ(machine.load.allowed(), MixerLoadControl::kUnlimited);
 }
 
-TEST(MixerLoadControl, DoesNotTakeWhatABlockCostsAnywayForVoices) {
+TEST(MixerLoadControl, DoesNotAttributeTheFixedCostOfABlockToItsVoices) {
   MixerLoadControl load{};
-  // Ten voices, and a fifth of the time for filters.
+  // There are ten voices, and filters take a fifth of the time.
   for (int block = 0; block < 100; ++block) load.mixed(0.2 * kBlock_s, kBlock_s, 10);
   load.expect(2000);
   EXPECT_EQ(load.allowed(), MixerLoadControl::kUnlimited);
 }
 
-TEST(SamplerLoadControl, FallsAtOnceToWhatThereIsTimeForAndStays) {
+TEST(SamplerLoadControl, FallsOnceToWhatFitsAndStays) {
   SamplerLoadControl limit(2000);
   for (int keyframe = 0; keyframe < 1000; ++keyframe)
     limit.keyframe_took(1.2 * static_cast<double>(limit.voices()) / 2000, 0, false);
-  // One fall, to the share aimed at.
+  // The limit falls once, to the target share.
   EXPECT_EQ(limit.voices(), static_cast<std::size_t>(2000 * kAimShare / 1.2));
   EXPECT_EQ(limit.late(), 1u);
 }
 
-TEST(SamplerLoadControl, StaysForASingleKeyframeThatWasInTime) {
+TEST(SamplerLoadControl, IgnoresASingleSlowKeyframeThatWasInTime) {
   SamplerLoadControl limit(2000);
   for (int keyframe = 0; keyframe < 100; ++keyframe)
     limit.keyframe_took(keyframe % 2 == 0 ? 0.99 : 0.89, 0, false);
@@ -130,10 +131,10 @@ TEST(SamplerLoadControl, StaysForASingleKeyframeThatWasInTime) {
   EXPECT_EQ(limit.late(), 0u);
 }
 
-TEST(SamplerLoadControl, RisesToAllOfThemWithinTwoSecondsOfALateKeyframe) {
+TEST(SamplerLoadControl, RecoversWithinTwoSecondsAfterALateKeyframe) {
   SamplerLoadControl limit(2000);
   limit.keyframe_took(30, 0, false);
-  EXPECT_EQ(limit.voices(), 1000u);  // one measurement takes no more than half
+  EXPECT_EQ(limit.voices(), 1000u);  // one measurement removes at most half
   int keyframes = 0;
   while (limit.voices() < 2000 && keyframes < 100) {
     const std::size_t before = limit.voices();
@@ -145,7 +146,7 @@ TEST(SamplerLoadControl, RisesToAllOfThemWithinTwoSecondsOfALateKeyframe) {
   EXPECT_EQ(limit.min_so_far(), 1000u);
 }
 
-TEST(SamplerLoadControl, FollowsTheMixerDownAndWaitsForWhatComesOfIt) {
+TEST(SamplerLoadControl, FollowsTheMixerDownAndThenWaits) {
   SamplerLoadControl limit(2000);
   for (int keyframe = 0; keyframe < 10; ++keyframe) limit.keyframe_took(0.1, 0.25, true);
   EXPECT_EQ(limit.voices(), 1500u);
@@ -153,13 +154,15 @@ TEST(SamplerLoadControl, FollowsTheMixerDownAndWaitsForWhatComesOfIt) {
   EXPECT_EQ(limit.voices(), 1500u) << "though the mixer takes no more";
 }
 
-TEST(SamplerLoadControl, KeepsAFloor) {
+TEST(SamplerLoadControl, HasALowerBound) {
   SamplerLoadControl limit(2000);
   for (int keyframe = 0; keyframe < 100; ++keyframe) limit.keyframe_took(50, 0, false);
   EXPECT_EQ(limit.voices(), 2000u / SamplerLoadControl::kFloor);
 }
 
-// ---- Whole: a sampler and a mixer that take as long as the test says --------------------------
+// ---- Whole engine: a sampler and a mixer that take as long as the test says ---------------------
+
+// A clock that advances by a given time per voice since the last reading.
 
 // Time that passes with what was done: so much for each voice since the last reading.
 struct WorkClock {
@@ -219,7 +222,7 @@ double power_db(std::span<const float> samples) {
   return 10 * std::log10(sum / static_cast<double>(samples.size()));
 }
 
-// Sounds that are alike at all times and not like each other.
+// Stationary and mutually uncorrelated sounds.
 AuralizerInput noisy_room() {
   AuralizerInput input = testing::baked_room(1000);
   for (std::uint32_t s = 0; s < input.signals.size(); ++s) {
@@ -231,20 +234,21 @@ AuralizerInput noisy_room() {
   return input;
 }
 
-TEST(Load, ASlowSamplerChoosesFewerSourcesIsAsLoudAndComesBack) {
+TEST(AuralizerLoad, ASlowSamplerDrawsFewerSourcesAtTheSameLevelAndRecovers) {
   Adapting slow(noisy_room(), kLoadVoices), quick(noisy_room(), kLoadVoices, false);
   slow.play(0.5);
   quick.play(0.5);
-  slow.sampler.per_voice_s = 2 * 0.02 / kLoadVoices;  // all of them would take two periods
+  // a keyframe of all voices would take two periods
+  slow.sampler.per_voice_s = 2 * 0.02 / kLoadVoices;
   slow.play(1);
   quick.play(1);
   const AuralizerStatistics late = slow.auralizer->statistics();
   EXPECT_GE(late.late_keyframes, 1u);
   EXPECT_LE(late.late_keyframes, 2u);
-  // Half, since one measurement takes no more, and then down to the share aimed at.
+  // One measurement removes at most half; the target share removes the rest.
   EXPECT_NEAR(late.k, kLoadVoices * 0.5 * kAimShare, 1);
   const double few_db = power_db(slow.play(2)), all_db = power_db(quick.play(2));
-  // 4.34 / sqrt(k - 1) dB is one standard deviation of the few; the mean of 2 s adds 0.05 dB.
+  // One standard deviation of the sample is 4.34 / sqrt(k - 1) dB; the mean of 2 s adds 0.05 dB.
   EXPECT_NEAR(few_db, all_db, 3 * 4.34 / std::sqrt(0.35 * kLoadVoices));
 
   slow.sampler.per_voice_s = 0.2 * 0.02 / kLoadVoices;
@@ -253,14 +257,14 @@ TEST(Load, ASlowSamplerChoosesFewerSourcesIsAsLoudAndComesBack) {
   EXPECT_EQ(slow.auralizer->statistics().min_k, late.k);
 }
 
-TEST(Load, ASlowMixerLeavesOutVoicesUntilTheSamplerChoosesFewer) {
+TEST(AuralizerLoad, ASlowMixerShedsVoicesUntilTheSamplerDrawsFewer) {
   Adapting slow(noisy_room(), kLoadVoices), quick(noisy_room(), kLoadVoices, false);
   slow.play(0.5);
   quick.play(0.5);
   slow.audio.per_voice_s = 1.3 * kBlock_s / kLoadVoices;
   slow.play(2 * kBlock_s);
   const AuralizerStatistics shed = slow.auralizer->statistics();
-  // So many are mixed as take the share aimed at, to a rank, of which there are 255.
+  // As many voices are mixed as take the target share, up to the resolution of 255 ranks.
   EXPECT_NEAR(shed.shed_voices, kLoadVoices * (1 - kAimShare / 1.3), 5 * kLoadVoices / 255.0);
   EXPECT_EQ(shed.k, std::uint32_t{kLoadVoices}) << "the sampler does not know yet";
   slow.play(2);
@@ -278,8 +282,8 @@ TEST(Load, ASlowMixerLeavesOutVoicesUntilTheSamplerChoosesFewer) {
   EXPECT_EQ(slow.auralizer->statistics().shed_voices, 0u);
 }
 
-// One that would be too much for all voices, but not for as many as there are now.
-TEST(Load, AMixerThatIsALittleTooSlowGetsAsManyAsItHasTimeForAndNeverMore) {
+// The cost is too high for all voices, but not for as many as the limit allows now.
+TEST(AuralizerLoad, ASlightlySlowMixerGetsAsManyVoicesAsFit) {
   Adapting slow(noisy_room(), kLoadVoices);
   slow.play(0.5);
   slow.audio.per_voice_s = 1.3 * kBlock_s / kLoadVoices;
@@ -295,8 +299,8 @@ TEST(Load, AMixerThatIsALittleTooSlowGetsAsManyAsItHasTimeForAndNeverMore) {
   }
 }
 
-// Tones, to which any jump would be a click, over a noise 54 dB below: against none at all, even
-// the end of a fade of half of all voices within 10 ms stands out.
+// Tones, in which any step is a click, over noise 54 dB below. Without the noise even the end of a
+// fade of half of all voices within 10 ms would be found.
 AuralizerInput toned_room() {
   AuralizerInput input = testing::baked_room(1000);
   Signal tone = testing::sine(200);
@@ -306,7 +310,7 @@ AuralizerInput toned_room() {
   return input;
 }
 
-// Those of the left ear.
+// Clicks in the left channel.
 std::vector<Click> clicks_in_left_channel(const std::vector<float>& out) {
   std::vector<float> left;
   float peak = 0;
@@ -316,7 +320,7 @@ std::vector<Click> clicks_in_left_channel(const std::vector<float>& out) {
   return find_clicks(left, 1e-4 * static_cast<double>(peak));
 }
 
-TEST(Load, VoicesGoAndComeBackWithoutAClick) {
+TEST(AuralizerLoad, VoicesAreShedAndReturnWithoutClicks) {
   const AuralizerInput input = toned_room();
   Adapting quick(input, kLoadVoices, false);
   for (const bool binaural : {false, true}) {
@@ -342,22 +346,22 @@ TEST(Load, VoicesGoAndComeBackWithoutAClick) {
                     << (binaural ? ", binaural" : "");
   }
 
-  // A tenth of what is mixed, gone at once, would be found.
+  // The detector finds an abrupt loss of a tenth of the mix.
   std::vector<float> torn = quick.play(1);
   for (std::size_t i = torn.size() / 2; i < torn.size(); ++i) torn[i] *= 0.9f;
   EXPECT_EQ(clicks_in_left_channel(torn).size(), 1u);
 }
 
-TEST(Load, ChangesNothingWhereThereIsTime) {
+TEST(AuralizerLoad, ChangesNothingWhileThereIsTime) {
   Adapting adapting(noisy_room(), 300), plain(noisy_room(), 300, false);
   adapting.audio.per_voice_s = 0.7 * kBlock_s / 300;
   adapting.sampler.per_voice_s = 0.7 * 0.02 / 300;
   EXPECT_EQ(adapting.play(1), plain.play(1));
 }
 
-// Both stall: the mixer holds what it had, and less of it.
-TEST(Load, TheMixerLeavesOutVoicesWhileTheSamplerStandsStill) {
-  for (const bool binaural : {false, true}) {  // then with voices that have all of a head's bands
+// While the sampler stalls, the mixer holds the last keyframe and sheds voices of it.
+TEST(AuralizerLoad, TheMixerShedsVoicesWhileTheSamplerStalls) {
+  for (const bool binaural : {false, true}) {  // binaural voices have all bands of an HRTF
     Adapting slow(toned_room(), kLoadVoices, true, binaural);
     std::vector<float> out = slow.play(0.5);
     slow.audio.per_voice_s = 1.3 * kBlock_s / kLoadVoices;

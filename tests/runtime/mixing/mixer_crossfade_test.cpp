@@ -1,8 +1,8 @@
-// mixer_crossfade_test.cpp: what is heard as one source leaves the sample and another takes its
-// place.
+// mixer_crossfade_test.cpp: the crossfade between a source that leaves the sample and one that
+// enters it.
 //
-// Both play square waves that are orthogonal over any four frames, and stay so where they are
-// multiplied by straight lines: so of each four frames both gains and the power can be told.
+// The two play square waves that are orthogonal over any four frames, even when multiplied by
+// linear ramps, so both gains and the power can be measured in every four frames.
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -20,11 +20,11 @@ constexpr std::size_t kWindow_frames = 4;
 constexpr float kWaves[2][kWindow_frames] = {{1, 1, -1, -1}, {1, -1, 1, -1}};
 
 struct Moment {
-  double leaving = 0, entering = 0;  // gains, of what they are before and after
+  double leaving = 0, entering = 0;  // gains relative to those without a fade
   double power = 0;
 };
 
-// At every four frames: who is chosen at keyframe k is `is_second(k)`.
+// Measures every four frames; is_second(k) tells whether keyframe k contains the second source.
 template <class Choice>
 std::vector<Moment> faded(int keyframes, Choice is_second) {
   std::vector<Signal> sounds(2);
@@ -34,7 +34,7 @@ std::vector<Moment> faded(int keyframes, Choice is_second) {
 
   const std::vector<Emitter> emitters(1);
   const RadiationModel field(emitters, std::vector<Material>(1), Air{});
-  // A whole number of frames away, so that nothing is interpolated.
+  // The distance is a whole number of frames, so nothing is interpolated.
   const double away_m = 96.0 / kSampleRate_hz * field.speed_of_sound_mps();
   Source source;
   source.is_emitter = true;
@@ -67,16 +67,16 @@ std::vector<Moment> faded(int keyframes, Choice is_second) {
   return moments;
 }
 
-// Between keyframes gains go in straight lines, so the two of them along a chord of the circle on
-// which cos^2 + sin^2 = 1: of a twentieth of a turn, which is 0.11 dB inside of it at most.
+// Gains are linear between keyframes, so the pair of gains moves on a chord of the unit circle. The
+// chord of a twentieth of a turn lies at most 0.11 dB inside the circle.
 double power_on_chord(double frames) {
   const double along = frames / kKeyframeFrames - std::floor(frames / kKeyframeFrames);
   const double half_turn = std::numbers::pi / (4 * kFadeKeyframes);
   return 1 - 4 * along * (1 - along) * std::pow(std::sin(half_turn), 2);
 }
 
-TEST(Fade, OfOneThatLeavesForOneThatEntersHasEqualPowerAtAllMoments) {
-  constexpr int kLeaves = 3;  // from this keyframe on the other is chosen
+TEST(Crossfade, HasConstantPower) {
+  constexpr int kLeaves = 3;  // the first keyframe with the second source
   const auto moments = faded(12, [](int k) { return k >= kLeaves; });
   const double begins = (kLeaves - 1) * kKeyframeFrames;
   for (std::size_t w = 0; w < moments.size(); ++w) {
@@ -84,10 +84,10 @@ TEST(Fade, OfOneThatLeavesForOneThatEntersHasEqualPowerAtAllMoments) {
     const auto& [leaving, entering, power] = moments[w];
     const bool fades = since > 0 && since < kFadeKeyframes * kKeyframeFrames;
     const double expected = fades ? power_on_chord(since) : 1;
-    // Rounding; and windows lie 1.5 frames across the corners.
+    // The tolerance covers rounding; also, windows extend 1.5 frames across keyframes.
     ASSERT_NEAR(power, expected, 1e-4) << middle;
     ASSERT_NEAR(leaving * leaving + entering * entering, expected, 1e-4) << middle;
-    // The gains themselves: those of the chord's ends, and between them.
+    // Each gain lies between the gains at both ends of its chord.
     const double step = std::min(std::floor(std::max(since, 0.0) / kKeyframeFrames),
                                  static_cast<double>(kFadeKeyframes));
     const double turn = std::numbers::pi / (2 * kFadeKeyframes), slack = 1e-3;
@@ -98,7 +98,7 @@ TEST(Fade, OfOneThatLeavesForOneThatEntersHasEqualPowerAtAllMoments) {
   }
 }
 
-TEST(Fade, Takes50To200Milliseconds) {
+TEST(Crossfade, Takes50To200Milliseconds) {
   const auto moments = faded(12, [](int k) { return k >= 3; });
   double entering_s = 0, leaving_s = 0;
   for (const Moment& now : moments) {
@@ -113,8 +113,8 @@ TEST(Fade, Takes50To200Milliseconds) {
   }
 }
 
-// Who is asked back while it fades turns round where it is: as much power, at all moments.
-TEST(Fade, ThatTurnsRoundHalfWayHasEqualPowerToo) {
+// A source that returns while it fades out reverses its fade, at constant power.
+TEST(Crossfade, HasConstantPowerWhenItReverses) {
   const auto moments = faded(16, [](int k) { return k >= 3 && k < 6; });
   const double least = std::pow(std::cos(std::numbers::pi / (4 * kFadeKeyframes)), 2);
   double most_entering = 0;

@@ -1,5 +1,4 @@
-// mixer_error_bounds_test.cpp: what mixer.h and mix_kernel.h state of themselves, as bounds that
-// hold.
+// mixer_error_bounds_test.cpp: verifies the error bounds that mixer.h and mix_kernel.h document.
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -20,7 +19,8 @@ namespace {
 
 using testing::voice;
 
-// Renders `keyframes` of them from a clock on, each of next(k), and returns the last one's frames.
+// Renders `keyframes` keyframes, starting with number `first`; next(k) returns keyframe k. Returns
+// the frames of the last one.
 template <class Next>
 std::vector<float> rendered(Mixer& mixer, std::int64_t first, std::int64_t keyframes, Next next) {
   mixer.begin(next(first), first * kKeyframeFrames);
@@ -36,16 +36,17 @@ std::vector<float> rendered(Mixer& mixer, std::int64_t first, std::int64_t keyfr
   return out;
 }
 
-// A voice that goes to and fro, a prime number of frames and a fraction away, for 24 hours, every
-// frame of them mixed: the last 20 ms are those of a mixer that began just before. Delays are
-// rounded to 2^-32 frames at keyframes and positions follow from the clock, so nothing can add up;
-// a millionth of a frame a keyframe would be 4 frames in the end.
-TEST(MixerBounds, AreZeroForDriftAfterADay) {
+// A voice moves to and fro at a delay of a large, fractional number of frames. The last 20 ms after
+// an hour of mixing, at the end of a day, equal those of a mixer that started just before: delays
+// are rounded to 2^-32 frames at keyframes and positions follow from the clock, so no error
+// accumulates. An error of a millionth of a frame per keyframe would add up to 0.2 frames in that
+// hour.
+TEST(MixerErrorBounds, AreZeroForDriftAtTheEndOfADay) {
   const MixMode mode{Interpolation::kLinear, 1, false};
   const auto signals = prepare_signals(std::vector<Signal>{testing::sine(997)}, mode);
   Keyframe keyframe;
   keyframe.voices = {voice(0, 0, 0.7f)};
-  std::vector<double> delays;  // a whole number of turns to a day
+  std::vector<double> delays;  // a day is a multiple of this period
   for (int k = 0; k < 5000; ++k)
     delays.push_back(104729.1 + 500 * std::sin(std::numbers::pi * k / 2500));
   const auto walking = [&](std::int64_t k) -> const Keyframe& {
@@ -54,22 +55,21 @@ TEST(MixerBounds, AreZeroForDriftAfterADay) {
     v.delay_frames.fill(delays[static_cast<std::size_t>(k) % delays.size()]);
     return keyframe;
   };
-  // Sanitizers mix an hour of it.
-  constexpr std::int64_t kHour = 3600 * 50, kDay = 24 * kHour;  // keyframes
-  constexpr std::int64_t kFirst = testing::kSanitized ? kDay - kHour : 0;
+  constexpr std::int64_t kHour = 3600 * 50, kDay = 24 * kHour;  // in keyframes
+  constexpr std::int64_t kFirst = kDay - kHour;
   Mixer whole(signals, 1, mode), late(signals, 1, mode);
   const auto heard = rendered(whole, kFirst, kDay - kFirst, walking);
   EXPECT_EQ(heard, rendered(late, kDay - 5, 5, walking));
   EXPECT_EQ(whole.clock_frames(), kDay * kKeyframeFrames);
-  // As the first of the day, but for its beginning: no sample of drift.
+  // A mixer in the first minutes of the day gives the same samples.
   Mixer first(signals, 1, mode);
   EXPECT_EQ(heard, rendered(first, 2 * 5000 - 50, 50, walking));
 }
 
-// Steps at a keyframe, of the worst voice there is: gains from full scale to its negative, delays
-// that turn round at half the speed of sound. Against the same moment's frames before and after.
-TEST(MixerBounds, HoldForGainsAndDelaysAndTheirSlopesWhereKeyframesMeet) {
-  // A constant shows gains, a ramp read along lines shows where it is read.
+// Steps at keyframes in the worst case: gains change from full scale to its negative, and delays
+// reverse at half the speed of sound.
+TEST(MixerErrorBounds, HoldForGainsAndDelaysAtKeyframes) {
+  // A constant signal shows the gains; a ramp, interpolated linearly, shows the read position.
   std::vector<Signal> sounds(2);
   sounds[0].samples = {1};
   for (int i = 0; i < 40000; ++i) sounds[1].samples.push_back(static_cast<float>(i) / 32768);
@@ -97,16 +97,16 @@ TEST(MixerBounds, HoldForGainsAndDelaysAndTheirSlopesWhereKeyframesMeet) {
     }
     for (std::size_t n = 3 * kKeyframeFrames; n + kKeyframeFrames < left.size();
          n += kKeyframeFrames) {
-      // Extrapolated over the keyframe along the line of the frames before it.
+      // Deviation from the line through the two frames before.
       const double jump = left[n] - (2 * left[n - 1] - left[n - 2]);
       if (sound == 0) {
         EXPECT_NEAR(left[n], left[n] > 0 ? 1 : -1, 1e-6);
         EXPECT_NEAR(left[n - 1] + (left[n - 1] - left[n - 2]), left[n], 1e-6);
         EXPECT_LT(std::abs(left[n] - left[n - 1]), 2.0 / kKeyframeFrames + 2e-6);
-        // The slope turns by all it can, -1 to 1 and back: 4 / 960, a kink and no step.
+        // The slope changes by its maximum, -1 to 1 and back: 4 / 960, a kink without a step.
         EXPECT_LT(std::abs(jump), 4.0 / kKeyframeFrames + 2e-6);
       } else {
-        // Where it is read, less rounding of a float that holds 24 bits of 16 384.
+        // Rounding of the ramp is 24 bits of 16 384.
         EXPECT_LT(std::abs(left[n] - left[n - 1] - 1), 0.99 + 4e-3);
         EXPECT_LT(std::abs(jump), 0.05 + 8e-3);
       }
@@ -114,8 +114,8 @@ TEST(MixerBounds, HoldForGainsAndDelaysAndTheirSlopesWhereKeyframesMeet) {
   }
 }
 
-// Where a voice is read, frame by frame: from a sound that rises and falls by lines, which linear
-// interpolation gives back as they are. Delays slide alike in all modes.
+// Read position of each frame, from a triangle wave that linear interpolation reproduces exactly.
+// All modes interpolate delays alike.
 template <class Delay>
 std::vector<double> places_read(int keyframes, Delay delay_at) {
   constexpr int kRise = 4, kPeriod = 2 * kRise;
@@ -145,11 +145,11 @@ std::vector<double> places_read(int keyframes, Delay delay_at) {
   return places;
 }
 
-TEST(MixerBounds, HoldForWhereAVoiceIsReadAndHowFast) {
+TEST(MixerErrorBounds, HoldForReadPositionsAndSpeeds) {
   constexpr int kKeyframes = 60, kSteps = kKeyframeFrames / kStepFrames;
   const auto delay_at = [](int k) { return 600 + 200 * std::sin(0.9 * k); };
   const std::vector<double> places = places_read(kKeyframes, delay_at);
-  std::vector<double> speeds;  // of each step, which are lines
+  std::vector<double> speeds;  // of each step; a step has constant speed
   for (std::size_t n = 0; n + kStepFrames < places.size(); n += kStepFrames)
     speeds.push_back((places[n + kStepFrames - 1] - places[n]) / (kStepFrames - 1));
   for (int k = 3; k + 1 < kKeyframes; ++k) {
@@ -164,10 +164,10 @@ TEST(MixerBounds, HoldForWhereAVoiceIsReadAndHowFast) {
   }
 }
 
-// A voice of full scale that fades in and out as a KeyframeMaker has it, by quarters of a sine, in
-// the mode that is played: eight bands, cubic. Its gain is the envelope of a tone at 8 kHz, where
-// the bands' filters are short; it comes out kLate_frames later.
-TEST(MixerBounds, HoldForFadesInEightBands) {
+// A voice of full scale fades in and out like KeyframeMaker's, with a quarter sine, in the mode
+// used for playback: eight bands, cubic. Its gain is the envelope of a tone at 8 kHz, where the
+// band filters are short; it appears kLate_frames later.
+TEST(MixerErrorBounds, HoldForFadesInEightBands) {
   constexpr int kKeyframes = 24;
   constexpr double kTone_hz = 8000, kLate_frames = 10.12;
   constexpr std::size_t kWindow_frames = 12;  // two periods
@@ -192,7 +192,7 @@ TEST(MixerBounds, HoldForFadesInEightBands) {
                         -2 * std::numbers::pi * kTone_hz / kSampleRate_hz * static_cast<double>(f));
     gains.push_back(std::abs(sum) * 2 / (0.5 * kWindow_frames));
   }
-  // The line through a segment's gains, but for its ends: what it has at a place, and its slope.
+  // Line fitted to the gains between two keyframes, without the ends of that segment.
   struct Line {
     double mean_at, mean, slope;
     double at(double place) const { return mean + slope * (place - mean_at); }
@@ -216,20 +216,21 @@ TEST(MixerBounds, HoldForFadesInEightBands) {
   for (int k = 1; k + 1 < kKeyframes; ++k) {
     const double place = k * kKeyframeFrames + mixer.lead_frames() + kLate_frames;
     const Line before = line(place - kKeyframeFrames), after = line(place);
-    EXPECT_NEAR(before.at(place), after.at(place), 2e-6) << k;  // 1e-6, and what the filters leave
+    // 1e-6 plus the residual of the filters
+    EXPECT_NEAR(before.at(place), after.at(place), 2e-6) << k;
     EXPECT_NEAR(after.at(place), fade(k), 1e-5) << k;
     most_turn = std::max(most_turn, kKeyframeFrames * std::abs(after.slope - before.slope));
   }
   EXPECT_LE(most_turn, 0.31);
   EXPECT_GT(most_turn, 0.3);
-  // A step has height / w of the voice at w, a turn of the slope, slope / w^2.
+  // At the frequency w, a step has the spectrum height / w and a change of slope, slope / w^2.
   const double w_per_frame = 2 * std::numbers::pi * 1000 / kSampleRate_hz;
   EXPECT_LE(20 * std::log10(most_turn / kKeyframeFrames / w_per_frame), -52);
 }
 
-// What reading between frames makes of a tone: half-way between two frames it is weakest; the mean
-// over all fractions is what a sliding voice has of it, and the rest are its images. Measured
-// through the mixer.
+// Error of interpolation for a tone, measured through the mixer. The gain is lowest half-way
+// between two frames; the mean over all fractions is the gain of a moving voice, and the deviations
+// from it are its aliases.
 struct Interpolated {
   double half_way_db, mean_db, alias_db;
 };
@@ -266,7 +267,7 @@ Interpolated interpolated(double frequency_hz, Interpolation interpolation) {
           10 * std::log10(images)};
 }
 
-TEST(MixerBounds, AreWhatIsStatedOfInterpolation) {
+TEST(MixerErrorBounds, AreTheDocumentedErrorsOfInterpolation) {
   struct Case {
     double hz, half_way_db, mean_db, alias_db;
   };
@@ -276,7 +277,7 @@ TEST(MixerBounds, AreWhatIsStatedOfInterpolation) {
     EXPECT_NEAR(found.mean_db, c.mean_db, 0.01 + 0.03 * std::abs(c.mean_db)) << c.hz;
     EXPECT_NEAR(found.alias_db, c.alias_db, 1) << c.hz;
   };
-  // The table of mix_kernel.h.
+  // The values are those of the table in mix_kernel.h.
   for (const Case& c : {Case{1000, 0, 0, -131.4}, Case{2000, 0, 0, -107.1},
                         Case{4000, -0.002, -0.001, -82.3}, Case{8000, -0.035, -0.019, -55.6},
                         Case{12000, -0.244, -0.127, -38.2}, Case{16000, -1.160, -0.579, -24.6}})
@@ -286,9 +287,9 @@ TEST(MixerBounds, AreWhatIsStatedOfInterpolation) {
     expect(Interpolation::kLinear, c);
 }
 
-// Any number of a voice that is none, one after the other, in each way of mixing: the others sound
-// as if that voice were not there, and it is counted.
-TEST(MixerBounds, KeepNumbersThatAreNoneToTheirVoice) {
+// Each value of a voice is made invalid in turn, in each mode: the other voices sound as if that
+// voice were absent, and the mixer counts it.
+TEST(MixerErrorBounds, ContainInvalidValuesWithinTheirVoice) {
   const float none = std::numeric_limits<float>::quiet_NaN();
   const double endless = std::numeric_limits<double>::infinity();
   MixMode panned;
@@ -334,7 +335,7 @@ TEST(MixerBounds, KeepNumbersThatAreNoneToTheirVoice) {
       const auto out = mixed([&](std::vector<Voice>& voices, int) { spoilers[i](voices[1]); }, bad);
       EXPECT_EQ(out, alone) << i;
       EXPECT_EQ(bad, 4u) << i;
-      // A voice that was well and falls ill slides to silence, and nothing else changes.
+      // A voice that becomes invalid fades to silence, and nothing else changes.
       const auto ill = mixed(
           [&](std::vector<Voice>& voices, int k) {
             if (k >= 2) spoilers[i](voices[1]);

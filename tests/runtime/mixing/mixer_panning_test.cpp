@@ -27,7 +27,7 @@ MixMode panned_mode(const Panner& panner) {
   return mode;
 }
 
-// Interleaved frames of so many keyframes' time, keyframe k being next(k).
+// Interleaved frames of `keyframes` keyframes; next(k) returns keyframe k.
 template <class Next>
 std::vector<float> panned(const Panner& panner, const std::vector<Signal>& sounds, int keyframes,
                           Next next) {
@@ -45,9 +45,9 @@ std::vector<float> panned(const Panner& panner, const std::vector<Signal>& sound
   return out;
 }
 
-// In stereo a voice is as it is; each channel must be that times the panner's gain, for a voice
-// that goes about, while another stands elsewhere: the mix of many channels by the mix of two.
-TEST(PannedMixer, GivesEachChannelTheStereoMixTimesItsGainAndSlidesIt) {
+// Each channel equals the stereo mix times the panner's gain, for one voice that moves and one that
+// does not.
+TEST(MixerPanning, GivesEachChannelTheStereoMixTimesTheGainOfThePanner) {
   const std::vector<Signal> sounds = {testing::sine(700)};
   const auto going = [](int k) {
     const float turn = 0.4f * static_cast<float>(k);
@@ -88,7 +88,7 @@ TEST(PannedMixer, GivesEachChannelTheStereoMixTimesItsGainAndSlidesIt) {
   }
 }
 
-TEST(PannedMixer, SilencesAVoiceWhoseDirectionIsNone) {
+TEST(MixerPanning, SilencesAVoiceWhoseDirectionIsNotANumber) {
   const auto panner = make_ambisonic_panner();
   const auto out = panned(*panner, {testing::sine(700)}, 2, [&](int k) {
     Keyframe keyframe;
@@ -98,7 +98,7 @@ TEST(PannedMixer, SilencesAVoiceWhoseDirectionIsNone) {
   for (const float sample : out) ASSERT_EQ(sample, 0);
 }
 
-TEST(PannedMixer, HearsAVoiceAgainWhoseDirectionWasNoneForAWhile) {
+TEST(MixerPanning, ResumesAVoiceWhoseDirectionBecomesValidAgain) {
   const auto panner = make_ambisonic_panner();
   const auto out = panned(*panner, {testing::sine(700)}, 4, [&](int k) {
     Keyframe keyframe;

@@ -17,7 +17,7 @@ namespace {
 
 using testing::voice;
 
-// The left ear of so many steps, keyframe k being next(k).
+// Samples at the left ear of `steps` steps; next(k) returns keyframe k.
 template <class Next>
 std::vector<float> mixed_steps(const std::vector<PreparedSignal>& signals, int steps, Next next,
                                std::int64_t clock = 0, std::uint64_t* bad = nullptr,
@@ -35,7 +35,7 @@ std::vector<float> mixed_steps(const std::vector<PreparedSignal>& signals, int s
   return out;
 }
 
-TEST(Mixer, HoldsPhaseForADay) {
+TEST(Mixer, KeepsItsPhaseForADay) {
   const auto signals = prepare_signals(std::vector<Signal>{testing::sine(997)});
   const auto still = [](std::uint64_t number) {
     Keyframe keyframe;
@@ -47,11 +47,11 @@ TEST(Mixer, HoldsPhaseForADay) {
   EXPECT_EQ(mixed_steps(signals, 200, still), mixed_steps(signals, 200, still, day));
 }
 
-TEST(Mixer, ShiftsThePitchOfAPassingSourceAsDopplerSaysThroughout) {
+TEST(Mixer, ShiftsTheFrequencyOfAPassingSourceByTheDopplerFormula) {
   constexpr double kTone_hz = 1000, kSpeed_mps = 30, kSound_mps = 343.2;
   struct Case {
     double nearest_m;
-    bool eight_bands;  // their bank hears slides of 1 kHz 2.4 ms late, at 5 m 0.13 %
+    bool eight_bands;  // the bank delays changes at 1 kHz by 2.4 ms, which is 0.13 % at 5 m
   };
   for (const auto [nearest_m, eight_bands] : {Case{5, false}, Case{20, false}, Case{8, true}}) {
     const MixMode mode{Interpolation::kCubic, 2, eight_bands};
@@ -68,7 +68,7 @@ TEST(Mixer, ShiftsThePitchOfAPassingSourceAsDopplerSaysThroughout) {
     };
     const auto out =
         mixed_steps(signals, 2 * kSampleRate_hz / kStepFrames, passing, 0, nullptr, mode);
-    // Phase over a window of six periods of what is heard, less that of what would be in the air.
+    // Phase difference between output and expected signal in a window of six periods.
     const auto wrong_phase = [&](std::size_t first) {
       std::complex<double> heard = 0, meant = 0;
       for (std::size_t n = first; n < first + 288; ++n) {
@@ -81,7 +81,7 @@ TEST(Mixer, ShiftsThePitchOfAPassingSourceAsDopplerSaysThroughout) {
       }
       return std::arg(heard / meant);
     };
-    // Every 3 ms, after the two keyframes that tell how it began.
+    // Compares every 3 ms, after the two keyframes in which the voice starts.
     double worst_hz = 0;
     for (std::size_t n = 3 * kKeyframeFrames; n + 432 < out.size(); n += 144) {
       const double turned =
@@ -93,8 +93,8 @@ TEST(Mixer, ShiftsThePitchOfAPassingSourceAsDopplerSaysThroughout) {
   }
 }
 
-TEST(Mixer, SlidesGainsAndDelaysFromKeyframeToKeyframeWithoutAStep) {
-  // A constant shows gains, a ramp read by lines shows where it is read.
+TEST(Mixer, InterpolatesGainsAndDelaysBetweenKeyframesWithoutSteps) {
+  // A constant signal shows the gains; a ramp, interpolated linearly, shows the read position.
   std::vector<Signal> sounds(2);
   sounds[0].samples = {1};
   for (int i = 0; i < 20000; ++i) sounds[1].samples.push_back(static_cast<float>(i) / 16384);
@@ -126,8 +126,8 @@ TEST(Mixer, SlidesGainsAndDelaysFromKeyframeToKeyframeWithoutAStep) {
       } else {
         EXPECT_NEAR(at(n), 2000 + static_cast<double>(n) - delays[k], 2e-3)
             << k;  // 24 bits of 8192
-        // How the reading speed steps there, against how it bends in between: a hundred frames per
-        // radian and keyframe squared.
+        // The step of the read speed at a keyframe is no larger than its change in between: a
+        // hundred frames per radian and keyframe squared.
         const double before = at(n) - at(n - 32), after = at(n + 32) - at(n);
         if (k > 2) {
           EXPECT_NEAR(after, before, 32 * 2.5 * 100 * 0.49 / 15 / 960)
@@ -138,7 +138,7 @@ TEST(Mixer, SlidesGainsAndDelaysFromKeyframeToKeyframeWithoutAStep) {
   }
 }
 
-// One voice that stands still, as keyframes.
+// Keyframes of one voice that does not move.
 auto standing(double delay_frames, const Bands& gains = same_in_all_bands(1)) {
   return [=](std::uint64_t number) {
     Keyframe keyframe;
@@ -149,7 +149,8 @@ auto standing(double delay_frames, const Bands& gains = same_in_all_bands(1)) {
   };
 }
 
-// Largest error of a tone read `fraction` frames late, relative to the tone.
+// Largest error of a tone that is read with a delay of `fraction` frames, relative to its
+// amplitude.
 double tone_error(double frequency_hz, double fraction, const MixMode& mode) {
   const auto signals = prepare_signals(std::vector<Signal>{testing::sine(frequency_hz)}, mode);
   const auto out = mixed_steps(signals, 30, standing(100 + fraction), 0, nullptr, mode);
@@ -162,8 +163,8 @@ double tone_error(double frequency_hz, double fraction, const MixMode& mode) {
   return worst / 0.5;
 }
 
-// What a line (order 2) or a spline (order 4) through a tone of f periods per sample is away from
-// it.
+// Error of linear interpolation (order 2) or a cubic spline (order 4) of a tone of `f` periods per
+// sample.
 double curve_error(double f, double x, int order) {
   const auto tone = [&](double k) { return std::polar(1.0, 2 * std::numbers::pi * f * k); };
   if (order == 2) return std::abs((1 - x) * tone(0) + x * tone(1) - tone(x));
@@ -174,7 +175,7 @@ double curve_error(double f, double x, int order) {
                   tone(x));
 }
 
-TEST(Mixer, ReadsBetweenFramesWithTheErrorOfASplineAndNoMore) {
+TEST(Mixer, InterpolatesWithTheErrorOfACubicSpline) {
   const MixMode linear{Interpolation::kLinear, 2, false}, cubic{Interpolation::kCubic, 2, false};
   const double rounding = 1e-5;  // -100 dB
   for (const double hz : {100.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 12000.0, 16000.0})
@@ -183,19 +184,19 @@ TEST(Mixer, ReadsBetweenFramesWithTheErrorOfASplineAndNoMore) {
       EXPECT_LT(tone_error(hz, fraction, linear), curve_error(f, fraction, 2) + rounding) << hz;
       EXPECT_LT(tone_error(hz, fraction, cubic), curve_error(f, fraction, 4) + rounding) << hz;
     }
-  // Eight bands: the low layer's rate is a quarter, and the bank may leave -80 dB.
+  // With eight bands the low layer has a quarter of the sample rate, and the filter bank may add an
+  // error of -80 dB.
   for (const double hz : {100.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 16000.0}) {
     const double f = hz / kSampleRate_hz;
     EXPECT_LT(tone_error(hz, 0.5, {}),
               curve_error(hz < 1414 ? kLowRate * f : f, 0.5, 4) * (hz < 1414 ? 1.1 : 1) + 1e-4)
         << hz;
   }
-  // A whole delay is none.
+  // A delay of whole frames needs no interpolation.
   for (const double hz : {100.0, 1000.0, 16000.0}) EXPECT_LT(tone_error(hz, 0, cubic), 1e-6) << hz;
 }
 
-// The mix as it is meant, from the samples as they came, in double: sample k of a signal with its
-// own time, by closed forms.
+// Reference mix in double precision, from the original samples and by closed forms.
 class SlowMix {
  public:
   SlowMix(const std::vector<Signal>& signals, Interpolation interpolation)
@@ -218,7 +219,7 @@ class SlowMix {
     return k < 0 || k >= size ? 0 : static_cast<double>(s.samples[static_cast<std::size_t>(k)]);
   }
 
-  // The spline's coefficient: sqrt(3) (sqrt(3) - 2)^|m| is the inverse of (1/6, 4/6, 1/6).
+  // Spline coefficient: sqrt(3) (sqrt(3) - 2)^|m| is the inverse of (1/6, 4/6, 1/6).
   static double knot(const Signal& s, std::int64_t k) {
     double sum = 0;
     for (std::int64_t m = -24; m <= 24; ++m)
@@ -231,8 +232,8 @@ class SlowMix {
   const bool cubic_;
 };
 
-// What a delay has changed f frames after keyframe k - 1: step by step, the slope of each that of
-// its middle, on two straight lines of slope through 0, 8 and 15 steps.
+// Change of a delay `f` frames after keyframe k - 1. Each step has the slope of its middle, on two
+// lines through the slopes at steps 0, 8 and 15.
 double slid_frames(const std::vector<Keyframe>& keyframes, std::size_t k, std::uint32_t v, int ear,
                    int f) {
   const auto mean = [&](std::size_t at) {
@@ -241,7 +242,8 @@ double slid_frames(const std::vector<Keyframe>& keyframes, std::size_t k, std::u
                      keyframes[at - 2].voices[v].delay_frames[ear]) /
                         kKeyframeFrames;
   };
-  const auto end = [&](std::size_t at) {  // as it was decided there: straight if it was too fast
+  // slopes decided at that keyframe: constant where the delay changes too fast
+  const auto end = [&](std::size_t at) {
     double last = 0, last_mean = 0;
     std::array<double, 3> slopes{};
     for (std::size_t i = 2; i <= at; ++i) {
@@ -264,7 +266,7 @@ double slid_frames(const std::vector<Keyframe>& keyframes, std::size_t k, std::u
   return slid;
 }
 
-TEST(Mixer, EqualsASlowMixAcrossTheEndsOfLoopsAndOfSoundsPlayedOnce) {
+TEST(Mixer, EqualsTheReferenceAcrossTheEndsOfLoopsAndOneShots) {
   std::mt19937 random(2);
   const auto between = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
@@ -279,7 +281,8 @@ TEST(Mixer, EqualsASlowMixAcrossTheEndsOfLoopsAndOfSoundsPlayedOnce) {
     }
   constexpr int kVoices = 16, kKeyframes = 5;
   constexpr std::int64_t kClock = 100000;
-  // Keyframes whose one-shots begin, play and end within them; some slide at nearly sound's speed.
+  // One-shots start, play and end within these keyframes, and some delays change at nearly the
+  // speed of sound.
   std::vector<Keyframe> keyframes(kKeyframes);
   for (std::uint32_t v = 0; v < kVoices; ++v)
     for (std::uint64_t k = 0; k < kKeyframes; ++k) {
@@ -335,7 +338,7 @@ TEST(Mixer, EqualsASlowMixAcrossTheEndsOfLoopsAndOfSoundsPlayedOnce) {
   }
 }
 
-TEST(Mixer, GivesEachBandItsGainWithinHalfADecibelWhateverThePathTookAway) {
+TEST(Mixer, GivesEachBandItsGainWithinHalfADecibel) {
   Signal impulse;
   impulse.samples = {1};
   impulse.loop = false;
@@ -343,9 +346,8 @@ TEST(Mixer, GivesEachBandItsGainWithinHalfADecibelWhateverThePathTookAway) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(0, 1);
   for (int shape = 0; shape < 24; ++shape) {
-    // Reflections that keep 1 to 90 % of the power of a band, carpets to concrete with neighbours
-    // at most 10 dB apart in all, and up to 150 m of air, 6 dB more of loss per octave (ISO 9613-1:
-    // 0.1 dB per metre at 8 kHz).
+    // Reflections keep 1 to 90 % of the power of a band, with at most 10 dB between neighbours, and
+    // up to 150 m of air lose 6 dB more per octave (ISO 9613-1: 0.1 dB per metre at 8 kHz).
     Bands gains{};
     double level_db = 0;
     const double air_m = shape % 3 == 0 ? 0 : 150 * unit(random);
@@ -369,7 +371,7 @@ TEST(Mixer, GivesEachBandItsGainWithinHalfADecibelWhateverThePathTookAway) {
   }
 }
 
-TEST(Mixer, SilencesAVoiceWhoseNumbersAreNoneAndNoOther) {
+TEST(Mixer, SilencesOnlyTheVoiceWithInvalidValues) {
   const auto signals = prepare_signals(std::vector<Signal>{testing::sine(440)});
   const auto frames = [](bool with_bad) {
     return [with_bad](std::uint64_t number) {
@@ -390,7 +392,7 @@ TEST(Mixer, SilencesAVoiceWhoseNumbersAreNoneAndNoOther) {
   EXPECT_GE(bad, 3u);
 }
 
-TEST(Mixer, PlaysSilenceWhereASignalIsNotANumberAndCountsIt) {
+TEST(Mixer, PlaysSilenceForSamplesThatAreNotNumbersAndCountsThem) {
   Signal broken = testing::sine(440), mended = broken;
   for (const std::size_t i : {7u, 100u, 23999u}) {
     broken.samples[i] =

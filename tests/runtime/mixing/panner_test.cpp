@@ -41,14 +41,14 @@ Sums sums_of(const LoudspeakerLayout& layout, const ChannelGains& gains) {
   return sums;
 }
 
-class Layouts : public ::testing::TestWithParam<const char*> {
+class LayoutPanning : public ::testing::TestWithParam<const char*> {
  protected:
   const LoudspeakerLayout layout_ = *find_layout(GetParam());
   const std::unique_ptr<Panner> panner_ = make_loudspeaker_panner(layout_);
 };
-INSTANTIATE_TEST_SUITE_P(Panner, Layouts, ::testing::Values("5.1", "7.1", "7.1.4"));
+INSTANTIATE_TEST_SUITE_P(Panner, LayoutPanning, ::testing::Values("5.1", "7.1", "7.1.4"));
 
-TEST_P(Layouts, KeepThePowerOfAVoiceFromEveryDirection) {
+TEST_P(LayoutPanning, KeepsThePowerOfAVoiceFromEveryDirection) {
   for (const Vec3f& from : directions(5000)) {
     const ChannelGains gains = panner_->gains(from);
     EXPECT_NEAR(sums_of(layout_, gains).power, 1, 1e-5);
@@ -57,7 +57,7 @@ TEST_P(Layouts, KeepThePowerOfAVoiceFromEveryDirection) {
   }
 }
 
-TEST_P(Layouts, LetALoudspeakerAloneSoundForADirectionThatIsItsOwn) {
+TEST_P(LayoutPanning, UsesOneLoudspeakerAloneInItsDirection) {
   for (std::size_t c = 0; c < layout_.speakers.size(); ++c) {
     if (layout_.speakers[c].speaker == Speaker::kLowFrequency) continue;
     const ChannelGains gains = panner_->gains(direction_of(layout_.speakers[c]));
@@ -66,9 +66,9 @@ TEST_P(Layouts, LetALoudspeakerAloneSoundForADirectionThatIsItsOwn) {
   }
 }
 
-// Amplitudes add up to a vector at the source: so says the law, between any loudspeakers of a ring,
-// and anywhere above it if there are some above.
-TEST_P(Layouts, PointAtTheSource) {
+// By the panning law, the sum of the directions weighted by amplitude points at the source: between
+// any loudspeakers of a ring, and anywhere above it if there are loudspeakers above.
+TEST_P(LayoutPanning, PointsAtTheSource) {
   for (const double elevation : {0.0, 20.0, 40.0, 70.0})
     for (double azimuth = -180; azimuth < 180; azimuth += 3.7) {
       if (elevation > 0 && layout_.name != "7.1.4") continue;
@@ -78,9 +78,10 @@ TEST_P(Layouts, PointAtTheSource) {
     }
 }
 
-// A direction at an angle a from the middle of a pair 2 b apart has gains whose difference is t =
-// tan a / tan b of their sum; their squares then add up to a vector at atan(2 t / (1 + t^2) tan b).
-TEST_P(Layouts, LetTheEnergyOfAPairPointWhereTheLawOfTangentsSays) {
+// The tangent law: at an angle a from the middle of a pair that is 2 b apart, the difference of the
+// gains is t = tan a / tan b of their sum. Weighted by power, the directions add up to a vector at
+// atan(2 t / (1 + t^2) tan b).
+TEST_P(LayoutPanning, PointsTheEnergyOfAPairByTheTangentLaw) {
   std::vector<double> ring;
   for (const Loudspeaker& speaker : layout_.speakers)
     if (speaker.elevation_deg == 0 && speaker.speaker != Speaker::kLowFrequency)
@@ -100,7 +101,7 @@ TEST_P(Layouts, LetTheEnergyOfAPairPointWhereTheLawOfTangentsSays) {
   }
 }
 
-TEST_P(Layouts, GiveMirroredDirectionsMirroredGains) {
+TEST_P(LayoutPanning, GivesMirroredDirectionsMirroredGains) {
   const auto mirrored = [&](std::size_t c) {
     for (std::size_t other = 0; other < layout_.speakers.size(); ++other)
       if (layout_.speakers[other].azimuth_deg == -layout_.speakers[c].azimuth_deg &&
@@ -118,8 +119,9 @@ TEST_P(Layouts, GiveMirroredDirectionsMirroredGains) {
   }
 }
 
-TEST_P(Layouts, ChangeNoGainByAJumpWhenASourceMoves) {
-  // Half a degree; a pair 60 degrees apart trades all in that many steps, so no step is above 1/20.
+TEST_P(LayoutPanning, ChangesGainsContinuouslyWithTheDirection) {
+  // Steps are half a degree; a pair 60 degrees apart exchanges all power in 120 of them, so no step
+  // exceeds 1/20.
   for (const Vec3f& from : directions(2000)) {
     const Basis basis = basis_around(Vec3(from));
     const Vec3f next(normalize(Vec3(from) + std::numbers::pi / 360 * basis.tangent));
@@ -128,18 +130,18 @@ TEST_P(Layouts, ChangeNoGainByAJumpWhenASourceMoves) {
   }
 }
 
-TEST(Panner, GivesSilenceForADirectionThatIsNone) {
+TEST(Panner, IsSilentForTheZeroVector) {
   const auto panner = make_loudspeaker_panner(*find_layout("5.1"));
   for (const float gain : panner->gains({0, 0, 0})) EXPECT_EQ(gain, 0);
 }
 
-TEST(Panner, NamesTheLayoutsThatThereAre) {
+TEST(Panner, NamesTheKnownLayoutsInItsError) {
   const auto none = find_layout("22.2");
   ASSERT_FALSE(none.ok());
   EXPECT_NE(none.error().message.find("7.1.4"), std::string::npos);
 }
 
-// P_l^m(s), m >= 0, without the sign (-1)^m, by the recursions.
+// Associated Legendre function P_l^m(s), m >= 0, without the Condon-Shortley phase, by recursion.
 double legendre(int l, int m, double s) {
   double diagonal = 1;
   for (int i = 1; i <= m; ++i) diagonal *= (2 * i - 1) * std::sqrt(1 - s * s);
@@ -152,10 +154,10 @@ double legendre(int l, int m, double s) {
   return now;
 }
 
-TEST(SphericalHarmonics, AreThoseOfTheRecursionInTheOrderOfAmbiX) {
+TEST(SphericalHarmonics, EqualTheRecursionInAmbixOrder) {
   for (const Vec3f& from : directions(1000)) {
     const auto harmonics = spherical_harmonics(from);
-    // The recursion holds on the sphere alone, and near its poles a float is not on it.
+    // The recursion holds on the unit sphere only, and near the poles a float is not on it.
     const Vec3 on_sphere = normalize(Vec3(from));
     const double azimuth = std::atan2(on_sphere.y, on_sphere.x);
     for (int l = 0; l <= kAmbisonicOrder; ++l)
@@ -171,7 +173,7 @@ TEST(SphericalHarmonics, AreThoseOfTheRecursionInTheOrderOfAmbiX) {
   }
 }
 
-TEST(SphericalHarmonics, SquaredAddUpToOneInEachOrder) {
+TEST(SphericalHarmonics, HaveSquaresThatSumToOneInEachOrder) {
   for (const Vec3f& from : directions(1000)) {
     const auto harmonics = spherical_harmonics(from);
     for (std::size_t l = 0; l <= kAmbisonicOrder; ++l) {
@@ -183,8 +185,8 @@ TEST(SphericalHarmonics, SquaredAddUpToOneInEachOrder) {
   }
 }
 
-// To turn by a about the vertical turns the pair +-m of each order by m a, as a plane.
-TEST(SphericalHarmonics, TurnWithTheListener) {
+// A rotation by a about the vertical rotates each pair +-m by m a.
+TEST(SphericalHarmonics, RotateWithTheListener) {
   const double a = 0.7;
   for (const Vec3f& from : directions(300)) {
     const Vec3f turned(Vec3(std::cos(a) * from.x - std::sin(a) * from.y,

@@ -16,7 +16,7 @@ namespace {
 using testing::KernelGuard;
 using testing::SourcesOfAllKinds;
 
-// Voices of all of them, half of them dimmed.
+// Voices of all kinds of sources, half of them occluded in part.
 class Voices {
  public:
   static constexpr std::uint32_t kCount = SourcesOfAllKinds::kCount;
@@ -56,7 +56,7 @@ class Voices {
   std::vector<std::uint32_t> slots_;
 };
 
-TEST(VoiceKernel, GivesWhatTheFieldSaysOnEveryInstructionSet) {
+TEST(VoiceKernel, EqualsTheRadiationModelOnEveryInstructionSet) {
   const KernelGuard guard;
   Voices voices;
   for (const std::string& target : mix_kernel_targets()) {
@@ -81,7 +81,7 @@ TEST(VoiceKernel, GivesWhatTheFieldSaysOnEveryInstructionSet) {
           heard += loudest > 0;
           for (std::size_t b = 0; b < kBandCount; ++b) {
             const double error = std::abs(made[i].gain[e][b] - expected[b]);
-            // 0.001 dB of itself, or 100 dB below the loudest band.
+            // The tolerance is 0.001 dB of a band, or 100 dB below the loudest band.
             worst = std::max(worst, error / (1e-4 * std::abs(static_cast<double>(expected[b])) +
                                              1e-5 * static_cast<double>(loudest) + 1e-18));
           }
@@ -92,7 +92,7 @@ TEST(VoiceKernel, GivesWhatTheFieldSaysOnEveryInstructionSet) {
       EXPECT_LT(worst, 1) << target << ", " << places << " places";
       EXPECT_LT(worst_frames, 1e-6) << target;
       EXPECT_GT(heard, Voices::kCount);
-      EXPECT_LT(heard, 2 * Voices::kCount);  // some look away
+      EXPECT_LT(heard, 2 * Voices::kCount);  // some radiate away from the listener
     }
   }
 }
@@ -116,7 +116,7 @@ TEST(VoiceKernel, GivesTheSameBitsOnEveryInstructionSet) {
   }
 }
 
-TEST(VoiceKernel, GivesTheDelaysOfOneVoiceAsOfMany) {
+TEST(VoiceKernel, GivesOneVoiceTheDelaysOfABatch) {
   const KernelGuard guard;
   Voices voices;
   const ItdTable lags(testing::kemar_head());
@@ -134,10 +134,10 @@ TEST(VoiceKernel, GivesTheDelaysOfOneVoiceAsOfMany) {
   }
 }
 
-// The table is as good as the triangles it was made from, but for a ring: a third of the sphere's
-// height, below which KEMAR was not measured, where triangles are slivers and lags bend within less
-// than a cell.
-TEST(ItdTable, AreTheHeadsWithinAMicrosecondNearlyEverywhere) {
+// The table is as accurate as the triangles that it was made from, except in a ring at a third of
+// the sphere's height: below it KEMAR was not measured, triangles are slivers, and delays bend
+// within less than a cell.
+TEST(ItdTable, EqualsTheHrtfWithinAMicrosecondNearlyEverywhere) {
   const Hrtf& head = testing::kemar_head();
   const ItdTable lags(head);
   constexpr std::uint32_t kDirections = 20'000;

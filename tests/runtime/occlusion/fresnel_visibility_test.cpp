@@ -32,7 +32,7 @@ constexpr double kSound_mps = 343.2, kPi = std::numbers::pi;
 // R the distance to the source, R' to its image, R1 round the edge. The path of integration leaves
 // the real axis at 45 degrees, where the integrand falls as exp(-s^2).
 
-// Hankel's asymptotic series, five terms: 1e-3 at |z| = 3.
+// Hankel's asymptotic series with five terms; the error is 1e-3 at |z| = 3.
 Complex hankel1(Complex z) {
   const Complex i(0, 1);
   constexpr double kTerms[] = {3.0 / 8, -15.0 / 128, 315.0 / 3072, -14175.0 / 98304};
@@ -62,7 +62,7 @@ Complex macdonald(double x, double xi) {
 
 // Power behind the half-plane x = 0, y < 0, relative to the free field, averaged over the octave.
 double exact_power(const Vec3& from_m, const Vec3& to_m, std::size_t band) {
-  const auto angle = [](const Vec3& at) {  // from the half-plane, through the source's side
+  const auto angle = [](const Vec3& at) {  // from the half-plane, on the source's side
     const double phi = std::atan2(-at.x, -at.y);
     return phi < 0 ? phi + 2 * kPi : phi;
   };
@@ -107,7 +107,7 @@ Mesh half_plane() {
 
 double decibels(double power) { return 10 * std::log10(std::max(power, 1e-12)); }
 
-TEST(FresnelVisibility, FollowsTheExactHalfPlaneWithin3DecibelsAbove15BelowFree) {
+TEST(FresnelVisibility, IsWithin3DecibelsOfTheExactHalfPlaneDownToMinus15Decibels) {
   const OcclusionGeometry geometry(half_plane(), std::vector<Material>(1));
   int count = 0;
   for (const double before_m : {1.0, 3.0, 10.0})
@@ -132,8 +132,8 @@ TEST(FresnelVisibility, FollowsTheExactHalfPlaneWithin3DecibelsAbove15BelowFree)
   EXPECT_GT(count, 1000);
 }
 
-// A room of 10 x 8 x 3 m with a wall across at x = 5 m that has a door of 1 x 2 m, a pillar in one
-// half and a table-high screen in the other.
+// A room of 10 x 8 x 3 m: a wall across at x = 5 m with a door of 1 x 2 m, a pillar in one half and
+// a low screen in the other.
 Mesh furnished() {
   Mesh mesh = testing::box({10, 8, 3});
   const auto quad = [&mesh](const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d) {
@@ -150,7 +150,7 @@ Mesh furnished() {
   return mesh;
 }
 
-TEST(FresnelVisibility, IsThatOfAThousandWaysPerBandWithinADecibel) {
+TEST(FresnelVisibility, IsWithinADecibelOfAThousandPathsPerBand) {
   int close = 0, first = 0, count = 0;
   std::uint64_t rays = 0;
   for (const Mesh& mesh : {half_plane(), furnished()}) {
@@ -181,7 +181,7 @@ TEST(FresnelVisibility, IsThatOfAThousandWaysPerBandWithinADecibel) {
   EXPECT_GT(first, 0.9 * count);
 }
 
-TEST(FresnelVisibility, OfAConvexRoomIsWholeWhereverSourceAndListenerAre) {
+TEST(FresnelVisibility, IsOneEverywhereInAConvexRoom) {
   const OcclusionGeometry geometry(testing::box({6, 8, 2.5}), std::vector<Material>(1));
   for (std::uint32_t i = 0; i < 500; ++i) {
     const RandomBits a = philox(6, {i, 0, 0, 0}), b = philox(6, {i, 1, 0, 0});
@@ -194,7 +194,7 @@ TEST(FresnelVisibility, OfAConvexRoomIsWholeWhereverSourceAndListenerAre) {
   }
 }
 
-TEST(FresnelVisibility, OfAPillarDimsHighBandsAndLetsLowOnesThrough) {
+TEST(FresnelVisibility, BehindAPillarIsLowInHighBandsAndHighInLowOnes) {
   const OcclusionGeometry geometry(furnished(), std::vector<Material>(1));
   std::uint64_t rays = 0;
   const Bands visible = fresnel_visibility(
@@ -204,7 +204,7 @@ TEST(FresnelVisibility, OfAPillarDimsHighBandsAndLetsLowOnesThrough) {
   for (std::size_t b = 1; b < kBandCount; ++b) EXPECT_LE(visible[b], visible[b - 1] + 0.05f);
 }
 
-TEST(FresnelVisibility, ThroughAClosedWallIsNothingInAnyBand) {
+TEST(FresnelVisibility, ThroughAClosedWallIsZeroInEveryBand) {
   const Vec3 size(10, 8, 3);
   Mesh mesh = testing::box(size);
   testing::add_wall_across(mesh, 5, size, 0);

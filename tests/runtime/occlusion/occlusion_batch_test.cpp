@@ -19,7 +19,7 @@ std::vector<const Source*> pointers(const World& world) {
   return pointers;
 }
 
-TEST(OcclusionBatch, AreThoseOfOneSourceAtATimeWithAsManyRays) {
+TEST(OcclusionBatch, EqualSingleTestsWithAsManyRays) {
   const World world(two_rooms(true), 60);
   for (const Vec3& place : {Vec3(2, 2, 1.6), Vec3(6.2, 2.4, 1.6), Vec3(9, 0.3, 2.5)}) {
     std::vector<LineOfSight> lines;
@@ -42,7 +42,7 @@ TEST(OcclusionBatch, AreThoseOfOneSourceAtATimeWithAsManyRays) {
   }
 }
 
-TEST(OcclusionBatch, AreCloseOnlyWhereAnEdgeCutsAndTheSameOnOneThreadTwoAndSeven) {
+TEST(OcclusionBatch, RefineOnlyPartialVisibilityAndAreTheSameOnAnyNumberOfThreads) {
   const World world(two_rooms(true), 60);
   const Vec3 place(6.2, 2.4, 1.6);
   const auto sources = pointers(world);
@@ -58,7 +58,7 @@ TEST(OcclusionBatch, AreCloseOnlyWhereAnEdgeCutsAndTheSameOnOneThreadTwoAndSeven
     EXPECT_EQ(fine_visibility(world.surfaces, kSpeed_mps, sources, place, threads), once);
 }
 
-TEST(OcclusionBatch, OfAllAreThoseThatACacheTakesOneByOneOnAWalk) {
+TEST(OcclusionBatch, OfAllSourcesEqualTheCachesSingleTestsOnAWalk) {
   const World world(two_rooms(true), 20);
   VisibilityCache one_by_one(world.surfaces, kSpeed_mps, {}),
       at_once(world.surfaces, kSpeed_mps, {});
@@ -79,7 +79,7 @@ TEST(OcclusionBatch, OfAllAreThoseThatACacheTakesOneByOneOnAWalk) {
   EXPECT_LT(at_once.statistics().estimates, 11 * wanted.size());
 }
 
-TEST(OcclusionBatch, WithoutSurfacesSeeEverythingAndCastNothing) {
+TEST(OcclusionBatch, WithoutSurfacesAreFreeAndCastNoRays) {
   const OcclusionGeometry free_field(Mesh{}, {});
   const std::array<LineOfSight, 2> lines = {{{{0, 0, 0}, {1, 0, 0}}, {{0, 0, 2}, {1, 0, 0}}}};
   for (const VisibilityEstimate& look : estimate_visibilities(free_field, lines, kMediumPaths)) {

@@ -11,16 +11,15 @@
 #include "bake/trace/scene.h"
 #include "common/random.h"
 #include "formats/bake_file/geometry_section.h"
-#include "formats/files/child_process.h"
 #include "formats/gltf/level_import.h"
 #include "tests/build_paths.h"
+#include "tests/memory_limits.h"
 #include "tests/rooms.h"
-#include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
 
-TEST(OcclusionGeometry, IsBlockedByASurfaceFromEitherSideAndByNoneBesideIt) {
+TEST(OcclusionGeometry, IsBlockedByASurfaceFromEitherSideAndByNoOther) {
   const Vec3 size(4, 4, 3);
   Mesh mesh = testing::box(size);
   testing::add_wall_across(mesh, 2, size, 0);
@@ -36,13 +35,13 @@ TEST(OcclusionGeometry, IsBlockedByASurfaceFromEitherSideAndByNoneBesideIt) {
   EXPECT_EQ(geometry.first_surface(left, {1, 3, 2}), nullptr);
 }
 
-TEST(OcclusionGeometry, OfAFreeFieldHidesNothing) {
+TEST(OcclusionGeometry, OfAFreeFieldOccludesNothing) {
   const OcclusionGeometry geometry(Mesh{}, {});
   EXPECT_TRUE(geometry.empty());
   EXPECT_TRUE(geometry.is_free({0, 0, 0}, {9, 9, 9}));
 }
 
-TEST(OcclusionGeometry, LetsThroughTheProductOfAllWallsOnTheWay) {
+TEST(OcclusionGeometry, MultipliesTheTransmissionOfAllWallsOnThePath) {
   const Vec3 size(4, 4, 3);
   Mesh mesh = testing::box(size);
   testing::add_wall_across(mesh, 1.5, size, 1);
@@ -65,7 +64,7 @@ TEST(OcclusionGeometry, LetsThroughTheProductOfAllWallsOnTheWay) {
               1e-7);
 }
 
-TEST(OcclusionGeometry, ThatIsReadySoonAnswersLikeTheWholeBeforeAndAfterItImproves) {
+TEST(OcclusionGeometry, ThatIsBuiltFastGivesTheSameAnswersBeforeAndAfterItsRefinement) {
   Mesh mesh;
   const auto anywhere = [](std::uint32_t i, std::uint32_t use) {
     const RandomBits bits = philox(3, {i, use, 0, 0});
@@ -126,8 +125,7 @@ TEST(OcclusionGeometry, WithoutMemoryThrowsAndDoesNotCrash) {
   EXPECT_TRUE(has_built);
 }
 
-// --- Sources on walls
-// -----------------------------------------------------------------------------
+// --- Sources on walls --------------------------------------------------------------------------
 
 Mesh as_stored(const Mesh& mesh, std::size_t materials) {
   const PackedGeometry packed = pack_geometry(mesh);
@@ -190,7 +188,7 @@ void expect_clean(const std::string& name, const Level& level) {
   EXPECT_LT(misses.heard_behind, 0.0005 * count) << name;
 }
 
-TEST(OcclusionGeometry, NeverLetsAWallShadowItsOwnSourcesNorHearThemBehindIt) {
+TEST(OcclusionGeometry, LetsNoWallOccludeItsOwnSourcesNorRevealThemBehindIt) {
   Level room =
       testing::shoebox({5.0123, 4.0077, 2.9991}, testing::uniform_material(0.2f), {2, 2, 1});
   // No axis is aligned, so that rounding errs in all directions.
@@ -201,9 +199,9 @@ TEST(OcclusionGeometry, NeverLetsAWallShadowItsOwnSourcesNorHearThemBehindIt) {
   expect_clean("askew box", room);
 }
 
-class OnALevel : public ::testing::TestWithParam<const char*> {};
+class OcclusionOnALevel : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(OnALevel, NoWallShadowsItsOwnSourcesNorAreTheyHeardBehindIt) {
+TEST_P(OcclusionOnALevel, LetsNoWallOccludeItsOwnSourcesNorRevealThemBehindIt) {
   const std::string path = std::string(testing::kSourceDir) + "/" + GetParam();
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not here";
   const auto imported = import_level(path, {});
@@ -223,7 +221,7 @@ TEST_P(OnALevel, NoWallShadowsItsOwnSourcesNorAreTheyHeardBehindIt) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    OcclusionGeometry, OnALevel,
+    OcclusionGeometry, OcclusionOnALevel,
     ::testing::Values("assets/levels/violin_room.glb", "assets/levels/stadium.glb",
                       "../shared/levels/bathroom.glb", "../shared/levels/sampleroom.gltf",
                       "../shared/levels/shoebox_5x4x3.glb", "../shared/levels/sibenik.glb",

@@ -14,7 +14,7 @@
 namespace clamor {
 namespace {
 
-TEST(OcclusionUpperBounds, NeverTakeASourceForDimmerThanItIs) {
+TEST(OcclusionUpperBounds, AreNeverBelowTheVisibility) {
   OcclusionUpperBounds hidden;
   std::map<std::uint64_t, float> shares;
   for (std::uint32_t i = 0; i < 20'000; ++i) {
@@ -54,7 +54,7 @@ std::size_t found_in_turn(OcclusionUpperBounds& hidden, std::size_t count, float
   return found;
 }
 
-TEST(OcclusionUpperBounds, AreNoMoreAtATimeThanCanBeLookedAtWhereAllAreHidden) {
+TEST(OcclusionUpperBounds, LimitTheNumberOfRetestsPerKeyframeWhenAllAreOccluded) {
   constexpr std::size_t kCount = 100'000;
   OcclusionUpperBounds hidden;
   for (std::uint64_t number = 0; number < kCount; ++number)
@@ -91,7 +91,7 @@ std::vector<ShortlistBlock> some_sources(std::uint32_t count, std::uint32_t seed
   return blocks;
 }
 
-TEST(OcclusionUpperBounds, AreTheSameToTheKernelThatFindsWhatIsLoud) {
+TEST(OcclusionUpperBounds, AreTheSameInTheShortlistKernel) {
   std::size_t found = 0, left_out = 0;
   for (std::uint32_t seed = 0; seed < 100; ++seed) {
     const std::uint64_t first = philox(seed, {0, 1, 0, 0})[0] % 3000;

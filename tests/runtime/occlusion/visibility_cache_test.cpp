@@ -22,7 +22,7 @@ using testing::kSpeed_mps;
 using testing::two_rooms;
 using testing::World;
 
-TEST(Visibility, OfTheTopKIsThatOfAFullScanWithVisibility) {
+TEST(VisibilityCache, GivesTheSampleOfAFullScanWithVisibility) {
   const World world(two_rooms(true), 150);
   constexpr std::size_t kVoices = 100;
   SourceList list(world.field, world.weights, world.sources);
@@ -68,7 +68,7 @@ TEST(Visibility, OfTheTopKIsThatOfAFullScanWithVisibility) {
   }
 }
 
-TEST(Visibility, LetsNothingThroughAWallWithoutTransmission) {
+TEST(VisibilityCache, IsZeroThroughAWallWithoutTransmission) {
   const World world(two_rooms(false), 300);
   for (std::uint32_t i = 0; i < 6; ++i) {
     const RandomBits bits = philox(3, {i, 0, 0, 0});
@@ -80,7 +80,7 @@ TEST(Visibility, LetsNothingThroughAWallWithoutTransmission) {
   }
 }
 
-TEST(Visibility, LetsNothingThroughAWallEitherWhereNeighboursSpeakForASource) {
+TEST(VisibilityCache, IsZeroThroughAWallEvenIfNeighboursStandForASource) {
   const World world(two_rooms(false), 300);
   for (const int rays : {2000, kRaysPerKeyframe}) {
     SourceList list(world.field, world.weights, world.sources);
@@ -106,7 +106,7 @@ TEST(Visibility, LetsNothingThroughAWallEitherWhereNeighboursSpeakForASource) {
   }
 }
 
-TEST(Visibility, SettlesWhereOneStandsAndThenCostsNothing) {
+TEST(VisibilityCache, ConvergesForAListenerAtRestAndThenCostsNothing) {
   const World world(two_rooms(true), 40);
   SourceList list(world.field, world.weights, world.sources);
   VisibilityCache occlusion(world.surfaces, kSpeed_mps, {.rays_per_keyframe = 3000});
@@ -137,7 +137,7 @@ TEST(Visibility, SettlesWhereOneStandsAndThenCostsNothing) {
   EXPECT_GT(compared, 50u);
 }
 
-TEST(Visibility, GlidesInAVoiceAndNeverJumps) {
+TEST(VisibilityCache, ChangesTheGainOfAVoiceSmoothly) {
   const World world(two_rooms(true), 10);
   KeyframeMaker maker(world.field, 10);
   Keyframe keyframe;
@@ -164,7 +164,7 @@ TEST(Visibility, GlidesInAVoiceAndNeverJumps) {
   EXPECT_EQ(keyframe.voices[0].gain[0][0], low);
 }
 
-TEST(Visibility, IsOfAllSourcesForTheStrategyThatTakesAll) {
+TEST(VisibilityCache, CoversAllSourcesForStrategyAll) {
   const World world(two_rooms(true), 20);
   const SourceList list(world.field, world.weights, world.sources);
   VisibilityCache occlusion(world.surfaces, kSpeed_mps, {.rays_per_keyframe = 1});

@@ -22,7 +22,7 @@ float shown(const BandShares& shares, std::size_t band) {
   return shares.share * static_cast<float>(shares.parts[band]) / BandShares::kWhole;
 }
 
-TEST(BandMix, IsNoLessThanItsPartsAndLittleMore) {
+TEST(BandMix, IsATightUpperBoundOfItsParts) {
   for (std::uint32_t seed = 0; seed < 1000; ++seed) {
     const Bands parts = testing::random_fractions(seed);
     const BandMix mix = BandMix::from_packed(BandMix::at_least(parts).packed());
@@ -38,7 +38,7 @@ TEST(BandMix, IsNoLessThanItsPartsAndLittleMore) {
   }
 }
 
-TEST(BandMix, OfSharesIsNoMoreThanTheLoudest) {
+TEST(BandMix, OfSharesNeverExceedsTheLargestShare) {
   for (std::uint32_t seed = 0; seed < 1000; ++seed) {
     const Bands parts = testing::random_fractions(seed),
                 shares = testing::random_fractions(seed + 5000);
@@ -51,7 +51,7 @@ TEST(BandMix, OfSharesIsNoMoreThanTheLoudest) {
   }
 }
 
-TEST(BandShares, AreNoLessThanWhatTheyStandFor) {
+TEST(BandShares, AreUpperBounds) {
   for (std::uint32_t seed = 0; seed < 1000; ++seed) {
     const Bands shares = testing::random_fractions(seed);
     const BandShares bytes = BandShares::at_least(shares);
@@ -80,7 +80,7 @@ LoudnessTrack track_of(const TimedEnvelope& timed, std::uint64_t frames, bool lo
   return {timed.envelope, frames, loop, same_in_all_bands(1), {}};
 }
 
-TEST(SignalWeights, ByDelayAreAtLeastWhatIsHeardWithAnyDelayThatIsMeant) {
+TEST(SignalWeights, ByDelayBoundTheLevelForEveryDelayInTheBin) {
   const TimedEnvelope sound = testing::syllables(1);
   constexpr double kPerS = 50;
   for (const bool loop : {true, false})
@@ -108,7 +108,7 @@ TEST(SignalWeights, ByDelayAreAtLeastWhatIsHeardWithAnyDelayThatIsMeant) {
       }
 }
 
-TEST(SignalWeights, ByDelaysThatMayBeAnyAreAllThereIs) {
+TEST(SignalWeights, ByDelayAreMaximalForUnknownDelays) {
   const TimedEnvelope sound = testing::syllables(1);
   std::vector<BandShares> by_delay(3);
   track_of(sound, sound.frames, true).shares_by_delay(1, 50, 0.1, by_delay);
@@ -116,7 +116,7 @@ TEST(SignalWeights, ByDelaysThatMayBeAnyAreAllThereIs) {
     for (std::size_t b = 0; b < kBandCount; ++b) EXPECT_EQ(shown(shares, b), 1);
 }
 
-TEST(SignalWeights, SeenAheadAreAtLeastWhatIsSeenWhenTheTimeHasCome) {
+TEST(SignalWeights, AheadBoundTheLevelUntilThen) {
   const TimedEnvelope sound = testing::syllables(1);
   for (const bool loop : {true, false}) {
     const LoudnessTrack track = track_of(sound, sound.frames, loop);

@@ -25,7 +25,7 @@ std::vector<ReceivedIntensity> received_together(const SourcesOfAllKinds& source
   return received;
 }
 
-TEST(IntensityKernel, GivesTheExactIntensitiesOnEveryInstructionSet) {
+TEST(IntensityKernel, EqualsTheExactIntensitiesOnEveryInstructionSet) {
   const KernelGuard guard;
   const SourcesOfAllKinds sources(kListener_m);
   for (const std::string& target : mix_kernel_targets()) {
@@ -53,7 +53,7 @@ TEST(IntensityKernel, GivesTheExactIntensitiesOnEveryInstructionSet) {
   }
 }
 
-TEST(IntensityKernel, GivesTheSameBitsOnEveryInstructionSetAloneOrAmongOthers) {
+TEST(IntensityKernel, GivesTheSameBitsOnEveryInstructionSetAndInAnyBatch) {
   const KernelGuard guard;
   const SourcesOfAllKinds sources(kListener_m);
   force_mix_kernel("");
@@ -70,7 +70,7 @@ TEST(IntensityKernel, GivesTheSameBitsOnEveryInstructionSetAloneOrAmongOthers) {
   }
 }
 
-TEST(IntensityKernel, GivesNothingOfNone) {
+TEST(IntensityKernel, GivesNothingForAnEmptyBatch) {
   const SourcesOfAllKinds sources(kListener_m);
   ReceivedIntensity untouched;
   untouched.way_m = 7;

@@ -18,9 +18,9 @@
 namespace clamor {
 namespace {
 
-// What is between them is looked at in vain. Most of a lobe that comes in at a slant is lost at the
-// surface and given back on all sides, but less of it towards the normal.
-TEST(RadiationModel, GivesCeilingsOfLobesThatAreLittleHigherThanWhatIsHeard) {
+// Loose bounds make the query test sources in vain. At an oblique incidence the surface turns most
+// of a lobe into diffuse reflection, but less of it near the normal.
+TEST(RadiationModel, HasTightUpperBoundsForLobes) {
   testing::ScatteredSources level(9, 4000, 1, {0, 0, 0});
   for (Source& source : level.sources) source.is_emitter = false, source.material = 0;
   level.materials[0].scattering = same_in_all_bands(0.1f);
@@ -43,8 +43,8 @@ TEST(RadiationModel, GivesCeilingsOfLobesThatAreLittleHigherThanWhatIsHeard) {
   }
 }
 
-// Whatever bands are heard, in any direction.
-TEST(RadiationModel, KnowsOfWhichBandsItsCeilingsAreMade) {
+// The bound holds for any set of audible bands in any direction.
+TEST(RadiationModel, KnowsTheBandsOfItsUpperBounds) {
   const testing::SourcesOfAllKinds level({1, 2, 3});
   const Bands weight = {1, 2, 3, 4, 5, 4, 3, 2};
   const RadiationModel& field = level.field();
@@ -75,8 +75,8 @@ TEST(RadiationModel, KnowsOfWhichBandsItsCeilingsAreMade) {
   }
 }
 
-// Of a forged file.
-TEST(RadiationModel, TakesCeilingsThatCannotBeDividedForAnyMix) {
+// Values of a forged file.
+TEST(RadiationModel, TreatsUpperBoundsThatCannotBeDividedAsAnyMixOfBands) {
   const std::vector<Emitter> emitters(1);
   const std::vector<Material> materials(1);
   const RadiationModel field(emitters, materials, Air{});

@@ -38,7 +38,7 @@ ReflectionLaws lambert_and_lobe() {
 
 double intensity_db(double intensity) { return 10 * std::log10(intensity); }
 
-TEST(ReceivedIntensity, OfAnEmitterFallsSixDecibelsPerDoubling) {
+TEST(ReceivedIntensity, OfAnEmitterFallsSixDecibelsPerDoublingOfDistance) {
   const std::vector<Emitter> emitters = {{.name = "a", .position_m = {1, 2, 3}}};
   for (const double r_m : {1.0, 2.0, 4.0, 8.0}) {
     const Bands heard = received_intensity(emitter_source(emitters[0]), emitters,
@@ -69,7 +69,7 @@ TEST(ReceivedIntensity, IsFiniteInsideAnEmitterAndOnASurface) {
       2 / std::numbers::pi / 0.25, 1e-5);
 }
 
-TEST(ReceivedIntensity, LosesToTheAirWhatTheDistanceCosts) {
+TEST(ReceivedIntensity, IsReducedByAirAbsorption) {
   Bands loss{};
   loss[7] = 0.02f;
   const std::vector<Emitter> emitters(1);
@@ -79,7 +79,7 @@ TEST(ReceivedIntensity, LosesToTheAirWhatTheDistanceCosts) {
   EXPECT_NEAR(heard[7] / heard[0], std::exp(-1.0), 1e-6);
 }
 
-TEST(ReceivedIntensity, OfARoughWallIsLamberts) {
+TEST(ReceivedIntensity, OfARoughWallIsLambertian) {
   const std::vector<Emitter> emitters(1);
   for (const double angle : {0.0, 0.5, 1.2}) {
     const Vec3 at = 3.0 * Vec3(std::sin(angle), std::cos(angle), 0);
@@ -102,7 +102,7 @@ TEST(ReceivedIntensity, OfASmoothWallIsStrongestInTheMirrorDirection) {
   EXPECT_GT(heard_at(mirror), 2 * heard_at(mirror - 0.3));
 }
 
-TEST(ReceivedIntensity, BehindAWallIsNone) {
+TEST(ReceivedIntensity, IsZeroBehindAWall) {
   const std::vector<Emitter> emitters(1);
   for (const std::uint16_t material : {0, 1})
     EXPECT_EQ(received_intensity(floor_source(material), emitters, lambert_and_lobe(), kNoLoss,

@@ -51,7 +51,7 @@ double intensity(const ReceiverPattern& pattern, const Listener& pose, int ear, 
   return emission(pattern.exponent[band], dot(axis, towards));
 }
 
-TEST(Reception, IsTheLawOfEmittersRoundEachReceiversAxis) {
+TEST(Reception, FollowsTheEmissionLawAroundEachReceiversAxis) {
   for (const ReceiverPattern& pattern : {uneven(), *ReceiverPattern::named("ortf")})
     for (std::uint32_t i = 0; i < 200; ++i) {
       const Listener pose = pose_at(i);
@@ -85,7 +85,7 @@ TEST(Reception, OfAnOrtfPairIsTwoCardioids110DegreesApart) {
   EXPECT_NEAR(level_db(0, 0), level_db(1, 0), 1e-5);
 }
 
-TEST(Reception, OfAWidePairHearsBehindTheListenerAndTellsTheSidesApart) {
+TEST(Reception, OfAWidePairIncludesTheRearAndSeparatesTheSides) {
   const Reception pair(*ReceiverPattern::named("wide"), Listener{});
   const auto level_db = [&](int ear, double to_the_left_deg) {
     const double a = to_the_left_deg * kDegree;
@@ -97,7 +97,7 @@ TEST(Reception, OfAWidePairHearsBehindTheListenerAndTellsTheSidesApart) {
   EXPECT_GT(level_db(0, 90) - level_db(1, 90), 10);
 }
 
-TEST(Reception, OfOmniIsAllFromEverywhereAndOtherNamesAreRefused) {
+TEST(Reception, OfOmniIsUnityAndUnknownNamesAreRejected) {
   const Reception omni(*ReceiverPattern::named("omni"), pose_at(1));
   EXPECT_TRUE(omni.is_omnidirectional());
   EXPECT_EQ(omni.gain(0, {0, 0, 1}), same_in_all_bands(1));
@@ -109,7 +109,7 @@ TEST(Reception, OfOmniIsAllFromEverywhereAndOtherNamesAreRefused) {
   EXPECT_EQ(OutputFormat::from_options(false, "", false, "ortf")->receivers.exponent[0], 2);
 }
 
-TEST(Reception, WeighsASourceByWhatBothReceiversHearOfItsDirection) {
+TEST(Reception, WeighsASourceByTheMeanOfBothReceivers) {
   const ReceptionRoom room(400);
   for (std::uint32_t i = 0; i < 300; ++i) {
     const Listener pose = pose_at(i);
@@ -254,7 +254,7 @@ std::vector<float> heard_from(double to_the_left_deg, const std::string& receive
   return all;
 }
 
-TEST(Reception, IsHeard) {
+TEST(Reception, ReachesTheOutput) {
   for (const double angle_deg : {-150.0, -55.0, -20.0, 0.0, 30.0, 90.0}) {
     const auto omni = heard_from(angle_deg, "omni"), pair = heard_from(angle_deg, "ortf");
     for (std::size_t e = 0; e < kEars; ++e) {
@@ -273,21 +273,24 @@ TEST(Reception, IsHeard) {
 
 // Uncorrelated noise from 64 directions of equal solid angle.
 AuralizerInput diffuse_field() {
-  constexpr std::uint32_t kDirections = 64;
+  constexpr std::uint32_t kDirections = 64, kSignals = 8;
   AuralizerInput input;
   input.materials.resize(1);
-  for (std::uint32_t i = 0; i < kDirections; ++i) {
+  for (std::uint32_t i = 0; i < kSignals; ++i) {
     Signal& signal = input.signals.emplace_back();
     for (std::uint32_t n = 0; n < kSampleRate_hz / 2; ++n)
       signal.samples.push_back(0.1f *
                                (2 * static_cast<float>(unit(philox(i, {n, 0, 0, 0})[0])) - 1));
+  }
+  for (std::uint32_t i = 0; i < kDirections; ++i) {
     Emitter& emitter = input.emitters.emplace_back();
-    emitter.signal = i;
+    emitter.signal = i % kSignals;
     const double y = 1 - (2 * i + 1.0) / kDirections, radius = std::sqrt(1 - y * y);
     const double turn = i * std::numbers::pi * (3 - std::sqrt(5.0));
     Source& source = input.sources.emplace_back();
     source.is_emitter = true;
     source.emitter = i;
+    source.delay_s = 0.06f * static_cast<float>(i / kSignals);
     source.position_m = Vec3f(10.0 * Vec3(radius * std::cos(turn), y, radius * std::sin(turn)));
     source.power = same_in_all_bands(1);
     source.u = 0.5f;
@@ -311,7 +314,7 @@ double loudness_lufs(const AuralizerInput& input, const OutputFormat& shape) {
   return meter.momentary_lufs();
 }
 
-TEST(OutputFormat, IsAsLoudAsEveryOtherInADiffuseField) {
+TEST(OutputFormat, IsEquallyLoudForEveryLayoutInADiffuseField) {
   const AuralizerInput field = diffuse_field();
   const double omni_lufs = loudness_lufs(field, OutputFormat{});
   EXPECT_TRUE(std::isfinite(omni_lufs));

@@ -28,9 +28,11 @@ TimedEnvelope timed(const Signal& signal) {
   return {SignalEnvelope(signal), signal.samples.size(), signal.loop};
 }
 
+LoudnessTrack track(const TimedEnvelope& timed, const EnvelopeSmoothing& smoothing = {}) {
+  return {timed.envelope, timed.frames, timed.loop, same_in_all_bands(1), smoothing};
+}
 LoudnessTrack track(const Signal& signal, const EnvelopeSmoothing& smoothing = {}) {
-  return {SignalEnvelope(signal), signal.samples.size(), signal.loop, same_in_all_bands(1),
-          smoothing};
+  return track(timed(signal), smoothing);
 }
 
 double sum(const Bands& bands) {
@@ -67,7 +69,7 @@ TEST(SignalWeights, OverALoopAreTheMeanSquareThatTheMixersBandsPass) {
   }
 }
 
-TEST(SignalWeights, AreNeverLessThanTheMeanOverTheDecayOfARoomNorZeroWhereItSounds) {
+TEST(SignalWeights, AreAtLeastTheMeanOverTheDecayOfARoomAndNeverZeroDuringASound) {
   for (const bool loop : {false, true}) {
     const Signal signal = noise_bursts(loop, 1.7, 0.1, 5.4);
     const LoudnessTrack raw = track(signal, {0, 0, 0}), smooth = track(signal);
@@ -90,19 +92,20 @@ TEST(SignalWeights, AreNeverLessThanTheMeanOverTheDecayOfARoomNorZeroWhereItSoun
 // With these options weights follow the mean alone, which bursts raise otherwise.
 constexpr EnvelopeSmoothing kWithoutBursts{.burst_db = 100};
 
-TEST(SignalWeights, AreNeverLessThanTheLoudestMomentThatPlaysNow) {
+TEST(SignalWeights, AreAtLeastTheLoudestMoment) {
   Signal claps{"claps", std::vector<float>(4 * kSampleRate_hz, 0.001f), true};
   for (std::size_t clap = 0; clap < 8; ++clap)
     for (std::size_t i = 0; i < 480; ++i)
       claps.samples[clap * kSampleRate_hz / 2 + i] = i % 2 == 0 ? 0.9f : -0.9f;
-  const LoudnessTrack heard = track(claps), moments = track(claps, {0, 0, 0});
+  const TimedEnvelope envelope = timed(claps);
+  const LoudnessTrack heard = track(envelope), moments = track(envelope, {0, 0, 0});
   for (double t = 0; t < 4; t += 0.02)
     EXPECT_GE(sum(heard.at(t).weights), 0.999 * sum(moments.at(t).weights)) << t;
-  const LoudnessTrack mean = track(claps, kWithoutBursts);
+  const LoudnessTrack mean = track(envelope, kWithoutBursts);
   EXPECT_LT(sum(mean.at(1.01).weights), 0.2 * sum(moments.at(1.01).weights));
 }
 
-TEST(SignalWeights, StayTheSameWhileAPhraseSwellsAndItsNotesComeAndGo) {
+TEST(SignalWeights, AreConstantThroughoutAPhrase) {
   for (const bool loop : {false, true}) {
     Signal phrase{"phrase", {}, loop};
     for (std::uint32_t i = 0; i < 8 * kSampleRate_hz; ++i) {
@@ -120,7 +123,7 @@ TEST(SignalWeights, StayTheSameWhileAPhraseSwellsAndItsNotesComeAndGo) {
   }
 }
 
-TEST(SignalWeights, FollowALoudSoundAndLetItGoWhenTheRoomHasForgottenIt) {
+TEST(SignalWeights, FollowALoudSoundAndDecayAfterIt) {
   Signal signal{"bang", {}, true};
   for (std::uint32_t i = 0; i < 20 * kSampleRate_hz; ++i) {
     const double x = unit(philox(5, {i, 0, 0, 0})[0]) - 0.5;
@@ -135,7 +138,7 @@ TEST(SignalWeights, FollowALoudSoundAndLetItGoWhenTheRoomHasForgottenIt) {
     EXPECT_NEAR(10 * std::log10(sum(heard.at(t).weights) / bang), -28, 0.5) << t;
 }
 
-TEST(SignalWeights, KnowASoundBeforeItStartsAndForgetItSoonAfterItEnds) {
+TEST(SignalWeights, KnowASoundInAdvanceAndEndSoonAfterIt) {
   Signal signal{"burst", std::vector<float>(5 * kSampleRate_hz, 0), false};
   for (std::size_t i = 2 * kSampleRate_hz; i < 3 * kSampleRate_hz; ++i)
     signal.samples[i] = i % 2 == 0 ? 0.5f : -0.4f;
@@ -153,7 +156,7 @@ TEST(SignalWeights, KnowASoundBeforeItStartsAndForgetItSoonAfterItEnds) {
   }
 }
 
-TEST(SignalWeights, AreAtMostSoHighBetweenTwoTimesAsAtAnyTimeBetween) {
+TEST(SignalWeights, BetweenTwoTimesAreTheMaximumOverThem) {
   for (const bool loop : {false, true}) {
     const LoudnessTrack heard = track(noise_bursts(loop, 0.37, 0.06, 2.9));
     for (std::uint32_t i = 0; i < 300; ++i) {
@@ -170,9 +173,9 @@ TEST(SignalWeights, AreAtMostSoHighBetweenTwoTimesAsAtAnyTimeBetween) {
   }
 }
 
-TEST(SignalWeights, OfALoopHaveNoSeamWhereItBegins) {
+TEST(SignalWeights, OfALoopHaveNoSeam) {
   const Signal signal = noise_bursts(true, 0.33, 0.17, 2.5);
-  Signal later = signal;  // the same loop, begun 1 s later
+  Signal later = signal;  // the same loop, starting 1 s later
   std::rotate(later.samples.begin(), later.samples.begin() + kSampleRate_hz, later.samples.end());
   const LoudnessTrack heard = track(signal), moved = track(later);
   for (double t = 0; t < 5; t += 0.013)
@@ -180,7 +183,7 @@ TEST(SignalWeights, OfALoopHaveNoSeamWhereItBegins) {
         << t;
 }
 
-TEST(SignalWeights, OfSteadySoundsAreKnownToBeSteady) {
+TEST(SignalWeights, OfSteadySoundsAreSteady) {
   Signal tone{"tone", {}, true};
   for (int i = 0; i < kSampleRate_hz / 2; ++i)
     tone.samples.push_back(static_cast<float>(std::sin(2 * 3.14159265358979 * i / 48)));
@@ -196,7 +199,7 @@ TEST(SignalWeights, OfSteadySoundsAreKnownToBeSteady) {
   EXPECT_NEAR(weights.by_signal[0][4] / (0.5 * passed * passed * loudness_weights()[4]), 1, 0.001);
 }
 
-TEST(SignalWeights, OfASignalWithoutSamplesAreNone) {
+TEST(SignalWeights, OfAnEmptySignalAreZero) {
   for (const bool loop : {false, true})
     EXPECT_EQ(track({"nothing", {}, loop}).at(0.1).weights, Bands{});
 }

@@ -1,4 +1,5 @@
-// What a sampler remembers from keyframe to keyframe of nodes that are quiet.
+// culled_node_cache_test.cpp: nodes that the sampler skips from keyframe to keyframe, and plans of
+// the nodes it visits, against a list of all sources.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -17,7 +18,7 @@
 namespace clamor {
 namespace {
 
-// Sharp lobes of two materials in a hall, of four emitters with a signal each.
+// Sharp lobes of two materials in a hall, from four emitters with different signals.
 struct Lobes {
   explicit Lobes(std::uint32_t count, const EnvelopeSmoothing& smoothing = {}) {
     materials.resize(2);
@@ -53,8 +54,8 @@ struct Lobes {
   std::vector<Source> sources;
 };
 
-// A list has no nodes, and looks at all of its sources each time.
-TEST(CulledNodeCache, ArePassedOverByOneWhoWalksAndHideNothingThatAListFinds) {
+// A list has no nodes and tests all of its sources each time.
+TEST(CulledNodeCache, SkipsNodesOnAWalkWithoutHidingSources) {
   const Lobes lobes(60'000);
   const RadiationModel field(lobes.emitters, lobes.materials, Air{});
   testing::StoredTrees trees;
@@ -65,7 +66,7 @@ TEST(CulledNodeCache, ArePassedOverByOneWhoWalksAndHideNothingThatAListFinds) {
   const auto sampler = make_priority_sampler(field, lobes.weights, pool, 300);
   std::uint64_t visited = 0, visited_afresh = 0;
   for (int i = 0; i < 160; ++i) {
-    // A walk, a halt, a run, and back to where and when it began.
+    // The listener walks, stops, runs, and jumps back in place and time.
     const double way_m = i < 60 ? 0.03 * i : i < 90 ? 1.8 : 1.8 + 0.15 * (i - 90);
     const double time_s = i < 150 ? 3 + 0.02 * i : 3 + 0.02 * (i - 150);
     const Vec3 place(8 + way_m, 1.7, 9 + 2 * std::sin(way_m));
@@ -85,7 +86,7 @@ TEST(CulledNodeCache, ArePassedOverByOneWhoWalksAndHideNothingThatAListFinds) {
     const auto stranger = make_priority_sampler(field, lobes.weights, other, 300);
     stranger->sample(place, time_s);
     const std::uint64_t first = other.nodes_visited();
-    // The second time it knows the threshold, and nothing else that would help in another place.
+    // The second query knows the threshold, but nothing that helps at another place.
     stranger->sample(place + Vec3(0, 0, 40), time_s - 1);
     const std::uint64_t second = other.nodes_visited();
     stranger->sample(place, time_s - 1);
@@ -94,8 +95,8 @@ TEST(CulledNodeCache, ArePassedOverByOneWhoWalksAndHideNothingThatAListFinds) {
   EXPECT_LT(2 * visited, visited_afresh);
 }
 
-// Walks through the hall and compares what a pool has with what a list has, in each keyframe. All
-// pages that were asked for come between two keyframes, so nothing depends on when threads run.
+// Walks through the hall and compares the pool's sample with the list's in each keyframe. All
+// requested pages arrive between two keyframes, so nothing depends on the scheduling of threads.
 struct ComparedWalk {
   std::uint64_t planned = 0, planned_while_pages_came = 0, dropped = 0;
   std::size_t keyframes_that_differ = 0;
@@ -132,23 +133,23 @@ ComparedWalk compared_walk(const Lobes& lobes, std::uint64_t page_bytes,
   return walk;
 }
 
-// A walk to and fro, with a leap to the other end of the hall and back.
+// Walks back and forth, with a jump to the other end of the hall and back.
 Vec3 to_and_fro(int i) {
   const double way_m = 0.03 * i;
   return {i >= 100 && i < 110 ? 26 : 5 + way_m, 1.7, 9 + 4 * std::sin(way_m)};
 }
 
-// A plan is made of pages that come while it is made and gone through, and ends where they go.
-TEST(OctreePlan, HidesNothingThatAListFindsWhilePagesComeAndGo) {
-  // Thresholds rise and fall with every syllable.
+// Pages arrive while a plan is made and used, and the plan ends where they are evicted.
+TEST(OctreePlan, HidesNothingWhilePagesComeAndGo) {
+  // The thresholds follow every syllable.
   const ComparedWalk walk = compared_walk(Lobes(60'000, {0, 0, 0}), 3'000'000, to_and_fro);
   EXPECT_EQ(walk.keyframes_that_differ, 0u);
   EXPECT_GT(walk.planned_while_pages_came, 0u);
   EXPECT_GT(walk.dropped, 100u);
 }
 
-// Thresholds hardly change, so a plan is gone through for as long as it reaches.
-TEST(OctreePlan, HidesNothingThatAListFindsWhereSignalsAreSteady) {
+// The thresholds hardly change, so a plan is used for as long as it is valid.
+TEST(OctreePlan, HidesNothingWithSteadySignals) {
   Lobes lobes(60'000);
   for (const bool smoothed : {true, false}) {
     if (!smoothed) lobes.weights.tracks.clear();
@@ -161,8 +162,8 @@ TEST(OctreePlan, HidesNothingThatAListFindsWhereSignalsAreSteady) {
   }
 }
 
-// A list of sources holds for a ball that is narrower than the way of a few such steps.
-TEST(OctreePlan, HidesNothingFromAListenerWhoHurries) {
+// A shortlist is valid within a ball that is smaller than a few such steps.
+TEST(OctreePlan, HidesNothingFromAFastListener) {
   Lobes lobes(60'000);
   lobes.weights.tracks.clear();
   for (const double step_m : {0.03, 0.07, 0.08, 0.1, 0.15, 0.24, 0.26}) {

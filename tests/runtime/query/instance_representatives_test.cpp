@@ -1,5 +1,5 @@
-// instance_representatives_test.cpp: copies that are one source from afar, found without walking
-// them.
+// instance_representatives_test.cpp: distant instances are represented by one source, without
+// traversing them.
 #include "runtime/query/instance_representatives.h"
 
 #include <cmath>
@@ -25,8 +25,8 @@ double power_of(const Source& source) {
   return std::accumulate(source.power.begin(), source.power.end(), 0.0);
 }
 
-// Four levels: groups of lobes and cones; rows of groups, some with sources beside their copies,
-// and so many copies that they fill several nodes; blocks of rows; and a level of blocks.
+// Four levels: groups of lobes and cones; rows of groups, some with sources beside their instances,
+// and so many instances that they fill several nodes; blocks of rows; and a level of blocks.
 struct Nested {
   explicit Nested(std::uint64_t seed) : seed_(seed) {
     for (const float exponent : {0.0f, 20.0f}) {
@@ -56,7 +56,8 @@ struct Nested {
     add(with_instances(build_octree(some_sources(50, 200, 500)), std::move(top), tops));
   }
 
-  // Three variants of a tree of copies of the three trees from `inner` on; gives the first's index.
+  // Adds three variants of a tree of instances of the three trees from `inner` on; returns the
+  // index of the first.
   std::size_t add_copies(std::size_t inner, std::uint32_t variants, std::uint32_t count,
                          double size, bool with_sources) {
     const std::size_t first = tops.size();
@@ -66,7 +67,7 @@ struct Nested {
         draw_prototype_u(copies, tops, seed_ * 100 + first + v);
         add(instance_tree(std::move(copies), tops));
       } else {
-        // One choice among all: of sources, and of copies by their power.
+        // One choice among sources and instances, in proportion to their power.
         auto sources = some_sources(8, 40, size);
         std::vector<Source> choice = sources;
         for (const Instance& copy : copies) {
@@ -170,8 +171,8 @@ TEST(InstanceRepresentatives, AreTheSourcesWithTheHighestKeysAndKnowTheNextKey) 
   }
 }
 
-// Listeners among the sources, beside them and kilometres off; few voices and many.
-TEST(InstanceRepresentatives, MakeTheSampleOfAScanOfAllSourcesOfCopiesWithinCopies) {
+// Listeners are among the sources, beside them and kilometres away; there are few voices or many.
+TEST(InstanceRepresentatives, GiveTheSampleOfAScanOfAllSourcesOfNestedInstances) {
   const std::uint64_t seeds = testing::kSanitized ? 1 : 3;
   for (std::uint64_t seed = 0; seed < seeds; ++seed) {
     const Nested nested(seed);

@@ -1,5 +1,5 @@
-// octree_pool_baked_instances_test.cpp: levels that repeat themselves, baked into copies, and
-// heard.
+// octree_pool_baked_instances_test.cpp: levels with repeated groups, baked into instances and
+// sampled.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -30,7 +30,7 @@ struct How {
   std::uint64_t photons = 500, sources = 0;
 };
 
-// A bake of it in a file, open.
+// A bake of the level, written to a file and opened.
 struct Baked {
   Baked(const Terraces& terraces, const How& how)
       : path((std::filesystem::temp_directory_path() /
@@ -72,7 +72,7 @@ Terraces terraces(bool ground) {
   return all;
 }
 
-// Direct sources alone, by the emitter of the level that each is.
+// For each direct source, the emitter of the level at its place.
 std::vector<std::size_t> emitters_of(const Terraces& level, const ExpandedSources& all) {
   std::vector<std::size_t> found;
   for (const Source& source : all.sources) {
@@ -91,7 +91,7 @@ std::vector<std::size_t> emitters_of(const Terraces& level, const ExpandedSource
   return found;
 }
 
-TEST(BakedCopies, AreTheEmittersOfTheLevelWhereverTheyStand) {
+TEST(BakedInstances, HaveTheEmittersOfTheLevel) {
   for (const bool ground : {false, true}) {
     const Terraces level = terraces(ground);
     const Baked baked(level, {});
@@ -129,7 +129,7 @@ TEST(BakedCopies, AreTheEmittersOfTheLevelWhereverTheyStand) {
   }
 }
 
-TEST(BakedCopies, KeepTheTableOfEmittersThatReflectionsName) {
+TEST(BakedInstances, KeepTheEmitterTableThatReflectionsUse) {
   const Terraces level = terraces(true);
   const Baked with(level, {}), without(level, {.copies = false});
   ASSERT_EQ(with.file->emitters().size(), level.count());
@@ -141,7 +141,7 @@ TEST(BakedCopies, KeepTheTableOfEmittersThatReflectionsName) {
     ASSERT_NEAR(a.gain, b.gain, 1e-4 * b.gain);
     ASSERT_NEAR(a.delay_s, b.delay_s, 2e-6);
   }
-  // The reflections are the same to the bit.
+  // The reflections are bit-identical.
   const auto reflections = [](const Baked& baked) {
     std::vector<Source> sources;
     const auto all = read_expanded_sources(*baked.file);
@@ -165,11 +165,11 @@ TEST(BakedCopies, KeepTheTableOfEmittersThatReflectionsName) {
   }
   EXPECT_EQ(of_a, of_b);
   EXPECT_NEAR(power_a / power_b, 1, 1e-9);
-  // A third of the root was its table.
+  // A third of the root was the emitter table.
   EXPECT_LT(3 * with.file->bytes().root, 2 * without.file->bytes().root);
 }
 
-// What is heard, per band, of so many voices.
+// ReceivedIntensity power per band of a sample, or of all sources.
 class Listening {
  public:
   explicit Listening(const Baked& baked) : baked_(baked) {
@@ -229,7 +229,7 @@ class Listening {
 
 const Vec3 kPlaces[] = {{0, 2, 0}, {30, 3, 25}};
 
-TEST(BakedCopies, AreAsLoudAsTheLevelInEveryBand) {
+TEST(BakedInstances, AreUnbiasedInEveryBand) {
   const Terraces level = terraces(false);
   const int seeds = testing::kSanitized ? 8 : 40;
   std::array<std::array<double, kBandCount>, 2> whole{};
@@ -250,32 +250,32 @@ TEST(BakedCopies, AreAsLoudAsTheLevelInEveryBand) {
       for (const double ratio : band) squares += (ratio - mean) * (ratio - mean);
       const double sigma = std::sqrt(squares / (seeds - 1));
       EXPECT_NEAR(mean, 1, 3 * sigma / std::sqrt(static_cast<double>(seeds)));
-      EXPECT_LT(sigma, 1.5 / std::sqrt(99.0));  // the bound of priority sampling, and its noise
+      EXPECT_LT(sigma, 1.5 / std::sqrt(99.0));  // the bound of priority sampling, plus noise
     }
 }
 
-TEST(BakedCopies, TakenAllTogetherAreTheLevel) {
+TEST(BakedInstances, HaveTheTotalPowerOfTheLevel) {
   for (const bool ground : {false, true}) {
     const Terraces level = terraces(ground);
     for (const Vec3& place : kPlaces) {
       const auto with = Listening(Baked(level, {})).whole(place);
       const auto without = Listening(Baked(level, {.copies = false})).whole(place);
-      // Places differ by micrometres, of fans 10 m away.
+      // Positions differ by micrometres, for fans 10 m away.
       for (std::size_t b = 0; b < kBandCount; ++b)
         EXPECT_NEAR(10 * std::log10(with[b] / without[b]), 0, 1e-4);
     }
   }
 }
 
-TEST(BakedCopies, AreTheSameBytesOnAnyNumberOfThreads) {
+TEST(BakedInstances, AreTheSameBytesWithAnyNumberOfThreads) {
   const Terraces level = terraces(true);
   const std::string one = Baked(level, {.threads = 1}).bytes();
   for (const int threads : {2, 5}) EXPECT_TRUE(one == Baked(level, {.threads = threads}).bytes());
   EXPECT_FALSE(one == Baked(level, {.seed = 2}).bytes());
 }
 
-// With little memory the octree is sorted on disk, and the copies stand beside it all the same.
-TEST(BakedCopies, AreTheSameSourcesHoweverMuchMemoryTheBakeMayTake) {
+// With little memory the bake sorts the octree on disk and adds the instances all the same.
+TEST(BakedInstances, AreTheSameSourcesWithAnyMemoryLimit) {
   const Terraces level = terraces(true);
   const Baked whole(level, {});
   BakeOptions options{.settings = {.photons = 500, .sources = 1'000'000}, .threads = 1};
@@ -302,7 +302,7 @@ TEST(BakedCopies, AreTheSameSourcesHoweverMuchMemoryTheBakeMayTake) {
   std::filesystem::remove(options.spill);
 }
 
-TEST(BakedCopies, OfAMillionFansTakeAFewHundredKilobytes) {
+TEST(BakedInstances, StoreAMillionFansInAFewHundredKilobytes) {
   for (const bool ground : {false, true}) {
     Terraces level;
     level.fans = testing::kSanitized ? 100 : 1000;

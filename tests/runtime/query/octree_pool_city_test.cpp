@@ -34,8 +34,8 @@ struct OpenCity {
   std::unique_ptr<OctreePool> pool;
 };
 
-// What all fans together give at a place: of blocks that are near, fan by fan; of others as if all
-// their fans stood in the middle, which is wrong by (size / distance)^2.
+// ReceivedIntensity power of all fans: exact for near blocks; for others as if all fans stood at
+// the centre, with a relative error of (size / distance)^2.
 class WholeCity {
  public:
   WholeCity(const testing::CitySize& size, const OpenCity& city) : city_(city) {
@@ -87,7 +87,7 @@ class WholeCity {
   std::array<Bands, 3> power_{};
 };
 
-TEST(City, OfABillionFansTakesAFewMegabytesOfDiskAndOfMemory) {
+TEST(City, OfABillionFansNeedsAFewMegabytesOfDiskAndMemory) {
   const testing::CitySize size;
   const OpenCity city(size, 1);
   EXPECT_EQ(city.file->source_count(), 1'000'000'000u);
@@ -99,8 +99,8 @@ TEST(City, OfABillionFansTakesAFewMegabytesOfDiskAndOfMemory) {
   EXPECT_LT(city.loader->statistics().bytes, 20'000'000u);
 }
 
-TEST(City, IsAsLoudAsAllItsFans) {
-  // A hundred thousand blocks are enough for the law, and few enough to be summed.
+TEST(City, IsUnbiased) {
+  // A hundred thousand blocks suffice for the statistics and are few enough to be summed.
   testing::CitySize size;
   size.stadiums = 10;
   const Vec3 inside(2400, 2, 2500), above(3000, 800, 4000);

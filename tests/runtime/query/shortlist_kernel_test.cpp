@@ -1,4 +1,5 @@
-// shortlist_kernel_test.cpp: which sources of a list are loud enough, by every instruction set.
+// shortlist_kernel_test.cpp: sources of a shortlist that exceed the threshold, on every instruction
+// set.
 #include "runtime/query/shortlist_kernel.h"
 
 #include <array>
@@ -17,11 +18,11 @@ namespace {
 constexpr std::uint32_t kListed = 300, kSounds = 5;
 constexpr float kLongest_s = 1.5f;
 
-using ShortlistOn = testing::OnInstructionSet;
-INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, ShortlistOn, testing::every_instruction_set(),
+using ShortlistKernel = testing::OnInstructionSet;
+INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, ShortlistKernel, testing::every_instruction_set(),
                          testing::instruction_set_name);
 
-// Some with delays that are not in the table.
+// Some sources have delays outside the table.
 std::vector<ShortlistBlock> some_list(std::uint32_t seed) {
   std::vector<ShortlistBlock> blocks;
   for (std::uint32_t i = 0; i < kListed; ++i) {
@@ -38,7 +39,7 @@ std::vector<ShortlistBlock> some_list(std::uint32_t seed) {
   return blocks;
 }
 
-// By the table, band by band.
+// Looks up the table for each band.
 float share_of(const LoudnessTable& table, const ShortlistBlock& block, std::size_t at) {
   const float delay_s = block.delay_s[at];
   const auto row = static_cast<std::size_t>(block.signal[at]) * table.row();
@@ -51,7 +52,7 @@ float share_of(const LoudnessTable& table, const ShortlistBlock& block, std::siz
   return block.mix[at].of(shares);
 }
 
-TEST_P(ShortlistOn, FindsWhatIsLoudEnoughByItsOwnBands) {
+TEST_P(ShortlistKernel, FindsSourcesAboveTheThresholdByTheirOwnBands) {
   std::vector<TimedEnvelope> sounds;
   for (std::uint32_t s = 0; s < kSounds; ++s) sounds.push_back(testing::syllables(s));
   const SignalWeights weights = make_signal_weights(sounds, {0, 0, 0});
@@ -68,7 +69,7 @@ TEST_P(ShortlistOn, FindsWhatIsLoudEnoughByItsOwnBands) {
       const ShortlistBlock& block = blocks[e / kCullBlock];
       const float share = share_of(table, block, e % kCullBlock);
       const float now = block.ceiling[e % kCullBlock] * share;
-      if (std::abs(now - 1) < 1e-5f) continue;  // either will do
+      if (std::abs(now - 1) < 1e-5f) continue;  // either result is right
       if (now < 1) {
         ++left_out;
         continue;
@@ -85,8 +86,8 @@ TEST_P(ShortlistOn, FindsWhatIsLoudEnoughByItsOwnBands) {
   EXPECT_GT(left_out, 3000u);
 }
 
-// Whatever the sound does in between.
-TEST_P(ShortlistOn, KnowsWhatIsHeardAtMostFromNowUntilLater) {
+// The bound holds for any change of level in between.
+TEST_P(ShortlistKernel, BoundsTheLevelFromNowUntilLater) {
   std::vector<TimedEnvelope> sounds;
   for (std::uint32_t s = 0; s < kSounds; ++s) sounds.push_back(testing::syllables(s));
   const SignalWeights weights = make_signal_weights(sounds, {0, 0, 0});
@@ -111,8 +112,8 @@ TEST_P(ShortlistOn, KnowsWhatIsHeardAtMostFromNowUntilLater) {
   EXPECT_GT(far_from_all, 10'000u);
 }
 
-// One late sound must not make all others count as at their loudest.
-TEST_P(ShortlistOn, KnowsWhatIsHeardWithUsualDelaysOfHundredsOfSignalsIfSomeAreLate) {
+// One late sound must not give all others their maximum level.
+TEST_P(ShortlistKernel, TabulatesTheUsualDelaysOfHundredsOfSignalsEvenIfSomeAreLate) {
   const std::vector<TimedEnvelope> sounds(400, testing::syllables(1));
   const SignalWeights weights = make_signal_weights(sounds, {0, 0, 0});
   LoudnessTable whole, cut;
@@ -128,8 +129,8 @@ TEST_P(ShortlistOn, KnowsWhatIsHeardWithUsualDelaysOfHundredsOfSignalsIfSomeAreL
   }
 }
 
-// Where nothing changes there is no table, nor where it would take too long to make.
-TEST_P(ShortlistOn, FindsWhatIsLoudEnoughAtAnyTimeWhereNoTableIsMade) {
+// There is no table for steady signals, nor where one would take too long to compute.
+TEST_P(ShortlistKernel, FindsSourcesAboveTheThresholdWithoutATable) {
   const std::vector<ShortlistBlock> blocks = some_list(1);
   const std::vector<std::uint8_t> moment(kBandCount, 255);
   const std::vector<TimedEnvelope> sounds(

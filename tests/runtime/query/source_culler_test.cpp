@@ -1,4 +1,4 @@
-// source_culler_test.cpp: what the sieve lets through, by every instruction set there is.
+// source_culler_test.cpp: sources that the culler passes, on every instruction set.
 #include "runtime/query/source_culler.h"
 
 #include <algorithm>
@@ -20,7 +20,7 @@
 namespace clamor {
 namespace {
 
-// In the midst of the sources, beside them, far off, and on one of them.
+// Among the sources, beside them, far away, and on top of one.
 Vec3 somewhere(const testing::ScatteredSources& level, double spread_m, const Vec3& middle_m,
                std::uint32_t i) {
   if (i % 5 == 0) return Vec3(level.sources[i % level.sources.size()].position_m);
@@ -32,7 +32,7 @@ using SourceCullerOn = testing::OnInstructionSet;
 INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, SourceCullerOn, testing::every_instruction_set(),
                          testing::instruction_set_name);
 
-TEST_P(SourceCullerOn, LetsEverySourceThroughThatReachesTheThresholdAndFewMore) {
+TEST_P(SourceCullerOn, PassesEverySourceAboveTheThresholdAndFewOthers) {
   struct Place {
     double spread_m;
     Vec3 middle_m;
@@ -74,13 +74,13 @@ TEST_P(SourceCullerOn, LetsEverySourceThroughThatReachesTheThresholdAndFewMore) 
           }
         }
       }
-      // Where the sources are tens of kilometres apart, single precision is a few millimetres.
+      // With sources tens of kilometres apart, single precision is off by a few millimetres.
       EXPECT_LT(static_cast<double>(through), 1.02 * static_cast<double>(by_the_formula) + 30);
     }
 }
 
-// What a listener asks who means to walk: who might reach the threshold on the way?
-TEST_P(SourceCullerOn, GivesCeilingsThatHoldForAWholeBallIfAsked) {
+// A validity radius asks which sources may reach the threshold within a ball.
+TEST_P(SourceCullerOn, BoundsPrioritiesWithinAWholeBall) {
   const testing::ScatteredSources level(5, 512, 10, {3, 2, 1});
   const RadiationModel field(level.emitters, level.materials, Air{});
   const auto sources = level.sieve_sources(field);
@@ -97,7 +97,7 @@ TEST_P(SourceCullerOn, GivesCeilingsThatHoldForAWholeBallIfAsked) {
     sifted.for_each([&](std::size_t s, double ceiling) { found[s] = ceiling; });
     passed += static_cast<std::size_t>(
         std::count_if(found.begin(), found.end(), [](double ceiling) { return ceiling > 0; }));
-    // On the ball's surface, within it, and as near to a source as it lets one.
+    // Samples the surface of the ball and its interior; priorities must not exceed the bound.
     for (std::uint32_t k = 0; k < 40; ++k) {
       const RandomBits step = philox(79, {i, k, 0, 0});
       const Vec3 place =
@@ -114,8 +114,8 @@ TEST_P(SourceCullerOn, GivesCeilingsThatHoldForAWholeBallIfAsked) {
   EXPECT_LT(passed, 60u * 512u);
 }
 
-// The highest ceiling in a ball that the source is outside of, if the nearest place in it, the one
-// farthest round towards the lobe and the one most before the surface were the same.
+// Largest upper bound in a ball outside the source, assuming that the nearest point, the point
+// closest to the lobe's axis and the point closest to the normal coincide.
 double highest_in_ball(const CullSource& s, const Vec3& middle, double radius_m) {
   const Vec3 way_m = middle - Vec3(s.position_m);
   const double r_m = length(way_m), turn = std::asin(radius_m / r_m);
@@ -133,8 +133,8 @@ double highest_in_ball(const CullSource& s, const Vec3& middle, double radius_m)
   return (even + lobe * std::min(1.0, cos_o / cos_i)) / (near_m * near_m);
 }
 
-// Ceilings that are too high cost the runtime thrice the sources to look at.
-TEST_P(SourceCullerOn, GivesCeilingsForABallThatAreLittleHigherThanWhatIsInIt) {
+// Loose bounds would triple the number of sources that the runtime tests.
+TEST_P(SourceCullerOn, HasTightBoundsForABall) {
   const testing::ScatteredSources level(6, 512, 1, {0, 0, 0});
   const RadiationModel field(level.emitters, level.materials, Air{});
   const auto sources = level.sieve_sources(field);
@@ -149,8 +149,8 @@ TEST_P(SourceCullerOn, GivesCeilingsForABallThatAreLittleHigherThanWhatIsInIt) {
     sifted.for_each([&](std::size_t s, double ceiling) {
       const double highest = highest_in_ball(sources[s], middle, radius_m);
       const double in_front = priority_upper_bound(sources[s], Vec3(sources[s].position_m));
-      if (highest < 1e-9 * in_front) return;  // nothing is left to compare
-      // Single precision turns the sharpest lobes, of exponent 1000, a little.
+      if (highest < 1e-9 * in_front) return;  // nothing remains to compare
+      // Single precision rotates the sharpest lobes, of exponent 1000, a little.
       ASSERT_LE(ceiling, 1.02 * highest) << i << " " << s;
       ++compared;
       sharp += sources[s].fall > 50;
@@ -160,7 +160,7 @@ TEST_P(SourceCullerOn, GivesCeilingsForABallThatAreLittleHigherThanWhatIsInIt) {
   EXPECT_GT(sharp, 100u);
 }
 
-// As a list has it, seen from a place.
+// The source relative to the listener, as in a shortlist.
 SourceShape shape_of(const CullSource& source, const Vec3& place) {
   return {Vec3f(Vec3(source.position_m) - place),
           source.normal,
@@ -173,8 +173,8 @@ SourceShape shape_of(const CullSource& source, const Vec3& place) {
           source.is_emitter ? -1 : source.slope};
 }
 
-// What a shortlist asks, of any number of sources at once.
-TEST_P(SourceCullerOn, GivesTheSameCeilingsToSourcesOfAShortlist) {
+// Shortlists evaluate the bounds of any number of sources at once.
+TEST_P(SourceCullerOn, GivesTheSameBoundsToSourcesOfAShortlist) {
   const testing::ScatteredSources level(8, 300, 10, {1, 2, 3});
   const RadiationModel field(level.emitters, level.materials, Air{});
   const auto sources = level.sieve_sources(field);
@@ -194,9 +194,9 @@ TEST_P(SourceCullerOn, GivesTheSameCeilingsToSourcesOfAShortlist) {
   }
 }
 
-// As those of a copy far from the origin, which are heard from where single precision has them; and
-// for one who walks on.
-TEST_P(SourceCullerOn, GivesCeilingsToAShortlistThatHoldForSourcesAsFarOffAsItSays) {
+// The bounds allow for sources that are displaced by up to `off_m`, like those of instances far
+// from the origin in single precision, and for a listener who walks on.
+TEST_P(SourceCullerOn, BoundsSourcesOfAShortlistThatAreDisplaced) {
   const testing::ScatteredSources level(11, 400, 1, {0, 0, 0});
   const RadiationModel field(level.emitters, level.materials, Air{});
   const auto sources = level.sieve_sources(field);
@@ -225,21 +225,21 @@ TEST_P(SourceCullerOn, GivesCeilingsToAShortlistThatHoldForSourcesAsFarOffAsItSa
   EXPECT_GT(close, 20'000u);
 }
 
-TEST_P(SourceCullerOn, GivesCeilingsThatTheFormulaInDoublePrecisionGives) {
+TEST_P(SourceCullerOn, EqualsTheBoundInDoublePrecision) {
   const testing::ScatteredSources level(3, 512, 10, {1, 2, 3});
   const RadiationModel field(level.emitters, level.materials, Air{});
   const auto sources = level.sieve_sources(field);
   const SourceCuller sieve(sources);
   std::size_t compared = 0;
   for (std::uint32_t i = 0; i < 40; ++i) {
-    // Not on a source, where half a centimetre turns the direction.
+    // Not on a source, where half a centimetre changes the direction.
     const Vec3 place =
         Vec3(1, 2, 3) + (i % 2 == 0 ? 20.0 : 7.0) * testing::direction(philox(9, {i, 0, 0, 0}));
     CullResult sifted;
     sieve.sift(place, 1e-12, sifted);
     sifted.for_each([&](std::size_t s, double ceiling) {
       const double expected = priority_upper_bound(sources[s], place);
-      // At the horizon, or far off a narrow lobe, nothing is left to compare.
+      // At the horizon or far from the axis of a narrow lobe, nothing remains to compare.
       if (expected < 1e-9 * priority_upper_bound(sources[s], Vec3(sources[s].position_m))) return;
       ASSERT_GE(ceiling, expected);
       ASSERT_LE(ceiling, expected * kCullSlack + 1e-5) << s;
@@ -249,7 +249,7 @@ TEST_P(SourceCullerOn, GivesCeilingsThatTheFormulaInDoublePrecisionGives) {
   EXPECT_GT(compared, 5000u);
 }
 
-TEST(SourcePage, FindsTheSameInAListOfAnyLength) {
+TEST(SourcePage, FindsTheSameInListsOfAnyLength) {
   for (const std::uint32_t count : {0u, 1u, 511u, 512u, 513u, 5000u}) {
     const testing::ScatteredSources level(7, std::max(count, 1u), 10, {0, 0, 0});
     const RadiationModel field(level.emitters, level.materials, Air{});

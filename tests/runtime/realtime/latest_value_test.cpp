@@ -1,5 +1,5 @@
-// The ways values travel between threads, in ten million random interleavings each, and under
-// ThreadSanitizer, which sees orders that this machine does not show.
+// latest_value_test.cpp: the lock-free queues between threads, in ten million random interleavings
+// each, and under ThreadSanitizer, which sees orders that this machine does not show.
 #include "runtime/realtime/latest_value.h"
 
 #include <array>
@@ -16,11 +16,11 @@
 namespace clamor {
 namespace {
 
-// Times that one side meets the other, wherever that is just then.
+// Number of operations of one side during which the other side may be anywhere.
 constexpr std::uint64_t kMeetings = testing::kSanitized ? 300'000 : 10'000'000;
 
-// So that the sides meet at every point of each other's way: mostly in step, at times a slip of
-// some tens of instructions, seldom another thread in between.
+// Shifts the two threads against each other, so that they meet at every point: usually in step,
+// sometimes by a slip of some tens of instructions, rarely with another thread in between.
 class Jitter {
  public:
   explicit Jitter(unsigned seed) : random_(seed) {}
@@ -35,7 +35,7 @@ class Jitter {
   std::minstd_rand random_;
 };
 
-// After some tries in vain, lets the other side have this core, if that is what it waits for.
+// Yields the core after some failed attempts, in case the other side waits for it.
 class SpinThenYield {
  public:
   void in_vain() {
@@ -56,7 +56,8 @@ TEST(LatestValue, IsNeverTornAndNeverGoesBack) {
   std::thread writer([&] {
     Jitter jitter(1);
     std::uint64_t i = 0;
-    while (i < kMeetings || seen.load(std::memory_order_relaxed) < 100) {  // so both run at once
+    // both threads run at the same time
+    while (i < kMeetings || seen.load(std::memory_order_relaxed) < 100) {
       Torn torn;
       torn.copies.fill(++i);
       value.publish(torn);
@@ -69,7 +70,7 @@ TEST(LatestValue, IsNeverTornAndNeverGoesBack) {
   while (newest == 0 || last != newest) {
     const Torn& torn = value.latest();
     const std::uint64_t first = torn.copies[0];
-    jitter();  // it holds until the next call, whatever is published meanwhile
+    jitter();  // the reference holds until the next call, whatever is published meanwhile
     for (const auto copy : torn.copies) ASSERT_EQ(copy, first);
     ASSERT_GE(first, last);
     seen.fetch_add(first != last, std::memory_order_relaxed);
@@ -78,7 +79,7 @@ TEST(LatestValue, IsNeverTornAndNeverGoesBack) {
   writer.join();
 }
 
-TEST(KeyframeQueue, HandsOverEveryKeyframeOnceAndInOrder) {
+TEST(KeyframeQueue, DeliversEveryKeyframeOnceAndInOrder) {
   KeyframeQueue queue(4, 8);
   std::atomic<bool> done{false};
   std::atomic<std::uint64_t> published{0};
@@ -86,7 +87,7 @@ TEST(KeyframeQueue, HandsOverEveryKeyframeOnceAndInOrder) {
     Jitter jitter(3);
     SpinThenYield patience;
     std::uint64_t next = 1;
-    // Enough of them, though a reader may get no time for long.
+    // A minimum number of keyframes, even if the reader gets no time for long.
     for (std::uint64_t i = 0; i < kMeetings || next <= 2000; ++i) {
       if (Keyframe* const keyframe = queue.writable()) {
         keyframe->number = next;
@@ -125,8 +126,8 @@ TEST(KeyframeQueue, HandsOverEveryKeyframeOnceAndInOrder) {
   EXPECT_GT(published, 1000u);
 }
 
-// Blocks of 1 to 7 samples are there whole and in order, or are counted as dropped.
-TEST(SampleRing, CarriesEverySampleThatFitsAndCountsTheOthers) {
+// Blocks of 1 to 7 samples arrive whole and in order, or are counted as dropped.
+TEST(SampleRing, DeliversEverySampleThatFitsAndCountsTheOthers) {
   SampleRing ring(61);
   std::atomic<bool> done{false};
   std::uint64_t sent = 0;
@@ -171,7 +172,7 @@ TEST(SampleRing, CarriesEverySampleThatFitsAndCountsTheOthers) {
   EXPECT_GT(got, 1000u);
 }
 
-TEST(SampleRing, DropsAndCountsWhatDoesNotFit) {
+TEST(SampleRing, DropsAndCountsBlocksThatDoNotFit) {
   SampleRing ring(4);
   const std::array<float, 3> block = {1, 2, 3};
   ring.write(block);

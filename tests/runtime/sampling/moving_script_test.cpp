@@ -25,7 +25,7 @@ std::string written(const std::string& text) {
   return path;
 }
 
-TEST(MovingScript, MovesWhatItNamesAsACallerWould) {
+TEST(MovingScript, MovesItsSourcesLikeACaller) {
   const std::string path = written(R"({ "sources": [
       { "name": "car", "signal": "noise", "gain_db": -6.0206, "from_s": 0.2, "until_s": 0.6,
         "path": { "points": [ { "time_s": 0, "position_m": [-10, 0, -5] },
@@ -66,7 +66,7 @@ TEST(MovingScript, MovesWhatItNamesAsACallerWould) {
   EXPECT_LT(std::abs(scripted.back()), 1e-6f);
 }
 
-TEST(MovingScript, SaysWhatIsWrongWithAFile) {
+TEST(MovingScript, NamesTheErrorInAFile) {
   const std::string path = written(R"({ "sources": [ { "signl": "noise", "path": {} } ] })");
   const auto script = MovingScript::read(path);
   std::filesystem::remove(path);

@@ -69,7 +69,7 @@ struct Stage {
   MovingSourceList list;
 };
 
-TEST(MovingSources, AreChosenAsASortOfThemAndAllOthersChooses) {
+TEST(MovingSources, AreSampledLikeASortOfAllSources) {
   constexpr std::size_t kVoices = 150;
   Stage stage(2000);
   SourceList still(stage.field, stage.weights, stage.input.sources);
@@ -107,7 +107,7 @@ TEST(MovingSources, AreChosenAsASortOfThemAndAllOthersChooses) {
   }
 }
 
-TEST(MovingSources, AreUnbiasedInPowerOverTheirPermanentNumbers) {
+TEST(MovingSources, AreUnbiasedInTotalPower) {
   constexpr std::size_t kVoices = 20, kSources = 200;
   constexpr int kRolls = 1000;
   Stage stage(kSources);
@@ -132,7 +132,7 @@ TEST(MovingSources, AreUnbiasedInPowerOverTheirPermanentNumbers) {
   estimates.expect_unbiased(kVoices);
 }
 
-TEST(MovingSources, AreWhereTheirVelocityHasTakenThemByEachKeyframe) {
+TEST(MovingSources, MoveWithTheirVelocityUntilEachKeyframe) {
   Stage stage(1);
   MovingSource source;
   source.position_m = {10, 0, 0};
@@ -198,7 +198,7 @@ TEST(PositionHistory, KnowWhereASourceWasWhenWhatIsHeardLeftIt) {
   }
 }
 
-TEST(MovingSources, SayWhatIsWrongAndChangeNothingThen) {
+TEST(MovingSources, ReportErrorsAndThenChangeNothing) {
   MovingSources moving(2, 1);
   MovingSource source;
   const auto first = moving.add(source);

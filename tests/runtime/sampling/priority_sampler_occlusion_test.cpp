@@ -1,4 +1,5 @@
-// Listeners from whom nearly everything is hidden: what finding out costs, and what they hear.
+// priority_sampler_occlusion_test.cpp: cost and result of sampling for listeners from whom nearly
+// everything is occluded.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -33,7 +34,8 @@ double sum_of_bands(const std::array<double, kBandCount>& power) {
 
 double db(double power) { return 10 * std::log10(power + 1e-30); }
 
-// A sampler of a world's sources, or of others on the walls of its room, in an octree.
+// A sampler with occlusion of the sources of a world, or of other sources on the walls of its room,
+// in an octree.
 class OccludedListener {
  public:
   OccludedListener(const World& world, std::vector<Source> sources, std::size_t voices, bool exact)
@@ -49,7 +51,7 @@ class OccludedListener {
                                      exact ? SearchBound::kUnbounded : SearchBound::kBounded);
   }
 
-  // All pages that it asks for come before the next keyframe.
+  // All requested pages arrive before the next keyframe.
   double power_at(const Vec3& place, double time_s) {
     const std::uint64_t work = sampler_->work(), rays = occlusion_->statistics().rays;
     auto sample = sampler_->sample(place, time_s);
@@ -91,19 +93,19 @@ Level box_with_pillar(const Vec3& size_m) {
   return level;
 }
 
-// Walks inside for two seconds, then, at once, somewhere where little is heard, for two, and then
-// inside again. The budget is in units of work, so the bound does not depend on the machine.
+// The listener walks inside for two seconds, jumps to a place where little is audible for two, and
+// returns. The budget counts units of work, so the bound does not depend on the machine.
 void expect_bounded_and_back_soon(const World& world, const std::vector<Source>& sources,
                                   const Place& inside, const Place& hidden, bool is_silent) {
   constexpr std::size_t kVoices = 2000;
   constexpr int kLeaves = 100, kReturns = 200, kBackWithin = 10;
-  // A look-up notices that the budget is exhausted after at most a packet of pages.
+  // A query notices an exhausted budget after at most a packet of pages.
   const std::uint64_t max_work =
       (work_per_keyframe(kVoices) + work_ahead_per_keyframe(kVoices)) * 5 / 4;
-  // Twice the rays where everything changed, and the last look, which may be a close one.
+  // Twice the rays where everything changed, plus the last batch, which may be a fine one.
   constexpr std::uint64_t kMostRays = 2 * kRaysPerKeyframe + 64 * 9 * 8;
   OccludedListener listener(world, sources, kVoices, false);
-  std::vector<double> settled(50);  // by where one is on the way
+  std::vector<double> settled(50);  // by position on the path
   for (int keyframe = 0; keyframe < kReturns + 30; ++keyframe) {
     const bool is_hidden = keyframe >= kLeaves && keyframe < kReturns;
     const Vec3 place = is_hidden ? hidden(keyframe) : inside(keyframe % 50);
@@ -121,12 +123,12 @@ void expect_bounded_and_back_soon(const World& world, const std::vector<Source>&
   }
 }
 
-// Both rooms are small; a step of a walk is 3 cm.
+// Both rooms are small, so a step is 3 cm.
 Vec3 stroll(const Vec3& from, int keyframe) {
   return from + Vec3(0.03 * (keyframe % 50), 0, 0.01 * (keyframe % 50));
 }
 
-TEST(OccludedListener, CostsNoMoreThanTheBudgetAndHearsTheRoomAtOnceAgain) {
+TEST(OccludedListener, StaysWithinTheBudgetAndRecoversAtOnce) {
   const World world(box_with_pillar({6, 4, 5}), testing::kSanitized ? 100 : 1500);
   const auto inside = [](int k) { return stroll({2, 1.7, 3}, k); };
   const auto outside = [](int k) { return stroll({9, 1.7, 2}, k); };
@@ -135,7 +137,7 @@ TEST(OccludedListener, CostsNoMoreThanTheBudgetAndHearsTheRoomAtOnceAgain) {
   expect_bounded_and_back_soon(world, world.sources, inside, in_the_pillar, true);
 }
 
-TEST(OccludedListener, CostsNoMoreThanTheBudgetBehindAWall) {
+TEST(OccludedListener, StaysWithinTheBudgetBehindAWall) {
   Level level = testing::shoebox({12, 3, 8}, testing::uniform_material(0.6f), {1.5, 1.5, 4});
   testing::add_quad(level.mesh,
                     {Vec3f(6, 0, 0.5f), Vec3f(6, 3, 0.5f), Vec3f(6, 3, 7.5f), Vec3f(6, 0, 7.5f)});
@@ -151,7 +153,7 @@ TEST(OccludedListener, CostsNoMoreThanTheBudgetBehindAWall) {
       false);
 }
 
-TEST(OccludedListener, CostsNoMoreThanTheBudgetOfAMillionSources) {
+TEST(OccludedListener, StaysWithinTheBudgetWithAMillionSources) {
   const World world(box_with_pillar({20, 8, 15}), 5);
   std::vector<Source> sources = testing::wall_sources(testing::kSanitized ? 20'000 : 1'000'000);
   expect_bounded_and_back_soon(
@@ -165,7 +167,7 @@ TEST(OccludedListener, CostsNoMoreThanTheBudgetOfAMillionSources) {
       true);
 }
 
-TEST(OccludedListener, OfARenderLooksAtEachSourceOnceAndHearsNothing) {
+TEST(OccludedListener, TestsEachSourceOnceInARender) {
   const World world(box_with_pillar({6, 4, 5}), 200);
   OccludedListener listener(world, world.sources, 2000, true);
   EXPECT_GT(listener.power_at({2, 1.7, 3}, 0), 0);
@@ -175,7 +177,7 @@ TEST(OccludedListener, OfARenderLooksAtEachSourceOnceAndHearsNothing) {
   EXPECT_LE(listener.occlusion().statistics().estimates - looks, world.sources.size());
 }
 
-TEST(OccludedListener, IsNotSearchedForOnceStopped) {
+TEST(OccludedListener, StopsSearchingWhenAsked) {
   const World world(box_with_pillar({6, 4, 5}), 200);
   for (const bool exact : {false, true}) {
     OccludedListener listener(world, world.sources, 2000, exact);
@@ -185,14 +187,14 @@ TEST(OccludedListener, IsNotSearchedForOnceStopped) {
     const std::atomic<bool> stop{true};
     listener.sampler().stop_when(&stop);
     listener.sampler().sample({9, 1.7, 2}, 0.02);
-    // A page or two, until it is noticed.
+    // A query notices the request after a page or two.
     EXPECT_LE(listener.sampler().work() - work, 20'000u) << exact;
     EXPECT_LE(listener.occlusion().statistics().rays - looks, kRaysPerKeyframe) << exact;
     listener.sampler().stop_when(nullptr);
   }
 }
 
-// A hall of little reverberation, with a wall of 4 x 3 m between its emitter and who walks by.
+// A hall of little reverberation, with a wall of 4 x 3 m between its emitter and the listener.
 Level hall_with_wall() {
   Level level = testing::shoebox({24, 8, 14}, testing::uniform_material(0.95f), {12, 1.5, 11});
   testing::add_quad(level.mesh,
@@ -200,7 +202,7 @@ Level hall_with_wall() {
   return level;
 }
 
-TEST(Render, HearsTheShadowOfAWallWhereItIsHoweverFastOneWalks) {
+TEST(RenderedOcclusion, FollowsTheShadowOfAWallAtAnySpeed) {
   const World world(hall_with_wall(), 300);
   constexpr std::size_t kVoices = 300;
   for (const double speed_mps : {3.0, 9.0}) {
@@ -213,20 +215,20 @@ TEST(Render, HearsTheShadowOfAWallWhereItIsHoweverFastOneWalks) {
       most = std::max(most, power);
       least = std::min(least, power);
       if (keyframe % (testing::kSanitized ? 32 : 4) != 0) continue;
-      // The slow version knows nothing yet, and so looks at every source from here.
+      // A new sampler has no cache and tests every source from here.
       OccludedListener anew(world, world.sources, kVoices, true);
       const double should_be = anew.power_at(place, 0.02 * keyframe);
       worst_db = std::max(worst_db, std::abs(db(power) - db(should_be)));
     }
-    // A look holds for a cell of 0.1 to 0.4 m, a quarter of that at an edge.
+    // A cached visibility is valid within a cell of 0.1 to 0.4 m, or a quarter of that at an edge.
     EXPECT_LT(worst_db, 1) << speed_mps << " m/s";
     EXPECT_GT(db(most) - db(least), 5);  // the wall casts a shadow
   }
 }
 
-TEST(Render, IsOneLevelFromTheFirstKeyframeOnWhereOneStands) {
+TEST(RenderedOcclusion, IsConstantFromTheFirstKeyframeForAListenerAtRest) {
   const World world(hall_with_wall(), 300);
-  const Vec3 behind(13.5, 1.5, 6.5);  // where its edge cuts many
+  const Vec3 behind(13.5, 1.5, 6.5);  // where the edge of the wall cuts many zones
   for (const std::size_t voices : {100, 300, 10'000}) {
     OccludedListener listener(world, world.sources, voices, true);
     const double first = listener.power_at(behind, 0);
@@ -237,7 +239,7 @@ TEST(Render, IsOneLevelFromTheFirstKeyframeOnWhereOneStands) {
   }
 }
 
-TEST(SampledResponse, OfPriorityIsWhatSurfacesLeaveOfAllSources) {
+TEST(SampledResponse, WithPriorityEqualsTheOccludedPowerOfAllSources) {
   const World world(testing::two_rooms(true), 200);
   const Vec3 beside_the_door(6, 3.6, 1.5);
   const auto energy = [&](const StrategyOptions& options) {
@@ -253,7 +255,7 @@ TEST(SampledResponse, OfPriorityIsWhatSurfacesLeaveOfAllSources) {
   const auto fewer = energy({.strategy = "priority", .voices = world.sources.size() / 8});
   for (std::size_t b = 0; b < kBandCount; ++b) {
     EXPECT_GT(all[b], 0);
-    // A source that an ordinary look calls hidden and a close one does not is left out.
+    // A source that a coarse test calls occluded and a fine one does not is missing.
     EXPECT_NEAR(db(as_many[b]) - db(all[b]), 0, 0.1) << "band " << b;
     EXPECT_NEAR(db(fewer[b]) - db(all[b]), 0, 1) << "band " << b;
   }

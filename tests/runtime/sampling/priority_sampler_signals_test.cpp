@@ -1,4 +1,4 @@
-// Sources are chosen by what they play at the moment.
+// priority_sampler_signals_test.cpp: priorities follow the levels that signals have at the moment.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,7 +28,7 @@ Signal gated_noise(double seconds, bool loop, std::uint32_t seed) {
   return signal;
 }
 
-// Silent but between these times.
+// The signal with silence outside a range of time.
 Signal only_between(Signal signal, double from_s, double to_s) {
   for (std::size_t i = 0; i < signal.samples.size(); ++i) {
     const double t = static_cast<double>(i) / kSampleRate_hz;
@@ -44,7 +44,7 @@ SignalWeights weights_of(const std::vector<Signal>& signals) {
   return make_signal_weights(envelopes);
 }
 
-// Sources in a hall, of emitters that play different signals.
+// Sources in a hall, from emitters that play different signals.
 struct WeighedHall {
   WeighedHall(std::vector<Signal> played, std::uint32_t count, std::uint64_t seed)
       : signals(std::move(played)), weights(weights_of(signals)) {
@@ -81,7 +81,7 @@ struct WeighedHall {
   std::vector<Source> all;
 };
 
-// Two loops of unlike rhythm, one of them quiet, and two sounds that play once.
+// Two loops with different rhythms, one of them quiet, and two one-shots.
 std::vector<Signal> played() {
   Signal quiet = gated_noise(0.77, true, 2);
   for (float& sample : quiet.samples) sample *= 0.05f;
@@ -89,7 +89,7 @@ std::vector<Signal> played() {
           only_between(gated_noise(3, false, 4), 2.7, 3)};
 }
 
-// With the factor of each that is chosen.
+// Numbers and power scales of the sample.
 std::map<std::uint64_t, double> slow_sample(const WeighedHall& hall, const RadiationModel& field,
                                             std::span<const Source> sources, std::size_t voices,
                                             const Vec3& place, double time_s) {
@@ -109,7 +109,7 @@ std::map<std::uint64_t, double> slow_sample(const WeighedHall& hall, const Radia
   return testing::reference_sample(std::move(all), voices);
 }
 
-TEST(MomentSampling, GivesTheSampleOfASortOfAllSourcesAtEveryTime) {
+TEST(SignalSampling, GivesTheSampleOfASortOfAllSourcesAtAnyTime) {
   const WeighedHall hall(played(), 6000, 1);
   const RadiationModel field = hall.field();
   testing::StoredTrees trees;
@@ -119,7 +119,7 @@ TEST(MomentSampling, GivesTheSampleOfASortOfAllSourcesAtEveryTime) {
     PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
     OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
     const auto sampler = make_priority_sampler(field, hall.weights, pool, voices);
-    // Standing still while time goes on, walking, and jumps in place and time.
+    // The listener stands still, walks, and jumps in place and time.
     for (std::uint32_t i = 0; i < 40; ++i) {
       const RandomBits bits = philox(6, {i, 0, 0, 0});
       const double time_s = i < 25 ? 0.5 + 0.02 * i : 8 * unit(bits[0]) - 0.5;
@@ -135,10 +135,10 @@ TEST(MomentSampling, GivesTheSampleOfASortOfAllSourcesAtEveryTime) {
   }
 }
 
-// Who goes straight on is asked for ahead; who turns, jumps, stands still or is late misses nothing
-// either.
-TEST(MomentSampling, GivesTheSampleOfASortToOneWhoWalksOnAndTurns) {
-  const WeighedHall hall(played(), 40'000, 9);
+// Queries are made ahead for a listener who walks straight on; one who turns, jumps, stands still
+// or is late gets the same sample as well.
+TEST(SignalSampling, GivesTheSampleOfASortToAListenerWhoWalksAndTurns) {
+  const WeighedHall hall(played(), 20'000, 9);
   const RadiationModel field = hall.field();
   testing::StoredTrees trees;
   trees.add(build_octree(hall.all));
@@ -149,7 +149,7 @@ TEST(MomentSampling, GivesTheSampleOfASortToOneWhoWalksOnAndTurns) {
   const auto sampler = make_priority_sampler(field, hall.weights, pool, kVoices);
   Vec3 place(3, 1.7, 3);
   double way = 0, time_s = 3;
-  constexpr std::uint32_t kKeyframes = testing::kSanitized ? 120 : 400;
+  constexpr std::uint32_t kKeyframes = testing::kSanitized ? 120 : 200;
   for (std::uint32_t k = 0; k < kKeyframes; ++k) {
     const RandomBits bits = philox(8, {k, 0, 0, 0});
     const std::uint32_t in_round = k % 100;
@@ -165,7 +165,7 @@ TEST(MomentSampling, GivesTheSampleOfASortToOneWhoWalksOnAndTurns) {
   }
 }
 
-TEST(MomentSampling, AsksOfOneWhoWalksOnAThirdOfTheTreeAtATime) {
+TEST(SignalSampling, RefreshesAThirdOfTheTreePerKeyframeOnAWalk) {
   const WeighedHall hall(played(), 100'000, 10);
   const RadiationModel field = hall.field();
   testing::StoredTrees trees;
@@ -187,19 +187,19 @@ TEST(MomentSampling, AsksOfOneWhoWalksOnAThirdOfTheTreeAtATime) {
         ASSERT_TRUE(pool.look(place, threshold, hall.all.size(), found));
         pool.ask(place + 25.0 * step, threshold);
       } while (!pool.complete());
-      if (k < 50) continue;  // by then all is here
+      if (k < 50) continue;  // by now all pages are loaded
       looked_at[may_lag] += pool.sources_tested() - before;
       found_in_all[may_lag] += found.size();
     }
   }
   EXPECT_GT(found_in_all[0], 150 * 100u);
-  // They may be loud enough somewhere on the way.
+  // Sources that may reach the threshold on the way are found, too.
   EXPECT_LT(found_in_all[1], 1.5 * static_cast<double>(found_in_all[0]));
-  // A third of what is passed in lists; lists that are made anew stay as many.
+  // A third of the lists is passed per keyframe; the number of lists made anew stays the same.
   EXPECT_LT(looked_at[1], 0.75 * static_cast<double>(looked_at[0]));
 }
 
-TEST(MomentSampling, GivesNoVoiceToWhatIsSilentNow) {
+TEST(SignalSampling, GivesNoVoiceToSilentSources) {
   const WeighedHall hall(played(), 2000, 2);
   const RadiationModel field = hall.field();
   SourceList list(field, hall.weights, hall.all);
@@ -209,7 +209,7 @@ TEST(MomentSampling, GivesNoVoiceToWhatIsSilentNow) {
     for (const SampledSource& chosen : sampler->sample({5, 1.7, 5}, time_s)) {
       const Source& source = *chosen.source;
       ++heard[chosen.signal];
-      // Of what plays once nothing sounds before it can have begun, nor when it is long over.
+      // A one-shot is silent before it starts and long after its end.
       const double at_s = time_s - field.delay_s(source, {5, 1.7, 5});
       if (chosen.signal == 2) {
         EXPECT_TRUE(at_s > -0.15 && at_s < 1) << at_s;
@@ -224,12 +224,12 @@ TEST(MomentSampling, GivesNoVoiceToWhatIsSilentNow) {
     }
   }
   for (const int times : heard) EXPECT_GT(times, 100);
-  // The last echoes of what plays once are over by then; the loops go on.
+  // The last echoes of one-shots have ended by then; the loops continue.
   for (const SampledSource& chosen : sampler->sample({5, 1.7, 5}, 1e6))
     EXPECT_LT(chosen.signal, 2u);
 }
 
-TEST(MomentSampling, OfALevelWhereAllIsOverChoosesNothing) {
+TEST(SignalSampling, ChoosesNothingAfterAllSoundsHaveEnded) {
   const WeighedHall hall({gated_noise(0.3, false, 1)}, 1000, 3);
   const RadiationModel field = hall.field();
   testing::StoredTrees trees;
@@ -241,14 +241,14 @@ TEST(MomentSampling, OfALevelWhereAllIsOverChoosesNothing) {
   EXPECT_TRUE(sampler->sample({5, 1.7, 5}, 10).empty());
 }
 
-// For good, with all below it.
+// Loads a page and all below it permanently.
 void load_all(PageLoader& loader, const PageEntry& entry) {
   ASSERT_TRUE(loader.load_now(entry));
   for (const PageEntry& child : loader.find(entry)->links.children) load_all(loader, child);
 }
 
-// Or a bang would make every sample after it as dear as itself.
-TEST(MomentSampling, CostsNoMoreAfterALoudSoundThanIfThatHadNeverBeen) {
+// Otherwise a loud sound would make every later sample as expensive as its own.
+TEST(SignalSampling, CostsNoMoreAfterALoudSound) {
   Signal quiet = gated_noise(1, true, 2);
   for (float& sample : quiet.samples) sample *= 0.01f;
   std::array<std::uint64_t, 2> visited{};
@@ -260,14 +260,14 @@ TEST(MomentSampling, CostsNoMoreAfterALoudSoundThanIfThatHadNeverBeen) {
     testing::StoredTrees trees;
     trees.add(build_octree(hall.all));
     PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
-    // When pages come decides what is asked for meanwhile, and is not what this is about.
+    // All pages are loaded in advance, because the time of their arrival changes what is queried.
     load_all(loader, trees.tops().back());
     OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
     const auto sampler = make_priority_sampler(field, hall.weights, pool, 100);
-    // The forecast of the threshold forgets the fall of it within half a second.
+    // The threshold predictor recovers from the fall of the threshold within half a second.
     std::vector<double> times_s = {0.5};
     for (int i = 0; i < 300; ++i) times_s.push_back(20 + 0.02 * i);
-    // One who stands still has nothing to visit.
+    // A listener who stands still would visit nothing.
     Vec3 place(5, 1.7, 5);
     for (const double time_s : times_s) {
       const std::uint64_t before = pool.nodes_visited();
@@ -280,12 +280,12 @@ TEST(MomentSampling, CostsNoMoreAfterALoudSoundThanIfThatHadNeverBeen) {
       visited[loud] += now;
     }
   }
-  // Which nodes are known to be quiet, and above what, depends on what thresholds were asked for
-  // before: a node more or less at a time. With the bang in its bounds it visits all of them.
+  // The cached nodes and their bounds depend on earlier thresholds, by about a node per keyframe.
+  // With the loud sound in its bounds a query visits all nodes.
   EXPECT_NEAR(static_cast<double>(visited[1]) / static_cast<double>(visited[0]), 1, 0.15);
 }
 
-// The power that is heard now, with each source's power counted as it is at this moment.
+// ReceivedIntensity power with the current level of the source's signal.
 double heard_now(const WeighedHall& hall, const RadiationModel& field, const SignalWeights& raw,
                  const Source& source, const Vec3& place, double time_s) {
   const auto now =
@@ -293,8 +293,8 @@ double heard_now(const WeighedHall& hall, const RadiationModel& field, const Sig
   return weight(field, now.weights, source, place);
 }
 
-// Half of the sources are silent at a time: two loops take turns.
-TEST(MomentSampling, IsAsLoudAsAllAndSurerThanByTheMeanWhereHalfIsSilentAtATime) {
+// Two loops alternate, so half of the sources are silent at any time.
+TEST(SignalSampling, IsUnbiasedAndMorePreciseThanByMeanLevelsWhenHalfIsSilent) {
   std::vector<Signal> turns = {only_between(gated_noise(2, true, 1), 0, 0.9),
                                only_between(gated_noise(2, true, 2), 1, 1.9)};
   constexpr std::size_t kVoices = 150;
@@ -333,10 +333,10 @@ TEST(MomentSampling, IsAsLoudAsAllAndSurerThanByTheMeanWhereHalfIsSilentAtATime)
       ++looks;
     }
   }
-  // Unbiased, both.
+  // Both are unbiased.
   for (std::size_t s = 0; s < 2; ++s)
     EXPECT_NEAR(sum[s] / looks, 1, 3 * std::sqrt(squares[s] / looks / kSeeds)) << s;
-  // Within 0.8 dB in 95 of 100, at every moment and not only over ten seconds.
+  // The sample is within 0.8 dB in 95 of 100 cases at every moment, not only over ten seconds.
   EXPECT_LE(far, looks / 20);
   EXPECT_LT(squares[0], 0.8 * squares[1]);
   RecordProperty("spread", std::to_string(std::sqrt(squares[0] / looks)));

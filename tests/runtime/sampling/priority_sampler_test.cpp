@@ -38,8 +38,7 @@ Vec3 place(std::uint32_t i) {
 void expect_sorted_choice(const Room& room, std::size_t most_voices) {
   SourceList list = room.list();
   const auto sampler = make_priority_sampler(room.field, room.weights, list, most_voices);
-  // A walk in small steps, where the last threshold predicts the next, and jumps, where it
-  // misleads.
+  // In small steps the last threshold predicts the next; jumps mislead the predictor.
   for (std::uint32_t step = 0; step < 120; ++step) {
     const std::size_t voices = step < 90 ? most_voices : most_voices / 2;
     sampler->set_voice_count(voices);
@@ -50,16 +49,16 @@ void expect_sorted_choice(const Room& room, std::size_t most_voices) {
   }
 }
 
-TEST(PrioritySampler, ChoosesWhatASortOfAllPrioritiesChooses) {
+TEST(PrioritySampler, GivesTheSampleOfASortOfAllPriorities) {
   expect_sorted_choice(Room(400), kSampleVoices);
 }
 
-TEST(PrioritySampler, ChoosesWhatASortDoesWhereLateSourcesAreLikelierToo) {
+TEST(PrioritySampler, GivesTheSampleOfASortWithBoostedLateSources) {
   for (const double t60_s : {0.15, 0.6})
     expect_sorted_choice(Room(400, LateBoost(t60_s)), 10 * kSampleVoices);
 }
 
-TEST(PrioritySampler, IsUnbiasedInPowerOverItsPermanentNumbers) {
+TEST(PrioritySampler, IsUnbiasedInTotalPower) {
   Room room(400);
   const Vec3 listener(4, 5, 1.6);
   double whole = 0;
@@ -91,7 +90,7 @@ TEST(PrioritySampler, TakesEverythingWhenThereIsRoom) {
   for (const SampledSource& chosen : sample) EXPECT_EQ(chosen.power_scale, 1);
 }
 
-TEST(AllSampler, TakesEverySourceAsItIs) {
+TEST(AllSampler, TakesEverySourceUnscaled) {
   const Room room(400);
   const SourceList list = room.list();
   const auto sampler = make_all_sampler(room.field, list);

@@ -1,5 +1,5 @@
-// Priority sampling is right on average not only in the whole: in every band, from every side, at
-// every delay.
+// priority_sampler_unbiased_test.cpp: priority sampling is unbiased not only in total, but in every
+// band, from every direction and at every delay.
 #include <array>
 #include <cmath>
 
@@ -23,7 +23,7 @@ struct Statistics {
     sum += estimate;
     squares += estimate * estimate;
   }
-  // Standard errors between the mean and the truth.
+  // Deviation of the mean from the true value, in standard errors.
   double off() const {
     const double mean = sum / kRolls, variance = squares / kRolls - mean * mean;
     return (mean - whole) / std::sqrt(std::max(variance, 1e-30) / kRolls);
@@ -37,7 +37,7 @@ void expect_unbiased_sampling(const LateBoost& late_boost, std::size_t voices,
   SignalWeights weights;
   weights.by_signal.assign(input.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
 
-  // By band, octant and delay; the last delay bin is all that comes later.
+  // Sums are kept by band, octant and delay; the last delay bin holds all later delays.
   struct Place {
     Bands intensity;
     std::size_t octant, delay;
@@ -82,14 +82,14 @@ void expect_unbiased_sampling(const LateBoost& late_boost, std::size_t voices,
       for (std::size_t i = 0; i < all[g]->size(); ++i) (*all[g])[i].add(estimates[g][i]);
   }
 
-  // 26 sums: one would be beyond 3 standard errors in one of 14 series of rolls, were they not
-  // always the same.
+  // There are 26 sums. With other random numbers one of them would exceed 3 standard errors in one
+  // of 14 runs.
   for (std::size_t b = 0; b < kBandCount; ++b) EXPECT_LT(std::abs(bands[b].off()), 3) << b;
   for (std::size_t o = 0; o < kOctants; ++o) EXPECT_LT(std::abs(octants[o].off()), 3) << o;
   for (std::size_t d = 0; d < kDelays; ++d) EXPECT_LT(std::abs(delays[d].off()), 3) << d;
 
-  // Each band from each side at each delay: 640 sums of which 1.7 are expected beyond 3 standard
-  // errors by chance. The eight bands of a side and delay go together, so chance makes eight at
+  // There are 640 sums of one band, octant and delay, of which 1.7 are expected beyond 3 standard
+  // errors. The eight bands of an octant and delay are correlated, so chance produces eight at
   // once.
   int beyond = 0, heard = 0;
   for (const Statistics& cell : cells) {
@@ -101,11 +101,11 @@ void expect_unbiased_sampling(const LateBoost& late_boost, std::size_t voices,
   EXPECT_LE(beyond, 8);
 }
 
-TEST(PrioritySampling, IsUnbiasedInEachBandFromEachSideAndAtEachDelay) {
+TEST(PrioritySampling, IsUnbiasedInEachBandOctantAndDelay) {
   expect_unbiased_sampling({}, kChosen, 21);
 }
 
-TEST(PrioritySampling, IsUnbiasedWhereLateSourcesAreLikelierToo) {
+TEST(PrioritySampling, IsUnbiasedWithBoostedLateSources) {
   expect_unbiased_sampling(LateBoost(0.15), kChosen, 22);
 }
 

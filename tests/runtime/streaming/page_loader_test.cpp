@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kPages = 40;
 
-// Pages of 100 sources each, whose first is at x = page; page 13 cannot be read.
+// Pages of 100 sources each, the first at x = page; page 13 cannot be read.
 class PageLoaderTest : public ::testing::Test {
  protected:
   PageLoaderTest() : field_(emitters_, materials_, Air{}), page_bytes_((*fetch(at(0)))->bytes()) {}
@@ -50,7 +50,7 @@ class PageLoaderTest : public ::testing::Test {
   const std::uint64_t page_bytes_;
 };
 
-TEST_F(PageLoaderTest, BringsWhatWasAskedForAndNothingBefore) {
+TEST_F(PageLoaderTest, LoadsRequestedPagesAndNothingElse) {
   PageLoader loader(fetcher(), PageBudget{1'000'000});
   loader.begin_sample();
   EXPECT_EQ(loader.use(at(3), 1), nullptr);
@@ -65,9 +65,8 @@ TEST_F(PageLoaderTest, BringsWhatWasAskedForAndNothingBefore) {
   EXPECT_EQ(loader.statistics().loaded, 2u);
 }
 
-// A forged file may name one page twice, with other sources: what is known of some would be asked
-// of others.
-TEST_F(PageLoaderTest, GivesAPageToNoOneWhoTakesItForAnother) {
+// A forged file may name one page twice, with different sources.
+TEST_F(PageLoaderTest, RejectsAnEntryThatDisagreesWithThePage) {
   PageLoader loader(fetcher(), PageBudget{1'000'000});
   ASSERT_TRUE(loader.load_now(at(3)));
   PageEntry other = at(3);
@@ -81,7 +80,7 @@ TEST_F(PageLoaderTest, GivesAPageToNoOneWhoTakesItForAnother) {
   EXPECT_NE(loader.use(at(3), 1), nullptr);
 }
 
-TEST_F(PageLoaderTest, FetchesTheMostUrgentFirst) {
+TEST_F(PageLoaderTest, LoadsTheMostUrgentPagesFirst) {
   fetched_.clear();
   std::atomic<bool> open = false;
   PageLoader loader(
@@ -94,13 +93,13 @@ TEST_F(PageLoaderTest, FetchesTheMostUrgentFirst) {
   loader.ask({{5, at(1)}, {9, at(2)}, {1, at(3)}, {7, at(4)}});
   open = true;
   while (loader.wait()) loader.begin_sample();
-  // Page 0 may have been under way when the others were asked for; it is dropped from the queue
-  // otherwise.
+  // Page 0 may have been loading when the others were requested; otherwise it is dropped from the
+  // queue.
   std::erase(fetched_, 0u);
   EXPECT_EQ(fetched_, (std::vector<std::uint32_t>{2, 4, 1, 3}));
 }
 
-TEST_F(PageLoaderTest, StaysWithinItsBudgetAndDropsWhatWasUsedLongestAgo) {
+TEST_F(PageLoaderTest, EvictsTheLeastRecentlyUsedPagesBeyondItsBudget) {
   PageLoader loader(fetcher(), PageBudget{10 * page_bytes_});
   const auto load = [&](std::uint32_t page) {
     loader.ask({{1, at(page)}});
@@ -123,7 +122,7 @@ TEST_F(PageLoaderTest, StaysWithinItsBudgetAndDropsWhatWasUsedLongestAgo) {
   EXPECT_EQ(loader.statistics().dropped + loader.statistics().resident, 13u);
 }
 
-TEST_F(PageLoaderTest, AsksForNoMoreThanFitsBesideWhatIsInUse) {
+TEST_F(PageLoaderTest, LoadsNoMoreThanFitsBesideThePagesInUse) {
   PageLoader loader(fetcher(), PageBudget{4 * page_bytes_});
   ASSERT_TRUE(loader.load_now(at(0)));
   loader.begin_sample();
@@ -132,11 +131,11 @@ TEST_F(PageLoaderTest, AsksForNoMoreThanFitsBesideWhatIsInUse) {
   for (std::uint32_t page = 1; page < 13; ++page) wanted.push_back({1.0 / page, at(page)});
   loader.ask(wanted);
   while (loader.wait()) loader.begin_sample();
-  EXPECT_EQ(loader.statistics().loaded, 4u);  // 0 and the three most urgent
+  EXPECT_EQ(loader.statistics().loaded, 4u);  // page 0 and the three most urgent
   EXPECT_TRUE(loader.is_here(at(1)) && loader.is_here(at(2)) && loader.is_here(at(3)));
 }
 
-TEST_F(PageLoaderTest, CountsWhatIsUsedAheadOfItsSamplesInThoseToo) {
+TEST_F(PageLoaderTest, CountsPagesUsedAheadOfTheirSamples) {
   PageLoader loader(fetcher(), PageBudget{4 * page_bytes_});
   loader.ask({{1, at(1)}, {1, at(2)}});
   while (loader.wait()) loader.begin_sample();
@@ -152,10 +151,10 @@ TEST_F(PageLoaderTest, CountsWhatIsUsedAheadOfItsSamplesInThoseToo) {
   }
 }
 
-TEST_F(PageLoaderTest, GivesUpWhatIsHalfAsUrgentWhereNotAllThatIsUsedFits) {
+TEST_F(PageLoaderTest, EvictsPagesOfHalfTheUrgencyWhenTheBudgetIsFull) {
   PageLoader loader(fetcher(), PageBudget{4 * page_bytes_});
   ASSERT_TRUE(loader.load_now(at(0)));
-  // Someone walks past pages 1 to 12, which are the more urgent the nearer, and uses what is here.
+  // The listener passes pages 1 to 12, whose urgency falls with distance, and uses the loaded ones.
   for (std::uint32_t place = 1; place < 13; ++place)
     for (int sample = 0; sample < 5; ++sample) {
       loader.begin_sample();
@@ -174,7 +173,7 @@ TEST_F(PageLoaderTest, GivesUpWhatIsHalfAsUrgentWhereNotAllThatIsUsedFits) {
       EXPECT_TRUE(loader.is_here(at(0))) << "it stays";
       EXPECT_TRUE(loader.is_here(at(place))) << place;
     }
-  // And who stands still changes nothing: those that would come are not twice as urgent.
+  // Nothing changes for a listener who stands still, because no missing page is twice as urgent.
   const std::uint64_t loaded = loader.statistics().loaded;
   for (int sample = 0; sample < 5; ++sample) {
     loader.begin_sample();
@@ -190,7 +189,7 @@ TEST_F(PageLoaderTest, GivesUpWhatIsHalfAsUrgentWhereNotAllThatIsUsedFits) {
   EXPECT_EQ(loader.statistics().loaded, loaded);
 }
 
-TEST_F(PageLoaderTest, TakesMoreForWhatIsNeededWhereTheBudgetIsNotStrict) {
+TEST_F(PageLoaderTest, ExceedsALooseBudgetForPagesThatAreNeeded) {
   PageLoader loader(fetcher(), PageBudget{4 * page_bytes_, false});
   ASSERT_TRUE(loader.load_now(at(0)));
   loader.begin_sample();
@@ -207,7 +206,7 @@ TEST_F(PageLoaderTest, TakesMoreForWhatIsNeededWhereTheBudgetIsNotStrict) {
   EXPECT_EQ(loader.statistics().loaded, 9u);
 }
 
-TEST_F(PageLoaderTest, RemembersWhatCannotBeReadAndSaysWhy) {
+TEST_F(PageLoaderTest, ReportsPagesThatCannotBeRead) {
   PageLoader loader(fetcher(), PageBudget{1'000'000});
   loader.ask({{1, at(13)}, {2, at(14)}});
   while (loader.wait()) loader.begin_sample();
@@ -219,7 +218,7 @@ TEST_F(PageLoaderTest, RemembersWhatCannotBeReadAndSaysWhy) {
   EXPECT_FALSE(loader.load_now(at(13)));
 }
 
-TEST_F(PageLoaderTest, EndsWhileMuchIsUnderWay) {
+TEST_F(PageLoaderTest, EndsWhileManyPagesAreLoading) {
   for (int i = 0; i < 50; ++i) {
     PageLoader loader(fetcher(), PageBudget{1'000'000}, 2);
     std::vector<WantedPage> wanted;

@@ -1,4 +1,4 @@
-// played_tones.h: long sounds that are known at every moment, and a mixer that plays them.
+// played_tones.h: long sounds with a closed form, and a mixer that plays them.
 #pragma once
 
 #include <algorithm>
@@ -16,10 +16,10 @@ namespace clamor::testing {
 
 inline constexpr std::uint64_t kSecond_frames = kSampleRate_hz;
 
-// Full-band and without layers: what comes out is gain times signal, so that garbage shows.
+// Full band and without layers, so the output is gain times signal and invalid memory shows.
 inline constexpr MixMode kPlain{.eight_bands = false};
 
-// Slow tones that are never twice the same.
+// Slowly modulated tones that never repeat.
 inline float sample_at(std::size_t signal, std::uint64_t frame) {
   const auto t = static_cast<double>(frame) / kSampleRate_hz;
   return static_cast<float>(0.4 * std::sin(2 * std::numbers::pi * (110 + 7 * double(signal)) * t) *
@@ -51,7 +51,7 @@ inline Voice tone_voice(std::uint32_t slot, std::uint32_t signal, double delay_s
   return one;
 }
 
-// A mixer whose keyframes say the same for as long as they are made, with a loader or without.
+// A mixer with constant keyframes, with or without a loader.
 class Playing {
  public:
   Playing(std::span<const PreparedSignal> signals, std::vector<Voice> voices, const MixMode& mode,
@@ -61,7 +61,7 @@ class Playing {
     begin();
   }
 
-  // The next segment's left ear, by a keyframe or, without one, held.
+  // Left ear of the next segment, from a new keyframe or with the last one held.
   std::vector<float> segment(bool keyframe = true, bool wait = true) {
     std::vector<float> both(2 * kKeyframeFrames), left;
     if (keyframe && loader_ != nullptr) loader_->play(keyframe_.voices);
@@ -89,7 +89,7 @@ class Playing {
     mixer_.begin(keyframe_, 0);
   }
 
-  // Memory is given back only after a pass, and what waits for it comes after that.
+  // Memory is freed only by a pass, and requests that wait for it are served after the next.
   void pass(bool wait) {
     loader_->pass(mixer_.clock_frames());
     for (int i = 0; wait && i < 2000 && !loader_->wait(0.005); ++i)
@@ -101,15 +101,15 @@ class Playing {
   Mixer mixer_;
 };
 
-// The largest bend of a curve, per frame squared.
+// Largest second difference per frame squared.
 inline float bend(const std::vector<float>& curve) {
   float most = 0;
   for (std::size_t i = 2; i < curve.size(); ++i)
     most = std::max(most, std::abs(curve[i] - 2 * curve[i - 1] + curve[i - 2]));
   return most;
 }
-// Of the tones above, by whose second derivative, and of a gain that begins to slide over 960
-// frames from nothing to twice their height.
+// Bound of the second difference of the tones above and of a gain ramp that starts at 0 and reaches
+// twice their amplitude within 960 frames.
 inline constexpr float kMostBend = 0.88f * (2.0e-4f + 2.5f / kKeyframeFrames);
 
 }  // namespace clamor::testing

@@ -1,4 +1,4 @@
-// sound_loader_stall_test.cpp: what is heard where a disk stands still, or the sampler does.
+// sound_loader_stall_test.cpp: the output while the disk stalls, or the sampler.
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
@@ -21,7 +21,7 @@ using testing::Playing;
 using testing::sample_at;
 using testing::tone_voice;
 
-// What decodes, and stands still while it is told to.
+// A decoder that can be made to stall.
 struct Stall {
   std::mutex mutex;
   std::condition_variable changed;
@@ -33,7 +33,7 @@ struct Stall {
     stalled = now;
     changed.notify_all();
   }
-  // Whether the loader stands still now: all that it decoded before is here.
+  // Whether the loader is stalled; everything decoded before is loaded.
   bool holds() {
     const std::lock_guard lock(mutex);
     return waiting > 0;
@@ -50,7 +50,7 @@ struct Stall {
   }
 };
 
-TEST(SoundLoader, ThatStallsHoldsVoicesBackInSilenceAndTheirSoundReturnsWithoutAClick) {
+TEST(SoundLoader, FadesVoicesToSilenceDuringAStallAndBackWithoutAClick) {
   const std::vector<SignalDescription> shapes = {{600 * kSecond_frames, true}};
   Stall stall;
   SoundLoader loader(shapes, {}, kPlain, stall.around(decoder(shapes)), {20'000'000, true}, 2);
@@ -65,15 +65,18 @@ TEST(SoundLoader, ThatStallsHoldsVoicesBackInSilenceAndTheirSoundReturnsWithoutA
   };
   play(20, true);
   stall.set(true);
-  while (!stall.holds()) play(1, true);
-  play(600, false);  // 12 s, of which some are decoded
+  while (!stall.holds()) {
+    play(1, false);
+    loader.wait(0.005);
+  }
+  play(600, false);  // 12 s, some of which are decoded
   const std::uint64_t late = streamed.mixer().late_voices();
   EXPECT_GT(late, 100u);
   stall.set(false);
   play(1, true);
   play(100, true);
   EXPECT_LE(streamed.mixer().late_voices(), late + 1);
-  // Exactly the sound, exactly silence, or on a slope between them.
+  // Each sample is exactly the sound, exactly silence, or on a ramp between them.
   EXPECT_LT(bend(heard), kMostBend);
   std::size_t silent = 0, sounding = 0, between = 0;
   for (std::size_t i = 0; i < heard.size(); ++i) {
@@ -91,7 +94,7 @@ TEST(SoundLoader, ThatStallsHoldsVoicesBackInSilenceAndTheirSoundReturnsWithoutA
   EXPECT_LE(between, 2u * kKeyframeFrames + 10);
 }
 
-TEST(SoundLoader, GoesOnWithTheClockWhileTheSamplerStandsStill) {
+TEST(SoundLoader, FollowsTheClockWhileTheSamplerStalls) {
   const std::vector<SignalDescription> shapes = {{30 * kSecond_frames, true}};
   SoundLoader loader(shapes, {}, kPlain, decoder(shapes), {3'000'000, true}, 2);
   Playing streamed(loader.signals(), {tone_voice(0, 0, 3)}, kPlain, &loader);
@@ -106,7 +109,7 @@ TEST(SoundLoader, GoesOnWithTheClockWhileTheSamplerStandsStill) {
   EXPECT_GE(loader.statistics().loaded, 3u);
 }
 
-TEST(SoundLoader, ThatStallsTooWhileTheSamplerDoesEndsInSilenceWithoutAClick) {
+TEST(SoundLoader, EndsInSilenceWithoutAClickWhenDiskAndSamplerStall) {
   const std::vector<SignalDescription> shapes = {{40 * kSecond_frames, true},
                                                  {kSecond_frames, true}};
   Stall stall;
@@ -123,7 +126,7 @@ TEST(SoundLoader, ThatStallsTooWhileTheSamplerDoesEndsInSilenceWithoutAClick) {
   play(20, true, true);
   stall.set(true);
   play(600, false, false);
-  // The short one goes on.
+  // The short sound continues.
   const float* const last = &heard[heard.size() - kKeyframeFrames];
   for (int i = 0; i < kKeyframeFrames; ++i) {
     const std::uint64_t frame = (heard.size() - kKeyframeFrames + static_cast<std::size_t>(i));

@@ -37,7 +37,7 @@ std::uint64_t resident_bytes(std::span<const std::byte> memory) {
                     std::count_if(present.begin(), present.end(), [](auto p) { return p & 1; }));
 }
 
-TEST(LongSound, MadeInPiecesIsWhatItIsMadeWhole) {
+TEST(PreparedSignal, InPiecesEqualsThatOfTheWholeSound) {
   for (const bool loop : {true, false}) {
     if (testing::kSanitized && loop) continue;  // slow
     const bool phase_undone = loop;
@@ -45,7 +45,7 @@ TEST(LongSound, MadeInPiecesIsWhatItIsMadeWhole) {
     Signal signal = sound(0, shape);
     for (std::uint32_t i = 0; i < signal.samples.size(); ++i)
       signal.samples[i] += static_cast<float>(unit(philox(3, {i, 0, 0, 0})[0]) - 0.5);
-    // The high layer as it is, the low one as a spline.
+    // The high layer is compared directly, the low one through its spline.
     MixMode mode{.interpolation = Interpolation::kLinear};
     mode.head = !phase_undone;
     const PreparedSignal pieces(signal, mode);
@@ -64,19 +64,20 @@ TEST(LongSound, MadeInPiecesIsWhatItIsMadeWhole) {
       error = std::max(error,
                        std::abs(low - whole.low[static_cast<std::size_t>(k + front / kLowRate)]));
     }
-    // What filters remember is cut at -150 dB; floats end at -140 dB below these samples.
+    // The filters' memory is cut at -150 dB, and floats end 140 dB below these samples.
     EXPECT_LT(error, 2e-7) << loop << phase_undone;
     EXPECT_GT(*std::max_element(whole.high.begin(), whole.high.end()), 0.3);
   }
 }
 
-TEST(SoundLoader, SoundsAsIfAllWereDecodedOverTheEndsOfPiecesLoopsAndSounds) {
+TEST(SoundLoader, PlaysLikeDecodedSoundsAcrossPiecesLoopsAndEnds) {
   const std::vector<SignalDescription> shapes = {{25 * kSecond_frames + 17, true},
                                                  {22 * kSecond_frames + 5, false},
                                                  {kSecond_frames / 2, true}};
   std::vector<Signal> sounds;
   for (std::size_t s = 0; s < shapes.size(); ++s) sounds.push_back(sound(s, shapes[s]));
-  // Of both long sounds the beginning, the middle and the end within the first 4 seconds.
+  // The voices play the beginning, the middle and the end of both long sounds within the first 4
+  // seconds.
   const std::vector<Voice> voices = {tone_voice(0, 0, 1.5), tone_voice(1, 0, 14),
                                      tone_voice(2, 1, 1),   tone_voice(3, 1, -20.5),
                                      tone_voice(4, 1, -10), tone_voice(5, 2, 3)};
@@ -98,7 +99,7 @@ TEST(SoundLoader, SoundsAsIfAllWereDecodedOverTheEndsOfPiecesLoopsAndSounds) {
   }
 }
 
-TEST(SoundLoader, KeepsToItsBudgetThroughHalfAnHourOfSoundAndCountsWhatTheKernelCounts) {
+TEST(SoundLoader, KeepsItsBudgetForHalfAnHourAndCountsResidentMemory) {
   const std::vector<SignalDescription> shapes(3, {1800 * kSecond_frames, true});
   constexpr std::uint64_t kBudget = 6'000'000;
   SoundLoader loader(shapes, {}, kPlain, decoder(shapes), {kBudget, true}, 2, 2);
@@ -115,7 +116,7 @@ TEST(SoundLoader, KeepsToItsBudgetThroughHalfAnHourOfSoundAndCountsWhatTheKernel
     }
   }
   EXPECT_EQ(streamed.mixer().late_voices(), 0u);
-  // What is under way comes to rest, since the clock does; while it is not, the two may differ.
+  // Loading comes to rest because the clock stands still; until then the two counts may differ.
   SoundStatistics statistics = loader.statistics();
   std::uint64_t resident = resident_bytes(loader.memory());
   for (int i = 0; i < 1000 && resident != statistics.bytes; ++i) {
@@ -130,7 +131,7 @@ TEST(SoundLoader, KeepsToItsBudgetThroughHalfAnHourOfSoundAndCountsWhatTheKernel
   EXPECT_GT(statistics.bytes, kBudget / 4);
 }
 
-TEST(SoundLoader, SilencesWhatNeedsADamagedBlockAndNothingElse) {
+TEST(SoundLoader, SilencesOnlyVoicesThatNeedADamagedBlock) {
   const std::vector<SignalDescription> shapes = {{60 * kSecond_frames, true},
                                                  {60 * kSecond_frames, true}};
   const auto decode = decoder(shapes);
@@ -147,7 +148,7 @@ TEST(SoundLoader, SilencesWhatNeedsADamagedBlockAndNothingElse) {
       alone(sane.signals(), other, kPlain, &sane);
   std::vector<float> heard;
   int whole = 0, without = 0;
-  for (int k = 0; k < 1000; ++k) {  // from second 14 to 34 of it, 20 to 30 being lost
+  for (int k = 0; k < 1000; ++k) {  // seconds 14 to 34, of which 20 to 30 are lost
     const auto part = streamed.segment(), expected = all.segment(), left = alone.segment();
     heard.insert(heard.end(), part.begin(), part.end());
     whole += part == expected;
@@ -155,7 +156,7 @@ TEST(SoundLoader, SilencesWhatNeedsADamagedBlockAndNothingElse) {
     ASSERT_TRUE(k > 100 || part == expected) << k;
     ASSERT_TRUE(k < 320 || k > 780 || part == left) << k;
   }
-  // A piece of 2.7 s, and what the filters remember, is lost with it on each side at most.
+  // On each side at most a piece of 2.7 s and the memory of the filters is lost as well.
   EXPECT_GE(whole, 1000 - 500 - 2 * 150);
   EXPECT_GE(without, 500 - 5);
   EXPECT_GE(whole + without, 1000 - 2);
@@ -165,7 +166,7 @@ TEST(SoundLoader, SilencesWhatNeedsADamagedBlockAndNothingElse) {
   EXPECT_EQ(statistics.failure, "block 3 of 6 fails its checksum");
 }
 
-TEST(SoundLoader, WithTooLittleMemoryPlaysTheLoudestAndSaysSo) {
+TEST(SoundLoader, PlaysTheLoudestVoicesWithTooLittleMemoryAndReportsIt) {
   const std::vector<SignalDescription> shapes(8, {600 * kSecond_frames, true});
   SoundLoader loader(shapes, {}, kPlain, decoder(shapes), {3'000'000, true}, 2);
   std::vector<Voice> voices;
@@ -179,14 +180,14 @@ TEST(SoundLoader, WithTooLittleMemoryPlaysTheLoudestAndSaysSo) {
     of_loudest += std::pow(sample_at(5, i + 501 * kSecond_frames), 2);
   EXPECT_GT(loader.statistics().crowded, 0u);
   EXPECT_LE(loader.statistics().max_bytes, 3'000'000u);
-  // The others are 40 dB below it.
+  // The others are 40 dB lower.
   EXPECT_NEAR(energy / of_loudest, 1, 0.05);
   EXPECT_LT(streamed.mixer().late_voices(), 8u * 100);
 }
 
-// Voices jump about in sounds of constant height while their pieces come and go by the thousand:
-// a piece that went while it is read would be a step, and so would one that is not filled yet.
-TEST(SoundLoader, HandsPiecesOverWhileVoicesJumpAboutWithoutAStepOrAPageFault) {
+// Voices jump within sounds of constant value while thousands of pieces are loaded and evicted:
+// reading an evicted or an unfilled piece would cause a step.
+TEST(SoundLoader, ReplacesPiecesUnderJumpingVoicesWithoutAStepOrAPageFault) {
   const std::vector<SignalDescription> shapes(4, {1000 * kSecond_frames, true});
   const auto constant = [&](std::size_t signal, std::size_t block) -> Result<std::vector<float>> {
     return std::vector<float>(signal_block(shapes[signal].frames, block).frames, 0.5f);
@@ -207,19 +208,19 @@ TEST(SoundLoader, HandsPiecesOverWhileVoicesJumpAboutWithoutAStepOrAPageFault) {
   mixer.begin(keyframe, 0);
   std::vector<float> both(2 * kMaxFrames);
   float last = 0, most_step = 0, loudest = 0;
-  touch_stack();  // as an audio thread does
+  touch_stack();  // like an audio thread
   long faults = 0;
   const auto faults_so_far = [] {
     rusage usage{};
     ::getrusage(RUSAGE_THREAD, &usage);
     return usage.ru_minflt + usage.ru_majflt;
   };
-  // As many as it takes, where all is slow.
+  // Runs for as many segments as it takes, on a slow machine.
   const int segments = testing::kSanitized ? 300 : 3000;
   const auto goes_on = [&](int k) {
     return k < segments || (k < 20 * segments && loader.statistics().dropped < 30);
   };
-  std::vector<int> since(kVoices);  // its last jump, fades in between
+  std::vector<int> since(kVoices);  // segments since its last jump, or of its fade-in
   for (int k = 0; goes_on(k); ++k) {
     for (Voice& one : keyframe.voices) {
       one.starts = false;
@@ -250,8 +251,9 @@ TEST(SoundLoader, HandsPiecesOverWhileVoicesJumpAboutWithoutAStepOrAPageFault) {
       std::this_thread::sleep_for(std::chrono::milliseconds(testing::kSanitized ? 5 : 1));
   }
   EXPECT_GT(loader.statistics().dropped, 20u);
-  EXPECT_GT(loudest, 0.08f);  // one voice's 0.083, or more
-  // All voices at once from silence in 960 frames; one that is cut would be a step of 0.08.
+  EXPECT_GT(loudest, 0.08f);  // at least one voice, which has 0.083
+  // All voices together start from silence within 960 frames; one that is cut off would be a step
+  // of 0.08.
   EXPECT_LT(most_step, 0.5f / kKeyframeFrames + 1e-5f);
   if (!testing::kSanitized) {
     EXPECT_EQ(faults, 0);

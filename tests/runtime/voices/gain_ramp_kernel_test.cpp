@@ -1,4 +1,4 @@
-// Gains of buses in vectors against the sums they stand for, one by one.
+// gain_ramp_kernel_test.cpp: vectorized gains of buses against scalar sums.
 #include "runtime/voices/gain_ramp_kernel.h"
 
 #include <array>
@@ -24,11 +24,11 @@ std::array<Bands, kEars> some_gains(std::uint32_t seed) {
   return gains;
 }
 
-using GainKernel = testing::OnInstructionSet;
-INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, GainKernel, testing::every_instruction_set(),
+using GainRampKernel = testing::OnInstructionSet;
+INSTANTIATE_TEST_SUITE_P(EveryInstructionSet, GainRampKernel, testing::every_instruction_set(),
                          testing::instruction_set_name);
 
-TEST_P(GainKernel, GivesEachBusTheSumOverOctavesThatItsMatrixSays) {
+TEST_P(GainRampKernel, GivesEachBusTheSumOverOctavesOfItsMatrix) {
   const BusGains buses = BusGains::of(OctaveFilterBank::bus_gains());
   for (std::uint32_t seed = 0; seed < 50; ++seed) {
     const auto gains = some_gains(seed);
@@ -45,7 +45,7 @@ TEST_P(GainKernel, GivesEachBusTheSumOverOctavesThatItsMatrixSays) {
   }
 }
 
-TEST_P(GainKernel, SlidesFromWhereGainsAreToWhereTheyAreToBe) {
+TEST_P(GainRampKernel, RampsFromTheCurrentGainsToTheGoals) {
   for (const std::size_t count : {std::size_t{kHrtfLanes}, kLanes, std::size_t{kEars}})
     for (const bool starts : {false, true}) {
       std::array<float, kHrtfLanes> target, before, targets;
@@ -64,7 +64,7 @@ TEST_P(GainKernel, SlidesFromWhereGainsAreToWhereTheyAreToBe) {
     }
 }
 
-TEST_P(GainKernel, KnowsWhatIsNotHeard) {
+TEST_P(GainRampKernel, TellsWhichGainsAreInaudible) {
   std::array<float, kLanes> target{}, targets{};
   std::array<float, 2 * kLanes> gain{};
   const auto heard = [&] {
@@ -78,7 +78,7 @@ TEST_P(GainKernel, KnowsWhatIsNotHeard) {
   EXPECT_FALSE(heard());
 }
 
-TEST_P(GainKernel, ColoursAVoiceBetweenThreeDirectionsAndAddsItsPowerToThem) {
+TEST_P(GainRampKernel, InterpolatesTheEqualizationBetweenThreeDirectionsAndAddsThePowerToThem) {
   const BusGains buses = BusGains::of(OctaveFilterBank::bus_gains());
   const auto own = some_gains(1);
   const Bands mean_square = some_gains(2)[0];

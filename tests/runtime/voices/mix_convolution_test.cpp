@@ -13,8 +13,8 @@
 namespace clamor {
 namespace {
 
-// Noise in 11 pairs, so that the second group of lanes is not full, of a filter each.
-TEST(FilterPairs, EqualsASlowConvolutionInDoubleOnEveryInstructionSet) {
+// Noise in 11 pairs, each with its own filter; the second group of lanes is not full.
+TEST(FilterPairs, EqualsADirectConvolutionInDoublePrecisionOnEveryInstructionSet) {
   constexpr int kFilters = 11, kGroups = 2, kTaps = 201, kReach = kTaps / 2, kFrames = 700;
   std::mt19937 random(1);
   std::uniform_real_distribution<float> uniform(-1, 1);
@@ -44,15 +44,15 @@ TEST(FilterPairs, EqualsASlowConvolutionInDoubleOnEveryInstructionSet) {
         for (std::size_t lane = 0; lane < kSpectrumLanes; ++lane)
           heard +=
               static_cast<double>((ear == 0 ? sum->left : sum->right)[f * kSpectrumLanes + lane]);
-        // The sum is about 30 in size: -100 dB of that.
+        // The sum is about 30, so the tolerance is -100 dB.
         ASSERT_NEAR(heard, expected, 3e-4) << target << ' ' << ear << ' ' << f;
       }
   }
   force_mix_kernel("");
 }
 
-TEST(HrtfFilterBank, GivesTheSameBitsHoweverCallsDivideTime) {
-  constexpr int kSteps = 60;  // seven blocks of the filters and a half
+TEST(HrtfFilterBank, GivesTheSameBitsForAnyBlockSizes) {
+  constexpr int kSteps = 60;  // seven and a half blocks of the filters
   constexpr std::size_t kHigh = kEars * kHrtfHighBands, kLow = kEars * kHrtfLowRows;
   std::mt19937 random(2);
   std::uniform_real_distribution<float> uniform(-1, 1);

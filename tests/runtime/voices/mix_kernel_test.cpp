@@ -23,8 +23,8 @@ const MixMode kModes[] = {
     {Interpolation::kCubic, 1, true},   {Interpolation::kCubic, 2, true},
 };
 
-// Voices at random places in white noise, together as loud as full scale, whose delays slide by
-// nothing, a walk, a car, and anything up to sound itself.
+// Voices at random positions in white noise, together at full scale. Their delays change by
+// nothing, at the speed of a pedestrian, of a car, and of anything up to the speed of sound.
 class ManyVoices {
  public:
   ManyVoices(std::size_t count, const MixMode& mode, unsigned seed) : random_(seed) {
@@ -50,7 +50,7 @@ class ManyVoices {
       if (mode.delays == 2)
         gaps_.back() = {static_cast<std::int64_t>(between(-15, 15) * 0x1p32),
                         static_cast<std::int64_t>(between(-0.01, 0.01) * 0x1p32)};
-      // From one gain to any other in 960 frames.
+      // Gains change from any value to any other within 960 frames.
       const auto lanes = static_cast<std::size_t>(mode.gain_lanes());
       gains_.resize(2 * lanes * (2 * v + 2));
       for (std::size_t lane = 0; lane < lanes; ++lane) {
@@ -86,7 +86,7 @@ class ManyVoices {
   std::vector<std::uint32_t> active_;
 };
 
-TEST(MixKernel, HasMoreThanOneKernelToChooseFrom) {
+TEST(MixKernel, HasMoreThanOneImplementation) {
   const auto targets = mix_kernel_targets();
   EXPECT_GE(targets.size(), 2u);
   const KernelGuard guard;
@@ -98,7 +98,7 @@ TEST(MixKernel, HasMoreThanOneKernelToChooseFrom) {
 
 TEST(MixKernel, EqualsTheDoublePrecisionReferenceOnEveryInstructionSet) {
   const KernelGuard guard;
-  for (const std::size_t count : {1u, 3u, 70u}) {  // 70: more than a tile
+  for (const std::size_t count : {1u, 3u, 70u}) {  // 70 is more than a tile
     for (const MixMode& mode : kModes) {
       const ManyVoices crowd(count, mode, static_cast<unsigned>(count));
       for (int steps = 1; steps <= kMostSteps; ++steps) {
@@ -126,9 +126,9 @@ TEST(MixKernel, EqualsTheDoublePrecisionReferenceOnEveryInstructionSet) {
   }
 }
 
-// Three of a head's upper bands at a time and five of its lower ones, then of its quadratures, as
-// if they were octaves.
-TEST(MixKernel, EqualsTheReferenceInEveryBandOfAHead) {
+// Mixes three upper HRTF bands at a time, then five lower ones, then their quadratures, as if they
+// were octaves.
+TEST(MixKernel, EqualsTheReferenceInEveryHrtfBand) {
   const KernelGuard guard;
   constexpr std::size_t kVoices = 70, kSlots = 2 * kVoices;
   constexpr int kLowRow = kMaxFrames / kLowRate;
@@ -143,7 +143,7 @@ TEST(MixKernel, EqualsTheReferenceInEveryBandOfAHead) {
         alignas(64) std::array<float, kEars * kHrtfHighBands * kMaxFrames> high;
         alignas(64) std::array<float, kEars * kHrtfLowRows * kLowRow> low;
       };
-      const auto buses = std::make_unique<Buses>();  // of zeros
+      const auto buses = std::make_unique<Buses>();  // zero-initialized
       auto& [high, low] = *buses;
       MixJob job = crowd.job(0, kMaxFrames, nullptr);
       job.high = high.data();
@@ -182,7 +182,7 @@ TEST(MixKernel, EqualsTheReferenceInEveryBandOfAHead) {
   }
 }
 
-TEST(MixKernel, GivesTheSameBitsHoweverCallsDivideTime) {
+TEST(MixKernel, GivesTheSameBitsForAnyBlockSizes) {
   const KernelGuard guard;
   for (const std::string& target : mix_kernel_targets()) {
     force_mix_kernel(target);
@@ -191,7 +191,7 @@ TEST(MixKernel, GivesTheSameBitsHoweverCallsDivideTime) {
       const auto whole = std::make_unique<MixBuses>(), parts = std::make_unique<MixBuses>();
       mix_voices(mode, crowd.job(0, kMaxFrames, whole.get()));
       for (int step = 0; step < kMostSteps; ++step) {
-        // Paths that begin later by so many frames, into buses that begin there.
+        // The second part starts later by these frames, in buses that start there.
         MixJob job = crowd.job(step * kStepFrames, kStepFrames, parts.get());
         std::vector<VoicePath> later(job.paths, job.paths + kEars * (2 * 30));
         for (VoicePath& path : later) {
@@ -212,7 +212,7 @@ TEST(MixKernel, GivesTheSameBitsHoweverCallsDivideTime) {
   }
 }
 
-TEST(MixKernel, SaysWhereVoicesGoOn) {
+TEST(MixKernel, ReturnsWhereVoicesContinue) {
   const KernelGuard guard;
   constexpr std::size_t kVoices = 100, kSlots = 2 * kVoices;  // more than a tile
   for (const std::string& target : mix_kernel_targets()) {

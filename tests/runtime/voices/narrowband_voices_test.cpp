@@ -1,4 +1,4 @@
-// narrowband_voices_test.cpp: of a crowd, the loudest as a head makes them and the others in
+// narrowband_voices_test.cpp: among many voices, the loudest have narrow HRTF bands and the others
 // octaves.
 #include "runtime/voices/narrowband_voices.h"
 
@@ -19,7 +19,7 @@ MixMode with_fine_voices(int fine_voices) {
   return mode;
 }
 
-// Both ears, so many frames of the voices of keyframe(k).
+// Both ears, `frames` frames; keyframe(k) returns keyframe k.
 template <class Next>
 std::array<std::vector<float>, kEars> mixed_crowd(const Hrtf& head,
                                                   const std::vector<Signal>& sounds,
@@ -45,7 +45,7 @@ Signal noisy_signal(unsigned seed, std::size_t frames) {
   return sound;
 }
 
-// Energy in an octave's ERB bands, all of one weight; the last octave's go on to 17 kHz.
+// Mean energy of an octave's ERB bands, relative to `common`; the last octave extends to 17 kHz.
 double octave_db(const ErbBands& energy, const ErbBands& common, std::size_t octave) {
   double sum = 0, count = 0;
   for (std::size_t b = 0; b < kErbBandCount; ++b)
@@ -57,8 +57,8 @@ double octave_db(const ErbBands& energy, const ErbBands& common, std::size_t oct
   return 10 * std::log10(sum / count);
 }
 
-// Their time between the ears is in interaural_times_test.cpp.
-TEST(NarrowbandVoices, OfWhichThereAreTooManyKeepTheLevelsOfOctaves) {
+// The time between the ears is tested in interaural_times_test.cpp.
+TEST(NarrowbandVoices, LeaveTheOtherVoicesTheirOctaveLevels) {
   std::vector<std::array<ErbBands, kEars>> ours, direct;
   const auto signals = std::vector<Signal>{click()};
   ErbBands common{}, our_common{};
@@ -95,9 +95,9 @@ TEST(NarrowbandVoices, OfWhichThereAreTooManyKeepTheLevelsOfOctaves) {
   for (std::size_t c = 1; c < kBandCount; ++c) EXPECT_LT(worst_db[c], 1.5) << c;
 }
 
-// A thousand voices of equal power, each its own noise (at evenly spread delays the low bands would
-// cancel), more of them on one side: the sum has the spectrum and the difference between the ears
-// that it has if each has all its bands.
+// Mixes voices of equal power at random delays into one noise (low bands would cancel at evenly
+// spread delays), in narrow bands and in octaves. Spectrum and level difference between the ears
+// are the same.
 void compare_crowds(const Vec3f& middle, float spread) {
   constexpr std::uint32_t kVoices = 600;
   constexpr int kFrames = 32768;
@@ -130,12 +130,12 @@ void compare_crowds(const Vec3f& middle, float spread) {
       EXPECT_NEAR(10 * std::log10(energy[0][e][b] / energy[1][e][b]), 0, 1) << e << ' ' << b;
 }
 
-TEST(NarrowbandVoices, SoundTogetherAsIfEachHadAllItsBands) {
-  compare_crowds({0, 0.8f, 0}, 1);           // all round
-  compare_crowds({0.7f, 0.7f, 0.2f}, 0.3f);  // a stand of fans, ahead and to the left
+TEST(NarrowbandVoices, SoundLikeOctavesInACrowd) {
+  compare_crowds({0, 0.8f, 0}, 1);           // all around
+  compare_crowds({0.7f, 0.7f, 0.2f}, 0.3f);  // a stand of fans to the front left
 }
 
-TEST(NarrowbandVoices, AreTheLoudestAndNoOthers) {
+TEST(NarrowbandVoices, AreTheLoudestOnes) {
   NarrowbandVoices fine(10, 3);
   const auto choose = [&](const std::vector<float>& powers) {
     fine.begin();
@@ -152,15 +152,15 @@ TEST(NarrowbandVoices, AreTheLoudestAndNoOthers) {
   using Slots = std::vector<std::uint32_t>;
   const float none = std::nanf("");
   EXPECT_EQ(choose({1, 9, 2, 8, 3, 7, 4, 0, none, 5}), (Slots{1, 3, 5}));
-  // Hardly louder ones do not oust them, twice as loud ones do.
+  // Slightly louder voices do not replace them; voices of twice the level do.
   EXPECT_EQ(choose({8, 4, 8, 8, 8, 7, 8, 8, none, 20}), (Slots{3, 5, 9}));
   EXPECT_EQ(choose({0, 0, 0, 0, 0, 0, 0, 0, none, 0}), Slots{});
   EXPECT_EQ(choose({5, 6}), (Slots{0, 1}));
 }
 
-// Where the head does nothing, both ways sound alike, so the change from one to the other, time and
-// again, must not be heard either.
-TEST(NarrowbandVoices, SlideToOctavesAndBackWithoutATrace) {
+// With an HRTF that changes nothing, narrow bands and octaves sound alike, so the crossfade between
+// the two must be inaudible as well.
+TEST(NarrowbandVoices, CrossfadeToOctavesAndBackWithoutATrace) {
   const Hrtf head(no_head());
   const std::vector<Signal> sounds = {noisy_signal(3, 5000), noisy_signal(4, 7000)};
   constexpr int kFrames = 12 * kKeyframeFrames;

@@ -13,7 +13,7 @@
 namespace clamor {
 namespace {
 
-// What the left ear hears of layers sent to the bands with these gains, in calls of so many steps.
+// Left channel of layers that are sent to the bands with these gains, `steps` steps per call.
 std::vector<float> heard(const OctaveFilterBank::Layers& layers, const Bands& gains,
                          std::size_t frames, int steps = kMostSteps) {
   const auto bank = std::make_unique<OctaveFilterBank>();
@@ -35,16 +35,16 @@ std::vector<float> heard(const OctaveFilterBank::Layers& layers, const Bands& ga
     bank->process(*buses, static_cast<int>(call), stereo.data());
     for (std::size_t f = 0; f < call; ++f) {
       out.push_back(stereo[2 * f]);
-      EXPECT_EQ(stereo[2 * f + 1], 0);  // nothing was sent to the right
+      EXPECT_EQ(stereo[2 * f + 1], 0);  // the right channel gets nothing
     }
   }
   return out;
 }
 
-// Where an impulse at frame 0 comes out: behind the tail that a signal without loop grows.
+// Output frame of an impulse at frame 0: after the tail that precedes a signal that does not loop.
 constexpr std::size_t kZero = kBankTailFrames + kBankDelayFrames;
 
-// Relative to an impulse at kZero, so that a zero-phase filter's response is its magnitude.
+// Response relative to an impulse at kZero, so a zero-phase filter has a real response.
 std::complex<double> response(const std::vector<float>& samples, double frequency_hz) {
   std::complex<double> sum = 0;
   for (std::size_t n = 0; n < samples.size(); ++n) {
@@ -60,7 +60,7 @@ const OctaveFilterBank::Layers& impulse() {
   return kLayers;
 }
 
-TEST(OctaveFilterBank, GivesBackAnImpulseWhenAllGainsAreOne) {
+TEST(OctaveFilterBank, ReconstructsAnImpulseWithUnityGains) {
   const auto out = heard(impulse(), same_in_all_bands(1), 2 * kBankTailFrames);
   for (std::size_t n = 0; n < out.size(); ++n)
     ASSERT_NEAR(out[n], n == kZero ? 1 : 0, 1e-4) << n;  // -80 dB
@@ -68,7 +68,7 @@ TEST(OctaveFilterBank, GivesBackAnImpulseWhenAllGainsAreOne) {
     EXPECT_NEAR(20 * std::log10(std::abs(response(out, f))), 0, 0.01) << f << " Hz";
 }
 
-TEST(OctaveFilterBank, GivesBackALoopOfAnyLengthWhenAllGainsAreOne) {
+TEST(OctaveFilterBank, ReconstructsALoopOfAnyLengthWithUnityGains) {
   for (const std::uint32_t length : {7000u, 7001u, 7002u, 3u, 1u}) {
     std::vector<double> noise(length);
     for (std::uint32_t i = 0; i < length; ++i) noise[i] = unit(philox(1, {i, 0, 0, 0})[0]) - 0.5;
@@ -79,13 +79,13 @@ TEST(OctaveFilterBank, GivesBackALoopOfAnyLengthWhenAllGainsAreOne) {
       for (const std::size_t round = layer->size(); layer->size() < 60000;)
         layer->push_back((*layer)[layer->size() - round]);
     const auto out = heard(layers, same_in_all_bands(1), 40000);
-    // The bank starts from rest; after half a second its own tail is over.
+    // The bank starts at rest; its transient ends within half a second.
     for (std::size_t n = 30000; n < out.size(); ++n)
       ASSERT_NEAR(out[n], noise[(n - kBankDelayFrames) % length], 1e-4) << n << " of " << length;
   }
 }
 
-TEST(OctaveFilterBank, PassesABandAsTheClosedFormSaysAndInPhase) {
+TEST(OctaveFilterBank, FiltersABandByTheClosedFormInPhase) {
   for (std::size_t band = 0; band < kBandCount; ++band) {
     Bands gains{};
     gains[band] = 1;
@@ -99,14 +99,14 @@ TEST(OctaveFilterBank, PassesABandAsTheClosedFormSaysAndInPhase) {
   }
 }
 
-TEST(OctaveFilterBank, LetsNoImageOfTheLowLayerThrough) {
-  // Bands 0 to 4 alone: what is above 4 kHz would be images of the quarter rate.
+TEST(OctaveFilterBank, SuppressesAliasesOfTheLowLayer) {
+  // Only bands 0 to 4 sound: anything above 4 kHz would be an alias of the quarter sample rate.
   const auto out = heard(impulse(), {1, 1, 1, 1, 1, 0, 0, 0}, 3 * kBankTailFrames);
   for (double f = 4000; f < 24000; f += 50)
     EXPECT_LT(20 * std::log10(std::abs(response(out, f))), -95) << f << " Hz";
 }
 
-TEST(OctaveFilterBank, GivesATonesBandItsGainHoweverSteepTheOthersAre) {
+TEST(OctaveFilterBank, GivesATonesBandItsGainBesideAnyOthers) {
   const Bands wanted = {0.05f, 1, 0.5f, 0.02f, 0.3f, 0.1f, 0.5f, 0.01f};  // up to 34 dB per octave
   Bands bus{};
   for (std::size_t b = 0; b < kBandCount; ++b)
@@ -117,7 +117,7 @@ TEST(OctaveFilterBank, GivesATonesBandItsGainHoweverSteepTheOthersAre) {
     EXPECT_NEAR(20 * std::log10(response(out, kBandCentres_hz[b]).real() / wanted[b]), 0, 0.1) << b;
 }
 
-TEST(OctaveFilterBank, DoesNotDependOnHowCallsDivideTime) {
+TEST(OctaveFilterBank, DoesNotDependOnBlockSizes) {
   const OctaveFilterBank::Layers layers = OctaveFilterBank::part({1, -0.5, 0.25}, false);
   const Bands gains = {1, 0.5f, 0.2f, 1, 0.7f, 0.1f, 0.9f, 0.3f};
   const auto whole = heard(layers, gains, 19200, 4);
@@ -128,7 +128,7 @@ TEST(OctaveFilterBank, DoesNotDependOnHowCallsDivideTime) {
 
 TEST(OctaveFilterBank, MeasuresThePowerOfEachBand) {
   for (std::size_t band = 0; band < kBandCount; ++band) {
-    std::vector<double> tone(kSampleRate_hz);  // 1 Hz steps: a whole number of periods
+    std::vector<double> tone(kSampleRate_hz);  // steps of 1 Hz have a whole number of periods
     for (std::size_t i = 0; i < tone.size(); ++i)
       tone[i] = std::sin(2 * std::numbers::pi * kBandCentres_hz[band] * static_cast<double>(i) /
                          kSampleRate_hz);

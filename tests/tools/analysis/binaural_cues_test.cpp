@@ -26,7 +26,8 @@ TEST(BinauralCues, FindTheDelayBetweenTheEarsInEveryOctave) {
     const BinauralCues right_late = cues_of(sound, later(sound, frames));
     const BinauralCues left_late = cues_of(later(sound, frames), sound);
     for (std::size_t b = 0; b < kBandCount; ++b) {
-      // A hundredth of a sample; a tenth at 63 Hz, where the function is nearly flat.
+      // The tolerance is a hundredth of a sample, or a tenth at 63 Hz, where the correlation is
+      // nearly flat.
       EXPECT_NEAR(*right_late.itd_s[b], static_cast<double>(frames) / kSampleRate_hz,
                   b == 0 ? 4e-6 : 1e-6)
           << frames << " frames, " << kBandCentres_hz[b] << " Hz";
@@ -38,8 +39,8 @@ TEST(BinauralCues, FindTheDelayBetweenTheEarsInEveryOctave) {
   }
 }
 
-TEST(BinauralCues, FindADelayBetweenSamples) {
-  // The mean of two neighbours is half a sample late and white no more, but without phase.
+TEST(BinauralCues, FindAFractionalDelay) {
+  // The mean of two neighbouring samples has a delay of half a sample and linear phase.
   const auto sound = noise(2, 0.1, 4);
   const auto right = plus(times(later(sound, 5), 0.5), times(later(sound, 6), 0.5));
   const BinauralCues cues = cues_of(sound, right);
@@ -47,7 +48,7 @@ TEST(BinauralCues, FindADelayBetweenSamples) {
     EXPECT_NEAR(*cues.itd_s[b], 5.5 / kSampleRate_hz, 1e-6) << kBandCentres_hz[b];
 }
 
-TEST(BinauralCues, FindTheGainBetweenTheEarsAndNotTheirPolarity) {
+TEST(BinauralCues, FindTheGainBetweenTheEarsButNotPolarity) {
   const auto sound = noise(3, 0.1, 2);
   for (const double gain : {0.1, 0.5, -1.0, 2.0}) {
     const BinauralCues cues = cues_of(sound, times(sound, gain));
@@ -58,12 +59,13 @@ TEST(BinauralCues, FindTheGainBetweenTheEarsAndNotTheirPolarity) {
   }
 }
 
-TEST(BinauralCues, FindWhatShareOfTheSoundTheEarsHaveInCommon) {
+TEST(BinauralCues, FindTheCoherenceOfTheEars) {
   const auto shared = noise(4, 0.1, 20), own = noise(5, 0.1, 20);
   for (const double rho : {0.4, 0.7, 0.9}) {
     const BinauralCues cues =
         cues_of(shared, plus(times(shared, rho), times(own, std::sqrt(1 - rho * rho))));
-    // An octave of w Hz in t seconds holds w t independent pairs; three standard errors.
+    // An octave of w Hz has w t independent pairs in t seconds; the tolerance is three standard
+    // errors.
     for (std::size_t b = 2; b < kBandCount; ++b)
       EXPECT_NEAR(*cues.iacc[b], rho,
                   3 * (1 - rho * rho) / std::sqrt(kBandCentres_hz[b] * 0.707 * 20) + 2e-3)
@@ -71,7 +73,7 @@ TEST(BinauralCues, FindWhatShareOfTheSoundTheEarsHaveInCommon) {
   }
 }
 
-TEST(BinauralCues, TellNoDirectionOfSoundsThatShareNothing) {
+TEST(BinauralCues, GiveNoDirectionForUncorrelatedSounds) {
   const BinauralCues cues = cues_of(noise(6, 0.1, 10), noise(7, 0.1, 10));
   for (std::size_t b = 2; b < kBandCount; ++b) {
     EXPECT_FALSE(cues.itd_s[b]) << kBandCentres_hz[b];
@@ -79,12 +81,12 @@ TEST(BinauralCues, TellNoDirectionOfSoundsThatShareNothing) {
   }
 }
 
-TEST(BinauralCues, OfOneSilentEarOrBandAreBoundedOrLeftOut) {
+TEST(BinauralCues, AreBoundedOrAbsentForASilentEarOrBand) {
   const auto sound = testing::swelling(testing::sine(1000, 0.1, 1));
   const BinauralCues left_only = cues_of(sound, std::vector<float>(sound.size()));
   EXPECT_NEAR(*left_only.ild_db[4], -60, 1e-6);
   EXPECT_FALSE(left_only.itd_s[4] || left_only.iacc[4]);
-  EXPECT_FALSE(left_only.ild_db[0]);  // nothing there in either ear
+  EXPECT_FALSE(left_only.ild_db[0]);  // both ears are silent in that band
   const BinauralCues silent = cues_of(std::vector<float>(48000), std::vector<float>(48000));
   const BinauralCues one_ear = binaural_cues(sound_spectrum(mono(sound)));
   for (std::size_t b = 0; b < kBandCount; ++b)

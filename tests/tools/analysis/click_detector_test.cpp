@@ -45,14 +45,14 @@ TEST(Levinson, FindsThePredictorOfAKnownProcess) {
   EXPECT_EQ(levinson(std::vector<double>(5)), std::vector<double>(4));
 }
 
-TEST(Clicks, AreNotFoundInNoiseNorInMusic) {
+TEST(ClickDetector, FindsNoneInNoiseOrMusic) {
   EXPECT_TRUE(clicks_in(noise(1, 0.1, 20)).empty());
   EXPECT_TRUE(clicks_in(chord(5)).empty());
   EXPECT_TRUE(clicks_in(std::vector<float>(48000)).empty());
   EXPECT_TRUE(clicks_in({}).empty());
 }
 
-TEST(Clicks, AreFoundWhereTheyAreAndAsLargeAsTheyAre) {
+TEST(ClickDetector, FindsClicksWithTheirPositionAndSize) {
   constexpr double kSigma = 0.01;
   for (const std::size_t at : {100u, 1023u, 1024u, 70000u, 143000u}) {
     for (const double size : {20.0, 60.0}) {
@@ -61,7 +61,8 @@ TEST(Clicks, AreFoundWhereTheyAreAndAsLargeAsTheyAre) {
       const auto clicks = clicks_in(sound);
       ASSERT_EQ(clicks.size(), 1u) << at;
       EXPECT_EQ(clicks[0].frame, at);
-      // The noise under it, the greatest of three medians, and the fit, which the click bends.
+      // The size depends on the noise, on the greatest of three medians, and on the fit, which the
+      // click distorts.
       EXPECT_NEAR(clicks[0].sigmas / size, 1, 0.25) << at;
     }
     auto sound = noise(2, kSigma, 3);
@@ -70,8 +71,8 @@ TEST(Clicks, AreFoundWhereTheyAreAndAsLargeAsTheyAre) {
   }
 }
 
-TEST(Clicks, AreFoundWhereAWaveIsTornButNotWhereItSlides) {
-  // A delay that jumps by a dozen samples, and one that slides there in 50 ms.
+TEST(ClickDetector, FindsASplicedWaveButNotASlidingDelay) {
+  // One delay jumps by a dozen samples; the other changes as much within 50 ms.
   auto torn = chord(4), slid = chord(4);
   const auto whole = chord(4);
   constexpr std::size_t kAt = 96000, kJump = 12, kSlide = 2400;
@@ -81,7 +82,7 @@ TEST(Clicks, AreFoundWhereAWaveIsTornButNotWhereItSlides) {
     const double from = static_cast<double>(i) - kJump * share;
     const auto j = static_cast<std::size_t>(from);
     const double t = from - static_cast<double>(j);
-    // Cubic, so that the interpolation itself is below the noise.
+    // The interpolation is cubic, so that its error is below the noise.
     const double y0 = whole[j - 1], y1 = whole[j], y2 = whole[j + 1],
                  y3 = whole[j + 2 < whole.size() ? j + 2 : j + 1];
     slid[i] = static_cast<float>(
@@ -94,7 +95,7 @@ TEST(Clicks, AreFoundWhereAWaveIsTornButNotWhereItSlides) {
   EXPECT_TRUE(clicks_in(slid).empty());
 }
 
-TEST(Clicks, AreFoundInPureTones) {
+TEST(ClickDetector, FindsClicksInPureTones) {
   auto tone = sine(440, 0.5, 2);
   EXPECT_TRUE(clicks_in(tone).empty());
   tone[50000] += 0.01f;
@@ -102,23 +103,23 @@ TEST(Clicks, AreFoundInPureTones) {
   EXPECT_EQ(clicks_in(tone)[0].frame, 50000u);
 }
 
-TEST(Clicks, AreNoneWhereARecordingIsCutButOneWhereASoundSetsInAtOnce) {
+TEST(ClickDetector, FindsNoneAtTheEndsOfARecordingButOneAtAnAbruptOnset) {
   const auto tone = sine(300, 0.5, 1);
   const std::vector<float> cut(tone.begin() + 11000, tone.end() - 333);
   EXPECT_TRUE(clicks_in(cut).empty());
   auto set_in = tone;
-  std::fill(set_in.begin(), set_in.begin() + 20040, 0.0f);  // a quarter of a period on
+  std::fill(set_in.begin(), set_in.begin() + 20040, 0.0f);  // at a quarter of a period
   ASSERT_EQ(clicks_in(set_in).size(), 1u);
   EXPECT_EQ(clicks_in(set_in)[0].frame, 20040u);
 }
 
-TEST(Clicks, ThatStandTogetherAreOneAndThatStandApartAreSeveral) {
+TEST(ClickDetector, MergesAdjacentClicksAndSeparatesDistantOnes) {
   auto sound = noise(3, 0.01, 2);
   for (const std::size_t at : {20000u, 20100u, 20200u, 21000u, 60000u}) sound[at] = 1;
   EXPECT_EQ(clicks_in(sound).size(), 3u);
 }
 
-TEST(NewClicks, AreThoseThatTheOtherSoundHasNot) {
+TEST(NewClicks, AreThoseThatTheOtherSoundLacks) {
   const std::vector<Click> known = {{1000, 20}, {50000, 20}};
   const std::vector<Click> clicks = {{1200, 30}, {30000, 15}, {49800, 13}, {50400, 13}};
   const auto found = new_clicks(clicks, known);

@@ -28,7 +28,8 @@ TEST(EchoDensity, OfGaussianNoiseIsOne) {
 }
 
 TEST(EchoDensity, OfKnownDistributionsIsTheirShareBeyondOneStandardDeviation) {
-  // A sine spends half its time beyond its effective value; uniform noise 1 - 1 / sqrt 3.
+  // A sine exceeds its effective value half of the time, and uniform noise for 1 - 1 / sqrt 3 of
+  // it.
   EXPECT_NEAR(mean_density(in_double(testing::sine(1234.5, 3, 1))), 0.5 / kGaussianShare, 0.02);
   std::vector<double> uniform(96000);
   for (std::size_t i = 0; i < uniform.size(); ++i)
@@ -37,7 +38,7 @@ TEST(EchoDensity, OfKnownDistributionsIsTheirShareBeyondOneStandardDeviation) {
 }
 
 TEST(EchoDensity, OfSparseEchoesIsTheirShareOfTheSamples) {
-  // With a share p of samples +-1 and the rest 0, sigma is sqrt p and all echoes lie beyond it.
+  // If a share p of the samples is +-1 and the rest 0, sigma is sqrt p and all echoes exceed it.
   for (const double p : {0.001, 0.01, 0.1}) {
     std::vector<double> response(480000);
     for (std::size_t i = 0; i < response.size(); ++i) {
@@ -48,7 +49,7 @@ TEST(EchoDensity, OfSparseEchoesIsTheirShareOfTheSamples) {
   }
 }
 
-TEST(EchoDensity, RisesWhereEchoesTurnIntoATail) {
+TEST(EchoDensity, RisesFromEchoesToATail) {
   std::vector<double> response(48000);
   const auto tail = testing::noise(4, 0.1, 1);
   for (std::size_t i = 0; i < 24000; i += 480) response[i] = 1;
@@ -56,7 +57,7 @@ TEST(EchoDensity, RisesWhereEchoesTurnIntoATail) {
   const auto densities = echo_density(response, 0);
   ASSERT_EQ(densities.size(), 200u);  // one every 5 ms
   EXPECT_LT(densities[50], 0.02);
-  EXPECT_NEAR(densities[150], 1, 0.25);  // 20 ms are not many samples
+  EXPECT_NEAR(densities[150], 1, 0.25);  // 20 ms are few samples
 }
 
 TEST(EchoDensity, OfSilenceIsZeroAndOfNothingIsEmpty) {

@@ -18,9 +18,9 @@ Source source_of_emitter(const std::vector<Emitter>& emitters, std::uint32_t emi
   return source;
 }
 
-TEST(EnergyResponse, HasTheImageSourcesOfAShoeboxWhenAndAsLoudAsTheyAre) {
-  // 5 x 4 x 3 m, absorption 0.2, c = 343 m/s: direct sound and the six first-order images, by an
-  // independent image-source program (times in ms, levels in dB re 1 m).
+TEST(EnergyResponse, HasTheImageSourcesOfAShoebox) {
+  // Direct sound and the six first-order images in 5 x 4 x 3 m with absorption 0.2 and c = 343 m/s,
+  // from an independent image-source program (times in ms, levels in dB re 1 m).
   const Vec3 source(1.3, 1.7, 1.1), receiver(3.9, 2.4, 1.6), size(5, 4, 3);
   const double expected[7][2] = {{7.9843, -8.751},   {11.1170, -12.595}, {12.4172, -13.555},
                                  {13.7429, -14.437}, {14.2171, -14.731}, {14.2291, -14.739},
@@ -41,12 +41,12 @@ TEST(EnergyResponse, HasTheImageSourcesOfAShoeboxWhenAndAsLoudAsTheyAre) {
   ASSERT_EQ(arrivals.size(), 7u);
   for (int i = 0; i < 7; ++i) {
     EXPECT_NEAR(arrivals[i].time_s * 1e3, expected[i][0], 1e-4);
-    // The air takes 0.001 dB on these ways at 63 Hz.
+    // Air absorption is 0.001 dB on these paths at 63 Hz.
     EXPECT_NEAR(10 * std::log10(arrivals[i].energy[0]), expected[i][1], 0.002);
   }
 }
 
-TEST(EnergyResponse, StartsAllEmittersAtOnceWhateverTheirSignalsDo) {
+TEST(EnergyResponse, StartsAllEmittersAtOnceWithAnySignals) {
   std::vector<Emitter> emitters(1);
   emitters[0].delay_s = 0.25;
   const std::vector<Source> sources = {source_of_emitter(emitters, 0)};
@@ -56,7 +56,7 @@ TEST(EnergyResponse, StartsAllEmittersAtOnceWhateverTheirSignalsDo) {
   EXPECT_NEAR(arrivals[0].time_s, 0.01, 1e-12);
 }
 
-TEST(EnergyResponse, HearsReflectionsAfterTheWholeOfTheirWay) {
+TEST(EnergyResponse, DelaysReflectionsByTheirWholePath) {
   const std::vector<Emitter> emitters(1);
   Source wall;
   wall.position_m = {0, 0, 6.864f};
@@ -74,7 +74,7 @@ TEST(EnergyResponse, HearsReflectionsAfterTheWholeOfTheirWay) {
   EXPECT_EQ(arrivals[1].polarity, -1);
 }
 
-TEST(EnergyResponse, LeavesOutOtherEmittersAndWhatIsNotHeard) {
+TEST(EnergyResponse, OmitsOtherEmittersAndInaudibleSources) {
   std::vector<Emitter> emitters(2);
   emitters[1].position_m = {9, 0, 0};
   Source behind;  // a wall that faces away

@@ -21,8 +21,8 @@ double total(const std::vector<double>& energy) {
   return std::accumulate(energy.begin(), energy.end(), 0.0);
 }
 
-TEST(ErbBands, AreOneErbWideAndMeetAtTheirEdges) {
-  // Glasberg and Moore's own example: 132.6 Hz at 1 kHz; and the number grows by 1 per ERB.
+TEST(ErbBands, AreOneErbWideAndAdjacent) {
+  // An example of Glasberg and Moore: 132.6 Hz at 1 kHz. The number grows by 1 per ERB.
   EXPECT_NEAR(erb_width_hz(1000), 132.6, 0.1);
   for (double hz = 30; hz < 20000; hz *= 1.3) {
     EXPECT_NEAR(erb_frequency_hz(erb_number(hz)), hz, 1e-9 * hz);
@@ -31,13 +31,13 @@ TEST(ErbBands, AreOneErbWideAndMeetAtTheirEdges) {
   }
 }
 
-TEST(SoundSpectrum, HoldsTheEnergyOfASoundWhereverItFalls) {
+TEST(SoundSpectrum, HasTheEnergyOfASoundAtAnyTime) {
   for (const std::size_t at : {0u, 1u, 2047u, 2048u, 5000u, 9999u}) {
     std::vector<float> click(10000);
     click[at] = 0.5f;
     const SoundSpectrum spectrum = sound_spectrum(mono(click));
     EXPECT_NEAR(total(spectrum.energy[0]), 0.25, 1e-12) << at;
-    // White: all bins but the ends have the same.
+    // White spectrum: all bins but the ends are equal.
     EXPECT_NEAR(spectrum.energy[0][1], 0.25 / 4096, 1e-12);
     EXPECT_NEAR(spectrum.energy[0][4000], 0.25 / 4096, 1e-12);
   }
@@ -50,7 +50,7 @@ TEST(SoundSpectrum, HoldsTheEnergyOfASoundWhereverItFalls) {
   }
 }
 
-TEST(SoundSpectrum, KnowsWhatTheEarsShareAndHowMuchLaterTheRightOneIs) {
+TEST(SoundSpectrum, HasTheCoherenceOfTheEarsAndTheDelayOfTheRightOne) {
   const auto left = noise(3, 0.1, 1);
   const SoundSpectrum same = sound_spectrum(stereo(left, left));
   const SoundSpectrum shifted = sound_spectrum(stereo(left, testing::later(left, 4)));

@@ -29,23 +29,23 @@ std::vector<Arrival> direct_sound(double r_m, const Air& air) {
   return energy_response(sources, emitters, materials, air, Vec3(0, 0, r_m), std::nullopt);
 }
 
-TEST(ImpulseResponse, OfAWholeNumberOfSamplesIsOneSample) {
+TEST(ImpulseResponse, WithAWholeDelayIsOneSample) {
   const Arrival arrival{.time_s = 100.0 / kSampleRate_hz, .energy = same_in_all_bands(0.25f)};
   const auto response = impulse_response(std::vector{arrival}, 200);
   for (std::size_t i = 0; i < response.size(); ++i)
     EXPECT_NEAR(response[i], i == 100 ? 0.5 : 0, 1e-7) << i;
 }
 
-TEST(ImpulseResponse, InAFreeFieldIsAPulseAfterRByCOfLevelOneByR) {
+TEST(ImpulseResponse, InAFreeFieldIsAPulseAtRByCWithLevelOneByR) {
   const Air air;
   for (const double r_m : {1.0, 2.0, 4.0, 8.0}) {
     const auto arrivals = direct_sound(r_m, air);
     const auto response = impulse_response(arrivals, whole_response_frames(arrivals));
     for (const double f_hz : {20.0, 63.0, 500.0, 1414.0, 4000.0}) {
       const std::complex<double> heard = spectrum(response, f_hz);
-      // The air takes 0.3 dB at 4 kHz on 8 m.
+      // Air absorption is 0.3 dB at 4 kHz over 8 m.
       EXPECT_NEAR(20 * std::log10(std::abs(heard)), -20 * std::log10(r_m), f_hz > 1500 ? 0.3 : 0.1);
-      // The phase says when: to a hundredth of a sample.
+      // The phase gives the delay to a hundredth of a sample.
       const double turns = f_hz * r_m / 343.2;
       const double late_s = -std::arg(heard * std::polar(1.0, 2 * std::numbers::pi * turns)) /
                             (2 * std::numbers::pi * f_hz);
@@ -54,7 +54,7 @@ TEST(ImpulseResponse, InAFreeFieldIsAPulseAfterRByCOfLevelOneByR) {
   }
 }
 
-TEST(ImpulseResponse, IsFlatToEighteenKilohertzAtAnyFractionOfASample) {
+TEST(ImpulseResponse, IsFlatTo18KilohertzAtAnyFractionalDelay) {
   for (const double fraction : {0.1, 0.25, 0.5, 0.77, 0.9999}) {
     const Arrival arrival{.time_s = (500 + fraction) / kSampleRate_hz,
                           .energy = same_in_all_bands(1)};
@@ -70,13 +70,14 @@ TEST(ImpulseResponse, GivesEachBandItsOwnLevel) {
   Arrival arrival{.time_s = 0.2, .energy = same_in_all_bands(1)};
   arrival.energy[4] = 0.01f;
   const auto response = impulse_response(std::vector{arrival}, 24000);
-  // Neighbours leak 6 % of amplitude on either side into a band's centre, and it loses as much.
+  // Each neighbour leaks 6 % of its amplitude into the centre of a band, and the band loses as
+  // much.
   EXPECT_NEAR(std::abs(spectrum(response, 1000)), 0.1 * 0.882 + 0.118, 0.005);
   EXPECT_NEAR(std::abs(spectrum(response, 250)), 1, 0.001);
   EXPECT_NEAR(std::abs(spectrum(response, 4000)), 1, 0.001);
 }
 
-TEST(ImpulseResponse, TurnsPolarityOver) {
+TEST(ImpulseResponse, InvertsNegativePolarity) {
   const Arrival up{.time_s = 0.01, .energy = same_in_all_bands(1)};
   const Arrival down{.time_s = 0.01, .energy = same_in_all_bands(1), .polarity = -1};
   const auto response = impulse_response(std::vector{down}, 600);
@@ -84,7 +85,7 @@ TEST(ImpulseResponse, TurnsPolarityOver) {
   for (const float x : impulse_response(std::vector{up, down}, 600)) EXPECT_EQ(x, 0);
 }
 
-TEST(ImpulseResponse, LeavesOutWhatComesTooLate) {
+TEST(ImpulseResponse, OmitsArrivalsAfterItsEnd) {
   const Arrival late{.time_s = 2, .energy = same_in_all_bands(1)};
   const auto response = impulse_response(std::vector{late}, 1000);
   EXPECT_EQ(response, std::vector<float>(1000));

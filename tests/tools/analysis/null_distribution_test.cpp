@@ -31,7 +31,8 @@ std::vector<Difference> loudness_difference(double size) {
   return {{&kMeasures[0], {{.a = 0, .b = size, .difference = size, .jnd = 1}}}};
 }
 
-// A crowd of a kind: brown below, white above, a swelling envelope, and ears that share some of it.
+// A crowd-like texture: brown below and white above, with a swelling envelope and partly coherent
+// ears.
 Sound crowd(std::uint64_t seed, double seconds) {
   std::array<std::vector<float>, 3> parts;
   for (std::size_t p = 0; p < parts.size(); ++p) {
@@ -55,8 +56,8 @@ double size_of(const std::vector<Difference>& differences, Measure measure) {
   return 0;
 }
 
-TEST(NullDistribution, TakesThePercentileThatAnExactRenderingFailsOneTimeInTwenty) {
-  // Sizes 0 ... n-1 in any order: number 0.95 (n + 1) of them.
+TEST(NullDistribution, TakesThePercentileThatAnExactRenderingExceedsOneTimeInTwenty) {
+  // Sizes 0 to n-1 in any order; the result is number 0.95 (n + 1).
   for (const auto& [count, expected] : {std::pair(19, 18), {39, 37}, {99, 94}, {100, 95}}) {
     std::vector<std::vector<Difference>> rolls;
     for (int i = 0; i < count; ++i) rolls.push_back(loudness_difference(i * 7 % count));
@@ -64,39 +65,40 @@ TEST(NullDistribution, TakesThePercentileThatAnExactRenderingFailsOneTimeInTwent
   }
 }
 
-TEST(NullDistribution, AsksForEveryRollOnceAndDoesNotDependOnTheOrderTheyComeIn) {
+TEST(NullDistribution, RequestsEveryDrawOnceInAnyOrder) {
   std::vector<std::atomic<int>> asked(100);
   const auto null = null_distribution(100, [&](std::uint32_t roll) {
     ++asked[roll];
-    return loudness_difference(-static_cast<double>(roll));  // its magnitude counts
+    return loudness_difference(-static_cast<double>(roll));  // only its magnitude counts
   });
   for (const auto& times_asked : asked) EXPECT_EQ(times_asked, 1);
   EXPECT_EQ(null.size_95(Measure::kIntegratedLoudness), 95);
 }
 
-TEST(NullDistribution, ForgivesWhatChanceDoesButNothingThatIsHeardAndIsMore) {
+TEST(NullDistribution, ForgivesChanceButNoLargerAudibleDifference) {
   const Difference difference = loudness_difference(2).front();
   EXPECT_TRUE(difference.audible());
   EXPECT_TRUE(difference.audible(1.9));
   EXPECT_FALSE(difference.audible(2.1));
-  EXPECT_FALSE(loudness_difference(0.9).front().audible(0.1));  // nobody hears it
+  EXPECT_FALSE(loudness_difference(0.9).front().audible(0.1));  // inaudible
 }
 
-TEST(RandomTexture, KeepsLevelSpectrumEnvelopeAndEarsAndNoWaveform) {
+TEST(RandomTexture, KeepsLevelSpectrumEnvelopeAndCoherenceButNoWaveform) {
   const Sound sound = crowd(1, 4);
   const Sound roll = RandomTexture(sound).roll(1, 0);
   ASSERT_EQ(roll.channels.size(), 2u);
   ASSERT_EQ(roll.frames(), sound.frames());
   const auto a = analyse(sound, kProgramme), b = analyse(roll, kProgramme);
   EXPECT_NEAR(a.loudness.integrated_lufs, b.loudness.integrated_lufs, 0.2);
-  // Bands of w Hz in 4 s: standard deviation 4.34 sqrt(2 / 4 w) dB; three of them, from 1 kHz.
+  // Bands of w Hz in 4 s have a standard deviation of 4.34 sqrt(2 / 4 w) dB; the tolerance is three
+  // of them, from 1 kHz.
   for (std::size_t band = 15; band < kErbBandCount; ++band)
     EXPECT_NEAR(10 * std::log10(a.spectrum[band] / b.spectrum[band]), 0, 0.8) << band;
   for (std::size_t i = 0; i < a.loudness.momentary_lufs.size(); ++i)
     EXPECT_NEAR(a.loudness.momentary_lufs[i], b.loudness.momentary_lufs[i], 1.2) << i;
   for (std::size_t octave = 3; octave < kBandCount; ++octave) {
     EXPECT_NEAR(*a.binaural.ild_db[octave], *b.binaural.ild_db[octave], 0.5);
-    // Three standard errors of the phase at 500 Hz.
+    // The tolerance is three standard errors of the phase at 500 Hz.
     EXPECT_NEAR(*a.binaural.itd_s[octave], *b.binaural.itd_s[octave],
                 0.07 / (2 * std::numbers::pi * kBandCentres_hz[octave]));
     EXPECT_NEAR(*a.binaural.iacc[octave], *b.binaural.iacc[octave], 0.06);
@@ -104,7 +106,7 @@ TEST(RandomTexture, KeepsLevelSpectrumEnvelopeAndEarsAndNoWaveform) {
   EXPECT_NEAR(size_of(compare(a, b), Measure::kCorrelation), 0, 0.05);
 }
 
-TEST(RandomTexture, IsTheSameForTheSameSeedAndAnotherForAnother) {
+TEST(RandomTexture, DependsOnlyOnItsSeed) {
   const RandomTexture texture(crowd(1, 0.3));
   EXPECT_EQ(texture.roll(1, 5).channels, texture.roll(1, 5).channels);
   EXPECT_NE(texture.roll(1, 5).channels, texture.roll(1, 6).channels);
@@ -116,8 +118,8 @@ TEST(RandomTexture, IsTheSameForTheSameSeedAndAnotherForAnother) {
     for (const float x : silent.channels[0]) EXPECT_EQ(x, 0);
 }
 
-// The oracle: many exact renderings of one process, which a recording has only one of.
-TEST(RandomTexture, PartsAsFarFromItsLikeAsExactRenderingsDo) {
+// The reference is many exact renderings of one process; a recording is one of them.
+TEST(RandomTexture, DiffersFromItsLikeAsMuchAsExactRenderingsDo) {
   constexpr int kRolls = 40;
   constexpr double kLength_s = 0.8;
   const auto pairs = [&](const std::function<Sound(std::uint32_t)>& render) {
@@ -142,9 +144,9 @@ TEST(RandomTexture, PartsAsFarFromItsLikeAsExactRenderingsDo) {
       mean_exact += size_of(exact[i], measure) / kRolls;
       inside += size_of(exact[i], measure) <= yardstick.size_95(measure);
     }
-    // The mean of 40 sizes that scatter by 60 % is good to 9 %; the two of them to 13 %.
+    // The mean of 40 sizes that vary by 60 % has an error of 9 %, and two means of 13 %.
     EXPECT_NEAR(mean_guessed / mean_exact, 1, 0.25) << key;
-    EXPECT_GE(inside, 33) << key;  // 38 expected, of which chance takes 3 x 1.4
+    EXPECT_GE(inside, 33) << key;  // 38 expected, minus 3 x 1.4 by chance
   }
 }
 

@@ -11,7 +11,7 @@
 namespace clamor {
 namespace {
 
-// The signal's spectrum at one frequency, time 0 at `centre`: what is without phase is real.
+// Spectrum at one frequency with time 0 at `centre`, so a zero-phase signal has a real spectrum.
 std::complex<double> spectrum_around(const std::vector<double>& signal, double f_hz,
                                      std::size_t centre) {
   std::complex<double> sum = 0;
@@ -30,7 +30,7 @@ std::array<std::vector<double>, kBandCount> pulse_in(std::size_t band) {
   return bands;
 }
 
-TEST(SumOfBands, OfBandsThatAreAlikeIsTheSignalItself) {
+TEST(SumOfBands, OfEqualBandsIsTheSignalItself) {
   std::array<std::vector<double>, kBandCount> bands;
   for (auto& signal : bands) signal = {0, 1, -0.5, 0.25, 0, 0, 3};
   EXPECT_EQ(sum_of_bands(bands), bands[0]);
@@ -48,7 +48,7 @@ TEST(SumOfBands, GivesEachBandTheMixersMagnitudeAndNoPhase) {
       const double below = b == 0 ? 0 : low(f_hz, band_edge_hz(b - 1, b));
       const double above = b == 7 ? 1 : low(f_hz, band_edge_hz(b, b + 1));
       const std::complex<double> heard = spectrum_around(band, f_hz, 4800);
-      // The pulse sees 0.1 s on either side; what the 63 Hz band rings beyond is below 1e-4.
+      // The window has 0.1 s on either side; the ringing of the 63 Hz band beyond it is below 1e-4.
       EXPECT_NEAR(heard.real(), above - below, 1e-4) << "band " << b << " at " << f_hz << " Hz";
       EXPECT_NEAR(heard.imag(), 0, 1e-4);
     }
@@ -56,7 +56,7 @@ TEST(SumOfBands, GivesEachBandTheMixersMagnitudeAndNoPhase) {
 }
 
 TEST(OctaveOf, StaysWithinTheLimitsOfIec61260Class1) {
-  // IEC 61260-1:2014, table 1, class 1: attenuation re mid-band at G^x, G = 10^0.3.
+  // IEC 61260-1:2014, table 1, class 1: attenuation relative to mid-band at G^x, G = 10^0.3.
   struct Limit {
     double octaves, least_db, most_db;
   };
@@ -93,7 +93,7 @@ TEST(OctaveGain, IsTheSpectrumOfTheOctaveOfAnImpulse) {
   EXPECT_EQ(octave_gain(0, 0), 0);
 }
 
-TEST(OctaveOf, HasRungOutWhereItIsCut) {
+TEST(OctaveOf, HasDecayedAtItsEnd) {
   const std::vector<double> octave = octave_of(std::vector<double>{1}, 0);
   double peak = 0;
   for (const double x : octave) peak = std::max(peak, std::abs(x));

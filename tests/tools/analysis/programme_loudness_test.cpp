@@ -16,7 +16,7 @@ using testing::stereo;
 
 double amplitude(double level_db) { return std::pow(10, level_db / 20); }
 
-TEST(ProgrammeLoudness, OfAFullScaleSineInOneEarIsThreeLuBelowZero) {
+TEST(ProgrammeLoudness, OfAFullScaleSineInOneEarIsMinus3Lkfs) {
   // BS.1770-4, annex 1: 0 dB FS at 997 Hz in one channel reads -3.01 LKFS.
   EXPECT_NEAR(programme_loudness(mono(sine(997, 1, 5))).integrated_lufs, -3.01, 0.01);
   EXPECT_NEAR(programme_loudness(stereo(sine(997, 1, 5), sine(997, 1, 5))).integrated_lufs, 0,
@@ -41,7 +41,7 @@ TEST(ProgrammeLoudness, PassesTheFirstCasesOfEbuTech3341) {
   EXPECT_NEAR(programme_loudness(stereo(programme, programme)).integrated_lufs, -23, 0.1);
 }
 
-TEST(ProgrammeLoudness, WeighsFrequenciesAsTheSamplerDoes) {
+TEST(ProgrammeLoudness, WeighsFrequenciesLikeTheSampler) {
   const Bands weights = loudness_weights();
   const auto loudness = [](double hz) {
     return programme_loudness(mono(sine(hz, 0.1, 2))).integrated_lufs;
@@ -51,7 +51,7 @@ TEST(ProgrammeLoudness, WeighsFrequenciesAsTheSamplerDoes) {
                 10 * std::log10(weights[b] / weights[4]), 0.02);
 }
 
-TEST(ProgrammeLoudness, OfSilenceAndOfLessThanAWindowIsNone) {
+TEST(ProgrammeLoudness, OfSilenceOrLessThanAWindowIsUndefined) {
   const ProgrammeLoudness silent = programme_loudness(mono(std::vector<float>(48000)));
   EXPECT_EQ(silent.integrated_lufs, kSilence_lufs);
   for (const double lufs : silent.momentary_lufs) EXPECT_TRUE(std::isinf(lufs) && lufs < 0);

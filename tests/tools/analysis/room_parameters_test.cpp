@@ -13,7 +13,7 @@ namespace {
 
 const Bands kUnit = same_in_all_bands(1);
 
-// Arrivals every 0.1 ms whose energy falls by 60 dB in decay_s, from `start_s` on.
+// Arrivals every 0.1 ms whose energy falls by 60 dB in decay_s, starting at `start_s`.
 std::vector<Arrival> exponential(double decay_s, double length_s, double start_s = 0,
                                  double energy = 1) {
   std::vector<Arrival> arrivals;
@@ -27,7 +27,7 @@ std::vector<Arrival> exponential(double decay_s, double length_s, double start_s
   return arrivals;
 }
 
-TEST(RoomParameters, OfAnExponentialDecayAreItsClosedForms) {
+TEST(RoomParameters, OfAnExponentialDecayHaveTheirClosedForms) {
   for (const double decay_s : {0.4, 1.0, 3.0}) {
     const RoomParameters found = room_parameters(exponential(decay_s, 1.2 * decay_s, 0.03), kUnit);
     const double rate = 6 * std::log(10.0) / decay_s;
@@ -44,11 +44,11 @@ TEST(RoomParameters, OfAnExponentialDecayAreItsClosedForms) {
   }
 }
 
-TEST(RoomParameters, CountStrengthFromTheFreeFieldAtTenMetres) {
+TEST(RoomParameters, ReferStrengthToTheFreeFieldAtTenMetres) {
   Emitter emitter{.name = "a", .gain = 0.5};
   emitter.directivity = {0, 0, 0, 0, 1, 1, 1, 3};
-  // 1 m from an omnidirectional emitter it is 20 dB louder than at 10 m, whatever the gain. At
-  // exponent p the same on-axis level comes from 1 / (p + 1) of the power.
+  // At 1 m an omnidirectional emitter is 20 dB louder than at 10 m, with any gain. At exponent p
+  // the same on-axis level comes from 1 / (p + 1) of the power.
   const std::vector<Arrival> direct = {{.time_s = 1 / 343.2, .energy = same_in_all_bands(0.25f)}};
   const RoomParameters found = room_parameters(direct, free_field_energy_at_10m(emitter));
   EXPECT_NEAR(*found.g_db[0], 20, 1e-5);
@@ -56,7 +56,7 @@ TEST(RoomParameters, CountStrengthFromTheFreeFieldAtTenMetres) {
   EXPECT_NEAR(*found.g_db[7], 20 + 10 * std::log10(4), 1e-5);
 }
 
-TEST(RoomParameters, OfTheDirectSoundAloneTellOfNoDecay) {
+TEST(RoomParameters, OfTheDirectSoundAloneHaveNoDecay) {
   const std::vector<Arrival> direct = {{.time_s = 0.01, .energy = kUnit}};
   const RoomParameters found = room_parameters(direct, kUnit);
   for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -68,7 +68,7 @@ TEST(RoomParameters, OfTheDirectSoundAloneTellOfNoDecay) {
   EXPECT_FALSE(room_parameters(std::vector<float>(1000), kUnit).g_db[0]);
 }
 
-TEST(RoomParameters, AreKeptApartByBand) {
+TEST(RoomParameters, AreSeparateForEachBand) {
   std::vector<Arrival> arrivals = exponential(1, 2);
   for (Arrival& arrival : arrivals) {
     arrival.energy[2] = static_cast<float>(std::pow(10.0, -6 * arrival.time_s / 0.5));
@@ -80,7 +80,7 @@ TEST(RoomParameters, AreKeptApartByBand) {
   EXPECT_FALSE(found.t30_s[6] || found.c80_db[6] || found.d50[6] || found.ts_s[6] || found.g_db[6]);
 }
 
-// A direct sound that makes the curve fall by so many decibels at once, and an exponential decay.
+// A direct sound after which the decay curve falls by `fall_db` at once, and an exponential decay.
 std::vector<Arrival> after_direct_sound(double fall_db, double decay_s) {
   std::vector<Arrival> arrivals = exponential(decay_s, 1.2 * decay_s);
   double rest = 0;
@@ -90,14 +90,15 @@ std::vector<Arrival> after_direct_sound(double fall_db, double decay_s) {
   return arrivals;
 }
 
-TEST(RoomParameters, HaveNoEarlyDecayTimeWhereTheDirectSoundMakesMostOfTheFall) {
-  // What is left of the range after a fall of 3 dB has the slope of the decay.
+TEST(RoomParameters, HaveNoEarlyDecayTimeIfTheDirectSoundDominates) {
+  // The rest of the range after a fall of 3 dB has the slope of the decay.
   EXPECT_NEAR(room_parameters(after_direct_sound(3, 1), kUnit).edt_s[0].value_or(0), 1, 2e-3);
   const RoomParameters found = room_parameters(after_direct_sound(7, 1), kUnit);
   EXPECT_FALSE(found.edt_s[0]);
-  EXPECT_NEAR(found.t30_s[0].value_or(0), 1, 2e-3);  // begins at -5 dB, below most of it
+  // starts at -5 dB, below most of the direct sound
+  EXPECT_NEAR(found.t30_s[0].value_or(0), 1, 2e-3);
 
-  // A few faint arrivals after a strong direct sound: a line through them would say 15 s.
+  // A few faint arrivals follow a strong direct sound; a line through them would give 15 s.
   std::vector<Arrival> near = after_direct_sound(9.9, 0.17);
   near.erase(near.begin() + 12, near.begin() + 60);
   for (std::size_t i = 1; i < 12; ++i) {
@@ -108,14 +109,14 @@ TEST(RoomParameters, HaveNoEarlyDecayTimeWhereTheDirectSoundMakesMostOfTheFall) 
   EXPECT_FALSE(room_parameters(near, kUnit).edt_s[0]);
   EXPECT_TRUE(room_parameters(near, kUnit).t20_s[0]);
 
-  // In a waveform the direct sound takes some milliseconds and many samples.
+  // In a waveform the direct sound lasts some milliseconds and many samples.
   const std::vector<Arrival> arrivals = after_direct_sound(9, 1);
   const RoomParameters wave = room_parameters(
       impulse_response(arrivals, whole_response_frames(arrivals)), same_in_all_bands(0.01f));
   for (std::size_t b = 0; b < kBandCount; ++b) EXPECT_FALSE(wave.edt_s[b]) << b;
 }
 
-TEST(DecayCurve, WithTwoSlopesIsFittedAsASampledLineWouldBe) {
+TEST(DecayCurve, WithTwoSlopesIsFittedLikeASampledLine) {
   // -60 dB in 0.3 s and, 20 dB lower, in 2 s.
   const double fast = 6 * std::log(10.0) / 0.3, slow = 6 * std::log(10.0) / 2;
   std::vector<EnergyStep> steps;
@@ -125,7 +126,7 @@ TEST(DecayCurve, WithTwoSlopesIsFittedAsASampledLineWouldBe) {
         {i * step_s, std::exp(-fast * i * step_s) + 0.01 * std::exp(-slow * i * step_s)});
   const DecayCurve curve(steps, 3);
 
-  // The slow version: the closed form of the curve, sampled every 0.1 ms, and a textbook line.
+  // Reference: the closed form of the curve, sampled every 0.1 ms, and linear regression.
   const auto level_db = [&](double t) {
     const auto left = [&](double at) {
       return std::exp(-fast * at) / fast + 0.01 * std::exp(-slow * at) / slow;
@@ -144,8 +145,8 @@ TEST(DecayCurve, WithTwoSlopesIsFittedAsASampledLineWouldBe) {
   }
 }
 
-TEST(DecayCurve, TellsItsLevelAtAnyTime) {
-  // Energies 9, 0.9 and 0.1 at 0, 1 and 2 s: 10 to come, then 1, then 0.1.
+TEST(DecayCurve, GivesItsLevelAtAnyTime) {
+  // Energies 9, 0.9 and 0.1 at 0, 1 and 2 s: the remaining energy is 10, then 1, then 0.1.
   const DecayCurve curve({{0, 9}, {1, 0.9}, {2, 0.1}}, 3);
   EXPECT_NEAR(curve.level_db(-1), 0, 1e-9);
   EXPECT_NEAR(curve.level_db(0), 0, 1e-9);
@@ -154,9 +155,9 @@ TEST(DecayCurve, TellsItsLevelAtAnyTime) {
   EXPECT_LT(curve.level_db(2.5), -1000);
 }
 
-TEST(DecayCurve, TellsNothingBelowWhatItsLengthShows) {
-  // A decay of 1 s, cut off. 0.35 s of it are at -21 dB: enough for EDT. 0.65 s are at -39 dB:
-  // enough for T20 too. Only from 0.8 s, -48 dB, is the end 10 dB below the range of T30.
+TEST(DecayCurve, HasNoResultBelowTheLevelThatItsLengthReaches) {
+  // A decay of 1 s that is cut off. After 0.35 s it is at -21 dB, enough for EDT; after 0.65 s at
+  // -39 dB, enough for T20; only after 0.8 s, at -48 dB, is the end 10 dB below the range of T30.
   struct Case {
     double length_s;
     bool edt, t20, t30;
@@ -167,7 +168,7 @@ TEST(DecayCurve, TellsNothingBelowWhatItsLengthShows) {
     EXPECT_EQ(found.edt_s[0].has_value(), c.edt) << c.length_s;
     EXPECT_EQ(found.t20_s[0].has_value(), c.t20) << c.length_s;
     EXPECT_EQ(found.t30_s[0].has_value(), c.t30) << c.length_s;
-    // What is told is told right: the missing tail bends the curve by 2 % at most.
+    // The results that exist are right: the missing tail bends the curve by 2 % at most.
     if (c.edt) {
       EXPECT_NEAR(*found.edt_s[0], 1, 0.02);
     }
@@ -180,7 +181,7 @@ TEST(DecayCurve, TellsNothingBelowWhatItsLengthShows) {
   }
 }
 
-TEST(DecayCurve, TellsNothingWhereItEndsInNoise) {
+TEST(DecayCurve, HasNoResultIfItEndsInNoise) {
   std::vector<EnergyStep> steps;
   for (int i = 0; i < 20000; ++i) steps.push_back({i * 1e-4, std::pow(10, -6 * i * 1e-4) + 1e-3});
   const DecayCurve curve(steps, 2);
@@ -188,13 +189,13 @@ TEST(DecayCurve, TellsNothingWhereItEndsInNoise) {
   EXPECT_FALSE(curve.decay_time_s(-5, -25));
 }
 
-TEST(DecayCurve, TakesAFewEchoesForNoDecay) {
+TEST(DecayCurve, HasNoResultForAFewEchoes) {
   std::vector<EnergyStep> steps;
   for (int i = 0; i < 8; ++i) steps.push_back({i * 0.02, std::pow(10, -i)});
   EXPECT_FALSE(DecayCurve(steps, 0.2).decay_time_s(-5, -35));
 }
 
-// A dense tail of random polarity whose decay differs from band to band, after a direct sound.
+// A direct sound and a dense tail of random polarity, whose decay differs between bands.
 std::vector<Arrival> reverberation(const std::array<double, kBandCount>& decay_s, double length_s,
                                    std::uint64_t seed) {
   std::vector<Arrival> arrivals = {{.time_s = 0.01, .energy = same_in_all_bands(100)}};
@@ -212,9 +213,8 @@ std::vector<Arrival> reverberation(const std::array<double, kBandCount>& decay_s
 }
 
 TEST(RoomParameters, OfTheWaveformAgreeWithThoseOfTheEnergy) {
-  // One waveform is one throw of the dice: an octave of width w and a stretch of t seconds hold
-  // about w t independent values, so at 63 Hz one C80 is good to about 3 dB. Hence the mean of
-  // many.
+  // One waveform is one random draw: an octave of width w has about w t independent values in t
+  // seconds, so one C80 at 63 Hz has an error of about 3 dB. The test averages many.
   constexpr int kThrows = 24;
   const Bands reference = same_in_all_bands(0.01f);
   Bands t30{}, t20{}, c80_db{}, d50{}, ts_s{}, g_db{};
@@ -248,7 +248,7 @@ TEST(RoomParameters, OfTheWaveformAgreeWithThoseOfTheEnergy) {
   }
 }
 
-TEST(RoomParameters, OfAPulseBlameNoRoomForTheFiltersRinging) {
+TEST(RoomParameters, OfAPulseExcludeTheRingingOfFilters) {
   std::vector<float> waveform(48000);
   waveform[480] = 0.1f;
   const RoomParameters found = room_parameters(waveform, same_in_all_bands(0.01f));

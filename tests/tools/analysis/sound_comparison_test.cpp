@@ -48,7 +48,7 @@ std::set<std::string> audible_in(const std::vector<Difference>& differences) {
   return keys;
 }
 
-// White noise that falls by 60 dB in decay_s, from 10 ms on.
+// White noise that falls by 60 dB in decay_s, starting at 10 ms.
 std::vector<float> decaying(std::uint64_t seed, double decay_s, double seconds) {
   auto samples = noise(seed, 1, seconds);
   for (std::size_t i = 0; i < samples.size(); ++i)
@@ -57,7 +57,7 @@ std::vector<float> decaying(std::uint64_t seed, double decay_s, double seconds) 
   return samples;
 }
 
-TEST(Measures, AreListedInTheirOwnOrderEachWithASource) {
+TEST(Measures, AreListedInOrderEachWithASource) {
   std::set<std::string> keys;
   for (std::size_t i = 0; i < kMeasures.size(); ++i) {
     EXPECT_EQ(static_cast<std::size_t>(kMeasures[i].measure), i);
@@ -68,7 +68,7 @@ TEST(Measures, AreListedInTheirOwnOrderEachWithASource) {
   EXPECT_EQ(keys.size(), kMeasures.size());
 }
 
-TEST(Comparison, OfASoundWithItselfHearsNothing) {
+TEST(Comparison, OfASoundWithItselfFindsNothing) {
   const auto left = noise(1, 0.1, 2), early = decaying(1, 0.5, 1);
   const Sound sound = stereo(left, plus(left, noise(2, 0.1, 2)));
   const Sound response = stereo(early, plus(early, decaying(2, 0.5, 1)));
@@ -83,7 +83,7 @@ TEST(Comparison, OfASoundWithItselfHearsNothing) {
     }
 }
 
-TEST(Comparison, OfAGainIsThatGainInEveryLevelAndNothingElse) {
+TEST(Comparison, OfAGainFindsItInEveryLevelAndNothingElse) {
   const Sound a = stereo(noise(1, 0.1, 3), noise(2, 0.1, 3));
   for (const double gain : {0.5, 1.05, 2.0}) {
     const double gain_db = 20 * std::log10(gain);
@@ -100,7 +100,7 @@ TEST(Comparison, OfAGainIsThatGainInEveryLevelAndNothingElse) {
             << kMeasures[static_cast<std::size_t>(none)].key;
     EXPECT_NEAR(worst(differences, Measure::kL2), std::abs(gain - 1), 1e-5);
     EXPECT_NEAR(worst(differences, Measure::kCorrelation), 1, 1e-9);
-    // 0.4 dB are not noticed, 6 dB are.
+    // 0.4 dB are inaudible, 6 dB are audible.
     EXPECT_EQ(audible_in(differences).empty(), gain == 1.05);
   }
 }
@@ -118,7 +118,7 @@ TEST(Comparison, OfIndependentNoiseHasTheL2OfTheClosedForm) {
 }
 
 TEST(Comparison, NamesTheBandThatChanged) {
-  // A quarter of the power more round 1 kHz: a tone as strong as the noise in its ERB.
+  // A tone as strong as the noise in its ERB adds power around 1 kHz.
   const auto sound = noise(3, 0.1, 8);
   const double band_power = 0.01 * 132.6 / 24000;
   const auto differences =
@@ -135,21 +135,21 @@ TEST(Comparison, NamesTheMomentThatChanged) {
   for (std::size_t i = 4 * 48000; i < 4 * 48000 + 19200; ++i) louder[i] *= 2;
   const auto differences = compare_sounds(mono(sound), mono(louder));
   const DifferencePoint* const point = find(differences, Measure::kMomentaryLoudness).worst();
-  EXPECT_NEAR(point->at, 4.2, 1e-9);  // the middle of the one window that holds it all
+  EXPECT_NEAR(point->at, 4.2, 1e-9);  // the middle of the only window that contains all of it
   EXPECT_NEAR(*point->difference, 6.02, 0.1);
 }
 
-TEST(Comparison, HearsBinauralChangesAndJudgesThemByTheirOwnJnd) {
+TEST(Comparison, FindsBinauralChangesAndJudgesThemByTheirOwnJnd) {
   const auto sound = noise(5, 0.1, 5), own = noise(6, 0.1, 5);
   const auto centre = stereo(sound, sound);
-  // ITD: one sample is 21 us: more than 10 us at 1 kHz, less than 0.05 rad at 63 Hz.
+  // ITD: one sample is 21 us, more than 10 us at 1 kHz and less than 0.05 rad at 63 Hz.
   const auto delayed = compare_sounds(centre, stereo(sound, later(sound, 1)));
   EXPECT_NEAR(worst(delayed, Measure::kItd), 20.8, 0.5);
   EXPECT_EQ(find(delayed, Measure::kItd).worst()->at, 1000);
   EXPECT_EQ(audible_in(delayed), std::set<std::string>{"itd"});
   EXPECT_LT(std::abs(*find(delayed, Measure::kItd).points[0].difference),
             find(delayed, Measure::kItd).points[0].jnd);
-  // ILD: half a decibel and a bit.
+  // ILD: slightly more than half a decibel.
   const auto turned = compare_sounds(centre, stereo(sound, times(sound, std::pow(10, 0.6 / 20))));
   EXPECT_NEAR(worst(turned, Measure::kIld), 0.6, 1e-3);
   EXPECT_EQ(audible_in(turned), std::set<std::string>{"ild"});
@@ -159,25 +159,25 @@ TEST(Comparison, HearsBinauralChangesAndJudgesThemByTheirOwnJnd) {
   EXPECT_NEAR(worst(wider, Measure::kIacc), -0.2, 0.03);
 }
 
-TEST(Comparison, OfResponsesKeepsTheFirstEightyMillisecondsApart) {
-  // The same early sound in both ears; the tail is alike in A and each ear's own in B.
+TEST(Comparison, OfResponsesSeparatesTheFirst80Milliseconds) {
+  // The early sound is the same in both ears; the tail is coherent in A and incoherent in B.
   const auto left = decaying(13, 1, 1.5), own = decaying(14, 1, 1.5);
   auto right = left;
   std::copy(own.begin() + 480 + 3840, own.end(), right.begin() + 480 + 3840);
   const auto differences = compare_sounds(stereo(left, left), stereo(left, right), kResponse);
-  // exp(-13.8 x 0.08) = a third of the energy comes later.
+  // exp(-13.8 x 0.08), a third of the energy, arrives later.
   const double late = std::exp(-6 * std::log(10) * 0.08);
   for (const DifferencePoint& point : find(differences, Measure::kIacc).points)
     if (point.at >= 1000) {
       EXPECT_NEAR(*point.difference, -late, 0.1) << point.at;
     }
-  // The direct sound is what lies within 20 dB of an ear's own peak, which the tail may move.
+  // The direct sound is what lies within 20 dB of an ear's own peak, which the tail may shift.
   EXPECT_NEAR(worst(differences, Measure::kEarlyIacc), 0, 1e-3);
   EXPECT_FALSE(audible_in(differences).contains("iacc_early"));
   EXPECT_TRUE(audible_in(differences).contains("iacc"));
 }
 
-TEST(Comparison, CountsOnlyClicksThatAreNew) {
+TEST(Comparison, CountsOnlyNewClicks) {
   auto a = noise(7, 0.01, 4);
   a[48000] = 1;
   auto b = a;
@@ -193,7 +193,7 @@ TEST(Comparison, CountsOnlyClicksThatAreNew) {
   EXPECT_FALSE(find(compare_sounds(mono(b), mono(a)), Measure::kClicks).audible());
 }
 
-TEST(Comparison, LeavesTextureStatisticsToChance) {
+TEST(Comparison, JudgesTextureStatisticsByChance) {
   const auto dense = noise(15, 0.0125, 4), other = noise(16, 0.0125, 4);
   std::vector<float> sparse(dense.size());
   for (std::size_t i = 800; i < sparse.size(); i += 1600)
@@ -214,12 +214,12 @@ TEST(Comparison, LeavesTextureStatisticsToChance) {
 }
 
 TEST(Comparison, OfDecaysFindsTheirClosedForms) {
-  // The same noise under two envelopes: what differs is the envelope.
+  // The same noise under two envelopes, so only the envelope differs.
   constexpr double kA_s = 1.0, kB_s = 1.2;
   const auto differences =
       compare_sounds(mono(decaying(8, kA_s, 1.5)), mono(decaying(8, kB_s, 1.5)), kResponse);
   const auto rate = [](double decay_s) { return 6 * std::log(10) / decay_s; };
-  // Means over the octaves from 500 Hz; single octaves carry the chances of the noise.
+  // Means over the octaves from 500 Hz, because single octaves vary by chance.
   const auto mean = [&](Measure measure) {
     double sum = 0;
     for (const DifferencePoint& point : find(differences, measure).points)
@@ -237,15 +237,15 @@ TEST(Comparison, OfDecaysFindsTheirClosedForms) {
               0.01);
   EXPECT_NEAR(mean(Measure::kTs), 1e3 / rate(kB_s) - 1e3 / rate(kA_s), 1);
   EXPECT_NEAR(mean(Measure::kG), 10 * std::log10(kB_s / kA_s), 0.15);
-  // The curves part in a straight line: at -35 dB of A, B is at -35 dB / 1.2.
+  // The curves diverge linearly: where A is at -35 dB, B is at -35 dB / 1.2.
   EXPECT_NEAR(mean(Measure::kDecayCurve), 35 - 35 / 1.2, 0.4);
   EXPECT_NEAR(mean(Measure::kEchoDensity), 0, 0.03);
   EXPECT_TRUE(audible_in(differences).contains("t30"));
   EXPECT_FALSE(audible_in(differences).contains("echo_density"));
 }
 
-TEST(Comparison, OfResponsesHearsSparseEchoesInsteadOfATail) {
-  // 100 arrivals a second with the energy of the noise that they stand for.
+TEST(Comparison, OfResponsesFindsSparseEchoesInPlaceOfATail) {
+  // 100 arrivals per second with the energy of the noise that they replace.
   const auto dense = decaying(9, 1.0, 1.5);
   std::vector<float> sparse(dense.size());
   for (std::size_t i = 480; i < sparse.size(); i += 480) {
@@ -258,12 +258,12 @@ TEST(Comparison, OfResponsesHearsSparseEchoesInsteadOfATail) {
   EXPECT_TRUE(find(differences, Measure::kEchoDensity).audible());
   const auto& points = find(differences, Measure::kEchoDensity).points;
   ASSERT_EQ(points.size(), 5u);
-  // At 8 kHz an echo rings for 0.3 of its 10 ms; noise is 1.
+  // At 8 kHz an echo rings for 0.3 of its 10 ms; noise has a density of 1.
   EXPECT_NEAR(*points[4].a, 1, 0.05);
   EXPECT_LT(*points[4].b, 0.35);
 }
 
-TEST(Comparison, OfResponsesTakesNoDelayForADecay) {
+TEST(Comparison, OfResponsesMistakesNoDelayForADecay) {
   const auto response = decaying(10, 0.6, 1);
   const auto differences = compare_sounds(mono(response), mono(later(response, 700)), kResponse);
   for (const Measure measure : {Measure::kEdt, Measure::kT30, Measure::kC80, Measure::kTs,
@@ -273,7 +273,7 @@ TEST(Comparison, OfResponsesTakesNoDelayForADecay) {
   EXPECT_NEAR(worst(differences, Measure::kL2), std::sqrt(2), 0.2);
 }
 
-TEST(Comparison, TakesTheShorterForSilentFromItsEndOn) {
+TEST(Comparison, TreatsTheShorterSoundAsSilentAfterItsEnd) {
   const auto sound = noise(11, 0.1, 4);
   const Sound cut = mono({sound.begin(), sound.begin() + 2 * 48000});
   const auto differences = compare_sounds(mono(sound), cut);
@@ -298,7 +298,7 @@ TEST(Comparison, OfSilenceIsDefined) {
   EXPECT_TRUE(audible_in(compare_sounds(one_sample, one_sample, kResponse)).empty());
 }
 
-TEST(SoundKind, IsAResponseWhereASoundBeginsAtOnceAndDecays) {
+TEST(SoundKind, IsAResponseIfTheSoundStartsAtOnceAndDecays) {
   EXPECT_TRUE(looks_like_impulse_response(mono(decaying(1, 0.5, 1))));
   EXPECT_TRUE(looks_like_impulse_response(stereo(decaying(1, 2, 3), decaying(2, 2, 3))));
   std::vector<float> click(48000);
@@ -311,7 +311,7 @@ TEST(SoundKind, IsAResponseWhereASoundBeginsAtOnceAndDecays) {
   EXPECT_FALSE(looks_like_impulse_response(mono({})));
 }
 
-// A fixed filter of 50 ms, decaying.
+// Convolution with a fixed decaying filter of 50 ms.
 std::vector<float> through_a_room(const std::vector<float>& dry, std::uint64_t seed) {
   const auto response = decaying(seed, 0.05, 0.05);
   std::vector<float> wet(dry.size());
@@ -321,7 +321,7 @@ std::vector<float> through_a_room(const std::vector<float>& dry, std::uint64_t s
   return wet;
 }
 
-TEST(TimeVaryingPart, OfAFixedFilterIsNothingInEitherEar) {
+TEST(TimeVaryingPart, OfAFixedFilterIsZeroInBothEars) {
   const auto dry = noise(1, 0.1, 1);
   const auto parts =
       time_varying_part_db(dry, stereo(through_a_room(dry, 2), through_a_room(dry, 3)), 0.1);
@@ -329,8 +329,8 @@ TEST(TimeVaryingPart, OfAFixedFilterIsNothingInEitherEar) {
   EXPECT_LT(parts[1].value(), -55);
 }
 
-// y = (1 + m sin(2 pi f t)) x: the best filter is x itself, and leaves m^2 / 2 of 1 + m^2 / 2. Of
-// independent noise of power p beside a power of 1 no filter makes anything: p / (1 + p).
+// y = (1 + m sin(2 pi f t)) x: the best filter is x itself and leaves m^2 / 2 of 1 + m^2 / 2. No
+// filter predicts independent noise of power p beside a signal of power 1: p / (1 + p).
 TEST(TimeVaryingPart, OfAModulatedGainAndOfOtherNoiseIsTheClosedForm) {
   const auto dry = noise(1, 0.1, 3);
   for (const double depth : {0.5, 0.1}) {
@@ -341,13 +341,13 @@ TEST(TimeVaryingPart, OfAModulatedGainAndOfOtherNoiseIsTheClosedForm) {
     const double share = depth * depth / 2;
     const auto parts = time_varying_part_db(
         dry, stereo(modulated, plus(dry, times(noise(2, 0.1, 3), depth))), 0.1);
-    // 140 000 samples tell a power to 0.02 dB; the whole periods after the first 0.1 s do not.
+    // 140 000 samples determine a power to 0.02 dB; the whole periods after the first 0.1 s do not.
     EXPECT_NEAR(parts[0].value(), 10 * std::log10(share / (1 + share)), 0.3) << depth;
     EXPECT_NEAR(parts[1].value(), 10 * std::log10(2 * share / (1 + 2 * share)), 0.1) << depth;
   }
 }
 
-TEST(TimeVaryingPart, OfWhatIsTooShortOrSilentIsNotKnown) {
+TEST(TimeVaryingPart, OfShortOrSilentSoundsIsUndefined) {
   const auto dry = noise(1, 0.1, 1), silence = times(dry, 0);
   EXPECT_FALSE(time_varying_part_db(dry, mono(dry), 0.3)[0].has_value());
   EXPECT_FALSE(time_varying_part_db(silence, mono(dry), 0.1)[0].has_value());

@@ -1,4 +1,4 @@
-// test_sounds.h: sounds whose measures are known.
+// test_sounds.h: sounds with known properties.
 #pragma once
 
 #include <cmath>
@@ -24,8 +24,7 @@ inline std::vector<float> sine(double frequency_hz, double amplitude, double sec
   return samples;
 }
 
-// The same, swelling and fading as sin^2 does, so that its ends spread over no other frequencies.
-// Its energy is 3/8 of that.
+// Applies a sin^2 window, so that no other frequencies appear at the ends. The energy becomes 3/8.
 inline std::vector<float> swelling(std::vector<float> samples) {
   for (std::size_t i = 0; i < samples.size(); ++i)
     samples[i] *= static_cast<float>(std::pow(
@@ -34,7 +33,7 @@ inline std::vector<float> swelling(std::vector<float> samples) {
   return samples;
 }
 
-// White and Gaussian, with standard deviation sigma.
+// White Gaussian noise with standard deviation sigma.
 inline std::vector<float> noise(std::uint64_t seed, double sigma, double seconds) {
   std::vector<float> samples(frames_of(seconds));
   for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -55,7 +54,7 @@ inline std::vector<float> plus(std::vector<float> a, const std::vector<float>& b
   return a;
 }
 
-// Later by a whole number of frames; what would go beyond the end is lost.
+// Delays by a whole number of frames; what exceeds the end is lost.
 inline std::vector<float> later(const std::vector<float>& samples, std::size_t frames) {
   std::vector<float> result(samples.size());
   for (std::size_t i = frames; i < samples.size(); ++i) result[i] = samples[i - frames];

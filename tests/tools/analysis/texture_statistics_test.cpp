@@ -18,11 +18,12 @@ double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-// The band that a tone in the middle of it falls into.
+// Frequency of a tone in the middle of a band.
 double centre_hz(std::size_t band) { return erb_frequency_hz(2 + static_cast<double>(band)); }
 
 TEST(TextureStatistics, OfGaussianNoiseAreThoseOfACompressedRayleighEnvelope) {
-  // r^0.3 of a Rayleigh r: E r^n = 2^(n/2) gamma(1 + n/2), so all moments are closed forms.
+  // For r^0.3 of a Rayleigh variable r, E r^n = 2^(n/2) gamma(1 + n/2), so all moments have closed
+  // forms.
   const auto moment = [](double n) { return std::pow(2, 0.15 * n) * std::tgamma(1 + 0.15 * n); };
   const double m1 = moment(1), m2 = moment(2), m3 = moment(3), m4 = moment(4);
   const double variance = m2 - m1 * m1;
@@ -30,7 +31,8 @@ TEST(TextureStatistics, OfGaussianNoiseAreThoseOfACompressedRayleighEnvelope) {
   const double fourth = m4 - 4 * m1 * m3 + 6 * m1 * m1 * m2 - 3 * m1 * m1 * m1 * m1;
   const TextureStatistics found = texture_statistics(noise(1, 0.1, 60));
   ASSERT_EQ(found.variation.size(), kTextureBands);
-  // Below 1 kHz: a wider band is averaged over several of its own samples to 375 a second.
+  // Below 1 kHz only: the envelope of a wider band is averaged over several independent samples at
+  // 375 Hz.
   for (std::size_t b = 4; b < 13; ++b) {
     EXPECT_NEAR(found.variation[b], std::sqrt(variance) / m1, 0.012) << b;
     EXPECT_NEAR(found.skewness[b], third / std::pow(variance, 1.5), 0.2) << b;
@@ -46,7 +48,7 @@ TEST(TextureStatistics, OfASteadyToneHaveNoVariation) {
         << b;
 }
 
-TEST(TextureStatistics, FindTheRateAtWhichATonePulses) {
+TEST(TextureStatistics, FindTheRateOfAPulsatingTone) {
   // Octaves from 1.46 Hz: 1.5 to 3, 3 to 6, 6 to 12, 12 to 23 Hz ...
   for (const auto& [rate_hz, octave] : {std::pair(4.4, 1u), {8.8, 2u}, {17.6, 3u}, {35.2, 4u}}) {
     auto tone = sine(centre_hz(18), 0.1, 6);
@@ -60,8 +62,8 @@ TEST(TextureStatistics, FindTheRateAtWhichATonePulses) {
   }
 }
 
-TEST(TextureStatistics, TellASparseTextureFromADenseOneOfTheSameSpectrum) {
-  // Clicks of random sign, 30 a second, are as white as noise.
+TEST(TextureStatistics, DistinguishASparseTextureFromADenseOneOfTheSameSpectrum) {
+  // 30 clicks of random sign per second are as white as noise.
   std::vector<float> clicks(10 * 48000);
   for (std::uint32_t i = 0; i < clicks.size(); ++i) {
     const RandomBits bits = philox(5, {i, 0, 0, 0});

@@ -1,4 +1,5 @@
-// The paper's sections 3.3 and 3.4: who is drawn, how often, and when he is exchanged.
+// dynamic_sampling_test.cpp: inclusion probabilities, draws and exchanges (sections 3.3 and 3.4 of
+// the paper).
 #include "runtime/sampling/dynamic_sampling.h"
 
 #include <algorithm>
@@ -15,21 +16,21 @@ using Rule = DynamicSample::Rule;
 
 const std::vector<double> kWeights = {0.1, 3, 0.5, 2, 1, 1, 0, 0.2, 4, 0.7, 1.5, 2.5};
 
-TEST(Importance, GivesProbabilitiesInProportionThatAddUpToTheSample) {
+TEST(ImportanceSampling, GivesProportionalProbabilitiesThatSumToTheSampleSize) {
   const double sum = std::accumulate(kWeights.begin(), kWeights.end(), 0.0);
   const auto probabilities = inclusion_probabilities(kWeights, 3);
   for (std::size_t i = 0; i < kWeights.size(); ++i)
     EXPECT_NEAR(probabilities[i], 3 * kWeights[i] / sum, 1e-12);
 }
 
-TEST(Importance, MakesCertainWhatCouldOnlyBeChosenTwice) {
+TEST(ImportanceSampling, MakesSourcesCertainWhoseProbabilityWouldExceedOne) {
   const std::vector<double> weights = {10, 1, 1, 1, 1, 5};
   // 3 x 10 / 19 > 1, then 2 x 5 / 9 > 1, then 1 x 1 / 4.
   EXPECT_EQ(inclusion_probabilities(weights, 3),
             (std::vector<double>{1, 0.25, 0.25, 0.25, 0.25, 1}));
 }
 
-TEST(Importance, TakesAllThatIsHeardWhenThereIsRoom) {
+TEST(ImportanceSampling, TakesAllAudibleSourcesWhenThereIsRoom) {
   const auto probabilities = inclusion_probabilities(kWeights, 50);
   for (std::size_t i = 0; i < kWeights.size(); ++i)
     EXPECT_EQ(probabilities[i], kWeights[i] > 0 ? 1 : 0);
@@ -37,8 +38,8 @@ TEST(Importance, TakesAllThatIsHeardWhenThereIsRoom) {
   EXPECT_EQ(choose_without_replacement(probabilities, draws).size(), 11u);
 }
 
-// A sample of one is a throw of one loaded die.
-TEST(Importance, DrawsOneSourceWithItsProbability) {
+// A sample of one is a single draw.
+TEST(ImportanceSampling, DrawsOneSourceWithItsProbability) {
   const auto probabilities = inclusion_probabilities(kWeights, 1);
   std::vector<double> count(kWeights.size());
   constexpr int kThrows = 20000;
@@ -56,11 +57,11 @@ TEST(Importance, DrawsOneSourceWithItsProbability) {
     else
       chi2 += (count[i] - expected) * (count[i] - expected) / expected;
   }
-  // 11 sources, 10 degrees of freedom: beyond 29.6 one time in 1000.
+  // There are 11 sources and 10 degrees of freedom: beyond 29.6 one time in 1000.
   EXPECT_LT(chi2, 29.6);
 }
 
-TEST(Importance, DrawsExactlySoManyWithoutReplacementEachWithItsProbability) {
+TEST(ImportanceSampling, DrawsTheRequestedNumberWithoutReplacementWithTheRightProbabilities) {
   for (const std::size_t k : {2u, 5u, 8u}) {
     const auto probabilities = inclusion_probabilities(kWeights, k);
     std::vector<double> count(kWeights.size());
@@ -73,14 +74,14 @@ TEST(Importance, DrawsExactlySoManyWithoutReplacementEachWithItsProbability) {
     }
     for (std::size_t i = 0; i < count.size(); ++i) {
       const double p = probabilities[i];
-      // 33 binomials: beyond 4 deviations one time in 500.
+      // There are 33 binomials: beyond 4 deviations one time in 500.
       EXPECT_NEAR(count[i] / kDrawings, p, 4 * std::sqrt(p * (1 - p) / kDrawings) + 1e-12)
           << "source " << i << " of k = " << k;
     }
   }
 }
 
-TEST(Importance, DealsEachHalfOfTheListItsDueRoundedUpOrDown) {
+TEST(ImportanceSampling, GivesEachHalfOfTheListItsShareRoundedUpOrDown) {
   std::vector<double> weights;
   for (int i = 0; i < 1000; ++i) weights.push_back(1 + i % 17);
   const auto probabilities = inclusion_probabilities(weights, 100);
@@ -112,7 +113,7 @@ std::size_t newcomers(const std::set<std::uint32_t>& before, const std::set<std:
       std::count_if(now.begin(), now.end(), [&](auto c) { return !before.contains(c); }));
 }
 
-TEST(DynamicSampling, DrawnOnceStaysAsItIs) {
+TEST(DynamicSampling, KeepsASampleThatIsDrawnOnce) {
   DynamicSample sample(Rule::kOnce, 50, {});
   auto candidates = candidates_of(std::vector<double>(500, 1));
   const auto first = next(sample, candidates);
@@ -120,7 +121,7 @@ TEST(DynamicSampling, DrawnOnceStaysAsItIs) {
   EXPECT_EQ(next(sample, candidates), first);
 }
 
-TEST(DynamicSampling, OfFullResamplingIsNewWhenItsTimeHasComeAndNeverBefore) {
+TEST(DynamicSampling, RedrawsTheWholeSampleAtItsInterval) {
   StrategyTuning tuning;
   tuning.redraw_s = 0.2;  // 10 keyframes
   DynamicSample sample(Rule::kFull, 50, tuning);
@@ -136,7 +137,7 @@ TEST(DynamicSampling, OfFullResamplingIsNewWhenItsTimeHasComeAndNeverBefore) {
   }
 }
 
-TEST(DynamicSampling, OfStochasticDiffusionExchangesTheShareThatWasAskedFor) {
+TEST(DynamicSampling, ByStochasticDiffusionExchangesTheRequestedShare) {
   DynamicSample sample(Rule::kStochastic, 500, {});  // q = 0.2
   const auto candidates = candidates_of(std::vector<double>(5000, 1));
   auto last = next(sample, candidates);
@@ -147,12 +148,13 @@ TEST(DynamicSampling, OfStochasticDiffusionExchangesTheShareThatWasAskedFor) {
     exchanged += newcomers(last, now);
     last = now;
   }
-  // 0.2 x 500 x 10; one in 500 leaves again in the keyframe that he came in.
+  // The expected number is 0.2 x 500 x 10; one source in 500 leaves in the keyframe in which it
+  // entered.
   EXPECT_NEAR(static_cast<double>(exchanged), 1000, 10);
 }
 
-// Sets of k with probabilities in proportion to the product of their odds: how often each source is
-// in. By the sums of products over all sets, e(k, without i) and e(k, all).
+// Inclusion probabilities if each set of k is drawn in proportion to the product of its odds: by
+// the sums of products over all sets, e(k, without i) and e(k, all).
 std::vector<double> by_odds(const std::vector<double>& probabilities, std::size_t k) {
   const auto products = [&](std::size_t left_out) {
     std::vector<double> e(k + 1, 0);
@@ -169,7 +171,7 @@ std::vector<double> by_odds(const std::vector<double>& probabilities, std::size_
   return result;
 }
 
-TEST(DynamicSampling, OfStochasticDiffusionKeepsEachSourcesProbabilityForEver) {
+TEST(DynamicSampling, ByStochasticDiffusionKeepsTheProbabilityOfEachSource) {
   std::vector<double> weights;
   for (int i = 0; i < 40; ++i) weights.push_back(1 + i % 8);
   const auto probabilities = inclusion_probabilities(weights, 10);
@@ -183,14 +185,14 @@ TEST(DynamicSampling, OfStochasticDiffusionKeepsEachSourcesProbabilityForEver) {
     for (const std::uint32_t c : next(sample, candidates)) ++count[c];
   const auto expected = by_odds(probabilities, 10);
   for (std::size_t i = 0; i < weights.size(); ++i) {
-    // A source stays for about ten keyframes, so twenty count as one throw: deviation 0.0061.
+    // A source stays for about ten keyframes, so twenty count as one draw: the deviation is 0.0061.
     EXPECT_NEAR(count[i] / kKeyframes, expected[i], 0.025);
-    // The theory's term of order 1 / k.
+    // The difference is the theoretical term of order 1 / k.
     EXPECT_NEAR(expected[i] / probabilities[i], 1, 0.1);
   }
 }
 
-TEST(DynamicSampling, OfAdaptiveDiffusionLeavesAloneWhatChangesLessThanEpsilon) {
+TEST(DynamicSampling, ByAdaptiveDiffusionKeepsSourcesThatChangeLessThanEpsilon) {
   DynamicSample sample(Rule::kAdaptive, 100, {});  // 1.25
   auto candidates = candidates_of(std::vector<double>(1000, 1));
   const auto first = next(sample, candidates);
@@ -198,14 +200,14 @@ TEST(DynamicSampling, OfAdaptiveDiffusionLeavesAloneWhatChangesLessThanEpsilon) 
   EXPECT_EQ(next(sample, candidates), first);
 }
 
-TEST(DynamicSampling, OfAdaptiveDiffusionExchangesWhatHasFallenByEpsilon) {
+TEST(DynamicSampling, ByAdaptiveDiffusionExchangesSourcesThatFellByEpsilon) {
   DynamicSample sample(Rule::kAdaptive, 100, {});
   auto candidates = candidates_of(std::vector<double>(1000, 1));
   const auto first = next(sample, candidates);
   std::size_t fallen = 0;
   for (const std::uint32_t c : first)
     if (c % 2 == 0) {
-      candidates[c].weight = 1e-9;  // so low that it does not come in again
+      candidates[c].weight = 1e-9;  // too low to be drawn again
       ++fallen;
     }
   const auto now = next(sample, candidates);
@@ -215,7 +217,7 @@ TEST(DynamicSampling, OfAdaptiveDiffusionExchangesWhatHasFallenByEpsilon) {
   EXPECT_EQ(next(sample, candidates), now) << "once is enough";
 }
 
-TEST(DynamicSampling, OfAdaptiveDiffusionExchangesOneForEachThatHasGrownByEpsilon) {
+TEST(DynamicSampling, ByAdaptiveDiffusionExchangesOneForEachSourceThatGrewByEpsilon) {
   DynamicSample sample(Rule::kAdaptive, 1000, {});
   auto candidates = candidates_of(std::vector<double>(100000, 1));
   const auto first = next(sample, candidates);
@@ -227,12 +229,12 @@ TEST(DynamicSampling, OfAdaptiveDiffusionExchangesOneForEachThatHasGrownByEpsilo
     }
   const auto now = next(sample, candidates);
   EXPECT_EQ(now.size(), 1000u);
-  // One in a hundred draws somebody who is already on his way, or who comes back at once.
+  // One draw in a hundred hits a source that is already leaving or returns at once.
   EXPECT_NEAR(static_cast<double>(newcomers(first, now)), 30, 1);
   EXPECT_EQ(next(sample, candidates), now) << "once is enough";
 }
 
-TEST(DynamicSampling, GivesUpWhoIsNoCandidateAnyMore) {
+TEST(DynamicSampling, DropsSourcesThatAreNoCandidates) {
   DynamicSample sample(Rule::kAdaptive, 20, {});
   auto candidates = candidates_of(std::vector<double>(100, 1));
   next(sample, candidates);
@@ -242,7 +244,7 @@ TEST(DynamicSampling, GivesUpWhoIsNoCandidateAnyMore) {
   EXPECT_LT(*now.rbegin(), 50u);
 }
 
-TEST(DynamicSampling, IsTheSameForTheSameSeedAndAnotherForAnother) {
+TEST(DynamicSampling, DependsOnlyOnItsSeed) {
   const auto candidates = candidates_of(std::vector<double>(1000, 1));
   StrategyTuning other;
   other.seed = 2;

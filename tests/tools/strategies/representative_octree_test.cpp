@@ -1,4 +1,5 @@
-// The paper's section 3.5: the tree of representatives and its cuts.
+// representative_octree_test.cpp: the tree of representatives and its cuts (section 3.5 of the
+// paper).
 #include "runtime/sampling/representative_octree.h"
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 
 namespace clamor {
 
-// The definition of a cut, written down: look at all nodes, open the most important, look again.
+// A cut by its definition: search all nodes, open the most important one, repeat.
 class SlowCut {
  public:
   static std::map<std::uint32_t, double> cut(const RepresentativeOctree& tree, const Vec3& place,
@@ -56,7 +57,7 @@ std::vector<RepresentativeOctree::Point> cloud(std::uint32_t count) {
   return points;
 }
 
-TEST(RepresentativeOctree, IsCutAsASlowVersionCutsIt) {
+TEST(RepresentativeOctree, IsCutLikeTheReference) {
   const auto points = cloud(3000);
   const RepresentativeOctree tree(points, 2, 1);
   for (const std::size_t k : {1u, 7u, 8u, 100u, 500u})
@@ -74,7 +75,7 @@ TEST(RepresentativeOctree, IsCutAsASlowVersionCutsIt) {
     }
 }
 
-TEST(RepresentativeOctree, TakesEverythingAsItIsWhenThereIsRoom) {
+TEST(RepresentativeOctree, TakesEverythingUnscaledWhenThereIsRoom) {
   const auto points = cloud(200);
   const RepresentativeOctree tree(points, 2, 1);
   const auto cut = tree.cut({0, 0, 0}, 200);
@@ -85,7 +86,7 @@ TEST(RepresentativeOctree, TakesEverythingAsItIsWhenThereIsRoom) {
   }
 }
 
-TEST(RepresentativeOctree, HoldsManySourcesOfOnePlace) {
+TEST(RepresentativeOctree, AcceptsManySourcesAtOnePlace) {
   std::vector<RepresentativeOctree::Point> points(100, {Vec3(1, 2, 3), 1, 0.1});
   points.push_back({Vec3(2, 2, 3), 1, 0.1});
   const RepresentativeOctree tree(points, 2, 1);
@@ -93,14 +94,15 @@ TEST(RepresentativeOctree, HoldsManySourcesOfOnePlace) {
   EXPECT_GE(tree.cut({0, 0, 0}, 50).size(), 44u);
 }
 
-TEST(RepresentativeOctree, IsSilentWithoutSources) {
+TEST(RepresentativeOctree, IsEmptyWithoutSources) {
   EXPECT_TRUE(RepresentativeOctree({}, 2, 1).cut({0, 0, 0}, 10).empty());
   const std::vector<RepresentativeOctree::Point> mute(3);
   EXPECT_TRUE(RepresentativeOctree(mute, 2, 1).cut({0, 0, 0}, 10).empty());
 }
 
-// Drawn child by child, and yet each source stands for the whole with its share of the volume.
-TEST(RepresentativeOctree, IsRepresentedByEachSourceInProportionToItsVolume) {
+// Representatives are drawn child by child, and each source represents the root in proportion to
+// its volume.
+TEST(RepresentativeOctree, DrawsRepresentativesInProportionToTheirVolume) {
   const auto points = cloud(30);
   double volume = 0;
   for (const auto& point : points) volume += point.volume;
@@ -117,12 +119,12 @@ TEST(RepresentativeOctree, IsRepresentedByEachSourceInProportionToItsVolume) {
     const double expected = kTrees * points[i].volume / volume;
     chi2 += (count[i] - expected) * (count[i] - expected) / expected;
   }
-  // 29 degrees of freedom: beyond 58.3 one time in 1000.
+  // There are 29 degrees of freedom: beyond 58.3 one time in 1000.
   EXPECT_LT(chi2, 58.3);
 }
 
-// Also of sums that have nothing to do with what the tree was built by.
-TEST(RepresentativeOctree, GivesSumsThatAreRightOnAverage) {
+// The sums are unrelated to the weights that built the tree.
+TEST(RepresentativeOctree, IsUnbiasedForAnySum) {
   const auto points = cloud(300);
   const auto value = [&](std::uint32_t i) {
     return points[i].volume * (1 + points[i].position_m.x) / (1 + points[i].position_m.z);

@@ -1,6 +1,5 @@
-// How loud a sample is, and how far its waveform is from that of all sources, in the paper's two
-// scenes. Powers only: sounds are taken to be incoherent, as with random phases they are on
-// average.
+// strategies_loudness_test.cpp: level of a sample and error of its waveform in the paper's two
+// scenes. Only powers are summed, as for incoherent sounds.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -27,7 +26,7 @@ class PaperScene : public ::testing::TestWithParam<const char*> {
       GTEST_SKIP() << "the same code as in the violin's room, and only numbers";
   }
 
-  // Baked when it is first asked for.
+  // Bakes a scene at its first use.
   const Scene& scene(std::uint64_t seed = 1) const {
     static std::map<std::pair<std::string, std::uint64_t>, std::unique_ptr<Scene>> scenes;
     auto& scene = scenes[{GetParam(), seed}];
@@ -35,14 +34,14 @@ class PaperScene : public ::testing::TestWithParam<const char*> {
     return *scene;
   }
 
-  // What an octree makes of one bake is chance: of eight of the violin room two have a slope that
-  // is more than 0.06 off, three a place that is more than 6 dB louder than it should be.
+  // One bake decides how an octree divides the sources: of eight bakes of the violin room, two give
+  // a slope that is more than 0.06 off, and three a place that is more than 6 dB too loud.
   static constexpr std::uint64_t kBakes = 4;
 };
 
-// What a sample makes of the waveform, if sounds are incoherent: S^2 A^2 and S A^2 summed.
+// Waveform of a sample of incoherent sounds: the sums of S^2 A^2 and of S A^2.
 struct Waveform {
-  double power = 0, product = 0;  // over those of all sources
+  double power = 0, product = 0;  // relative to those of all sources
   double l2() const { return std::sqrt(std::max(0.0, 1 - 2 * product + power)); }
   double renormalised_l2() const { return std::sqrt(2 - 2 * product / std::sqrt(power)); }
 };
@@ -53,7 +52,8 @@ struct Levels {
   Waveform waveform;
 };
 
-// Priority sampling as it is defined; priority_sampler_test.cpp holds the sampler against the same.
+// Priority sampling by its definition; priority_sampler_test.cpp compares the sampler with a
+// definition as well.
 class PlacedScene {
  public:
   PlacedScene(const Scene& scene, const Vec3& place) {
@@ -96,7 +96,7 @@ class PlacedScene {
   }
 
  private:
-  struct WeightedSource {
+  struct WeightedPower {
     double weight;
     Bands power;
     float late;
@@ -105,12 +105,12 @@ class PlacedScene {
       return weight * static_cast<double>(1 + LateBoost::strength(k) * late);
     }
   };
-  std::vector<WeightedSource> sources_;
+  std::vector<WeightedPower> sources_;
   double whole_ = 0;
   std::array<double, kBandCount> bands_{};
 };
 
-TEST_P(PaperScene, IsAsLoudAsEverythingByPriorityAtTwentyPlacesIn95OfAHundredBakes) {
+TEST_P(PaperScene, IsWithinTheLevelToleranceByPriorityIn95Of100Bakes) {
   constexpr std::size_t kRolls = 100, kPlaces = 20;
   std::vector<PlacedScene> placed;
   for (const Vec3& place : scene().places()) placed.emplace_back(scene(), place);
@@ -131,7 +131,7 @@ TEST_P(PaperScene, IsAsLoudAsEverythingByPriorityAtTwentyPlacesIn95OfAHundredBak
     }
     for (std::size_t p = 0; p < kPlaces; ++p)
       EXPECT_GE(within[p], 95) << "k = " << k << " at place " << p;
-    // The theory's bound, over all places and rolls.
+    // The theoretical bound holds over all places and draws.
     const double deviation_db = std::sqrt(squares / (kPlaces * kRolls));
     RecordProperty("deviation_mdb_at_" + std::to_string(k), static_cast<int>(1000 * deviation_db));
     EXPECT_LE(deviation_db, 4.34 / std::sqrt(static_cast<double>(k) - 1));
@@ -167,15 +167,15 @@ class Waveforms {
     return waveform;
   }
 
-  // How many sources of equal amplitude would be as many.
+  // Number of sources with equal amplitudes that would have the same ratio of sums (N_eff).
   double effective() const {
     double amplitudes = 0;
     for (const double power : powers_) amplitudes += std::sqrt(power);
     return amplitudes * amplitudes / whole_;
   }
 
-  // The sum of squares of all sources' shares of the power: 1 over how many as loud would be as
-  // many.
+  // Sum of the squared shares of the total power: the inverse of the number of equally loud
+  // sources.
   double concentration() const {
     double squares = 0;
     for (const double power : powers_) squares += std::pow(power / whole_, 2);
@@ -190,8 +190,8 @@ class Waveforms {
   double whole_ = 0;
 };
 
-// In each drawing. Priority's are those of bakes with other permanent numbers.
-TEST_P(PaperScene, HasASmallerRelativeErrorByPriorityThanByAnythingOfThePaper) {
+// Compared in each draw. For priority sampling a draw is a bake with other random numbers u.
+TEST_P(PaperScene, HasASmallerErrorByPriorityThanByAnyStrategyOfThePaper) {
   for (std::size_t p = 0; p < 20; p += kPlaceStep) {
     Waveforms waveforms(scene(), scene().places()[p]);
     const PlacedScene placed(scene(), scene().places()[p]);
@@ -208,7 +208,8 @@ TEST_P(PaperScene, HasASmallerRelativeErrorByPriorityThanByAnythingOfThePaper) {
   }
 }
 
-// How fast the error falls from a sixteenth of a sample of `most` on; the mean of some drawings.
+// Exponent by which the error falls between samples of most / 16 and `most`; the mean of some
+// draws.
 double slope_of(Waveforms& waveforms, const char* strategy, std::size_t most) {
   constexpr std::uint64_t kSeeds = 5;
   double low = 0, high = 0;
@@ -219,15 +220,15 @@ double slope_of(Waveforms& waveforms, const char* strategy, std::size_t most) {
   return std::log(high / low) / std::log(static_cast<double>(most) / (most / 16));
 }
 
-// Drawn without replacement, in proportion to amplitudes: as equation 3 predicts. The octree, from
-// which the paper reports it, is steeper and flatter by places and bakes, and so in their mean.
-TEST_P(PaperScene, ShowsThePapersErrorFallingWithTheRootOfTheSample) {
+// Drawing without replacement in proportion to amplitude follows equation 3. The slope of the
+// octree, for which the paper reports it, depends on place and bake; only its mean follows.
+TEST_P(PaperScene, ReproducesThePapersErrorThatFallsWithTheRootOfTheSample) {
   double octree_slope = 0;
   int slopes = 0;
   for (std::uint64_t bake = 1; bake <= kBakes; ++bake)
     for (std::size_t p = 0; p < 20; p += kPlaceStep) {
       Waveforms waveforms(scene(bake), scene(bake).places()[p]);
-      // As long as little of it is certain, and k is small before N_eff.
+      // The range ends where many sources become certain or k is not small against N_eff.
       const auto most = static_cast<std::size_t>(waveforms.effective() / 10);
       if (most / 16 < 8) continue;
       for (const char* strategy : {"importance", "full-resampling"})
@@ -240,7 +241,7 @@ TEST_P(PaperScene, ShowsThePapersErrorFallingWithTheRootOfTheSample) {
   EXPECT_NEAR(octree_slope / slopes, -0.5, 0.06);
 }
 
-// The mean of ten drawings.
+// The mean of ten draws.
 double level_difference_db(Waveforms& waveforms, const char* strategy, std::size_t k,
                            Estimator estimator) {
   double power = 0;
@@ -252,7 +253,7 @@ double expected_db(double effective, std::size_t k) {
   return 10 * std::log10(1 + effective / static_cast<double>(k));
 }
 
-TEST_P(PaperScene, IsTooLoudByThePaperByTheSourcesThatEachChosenOneStandsFor) {
+TEST_P(PaperScene, IsTooLoudByThePaperAsItsScaledAmplitudesPredict) {
   for (std::size_t p = 0; p < 20; p += kPlaceStep) {
     Waveforms waveforms(scene(), scene().places()[p]);
     const double effective = waveforms.effective();
@@ -260,7 +261,7 @@ TEST_P(PaperScene, IsTooLoudByThePaperByTheSourcesThatEachChosenOneStandsFor) {
       const auto k = static_cast<std::size_t>(share * effective);
       SCOPED_TRACE(::testing::Message() << "k = " << k << " of " << effective << ", place " << p);
       for (const char* strategy : {"importance", "full-resampling"}) {
-        // Nothing is drawn twice, which takes away k of N_eff: 0.35 dB at 8 %.
+        // No source is drawn twice, which removes k of N_eff: 0.35 dB at 8 %.
         EXPECT_NEAR(level_difference_db(waveforms, strategy, k, Estimator::kAmplitude),
                     expected_db(effective, k), 0.5)
             << strategy;
@@ -271,7 +272,7 @@ TEST_P(PaperScene, IsTooLoudByThePaperByTheSourcesThatEachChosenOneStandsFor) {
   }
 }
 
-// A representative stands for what its node radiates, whatever is heard of it.
+// A representative has the radiation of its node, regardless of what reaches the listener.
 TEST_P(PaperScene, IsLouderStillByTheOctreeOfThePaper) {
   for (std::size_t p = 0; p < 20; p += kPlaceStep) {
     double more_db = 0;
@@ -288,9 +289,9 @@ TEST_P(PaperScene, IsLouderStillByTheOctreeOfThePaper) {
   }
 }
 
-// Drawn evenly, a source stands for n / k, and the mean square of the error is n / k - 1: it too
-// falls with the root of the sample. Chance takes hundreds of drawings to tell.
-TEST_P(PaperScene, IsTooLoudByRandomByAllThatThereAre) {
+// Uniform draws scale a source by n / k, and the mean square error is n / k - 1, which falls with
+// the root of the sample, too. Hundreds of draws are needed.
+TEST_P(PaperScene, IsTooLoudByUniformDrawsByTheirScale) {
   constexpr std::uint64_t kSeeds = testing::kSanitized ? 60 : 400;
   const auto n = static_cast<double>(scene().size());
   for (std::size_t p = 0; p < 20; p += testing::kSanitized ? 12 : 6) {

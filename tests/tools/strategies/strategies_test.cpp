@@ -1,4 +1,4 @@
-// All strategies in one room: as many as asked for, right on average, the same each time.
+// strategies_test.cpp: all strategies in one room: size of the sample, bias, and reproducibility.
 #include "runtime/sampling/strategies.h"
 
 #include <cmath>
@@ -38,7 +38,7 @@ std::vector<std::string> paper_strategies() {
 
 Vec3 walked(int keyframe) { return {1 + 0.03 * keyframe, 2 + 0.04 * keyframe, 1.5}; }
 
-TEST(Strategies, ChooseAsManyAsAskedForAndNoSourceTwice) {
+TEST(Strategies, DrawTheRequestedNumberWithoutRepetition) {
   const StrategyRoom room;
   ASSERT_GT(room.size(), 10 * kVoices);
   for (const std::string& name : paper_strategies()) {
@@ -59,7 +59,7 @@ TEST(Strategies, ChooseAsManyAsAskedForAndNoSourceTwice) {
   }
 }
 
-TEST(Strategies, ChooseTheSameForTheSameSeed) {
+TEST(Strategies, DrawTheSameForTheSameSeed) {
   const StrategyRoom room;
   for (const std::string& name : paper_strategies()) {
     const auto a = room.sampler(name, Estimator::kAmplitude),
@@ -81,11 +81,11 @@ TEST(Strategies, ChooseTheSameForTheSameSeed) {
   }
 }
 
-// Where no time passes for it to adapt, each source's power, or amplitude, is right on average. The
-// sum is not what the strategies choose by: one band of every third source.
-TEST(Strategies, AreUnbiasedInWhatTheyEstimate) {
+// At a constant time each source's power, or amplitude, is unbiased. The strategies do not draw by
+// the tested sum: one band of every third source.
+TEST(Strategies, AreUnbiasedInTheirOwnEstimate) {
   const StrategyRoom room;
-  constexpr int kSeeds = testing::kSanitized ? 60 : 400;
+  constexpr int kSeeds = testing::kSanitized ? 60 : 200;
   for (const Estimator estimator : {Estimator::kPower, Estimator::kAmplitude})
     for (const std::string& name : paper_strategies()) {
       const auto value = [&](const Source& source, std::size_t number) {
@@ -110,14 +110,14 @@ TEST(Strategies, AreUnbiasedInWhatTheyEstimate) {
       }
       const double mean = sum / kSeeds, deviation = std::sqrt(squares / kSeeds - mean * mean);
       EXPECT_GT(deviation, 0.005) << name;
-      // Fourteen means: one in 27 runs would go beyond, were the seeds not always the same.
+      // There are fourteen means; with random seeds one in 27 runs would exceed the bound.
       EXPECT_NEAR(mean, 1, 3 * deviation / std::sqrt(kSeeds)) << name;
     }
 }
 
-// By power, the whole is right at every moment of a walk, not only on average: dynamic samples
-// stand for equal parts of it.
-TEST(Strategies, OfDynamicSamplingAreAsLoudAsEverythingWhereverOneWalks) {
+// Estimating powers, dynamic samples are right at every moment of a walk, not only on average,
+// because their sources stand for equal parts of the power.
+TEST(Strategies, ByDynamicSamplingHaveTheTotalLevelThroughoutAWalk) {
   const StrategyRoom room;
   for (const std::string name : {"stochastic-diffusion", "adaptive-diffusion"}) {
     const auto sampler = room.sampler(name, Estimator::kPower);
@@ -127,17 +127,16 @@ TEST(Strategies, OfDynamicSamplingAreAsLoudAsEverythingWhereverOneWalks) {
       for (std::size_t i = 0; i < room.size(); ++i) whole += room.weight_of(i, place);
       for (const SampledSource& chosen : sampler->sample(place))
         estimate += chosen.power_scale * room.weight_of(chosen.number, place);
-      // Louder than an equal part are only the certain ones; one that is not in yet is missing
-      // until the next exchange.
+      // Only certain sources are louder than an equal part; a source that has just become loud is
+      // missing until the next exchange.
       EXPECT_NEAR(10 * std::log10(estimate / whole), 0, 0.5) << name << " " << keyframe;
     }
   }
 }
 
-// Amplitudes scaled by 1 / P make incoherent sounds too loud: by sum A^2 / P over sum A^2. As long
-// as none is certain that is N_eff / k, which is the 1 + N_eff / k of drawing with replacement but
-// for what little cannot be drawn twice.
-TEST(Strategies, OfThePaperAreTooLoudOnAmplitudesByTheSourcesThatTheyStandFor) {
+// Amplitudes scaled by 1 / P make incoherent sounds too loud, by sum A^2 / P over sum A^2. While no
+// source is certain this is N_eff / k, close to the 1 + N_eff / k of drawing with replacement.
+TEST(Strategies, OfThePaperAreTooLoudOnAmplitudesAsTheirScalePredicts) {
   const StrategyRoom room;
   double amplitudes = 0, powers = 0;
   std::vector<double> all;
@@ -165,7 +164,7 @@ TEST(Strategies, OfThePaperAreTooLoudOnAmplitudesByTheSourcesThatTheyStandFor) {
               10 * std::log10(1 + kVoices / effective) + 0.5);
 }
 
-TEST(Strategies, OfOctreeDiffusionKnowWhereSoundIsSentAndTheOctreeDoesNot) {
+TEST(Strategies, ByOctreeDiffusionKnowDirectionsAndByTheOctreeDoNot) {
   const StrategyRoom room;
   const Vec3 outside(-0.05, 4, 1.5);
   const auto silent = [&](const std::string& name) {
@@ -175,12 +174,12 @@ TEST(Strategies, OfOctreeDiffusionKnowWhereSoundIsSentAndTheOctreeDoesNot) {
       count += room.weight_of(chosen.number, outside) == 0;
     return count;
   };
-  // Behind a wall one hears nothing of what leaves it to the other side.
+  // A listener behind a wall receives nothing that the wall reflects to its other side.
   EXPECT_GT(silent("octree"), 3);
   EXPECT_EQ(silent("octree-diffusion"), 0);
 }
 
-TEST(Strategies, RefuseWhatTheyCannotDoWithASentenceThatNamesThemAll) {
+TEST(Strategies, RejectInvalidOptionsAndNameAllStrategies) {
   StrategyOptions options;
   options.strategy = "importence";
   const auto wrong = check(options);
@@ -202,8 +201,8 @@ TEST(Strategies, RefuseWhatTheyCannotDoWithASentenceThatNamesThemAll) {
   EXPECT_TRUE(refused([](StrategyOptions& o) { o.tuning.candidates_per_voice = 0; }));
 }
 
-// The player's own path: strategies that take the list, through keyframes, to sound.
-TEST(Strategies, AllSoundWhenTheyArePlayed) {
+// The player's own path: from the list of sources through keyframes to samples.
+TEST(Strategies, AreAudibleInTheAuralizer) {
   for (const StrategyInfo& info : kStrategies) {
     AuralizerOptions options;
     options.strategy = info.name;

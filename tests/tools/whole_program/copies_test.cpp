@@ -1,4 +1,4 @@
-// octree_pool_instances_test.cpp: the program on a level that repeats itself.
+// copies_test.cpp: the program on a level with repeated groups.
 #include <cmath>
 #include <cstring>
 
