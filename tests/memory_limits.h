@@ -16,7 +16,7 @@ namespace clamor::testing {
 // enough. Limits grow from 1 MB to 1 GB beyond what this process has.
 template <class Build>
 void expect_throws_without_memory(Build build) {
-  if (kSanitized) GTEST_SKIP() << "a sanitizer takes address space of its own";
+  if (kSanitized) GTEST_SKIP() << "sanitizers reserve address space";
   bool has_thrown = false, has_built = false;
   for (std::uint64_t megabytes = 1; megabytes <= 1024; megabytes *= 2) {
     ChildLimits limits;

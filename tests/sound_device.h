@@ -19,15 +19,15 @@ struct NoGuard {};
 
 class SoundDevice {
  public:
-  SoundDevice(std::unique_ptr<Auralizer> auralizer, int rate_hz, std::size_t most_frames)
+  SoundDevice(std::unique_ptr<Auralizer> auralizer, int rate_hz, std::size_t max_frames)
       : channels_(static_cast<std::size_t>(auralizer->channels())),
         auralizer_(std::move(auralizer)),
         callback_(*auralizer_, &recorded_, 0, &metered_),
         gate_(std::make_shared<CallbackGate>(OutputCallback{&SoundDevice::fill, this})),
         feed_(gate_, 1, static_cast<int>(channels_)),
         rate_hz_(rate_hz),
-        block_(most_frames * channels_) {
-    EXPECT_TRUE(feed_.prepare(rate_hz, static_cast<int>(most_frames)).ok());
+        block_(max_frames * channels_) {
+    EXPECT_TRUE(feed_.prepare(rate_hz, static_cast<int>(max_frames)).ok());
     gate_->give_to(1);
   }
   SoundDevice(const SoundDevice&) = delete;

@@ -27,11 +27,6 @@
 #include <vector>
 
 #include <benchmark/benchmark.h>
-#if __has_include(<embree4/rtcore.h>)
-#include <embree4/rtcore.h>
-#else
-#include <embree3/rtcore.h>
-#endif
 
 #include "bake/trace/photon_tracer.h"
 #include "bake/trace/scene.h"
@@ -39,6 +34,7 @@
 #include "common/random.h"
 #include "common/thread_time.h"
 #include "formats/gltf/level_import.h"
+#include "tests/benchmarks/bare_embree.h"
 #include "tests/build_paths.h"
 #include "tests/rooms.h"
 
@@ -106,68 +102,6 @@ Level sponza() {
   imported->level.materials.assign(imported->level.materials.size(), unlike_bands());
   return std::move(imported->level);
 }
-
-// Traces in its own Embree scene, so that no code of ours is timed with Embree.
-class BareEmbree {
- public:
-  explicit BareEmbree(const Mesh& mesh) {
-    device_ = rtcNewDevice(embree_device());
-    scene_ = rtcNewScene(device_);
-    rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
-    const RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, mesh.vertices_m.size()));
-    std::copy(mesh.vertices_m.begin(), mesh.vertices_m.end(), vertices);
-    auto* indices = static_cast<std::array<std::uint32_t, 3>*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, mesh.triangles.size()));
-    std::copy(mesh.triangles.begin(), mesh.triangles.end(), indices);
-    rtcSetGeometryMask(geometry, 0xffffffff);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene_);
-  }
-  ~BareEmbree() {
-    rtcReleaseScene(scene_);
-    rtcReleaseDevice(device_);
-  }
-
-  double seconds(const std::vector<Ray>& rays) const {
-    const double start = thread_time_s();
-    std::uint64_t hits = 0;
-    for (const Ray& from : rays) {
-      RTCRayHit ray;
-      ray.ray.org_x = from.origin_m.x;
-      ray.ray.org_y = from.origin_m.y;
-      ray.ray.org_z = from.origin_m.z;
-      ray.ray.tnear = 0;
-      ray.ray.dir_x = from.direction.x;
-      ray.ray.dir_y = from.direction.y;
-      ray.ray.dir_z = from.direction.z;
-      ray.ray.time = 0;
-      ray.ray.tfar = std::numeric_limits<float>::infinity();
-      ray.ray.mask = 0xffffffff;
-      ray.ray.flags = 0;
-      ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-      ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-#if RTC_VERSION_MAJOR >= 4
-      rtcIntersect1(scene_, &ray);
-#else
-      RTCIntersectContext context;
-      rtcInitIntersectContext(&context);
-      rtcIntersect1(scene_, &context, &ray);
-#endif
-      hits += ray.hit.geomID != RTC_INVALID_GEOMETRY_ID ? 1 : 0;
-    }
-    const double spent = thread_time_s() - start;
-    if (hits == 0) std::abort();
-    return spent;
-  }
-
- private:
-  RTCDevice device_;
-  RTCScene scene_;
-};
 
 struct Walk {
   std::uint64_t bounces = 0, legs = 0;  // legs lead from surface to surface
@@ -246,13 +180,75 @@ Walk plain_walk(const Scene& scene, const Vec3f& start, std::uint32_t photons,
   return walk;
 }
 
+// As many runs as a round of the benchmark traces.
+constexpr std::uint32_t kRuns = 6;
+
+// Results go into memory that is reused from run to run, as in a bake. `traced` holds the last run
+// in the end.
+Walk full_trace(const PhotonTracer& tracer, std::uint64_t first, TracedRuns& traced) {
+  const double start_s = thread_time_s();
+  Walk walk;
+  for (std::uint32_t i = 0; i < kRuns; ++i) {
+    const PhotonRun run{0, first + std::uint64_t{i} * kRunPhotons, kRunPhotons};
+    traced.clear();
+    tracer.trace({&run, 1}, traced);
+    const TraceTally& tally = traced.runs()[0].tally;
+    walk.bounces += tally.bounces;
+    walk.legs += tally.legs;
+    walk.legs_m += tally.legs_m;
+    benchmark::DoNotOptimize(traced.deposits().data());
+  }
+  walk.own_s = thread_time_s() - start_s;
+  return walk;
+}
+
+double rate_M(const Walk& walk) { return static_cast<double>(walk.bounces) / walk.own_s / 1e6; }
+
+// Results of each round.
+struct Rounds {
+  std::vector<double> bare_M, plain_M, full_M, ratio, two, two_own;
+  Walk plain, full;  // sums of legs
+
+  void report(benchmark::State& state) const {
+    state.counters["bare_M"] = median(bare_M);
+    state.counters["plain_M"] = median(plain_M);
+    state.counters["full_M"] = median(full_M);
+    state.counters["full_of_plain"] = median(ratio);
+    state.counters["two_of_one"] = median(two);
+    state.counters["two_own_time"] = median(two_own);
+  }
+};
+
+// Traces the same photons on one thread and then, with others beside them, on two. Returns whether
+// both gave the same.
+bool trace_on_one_and_two(const PhotonTracer& tracer, std::uint64_t first,
+                          std::array<TracedRuns, 2>& kept, Rounds& rounds) {
+  auto from = Clock::now();
+  const Walk one = full_trace(tracer, first, kept[0]);
+  const double one_clock_M = static_cast<double>(one.bounces) / seconds_since(from) / 1e6;
+  const std::uint64_t alone = checksum_of(kept[0].deposits());
+  rounds.full_M.push_back(rate_M(one));
+  rounds.full.legs += one.legs;
+  rounds.full.legs_m += one.legs_m;
+
+  from = Clock::now();
+  Walk left, right;
+  std::thread other([&] { left = full_trace(tracer, first, kept[0]); });
+  right = full_trace(tracer, first + std::uint64_t{kRuns} * kRunPhotons, kept[1]);
+  other.join();
+  const double both = static_cast<double>(left.bounces + right.bounces) / seconds_since(from);
+  rounds.two.push_back(both / 1e6 / one_clock_M);
+  rounds.two_own.push_back((rate_M(left) + rate_M(right)) / rate_M(one));
+  return left.bounces == one.bounces && checksum_of(kept[0].deposits()) == alone;
+}
+
 void tracing(benchmark::State& state, const Level& level, bool closed) {
   if (level.mesh.triangles.empty()) {
     state.SkipWithError("the level is not here");
     return;
   }
   const Scene scene(level.mesh);
-  const BareEmbree bare(level.mesh);
+  const testing::BareEmbree bare(level.mesh);
   TraceSettings settings;
   settings.roulette_exponent = 0.15;
   settings.air_loss_per_m = air_loss_per_m(level.air);
@@ -261,76 +257,32 @@ void tracing(benchmark::State& state, const Level& level, bool closed) {
   std::vector<Ray> rays;
   plain_walk(scene, start, 1024, 20, &rays);
 
-  // Results go into memory that is reused from run to run, as in a bake.
-  constexpr std::uint32_t kRuns = 6;
-  const auto full = [&](std::uint64_t first, TracedRuns& traced) {
-    const double start_s = thread_time_s();
-    Walk walk;
-    for (std::uint32_t i = 0; i < kRuns; ++i) {
-      const PhotonRun run{0, first + std::uint64_t{i} * kRunPhotons, kRunPhotons};
-      traced.clear();
-      tracer.trace({&run, 1}, traced);
-      const TraceTally& tally = traced.runs()[0].tally;
-      walk.bounces += tally.bounces;
-      walk.legs += tally.legs;
-      walk.legs_m += tally.legs_m;
-      benchmark::DoNotOptimize(traced.deposits().data());
-    }
-    walk.own_s = thread_time_s() - start_s;
-    return walk;  // `traced` still holds the last run
-  };
-  const auto rate_M = [](const Walk& walk) {
-    return static_cast<double>(walk.bounces) / walk.own_s / 1e6;
-  };
-
   std::array<TracedRuns, 2> kept;
-  full(0, kept[0]);  // touches the memory for the first time
-  full(0, kept[1]);
+  full_trace(tracer, 0, kept[0]);  // touches the memory for the first time
+  full_trace(tracer, 0, kept[1]);
   const std::uint64_t checksum = checksum_of(kept[0].deposits());
-  std::vector<double> bare_M, plain_M, full_M, ratio, two, two_own;
-  Walk plain_sum, full_sum;
+  Rounds rounds;
   std::uint64_t first = 0;
   for (auto _ : state) {
-    bare_M.push_back(static_cast<double>(rays.size()) / bare.seconds(rays) / 1e6);
+    rounds.bare_M.push_back(static_cast<double>(rays.size()) / bare.seconds(rays) / 1e6);
     const Walk plain = plain_walk(scene, start, 1024, 60, nullptr);
-    plain_M.push_back(rate_M(plain));
-    auto from = Clock::now();
-    const Walk one = full(first, kept[0]);
-    const double one_clock_M = static_cast<double>(one.bounces) / seconds_since(from) / 1e6;
-    const std::uint64_t alone = checksum_of(kept[0].deposits());
-    full_M.push_back(rate_M(one));
-    ratio.push_back(full_M.back() / plain_M.back());
-
-    from = Clock::now();
-    Walk left, right;
-    std::thread other([&] { left = full(first, kept[0]); });
-    right = full(first + std::uint64_t{kRuns} * kRunPhotons, kept[1]);
-    other.join();
-    const double both = static_cast<double>(left.bounces + right.bounces) / seconds_since(from);
-    two.push_back(both / 1e6 / one_clock_M);
-    two_own.push_back((rate_M(left) + rate_M(right)) / rate_M(one));
-    if (left.bounces != one.bounces || checksum_of(kept[0].deposits()) != alone)
+    rounds.plain_M.push_back(rate_M(plain));
+    rounds.plain.legs += plain.legs;
+    rounds.plain.legs_m += plain.legs_m;
+    if (!trace_on_one_and_two(tracer, first, kept, rounds))
       state.SkipWithError("two threads trace other paths than one");
-    for (const auto& [sum, walk] : {std::pair{&plain_sum, plain}, std::pair{&full_sum, one}}) {
-      sum->legs += walk.legs;
-      sum->legs_m += walk.legs_m;
-    }
+    rounds.ratio.push_back(rounds.full_M.back() / rounds.plain_M.back());
     first += 2 * std::uint64_t{kRuns} * kRunPhotons;
   }
   // The standard error of a million legs is 0.1 %. Within the hollows of bumps the field becomes
   // diffuse only after some bounces.
   if (closed)
-    for (const Walk* walk : {&plain_sum, &full_sum})
+    for (const Walk* walk : {&rounds.plain, &rounds.full})
       if (std::abs(walk->legs_m / static_cast<double>(walk->legs) / mean_chord_m(level.mesh) - 1) >
           0.02)
         state.SkipWithError("the mean free path is not 4V/S");
   state.counters["triangles"] = static_cast<double>(level.mesh.triangles.size());
-  state.counters["bare_M"] = median(bare_M);
-  state.counters["plain_M"] = median(plain_M);
-  state.counters["full_M"] = median(full_M);
-  state.counters["full_of_plain"] = median(ratio);
-  state.counters["two_of_one"] = median(two);
-  state.counters["two_own_time"] = median(two_own);
+  rounds.report(state);
   state.counters["checksum"] = static_cast<double>(checksum % 1'000'000);
 }
 

@@ -8,18 +8,15 @@
 // of everything else, which mostly waits for memory: `memory_ns` is the time of one read. `current`
 // is the share of the relevant sources whose visibility was tested from the present cell, and
 // `hidden` the occluded share; `free_ms` is a keyframe without occlusion.
-//
-//   sight_of_bake  the same in the bake that CLAMOR_BAKE names, with its sounds, materials and
-//                  surfaces. The listener walks back and forth through the middle, after a first
-//                  walk that loads all pages. The walk is repeated five times, and `least_ms` is
-//                  the median over keyframes of the shortest time of each: other work of the
-//                  machine varies between walks, the keyframe does not.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <ctime>
 #include <filesystem>
+#include <memory>
 #include <numbers>
 #include <numeric>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,15 +25,12 @@
 #include "bake/octree/octree_builder.h"
 #include "common/random.h"
 #include "common/thread_time.h"
-#include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/signal_envelope.h"
 #include "formats/gltf/level_import.h"
-#include "runtime/engine/auralizer_input.h"
 #include "runtime/occlusion/visibility_cache.h"
 #include "runtime/query/octree_pool.h"
 #include "runtime/sampling/sampler.h"
-#include "tests/benchmarks/hall_file.h"
-#include "tests/benchmarks/memory_latency.h"
+#include "tests/benchmarks/keyframe_times.h"
 #include "tests/build_paths.h"
 #include "tests/stored_tree.h"
 
@@ -44,7 +38,6 @@ namespace clamor {
 namespace {
 
 constexpr std::uint32_t kSignals = 16;
-constexpr int kWalks = 5;
 
 // Speech: syllables of 40 to 200 ms during 80 % of the time; all bands vary together.
 TimedEnvelope speech(std::uint32_t seed) {
@@ -88,8 +81,8 @@ std::vector<Source> surface_sources(const Mesh& mesh, std::uint32_t count, bool 
         Vec3f((1 - u) * corner(t, 0) + u * (1 - v) * corner(t, 1) + u * v * corner(t, 2));
     source.normal = source.mirror = Vec3f(normal);
     if (full) {
-      const Vec3 way(unit(b[2]) - 0.5, unit(b[3]) - 0.5, unit(a[3]) - 0.5);
-      source.mirror = Vec3f(normalize(1.5 * normal + way));
+      const Vec3 direction(unit(b[2]) - 0.5, unit(b[3]) - 0.5, unit(a[3]) - 0.5);
+      source.mirror = Vec3f(normalize(1.5 * normal + direction));
       source.emitter = i % kSignals;
       source.material = mesh.materials[t];
     }
@@ -101,138 +94,128 @@ std::vector<Source> surface_sources(const Mesh& mesh, std::uint32_t count, bool 
   return sources;
 }
 
-// Times of keyframes without their rays, and of the rays: those of the last walk, and the shortest
-// of each keyframe over repeated walks.
-class KeyframeTimes {
- public:
-  void begin_walk() {
-    rest_ms_.clear();
-    rays_ms_ = 0;
-  }
-  template <class Keyframe>
-  void time(const VisibilityCache& cache, const Keyframe& keyframe) {
-    const double start_s = thread_time_s(), cast_ms = cache.statistics().ray_ms;
-    keyframe();
-    const double ray_ms = cache.statistics().ray_ms - cast_ms;
-    const double rest_ms = 1e3 * (thread_time_s() - start_s) - ray_ms;
-    const std::size_t k = rest_ms_.size();
-    if (k == least_ms_.size()) least_ms_.push_back(rest_ms);
-    least_ms_[k] = std::min(least_ms_[k], rest_ms);
-    rest_ms_.push_back(rest_ms);
-    rays_ms_ += ray_ms;
-  }
+using BandPower = std::array<double, kBandCount>;
 
-  void report(benchmark::State& state) {
-    const auto count = static_cast<double>(rest_ms_.size());
-    std::sort(rest_ms_.begin(), rest_ms_.end());
-    state.counters["rays_ms"] = rays_ms_ / count;
-    state.counters["rest_ms"] = rest_ms_[rest_ms_.size() / 2];
-    state.counters["rest_mean_ms"] = std::accumulate(rest_ms_.begin(), rest_ms_.end(), 0.0) / count;
-    state.counters["rest_p95_ms"] = rest_ms_[rest_ms_.size() * 19 / 20];
-    state.counters["memory_ns"] = testing::memory_latency_ns();
-  }
-
-  double median_of_least_ms() const {
-    std::vector<double> sorted = least_ms_;
-    std::sort(sorted.begin(), sorted.end());
-    return sorted[sorted.size() / 2];
-  }
-
- private:
-  std::vector<double> rest_ms_, least_ms_;
-  double rays_ms_ = 0;
-};
-
-void sight(benchmark::State& state) {
-  if (!std::filesystem::exists(kSponza)) return state.SkipWithError("Sponza is not here");
-  const auto level = import_level(kSponza, {});
-  if (!level.ok()) return state.SkipWithError(level.error().message.c_str());
-  const Mesh& mesh = level->level.mesh;
-  const bool full = state.range(2) != 0;
-  testing::StoredTrees trees;
-  trees.add(build_octree(surface_sources(mesh, static_cast<std::uint32_t>(state.range(0)), full)));
-
-  const std::vector<Material> materials = full ? level->level.materials : std::vector<Material>(1);
-  std::vector<Emitter> emitters(full ? kSignals : 1);
+std::vector<Emitter> one_emitter_per_signal(std::size_t signals) {
+  std::vector<Emitter> emitters(signals);
   for (std::uint32_t e = 0; e < emitters.size(); ++e) emitters[e].signal = e;
-  const RadiationModel field(emitters, materials, Air{});
-  SignalWeights weights;
-  weights.by_signal = {same_in_all_bands(1)};
-  if (full) {
+  return emitters;
+}
+
+struct SponzaScene {
+  SponzaScene(const Level& level, std::uint32_t sources, bool full)
+      : materials(full ? level.materials : std::vector<Material>(1)),
+        emitters(one_emitter_per_signal(full ? kSignals : 1)),
+        field(emitters, materials, Air{}),
+        surfaces(level.mesh, level.materials) {
+    trees.add(build_octree(surface_sources(level.mesh, sources, full)));
+    weights.by_signal = {same_in_all_bands(1)};
+    if (!full) return;
     std::vector<TimedEnvelope> envelopes;
     for (std::uint32_t s = 0; s < kSignals; ++s) envelopes.push_back(speech(s));
     weights = make_signal_weights(envelopes);
   }
-  const OcclusionGeometry surfaces(mesh, level->level.materials);
-  // ReceivedIntensity power per band.
-  const auto heard = [&](std::span<const SampledSource> sample, const Vec3& place) {
-    std::array<double, kBandCount> power{};
+
+  BandPower received(std::span<const SampledSource> sample, const Vec3& place) const {
+    BandPower power{};
     for (const SampledSource& one : sample) {
       const Bands intensity = field.intensity(*one.source, place);
       for (std::size_t b = 0; b < kBandCount; ++b)
         power[b] += one.power_scale * static_cast<double>(intensity[b] * one.visibility[b]);
     }
     return power;
-  };
-  const auto run = [&](VisibilityCache* cache, auto&& timed) {
-    PageLoader loader(trees.fetch(field, weights), PageBudget{4'000'000'000});
-    OctreePool pool(field, weights, trees.tops(), {}, loader);
-    const auto sampler = make_priority_sampler(field, weights, pool, 2000, cache);
-    double way_m = 0, time_s = 10;  // all signals have started
-    // Error per band in dB against a sample in which every source is tested from here.
-    const auto off_db = [&] {
-      const Vec3 place(9 * std::sin(way_m / 9), 1.7, 0.8 * std::cos(way_m / 5));
-      const auto now = heard(sampler->sample(place, time_s), place);
-      VisibilityCache all(surfaces, field.speed_of_sound_mps(), {.exact = true});
-      PageLoader other_loader(trees.fetch(field, weights), PageBudget{4'000'000'000});
-      OctreePool other_pool(field, weights, trees.tops(), {}, other_loader);
-      const auto exact = make_priority_sampler(field, weights, other_pool, 2000, &all);
-      exact->sample(place, time_s);
-      while (!exact->complete()) exact->sample(place, time_s);
-      const auto right = heard(exact->sample(place, time_s), place);
-      double worst_db = 0;
-      for (std::size_t b = 0; b < kBandCount; ++b)
-        worst_db = std::max(worst_db, std::abs(10 * std::log10(now[b] / right[b])));
-      return worst_db;
-    };
-    const auto walk = [&] {
-      way_m += 0.03;
-      time_s += 0.02;
-      return Vec3(9 * std::sin(way_m / 9), 1.7, 0.8 * std::cos(way_m / 5));
-    };
-    for (int i = 0; i < 100; ++i) {
-      const Vec3 place = walk();
-      sampler->sample(place, time_s);
-      while (!sampler->complete()) sampler->sample(place, time_s);
+  }
+
+  const std::vector<Material> materials;
+  const std::vector<Emitter> emitters;
+  const RadiationModel field;
+  const OcclusionGeometry surfaces;
+  testing::StoredTrees trees;
+  SignalWeights weights;
+};
+
+// A listener who walks through Sponza, with or without occlusion.
+class SponzaListener {
+ public:
+  SponzaListener(const SponzaScene& scene, VisibilityCache* cache)
+      : scene_(scene),
+        loader_(scene.trees.fetch(scene.field, scene.weights), PageBudget{4'000'000'000}),
+        pool_(scene.field, scene.weights, scene.trees.tops(), {}, loader_),
+        sampler_(make_priority_sampler(scene.field, scene.weights, pool_, 2000, cache)) {}
+
+  // Samples until all pages of the next `keyframes` places are loaded.
+  void load(int keyframes) {
+    for (int i = 0; i < keyframes; ++i) {
+      next();
+      while (!sampler_->complete()) sampler_->sample(place(), time_s_);
     }
-    timed(
-        [&] {
-          const Vec3 place = walk();
-          return sampler->sample(place, time_s);
-        },
-        off_db);
-  };
-  VisibilityCache cache(surfaces, field.speed_of_sound_mps(),
+  }
+
+  std::span<const SampledSource> next() {
+    path_m_ += 0.03;
+    time_s_ += 0.02;
+    return sampler_->sample(place(), time_s_);
+  }
+
+  // Error per band in dB against a sample in which every source is tested from here.
+  double error_db() {
+    const BandPower now = scene_.received(sampler_->sample(place(), time_s_), place());
+    VisibilityCache all(scene_.surfaces, scene_.field.speed_of_sound_mps(), {.exact = true});
+    SponzaListener exact(scene_, &all);
+    exact.path_m_ = path_m_ - 0.03;
+    exact.time_s_ = time_s_ - 0.02;
+    exact.load(1);
+    const BandPower right = scene_.received(exact.sampler_->sample(place(), time_s_), place());
+    double worst_db = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      worst_db = std::max(worst_db, std::abs(10 * std::log10(now[b] / right[b])));
+    return worst_db;
+  }
+
+ private:
+  Vec3 place() const { return {9 * std::sin(path_m_ / 9), 1.7, 0.8 * std::cos(path_m_ / 5)}; }
+
+  const SponzaScene& scene_;
+  PageLoader loader_;
+  OctreePool pool_;
+  std::unique_ptr<Sampler> sampler_;
+  double path_m_ = 0, time_s_ = 10;  // all signals have started
+};
+
+double time_without_occlusion_ms(const SponzaScene& scene) {
+  SponzaListener listener(scene, nullptr);
+  listener.load(100);
+  const std::clock_t start = std::clock();
+  for (int i = 0; i < 200; ++i) listener.next();
+  return 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / 200;
+}
+
+void occlusion(benchmark::State& state) {
+  if (!std::filesystem::exists(kSponza)) return state.SkipWithError("Sponza is not here");
+  const auto level = import_level(kSponza, {});
+  if (!level.ok()) return state.SkipWithError(level.error().message.c_str());
+  const SponzaScene scene(level->level, static_cast<std::uint32_t>(state.range(0)),
+                          state.range(2) != 0);
+  VisibilityCache cache(scene.surfaces, scene.field.speed_of_sound_mps(),
                         {.rays_per_keyframe = static_cast<int>(state.range(1))});
+  SponzaListener listener(scene, &cache);
+  listener.load(100);
   double worst_db = 0, mean_db = 0;
   double voices = 0, wanted = 0, current = 0, frames = 0;
-  VisibilityStatistics before;
-  KeyframeTimes times;
-  run(&cache, [&](const auto& keyframe, const auto& off_db) {
-    before = cache.statistics();
-    for (auto _ : state) {
-      times.time(cache, [&] { voices += static_cast<double>(keyframe().size()); });
-      wanted += static_cast<double>(cache.statistics().wanted);
-      current += static_cast<double>(cache.statistics().current);
-      ++frames;
-      if (std::fmod(frames, 50) != 0) continue;
-      state.PauseTiming();
-      const double db = off_db();
-      worst_db = std::max(worst_db, db);
-      mean_db += db / 10;
-      state.ResumeTiming();
-    }
-  });
+  testing::KeyframeTimes times;
+  const VisibilityStatistics before = cache.statistics();
+  for (auto _ : state) {
+    times.time(cache, [&] { voices += static_cast<double>(listener.next().size()); });
+    wanted += static_cast<double>(cache.statistics().wanted);
+    current += static_cast<double>(cache.statistics().current);
+    ++frames;
+    if (std::fmod(frames, 50) != 0) continue;
+    state.PauseTiming();
+    const double db = listener.error_db();
+    worst_db = std::max(worst_db, db);
+    mean_db += db / 10;
+    state.ResumeTiming();
+  }
   const VisibilityStatistics& after = cache.statistics();
   state.counters["voices"] = voices / frames;
   state.counters["rays"] = static_cast<double>(after.rays - before.rays) / frames;
@@ -244,81 +227,12 @@ void sight(benchmark::State& state) {
   state.counters["worst_db"] = worst_db;
   state.counters["mean_db"] = mean_db;
   times.report(state);
-  run(nullptr, [&](const auto& keyframe, const auto&) {
-    const std::clock_t start = std::clock();
-    for (int i = 0; i < 200; ++i) keyframe();
-    state.counters["free_ms"] =
-        1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / 200;
-  });
+  state.counters["free_ms"] = time_without_occlusion_ms(scene);
 }
-BENCHMARK(sight)
+BENCHMARK(occlusion)
     ->ArgNames({"sources", "rays", "full"})
     ->ArgsProduct({{100'000, 1'000'000, 10'000'000}, {kRaysPerKeyframe}, {0, 1}})
     ->ArgsProduct({{1'000'000}, {2000, 4000, 2 * kRaysPerKeyframe, 4 * kRaysPerKeyframe}, {0}})
-    ->Iterations(500)
-    ->Unit(benchmark::kMillisecond);
-
-void sight_of_bake(benchmark::State& state) {
-  const char* const path = testing::bake_to_measure();
-  if (path == nullptr) return state.SkipWithError("CLAMOR_BAKE names no file");
-  const auto file = BakeFile::open(path);
-  if (!file.ok()) return state.SkipWithError(file.error().message.c_str());
-  const auto tables = read_tables(*file);
-  if (!tables.ok()) return state.SkipWithError(tables.error().message.c_str());
-  const auto mesh = file->read_mesh();
-  if (!mesh.ok()) return state.SkipWithError(mesh.error().message.c_str());
-  const RadiationModel field(tables->emitters, tables->materials, tables->air);
-  const SignalWeights weights = make_signal_weights(tables->envelopes);
-  const SignalWeights ceilings = max_over_instances(weights, file->signal_maps());
-  const OcclusionGeometry surfaces(*mesh, tables->materials);
-  const Vec3 low_m(file->top()->low_m), high_m(file->top()->high_m);
-  const Vec3 middle_m = (low_m + high_m) / 2.0, reach_m = 0.3 * (high_m - low_m);
-  const auto keyframes = static_cast<int>(state.max_iterations);
-  KeyframeTimes times;
-  // Calls timed(keyframe), which calls keyframe() once for each keyframe.
-  const auto walk = [&](const auto& timed) {
-    PageLoader loader(page_fetch(*file, field, ceilings), PageBudget{4'000'000'000});
-    OctreePool pool(field, ceilings, file->trees(), file->signal_maps(), loader);
-    VisibilityCache cache(surfaces, field.speed_of_sound_mps(),
-                          {.rays_per_keyframe = static_cast<int>(state.range(0))});
-    const auto sampler = make_priority_sampler(field, weights, pool, 2000, &cache);
-    double way_m = 0, time_s = 10;
-    const auto step = [&] {
-      way_m += 0.03;
-      time_s += 0.02;
-      return Vec3(middle_m.x + reach_m.x * std::sin(way_m / reach_m.x), low_m.y + 1.7,
-                  middle_m.z + 0.3 * reach_m.z * std::cos(way_m / reach_m.x));
-    };
-    const auto go_there = [&](int count) {
-      for (int i = 0; i < count; ++i) {
-        const Vec3 place = step();
-        sampler->sample(place, time_s);
-        while (!sampler->complete()) sampler->sample(place, time_s);
-      }
-    };
-    go_there(100 + keyframes);
-    way_m = 0;
-    go_there(100);
-    times.begin_walk();
-    timed([&] {
-      const Vec3 place = step();
-      times.time(cache, [&] { sampler->sample(place, time_s); });
-    });
-  };
-  for (int w = 1; w < kWalks; ++w)
-    walk([&](const auto& keyframe) {
-      for (int k = 0; k < keyframes; ++k) keyframe();
-    });
-  walk([&](const auto& keyframe) {
-    for (auto _ : state) keyframe();
-  });
-  times.report(state);
-  state.counters["least_ms"] = times.median_of_least_ms();
-  state.counters["sources"] = static_cast<double>(file->top()->sources_below);
-}
-BENCHMARK(sight_of_bake)
-    ->ArgNames({"rays"})
-    ->Arg(kRaysPerKeyframe)
     ->Iterations(500)
     ->Unit(benchmark::kMillisecond);
 

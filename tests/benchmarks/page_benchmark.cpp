@@ -125,7 +125,7 @@ void page_of_file(benchmark::State& state) {
     PageEntry entry;
     std::vector<std::byte> frame;
   };
-  constexpr std::size_t kMostPages = 20'000;
+  constexpr std::size_t kMaxPages = 20'000;
   std::vector<Page> pages;
   std::ifstream bytes(path, std::ios::binary);
   double sources = 0;
@@ -133,7 +133,7 @@ void page_of_file(benchmark::State& state) {
   const auto visited = file->for_each_page([&](const PageEntry& entry, const OctreePage&,
                                                std::size_t, std::size_t) -> Result<void> {
     if (entry.source_count == 0) return {};
-    if (pages.size() == kMostPages) return enough;
+    if (pages.size() == kMaxPages) return enough;
     std::vector<std::byte> frame(entry.page.packed_bytes);
     bytes.seekg(static_cast<std::streamoff>(entry.page.offset));
     bytes.read(reinterpret_cast<char*>(frame.data()), static_cast<std::streamsize>(frame.size()));
@@ -141,7 +141,7 @@ void page_of_file(benchmark::State& state) {
     sources += entry.source_count;
     return {};
   });
-  if (!visited.ok() && pages.size() < kMostPages)
+  if (!visited.ok() && pages.size() < kMaxPages)
     return state.SkipWithError(visited.error().message.c_str());
   std::size_t packed_bytes = 0;
   for (const Page& page : pages) packed_bytes += page.frame.size();

@@ -24,7 +24,7 @@
 namespace clamor {
 namespace {
 
-constexpr std::size_t kMostToScan = 1'000'000;
+constexpr std::size_t kMaxToScan = 1'000'000;
 
 const testing::StoredTrees& trees_of(std::uint32_t count) {
   static std::map<std::uint32_t, testing::StoredTrees> known;
@@ -80,7 +80,7 @@ void query(benchmark::State& state) {
   times.report(state);
   state.counters["pages"] = per_sample(pool.nodes_visited() - pages_before);
   state.counters["entries"] = per_sample(pool.sources_tested() - entries_before);
-  if (pool.size() > kMostToScan) return;
+  if (pool.size() > kMaxToScan) return;
   SourceList list(field, weights, trees.all_sources());
   const auto scan = make_priority_sampler(field, weights, list, voices);
   time_s = 0;

@@ -26,9 +26,9 @@ inline Vec3 place_in_room(std::uint32_t i, std::uint32_t step) {
 inline double delay_of_moving_s(const Vec3& position_m, const Vec3& velocity_mps,
                                 const Vec3& place) {
   const double c = speed_of_sound_mps(Air{});
-  const Vec3 way = place - position_m, mach = velocity_mps / c;
-  const double ahead_m = dot(way, mach), rest = 1 - dot(mach, mach);
-  return (ahead_m + std::sqrt(ahead_m * ahead_m + rest * dot(way, way))) / rest / c;
+  const Vec3 offset_m = place - position_m, mach = velocity_mps / c;
+  const double ahead_m = dot(offset_m, mach), rest = 1 - dot(mach, mach);
+  return (ahead_m + std::sqrt(ahead_m * ahead_m + rest * dot(offset_m, offset_m))) / rest / c;
 }
 
 // A free field without static sources.

@@ -15,12 +15,12 @@ namespace {
 
 using testing::SoundDevice;
 
-constexpr int kLeast_frames = 16, kMost_frames = 2048;
+constexpr int kMin_frames = 16, kMax_frames = 2048;
 
 // Sizes `step` apart; small and large ones alternate.
 std::vector<std::size_t> all_sizes(int step) {
   std::vector<std::size_t> sizes;
-  for (int low = kLeast_frames, high = kMost_frames; low <= high; low += step, high -= step) {
+  for (int low = kMin_frames, high = kMax_frames; low <= high; low += step, high -= step) {
     sizes.push_back(static_cast<std::size_t>(low));
     if (high != low) sizes.push_back(static_cast<std::size_t>(high));
   }
@@ -39,7 +39,7 @@ std::unique_ptr<Auralizer> forty_voices(const OutputFormat& shape) {
   options.output = shape;
   options.limit = true;
   options.gain = 4;
-  options.block_frames = 2 * kMost_frames;  // what a device at 24 kHz asks for
+  options.block_frames = 2 * kMax_frames;  // what a device at 24 kHz asks for
   AuralizerInput input = testing::baked_room();
   for (Signal& signal : input.signals) signal.loop = true;
   auto auralizer = Auralizer::create(std::move(input), options);
@@ -56,8 +56,8 @@ void expect_the_same(const OutputFormat& shape, int rate_hz, int step) {
   constexpr std::size_t kRegular_frames = 960;
   // The resampler accumulates its position in double precision from block to block.
   const float off = rate_hz == kSampleRate_hz ? 0 : 1e-6f;
-  SoundDevice torn(forty_voices(shape), rate_hz, kMost_frames);
-  SoundDevice whole(forty_voices(shape), rate_hz, kMost_frames);
+  SoundDevice torn(forty_voices(shape), rate_hz, kMax_frames);
+  SoundDevice whole(forty_voices(shape), rate_hz, kMax_frames);
   std::vector<float> regular;
   for (const std::size_t frames : all_sizes(step)) {
     torn.make_keyframes(strolling);

@@ -35,7 +35,7 @@ std::unique_ptr<Auralizer> made(int voices, const std::string& strategy = "prior
 
 // Mixes `frames` frames in blocks; next_block() returns the size of each.
 template <class NextBlock>
-std::vector<float> mixed(Auralizer& auralizer, std::size_t frames, NextBlock next_block) {
+std::vector<float> mixed_blocks(Auralizer& auralizer, std::size_t frames, NextBlock next_block) {
   std::vector<float> out(2 * frames);
   for (std::size_t done = 0; done < frames;) {
     while (auralizer.wants_keyframe())
@@ -49,11 +49,11 @@ std::vector<float> mixed(Auralizer& auralizer, std::size_t frames, NextBlock nex
 
 TEST(Auralizer, RendersTheSameSamplesForAnyBlockSizes) {
   constexpr std::size_t kFrames = testing::kSanitized ? 12000 : 40000;
-  const auto regular = mixed(*made(60), kFrames, [] { return 256; });
+  const auto regular = mixed_blocks(*made(60), kFrames, [] { return 256; });
   std::minstd_rand random(3);
-  EXPECT_EQ(regular, mixed(*made(60), kFrames, [&] { return 1 + random() % 900; }));
-  EXPECT_EQ(regular, mixed(*made(60), kFrames, [] { return 960; }));
-  EXPECT_EQ(regular, mixed(*made(60), kFrames, [] { return 1; }));
+  EXPECT_EQ(regular, mixed_blocks(*made(60), kFrames, [&] { return 1 + random() % 900; }));
+  EXPECT_EQ(regular, mixed_blocks(*made(60), kFrames, [] { return 960; }));
+  EXPECT_EQ(regular, mixed_blocks(*made(60), kFrames, [] { return 1; }));
 }
 
 // Pages are evicted and loaded again, yet the output equals that of a level held in memory.
@@ -70,8 +70,8 @@ TEST(Auralizer, RendersTheSameSamplesFromAFileWithAlmostNoMemory) {
   const auto from_file = Auralizer::create(file, options);
   ASSERT_TRUE(in_memory.ok() && from_file.ok());
   constexpr std::size_t kFrames = 4 * 48000;
-  EXPECT_EQ(mixed(**in_memory, kFrames, [] { return 960; }),
-            mixed(**from_file, kFrames, [] { return 960; }));
+  EXPECT_EQ(mixed_blocks(**in_memory, kFrames, [] { return 960; }),
+            mixed_blocks(**from_file, kFrames, [] { return 960; }));
   const PageStatistics pages = (*from_file)->statistics().pages;
   EXPECT_GT(pages.dropped, 0u);
   EXPECT_LT(pages.resident, file->page_count() / 2);
@@ -122,7 +122,7 @@ TEST(Auralizer, KeepsItsLoadedPagesWhenTheFileIsTruncated) {
   while ((*auralizer)->statistics().sounds.loaded < 3)
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   std::filesystem::resize_file(file.path(), 100);
-  const auto cut = mixed(**auralizer, 48000, [] { return 960; });
+  const auto cut = mixed_blocks(**auralizer, 48000, [] { return 960; });
   const PageStatistics pages = (*auralizer)->statistics().pages;
   EXPECT_EQ(pages.loaded, 1u);
   EXPECT_GT(pages.failed, 0u);
@@ -179,7 +179,7 @@ TEST(Auralizer, FollowsTheClockAfterAStall) {
     }
     if (!stands_still) {
       EXPECT_LT(latest_s, now_s + 8 * kKeyframe_s);
-      EXPECT_GT(latest_s, now_s) << "the listener is heard where it was before";
+      EXPECT_GT(latest_s, now_s) << "the listener keeps an old place";
     }
     auralizer->mix(block);
     if (n % (kBlocks_per_s / 10) == 0) power.push_back(0);
@@ -199,7 +199,7 @@ TEST(Auralizer, FollowsTheClockAfterAStall) {
 TEST(Auralizer, StartsAndEndsVoicesWithoutClicks) {
   AuralizerInput input = baked_room();
   input.signals.assign(3, testing::sine(200));
-  const auto out = mixed(*made(30, "priority", input), 96000, [] { return 256; });
+  const auto out = mixed_blocks(*made(30, "priority", input), 96000, [] { return 256; });
   // The second difference of a 200 Hz tone is (2 pi 200 / 48000)^2 = 7e-4 of its amplitude, and a
   // gain ramp that changes slope at a keyframe adds 2 / 960. An abrupt start or end of a voice
   // would be a step of a tenth or more.
@@ -226,8 +226,8 @@ TEST(Auralizer, HasTheSameLevelWithFewVoicesAsWithAll) {
     for (std::uint32_t i = 0; i < 24000; ++i)
       input.signals[s].samples[i] = static_cast<float>(unit(philox(7, {i, s, 0, 0})[0]) - 0.5);
   }
-  const double all = energy(mixed(*made(1, "all", input), 24000, [] { return 256; }));
-  const double few = energy(mixed(*made(150, "priority", input), 24000, [] { return 256; }));
+  const double all = energy(mixed_blocks(*made(1, "all", input), 24000, [] { return 256; }));
+  const double few = energy(mixed_blocks(*made(150, "priority", input), 24000, [] { return 256; }));
   // One standard deviation of the power is 4.34 / sqrt(149) = 0.36 dB.
   EXPECT_NEAR(10 * std::log10(few / all), 0, 3 * 0.36);
 }
@@ -241,8 +241,8 @@ TEST(Auralizer, FollowsTheListenerWithALargeSampleDrawnLessOften) {
   ASSERT_GT(input.sources.size(), 2 * kVoicesPerKeyframeOfSample);
   ASSERT_LT(input.sources.size(), 3 * kVoicesPerKeyframeOfSample);
   const auto block = [] { return 960; };
-  const auto crowd = mixed(*made(15000, "priority", input), 24000, block);
-  const auto all = mixed(*made(15000, "all", input), 24000, block);
+  const auto crowd = mixed_blocks(*made(15000, "priority", input), 24000, block);
+  const auto all = mixed_blocks(*made(15000, "all", input), 24000, block);
   double energy = 0, error = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     energy += std::pow(all[i], 2);

@@ -123,7 +123,7 @@ TEST_P(TurningListener, RotatesTheSceneWithinAThirdOfAKeyframe) {
   }
 }
 
-// The result equals that of a listener who has always apply_reception this way, even while the
+// The result equals that of a listener who has always looked this way, even while the
 // sampler keeps the old orientation or stalls. Two receivers assume far sources: an error of 0.3
 // frames is 4 % at 997 Hz.
 TEST_P(TurningListener, EndsWhereKeyframesWouldHavePutTheScene) {
@@ -223,63 +223,6 @@ INSTANTIATE_TEST_SUITE_P(Through, TurningListener,
                          ::testing::Values(TurningOutput::kPair, TurningOutput::kLoudspeakers,
                                            TurningOutput::kHead),
                          name_of);
-
-// While the head turns, the mixer reaches its first keyframe in three parts.
-TEST(MixerHeadRotation, DoesNotFadeInASoundThatStarts) {
-  constexpr MixMode kFullBand{.eight_bands = false};
-  const auto signals = prepare_signals(
-      std::vector<Signal>{{"flat", std::vector<float>(4800, 1.0f), true}}, kFullBand);
-  const HeadRotation turns(nullptr, 0);
-  Mixer mixer(signals, 2, kFullBand, nullptr, nullptr, &turns);
-  Keyframe keyframe;
-  keyframe.facing = listener_axes({});
-  keyframe.voices.resize(1);  // a silent voice
-  mixer.begin(keyframe, 0);
-  Listener pose;
-  std::vector<float> period;
-  for (int k = 0; k < 4; ++k) {
-    if (k == 3) {
-      Voice& begins = keyframe.voices.emplace_back();
-      begins.slot = 1;
-      begins.starts = begins.has_onset = true;
-      begins.gain = {same_in_all_bands(1), same_in_all_bands(1)};
-    }
-    period.clear();
-    std::array<float, kEars * kMaxFrames> out;
-    for (bool loaded = false; !loaded || !mixer.wants_keyframe(); loaded = true) {
-      pose.yaw_rad += 0.01;
-      mixer.face(listener_axes(pose));
-      if (loaded)
-        mixer.turn();
-      else
-        mixer.load(keyframe);
-      const int steps = mixer.steps_left();
-      mixer.mix(out.data(), steps);
-      period.insert(period.end(), out.begin(), out.begin() + kEars * kStepFrames * steps);
-    }
-  }
-  ASSERT_EQ(period.size(), std::size_t{kEars} * kKeyframeFrames);
-  EXPECT_GT(mixer.work().loaded_voices, 1u + 1u + 3u + 3u * 2u);  // in parts
-  for (const float sample : period) ASSERT_NEAR(sample, 1, 1e-5);
-}
-
-TEST(KeyframeLead, IsTheTimeAKeyframeTakesPlusAReserveThatGrowsWithStalls) {
-  KeyframeLead lead;
-  EXPECT_DOUBLE_EQ(lead.seconds(), KeyframeLead::kMinReserve_s);
-  for (int i = 0; i < 200; ++i) lead.made(0.002, 0);
-  const double quiet_s = lead.seconds();
-  EXPECT_NEAR(quiet_s, 0.0025 + KeyframeLead::kMinReserve_s, 1e-9);
-  lead.made(0.030, 0);
-  EXPECT_GT(lead.seconds(), 0.030);  // a slow keyframe may occur again
-  for (int i = 0; i < 200; ++i) lead.made(0.002, 0);
-  EXPECT_NEAR(lead.seconds(), quiet_s, 1e-9);
-  lead.made(0.002, 3);
-  EXPECT_GT(lead.seconds(), quiet_s + 0.9 * KeyframeLead::kMinReserve_s);
-  for (std::uint64_t held = 4; held < 100; ++held) lead.made(0.002, held);
-  EXPECT_LE(lead.seconds(), 0.0025 + KeyframeLead::kMaxReserve_s + 1e-9);
-  for (int i = 0; i < 3000; ++i) lead.made(0.002, 99);
-  EXPECT_NEAR(lead.seconds(), quiet_s, 1e-9);
-}
 
 }  // namespace
 }  // namespace clamor

@@ -181,7 +181,7 @@ TEST(NarrowbandVoices, LeaveTheOtherVoicesTwoInterauralTimes) {
 // Powers and cross-spectra of many uncorrelated voices add. The just noticeable difference is 0.075
 // (binaural_cues.h).
 TEST(NarrowbandVoices, LeaveADiffuseCrowdAsWideAsConvolution) {
-  if (kSanitized) GTEST_SKIP() << "takes 200 directions, of which sanitizers see 40";
+  if (kSanitized) GTEST_SKIP() << "needs all 200 directions, and sanitizers test 40";
   struct Sums {
     std::array<double, kErbBandCount> left{}, right{};
     std::array<std::vector<std::complex<double>>, kErbBandCount> cross;

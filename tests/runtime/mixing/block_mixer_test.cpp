@@ -50,17 +50,17 @@ class Callbacks {
 
   // Number of mixes of each voice and frame: one per pair of channels, or with an HRTF one in
   // narrow bands and one in octaves, because a voice crossfades between the two.
-  std::uint64_t most_banks() const {
+  std::uint64_t max_banks() const {
     return mode_.head ? 2 : static_cast<std::uint64_t>(mode_.pairs);
   }
 
   // Publishes a keyframe with random voices: they start, end, turn, jump, and have any level.
-  void publish(std::uint32_t least_voices) {
+  void publish(std::uint32_t min_voices) {
     Keyframe& keyframe = *mixer_->writable();
     keyframe.number = number_++;
     keyframe.voices.clear();
     for (std::uint32_t s = 0; s < kSlots; ++s) {
-      if (s >= least_voices && random_() % 3 == 0) {
+      if (s >= min_voices && random_() % 3 == 0) {
         sounding_[s] = false;
         continue;
       }
@@ -114,17 +114,17 @@ TEST_P(Work, IsBoundedByVoicesTimesFrames) {
       const Mixer::Work before = mixer.work();
       mixer.mix(block);
       const Mixer::Work now = mixer.work();
-      const std::uint64_t most_frames = frames + kStepFrames - 1;
+      const std::uint64_t max_frames = frames + kStepFrames - 1;
       ASSERT_LE(now.voice_frames - before.voice_frames,
-                Callbacks::kSlots * most_frames * callbacks.most_banks())
+                Callbacks::kSlots * max_frames * callbacks.max_banks())
           << frames << " frames";
       ASSERT_LE(now.loaded_voices - before.loaded_voices,
-                Callbacks::kSlots * (most_frames / kKeyframeFrames + 1))
+                Callbacks::kSlots * (max_frames / kKeyframeFrames + 1))
           << frames << " frames";
       done += now.voice_frames - before.voice_frames;
       frames_in_all += frames;
     }
-    EXPECT_GT(done, frames_in_all * Callbacks::kSlots / (busy ? 50 : 3)) << "something was mixed";
+    EXPECT_GT(done, frames_in_all * Callbacks::kSlots / (busy ? 50 : 3)) << "nothing was mixed";
     EXPECT_EQ(mixer.statistics().shedding_blocks > 0, busy);
     EXPECT_GT(mixer.statistics().held_blocks, 0u);
   }

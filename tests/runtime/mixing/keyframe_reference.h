@@ -134,8 +134,8 @@ inline double KeyframeReference::later_m(const Source& source, const Vec3& mach,
   double low = -1e6, high = std::max(age_m, 0.0) + 1e6;
   for (int i = 0; i < 200; ++i) {
     const double later = (low + high) / 2;
-    const double way_m = length(place - Vec3(source.position_m) - later * mach);
-    (age_m - later > way_m ? low : high) = later;
+    const double distance_m = length(place - Vec3(source.position_m) - later * mach);
+    (age_m - later > distance_m ? low : high) = later;
   }
   return low;
 }
@@ -194,9 +194,9 @@ inline void KeyframeReference::approach_visibility(Slot& slot) {
   constexpr float kNear = 1e-3f;
   for (std::size_t b = 0; b < kBandCount; ++b) {
     if (slot.visibility[b] == slot.visibility_goal[b]) continue;
-    const float way = slot.visibility_goal[b] - slot.visibility[b];
+    const float rest = slot.visibility_goal[b] - slot.visibility[b];
     slot.visibility[b] =
-        std::abs(way) < kNear ? slot.visibility_goal[b] : slot.visibility[b] + way / 2;
+        std::abs(rest) < kNear ? slot.visibility_goal[b] : slot.visibility[b] + rest / 2;
     slot.changed = true;
   }
 }

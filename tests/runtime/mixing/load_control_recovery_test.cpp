@@ -33,7 +33,7 @@ struct BusyMachine {
   std::size_t late_blocks = 0;
   double lowest = 1, now_s = 0;
   std::size_t turns = 0;  // changes of direction of k, by more than 5 %
-  double least_since = kMost, most_since = kMost;
+  double min_since = kMost, max_since = kMost;
   bool falling = false;
   std::uint32_t draws = 0;
 
@@ -66,12 +66,12 @@ struct BusyMachine {
 
   void watch(double k) {
     lowest = std::min(lowest, k / kMost);
-    least_since = falling ? std::min(least_since, k) : least_since;
-    most_since = falling ? most_since : std::max(most_since, k);
-    if (falling ? k > 1.05 * least_since : k < 0.95 * most_since) {
+    min_since = falling ? std::min(min_since, k) : min_since;
+    max_since = falling ? max_since : std::max(max_since, k);
+    if (falling ? k > 1.05 * min_since : k < 0.95 * max_since) {
       falling = !falling;
       ++turns;
-      least_since = most_since = k;
+      min_since = max_since = k;
     }
   }
   double share_of_all() const { return static_cast<double>(limit.voices()) / kMost; }

@@ -117,13 +117,13 @@ TEST(Crossfade, Takes50To200Milliseconds) {
 TEST(Crossfade, HasConstantPowerWhenItReverses) {
   const auto moments = faded(16, [](int k) { return k >= 3 && k < 6; });
   const double least = std::pow(std::cos(std::numbers::pi / (4 * kFadeKeyframes)), 2);
-  double most_entering = 0;
+  double max_entering = 0;
   for (const Moment& now : moments) {
     ASSERT_GE(now.power, least - 1e-4);
     ASSERT_LE(now.power, 1 + 1e-4);
-    most_entering = std::max(most_entering, now.entering);
+    max_entering = std::max(max_entering, now.entering);
   }
-  EXPECT_NEAR(most_entering, std::sin(std::numbers::pi / 2 * 3 / kFadeKeyframes), 1e-3);
+  EXPECT_NEAR(max_entering, std::sin(std::numbers::pi / 2 * 3 / kFadeKeyframes), 1e-3);
   EXPECT_NEAR(moments.back().leaving, 1, 1e-4);
   EXPECT_NEAR(moments.back().entering, 0, 1e-6);
 }

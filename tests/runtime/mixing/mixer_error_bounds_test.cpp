@@ -212,79 +212,20 @@ TEST(MixerErrorBounds, HoldForFadesInEightBands) {
     fit.slope /= squares;
     return fit;
   };
-  double most_turn = 0;
+  double max_turn = 0;
   for (int k = 1; k + 1 < kKeyframes; ++k) {
     const double place = k * kKeyframeFrames + mixer.lead_frames() + kLate_frames;
     const Line before = line(place - kKeyframeFrames), after = line(place);
     // 1e-6 plus the residual of the filters
     EXPECT_NEAR(before.at(place), after.at(place), 2e-6) << k;
     EXPECT_NEAR(after.at(place), fade(k), 1e-5) << k;
-    most_turn = std::max(most_turn, kKeyframeFrames * std::abs(after.slope - before.slope));
+    max_turn = std::max(max_turn, kKeyframeFrames * std::abs(after.slope - before.slope));
   }
-  EXPECT_LE(most_turn, 0.31);
-  EXPECT_GT(most_turn, 0.3);
+  EXPECT_LE(max_turn, 0.31);
+  EXPECT_GT(max_turn, 0.3);
   // At the frequency w, a step has the spectrum height / w and a change of slope, slope / w^2.
   const double w_per_frame = 2 * std::numbers::pi * 1000 / kSampleRate_hz;
-  EXPECT_LE(20 * std::log10(most_turn / kKeyframeFrames / w_per_frame), -52);
-}
-
-// Error of interpolation for a tone, measured through the mixer. The gain is lowest half-way
-// between two frames; the mean over all fractions is the gain of a moving voice, and the deviations
-// from it are its aliases.
-struct Interpolated {
-  double half_way_db, mean_db, alias_db;
-};
-Interpolated interpolated(double frequency_hz, Interpolation interpolation) {
-  constexpr int kFractions = 16;
-  const MixMode mode{interpolation, 1, false};
-  const auto signals = prepare_signals(std::vector<Signal>{testing::sine(frequency_hz)}, mode);
-  std::array<std::complex<double>, kFractions> gains;
-  for (int i = 0; i < kFractions; ++i) {
-    const double delay = 100 + 1.0 * i / kFractions;
-    Keyframe keyframe;
-    keyframe.voices = {voice(0, delay, 1)};
-    Mixer mixer(signals, 1, mode);
-    mixer.begin(keyframe, 0);
-    keyframe.voices[0].starts = false;
-    std::complex<double> sum = 0;
-    std::vector<float> block(kEars * kStepFrames);
-    constexpr int kFrames = 9600;  // whole periods
-    for (int n = 0; n < kFrames; n += kStepFrames) {
-      if (mixer.wants_keyframe()) mixer.load(keyframe);
-      mixer.step(block.data());
-      for (int f = 0; f < kStepFrames; ++f)
-        sum += static_cast<double>(block[static_cast<std::size_t>(kEars * f)]) *
-               std::polar(1.0,
-                          -2 * std::numbers::pi * frequency_hz * (n + f - delay) / kSampleRate_hz);
-    }
-    gains[static_cast<std::size_t>(i)] = sum * 2.0 / (0.5 * kFrames) * std::complex<double>(0, 1);
-  }
-  std::complex<double> mean = 0;
-  for (const auto& gain : gains) mean += gain / (1.0 * kFractions);
-  double images = 0;
-  for (const auto& gain : gains) images += std::norm(gain - mean) / kFractions;
-  return {20 * std::log10(std::abs(gains[kFractions / 2])), 20 * std::log10(std::abs(mean)),
-          10 * std::log10(images)};
-}
-
-TEST(MixerErrorBounds, AreTheDocumentedErrorsOfInterpolation) {
-  struct Case {
-    double hz, half_way_db, mean_db, alias_db;
-  };
-  const auto expect = [](Interpolation interpolation, const Case& c) {
-    const Interpolated found = interpolated(c.hz, interpolation);
-    EXPECT_NEAR(found.half_way_db, c.half_way_db, 0.01 + 0.03 * std::abs(c.half_way_db)) << c.hz;
-    EXPECT_NEAR(found.mean_db, c.mean_db, 0.01 + 0.03 * std::abs(c.mean_db)) << c.hz;
-    EXPECT_NEAR(found.alias_db, c.alias_db, 1) << c.hz;
-  };
-  // The values are those of the table in mix_kernel.h.
-  for (const Case& c : {Case{1000, 0, 0, -131.4}, Case{2000, 0, 0, -107.1},
-                        Case{4000, -0.002, -0.001, -82.3}, Case{8000, -0.035, -0.019, -55.6},
-                        Case{12000, -0.244, -0.127, -38.2}, Case{16000, -1.160, -0.579, -24.6}})
-    expect(Interpolation::kCubic, c);
-  for (const Case& c : {Case{1000, -0.019, -0.012, -63.7}, Case{4000, -0.301, -0.198, -39.6},
-                        Case{8000, -1.249, -0.798, -27.3}, Case{16000, -6.021, -3.288, -14.8}})
-    expect(Interpolation::kLinear, c);
+  EXPECT_LE(20 * std::log10(max_turn / kKeyframeFrames / w_per_frame), -52);
 }
 
 // Each value of a voice is made invalid in turn, in each mode: the other voices sound as if that
@@ -326,6 +267,7 @@ TEST(MixerErrorBounds, ContainInvalidValuesWithinTheirVoice) {
         [&](Voice& v) { v.gain[0][0] = none; },
         [&](Voice& v) { v.gain[1][7] = none; },
         [&](Voice& v) { v.gain[0][3] = std::numeric_limits<float>::infinity(); },
+        [&](Voice& v) { v.gain[1][2] = 1e30f; },
         [&](Voice& v) { v.delay_frames[0] = static_cast<double>(none); },
         [&](Voice& v) { v.delay_frames[1] = endless; },
         [&](Voice& v) { v.start_delay_frames[0] = v.starts ? -endless : 0, v.gain[0][1] = none; },

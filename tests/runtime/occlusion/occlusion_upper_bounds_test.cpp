@@ -62,7 +62,8 @@ TEST(OcclusionUpperBounds, LimitTheNumberOfRetestsPerKeyframeWhenAllAreOccluded)
   for (int keyframe = 0; keyframe < 10; ++keyframe) found_in_turn(hidden, kCount, 7);
   EXPECT_EQ(hidden.phases(), 32u);
   EXPECT_LE(found_in_turn(hidden, kCount, 7), 4000u);
-  EXPECT_EQ(found_in_turn(hidden, kCount, 1000), kCount / 4) << "the loudest, as often as ever";
+  EXPECT_EQ(found_in_turn(hidden, kCount, 1000), kCount / 4)
+      << "the loudest sources keep their interval";
   std::vector<int> asked(kCount);
   for (int keyframe = 0; keyframe < 32; ++keyframe) {
     hidden.begin_keyframe(false);

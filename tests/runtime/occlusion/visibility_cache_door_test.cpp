@@ -84,9 +84,9 @@ Power close_reference(const World& world, const Vec3& place) {
 // A walk at 1.5 m/s out of the source's room, through the door at keyframes 66 to 70, and aside
 // into the other room.
 Vec3 through_the_door(int keyframe) {
-  const double way_m = 0.03 * keyframe;
-  if (way_m < 3.5) return {3 + way_m, 2, 1.6};
-  return {6.5 + 0.5 * (way_m - 3.5), 2 + 0.85 * (way_m - 3.5), 1.6};
+  const double path_m = 0.03 * keyframe;
+  if (path_m < 3.5) return {3 + path_m, 2, 1.6};
+  return {6.5 + 0.5 * (path_m - 3.5), 2 + 0.85 * (path_m - 3.5), 1.6};
 }
 
 // Time weighting F of a sound level meter (IEC 61672-1).
@@ -109,11 +109,11 @@ class FastLevel {
 
 // Compares every `step`-th keyframe from the first to the last.
 template <class Reference>
-void expect_as_a_reference_through_a_door(std::uint64_t photons, std::size_t least_sources,
+void expect_as_a_reference_through_a_door(std::uint64_t photons, std::size_t min_sources,
                                           const Reference& reference, int first, int last,
                                           int every) {
   const World world(two_rooms(true), photons);
-  ASSERT_GT(world.sources.size(), least_sources);
+  ASSERT_GT(world.sources.size(), min_sources);
   SourceList list(world.field, world.weights, world.sources);
   VisibilityCache occlusion(world.surfaces, kSpeed_mps, {});
   // All sources are voices, so any difference from the reference is due to their visibility.

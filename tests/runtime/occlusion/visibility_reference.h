@@ -22,13 +22,13 @@ inline double halton(std::uint32_t base, std::uint32_t i) {
 
 // Share of the power that arrives. Adds the rays cast to `rays`.
 inline double slow_visibility(const OcclusionGeometry& geometry, const LineOfSight& line,
-                              std::size_t band, std::uint32_t ways, std::uint64_t& rays) {
-  const double way_m = length(Vec3(line.to_m) - Vec3(line.from_m));
+                              std::size_t band, std::uint32_t paths, std::uint64_t& rays) {
+  const double distance_m = length(Vec3(line.to_m) - Vec3(line.from_m));
   const double wave_m = line.speed_of_sound_mps / (62.5 * std::exp2(static_cast<double>(band)));
   int wide = 0, wide_free = 0, narrow = 0, narrow_free = 0;
-  for (std::uint32_t i = 1; i <= ways; ++i) {
-    const double area_m2 = 2 * wave_m * (2 * way_m + 2 * wave_m) * halton(2, i);
-    const double detour_m = std::sqrt(way_m * way_m + area_m2) - way_m;
+  for (std::uint32_t i = 1; i <= paths; ++i) {
+    const double area_m2 = 2 * wave_m * (2 * distance_m + 2 * wave_m) * halton(2, i);
+    const double detour_m = std::sqrt(distance_m * distance_m + area_m2) - distance_m;
     const auto free =
         path_is_free(geometry, line, detour_m, 2 * std::numbers::pi * halton(3, i), rays);
     if (!free) continue;

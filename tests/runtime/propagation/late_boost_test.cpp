@@ -120,7 +120,7 @@ TEST(LateBoost, KeepsTheEnergyOfEvery5MsWithin1DbOver300Ms) {
 }
 
 TEST(LateBoost, KeepsItWithAsManySourcesAsABakeHas) {
-  if (testing::kSanitized) GTEST_SKIP() << "the same code as for fewer, in half a minute";
+  if (testing::kSanitized) GTEST_SKIP() << "the same code as with fewer sources, in half a minute";
   const auto scene = Scene::baked("violin_room.glb", 200'000, 100);
   const StepErrors with =
       errors_of(*scene, LateBoost(scene->input.decay, scene->input.sources.size()), 3);

@@ -24,7 +24,7 @@ TEST(RadiationModel, HasTightUpperBoundsForLobes) {
   testing::ScatteredSources level(9, 4000, 1, {0, 0, 0});
   for (Source& source : level.sources) source.is_emitter = false, source.material = 0;
   level.materials[0].scattering = same_in_all_bands(0.1f);
-  for (const auto& [exponent, most_db] : {std::pair{3.0f, 1.1}, {20.0f, 0.75}, {100.0f, 1.0}}) {
+  for (const auto& [exponent, max_db] : {std::pair{3.0f, 1.1}, {20.0f, 0.75}, {100.0f, 1.0}}) {
     level.materials[0].phong = same_in_all_bands(exponent);
     const RadiationModel field(level.emitters, level.materials, Air{});
     const auto sources = level.sieve_sources(field);
@@ -39,7 +39,7 @@ TEST(RadiationModel, HasTightUpperBoundsForLobes) {
       ++heard;
     }
     ASSERT_GT(heard, 1500u);
-    EXPECT_LT(sum_db / static_cast<double>(heard), most_db) << exponent;
+    EXPECT_LT(sum_db / static_cast<double>(heard), max_db) << exponent;
   }
 }
 
@@ -61,7 +61,7 @@ TEST(RadiationModel, KnowsTheBandsOfItsUpperBounds) {
       sum += ceiling.mix.part(b);
     }
     if (!source.is_emitter && source.material <= 1) {
-      ASSERT_LT(sum, 1.5) << "of one law for all bands: no more than rounding";
+      ASSERT_LT(sum, 1.5) << "one law for all bands leaves rounding errors only";
     }
     for (std::uint32_t i = 0; i < 3; ++i) {
       const Vec3 place =

@@ -35,10 +35,10 @@ struct Lobes {
       const RandomBits c = philox(3, {i, 2, 0, 0});
       Source& source = sources.emplace_back();
       source.position_m = Vec3f(Vec3(30 * unit(a[0]), 9 * unit(a[1]), 20 * unit(a[2])));
-      const Vec3 way(unit(c[0]) - 0.5, unit(c[1]) - 0.5, unit(c[2]) - 0.5);
+      const Vec3 direction(unit(c[0]) - 0.5, unit(c[1]) - 0.5, unit(c[2]) - 0.5);
       const Vec3 turned(unit(c[3]) - 0.5, unit(a[3]) - 0.5, unit(b[3]) - 0.5);
-      source.normal = Vec3f(normalize(way));
-      source.mirror = Vec3f(normalize(normalize(way) + 0.8 * turned));
+      source.normal = Vec3f(normalize(direction));
+      source.mirror = Vec3f(normalize(normalize(direction) + 0.8 * turned));
       source.delay_s = static_cast<float>(0.05 + unit(b[0]));
       source.power = same_in_all_bands(static_cast<float>(std::pow(10, -5 * unit(b[0]))));
       for (std::size_t band = 0; band < kBandCount; ++band)
@@ -67,9 +67,9 @@ TEST(CulledNodeCache, SkipsNodesOnAWalkWithoutHidingSources) {
   std::uint64_t visited = 0, visited_afresh = 0;
   for (int i = 0; i < 160; ++i) {
     // The listener walks, stops, runs, and jumps back in place and time.
-    const double way_m = i < 60 ? 0.03 * i : i < 90 ? 1.8 : 1.8 + 0.15 * (i - 90);
+    const double path_m = i < 60 ? 0.03 * i : i < 90 ? 1.8 : 1.8 + 0.15 * (i - 90);
     const double time_s = i < 150 ? 3 + 0.02 * i : 3 + 0.02 * (i - 150);
-    const Vec3 place(8 + way_m, 1.7, 9 + 2 * std::sin(way_m));
+    const Vec3 place(8 + path_m, 1.7, 9 + 2 * std::sin(path_m));
     const std::uint64_t before = pool.nodes_visited();
     auto sample = sampler->sample(place, time_s);
     while (!sampler->complete()) sample = sampler->sample(place, time_s);
@@ -135,8 +135,8 @@ ComparedWalk compared_walk(const Lobes& lobes, std::uint64_t page_bytes,
 
 // Walks back and forth, with a jump to the other end of the hall and back.
 Vec3 to_and_fro(int i) {
-  const double way_m = 0.03 * i;
-  return {i >= 100 && i < 110 ? 26 : 5 + way_m, 1.7, 9 + 4 * std::sin(way_m)};
+  const double path_m = 0.03 * i;
+  return {i >= 100 && i < 110 ? 26 : 5 + path_m, 1.7, 9 + 4 * std::sin(path_m)};
 }
 
 // Pages arrive while a plan is made and used, and the plan ends where they are evicted.
@@ -168,9 +168,9 @@ TEST(OctreePlan, HidesNothingFromAFastListener) {
   lobes.weights.tracks.clear();
   for (const double step_m : {0.03, 0.07, 0.08, 0.1, 0.15, 0.24, 0.26}) {
     const ComparedWalk walk = compared_walk(lobes, 1'000'000'000, [step_m](int i) {
-      const double way_m = step_m * i, radius_m = 5;
-      return Vec3(15 + radius_m * std::cos(way_m / radius_m), 1.7,
-                  10 + radius_m * std::sin(way_m / radius_m));
+      const double path_m = step_m * i, radius_m = 5;
+      return Vec3(15 + radius_m * std::cos(path_m / radius_m), 1.7,
+                  10 + radius_m * std::sin(path_m / radius_m));
     });
     EXPECT_EQ(walk.keyframes_that_differ, 0u) << step_m;
     EXPECT_GT(walk.planned, 0u) << step_m;

@@ -169,7 +169,7 @@ TEST(BakedInstances, KeepTheEmitterTableThatReflectionsUse) {
   EXPECT_LT(3 * with.file->bytes().root, 2 * without.file->bytes().root);
 }
 
-// ReceivedIntensity power per band of a sample, or of all sources.
+// Received power per band of a sample, or of all sources.
 class Listening {
  public:
   explicit Listening(const Baked& baked) : baked_(baked) {

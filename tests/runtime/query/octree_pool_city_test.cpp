@@ -34,7 +34,7 @@ struct OpenCity {
   std::unique_ptr<OctreePool> pool;
 };
 
-// ReceivedIntensity power of all fans: exact for near blocks; for others as if all fans stood at
+// Received power of all fans: exact for near blocks; for others as if all fans stood at
 // the centre, with a relative error of (size / distance)^2.
 class WholeCity {
  public:

@@ -150,16 +150,16 @@ TEST(OctreePool, TestsNoMoreSourcesForLongAfterTheThresholdFellOnce) {
                    std::greater<>());
   const double threshold = priorities[300];
   constexpr int kRound = 942;  // keyframes per round
-  double way_m = 0;
+  double path_m = 0;
   const auto walk = [&](int keyframes, double least) {
     const std::uint64_t before = pool.sources_tested();
     for (int k = 0; k < keyframes; ++k) {
-      way_m += 0.02;
-      const Vec3 place(10 - 3 * std::cos(way_m / 3), 1.7, 7 + 3 * std::sin(way_m / 3));
+      path_m += 0.02;
+      const Vec3 place(10 - 3 * std::cos(path_m / 3), 1.7, 7 + 3 * std::sin(path_m / 3));
       do {
         std::vector<FoundSource> found;
         pool.refresh();
-        pool.begin(place, way_m);
+        pool.begin(place, path_m);
         pool.look(place, least, hall.all.size(), found);
         pool.ask(place, least);
       } while (!pool.complete());
@@ -268,10 +268,10 @@ TEST(OctreePool, AcceptsInnerNodesWithoutSources) {
     ASSERT_EQ(found.size(), 1u);
     EXPECT_EQ(found[0].number, 0u);
   }
-  EXPECT_TRUE(had_missed) << "the node came when it was planned for";
+  EXPECT_TRUE(had_missed) << "the node was loaded before it was planned";
 }
 
-// ReceivedIntensity power with pages down to some depth only, relative to that of all sources, per
+// Received power with pages down to some depth only, relative to that of all sources, per
 // seed.
 std::vector<double> heard_with_depth(int deepest, int seeds, std::uint32_t sources = 30'000) {
   std::vector<double> ratios;

@@ -124,7 +124,7 @@ TEST_P(ShortlistKernel, TabulatesTheUsualDelaysOfHundredsOfSignalsEvenIfSomeAreL
     for (std::size_t s = 0; s < kSounds; ++s) {
       for (std::size_t d = 1; d + 1 < whole.row(); ++d)
         EXPECT_EQ(cut.data()[s * cut.row() + d].share, whole.data()[s * whole.row() + d].share);
-      EXPECT_EQ(cut.data()[(s + 1) * cut.row() - 1].share, 1) << "those that are too late";
+      EXPECT_EQ(cut.data()[(s + 1) * cut.row() - 1].share, 1) << "later delays count as loud";
     }
   }
 }

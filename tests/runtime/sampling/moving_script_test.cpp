@@ -41,7 +41,7 @@ TEST(MovingScript, MovesItsSourcesLikeACaller) {
   const auto by_script = Auralizer::create(AuralizerInput{}, options);
   ASSERT_TRUE(by_hand.ok() && by_script.ok());
   MovingSources& moving = *(*by_hand)->moving();
-  EXPECT_EQ((*by_script)->moving(), nullptr) << "a script's sources are its own";
+  EXPECT_EQ((*by_script)->moving(), nullptr) << "the sources of a script are private";
   std::optional<MovingHandle> car;
   const auto expected = heard(**by_hand, 1, [&](double t) {
     MovingSource source;

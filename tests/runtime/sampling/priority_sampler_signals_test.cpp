@@ -148,13 +148,13 @@ TEST(SignalSampling, GivesTheSampleOfASortToAListenerWhoWalksAndTurns) {
   constexpr std::size_t kVoices = 200;
   const auto sampler = make_priority_sampler(field, hall.weights, pool, kVoices);
   Vec3 place(3, 1.7, 3);
-  double way = 0, time_s = 3;
+  double heading = 0, time_s = 3;
   constexpr std::uint32_t kKeyframes = testing::kSanitized ? 120 : 200;
   for (std::uint32_t k = 0; k < kKeyframes; ++k) {
     const RandomBits bits = philox(8, {k, 0, 0, 0});
     const std::uint32_t in_round = k % 100;
-    way += in_round < 80 ? 0.01 : 2 * unit(bits[0]);
-    const Vec3 ahead(std::sin(way), 0.1 * std::sin(7 * way), std::cos(way));
+    heading += in_round < 80 ? 0.01 : 2 * unit(bits[0]);
+    const Vec3 ahead(std::sin(heading), 0.1 * std::sin(7 * heading), std::cos(heading));
     if (in_round % 40 != 30) place += 0.03 * ahead;
     if (in_round == 90) place = {10 + unit(bits[1]), 1.7, 8};
     time_s += k / 100 % 2 == 1 ? 0.06 : in_round == 50 ? 0.035 : 0.02;
@@ -285,7 +285,7 @@ TEST(SignalSampling, CostsNoMoreAfterALoudSound) {
   EXPECT_NEAR(static_cast<double>(visited[1]) / static_cast<double>(visited[0]), 1, 0.15);
 }
 
-// ReceivedIntensity power with the current level of the source's signal.
+// Received power with the current level of the source's signal.
 double heard_now(const WeighedHall& hall, const RadiationModel& field, const SignalWeights& raw,
                  const Source& source, const Vec3& place, double time_s) {
   const auto now =

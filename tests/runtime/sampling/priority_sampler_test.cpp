@@ -35,12 +35,12 @@ Vec3 place(std::uint32_t i) {
   return {6 * unit(bits[0]), 8 * unit(bits[1]), 3 * unit(bits[2])};
 }
 
-void expect_sorted_choice(const Room& room, std::size_t most_voices) {
+void expect_sorted_choice(const Room& room, std::size_t max_voices) {
   SourceList list = room.list();
-  const auto sampler = make_priority_sampler(room.field, room.weights, list, most_voices);
+  const auto sampler = make_priority_sampler(room.field, room.weights, list, max_voices);
   // In small steps the last threshold predicts the next; jumps mislead the predictor.
   for (std::uint32_t step = 0; step < 120; ++step) {
-    const std::size_t voices = step < 90 ? most_voices : most_voices / 2;
+    const std::size_t voices = step < 90 ? max_voices : max_voices / 2;
     sampler->set_voice_count(voices);
     const Vec3 listener = step < 60 ? Vec3(1 + 0.05 * step, 2 + 0.03 * step, 1.5) : place(step);
     testing::expect_sample(sampler->sample(listener),

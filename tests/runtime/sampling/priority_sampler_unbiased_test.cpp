@@ -30,30 +30,37 @@ struct Statistics {
   }
 };
 
-void expect_unbiased_sampling(const LateBoost& late_boost, std::size_t voices,
-                              std::uint64_t rolls) {
-  AuralizerInput input = testing::baked_room(60);
-  const RadiationModel field(input.emitters, input.materials, input.air, late_boost);
-  SignalWeights weights;
-  weights.by_signal.assign(input.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
+// Sums of power by band, by octant, by delay, and by all three; the last delay bin holds all later
+// delays.
+template <class Value>
+struct PowerSums {
+  std::vector<Value> bands = std::vector<Value>(kBandCount);
+  std::vector<Value> octants = std::vector<Value>(kOctants);
+  std::vector<Value> delays = std::vector<Value>(kDelays);
+  std::vector<Value> cells = std::vector<Value>(kBandCount * kOctants * kDelays);
 
-  // Sums are kept by band, octant and delay; the last delay bin holds all later delays.
-  struct Place {
-    Bands intensity;
-    std::size_t octant, delay;
-  };
-  std::vector<Place> sources;
-  std::vector<Statistics> cells(kBandCount * kOctants * kDelays);
-  std::vector<Statistics> bands(kBandCount), octants(kOctants), delays(kDelays);
-  const auto each = [&](const Place& source, double scale, auto&& take) {
+  std::array<std::vector<Value>*, 4> all() { return {&bands, &octants, &delays, &cells}; }
+};
+
+struct PlacedSource {
+  Bands intensity;
+  std::size_t octant, delay;
+
+  // Calls add(sum, power) for each sum and band.
+  template <class Value, class Add>
+  void add_to(PowerSums<Value>& sums, double scale, Add add) const {
     for (std::size_t b = 0; b < kBandCount; ++b) {
-      const double power = scale * static_cast<double>(source.intensity[b]);
-      take(bands[b], power);
-      take(octants[source.octant], power);
-      take(delays[source.delay], power);
-      take(cells[(b * kOctants + source.octant) * kDelays + source.delay], power);
+      const double power = scale * static_cast<double>(intensity[b]);
+      add(sums.bands[b], power);
+      add(sums.octants[octant], power);
+      add(sums.delays[delay], power);
+      add(sums.cells[(b * kOctants + octant) * kDelays + delay], power);
     }
-  };
+  }
+};
+
+std::vector<PlacedSource> placed_sources(const AuralizerInput& input, const RadiationModel& field) {
+  std::vector<PlacedSource> sources;
   for (const Source& source : input.sources) {
     const Vec3 from = Vec3(source.position_m) - kListener;
     const double delay_s =
@@ -61,44 +68,54 @@ void expect_unbiased_sampling(const LateBoost& late_boost, std::size_t voices,
     sources.push_back({field.intensity(source, kListener),
                        (from.x > 0 ? 1u : 0u) + (from.y > 0 ? 2u : 0u) + (from.z > 0 ? 4u : 0u),
                        std::min(static_cast<std::size_t>(delay_s / kDelayBin_s), kDelays - 1)});
-    each(sources.back(), 1, [](Statistics& of, double power) { of.whole += power; });
   }
+  return sources;
+}
 
-  std::vector<std::vector<Statistics>*> all = {&bands, &octants, &delays, &cells};
+void expect_unbiased_sums(PowerSums<Statistics>& sums) {
+  // There are 26 sums. With other random numbers one of them would exceed 3 standard errors in one
+  // of 14 runs.
+  for (const auto* of : {&sums.bands, &sums.octants, &sums.delays})
+    for (std::size_t i = 0; i < of->size(); ++i) EXPECT_LT(std::abs((*of)[i].off()), 3) << i;
+
+  // There are 640 sums of one band, octant and delay, of which 1.7 are expected beyond 3 standard
+  // errors. The eight bands of an octant and delay are correlated, so chance produces eight at
+  // once.
+  int beyond = 0, audible = 0;
+  for (const Statistics& cell : sums.cells) {
+    if (cell.whole == 0) continue;
+    ++audible;
+    beyond += std::abs(cell.off()) > 3;
+  }
+  EXPECT_GT(audible, 300);
+  EXPECT_LE(beyond, 8);
+}
+
+void expect_unbiased_sampling(const LateBoost& late_boost, std::size_t voices,
+                              std::uint64_t rolls) {
+  AuralizerInput input = testing::baked_room(60);
+  const RadiationModel field(input.emitters, input.materials, input.air, late_boost);
+  SignalWeights weights;
+  weights.by_signal.assign(input.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
+  const std::vector<PlacedSource> sources = placed_sources(input, field);
+  PowerSums<Statistics> sums;
+  for (const PlacedSource& source : sources)
+    source.add_to(sums, 1, [](Statistics& of, double power) { of.whole += power; });
+
   for (std::uint32_t roll = 0; roll < kRolls; ++roll) {
     for (std::uint32_t i = 0; i < input.sources.size(); ++i)
       input.sources[i].u = static_cast<float>(unit_above_zero(philox(rolls, {i, roll, 0, 0})[0]));
     SourceList list(field, weights, input.sources);
     const auto sampler = make_priority_sampler(field, weights, list, voices);
-    std::vector<std::vector<double>> estimates;
-    for (const auto* of : all) estimates.emplace_back(of->size());
+    PowerSums<double> estimates;
     for (const SampledSource& chosen : sampler->sample(kListener))
-      each(sources[chosen.number], chosen.power_scale, [&](Statistics& of, double power) {
-        for (std::size_t g = 0; g < all.size(); ++g)
-          if (&of >= all[g]->data() && &of < all[g]->data() + all[g]->size())
-            estimates[g][static_cast<std::size_t>(&of - all[g]->data())] += power;
-      });
-    for (std::size_t g = 0; g < all.size(); ++g)
-      for (std::size_t i = 0; i < all[g]->size(); ++i) (*all[g])[i].add(estimates[g][i]);
+      sources[chosen.number].add_to(estimates, chosen.power_scale,
+                                    [](double& of, double power) { of += power; });
+    for (std::size_t g = 0; g < 4; ++g)
+      for (std::size_t i = 0; i < sums.all()[g]->size(); ++i)
+        (*sums.all()[g])[i].add((*estimates.all()[g])[i]);
   }
-
-  // There are 26 sums. With other random numbers one of them would exceed 3 standard errors in one
-  // of 14 runs.
-  for (std::size_t b = 0; b < kBandCount; ++b) EXPECT_LT(std::abs(bands[b].off()), 3) << b;
-  for (std::size_t o = 0; o < kOctants; ++o) EXPECT_LT(std::abs(octants[o].off()), 3) << o;
-  for (std::size_t d = 0; d < kDelays; ++d) EXPECT_LT(std::abs(delays[d].off()), 3) << d;
-
-  // There are 640 sums of one band, octant and delay, of which 1.7 are expected beyond 3 standard
-  // errors. The eight bands of an octant and delay are correlated, so chance produces eight at
-  // once.
-  int beyond = 0, heard = 0;
-  for (const Statistics& cell : cells) {
-    if (cell.whole == 0) continue;
-    ++heard;
-    beyond += std::abs(cell.off()) > 3;
-  }
-  EXPECT_GT(heard, 300);
-  EXPECT_LE(beyond, 8);
+  expect_unbiased_sums(sums);
 }
 
 TEST(PrioritySampling, IsUnbiasedInEachBandOctantAndDelay) {

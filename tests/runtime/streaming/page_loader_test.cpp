@@ -72,7 +72,7 @@ TEST_F(PageLoaderTest, RejectsAnEntryThatDisagreesWithThePage) {
   PageEntry other = at(3);
   other.source_count = 0;
   EXPECT_FALSE(loader.load_now(other));
-  EXPECT_TRUE(loader.has_failed(other)) << "nor is it asked for again";
+  EXPECT_TRUE(loader.has_failed(other)) << "it must not be requested again";
   EXPECT_EQ(loader.find(other), nullptr);
   EXPECT_EQ(loader.use(other, 1), nullptr);
   EXPECT_EQ(loader.place_of(other), nullptr);

@@ -110,6 +110,6 @@ inline float bend(const std::vector<float>& curve) {
 }
 // Bound of the second difference of the tones above and of a gain ramp that starts at 0 and reaches
 // twice their amplitude within 960 frames.
-inline constexpr float kMostBend = 0.88f * (2.0e-4f + 2.5f / kKeyframeFrames);
+inline constexpr float kMaxBend = 0.88f * (2.0e-4f + 2.5f / kKeyframeFrames);
 
 }  // namespace clamor::testing

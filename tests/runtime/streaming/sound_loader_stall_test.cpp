@@ -14,7 +14,7 @@ namespace {
 
 using testing::bend;
 using testing::decoder;
-using testing::kMostBend;
+using testing::kMaxBend;
 using testing::kPlain;
 using testing::kSecond_frames;
 using testing::Playing;
@@ -77,7 +77,7 @@ TEST(SoundLoader, FadesVoicesToSilenceDuringAStallAndBackWithoutAClick) {
   play(100, true);
   EXPECT_LE(streamed.mixer().late_voices(), late + 1);
   // Each sample is exactly the sound, exactly silence, or on a ramp between them.
-  EXPECT_LT(bend(heard), kMostBend);
+  EXPECT_LT(bend(heard), kMaxBend);
   std::size_t silent = 0, sounding = 0, between = 0;
   for (std::size_t i = 0; i < heard.size(); ++i) {
     const float expected = sample_at(0, i + 5 * kSecond_frames);
@@ -135,7 +135,7 @@ TEST(SoundLoader, EndsInSilenceWithoutAClickWhenDiskAndSamplerStall) {
   stall.set(false);
   play(1, true, true);
   play(20, true, true);
-  EXPECT_LT(bend(heard), 2 * kMostBend);
+  EXPECT_LT(bend(heard), 2 * kMaxBend);
   const std::uint64_t frame = heard.size() - 1;
   EXPECT_NEAR(heard.back(), sample_at(0, frame) + 0.25f * sample_at(1, frame % kSecond_frames),
               1e-5);

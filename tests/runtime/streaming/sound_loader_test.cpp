@@ -1,6 +1,7 @@
 #include "runtime/streaming/sound_loader.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <thread>
@@ -21,7 +22,7 @@ namespace {
 
 using testing::bend;
 using testing::decoder;
-using testing::kMostBend;
+using testing::kMaxBend;
 using testing::kPlain;
 using testing::kSecond_frames;
 using testing::Playing;
@@ -160,7 +161,7 @@ TEST(SoundLoader, SilencesOnlyVoicesThatNeedADamagedBlock) {
   EXPECT_GE(whole, 1000 - 500 - 2 * 150);
   EXPECT_GE(without, 500 - 5);
   EXPECT_GE(whole + without, 1000 - 2);
-  EXPECT_LT(bend(heard), 2 * kMostBend);
+  EXPECT_LT(bend(heard), 2 * kMaxBend);
   const SoundStatistics statistics = loader.statistics();
   EXPECT_GE(statistics.failed, 4u);
   EXPECT_EQ(statistics.failure, "block 3 of 6 fails its checksum");
@@ -185,6 +186,50 @@ TEST(SoundLoader, PlaysTheLoudestVoicesWithTooLittleMemoryAndReportsIt) {
   EXPECT_LT(streamed.mixer().late_voices(), 8u * 100);
 }
 
+long page_faults() {
+  rusage usage{};
+  ::getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_minflt + usage.ru_majflt;
+}
+
+// Voices that jump at random within long sounds of constant value.
+class JumpingVoices {
+ public:
+  static constexpr std::size_t kCount = 6;
+
+  JumpingVoices() {
+    for (std::uint32_t s = 0; s < kCount; ++s)
+      jump(keyframe_.voices.emplace_back(tone_voice(s, 0, 0)));
+  }
+
+  const Keyframe& next() {
+    for (Voice& one : keyframe_.voices) {
+      one.starts = false;
+      int& age = segments_[one.slot];
+      ++age;
+      for (Bands& ear : one.gain) ear.fill(1.0f / kCount);
+      if (age > 60 && random_() % 40 == 0) age = -1;
+      if (age == -1)
+        for (Bands& ear : one.gain) ear.fill(0);
+      if (age == 0) jump(one);
+    }
+    return keyframe_;
+  }
+  const Keyframe& keyframe() const { return keyframe_; }
+
+ private:
+  void jump(Voice& one) {
+    const auto slot = one.slot;
+    one = tone_voice(slot, random_() % 4, -static_cast<double>(random_() % 900), 1.0f / kCount);
+    one.starts = true;
+    one.start_delay_frames = one.delay_frames;
+  }
+
+  std::mt19937 random_{5};
+  Keyframe keyframe_;
+  std::array<int, kCount> segments_{};  // since the last jump, or the fade-in after it
+};
+
 // Voices jump within sounds of constant value while thousands of pieces are loaded and evicted:
 // reading an evicted or an unfilled piece would cause a step.
 TEST(SoundLoader, ReplacesPiecesUnderJumpingVoicesWithoutAStepOrAPageFault) {
@@ -192,61 +237,36 @@ TEST(SoundLoader, ReplacesPiecesUnderJumpingVoicesWithoutAStepOrAPageFault) {
   const auto constant = [&](std::size_t signal, std::size_t block) -> Result<std::vector<float>> {
     return std::vector<float>(signal_block(shapes[signal].frames, block).frames, 0.5f);
   };
-  constexpr std::size_t kVoices = 6;
   SoundLoader loader(shapes, {}, kPlain, constant, {6'000'000, true}, 2, 2);
-  Mixer mixer(loader.signals(), kVoices, kPlain);
-  std::mt19937 random(5);
-  Keyframe keyframe;
-  const auto jump = [&](Voice& one) {
-    const auto slot = one.slot;
-    one = tone_voice(slot, random() % 4, -static_cast<double>(random() % 900), 1.0f / kVoices);
-    one.starts = true;
-    one.start_delay_frames = one.delay_frames;
-  };
-  for (std::uint32_t s = 0; s < kVoices; ++s)
-    jump(keyframe.voices.emplace_back(tone_voice(s, 0, 0)));
-  mixer.begin(keyframe, 0);
+  Mixer mixer(loader.signals(), JumpingVoices::kCount, kPlain);
+  JumpingVoices voices;
+  mixer.begin(voices.keyframe(), 0);
   std::vector<float> both(2 * kMaxFrames);
-  float last = 0, most_step = 0, loudest = 0;
+  float last = 0, max_step = 0, loudest = 0;
   touch_stack();  // like an audio thread
   long faults = 0;
-  const auto faults_so_far = [] {
-    rusage usage{};
-    ::getrusage(RUSAGE_THREAD, &usage);
-    return usage.ru_minflt + usage.ru_majflt;
-  };
   // Runs for as many segments as it takes, on a slow machine.
   const int segments = testing::kSanitized ? 300 : 3000;
   const auto goes_on = [&](int k) {
     return k < segments || (k < 20 * segments && loader.statistics().dropped < 30);
   };
-  std::vector<int> since(kVoices);  // segments since its last jump, or of its fade-in
   for (int k = 0; goes_on(k); ++k) {
-    for (Voice& one : keyframe.voices) {
-      one.starts = false;
-      int& age = since[one.slot];
-      ++age;
-      for (Bands& ear : one.gain) ear.fill(1.0f / kVoices);
-      if (age > 60 && random() % 40 == 0) age = -1;
-      if (age == -1)
-        for (Bands& ear : one.gain) ear.fill(0);
-      if (age == 0) jump(one);
-    }
+    const Keyframe& keyframe = voices.next();
     loader.play(keyframe.voices);
     loader.pass(mixer.clock_frames());
-    const long before = faults_so_far();
+    const long before = page_faults();
     mixer.load(keyframe);
     while (!mixer.wants_keyframe()) {
       const int steps = mixer.steps_left();
       mixer.mix(both.data(), steps);
       for (int i = 0; i < steps * kStepFrames; ++i) {
         const float now = both[static_cast<std::size_t>(2 * i)];
-        most_step = std::max(most_step, std::abs(now - last));
+        max_step = std::max(max_step, std::abs(now - last));
         loudest = std::max(loudest, now);
         last = now;
       }
     }
-    if (k > 10) faults += faults_so_far() - before;
+    if (k > 10) faults += page_faults() - before;
     if (testing::kSanitized || k % 4 == 0)
       std::this_thread::sleep_for(std::chrono::milliseconds(testing::kSanitized ? 5 : 1));
   }
@@ -254,7 +274,7 @@ TEST(SoundLoader, ReplacesPiecesUnderJumpingVoicesWithoutAStepOrAPageFault) {
   EXPECT_GT(loudest, 0.08f);  // at least one voice, which has 0.083
   // All voices together start from silence within 960 frames; one that is cut off would be a step
   // of 0.08.
-  EXPECT_LT(most_step, 0.5f / kKeyframeFrames + 1e-5f);
+  EXPECT_LT(max_step, 0.5f / kKeyframeFrames + 1e-5f);
   if (!testing::kSanitized) {
     EXPECT_EQ(faults, 0);
   }

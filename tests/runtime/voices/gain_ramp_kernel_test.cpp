@@ -74,7 +74,7 @@ TEST_P(GainRampKernel, TellsWhichGainsAreInaudible) {
   targets[kLanes - 1] = -1e-30f;
   EXPECT_TRUE(heard());
   targets = {};
-  EXPECT_TRUE(heard()) << "it goes down to silence";
+  EXPECT_TRUE(heard()) << "the gain falls to zero";
   EXPECT_FALSE(heard());
 }
 

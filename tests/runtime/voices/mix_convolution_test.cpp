@@ -51,50 +51,5 @@ TEST(FilterPairs, EqualsADirectConvolutionInDoublePrecisionOnEveryInstructionSet
   force_mix_kernel("");
 }
 
-TEST(HrtfFilterBank, GivesTheSameBitsForAnyBlockSizes) {
-  constexpr int kSteps = 60;  // seven and a half blocks of the filters
-  constexpr std::size_t kHigh = kEars * kHrtfHighBands, kLow = kEars * kHrtfLowRows;
-  std::mt19937 random(2);
-  std::uniform_real_distribution<float> uniform(-1, 1);
-  std::vector<float> high(kHigh * kSteps * kStepFrames),
-      low(kLow * kSteps * kStepFrames / kLowRate);
-  for (std::vector<float>* rows : {&high, &low})
-    for (float& x : *rows) x = uniform(random);
-  std::array<std::array<HrtfGains, kEars>, 4> slides{};
-  for (auto& levels : slides)
-    for (HrtfGains& ear : levels)
-      for (float& level : ear) level = 1 + uniform(random);
-  const auto heard = [&](const std::vector<int>& steps) {
-    const auto bank = std::make_unique<HrtfFilterBank>();
-    std::vector<float> out(std::size_t{kEars} * kSteps * kStepFrames);
-    const auto give = [&](const std::vector<float>& rows, std::size_t count, int frame, int frames,
-                          int rate, float* to) {
-      for (std::size_t row = 0; row < count; ++row)
-        for (int f = 0; f < frames / rate; ++f)
-          to[row * (kMaxFrames / rate) + f] =
-              rows[row * (kSteps * kStepFrames / rate) + frame / rate + f];
-    };
-    int frame = 0;
-    for (std::size_t call = 0; frame < kSteps * kStepFrames; ++call) {
-      const int left = kKeyframeFrames - frame % kKeyframeFrames;
-      const int frames = std::min(steps[call % steps.size()] * kStepFrames, left);
-      bank->clear();
-      if (left == kKeyframeFrames)
-        bank->slide_octaves(slides[static_cast<std::size_t>(frame / kKeyframeFrames)],
-                            kKeyframeFrames);
-      give(high, kHigh, frame, frames, 1, bank->high());
-      give(low, kLow, frame, frames, kLowRate, bank->low());
-      give(high, kEars * kHighBands, frame, frames, 1, bank->octaves().high);
-      give(low, kEars * kLowBands, frame, frames, kLowRate, bank->octaves().low);
-      bank->process(frames, out.data() + kEars * frame);
-      frame += frames;
-    }
-    return out;
-  };
-  const std::vector<float> whole = heard({4});
-  EXPECT_EQ(heard({1}), whole);
-  EXPECT_EQ(heard({3, 1, 2, 4, 1}), whole);
-}
-
 }  // namespace
 }  // namespace clamor

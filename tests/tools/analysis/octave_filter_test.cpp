@@ -58,7 +58,7 @@ TEST(SumOfBands, GivesEachBandTheMixersMagnitudeAndNoPhase) {
 TEST(OctaveOf, StaysWithinTheLimitsOfIec61260Class1) {
   // IEC 61260-1:2014, table 1, class 1: attenuation relative to mid-band at G^x, G = 10^0.3.
   struct Limit {
-    double octaves, least_db, most_db;
+    double octaves, min_db, max_db;
   };
   constexpr double kNone = 1e9;
   const Limit limits[] = {{0, -0.4, 0.4},       {1.0 / 8, -0.4, 0.5}, {1.0 / 4, -0.4, 0.7},
@@ -76,8 +76,8 @@ TEST(OctaveOf, StaysWithinTheLimitsOfIec61260Class1) {
         if (f_hz > 20000) continue;
         const double loss_db =
             reference_db - amplitude_db(spectrum_around(octave, f_hz, kOctaveRing));
-        EXPECT_GE(loss_db, limit.least_db) << "band " << b << " at " << f_hz << " Hz";
-        EXPECT_LE(loss_db, limit.most_db) << "band " << b << " at " << f_hz << " Hz";
+        EXPECT_GE(loss_db, limit.min_db) << "band " << b << " at " << f_hz << " Hz";
+        EXPECT_LE(loss_db, limit.max_db) << "band " << b << " at " << f_hz << " Hz";
       }
   }
 }

@@ -44,6 +44,15 @@ inline std::vector<float> noise(std::uint64_t seed, double sigma, double seconds
   return samples;
 }
 
+// White noise that falls by 60 dB in decay_s, starting at 10 ms.
+inline std::vector<float> decaying(std::uint64_t seed, double decay_s, double seconds) {
+  auto samples = noise(seed, 1, seconds);
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    samples[i] *= static_cast<float>(
+        i < 480 ? 0 : std::pow(10, -3 * (static_cast<double>(i) - 480) / 48000 / decay_s));
+  return samples;
+}
+
 inline std::vector<float> times(std::vector<float> samples, double gain) {
   for (float& x : samples) x = static_cast<float>(gain * x);
   return samples;

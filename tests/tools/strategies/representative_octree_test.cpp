@@ -141,7 +141,7 @@ TEST(RepresentativeOctree, IsUnbiasedForAnySum) {
     squares += estimate * estimate;
   }
   const double mean = sum / kTrees, deviation = std::sqrt(squares / kTrees - mean * mean);
-  EXPECT_GT(deviation, 0.01) << "or there is nothing to be seen";
+  EXPECT_GT(deviation, 0.01) << "the estimates must vary";
   EXPECT_NEAR(mean, 1, 3 * deviation / std::sqrt(kTrees));
 }
 

@@ -23,7 +23,7 @@ class PaperScene : public ::testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
     if (testing::kSanitized && std::string(GetParam()) == "stadium_paper.glb")
-      GTEST_SKIP() << "the same code as in the violin's room, and only numbers";
+      GTEST_SKIP() << "the same code as in the violin room";
   }
 
   // Bakes a scene at its first use.
