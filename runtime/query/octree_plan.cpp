@@ -87,6 +87,7 @@ void OctreePool::begin_plan(const Vec3& soon) {
 }
 
 void OctreePool::plan_ahead(const Vec3& soon) {
+  if (!on_.plans) return;
   if (keyframes_to_rest_ > 0) {
     --keyframes_to_rest_;
     return;

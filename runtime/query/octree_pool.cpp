@@ -105,7 +105,7 @@ void OctreePool::begin(const Vec3& place, double time_s) {
   // The next keyframes most likely come after as long a time as this one.
   ahead_s_ = kTimeOfStep * (kTurns - 1) * (time_s - time_s_);
   const bool is_soon = ahead_s_ > 0 && ahead_s_ <= kMostAhead_s;
-  if (!is_soon || !may_lag_ || trees_.size() != 1) ahead_s_ = 0;
+  if (!on_.turns || !is_soon || !may_lag_ || trees_.size() != 1) ahead_s_ = 0;
   turns_ahead_ = ahead_s_ > 0 ? kTurns - 1 : 0;
   step_m_ = place - std::exchange(keyframe_place_, place);
   ++keyframe_;
@@ -120,8 +120,8 @@ void OctreePool::begin(const Vec3& place, double time_s) {
 }
 
 void OctreePool::set_occlusion_bounds(const OcclusionUpperBounds* hidden, bool may_lag) {
-  if (hidden != hidden_ || may_lag != may_lag_) plan_.make_parts();
-  hidden_ = hidden;
+  if ((on_.occlusion && hidden != hidden_) || may_lag != may_lag_) plan_.make_parts();
+  hidden_ = on_.occlusion ? hidden : nullptr;
   may_lag_ = may_lag;
 }
 
@@ -233,6 +233,11 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
                  maps_.signal(copy.map, field_.signal(page->sources[0])),
                  std::numeric_limits<double>::infinity(),
                  field_.late_boost().at(page->sources[0].delay_s), least, found);
+    if (!on_.shortlists) {
+      pass_without_list(step, *page, threshold, found);
+      quiet.give_m = -1;
+      return found.size() <= most && !is_exhausted();
+    }
     const MetPage met{page->sources,
                       *step.entry,
                       step.first,
@@ -257,6 +262,47 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
   pass_met(found);
   looked_for_ = threshold;
   return found.size() <= most && !is_exhausted();
+}
+
+void OctreePool::pass_without_list(const Step& step, const ResidentPage& page, double threshold,
+                                   std::vector<FoundSource>& found) {
+  const Copy copy = copies_[step.copy];
+  const double least = threshold * copy.to_threshold;
+  const bool leads = step.representative_key > 0 && page.leader == ResidentPage::Leader::kSource;
+  looked_at_ += page.sources.pass(
+      copy.place, least,
+      [&](std::size_t index, double ceiling, const CullRecord& part) {
+        if (leads && index == 0) return;
+        const std::uint32_t signal = maps_.signal(copy.map, field_.signal(part.emitter));
+        if (hidden_ != nullptr &&
+            ceiling * static_cast<double>(hidden_->most(step.first + index)) < least * (1 - 1e-6))
+          return;
+        add_source(step, page.sources.data(), index, false, signal, ceiling,
+                   field_.late_boost().at(part.delay_s), least, found);
+      },
+      CullMargin{copy.off_m, 1});
+  spend(WorkBudget::kCulledSource * page.sources.size() / 8);
+}
+
+bool OctreePool::look_without_lists(double threshold, std::size_t most,
+                                    std::vector<FoundSource>& found) {
+  for (const Plan::Node& node : plan_.nodes) {
+    if (node.widest < threshold) continue;
+    const PageEntry& entry = *node.step.entry;
+    const double now = bound(entry, copies_[node.step.copy], entry.highest_key);
+    if (!(now > 0 && now >= threshold)) continue;
+    ++visited_;
+    if (node.page == nullptr) {
+      loader_.use(entry, now);
+      note_missing(node.step, now, 1);
+      continue;
+    }
+    loader_.use(*node.kept, node.step.most, turns_ahead_);
+    pass_without_list(node.step, *node.page, threshold, found);
+    if (found.size() > most || is_exhausted()) return false;
+  }
+  looked_for_ = threshold;
+  return true;
 }
 
 void OctreePool::pass_met(std::vector<FoundSource>& found) {

@@ -48,6 +48,18 @@ SignalWeights max_over_instances(const SignalWeights& weights,
 PageLoader::Fetch page_fetch(const BakeFile& file, const RadiationModel& field,
                              const SignalWeights& ceilings);
 
+// Parts of the query that can be turned off, to measure what each of them buys. All but
+// `late_boost` leave the sample as it is.
+struct QuerySwitches {
+  bool plans = true;            // node lists that hold for several keyframes
+  bool turns = true;            // a third of such a list per keyframe
+  bool shortlists = true;       // source lists that hold for several keyframes
+  bool culled_nodes = true;     // CulledNodeCache
+  bool representatives = true;  // InstanceRepresentatives
+  bool occlusion = true;        // OcclusionUpperBounds
+  bool late_boost = true;
+};
+
 class OctreePool final : public SourcePool {
  public:
   // `trees` and `signal_maps` as in BakeFile; the last tree is the level's. `ceilings` are those of
@@ -57,11 +69,15 @@ class OctreePool final : public SourcePool {
              std::span<const PageEntry> trees,
              std::span<const std::vector<std::uint32_t>> signal_maps, PageLoader& loader);
 
+  // Before the first look.
+  void ablate(const QuerySwitches& on) { on_ = on; }
+
   bool refresh() override;
   // Bounds nodes by the loudest that any signal was while what is heard now was under way.
   void begin(const Vec3& place, double time_s) override;
   void set_occlusion_bounds(const OcclusionUpperBounds* hidden, bool may_lag) override;
   void set_late_boost(float strength) override {
+    if (!on_.late_boost) strength = 0;
     if (strength != strength_) {
       quiet_.clear();
       forget_plans();
@@ -320,6 +336,11 @@ class OctreePool final : public SourcePool {
   void add_far(const FarCopy& far, double ceiling, std::vector<FoundSource>& found);
   Source* placed(const Source& stored, const Placement& placement, double representative_key);
 
+  void pass_without_list(const Step& step, const ResidentPage& page, double threshold,
+                         std::vector<FoundSource>& found);
+  bool look_without_lists(double threshold, std::size_t most, std::vector<FoundSource>& found);
+
+  QuerySwitches on_;
   const RadiationModel& field_;
   const std::span<const PageEntry> trees_;
   const std::span<const std::vector<std::uint32_t>> signal_maps_;

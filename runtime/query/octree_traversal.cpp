@@ -67,7 +67,7 @@ void OctreePool::add_steps(const Step& from, const ResidentPage& page, double th
     const double most = bound(child, copy, key);
     const double least = threshold * copy.to_threshold;
     if (most > 0 && most >= least) {
-      if (child.octant != kNoOctant && representative_key == 0)
+      if (on_.culled_nodes && child.octant != kNoOctant && representative_key == 0)
         if (const ValidityRegion* known =
                 quiet_.find(CulledNodeCache::key_of(child.page.offset, first))) {
           const ValidityRegion here = known->seen_from(copy.place);
@@ -123,7 +123,8 @@ void OctreePool::add_copies(const Step& from, const ResidentPage& page, double t
                          std::max(stands.power, 1e-300) * (1 - kTurned);
     inner.off_m = kOffPerM * length(place_) / inner.placement.scale;
     const double representative_key = key / stands.power, least = threshold * inner.to_threshold;
-    const InstanceRepresentative* const lead = leads_.of(instance.tree);
+    const InstanceRepresentative* const lead =
+        on_.representatives ? leads_.of(instance.tree) : nullptr;
     const double rest_key =
         lead != nullptr ? lead->rest_key : std::max<double>(representative_key, 0);
     const double most_of_rest = bound(*inner.tree, inner, rest_key);

@@ -39,6 +39,7 @@ bool OctreePool::look_by_plan(const Vec3& place, double threshold, std::size_t m
   if (renumbered)
     for (Plan::Node& node : plan_.nodes)
       if (node.page != nullptr) node.list = shortlists_.number_of(node.step.first);
+  if (!on_.shortlists) return look_without_lists(threshold, most, found);
   const Scope scope = scope_of(place, threshold);
   find_parts_to_ask(place, threshold, scope);
   find_lists_to_renew(threshold, scope);
