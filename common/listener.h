@@ -1,4 +1,4 @@
-// listener.h: where a listener is and which way they look.
+// listener.h: a listener's head: position, orientation and velocity.
 #pragma once
 
 #include <cmath>
@@ -7,19 +7,88 @@
 
 namespace clamor {
 
-// Yaw 0 looks along -Z, as a glTF camera does, and grows to the left (counter-clockwise from
-// above); pitch grows upwards. Radians.
-struct Listener {
-  Vec3 position_m{};
-  double yaw_rad = 0;
-  double pitch_rad = 0;
+// An orientation as people write it, in radians. Yaw 0 looks along -Z, as a glTF camera does, and
+// grows to the left (counter-clockwise from above). Pitch grows upwards. Roll tilts the head about
+// the direction it looks in, and grows towards the right shoulder.
+struct HeadAngles {
+  double yaw_rad = 0, pitch_rad = 0, roll_rad = 0;
+};
 
-  Vec3 forward() const {
-    return {-std::sin(yaw_rad) * std::cos(pitch_rad), std::sin(pitch_rad),
-            -std::cos(yaw_rad) * std::cos(pitch_rad)};
+// A rotation from the head's frame (+X right, +Y up, -Z ahead) to the world's, stored as a unit
+// quaternion. The head's axes in the world are kept with it.
+class Orientation {
+ public:
+  Orientation() = default;  // looks along -Z
+
+  explicit Orientation(const HeadAngles& angles)
+      : rotation_(glm::angleAxis(angles.yaw_rad, Vec3(0, 1, 0)) *
+                  glm::angleAxis(angles.pitch_rad, Vec3(1, 0, 0)) *
+                  glm::angleAxis(angles.roll_rad, Vec3(0, 0, -1))) {
+    const double yaw = angles.yaw_rad, pitch = angles.pitch_rad, roll = angles.roll_rad;
+    forward_ = {-std::sin(yaw) * std::cos(pitch), std::sin(pitch),
+                -std::cos(yaw) * std::cos(pitch)};
+    right_ = {std::cos(yaw), 0, -std::sin(yaw)};
+    if (roll != 0) right_ = std::cos(roll) * right_ - std::sin(roll) * cross(right_, forward_);
+    up_ = cross(right_, forward_);
   }
-  Vec3 right() const { return {std::cos(yaw_rad), 0, -std::sin(yaw_rad)}; }
-  Vec3 up() const { return cross(right(), forward()); }
+
+  // From a quaternion of any length but zero.
+  explicit Orientation(const Quaternion& rotation)
+      : rotation_(glm::normalize(rotation)),
+        forward_(rotation_ * Vec3(0, 0, -1)),
+        right_(rotation_ * Vec3(1, 0, 0)),
+        up_(cross(right_, forward_)) {}
+
+  const Quaternion& rotation() const { return rotation_; }
+  const Vec3& forward() const { return forward_; }
+  const Vec3& right() const { return right_; }
+  const Vec3& up() const { return up_; }
+
+  // This orientation after a turn to the left about the world's vertical axis.
+  Orientation turned_left(double rad) const {
+    return Orientation(glm::angleAxis(rad, Vec3(0, 1, 0)) * rotation_);
+  }
+
+ private:
+  Quaternion rotation_{1, 0, 0, 0};  // w, x, y, z
+  Vec3 forward_{0, 0, -1}, right_{1, 0, 0}, up_{0, 1, 0};
+};
+
+// Callers of the runtime set the position and the orientation. The auralizer sets the velocity from
+// the positions of successive keyframes (ListenerMotion).
+struct Listener {
+  Listener() = default;
+  Listener(const Vec3& at_m, const Orientation& turned = {}, const Vec3& moving_mps = Vec3(0))
+      : position_m(at_m), orientation(turned), velocity_mps(moving_mps) {}
+  Listener(const Vec3& at_m, double yaw_rad, double pitch_rad, double roll_rad = 0)
+      : position_m(at_m), orientation(HeadAngles{yaw_rad, pitch_rad, roll_rad}) {}
+
+  const Vec3& forward() const { return orientation.forward(); }
+  const Vec3& right() const { return orientation.right(); }
+  const Vec3& up() const { return orientation.up(); }
+
+  Vec3 position_m{};
+  Orientation orientation{};
+  Vec3 velocity_mps{};
+};
+
+// Gives each keyframe's listener its velocity: the distance from the previous keyframe's position
+// over the length of a keyframe.
+class ListenerMotion {
+ public:
+  explicit ListenerMotion(double keyframe_s) : keyframe_s_(keyframe_s) {}
+
+  Listener next(Listener listener) {
+    listener.velocity_mps = has_last_ ? (listener.position_m - last_m_) / keyframe_s_ : Vec3(0);
+    last_m_ = listener.position_m;
+    has_last_ = true;
+    return listener;
+  }
+
+ private:
+  const double keyframe_s_;
+  Vec3 last_m_{};
+  bool has_last_ = false;
 };
 
 }  // namespace clamor

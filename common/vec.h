@@ -12,7 +12,8 @@ namespace clamor {
 
 using Vec3 = glm::dvec3;
 using Vec3f = glm::vec3;
-using Rotation = glm::quat;  // a rotation, of unit length
+using Rotation = glm::quat;     // a rotation, of unit length
+using Quaternion = glm::dquat;  // the same in double
 using Matrix = glm::dmat3;
 
 using glm::cross;

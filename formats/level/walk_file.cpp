@@ -15,7 +15,7 @@ namespace {
 constexpr double kRadians = std::numbers::pi / 180;
 constexpr double kFarthest_m = 1e6, kLongest_s = 1e7;
 
-// The turn from `from` to `to`, the shorter way round.
+// The shorter turn from one angle to another.
 double shortest_turn(double from, double to) {
   return std::remainder(to - from, 2 * std::numbers::pi);
 }
@@ -45,9 +45,12 @@ Result<Walk> Walk::parse(const Json& json, const std::string& path) {
     const auto position_m = values.vector("position_m", kFarthest_m);
     if (!time_s) values.fail("'time_s' is missing");
     if (!position_m) values.fail("'position_m' is missing");
-    Point point{time_s.value_or(0), {position_m.value_or(Vec3{}), 0, 0}};
-    point.pose.yaw_rad = values.number("yaw_deg", -1e6, 1e6).value_or(0) * kRadians;
-    point.pose.pitch_rad = values.number("pitch_deg", -90, 90).value_or(0) * kRadians;
+    HeadAngles angles;
+    angles.yaw_rad = values.number("yaw_deg", -1e6, 1e6).value_or(0) * kRadians;
+    angles.pitch_rad = values.number("pitch_deg", -90, 90).value_or(0) * kRadians;
+    angles.roll_rad = values.number("roll_deg", -1e6, 1e6).value_or(0) * kRadians;
+    const Point point{
+        time_s.value_or(0), {position_m.value_or(Vec3{}), Orientation(angles)}, angles};
     if (!walk.points_.empty() && point.time_s <= walk.points_.back().time_s)
       values.fail("'time_s' must be later than that of the point before");
     if (const auto ok = values.result_without_unknown(); !ok.ok()) return ok.error();
@@ -56,9 +59,9 @@ Result<Walk> Walk::parse(const Json& json, const std::string& path) {
   return walk;
 }
 
-Walk Walk::standing(const Listener& pose) {
+Walk Walk::standing(const Listener& listener) {
   Walk walk;
-  walk.points_.push_back({0, pose});
+  walk.points_.push_back({0, listener, {}});
   return walk;
 }
 
@@ -69,15 +72,15 @@ Listener Walk::at(double time_s) const {
   const auto after =
       std::upper_bound(points_.begin(), points_.end(), time_s,
                        [](double t, const Point& point) { return t < point.time_s; });
-  if (after == points_.begin()) return points_.front().pose;
-  if (after == points_.end()) return points_.back().pose;
+  if (after == points_.begin()) return points_.front().listener;
+  if (after == points_.end()) return points_.back().listener;
   const Point &from = *(after - 1), &to = *after;
   const double t = (time_s - from.time_s) / (to.time_s - from.time_s);
-  Listener pose;
-  pose.position_m = from.pose.position_m + t * (to.pose.position_m - from.pose.position_m);
-  pose.yaw_rad = from.pose.yaw_rad + t * shortest_turn(from.pose.yaw_rad, to.pose.yaw_rad);
-  pose.pitch_rad = from.pose.pitch_rad + t * (to.pose.pitch_rad - from.pose.pitch_rad);
-  return pose;
+  const HeadAngles &a = from.angles, &b = to.angles;
+  const Vec3 from_m = from.listener.position_m, to_m = to.listener.position_m;
+  return {from_m + t * (to_m - from_m), a.yaw_rad + t * shortest_turn(a.yaw_rad, b.yaw_rad),
+          a.pitch_rad + t * (b.pitch_rad - a.pitch_rad),
+          a.roll_rad + t * shortest_turn(a.roll_rad, b.roll_rad)};
 }
 
 }  // namespace clamor

@@ -1,10 +1,11 @@
 // walk_file.h: a scripted path of a listener, as `--walk PATH.json` takes it.
 //
 //   { "loop": false,
-//     "points": [ { "time_s": 0, "position_m": [0, 1.7, 3], "yaw_deg": 0, "pitch_deg": 0 }, ... ] }
+//     "points": [ { "time_s": 0, "position_m": [0, 1.7, 3],
+//                   "yaw_deg": 0, "pitch_deg": 0, "roll_deg": 0 }, ... ] }
 //
-// Positions and angles are linear between points (yaw takes the shorter way round) and still
-// beyond the last.
+// Angles are those of HeadAngles (listener.h) and 0 by default. Positions and angles are linear
+// between points, with yaw and roll along the shorter arc, and constant after the last point.
 #pragma once
 
 #include <string>
@@ -21,11 +22,11 @@ class Walk {
  public:
   static Result<Walk> read(const std::string& path);
 
-  // The same as part of another file; `where` names it in messages.
+  // Parses a walk within another file; `where` names it in messages.
   static Result<Walk> parse(const Json& json, const std::string& where);
 
-  // A listener who stands still.
-  static Walk standing(const Listener& pose);
+  // A listener at rest.
+  static Walk standing(const Listener& listener);
 
   Listener at(double time_s) const;
   double length_s() const;
@@ -33,7 +34,8 @@ class Walk {
  private:
   struct Point {
     double time_s;
-    Listener pose;
+    Listener listener;
+    HeadAngles angles;  // of the listener, for interpolation
   };
   std::vector<Point> points_;
   bool loop_ = false;

@@ -139,7 +139,7 @@ struct Auralizer::State {
         maker(field, slots_for(choice.sampler()),
               panner == nullptr && head == nullptr ? KeyframeMaker::Receivers::kPair
                                                    : KeyframeMaker::Receivers::kOne,
-              head, options.output.receivers, onset_signals(input)),
+              head, onset_signals(input)),
         receivers(options.output.receivers),
         keyframes_of_choice(options.strategy == "priority" && choice.moving() == nullptr
                                 ? keyframes_of_a_choice(static_cast<std::size_t>(options.voices))
@@ -171,17 +171,17 @@ struct Auralizer::State {
   }
 
   // What sounds at the place, now or some keyframes ago.
-  std::span<const SampledSource> chosen(const Listener& pose, double time_s) {
+  std::span<const SampledSource> chosen(const Listener& listener, const Reception& reception,
+                                        double time_s) {
     Sampler& sampler = choice.sampler();
-    const Vec3& place = pose.position_m;
     if (made < next_choice) return sample;
-    sampler.set_reception(Reception(receivers, pose));
+    sampler.set_reception(reception);
     if (script != nullptr) (void)script->apply(*choice.moving(), time_s);  // its own sources
     choice_keyframes = made > 0 ? keyframes_of_choice : 1;
     const double start_s = choice_keyframes > 1 ? clock.now() : 0;
-    sample = sampler.sample(place, time_s);
+    sample = sampler.sample(listener, time_s);
     while (wait_for_pages && !is_stopped() && !sampler.complete())
-      sample = sampler.sample(place, time_s);
+      sample = sampler.sample(listener, time_s);
     next_choice = made + choice_keyframes;
     choice_took_s = choice_keyframes > 1 ? clock.now() - start_s : 0;
     return sample;
@@ -216,6 +216,7 @@ struct Auralizer::State {
   const std::shared_ptr<MovingScript> script;  // moves the choice's, if a caller does not
   KeyframeMaker maker;
   const ReceiverPattern receivers;
+  ListenerMotion motion{kKeyframe_s};
   std::span<const SampledSource> sample;  // the sampler's
   // That a choice serves: of as many voices as are asked for, however many there is time for. Where
   // a crowd gets fewer, choosing takes not much less time than before, and no keyframe is late for
@@ -312,15 +313,18 @@ double Auralizer::next_keyframe_time_s() const {
   return static_cast<double>(state_->made * kKeyframeFrames + state_->held_frames) / kSampleRate_hz;
 }
 
-void Auralizer::make_keyframe(const Listener& pose) {
+void Auralizer::make_keyframe(const Listener& at) {
   State& state = *state_;
   Keyframe* const keyframe = state.mixer.writable();
   if (keyframe == nullptr) return;
   const double start_s = state.clock.now();
   const double time_s = next_keyframe_time_s();
   const bool chooses = state.made >= state.next_choice;
-  state.maker.make(state.chosen(pose, time_s), pose, *keyframe, state.held_frames);
-  keyframe->facing = listener_axes(pose);
+  const Listener listener = state.motion.next(at);
+  const Reception reception(state.receivers, listener);
+  state.maker.make(state.chosen(listener, reception, time_s), listener, *keyframe, reception,
+                   state.held_frames);
+  keyframe->facing = listener_axes(listener);
   state.play(*keyframe);
   if (chooses) state.choice.improve_occlusion();
   const double spent_s = state.clock.now() - start_s;
@@ -348,7 +352,7 @@ void Auralizer::make_keyframe(const Listener& pose) {
   state.mixer.publish(*keyframe);
 }
 
-void Auralizer::face(const Listener& pose) { state_->mixer.face(listener_axes(pose)); }
+void Auralizer::face(const Listener& listener) { state_->mixer.face(listener_axes(listener)); }
 
 void Auralizer::stop_when(const std::atomic<bool>* stop) { state_->stop_when(stop); }
 

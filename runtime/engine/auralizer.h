@@ -3,15 +3,15 @@
 // One step, used alike by the real-time player and the offline render:
 //
 //   sampler thread:  while (auralizer.wants_keyframe())
-//                      auralizer.make_keyframe(pose at auralizer.next_keyframe_time_s());
+//                      auralizer.make_keyframe(listener at auralizer.next_keyframe_time_s());
 //   audio thread:    auralizer.mix(block);
 //
 // Keyframe n says how things are at sample n x kKeyframeFrames if none is late; the mixer slides
 // gains and delays from each to the next. Keyframes travel through a bounded queue, in order, a few
-// of them ahead of the mixer, so what is heard is a function of the poses alone, never of how the
-// threads were scheduled or how large the device's blocks are. If the mixer finds none, it holds
-// the last one (and counts that). Keyframes made from then on are of so much later moments: time
-// goes on, and what is heard does not stay behind where the listener is.
+// of them ahead of the mixer, so what is heard is a function of the listeners alone, never of how
+// the threads were scheduled or how large the device's blocks are. If the mixer finds none, it
+// holds the last one (and counts that). Keyframes made from then on are of so much later moments:
+// time goes on, and what is heard does not stay behind where the listener is.
 //
 // A listener who is moved in real time (AuralizerOptions::tracks_head) is heard sooner: keyframes
 // are made just in time (keyframe_lead.h), and turns of the head go past them to the mixer, by
@@ -88,11 +88,11 @@ class Auralizer {
   // Between wants_keyframe() and make_keyframe() the next one's time stays what it is.
   bool wants_keyframe() const;
   double next_keyframe_time_s() const;
-  void make_keyframe(const Listener& pose);
+  void make_keyframe(const Listener& listener);
 
   // How the listener's head is turned from now on, where `tracks_head` is asked for; the position
   // comes with keyframes. On any one thread.
-  void face(const Listener& pose);
+  void face(const Listener& listener);
 
   // Sampler thread, or before there is one: once `*stop` is set, whatever keyframe is being made
   // ends early, with whatever was chosen so far. It must outlive the auralizer or be taken back.

@@ -2,8 +2,8 @@
 
 namespace clamor {
 
-ListenerAxes listener_axes(const Listener& pose) {
-  return {Vec3f(pose.forward()), Vec3f(-pose.right()), Vec3f(pose.up()), true};
+ListenerAxes listener_axes(const Listener& listener) {
+  return {Vec3f(listener.forward()), Vec3f(-listener.right()), Vec3f(listener.up()), true};
 }
 
 HeadRotation::Turn::Turn(const HeadRotation& turns, const ListenerAxes& from,

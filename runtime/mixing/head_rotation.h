@@ -18,7 +18,7 @@
 
 namespace clamor {
 
-ListenerAxes listener_axes(const Listener& pose);
+ListenerAxes listener_axes(const Listener& listener);
 
 class HeadRotation {
  public:

@@ -54,10 +54,8 @@ const std::array<float, kFadeKeyframes>& fade_steps() {
 }  // namespace
 
 KeyframeMaker::KeyframeMaker(const RadiationModel& field, std::size_t slots, Receivers receivers,
-                             std::shared_ptr<const Hrtf> head, const ReceiverPattern& pattern,
-                             OnsetSignals onsets)
+                             std::shared_ptr<const Hrtf> head, OnsetSignals onsets)
     : receivers_(receivers),
-      pattern_(pattern),
       lags_(head == nullptr ? nullptr : std::make_unique<const ItdTable>(*head)),
       onsets_(std::move(onsets)),
       table_(field, slots),
@@ -74,12 +72,12 @@ KeyframeMaker::KeyframeMaker(const RadiationModel& field, std::size_t slots, Rec
   }
 }
 
-ListenerFrame KeyframeMaker::head_at(const Listener& pose) const {
+ListenerFrame KeyframeMaker::head_at(const Listener& listener) const {
   const bool pair = receivers_ == Receivers::kPair;
-  const Vec3 side_m = (pair ? 0.5 * kEarDistance_m : 0) * pose.right();
-  return {pose.position_m, {pose.position_m - side_m, pose.position_m + side_m},
-          pose.forward(),  -pose.right(),
-          pose.up(),       pair ? kEars : 1};
+  const Vec3 side_m = (pair ? 0.5 * kEarDistance_m : 0) * listener.right();
+  return {listener.position_m, {listener.position_m - side_m, listener.position_m + side_m},
+          listener.forward(),  -listener.right(),
+          listener.up(),       pair ? kEars : 1};
 }
 
 // What each receiver hears of those voices from where it is.
@@ -315,14 +313,15 @@ std::uint8_t KeyframeMaker::rank_of(const Slot& slot, const Voice& voice) const 
   return slot.rank < 0 ? voice.rank : static_cast<std::uint8_t>(slot.rank * kLastRank + 0.5f);
 }
 
-void KeyframeMaker::make(std::span<const SampledSource> sample, const Listener& pose,
-                         Keyframe& keyframe, std::uint64_t held_frames) {
+void KeyframeMaker::make(std::span<const SampledSource> sample, const Listener& listener,
+                         Keyframe& keyframe, const Reception& reception,
+                         std::uint64_t held_frames) {
   now_frames_ = static_cast<double>(made_ * kKeyframeFrames + held_frames);
-  const ListenerFrame head = head_at(pose);
-  reception_ = Reception(pattern_, pose);
+  const ListenerFrame head = head_at(listener);
+  reception_ = reception;
   if (made_ == 0) last_head_ = head;
   const bool still = made_ > 0 && head == last_head_;
-  const Vec3 step_m = head.centre_m - last_head_.centre_m;
+  const Vec3 step_m = kKeyframe_s * listener.velocity_mps;
   const bool leapt = length(step_m - last_step_m_) > kLeap_m;
   fastest_slide_frames_ = leapt ? kSlideAfterLeap_frames : kFastestSlide_frames;
   last_step_m_ = step_m;

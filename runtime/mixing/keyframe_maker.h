@@ -59,22 +59,22 @@ inline constexpr int kOnsetChange_frames = 4096;
 
 class KeyframeMaker {
  public:
-  // What the listener's receivers are: two, each at its own place and with its own `pattern`, or
-  // one in the middle, for output that is panned; then both ears of a voice are the same, but for
-  // the time between them if there is a head.
+  // The listener's receivers: two, each at its own place and with its own directivity, or one at
+  // the centre of the head, for output that is panned or filtered with an HRTF. With one receiver,
+  // both ears of a voice are the same, except for the interaural delay of an HRTF.
   enum class Receivers : std::uint8_t { kPair, kOne };
 
   // `field` must outlive the maker. `slots` is how many voices may sound at once, fading ones
   // included; a source that finds none free waits until one is.
   KeyframeMaker(const RadiationModel& field, std::size_t slots,
                 Receivers receivers = Receivers::kPair, std::shared_ptr<const Hrtf> head = nullptr,
-                const ReceiverPattern& pattern = {}, OnsetSignals onsets = {});
+                OnsetSignals onsets = {});
 
-  // Fills in the next keyframe: what `sample` sounds like at `pose`. The first starts at full
-  // level. `keyframe.voices` has room for all slots. It comes `held_frames` later than its number
-  // says.
-  void make(std::span<const SampledSource> sample, const Listener& pose, Keyframe& keyframe,
-            std::uint64_t held_frames = 0);
+  // Fills in the next keyframe: the voices of `sample` for a listener with these receivers. The
+  // first keyframe starts at full level. `keyframe.voices` must have room for all slots. The
+  // keyframe begins `held_frames` later than its number says.
+  void make(std::span<const SampledSource> sample, const Listener& listener, Keyframe& keyframe,
+            const Reception& reception = Reception(), std::uint64_t held_frames = 0);
 
   // The time between a head's ears by direction; null without a head.
   const ItdTable* lags() const { return lags_.get(); }
@@ -107,7 +107,7 @@ class KeyframeMaker {
     std::uint32_t slot;
   };
 
-  ListenerFrame head_at(const Listener& pose) const;
+  ListenerFrame head_at(const Listener& listener) const;
   void receive(std::span<const std::uint32_t> slots);
   void turn_to(const ListenerFrame& head);
   void join(std::span<const SampledSource> sample);
@@ -128,7 +128,6 @@ class KeyframeMaker {
   std::size_t make_tile(std::size_t first, bool still, Keyframe& keyframe, std::size_t count);
 
   const Receivers receivers_;
-  const ReceiverPattern pattern_;
   Reception reception_;
   const std::unique_ptr<const ItdTable> lags_;  // of a head
   const OnsetSignals onsets_;

@@ -41,8 +41,8 @@ struct PathAzimuth {
 // Azimuth of the ring's i-th path. Any first few of them are spread evenly over the ring.
 const PathAzimuth& path_azimuth(std::size_t ring, int i);
 
-// What a surface does to a path that meets it: reflects it (it may meet more surfaces behind),
-// blocks it, or loses it between surfaces.
+// Effect of a surface on a path that meets it. A reflected path may meet more surfaces behind; a
+// lost path got caught between surfaces and does not count.
 enum class PathHit : std::uint8_t { kReflected, kBlocked, kLost };
 
 // A path of four straight segments; segment i runs from points_m[i - 1] to points_m[i].

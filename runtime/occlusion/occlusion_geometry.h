@@ -79,7 +79,7 @@ class OcclusionGeometry {
   Bands transmission(const Vec3f& from_m, const Vec3f& to_m, std::uint64_t& rays) const;
   bool transmits() const { return transmits_; }  // whether any material does
 
-  // Where the source's rays start; nothing where that is ambiguous. Costs one ray.
+  // Start of the source's rays; nothing where that is ambiguous. Costs one ray.
   std::optional<Vec3f> ray_origin(const Source& source) const;
 
  private:

@@ -53,8 +53,8 @@ class OcclusionUpperBounds {
   static constexpr std::uint32_t kRow = 1024, kPerWord = 8;
   using Row = std::array<std::uint32_t, kRow / kPerWord>;
 
-  // What a kernel needs to bound the numbers from one on, within its row and the next. Valid until
-  // the next set().
+  // View of the bounds of the numbers from one on, within its row and the next, for kernels. Valid
+  // until the next set().
   struct Window {
     const std::uint32_t* words = nullptr;        // of all rows; null: all bounds are 1
     std::int32_t first_word = 0, next_word = 0;  // where the row and the next one begin
@@ -126,7 +126,7 @@ class OcclusionUpperBounds {
     const std::uint32_t word = rows_[find(number / kRow).row][number % kRow / kPerWord];
     return upper_bound(number, bound_of(word >> (4 * (number % kPerWord)) & 15));
   }
-  // The same for a number whose stored bound is `known`.
+  // Upper bound of a number whose stored bound is `known`.
   float upper_bound(std::uint64_t number, float known) const {
     if (is_retested(number)) return 1;
     return phase_of(number) == phase() ? std::max(known, phase_bound()) : known;

@@ -131,7 +131,7 @@ class VisibilityCache {
   // regard to the budget: for samplers that take every source.
   const Bands& estimate_now(std::uint64_t number, const Source& source);
 
-  // The same for many sources, in their order, on all cores.
+  // Visibilities of many sources, in their order, estimated on all cores.
   std::vector<Bands> estimate_now(std::span<const Wanted> sources);
 
   // Spends the remaining rays on a quarter of the sources whose priority without occlusion is at

@@ -15,10 +15,10 @@
 
 namespace clamor {
 
-// How a visibility was found, by rising cost (visibility_cache.h).
+// Precision of a visibility, by rising cost (visibility_cache.h).
 enum class VisibilityPrecision : std::uint8_t { kLineTest, kCoarse, kMedium, kFine };
 
-// What is known of a source's visibility. Retesting reads one cache line per source.
+// A source's visibility and when and how it was found. Retesting reads one cache line per source.
 struct alignas(64) VisibilityEntry {
   std::uint64_t number = 0;
   Vec3f listener_m{};  // at the last test or estimate

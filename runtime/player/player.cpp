@@ -55,18 +55,18 @@ struct Player::State {
         metered(kMeterFrames * static_cast<std::size_t>(channels)),
         meter(channels, wanted.auralizer.output.speakers()),
         callback(*current.auralizer, ring.get(), frames, &metered),
-        moved_to(wanted.pose) {
+        moved_to(wanted.listener) {
     current.auralizer->stop_when(&stopping);
-    poses.publish(options.pose);
-    current.auralizer->face(options.pose);
+    listeners.publish(options.listener);
+    current.auralizer->face(options.listener);
   }
 
   // Makes what an auralizer wants now, for where the listener is, or will be on its walk. False for
   // nothing.
-  bool make_wanted_keyframe(Playing& playing, const Listener& pose) const {
+  bool make_wanted_keyframe(Playing& playing, const Listener& listener) const {
     if (playing.auralizer == nullptr || !playing.auralizer->wants_keyframe()) return false;
     const double time_s = playing.begun_s + playing.auralizer->next_keyframe_time_s();
-    playing.auralizer->make_keyframe(options.walk ? options.walk->at(time_s) : pose);
+    playing.auralizer->make_keyframe(options.walk ? options.walk->at(time_s) : listener);
     return true;
   }
 
@@ -76,9 +76,9 @@ struct Player::State {
       bool was_busy = false;
       {
         const std::lock_guard lock(exchange);
-        const Listener& pose = poses.latest();
-        was_busy = make_wanted_keyframe(current, pose);
-        was_busy = make_wanted_keyframe(outgoing, pose) || was_busy;
+        const Listener& listener = listeners.latest();
+        was_busy = make_wanted_keyframe(current, listener);
+        was_busy = make_wanted_keyframe(outgoing, listener) || was_busy;
       }
       read_meter();  // however late the keyframes are
       if (!was_busy) std::this_thread::sleep_for(kSamplerNap);
@@ -136,7 +136,7 @@ struct Player::State {
   SampleRing metered;
   LoudnessMeter meter;
   AudioCallback callback;
-  LatestValue<Listener> poses;
+  LatestValue<Listener> listeners;
   Listener moved_to;  // the caller's: the last of them
   std::optional<WavWriter> wav;
   Result<void> recorded;  // the writer thread's until it has ended
@@ -209,10 +209,10 @@ Result<void> Player::start() {
 
 std::vector<ThreadCpuUsage> Player::thread_shares() const { return state_->shares.now(); }
 
-void Player::move(const Listener& pose) {
-  state_->moved_to = pose;
-  state_->poses.publish(pose);
-  state_->current.auralizer->face(pose);
+void Player::move(const Listener& listener) {
+  state_->moved_to = listener;
+  state_->listeners.publish(listener);
+  state_->current.auralizer->face(listener);
 }
 
 Result<void> Player::replace(std::shared_ptr<const BakeFile> file,

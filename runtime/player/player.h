@@ -27,7 +27,7 @@ namespace clamor {
 
 struct PlayerOptions {
   AuralizerOptions auralizer;
-  Listener pose;             // where the listener starts
+  Listener listener;         // at the start
   std::optional<Walk> walk;  // instead of being moved
   double seconds = 0;        // 0: until stopped
   std::string device;        // as choose_device() takes it, or "none"
@@ -59,7 +59,7 @@ class Player {
 
   // Where the listener is from now on. A turn is heard with the next block or the one after it, a
   // step within two keyframes, where the machine is in time. Not for walks.
-  void move(const Listener& pose);
+  void move(const Listener& listener);
 
   // As Auralizer's, for the thread that calls move().
   MovingSources* moving();

@@ -1,5 +1,5 @@
 // render.h: what a listener hears, computed as fast as the machine can: the player's own step, so
-// that the same poses give the same samples.
+// that the same listeners give the same samples.
 //
 // Keyframes are made on a thread of their own while the caller's mixes those before. Neither ever
 // goes on without the other: the mixer waits for its keyframe, so nothing is held or late, and the
@@ -27,7 +27,7 @@ using BlockSink = std::function<Result<void>(std::span<const float>)>;
 Result<void> render(Auralizer& auralizer, const Walk& walk, std::uint64_t frames,
                     const BlockSink& sink, const std::atomic<bool>* stop = nullptr);
 
-// Makes as many keyframes as the auralizer wants, each at the walk's pose of its moment.
+// Makes as many keyframes as the auralizer wants, each at the walk's listener of its time.
 void make_keyframes(Auralizer& auralizer, const Walk& walk);
 
 }  // namespace clamor

@@ -35,12 +35,12 @@ double ReceiverPattern::diffuse_power() const {
   return heard / all;
 }
 
-Reception::Reception(const ReceiverPattern& pattern, const Listener& pose)
+Reception::Reception(const ReceiverPattern& pattern, const Listener& listener)
     : exponent_(pattern.exponent),
       same_in_all_bands_(exponent_ == same_in_all_bands(exponent_[0])) {
   if (is_omnidirectional()) return;
-  const Vec3 ahead = std::cos(pattern.angle_rad) * pose.forward();
-  const Vec3 aside = std::sin(pattern.angle_rad) * pose.right();
+  const Vec3 ahead = std::cos(pattern.angle_rad) * listener.forward();
+  const Vec3 aside = std::sin(pattern.angle_rad) * listener.right();
   axes_ = {Vec3f(ahead - aside), Vec3f(ahead + aside)};
 }
 

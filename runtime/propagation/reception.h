@@ -41,7 +41,7 @@ struct ReceiverPattern {
 class Reception {
  public:
   Reception() = default;  // omnidirectional
-  Reception(const ReceiverPattern& pattern, const Listener& pose);
+  Reception(const ReceiverPattern& pattern, const Listener& listener);
 
   bool is_omnidirectional() const { return same_in_all_bands_ && exponent_[0] == 0; }
 

@@ -45,7 +45,7 @@ inline LoudnessTrack::Moment weights_at_distance(const RadiationModel& field,
   return weights.tracks[signal].at(time_s - field.delay_s(source, distance_m));
 }
 
-// The same as received at a place.
+// Weights of a signal as received at a time and place.
 LoudnessTrack::Moment weights_at_place(const RadiationModel& field, const SignalWeights& weights,
                                        std::uint32_t signal, const Source& source,
                                        const Vec3& place, double time_s);

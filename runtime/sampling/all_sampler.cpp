@@ -19,7 +19,8 @@ class All final : public Sampler {
     for (std::size_t i = 0; i < page.size(); ++i)
       sample_.push_back({i, 1, &page[i], field.signal(page[i])});
   }
-  std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
+  std::span<const SampledSource> sample(const Listener& listener, double time_s) override {
+    const Vec3& place = listener.position_m;
     if (occlusion_ != nullptr && (place_ != place || moving_ != nullptr)) {
       occlusion_->begin_keyframe(place);
       wanted_.clear();

@@ -89,14 +89,14 @@ Result<void> MovingScript::apply(MovingSources& moving, double time_s) {
     if (!is_present && scripted.is_present)
       if (const auto ok = moving.remove(scripted.handle); !ok.ok()) return ok;
     if (is_present) {
-      const Listener pose = scripted.path.at(time_s);
+      const Listener on_path = scripted.path.at(time_s);
       MovingSource source;
       source.kind = kind;
-      source.position_m = pose.position_m;
+      source.position_m = on_path.position_m;
       source.velocity_mps =
-          (pose.position_m - scripted.path.at(time_s - kVelocityStep_s).position_m) /
+          (on_path.position_m - scripted.path.at(time_s - kVelocityStep_s).position_m) /
           kVelocityStep_s;
-      source.axis = pose.forward();
+      source.axis = on_path.forward();
       source.gain = same_in_all_bands(static_cast<float>(scripted.gain));
       source.start_s = scripted.from_s;
       if (!scripted.is_present) {

@@ -39,7 +39,8 @@ class Priority final : public Sampler {
   // An exact sampler waits for pages, and is asked again when some came: often or seldom, as it
   // happens. What is heard must not depend on that: nothing is looked at before all is here that
   // reaches the threshold, and asking again goes on from there.
-  std::span<const SampledSource> sample(const Vec3& place, double time_s) override {
+  std::span<const SampledSource> sample(const Listener& listener, double time_s) override {
+    const Vec3& place = listener.position_m;
     const bool turned = faced_ != reception();
     const bool elsewhere = place_ != place || turned || (!weights_.steady() && time_s_ != time_s);
     const bool again = exact() && !elsewhere && !resized_;
@@ -48,7 +49,6 @@ class Priority final : public Sampler {
     if (!again) {
       paused_.reset();
       resized_ = false;
-      step_m_ = place_ ? place - *place_ : Vec3(0);
       if (place_ != place) gave_up_waiting_ = false;
       before_ = predictor_;
     }
@@ -81,7 +81,7 @@ class Priority final : public Sampler {
     if (!std::is_sorted(sample_.begin(), sample_.end(), by_number))
       std::sort(sample_.begin(), sample_.end(), by_number);
     if (bounded_) budget_.limit(work_ahead_per_keyframe(voices_));
-    pool_.ask(place + kLookAhead_keyframes * step_m_, tau);
+    pool_.ask(place + kPrefetchAhead_s * listener.velocity_mps, tau);
     waited_ = waits();
     const bool learns = occlusion_ != nullptr && !exact() && occlusion_->refresh(wanted_, tau);
     looking_ = learns || ended_by_budget_;
@@ -114,7 +114,7 @@ class Priority final : public Sampler {
   }
 
  private:
-  static constexpr double kLookAhead_keyframes = 25;  // half a second
+  static constexpr double kPrefetchAhead_s = 0.5;
   static constexpr double kStep = 16, kStepWhereHidden = 4;
   // All sources whose priority is lower are, together, some 150 dB below full scale or less.
   static constexpr double kInaudible = 1e-18;
@@ -479,7 +479,6 @@ class Priority final : public Sampler {
   bool waited_ = false;        // for pages, before anything was looked at
   std::optional<Vec3> place_;  // of sample_
   Reception faced_;            // in sample_
-  Vec3 step_m_;
   double time_s_ = 0;
   double last_found_ = 0, last_step_ = kStepWhereHidden;  // of lowered()
   std::vector<SampledSource> sample_;

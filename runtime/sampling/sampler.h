@@ -86,7 +86,7 @@ class Sampler {
   // The sample for a listener, `time_s` after everything began to play, by ascending number. Valid
   // until the next call. Samplers use the listener's position and velocity; the orientation enters
   // through set_reception().
-  virtual std::span<const SampledSource> sample(const Vec3& place, double time_s = 0) = 0;
+  virtual std::span<const SampledSource> sample(const Listener& listener, double time_s = 0) = 0;
 
   // Sets the receivers' directivity from the next sample on, for samplers that weigh sources. The
   // initial one is omnidirectional.

@@ -97,7 +97,8 @@ class FromList final : public Listed {
     for (std::size_t i = 0; i < page_.size(); ++i) candidates_.push_back({i, 1});
   }
 
-  std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
+  std::span<const SampledSource> sample(const Listener& listener, double /*time_s*/) override {
+    const Vec3& place = listener.position_m;
     if (begun_ && once_) return sample_;
     begun_ = true;
     if (!even_ && is_elsewhere(place)) {
@@ -125,7 +126,8 @@ class OctreeCut final : public Listed {
             const SignalWeights& weights, const SourceList& list)
       : Listed(options, field, weights, list), tree_(representatives()) {}
 
-  std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
+  std::span<const SampledSource> sample(const Listener& listener, double /*time_s*/) override {
+    const Vec3& place = listener.position_m;
     if (!is_elsewhere(place)) return sample_;
     sample_.clear();
     for (const auto& representative : tree_.cut(place, options_.voices, reception()))
@@ -148,7 +150,8 @@ class OctreeDiffusion final : public Listed {
         tree_(representatives()),
         dynamic_(DynamicSample::Rule::kAdaptive, options.voices, options.tuning) {}
 
-  std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
+  std::span<const SampledSource> sample(const Listener& listener, double /*time_s*/) override {
+    const Vec3& place = listener.position_m;
     if (is_elsewhere(place)) {
       cut_ = tree_.cut(
           place, options_.voices * static_cast<std::size_t>(options_.tuning.candidates_per_voice),
@@ -178,9 +181,9 @@ class OnAmplitudes final : public Sampler {
  public:
   explicit OnAmplitudes(std::unique_ptr<Sampler> sampler) : sampler_(std::move(sampler)) {}
 
-  std::span<const SampledSource> sample(const Vec3& place, double /*time_s*/) override {
+  std::span<const SampledSource> sample(const Listener& listener, double /*time_s*/) override {
     sampler_->set_reception(reception());
-    const auto sample = sampler_->sample(place);
+    const auto sample = sampler_->sample(listener);
     sample_.assign(sample.begin(), sample.end());
     for (SampledSource& chosen : sample_) chosen.power_scale *= chosen.power_scale;
     return sample_;

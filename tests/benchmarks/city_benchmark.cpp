@@ -65,14 +65,15 @@ void city_sample(benchmark::State& state) {
   const auto sampler =
       make_priority_sampler(field, weights, pool, static_cast<std::size_t>(state.range(1)));
   double time_s = 0;
+  ListenerMotion motion(0.02);
   const auto walk = [&] {
     time_s += 0.02;
-    return Vec3(700 + 1.5 * time_s, 2, 700);
+    return motion.next(Vec3(700 + 1.5 * time_s, 2, 700));
   };
   for (int i = 0; i < 50; ++i) {
-    const Vec3 place = walk();
-    sampler->sample(place);
-    while (!sampler->complete()) sampler->sample(place);
+    const Listener listener = walk();
+    sampler->sample(listener);
+    while (!sampler->complete()) sampler->sample(listener);
   }
   const std::uint64_t pages_before = pool.nodes_visited();
   const std::uint64_t entries_before = pool.sources_tested() + pool.representatives_found();

@@ -44,12 +44,14 @@ void copies_sample(benchmark::State& state) {
   PageLoader loader(page_fetch(*file, field, ceilings), PageBudget{1'000'000'000});
   OctreePool pool(field, ceilings, file->trees(), file->signal_maps(), loader);
   const auto sampler = make_priority_sampler(field, weights, pool, 2000);
-  sampler->sample({0, 2, 0});
-  while (!sampler->complete()) sampler->sample({0, 2, 0});
+  sampler->sample(Vec3(0, 2, 0));
+  while (!sampler->complete()) sampler->sample(Vec3(0, 2, 0));
   double x_m = 0, sum = 0;
+  ListenerMotion motion(0.02);
   for (auto _ : state) {
     x_m += 0.05;
-    for (const SampledSource& one : sampler->sample({x_m, 2, 0})) sum += one.power_scale;
+    for (const SampledSource& one : sampler->sample(motion.next(Vec3(x_m, 2, 0))))
+      sum += one.power_scale;
   }
   benchmark::DoNotOptimize(sum);
   std::filesystem::remove(path);

@@ -63,9 +63,10 @@ void standing_still(benchmark::State& state) {
   sampler->sample(middle, time_s);
   while (!sampler->complete()) sampler->sample(middle, time_s);
   int keyframes = 0;
+  ListenerMotion motion(0.02);
   for (auto _ : state) {
     const Vec3 place = walks ? middle + Vec3(0.03 * keyframes, 0, 0) : middle;
-    const auto sample = sampler->sample(place, time_s);
+    const auto sample = sampler->sample(motion.next(place), time_s);
     state.PauseTiming();
     now.clear();
     for (const SampledSource& one : sample) now.push_back(one.number);

@@ -25,8 +25,9 @@ double random_unit(std::uint32_t source, std::uint32_t use) {
   return unit(philox(3, {source, use, 0, 0})[0]);
 }
 
-template <class Maker, class... Args>
-void keyframe(benchmark::State& state, bool moving, const Args&... args) {
+// Makes keyframes with `make`(maker, sample, listener, keyframe).
+template <class Maker, class Make, class... Args>
+void keyframe(benchmark::State& state, bool moving, const Make& make, const Args&... args) {
   const std::vector<Emitter> emitters = {Emitter{.name = "source", .position_m = {10, 1.7, 12}}};
   std::vector<Material> materials(1);
   materials[0].scattering = same_in_all_bands(0.5f);
@@ -49,13 +50,14 @@ void keyframe(benchmark::State& state, bool moving, const Args&... args) {
   }
   Maker maker(field, kVoices, args...);
   KeyframeQueue queue(2, kVoices);
-  Listener pose;
+  ListenerMotion motion(kKeyframe_s);
   double turn = 0;
   for (auto _ : state) {
     if (moving) turn += 0.017;
-    pose = {{8 + 1.2 * std::cos(turn), 1.7, 7 + 1.2 * std::sin(turn)}, turn, 0};
+    const Listener listener =
+        motion.next({{8 + 1.2 * std::cos(turn), 1.7, 7 + 1.2 * std::sin(turn)}, turn, 0});
     Keyframe* const next = queue.writable();
-    maker.make(sample, pose, *next);
+    make(maker, sample, listener, *next);
     queue.publish();
     if (queue.readable()->voices.size() != kVoices) state.SkipWithError("voices are missing");
     queue.release();
@@ -66,17 +68,26 @@ void keyframe(benchmark::State& state, bool moving, const Args&... args) {
 
 using Receivers = KeyframeMaker::Receivers;
 
-void moving(benchmark::State& state) { keyframe<KeyframeMaker>(state, true); }
+const auto kOmnidirectional = [](auto& maker, const auto& sample, const Listener& listener,
+                                 Keyframe& keyframe) { maker.make(sample, listener, keyframe); };
+const auto kCardioids = [](KeyframeMaker& maker, const auto& sample, const Listener& listener,
+                           Keyframe& keyframe) {
+  static const ReceiverPattern kOrtf = *ReceiverPattern::named("ortf");
+  maker.make(sample, listener, keyframe, Reception(kOrtf, listener));
+};
+
+void moving(benchmark::State& state) { keyframe<KeyframeMaker>(state, true, kOmnidirectional); }
 void moving_binaural(benchmark::State& state) {
-  keyframe<KeyframeMaker>(state, true, Receivers::kOne, *Hrtf::read(""));
+  keyframe<KeyframeMaker>(state, true, kOmnidirectional, Receivers::kOne, *Hrtf::read(""));
 }
-void moving_cardioids(benchmark::State& state) {
-  keyframe<KeyframeMaker>(state, true, Receivers::kPair, nullptr, *ReceiverPattern::named("ortf"));
+void moving_cardioids(benchmark::State& state) { keyframe<KeyframeMaker>(state, true, kCardioids); }
+void still(benchmark::State& state) { keyframe<KeyframeMaker>(state, false, kOmnidirectional); }
+void moving_plainly(benchmark::State& state) {
+  keyframe<testing::KeyframeReference>(state, true, kOmnidirectional);
 }
-void still(benchmark::State& state) { keyframe<KeyframeMaker>(state, false); }
-void moving_plainly(benchmark::State& state) { keyframe<testing::KeyframeReference>(state, true); }
 void moving_binaural_plainly(benchmark::State& state) {
-  keyframe<testing::KeyframeReference>(state, true, Receivers::kOne, *Hrtf::read(""));
+  keyframe<testing::KeyframeReference>(state, true, kOmnidirectional, Receivers::kOne,
+                                       *Hrtf::read(""));
 }
 BENCHMARK(moving)->Name("keyframe/moving")->Unit(benchmark::kMillisecond);
 BENCHMARK(moving_cardioids)->Name("keyframe/moving_cardioids")->Unit(benchmark::kMillisecond);

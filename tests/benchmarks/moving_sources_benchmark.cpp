@@ -45,7 +45,8 @@ void moving_keyframe(benchmark::State& state) {
     caller_ms +=
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     state.ResumeTiming();
-    benchmark::DoNotOptimize(sampler->sample({100 + time_s, 1.7, 100}, time_s).size());
+    benchmark::DoNotOptimize(
+        sampler->sample({Vec3(100 + time_s, 1.7, 100), {}, Vec3(1, 0, 0)}, time_s).size());
   }
   state.counters["caller_ms"] = caller_ms / static_cast<double>(state.iterations());
 }

@@ -154,7 +154,7 @@ class SponzaListener {
   std::span<const SampledSource> next() {
     path_m_ += 0.03;
     time_s_ += 0.02;
-    return sampler_->sample(place(), time_s_);
+    return sampler_->sample(motion_.next(place()), time_s_);
   }
 
   // Error per band in dB against a sample in which every source is tested from here.
@@ -179,6 +179,7 @@ class SponzaListener {
   PageLoader loader_;
   OctreePool pool_;
   std::unique_ptr<Sampler> sampler_;
+  ListenerMotion motion_{0.02};
   double path_m_ = 0, time_s_ = 10;  // all signals have started
 };
 
@@ -219,7 +220,7 @@ void occlusion(benchmark::State& state) {
   const VisibilityStatistics& after = cache.statistics();
   state.counters["voices"] = voices / frames;
   state.counters["rays"] = static_cast<double>(after.rays - before.rays) / frames;
-  state.counters["looks"] = static_cast<double>(after.looks - before.looks) / frames;
+  state.counters["looks"] = static_cast<double>(after.estimates - before.estimates) / frames;
   state.counters["line_tests"] = static_cast<double>(after.line_tests - before.line_tests) / frames;
   state.counters["late"] = static_cast<double>(after.late - before.late) / frames;
   state.counters["wanted"] = wanted / frames;

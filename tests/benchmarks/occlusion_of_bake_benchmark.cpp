@@ -45,7 +45,7 @@ class BakeListener {
   void next() {
     path_m_ += 0.03;
     time_s_ += 0.02;
-    sampler_->sample(place(), time_s_);
+    sampler_->sample(motion_.next(place()), time_s_);
   }
 
  private:
@@ -59,6 +59,7 @@ class BakeListener {
   PageLoader loader_;
   OctreePool pool_;
   std::unique_ptr<Sampler> sampler_;
+  ListenerMotion motion_{0.02};
   double path_m_ = 0, time_s_ = 10;
 };
 

@@ -215,10 +215,10 @@ struct Run {
   void keyframe(double step_m, Times* times) {
     way_m += step_m;
     time_s += 0.02;
-    const Vec3 place = scene.at(way_m);
+    const Listener listener = motion.next(scene.at(way_m));
     const double cast_ms = cache ? cache->statistics().ray_ms : 0;
     const double start_s = thread_time_s();
-    const std::size_t chosen = sampler->sample(place, time_s).size();
+    const std::size_t chosen = sampler->sample(listener, time_s).size();
     const double took_ms = 1e3 * (thread_time_s() - start_s);
     const double casting_ms = cache ? cache->statistics().ray_ms - cast_ms : 0;
     voices += chosen;
@@ -231,9 +231,9 @@ struct Run {
     for (int i = 0; i < 100 + kSlices * kSlice_keyframes; ++i) {
       way_m += 0.03;
       time_s += 0.02;
-      const Vec3 place = scene.at(way_m);
-      sampler->sample(place, time_s);
-      while (!sampler->complete()) sampler->sample(place, time_s);
+      const Listener listener = motion.next(scene.at(way_m));
+      sampler->sample(listener, time_s);
+      while (!sampler->complete()) sampler->sample(listener, time_s);
     }
     way_m = 0;
     for (int i = 0; i < 100; ++i) keyframe(0.03, nullptr);
@@ -244,6 +244,7 @@ struct Run {
   OctreePool pool;
   std::unique_ptr<VisibilityCache> cache;
   std::unique_ptr<Sampler> sampler;
+  ListenerMotion motion{0.02};
   double way_m = 0, time_s = 10;
   std::size_t voices = 0, frames = 0;
   Times walking, standing;

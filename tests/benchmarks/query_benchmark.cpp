@@ -50,15 +50,16 @@ void query(benchmark::State& state) {
   OctreePool pool(field, weights, trees.tops(), {}, loader);
   const auto sampler = make_priority_sampler(field, weights, pool, voices);
   double time_s = 0;
+  ListenerMotion motion(0.02);
   const auto walk = [&] {
     time_s += 0.02;
-    return Vec3(10 + 6 * std::sin(time_s / 6), 1.7, 7 + 4 * std::cos(time_s / 6));
+    return motion.next(Vec3(10 + 6 * std::sin(time_s / 6), 1.7, 7 + 4 * std::cos(time_s / 6)));
   };
   constexpr double kWalk_s = 2;
   for (int i = 0; i < 50 * kWalk_s; ++i) {  // loads the pages of the whole walk
-    const Vec3 place = walk();
-    sampler->sample(place);
-    while (!sampler->complete()) sampler->sample(place);
+    const Listener listener = walk();
+    sampler->sample(listener);
+    while (!sampler->complete()) sampler->sample(listener);
   }
   time_s = 0;
   sampler->sample(walk());

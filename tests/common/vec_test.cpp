@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "common/listener.h"
 #include "common/random.h"
 
 namespace clamor {
@@ -43,19 +42,6 @@ TEST(Vec, IsFiniteOnlyIfEveryCoordinateIs) {
   EXPECT_TRUE(is_finite({1, -2, 3}));
   EXPECT_FALSE(is_finite({1, std::numeric_limits<double>::quiet_NaN(), 3}));
   EXPECT_FALSE(is_finite({1, 2, -std::numeric_limits<double>::infinity()}));
-}
-
-TEST(Listener, LooksAlongMinusZAndTurnsToTheLeft) {
-  const double quarter = std::acos(0.0);
-  EXPECT_NEAR(length(Listener{}.forward() - Vec3(0, 0, -1)), 0, 1e-15);
-  EXPECT_NEAR(length(Listener{}.right() - Vec3(1, 0, 0)), 0, 1e-15);
-  EXPECT_NEAR(length(Listener{.yaw_rad = quarter}.forward() - Vec3(-1, 0, 0)), 0, 1e-15);
-  EXPECT_NEAR(length(Listener{.pitch_rad = quarter}.forward() - Vec3(0, 1, 0)), 0, 1e-15);
-  for (const double yaw : {0.3, 2.0, -1.0}) {
-    const Listener pose{.yaw_rad = yaw, .pitch_rad = 0.4};
-    EXPECT_NEAR(length(pose.forward()), 1, 1e-15);
-    EXPECT_NEAR(dot(pose.forward(), pose.right()), 0, 1e-15);
-  }
 }
 
 }  // namespace

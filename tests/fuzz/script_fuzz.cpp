@@ -1,4 +1,4 @@
-// script_fuzz.cpp: a listener's way, and moving sources as a script has them.
+// script_fuzz.cpp: walk files, and scripts of moving sources.
 #include <cmath>
 
 #include "formats/level/walk_file.h"
@@ -13,13 +13,13 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     if (walk.error().message.empty()) std::abort();
   } else {
     for (const double time_s : {-1.0, 0.0, 1.5, walk->length_s(), 1e6}) {
-      const Listener pose = walk->at(time_s);
-      if (!std::isfinite(pose.position_m.x + pose.yaw_rad)) std::abort();
+      const Listener listener = walk->at(time_s);
+      if (!is_finite(listener.position_m) || !is_finite(listener.up())) std::abort();
     }
   }
   if (const auto script = MovingScript::read(path); !script.ok()) {
     if (script.error().message.empty()) std::abort();
-  } else if (script->options(2).most < 1) {
+  } else if (script->options(2).max_sources < 1) {
     std::abort();
   }
   return 0;

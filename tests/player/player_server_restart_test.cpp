@@ -51,7 +51,7 @@ class SoundServer : public ::testing::Test {
     ASSERT_TRUE(server->ready());
     PlayerOptions options;
     options.auralizer.voices = 100;
-    options.pose = {{4, 5, 1.6}, 0.5, 0};
+    options.listener = {{4, 5, 1.6}, 0.5, 0};
     options.device = Server::kDevice;
     auto created = Player::create(testing::baked_room(), options);
     ASSERT_TRUE(created.ok()) << created.error().message;

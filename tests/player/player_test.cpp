@@ -28,7 +28,7 @@ std::vector<float> offline(const PlayerOptions& options) {
   auto auralizer = Auralizer::create(baked_room(), options.auralizer);
   EXPECT_TRUE(auralizer.ok());
   std::vector<float> all;
-  const Walk walk = options.walk ? *options.walk : Walk::standing(options.pose);
+  const Walk walk = options.walk ? *options.walk : Walk::standing(options.listener);
   EXPECT_TRUE(render(**auralizer, walk, static_cast<std::uint64_t>(kSeconds * kSampleRate_hz),
                      [&](std::span<const float> block) {
                        all.insert(all.end(), block.begin(), block.end());
@@ -42,7 +42,7 @@ PlayerOptions standing() {
   PlayerOptions options;
   options.auralizer.voices = 200;
   options.auralizer.block_frames = 256;
-  options.pose = {{4, 5, 1.6}, 0.5, 0};
+  options.listener = {{4, 5, 1.6}, 0.5, 0};
   options.seconds = kSeconds;
   return options;
 }

@@ -50,51 +50,73 @@ Listener before_first_emitter(const std::vector<Emitter>& emitters) {
   return {emitter.position_m + 2.0 * ahead, std::atan2(ahead.x, ahead.z), 0};
 }
 
-void apply(Key key, Listener& pose) {
-  const Vec3 forward(-std::sin(pose.yaw_rad), 0, -std::cos(pose.yaw_rad));
-  switch (key) {
-    case Key::kForward:
-      pose.position_m += kStep_m * forward;
-      break;
-    case Key::kBack:
-      pose.position_m -= kStep_m * forward;
-      break;
-    case Key::kLeft:
-      pose.position_m -= kStep_m * pose.right();
-      break;
-    case Key::kRight:
-      pose.position_m += kStep_m * pose.right();
-      break;
-    case Key::kTurnLeft:
-      pose.yaw_rad += kTurn_rad;
-      break;
-    case Key::kTurnRight:
-      pose.yaw_rad -= kTurn_rad;
-      break;
-    case Key::kUp:
-      pose.position_m.y += kStep_m;
-      break;
-    case Key::kDown:
-      pose.position_m.y -= kStep_m;
-      break;
-    case Key::kNone:
-    case Key::kQuit:
-      break;
+// A listener who is moved by keys: a position, and a turn to the left since the start.
+class KeyedListener {
+ public:
+  explicit KeyedListener(const Listener& start) : start_(start), position_m_(start.position_m) {}
+
+  Listener listener() const {
+    return {position_m_,
+            turn_rad_ == 0 ? start_.orientation : start_.orientation.turned_left(turn_rad_)};
   }
-}
 
-// Keys come in jerks; the listener glides. A first step after standing still is one of a frame.
-void glide(Listener& pose, const Listener& wanted, double seconds) {
-  const double step_s = std::min(seconds, 1e-3 * kFrame_ms);
-  const auto share = [step_s](double glide_s) { return 1 - std::exp(-step_s / glide_s); };
-  pose.position_m += share(kGlide_s) * (wanted.position_m - pose.position_m);
-  pose.yaw_rad += share(kTurnGlide_s) * (wanted.yaw_rad - pose.yaw_rad);
-}
+  void apply(Key key) {
+    const Vec3 up(0, 1, 0), forward = normalize(cross(up, listener().right()));
+    const Vec3 right = cross(forward, up);
+    switch (key) {
+      case Key::kForward:
+        position_m_ += kStep_m * forward;
+        break;
+      case Key::kBack:
+        position_m_ -= kStep_m * forward;
+        break;
+      case Key::kLeft:
+        position_m_ -= kStep_m * right;
+        break;
+      case Key::kRight:
+        position_m_ += kStep_m * right;
+        break;
+      case Key::kTurnLeft:
+        turn_rad_ += kTurn_rad;
+        break;
+      case Key::kTurnRight:
+        turn_rad_ -= kTurn_rad;
+        break;
+      case Key::kUp:
+        position_m_ += kStep_m * up;
+        break;
+      case Key::kDown:
+        position_m_ -= kStep_m * up;
+        break;
+      case Key::kNone:
+      case Key::kQuit:
+        break;
+    }
+  }
 
-bool is_there(const Listener& pose, const Listener& wanted) {
-  constexpr double kNear = 1e-4;
-  return length(wanted.position_m - pose.position_m) < kNear &&
-         std::abs(wanted.yaw_rad - pose.yaw_rad) < kNear;
+  // Moves smoothly towards where keys have moved `wanted`. After a rest, the first step is at most
+  // that of one frame.
+  void glide_to(const KeyedListener& wanted, double seconds) {
+    const double step_s = std::min(seconds, 1e-3 * kFrame_ms);
+    const auto share = [step_s](double glide_s) { return 1 - std::exp(-step_s / glide_s); };
+    position_m_ += share(kGlide_s) * (wanted.position_m_ - position_m_);
+    turn_rad_ += share(kTurnGlide_s) * (wanted.turn_rad_ - turn_rad_);
+  }
+
+  bool is_at(const KeyedListener& wanted) const {
+    constexpr double kNear = 1e-4;
+    return length(wanted.position_m_ - position_m_) < kNear &&
+           std::abs(wanted.turn_rad_ - turn_rad_) < kNear;
+  }
+
+ private:
+  const Listener start_;
+  Vec3 position_m_;
+  double turn_rad_ = 0;
+};
+
+double heading_deg(const Orientation& orientation) {
+  return kDegrees * std::atan2(-orientation.right().z, orientation.right().x);
 }
 
 std::string meter(float peak) {
@@ -148,13 +170,13 @@ void tell_load(const AuralizerStatistics& played, std::ostream& err) {
       played.max_shed_voices);
 }
 
-std::string status_line(const PlayerStatistics& now, const Listener& pose, int channels) {
+std::string status_line(const PlayerStatistics& now, const Listener& listener, int channels) {
   return fmt::format(
       "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices{}  {} dBFS  {:.1f} LUFS, 3 s "
       "{:.1f}{}  cpu {:.0f} %  "
       "sampler {:.1f} ms  late {}  gaps {}  held {}{}",
-      now.time_s, pose.position_m.x, pose.position_m.y, pose.position_m.z,
-      std::remainder(pose.yaw_rad * kDegrees, 360), now.auralizer.voices, load_note(now.auralizer),
+      now.time_s, listener.position_m.x, listener.position_m.y, listener.position_m.z,
+      heading_deg(listener.orientation), now.auralizer.voices, load_note(now.auralizer),
       meters(now.auralizer.peak, channels), std::max(now.momentary_lufs, -99.9),
       std::max(now.short_term_lufs, -99.9), limited_note(now.auralizer.limited),
       100 * now.output.callbacks.cpu_share, now.auralizer.sampler_ms, now.output.callbacks.late,
@@ -262,17 +284,18 @@ void run(Player& player, const PlayerOptions& options, BakeFollower& follower, P
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
   auto shown = start, glided = start, looked = start;
-  Listener pose = options.pose, wanted = options.pose;
+  KeyedListener keyed(options.listener), wanted = keyed;
+  Listener listener = options.listener;
   std::array<float, kMaxChannels> peak{};  // since the last line
   bool told = false;
   DeviceNotices news(err, live_line);
   // JACK's library blocks SIGPIPE, so Interrupt may not hear of it.
   while (!player.finished() && !Interrupt::requested() && !output_reader_is_gone()) {
     // A key ends the wait at once. While the listener glides, the way is cut finely.
-    const bool glides = !options.walk && !is_there(pose, wanted);
+    const bool glides = !options.walk && !keyed.is_at(wanted);
     const Key key = terminal.read(glides ? kGlideFrame_ms : kFrame_ms);
     if (key == Key::kQuit) break;
-    apply(key, wanted);
+    wanted.apply(key);
     PlayerStatistics status = player.statistics();
     tell_of_failure(status.auralizer.pages, told, err);
     news.tell(status.output);
@@ -280,14 +303,15 @@ void run(Player& player, const PlayerOptions& options, BakeFollower& follower, P
     for (std::size_t c = 0; c < peak.size(); ++c)
       peak[c] = std::max(peak[c], status.auralizer.peak[c]);
     if (options.walk) {
-      pose = options.walk->at(status.time_s);
+      listener = options.walk->at(status.time_s);
     } else {
       const auto now = Clock::now();
-      glide(pose, wanted, std::chrono::duration<double>(now - glided).count());
+      keyed.glide_to(wanted, std::chrono::duration<double>(now - glided).count());
       glided = now;
-      player.move(pose);
+      listener = keyed.listener();
+      player.move(listener);
     }
-    trace.add(status, pose);
+    trace.add(status, listener);
     const auto now = Clock::now();
     if (now - looked >= kLook) {
       looked = now;
@@ -300,7 +324,7 @@ void run(Player& player, const PlayerOptions& options, BakeFollower& follower, P
     std::copy(peak.begin(), peak.end(), status.auralizer.peak);
     peak = {};
     if (live_line) err << to_line_start;
-    err << status_line(status, pose, options.auralizer.output.channels());
+    err << status_line(status, listener, options.auralizer.output.channels());
     if (live_line)
       err << clear_rest_of_line;
     else
@@ -400,11 +424,11 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   if (const auto read = mix.read_script(options.auralizer, file->signal_count(), inputs);
       !read.ok())
     return fail(read.error());
-  options.pose = before_first_emitter(file->emitters());
+  options.listener = before_first_emitter(file->emitters());
   if (!listener.empty()) {
-    const auto pose = parse_listener(listener);
-    if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
-    options.pose = *pose;
+    const auto parsed = parse_listener(listener);
+    if (!parsed.ok()) return parser.bad_usage(err, parsed.error().message);
+    options.listener = *parsed;
   }
   if (!walk_path.empty()) {
     auto walk = Walk::read(walk_path);
@@ -422,7 +446,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
 
   if (!options.auralizer.script)
     if (const auto warning = audibility_warning(
-            *file, options.walk.value_or(Walk::standing(options.pose)),
+            *file, options.walk.value_or(Walk::standing(options.listener)),
             {.seconds = options.seconds, .with_occlusion = options.auralizer.visibility}))
       fmt::print(err, "warning: {}\n", *warning);
   const Interrupt interrupt;

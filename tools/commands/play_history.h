@@ -19,7 +19,7 @@ namespace clamor {
 class PlayHistory {
  public:
   // What is the case now; kept ten times a second of what is played, at most for 10 hours.
-  void add(const PlayerStatistics& now, const Listener& pose);
+  void add(const PlayerStatistics& now, const Listener& listener);
 
   // Voices that sounded: those of the newest keyframe without those shed.
   double mean_voices() const;

@@ -80,10 +80,11 @@ Sound ExperimentScene::render(Sampler& sampler, const Walk& walk, double seconds
   KeyframeMaker maker(field, slots);
   Keyframe keyframe;
   keyframe.voices.reserve(slots);
+  ListenerMotion motion(kKeyframe_s);
   const auto make = [&] {
-    const Listener pose =
-        walk.at(static_cast<double>(keyframe.number) * kKeyframeFrames / kSampleRate_hz);
-    maker.make(sampler.sample(pose.position_m), pose, keyframe);
+    const double time_s = static_cast<double>(keyframe.number) * kKeyframeFrames / kSampleRate_hz;
+    const Listener listener = motion.next(walk.at(time_s));
+    maker.make(sampler.sample(listener), listener, keyframe);
   };
 
   const auto frames = static_cast<std::size_t>(std::llround(seconds * kSampleRate_hz));

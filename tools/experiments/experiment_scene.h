@@ -25,7 +25,9 @@ struct SeededSampler {
   std::shared_ptr<SourceList> list;
   std::unique_ptr<Sampler> sampler;
 
-  std::span<const SampledSource> sample(const Vec3& place) { return sampler->sample(place); }
+  std::span<const SampledSource> sample(const Listener& listener) {
+    return sampler->sample(listener);
+  }
 };
 
 class ExperimentScene {

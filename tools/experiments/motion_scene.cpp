@@ -110,8 +110,8 @@ MotionTrack::MotionTrack(const MotionScene& scene, const Way& way, double speed_
 }
 
 void MotionTrack::make_keyframe() {
-  const Listener pose = way_.at(speed_mps_ * time_s());
-  maker_.make(sampler_->sample(pose.position_m, time_s()), pose, keyframe_);
+  const Listener listener = motion_.next(way_.at(speed_mps_ * time_s()));
+  maker_.make(sampler_->sample(listener, time_s()), listener, keyframe_);
 }
 
 void MotionTrack::next(Sound& sound, std::vector<double>& powers) {

@@ -88,6 +88,7 @@ class MotionTrack {
   const MotionScene& scene_;
   const Way& way_;
   const double speed_mps_;
+  ListenerMotion motion_{kKeyframe_s};
   const std::unique_ptr<Sampler> sampler_;
   KeyframeMaker maker_;
   Mixer mixer_;

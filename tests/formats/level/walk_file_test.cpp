@@ -19,10 +19,21 @@ TEST_F(Walks, GoStraightAndTurnTheShorterWay) {
   ASSERT_TRUE(result.ok()) << result.error().message;
   EXPECT_EQ(result->at(0).position_m, Vec3(0, 1, 0));
   EXPECT_EQ(result->at(2).position_m, Vec3(2, 1, 0));
-  EXPECT_NEAR(result->at(2).yaw_rad, M_PI, 1e-12);
-  EXPECT_NEAR(result->at(2).pitch_rad, 10 * M_PI / 180, 1e-12);
+  const Orientation half_way(HeadAngles{M_PI, 10 * M_PI / 180});
+  EXPECT_NEAR(length(result->at(2).forward() - half_way.forward()), 0, 1e-12);
+  EXPECT_NEAR(length(result->at(2).right() - half_way.right()), 0, 1e-12);
   EXPECT_EQ(result->at(99).position_m, Vec3(4, 1, 0));
   EXPECT_EQ(result->length_s(), 3);
+}
+
+TEST_F(Walks, RollTheHeadTheShorterWay) {
+  const auto result = walk(R"({"points": [
+      {"time_s": 0, "position_m": [0, 1, 0], "roll_deg": 170},
+      {"time_s": 2, "position_m": [0, 1, 0], "roll_deg": -170}]})");
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_NEAR(length(result->at(1).up() - Vec3(0, -1, 0)), 0, 1e-12) << "upside down";
+  EXPECT_NEAR(length(result->at(1).right() - Vec3(-1, 0, 0)), 0, 1e-12);
+  EXPECT_NEAR(length(result->at(1).forward() - Vec3(0, 0, -1)), 0, 1e-12);
 }
 
 TEST_F(Walks, StartAgainWhenTheyLoop) {

@@ -24,7 +24,8 @@ namespace {
 
 constexpr std::size_t kBlock = 256, kThird = kKeyframeFrames / 3;
 constexpr double kDegrees = std::numbers::pi / 180;
-const Listener kStart{{4, 5, 1.6}, 0.5, 0};
+constexpr double kStartYaw_rad = 0.5;
+const Listener kStart{{4, 5, 1.6}, kStartYaw_rad, 0};
 
 enum class TurningOutput : std::uint8_t { kPair, kLoudspeakers, kHead };
 
@@ -86,7 +87,7 @@ auto from(std::size_t block, const Listener& pose) {
   return [block, pose](std::size_t frame) { return frame < block * kBlock ? kStart : pose; };
 }
 Listener turned(double degrees) {
-  return {kStart.position_m, kStart.yaw_rad + degrees * kDegrees, kStart.pitch_rad};
+  return {kStart.position_m, kStartYaw_rad + degrees * kDegrees, 0};
 }
 
 std::size_t first_difference(const std::vector<float>& a, const std::vector<float>& b,
@@ -153,7 +154,7 @@ TEST_P(TurningListener, RotatesTheSceneSmoothly) {
   const TurningOutput output = GetParam();
   constexpr double kRate = 90 * kDegrees / kSampleRate_hz;
   const auto at = [](double frame) {
-    return Listener{kStart.position_m, kStart.yaw_rad + kRate * frame, 0};
+    return Listener{kStart.position_m, kStartYaw_rad + kRate * frame, 0};
   };
   const std::size_t later_frames = 2 * kThird + lead_frames(output) / kThird * kThird;
   constexpr std::size_t kBlocks = 150;

@@ -23,7 +23,7 @@ TEST(MixerHeadRotation, DoesNotFadeInASoundThatStarts) {
   keyframe.facing = listener_axes({});
   keyframe.voices.resize(1);  // a silent voice
   mixer.begin(keyframe, 0);
-  Listener pose;
+  double yaw_rad = 0;
   std::vector<float> period;
   for (int k = 0; k < 4; ++k) {
     if (k == 3) {
@@ -35,8 +35,8 @@ TEST(MixerHeadRotation, DoesNotFadeInASoundThatStarts) {
     period.clear();
     std::array<float, kEars * kMaxFrames> out;
     for (bool loaded = false; !loaded || !mixer.wants_keyframe(); loaded = true) {
-      pose.yaw_rad += 0.01;
-      mixer.face(listener_axes(pose));
+      yaw_rad += 0.01;
+      mixer.face(listener_axes(Listener({}, yaw_rad, 0)));
       if (loaded)
         mixer.turn();
       else

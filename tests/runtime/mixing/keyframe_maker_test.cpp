@@ -110,10 +110,11 @@ TEST(KeyframeMaker, MakesTheVoicesOfTheReference) {
     testing::KeyframeReference reference(crowd.field(), Crowd::kSlots, receivers, head);
     Keyframe made, expected;
     made.voices.reserve(Crowd::kSlots);
+    ListenerMotion motion(kKeyframe_s);
     std::size_t voices = 0, starts = 0;
     for (std::uint32_t k = 0; k < 80; ++k) {
       const auto sample = crowd.sample(k);
-      maker.make(sample, crowd.pose(k), made);
+      maker.make(sample, motion.next(crowd.pose(k)), made);
       reference.make(sample, crowd.pose(k), expected);
       ASSERT_EQ(made.number, expected.number);
       ASSERT_EQ(made.voices.size(), expected.voices.size()) << "keyframe " << k;
@@ -159,8 +160,9 @@ TEST(KeyframeMaker, MakesTheSameVoicesOnEveryInstructionSet) {
     keyframe.voices.reserve(Crowd::kSlots);
     std::vector<std::vector<Voice>> all;
     const std::uint32_t keyframes = testing::kSanitized ? 10 : 30;
+    ListenerMotion motion(kKeyframe_s);
     for (std::uint32_t k = 0; k < keyframes; ++k) {
-      maker.make(crowd.sample(k), crowd.pose(k), keyframe);
+      maker.make(crowd.sample(k), motion.next(crowd.pose(k)), keyframe);
       all.push_back(keyframe.voices);
     }
     if (first.empty()) first = all;
@@ -182,8 +184,9 @@ TEST(KeyframeMaker, DelaysAVoiceUntilASlotIsFree) {
   KeyframeMaker maker(crowd.field(), 40);
   Keyframe keyframe;
   keyframe.voices.reserve(40);
+  ListenerMotion motion(kKeyframe_s);
   for (std::uint32_t k = 0; k < 40; ++k) {
-    maker.make(crowd.sample(k), crowd.pose(k), keyframe);
+    maker.make(crowd.sample(k), motion.next(crowd.pose(k)), keyframe);
     ASSERT_EQ(keyframe.voices.size(), 40u);
     for (std::size_t v = 1; v < 40; ++v)
       ASSERT_LT(keyframe.voices[v - 1].slot, keyframe.voices[v].slot);

@@ -42,7 +42,8 @@ TEST(OcclusionUpperBounds, AreNeverBelowTheVisibility) {
   for (const auto& [number, share] : shares) EXPECT_EQ(hidden.upper_bound(number), 1);
 }
 
-// How many of `count` occluded sources a keyframe finds that have this priority without occlusion.
+// Number of occluded sources that a keyframe finds, of `count` with this priority without
+// occlusion.
 std::size_t found_in_turn(OcclusionUpperBounds& hidden, std::size_t count, float as_if_free) {
   hidden.begin_keyframe(false);
   std::size_t found = 0, in_full = 0;

@@ -170,7 +170,7 @@ TEST(VisibilityCache, CoversAllSourcesForStrategyAll) {
   VisibilityCache occlusion(world.surfaces, kSpeed_mps, {.rays_per_keyframe = 1});
   const auto sampler = make_all_sampler(world.field, list, &occlusion);
   std::uint64_t rays = 0;
-  for (const SampledSource& one : sampler->sample({8, 1, 1.5}))
+  for (const SampledSource& one : sampler->sample(Vec3(8, 1, 1.5)))
     EXPECT_EQ(one.visibility, source_visibility(world.surfaces, kSpeed_mps, *one.source,
                                                 {8, 1, 1.5}, kMediumPaths, rays));
 }

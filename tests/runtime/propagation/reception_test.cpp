@@ -169,8 +169,7 @@ TEST(Reception, OpensTheNodesOfTheRepresentativeOctreeThatAreAhead) {
   EXPECT_NEAR(ahead(Reception()), 0.5, 0.05);
   const ReceiverPattern forward{same_in_all_bands(4), 0};
   EXPECT_GT(ahead(Reception(forward, Listener{})), 0.85);
-  Listener back;
-  back.yaw_rad = std::numbers::pi;
+  const Listener back({}, std::numbers::pi, 0);
   EXPECT_LT(ahead(Reception(forward, back)), 0.15);
 }
 
@@ -179,7 +178,7 @@ TEST(Reception, IsInEachVoicesGainsFromWhereItsReceiverIs) {
   const ReceptionRoom room(400);
   using Receivers = KeyframeMaker::Receivers;
   KeyframeMaker even(room.field, 400, Receivers::kPair);
-  KeyframeMaker maker(room.field, 400, Receivers::kPair, nullptr, uneven());
+  KeyframeMaker maker(room.field, 400, Receivers::kPair);
   std::vector<SampledSource> sample;
   for (std::uint64_t i = 0; i < 300; ++i) {
     const Source& source = room.sources()[i];
@@ -189,12 +188,14 @@ TEST(Reception, IsInEachVoicesGainsFromWhereItsReceiverIs) {
   with.voices.reserve(400);
   without.voices.reserve(400);
   std::size_t heard = 0;
+  ListenerMotion motion(kKeyframe_s);
   for (std::uint32_t k = 0; k < 30; ++k) {
     Listener pose{{2 + 0.02 * k, 3, 1.5}, 0.05 * k, 0};
     if (k >= 10 && k < 20) pose = {{2.2, 3, 1.5}, 0.5, 0};  // stands still
     sample[7].power_scale = k < 15 ? 1 : 4;                 // but its voice is made anew
+    pose = motion.next(pose);
     even.make(sample, pose, without);
-    maker.make(sample, pose, with);
+    maker.make(sample, pose, with, Reception(uneven(), pose));
     ASSERT_EQ(with.voices.size(), without.voices.size());
     for (std::size_t v = 0; v < with.voices.size(); ++v) {
       const Voice &one = with.voices[v], &other = without.voices[v];

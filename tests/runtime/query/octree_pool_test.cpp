@@ -130,7 +130,7 @@ TEST(OctreePool, VisitsFewNodes) {
   const auto sampler = make_priority_sampler(field, hall.weights, pool, 200);
   testing::complete_sample(*sampler, {10, 1.7, 7});
   const std::uint64_t before = pool.nodes_visited();
-  sampler->sample({10.03, 1.7, 7});
+  sampler->sample(Vec3(10.03, 1.7, 7));
   EXPECT_LT(pool.nodes_visited() - before, hall.trees.page_count() / 4);
 }
 
@@ -324,7 +324,7 @@ TEST(OctreePool, FindsNothingWithoutSources) {
   const RadiationModel field = hall.field();
   PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1000});
   OctreePool pool(field, hall.weights, {}, {}, loader);
-  EXPECT_TRUE(make_priority_sampler(field, hall.weights, pool, 5)->sample({0, 0, 0}).empty());
+  EXPECT_TRUE(make_priority_sampler(field, hall.weights, pool, 5)->sample(Vec3(0, 0, 0)).empty());
 }
 
 }  // namespace

@@ -186,7 +186,7 @@ TEST(OccludedListener, StopsSearchingWhenAsked) {
                         looks = listener.occlusion().statistics().rays;
     const std::atomic<bool> stop{true};
     listener.sampler().stop_when(&stop);
-    listener.sampler().sample({9, 1.7, 2}, 0.02);
+    listener.sampler().sample(Vec3(9, 1.7, 2), 0.02);
     // A query notices the request after a page or two.
     EXPECT_LE(listener.sampler().work() - work, 20'000u) << exact;
     EXPECT_LE(listener.occlusion().statistics().rays - looks, kRaysPerKeyframe) << exact;

@@ -206,7 +206,7 @@ TEST(SignalSampling, GivesNoVoiceToSilentSources) {
   const auto sampler = make_priority_sampler(field, hall.weights, list, 5000);
   std::vector<int> heard(hall.signals.size());
   for (double time_s = 0; time_s < 12; time_s += 0.1) {
-    for (const SampledSource& chosen : sampler->sample({5, 1.7, 5}, time_s)) {
+    for (const SampledSource& chosen : sampler->sample(Vec3(5, 1.7, 5), time_s)) {
       const Source& source = *chosen.source;
       ++heard[chosen.signal];
       // A one-shot is silent before it starts and long after its end.
@@ -225,7 +225,7 @@ TEST(SignalSampling, GivesNoVoiceToSilentSources) {
   }
   for (const int times : heard) EXPECT_GT(times, 100);
   // The last echoes of one-shots have ended by then; the loops continue.
-  for (const SampledSource& chosen : sampler->sample({5, 1.7, 5}, 1e6))
+  for (const SampledSource& chosen : sampler->sample(Vec3(5, 1.7, 5), 1e6))
     EXPECT_LT(chosen.signal, 2u);
 }
 
@@ -237,8 +237,8 @@ TEST(SignalSampling, ChoosesNothingAfterAllSoundsHaveEnded) {
   PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
   OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
   const auto sampler = make_priority_sampler(field, hall.weights, pool, 100);
-  EXPECT_EQ(sampler->sample({5, 1.7, 5}, 1).size(), 100u);
-  EXPECT_TRUE(sampler->sample({5, 1.7, 5}, 10).empty());
+  EXPECT_EQ(sampler->sample(Vec3(5, 1.7, 5), 1).size(), 100u);
+  EXPECT_TRUE(sampler->sample(Vec3(5, 1.7, 5), 10).empty());
 }
 
 // Loads a page and all below it permanently.

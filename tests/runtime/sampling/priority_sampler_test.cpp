@@ -85,7 +85,7 @@ TEST(PrioritySampler, TakesEverythingWhenThereIsRoom) {
   std::size_t audible = 0;
   for (std::uint32_t i = 0; i < room.sources().size(); ++i)
     audible += room.weight_of(i, {3, 4, 1.5}) > 0;
-  const auto sample = sampler->sample({3, 4, 1.5});
+  const auto sample = sampler->sample(Vec3(3, 4, 1.5));
   EXPECT_EQ(sample.size(), audible);
   for (const SampledSource& chosen : sample) EXPECT_EQ(chosen.power_scale, 1);
 }
@@ -94,7 +94,7 @@ TEST(AllSampler, TakesEverySourceUnscaled) {
   const Room room(400);
   const SourceList list = room.list();
   const auto sampler = make_all_sampler(room.field, list);
-  const auto sample = sampler->sample({3, 4, 1.5});
+  const auto sample = sampler->sample(Vec3(3, 4, 1.5));
   EXPECT_EQ(sample.size(), room.sources().size());
   for (const SampledSource& chosen : sample) EXPECT_EQ(chosen.power_scale, 1);
 }
