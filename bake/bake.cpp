@@ -23,6 +23,7 @@
 #include "bake/trace/scene.h"
 #include "common/random.h"
 #include "common/version.h"
+#include "formats/bake_file/bake_writer.h"
 #include "formats/bake_file/page.h"
 #include "formats/bake_file/source_quantization.h"
 

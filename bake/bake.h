@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/result.h"
-#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_contents.h"
 #include "formats/level/level.h"
 #include "formats/level/scene_group.h"
 

@@ -11,7 +11,7 @@
 
 #include "bake/trace/photon_tracer.h"
 #include "bake/trace/scene.h"
-#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_metadata.h"
 #include "formats/level/level.h"
 
 namespace clamor {

@@ -12,7 +12,7 @@
 #include "bake/instances/instance_tree.h"
 #include "bake/octree/octree_builder.h"
 #include "common/random.h"
-#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/page.h"
 
 namespace clamor::testing {

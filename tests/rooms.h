@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/sample_rate.h"
 #include "formats/level/level.h"
 
 namespace clamor::testing {

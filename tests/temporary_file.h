@@ -11,7 +11,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_writer.h"
 
 namespace clamor::testing {
 

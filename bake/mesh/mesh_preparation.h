@@ -17,7 +17,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/level/level.h"
+#include "formats/level/mesh.h"
 
 namespace clamor {
 

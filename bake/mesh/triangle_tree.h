@@ -13,7 +13,7 @@
 #include <optional>
 #include <vector>
 
-#include "formats/level/level.h"
+#include "formats/level/mesh.h"
 
 namespace clamor {
 

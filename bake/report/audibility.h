@@ -34,7 +34,8 @@
 #include "common/air.h"
 #include "common/material.h"
 #include "common/vec.h"
-#include "formats/level/level.h"
+#include "formats/level/emitter.h"
+#include "formats/level/mesh.h"
 
 namespace clamor {
 

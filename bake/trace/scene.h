@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "common/vec.h"
-#include "formats/level/level.h"
+#include "formats/level/mesh.h"
 
 namespace clamor {
 

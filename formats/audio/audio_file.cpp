@@ -9,23 +9,23 @@
 #include <sndfile.h>
 #include <soxr.h>
 
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 #include "formats/level/level_folder.h"
 
 namespace clamor {
 
 namespace {
 
-constexpr float kLoudest = 1e6f;  // 120 dB over full scale: no sound, but another kind of number
+constexpr float kLoudest = 1e6f;  // 120 dB over full scale: not audio data
 
 constexpr double kLongest_s = 30 * 60;
 constexpr int kMaxChannels = 64, kMinRate_hz = 1000, kMaxRate_hz = 768000;
 constexpr sf_count_t kBlockFrames = 4096;
 
-// A file in memory, as libsndfile wants to be told about it.
+// A file in memory for libsndfile's virtual I/O.
 struct Memory {
-  const std::byte* read = nullptr;            // the file to read,
-  std::vector<std::byte>* written = nullptr;  // or where to write it
+  const std::byte* read = nullptr;            // file to read,
+  std::vector<std::byte>* written = nullptr;  // or destination of writes
   sf_count_t size = 0, position = 0;
 };
 
@@ -67,7 +67,7 @@ struct CloseSound {
 };
 using SoundFile = std::unique_ptr<SNDFILE, CloseSound>;
 
-// Resamples a stream to kSampleRate_hz and appends it; passes it through where it has that rate.
+// Resamples a stream to kSampleRate_hz; a stream of that rate is copied.
 class Resampler {
  public:
   explicit Resampler(int rate_hz) : ratio_(static_cast<double>(kSampleRate_hz) / rate_hz) {
@@ -80,7 +80,7 @@ class Resampler {
   Resampler(const Resampler&) = delete;
   Resampler& operator=(const Resampler&) = delete;
 
-  // Empty at the end of the stream. False when soxr fails.
+  // An empty `in` flushes the end of the stream. Returns false if soxr fails.
   bool append(std::span<const float> in, std::vector<float>& out) {
     if (error_ != nullptr) return false;
     if (soxr_ == nullptr) {
@@ -106,7 +106,7 @@ class Resampler {
   std::vector<float> block_;
 };
 
-// All channels apart, or their mean as the only one.
+// Decode all channels, or only their mean.
 enum class Channels { kApart, kMean };
 
 Result<Sound> decode(std::span<const std::byte> file, const std::string& name, Channels wanted,
@@ -192,7 +192,7 @@ Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const s
 }
 
 Result<std::vector<float>> decode_flac(std::span<const std::byte> flac, std::uint64_t max_frames) {
-  // libsndfile would take any format that it knows.
+  // libsndfile would accept any format.
   constexpr std::string_view kMark = "fLaC";
   if (flac.size() < kMark.size() || std::memcmp(flac.data(), kMark.data(), kMark.size()) != 0)
     return Error("is no FLAC stream");
@@ -253,7 +253,7 @@ std::vector<std::string> sound_library_versions() {
   std::string sndfile = sf_version_string(), soxr = soxr_version();
   std::replace(sndfile.begin(), sndfile.end(), '-', ' ');
   std::replace(soxr.begin(), soxr.end(), '-', ' ');
-  return {sndfile, soxr};  // each starts with its name
+  return {sndfile, soxr};  // each starts with the name of its library
 }
 
 }  // namespace clamor

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/page_layout.h"
 #include "formats/bake_file/value_limits.h"
 
@@ -10,8 +11,8 @@ namespace clamor {
 
 namespace {
 
-constexpr float kMaxPowerOfPages = 1e24f;    // what a page can say
-constexpr double kWidestMesh_m = 4'294'967;  // 32 bits of millimetres
+constexpr float kMaxPowerOfPages = 1e24f;    // largest power that a page can store
+constexpr double kWidestMesh_m = 4'294'967;  // 2^32 millimetres
 constexpr std::size_t kMaxSignal_frames = std::size_t{kSampleRate_hz} * 1800;
 
 bool near(const Vec3f& place_m) {
@@ -22,11 +23,11 @@ bool near(const Vec3f& place_m) {
 
 bool is_unit(const Vec3f& direction) { return std::abs(length(direction) - 1) < 1e-3f; }
 
-// What is wrong with a source, or null.
+// Describes what is wrong with a source, or returns null.
 const char* wrong_with(const Source& source, const BakeContents& contents) {
   if (source.emitter >= contents.emitters.size()) return "names an emitter that does not exist";
   if (!(source.u > 0 && source.u <= 1)) return "has a permanent number outside (0, 1]";
-  if (source.is_emitter) return nullptr;  // the rest is the emitter table's
+  if (source.is_emitter) return nullptr;  // the emitter table defines the rest
   if (source.material >= contents.materials.size()) return "names a material that does not exist";
   if (!near(source.position_m)) return "lies nowhere";
   if (!is_unit(source.normal) || !is_unit(source.mirror)) return "has directions without length 1";

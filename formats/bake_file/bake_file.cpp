@@ -5,32 +5,38 @@
 #include <mutex>
 #include <unordered_map>
 
+#include "common/material.h"
 #include "formats/bake_file/bake_layout.h"
+#include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/bake_root_reader.h"
 #include "formats/bake_file/geometry_section.h"
 #include "formats/bake_file/page.h"
+#include "formats/bake_file/signal_envelope.h"
 #include "formats/bake_file/signal_section.h"
 #include "formats/files/random_access_file.h"
+#include "formats/level/emitter.h"
+#include "formats/level/mesh.h"
+#include "formats/level/signal.h"
 
 namespace clamor {
 
 namespace {
 
-constexpr std::uint64_t kMaxRoot_bytes = 1 << 30;  // millions of emitters
+constexpr std::uint64_t kMaxRoot_bytes = 1 << 30;  // enough for millions of emitters
 
 constexpr const char* kAdvice = "Copy the file again or bake again.";
 
 Error damaged(const std::string& what) { return Error(what + ". " + kAdvice); }
 
-// `first`: the file's first bytes, at most as many as a preamble has.
+// `first` contains the first bytes of the file, at most the size of a preamble.
 Result<Preamble> read_preamble(std::span<const std::byte> first, std::uint64_t file_bytes) {
   Preamble preamble;
   if (first.size() < kMagic.size() || std::memcmp(first.data(), kMagic.data(), 8) != 0)
     return Error("is not a Clamor bake file; name a file that 'clamor bake' wrote");
   if (first.size() < sizeof(preamble)) return damaged("is cut short");
   std::memcpy(&preamble, first.data(), sizeof(preamble));
-  const auto copied = std::as_bytes(std::span(&preamble, 1));  // cannot change meanwhile
-  // Before the checksum: another major may lay out and sum these bytes in its own way.
+  const auto copied = std::as_bytes(std::span(&preamble, 1));  // private copy, which cannot change
+  // Checked before the checksum, because other major versions may have another layout.
   if (preamble.major != kFormatMajor)
     return Error("format " + std::to_string(preamble.major) + ", but this build reads format " +
                  std::to_string(kFormatMajor) + ". Update the player or bake again.");
@@ -47,15 +53,14 @@ Result<Preamble> read_preamble(std::span<const std::byte> first, std::uint64_t f
   return preamble;
 }
 
-// Which page is whose child. In a forged file, nodes of one level or of several may share a page,
-// and so lead to the same pages along more ways than can be gone; a node whose page has a parent
-// already is refused when a second one is read. What a page says of siblings it is checked for by
-// itself (page_links.h).
+// Records the parent of every page that was read. In a forged file several nodes could share a
+// page, and the number of paths to it could grow exponentially, so a page with two parents is an
+// Error. Siblings within one page are checked by page_links.h.
 class PageParents {
  public:
   void add_top(const PageEntry& top) { parents_.emplace(top.page.offset, top.page.offset); }
 
-  // Any thread.
+  // Thread-safe.
   Result<void> add(const PageEntry& parent, const PageLinks& links) {
     if (links.children.empty()) return {};
     const std::lock_guard lock(mutex_);
@@ -70,7 +75,7 @@ class PageParents {
 
  private:
   std::mutex mutex_;
-  std::unordered_map<std::uint64_t, std::uint64_t> parents_;  // offsets; a top is its own
+  std::unordered_map<std::uint64_t, std::uint64_t> parents_;  // by offset; a root is its own parent
 };
 
 }  // namespace
@@ -78,14 +83,14 @@ class PageParents {
 struct BakeFile::State {
   explicit State(RandomAccessFile opened) : file(std::move(opened)) {}
 
-  // Has the section's bytes decoded, and checked before and after. May call decode() twice, the
-  // second time with a copy made in `copy`: random_access_file.h says when. Errors are half a
-  // sentence; `rejected` is set where decode() found it.
+  // Decodes a section and verifies its checksum before and after. May call decode() a second time
+  // with a copy in `copy` (random_access_file.h). The Error is a predicate; `rejected` says whether
+  // decode() returned it.
   template <class Decode>
   Result<void> decode(const FileSection& section, std::vector<std::byte>& copy,
                       const Decode& decode, bool* rejected = nullptr) const;
 
-  // Of all trees.
+  // Sums a member over all levels of all trees.
   std::uint64_t over_levels(std::uint64_t OctreeLevel::*what) const {
     std::uint64_t sum = 0;
     for (const auto& levels : root.levels)
@@ -106,10 +111,10 @@ Result<void> BakeFile::State::decode(const FileSection& section, std::vector<std
   const auto checked = [&](std::span<const std::byte> bytes, bool may_change) -> Result<void> {
     if (hash_of(bytes) != section.hash) return Error("fails its checksum");
     if (const auto done = decode(bytes); !done.ok()) {
-      if (rejected != nullptr) *rejected = !may_change;  // bytes that may change are read again
+      if (rejected != nullptr) *rejected = !may_change;  // bytes that may change are decoded again
       return done;
     }
-    // Somebody may have written to it between the check and the decoding.
+    // The file may have been overwritten between checksum and decoding.
     if (may_change && hash_of(bytes) != section.hash) return Error("changed while it was read");
     return {};
   };
@@ -140,7 +145,7 @@ Result<BakeFile> BakeFile::open(const std::string& path, FileAccess access) {
   if (!read.ok()) return (rejected ? read.error() : damaged(read.error().message)).in(path);
   state->preamble = *preamble;
 
-  // All that is wanted of the root is extracted here, so nobody looks at its bytes later.
+  // The root is converted completely, so its bytes are not needed later.
   const FileSection where{preamble->root_offset, preamble->root_bytes, preamble->root_hash};
   Result<BakeRootContents> root = BakeRootContents{};
   const auto decoded = state->decode(
@@ -204,7 +209,7 @@ Result<void> BakeFile::read_page(const PageEntry& entry, PageDecoder& decoder, P
     return damaged(state_->path + ": the page of " + std::to_string(entry.page.bytes()) +
                    " bytes at " + std::to_string(entry.page.offset) + " " + error.message);
   };
-  thread_local std::vector<std::byte> copy;  // kept, as pages are read by the thousand
+  thread_local std::vector<std::byte> copy;  // reused, because pages are read by the thousand
   const FileSection where{entry.page.offset, entry.page.bytes(), entry.page.hash};
   const PageContext around{state_->root.trees, state_->root.signal_maps.size(),
                            state_->root.emitters.size()};
@@ -229,7 +234,7 @@ void BakeFile::will_need(const PageEntry& entry) const {
 }
 
 Result<OctreePage> BakeFile::read_page(const PageEntry& entry) const {
-  // Kept, as making them takes longer than a page does.
+  // Reused, because constructing them takes longer than decoding a page.
   thread_local PageDecoder decoder;
   thread_local const auto columns = std::make_unique<PageColumns>();
   OctreePage page;

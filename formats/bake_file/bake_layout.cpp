@@ -10,15 +10,15 @@ namespace clamor {
 
 namespace {
 
-constexpr int kLevel = 9;  // 3 makes pages 2 % larger, 19 another 1 % smaller at 10 times the time
+constexpr int kLevel = 9;  // level 3 is 2 % larger, 19 another 1 % smaller in 10 times the time
 
-constexpr int kLightLevel = -1;  // repetitions only, no entropy stage
+constexpr int kLightLevel = -1;  // no entropy coding
 
 std::vector<std::byte> packed_at(int level, std::span<const std::byte> bytes) {
   std::vector<std::byte> frame(ZSTD_compressBound(bytes.size()));
   const std::size_t size =
       ZSTD_compress(frame.data(), frame.size(), bytes.data(), bytes.size(), level);
-  assert(!ZSTD_isError(size));  // the buffer is as large as any frame can be
+  assert(!ZSTD_isError(size));  // the buffer has the maximum size of a frame
   frame.resize(size);
   return frame;
 }
@@ -38,7 +38,7 @@ std::vector<std::byte> zstd_compress_fast(std::span<const std::byte> bytes) {
 std::string zstd_version() { return std::string("zstd ") + ZSTD_versionString(); }
 
 Result<std::vector<std::byte>> unpacked(std::span<const std::byte> frame, std::size_t size) {
-  // A frame that claims another size is refused before anything is allocated for it.
+  // Checks the declared size before allocating.
   if (ZSTD_getFrameContentSize(frame.data(), frame.size()) != size)
     return Error("does not unpack to the " + std::to_string(size) + " bytes it should");
   std::vector<std::byte> bytes(size);
@@ -61,7 +61,7 @@ ZstdDecompressor::~ZstdDecompressor() = default;
 
 Result<std::size_t> ZstdDecompressor::unpack(std::span<const std::byte> frame,
                                              std::span<std::byte> room) {
-  // Unknown and wrong sizes are the two largest numbers.
+  // zstd returns the two largest integers for unknown and invalid sizes.
   const auto size = ZSTD_getFrameContentSize(frame.data(), frame.size());
   if (size > room.size()) return Error("does not unpack to what its sources take");
   const std::size_t got =

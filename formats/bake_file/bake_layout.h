@@ -1,6 +1,6 @@
-// bake_layout.h: the fixed first bytes of a bake file, and how bytes are summed and packed.
+// bake_layout.h: preamble, checksums and compression of a bake file.
 //
-// Shared by the writer and the reader, and by nobody else.
+// Internal to the reader and the writer.
 #pragma once
 
 #include <array>
@@ -19,9 +19,11 @@ namespace clamor {
 
 static_assert(std::endian::native == std::endian::little, "bake files are little-endian");
 
+inline constexpr std::uint16_t kFormatMajor = 3, kFormatMinor = 1;
+
 inline constexpr std::array<char, 8> kMagic = {'C', 'L', 'A', 'M', 'O', 'R', '\r', '\n'};
 
-// The first 64 bytes.
+// First 64 bytes of the file.
 struct Preamble {
   std::array<char, 8> magic = kMagic;
   std::uint16_t major = 0, minor = 0;
@@ -29,29 +31,29 @@ struct Preamble {
   std::uint64_t file_bytes = 0;
   std::uint64_t root_offset = 0, root_bytes = 0, root_hash = 0;
   std::uint64_t reserved_too = 0;
-  std::uint64_t preamble_hash = 0;  // of the 56 bytes before it
+  std::uint64_t preamble_hash = 0;  // of the preceding 56 bytes
 };
 static_assert(sizeof(Preamble) == 64);
 
 inline constexpr std::size_t kHashedPreambleBytes = 56;
 
-// xxHash3, 64 bits.
+// 64-bit xxHash3.
 std::uint64_t hash_of(std::span<const std::byte> bytes);
 
-// One zstd frame; a function of the bytes alone.
+// Compresses into one zstd frame, a function of the bytes alone.
 std::vector<std::byte> packed(std::span<const std::byte> bytes);
 
-// The same for bytes that are packed to the bit already: quick to unpack, as what does not repeat
-// is only copied.
+// Compresses data that is already packed to the bit. Fast to decompress, because only repetitions
+// are encoded.
 std::vector<std::byte> zstd_compress_fast(std::span<const std::byte> bytes);
 
 // "zstd 1.5.4".
 std::string zstd_version();
 
-// Exactly `size` bytes out of one frame. Allocates them and no more, whatever the frame claims.
+// Decompresses a frame of exactly `size` bytes. Allocates no more, whatever the frame claims.
 Result<std::vector<std::byte>> unpacked(std::span<const std::byte> frame, std::size_t size);
 
-// Unpacks frame after frame without allocating. Threads: one at a time.
+// Decompresses frames without allocating. Threads: one at a time.
 class ZstdDecompressor {
  public:
   ZstdDecompressor();
@@ -59,8 +61,8 @@ class ZstdDecompressor {
   ZstdDecompressor& operator=(ZstdDecompressor&&) noexcept;
   ~ZstdDecompressor();
 
-  // One frame into `room`; returns how many bytes it took. A frame that says it needs more, or does
-  // not say, is refused before it is touched.
+  // Decompresses a frame into `room` and returns its size. A frame that declares a larger size, or
+  // none, is an Error before any byte is written.
   Result<std::size_t> unpack(std::span<const std::byte> frame, std::span<std::byte> room);
 
  private:

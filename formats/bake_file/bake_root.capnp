@@ -1,7 +1,7 @@
 @0xd3a1c7e5b9f2046b;
-# bake_root.capnp: the root of a bake file, read in place. bake_format.md says what the fields mean.
+# bake_root.capnp: schema of the root of a bake file. bake_format.md documents the fields.
 #
-# Minor versions may add fields at the end; they never change the meaning of one.
+# Minor versions may append fields but never change the meaning of one.
 
 struct BakeRoot {
   seed @0 :UInt64;
@@ -41,24 +41,24 @@ struct BakeRoot {
   signals @31 :List(Signal);
   geometry @32 :Geometry;
 
-  trees @33 :List(Tree);                # the last is the level's, the others are copied
-  signalMaps @34 :List(List(UInt32));   # per map: what each signal is replaced by
+  trees @33 :List(Tree);                # instanced trees first, the level's last
+  signalMaps @34 :List(List(UInt32));   # per map: replacement of each signal
 
-  emitterInstances @35 :List(EmitterInstance); # runs of the emitter table that are not in emitters
-  emitterNames @36 :Data;               # of those, as a zstd frame of so many bytes
+  emitterInstances @35 :List(EmitterInstance); # runs of emitters not listed in emitters
+  emitterNames @36 :Data;               # names of those, as a zstd frame
   emitterNamesBytes @37 :UInt64;
 }
 
 struct Tree {
-  top @0 :Data;             # its entry, 120 bytes, as in a page
-  levels @1 :List(Level);   # of the tree's own pages, from the top
+  top @0 :Data;             # entry of the root, 120 bytes, as in a page
+  levels @1 :List(Level);   # of the pages of this tree, from its root
 }
 
 struct Level {
   nodes @0 :UInt64;
   sources @1 :UInt64;
   packedBytes @2 :UInt64;
-  power @3 :List(Float32);  # per band, of those sources
+  power @3 :List(Float32);  # per band, of these sources
 }
 
 struct InputFile {
@@ -90,10 +90,10 @@ struct Emitter {
 }
 
 struct EmitterInstance {
-  at @0 :UInt32;            # places in the table
+  at @0 :UInt32;            # indices in the table
   from @1 :UInt32;
   count @2 :UInt32;
-  signals @3 :UInt32;       # which signal map, 2^32 - 1: the same signals
+  signals @3 :UInt32;       # index of a signal map, 2^32 - 1: none
   offsetX @4 :Float64;
   offsetY @5 :Float64;
   offsetZ @6 :Float64;
@@ -111,7 +111,7 @@ struct Signal {
   loop @1 :Bool;
   scale @2 :Float32;
   frames @3 :UInt64;
-  blockOffset @4 :List(UInt64);        # lists block*: one entry per block
+  blockOffset @4 :List(UInt64);        # block*: one element per block
   blockBytes @5 :List(UInt32);
   blockHash @6 :List(UInt64);
   meanSquare @7 :List(Float32);
@@ -129,7 +129,7 @@ struct Geometry {
   offset @5 :UInt64;
   bytes @6 :UInt64;
   hash @7 :UInt64;
-  pages @8 :List(GeometryPage);  # since 3.1, and then vertices to bytes are 0
+  pages @8 :List(GeometryPage);  # since 3.1; vertices to bytes are then 0
 }
 
 struct GeometryPage {

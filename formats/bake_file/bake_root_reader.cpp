@@ -22,7 +22,7 @@ namespace {
 // Far beyond any level (import ends at 1000 km), and near enough that delays fit into 32 bits.
 constexpr std::uint64_t kMaxCounted = 1ULL << 48;
 
-// Eight values within [least, most], or an Error.
+// Reads eight values in [least, most], or returns an Error.
 template <class List>
 Result<Bands> read_bands(const List& list, float least, float most, const char* what) {
   Bands bands{};
@@ -63,11 +63,11 @@ class RootReader {
   std::size_t signals_ = 0;
   std::uint64_t copied_name_bytes_ = 0;
   std::uint64_t end_;
-  std::uint64_t section_end_ = kFirstPageOffset;  // sections follow each other without overlap
+  std::uint64_t section_end_ = kFirstPageOffset;  // sections are in order and do not overlap
   BakeRootContents contents_;
 };
 
-// A section must lie after the one before it and before the root.
+// A section must lie between the previous section and the root.
 Result<FileSection> RootReader::checked(FileSection section) {
   if (section.offset < section_end_ || section.offset > end_ ||
       section.bytes > end_ - section.offset)
@@ -257,7 +257,7 @@ Result<void> RootReader::read_trees() {
     const auto entry = read_entry(
         std::as_bytes(std::span(reinterpret_cast<const std::uint8_t*>(top.begin()), top.size())));
     if (!entry.ok()) return Error("the top of a tree " + entry.error().message);
-    // Each tree's pages end with its top, so tops stand in order.
+    // The pages of a tree end with its root, so roots are in file order.
     if (const auto good = check_entry(*entry, section_end_, end_); !good.ok())
       return Error("the top of a tree " + good.error().message);
     section_end_ = entry->page.end();
@@ -374,7 +374,7 @@ Result<void> RootReader::read_geometry() {
 }
 
 Result<BakeRootContents> RootReader::read() {
-  // Sections in the order of the file: pages, signals, geometry.
+  // Sections are checked in file order: pages, signals, geometry.
   for (const auto part :
        {&RootReader::read_settings, &RootReader::read_provenance, &RootReader::read_statistics,
         &RootReader::read_materials, &RootReader::read_signal_maps, &RootReader::read_emitters,
@@ -396,9 +396,9 @@ Result<BakeRootContents> read_bake_root(std::span<const std::byte> message, std:
         options);
     return RootReader(reader.getRoot<BakeRoot>(), end).read();
   } catch (const std::bad_alloc&) {
-    throw;  // says nothing about the file
+    throw;  // not a fault of the file
   } catch (const std::exception&) {
-    // Cap'n Proto's own words name its source files, not the user's.
+    // Messages of Cap'n Proto name its own source files.
     return Error("its root is not a Cap'n Proto message of this format");
   }
 }

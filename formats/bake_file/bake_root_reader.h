@@ -1,7 +1,7 @@
-// bake_root_reader.h: the root of a bake file, read and checked before anything in it is used.
+// bake_root_reader.h: reads and validates the root of a bake file.
 //
-// The reader of files calls it, and the writer before it commits: so whatever is written can be
-// read. Costs a small multiple of the root's size, whatever the root claims.
+// The reader calls it, and the writer before it commits, so every written file can be read. Memory
+// is a small multiple of the size of the root, whatever the root claims.
 #pragma once
 
 #include <cstddef>
@@ -10,11 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "common/material.h"
 #include "common/result.h"
-#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/geometry_section.h"
 #include "formats/bake_file/page_links.h"
 #include "formats/bake_file/section_writer.h"
+#include "formats/level/emitter.h"
 
 namespace clamor {
 
@@ -31,10 +33,10 @@ struct StoredSignal {
 struct StoredGeometryPage {
   FileSection section;
   GeometryCounts counts;
-  bool as_before_3_1 = false;  // one frame of the whole geometry
+  bool as_before_3_1 = false;  // format 3.0: one frame with the whole geometry
 };
 
-// A signal's samples per byte of FLAC: silence reaches 350.
+// Upper bound of samples per byte of FLAC; silence reaches 350.
 inline constexpr std::uint64_t kMaxFramesPerByte = 1000;
 inline constexpr std::size_t kMaxSignals = 65536;
 inline constexpr std::size_t kMaxTrees = 65536, kMaxSignalMaps = 65536;
@@ -53,8 +55,8 @@ struct BakeRootContents {
   std::vector<std::vector<std::uint32_t>> signal_maps;
 };
 
-// `message` is the root, 8-byte aligned; sections must lie between the preamble and `end`. An Error
-// is half a sentence: "emitter 'x' is out of range".
+// `message` is the root, 8-byte aligned; sections must lie between the preamble and `end`. The
+// Error is a clause: "emitter 'x' is out of range".
 Result<BakeRootContents> read_bake_root(std::span<const std::byte> message, std::uint64_t end);
 
 }  // namespace clamor

@@ -1,6 +1,8 @@
-// bake_writer.cpp: write_bake() of bake_file.h.
+// bake_writer.cpp: implementation of bake_writer.h.
 //
-// Preamble, pages in node order, signals, geometry, root; the preamble's numbers are known last.
+// Order: preamble, pages in node order, signals, geometry, root. The preamble is rewritten last.
+#include "formats/bake_file/bake_writer.h"
+
 #include <algorithm>
 
 #include <capnp/message.h>
@@ -10,7 +12,7 @@
 
 #include "formats/audio/audio_file.h"
 #include "formats/bake_file/bake_check.h"
-#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/bake_root.capnp.h"
 #include "formats/bake_file/bake_root_reader.h"
@@ -18,6 +20,7 @@
 #include "formats/bake_file/geometry_section.h"
 #include "formats/bake_file/octree_writer.h"
 #include "formats/bake_file/section_writer.h"
+#include "formats/bake_file/signal_envelope.h"
 #include "formats/bake_file/signal_section.h"
 #include "formats/bake_file/source_quantization.h"
 
@@ -34,13 +37,13 @@ struct SignalSections {
 
 struct Sections {
   std::vector<SignalSections> signals;
-  FileSection geometry;  // of before 3.1: nothing
+  FileSection geometry;  // empty; used by format 3.0 only
   Vec3 geometry_low_m{};
   std::vector<StoredGeometryPage> geometry_pages;
   std::uint64_t bytes_before_root = 0;
 };
 
-// The copied trees first, then the level's.
+// Writes the instanced trees first, then the level's.
 Result<void> write_trees(const BakeContents& contents, OctreeWriter& writer) {
   if (contents.octree.nodes.empty() && !contents.stream_octree) return {};
   for (const SourceOctree& tree : contents.copied)
@@ -189,7 +192,7 @@ void put_emitter_copies(BakeRoot::Builder root, const std::vector<EmitterInstanc
   root.setEmitterNamesBytes(names.size());
 }
 
-// Those that are copies as such, unless a reader would not believe that there are so many.
+// Encodes instanced emitters as runs unless their number exceeds the limits of the reader.
 void put_emitters(BakeRoot::Builder root, const BakeContents& contents, std::uint64_t file_bytes) {
   const std::vector<Emitter>& table = contents.emitters;
   std::vector<EmitterInstance> copies;

@@ -1,6 +1,6 @@
-// bit_reader.h: unpacks what bit_writer.h packed.
+// bit_reader.h: unpacks the columns of bit_writer.h.
 //
-// All of it is inlined, so that it is compiled for the instruction set of whoever calls it.
+// Everything is inlined, so that it is compiled for the instruction set of the caller.
 #pragma once
 
 #include <algorithm>
@@ -16,14 +16,14 @@
 
 namespace clamor {
 
-// Of bytes that BitWriter did not write it reads at least nothing beyond their end: then it says so
-// once and for all in ok(), and whatever is read has no meaning.
+// Never reads beyond the end of invalid data: ok() then becomes false for good, and values are
+// meaningless.
 class BitReader {
  public:
   static constexpr std::size_t kSlackBytes = 24;
-  static constexpr std::size_t kMaxColumnValues = 1000;  // of a column
+  static constexpr std::size_t kMaxColumnValues = 1000;  // per column
 
-  // kSlackBytes more than these must be readable.
+  // kSlackBytes beyond `bytes` must be readable.
   explicit BitReader(std::span<const std::byte> bytes)
       : bytes_(bytes.data()), end_(8 * bytes.size()) {}
 
@@ -41,13 +41,13 @@ class BitReader {
     return static_cast<std::int32_t>(get(bits) << (32 - bits)) >> (32 - bits);
   }
 
-  // Where the ones of a column are, in bits from the byte that its unary numbers begin in: from the
-  // second on. Before them the bit before the first number. Room for a word's too many.
+  // Bit positions of the ones of a column, relative to the byte in which its unary parts begin.
+  // Element 0 is the position before the first. There is room for a word of excess ones.
   using Ones = std::array<std::uint16_t, 1 + kMaxColumnValues + 64 + 8>;
 
-  // unpack_even(bytes, bit, k, base, values, count) is to set each value to base + the next k bits.
-  // find_ones(word, from, ones) is to write where the bits of a word are that are set, plus `from`,
-  // and may write seven more.
+  // unpack_even(bytes, bit, k, base, values, count) must set each value to base + the next k bits.
+  // find_ones(word, from, ones) must write the positions of the set bits of a word, plus `from`,
+  // and may write seven elements more.
   template <class UnpackEven, class FindOnes>
   CLAMOR_INLINE void get_column(std::int32_t* values, std::size_t count,
                                 const UnpackEven& unpack_even, const FindOnes& find_ones) {
@@ -109,7 +109,7 @@ class BitReader {
 
   CLAMOR_INLINE bool ok() const { return ok_; }
 
-  // That all was read, and what fills up the last byte is zero.
+  // Whether all bits were read and the padding of the last byte is zero.
   CLAMOR_INLINE bool at_end() {
     return ok_ && end_ - at_ < 8 && get(static_cast<int>(end_ - at_)) == 0;
   }
@@ -127,7 +127,7 @@ class BitReader {
   CLAMOR_INLINE static int bits_of(std::uint32_t field) {
     return field == 31 ? 32 : static_cast<int>(field);
   }
-  CLAMOR_INLINE std::uint64_t word_at(std::size_t bit) const {  // 57 bits at least
+  CLAMOR_INLINE std::uint64_t word_at(std::size_t bit) const {  // at least 57 valid bits
     std::uint64_t word = 0;
     std::memcpy(&word, bytes_ + bit / 8, sizeof word);
     return word >> bit % 8;
@@ -137,7 +137,8 @@ class BitReader {
     at_ = end_;
   }
 
-  // Takes the unary numbers of a column, if they are in the next 65 000 bits, and else nothing.
+  // Reads the unary parts of a column if they end within the next 65 000 bits; otherwise reads
+  // nothing.
   template <class FindOnes>
   CLAMOR_INLINE bool read_ones(Ones& ones, std::size_t count, const FindOnes& find_ones) {
     constexpr std::size_t kFarthest = 65'000;
@@ -161,7 +162,7 @@ class BitReader {
     return true;
   }
 
-  // Adds q << k to each.
+  // Adds q << k to every value.
   CLAMOR_INLINE void add_unary_one_by_one(std::int32_t* values, std::size_t count, int k) {
     for (std::size_t i = 0; i < count; ++i) {
       std::uint32_t zeros = 0;

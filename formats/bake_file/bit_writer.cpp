@@ -13,14 +13,14 @@ std::uint32_t zigzag(std::uint32_t value) {
 
 std::uint32_t as_bits(std::int32_t value) { return static_cast<std::uint32_t>(value); }
 
-int field_of(int bits) { return std::min(bits, 31); }  // 0 to 30, or 32
+int field_of(int bits) { return std::min(bits, 31); }  // 0 to 30, or 31 for 32
 int storable(int bits) { return bits == 31 ? 32 : bits; }
 
 struct Plan {
   ColumnKind kind = kEven;
   int k = 0;
   std::uint32_t base = 0;
-  std::uint64_t bits = 0;  // without what every column has
+  std::uint64_t bits = 0;  // without the common header
 };
 
 std::uint32_t number_of(const Plan& plan, std::int32_t value) {
@@ -30,8 +30,8 @@ std::uint32_t number_of(const Plan& plan, std::int32_t value) {
 
 int base_bits(std::uint32_t base) { return storable(std::bit_width(zigzag(base))); }
 
-// The best k of a Rice code about a base. The sum of q for one k is about half of that for k - 1,
-// so the search ends where the k bits alone are dearer than the best so far.
+// Finds the best k of a Rice code about a base. The search ends when the k bits alone exceed the
+// best size so far.
 Plan best_rice(std::span<const std::int32_t> values, ColumnKind kind, std::uint32_t base,
                std::uint64_t at_most) {
   Plan best{kind, 0, base, at_most};

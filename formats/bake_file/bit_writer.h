@@ -1,21 +1,21 @@
-// bit_writer.h: columns of whole numbers, packed to the bit. bit_reader.h unpacks them.
+// bit_writer.h: packs columns of integers to the bit. bit_reader.h unpacks them.
 //
-// A column of n numbers is stored in whichever of three ways is shortest:
+// A column of n numbers is stored in the shortest of three encodings:
 //
 //   even     base + k bits
 //   small    base + (q << k | k bits)                 q in unary: Robert F. Rice, JPL 79-22, 1979
 //   signed   base + zigzag^-1 of (q << k | k bits)    0, -1, 1, -2, 2, ... <- 0, 1, 2, 3, 4, ...
 //
-// All k bits stand first, then all q (as q zeros and a one): so every number's place among the k
-// bits is known, and the ones are found a word at a time. Numbers are 32 bits and wrap.
+// The k-bit parts precede all unary parts q (q zeros and a one), so the position of every k-bit
+// part is known and the ones can be found a word at a time. Numbers have 32 bits and wrap.
 //
 //   2 bits   0 even, 1 small, 2 signed
-//   5 bits   k, 31 meaning 32
-//   5 bits   L, 31 meaning 32
-//   L bits   the base, zigzag
+//   5 bits   k, where 31 means 32
+//   5 bits   L, where 31 means 32
+//   L bits   the base, zigzag encoded
 //   n k bits, then for small and signed the unary numbers
 //
-// Bits are taken from the lowest of a byte up. An empty column is nothing at all.
+// Bits are filled from the lowest of a byte. An empty column takes no bits.
 #pragma once
 
 #include <cstddef>
@@ -35,7 +35,7 @@ class BitWriter {
   }
   void put_column(std::span<const std::int32_t> values);
 
-  // The bits so far, the last byte filled up with zeros.
+  // Returns all bits, padded to a byte with zeros.
   std::vector<std::byte> take();
 
  private:
@@ -45,7 +45,7 @@ class BitWriter {
   int pending_bits_ = 0;
 };
 
-// Bits that put_column() takes for them.
+// Size of put_column() in bits.
 std::uint64_t column_bits(std::span<const std::int32_t> values);
 
 }  // namespace clamor

@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/value_limits.h"
 
 namespace clamor {
@@ -15,7 +16,7 @@ constexpr double kPlace_m = 5e-4, kAxis = 1e-4, kGain = 1e-4, kStart_s = 2e-6;
 constexpr double kLongest_s = 86400;
 constexpr char kSameName = 0, kOwnName = 1;
 
-// The emitters of a tree, where they are a run without gaps.
+// Range of the emitters of a tree, if contiguous.
 struct Run {
   std::uint64_t first = std::numeric_limits<std::uint64_t>::max(), end = 0, count = 0;
 
@@ -48,7 +49,7 @@ bool alike(const Emitter& a, const Emitter& b) {
          a.signal == b.signal && std::abs(a.delay_s - b.delay_s) <= kStart_s;
 }
 
-// The copy of a run that an instance is, if its emitters have a place of their own in the table.
+// The instanced run of an instance, if its emitters have their own entries in the table.
 std::optional<EmitterInstance> copy_of(const Instance& instance, const Run& run,
                                        const BakeContents& contents) {
   const std::vector<Emitter>& table = contents.emitters;
@@ -80,7 +81,7 @@ std::vector<EmitterInstance> find_emitter_instances(const BakeContents& contents
   };
   for (const SourceOctree& tree : contents.copied) add(tree);
   add(contents.octree);
-  // The largest wherever several begin; those within others are told by them.
+  // Prefers the largest run at each start; runs inside another are covered by it.
   std::stable_sort(all.begin(), all.end(), [](const EmitterInstance& a, const EmitterInstance& b) {
     return a.at != b.at ? a.at < b.at : a.count > b.count;
   });

@@ -20,7 +20,7 @@ class Reader {
     std::iota(all_.stored_as.begin(), all_.stored_as.end(), 0u);
   }
 
-  // Without recursion, as trees may be as deep as the file is long.
+  // Not recursive, because the depth of trees is limited by the file size only.
   Result<void> read(const PageEntry& top) {
     copies_.push_back({});
     waiting_ = {{top, &copies_.back()}};
@@ -37,7 +37,7 @@ class Reader {
  private:
   struct Copy {
     Placement placement;
-    std::vector<std::uint32_t> signals;  // what each is replaced by; empty: nothing is
+    std::vector<std::uint32_t> signals;  // replacement of each signal; empty: none
   };
 
   struct Waiting {
@@ -68,12 +68,12 @@ class Reader {
     return {};
   }
 
-  // A forged file may lead to nothing along more ways than can be gone.
+  // Skips subtrees without sources, which a forged file could reach along exponentially many paths.
   void wait_for(const PageEntry& entry, const Copy* copy) {
     if (entry.sources_below > 0) waiting_.push_back({entry, copy});
   }
 
-  // First the copy's own map, then that of the copy it is in.
+  // Applies the map of the inner instance, then that of the outer.
   std::vector<std::uint32_t> composed(const std::vector<std::uint32_t>& outer,
                                       std::uint32_t inner) const {
     if (inner == kSameSignals) return outer;
@@ -83,7 +83,7 @@ class Reader {
     return map;
   }
 
-  // The emitter that is as `emitter` but for its signal.
+  // The variant of `emitter` that plays `signal`.
   std::uint32_t playing(std::uint32_t emitter, std::uint32_t signal) {
     if (signal == file_.emitters()[emitter].signal) return emitter;
     const auto next = static_cast<std::uint32_t>(all_.emitters.size());

@@ -1,4 +1,4 @@
-// expanded_sources.h: every source of a bake at once, those of copies where the copies stand.
+// expanded_sources.h: all sources of a bake with instances expanded.
 #pragma once
 
 #include <cstdint>
@@ -6,18 +6,19 @@
 
 #include "common/result.h"
 #include "formats/bake_file/bake_file.h"
+#include "formats/level/emitter.h"
 
 namespace clamor {
 
 struct ExpandedSources {
   std::vector<Source> sources;
-  // The file's, and after them those that play another signal because they stand in a copy.
+  // Emitters of the file, then variants that play another signal in an instance.
   std::vector<Emitter> emitters;
-  std::vector<std::uint32_t> stored_as;  // per emitter: which of the file's it is
+  std::vector<std::uint32_t> stored_as;  // per emitter: its index in the file
 };
 
-// In the order in which the sampler numbers them: a node's own, then those below, then its copies.
-// Memory grows with the number; more than kMaxExpandedSources are refused.
+// The order is that of the sampler's source numbers: sources of a node, of its children, of its
+// instances. Memory is proportional to their number; more than kMaxExpandedSources are an Error.
 inline constexpr std::uint64_t kMaxExpandedSources = 1 << 27;
 Result<ExpandedSources> read_expanded_sources(const BakeFile& file);
 

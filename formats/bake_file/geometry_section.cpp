@@ -9,6 +9,7 @@
 #include <tbb/parallel_for.h>
 
 #include "formats/bake_file/bake_layout.h"
+#include "formats/level/mesh.h"
 
 namespace clamor {
 
@@ -25,7 +26,7 @@ std::uint64_t page_bytes(const GeometryCounts& counts) {
 std::uint32_t zigzag(std::uint32_t value) { return value << 1 ^ (0u - (value >> 31)); }
 std::uint32_t from_zigzag(std::uint32_t code) { return code >> 1 ^ (0u - (code & 1)); }
 
-// Columns of numbers, of each all lowest bytes first, then all second ones, and so on.
+// Stores a column byte plane by byte plane, lowest bytes first.
 void put_column(std::span<const std::uint32_t> numbers, int bytes_each,
                 std::vector<std::byte>& bytes) {
   for (int k = 0; k < bytes_each; ++k)
@@ -53,7 +54,7 @@ PackedGeometryPage pack_page(const Mesh& mesh, const Vec3& low_m, std::size_t fi
                              std::size_t last) {
   std::array<std::vector<std::uint32_t>, 3> positions, corners;
   std::vector<std::uint32_t> materials;
-  std::unordered_map<std::uint32_t, std::uint32_t> numbers;  // of the page's own vertices
+  std::unordered_map<std::uint32_t, std::uint32_t> numbers;  // indices in the page
   std::array<std::uint32_t, 3> before{};                     // millimetres above the low corner
   std::uint32_t material_before = 0;
   for (std::size_t t = first; t < last; ++t) {
@@ -84,8 +85,8 @@ PackedGeometryPage pack_page(const Mesh& mesh, const Vec3& low_m, std::size_t fi
           packed(bytes)};
 }
 
-// Triangles [first, last) as one page or, where that would look like a bomb, as two halves: the
-// smaller a page, the less there is to repeat.
+// Packs triangles [first, last) as one page, or as two halves if its compression ratio were too
+// high. Smaller pages have less repetition.
 void pack_pages(const Mesh& mesh, const Vec3& low_m, std::size_t first, std::size_t last,
                 std::vector<PackedGeometryPage>& pages) {
   PackedGeometryPage page = pack_page(mesh, low_m, first, last);

@@ -1,10 +1,10 @@
-// geometry_section.h: the level's surfaces in a bake file, for visibility rays, in pages.
+// geometry_section.h: encodes the surfaces of a level in pages, for occlusion rays.
 //
-// A page is up to 16384 triangles with vertices of their own, in one zstd frame, so each decodes
-// alone, in memory that is known before. Vertices are in whole millimetres above the low corner of
-// the whole geometry, so those that two pages share are in the same place. They stand in the order
-// in which triangles first name them, and corners are told by how long ago that was: of neighbours
-// these are small numbers that repeat.
+// A page holds up to 16384 triangles and their vertices in one zstd frame and decodes
+// independently, in memory known beforehand. Vertices are quantized to millimetres above the lower
+// corner of the whole geometry, so vertices shared by pages coincide. They are stored in order of
+// first use, and corners as the distance to that position, which for neighbouring triangles gives
+// small, repeating numbers.
 #pragma once
 
 #include <cstddef>
@@ -13,9 +13,11 @@
 #include <vector>
 
 #include "common/result.h"
-#include "formats/level/level.h"
+#include "common/vec.h"
 
 namespace clamor {
+
+struct Mesh;
 
 inline constexpr std::uint32_t kPageTriangles = 16384;
 
@@ -33,22 +35,22 @@ struct PackedGeometry {
   std::vector<PackedGeometryPage> pages;
 };
 
-// The bytes are a function of the mesh alone. Vertices that no triangle names are left out.
+// The bytes are a function of the mesh alone. Unused vertices are dropped.
 PackedGeometry pack_geometry(const Mesh& mesh);
 
-// Whether there can be a page of so many packed bytes. One that would unpack to more than 1000
-// times its size is taken for a bomb; the writer makes none.
+// Whether a page of that size is plausible. A compression ratio above 1000 is considered a
+// decompression bomb, which the writer never produces.
 bool is_geometry_page(const GeometryCounts& counts, std::uint64_t packed_bytes);
 
-// A page for which that is so. Corners and materials are checked. An Error is half a sentence.
+// Decodes a page that passed is_geometry_page() and validates it. The Error is a predicate.
 Result<Mesh> unpack_geometry_page(std::span<const std::byte> frame, const GeometryCounts& counts,
                                   const Vec3& low_m, std::size_t materials);
 
-// Adds the triangles and vertices of a page to those of the pages before.
+// Appends the triangles and vertices of a page.
 void append(const Mesh& page, Mesh& mesh);
 
-// What files of format 3.0 have instead: one frame of the vertices' columns x, y, z in u32
-// millimetres, the corners' a, b, c as u32 and materials as u16.
+// Decodes the geometry of format 3.0: one frame with the columns x, y, z in millimetres and a, b, c
+// as u32, and materials as u16.
 Result<Mesh> unpack_whole_geometry(std::span<const std::byte> frame, const GeometryCounts& counts,
                                    const Vec3& low_m, std::size_t materials);
 

@@ -1,15 +1,15 @@
-// instance.h: a copy of a tree of sources, standing elsewhere.
+// instance.h: an instance of a tree of sources.
 //
-// A stand of fans is stored once and repeated: each copy is moved, turned, perhaps made smaller,
-// starts later, and plays other signals. Copies of copies go to any depth.
+// A stand of fans is stored once and instanced: each instance is translated, rotated, perhaps
+// scaled down, delayed, and plays other signals. Instances nest to any depth.
 //
-// So that copies do not all choose the same of their sources, a tree is stored in a few variants
-// that differ in u alone, and each copy has a permanent random number of its own. Let P be the
-// power of the tree, and let exactly one of its sources, its representative, have a key P_i / u_i
-// above P (representative.h draws it, with probability P_i / P). In a copy with number v the
-// representative stands at u_i' = v P_i / P instead: still uniform, as u_i was uniform below P_i /
-// P. Its key is P / v then, the highest of the copy; and far from all copies the choice among them
-// is that of single sources with powers P and numbers v.
+// To decorrelate the sampling of instances, a tree is stored in a few variants that differ in u
+// alone, and each instance has its own permanent random number v. Let P be the power of the tree,
+// and let exactly one of its sources, the representative, have a key P_i / u_i above P (the bake
+// draws it with probability P_i / P). In an instance with number v the representative has u_i' = v
+// P_i / P instead. That is still uniform, because u_i was uniform below P_i / P, and its key P / v
+// is the highest of the instance. Far from all instances, sampling them is sampling single sources
+// with powers P and numbers v.
 #pragma once
 
 #include <cstdint>
@@ -23,18 +23,18 @@ namespace clamor {
 inline constexpr std::uint32_t kSameSignals = 0xffffffff;
 
 struct Instance {
-  std::uint32_t tree = 0;  // which of the bake's trees
+  std::uint32_t tree = 0;  // index of a tree of the bake
   Vec3 offset_m{};
   Rotation rotation{1, 0, 0, 0};         // unit; w, x, y, z
-  float scale = 1;                       // in (0, 1]: of positions, patches and paths
-  float gain = 1;                        // of amplitude
-  float delay_s = 0;                     // later by so much
-  float number = 1;                      // its permanent random number, in (0, 1]
-  std::uint32_t signals = kSameSignals;  // which of the bake's signal maps
-  std::uint32_t emitters = 0;            // its emitters are so many further on in the table
+  float scale = 1;                       // of positions, patches and paths; in (0, 1]
+  float gain = 1;                        // amplitude
+  float delay_s = 0;                     // additional delay
+  float number = 1;                      // permanent random number, in (0, 1]
+  std::uint32_t signals = kSameSignals;  // index of a signal map
+  std::uint32_t emitters = 0;            // offset of its emitters in the table
 };
 
-// Where a copy is, seen from the level: instances within instances, multiplied out.
+// Composed transform of nested instances, relative to the level.
 struct Placement {
   Matrix rotation{1};
   Vec3 offset_m{};
@@ -55,7 +55,7 @@ struct Placement {
 
   float delayed_s(float of_source) const { return static_cast<float>(scale * of_source + delay_s); }
 
-  // The source as the level has it.
+  // Transforms a source to the level.
   Source place(const Source& source) const {
     Source placed = source;
     placed.position_m = Vec3f(outside(Vec3(source.position_m)));

@@ -1,7 +1,7 @@
-// octree_sink.h: takes an octree piece by piece, children before their parents.
+// octree_sink.h: receives an octree piece by piece, children before parents.
 //
-// For octrees that nobody can hold whole. Whoever builds one hands over what is finished and keeps
-// a handle of it, a number that the sink makes up, to name it as a child of a node above.
+// For octrees that do not fit into memory. The builder passes finished parts and keeps the handles
+// that the sink returns, to name them as children of later nodes.
 #pragma once
 
 #include <array>
@@ -18,12 +18,12 @@ class OctreeSink {
  public:
   virtual ~OctreeSink() = default;
 
-  // A part of the tree with all that is below it; its node 0 is its top. Never empty. Returns its
-  // handle; after an Error there are no further calls.
+  // Adds a complete subtree, not empty, whose node 0 is its root. Returns its handle. No calls may
+  // follow an Error.
   virtual Result<std::size_t> add_subtree(SourceOctree&& subtree) = 0;
 
-  // A single node: its own sources by descending key, and by octant the handles of what is below
-  // it, each named by one parent only.
+  // Adds a node with its sources by descending key and the handles of its children by octant. Every
+  // handle has one parent.
   virtual Result<std::size_t> add_node(
       const NodeSummary& node, std::span<const Source> sources,
       const std::array<std::optional<std::size_t>, 8>& children) = 0;

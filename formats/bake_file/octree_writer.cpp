@@ -11,7 +11,7 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kPagesAtOnce = 1024;  // packed in parallel, then written in order
+constexpr std::size_t kPagesAtOnce = 1024;  // encoded in parallel, then written in order
 
 std::vector<std::size_t> depths_of(const std::vector<OctreeNode>& nodes) {
   std::vector<std::size_t> depths(nodes.size(), 0);
@@ -21,8 +21,8 @@ std::vector<std::size_t> depths_of(const std::vector<OctreeNode>& nodes) {
   return depths;
 }
 
-// Of a node that has nothing but these two below it. Copies are in one of them, and so sound goes
-// everywhere.
+// Summary of a parent of two nodes. One of them contains instances, so the cone covers all
+// directions.
 NodeSummary above(const NodeSummary& a, const NodeSummary& b) {
   NodeSummary node;
   node.low_m = glm::min(a.low_m, b.low_m);
@@ -42,7 +42,7 @@ Result<void> OctreeWriter::append(std::vector<std::byte> page, PageEntry& entry)
   if (!section.ok()) return section.error();
   entry.page.offset = section->offset;
   entry.page.hash = section->hash;
-  // As a reader will look at it.
+  // Validates the page as a reader would.
   const auto unreadable = [this](const Error& error) {
     return Error("is not written, since nothing could read it: a node " + error.message)
         .in(appender_.path());
@@ -59,7 +59,7 @@ Result<void> OctreeWriter::append(std::vector<std::byte> page, PageEntry& entry)
 
 Result<OctreeWriter::Part> OctreeWriter::write_part(const SourceOctree& octree) {
   const std::vector<OctreeNode>& nodes = octree.nodes;
-  // Children come after their parents in memory, so from the last to the first they come before.
+  // Parents precede children in memory, so iterating backwards visits children first.
   Part part;
   std::vector<PageEntry> entries(nodes.size());
   const std::vector<std::size_t> depths = depths_of(nodes);

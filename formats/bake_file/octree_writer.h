@@ -1,4 +1,4 @@
-// octree_writer.h: the pages of octrees, written children first.
+// octree_writer.h: writes the pages of octrees, children first.
 #pragma once
 
 #include <array>
@@ -16,32 +16,32 @@ namespace clamor {
 
 struct WrittenTree {
   PageEntry top;
-  std::vector<OctreeLevel> levels;  // 0 is the top
+  std::vector<OctreeLevel> levels;  // from the root
 };
 
-// Takes trees that are in memory, whole, or one that is not, piece by piece.
+// Writes octrees in memory, or one octree piece by piece.
 class OctreeWriter final : public OctreeSink {
  public:
-  // `around` what instances may point to beside trees.
+  // `around` contains the limits of indices in instances.
   OctreeWriter(SectionWriter& appender, int mirror_bits, const PageContext& around)
       : appender_(appender), mirror_bits_(mirror_bits), around_(around) {}
 
-  // A tree that is in memory. Its pages are packed by all threads of the caller's arena. An Error
-  // where a reader would refuse a page.
+  // Writes an octree in memory, encoding its pages with all threads of the caller's arena. An Error
+  // if a reader would reject a page.
   Result<void> write(const SourceOctree& octree);
 
   Result<std::size_t> add_subtree(SourceOctree&& subtree) override;
   Result<std::size_t> add_node(const NodeSummary& node, std::span<const Source> sources,
                                const std::array<std::optional<std::size_t>, 8>& children) override;
-  // A node without sources above two that were added, each an octree of its own.
+  // Adds a node without sources as parent of two octrees.
   Result<std::size_t> add_above(std::size_t first, std::size_t second);
-  // What was added is a tree, and this its top.
+  // Completes the streamed tree with this root.
   void finish(std::size_t top);
 
   const std::vector<WrittenTree>& trees() const { return trees_; }
 
  private:
-  // Sums of a depth, in double until all is in.
+  // Sums over one depth, in double precision.
   struct Level {
     OctreeLevel counts;
     std::array<double, kBandCount> power{};
@@ -51,7 +51,7 @@ class OctreeWriter final : public OctreeSink {
     std::vector<Level> levels;
   };
 
-  // Puts what was added below a page that is being made.
+  // Adds a part as child of the node whose page is being created.
   void put_below(std::size_t handle, std::uint8_t octant, std::vector<std::byte>& page,
                  Part& above);
   Result<Part> write_part(const SourceOctree& octree);
@@ -63,8 +63,8 @@ class OctreeWriter final : public OctreeSink {
   const int mirror_bits_;
   const PageContext around_;
   std::vector<WrittenTree> trees_;
-  std::vector<PageEntry> tops_;  // theirs
-  std::vector<Part> parts_;      // by handle; those that have a parent are empty
+  std::vector<PageEntry> tops_;  // roots of trees_
+  std::vector<Part> parts_;      // by handle; empty once they have a parent
 };
 
 }  // namespace clamor

@@ -1,6 +1,7 @@
 #include "formats/bake_file/page.h"
 
 #include "common/directivity.h"
+#include "formats/level/emitter.h"
 
 namespace clamor {
 

@@ -1,12 +1,12 @@
-// page.h: the sources of one octree node, packed to the bit. bake_format.md draws it.
+// page.h: encodes the sources of an octree node. bake_format.md documents the layout.
 //
-// Sources that lie on one plane are kept together, sorted along it: then the normal and the
-// material are told once, and of the position one coordinate, small steps in the second, and next
-// to nothing in the third. A band's power is told as its difference from what the two bands below
-// suggest. The order of the octree (descending keys) is not told but found again, and neither are u
-// and polarity: they are hashes of the rest (source_quantization.h).
+// Sources on the same plane are grouped and sorted along it, so normal and material are stored once
+// per plane, and positions as one coordinate, small steps of a second, and small residuals of the
+// third. The power of a band is stored as the residual of a prediction from the two bands below.
+// The order by descending keys is not stored but restored by sorting; u and polarity are hashes of
+// the other values (source_quantization.h).
 //
-// Threads: a PageDecoder belongs to one thread. decode() allocates nothing.
+// Threads: a PageDecoder is not thread-safe. decode() does not allocate.
 #pragma once
 
 #include <array>
@@ -18,17 +18,18 @@
 
 #include "common/result.h"
 #include "formats/bake_file/source_octree.h"
-#include "formats/level/level.h"
 
 namespace clamor {
 
-// No page is larger, unpacked; one that says so is refused before a byte of it is touched.
+struct Emitter;
+
+// Upper bound of an unpacked page. Larger claims are an Error before any byte is read.
 constexpr std::size_t max_page_bytes(std::size_t sources) { return 256 + 104 * sources; }
 
-// What a source takes as columns.
+// Size of a source in columns.
 inline constexpr std::size_t kColumnBytes = 88;
 
-// The sources of a page, column by column, by descending key.
+// The sources of a page as columns, by descending key.
 struct PageColumns {
   template <class T>
   using Column = std::array<T, kLeafSources>;
@@ -47,12 +48,11 @@ struct PageColumns {
 
 std::vector<Source> sources_of(const PageColumns& columns);
 
-// What an emitter is as a source, from the emitter table. u is left alone.
+// Sets everything but u from an entry of the emitter table.
 void set_from_emitter(Source& source, const Emitter& emitter);
 
-// The page of a node, not yet a zstd frame. Sources that quantize_sources() has seen come back as
-// they are; others as their nearest neighbours. u, polarity and order are stored where they are not
-// what they would be found to be.
+// Encodes a page, not yet compressed. Quantized sources are preserved exactly; others are rounded.
+// u, polarity and order are stored only if they differ from what the decoder would derive.
 std::vector<std::byte> encode_page(const NodeSummary& node, std::span<const Source> sources,
                                    int mirror_bits);
 
@@ -65,12 +65,13 @@ class PageDecoder {
   PageDecoder& operator=(PageDecoder&&) noexcept;
   ~PageDecoder();
 
-  // From the zstd frame. Every index and number is checked against the tables and the node's box.
+  // Decodes a zstd frame. Validates every index and value against the tables and the bounds of the
+  // node.
   Result<void> decode(const NodeSummary& node, std::span<const std::byte> frame,
                       std::span<const Emitter> emitters, std::size_t materials,
                       PageColumns& columns);
 
-  // From what is in the frame.
+  // Decodes the contents of a frame.
   Result<void> decode_unpacked(const NodeSummary& node, std::span<const std::byte> page,
                                std::span<const Emitter> emitters, std::size_t materials,
                                PageColumns& columns);
@@ -79,7 +80,7 @@ class PageDecoder {
   std::unique_ptr<PageWorkspace> workspace_;
 };
 
-// The same for those who read one page now and then.
+// Decodes the contents of a frame into sources, for occasional use.
 Result<std::vector<Source>> decode_page(const NodeSummary& node, std::span<const std::byte> page,
                                         std::span<const Emitter> emitters, std::size_t materials);
 

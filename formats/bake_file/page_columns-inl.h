@@ -1,6 +1,6 @@
-// page_columns-inl.h: how a column of numbers is unpacked (bit_reader.h says how it was packed).
-// For page_kernel.cpp alone, which compiles it once per instruction set; hence no include guard of
-// the usual kind. Arithmetic wraps.
+// page_columns-inl.h: vectorised unpacking of integer columns (bit_reader.h).
+// Internal to page_kernel.cpp, which compiles it once per instruction set; hence the unusual
+// include guard. Arithmetic wraps.
 #if defined(CLAMOR_FORMATS_PAGE_NUMBERS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef CLAMOR_FORMATS_PAGE_NUMBERS_INL_H
 #undef CLAMOR_FORMATS_PAGE_NUMBERS_INL_H
@@ -37,21 +37,21 @@ HWY_INLINE std::int32_t difference(std::int32_t a, std::int32_t b) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) - static_cast<std::uint32_t>(b));
 }
 
-// Whether all of the first n are from least to most.
-HWY_INLINE bool all_in_range(const Numbers& numbers, std::size_t n, std::int32_t least,
-                             std::int32_t most) {
+// Whether the first n numbers are in [min, max].
+HWY_INLINE bool all_in_range(const Numbers& numbers, std::size_t n, std::int32_t min,
+                             std::int32_t max) {
   std::int32_t low = 0x7fffffff, high = -0x7fffffff - 1;
   for (std::size_t i = 0; i < n; ++i) {
     low = numbers[i] < low ? numbers[i] : low;
     high = numbers[i] > high ? numbers[i] : high;
   }
-  return low >= least && high <= most;
+  return low >= min && high <= max;
 }
 
-// Four numbers of k bits are within 16 bytes, and where in those depends on k and on the bit that
-// the first of them starts with. Two fours on, that is the same again.
+// Byte shuffles and shifts that extract four k-bit numbers from 16 bytes, by k and the start bit of
+// the first. The start bit repeats after two groups of four.
 struct UnpackTable {
-  static constexpr int kMaxBits = 25;  // more may need five bytes
+  static constexpr int kMaxBits = 25;  // wider numbers may span five bytes
   struct Entry {
     alignas(16) std::array<std::uint8_t, 16> bytes;
     alignas(16) std::array<std::uint32_t, 4> shifts;
@@ -98,7 +98,7 @@ HWY_INLINE void unpack(const std::byte* bytes, std::size_t bit, int k, std::uint
   };
   const std::size_t step = 4 * static_cast<std::size_t>(k);
   const auto &even = by_start[bit % 8], &odd = by_start[(bit + step) % 8];
-  // What is beyond the last is written as well: columns have room for it.
+  // May write beyond the last value; columns have room.
   for (std::size_t i = 0; i < count; i += 8, bit += 2 * step) {
     four(bit, even, i);
     if (i + 4 < count) four(bit + step, odd, i + 4);
@@ -106,7 +106,7 @@ HWY_INLINE void unpack(const std::byte* bytes, std::size_t bit, int k, std::uint
 }
 #endif
 
-// Where the ones of each byte are.
+// Positions of the set bits of every byte.
 constexpr auto kOnesOfByte = [] {
   std::array<std::array<std::uint8_t, 8>, 256> ones{};
   for (std::size_t byte = 0; byte < ones.size(); ++byte)
@@ -115,8 +115,7 @@ constexpr auto kOnesOfByte = [] {
   return ones;
 }();
 
-// Byte by byte and without a branch: eight places are written for each, and those that it does not
-// have are written over by the next.
+// Writes eight positions per byte without a branch; the next byte overwrites the unused ones.
 #if HWY_TARGET == HWY_SCALAR
 HWY_INLINE void find_ones(std::uint64_t word, std::uint32_t from, std::uint16_t* ones) {
   BitReader::find_ones_one_by_one(word, from, ones);
@@ -124,7 +123,7 @@ HWY_INLINE void find_ones(std::uint64_t word, std::uint32_t from, std::uint16_t*
 #else
 HWY_INLINE void find_ones(std::uint64_t word, std::uint32_t from,
                           std::uint16_t* HWY_RESTRICT ones) {
-  // How many ones there are in each byte, and then in it and those below.
+  // Number of ones in each byte, then its prefix sums.
   std::uint64_t counts = word - (word >> 1 & 0x5555'5555'5555'5555u);
   counts = (counts & 0x3333'3333'3333'3333u) + (counts >> 2 & 0x3333'3333'3333'3333u);
   counts = (counts + (counts >> 4) & 0x0f0f'0f0f'0f0f'0f0fu) * 0x0101'0101'0101'0101u;
@@ -141,7 +140,7 @@ HWY_INLINE void find_ones(std::uint64_t word, std::uint32_t from,
 }
 #endif
 
-// Writes up to three more numbers than it is asked for.
+// Writes up to three values beyond `count`.
 HWY_NOINLINE void read_column(PageWorkspace& w, std::int32_t* numbers, std::size_t count) {
   w.bits.get_column(
       numbers, count, [](auto... arguments) { unpack(arguments...); },

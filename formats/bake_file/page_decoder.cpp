@@ -1,4 +1,4 @@
-// page_decoder.cpp: PageDecoder of page.h: a frame unpacked, and its page handed to
+// page_decoder.cpp: implementation of PageDecoder (page.h). Decompresses the frame and calls
 // page_kernel.cpp.
 #include <algorithm>
 

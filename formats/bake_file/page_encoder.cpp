@@ -1,4 +1,4 @@
-// page_encoder.cpp: encode_page() of page.h.
+// page_encoder.cpp: implementation of encode_page() (page.h).
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -8,6 +8,7 @@
 #include "formats/bake_file/bit_writer.h"
 #include "formats/bake_file/page.h"
 #include "formats/bake_file/page_layout.h"
+#include "formats/level/emitter.h"
 
 namespace clamor {
 
@@ -17,7 +18,7 @@ using namespace page_layout;
 
 using Numbers = std::vector<std::int32_t>;
 
-constexpr int kSamePlane = 6;  // steps of w between the sources of a group
+constexpr int kSamePlane = 6;  // maximum height difference within a group, in steps
 
 std::array<float, 3> normal_of(const QuantizedSource& code) {
   std::array<float, 3> normal{};
@@ -28,8 +29,8 @@ std::array<float, 3> normal_of(const QuantizedSource& code) {
 
 struct Row {
   QuantizedSource code;
-  std::int32_t height = 0;  // of its plane: w where u and v are those of the box's low corner
-  std::uint32_t place = 0;  // in the node's order
+  std::int32_t height = 0;  // of its plane at the lower corner of the bounds
+  std::uint32_t place = 0;  // index in the node
 };
 
 struct Group {
@@ -65,9 +66,9 @@ class PageEncoder {
   std::span<const Source> sources_;
   int mirror_bits_;
   GridBox box_;
-  std::vector<Row> rows_;  // secondary sources, group by group
+  std::vector<Row> rows_;  // secondary sources, by group
   std::vector<Group> groups_;
-  std::vector<std::uint32_t> emitters_;  // places of the emitters
+  std::vector<std::uint32_t> emitters_;  // indices of emitters
   std::uint32_t flags_ = 0;
   std::int32_t top_ = kMinPower_half_db, silent_ = 0;
   BitWriter bits_;
@@ -110,7 +111,7 @@ void PageEncoder::sort_into_groups() {
   }
 }
 
-// By descending key, the first of equals first: what the decoder will find.
+// Whether a stable sort by descending key, as in the decoder, restores the order.
 bool PageEncoder::order_can_be_found() const {
   std::vector<std::pair<float, std::uint32_t>> found;
   for (const Row& row : rows_) found.push_back({octree_key(sources_[row.place]), row.place});
@@ -181,7 +182,7 @@ void PageEncoder::put_positions() {
   for (const Numbers* numbers : {&u, &v, &w}) bits_.put_column(*numbers);
 }
 
-// Weights of the two bands below that fit best in the sense of least squares, about the means.
+// Least-squares prediction weights of the two bands below, about the means.
 std::array<std::int32_t, 2> best_weights(const Numbers& wanted, const Numbers& one,
                                          const Numbers* two) {
   const auto n = static_cast<double>(wanted.size());
@@ -238,12 +239,12 @@ void PageEncoder::put_band(const std::array<Numbers, kBandCount>& steps, std::si
 }
 
 void PageEncoder::put_powers() {
-  std::array<Numbers, kBandCount> steps;  // below the top
+  std::array<Numbers, kBandCount> steps;  // below the maximum
   for (const Row& row : rows_)
     for (std::size_t b = 0; b < kBandCount; ++b)
       steps[b].push_back(row.code.power[b] == kSilent_half_db ? silent_ : top_ - row.code.power[b]);
   for (std::size_t b = 0; b < kBandCount; ++b) put_band(steps, b);
-  // Strong sources have large patches.
+  // Patch size correlates with power, so the radius is stored relative to the loudest band.
   Numbers radius;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     std::int32_t loudest = silent_;

@@ -1,8 +1,8 @@
-// page_kernel.cpp: how a page is decoded, compiled once for each instruction set.
+// page_kernel.cpp: decodes a page, compiled once per instruction set.
 //
-// Nothing is believed: every count is held against the node's, every number against its bounds, and
-// whole columns at once where that can be done without a branch per source. Arithmetic wraps. The
-// results are the same bits whatever the instruction set (common/maths.h says why).
+// All input is untrusted: every count is compared with that of the node and every value with its
+// limits, for whole columns at once where that needs no branch per source. Arithmetic wraps.
+// Results are bit-exact for all instruction sets (common/maths.h).
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -12,7 +12,7 @@
 #include "formats/bake_file/page_workspace.h"
 #include "formats/bake_file/source_quantization.h"
 
-// Highway compiles what follows once per instruction set.
+// Highway compiles the following once per instruction set.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "formats/bake_file/page_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -77,7 +77,7 @@ const char* read_planes(PageWorkspace& w, std::size_t materials) {
   return nullptr;
 }
 
-// How each plane lies. The columns of planes are as good as unpacked: no branch for any of them.
+// Computes axes, slopes and origin of every plane, without branches.
 void place_planes(PageWorkspace& w, const GridBox& box, const std::int32_t* from_v) {
   const std::array<const float*, 3> n{w.normal[0].data(), w.normal[1].data(), w.normal[2].data()};
   for (std::size_t i = 0; i < w.planes; ++i) {
@@ -101,10 +101,10 @@ void place_planes(PageWorkspace& w, const GridBox& box, const std::int32_t* from
   }
 }
 
-// Planes may hold a single source or a thousand, so rows are taken one after the other, whatever
-// plane they are on: a loop for each plane would end where no branch predictor expects it.
+// Iterates over rows instead of planes: a plane may have a single source or a thousand, and the end
+// of an inner loop would be mispredicted.
 const char* read_positions(PageWorkspace& w, const NodeSummary& node) {
-  // What a plane's first source has none of is read before the first, and left out.
+  // The first source of a plane has no step and no residual; element 0 stands in for them.
   w.column[0][0] = w.column[2][0] = 0;
   read_column(w, w.column[0].data() + 1, w.rows - w.planes);
   read_column(w, w.column[1].data(), w.rows);
@@ -117,7 +117,7 @@ const char* read_positions(PageWorkspace& w, const NodeSummary& node) {
   const std::array<std::int32_t*, 3> position{w.position[0].data(), w.position[1].data(),
                                               w.position[2].data()};
   std::size_t plane = ~std::size_t{0};
-  std::int32_t u = 0;  // from the plane's first
+  std::int32_t u = 0;  // relative to the first source of the plane
   for (std::size_t row = 0; row < w.rows; ++row) {
     const std::int32_t first = w.begins_plane[row], not_first = first - 1;
     plane += static_cast<std::size_t>(first);
@@ -162,7 +162,8 @@ const char* read_powers(PageWorkspace& w, const PageTables& tables) {
   for (std::size_t i = 0; i < w.rows; ++i) w.radius[i] = sum(w.radius[i], -loudest[i]);
   if (!all_in_range(w.radius, w.rows, 0, kRadiusCodes - 1)) return "has a patch without bounds";
 
-  std::array<float, kMaxPower_half_db - kSilent_half_db + 1> power_at;  // by steps below the top
+  std::array<float, kMaxPower_half_db - kSilent_half_db + 1>
+      power_at;  // indexed by steps below the maximum
   for (std::int32_t s = 0; s < w.silent; ++s)
     power_at[static_cast<std::size_t>(s)] = tables.power[w.top - s - kSilent_half_db];
   power_at[static_cast<std::size_t>(w.silent)] = 0;
@@ -179,7 +180,7 @@ const char* read_powers(PageWorkspace& w, const PageTables& tables) {
   return nullptr;
 }
 
-// u, polarity and key of the secondary sources.
+// Derives u and polarity of the secondary sources.
 void draw_instance_u(PageWorkspace& w) {
   const auto raw = [](std::int32_t value) { return static_cast<std::uint32_t>(value); };
   for (std::size_t i = 0; i < w.rows; ++i) {
@@ -240,7 +241,7 @@ const char* decode_here(PageWorkspace& w, std::size_t bytes, const NodeSummary& 
   if (const char* const wrong = read_powers(w, tables)) return wrong;
   if (const char* const wrong = read_rest(w, tables.emitters)) return wrong;
   if (const char* const wrong = read_order(w)) return wrong;
-  // What gathers over all rows finds of the emitters.
+  // Clears the rows of emitters, which the gathers over all rows read.
   for (Numbers* numbers : {&w.position[0], &w.position[1], &w.position[2], &w.delay, &w.radius,
                            &w.mirror[0], &w.mirror[1]})
     std::fill_n(numbers->data() + w.rows, w.emitter_rows, 0);

@@ -1,4 +1,4 @@
-// page_layout.h: what those who write, check and read pages share, and nobody else.
+// page_layout.h: constants and formulas shared by page encoder, decoder and checks.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ inline constexpr int kWeightOne = 16;
 inline constexpr int kFlagBits = 3;
 inline constexpr std::uint32_t kStoresNumbers = 1, kStoresPolarity = 2, kStoresOrder = 4;
 
-// Half decibels below the page's loudest band, of band b from those of the bands b - 1 and b - 2.
+// Predicts band b from the bands b - 1 and b - 2, in half decibels below the loudest of the page.
 CLAMOR_INLINE std::int32_t predicted(std::int32_t one_below, std::int32_t two_below,
                                      std::int32_t weight_one, std::int32_t weight_two) {
   const auto product = [](std::int32_t a, std::int32_t b) {
@@ -28,27 +28,27 @@ CLAMOR_INLINE std::int32_t predicted(std::int32_t one_below, std::int32_t two_be
          4;
 }
 
-// Which axis a normal is longest along, the first of equals.
+// Axis of the largest component of a normal, the first of equals.
 CLAMOR_INLINE std::int32_t dominant_axis(float x, float y, float z) {
   const float wide_x = x < 0 ? -x : x, wide_y = y < 0 ? -y : y, wide_z = z < 0 ? -z : z;
   const std::int32_t of_two = wide_y > wide_x ? 1 : 0;
   return wide_z > (wide_y > wide_x ? wide_y : wide_x) ? 2 : of_two;
 }
 
-// By how many 65536ths of a step a plane rises along the axis that its normal is longest along, for
-// each step along another.
+// Slope of a plane in 1/65536: steps along the dominant axis of its normal per step along another.
 CLAMOR_INLINE std::int32_t slope_of(float normal_along, float normal_longest) {
   const double ratio =
       -65536.0 * static_cast<double>(normal_along) / static_cast<double>(normal_longest);
   return static_cast<std::int32_t>(ratio + (ratio < 0 ? -0.5 : 0.5));
 }
 
-// A plane through points of the grid: the coordinate that changes least along it, from the others.
+// A plane on the position grid, as the height along its dominant axis over the other two
+// coordinates.
 struct Plane {
-  std::size_t w = 0, u = 1, v = 2;        // axes; the normal is longest along w
-  std::int32_t slope_u = 0, slope_v = 0;  // 65536ths
+  std::size_t w = 0, u = 1, v = 2;        // axes; w is the dominant axis of the normal
+  std::int32_t slope_u = 0, slope_v = 0;  // 1/65536
 
-  // How far w is above its value where u and v are 0.
+  // Height along w relative to u = v = 0.
   CLAMOR_INLINE std::int32_t rise(std::int64_t u_steps, std::int64_t v_steps) const {
     return static_cast<std::int32_t>((slope_u * u_steps + slope_v * v_steps + 32768) >> 16);
   }
@@ -64,7 +64,7 @@ CLAMOR_INLINE Plane plane_of(const std::array<float, 3>& normal) {
   return plane;
 }
 
-// The grid points about a node's box.
+// Bounds of a node, rounded outwards to the position grid.
 struct GridBox {
   std::array<std::int32_t, 3> low{}, high{};
 

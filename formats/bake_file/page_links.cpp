@@ -13,7 +13,7 @@ namespace clamor {
 
 namespace {
 
-// Far beyond any level (import ends at 1000 km), and near enough that delays fit into 32 bits.
+// Longer than any delay in a level (the import limit is 1000 km), and fits into 32 bits of samples.
 constexpr float kLongest_s = 86400;
 constexpr std::uint64_t kMaxSources = 1ULL << 48;
 
@@ -239,7 +239,7 @@ void include_instances(std::span<const Instance> instances, std::span<const Page
       const Vec3 at = placed.outside({corner & 1 ? tree.low_m.x : tree.high_m.x,
                                       corner & 2 ? tree.low_m.y : tree.high_m.y,
                                       corner & 4 ? tree.low_m.z : tree.high_m.z});
-      // Floats round by less, and so do the turns of an instance.
+      // Bounds the rounding errors of floats and of the rotation.
       const Vec3 give(1e-3 + 1e-6 * length(at));
       node.low_m = glm::min(node.low_m, Vec3f(at - give));
       node.high_m = glm::max(node.high_m, Vec3f(at + give));

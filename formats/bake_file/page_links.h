@@ -1,9 +1,9 @@
-// page_links.h: what a page of the file says beside its sources: where its children are.
+// page_links.h: child entries and instances of a page.
 //
-// Each page carries the entries of its node's children, and the copies of other trees that stand in
-// it. So the index is in the pages: a reader opens a file of any size with one entry, the top's,
-// and knows of every node whose parent's page it has. Children and copied trees come before a page
-// that speaks of them, so there are no cycles.
+// Each page contains the entries of the children of its node and the instances in it. So the index
+// is distributed over the pages: a reader opens a file of any size with the root entry alone, and
+// knows every node whose parent it has read. Children and instanced trees precede the pages that
+// refer to them, so there are no cycles.
 #pragma once
 
 #include <cstddef>
@@ -19,13 +19,13 @@ namespace clamor {
 
 inline constexpr std::size_t kEntryBytes = 120, kInstanceBytes = 72;
 inline constexpr std::size_t kMaxChildren = 64, kMaxInstances = 512;
-inline constexpr std::size_t kMaxTreeLevels = 4096;    // of nodes in a tree, its top included
-inline constexpr std::uint64_t kFirstPageOffset = 64;  // after the preamble
-inline constexpr std::uint8_t kNoOctant = 0xff;        // of a child that divides no cube
+inline constexpr std::size_t kMaxTreeLevels = 4096;    // depth of a tree, including its root
+inline constexpr std::uint64_t kFirstPageOffset = 64;  // behind the preamble
+inline constexpr std::uint8_t kNoOctant = 0xff;  // for children of nodes that do not divide space
 
 struct PageLink {
   std::uint64_t offset = 0, hash = 0;
-  std::uint32_t packed_bytes = 0;  // of the sources' zstd frame; 0 without sources
+  std::uint32_t packed_bytes = 0;  // size of the zstd frame; 0 without sources
   std::uint8_t children = 0;
   std::uint16_t instances = 0;
 
@@ -36,13 +36,13 @@ struct PageLink {
 };
 
 struct PageEntry : NodeSummary {
-  std::uint64_t sources_below = 0;  // in it and below, those of copies too
+  std::uint64_t sources_below = 0;  // in the subtree, with instances
   PageLink page;
-  std::uint8_t octant = kNoOctant;  // of the parent's cube
-  std::uint16_t depth = 0;          // below its tree's top; told by the way there, not stored
+  std::uint8_t octant = kNoOctant;  // in the cube of the parent
+  std::uint16_t depth = 0;          // below the root; known from traversal, not stored
 };
 
-// What the nodes of one depth hold.
+// Totals of the nodes of one depth.
 struct OctreeLevel {
   std::uint64_t nodes = 0, sources = 0, packed_bytes = 0;
   Bands power{};
@@ -50,17 +50,17 @@ struct OctreeLevel {
   bool operator==(const OctreeLevel&) const = default;
 };
 
-// The power of a node over all bands: what its copies have for a key, over their number.
+// Power of a node, summed over bands. Over u of an instance, it is the key of the instance.
 double total_power(const NodeSummary& node);
 
-// What the entries of a page must agree with.
+// Tables and limits that the links of a page are validated against.
 struct PageContext {
   std::span<const PageEntry> trees;
   std::size_t signal_maps = 0, emitters = 0;
 };
 
-// An entry by itself: everything in range, the page between `from` and `to` in the file. An Error
-// is half a sentence: "has a box that is inside out".
+// Validates an entry: all values in range and the page between `from` and `to` in the file. The
+// Error is a predicate: "has a box that is inside out".
 Result<void> check_entry(const PageEntry& entry, std::uint64_t from, std::uint64_t to);
 
 struct PageLinks {
@@ -71,16 +71,15 @@ struct PageLinks {
 void put_entry(const PageEntry& entry, std::vector<std::byte>& bytes);
 void put_instance(const Instance& instance, std::vector<std::byte>& bytes);
 
-// `bytes`: those after the frame of sources, of a page with this entry. Checked one by one and
-// against their parent: bounds, keys and counts.
+// Decodes the bytes behind the frame of sources. Validates every link by itself and against the
+// parent: bounds, keys and counts.
 Result<void> read_links(std::span<const std::byte> bytes, const PageEntry& parent,
                         const PageContext& around, PageLinks& links);
 
-// A single entry, unchecked but for its size.
+// Decodes an entry without validation.
 Result<PageEntry> read_entry(std::span<const std::byte> bytes);
 
-// Adds to the summary of a node what its copies and their tops are. Power is the caller's to add
-// first; keys are those of instance.h.
+// Extends the summary of a node by its instances. Keys are those of instance.h.
 void include_instances(std::span<const Instance> instances, std::span<const PageEntry> trees,
                        NodeSummary& node);
 

@@ -1,6 +1,6 @@
-// page_output-inl.h: puts what was read of a page's sources into the order of their keys and into
-// columns, for page_kernel.cpp alone, which compiles it once per instruction set; hence no include
-// guard of the usual kind.
+// page_output-inl.h: sorts the decoded sources of a page by key and writes them to columns.
+// Internal to page_kernel.cpp, which compiles it once per instruction set; hence the unusual
+// include guard.
 #if defined(CLAMOR_FORMATS_PAGE_ORDER_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef CLAMOR_FORMATS_PAGE_ORDER_INL_H
 #undef CLAMOR_FORMATS_PAGE_ORDER_INL_H
@@ -25,8 +25,7 @@ namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
-// Each becomes the sum of those before it. The last of `numbers` may be written too, up to a
-// multiple of eight.
+// Exclusive prefix sum in place. Writes up to the next multiple of eight elements.
 HWY_INLINE void exclusive_prefix_sum(Place* HWY_RESTRICT numbers, std::size_t count) {
 #if HWY_TARGET == HWY_SCALAR
   Place before = 0;
@@ -47,8 +46,8 @@ HWY_INLINE void exclusive_prefix_sum(Place* HWY_RESTRICT numbers, std::size_t co
 #endif
 }
 
-// Highest first; of equals the first first. Floats that are not negative sort as their bits do, and
-// their bits are spread evenly enough to put each almost where it belongs at once.
+// Stable bucket sort by descending key, followed by an insertion sort. Non-negative floats sort
+// like their bits, which are distributed evenly enough over the buckets.
 void sort_by_key(PageWorkspace& w) {
   const std::size_t count = w.rows + w.emitter_rows;
   std::uint32_t least = ~0u, most = 0;
@@ -58,7 +57,7 @@ void sort_by_key(PageWorkspace& w) {
     least = std::min(least, w.keys[i]);
     most = std::max(most, w.keys[i]);
   }
-  // With four slots for each, one in eight has to be moved past another in the end.
+  // With four buckets per source, the insertion sort moves one source in eight.
   const std::size_t slots = 4 * count;
   std::array<Place, 4 * kLeafSources + 8> starts;
   std::fill_n(starts.begin(), slots + 8, Place{0});
@@ -100,7 +99,7 @@ const char* read_order(PageWorkspace& w) {
   return w.bits.at_end() ? nullptr : "has more bytes than its sources take";
 }
 
-// Four rows of four numbers become four columns of four.
+// Transposes four rows of four numbers.
 HWY_INLINE void turn(const std::array<const float*, 4>& rows, std::array<float*, 4> columns) {
 #if HWY_TARGET == HWY_SCALAR
   for (std::size_t r = 0; r < 4; ++r)
@@ -118,8 +117,8 @@ HWY_INLINE void turn(const std::array<const float*, 4>& rows, std::array<float*,
 #endif
 }
 
-// What is many numbers of a row is moved in fours: the columns take a store each, and no more than
-// one fits into a cycle.
+// Moves attributes with several values per row in groups of four rows, because the store unit
+// limits writes to one per cycle.
 void write_powers_and_planes(PageWorkspace& w, std::size_t count, PageColumns& columns) {
   static_assert(kBandCount == 8 && kLeafSources % 4 == 0);
   for (std::size_t i = count; i % 4 != 0; ++i) w.order[i] = 0;

@@ -1,4 +1,4 @@
-// section_writer.h: a file written front to back, whose sections are remembered.
+// section_writer.h: appends checksummed sections to a file.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace clamor {
 
-// A stretch of the file.
+// A range of the file.
 struct FileSection {
   std::uint64_t offset = 0, bytes = 0, hash = 0;
 };
@@ -29,7 +29,7 @@ class SectionWriter {
     return section;
   }
 
-  // Zeros up to the next multiple of 8.
+  // Pads with zeros to a multiple of 8.
   Result<void> align() {
     static constexpr std::array<std::byte, 8> kZeros{};
     const auto padding = append({kZeros.data(), (8 - offset_ % 8) % 8});

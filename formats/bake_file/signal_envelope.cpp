@@ -12,23 +12,25 @@
 
 #include "common/crossover.h"
 #include "common/maths.h"
+#include "common/sample_rate.h"
+#include "formats/level/signal.h"
 
 namespace clamor {
 
 namespace {
 
 constexpr double kStep_db = 0.5;
-constexpr float kFaintest = 1e-18f;  // mean square: what rounding leaves of other bands
-constexpr float kLoudest = 1e14f;    // of samples within a million times full scale
+constexpr float kFaintest = 1e-18f;  // mean square; below are rounding errors of other bands
+constexpr float kLoudest = 1e14f;    // for samples of at most a million times full scale
 
-// Filters forget within so many samples: the lowest edge's slowest pole falls by 200 dB.
+// Settling time of the filters: the slowest pole of the lowest edge decays by 200 dB.
 constexpr std::int64_t kTailFrames = 8192;
 constexpr std::int64_t kPieceFrames = 4 * kSampleRate_hz;
 
-// All eight bands side by side, so that loops over them become vector code.
+// All eight bands side by side, for vectorised loops.
 using Lanes = std::array<double, kBandCount>;
 
-// A band is the high side of its lower edge and the low side of its upper one.
+// A band is the high side of its lower edge and the low side of its upper edge.
 class BandPass {
  public:
   BandPass() {
@@ -39,7 +41,7 @@ class BandPass {
     }
   }
 
-  // Forwards and backwards over the samples, in each lane.
+  // Filters forwards and backwards, in each lane.
   void run(std::vector<Lanes>& samples) {
     memory_ = {};
     for (Lanes& sample : samples) step(sample);
@@ -87,8 +89,7 @@ class BandPass {
   std::array<Memory, kSections> memory_{};
 };
 
-// The energy of moments [first, first + sums.size()), which may lie before the first or after the
-// last of the signal.
+// Energies of the moments [first, first + sums.size()), which may extend beyond the signal.
 struct Energies {
   std::int64_t first = 0;
   std::vector<Lanes> sums;
@@ -176,7 +177,7 @@ class Analysis {
   const double moment_frames_;
 };
 
-// 255 - k is k half decibels less than the loudest.
+// Step 255 - k is k half decibels below the maximum.
 std::uint8_t step_of(double level, double loudest) {
   if (!(level > 0)) return 0;
   const double decibels = 10 * log2_of(level / loudest) / log2_of(10.0);

@@ -1,18 +1,17 @@
-// signal_envelope.h: how loud a signal is from moment to moment, in each octave band.
+// signal_envelope.h: energy envelope of a signal per octave band.
 //
-// Made by the bake and kept in its file (bake_format.md), so that the sampler knows what a source
-// plays now without listening to it. A moment is 20 ms: a signal that plays once has one for each
-// 960 samples, the last filled up with silence; a loop is cut into as many equal ones as make them
-// no longer than that. Each is weighed by a Hann window over itself and half of both neighbours;
-// the windows add up to one everywhere, so no energy is lost or counted twice, and a loop's last
-// moment runs into its first.
+// The bake computes and stores it (bake_format.md), so that the sampler knows the level of a source
+// without decoding its signal. The envelope is sampled in moments of at most 20 ms: a one-shot
+// signal has a moment per 960 samples, the last padded with silence; a loop is divided into equal
+// moments. Each is weighted by a Hann window that overlaps half of both neighbours. The windows sum
+// to one, so energy is preserved, and they wrap around in a loop.
 //
-// Bands are parted by the mixer's own crossovers (common/crossover.h), without phase: moments are
-// where they are heard. What filtering spreads before the start or past the end of a signal that
-// plays once counts for its first and last moment.
+// Bands are separated by the mixer's crossovers (common/crossover.h) in zero-phase form, so that
+// moments are not delayed. Filter ringing before the start or after the end of a one-shot signal
+// counts for its first or last moment.
 //
-// A moment's level is kept in half decibels below the band's loudest, 127 dB down; beyond that it
-// is silent. The mean over all moments is `mean_square`, exactly: it is kept beside them.
+// Levels are stored in half decibels below the maximum of the band, down to 127 dB; lower levels
+// are silent. The exact mean over all moments is stored separately as `mean_square`.
 #pragma once
 
 #include <cstddef>
@@ -22,13 +21,14 @@
 
 #include "common/bands.h"
 #include "common/result.h"
-#include "formats/level/level.h"
 
 namespace clamor {
 
+struct Signal;
+
 inline constexpr int kMomentFrames = 960;  // 20 ms: 50 a second
 
-// How many moments a signal has.
+// Number of moments of a signal.
 constexpr std::uint64_t moments_of(std::uint64_t frames) {
   return (frames + kMomentFrames - 1) / kMomentFrames;
 }
@@ -37,21 +37,21 @@ class SignalEnvelope {
  public:
   SignalEnvelope() = default;
 
-  // Costs about 0.7 s of one core per minute of sound; long ones are shared out.
+  // Takes about 0.7 s of one core per minute of sound; long signals are processed in parallel.
   explicit SignalEnvelope(const Signal& signal);
 
-  // From what a file holds: `steps` band after band, moment after moment; 255 is the loudest, each
-  // step less is half a decibel, 0 is silent. An Error is half a sentence.
+  // From stored steps, band by band, moment by moment: 255 is the maximum, each step less is half a
+  // decibel, and 0 is silence. The Error is a predicate.
   static Result<SignalEnvelope> from_steps(const Bands& mean_square,
                                            std::vector<std::uint8_t> steps);
 
   std::size_t moments() const { return steps_.size() / kBandCount; }
   bool silent() const;
 
-  // Over all moments; of a loop, the mean square of what each band passes.
+  // Mean square over all moments.
   const Bands& mean_square() const { return mean_square_; }
 
-  // The mean square of one moment, per band.
+  // Mean square of one moment per band.
   Bands at(std::size_t moment) const;
 
   std::span<const std::uint8_t> steps() const { return steps_; }

@@ -7,6 +7,7 @@
 
 #include "formats/audio/audio_file.h"
 #include "formats/bake_file/bake_layout.h"
+#include "formats/level/signal.h"
 
 namespace clamor {
 

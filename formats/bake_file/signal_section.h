@@ -1,7 +1,7 @@
-// signal_section.h: a signal as a bake file holds it: blocks of FLAC, and its envelope.
+// signal_section.h: encodes signals for a bake file: FLAC blocks and an envelope.
 //
-// A long signal is cut into blocks of ten seconds that decode alone, so that a player needs to hold
-// no more of it than what it plays now. Shared by the writer and the reader.
+// A long signal is divided into blocks of ten seconds that decode independently, so that a player
+// only keeps the blocks that it plays.
 #pragma once
 
 #include <algorithm>
@@ -12,21 +12,23 @@
 #include <vector>
 
 #include "common/result.h"
+#include "common/sample_rate.h"
 #include "formats/bake_file/signal_envelope.h"
-#include "formats/level/level.h"
 
 namespace clamor {
+
+struct Signal;
 
 inline constexpr std::uint64_t kSignalBlockFrames = std::uint64_t{kSampleRate_hz} * 10;
 inline constexpr std::uint64_t kMaxSingleBlock_frames = 2 * kSignalBlockFrames;
 
-// How many blocks a signal of so many frames is kept in.
+// Number of blocks of a signal.
 constexpr std::size_t signal_blocks(std::uint64_t frames) {
   if (frames <= kMaxSingleBlock_frames) return 1;
   return static_cast<std::size_t>((frames + kSignalBlockFrames - 1) / kSignalBlockFrames);
 }
 
-// The frames of the signal that a block holds.
+// Range of frames of a block.
 struct SignalBlock {
   std::uint64_t first = 0, frames = 0;
 };
@@ -36,20 +38,20 @@ constexpr SignalBlock signal_block(std::uint64_t frames, std::size_t block) {
   return {first, std::min(kSignalBlockFrames, frames - first)};
 }
 
-// What a signal is divided by to be kept, as FLAC ends at full scale: its peak, but at least 1.
+// Divisor that keeps a signal within the full scale of FLAC: its peak, but at least 1.
 float signal_scale(const Signal& signal);
 
-// Each block as FLAC, in parallel.
+// Encodes all blocks in parallel.
 Result<std::vector<std::vector<std::byte>>> pack_signal_blocks(const Signal& signal, float scale);
 
-// Exactly so many frames, or an Error: "has the wrong length". Allocates them and no more, whatever
-// the block holds.
+// Decodes exactly `frames` frames, or returns an Error such as "has the wrong length". Allocates no
+// more, whatever the block claims.
 Result<std::vector<float>> unpack_signal_block(std::span<const std::byte> flac,
                                                std::uint64_t frames, float scale);
 
-// The envelope's steps, each less the one before it of its band, as a zstd frame.
+// Compresses the differences of successive steps of each band.
 std::vector<std::byte> pack_envelope(const SignalEnvelope& envelope);
-// Allocates in proportion to `frames`, whatever the section claims.
+// Allocates memory proportional to `frames`, whatever the section claims.
 Result<SignalEnvelope> unpack_envelope(std::span<const std::byte> section, std::uint64_t frames,
                                        const Bands& mean_square);
 

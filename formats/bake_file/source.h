@@ -1,4 +1,4 @@
-// source.h: a place that sound comes from, as the bake leaves it and the sampler reads it.
+// source.h: a point source, as the bake stores it and the sampler reads it.
 #pragma once
 
 #include <cstdint>
@@ -8,24 +8,24 @@
 
 namespace clamor {
 
-// An emitter itself, or what a surface reflects of it: a secondary source.
+// An emitter, or a secondary source: sound reflected at a point of a surface.
 //
-// Power is in units of intensity x area, with intensity 1 an emitter of gain 1 heard at 1 m on its
-// axis playing a full-scale signal; so an omnidirectional emitter of gain g has 4 pi g^2. A
-// secondary source radiates I = power x density(direction) / r^2, the density being its material's
-// reflection law. Air losses up to the source are included, those after it are not.
+// Power has the unit intensity x area, where intensity 1 is that of an emitter of gain 1 at 1 m on
+// its axis, playing a full-scale signal; so an omnidirectional emitter of gain g has power 4 pi
+// g^2. A secondary source radiates I = power x density(direction) / r^2 with the density of the
+// reflection law of its material. Power includes air attenuation up to the source, but not beyond.
 struct Source {
   Vec3f position_m{};
-  Vec3f normal{};     // unit; out of the surface, on the side the sound came from. Emitter: axis
-  Vec3f mirror{};     // unit; mirror direction of the arriving sound. Emitter: axis
-  float delay_s = 0;  // travelled since the emitter; 0 for an emitter
-  Bands power{};      // reflected power per band
-  float patch_radius_m = 0;  // 1 / r^2 is clamped there; 0 for an emitter
-  float u = 1;               // the permanent random number of priority sampling, in (0, 1]
+  Vec3f normal{};            // unit; towards the side of incidence. Emitter: axis
+  Vec3f mirror{};            // unit; mirror direction of the incident sound. Emitter: axis
+  float delay_s = 0;         // path delay since the emitter; 0 for an emitter
+  Bands power{};             // reflected power
+  float patch_radius_m = 0;  // 1 / r^2 is clamped at this distance; 0 for an emitter
+  float u = 1;               // permanent random number of priority sampling, in (0, 1]
   std::uint32_t emitter = 0;
   std::uint16_t material = 0;
-  std::int8_t polarity = 1;  // +1 or -1, so that powers add and not amplitudes
-  bool is_emitter = false;   // then everything but u follows from the emitter table
+  std::int8_t polarity = 1;  // +1 or -1 at random, so that powers add on average
+  bool is_emitter = false;   // then the emitter table defines everything but u
 };
 
 }  // namespace clamor

@@ -3,18 +3,19 @@
 #include <algorithm>
 #include <bit>
 
+#include "common/material.h"
 #include "common/maths.h"
 #include "common/random.h"
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 
 namespace clamor {
 
 namespace {
 
-// 10 lg power in half decibels: a whole number for snapped powers. 20 lg 2 = 6.02...
+// Power in half decibels, an integer for rounded powers. 20 lg 2 = 6.02...
 double half_decibels(double power) { return 6.0205999132796239 * log2_of(power); }
 
-// 40 lg radius: half decibels of the area.
+// Area of a patch in half decibels: 40 lg radius.
 double half_decibels_of_area(double radius_m) { return 12.041199826559248 * log2_of(radius_m); }
 
 int nearest_power(float power) {
@@ -52,7 +53,7 @@ Vec3f direction(const std::array<std::uint16_t, 2>& code, int bits) {
 }
 
 std::int32_t nearest_step(float position_m) {
-  constexpr double kFarthest = 2'000'000'000;  // the reader's bounds are narrower
+  constexpr double kFarthest = 2'000'000'000;  // the reader has narrower limits
   return static_cast<std::int32_t>(std::llround(
       std::clamp(static_cast<double>(position_m) * kPositionSteps_per_m, -kFarthest, kFarthest)));
 }
@@ -144,7 +145,7 @@ void quantize_sources(std::span<Source> sources, std::span<const Material> mater
   for (Source& source : sources) {
     if (source.is_emitter) continue;
     round_powers_stochastically(source);
-    // Twice, because some directions have two codes, and u is to be made of the one that is kept.
+    // Twice, because some directions have two encodings, and u must be the hash of the final one.
     source = dequantized(quantized(source, mirror_bits), mirror_bits);
     source = dequantized(quantized(source, mirror_bits), mirror_bits);
   }

@@ -1,20 +1,18 @@
-// source_quantization.h: a secondary source in whole numbers: all that a page of a bake file can
-// say.
+// source_quantization.h: quantization of secondary sources for the pages of a bake file.
 //
-//   position    256ths of a metre, in the level's own axes
+//   position    1/256 m, along the axes of the level
 //   delay       samples at 48 kHz
-//   directions  on the faces of an octahedron folded flat, 14 bits a coordinate for the normal, 8
-//   to
-//               12 for the mirror direction (more for sharper lobes)
+//   directions  octahedral mapping; 14 bits per coordinate for the normal, 8 to 12 for the mirror
+//               direction (more for sharper lobes)
 //   power       half decibels, 1e-24 to 1e24, or silent
 //   patch       half decibels of its area, 0.01 mm to 60 000 km of radius, or none
 //
-// A position is off by at most 3.4 mm, so that delay and the way to the listener together are never
-// off by a whole sample. The steps do not depend on the octree: the bake takes them once, before it
-// makes keys (quantize_sources()), and from there to the player every source is the same bits.
+// The position error is at most 3.4 mm, so the total path delay is always exact within a sample.
+// The steps do not depend on the octree: the bake quantizes once, before it computes keys
+// (quantize_sources()), and from then on every source is bit-exact.
 //
-// What costs the most and says the least need not be stored at all: the permanent random number u
-// and the polarity are hashes of the numbers above.
+// The permanent random number u and the polarity are hashes of the quantized values, so they are
+// not stored.
 #pragma once
 
 #include <array>
@@ -22,12 +20,13 @@
 #include <cstdint>
 #include <span>
 
-#include "common/material.h"
 #include "common/maths.h"
+#include "common/sample_rate.h"
 #include "formats/bake_file/source.h"
-#include "formats/level/level.h"
 
 namespace clamor {
+
+struct Material;
 
 inline constexpr int kPositionSteps_per_m = 256;
 inline constexpr int kNormalBits = 14;
@@ -46,35 +45,35 @@ struct QuantizedSource {
   std::uint32_t emitter = 0;
 };
 
-// Bits of a mirror direction's coordinates: 8 up to an exponent of 100, one more for each four
-// times that. A lobe of exponent p is 1 / sqrt(p) wide; the error is a tenth of that at most.
+// Bits per coordinate of mirror directions: 8 up to an exponent of 100, one more for every factor
+// of 4. A lobe of exponent p has a width of 1 / sqrt(p); the error is at most a tenth of that.
 int mirror_bits_for(std::span<const Material> materials);
 
-// The nearest numbers. Powers are rounded; round_powers_stochastically() first keeps them right on
-// average.
+// Rounds every value to nearest. Call round_powers_stochastically() first for unbiased powers.
 QuantizedSource quantized(const Source& source, int mirror_bits);
 
-// What the numbers say; u and polarity by hash.
+// Inverse of quantized(); u and polarity are hashes.
 Source dequantized(const QuantizedSource& code, int mirror_bits);
 
-// Moves the power of each band to a half decibel above or below, by a coin whose odds keep the
-// power right on average (a plain rounding is 0.02 dB off). The coin is a function of the source.
+// Rounds the power of each band up or down to a half decibel, with probabilities that keep its
+// expected value (rounding to nearest has a bias of 0.02 dB). The random number is a function of
+// the source.
 void round_powers_stochastically(Source& source);
 
-// Makes of each source what its page will say: powers snapped, all else rounded, u and polarity
-// drawn anew. Emitters are left alone.
+// Replaces each secondary source by its quantized value: powers are rounded stochastically, other
+// values to nearest, and u and polarity are drawn again. Emitters are unchanged.
 void quantize_sources(std::span<Source> sources, std::span<const Material> materials);
 
-// --- The steps, one by one, for those who decode whole columns
-// ------------------------------------
+// --- Conversion of single values, for decoding whole columns
+// ---------------------------------------
 
-// 10^(c / 20) for c from kMinPower_half_db; before them, 0 for kSilent_half_db.
+// 10^(c / 20) for c from kMinPower_half_db up; the first element is 0, for kSilent_half_db.
 const std::array<float, kMaxPower_half_db - kSilent_half_db + 1>& power_table();
 CLAMOR_INLINE float power_of(int half_decibels) {
   return power_table()[static_cast<std::size_t>(half_decibels - kSilent_half_db)];
 }
 
-// 10^((c - 200) / 40) m; 0 for 0.
+// 10^((c - 200) / 40) m for code c; 0 for code 0.
 const std::array<float, kRadiusCodes>& radius_table();
 
 CLAMOR_INLINE float position_m_of(std::int32_t code) {
@@ -85,9 +84,8 @@ CLAMOR_INLINE float delay_s_of(std::uint32_t code) {
   return static_cast<float>(static_cast<double>(code) * (1.0 / kSampleRate_hz));
 }
 
-// The octahedron's faces folded flat. Q. Meyer et al. On Floating-Point Normal Vectors. EGSR 2010.
-// Coordinates run from 0 to 2^bits - 2, so that the axes are exact. No branch: loops over columns
-// become vector code.
+// Decodes the octahedral mapping (Q. Meyer et al. On Floating-Point Normal Vectors. EGSR 2010).
+// Coordinates range from 0 to 2^bits - 2, so the axes are exact. Branch-free, so loops vectorise.
 CLAMOR_INLINE void direction_of(int a, int b, float scale, float& out_x, float& out_y,
                                 float& out_z) {
   float x = static_cast<float>(a) * scale - 1, y = static_cast<float>(b) * scale - 1;
@@ -103,9 +101,9 @@ CLAMOR_INLINE void direction_of(int a, int b, float scale, float& out_x, float& 
 }
 constexpr float direction_scale(int bits) { return 2.0f / static_cast<float>((1 << bits) - 2); }
 
-// 32 random bits that are a function of where a source is, when it sounds and whose it is: its
-// words multiplied together in pairs (products of 32 by 32 bits, which vectors have), each half of
-// a product going into the next.
+// 32 random bits from position, delay, emitter and mirror direction of a source. Words are
+// multiplied in pairs (32 x 32 bits, which vector units support), and both halves of a product
+// enter the next.
 CLAMOR_INLINE std::uint32_t source_hash(std::int32_t x, std::int32_t y, std::int32_t z,
                                         std::uint32_t delay, std::uint32_t emitter,
                                         std::uint32_t mirror) {
@@ -127,7 +125,7 @@ CLAMOR_INLINE std::uint32_t source_hash(const QuantizedSource& code) {
                      code.mirror[0] | std::uint32_t{code.mirror[1]} << 16);
 }
 
-// What they say of a source: the upper 24 are u, the lowest is the polarity.
+// The upper 24 bits determine u, the lowest bit the polarity.
 CLAMOR_INLINE float u_from_hash(std::uint32_t random) {
   return static_cast<float>(static_cast<std::int32_t>(random >> 8) + 1) * 0x1p-24f;
 }

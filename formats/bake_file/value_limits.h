@@ -1,4 +1,4 @@
-// value_limits.h: how far and how loud anything in a bake file may be, so that sums stay finite.
+// value_limits.h: limits of coordinates and powers in a bake file, so that sums stay finite.
 #pragma once
 
 namespace clamor {

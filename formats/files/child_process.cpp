@@ -16,24 +16,19 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "formats/files/retry_on_eintr.h"
+
 namespace clamor {
 
 namespace {
 
 constexpr int kNoMemory = 3;  // exit code
 
-// All calls that are interrupted are made again.
-template <class Call>
-ssize_t again(const Call& call) {
-  for (;;)
-    if (const ssize_t done = call(); done >= 0 || errno != EINTR) return done;
-}
-
-// By as many calls as it takes of some(bytes, count), which gives how many it did.
+// Calls some(bytes, count), which returns how many bytes it transferred, until all are.
 template <class Byte, class Some>
 bool all_of(Byte* bytes, std::size_t count, const Some& some) {
   while (count > 0) {
-    const ssize_t done = again([&] { return some(bytes, count); });
+    const ssize_t done = retry_on_eintr([&] { return some(bytes, count); });
     if (done <= 0) return false;
     bytes += done;
     count -= static_cast<std::size_t>(done);
@@ -48,7 +43,7 @@ bool write_all(int to, const void* bytes, std::size_t count) {
 
 using Clock = std::chrono::steady_clock;
 
-// Gives up at the deadline.
+// Returns false at the deadline.
 bool read_all(int from, void* bytes, std::size_t count, Clock::time_point deadline) {
   return all_of(static_cast<char*>(bytes), count, [&](char* next, std::size_t left) -> ssize_t {
     const auto wait = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
@@ -61,7 +56,7 @@ bool read_all(int from, void* bytes, std::size_t count, Clock::time_point deadli
   });
 }
 
-// Of this process, mapped; a child begins with as much.
+// Bytes that this process has mapped, which a forked child inherits.
 std::uint64_t address_space_bytes() {
   std::uint64_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
@@ -72,16 +67,17 @@ void limit(int resource, std::uint64_t most) {
   rlimit limits{};
   if (::getrlimit(static_cast<__rlimit_resource_t>(resource), &limits) != 0) return;
   limits.rlim_cur = std::min<rlim_t>(most, limits.rlim_max);
-  limits.rlim_max = std::min<rlim_t>(most + 1, limits.rlim_max);  // at which nobody is asked
+  limits.rlim_max = std::min<rlim_t>(
+      most + 1, limits.rlim_max);  // the hard limit kills without a signal to handle
   ::setrlimit(static_cast<__rlimit_resource_t>(resource), &limits);
 }
 
-// Whoever handles signals in this process is not meant; nor is its terminal, by a crash.
+// Detaches the child from the parent's signal handlers and terminal, and sets its limits.
 void be_alone(const ChildLimits& limits, std::uint64_t bytes_before) {
   for (const int number : {SIGSEGV, SIGBUS, SIGABRT, SIGILL, SIGFPE, SIGXCPU, SIGPIPE, SIGALRM,
                            SIGINT, SIGTERM, SIGHUP, SIGQUIT})
     ::signal(number, SIG_DFL);
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody else would end work that hangs
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // ends hanging work if the parent dies
   sigset_t none;
   ::sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -100,7 +96,7 @@ void be_alone(const ChildLimits& limits, std::uint64_t bytes_before) {
   } catch (const std::bad_alloc&) {
     code = kNoMemory;
   }
-  ::_exit(code);  // without what the parent has to do at its own end
+  ::_exit(code);  // skips the exit handlers of the parent
 }
 
 }  // namespace
@@ -126,7 +122,8 @@ Result<std::vector<std::byte>> in_child_process(
     ::close(pipe[0]);
     return error;
   }
-  // By its size, not up to the end: another child may have this pipe's other end, too.
+  // Reads `size` bytes rather than up to the end of the pipe, whose write end a concurrently forked
+  // child may also hold.
   std::vector<std::byte> result;
   std::uint64_t size = 0;
   const auto deadline = Clock::now() + std::chrono::seconds(limits.wall_s);
@@ -140,7 +137,7 @@ Result<std::vector<std::byte>> in_child_process(
   if (is_late) ::kill(child, SIGKILL);
   ::close(pipe[0]);
   int status = 0;
-  const bool known = again([&] { return ::waitpid(child, &status, 0); }) == child;
+  const bool known = retry_on_eintr([&] { return ::waitpid(child, &status, 0); }) == child;
   if (is_too_large) return Error("holds more than can be");
   if (whole) return result;
   if (is_late) return Error("takes more than " + std::to_string(limits.wall_s) + " s to read");

@@ -1,4 +1,4 @@
-// gltf_mesh.h: the triangles of a glTF scene, in the world.
+// gltf_mesh.h: collects the triangles of a glTF scene in world coordinates.
 #pragma once
 
 #include <cstdint>
@@ -7,25 +7,25 @@
 #include "common/result.h"
 #include "formats/gltf/gltf_placement.h"
 #include "formats/gltf/gltf_scene.h"
-#include "formats/level/level.h"
+#include "formats/level/mesh.h"
 
 namespace clamor {
 
 inline constexpr std::uint64_t kMaxTriangles = 200'000'000;
 
 struct SceneMesh {
-  // Mesh::materials holds indices of glTF materials here; a primitive without one has the index
+  // Mesh::materials contains indices of glTF materials; a primitive without material has the index
   // after the last.
   Mesh mesh;
-  std::size_t meshes = 0, placements = 0;  // that triangles came from
-  std::size_t hidden = 0;                  // placements that were left out
-  std::size_t points_or_lines = 0;         // primitives that were left out
-  std::size_t degenerate = 0;              // triangles without area, left out
-  std::size_t left_over = 0;               // indices that make no whole triangle
+  std::size_t meshes = 0, placements = 0;  // that contributed triangles
+  std::size_t hidden = 0;                  // skipped placements
+  std::size_t points_or_lines = 0;         // skipped primitives
+  std::size_t degenerate = 0;              // skipped triangles without area
+  std::size_t left_over = 0;               // trailing indices without a complete triangle
 };
 
-// Vertices that are not finite or further than 1000 km from the origin are an Error, and so are
-// indices beyond the vertices and more than kMaxTriangles triangles, counted before any is made.
+// Errors: vertices that are not finite or more than 1000 km from the origin, indices beyond the
+// vertices, and more than kMaxTriangles triangles, which are counted before any is created.
 Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<PlacedNode>& placements,
                              bool with_hidden);
 

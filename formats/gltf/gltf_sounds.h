@@ -1,16 +1,16 @@
-// gltf_sounds.h: the emitters of a glTF scene and the sounds they play.
+// gltf_sounds.h: reads the emitters of a glTF scene and their sounds.
 //
-// KHR_audio_emitter says where and what (khr_audio.h). Clamor's own extension adds what it cannot:
+// KHR_audio_emitter (khr_audio.h) defines positions and sounds. Clamor's own extension adds:
 //
 //   "extensions": { "CLAMOR_emitter": {       on the node, or on the KHR emitter; or in
 //     "directivity": 2 | [8],  "bandsHz": [],  extras.clamor_emitter of either. The node wins.
 //     "gain_db": -3,           added to KHR's gain
-//     "delay_s": 0.1,          later than time 0
-//     "random_delay_s": 0.3    and by a random time from [0, this), another for every emitter
+//     "delay_s": 0.1,          start after time 0
+//     "random_delay_s": 0.3    additional random delay in [0, this), different for every emitter
 //   } }
 //
-// A node with EXT_mesh_gpu_instancing emits from every instance, each later by what its own
-// attribute _DELAY_S says, if there is one; every source of an emitter is an Emitter of its own.
+// A node with EXT_mesh_gpu_instancing emits from every instance, each delayed by its attribute
+// _DELAY_S, if present. Every source of a KHR emitter becomes an Emitter.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@
 #include "common/result.h"
 #include "formats/gltf/gltf_placement.h"
 #include "formats/gltf/gltf_scene.h"
-#include "formats/level/level.h"
+#include "formats/level/emitter.h"
 #include "formats/level/level_folder.h"
 #include "formats/level/signal_table.h"
 
@@ -28,7 +28,7 @@ namespace clamor {
 
 struct SceneSounds {
   std::vector<Emitter> emitters;
-  std::vector<int> nodes;  // that of each emitter
+  std::vector<int> nodes;  // node of each emitter
   std::vector<std::string> ignored, warnings;
 };
 
@@ -37,7 +37,7 @@ Result<SceneSounds> read_scene_sounds(const GltfScene& scene,
                                       LevelFolder& folder, SignalTable& signals,
                                       std::uint64_t seed);
 
-// A start delay in [0, most_s) for emitter `index`, the same for every seed and index.
-double random_start_s(std::uint64_t seed, std::size_t index, double most_s);
+// A start delay in [0, max_s) for emitter `index`, a function of seed and index.
+double random_start_s(std::uint64_t seed, std::size_t index, double max_s);
 
 }  // namespace clamor

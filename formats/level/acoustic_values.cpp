@@ -13,7 +13,7 @@ namespace {
 constexpr double kMaxExponent = 1000;
 constexpr std::size_t kMaxPoints = 1000;
 
-// The frequencies that a list of so many values stands for; empty where that is anybody's guess.
+// The frequencies implied by a list of `count` values; empty if there is no convention.
 std::span<const double> frequencies_hz(std::size_t count) {
   static constexpr std::array<double, 3> kSteamAudio_hz = {400, 2500, 15000};
   static constexpr std::array<double, 10> kOctaves_hz = {31.5, 63,   125,  250,  500,
@@ -56,7 +56,7 @@ Result<Bands> bands_from_values(std::span<const double> values, std::span<const 
 
 std::optional<Bands> bands_member(JsonFields& fields, std::string_view key, double low,
                                   double high) {
-  // Flat extras carry their prefix on bandsHz, too.
+  // In flat extras the prefix precedes bandsHz as well.
   const auto under = key.rfind('_');
   const std::string prefix(under == std::string_view::npos ? "" : key.substr(0, under + 1));
   const auto values = fields.numbers(key);

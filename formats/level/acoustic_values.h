@@ -1,9 +1,10 @@
-// acoustic_values.h: acoustic values as levels and sidecars give them, made eight bands.
+// acoustic_values.h: parses acoustic values of levels and sidecars and resamples them to eight
+// bands.
 //
-// A list is understood by its length: 1 value is for all bands; 3 are Steam Audio's (400, 2500 and
-// 15000 Hz); 6 are 125 to 4000 Hz, 7 are 125 to 8000 Hz, 8 are 63 to 8000 Hz, 9 are 31.5 to 8000 Hz
-// (Resonance Audio's) and 10 are 31.5 to 16000 Hz, in octaves. Any other needs its own bandsHz.
-// Values are linear between the frequencies given and constant beyond them.
+// The length of a list implies its frequencies: 1 value is for all bands; 3 are Steam Audio's (400,
+// 2500 and 15000 Hz); 6 are octaves from 125 to 4000 Hz, 7 from 125 to 8000 Hz, 8 from 63 to 8000
+// Hz, 9 from 31.5 to 8000 Hz (Resonance Audio's) and 10 from 31.5 to 16000 Hz. Other lengths need
+// bandsHz. Values are interpolated linearly in frequency and constant beyond the ends.
 #pragma once
 
 #include <optional>
@@ -18,26 +19,25 @@
 
 namespace clamor {
 
-// `hz` may be empty. Every value must be from low to high.
+// Every value must lie between `low` and `high`. An empty `hz` implies the frequencies.
 Result<Bands> bands_from_values(std::span<const double> values, std::span<const double> hz,
                                 double low, double high);
 
-// The member `key` of `fields` as bands, with the frequencies in its member "bandsHz" if that is
-// there and its length fits. What is wrong goes to fields.fail().
+// Reads the member `key` of `fields`, at the frequencies of its member "bandsHz" if that exists and
+// has the same length. Reports errors to fields.fail().
 std::optional<Bands> bands_member(JsonFields& fields, std::string_view key, double low,
                                   double high);
 
 struct AcousticMaterial {
   Material material;
-  std::string preset;  // that it began with; empty for none
+  std::string preset;  // preset that it is based on, or empty
 };
 
-// { "preset": name, "absorption": [...], "scattering": [...], "phong": [...], "transmission":
-// [...], "bandsHz": [...] }, all optional but one of preset and absorption; or just the name of a
-// preset. Values given beside a preset replace its own. A phong exponent without scattering means
-// a surface without scattering (and an exponent of 0 Lambert's law). `prefix` stands before every
-// name ("acoustic_" in flat extras); then members without it are somebody else's. `name` is the
-// material's.
+// Reads { "preset": name, "absorption": [...], "scattering": [...], "phong": [...], "transmission":
+// [...], "bandsHz": [...] }, in which preset or absorption is required, or just the name of a
+// preset. Explicit values override those of the preset. A phong exponent without scattering means
+// no scattering (and an exponent of 0 Lambert's law). `prefix` precedes every key ("acoustic_" in
+// flat extras); members without it are then ignored. `name` is the name of the material.
 Result<AcousticMaterial> read_acoustic_material(const Json& json, const std::string& name,
                                                 const MaterialPresets& presets,
                                                 const std::string& prefix = "");

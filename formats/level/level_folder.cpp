@@ -70,7 +70,7 @@ Result<FileBytes> read_whole_file(const std::string& path) {
     return Error(path + ": cannot be read: " + std::strerror(error) +
                  ". Check the name and that you may read it.");
   };
-  // Without O_NONBLOCK, opening a pipe would wait for its writer.
+  // O_NONBLOCK, because opening a pipe without a writer would block.
   const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
   if (file.number < 0) return failed(errno);
   struct stat status {};
@@ -85,7 +85,7 @@ Result<FileBytes> read_whole_file(const std::string& path) {
     const ssize_t got = ::read(file.number, bytes.data() + done, bytes.size() - done);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return failed(errno);
-    if (got == 0) break;  // it shrank meanwhile
+    if (got == 0) break;  // the file was truncated meanwhile
     done += static_cast<std::size_t>(got);
   }
   bytes.resize(done);
@@ -183,7 +183,8 @@ LevelFolder::LevelFolder(const std::string& level_path)
 }
 
 Result<FileBytes> LevelFolder::read(std::string_view uri) {
-  if (uri.starts_with("data:")) return decode_data_uri(uri);  // hashed with the file it stands in
+  if (uri.starts_with("data:"))
+    return decode_data_uri(uri);  // hashed as part of the file that contains it
   const auto path = confined_path(path_, uri);
   if (!path.ok()) return path.error();
   return read_anywhere(*path);

@@ -1,9 +1,9 @@
-// level_folder.h: the only way by which a level reads files, confined to its own folder.
+// level_folder.h: confines the file access of a level to its own folder.
 //
-// A level from elsewhere must not be able to name /etc/passwd as its sound. A URI is a relative
-// path, percent-escapes decoded, without a scheme, a leading slash, "..", backslashes or control
-// characters; and what it names must, with all symbolic links followed, be a regular file inside
-// the level's folder. Every byte read is hashed, in the order of reading.
+// A downloaded level must not be able to name /etc/passwd as its sound. A URI is a percent-encoded
+// relative path without scheme, leading slash, "..", backslashes or control characters, and with
+// all symbolic links resolved it must name a regular file inside the level's folder. All bytes are
+// hashed in the order of reading.
 #pragma once
 
 #include <cstddef>
@@ -22,16 +22,16 @@ namespace clamor {
 
 using FileBytes = std::vector<std::byte>;
 
-// A whole regular file, from wherever the user says.
+// Reads a whole regular file from anywhere.
 Result<FileBytes> read_whole_file(const std::string& path);
 
-// The path inside a folder that a URI of a file there names, or why it may not.
+// Resolves the URI of a file inside `folder` to a path, or says why it is not allowed.
 Result<std::string> confined_path(const std::string& folder, std::string_view uri);
 
-// The contents of "data:...;base64,..." in proportion to its length.
+// Decodes "data:...;base64,...".
 Result<FileBytes> decode_data_uri(std::string_view uri);
 
-// xxHash3 over what it is given, lengths included.
+// xxHash3 of a sequence of byte ranges and their lengths.
 class InputHash {
  public:
   InputHash();
@@ -48,20 +48,22 @@ class InputHash {
 
 class LevelFolder {
  public:
-  // The folder that holds `level_path`.
+  // Confines access to the folder of `level_path`.
   explicit LevelFolder(const std::string& level_path);
 
-  // The file that a URI of the level names, or the data that is in the URI itself.
+  // Reads the file that a URI of the level names, or decodes a data URI.
   Result<FileBytes> read(std::string_view uri);
 
-  // A file that the user named: the level, its sidecar, a sound of the command line.
+  // Reads a file that the user named: the level, its sidecar, a sound of the command line.
   Result<FileBytes> read_anywhere(const std::string& path);
 
   const std::string& path() const { return path_; }
   InputHash& hash() { return hash_; }
   std::uint64_t bytes_read() const { return bytes_read_; }
   const std::vector<InputFile>& inputs() const { return inputs_; }  // in the order of reading
-  const InputFiles& files() const { return files_; }                // the same, to keep them safe
+  const InputFiles& files() const {
+    return files_;
+  }  // the same files, which outputs must not replace
 
  private:
   std::string path_;

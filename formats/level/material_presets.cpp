@@ -25,7 +25,7 @@ std::optional<Bands> eight_values(JsonFields& fields, const char* key, double hi
   return bands;
 }
 
-// "walls" and "arches" are what "wall" and "arch" are.
+// Matches plurals: "walls" and "arches" match "wall" and "arch".
 bool word_matches(const std::string& pattern, std::string_view word) {
   if (glob_matches(pattern, word)) return true;
   for (const std::string_view plural : {"s", "es"})
@@ -48,7 +48,7 @@ bool words_match(const std::vector<std::string>& pattern, const std::vector<std:
 const MaterialPresets& MaterialPresets::built_in() {
   static const MaterialPresets presets = [] {
     auto parsed = parse(kMaterialsJson);
-    assert(parsed.ok());  // a test reads the same text
+    assert(parsed.ok());  // a test parses the same text
     return parsed.ok() ? *parsed : MaterialPresets();
   }();
   return presets;

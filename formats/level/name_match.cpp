@@ -4,7 +4,7 @@ namespace clamor {
 
 namespace {
 
-// Locale-free, unlike <cctype>.
+// Independent of the locale, unlike <cctype>.
 bool is_upper(char c) { return c >= 'A' && c <= 'Z'; }
 bool is_letter(char c) { return is_upper(c) || (c >= 'a' && c <= 'z') || (c & 0x80) != 0; }
 char lower(char c) { return is_upper(c) ? static_cast<char>(c - 'A' + 'a') : c; }
@@ -13,7 +13,8 @@ char lower(char c) { return is_upper(c) ? static_cast<char>(c - 'A' + 'a') : c; 
 
 bool glob_matches(std::string_view pattern, std::string_view name) {
   std::size_t p = 0, n = 0;
-  std::size_t star = std::string_view::npos, retry = 0;  // the last * and what it has swallowed
+  std::size_t star = std::string_view::npos,
+              retry = 0;  // positions after the last * and of its match end
   while (n < name.size()) {
     if (p < pattern.size() && pattern[p] == '*') {
       star = p++;
@@ -40,7 +41,7 @@ std::vector<std::string> words_of(std::string_view name) {
       in_word = false;
       continue;
     }
-    // A capital after a small letter begins a word: wallBrick.
+    // An upper-case letter after a lower-case one begins a word: wallBrick.
     if (is_upper(name[i]) && i > 0 && !is_upper(name[i - 1])) in_word = false;
     if (!in_word) words.emplace_back();
     words.back() += lower(name[i]);

@@ -1,4 +1,4 @@
-// name_match.h: names that people and exporters write, compared with names that we know.
+// name_match.h: matches names of people and exporters with known names.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace clamor {
 
-// Whether all of `name` matches `pattern`: * is any run of characters, ? any one. Upper and lower
-// case (of ASCII) are alike. Takes time in proportion to the product of the lengths at worst.
+// Matches a whole name with a glob: * is any run of characters, ? any one. Ignores ASCII case. The
+// worst case takes time proportional to the product of the lengths.
 bool glob_matches(std::string_view pattern, std::string_view name);
 
-// The words of a name as exporters write them, in lower case: "m_WallBrick.02" is m, wall, brick.
+// Splits a name into lower-case words: "m_WallBrick.02" is m, wall, brick.
 std::vector<std::string> words_of(std::string_view name);
 
 }  // namespace clamor

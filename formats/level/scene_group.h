@@ -1,8 +1,8 @@
-// scene_group.h: emitters that stand together in a level, under one node of its hierarchy.
+// scene_group.h: the emitters below one node of the level's hierarchy.
 //
-// A designer who repeats a stand of fans repeats a node with all that is below it. The level keeps
-// a flat list of emitters; these groups remember what of it was one subtree, and the frame it was
-// laid out in, so that the bake can look for subtrees that are alike.
+// A designer who repeats a stand of fans repeats a node with its subtree. The level has a flat list
+// of emitters; groups record which of them formed a subtree and in which coordinate frame, so that
+// the bake can find congruent subtrees.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,14 @@
 namespace clamor {
 
 struct SceneGroup {
-  std::size_t first = 0, end = 0;  // a range of Level::emitters, two at least
-  Matrix axes{1};                  // of the node's frame in the level, and its origin
+  std::size_t first = 0, end = 0;  // range of at least two Level::emitters
+  Matrix axes{1};                  // rotation of the node's frame
   Vec3 origin_m{};
 
   std::size_t size() const { return end - first; }
 };
 
-// Groups are disjoint or one within the other, those within first; no two are the same range.
+// Groups are disjoint or nested, inner groups first; no two have the same range.
 using SceneGroups = std::vector<SceneGroup>;
 
 }  // namespace clamor

@@ -8,7 +8,7 @@ namespace clamor {
 
 namespace {
 
-constexpr double kMaxWhole = 9007199254740992.0;  // 2^53: what JSON's numbers keep exactly
+constexpr double kMaxWhole = 9007199254740992.0;  // 2^53, the limit of exact integers in JSON
 
 std::optional<std::uint64_t> whole_number(JsonFields& fields, const char* key, double low) {
   const auto value = fields.number(key, low, kMaxWhole);
@@ -25,7 +25,7 @@ Result<ImportedSettings> read_settings(const Json& json) {
   if (const Json* air = fields.any("air")) {
     JsonFields values(*air, "settings: air");
     Air result;
-    // Where ISO 9613-1 states its accuracy, and a little beyond.
+    // Slightly more than the range for which ISO 9613-1 states its accuracy.
     result.temperature_c = values.number("temperature_c", -60, 80).value_or(result.temperature_c);
     result.humidity_percent =
         values.number("humidity_percent", 0, 100).value_or(result.humidity_percent);

@@ -1,5 +1,5 @@
-// sidecar.h: LEVEL.acoustics.json, what a level's glTF file does not say. acoustics.schema.json
-// documents it.
+// sidecar.h: parses LEVEL.acoustics.json, the acoustic data beside a glTF file.
+// acoustics.schema.json documents it.
 //
 //   { "materials": { "brick*": "brick", "Wall_?": { "absorption": 0.1, "scattering": 0.3 } },
 //     "emitters":  [ { "name": "violin", "signal": "violin.flac", "at": [1, 1.2, -3] } ],
@@ -19,7 +19,7 @@
 
 namespace clamor {
 
-// Settings of the bake that a level brings along; the command line wins over them.
+// Bake settings of a level; the command line overrides them.
 struct ImportedSettings {
   std::optional<std::uint64_t> photons, seed;
   std::optional<Air> air;
@@ -27,15 +27,15 @@ struct ImportedSettings {
 
 struct Sidecar {
   struct MaterialRule {
-    std::string pattern;  // a glob on the material's name
+    std::string pattern;  // glob for the names of materials
     AcousticMaterial acoustics;
   };
-  std::vector<MaterialRule> materials;  // the first that matches counts
+  std::vector<MaterialRule> materials;  // the first match applies
   std::vector<EmitterSpec> emitters;
   ImportedSettings settings;
 };
 
-// An unknown member is an Error that names the nearest known one.
+// Unknown members are Errors that suggest the nearest known name.
 Result<Sidecar> parse_sidecar(std::string_view text, const MaterialPresets& presets);
 
 }  // namespace clamor

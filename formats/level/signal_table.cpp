@@ -5,15 +5,15 @@
 
 #include "common/maths.h"
 #include "common/random.h"
+#include "common/sample_rate.h"
 
 namespace clamor {
 
 namespace {
 
-// White noise through shelves an octave apart, each a pole with a zero half an octave above it:
-// a staircase that falls 3 dB per octave, as pink noise does, within 0.3 dB. The noise is filtered
-// twice round and the second round kept, by when the filters have forgotten how it began: so the
-// end runs into the beginning.
+// Filters white noise with shelves an octave apart, each a pole with a zero half an octave above
+// it: a staircase that falls 3 dB per octave within 0.3 dB, as pink noise does. The second of two
+// passes over the noise is kept, when the filters have settled, so the loop is seamless.
 std::vector<float> pink_noise(std::size_t frames, double rms) {
   std::vector<double> samples(frames);
   for (std::size_t i = 0; i < frames; ++i)

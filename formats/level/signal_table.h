@@ -1,4 +1,4 @@
-// signal_table.h: the sounds of a level, each decoded and kept once however many emitters play it.
+// signal_table.h: the signals of a level, each decoded once however many emitters play it.
 #pragma once
 
 #include <cstddef>
@@ -12,18 +12,18 @@
 #include <vector>
 
 #include "common/result.h"
-#include "formats/level/level.h"
+#include "formats/level/signal.h"
 
 namespace clamor {
 
-// Built in, so that a level can be heard without any sound file: "impulse" is one sample of 1,
-// played once; "noise" is 4 s of pink noise, RMS -20 dB re full scale, that loops without a seam.
+// Built-in signals make a level audible without sound files: "impulse" is one sample of 1, played
+// once; "noise" is a seamless loop of 4 s of pink noise with an RMS of -20 dB full scale.
 bool is_built_in_signal(std::string_view word);
 std::vector<float> built_in_signal(std::string_view word);
 
 class SignalTable {
  public:
-  // The index of the signal of that key, if it is there already.
+  // The index of the signal with that key, if it has been added.
   std::optional<std::uint32_t> find(const std::string& key, bool loop) const;
   std::uint32_t add(const std::string& key, std::string name, std::vector<float> samples,
                     bool loop);

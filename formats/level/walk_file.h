@@ -1,4 +1,4 @@
-// walk_file.h: a scripted path of a listener, as `--walk PATH.json` takes it.
+// walk_file.h: a scripted listener path, for `--walk PATH.json`.
 //
 //   { "loop": false,
 //     "points": [ { "time_s": 0, "position_m": [0, 1.7, 3],

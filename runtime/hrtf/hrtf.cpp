@@ -9,7 +9,7 @@
 #include "common/crossover.h"
 #include "common/fourier.h"
 #include "common/parallel_for.h"
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 #include "runtime/hrtf/hrtf_magnitude_fit.h"
 #include "runtime/hrtf/hrtf_phase_fit.h"
 #include "runtime/hrtf/interaural_times.h"

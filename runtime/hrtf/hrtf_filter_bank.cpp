@@ -8,6 +8,7 @@
 
 #include "common/crossover.h"
 #include "common/fourier.h"
+#include "common/sample_rate.h"
 #include "formats/level/level.h"
 #include "runtime/measures/erb_bands.h"
 #include "runtime/voices/mix_fir.h"

@@ -18,7 +18,7 @@
 #include "common/material.h"
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
-#include "formats/level/level.h"
+#include "formats/level/emitter.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 
 namespace clamor {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 #include "runtime/measures/octave_filter.h"
 
 namespace clamor {

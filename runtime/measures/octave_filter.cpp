@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 
 namespace clamor {
 

@@ -9,7 +9,7 @@
 
 #include <ebur128.h>
 
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 
 namespace clamor {
 

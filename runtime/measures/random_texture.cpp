@@ -8,7 +8,7 @@
 
 #include "common/fourier.h"
 #include "common/random.h"
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 #include "runtime/measures/erb_bands.h"
 
 namespace clamor {

@@ -6,6 +6,7 @@
 
 #include "common/decay_curve.h"
 #include "common/directivity.h"
+#include "common/sample_rate.h"
 #include "runtime/measures/octave_filter.h"
 
 namespace clamor {

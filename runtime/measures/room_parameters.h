@@ -25,7 +25,7 @@
 #include <span>
 
 #include "common/bands.h"
-#include "formats/level/level.h"
+#include "formats/level/emitter.h"
 #include "runtime/measures/energy_response.h"
 
 namespace clamor {

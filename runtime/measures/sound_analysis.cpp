@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/decay_curve.h"
+#include "common/sample_rate.h"
 #include "runtime/measures/echo_density.h"
 #include "runtime/measures/octave_filter.h"
 #include "runtime/measures/sound_spectrum.h"

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <span>
 
+#include "common/sample_rate.h"
 #include "runtime/measures/time_varying_part.h"
 
 namespace clamor {

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "common/fourier.h"
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 
 namespace clamor {
 

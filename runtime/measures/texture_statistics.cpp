@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "common/fourier.h"
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 #include "runtime/measures/erb_bands.h"
 
 namespace clamor {

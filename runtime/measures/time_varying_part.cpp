@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/fourier.h"
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 
 namespace clamor {
 

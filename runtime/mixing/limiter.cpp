@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 
 namespace clamor {
 

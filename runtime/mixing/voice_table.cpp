@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "common/directivity.h"
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 
 namespace clamor {
 

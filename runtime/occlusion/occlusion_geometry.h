@@ -24,7 +24,7 @@
 #include "common/material.h"
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
-#include "formats/level/level.h"
+#include "formats/level/mesh.h"
 
 namespace clamor {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <thread>
 
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 #include "runtime/realtime/flush_denormals.h"
 #include "runtime/realtime/prefault_stack.h"
 

@@ -5,7 +5,7 @@
 #include <cctype>
 #include <functional>
 
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 
 namespace clamor {
 

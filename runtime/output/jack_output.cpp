@@ -9,7 +9,6 @@
 #include <jack/jack.h>
 #include <pthread.h>
 
-#include "formats/level/level.h"
 #include "runtime/output/audio_thread.h"
 #include "runtime/output/device_selection.h"
 

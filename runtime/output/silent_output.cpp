@@ -3,7 +3,7 @@
 #include <chrono>
 #include <thread>
 
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 #include "runtime/output/audio_output.h"
 #include "runtime/realtime/thread_cpu_usage.h"
 

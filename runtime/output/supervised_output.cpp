@@ -6,7 +6,6 @@
 #include <optional>
 #include <thread>
 
-#include "formats/level/level.h"
 #include "runtime/output/output_stream.h"
 #include "runtime/realtime/thread_cpu_usage.h"
 

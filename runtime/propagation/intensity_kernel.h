@@ -16,7 +16,7 @@
 #include "common/reflection_table.h"
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
-#include "formats/level/level.h"
+#include "formats/level/emitter.h"
 
 namespace clamor {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_metadata.h"
 
 namespace clamor {
 

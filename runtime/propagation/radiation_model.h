@@ -25,7 +25,7 @@
 #include "common/reflection.h"
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
-#include "formats/level/level.h"
+#include "formats/level/emitter.h"
 #include "runtime/propagation/band_mix.h"
 #include "runtime/propagation/intensity_kernel.h"
 #include "runtime/propagation/late_boost.h"

@@ -12,7 +12,7 @@
 #include "common/reflection.h"
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
-#include "formats/level/level.h"
+#include "formats/level/emitter.h"
 
 namespace clamor {
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/sample_rate.h"
 #include "runtime/propagation/loudness.h"
 
 namespace clamor {

@@ -5,7 +5,7 @@
 
 #include "common/directivity.h"
 #include "common/random.h"
-#include "formats/level/level.h"
+#include "formats/level/emitter.h"
 #include "runtime/query/source_page.h"
 #include "runtime/voices/keyframe.h"
 

@@ -36,7 +36,7 @@
 #include "common/bands.h"
 #include "common/result.h"
 #include "common/vec.h"
-#include "formats/level/level.h"
+#include "formats/level/signal.h"
 
 namespace clamor {
 

@@ -25,7 +25,7 @@
 
 #include "common/bands.h"
 #include "formats/bake_file/signal_section.h"
-#include "formats/level/level.h"
+#include "formats/level/signal.h"
 #include "runtime/realtime/realtime.h"
 #include "runtime/streaming/sound_memory.h"
 #include "runtime/voices/mix_kernel.h"

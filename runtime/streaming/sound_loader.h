@@ -30,7 +30,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "formats/level/level.h"
+#include "formats/level/emitter.h"
 #include "runtime/realtime/realtime.h"
 #include "runtime/streaming/prepared_signal.h"
 #include "runtime/streaming/signal_block_cache.h"

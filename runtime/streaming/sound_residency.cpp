@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 
 namespace clamor {
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "common/bands.h"
+#include "common/sample_rate.h"
 #include "common/vec.h"
-#include "formats/level/level.h"
 #include "runtime/voices/mix_kernel.h"
 
 namespace clamor {

@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "common/crossover.h"
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 
 namespace clamor {
 

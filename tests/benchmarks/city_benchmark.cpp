@@ -9,6 +9,7 @@
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
+#include "formats/bake_file/bake_writer.h"
 #include "runtime/query/octree_pool.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/benchmarks/sample_times.h"

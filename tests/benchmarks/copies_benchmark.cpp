@@ -9,6 +9,7 @@
 #include <benchmark/benchmark.h>
 
 #include "bake/bake.h"
+#include "formats/bake_file/bake_writer.h"
 #include "runtime/query/octree_pool.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/terraces.h"

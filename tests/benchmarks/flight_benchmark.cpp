@@ -15,6 +15,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include "common/sample_rate.h"
 #include "common/thread_time.h"
 #include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer.h"

@@ -14,7 +14,9 @@
 
 #include "bake/octree/octree_builder.h"
 #include "common/random.h"
-#include "formats/bake_file/bake_file.h"
+#include "common/sample_rate.h"
+#include "formats/bake_file/bake_contents.h"
+#include "formats/bake_file/bake_writer.h"
 #include "tests/source_lists.h"
 
 namespace clamor::testing {

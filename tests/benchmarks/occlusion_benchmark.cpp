@@ -23,10 +23,14 @@
 #include <benchmark/benchmark.h>
 
 #include "bake/octree/octree_builder.h"
+#include "common/air.h"
+#include "common/material.h"
 #include "common/random.h"
 #include "common/thread_time.h"
 #include "formats/bake_file/signal_envelope.h"
 #include "formats/gltf/level_import.h"
+#include "formats/level/emitter.h"
+#include "formats/level/mesh.h"
 #include "runtime/occlusion/visibility_cache.h"
 #include "runtime/query/octree_pool.h"
 #include "runtime/sampling/sampler.h"

@@ -20,6 +20,7 @@
 #include <benchmark/benchmark.h>
 
 #include "bake/bake.h"
+#include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/page.h"

@@ -15,6 +15,8 @@
 #include <benchmark/benchmark.h>
 
 #include "common/random.h"
+#include "formats/bake_file/bake_contents.h"
+#include "formats/bake_file/bake_writer.h"
 #include "formats/bake_file/page.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/streaming/sound_loader.h"

@@ -8,8 +8,10 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_layout.h"
+#include "formats/bake_file/bake_writer.h"
 #include "runtime/engine/auralizer.h"
 #include "tests/baked_room.h"
 #include "tests/checksums.h"

@@ -5,7 +5,10 @@
 #include <memory>
 
 #include "bake/instances/instance_tree.h"
+#include "common/sample_rate.h"
+#include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_writer.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/player/render.h"
 #include "tests/baked_room.h"

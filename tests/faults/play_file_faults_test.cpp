@@ -12,6 +12,7 @@
 
 #include "common/random.h"
 #include "formats/audio/audio_file.h"
+#include "formats/bake_file/bake_writer.h"
 #include "runtime/player/render.h"
 #include "tests/baked_room.h"
 #include "tests/build_paths.h"

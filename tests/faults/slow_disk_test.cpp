@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "bake/bake.h"
+#include "formats/bake_file/bake_writer.h"
 #include "runtime/engine/auralizer.h"
 #include "tests/faults/fault_injection.h"
 #include "tests/rooms.h"

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "common/random.h"
+#include "formats/bake_file/bake_writer.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/measures/click_detector.h"
 #include "runtime/measures/programme_loudness.h"

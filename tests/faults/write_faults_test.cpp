@@ -6,7 +6,8 @@
 #include <string>
 
 #include "formats/audio/audio_file.h"
-#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_contents.h"
+#include "formats/bake_file/bake_writer.h"
 #include "tests/baked_room.h"
 #include "tests/faults/fault_injection.h"
 #include "tests/sanitized.h"

@@ -14,10 +14,13 @@
 #include <unistd.h>
 
 #include "common/random.h"
+#include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_layout.h"
+#include "formats/bake_file/bake_writer.h"
 #include "formats/bake_file/expanded_sources.h"
 #include "formats/bake_file/page.h"
+#include "formats/bake_file/signal_envelope.h"
 #include "formats/bake_file/source_quantization.h"
 
 namespace clamor::testing {

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "formats/bake_file/page.h"
+#include "formats/level/emitter.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace clamor;

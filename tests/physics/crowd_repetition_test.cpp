@@ -10,6 +10,7 @@
 
 #include "common/bands.h"
 #include "common/fourier.h"
+#include "common/sample_rate.h"
 #include "formats/gltf/level_import.h"
 #include "tests/build_paths.h"
 #include "tests/sanitized.h"

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 #include "runtime/output/audio_output.h"
 
 namespace clamor::testing {

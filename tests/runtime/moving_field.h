@@ -11,7 +11,8 @@
 
 #include "common/air.h"
 #include "common/random.h"
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
+#include "formats/level/signal.h"
 #include "runtime/engine/auralizer.h"
 
 namespace clamor::testing {

@@ -10,7 +10,7 @@
 #include "common/random.h"
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
-#include "formats/level/level.h"
+#include "formats/level/emitter.h"
 #include "runtime/propagation/radiation_model.h"
 #include "runtime/query/source_page.h"
 

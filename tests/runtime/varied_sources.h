@@ -6,9 +6,11 @@
 #include <memory>
 #include <vector>
 
+#include "common/air.h"
+#include "common/material.h"
 #include "common/random.h"
 #include "common/vec.h"
-#include "formats/level/level.h"
+#include "formats/level/emitter.h"
 #include "runtime/propagation/radiation_model.h"
 
 namespace clamor::testing {

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "common/fourier.h"
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 #include "tools/analysis/chart.h"
 
 namespace clamor {

@@ -8,6 +8,7 @@
 
 #include "bake/report/audibility.h"
 #include "bake/trace/scene.h"
+#include "formats/bake_file/bake_metadata.h"
 
 namespace clamor {
 

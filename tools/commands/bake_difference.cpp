@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 #include "formats/bake_file/bake_layout.h"
+#include "formats/level/mesh.h"
+#include "formats/level/signal.h"
 #include "tools/program/text_format.h"
 
 namespace clamor {

@@ -11,6 +11,9 @@
 
 #include <fmt/format.h>
 
+#include "formats/bake_file/signal_envelope.h"
+#include "formats/level/mesh.h"
+#include "formats/level/signal.h"
 #include "tools/program/shell_quote.h"
 
 namespace clamor {

@@ -8,7 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "common/material.h"
 #include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_metadata.h"
+#include "formats/level/emitter.h"
 
 namespace clamor {
 

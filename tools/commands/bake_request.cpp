@@ -10,6 +10,7 @@
 #include <fmt/ostream.h>
 
 #include "bake/report/level_report.h"
+#include "formats/bake_file/bake_writer.h"
 #include "formats/level/emitter_spec.h"
 #include "tools/commands/bake_summary.h"
 #include "tools/commands/commands.h"
@@ -244,7 +245,7 @@ int run_bake_request(const BakeRequest& request, const BakeRunOptions& manner, s
   if (request.copies == "on") options.groups = imported->groups;
   options.threads = manner.threads;
   options.memory_bytes = manner.memory_bytes;
-  options.spill = target->beside();
+  options.spill = target->temporary_prefix();
   options.shards = manner.shards;
   options.journal = journal;
   if (manner.shard) options.note = request.note();

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "bake/bake.h"
-#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_contents.h"
 
 namespace clamor {
 

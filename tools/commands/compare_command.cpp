@@ -11,8 +11,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "common/sample_rate.h"
 #include "formats/audio/audio_file.h"
-#include "formats/level/level.h"
 #include "runtime/measures/null_distribution.h"
 #include "runtime/measures/random_texture.h"
 #include "runtime/measures/sound_comparison.h"

@@ -5,7 +5,7 @@
 #include <fmt/ostream.h>
 #include <nlohmann/json.hpp>
 
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 #include "runtime/output/audio_output.h"
 #include "runtime/output/device_selection.h"
 #include "tools/commands/commands.h"

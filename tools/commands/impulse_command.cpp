@@ -8,10 +8,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "common/sample_rate.h"
 #include "common/text.h"
 #include "formats/audio/audio_file.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/expanded_sources.h"
+#include "formats/level/emitter.h"
+#include "formats/level/mesh.h"
 #include "runtime/measures/impulse_response.h"
 #include "runtime/measures/room_parameters.h"
 #include "runtime/measures/sampled_response.h"

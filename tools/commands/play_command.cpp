@@ -14,6 +14,7 @@
 #include "formats/audio/audio_file.h"
 #include "formats/audio/wav_writer.h"
 #include "formats/bake_file/bake_file.h"
+#include "formats/level/emitter.h"
 #include "runtime/player/player.h"
 #include "tools/analysis/spectrogram.h"
 #include "tools/commands/audibility_warnings.h"

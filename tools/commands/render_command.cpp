@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "common/sample_rate.h"
 #include "formats/audio/audio_file.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/level/walk_file.h"

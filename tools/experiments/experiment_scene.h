@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "formats/audio/audio_file.h"
-#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_metadata.h"
 #include "formats/level/level.h"
 #include "formats/level/walk_file.h"
 #include "runtime/engine/auralizer_input.h"

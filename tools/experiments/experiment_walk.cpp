@@ -10,7 +10,6 @@
 
 #include <fmt/format.h>
 
-#include "formats/level/level.h"
 #include "runtime/voices/keyframe.h"
 #include "tools/experiments/experiments.h"
 

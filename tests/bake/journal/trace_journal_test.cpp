@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "bake/bake.h"
+#include "formats/bake_file/bake_writer.h"
 #include "tests/rooms.h"
 
 namespace clamor {

@@ -4,6 +4,10 @@
 
 #include <sys/resource.h>
 
+#include "formats/bake_file/bake_contents.h"
+#include "formats/bake_file/bake_layout.h"
+#include "formats/bake_file/bake_writer.h"
+#include "formats/bake_file/signal_envelope.h"
 #include "tests/formats/bake_examples.h"
 
 namespace clamor::testing {

@@ -13,8 +13,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_layout.h"
+#include "formats/bake_file/bake_writer.h"
 #include "formats/bake_file/page.h"
 #include "formats/files/atomic_file.h"
 #include "tests/rooms.h"

@@ -13,6 +13,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "formats/bake_file/signal_envelope.h"
 #include "tests/build_paths.h"
 #include "tests/formats/bake_examples.h"
 

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "formats/bake_file/page.h"
+#include "formats/level/emitter.h"
 #include "tests/build_paths.h"
 
 namespace clamor {

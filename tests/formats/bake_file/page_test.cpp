@@ -8,9 +8,11 @@
 
 #include <gtest/gtest.h>
 
+#include "common/material.h"
 #include "common/random.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/source_quantization.h"
+#include "formats/level/emitter.h"
 
 namespace clamor {
 namespace {

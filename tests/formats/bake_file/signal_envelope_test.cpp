@@ -7,6 +7,7 @@
 
 #include "common/crossover.h"
 #include "common/random.h"
+#include "common/sample_rate.h"
 #include "formats/level/signal_table.h"
 #include "tests/sanitized.h"
 

@@ -6,8 +6,12 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "common/sample_rate.h"
+#include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_layout.h"
+#include "formats/bake_file/bake_writer.h"
+#include "formats/bake_file/signal_envelope.h"
 
 namespace clamor {
 namespace {

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/material.h"
 #include "common/random.h"
 
 namespace clamor {

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include "common/sample_rate.h"
 #include "tests/build_paths.h"
 #include "tests/formats/level_builder.h"
 

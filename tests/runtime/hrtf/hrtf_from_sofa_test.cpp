@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/sample_rate.h"
 #include "runtime/hrtf/hrtf.h"
 #include "tests/sanitized.h"
 #include "tests/sofa_writer.h"

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "common/listener.h"
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 #include "runtime/mixing/keyframe_maker.h"
 
 namespace clamor::testing {

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 #include "runtime/mixing/panner.h"
 #include "runtime/output/loudness_meter.h"
 

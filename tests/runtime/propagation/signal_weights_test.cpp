@@ -8,6 +8,8 @@
 
 #include "common/crossover.h"
 #include "common/random.h"
+#include "common/sample_rate.h"
+#include "formats/level/signal.h"
 #include "runtime/propagation/loudness.h"
 #include "runtime/voices/octave_filter_bank.h"
 

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "bake/bake.h"
+#include "formats/bake_file/bake_writer.h"
 #include "formats/bake_file/expanded_sources.h"
 #include "runtime/propagation/source_weight.h"
 #include "runtime/query/octree_pool.h"

@@ -11,6 +11,8 @@
 
 #include "bake/octree/octree_builder.h"
 #include "common/random.h"
+#include "common/sample_rate.h"
+#include "formats/level/signal.h"
 #include "runtime/propagation/source_weight.h"
 #include "runtime/query/octree_pool.h"
 #include "runtime/sampling/sampler.h"

@@ -7,8 +7,11 @@
 
 #include <gtest/gtest.h>
 
+#include "common/air.h"
+#include "common/material.h"
+#include "common/sample_rate.h"
 #include "formats/bake_file/page.h"
-#include "formats/level/level.h"
+#include "formats/level/emitter.h"
 
 namespace clamor {
 namespace {

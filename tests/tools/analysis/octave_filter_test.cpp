@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 
 namespace clamor {
 namespace {

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "formats/level/level.h"
+#include "common/sample_rate.h"
 
 namespace clamor {
 namespace {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/random.h"
+#include "common/sample_rate.h"
 #include "formats/audio/audio_file.h"
-#include "formats/level/level.h"
 
 namespace clamor::testing {
 

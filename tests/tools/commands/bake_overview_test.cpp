@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/bake.h"
+#include "formats/bake_file/bake_writer.h"
 #include "formats/bake_file/expanded_sources.h"
 #include "tests/terraces.h"
 #include "tests/tools/run_clamor.h"

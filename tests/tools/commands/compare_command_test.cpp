@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/random.h"
+#include "common/sample_rate.h"
 #include "formats/audio/audio_file.h"
-#include "formats/level/level.h"
 #include "tests/tools/run_clamor.h"
 
 namespace clamor {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "formats/bake_file/bake_writer.h"
 #include "tests/baked_room.h"
 #include "tests/build_paths.h"
 #include "tests/tools/run_clamor.h"

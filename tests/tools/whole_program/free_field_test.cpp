@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/air.h"
+#include "common/sample_rate.h"
 #include "formats/audio/audio_file.h"
-#include "formats/level/level.h"
 #include "tests/tools/run_clamor.h"
 
 namespace clamor {

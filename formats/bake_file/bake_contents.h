@@ -1,0 +1,40 @@
+// bake_contents.h: everything that a bake file holds, before it is written.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "common/material.h"
+#include "common/result.h"
+#include "formats/bake_file/bake_metadata.h"
+#include "formats/bake_file/octree_sink.h"
+#include "formats/bake_file/source_octree.h"
+#include "formats/level/emitter.h"
+#include "formats/level/mesh.h"
+#include "formats/level/signal.h"
+
+namespace clamor {
+
+struct BakeContents {
+  BakeSettings settings;
+  Provenance provenance;
+  BakeStatistics statistics;
+  std::vector<Material> materials;
+  std::vector<Emitter> emitters;
+  std::vector<Signal> signals;
+  Mesh mesh;  // for occlusion rays
+  SourceOctree octree;
+  // Streams the octree instead if it does not fit into memory: writes it to the sink and returns
+  // the handle of its root. Sources are then only validated per page.
+  std::function<Result<std::optional<std::size_t>>(OctreeSink&)> stream_octree;
+  std::uint64_t streamed_sources = 0;
+  std::uint64_t source_count() const { return octree.sources.size() + streamed_sources; }
+  // Trees for instancing: Instance::tree is an index here, less than that of the tree that contains
+  // the instance. `octree` may instance any of them.
+  std::vector<SourceOctree> copied;
+  std::vector<std::vector<std::uint32_t>> signal_maps;  // one entry per signal
+};
+
+}  // namespace clamor

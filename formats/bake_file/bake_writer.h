@@ -1,0 +1,21 @@
+// bake_writer.h: writes a bake file. bake_format.md specifies it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/result.h"
+
+namespace clamor {
+
+struct BakeContents;
+
+// Writes the file atomically: on failure an older file at `path` is untouched. The bytes are a
+// function of `contents` alone, whatever the number of `threads`. Contents that BakeFile::open()
+// would reject are an Error by the same checks.
+Result<void> write_bake(const std::string& path, const BakeContents& contents, int threads);
+
+// "zstd 1.5.4" and so on: libraries whose next version may encode the same contents differently.
+std::vector<std::string> file_library_versions();
+
+}  // namespace clamor
