@@ -23,7 +23,7 @@ double air_loss_per_m(const Air& air, double frequency_hz) {
   const double t = kelvin(air) / kReference_k;
   const double p = air.pressure_kpa / kReference_kpa;
 
-  // Molar concentration of water vapour, in per cent (annex B).
+  // Molar concentration of water vapour in per cent (annex B).
   const double saturation =
       power(10.0, -6.8346 * power(kTriplePoint_k / kelvin(air), 1.261) + 4.6151);
   const double h = air.humidity_percent * saturation / p;
@@ -33,7 +33,7 @@ double air_loss_per_m(const Air& air, double frequency_hz) {
   const double nitrogen_hz =
       p / std::sqrt(t) * (9 + 280 * h * exp_of(-4.170 * (power(t, -1.0 / 3) - 1)));
 
-  // Equation 5, in decibels per metre, then as a loss of energy.
+  // Equation 5 gives decibels per metre; converted to nepers of energy.
   const double db_per_m =
       8.686 * f2 *
       (1.84e-11 / p * std::sqrt(t) +

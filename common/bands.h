@@ -1,4 +1,4 @@
-// bands.h: the eight octave bands that everything is traced, stored and mixed in.
+// bands.h: the eight octave bands in which sound is traced, stored and mixed.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@ namespace clamor {
 
 inline constexpr std::size_t kBandCount = 8;
 
-// Nominal octave-band centres (IEC 61260-1). Formulas use these, tables print these.
+// Nominal octave-band centres (IEC 61260-1), for formulas and for tables.
 inline constexpr std::array<double, kBandCount> kBandCentres_hz = {63,   125,  250,  500,
                                                                    1000, 2000, 4000, 8000};
 
@@ -22,9 +22,9 @@ constexpr Bands same_in_all_bands(float value) {
   return bands;
 }
 
-// Values given at some ascending frequencies, as eight bands: linear over frequency between the
-// given points (the paper, section 4), constant beyond the first and the last. A single value
-// stands for all bands. hz and values have the same, non-zero length.
+// Resamples values at ascending frequencies to the eight bands: linear in frequency between the
+// points (the paper, section 4), constant beyond the first and the last. `hz` and `values` have the
+// same, non-zero length; one value is for all bands.
 Bands bands_from_points(std::span<const double> hz, std::span<const double> values);
 
 }  // namespace clamor

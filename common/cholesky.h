@@ -1,4 +1,4 @@
-// cholesky.h: linear equations whose matrix is positive definite.
+// cholesky.h: solver for symmetric positive definite systems.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 namespace clamor {
 
-// Solves a x = b; x is left in b, and a's lower half, the only one read, holds its factor:
-// Cholesky, in place, then both substitutions. Left of first[j] row j is zero, and stays so.
+// Solves a x = b in place by Cholesky factorisation: b becomes x, and the lower triangle of a, the
+// only one read, becomes its factor. Row j is zero left of first[j].
 template <std::size_t kSize>
 void solve_positive_definite(std::array<std::array<double, kSize>, kSize>& a,
                              std::array<double, kSize>& b,

@@ -18,8 +18,7 @@ double warped(double frequency_hz, double rate_hz) {
 template <std::size_t kFactors>
 using FilterMemory = std::array<std::array<double, 2>, kFactors>;
 
-// Where the number of factors is known beforehand, and small, registers hold their memory: twice as
-// fast.
+// A compile-time number of sections keeps the filter state in registers: twice as fast.
 template <class Factors, class Memory>
 void run(Factors factors, Memory memory, std::vector<double>& samples, bool backwards,
          std::size_t tail) {
@@ -36,7 +35,7 @@ void run(Factors factors, Memory memory, std::vector<double>& samples, bool back
     }
     return x;
   };
-  // The n-th sample on the way; before the first comes the last, as often as needed.
+  // Index of the n-th sample in processing order.
   const auto at = [&](std::size_t n) { return backwards ? size - 1 - n : n; };
   for (std::size_t n = tail; n-- > 0;) next(samples[at(size - 1 - n % size)]);
   for (std::size_t n = 0; n < size; ++n) samples[at(n)] = next(samples[at(n)]);
@@ -70,13 +69,13 @@ double crossover_magnitude(std::size_t edge, double rate_hz, Side side, double f
   double power = 1;
   for (std::size_t f = 0; f < kButterworthFactors; ++f) power *= w * w * w * w;
   if (side == Side::kBoth) return 1;
-  // Neither is infinity over infinity next to half the rate.
+  // Written so that neither side becomes infinity over infinity near the Nyquist frequency.
   return side == Side::kLow ? 1 / (1 + power) : 1 / (1 + 1 / power);
 }
 
 void filter_samples(const std::vector<Biquad>& factors, std::vector<double>& samples,
                     bool backwards, std::size_t tail) {
-  if (factors.size() == 1)  // a spline's
+  if (factors.size() == 1)  // the prefilter of a spline
     run(std::span(factors).first<1>(), FilterMemory<1>(), samples, backwards, tail);
   else if (factors.size() == kButterworthFactors)
     run(std::span(factors).first<kButterworthFactors>(), FilterMemory<kButterworthFactors>(),

@@ -1,13 +1,14 @@
-// crossover.h: the filters that part and rejoin the octave bands, as second-order factors.
+// crossover.h: the crossover filters between octave bands, as second-order sections.
 //
-// Linkwitz-Riley crossovers of order 12, Butterworth 6 twice. With D the Butterworth polynomial,
+// Linkwitz-Riley crossovers of order 12: Butterworth filters of order 6 applied twice. With D the
+// Butterworth polynomial,
 //
 //     low = 1 / D^2,   high = s^12 / D^2,   low + high = D(-s) / D(s),
 //
-// so two sides add up to a pure all-pass and are in phase at every frequency. Run forwards and
-// backwards in time, one Butterworth has the same magnitude and no phase at all.
+// so both sides sum to an all-pass and are in phase at every frequency. One Butterworth filter run
+// forwards and backwards in time has the same magnitude and zero phase.
 //
-// The bake measures with them what the mixer will filter with them.
+// The bake measures signals with the same crossovers that the mixer filters them with.
 #pragma once
 
 #include <array>
@@ -30,17 +31,17 @@ enum class Side { kLow, kHigh, kBoth };
 // Geometric mean of the centres on both sides.
 double band_edge_hz(std::size_t edge);
 
-// The factors of the Butterworth low-pass, the high-pass, or the all-pass D(-s) / D(s), through the
-// bilinear transform, exact at the edge.
+// Sections of the Butterworth low-pass, the high-pass or the all-pass D(-s) / D(s), by the bilinear
+// transform prewarped to the edge.
 std::array<Biquad, kButterworthFactors> crossover_factors(std::size_t edge, double rate_hz,
                                                           Side side);
 
-// Magnitude of one side, Butterworth 6 twice: 1 or w^12 over 1 + w^12, w the ratio to the edge
-// after the transform's warping.
+// Magnitude of one side of the crossover: 1 or w^12 over 1 + w^12, where w is the warped frequency
+// relative to the edge.
 double crossover_magnitude(std::size_t edge, double rate_hz, Side side, double frequency_hz);
 
-// Filters in place, from the first sample to the last or from the last to the first. A loop has
-// been playing for `tail` samples before; anything else starts from rest.
+// Filters in place, forwards or backwards in time. A loop first runs through `tail` samples to
+// settle the filters; pass 0 to start from rest.
 void filter_samples(const std::vector<Biquad>& factors, std::vector<double>& samples,
                     bool backwards, std::size_t tail);
 

@@ -13,7 +13,7 @@ namespace {
 constexpr double kHeadroom_db = 10;
 constexpr int kMinArrivals = 8;
 
-// 10 log10(ratio), the same on every CPU.
+// 10 log10(ratio) with the same bits on every CPU.
 double decibels(double ratio) {
   return ratio > 0 ? log2_of(ratio) * (10 / 3.321928094887362) : -1e9;
 }
@@ -21,7 +21,7 @@ double decibels(double ratio) {
 }  // namespace
 
 DecayCurve::DecayCurve(const std::vector<EnergyStep>& steps, double end_s) {
-  // Backwards, so that the small energies of the tail are added up before the large ones.
+  // Backwards, to add the small energies of the tail before the large ones.
   std::vector<double> yet_to_come(steps.size());
   double last_tenth = 0;
   for (std::size_t i = steps.size(); i-- > 0;) {
@@ -48,7 +48,7 @@ double DecayCurve::level_db(double time_s) const {
   return tread == treads_.end() ? decibels(0) : tread->level_db;
 }
 
-// Levels only fall, so the range is one run of treads.
+// Levels decrease monotonically, so a range is one run of treads.
 std::span<const DecayCurve::Tread> DecayCurve::range(double from_db, double to_db) const {
   const auto first = std::lower_bound(treads_.begin(), treads_.end(), from_db,
                                       [](const Tread& t, double db) { return t.level_db > db; });

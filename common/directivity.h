@@ -1,9 +1,9 @@
-// directivity.h: how strongly an emitter radiates off its axis.
+// directivity.h: radiation pattern of an emitter about its axis.
 //
-// Intensity at angle a to the axis is ((1 + cos a) / 2)^p of that on the axis: p = 0 radiates
-// alike everywhere, 1 is a cardioid in power. On-axis level does not depend on p (a designer's
-// gain is an on-axis gain), so the power radiated does. The law is the paper's (section 4, after
-// Takala and Hahn 1992), normalised on the axis.
+// Intensity at angle a to the axis is ((1 + cos a) / 2)^p of the on-axis intensity: p = 0 is
+// omnidirectional, p = 1 a cardioid in power. The on-axis level does not depend on p, because a
+// designer's gain is an on-axis gain; the radiated power does. The law is the paper's (section 4,
+// after Takala and Hahn 1992), normalised on the axis.
 #pragma once
 
 #include <cmath>
@@ -13,14 +13,14 @@
 
 namespace clamor {
 
-// Share of the on-axis intensity at cos a.
+// Intensity relative to the axis.
 inline double emission(double exponent, double cos_a) { return power((1 + cos_a) / 2, exponent); }
 
-// Power radiated per unit of on-axis intensity at 1 m: 4 pi / (p + 1).
+// Radiated power per unit of on-axis intensity at 1 m: 4 pi / (p + 1).
 inline double emission_power(double exponent) { return 4 * std::numbers::pi / (exponent + 1); }
 
-// cos a drawn with density proportional to emission(exponent, cos a) per steradian, from a
-// uniform u in [0, 1). The inverse of the law's distribution function ((1 + cos a) / 2)^(p + 1).
+// Samples cos a with density proportional to emission(exponent, cos a) per steradian, by inverting
+// the distribution function ((1 + cos a) / 2)^(p + 1). `u` is uniform in [0, 1).
 inline double draw_emission_cos(double exponent, double u) {
   return 2 * power(u, 1 / (exponent + 1)) - 1;
 }

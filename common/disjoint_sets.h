@@ -1,8 +1,8 @@
-// disjoint_sets.h: which of n things belong together, as pairs are joined (union and find).
+// disjoint_sets.h: a union-find forest over n items.
 //
-// The lowest of a set stands for it, so the outcome does not depend on the order of joining.
-// R. E. Tarjan. Efficiency of a good but not linear set union algorithm. J. ACM 22(2), 1975; here
-// with path halving.
+// The lowest index of a set is its root, so the result does not depend on the order of joins.
+// R. E. Tarjan. Efficiency of a good but not linear set union algorithm. J. ACM 22(2), 1975; with
+// path halving.
 #pragma once
 
 #include <algorithm>
@@ -30,7 +30,7 @@ class DisjointSets {
     parent_[std::max(a, b)] = std::min(a, b);
   }
 
-  // The root of each.
+  // Root of every item.
   std::vector<Index> roots() {
     for (std::size_t i = 0; i < parent_.size(); ++i) parent_[i] = root_of(static_cast<Index>(i));
     return parent_;

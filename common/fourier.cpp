@@ -27,7 +27,7 @@ void Fourier::forward(std::span<std::complex<double>> values) const {
     for (std::size_t start = 0; start < size(); start += 2 * half) {
       std::complex<double>*const low = &values[start], *const high = low + half;
       for (std::size_t k = 0; k < half; ++k) {
-        // Spelled out: the product of std::complex looks for NaN.
+        // Written out because operator* of std::complex checks for NaN.
         const std::complex<double> turned(
             high[k].real() * w[k].real() - high[k].imag() * w[k].imag(),
             high[k].real() * w[k].imag() + high[k].imag() * w[k].real());

@@ -1,7 +1,7 @@
-// fourier.h: the discrete Fourier transform, for measurements done offline.
+// fourier.h: fast Fourier transform for offline measurements.
 //
-// Radix 2, in double, with the twiddle factors in a table. 0.04 ms for 8192 points; whoever needs
-// it in the audio thread should write a faster one.
+// Radix 2 in double precision with tabulated twiddle factors: 0.04 ms for 8192 points, too slow for
+// the audio thread.
 //
 // J. W. Cooley, J. W. Tukey. An Algorithm for the Machine Calculation of Complex Fourier Series.
 // Math. Comp. 19, 1965.
@@ -23,11 +23,11 @@ class Fourier {
   // X[k] = sum over n of x[n] exp(-2 pi i k n / size), in place.
   void forward(std::span<std::complex<double>> values) const;
 
-  // What undoes it, 1 / size included.
+  // Inverse transform, scaled by 1 / size.
   void inverse(std::span<std::complex<double>> values) const;
 
  private:
-  std::vector<std::size_t> order_;              // bits reversed
+  std::vector<std::size_t> order_;              // bit reversal
   std::vector<std::complex<double>> twiddles_;  // [half + k]: exp(-pi i k / half)
 };
 

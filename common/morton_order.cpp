@@ -8,7 +8,7 @@ namespace clamor {
 
 namespace {
 
-std::uint64_t spread(std::uint64_t bits) {  // 21 bits, two zeros after each
+std::uint64_t spread(std::uint64_t bits) {  // inserts two zeros after each of 21 bits
   bits = (bits | bits << 32) & 0x1f00000000ffff;
   bits = (bits | bits << 16) & 0x1f0000ff0000ff;
   bits = (bits | bits << 8) & 0x100f00f00f00f00f;

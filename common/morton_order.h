@@ -1,4 +1,4 @@
-// morton_order.h: places in an order in which neighbours follow each other.
+// morton_order.h: sorts positions along a Morton curve.
 //
 // G. M. Morton. A computer oriented geodetic data base and a new technique in file sequencing. IBM,
 // 1966: the bits of the coordinates take turns.
@@ -12,8 +12,8 @@
 
 namespace clamor {
 
-// Indices of the places along the curve, in 2^21 steps of their longest extent; of equals the lower
-// index first.
+// Indices of the positions in Morton order, quantised to 2^21 steps of their longest extent. Ties
+// are broken by the lower index.
 std::vector<std::size_t> morton_order(std::span<const Vec3> places);
 
 }  // namespace clamor

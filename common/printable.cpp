@@ -10,13 +10,13 @@ namespace {
 
 constexpr char32_t kInvalid = 0xffffffff;
 
-// One character of UTF-8, or one byte that begins none.
+// A decoded UTF-8 character, or one invalid byte.
 struct Character {
   char32_t code = kInvalid;
   std::size_t bytes = 1;
 };
 
-// How many bytes a character takes that begins with this one; 0: none does.
+// Length in bytes of the character that starts with this byte; 0 if none can.
 std::size_t length_from(unsigned char first) {
   if (first < 0x80) return 1;
   if (first >= 0xc2 && first < 0xe0) return 2;
@@ -25,7 +25,7 @@ std::size_t length_from(unsigned char first) {
   return 0;
 }
 
-// The least code that needs so many bytes.
+// Lowest code point that needs this many bytes.
 constexpr std::array<char32_t, 5> kLeast = {0, 0, 0x80, 0x800, 0x10000};
 
 Character next_of(std::string_view text) {
@@ -54,7 +54,7 @@ bool is_shown(char32_t code) {
          !within(0x2028, 0x2029);    // line and paragraph separators
 }
 
-// Copies what is shown; calls replace(code, out) for the rest.
+// Copies printable characters and calls replace(code, out) for the others.
 template <class Replace>
 std::string with_replaced(std::string_view text, const Replace& replace) {
   std::string out;
@@ -81,7 +81,7 @@ std::string printable(std::string_view text, Lines lines) {
 
 std::string printable_json(std::string_view json) {
   return with_replaced(json, [](char32_t code, std::string& out) {
-    if (code == '\n') {  // between values
+    if (code == '\n') {  // whitespace between values
       out += '\n';
       return;
     }

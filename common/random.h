@@ -1,8 +1,8 @@
-// random.h: random numbers that are a function of what they are for, not of when they are drawn.
+// random.h: counter-based random numbers.
 //
-// Philox4x32-10 turns a key and a counter into 128 random bits. The key is the bake's seed; the
-// counter names the emitter, photon, bounce and use. No state, so any thread may draw any
-// number in any order and the bake is the same bytes.
+// Philox4x32-10 maps a key and a counter to 128 random bits. The key is the bake's seed; the
+// counter names the emitter, photon, bounce and use. There is no state, so threads may draw in any
+// order and the bake is the same bytes.
 //
 // J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw. Parallel Random Numbers: As Easy as 1, 2, 3.
 // SC 2011.
@@ -30,22 +30,22 @@ inline RandomBits philox(std::uint64_t key, RandomBits counter) {
   return counter;
 }
 
-// What a draw is for; part of the counter, so that no two uses share a number.
+// Purpose of a draw. Part of the counter, so that no two purposes share a random number.
 enum class Use : std::uint32_t {
-  kEmission,      // direction a photon leaves in
+  kEmission,      // direction of an emitted photon
   kReflection,    // lobe, direction, roulette
-  kPolarity,      // sign of a secondary source, and its permanent number u
-  kPhase,         // start offset of an emitter that asks for a random one
-  kEmitter,       // the key of an emitter's own random numbers, from its name
+  kPolarity,      // sign of a secondary source and its permanent random number u
+  kPhase,         // random start offset of an emitter
+  kEmitter,       // key of an emitter's random numbers, from its name
   kThinning,      // which deposits are kept
-  kTransmission,  // sign and permanent number of a source on the far side of a wall
-  kStrategy,      // which sources one of the paper's strategies takes
+  kTransmission,  // sign and u of a source on the far side of a wall
+  kStrategy,      // source selection by the paper's strategies
 };
 
-// Uniform in [0, 1), 32 bits fine.
+// Uniform in [0, 1), in steps of 2^-32.
 inline double unit(std::uint32_t bits) { return bits * 0x1p-32; }
 
-// Uniform in (0, 1], never zero, so it can be divided by.
+// Uniform in (0, 1], so it can be a divisor.
 inline double unit_above_zero(std::uint32_t bits) { return (bits + 1.0) * 0x1p-32; }
 
 }  // namespace clamor

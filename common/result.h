@@ -1,8 +1,8 @@
-// result.h: a value, or a sentence that says why there is none.
+// result.h: a value or an error sentence.
 //
-// Bad input is an Error that travels up as a value; each layer may put what it knows in front
-// with in(). Names in it may come from anywhere: what steers terminals or ends lines is taken out
-// (printable.h). A broken promise between our own functions is an assert, not an Error.
+// Bad input is an Error that travels up as a value; each layer may add its context with in().
+// Errors may quote untrusted names, so control characters are replaced (printable.h). A broken
+// contract between our own functions is an assert, not an Error.
 #pragma once
 
 #include <cassert>
@@ -16,11 +16,11 @@
 
 namespace clamor {
 
-// One sentence: what, where, found, expected, and what to do next.
+// One sentence: where, what, found, expected, and the next step.
 struct Error {
   explicit Error(std::string_view text) : message(printable(text)) {}
 
-  // The same error with `where: ` in front, as in "level.gltf: ...".
+  // Prefixes the message with `where: `, as in "level.gltf: ...".
   Error in(std::string_view where) const { return Error(std::string(where) + ": " + message); }
 
   std::string message;
@@ -76,7 +76,8 @@ class [[nodiscard]] Result<void> {
   std::optional<Error> error_;
 };
 
-// 'name', for messages, printable. (std::quoted would be found first under that name.)
+// The name in single quotes, printable, for messages. (Argument-dependent lookup would find
+// std::quoted under the shorter name.)
 inline std::string in_quotes(std::string_view name) {
   return std::string("'").append(printable(name)).append("'");
 }

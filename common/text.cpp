@@ -9,7 +9,7 @@ namespace clamor {
 namespace {
 constexpr std::size_t kMaxLetters = 64;
 
-// Whatever the locale.
+// Independent of the locale.
 int lower(char c) { return c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : int{c}; }
 }  // namespace
 

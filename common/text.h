@@ -1,4 +1,4 @@
-// text.h: the name somebody meant, and words in any case.
+// text.h: approximate and case-insensitive comparison of names.
 #pragma once
 
 #include <span>
@@ -7,14 +7,14 @@
 
 namespace clamor {
 
-// The least number of letters to insert, drop or change that make a of b. Case (of ASCII)
-// counts for nothing. Of what is longer than 64, the beginning. (V. Levenshtein, 1966.)
+// Levenshtein distance (V. Levenshtein, 1966), ignoring ASCII case. Compares at most the first 64
+// letters of each.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
-// The name nearest to `name`, the first of equals; empty when there are no names.
+// The name at the least edit distance from `name`, the first of equals; empty if `names` is.
 std::string nearest_name(std::string_view name, std::span<const std::string> names);
 
-// Whether they are the same but for the case of ASCII letters, as units are.
+// Compares two strings ignoring ASCII case, as for units.
 bool equal_ignoring_case(std::string_view a, std::string_view b);
 
 }  // namespace clamor

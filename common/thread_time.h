@@ -1,11 +1,11 @@
-// thread_time.h: how long the calling thread has worked, whatever others did meanwhile.
+// thread_time.h: processor time of the calling thread.
 #pragma once
 
 #include <ctime>
 
 namespace clamor {
 
-// Seconds of processor time. Costs a system call, so not for the audio thread.
+// Costs a system call, so the audio thread must not call it.
 inline double thread_time_s() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

@@ -1,4 +1,4 @@
-// version.h: what this build calls itself.
+// version.h: version of this program.
 #pragma once
 
 namespace clamor {

@@ -23,19 +23,19 @@ constexpr unsigned kFewestDirections = 16, kMaxDirections = 20000, kMaxFrames = 
 constexpr double kMinRate_hz = 8000, kMaxRate_hz = 384000, kMaxLag_s = 0.1;
 constexpr std::uintmax_t kMaxInput_bytes = 1 << 30;
 
-constexpr std::uint64_t kMinMemory_bytes = 1'000'000'000;  // to read a file with
+constexpr std::uint64_t kMinMemory_bytes = 1'000'000'000;  // memory limit of the reading process
 constexpr unsigned kMinTime_s = 2;                         // KEMAR takes 0.03 s
 constexpr std::uintmax_t kSlowest_bytes_per_s = 5'000'000;
-constexpr unsigned kWallPerCpu = 10;  // disks that spin up, machines that are busy
+constexpr unsigned kWallPerCpu = 10;  // allows for slow disks and busy machines
 
 struct FreeHead {
   void operator()(MYSOFA_HRTF* head) const { mysofa_free(head); }
 };
 
-// What libmysofa makes of a file, nothing of it checked.
+// Unvalidated output of libmysofa.
 struct Tables {
   struct Shape {
-    std::int32_t problem = 0;  // libmysofa's number, of reading and then of checking
+    std::int32_t problem = 0;  // error code of libmysofa
     std::int32_t is_head = 0;
     std::uint32_t directions = 0, ears = 0, coordinates = 0, frames = 0;
     std::array<char, 40> convention{};
@@ -101,8 +101,9 @@ std::vector<std::byte> tables_of(const std::string& path) {
   return bytes.take();
 }
 
-// In a process of its own. Of 18 000 heads damaged at random none crashed libmysofa 1.3.1, but one
-// kept it busy for ever, and files have been built that crash it (github.com/hoene/libmysofa, 231).
+// Runs libmysofa in a child process. Of 18 000 randomly damaged files none crashed libmysofa 1.3.1,
+// but one kept it in an endless loop, and crafted files crash it (github.com/hoene/libmysofa, issue
+// 231).
 Result<Tables> read_tables(const std::string& path, std::uintmax_t file_bytes) {
   ChildLimits limits;
   limits.memory_bytes = kMinMemory_bytes + 8 * file_bytes;

@@ -1,6 +1,7 @@
-// sofa_file.h: the head-related impulse responses of a SOFA file (AES69). libmysofa ends here.
+// sofa_file.h: reads head-related impulse responses from SOFA files (AES69). libmysofa is visible
+// only here.
 //
-// Directions are unit vectors: x ahead of the head, y to its left, z up.
+// Directions are unit vectors: x points ahead of the head, y to its left, z up.
 #pragma once
 
 #include <array>
@@ -15,17 +16,18 @@ namespace clamor {
 
 struct HrirSet {
   double rate_hz = 0;
-  std::size_t frames = 0;  // of each response
+  std::size_t frames = 0;  // per response
   std::vector<Vec3f> directions;
-  std::vector<float> samples;  // [direction][left, right][frames], delays of the file included
+  std::vector<float>
+      samples;  // [direction][left, right][frames], with the delays of the file applied
 
   const float* response(std::size_t direction, std::size_t ear) const {
     return samples.data() + (2 * direction + ear) * frames;
   }
 };
 
-// An empty path takes the KEMAR dummy head that comes with libmysofa. (B. Gardner, K. Martin. HRTF
-// Measurements of a KEMAR Dummy-Hrtf Microphone. MIT Media Lab, 1994.)
+// An empty path selects the KEMAR dummy head that is installed with libmysofa. (B. Gardner, K.
+// Martin. HRTF Measurements of a KEMAR Dummy-Head Microphone. MIT Media Lab, 1994.)
 Result<HrirSet> read_sofa(const std::string& path);
 
 }  // namespace clamor

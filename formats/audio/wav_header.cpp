@@ -12,10 +12,10 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "WAV files are little-endian");
 
-constexpr std::uint32_t kUnknown = 0xffffffff;  // also: the length is in the ds64 chunk
+constexpr std::uint32_t kUnknown = 0xffffffff;  // or: the length is in the ds64 chunk
 constexpr std::uint32_t kDs64Bytes = 28;
 constexpr std::uint16_t kPcm = 1, kFloat = 3, kExtensible = 0xfffe;
-// KSDATAFORMAT_SUBTYPE_PCM and _IEEE_FLOAT begin with their tag of 16 bits and go on so.
+// Tail of KSDATAFORMAT_SUBTYPE_PCM and _IEEE_FLOAT after their 16-bit tag.
 constexpr std::array<unsigned char, 14> kSubtype = {0, 0, 0,    0, 0x10, 0,    0x80,
                                                     0, 0, 0xaa, 0, 0x38, 0x9b, 0x71};
 
@@ -49,7 +49,7 @@ void add_format(const WavShape& shape, HeaderBytes& bytes) {
   bytes.add(frame_bytes);
   bytes.add(static_cast<std::uint16_t>(shape.bits));
   if (shape.channel_mask) {
-    bytes.add(std::uint16_t{22});  // bytes that follow
+    bytes.add(std::uint16_t{22});  // size of the extension
     bytes.add(static_cast<std::uint16_t>(shape.bits));
     bytes.add(*shape.channel_mask);
     bytes.add(tag);
@@ -67,7 +67,7 @@ std::vector<std::byte> wav_header(const WavShape& shape, std::optional<std::uint
   const std::size_t fact_bytes = shape.is_float ? 12 : 0;
   const std::uint64_t before_samples = 4 + 8 + kDs64Bytes + format.size() + fact_bytes + 8;
   const std::uint64_t data = data_bytes.value_or(0), frames = data / shape.frame_bytes();
-  const std::uint64_t riff = before_samples + data + data % 2;  // chunks are of even length
+  const std::uint64_t riff = before_samples + data + data % 2;  // chunks are padded to even length
   const bool is_long = data_bytes && riff >= kUnknown;
   const auto length = [&](std::uint64_t value) {
     return is_long || !data_bytes ? kUnknown : static_cast<std::uint32_t>(value);
@@ -80,7 +80,7 @@ std::vector<std::byte> wav_header(const WavShape& shape, std::optional<std::uint
   bytes.add_name(is_long ? "ds64" : "JUNK");
   bytes.add(kDs64Bytes);
   for (const std::uint64_t value : {riff, data, frames}) bytes.add(is_long ? value : 0);
-  bytes.add(std::uint32_t{0});  // a table of other long chunks, of which there are none
+  bytes.add(std::uint32_t{0});  // number of other long chunks
   add_format(shape, bytes);
   if (shape.is_float) {
     bytes.add_name("fact");

@@ -63,7 +63,7 @@ std::optional<std::uint32_t> channel_mask(int channels, std::span<const Speaker>
   return mask;
 }
 
-// -1 to 1, most often near 0: one step of dither, from two uniform numbers.
+// Triangular dither in (-1, 1) steps, from two uniform random numbers.
 double triangular(std::uint64_t frame, std::uint32_t channel) {
   const RandomBits bits = philox(
       kDitherSeed,
@@ -102,8 +102,8 @@ struct WavWriter::State {
   bool has_appeared = false;
   SNDFILE* flac = nullptr;
   std::uint64_t frames = 0;
-  std::vector<int> whole;         // samples of one write, with the highest bit at the top
-  std::vector<std::byte> packed;  // the same as a WAV file holds them
+  std::vector<int> whole;         // samples of one write, left-aligned in 32 bits
+  std::vector<std::byte> packed;  // samples in the byte layout of a WAV file
 
   ~State() {
     if (flac != nullptr) sf_close(flac);
@@ -116,7 +116,7 @@ struct WavWriter::State {
 
   std::uint64_t data_bytes() const { return frames * shape.frame_bytes(); }
 
-  // Rounds samples to whole numbers, from which the lower bits can be cut without loss.
+  // Rounds samples to left-aligned integers whose unused low bits are zero.
   void quantize_sources(std::span<const float> interleaved) {
     const int bits = shape.bits;
     const auto channels = static_cast<std::size_t>(shape.channels);
@@ -132,7 +132,7 @@ struct WavWriter::State {
     }
   }
 
-  // The highest bytes of each sample, the lowest of them first.
+  // Packs the used bytes of each sample, little-endian.
   std::span<const std::byte> pack() {
     const auto bytes = static_cast<std::size_t>(shape.bits / 8);
     packed.resize(whole.size() * bytes);
@@ -162,7 +162,7 @@ struct WavWriter::State {
     return {};
   }
 
-  // A stream that grows cannot go back to its header, which then leaves the length open.
+  // The header of a growing stream cannot be rewritten, so it leaves the length open.
   bool has_length() const { return !(file.is_stream() && appearance == Appearance::kAtOnce); }
 
   Result<void> write_header() {
@@ -210,7 +210,7 @@ Result<WavWriter> WavWriter::create(const std::string& path, int channels, int r
                          : state->file.write(wav_header(
                                state->shape, state->has_length() ? nothing_yet : std::nullopt));
   if (!begun.ok()) return begun.error();
-  // Here, and not with the first sound, a pipe waits for its reader.
+  // A pipe blocks here, rather than at the first write, until it has a reader.
   if (!state->has_length())
     if (const auto appeared = state->file.appear(); !appeared.ok()) return appeared.error();
   state->has_appeared = !state->has_length();

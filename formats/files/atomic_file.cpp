@@ -32,14 +32,14 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder.string();
 }
 
-// Temporaries are called PATH.HOST.PROCESS.tmp.
+// Temporaries are named PATH.HOST.PROCESS.tmp.
 std::string prefix_of(const std::string& path) {
   std::array<char, 256> host{};
   if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '\0';
   return path + "." + host.data() + ".";
 }
 
-void remove_what_killed_processes_left(const std::string& path) {
+void remove_stale_temporaries(const std::string& path) {
   const std::string prefix = std::filesystem::path(prefix_of(path)).filename().string();
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folder_of(path), ignored)) {
@@ -87,14 +87,14 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   auto target = OutputTarget::find(path);
   if (!target.ok()) return target.error();
   if (target->is_stream()) {
-    std::string temporary = target->beside() + "-XXXXXX";
+    std::string temporary = target->temporary_prefix() + "-XXXXXX";
     const int descriptor = ::mkostemp(temporary.data(), O_CLOEXEC);
     if (descriptor < 0) return failed(temporary, "make a temporary file", errno);
     ::unlink(temporary.c_str());
     return AtomicFile(path, std::move(*target), "", descriptor);
   }
-  remove_what_killed_processes_left(target->file());
-  // The process's own name for it, so what lies there is left from a process that is gone.
+  remove_stale_temporaries(target->file());
+  // The name contains the process id, so an existing file is left from a process that ended.
   const std::string temporary = prefix_of(target->file()) + std::to_string(::getpid()) + ".tmp";
   ::unlink(temporary.c_str());
   const int descriptor = retry_on_eintr(
@@ -107,7 +107,7 @@ Result<void> AtomicFile::write(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t written =
         retry_on_eintr([&] { return ::write(descriptor_, bytes.data(), bytes.size()); });
-    // Of no bytes: there is no room for one, and the file system does not say so.
+    // A write of 0 bytes means that the disk is full.
     if (written <= 0) return failed(path_, "write", written < 0 ? errno : ENOSPC);
     bytes = bytes.subspan(static_cast<std::size_t>(written));
   }
@@ -119,7 +119,7 @@ Result<void> AtomicFile::write_at(std::size_t offset, std::span<const std::byte>
     const ssize_t written = retry_on_eintr([&] {
       return ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
     });
-    // Of no bytes: there is no room for one, and the file system does not say so.
+    // A write of 0 bytes means that the disk is full.
     if (written <= 0) return failed(path_, "write", written < 0 ? errno : ENOSPC);
     bytes = bytes.subspan(static_cast<std::size_t>(written));
     offset += static_cast<std::size_t>(written);
@@ -127,7 +127,7 @@ Result<void> AtomicFile::write_at(std::size_t offset, std::span<const std::byte>
   return {};
 }
 
-// From here on the stream itself is written.
+// Copies the temporary to the stream; later writes go to the stream directly.
 Result<void> AtomicFile::copy_to_stream() {
   const auto stream = target_.open_stream();
   if (!stream.ok()) return stream.error();

@@ -1,12 +1,12 @@
-// atomic_file.h: a file that appears complete or not at all.
+// atomic_file.h: writes a file atomically: it appears complete or not at all.
 //
-// Written under a temporary name in the same folder, synced, renamed, the folder synced: a crash or
-// a full disk at any moment leaves the old file or none, never half of one. Temporaries that killed
-// processes left behind go when the same file is written again.
+// The file is written under a temporary name in the same folder, synced and renamed, and the folder
+// is synced: a crash or a full disk at any moment leaves the old file or none, never half of one.
+// Writing the same file again removes temporaries that killed processes left behind.
 //
-// A path that leads through symbolic links writes the file at their end. A stream (output_target.h)
-// cannot be renamed: its temporary lies in the system's folder for temporary files and is copied
-// into the stream once it is complete.
+// Symbolic links are followed to the file at their end. A stream (output_target.h) cannot be
+// renamed: its temporary lies in the system's folder for temporary files and is copied to the
+// stream once complete.
 #pragma once
 
 #include <cstddef>
@@ -25,22 +25,21 @@ class AtomicFile {
   AtomicFile& operator=(AtomicFile&& other) noexcept;
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
-  ~AtomicFile();  // removes the temporary unless commit() succeeded
+  ~AtomicFile();  // removes the temporary unless committed
 
-  const std::string& path() const { return path_; }  // as the user named it
+  const std::string& path() const { return path_; }  // as given to create()
   bool is_stream() const { return target_.is_stream(); }
-  int descriptor() const { return descriptor_; }  // for libraries that write by themselves
+  int descriptor() const { return descriptor_; }  // for libraries that write it themselves
 
   Result<void> write(std::span<const std::byte> bytes);
   Result<void> write_at(std::size_t offset, std::span<const std::byte> bytes);
 
-  // For recordings, which are worth something before they are complete: puts what has been written
-  // into its place now, where it grows with every further write. Nothing removes it then. A stream
-  // takes no write_at() any more.
+  // Moves the file to its final name before it is complete, for recordings: it then grows in place
+  // with every write, and nothing removes it. A stream accepts no write_at() from then on.
   Result<void> appear();
 
-  // Syncs, renames and syncs the folder. Call once, last. Once it is renamed the file is in its
-  // place, whole and on the disk, and nothing that follows is an error.
+  // Syncs the file, renames it and syncs the folder. Call once, last. After the rename the file is
+  // complete and on disk, so a failure to sync the folder is not an error.
   Result<void> commit();
 
  private:
@@ -49,13 +48,13 @@ class AtomicFile {
 
   std::string path_;
   OutputTarget target_;
-  std::string temporary_;  // "" where it has no name, or no longer
+  std::string temporary_;  // empty if it has no name (any more)
   int descriptor_ = -1;
   bool has_appeared_ = false;
 };
 
-// So that a new name survives a power cut. Some file systems cannot do that, and the file is no
-// worse for it: whether it worked is not told.
+// Makes a new name in the folder of `path` survive a power cut, where the file system supports it.
+// Failures are ignored.
 void sync_folder_of(const std::string& path);
 
 }  // namespace clamor

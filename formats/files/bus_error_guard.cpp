@@ -12,23 +12,22 @@ namespace clamor {
 
 namespace {
 
-// The handler must not allocate, which the first access to another kind of thread-local variable
-// may do in a shared library.
+// The initial-exec model guarantees that access does not allocate, which the handler must not do.
 [[gnu::tls_model("initial-exec")]] constinit thread_local BusErrorGuard* innermost = nullptr;
 
 const std::size_t system_page_bytes = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 
-struct sigaction previous;  // written before the handler is installed, then left alone
+struct sigaction previous;  // constant once the handler is installed
 
-// Does what would have happened without our handler.
+// Performs the action that was in place before our handler.
 void pass_on(int signal, siginfo_t* information, void* context) {
   if ((previous.sa_flags & SA_SIGINFO) != 0)
     return previous.sa_sigaction(signal, information, context);
-  const bool was_sent = information->si_code <= 0;  // by a process, not by a failed access
+  const bool was_sent = information->si_code <= 0;  // by a process rather than a failed access
   if (previous.sa_handler != SIG_DFL && previous.sa_handler != SIG_IGN)
     return previous.sa_handler(signal);
   if (previous.sa_handler == SIG_IGN && was_sent) return;
-  // A failed access is repeated when the handler returns, and ends the program even where the
+  // A failed access is repeated when the handler returns, and terminates the program even if the
   // signal was ignored.
   struct sigaction standard {};
   standard.sa_handler = SIG_DFL;
@@ -51,7 +50,7 @@ bool BusErrorGuard::install() {
     struct sigaction ours {};
     ours.sa_sigaction = handle;
     ours.sa_mask = previous.sa_mask;
-    // On the alternative stack where a thread has one, as handlers of crash reporters expect.
+    // Crash reporters expect the alternative stack, where a thread has one.
     ours.sa_flags = SA_SIGINFO | SA_ONSTACK | (previous.sa_flags & (SA_NODEFER | SA_RESTART));
     return ::sigaction(SIGBUS, &ours, nullptr) == 0;
   }();
@@ -60,7 +59,8 @@ bool BusErrorGuard::install() {
 
 BusErrorGuard::BusErrorGuard(std::span<std::byte> bytes)
     : pages_(whole_pages(bytes)), zeros_begin_(pages_.data() + pages_.size()), outer_(innermost) {
-  // A failed access ends the program where its thread blocks the signal, as threads of games may.
+  // A failed access terminates the program if its thread blocks the signal, as threads of games
+  // may.
   sigset_t bus_error;
   ::sigemptyset(&bus_error);
   ::sigaddset(&bus_error, SIGBUS);
@@ -82,7 +82,7 @@ std::span<std::byte> BusErrorGuard::zeros() const {
   return {begin, static_cast<std::size_t>(pages_.data() + pages_.size() - begin)};
 }
 
-// Maps zeros over the rest of the range, so that there is one fault at most.
+// Maps zeros over the rest of the range, so at most one fault occurs.
 bool BusErrorGuard::replace(void* address) {
   std::byte* const end = pages_.data() + pages_.size();
   auto* const failed = static_cast<std::byte*>(address);

@@ -1,20 +1,20 @@
-// bus_error_guard.h: lets one thread look at mapped bytes of a file that may shrink or fail.
+// bus_error_guard.h: lets a thread read a memory-mapped file that may shrink or fail.
 //
-// The kernel raises SIGBUS on the thread that touches a page of a mapping which lies beyond the end
-// of its file or which the disk cannot deliver. While a guard lives, such a fault of its thread
-// within its range is answered by mapping zeros over the range from that page on. The code that
-// reads goes on with zeros and fails its checksum; zeros() then tells what happened.
+// The kernel raises SIGBUS on the thread that touches a mapped page beyond the end of its file, or
+// a page that the disk cannot deliver. While a guard lives, such a fault of its thread within its
+// range is handled by mapping zeros over the range from that page on. The reading code continues
+// with zeros and fails its checksum; zeros() then reports the fault.
 //
-// The other way, siglongjmp() out of the handler, would leave behind whatever the interrupted code
-// was about to free, and is undefined across objects with destructors: here that would be Cap'n
-// Proto, zstd, libFLAC and our own vectors. With zeros nothing is skipped. mmap() is not on
-// POSIX's list of functions that a handler may call, but on Linux it is one system call.
+// The alternative, siglongjmp() out of the handler, would leak whatever the interrupted code was
+// about to free and is undefined across objects with destructors: Cap'n Proto, zstd, libFLAC and
+// std::vector here. mmap() is not on POSIX's list of async-signal-safe functions, but on Linux it
+// is a single system call.
 //
-// Every other SIGBUS goes to the handler that was there before, with its arguments and flags, or to
-// the system's default, as if this one did not exist: other threads, other addresses, and signals
-// sent by another process. A handler that is installed later must pass on what it does not know.
+// Every other SIGBUS (other threads, other addresses, signals sent by a process) is passed to the
+// previous handler with its arguments and flags, or to the default action. Handlers that are
+// installed later must pass on signals that they do not handle.
 //
-// Threads: any. A guard belongs to the thread that made it; guards nest.   Cost: 0.2 us a guard.
+// Threads: any. A guard belongs to the thread that created it; guards nest.   Cost: 0.2 us a guard.
 #pragma once
 
 #include <cstddef>
@@ -24,21 +24,21 @@
 
 namespace clamor {
 
-// The pages of memory that hold any of the bytes.
+// The memory pages that contain any of the bytes.
 std::span<std::byte> whole_pages(std::span<std::byte> bytes);
 
 class BusErrorGuard {
  public:
-  // Installs the handler of this process, the first time that it is called; false if it cannot.
+  // Installs the signal handler at the first call. Returns false on failure.
   static bool install();
 
-  // `bytes` are part of a mapping that nobody removes meanwhile.
+  // `bytes` must belong to a mapping that outlives the guard.
   explicit BusErrorGuard(std::span<std::byte> bytes);
   ~BusErrorGuard();
   BusErrorGuard(const BusErrorGuard&) = delete;
   BusErrorGuard& operator=(const BusErrorGuard&) = delete;
 
-  // The pages that were replaced by zeros, to be mapped again; empty if no access failed.
+  // Pages replaced by zeros, which the caller maps again; empty if no access failed.
   std::span<std::byte> zeros() const;
 
  private:
@@ -46,7 +46,7 @@ class BusErrorGuard {
   bool replace(void* address);
 
   const std::span<std::byte> pages_;
-  std::byte* volatile zeros_begin_;  // the end of pages_ while there are none
+  std::byte* volatile zeros_begin_;  // end of pages_ while there are no zeros
   BusErrorGuard* const outer_;
   sigset_t blocked_before_{};
 };

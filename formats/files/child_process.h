@@ -1,12 +1,11 @@
-// child_process.h: runs what may crash, hang or ask for any memory, apart from this process.
+// child_process.h: runs a function that may crash, hang or exhaust memory in a child process.
 //
-// For libraries that read files of which nothing is known. The work is done in a copy of this
-// process (fork) that has limits and a memory of its own; what it finds comes back through a pipe
-// as plain bytes, which the caller checks like those of a file. It keeps damage away from this
-// process's memory; it is no prison for code that means harm.
+// For libraries that parse untrusted files. The work runs in a fork of this process with resource
+// limits; its result comes back through a pipe as bytes, which the caller validates like a file. A
+// crash cannot damage this process, but this is no sandbox against malicious code.
 //
-// Threads: any, also several at once. The work may allocate and read files, as glibc lets it after
-// a fork; it must not wait for other threads, which are not there. Cost: about a millisecond.
+// Threads: any, concurrently. The work may allocate and read files, which glibc allows after
+// fork(); it must not wait for other threads, which the child does not have. Cost: about 1 ms.
 #pragma once
 
 #include <cstddef>
@@ -21,14 +20,14 @@
 namespace clamor {
 
 struct ChildLimits {
-  std::uint64_t memory_bytes = 1'000'000'000;  // beyond what this process has
+  std::uint64_t memory_bytes = 1'000'000'000;  // in addition to what this process has mapped
   unsigned cpu_s = 10;
-  unsigned wall_s = 60;  // for work that waits, as for a file system that does not answer
+  unsigned wall_s = 60;  // wall clock, for work that blocks on a file system
   std::uint64_t max_result_bytes = 4'000'000'000;
 };
 
-// Returns what `work` returns; the Error says what became of it ("crashes", "takes more than 10 s
-// to read").
+// Returns the result of `work`, or an Error that says how it failed ("crashes", "takes more than 10
+// s to read").
 Result<std::vector<std::byte>> in_child_process(
     const ChildLimits& limits, const std::function<std::vector<std::byte>()>& work);
 

@@ -1,4 +1,4 @@
-// file_access.h: how a bake file is opened, and how one version of a file is told from the next.
+// file_access.h: access mode and version of a file.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 
 namespace clamor {
 
-// kMap installs a handler for SIGBUS in the process (bus_error_guard.h), so it is for programs, and
-// for a library only where its caller allows it. kRead copies what it needs with pread().
+// kMap installs a SIGBUS handler in the process (bus_error_guard.h), so a library may use it only
+// with the consent of its caller. kRead copies ranges with pread().
 enum class FileAccess : std::uint8_t { kRead, kMap };
 
 struct FileVersion {
@@ -21,7 +21,7 @@ struct FileVersion {
   }
 };
 
-// The version that stands under this name now; none if there is no regular file.
+// Current version of the file at `path`; none if it is no regular file.
 std::optional<FileVersion> file_version(const std::string& path);
 
 }  // namespace clamor

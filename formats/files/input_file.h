@@ -1,4 +1,4 @@
-// input_file.h: a file that a bake was made from.
+// input_file.h: an input file of a bake, for its provenance.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace clamor {
 struct InputFile {
   std::string name;  // without its folder
   std::uint64_t bytes = 0;
-  std::uint64_t hash = 0;  // xxHash3, 64 bits, seed 0
+  std::uint64_t hash = 0;  // 64-bit xxHash3 with seed 0
 
   bool operator==(const InputFile&) const = default;
 };

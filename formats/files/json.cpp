@@ -13,8 +13,8 @@ namespace clamor {
 
 namespace {
 
-// Builds a Json from the parser's events. The parser itself keeps no stack; ours is the list of
-// containers under way.
+// Builds a Json from parser events. The parser does not recurse; the list of open containers is the
+// only stack.
 class Builder : public nlohmann::json_sax<nlohmann::json> {
  public:
   bool null() override { return add(Json()); }
@@ -39,7 +39,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
   bool parse_error(std::size_t, const std::string&,
                    const nlohmann::json::exception& exception) override {
     error = exception.what();
-    // "[json.exception.parse_error.101] parse error at line 1, ...": the number helps nobody.
+    // "[json.exception.parse_error.101] parse error at line 1, ...": drops the number.
     if (const auto end = error.find("] "); end != std::string::npos) error.erase(0, end + 2);
     return false;
   }
@@ -74,7 +74,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
   }
 
   std::vector<Json> open_;
-  std::vector<std::string> keys_;  // the name of the member under way, for each open object
+  std::vector<std::string> keys_;  // name of the current member of each open object
 };
 
 void dump_string(const std::string& text, std::string& out) {
@@ -95,7 +95,7 @@ void dump_string(const std::string& text, std::string& out) {
   out += '"';
 }
 
-// Whole numbers are written as such, so that a reader that wants an integer finds one.
+// Writes whole numbers without a decimal point, for readers that expect integers.
 void dump_number(double value, std::string& out) {
   char text[32];
   const bool whole = value == std::floor(value) && std::fabs(value) < 9e15;

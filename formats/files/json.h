@@ -1,8 +1,8 @@
-// json.h: a JSON document as a plain value, read safely.
+// json.h: a JSON document as a value type, with a nesting limit.
 //
-// Everything Clamor reads as JSON (glTF, sidecars, presets, walks) goes through parse_json(), so
-// nlohmann-json is visible in json.cpp alone and one depth limit holds for all: a document nested
-// deeper than kMaxJsonDepth is an Error, so no reader of it can run out of stack.
+// All JSON that Clamor reads (glTF, sidecars, presets, walks) goes through parse_json(), so
+// nlohmann-json is visible in json.cpp alone. Documents nested deeper than kMaxJsonDepth are an
+// Error, so recursive readers cannot overflow the stack.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,7 @@ inline constexpr std::size_t kMaxJsonDepth = 64;
 class Json {
  public:
   using Array = std::vector<Json>;
-  using Object = std::vector<std::pair<std::string, Json>>;  // in the order of the file
+  using Object = std::vector<std::pair<std::string, Json>>;  // in file order
 
   Json() = default;
   explicit Json(bool value) : content_(value) {}
@@ -32,7 +32,7 @@ class Json {
   explicit Json(Array value) : content_(std::move(value)) {}
   explicit Json(Object value) : content_(std::move(value)) {}
 
-  // Null when the value is of another kind.
+  // Null if the value has another type.
   const bool* boolean() const { return std::get_if<bool>(&content_); }
   const double* number() const { return std::get_if<double>(&content_); }
   const std::string* string() const { return std::get_if<std::string>(&content_); }
@@ -41,14 +41,14 @@ class Json {
   Array* array() { return std::get_if<Array>(&content_); }
   Object* object() { return std::get_if<Object>(&content_); }
 
-  // The member of that name, the last where there are several; null when there is none or this is
-  // no object. Takes time in proportion to the number of members.
+  // The last member with that name; null if there is none or this is no object. Linear in the
+  // number of members.
   const Json* find(std::string_view key) const;
 
-  // find() along a path of names.
+  // Finds a member of a member, and so on.
   const Json* find(std::initializer_list<std::string_view> path) const;
 
-  // Element i of the array that is the member `key`; null when there is none.
+  // Element i of the array member `key`, or null.
   const Json* element(std::string_view key, std::size_t i) const;
 
  private:
@@ -57,31 +57,33 @@ class Json {
 
 Result<Json> parse_json(std::string_view text);
 
-// Of a file. Errors name it: cannot be read, is not JSON.
+// Reads and parses a file. Errors name the file.
 Result<Json> read_json(const std::string& path);
 std::string dump_json(const Json& value);
 
-// Reads the members of one object and remembers the first thing that is wrong with them, so that a
-// reader states what it wants in plain lines and asks once, at the end, whether all was well.
+// Reads the members of an object and keeps the first error, so a reader lists the members that it
+// expects and checks for errors once, at the end.
 class JsonFields {
  public:
-  // `where` names the object in messages, as in "emitter 2". `json` must outlive this.
+  // `where` names the object in messages, as in "emitter 2". `json` must outlive this object.
   JsonFields(const Json& json, std::string where);
 
   std::optional<double> number(std::string_view key, double low, double high);
   std::optional<std::string> string(std::string_view key);
   std::optional<bool> boolean(std::string_view key);
   std::optional<Vec3> vector(std::string_view key, double limit);
-  std::optional<std::vector<double>> numbers(std::string_view key);  // one number is a list of one
+  std::optional<std::vector<double>> numbers(
+      std::string_view key);  // a single number is a list of one
   const Json* any(std::string_view key);
 
   void fail(std::string sentence);
   const std::string& where() const { return where_; }
 
-  // What went wrong first, if anything.
+  // The first error, if any.
   Result<void> result() const;
 
-  // Also an Error where a member was never asked for: it names the nearest that was.
+  // As result(), but members that were never asked for are an Error, which suggests the nearest
+  // name.
   Result<void> result_without_unknown() const;
 
  private:

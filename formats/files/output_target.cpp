@@ -17,14 +17,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMaxLinks = 40;  // as many as Linux follows
+constexpr int kMaxLinks = 40;  // the limit of Linux
 
 Error unwritable(const std::string& path, int code) {
   return Error(path + ": cannot write here (" + std::strerror(code) +
                "); choose a place you may write to");
 }
 
-// The number of the descriptor of this process that a path in /proc names.
+// The descriptor of this process that a path in /proc names.
 std::optional<int> own_descriptor(const fs::path& folder, const std::string& name) {
   const std::string process = "/proc/" + std::to_string(::getpid());
   const std::string where = folder.string();
@@ -41,7 +41,7 @@ struct EndOfLinks {
   std::string name;
 };
 
-// Follows links until a name that is no link, need not exist, or is a descriptor's.
+// Follows links to a name that is no link (it need not exist) or that names a descriptor.
 Result<EndOfLinks> follow(const std::string& path) {
   fs::path at = path;
   for (int links = 0; links <= kMaxLinks; ++links) {
@@ -123,7 +123,7 @@ Result<OutputTarget> OutputTarget::find(const std::string& path, const InputFile
 
 bool OutputTarget::is_stdout() const { return descriptor_ == STDOUT_FILENO; }
 
-std::string OutputTarget::beside() const {
+std::string OutputTarget::temporary_prefix() const {
   if (!is_stream_) return file_;
   std::error_code ignored;
   return fs::temp_directory_path(ignored) / "clamor";

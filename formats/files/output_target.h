@@ -1,12 +1,12 @@
-// output_target.h: where an output goes, found out before anything is made.
+// output_target.h: resolves and validates the destination of an output before it is computed.
 //
-// A path may lead through symbolic links: the output is what stands at their end, and the links
-// stay. That is either a file, which may not exist yet, or a stream, which is written front to back
-// and cannot be replaced: a device such as /dev/null, a named pipe, or an open descriptor such as
-// /dev/stdout. Folders, sockets and disks take no output, nor does a terminal on a descriptor.
+// Symbolic links are followed and kept. The destination is either a file, which may not exist yet,
+// or a stream, which is written front to back and cannot be replaced: a device such as /dev/null, a
+// named pipe, or an open descriptor such as /dev/stdout. Folders, sockets, block devices and
+// terminals are refused.
 //
-// No output may replace a file that the same command reads. Paths cannot tell, because links and
-// mounts give one file many names, so files are compared by device and inode.
+// No output may replace a file that the same command reads. Links and mounts give one file many
+// paths, so files are compared by device and inode.
 #pragma once
 
 #include <optional>
@@ -22,11 +22,11 @@ namespace clamor {
 // The files that a command reads.
 class InputFiles {
  public:
-  // Paths that are empty or name no regular file are left out: nothing can be lost there.
+  // Ignores empty paths and paths that name no regular file.
   void add(const std::string& path);
   void add(const InputFiles& more);
 
-  // The path under which the file at `path` was added, if it was.
+  // The path under which the file at `path` was added, if any.
   std::optional<std::string> same_as(const std::string& path) const;
 
  private:
@@ -40,26 +40,27 @@ class InputFiles {
 
 class OutputTarget {
  public:
-  // An Error where nothing can be written, or where one of the inputs stands.
+  // An Error if nothing can be written there or if the path is one of the inputs.
   static Result<OutputTarget> find(const std::string& path, const InputFiles& inputs = {});
 
   bool is_stream() const { return is_stream_; }
   bool is_stdout() const;
 
-  // The path of a file with all links resolved.
+  // Path of the file with all links resolved.
   const std::string& file() const { return file_; }
 
-  // How the path of a temporary file begins: beside the file, or, for a stream, in the system's
+  // Path prefix for temporary files: in the folder of the file or, for a stream, in the system's
   // folder for temporary files.
-  std::string beside() const;
+  std::string temporary_prefix() const;
 
-  // Opens a stream; the caller closes the descriptor. Opening a pipe waits for its reader.
+  // Opens the stream; the caller closes the descriptor. Opening a pipe blocks until it has a
+  // reader.
   Result<int> open_stream() const;
 
  private:
   std::string path_, file_;
   bool is_stream_ = false;
-  int descriptor_ = -1;  // of this process, where the path leads to one
+  int descriptor_ = -1;  // -1 unless the path names a descriptor of this process
 };
 
 }  // namespace clamor

@@ -33,7 +33,7 @@ std::optional<FileVersion> file_version(const std::string& path) {
 
 Result<RandomAccessFile> RandomAccessFile::open(const std::string& path, FileAccess access) {
   RandomAccessFile file;
-  // Without O_NONBLOCK, a pipe that nobody writes to would be waited for.
+  // O_NONBLOCK, because opening a pipe without a writer would block.
   file.descriptor_ =
       retry_on_eintr([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
   if (file.descriptor_ < 0)
@@ -49,16 +49,16 @@ Result<RandomAccessFile> RandomAccessFile::open(const std::string& path, FileAcc
 void RandomAccessFile::map() {
   if (size() == 0 || size() > std::numeric_limits<std::size_t>::max()) return;
   if (!BusErrorGuard::install()) return;
-  // Private, as some network file systems allow no other; nothing is written, so nothing is copied.
+  // Private, because some network file systems allow no other; no page is ever written and copied.
   void* const mapped = ::mmap(nullptr, size(), PROT_READ, MAP_PRIVATE, descriptor_, 0);
   if (mapped == MAP_FAILED) return;
   mapped_ = static_cast<std::byte*>(mapped);
-  // Parts are asked for exactly, by will_need(). What the kernel reads round each part that it was
-  // not asked for is 128 kB on many machines and 8 MB on some.
+  // will_need() requests exact ranges. Read-around by the kernel adds 128 kB per range on many
+  // machines and 8 MB on some.
   ::madvise(mapped, size(), MADV_RANDOM);
 }
 
-// Where it fails, the zeros stay: they fail every checksum, so that what is there is read instead.
+// If this fails, the zeros stay and fail every checksum, so the range is read with pread() instead.
 void RandomAccessFile::map_again(std::span<std::byte> zeros) const {
   if (::mmap(zeros.data(), zeros.size(), PROT_READ, MAP_PRIVATE | MAP_FIXED, descriptor_,
              zeros.data() - mapped_) != MAP_FAILED)
@@ -69,7 +69,7 @@ Result<void> RandomAccessFile::read(std::uint64_t offset, std::uint64_t bytes,
                                     std::vector<std::byte>& into) const {
   try {
     into.resize(bytes);
-  } catch (const std::exception&) {  // no memory, or more than a vector can hold
+  } catch (const std::exception&) {  // out of memory, or larger than a vector can be
     return Error("takes more memory than there is");
   }
   std::uint64_t done = 0;

@@ -1,20 +1,19 @@
-// random_access_file.h: an open file, parts of which are looked at when they are needed.
+// random_access_file.h: random access to parts of an open file.
 //
-// There are two ways to get at the bytes, and both give the same contents and the same errors:
+// Two access modes give the same contents and the same errors:
 //
-//   kRead   pread() copies them into memory of the caller's
-//   kMap    the file is mapped, and the bytes are decoded where they are in the page cache, which
-//           all processes share that have the file open
+//   kRead   pread() copies the bytes into a buffer
+//   kMap    the file is memory-mapped, and bytes are decoded in place in the page cache, which all
+//           processes share that have the file open
 //
-// A mapping has three dangers. Touching a page that was cut off, or that the disk cannot deliver,
-// raises SIGBUS: BusErrorGuard lets the page read as zeros for the moment. Bytes may change at any
-// time if somebody overwrites the file in place: whoever decodes them compares the checksum before
-// and after, and accepts any bytes in between. And neither tells the reason. So whatever goes wrong
-// with mapped bytes, they are read once more with pread(), which either works or says why not. A
-// file that cannot be mapped, because its file system or an address limit forbids it, is read.
+// A mapping has three dangers. Touching a truncated page, or one that the disk cannot deliver,
+// raises SIGBUS: BusErrorGuard substitutes zeros. Bytes may change at any time if another process
+// overwrites the file in place: decoders accept any bytes and compare the checksum before and
+// after. And neither failure has a reason to report. So after any failure of mapped bytes they are
+// read again with pread(), which succeeds or reports why not. A file that cannot be mapped is read.
 //
-// What each takes: 4 million sources (41 MB, 6107 pages) on two busy cores, the best of six times
-// ten runs of `benchmarks --benchmark_filter='first_sound_of|pages_of_file'`:
+// Cost for 4 million sources (41 MB, 6107 pages) on two busy cores, best of six times ten runs of
+// `benchmarks --benchmark_filter='first_sound_of|pages_of_file'`:
 //
 //                                           warm, in the page cache     cold, from the disk
 //                                           read         mapped         read         mapped
@@ -27,12 +26,12 @@
 //   private memory, shared memory           0, 0 MB      0, 38 MB       0, 0 MB      0, 38 MB
 //   bytes from the disk                     none         none           38 MB        38 MB
 //
-// So mapping is no faster where one program plays: the copy it saves (2 %) is what the second
-// checksum, the guard and page faults take. What it gains is that players of one level share one
-// copy of what they decode from; the kernel takes that memory back when it is needed elsewhere.
+// For a single player mapping is no faster: the copy that it saves (2 %) pays for the second
+// checksum, the guard and page faults. Its gain is that players of one level share the page cache,
+// which the kernel can reclaim.
 //
-// Threads: all const functions from any thread at once. The audio thread and the sampler's call
-// none.
+// Threads: all const functions are thread-safe. They may block, so the audio thread and the
+// sampler's thread must not call them.
 #pragma once
 
 #include <cstddef>
@@ -56,19 +55,19 @@ class RandomAccessFile {
   RandomAccessFile& operator=(const RandomAccessFile&) = delete;
   ~RandomAccessFile();
 
-  std::uint64_t size() const { return version_.bytes; }  // when it was opened
+  std::uint64_t size() const { return version_.bytes; }  // at the time of opening
   const FileVersion& version() const { return version_; }
   bool is_mapped() const { return mapped_ != nullptr; }
 
-  // Returns what `decode(bytes, may_change)` does with a range, which the caller has checked
-  // against size(); or the Error that the range is not all there (any more). Where the bytes may
-  // change, decode() must bear whatever it meets and compare checksums, and is called again with a
-  // copy if it returns an Error. Copies are made in `copy`, which is otherwise left alone.
+  // Returns the result of `decode(bytes, may_change)` for a range that the caller has checked
+  // against size(), or an Error if the range cannot be read (any more). If `may_change` is set,
+  // decode() must tolerate any bytes and compare checksums; it is called again with a copy after an
+  // Error. Copies are made in `copy`, which is otherwise left alone.
   template <class Decode>
   Result<void> with(std::uint64_t offset, std::uint64_t bytes, std::vector<std::byte>& copy,
                     const Decode& decode) const {
     if (is_mapped() && holds(offset, bytes)) {
-      will_need(offset, bytes);  // at once, not page of memory by page of memory
+      will_need(offset, bytes);  // one request instead of one per memory page
       BusErrorGuard guard({mapped_ + offset, bytes});
       const Result<void> decoded = decode(std::span(mapped_ + offset, bytes), true);
       const std::span<std::byte> zeros = guard.zeros();
@@ -79,7 +78,7 @@ class RandomAccessFile {
     return decode(std::span<const std::byte>(copy), false);
   }
 
-  // Lets the kernel fetch the range into the page cache meanwhile. A hint: nothing depends on it.
+  // Hints the kernel to prefetch the range into the page cache.
   void will_need(std::uint64_t offset, std::uint64_t bytes) const;
 
  private:
@@ -93,7 +92,7 @@ class RandomAccessFile {
 
   int descriptor_ = -1;
   FileVersion version_;
-  std::byte* mapped_ = nullptr;  // all of it, or null
+  std::byte* mapped_ = nullptr;  // the whole file, or null
 };
 
 }  // namespace clamor

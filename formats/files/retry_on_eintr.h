@@ -1,4 +1,4 @@
-// retry_on_eintr.h: what a system call returns once no signal interrupts it.
+// retry_on_eintr.h: repeats a system call while signals interrupt it.
 #pragma once
 
 #include <cerrno>

@@ -16,10 +16,10 @@ constexpr std::string_view kModern = "KHR_audio_emitter";
 
 struct Dialect {
   std::string_view extension;
-  std::string_view sounds;        // the list of files and buffer views
-  std::string_view emitters;      // the list of emitters
-  std::string_view node_emitter;  // the one emitter of a node
-  bool own_sources;               // sources are a list of their own, as in KHR_audio_emitter
+  std::string_view sounds;        // key of the list of files and buffer views
+  std::string_view emitters;      // key of the list of emitters
+  std::string_view node_emitter;  // key of the emitter of a node
+  bool own_sources;               // has a list of sources, as KHR_audio_emitter does
 };
 
 constexpr std::array kDialects = {
@@ -52,13 +52,13 @@ void copy(const Json& from, std::string_view key, Json::Object& to, std::string_
   if (const Json* value = from.find(key)) put(to, new_key, *value);
 }
 
-// A clip of several encodings becomes its first.
+// Keeps the first encoding of a clip.
 Json sound_of(const Json& sound) {
   const Json* first = sound.element("sources", 0);
   return first != nullptr ? *first : sound;
 }
 
-// MSFT_audio_emitter gives the angle to the axis where KHR_audio_emitter gives the whole cone's.
+// MSFT_audio_emitter has half angles, KHR_audio_emitter full angles.
 void copy_half_angle(const Json& from, std::string_view key, Json::Object& to,
                      std::string_view new_key) {
   const Json* value = from.find(key);
@@ -74,7 +74,7 @@ Json positional_of(const Json& emitter, const Dialect& dialect) {
     copy_half_angle(emitter, "innerAngle", positional, "coneInnerAngle");
     copy_half_angle(emitter, "outerAngle", positional, "coneOuterAngle");
     put(positional, "facesPlusZ", Json(true));
-    // The default model, exponential with a rolloff of 1, is the 1 / r of physics.
+    // The default model, exponential with a rolloff of 1, is the physical 1 / r.
     const Json* model = emitter.find("distanceModel");
     const std::string* name = model == nullptr ? nullptr : model->string();
     if (model != nullptr && (name == nullptr || *name != "exponential"))
@@ -88,7 +88,7 @@ Json positional_of(const Json& emitter, const Dialect& dialect) {
   return Json(std::move(positional));
 }
 
-// Adds the source that the emitter has to itself; its number, unless it plays nothing.
+// Adds the private source of an emitter and returns its index; none if it plays nothing.
 Json sources_of(const Json& emitter, const std::string& name, Json::Array& sources,
                 std::vector<std::string>& notes) {
   Json::Object source;
@@ -139,7 +139,7 @@ Json* member(Json& object, std::string_view key) {
   return nullptr;
 }
 
-// Gives a node or scene the emitters that it has in the old extension.
+// Copies the emitters of a node or scene from the old extension.
 void rewrite_user(Json& user, const Dialect& dialect) {
   Json* extensions = member(user, "extensions");
   const Json* old = extensions == nullptr ? nullptr : extensions->find(dialect.extension);

@@ -1,7 +1,6 @@
-// audio_extensions.h: the glTF audio extensions that came before KHR_audio_emitter, rewritten as
-// it.
+// audio_extensions.h: rewrites older glTF audio extensions as KHR_audio_emitter.
 //
-// | extension          | what differs                                                            |
+// | extension          | differences from KHR_audio_emitter                                      |
 // |--------------------|-------------------------------------------------------------------------|
 // | KHR_audio          | the name; in its first draft sounds are called sources and an emitter    |
 // |                    | has one `source`, and `loop`                                            |
@@ -14,7 +13,7 @@
 // najadojo/glTF; the first stages of OMI_audio_emitter of the Open Metaverse Interoperability
 // Group.
 //
-// Malformed members are passed on as they are, so that khr_audio.h complains of them.
+// Malformed members are kept unchanged, so that khr_audio.h reports them.
 #pragma once
 
 #include <string>
@@ -25,12 +24,12 @@
 namespace clamor {
 
 struct RewrittenAudio {
-  std::string extension;             // empty if there was none to rewrite
-  std::vector<std::string> ignored;  // what could not be kept
+  std::string extension;             // empty if nothing was rewritten
+  std::vector<std::string> ignored;  // features that were lost
 };
 
-// Rewrites the first of these extensions that the document has; if it has KHR_audio_emitter, or
-// several, the others are left alone.
+// Rewrites the first of these extensions in the document, unless it has KHR_audio_emitter. Others
+// are left unchanged.
 RewrittenAudio rewrite_audio_extensions(Json& document);
 
 }  // namespace clamor

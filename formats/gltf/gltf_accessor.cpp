@@ -12,7 +12,7 @@ namespace {
 constexpr int kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123,
               kUnsignedInt = 5125, kFloat = 5126;
 
-// 0 for a type that glTF does not have.
+// Returns 0 for an unknown type.
 std::size_t bytes_of(int component_type) {
   switch (component_type) {
     case kByte:
@@ -29,7 +29,7 @@ std::size_t bytes_of(int component_type) {
   }
 }
 
-// Buffers need not be aligned, so every value is copied out.
+// Buffers need not be aligned, so values are copied.
 template <class T>
 T load(const std::byte* from) {
   T value;
@@ -64,8 +64,8 @@ std::uint32_t unsigned_value(const std::byte* from, int type) {
   return load<std::uint32_t>(from);
 }
 
-// Where `count` elements begin, given that they end inside their view; null when they do not.
-// No sum or product here can overflow: offsets and lengths are below 1e15 (gltf_check.cpp).
+// Returns the first of `count` elements, or null if they do not fit into the view. Cannot overflow:
+// offsets and lengths are below 1e15 (gltf_check.cpp).
 const std::byte* range(const GltfScene& scene, int view_index, std::size_t offset,
                        std::size_t stride, std::size_t element_bytes, std::size_t count) {
   const GltfView& view = scene.views[static_cast<std::size_t>(view_index)];

@@ -10,9 +10,9 @@ namespace clamor {
 namespace {
 
 constexpr double kMaxInt = std::numeric_limits<int>::max();
-constexpr double kMaxSize = 1e15;  // exact in a double, and more than any file
+constexpr double kMaxSize = 1e15;  // exact in a double and larger than any file
 
-// Walks the document and keeps the first complaint.
+// Walks the document and keeps the first error.
 class Checker {
  public:
   explicit Checker(const Json& document) : document_(document) {
@@ -195,7 +195,7 @@ class Checker {
   std::optional<Error> error_;
 };
 
-// The members of an object that are named in `keys`.
+// Returns only the members in `keys`.
 Json only(const Json& object, std::initializer_list<std::string_view> keys) {
   Json::Object kept;
   for (const std::string_view key : keys)

@@ -1,7 +1,7 @@
-// gltf_check.h: whether a glTF document means what its schema allows, as far as we read it.
+// gltf_check.h: validates the parts of a glTF document that Clamor reads.
 //
-// Types, counts and every index, so that tinygltf (which ignores a value of the wrong type and
-// follows some indices unchecked) is only ever given what it can digest.
+// Checks types, counts and all indices, because tinygltf ignores values of the wrong type and
+// follows some indices unchecked.
 #pragma once
 
 #include <string>
@@ -11,11 +11,11 @@
 
 namespace clamor {
 
-// Names the first thing that is wrong.
+// Returns the first error.
 Result<void> check_gltf(const Json& document);
 
-// The parts that we read of a checked document, as JSON text for tinygltf: no images, textures,
-// animations, extras or URIs.
+// Returns the parts of a checked document that Clamor reads as JSON text for tinygltf, without
+// images, textures, animations, extras or URIs.
 std::string essential_gltf(const Json& document);
 
 }  // namespace clamor

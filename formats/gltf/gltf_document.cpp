@@ -30,7 +30,7 @@ std::string_view as_text(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// glTF 2.0, section 4.4: a header of 12 bytes, then chunks of length, type, bytes.
+// glTF 2.0, section 4.4: a header of 12 bytes, then chunks of length, type and bytes.
 Result<Container> unpack(std::span<const std::byte> file) {
   if (file.empty()) return Error("is empty; export the level again.");
   if (file.size() < 4 || word_at(file, 0) != kGlbMagic) return Container{as_text(file), {}, false};
@@ -89,7 +89,7 @@ Result<FileBytes> read_buffer(const Json& buffer, std::size_t index, const Conta
   return bytes;
 }
 
-// What a reader of triangles may ignore.
+// Required extensions that do not affect triangles.
 bool is_harmless(std::string_view extension) {
   static constexpr std::array<std::string_view, 9> kPrefixes = {
       "CLAMOR_",     "KHR_materials_", "KHR_texture_", "EXT_texture_",  "MSFT_texture_",

@@ -1,8 +1,8 @@
-// gltf_document.h: the container of a glTF file: JSON, buffers, and whether we can read it at all.
+// gltf_document.h: reads the container of a glTF file: its JSON and buffers.
 //
-// Everything that a reader may stumble over is refused here, before tinygltf sees the document:
-// extensions that change geometry, wrong types, indices out of range, buffers shorter than they
-// say, views outside their buffers.
+// Everything that could break later stages is an Error here, before tinygltf sees the document:
+// extensions that change geometry, wrong types, indices out of range, truncated buffers, views
+// outside their buffers.
 #pragma once
 
 #include <string>
@@ -19,7 +19,7 @@ struct GltfDocument {
   std::vector<FileBytes> buffers;
 };
 
-// `path` ends in anything: a .glb is known by its first bytes. Buffers are read through `folder`.
+// Recognises .glb by its first bytes, whatever the extension. Buffers are read through `folder`.
 Result<GltfDocument> read_gltf_document(const std::string& path, LevelFolder& folder);
 
 }  // namespace clamor

@@ -10,7 +10,7 @@ SceneGroup group_of(std::size_t first, std::size_t end, const glm::dmat4& world)
   return {first, end, Matrix(world), Vec3(world[3])};
 }
 
-// Those too small to be groups, and those that have become the same range.
+// Removes groups that are too small or have the same range as another.
 void tidy(SceneGroups& groups) {
   SceneGroups kept;
   for (const SceneGroup& group : groups)
@@ -27,13 +27,13 @@ SceneGroups scene_groups(const GltfScene& scene, std::span<const int> nodes) {
     int node;
     glm::dmat4 parent, world;
     bool entered;
-    std::size_t first;  // emitter
+    std::size_t first;  // index of an emitter
   };
   SceneGroups groups;
   std::vector<Visit> stack;
   for (auto it = scene.roots.rbegin(); it != scene.roots.rend(); ++it)
     stack.push_back({*it, glm::dmat4(1.0), glm::dmat4(1.0), false, 0});
-  std::size_t next = 0;  // emitter, in the order of place_nodes(): parents first
+  std::size_t next = 0;  // next emitter, in the order of place_nodes(): parents first
   while (!stack.empty() && next < nodes.size()) {
     const Visit visit = stack.back();
     const GltfNode& node = scene.nodes[static_cast<std::size_t>(visit.node)];
@@ -56,7 +56,7 @@ SceneGroups scene_groups(const GltfScene& scene, std::span<const int> nodes) {
 }
 
 void remove_emitters(const std::vector<bool>& gone, SceneGroups& groups) {
-  std::vector<std::size_t> places(gone.size() + 1, 0);  // in the list that is left
+  std::vector<std::size_t> places(gone.size() + 1, 0);  // new indices
   for (std::size_t i = 0; i < gone.size(); ++i) places[i + 1] = places[i] + (gone[i] ? 0 : 1);
   for (SceneGroup& group : groups) {
     group.first = places[group.first];

@@ -1,4 +1,4 @@
-// gltf_groups.h: which emitters of a glTF scene stand under one node.
+// gltf_groups.h: groups the emitters of a glTF scene by node.
 #pragma once
 
 #include <span>
@@ -8,11 +8,11 @@
 
 namespace clamor {
 
-// `nodes`: the node of each emitter, as read_scene_sounds() lists them. The hierarchy is a tree, as
-// place_nodes() has checked.
+// `nodes` contains the node of each emitter in the order of read_scene_sounds(). The hierarchy must
+// be a tree, which place_nodes() has checked.
 SceneGroups scene_groups(const GltfScene& scene, std::span<const int> nodes);
 
-// Makes the groups those of the list without the emitters that are gone from it.
+// Updates the groups after the emitters flagged in `gone` were removed from the list.
 void remove_emitters(const std::vector<bool>& gone, SceneGroups& groups);
 
 }  // namespace clamor

@@ -18,7 +18,7 @@ namespace {
 constexpr double kFarthest_m = 1e6;
 constexpr int kTriangles = 4, kFan = 6;
 
-// A mesh in its own coordinates, with only the vertices that its triangles use.
+// A mesh in local coordinates, with only the vertices that its triangles use.
 struct LocalMesh {
   std::vector<Vec3> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -36,8 +36,8 @@ std::size_t triangle_count(int mode, std::size_t indices) {
   return indices < 3 ? 0 : indices - 2;
 }
 
-// The three places in the list of indices that make triangle t. A strip turns every other
-// triangle round, so that all face alike.
+// Positions in the index list of the corners of triangle t. Every other triangle of a strip is
+// reversed to keep the orientation.
 std::array<std::size_t, 3> triangle_corners(int mode, std::size_t t) {
   if (mode == kTriangles) return {3 * t, 3 * t + 1, 3 * t + 2};
   if (mode == kFan) return {0, t + 1, t + 2};
@@ -62,7 +62,7 @@ class MeshReader {
       ++local.points_or_lines;
       return {};
     }
-    if (primitive.positions == kNone) return {};  // glTF: such a primitive is skipped
+    if (primitive.positions == kNone) return {};  // glTF requires to skip such a primitive
     const auto positions = GltfReader::open(scene_, primitive.positions, 3);
     if (!positions.ok()) return positions.error();
     std::optional<GltfReader> indices;
@@ -103,14 +103,14 @@ class MeshReader {
     return {};
   }
 
-  // The remap table keeps its size and contents from primitive to primitive; an entry counts only
-  // if it was written by the one under way, so a primitive costs what it uses.
+  // The remap table is reused between primitives; entries are valid only if the current primitive
+  // wrote them, so the cost of a primitive depends only on the vertices that it uses.
   void begin_remap(std::size_t vertices) {
     if (remap_.size() < vertices) remap_.resize(vertices);
     ++round_;
   }
 
-  // The place of a vertex in `local`, added there the first time; none when it is not finite.
+  // Index of a vertex in `local`, where it is added at its first use; none if it is not finite.
   std::optional<std::uint32_t> local_vertex(const GltfReader& positions, std::size_t vertex,
                                             LocalMesh& local) {
     auto& [round, place] = remap_[vertex];
@@ -126,7 +126,7 @@ class MeshReader {
   }
 
   const GltfScene& scene_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> remap_;  // round, place
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> remap_;  // primitive number, index
   std::uint32_t round_ = 0;
 };
 
@@ -158,7 +158,7 @@ Result<void> append(const LocalMesh& local, const PlacedNode& placement, SceneMe
   return {};
 }
 
-// Triangles of one mesh, as its accessors promise them, once they are known to hold that many.
+// Number of triangles of a mesh, from validated accessors.
 Result<std::uint64_t> count_triangles(const GltfScene& scene, std::size_t mesh) {
   std::uint64_t count = 0;
   for (const GltfPrimitive& primitive : scene.meshes[mesh].primitives) {
@@ -172,7 +172,8 @@ Result<std::uint64_t> count_triangles(const GltfScene& scene, std::size_t mesh) 
   return count;
 }
 
-// Before a single triangle is made: instances multiply, and a small file may ask for any number.
+// Checks the total before any triangle is created, because instancing lets a small file demand any
+// number.
 Result<void> check_total(const GltfScene& scene, const std::vector<PlacedNode>& placements,
                          bool with_hidden) {
   std::map<int, std::uint64_t> per_mesh;
@@ -206,7 +207,7 @@ Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<PlacedNod
   if (const auto ok = check_total(scene, placements, with_hidden); !ok.ok()) return ok.error();
 
   MeshReader reader(scene);
-  std::map<int, LocalMesh> local_meshes;  // each read once, however often it stands in the scene
+  std::map<int, LocalMesh> local_meshes;  // each read once, however often it is placed
   for (const PlacedNode& placement : placements) {
     const int mesh = scene.nodes[static_cast<std::size_t>(placement.node)].mesh;
     if (mesh == kNone) continue;

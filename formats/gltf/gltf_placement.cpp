@@ -20,13 +20,13 @@ std::string label(const GltfScene& scene, int node) {
   return fmt::format("node {}{}", node, name.empty() ? "" : " " + in_quotes(name));
 }
 
-// Of an instance, relative to the node.
+// An instance relative to its node.
 struct InstancePlace {
   glm::dmat4 local{1.0};
   double delay_s = 0;
 };
 
-// EXT_mesh_gpu_instancing, which leaves names that begin with _ to whoever needs them.
+// Reads EXT_mesh_gpu_instancing, which reserves names that begin with _ for applications.
 Result<std::vector<InstancePlace>> instance_places(const GltfScene& scene, const Json& extension) {
   const Json* attributes = extension.find("attributes");
   constexpr std::array<const char*, 4> kNames = {"TRANSLATION", "ROTATION", "SCALE", "_DELAY_S"};
@@ -119,7 +119,7 @@ Result<std::vector<PlacedNode>> place_nodes(const GltfScene& scene) {
     const Json* extensions = (*nodes)[n].find("extensions");
     const bool hidden = visit.hidden || hides(extensions);
     const glm::dmat4 world = visit.parent * node.local;
-    // In reverse, so that children come off the stack in their order.
+    // Pushed in reverse, so that children are popped in order.
     for (auto it = node.children.rbegin(); it != node.children.rend(); ++it)
       stack.push_back({*it, hidden, world});
 

@@ -1,4 +1,4 @@
-// gltf_placement.h: where each node of a glTF scene stands in the world, once per instance.
+// gltf_placement.h: world transforms of the nodes of a glTF scene, one per instance.
 #pragma once
 
 #include <vector>
@@ -14,14 +14,14 @@ struct PlacedNode {
   int node = 0;
   std::uint32_t instance = 0;  // 0, 1, ... of a node with EXT_mesh_gpu_instancing
   bool instanced = false;
-  bool hidden = false;  // by KHR_node_visibility, its own or an ancestor's
+  bool hidden = false;  // by KHR_node_visibility of the node or an ancestor
   glm::dmat4 world{1.0};
-  double delay_s = 0;  // of an instance with an attribute _DELAY_S
+  double delay_s = 0;  // attribute _DELAY_S of an instance
 };
 
-// Every node that the scene reaches, parents first. Only nodes that carry a mesh or an extension
-// are listed. A node reached twice (a cycle, or two parents) is an Error. Uses no recursion, so
-// the depth of the hierarchy is bounded by memory alone.
+// Lists the reachable nodes that have a mesh or an extension, parents first. A node that is reached
+// twice (a cycle or two parents) is an Error. Not recursive, so the depth of the hierarchy is
+// limited by memory alone.
 Result<std::vector<PlacedNode>> place_nodes(const GltfScene& scene);
 
 }  // namespace clamor

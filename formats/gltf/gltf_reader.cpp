@@ -29,7 +29,7 @@ tinygltf::FsCallbacks no_files() {
 
 glm::dmat4 local_transform(const tinygltf::Node& node) {
   glm::dmat4 local(1.0);
-  if (node.matrix.size() == 16) {  // column-major in both
+  if (node.matrix.size() == 16) {  // both are column-major
     for (int i = 0; i < 16; ++i) local[i / 4][i % 4] = node.matrix[static_cast<std::size_t>(i)];
     return local;
   }
@@ -74,7 +74,7 @@ GltfMesh plain(const tinygltf::Mesh& from) {
   return to;
 }
 
-// The default scene, else the first, else every node that is nobody's child.
+// Roots of the default scene, else of the first, else all nodes without parent.
 std::vector<int> scene_roots(const tinygltf::Model& model) {
   if (!model.scenes.empty())
     return model.scenes[static_cast<std::size_t>(std::max(model.defaultScene, 0))].nodes;

@@ -1,4 +1,4 @@
-// gltf_reader.h: a glTF document made plain structs. tinygltf is visible only here.
+// gltf_reader.h: converts a glTF document to plain structs. tinygltf is visible only here.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace clamor {
 
-// tinygltf reads the structure from the essential parts of the checked document, with file
-// callbacks that refuse everything: it never sees a URI, an image or a buffer.
+// tinygltf parses only the essential parts of the checked document, with file callbacks that always
+// fail: it never sees a URI, an image or a buffer.
 Result<GltfScene> read_gltf_scene(GltfDocument document);
 
 }  // namespace clamor

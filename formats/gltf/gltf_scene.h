@@ -1,9 +1,9 @@
-// gltf_scene.h: what a glTF file says, as plain structs that know no library.
+// gltf_scene.h: a glTF file as plain structs, independent of any library.
 //
 //   .gltf | .glb -> gltf_document -> gltf_reader (tinygltf) -> GltfScene -> geometry, sounds
 //
-// All indices are in range and every buffer view lies inside its buffer; accessors are checked
-// against their views when they are read (gltf_accessor.h).
+// All indices are in range and all buffer views lie inside their buffers; accessors are checked
+// when they are opened (gltf_accessor.h).
 #pragma once
 
 #include <cstddef>
@@ -18,18 +18,18 @@
 
 namespace clamor {
 
-inline constexpr int kNone = -1;  // an index that is not given
+inline constexpr int kNone = -1;  // absent index
 
 struct GltfView {
   int buffer = kNone;
-  std::size_t offset = 0, length = 0;  // inside the buffer
-  std::size_t stride = 0;              // 0 for tightly packed
+  std::size_t offset = 0, length = 0;  // bytes in the buffer
+  std::size_t stride = 0;              // 0 if tightly packed
 };
 
 struct GltfAccessor {
-  int view = kNone;  // none for all zeros
+  int view = kNone;  // none if all elements are zero
   std::size_t offset = 0;
-  int component_type = 0;  // 5120 to 5126, as in glTF
+  int component_type = 0;  // 5120 to 5126
   int components = 1;
   std::size_t count = 0;
   bool normalized = false;
@@ -63,9 +63,9 @@ struct GltfScene {
   std::vector<GltfMesh> meshes;
   std::vector<GltfNode> nodes;
   std::vector<std::string> materials;  // names
-  std::vector<int> roots;              // nodes of the scene to show
-  Json json;                           // the document, for its extensions and extras
-  std::size_t bytes = 0;               // of all files: what allocations may be justified by
+  std::vector<int> roots;              // root nodes of the scene
+  Json json;                           // whole document, for extensions and extras
+  std::size_t bytes = 0;               // total size of all files, which limits allocations
 };
 
 }  // namespace clamor

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kMaxEmitters = 10'000'000;
 
-// What CLAMOR_emitter says, each part only if it does.
+// Members of CLAMOR_emitter, if present.
 struct Extra {
   std::optional<Bands> directivity;
   std::optional<double> gain_db, delay_s, random_delay_s;
@@ -33,13 +33,13 @@ Result<void> read_extra(const Json* json, const std::string& where, Extra& extra
     extra.directivity = bands;
   if (const auto gain_db = fields.number("gain_db", -200, 80)) extra.gain_db = gain_db;
   if (const auto delay_s = fields.number("delay_s", 0, kMaxDelay_s)) extra.delay_s = delay_s;
-  if (const auto most_s = fields.number("random_delay_s", 0, kMaxDelay_s))
-    extra.random_delay_s = most_s;
+  if (const auto max_s = fields.number("random_delay_s", 0, kMaxDelay_s))
+    extra.random_delay_s = max_s;
   for (const char* note : {"name", "comment", "extras", "extensions"}) fields.any(note);
   return fields.result_without_unknown();
 }
 
-// The extension and then the extras of a node or KHR emitter.
+// Reads the extras and then the extension of a node or KHR emitter; later values override.
 Result<void> read_extras(const Json& object, const std::string& where, Extra& extra) {
   if (const auto ok = read_extra(object.find({"extras", "clamor_emitter"}), where, extra); !ok.ok())
     return ok;
@@ -57,7 +57,7 @@ class SoundReader {
     audio_ = std::move(*audio);
     used_.assign(audio_.emitters.size(), false);
     for (std::size_t p = 0; p < placements.size();) {
-      // All instances of a node follow each other, and share what is read from it.
+      // All instances of a node are adjacent and share what is read from it.
       std::size_t end = p + 1;
       while (end < placements.size() && placements[end].node == placements[p].node) ++end;
       if (const auto ok = read_node(std::span(placements).subspan(p, end - p)); !ok.ok())
@@ -199,7 +199,7 @@ class SoundReader {
     used_[index] = true;
   }
 
-  // Emitters that no node carries, and those of the scene itself.
+  // Reports emitters that no node references.
   Result<void> report_rest() {
     for (std::size_t i = 0; i < audio_.emitters.size(); ++i) {
       if (used_[i]) continue;
@@ -223,10 +223,10 @@ class SoundReader {
 
 }  // namespace
 
-double random_start_s(std::uint64_t seed, std::size_t index, double most_s) {
+double random_start_s(std::uint64_t seed, std::size_t index, double max_s) {
   const RandomBits counter = {static_cast<std::uint32_t>(index), 0, 0,
                               static_cast<std::uint32_t>(Use::kPhase)};
-  return most_s * unit(philox(seed, counter)[0]);
+  return max_s * unit(philox(seed, counter)[0]);
 }
 
 Result<SceneSounds> read_scene_sounds(const GltfScene& scene,

@@ -116,7 +116,7 @@ Result<KhrAudio> read_audio_entry(const Json& json, std::size_t index, std::size
   return audio;
 }
 
-// Reads every element of the extension's list `key`.
+// Reads all elements of the list `key` of the extension.
 template <class T, class Read>
 Result<std::vector<T>> read_list(const Json& extension, const char* key, Read read) {
   std::vector<T> result;
@@ -180,7 +180,7 @@ Result<std::vector<std::size_t>> khr_emitters_of(const Json& node, const KhrAudi
 
 double exponent_of_cone(double inner_rad, double outer_rad, double outer_gain) {
   const double inner = inner_rad / 2, outer = std::max(outer_rad, inner_rad) / 2;
-  // Mean-square gain over the sphere: closed forms inside and outside, Simpson's rule between.
+  // Squared gain averaged over the sphere: closed forms inside and outside, Simpson's rule between.
   double mean_square = (1 - cos_of(inner)) / 2 + outer_gain * outer_gain * (1 + cos_of(outer)) / 2;
   constexpr int kSteps = 256;
   const double step = (outer - inner) / kSteps;
@@ -189,7 +189,7 @@ double exponent_of_cone(double inner_rad, double outer_rad, double outer_gain) {
     const double weight = i == 0 || i == kSteps ? 1 : i % 2 == 1 ? 4 : 2;
     mean_square += weight * step / 3 * gain * gain * sin_of(inner + i * step) / 2;
   }
-  // The law's own mean square is 1 / (p + 1).
+  // The directivity law averages to 1 / (p + 1).
   return std::clamp(1 / std::max(mean_square, 1e-9) - 1, 0.0, kMaxDirectivity);
 }
 

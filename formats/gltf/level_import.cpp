@@ -42,7 +42,7 @@ Result<Sidecar> read_sidecar(const std::string& level, const ImportOptions& opti
   return sidecar;
 }
 
-// An emitter of the sidecar or the command line, its sound decoded.
+// Creates an emitter of the sidecar or the command line and decodes its sound.
 Result<Emitter> realise(const EmitterSpec& spec, bool confined, LevelFolder& folder,
                         SignalTable& signals, std::uint64_t seed, std::size_t index,
                         ImportReport& report) {
@@ -75,7 +75,7 @@ Result<Emitter> realise(const EmitterSpec& spec, bool confined, LevelFolder& fol
   return emitter;
 }
 
-// Adds the emitters of one origin; each replaces those of its name from the origins before.
+// Adds the emitters of one origin; each replaces emitters of earlier origins with the same name.
 Result<void> merge(const std::vector<EmitterSpec>& specs, bool confined, LevelFolder& folder,
                    SignalTable& signals, std::uint64_t seed, ImportedLevel& imported) {
   Level& level = imported.level;
@@ -106,7 +106,7 @@ Result<void> merge(const std::vector<EmitterSpec>& specs, bool confined, LevelFo
   return {};
 }
 
-// Drops signals that no emitter plays any more, and renumbers.
+// Removes signals that no emitter plays any more and renumbers the others.
 void keep_used_signals(Level& level) {
   std::vector<int> place(level.signals.size(), kNone);
   std::vector<Signal> kept;
@@ -146,7 +146,7 @@ void report_ignored(const Json& document, ImportReport& report) {
   }
 }
 
-// A gain of 0 is a mistake more often than not: 0 dB was meant.
+// A gain of 0 is often a mistake for 0 dB.
 void warn_of_silence(const std::vector<Emitter>& emitters, ImportReport& report) {
   const auto silent = [](const Emitter& emitter) { return emitter.gain == 0; };
   const auto count = static_cast<std::size_t>(std::ranges::count_if(emitters, silent));
@@ -165,7 +165,7 @@ void hash_value(InputHash& hash, const T& value) {
   hash.add(std::as_bytes(std::span(&value, 1)));
 }
 
-// What the options made of the files, so that another emitter gives another hash.
+// Adds the imported level to the hash, so that options such as --emitter change it.
 std::uint64_t finish_hash(InputHash& hash, const Level& level) {
   for (const Material& material : level.materials) {
     hash.add(material.name);

@@ -26,7 +26,7 @@ bool has_flat_extras(const Json* extras) {
   });
 }
 
-// Step 1.
+// Step 1: the sidecar.
 std::optional<Assigned> from_sidecar(const std::string& name, const Sidecar& sidecar) {
   for (const Sidecar::MaterialRule& rule : sidecar.materials)
     if (glob_matches(rule.pattern, name)) {
@@ -37,7 +37,7 @@ std::optional<Assigned> from_sidecar(const std::string& name, const Sidecar& sid
   return std::nullopt;
 }
 
-// Steps 2 and 3: what the level's author wrote on the material itself.
+// Steps 2 and 3: extension and extras of the glTF material.
 Result<std::optional<Assigned>> from_level(const Json* json, const std::string& name,
                                            const MaterialPresets& presets) {
   if (json == nullptr) return std::optional<Assigned>();
@@ -56,7 +56,7 @@ Result<std::optional<Assigned>> from_level(const Json* json, const std::string& 
   return std::optional<Assigned>();
 }
 
-// Steps 4 and 5.
+// Steps 4 and 5: alias or default.
 Result<Assigned> from_name(const std::string& name, const MaterialPresets& presets,
                            const std::string& default_preset) {
   const auto guess = name == kUnnamed ? std::nullopt : presets.guess(name);
@@ -67,7 +67,7 @@ Result<Assigned> from_name(const std::string& name, const MaterialPresets& prese
   return Assigned{{std::move(*material), preset}, guess ? "name" : "default"};
 }
 
-// Triangles and area of each glTF material, the last for triangles without one.
+// Number of triangles and area per glTF material; the last entry is for triangles without material.
 std::vector<MaterialAssignment> measure(const Mesh& mesh, std::size_t materials) {
   std::vector<MaterialAssignment> result(materials + 1);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

@@ -1,12 +1,11 @@
-// level_materials.h: gives every material of a level its acoustic values, and says from where.
+// level_materials.h: assigns acoustic values to the materials of a level and reports their origin.
 //
-// The first of these that has something to say:
-//   1. the sidecar's first pattern that matches its name; it is written later than the level, and
-//   on
-//      purpose, so the report says so where it replaces what the level says
+// The first of these that applies:
+//   1. the first pattern of the sidecar that matches the name; the report says where it replaces
+//      values of the level
 //   2. extensions.CLAMOR_materials_acoustic of the glTF material
-//   3. its extras: "acoustic": { ... } or a preset's name, or flat "acoustic_preset", ...
-//   4. the preset of which an alias occurs in its name
+//   3. its extras: "acoustic": { ... } or the name of a preset, or flat "acoustic_preset", ...
+//   4. the preset that has an alias in the name of the material
 //   5. the default preset, with a warning
 #pragma once
 
@@ -21,8 +20,8 @@
 
 namespace clamor {
 
-// Fills level.materials with those that triangles use, in the order of the glTF file, renumbers
-// level.mesh.materials (glTF's numbers before, see gltf_mesh.h) and reports.
+// Fills level.materials with the materials that triangles use, in the order of the glTF file, and
+// renumbers level.mesh.materials, which contains glTF indices before (gltf_mesh.h).
 Result<void> assign_materials(const GltfScene& scene, const Sidecar& sidecar,
                               const std::optional<std::string>& default_preset, Level& level,
                               ImportReport& report);
