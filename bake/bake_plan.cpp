@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "common/maths.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 

@@ -12,9 +12,10 @@
 #include "bake/trace/photon_tracer.h"
 #include "bake/trace/scene.h"
 #include "formats/bake_file/bake_metadata.h"
-#include "formats/level/level.h"
 
 namespace clamor {
+
+struct Level;
 
 struct BakePlan {
   std::uint32_t rooms = 1;             // rooms with emitters, see emitter_rooms()

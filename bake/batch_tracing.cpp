@@ -7,6 +7,7 @@
 #include <tbb/task_arena.h>
 
 #include "bake/journal/run_key.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 

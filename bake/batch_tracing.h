@@ -19,9 +19,10 @@
 #include "bake/report/decay_estimate.h"
 #include "bake/trace/photon_tracer.h"
 #include "common/result.h"
-#include "formats/level/level.h"
 
 namespace clamor {
+
+struct Level;
 
 class BatchTracing {
  public:

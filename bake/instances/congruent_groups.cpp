@@ -9,6 +9,7 @@
 #include <unordered_map>
 
 #include "common/maths.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 

@@ -19,10 +19,11 @@
 #include <vector>
 
 #include "formats/bake_file/instance.h"
-#include "formats/level/level.h"
 #include "formats/level/scene_group.h"
 
 namespace clamor {
+
+struct Level;
 
 // The unique signal substitutions of a bake file.
 class SignalMaps {

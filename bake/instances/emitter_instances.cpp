@@ -12,6 +12,7 @@
 #include "common/random.h"
 #include "formats/bake_file/bake_root_reader.h"
 #include "formats/bake_file/page.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 

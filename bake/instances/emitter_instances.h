@@ -14,10 +14,12 @@
 
 #include "formats/bake_file/page_links.h"
 #include "formats/bake_file/source_octree.h"
-#include "formats/level/level.h"
+#include "formats/level/emitter.h"
 #include "formats/level/scene_group.h"
 
 namespace clamor {
+
+struct Level;
 
 struct EmitterInstances {
   std::vector<SourceOctree> trees;  // a tree may contain instances of earlier trees

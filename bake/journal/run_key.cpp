@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "formats/bake_file/bake_layout.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 

@@ -8,9 +8,11 @@
 #include <cstdint>
 
 #include "bake/trace/photon_tracer.h"
-#include "formats/level/level.h"
 
 namespace clamor {
+
+struct Emitter;
+struct Level;
 
 // Hash of mesh, materials and settings.
 std::uint64_t scene_hash(const Level& level, const TraceSettings& settings);

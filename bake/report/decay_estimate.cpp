@@ -7,6 +7,7 @@
 
 #include "common/decay_curve.h"
 #include "common/maths.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 

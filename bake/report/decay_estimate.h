@@ -32,9 +32,11 @@
 #include "bake/trace/scene.h"
 #include "common/reflection.h"
 #include "formats/bake_file/bake_metadata.h"
-#include "formats/level/level.h"
 
 namespace clamor {
+
+struct Emitter;
+struct Level;
 
 struct DecayReceiver {
   Vec3 listener_m;

@@ -15,9 +15,10 @@
 
 #include "bake/mesh/mesh_preparation.h"
 #include "bake/trace/scene.h"
-#include "formats/level/level.h"
 
 namespace clamor {
+
+struct Level;
 
 struct LevelOpening {
   double share = 0;          // share of the emitted power that leaves here

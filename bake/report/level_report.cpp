@@ -10,6 +10,7 @@
 #include "bake/report/audibility.h"
 #include "bake/trace/scene.h"
 #include "common/result.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 

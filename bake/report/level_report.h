@@ -12,9 +12,10 @@
 #include "bake/mesh/edge_surroundings.h"
 #include "bake/mesh/mesh_preparation.h"
 #include "bake/report/level_openings.h"
-#include "formats/level/level.h"
 
 namespace clamor {
+
+struct Level;
 
 struct LevelOptions {
   double simplify_m = 0;  // simplification tolerance; 0: no simplification

@@ -12,6 +12,7 @@
 #include "common/directivity.h"
 #include "common/maths.h"
 #include "common/random.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 

@@ -29,9 +29,11 @@
 #include "bake/trace/scene.h"
 #include "bake/trace/trace_kernel.h"
 #include "formats/bake_file/source.h"
-#include "formats/level/level.h"
 
 namespace clamor {
+
+struct Emitter;
+struct Level;
 
 struct TraceSettings {
   std::uint64_t seed = 1;

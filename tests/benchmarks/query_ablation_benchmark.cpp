@@ -23,6 +23,7 @@
 #include "common/random.h"
 #include "common/thread_time.h"
 #include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_writer.h"
 #include "formats/bake_file/signal_envelope.h"
 #include "formats/gltf/level_import.h"
 #include "runtime/occlusion/visibility_cache.h"
