@@ -13,8 +13,8 @@
 
 namespace {
 
-// A file that is opened where a standard descriptor is closed would take its number, and messages
-// would be written into it. The placeholders fail like closed descriptors.
+// If a standard descriptor is closed, the next opened file would get its number, and messages would
+// be written into it. Placeholders prevent that, and fail like closed descriptors.
 void occupy_standard_descriptors() {
   for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (::fcntl(number, F_GETFD) < 0)
@@ -25,7 +25,7 @@ void occupy_standard_descriptors() {
 
 int main(int argc, char** argv) {
   occupy_standard_descriptors();
-  // Past `ulimit -f`, a write should fail with a sentence, not kill us with half a file behind.
+  // Beyond `ulimit -f`, a write should fail with an error instead of killing the program.
   std::signal(SIGXFSZ, SIG_IGN);
   std::vector<std::string> arguments;
   for (int i = 1; i < argc; ++i) arguments.emplace_back(argv[i]);

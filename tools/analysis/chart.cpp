@@ -11,7 +11,7 @@ namespace clamor {
 
 namespace {
 
-// Colours that the colour-blind can tell apart. (M. Okabe, K. Ito. Color Universal Design, 2008.)
+// A palette for colour-blind readers (M. Okabe, K. Ito. Color Universal Design, 2008).
 constexpr std::array<const char*, 9> kPalette = {"#D55E00", "#0072B2", "#009E73",
                                                  "#CC79A7", "#56B4E9", "#E69F00",
                                                  "#7A4FBF", "#8C6D31", "#444444"};
@@ -97,6 +97,70 @@ std::string drawn(const Chart::Series& series, const Axis& x, const Axis& y, con
          dots;
 }
 
+std::string draw_zones(const Chart& chart, const Axis& x, const Axis& y) {
+  std::string svg;
+  for (const auto& zone : chart.zones) {
+    const double from = std::clamp(x.at(zone.from), x.from_px, x.to_px);
+    const double to = std::clamp(x.at(zone.to), x.from_px, x.to_px);
+    if (!(to > from)) continue;  // outside the axis
+    svg += fmt::format(
+        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"#f3f0e6\" "
+        "stroke=\"#fff\"/>\n",
+        from, y.to_px, to - from, y.from_px - y.to_px);
+    // Letters are about half as wide as high; a label that does not fit would overprint the next.
+    if (5.5 * static_cast<double>(zone.label.size()) < to - from)
+      svg +=
+          svg_text((from + to) / 2, y.to_px + 14, zone.label,
+                   "text-anchor=\"middle\" font-size=\"11\" font-style=\"italic\" fill=\"#776\"");
+  }
+  return svg;
+}
+
+std::string draw_axes(const Chart& chart, const Axis& x, const Axis& y) {
+  std::string svg;
+  for (const double tick : chart.x_ticks.empty() ? round_ticks(x) : chart.x_ticks) {
+    svg += line(x.at(tick), y.from_px, x.at(tick), y.to_px, "stroke=\"#e4e4e4\"");
+    svg += svg_text(x.at(tick), y.from_px + 18, short_number(tick), "text-anchor=\"middle\"");
+  }
+  for (const double tick : round_ticks(y)) {
+    svg += line(x.from_px, y.at(tick), x.to_px, y.at(tick), "stroke=\"#e4e4e4\"");
+    svg += svg_text(x.from_px - 8, y.at(tick) + 4, short_number(tick), "text-anchor=\"end\"");
+  }
+  if (!y.log && y.low < 0 && y.high > 0)
+    svg += line(x.from_px, y.at(0), x.to_px, y.at(0), "stroke=\"#999\"");
+  svg += line(x.from_px, y.from_px, x.to_px, y.from_px, "stroke=\"#333\"");
+  svg += line(x.from_px, y.from_px, x.from_px, y.to_px, "stroke=\"#333\"");
+  svg += svg_text((x.from_px + x.to_px) / 2, chart.height - 16, chart.x_label,
+                  "text-anchor=\"middle\"");
+  svg += fmt::format(
+      "<text transform=\"translate(18 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
+      (y.from_px + y.to_px) / 2, escaped(chart.y_label));
+  return svg;
+}
+
+// Draws all series, and a legend if at least two have names.
+std::string draw_series(const Chart& chart, const Axis& x, const Axis& y, bool with_legend) {
+  std::string svg;
+  double legend_y = y.to_px + 10;
+  std::size_t turn = 0;
+  for (const auto& series : chart.series) {
+    const int wanted = series.colour >= 0 ? series.colour : static_cast<int>(turn++);
+    const char* const colour = wanted == Chart::kGrey
+                                   ? "#888"
+                                   : kPalette[static_cast<std::size_t>(wanted) % kPalette.size()];
+    svg += drawn(series, x, y, colour);
+    if (!with_legend || series.name.empty()) continue;
+    svg +=
+        line(x.to_px + 14, legend_y, x.to_px + 38, legend_y,
+             fmt::format(
+                 "stroke=\"{}\" stroke-width=\"2\"{}", colour,
+                 series.look == Chart::Series::Look::kDashes ? " stroke-dasharray=\"6 4\"" : ""));
+    svg += svg_text(x.to_px + 44, legend_y + 4, series.name, "font-size=\"11\"");
+    legend_y += 18;
+  }
+  return svg;
+}
+
 }  // namespace
 
 std::string escaped(const std::string& text) {
@@ -154,56 +218,9 @@ std::string to_svg(const Chart& chart) {
       "fill=\"#333\">\n<rect width=\"{0}\" height=\"{1}\" fill=\"#fff\"/>\n",
       chart.width, chart.height);
   svg += svg_text(kLeft, 24, chart.title, "font-size=\"14\" font-weight=\"bold\" fill=\"#111\"");
-  for (const auto& zone : chart.zones) {
-    const double from = std::clamp(x.at(zone.from), x.from_px, x.to_px);
-    const double to = std::clamp(x.at(zone.to), x.from_px, x.to_px);
-    if (!(to > from)) continue;  // the axis ends before it or begins behind it
-    svg += fmt::format(
-        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"#f3f0e6\" "
-        "stroke=\"#fff\"/>\n",
-        from, y.to_px, to - from, y.from_px - y.to_px);
-    // Letters are about half as wide as high; a label that does not fit would be printed over the
-    // next.
-    if (5.5 * static_cast<double>(zone.label.size()) < to - from)
-      svg +=
-          svg_text((from + to) / 2, y.to_px + 14, zone.label,
-                   "text-anchor=\"middle\" font-size=\"11\" font-style=\"italic\" fill=\"#776\"");
-  }
-  for (const double tick : chart.x_ticks.empty() ? round_ticks(x) : chart.x_ticks) {
-    svg += line(x.at(tick), y.from_px, x.at(tick), y.to_px, "stroke=\"#e4e4e4\"");
-    svg += svg_text(x.at(tick), y.from_px + 18, short_number(tick), "text-anchor=\"middle\"");
-  }
-  for (const double tick : round_ticks(y)) {
-    svg += line(x.from_px, y.at(tick), x.to_px, y.at(tick), "stroke=\"#e4e4e4\"");
-    svg += svg_text(x.from_px - 8, y.at(tick) + 4, short_number(tick), "text-anchor=\"end\"");
-  }
-  if (!y.log && y.low < 0 && y.high > 0)
-    svg += line(x.from_px, y.at(0), x.to_px, y.at(0), "stroke=\"#999\"");
-  svg += line(x.from_px, y.from_px, x.to_px, y.from_px, "stroke=\"#333\"");
-  svg += line(x.from_px, y.from_px, x.from_px, y.to_px, "stroke=\"#333\"");
-  svg += svg_text((x.from_px + x.to_px) / 2, chart.height - 16, chart.x_label,
-                  "text-anchor=\"middle\"");
-  svg += fmt::format(
-      "<text transform=\"translate(18 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
-      (y.from_px + y.to_px) / 2, escaped(chart.y_label));
-
-  double legend_y = y.to_px + 10;
-  std::size_t turn = 0;
-  for (const auto& series : chart.series) {
-    const int wanted = series.colour >= 0 ? series.colour : static_cast<int>(turn++);
-    const char* const colour = wanted == Chart::kGrey
-                                   ? "#888"
-                                   : kPalette[static_cast<std::size_t>(wanted) % kPalette.size()];
-    svg += drawn(series, x, y, colour);
-    if (named < 2 || series.name.empty()) continue;
-    svg +=
-        line(x.to_px + 14, legend_y, x.to_px + 38, legend_y,
-             fmt::format(
-                 "stroke=\"{}\" stroke-width=\"2\"{}", colour,
-                 series.look == Chart::Series::Look::kDashes ? " stroke-dasharray=\"6 4\"" : ""));
-    svg += svg_text(x.to_px + 44, legend_y + 4, series.name, "font-size=\"11\"");
-    legend_y += 18;
-  }
+  svg += draw_zones(chart, x, y);
+  svg += draw_axes(chart, x, y);
+  svg += draw_series(chart, x, y, named > 1);
   return svg + "</svg>\n";
 }
 

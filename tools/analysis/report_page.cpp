@@ -111,13 +111,16 @@ void ReportPage::chart(const Chart& chart, const std::string& caption) {
 
 void ReportPage::charts(const std::vector<Chart>& charts, int columns, const std::string& caption) {
   body_ += "<figure><div class=\"row\">";
-  for (const Chart& chart : charts)
+  for (const Chart& chart : charts) {
+    pictures_.push_back(to_svg(chart));
     body_ += fmt::format("<div style=\"flex: 0 1 calc({}% - 6px)\">{}</div>", 100 / columns,
-                         to_svg(chart));
+                         pictures_.back());
+  }
   body_ += "</div><figcaption>" + escaped(caption) + "</figcaption></figure>\n";
 }
 
 void ReportPage::picture(const std::string& svg, const std::string& caption) {
+  pictures_.push_back(svg);
   body_ += "<figure>" + svg + "<figcaption>" + escaped(caption) + "</figcaption></figure>\n";
 }
 
@@ -170,6 +173,9 @@ Result<void> ReportPage::write(const std::string& folder) const {
     return written;
   for (const ReportTable& table : tables_)
     if (auto written = write_file(base + "_" + table.name + ".csv", to_csv(table)); !written)
+      return written;
+  for (std::size_t i = 0; i < pictures_.size(); ++i)
+    if (auto written = write_file(fmt::format("{}_{}.svg", base, i + 1), pictures_[i]); !written)
       return written;
   return {};
 }

@@ -17,11 +17,11 @@ namespace clamor {
 namespace {
 
 constexpr std::size_t kFrame = 16384, kHop = kFrame / 4;
-constexpr int kFirstThird = -15;  // from 1 kHz
+constexpr int kFirstThird = -15;  // index of the lowest band relative to 1 kHz
 constexpr double kRange_db = 60;
 constexpr int kShades = 20;  // 3 dB each
 
-// Bins of a band, the first and the last in part.
+// Bins of a band with their weights; the first and the last count in part.
 struct Share {
   std::size_t bin;
   double share;
@@ -40,7 +40,7 @@ std::vector<Share> bins_of(int band) {
   return shares;
 }
 
-// From dark to light, in steps that look alike. (S. van der Walt, N. Smith. Viridis, 2015.)
+// Perceptually uniform colours from dark to light (S. van der Walt, N. Smith. Viridis, 2015).
 std::string colour(int shade) {
   constexpr std::array<std::array<double, 3>, 5> kStops = {
       {{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}}};
@@ -74,14 +74,14 @@ Spectrogram spectrogram_of(const Sound& sound, std::size_t max_columns) {
   for (std::size_t i = 0; i < kFrame; ++i)
     window[i] =
         0.5 - 0.5 * std::cos(2 * std::numbers::pi * (static_cast<double>(i) + 0.5) / kFrame);
-  constexpr double kSquares = 3.0 / 8 * kFrame;  // of the window
+  constexpr double kSquares = 3.0 / 8 * kFrame;  // energy of the window
   std::array<std::vector<Share>, kThirdOctaves> bands;
   for (int b = 0; b < kThirdOctaves; ++b) bands[static_cast<std::size_t>(b)] = bins_of(b);
 
   const Fourier fourier(kFrame);
   std::vector<std::complex<double>> values(kFrame);
   for (std::size_t hop = 0; hop < hops; ++hop) {
-    // The frame whose middle is that of the hop; it may hang over the sound's ends.
+    // The frame centred on the hop; it may extend beyond the ends of the sound.
     const std::size_t first = hop * kHop + kHop / 2 - kFrame / 2;  // wraps round before the sound
     const std::size_t column = hop / hops_of_column;
     const std::size_t hops_here = std::min(hops - column * hops_of_column, hops_of_column);
@@ -94,7 +94,7 @@ Spectrogram spectrogram_of(const Sound& sound, std::size_t max_columns) {
               window[i] * static_cast<double>(sound.channels[c][at]),
               c + 1 < channels ? window[i] * static_cast<double>(sound.channels[c + 1][at]) : 0};
       }
-      // Two channels in one transform: a bin and its mirror image hold the power of both.
+      // One complex transform serves two channels: a bin and its mirror bin hold the power of both.
       fourier.forward(values);
       const double scale = 1 / (static_cast<double>(kFrame * channels * hops_here) * kSquares);
       for (std::size_t b = 0; b < kThirdOctaves; ++b)
@@ -118,7 +118,7 @@ std::string to_svg(const Spectrogram& spectrogram, const std::string& title) {
     const double up = (db(power) - loudest_db) / kRange_db + 1;
     return std::clamp(static_cast<int>(up * kShades), 0, kShades - 1);
   };
-  // One path for each shade, of runs along a band, in columns and bands.
+  // One SVG path per shade, made of runs along a band, in units of columns and bands.
   std::array<std::string, kShades> paths;
   for (int b = 0; b < kThirdOctaves; ++b)
     for (std::size_t c = 0; c < spectrogram.power.size();) {
@@ -156,7 +156,7 @@ std::string to_svg(const Spectrogram& spectrogram, const std::string& title) {
   const double shown_s = spectrogram.column_s * columns;
   const double decade_s =
       std::pow(10, std::floor(std::log10(std::max(spectrogram.length_s, 1e-3) / 4)));
-  double tick_s = decade_s;  // the longest of 1, 2 and 5 of them that gives four or more
+  double tick_s = decade_s;  // the longest of 1, 2 and 5 decades that gives at least four ticks
   for (const double digit : {2.0, 5.0})
     if (4 * digit * decade_s <= spectrogram.length_s) tick_s = digit * decade_s;
   for (double at_s = 0; at_s <= spectrogram.length_s * 1.0001; at_s += tick_s)

@@ -1,8 +1,10 @@
-// spectrogram.h: how loud a sound is in each third of an octave, over time, and a picture of that.
+// spectrogram.h: power per third-octave band over time, and its picture.
 //
-// Thirds of octaves as in IEC 61260-1 (base ten), from 31.5 Hz to 20 kHz. Frames of 16 384 samples
-// (2.9 Hz a bin) under a Hann window, a quarter of a frame apart; what lies across a border is
-// shared. Takes 3 ms per second of sound and pair of channels.
+// Bands are those of IEC 61260-1 (base ten), from 31.5 Hz to 20 kHz. The spectrum comes from frames
+// of 16 384 samples (2.9 Hz a bin) under a Hann window, with a hop of a quarter frame; a bin that
+// crosses a band edge or a column edge is shared.
+//
+// Cost: 3 ms per second of sound and pair of channels.
 #pragma once
 
 #include <array>
@@ -15,19 +17,19 @@ namespace clamor {
 
 inline constexpr int kThirdOctaves = 29;
 
-// The middle of a third of an octave; its borders are 10^(1/20) away.
+// Centre frequency of a band; its edges are a factor of 10^(1/20) away.
 double third_octave_hz(int band);
 
 struct Spectrogram {
-  double column_s = 0;  // seconds of each column; of the last, what is left
+  double column_s = 0;  // duration of each column but the last, which is shorter
   double length_s = 0;
-  // Mean power of a column, of all channels' mean, where a full-scale square wave has 1.
+  // Mean power of a column, averaged over channels; 1 for a full-scale square wave.
   std::vector<std::array<double, kThirdOctaves>> power;
 };
 
 Spectrogram spectrogram_of(const Sound& sound, std::size_t max_columns = 200);
 
-// 60 dB down from the loudest.
+// The colour scale covers 60 dB below the loudest value.
 std::string to_svg(const Spectrogram& spectrogram, const std::string& title);
 
 }  // namespace clamor

@@ -36,7 +36,7 @@ const std::vector<PreparedSignal>& prepared(const MixMode& mode) {
   return kept.emplace_back(mode, prepare_signals(noises, mode)).second;
 }
 
-// Reading it takes half a second.
+// Loading the HRTF takes half a second, so it is done once.
 const std::shared_ptr<const Hrtf>& default_head() {
   static const std::shared_ptr<const Hrtf> kHead = *Hrtf::read("");
   return kHead;
@@ -145,7 +145,7 @@ void MixerVoices::mix() {
     mixer_.mix(block_.data() + mixer_.channels() * kStepFrames * step, steps);
     step += steps;
   }
-  energy_ += std::abs(static_cast<double>(block_[0]));  // little, for it is timed
+  energy_ += std::abs(static_cast<double>(block_[0]));  // checks little, because this is timed
 }
 
 std::vector<OpenalVoices::Voice> openal_voices_at(std::uint32_t moment, std::uint32_t count) {

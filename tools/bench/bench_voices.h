@@ -1,8 +1,8 @@
-// bench_voices.h: the voices that mixing is timed with.
+// bench_voices.h: the voices with which mixing is timed.
 //
-// 48 kHz, 256 frames a block, a new keyframe every 960. Voices read 13 looping signals of 2 s at
-// random delays; most delays slide by less than 0.1 % of real time, 3 % of them by up to 10 %, as
-// in a hall with a few fast things in it.
+// The mix runs at 48 kHz with blocks of 256 frames and a keyframe every 960. Voices read 13 looping
+// signals of 2 s at random delays; most delays slide by less than 0.1 % of real time, 3 % of them
+// by up to 10 %, as in a hall with a few fast sources.
 #pragma once
 
 #include <array>
@@ -21,19 +21,19 @@ namespace clamor {
 inline constexpr int kBenchFrames = 256;
 inline constexpr int kBenchSignalFrames = 2 * kSampleRate_hz;
 
-// All as it is said above; or none that slides; or none, and all so near each other that what they
-// read stays in L1: what is dear about voices, taken away one by one.
+// kTypical: as described above. The other kinds take away one cost each: kStill has constant
+// delays, kStaticInL1 also reads within a few kilobytes, which stay in the L1 cache.
 enum class BenchVoiceKind : std::uint8_t { kTypical, kStill, kStaticInL1 };
 
-// What one call of the kernel needs, and the advance from call to call.
+// Voices that are mixed by the kernel alone, and their advance from call to call.
 class KernelVoices {
  public:
-  // `frames` are mixed by a call.
+  // Each call of mix() mixes `frames` frames.
   KernelVoices(const MixMode& mode, std::uint32_t count,
                BenchVoiceKind are = BenchVoiceKind::kTypical, int frames = kBenchFrames);
 
   void mix();
-  void mix_with_reference();  // not binaural
+  void mix_with_reference();  // not for binaural modes
   bool heard() const;
 
  private:
@@ -41,7 +41,7 @@ class KernelVoices {
     alignas(64) float high[kHrtfHighBands * kEars * kMaxFrames] = {};
     alignas(64) float low[kHrtfLowRows * kEars * kMaxFrames / kLowRate] = {};
   };
-  // One for all voices, or, binaural, for their octaves; another for those that are fine.
+  // One part holds all voices; binaural modes have a second part for the narrowband voices.
   struct Part {
     MixMode mode;
     std::vector<std::uint32_t> active = {};
@@ -58,8 +58,8 @@ class KernelVoices {
   std::unique_ptr<ReferenceBuses> reference_;
 };
 
-// A whole mixer, and two keyframes by turns, so that every gain and delay goes on sliding to and
-// fro and every direction turns.
+// A whole mixer that gets two keyframes in alternation, so that all gains, delays and directions
+// keep changing.
 class MixerVoices {
  public:
   MixerVoices(const MixMode& mode, std::uint32_t count);
@@ -77,7 +77,7 @@ class MixerVoices {
   double energy_ = 0;
 };
 
-// The same for OpenAL Soft, at one of two moments.
+// The same voices for OpenAL Soft, at one of two moments.
 const std::vector<std::vector<float>>& bench_samples();
 std::vector<OpenalVoices::Voice> openal_voices_at(std::uint32_t moment, std::uint32_t count);
 

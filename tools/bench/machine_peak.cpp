@@ -21,7 +21,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr int kRounds = 40000;
 
-// Floats multiplied and added.
+// Returns the number of floats multiplied and added.
 double multiply_add_here(float* sink) {
   const hn::CappedTag<float, 16> d;
   constexpr int kChains = 10;
@@ -34,7 +34,7 @@ double multiply_add_here(float* sink) {
   return 1.0 * kRounds * kChains * static_cast<double>(hn::Lanes(d));
 }
 
-// Floats loaded.
+// Returns the number of floats loaded.
 double load_here(float* sink) {
   const hn::CappedTag<float, 16> d;
   constexpr int kChains = 8;

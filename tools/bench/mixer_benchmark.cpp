@@ -47,7 +47,7 @@ VoiceCost cost_of(const MixMode& mode, std::uint32_t voices) {
   return work;
 }
 
-// Per frame, a call of n frames takes a + b / n.
+// Per frame, a call of n frames takes a + b / n; this returns b / kBenchFrames.
 double KernelProfile::taking_ns() const {
   constexpr double kCalls = 1.0 * kBenchFrames / kStepFrames;
   return (in_steps_ns - still_and_near_ns) / (kCalls - 1);
@@ -75,8 +75,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-// What a figure is timed with, kept from run to run: making 100 000 voices takes longer than timing
-// them.
+// Voices are kept from run to run: making 100 000 of them takes longer than timing them.
 struct Stage {
   const MixerTiming* figure = nullptr;
   std::unique_ptr<MixerVoices> mixer;
@@ -108,8 +107,8 @@ void run_figure(benchmark::State& state, const MixerTiming* figure, Stage* stage
   if (!heard) state.SkipWithError("nothing was heard");
 }
 
-// What a block takes. Whole keyframes: 15 blocks are four of them. Before that as many again, up to
-// all of a signal, bring back to the caches what others have driven out of them.
+// Seconds per block, over whole keyframes (15 blocks are four of them). A warm-up of as many
+// blocks, at most one signal, fills the caches first.
 template <class Once>
 double seconds_of(double blocks, const Once& once) {
   const int whole = 15 * std::max(1, static_cast<int>(blocks / 15));
@@ -119,7 +118,8 @@ double seconds_of(double blocks, const Once& once) {
   return (thread_time_s() - start) / whole;
 }
 
-// By turns, and the best of each over all rounds, so that differences are the voices'.
+// Kinds of voices alternate, and the best of each over all rounds counts, so that differences come
+// from the voices.
 void run_profile(benchmark::State& state, KernelProfile* profile, double seconds) {
   const MixMode& mode = profile->mode;
   const std::uint32_t count = profile->voices;
@@ -146,7 +146,7 @@ void run_profile(benchmark::State& state, KernelProfile* profile, double seconds
     }
 }
 
-// One round after the other, each of everything in turn: what disturbs one disturbs all.
+// Each round times everything in turn, so that a disturbance affects all figures alike.
 void run_openal(benchmark::State& state, OpenalTiming* figure, double seconds) {
   const std::uint32_t count = figure->voices;
   KernelVoices kernel(kLikeOpenal, count);
@@ -177,7 +177,7 @@ void run_openal(benchmark::State& state, OpenalTiming* figure, double seconds) {
              median(times_moving)};
 }
 
-// Keeps what a run of a figure came to, by its number, and prints nothing.
+// Collects the result of each run by the number of its figure, and prints nothing.
 class Collector final : public benchmark::BenchmarkReporter {
  public:
   Collector(std::size_t expected, const std::function<void(double)>& progress)
@@ -185,7 +185,7 @@ class Collector final : public benchmark::BenchmarkReporter {
 
   bool ReportContext(const Context&) override { return true; }
   void ReportRuns(const std::vector<Run>& runs) override {
-    // Of repetitions, their mean and the like are told apart from them, once more.
+    // Google Benchmark also reports aggregates of repetitions; they are skipped.
     if (runs.front().run_type == Run::RT_Aggregate) return;
     for (const Run& run : runs) {
       if (run.error_occurred) failure_ = run.error_message;
@@ -196,7 +196,7 @@ class Collector final : public benchmark::BenchmarkReporter {
   }
 
   const std::string& failure() const { return failure_; }
-  const std::vector<double>& seconds_of(std::size_t number) { return seconds_[number]; }
+  const std::vector<double>& seconds_of(std::size_t number) const { return seconds_.at(number); }
 
  private:
   std::size_t expected_, done_ = 0;
@@ -222,6 +222,34 @@ std::vector<MixerTiming> wanted(const BenchRequest& request, const std::string& 
              std::min(kVoicesOfOtherKernels,
                       *std::max_element(request.voices.begin(), request.voices.end()))});
   return figures;
+}
+
+// Turns the measured seconds into voices, and relates them to the core's peak.
+void evaluate(MixerBenchmark& result, const Collector& collector) {
+  std::map<std::string, std::pair<double, double> > peaks;
+  for (std::size_t i = 0; i < result.figures.size(); ++i) {
+    MixerTiming& figure = result.figures[i];
+    const auto& seconds = collector.seconds_of(i);
+    const double real_time = static_cast<double>(figure.voices) * kBenchFrames / kSampleRate_hz;
+    figure.real_time = {real_time / median(seconds), real_time / std::ranges::min(seconds)};
+    if (figure.what != MixerTiming::What::kKernel) continue;
+    if (!peaks.contains(figure.instructions)) {
+      force_mix_kernel(figure.instructions);
+      peaks[figure.instructions] = {peak_multiply_adds_per_s(), peak_loads_per_s()};
+      force_mix_kernel("");
+    }
+    figure.work = cost_of(figure.mode, figure.voices);
+    const auto [multiply_adds, loads] = peaks[figure.instructions];
+    const double frames_per_s = figure.real_time.best * kSampleRate_hz;
+    figure.of_multiply_adds = frames_per_s * figure.work.multiply_adds / multiply_adds;
+    figure.of_loads = frames_per_s * figure.work.loads / loads;
+  }
+  std::tie(result.peak_multiply_adds_per_s, result.peak_loads_per_s) = peaks[result.instructions];
+  for (KernelProfile& profile : result.profiles) {
+    const VoiceCost work = cost_of(profile.mode, profile.voices);
+    profile.reading_ns = 1e9 * work.reading / result.peak_multiply_adds_per_s;
+    profile.ceiling_ns = 1e9 * work.multiply_adds / result.peak_multiply_adds_per_s;
+  }
 }
 
 }  // namespace
@@ -253,7 +281,7 @@ Result<MixerBenchmark> measure_mixer(const BenchRequest& request,
         ->MinTime(slow ? 0.2 * request.seconds : request.seconds)
         ->Repetitions(slow ? 1 : request.runs);
   }
-  // One round after the other: what disturbs one of them leaves another's.
+  // Rounds follow each other, so that a disturbance affects one run of each figure at most.
   for (int round = 0; round < request.runs; ++round)
     for (std::size_t i = 0; i < result.profiles.size(); ++i)
       benchmark::RegisterBenchmark(std::to_string(first_profile + i).c_str(), run_profile,
@@ -269,30 +297,7 @@ Result<MixerBenchmark> measure_mixer(const BenchRequest& request,
   benchmark::ClearRegisteredBenchmarks();
   if (!collector.failure().empty()) return Error("while timing, " + collector.failure() + ".");
 
-  std::map<std::string, std::pair<double, double> > peaks;
-  for (std::size_t i = 0; i < result.figures.size(); ++i) {
-    MixerTiming& figure = result.figures[i];
-    const auto& seconds = collector.seconds_of(i);
-    const double real_time = static_cast<double>(figure.voices) * kBenchFrames / kSampleRate_hz;
-    figure.real_time = {real_time / median(seconds), real_time / std::ranges::min(seconds)};
-    if (figure.what != MixerTiming::What::kKernel) continue;
-    if (!peaks.contains(figure.instructions)) {
-      force_mix_kernel(figure.instructions);
-      peaks[figure.instructions] = {peak_multiply_adds_per_s(), peak_loads_per_s()};
-      force_mix_kernel("");
-    }
-    figure.work = cost_of(figure.mode, figure.voices);
-    const auto [multiply_adds, loads] = peaks[figure.instructions];
-    const double frames_per_s = figure.real_time.best * kSampleRate_hz;
-    figure.of_multiply_adds = frames_per_s * figure.work.multiply_adds / multiply_adds;
-    figure.of_loads = frames_per_s * figure.work.loads / loads;
-  }
-  std::tie(result.peak_multiply_adds_per_s, result.peak_loads_per_s) = peaks[result.instructions];
-  for (KernelProfile& profile : result.profiles) {
-    const VoiceCost work = cost_of(profile.mode, profile.voices);
-    profile.reading_ns = 1e9 * work.reading / result.peak_multiply_adds_per_s;
-    profile.ceiling_ns = 1e9 * work.multiply_adds / result.peak_multiply_adds_per_s;
-  }
+  evaluate(result, collector);
   std::erase_if(result.against_openal, [](const OpenalTiming& one) { return one.still == 0; });
   return result;
 }

@@ -70,7 +70,7 @@ class Loopback final : public OpenalVoices {
   }
 
   void move(const std::vector<Voice>& voices) override {
-    alcSuspendContext(context_);  // all at once
+    alcSuspendContext(context_);  // applies all changes at once
     for (std::size_t i = 0; i < voices.size(); ++i) {
       const float right = voices[i].right;
       alSourcef(sources_[i], AL_PITCH, voices[i].pitch);
@@ -83,7 +83,7 @@ class Loopback final : public OpenalVoices {
     render_(device_, interleaved.data(), static_cast<ALCsizei>(interleaved.size() / 2));
   }
 
-  // "1.1 ALSOFT 1.19.1", less what comes first.
+  // The last word of "1.1 ALSOFT 1.19.1".
   std::string version() const override {
     const std::string text = alGetString(AL_VERSION);
     return text.substr(text.rfind(' ') + 1);

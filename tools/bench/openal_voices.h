@@ -1,4 +1,4 @@
-// openal_voices.h: OpenAL Soft mixing voices through its loopback device, where it is installed.
+// openal_voices.h: mixes voices with OpenAL Soft, if installed, through its loopback device.
 #pragma once
 
 #include <memory>
@@ -10,9 +10,9 @@ namespace clamor {
 
 class OpenalVoices {
  public:
-  // One source per voice: which of `signals` (looped) it plays, from which sample, at what pitch
-  // and how far to the right (-1 to 1). Its gain is 1 / voices. Null where OpenAL Soft is missing
-  // or refuses so many sources.
+  // Each voice is a source that loops one of `signals` from a start frame at a pitch, `right` to
+  // the right (-1 to 1), with a gain of 1 / voices. Returns null if OpenAL Soft is missing or
+  // refuses so many sources.
   struct Voice {
     std::size_t signal;
     int start_frame;
@@ -22,7 +22,7 @@ class OpenalVoices {
                                               const std::vector<Voice>& voices);
   virtual ~OpenalVoices() = default;
 
-  // Gives each voice the pitch and place of `voices`, as a listener's moving does.
+  // Sets the pitch and position of each voice, as a moving listener does.
   virtual void move(const std::vector<Voice>& voices) = 0;
   virtual void render(std::span<float> interleaved) = 0;  // left, right
   virtual std::string version() const = 0;

@@ -69,7 +69,7 @@ void Arguments::option(const std::string& name, int& value, Range range, const s
     const auto [rest, problem] = std::from_chars(text.data(), end, number);
     if (problem == std::errc() && rest == end && number >= range.least && number <= range.most)
       return "";
-    return fmt::format("{} is no whole number between {} and {}", in_quotes(text), range.least,
+    return fmt::format("{} is not a whole number between {} and {}", in_quotes(text), range.least,
                        range.most);
   };
   state_->app.add_option(name, value, help)->capture_default_str()->check(check);
@@ -85,7 +85,8 @@ std::optional<int> Arguments::parse(std::span<const std::string> words, std::ost
     out << state_->app.help();
     return kSuccess;
   } catch (const CLI::ParseError& error) {
-    // A misspelled option may also be why another is missing or a word is left over.
+    // A misspelled option is reported first: it can be the reason that another is missing or that a
+    // word is left over.
     const std::string misspelled = unknown_option();
     return bad_usage(err, misspelled.empty() ? error.what() : misspelled);
   }

@@ -1,4 +1,4 @@
-// arguments.h: one way for all subcommands to read their options. CLI11 ends here.
+// arguments.h: command-line options of all subcommands. Only arguments.cpp includes CLI11.
 //
 //   Arguments arguments("inspect", "Prints what a bake file holds.", "clamor inspect hall.clamor");
 //   arguments.positional("file", path, "the bake file");
@@ -21,14 +21,14 @@ namespace clamor {
 
 class Arguments {
  public:
-  // `example` is printed last, to be copied.
+  // `example` is the last line of --help.
   Arguments(const std::string& command, const std::string& purpose, const std::string& example);
   ~Arguments();
 
-  // A word without a dash in front, required.
+  // A required word without a leading dash.
   void positional(const std::string& name, std::string& value, const std::string& help);
 
-  // One or more such words.
+  // One or more required words.
   void positional(const std::string& name, std::vector<std::string>& values,
                   const std::string& help);
 
@@ -39,33 +39,34 @@ class Arguments {
   void option(const std::string& name, double& value, const std::string& help);
   void option(const std::string& name, int& value, const std::string& help);
   void option(const std::string& name, std::uint64_t& value, const std::string& help);
-  // Anything but a whole number in this range is bad usage, and the complaint names the range.
+  // Anything but a whole number in this range is bad usage, and the message names the range.
   struct Range {
     int least, most;
   };
   void option(const std::string& name, int& value, Range range, const std::string& help);
   void required(const std::string& name);
 
-  // Empty when the command may go on; otherwise the exit code, with help or the complaint printed.
+  // Returns nothing if the command may go on; otherwise the exit code, after printing help or the
+  // error.
   std::optional<int> parse(std::span<const std::string> words, std::ostream& out,
                            std::ostream& err);
 
-  // "clamor inspect: 'problem'" and how to get help, for what only the command can check. Errors
-  // are sentences; their full stop is left out, since the line goes on.
+  // Prints "clamor inspect: PROBLEM; see 'clamor inspect --help'" and returns kBadUsage, for errors
+  // that only the command can find. A final full stop of the problem is left out.
   int bad_usage(std::ostream& err, const std::string& problem) const;
 
  private:
-  // What is wrong with the first word that looks like an option and is none; "" if there is none.
+  // Error text for the first word that looks like an option but is none; "" if there is none.
   std::string unknown_option() const;
 
   struct State;
   std::unique_ptr<State> state_;
 };
 
-// "X,Y,Z[,YAW[,PITCH]]", metres and degrees, as --listener takes it.
+// Parses "X,Y,Z[,YAW[,PITCH]]" in metres and degrees.
 Result<Listener> parse_listener(const std::string& text);
 
-// "500MB" or "2GB" in bytes.
+// Parses "500MB" or "2GB" to bytes.
 Result<std::uint64_t> parse_bytes(const std::string& text);
 
 }  // namespace clamor

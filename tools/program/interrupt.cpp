@@ -13,7 +13,7 @@ namespace clamor {
 namespace {
 
 std::atomic<bool> interrupted{false};
-std::string sentence;  // of ExitOnSignal; does not change while its handler stands
+std::string sentence;  // message of ExitOnSignal; constant while its handler is installed
 
 void on_signal(int number) {
   if (!interrupted.exchange(true) || number == SIGHUP) return;
@@ -21,7 +21,7 @@ void on_signal(int number) {
   std::raise(number);
 }
 
-// A connection to a sound server that breaks raises SIGPIPE as well, and is no reason to end.
+// A broken connection to a sound server also raises SIGPIPE, and is no reason to end.
 void on_broken_pipe(int) {
   if (output_reader_is_gone()) interrupted = true;
 }

@@ -1,4 +1,4 @@
-// interrupt.h: Ctrl-C, a closed terminal and a reader that has gone end a command in order.
+// interrupt.h: ends commands in order on Ctrl-C, a closed terminal or a closed output pipe.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace clamor {
 
-// What signals did before, and will do again when this goes.
+// Saves signal handlers, and restores them in the destructor.
 class SavedSignalHandlers {
  public:
   SavedSignalHandlers() = default;
@@ -17,7 +17,7 @@ class SavedSignalHandlers {
   SavedSignalHandlers(const SavedSignalHandlers&) = delete;
   SavedSignalHandlers& operator=(const SavedSignalHandlers&) = delete;
 
-  // Handlers of SIGHUP are left as they are where it is ignored, as under nohup.
+  // An ignored SIGHUP stays ignored, as under nohup.
   void handle(int number, void (*handler)(int));
 
  private:
@@ -29,8 +29,8 @@ class SavedSignalHandlers {
   std::size_t count_ = 0;
 };
 
-// While it lives, SIGINT, SIGTERM, SIGHUP, and SIGPIPE where nobody reads standard output or error
-// any more, set requested(). A second SIGINT or SIGTERM ends the program at once.
+// During its lifetime, SIGINT, SIGTERM, SIGHUP, and SIGPIPE of standard output or error set
+// requested(). A second SIGINT or SIGTERM ends the program at once.
 class Interrupt {
  public:
   Interrupt();
@@ -43,11 +43,11 @@ class Interrupt {
   SavedSignalHandlers signals_;
 };
 
-// Whether standard output or error is a pipe whose reader has gone.
+// Whether standard output or error is a pipe without a reader.
 bool output_reader_is_gone();
 
-// While it lives, SIGINT, SIGTERM and SIGHUP end the program at once, with exit code 1 and a
-// sentence on standard error. For work that has made nothing that would have to be removed.
+// During its lifetime, SIGINT, SIGTERM and SIGHUP end the program at once, with exit code 1 and a
+// message on standard error. For commands that have created nothing that must be removed.
 class ExitOnSignal {
  public:
   explicit ExitOnSignal(const std::string& command);

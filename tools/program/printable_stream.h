@@ -1,9 +1,8 @@
-// printable_stream.h: where all that the program writes leaves it, without what would steer a
-// terminal.
+// printable_stream.h: filters terminal control sequences from everything that the program prints.
 //
-// Whatever a command prints, and however a name from a file got into it, passes printable() here.
-// Line ends and tabs pass; names lose theirs where a message or a table takes them in. The few
-// controls that the program itself needs have functions of their own, which no text can imitate.
+// Everything that a command prints passes printable() here, wherever a name from a file got into
+// it. Line ends and tabs pass; names lose theirs when a message or table is composed. The few
+// control sequences that the program itself needs have functions of their own.
 #pragma once
 
 #include <ostream>
@@ -12,7 +11,7 @@
 
 namespace clamor {
 
-// While it lives, all that is written to the stream is filtered.
+// Filters everything written to the stream during its lifetime.
 class PrintableStream {
  public:
   explicit PrintableStream(std::ostream& stream);
@@ -25,7 +24,7 @@ class PrintableStream {
    public:
     explicit Buffer(std::streambuf* to) : to_(to) {}
     std::streambuf* to() const { return to_; }
-    // What is left of a character that never ended.
+    // Writes what is left of an incomplete character.
     void finish();
 
    protected:
@@ -37,7 +36,7 @@ class PrintableStream {
     bool put(std::string_view text);
 
     std::streambuf* const to_;
-    std::string incomplete_;  // beginning of a character
+    std::string incomplete_;  // beginning of a UTF-8 character
   };
 
   friend std::ostream& put_control(std::ostream& stream, std::string_view sequence);
@@ -46,7 +45,7 @@ class PrintableStream {
   Buffer buffer_;
 };
 
-// Back to where the terminal's line begins; and away with what is right of the cursor.
+// Moves the cursor to the start of the line; clears the line to the right of the cursor.
 std::ostream& to_line_start(std::ostream& stream);
 std::ostream& clear_rest_of_line(std::ostream& stream);
 

@@ -1,5 +1,5 @@
-// progress.h: how far long work has got: one line that updates itself on a terminal, plain lines
-// every few seconds elsewhere.
+// progress.h: progress of long work: one line that updates itself on a terminal, plain lines every
+// few seconds elsewhere.
 #pragma once
 
 #include <chrono>
@@ -10,15 +10,15 @@ namespace clamor {
 
 class Progress {
  public:
-  // Prints to `err`; updates itself only where that is a terminal's standard error.
+  // Prints to `err`; the line updates itself only if that is a terminal.
   Progress(std::ostream& err, std::string label);
   ~Progress();  // ends the line
 
-  // `share` of the work is done, 0 to 1; `rate` says how fast, in words ("2.1 M bounces/s").
-  // Shows the time left. Cheap to call often: prints ten times a second at most.
+  // Shows the share of the work that is done (0 to 1), the rate as text ("2.1 M bounces/s") and the
+  // time left. Cheap to call often: prints at most ten times a second.
   void update(double share, const std::string& rate);
 
-  // The line as it is, at most twice a second.
+  // Prints the line unchanged, at most twice a second.
   void update_json(const std::string& line);
 
   double seconds() const;
@@ -33,10 +33,10 @@ class Progress {
   Clock::time_point started_, last_;
 };
 
-// "3.2 M", "41.0 k", "512".
+// Formats as "3.2 M", "41.0 k", "512 ".
 std::string with_si_prefix(double value);
 
-// "1:05", "12 s", "0.8 s".
+// Formats as "1:05 min", "12 s" or "0.8 s".
 std::string format_duration(double seconds);
 
 }  // namespace clamor

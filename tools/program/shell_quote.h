@@ -1,4 +1,4 @@
-// shell_quote.h: a word as it is typed into a shell, for lines that are printed to be copied.
+// shell_quote.h: quotes words for a shell, in printed commands.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace clamor {
 
-// The word itself where no character of it means anything to a shell, otherwise in single quotes.
+// Returns the word itself if no character of it is special to a shell, otherwise in single quotes.
 inline std::string shell_quoted(const std::string& word) {
   const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
     return std::isalnum(c) != 0 ||

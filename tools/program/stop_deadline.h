@@ -1,10 +1,9 @@
-// stop_deadline.h: a command that is interrupted has ended within a second, whatever it is at.
+// stop_deadline.h: ends an interrupted command within a second, whatever it is doing.
 //
-// Commands look for Interrupt::requested() wherever they can. Some of their steps take long and
-// cannot be asked to stop: Embree builds the tree of a large level, a system call waits for a disk
-// that does not answer, a forged file has been found that keeps a loop busy. So a thread waits, and
-// where the command has not ended in time, it ends the program as a kill would: outputs under way
-// stay unfinished beside their names, as temporaries, and journals keep what was traced.
+// Commands poll Interrupt::requested() where they can. Some steps take long and cannot be stopped:
+// Embree builds the BVH of a large level, a system call waits for a disk, a forged file keeps a
+// loop busy. So a thread waits, and if the command has not ended in time, ends the program as a
+// kill would: unfinished outputs stay as temporary files, and journals keep what was traced.
 #pragma once
 
 #include <string>
@@ -14,7 +13,8 @@ namespace clamor {
 
 class StopDeadline {
  public:
-  // While it lives, beside an Interrupt. The sentence is what it ends the program with.
+  // Active during its lifetime; needs an Interrupt. The sentence is printed when it ends the
+  // program.
   explicit StopDeadline(const std::string& sentence);
 
  private:

@@ -17,7 +17,7 @@ struct Sequence {
   std::string_view text;
   Key key;
 };
-// Arrow keys in a terminal's two dialects, and letters where games have them.
+// Arrow keys in both encodings that terminals use, and the usual letters of games.
 constexpr std::array<Sequence, 20> kSequences = {{{"\x1b[A", Key::kForward},
                                                   {"\x1b[B", Key::kBack},
                                                   {"\x1b[C", Key::kTurnRight},
@@ -65,10 +65,10 @@ Key Terminal::read(int milliseconds) {
     if (::poll(&input, 1, milliseconds) <= 0) return Key::kNone;
     std::array<char, 64> bytes;
     const ssize_t count = ::read(STDIN_FILENO, bytes.data(), bytes.size());
-    if (count <= 0) return Key::kQuit;  // the terminal is gone
+    if (count <= 0) return Key::kQuit;  // the terminal was closed
     pending_.assign(bytes.data(), static_cast<std::size_t>(count));
   }
-  if (pending_ == "\x1b") {  // Escape alone
+  if (pending_ == "\x1b") {  // a lone Escape
     pending_.clear();
     return Key::kQuit;
   }

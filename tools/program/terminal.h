@@ -1,4 +1,4 @@
-// terminal.h: single keys from a terminal, which is as it was when this is gone.
+// terminal.h: reads single keys from a terminal and restores its mode at the end.
 #pragma once
 
 #include <string>
@@ -11,14 +11,14 @@ enum class Key { kNone, kForward, kBack, kLeft, kRight, kTurnLeft, kTurnRight, k
 
 class Terminal {
  public:
-  Terminal();  // keys are read at once and not shown; does nothing where stdin is no terminal
+  Terminal();  // unbuffered, no echo; does nothing if stdin is no terminal
   ~Terminal();
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
 
   bool is_terminal() const { return is_terminal_; }
 
-  // The next key, waiting for it at most so long.
+  // Waits at most that long for the next key.
   Key read(int milliseconds);
 
  private:

@@ -1,4 +1,4 @@
-// printable.h: names and numbers as a terminal shows them.
+// text_format.h: formats names and numbers for the terminal.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace clamor {
 
-// "violin", or of a long name its beginning and "...".
+// Cuts a long name and appends "...".
 inline std::string shortened(const std::string& name, std::size_t width) {
   const std::string whole = printable(name);
   if (whole.size() <= width) return whole;
@@ -17,14 +17,14 @@ inline std::string shortened(const std::string& name, std::size_t width) {
   return beginning.substr(0, beginning.size() - incomplete_bytes(beginning)) + "...";
 }
 
-// "16 416".
+// Formats as "16 416".
 inline std::string grouped(std::uint64_t number) {
   std::string digits = std::to_string(number);
   for (std::size_t i = digits.size(); i > 3; i -= 3) digits.insert(i - 3, " ");
   return digits;
 }
 
-// "1 photon", "16 416 photons".
+// Formats as "1 photon" or "16 416 photons".
 inline std::string counted(std::uint64_t number, const std::string& thing) {
   return grouped(number) + " " + thing + (number == 1 ? "" : "s");
 }

@@ -12,7 +12,7 @@
 namespace clamor {
 namespace {
 
-// Of half the full scale between two times, otherwise silence.
+// A sine of half the full scale between two times, otherwise silence.
 std::vector<float> tone(double frequency_hz, double length_s, double from_s, double to_s) {
   std::vector<float> samples(static_cast<std::size_t>(length_s * kSampleRate_hz));
   for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -34,16 +34,17 @@ TEST(Spectrogram, HasASineInItsThirdOfAnOctaveAsLoudAsItIs) {
     const auto samples = tone(frequency_hz, 1.5, 0, 1.5);
     for (const bool stereo : {false, true}) {
       Sound sound{{samples}, kSampleRate_hz};
-      if (stereo) sound.channels.emplace_back(samples.size(), 0.0f);  // half of the mean power
+      if (stereo)
+        sound.channels.emplace_back(samples.size(),
+                                    0.0f);  // the second channel is silent: half the mean power
       const Spectrogram spectrogram = spectrogram_of(sound);
       const auto& powers = spectrogram.power[spectrogram.power.size() / 2];
       const double expected_db = kTone_db - (stereo ? 3.0103 : 0);
-      // A window's main lobe is 12 Hz wide, and so is a third of an octave at 50 Hz.
+      // The window's main lobe is 12 Hz wide, as wide as the third-octave band at 50 Hz.
       EXPECT_NEAR(db(powers[band]), expected_db, frequency_hz > 200 ? 0.01 : 1.5);
       for (std::size_t other = 0; other < kThirdOctaves; ++other) {
-        const double apart_hz =
-            std::abs(third_octave_hz(static_cast<int>(other)) - frequency_hz) -
-            0.116 * third_octave_hz(static_cast<int>(other));  // from its border
+        const double apart_hz = std::abs(third_octave_hz(static_cast<int>(other)) - frequency_hz) -
+                                0.116 * third_octave_hz(static_cast<int>(other));  // from its edge
         if (other != band) {
           EXPECT_LT(db(powers[other]), expected_db - (apart_hz > 12 ? 45 : 5)) << other;
         }
@@ -81,7 +82,7 @@ TEST(Spectrogram, HasAllPowerOfANoiseHoweverManyColumns) {
     for (const auto& column : spectrogram.power)
       for (const double band : column)
         power += band / static_cast<double>(spectrogram.power.size());
-    // From 28 Hz to 22.4 kHz of 24 kHz; the frames that hang over the ends hold less.
+    // The bands cover 28 Hz to 22.4 kHz of 24 kHz; frames that extend beyond the ends hold less.
     EXPECT_NEAR(db(power), db(1.0 / 12 * 22361 / 24000), 0.1) << most;
   }
 }
@@ -91,7 +92,7 @@ TEST(Spectrogram, IsAPictureWithNumbersInIt) {
   for (const char* part : {"A &lt;b&gt;", ">500<", ">16 000<", ">20<", "-9 dB", "time (s)"})
     EXPECT_NE(svg.find(part), std::string::npos) << part;
   EXPECT_LT(svg.size(), 100'000u);
-  // Silence, or nothing at all, is no reason for strange numbers.
+  // Silence and an empty sound give finite numbers.
   for (const std::size_t frames : {0u, 1u, 100'000u}) {
     const std::string dark =
         to_svg(spectrogram_of({{std::vector<float>(frames)}, kSampleRate_hz}), "Silence");

@@ -1,5 +1,4 @@
-// Names that would steer a terminal, in everything that they get into: nothing that a command
-// prints may hold them.
+// Tests that names with control sequences reach no output of any command.
 #include "tools/program/printable_stream.h"
 
 #include <sstream>
@@ -13,8 +12,7 @@
 namespace clamor::testing {
 namespace {
 
-// A window title, a screen cleared by 8-bit CSI in both its forms, text turned round, a forged
-// line.
+// A window title, a cleared screen by 8-bit CSI in both its forms, reversed text, a forged line.
 const std::string kName =
     "a\x1b]0;x\a \xc2\x9b"
     "2J \x9b"
@@ -39,7 +37,7 @@ TEST(PrintableStream, FiltersWhatIsWrittenInAnyPieces) {
     text << to_line_start << clear_rest_of_line;
   }
   EXPECT_EQ(text.str(), "a?[2J?|\xc3\xbc|\r\x1b[K?");
-  text << '\x1b';  // as before
+  text << '\x1b';  // unfiltered again
   EXPECT_EQ(text.str().back(), '\x1b');
 }
 
@@ -87,12 +85,12 @@ TEST(Names, InJsonAreEscapedSoThatReadersGetThemBack) {
   EXPECT_EQ(nlohmann::json::parse(outcome.out)["emitters"][0]["name"], name);
 }
 
-// Whatever a level names that is not there, unknown or wrong.
+// A level that names things that are missing, unknown or wrong.
 TEST(Names, OfALevelDoNotSteerTheTerminalByErrorsAndWarnings) {
   const Folder folder;
   const nlohmann::json good = nlohmann::json::parse(kEmptyLevel);
   std::vector<nlohmann::json> levels;
-  // JSON has no bytes outside UTF-8.
+  // JSON must be valid UTF-8.
   std::string name = kName;
   name.erase(name.find("\x9b"
                        "2J \xe2"),
@@ -103,7 +101,7 @@ TEST(Names, OfALevelDoNotSteerTheTerminalByErrorsAndWarnings) {
   levels.emplace_back(good)["nodes"] = {{{"name", name}, {"mesh", 7}}};
   levels.back()["scenes"][0]["nodes"] = {0};
   levels.emplace_back(good)["extensionsUsed"] = {name};
-  // A wall of a material that nothing is known of.
+  // A wall whose material has no acoustic data.
   nlohmann::json& wall = levels.emplace_back(good);
   wall["scenes"][0]["nodes"] = {0};
   wall["nodes"] = {{{"name", name}, {"mesh", 0}}};
