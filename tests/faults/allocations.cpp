@@ -1,4 +1,4 @@
-// The functions here stand before the C library's own of the same names.
+// Wraps malloc and its relatives to count allocations.
 #include "tests/faults/allocations.h"
 
 #include <atomic>

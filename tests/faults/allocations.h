@@ -1,12 +1,12 @@
-// allocations.h: how much memory is asked for. allocations.cpp stands before malloc; not under
-// sanitizers, which do so themselves, and where this counts nothing.
+// allocations.h: counts allocations. allocations.cpp replaces malloc, except under sanitizers,
+// which replace it themselves; there nothing is counted.
 #pragma once
 
 #include <cstddef>
 
 namespace clamor::testing {
 
-// From now on.
+// Restarts counting.
 void watch_allocations();
 
 struct Allocations {

@@ -1,5 +1,5 @@
-// Files that are damaged, by accident (which checksums see) and on purpose (which they do not):
-// refused or harmless, never a crash, a hang or much memory.
+// Tests that files damaged by accident (which checksums detect) or on purpose (which they do not)
+// are refused or harmless: no crash, no hang, no excessive memory.
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -26,14 +26,14 @@ namespace {
 constexpr std::size_t kMuchMemory = 4 << 20;
 constexpr int kFlips = kSanitized ? 5'000 : 100'000;
 
-// Several pages, signals of no more than a few bytes.
+// A bake with several pages and tiny signals.
 BakeContents small_contents() {
   BakeContents contents = baked_contents(150);
   for (Signal& signal : contents.signals) signal.samples.resize(200, 0.25f);
   return contents;
 }
 
-// A file of which bits can be flipped in place, fast enough for a hundred thousand.
+// A file whose bits can be flipped in place, fast enough for a hundred thousand flips.
 class Damaged {
  public:
   Damaged() {
@@ -76,7 +76,7 @@ class Damaged {
   std::uint64_t page_count_ = 0;
 };
 
-// What may be there of a source whatever a forger writes: nothing that breaks who reads it.
+// Checks that a source of a forged file holds only values that its readers can handle.
 void expect_sound(const Source& source, const BakeFile& file) {
   double sum = source.delay_s + source.patch_radius_m;
   for (const float power : source.power) {
@@ -91,7 +91,7 @@ void expect_sound(const Source& source, const BakeFile& file) {
   ASSERT_TRUE(source.is_emitter || source.material < file.materials().size());
 }
 
-// Reads all pages. False where the file is refused, with a sentence that names it.
+// Reads all pages. Returns false if the file is refused, with a sentence that names it.
 bool read_pages(const Damaged& damaged) {
   const auto refused = [&](const Error& error) {
     EXPECT_NE(error.message.find(damaged.path()), std::string::npos) << error.message;
@@ -138,7 +138,7 @@ TEST(ForgedFile, WithAnyOfAHundredThousandBitsOfItsPagesFlippedIsRefusedOrHarmle
     damaged.mend(bit / 8);
   }
   EXPECT_LT(allocations().largest, kMuchMemory);
-  // Most of what is in a page may be any number, so that a flip is another sound and no more.
+  // Most fields of a page may hold any number, so most flips only change the sound.
   EXPECT_GT(refused, kFlips / 20);
   EXPECT_LT(refused, kFlips * 19 / 20);
 }
@@ -153,7 +153,7 @@ TEST(ForgedFile, WithAnyBitOfItsPreambleOrRootFlippedIsRefusedOrHarmless) {
       damaged.flip(bit);
       const auto file = BakeFile::open(damaged.path());
       refused += !file.ok();
-      if (file.ok() && bit % 16 == 0) {  // each sixteenth also read to the end
+      if (file.ok() && bit % 16 == 0) {  // every sixteenth file is also read to the end
         read_pages(damaged);
         for (std::size_t s = 0; s < file->signal_count(); ++s) {
           (void)file->read_signal(s);
@@ -166,7 +166,7 @@ TEST(ForgedFile, WithAnyBitOfItsPreambleOrRootFlippedIsRefusedOrHarmless) {
     damaged.mend(byte);
   };
   for (std::size_t byte = 0; byte < sizeof(Preamble); ++byte) try_byte(byte);
-  EXPECT_GT(refused, 150);  // all but the version's minor and the checksums
+  EXPECT_GT(refused, 150);  // all but the minor version and the checksums
   for (std::size_t byte = damaged.root(); byte < damaged.size(); ++byte) try_byte(byte);
   EXPECT_LT(allocations().largest, kMuchMemory);
 }
@@ -196,14 +196,14 @@ TEST(ForgedFile, WithAnyBitOfItsGeometryFlippedIsRefusedOrHarmless) {
   EXPECT_TRUE(BakeFile::open(damaged.path())->read_mesh().ok());
 }
 
-// What a player makes of forged files: sound of finite numbers, or a sentence.
+// A player turns forged files into finite samples, or reports a sentence.
 TEST(ForgedFile, IsPlayedWithoutHarmWhereItIsNotRefused) {
   const ChecksumsOff off;
   Damaged damaged;
   std::mt19937_64 random(3);
   int played = 0;
   for (int i = 0; i < 300; ++i) {
-    // Half in the pages, half in the root.
+    // Half of the flips hit pages, half the root.
     const std::size_t start = i % 2 == 0 ? sizeof(Preamble) : damaged.root();
     const std::size_t end = i % 2 == 0 ? damaged.pages_end() : damaged.size();
     const std::size_t bit = 8 * start + random() % (8 * (end - start));
@@ -234,7 +234,7 @@ TEST(ForgedFile, IsPlayedWithoutHarmWhereItIsNotRefused) {
 TEST(ForgedFile, WithAPageThatDeclaresFourGigabytesCostsNothing) {
   const ChecksumsOff off;
   Damaged damaged;
-  // A zstd frame header with a size of eight bytes: 4 GB, and 2^63.
+  // Zstd frame headers that declare 4 GB and 2^63 bytes.
   const std::string zstd = "\x28\xb5\x2f\xfd\xe0";
   for (const std::string& size :
        {std::string("\0\0\0\0\1\0\0\0", 8), std::string("\0\0\0\0\0\0\0\x80", 8)}) {
@@ -257,11 +257,11 @@ TEST(ForgedFile, WithAPageThatDeclaresFourGigabytesCostsNothing) {
   if (!kSanitized) {
     watch_allocations();
     EXPECT_TRUE(read_pages(damaged));
-    EXPECT_GT(allocations().all, 0u);  // they are counted
+    EXPECT_GT(allocations().all, 0u);  // the counter works
   }
 }
 
-// A mapped page is decoded where it is, after its checksum was right.
+// A mapped page is decoded in place after its checksum was verified.
 TEST(MappedPage, ThatIsOverwrittenBetweenItsChecksumAndItsDecodingIsAnError) {
   Damaged damaged;
   const auto file = BakeFile::open(damaged.path(), FileAccess::kMap);
@@ -284,7 +284,7 @@ TEST(MappedPage, ThatIsOverwrittenBetweenItsChecksumAndItsDecodingIsAnError) {
     damaged.mend(at, 1);
     ASSERT_TRUE(file->read_page(top).ok());
   }
-  EXPECT_GT(decodes, 100u);  // so that nothing but the second checksum notices
+  EXPECT_GT(decodes, 100u);  // so only the second checksum can notice
 }
 
 }  // namespace

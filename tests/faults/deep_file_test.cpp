@@ -1,5 +1,4 @@
-// Files whose copies are nested far deeper than any level's: whoever reads or plays them does not
-// recurse.
+// Tests that files with very deeply nested instances are read and played without recursion.
 #include <atomic>
 #include <cmath>
 #include <memory>
@@ -19,7 +18,7 @@ namespace clamor::testing {
 
 namespace {
 
-// A room in a tree, that copied so often by the next, all in one place, and so on.
+// A room in a tree, which the next tree instances several times in one place, and so on.
 BakeContents nested(std::uint32_t depth, std::uint32_t copies) {
   BakeContents bake = baked_contents(60);
   for (Signal& signal : bake.signals) signal.samples.resize(200, 0.25f);
@@ -39,7 +38,8 @@ BakeContents nested(std::uint32_t depth, std::uint32_t copies) {
   return bake;
 }
 
-// Reads every page of the file and plays a few blocks of it; how many sources it claims.
+// Reads every page of the file and plays a few blocks of it. Returns the number of sources that it
+// claims.
 std::uint64_t read_and_play(const BakeContents& bake) {
   const Folder folder;
   const std::string path = folder / "deep.clamor";
@@ -63,7 +63,7 @@ std::uint64_t read_and_play(const BakeContents& bake) {
   options.visibility = false;
   options.wait_for_pages = true;
   const auto auralizer = Auralizer::create(file, options);
-  if (!auralizer.ok()) return file->source_count();  // with a sentence
+  if (!auralizer.ok()) return file->source_count();  // refused with a sentence
   std::vector<float> block(2 * 960);
   for (int k = 0; k < (kSanitized ? 1 : 3); ++k) {
     while ((*auralizer)->wants_keyframe())
@@ -79,14 +79,13 @@ TEST(DeepFile, OfCopiesWithinThousandsOfCopiesIsReadAndPlayedWithoutHarm) {
   EXPECT_GT(read_and_play(nested(depth, 1)), 60u);
 }
 
-// Thousands of millions of sources that are all alike: no threshold parts a few of them from the
-// others.
+// Billions of equal sources: no threshold separates a few of them from the others.
 TEST(DeepFile, WhoseCopiesDoubleThirtyFiveTimesIsPlayedWithoutEndlessSearch) {
   EXPECT_GT(read_and_play(nested(35, 2)), 1e12);
 }
 
-// A keyframe of it takes seconds, and a render has thousands. Whoever asks has sent a signal, which
-// wakes nobody.
+// A keyframe takes seconds, and a render has thousands, so rendering must check the stop flag
+// itself.
 TEST(DeepFile, WhoseCopiesAreBeyondNumberIsNotRenderedOnceThatIsStopped) {
   const Folder folder;
   const std::string path = folder / "deep.clamor";

@@ -1,4 +1,4 @@
-// The functions here stand before the C library's own of the same names.
+// Wraps functions of the C library to make them fail.
 #include "tests/faults/fault_injection.h"
 
 #include <algorithm>
@@ -24,14 +24,14 @@ namespace {
 
 struct Now {
   FaultPlan plan;
-  long calls = 0;  // that could be struck
+  long calls = 0;  // that could fail
   bool struck = false;
   std::vector<std::string> log;
 };
 
 std::mutex mutex;
 std::optional<Now> now;
-std::atomic<bool> any{false};  // so that calls cost next to nothing when there is no plan
+std::atomic<bool> any{false};  // keeps calls cheap without a plan
 
 std::string path_of(int descriptor) {
   std::array<char, 4096> path{};
@@ -40,7 +40,7 @@ std::string path_of(int descriptor) {
   return length > 0 ? std::string(path.data(), static_cast<std::size_t>(length)) : "";
 }
 
-// The file that is mapped there; "" for none.
+// Path of the file mapped at an address; "" for none.
 std::string path_at(const void* address) {
   std::ifstream maps("/proc/self/maps");
   for (std::string line; std::getline(maps, line);) {
@@ -84,7 +84,7 @@ Verdict verdict_on(const char* call, const std::string& path) {
   if (now->plan.fate == FaultKind::kRunCallback ||
       now->plan.fate == FaultKind::kRunCallbackFromThenOn) {
     const auto meanwhile = now->plan.meanwhile;
-    lock.unlock();  // it may make calls of its own
+    lock.unlock();  // the callback may make calls of its own
     meanwhile();
     return Verdict::kGoOn;
   }
@@ -106,13 +106,13 @@ Function* own(const char* name) {
   return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
 }
 
-// A call on a descriptor that gives 0 or -1.
+// A call on a descriptor that returns 0 or -1.
 template <class Do>
 int decide(const char* call, int descriptor, const Do& go_on) {
   return verdict_on(call, descriptor) == Verdict::kFail ? -1 : go_on();
 }
 
-// A call that moves bytes.
+// A call that transfers bytes.
 template <class Do>
 ssize_t decide(const char* call, int descriptor, std::size_t bytes, const Do& go_on) {
   switch (verdict_on(call, descriptor)) {
@@ -186,7 +186,7 @@ ssize_t pread(int descriptor, void* to, std::size_t bytes, off_t offset) {
                 [&](std::size_t count) { return own_pread(descriptor, to, count, offset); });
 }
 
-// Asking for a part of a mapped file is the call that tells when its pages are about to be touched.
+// madvise() on a mapped file announces that its pages are about to be read, so it counts as a read.
 int madvise(void* address, std::size_t bytes, int advice) noexcept {
   static auto* const own_madvise = own<int(void*, std::size_t, int)>("madvise");
   if (advice == MADV_WILLNEED && any.load(std::memory_order_relaxed) &&
@@ -207,7 +207,7 @@ ssize_t pwrite(int descriptor, const void* from, std::size_t bytes, off_t offset
                 [&](std::size_t count) { return own_pwrite(descriptor, from, count, offset); });
 }
 
-// Nothing here outlives a power cut, so nothing is really synced: a test makes thousands of files.
+// Nothing is really synced, because tests write thousands of files that need not survive.
 int fsync(int descriptor) {
   return decide("fsync", descriptor, [] { return 0; });
 }
@@ -229,7 +229,7 @@ int rename(const char* from, const char* to) noexcept {
   return own_rename(from, to);
 }
 
-// As POSIX leaves it open and Linux does it: closed, whatever it returns.
+// As on Linux, the descriptor is closed whatever close() returns.
 int close(int descriptor) {
   static auto* const own_close = own<int(int)>("close");
   const Verdict verdict = verdict_on("close", descriptor);

@@ -1,8 +1,8 @@
-// fault_injection.h: disks that fill up, fail, or stop half-way, at a moment that the test chooses.
+// fault_injection.h: makes disks fill up, fail or block at a moment that the test chooses.
 //
-// fault_injection.cpp stands before the C library's open, read, write and so on. While a
-// FaultInjection lives, calls on files in its folder are counted, and one of them fares as the plan
-// says. Others are left alone.
+// fault_injection.cpp replaces the C library's open, read, write and so on. During the lifetime of
+// a FaultInjection, calls on files in its folder are counted, and one of them fails as planned.
+// Other calls are unaffected.
 #pragma once
 
 #include <cerrno>
@@ -14,24 +14,24 @@
 namespace clamor::testing {
 
 enum class FaultKind {
-  kFails,                  // this call alone, with the plan's errno
-  kPersistentFailure,      // this and every later one: a disk that is full stays full
-  kPartialTransfer,        // a read or write does half of what it is asked for
-  kRunCallback,            // as if nothing were, but `meanwhile` is done first
-  kRunCallbackFromThenOn,  // the same for this and every later one, on whichever thread
+  kFails,                  // fails this call with the plan's errno
+  kPersistentFailure,      // fails this and every later call, as a full disk does
+  kPartialTransfer,        // reads or writes only half of the bytes
+  kRunCallback,            // calls `meanwhile` first, then proceeds
+  kRunCallbackFromThenOn,  // the same for this and every later call, on any thread
 };
 
 struct FaultPlan {
   std::string folder{};
-  std::string calls{};     // which may be struck, separated by spaces; "" for all that are counted
-  std::string thread{};    // whose; "" for all
-  long fail_at_call = -1;  // so many of them go well before; -1: nothing is struck
+  std::string calls{};     // functions that may fail, separated by spaces; "" for all
+  std::string thread{};    // name of the thread; "" for all
+  long fail_at_call = -1;  // index of the call that fails; -1: none
   FaultKind fate = FaultKind::kFails;
   int error = ENOSPC;
   std::function<void()> meanwhile{};
 };
 
-// One at a time.
+// At most one at a time.
 class FaultInjection {
  public:
   explicit FaultInjection(FaultPlan plan);
@@ -39,11 +39,11 @@ class FaultInjection {
   FaultInjection(const FaultInjection&) = delete;
   FaultInjection& operator=(const FaultInjection&) = delete;
 
-  bool struck() const;                   // was there a call to strike
-  std::vector<std::string> log() const;  // "fsync hall.clamor.HOST.1234.tmp", in order
+  bool struck() const;                   // whether a call was made to fail
+  std::vector<std::string> log() const;  // in order, as "fsync hall.clamor.HOST.1234.tmp"
 };
 
-// The number of calls in a log that begin so.
+// Number of log entries that begin with that text.
 long count_of(const std::vector<std::string>& log, std::string_view beginning);
 
 }  // namespace clamor::testing

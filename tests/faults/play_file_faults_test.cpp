@@ -1,226 +1,28 @@
-// Files that fail while they are played: one message, and the sound goes on.
+// Tests clamor play and clamor render on files that fail or are replaced: one message, and the
+// player continues while a render writes nothing.
 #include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstring>
-#include <functional>
-#include <sstream>
 #include <streambuf>
 #include <thread>
 
-#include "common/random.h"
 #include "formats/audio/audio_file.h"
 #include "formats/bake_file/bake_writer.h"
 #include "runtime/player/render.h"
 #include "tests/baked_room.h"
 #include "tests/build_paths.h"
 #include "tests/faults/fault_injection.h"
-#include "tests/sanitized.h"
-#include "tests/tools/run_clamor.h"
+#include "tests/faults/file_faults.h"
 #include "tools/commands/bake_file_watcher.h"
 
 namespace clamor::testing {
 
 namespace {
 
-// A room with noise in it, so that loudness does not hang on how tones interfere.
-const BakeContents& room() {
-  static const BakeContents contents = [] {
-    BakeContents made = baked_contents(4000);
-    for (std::uint32_t s = 0; s < made.signals.size(); ++s) {
-      made.signals[s].loop = true;
-      made.signals[s].samples.resize(24000);
-      for (std::uint32_t i = 0; i < 24000; ++i)
-        made.signals[s].samples[i] =
-            static_cast<float>(0.02 * (unit(philox(7, {i, s, 0, 0})[0]) - 0.5));
-    }
-    return made;
-  }();
-  return contents;
-}
-
-// Made beforehand, so that it strikes at once while something plays.
-const BakeContents& other_room() {
-  static const BakeContents contents = baked_contents(100);
-  return contents;
-}
-
-const std::string& other_bytes() {
-  static const std::string bytes = [] {
-    const Folder folder;
-    EXPECT_TRUE(write_bake(folder / "other.clamor", other_room(), 1).ok());
-    return read(folder / "other.clamor");
-  }();
-  return bytes;
-}
-
-// What may become of the file under whoever reads it.
-struct FileFault {
-  const char* what;
-  std::function<void(const std::string& path)> strike;
-  bool is_noticed;
-};
-
-std::vector<FileFault> calamities() {
-  other_bytes();
-  const auto size = [](const std::string& path) { return std::filesystem::file_size(path); };
-  return {
-      {"cut in half", [=](auto& path) { std::filesystem::resize_file(path, size(path) / 2); },
-       true},
-      {"cut to nothing", [](auto& path) { std::filesystem::resize_file(path, 0); }, true},
-      {"overwritten with garbage",
-       [=](auto& path) {
-         std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
-         file << std::string(size(path), '\xa5');
-       },
-       true},
-      {"overwritten in place by another bake",
-       [](auto& path) { std::ofstream(path, std::ios::binary | std::ios::trunc) << other_bytes(); },
-       true},
-      // These leave the reader the file it has open.
-      {"replaced by another bake",
-       [](auto& path) { ASSERT_TRUE(write_bake(path, other_room(), 1).ok()); }, false},
-      {"deleted", [](auto& path) { std::filesystem::remove(path); }, false}};
-}
-
-double energy_of(std::span<const float> samples) {
-  double sum = 0;
-  for (const float sample : samples) sum += static_cast<double>(sample) * sample;
-  return sum;
-}
-
-struct Heard {
-  double energy = 0;
-  PageStatistics pages;
-};
-
-// Two seconds of a walk through the room, with next to no memory, so that pages come and go. Half a
-// second on, something strikes.
-Heard walked(const std::string& path, const std::function<void()>& strike,
-             FileAccess access = FileAccess::kRead) {
-  auto file = BakeFile::open(path, access);
-  EXPECT_TRUE(file.ok());
-  AuralizerOptions options;
-  options.voices = 300;
-  options.wait_for_pages = true;
-  options.memory_bytes = 300'000;
-  auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
-  EXPECT_TRUE(auralizer.ok());
-  Heard heard;
-  std::vector<float> block(2 * 960);
-  for (int i = 0; i < 100; ++i) {
-    if (i == 25) strike();
-    while ((*auralizer)->wants_keyframe()) {
-      const double t = (*auralizer)->next_keyframe_time_s();
-      (*auralizer)
-          ->make_keyframe({{3 + 2.5 * std::sin(3 * t), 4 + 3 * std::cos(3 * t), 1.5}, t, 0});
-    }
-    (*auralizer)->mix(block);
-    const double energy = energy_of(block);
-    EXPECT_TRUE(std::isfinite(energy));
-    if (i >= 25) heard.energy += energy;
-  }
-  heard.pages = (*auralizer)->statistics().pages;
-  return heard;
-}
-
-TEST(FileUnderAPlayer, MayBeCutOverwrittenReplacedOrDeletedAndSoundsAsLoudAsBefore) {
-  const Folder folder;
-  const std::string path = folder / "a.clamor";
-  ASSERT_TRUE(write_bake(path, room(), 1).ok());
-  const std::string whole = read(path);
-  const Heard undisturbed = walked(path, [] {});
-  ASSERT_GT(undisturbed.pages.dropped, 20u);  // so that they are read again
-  for (const FileAccess access : {FileAccess::kRead, FileAccess::kMap})
-    for (const FileFault& calamity : calamities()) {
-      std::ofstream(path, std::ios::binary) << whole;
-      const Heard heard = walked(
-          path, [&] { calamity.strike(path); }, access);
-      EXPECT_EQ(heard.pages.failed > 0, calamity.is_noticed) << calamity.what;
-      EXPECT_EQ(heard.pages.failure.find(path) == 0, calamity.is_noticed) << heard.pages.failure;
-      // What has been read stands in for the rest: unbiased, with a spread of 0.8 dB from one page.
-      EXPECT_NEAR(10 * std::log10(heard.energy / undisturbed.energy), 0,
-                  calamity.is_noticed ? 2.5 : 1e-9)
-          << calamity.what;
-    }
-}
-
-// Pages alone: sounds are read meanwhile, and a sound that fails is silent.
-constexpr const char* kPageLoader = "page loader";
-
-TEST(FileUnderAPlayer, WhoseDiskFailsSoundsAsLoudAsBefore) {
-  const Folder folder;
-  const std::string path = folder / "a.clamor";
-  ASSERT_TRUE(write_bake(path, room(), 1).ok());
-  const Heard undisturbed = walked(path, [] {});
-  for (const long at : {20, 40, 80}) {
-    if (kSanitized && at != 40) continue;  // slow
-    for (const FaultKind fate : {FaultKind::kFails, FaultKind::kPersistentFailure}) {
-      const FaultInjection faults({.folder = folder.path(),
-                                   .calls = "pread",
-                                   .thread = kPageLoader,
-                                   .fail_at_call = at,
-                                   .fate = fate,
-                                   .error = EIO});
-      const Heard heard = walked(path, [] {});
-      EXPECT_TRUE(faults.struck());
-      EXPECT_EQ(heard.pages.failed, fate == FaultKind::kFails ? 1u : heard.pages.failed);
-      EXPECT_NE(heard.pages.failure.find(std::strerror(EIO)), std::string::npos)
-          << heard.pages.failure;
-      EXPECT_NEAR(10 * std::log10(heard.energy / undisturbed.energy), 0, 2.5) << at;
-    }
-  }
-  // Interrupted and short reads are none.
-  for (const FaultKind fate : {FaultKind::kFails, FaultKind::kPartialTransfer}) {
-    const FaultInjection faults({.folder = folder.path(),
-                                 .calls = "pread",
-                                 .thread = kPageLoader,
-                                 .fail_at_call = 40,
-                                 .fate = fate,
-                                 .error = EINTR});
-    const Heard heard = walked(path, [] {});
-    EXPECT_TRUE(faults.struck());
-    EXPECT_EQ(heard.pages.failed, 0u);
-    EXPECT_EQ(heard.energy, undisturbed.energy);
-  }
-}
-
-// A mapped page that the disk cannot deliver raises SIGBUS, as one beyond the end of its file does;
-// reading it then tells the reason.
-TEST(FileUnderAPlayer, WhoseDiskFailsUnderAMappingSoundsAsLoudAsBefore) {
-  const Folder folder;
-  const std::string path = folder / "a.clamor";
-  ASSERT_TRUE(write_bake(path, room(), 1).ok());
-  const Heard undisturbed = walked(path, [] {});
-  const FaultInjection faults({.folder = folder.path(),
-                               .calls = "pread",
-                               .thread = kPageLoader,
-                               .fail_at_call = 0,
-                               .fate = FaultKind::kPersistentFailure,
-                               .error = EIO});
-  EXPECT_EQ(walked(
-                path, [] {}, FileAccess::kMap)
-                .energy,
-            undisturbed.energy);
-  EXPECT_FALSE(faults.struck());  // nothing is read that can be touched
-  const Heard heard = walked(
-      path, [&] { std::filesystem::resize_file(path, 0); }, FileAccess::kMap);
-  EXPECT_TRUE(faults.struck());
-  EXPECT_GT(heard.pages.failed, 0u);
-  EXPECT_NE(heard.pages.failure.find(std::strerror(EIO)), std::string::npos) << heard.pages.failure;
-  EXPECT_NEAR(10 * std::log10(heard.energy / undisturbed.energy), 0, 2.5);
-}
-
-long lines_with(const std::string& text, const std::string& part) {
-  std::istringstream lines(text);
-  long count = 0;
-  for (std::string line; std::getline(lines, line);) count += line.find(part) != std::string::npos;
-  return count;
-}
-
-// Has so much been recorded, under whatever name, and is the end of it no silence?
+// Whether that much was recorded, under any name, without silence at the end.
 bool is_heard(const Folder& folder) {
   constexpr std::size_t kHeard_bytes = 10000 * 2 * sizeof(float), kEnd_bytes = 4800;
   for (const std::string& name : folder.names()) {
@@ -232,8 +34,8 @@ bool is_heard(const Folder& folder) {
   return false;
 }
 
-// Plays to nowhere. What the player has to begin with sounds; before the first page comes that is
-// streamed, something strikes. Nothing hangs on how busy the machine is.
+// Plays without a device. The first page sounds; the fault happens before the first streamed page
+// arrives, so the result does not depend on the load of the machine.
 Outcome played(const Folder& folder, const std::string& path, const std::function<void()>& strike,
                FileAccess access) {
   const std::string walk = folder.write("walk.json", R"({"loop": false, "points": [
@@ -259,34 +61,34 @@ Outcome played(const Folder& folder, const std::string& path, const std::functio
   return outcome;
 }
 
-void expect_it_is_said_once_and_plays_to_the_end(const FileFault& calamity, FileAccess access) {
+void expect_it_is_said_once_and_plays_to_the_end(const FileFault& fault, FileAccess access) {
   const Folder folder;
   const std::string path = folder / "a.clamor";
   ASSERT_TRUE(write_bake(path, room(), 1).ok());
   const Outcome outcome = played(
-      folder, path, [&] { calamity.strike(path); }, access);
+      folder, path, [&] { fault.strike(path); }, access);
   EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_EQ(lines_with(outcome.err, "warning: " + path), calamity.is_noticed) << outcome.err;
-  EXPECT_EQ(lines_with(outcome.err, "pages could not be read"), calamity.is_noticed) << outcome.err;
+  EXPECT_EQ(lines_with(outcome.err, "warning: " + path), fault.is_noticed) << outcome.err;
+  EXPECT_EQ(lines_with(outcome.err, "pages could not be read"), fault.is_noticed) << outcome.err;
   EXPECT_NE(outcome.err.find("played 1.0 s"), std::string::npos) << outcome.err;
   EXPECT_NE(outcome.err.find("pages: "), std::string::npos) << outcome.err;
   const std::string wav = read(folder / "heard.wav");
   const auto heard = decode_audio(std::as_bytes(std::span(wav)), "heard");
   ASSERT_TRUE(heard.ok()) << heard.error().message;
-  // It goes on, wherever in the room the walk has come.
+  // The sound continues, wherever the walk is.
   std::array<double, 4> quarters;
   for (std::size_t q = 0; q < 4; ++q)
     quarters[q] = energy_of(std::span(*heard).subspan(q * (heard->size() / 4), heard->size() / 4));
   EXPECT_NEAR(10 * std::log10(quarters[3] / std::max({quarters[0], quarters[1], quarters[2]})), 0,
               10)
-      << calamity.what;
+      << fault.what;
 }
 
 TEST(PlayCommand, SaysOnceThatItsFileIsGoneAndPlaysToTheEnd) {
   for (const FileAccess access : {FileAccess::kRead, FileAccess::kMap})
-    for (const FileFault& calamity : calamities())
-      if (std::string(calamity.what) != "overwritten with garbage")  // as the next
-        expect_it_is_said_once_and_plays_to_the_end(calamity, access);
+    for (const FileFault& fault : file_faults())
+      if (std::string(fault.what) != "overwritten with garbage")  // same as the next
+        expect_it_is_said_once_and_plays_to_the_end(fault, access);
 }
 
 TEST(BakeFileWatcher, TellsOfEachVersionOnceAndOnlyWhenItHasSettled) {
@@ -304,7 +106,7 @@ TEST(BakeFileWatcher, TellsOfEachVersionOnceAndOnlyWhenItHasSettled) {
   };
   const auto nothing = [](std::size_t count) { return std::vector<News>(count, News::kNone); };
   EXPECT_EQ(looks(3), nothing(3));
-  // A copy that is still being written.
+  // A copy still being written is ignored.
   for (std::size_t part = 1; part < 4; ++part) {
     std::filesystem::remove(path);
     folder.write("a.clamor", other_bytes().substr(0, 100 * part));
@@ -323,8 +125,8 @@ TEST(BakeFileWatcher, TellsOfEachVersionOnceAndOnlyWhenItHasSettled) {
   EXPECT_EQ(looks(3), (std::vector{News::kNone, News::kOverwritten, News::kNone}));
 }
 
-// Takes what the program says, and does something when it has said this, and something else when it
-// has said that afterwards.
+// A stream buffer that watches the output of the program and runs actions when given texts appear
+// in order.
 class Listening final : public std::streambuf {
  public:
   struct Cue {
@@ -356,7 +158,7 @@ class Listening final : public std::streambuf {
   std::string heard_;
 };
 
-// The room a hundredth as loud.
+// The same room at a hundredth of the amplitude.
 BakeContents quiet_room() {
   BakeContents quiet = room();
   for (Signal& signal : quiet.signals)
@@ -364,7 +166,7 @@ BakeContents quiet_room() {
   return quiet;
 }
 
-// Plays until it has said all of that. A minute is for a machine that never does.
+// Plays until all texts have appeared, for at most a minute.
 std::string played_until(const std::string& path, const std::vector<std::string>& words,
                          std::vector<Listening::Cue> cues) {
   cues.back().act = [] { std::raise(SIGINT); };  // as Ctrl-C
@@ -411,13 +213,13 @@ TEST(PlayCommand, FollowsABakeThatIsReplacedAndStaysWithTheOldOneWhereTheNewOneI
     const auto replace = [&] { ASSERT_TRUE(write_bake(path, quiet_room(), 1).ok()); };
     std::vector<std::string> words = {"--follow", "--record", wav};
     if (*access != '\0') words.emplace_back(access);
-    const std::string said =
-        played_until(path, words,
-                     {{"playing " + path, damage},
-                      {path + " was replaced on disk, but the old one plays on: " + path, replace},
-                      {path + " was replaced on disk; the new one plays", [] {}},
-                      {"dBFS", [] {}},  // a second later the fade is over
-                      {"dBFS", {}}});
+    const std::string said = played_until(
+        path, words,
+        {{"playing " + path, damage},
+         {path + " was replaced on disk, but the old one keeps playing: " + path, replace},
+         {path + " was replaced on disk; the new one plays", [] {}},
+         {"dBFS", [] {}},  // a second later the fade is over
+         {"dBFS", {}}});
     EXPECT_EQ(lines_with(said, "was replaced"), 2) << said;
     EXPECT_EQ(lines_with(said, "warning"), 0) << said;
     EXPECT_EQ(lines_with(said, "could not be read"), 0) << said;
@@ -435,7 +237,7 @@ TEST(RenderCommand, OfAFileThatCannotBeReadToTheEndWritesNothing) {
   ASSERT_TRUE(write_bake(path, room(), 1).ok());
   std::vector<std::string> words = {"render",  path,        "-o",  folder / "out.wav", "--listener",
                                     "3,4,1.5", "--seconds", "0.2", "--receivers",      "omni"};
-  {  // mapped, and cut short on the way
+  {  // mapped, and truncated while it is read
     const FaultInjection faults({.folder = folder.path(),
                                  .calls = "madvise",
                                  .fail_at_call = 2,
@@ -463,7 +265,7 @@ TEST(RenderCommand, OfAFileThatCannotBeReadToTheEndWritesNothing) {
   EXPECT_EQ(folder.names(), std::vector<std::string>{"a.clamor"});
 }
 
-// Pages come when they come; a walk among furniture, with next to no memory for them.
+// A walk among furniture with almost no memory for pages, which arrive at arbitrary times.
 TEST(RenderCommand, WritesTheSameBytesHoweverSlowTheDiskIs) {
   const Folder folder;
   const std::string path = folder / "a.clamor", wav = folder / "a.wav", walk = folder / "walk.json";

@@ -1,5 +1,5 @@
-// A listener at 50 m/s through a hall of which little fits into memory, on a disk that stands
-// still: nobody waits for a page, and the counts say what was missed.
+// Tests that a listener at 50 m/s in a hall that does not fit into memory never waits for a blocked
+// disk, and that the counters report what was missing.
 #include <atomic>
 #include <cmath>
 #include <thread>
@@ -18,7 +18,7 @@ namespace {
 constexpr double kSpeed_mps = 50;
 constexpr std::uint64_t kMemory_bytes = 4'000'000;
 
-// 160 x 20 x 120 m, of 300 000 sources.
+// A hall of 160 x 20 x 120 m with 300 000 sources.
 const BakeContents& hall() {
   static const BakeContents contents = [] {
     Level level = shoebox({160, 20, 120}, uniform_material(0.2f, 0.5f, 20), {20, 3, 20});
@@ -40,8 +40,7 @@ Listener flying(double t) {
   return {{10 + (way < 140 ? way : 280 - way), 5, 60}, 0, 0};
 }
 
-// What the sampler's and the audio thread do in so many blocks of 20 ms, with no clock but the
-// blocks'.
+// Runs the work of the sampler and audio threads for a number of blocks of 20 ms, without a clock.
 void fly(Auralizer& auralizer, int blocks) {
   std::vector<float> block(2 * 960);
   for (int i = 0; i < blocks; ++i) {
@@ -74,7 +73,7 @@ TEST(Flight, ThroughALargeHallNeverWaitsForAPageThoughTheDiskStandsStill) {
                                  .fail_at_call = 4,
                                  .fate = FaultKind::kRunCallback,
                                  .meanwhile = [&] { stands_still.wait(true); }});
-    // Two seconds, 100 m, of which a sampler that waited would never see the end.
+    // Two seconds, or 100 m; a sampler that waits would never finish.
     fly(auralizer, 100);
     const PageStatistics still = auralizer.statistics().pages;
     EXPECT_GT(still.asked, still.loaded);
@@ -84,7 +83,7 @@ TEST(Flight, ThroughALargeHallNeverWaitsForAPageThoughTheDiskStandsStill) {
     stands_still.notify_all();
   }
 
-  // The disk is back. Pages come and go as they can; how many is up to the threads.
+  // The disk works again. How many pages arrive depends on the threads.
   PageStatistics pages;
   for (int i = 0; i < 500; ++i) {
     fly(auralizer, 5);

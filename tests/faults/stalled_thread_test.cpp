@@ -1,5 +1,5 @@
-// A sampler or a loader that stands still for ten seconds: the sound goes on as loud as it was, and
-// neither the beginning nor the end of it is a click. Time is that of the blocks.
+// Tests a sampler or loader that stalls for ten seconds: the sound continues at the same loudness,
+// and neither the beginning nor the end of the stall clicks. Time is counted in blocks.
 #include <atomic>
 #include <cmath>
 #include <numbers>
@@ -24,15 +24,15 @@ constexpr int kBlocksPerSecond = kSampleRate_hz / kBlock_frames;
 constexpr double kBefore_s = 2, kStall_s = 10, kAfter_s = 2;
 constexpr double kAll_s = kBefore_s + kStall_s + kAfter_s;
 
-// A room where all emitters play such a signal. Of noise the loudness does not hang on how waves
-// meet; of tones every click is heard.
+// A room where all emitters play one signal: noise, whose loudness does not depend on interference,
+// or tones, which reveal every click.
 BakeContents room_of(const std::vector<float>& samples) {
   static const BakeContents room = baked_contents(2000);
   BakeContents contents = room;
   for (std::uint32_t s = 0; s < contents.signals.size(); ++s) {
     contents.signals[s].loop = true;
     contents.signals[s].samples = samples;
-    // Not the same sound from everywhere.
+    // Emitters start at different times.
     std::rotate(contents.signals[s].samples.begin(),
                 contents.signals[s].samples.begin() + 997 * (s + 1),
                 contents.signals[s].samples.end());
@@ -56,7 +56,7 @@ std::vector<float> tones() {
   return samples;
 }
 
-// Round the room in 12 s, at the pace of someone who walks.
+// A walk round the room in 12 s.
 Listener walking(double t) {
   const double angle = 2 * std::numbers::pi * t / 12;
   return {{3 + 1.8 * std::cos(angle), 4 + 2.5 * std::sin(angle), 1.5}, angle, 0};
@@ -78,9 +78,9 @@ std::unique_ptr<Auralizer> opened(const Scene& scene) {
   return std::move(*auralizer);
 }
 
-// Plays so many seconds; each block asks samples(time) whether the sampler works, and at(block)
-// what happens before it. Where the listener is is a matter of the blocks' time: a sampler that
-// comes back finds them where they are by then.
+// Plays for a number of seconds. Before each block, samples(time) says whether the sampler works,
+// and at(block) runs. The listener follows block time, so a sampler that resumes finds the listener
+// at the current position.
 template <class Works>
 Sound played(Auralizer& auralizer, const Scene& scene, double seconds, Works works) {
   Sound sound{std::vector<std::vector<float>>(2), kSampleRate_hz};
@@ -108,7 +108,7 @@ Sound part(const Sound& sound, double from_s, double to_s) {
 
 double lufs(const Sound& sound) { return programme_loudness(sound).integrated_lufs; }
 
-// No tick that the undisturbed sound does not have as well.
+// Expects no click that the undisturbed sound does not have.
 void expect_no_new_clicks(const Sound& sound, const Sound& undisturbed) {
   for (std::size_t c = 0; c < 2; ++c) {
     float peak = 0;
@@ -153,7 +153,7 @@ TEST_F(Stalled, SamplerLeavesAStandingListenerTheSoundAsItWas) {
   expect_no_new_clicks(stalled, undisturbed);
 }
 
-// It is as loud as where they were heard last, until the sampler finds them elsewhere.
+// The loudness stays that of the last position until the sampler resumes.
 TEST_F(Stalled, SamplerLeavesAWalkerWhereTheyWere) {
   Scene walk = scene(noise(), walking);
   walk.options.wait_for_pages = true;
@@ -185,8 +185,8 @@ TEST_F(Stalled, SamplerClicksNeitherWhenItStopsNorWhenItGoesOn) {
   }
 }
 
-// Every read waits, those of pages and of sounds, while the listener walks on through a room of
-// which little fits into memory.
+// Every read of pages and sounds blocks while the listener walks through a room that does not fit
+// into memory.
 Sound with_a_stalled_loader(const Scene& scene, const Folder& folder, PageStatistics& pages) {
   const auto auralizer = opened(scene);
   std::atomic<bool> stands_still{false};
@@ -203,7 +203,7 @@ Sound with_a_stalled_loader(const Scene& scene, const Folder& folder, PageStatis
       stands_still.notify_all();
     }
     stands_still = now;
-    // What is read comes from a disk, and that takes some time for each block of ours.
+    // Reading takes some time per block, as from a disk.
     if (!now) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return true;
   });
@@ -211,7 +211,7 @@ Sound with_a_stalled_loader(const Scene& scene, const Folder& folder, PageStatis
   return sound;
 }
 
-// A walk whose sampler waits for all it needs, and one whose loader stalls.
+// A walk whose sampler waits for all pages, and one whose loader stalls.
 struct WalkTwice {
   WalkTwice(Scene walk, const Folder& folder) {
     walk.options.wait_for_pages = true;
@@ -220,7 +220,7 @@ struct WalkTwice {
     walk.options.memory_bytes = 400'000;
     PageStatistics pages;
     stalled = with_a_stalled_loader(walk, folder, pages);
-    EXPECT_GT(pages.late, 500u);  // all that time something was missing
+    EXPECT_GT(pages.late, 500u);  // pages were missing all that time
   }
   Sound undisturbed, stalled;
 };

@@ -1,5 +1,5 @@
-// Every call that writing makes of the system fails in every way, one after the other: the user
-// reads a sentence, keeps the older file, and loses nothing by running the command again.
+// Tests that if any system call of writing fails, in any way, the user reads a sentence, keeps the
+// older file, and can run the command again.
 #include <cstring>
 #include <set>
 #include <sstream>
@@ -29,10 +29,10 @@ constexpr Kind kKinds[] = {{"the disk is full from then on", FaultKind::kPersist
                            {"one call is interrupted", FaultKind::kFails, EINTR},
                            {"one call does half", FaultKind::kPartialTransfer, 0}};
 
-// Sanitizers, under which all this takes ten times as long, see every sixth call.
+// Sanitizers make this ten times slower, so they test every sixth call.
 constexpr long kStride = kSanitized ? 6 : 1;
 
-// Warnings about the level are printed whatever becomes of the disk.
+// Warnings about the level do not depend on the disk.
 std::size_t lines_besides_warnings(const std::string& text) {
   std::istringstream lines(text);
   std::size_t count = 0;
@@ -63,7 +63,7 @@ TEST(WriteBake, SyncsTheFileThenRenamesItThenSyncsTheFolder) {
   ASSERT_TRUE(rename != log.end() && folder_opened != log.end());
   EXPECT_EQ(count_of(log, "rename"), 1);
   EXPECT_EQ(count_of(log, "fsync"), 2);
-  EXPECT_LT(last_write, file_sync);  // the preamble comes last
+  EXPECT_LT(last_write, file_sync);  // the preamble is written last
   EXPECT_LT(file_sync, rename);
   EXPECT_LT(rename, folder_opened);
   ASSERT_NE(folder_opened + 1, log.end());
@@ -88,7 +88,7 @@ TEST(WriteBake, AtEveryCallThatFailsLeavesTheOlderFileOrTheNewOneWholeAndNothing
             {.folder = folder.path(), .fail_at_call = n, .fate = kind.fate, .error = kind.error});
         done = write_bake(path, large(), 1);
         struck = faults.struck();
-        // What follows the rename: the descriptor's close, and the folder's open, sync and close.
+        // After the rename come closing the file and opening, syncing and closing the folder.
         auto before = faults.log();
         if (struck) before.resize(static_cast<std::size_t>(n));
         after_rename = struck && count_of(before, "rename") > 0;
@@ -109,7 +109,7 @@ TEST(WriteBake, AtEveryCallThatFailsLeavesTheOlderFileOrTheNewOneWholeAndNothing
       ASSERT_LT(n, 1000);
     }
     EXPECT_GT(n, 10) << kind.what;
-    // All but four, and the round without a fault.
+    // All calls but four, plus the round without a fault.
     if (!kSanitized) {
       EXPECT_EQ(refused, harmless(kind) ? 0 : n - 5) << kind.what;
     }
@@ -149,7 +149,7 @@ TEST(Recording, WhoseDiskFailsAtAnyCallCanBePlayedUpToThere) {
         EXPECT_EQ(taken, kBlocks) << where;
       }
       if (taken == 0) {
-        // The first block may have come into its place before something failed.
+        // The first block may have been written before the failure.
         EXPECT_TRUE(read(path) == "an older recording" || read(path).starts_with("RIFF")) << where;
       } else {
         const auto sound = read_channels(path, 2);
@@ -165,7 +165,7 @@ TEST(Recording, WhoseDiskFailsAtAnyCallCanBePlayedUpToThere) {
   }
 }
 
-// A box of 4 x 3 x 5 m, as small as a level can be that sound meets.
+// A box of 4 x 3 x 5 m, a minimal level with surfaces.
 std::string box_level(const Folder& folder) {
   const Mesh mesh = box({4, 3, 5});
   std::string bytes(reinterpret_cast<const char*>(mesh.vertices_m.data()), 8 * sizeof(Vec3f));
@@ -196,14 +196,14 @@ std::vector<std::string> bake_of(const std::string& level, const Folder& folder,
           "--quiet"};
 }
 
-// What a run of the command left behind, but for the journal.
+// Files that a run of the command left behind, except the journal.
 void expect_nothing_but(const Folder& folder, const std::set<std::string>& expected,
                         const std::string& where) {
   for (const std::string& name : folder.names())
     EXPECT_TRUE(expected.contains(name)) << name << ": " << where;
 }
 
-// The command with each call failing in turn; then again, undisturbed.
+// Runs the command with each call failing in turn, each time followed by an undisturbed run.
 void fail_everywhere(const std::vector<std::string>& more, bool is_journal,
                      std::span<const Kind> kinds) {
   const Folder levels, whole_folder, folder;
@@ -244,7 +244,7 @@ void fail_everywhere(const std::vector<std::string>& more, bool is_journal,
       EXPECT_NE(outcome.err.find(folder / output), std::string::npos) << where;
       EXPECT_NE(outcome.err.find(std::strerror(kind.error)), std::string::npos) << where;
       ASSERT_TRUE(is_journal || read(folder / output) == older) << where;
-      // Whatever was kept, the same command ends in the same bytes.
+      // Whatever was kept, the same command then ends in the same bytes.
       ASSERT_EQ(clamor(command(folder)).code, 0) << where;
       ASSERT_TRUE(read(folder / output) == whole) << where;
       ASSERT_LT(n, 1000);

@@ -1,0 +1,135 @@
+// Tests that the sound continues at the same loudness when the file that is played fails.
+#include <cmath>
+#include <cstring>
+
+#include "runtime/player/render.h"
+#include "tests/faults/fault_injection.h"
+#include "tests/faults/file_faults.h"
+#include "tests/sanitized.h"
+
+namespace clamor::testing {
+
+namespace {
+
+struct Heard {
+  double energy = 0;
+  PageStatistics pages;
+};
+
+// Walks through the room for two seconds with almost no memory, so that pages are loaded and
+// evicted. The fault happens after half a second.
+Heard walked(const std::string& path, const std::function<void()>& strike,
+             FileAccess access = FileAccess::kRead) {
+  auto file = BakeFile::open(path, access);
+  EXPECT_TRUE(file.ok());
+  AuralizerOptions options;
+  options.voices = 300;
+  options.wait_for_pages = true;
+  options.memory_bytes = 300'000;
+  auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
+  EXPECT_TRUE(auralizer.ok());
+  Heard heard;
+  std::vector<float> block(2 * 960);
+  for (int i = 0; i < 100; ++i) {
+    if (i == 25) strike();
+    while ((*auralizer)->wants_keyframe()) {
+      const double t = (*auralizer)->next_keyframe_time_s();
+      (*auralizer)
+          ->make_keyframe({{3 + 2.5 * std::sin(3 * t), 4 + 3 * std::cos(3 * t), 1.5}, t, 0});
+    }
+    (*auralizer)->mix(block);
+    const double energy = energy_of(block);
+    EXPECT_TRUE(std::isfinite(energy));
+    if (i >= 25) heard.energy += energy;
+  }
+  heard.pages = (*auralizer)->statistics().pages;
+  return heard;
+}
+
+TEST(FileUnderAPlayer, MayBeCutOverwrittenReplacedOrDeletedAndSoundsAsLoudAsBefore) {
+  const Folder folder;
+  const std::string path = folder / "a.clamor";
+  ASSERT_TRUE(write_bake(path, room(), 1).ok());
+  const std::string whole = read(path);
+  const Heard undisturbed = walked(path, [] {});
+  ASSERT_GT(undisturbed.pages.dropped, 20u);  // pages are read again
+  for (const FileAccess access : {FileAccess::kRead, FileAccess::kMap})
+    for (const FileFault& fault : file_faults()) {
+      std::ofstream(path, std::ios::binary) << whole;
+      const Heard heard = walked(
+          path, [&] { fault.strike(path); }, access);
+      EXPECT_EQ(heard.pages.failed > 0, fault.is_noticed) << fault.what;
+      EXPECT_EQ(heard.pages.failure.find(path) == 0, fault.is_noticed) << heard.pages.failure;
+      // The pages in memory represent the rest: unbiased, with a spread of 0.8 dB for one page.
+      EXPECT_NEAR(10 * std::log10(heard.energy / undisturbed.energy), 0,
+                  fault.is_noticed ? 2.5 : 1e-9)
+          << fault.what;
+    }
+}
+
+TEST(FileUnderAPlayer, WhoseDiskFailsSoundsAsLoudAsBefore) {
+  const Folder folder;
+  const std::string path = folder / "a.clamor";
+  ASSERT_TRUE(write_bake(path, room(), 1).ok());
+  const Heard undisturbed = walked(path, [] {});
+  for (const long at : {20, 40, 80}) {
+    if (kSanitized && at != 40) continue;  // slow
+    for (const FaultKind fate : {FaultKind::kFails, FaultKind::kPersistentFailure}) {
+      const FaultInjection faults({.folder = folder.path(),
+                                   .calls = "pread",
+                                   .thread = kPageLoader,
+                                   .fail_at_call = at,
+                                   .fate = fate,
+                                   .error = EIO});
+      const Heard heard = walked(path, [] {});
+      EXPECT_TRUE(faults.struck());
+      EXPECT_EQ(heard.pages.failed, fate == FaultKind::kFails ? 1u : heard.pages.failed);
+      EXPECT_NE(heard.pages.failure.find(std::strerror(EIO)), std::string::npos)
+          << heard.pages.failure;
+      EXPECT_NEAR(10 * std::log10(heard.energy / undisturbed.energy), 0, 2.5) << at;
+    }
+  }
+  // Interrupted and short reads are no failures.
+  for (const FaultKind fate : {FaultKind::kFails, FaultKind::kPartialTransfer}) {
+    const FaultInjection faults({.folder = folder.path(),
+                                 .calls = "pread",
+                                 .thread = kPageLoader,
+                                 .fail_at_call = 40,
+                                 .fate = fate,
+                                 .error = EINTR});
+    const Heard heard = walked(path, [] {});
+    EXPECT_TRUE(faults.struck());
+    EXPECT_EQ(heard.pages.failed, 0u);
+    EXPECT_EQ(heard.energy, undisturbed.energy);
+  }
+}
+
+// A mapped page that the disk cannot deliver raises SIGBUS, as does one beyond the end of the file;
+// reading it then gives the reason.
+TEST(FileUnderAPlayer, WhoseDiskFailsUnderAMappingSoundsAsLoudAsBefore) {
+  const Folder folder;
+  const std::string path = folder / "a.clamor";
+  ASSERT_TRUE(write_bake(path, room(), 1).ok());
+  const Heard undisturbed = walked(path, [] {});
+  const FaultInjection faults({.folder = folder.path(),
+                               .calls = "pread",
+                               .thread = kPageLoader,
+                               .fail_at_call = 0,
+                               .fate = FaultKind::kPersistentFailure,
+                               .error = EIO});
+  EXPECT_EQ(walked(
+                path, [] {}, FileAccess::kMap)
+                .energy,
+            undisturbed.energy);
+  EXPECT_FALSE(faults.struck());  // no read that could be intercepted
+  const Heard heard = walked(
+      path, [&] { std::filesystem::resize_file(path, 0); }, FileAccess::kMap);
+  EXPECT_TRUE(faults.struck());
+  EXPECT_GT(heard.pages.failed, 0u);
+  EXPECT_NE(heard.pages.failure.find(std::strerror(EIO)), std::string::npos) << heard.pages.failure;
+  EXPECT_NEAR(10 * std::log10(heard.energy / undisturbed.energy), 0, 2.5);
+}
+
+}  // namespace
+
+}  // namespace clamor::testing
