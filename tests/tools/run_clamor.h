@@ -1,4 +1,4 @@
-// run_clamor.h: runs the program inside the test, with its output in strings.
+// run_clamor.h: runs the program inside the test and returns its output as strings.
 #pragma once
 
 #include <filesystem>
@@ -27,7 +27,7 @@ inline Outcome clamor(const std::vector<std::string>& arguments) {
   return {code, out.str(), err.str()};
 }
 
-// A folder of its own for one test, removed with everything in it.
+// A temporary folder, removed with everything in it.
 class Folder {
  public:
   Folder() {
@@ -49,7 +49,7 @@ class Folder {
     return *this / name;
   }
 
-  // Names of the files in it, to see that nothing was left behind.
+  // Sorted names of the files in it, to check that nothing was left behind.
   std::vector<std::string> names() const {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(path_))
@@ -62,7 +62,7 @@ class Folder {
   std::filesystem::path path_;
 };
 
-// All bytes of a file; "" if there is none.
+// Returns all bytes of a file; "" if there is none.
 inline std::string read(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};

@@ -1,4 +1,4 @@
-// audibility_warnings.h: whether the listener of a command hears anything of a bake, and why not.
+// audibility_warnings.h: warns of a listener who hears nothing of a bake, and says why.
 #pragma once
 
 #include <cstddef>
@@ -11,14 +11,14 @@
 namespace clamor {
 
 struct AudibilityQuery {
-  double seconds = 0;                    // of the walk that are of interest
-  std::optional<std::size_t> emitter{};  // that alone sounds; unset: all of them
-  bool with_occlusion = true;            // false: only distance can make it silent
+  double seconds = 0;                    // the part of the walk that is checked
+  std::optional<std::size_t> emitter{};  // only this emitter sounds; unset: all
+  bool with_occlusion = true;            // false: only distance makes it inaudible
 };
 
-// One sentence, or nothing where something is heard all along the walk. A walk is asked about at up
-// to 33 places. Reads the geometry; where that cannot be read, nothing is said, because whoever
-// needs it reports that.
+// Returns a sentence, or nothing if something is heard all along the walk, which is tested at up to
+// 33 positions. Reads the geometry; if that fails, nothing is returned, because the caller reports
+// the failure when it reads the geometry itself.
 std::optional<std::string> audibility_warning(const BakeFile& file, const Walk& walk,
                                               const AudibilityQuery& question);
 

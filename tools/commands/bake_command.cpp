@@ -1,8 +1,8 @@
-// bake_command.cpp: clamor bake: from a level file to a bake file, or to a shard of one.
+// bake_command.cpp: clamor bake: bakes a level file to a bake file or to a shard of one.
 #include <charconv>
 #include <ostream>
 
-#include "tools/commands/bake_request.h"
+#include "tools/commands/bake_run.h"
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
 
@@ -10,7 +10,7 @@ namespace clamor {
 
 namespace {
 
-// "2/8" as the second of eight.
+// Parses "2/8", the second of eight shards.
 std::optional<Shard> parse_shard(const std::string& text) {
   Shard shard;
   const char* const end = text.data() + text.size();
@@ -24,71 +24,89 @@ std::optional<Shard> parse_shard(const std::string& text) {
   return shard;
 }
 
+// The words of options of the run.
+struct RunWords {
+  std::optional<std::string> shard, progress, memory, until;
+  bool no_journal = false;
+
+  void add_options(Arguments& parser, BakeRunOptions& run);
+};
+
+void RunWords::add_options(Arguments& parser, BakeRunOptions& run) {
+  parser.option(
+      "--until", until,
+      "an error or a duration, as in 0.5dB or 15min: bake until the energy decay is known "
+      "that well, or for that long; sets --photons and --sources");
+  parser.option("--shard", shard,
+                "I/N: trace only part I of N into OUTPUT; 'clamor merge' joins the parts");
+  parser.option("--threads", run.threads,
+                "maximum number of threads, 0: all cores; does not change the output");
+  parser.option("--memory", memory,
+                "limit, as in 500MB or 2GB: a bake that would need more is refused before it "
+                "starts");
+  parser.flag("--no-journal", no_journal,
+              "do not keep the traced paths in OUTPUT.journal, for resuming and for the next bake");
+  parser.option("--progress", progress,
+                "json: print progress as JSON, one object a line, for build systems");
+  parser.flag("--quiet", run.quiet, "print only warnings and errors");
+  parser.flag("--strict", run.strict,
+              "treat warnings as errors: exit code 1, and nothing is written");
+}
+
+// Turns the words into options. The Error is bad usage.
+Result<void> interpret(const RunWords& words, const BakeRequest& request, BakeRunOptions& run) {
+  if (const auto complaint = request.complaint()) return Error(*complaint);
+  if (run.threads < 0 || run.threads > 1024) return Error("--threads must lie between 0 and 1024");
+  if (words.shard) {
+    run.shard = parse_shard(*words.shard);
+    if (!run.shard)
+      return Error("--shard " + in_quotes(*words.shard) +
+                   " is not a part like 1/4, the first of four");
+  }
+  if (words.until) {
+    run.goal = BakeGoal::from(*words.until);
+    if (!run.goal)
+      return Error("--until " + in_quotes(*words.until) +
+                   " is neither an error like 0.5dB nor a time like 90s, 15min or 2h");
+    if (request.photons || request.sources || words.shard)
+      return Error(
+          "--until sets the number of photons and sources, so it cannot be combined with "
+          "--photons, --sources or --shard");
+  }
+  if (words.progress && *words.progress != "json")
+    return Error("--progress " + in_quotes(*words.progress) + " is not json");
+  if (words.memory) {
+    const auto bytes = parse_bytes(*words.memory);
+    if (!bytes.ok()) return Error("--memory " + bytes.error().message);
+    run.memory_bytes = *bytes;
+  }
+  run.json_progress = words.progress.has_value();
+  run.journal = !words.no_journal;
+  return {};
+}
+
 }  // namespace
 
 int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   BakeRequest request;
-  BakeRunOptions manner;
-  manner.command = "bake";
-  std::optional<std::string> shard;
-  std::optional<std::string> progress, memory, until;
-  bool no_journal = false;
-
-  Arguments parser("bake",
-                   "Traces sound through a glTF level and writes emitters and secondary sources "
-                   "into one bake file.",
-                   "clamor bake hall.glb -o hall.clamor --emitter "
-                   "\"name=violin,signal=violin.flac,at=1,1.2,-3,facing=0,0,1,directivity=2\"");
-  parser.positional("level", request.level_path, "the level, .gltf or .glb");
-  parser.option("-o,--output", manner.output, "the bake file to write, as in hall.clamor");
+  BakeRunOptions run;
+  run.command = "bake";
+  RunWords words;
+  Arguments parser(
+      "bake",
+      "Traces sound through a glTF level and writes its emitters and their reflections "
+      "(secondary sources) to one bake file.",
+      "clamor bake hall.glb -o hall.clamor --emitter "
+      "\"name=violin,signal=violin.flac,at=1,1.2,-3,facing=0,0,1,directivity=2\"");
+  parser.positional("level", request.level_path, "the level, a .gltf or .glb file");
+  parser.option("-o,--output", run.output, "the bake file to write, as in hall.clamor");
   parser.required("-o");
   request.add_options(parser);
-  parser.option("--until", until,
-                "as in 0.5dB or 90s: bake until the energy decay is known so well, or for so long; "
-                "decides --photons and --sources");
-  parser.option("--shard", shard,
-                "I/N: trace the I-th of N parts into OUTPUT; clamor merge puts them together");
-  parser.option("--threads", manner.threads, "at most, 0: all cores; never changes a byte");
-  parser.option("--memory", memory,
-                "as in 500MB or 2GB: a bake that would take more says so before it starts");
-  parser.flag("--no-journal", no_journal,
-              "do not keep what was traced in OUTPUT.journal, for going on and for baking again");
-  parser.option("--progress", progress,
-                "json: one JSON object a line, for build systems, instead of words");
-  parser.flag("--quiet", manner.quiet, "only warnings and errors");
-  parser.flag("--strict", manner.strict,
-              "warnings are errors: exit code 1, and nothing is written");
+  words.add_options(parser, run);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
-  if (const auto complaint = request.complaint()) return parser.bad_usage(err, *complaint);
-  if (manner.threads < 0 || manner.threads > 1024)
-    return parser.bad_usage(err, "--threads must lie between 0 and 1024");
-  if (shard) {
-    manner.shard = parse_shard(*shard);
-    if (!manner.shard)
-      return parser.bad_usage(
-          err, "--shard " + in_quotes(*shard) + " is not a part like 1/4, the first of four");
-  }
-  if (until) {
-    manner.goal = BakeGoal::from(*until);
-    if (!manner.goal)
-      return parser.bad_usage(err, "--until " + in_quotes(*until) +
-                                       " is neither an error like 0.5dB nor a time like "
-                                       "90s, 15min or 2h");
-    if (request.photons || request.sources || shard)
-      return parser.bad_usage(err,
-                              "--until decides how many photons and sources there are, so it goes "
-                              "with none of --photons, --sources and --shard");
-  }
-  if (progress && *progress != "json")
-    return parser.bad_usage(err, "--progress " + in_quotes(*progress) + " is not json");
-  if (memory) {
-    const auto bytes = parse_bytes(*memory);
-    if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);
-    manner.memory_bytes = *bytes;
-  }
-  manner.json_progress = progress.has_value();
-  manner.journal = !no_journal;
-  return run_bake_request(request, manner, err);
+  if (const auto right = interpret(words, request, run); !right.ok())
+    return parser.bad_usage(err, right.error().message);
+  return run_bake_request(request, run, err);
 }
 
 }  // namespace clamor

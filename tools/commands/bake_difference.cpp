@@ -53,7 +53,7 @@ class Differences {
     if (!(a == b)) found_.push_back({what, fmt::format("{}", a), fmt::format("{}", b)});
   }
 
-  // By name; of namesakes the first with the first, and so on.
+  // Matches things by name; the n-th of several with one name matches the n-th.
   template <class Thing>
   void compare_named(const std::string& kind, const std::vector<Thing>& a,
                      const std::vector<Thing>& b) {
@@ -73,7 +73,7 @@ class Differences {
     for (const auto& [key, fields] : in_b)
       if (!in_a.contains(key)) only_b.push_back(key.first);
     if (!only_a.empty() || !only_b.empty())
-      found_.push_back({kind + "s of one alone", listed(only_a), listed(only_b)});
+      found_.push_back({kind + "s in one file only", listed(only_a), listed(only_b)});
   }
 
   std::vector<BakeDifference> take() { return std::move(found_); }
@@ -87,7 +87,7 @@ class Differences {
     return named;
   }
 
-  // "bell, fan (16 403)": those that only a number at their end tells apart are counted.
+  // Lists names as "bell, fan (16 403)": names that differ only in a final number are counted.
   static std::string listed(const std::vector<std::string>& names) {
     constexpr std::size_t kMostNames = 6;
     std::vector<std::pair<std::string, std::size_t>> kinds;
@@ -133,9 +133,9 @@ void compare_settings(const BakeSettings& a, const BakeSettings& b, Differences&
   differences.compare("pressure, kPa", a.air.pressure_kpa, b.air.pressure_kpa);
 }
 
-// Of all that the pages hold, in the order of the trees; not of how they are packed.
+// Hash of the contents of all pages, in the order of the trees, independent of how they are packed.
 Result<std::uint64_t> hash_of_pages(const BakeFile& file) {
-  static_assert(sizeof(Source) == 3 * sizeof(Vec3f) + sizeof(Bands) + 20);  // no gaps
+  static_assert(sizeof(Source) == 3 * sizeof(Vec3f) + sizeof(Bands) + 20);  // no padding
   std::vector<std::byte> bytes(sizeof(std::uint64_t));
   const auto read = file.for_each_page([&](const PageEntry& entry, const OctreePage& page,
                                            std::size_t tree, std::size_t depth) -> Result<void> {
@@ -173,7 +173,7 @@ Result<bool> same_signals(const BakeFile& a, const BakeFile& b) {
   return true;
 }
 
-// Whatever order their vertices stand in.
+// Compares triangles by position, whatever the order of their vertices.
 bool same_surfaces(const Mesh& a, const Mesh& b) {
   if (a.materials != b.materials) return false;
   for (std::size_t t = 0; t < a.triangles.size(); ++t)

@@ -1,4 +1,4 @@
-// bake_difference.h: in what two bake files differ, for clamor diff.
+// bake_difference.h: compares two bake files, for clamor diff.
 #pragma once
 
 #include <array>
@@ -10,16 +10,16 @@
 namespace clamor {
 
 struct BakeDifference {
-  std::string what, a, b;  // "" where a file has none
+  std::string what, a, b;  // "" if a file has none
 };
 
-// In what the files tell of themselves: how they were made, settings, materials, emitters, sizes.
+// Compares the descriptions of the files: provenance, settings, materials, emitters, sizes.
 std::vector<BakeDifference> differences_of(const BakeFile& a, const BakeFile& b);
 
-// How much louder all of B's sources are than A's, per band; 0 where neither has any.
+// Power of all of B's sources relative to A's, per band; 0 dB if either has none.
 std::array<double, kBandCount> level_difference_db(const Bands& a, const Bands& b);
 
-// Whether a listener hears the same of both, to the last bit: sources, signals, walls and air.
+// Whether both sound the same, to the last bit: sources, signals, surfaces and air are equal.
 Result<bool> sound_identical(const BakeFile& a, const BakeFile& b);
 
 }  // namespace clamor

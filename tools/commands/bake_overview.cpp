@@ -69,15 +69,15 @@ Result<void> verify_pages(const BakeFile& file) {
       alike = tell_alike(told[d], found[tree][d].level);
     }
     if (!alike)
-      return Error(file.path() + ": what the root tells of tree " + std::to_string(tree + 1) +
+      return Error(file.path() + ": the root's summary of tree " + std::to_string(tree + 1) +
                    " of " + std::to_string(found.size()) +
-                   " is not what its pages hold. Copy the file again or bake again.");
+                   " does not match its pages. Copy the file again or bake again.");
   }
   return {};
 }
 
-// Whether any source is a reflection. A bake that traced photons says that by their number; other
-// files with copies by their pages.
+// Whether any source is a secondary source. A bake that traced photons has their number; other
+// files with instances are decided by their pages.
 Result<bool> anything_reflected(const BakeFile& file) {
   if (file.statistics().photons_traced > 0) return true;
   constexpr const char* kEnough = "is enough to know";
@@ -93,9 +93,9 @@ Result<bool> anything_reflected(const BakeFile& file) {
   return found;
 }
 
-// How many of all sources, copies too, are emitters. Where anything is reflected the table has all
-// of them, as reflections name them there. Where nothing is, every source is an emitter, and the
-// table has only those that are stored.
+// Number of emitters among all sources, including instances. With secondary sources, the emitter
+// table lists all emitters, because secondary sources refer to it. Without any, every source is an
+// emitter, and the table lists only those that are stored.
 Result<std::uint64_t> emitters_in(const BakeFile& file) {
   const std::uint64_t listed = std::min<std::uint64_t>(file.source_count(), file.emitters().size());
   if (file.trees().size() < 2) return listed;

@@ -1,6 +1,6 @@
-// bake_overview.h: what an open bake file holds, added up and put in groups, for clamor inspect.
+// bake_overview.h: totals and groups of what an open bake file holds, for clamor inspect.
 //
-// inspect_tables.cpp prints it for people, inspect_json.cpp for programs.
+// inspect_tables.cpp prints them for people, inspect_json.cpp for programs.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace clamor {
 
-// Emitters of one kind: alike in name but for a number at its end, in signal, gain and directivity.
+// Emitters with the same signal, gain and directivity whose names differ only in a final number.
 struct EmitterGroup {
   std::string name;
   std::size_t count = 0, first = 0;
@@ -23,39 +23,39 @@ struct EmitterGroup {
   double min_delay_s = 0, max_delay_s = 0;
 };
 
-// Materials that nobody could tell apart.
+// Materials whose values are equal when rounded for the table.
 struct MaterialGroup {
   std::size_t first = 0;
   std::vector<std::string> names;
 };
 
-// Trees that the level's tree copies.
+// Trees that the level's tree instances.
 struct CopiedTrees {
   std::size_t trees = 0;
-  OctreeLevel stored;  // of all of them, each once; the power is what their copies add to the level
+  OctreeLevel stored;  // each tree counted once, except `power`, which is that of all instances
 };
 
 struct BakeOverview {
-  std::vector<OctreeLevel> levels;  // of the level's tree, by depth
+  std::vector<OctreeLevel> levels;  // of the level's own tree, by depth
   CopiedTrees copied;
-  Bands power{};                                   // of all sources, copies too
-  std::uint64_t emitter_count = 0, secondary = 0;  // of all sources, copies too
+  Bands power{};                                   // including instances
+  std::uint64_t emitter_count = 0, secondary = 0;  // including instances
   std::vector<EmitterGroup> emitters;
   std::vector<MaterialGroup> materials;
-  std::string command;  // that makes the file again
+  std::string command;  // reproduces the file
 };
 
-// Reads pages only where copies are and nothing tells whether anything is reflected.
+// Reads pages only if there are instances and the root does not say whether anything was traced.
 Result<BakeOverview> overview_of(const BakeFile& file);
 
-// Decodes everything there is, and holds what the root says of pages against them. An Error names
-// the first that is bad.
+// Decodes everything and checks the root's totals against the pages. The Error names the first part
+// that is damaged.
 Result<void> verify(const BakeFile& file);
 
-// Of all photons that were traced.
+// Share of the traced photons.
 double escaped_share(const BakeStatistics& statistics);
 
-// "fan" of "fan #12", "fan.012" and "fan_12".
+// Returns "fan" for "fan #12", "fan.012" and "fan_12".
 std::string without_number(const std::string& name);
 
 std::vector<EmitterGroup> groups_of(std::span<const Emitter> emitters);

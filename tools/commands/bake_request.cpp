@@ -1,143 +1,65 @@
 #include "tools/commands/bake_request.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
-#include <ostream>
 #include <sstream>
 
 #include <fmt/format.h>
-#include <fmt/ostream.h>
 
 #include "bake/report/level_report.h"
 #include "formats/bake_file/bake_writer.h"
 #include "formats/level/emitter_spec.h"
-#include "tools/commands/bake_summary.h"
-#include "tools/commands/commands.h"
-#include "tools/commands/progress_json.h"
-#include "tools/program/interrupt.h"
-#include "tools/program/progress.h"
-#include "tools/program/stop_deadline.h"
-#include "tools/program/text_format.h"
 
 namespace clamor {
 
-namespace {
-
-std::optional<std::uint64_t> whole(const std::string& text) {
+std::optional<std::uint64_t> whole_number(const std::string& text) {
   if (text.empty() || text.size() > 18 ||
       !std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; }))
     return std::nullopt;
   return std::stoull(text);
 }
 
-void print_report(const ImportReport& report, const Level& level, std::ostream& err) {
-  fmt::print(err, "{}\n", printable(level.name));
-  for (const auto& line : report.found) fmt::print(err, "  found    {}\n", printable(line));
-  for (const auto& material : report.materials)
-    fmt::print(err, "  material {:<24} {:<18} {:>8.1f} m2  ({})\n", printable(material.material),
-               material.preset.empty() ? "own values" : printable(material.preset),
-               material.area_m2, printable(material.how));
-  for (const auto& line : report.ignored) fmt::print(err, "  ignored  {}\n", printable(line));
-}
-
-// Every warning of a bake comes through here: printed whatever else is, kept in the file unless it
-// is about this run rather than about the result, and counted for --strict.
-class Warnings {
- public:
-  Warnings(bool json, std::ostream& err) : json_(json), err_(err) {}
-
-  void tell(const std::string& text) {
-    ++count_;
-    if (json_)
-      fmt::print(err_, "{}\n", warning_json(text));
-    else
-      fmt::print(err_, "  warning  {}\n", printable(text));
-  }
-  void tell_and_keep(const std::vector<std::string>& texts) {
-    for (const std::string& text : texts) tell(text);
-    kept_.insert(kept_.end(), texts.begin(), texts.end());
-  }
-
-  std::size_t count() const { return count_; }
-  const std::vector<std::string>& kept() const { return kept_; }
-
- private:
-  bool json_;
-  std::ostream& err_;
-  std::size_t count_ = 0;
-  std::vector<std::string> kept_;
-};
-
-double share_of(std::uint64_t part, std::uint64_t whole_of_it) {
-  return whole_of_it > 0 ? static_cast<double>(part) / static_cast<double>(whole_of_it) : 0;
-}
-
-// Whether the level still is what was baked.
-std::optional<Error> changed(const std::string& path, const ImportOptions& import,
-                             std::uint64_t input_hash) {
-  const auto again = import_level(path, import);
-  if (again.ok() && again->input_hash == input_hash) return std::nullopt;
-  return Error(
-      path +
-      ": it, or a file it uses, changed while it was baked, so nothing was written; run the "
-      "same command again");
-}
-
-// An Error where the output or its journal would replace what the bake is made from.
-Result<void> spare_inputs(const BakeRunOptions& manner, const std::string& journal,
-                          InputFiles inputs) {
-  for (const std::string& shard : manner.shards) inputs.add(shard);
-  for (const std::string& output : {manner.output, journal}) {
-    if (output.empty()) continue;
-    if (const auto safe = OutputTarget::find(output, inputs); !safe.ok()) return safe.error();
-  }
-  return {};
-}
-
-// A bake that ended at a goal is made again by what it came to.
-std::vector<std::string> words_of(BakeRequest request, const BakeRunOptions& manner,
-                                  const BakeSettings& settings) {
-  if (manner.goal) {
-    request.photons = std::to_string(settings.photons);
-    request.sources = std::to_string(settings.sources);
-  }
-  return request.words();
-}
-
-}  // namespace
-
 void BakeRequest::add_options(Arguments& parser) {
-  parser.option("--emitter", import.emitters,
-                "add an emitter: name=,signal=FILE|noise|impulse,at=X,Y,Z[,facing=X,Y,Z][,gain=0dB]"
-                "[,directivity=P][,delay=S][,loop=yes]; may be given again");
-  parser.option("--acoustics", import.sidecar, "instead of LEVEL.acoustics.json beside the level");
-  parser.option("--material", import.material, "preset for materials that nothing tells [plaster]");
-  parser.flag("--hidden", import.hidden_meshes, "also take meshes that the level hides");
+  parser.option(
+      "--emitter", import.emitters,
+      "add an emitter: name=NAME,signal=FILE|noise|impulse,at=X,Y,Z[,facing=X,Y,Z][,gain=0dB]"
+      "[,directivity=P][,delay=S][,loop=yes]; may be repeated");
+  parser.option("--acoustics", import.sidecar,
+                "sidecar file to use instead of LEVEL.acoustics.json");
+  parser.option("--material", import.material,
+                "preset for materials without acoustic data [plaster]");
+  parser.flag("--hidden", import.hidden_meshes, "include meshes that the level marks as hidden");
   parser.option(
       "--photons", photons,
-      "how many to trace: more make better sources, not more; unset: enough for the sources");
-  parser.option("--sources", sources,
-                "most reflections to keep; unset: 200 000 for each room with emitters");
-  parser.option("--seed", seed, "of every random number; same seed, same bytes [1]");
-  parser.option("--simplify", simplify_m,
-                "metres that surfaces may move to save triangles, as in 0.05 [0: not at all]");
+      "photons to trace; more of them reduce noise, not the number of sources [unset: enough for "
+      "--sources]");
+  parser.option(
+      "--sources", sources,
+      "maximum number of secondary sources to keep [unset: 200 000 per room with emitters]");
+  parser.option("--seed", seed,
+                "seed of all random numbers; the same seed gives the same bytes [1]");
+  parser.option(
+      "--simplify", simplify_m,
+      "remove triangles, moving surfaces by at most this many metres, as in 0.05 [0: off]");
   parser.option("--copies", copies,
-                "on or off: groups of emitters that the level repeats, as stands of fans, are "
-                "stored once and copied");
-  parser.option("--kappa", kappa,
-                "Russian roulette: survive with (power after / before)^kappa, 0 to 1");
-  parser.option("--longest", longest_s, "seconds to follow sound for");
+                "on or off: store groups of emitters that the level repeats once, as instances");
+  parser.option(
+      "--kappa", kappa,
+      "exponent of Russian roulette, 0 to 1: a path survives with probability (power after / "
+      "power before)^kappa");
+  parser.option("--longest", longest_s, "longest path to trace, in seconds");
 }
 
 std::optional<std::string> BakeRequest::complaint() const {
   for (const std::string& emitter : import.emitters)
     if (const auto spec = parse_emitter(emitter); !spec.ok()) return spec.error().message;
-  if (photons && (!whole(*photons) || *whole(*photons) == 0 || *whole(*photons) > 4'000'000'000u))
+  if (photons && (!whole_number(*photons) || *whole_number(*photons) == 0 ||
+                  *whole_number(*photons) > 4'000'000'000u))
     return "--photons " + in_quotes(*photons) + " is not a whole number from 1 to 4000000000";
-  if (sources && (!whole(*sources) || *whole(*sources) == 0 || *whole(*sources) > 10'000'000u))
+  if (sources && (!whole_number(*sources) || *whole_number(*sources) == 0 ||
+                  *whole_number(*sources) > 10'000'000u))
     return "--sources " + in_quotes(*sources) + " is not a whole number from 1 to 10000000";
-  if (seed && !whole(*seed)) return "--seed " + in_quotes(*seed) + " is not a whole number";
+  if (seed && !whole_number(*seed)) return "--seed " + in_quotes(*seed) + " is not a whole number";
   if (!(simplify_m >= 0 && simplify_m <= 10)) return "--simplify must lie between 0 and 10 metres";
   if (copies != "on" && copies != "off")
     return "--copies " + in_quotes(copies) + " is neither on nor off";

@@ -13,7 +13,7 @@ namespace clamor {
 
 namespace {
 
-// "0.9 kB", "5.5 MB".
+// Formats as "0.9 kB" or "5.5 MB".
 std::string as_size(double bytes) {
   return bytes < 1e5 ? fmt::format("{:.1f} kB", bytes / 1e3)
                      : fmt::format("{:.1f} MB", bytes / 1e6);
@@ -27,7 +27,7 @@ void print_energy(const BakeContents& contents, std::ostream& err) {
   const BakeStatistics& statistics = contents.statistics;
   const double photons = static_cast<double>(std::max<std::uint64_t>(1, statistics.photons_traced));
   const std::string bounces = statistics.bounces == 0
-                                  ? "which met nothing"
+                                  ? "which hit nothing"
                                   : fmt::format("{:.1f} bounces each, {:.2f} m apart",
                                                 static_cast<double>(statistics.bounces) / photons,
                                                 statistics.mean_free_path_m);
@@ -42,10 +42,10 @@ void print_energy(const BakeContents& contents, std::ostream& err) {
              emitted > 0 ? 100 * escaped / emitted : 0);
 }
 
-// T30 per band, as a small table, and how well the decay is known.
+// Prints T30 per band and its error.
 void print_decay(const DecaySummary& decay, std::ostream& err) {
   if (std::all_of(decay.t30_s.begin(), decay.t30_s.end(), [](float s) { return s == 0; })) {
-    fmt::print(err, "  decays   too dry to tell a T30\n");
+    fmt::print(err, "  decay    too dry for a T30\n");
     return;
   }
   std::string bands, times, errors;
@@ -58,10 +58,11 @@ void print_decay(const DecaySummary& decay, std::ostream& err) {
                                        ? fmt::format("{:.3f}", decay.t30_error_s[b])
                                        : "-");
   }
-  fmt::print(err, "  decays   at Hz      {}\n           T30 in s   {}\n", bands, times);
+  fmt::print(err, "  decay    Hz         {}\n           T30, s     {}\n", bands, times);
   if (decay.error_db > 0)
-    fmt::print(err, "           error in s {}\n           the decay is known to {:.2f} dB\n",
-               errors, decay.error_db);
+    fmt::print(
+        err, "           error, s   {}\n           standard error of the decay curves: {:.2f} dB\n",
+        errors, decay.error_db);
 }
 
 }  // namespace
@@ -78,25 +79,29 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
     fmt::print(err, "  reused   {} of {} photons from {}\n", report.photons_reused,
                statistics.photons_traced, journal);
   else if (report.journal_runs > 0 && report.photons > 0)
-    fmt::print(err,
-               "  reused   nothing of {}: surfaces, materials, settings or the shares that "
-               "emitters have of the photons are others than when it was traced\n",
-               journal);
+    fmt::print(
+        err,
+        "  reused   nothing of {}: surfaces, materials, settings or the emitters' shares of the "
+        "photons have changed since it was traced\n",
+        journal);
   if (report.instanced_groups > 0)
-    fmt::print(err,
-               "  copied   {} groups of emitters are copies of {}; {} sources are stored once\n",
-               report.instanced_groups, report.instance_prototypes, report.instanced_sources);
-  // A device or a pipe has no size, and nothing to play.
+    fmt::print(
+        err,
+        "  copied   {} groups of emitters are instances of {} prototypes and share their sources: "
+        "{} sources are not stored\n",
+        report.instanced_groups, report.instance_prototypes, report.instanced_sources);
+  // A device or pipe has no size, and cannot be played.
   std::error_code no_file;
   const auto bytes = static_cast<double>(std::filesystem::file_size(output, no_file));
   fmt::print(err, "  wrote    {}: {}{}, {:.1f} s\n", output,
              counted(contents.source_count() + report.instanced_sources, "source"),
              no_file ? "" : " in " + as_size(bytes), seconds);
   if (!journal.empty())
-    fmt::print(err,
-               "  kept     {} ({}): baking again traces only emitters that were moved, and all "
-               "where surfaces, materials or settings were changed\n",
-               journal, as_size(static_cast<double>(report.journal_bytes)));
+    fmt::print(
+        err,
+        "  kept     {} ({}): the next bake traces only emitters that moved, or everything if a "
+        "surface, a material or a setting changes\n",
+        journal, as_size(static_cast<double>(report.journal_bytes)));
   if (!no_file) fmt::print(err, "  listen   clamor play {}\n", shell_quoted(output));
 }
 

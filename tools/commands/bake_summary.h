@@ -1,4 +1,4 @@
-// bake_summary.h: what a designer wants to know of a bake when it is done.
+// bake_summary.h: the closing lines of a bake.
 #pragma once
 
 #include <iosfwd>
@@ -9,7 +9,7 @@
 
 namespace clamor {
 
-// The closing lines, after the warnings: decay, energy, what was kept and how to hear it.
+// Prints energy, decay, sizes and the command to listen.
 void print_bake_summary(const BakeContents& contents, const BakeReport& report,
                         const std::string& output, const std::string& journal, double seconds,
                         std::ostream& err);

@@ -1,4 +1,4 @@
-// bench_command.cpp: clamor bench: how many voices one core of this machine mixes.
+// bench_command.cpp: clamor bench: measures how many voices one core mixes.
 #include <algorithm>
 #include <charconv>
 #include <ostream>
@@ -19,10 +19,10 @@ namespace {
 using nlohmann::ordered_json;
 using What = MixerTiming::What;
 
-// 10^6 take 1.5 GB.
+// 10^6 voices take 1.5 GB.
 constexpr std::uint32_t kMaxVoices = 1'000'000;
 
-// "150,2000".
+// Parses "150,2000".
 Result<std::vector<std::uint32_t>> parse_voices(const std::string& text) {
   std::vector<std::uint32_t> counts;
   for (const char *at = text.data(), *const end = at + text.size();; ++at) {
@@ -31,7 +31,7 @@ Result<std::vector<std::uint32_t>> parse_voices(const std::string& text) {
     if (read.ec != std::errc() || count == 0 || count > kMaxVoices ||
         (read.ptr != end && *read.ptr != ','))
       return Error(
-          fmt::format("--voices takes whole numbers from 1 to {} with commas in between, "
+          fmt::format("--voices takes whole numbers from 1 to {}, separated by commas, "
                       "not {}",
                       kMaxVoices, in_quotes(text)));
     counts.push_back(count);
@@ -40,7 +40,7 @@ Result<std::vector<std::uint32_t>> parse_voices(const std::string& text) {
   }
 }
 
-// "100 000".
+// Formats as "100 000".
 std::string grouped(double value) {
   std::string digits = fmt::format("{:.0f}", value);
   for (int at = static_cast<int>(digits.size()) - 3; at > 0; at -= 3)
@@ -58,7 +58,7 @@ std::string name_of(const MixMode& mode) {
                      bands_of(mode), output_of(mode));
 }
 const std::string kNameColumns =
-    fmt::format("{:<7}{:<7}{:<7}{:<9}", "curve", "delays", "bands", "to");
+    fmt::format("{:<7}{:<7}{:<7}{:<9}", "interp", "delays", "bands", "output");
 
 bool same(const MixMode& a, const MixMode& b) { return name_of(a) == name_of(b); }
 
@@ -119,7 +119,7 @@ void print_by_instructions(const MixerBenchmark& figures, std::ostream& out) {
   }
 }
 
-// Of the same way of mixing, full band.
+// The profile of the same mode in full band.
 const KernelProfile& full_band(const MixerBenchmark& figures, const KernelProfile& profile) {
   MixMode full = profile.mode;
   full.eight_bands = full.head = false;
@@ -130,16 +130,21 @@ const KernelProfile& full_band(const MixerBenchmark& figures, const KernelProfil
 
 void print_profiles(const MixerBenchmark& figures, std::ostream& out) {
   if (figures.profiles.empty()) return;
-  out << "\nWhere a voice's time in a block goes, ns. If the core did nothing but multiply and "
-         "add, without a pause: reading its\nsignal, and adding it to its buses with gains that "
-         "slide. What more that takes if voices are still and lie in L1; taking\na voice for a "
-         "call; waiting for memory; sliding. In the whole mixer also keyframes and the bands' "
-         "filters. Ceiling: the\nfirst two's share of the kernel's time. Times: the kernel's time "
-         "in that of a full-band voice; and if both were at the ceiling.\n"
+  out << "\nTime of one voice per block, in ns. reading, buses: multiply-adds at the core's peak "
+         "rate, "
+         "for interpolating the signal and\nfor adding it to the buses with ramped gains. other: "
+         "what "
+         "static voices in L1 take beyond that. setup: once per voice and\ncall. memory: cache "
+         "misses. "
+         "sliding: moving delays. keyframes: loading keyframes and filtering the bands, in the "
+         "whole\n"
+         "mixer. peak: share of reading and buses in the kernel's time. times: kernel time "
+         "relative to "
+         "a full-band voice; at peak: if\nboth ran at the peak rate.\n"
       << kNameColumns
       << fmt::format("{:>7}{:>9}{:>8}{:>7}{:>8}{:>8}{:>9}{:>11}{:>9}{:>7}{:>9}\n", "K", "reading",
-                     "buses", "more", "taking", "memory", "sliding", "keyframes", "ceiling",
-                     "times", "ceilings");
+                     "buses", "other", "setup", "memory", "sliding", "keyframes", "peak", "times",
+                     "at peak");
   for (const KernelProfile& profile : figures.profiles) {
     const KernelProfile& full = full_band(figures, profile);
     out << name_of(profile.mode) << fmt::format("{:>7}", grouped(profile.voices));
@@ -156,15 +161,16 @@ void print_profiles(const MixerBenchmark& figures, std::ostream& out) {
 
 void print_openal(const MixerBenchmark& figures, std::ostream& out) {
   if (figures.against_openal.empty()) {
-    out << "\nOpenAL Soft is not there to be compared with; install libopenal-dev and build "
+    out << "\nOpenAL Soft is not installed, so there is no comparison; install libopenal-dev and "
+           "build "
            "again.\n";
     return;
   }
   out << fmt::format(
       "\nOpenAL Soft {} on the same voices (linear, one delay, full band, stereo), and how many "
-      "times as many are ours\n"
+      "times more voices Clamor mixes\n"
       "{:>10}{:>12}{:>18}{:>12}{:>18}\n",
-      figures.openal, "", "still", "times: kernel", "moving", "times: mixer");
+      figures.openal, "", "static", "times: kernel", "moving", "times: mixer");
   for (const OpenalTiming& figure : figures.against_openal)
     out << fmt::format("{:>10}{:>12}{:>18.1f}{:>12}{:>18.1f}\n", "K=" + grouped(figure.voices),
                        grouped(figure.still), figure.times_still, grouped(figure.moving),
@@ -175,7 +181,7 @@ void print_tables(const MixerBenchmark& figures, const std::vector<std::uint32_t
                   std::ostream& out) {
   out << fmt::format(
       "Voices in real time on one core: 48 kHz, blocks of 256 frames, K voices at once, {}.\n"
-      "The best of the runs, which other work on the machine disturbs least; --json has medians "
+      "Figures are the best of the runs, which other programs disturb least; --json has medians, "
       "too.\n",
       figures.instructions);
   print_by_voices(figures, What::kMixer,
@@ -183,7 +189,7 @@ void print_tables(const MixerBenchmark& figures, const std::vector<std::uint32_t
                   out);
   print_by_voices(
       figures, What::kKernel,
-      "The kernel alone, and its share of what this core can multiply and add, and load", counts,
+      "The kernel alone, and its share of this core's peak of multiply-adds and of loads", counts,
       out);
   print_by_voices(figures, What::kReference, "The reference: frame by frame, in double", counts,
                   out);
@@ -254,20 +260,21 @@ int run_bench(std::span<const std::string> arguments, std::ostream& out, std::os
   bool json = false;
   Arguments parser(
       "bench",
-      "Prints how many voices one core of this machine mixes in real time, by the CPU time that it "
-      "takes: the whole mixer and its kernel alone, for each way of mixing; the kernel's share of "
-      "what the core can do at most and where the rest of its time goes, the double-precision "
-      "reference, other instruction sets, and "
+      "Measures how many voices one core of this machine mixes in real time, by CPU time: the "
+      "whole "
+      "mixer and its kernel alone, for each mixing mode; the kernel's share of the core's peak and "
+      "where the rest of its time goes; the double-precision reference; other instruction sets; "
+      "and "
       "OpenAL Soft on the same voices. Takes a minute or two.",
       "clamor bench mixer --voices 2000");
   parser.positional("WHAT", what, "mixer");
-  parser.option("--voices", voices, "how many at once, one column for each");
-  parser.option("--seconds", request.seconds, "that each run of a figure takes at least");
-  parser.option("--runs", request.runs, "of each figure, the best of which counts");
-  parser.flag("--json", json, "all of it as JSON, with medians as well");
+  parser.option("--voices", voices, "numbers of voices to mix at once, one column each");
+  parser.option("--seconds", request.seconds, "minimum CPU time of each run, in seconds");
+  parser.option("--runs", request.runs, "runs of each figure; the best counts");
+  parser.flag("--json", json, "print JSON, with medians as well");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (what != "mixer")
-    return parser.bad_usage(err, "only the mixer is timed, not " + in_quotes(what));
+    return parser.bad_usage(err, "only the mixer can be measured, not " + in_quotes(what));
   if (!(request.seconds > 0 && request.seconds <= 60))
     return parser.bad_usage(err, "--seconds must lie above 0 and below 60");
   if (request.runs < 1 || request.runs > 1000)

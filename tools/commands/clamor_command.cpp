@@ -1,4 +1,4 @@
-// clamor_command.cpp: picks the subcommand.
+// clamor_command.cpp: selects and runs the subcommand.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -20,20 +20,20 @@ namespace {
 constexpr std::string_view kHelp =
     R"(clamor: bakes the acoustics of a level and plays them back
 
-  clamor bake LEVEL.gltf -o LEVEL.clamor    traces sound through a level, writes a bake file
-  clamor merge SHARDS... -o LEVEL.clamor    puts together what several machines traced
+  clamor bake LEVEL.gltf -o LEVEL.clamor    traces sound through a level and writes a bake file
+  clamor merge SHARDS... -o LEVEL.clamor    joins the parts of a bake that several machines traced
   clamor inspect LEVEL.clamor               prints what a bake file holds
-  clamor diff A.clamor B.clamor             in what two bake files differ
-  clamor play LEVEL.clamor                  walk through it and listen
-  clamor render LEVEL.clamor -o OUT.wav     the same, to a WAV file
+  clamor diff A.clamor B.clamor             prints how two bake files differ
+  clamor play LEVEL.clamor                  plays a bake; the keyboard walks through it
+  clamor render LEVEL.clamor -o OUT.wav     renders the same to a WAV or FLAC file
   clamor impulse LEVEL.clamor -o IR.wav     impulse response and room parameters (ISO 3382-1)
-  clamor compare A.wav B.wav                by what the ear could tell two recordings apart
-  clamor experiment NAME LEVEL.clamor -o DIR  the paper's figures, found again
-  clamor materials                          acoustic presets for the surfaces of a level
-  clamor devices                            sound devices that play can use
-  clamor bench mixer                        how many voices this machine mixes
+  clamor compare A.wav B.wav                audible differences between two recordings
+  clamor experiment NAME LEVEL.clamor -o DIR  measures the paper's figures and claims again
+  clamor materials                          lists the acoustic material presets
+  clamor devices                            lists the sound devices that play can use
+  clamor bench mixer                        measures how many voices this machine mixes
 
-  clamor COMMAND --help                     all about one of them
+  clamor COMMAND --help                     options of one command
   clamor --version
 
 example: clamor bake level.glb -o level.clamor --emitter "signal=noise,at=0,1.5,0" && clamor play level.clamor
@@ -89,7 +89,7 @@ int run_clamor(std::span<const std::string> arguments, std::ostream& out, std::o
   errno = 0;
   out.flush();
   if (out) return code;
-  // Where an earlier write failed, the system's reason is gone.
+  // If an earlier write failed, errno no longer has its reason.
   err << "clamor: standard output could not be written"
       << (errno != 0 ? std::string(" (") + std::strerror(errno) + ")" : "")
       << ", so results are missing; free some space, or send them elsewhere\n";

@@ -1,7 +1,7 @@
 // commands.h: the subcommands of the program, one file each.
 //
-// A subcommand takes the words after its name, writes results to `out` and all else to `err`, and
-// returns an exit code. The work is in the libraries; here is parsing, calling and printing.
+// A subcommand gets the words after its name, writes results to `out` and everything else to `err`,
+// and returns an exit code. The work is in the libraries; a subcommand parses, calls and prints.
 #pragma once
 
 #include <iosfwd>
@@ -12,7 +12,7 @@ namespace clamor {
 
 inline constexpr int kSuccess = 0;
 inline constexpr int kBadInput = 1;  // a file, device or level that cannot be used
-inline constexpr int kBadUsage = 2;  // words that make no command
+inline constexpr int kBadUsage = 2;  // invalid command line
 
 int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_merge(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
@@ -27,7 +27,7 @@ int run_bench(std::span<const std::string> arguments, std::ostream& out, std::os
 int run_materials(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_devices(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 
-// The whole program: `arguments` without the program's own name.
+// Runs the whole program; `arguments` excludes the program's name.
 int run_clamor(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 
 }  // namespace clamor

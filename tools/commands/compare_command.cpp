@@ -1,4 +1,4 @@
-// compare_command.cpp: clamor compare: what the ear could tell two recordings apart by.
+// compare_command.cpp: clamor compare: audible differences between two recordings.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -31,7 +31,7 @@ using nlohmann::ordered_json;
 
 constexpr float kLoudest = 1e6f;
 constexpr int kMostRolls = 10000, kMostEars = 2;
-constexpr std::size_t kMostPointsInJson = 64;  // moments of a long programme are not listed
+constexpr std::size_t kMostPointsInJson = 64;  // longer lists, such as moments, are left out
 
 struct Options {
   std::string a, b, kind = "auto", rolls_folder, dry;
@@ -50,7 +50,7 @@ Result<Sound> read_sound(const std::string& path) {
   return sound;
 }
 
-// A sound with as many channels as another.
+// Reads a sound that must have as many channels as another.
 Result<Sound> read_alike(const std::string& path, const std::string& other_path,
                          const Sound& other) {
   const auto kind = [](const Sound& sound) {
@@ -109,7 +109,7 @@ ordered_json to_json(const std::string& path, const Sound& sound) {
           {"rate_hz", sound.file_rate_hz}};
 }
 
-// Calls difference_of_roll() on all cores and shows how far it has got.
+// Calls difference_of_roll() on all cores and shows the progress.
 NullDistribution with_progress(
     int count, const std::function<std::vector<Difference>(std::uint32_t)>& difference_of_roll,
     std::ostream& err) {
@@ -134,7 +134,7 @@ NullDistribution null_of_texture(const Options& options, const SoundAnalysis& a,
   return with_progress(options.null_rolls, pair, err);
 }
 
-// From a folder of exact renderings with other phases.
+// Null distribution from a folder of exact renderings with other phases.
 Result<NullDistribution> null_of_folder(const Options& options, const SoundAnalysis& a,
                                         std::ostream& err) {
   const std::string& folder = options.rolls_folder;
@@ -173,7 +173,7 @@ Result<NullDistribution> null_of_folder(const Options& options, const SoundAnaly
   return null;
 }
 
-// The dry signal, again and again until it is as long as the recordings.
+// Reads the dry signal and repeats it to the length of the recordings.
 Result<std::vector<float>> read_dry(const std::string& path, std::size_t frames) {
   Result<std::vector<float>> signal = read_audio(path);
   if (!signal.ok()) return signal;
@@ -188,6 +188,24 @@ Result<std::vector<float>> read_dry(const std::string& path, std::size_t frames)
   std::vector<float> dry(frames);
   for (std::size_t i = 0; i < frames; ++i) dry[i] = (*signal)[i % signal->size()];
   return dry;
+}
+
+void print_json(const Options& options, ordered_json json,
+                const std::vector<Difference>& differences, const NullDistribution* null,
+                std::ostream& out) {
+  if (options.null_rolls > 0)
+    json["null"] = {{"rolls", options.null_rolls}, {"seed", options.seed}};
+  else if (null != nullptr)
+    json["null"] = {{"rolls", null->count()}, {"folder", options.rolls_folder}};
+  json["audible"] = ordered_json::array();
+  if (null != nullptr) json["beyond_chance"] = ordered_json::array();
+  for (const Difference& difference : differences) {
+    const std::string heard = verdict_on(difference, null);
+    if (heard == "audible") json["audible"].push_back(difference.info->key);
+    if (heard == "beyond chance") json["beyond_chance"].push_back(difference.info->key);
+    json["measures"][difference.info->key] = to_json(difference, null);
+  }
+  out << printable_json(json.dump(2, ' ', false, ordered_json::error_handler_t::replace)) << '\n';
 }
 
 Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
@@ -211,8 +229,8 @@ Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
   const std::size_t frames = std::max(a->frames(), b->frames());
   if (a->frames() != b->frames())
     err << fmt::format(
-        "clamor compare: A has {:.3f} s and B {:.3f} s; the shorter counts as silent "
-        "from its end on.\n",
+        "clamor compare: A has {:.3f} s and B {:.3f} s; the shorter is padded with "
+        "silence.\n",
         seconds(a->frames()), seconds(b->frames()));
   for (Sound* const sound : {&*a, &*b})
     for (auto& channel : sound->channels) channel.resize(frames);
@@ -244,19 +262,7 @@ Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
     print_comparison(options.a, options.b, differences, yardstick, out);
     return {};
   }
-  if (options.null_rolls > 0)
-    json["null"] = {{"rolls", options.null_rolls}, {"seed", options.seed}};
-  else if (yardstick != nullptr)
-    json["null"] = {{"rolls", yardstick->count()}, {"folder", options.rolls_folder}};
-  json["audible"] = ordered_json::array();
-  if (yardstick != nullptr) json["beyond_chance"] = ordered_json::array();
-  for (const Difference& difference : differences) {
-    const std::string heard = verdict_on(difference, yardstick);
-    if (heard == "audible") json["audible"].push_back(difference.info->key);
-    if (heard == "beyond chance") json["beyond_chance"].push_back(difference.info->key);
-    json["measures"][difference.info->key] = to_json(difference, yardstick);
-  }
-  out << printable_json(json.dump(2, ' ', false, ordered_json::error_handler_t::replace)) << '\n';
+  print_json(options, std::move(json), differences, yardstick, out);
   return {};
 }
 
@@ -267,23 +273,22 @@ int run_compare(std::span<const std::string> arguments, std::ostream& out, std::
   Arguments parser("compare", compare_help(),
                    "clamor compare exact.wav approximation.wav --null 100");
   parser.positional("A", options.a, "the reference: WAV, FLAC, Ogg or MP3");
-  parser.positional("B", options.b, "what is compared with it");
+  parser.positional("B", options.b, "the recording to compare with it");
   parser.option("--as", options.kind,
-                "programme or response; auto: responses where both begin at once and decay");
+                "programme or response; auto: response if both begin at once and decay");
   parser.option("--null", options.null_rolls,
-                "for textures: rolls of steady noise, 19 to 10000, 100 are good; 0: none");
-  parser.option("--seed", options.seed, "of those rolls");
+                "for textures: pairs of noise to draw, 19 to 10000, 100 is enough; 0: none");
+  parser.option("--seed", options.seed, "seed of --null");
   parser.option("--rolls", options.rolls_folder,
-                "for textures: a folder of at least 19 exact renderings with other phases (render "
-                "--strategy all, of bakes with other seeds)");
+                "for textures: folder of at least 19 exact renderings with other phases ('clamor "
+                "render --strategy all' of bakes with other seeds)");
   parser.option("--dry", options.dry,
-                "the signal that plays in both, for 'changes with time'; a short one comes round "
-                "again");
-  parser.flag("--json", options.json, "all of it as JSON, with every octave, band and source");
+                "signal that both recordings play, for 'changes with time'; repeated if shorter");
+  parser.flag("--json", options.json, "print JSON, with every octave, band and source");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (options.kind != "auto" && options.kind != "programme" && options.kind != "response")
-    return parser.bad_usage(err,
-                            "--as is auto, programme or response, not " + in_quotes(options.kind));
+    return parser.bad_usage(
+        err, "--as must be auto, programme or response, not " + in_quotes(options.kind));
   if (options.null_rolls != 0 &&
       (options.null_rolls < kMinRolls || options.null_rolls > kMostRolls))
     return parser.bad_usage(

@@ -11,7 +11,7 @@ namespace clamor {
 
 namespace {
 
-// "%" and "LU" stand behind a value, nothing does where the unit is a pure number.
+// Formats a value with its unit, if it has one.
 std::string with(double value, const char* unit, int digits, bool sign = false) {
   std::string text =
       sign ? fmt::format("{:+.{}f}", value, digits) : fmt::format("{:.{}f}", value, digits);
@@ -42,12 +42,14 @@ std::string place_of(const MeasureInfo& info, const DifferencePoint& point) {
 
 std::string compare_help() {
   std::string text =
-      "Tells by what the ear could tell two recordings apart, B from A: a row per measure with\n"
-      "the place where they differ most (octave, ERB band, moment, ear), against the\n"
-      "just-noticeable difference (JND). One or two channels; other rates are resampled to 48 kHz; "
-      "the\n"
-      "shorter counts as silent from its end on. Exit code 0 when they could be compared, alike or "
-      "not.\n\n"
+      "Prints which differences between a recording B and the reference A are audible: one row "
+      "per\n"
+      "measure, where it differs most (octave, ERB band, moment, ear), against the "
+      "just-noticeable\n"
+      "difference (JND). One or two channels; other sample rates are resampled to 48 kHz; the "
+      "shorter\n"
+      "recording is padded with silence. Exit code 0 when they could be compared, whatever the "
+      "result.\n\n"
       "Measures, in programmes (p) and impulse responses (r):\n";
   for (const MeasureInfo& info : kMeasures) {
     const char* const kind = !info.only_in                           ? "p r"
@@ -58,16 +60,16 @@ std::string compare_help() {
                      : fmt::format("; JND {}\n", info.jnd_source);
   }
   return text + R"(
-A crowd or a late tail is a random texture: two exact renderings differ by chance, and what lies
-inside the 95th percentile of chance passes. The firm yardstick is a folder of exact renderings
-with other phases, --rolls. Without them, --null N draws N pairs of steady noises with the power of
-A, per frequency, moment and ear: right for rain or surf, too strict where a few looped sounds make
-the crowd, since their interference does not average out.
+A crowd or late reverberation is a random texture: two exact renderings differ by chance, and a
+difference below the 95th percentile of chance passes. The best yardstick is a folder of exact
+renderings with other phases, --rolls. Without one, --null N draws N pairs of stationary noise with
+the power of A per frequency, moment and ear: right for rain or surf, too strict for a crowd of a
+few looped sounds, whose interference does not average out.
 
-A room in which nobody moves is a fixed filter. With --dry, the signal that plays in both, 'changes
-with time' tells how much of either recording the best fixed filter of 1.25 s does not make of that
-signal, in dB of the whole (-60: nothing): an exact rendering is below -50 dB, and one above -25 dB
-sounds like a room that follows the music. It takes about as long as both recordings last.
+A room in which nothing moves is a fixed filter. With --dry SIGNAL, the signal that both recordings
+play, 'changes with time' is the part of each recording that the best fixed filter of 1.25 s cannot
+produce from that signal, in dB relative to the whole (-60: none). An exact rendering is below
+-50 dB; above -25 dB, the room audibly follows the music. It takes about as long as both recordings.
 )";
 }
 
@@ -93,7 +95,7 @@ void print_comparison(const std::string& a, const std::string& b,
   std::vector<std::string> audible, beyond_chance;
   for (const Difference& difference : differences) {
     const MeasureInfo& info = *difference.info;
-    if (info.by_chance && null == nullptr) continue;  // tells a designer nothing
+    if (info.by_chance && null == nullptr) continue;  // meaningless without a null distribution
     const DifferencePoint* const point = difference.worst();
     std::string row = fmt::format("{:<18}", info.title);
     if (point == nullptr) {

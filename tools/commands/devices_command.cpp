@@ -1,4 +1,4 @@
-// devices_command.cpp: clamor devices: what play can play on.
+// devices_command.cpp: clamor devices: lists the sound devices.
 #include <ostream>
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@ int run_devices(std::span<const std::string> arguments, std::ostream& out, std::
   bool json = false;
   Arguments parser("devices", "Lists the sound devices that 'clamor play --device NAME' can use.",
                    "clamor devices --json");
-  parser.flag("--json", json, "as a list of objects, empty where there is no device");
+  parser.flag("--json", json, "print a list of objects; the list is empty without a device");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
   const auto devices = sound_devices()->devices("");

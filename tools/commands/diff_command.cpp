@@ -1,4 +1,4 @@
-// diff_command.cpp: clamor diff: in what two bake files differ.
+// diff_command.cpp: clamor diff: prints how two bake files differ.
 #include <algorithm>
 #include <cmath>
 #include <ostream>
@@ -21,9 +21,8 @@ namespace {
 
 using Levels = std::array<double, kBandCount>;
 
-// What the two files are to each other.
 struct Comparison {
-  bool same = false;  // to a listener
+  bool same = false;  // sounds the same, to the last bit
   std::vector<BakeDifference> differences;
   Levels a_db{}, b_db{}, louder{};
 };
@@ -88,7 +87,7 @@ void print_levels(const Comparison& comparison, std::ostream& out) {
   row("power of all sources", bands);
   row("A, dB", cells(comparison.a_db, "{:.2f}"));
   row("B, dB", cells(comparison.b_db, "{:.2f}"));
-  row("B louder by, dB", cells(comparison.louder, "{:+.2f}"));
+  row("B - A, dB", cells(comparison.louder, "{:+.2f}"));
 }
 
 }  // namespace
@@ -97,13 +96,13 @@ int run_diff(std::span<const std::string> arguments, std::ostream& out, std::ost
   std::string path_a, path_b;
   bool json = false;
   Arguments parser("diff",
-                   "Prints in what two bake files differ: how they were made, settings, emitters, "
-                   "materials, sources, and how much louder B is per band. Exit code 0 when they "
-                   "sound the same, to the last bit; 1 when they do not or cannot be read.",
+                   "Prints how two bake files differ: provenance, settings, emitters, materials, "
+                   "sources, and the level of B relative to A per band. Exit code 0 when they "
+                   "sound the same, to the last bit; 1 when they differ or cannot be read.",
                    "clamor diff before.clamor after.clamor");
   parser.positional("a", path_a, "a bake file");
-  parser.positional("b", path_b, "another");
-  parser.flag("--json", json, "same, differences (what, a, b) and level_db per band, for programs");
+  parser.positional("b", path_b, "the bake file to compare with it");
+  parser.flag("--json", json, "print JSON: same, differences (what, a, b), and level_db per band");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto fail = [&err](const Error& error) {
     fmt::print(err, "clamor diff: {}\n", error.message);
@@ -125,7 +124,7 @@ int run_diff(std::span<const std::string> arguments, std::ostream& out, std::ost
       out, "{}\n",
       comparison->same ? "They sound the same, to the last bit." : "They do not sound the same.");
   if (comparison->differences.empty())
-    fmt::print(out, "  no difference in what they tell of themselves\n");
+    fmt::print(out, "  no difference in provenance, settings, emitters, materials and sizes\n");
   print_rows(comparison->differences, out);
   if (!comparison->same) print_levels(*comparison, out);
   return code;

@@ -1,14 +1,10 @@
-// experiment_command.cpp: clamor experiment: the paper's figures and claims, found again.
-#include <algorithm>
+// experiment_command.cpp: clamor experiment: measures the paper's figures and claims again.
 #include <array>
-#include <cassert>
-#include <cmath>
 #include <ostream>
 
 #include <fmt/format.h>
 
 #include "common/text.h"
-#include "runtime/sampling/strategies.h"
 #include "tools/commands/commands.h"
 #include "tools/experiments/experiments.h"
 #include "tools/program/arguments.h"
@@ -30,6 +26,23 @@ constexpr std::array<Known, 6> kExperiments = {{{"stadium", stadium_experiment},
                                                 {"walk", walk_experiment},
                                                 {"motion", motion_experiment}}};
 
+void add_options(Arguments& parser, ExperimentOptions& options, std::string& listener) {
+  parser.option("--listener", listener,
+                "X,Y,Z in metres [unset: amid the emitters, or 4 m in front of a single one]");
+  parser.option("--seconds", options.seconds, "stadium: duration of each rendering");
+  parser.option("--minutes", options.minutes, "motion: duration at each speed");
+  parser.option("--readings", options.readings, {1, 100'000},
+                "motion: readings of momentary loudness against all sources, at each speed");
+  parser.option("--voices", options.voices, {1, kMaxVoices},
+                "motion: number of sources to choose (k)");
+  parser.option("--seeds", options.seeds, {2, 10000},
+                "convergence, walk, octave-bands: random seeds per strategy and k");
+  parser.option(
+      "--rolls", options.rolls, {19, 1000},
+      "stadium: exact renderings with other phases, 19 or more; 100 take 5 times as long");
+  parser.flag("--quick", options.quick, "few sources and few k: a quick test that everything runs");
+}
+
 }  // namespace
 
 int run_experiment(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
@@ -37,13 +50,15 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
   std::string name, folder, listener;
   Arguments parser(
       "experiment",
-      "Runs an experiment of the paper on a bake and writes what it found beside what the paper "
-      "says: FOLDER/NAME.html with its pictures in it, and the tables as CSV and JSON.\n\n"
-      "  stadium       figures 4 and 5: waveform error and what the ear can tell, against k\n"
+      "Repeats an experiment of the paper on a bake and writes the result beside the paper's "
+      "claim: "
+      "FOLDER/NAME.html with its pictures, and the tables as CSV and JSON.\n\n"
+      "  stadium       figures 4 and 5: waveform error and audible differences, against k\n"
       "  violin        figure 6: impulse responses, diffuse and Phong 20, two speeds of sound\n"
-      "  octave-bands  Phong exponents that rise with the band; bands apart or together\n"
+      "  octave-bands  Phong exponents that rise with the band; bands sampled separately or "
+      "together\n"
       "  convergence   loudness and error against k over many seeds; time per keyframe\n"
-      "  walk          what is exchanged per metre, and how loud it is meanwhile\n"
+      "  walk          share of the sample exchanged per metre, and loudness meanwhile\n"
       "  motion        ten minutes of walking, running and flying: clicks, loudness, keyframe "
       "times\n\n"
       "The figures of the paper are those of assets/levels/stadium_paper.glb baked with "
@@ -53,21 +68,9 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
   parser.positional("experiment", name,
                     "stadium, violin, octave-bands, convergence, walk or motion");
   parser.positional("level", options.level, "the bake file");
-  parser.option("-o,--output", folder, "the folder to write to");
+  parser.option("-o,--output", folder, "folder to write to");
   parser.required("-o");
-  parser.option("--listener", listener,
-                "X,Y,Z in metres; unset: amid the emitters, 4 m before a single one");
-  parser.option("--seconds", options.seconds, "stadium: length of each rendering");
-  parser.option("--minutes", options.minutes, "motion: at each speed");
-  parser.option("--readings", options.readings, {1, 100'000},
-                "motion: of momentary loudness against all sources, at each speed");
-  parser.option("--voices", options.voices, {1, kMaxVoices}, "motion: chosen at a time");
-  parser.option("--seeds", options.seeds, {2, 10000},
-                "convergence, walk, octave-bands: drawings per strategy and k");
-  parser.option(
-      "--rolls", options.rolls, {19, 1000},
-      "stadium: exact renderings with other phases, 19 or more; 100 take 5 times as long");
-  parser.flag("--quick", options.quick, "few sources and few k, to see that all of it runs");
+  add_options(parser, options, listener);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
   Experiment run = nullptr;
@@ -112,55 +115,6 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
   err << fmt::format("wrote {0}/{1}.html, {1}.json and {2} tables as CSV in {3}\n", folder, name,
                      report->tables().size(), format_duration(progress.seconds()));
   return kSuccess;
-}
-
-std::vector<double> column_of(const ReportTable& table, const std::string& column,
-                              const std::string& name) {
-  const auto at = static_cast<std::size_t>(
-      std::find(table.columns.begin(), table.columns.end(), column) - table.columns.begin());
-  assert(at < table.columns.size());
-  std::vector<double> values;
-  for (const auto& row : table.rows) {
-    const auto* first = std::get_if<std::string>(&row[0]);
-    if (name.empty() || (first != nullptr && *first == name))
-      values.push_back(std::get<double>(row[at]));
-  }
-  return values;
-}
-
-std::string range_text(const std::vector<double>& values, int digits) {
-  if (values.empty()) return "nothing";
-  const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  const std::string low = fmt::format("{:.{}f}", *least, digits),
-                    high = fmt::format("{:.{}f}", *most, digits);
-  return low == high ? low : low + " to " + high;
-}
-
-std::string listed(const std::vector<std::string>& names) {
-  std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
-  return text;
-}
-
-std::optional<double> fitted_exponent(const std::vector<double>& x, const std::vector<double>& y) {
-  assert(x.size() == y.size());
-  double sum_x = 0, sum_y = 0, sum_xx = 0, sum_xy = 0;
-  const auto n = static_cast<double>(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    if (!(x[i] > 0) || !(y[i] > 0)) return std::nullopt;
-    const double log_x = std::log(x[i]), log_y = std::log(y[i]);
-    sum_x += log_x, sum_y += log_y, sum_xx += log_x * log_x, sum_xy += log_x * log_y;
-  }
-  const double spread = n * sum_xx - sum_x * sum_x;
-  if (x.size() < 2 || !(spread > 1e-12)) return std::nullopt;
-  return (n * sum_xy - sum_x * sum_y) / spread;
-}
-
-int colour_of(const std::string& strategy) {
-  for (std::size_t i = 0; i < kStrategies.size(); ++i)
-    if (kStrategies[i].name == strategy) return static_cast<int>(i);
-  return Chart::kGrey;
 }
 
 }  // namespace clamor

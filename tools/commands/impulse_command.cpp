@@ -1,4 +1,4 @@
-// impulse_command.cpp: clamor impulse: a WAV file, and the room's parameters per octave band.
+// impulse_command.cpp: clamor impulse: impulse response and room parameters per octave band.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -34,7 +34,7 @@ constexpr double kLongest_s = 60;
 struct Options {
   std::string level, output, emitter;
   Vec3 listener_m{};
-  double seconds = 0;  // 0: until the last arrival has rung out
+  double seconds = 0;  // 0: until the last arrival has decayed
   StrategyOptions strategy;
   bool json = false;
   std::string visibility = "on";
@@ -58,7 +58,7 @@ Result<std::uint32_t> find_emitter(const std::vector<Emitter>& emitters, const s
   for (const Emitter& emitter : emitters) names.push_back(emitter.name);
   const auto found = std::find(names.begin(), names.end(), name);
   if (found != names.end()) return static_cast<std::uint32_t>(found - names.begin());
-  return Error(fmt::format("no emitter is called {}; the nearest name of {} is {}", in_quotes(name),
+  return Error(fmt::format("there is no emitter {}; the nearest of {} names is {}", in_quotes(name),
                            names.size(), in_quotes(nearest_name(name, names))));
 }
 
@@ -91,7 +91,7 @@ void print_table(const char* title, const RoomParameters& parameters, std::ostre
   }
 }
 
-// An Error where the waveform cannot be written, or would be written amid the results.
+// Checks that the waveform can be written, and not to where the results are printed.
 Result<void> check_output(const Options& options) {
   if (options.output.empty()) return {};
   InputFiles inputs;
@@ -100,14 +100,14 @@ Result<void> check_output(const Options& options) {
   if (!target.ok()) return target.error();
   if (target->is_stdout())
     return Error(options.output +
-                 ": the parameters are printed there; name a file for the waveform");
+                 ": the room parameters are printed there; name a file for the waveform");
   return {};
 }
 
 struct Measured {
   std::vector<float> waveform;
   RoomParameters of_energy, of_waveform;
-  std::optional<std::string> warning;  // why nothing is heard, or little
+  std::optional<std::string> warning;  // why little or nothing is heard
 };
 
 Result<Measured> measure(const Options& options, std::ostream& err) {
@@ -124,7 +124,7 @@ Result<Measured> measure(const Options& options, std::ostream& err) {
     emitter = *found;
   } else if (emitters.size() > 1) {
     err << fmt::format(
-        "clamor impulse: {} emitters, taking the first, {}; --emitter names another.\n",
+        "clamor impulse: {} emitters; measuring the first, {}. Choose another with --emitter.\n",
         emitters.size(), in_quotes(emitters[0].name));
   }
 
@@ -184,27 +184,29 @@ void print(const Measured& measured, bool as_json, std::ostream& out) {
 int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   Options options;
   std::string listener;
-  Arguments parser("impulse",
-                   "Impulse response at a listener, and the room's parameters (ISO 3382-1) per "
-                   "octave band, from the energy response, which carries no chance of phase, and "
-                   "from the waveform. A dash (null in --json) stands where a response is too "
-                   "short to tell.",
-                   "clamor impulse hall.clamor -o ir.wav --listener 2,1.7,-3");
+  Arguments parser(
+      "impulse",
+      "Measures the impulse response at a listener and the room parameters (ISO 3382-1) "
+      "per octave band, from the energy response, which is free of random phases, and "
+      "from the waveform. A dash (null in --json) means that the response is too "
+      "short.",
+      "clamor impulse hall.clamor -o ir.wav --listener 2,1.7,-3");
   parser.positional("level", options.level, "the bake file");
   parser.option("-o,--output", options.output, "also write the waveform: WAV, mono, 48 kHz, float");
-  parser.option("--listener", listener, "where to listen: X,Y,Z in metres");
+  parser.option("--listener", listener, "position X,Y,Z in metres");
   parser.required("--listener");
-  parser.option("--emitter", options.emitter, "which emitter sounds; unset: the first");
+  parser.option("--emitter", options.emitter, "name of the emitter that sounds [unset: the first]");
   parser.option("--seconds", options.seconds, "length of the waveform, at most 60; 0: all of it");
-  parser.option("--visibility", options.visibility, "on or off: do surfaces hide sources [on]");
-  parser.flag("--json", options.json, "the parameters as JSON");
+  parser.option("--visibility", options.visibility, "on or off: occlusion of sources by surfaces");
+  parser.flag("--json", options.json, "print the parameters as JSON");
   const StrategyArguments strategy(parser, "all");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto chosen = strategy.read();
   if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
   options.strategy = *chosen;
   if (options.visibility != "on" && options.visibility != "off")
-    return parser.bad_usage(err, "--visibility is on or off, not " + in_quotes(options.visibility));
+    return parser.bad_usage(err,
+                            "--visibility must be on or off, not " + in_quotes(options.visibility));
   const auto pose = parse_listener(listener);
   if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
   options.listener_m = pose->position_m;

@@ -1,4 +1,4 @@
-// inspect_command.cpp: clamor inspect: what a bake file holds.
+// inspect_command.cpp: clamor inspect: prints what a bake file holds.
 #include <ostream>
 
 #include <fmt/format.h>
@@ -19,12 +19,14 @@ int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::
   Arguments parser("inspect", "Prints what a bake file holds and how it was made.",
                    "clamor inspect hall.clamor --pages | sort -k4 -n | tail -5");
   parser.positional("file", path, "the bake file");
-  parser.flag("--json", json, "everything, for programs; see formats/bake_format.md");
-  parser.flag("--pages", pages,
-              "also a line per page: tree, depth, offset, bytes, sources, children, copies; then "
-              "those of the geometry");
+  parser.flag("--json", json,
+              "print everything as JSON; formats/bake_format.md documents the keys");
+  parser.flag(
+      "--pages", pages,
+      "also print one line per page: tree, depth, offset, bytes, sources, children, copies; "
+      "then the pages of the geometry");
   parser.flag("--verify", whole,
-              "decode every page, signal and triangle and name the first bad one");
+              "decode every page, signal and triangle, and name the first damaged one");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
   const auto fail = [&err](const Error& error) {
@@ -48,7 +50,7 @@ int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::
     out << '\n';
     if (const auto printed = print_pages(*file, out); !printed.ok()) return fail(printed.error());
   }
-  if (whole) fmt::print(out, "\nverified: every page, signal and triangle is whole\n");
+  if (whole) fmt::print(out, "\nverified: every page, signal and triangle is intact\n");
   return kSuccess;
 }
 

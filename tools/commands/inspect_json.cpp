@@ -9,7 +9,7 @@ namespace clamor {
 
 namespace {
 
-// A number as it was rounded, or null.
+// A rounded number, or null.
 nlohmann::ordered_json rounded(float value) {
   if (!(value > 0)) return nullptr;
   return std::round(static_cast<double>(value) * 1e3) / 1e3;
@@ -165,7 +165,7 @@ Result<std::string> as_json(const BakeFile& file, const BakeOverview& overview, 
   json["warnings"] = file.statistics().warnings;
   if (pages)
     if (const auto added = add_pages(file, json); !added.ok()) return added.error();
-  // Names need not be UTF-8, JSON must.
+  // Names may be invalid UTF-8, but JSON may not.
   return printable_json(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 

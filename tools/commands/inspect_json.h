@@ -1,4 +1,4 @@
-// inspect_json.h: a bake file as JSON; formats/bake_format.md says what each key holds.
+// inspect_json.h: a bake file as JSON; formats/bake_format.md documents the keys.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace clamor {
 
-// `pages`: with a list of all pages too, of which an Error names the one that cannot be read.
+// With `pages`, the JSON lists all pages; the Error names one that cannot be read.
 Result<std::string> as_json(const BakeFile& file, const BakeOverview& overview, bool pages);
 
 }  // namespace clamor

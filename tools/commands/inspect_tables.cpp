@@ -35,7 +35,7 @@ std::string as_megabytes(std::uint64_t bytes) {
   return fmt::format("{:.2f}", static_cast<double>(bytes) / 1e6);
 }
 
-// Of so many, as many as may be; a line that says "1 more" would be no shorter.
+// How many of a list to show; a line that says "1 more" would save nothing.
 std::size_t shown_of(std::size_t all, std::size_t most) { return all <= most + 1 ? all : most; }
 
 template <class Values, class Format>
@@ -53,7 +53,7 @@ std::string band_header(const char* title) {
   return line;
 }
 
-// "title  one, two,", as many to a line as fit.
+// Prints "title  one, two," with as many items to a line as fit.
 void print_list(const char* title, const std::vector<std::string>& items, std::ostream& out) {
   std::string line;
   for (std::size_t i = 0; i < items.size(); ++i) {
@@ -68,7 +68,7 @@ void print_list(const char* title, const std::vector<std::string>& items, std::o
   if (!line.empty()) fmt::print(out, "  {:<10}{}\n", title, line);
 }
 
-// "violin.flac (44 100 bytes, 0123456789abcdef)"; of many, the first few.
+// Formats inputs as "violin.flac (44 100 bytes, 0123456789abcdef)"; only the first few of many.
 std::vector<std::string> inputs_of(const Provenance& provenance) {
   std::vector<std::string> lines;
   for (const InputFile& input : provenance.inputs) {
@@ -89,7 +89,7 @@ void print_title(const BakeFile& file, const BakeOverview& overview, std::ostrea
              counted(overview.secondary, "secondary source"), printable(file.provenance().level),
              printable(file.provenance().tool));
   if (file.stored_sources() != file.source_count())
-    fmt::print(out, "  {} of them stored, the others are copies of trees of them\n",
+    fmt::print(out, "  {} of them are stored; the others are instances\n",
                grouped(file.stored_sources()));
   for (const auto& warning : file.statistics().warnings)
     fmt::print(out, "  warning: {}\n", printable(warning));
@@ -102,9 +102,9 @@ void print_making(const BakeFile& file, const BakeOverview& overview, std::ostre
   fmt::print(out, "  {:<10}{}\n", "by", printable(overview.command));
   print_list("from", inputs_of(file.provenance()), out);
   print_list("using", file.provenance().libraries, out);
-  fmt::print(out, "  {:<10}seed {}, {}, up to {}, kappa {}, paths up to {} s\n", "settings",
-             settings.seed, counted(settings.photons, "photon"),
-             counted(settings.sources, "reflection"), settings.roulette_exponent,
+  fmt::print(out, "  {:<10}seed {}, {}, up to {}, roulette exponent {}, paths up to {} s\n",
+             "settings", settings.seed, counted(settings.photons, "photon"),
+             counted(settings.sources, "secondary source"), settings.roulette_exponent,
              settings.longest_path_s);
   fmt::print(out, "  {:<10}{} C, {} % humidity, {} kPa: sound travels at {:.1f} m/s\n", "air",
              settings.air.temperature_c, settings.air.humidity_percent, settings.air.pressure_kpa,
@@ -117,11 +117,11 @@ void print_making(const BakeFile& file, const BakeOverview& overview, std::ostre
 void print_sound(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
   const BakeStatistics& statistics = file.statistics();
   const DecaySummary& decay = statistics.decay;
-  fmt::print(out, "\n{}\n", band_header("how it sounds"));
+  fmt::print(out, "\n{}\n", band_header("acoustics"));
   const bool dry =
       std::all_of(decay.t30_s.begin(), decay.t30_s.end(), [](float s) { return s == 0; });
   if (decay.places > 0 && !dry) out << row("T30, s", decay.t30_s, as_seconds) << '\n';
-  if (decay.places > 0 && dry) out << "  too dry to tell a T30\n";
+  if (decay.places > 0 && dry) out << "  too dry for a T30\n";
   out << row("power emitted, dB", statistics.power_emitted, as_db) << '\n';
   out << row("  in all sources, dB", overview.power, as_db) << '\n';
   const auto sum = [](const Bands& bands) { return *std::max_element(bands.begin(), bands.end()); };
@@ -135,7 +135,7 @@ void print_emitters(const BakeFile& file, const BakeOverview& overview, std::ost
   const std::string listed = counted(file.emitters().size(), "emitter");
   fmt::print(out, "\n{:<26}{:>8}  {:>8} {:>8} {:>9}  {}\n",
              file.emitters().size() < overview.emitter_count ? listed + " stored" : listed, "gain",
-             "beam", "starts", "count", "at");
+             "direct.", "delay", "count", "position");
   const std::size_t shown = shown_of(overview.emitters.size(), kShownGroups);
   for (std::size_t i = 0; i < shown; ++i) {
     const EmitterGroup& group = overview.emitters[i];
@@ -147,34 +147,34 @@ void print_emitters(const BakeFile& file, const BakeOverview& overview, std::ost
     const float beam = *std::max_element(emitter.directivity.begin(), emitter.directivity.end());
     fmt::print(out, "  {:<24}{:>8}  {:>8} {:>8} {:>9}  {}\n", shortened(group.name, 24),
                fmt::format("{:+.1f} dB", 2 * decibels_of(emitter.gain)),
-               beam > 0 ? fmt::format("p {:.2g}", beam) : "all round",
+               beam > 0 ? fmt::format("p {:.2g}", beam) : "omni",
                one ? fmt::format("{:.2f} s", group.min_delay_s)
                    : fmt::format("0-{:.2f} s", group.max_delay_s),
                grouped(group.count),
                one ? place(group.low_m) : place(group.low_m) + " to " + place(group.high_m));
   }
   if (overview.emitters.size() > shown)
-    fmt::print(out, "  and {} kinds more (--json has all)\n", overview.emitters.size() - shown);
+    fmt::print(out, "  and {} more kinds (--json has all)\n", overview.emitters.size() - shown);
 }
 
 void print_materials(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
-  fmt::print(out, "\n{}  1 kHz: scatters lobe through\n",
-             band_header((counted(file.materials().size(), "material") + ": absorbs").c_str()));
+  fmt::print(out, "\n{}  at 1 kHz: scattering Phong transmission\n",
+             band_header((counted(file.materials().size(), "material") + ": absorption").c_str()));
   const std::size_t shown = shown_of(overview.materials.size(), kShownMaterials);
   for (std::size_t i = 0; i < shown; ++i) {
     const MaterialGroup& group = overview.materials[i];
     const Material& material = file.materials()[group.first];
     const std::string more =
-        group.names.size() > 1 ? fmt::format(" +{} alike", group.names.size() - 1) : "";
+        group.names.size() > 1 ? fmt::format(" +{} equal", group.names.size() - 1) : "";
     const double through = material.transmission[4];
-    fmt::print(out, "{} {:>16.2f} {:>4.0f} {:>7}\n",
+    fmt::print(out, "{} {:>21.2f} {:>5.0f} {:>12}\n",
                row(shortened(group.names.front(), 24 - more.size()) + more, material.absorption,
                    [](float value) { return fmt::format("{:.2f}", value); }),
                material.scattering[4], material.phong[4],
                through > 0 ? fmt::format("{:.2f}", through) : "-");
   }
   if (overview.materials.size() > shown)
-    fmt::print(out, "  and {} kinds more (--json has all)\n", overview.materials.size() - shown);
+    fmt::print(out, "  and {} more kinds (--json has all)\n", overview.materials.size() - shown);
 }
 
 void print_shares(const BakeOverview& overview, std::ostream& out) {
@@ -184,13 +184,13 @@ void print_shares(const BakeOverview& overview, std::ostream& out) {
       shares[b] = share_of(static_cast<double>(power[b]), static_cast<double>(overview.power[b]));
     return shares;
   };
-  fmt::print(out, "\n{}\n", band_header("power by depth, %"));
+  fmt::print(out, "\n{}\n", band_header("power by octree depth, %"));
   for (std::size_t d = 0; d < overview.levels.size(); ++d)
     out << row(d == 0 ? "depth 0, the first page" : fmt::format("depth {}", d),
                shares_of(overview.levels[d].power), as_percent)
         << '\n';
   if (overview.copied.trees > 0)
-    out << row("in copies of trees", shares_of(overview.copied.stored.power), as_percent) << '\n';
+    out << row("in instances", shares_of(overview.copied.stored.power), as_percent) << '\n';
 }
 
 void print_octree(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
@@ -207,7 +207,7 @@ void print_octree(const BakeFile& file, const BakeOverview& overview, std::ostre
   for (std::size_t d = 0; d < overview.levels.size(); ++d)
     line(fmt::format("depth {}", d), overview.levels[d]);
   if (overview.copied.trees > 0)
-    line(counted(overview.copied.trees, "copied tree"), overview.copied.stored);
+    line(counted(overview.copied.trees, "instanced tree"), overview.copied.stored);
 }
 
 void print_bytes(const BakeFile& file, std::ostream& out) {
@@ -224,7 +224,7 @@ void print_bytes(const BakeFile& file, std::ostream& out) {
   section("geometry", bytes.geometry);
   section("root", bytes.root);
   section("file", bytes.file);
-  fmt::print(out, "  {}: {:.2f} times smaller than as columns ({} MB)\n",
+  fmt::print(out, "  {}: {:.2f} times smaller than unpacked ({} MB)\n",
              counted(file.page_count(), "page"),
              share_of(static_cast<double>(bytes.pages_unpacked), static_cast<double>(bytes.pages)),
              as_megabytes(bytes.pages_unpacked));

@@ -1,4 +1,4 @@
-// inspect_tables.h: a bake file as tables that one can read in ten seconds.
+// inspect_tables.h: a bake file as tables for people.
 #pragma once
 
 #include <iosfwd>
@@ -9,7 +9,7 @@ namespace clamor {
 
 void print_tables(const BakeFile& file, const BakeOverview& overview, std::ostream& out);
 
-// A line per page. An Error names the one that cannot be read.
+// Prints a line per page. The Error names a page that cannot be read.
 Result<void> print_pages(const BakeFile& file, std::ostream& out);
 
 }  // namespace clamor

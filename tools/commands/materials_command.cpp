@@ -1,4 +1,4 @@
-// materials_command.cpp: clamor materials: the acoustic presets, and which of them a name means.
+// materials_command.cpp: clamor materials: lists the presets, or the preset of a material name.
 #include <ostream>
 
 #include <fmt/format.h>
@@ -13,7 +13,7 @@ namespace clamor {
 
 namespace {
 
-// One row of eight bands.
+// Prints a name and one value per band.
 void print_bands(std::ostream& out, const std::string& name, const Bands& bands) {
   fmt::print(out, "{:<18}", name);
   for (const float value : bands) fmt::print(out, " {:>6.3g}", value);
@@ -61,12 +61,13 @@ int run_materials(std::span<const std::string> arguments, std::ostream& out, std
   std::vector<std::string> names;
   Arguments parser(
       "materials",
-      "Lists the material presets: absorption and scattering per octave band, and where the "
-      "figures come from. Other bands than the measured ones are extrapolated. With --name, which "
-      "preset a material of that name gets.",
+      "Lists the material presets: absorption and scattering per octave band, and the source of "
+      "the "
+      "figures. Bands outside the measured range are extrapolated. With --name, prints the preset "
+      "that a material of that name gets.",
       "clamor materials --name Brick_Wall_03 --name velvet");
-  parser.flag("--json", json, "as a list of objects, with all values");
-  parser.option("--name", names, "of a material in a level; may be given more than once");
+  parser.flag("--json", json, "print a list of objects with all values");
+  parser.option("--name", names, "name of a material in a level; may be repeated");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
   const MaterialPresets& presets = MaterialPresets::built_in();

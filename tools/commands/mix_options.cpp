@@ -9,34 +9,31 @@ namespace clamor {
 
 namespace {
 
-constexpr int kMostRays = 1'000'000'000;  // all that it takes, in any level
+constexpr int kMostRays = 1'000'000'000;  // more than any level needs
 
 }  // namespace
 
 MixArguments::MixArguments(Arguments& parser) {
   parser.option("--interpolation", interpolation_,
-                "cubic, or linear, which mixes a quarter more voices and has 1 dB less at 8 kHz "
-                "[cubic]");
-  parser.option("--visibility", visibility_, "on or off: do surfaces hide sources [on]");
+                "cubic or linear; linear mixes a quarter more voices and loses 1 dB at 8 kHz");
+  parser.option("--visibility", visibility_, "on or off: occlusion of sources by surfaces");
   parser.option(
       "--rays", rays_, {1, kMostRays},
-      "a keyframe (50 a second), to look for what they hide; a render casts as many as it "
-      "takes");
-  parser.option("--memory", memory_,
-                "as in 64MB, of the bake's pages and sounds to keep in memory, whatever the file's "
-                "size [64MB]");
-  parser.flag("--no-mmap", no_mmap_,
-              "read the bake's parts into memory instead of mapping the file");
-  parser.option("--gain", gain_,
-                "of the whole output: decibels, as in -6dB, or a factor, as in x0.5");
-  parser.option("--moving", script_, "sources that come, move and go as SCRIPT.json says");
+      "maximum number of occlusion rays per keyframe (50 keyframes a second); a render casts as "
+      "many as it needs");
+  parser.option(
+      "--memory", memory_,
+      "memory for the bake's pages and sounds, as in 64MB; the file may be larger [64MB]");
+  parser.flag("--no-mmap", no_mmap_, "read the bake file instead of memory-mapping it");
+  parser.option("--gain", gain_, "output gain: decibels, as in -6dB, or a factor, as in x0.5");
+  parser.option("--moving", script_, "script of moving sources, SCRIPT.json");
 }
 
 Result<void> MixArguments::read(AuralizerOptions& options) const {
   if (visibility_ != "on" && visibility_ != "off")
-    return Error("--visibility is on or off, not " + in_quotes(visibility_));
+    return Error("--visibility must be on or off, not " + in_quotes(visibility_));
   if (interpolation_ != "cubic" && interpolation_ != "linear")
-    return Error("--interpolation is cubic or linear, not " + in_quotes(interpolation_));
+    return Error("--interpolation must be cubic or linear, not " + in_quotes(interpolation_));
   options.visibility = visibility_ == "on";
   options.interpolation =
       interpolation_ == "linear" ? Interpolation::kLinear : Interpolation::kCubic;

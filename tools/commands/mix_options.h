@@ -1,5 +1,5 @@
 // mix_options.h: --interpolation, --visibility, --rays, --memory, --no-mmap, --gain and --moving,
-// alike in play and render.
+// shared by play and render.
 #pragma once
 
 #include <optional>
@@ -12,18 +12,18 @@
 
 namespace clamor {
 
-// The words of the command line, until read() has made sense of them.
+// Holds the words of the command line until read() interprets them.
 class MixArguments {
  public:
   explicit MixArguments(Arguments& parser);
 
-  // After parse(); the Error is what the user got wrong. Without the script, which is a file.
+  // Call after parse(). The Error is bad usage. Does not read the script, which is a file.
   Result<void> read(AuralizerOptions& options) const;
 
   FileAccess access() const { return no_mmap_ ? FileAccess::kRead : FileAccess::kMap; }
 
-  // Reads the script, if there is one, for a bake of so many signals, and adds its files to the
-  // inputs; the Error is what is wrong with the file.
+  // Reads the script, if there is one, for a bake with that many signals, and adds its files to
+  // `inputs`. The Error is a bad file.
   Result<void> read_script(AuralizerOptions& options, std::size_t baked_signals,
                            InputFiles& inputs) const;
 

@@ -5,17 +5,18 @@
 namespace clamor {
 
 OutputArguments::OutputArguments(Arguments& parser) {
-  parser.flag("--headphones", headphones_,
-              "through a dummy head's ears (binaural); this is the default");
-  parser.flag("--binaural", binaural_, "another word for --headphones");
-  parser.option("--hrtf", hrtf_, "the head: a SOFA file; unset: KEMAR. Means --headphones");
-  parser.flag("--loudspeakers", loudspeakers_, "for two loudspeakers; means --receivers wide");
-  parser.option("--layout", layout_, "for more loudspeakers: 5.1, 7.1 or 7.1.4");
+  parser.flag("--headphones", headphones_, "binaural output for headphones; the default");
+  parser.flag("--binaural", binaural_, "same as --headphones");
+  parser.option("--hrtf", hrtf_, "SOFA file with the HRTF; implies --headphones [unset: KEMAR]");
+  parser.flag("--loudspeakers", loudspeakers_,
+              "output for two loudspeakers; implies --receivers wide");
+  parser.option("--layout", layout_, "loudspeaker layout: 5.1, 7.1 or 7.1.4");
   parser.option(
       "--receivers", receivers_,
-      "two microphones 17 cm apart: wide, two wide cardioids 110 degrees apart; ortf, two "
-      "cardioids; or omni, alike from everywhere, as in the paper");
-  parser.flag("--ambisonics", ambisonics_, "order 3 instead, 16 channels of AmbiX (ACN, SN3D)");
+      "two virtual microphones 17 cm apart: wide (wide cardioids at 110 degrees), ortf (cardioids) "
+      "or omni (omnidirectional, as in the paper)");
+  parser.flag("--ambisonics", ambisonics_,
+              "third-order ambisonics: 16 channels, AmbiX (ACN, SN3D)");
 }
 
 bool OutputArguments::asked_for_any() const {
@@ -25,7 +26,7 @@ bool OutputArguments::asked_for_any() const {
 
 Result<OutputFormat> OutputArguments::read() const {
   if (loudspeakers_ && !receivers_.empty())
-    return Error("give one of --loudspeakers and --receivers: output has one kind of channels");
+    return Error("give either --loudspeakers or --receivers, not both");
   const bool binaural = headphones_ || binaural_ || !hrtf_.empty() || !asked_for_any();
   return OutputFormat::from_options(binaural, layout_, ambisonics_,
                                     loudspeakers_ ? "wide" : receivers_);
@@ -36,7 +37,7 @@ Result<void> OutputArguments::read_head(OutputFormat& shape, InputFiles& inputs)
   auto head = Hrtf::read(hrtf_);
   if (!head.ok() && !asked_for_any())
     return Error(head.error().message +
-                 " The default output is for headphones; --loudspeakers needs no head.");
+                 " The default output is for headphones; --loudspeakers needs no HRTF.");
   if (!head.ok()) return head.error();
   inputs.add(hrtf_);
   shape.head = std::move(*head);
@@ -45,7 +46,7 @@ Result<void> OutputArguments::read_head(OutputFormat& shape, InputFiles& inputs)
 
 std::string OutputArguments::default_output_note() const {
   if (asked_for_any()) return "";
-  return "This is mixed for headphones; --loudspeakers or --layout 5.1 is for loudspeakers.";
+  return "Mixed for headphones; use --loudspeakers or --layout 5.1 for loudspeakers.";
 }
 
 }  // namespace clamor

@@ -1,5 +1,5 @@
-// output_options.h: what the channels are, --headphones, --loudspeakers, --hrtf, --layout,
-// --receivers and --ambisonics, alike in play and render. Headphones are the default.
+// output_options.h: --headphones (the default), --loudspeakers, --hrtf, --layout, --receivers and
+// --ambisonics, shared by play and render.
 #pragma once
 
 #include <string>
@@ -11,19 +11,19 @@
 
 namespace clamor {
 
-// The words of the command line, until read() has made sense of them.
+// Holds the words of the command line until read() interprets them.
 class OutputArguments {
  public:
   explicit OutputArguments(Arguments& parser);
 
-  // After parse(); the Error is what the user got wrong. Without the head, which is a file.
+  // Call after parse(). The Error is bad usage. Does not read the HRTF, which is a file.
   Result<OutputFormat> read() const;
 
-  // Reads the head where the shape has one, which takes a second, and adds its file to the inputs;
-  // the Error is what is wrong with the file.
+  // Reads the HRTF of a binaural output, which takes a second, and adds its file to `inputs`. The
+  // Error is a bad file.
   Result<void> read_head(OutputFormat& shape, InputFiles& inputs) const;
 
-  // One line for a user who asked for no output in particular; empty for others.
+  // A note for users who chose no output; otherwise empty.
   std::string default_output_note() const;
 
  private:

@@ -1,10 +1,9 @@
-// play_command.cpp: clamor play: walk through a bake and listen.
+// play_command.cpp: clamor play: plays a bake in real time.
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <iostream>
-#include <numbers>
 #include <ostream>
 
 #include <fmt/format.h>
@@ -18,12 +17,14 @@
 #include "runtime/player/player.h"
 #include "tools/analysis/spectrogram.h"
 #include "tools/commands/audibility_warnings.h"
-#include "tools/commands/bake_file_watcher.h"
+#include "tools/commands/bake_follower.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/keyboard_walk.h"
 #include "tools/commands/mix_options.h"
 #include "tools/commands/output_options.h"
 #include "tools/commands/play_history.h"
 #include "tools/commands/play_status.h"
+#include "tools/commands/play_summary.h"
 #include "tools/commands/strategy_options.h"
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
@@ -34,16 +35,102 @@ namespace clamor {
 
 namespace {
 
-constexpr double kStep_m = 0.4;  // per key
-constexpr double kTurn_rad = 10 * std::numbers::pi / 180;
-constexpr double kGlide_s = 0.15;  // a step is walked, not jumped
-constexpr double kTurnGlide_s = 0.05;
-constexpr int kFrame_ms = 20, kGlideFrame_ms = 5;
-constexpr auto kLook = std::chrono::milliseconds(500);  // for another bake in the file's place
-constexpr double kDegrees = 180 / std::numbers::pi;
+using Clock = std::chrono::steady_clock;
 
-// Two metres before the first emitter, looking at it.
-Listener before_first_emitter(const std::vector<Emitter>& emitters) {
+constexpr int kFrame_ms = 20, kMovingFrame_ms = 5;           // of the display
+constexpr auto kFileCheck = std::chrono::milliseconds(500);  // for another bake in its place
+
+// The words of the command line.
+struct PlayRequest {
+  std::string level, listener, walk_path, format, report_folder;
+  bool no_limiter = false, follows = false;
+  int frames = 0;
+  PlayerOptions options;
+
+  void add_options(Arguments& parser);
+  void add_output_options(Arguments& parser);
+};
+
+void PlayRequest::add_options(Arguments& parser) {
+  parser.positional("level", level, "the bake file");
+  parser.option(
+      "--listener", listener,
+      "start position X,Y,Z[,YAW[,PITCH]] in metres and degrees [unset: in front of the first "
+      "emitter]");
+  parser.option("--walk", walk_path, "follow the path in PATH.json instead");
+  parser.option("--seconds", options.seconds,
+                "duration; 0: until Q, Ctrl-C or the end of the walk");
+  parser.option("--device", options.device,
+                "pulse, jack or alsa; the beginning or a part of a name that 'clamor devices' "
+                "prints; or none");
+  parser.option("--rate", options.device_rate_hz,
+                "sample rate of the device in Hz; the mix is resampled [unset: 48000 if it has "
+                "that]");
+  parser.option("--frames", frames, {16, 8192},
+                "frames per block; PulseAudio and ALSA buffer four blocks, JACK sets its own size "
+                "[unset: 256, and PulseAudio's buffer grows, up to 0.2 s, when the device runs dry "
+                "twice in 30 s]");
+}
+
+void PlayRequest::add_output_options(Arguments& parser) {
+  parser.flag("--no-limiter", no_limiter,
+              "let peaks clip instead of limiting true peaks to -1 dBFS");
+  parser.flag("--follow", follows,
+              "when the file is replaced by another bake, crossfade to that; unset: print a note "
+              "and play the old one to the end");
+  parser.option(
+      "--record", options.record,
+      "also record to this .wav or .flac file, or as WAV to a device or pipe such as "
+      "/dev/stdout. The file grows while it plays: whatever ends the program, a .wav file "
+      "can be played to its end, a .flac file to less than a second before");
+  parser.option("--format", format,
+                "sample format of the recording: float, 32, 24 or 16 [unset: float, or 24 for "
+                ".flac]");
+  parser.option("--report", report_folder,
+                "at the end, write loudness, voices and load over time to this folder, as HTML, "
+                "JSON and CSV; with --record also a spectrogram");
+}
+
+// Turns the words into player options. The Error is bad usage.
+Result<void> interpret(PlayRequest& request, const StrategyArguments& strategy,
+                       const MixArguments& mix, const OutputArguments& output) {
+  PlayerOptions& options = request.options;
+  const auto chosen = strategy.read();
+  if (!chosen.ok()) return chosen.error();
+  use(*chosen, options.auralizer);
+  if (auto read = mix.read(options.auralizer); !read.ok()) return read;
+  const auto format = output.read();
+  if (!format.ok()) return format.error();
+  options.auralizer.output = *format;
+  options.auralizer.limit = !request.no_limiter;
+  options.auralizer.adapt = true;
+  options.auralizer.first_sounds_s = kFirstSoundsOfPlayer_s;
+  if (!options.record.empty())
+    if (const auto right = check_sound_file(options.record, format->channels()); !right.ok())
+      return Error("--record: " + right.error().message);
+  const auto samples = sample_format(request.format, options.record);
+  if (!samples.ok()) return Error("--format: " + samples.error().message);
+  options.record_format = *samples;
+  if (!request.listener.empty() && !request.walk_path.empty())
+    return Error("give either --listener or --walk");
+  if (options.device_rate_hz != 0 &&
+      (options.device_rate_hz < 8000 || options.device_rate_hz > 384000))
+    return Error("--rate must lie between 8000 and 384000");
+  if (!(options.seconds >= 0 && options.seconds <= 864000))
+    return Error("--seconds must lie between 0 and 864000");
+  if (!request.listener.empty()) {
+    const auto listener = parse_listener(request.listener);
+    if (!listener.ok()) return listener.error();
+    options.pose = *listener;
+  }
+  if (request.frames > 0) options.block_frames = request.frames;
+  options.buffer_may_grow = request.frames == 0;
+  options.auralizer.block_frames = options.block_frames;
+  return {};
+}
+
+// Two metres in front of the first emitter, looking at it.
+Listener in_front_of_first(const std::vector<Emitter>& emitters) {
   if (emitters.empty()) return {};
   const Emitter& emitter = emitters.front();
   Vec3 ahead(emitter.axis.x, 0, emitter.axis.z);
@@ -451,54 +538,69 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
             {.seconds = options.seconds, .with_occlusion = options.auralizer.visibility}))
       fmt::print(err, "warning: {}\n", *warning);
   const Interrupt interrupt;
-  const auto playing = std::make_shared<const BakeFile>(std::move(*file));
-  BakeFollower follower(playing, follows, mix);
+  const auto playing = std::make_shared<const BakeFile>(std::move(file));
+  BakeFollower follower(playing, request.follows, mix);
   auto player = Player::create(playing, options);
-  if (!player.ok()) return fail(player.error());
-  fmt::print(err, "playing {} on {}\n", level, describe((*player)->statistics().output));
-  if (const std::string note = output_words.default_output_note(); !note.empty())
-    fmt::print(err, "{}\n", note);
-  if (const auto started = (*player)->start(); !started.ok()) return fail(started.error());
-  PlayHistory trace;
-  run(**player, options, follower, trace, err);
+  if (!player.ok()) return player.error();
+  fmt::print(err, "playing {} on {}\n", request.level, describe((*player)->statistics().output));
+  if (!output_note.empty()) fmt::print(err, "{}\n", output_note);
+  if (const auto started = (*player)->start(); !started.ok()) return started;
+  PlayHistory history;
+  run(**player, options, follower, history, err);
   PlayerStatistics played = (*player)->statistics();
   const auto threads = (*player)->thread_shares();
-  if (const auto stopped = (*player)->stop(); !stopped.ok()) return fail(stopped.error());
+  if (const auto stopped = (*player)->stop(); !stopped.ok()) return stopped;
+  played.output = (*player)->statistics().output;  // includes closing the device
 
-  fmt::print(err,
-             "played {:.1f} s: {} callbacks, {} late, {} gaps, {} blocks held, {} frames "
-             "clipped{}\n",
-             played.time_s, played.output.callbacks.callbacks, played.output.callbacks.late,
-             played.output.callbacks.underflows, played.auralizer.held_blocks,
-             played.auralizer.clipped_frames, limited_note(played.auralizer.limited));
-  fmt::print(err, "voices: {:.0f} on average, {} at least; {:.1f} LUFS on average\n",
-             trace.mean_voices(), trace.least_voices(), std::max(trace.loudness_lufs(), -99.9));
-  played.output = (*player)->statistics().output;  // with what came of closing
-  report(played.output, err);
-  report(threads, err);
-  tell_load(played.auralizer, err);
-  tell_bounded_search(played.auralizer, err);
-  const PageStatistics& pages = played.auralizer.pages;
-  if (pages.loaded > 0)
-    fmt::print(err, "pages: {} asked for, {} loaded, {} dropped, {} late; {:.1f} MB of them kept\n",
-               pages.asked, pages.loaded, pages.dropped, pages.late,
-               static_cast<double>(pages.bytes) / 1e6);
-  if (pages.failed > 0)
-    fmt::print(err, "{} pages could not be read; others stood in for them\n", pages.failed);
-  report(played.auralizer.sounds, err);
+  print_play_summary(played, history, threads, err);
   if (!options.record.empty())
     fmt::print(
         err, "recorded {}{}\n", options.record,
         played.dropped_samples > 0
             ? fmt::format(", but the disk was too slow for {} samples", played.dropped_samples)
             : "");
-  if (!report_folder.empty()) {
-    const auto heard = spectrogram_of_file(options.record, err);
-    if (const auto written = trace.write(report_folder, level, played, threads, heard);
-        !written.ok())
-      return fail(written.error());
-    fmt::print(err, "wrote {0}/play.html, play.json and tables as CSV\n", report_folder);
-  }
+  if (request.report_folder.empty()) return {};
+  const auto heard = spectrogram_of_file(options.record, err);
+  if (const auto written =
+          history.write(request.report_folder, request.level, played, threads, heard);
+      !written.ok())
+    return written;
+  fmt::print(err, "wrote {0}/play.html, play.json and tables as CSV\n", request.report_folder);
+  return {};
+}
+
+}  // namespace
+
+int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  PlayRequest request;
+  Arguments parser("play",
+                   "Plays a bake in real time. In a terminal, the arrow keys or WASD walk and "
+                   "turn.",
+                   "clamor play hall.clamor --listener 0,1.7,3,180 --voices 2000");
+  request.add_options(parser);
+  const StrategyArguments strategy(parser);
+  const MixArguments mix(parser);
+  request.add_output_options(parser);
+  const OutputArguments output(parser);
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+  if (const auto right = interpret(request, strategy, mix, output); !right.ok())
+    return parser.bad_usage(err, right.error().message);
+
+  const auto fail = [&err](const Error& error) {
+    fmt::print(err, "clamor play: {}\n", error.message);
+    return kBadInput;
+  };
+  auto file = read_inputs(request, mix, output);
+  if (!file.ok()) return fail(file.error());
+  const PlayerOptions& options = request.options;
+  if (!options.auralizer.script)
+    if (const auto warning = audibility_warning(
+            *file, options.walk.value_or(Walk::standing(options.pose)),
+            {.seconds = options.seconds, .with_occlusion = options.auralizer.visibility}))
+      fmt::print(err, "warning: {}\n", *warning);
+  if (const auto played = play(request, std::move(*file), mix, output.default_output_note(), err);
+      !played.ok())
+    return fail(played.error());
   return kSuccess;
 }
 

@@ -12,7 +12,7 @@ namespace clamor {
 
 namespace {
 
-constexpr const char* kName = "play";  // of the report's files
+constexpr const char* kName = "play";  // prefix of the files of the report
 constexpr double kBetween_s = 0.1;
 constexpr std::size_t kMostMoments = 360'000;
 
@@ -37,7 +37,7 @@ double PlayHistory::mean_voices() const {
   return moments_.empty() ? 0 : sum / static_cast<double>(moments_.size());
 }
 
-std::uint32_t PlayHistory::least_voices() const {
+std::uint32_t PlayHistory::min_voices() const {
   const auto least =
       std::min_element(moments_.begin(), moments_.end(),
                        [](const Moment& a, const Moment& b) { return a.voices < b.voices; });
@@ -60,14 +60,12 @@ Result<void> PlayHistory::write(const std::string& folder, const std::string& le
                                 std::span<const ThreadCpuUsage> threads,
                                 const std::optional<Spectrogram>& heard) const {
   ReportPage report(
-      kName, "What was played",
+      kName, "Playback report",
       fmt::format("{}, {:.1f} s, on {}", level, played.time_s,
                   played.output.device == "none" ? "no device" : played.output.device));
   Chart loudness{.title = "Loudness (BS.1770)", .x_label = "time (s)", .y_label = "LUFS"};
-  Chart voices{.title = "Voices that sounded", .x_label = "time (s)", .y_label = "voices"};
-  Chart load{.title = "Of the time of a block, mixing took",
-             .x_label = "time (s)",
-             .y_label = "% of a block"};
+  Chart voices{.title = "Voices", .x_label = "time (s)", .y_label = "voices"};
+  Chart load{.title = "Time that mixing takes", .x_label = "time (s)", .y_label = "% of a block"};
   using Look = Chart::Series::Look;
   loudness.series = {{"momentary, 400 ms", {}, Look::kThin}, {"short-term, 3 s", {}, Look::kLine}};
   voices.series = {{"mixed", {}, Look::kLine}, {"chosen", {}, Look::kDashes}};
@@ -104,11 +102,11 @@ Result<void> PlayHistory::write(const std::string& folder, const std::string& le
         to_svg(*heard, "Spectrogram"),
         "Mean power of all channels in each third of an octave, relative to full scale.");
   else
-    report.paragraph("With --record FILE there is a spectrogram, too.");
-  report.chart(voices, "Those that fade out sound too, so more are mixed than chosen.");
+    report.paragraph("With --record FILE, the report has a spectrogram, too.");
+  report.chart(voices, "Voices that fade out are mixed, too, so more are mixed than chosen.");
   report.chart(load, "On the audio thread, smoothed over a second.");
 
-  ReportTable figures{"figures", "In all", {"what", "value"}, {}};
+  ReportTable figures{"figures", "Totals", {"what", "value"}, {}};
   const auto row = [&figures](const char* what, double value) {
     figures.rows.push_back({std::string(what), value});
   };
@@ -121,12 +119,12 @@ Result<void> PlayHistory::write(const std::string& folder, const std::string& le
   row("late_keyframes", static_cast<double>(played.auralizer.late_keyframes));
   row("bounded_keyframes", static_cast<double>(played.auralizer.bounded_keyframes));
   row("mean_voices", mean_voices());
-  row("least_voices", least_voices());
+  row("least_voices", min_voices());
   row("loudness_lufs", std::max(loudness_lufs(), -99.9));
   row("clipped_frames", static_cast<double>(played.auralizer.clipped_frames));
   row("limited_frames", static_cast<double>(played.auralizer.limited.frames));
   report.table(std::move(figures));
-  ReportTable cpu{"threads", "CPU, of one core", {"thread", "percent"}, {}};
+  ReportTable cpu{"threads", "CPU, share of one core", {"thread", "percent"}, {}};
   for (const ThreadCpuUsage& thread : threads)
     cpu.rows.push_back({thread.name, 100 * thread.share});
   report.table(std::move(cpu));

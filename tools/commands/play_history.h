@@ -1,5 +1,4 @@
-// play_history.h: what happened while clamor play played: loudness, voices and load over time, for
-// the report at its end.
+// play_history.h: loudness, voices and load over time, for the report of clamor play.
 #pragma once
 
 #include <cstdint>
@@ -21,16 +20,15 @@ class PlayHistory {
   // What is the case now; kept ten times a second of what is played, at most for 10 hours.
   void add(const PlayerStatistics& now, const Listener& listener);
 
-  // Voices that sounded: those of the newest keyframe without those shed.
+  // Voices that are mixed: those of the newest keyframe, less the dropped ones.
   double mean_voices() const;
-  std::uint32_t least_voices() const;
-  double loudness_lufs() const;  // the mean power of all that was heard; -infinity in silence
+  std::uint32_t min_voices() const;
+  double loudness_lufs() const;  // from the mean power; -infinity for silence
 
-  // An Error where write() could not write to that folder or would replace one of the inputs.
+  // Checks that write() can write to that folder and would not replace one of the inputs.
   static Result<void> check_folder(const std::string& folder, const InputFiles& inputs);
 
-  // A page with curves and tables, as FOLDER/play.html, play.json and CSV files; with a picture of
-  // what was heard, where that was recorded.
+  // Writes FOLDER/play.html, play.json and CSV files, with a spectrogram if the sound was recorded.
   Result<void> write(const std::string& folder, const std::string& level,
                      const PlayerStatistics& played, std::span<const ThreadCpuUsage> threads,
                      const std::optional<Spectrogram>& heard) const;

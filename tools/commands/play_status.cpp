@@ -1,5 +1,8 @@
 #include "tools/commands/play_status.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <ostream>
 
 #include <fmt/format.h>
@@ -11,8 +14,33 @@ namespace clamor {
 
 namespace {
 
-std::string times(std::uint64_t count) {
-  return count == 1 ? "once" : fmt::format("{} times", count);
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+std::string meter(float peak) {
+  constexpr int kWidth = 12;
+  const double level_db = 20 * std::log10(std::max(static_cast<double>(peak), 1e-4));
+  const int lit =
+      std::clamp(static_cast<int>(std::lround((level_db + 60) / 60 * kWidth)), 0, kWidth);
+  return fmt::format("{}{} {:>5.1f}", std::string(static_cast<std::size_t>(lit), '#'),
+                     std::string(static_cast<std::size_t>(kWidth - lit), '.'), level_db);
+}
+
+// Two meters for two channels, otherwise one for the loudest channel.
+std::string meters(const float (&peak)[kMaxChannels], int channels) {
+  if (channels == 2) return "L " + meter(peak[0]) + " R " + meter(peak[1]);
+  return meter(*std::max_element(peak, peak + channels));
+}
+
+// " (k 1200 of 2000, 87 dropped)" under overload, otherwise "".
+std::string load_note(const AuralizerStatistics& now) {
+  if (now.k >= now.max_k && now.shed_voices == 0) return "";
+  return fmt::format(" (k {} of {}, {} dropped)", now.k, now.max_k, now.shed_voices);
+}
+
+// "  NO DEVICE for 1.2 s" while there is none, otherwise "".
+std::string device_note(const OutputStatistics& output) {
+  if (output.has_device || output.problem.empty()) return "";
+  return fmt::format("  NO DEVICE for {:.1f} s", output.without_device_now_s);
 }
 
 }  // namespace
@@ -26,7 +54,39 @@ std::string describe(const OutputStatistics& output) {
       output.latency_s > 0 ? fmt::format(", {:.0f} ms latency", 1e3 * output.latency_s) : "");
 }
 
-void DeviceNotices::tell(const OutputStatistics& output) {
+std::string limited_note(const Limiter::Work& limited) {
+  if (limited.frames == 0) return "";
+  return fmt::format(" (limited by {:.1f} dB)",
+                     -20 * std::log10(static_cast<double>(limited.min_gain)));
+}
+
+std::string status_line(const PlayerStatistics& now, const Listener& listener, int channels) {
+  const Vec3& at = listener.position_m;
+  return fmt::format(
+      "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices{}  {} dBFS  {:.1f} LUFS, 3 s "
+      "{:.1f}{}  cpu {:.0f} %  "
+      "sampler {:.1f} ms  late {}  gaps {}  held {}{}",
+      now.time_s, at.x, at.y, at.z, std::remainder(listener.yaw_rad * kDegrees, 360),
+      now.auralizer.voices, load_note(now.auralizer), meters(now.auralizer.peak, channels),
+      std::max(now.momentary_lufs, -99.9), std::max(now.short_term_lufs, -99.9),
+      limited_note(now.auralizer.limited), 100 * now.output.callbacks.cpu_share,
+      now.auralizer.sampler_ms, now.output.callbacks.late, now.output.callbacks.underflows,
+      now.auralizer.held_blocks, device_note(now.output));
+}
+
+void PlayNotices::tell(const PlayerStatistics& now) {
+  tell_device(now.output);
+  if (file_failed_) return;
+  const PageStatistics& pages = now.auralizer.pages;
+  const SoundStatistics& sounds = now.auralizer.sounds;
+  file_failed_ = pages.failed > 0 || sounds.failed > 0;
+  if (pages.failed > 0)
+    fmt::print(err_, "warning: {} The pages in memory replace it.\n", pages.failure);
+  else if (sounds.failed > 0)
+    fmt::print(err_, "warning: {} Voices that need it are silent.\n", sounds.failure);
+}
+
+void PlayNotices::tell_device(const OutputStatistics& output) {
   if (output.device == "none" && output.problem.empty()) return;
   if (had_device_ == output.has_device) return;
   had_device_ = output.has_device;
@@ -34,42 +94,10 @@ void DeviceNotices::tell(const OutputStatistics& output) {
   if (output.has_device)
     fmt::print(err_, "sound is back, on {}\n", describe(output));
   else
-    fmt::print(err_, "no sound from the device ({}); time goes on, and it is tried again\n",
+    fmt::print(err_,
+               "no sound from the device ({}); playback continues in silence and the device is "
+               "tried again\n",
                output.problem);
-}
-
-std::string device_note(const OutputStatistics& output) {
-  if (output.has_device || output.problem.empty()) return "";
-  return fmt::format("  NO DEVICE for {:.1f} s", output.without_device_now_s);
-}
-
-void report(const OutputStatistics& output, std::ostream& err) {
-  if (output.device == "none" && output.problem.empty()) return;
-  fmt::print(err, "device: {}", describe(output));
-  if (output.losses > 0) fmt::print(err, ", lost {}", times(output.losses));
-  if (output.reopenings > 0) fmt::print(err, ", opened again {}", times(output.reopenings));
-  if (output.without_device_s > 0)
-    fmt::print(err, ", {:.1f} s without it, {:.1f} s at the longest", output.without_device_s,
-               output.longest_without_s);
-  fmt::print(err, "\n");
-  if (output.failed_openings > 0)
-    fmt::print(err, "        opening it failed {}: {}\n", times(output.failed_openings),
-               output.opening_problem);
-  if (output.hung_closings > 0)
-    fmt::print(err, "        closing it hung {} and was left to itself\n",
-               times(output.hung_closings));
-}
-
-void report(std::span<const ThreadCpuUsage> threads, std::ostream& err) {
-  constexpr double kWorthALine = 5e-4;
-  fmt::print(err, "CPU, of one core: ");
-  double sum = 0;
-  for (const ThreadCpuUsage& thread : threads) {
-    sum += thread.share;
-    if (thread.share > kWorthALine)
-      fmt::print(err, "{} {:.1f} %, ", thread.name, 100 * thread.share);
-  }
-  fmt::print(err, "in all {:.1f} %\n", 100 * sum);
 }
 
 }  // namespace clamor

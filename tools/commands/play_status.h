@@ -1,36 +1,42 @@
-// play_status.h: what clamor play says of its device and its threads.
+// play_status.h: what clamor play prints while it plays.
 #pragma once
 
 #include <iosfwd>
-#include <span>
 #include <string>
 
+#include "common/listener.h"
 #include "runtime/player/player.h"
 
 namespace clamor {
 
-// "pulse: Headset at 44.1 kHz (resampled), 256 frames a block, 24 ms latency", or that there is
-// none yet.
+// Describes a device as "pulse: Headset at 44.1 kHz (resampled), 256 frames a block, 24 ms
+// latency", or says that there is none yet.
 std::string describe(const OutputStatistics& output);
 
-// Says when the device is lost and when sound is back, each time once. `over_line`: of a terminal,
-// where the status line stands.
-class DeviceNotices {
+// " (limited by 2.1 dB)" once the limiter has worked, otherwise "".
+std::string limited_note(const Limiter::Work& limited);
+
+// Time, position, voices, levels and load in one line.
+std::string status_line(const PlayerStatistics& now, const Listener& listener, int channels);
+
+// Reports problems while it plays, each once: a device that is lost and one that is back, and a
+// file whose pages or sounds cannot be read.
+class PlayNotices {
  public:
-  DeviceNotices(std::ostream& err, bool over_line) : err_(err), over_line_(over_line) {}
-  void tell(const OutputStatistics& output);
+  // `over_line`: a terminal whose status line has to be cleared first.
+  PlayNotices(std::ostream& err, bool over_line) : err_(err), over_line_(over_line) {}
+
+  void tell(const PlayerStatistics& now);
+
+  // Reports failures of the file again, after it was replaced.
+  void forget_file() { file_failed_ = false; }
 
  private:
+  void tell_device(const OutputStatistics& output);
+
   std::ostream& err_;
   const bool over_line_;
-  bool had_device_ = true;
+  bool had_device_ = true, file_failed_ = false;
 };
-
-// "  NO DEVICE for 1.2 s" while there is none.
-std::string device_note(const OutputStatistics& output);
-
-// At the end.
-void report(const OutputStatistics& output, std::ostream& err);
-void report(std::span<const ThreadCpuUsage> threads, std::ostream& err);
 
 }  // namespace clamor

@@ -30,7 +30,7 @@ std::string level_json(const LevelReport& report) {
 }
 
 std::string warning_json(const std::string& text) {
-  // Names need not be UTF-8, JSON must.
+  // Names may be invalid UTF-8, but JSON may not.
   return "{\"stage\": \"warning\", \"text\": " +
          printable_json(
              nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)) +

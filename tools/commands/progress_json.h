@@ -1,4 +1,4 @@
-// progress_json.h: what a bake tells a build system: one JSON object a line.
+// progress_json.h: progress of a bake as JSON lines, for build systems.
 #pragma once
 
 #include <cstddef>
@@ -10,13 +10,13 @@
 
 namespace clamor {
 
-// {"stage": "level", ...}: what the level is made of and how closed it is.
+// {"stage": "level", ...}: size of the level and how closed it is.
 std::string level_json(const LevelReport& report);
 
 // {"stage": "warning", "text": "..."}
 std::string warning_json(const std::string& text);
 
-// {"stage": "tracing", ...}: how far the bake has got after so many seconds.
+// {"stage": "tracing", ...}: progress after so many seconds.
 std::string progress_json(const BakeProgress& done, double seconds);
 
 // {"stage": "done", ...}

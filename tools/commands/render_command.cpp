@@ -1,4 +1,4 @@
-// render_command.cpp: clamor render: what a listener hears, to a WAV file.
+// render_command.cpp: clamor render: renders what a listener hears to a sound file.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -28,148 +28,210 @@ namespace {
 
 double decibels(double amplitude) { return 20 * std::log10(std::max(amplitude, 1e-10)); }
 
-// A render is right or none: what stands in for a page that cannot be read will do for a player,
-// and so will silence for a sound.
-Result<void> all_was_read(Auralizer& auralizer) {
-  const AuralizerStatistics statistics = auralizer.statistics();
-  if (statistics.pages.failed > 0) return Error(statistics.pages.failure);
-  if (statistics.sounds.failed > 0) return Error(statistics.sounds.failure);
+// The words of the command line, and what they mean.
+struct RenderRequest {
+  std::string level, output, listener, walk_path, format;
+  double seconds = 0;
+  bool limit = false;
+  AuralizerOptions options;
+  Walk walk;
+  SampleFormat samples = SampleFormat::kFloat32;
+
+  void add_options(Arguments& parser);
+  void add_output_options(Arguments& parser);
+};
+
+void RenderRequest::add_options(Arguments& parser) {
+  parser.positional("level", level, "the bake file");
+  parser.option("-o,--output", output,
+                "the .wav or .flac file to write; or a device or pipe such as /dev/stdout, as WAV");
+  parser.required("-o");
+  parser.option("--listener", listener,
+                "position X,Y,Z[,YAW[,PITCH]] in metres and degrees; yaw 0 looks along -Z");
+  parser.option("--walk", walk_path, "follow the path in PATH.json instead");
+  parser.option("--seconds", seconds, "duration [unset: the length of the walk, or 10]");
+}
+
+void RenderRequest::add_output_options(Arguments& parser) {
+  parser.flag("--limit", limit,
+              "keep true peaks below -1 dBFS [unset: only if the sample format is not float]");
+  parser.option("--format", format,
+                "sample format: float, 32, 24 or 16 [unset: float, or 24 for .flac]");
+}
+
+// Turns the words into options. The Error is bad usage.
+Result<void> interpret(RenderRequest& request, const StrategyArguments& strategy,
+                       const MixArguments& mix, const OutputArguments& output) {
+  AuralizerOptions& options = request.options;
+  const auto chosen = strategy.read();
+  if (!chosen.ok()) return chosen.error();
+  use(*chosen, options);
+  if (request.listener.empty() == request.walk_path.empty())
+    return Error("give either --listener X,Y,Z or --walk PATH.json");
+  if (auto read = mix.read(options); !read.ok()) return read;
+  const auto format = output.read();
+  if (!format.ok()) return format.error();
+  options.output = *format;
+  if (const auto right = check_sound_file(request.output, format->channels()); !right.ok())
+    return Error("-o: " + right.error().message);
+  const auto samples = sample_format(request.format, request.output);
+  if (!samples.ok()) return Error("--format: " + samples.error().message);
+  request.samples = *samples;
+  options.limit = request.limit || *samples != SampleFormat::kFloat32;
+  options.wait_for_pages = true;
+  if (!(request.seconds >= 0 && request.seconds <= 86400))
+    return Error("--seconds must lie between 0 and 86400");
+  if (!request.listener.empty()) {
+    const auto listener = parse_listener(request.listener);
+    if (!listener.ok()) return listener.error();
+    request.walk = Walk::standing(*listener);
+  }
+  return {};
+}
+
+// Opens the bake and reads all other input files, then checks that the output replaces none.
+Result<BakeFile> read_inputs(RenderRequest& request, const MixArguments& mix,
+                             const OutputArguments& output) {
+  InputFiles inputs;
+  inputs.add(request.level);
+  inputs.add(request.walk_path);
+  if (!request.walk_path.empty()) {
+    auto walk = Walk::read(request.walk_path);
+    if (!walk.ok()) return walk.error();
+    request.walk = std::move(*walk);
+  }
+  if (request.seconds == 0)
+    request.seconds = request.walk.length_s() > 0 ? request.walk.length_s() : 10;
+  auto file = BakeFile::open(request.level, mix.access());
+  if (!file.ok()) return file;
+  if (const auto read = output.read_head(request.options.output, inputs); !read.ok())
+    return read.error();
+  if (const auto read = mix.read_script(request.options, file->signal_count(), inputs); !read.ok())
+    return read.error();
+  if (const auto target = OutputTarget::find(request.output, inputs); !target.ok())
+    return target.error();
+  return file;
+}
+
+// Takes the rendered blocks: measures them, shows the progress and writes the file.
+class RenderSink {
+ public:
+  RenderSink(WavWriter& wav, int channels, std::uint64_t frames, std::ostream& err)
+      : wav_(wav),
+        channels_(static_cast<std::size_t>(channels)),
+        frames_(frames),
+        progress_(err, "  rendering") {}
+
+  // An Error if a page or sound could not be read: a player can replace a page by its parent's
+  // samples and a sound by silence, but a render is exact or fails.
+  Result<void> take(std::span<const float> block, const AuralizerStatistics& statistics) {
+    for (const float sample : block) {
+      energy_ += static_cast<double>(sample) * sample;
+      peak_ = std::max(peak_, static_cast<double>(std::abs(sample)));
+    }
+    done_ += block.size() / channels_;
+    const double rate = static_cast<double>(done_) / kSampleRate_hz / progress_.seconds();
+    progress_.update(static_cast<double>(done_) / static_cast<double>(frames_),
+                     fmt::format("{:.1f} x real time", rate));
+    if (statistics.pages.failed > 0) return Error(statistics.pages.failure);
+    if (statistics.sounds.failed > 0) return Error(statistics.sounds.failure);
+    return wav_.write(block);
+  }
+
+  double peak() const { return peak_; }
+  double rms() const { return std::sqrt(energy_ / static_cast<double>(frames_ * channels_)); }
+  double seconds() const { return std::max(progress_.seconds(), 1e-6); }
+
+ private:
+  WavWriter& wav_;
+  const std::size_t channels_;
+  const std::uint64_t frames_;
+  Progress progress_;
+  std::uint64_t done_ = 0;
+  double energy_ = 0, peak_ = 0;
+};
+
+void print_summary(const RenderRequest& request, const RenderSink& sink, std::uint64_t frames,
+                   const AuralizerStatistics& statistics, const std::string& output_note,
+                   std::ostream& err) {
+  fmt::print(err,
+             "wrote {}: {:.2f} s, {} voices, peak {:.1f} dBFS, RMS {:.1f} dBFS, {:.1f} times "
+             "faster than real time\n",
+             request.output, request.seconds, statistics.voices, decibels(sink.peak()),
+             decibels(sink.rms()), request.seconds / sink.seconds());
+  if (!output_note.empty()) fmt::print(err, "{}\n", output_note);
+  if (statistics.clipped_frames > 0)
+    fmt::print(err, "warning: {} frames exceed full scale; --gain {:.0f}dB avoids clipping\n",
+               statistics.clipped_frames,
+               std::floor(decibels(request.options.gain) - decibels(sink.peak()) - 0.1));
+  if (statistics.limited.frames > 0)
+    fmt::print(err, "the limiter worked on {:.1f} % of the frames, by up to {:.1f} dB\n",
+               100 * static_cast<double>(statistics.limited.frames) / static_cast<double>(frames),
+               -decibels(static_cast<double>(statistics.limited.min_gain)));
+  if (statistics.bad_voices > 0)
+    fmt::print(err, "warning: {} voices were silenced because a value in them was not finite\n",
+               statistics.bad_voices);
+}
+
+Result<void> render_to_file(RenderRequest& request, BakeFile file, const std::string& output_note,
+                            std::ostream& err) {
+  AuralizerOptions& options = request.options;
+  const Interrupt interrupt;
+  const Error stopped("stopped; nothing was written. Run the same command again.");
+  std::optional<StopDeadline> deadline("clamor render: " + stopped.message);
+  options.stop = &Interrupt::requested();
+  auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(file)), options);
+  if (!auralizer.ok()) return auralizer.error().in(request.level);
+  const OutputFormat& format = options.output;
+  auto wav = WavWriter::create(request.output, format.channels(), kSampleRate_hz, request.samples,
+                               format.speakers());
+  if (!wav.ok()) return wav.error();
+  const auto frames = static_cast<std::uint64_t>(std::llround(request.seconds * kSampleRate_hz));
+  RenderSink sink(*wav, format.channels(), frames, err);
+  const auto take = [&](std::span<const float> block) {
+    return sink.take(block, (*auralizer)->statistics());
+  };
+  const auto rendered = render(**auralizer, request.walk, frames, take, options.stop);
+  if (Interrupt::requested()) return stopped;
+  deadline.reset();
+  if (!rendered.ok()) return rendered;
+  if (const auto finished = wav->finish(); !finished.ok()) return finished;
+  print_summary(request, sink, frames, (*auralizer)->statistics(), output_note, err);
   return {};
 }
 
 }  // namespace
 
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
-  std::string level, output, listener, walk_path, format;
-  double seconds = 0;
-  bool limit = false;
-  AuralizerOptions options;
+  RenderRequest request;
   Arguments parser("render",
-                   "Renders what a listener hears, standing still or on a walk, to a WAV or "
-                   "FLAC file at 48 kHz: the player's own mix, faster than real time.",
+                   "Renders what a listener hears, standing or walking, to a WAV or FLAC file at "
+                   "48 kHz: the same mix as 'clamor play', faster than real time.",
                    "clamor render hall.clamor -o hall.wav --listener 0,1.7,3,180 --seconds 10");
-  parser.positional("level", level, "the bake file");
-  parser.option(
-      "-o,--output", output,
-      "the file to write: .wav or .flac; or a device or pipe such as /dev/stdout, as WAV");
-  parser.required("-o");
-  parser.option("--listener", listener,
-                "X,Y,Z[,YAW[,PITCH]] in metres and degrees; yaw 0 looks to -Z");
-  parser.option("--walk", walk_path, "a scripted path instead, PATH.json");
-  parser.option("--seconds", seconds, "how long; unset: the walk's length, or 10");
+  request.add_options(parser);
   const StrategyArguments strategy(parser);
-  MixArguments mix(parser);
-  const OutputArguments output_words(parser);
-  parser.flag("--limit", limit,
-              "keep true peaks below -1 dBFS; unset: only where samples are not float");
-  parser.option("--format", format,
-                "of the samples: float, 32, 24 or 16; unset: float, or 24 in a .flac file");
+  const MixArguments mix(parser);
+  const OutputArguments output(parser);
+  request.add_output_options(parser);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
-  const auto chosen = strategy.read();
-  if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
-  use(*chosen, options);
-
-  if (listener.empty() == walk_path.empty())
-    return parser.bad_usage(err, "give either --listener X,Y,Z or --walk PATH.json");
-  if (const auto read = mix.read(options); !read.ok())
-    return parser.bad_usage(err, read.error().message);
-  const auto shape = output_words.read();
-  if (!shape.ok()) return parser.bad_usage(err, shape.error().message);
-  options.output = *shape;
-  if (const auto right = check_sound_file(output, shape->channels()); !right.ok())
-    return parser.bad_usage(err, "-o: " + right.error().message);
-  const auto samples = sample_format(format, output);
-  if (!samples.ok()) return parser.bad_usage(err, "--format: " + samples.error().message);
-  options.limit = limit || *samples != SampleFormat::kFloat32;
-  if (!(seconds >= 0 && seconds <= 86400))
-    return parser.bad_usage(err, "--seconds must lie between 0 and 86400");
+  if (const auto right = interpret(request, strategy, mix, output); !right.ok())
+    return parser.bad_usage(err, right.error().message);
 
   const auto fail = [&err](const Error& error) {
     fmt::print(err, "clamor render: {}\n", error.message);
     return kBadInput;
   };
-  InputFiles inputs;
-  inputs.add(level);
-  inputs.add(walk_path);
-  Walk walk;
-  if (!listener.empty()) {
-    const auto pose = parse_listener(listener);
-    if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
-    walk = Walk::standing(*pose);
-  } else {
-    auto read = Walk::read(walk_path);
-    if (!read.ok()) return fail(read.error());
-    walk = std::move(*read);
-  }
-  if (seconds == 0) seconds = walk.length_s() > 0 ? walk.length_s() : 10;
-
-  auto file = BakeFile::open(level, mix.access());
+  auto file = read_inputs(request, mix, output);
   if (!file.ok()) return fail(file.error());
-  if (const auto read = output_words.read_head(options.output, inputs); !read.ok())
-    return fail(read.error());
-  if (const auto read = mix.read_script(options, file->signal_count(), inputs); !read.ok())
-    return fail(read.error());
-  if (const auto target = OutputTarget::find(output, inputs); !target.ok())
-    return fail(target.error());
-  if (!options.script)
+  if (!request.options.script)
     if (const auto warning = audibility_warning(
-            *file, walk, {.seconds = seconds, .with_occlusion = options.visibility}))
+            *file, request.walk,
+            {.seconds = request.seconds, .with_occlusion = request.options.visibility}))
       fmt::print(err, "warning: {}\n", *warning);
-  options.wait_for_pages = true;
-  const Interrupt interrupt;
-  const Error stopped("stopped; nothing was written. Run the same command again.");
-  std::optional<StopDeadline> deadline("clamor render: " + stopped.message);
-  options.stop = &Interrupt::requested();
-  auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
-  if (!auralizer.ok()) return fail(auralizer.error().in(level));
-  auto wav =
-      WavWriter::create(output, shape->channels(), kSampleRate_hz, *samples, shape->speakers());
-  if (!wav.ok()) return fail(wav.error());
-
-  Progress progress(err, "  rendering");
-  const auto frames = static_cast<std::uint64_t>(std::llround(seconds * kSampleRate_hz));
-  const auto channels = static_cast<std::size_t>(shape->channels());
-  std::uint64_t done = 0;
-  double energy = 0, peak = 0;
-  const auto take = [&](std::span<const float> block) {
-    for (const float sample : block) {
-      energy += static_cast<double>(sample) * sample;
-      peak = std::max(peak, static_cast<double>(std::abs(sample)));
-    }
-    done += block.size() / channels;
-    const double rate = static_cast<double>(done) / kSampleRate_hz / progress.seconds();
-    progress.update(static_cast<double>(done) / static_cast<double>(frames),
-                    fmt::format("{:.1f} x real time", rate));
-    if (const auto whole = all_was_read(**auralizer); !whole.ok()) return whole;
-    return wav->write(block);
-  };
-  const auto rendered = render(**auralizer, walk, frames, take, options.stop);
-  if (Interrupt::requested()) return fail(stopped);
-  deadline.reset();
-  if (!rendered.ok()) return fail(rendered.error());
-  if (const auto finished = wav->finish(); !finished.ok()) return fail(finished.error());
-
-  const AuralizerStatistics statistics = (*auralizer)->statistics();
-  const double elapsed_s = std::max(progress.seconds(), 1e-6);
-  fmt::print(
-      err,
-      "wrote {}: {:.2f} s, {} voices, peak {:.1f} dBFS, RMS {:.1f} dBFS, {:.1f} times faster "
-      "than real time\n",
-      output, seconds, statistics.voices, decibels(peak),
-      decibels(std::sqrt(energy / static_cast<double>(frames * channels))), seconds / elapsed_s);
-  if (const std::string note = output_words.default_output_note(); !note.empty())
-    fmt::print(err, "{}\n", note);
-  if (statistics.clipped_frames > 0)
-    fmt::print(err, "warning: {} frames go beyond full scale; --gain {:.0f}dB would not clip\n",
-               statistics.clipped_frames,
-               std::floor(decibels(options.gain) - decibels(peak) - 0.1));
-  if (statistics.limited.frames > 0)
-    fmt::print(err, "the limiter worked on {:.1f} % of the frames, by up to {:.1f} dB\n",
-               100 * static_cast<double>(statistics.limited.frames) / static_cast<double>(frames),
-               -decibels(static_cast<double>(statistics.limited.min_gain)));
-  if (statistics.bad_voices > 0)
-    fmt::print(err, "warning: {} voices were silenced because a number in them was not finite\n",
-               statistics.bad_voices);
+  if (const auto rendered =
+          render_to_file(request, std::move(*file), output.default_output_note(), err);
+      !rendered.ok())
+    return fail(rendered.error());
   return kSuccess;
 }
 

@@ -11,27 +11,28 @@ StrategyArguments::StrategyArguments(Arguments& parser, const std::string& usual
     if (*info.section != '\0')
       names += fmt::format("{}{} ({})", names.empty() ? "" : ", ", info.name, info.section);
   parser.option("--strategy", strategy_,
-                "how sources are chosen: priority; all, without sampling; or one of the paper's, "
-                "with its section: " +
+                "how sources are chosen: priority; all (no sampling); or one of the paper's "
+                "strategies, with its section: " +
                     names);
-  parser.option("--voices", voices_, {1, kMaxVoices}, "how many are chosen");
-  parser.option("--estimator", estimator_,
-                "what is right on average: power; or amplitude, as in the paper, which is too loud "
-                "with few voices");
-  parser.option("--strategy-seed", tuning_.seed,
-                "of the paper's strategies; same seed, same sound");
-  parser.option("--redraw", tuning_.redraw_s, "full-resampling: seconds from sample to sample");
+  parser.option("--voices", voices_, {1, kMaxVoices}, "number of sources to choose (k)");
+  parser.option(
+      "--estimator", estimator_,
+      "which sum is unbiased: power; or amplitude, as in the paper, which is too loud with "
+      "few voices");
+  parser.option("--strategy-seed", tuning_.seed, "seed of the paper's strategies");
+  parser.option("--redraw", tuning_.redraw_s, "full-resampling: seconds between samples");
   parser.option("--exchange", tuning_.exchange_per_s,
                 "stochastic-diffusion: share of the sample exchanged per second (q)");
-  parser.option("--epsilon", tuning_.epsilon,
-                "adaptive-diffusion: change of weight that exchanges a source (factor)");
+  parser.option(
+      "--epsilon", tuning_.epsilon,
+      "adaptive-diffusion: change of weight, as a factor, at which a source is exchanged");
   parser.option("--candidates", tuning_.candidates_per_voice,
-                "octree-diffusion: how many per voice the octree gives");
+                "octree-diffusion: candidates per voice that the octree returns");
 }
 
 Result<StrategyOptions> StrategyArguments::read() const {
   if (estimator_ != "power" && estimator_ != "amplitude")
-    return Error("--estimator is power or amplitude, not " + in_quotes(estimator_) + ".");
+    return Error("--estimator must be power or amplitude, not " + in_quotes(estimator_) + ".");
   const StrategyOptions options{strategy_, static_cast<std::size_t>(voices_),
                                 estimator_ == "power" ? Estimator::kPower : Estimator::kAmplitude,
                                 tuning_};

@@ -1,7 +1,7 @@
 // experiment_convergence.cpp: loudness and waveform error against k, and the time a keyframe takes.
 //
-// Nothing is rendered here: sounds are taken to be incoherent, so that powers add, and each drawing
-// is one number. With A_i the amplitude of source i and S_i the factor it gets (0 if not chosen),
+// Nothing is rendered: sounds are assumed to be incoherent, so powers add, and each sample gives
+// one number. With A_i the amplitude of source i and S_i its factor (0 if not chosen),
 //
 //   loudness   sum S_i^2 A_i^2 / sum A_i^2
 //   L2         |X - f| / |f| = sqrt(sum (S_i - 1)^2 A_i^2 / sum A_i^2)
@@ -20,9 +20,9 @@ namespace clamor {
 namespace {
 
 struct Outcome {
-  double loudness_db = 0;   // of the mean power
-  double deviation_db = 0;  // over the drawings
-  double beyond_95_db = 0;  // 95 % of the drawings are no farther off
+  double loudness_db = 0;   // of the mean power, relative to all sources
+  double deviation_db = 0;  // standard deviation over the seeds
+  double beyond_95_db = 0;  // 95th percentile of the absolute error
   double l2 = 0, renormalised_l2 = 0;
 };
 
@@ -63,12 +63,12 @@ Outcome drawn(const ExperimentScene& scene, const std::string& strategy, std::si
   return outcome;
 }
 
-// Milliseconds that sample() takes for a listener who walks, the middle one of a second of them.
+// Median CPU time of sample() for a walking listener, over one second of keyframes.
 double sample_ms(Sampler& sampler, const Vec3& place) {
   std::vector<double> took_ms;
   for (int keyframe = 0; keyframe < 25; ++keyframe) {
     const Vec3 here = place + Vec3(0.03 * keyframe, 0, 0.01 * keyframe);
-    const std::clock_t start = std::clock();  // of the processor: others may be busy, too
+    const std::clock_t start = std::clock();  // CPU time, as other programs may run
     sampler.sample(here);
     if (keyframe > 0)
       took_ms.push_back(1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
@@ -77,7 +77,7 @@ double sample_ms(Sampler& sampler, const Vec3& place) {
   return took_ms[12];
 }
 
-// The rows of one estimator, without priority's.
+// Rows of one estimator, without the priority strategy.
 ReportTable of_paper(const ReportTable& table, const std::string& estimator) {
   ReportTable rows = table;
   std::erase_if(rows.rows, [&](const auto& row) {
@@ -102,7 +102,7 @@ std::string error_in_words(const ReportTable& table) {
   return text + fmt::format("Priority's error is {}.", range_text(ours, 2));
 }
 
-// How the time changes from the fewest sources to the most.
+// Says how the time grows from the fewest sources to the most.
 std::string growth_in_words(const std::vector<Chart::Series>& by_n) {
   if (by_n.empty() || by_n[0].points.size() < 2) return "";
   std::vector<std::string> parts;
@@ -129,7 +129,7 @@ void loudness_and_error(const ExperimentScene& scene, const Vec3& place, bool qu
                  .x_label = "k, sources mixed",
                  .y_label = "mean loudness error (dB)",
                  .log_x = true};
-  Chart spread{.title = "Spread of loudness over drawings, power estimator",
+  Chart spread{.title = "Spread of loudness over seeds, power estimator",
                .x_label = "k, sources mixed",
                .y_label = "standard deviation (dB)",
                .log_x = true,
@@ -162,7 +162,7 @@ void loudness_and_error(const ExperimentScene& scene, const Vec3& place, bool qu
                               outcome.deviation_db, outcome.beyond_95_db, outcome.l2,
                               outcome.renormalised_l2});
         of_loudness.points.emplace_back(x, outcome.loudness_db);
-        // Less is rounding.
+        // Smaller values are rounding errors.
         if (outcome.deviation_db > 1e-6) of_spread.points.emplace_back(x, outcome.deviation_db);
         of_error.points.emplace_back(x, outcome.l2);
       }
@@ -197,10 +197,10 @@ void loudness_and_error(const ExperimentScene& scene, const Vec3& place, bool qu
                       effective, scene.size()));
   report.chart(loudness,
                fmt::format("Paper's strategies with --estimator amplitude, priority with power; "
-                           "mean power of {} drawings each, sounds taken as incoherent.",
+                           "mean power of {} seeds each, for incoherent sounds.",
                            seeds));
   report.chart(spread,
-               "How far single drawings scatter with --estimator power. Dashed: the bound for "
+               "Scatter of single samples with --estimator power. Dashed: the bound for "
                "priority sampling (Duffield, Lund, Thorup 2007)." +
                    (unscattered.empty() ? std::string()
                                         : " Left out, because they scatter by less than 1e-6 dB: " +
@@ -280,7 +280,7 @@ Result<void> time_per_keyframe(const ExperimentOptions& options, const Vec3& pla
       "sampling alone takes time in proportion to n at every keyframe (3.5).",
       growth_in_words(by_n) +
           "Priority is timed here on a list in memory; what plays walks the octree of the file, "
-          "whose times are in tests/benchmarks/query_benchmark.cpp. Surfaces hide nothing here.");
+          "whose times are in tests/benchmarks/query_benchmark.cpp. Occlusion is off here.");
   report.charts({over_n, over_k}, 1, "Median of 24 keyframes, 1.6 m/s. Times are this machine's.");
   report.table(std::move(table));
   return {};
@@ -321,8 +321,8 @@ Result<ReportPage> convergence_experiment(const ExperimentOptions& options, std:
   const Vec3 place = options.listener_m.value_or((*scene)->default_listener_m());
   const int seeds = options.quick ? 10 : options.seeds;
   ReportPage report(
-      "convergence", "Convergence: how much is lost with k of n sources",
-      fmt::format("The bake {}: {} sources; listener at {:.1f}, {:.1f}, {:.1f} m; {} drawings each",
+      "convergence", "Convergence: error of k of n sources",
+      fmt::format("The bake {}: {} sources; listener at {:.1f}, {:.1f}, {:.1f} m; {} seeds each",
                   options.level, (*scene)->size(), place.x, place.y, place.z, seeds));
   loudness_and_error(**scene, place, options.quick, seeds, report, err);
   if (const auto timed = time_per_keyframe(options, place, report, err); !timed.ok())

@@ -1,21 +1,20 @@
-// experiment_motion.cpp: walking, running and flying, heard: clicks and loudness against all
-// sources, and what each keyframe takes.
+// experiment_motion.cpp: walking, running and flying: clicks and loudness against all sources, and
+// the time of each keyframe.
 //
-// The listener goes round and round in the level, on a path that crosses itself, as long as asked
-// for, and is played to as by `clamor play`: from the file, with all that hides sources. All of
-// that is searched for clicks; where one is found, all sources are mixed around it, to see whether
-// they have it too.
+// The listener moves along a closed path through the level and hears what `clamor play` plays: from
+// the file, with occlusion. The whole sound is searched for clicks; around each click, all sources
+// are mixed to see whether they have it, too.
 //
-// All sources cannot be mixed for ten minutes in any sensible time (2000 times as many seconds as
-// sources, in millions). Loudness is compared in readings of 400 ms spread evenly over the way,
-// each from a track that begins shortly before it (motion_scene.h), in a free field. Three
-// differences:
+// Mixing all sources for ten minutes would take too long (2000 seconds per second and million
+// sources). Loudness is compared in readings of 400 ms spread evenly over the path, each from a
+// track that begins shortly before it (motion_scene.h), in a free field. Three differences are
+// reported:
 //
-//   heard   of what is mixed. Copies of one sound interfere, and which way is chance.
-//   chance  the same of all sources with other signs of reflections, which a bake draws at random,
-//           and other delays of emitters that have random ones: as exact as the first.
-//   power   of the sums of powers of both, as the keyframes have them, faded and glided: what
-//           sampling is answerable for, without interference.
+//   heard   the mixed sound against that of all sources, with their random interference
+//   chance  all sources with other polarities and other random emitter delays, which are equally
+//           exact, against all sources
+//   power   the sum of the powers in the keyframes, against that of all sources: the error of
+//           sampling alone, without interference
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -39,7 +38,8 @@ namespace {
 constexpr double kLateKeyframe_ms = 100, kLoudnessGoal_lu = 0.5;
 constexpr std::size_t kChunk_frames = 10 * kSampleRate_hz;
 constexpr std::size_t kReadingKeyframes = 20;  // 400 ms
-constexpr double kHeardFromPeak = 1e-4;        // of a click
+constexpr double kHeardFromPeak =
+    1e-4;  // smallest audible residual of a click, relative to the peak
 constexpr std::uint64_t kRoll = 7;
 
 struct FoundClick {
@@ -49,13 +49,13 @@ struct FoundClick {
 
 struct Played {
   std::vector<FoundClick> clicks;
-  std::vector<double> times_ms;  // of keyframes
+  std::vector<double> times_ms;  // CPU time of each keyframe
   std::size_t held = 0, late = 0;
   std::uint64_t late_sources = 0;
 };
 
-// When each keyframe is there, were the thread alone on its core: they are made as soon as there is
-// room for them, a few ahead of the one that is needed at the beginning of its segment.
+// When each keyframe would be ready on a core of its own: keyframes are made as soon as the queue
+// has room, a few ahead of the one that is needed at the beginning of its segment.
 class Punctuality {
  public:
   void made(std::size_t keyframe, double took_ms) {
@@ -92,7 +92,7 @@ Played play(Auralizer& auralizer, const Way& way, double speed_mps, double secon
   for (std::size_t b = 1; b <= blocks; ++b) {
     while (auralizer.wants_keyframe()) {
       auralizer.make_keyframe(way.at(speed_mps * auralizer.next_keyframe_time_s()));
-      if (made++ == 0) continue;  // before anything is heard
+      if (made++ == 0) continue;  // made before playback starts
       played.times_ms.push_back(auralizer.statistics().sampler_ms);
       punctuality.made(made - 1, played.times_ms.back());
       played.held += punctuality.late_ms() > 0;
@@ -108,11 +108,11 @@ Played play(Auralizer& auralizer, const Way& way, double speed_mps, double secon
   return played;
 }
 
-// Those that all sources do not have, mixed around each: from a multiple of the detector's steps
-// and of keyframes before it, so that it is looked at in the same frames as in its chunk.
+// Counts the clicks that are not in the mix of all sources. That mix begins at a common multiple of
+// the detector's hop and of keyframes, so that the detector sees the same frames.
 std::size_t clicks_beyond_all(const Played& played, const MotionScene& scene, const Way& way,
                               double speed_mps) {
-  constexpr double kGrid_s = 0.32;  // 15 detector's steps of 1024 frames, 16 keyframes of 960
+  constexpr double kGrid_s = 0.32;  // 15 hops of 1024 frames, 16 keyframes of 960
   constexpr double kChunk_s = static_cast<double>(kChunk_frames) / kSampleRate_hz;
   std::size_t beyond = 0;
   for (const FoundClick& click : played.clicks) {
@@ -132,7 +132,7 @@ std::size_t clicks_beyond_all(const Played& played, const MotionScene& scene, co
 
 struct Differences {
   std::vector<double> heard_lu, chance_lu, power_lu;
-  std::vector<double> few_lu, many_lu;  // heard, with a quarter of the voices and with four times
+  std::vector<double> few_lu, many_lu;  // heard, with a quarter and with four times the voices
 };
 
 double power_lu(const Stretch& a, const Stretch& b) {
@@ -170,7 +170,7 @@ Differences differences(const MotionScene& scene, const MotionScene& rolled, con
 
 double worst(const std::vector<double>& values) { return quantile(values, 1); }
 
-// What the readings tell, in words.
+// Describes the readings.
 std::string said_of(const Differences& all) {
   if (all.heard_lu.empty()) return "In no reading was anything loud enough to be compared.";
   const double power_lu = worst(all.power_lu), heard_lu = quantile(all.heard_lu, 0.95),
@@ -193,13 +193,6 @@ std::string said_of(const Differences& all) {
 
 }  // namespace
 
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
-  return values[at];
-}
-
 Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostream& err) {
   const auto opened = ExperimentScene::open(options.level, options.quick ? kQuickSources : 0);
   if (!opened.ok()) return opened.error();
@@ -216,18 +209,18 @@ Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostr
       options.quick ? std::max<std::size_t>(1, input.sources.size() / 4) : input.sources.size();
   const std::size_t k = std::min(static_cast<std::size_t>(options.voices), most);
   ReportPage report(
-      "motion", "Walking, running, flying: what is heard of it",
+      "motion", "Walking, running and flying",
       fmt::format(
           "The bake {}: {} sources, k = {}; {:.0f} s at each speed round {:.1f}, {:.1f}, {:.1f} m; "
           "{} readings of 400 ms of each against all sources",
           options.level, input.sources.size(), k, seconds, start.x, start.y, start.z, readings));
-  ReportTable clicks{"clicks", "Clicks, in all of the time", {}, {}};
+  ReportTable clicks{"clicks", "Clicks over the whole time", {}, {}};
   clicks.columns = {"speed_mps", "seconds", "clicks", "clicks_beyond_all"};
   ReportTable loudness{"loudness", "Momentary loudness against all sources", {}, {}};
   loudness.columns = {"speed_mps",       "readings",        "heard_95_lu", "heard_worst_lu",
                       "chance_95_lu",    "chance_worst_lu", "power_95_lu", "power_worst_lu",
                       "quarter_k_95_lu", "four_k_95_lu"};
-  ReportTable times{"keyframes", "Keyframes, with what hides sources", {}, {}};
+  ReportTable times{"keyframes", "Keyframes, with occlusion", {}, {}};
   times.columns = {"speed_mps", "keyframes", "median_ms",         "p99_ms",
                    "worst_ms",  "held",      "later_than_100_ms", "sources_late_for_want_of_rays"};
   Chart chart{.title = "Difference of momentary loudness from all sources",
@@ -239,7 +232,7 @@ Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostr
     err << fmt::format("  {} m/s", speed_mps) << std::endl;
     AuralizerOptions player;
     player.voices = static_cast<int>(k);
-    // A voice whose sound is decoded late begins late, which is no matter of motion.
+    // Late decoding delays voices, which has nothing to do with motion: wait for it.
     player.first_sounds_s = 60;
     player.sampler_clock.now_s = [](void*) noexcept { return thread_time_s(); };
     const auto auralizer = Auralizer::create(baked, player);
@@ -266,9 +259,9 @@ Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostr
       (all.*part).insert((all.*part).end(), (now.*part).begin(), (now.*part).end());
   }
   int colour = 0;
-  for (const auto& [name, values] :
-       {std::pair("heard", &all.heard_lu), std::pair("chance: all, other signs", &all.chance_lu),
-        std::pair("power", &all.power_lu)}) {
+  for (const auto& [name, values] : {std::pair("heard", &all.heard_lu),
+                                     std::pair("chance: all, other polarities", &all.chance_lu),
+                                     std::pair("power", &all.power_lu)}) {
     Chart::Series& series =
         chart.series.emplace_back(Chart::Series{.name = name, .colour = colour++});
     for (int percent = 0; percent <= 100; percent += 2)
@@ -283,12 +276,13 @@ Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostr
                   beyond, late, kLateKeyframe_ms, said_of(all)));
   report.chart(chart,
                "Readings of 400 ms spread over the way, BS.1770, in a free field, at all speeds; "
-               "chance is what all sources with other random signs are off.");
+               "chance is the difference of all sources with other random polarities.");
   report.table(std::move(clicks));
   report.table(std::move(loudness));
   report.paragraph(
-      "Keyframes are timed by the thread's own clock, as if it had a core to itself. One is held "
-      "for where it comes after it is needed, those before it included.");
+      "Keyframes are timed by the thread's CPU time, as if it had a core to itself. A block is "
+      "held "
+      "when its keyframe is not ready in time, including the delay of those before it.");
   report.table(std::move(times));
   report.table(std::move(*against));
   return report;

@@ -1,5 +1,5 @@
-// experiment_motion_times.cpp: what a keyframe takes against how many sources there are, how many
-// are chosen and what share is hidden; directivity is the bake's.
+// experiment_motion_times.cpp: time per keyframe against the number of sources, k and the occluded
+// share; directivity is that of the bake.
 #include <cmath>
 #include <memory>
 #include <ostream>
@@ -26,8 +26,8 @@ std::unique_ptr<Auralizer> auralizer_of(const AuralizerInput& input, int voices,
   return made.ok() ? std::move(*made) : nullptr;
 }
 
-// What keyframes take on the way, one after the other; the first, which is made before anything is
-// heard, not counted.
+// CPU time of the keyframes along the path, without the first, which is made before playback
+// starts.
 std::vector<double> times_ms(Auralizer& auralizer, const Way& way, double seconds) {
   std::vector<double> times;
   std::vector<float> block(kEars * kKeyframeFrames);
@@ -42,13 +42,13 @@ std::vector<double> times_ms(Auralizer& auralizer, const Way& way, double second
   return times;
 }
 
-// Of the sources that would be chosen in a free field, the share that is hidden.
+// Occluded share of the sources that would be chosen in a free field.
 double occluded_share(const ExperimentScene& scene, const OcclusionGeometry& surfaces,
                       std::size_t k, const Vec3& place) {
   SeededSampler sampler = scene.sampler("priority", k, Estimator::kPower, 1);
   std::size_t hidden = 0, all = 0;
   for (const SampledSource& chosen : sampler.sample(place)) {
-    if (all++ % 8 != 0) continue;  // a part of them tells
+    if (all++ % 8 != 0) continue;  // a sample is enough
     hidden += fine_visibility(surfaces, scene.field().speed_of_sound_mps(), *chosen.source,
                               place) == Bands{};
   }
@@ -72,7 +72,7 @@ Result<ReportTable> keyframe_times(const ExperimentOptions& options, std::ostrea
     for (const int k : {150, 2000, 20'000}) {
       if (static_cast<std::size_t>(k) >= (*scene)->size()) continue;
       for (int place = 0; place < 3; ++place) {
-        // Where one is usually, and behind more and more of what there is.
+        // The default position, then positions behind more and more geometry.
         const Way way((*scene)->input().sources, usual + 1.5 * place * Vec3(1, 0.2, 1));
         const double seconds = options.quick ? 0.3 : 4;
         const auto seeing = auralizer_of((*scene)->input(), k, true);

@@ -1,8 +1,9 @@
-// experiment_octave_bands.cpp: bands as sources of their own, as in the paper, or all in one.
+// experiment_octave_bands.cpp: sampling each octave band of a source separately, as in the paper,
+// or all bands together.
 //
 // The paper splits the violin into eight octave bands and treats each "as different input sound
-// sources": k samples are k pairs of a source and a band. Here a source is chosen once for all of
-// its bands. Powers only; each drawing gives eight band levels.
+// sources": k samples are k pairs of a source and a band. Clamor chooses a source once for all its
+// bands. Only powers are computed; each sample gives eight band levels.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -63,7 +64,7 @@ Result<ReportPage> octave_bands_experiment(const ExperimentOptions& options, std
   const auto& sources = (*scene)->input().sources;
   const auto seeds = static_cast<std::size_t>(options.quick ? 10 : options.seeds);
 
-  // What each band of each source gives, and what it weighs.
+  // Power and weight of each band of each source.
   const Bands loudness = loudness_weights();
   std::vector<double> weights;
   std::vector<Bands> powers;

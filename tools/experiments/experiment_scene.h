@@ -1,6 +1,6 @@
-// experiment_scene.h: a bake in memory, to be sampled and rendered over and over with other seeds.
+// experiment_scene.h: a bake in memory, to be sampled and rendered repeatedly with different seeds.
 //
-// Immutable once made; any thread may use it.
+// Threads: immutable after construction; any thread may use it.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@
 
 namespace clamor {
 
-// A sampler, and the list that it samples from.
+// A sampler and the list that it samples from.
 struct SeededSampler {
   std::shared_ptr<SourceList> list;
   std::unique_ptr<Sampler> sampler;
@@ -34,35 +34,35 @@ class ExperimentScene {
  public:
   explicit ExperimentScene(AuralizerInput input);
 
-  // The whole bake; or, of one with more sources, every so-manieth such that about `most` are left
-  // (0: all), at their own loudness. The Error is the file's.
+  // Opens a bake. If it has more than `most` sources (0: no limit), keeps every n-th of them, at
+  // unchanged power, so that about `most` remain.
   static Result<std::unique_ptr<ExperimentScene>> open(const std::string& path, std::size_t most);
 
   const AuralizerInput& input() const { return input_; }
   const RadiationModel& field() const { return field_; }
   std::size_t size() const { return input_.sources.size(); }
 
-  // The paper's strategies draw by `seed`; for priority, 1 means the numbers u of the bake, and any
-  // other seed new ones.
+  // The paper's strategies use `seed`. For priority, seed 1 keeps the numbers u of the bake, and
+  // any other seed draws new ones.
   SeededSampler sampler(const std::string& strategy, std::size_t voices, Estimator estimator,
                         std::uint64_t seed) const;
 
-  // Loudness-weighted power of each source at a place: what the sampler calls its weight.
+  // Weight of each source at a place: its loudness-weighted received power.
   std::vector<double> powers(const Vec3& place) const;
   double power(const Source& source, const Vec3& place) const {
     return weight(field_, weights_.by_signal[field_.signal(source)], source, place);
   }
 
-  // Mean square of what a source plays, per band.
+  // Mean square of the signal of a source, per band.
   const Bands& mean_square(const Source& source) const {
     return signals_[field_.signal(source)].mean_square();
   }
 
-  // What both ears hear; `phases` other than 0 start the emitters' loops at other moments, within
-  // the span of delays that they have.
+  // Renders both ears. `phases` other than 0 draws other start times for the emitters' loops,
+  // within the range of their delays.
   Sound render(Sampler& sampler, const Walk& walk, double seconds, std::uint64_t phases = 0) const;
 
-  // A place to listen at that suits most scenes: amid many emitters, 4 m before a single one.
+  // Default listener position: amid many emitters, or 4 m in front of a single one.
   Vec3 default_listener_m() const;
 
  private:
@@ -73,18 +73,18 @@ class ExperimentScene {
   std::shared_ptr<SourceList> list_;
 };
 
-// The level that a bake file was made of, to be baked again with other materials.
+// The level of a bake file, to be baked again with other materials.
 class BakedLevel {
  public:
   static Result<BakedLevel> open(const std::string& path);
 
-  // All surfaces reflect by Phong lobes of these exponents, without scattering; 0 is diffuse.
+  // Gives all surfaces Phong lobes of these exponents without scattering; 0 is diffuse.
   void set_phong(const Bands& exponents);
 
-  // All emitters play a single impulse, once.
+  // Makes all emitters play a single impulse.
   void set_impulse();
 
-  // Keeping about so many reflections. The same bytes each time.
+  // Bakes with about that many secondary sources. Deterministic.
   Result<std::unique_ptr<ExperimentScene>> rebake(std::uint64_t sources) const;
 
  private:
@@ -92,10 +92,10 @@ class BakedLevel {
   BakeSettings settings_;
 };
 
-// Calls work(0 ... count - 1) on all cores, in no order.
+// Calls work(0 ... count - 1) on all cores, in any order.
 void for_each_index(std::size_t count, const std::function<void(std::size_t)>& work);
 
-// Of both ears.
+// Sums over both ears.
 double energy(const Sound& sound);
 double inner_product(const Sound& a, const Sound& b);
 

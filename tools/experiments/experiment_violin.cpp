@@ -1,4 +1,4 @@
-// experiment_violin.cpp: the paper's figure 6: impulse responses of k of the sources of a room.
+// experiment_violin.cpp: the paper's figure 6: impulse responses of a room from k of its sources.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 constexpr double kShown_s = 0.4;  // the paper's time axis
 constexpr double kJudged_s = 0.3, kStep_s = 0.005;
 
-// `slower` stretches time, as a slower speed of sound does.
+// Renders an impulse response. `slower` stretches time, as a slower speed of sound does.
 std::vector<Arrival> arrivals(const ExperimentScene& scene, std::span<const SampledSource> sample,
                               const Vec3& place, double slower = 1) {
   auto arrivals = arrivals_of(sample, scene.field(), scene.input().emitters, place);
@@ -26,8 +26,7 @@ std::vector<Arrival> arrivals(const ExperimentScene& scene, std::span<const Samp
   return arrivals;
 }
 
-// Energy in steps of 5 ms from the direct sound on; of an impulse, whose bands are as wide as they
-// are.
+// Energy in steps of 5 ms from the direct sound on, for an impulse: each band counts by its width.
 std::vector<double> steps_of(const std::vector<Arrival>& arrivals, double first_s,
                              const Bands& mean_square) {
   std::vector<double> steps(static_cast<std::size_t>(std::lround(kJudged_s / kStep_s)));
@@ -41,7 +40,7 @@ std::vector<double> steps_of(const std::vector<Arrival>& arrivals, double first_
   return steps;
 }
 
-// The same, weighed by how much energy a step has: what is heard of it.
+// The error weighted by the energy of each step.
 double weighed_rms_db(const std::vector<double>& steps, const std::vector<double>& all) {
   double squares = 0, whole = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -53,7 +52,7 @@ double weighed_rms_db(const std::vector<double>& steps, const std::vector<double
   return std::sqrt(squares / whole);
 }
 
-// Root of the mean square, in dB. A step that is empty counts as 20 dB off.
+// Root mean square error in dB. An empty step counts as 20 dB.
 double rms_db(const std::vector<double>& steps, const std::vector<double>& all) {
   double squares = 0;
   int counted = 0;
@@ -66,7 +65,7 @@ double rms_db(const std::vector<double>& steps, const std::vector<double>& all) 
   return std::sqrt(squares / std::max(counted, 1));
 }
 
-// Highest and lowest sample of each pixel.
+// Highest and lowest sample per pixel.
 Chart picture(const std::string& title, const std::vector<Arrival>& arrivals) {
   const auto frames = static_cast<std::size_t>(kShown_s * kSampleRate_hz);
   const std::vector<float> response = impulse_response(arrivals, frames);
@@ -85,7 +84,7 @@ Chart picture(const std::string& title, const std::vector<Arrival>& arrivals) {
     const auto to = response.begin() + static_cast<std::ptrdiff_t>(frames * (p + 1) / kPixels);
     const auto [low, high] = std::minmax_element(from, to);
     const double ms = 1e3 * kShown_s * static_cast<double>(p) / kPixels;
-    // Four times the scale: the direct sound is cut, and what follows can be seen.
+    // Magnified four times: the direct sound is clipped, and the reverberation is visible.
     series.points.emplace_back(ms, std::clamp(4 * *high / peak, -1.0f, 1.0f));
     series.points.emplace_back(ms, std::clamp(4 * *low / peak, -1.0f, 1.0f));
   }
@@ -183,7 +182,7 @@ Result<ReportPage> violin_experiment(const ExperimentOptions& options, std::ostr
           const auto steps = steps_of(some, first_s, band_power);
           const double sum = std::accumulate(steps.begin(), steps.end(), 0.0);
           power += sum / whole / kSeeds;
-          // As the paper does: brought to the same level.
+          // Normalised to the same level, as in the paper.
           std::vector<double> alike = steps;
           if (estimator == Estimator::kAmplitude)
             for (double& step : alike) step *= whole / sum;

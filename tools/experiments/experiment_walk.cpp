@@ -1,7 +1,7 @@
-// experiment_walk.cpp: a listener walks; what is exchanged per metre, and how loud is it meanwhile?
+// experiment_walk.cpp: share of the sample exchanged per metre of a walk, and loudness meanwhile.
 //
-// Powers only, nothing is rendered. A source counts as exchanged when it is in the sample of a
-// keyframe and was not in the last.
+// Only powers are computed. A source counts as exchanged when it is in the sample of a keyframe and
+// was not in the previous one.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -19,19 +19,19 @@ namespace {
 
 struct Walked {
   double exchanged_per_m = 0, exchanged_per_s = 0;  // shares of the sample
-  double due_per_m = 0;  // by how many factors epsilon the weight of a chosen source changes
+  double due_per_m = 0;  // weight changes of a chosen source, in factors of epsilon
   std::vector<std::pair<double, double>> loudness_error_db;  // over metres
   double rms_db = 0, worst_db = 0;
 };
 
-// By how many factors epsilon it has changed, up or down; to or from nothing counts as one.
+// Change of a weight in factors of epsilon, up or down; a change to or from zero counts as one.
 double factors_between(double before, double now) {
   static const double kEpsilon_nepers = std::log(StrategyTuning{}.epsilon);
   if (before == now) return 0;
   return before > 0 && now > 0 ? std::abs(std::log(now / before)) / kEpsilon_nepers : 1;
 }
 
-// `powers_at` keyframes are shared by all strategies: they cost most.
+// `powers_at` is shared by all strategies, because it is the most expensive part.
 Walked walked(const ExperimentScene& scene, const std::string& strategy, std::size_t k,
               const std::vector<Vec3>& places, const std::vector<std::vector<double>>& powers) {
   SeededSampler sampler = scene.sampler(strategy, k, Estimator::kPower, 1);
@@ -121,8 +121,7 @@ Result<ReportPage> walk_experiment(const ExperimentOptions& options, std::ostrea
   for (const double speed_mps : {1.5, 5.0, 30.0}) {
     err << fmt::format("  {} m/s", speed_mps) << std::endl;
     std::vector<Vec3> places;
-    // A circle that leads back to where it starts, so that nobody flies out of the level: at 30
-    // m/s, several times round.
+    // A circle, so that the listener stays inside the level: several rounds at 30 m/s.
     const double radius_m = 1.5 * 5 / 2 / 3.14159;
     for (std::size_t i = 0; i < keyframes; ++i) {
       const double angle = speed_mps * kKeyframe_s * static_cast<double>(i) / radius_m;

@@ -132,7 +132,7 @@ void MotionTrack::next(Sound& sound, std::vector<double>& powers) {
 Stretch render_segment(const MotionScene& scene, const Way& way, double speed_mps,
                        const std::string& strategy, std::size_t voices,
                        std::uint64_t first_keyframe, std::size_t keyframes) {
-  // All of them need to know only how fast they slide: two keyframes.
+  // Voices of all sources need only the slopes of their delays: two keyframes.
   const std::uint64_t lead = std::min<std::uint64_t>(first_keyframe, strategy == "all" ? 3 : 10);
   MotionTrack track(scene, way, speed_mps, strategy, voices, first_keyframe - lead);
   Stretch stretch{{{{}, {}}, kSampleRate_hz}, {}};

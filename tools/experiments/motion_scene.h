@@ -1,11 +1,10 @@
-// motion_scene.h: a listener who goes round and round in a level, and what is heard of it from any
-// moment on.
+// motion_scene.h: renders a listener who moves through a level, from any moment on.
 //
-// A track is what the player does, without its threads: a sample, a keyframe and 20 ms of sound at
-// a time. What all sources give from some moment on does not depend on what was before, so they
-// need not be mixed all the way to be compared with: a track may begin anywhere.
+// A track does what the player does, without its threads: a sample, a keyframe and 20 ms of sound
+// at a time. The sound of all sources does not depend on the past, so a track may begin anywhere,
+// and comparing with all sources does not require mixing the whole path.
 //
-// Signals play for as long as one goes: all of them are loops here.
+// All signals are played as loops.
 #pragma once
 
 #include <cstdint>
@@ -24,12 +23,13 @@
 
 namespace clamor {
 
-// Two circles of different periods, within the middle of where sources are.
+// A path of two superposed circles of different periods, around the middle of the sources.
 class Way {
  public:
   Way(const std::vector<Source>& sources, const Vec3& start);
 
-  // Along it at a steady speed, nearly: the large circle's.
+  // Position after a distance along the path. The speed is nearly constant: that of the large
+  // circle.
   Listener at(double way_m) const;
 
  private:
@@ -37,8 +37,8 @@ class Way {
   double large_m_ = 1, small_m_ = 1;
 };
 
-// A level that one can walk through. With a `roll` other than 0 reflections have other signs and
-// emitters other delays, within the span of those that they have: as exact, but for chance.
+// A level to move through. A `roll` other than 0 draws other polarities of secondary sources and
+// other emitter delays within their range: an equally exact scene with other interference.
 class MotionScene {
  public:
   explicit MotionScene(AuralizerInput input, std::uint64_t roll = 0);
@@ -49,21 +49,21 @@ class MotionScene {
   const RadiationModel& field() const { return field_; }
   const std::vector<PreparedSignal>& signals() const { return signals_; }
 
-  // What all voices of a keyframe add up to on average over all phases, weighed as loudness is,
-  // with what each plays at that time. Interference is not in it.
+  // Loudness-weighted power of all voices of a keyframe at that time, averaged over phases, so
+  // without interference.
   double power(const Keyframe& keyframe, double time_s) const;
 
  private:
   AuralizerInput input_;
   std::vector<PreparedSignal> signals_;
   RadiationModel field_;
-  SignalWeights weights_;  // as the player weighs them
-  SignalWeights moments_;  // as they are
+  SignalWeights weights_;  // smoothed over time, as in the player
+  SignalWeights moments_;  // momentary
   std::shared_ptr<SourceList> list_;
 };
 
-// What is heard from a keyframe on, so many of them long, and each one's power: of a track that has
-// been under way for a while, so that all glides and fades have settled.
+// Sound of a number of keyframes from a given one on, and the power of each. The track starts
+// earlier, so that all ramps and fades have settled.
 struct Stretch {
   Sound sound;
   std::vector<double> powers;
@@ -74,11 +74,11 @@ Stretch render_segment(const MotionScene& scene, const Way& way, double speed_mp
 
 class MotionTrack {
  public:
-  // Begins at a keyframe. `scene` must outlive it.
+  // Begins at a keyframe. `scene` and `way` must outlive the track.
   MotionTrack(const MotionScene& scene, const Way& way, double speed_mps,
               const std::string& strategy, std::size_t voices, std::uint64_t first_keyframe = 0);
 
-  // What is heard until the next keyframe, appended, and that keyframe's power.
+  // Appends the sound up to the next keyframe and that keyframe's power.
   void next(Sound& sound, std::vector<double>& powers);
 
  private:
@@ -93,7 +93,7 @@ class MotionTrack {
   KeyframeMaker maker_;
   Mixer mixer_;
   Keyframe keyframe_;
-  std::uint64_t number_;  // of the way; the maker counts from where the track begins
+  std::uint64_t number_;  // keyframe along the path; the maker counts from the start of the track
 };
 
 }  // namespace clamor

@@ -18,8 +18,8 @@ TEST(BakeSummary, TellsTheDecayTimeOfARoom) {
   ASSERT_TRUE(contents.ok());
   const DecaySummary& decay = contents->statistics.decay;
   EXPECT_EQ(decay.places, 4u);
-  // Exact for Lambertian walls without air, from the integral equation: 0.481 s. Air takes 0.3 % at
-  // 125 Hz; a place's T30 from 100 000 sources varies by 1 %.
+  // The integral equation gives 0.481 s for Lambertian walls without air. Air takes 0.3 % at 125
+  // Hz; T30 at one place from 100 000 sources varies by 1 %.
   EXPECT_NEAR(decay.t30_s[1] / 0.481, 1, 0.02);
 }
 
@@ -126,7 +126,7 @@ TEST(MaterialsCommand, ListsEveryPresetWithItsFiguresAndTheirSource) {
   EXPECT_EQ(testing::clamor({"materials", "--name", "velvet"}).out, "velvet -> curtain\n");
 }
 
-// The violin room with its emitter 40 m outside, baked with few photons.
+// Bakes the violin room with its emitter 40 m outside, with few photons.
 testing::Outcome bake_outside(const Folder& folder, const std::string& name,
                               std::vector<std::string> more) {
   more.insert(more.begin(),
@@ -178,17 +178,18 @@ TEST(BakeWarnings, AreErrorsWhenAskedForAndThenNothingIsWritten) {
   const Folder folder;
   const auto outcome = bake_outside(folder, "out.clamor", {"--strict", "--quiet"});
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_NE(outcome.err.find("1 warning above, which --strict takes for an error; nothing was"),
-            std::string::npos)
+  EXPECT_NE(
+      outcome.err.find("1 warning above, and --strict treats warnings as errors; nothing was"),
+      std::string::npos)
       << outcome.err;
   EXPECT_TRUE(folder.names().empty());
-  // One that is known only after the tracing.
+  // This warning is known only after the tracing.
   const auto late = clamor({"bake", testing::violin_room(), "-o", folder / "out.clamor",
                             "--photons", "100", "--longest", "0.05", "--strict", "--no-journal"});
   EXPECT_EQ(late.code, 1) << late.err;
   EXPECT_NE(late.err.find(" % of the power was still under way"), std::string::npos) << late.err;
   EXPECT_TRUE(folder.names().empty());
-  // And without any it is a bake like another.
+  // Without warnings, --strict changes nothing.
   const auto fine = clamor({"bake", testing::violin_room(), "-o", folder / "out.clamor",
                             "--photons", "100", "--strict", "--no-journal"});
   EXPECT_EQ(fine.code, 0) << fine.err;
@@ -217,7 +218,7 @@ TEST(BakeCommand, SaysWhatTheJournalSpared) {
   };
   const std::string first = bake({});
   EXPECT_FALSE(has(first, "reused")) << first;
-  EXPECT_TRUE(has(first, "traces only emitters that were moved")) << first;
+  EXPECT_TRUE(has(first, "traces only emitters that moved")) << first;
   const std::string second = bake({});
   EXPECT_TRUE(has(second, "reused   5000 of 5000 photons")) << second;
   const std::string other = bake({"--kappa", "0.2"});
@@ -245,7 +246,7 @@ TEST(ListenerWarnings, OfEveryCommandSayWhyNothingIsHeardAndWhereSomethingIs) {
   EXPECT_EQ(impulse.code, 1);
   EXPECT_NE(impulse.err.find(reason), std::string::npos) << impulse.err;
 
-  // The place that it proposes is heard.
+  // The proposed position is audible.
   const std::string before = "where an emitter is heard is ";
   const std::size_t begin = silent.err.find(before) + before.size();
   const std::string place = silent.err.substr(begin, silent.err.find('\n', begin) - begin);
@@ -255,7 +256,7 @@ TEST(ListenerWarnings, OfEveryCommandSayWhyNothingIsHeardAndWhereSomethingIs) {
   EXPECT_EQ(heard.err.find("warning"), std::string::npos) << heard.err;
   EXPECT_EQ(heard.err.find(" 0 voices"), std::string::npos) << heard.err;
 
-  // Surfaces that hide nothing leave distance alone.
+  // Without occlusion, only distance counts.
   const auto open = clamor({"render", bake, "-o", folder / "out.wav", "--listener", outside,
                             "--seconds", "0.1", "--visibility", "off"});
   EXPECT_EQ(open.err.find("warning"), std::string::npos) << open.err;
@@ -263,12 +264,12 @@ TEST(ListenerWarnings, OfEveryCommandSayWhyNothingIsHeardAndWhereSomethingIs) {
                            "--seconds", "0.1", "--visibility", "off"});
   EXPECT_NE(far.err.find("too far from every emitter"), std::string::npos) << far.err;
 
-  // A walk that leaves the room half way.
+  // The walk leaves the room half way.
   const auto walk = folder.write(
       "walk.json",
       R"({"points": [{"time_s": 0, "position_m": [0, 1.7, 3]}, {"time_s": 0.1, "position_m": [12, 1.7, 3]}]})");
   const auto left = clamor({"render", bake, "-o", folder / "out.wav", "--walk", walk});
-  EXPECT_NE(left.err.find("s into the walk; of 33 places looked at along it"), std::string::npos)
+  EXPECT_NE(left.err.find("s into the walk; of 33 positions tested along it"), std::string::npos)
       << left.err;
 }
 

@@ -1,4 +1,4 @@
-// What inspect tells of levels that hold copies is what one counts who writes out every copy.
+// Tests that inspect counts instances as if every one were written out.
 #include <algorithm>
 
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@ namespace clamor::testing {
 
 namespace {
 
-// Fans in blocks in stands, three alone, over a ground or in a free field. `told`: of what was
-// traced; other writers of the format may leave that out.
+// Fans in blocks in stands and three alone, above ground or in a free field. `told`: with the
+// statistics of the tracing, which other writers of the format may leave out.
 void write_stadium(const std::string& path, bool ground, bool told) {
   Terraces stadium;
   stadium.ground = ground;

@@ -1,5 +1,5 @@
-// clamor bench, as somebody meets it who wants to know how many voices a machine mixes. Times are
-// not looked at: only that everything is there and fits together.
+// Tests that clamor bench prints every figure and that the figures are consistent; times are not
+// checked.
 #include <set>
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace {
 using nlohmann::json;
 using testing::clamor;
 
-// A word of a build that cannot time, for tests to be skipped by.
+// Part of the message of builds without Google Benchmark, in which tests are skipped.
 bool is_without_timer(const std::string& error) {
   return error.find("built without Google Benchmark") != std::string::npos;
 }
@@ -32,7 +32,7 @@ TEST(Bench, MeasuresEachWayOfMixingAtEachNumberOfVoicesAndWhatStandsBesideIt) {
   EXPECT_EQ(all.at("rate_hz"), 48000);
   EXPECT_EQ(all.at("frames"), 256);
 
-  std::map<std::string, std::set<std::string>> kernels;  // ways of mixing, by instructions
+  std::map<std::string, std::set<std::string>> kernels;  // mixing modes by instruction set
   std::map<std::string, int> count;
   for (const json& figure : all.at("figures")) {
     const std::string what = figure.at("what");
@@ -45,7 +45,7 @@ TEST(Bench, MeasuresEachWayOfMixingAtEachNumberOfVoicesAndWhatStandsBesideIt) {
     if (what != "kernel") continue;
     kernels[figure.at("instructions")].insert(way);
     if (figure.at("instructions") != all.at("instructions")) continue;
-    // Shares are of one and the same peak.
+    // All shares refer to the same peak.
     for (const std::string of : {"multiply_adds", "loads"}) {
       const double done_per_s = voices * 48000 * figure.at(of + "_per_frame").get<double>();
       EXPECT_NEAR(
@@ -56,11 +56,11 @@ TEST(Bench, MeasuresEachWayOfMixingAtEachNumberOfVoicesAndWhatStandsBesideIt) {
   }
   const std::size_t targets = mix_kernel_targets().size();
   EXPECT_EQ(count["mixer"], 2 * 10);     // 2 curves x (2 delays x 2 sets of bands + binaural)
-  EXPECT_EQ(count["reference"], 2 * 8);  // which is not for heads
+  EXPECT_EQ(count["reference"], 2 * 8);  // without binaural modes
   EXPECT_EQ(kernels.size(), targets);
   for (const auto& [instructions, ways] : kernels) EXPECT_EQ(ways.size(), 10u) << instructions;
 
-  // Each way of mixing, and what OpenAL Soft is held against at the other number as well.
+  // Each mode, and the mode compared with OpenAL Soft at the other number of voices, too.
   const bool has_openal = !all.at("openal").is_null();
   EXPECT_EQ(all.at("profiles").size(), has_openal ? 11u : 10u);
   for (const json& profile : all["profiles"]) {
@@ -78,8 +78,8 @@ TEST(Bench, MeasuresEachWayOfMixingAtEachNumberOfVoicesAndWhatStandsBesideIt) {
       EXPECT_GT(figure.at(value).get<double>(), 0) << figure;
 }
 
-// Counted by hand: two neighbours and one multiply-add make a line, each of two ears has a gain and
-// a sum; the low layer, at a quarter of the rate, is read along a spline for 5 of 8 bands.
+// Counted by hand: linear interpolation takes two neighbours and one multiply-add; each ear takes a
+// gain and a sum; the low layer, at a quarter of the rate, is read with a spline for 5 of 8 bands.
 TEST(Bench, CountsWhatAFrameOfAVoiceTakes) {
   const VoiceCost line = cost_of({Interpolation::kLinear, 1, false}, 100);
   EXPECT_EQ(line.multiply_adds, 1 + 2 * 2);
@@ -89,7 +89,7 @@ TEST(Bench, CountsWhatAFrameOfAVoiceTakes) {
   EXPECT_EQ(bands.multiply_adds, 2 * (5 + 5 / 4.0) + 2 * 2 * (3 + 5 / 4.0));
   EXPECT_EQ(bands.reading, 2 * (5 + 5 / 4.0));
   EXPECT_EQ(bands.loads, 2 * (4 + 4 / 4.0));
-  // A quarter of the voices in 24 and 12 bands of a head, and in 14 quadratures of the lower ones.
+  // A quarter of the voices are mixed in 24 high and 12 low HRTF bands and 14 quadratures.
   MixMode binaural;
   binaural.head = true;
   binaural.fine_voices = 25;
@@ -97,8 +97,8 @@ TEST(Bench, CountsWhatAFrameOfAVoiceTakes) {
             2 * (5 + 5 / 4.0) + 2 * 2 * (0.75 * (3 + 5 / 4.0) + 0.25 * (24 + (12 + 14) / 4.0)));
 }
 
-// A kernel that takes 10 ns for a voice in a call and 0.1 for a frame of it, 0.06 of which are what
-// the core must do at least: a frame of a call of 64 takes 10 / 64 + 0.1, of 256 10 / 256 + 0.1.
+// A kernel that takes 10 ns per voice and call and 0.1 ns per frame, of which the peak rate would
+// need 0.06: a frame takes 10 / 64 + 0.1 in calls of 64 and 10 / 256 + 0.1 in calls of 256.
 TEST(Bench, DividesAVoicesTimeByWhatItGoesInto) {
   KernelProfile profile;
   profile.ceiling_ns = 0.06;
@@ -138,8 +138,8 @@ TEST(Bench, PrintsTablesWithARowForEachWayOfMixing) {
       ++count;
     return count;
   };
-  // The mixer, the kernel, the reference, the kernel in other instruction sets, where its time
-  // goes; there is no reference of binaural mixing.
+  // One row each for the mixer, the kernel, the reference, the other instruction sets and the
+  // profile; binaural modes have no reference.
   for (const std::string curve : {"linear", "cubic "}) {
     EXPECT_EQ(rows(curve + " one    full   stereo "), 5u) << outcome.out;
     EXPECT_EQ(rows(curve + " two    full   stereo "), 5u) << outcome.out;

@@ -1,4 +1,4 @@
-// clamor compare, as a designer or a script meets it.
+// Tests clamor compare as a designer and a script use it.
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -22,11 +22,11 @@ using testing::Outcome;
 struct Shape {
   double seconds = 1, left = 0.1, right = 0.1;
   int channels = 2, rate_hz = 48000;
-  double decay_s = 0;  // 0: steady
+  double decay_s = 0;  // 0: no decay
   std::uint64_t seed = 1;
 };
 
-// Noise, alike in both ears but for their gains.
+// Noise that is the same in both ears except for their gains.
 std::string write_noise(const Folder& folder, const std::string& name, const Shape& shape) {
   std::vector<float> samples;
   for (std::uint32_t i = 0; i < shape.seconds * shape.rate_hz; ++i) {
@@ -117,7 +117,7 @@ TEST(Compare, RecognisesImpulseResponsesAndTakesAnotherWord) {
               3);
   EXPECT_EQ(result.at("measures").at("t30").at("verdict"), "audible");
   EXPECT_FALSE(result.at("measures").contains("clicks"));
-  EXPECT_FALSE(result.at("measures").contains("ild"));  // it is mono
+  EXPECT_FALSE(result.at("measures").contains("ild"));  // the recording is mono
   EXPECT_FALSE(result.at("measures").at("t30").contains("channel"));
   const json programme = json_of({a, b, "--as", "programme"});
   EXPECT_EQ(programme.at("kind"), "programme");
@@ -133,7 +133,7 @@ TEST(Compare, MeasuresTexturesByWhatChanceDoesTheSameEveryTime) {
   };
   const auto a = noise("a.wav", 1, 1), other = noise("other.wav", 1, 3);
   const auto louder = noise("louder.wav", 1.5, 3);
-  // Another throw of the same dice: heard band by band, but not beyond chance.
+  // Another random draw: single bands differ audibly, but not beyond chance.
   EXPECT_EQ(json_of({a, other}).at("audible"), json{"spectrum"});
   const json by_chance = json_of({a, other, "--null", "39"});
   EXPECT_TRUE(by_chance.at("audible").empty()) << by_chance.at("audible");
@@ -144,7 +144,7 @@ TEST(Compare, MeasuresTexturesByWhatChanceDoesTheSameEveryTime) {
   EXPECT_NEAR(by_chance.at("measures").at("l2").at("null_95").get<double>(), std::sqrt(2), 0.03);
   EXPECT_EQ(by_chance, json_of({a, other, "--null", "39"}));
   EXPECT_NE(by_chance, json_of({a, other, "--null", "39", "--seed", "2"}));
-  // 3.5 dB are beyond it.
+  // A difference of 3.5 dB is beyond chance.
   const Outcome table = clamor({"compare", a, louder, "--null", "19"});
   EXPECT_NE(table.out.find("chance 95%"), std::string::npos) << table.out;
   EXPECT_NE(table.out.find("audible: loudness, whole; loudness, 400 ms"), std::string::npos)
@@ -186,7 +186,7 @@ TEST(Compare, TakesOtherRatesAndLengthsAndSaysSo) {
   const auto cut = write_noise(folder, "cut.wav", {.seconds = 0.5});
   const Outcome outcome = clamor({"compare", a, cut});
   EXPECT_EQ(outcome.code, 0);
-  EXPECT_NE(outcome.err.find("silent from its end on"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("padded with silence"), std::string::npos) << outcome.err;
   EXPECT_NE(outcome.out.find("-40.0 LU"), std::string::npos) << outcome.out;
   const auto slow = write_noise(folder, "slow.wav", {.rate_hz = 24000});
   EXPECT_EQ(json_of({a, slow}).at("b").at("rate_hz"), 24000);
@@ -225,7 +225,7 @@ TEST(Compare, RefusesWhatCannotBeComparedWithOneSentence) {
   expect_sentence({"compare", good, folder / "gone.wav"}, 1, "gone.wav");
   expect_sentence({"compare", folder / "", good}, 1, "clamor compare");
 
-  // A NaN written over the last sample.
+  // Overwrites the last sample with a NaN.
   std::string bytes = testing::read(good);
   const float nan = NAN;
   std::memcpy(bytes.data() + bytes.size() - 4, &nan, 4);
@@ -258,7 +258,8 @@ TEST(Compare, HelpNamesEveryMeasureWithItsSource) {
 TEST(Compare, TellsHowMuchOfEitherNoFixedFilterMakesOfTheDrySignal) {
   const Folder folder;
   const auto dry =
-      write_noise(folder, "dry.wav", {.seconds = 3, .channels = 1});  // comes round again
+      write_noise(folder, "dry.wav",
+                  {.seconds = 3, .channels = 1});  // shorter than the recordings, so repeated
   const auto write_again = [&](const std::string& name, double swing) {
     const auto samples = read_audio(dry);
     EXPECT_TRUE(samples.ok());
@@ -273,7 +274,7 @@ TEST(Compare, TellsHowMuchOfEitherNoFixedFilterMakesOfTheDrySignal) {
   const auto a = write_again("a.wav", 0), b = write_again("b.wav", 0.3);
   const json measure = json_of({a, b, "--dry", dry}).at("measures").at("time_varying_part");
   EXPECT_LT(measure.at("a").get<double>(), -50);
-  EXPECT_NEAR(measure.at("b").get<double>(), -13.7, 1.5);  // 0.3^2 / 2 of the whole
+  EXPECT_NEAR(measure.at("b").get<double>(), -13.7, 1.5);  // 0.3^2 / 2 of the total power
   EXPECT_TRUE(measure.at("verdict").is_null());
   EXPECT_FALSE(json_of({a, b}).at("measures").contains("time_varying_part"));
   expect_sentence({"compare", dry, dry, "--dry", dry}, 1, "at least 5 s");

@@ -1,4 +1,4 @@
-// What inspect prints adds up, and all of its JSON is documented.
+// Tests that the figures of inspect add up and that all of its JSON keys are documented.
 #include <cmath>
 #include <regex>
 
@@ -76,7 +76,7 @@ TEST_F(InspectCommand, TellsOfEachDepthWhatItsSourcesAddUpTo) {
     EXPECT_NEAR(json["power"]["in_sources"][b].get<double>() / expected[b], 1, 1e-5);
     EXPECT_NEAR(share[b], 1, 1e-5);
   }
-  // The first page holds the sources of highest key, so more than its part of the power.
+  // The first page holds the sources of highest key, so more than its share of the power.
   const Json& first = json["octree"][0];
   EXPECT_GT(first["power_share"][4].get<double>(),
             first["sources"].get<double>() / static_cast<double>(sources.size()));
@@ -91,7 +91,7 @@ TEST_F(InspectCommand, SharesOutEveryByteOfTheFile) {
   const auto file = bytes["file"].get<std::uint64_t>();
   EXPECT_EQ(file, std::filesystem::file_size(path()));
   EXPECT_LE(sections, file);
-  EXPECT_LE(file - sections, 64u + 7u);  // the preamble, and zeros before the root
+  EXPECT_LE(file - sections, 64u + 7u);  // the preamble, and padding before the root
   EXPECT_NEAR(bytes["pages_per_source"].get<double>() * json["sources"]["stored"].get<double>(),
               bytes["pages"].get<double>(), 1);
   EXPECT_NEAR(bytes["compression_ratio"].get<double>() * bytes["pages"].get<double>(),
@@ -115,7 +115,7 @@ TEST_F(InspectCommand, SharesOutEveryByteOfTheFile) {
   EXPECT_EQ(json["geometry_pages"].size(), json["geometry"]["page_count"].get<std::size_t>());
 }
 
-// A key of the JSON, with the keys it is in. By value, as `keys` grows under whoever calls.
+// Collects a JSON key with its path. Takes `above` by value, because `keys` may reallocate.
 void collect_keys(const Json& json, std::string above, std::vector<std::string>& keys) {
   if (json.is_array() && !json.empty()) return collect_keys(json[0], above, keys);
   if (!json.is_object()) return;
@@ -129,7 +129,7 @@ TEST_F(InspectCommand, WritesNoJsonKeyThatTheSpecificationDoesNotTell) {
   const std::string text = read(std::string(testing::kSourceDir) + "/formats/bake_format.md");
   const auto start = text.find("## `clamor inspect --json`");
   ASSERT_NE(start, std::string::npos);
-  std::map<std::string, std::string> rows;  // what the table says of a key of the first level
+  std::map<std::string, std::string> rows;  // row of the table for each top-level key
   const std::regex line("\\| `([a-z0-9_]+)` \\| ([^\n]*) \\|\n");
   for (auto row = std::sregex_iterator(text.begin() + static_cast<std::ptrdiff_t>(start),
                                        text.end(), line);
@@ -151,8 +151,8 @@ TEST_F(InspectCommand, WritesNoJsonKeyThatTheSpecificationDoesNotTell) {
 TEST_F(InspectCommand, ShowsEveryTableAndTheWarnings) {
   const std::string text = shown({"--verify"});
   for (const char* part :
-       {"Clamor bake, format", "warning: mind the step", "how it sounds", "3 emitters",
-        "1 material", "power by depth", "octree", "bytes/source", "geometry", "how it was made",
+       {"Clamor bake, format", "warning: mind the step", "acoustics", "3 emitters", "1 material",
+        "power by octree depth", "octree", "bytes/source", "geometry", "how it was made",
         "clamor bake room.glb", "1 234 567 bytes", "verified: every page"})
     EXPECT_NE(text.find(part), std::string::npos) << part << " is not in\n" << text;
   std::istringstream lines(text);
@@ -219,7 +219,7 @@ TEST_F(InspectCommand, VerifyNamesThePageOfTheGeometryThatIsDamaged) {
   EXPECT_EQ(outcome.code, 1);
   EXPECT_NE(outcome.err.find("page 1 of 1 of the geometry"), std::string::npos) << outcome.err;
   EXPECT_NE(outcome.err.find("bytes at " + std::to_string(offset)), std::string::npos);
-  EXPECT_EQ(clamor({"inspect", damaged}).code, 0);  // what is not asked for is not read
+  EXPECT_EQ(clamor({"inspect", damaged}).code, 0);  // parts that are not needed are not read
 }
 
 TEST(BakeOverview, PutsACrowdInOneLine) {
@@ -229,9 +229,9 @@ TEST(BakeOverview, PutsACrowdInOneLine) {
     emitters[i].position_m = {static_cast<double>(i), 2, -static_cast<double>(i)};
   }
   emitters[1000].name = "fan #1000";
-  emitters[1000].gain = 0.5;  // one that is not like the others
+  emitters[1000].gain = 0.5;  // an emitter with another gain
   emitters[1001].name = "horn";
-  emitters[1002].name = "4711";  // nothing but a number
+  emitters[1002].name = "4711";  // a name that is only a number
   const auto groups = groups_of(emitters);
   ASSERT_EQ(groups.size(), 4u);
   EXPECT_EQ(groups[0].name, "fan");

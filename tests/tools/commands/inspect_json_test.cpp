@@ -1,4 +1,4 @@
-// Names in a bake file come from anywhere; what inspect prints must still be text, and JSON.
+// Tests that inspect prints valid text and JSON whatever names a bake file holds.
 #include <algorithm>
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace clamor::testing {
 
 namespace {
 
-// Bakes a free field with an emitter of this name.
+// Bakes a free field with an emitter of that name.
 std::string baked(const Folder& folder, const std::string& name) {
   const std::string level = folder.write("level.gltf", kEmptyLevel), file = folder / "a.clamor";
   const Outcome outcome = clamor({"bake", level, "-o", file, "--quiet", "--photons", "10",

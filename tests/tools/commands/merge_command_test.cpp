@@ -1,4 +1,4 @@
-// Shards of a bake, and the command that a bake file names.
+// Tests merging shards, and the command that a bake file names.
 #include <sys/stat.h>
 
 #include "tests/sanitized.h"
@@ -77,7 +77,7 @@ TEST(Shards, MissingForeignAndDamagedOnesGetASentenceAndNoOutput) {
     EXPECT_FALSE(std::filesystem::exists(folder / "out.clamor"));
   };
   expect_refused({"1"}, "none of the shards");
-  expect_refused({"1", "other"}, "another command");
+  expect_refused({"1", "other"}, "other options");
   expect_refused({"1", "text"}, "no traced photons");
   expect_refused({"1", "cut"}, "none of the shards");
   expect_refused({"1", "flipped"}, "none of the shards");
@@ -98,7 +98,7 @@ TEST(Inspect, PrintsTheCommandThatMakesTheFileAgain) {
       << outcome.out;
 }
 
-// Nobody writes into the pipe, so opening it the usual way would wait for ever.
+// The pipe has no writer, so opening it as a normal file would block for ever.
 TEST(Shards, OneThatIsAPipeIsRefusedAtOnce) {
   const Folder folder;
   ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);

@@ -1,4 +1,4 @@
-// clamor experiment: every experiment runs on a small bake and writes what it promises.
+// Tests that every experiment runs on a small bake and writes what it promises.
 #include "tools/experiments/experiments.h"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 class Experiment : public ::testing::TestWithParam<const char*> {};
 
-// A bake that all experiments can run on; the violin room, because it is small.
+// The bake that all experiments run on: the violin room, because it is small.
 std::string baked_level(const Folder& folder, const std::string& name = "violin_room") {
   const std::string level = std::string(testing::kSourceDir) + "/assets/levels/" + name + ".glb";
   const Outcome bake =
@@ -34,13 +34,13 @@ TEST_P(Experiment, WritesAPageThatNeedsNothingElseAndItsTables) {
   EXPECT_NE(page.find("The paper"), std::string::npos);
   for (const char* const elsewhere : {"src=", "href=", "url(", "nan", "inf"})
     EXPECT_EQ(page.find(elsewhere), std::string::npos) << elsewhere;
-  // It is the violin room that was listened to, whatever the paper did, and nothing is known of it
-  // but what the tables tell.
+  // The page names this bake, not the level of the paper, and claims only what its tables hold.
   EXPECT_NE(page.find("room.clamor"), std::string::npos);
   for (const char* const claimed :
        {"<h1>The ", "right level at every k", "is right at every", "Both are so", "So they do",
         "So it does", "same is seen here", "off by many dB", "the octree does not"})
     EXPECT_EQ(page.find(claimed), std::string::npos) << claimed;
+  EXPECT_TRUE(read(report + "/" + name + "_1.svg").starts_with("<svg"));
   const auto json = nlohmann::json::parse(read(report + "/" + name + ".json"));
   EXPECT_EQ(json["experiment"], name);
   ASSERT_FALSE(json["tables"].empty());
@@ -60,8 +60,8 @@ INSTANTIATE_TEST_SUITE_P(Each, Experiment,
                            return name;
                          });
 
-// Each exchange uses up one factor epsilon of a weight's changes. What came in between counts anew,
-// so there are fewer, but as long as a step is small against epsilon not many.
+// Each exchange uses up one factor epsilon of the changes of a weight. New sources start counting
+// at zero, so there are fewer exchanges, but not many fewer while steps are small against epsilon.
 TEST(Experiments, OfAWalkFindThatAdaptiveDiffusionExchangesNoMoreThanItsRuleAsksFor) {
   const Folder folder;
   const std::string report = folder / "report";
@@ -78,7 +78,7 @@ TEST(Experiments, OfAWalkFindThatAdaptiveDiffusionExchangesNoMoreThanItsRuleAsks
   }
 }
 
-// Walking, running and flying, from the file and as the player does it.
+// Walks, runs and flies, playing from the file as the player does.
 TEST(Experiments, OfMotionFindNoClicksBeyondThoseOfAllSourcesInEitherLevel) {
   for (const char* const level : {"violin_room", "stadium"}) {
     if (kSanitized && std::string(level) == "stadium") continue;  // slow
@@ -117,7 +117,7 @@ Row waveform(const char* strategy, double k, double level_db, double l2, double 
           renormalised};
 }
 
-// A sampler that is far from the level of all sources and loses everywhere is said to.
+// A priority sampler that is worse everywhere is reported as such.
 TEST(Experiments, SayOfFigure4WhatItsTableHolds) {
   ReportTable table{"figure_4", "", {}, {}};
   table.columns = {"strategy", "estimator", "k", "loudness_db", "l2", "renormalised_l2"};
@@ -137,7 +137,7 @@ TEST(Experiments, SayOfFigure4WhatItsTableHolds) {
   EXPECT_NE(figure_4_text(table).find(
                 "below the best of the paper's strategies at every k but 128 (1.30, the best of"),
             std::string::npos);
-  // Where no k is large enough, there is nothing to say of it.
+  // Without a k of at least 128, no comparison is made.
   table.rows = {waveform("octree", 32, 9.1, 4, 1.2), waveform("priority", 32, -1.571, 1.4, 1.3)};
   const std::string little = figure_4_text(table);
   EXPECT_EQ(little.find("128"), std::string::npos) << little;
@@ -189,7 +189,8 @@ TEST(Experiments, FitThePowerLawThatIsThere) {
   EXPECT_EQ(range_text({2, 2.01}, 1), "2.0");
 }
 
-// With few sources the axis ends before most of the zones, whose labels were piled up at its end.
+// With few sources the axis ends before most zones, whose labels once overprinted each other at its
+// end.
 TEST(Charts, LabelOnlyZonesThatThereIsRoomFor) {
   Chart chart{.log_x = true,
               .zones = {{32, 181, "one"}, {1448, 4096, "two"}, {6000, 9000, "three"}}};
@@ -261,7 +262,7 @@ TEST(Strategies, OfAnImpulseHaveTheStrengthOfAllArrivals) {
   };
   const double exact_db = g_db({});
   EXPECT_EQ(g_db({"--strategy", "all"}), exact_db);
-  // 4.34 / sqrt(199) = 0.31 dB; the direct sound is exact.
+  // The bound is 4.34 / sqrt(199) = 0.31 dB; the direct sound is exact.
   for (const std::string name : {"priority", "importance"})
     EXPECT_NEAR(g_db({"--strategy", name, "--voices", "200"}), exact_db, 0.93) << name;
   EXPECT_GT(g_db({"--strategy", "importance", "--voices", "20", "--estimator", "amplitude"}),

@@ -1,4 +1,4 @@
-// A track that begins in the middle of a way is that part of the whole, at its place and time.
+// Tests that a track that begins in the middle of a path equals that part of the whole track.
 #include "tools/experiments/motion_scene.h"
 
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace clamor {
 namespace {
 
-// A tone that grows and falls, so that one moment is not another.
+// A tone of varying level, so that moments differ.
 AuralizerInput swelling_room() {
   AuralizerInput input = testing::baked_room();
   for (Signal& signal : input.signals) {

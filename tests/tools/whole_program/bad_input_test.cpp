@@ -1,5 +1,5 @@
-// Everything a user can get wrong: an exit code of 1 or 2 and one sentence that says what and what
-// to do, and nothing half-written.
+// Tests that every user error ends in exit code 1 or 2 and one sentence with the next step, and
+// leaves nothing half-written.
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -15,7 +15,7 @@ using testing::clamor;
 using testing::Folder;
 using testing::Outcome;
 
-// Units have no case; what is refused after them is the file that is not there.
+// Units are case-insensitive: the error that remains is about the missing file.
 TEST(Units, AreTakenInAnyCaseAndGainsNeedThem) {
   const auto render = [](const std::string& option, const std::string& value) {
     return clamor({"render", "none.clamor", "-o", "none.wav", "--listener", "0,0,0", "--seconds",
@@ -32,7 +32,7 @@ TEST(Units, AreTakenInAnyCaseAndGainsNeedThem) {
 
 constexpr const char* kNoise = "name=n,signal=noise,at=1,1,1";
 
-// One line, from this program, that mentions `what`.
+// Expects one line from this program that mentions `what`.
 void expect_sentence(const Outcome& outcome, int code, const std::string& what) {
   EXPECT_EQ(outcome.code, code) << outcome.err;
   EXPECT_TRUE(outcome.out.empty()) << outcome.out;
@@ -167,7 +167,7 @@ TEST(BadInput, UnknownOptionsAndCommands) {
   expect_sentence(clamor({"inspect"}), 2, "--help");
   expect_sentence(clamor({"render", "x.clamor"}), 2, "--help");
   EXPECT_EQ(clamor({}).code, 2);
-  // Also where the misspelled option was required, or is written with its value.
+  // The same for a misspelled required option and for one written with its value.
   expect_sentence(bake(folder, "level.gltf", {"--emiter", kNoise}), 2,
                   "there is no option '--emiter'; the nearest is '--emitter'");
   expect_sentence(bake(folder, "level.gltf", {"--photon=5"}), 2, "the nearest is '--photons'");
@@ -189,7 +189,7 @@ TEST(BadInput, OptionValuesOutOfRange) {
   expect_sentence(bake(folder, level, {"--emitter", kNoise, "--material", "plastr"}), 1, "plaster");
 }
 
-// Found before any file is read: there is no bake of that name.
+// These are found before any file is read: there is no bake of that name.
 TEST(BadInput, SoundFilesThatCannotBeWrittenAreBadUsage) {
   const Folder folder;
   const auto file = folder / "none.clamor";
@@ -218,7 +218,8 @@ TEST(BadInput, NumbersOutOfRangeAreBadUsageThatNamesTheRange) {
   const auto file = folder / "none.clamor";
   const auto expect = [&](const std::string& option, const std::string& value,
                           const std::string& range) {
-    const std::string what = option + ": '" + value + "' is no whole number between " + range + ";";
+    const std::string what =
+        option + ": '" + value + "' is not a whole number between " + range + ";";
     expect_sentence(
         clamor({"render", file, "--listener", "0,0,0", "-o", folder / "o.wav", option, value}), 2,
         what);
@@ -231,7 +232,7 @@ TEST(BadInput, NumbersOutOfRangeAreBadUsageThatNamesTheRange) {
   expect_sentence(clamor({"play", file, "--device", "none", "--frames", "8"}), 2, "16 and 8192");
 }
 
-// An Error ends in a full stop, a complaint about usage goes on after it.
+// An Error ends in a full stop, but a usage error continues after it.
 TEST(BadInput, StrategiesThatDoNotExistAreNamedInASentenceThatGoesOn) {
   const auto outcome = clamor({"render", "x.clamor", "-o", "x.wav", "--strategy", "priorty"});
   expect_sentence(outcome, 2, "the nearest is 'priority'; there are 'priority', 'all'");

@@ -15,7 +15,8 @@ using testing::Folder;
 using testing::json;
 using testing::read;
 
-// Two stands of four blocks of thirty fans above a ground of 60 x 60 m; block 5 may be another.
+// Two stands of four blocks of thirty fans above a ground of 60 x 60 m; block 5 can be made to
+// differ.
 std::string level_in(const Folder& folder, double moved_m = 0) {
   folder.write("song.wav", testing::wav());
   folder.write("shout.wav", testing::wav(12000));
@@ -62,7 +63,7 @@ std::string level_in(const Folder& folder, double moved_m = 0) {
       blocks.push_back(
           add({{"name", "block"}, {"translation", {5.0 * block, 0, 0}}, {"children", fans}}));
     }
-    const json turn = {0, stand, 0, 1 - stand};  // half of one, or none
+    const json turn = {0, stand, 0, 1 - stand};  // half a turn, or none
     stands.push_back(add({{"name", "stand"},
                           {"translation", {stand == 0 ? -9 : 9, 0, stand == 0 ? 12 : -12}},
                           {"rotation", turn},
@@ -93,7 +94,8 @@ TEST(CopiesCommand, BakeSaysWhatItCopiedAndInspectShowsIt) {
   const Folder folder;
   const std::string level = level_in(folder);
   const auto told = bake(level, folder / "a.clamor");
-  EXPECT_NE(told.err.find("10 groups of emitters are copies of 2"), std::string::npos) << told.err;
+  EXPECT_NE(told.err.find("10 groups of emitters are instances of 2"), std::string::npos)
+      << told.err;
   const json a = inspected(folder / "a.clamor");
   EXPECT_EQ(a["sources"]["emitters"], 240);
   EXPECT_EQ(a["sources"]["total"].get<int>(), 240 + a["sources"]["secondary"].get<int>());
@@ -102,14 +104,14 @@ TEST(CopiesCommand, BakeSaysWhatItCopiedAndInspectShowsIt) {
   EXPECT_EQ(a["emitters"].size(), 240u);
 
   const auto off = bake(level, folder / "b.clamor", {"--copies", "off"});
-  EXPECT_EQ(off.err.find("copies of"), std::string::npos) << off.err;
+  EXPECT_EQ(off.err.find("instances of"), std::string::npos) << off.err;
   const json b = inspected(folder / "b.clamor");
   EXPECT_EQ(b["copied"]["trees"], 0);
   EXPECT_EQ(b["sources"]["total"], a["sources"]["total"]);
   EXPECT_LT(a["bytes"]["root"].get<int>(), b["bytes"]["root"].get<int>() / 2);
   EXPECT_NE(b["provenance"]["command"].get<std::string>().find("--copies off"), std::string::npos);
   EXPECT_EQ(clamor({"bake", level, "-o", folder / "c.clamor", "--copies", "some"}).code, 2);
-  // Names, and all else, as the level has them.
+  // Names and everything else are as in the level.
   for (std::size_t e = 0; e < 240; ++e) {
     EXPECT_EQ(a["emitters"][e]["name"], b["emitters"][e]["name"]);
     EXPECT_EQ(a["emitters"][e]["signal"], b["emitters"][e]["signal"]);
@@ -120,7 +122,7 @@ TEST(CopiesCommand, BakeSaysWhatItCopiedAndInspectShowsIt) {
     EXPECT_NEAR(level_difference_db, 0, 1e-4);
 }
 
-// Samples of a float WAV file.
+// Returns the samples of a float WAV file.
 std::vector<float> samples_of(const std::string& path) {
   const std::string bytes = read(path);
   const std::size_t data = bytes.find("data");
@@ -150,8 +152,8 @@ TEST(CopiesCommand, RenderOfAllSourcesIsTheSameSound) {
     difference += (a - b) * (a - b);
   }
   ASSERT_GT(sum, 0);
-  // Turns are stored as floats: fans stand a few micrometres off, the sound of which is -80 dB at
-  // 1 kHz, where these songs are.
+  // Rotations are stored as floats, which moves fans by a few micrometres: -80 dB at 1 kHz, where
+  // these songs are.
   EXPECT_LT(10 * std::log10(difference / sum), -80);
 }
 

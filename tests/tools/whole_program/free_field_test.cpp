@@ -1,4 +1,4 @@
-// Free field through the whole program: the first thing an acoustician would try.
+// Tests the free field through the whole program, the first thing an acoustician would try.
 #include <cmath>
 #include <numbers>
 
@@ -16,11 +16,11 @@ namespace {
 using testing::clamor;
 using testing::Folder;
 
-// Both ears are averaged on reading; a listener who faces the source has it at one distance.
+// Reading averages both ears, which are at the same distance for a listener who faces the source.
 std::vector<float> rendered(const std::string& bake, const std::string& wav, double distance_m,
                             const std::string& strategy = "priority",
                             const std::string& receivers = "omni") {
-  // The ears are 0.17 m apart, so that the head stands a little nearer than the ears.
+  // The ears are 0.17 m apart, so the head is a little nearer than the ears.
   const double head_m = std::sqrt(distance_m * distance_m - 0.085 * 0.085);
   const auto outcome =
       clamor({"render", bake, "-o", wav, "--listener", "0,0," + std::to_string(head_m), "--seconds",
@@ -31,7 +31,7 @@ std::vector<float> rendered(const std::string& bake, const std::string& wav, dou
   return samples.ok() ? *samples : std::vector<float>(24000);
 }
 
-// Amplitude and delay (in frames, from the phase) of a frequency in a response to a Dirac.
+// Amplitude and delay (in frames, from the phase) of one frequency of an impulse response.
 struct Component {
   double amplitude, phase;
 };
@@ -69,13 +69,13 @@ TEST_F(FreeField, LevelFallsBySixDecibelsPerDoublingAndSoundTakesItsTime) {
       const double air_db = 10 / std::log(10) * air_loss_per_m(air, frequency_hz) * distance_m;
       EXPECT_NEAR(20 * std::log10(heard.amplitude), -20 * std::log10(distance_m) - air_db, 0.03)
           << distance_m << " m, " << frequency_hz << " Hz";
-      // The phase tells the delay modulo a period, which is 48 frames or more.
+      // The phase gives the delay modulo a period, which is 48 frames or more.
       const double period_frames = kSampleRate_hz / frequency_hz;
       const double delay_frames = -heard.phase / (2 * std::numbers::pi) * period_frames;
       EXPECT_NEAR(std::remainder(delay_frames - expected_frames, period_frames), 0, 0.1)
           << distance_m << " m, " << frequency_hz << " Hz";
     }
-    // And which period it is.
+    // This identifies the period.
     const auto peak = std::max_element(samples.begin(), samples.end(),
                                        [](float a, float b) { return std::abs(a) < std::abs(b); });
     EXPECT_NEAR(static_cast<double>(peak - samples.begin()), expected_frames, 1.01);
@@ -89,7 +89,7 @@ TEST_F(FreeField, AllSourcesAndTheSampleOfThemAreTheSameWhenThereIsOnlyOne) {
 
 TEST_F(FreeField, ReachesACardioidPairAsFarOffItsAxesAsItIs) {
   const auto omni = rendered(bake_, wav_, 8), pair = rendered(bake_, wav_, 8, "priority", "ortf");
-  const double off_axis = 55 * std::numbers::pi / 180;  // and 0.6 degrees, to either side
+  const double off_axis = 55 * std::numbers::pi / 180;  // plus or minus 0.6 degrees
   EXPECT_NEAR(at(pair, 500).amplitude / at(omni, 500).amplitude,
               std::sqrt(3.0) * (1 + std::cos(off_axis)) / 2, 0.01);  // sqrt 3: as loud in all
   const auto outcome =
@@ -120,7 +120,7 @@ TEST_F(FreeField, StrengthReTenMetresIsTheInverseSquareLaw) {
       EXPECT_NEAR(json["energy"]["g_db"][b].get<double>(), expected_db, 0.01) << "band " << b;
       // The waveform's octave filters see the slope of the air across the band.
       EXPECT_NEAR(json["waveform"]["g_db"][b].get<double>(), expected_db, 0.3) << "band " << b;
-      EXPECT_TRUE(json["energy"]["t30_s"][b].is_null());  // one arrival has no decay
+      EXPECT_TRUE(json["energy"]["t30_s"][b].is_null());  // a single arrival has no decay
     }
   }
 }

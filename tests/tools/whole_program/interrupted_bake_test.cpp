@@ -1,5 +1,5 @@
-// Bakes that are killed, stopped or run out of disk: whatever was traced is kept, and the same
-// command ends in the same bytes. The program itself runs, in processes of its own.
+// Tests that bakes that are killed, stopped or run out of disk keep what was traced, and that the
+// same command then ends in the same bytes. The program runs in processes of its own.
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -29,8 +29,8 @@ struct Ended {
   int code = -1;
 };
 
-// A bake of the violin room in a process of its own, its words in `log`. After `signal_after` it
-// gets the signal, if it still runs. Files may grow to `most_file_bytes`.
+// Bakes the violin room in a process of its own, with its messages in `log`. After `signal_after`
+// it gets the signal, if it still runs. Files may grow to `most_file_bytes`.
 Ended run_bake(const std::vector<std::string>& arguments, const std::string& log,
                std::chrono::microseconds signal_after = std::chrono::hours(1), int signal = SIGKILL,
                rlim_t most_file_bytes = RLIM_INFINITY, const char* tunables = nullptr) {
@@ -82,21 +82,21 @@ TEST(KilledBake, GoesOnToTheSameBytesAfterAHundredKillsAtAnyMoment) {
   const std::string whole = read(folder / "whole.clamor");
 
   std::mt19937 random(1);
-  const int most = testing::kSanitized ? 8 : 100;  // which take five times as long
-  // Moments up to a little more than a whole bake: starting, importing, tracing, sorting, writing.
-  // A bake takes a fifth of its time once other work on the machine ends, so the end follows: it
-  // comes nearer with each bake that was over before its kill.
+  const int most = testing::kSanitized ? 8 : 100;  // sanitizers take five times as long
+  // The moments of the kills spread over a little more than a whole bake: starting, importing,
+  // tracing, sorting, writing. The range adapts to the load of the machine: it shrinks with each
+  // bake that ended before its kill.
   double last_moment = 1.1 * whole_time.count();
   int kills = 0, bakes = 0, with_journal = 0;
   for (int tries = 0; kills < most && tries < 400; ++tries) {
     std::uniform_real_distribution<double> moments(0, last_moment);
     const Ended ended = run_bake(bake_of(violin_room(), folder / "cut.clamor"), log,
                                  std::chrono::microseconds(static_cast<long>(moments(random))));
-    last_moment *= ended.killed ? 1.02 : 0.8;  // at rest at 1.09 of a bake
+    last_moment *= ended.killed ? 1.02 : 0.8;  // settles at 1.09 of a bake
     if (ended.killed) {
       ++kills;
       if (std::filesystem::exists(folder / "cut.clamor.journal")) ++with_journal;
-      // Never half an output.
+      // There is never half an output.
       if (std::filesystem::exists(folder / "cut.clamor")) {
         ASSERT_TRUE(read(folder / "cut.clamor") == whole);
       }
@@ -112,13 +112,13 @@ TEST(KilledBake, GoesOnToTheSameBytesAfterAHundredKillsAtAnyMoment) {
   EXPECT_GT(with_journal, most / 5);
   ASSERT_EQ(run_bake(bake_of(violin_room(), folder / "cut.clamor"), log).code, 0) << read(log);
   EXPECT_TRUE(read(folder / "cut.clamor") == whole);
-  // What killed ones were writing is swept up.
+  // Temporary files of killed bakes are removed.
   EXPECT_EQ(folder.names(), (std::vector<std::string>{"cut.clamor", "cut.clamor.journal", "log",
                                                       "whole.clamor", "whole.clamor.journal"}));
 }
 
 TEST(BakeProgram, WritesTheSameBytesWhateverTheCLibraryMakesOfTheCpu) {
-  // Without AVX2 and fused multiply-add the library's exp, sin and the rest round otherwise.
+  // Without AVX2 and FMA, exp, sin and other functions of the C library round differently.
   const Folder folder;
   const std::string log = folder / "log";
   ASSERT_EQ(run_bake(bake_of(violin_room(), folder / "a.clamor"), log).code, 0) << read(log);
@@ -146,7 +146,7 @@ TEST(MemoryCap, IsSaidBeforeTheBakeStartsAndIsAboveWhatItTakes) {
   EXPECT_EQ(folder.names(), std::vector<std::string>{"log"});
   const long needed_MB = std::stol(sentence.substr(place + 12));
   EXPECT_GT(needed_MB, 120);
-  if (testing::kSanitized) return;  // which takes memory of its own
+  if (testing::kSanitized) return;  // the sanitizer itself takes memory
   words[4] = "20000";
   words.back() = std::to_string(needed_MB) + "MB";
   EXPECT_EQ(run_bake(words, log).code, 0) << read(log);
@@ -154,7 +154,7 @@ TEST(MemoryCap, IsSaidBeforeTheBakeStartsAndIsAboveWhatItTakes) {
   ::getrusage(RUSAGE_CHILDREN, &usage);  // the largest child so far
   EXPECT_LT(usage.ru_maxrss / 1000, needed_MB);
   EXPECT_GT(usage.ru_maxrss / 1000, needed_MB / 2);
-  // In so little the octree was sorted on disk; it is the same.
+  // With so little memory the octree is sorted on disk, with the same result.
   words[2] = folder / "plain.clamor";
   words.back() = "4GB";
   ASSERT_EQ(run_bake(words, log).code, 0) << read(log);
@@ -180,18 +180,18 @@ TEST(StoppedBake, SaysHowToGoOnAndGoesOn) {
   const auto start = std::chrono::steady_clock::now();
   Ended ended;
   std::chrono::milliseconds after(300);
-  // Until it has traced something when it is stopped.
+  // Repeats until the bake is stopped after it has traced something.
   do {
     ended = run_bake(long_bake, log, after, SIGINT);
     after *= 2;
   } while (ended.code != 0 && read(folder / "out.clamor.journal").size() <= 16 &&
            std::chrono::steady_clock::now() - start < std::chrono::minutes(2));
   ASSERT_EQ(ended.code, 1) << "it should have been stopped: " << read(log);
-  EXPECT_NE(read(log).find("the same command goes on"), std::string::npos) << read(log);
+  EXPECT_NE(read(log).find("the same command continues"), std::string::npos) << read(log);
   EXPECT_FALSE(std::filesystem::exists(folder / "out.clamor"));
 }
 
-// Work that cannot be asked to stop does not keep an interrupted program.
+// Work that cannot be stopped does not keep an interrupted program running.
 TEST(StopDeadline, EndsAProgramThatDoesNotEndByItself) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(

@@ -1,15 +1,12 @@
-// Where results go: no output replaces an input, links and devices stay what they are, what is lost
-// on standard output is said, and whatever ends a recording leaves it playable.
-#include <chrono>
+// Tests that no output replaces an input, that links and devices stay what they are, that lost
+// results on standard output are reported.
 #include <csignal>
 #include <cstring>
 #include <functional>
 #include <thread>
 
 #include <fcntl.h>
-#include <sys/prctl.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 
 #include "formats/audio/audio_file.h"
 #include "tests/sofa_writer.h"
@@ -34,7 +31,7 @@ class Outputs : public ::testing::Test {
     return words;
   }
 
-  // A level of several files, and a bake of another.
+  // A level of several files and a bake of another one.
   Outputs() {
     std::string corners(36, '\0');
     const float ones[] = {1, 1};
@@ -62,7 +59,7 @@ class Outputs : public ::testing::Test {
         "--quiet",   "--longest", "0.02"};
   }
 
-  // Each input, under its own name and through a link, as the output of a command.
+  // Uses each input, under its own name and through a link, as the output of a command.
   void expect_spared(const std::vector<std::string>& inputs,
                      const std::function<std::vector<std::string>(const std::string&)>& command,
                      const std::string& ending = "") {
@@ -97,7 +94,7 @@ TEST_F(Outputs, OfABakeNeverReplaceTheLevelItsBuffersSoundsOrSidecar) {
   expect_spared(inputs, [&](const std::string& output) {
     return with(bake_to(output), {"--shard", "1/2"});
   });
-  // The journal is an output as well.
+  // The journal is an output, too.
   fs::rename(folder_ / "click.wav", folder_ / "out.journal");
   auto words = bake_to(folder_ / "out");
   words[7] = "signal=" + (folder_ / "out.journal") + ",at=1,1,1";
@@ -193,7 +190,7 @@ TEST_F(Outputs, GoThroughLinksAndLeaveNothingBesideDevices) {
   EXPECT_TRUE(fs::is_symlink(folder_ / "link.clamor"));
   EXPECT_TRUE(read(folder_ / "far/level.clamor") == whole);
 
-  // A device behind a link, so that nothing would be made in /dev.
+  // The device is behind a link, so that a failing test creates nothing in /dev.
   fs::create_symlink("/dev/null", folder_ / "null");
   const auto names = folder_.names();
   auto talkative = bake_to(folder_ / "null");
@@ -213,7 +210,7 @@ TEST_F(Outputs, GoThroughLinksAndLeaveNothingBesideDevices) {
   EXPECT_EQ(clamor(bake_to("/dev/full")).code, 1);
   EXPECT_FALSE(fs::exists("/dev/full.journal"));
 
-  // A pipe, which somebody reads.
+  // A pipe with a reader.
   const std::string pipe = folder_ / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   std::string received;
@@ -265,163 +262,6 @@ TEST_F(Outputs, ThatStandardOutputCannotTakeAreMissed) {
     EXPECT_NE(err.str().find("standard output could not be written"), std::string::npos)
         << command[0] << ": " << err.str();
   }
-}
-
-// The program itself, with its standard error in a file or where the caller says.
-class ChildProgram {
- public:
-  // `blocks_sigpipe`: as the JACK library does to the thread that opens a device.
-  ChildProgram(std::vector<std::string> words, int error, bool blocks_sigpipe = false) {
-    words.insert(words.begin(), testing::kProgram);
-    std::vector<char*> pointers;
-    for (std::string& word : words) pointers.push_back(word.data());
-    pointers.push_back(nullptr);
-    id_ = ::fork();
-    if (id_ != 0) return;
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a test that crashes leaves none behind
-    const int null = ::open("/dev/null", O_RDWR);
-    ::dup2(null, STDIN_FILENO);
-    ::dup2(null, STDOUT_FILENO);
-    ::dup2(error, STDERR_FILENO);
-    std::signal(SIGHUP, SIG_DFL);  // a test under nohup
-    sigset_t blocked;
-    ::sigemptyset(&blocked);
-    if (blocks_sigpipe) ::sigaddset(&blocked, SIGPIPE);
-    ::sigprocmask(SIG_SETMASK, &blocked, nullptr);
-    ::execv(pointers[0], pointers.data());
-    ::_exit(127);
-  }
-  ~ChildProgram() {
-    if (id_ <= 0) return;
-    ::kill(id_, SIGKILL);
-    ::waitpid(id_, nullptr, 0);
-  }
-
-  void signal(int number) const { ::kill(id_, number); }
-
-  // Its exit code, or minus the signal that killed it.
-  int ended() {
-    int status = 0;
-    ::waitpid(std::exchange(id_, -1), &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-  }
-
-  bool runs() const {
-    siginfo_t info{};
-    return ::waitid(P_PID, static_cast<id_t>(id_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
-           info.si_pid == 0;
-  }
-
-  // Whether it catches a signal, as the kernel says.
-  bool catches(int number) const {
-    std::ifstream status("/proc/" + std::to_string(id_) + "/status");
-    for (std::string line; std::getline(status, line);)
-      if (line.starts_with("SigCgt:"))
-        return (std::stoull(line.substr(7), nullptr, 16) >> (number - 1) & 1) != 0;
-    return false;
-  }
-
- private:
-  pid_t id_ = -1;
-};
-
-template <class Condition>
-bool comes_true(const Condition& condition) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(2);
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
-}
-
-std::size_t recorded_frames(const std::string& path) {
-  if (!fs::exists(path)) return 0;
-  const auto sound = read_channels(path, 2);
-  return sound.ok() ? sound->frames() : 0;
-}
-
-TEST_F(Outputs, ThatAreRecordedCanBePlayedWhateverEndsTheProgram) {
-  for (const char* name : {"r.wav", "r.flac"}) {
-    const std::string path = folder_ / name;
-    for (const int number : {SIGKILL, SIGTERM, SIGINT, SIGHUP, SIGPIPE}) {
-      fs::remove(path);
-      int error[2];
-      ASSERT_EQ(::pipe2(error, O_CLOEXEC), 0);
-      const auto names = folder_.names();
-      ChildProgram player({"play", bake_, "--listener", "1,0,2", "--device", "none", "--seconds",
-                           "600", "--record", path},
-                          error[1], path.ends_with(".flac"));
-      ::close(error[1]);
-      std::size_t seen = 0;
-      ASSERT_TRUE(comes_true([&] { return (seen = recorded_frames(path)) > 24000; })) << name;
-      EXPECT_TRUE(player.runs());
-      if (number == SIGPIPE)
-        ::close(error[0]);  // as `| head` does
-      else
-        player.signal(number);
-      EXPECT_EQ(player.ended(), number == SIGKILL ? -SIGKILL : 0) << strsignal(number);
-      if (number != SIGPIPE) ::close(error[0]);
-      EXPECT_GE(recorded_frames(path), seen) << name << " after " << strsignal(number);
-      EXPECT_EQ(folder_.names().size(), names.size() + 1) << strsignal(number);
-    }
-  }
-}
-
-TEST_F(Outputs, OfARenderThatIsStoppedAreNotThereAndAfterAKillGoWithTheNext) {
-  const std::string path = folder_ / "r.wav";
-  const auto names = folder_.names();
-  const auto render = [&](const std::string& seconds) {
-    return std::vector<std::string>{"render",    bake_,   "--listener", "1,0,2",
-                                    "--seconds", seconds, "-o",         path};
-  };
-  const int log = ::open((folder_ / "log").c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
-  for (const int number : {SIGHUP, SIGTERM, SIGKILL}) {
-    ChildProgram program(render("86400"), log);
-    ASSERT_TRUE(comes_true([&] { return folder_.names().size() > names.size() + 1; }));
-    program.signal(number);
-    EXPECT_EQ(program.ended(), number == SIGKILL ? -SIGKILL : 1);
-    EXPECT_FALSE(fs::exists(path));
-    EXPECT_EQ(folder_.names().size(), names.size() + (number == SIGKILL ? 2 : 1));
-  }
-  ::close(log);
-  ASSERT_EQ(clamor(render("0.1")).code, 0);
-  EXPECT_EQ(folder_.names().size(), names.size() + 2) << "the sound and the log";
-}
-
-TEST_F(Outputs, OfCommandsThatAreStoppedAreNoneAndTheExitCodeIsOne) {
-  const std::string room = folder_ / "room.clamor", sound = folder_ / "hiss.wav";
-  ASSERT_EQ(clamor({"bake", testing::violin_room(), "-o", room, "--photons", "20000", "--sources",
-                    "100000", "--emitter", "signal=impulse,at=1,1.2,1", "--quiet", "--no-journal"})
-                .code,
-            0);
-  ASSERT_EQ(clamor({"render", bake_, "--listener", "1,0,2", "--seconds", "3", "-o", sound}).code,
-            0);
-  const std::string out = folder_ / "out", log = folder_ / "log";
-  const std::vector<std::vector<std::string>> commands = {
-      {"impulse", room, "--listener", "0,1.7,0", "-o", out + ".wav"},
-      {"experiment", "walk", room, "--quick", "-o", out},
-      {"compare", sound, sound, "--null", "10000"}};
-  for (const auto& command : commands)
-    for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
-      int code = 0;
-      // On a busy machine the command may have done its work when the signal comes.
-      for (int attempt = 0; code != 1 && attempt < 20; ++attempt) {
-        const int error = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
-        ChildProgram program(command, error);
-        ::close(error);
-        ASSERT_TRUE(comes_true([&] { return program.catches(number) || !program.runs(); }));
-        program.signal(number);
-        code = program.ended();
-        if (code == 1) break;
-        fs::remove(out + ".wav");
-        fs::remove_all(out);
-      }
-      EXPECT_EQ(code, 1) << command[0] << " and " << strsignal(number);
-      EXPECT_NE(read(log).find("clamor " + command[0] + ": stopped"), std::string::npos)
-          << read(log);
-      EXPECT_FALSE(fs::exists(out) || fs::exists(out + ".wav"));
-    }
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Levels nobody here made, through the whole program: bake, inspect, render, impulse.
+// Tests the whole program (bake, inspect, render, impulse) on levels from other sources.
 #include <algorithm>
 #include <cmath>
 #include <ostream>
@@ -24,7 +24,7 @@ struct RealLevel {
   bool is_large = false;  // millions of triangles
 };
 
-// For the test's name, which would otherwise hold the addresses of the strings.
+// Prints the test parameter, whose default form would hold the addresses of the strings.
 void PrintTo(const RealLevel& level, std::ostream* out) { *out << level.file; }
 
 class RealLevels : public ::testing::TestWithParam<RealLevel> {};

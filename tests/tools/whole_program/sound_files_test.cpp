@@ -1,4 +1,4 @@
-// What render and play write is what was asked for: sample formats, channels, and what they hold.
+// Tests the sample formats, channels and contents of the files that render and play write.
 #include <cmath>
 #include <cstring>
 
@@ -14,7 +14,7 @@ using testing::clamor;
 using testing::Folder;
 using testing::read;
 
-// What a file's header says, read byte by byte.
+// Header of a sound file, read byte by byte.
 struct Header {
   std::string kind;  // "pcm", "float" or "flac"
   unsigned channels = 0, bits = 0, rate_hz = 0, speakers = 0;
@@ -60,7 +60,7 @@ class SoundFiles : public ::testing::Test {
     EXPECT_EQ(outcome.code, 0) << outcome.err;
   }
 
-  // With `render` or `play`, into a file in the folder.
+  // Runs `render` or `play` with output to a file in the folder.
   std::string written(const std::string& command, const std::string& name,
                       const std::vector<std::string>& options) const {
     const std::string path = folder_ / name;
@@ -83,7 +83,7 @@ TEST_F(SoundFiles, HoldTheSamplesThatWereAskedForFromRenderAndPlay) {
   const struct {
     const char *file, *format, *kind;
     unsigned bits;
-    double step;  // of the file's numbers
+    double step;  // quantization step of the file
   } cases[] = {{"a.wav", "float", "float", 32, 0},    {"a.wav", "32", "pcm", 32, 0x1p-31},
                {"a.wav", "24", "pcm", 24, 0x1p-23},   {"a.wav", "16", "pcm", 16, 0x1p-15},
                {"a.flac", "24", "flac", 24, 0x1p-23}, {"a.flac", "16", "flac", 16, 0x1p-15}};
@@ -101,10 +101,9 @@ TEST_F(SoundFiles, HoldTheSamplesThatWereAskedForFromRenderAndPlay) {
       const auto sound = read_channels(path, 2);
       ASSERT_TRUE(sound.ok()) << what;
       ASSERT_EQ(sound->frames(), exact->frames()) << what;
-      if (std::string(command) == "play") continue;  // when it is busy, it is late
+      if (std::string(command) == "play") continue;  // may be late on a busy machine
       for (std::size_t c = 0; c < 2; ++c)
-        for (std::size_t i = 0; i < exact->frames();
-             ++i)  // rounding, and dither of a step each way
+        for (std::size_t i = 0; i < exact->frames(); ++i)  // rounding, and dither of one step
           ASSERT_NEAR(sound->channels[c][i], exact->channels[c][i],
                       1.5 * step + 2e-7 * std::abs(exact->channels[c][i]))
               << what << ", frame " << i;
@@ -154,7 +153,7 @@ TEST_F(SoundFiles, ComeWithAReportOfWhatWasPlayed) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_NE(read(report + "/play.html").find("Spectrogram"), std::string::npos);
   EXPECT_NE(outcome.err.find("LUFS on average"), std::string::npos) << outcome.err;
-  EXPECT_NE(outcome.err.find("CPU, of one core"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("CPU, share of one core"), std::string::npos) << outcome.err;
   const std::string figures = read(report + "/play_figures.csv");
   for (const char* figure :
        {"late_callbacks,", "gaps,", "device_latency_ms,", "held_blocks,", "late_keyframes,",

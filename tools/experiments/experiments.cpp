@@ -1,0 +1,86 @@
+#include "tools/experiments/experiments.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "runtime/sampling/strategies.h"
+
+namespace clamor {
+
+std::vector<double> column_of(const ReportTable& table, const std::string& column,
+                              const std::string& name) {
+  const auto at = static_cast<std::size_t>(
+      std::find(table.columns.begin(), table.columns.end(), column) - table.columns.begin());
+  assert(at < table.columns.size());
+  std::vector<double> values;
+  for (const auto& row : table.rows) {
+    const auto* first = std::get_if<std::string>(&row[0]);
+    if (name.empty() || (first != nullptr && *first == name))
+      values.push_back(std::get<double>(row[at]));
+  }
+  return values;
+}
+
+std::string range_text(const std::vector<double>& values, int digits) {
+  if (values.empty()) return "nothing";
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  const std::string low = fmt::format("{:.{}f}", *least, digits),
+                    high = fmt::format("{:.{}f}", *most, digits);
+  return low == high ? low : low + " to " + high;
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  return text;
+}
+
+std::optional<double> fitted_exponent(const std::vector<double>& x, const std::vector<double>& y) {
+  assert(x.size() == y.size());
+  double sum_x = 0, sum_y = 0, sum_xx = 0, sum_xy = 0;
+  const auto n = static_cast<double>(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!(x[i] > 0) || !(y[i] > 0)) return std::nullopt;
+    const double log_x = std::log(x[i]), log_y = std::log(y[i]);
+    sum_x += log_x, sum_y += log_y, sum_xx += log_x * log_x, sum_xy += log_x * log_y;
+  }
+  const double spread = n * sum_xx - sum_x * sum_x;
+  if (x.size() < 2 || !(spread > 1e-12)) return std::nullopt;
+  return (n * sum_xy - sum_x * sum_y) / spread;
+}
+
+int colour_of(const std::string& strategy) {
+  for (std::size_t i = 0; i < kStrategies.size(); ++i)
+    if (kStrategies[i].name == strategy) return static_cast<int>(i);
+  return Chart::kGrey;
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto at = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
+  return values[at];
+}
+
+std::string at_every_k_except(std::span<const WorseThanPaper> defeats) {
+  std::string words = "at every k";
+  for (const WorseThanPaper& defeat : defeats)
+    words += fmt::format("{} {} ({:.2f}, the best of the paper's {:.2f})",
+                         &defeat == &defeats.front()  ? " but"
+                         : &defeat == &defeats.back() ? " and"
+                                                      : ",",
+                         defeat.k, defeat.ours, defeat.theirs);
+  return words;
+}
+
+std::vector<std::size_t> sample_sizes(const ExperimentScene& scene, std::size_t most) {
+  std::vector<std::size_t> sizes;
+  for (std::size_t k = 32; k <= most && 2 * k <= scene.size(); k *= 2) sizes.push_back(k);
+  return sizes;
+}
+
+}  // namespace clamor
