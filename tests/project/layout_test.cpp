@@ -1,5 +1,4 @@
-// layout_test.cpp: the repository keeps its shape: folders, headers of modules, a README that is
-// true.
+// layout_test.cpp: the repository keeps its shape: folders and headers of modules.
 
 #include <array>
 #include <regex>
@@ -115,108 +114,6 @@ TEST(Layout, HasThePresetsThatTheDesignNames) {
     if (kind != std::string("testPresets")) expected.insert("fuzz");  // it replays in the others
     EXPECT_EQ(names, expected) << kind;
   }
-}
-
-TEST(Readme, LinksToFilesThatExist) {
-  static const std::regex kLink(R"re((?:\]\(|href=")([^)"#\s]+))re");
-  const std::string readme = read_text(kRoot / "README.md");
-  std::size_t links = 0;
-  for (auto link = std::sregex_iterator(readme.begin(), readme.end(), kLink);
-       link != std::sregex_iterator(); ++link) {
-    const std::string target = (*link)[1];
-    if (target.starts_with("http")) continue;
-    ++links;
-    EXPECT_TRUE(fs::exists(kRoot / target)) << target;
-  }
-  EXPECT_GT(links, 10u);
-}
-
-// The lines of the README's code blocks, a line that ends in a backslash joined with the next.
-std::vector<std::string> commands_of(const std::string& readme) {
-  std::vector<std::string> commands;
-  bool inside = false, continued = false;
-  for (std::string line : lines_of(readme)) {
-    if (line.starts_with("```")) {
-      inside = !inside;
-      continue;
-    }
-    if (!inside) continue;
-    const bool goes_on = line.ends_with('\\');
-    if (goes_on) line.pop_back();
-    if (continued)
-      commands.back() += line;
-    else
-      commands.push_back(line);
-    continued = goes_on;
-  }
-  return commands;
-}
-
-TEST(Readme, ShowsCommandsAndOptionsThatTheProgramHas) {
-  static const std::regex kCommand(R"(^\s*(?:build/release/)?clamor ([a-z]+)(.*))");
-  static const std::regex kOption(R"(\s(--?[a-z]+))");
-  std::set<std::string> shown;
-  for (const std::string& line : commands_of(read_text(kRoot / "README.md"))) {
-    std::smatch command;
-    if (!std::regex_search(line, command, kCommand)) continue;
-    const std::string name = command[1], options = command[2];
-    std::string source = read_text(kRoot / "tools/commands" / (name + "_command.cpp"));
-    EXPECT_FALSE(source.empty()) << "there is no command " << name;
-    if (name == "bake") source += read_text(kRoot / "tools/commands/bake_request.cpp");
-    for (const char* const shared : {"mix", "output", "strategy"})
-      if (source.find("tools/commands/" + std::string(shared) + "_options.h") != std::string::npos)
-        source += read_text(kRoot / "tools/commands" / (std::string(shared) + "_options.cpp"));
-    shown.insert(name);
-    for (auto option = std::sregex_iterator(options.begin(), options.end(), kOption);
-         option != std::sregex_iterator(); ++option) {
-      const std::string word = (*option)[1];
-      EXPECT_TRUE(source.find('"' + word + '"') != std::string::npos ||
-                  source.find('"' + word + ',') != std::string::npos ||
-                  source.find(',' + word + '"') != std::string::npos)
-          << "clamor " << name << " has no " << word;
-    }
-  }
-  EXPECT_EQ(shown, (std::set<std::string>{"bake", "merge", "compare", "diff", "inspect", "render",
-                                          "impulse", "play", "materials", "devices", "experiment",
-                                          "bench"}));
-}
-
-TEST(Readme, ShowsASidecarWithPresetsThatExist) {
-  const std::string readme = read_text(kRoot / "README.md");
-  const std::size_t begin = readme.find("```json\n"), end = readme.find("```\n", begin + 8);
-  ASSERT_NE(end, std::string::npos);
-  const auto sidecar = nlohmann::json::parse(readme.substr(begin + 8, end - begin - 8));
-  const auto schema = nlohmann::json::parse(read_text(kRoot / "formats/acoustics.schema.json"));
-  const auto presets = nlohmann::json::parse(read_text(kRoot / "assets/materials.json"));
-  for (const auto& [key, value] : sidecar.items())
-    EXPECT_TRUE(schema["properties"].contains(key)) << key;
-  for (const auto& [pattern, material] : sidecar.at("materials").items()) {
-    const auto preset =
-        material.is_string() ? material : material.value("preset", nlohmann::json());
-    if (preset.is_string()) {
-      EXPECT_TRUE(presets["materials"].contains(preset.get<std::string>())) << preset;
-    }
-  }
-}
-
-TEST(Readme, ShowsScriptsThatExistWithOptionsTheyTake) {
-  static const std::regex kScript(R"(^\s*(tools/[a-z]+)(.*))");
-  static const std::regex kOption(R"(\s(--[a-z]+))");
-  std::set<std::string> shown;
-  for (const std::string& line : commands_of(read_text(kRoot / "README.md"))) {
-    std::smatch script;
-    if (!std::regex_search(line, script, kScript)) continue;
-    const std::string text = read_text(kRoot / script[1].str()), options = script[2];
-    EXPECT_FALSE(text.empty()) << script[1];
-    EXPECT_NE(fs::status(kRoot / script[1].str()).permissions() & fs::perms::owner_exec,
-              fs::perms::none);
-    shown.insert(script[1]);
-    for (auto option = std::sregex_iterator(options.begin(), options.end(), kOption);
-         option != std::sregex_iterator(); ++option)
-      EXPECT_NE(text.find((*option)[1].str() + ")"), std::string::npos)
-          << script[1] << " takes no " << (*option)[1];
-  }
-  EXPECT_EQ(shown, (std::set<std::string>{"tools/demo", "tools/test"}));
 }
 
 TEST(ContinuousIntegration, RunsWhatDevelopersRun) {
