@@ -50,7 +50,7 @@ inline const std::string& other_bytes() {
   return bytes;
 }
 
-// What can happen to a file while it is read.
+// A change of a file while it is read.
 struct FileFault {
   const char* what;
   std::function<void(const std::string& path)> strike;

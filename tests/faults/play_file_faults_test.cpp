@@ -92,7 +92,7 @@ TEST(PlayCommand, SaysOnceThatItsFileIsGoneAndPlaysToTheEnd) {
 }
 
 TEST(BakeFileWatcher, TellsOfEachVersionOnceAndOnlyWhenItHasSettled) {
-  using News = BakeFileWatcher::News;
+  using Change = BakeFileWatcher::Change;
   const Folder folder;
   const std::string path = folder / "a.clamor";
   ASSERT_TRUE(write_bake(path, room(), 1).ok());
@@ -100,11 +100,11 @@ TEST(BakeFileWatcher, TellsOfEachVersionOnceAndOnlyWhenItHasSettled) {
   ASSERT_TRUE(file.ok());
   BakeFileWatcher watch(*file);
   const auto looks = [&watch](int count) {
-    std::vector<News> news;
-    for (int i = 0; i < count; ++i) news.push_back(watch.look());
-    return news;
+    std::vector<Change> changes;
+    for (int i = 0; i < count; ++i) changes.push_back(watch.check());
+    return changes;
   };
-  const auto nothing = [](std::size_t count) { return std::vector<News>(count, News::kNone); };
+  const auto nothing = [](std::size_t count) { return std::vector<Change>(count, Change::kNone); };
   EXPECT_EQ(looks(3), nothing(3));
   // A copy still being written is ignored.
   for (std::size_t part = 1; part < 4; ++part) {
@@ -112,17 +112,17 @@ TEST(BakeFileWatcher, TellsOfEachVersionOnceAndOnlyWhenItHasSettled) {
     folder.write("a.clamor", other_bytes().substr(0, 100 * part));
     EXPECT_EQ(looks(1), nothing(1));
   }
-  EXPECT_EQ(looks(3), (std::vector{News::kReplaced, News::kNone, News::kNone}));
+  EXPECT_EQ(looks(3), (std::vector{Change::kReplaced, Change::kNone, Change::kNone}));
   std::filesystem::remove(path);
   EXPECT_EQ(looks(2), nothing(2));
   ASSERT_TRUE(write_bake(path, other_room(), 1).ok());
-  EXPECT_EQ(looks(3), (std::vector{News::kNone, News::kReplaced, News::kNone}));
+  EXPECT_EQ(looks(3), (std::vector{Change::kNone, Change::kReplaced, Change::kNone}));
   const auto other = BakeFile::open(path);
   ASSERT_TRUE(other.ok());
   watch.plays(*other);
   EXPECT_EQ(looks(2), nothing(2));
   std::ofstream(path, std::ios::app) << "more";
-  EXPECT_EQ(looks(3), (std::vector{News::kNone, News::kOverwritten, News::kNone}));
+  EXPECT_EQ(looks(3), (std::vector{Change::kNone, Change::kOverwritten, Change::kNone}));
 }
 
 // A stream buffer that watches the output of the program and runs actions when given texts appear
@@ -158,7 +158,7 @@ class Listening final : public std::streambuf {
   std::string heard_;
 };
 
-// The same room at a hundredth of the amplitude.
+// A copy of the room at a hundredth of the amplitude.
 BakeContents quiet_room() {
   BakeContents quiet = room();
   for (Signal& signal : quiet.signals)

@@ -77,7 +77,7 @@ class MixerVoices {
   double energy_ = 0;
 };
 
-// The same voices for OpenAL Soft, at one of two moments.
+// Voices for OpenAL Soft, equal to those above, at one of two moments.
 const std::vector<std::vector<float>>& bench_samples();
 std::vector<OpenalVoices::Voice> openal_voices_at(std::uint32_t moment, std::uint32_t count);
 

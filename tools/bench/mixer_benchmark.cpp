@@ -66,7 +66,7 @@ Result<MixerBenchmark> measure_mixer(const BenchRequest&, const std::function<vo
 
 namespace {
 
-constexpr std::uint32_t kVoicesOfOtherKernels = 2000, kMostOpenalVoices = 2000;
+constexpr std::uint32_t kVoicesOfOtherKernels = 2000, kMaxOpenalVoices = 2000;
 constexpr MixMode kLikeOpenal{Interpolation::kLinear, 1, false};
 
 double median(std::vector<double> values) {
@@ -262,7 +262,7 @@ Result<MixerBenchmark> measure_mixer(const BenchRequest& request,
   if (const auto openal = OpenalVoices::create(bench_samples(), openal_voices_at(0, 1))) {
     result.openal = openal->version();
     for (const std::uint32_t voices : request.voices)
-      if (voices <= kMostOpenalVoices) result.against_openal.push_back({voices});
+      if (voices <= kMaxOpenalVoices) result.against_openal.push_back({voices});
   }
 
   const std::uint32_t profiled =

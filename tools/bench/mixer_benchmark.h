@@ -56,7 +56,7 @@ struct OpenalTiming {
   double times_still = 0, times_moving = 0;  // Clamor's voices relative to OpenAL Soft's
 };
 
-// Where the time for one frame of a voice goes. The first two figures follow from the peak rate:
+// Breakdown of the time for one frame of a voice. The first two figures follow from the peak rate:
 // reading_ns is the minimum for interpolation, ceiling_ns for all multiply-adds. The others are
 // measured, and each includes the costs of the one before: static voices in L1 in calls of one step
 // (in_steps_ns) and of a block, static voices, typical voices, and the whole mixer.

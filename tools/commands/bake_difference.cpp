@@ -89,7 +89,7 @@ class Differences {
 
   // Lists names as "bell, fan (16 403)": names that differ only in a final number are counted.
   static std::string listed(const std::vector<std::string>& names) {
-    constexpr std::size_t kMostNames = 6;
+    constexpr std::size_t kMaxNames = 6;
     std::vector<std::pair<std::string, std::size_t>> kinds;
     for (const std::string& name : names) {
       const std::string kind = without_number(name);
@@ -97,10 +97,10 @@ class Differences {
       ++kinds.back().second;
     }
     std::string text;
-    for (std::size_t i = 0; i < kinds.size() && i < kMostNames; ++i)
+    for (std::size_t i = 0; i < kinds.size() && i < kMaxNames; ++i)
       text += (i > 0 ? ", " : "") + kinds[i].first +
               (kinds[i].second > 1 ? " (" + grouped(kinds[i].second) + ")" : "");
-    if (kinds.size() > kMostNames) text += fmt::format(" and {} more", kinds.size() - kMostNames);
+    if (kinds.size() > kMaxNames) text += fmt::format(" and {} more", kinds.size() - kMaxNames);
     return text;
   }
 

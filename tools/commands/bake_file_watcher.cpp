@@ -4,13 +4,13 @@
 
 namespace clamor {
 
-BakeFileWatcher::News BakeFileWatcher::look() {
+BakeFileWatcher::Change BakeFileWatcher::check() {
   const std::optional<FileVersion> now = file_version(path_);
   const bool is_settled = now == std::exchange(seen_, now);
-  if (!now || !is_settled || *now == told_) return News::kNone;
-  told_ = *now;
-  if (*now == playing_) return News::kNone;
-  return now->is_same_file(playing_) ? News::kOverwritten : News::kReplaced;
+  if (!now || !is_settled || *now == reported_) return Change::kNone;
+  reported_ = *now;
+  if (*now == playing_) return Change::kNone;
+  return now->is_same_file(playing_) ? Change::kOverwritten : Change::kReplaced;
 }
 
 }  // namespace clamor

@@ -16,20 +16,20 @@ class BakeFileWatcher {
  public:
   // kReplaced: another file has the path, and the open one is intact. kOverwritten: the open file
   // itself has changed.
-  enum class News { kNone, kReplaced, kOverwritten };
+  enum class Change { kNone, kReplaced, kOverwritten };
 
   explicit BakeFileWatcher(const BakeFile& playing)
-      : path_(playing.path()), playing_(playing.version()), told_(playing_), seen_(playing_) {}
+      : path_(playing.path()), playing_(playing.version()), reported_(playing_), seen_(playing_) {}
 
   // Checks the file system, which may block. Reports each version once.
-  News look();
+  Change check();
 
   // Sets the file that plays from now on, opened under the original path.
-  void plays(const BakeFile& file) { seen_ = told_ = playing_ = file.version(); }
+  void plays(const BakeFile& file) { seen_ = reported_ = playing_ = file.version(); }
 
  private:
   const std::string path_;
-  FileVersion playing_, told_;
+  FileVersion playing_, reported_;
   std::optional<FileVersion> seen_;  // at the last check
 };
 

@@ -10,9 +10,9 @@ namespace clamor {
 
 bool BakeFollower::check(Player& player, AuralizerOptions options, std::ostream& err,
                          const char* prefix) {
-  const BakeFileWatcher::News news = watcher_.look();
-  if (news == BakeFileWatcher::News::kNone) return false;
-  const bool is_replaced = news == BakeFileWatcher::News::kReplaced;
+  const BakeFileWatcher::Change change = watcher_.check();
+  if (change == BakeFileWatcher::Change::kNone) return false;
+  const bool is_replaced = change == BakeFileWatcher::Change::kReplaced;
   const std::string what =
       fmt::format("{}{} was {}", prefix, file_->path(), is_replaced ? "replaced" : "overwritten");
   if (!follows_) {

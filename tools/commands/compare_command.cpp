@@ -29,9 +29,9 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr float kLoudest = 1e6f;
-constexpr int kMostRolls = 10000, kMostEars = 2;
-constexpr std::size_t kMostPointsInJson = 64;  // longer lists, such as moments, are left out
+constexpr float kMaxSample = 1e6f;
+constexpr int kMaxRolls = 10000, kMaxChannelsCompared = 2;
+constexpr std::size_t kMaxPointsInJson = 64;  // longer lists, such as moments, are left out
 
 struct Options {
   std::string a, b, kind = "auto", rolls_folder, dry;
@@ -41,11 +41,11 @@ struct Options {
 };
 
 Result<Sound> read_sound(const std::string& path) {
-  Result<Sound> sound = read_channels(path, kMostEars);
+  Result<Sound> sound = read_channels(path, kMaxChannelsCompared);
   if (!sound.ok()) return sound;
   for (const auto& channel : sound->channels)
     for (const float x : channel)
-      if (std::abs(x) > kLoudest)
+      if (std::abs(x) > kMaxSample)
         return Error(fmt::format("reaches {:g}, where full scale is 1; lower it.", x)).in(path);
   return sound;
 }
@@ -96,7 +96,7 @@ ordered_json to_json(const Difference& difference, const NullDistribution* null)
   json["unit"] = info.unit;
   json["source"] = info.source;
   json["jnd_source"] = info.jnd_source;
-  if (difference.points.size() > 1 && difference.points.size() <= kMostPointsInJson)
+  if (difference.points.size() > 1 && difference.points.size() <= kMaxPointsInJson)
     for (const DifferencePoint& point : difference.points)
       json["points"].push_back(to_json(point, info));
   return json;
@@ -289,10 +289,9 @@ int run_compare(std::span<const std::string> arguments, std::ostream& out, std::
   if (options.kind != "auto" && options.kind != "programme" && options.kind != "response")
     return parser.bad_usage(
         err, "--as must be auto, programme or response, not " + in_quotes(options.kind));
-  if (options.null_rolls != 0 &&
-      (options.null_rolls < kMinRolls || options.null_rolls > kMostRolls))
+  if (options.null_rolls != 0 && (options.null_rolls < kMinRolls || options.null_rolls > kMaxRolls))
     return parser.bad_usage(
-        err, fmt::format("--null must be 0 or lie between {} and {}", kMinRolls, kMostRolls));
+        err, fmt::format("--null must be 0 or lie between {} and {}", kMinRolls, kMaxRolls));
   if (options.null_rolls != 0 && !options.rolls_folder.empty())
     return parser.bad_usage(err, "give either --null N or --rolls FOLDER");
   const ExitOnSignal stop("compare");

@@ -55,17 +55,17 @@ void print_json(const Comparison& comparison, std::ostream& out) {
 }
 
 void print_rows(const std::vector<BakeDifference>& differences, std::ostream& out) {
-  constexpr std::size_t kMostRows = 60, kColumn = 24;
+  constexpr std::size_t kMaxRows = 60, kColumn = 24;
   const auto shown = [](const std::string& text) { return text.empty() ? "-" : printable(text); };
-  for (std::size_t i = 0; i < std::min(kMostRows, differences.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(kMaxRows, differences.size()); ++i) {
     const auto& [what, in_a, in_b] = differences[i];
     if (what.size() <= kColumn && in_a.size() <= kColumn)
       fmt::print(out, "  {:<24}  {:<24}  {}\n", shown(what), shown(in_a), shown(in_b));
     else
       fmt::print(out, "  {}\n    A  {}\n    B  {}\n", shown(what), shown(in_a), shown(in_b));
   }
-  if (differences.size() > kMostRows)
-    fmt::print(out, "  and {} more (--json has all)\n", differences.size() - kMostRows);
+  if (differences.size() > kMaxRows)
+    fmt::print(out, "  and {} more (--json has all)\n", differences.size() - kMaxRows);
 }
 
 void print_levels(const Comparison& comparison, std::ostream& out) {

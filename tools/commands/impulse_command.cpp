@@ -29,7 +29,7 @@ namespace clamor {
 
 namespace {
 
-constexpr double kLongest_s = 60;
+constexpr double kMaxLength_s = 60;
 
 struct Options {
   std::string level, output, emitter;
@@ -151,7 +151,7 @@ Result<Measured> measure(const Options& options, std::ostream& err) {
         .in(options.level);
   if (warning) err << "warning: " << *warning << '\n';
 
-  const double seconds = std::min(kLongest_s, options.seconds);
+  const double seconds = std::min(kMaxLength_s, options.seconds);
   const std::size_t frames = seconds > 0
                                  ? static_cast<std::size_t>(std::lround(seconds * kSampleRate_hz))
                                  : whole_response_frames(arrivals);
@@ -216,7 +216,7 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
     if (!right.ok()) return parser.bad_usage(err, "-o: " + right.error().message);
     if (!samples.ok()) return parser.bad_usage(err, "-o: " + samples.error().message);
   }
-  if (!(options.seconds >= 0 && options.seconds <= kLongest_s))
+  if (!(options.seconds >= 0 && options.seconds <= kMaxLength_s))
     return parser.bad_usage(err, "--seconds must lie between 0 and 60");
   const auto fail = [&err](const Error& error) {
     err << "clamor impulse: " << error.message << '\n';

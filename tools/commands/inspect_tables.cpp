@@ -16,11 +16,11 @@ namespace {
 
 constexpr std::size_t kShownGroups = 12, kShownInputs = 6, kShownMaterials = 20;
 constexpr std::size_t kWidth = 100;
-constexpr double kFaintest_dB = -99.9;
+constexpr double kMinLevel_db = -99.9;
 
 std::string as_db(double power) {
   const double level_db = decibels_of(power);
-  return level_db > kFaintest_dB ? fmt::format("{:.1f}", level_db) : "-";
+  return level_db > kMinLevel_db ? fmt::format("{:.1f}", level_db) : "-";
 }
 
 std::string as_seconds(float seconds) { return seconds > 0 ? fmt::format("{:.2f}", seconds) : "-"; }
@@ -35,7 +35,7 @@ std::string as_megabytes(std::uint64_t bytes) {
   return fmt::format("{:.2f}", static_cast<double>(bytes) / 1e6);
 }
 
-// How many of a list to show; a line that says "1 more" would save nothing.
+// Number of list entries to show; a line that says "1 more" would save nothing.
 std::size_t shown_of(std::size_t all, std::size_t most) { return all <= most + 1 ? all : most; }
 
 template <class Values, class Format>

@@ -9,7 +9,7 @@ namespace clamor {
 
 namespace {
 
-constexpr int kMostRays = 1'000'000'000;  // more than any level needs
+constexpr int kMaxRays = 1'000'000'000;  // more than any level needs
 
 }  // namespace
 
@@ -18,7 +18,7 @@ MixArguments::MixArguments(Arguments& parser) {
                 "cubic or linear; linear mixes a quarter more voices and loses 1 dB at 8 kHz");
   parser.option("--visibility", visibility_, "on or off: occlusion of sources by surfaces");
   parser.option(
-      "--rays", rays_, {1, kMostRays},
+      "--rays", rays_, {1, kMaxRays},
       "maximum number of occlusion rays per keyframe (50 keyframes a second); a render casts as "
       "many as it needs");
   parser.option(
@@ -43,8 +43,8 @@ Result<void> MixArguments::read(AuralizerOptions& options) const {
     if (!bytes.ok()) return Error("--memory " + bytes.error().message);
     options.memory_bytes = *bytes;
   }
-  constexpr double kGreatestOutputGain = 1e10;  // 200 dB
-  const auto amplitude = parse_gain(gain_, kGreatestOutputGain);
+  constexpr double kMaxOutputGain = 1e10;  // 200 dB
+  const auto amplitude = parse_gain(gain_, kMaxOutputGain);
   if (!amplitude.ok()) return amplitude.error();
   options.gain = *amplitude;
   return {};

@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kName = "play";  // prefix of the files of the report
 constexpr double kBetween_s = 0.1;
-constexpr std::size_t kMostMoments = 360'000;
+constexpr std::size_t kMaxMoments = 360'000;
 
 std::uint32_t sounding(const AuralizerStatistics& now) {
   return now.voices - std::min(now.voices, now.shed_voices);
@@ -38,10 +38,10 @@ double PlayHistory::mean_voices() const {
 }
 
 std::uint32_t PlayHistory::min_voices() const {
-  const auto least =
+  const auto fewest =
       std::min_element(moments_.begin(), moments_.end(),
                        [](const Moment& a, const Moment& b) { return a.voices < b.voices; });
-  return least == moments_.end() ? 0 : least->voices;
+  return fewest == moments_.end() ? 0 : fewest->voices;
 }
 
 double PlayHistory::loudness_lufs() const {

@@ -294,7 +294,7 @@ std::string convergence_text(const ReportTable& table) {
   const auto errors_db = column_of(rows, "loudness_db");
   std::string text;
   if (!sizes.empty()) {
-    const auto [least, most] = std::minmax_element(sizes.begin(), sizes.end());
+    const auto [low, high] = std::minmax_element(sizes.begin(), sizes.end());
     const auto at = [&](double k) {
       std::vector<double> values;
       for (std::size_t i = 0; i < sizes.size(); ++i)
@@ -304,7 +304,7 @@ std::string convergence_text(const ReportTable& table) {
     text = fmt::format(
         "Scaled on amplitudes, the paper's strategies are {} dB louder than all sources at k = {} "
         "and {} dB at k = {}. ",
-        at(*least), *least, at(*most), *most);
+        at(*low), *low, at(*high), *high);
   }
   double furthest_db = 0;
   for (const double db : column_of(table, "loudness_db", "priority"))

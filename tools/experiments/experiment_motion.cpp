@@ -82,7 +82,7 @@ void find_clicks_in(std::array<std::vector<float>, kEars>& ears, double end_s, P
   }
 }
 
-Played play(Auralizer& auralizer, const Way& way, double speed_mps, double seconds) {
+Played play(Auralizer& auralizer, const ListenerPath& path, double speed_mps, double seconds) {
   Played played;
   Punctuality punctuality;
   std::array<std::vector<float>, kEars> ears;
@@ -91,7 +91,7 @@ Played play(Auralizer& auralizer, const Way& way, double speed_mps, double secon
   std::size_t made = 0;
   for (std::size_t b = 1; b <= blocks; ++b) {
     while (auralizer.wants_keyframe()) {
-      auralizer.make_keyframe(way.at(speed_mps * auralizer.next_keyframe_time_s()));
+      auralizer.make_keyframe(path.at(speed_mps * auralizer.next_keyframe_time_s()));
       if (made++ == 0) continue;  // made before playback starts
       played.times_ms.push_back(auralizer.statistics().sampler_ms);
       punctuality.made(made - 1, played.times_ms.back());
@@ -110,8 +110,8 @@ Played play(Auralizer& auralizer, const Way& way, double speed_mps, double secon
 
 // Counts the clicks that are not in the mix of all sources. That mix begins at a common multiple of
 // the detector's hop and of keyframes, so that the detector sees the same frames.
-std::size_t clicks_beyond_all(const Played& played, const MotionScene& scene, const Way& way,
-                              double speed_mps) {
+std::size_t clicks_beyond_all(const Played& played, const MotionScene& scene,
+                              const ListenerPath& path, double speed_mps) {
   constexpr double kGrid_s = 0.32;  // 15 hops of 1024 frames, 16 keyframes of 960
   constexpr double kChunk_s = static_cast<double>(kChunk_frames) / kSampleRate_hz;
   std::size_t beyond = 0;
@@ -120,7 +120,7 @@ std::size_t clicks_beyond_all(const Played& played, const MotionScene& scene, co
     const double before = std::floor((click.time_s - chunk_s) / kGrid_s - 0.5);
     const double from_s = chunk_s + kGrid_s * std::max(0.0, before);
     const auto first = static_cast<std::uint64_t>(std::llround(from_s / kKeyframe_s));
-    const Stretch whole = render_segment(scene, way, speed_mps, "all", 1, first, 32);
+    const RenderedSegment whole = render_segment(scene, path, speed_mps, "all", 1, first, 32);
     const std::vector<float>& ear = whole.sound.channels[click.ear];
     double peak = 0;
     for (const float sample : ear) peak = std::max(peak, static_cast<double>(std::abs(sample)));
@@ -135,30 +135,33 @@ struct Differences {
   std::vector<double> few_lu, many_lu;  // heard, with a quarter and with four times the voices
 };
 
-double power_lu(const Stretch& a, const Stretch& b) {
-  const auto sum = [](const Stretch& one) {
+double power_lu(const RenderedSegment& a, const RenderedSegment& b) {
+  const auto sum = [](const RenderedSegment& one) {
     return std::accumulate(one.powers.begin(), one.powers.end(), 0.0);
   };
   return std::abs(10 * std::log10(sum(a) / sum(b)));
 }
 
-Differences differences(const MotionScene& scene, const MotionScene& rolled, const Way& way,
-                        double speed_mps, double seconds, int readings, std::size_t k) {
+Differences differences(const MotionScene& scene, const MotionScene& rolled,
+                        const ListenerPath& path, double speed_mps, double seconds, int readings,
+                        std::size_t k) {
   Differences result;
   const double every_s = std::max(kKeyframe_s, seconds / readings);
   for (int r = 0; r < readings; ++r) {
     const auto first = static_cast<std::uint64_t>(every_s * r / kKeyframe_s);
     const auto stretch = [&](const MotionScene& of, const char* strategy, std::size_t voices) {
-      return render_segment(of, way, speed_mps, strategy, voices, first, kReadingKeyframes);
+      return render_segment(of, path, speed_mps, strategy, voices, first, kReadingKeyframes);
     };
-    const auto loudness_lufs = [](const Stretch& one) {
+    const auto loudness_lufs = [](const RenderedSegment& one) {
       return programme_loudness(one.sound).momentary_lufs.at(0);
     };
-    const Stretch whole = stretch(scene, "all", 1);
+    const RenderedSegment whole = stretch(scene, "all", 1);
     const double all_lufs = loudness_lufs(whole);
     if (!(all_lufs > kSilence_lufs)) continue;
-    const auto off_lu = [&](const Stretch& one) { return std::abs(loudness_lufs(one) - all_lufs); };
-    const Stretch sampled = stretch(scene, "priority", k);
+    const auto off_lu = [&](const RenderedSegment& one) {
+      return std::abs(loudness_lufs(one) - all_lufs);
+    };
+    const RenderedSegment sampled = stretch(scene, "priority", k);
     result.heard_lu.push_back(off_lu(sampled));
     result.power_lu.push_back(power_lu(sampled, whole));
     result.chance_lu.push_back(off_lu(stretch(rolled, "all", 1)));
@@ -201,13 +204,13 @@ Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostr
   const auto baked = std::make_shared<const BakeFile>(std::move(*file));
   const AuralizerInput& input = (*opened)->input();
   const Vec3 start = options.listener_m.value_or((*opened)->default_listener_m());
-  const Way way(input.sources, start);
+  const ListenerPath path(input.sources, start);
   const MotionScene scene(input), rolled(input, kRoll);
   const double seconds = options.quick ? 2 : 60 * options.minutes;
   const int readings = options.quick ? 3 : options.readings;
-  const std::size_t most =
+  const std::size_t max_sources =
       options.quick ? std::max<std::size_t>(1, input.sources.size() / 4) : input.sources.size();
-  const std::size_t k = std::min(static_cast<std::size_t>(options.voices), most);
+  const std::size_t k = std::min(static_cast<std::size_t>(options.voices), max_sources);
   ReportPage report(
       "motion", "Walking, running and flying",
       fmt::format(
@@ -237,8 +240,8 @@ Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostr
     player.sampler_clock.now_s = [](void*) noexcept { return thread_time_s(); };
     const auto auralizer = Auralizer::create(baked, player);
     if (!auralizer.ok()) return auralizer.error();
-    const Played played = play(**auralizer, way, speed_mps, seconds);
-    const std::size_t new_ones = clicks_beyond_all(played, scene, way, speed_mps);
+    const Played played = play(**auralizer, path, speed_mps, seconds);
+    const std::size_t new_ones = clicks_beyond_all(played, scene, path, speed_mps);
     clicks.rows.push_back({speed_mps, seconds, static_cast<double>(played.clicks.size()),
                            static_cast<double>(new_ones)});
     times.rows.push_back(
@@ -248,7 +251,7 @@ Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostr
     beyond += new_ones;
     late += played.late;
 
-    const Differences now = differences(scene, rolled, way, speed_mps, seconds, readings, k);
+    const Differences now = differences(scene, rolled, path, speed_mps, seconds, readings, k);
     loudness.rows.push_back({speed_mps, static_cast<double>(now.heard_lu.size()),
                              quantile(now.heard_lu, 0.95), worst(now.heard_lu),
                              quantile(now.chance_lu, 0.95), worst(now.chance_lu),
@@ -275,7 +278,7 @@ Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostr
       fmt::format("{} clicks that all sources do not have; {} keyframes later than {:.0f} ms. {}",
                   beyond, late, kLateKeyframe_ms, said_of(all)));
   report.chart(chart,
-               "Readings of 400 ms spread over the way, BS.1770, in a free field, at all speeds; "
+               "Readings of 400 ms spread over the path, BS.1770, in a free field, at all speeds; "
                "chance is the difference of all sources with other random polarities.");
   report.table(std::move(clicks));
   report.table(std::move(loudness));

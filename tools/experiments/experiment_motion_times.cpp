@@ -28,13 +28,13 @@ std::unique_ptr<Auralizer> auralizer_of(const AuralizerInput& input, int voices,
 
 // CPU time of the keyframes along the path, without the first, which is made before playback
 // starts.
-std::vector<double> times_ms(Auralizer& auralizer, const Way& way, double seconds) {
+std::vector<double> times_ms(Auralizer& auralizer, const ListenerPath& path, double seconds) {
   std::vector<double> times;
   std::vector<float> block(kEars * kKeyframeFrames);
   const auto keyframes = static_cast<std::uint64_t>(std::llround(seconds / kKeyframe_s));
   while (auralizer.statistics().keyframes < keyframes) {
     while (auralizer.wants_keyframe()) {
-      auralizer.make_keyframe(way.at(1.5 * auralizer.next_keyframe_time_s()));
+      auralizer.make_keyframe(path.at(1.5 * auralizer.next_keyframe_time_s()));
       if (auralizer.statistics().keyframes > 1) times.push_back(auralizer.statistics().sampler_ms);
     }
     auralizer.mix(std::span(block));
@@ -61,9 +61,10 @@ Result<ReportTable> keyframe_times(const ExperimentOptions& options, std::ostrea
   ReportTable table{"time", "Time per keyframe, walking, one core", {}, {}};
   table.columns = {"sources",          "k", "place", "occluded_percent", "median_ms", "p99_ms",
                    "no_rays_median_ms"};
-  std::vector<std::size_t> most = options.quick ? std::vector<std::size_t>{200, kQuickSources}
-                                                : std::vector<std::size_t>{2000, 10'000, 0};
-  for (const std::size_t n : most) {
+  std::vector<std::size_t> max_sources = options.quick
+                                             ? std::vector<std::size_t>{200, kQuickSources}
+                                             : std::vector<std::size_t>{2000, 10'000, 0};
+  for (const std::size_t n : max_sources) {
     const auto scene = ExperimentScene::open(options.level, n);
     if (!scene.ok()) return scene.error();
     const Vec3 usual = options.listener_m.value_or((*scene)->default_listener_m());
@@ -73,18 +74,19 @@ Result<ReportTable> keyframe_times(const ExperimentOptions& options, std::ostrea
       if (static_cast<std::size_t>(k) >= (*scene)->size()) continue;
       for (int place = 0; place < 3; ++place) {
         // The default position, then positions behind more and more geometry.
-        const Way way((*scene)->input().sources, usual + 1.5 * place * Vec3(1, 0.2, 1));
+        const ListenerPath path((*scene)->input().sources, usual + 1.5 * place * Vec3(1, 0.2, 1));
         const double seconds = options.quick ? 0.3 : 4;
-        const auto seeing = auralizer_of((*scene)->input(), k, true);
-        const auto blind = auralizer_of((*scene)->input(), k, false);
-        if (seeing == nullptr || blind == nullptr) return Error("there is nothing to hear.");
-        const auto seeing_ms = times_ms(*seeing, way, seconds);
-        const auto blind_ms = times_ms(*blind, way, seconds);
+        const auto with_occlusion = auralizer_of((*scene)->input(), k, true);
+        const auto without_occlusion = auralizer_of((*scene)->input(), k, false);
+        if (with_occlusion == nullptr || without_occlusion == nullptr)
+          return Error("there is nothing to hear.");
+        const auto occluded_ms = times_ms(*with_occlusion, path, seconds);
+        const auto free_ms = times_ms(*without_occlusion, path, seconds);
         const double hidden =
-            occluded_share(**scene, surfaces, static_cast<std::size_t>(k), way.at(0).position_m);
+            occluded_share(**scene, surfaces, static_cast<std::size_t>(k), path.at(0).position_m);
         table.rows.push_back({static_cast<double>((*scene)->size()), static_cast<double>(k),
-                              static_cast<double>(place), 100 * hidden, quantile(seeing_ms, 0.5),
-                              quantile(seeing_ms, 0.99), quantile(blind_ms, 0.5)});
+                              static_cast<double>(place), 100 * hidden, quantile(occluded_ms, 0.5),
+                              quantile(occluded_ms, 0.99), quantile(free_ms, 0.5)});
       }
     }
   }

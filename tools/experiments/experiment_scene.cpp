@@ -22,14 +22,14 @@ ExperimentScene::ExperimentScene(AuralizerInput input)
       list_(std::make_shared<SourceList>(field_, weights_, input_.sources)) {}
 
 Result<std::unique_ptr<ExperimentScene>> ExperimentScene::open(const std::string& path,
-                                                               std::size_t most) {
+                                                               std::size_t max_sources) {
   auto file = BakeFile::open(path, FileAccess::kMap);
   if (!file.ok()) return file.error();
   auto input = read_auralizer_input(*file);
   if (!input.ok()) return input.error();
   if (const auto right = check(*input); !right.ok()) return right.error().in(path);
-  if (most > 0 && input->sources.size() > most) {
-    const std::size_t every = (input->sources.size() + most - 1) / most;
+  if (max_sources > 0 && input->sources.size() > max_sources) {
+    const std::size_t every = (input->sources.size() + max_sources - 1) / max_sources;
     std::vector<Source> few;
     for (std::size_t i = 0; i < input->sources.size(); i += every) few.push_back(input->sources[i]);
     input->sources = std::move(few);

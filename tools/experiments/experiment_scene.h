@@ -34,9 +34,10 @@ class ExperimentScene {
  public:
   explicit ExperimentScene(AuralizerInput input);
 
-  // Opens a bake. If it has more than `most` sources (0: no limit), keeps every n-th of them, at
-  // unchanged power, so that about `most` remain.
-  static Result<std::unique_ptr<ExperimentScene>> open(const std::string& path, std::size_t most);
+  // Opens a bake. If it has more than `max_sources` sources (0: no limit), keeps every n-th of
+  // them, at unchanged power, so that about `max_sources` remain.
+  static Result<std::unique_ptr<ExperimentScene>> open(const std::string& path,
+                                                       std::size_t max_sources);
 
   const AuralizerInput& input() const { return input_; }
   const RadiationModel& field() const { return field_; }

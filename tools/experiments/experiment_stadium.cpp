@@ -160,18 +160,18 @@ std::string figure_4_text(const ReportTable& table) {
       "at k = {}); the paper's strategies are up to {:.2f} dB off ({:+.2f} dB, {} at k = {}).",
       std::abs(ours.db), ours.db, ours.k, std::abs(theirs.db), theirs.db, theirs.strategy,
       theirs.k);
-  std::vector<WorseThanPaper> defeats;
+  std::vector<WorseThanPaper> worse;
   std::size_t compared = 0;
   for (const auto& [k, of_priority] : our_error) {
     if (k < 128 || !best_of_paper.contains(k)) continue;
     ++compared;
-    if (of_priority > best_of_paper[k]) defeats.push_back({k, of_priority, best_of_paper[k]});
+    if (of_priority > best_of_paper[k]) worse.push_back({k, of_priority, best_of_paper[k]});
   }
   if (compared == 0) return text;
   text += " From k = 128 up, its renormalised error is ";
-  return text + (defeats.size() == compared ? "nowhere below the best of the paper's strategies."
-                                            : "below the best of the paper's strategies " +
-                                                  at_every_k_except(defeats) + ".");
+  return text + (worse.size() == compared ? "nowhere below the best of the paper's strategies."
+                                          : "below the best of the paper's strategies " +
+                                                at_every_k_except(worse) + ".");
 }
 
 Result<ReportPage> stadium_experiment(const ExperimentOptions& options, std::ostream& err) {

@@ -26,9 +26,9 @@ std::vector<double> column_of(const ReportTable& table, const std::string& colum
 
 std::string range_text(const std::vector<double>& values, int digits) {
   if (values.empty()) return "nothing";
-  const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  const std::string low = fmt::format("{:.{}f}", *least, digits),
-                    high = fmt::format("{:.{}f}", *most, digits);
+  const auto [min, max] = std::minmax_element(values.begin(), values.end());
+  const std::string low = fmt::format("{:.{}f}", *min, digits),
+                    high = fmt::format("{:.{}f}", *max, digits);
   return low == high ? low : low + " to " + high;
 }
 
@@ -66,20 +66,20 @@ double quantile(std::vector<double> values, double share) {
   return values[at];
 }
 
-std::string at_every_k_except(std::span<const WorseThanPaper> defeats) {
+std::string at_every_k_except(std::span<const WorseThanPaper> worse) {
   std::string words = "at every k";
-  for (const WorseThanPaper& defeat : defeats)
+  for (const WorseThanPaper& one : worse)
     words += fmt::format("{} {} ({:.2f}, the best of the paper's {:.2f})",
-                         &defeat == &defeats.front()  ? " but"
-                         : &defeat == &defeats.back() ? " and"
-                                                      : ",",
-                         defeat.k, defeat.ours, defeat.theirs);
+                         &one == &worse.front()  ? " but"
+                         : &one == &worse.back() ? " and"
+                                                 : ",",
+                         one.k, one.ours, one.theirs);
   return words;
 }
 
-std::vector<std::size_t> sample_sizes(const ExperimentScene& scene, std::size_t most) {
+std::vector<std::size_t> sample_sizes(const ExperimentScene& scene, std::size_t max_k) {
   std::vector<std::size_t> sizes;
-  for (std::size_t k = 32; k <= most && 2 * k <= scene.size(); k *= 2) sizes.push_back(k);
+  for (std::size_t k = 32; k <= max_k && 2 * k <= scene.size(); k *= 2) sizes.push_back(k);
   return sizes;
 }
 

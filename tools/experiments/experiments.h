@@ -49,7 +49,7 @@ struct WorseThanPaper {
 };
 
 // Returns "at every k", or "at every k but 128 (0.92, the best of the paper's 0.87) and 512 (...)".
-std::string at_every_k_except(std::span<const WorseThanPaper> defeats);
+std::string at_every_k_except(std::span<const WorseThanPaper> worse);
 
 // Conclusions of the reports. Every number and every comparison is computed from the rows.
 std::string figure_4_text(const ReportTable& table);
@@ -77,7 +77,7 @@ int colour_of(const std::string& strategy);
 
 inline constexpr std::size_t kQuickSources = 400;
 
-// The values 32, 64, ... up to half the number of sources and up to `most`.
-std::vector<std::size_t> sample_sizes(const ExperimentScene& scene, std::size_t most);
+// The values 32, 64, ... up to half the number of sources and up to `max_k`.
+std::vector<std::size_t> sample_sizes(const ExperimentScene& scene, std::size_t max_k);
 
 }  // namespace clamor

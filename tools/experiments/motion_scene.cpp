@@ -43,7 +43,7 @@ std::size_t slots_for(const std::string& strategy, const Sampler& sampler) {
 
 }  // namespace
 
-Way::Way(const std::vector<Source>& sources, const Vec3& start) : start_(start) {
+ListenerPath::ListenerPath(const std::vector<Source>& sources, const Vec3& start) : start_(start) {
   Vec3 low(std::numeric_limits<double>::max()), high(-low);
   for (const Source& source : sources) {
     low = glm::min(low, Vec3(source.position_m));
@@ -55,8 +55,8 @@ Way::Way(const std::vector<Source>& sources, const Vec3& start) : start_(start) 
   small_m_ = 0.3 * half_m;
 }
 
-Listener Way::at(double way_m) const {
-  const double turn = way_m / (large_m_ + small_m_);
+Listener ListenerPath::at(double distance_m) const {
+  const double turn = distance_m / (large_m_ + small_m_);
   const Vec3 place = start_ + large_m_ * Vec3(1 - std::cos(turn), 0, std::sin(turn)) -
                      Vec3(large_m_, 0, 0) +
                      small_m_ * Vec3(std::cos(0.37 * turn), 0, std::sin(0.37 * turn));
@@ -94,11 +94,11 @@ double MotionScene::power(const Keyframe& keyframe, double time_s) const {
   return power;
 }
 
-MotionTrack::MotionTrack(const MotionScene& scene, const Way& way, double speed_mps,
+MotionTrack::MotionTrack(const MotionScene& scene, const ListenerPath& path, double speed_mps,
                          const std::string& strategy, std::size_t voices,
                          std::uint64_t first_keyframe)
     : scene_(scene),
-      way_(way),
+      path_(path),
       speed_mps_(speed_mps),
       sampler_(scene.sampler(strategy, voices)),
       maker_(scene.field(), slots_for(strategy, *sampler_)),
@@ -129,13 +129,13 @@ void MotionTrack::next(Sound& sound, std::vector<double>& powers) {
   }
 }
 
-Stretch render_segment(const MotionScene& scene, const Way& way, double speed_mps,
-                       const std::string& strategy, std::size_t voices,
-                       std::uint64_t first_keyframe, std::size_t keyframes) {
+RenderedSegment render_segment(const MotionScene& scene, const ListenerPath& path, double speed_mps,
+                               const std::string& strategy, std::size_t voices,
+                               std::uint64_t first_keyframe, std::size_t keyframes) {
   // Voices of all sources need only the slopes of their delays: two keyframes.
   const std::uint64_t lead = std::min<std::uint64_t>(first_keyframe, strategy == "all" ? 3 : 10);
-  MotionTrack track(scene, way, speed_mps, strategy, voices, first_keyframe - lead);
-  Stretch stretch{{{{}, {}}, kSampleRate_hz}, {}};
+  MotionTrack track(scene, path, speed_mps, strategy, voices, first_keyframe - lead);
+  RenderedSegment stretch{{{{}, {}}, kSampleRate_hz}, {}};
   for (std::uint64_t k = 0; k < lead; ++k) track.next(stretch.sound, stretch.powers);
   stretch = {{{{}, {}}, kSampleRate_hz}, {}};
   for (std::size_t k = 0; k < keyframes; ++k) track.next(stretch.sound, stretch.powers);

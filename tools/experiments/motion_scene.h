@@ -24,13 +24,13 @@
 namespace clamor {
 
 // A path of two superposed circles of different periods, around the middle of the sources.
-class Way {
+class ListenerPath {
  public:
-  Way(const std::vector<Source>& sources, const Vec3& start);
+  ListenerPath(const std::vector<Source>& sources, const Vec3& start);
 
   // Position after a distance along the path. The speed is nearly constant: that of the large
   // circle.
-  Listener at(double way_m) const;
+  Listener at(double distance_m) const;
 
  private:
   Vec3 start_;
@@ -64,18 +64,18 @@ class MotionScene {
 
 // Sound of a number of keyframes from a given one on, and the power of each. The track starts
 // earlier, so that all ramps and fades have settled.
-struct Stretch {
+struct RenderedSegment {
   Sound sound;
   std::vector<double> powers;
 };
-Stretch render_segment(const MotionScene& scene, const Way& way, double speed_mps,
-                       const std::string& strategy, std::size_t voices,
-                       std::uint64_t first_keyframe, std::size_t keyframes);
+RenderedSegment render_segment(const MotionScene& scene, const ListenerPath& path, double speed_mps,
+                               const std::string& strategy, std::size_t voices,
+                               std::uint64_t first_keyframe, std::size_t keyframes);
 
 class MotionTrack {
  public:
-  // Begins at a keyframe. `scene` and `way` must outlive the track.
-  MotionTrack(const MotionScene& scene, const Way& way, double speed_mps,
+  // Begins at a keyframe. `scene` and `path` must outlive the track.
+  MotionTrack(const MotionScene& scene, const ListenerPath& path, double speed_mps,
               const std::string& strategy, std::size_t voices, std::uint64_t first_keyframe = 0);
 
   // Appends the sound up to the next keyframe and that keyframe's power.
@@ -86,7 +86,7 @@ class MotionTrack {
   double time_s() const { return static_cast<double>(number_) * kKeyframe_s; }
 
   const MotionScene& scene_;
-  const Way& way_;
+  const ListenerPath& path_;
   const double speed_mps_;
   ListenerMotion motion_{kKeyframe_s};
   const std::unique_ptr<Sampler> sampler_;

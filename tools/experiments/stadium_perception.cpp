@@ -22,7 +22,7 @@ Sound brought_to(const Sound& like, Sound sound) {
   return sound;
 }
 
-// How much exact renderings with other phases differ from the original.
+// Differences between the original and exact renderings with other phases.
 NullDistribution chance_of_phases(const ExperimentScene& scene, const Walk& here, double seconds,
                                   const Sound& all, const SoundAnalysis& original, int rolls,
                                   std::ostream& err) {

@@ -9,7 +9,7 @@
 
 namespace clamor {
 
-// How sources are chosen.
+// A strategy with its parameters.
 struct SamplingChoice {
   std::string strategy;
   Estimator estimator = Estimator::kAmplitude;

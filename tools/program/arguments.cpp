@@ -67,10 +67,10 @@ void Arguments::option(const std::string& name, int& value, Range range, const s
     int number = 0;
     const char* const end = text.data() + text.size();
     const auto [rest, problem] = std::from_chars(text.data(), end, number);
-    if (problem == std::errc() && rest == end && number >= range.least && number <= range.most)
+    if (problem == std::errc() && rest == end && number >= range.min && number <= range.max)
       return "";
-    return fmt::format("{} is not a whole number between {} and {}", in_quotes(text), range.least,
-                       range.most);
+    return fmt::format("{} is not a whole number between {} and {}", in_quotes(text), range.min,
+                       range.max);
   };
   state_->app.add_option(name, value, help)->capture_default_str()->check(check);
 }

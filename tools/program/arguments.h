@@ -41,7 +41,7 @@ class Arguments {
   void option(const std::string& name, std::uint64_t& value, const std::string& help);
   // Anything but a whole number in this range is bad usage, and the message names the range.
   struct Range {
-    int least, most;
+    int min, max;
   };
   void option(const std::string& name, int& value, Range range, const std::string& help);
   void required(const std::string& name);

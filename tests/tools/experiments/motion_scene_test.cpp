@@ -26,14 +26,14 @@ AuralizerInput swelling_room() {
 
 TEST(Motion, BeginsAnywhereOnTheWayWithWhatIsHeardThere) {
   const MotionScene scene(swelling_room());
-  const Way way(swelling_room().sources, {3, 4, 1.5});
+  const ListenerPath path(swelling_room().sources, {3, 4, 1.5});
   constexpr std::size_t kFirst = 30, kKeyframes = 10;
   for (const char* strategy : {"all", "priority"}) {
     SCOPED_TRACE(strategy);
     const auto from = [&](std::uint64_t first, std::size_t keyframes) {
-      return render_segment(scene, way, 1.5, strategy, 1'000'000, first, keyframes);
+      return render_segment(scene, path, 1.5, strategy, 1'000'000, first, keyframes);
     };
-    const Stretch whole = from(0, kFirst + kKeyframes), part = from(kFirst, kKeyframes);
+    const RenderedSegment whole = from(0, kFirst + kKeyframes), part = from(kFirst, kKeyframes);
     ASSERT_EQ(part.powers.size(), kKeyframes);
     for (std::size_t k = 0; k < kKeyframes; ++k)
       EXPECT_NEAR(10 * std::log10(part.powers[k] / whole.powers[kFirst + k]), 0, 0.01) << k;

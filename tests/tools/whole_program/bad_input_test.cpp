@@ -167,7 +167,7 @@ TEST(BadInput, UnknownOptionsAndCommands) {
   expect_sentence(clamor({"inspect"}), 2, "--help");
   expect_sentence(clamor({"render", "x.clamor"}), 2, "--help");
   EXPECT_EQ(clamor({}).code, 2);
-  // The same for a misspelled required option and for one written with its value.
+  // A misspelled required option and one written with its value are found, too.
   expect_sentence(bake(folder, "level.gltf", {"--emiter", kNoise}), 2,
                   "there is no option '--emiter'; the nearest is '--emitter'");
   expect_sentence(bake(folder, "level.gltf", {"--photon=5"}), 2, "the nearest is '--photons'");
@@ -189,7 +189,7 @@ TEST(BadInput, OptionValuesOutOfRange) {
   expect_sentence(bake(folder, level, {"--emitter", kNoise, "--material", "plastr"}), 1, "plaster");
 }
 
-// These are found before any file is read: there is no bake of that name.
+// All errors here are found before any file is read: there is no bake of that name.
 TEST(BadInput, SoundFilesThatCannotBeWrittenAreBadUsage) {
   const Folder folder;
   const auto file = folder / "none.clamor";
