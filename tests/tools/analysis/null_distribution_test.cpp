@@ -2,23 +2,13 @@
 
 #include <array>
 #include <atomic>
-#include <cmath>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
-#include "runtime/measures/random_texture.h"
-#include "tests/tools/analysis/test_sounds.h"
-
 namespace clamor {
 namespace {
-
-constexpr auto kProgramme = SoundKind::kProgramme;
-const std::vector<Measure> kTextureMeasures = {Measure::kIntegratedLoudness,
-                                               Measure::kMomentaryLoudness,
-                                               Measure::kSpectrum,
-                                               Measure::kIld,
-                                               Measure::kIacc,
-                                               Measure::kRenormalisedL2};
 
 // A difference of a given size in loudness, in JNDs.
 std::vector<Difference> loudness_difference(double size) {

@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include "runtime/measures/null_distribution.h"
 #include "runtime/measures/sound_comparison.h"
 #include "tests/tools/analysis/test_sounds.h"
 
@@ -18,7 +19,17 @@ namespace {
 
 using testing::later;
 using testing::noise;
+using testing::plus;
+using testing::stereo;
 using testing::times;
+
+constexpr auto kProgramme = SoundKind::kProgramme;
+const std::vector<Measure> kTextureMeasures = {Measure::kIntegratedLoudness,
+                                               Measure::kMomentaryLoudness,
+                                               Measure::kSpectrum,
+                                               Measure::kIld,
+                                               Measure::kIacc,
+                                               Measure::kRenormalisedL2};
 
 // A crowd-like texture: brown below and white above, with a swelling envelope and partly coherent
 // ears.

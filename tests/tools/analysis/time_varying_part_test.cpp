@@ -1,5 +1,6 @@
 #include "runtime/measures/time_varying_part.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -15,6 +16,7 @@ using testing::decaying;
 using testing::mono;
 using testing::noise;
 using testing::plus;
+using testing::stereo;
 using testing::times;
 
 // Convolution with a fixed decaying filter of 50 ms.
