@@ -10,9 +10,6 @@
 #include <thread>
 
 #include "formats/audio/audio_file.h"
-#include "formats/bake_file/bake_writer.h"
-#include "runtime/player/render.h"
-#include "tests/baked_room.h"
 #include "tests/build_paths.h"
 #include "tests/faults/fault_injection.h"
 #include "tests/faults/file_faults.h"

@@ -195,7 +195,7 @@ BakeOptions BakeRun::options() const {
   if (request_.copies == "on") options.groups = imported_->groups;
   options.threads = run_.threads;
   options.memory_bytes = run_.memory_bytes;
-  options.spill = target_->beside();
+  options.spill = target_->temporary_prefix();
   options.shards = run_.shards;
   options.journal = journal_;
   options.stop = &Interrupt::requested();

@@ -15,8 +15,14 @@ constexpr double kMaxAdvance_s = 0.02;                  // so that a first step 
 
 }  // namespace
 
+Listener KeyboardWalk::at(const Place& place) const {
+  return {place.position_m, place.turn_rad == 0 ? start_.orientation
+                                                : start_.orientation.turned_left(place.turn_rad)};
+}
+
 void KeyboardWalk::press(Key key) {
-  const Vec3 forward(-std::sin(target_.yaw_rad), 0, -std::cos(target_.yaw_rad));
+  const Vec3 up(0, 1, 0), forward = normalize(cross(up, at(target_).right()));
+  const Vec3 right = cross(forward, up);
   switch (key) {
     case Key::kForward:
       target_.position_m += kStep_m * forward;
@@ -25,22 +31,22 @@ void KeyboardWalk::press(Key key) {
       target_.position_m -= kStep_m * forward;
       break;
     case Key::kLeft:
-      target_.position_m -= kStep_m * target_.right();
+      target_.position_m -= kStep_m * right;
       break;
     case Key::kRight:
-      target_.position_m += kStep_m * target_.right();
+      target_.position_m += kStep_m * right;
       break;
     case Key::kTurnLeft:
-      target_.yaw_rad += kTurn_rad;
+      target_.turn_rad += kTurn_rad;
       break;
     case Key::kTurnRight:
-      target_.yaw_rad -= kTurn_rad;
+      target_.turn_rad -= kTurn_rad;
       break;
     case Key::kUp:
-      target_.position_m.y += kStep_m;
+      target_.position_m += kStep_m * up;
       break;
     case Key::kDown:
-      target_.position_m.y -= kStep_m;
+      target_.position_m -= kStep_m * up;
       break;
     case Key::kNone:
     case Key::kQuit:
@@ -51,14 +57,14 @@ void KeyboardWalk::press(Key key) {
 void KeyboardWalk::advance(double seconds) {
   const double step_s = std::min(seconds, kMaxAdvance_s);
   const auto share = [step_s](double glide_s) { return 1 - std::exp(-step_s / glide_s); };
-  listener_.position_m += share(kGlide_s) * (target_.position_m - listener_.position_m);
-  listener_.yaw_rad += share(kTurnGlide_s) * (target_.yaw_rad - listener_.yaw_rad);
+  current_.position_m += share(kGlide_s) * (target_.position_m - current_.position_m);
+  current_.turn_rad += share(kTurnGlide_s) * (target_.turn_rad - current_.turn_rad);
 }
 
 bool KeyboardWalk::is_moving() const {
   constexpr double kNear = 1e-4;
-  return length(target_.position_m - listener_.position_m) >= kNear ||
-         std::abs(target_.yaw_rad - listener_.yaw_rad) >= kNear;
+  return length(target_.position_m - current_.position_m) >= kNear ||
+         std::abs(target_.turn_rad - current_.turn_rad) >= kNear;
 }
 
 }  // namespace clamor

@@ -8,7 +8,8 @@ namespace clamor {
 
 class KeyboardWalk {
  public:
-  explicit KeyboardWalk(const Listener& start) : listener_(start), target_(start) {}
+  explicit KeyboardWalk(const Listener& start)
+      : start_(start), current_{start.position_m}, target_{start.position_m} {}
 
   // Moves the target by one step or turn. Other keys do nothing.
   void press(Key key);
@@ -17,10 +18,17 @@ class KeyboardWalk {
   void advance(double seconds);
 
   bool is_moving() const;
-  const Listener& listener() const { return listener_; }
+  Listener listener() const { return at(current_); }
 
  private:
-  Listener listener_, target_;
+  struct Place {
+    Vec3 position_m;
+    double turn_rad = 0;  // to the left, since the start
+  };
+  Listener at(const Place& place) const;
+
+  const Listener start_;
+  Place current_, target_;
 };
 
 }  // namespace clamor

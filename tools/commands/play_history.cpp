@@ -23,7 +23,7 @@ std::uint32_t sounding(const AuralizerStatistics& now) {
 }  // namespace
 
 void PlayHistory::add(const PlayerStatistics& now, const Listener& listener) {
-  if (now.time_s <= 0 || moments_.size() == kMostMoments) return;
+  if (now.time_s <= 0 || moments_.size() == kMaxMoments) return;
   if (!moments_.empty() && now.time_s < moments_.back().time_s + kBetween_s) return;
   moments_.push_back({now.time_s, listener.position_m, now.momentary_lufs, now.short_term_lufs,
                       sounding(now.auralizer), now.auralizer.k, now.output.callbacks.cpu_share,

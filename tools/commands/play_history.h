@@ -17,7 +17,7 @@ namespace clamor {
 
 class PlayHistory {
  public:
-  // What is the case now; kept ten times a second of what is played, at most for 10 hours.
+  // Records the current values, ten times a second of played time, for at most 10 hours.
   void add(const PlayerStatistics& now, const Listener& listener);
 
   // Voices that are mixed: those of the newest keyframe, less the dropped ones.

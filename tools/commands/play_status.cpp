@@ -60,14 +60,19 @@ std::string limited_note(const Limiter::Work& limited) {
                      -20 * std::log10(static_cast<double>(limited.min_gain)));
 }
 
+// Direction that the listener faces, positive to the left of -Z.
+double heading_deg(const Orientation& orientation) {
+  return kDegrees * std::atan2(-orientation.right().z, orientation.right().x);
+}
+
 std::string status_line(const PlayerStatistics& now, const Listener& listener, int channels) {
   const Vec3& at = listener.position_m;
   return fmt::format(
       "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices{}  {} dBFS  {:.1f} LUFS, 3 s "
       "{:.1f}{}  cpu {:.0f} %  "
       "sampler {:.1f} ms  late {}  gaps {}  held {}{}",
-      now.time_s, at.x, at.y, at.z, std::remainder(listener.yaw_rad * kDegrees, 360),
-      now.auralizer.voices, load_note(now.auralizer), meters(now.auralizer.peak, channels),
+      now.time_s, at.x, at.y, at.z, heading_deg(listener.orientation), now.auralizer.voices,
+      load_note(now.auralizer), meters(now.auralizer.peak, channels),
       std::max(now.momentary_lufs, -99.9), std::max(now.short_term_lufs, -99.9),
       limited_note(now.auralizer.limited), 100 * now.output.callbacks.cpu_share,
       now.auralizer.sampler_ms, now.output.callbacks.late, now.output.callbacks.underflows,

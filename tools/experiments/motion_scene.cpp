@@ -110,7 +110,7 @@ MotionTrack::MotionTrack(const MotionScene& scene, const ListenerPath& path, dou
 }
 
 void MotionTrack::make_keyframe() {
-  const Listener listener = motion_.next(way_.at(speed_mps_ * time_s()));
+  const Listener listener = motion_.next(path_.at(speed_mps_ * time_s()));
   maker_.make(sampler_->sample(listener, time_s()), listener, keyframe_);
 }
 
