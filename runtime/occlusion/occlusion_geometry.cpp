@@ -243,12 +243,12 @@ Bands OcclusionGeometry::transmission(const Vec3f& from_m, const Vec3f& to_m,
     near += kRestartFraction;
     if (triangle == last) continue;
     last = triangle;
-    float most = 0;
+    float strongest = 0;
     for (std::size_t b = 0; b < kBandCount; ++b) {
       through[b] *= transmission_[materials_[triangle]][b];
-      most = std::max(most, through[b]);
+      strongest = std::max(strongest, through[b]);
     }
-    if (most == 0) return through;
+    if (strongest == 0) return through;
   }
   return Bands{};
 }

@@ -27,12 +27,12 @@ Result<ReceiverPattern> ReceiverPattern::named(const std::string& name) {
 
 double ReceiverPattern::diffuse_power() const {
   const Bands weights = loudness_weights();
-  double heard = 0, all = 0;
+  double received = 0, all = 0;
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    heard += static_cast<double>(weights[b]) / (static_cast<double>(exponent[b]) + 1);
+    received += static_cast<double>(weights[b]) / (static_cast<double>(exponent[b]) + 1);
     all += static_cast<double>(weights[b]);
   }
-  return heard / all;
+  return received / all;
 }
 
 Reception::Reception(const ReceiverPattern& pattern, const Listener& listener)

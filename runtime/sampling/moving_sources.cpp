@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kMaxCoordinate_m = 1e6, kMaxSpeed_mps = 1e4, kMaxStart_s = 1e7;
 
-bool is_within(const Vec3& v, double most) {
-  return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
+bool is_within(const Vec3& v, double limit) {
+  return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
 }
 
 Result<void> check_place(const Vec3& position_m, const Vec3& velocity_mps) {

@@ -15,15 +15,14 @@
 namespace clamor {
 namespace {
 
-using Receivers = KeyframeMaker::Receivers;
-constexpr double kQuarter = std::numbers::pi / 2;
+constexpr double kQuarterTurn_rad = std::numbers::pi / 2;
 
 // Emitters and reflections all around a listener, in any orientation.
-class World {
+class RotatedWorld {
  public:
   static constexpr std::uint32_t kSources = 64;
 
-  explicit World(const Quaternion& rotation = {1, 0, 0, 0}) : emitters_(2), materials_(1) {
+  explicit RotatedWorld(const Quaternion& rotation = {1, 0, 0, 0}) : emitters_(2), materials_(1) {
     emitters_[1].directivity = same_in_all_bands(2);
     field_ = std::make_unique<RadiationModel>(emitters_, materials_, Air{});
     for (std::uint32_t i = 0; i < kSources; ++i) {
@@ -40,12 +39,13 @@ class World {
   }
 
   // What the listener hears, at the ears of a pair or of a head.
-  Keyframe heard_by(const Listener& listener, Receivers receivers = Receivers::kPair,
+  Keyframe heard_by(const Listener& listener,
+                    KeyframeMaker::Receivers receivers = KeyframeMaker::Receivers::kPair,
                     const ReceiverPattern& pattern = {}) const {
     std::vector<SampledSource> sample;
     for (std::uint32_t i = 0; i < kSources; ++i) sample.push_back({i, 1, &sources_[i]});
     const auto head =
-        receivers == Receivers::kPair
+        receivers == KeyframeMaker::Receivers::kPair
             ? nullptr
             : std::shared_ptr<const Hrtf>(std::shared_ptr<void>(), &testing::kemar_head());
     KeyframeMaker maker(*field_, kSources, receivers, head);
@@ -67,7 +67,7 @@ class World {
   std::vector<Source> sources_;
 };
 
-Keyframe emitter_at(const Vec3& position_m, const Listener& listener) {
+Keyframe lone_emitter_at(const Vec3& position_m, const Listener& listener) {
   const std::vector<Emitter> emitters(1);
   const RadiationModel field(emitters, {}, Air{});
   Source source;
@@ -85,9 +85,9 @@ Keyframe emitter_at(const Vec3& position_m, const Listener& listener) {
 
 TEST(KeyframeMaker, LetsAHeadRolledByAQuarterTurnHearASourceAboveAtTheUpperEar) {
   const Vec3 above_m(0, 5, 0);
-  const Keyframe upright = emitter_at(above_m, Listener());
-  const Keyframe right = emitter_at(above_m, Listener({}, 0, 0, kQuarter));
-  const Keyframe left = emitter_at(above_m, Listener({}, 0, 0, -kQuarter));
+  const Keyframe upright = lone_emitter_at(above_m, Listener());
+  const Keyframe right = lone_emitter_at(above_m, Listener({}, 0, 0, kQuarterTurn_rad));
+  const Keyframe left = lone_emitter_at(above_m, Listener({}, 0, 0, -kQuarterTurn_rad));
   const auto from = [](const Keyframe& keyframe) { return keyframe.voices.at(0).from; };
   EXPECT_LE(length(from(upright) - Vec3f(0, 0, 1)), 1e-6f) << "above";
   EXPECT_LE(length(from(right) - Vec3f(0, 1, 0)), 1e-6f) << "the right shoulder is down";
@@ -97,7 +97,7 @@ TEST(KeyframeMaker, LetsAHeadRolledByAQuarterTurnHearASourceAboveAtTheUpperEar) 
     const auto& delays = keyframe.voices.at(0).delay_frames;
     return delays[1] - delays[0];
   };
-  const double ears_frames = kEarDistance_m / Air{}.speed_of_sound_mps() * kSampleRate_hz;
+  const double ears_frames = kEarDistance_m / RadiationModel({}, {}, Air{}).speed_of_sound_mps() * kSampleRate_hz;
   EXPECT_NEAR(later_at_right(upright), 0, 1e-6);
   EXPECT_NEAR(later_at_right(right), ears_frames, 1e-6);
   EXPECT_NEAR(later_at_right(left), -ears_frames, 1e-6);
@@ -113,12 +113,14 @@ TEST(KeyframeMaker, MakesTheSameVoicesOfAWorldAndAListenerThatAreTurnedTogether)
     const Quaternion rotation =
         Orientation(HeadAngles{6 * unit(bits[0]), 3 * unit(bits[1]) - 1.5, 6 * unit(bits[2])})
             .rotation();
-    const World world, turned(rotation);
+    const RotatedWorld world, turned(rotation);
     const Listener before(place_m, facing);
     const Listener after(rotation * place_m, Orientation(rotation * facing.rotation()));
-    for (const Receivers receivers : {Receivers::kPair, Receivers::kOne})
+    for (const KeyframeMaker::Receivers receivers :
+         {KeyframeMaker::Receivers::kPair, KeyframeMaker::Receivers::kOne})
       for (const ReceiverPattern& pattern : patterns) {
-        if (receivers == Receivers::kOne && !(pattern == ReceiverPattern())) continue;
+        if (receivers == KeyframeMaker::Receivers::kOne && !(pattern == ReceiverPattern()))
+          continue;
         const Keyframe a = world.heard_by(before, receivers, pattern);
         const Keyframe b = turned.heard_by(after, receivers, pattern);
         ASSERT_EQ(a.voices.size(), b.voices.size());
