@@ -40,7 +40,7 @@ struct Tables {
     std::uint32_t directions = 0, ears = 0, coordinates = 0, frames = 0;
     std::array<char, 40> convention{};
   } shape;
-  std::vector<float> rate, delay, place, samples;
+  std::vector<float> rate, delay, position, samples;
 };
 
 class Bytes {
@@ -115,10 +115,85 @@ Result<Tables> read_tables(const std::string& path, std::uintmax_t file_bytes) {
   Tables tables;
   if (!bytes.get(&tables.shape, sizeof tables.shape)) return Error("crashes what reads it");
   if (tables.shape.problem == 0 && !(bytes.get(tables.rate) && bytes.get(tables.delay) &&
-                                     bytes.get(tables.place) && bytes.get(tables.samples)))
+                                     bytes.get(tables.position) && bytes.get(tables.samples)))
     return Error("crashes what reads it");
   tables.shape.convention.back() = 0;
   return tables;
+}
+
+// Checks the convention, the sizes and the rate of the tables.
+Result<void> check_tables(const Tables& tables) {
+  const Tables::Shape& shape = tables.shape;
+  if (shape.problem != 0)
+    return Error(fmt::format(
+        "is no SOFA file that can be read (error {} of libmysofa); give one of the convention "
+        "SimpleFreeFieldHRIR.",
+        shape.problem));
+  if (shape.is_head == 0 || shape.ears != 2 || shape.coordinates != 3) {
+    const std::string convention = shape.convention.data();
+    return Error(
+        convention.empty() || convention == "SimpleFreeFieldHRIR"
+            ? "holds no responses of two ears, as SimpleFreeFieldHRIR has them; export "
+              "it again."
+            : fmt::format("is of the convention {}; give one of SimpleFreeFieldHRIR.", convention));
+  }
+  if (shape.directions < kFewestDirections || shape.directions > kMaxDirections ||
+      shape.frames == 0 || shape.frames > kMaxFrames)
+    return Error(fmt::format("holds {} directions of {} frames; {} to {} of at most {} are read.",
+                             shape.directions, shape.frames, kFewestDirections, kMaxDirections,
+                             kMaxFrames));
+  const std::size_t directions = shape.directions;
+  const std::vector<float>&rate = tables.rate, &delay = tables.delay;
+  if (rate.size() != 1 || tables.position.size() != 3 * directions ||
+      tables.samples.size() != 2 * directions * shape.frames ||
+      (delay.size() != 2 && delay.size() != 2 * directions))
+    return Error("has tables that do not fit together; export it again.");
+  if (!(rate[0] >= kMinRate_hz && rate[0] <= kMaxRate_hz))
+    return Error(fmt::format("has a sampling rate of {} Hz; {} to {} are read.", rate[0],
+                             kMinRate_hz, kMaxRate_hz));
+  return {};
+}
+
+// Delays of all responses in frames, [direction][left, right].
+Result<std::vector<int>> response_delays(const Tables& tables) {
+  std::vector<int> delays;
+  for (std::size_t i = 0; i < std::size_t{2} * tables.shape.directions; ++i) {
+    const double frames_late =
+        static_cast<double>(tables.delay[tables.delay.size() == 2 ? i % 2 : i]);
+    if (!(frames_late >= 0 && frames_late <= kMaxLag_s * static_cast<double>(tables.rate[0])))
+      return Error("has a delay that is negative or beyond 0.1 s; export it again.");
+    delays.push_back(static_cast<int>(std::lround(frames_late)));
+  }
+  return delays;
+}
+
+Result<HrirSet> responses_of(const Tables& tables) {
+  const auto delays = response_delays(tables);
+  if (!delays.ok()) return delays.error();
+  const std::size_t directions = tables.shape.directions, frames = tables.shape.frames;
+  HrirSet responses;
+  responses.rate_hz = static_cast<double>(tables.rate[0]);
+  const int longest = *std::ranges::max_element(*delays);
+  responses.frames = frames + static_cast<std::size_t>(longest);
+  responses.samples.resize(2 * directions * responses.frames);
+  for (std::size_t d = 0; d < directions; ++d) {
+    const float* at = tables.position.data() + 3 * d;
+    const Vec3 to(static_cast<double>(at[0]), static_cast<double>(at[1]),
+                  static_cast<double>(at[2]));
+    if (!is_finite(to) || !(length(to) > 1e-6))
+      return Error("has a source without a direction; export it again.");
+    responses.directions.push_back(Vec3f(normalize(to)));
+    for (std::size_t ear = 0; ear < 2; ++ear) {
+      const std::size_t row = 2 * d + ear;
+      const float* from = tables.samples.data() + row * frames;
+      if (!std::all_of(from, from + frames, [](float x) { return std::abs(x) < 1e6f; }))
+        return Error("holds samples that are no finite numbers; repair it.");
+      std::copy_n(from, frames,
+                  responses.samples.begin() + static_cast<std::ptrdiff_t>(row * responses.frames) +
+                      (*delays)[row]);
+    }
+  }
+  return responses;
 }
 
 }  // namespace
@@ -135,64 +210,9 @@ Result<HrirSet> read_sofa(const std::string& path) {
   if (bytes > kMaxInput_bytes) return refused("is larger than 1 GiB, which no head should be.");
   const auto tables = read_tables(name, bytes);
   if (!tables.ok()) return refused(tables.error().message + "; it is damaged, or no SOFA file.");
-  const Tables::Shape& shape = tables->shape;
-  if (shape.problem != 0)
-    return refused(fmt::format(
-        "is no SOFA file that can be read (error {} of libmysofa); give one of the convention "
-        "SimpleFreeFieldHRIR.",
-        shape.problem));
-  if (shape.is_head == 0 || shape.ears != 2 || shape.coordinates != 3) {
-    const std::string convention = shape.convention.data();
-    return refused(
-        convention.empty() || convention == "SimpleFreeFieldHRIR"
-            ? "holds no responses of two ears, as SimpleFreeFieldHRIR has them; export "
-              "it again."
-            : fmt::format("is of the convention {}; give one of SimpleFreeFieldHRIR.", convention));
-  }
-  if (shape.directions < kFewestDirections || shape.directions > kMaxDirections ||
-      shape.frames == 0 || shape.frames > kMaxFrames)
-    return refused(fmt::format("holds {} directions of {} frames; {} to {} of at most {} are read.",
-                               shape.directions, shape.frames, kFewestDirections, kMaxDirections,
-                               kMaxFrames));
-  const std::size_t directions = shape.directions, frames = shape.frames;
-  const std::vector<float>&rate = tables->rate, &delay = tables->delay;
-  if (rate.size() != 1 || tables->place.size() != 3 * directions ||
-      tables->samples.size() != 2 * directions * frames ||
-      (delay.size() != 2 && delay.size() != 2 * directions))
-    return refused("has tables that do not fit together; export it again.");
-  if (!(rate[0] >= kMinRate_hz && rate[0] <= kMaxRate_hz))
-    return refused(fmt::format("has a sampling rate of {} Hz; {} to {} are read.", rate[0],
-                               kMinRate_hz, kMaxRate_hz));
-
-  HrirSet responses;
-  responses.rate_hz = static_cast<double>(rate[0]);
-  std::vector<int> delays;
-  for (std::size_t i = 0; i < 2 * directions; ++i) {
-    const double frames_late = static_cast<double>(delay[delay.size() == 2 ? i % 2 : i]);
-    if (!(frames_late >= 0 && frames_late <= kMaxLag_s * responses.rate_hz))
-      return refused("has a delay that is negative or beyond 0.1 s; export it again.");
-    delays.push_back(static_cast<int>(std::lround(frames_late)));
-  }
-  const int longest = *std::ranges::max_element(delays);
-  responses.frames = frames + static_cast<std::size_t>(longest);
-  responses.samples.resize(2 * directions * responses.frames);
-  for (std::size_t d = 0; d < directions; ++d) {
-    const float* at = tables->place.data() + 3 * d;
-    const Vec3 to(static_cast<double>(at[0]), static_cast<double>(at[1]),
-                  static_cast<double>(at[2]));
-    if (!is_finite(to) || !(length(to) > 1e-6))
-      return refused("has a source without a direction; export it again.");
-    responses.directions.push_back(Vec3f(normalize(to)));
-    for (std::size_t ear = 0; ear < 2; ++ear) {
-      const std::size_t row = 2 * d + ear;
-      const float* from = tables->samples.data() + row * frames;
-      if (!std::all_of(from, from + frames, [](float x) { return std::abs(x) < 1e6f; }))
-        return refused("holds samples that are no finite numbers; repair it.");
-      std::copy_n(from, frames,
-                  responses.samples.begin() + static_cast<std::ptrdiff_t>(row * responses.frames) +
-                      delays[row]);
-    }
-  }
+  if (const auto good = check_tables(*tables); !good.ok()) return refused(good.error().message);
+  auto responses = responses_of(*tables);
+  if (!responses.ok()) return refused(responses.error().message);
   return responses;
 }
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <mutex>
-#include <unordered_map>
 
 #include "common/material.h"
 #include "formats/bake_file/bake_layout.h"
@@ -11,6 +9,7 @@
 #include "formats/bake_file/bake_root_reader.h"
 #include "formats/bake_file/geometry_section.h"
 #include "formats/bake_file/page.h"
+#include "formats/bake_file/page_parents.h"
 #include "formats/bake_file/signal_envelope.h"
 #include "formats/bake_file/signal_section.h"
 #include "formats/files/random_access_file.h"
@@ -52,31 +51,6 @@ Result<Preamble> read_preamble(std::span<const std::byte> first, std::uint64_t f
     return damaged("its root lies outside the file or is too large");
   return preamble;
 }
-
-// Records the parent of every page that was read. In a forged file several nodes could share a
-// page, and the number of paths to it could grow exponentially, so a page with two parents is an
-// Error. Siblings within one page are checked by page_links.h.
-class PageParents {
- public:
-  void add_top(const PageEntry& top) { parents_.emplace(top.page.offset, top.page.offset); }
-
-  // Thread-safe.
-  Result<void> add(const PageEntry& parent, const PageLinks& links) {
-    if (links.children.empty()) return {};
-    const std::lock_guard lock(mutex_);
-    for (const PageEntry& child : links.children) {
-      const auto [known, is_new] = parents_.try_emplace(child.page.offset, parent.page.offset);
-      if (!is_new && known->second != parent.page.offset)
-        return Error("has a child whose page, at " + std::to_string(child.page.offset) +
-                     ", is another node's as well");
-    }
-    return {};
-  }
-
- private:
-  std::mutex mutex_;
-  std::unordered_map<std::uint64_t, std::uint64_t> parents_;  // by offset; a root is its own parent
-};
 
 }  // namespace
 

@@ -11,7 +11,8 @@
 
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/bake_root.capnp.h"
-#include "formats/bake_file/emitter_table.h"
+#include "formats/bake_file/bake_root_emitters.h"
+#include "formats/bake_file/bake_root_values.h"
 #include "formats/bake_file/signal_section.h"
 #include "formats/bake_file/value_limits.h"
 
@@ -19,23 +20,11 @@ namespace clamor {
 
 namespace {
 
-// Far beyond any level (import ends at 1000 km), and near enough that delays fit into 32 bits.
+using bake_root::read_bands;
+using bake_root::text;
+
+// Limit of nodes and sources per level, far beyond any file.
 constexpr std::uint64_t kMaxCounted = 1ULL << 48;
-
-// Reads eight values in [least, most], or returns an Error.
-template <class List>
-Result<Bands> read_bands(const List& list, float least, float most, const char* what) {
-  Bands bands{};
-  if (list.size() != kBandCount) return Error(std::string(what) + " has not eight bands");
-  for (unsigned b = 0; b < kBandCount; ++b) {
-    bands[b] = list[b];
-    if (!(bands[b] >= least && bands[b] <= most))
-      return Error(std::string(what) + " is out of range");
-  }
-  return bands;
-}
-
-std::string text(capnp::Text::Reader reader) { return {reader.begin(), reader.size()}; }
 
 class RootReader {
  public:
@@ -49,9 +38,6 @@ class RootReader {
   Result<void> read_statistics();
   Result<void> read_materials();
   Result<void> read_emitters();
-  Result<void> read_emitter(::Emitter::Reader stored);
-  Result<void> read_copied_emitters(::EmitterInstance::Reader stored, NameList& names);
-  Result<void> add_emitter(Emitter emitter);
   Result<void> read_trees();
   Result<void> read_signal_maps();
   Result<void> read_signals();
@@ -60,8 +46,6 @@ class RootReader {
   Result<FileSection> checked(FileSection section);
 
   BakeRoot::Reader root_;
-  std::size_t signals_ = 0;
-  std::uint64_t copied_name_bytes_ = 0;
   std::uint64_t end_;
   std::uint64_t section_end_ = kFirstPageOffset;  // sections are in order and do not overlap
   BakeRootContents contents_;
@@ -149,16 +133,18 @@ Result<void> RootReader::read_materials() {
     Material material;
     material.name = text(stored.getName());
     const std::string what = "material " + in_quotes(material.name);
-    const auto absorption = read_bands(stored.getAbsorption(), 0, 1, what.c_str());
-    const auto scattering = read_bands(stored.getScattering(), 0, 1, what.c_str());
-    const auto phong = read_bands(stored.getPhong(), 0, 1000, what.c_str());
-    const auto transmission = read_bands(stored.getTransmission(), 0, 1, what.c_str());
+    const auto absorption = read_bands(stored.getAbsorption(), 0, 1, what);
+    const auto scattering = read_bands(stored.getScattering(), 0, 1, what);
+    const auto phong = read_bands(stored.getPhong(), 0, 1000, what);
+    const auto transmission = read_bands(stored.getTransmission(), 0, 1, what);
     for (const auto* bands : {&absorption, &scattering, &phong, &transmission})
       if (!bands->ok()) return bands->error();
     material.absorption = *absorption;
     material.scattering = *scattering;
     material.phong = *phong;
-    material.transmission = *transmission;
+    // Files of older versions may contain larger values, which the runtime must not use.
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      material.transmission[b] = std::min((*transmission)[b], material.absorption[b]);
     contents_.materials.push_back(std::move(material));
   }
   if (contents_.materials.size() > 65536)
@@ -166,86 +152,10 @@ Result<void> RootReader::read_materials() {
   return {};
 }
 
-Result<void> RootReader::add_emitter(Emitter emitter) {
-  if (!(length(emitter.position_m) <= kMaxCoordinateInFile_m) ||
-      !(std::abs(length(emitter.axis) - 1) < 1e-3) || !(emitter.gain >= 0 && emitter.gain < 1e10) ||
-      !(std::abs(emitter.delay_s) <= 86400) || emitter.signal >= signals_)
-    return Error("emitter " + in_quotes(emitter.name) + " is out of range");
-  contents_.emitters.push_back(std::move(emitter));
-  return {};
-}
-
-Result<void> RootReader::read_emitter(::Emitter::Reader stored) {
-  Emitter emitter;
-  emitter.name = text(stored.getName());
-  emitter.position_m = {stored.getX(), stored.getY(), stored.getZ()};
-  emitter.axis = {stored.getAxisX(), stored.getAxisY(), stored.getAxisZ()};
-  emitter.gain = stored.getGain();
-  emitter.signal = stored.getSignal();
-  emitter.delay_s = stored.getDelayS();
-  const std::string what = "emitter " + in_quotes(emitter.name);
-  const auto directivity = read_bands(stored.getDirectivity(), 0, 1000, what.c_str());
-  if (!directivity.ok()) return directivity.error();
-  emitter.directivity = *directivity;
-  return add_emitter(std::move(emitter));
-}
-
-Result<void> RootReader::read_copied_emitters(::EmitterInstance::Reader stored, NameList& names) {
-  clamor::EmitterInstance copy;
-  copy.at = stored.getAt();
-  copy.from = stored.getFrom();
-  copy.count = stored.getCount();
-  copy.copy.signals = stored.getSignals();
-  copy.copy.offset_m = {stored.getOffsetX(), stored.getOffsetY(), stored.getOffsetZ()};
-  copy.copy.rotation = Rotation(stored.getRotationW(), stored.getRotationX(), stored.getRotationY(),
-                                stored.getRotationZ());
-  copy.copy.scale = stored.getScale();
-  copy.copy.gain = stored.getGain();
-  copy.delay_s = stored.getDelayS();
-  if (copy.at != contents_.emitters.size() || !is_valid(copy, contents_.signal_maps.size()))
-    return Error("a run of copied emitters is out of range");
-  if (copy.count >
-      max_instanced_emitters(end_) - std::min<std::uint64_t>(copy.at, max_instanced_emitters(end_)))
-    return Error("it claims more emitters than a file of its size has");
-  for (std::uint32_t i = 0; i < copy.count; ++i) {
-    Emitter emitter = copied(contents_.emitters[copy.from + i], copy, contents_.signal_maps);
-    if (const auto named = names.next(emitter.name); !named.ok()) return named;
-    copied_name_bytes_ += emitter.name.size();
-    if (copied_name_bytes_ > max_name_bytes(end_))
-      return Error("the names of its copied emitters take more than a file of its size may have");
-    if (const auto added = add_emitter(std::move(emitter)); !added.ok()) return added;
-  }
-  return {};
-}
-
 Result<void> RootReader::read_emitters() {
-  signals_ = root_.getSignals().size();
-  const auto stored = root_.getEmitters();
-  const auto copies = root_.getEmitterInstances();
-  std::vector<std::byte> names;
-  if (copies.size() > 0) {
-    std::uint64_t count = 0;
-    for (const auto copy : copies) count += copy.getCount();
-    if (count > max_instanced_emitters(end_))
-      return Error("it claims more emitters than a file of its size has");
-    const auto frame = root_.getEmitterNames();
-    if (root_.getEmitterNamesBytes() > max_name_bytes(end_))
-      return Error("the names of its emitters claim too much");
-    auto list = unpacked(std::as_bytes(std::span(frame.begin(), frame.size())),
-                         root_.getEmitterNamesBytes());
-    if (!list.ok()) return list.error().in("the names of its emitters");
-    names = std::move(*list);
-  }
-  NameList list(names);
-  unsigned next = 0;
-  for (const auto copy : copies) {
-    for (; contents_.emitters.size() < copy.getAt() && next < stored.size(); ++next)
-      if (const auto read = read_emitter(stored[next]); !read.ok()) return read;
-    if (const auto read = read_copied_emitters(copy, list); !read.ok()) return read;
-  }
-  for (; next < stored.size(); ++next)
-    if (const auto read = read_emitter(stored[next]); !read.ok()) return read;
-  if (!list.at_end()) return Error("the names of its emitters are too many");
+  auto emitters = read_emitter_table(root_, contents_.signal_maps, end_);
+  if (!emitters.ok()) return emitters.error();
+  contents_.emitters = std::move(*emitters);
   return {};
 }
 
@@ -313,7 +223,7 @@ Result<void> RootReader::read_signals() {
         signal.frames > kMaxSignal_frames)
       return Error(what + " is out of range");
     if (const auto done = read_blocks(stored, signal); !done.ok()) return done;
-    const auto mean_square = read_bands(stored.getMeanSquare(), 0, kMaxPowerInFile, what.c_str());
+    const auto mean_square = read_bands(stored.getMeanSquare(), 0, kMaxPowerInFile, what);
     if (!mean_square.ok()) return mean_square.error();
     signal.mean_square = *mean_square;
     const auto envelope =

@@ -49,13 +49,13 @@ HWY_INLINE void exclusive_prefix_sum(Place* HWY_RESTRICT numbers, std::size_t co
 // Stable bucket sort by descending key, followed by an insertion sort. Non-negative floats sort
 // like their bits, which are distributed evenly enough over the buckets.
 void sort_by_key(PageWorkspace& w) {
-  const std::size_t count = w.rows + w.emitter_rows;
+  const std::size_t count = w.rows.count + w.emitters.count;
   std::uint32_t least = ~0u, most = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const auto key = static_cast<float>(w.power_sum[i] / static_cast<double>(w.number[i]));
-    w.keys[i] = ~std::bit_cast<std::uint32_t>(key);
-    least = std::min(least, w.keys[i]);
-    most = std::max(most, w.keys[i]);
+    const auto key = static_cast<float>(w.sorting.power_sum[i] / static_cast<double>(w.rows.u[i]));
+    w.sorting.keys[i] = ~std::bit_cast<std::uint32_t>(key);
+    least = std::min(least, w.sorting.keys[i]);
+    most = std::max(most, w.sorting.keys[i]);
   }
   // With four buckets per source, the insertion sort moves one source in eight.
   const std::size_t slots = 4 * count;
@@ -65,35 +65,39 @@ void sort_by_key(PageWorkspace& w) {
       static_cast<float>(slots) / (static_cast<float>(most - least) + 1.0f);
   for (std::size_t i = 0; i < count; ++i) {
     const auto slot = static_cast<std::int32_t>(
-        static_cast<float>(static_cast<std::int32_t>(w.keys[i] - least)) * slots_per_step);
-    w.slots[i] = std::min(slot, static_cast<std::int32_t>(slots) - 1);
+        static_cast<float>(static_cast<std::int32_t>(w.sorting.keys[i] - least)) * slots_per_step);
+    w.sorting.buckets[i] = std::min(slot, static_cast<std::int32_t>(slots) - 1);
   }
-  for (std::size_t i = 0; i < count; ++i) ++starts[static_cast<std::size_t>(w.slots[i])];
+  for (std::size_t i = 0; i < count; ++i) ++starts[static_cast<std::size_t>(w.sorting.buckets[i])];
   exclusive_prefix_sum(starts.data(), slots);
   for (std::size_t i = 0; i < count; ++i)
-    w.entries[starts[static_cast<std::size_t>(w.slots[i])]++] = std::uint64_t{w.keys[i]} << 16 | i;
+    w.sorting.entries[starts[static_cast<std::size_t>(w.sorting.buckets[i])]++] =
+        std::uint64_t{w.sorting.keys[i]} << 16 | i;
   for (std::size_t i = 1; i < count; ++i) {
-    const std::uint64_t entry = w.entries[i];
+    const std::uint64_t entry = w.sorting.entries[i];
     std::size_t to = i;
-    for (; to > 0 && w.entries[to - 1] > entry; --to) w.entries[to] = w.entries[to - 1];
-    w.entries[to] = entry;
+    for (; to > 0 && w.sorting.entries[to - 1] > entry; --to)
+      w.sorting.entries[to] = w.sorting.entries[to - 1];
+    w.sorting.entries[to] = entry;
   }
-  for (std::size_t i = 0; i < count; ++i) w.order[i] = static_cast<Place>(w.entries[i] & 0xffff);
+  for (std::size_t i = 0; i < count; ++i)
+    w.sorting.order[i] = static_cast<Place>(w.sorting.entries[i] & 0xffff);
 }
 
 const char* read_order(PageWorkspace& w) {
-  if ((w.flags & kStoresOrder) == 0) {
+  if ((w.header.flags & kStoresOrder) == 0) {
     sort_by_key(w);
   } else {
-    const std::size_t count = w.rows + w.emitter_rows;
+    const std::size_t count = w.rows.count + w.emitters.count;
     read_column(w, w.scratch.data(), count);
     if (!w.bits.ok()) return "ends too early";
     constexpr Place kNobody = 0xffff;
-    std::fill_n(w.order.begin(), count, kNobody);
+    std::fill_n(w.sorting.order.begin(), count, kNobody);
     for (std::size_t i = 0; i < count; ++i) {
       const auto place = static_cast<std::uint32_t>(w.scratch[i]);
-      if (place >= count || w.order[place] != kNobody) return "puts two sources in one place";
-      w.order[place] = static_cast<Place>(i);
+      if (place >= count || w.sorting.order[place] != kNobody)
+        return "puts two sources in one place";
+      w.sorting.order[place] = static_cast<Place>(i);
     }
   }
   return w.bits.at_end() ? nullptr : "has more bytes than its sources take";
@@ -121,15 +125,15 @@ HWY_INLINE void turn(const std::array<const float*, 4>& rows, std::array<float*,
 // limits writes to one per cycle.
 void write_powers_and_planes(PageWorkspace& w, std::size_t count, PageColumns& columns) {
   static_assert(kBandCount == 8 && kLeafSources % 4 == 0);
-  for (std::size_t i = count; i % 4 != 0; ++i) w.order[i] = 0;
+  for (std::size_t i = count; i % 4 != 0; ++i) w.sorting.order[i] = 0;
   alignas(64) PageColumns::Column<float> material;
   for (std::size_t i = 0; i < count; i += 4) {
     std::array<const float*, 4> power, upper, plane;
     for (std::size_t r = 0; r < 4; ++r) {
-      const std::size_t row = w.order[i + r];
-      power[r] = w.power[row].data();
+      const std::size_t row = w.sorting.order[i + r];
+      power[r] = w.rows.power[row].data();
       upper[r] = power[r] + 4;
-      plane[r] = w.plane[w.plane_of_row[row]].data();
+      plane[r] = w.planes.record[w.rows.plane[row]].data();
     }
     auto& to = columns.power;
     turn(power, {&to[0][i], &to[1][i], &to[2][i], &to[3][i]});
@@ -142,34 +146,34 @@ void write_powers_and_planes(PageWorkspace& w, std::size_t count, PageColumns& c
 }
 
 void put(PageWorkspace& w, const PageTables& tables, PageColumns& columns) {
-  const std::size_t count = w.rows + w.emitter_rows;
+  const std::size_t count = w.rows.count + w.emitters.count;
   write_powers_and_planes(w, count, columns);
   columns.count = static_cast<std::uint32_t>(count);
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t i = 0; i < count; ++i)
-      columns.position_m[axis][i] = position_m_of(w.position[axis][w.order[i]]);
-  const float scale = direction_scale(w.mirror_bits);
+      columns.position_m[axis][i] = position_m_of(w.rows.position[axis][w.sorting.order[i]]);
+  const float scale = direction_scale(w.header.mirror_bits);
   PageColumns::Column<std::int32_t> a, b;
   for (std::size_t i = 0; i < count; ++i) {
-    a[i] = w.mirror[0][w.order[i]];
-    b[i] = w.mirror[1][w.order[i]];
+    a[i] = w.rows.mirror[0][w.sorting.order[i]];
+    b[i] = w.rows.mirror[1][w.sorting.order[i]];
   }
   for (std::size_t i = 0; i < count; ++i)
     direction_of(a[i], b[i], scale, columns.mirror[0][i], columns.mirror[1][i],
                  columns.mirror[2][i]);
   for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t row = w.order[i];
-    columns.delay_s[i] = delay_s_of(static_cast<std::uint32_t>(w.delay[row]));
-    columns.patch_radius_m[i] = tables.radius[w.radius[row]];
-    columns.u[i] = w.number[row];
-    columns.emitter[i] = static_cast<std::uint32_t>(w.emitter[row]);
-    columns.polarity[i] = w.sign[row];
+    const std::size_t row = w.sorting.order[i];
+    columns.delay_s[i] = delay_s_of(static_cast<std::uint32_t>(w.rows.delay[row]));
+    columns.patch_radius_m[i] = tables.radius[w.rows.radius[row]];
+    columns.u[i] = w.rows.u[row];
+    columns.emitter[i] = static_cast<std::uint32_t>(w.rows.emitter[row]);
+    columns.polarity[i] = w.rows.polarity[row];
     columns.is_emitter[i] = 0;
   }
-  if (w.emitter_rows == 0) return;
+  if (w.emitters.count == 0) return;
   for (std::size_t i = 0; i < count; ++i) {
-    if (w.order[i] < w.rows) continue;
-    const Source& source = w.emitter_sources[w.order[i] - w.rows];
+    if (w.sorting.order[i] < w.rows.count) continue;
+    const Source& source = w.emitters.sources[w.sorting.order[i] - w.rows.count];
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const int k = static_cast<int>(axis);
       columns.position_m[axis][i] = source.position_m[k];

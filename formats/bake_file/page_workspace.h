@@ -17,6 +17,9 @@ struct PageWorkspace {
   using Place = std::uint16_t;
   using Numbers = std::array<std::int32_t, kLeafSources + 4>;  // vector stores write groups of four
   using PlaneRecord = std::array<float, 4>;                    // normal; bits of the material index
+  template <class T>
+  using Column = PageColumns::Column<T>;
+
   // Axes (0 to 2; u and v follow w cyclically) and slopes of a plane, and the position of its first
   // source.
   struct PlaneOrigin {
@@ -25,37 +28,59 @@ struct PageWorkspace {
     std::int32_t first_u, first_v, first_w;  // on the grid; v relative to the lower bound
   };
 
+  struct Header {
+    std::uint32_t flags = 0;
+    int mirror_bits = 0;
+    std::int32_t max_power = 0, silent_step = 0;  // half decibels; steps below max_power
+  };
+
+  struct Planes {
+    std::size_t count = 0;
+    alignas(64) Column<PlaneRecord> record;
+    Column<PlaneOrigin> origin;
+    std::array<Column<float>, 3> normal;
+    Numbers extra_rows, first_u, first_w, dominant_axis, slope_u, slope_v;
+  };
+
+  // Secondary sources plane by plane, then emitters, for which only emitter, u, polarity and plane
+  // are stored.
+  struct Rows {
+    std::size_t count = 0;  // of secondary sources
+    Column<Place> plane;
+    Column<std::uint8_t> begins_plane;  // 1 for the first row of a plane
+    std::array<Numbers, 3> position;
+    std::array<Numbers, kBandCount> steps;  // half decibels below the maximum
+    alignas(64) Column<std::array<float, kBandCount>> power;
+    Numbers radius, delay, emitter;
+    std::array<Numbers, 2> mirror;
+    Column<float> u;
+    Column<std::int8_t> polarity;
+  };
+
+  struct Emitters {
+    std::size_t count = 0;
+    Column<Source> sources;
+  };
+
+  struct Sorting {
+    Column<double> power_sum;
+    Column<std::uint32_t> keys;
+    Numbers buckets;
+    Column<std::uint64_t> entries;  // key and row
+    Column<Place> order;            // rows by descending key
+  };
+
   ZstdDecompressor unpacker;
   alignas(64) std::array<std::byte, max_page_bytes(kLeafSources) + BitReader::kSlackBytes> page;
-
   BitReader bits{{}};
-  std::size_t rows = 0, emitter_rows = 0, planes = 0;
-  std::uint32_t flags = 0;
-  int mirror_bits = 0;
-  std::int32_t top = 0, silent = 0;
 
-  // In stored order: secondary sources plane by plane, then emitters.
-  alignas(64) PageColumns::Column<PlaneRecord> plane;
-  PageColumns::Column<PlaneOrigin> plane_origin;
-  PageColumns::Column<Place> plane_of_row;
-  PageColumns::Column<std::uint8_t> begins_plane;    // 1 for the first row of a plane
-  std::array<PageColumns::Column<float>, 3> normal;  // per plane, like the following up to slope_v
-  Numbers more, first_u, first_w, longest, slope_u, slope_v;
-  std::array<Numbers, 3> position, column;
-  std::array<Numbers, kBandCount> steps;  // half decibels below the maximum
-  alignas(64) PageColumns::Column<std::array<float, kBandCount>> power;  // one array per row
-  Numbers radius, delay, emitter, scratch;
-  std::array<Numbers, 2> mirror;
-  PageColumns::Column<float> number;
-  PageColumns::Column<std::int8_t> sign;
-  PageColumns::Column<Source> emitter_sources;
-
-  // For sorting.
-  PageColumns::Column<double> power_sum;
-  PageColumns::Column<std::uint32_t> keys;
-  Numbers slots;
-  PageColumns::Column<std::uint64_t> entries;  // key and row
-  PageColumns::Column<Place> order;            // rows by descending key
+  Header header;
+  Planes planes;
+  Rows rows;
+  Emitters emitters;
+  Sorting sorting;
+  std::array<Numbers, 3> column;
+  Numbers scratch;
 };
 
 // Tables that pages refer to.

@@ -201,6 +201,33 @@ Result<GltfScene> read_scene(const std::string& path, LevelFolder& folder, Impor
   return scene;
 }
 
+// Sources of emitters, in order of increasing precedence.
+struct EmitterOrigins {
+  const GltfScene& scene;
+  const std::vector<PlacedNode>& placements;
+  const std::vector<EmitterSpec>&sidecar, &command_line;
+};
+
+// Reads emitters of all origins and the signals that they play.
+Result<void> import_emitters(const EmitterOrigins& origins, LevelFolder& folder, std::uint64_t seed,
+                             ImportedLevel& imported) {
+  SignalTable signals;
+  auto sounds = read_scene_sounds(origins.scene, origins.placements, folder, signals, seed);
+  if (!sounds.ok()) return sounds.error();
+  imported.level.emitters = std::move(sounds->emitters);
+  imported.groups = scene_groups(origins.scene, sounds->nodes);
+  ImportReport& report = imported.report;
+  std::move(sounds->ignored.begin(), sounds->ignored.end(), std::back_inserter(report.ignored));
+  std::move(sounds->warnings.begin(), sounds->warnings.end(), std::back_inserter(report.warnings));
+  if (const auto ok = merge(origins.sidecar, true, folder, signals, seed, imported); !ok.ok())
+    return ok;
+  if (const auto ok = merge(origins.command_line, false, folder, signals, seed, imported); !ok.ok())
+    return ok;
+  imported.level.signals = signals.take();
+  keep_used_signals(imported.level);
+  return {};
+}
+
 }  // namespace
 
 Result<ImportedLevel> import_level(const std::string& path, const ImportOptions& options) {
@@ -234,22 +261,9 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   if (const auto ok = assign_materials(*scene, *sidecar, options.material, level, report); !ok.ok())
     return ok.error().in(path);
 
-  SignalTable signals;
-  auto sounds = read_scene_sounds(*scene, *placements, folder, signals, seed);
-  if (!sounds.ok()) return sounds.error().in(path);
-  level.emitters = std::move(sounds->emitters);
-  imported.groups = scene_groups(*scene, sounds->nodes);
-  std::move(sounds->ignored.begin(), sounds->ignored.end(), std::back_inserter(report.ignored));
-  std::move(sounds->warnings.begin(), sounds->warnings.end(), std::back_inserter(report.warnings));
-  const struct {
-    const std::vector<EmitterSpec>& specs;
-    bool confined;
-  } kOrigins[] = {{sidecar->emitters, true}, {command_line, false}};
-  for (const auto& [specs, confined] : kOrigins)
-    if (const auto ok = merge(specs, confined, folder, signals, seed, imported); !ok.ok())
-      return ok.error().in(path);
-  level.signals = signals.take();
-  keep_used_signals(level);
+  const EmitterOrigins origins{*scene, *placements, sidecar->emitters, command_line};
+  if (const auto ok = import_emitters(origins, folder, seed, imported); !ok.ok())
+    return ok.error().in(path);
 
   report.found.push_back(counted(level.emitters.size(), "emitter") + " of " +
                          counted(level.signals.size(), "sound"));

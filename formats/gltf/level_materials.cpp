@@ -81,6 +81,21 @@ std::vector<MaterialAssignment> measure(const Mesh& mesh, std::size_t materials)
   return result;
 }
 
+// Limits transmission to absorption: a surface cannot transmit what it reflects. Later stages rely
+// on it.
+void clamp_transmission(Material& material, ImportReport& report) {
+  bool clamped = false;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    clamped |= material.transmission[b] > material.absorption[b];
+    material.transmission[b] = std::min(material.transmission[b], material.absorption[b]);
+  }
+  if (clamped)
+    report.warnings.push_back(fmt::format(
+        "material '{}' transmits more than it absorbs, where absorption is all that it does not "
+        "reflect; its transmission is reduced to its absorption",
+        material.name));
+}
+
 void warn_of_unused_rules(const Sidecar& sidecar, const GltfScene& scene, ImportReport& report) {
   for (const Sidecar::MaterialRule& rule : sidecar.materials) {
     const auto matches = [&](const std::string& name) { return glob_matches(rule.pattern, name); };
@@ -131,6 +146,7 @@ Result<void> assign_materials(const GltfScene& scene, const Sidecar& sidecar,
     measured[m].how = assigned.how;
     renumbered[m] = static_cast<std::uint16_t>(level.materials.size());
     level.materials.push_back(std::move(assigned.acoustics.material));
+    clamp_transmission(level.materials.back(), report);
     report.materials.push_back(measured[m]);
   }
   for (std::uint16_t& material : level.mesh.materials) material = renumbered[material];

@@ -1,0 +1,158 @@
+#include "formats/bake_file/bake_root_writer.h"
+
+#include <capnp/message.h>
+#include <capnp/serialize.h>
+
+#include "formats/bake_file/bake_contents.h"
+#include "formats/bake_file/bake_root.capnp.h"
+#include "formats/bake_file/bake_root_emitters.h"
+#include "formats/bake_file/bake_root_values.h"
+
+namespace clamor {
+
+namespace {
+
+using bake_root::write_bands;
+
+void write_settings(BakeRoot::Builder root, const BakeContents& contents) {
+  const BakeSettings& settings = contents.settings;
+  root.setSeed(settings.seed);
+  root.setPhotons(settings.photons);
+  root.setSources(settings.sources);
+  root.setRouletteKappa(settings.roulette_exponent);
+  root.setLongestPathS(settings.longest_path_s);
+  root.setTemperatureC(settings.air.temperature_c);
+  root.setHumidityPercent(settings.air.humidity_percent);
+  root.setPressureKpa(settings.air.pressure_kpa);
+  root.setTool(contents.provenance.tool);
+  root.setLevel(contents.provenance.level);
+  root.setInputHash(contents.provenance.input_hash);
+
+  const BakeStatistics& statistics = contents.statistics;
+  root.setPhotonsTraced(statistics.photons_traced);
+  root.setBounces(statistics.bounces);
+  root.setPhotonsEscaped(statistics.photons_escaped);
+  root.setRooms(statistics.rooms);
+  root.setDeposits(statistics.deposits);
+  root.setMeanFreePathM(statistics.mean_free_path_m);
+  write_bands(root.initPowerEmitted(kBandCount), statistics.power_emitted);
+  write_bands(root.initPowerEscaped(kBandCount), statistics.power_escaped);
+  write_bands(root.initPowerUnfinished(kBandCount), statistics.power_unfinished);
+  const auto& given = contents.provenance.arguments;
+  auto arguments = root.initArguments(static_cast<unsigned>(given.size()));
+  for (unsigned i = 0; i < arguments.size(); ++i) arguments.set(i, given[i]);
+  const Provenance& provenance = contents.provenance;
+  auto libraries = root.initLibraries(static_cast<unsigned>(provenance.libraries.size()));
+  for (unsigned i = 0; i < libraries.size(); ++i) libraries.set(i, provenance.libraries[i]);
+  auto inputs = root.initInputs(static_cast<unsigned>(provenance.inputs.size()));
+  for (unsigned i = 0; i < inputs.size(); ++i) {
+    inputs[i].setName(provenance.inputs[i].name);
+    inputs[i].setBytes(provenance.inputs[i].bytes);
+    inputs[i].setHash(provenance.inputs[i].hash);
+  }
+  root.setDecayPlaces(statistics.decay.places);
+  write_bands(root.initDecayT30S(kBandCount), statistics.decay.t30_s);
+  write_bands(root.initDecayT30ErrorS(kBandCount), statistics.decay.t30_error_s);
+  root.setDecayErrorDb(statistics.decay.error_db);
+  auto warnings = root.initWarnings(static_cast<unsigned>(statistics.warnings.size()));
+  for (unsigned i = 0; i < warnings.size(); ++i) warnings.set(i, statistics.warnings[i]);
+  auto bands_hz = root.initBandsHz(kBandCount);
+  for (unsigned b = 0; b < kBandCount; ++b) bands_hz.set(b, static_cast<float>(kBandCentres_hz[b]));
+}
+
+void write_signal(::Signal::Builder stored, const Signal& signal, const SignalSections& sections) {
+  stored.setName(signal.name);
+  stored.setLoop(signal.loop);
+  stored.setScale(sections.scale);
+  stored.setFrames(signal.samples.size());
+  const auto count = static_cast<unsigned>(sections.blocks.size());
+  auto offset = stored.initBlockOffset(count), hash = stored.initBlockHash(count);
+  auto bytes = stored.initBlockBytes(count);
+  for (unsigned i = 0; i < count; ++i) {
+    offset.set(i, sections.blocks[i].offset);
+    bytes.set(i, static_cast<std::uint32_t>(sections.blocks[i].bytes));
+    hash.set(i, sections.blocks[i].hash);
+  }
+  write_bands(stored.initMeanSquare(kBandCount), sections.mean_square);
+  stored.setEnvelopeOffset(sections.envelope.offset);
+  stored.setEnvelopeBytes(static_cast<std::uint32_t>(sections.envelope.bytes));
+  stored.setEnvelopeHash(sections.envelope.hash);
+}
+
+void write_tables(BakeRoot::Builder root, const BakeContents& contents,
+                  const BakeSections& sections) {
+  auto materials = root.initMaterials(static_cast<unsigned>(contents.materials.size()));
+  for (unsigned i = 0; i < materials.size(); ++i) {
+    const Material& material = contents.materials[i];
+    materials[i].setName(material.name);
+    write_bands(materials[i].initAbsorption(kBandCount), material.absorption);
+    write_bands(materials[i].initScattering(kBandCount), material.scattering);
+    write_bands(materials[i].initPhong(kBandCount), material.phong);
+    write_bands(materials[i].initTransmission(kBandCount), material.transmission);
+  }
+  write_emitter_table(root, contents, sections.bytes_before_root);
+  auto signals = root.initSignals(static_cast<unsigned>(contents.signals.size()));
+  for (unsigned i = 0; i < signals.size(); ++i)
+    write_signal(signals[i], contents.signals[i], sections.signals[i]);
+  auto geometry = root.initGeometry();
+  geometry.setLowX(sections.geometry_low_m.x);
+  geometry.setLowY(sections.geometry_low_m.y);
+  geometry.setLowZ(sections.geometry_low_m.z);
+  geometry.setOffset(sections.geometry.offset);
+  geometry.setHash(sections.geometry.hash);
+  auto pages = geometry.initPages(static_cast<unsigned>(sections.geometry_pages.size()));
+  for (unsigned i = 0; i < pages.size(); ++i) {
+    const StoredGeometryPage& page = sections.geometry_pages[i];
+    pages[i].setOffset(page.section.offset);
+    pages[i].setHash(page.section.hash);
+    pages[i].setBytes(static_cast<std::uint32_t>(page.section.bytes));
+    pages[i].setVertices(page.counts.vertices);
+    pages[i].setTriangles(page.counts.triangles);
+  }
+}
+
+void write_trees(BakeRoot::Builder root, std::span<const WrittenTree> written,
+                 const std::vector<std::vector<std::uint32_t>>& signal_maps) {
+  auto trees = root.initTrees(static_cast<unsigned>(written.size()));
+  for (unsigned t = 0; t < trees.size(); ++t) {
+    std::vector<std::byte> top;
+    put_entry(written[t].top, top);
+    trees[t].setTop(kj::arrayPtr(reinterpret_cast<const kj::byte*>(top.data()), top.size()));
+    auto levels = trees[t].initLevels(static_cast<unsigned>(written[t].levels.size()));
+    for (unsigned d = 0; d < levels.size(); ++d) {
+      const OctreeLevel& level = written[t].levels[d];
+      levels[d].setNodes(level.nodes);
+      levels[d].setSources(level.sources);
+      levels[d].setPackedBytes(level.packed_bytes);
+      write_bands(levels[d].initPower(kBandCount), level.power);
+    }
+  }
+  auto maps = root.initSignalMaps(static_cast<unsigned>(signal_maps.size()));
+  for (unsigned m = 0; m < maps.size(); ++m) {
+    auto map = maps.init(m, static_cast<unsigned>(signal_maps[m].size()));
+    for (unsigned i = 0; i < map.size(); ++i) map.set(i, signal_maps[m][i]);
+  }
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_bake_root(const BakeContents& contents, const BakeSections& sections,
+                                        std::span<const WrittenTree> trees) {
+  capnp::MallocMessageBuilder message;
+  auto root = message.initRoot<BakeRoot>();
+  write_settings(root, contents);
+  write_tables(root, contents, sections);
+  write_trees(root, trees, contents.signal_maps);
+  const auto words = capnp::messageToFlatArray(message);
+  const auto chars = words.asBytes();
+  const auto bytes = std::as_bytes(std::span(chars.begin(), chars.size()));
+  return {bytes.begin(), bytes.end()};
+}
+
+std::string root_library_version() {
+  constexpr int kVersion = CAPNP_VERSION;  // 1 000 000 major + 1000 minor + micro
+  return "Cap'n Proto " + std::to_string(kVersion / 1'000'000) + "." +
+         std::to_string(kVersion / 1000 % 1000) + "." + std::to_string(kVersion % 1000);
+}
+
+}  // namespace clamor
