@@ -100,7 +100,7 @@ class StoredTrees {
           copied.begin(), copied.end(),
           [](const Source& a, const Source& b) { return octree_key(a) < octree_key(b); });
       const double power = std::accumulate(leader->power.begin(), leader->power.end(), 0.0);
-      leader->u = static_cast<float>(power * instance.number / total_power(tops_[instance.tree]));
+      leader->u = static_cast<float>(power * instance.u / total_power(tops_[instance.tree]));
       for (const Source& source : copied) all.push_back(Placement{}.then(instance).place(source));
     }
     return all;

@@ -116,13 +116,13 @@ void draw_prototype_u(std::span<Source> sources, std::span<Instance> instances,
     if (i < sources.size())
       sources[i].u = u;
     else
-      instances[i - sources.size()].number = u;
+      instances[i - sources.size()].u = u;
   });
 }
 
 void draw_instance_u(std::span<Instance> instances, std::uint64_t seed) {
   for (std::size_t i = 0; i < instances.size(); ++i)
-    instances[i].number = static_cast<float>(
+    instances[i].u = static_cast<float>(
         unit_above_zero(philox(seed, {static_cast<std::uint32_t>(i), 1, kNumber, 0})[0]));
 }
 

@@ -4,12 +4,12 @@
 // scaled down, delayed, and plays other signals. Instances nest to any depth.
 //
 // To decorrelate the sampling of instances, a tree is stored in a few variants that differ in u
-// alone, and each instance has its own permanent random number v. Let P be the power of the tree,
-// and let exactly one of its sources, the representative, have a key P_i / u_i above P (the bake
-// draws it with probability P_i / P). In an instance with number v the representative has u_i' = v
-// P_i / P instead. That is still uniform, because u_i was uniform below P_i / P, and its key P / v
-// is the highest of the instance. Far from all instances, sampling them is sampling single sources
-// with powers P and numbers v.
+// alone, and each instance has a permanent random number u of its own. Let P be the power of the
+// tree, and let exactly one of its sources, the representative, have a key P_i / u_i above P (the
+// bake draws it with probability P_i / P). In an instance the representative has u_i' = u P_i / P
+// instead. That is still uniform, because u_i was uniform below P_i / P, and its key P / u is the
+// highest of the instance. Far from all instances, sampling them is sampling single sources with
+// powers P and these u.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ struct Instance {
   float scale = 1;                       // of positions, patches and paths; in (0, 1]
   float gain = 1;                        // amplitude
   float delay_s = 0;                     // additional delay
-  float number = 1;                      // permanent random number, in (0, 1]
+  float u = 1;                           // permanent random number, in (0, 1]
   std::uint32_t signals = kSameSignals;  // index of a signal map
   std::uint32_t emitters = 0;            // offset of its emitters in the table
 };

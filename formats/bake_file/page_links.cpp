@@ -33,7 +33,7 @@ static_assert(sizeof(StoredEntry) == kEntryBytes);
 struct StoredInstance {
   double offset[3];
   float rotation[4];  // x, y, z, w
-  float scale, gain, delay, number;
+  float scale, gain, delay, u;
   std::uint32_t tree, signals, emitters, reserved;
 };
 static_assert(sizeof(StoredInstance) == kInstanceBytes);
@@ -86,7 +86,7 @@ Result<void> check_instance(const Instance& instance, const PageEntry& parent,
   if (!(length(instance.offset_m) <= kMaxCoordinateInFile_m) || !within(turn, 0.999f, 1.001f) ||
       !within(instance.scale, 1e-3f, 1) || !within(instance.gain, 0, 1e5f) ||
       !within(instance.delay_s, 0, kLongest_s) ||
-      !within(instance.number, std::numeric_limits<float>::min(), 1))
+      !within(instance.u, std::numeric_limits<float>::min(), 1))
     return Error("has a copy whose numbers are out of range");
   if (instance.tree >= around.trees.size() ||
       around.trees[instance.tree].page.end() > parent.page.offset)
@@ -167,7 +167,7 @@ void put_instance(const Instance& instance, std::vector<std::byte>& bytes) {
                      instance.scale,
                      instance.gain,
                      instance.delay_s,
-                     instance.number,
+                     instance.u,
                      instance.tree,
                      instance.signals,
                      instance.emitters,
@@ -219,7 +219,7 @@ Result<void> read_links(std::span<const std::byte> bytes, const PageEntry& paren
     instance.scale = stored.scale;
     instance.gain = stored.gain;
     instance.delay_s = stored.delay;
-    instance.number = stored.number;
+    instance.u = stored.u;
     instance.signals = stored.signals;
     instance.emitters = stored.emitters;
     if (const auto good = check_instance(instance, parent, around); !good.ok()) return good;
@@ -244,7 +244,7 @@ void include_instances(std::span<const Instance> instances, std::span<const Page
       node.low_m = glm::min(node.low_m, Vec3f(at - give));
       node.high_m = glm::max(node.high_m, Vec3f(at + give));
     }
-    const double key = placed.power * total_power(tree) / instance.number * (1 + 1e-6);
+    const double key = placed.power * total_power(tree) / instance.u * (1 + 1e-6);
     node.highest_key = std::max(node.highest_key, static_cast<float>(key));
     node.min_delay_s = std::min(
         node.min_delay_s, static_cast<float>(placed.delay_s + placed.scale * tree.min_delay_s));

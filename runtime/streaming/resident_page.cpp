@@ -18,7 +18,7 @@ std::vector<ResidentInstance> copies_of(const PageEntry& entry, const PageLinks&
     const PageEntry& tree = trees[instance.tree];
     ResidentInstance copy;
     copy.placement = Placement{}.then(instance);
-    copy.key = copy.placement.power * total_power(tree) / instance.number;
+    copy.key = copy.placement.power * total_power(tree) / instance.u;
     copy.first = first;
     copy.instance = i;
     first += tree.sources_below;

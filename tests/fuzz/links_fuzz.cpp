@@ -32,7 +32,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     below += child.sources_below;
   }
   for (const Instance& instance : links.instances) {
-    if (instance.tree != 0 || !(instance.number > 0)) std::abort();
+    if (instance.tree != 0 || !(instance.u > 0)) std::abort();
     below += trees[0].sources_below;
   }
   if (below != parent->sources_below) std::abort();

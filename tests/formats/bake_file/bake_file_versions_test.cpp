@@ -50,13 +50,13 @@ BakeContents everything() {
   top.instance_count = 2;
   Instance first, second;
   first.offset_m = {100, 0, 0};
-  first.number = 0.5f;
+  first.u = 0.5f;
   second.offset_m = {0, 5, -100};
   second.rotation = glm::angleAxis(0.5f, glm::vec3(0, 1, 0));
   second.scale = 0.75f;
   second.gain = 0.5f;
   second.delay_s = 0.125f;
-  second.number = 0.25f;
+  second.u = 0.25f;
   second.signals = 0;
   second.emitters = 1;
   made.octree = {};
@@ -95,7 +95,7 @@ Json as_json(const Instance& copy) {
           {"scale", copy.scale},
           {"gain", copy.gain},
           {"delay_s", copy.delay_s},
-          {"number", copy.number},
+          {"number", copy.u},
           {"signals", copy.signals},
           {"emitters", copy.emitters}};
 }
