@@ -1,4 +1,4 @@
-// crowd_things.h: what a crowd makes noise with besides its voice, one utterance of each.
+// crowd_things.h: whistles, claps, horns and drums of a crowd, one utterance of each.
 #pragma once
 
 #include "sound.h"

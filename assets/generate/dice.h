@@ -1,7 +1,6 @@
 // dice.h: random numbers for the generator: a seed and a count, so every run draws the same.
 //
-// Draw in statements of their own, never twice among the arguments of one call: compilers evaluate
-// those in any order.
+// Never draw twice in the arguments of one call: their order of evaluation is unspecified.
 #pragma once
 
 #include <cstdint>

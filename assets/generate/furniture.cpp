@@ -32,7 +32,7 @@ MeshBuilder make_chair(const FurnitureMaterials& m) {
   return mesh;
 }
 
-// Hrtf, trunk, legs and the two arms that hold violin and bow; the violin itself, small and thin.
+// Head, trunk, legs and the two arms that hold violin and bow; the violin itself, small and thin.
 MeshBuilder make_violinist(const FurnitureMaterials& m) {
   MeshBuilder mesh;
   for (const double x : {-0.19, 0.03})

@@ -1,4 +1,4 @@
-// furniture.h: what stands, hangs and sits in the presentation room.
+// furniture.h: furniture, drapes and people of the presentation room.
 #pragma once
 
 #include "mesh_builder.h"
@@ -9,7 +9,7 @@ struct FurnitureMaterials {
   MaterialIndex upholstery, wood, lacquer, metal, screen, curtain, person, stage;
 };
 
-// ListenerAxes -Z, feet at the origin.
+// The figure faces -Z, with its feet at the origin.
 MeshBuilder make_chair(const FurnitureMaterials& m);
 MeshBuilder make_violinist(const FurnitureMaterials& m);
 MeshBuilder make_lectern(const FurnitureMaterials& m);

@@ -1,7 +1,7 @@
 // gltf_writer.h: builds a .glb: materials with acoustics, meshes, instances, emitters.
 //
-// What it knows beyond core glTF:
-//   EXT_mesh_gpu_instancing    a node's mesh and emitter repeated; _DELAY_S: when each starts
+// Supported extensions of glTF:
+//   EXT_mesh_gpu_instancing    instances of a node's mesh and emitter; _DELAY_S delays each
 //   KHR_audio_emitter          sounds by relative uri, one looping source and emitter for each
 //   CLAMOR_materials_acoustic  on a material: a preset, or absorption and scattering per band
 //   CLAMOR_emitter             on a node or its emitter: directivity exponents per band, level,
@@ -32,15 +32,15 @@ struct EmitterNode {
   double random_delay_s = 0;
 };
 
-// Where one copy of a node's mesh and emitter is: turned by yaw about +Y, scaled, moved.
+// Transform of an instance: rotated by yaw about +Y, scaled, translated.
 struct Instance {
   Vec3 position_m;
   double yaw_rad = 0;  // 0 faces -Z, grows to the left
   double scale = 1;
-  double delay_s = 0;  // that its emitter starts later
+  double delay_s = 0;  // start delay of its emitter
 };
 
-// The numbers of instances, which many nodes may share.
+// Accessors of instance attributes, which nodes may share.
 struct InstanceList {
   int translation, rotation, scale, delay;  // accessors
 };
@@ -49,7 +49,7 @@ class GltfWriter {
  public:
   explicit GltfWriter(const std::string& scene_name);
 
-  // By preset of assets/materials.json, or by values.
+  // A material by preset of assets/materials.json or by values.
   MaterialIndex material(const std::string& name, const Look& look, const std::string& preset);
   MaterialIndex material(const std::string& name, const Look& look, const Bands& absorption,
                          const Bands& scattering);
@@ -61,8 +61,7 @@ class GltfWriter {
   void emitter_node(const std::string& name, const EmitterNode& emitter, const Vec3& position_m,
                     double yaw_rad);
 
-  // For many nodes: a sound that they play, a place that they are in (none: the scene), what is
-  // repeated in each.
+  // Shared by nodes: a sound, a parent (none: the scene), attributes of instances.
   int emitter(const std::string& name, const EmitterNode& emitter);
   int group(const std::string& name, std::optional<int> parent, const Vec3& position_m,
             double yaw_rad);
@@ -70,7 +69,7 @@ class GltfWriter {
   void instanced_node(const std::string& name, int parent, int mesh, const InstanceList& instances,
                       int emitter, double delay_s);
 
-  // The whole file. Call once.
+  // Returns the file. Call once.
   std::string glb();
 
  private:

@@ -1,7 +1,7 @@
 // mesh_builder.h: collects triangles by material and welds their corners.
 //
-// No normals are kept: a glTF viewer shades a primitive without them flat, which is what boxes and
-// steps want, and the file stays small. Corners are counter-clockwise seen from outside.
+// Normals are omitted: glTF viewers then use flat shading, which suits boxes and steps, and files
+// stay small. Corners are counter-clockwise seen from outside.
 #pragma once
 
 #include <array>
@@ -23,12 +23,12 @@ class MeshBuilder {
     std::vector<std::uint32_t> indices;
   };
 
-  // Triangles without area are left out.
+  // Triangles without area are dropped.
   void triangle(MaterialIndex material, const Vec3& a, const Vec3& b, const Vec3& c);
   void quad(MaterialIndex material, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
   // corners: the bottom ring, then the top ring above it, both counter-clockwise from above.
-  // What stands on something has no bottom of its own.
+  // Boxes that stand on a surface have no bottom.
   enum class Bottom { kClosed, kOpen };
   void hexahedron(MaterialIndex material, const std::array<Vec3, 8>& corners, Bottom bottom);
   void box(MaterialIndex material, const Vec3& low_m, const Vec3& high_m,

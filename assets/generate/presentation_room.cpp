@@ -100,7 +100,7 @@ FurnitureMaterials make_furniture_materials(GltfWriter& gltf) {
   return m;
 }
 
-// What is made where it stands: the podium, the screen, the projector, radiators.
+// Objects modelled in place: the podium, the screen, the projector, radiators.
 MeshBuilder make_fixtures(const FurnitureMaterials& m) {
   MeshBuilder mesh;
   mesh.box(m.stage, {-3.4, 0, -5.98}, {3.4, kPodium_m, -3.2}, MeshBuilder::Bottom::kOpen);

@@ -24,7 +24,7 @@ struct ShellGrid {
   std::vector<double> x_m, y_m, z_m;
 };
 
-// What the wall is around a point of it.
+// The properties of a wall at a point.
 using WallPlan = std::function<Cell(Side side, const Vec3& middle_m)>;
 
 MeshBuilder make_shell(const ShellGrid& grid, MaterialIndex reveal, const WallPlan& plan);

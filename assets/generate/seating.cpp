@@ -94,7 +94,7 @@ Songbook songs_of(std::span<const CrowdSound> sounds) {
   return songs;
 }
 
-// How likely each seat is to be taken, low ones first.
+// Probability that each seat is taken, lower rows first.
 std::vector<double> ranks_of(const SeatsOfBlock& block, Dice& dice) {
   std::vector<double> ranks;
   for (std::size_t i = 0; i < block.feet_m.size(); ++i) {

@@ -1,4 +1,4 @@
-// seating.h: who stands where in the stadium, block by block.
+// seating.h: positions and sounds of the fans, block by block.
 //
 // A stadium is made of a few kinds of block, repeated: those of the long sides, of the short sides
 // and of either half of a corner, in two tiers. Fans are drawn once for each kind; the blocks of a
@@ -32,9 +32,9 @@ struct Block {
   std::size_t kind;
   std::size_t stand;  // 0 to 7: a side, a corner, and so on round the bowl
   Vec3 corner_m;
-  double yaw_rad;                   // of the kind's -Z
+  double yaw_rad;                   // of -Z of the kind
   double delay_s;                   // of all its fans
-  std::vector<std::size_t> sounds;  // per sound: what it is replaced by
+  std::vector<std::size_t> sounds;  // replacement of each sound
 };
 
 struct Seating {

@@ -66,7 +66,7 @@ double smooth_step(double from, double to, double at);
 // Adds a sound to a track that grows as far as needed.
 void add_at(double at_s, const Samples& sound, Samples& track);
 
-// How one utterance differs from the one that the paper's stadium repeats.
+// Variation of an utterance relative to that of the paper's stadium.
 struct Variation {
   double pitch = 1;  // factor on all frequencies of the source
   double tempo = 1;  // above 1 is faster; voices take 1 at most, since onsets keep their length

@@ -23,7 +23,7 @@ struct Gesture {
   double pressure;  // 0 to 1
 };
 
-// STK's string, with its controls laid open.
+// STK's bowed string with access to its parameters.
 class BowedString : public stk::Bowed {
  public:
   BowedString() : stk::Bowed(100) {
@@ -121,7 +121,7 @@ constexpr Note kPhrase[] = {
 
 double frequency_of(int key) { return 440 * std::exp2((key - 69) / 12.0); }
 
-// What both hands do at a moment of the phrase.
+// State of both hands at a moment of the phrase.
 Gesture gesture_at(double time_s) {
   const double beat = time_s / kBeat_s;
   std::size_t index = 0;

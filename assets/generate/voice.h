@@ -34,7 +34,7 @@ struct Throat {
   std::uint64_t seed = 1;
 };
 
-// The state of a voice at a moment; between two moments everything glides.
+// The state of a voice at a moment; interpolated between moments.
 struct Moment {
   double time_s;
   double f0_hz;

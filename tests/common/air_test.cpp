@@ -69,7 +69,7 @@ TEST(Air, SwallowsAsMuchAsIso9613Says) {
 }
 
 TEST(Air, SwallowsATone) {
-  // The same independent implementation at 1000 Hz, which is both nominal and exact.
+  // Independent implementation at 1000 Hz, which is both nominal and exact.
   EXPECT_NEAR(db_per_km(air_loss_per_m(Air{}, 1000)), 4.665, 0.005);
 }
 

@@ -14,7 +14,7 @@ using testing::FloatEq;
 TEST(Bands, AreLinearBetweenTheFrequenciesGiven) {
   const std::vector<double> hz = {125, 500, 4000}, values = {0.1, 0.4, 1.1};
   // 250 Hz lies a third of the way from 125 to 500; 1000 and 2000 Hz lie 1/7 and 3/7 from 500 to
-  // 4000. Beyond the ends the value stays.
+  // 4000 Hz. Values are constant beyond the ends.
   EXPECT_THAT(bands_from_points(hz, values),
               ElementsAre(FloatEq(0.1f), FloatEq(0.1f), FloatEq(0.2f), FloatEq(0.4f), FloatEq(0.5f),
                           FloatEq(0.7f), FloatEq(1.1f), FloatEq(1.1f)));

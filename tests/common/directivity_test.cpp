@@ -25,14 +25,15 @@ TEST(Directivity, RadiatesThePowerThatIntegrationGives) {
     double sum = 0;
     for (int i = 0; i < kSteps; ++i) sum += emission(p, -1 + 2 * (i + 0.5) / kSteps);
     const double power = 2 * std::numbers::pi * sum * 2 / kSteps;
-    // The midpoint rule is this good even at p = 0.3, whose slope is infinite behind.
+    // The midpoint rule is that accurate even for p = 0.3, which has an infinite slope at cos a =
+    // -1.
     EXPECT_NEAR(power / emission_power(p), 1, 1e-5) << "p = " << p;
   }
 }
 
 TEST(Directivity, DrawsDirectionsAsDenselyAsItRadiates) {
-  // Regular u instead of random ones: each of 50 slices in cos a must then get its share of the
-  // power to within one draw at each of its two ends.
+  // With regularly spaced u, each of 50 slices in cos a gets its share of the power within one draw
+  // at each end.
   constexpr int kDraws = 100000, kSlices = 50;
   for (const double p : {0.0, 0.3, 1.0, 7.0, 100.0}) {
     std::vector<int> drawn(kSlices);
@@ -43,7 +44,7 @@ TEST(Directivity, DrawsDirectionsAsDenselyAsItRadiates) {
       ++drawn[std::min(kSlices - 1, static_cast<int>((cos_a + 1) / 2 * kSlices))];
     }
     for (int s = 0; s < kSlices; ++s) {
-      double share = 0;  // by integration of the law itself
+      double share = 0;  // by integrating the law
       constexpr int kSteps = 2000;
       for (int i = 0; i < kSteps; ++i) {
         const double cos_a = -1 + 2 * (s + (i + 0.5) / kSteps) / kSlices;

@@ -8,8 +8,7 @@
 namespace clamor {
 namespace {
 
-// The C library's double functions are the oracle: their errors are a hundred million times
-// smaller.
+// The C library's double functions are the reference; their errors are 1e8 times smaller.
 
 TEST(Maths, FloatLogarithmsAreWithinTheErrorStated) {
   std::mt19937 random(1);
@@ -76,7 +75,7 @@ TEST(Maths, DoubleFunctionsAreWithinTheErrorStated) {
   EXPECT_EQ(power(0, 0), 1);
 }
 
-// The bits themselves, so that another CPU, compiler or library that rounds otherwise is found out.
+// Checksums of exact bits detect CPUs, compilers and libraries that round differently.
 TEST(Maths, GiveTheseBits) {
   std::uint64_t hash = 0xcbf29ce484222325u;
   const auto add = [&hash](auto value) {

@@ -22,16 +22,16 @@ TEST(Printable, TakesOutWhatSteersATerminalOrReordersText) {
         "\xe2\x80\xaa", "\xe2\x80\xae", "\xe2\x81\xa6", "\xe2\x81\xa9",              // overrides
         "\xe2\x80\xa8", "\xe2\x80\xa9",                                              // line ends
         "\x80",         "\x9b",         "\x9d",         "\xff",         "\xc3",
-        "\xe2",         "\xf0"})  // no UTF-8
+        "\xe2",         "\xf0"})  // invalid UTF-8
     EXPECT_EQ(printable(std::string("a") + control + "b"), "a?b") << control;
 }
 
-// Other ways to write a control that a terminal may decode all the same.
+// Invalid encodings of controls that some terminals decode.
 TEST(Printable, TakesUtf8AtItsWordOnly) {
   EXPECT_EQ(printable("\xc0\x9b"), "??");             // overlong
   EXPECT_EQ(printable("\xe0\x82\x9b"), "???");        // overlong
   EXPECT_EQ(printable("\xed\xa0\x80"), "???");        // a surrogate
-  EXPECT_EQ(printable("\xf4\x90\x80\x80"), "????");   // beyond the last code
+  EXPECT_EQ(printable("\xf4\x90\x80\x80"), "????");   // beyond the last code point
   EXPECT_EQ(printable("\xe2\x80\x1b[2J"), "???[2J");  // cut short by an escape
 }
 

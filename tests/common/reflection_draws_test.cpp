@@ -1,4 +1,4 @@
-// The reflection law's samplers against its densities, by chi-square.
+// reflection_draws_test.cpp: chi-square tests of the samplers of the reflection law.
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -46,8 +46,8 @@ TEST(ReflectionDraws, AreAsDenseAsTheLaw) {
         expected[cells.of(out)] +=
             kDraws * weight * laws.density(0, 4, cos_i, out.z, dot(out, mirror));
       });
-      // A right sampler is within a few standard deviations; one that forgets the compensation
-      // term, or accepts without cos o / cos i, is hundreds off.
+      // A correct sampler is within a few standard deviations; without the compensation term or the
+      // factor cos o / cos i it is off by hundreds.
       EXPECT_LT(testing::chi_square_excess(drawn, expected), 4)
           << "exponent " << exponent << ", " << incidence_deg << " degrees";
     }
@@ -75,7 +75,7 @@ TEST(ReflectionDraws, OfTheSecondTermFollowWhatTheLobeLoses) {
       }
     for (double& share : expected) share *= kDraws / lost;
     EXPECT_LT(std::abs(testing::chi_square_excess(drawn, expected)), 4) << "exponent " << exponent;
-    // What is lost over all angles is what the mean albedo says.
+    // The mean loss over all angles equals the mean albedo.
     EXPECT_NEAR(2 * lost / (kSlices * 100), 1 - lobe.mean_albedo(), 2e-5)
         << "exponent " << exponent;
   }

@@ -1,5 +1,5 @@
-// The reflection law by adaptive quadrature of its density alone: no table, sampler or lobe of ours
-// has a hand in where the points lie.
+// reflection_quadrature_test.cpp: adaptive quadrature of the reflection density, independent of
+// tables and samplers.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,7 +21,7 @@ constexpr std::array<double, 17> kIncidences_deg = {0,  2,  4,  5,  7,  15, 30, 
 
 double cos_of_degrees(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
 
-// Simpson's rule, halved until two halves agree with their whole.
+// Adaptive Simpson's rule.
 template <class F>
 double refined(const F& f, double a, double b, double fa, double fm, double fb, double tolerance,
                int depth) {
@@ -44,9 +44,9 @@ double integral(const F& f, double a, double b, double tolerance, int panels) {
   return sum;
 }
 
-// The integral over the hemisphere of density(cos_o, cos_a), within about 1e-5: over the angle a to
-// the mirror direction, in pieces as wide as a lobe of that exponent, and the turn around it, in
-// pieces that end where the ring crosses the horizon or the height of the arrival.
+// Integral of density(cos_o, cos_a) over the hemisphere, within about 1e-5: over the angle a to the
+// mirror direction, in pieces of the width of the lobe, and over the azimuth around it, in pieces
+// that end where the ring crosses the horizon or the elevation of the arrival.
 template <class Density>
 double over_all_departures(double cos_i, double exponent, const Density& density) {
   const double sin_i = std::sqrt(1 - cos_i * cos_i);
@@ -75,7 +75,7 @@ double over_all_departures(double cos_i, double exponent, const Density& density
   return sum;
 }
 
-// Scattering shares from none to all; one exponent in every band.
+// Scattering from 0 to 1; equal exponents in all bands.
 Material mixtures(float exponent) {
   Material material;
   material.scattering = {0, 0.01f, 0.1f, 0.25f, 0.5f, 0.9f, 0.99f, 1};
@@ -90,11 +90,11 @@ TEST(ReflectionByQuadrature, ReturnsAllEnergyAtEveryExponentAndIncidence) {
     const ReflectionLaws laws(std::span(&material, 1));
     for (const double degrees : kIncidences_deg) {
       const double cos_i = cos_of_degrees(degrees);
-      // Band 0 has no scattering, where all the error is: energy is linear in the share.
+      // Band 0 without scattering has the largest error, because energy is linear in scattering.
       const double energy = over_all_departures(
           cos_i, static_cast<double>(exponent),
           [&](double cos_o, double cos_a) { return laws.density(0, 0, cos_i, cos_o, cos_a); });
-      // 32 exponents at every degree came to 1.9e-4 at most; the table of the lobe promises 2e-4.
+      // The largest error over 32 exponents at every degree was 1.9e-4; the table guarantees 2e-4.
       EXPECT_NEAR(energy, 1, 2e-4) << "exponent " << exponent << ", " << degrees << " degrees";
       worst = std::max(worst, std::abs(energy - 1));
     }
@@ -102,8 +102,8 @@ TEST(ReflectionByQuadrature, ReturnsAllEnergyAtEveryExponentAndIncidence) {
   RecordProperty("worst", std::to_string(worst));
 }
 
-// What leaves a patch for the receiver is what would leave for the source if they changed places:
-// f = density / cos o is the same either way, in all bands as received_intensity() reads them.
+// Reciprocity: f = density / cos o is unchanged if source and receiver are exchanged, in all bands
+// as received_intensity() evaluates them.
 TEST(ReflectionByQuadrature, SendsAsMuchThereAsBackBetweenAllPairsOfAngles) {
   for (const float exponent : kAllExponents) {
     const Material material = mixtures(exponent);
@@ -127,8 +127,7 @@ TEST(ReflectionByQuadrature, SendsAsMuchThereAsBackBetweenAllPairsOfAngles) {
   }
 }
 
-// The share of the lobe that survives above the surface, by scipy's quadrature of the lobe itself
-// with no table: `python3 tests/physics/reference.py albedo`.
+// Albedo of the lobe by scipy's quadrature, `python3 tests/physics/reference.py albedo`.
 struct Survival {
   double exponent;
   std::array<double, 7> albedo;  // at 0, 30, 60, 80, 85, 88 and 89 degrees

@@ -50,8 +50,8 @@ TEST(Reflection, IsTheSameEitherWayRound) {
     const PhongLobe lobe(exponent);
     for (std::uint32_t n = 0; n < 2000; ++n) {
       const RandomBits bits = philox(3, {n, 0, 0, 0});
-      const Vec3 in = off_normal(unit_above_zero(bits[0]), 0);  // towards where the sound is from
-      // Some departures anywhere, the rest near the mirror direction, where the lobe is.
+      const Vec3 in = off_normal(unit_above_zero(bits[0]), 0);  // towards the source
+      // Some departures are uniform, the others near the mirror direction.
       const Vec3 anywhere =
           off_normal(unit_above_zero(bits[1]), 2 * std::numbers::pi * unit(bits[2]));
       const Vec3 out = normalize(anywhere * (n % 4 == 0 ? 1.0 : 0.05) + Vec3(-in.x, -in.y, in.z));
@@ -68,7 +68,7 @@ TEST(Reflection, LosesAtNormalIncidenceWhatTheClosedFormSays) {
   for (const double p : kExponents) EXPECT_NEAR(PhongLobe(p).albedo(1), (p + 1) / (p + 2), 5e-6);
 }
 
-// The mean of [cos o > 0] min(1, cos o / cos i) over the lobe, by a grid of directions in it.
+// The mean of [cos o > 0] min(1, cos o / cos i) over the lobe, on a grid of directions.
 double fine_albedo(double exponent, double cos_i) {
   constexpr int kRings = 4000, kTurns = 500;
   const double sin_i = std::sqrt(1 - cos_i * cos_i);
@@ -91,7 +91,7 @@ TEST(Reflection, KeepsOfALobeAboveTheSurfaceWhatAFineSumKeeps) {
           << "exponent " << exponent << ", cosine " << root * root;
 }
 
-// Towards the normal less is lost than in the plane of the surface, by an exponential at least.
+// The loss decreases at least exponentially from grazing angles towards the normal.
 TEST(Reflection, LosesLessByItsSlopeAndNoSteeperOneWouldDo) {
   for (const double exponent : kExponents) {
     const PhongLobe lobe(exponent);
@@ -116,7 +116,7 @@ TEST(Reflection, TakesExponentsToThreeDigits) {
   EXPECT_NE(lobe_of(20.06), lobe_of(20));
 }
 
-// However many materials a file claims to have: each lobe takes time and memory.
+// The number of lobes is bounded for any number of materials, because each costs time and memory.
 TEST(Reflection, MakesFewLobesOfManyExponents) {
   std::vector<Material> materials(5000);
   for (std::size_t m = 0; m < materials.size(); ++m) {
@@ -150,7 +150,7 @@ TEST(Reflection, NeverExceedsItsPeakDensity) {
       for (std::uint32_t n = 0; n < 50000; ++n) {
         const RandomBits bits = philox(9, {n, 0, 0, 0});
         const double x = unit_above_zero(bits[0]);
-        const double cos_i = n % 2 == 0 ? x : x * x * x;  // half of them near grazing
+        const double cos_i = n % 2 == 0 ? x : x * x * x;  // half near grazing
         const Vec3 mirror = off_normal(cos_i, 0);
         const Vec3 anywhere = off_normal(unit(bits[1]), 2 * std::numbers::pi * unit(bits[2]));
         const double spread = n % 3 == 0 ? 1e3 : std::pow(10.0, -4 * unit(bits[3]));
@@ -158,7 +158,7 @@ TEST(Reflection, NeverExceedsItsPeakDensity) {
         highest = std::max(highest, laws.density(0, 0, cos_i, out.z, dot(out, mirror)));
       }
       EXPECT_LE(highest, laws.peak_density(0)[0]) << exponent;
-      EXPECT_GT(highest, 0.5 * laws.peak_density(0)[0]) << exponent;  // and is no idle bound
+      EXPECT_GT(highest, 0.5 * laws.peak_density(0)[0]) << exponent;  // the bound is tight
     }
 }
 
@@ -173,8 +173,9 @@ Wander wander(const Vec3& size_m, const ReflectionLaws& laws, std::uint32_t phot
   const double half_surface = pair_area.x + pair_area.y + pair_area.z;
   Wander result;
   for (std::uint32_t n = 0; n < photons; ++n) {
-    // Starts are spread evenly (Kronecker's sequence in five dimensions, powers of the root of
-    // x^6 = x + 1): mirror-like lobes remember them, and their chance would be most of the noise.
+    // Starts follow a low-discrepancy Kronecker sequence in five dimensions (powers of the root of
+    // x^6 = x + 1), because mirror-like lobes preserve them and random starts would dominate the
+    // noise.
     const auto even = [n](int dimension) {
       const double x = 0.5 + n * std::pow(1.1347241384015194, -dimension);
       return x - std::floor(x);
@@ -184,7 +185,7 @@ Wander wander(const Vec3& size_m, const ReflectionLaws& laws, std::uint32_t phot
     Vec3 at(0), normal(0);
     at[(axis + 1) % 3] = even(2) * size_m[(axis + 1) % 3];
     at[(axis + 2) % 3] = even(3) * size_m[(axis + 2) % 3];
-    normal[axis] = 1;  // by symmetry, one wall of each pair will do
+    normal[axis] = 1;  // by symmetry, one wall per pair suffices
     const double cos_o = std::sqrt(1 - even(4));
     const Basis basis = basis_around(normal);
     const double sin_o = std::sqrt(1 - cos_o * cos_o), phi = 2 * std::numbers::pi * even(5);
@@ -201,7 +202,7 @@ Wander wander(const Vec3& size_m, const ReflectionLaws& laws, std::uint32_t phot
       normal = Vec3(0);
       normal[axis] = direction[axis] > 0 ? -1 : 1;
       at[axis] = direction[axis] > 0 ? size_m[axis] : 0;
-      if (bounce > 1) {  // the first chord has seen no reflection
+      if (bounce > 1) {  // the first chord precedes any reflection
         result.mean_chord_m += chord_m;
         result.wall_shares[axis] += 1;
       }
@@ -222,9 +223,9 @@ TEST(Reflection, LeavesADiffuseFieldDiffuse) {
   const Vec3 size_m(5, 4, 3);
   const double volume_m3 = 60, surface_m2 = 94;
   for (const double exponent : {1.0, 10.0, 1000.0}) {
-    // The nearer to a mirror, the longer a photon keeps to its walls and the more of them it takes
-    // for noise of about 0.1 %. Other ways to keep a Phong lobe above the surface are 1 to 8 % off
-    // in the chord and 5 % in the walls.
+    // Sharper lobes keep photons at the same walls for longer, so noise of 0.1 % needs more
+    // photons. Other ways to confine a Phong lobe to the hemisphere have errors of 1 to 8 % in the
+    // chord and 5 % in the walls.
     const std::uint32_t photons = exponent > 100 ? 200000 : 60000;
     const Wander after = wander(size_m, laws_of(scattering_lobe(0, exponent)), photons, 40);
     EXPECT_NEAR(after.mean_chord_m / (4 * volume_m3 / surface_m2), 1, 0.003) << exponent;

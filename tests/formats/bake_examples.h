@@ -1,4 +1,4 @@
-// bake_examples.h: a small bake file with a bit of everything, for tests that read, change and
+// bake_examples.h: a small bake file with every kind of content, for tests that read, modify and
 // damage it.
 #pragma once
 
@@ -40,7 +40,7 @@ inline Bytes read(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// Opens the file and reads all there is; the last error of any part.
+// Opens the file and reads every part; returns the last error.
 inline Result<void> read_all_of(const std::string& path, FileAccess access) {
   const auto file = BakeFile::open(path, access);
   if (!file.ok()) return file.error();
@@ -54,8 +54,7 @@ inline Result<void> read_all_of(const std::string& path, FileAccess access) {
   return result;
 }
 
-// Writes the bytes, opens them and, where that works, reads all there is: mapped and not, which
-// must not differ.
+// Writes the bytes, opens them and reads every part, with and without mapping; both must agree.
 inline Result<void> read_whole(const Bytes& bytes) {
   const std::string path = path_of("bytes.clamor");
   std::ofstream(path, std::ios::binary) << bytes;
@@ -92,7 +91,7 @@ inline Source random_source(std::uint32_t i) {
   return source;
 }
 
-// Two nodes, one emitter and `secondary` reflections of it.
+// Two nodes with one emitter and `secondary` secondary sources.
 inline BakeContents contents(std::uint32_t secondary = 100) {
   BakeContents bake;
   bake.settings.seed = 42;
@@ -159,7 +158,7 @@ inline Bytes written(const BakeContents& bake, int threads = 1) {
   return bytes;
 }
 
-// Gives the preamble the numbers and checksums that these bytes should have.
+// Updates sizes and checksums in the preamble.
 inline void seal(Bytes& bytes) {
   Preamble preamble;
   std::memcpy(&preamble, bytes.data(), sizeof(preamble));

@@ -1,4 +1,4 @@
-// forged_root.h: bake files whose root says what somebody wants it to say.
+// forged_root.h: bake files with a modified root and valid checksums.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@
 
 namespace clamor::testing {
 
-// The file with its root changed and every checksum right again.
+// Returns the file with a modified root and updated checksums.
 inline Bytes with_root(Bytes bytes, const std::function<void(BakeRoot::Builder)>& change) {
   Preamble preamble;
   std::memcpy(&preamble, bytes.data(), sizeof(preamble));

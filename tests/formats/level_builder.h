@@ -1,4 +1,4 @@
-// level_builder.h: small glTF levels made in a test's own folder.
+// level_builder.h: small glTF levels in a temporary folder.
 #pragma once
 
 #include <cstring>
@@ -45,7 +45,7 @@ inline std::string glb(const json& document, const std::string& bin) {
          text + word(data.size()) + std::string("BIN\0", 4) + data;
 }
 
-// Half a second of a tone, as a WAV file of 16 bits.
+// A 16-bit WAV file with half a second of a tone.
 inline std::string wav(int frames = 24000, int rate_hz = 48000) {
   const auto u32 = [](std::size_t v) {
     return raw(std::vector<std::uint32_t>{static_cast<std::uint32_t>(v)});

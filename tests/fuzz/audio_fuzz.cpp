@@ -1,4 +1,4 @@
-// audio_fuzz.cpp: sound files in whatever format libsndfile knows.
+// audio_fuzz.cpp: sound files in any format of libsndfile.
 #include "formats/audio/audio_file.h"
 #include "tests/fuzz/fuzz_target.h"
 

@@ -1,7 +1,6 @@
-// bake_file_fuzz.cpp: a bake file, opened and read whole: pages, their links, signals, geometry. A
-// first byte that is odd turns the checksums off (every sum is the same) and makes the preamble's
-// magic, version and lengths right, so that what lies behind them is reached; one of more than 127
-// also has it played for a moment.
+// bake_file_fuzz.cpp: a bake file, opened and read completely: pages, links, signals, geometry. An
+// odd first byte disables checksums (every sum is equal) and corrects magic, version and lengths of
+// the preamble, so that later parts are reached; above 127, the file is also played for a moment.
 #include <algorithm>
 #include <cmath>
 #include <cstring>

@@ -1,6 +1,5 @@
-// command_line_fuzz.cpp: the words of a command, separated by line ends, and what words are made
-// of. No file exists, so nothing is baked; words with a slash, sound devices and benchmarks are
-// left out.
+// command_line_fuzz.cpp: command lines with one word per line, and the parsers of single words. No
+// file exists, so nothing is baked; words with a slash, sound devices and benchmarks are excluded.
 #include <sstream>
 #include <vector>
 

@@ -1,14 +1,12 @@
-// fuzz_target.h: what the fuzz targets share.
+// fuzz_target.h: helpers of the fuzz targets.
 //
-// A target is one function that takes any bytes and must return: no crash, no hang, no memory that
-// the bytes do not justify. The preset `fuzz` links each with libFuzzer under AddressSanitizer and
-// UndefinedBehaviorSanitizer:
+// A target takes arbitrary bytes and must return without crash, hang or excessive memory. The
+// preset `fuzz` links each target with libFuzzer, AddressSanitizer and UndefinedBehaviorSanitizer:
 //
 //   cmake --preset fuzz && cmake --build --preset fuzz
 //   build/fuzz/tests/fuzz_sidecar tests/fuzz/corpus/sidecar -max_len=4096 -malloc_limit_mb=256
 //
-// In all other builds the same targets replay the corpus, which holds what reached new code and
-// whatever once failed.
+// Other builds replay the corpus, which contains inputs that reached new code or once failed.
 #pragma once
 
 #include <cstddef>
@@ -30,7 +28,7 @@ inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {
   return {reinterpret_cast<const char*>(data), size};
 }
 
-// A file of this process's own with these bytes; the next call replaces it.
+// Writes the bytes to a temporary file of this process, which the next call replaces.
 inline std::string file_with(std::string_view bytes, const std::string& suffix) {
   static const std::string folder = [] {
     std::string name = (std::filesystem::temp_directory_path() / "clamor_fuzz_XXXXXX").string();

@@ -1,6 +1,6 @@
-// journal_fuzz.cpp: a bake's journal. Input: four bytes that say how many runs, then a record's
-// payload, which gets a frame and checksums that are right; with a first byte of 255 the rest is
-// the file.
+// journal_fuzz.cpp: the journal of a bake. Input: four bytes with the number of runs and the
+// payload of a record, which gets a valid frame and checksums; after a first byte of 255 the rest
+// is the file.
 #include <cstring>
 #include <vector>
 

@@ -1,6 +1,6 @@
-// level_fuzz.cpp: glTF, as text and as GLB. Input: the JSON, then after a NUL the binary chunk;
-// they are put into a GLB whose lengths are right. A first byte of 1 gives the rest as a raw .glb,
-// 2 as .gltf.
+// level_fuzz.cpp: glTF as text and as GLB. Input: the JSON and, after a NUL, the binary chunk,
+// combined to a GLB with valid lengths. After a first byte of 1 the rest is a raw .glb, after 2 a
+// .gltf.
 #include <cstring>
 
 #include "formats/gltf/level_import.h"

@@ -1,6 +1,5 @@
-// links_fuzz.cpp: the index in a page: entries of its children, copies of trees. The first 120
-// bytes are the entry of a tree that may be copied, the next 120 the page's own, then its links
-// follow.
+// links_fuzz.cpp: links of a page: child entries and instances. Input: 120 bytes with the entry of
+// an instanced tree, 120 bytes with the entry of the page, and its links.
 #include <vector>
 
 #include "formats/bake_file/page_links.h"
@@ -14,7 +13,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   auto bytes = std::as_bytes(std::span(data, size));
   const auto tree = read_entry(bytes.first(kEntryBytes));
   const auto parent = read_entry(bytes.subspan(kEntryBytes, kEntryBytes));
-  if (!tree.ok() || !parent.ok()) std::abort();  // of any bytes
+  if (!tree.ok() || !parent.ok()) std::abort();  // any bytes are an entry
   if (!check_entry(*tree, kFirstPageOffset, kEnd).ok() ||
       !check_entry(*parent, kFirstPageOffset, kEnd).ok())
     return 0;

@@ -1,5 +1,5 @@
-// page_fuzz.cpp: a page's bits, as they come out of their frame. The first two bytes are how many
-// sources the node has, the third how many tables there are to point into.
+// page_fuzz.cpp: the contents of a page frame. The first two bytes are the number of sources of the
+// node, the third the sizes of the tables.
 #include <cmath>
 #include <memory>
 

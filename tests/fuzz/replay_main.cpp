@@ -1,4 +1,4 @@
-// replay_main.cpp: runs a fuzz target on every file of a folder; where there is no libFuzzer.
+// replay_main.cpp: runs a fuzz target on every file of a folder, without libFuzzer.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>

@@ -1,4 +1,4 @@
-// root_fuzz.cpp: the root of a bake file, a Cap'n Proto message, as if its checksum were right.
+// root_fuzz.cpp: the root of a bake file, a Cap'n Proto message, without its checksum.
 #include <cstring>
 #include <vector>
 
@@ -9,7 +9,7 @@ using namespace clamor;
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 8) return 0;
-  std::vector<std::uint64_t> words(size / 8);  // aligned, as the reader wants it
+  std::vector<std::uint64_t> words(size / 8);  // aligned for the reader
   std::memcpy(words.data(), data, 8 * words.size());
   const auto root = read_bake_root(std::as_bytes(std::span(words)), 1 << 20);
   if (!root.ok() && root.error().message.empty()) std::abort();

@@ -1,5 +1,5 @@
-// sofa_fuzz.cpp: heads in SOFA files. libmysofa reads them in a process of its own, what it found
-// is checked here; small ones are made ready to be heard as well.
+// sofa_fuzz.cpp: HRTFs in SOFA files. libmysofa runs in a child process, and its output is
+// validated; small HRTFs are also prepared for rendering.
 #include <cmath>
 
 #include "runtime/hrtf/hrtf.h"
@@ -23,7 +23,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     return 0;
   }
   for (const float sample : responses->samples) expect_finite(sample);
-  constexpr std::size_t kFew = 40, kShort = 4096;  // a millisecond each
+  constexpr std::size_t kFew = 40, kShort = 4096;  // 1 ms each
   if (responses->directions.size() > kFew || responses->frames > kShort) return 0;
   const auto head = Hrtf::read(path);
   if (!head.ok()) {

@@ -1,4 +1,4 @@
-// sofa_file_test.cpp: heads other than KEMAR, and files that are none.
+// sofa_file_test.cpp: heads other than KEMAR, and invalid files.
 #include "formats/audio/sofa_file.h"
 
 #include <cmath>
@@ -66,7 +66,7 @@ TEST(SofaFile, WhoseDelaysAreToldApartIsTheSameHead) {
     for (std::size_t ear = 0; ear < 2; ++ear)
       for (std::size_t f = 0; f < apart->frames; ++f)
         ASSERT_EQ(apart->response(d, ear)[f], f < 100 ? within->response(d, ear)[f] : 0);
-  // And one delay for all, of each ear.
+  // One delay per ear for all directions.
   SofaContent content = plain_head(44100, 50, 100);
   content.delays = {3, 5};
   const auto late = read(content);
@@ -117,7 +117,7 @@ TEST(SofaFile, CutShortIsRefused) {
     EXPECT_FALSE(read_bytes(whole.substr(0, size)).ok()) << size;
 }
 
-// All come back, soon, with finite numbers or a sentence.
+// Damaged files return finite values or an error sentence within limited time.
 TEST(SofaFile, DamagedInAnyWayIsReadOrRefused) {
   const std::string whole = testing::SofaWriter(plain_head(48000, 16, 16)).bytes();
   constexpr std::uint32_t kFiles = testing::kSanitized ? 100 : 2000;
@@ -140,7 +140,7 @@ TEST(SofaFile, DamagedInAnyWayIsReadOrRefused) {
     for (const Vec3f& direction : responses->directions)
       ASSERT_NEAR(length(direction), 1, 1e-5) << i;
   }
-  EXPECT_GT(read_well, static_cast<int>(kFiles / 5));  // damaged, but not beyond recognition
+  EXPECT_GT(read_well, static_cast<int>(kFiles / 5));  // enough files are only lightly damaged
 }
 
 }  // namespace

@@ -32,14 +32,14 @@ class WavFiles : public ::testing::Test {
   }
   ~WavFiles() override { fs::remove_all(folder_); }
 
-  // The whole file.
+  // Returns the bytes of the file.
   std::string written(const std::string& name, const std::vector<float>& samples, int channels,
                       SampleFormat format, std::span<const Speaker> speakers = {}) {
     const std::string path = folder_ / name;
     auto writer = WavWriter::create(path, channels, 48000, format, speakers);
     EXPECT_TRUE(writer.ok()) << writer.error().message;
     if (!writer.ok()) return "";
-    // In two parts, as blocks come.
+    // Written in two blocks.
     const std::size_t half = samples.size() / 2 / static_cast<std::size_t>(channels) *
                              static_cast<std::size_t>(channels);
     EXPECT_TRUE(writer->write(std::span(samples).first(half)).ok());
@@ -73,7 +73,7 @@ TEST_F(WavFiles, GiveBackWhatWasWrittenWithinHalfAStepOfTheirBits) {
     SampleFormat format;
     double worst;  // 1 is full scale
   };
-  // Dither may add a step to the rounding; floats of 32 bits have 24 that count.
+  // Dither may add one step to the rounding error; floats have 24 significant bits.
   for (const auto& [name, format, worst] :
        {Case{"a.wav", SampleFormat::kFloat32, 0}, Case{"b.wav", SampleFormat::kPcm32, 0x1p-24},
         Case{"c.wav", SampleFormat::kPcm24, 0x1p-24},
@@ -101,8 +101,9 @@ TEST_F(WavFiles, KeepSamplesBeyondFullScaleAtFullScale) {
   }
 }
 
-// A tone of a third of a step vanishes when it is rounded and stays when it is dithered, and the
-// error is noise: as large for any sample, and of the variance of rounding and two uniforms, 1 / 4.
+// A tone with an amplitude of a third of a step vanishes if rounded and remains if dithered. The
+// error is noise that is independent of the sample, with the variance of rounding plus two
+// uniforms, 1 / 4.
 TEST_F(WavFiles, OfSixteenBitsKeepWhatIsQuieterThanOneStep) {
   constexpr std::size_t kFrames = 96000;
   std::vector<float> quiet;
@@ -148,7 +149,7 @@ TEST_F(WavFiles, SayInTheirHeaderWhichLoudspeakerAChannelIs) {
     EXPECT_EQ(number_at(bytes, format + 10, 2), count);
     EXPECT_EQ(number_at(bytes, format + 28, 4), mask);
   }
-  // 16 components of no loudspeaker.
+  // 16 components without loudspeaker positions.
   const std::string ambix = written("x.wav", std::vector<float>(64), 16, SampleFormat::kFloat32);
   const std::size_t format = ambix.find("fmt ");
   EXPECT_EQ(number_at(ambix, format + 8, 2), 0xFFFEu);
@@ -156,8 +157,7 @@ TEST_F(WavFiles, SayInTheirHeaderWhichLoudspeakerAChannelIs) {
   EXPECT_EQ(number_at(ambix, format + 28, 4), 0u);
 }
 
-// Formats other than PCM end in the size of what else they tell, if only 0; sox warns where it is
-// missing.
+// Non-PCM formats require an extension size, even if 0; sox warns if it is missing.
 TEST_F(WavFiles, HaveAWholeFormatChunk) {
   const struct {
     SampleFormat format;
@@ -179,7 +179,7 @@ TEST_F(WavFiles, HaveAWholeFormatChunk) {
   }
 }
 
-// Chunks are of even length, and their sizes add up to that of the file.
+// Chunks have even lengths, and their sizes sum to that of the file.
 TEST_F(WavFiles, HaveSizesThatAddUp) {
   for (const std::size_t frames : {0u, 1u, 2u, 1001u}) {
     const std::string file =
@@ -196,7 +196,7 @@ TEST_F(WavFiles, HaveSizesThatAddUp) {
   }
 }
 
-// A file with holes: only its header and last frame are on the disk.
+// A sparse file: only its header and last frame occupy disk space.
 TEST_F(WavFiles, BeyondFourGigabytesAreReadAsRf64) {
   const std::string path = folder_ / "long.wav";
   for (const bool is_float : {true, false}) {
@@ -230,7 +230,7 @@ TEST_F(WavFiles, BeyondFourGigabytesAreReadAsRf64) {
   }
 }
 
-// The moment at which 32 bits no longer suffice changes names and sizes, and moves nothing.
+// The switch to 64-bit lengths changes chunk names and sizes but moves no samples.
 TEST_F(WavFiles, BecomeRf64WhereTheirSizeNeedsIt) {
   const WavShape shape{.channels = 1, .rate_hz = 48000, .bits = 16, .is_float = false};
   const std::uint64_t before = wav_header(shape, 0).size() - 8;
@@ -256,7 +256,7 @@ class Recordings : public WavFiles {
     return WavWriter::create(path, 2, 48000, format, {}, Appearance::kAtOnce);
   }
 
-  // A player finds this now.
+  // A player can read the file at this point.
   static std::size_t frames_in(const std::string& path) {
     const auto sound = read_channels(path, 2);
     return sound.ok() ? sound->frames() : 0;
@@ -279,7 +279,7 @@ TEST_F(Recordings, CanBePlayedToTheirEndAtAnyMoment) {
         EXPECT_EQ(frames_in(path), 999 * block);
         EXPECT_EQ(files(), 1u);
       }
-    }  // as if killed: finish() was never called
+    }  // destroyed without finish(), as if killed
     EXPECT_EQ(frames_in(path), 5u * 999);
   }
 }
@@ -308,7 +308,7 @@ TEST_F(Recordings, LeaveAnOlderOneAloneUntilThereIsSound) {
   EXPECT_EQ(files(), 1u);
 }
 
-// The length is left open, since nobody can go back in a pipe.
+// A pipe cannot be rewound, so the header leaves the length open.
 TEST_F(Recordings, IntoAPipeArriveWhileTheyAreMade) {
   const std::string pipe = folder_ / "pipe", copy = folder_ / "copy.wav";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);

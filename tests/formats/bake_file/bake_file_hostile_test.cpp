@@ -1,5 +1,5 @@
-// Bake files whose forger knew how to sum: wrong values behind right checksums; and the writer,
-// which is held to the same.
+// bake_file_hostile_test.cpp: files with invalid values and valid checksums, and the same checks in
+// the writer.
 #include <array>
 #include <functional>
 
@@ -11,13 +11,13 @@
 namespace clamor::testing {
 namespace {
 
-// Damage that a checksum does not see: whoever made these files knew how.
+// Modifications with valid checksums.
 struct Hostile {
   const char* what;
   std::function<void(BakeRoot::Builder)> change;
 };
 
-// Where what is in an entry (bake_format.md).
+// Offsets in an entry (bake_format.md).
 constexpr std::size_t kSourcesAt = 84, kPackedAt = 88, kOctantAt = 92, kChildrenAt = 93,
                       kInstancesAt = 94, kBelowAt = 96, kOffsetAt = 104, kHashAt = 112;
 
@@ -31,7 +31,7 @@ std::function<void(BakeRoot::Builder)> top_with(std::size_t at, T value) {
   return [=](BakeRoot::Builder root) { set_in(root.getTrees()[0].getTop(), at, value); };
 }
 
-// The page of the only tree's top.
+// The page of the root of the only tree.
 PageLink top_page(const Bytes& bytes) {
   PageLink page;
   with_root(bytes, [&page](BakeRoot::Builder root) {
@@ -41,8 +41,7 @@ PageLink top_page(const Bytes& bytes) {
   return page;
 }
 
-// The file with something in its second entry changed, that in the top's page, and every checksum
-// right.
+// Returns the file with a modified entry in the page of the root, and valid checksums.
 template <class T>
 Bytes with_child(Bytes bytes, std::size_t at, T value) {
   const PageLink page = top_page(bytes);
@@ -253,7 +252,7 @@ TEST(HostileBakeFile, InWhichTwoNodesHaveOnePageIsRefused) {
   bake.octree.nodes.push_back(other);
   const Bytes whole = written(bake);
   ASSERT_TRUE(read_whole(whole).ok());
-  // All that the one entry says but its octant, in the other's place.
+  // Copies one entry over the other, except for its octant.
   const PageLink page = top_page(whole);
   ASSERT_EQ(page.children, 2);
   std::array<char, kOctantAt> before{};
@@ -269,7 +268,7 @@ TEST(HostileBakeFile, InWhichTwoNodesHaveOnePageIsRefused) {
       << read.error().message;
 }
 
-// The sections that come after the only block of the only signal, so many bytes further on.
+// Moves the sections behind the block of the only signal by some bytes.
 void move_what_follows(BakeRoot::Builder root, std::uint64_t added) {
   auto signal = root.getSignals()[0];
   signal.setEnvelopeOffset(signal.getEnvelopeOffset() + added);
@@ -278,7 +277,7 @@ void move_what_follows(BakeRoot::Builder root, std::uint64_t added) {
   for (auto page : geometry.getPages()) page.setOffset(page.getOffset() + added);
 }
 
-// `put` instead of so many bytes before the root, which moves along.
+// Replaces bytes before the root by `put` and moves the root.
 Bytes with_bytes(Bytes bytes, std::uint64_t offset, std::uint64_t count, const Bytes& put) {
   Preamble preamble;
   std::memcpy(&preamble, bytes.data(), sizeof(preamble));
@@ -292,8 +291,7 @@ Bytes with_bytes(Bytes bytes, std::uint64_t offset, std::uint64_t count, const B
   return bytes;
 }
 
-// The file with other bytes for the only block of its only signal, all else moved along, and every
-// checksum right.
+// Returns the file with another block for its only signal, and valid checksums.
 Bytes with_signal_block(const Bytes& whole, const Bytes& block) {
   std::uint64_t offset = 0, before = 0;
   const Bytes bytes = with_root(whole, [&](BakeRoot::Builder root) {
@@ -307,12 +305,12 @@ Bytes with_signal_block(const Bytes& whole, const Bytes& block) {
   return with_bytes(bytes, offset, before, block);
 }
 
-// Pages that are added above those of a tree.
+// Adds pages above those of a tree.
 class Pages {
  public:
   explicit Pages(const PageEntry& top) : first_(top.page.end()) {}
 
-  // A node without sources of its own and with these children, anywhere.
+  // A node without sources and with these children, with unlimited bounds.
   PageEntry above(std::vector<PageEntry> children) {
     PageEntry node = children.front();
     node.source_count = 0;
@@ -338,7 +336,7 @@ class Pages {
   Bytes bytes_;
 };
 
-// The file with pages above those of its only tree, which `build` makes and returns the new top of.
+// Returns the file with pages added above its only tree; `build` returns the new root.
 Bytes with_pages_above(const Bytes& whole,
                        const std::function<PageEntry(Pages&, const PageEntry& top)>& build) {
   PageEntry top;
@@ -360,9 +358,9 @@ Bytes with_pages_above(const Bytes& whole,
   return with_bytes(bytes, pages.first(), 0, pages.bytes());
 }
 
-// Each page of a chain would be fetched before the next is known.
+// A long chain of pages would have to be read one by one.
 TEST(HostileBakeFile, WhoseTreeIsDeeperThanAnyTreeIsRefused) {
-  const Bytes whole = written(contents());  // of two levels
+  const Bytes whole = written(contents());  // with two levels
   const auto with_levels_above = [&](std::size_t levels) {
     return with_pages_above(whole, [&](Pages& pages, PageEntry top) {
       for (std::size_t i = 0; i < levels; ++i) top = pages.above({top});
@@ -377,7 +375,7 @@ TEST(HostileBakeFile, WhoseTreeIsDeeperThanAnyTreeIsRefused) {
       << deeper.error().message;
 }
 
-// Cousins on one page: with each level of them, the ways to it would double.
+// Cousins that share a page: every level would double the number of paths to it.
 TEST(HostileBakeFile, InWhichNodesOfDifferentParentsHaveOnePageIsRefused) {
   const Bytes whole = written(contents());
   const auto read = read_whole(with_pages_above(whole, [](Pages& pages, const PageEntry& top) {
@@ -457,10 +455,10 @@ TEST(HostileBakeFile, WithRandomWordsOfItsRootChangedNeverCrashes) {
     seal(bytes);
     refused += !read_whole(bytes).ok();
   }
-  EXPECT_GT(refused, 500);  // many bytes are names and powers, which may be anything
+  EXPECT_GT(refused, 500);  // names and powers may have any value
 }
 
-// Any value that a caller may get wrong, with any wrong value.
+// Every field with every kind of invalid value.
 TEST(BakeFile, IsReadBackWheneverItWasWritten) {
   using Change = std::function<void(BakeContents&, double)>;
   const auto as = [](auto& field, double x) { field = static_cast<float>(x); };

@@ -13,7 +13,7 @@
 namespace clamor::testing {
 namespace {
 
-// The error of each part of an open file; "" for a part that can be read.
+// Errors of all parts of an open file; "" for readable parts.
 std::vector<std::string> complaints(const BakeFile& file) {
   std::vector<std::string> all;
   const auto add = [&](const auto& part) { all.push_back(part.ok() ? "" : part.error().message); };
@@ -100,7 +100,7 @@ TEST(BakeFile, GivesBackWhatWasWritten) {
   ASSERT_EQ(sources->sources.size(), 101u);
   for (std::size_t i = 0; i < sources->sources.size(); ++i) {
     const Source &before = bake.octree.sources[i], &after = sources->sources[i];
-    EXPECT_EQ(after.power, before.power) << i;  // quantised before, so all is exact
+    EXPECT_EQ(after.power, before.power) << i;  // already quantized, so exact
     EXPECT_EQ(after.u, before.u) << i;
     EXPECT_EQ(after.polarity, before.polarity) << i;
     EXPECT_EQ(after.is_emitter, before.is_emitter) << i;
@@ -203,7 +203,7 @@ TEST(BakeFile, OfANewerMinorIsReadOfANewerMajorRefusedWithASentence) {
 }
 
 TEST(Page, ThatClaimsFourGigabytesCostsNothing) {
-  // A zstd frame header that declares 4 GB, and nothing behind it.
+  // A zstd frame header that declares 4 GB, without data.
   const std::uint8_t frame[] = {0x28, 0xb5, 0x2f, 0xfd, 0xe0, 0, 0, 0, 0, 1, 0, 0, 0};
   std::vector<std::byte> room(max_page_bytes(10), std::byte{7});
   EXPECT_FALSE(ZstdDecompressor().unpack(std::as_bytes(std::span(frame)), room).ok());
@@ -215,7 +215,7 @@ TEST(Page, SnapsPowersToHalfDecibelsThatAreRightOnAverage) {
   constexpr int kCount = 20000;
   for (int i = 0; i < kCount; ++i) {
     Source source;
-    source.power.fill(1.03f);  // 0.128 dB: a plain rounding would lose 0.128 dB of all of it
+    source.power.fill(1.03f);  // 0.128 dB, which rounding to nearest would lose
     source.u = static_cast<float>((i + 1.0) / kCount);
     round_powers_stochastically(source);
     const double steps = 20 * std::log10(static_cast<double>(source.power[2]));
@@ -235,7 +235,7 @@ TEST(AtomicWrite, LeavesNothingBehindAndTheOldFileAsItWasWhenTheDiskIsFull) {
   ASSERT_TRUE(write_bake(path, contents(10), 1).ok());
   const Bytes old = read(path);
 
-  // No file may grow beyond a few kilobytes: what a full disk does, without filling one.
+  // A file size limit simulates a full disk.
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);

@@ -1,5 +1,4 @@
-// Values that checksums cannot catch, because whoever made the file summed them too; and places
-// that are no files. Files are sealed again after each change.
+// bake_file_values_test.cpp: invalid values with valid checksums, and paths that are no files.
 #include <csignal>
 #include <cstring>
 #include <filesystem>
@@ -78,7 +77,7 @@ class BakeFileValues : public ::testing::Test {
     return preamble;
   }
 
-  // Sums the root and the preamble again.
+  // Updates the checksums of root and preamble.
   static void seal(Bytes& bytes, Preamble preamble) {
     preamble.root_hash =
         hash_of(std::span(bytes).subspan(preamble.root_offset, preamble.root_bytes));
@@ -86,7 +85,7 @@ class BakeFileValues : public ::testing::Test {
     std::memcpy(bytes.data(), &preamble, sizeof(preamble));
   }
 
-  // Replaces the one float of this value in the root.
+  // Replaces the only float with this value in the root.
   static void replace_in_root(Bytes& bytes, float old_value, float value) {
     const Preamble preamble = preamble_of(bytes);
     int found = 0;
@@ -113,7 +112,7 @@ class BakeFileValues : public ::testing::Test {
 
 TEST_F(BakeFileValues, ANewerMajorIsNamedEvenIfItSumsItsFirstBytesInAnotherWay) {
   Bytes bytes = written(contents());
-  bytes[8] = std::byte{5};  // and nothing is sealed
+  bytes[8] = std::byte{5};  // without updating checksums
   const auto file = opened(bytes);
   ASSERT_FALSE(file.ok());
   EXPECT_NE(file.error().message.find("format 5, but this build reads format 3. Update the player"),
@@ -152,7 +151,7 @@ TEST_F(BakeFileValues, APageCannotDeclareAPowerThatIsInfiniteOrBecomesSoOverU) {
   const BakeContents made = contents();
   Bytes page = encode_page(made.octree.nodes[0], made.octree.sources, 8);
   ASSERT_TRUE(decode_page(made.octree.nodes[0], page, made.emitters, 1).ok());
-  // The loudest power is bits 36 to 45, half decibels above 1e-24.
+  // Bits 36 to 45 are the maximum power, in half decibels above 1e-24.
   const auto set_top = [&page](unsigned top) {
     for (unsigned bit = 0; bit < 10; ++bit) {
       std::byte& byte = page[(36 + bit) / 8];
@@ -172,7 +171,7 @@ TEST_F(BakeFileValues, APageCannotDeclareAPowerThatIsInfiniteOrBecomesSoOverU) {
     for (const float power : source.power) key += power / 0x1p-32f;
     EXPECT_TRUE(std::isfinite(key));
   }
-  EXPECT_NEAR((*decoded)[0].power[0], 1e24, 1e18);  // and so it comes first
+  EXPECT_NEAR((*decoded)[0].power[0], 1e24, 1e18);  // so it has the highest key
 }
 
 TEST_F(BakeFileValues, ALoudEmitterDoesNotSilenceTheFaintSourcesOfItsPage) {
@@ -189,7 +188,7 @@ TEST_F(BakeFileValues, ALoudEmitterDoesNotSilenceTheFaintSourcesOfItsPage) {
 
 TEST_F(BakeFileValues, APipeIsRefusedWithoutWaitingForIt) {
   ASSERT_EQ(::mkfifo(at("pipe").c_str(), 0600), 0);
-  ::alarm(20);  // a wait would last for ever
+  ::alarm(20);  // ends the test if opening blocks
   EXPECT_FALSE(BakeFile::open(at("pipe")).ok());
   ::alarm(0);
 }

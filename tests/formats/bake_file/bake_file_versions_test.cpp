@@ -1,14 +1,12 @@
-// A file of each version of the format that was ever released, read as it was on the day it was
-// made.
+// bake_file_versions_test.cpp: files of all released format versions read as when they were
+// written.
 //
-// golden/MAJOR.MINOR.clamor has everything a file can have; the JSON beside it holds every value
-// that its reader gave. A file here is never made again once a program that writes its format has
-// been released: if this test fails, it is the reader that is wrong. A new version of the format
-// adds a file: raise kFormatMinor or kFormatMajor, run CLAMOR_WRITE_GOLDEN=1
-// build/release/tests/test_formats
-// --gtest_filter='Golden*', and commit both. 0.1.0, not yet released, will be the first with a
-// format for ever, 3.1; until then that one is made again whenever it changes, and 3.0 stays as if
-// it had been released. Formats 1 and 2 never were, and are refused with a sentence.
+// golden/MAJOR.MINOR.clamor has every kind of content; the JSON beside it holds every value that
+// its reader returned. Files are never regenerated once their format has been released: if this
+// test fails, the reader is wrong. To add a version, raise kFormatMinor or kFormatMajor, run
+// CLAMOR_WRITE_GOLDEN=1 build/release/tests/test_formats --gtest_filter='BakeFileVersions*' and
+// commit both files. Release 0.1.0 will fix format 3.1; until then its file is regenerated whenever
+// it changes, and 3.0 is treated as released. Formats 1 and 2 were never released and are an Error.
 #include <cstdlib>
 
 #include <nlohmann/json.hpp>
@@ -31,7 +29,7 @@ Json xyz(const Vector& v) {
   return {v.x, v.y, v.z};
 }
 
-// Two nodes, of which the lower copies a tree, with other signals, twice.
+// A node with two instances of a tree, one of which plays other signals.
 BakeContents everything() {
   BakeContents made = contents(40);
   made.emitters.push_back(made.emitters[0]);
@@ -145,7 +143,7 @@ void add_tables(const BakeFile& file, Json& json) {
       json["levels"].push_back({level.nodes, level.sources, level.packed_bytes, level.power});
 }
 
-// Every value that the reader gives.
+// Every value that the reader returns.
 Json read_whole_as_json(const BakeFile& file) {
   Json json;
   add_making(file, json);
@@ -212,7 +210,7 @@ TEST(BakeFileVersions, AreThereForTheVersionThatIsWritten) {
 }
 
 TEST(BakeFileVersions, HoldWhatIsWrittenToday) {
-  // As values; packed they may be other bytes, of other versions of the libraries.
+  // Compares values, because other library versions may encode them differently.
   const std::string path = path_of("golden.clamor");
   const auto done = write_bake(path, everything(), 1);
   ASSERT_TRUE(done.ok()) << done.error().message;

@@ -1,4 +1,4 @@
-// The page that bake_format.md works through is the one that the code writes.
+// bake_format_example_test.cpp: the worked example of bake_format.md is what the encoder writes.
 #include <bit>
 #include <cstdint>
 #include <fstream>
@@ -16,7 +16,7 @@ namespace clamor {
 
 namespace {
 
-// The bytes on the lines of the specification that start with "page".
+// Bytes of the lines of the specification that start with "page".
 std::vector<std::byte> documented_page() {
   std::vector<std::byte> bytes;
   std::ifstream file(std::string(testing::kSourceDir) + "/formats/bake_format.md");
@@ -30,7 +30,7 @@ std::vector<std::byte> documented_page() {
 }
 
 TEST(BakeFormat, WorksThroughThePageThatTheCodeWrites) {
-  // The import leaves -0 in the axis, which picks one of the four codes that all mean -Z.
+  // The -0 in the imported axis selects one of four encodings of -Z.
   const Emitter click{.name = "click", .position_m = {1, 1.5, -3}, .axis = {-0.0, 0, -1}};
   OctreeNode node;
   node.low_m = node.high_m = Vec3f(click.position_m);

@@ -22,7 +22,7 @@ std::vector<std::byte> with_slack(std::vector<std::byte> bytes) {
   return bytes;
 }
 
-// Columns of every kind: constant, narrow, wide, falling off on one side or on both, with outliers.
+// Columns that are constant, narrow, wide, one-sided or two-sided geometric, and with outliers.
 Numbers column(std::uint32_t round) {
   const RandomBits shape = philox(1, {round, 0, 0, 0});
   const std::size_t count = shape[0] % 513;
@@ -80,17 +80,17 @@ TEST(BitWriter, GiveBackTheExtremes) {
   }
 }
 
-// A geometric column has an entropy; a Rice code is within 0.04 bits of it at its best ratios.
+// A Rice code is within 0.04 bits of the entropy of a geometric column at its best ratios.
 TEST(BitWriter, TakeHardlyMoreThanTheEntropyOfAGeometricColumn) {
   Numbers numbers;
   constexpr std::uint32_t kCount = 512;
   for (std::uint32_t i = 0; i < kCount; ++i) {
-    // P(n) = 2^-(n / 4 + 1) / 4: a unary number with ratio 1/2, and two even bits.
+    // P(n) = 2^-(n / 4 + 1) / 4: a unary part with ratio 1/2 and two uniform bits.
     const RandomBits a = philox(3, {i, 0, 0, 0});
     numbers.push_back(4 * std::countr_zero(a[0] | 0x80000000u) +
                       static_cast<std::int32_t>(a[1] % 4));
   }
-  // 2 bits for the unary number and 2 for the rest; 512 draws spread it by sqrt(2 / 512) = 0.06.
+  // 2 bits for the unary part and 2 uniform bits; the standard error of 512 draws is 0.06.
   EXPECT_NEAR(static_cast<double>(column_bits(numbers)) / kCount, 4.0, 0.2 + 12.0 / kCount);
 }
 
@@ -98,7 +98,7 @@ TEST(BitReader, ReadsNothingBeyondItsEndWhateverTheBytes) {
   std::size_t refused = 0;
   for (std::uint32_t round = 0; round < 3000; ++round) {
     const std::size_t size = philox(4, {round, 0, 0, 0})[0] % 40;
-    // Exactly as long as it may read, so that a sanitizer sees one byte too many.
+    // Exact size, so that sanitizers detect reads beyond it.
     std::vector<std::byte> bytes(size + BitReader::kSlackBytes);
     for (std::uint32_t i = 0; i < bytes.size(); ++i)
       bytes[i] =

@@ -8,7 +8,7 @@ namespace {
 
 using Root = BakeRoot::Builder;
 
-// A run of `count` emitters from `from` on, again at `at`, all as they are.
+// Repeats `count` emitters from `from` at `at` without changes.
 void fill(::EmitterInstance::Builder copy, std::uint32_t at, std::uint32_t from,
           std::uint32_t count) {
   copy.setAt(at);
@@ -26,7 +26,7 @@ void put_names(Root root, const std::string& names) {
   root.setEmitterNamesBytes(names.size());
 }
 
-// One copy of the only emitter, moved by 2 m in x.
+// An instance of the only emitter, translated by 2 m in x.
 void add_copy(Root root) {
   auto copy = root.initEmitterInstances(1)[0];
   fill(copy, 1, 0, 1);
@@ -126,7 +126,7 @@ TEST(EmitterTable, ThatCannotBeIsRefused) {
         << names.what;
 }
 
-// Runs that double the table again and again: a few kilobytes that would be gigabytes.
+// Runs that double the table repeatedly: a few kilobytes would expand to gigabytes.
 TEST(EmitterTable, OfASmallFileIsNotLarge) {
   const auto doubled = [](unsigned times, unsigned named) {
     return with_root(written(contents()), [=](Root root) {
@@ -150,7 +150,7 @@ TEST(EmitterTable, OfASmallFileIsNotLarge) {
   }
 }
 
-// Each copy takes over a long name: the file has it once, the table as often as there are copies.
+// Every instance inherits a long name, which the file stores once and the table once per instance.
 TEST(EmitterTable, ChargesANameForEachCopyThatTakesItOver) {
   const auto copied_with_name = [](std::size_t letters) {
     return with_root(written(contents()), [=](Root root) {

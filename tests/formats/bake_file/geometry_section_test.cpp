@@ -1,5 +1,5 @@
-// Surfaces in pages: as they were but for half a millimetre, each page by itself, and nothing that
-// a page can say harms who reads it.
+// geometry_section_test.cpp: geometry pages are exact to half a millimetre, decode independently
+// and are safe to decode whatever they contain.
 #include "formats/bake_file/geometry_section.h"
 
 #include <map>
@@ -11,7 +11,7 @@
 namespace clamor::testing {
 namespace {
 
-// So many triangles about a hall, neighbours sharing corners, some corners far back.
+// Triangles of a hall whose neighbours share vertices, some of them used long before.
 Mesh hall(std::uint32_t triangles) {
   Mesh mesh;
   for (std::uint32_t i = 0; i < triangles / 2 + 3; ++i) {
@@ -27,7 +27,7 @@ Mesh hall(std::uint32_t triangles) {
   return mesh;
 }
 
-// A floor in squares, as regular as can be.
+// A regular floor of squares.
 Mesh floor_of(std::uint32_t squares) {
   Mesh mesh;
   for (std::uint32_t i = 0; i <= squares; ++i)
@@ -60,7 +60,7 @@ TEST(GeometrySection, KeepsEveryTriangleWithinHalfAMillimetre) {
   ASSERT_EQ(after->triangles.size(), before.triangles.size());
   EXPECT_EQ(after->materials, before.materials);
   double worst_m = 0;
-  std::map<std::uint32_t, Vec3f> places;  // a corner is in one place, whatever page speaks of it
+  std::map<std::uint32_t, Vec3f> places;  // pages agree on the position of a vertex
   for (std::size_t t = 0; t < before.triangles.size(); ++t)
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const std::uint32_t vertex = before.triangles[t][corner];
@@ -71,7 +71,7 @@ TEST(GeometrySection, KeepsEveryTriangleWithinHalfAMillimetre) {
         worst_m = std::max(
             worst_m, std::abs(static_cast<double>(now[axis]) - before.vertices_m[vertex][axis]));
     }
-  // And what a float of 150 m can say, which is 8e-6 m.
+  // Plus the float resolution at 150 m, 8e-6 m.
   EXPECT_LE(worst_m, 0.5e-3 + 1.6e-5);
   EXPECT_GT(worst_m, 0.4e-3);
 }

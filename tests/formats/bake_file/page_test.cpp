@@ -31,7 +31,7 @@ std::vector<Emitter> emitters(std::size_t count = 40) {
   return all;
 }
 
-// A node and what is in it.
+// A node and its sources.
 struct MadePage {
   OctreeNode node;
   std::vector<Source> sources;
@@ -47,7 +47,7 @@ Vec3f any_direction(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
 
 struct Mix {
   std::size_t count = 200;
-  std::uint32_t planes = 6;  // that the sources lie on; 0: each has its own
+  std::uint32_t planes = 6;  // number of planes; 0: one per source
   double edge_m = 10;        // of the box
   double far_m = 0;          // of the box from the origin
   std::uint32_t emitter_rows = 1;
@@ -116,7 +116,7 @@ void expect_same(const Source& a, const Source& b) {
   EXPECT_EQ(a.is_emitter, b.is_emitter);
 }
 
-// What the rest of the program relies on, of any page that was not refused.
+// Invariants of any page that was accepted.
 void expect_harmless(const MadePage& page, const PageColumns& columns) {
   ASSERT_EQ(columns.count, page.node.source_count);
   for (std::size_t i = 0; i < columns.count; ++i) {
@@ -140,7 +140,7 @@ void expect_harmless(const MadePage& page, const PageColumns& columns) {
 
 class PageTest : public ::testing::Test {
  protected:
-  // Whether it is refused; if it is not, it must do no harm.
+  // Whether the page is refused. Accepted pages must satisfy the invariants.
   bool refuses(const MadePage& page, const Bytes& bytes) {
     const auto done = decoder_.decode_unpacked(page.node, bytes, table_, kMaterials, *columns_);
     if (done.ok())
@@ -214,7 +214,7 @@ TEST_F(PageTest, StoresNeitherNumberNorPolarityNorOrderWhereTheyCanBeFound) {
   const auto more = [&](const MadePage& other) {
     return (8 * static_cast<double>(other.encoded().size()) - bits) / 512;
   };
-  EXPECT_NEAR(more(other_order), 9, 0.2);  // a place of 512
+  EXPECT_NEAR(more(other_order), 9, 0.2);  // 9 bits for one of 512 positions
   EXPECT_NEAR(more(other_signs), 1, 0.2);
   EXPECT_GT(more(other_numbers), 20);
 }
@@ -273,7 +273,7 @@ TEST_F(PageTest, OfAnyBitsIsRefusedOrHarmless) {
     const RandomBits shape = philox(13, {round, 0, 0, 0});
     Bytes bytes = whole;
     bytes.resize(shape[0] % (2 * whole.size()));
-    // The header stays, or nothing would come further than that.
+    // Keeps the header, which would otherwise reject most pages.
     for (std::size_t i = shape[1] % 60 + 7; i < bytes.size(); ++i)
       bytes[i] =
           static_cast<std::byte>(philox(13, {round, 1, static_cast<std::uint32_t>(i), 0})[0] &
@@ -324,7 +324,7 @@ TEST_F(PageTest, IsNeverLargerThanItMayBe) {
 TEST_F(PageTest, IsAFunctionOfItsSourcesAlone) {
   const MadePage page = made(16, {.count = 512});
   EXPECT_EQ(page.encoded(), page.encoded());
-  // What an earlier page left in the decoder is not seen.
+  // Scratch data of an earlier page has no effect.
   const auto first = decoded(page);
   decoded(made(17, {.count = 300, .emitter_rows = 50}));
   Bytes broken = page.encoded();

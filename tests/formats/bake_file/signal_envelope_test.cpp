@@ -42,7 +42,7 @@ Bands mean_of(const SignalEnvelope& envelope) {
   return mean;
 }
 
-// What the filters of a band leave of a sine is known in closed form.
+// The band gain for a sine has a closed form.
 TEST(SignalEnvelope, OfASteadyToneIsItsPowerInEveryBandAtEveryMoment) {
   for (const double frequency_hz : {63.0, 88.0, 500.0, 707.0, 1000.0, 8000.0}) {
     const SignalEnvelope envelope(tone(frequency_hz, 0.5, kSampleRate_hz));
@@ -68,7 +68,7 @@ TEST(SignalEnvelope, KeepsAllTheEnergyOfALoopWhateverItsLength) {
     const Signal signal = noise(frames, true);
     const SignalEnvelope envelope(signal);
     ASSERT_EQ(envelope.moments(), moments_of(signal.samples.size()));
-    // Played ten times over, the same sound has the same energy per second.
+    // Repeating a sound ten times preserves its energy per second.
     Signal longer = signal;
     for (int i = 1; i < 10; ++i)
       longer.samples.insert(longer.samples.end(), signal.samples.begin(), signal.samples.end());
@@ -101,7 +101,7 @@ TEST(SignalEnvelope, FindsABurstWhereItIsAndSilenceElsewhere) {
       if (m >= 51 && m <= 53) {
         EXPECT_NEAR(decibels(power / 0.5), 0, 0.35) << m;
       }
-      // Filters ring for a few hundredths of a second, not for a tenth.
+      // Filters ring for less than a tenth of a second.
       if (m < 40 || m > 65) {
         EXPECT_LT(power, 1e-9) << m;
       }
@@ -113,7 +113,7 @@ TEST(SignalEnvelope, FindsABurstWhereItIsAndSilenceElsewhere) {
 TEST(SignalEnvelope, OfAClickHoldsItsWholeEnergyInItsFirstMoment) {
   const SignalEnvelope envelope({"click", {1.0f}, false});
   ASSERT_EQ(envelope.moments(), 1u);
-  // White: a band's share of the energy 1 is the share of the spectrum that it lets pass.
+  // An impulse is white, so the energy of a band is the fraction of the spectrum that it passes.
   for (std::size_t b = 0; b < kBandCount; ++b) {
     double passed = 0;
     for (double hz = 0.5; hz < kSampleRate_hz / 2; ++hz) {
@@ -134,7 +134,7 @@ TEST(SignalEnvelope, OfSilenceIsSilent) {
 }
 
 TEST(SignalEnvelope, DoesNotDependOnHowItWasCutIntoPieces) {
-  // 10 s are several pieces, 1 s is one; the same second over and over has the same moments.
+  // 10 s are processed in several pieces, 1 s in one; repeated seconds have equal moments.
   const Signal second = noise(kSampleRate_hz, true);
   Signal ten = second;
   for (int i = 1; i < 10; ++i)

@@ -16,7 +16,7 @@
 namespace clamor {
 namespace {
 
-// A sound that is never twice the same, quick to pack.
+// A sound without repetitions that encodes quickly.
 Signal long_sound(std::size_t frames, float peak) {
   Signal signal{"long", {}, true};
   signal.samples.resize(frames);
@@ -49,7 +49,7 @@ TEST(LongSignal, IsKeptInBlocksThatDecodeAlone) {
   ASSERT_EQ(written.file->signal(0).blocks, 1u);
   ASSERT_EQ(written.file->signal(1).blocks, 3u);
   EXPECT_EQ(written.file->signal(1).frames, sound.samples.size());
-  // The last first, and without the others.
+  // Reads the last block alone.
   for (const std::size_t b : {2u, 0u, 1u}) {
     const SignalBlock where = signal_block(sound.samples.size(), b);
     const auto block = written.file->read_signal_block(1, b);
@@ -96,7 +96,7 @@ TEST(LongSignal, OfAnyLengthIsCoveredByItsBlocksOnce) {
 
 TEST(LongSignal, WithOneDamagedBlockStillGivesTheOthers) {
   const Written written({long_sound(kSampleRate_hz * 30, 1)});
-  // The second of three: somewhere in the middle of the file.
+  // Damages the second of three blocks.
   std::FILE* const bytes = std::fopen(written.path.c_str(), "r+b");
   std::fseek(bytes, static_cast<long>(written.file->bytes().signals / 2), SEEK_SET);
   std::fputs("damage", bytes);

@@ -60,7 +60,7 @@ TEST(SourceQuantization, NeverMovesTheWayToAnEarByAWholeSample) {
   }
   EXPECT_LT(most_m, std::sqrt(3.0) / 512 + 1e-5);
   EXPECT_LT(max_samples, 1);
-  EXPECT_GT(max_samples, 0.8);  // there are that many of them
+  EXPECT_GT(max_samples, 0.8);  // and the bound is nearly reached
 }
 
 TEST(SourceQuantization, KeepsDirectionsWithinWhatTheirLobesAreWide) {
@@ -106,7 +106,7 @@ TEST(SourceQuantization, KeepsPatchesWithinAQuarterOfADecibelOfTheirArea) {
 
 TEST(SourceQuantization, DoneTwiceIsDoneOnce) {
   std::vector<Source> once = many(5000);
-  // Directions that have two codes, and edges of all the ranges.
+  // Directions with two encodings, and the limits of all ranges.
   once[0].mirror = once[0].normal = normalize(Vec3f(1, 0, -1));
   once[1].mirror = once[1].normal = normalize(Vec3f(0, -1, -3));
   once[2].mirror = once[2].normal = Vec3f(0, 0, -1);
@@ -141,7 +141,7 @@ TEST(SourceQuantization, LeavesEmittersAlone) {
   EXPECT_EQ(emitter.u, before.u);
 }
 
-// As regular as sources can be: the points of a grid on one wall, all at the same time.
+// Regular sources: grid points on a wall with equal delays.
 TEST(SourceHash, IsUniformAndKnowsNothingOfItsNeighboursEvenOnAGrid) {
   constexpr int kEdge = 400, kBins = 64, kAll = kEdge * kEdge;
   std::vector<double> u(kAll);
@@ -170,7 +170,7 @@ TEST(SourceHash, IsUniformAndKnowsNothingOfItsNeighboursEvenOnAGrid) {
   }
 }
 
-// Each of the numbers that it is made of must change it, by any bit.
+// Every bit of every input changes the hash.
 TEST(SourceHash, ChangesWithEveryBitOfWhatItIsMadeOf) {
   for (std::uint32_t round = 0; round < 50; ++round) {
     const RandomBits a = philox(31, {round, 0, 0, 0}), b = philox(31, {round, 1, 0, 0});
@@ -188,7 +188,7 @@ TEST(SourceHash, ChangesWithEveryBitOfWhatItIsMadeOf) {
         EXPECT_NE(of(word, bit), plain) << word << ' ' << bit;
         flipped += std::popcount(of(word, bit) ^ plain);
       }
-    // Half of the 32 bits, 192 times over; a spread of sqrt(8 / 192) = 0.2.
+    // 16 of 32 bits on average over 192 changes; standard error sqrt(8 / 192) = 0.2.
     EXPECT_NEAR(flipped / 192.0, 16, 1.2);
   }
 }

@@ -1,4 +1,4 @@
-// child_process_test.cpp: whatever the child does, this process goes on and is told.
+// child_process_test.cpp: failures of the child are reported and do not affect this process.
 #include "formats/files/child_process.h"
 
 #include <csignal>
@@ -45,7 +45,7 @@ TEST(ChildProcess, MayCrashOrEnd) {
               return {};
             }),
             "crashes what reads it");
-  EXPECT_EQ(mine, 1);  // its memory is its own
+  EXPECT_EQ(mine, 1);  // the child has its own memory
   EXPECT_EQ(what_becomes_of([]() -> Bytes { std::abort(); }), "crashes what reads it");
   EXPECT_EQ(what_becomes_of([]() -> Bytes { ::_exit(0); }), "crashes what reads it");
 }

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::array kWays = {FileAccess::kRead, FileAccess::kMap};
 
-// No two stretches of it are alike, and none is zeros.
+// Contents without repetitions or zeros.
 std::string some_bytes(std::size_t size) {
   std::string bytes(size, '\0');
   for (std::size_t i = 0; i < size; ++i)
@@ -28,7 +28,7 @@ std::string some_bytes(std::size_t size) {
   return bytes;
 }
 
-// The range, accepted only if it is what it was.
+// Reads a range and accepts only its original contents.
 Result<std::string> text_of(const RandomAccessFile& file, std::size_t offset,
                             const std::string& expected) {
   std::vector<std::byte> copy;
@@ -63,7 +63,7 @@ TEST(RandomAccessFile, IsTheSameMappedAndRead) {
 
 TEST(RandomAccessFile, ThatShrinksIsAnErrorAndIsBackWhenItGrowsAgain) {
   const std::string bytes = some_bytes(10 * 4096 + 100);
-  // Whether or not the thread lets SIGBUS through.
+  // With and without SIGBUS blocked.
   sigset_t bus_error, before, after;
   ::sigemptyset(&bus_error);
   ::sigaddset(&bus_error, SIGBUS);
@@ -93,7 +93,7 @@ TEST(RandomAccessFile, ThatShrinksIsAnErrorAndIsBackWhenItGrowsAgain) {
   ::pthread_sigmask(SIG_UNBLOCK, &bus_error, nullptr);
 }
 
-// As a disk that delivers on the second attempt.
+// Simulates a disk that succeeds at the second attempt.
 TEST(RandomAccessFile, ThatCannotBeTouchedButCanBeReadIsRead) {
   const std::string bytes = some_bytes(8 * 4096);
   const TemporaryFile stored(".bin", bytes);
@@ -156,7 +156,7 @@ TEST(FileVersion, ChangesWhenAFileIsReplacedOrWrittenTo) {
   EXPECT_FALSE(file_version(stored.path()).has_value());
 }
 
-// A page of memory that cannot be touched: mapped beyond the end of its file.
+// A page mapped beyond the end of its file, which faults.
 const volatile char* untouchable() {
   const TemporaryFile stored(".bin", "");
   const int descriptor = ::open(stored.path().c_str(), O_RDONLY | O_CLOEXEC);
@@ -165,7 +165,7 @@ const volatile char* untouchable() {
   return static_cast<const volatile char*>(memory);
 }
 
-// Calls `then` while this thread may touch a mapped file.
+// Calls `then` while a guard is active in this thread.
 template <class Then>
 void while_guarded(const Then& then) {
   const TemporaryFile stored(".bin", some_bytes(4096));
@@ -191,7 +191,7 @@ void install_own_handler(int flags) {
   ::sigaction(SIGBUS, &action, nullptr);
 }
 
-// Each in a process of its own, as there is one handler for all of a process.
+// Runs each case in its own process, because handlers are per process.
 class BusErrorGuardDeathTest : public ::testing::TestWithParam<int> {
  protected:
   void SetUp() override { GTEST_FLAG_SET(death_test_style, "threadsafe"); }

@@ -10,7 +10,7 @@ namespace {
 using testing::json;
 using testing::wav;
 
-// A crowd of two stands of two blocks; in a block a drum and, on an instanced node, three fans.
+// Two stands of two blocks; a block has a drum and an instanced node with three fans.
 class GltfGroups : public testing::LevelTest {
  protected:
   void SetUp() override {
@@ -73,7 +73,7 @@ TEST_F(GltfGroups, AreTheSubtreesOfTheSceneInnerOnesFirst) {
                                               {12, 16},
                                               {8, 16},
                                               {0, 16}}));
-  // In its frame the second block of the second stand looks like the first of the first.
+  // The second block of the second stand is congruent to the first block of the first.
   const SceneGroup &first = imported->groups[1], &last = imported->groups[8];
   for (std::size_t i = 0; i < 4; ++i) {
     const auto local = [&](const SceneGroup& group) {
@@ -89,7 +89,7 @@ TEST_F(GltfGroups, ForgetEmittersThatTheCommandLineReplaces) {
   options.emitters = {"name=drum 2,signal=noise,at=0,1,0"};
   const auto imported = import(options);
   ASSERT_TRUE(imported.ok()) << imported.error().message;
-  ASSERT_EQ(imported->level.emitters.size(), 16u);  // the new one stands in no group
+  ASSERT_EQ(imported->level.emitters.size(), 16u);  // the new emitter is in no group
   EXPECT_EQ(imported->level.emitters[15].name, "drum 2");
   EXPECT_EQ(
       ranges(imported->groups),

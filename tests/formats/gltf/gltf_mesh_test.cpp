@@ -65,7 +65,7 @@ TEST_F(Geometry, OfStripsAndFansIsTheSameSurface) {
   }
   level_["meshes"][0]["primitives"][0]["mode"] = 6;
   const Level fan = level();
-  // 0 1 2, 0 2 3, and 0 3 4: each begins at vertex 0.
+  // Triangles 0 1 2, 0 2 3 and 0 3 4 share vertex 0.
   ASSERT_EQ(fan.mesh.triangles.size(), 3u);
   for (std::size_t t = 0; t < 3; ++t) EXPECT_EQ(corner(fan, t, 0), Vec3f(0, 0, 0));
 }

@@ -69,7 +69,7 @@ TEST_F(Sounds, AreReadInTheOldSpelling) {
   EXPECT_EQ(level().emitters.size(), 1u);
 }
 
-// Khronos' sample AudioSimple has this form.
+// The form of Khronos' sample AudioSimple.
 TEST_F(Sounds, AreReadFromKhrAudio) {
   khr({{"gain", 0.5}});
   level_["extensions"] = {{"KHR_audio", level_["extensions"]["KHR_audio_emitter"]}};
@@ -99,7 +99,7 @@ TEST_F(Sounds, AreReadFromTheFirstDraftOfKhrAudio) {
   EXPECT_TRUE(result.signals.at(0).loop);
 }
 
-// An emitter faces +Z, and its angles are from 0 to pi: half a sphere is p = 1.
+// MSFT emitters face +Z and have half angles: a hemisphere is p = 1.
 TEST_F(Sounds, AreReadFromMsftAudioEmitter) {
   khr();
   level_["extensions"] = {{"MSFT_audio_emitter",
@@ -155,7 +155,7 @@ TEST_F(Sounds, AreRefusedWithASentenceInOlderExtensionsToo) {
   EXPECT_THAT(refusal(), HasSubstr("none of the 1 there are"));
   for (const char* broken : {"7", "[1]", "{}", "\"x\"", "null"}) {
     level_["extensions"]["MSFT_audio_emitter"]["emitters"] = json::parse(broken);
-    (void)import();  // must end, whatever it says
+    (void)import();  // must terminate
     level_["extensions"]["MSFT_audio_emitter"]["emitters"] = {json::parse(broken)};
     (void)import();
   }
@@ -203,7 +203,7 @@ TEST_F(Sounds, OfACrowdComeFromEveryInstanceEachAtItsOwnTime) {
   EXPECT_NE(result.emitters[0].delay_s, result.emitters[1].delay_s);
   EXPECT_NEAR(result.emitters[0].gain, 0.05, 1e-12);
   EXPECT_EQ(result.emitters[0].directivity[3], 2);
-  EXPECT_LT(length(result.emitters[7].position_m - Vec3(1, 2, 10)), 1e-5);  // turned +X to +Z
+  EXPECT_LT(length(result.emitters[7].position_m - Vec3(1, 2, 10)), 1e-5);  // rotated from +X to +Z
   EXPECT_EQ(level({.seed = 1}).emitters, result.emitters);
   EXPECT_NE(level({.seed = 2}).emitters, result.emitters);
 }
@@ -216,10 +216,10 @@ TEST_F(Sounds, TakeClamorsExtrasOnTheKhrEmitterToo) {
 }
 
 TEST_F(Sounds, OfAConeRadiateItsPower) {
-  // A cone of half the sphere with nothing outside radiates half: 1 / (p + 1) = 1 / 2.
+  // A hemispherical cone radiates half the power: 1 / (p + 1) = 1 / 2.
   EXPECT_NEAR(exponent_of_cone(M_PI, M_PI, 0), 1, 1e-9);
   EXPECT_NEAR(exponent_of_cone(2 * M_PI, 2 * M_PI, 0), 0, 1e-9);
-  // A quarter of the gain outside a cone of no width: mean square 1 / 16.
+  // A gain of 1/4 outside a cone without width has the mean square 1 / 16.
   EXPECT_NEAR(exponent_of_cone(0, 0, 0.25), 15, 1e-9);
   khr({{"positional",
         {{"coneInnerAngle", M_PI}, {"coneOuterAngle", M_PI}, {"distanceModel", "linear"}}}});
@@ -259,7 +259,7 @@ TEST_F(Sounds, OfTheSidecarAndTheCommandLineReplaceThoseOfTheirName) {
   EXPECT_EQ(result.air.temperature_c, 0);
 }
 
-// In a sidecar a plain number is an amplitude: whoever writes 0 means 0 dB, and hears nothing.
+// A plain number is an amplitude in a sidecar, so a 0 that was meant as 0 dB is silent.
 TEST_F(Sounds, OfGainZeroAreWarnedOf) {
   write("level.acoustics.json", R"({"emitters": [
       {"name": "Choir", "signal": "noise", "at": [0, 0, 0], "gain": 0},
@@ -301,7 +301,7 @@ TEST(EmitterSpecs, AreReadWithCommasInsideTheirLists) {
   EXPECT_EQ(spec->loop, false);
 }
 
-// A number alone was a factor here and decibels in --gain.
+// A bare number is ambiguous: a factor in sidecars, decibels in --gain.
 TEST(EmitterSpecs, HaveGainsInDecibelsOrAsFactorsAndNeverAsNumbersAlone) {
   EXPECT_DOUBLE_EQ(*parse_gain("20dB"), 10);
   EXPECT_DOUBLE_EQ(*parse_gain("-20 DB"), 0.1);
@@ -352,8 +352,8 @@ TEST(BuiltInNoise, IsPinkAndAsLoudAsItSays) {
     ASSERT_LT(std::fabs(sample), 0.99f);
   }
   EXPECT_NEAR(10 * std::log10(power), -20, 0.001);
-  // Power of an octave by its Fourier coefficients, every 8th of them: alike in pink noise. 600
-  // and more coefficients an octave leave a chance error of 0.35 dB (two standard deviations).
+  // Octave powers from every 8th Fourier coefficient, which are equal in pink noise. With at least
+  // 600 coefficients per octave, two standard deviations are 0.35 dB.
   std::vector<double> octave_db;
   for (double low_hz = 300; low_hz < 5000; low_hz *= 2) {
     double sum = 0;
@@ -374,7 +374,7 @@ TEST(BuiltInNoise, IsPinkAndAsLoudAsItSays) {
     }
     octave_db.push_back(10 * std::log10(sum / count * low_hz));
   }
-  // 150 coefficients an octave: 10 log10(1 + 1 / sqrt(150)) = 0.34 dB each, so 1.2 dB is 3.5 sigma.
+  // 150 coefficients per octave have 10 log10(1 + 1 / sqrt(150)) = 0.34 dB, so 1.2 dB is 3.5 sigma.
   for (const double db : octave_db) EXPECT_NEAR(db, octave_db[0], 1.2);
 }
 
@@ -387,7 +387,7 @@ TEST_F(AudioFiles, OfOtherRatesAreResampledToTheSameTone) {
   double worst = 0;
   for (std::size_t i = 2000; i < 46000; ++i)
     worst = std::max(worst, std::fabs((*samples)[i] - 0.5 * std::sin(2 * M_PI * i / 48.0)));
-  EXPECT_LT(worst, 4e-5);  // the 16 bits of the file: half a step is 1.5e-5
+  EXPECT_LT(worst, 4e-5);  // half a step of 16 bits is 1.5e-5
 }
 
 TEST_F(AudioFiles, SurviveFlacTo24Bits) {

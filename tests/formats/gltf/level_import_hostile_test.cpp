@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 
 class HostileLevel : public LevelTest {
  protected:
-  // A level that is right, with every part that the cases below break.
+  // A valid level with every part that the cases below break.
   void SetUp() override {
     LevelTest::SetUp();
     write("tone.wav", wav(100));
@@ -50,7 +50,7 @@ TEST_F(HostileLevel, IsHarmlessBeforeItIsBroken) {
   EXPECT_EQ(result.emitters.size(), 2u);
 }
 
-// Each: a place in the document, what to put there, and what the sentence must speak of.
+// Cases: a location in the document, its new value, and words that the error must contain.
 TEST_F(HostileLevel, IsRefusedWithASentenceWhateverIsBroken) {
   const struct {
     const char* place;
@@ -286,7 +286,7 @@ TEST_F(HostileLevel, OfNothingIsALevelWithAWarning) {
   level_ = {{"asset", {{"version", "2.0"}}}, {"buffers", json::array()}};
   const auto imported = import();
   ASSERT_TRUE(imported.ok()) << imported.error().message;
-  EXPECT_EQ(imported->report.warnings.size(), 1u);  // there is no emitter
+  EXPECT_EQ(imported->report.warnings.size(), 1u);  // for the missing emitter
 }
 
 TEST_F(HostileLevel, ThatIsMissingOrAFolderIsRefusedByName) {
