@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/random.h"
+#include "formats/bake_file/bake_writer.h"
 #include "tests/baked_room.h"
 #include "tests/tools/run_clamor.h"
 
