@@ -232,7 +232,7 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   report.instanced_groups = copies.groups;
   report.instance_prototypes = copies.models;
   contents.emitters = std::move(copies.table);
-  contents.copied = std::move(copies.trees);
+  contents.prototypes = std::move(copies.trees);
   contents.signal_maps = std::move(copies.signal_maps);
   if (*sorted == SortStorage::kMemory) {
     contents.octree = with_instances(build_octree(std::move(traced->deposits)),

@@ -75,7 +75,7 @@ inline BakeContents city(const CitySize& size, std::uint64_t seed) {
   std::vector<PageEntry> tops;
   const auto add = [&](SourceOctree tree) {
     tops.push_back(root_entry(tree, tops));
-    bake.copied.push_back(std::move(tree));
+    bake.prototypes.push_back(std::move(tree));
   };
   for (std::uint32_t v = 0; v < size.variants; ++v) {
     draw_prototype_u(fans, seed * 1000 + v);

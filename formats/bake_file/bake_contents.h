@@ -33,7 +33,7 @@ struct BakeContents {
   std::uint64_t source_count() const { return octree.sources.size() + streamed_sources; }
   // Trees for instancing: Instance::tree is an index here, less than that of the tree that contains
   // the instance. `octree` may instance any of them.
-  std::vector<SourceOctree> copied;
+  std::vector<SourceOctree> prototypes;
   std::vector<std::vector<std::uint32_t>> signal_maps;  // one entry per signal
 };
 

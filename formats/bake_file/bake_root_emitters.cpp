@@ -68,28 +68,29 @@ Result<void> EmitterReader::read_emitter(::Emitter::Reader stored) {
 }
 
 Result<void> EmitterReader::read_instanced(::EmitterInstance::Reader stored, NameList& names) {
-  clamor::EmitterInstance copy;
-  copy.at = stored.getAt();
-  copy.from = stored.getFrom();
-  copy.count = stored.getCount();
-  copy.copy.signals = stored.getSignals();
-  copy.copy.offset_m = {stored.getOffsetX(), stored.getOffsetY(), stored.getOffsetZ()};
-  copy.copy.rotation = Rotation(stored.getRotationW(), stored.getRotationX(), stored.getRotationY(),
-                                stored.getRotationZ());
-  copy.copy.scale = stored.getScale();
-  copy.copy.gain = stored.getGain();
-  copy.delay_s = stored.getDelayS();
-  if (copy.at != table_.size() || !is_valid(copy, signal_maps_.size()))
-    return Error("a run of copied emitters is out of range");
-  if (copy.count > max_instanced_emitters(file_bytes_) -
-                       std::min<std::uint64_t>(copy.at, max_instanced_emitters(file_bytes_)))
+  clamor::EmitterInstance run;
+  run.at = stored.getAt();
+  run.from = stored.getFrom();
+  run.count = stored.getCount();
+  run.transform.signals = stored.getSignals();
+  run.transform.offset_m = {stored.getOffsetX(), stored.getOffsetY(), stored.getOffsetZ()};
+  run.transform.rotation = Rotation(stored.getRotationW(), stored.getRotationX(),
+                                    stored.getRotationY(), stored.getRotationZ());
+  run.transform.scale = stored.getScale();
+  run.transform.gain = stored.getGain();
+  run.delay_s = stored.getDelayS();
+  if (run.at != table_.size() || !is_valid(run, signal_maps_.size()))
+    return Error("a run of instanced emitters is out of range");
+  if (run.count > max_instanced_emitters(file_bytes_) -
+                      std::min<std::uint64_t>(run.at, max_instanced_emitters(file_bytes_)))
     return Error("it claims more emitters than a file of its size has");
-  for (std::uint32_t i = 0; i < copy.count; ++i) {
-    Emitter emitter = copied(table_[copy.from + i], copy, signal_maps_);
+  for (std::uint32_t i = 0; i < run.count; ++i) {
+    Emitter emitter = instantiate(table_[run.from + i], run, signal_maps_);
     if (const auto named = names.next(emitter.name); !named.ok()) return named;
     instanced_name_bytes_ += emitter.name.size();
     if (instanced_name_bytes_ > max_name_bytes(file_bytes_))
-      return Error("the names of its copied emitters take more than a file of its size may have");
+      return Error(
+          "the names of its instanced emitters take more than a file of its size may have");
     if (const auto added = add_emitter(std::move(emitter)); !added.ok()) return added;
   }
   return {};
@@ -97,11 +98,11 @@ Result<void> EmitterReader::read_instanced(::EmitterInstance::Reader stored, Nam
 
 Result<std::vector<Emitter>> EmitterReader::read() {
   const auto stored = root_.getEmitters();
-  const auto copies = root_.getEmitterInstances();
+  const auto runs = root_.getEmitterInstances();
   std::vector<std::byte> names;
-  if (copies.size() > 0) {
+  if (runs.size() > 0) {
     std::uint64_t count = 0;
-    for (const auto copy : copies) count += copy.getCount();
+    for (const auto run : runs) count += run.getCount();
     if (count > max_instanced_emitters(file_bytes_))
       return Error("it claims more emitters than a file of its size has");
     const auto frame = root_.getEmitterNames();
@@ -114,10 +115,10 @@ Result<std::vector<Emitter>> EmitterReader::read() {
   }
   NameList list(names);
   unsigned next = 0;
-  for (const auto copy : copies) {
-    for (; table_.size() < copy.getAt() && next < stored.size(); ++next)
+  for (const auto run : runs) {
+    for (; table_.size() < run.getAt() && next < stored.size(); ++next)
       if (const auto read = read_emitter(stored[next]); !read.ok()) return read.error();
-    if (const auto read = read_instanced(copy, list); !read.ok()) return read.error();
+    if (const auto read = read_instanced(run, list); !read.ok()) return read.error();
   }
   for (; next < stored.size(); ++next)
     if (const auto read = read_emitter(stored[next]); !read.ok()) return read.error();
@@ -125,25 +126,25 @@ Result<std::vector<Emitter>> EmitterReader::read() {
   return std::move(table_);
 }
 
-void write_instanced(BakeRoot::Builder root, const std::vector<EmitterInstance>& copies,
+void write_instanced(BakeRoot::Builder root, const std::vector<EmitterInstance>& runs,
                      const std::string& names) {
-  auto stored = root.initEmitterInstances(static_cast<unsigned>(copies.size()));
+  auto stored = root.initEmitterInstances(static_cast<unsigned>(runs.size()));
   for (unsigned i = 0; i < stored.size(); ++i) {
-    const Instance& copy = copies[i].copy;
-    stored[i].setAt(copies[i].at);
-    stored[i].setFrom(copies[i].from);
-    stored[i].setCount(copies[i].count);
-    stored[i].setSignals(copy.signals);
-    stored[i].setOffsetX(copy.offset_m.x);
-    stored[i].setOffsetY(copy.offset_m.y);
-    stored[i].setOffsetZ(copy.offset_m.z);
-    stored[i].setRotationX(copy.rotation.x);
-    stored[i].setRotationY(copy.rotation.y);
-    stored[i].setRotationZ(copy.rotation.z);
-    stored[i].setRotationW(copy.rotation.w);
-    stored[i].setScale(copy.scale);
-    stored[i].setGain(copy.gain);
-    stored[i].setDelayS(copies[i].delay_s);
+    const Instance& transform = runs[i].transform;
+    stored[i].setAt(runs[i].at);
+    stored[i].setFrom(runs[i].from);
+    stored[i].setCount(runs[i].count);
+    stored[i].setSignals(transform.signals);
+    stored[i].setOffsetX(transform.offset_m.x);
+    stored[i].setOffsetY(transform.offset_m.y);
+    stored[i].setOffsetZ(transform.offset_m.z);
+    stored[i].setRotationX(transform.rotation.x);
+    stored[i].setRotationY(transform.rotation.y);
+    stored[i].setRotationZ(transform.rotation.z);
+    stored[i].setRotationW(transform.rotation.w);
+    stored[i].setScale(transform.scale);
+    stored[i].setGain(transform.gain);
+    stored[i].setDelayS(runs[i].delay_s);
   }
   const auto frame = packed(std::as_bytes(std::span(names)));
   root.setEmitterNames(kj::arrayPtr(reinterpret_cast<const kj::byte*>(frame.data()), frame.size()));
@@ -156,18 +157,18 @@ void write_emitter_table(BakeRoot::Builder root, const BakeContents& contents,
                          std::uint64_t file_bytes) {
   const std::vector<Emitter>& table = contents.emitters;
   // Encodes instanced emitters as runs unless their number exceeds the limits of the reader.
-  std::vector<EmitterInstance> copies;
-  if (table.size() <= max_instanced_emitters(file_bytes)) copies = find_emitter_instances(contents);
-  if (instanced_name_bytes(table, copies) > max_name_bytes(file_bytes)) copies.clear();
-  const std::string names = list_names(table, copies);
-  if (names.size() > max_name_bytes(file_bytes)) copies.clear();
+  std::vector<EmitterInstance> runs;
+  if (table.size() <= max_instanced_emitters(file_bytes)) runs = find_emitter_instances(contents);
+  if (instanced_name_bytes(table, runs) > max_name_bytes(file_bytes)) runs.clear();
+  const std::string names = list_names(table, runs);
+  if (names.size() > max_name_bytes(file_bytes)) runs.clear();
   std::size_t told = table.size();
-  for (const EmitterInstance& copy : copies) told -= copy.count;
+  for (const EmitterInstance& run : runs) told -= run.count;
   auto emitters = root.initEmitters(static_cast<unsigned>(told));
   std::size_t next = 0;
-  auto copy = copies.begin();
+  auto run = runs.begin();
   for (unsigned i = 0; i < emitters.size(); ++i, ++next) {
-    for (; copy != copies.end() && copy->at == next; ++copy) next += copy->count;
+    for (; run != runs.end() && run->at == next; ++run) next += run->count;
     const Emitter& emitter = table[next];
     emitters[i].setName(emitter.name);
     emitters[i].setX(emitter.position_m.x);
@@ -181,7 +182,7 @@ void write_emitter_table(BakeRoot::Builder root, const BakeContents& contents,
     emitters[i].setSignal(emitter.signal);
     emitters[i].setDelayS(emitter.delay_s);
   }
-  if (!copies.empty()) write_instanced(root, copies, names);
+  if (!runs.empty()) write_instanced(root, runs, names);
 }
 
 Result<std::vector<Emitter>> read_emitter_table(

@@ -28,7 +28,7 @@ namespace {
 // Writes the instanced trees first, then the level's.
 Result<void> write_trees(const BakeContents& contents, OctreeWriter& writer) {
   if (contents.octree.nodes.empty() && !contents.stream_octree) return {};
-  for (const SourceOctree& tree : contents.copied)
+  for (const SourceOctree& tree : contents.prototypes)
     if (const auto done = writer.write(tree); !done.ok()) return done;
   if (!contents.stream_octree) return writer.write(contents.octree);
   auto top = contents.stream_octree(writer);

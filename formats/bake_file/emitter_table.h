@@ -24,7 +24,7 @@ struct Emitter;
 
 struct EmitterInstance {
   std::uint32_t at = 0, from = 0, count = 0;  // indices in the table; from + count <= at
-  Instance copy{};                            // tree, number, emitters and delay are unused
+  Instance transform{};                       // tree, u, emitters and delay are unused
   double delay_s = 0;                         // may be negative
 };
 
@@ -37,19 +37,19 @@ constexpr std::uint64_t max_name_bytes(std::uint64_t file_bytes) { return 250 * 
 // Disjoint runs, in order, that instances in `contents` reproduce.
 std::vector<EmitterInstance> find_emitter_instances(const BakeContents& contents);
 
-// Whether the values of a run are in range, for a table that already has `copy.at` emitters.
-bool is_valid(const EmitterInstance& copy, std::size_t signal_maps);
+// Whether the values of a run are in range, for a table that already has `run.at` emitters.
+bool is_valid(const EmitterInstance& run, std::size_t signal_maps);
 
 // The instance of an emitter, with the name of the original.
-Emitter copied(const Emitter& emitter, const EmitterInstance& copy,
-               std::span<const std::vector<std::uint32_t>> signal_maps);
+Emitter instantiate(const Emitter& emitter, const EmitterInstance& run,
+                    std::span<const std::vector<std::uint32_t>> signal_maps);
 
 // Total length of the names of all instanced emitters, inherited names included.
 std::uint64_t instanced_name_bytes(std::span<const Emitter> table,
-                                   std::span<const EmitterInstance> copies);
+                                   std::span<const EmitterInstance> runs);
 
 // Encodes the names of all instanced emitters; inherited names take one byte.
-std::string list_names(std::span<const Emitter> table, std::span<const EmitterInstance> copies);
+std::string list_names(std::span<const Emitter> table, std::span<const EmitterInstance> runs);
 
 // Decodes the names one by one.
 class NameList {

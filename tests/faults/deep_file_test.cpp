@@ -25,7 +25,7 @@ BakeContents nested(std::uint32_t depth, std::uint32_t copies) {
   std::vector<PageEntry> tops;
   for (std::uint32_t t = 0; t < depth; ++t) {
     tops.push_back(root_entry(bake.octree, tops));
-    bake.copied.push_back(std::move(bake.octree));
+    bake.prototypes.push_back(std::move(bake.octree));
     OctreeNode node;
     node.low_m = tops.back().low_m;
     node.high_m = tops.back().high_m;

@@ -37,7 +37,7 @@ BakeContents everything() {
   made.signals.push_back(made.signals[0]);
   made.signals[1].name = "click";
   made.signals[1].loop = false;
-  made.copied = {made.octree};
+  made.prototypes = {made.octree};
   made.signal_maps = {{1, 0}};
   OctreeNode top;
   top.low_m = {-200, -200, -200};

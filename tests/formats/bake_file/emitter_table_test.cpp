@@ -9,15 +9,15 @@ namespace {
 using Root = BakeRoot::Builder;
 
 // Repeats `count` emitters from `from` at `at` without changes.
-void fill(::EmitterInstance::Builder copy, std::uint32_t at, std::uint32_t from,
+void fill(::EmitterInstance::Builder run, std::uint32_t at, std::uint32_t from,
           std::uint32_t count) {
-  copy.setAt(at);
-  copy.setFrom(from);
-  copy.setCount(count);
-  copy.setSignals(kSameSignals);
-  copy.setRotationW(1);
-  copy.setScale(1);
-  copy.setGain(1);
+  run.setAt(at);
+  run.setFrom(from);
+  run.setCount(count);
+  run.setSignals(kSameSignals);
+  run.setRotationW(1);
+  run.setScale(1);
+  run.setGain(1);
 }
 
 void put_names(Root root, const std::string& names) {
@@ -27,17 +27,17 @@ void put_names(Root root, const std::string& names) {
 }
 
 // An instance of the only emitter, translated by 2 m in x.
-void add_copy(Root root) {
-  auto copy = root.initEmitterInstances(1)[0];
-  fill(copy, 1, 0, 1);
-  copy.setOffsetX(2);
-  copy.setGain(0.5f);
-  copy.setDelayS(-0.125);
+void add_run(Root root) {
+  auto run = root.initEmitterInstances(1)[0];
+  fill(run, 1, 0, 1);
+  run.setOffsetX(2);
+  run.setGain(0.5f);
+  run.setDelayS(-0.125);
   put_names(root, std::string("\1viola\0", 7));
 }
 
 TEST(EmitterTable, HasTheEmittersThatARunSaysAreCopies) {
-  const Bytes bytes = with_root(written(contents()), add_copy);
+  const Bytes bytes = with_root(written(contents()), add_run);
   const std::string path = path_of("table.clamor");
   std::ofstream(path, std::ios::binary) << bytes;
   const auto bake = BakeFile::open(path);
@@ -58,13 +58,13 @@ TEST(EmitterTable, KeepsNamesShortOnlyWhereTheyAreThoseOfTheOriginal) {
   for (const std::size_t i : {0u, 1u}) table[i].name = "fan " + std::to_string(i);
   table[2].name = "fan 0";
   table[4].name = "the other";
-  EmitterInstance copy;
-  copy.at = 2;
-  copy.count = 2;
+  EmitterInstance run;
+  run.at = 2;
+  run.count = 2;
   EmitterInstance last;
   last.at = 4;
   last.count = 1;
-  const std::string list = list_names(table, std::vector{copy, last});
+  const std::string list = list_names(table, std::vector{run, last});
   EXPECT_EQ(list.size(), 1 + 2 + 11u);
   NameList names(std::as_bytes(std::span(list)));
   for (const std::size_t i : {2u, 3u, 4u}) {
@@ -83,25 +83,25 @@ TEST(EmitterTable, ThatCannotBeIsRefused) {
     const char* what;
     std::function<void(::EmitterInstance::Builder)> change;
   } kRuns[] = {
-      {"a run that copies itself", [](auto copy) { copy.setFrom(1); }},
-      {"a run of what comes later", [](auto copy) { copy.setFrom(7); }},
-      {"a run over its own end", [](auto copy) { copy.setCount(2); }},
-      {"a run without end", [](auto copy) { copy.setCount(0xffffffffu); }},
-      {"a run of nobody", [](auto copy) { copy.setCount(0); }},
-      {"a run after a gap", [](auto copy) { copy.setAt(2); }},
-      {"a run over another", [](auto copy) { copy.setAt(0); }},
-      {"a run at the end of the world", [](auto copy) { copy.setAt(0xffffffffu); }},
-      {"a run that is nowhere", [](auto copy) { copy.setOffsetY(kNaN); }},
-      {"a run that is stretched", [](auto copy) { copy.setScale(3); }},
-      {"a run that is turned by no turn", [](auto copy) { copy.setRotationW(0); }},
-      {"a run of infinite gain", [](auto copy) { copy.setGain(INFINITY); }},
-      {"a run in a thousand years", [](auto copy) { copy.setDelayS(3e10); }},
-      {"a run that plays no map", [](auto copy) { copy.setSignals(0); }},
+      {"a run that copies itself", [](auto run) { run.setFrom(1); }},
+      {"a run of what comes later", [](auto run) { run.setFrom(7); }},
+      {"a run over its own end", [](auto run) { run.setCount(2); }},
+      {"a run without end", [](auto run) { run.setCount(0xffffffffu); }},
+      {"a run of nobody", [](auto run) { run.setCount(0); }},
+      {"a run after a gap", [](auto run) { run.setAt(2); }},
+      {"a run over another", [](auto run) { run.setAt(0); }},
+      {"a run at the end of the world", [](auto run) { run.setAt(0xffffffffu); }},
+      {"a run that is nowhere", [](auto run) { run.setOffsetY(kNaN); }},
+      {"a run that is stretched", [](auto run) { run.setScale(3); }},
+      {"a run that is turned by no turn", [](auto run) { run.setRotationW(0); }},
+      {"a run of infinite gain", [](auto run) { run.setGain(INFINITY); }},
+      {"a run in a thousand years", [](auto run) { run.setDelayS(3e10); }},
+      {"a run that plays no map", [](auto run) { run.setSignals(0); }},
   };
   for (const auto& run : kRuns)
     EXPECT_FALSE(read_whole(with_root(whole,
                                       [&](Root root) {
-                                        add_copy(root);
+                                        add_run(root);
                                         run.change(root.getEmitterInstances()[0]);
                                       }))
                      .ok())
@@ -119,7 +119,7 @@ TEST(EmitterTable, ThatCannotBeIsRefused) {
   for (const auto& names : kNames)
     EXPECT_FALSE(read_whole(with_root(whole,
                                       [&](Root root) {
-                                        add_copy(root);
+                                        add_run(root);
                                         names.change(root);
                                       }))
                      .ok())
@@ -130,8 +130,8 @@ TEST(EmitterTable, ThatCannotBeIsRefused) {
 TEST(EmitterTable, OfASmallFileIsNotLarge) {
   const auto doubled = [](unsigned times, unsigned named) {
     return with_root(written(contents()), [=](Root root) {
-      auto copies = root.initEmitterInstances(times);
-      for (unsigned i = 0; i < times; ++i) fill(copies[i], 1u << i, 0, 1u << i);
+      auto runs = root.initEmitterInstances(times);
+      for (unsigned i = 0; i < times; ++i) fill(runs[i], 1u << i, 0, 1u << i);
       std::string names;
       for (unsigned i = 1; i < 1u << times; ++i)
         if (i <= named)
@@ -152,19 +152,20 @@ TEST(EmitterTable, OfASmallFileIsNotLarge) {
 
 // Every instance inherits a long name, which the file stores once and the table once per instance.
 TEST(EmitterTable, ChargesANameForEachCopyThatTakesItOver) {
-  const auto copied_with_name = [](std::size_t letters) {
+  const auto instanced_with_name = [](std::size_t letters) {
     return with_root(written(contents()), [=](Root root) {
       constexpr unsigned kTimes = 8;
       root.getEmitters()[0].setName(std::string(letters, 'a'));
-      auto copies = root.initEmitterInstances(kTimes);
-      for (unsigned i = 0; i < kTimes; ++i) fill(copies[i], 1u << i, 0, 1u << i);
+      auto runs = root.initEmitterInstances(kTimes);
+      for (unsigned i = 0; i < kTimes; ++i) fill(runs[i], 1u << i, 0, 1u << i);
       put_names(root, std::string((1u << kTimes) - 1, '\0'));
     });
   };
-  EXPECT_TRUE(read_whole(copied_with_name(100)).ok());
-  const auto read = read_whole(copied_with_name(100'000));
+  EXPECT_TRUE(read_whole(instanced_with_name(100)).ok());
+  const auto read = read_whole(instanced_with_name(100'000));
   ASSERT_FALSE(read.ok());
-  EXPECT_NE(read.error().message.find("names of its copied emitters take more"), std::string::npos)
+  EXPECT_NE(read.error().message.find("names of its instanced emitters take more"),
+            std::string::npos)
       << read.error().message;
 }
 

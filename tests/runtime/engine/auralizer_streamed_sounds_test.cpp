@@ -32,7 +32,7 @@ class AuralizerStreamedSounds : public ::testing::Test {
     // The loop reaches its end within the first second; the other sound starts at 0.5 s.
     contents.emitters[0].delay_s = 1;
     contents.emitters[1].delay_s = 0.5;
-    for (SourceOctree& tree : contents.copied)
+    for (SourceOctree& tree : contents.prototypes)
       for (Source& source : tree.sources)
         source.delay_s += static_cast<float>(contents.emitters[source.emitter].delay_s);
     testing::write(contents, file_);

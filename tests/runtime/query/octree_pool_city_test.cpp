@@ -40,8 +40,8 @@ class WholeCity {
  public:
   WholeCity(const testing::CitySize& size, const OpenCity& city) : city_(city) {
     const BakeContents bake = testing::city(size, 1);
-    fans_ = bake.copied[0].sources;
-    const auto level = [&](std::size_t tree) { return bake.copied[tree].instances; };
+    fans_ = bake.prototypes[0].sources;
+    const auto level = [&](std::size_t tree) { return bake.prototypes[tree].instances; };
     blocks_ = level(size.variants);
     stands_ = level(2 * size.variants);
     stadiums_ = bake.octree.instances;

@@ -29,7 +29,7 @@ void write_stadium(const std::string& path, bool ground, bool told) {
   options.groups = stadium.groups;
   auto contents = bake(stadium.level, options);
   ASSERT_TRUE(contents.ok());
-  ASSERT_FALSE(contents->copied.empty());
+  ASSERT_FALSE(contents->prototypes.empty());
   if (!told) contents->statistics = {};
   ASSERT_TRUE(write_bake(path, *contents, 1).ok());
 }
