@@ -28,8 +28,7 @@ void expect_throws_without_memory(Build build) {
     has_built = built.ok();
     if (built.ok()) continue;
     has_thrown = true;
-    EXPECT_EQ(built.error().message, "asks for more memory than there should be in it")
-        << megabytes << " MB";
+    EXPECT_EQ(built.error().message, "needs more memory than allowed") << megabytes << " MB";
   }
   EXPECT_TRUE(has_thrown);
   EXPECT_TRUE(has_built);

@@ -113,10 +113,11 @@ Result<Tables> read_tables(const std::string& path, std::uintmax_t file_bytes) {
   if (!read.ok()) return read.error();
   Bytes bytes(std::move(*read));
   Tables tables;
-  if (!bytes.get(&tables.shape, sizeof tables.shape)) return Error("crashes what reads it");
+  if (!bytes.get(&tables.shape, sizeof tables.shape))
+    return Error("crashes the library that reads it");
   if (tables.shape.problem == 0 && !(bytes.get(tables.rate) && bytes.get(tables.delay) &&
                                      bytes.get(tables.position) && bytes.get(tables.samples)))
-    return Error("crashes what reads it");
+    return Error("crashes the library that reads it");
   tables.shape.convention.back() = 0;
   return tables;
 }

@@ -26,13 +26,14 @@ bool is_unit(const Vec3f& direction) { return std::abs(length(direction) - 1) < 
 // Describes what is wrong with a source, or returns null.
 const char* wrong_with(const Source& source, const BakeContents& contents) {
   if (source.emitter >= contents.emitters.size()) return "names an emitter that does not exist";
-  if (!(source.u > 0 && source.u <= 1)) return "has a permanent number outside (0, 1]";
+  if (!(source.u > 0 && source.u <= 1)) return "has a u outside (0, 1]";
   if (source.is_emitter) return nullptr;  // the emitter table defines the rest
   if (source.material >= contents.materials.size()) return "names a material that does not exist";
-  if (!near(source.position_m)) return "lies nowhere";
-  if (!is_unit(source.normal) || !is_unit(source.mirror)) return "has directions without length 1";
+  if (!near(source.position_m)) return "lies outside the coordinate range";
+  if (!is_unit(source.normal) || !is_unit(source.mirror))
+    return "has directions that are not unit vectors";
   if (!(source.delay_s >= 0 && source.delay_s <= 86400)) return "has a delay out of range";
-  if (!std::isfinite(source.patch_radius_m)) return "has a patch without bounds";
+  if (!std::isfinite(source.patch_radius_m)) return "has a patch radius out of range";
   for (const float power : source.power)
     if (!(power >= 0 && power <= kMaxPowerOfPages)) return "has a power out of range";
   return nullptr;
@@ -43,11 +44,12 @@ Result<void> check_octree(const BakeContents& contents) {
   std::size_t first = 0;
   for (const OctreeNode& node : octree.nodes) {
     if (node.first_source != first || node.source_count > octree.sources.size() - first)
-      return Error("the nodes do not share out the sources");
-    if (!near(node.low_m) || !near(node.high_m)) return Error("a node lies nowhere");
+      return Error("the nodes do not partition the sources");
+    if (!near(node.low_m) || !near(node.high_m))
+      return Error("a node lies outside the coordinate range");
     first += node.source_count;
   }
-  if (first != octree.sources.size()) return Error("the nodes do not share out the sources");
+  if (first != octree.sources.size()) return Error("the nodes do not partition the sources");
   for (std::size_t i = 0; i < octree.sources.size(); ++i)
     if (const char* const wrong = wrong_with(octree.sources[i], contents))
       return Error("source " + std::to_string(i) + " " + wrong);
@@ -76,13 +78,13 @@ Result<void> check_mesh(const BakeContents& contents) {
   if (mesh.triangles.empty()) return {};
   Vec3f low = mesh.vertices_m[0], high = low;
   for (const Vec3f& vertex : mesh.vertices_m) {
-    if (!near(vertex)) return Error("a vertex lies nowhere");
+    if (!near(vertex)) return Error("a vertex lies outside the coordinate range");
     low = glm::min(low, vertex);
     high = glm::max(high, vertex);
   }
   for (int axis = 0; axis < 3; ++axis)
     if (static_cast<double>(high[axis]) - low[axis] > kWidestMesh_m)
-      return Error("the geometry is wider than millimetres can be counted");
+      return Error("the geometry is wider than 4294 km");
   return {};
 }
 
@@ -92,7 +94,7 @@ Result<void> check_signals(const std::vector<Signal>& signals) {
         !std::all_of(signal.samples.begin(), signal.samples.end(),
                      [](float sample) { return std::abs(sample) < 1e6f; }))
       return Error("signal " + in_quotes(signal.name) +
-                   " is empty, longer than 30 minutes or no sound");
+                   " is empty, longer than 30 minutes or has samples out of range");
   return {};
 }
 

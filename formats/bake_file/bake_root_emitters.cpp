@@ -107,7 +107,7 @@ Result<std::vector<Emitter>> EmitterReader::read() {
       return Error("it claims more emitters than a file of its size has");
     const auto frame = root_.getEmitterNames();
     if (root_.getEmitterNamesBytes() > max_name_bytes(file_bytes_))
-      return Error("the names of its emitters claim too much");
+      return Error("the names of its emitters claim too many bytes");
     auto list = unpacked(std::as_bytes(std::span(frame.begin(), frame.size())),
                          root_.getEmitterNamesBytes());
     if (!list.ok()) return list.error().in("the names of its emitters");

@@ -55,7 +55,7 @@ class RootReader {
 Result<FileSection> RootReader::checked(FileSection section) {
   if (section.offset < section_end_ || section.offset > end_ ||
       section.bytes > end_ - section.offset)
-    return Error("a part of it lies outside the file or over another part");
+    return Error("a section lies outside the file or overlaps another");
   section_end_ = section.offset + section.bytes;
   return section;
 }
@@ -147,8 +147,7 @@ Result<void> RootReader::read_materials() {
       material.transmission[b] = std::min((*transmission)[b], material.absorption[b]);
     contents_.materials.push_back(std::move(material));
   }
-  if (contents_.materials.size() > 65536)
-    return Error("it has more materials than can be numbered");
+  if (contents_.materials.size() > 65536) return Error("it has more than 65536 materials");
   return {};
 }
 
@@ -161,7 +160,7 @@ Result<void> RootReader::read_emitters() {
 
 Result<void> RootReader::read_trees() {
   const auto stored_trees = root_.getTrees();
-  if (stored_trees.size() > kMaxTrees) return Error("it has more trees than can be numbered");
+  if (stored_trees.size() > kMaxTrees) return Error("it has too many trees");
   for (const auto stored : stored_trees) {
     const auto top = stored.getTop();
     const auto entry = read_entry(
@@ -183,7 +182,7 @@ Result<void> RootReader::read_trees() {
       levels.push_back({level.getNodes(), level.getSources(), level.getPackedBytes(), *power});
       if (level.getNodes() > kMaxCounted || level.getSources() > kMaxCounted ||
           level.getPackedBytes() > end_)
-        return Error("a level of a tree counts more than the file can hold");
+        return Error("a level of a tree claims more than the file can hold");
     }
   }
   return {};
@@ -192,8 +191,7 @@ Result<void> RootReader::read_trees() {
 Result<void> RootReader::read_signal_maps() {
   const auto stored_maps = root_.getSignalMaps();
   const auto signals = root_.getSignals().size();
-  if (stored_maps.size() > kMaxSignalMaps)
-    return Error("it has more signal maps than can be numbered");
+  if (stored_maps.size() > kMaxSignalMaps) return Error("it has too many signal maps");
   for (const auto stored : stored_maps) {
     auto& map = contents_.signal_maps.emplace_back();
     for (const std::uint32_t signal : stored) map.push_back(signal);
@@ -256,13 +254,13 @@ Result<void> RootReader::read_geometry() {
   const auto stored = root_.getGeometry();
   contents_.geometry_low_m = {stored.getLowX(), stored.getLowY(), stored.getLowZ()};
   if (!(length(contents_.geometry_low_m) <= 2 * kMaxCoordinateInFile_m))
-    return Error("its geometry is nowhere");
+    return Error("its geometry lies outside the coordinate range");
   const auto whole = checked({stored.getOffset(), stored.getBytes(), stored.getHash()});
   if (!whole.ok()) return whole.error();
   const GeometryCounts counts{stored.getVertices(), stored.getTriangles()};
   const auto pages = stored.getPages();
   if (counts.triangles > 0) {
-    if (pages.size() > 0) return Error("its geometry is there in two ways");
+    if (pages.size() > 0) return Error("its geometry is stored in two formats");
     contents_.geometry.push_back({*whole, counts, true});
     return {};
   }
@@ -279,7 +277,7 @@ Result<void> RootReader::read_geometry() {
     vertices += kept.counts.vertices;
   }
   if (vertices > std::numeric_limits<std::uint32_t>::max())
-    return Error("its geometry has more vertices than can be numbered");
+    return Error("its geometry has too many vertices");
   return {};
 }
 

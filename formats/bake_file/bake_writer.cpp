@@ -80,7 +80,7 @@ Result<void> write_geometry(const Mesh& mesh, SectionWriter& appender, BakeSecti
 }
 
 Error unreadable(const Error& error) {
-  return Error("is not written, since nothing could read it: " + error.message);
+  return Error("is not written because it would be invalid: " + error.message);
 }
 
 Result<void> write_all(AtomicFile& file, const std::string& path, const BakeContents& contents) {

@@ -52,7 +52,8 @@ class Reader {
     for (std::size_t i = 0; i < columns_->count; ++i) {
       Source source = next.copy->placement.place(columns_->source(i));
       if (source.emitter >= file_.emitters().size())
-        return Error(file_.path() + ": a copy plays an emitter that does not exist. Bake again.");
+        return Error(file_.path() +
+                     ": an instance plays an emitter that does not exist. Bake again.");
       std::uint32_t signal = file_.emitters()[columns_->emitter[i]].signal;
       if (!next.copy->signals.empty()) signal = next.copy->signals[signal];
       source.emitter = playing(source.emitter, signal);

@@ -44,7 +44,7 @@ Result<void> OctreeWriter::append(std::vector<std::byte> page, PageEntry& entry)
   entry.page.hash = section->hash;
   // Validates the page as a reader would.
   const auto unreadable = [this](const Error& error) {
-    return Error("is not written, since nothing could read it: a node " + error.message)
+    return Error("is not written because it would be invalid: a node " + error.message)
         .in(appender_.path());
   };
   if (const auto good = check_entry(entry, kFirstPageOffset, appender_.offset()); !good.ok())

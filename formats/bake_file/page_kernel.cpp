@@ -39,10 +39,10 @@ const char* read_header(PageWorkspace& w, const NodeSummary& node) {
     return "holds another number of sources than its node";
   if (w.planes.count > w.rows.count || (w.planes.count == 0) != (w.rows.count == 0))
     return "holds another number of planes than its sources lie on";
-  if (w.header.mirror_bits > kMaxMirrorBits) return "has directions finer than any";
+  if (w.header.mirror_bits > kMaxMirrorBits) return "has directions with too many bits";
   if (w.header.max_power > kMaxPower_half_db ||
       w.header.max_power - w.header.silent_step + 1 < kMinPower_half_db)
-    return "has a power beyond all bounds";
+    return "has a power out of range";
   return nullptr;
 }
 
@@ -56,17 +56,17 @@ const char* read_planes(PageWorkspace& w, std::size_t materials) {
   constexpr std::int32_t kMost = (1 << kNormalBits) - 2;
   if (!all_in_range(normal_a, w.planes.count, 0, kMost) ||
       !all_in_range(normal_b, w.planes.count, 0, kMost))
-    return "has a direction beyond all directions";
+    return "has a direction out of range";
   if (!all_in_range(material, w.planes.count, 0, static_cast<std::int32_t>(materials) - 1))
     return "names a material that does not exist";
   if (!all_in_range(w.planes.extra_rows, w.planes.count, 0,
                     static_cast<std::int32_t>(w.rows.count) - 1))
-    return "shares out its sources wrongly";
+    return "does not partition its sources among planes";
 
   std::int32_t shared_out = static_cast<std::int32_t>(w.planes.count);
   for (std::size_t i = 0; i < w.planes.count; ++i) shared_out += w.planes.extra_rows[i];
   if (shared_out != static_cast<std::int32_t>(w.rows.count))
-    return "shares out its sources wrongly";
+    return "does not partition its sources among planes";
 
   std::array<float*, 3> normal{w.planes.normal[0].data(), w.planes.normal[1].data(),
                                w.planes.normal[2].data()};
@@ -159,7 +159,7 @@ const char* read_powers(PageWorkspace& w, const PageTables& tables) {
         band[i] = sum(band[i], predicted(one[i], two[i], weight_one, weight_two));
     }
     if (!all_in_range(w.rows.steps[b], w.rows.count, 0, w.header.silent_step))
-      return "has a power beyond all bounds";
+      return "has a power out of range";
   }
   read_column(w, w.rows.radius.data(), w.rows.count);
   if (!w.bits.ok()) return "ends too early";
@@ -172,7 +172,7 @@ const char* read_powers(PageWorkspace& w, const PageTables& tables) {
   for (std::size_t i = 0; i < w.rows.count; ++i)
     w.rows.radius[i] = sum(w.rows.radius[i], -loudest[i]);
   if (!all_in_range(w.rows.radius, w.rows.count, 0, kRadiusCodes - 1))
-    return "has a patch without bounds";
+    return "has a patch radius out of range";
 
   std::array<float, kMaxPower_half_db - kSilent_half_db + 1>
       power_at;  // indexed by steps below the maximum
@@ -210,7 +210,7 @@ const char* read_rest(PageWorkspace& w, std::span<const Emitter> emitters) {
   const std::int32_t most = (1 << w.header.mirror_bits) - 2;
   if (!all_in_range(w.rows.mirror[0], w.rows.count, 0, most) ||
       !all_in_range(w.rows.mirror[1], w.rows.count, 0, most))
-    return "has a direction beyond all directions";
+    return "has a direction out of range";
   derive_u_and_polarity(w);
   if ((w.header.flags & kStoresNumbers) != 0) {
     read_column(w, w.scratch.data(), w.rows.count);
@@ -242,7 +242,7 @@ const char* read_rest(PageWorkspace& w, std::span<const Emitter> emitters) {
   std::int32_t wrong = 0;
   for (std::size_t i = 0; i < count; ++i)
     wrong |= (w.rows.u[i] > 0 ? 0 : 1) | (w.rows.u[i] <= 1 ? 0 : 1);
-  if (wrong != 0) return "has a permanent number outside (0, 1]";
+  if (wrong != 0) return "has a u outside (0, 1]";
   return nullptr;
 }
 

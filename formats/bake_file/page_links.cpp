@@ -87,13 +87,13 @@ Result<void> check_instance(const Instance& instance, const PageEntry& parent,
       !within(instance.scale, 1e-3f, 1) || !within(instance.gain, 0, 1e5f) ||
       !within(instance.delay_s, 0, kLongest_s) ||
       !within(instance.u, std::numeric_limits<float>::min(), 1))
-    return Error("has a copy whose numbers are out of range");
+    return Error("has an instance whose values are out of range");
   if (instance.tree >= around.trees.size() ||
       around.trees[instance.tree].page.end() > parent.page.offset)
-    return Error("has a copy of a tree that is not before it");
+    return Error("has an instance of a tree that does not precede it");
   if ((instance.signals != kSameSignals && instance.signals >= around.signal_maps) ||
       instance.emitters >= std::max<std::size_t>(1, around.emitters))
-    return Error("has a copy that plays signals or emitters that do not exist");
+    return Error("has an instance with signals or emitters that do not exist");
   return {};
 }
 
@@ -109,7 +109,7 @@ Result<void> check_entry(const PageEntry& entry, std::uint64_t from, std::uint64
   for (int axis = 0; axis < 3; ++axis)
     if (!(entry.low_m[axis] >= -kMaxCoordinateInFile_m && entry.low_m[axis] <= entry.high_m[axis] &&
           entry.high_m[axis] <= kMaxCoordinateInFile_m))
-      return Error("has a box that is inside out or nowhere");
+      return Error("has bounds that are inverted or out of range");
   for (const float band : entry.power)
     if (!within(band, 0, kMaxPowerInFile)) return Error("has a power out of range");
   for (int axis = 0; axis < 3; ++axis)
@@ -118,21 +118,20 @@ Result<void> check_entry(const PageEntry& entry, std::uint64_t from, std::uint64
       !within(entry.highest_key, 0, std::numeric_limits<float>::max()) ||
       !within(entry.min_delay_s, 0, kLongest_s) || !within(entry.max_delay_s, 0, kLongest_s))
     return Error("has a key, a cone or a delay out of range");
-  if (entry.octant > 7 && entry.octant != kNoOctant)
-    return Error("has an octant beyond the eighth");
+  if (entry.octant > 7 && entry.octant != kNoOctant) return Error("has an octant above 7");
   const PageLink& page = entry.page;
   if (entry.source_count > kLeafSources || page.children > kMaxChildren ||
       page.instances > kMaxInstances || entry.sources_below > kMaxSources ||
       entry.sources_below < entry.source_count)
     return Error("declares " + std::to_string(entry.source_count) + " sources, " +
                  std::to_string(page.children) + " children and " + std::to_string(page.instances) +
-                 " copies");
+                 " instances");
   if ((page.packed_bytes == 0) != (entry.source_count == 0) ||
       page.packed_bytes > 2 * max_page_bytes(entry.source_count))
     return Error("declares " + std::to_string(page.packed_bytes) + " bytes for " +
                  std::to_string(entry.source_count) + " sources");
   if (page.offset < from || page.offset > to || page.bytes() > to - page.offset)
-    return Error("has a page outside the file or over another part");
+    return Error("has a page outside the file or overlapping another part");
   return {};
 }
 
@@ -195,7 +194,7 @@ Result<void> read_links(std::span<const std::byte> bytes, const PageEntry& paren
     child.depth = static_cast<std::uint16_t>(parent.depth + 1);
     if (const auto good = check_entry(child, kFirstPageOffset, parent.page.offset); !good.ok())
       return Error("has a child that " + good.error().message);
-    if (!is_inside(child, parent)) return Error("has a child beyond its own box");
+    if (!is_inside(child, parent)) return Error("has a child outside its bounds");
     if (child.highest_key > parent.highest_key) return Error("has a child of a higher key");
     if (child.octant != kNoOctant) {
       if (octants & (1u << child.octant)) return Error("has two children in one octant");
@@ -226,7 +225,7 @@ Result<void> read_links(std::span<const std::byte> bytes, const PageEntry& paren
     below += around.trees[instance.tree].sources_below;
     links.instances.push_back(instance);
   }
-  if (below != parent.sources_below) return Error("does not share out its sources");
+  if (below != parent.sources_below) return Error("does not partition its sources");
   return {};
 }
 

@@ -60,7 +60,7 @@ struct PageContext {
 };
 
 // Validates an entry: all values in range and the page between `from` and `to` in the file. The
-// Error is a predicate: "has a box that is inside out".
+// Error is a predicate: "has bounds that are inverted".
 Result<void> check_entry(const PageEntry& entry, std::uint64_t from, std::uint64_t to);
 
 struct PageLinks {

@@ -96,7 +96,7 @@ const char* read_order(PageWorkspace& w) {
     for (std::size_t i = 0; i < count; ++i) {
       const auto place = static_cast<std::uint32_t>(w.scratch[i]);
       if (place >= count || w.sorting.order[place] != kNobody)
-        return "puts two sources in one place";
+        return "assigns two sources to one position in the order";
       w.sorting.order[place] = static_cast<Place>(i);
     }
   }

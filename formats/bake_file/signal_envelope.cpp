@@ -223,7 +223,7 @@ Result<SignalEnvelope> SignalEnvelope::from_steps(const Bands& mean_square,
                                                   std::vector<std::uint8_t> steps) {
   SignalEnvelope envelope;
   const std::size_t moments = steps.size() / kBandCount;
-  if (moments == 0 || steps.size() % kBandCount != 0) return Error("has an envelope of no length");
+  if (moments == 0 || steps.size() % kBandCount != 0) return Error("has an empty envelope");
   for (std::size_t b = 0; b < kBandCount; ++b) {
     double sum = 0;
     std::uint8_t highest = 0;
@@ -233,7 +233,7 @@ Result<SignalEnvelope> SignalEnvelope::from_steps(const Bands& mean_square,
     }
     if (!(mean_square[b] == 0 || (mean_square[b] >= kFaintest && mean_square[b] <= kLoudest)) ||
         highest != (mean_square[b] > 0 ? 255 : 0))
-      return Error("has an envelope that is none");
+      return Error("has an invalid envelope");
     if (mean_square[b] > 0)
       envelope.loudest_[b] =
           static_cast<float>(mean_square[b] * static_cast<double>(moments) / sum);

@@ -104,7 +104,7 @@ void be_alone(const ChildLimits& limits, std::uint64_t bytes_before) {
 Result<std::vector<std::byte>> in_child_process(
     const ChildLimits& limits, const std::function<std::vector<std::byte>()>& work) {
   const auto failed = [](const char* what) {
-    return Error(std::string("cannot be looked at in a process of its own (") + what + ": " +
+    return Error(std::string("cannot be read in a child process (") + what + ": " +
                  std::strerror(errno) + ")");
   };
   std::array<int, 2> pipe{};
@@ -138,17 +138,17 @@ Result<std::vector<std::byte>> in_child_process(
   ::close(pipe[0]);
   int status = 0;
   const bool known = retry_on_eintr([&] { return ::waitpid(child, &status, 0); }) == child;
-  if (is_too_large) return Error("holds more than can be");
+  if (is_too_large) return Error("returns more data than allowed");
   if (whole) return result;
   if (is_late) return Error("takes more than " + std::to_string(limits.wall_s) + " s to read");
   if (known && WIFSIGNALED(status) &&
       (WTERMSIG(status) == SIGINT || WTERMSIG(status) == SIGTERM || WTERMSIG(status) == SIGHUP))
-    return Error("was not read to its end, since the program was stopped");
+    return Error("was not read completely because the program was stopped");
   if (known && WIFEXITED(status) && WEXITSTATUS(status) == kNoMemory)
-    return Error("asks for more memory than there should be in it");
+    return Error("needs more memory than allowed");
   if (known && WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
     return Error("takes more than " + std::to_string(limits.cpu_s) + " s to read");
-  return Error("crashes what reads it");
+  return Error("crashes the library that reads it");
 }
 
 }  // namespace clamor

@@ -44,10 +44,10 @@ TEST(ChildProcess, MayCrashOrEnd) {
               ::raise(SIGSEGV);
               return {};
             }),
-            "crashes what reads it");
+            "crashes the library that reads it");
   EXPECT_EQ(mine, 1);  // the child has its own memory
-  EXPECT_EQ(what_becomes_of([]() -> Bytes { std::abort(); }), "crashes what reads it");
-  EXPECT_EQ(what_becomes_of([]() -> Bytes { ::_exit(0); }), "crashes what reads it");
+  EXPECT_EQ(what_becomes_of([]() -> Bytes { std::abort(); }), "crashes the library that reads it");
+  EXPECT_EQ(what_becomes_of([]() -> Bytes { ::_exit(0); }), "crashes the library that reads it");
 }
 
 TEST(ChildProcess, MayHang) {
@@ -81,7 +81,7 @@ TEST(ChildProcess, IsStoppedByAnInterruptThatThisProcessHandles) {
               ::raise(SIGINT);
               return {};
             }),
-            "was not read to its end, since the program was stopped");
+            "was not read completely because the program was stopped");
   std::signal(SIGINT, before);
 }
 
@@ -90,10 +90,10 @@ TEST(ChildProcess, MayAskForAnyMemoryAndFindAnything) {
   ChildLimits limits;
   limits.memory_bytes = 100'000'000;
   EXPECT_EQ(what_becomes_of([]() -> Bytes { return Bytes(2'000'000'000); }, limits),
-            "asks for more memory than there should be in it");
+            "needs more memory than allowed");
   limits.max_result_bytes = 1000;
   EXPECT_EQ(what_becomes_of([]() -> Bytes { return Bytes(1001); }, limits),
-            "holds more than can be");
+            "returns more data than allowed");
 }
 
 }  // namespace

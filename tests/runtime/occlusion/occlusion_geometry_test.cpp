@@ -117,8 +117,7 @@ TEST(OcclusionGeometry, WithoutMemoryThrowsAndDoesNotCrash) {
     has_built = built.ok();
     if (!built.ok()) {
       has_thrown = true;
-      EXPECT_EQ(built.error().message, "asks for more memory than there should be in it")
-          << megabytes << " MB";
+      EXPECT_EQ(built.error().message, "needs more memory than allowed") << megabytes << " MB";
     }
   }
   EXPECT_TRUE(has_thrown);
