@@ -43,6 +43,24 @@ void add_options(Arguments& parser, ExperimentOptions& options, std::string& lis
   parser.flag("--quick", options.quick, "few sources and few k: a quick test that everything runs");
 }
 
+Result<void> run_and_write(Experiment run, const std::string& name, const std::string& folder,
+                           const ExperimentOptions& options, std::ostream& err) {
+  InputFiles inputs;
+  inputs.add(options.level);
+  if (auto can = ReportPage::check_folder(folder, name, inputs); !can.ok()) return can;
+  const Progress progress(err, "  " + name);
+  const auto report = [&] {
+    const ExitOnSignal stop("experiment");
+    return run(options, err);
+  }();
+  if (!report.ok()) return report.error();
+  const Interrupt until_written;
+  if (auto written = report->write(folder); !written.ok()) return written;
+  err << fmt::format("wrote {0}/{1}.html, {1}.json and {2} tables as CSV in {3}\n", folder, name,
+                     report->tables().size(), format_duration(progress.seconds()));
+  return {};
+}
+
 }  // namespace
 
 int run_experiment(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
@@ -92,28 +110,10 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
   if (!(options.minutes >= 0.1 && options.minutes <= 600))
     return parser.bad_usage(err, "--minutes must lie between 0.1 and 600");
 
-  InputFiles inputs;
-  inputs.add(options.level);
-  if (const auto can = ReportPage::check_folder(folder, name, inputs); !can.ok()) {
-    err << "clamor experiment: " << can.error().message << '\n';
+  if (const auto done = run_and_write(run, name, folder, options, err); !done.ok()) {
+    err << "clamor experiment: " << done.error().message << '\n';
     return kBadInput;
   }
-  const Progress progress(err, "  " + name);
-  const auto report = [&] {
-    const ExitOnSignal stop("experiment");
-    return run(options, err);
-  }();
-  if (!report.ok()) {
-    err << "clamor experiment: " << report.error().message << '\n';
-    return kBadInput;
-  }
-  const Interrupt until_written;
-  if (const auto written = report->write(folder); !written.ok()) {
-    err << "clamor experiment: " << written.error().message << '\n';
-    return kBadInput;
-  }
-  err << fmt::format("wrote {0}/{1}.html, {1}.json and {2} tables as CSV in {3}\n", folder, name,
-                     report->tables().size(), format_duration(progress.seconds()));
   return kSuccess;
 }
 

@@ -6,8 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "tools/analysis/report_page.h"
-
 namespace clamor {
 
 namespace {
@@ -53,6 +51,27 @@ double PlayHistory::loudness_lufs() const {
 
 Result<void> PlayHistory::check_folder(const std::string& folder, const InputFiles& inputs) {
   return ReportPage::check_folder(folder, kName, inputs);
+}
+
+ReportTable PlayHistory::figures_of(const PlayerStatistics& played) const {
+  ReportTable figures{"figures", "Totals", {"what", "value"}, {}};
+  const auto row = [&figures](const char* what, double value) {
+    figures.rows.push_back({std::string(what), value});
+  };
+  row("seconds", played.time_s);
+  row("callbacks", static_cast<double>(played.output.callbacks.callbacks));
+  row("late_callbacks", static_cast<double>(played.output.callbacks.late));
+  row("gaps", static_cast<double>(played.output.callbacks.underflows));
+  row("device_latency_ms", 1e3 * played.output.latency_s);
+  row("held_blocks", static_cast<double>(played.auralizer.held_blocks));
+  row("late_keyframes", static_cast<double>(played.auralizer.late_keyframes));
+  row("bounded_keyframes", static_cast<double>(played.auralizer.bounded_keyframes));
+  row("mean_voices", mean_voices());
+  row("least_voices", min_voices());
+  row("loudness_lufs", std::max(loudness_lufs(), -99.9));
+  row("clipped_frames", static_cast<double>(played.auralizer.clipped_frames));
+  row("limited_frames", static_cast<double>(played.auralizer.limited.frames));
+  return figures;
 }
 
 Result<void> PlayHistory::write(const std::string& folder, const std::string& level,
@@ -106,24 +125,7 @@ Result<void> PlayHistory::write(const std::string& folder, const std::string& le
   report.chart(voices, "Voices that fade out are mixed, too, so more are mixed than chosen.");
   report.chart(load, "On the audio thread, smoothed over a second.");
 
-  ReportTable figures{"figures", "Totals", {"what", "value"}, {}};
-  const auto row = [&figures](const char* what, double value) {
-    figures.rows.push_back({std::string(what), value});
-  };
-  row("seconds", played.time_s);
-  row("callbacks", static_cast<double>(played.output.callbacks.callbacks));
-  row("late_callbacks", static_cast<double>(played.output.callbacks.late));
-  row("gaps", static_cast<double>(played.output.callbacks.underflows));
-  row("device_latency_ms", 1e3 * played.output.latency_s);
-  row("held_blocks", static_cast<double>(played.auralizer.held_blocks));
-  row("late_keyframes", static_cast<double>(played.auralizer.late_keyframes));
-  row("bounded_keyframes", static_cast<double>(played.auralizer.bounded_keyframes));
-  row("mean_voices", mean_voices());
-  row("least_voices", min_voices());
-  row("loudness_lufs", std::max(loudness_lufs(), -99.9));
-  row("clipped_frames", static_cast<double>(played.auralizer.clipped_frames));
-  row("limited_frames", static_cast<double>(played.auralizer.limited.frames));
-  report.table(std::move(figures));
+  report.table(figures_of(played));
   ReportTable cpu{"threads", "CPU, share of one core", {"thread", "percent"}, {}};
   for (const ThreadCpuUsage& thread : threads)
     cpu.rows.push_back({thread.name, 100 * thread.share});

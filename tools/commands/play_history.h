@@ -11,6 +11,7 @@
 #include "common/result.h"
 #include "formats/files/output_target.h"
 #include "runtime/player/player.h"
+#include "tools/analysis/report_page.h"
 #include "tools/analysis/spectrogram.h"
 
 namespace clamor {
@@ -34,6 +35,8 @@ class PlayHistory {
                      const std::optional<Spectrogram>& heard) const;
 
  private:
+  ReportTable figures_of(const PlayerStatistics& played) const;
+
   struct Moment {
     double time_s;
     Vec3 position_m;
