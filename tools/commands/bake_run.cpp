@@ -8,6 +8,7 @@
 #include <fmt/ostream.h>
 
 #include "bake/report/level_report.h"
+#include "formats/bake_file/bake_writer.h"
 #include "tools/commands/bake_summary.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/progress_json.h"
