@@ -224,7 +224,7 @@ void occlusion(benchmark::State& state) {
   const VisibilityStatistics& after = cache.statistics();
   state.counters["voices"] = voices / frames;
   state.counters["rays"] = static_cast<double>(after.rays - before.rays) / frames;
-  state.counters["looks"] = static_cast<double>(after.estimates - before.estimates) / frames;
+  state.counters["estimates"] = static_cast<double>(after.estimates - before.estimates) / frames;
   state.counters["line_tests"] = static_cast<double>(after.line_tests - before.line_tests) / frames;
   state.counters["late"] = static_cast<double>(after.late - before.late) / frames;
   state.counters["wanted"] = wanted / frames;

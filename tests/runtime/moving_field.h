@@ -1,4 +1,4 @@
-// moving_field.h: a free field with moving sources, and its sound.
+// moving_field.h: a free field with moving sources, and its output.
 #pragma once
 
 #include <cmath>
@@ -22,8 +22,8 @@ inline Vec3 place_in_room(std::uint32_t i, std::uint32_t step) {
   return {6 * unit(bits[0]), 8 * unit(bits[1]), 3 * unit(bits[2])};
 }
 
-// Delay of a source that moves in a straight line and is at `position_m` now: the distance
-// R = c delay is that of its position R / c ago, a quadratic equation.
+// Propagation delay from a source that moves in a straight line and is at `position_m` now: R = c
+// delay was its distance R / c ago, which gives a quadratic equation.
 inline double delay_of_moving_s(const Vec3& position_m, const Vec3& velocity_mps,
                                 const Vec3& place) {
   const double c = speed_of_sound_mps(Air{});
@@ -49,7 +49,7 @@ inline std::unique_ptr<Auralizer> empty_field(std::vector<Signal> signals, std::
   return std::move(*made);
 }
 
-// The left ear of a listener at the origin; `before_keyframe(time_s)` moves the sources.
+// The left ear of a listener at the origin; before_keyframe(time_s) moves sources.
 template <class Before>
 std::vector<float> heard(Auralizer& auralizer, double seconds, Before before_keyframe) {
   std::vector<float> left, block(2 * kKeyframeFrames);

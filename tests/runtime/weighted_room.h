@@ -1,4 +1,4 @@
-// weighted_room.h: a small baked room and the weights of its sources, which differ by band.
+// weighted_room.h: a small baked room with a different weight for each band.
 #pragma once
 
 #include <cstdint>

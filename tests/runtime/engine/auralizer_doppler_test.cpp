@@ -96,7 +96,7 @@ double worst_cents(const Drive& drive) {
   const Vec3 still_m(0, 0, -drive.nearest_m);
   const bool source_moves = drive.mover == Mover::kSource;
   AuralizerOptions options;
-  options.moving.most = 1;
+  options.moving.max_sources = 1;
   options.moving.signals = {testing::sine(kTone_hz)};
   options.moving.kinds = {{"tone", 0, {}}};
   // HRTF filters have no phase, so nothing is delayed (mixer.h).

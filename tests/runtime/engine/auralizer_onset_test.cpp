@@ -37,7 +37,7 @@ struct Shot {
 // added when its sound starts.
 std::vector<float> heard_of(const Shot& shot, bool from_the_beginning) {
   AuralizerOptions options;
-  options.moving.most = 1;
+  options.moving.max_sources = 1;
   options.moving.signals = {three_clicks(shot.loop && !from_the_beginning)};
   options.moving.kinds = {{"shot", 0, {}}};
   options.output.kind = shot.output;
@@ -135,7 +135,7 @@ TEST(MovingSources, StartALoopOfTheBakeLikeOneOfTheirOwn) {
     AuralizerOptions options;
     options.wait_for_pages = true;
     options.voices = 60;
-    options.moving.most = 1;
+    options.moving.max_sources = 1;
     if (!of_the_bake) options.moving.signals = {*file->read_signal(1)};
     const auto of_bake = static_cast<std::uint32_t>(file->signal_count());
     options.moving.kinds = {{"tone", of_the_bake ? 1 : of_bake, {}}};
@@ -166,7 +166,7 @@ TEST(MovingSources, StartInTheNextKeyframeIfAskedTo) {
     if (t >= 0.3 && handle.generation == 0) handle = *auralizer->moving()->add(source);
     // A change of gain does not restart the sound.
     if (t >= 0.4) {
-      ASSERT_TRUE(auralizer->moving()->retune(handle, source).ok());
+      ASSERT_TRUE(auralizer->moving()->change(handle, source).ok());
     }
     auralizer->moving()->commit(t);
   });

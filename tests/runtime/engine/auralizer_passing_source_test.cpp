@@ -1,6 +1,6 @@
-// auralizer_passing_source_test.cpp: when a passing source is loudest, and when and how far its
-// pitch falls. The delays of filters must shift neither where they are compensated, and change no
-// pitch.
+// auralizer_passing_source_test.cpp: the times at which a passing source is loudest and its pitch
+// falls. The mixer compensates the delay of its filters, so they must shift neither time and change
+// no pitch.
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -17,22 +17,22 @@ namespace clamor {
 namespace {
 
 constexpr double kSourceSpeed_mps = 30;
-// Neither at a keyframe nor half way between two.
+// Closest approach: neither at a keyframe nor half-way between two.
 constexpr double kPasses_s = 1.0073;
 
 enum class PassingOutput : std::uint8_t { kTwoReceivers, kBinaural };
 
 struct Case {
   PassingOutput output;
-  bool limit;           // adds a delay of 1.5 ms
+  bool limit;           // delays the output by 1.5 ms
   bool listener_rides;  // otherwise the source moves
-  // The octave filters delay this tone by 0.8 ms (mixer.h), an HRTF not at all.
+  // The octave filters delay this tone by 0.8 ms (mixer.h), an HRTF by nothing.
   double tone_hz = 2000, nearest_m = 3;
 };
 
 double x_m(double t) { return kSourceSpeed_mps * (t - kPasses_s); }
 
-// The left channel.
+// Signal at the left ear.
 std::vector<float> ride_past(const Case& ride) {
   AuralizerInput input;
   AuralizerOptions options;
@@ -63,8 +63,8 @@ std::vector<float> ride_past(const Case& ride) {
   return left;
 }
 
-// Delay of `heard(t)` against `meant(t)`: the shift with the best fit, up to a factor, in a fifth
-// of a second around the moment.
+// Delay of `heard(t)` against `meant(t)`: the shift that fits best in least squares over a fifth of
+// a second around the closest approach, for any factor between the two.
 template <class Heard, class Meant>
 double late_s(const Heard& heard, const Meant& meant) {
   double least = std::numeric_limits<double>::infinity(), late = 0;
@@ -85,7 +85,7 @@ double late_s(const Heard& heard, const Meant& meant) {
   return late;
 }
 
-// Expected and measured values at the left ear.
+// Expected and rendered signal at the left ear.
 class Ride {
  public:
   explicit Ride(const Case& ride) : ride_(ride), left_(ride_past(ride)) {}
@@ -99,7 +99,7 @@ class Ride {
     if (ride_.listener_rides) return length(source_m) / speed_of_sound_mps(Air{});
     return testing::delay_of_moving_s(source_m, {kSourceSpeed_mps, 0, 0}, {});
   }
-  // Relative fall of the pitch.
+  // Relative decrease of the frequency.
   double meant_pitch_shift(double t) const {
     return (meant_lag_s(t + kHalf_s) - meant_lag_s(t - kHalf_s)) / (2 * kHalf_s);
   }
@@ -113,7 +113,7 @@ class Ride {
  private:
   static constexpr double kHalf_s = 5e-4;
 
-  // The tone's amplitude and phase in 12 periods around a moment.
+  // Amplitude and phase of the tone in 12 periods around `t`.
   std::complex<double> tone(double t) const {
     const int reach = static_cast<int>(6 * kSampleRate_hz / ride_.tone_hz);
     const int middle = static_cast<int>(std::lround(t * kSampleRate_hz));
@@ -121,7 +121,7 @@ class Ride {
     for (int k = -reach; k <= reach; ++k) {
       const double window = 1 + std::cos(std::numbers::pi * k / (reach + 1));
       const double at = 1.0 * (middle + k) / kSampleRate_hz;
-      // At the expected pitch, because 12 periods at another one would differ in length.
+      // Demodulates at the expected frequency, since the frequency changes over so many periods.
       sum += window * static_cast<double>(left_[static_cast<std::size_t>(middle + k)]) *
              std::polar(1.0, -2 * std::numbers::pi * ride_.tone_hz * (at - meant_lag_s(at)));
     }
@@ -145,8 +145,8 @@ TEST_P(PassingSource, IsLoudestAndFallsInPitchAtItsClosestApproach) {
   EXPECT_NEAR(pitch_late_s, 0, 1e-3);
 }
 
-// Band filters delay lower tones by a constant time, which does not change the pitch.
-TEST(PassingTone, HasThePitchOfTheoryThroughoutAsLateAsTheFiltersAre) {
+// The band filters delay low tones by a constant, which changes no frequency.
+TEST(PassingSourcePitch, FollowsTheDopplerFormulaUpToTheDelayOfTheFilters) {
   for (const double tone_hz : {250.0, 500.0, 1000.0, 2000.0, 4000.0}) {
     const Ride ride({PassingOutput::kTwoReceivers, false, true, tone_hz, 5});
     ASSERT_TRUE(ride.plays());

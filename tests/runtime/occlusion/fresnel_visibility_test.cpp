@@ -1,5 +1,5 @@
-// fresnel_visibility_test.cpp: diffraction against the exact half-plane solution and against an
-// estimate with far more paths.
+// fresnel_visibility_test.cpp: diffraction by counting free paths, against the exact solution for a
+// half-plane and against counting many paths.
 #include "runtime/occlusion/fresnel_visibility.h"
 
 #include <algorithm>
@@ -60,7 +60,7 @@ Complex macdonald(double x, double xi) {
   return xi <= 0 ? integral_from(x, -xi) / whole : 1.0 - integral_from(x, xi) / whole;
 }
 
-// Power behind the half-plane x = 0, y < 0, relative to the free field, averaged over the octave.
+// Power behind the half-plane x = 0, y < 0, relative to a free field, averaged over an octave.
 double exact_power(const Vec3& from_m, const Vec3& to_m, std::size_t band) {
   const auto angle = [](const Vec3& at) {  // from the half-plane, on the source's side
     const double phi = std::atan2(-at.x, -at.y);
@@ -85,8 +85,8 @@ double exact_power(const Vec3& from_m, const Vec3& to_m, std::size_t band) {
   return power / kSteps * direct_m * direct_m;
 }
 
-TEST(HalfPlane, OfTheOracleIsHalfTheAmplitudeAtItsEdgeAndAllOfItFarFromIt) {
-  // At the shadow boundary the incident wave's factor is exactly one half.
+TEST(HalfPlaneReference, HasHalfTheAmplitudeAtItsEdgeAndAllOfItFarAway) {
+  // At the shadow boundary the incident wave contributes exactly a half.
   for (const double x : {3.0, 30.0, 3000.0}) EXPECT_NEAR(std::abs(macdonald(x, 0)), 0.5, 1e-9);
   EXPECT_NEAR(std::abs(macdonald(100, 60)), 1, 0.01);
   EXPECT_NEAR(std::abs(macdonald(100, -60)), 0, 0.01);

@@ -1,4 +1,4 @@
-// occlusion_batch_test.cpp: packets of estimates against one estimate at a time.
+// occlusion_batch_test.cpp: batches of visibility tests against single ones.
 #include "runtime/occlusion/occlusion_batch.h"
 
 #include <array>
@@ -75,7 +75,7 @@ TEST(OcclusionBatch, OfAllSourcesEqualTheCachesSingleTestsOnAWalk) {
     ASSERT_EQ(at_once.statistics().estimates, one_by_one.statistics().estimates);
     ASSERT_EQ(at_once.statistics().rays, one_by_one.statistics().rays);
   }
-  // Valid estimates were not repeated.
+  // Cached visibilities that are still valid are not tested again.
   EXPECT_LT(at_once.statistics().estimates, 11 * wanted.size());
 }
 

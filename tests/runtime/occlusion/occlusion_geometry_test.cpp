@@ -1,4 +1,4 @@
-// occlusion_geometry_test.cpp: ray queries with sources and walls rounded as in a bake file.
+// occlusion_geometry_test.cpp: ray queries, with sources and walls as a file stores them.
 #include "runtime/occlusion/occlusion_geometry.h"
 
 #include <cmath>
@@ -58,7 +58,7 @@ TEST(OcclusionGeometry, MultipliesTheTransmissionOfAllWallsOnThePath) {
   EXPECT_EQ(rays, 3u);
   EXPECT_EQ(geometry.transmission({1, 1, 1}, {1, 3, 2}, rays), same_in_all_bands(1));
   EXPECT_EQ(geometry.transmission({1, 1, 1}, {-3, 2, 2}, rays), Bands{});
-  // Reflected power is not transmitted, as in the bake.
+  // Reflected energy is never transmitted, as in the bake.
   materials[2].absorption = same_in_all_bands(0.05f);
   EXPECT_NEAR(OcclusionGeometry(mesh, materials).transmission({2, 1, 1}, {3, 1, 1}, rays)[0], 0.05f,
               1e-7);
@@ -100,10 +100,8 @@ TEST(OcclusionGeometry, ThatIsBuiltFastGivesTheSameAnswersBeforeAndAfterItsRefin
   EXPECT_TRUE(soon.improve());
 }
 
-// Embree returns null where memory runs out. Each child process may allocate a different amount,
-// from too little for the triangles to enough for the whole BVH.
-TEST(OcclusionGeometry, WithoutMemoryThrowsAndDoesNotCrash) {
-  if (testing::kSanitized) GTEST_SKIP() << "a sanitizer takes address space of its own";
+// Embree returns null when it gets no memory.
+TEST(OcclusionGeometry, ThrowsWithoutMemory) {
   const Mesh mesh = testing::many_triangles(200'000);
   const std::vector<Material> materials(1);
   bool has_thrown = false, has_built = false;
@@ -138,8 +136,8 @@ struct Misses {
   std::size_t sources = 0, without_start = 0, shadowed = 0, behind = 0, heard_behind = 0;
 };
 
-// Each source must be visible from half way back along its sound's arrival, and not from 3 cm
-// behind its wall, except through an opening.
+// Each source must be visible from half way back along its incoming path, and not from 3 cm behind
+// its wall, unless through an opening.
 Misses misses_of(Level level, std::uint64_t photons) {
   BakeOptions options;
   options.settings.photons = photons;
@@ -164,7 +162,7 @@ Misses misses_of(Level level, std::uint64_t photons) {
     const double free_m = hit ? hit->distance_m : 2;
     if (free_m > 0.1 && !geometry.is_free(*start, Vec3f(at + 0.01 * normal + back * free_m / 2.0)))
       ++misses.shadowed;
-    // A ray from well before the wall to well behind it finds out whether there is a wall.
+    // Checks that there is a wall at all, from well before it to well behind it.
     if (!exact.intersect(at + 0.02 * normal, -normal) ||
         exact.intersect(at + 0.02 * normal, -normal)->distance_m > 0.03)
       continue;
@@ -178,9 +176,9 @@ void expect_clean(const std::string& name, const Level& level) {
   const Misses misses = misses_of(level, 400);
   const auto count = static_cast<double>(misses.sources);
   ASSERT_GT(misses.sources, 100u) << name;
-  // Within a few millimetres of a corner or a gap, rounding decides. One source in 200 has no ray
-  // origin there, one in 1000 has it beyond a surface nearer than 5 mm, and one in 5000 lies beyond
-  // the rim of its own wall, where the path behind is free.
+  // Within a few millimetres of a corner or a gap rounding decides. One source in 200 has no start
+  // there, one in 1000 starts beyond a surface that is nearer than 5 mm, and one in 5000 lies
+  // beyond the edge of its own wall, with a free path behind it.
   EXPECT_LT(misses.without_start, 0.01 * count) << name;
   EXPECT_LT(misses.shadowed, 0.0025 * count) << name;
   EXPECT_GT(misses.behind, 0.9 * count) << name;
@@ -190,7 +188,7 @@ void expect_clean(const std::string& name, const Level& level) {
 TEST(OcclusionGeometry, LetsNoWallOccludeItsOwnSourcesNorRevealThemBehindIt) {
   Level room =
       testing::shoebox({5.0123, 4.0077, 2.9991}, testing::uniform_material(0.2f), {2, 2, 1});
-  // No axis is aligned, so that rounding errs in all directions.
+  // All axes are oblique, so rounding has no preferred direction.
   const Vec3 x(0.8, 0.6, 0), y(-0.48, 0.64, 0.6), z(0.36, -0.48, 0.8);
   const auto turned = [&](const Vec3& at) { return at.x * x + at.y * y + at.z * z; };
   for (Vec3f& vertex : room.mesh.vertices_m) vertex = Vec3f(turned(Vec3(vertex)));

@@ -1,4 +1,5 @@
-// occlusion_upper_bounds_test.cpp: the bounds of single numbers and those of the vector kernel.
+// occlusion_upper_bounds_test.cpp: upper bounds of visibility, for one source and in the kernel for
+// 16 sources.
 #include "runtime/occlusion/occlusion_upper_bounds.h"
 
 #include <algorithm>
@@ -73,11 +74,12 @@ TEST(OcclusionUpperBounds, LimitTheNumberOfRetestsPerKeyframeWhenAllAreOccluded)
   }
   EXPECT_EQ(std::count(asked.begin(), asked.end(), 1), std::ptrdiff_t{kCount}) << "all, in turn";
   for (int keyframe = 0; keyframe < 10; ++keyframe) found_in_turn(hidden, 1000, 7);
-  EXPECT_EQ(hidden.phases(), OcclusionUpperBounds::kPhases) << "where few are, as often as ever";
+  EXPECT_EQ(hidden.turns(), OcclusionUpperBounds::kTurns)
+      << "few occluded sources keep the shortest interval";
   EXPECT_EQ(found_in_turn(hidden, 1000, 7), 250u);
 }
 
-// Sources of the page that begins with this number, each with its upper bound.
+// Sources of the page that begins with this number, each with an upper bound.
 std::vector<ShortlistBlock> some_sources(std::uint32_t count, std::uint32_t seed) {
   std::vector<ShortlistBlock> blocks;
   std::uint32_t index = 0;
@@ -107,7 +109,7 @@ TEST(OcclusionUpperBounds, AreTheSameInTheShortlistKernel) {
       hidden.begin_keyframe(keyframe % 11 == 10);
       hidden.adapt_phases(seed % 3 == 0 ? 0 : 100, 10);
     }
-    // For this keyframe, and for the next ones as well.
+    // The bounds hold for this keyframe, or for the next ones as well.
     for (const std::uint32_t ahead : {0u, 2u}) {
       const OcclusionUpperBounds::Window near = hidden.window(first, ahead);
       AudibleEntries loud;

@@ -1,4 +1,5 @@
-// visibility_cache_door_test.cpp: a walk through a door, where all visibilities change at once.
+// visibility_cache_door_test.cpp: occlusion for a listener who walks through a door, and the sample
+// that follows from it.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -24,7 +25,7 @@ using testing::kSpeed_mps;
 using testing::two_rooms;
 using testing::World;
 
-// Random levels over 30 dB.
+// Speech-like levels that vary at random over 30 dB.
 TimedEnvelope speech() {
   constexpr std::size_t kMoments = 400;
   std::vector<std::uint8_t> steps(kBandCount * kMoments);
@@ -40,7 +41,7 @@ TimedEnvelope speech() {
 
 using Power = std::array<double, kBandCount>;
 
-// Power of all sources by band, with the given visibility(source, intensity).
+// Received power of all sources, each with the given visibility per band.
 template <class Visibility>
 Power power_of_all(const World& world, const Vec3& place, const Visibility& visibility) {
   Power power{};
@@ -54,7 +55,7 @@ Power power_of_all(const World& world, const Vec3& place, const Visibility& visi
   return power;
 }
 
-// Reference with 10 000 rays and more per source.
+// At least 10 000 rays per source.
 Power long_reference(const World& world, const Vec3& place) {
   constexpr std::uint32_t kWays = 310;  // per band
   std::uint64_t rays = 0, looked_at = 0;
@@ -72,7 +73,7 @@ Power long_reference(const World& world, const Vec3& place) {
   return power;
 }
 
-// Reference for thousands of sources: fine estimates, with a tenth of the rays.
+// Uses the fine test with a tenth of the rays, for thousands of sources.
 Power close_reference(const World& world, const Vec3& place) {
   return power_of_all(world, place, [&](const Source& source) {
     Power visible{};
@@ -81,15 +82,15 @@ Power close_reference(const World& world, const Vec3& place) {
   });
 }
 
-// A walk at 1.5 m/s out of the source's room, through the door at keyframes 66 to 70, and aside
-// into the other room.
+// The listener walks at 1.5 m/s from the room with the emitter through the door, reached at
+// keyframes 66 to 70, and aside into the other room.
 Vec3 through_the_door(int keyframe) {
   const double path_m = 0.03 * keyframe;
   if (path_m < 3.5) return {3 + path_m, 2, 1.6};
   return {6.5 + 0.5 * (path_m - 3.5), 2 + 0.85 * (path_m - 3.5), 1.6};
 }
 
-// Time weighting F of a sound level meter (IEC 61672-1).
+// A sound level meter with time weighting F (IEC 61672-1).
 class FastLevel {
  public:
   explicit FastLevel(double step_s) : share_(1 - std::exp(-step_s / 0.125)) {}
@@ -107,7 +108,7 @@ class FastLevel {
   Power mean_{};
 };
 
-// Compares every `step`-th keyframe from the first to the last.
+// Compares every `every` keyframes from `first` to `last`.
 template <class Reference>
 void expect_as_a_reference_through_a_door(std::uint64_t photons, std::size_t min_sources,
                                           const Reference& reference, int first, int last,
@@ -116,7 +117,7 @@ void expect_as_a_reference_through_a_door(std::uint64_t photons, std::size_t min
   ASSERT_GT(world.sources.size(), min_sources);
   SourceList list(world.field, world.weights, world.sources);
   VisibilityCache occlusion(world.surfaces, kSpeed_mps, {});
-  // All sources are voices, so any difference from the reference is due to their visibility.
+  // All sources are voices, so only visibility differs from the reference.
   const auto sampler =
       make_priority_sampler(world.field, world.weights, list, world.sources.size(), &occlusion);
   FastLevel is(0.02 * every), should_be(0.02 * every);
@@ -140,14 +141,14 @@ TEST(VisibilityCache, IsWithin1_5DecibelsOfALongReferenceThroughADoor) {
                                        testing::kSanitized ? 26 : 13);
 }
 
-// There are not enough rays to estimate each source anew before the door is passed.
-TEST(Visibility, OfThousandsOfSourcesFollowsThatReferenceAsClosely) {
+// With thousands of sources, rays do not suffice to test each again before the door is passed.
+TEST(VisibilityCache, OfThousandsOfSourcesIsAsCloseToAReference) {
   expect_as_a_reference_through_a_door(400, 7000, close_reference, 58, 110,
                                        testing::kSanitized ? 52 : 13);
 }
 
-// Without rays for estimates, each visibility stays what it was.
-TEST(Visibility, KnownToTheCacheIsWhatAWalkThroughAnOctreeChoosesBy) {
+// There are no rays for re-tests, so cached visibilities stay constant.
+TEST(VisibilityCache, DeterminesTheSampleOfAnOctree) {
   World world(two_rooms(true), 300);
   world.weights = make_signal_weights(std::vector(world.contents.signals.size(), speech()));
   testing::StoredTrees trees;
@@ -161,9 +162,9 @@ TEST(Visibility, KnownToTheCacheIsWhatAWalkThroughAnOctreeChoosesBy) {
   std::uint64_t hidden = 0, exchanged = 0;
   std::set<std::uint64_t> before;
   for (int keyframe = 0; keyframe < 150; ++keyframe) {
-    // A walk, then a flight, and back to where visibilities are known.
-    const double way_m = keyframe < 100 ? 0.03 * keyframe : 0.6 * (keyframe - 100);
-    const Vec3 place(5 + 4 * std::cos(0.3 * way_m), 2 + 1.5 * std::sin(way_m), 1.6);
+    // The listener walks, then flies, and returns to places with cached visibilities.
+    const double path_m = keyframe < 100 ? 0.03 * keyframe : 0.6 * (keyframe - 100);
+    const Vec3 place(5 + 4 * std::cos(0.3 * path_m), 2 + 1.5 * std::sin(path_m), 1.6);
     const double time_s = 10 + 0.02 * keyframe;
     auto sample = sampler->sample(place, time_s);
     while (!sampler->complete()) sample = sampler->sample(place, time_s);
@@ -191,7 +192,7 @@ TEST(Visibility, KnownToTheCacheIsWhatAWalkThroughAnOctreeChoosesBy) {
     std::ranges::nth_element(known, known.begin() + kVoices, std::greater(),
                              &testing::WeightedSource::priority);
     const double tau = known[kVoices].priority();
-    // Every source that might have been chosen is known.
+    // Every source that might have been chosen has been tested.
     EXPECT_LE(unknown, tau * (1 + 1e-6)) << keyframe;
     testing::expect_sample(sample, expected, 1e-5);
     if (HasFatalFailure()) FAIL() << "keyframe " << keyframe;
@@ -202,7 +203,8 @@ TEST(Visibility, KnownToTheCacheIsWhatAWalkThroughAnOctreeChoosesBy) {
     }
     before = std::move(chosen);
   }
-  // The test covers something: each keyframe has occluded sources, and the sample changes a lot.
+  // The test is sensitive: some sources are occluded in each keyframe, and many enter and leave the
+  // sample.
   EXPECT_GT(hidden, 150u * 20u);
   EXPECT_GT(exchanged, 1000u);
 }

@@ -1,5 +1,5 @@
-// visibility_cache_test.cpp: which occluded sources are sampled, how loud they are, and when the
-// cache knows it.
+// visibility_cache_test.cpp: occluded sources: which are sampled, how loud they are, and when that
+// is known.
 #include "runtime/occlusion/visibility_cache.h"
 
 #include <algorithm>
@@ -86,7 +86,7 @@ TEST(VisibilityCache, IsZeroThroughAWallEvenIfNeighboursStandForASource) {
     SourceList list(world.field, world.weights, world.sources);
     VisibilityCache occlusion(world.surfaces, kSpeed_mps, {.rays_per_keyframe = rays});
     const auto sampler = make_priority_sampler(world.field, world.weights, list, 500, &occlusion);
-    // First where all sources are audible, then at once where none is.
+    // The listener jumps from where all sources are visible to where none is.
     double before = 0;
     for (int keyframe = 0; keyframe < 10; ++keyframe) {
       const Vec3 place(1 + 0.2 * keyframe, 2, 1.6);
@@ -99,7 +99,7 @@ TEST(VisibilityCache, IsZeroThroughAWallEvenIfNeighboursStandForASource) {
       const double turn = 0.03 * keyframe;
       const Vec3 place(7.5 + 2 * std::cos(turn), 2 + 1.5 * std::sin(turn), 1.6);
       const auto power = heard(world, sampler->sample(place), place);
-      // All sources have been tested within a quarter of a second, and stay occluded.
+      // All sources are tested within a quarter of a second and stay occluded.
       const double most = *std::max_element(power.begin(), power.end());
       EXPECT_LE(most, keyframe < 12 ? 0.05 * before : 0) << "keyframe " << keyframe;
     }
@@ -123,9 +123,9 @@ TEST(VisibilityCache, ConvergesForAListenerAtRestAndThenCostsNothing) {
   }
   EXPECT_GT(keyframes, 3);
   EXPECT_LT(keyframes, 2000);
-  // A keyframe exceeds its budget by at most one estimate, which may be a fine one.
+  // A keyframe may exceed its rays by the last batch only, which may be a fine one.
   EXPECT_LT(most, 3000u + 64 * 9 * 8);
-  // In the end, every visibility equals the reference.
+  // Each result equals the reference.
   std::uint64_t compared = 0;
   for (const SampledSource& one : sampler->sample(place)) {
     if (!is_partial(one.visibility)) continue;
@@ -156,8 +156,7 @@ TEST(VisibilityCache, ChangesTheGainOfAVoiceSmoothly) {
     maker.make({&sampled, 1}, pose, keyframe);
     const float now = keyframe.voices[0].gain[0][7];
     EXPECT_LE(now, last);
-    EXPECT_GT(now, 0.69f * last -
-                       0.04f * free);  // at most half the power per keyframe, until it is inaudible
+    EXPECT_GT(now, 0.69f * last - 0.04f * free);  // half the power per keyframe, until it is zero
     last = now;
   }
   EXPECT_EQ(last, 0);

@@ -1,5 +1,5 @@
-// visibility_reference.h: a slow reference for fresnel_visibility.h: the same model, with as many
-// paths as it takes over the zone of each band, and nothing shared between bands.
+// visibility_reference.h: visibility per band by many paths all over the Fresnel zone. The model is
+// that of fresnel_visibility.h, without sharing between bands, interpolation or optimization.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ inline double halton(std::uint32_t base, std::uint32_t i) {
   return value;
 }
 
-// Share of the power that arrives. Adds the rays cast to `rays`.
+// Share of the power that passes. Adds the number of rays to `rays`.
 inline double slow_visibility(const OcclusionGeometry& geometry, const LineOfSight& line,
                               std::size_t band, std::uint32_t paths, std::uint64_t& rays) {
   const double distance_m = length(Vec3(line.to_m) - Vec3(line.from_m));

@@ -38,7 +38,7 @@ TEST(IntensityKernel, EqualsTheExactIntensitiesOnEveryInstructionSet) {
       const auto loudest = static_cast<double>(*std::max_element(exact.begin(), exact.end()));
       heard += loudest > 0;
       for (std::size_t b = 0; b < kBandCount; ++b) {
-        // A lobe with exponent 1000 magnifies the rounding of a cosine a thousandfold.
+        // A lobe of exponent 1000 multiplies the rounding error of a cosine by a thousand.
         const double error = std::abs(static_cast<double>(received[i].intensity[b] - exact[b]));
         worst = std::max(worst,
                          error / (1e-4 * static_cast<double>(exact[b]) + 1e-5 * loudest + 1e-18));
@@ -49,7 +49,7 @@ TEST(IntensityKernel, EqualsTheExactIntensitiesOnEveryInstructionSet) {
     EXPECT_LT(worst, 1) << target;
     EXPECT_LT(worst_m, 1e-12) << target;
     EXPECT_GT(heard, SourcesOfAllKinds::kCount / 2);
-    EXPECT_LT(heard, SourcesOfAllKinds::kCount);  // some sources face away
+    EXPECT_LT(heard, SourcesOfAllKinds::kCount);  // some radiate away from the listener
   }
 }
 
@@ -60,7 +60,7 @@ TEST(IntensityKernel, GivesTheSameBitsOnEveryInstructionSetAndInAnyBatch) {
   const auto expected = received_together(sources, SourcesOfAllKinds::kCount);
   for (const std::string& target : mix_kernel_targets()) {
     force_mix_kernel(target);
-    const auto some = received_together(sources, 21);  // does not fill whole vectors
+    const auto some = received_together(sources, 21);  // not a multiple of the vector size
     std::size_t differ = 0;
     for (std::size_t i = 0; i < expected.size(); ++i)
       differ += sources.field().intensity(sources[i], kListener_m) != expected[i].intensity;

@@ -1,5 +1,5 @@
-// late_boost_test.cpp: energy of an impulse response in windows of 5 ms, of 2000 sampled sources
-// against all of them.
+// late_boost_test.cpp: energy of an impulse response in steps of 5 ms, of 2000 sources against all
+// of them.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,7 +17,7 @@ constexpr double kStep_s = 0.005;
 constexpr std::size_t kSteps = 60, kChosenVoices = 2000;
 using Steps = std::array<double, kSteps>;
 
-// Energy per window from the direct sound on, for an impulse, weighted by the width of the bands.
+// Energy per step from the direct sound on, for an impulse, so bands weigh by their width.
 Steps steps_of(const std::vector<Arrival>& arrivals, double first_s) {
   const std::vector<Signal> impulse = {{"impulse", {1}, false}};
   static const Bands power = prepare_signals(impulse)[0].mean_square();
@@ -32,7 +32,7 @@ Steps steps_of(const std::vector<Arrival>& arrivals, double first_s) {
   return steps;
 }
 
-// RMS error over the windows. An empty window counts as 20 dB.
+// Root mean square of the level errors; an empty step counts as 20 dB.
 double rms_db(const Steps& steps, const Steps& all) {
   double squares = 0;
   for (std::size_t i = 0; i < kSteps; ++i) {
@@ -42,9 +42,9 @@ double rms_db(const Steps& steps, const Steps& all) {
   return std::sqrt(squares);
 }
 
-// Over several places and as many draws of u.
+// Errors over several places and several draws of the sources' u.
 struct StepErrors {
-  double rms_db = 0, worst_db = 0;  // over all places; of the worst
+  double rms_db = 0, worst_db = 0;  // over all places; of the worst place
 };
 
 StepErrors errors_of(Scene& scene, const LateBoost& late_boost, std::uint64_t rolls = 5) {
@@ -89,9 +89,9 @@ TEST(LateBoost, IsZeroWithoutADecayGrowsWithTheDelayAndIsBounded) {
     EXPECT_LT(boost.at(1e30f), LateBoost::kMaxBoost);
     EXPECT_EQ(boost.at(1e30f), boost.at(LateBoost::kUntil_s));
   }
-  // The formula at a table entry: r = 25.33 / s.
+  // The value follows the formula at a step of the table: r = 25.33 / s.
   EXPECT_NEAR(LateBoost(0.6).at(0.1f), 0.5 * (std::exp(2.5328) - 1) / 7.5985, 1e-4);
-  // Strength falls again for more voices than the windows need.
+  // The boost depends on the sources that arrive as late as this, not on all of them.
   const DecaySummary decay = {4, {0, 0, 0, 0, 0, 0.6f, 0.6f, 0.6f}, {}, 0.1f};
   EXPECT_NEAR(LateBoost(decay, 200'000).at(0.1f) / LateBoost(0.6).at(0.1f), 1, 1e-5);
   EXPECT_NEAR(LateBoost(decay, 1'000'000).at(0.1f) / LateBoost(0.6).at(0.1f), 1.0 / 16, 1e-5);
@@ -114,7 +114,7 @@ TEST(LateBoost, KeepsTheEnergyOfEvery5MsWithin1DbOver300Ms) {
     record("without_boost_of_exponent_", without.rms_db);
     EXPECT_LT(with.rms_db, 1) << exponent;
     EXPECT_LT(with.worst_db, 1) << exponent;
-    // Without the boost the error is large, so the test is meaningful.
+    // The test is sensitive: without the boost the error is larger.
     EXPECT_GT(without.rms_db, 3) << exponent;
   }
 }

@@ -1,4 +1,5 @@
-// radiation_model_test.cpp: upper bounds of what sources radiate, and of its division into bands.
+// radiation_model_test.cpp: upper bounds of the radiation of sources, and the bands they consist
+// of.
 #include "runtime/propagation/radiation_model.h"
 
 #include <algorithm>

@@ -18,7 +18,8 @@ Source emitter_source(const Emitter& emitter) {
   return source;
 }
 
-// A patch of floor that radiates power 2 upwards, with its mirror direction 45 degrees towards +X.
+// A patch of the floor that radiates power 2 upwards, and at 45 degrees towards +X where it is
+// specular.
 Source floor_source(std::uint16_t material) {
   Source source;
   source.normal = {0, 1, 0};
@@ -63,7 +64,7 @@ TEST(ReceivedIntensity, IsFiniteInsideAnEmitterAndOnASurface) {
   EXPECT_FLOAT_EQ(received_intensity(emitter_source(emitters[0]), emitters, lambert_and_lobe(),
                                      kNoLoss, Vec3(0))[0],
                   1 / (kEmitterRadius_m * kEmitterRadius_m));
-  // On the patch, straight above one of radius 0.5 m.
+  // The listener is on the patch itself, which has a radius of 0.5 m.
   EXPECT_NEAR(
       received_intensity(floor_source(0), emitters, lambert_and_lobe(), kNoLoss, Vec3(0))[0],
       2 / std::numbers::pi / 0.25, 1e-5);
@@ -96,7 +97,8 @@ TEST(ReceivedIntensity, OfASmoothWallIsStrongestInTheMirrorDirection) {
     return received_intensity(floor_source(1), emitters, lambert_and_lobe(), kNoLoss, at)[0];
   };
   const double mirror = std::numbers::pi / 4;
-  // The lobe's density there is (p + 1) / 2 pi; energy compensation adds 1.7 % of Lambert's 1 / pi.
+  // The density of the lobe there is (p + 1) / 2 pi; its compensation adds 1.7 % of the diffuse 1 /
+  // pi.
   EXPECT_NEAR(heard_at(mirror), 2 * 31 / (2 * std::numbers::pi) / 9, 0.02);
   EXPECT_GT(heard_at(mirror), 2 * heard_at(mirror + 0.3));
   EXPECT_GT(heard_at(mirror), 2 * heard_at(mirror - 0.3));

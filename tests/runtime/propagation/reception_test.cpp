@@ -1,4 +1,5 @@
-// reception_test.cpp: directivity of the two receivers, from the law to the output.
+// reception_test.cpp: directional sensitivity of a pair of receivers, from the formula to the
+// output.
 #include "runtime/propagation/reception.h"
 
 #include <algorithm>
@@ -25,7 +26,7 @@ using ReceptionRoom = testing::WeightedRoom;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-// A different exponent in each band; only the lowest band is omnidirectional.
+// The pattern differs in each band and is omnidirectional only in the lowest.
 ReceiverPattern uneven() { return {{0, 0.5f, 1, 1.5f, 2, 3, 5, 9}, 40 * kDegree}; }
 
 Vec3 direction(std::uint32_t i) {
@@ -42,7 +43,7 @@ Listener pose_at(std::uint32_t i) {
           unit(bits[2]) - 0.5};
 }
 
-// The law in double precision.
+// Sensitivity in double precision, straight from its definition.
 double intensity(const ReceiverPattern& pattern, const Listener& pose, int ear, std::size_t band,
                  const Vec3& towards) {
   const double side = ear == 0 ? -1 : 1;
@@ -80,8 +81,8 @@ TEST(Reception, OfAnOrtfPairIsTwoCardioids110DegreesApart) {
   };
   EXPECT_NEAR(level_db(0, 55), 0, 1e-5);
   EXPECT_NEAR(level_db(1, -55), 0, 1e-5);
-  EXPECT_NEAR(level_db(0, 145), 20 * std::log10(0.5), 1e-5);  // at its side
-  EXPECT_LT(level_db(0, -125), -100);                         // and behind it
+  EXPECT_NEAR(level_db(0, 145), 20 * std::log10(0.5), 1e-5);  // from its side
+  EXPECT_LT(level_db(0, -125), -100);                         // from behind it
   EXPECT_NEAR(level_db(0, 0), level_db(1, 0), 1e-5);
 }
 
@@ -126,9 +127,9 @@ TEST(Reception, WeighsASourceByTheMeanOfBothReceivers) {
   }
 }
 
-// PrioritySampler.ChoosesWhatASortOfAllPrioritiesChooses for a listener who walks, stands and
+// Like PrioritySampler.GivesTheSampleOfASortOfAllPriorities, for a listener who walks, stands and
 // turns.
-TEST(Reception, IsInTheSamplersChoiceExactly) {
+TEST(Reception, EntersThePrioritiesExactly) {
   const ReceptionRoom room(400);
   constexpr std::size_t kVoices = 200;
   SourceList list = room.list();
@@ -149,8 +150,8 @@ TEST(Reception, IsInTheSamplersChoiceExactly) {
   }
 }
 
-// A cloud that is the same ahead and behind, for receivers that mostly hear what is ahead.
-TEST(Reception, OpensTheNodesOfTheRepresentativeOctreeThatAreAhead) {
+// The points are symmetric to the front and back, and the listener is more sensitive to the front.
+TEST(Reception, OpensTheNodesOfTheRepresentativeOctreeInFront) {
   std::vector<RepresentativeOctree::Point> points;
   for (std::uint32_t i = 0; i < 4000; ++i) {
     const RandomBits bits = philox(6, {i / 2, 0, 0, 0});
@@ -173,8 +174,8 @@ TEST(Reception, OpensTheNodesOfTheRepresentativeOctreeThatAreAhead) {
   EXPECT_LT(ahead(Reception(forward, back)), 0.15);
 }
 
-// Compared with the same voices of omnidirectional receivers.
-TEST(Reception, IsInEachVoicesGainsFromWhereItsReceiverIs) {
+// Compared with the voices of omnidirectional receivers.
+TEST(Reception, EntersTheGainsOfVoicesAtEachReceiver) {
   const ReceptionRoom room(400);
   using Receivers = KeyframeMaker::Receivers;
   KeyframeMaker even(room.field, 400, Receivers::kPair);
@@ -192,7 +193,7 @@ TEST(Reception, IsInEachVoicesGainsFromWhereItsReceiverIs) {
   for (std::uint32_t k = 0; k < 30; ++k) {
     Listener pose{{2 + 0.02 * k, 3, 1.5}, 0.05 * k, 0};
     if (k >= 10 && k < 20) pose = {{2.2, 3, 1.5}, 0.5, 0};  // stands still
-    sample[7].power_scale = k < 15 ? 1 : 4;                 // but its voice is made anew
+    sample[7].power_scale = k < 15 ? 1 : 4;                 // but its voice is updated
     pose = motion.next(pose);
     even.make(sample, pose, without);
     maker.make(sample, pose, with, Reception(uneven(), pose));
@@ -215,122 +216,6 @@ TEST(Reception, IsInEachVoicesGainsFromWhereItsReceiverIs) {
     }
   }
   EXPECT_GT(heard, 10'000u);
-}
-
-double channel_level_db(const std::vector<float>& interleaved, std::size_t channel) {
-  double sum = 0;
-  for (std::size_t i = channel; i < interleaved.size(); i += kEars)
-    sum += static_cast<double>(interleaved[i]) * interleaved[i];
-  return 10 * std::log10(sum / (static_cast<double>(interleaved.size()) / kEars));
-}
-
-Vec3 at(double to_the_left_deg) {
-  const double a = to_the_left_deg * kDegree;
-  return 10.0 * Vec3(-std::sin(a), 0, -std::cos(a));
-}
-
-// A sine in a free field, 10 m away, at an angle to the left.
-std::vector<float> heard_from(double to_the_left_deg, const std::string& receivers) {
-  AuralizerInput input;
-  input.signals = {testing::sine(440)};
-  input.emitters.resize(1);
-  input.materials.resize(1);
-  Source& source = input.sources.emplace_back();
-  source.is_emitter = true;
-  source.position_m = Vec3f(at(to_the_left_deg));
-  source.power = same_in_all_bands(1);
-  source.u = 0.5f;
-  AuralizerOptions options;
-  options.visibility = false;
-  options.output = *OutputFormat::from_options(false, "", false, receivers);
-  const auto auralizer = Auralizer::create(input, options);
-  EXPECT_TRUE(auralizer.ok());
-  while ((*auralizer)->wants_keyframe()) (*auralizer)->make_keyframe(Listener{});
-  std::vector<float> block(2 * 4800), all;
-  for (int i = 0; i < 5; ++i) {
-    (*auralizer)->mix(block);
-    if (i > 0) all.insert(all.end(), block.begin(), block.end());
-    while ((*auralizer)->wants_keyframe()) (*auralizer)->make_keyframe(Listener{});
-  }
-  return all;
-}
-
-TEST(Reception, ReachesTheOutput) {
-  for (const double angle_deg : {-150.0, -55.0, -20.0, 0.0, 30.0, 90.0}) {
-    const auto omni = heard_from(angle_deg, "omni"), pair = heard_from(angle_deg, "ortf");
-    for (std::size_t e = 0; e < kEars; ++e) {
-      const double side = e == 0 ? -1 : 1;
-      const Vec3 way_m = at(angle_deg) - Vec3(side * 0.5 * kEarDistance_m, 0, 0);
-      const double off_axis = std::acos(
-          dot(normalize(way_m), Vec3(side * std::sin(55 * kDegree), 0, -std::cos(55 * kDegree))));
-      EXPECT_NEAR(channel_level_db(pair, e) - channel_level_db(omni, e),
-                  // Cardioids receive a third of a diffuse field's power, which the output gain
-                  // compensates.
-                  20 * std::log10((1 + std::cos(off_axis)) / 2) + 10 * std::log10(3), 0.1)
-          << angle_deg << " degrees, ear " << e;
-    }
-  }
-}
-
-// Uncorrelated noise from 64 directions of equal solid angle.
-AuralizerInput diffuse_field() {
-  constexpr std::uint32_t kDirections = 64, kSignals = 8;
-  AuralizerInput input;
-  input.materials.resize(1);
-  for (std::uint32_t i = 0; i < kSignals; ++i) {
-    Signal& signal = input.signals.emplace_back();
-    for (std::uint32_t n = 0; n < kSampleRate_hz / 2; ++n)
-      signal.samples.push_back(0.1f *
-                               (2 * static_cast<float>(unit(philox(i, {n, 0, 0, 0})[0])) - 1));
-  }
-  for (std::uint32_t i = 0; i < kDirections; ++i) {
-    Emitter& emitter = input.emitters.emplace_back();
-    emitter.signal = i % kSignals;
-    const double y = 1 - (2 * i + 1.0) / kDirections, radius = std::sqrt(1 - y * y);
-    const double turn = i * std::numbers::pi * (3 - std::sqrt(5.0));
-    Source& source = input.sources.emplace_back();
-    source.is_emitter = true;
-    source.emitter = i;
-    source.delay_s = 0.06f * static_cast<float>(i / kSignals);
-    source.position_m = Vec3f(10.0 * Vec3(radius * std::cos(turn), y, radius * std::sin(turn)));
-    source.power = same_in_all_bands(1);
-    source.u = 0.5f;
-  }
-  return input;
-}
-
-double loudness_lufs(const AuralizerInput& input, const OutputFormat& shape) {
-  AuralizerOptions options;
-  options.visibility = false;
-  options.output = shape;
-  const auto auralizer = Auralizer::create(input, options);
-  EXPECT_TRUE(auralizer.ok());
-  LoudnessMeter meter(shape.channels(), shape.speakers());
-  std::vector<float> block(static_cast<std::size_t>(shape.channels()) * 960);
-  for (int i = 0; i < 25; ++i) {
-    while ((*auralizer)->wants_keyframe()) (*auralizer)->make_keyframe(Listener{});
-    (*auralizer)->mix(block);
-    meter.add(block);
-  }
-  return meter.momentary_lufs();
-}
-
-TEST(OutputFormat, IsEquallyLoudForEveryLayoutInADiffuseField) {
-  const AuralizerInput field = diffuse_field();
-  const double omni_lufs = loudness_lufs(field, OutputFormat{});
-  EXPECT_TRUE(std::isfinite(omni_lufs));
-  OutputFormat headphones = *OutputFormat::from_options(true, "", false);
-  headphones.head = *Hrtf::read("");
-  const std::pair<const char*, OutputFormat> shapes[] = {
-      {"ortf", *OutputFormat::from_options(false, "", false, "ortf")},
-      {"wide", *OutputFormat::from_options(false, "", false, "wide")},
-      {"5.1", *OutputFormat::from_options(false, "5.1", false)},
-      {"7.1", *OutputFormat::from_options(false, "7.1", false)},
-      {"7.1.4", *OutputFormat::from_options(false, "7.1.4", false)},
-      {"ambisonics", *OutputFormat::from_options(false, "", true)},
-      {"headphones", headphones}};
-  for (const auto& [name, shape] : shapes)
-    EXPECT_NEAR(loudness_lufs(field, shape), omni_lufs, 0.8) << name;
 }
 
 }  // namespace

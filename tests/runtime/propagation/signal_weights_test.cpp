@@ -43,8 +43,8 @@ double sum(const Bands& bands) {
   return sum;
 }
 
-// A second implementation: band powers by the mixer's filter bank.
-TEST(SignalWeights, OverALoopAreTheMeanSquareThatTheMixersBandsPass) {
+// Compared with the mixer's filter bank, an independent implementation at two sample rates.
+TEST(SignalWeights, AreTheMeanSquareOfTheMixersBandsOverALoop) {
   std::vector<Signal> signals = {noise_bursts(true, 0.3, 0.2, 2.0), noise_bursts(true, 0, 1, 0.9),
                                  noise_bursts(true, 0.7, 0.05, 5.1)};
   for (const double hz : {63.0, 130.0, 400.0, 1000.0, 5000.0}) {
@@ -63,7 +63,8 @@ TEST(SignalWeights, OverALoopAreTheMeanSquareThatTheMixersBandsPass) {
         mean[b] += raw.at((m + 0.5) * moment_s).weights[b] / moments;
     const std::vector<double> samples(signal.samples.begin(), signal.samples.end());
     const Bands mixed = OctaveFilterBank::part(samples, true).mean_square;
-    // The mixer filters low bands at a quarter of the rate, which distorts skirts below -36 dB.
+    // The mixer filters low bands at a quarter of the sample rate, which changes the skirts 36 dB
+    // down.
     for (std::size_t b = 0; b < kBandCount; ++b)
       if (mixed[b] > 1e-3 * sum(mixed)) {
         EXPECT_NEAR(10 * std::log10(mean[b] / mixed[b]), 0, 0.1) << b;
@@ -73,10 +74,10 @@ TEST(SignalWeights, OverALoopAreTheMeanSquareThatTheMixersBandsPass) {
 
 TEST(SignalWeights, AreAtLeastTheMeanOverTheDecayOfARoomAndNeverZeroDuringASound) {
   for (const bool loop : {false, true}) {
-    const Signal signal = noise_bursts(loop, 1.7, 0.1, 5.4);
-    const LoudnessTrack raw = track(signal, {0, 0, 0}), smooth = track(signal);
-    for (double t = -3.99; t < 8; t += 0.02) {
-      // A triangular window of 0.7 s, the convolution of two means of half that length.
+    const TimedEnvelope bursts = timed(noise_bursts(loop, 1.7, 0.1, 3.6));
+    const LoudnessTrack raw = track(bursts, {0, 0, 0}), smooth = track(bursts);
+    for (double t = -3.99; t < 6; t += 0.02) {
+      // A triangular window of 0.7 s.
       double mean = 0;
       for (int i = -18; i <= 18; ++i)
         mean += (1 - std::abs(i) / 19.0) / 19 * sum(raw.at(t + 0.02 * i).weights);
@@ -90,8 +91,7 @@ TEST(SignalWeights, AreAtLeastTheMeanOverTheDecayOfARoomAndNeverZeroDuringASound
   }
 }
 
-// Otherwise every phrase would exchange voices, and the room would change with the music.
-// With these options weights follow the mean alone, which bursts raise otherwise.
+// Follows the mean only. Without this smoothing every phrase would exchange voices.
 constexpr EnvelopeSmoothing kWithoutBursts{.burst_db = 100};
 
 TEST(SignalWeights, AreAtLeastTheLoudestMoment) {
@@ -119,7 +119,7 @@ TEST(SignalWeights, AreConstantThroughoutAPhrase) {
           static_cast<float>(swell * note * std::sin(2 * 3.14159265358979 * hz * t)));
     }
     const LoudnessTrack heard = track(phrase, kWithoutBursts);
-    // The weights of a signal that plays once rise with it and hold its maximum.
+    // A one-shot is followed up to its maximum and held there.
     for (double t = loop ? 0 : 4.5; t < 8; t += 0.02)
       EXPECT_EQ(heard.at(t).weights, heard.max()) << t;
   }
@@ -151,7 +151,7 @@ TEST(SignalWeights, KnowASoundInAdvanceAndEndSoonAfterIt) {
     EXPECT_GT(sum(heard.at(1.92).weights), 0.5 * sum(heard.at(2.5).weights));
     EXPECT_EQ(sum(heard.at(3.5).weights), sum(heard.at(2.5).weights));
     EXPECT_EQ(sum(heard.at(3.8).weights), 0);
-    // Loops repeat; other signals are silent before and after.
+    // A loop repeats; a one-shot is silent before and after.
     EXPECT_EQ(sum(heard.at(7.5).weights) > 0, loop);
     EXPECT_EQ(sum(heard.at(-2.5).weights) > 0, loop);
     EXPECT_EQ(heard.at(2.5 + 5e5).weights == heard.at(2.5).weights, loop);
@@ -195,7 +195,7 @@ TEST(SignalWeights, OfSteadySoundsAreSteady) {
   const SignalWeights weights = make_signal_weights(both);
   EXPECT_FALSE(weights.steady());
   EXPECT_EQ(weights.tracks[0].at(12.3).weights, weights.by_signal[0]);
-  // Closed form: the gain of the band's two edges for a sine at its centre.
+  // Closed form: what both edges of the band pass of a sine at its centre.
   const double passed = crossover_magnitude(3, kSampleRate_hz, Side::kHigh, 1000) *
                         crossover_magnitude(4, kSampleRate_hz, Side::kLow, 1000);
   EXPECT_NEAR(weights.by_signal[0][4] / (0.5 * passed * passed * loudness_weights()[4]), 1, 0.001);

@@ -75,8 +75,8 @@ TEST(MovingScript, NamesTheErrorInAFile) {
   EXPECT_NE(script.error().message.find("source 1"), std::string::npos) << script.error().message;
 }
 
-// A script from an untrusted place must not be able to read arbitrary files.
-TEST(MovingScript, ReadsSoundsOfItsOwnFolderOnly) {
+// A script from elsewhere must not be able to open arbitrary files as sounds.
+TEST(MovingScript, ReadsOnlySoundsInItsOwnFolder) {
   const std::filesystem::path root =
       std::filesystem::temp_directory_path() / ("clamor_script_" + std::to_string(::getpid()));
   std::filesystem::create_directories(root / "game" / "sounds");

@@ -19,7 +19,7 @@ namespace {
 
 using testing::place_in_room;
 
-// A baked room with moving sources of two kinds.
+// A baked room with two kinds of moving sources.
 struct Stage {
   static constexpr std::size_t kKinds = 2;
 
@@ -53,7 +53,7 @@ struct Stage {
   double weight_of(const Source& source, const Vec3& place) const {
     return weight(field, weights.by_signal[field.signal(source)], source, place);
   }
-  // All moving sources as committed.
+  // All moving sources as of the last commit.
   std::vector<FoundSource> all_moving(const Vec3& place, double time_s) {
     std::vector<FoundSource> found;
     list.refresh();
@@ -139,7 +139,7 @@ TEST(MovingSources, MoveWithTheirVelocityUntilEachKeyframe) {
   source.velocity_mps = {30, -3, 0};
   ASSERT_TRUE(stage.moving.add(source).ok());
   stage.moving.commit(5);
-  // As heard at the source itself, without delay.
+  // The listener is at the source, so there is no delay.
   const auto at = [&](double time_s, const Vec3& place) {
     return stage.all_moving(place, time_s).front().source->position_m;
   };
@@ -147,55 +147,9 @@ TEST(MovingSources, MoveWithTheirVelocityUntilEachKeyframe) {
   EXPECT_NEAR(at(5.2, {16, -0.6, 0}).x, 16, 1e-5);
   EXPECT_NEAR(at(5.2, {16, -0.6, 0}).y, -0.6, 1e-5);
   EXPECT_NEAR(at(4.9, {7, 0.3, 0}).x, 7, 1e-5);
-  // Without a commit for too long, the source stops.
+  // A source that nobody has moved for so long may be anywhere: it stops.
   for (double t = 4.92; t < 9; t += kKeyframe_s) (void)at(t, {});
   EXPECT_NEAR(at(9, {}).x, 10 + 30 * kMaxExtrapolation_s, 1e-4);
-}
-
-// The definition: the distance to the position at emission equals the path of sound since then.
-TEST(PositionHistory, KnowWhereASourceWasWhenWhatIsHeardLeftIt) {
-  constexpr double kSound_mps = 340;
-  constexpr std::size_t kSources = 3;
-  const auto at_m = [](std::size_t i, double t) -> Vec3 {
-    if (i == 0) return {100 * t - 200, 1, 5};                                // straight
-    if (i == 1) return {20 * std::cos(1.5 * t), 2, 20 * std::sin(1.5 * t)};  // circle, 30 m/s
-    return {t > 3 ? 50.0 : 0.0, 0, 0};                                       // teleported
-  };
-  PositionHistory trails(kSources, kSound_mps);
-  std::array<std::vector<float>, 3> now_m;
-  for (auto& column : now_m) column.resize(kSources);
-  for (int k = 0; k <= 500; ++k) {
-    const double t = kKeyframe_s * k;
-    for (std::size_t i = 0; i < kSources; ++i)
-      for (int axis = 0; axis < 3; ++axis)
-        now_m[static_cast<std::size_t>(axis)][i] = static_cast<float>(at_m(i, t)[axis]);
-    trails.record(t, now_m[0], now_m[1], now_m[2]);
-    for (const std::uint32_t i : trails.jumped())
-      trails.restart(i, i == 0 ? Vec3f(100, 0, 0) : Vec3f(0));
-    for (const double away_m : {0.5, 3.0, 30.0, 300.0, 1000.0}) {
-      const Vec3 place(3, 1.7, away_m);
-      for (std::size_t i = 0; i < kSources; ++i) {
-        const auto emission = trails.emission(i, place);
-        const double way_m = length(place - Vec3(emission.position_m)),
-                     left_s = t - way_m / kSound_mps;
-        // The first moved before it was added, and the third is at rest; the path of the second
-        // before that is unknown.
-        if (i == 2) {
-          ASSERT_EQ(Vec3(emission.position_m), at_m(i, t));
-        } else if (i == 0 || left_s > 0.7) {
-          const double speed_mps = i == 0 ? 100 : 30;
-          // Beyond 3 s ago, only every 16th keyframe is known, so a curve errs a little.
-          const double slack = away_m > 500 ? 5 : 1;
-          ASSERT_LT(length(Vec3(emission.position_m) - at_m(i, left_s)), 0.01 * slack)
-              << i << ", " << t << " s, " << away_m << " m";
-          ASSERT_NEAR(static_cast<double>(length(emission.velocity_mps)), speed_mps, 0.5 * slack)
-              << i << ", " << t << " s, " << away_m << " m";
-        }
-        ASSERT_LE(length(place - at_m(i, t)),
-                  way_m * std::sqrt(static_cast<double>(trails.nearer()[i])) * 1.0001);
-      }
-    }
-  }
 }
 
 TEST(MovingSources, ReportErrorsAndThenChangeNothing) {
@@ -213,14 +167,14 @@ TEST(MovingSources, ReportErrorsAndThenChangeNothing) {
   ASSERT_TRUE(moving.remove(*first).ok());
   EXPECT_FALSE(moving.remove(*first).ok());
   source.kind = 0;
-  const auto again = moving.add(source);  // in the same slot
+  const auto again = moving.add(source);  // reuses the slot
   ASSERT_TRUE(again.ok());
   EXPECT_FALSE(moving.move(*first, {1, 2, 3}).ok()) << "a handle never names another source";
   EXPECT_TRUE(moving.move(*again, {1, 2, 3}).ok());
 }
 
-// 100 000 sources that all move for every keyframe: the sample is still that of a full sort.
-TEST(MovingSources, AreAHundredThousandThatAllMoveForEveryKeyframe) {
+// A hundred thousand sources move in every keyframe, and the sample still equals that of a sort.
+TEST(MovingSources, AreSampledLikeASortWhenAHundredThousandMove) {
   constexpr std::size_t kMany = 100'000, kVoices = 500;
   Stage stage(kMany);
   SourceList still(stage.field, stage.weights, stage.input.sources);
@@ -253,14 +207,14 @@ TEST(MovingSources, AreAHundredThousandThatAllMoveForEveryKeyframe) {
   }
 }
 
-// A snapshot has positions and settings of one commit, and commits never go back.
-TEST(MovingSources, AreHandedOverWholeWhileTheCallerGoesOn) {
+// A snapshot has positions and gains of one commit, and commits never go back.
+TEST(MovingSources, AreHandedOverWholeWhileTheCallerContinues) {
   constexpr std::size_t kSources = 200;
   constexpr std::uint32_t kCommits = 20'000;
   MovingSources moving(kSources, 1);
   std::vector<MovingHandle> handles;
   MovingSource first;
-  first.gain = same_in_all_bands(0);  // matches the commit at time 0
+  first.gain = same_in_all_bands(0);  // equals the commit at time 0
   for (std::size_t i = 0; i < kSources; ++i) handles.push_back(*moving.add(first));
   moving.commit(0);
   std::atomic<bool> wrong{false};
