@@ -3,23 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <random>
 
 #include <gtest/gtest.h>
 
-#include "runtime/mixing/spherical_harmonics.h"
+#include "tests/runtime/random_directions.h"
 
 namespace clamor {
 namespace {
 
-std::vector<Vec3f> directions(std::size_t count) {
-  std::mt19937 random(5);
-  std::normal_distribution<double> normal;
-  std::vector<Vec3f> directions;
-  while (directions.size() < count)
-    directions.push_back(Vec3f(normalize(Vec3(normal(random), normal(random), normal(random)))));
-  return directions;
-}
+using testing::random_directions;
 
 Vec3f around(double azimuth_deg, double elevation_deg = 0) {
   return direction_of({Speaker::kFrontLeft, azimuth_deg, elevation_deg});
@@ -49,7 +41,7 @@ class LayoutPanning : public ::testing::TestWithParam<const char*> {
 INSTANTIATE_TEST_SUITE_P(Panner, LayoutPanning, ::testing::Values("5.1", "7.1", "7.1.4"));
 
 TEST_P(LayoutPanning, KeepsThePowerOfAVoiceFromEveryDirection) {
-  for (const Vec3f& from : directions(5000)) {
+  for (const Vec3f& from : random_directions(5000)) {
     const ChannelGains gains = panner_->gains(from);
     EXPECT_NEAR(sums_of(layout_, gains).power, 1, 1e-5);
     for (const float gain : gains) EXPECT_GE(gain, 0);
@@ -111,7 +103,7 @@ TEST_P(LayoutPanning, GivesMirroredDirectionsMirroredGains) {
         return other;
     return c;
   };
-  for (const Vec3f& from : directions(500)) {
+  for (const Vec3f& from : random_directions(500)) {
     const ChannelGains left = panner_->gains(from);
     const ChannelGains right = panner_->gains({from.x, -from.y, from.z});
     for (std::size_t c = 0; c < layout_.speakers.size(); ++c)
@@ -122,7 +114,7 @@ TEST_P(LayoutPanning, GivesMirroredDirectionsMirroredGains) {
 TEST_P(LayoutPanning, ChangesGainsContinuouslyWithTheDirection) {
   // Steps are half a degree; a pair 60 degrees apart exchanges all power in 120 of them, so no step
   // exceeds 1/20.
-  for (const Vec3f& from : directions(2000)) {
+  for (const Vec3f& from : random_directions(2000)) {
     const Basis basis = basis_around(Vec3(from));
     const Vec3f next(normalize(Vec3(from) + std::numbers::pi / 360 * basis.tangent));
     const ChannelGains before = panner_->gains(from), after = panner_->gains(next);

@@ -2,12 +2,15 @@
 
 #include <cmath>
 #include <numbers>
-#include <random>
 
 #include <gtest/gtest.h>
 
+#include "tests/runtime/random_directions.h"
+
 namespace clamor {
 namespace {
+
+using testing::random_directions;
 
 // Associated Legendre function P_l^m(s), m >= 0, without the Condon-Shortley phase, by recursion.
 double legendre(int l, int m, double s) {
@@ -23,7 +26,7 @@ double legendre(int l, int m, double s) {
 }
 
 TEST(SphericalHarmonics, EqualTheRecursionInAmbixOrder) {
-  for (const Vec3f& from : directions(1000)) {
+  for (const Vec3f& from : random_directions(1000)) {
     const auto harmonics = spherical_harmonics(from);
     // The recursion holds on the unit sphere only, and near the poles a float is not on it.
     const Vec3 on_sphere = normalize(Vec3(from));
@@ -42,7 +45,7 @@ TEST(SphericalHarmonics, EqualTheRecursionInAmbixOrder) {
 }
 
 TEST(SphericalHarmonics, HaveSquaresThatSumToOneInEachOrder) {
-  for (const Vec3f& from : directions(1000)) {
+  for (const Vec3f& from : random_directions(1000)) {
     const auto harmonics = spherical_harmonics(from);
     for (std::size_t l = 0; l <= kAmbisonicOrder; ++l) {
       double sum = 0;
@@ -56,7 +59,7 @@ TEST(SphericalHarmonics, HaveSquaresThatSumToOneInEachOrder) {
 // A rotation by a about the vertical rotates each pair +-m by m a.
 TEST(SphericalHarmonics, RotateWithTheListener) {
   const double a = 0.7;
-  for (const Vec3f& from : directions(300)) {
+  for (const Vec3f& from : random_directions(300)) {
     const Vec3f turned(Vec3(std::cos(a) * from.x - std::sin(a) * from.y,
                             std::sin(a) * from.x + std::cos(a) * from.y, from.z));
     const auto before = spherical_harmonics(from), after = spherical_harmonics(turned);

@@ -74,7 +74,7 @@ TEST(OcclusionUpperBounds, LimitTheNumberOfRetestsPerKeyframeWhenAllAreOccluded)
   }
   EXPECT_EQ(std::count(asked.begin(), asked.end(), 1), std::ptrdiff_t{kCount}) << "all, in turn";
   for (int keyframe = 0; keyframe < 10; ++keyframe) found_in_turn(hidden, 1000, 7);
-  EXPECT_EQ(hidden.turns(), OcclusionUpperBounds::kTurns)
+  EXPECT_EQ(hidden.phases(), OcclusionUpperBounds::kPhases)
       << "few occluded sources keep the shortest interval";
   EXPECT_EQ(found_in_turn(hidden, 1000, 7), 250u);
 }

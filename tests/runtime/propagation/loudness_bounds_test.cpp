@@ -22,7 +22,7 @@ float share_in_band(const BandShares& shares, std::size_t band) {
 Bands shares_at(const LoudnessTrack& track, double time_s) {
   Bands shares = track.at(time_s).weights;
   for (std::size_t b = 0; b < kBandCount; ++b)
-    shares[b] = track.most()[b] > 0 ? shares[b] / track.most()[b] : 0;
+    shares[b] = track.max()[b] > 0 ? shares[b] / track.max()[b] : 0;
   return shares;
 }
 
