@@ -22,8 +22,8 @@ using testing::baked_room;
 
 Listener walking(double t) { return {{3 + 2 * std::sin(t), 4 + 3 * std::cos(t), 1.5}, 0.7 * t, 0}; }
 
-std::unique_ptr<Auralizer> made(int voices, const std::string& strategy = "priority",
-                                AuralizerInput input = baked_room()) {
+std::unique_ptr<Auralizer> auralizer_with(int voices, const std::string& strategy = "priority",
+                                          AuralizerInput input = baked_room()) {
   AuralizerOptions options;
   options.voices = voices;
   options.strategy = strategy;
@@ -49,11 +49,12 @@ std::vector<float> mixed_blocks(Auralizer& auralizer, std::size_t frames, NextBl
 
 TEST(Auralizer, RendersTheSameSamplesForAnyBlockSizes) {
   constexpr std::size_t kFrames = testing::kSanitized ? 12000 : 40000;
-  const auto regular = mixed_blocks(*made(60), kFrames, [] { return 256; });
+  const auto regular = mixed_blocks(*auralizer_with(60), kFrames, [] { return 256; });
   std::minstd_rand random(3);
-  EXPECT_EQ(regular, mixed_blocks(*made(60), kFrames, [&] { return 1 + random() % 900; }));
-  EXPECT_EQ(regular, mixed_blocks(*made(60), kFrames, [] { return 960; }));
-  EXPECT_EQ(regular, mixed_blocks(*made(60), kFrames, [] { return 1; }));
+  EXPECT_EQ(regular,
+            mixed_blocks(*auralizer_with(60), kFrames, [&] { return 1 + random() % 900; }));
+  EXPECT_EQ(regular, mixed_blocks(*auralizer_with(60), kFrames, [] { return 960; }));
+  EXPECT_EQ(regular, mixed_blocks(*auralizer_with(60), kFrames, [] { return 1; }));
 }
 
 // Pages are evicted and loaded again, yet the output equals that of a level held in memory.
@@ -131,7 +132,7 @@ TEST(Auralizer, KeepsItsLoadedPagesWhenTheFileIsTruncated) {
 }
 
 TEST(Auralizer, IsSilentBeforeItsFirstKeyframe) {
-  const auto auralizer = made(60);
+  const auto auralizer = auralizer_with(60);
   std::vector<float> block(512, 1.0f);
   auralizer->mix(block);
   EXPECT_EQ(block, std::vector<float>(512, 0.0f));
@@ -143,7 +144,8 @@ TEST(Auralizer, HoldsTheLastKeyframeWhileTheSamplerStalls) {
   // The signals are steady tones, because the sampler follows changes of level.
   AuralizerInput input = baked_room();
   input.signals.assign(3, testing::sine(440));
-  const auto steady = made(60, "priority", input), stalled = made(60, "priority", input);
+  const auto steady = auralizer_with(60, "priority", input),
+             stalled = auralizer_with(60, "priority", input);
   std::vector<float> a(512), b(512);
   for (int block = 0; block < 900; ++block) {
     make_keyframes(*steady, still);
@@ -166,7 +168,7 @@ TEST(Auralizer, FollowsTheClockAfterAStall) {
     return pose;
   };
   constexpr int kBlock = 480, kBlocks_per_s = kSampleRate_hz / kBlock;
-  const auto auralizer = made(60);
+  const auto auralizer = auralizer_with(60);
   std::vector<float> block(2 * kBlock);
   std::vector<double> power;  // per tenth of a second
   double latest_s = 0;
@@ -199,7 +201,7 @@ TEST(Auralizer, FollowsTheClockAfterAStall) {
 TEST(Auralizer, StartsAndEndsVoicesWithoutClicks) {
   AuralizerInput input = baked_room();
   input.signals.assign(3, testing::sine(200));
-  const auto out = mixed_blocks(*made(30, "priority", input), 96000, [] { return 256; });
+  const auto out = mixed_blocks(*auralizer_with(30, "priority", input), 96000, [] { return 256; });
   // The second difference of a 200 Hz tone is (2 pi 200 / 48000)^2 = 7e-4 of its amplitude, and a
   // gain ramp that changes slope at a keyframe adds 2 / 960. An abrupt start or end of a voice
   // would be a step of a tenth or more.
@@ -226,8 +228,10 @@ TEST(Auralizer, HasTheSameLevelWithFewVoicesAsWithAll) {
     for (std::uint32_t i = 0; i < 24000; ++i)
       input.signals[s].samples[i] = static_cast<float>(unit(philox(7, {i, s, 0, 0})[0]) - 0.5);
   }
-  const double all = energy(mixed_blocks(*made(1, "all", input), 24000, [] { return 256; }));
-  const double few = energy(mixed_blocks(*made(150, "priority", input), 24000, [] { return 256; }));
+  const double all =
+      energy(mixed_blocks(*auralizer_with(1, "all", input), 24000, [] { return 256; }));
+  const double few =
+      energy(mixed_blocks(*auralizer_with(150, "priority", input), 24000, [] { return 256; }));
   // One standard deviation of the power is 4.34 / sqrt(149) = 0.36 dB.
   EXPECT_NEAR(10 * std::log10(few / all), 0, 3 * 0.36);
 }
@@ -241,8 +245,8 @@ TEST(Auralizer, FollowsTheListenerWithALargeSampleDrawnLessOften) {
   ASSERT_GT(input.sources.size(), 2 * kVoicesPerKeyframeOfSample);
   ASSERT_LT(input.sources.size(), 3 * kVoicesPerKeyframeOfSample);
   const auto block = [] { return 960; };
-  const auto crowd = mixed_blocks(*made(15000, "priority", input), 24000, block);
-  const auto all = mixed_blocks(*made(15000, "all", input), 24000, block);
+  const auto crowd = mixed_blocks(*auralizer_with(15000, "priority", input), 24000, block);
+  const auto all = mixed_blocks(*auralizer_with(15000, "all", input), 24000, block);
   double energy = 0, error = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     energy += std::pow(all[i], 2);

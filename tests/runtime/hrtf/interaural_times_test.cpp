@@ -35,7 +35,7 @@ MixMode with_fine_voices_of(int fine_voices) {
 }
 
 // Both ears for a click from a measured direction: mixed, and by convolution.
-Ears ours(std::size_t direction, const MixMode& mode) {
+Ears mixed_click(std::size_t direction, const MixMode& mode) {
   const auto out = mixed(
       kemar_head(), click(), 4096,
       [&](int k) {
@@ -44,7 +44,7 @@ Ears ours(std::size_t direction, const MixMode& mode) {
       mode);
   return {spectrum_of(out[0].data(), out[0].size()), spectrum_of(out[1].data(), out[1].size())};
 }
-Ears direct(std::size_t direction) {
+Ears convolved_click(std::size_t direction) {
   return {spectrum_of(kemar().response(direction, 0), kemar().frames),
           spectrum_of(kemar().response(direction, 1), kemar().frames)};
 }
@@ -118,7 +118,7 @@ double tolerance_s(double time_s) { return std::max(20e-6, 0.05 * std::abs(time_
 TEST(Binaural, HasTheInterauralTimeOfConvolutionInEveryErbBandBelow1400Hz) {
   std::size_t bands = 0;
   for (const std::size_t d : two_hundred()) {
-    const Ears made = ours(d, kBinaural), measured = direct(d);
+    const Ears made = mixed_click(d, kBinaural), measured = convolved_click(d);
     const double near_s = broad_lag_s(measured, kDirectBin_hz);
     for (std::size_t b = 0; b < kPhaseBands; ++b) {
       if (!is_told(b)) continue;
@@ -142,7 +142,7 @@ TEST(Binaural, HasTheEnvelopeLagOfConvolutionAbove1400Hz) {
   constexpr double kSteepest_s = 25e-6;  // per degree
   std::vector<double> measured_s;
   for (std::size_t d = 0; d < kemar().directions.size(); ++d) {
-    const Ears measured = direct(d);
+    const Ears measured = convolved_click(d);
     measured_s.push_back(
         lag_s(measured, kDirectBin_hz, kAbove, broad_lag_s(measured, kDirectBin_hz), 0.4e-3));
   }
@@ -156,8 +156,8 @@ TEST(Binaural, HasTheEnvelopeLagOfConvolutionAbove1400Hz) {
     }
     jumps += jumps_here;
     if (jumps_here) continue;
-    EXPECT_NEAR(lag_s(ours(d, kBinaural), kBin_hz, kAbove, measured_s[d], 0.4e-3), measured_s[d],
-                tolerance_s(measured_s[d]))
+    EXPECT_NEAR(lag_s(mixed_click(d, kBinaural), kBin_hz, kAbove, measured_s[d], 0.4e-3),
+                measured_s[d], tolerance_s(measured_s[d]))
         << d;
   }
   EXPECT_LE(jumps, two_hundred().size() / 12);
@@ -166,7 +166,7 @@ TEST(Binaural, HasTheEnvelopeLagOfConvolutionAbove1400Hz) {
 // Voices in octaves have two lags and no phases: one for low frequencies, and one for the rest.
 TEST(NarrowbandVoices, LeaveTheOtherVoicesTwoInterauralTimes) {
   for (const std::size_t d : two_hundred()) {
-    const Ears made = ours(d, with_fine_voices_of(0)), measured = direct(d);
+    const Ears made = mixed_click(d, with_fine_voices_of(0)), measured = convolved_click(d);
     const double near_s = broad_lag_s(measured, kDirectBin_hz);
     EXPECT_NEAR(broad_lag_s(made, kBin_hz), near_s, std::max(25e-6, 0.05 * std::abs(near_s))) << d;
     for (std::size_t b = 0; b < kPhaseBands; ++b) {
@@ -189,7 +189,8 @@ TEST(NarrowbandVoices, LeaveADiffuseCrowdAsWideAsConvolution) {
   constexpr int kLags = 100;  // of 10 us to either side
   for (const std::size_t d : two_hundred())
     for (const int mixed_here : {0, 1}) {
-      const Ears ears = mixed_here == 0 ? direct(d) : ours(d, with_fine_voices_of(0));
+      const Ears ears =
+          mixed_here == 0 ? convolved_click(d) : mixed_click(d, with_fine_voices_of(0));
       const double bin_hz = mixed_here == 0 ? kDirectBin_hz : kBin_hz;
       Sums& sum = sums[mixed_here];
       for (std::size_t b = 0; b < kErbBandCount; ++b) {

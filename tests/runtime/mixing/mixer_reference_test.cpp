@@ -1,4 +1,4 @@
-// mixer_reference_test.cpp: the mixer against a slow mix in double precision.
+// mixer_reference_test.cpp: the mixer against a reference mix in double precision.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,9 +17,9 @@ namespace {
 using testing::voice;
 
 // Reference mix in double precision, from the original samples and by closed forms.
-class SlowMix {
+class ReferenceMix {
  public:
-  SlowMix(const std::vector<Signal>& signals, Interpolation interpolation)
+  ReferenceMix(const std::vector<Signal>& signals, Interpolation interpolation)
       : signals_(signals), cubic_(interpolation == Interpolation::kCubic) {}
 
   double read(std::uint32_t signal, double frame) const {
@@ -54,8 +54,8 @@ class SlowMix {
 
 // Change of a delay `f` frames after keyframe k - 1. Each step has the slope of its middle, on two
 // lines through the slopes at steps 0, 8 and 15.
-double slid_frames(const std::vector<Keyframe>& keyframes, std::size_t k, std::uint32_t v, int ear,
-                   int f) {
+double delay_change_frames(const std::vector<Keyframe>& keyframes, std::size_t k, std::uint32_t v,
+                           int ear, int f) {
   const auto mean = [&](std::size_t at) {
     return at < 2 ? 0
                   : (keyframes[at - 1].voices[v].delay_frames[ear] -
@@ -125,7 +125,8 @@ std::vector<Keyframe> random_keyframes(std::mt19937& random, std::size_t signals
   return keyframes;
 }
 
-std::vector<double> expected_mix(const SlowMix& slow, const std::vector<Keyframe>& keyframes) {
+std::vector<double> expected_mix(const ReferenceMix& reference,
+                                 const std::vector<Keyframe>& keyframes) {
   std::vector<double> expected(2 * (kMixedKeyframes - 1) * kKeyframeFrames);
   for (std::size_t k = 1; k < kMixedKeyframes; ++k)
     for (std::uint32_t v = 0; v < kMixedVoices; ++v)
@@ -135,11 +136,11 @@ std::vector<double> expected_mix(const SlowMix& slow, const std::vector<Keyframe
           const double t = static_cast<double>(f) / kKeyframeFrames;
           const double gain = (1 - t) * static_cast<double>(from.gain[e][0]) +
                               t * static_cast<double>(to.gain[e][0]);
-          const double delay = from.delay_frames[e] + slid_frames(keyframes, k, v, e, f);
+          const double delay = from.delay_frames[e] + delay_change_frames(keyframes, k, v, e, f);
           const std::size_t frame = (k - 1) * kKeyframeFrames + static_cast<std::size_t>(f);
           expected[2 * frame + static_cast<std::size_t>(e)] +=
-              gain * slow.read(from.signal, static_cast<double>(kMixedClock) +
-                                                static_cast<double>(frame) - delay);
+              gain * reference.read(from.signal, static_cast<double>(kMixedClock) +
+                                                     static_cast<double>(frame) - delay);
         }
   return expected;
 }
@@ -165,7 +166,7 @@ TEST(Mixer, EqualsTheReferenceAcrossTheEndsOfLoopsAndOneShots) {
   const std::vector<Signal> sounds = loops_and_one_shots(random);
   const std::vector<Keyframe> keyframes = random_keyframes(random, sounds.size());
   for (const Interpolation interpolation : {Interpolation::kLinear, Interpolation::kCubic}) {
-    const auto expected = expected_mix(SlowMix(sounds, interpolation), keyframes);
+    const auto expected = expected_mix(ReferenceMix(sounds, interpolation), keyframes);
     const MixMode mode{interpolation, 2, false};
     const auto signals = prepare_signals(sounds, mode);
     for (const std::string& target : mix_kernel_targets())

@@ -76,7 +76,7 @@ struct Hall {
     return {emitters, materials, Air{}, late_boost};
   }
 
-  double power_at(const RadiationModel& field, const Vec3& place) const {
+  double total_power_at(const RadiationModel& field, const Vec3& place) const {
     double sum = 0;
     for (const Source& source : all)
       sum += weight(field, weights.by_signal[field.signal(source)], source, place);
@@ -273,7 +273,7 @@ TEST(OctreePool, AcceptsInnerNodesWithoutSources) {
 
 // Received power with pages down to some depth only, relative to that of all sources, per
 // seed.
-std::vector<double> heard_with_depth(int deepest, int seeds, std::uint32_t sources = 30'000) {
+std::vector<double> relative_powers(int deepest, int seeds, std::uint32_t sources = 30'000) {
   std::vector<double> ratios;
   for (int seed = 0; seed < seeds; ++seed) {
     const Hall hall(100 + static_cast<std::uint64_t>(seed), sources);
@@ -286,7 +286,7 @@ std::vector<double> heard_with_depth(int deepest, int seeds, std::uint32_t sourc
     for (const SampledSource& one : testing::complete_sample(*sampler, place))
       heard +=
           one.power_scale * weight(field, hall.weights.by_signal[one.signal], *one.source, place);
-    ratios.push_back(heard / hall.power_at(field, place));
+    ratios.push_back(heard / hall.total_power_at(field, place));
   }
   return ratios;
 }
@@ -305,18 +305,18 @@ void expect_unbiased(const std::vector<double>& ratios, double within_db) {
 }
 
 TEST(OctreePool, IsUnbiasedWithItsFirstPageAlone) {
-  expect_unbiased(heard_with_depth(0, 100, 10'000), 1.5);
+  expect_unbiased(relative_powers(0, 100, 10'000), 1.5);
 }
 
 // Below the first page there is one leaf that covers all octants.
 TEST(OctreePool, IsUnbiasedWithoutALeafOfSeveralOctants) {
   constexpr std::uint32_t kSources = kNodeSources + kLeafSources - 100;
   EXPECT_EQ(Hall(100, kSources).trees.page_count(), 2u);
-  expect_unbiased(heard_with_depth(0, 100, kSources), 1);
+  expect_unbiased(relative_powers(0, 100, kSources), 1);
 }
 
 TEST(OctreePool, IsUnbiasedAndMorePreciseWithThreeLevelsOfPages) {
-  expect_unbiased(heard_with_depth(2, testing::kSanitized ? 20 : 60), 0.6);
+  expect_unbiased(relative_powers(2, testing::kSanitized ? 20 : 60), 0.6);
 }
 
 TEST(OctreePool, FindsNothingWithoutSources) {

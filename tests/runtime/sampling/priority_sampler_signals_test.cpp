@@ -31,7 +31,7 @@ Signal gated_noise(double seconds, bool loop, std::uint32_t seed) {
 }
 
 // The signal with silence outside a range of time.
-Signal only_between(Signal signal, double from_s, double to_s) {
+Signal silent_outside(Signal signal, double from_s, double to_s) {
   for (std::size_t i = 0; i < signal.samples.size(); ++i) {
     const double t = static_cast<double>(i) / kSampleRate_hz;
     if (t < from_s || t >= to_s) signal.samples[i] = 0;
@@ -47,8 +47,8 @@ SignalWeights weights_of(const std::vector<Signal>& signals) {
 }
 
 // Sources in a hall, from emitters that play different signals.
-struct WeighedHall {
-  WeighedHall(std::vector<Signal> played, std::uint32_t count, std::uint64_t seed)
+struct WeightedHall {
+  WeightedHall(std::vector<Signal> played, std::uint32_t count, std::uint64_t seed)
       : signals(std::move(played)), weights(weights_of(signals)) {
     materials.resize(1);
     materials[0].scattering = same_in_all_bands(0.5f);
@@ -87,14 +87,15 @@ struct WeighedHall {
 std::vector<Signal> played() {
   Signal quiet = gated_noise(0.77, true, 2);
   for (float& sample : quiet.samples) sample *= 0.05f;
-  return {only_between(gated_noise(2, true, 1), 0.5, 0.9), quiet, gated_noise(0.3, false, 3),
-          only_between(gated_noise(3, false, 4), 2.7, 3)};
+  return {silent_outside(gated_noise(2, true, 1), 0.5, 0.9), quiet, gated_noise(0.3, false, 3),
+          silent_outside(gated_noise(3, false, 4), 2.7, 3)};
 }
 
 // Numbers and power scales of the sample.
-std::map<std::uint64_t, double> slow_sample(const WeighedHall& hall, const RadiationModel& field,
-                                            std::span<const Source> sources, std::size_t voices,
-                                            const Vec3& place, double time_s) {
+std::map<std::uint64_t, double> expected_sample(const WeightedHall& hall,
+                                                const RadiationModel& field,
+                                                std::span<const Source> sources, std::size_t voices,
+                                                const Vec3& place, double time_s) {
   std::vector<testing::WeightedSource> all;
   for (std::uint64_t i = 0; i < sources.size(); ++i) {
     const Source& source = sources[i];
@@ -112,7 +113,7 @@ std::map<std::uint64_t, double> slow_sample(const WeighedHall& hall, const Radia
 }
 
 TEST(SignalSampling, GivesTheSampleOfASortOfAllSourcesAtAnyTime) {
-  const WeighedHall hall(played(), 6000, 1);
+  const WeightedHall hall(played(), 6000, 1);
   const RadiationModel field = hall.field();
   testing::StoredTrees trees;
   trees.add(build_octree(hall.all));
@@ -130,7 +131,7 @@ TEST(SignalSampling, GivesTheSampleOfASortOfAllSourcesAtAnyTime) {
                                   : Vec3(20 * unit(bits[1]), 1.7, 15 * unit(bits[2]));
       auto sample = sampler->sample(place, time_s);
       while (!sampler->complete()) sample = sampler->sample(place, time_s);
-      testing::expect_sample(sample, slow_sample(hall, field, sources, voices, place, time_s),
+      testing::expect_sample(sample, expected_sample(hall, field, sources, voices, place, time_s),
                              1e-9);
       if (HasFatalFailure()) FAIL() << voices << " voices, " << i;
     }
@@ -140,7 +141,7 @@ TEST(SignalSampling, GivesTheSampleOfASortOfAllSourcesAtAnyTime) {
 // Queries are made ahead for a listener who walks straight on; one who turns, jumps, stands still
 // or is late gets the same sample as well.
 TEST(SignalSampling, GivesTheSampleOfASortToAListenerWhoWalksAndTurns) {
-  const WeighedHall hall(played(), 20'000, 9);
+  const WeightedHall hall(played(), 20'000, 9);
   const RadiationModel field = hall.field();
   testing::StoredTrees trees;
   trees.add(build_octree(hall.all));
@@ -162,13 +163,14 @@ TEST(SignalSampling, GivesTheSampleOfASortToAListenerWhoWalksAndTurns) {
     time_s += k / 100 % 2 == 1 ? 0.06 : in_round == 50 ? 0.035 : 0.02;
     auto sample = sampler->sample(place, time_s);
     while (!sampler->complete()) sample = sampler->sample(place, time_s);
-    testing::expect_sample(sample, slow_sample(hall, field, sources, kVoices, place, time_s), 1e-9);
+    testing::expect_sample(sample, expected_sample(hall, field, sources, kVoices, place, time_s),
+                           1e-9);
     if (HasFatalFailure()) FAIL() << k;
   }
 }
 
 TEST(SignalSampling, RefreshesAThirdOfTheTreePerKeyframeOnAWalk) {
-  const WeighedHall hall(played(), 100'000, 10);
+  const WeightedHall hall(played(), 100'000, 10);
   const RadiationModel field = hall.field();
   testing::StoredTrees trees;
   trees.add(build_octree(hall.all));
@@ -202,7 +204,7 @@ TEST(SignalSampling, RefreshesAThirdOfTheTreePerKeyframeOnAWalk) {
 }
 
 TEST(SignalSampling, GivesNoVoiceToSilentSources) {
-  const WeighedHall hall(played(), 2000, 2);
+  const WeightedHall hall(played(), 2000, 2);
   const RadiationModel field = hall.field();
   SourceList list(field, hall.weights, hall.all);
   const auto sampler = make_priority_sampler(field, hall.weights, list, 5000);
@@ -232,7 +234,7 @@ TEST(SignalSampling, GivesNoVoiceToSilentSources) {
 }
 
 TEST(SignalSampling, ChoosesNothingAfterAllSoundsHaveEnded) {
-  const WeighedHall hall({gated_noise(0.3, false, 1)}, 1000, 3);
+  const WeightedHall hall({gated_noise(0.3, false, 1)}, 1000, 3);
   const RadiationModel field = hall.field();
   testing::StoredTrees trees;
   trees.add(build_octree(hall.all));
@@ -257,7 +259,7 @@ TEST(SignalSampling, CostsNoMoreAfterALoudSound) {
   for (std::size_t loud = 0; loud < 2; ++loud) {
     Signal bang = gated_noise(0.3, false, 1);
     for (float& sample : bang.samples) sample *= static_cast<float>(loud);
-    const WeighedHall hall({quiet, bang}, 60'000, 4);
+    const WeightedHall hall({quiet, bang}, 60'000, 4);
     const RadiationModel field = hall.field();
     testing::StoredTrees trees;
     trees.add(build_octree(hall.all));
@@ -288,7 +290,7 @@ TEST(SignalSampling, CostsNoMoreAfterALoudSound) {
 }
 
 // Received power with the current level of the source's signal.
-double heard_now(const WeighedHall& hall, const RadiationModel& field, const SignalWeights& raw,
+double heard_now(const WeightedHall& hall, const RadiationModel& field, const SignalWeights& raw,
                  const Source& source, const Vec3& place, double time_s) {
   const auto now =
       weights_at_place(field, raw, hall.emitters[source.emitter].signal, source, place, time_s);
@@ -297,11 +299,11 @@ double heard_now(const WeighedHall& hall, const RadiationModel& field, const Sig
 
 // Two loops alternate, so half of the sources are silent at any time.
 TEST(SignalSampling, IsUnbiasedAndMorePreciseThanByMeanLevelsWhenHalfIsSilent) {
-  std::vector<Signal> turns = {only_between(gated_noise(2, true, 1), 0, 0.9),
-                               only_between(gated_noise(2, true, 2), 1, 1.9)};
+  std::vector<Signal> turns = {silent_outside(gated_noise(2, true, 1), 0, 0.9),
+                               silent_outside(gated_noise(2, true, 2), 1, 1.9)};
   constexpr std::size_t kVoices = 150;
   constexpr int kSeeds = 40;
-  WeighedHall hall(turns, 4000, 5);
+  WeightedHall hall(turns, 4000, 5);
   const RadiationModel field = hall.field();
   std::vector<TimedEnvelope> envelopes;
   for (const Signal& signal : turns)
