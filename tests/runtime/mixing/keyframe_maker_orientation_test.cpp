@@ -97,7 +97,7 @@ TEST(KeyframeMaker, LetsAHeadRolledByAQuarterTurnHearASourceAboveAtTheUpperEar) 
     const auto& delays = keyframe.voices.at(0).delay_frames;
     return delays[1] - delays[0];
   };
-  const double ears_frames = kEarDistance_m / RadiationModel({}, {}, Air{}).speed_of_sound_mps() * kSampleRate_hz;
+  const double ears_frames = kEarDistance_m / speed_of_sound_mps(Air{}) * kSampleRate_hz;
   EXPECT_NEAR(later_at_right(upright), 0, 1e-6);
   EXPECT_NEAR(later_at_right(right), ears_frames, 1e-6);
   EXPECT_NEAR(later_at_right(left), -ears_frames, 1e-6);
