@@ -275,7 +275,8 @@ void OctreePool::pass_without_list(const Step& step, const ResidentPage& page, d
         if (leads && index == 0) return;
         const std::uint32_t signal = maps_.signal(copy.map, field_.signal(part.emitter));
         if (hidden_ != nullptr &&
-            ceiling * static_cast<double>(hidden_->most(step.first + index)) < least * (1 - 1e-6))
+            ceiling * static_cast<double>(hidden_->upper_bound(step.first + index)) <
+                least * (1 - 1e-6))
           return;
         add_source(step, page.sources.data(), index, false, signal, ceiling,
                    field_.late_boost().at(part.delay_s), least, found);
