@@ -66,7 +66,7 @@ double heading_deg(const Orientation& orientation) {
 }
 
 std::string status_line(const PlayerStatistics& now, const Listener& listener, int channels) {
-  const Vec3 &at = listener.position_m, &right = listener.right();
+  const Vec3& at = listener.position_m;
   return fmt::format(
       "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices{}  {} dBFS  {:.1f} LUFS, 3 s "
       "{:.1f}{}  cpu {:.0f} %  "
