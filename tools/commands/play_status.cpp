@@ -43,6 +43,11 @@ std::string device_note(const OutputStatistics& output) {
   return fmt::format("  NO DEVICE for {:.1f} s", output.without_device_now_s);
 }
 
+// Direction that the listener faces, positive to the left of -Z.
+double heading_deg(const Orientation& orientation) {
+  return kDegrees * std::atan2(-orientation.right().z, orientation.right().x);
+}
+
 }  // namespace
 
 std::string describe(const OutputStatistics& output) {
@@ -58,11 +63,6 @@ std::string limited_note(const Limiter::Work& limited) {
   if (limited.frames == 0) return "";
   return fmt::format(" (limited by {:.1f} dB)",
                      -20 * std::log10(static_cast<double>(limited.min_gain)));
-}
-
-// Direction that the listener faces, positive to the left of -Z.
-double heading_deg(const Orientation& orientation) {
-  return kDegrees * std::atan2(-orientation.right().z, orientation.right().x);
 }
 
 std::string status_line(const PlayerStatistics& now, const Listener& listener, int channels) {
