@@ -58,7 +58,7 @@ const std::array<Row, 37> kIso9613 = {{
     {{10, 70, 101.325}, {0.12169, 0.41095, 1.0434, 1.9279, 3.6577, 9.6639, 32.77, 116.88}},
 }};
 
-TEST(Air, SwallowsAsMuchAsIso9613Says) {
+TEST(Air, AttenuatesAsIso9613Specifies) {
   for (const Row& row : kIso9613) {
     const Bands loss = air_loss_per_m(row.air);
     for (std::size_t b = 0; b < kBandCount; ++b)
@@ -68,12 +68,12 @@ TEST(Air, SwallowsAsMuchAsIso9613Says) {
   }
 }
 
-TEST(Air, SwallowsATone) {
+TEST(Air, AttenuatesATone) {
   // Independent implementation at 1000 Hz, which is both nominal and exact.
   EXPECT_NEAR(db_per_km(air_loss_per_m(Air{}, 1000)), 4.665, 0.005);
 }
 
-TEST(Air, CarriesSoundFasterWhenWarm) {
+TEST(Air, HasAHigherSpeedOfSoundWhenWarm) {
   EXPECT_DOUBLE_EQ(speed_of_sound_mps(Air{}), 343.2);
   // Dry air at 0 C: 331.3 m/s in every textbook; ISO 9613-1's formula is within 0.1 m/s of it.
   EXPECT_NEAR(speed_of_sound_mps({.temperature_c = 0}), 331.3, 0.1);

@@ -19,7 +19,7 @@ std::vector<std::complex<double>> noise(std::size_t size) {
   return values;
 }
 
-TEST(Fourier, IsTheSumThatDefinesIt) {
+TEST(Fourier, MatchesItsDefinition) {
   for (const std::size_t size : {1u, 2u, 4u, 64u, 256u}) {
     const auto x = noise(size);
     auto transformed = x;
@@ -34,7 +34,7 @@ TEST(Fourier, IsTheSumThatDefinesIt) {
   }
 }
 
-TEST(Fourier, ComesBack) {
+TEST(Fourier, IsInvertible) {
   const auto x = noise(8192);
   auto there_and_back = x;
   const Fourier fourier(x.size());

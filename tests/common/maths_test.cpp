@@ -76,7 +76,7 @@ TEST(Maths, DoubleFunctionsAreWithinTheErrorStated) {
 }
 
 // Checksums of exact bits detect CPUs, compilers and libraries that round differently.
-TEST(Maths, GiveTheseBits) {
+TEST(Maths, HaveTheseExactBits) {
   std::uint64_t hash = 0xcbf29ce484222325u;
   const auto add = [&hash](auto value) {
     if constexpr (sizeof value == 4)

@@ -7,13 +7,13 @@
 namespace clamor {
 namespace {
 
-TEST(Printable, LetsThroughWhatIsText) {
+TEST(Printable, KeepsText) {
   for (const std::string text : {"", "violin 2", "Fl\xc3\xbcgel", "\xe5\xa3\xb0",
                                  "\xf0\x9f\x8e\xbb", "\xc2\xa0", "\xe2\x80\xa6", "\xef\xbf\xbd"})
     EXPECT_EQ(printable(text), text);
 }
 
-TEST(Printable, TakesOutWhatSteersATerminalOrReordersText) {
+TEST(Printable, ReplacesTerminalAndBidirectionalControls) {
   for (const char* const control :
        {"\x01",         "\a",           "\b",           "\t",           "\n",
         "\r",           "\x1b",         "\x7f",                                      // C0, delete
@@ -27,7 +27,7 @@ TEST(Printable, TakesOutWhatSteersATerminalOrReordersText) {
 }
 
 // Invalid encodings of controls that some terminals decode.
-TEST(Printable, TakesUtf8AtItsWordOnly) {
+TEST(Printable, RejectsInvalidUtf8) {
   EXPECT_EQ(printable("\xc0\x9b"), "??");             // overlong
   EXPECT_EQ(printable("\xe0\x82\x9b"), "???");        // overlong
   EXPECT_EQ(printable("\xed\xa0\x80"), "???");        // a surrogate
@@ -35,7 +35,7 @@ TEST(Printable, TakesUtf8AtItsWordOnly) {
   EXPECT_EQ(printable("\xe2\x80\x1b[2J"), "???[2J");  // cut short by an escape
 }
 
-TEST(Printable, KeepsLineEndsWhereTheyAreOurs) {
+TEST(Printable, KeepsLineEndsOnRequest) {
   EXPECT_EQ(printable("a\tb\nc\r\x1b", Lines::kMany), "a\tb\nc??");
 }
 
@@ -44,7 +44,7 @@ TEST(Printable, EscapesInJsonWhatItWouldReplace) {
             "{\n  \"a\xc3\xbc\": \"\\u009b\\u202e\\u007f\"\n}");
 }
 
-TEST(Printable, KnowsWhetherACharacterMayGoOn) {
+TEST(Printable, DetectsIncompleteCharacters) {
   EXPECT_EQ(incomplete_bytes("a"), 0u);
   EXPECT_EQ(incomplete_bytes("\xc3\xbc"), 0u);
   EXPECT_EQ(incomplete_bytes("a\xc3"), 1u);
@@ -52,7 +52,7 @@ TEST(Printable, KnowsWhetherACharacterMayGoOn) {
   EXPECT_EQ(incomplete_bytes("\x80\x80\x80\x80"), 0u);
 }
 
-TEST(Printable, IsWhatErrorsAndQuotesAre) {
+TEST(Printable, IsAppliedToErrorsAndQuotes) {
   const std::string forged = "x\nclamor: all is well\x1b[2J\xc2\x9b";
   EXPECT_EQ(Error("the material " + forged + " is unknown").message,
             "the material x?clamor: all is well?[2J? is unknown");

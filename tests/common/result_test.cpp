@@ -21,21 +21,21 @@ TEST(Result, HoldsAValueOrAnError) {
   EXPECT_EQ(bad.error().message, "the number is broken");
 }
 
-TEST(Result, GivesItsValueAwayWithoutACopy) {
+TEST(Result, MovesItsValueWithoutACopy) {
   Result<std::unique_ptr<int>> result(std::make_unique<int>(7));
   ASSERT_TRUE(result);
   const std::unique_ptr<int> value = *std::move(result);
   EXPECT_EQ(*value, 7);
 }
 
-TEST(Result, OfNothingIsGoodUntilThereIsAnError) {
+TEST(Result, OfVoidIsOkUnlessItHoldsAnError) {
   EXPECT_TRUE(Result<void>().ok());
   const Result<void> bad = Error("no");
   ASSERT_FALSE(bad.ok());
   EXPECT_EQ(bad.error().message, "no");
 }
 
-TEST(Error, GetsWhereItHappenedInFront) {
+TEST(Error, IsPrefixedWithItsContext) {
   EXPECT_EQ(Error("no triangles").in("mesh 3").in("level.gltf").message,
             "level.gltf: mesh 3: no triangles");
   EXPECT_EQ(in_quotes("wood"), "'wood'");

@@ -12,7 +12,7 @@ namespace {
 
 class AudioFiles : public LevelTest {};
 
-TEST_F(AudioFiles, OfOtherRatesAreResampledToTheSameTone) {
+TEST_F(AudioFiles, OfOtherRatesAreResampledWithoutChangingATone) {
   const auto samples = read_audio(write("tone.wav", wav(44100, 44100)));
   ASSERT_TRUE(samples.ok());
   ASSERT_NEAR(static_cast<double>(samples->size()), 48000, 1);
@@ -35,7 +35,7 @@ TEST_F(AudioFiles, SurviveFlacTo24Bits) {
   EXPECT_FALSE(encode_flac(std::vector<float>{NAN}).ok());
 }
 
-TEST_F(AudioFiles, ThatAreNoSoundAreRefused) {
+TEST_F(AudioFiles, ThatAreInvalidAreRejected) {
   const std::string whole = wav(1000);
   for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{12}, std::size_t{44}})
     EXPECT_FALSE(read_audio(write("cut.wav", whole.substr(0, size))).ok()) << size;
@@ -44,7 +44,7 @@ TEST_F(AudioFiles, ThatAreNoSoundAreRefused) {
   EXPECT_FALSE(read_audio(folder_).ok());
 }
 
-TEST_F(AudioFiles, AppearWholeOrNotAtAllAndAreTheSameBytesEachTime) {
+TEST_F(AudioFiles, AppearAtomicallyAndAreDeterministic) {
   const std::string path = folder_ + "/out.wav";
   const std::vector<float> samples = {0.5f, -0.5f, 0.25f, 2.0f};
   {

@@ -31,7 +31,7 @@ std::string refusal(const SofaContent& content) {
   return responses.ok() ? "" : responses.error().message;
 }
 
-TEST(SofaFile, IsReadAsWrittenAtAnyRateOfAnyLengthFromFewDirectionsOrMany) {
+TEST(SofaFile, RoundTripsAtAnyRateLengthAndNumberOfDirections) {
   struct Case {
     double rate_hz;
     std::size_t directions;
@@ -57,7 +57,7 @@ TEST(SofaFile, IsReadAsWrittenAtAnyRateOfAnyLengthFromFewDirectionsOrMany) {
   }
 }
 
-TEST(SofaFile, WhoseDelaysAreToldApartIsTheSameHead) {
+TEST(SofaFile, WithSeparateDelaysIsEquivalent) {
   const auto within = read(plain_head(44100, 50, 100));
   const auto apart = read(plain_head(44100, 50, 100, 0.0003, 6, true));
   ASSERT_TRUE(within.ok() && apart.ok());
@@ -75,7 +75,7 @@ TEST(SofaFile, WhoseDelaysAreToldApartIsTheSameHead) {
   EXPECT_EQ(late->response(7, 1)[5 + 10], within->response(7, 1)[10]);
 }
 
-TEST(SofaFile, ThatIsNoHeadIsRefusedInASentenceThatSaysWhy) {
+TEST(SofaFile, ThatIsInvalidIsRejectedWithAReason) {
   SofaContent room = plain_head(48000, 20, 64);
   room.convention = "MultiSpeakerBRIR";
   EXPECT_NE(refusal(room).find("is of the convention MultiSpeakerBRIR; give one of "
@@ -111,14 +111,14 @@ TEST(SofaFile, ThatIsNoHeadIsRefusedInASentenceThatSaysWhy) {
   EXPECT_FALSE(read_bytes("").ok());
 }
 
-TEST(SofaFile, CutShortIsRefused) {
+TEST(SofaFile, ThatIsTruncatedIsRejected) {
   const std::string whole = testing::SofaWriter(plain_head(48000, 16, 16)).bytes();
   for (std::size_t size = 0; size < whole.size(); size += testing::kSanitized ? 997 : 97)
     EXPECT_FALSE(read_bytes(whole.substr(0, size)).ok()) << size;
 }
 
 // Damaged files return finite values or an error sentence within limited time.
-TEST(SofaFile, DamagedInAnyWayIsReadOrRefused) {
+TEST(SofaFile, ThatIsDamagedIsReadOrRejected) {
   const std::string whole = testing::SofaWriter(plain_head(48000, 16, 16)).bytes();
   constexpr std::uint32_t kFiles = testing::kSanitized ? 100 : 2000;
   int read_well = 0;

@@ -13,7 +13,7 @@ namespace clamor {
 namespace {
 
 // Non-PCM formats require an extension size, even if 0; sox warns if it is missing.
-TEST_F(WavFiles, HaveAWholeFormatChunk) {
+TEST_F(WavFiles, HaveACompleteFormatChunk) {
   const struct {
     SampleFormat format;
     int channels;
@@ -35,7 +35,7 @@ TEST_F(WavFiles, HaveAWholeFormatChunk) {
 }
 
 // Chunks have even lengths, and their sizes sum to that of the file.
-TEST_F(WavFiles, HaveSizesThatAddUp) {
+TEST_F(WavFiles, HaveConsistentChunkSizes) {
   for (const std::size_t frames : {0u, 1u, 2u, 1001u}) {
     const std::string file =
         written("x.wav", std::vector<float>(frames, 0.5f), 1, SampleFormat::kPcm24);
@@ -86,7 +86,7 @@ TEST_F(WavFiles, BeyondFourGigabytesAreReadAsRf64) {
 }
 
 // The switch to 64-bit lengths changes chunk names and sizes but moves no samples.
-TEST_F(WavFiles, BecomeRf64WhereTheirSizeNeedsIt) {
+TEST_F(WavFiles, BecomeRf64OnlyAbove4Gigabytes) {
   const WavShape shape{.channels = 1, .rate_hz = 48000, .bits = 16, .is_float = false};
   const std::uint64_t before = wav_header(shape, 0).size() - 8;
   const auto text = [&](std::uint64_t data) {

@@ -29,7 +29,7 @@ class Recordings : public WavFiles {
   }
 };
 
-TEST_F(Recordings, CanBePlayedToTheirEndAtAnyMoment) {
+TEST_F(Recordings, ArePlayableToTheEndAtAnyTime) {
   for (const SampleFormat format : {SampleFormat::kFloat32, SampleFormat::kPcm24}) {
     const std::string path = folder_ / "r.wav";
     {
@@ -45,7 +45,7 @@ TEST_F(Recordings, CanBePlayedToTheirEndAtAnyMoment) {
   }
 }
 
-TEST_F(Recordings, InFlacCanBePlayedButForWhatTheEncoderHoldsBack) {
+TEST_F(Recordings, InFlacArePlayableExceptForEncoderDelay) {
   const std::string path = folder_ / "r.flac", killed = folder_ / "killed.flac";
   auto writer = record(path, SampleFormat::kPcm24);
   ASSERT_TRUE(writer.ok());
@@ -58,7 +58,7 @@ TEST_F(Recordings, InFlacCanBePlayedButForWhatTheEncoderHoldsBack) {
   EXPECT_EQ(frames_in(path), 96000u);
 }
 
-TEST_F(Recordings, LeaveAnOlderOneAloneUntilThereIsSound) {
+TEST_F(Recordings, KeepAnOlderFileUntilTheFirstWrite) {
   const std::string path = folder_ / "r.wav";
   std::ofstream(path) << "older";
   {
@@ -70,7 +70,7 @@ TEST_F(Recordings, LeaveAnOlderOneAloneUntilThereIsSound) {
 }
 
 // A pipe cannot be rewound, so the header leaves the length open.
-TEST_F(Recordings, IntoAPipeArriveWhileTheyAreMade) {
+TEST_F(Recordings, IntoAPipeArriveImmediately) {
   const std::string pipe = folder_ / "pipe", copy = folder_ / "copy.wav";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   const int reader = ::open(pipe.c_str(), O_RDONLY | O_NONBLOCK);

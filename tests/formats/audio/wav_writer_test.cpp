@@ -12,7 +12,7 @@
 namespace clamor {
 namespace {
 
-TEST_F(WavFiles, GiveBackWhatWasWrittenWithinHalfAStepOfTheirBits) {
+TEST_F(WavFiles, RoundTripWithinHalfAQuantizationStep) {
   const std::vector<float> samples = sweep(5000);
   struct Case {
     const char* name;
@@ -37,7 +37,7 @@ TEST_F(WavFiles, GiveBackWhatWasWrittenWithinHalfAStepOfTheirBits) {
   }
 }
 
-TEST_F(WavFiles, KeepSamplesBeyondFullScaleAtFullScale) {
+TEST_F(WavFiles, ClampSamplesBeyondFullScale) {
   for (const SampleFormat format :
        {SampleFormat::kPcm32, SampleFormat::kPcm24, SampleFormat::kPcm16}) {
     written("x.wav", {3, -3, 1, -1}, 1, format);
@@ -50,7 +50,7 @@ TEST_F(WavFiles, KeepSamplesBeyondFullScaleAtFullScale) {
 // A tone with an amplitude of a third of a step vanishes if rounded and remains if dithered. The
 // error is noise that is independent of the sample, with the variance of rounding plus two
 // uniforms, 1 / 4.
-TEST_F(WavFiles, OfSixteenBitsKeepWhatIsQuieterThanOneStep) {
+TEST_F(WavFiles, OfSixteenBitsPreserveTonesBelowOneStepByDither) {
   constexpr std::size_t kFrames = 96000;
   std::vector<float> quiet;
   const auto tone = [](std::size_t i) {
@@ -71,7 +71,7 @@ TEST_F(WavFiles, OfSixteenBitsKeepWhatIsQuieterThanOneStep) {
   EXPECT_NEAR(variance, 0.25, 0.006);
 }
 
-TEST_F(WavFiles, AreTheSameBytesEachTime) {
+TEST_F(WavFiles, AreDeterministic) {
   for (const char* name : {"x.wav", "x.flac"}) {
     const std::string first = written(name, sweep(3000), 2, SampleFormat::kPcm16);
     EXPECT_EQ(first, written(name, sweep(3000), 2, SampleFormat::kPcm16));
@@ -79,7 +79,7 @@ TEST_F(WavFiles, AreTheSameBytesEachTime) {
   }
 }
 
-TEST_F(WavFiles, SayInTheirHeaderWhichLoudspeakerAChannelIs) {
+TEST_F(WavFiles, StoreLoudspeakerPositionsInTheHeader) {
   using enum Speaker;
   const std::vector<Speaker> all = {kFrontLeft,    kFrontRight,    kFrontCentre, kLowFrequency,
                                     kBackLeft,     kBackRight,     kSideLeft,    kSideRight,
@@ -103,7 +103,7 @@ TEST_F(WavFiles, SayInTheirHeaderWhichLoudspeakerAChannelIs) {
   EXPECT_EQ(number_at(ambix, format + 28, 4), 0u);
 }
 
-TEST_F(WavFiles, GoThroughLinksAndIntoPipesWithTheirLengthKnown) {
+TEST_F(WavFiles, FollowLinksAndStoreTheLengthInPipes) {
   fs::create_directory(folder_ / "elsewhere");
   fs::create_symlink("elsewhere/real.wav", folder_ / "link.wav");
   written("link.wav", sweep(500), 1, SampleFormat::kFloat32);
@@ -125,7 +125,7 @@ TEST_F(WavFiles, GoThroughLinksAndIntoPipesWithTheirLengthKnown) {
   EXPECT_TRUE(fs::is_fifo(pipe));
 }
 
-TEST_F(WavFiles, ClearAwayWhatKilledProcessesLeft) {
+TEST_F(WavFiles, RemoveTemporariesOfKilledProcesses) {
   const std::string path = folder_ / "x.wav";
   const pid_t child = ::fork();
   if (child == 0) {
@@ -142,7 +142,7 @@ TEST_F(WavFiles, ClearAwayWhatKilledProcessesLeft) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator{}), 1);
 }
 
-TEST_F(WavFiles, AreOfNoKindThatTheirNameDoesNotSay) {
+TEST_F(WavFiles, RequireAKnownExtension) {
   for (const char* name : {"x.mp3", "x.ogg", "x", "wav", "x.wav.part", ""}) {
     EXPECT_FALSE(WavWriter::create(folder_ / name, 2, 48000, SampleFormat::kFloat32).ok()) << name;
     EXPECT_FALSE(check_sound_file(name, 2).ok()) << name;
@@ -153,7 +153,7 @@ TEST_F(WavFiles, AreOfNoKindThatTheirNameDoesNotSay) {
   EXPECT_FALSE(check_sound_file("x.flac", 9).ok());
 }
 
-TEST_F(WavFiles, SayWhatAFlacFileCannotHold) {
+TEST_F(WavFiles, ExplainTheLimitsOfFlac) {
   EXPECT_FALSE(WavWriter::create(folder_ / "x.flac", 12, 48000, SampleFormat::kPcm24).ok());
   EXPECT_FALSE(WavWriter::create(folder_ / "x.flac", 2, 48000, SampleFormat::kFloat32).ok());
   EXPECT_FALSE(sample_format("float", "x.flac").ok());

@@ -11,7 +11,7 @@ namespace clamor::testing {
 namespace {
 
 // Every field with every kind of invalid value.
-TEST(BakeFile, IsReadBackWheneverItWasWritten) {
+TEST(BakeFile, IsReadableIfItWasWritten) {
   using Change = std::function<void(BakeContents&, double)>;
   const auto as = [](auto& field, double x) { field = static_cast<float>(x); };
   const std::vector<Change> changes = {

@@ -25,7 +25,7 @@ std::vector<std::string> complaints(const BakeFile& file) {
   return all;
 }
 
-TEST(BakeFile, ThatIsCutShortOrOverwrittenWhileItIsOpenIsTheSameErrorMappedAndReadAndNoCrash) {
+TEST(BakeFile, TruncatedOrOverwrittenWhileOpenIsTheSameErrorMappedAndRead) {
   const std::string path = path_of("cut.clamor"), garbage(1 << 20, '\xa5');
   for (const std::uint32_t sources : {100u, 1000u}) {
     ASSERT_TRUE(write_bake(path, contents(sources), 2).ok());
@@ -53,7 +53,7 @@ TEST(BakeFile, ThatIsCutShortOrOverwrittenWhileItIsOpenIsTheSameErrorMappedAndRe
   }
 }
 
-TEST(BakeFile, ThatIsReplacedWhileItIsOpenGoesOnAsItWas) {
+TEST(BakeFile, ReplacedWhileOpenKeepsItsContents) {
   const std::string path = path_of("replaced.clamor");
   for (const FileAccess access : {FileAccess::kRead, FileAccess::kMap}) {
     BakeContents bake = contents();
@@ -73,7 +73,7 @@ TEST(BakeFile, ThatIsReplacedWhileItIsOpenGoesOnAsItWas) {
   }
 }
 
-TEST(BakeFile, GivesBackWhatWasWritten) {
+TEST(BakeFile, RoundTrips) {
   const BakeContents bake = contents();
   const std::string path = path_of("whole.clamor");
   ASSERT_TRUE(write_bake(path, bake, 2).ok());
@@ -127,7 +127,7 @@ TEST(BakeFile, GivesBackWhatWasWritten) {
   std::filesystem::remove(path);
 }
 
-TEST(BakeFile, IsTheSameBytesOnOneTwoAndSevenThreads) {
+TEST(BakeFile, IsTheSameBytesOn1And2And7Threads) {
   const Bytes one = written(contents(), 1);
   EXPECT_TRUE(one == written(contents(), 2));
   EXPECT_TRUE(one == written(contents(), 7));
@@ -152,14 +152,14 @@ TEST(BakeFile, MayHoldNoTrianglesAndNoSources) {
   EXPECT_TRUE(read_whole(written(bake)).ok());
 }
 
-TEST(BakeFile, CutShortAtAnyByteIsRefusedNeverHalfRead) {
+TEST(BakeFile, TruncatedAtAnyByteIsRejected) {
   const Bytes whole = written(contents());
   ASSERT_TRUE(read_whole(whole).ok());
   for (std::size_t size = 0; size < whole.size(); ++size)
     ASSERT_FALSE(read_whole(whole.substr(0, size)).ok()) << size << " bytes";
 }
 
-TEST(BakeFile, WithAnyBitOfItsPreambleOrRootFlippedIsRefused) {
+TEST(BakeFile, WithAnyFlippedBitInPreambleOrRootIsRejected) {
   const Bytes whole = written(contents());
   Preamble preamble;
   std::memcpy(&preamble, whole.data(), sizeof(preamble));
@@ -174,7 +174,7 @@ TEST(BakeFile, WithAnyBitOfItsPreambleOrRootFlippedIsRefused) {
   for (std::size_t byte = preamble.root_offset; byte < whole.size(); ++byte) refused(byte);
 }
 
-TEST(BakeFile, WithAFlippedBitElsewhereIsRefusedOrTheFlipIsInPadding) {
+TEST(BakeFile, WithAFlippedBitOutsidePaddingIsRejected) {
   const Bytes whole = written(contents());
   Preamble preamble;
   std::memcpy(&preamble, whole.data(), sizeof(preamble));
@@ -186,7 +186,7 @@ TEST(BakeFile, WithAFlippedBitElsewhereIsRefusedOrTheFlipIsInPadding) {
   }
 }
 
-TEST(BakeFile, OfANewerMinorIsReadOfANewerMajorRefusedWithASentence) {
+TEST(BakeFile, OfANewerMinorVersionIsReadOfANewerMajorVersionRejected) {
   const auto version = [](std::uint16_t major, std::uint16_t minor) {
     Bytes bytes = written(contents());
     std::memcpy(bytes.data() + 8, &major, 2);
@@ -202,7 +202,7 @@ TEST(BakeFile, OfANewerMinorIsReadOfANewerMajorRefusedWithASentence) {
       << newer.error().message;
 }
 
-TEST(Page, ThatClaimsFourGigabytesCostsNothing) {
+TEST(Page, ThatClaimsFourGigabytesAllocatesNothing) {
   // A zstd frame header that declares 4 GB, without data.
   const std::uint8_t frame[] = {0x28, 0xb5, 0x2f, 0xfd, 0xe0, 0, 0, 0, 0, 1, 0, 0, 0};
   std::vector<std::byte> room(max_page_bytes(10), std::byte{7});
@@ -210,7 +210,7 @@ TEST(Page, ThatClaimsFourGigabytesCostsNothing) {
   EXPECT_EQ(room, std::vector<std::byte>(room.size(), std::byte{7}));
 }
 
-TEST(Page, SnapsPowersToHalfDecibelsThatAreRightOnAverage) {
+TEST(Page, RoundsPowersToHalfDecibelsWithoutBias) {
   double before = 0, after = 0, squares = 0;
   constexpr int kCount = 20000;
   for (int i = 0; i < kCount; ++i) {
@@ -228,7 +228,7 @@ TEST(Page, SnapsPowersToHalfDecibelsThatAreRightOnAverage) {
   EXPECT_LE(std::abs(after - before), 4 * std::sqrt(squares));
 }
 
-TEST(AtomicWrite, LeavesNothingBehindAndTheOldFileAsItWasWhenTheDiskIsFull) {
+TEST(AtomicWrite, KeepsTheOldFileIfTheDiskIsFull) {
   const std::string folder = path_of("folder");
   std::filesystem::create_directory(folder);
   const std::string path = folder + "/out.clamor";
@@ -254,7 +254,7 @@ TEST(AtomicWrite, LeavesNothingBehindAndTheOldFileAsItWasWhenTheDiskIsFull) {
   std::filesystem::remove_all(folder);
 }
 
-TEST(AtomicWrite, SaysWhyWhereItCannotWrite) {
+TEST(AtomicWrite, ReportsWhyItCannotWrite) {
   for (const std::string& path :
        {std::string("/dev/null/out.clamor"), std::string("/proc/out.clamor"),
         std::filesystem::temp_directory_path().string()}) {

@@ -110,7 +110,7 @@ class BakeFileValues : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-TEST_F(BakeFileValues, ANewerMajorIsNamedEvenIfItSumsItsFirstBytesInAnotherWay) {
+TEST_F(BakeFileValues, ANewerMajorVersionIsNamedEvenIfItsChecksumDiffers) {
   Bytes bytes = written(contents());
   bytes[8] = std::byte{5};  // without updating checksums
   const auto file = opened(bytes);
@@ -120,7 +120,7 @@ TEST_F(BakeFileValues, ANewerMajorIsNamedEvenIfItSumsItsFirstBytesInAnotherWay) 
       << file.error().message;
 }
 
-TEST_F(BakeFileValues, ANodeWhosePlaceNoDelayCanReachIsRefused) {
+TEST_F(BakeFileValues, ANodeOutsideTheCoordinateRangeIsRejected) {
   for (const float bad : {-3e6f, -3e38f, NAN, -INFINITY}) {
     Bytes bytes = written(contents());
     replace_in_root(bytes, -7, bad);
@@ -131,7 +131,7 @@ TEST_F(BakeFileValues, ANodeWhosePlaceNoDelayCanReachIsRefused) {
   EXPECT_TRUE(opened(bytes).ok());
 }
 
-TEST_F(BakeFileValues, ANodeWithNegativePowerOrAnImpossibleConeIsRefused) {
+TEST_F(BakeFileValues, ANodeWithNegativePowerOrAnInvalidConeIsRejected) {
   for (const float bad : {-1.f, NAN, INFINITY}) {
     BakeContents made = contents();
     made.octree.nodes[0].power[3] = 123;
@@ -147,7 +147,7 @@ TEST_F(BakeFileValues, ANodeWithNegativePowerOrAnImpossibleConeIsRefused) {
   }
 }
 
-TEST_F(BakeFileValues, APageCannotDeclareAPowerThatIsInfiniteOrBecomesSoOverU) {
+TEST_F(BakeFileValues, APageCannotDeclareAnInfinitePowerOrKey) {
   const BakeContents made = contents();
   Bytes page = encode_page(made.octree.nodes[0], made.octree.sources, 8);
   ASSERT_TRUE(decode_page(made.octree.nodes[0], page, made.emitters, 1).ok());
@@ -174,7 +174,7 @@ TEST_F(BakeFileValues, APageCannotDeclareAPowerThatIsInfiniteOrBecomesSoOverU) {
   EXPECT_NEAR((*decoded)[0].power[0], 1e24, 1e18);  // so it has the highest key
 }
 
-TEST_F(BakeFileValues, ALoudEmitterDoesNotSilenceTheFaintSourcesOfItsPage) {
+TEST_F(BakeFileValues, ALoudEmitterDoesNotSilenceFaintSourcesOfItsPage) {
   BakeContents made = contents();
   made.emitters[0].gain = 1e4;  // +80 dB
   set_from_emitter(made.octree.sources[0], made.emitters[0]);
@@ -186,7 +186,7 @@ TEST_F(BakeFileValues, ALoudEmitterDoesNotSilenceTheFaintSourcesOfItsPage) {
   for (const float power : (*decoded)[1].power) EXPECT_NEAR(power, 1e-6f, 1e-12f);
 }
 
-TEST_F(BakeFileValues, APipeIsRefusedWithoutWaitingForIt) {
+TEST_F(BakeFileValues, APipeIsRejectedWithoutBlocking) {
   ASSERT_EQ(::mkfifo(at("pipe").c_str(), 0600), 0);
   ::alarm(20);  // ends the test if opening blocks
   EXPECT_FALSE(BakeFile::open(at("pipe")).ok());
@@ -208,7 +208,7 @@ TEST_F(BakeFileValues, APipeOrADeviceIsNeverReplacedByAFile) {
   EXPECT_EQ(file_count(), 2u);
 }
 
-TEST_F(BakeFileValues, AFullDiskLeavesTheOldFileAndNothingElse) {
+TEST_F(BakeFileValues, AFullDiskKeepsTheOldFile) {
   const Bytes before = written(contents());
   BakeContents larger = contents();
   larger.signals.resize(20, larger.signals[0]);

@@ -178,7 +178,7 @@ std::string this_version() {
   return std::to_string(kFormatMajor) + "." + std::to_string(kFormatMinor);
 }
 
-TEST(BakeFileVersions, OfEveryReleasedVersionGiveWhatTheyAlwaysGave) {
+TEST(BakeFileVersions, OfAllReleasedVersionsAreReadUnchanged) {
   if (std::getenv("CLAMOR_WRITE_GOLDEN") != nullptr) {
     const std::string path = golden(this_version() + ".clamor");
     std::filesystem::create_directories(golden(""));
@@ -204,12 +204,12 @@ TEST(BakeFileVersions, OfEveryReleasedVersionGiveWhatTheyAlwaysGave) {
   EXPECT_GE(files, 1u);
 }
 
-TEST(BakeFileVersions, AreThereForTheVersionThatIsWritten) {
+TEST(BakeFileVersions, IncludeTheCurrentVersion) {
   EXPECT_TRUE(std::filesystem::exists(golden(this_version() + ".clamor")))
       << "see the top of bake_file_versions_test.cpp";
 }
 
-TEST(BakeFileVersions, HoldWhatIsWrittenToday) {
+TEST(BakeFileVersions, MatchTheCurrentWriter) {
   // Compares values, because other library versions may encode them differently.
   const std::string path = path_of("golden.clamor");
   const auto done = write_bake(path, everything(), 1);

@@ -29,7 +29,7 @@ std::vector<std::byte> documented_page() {
   return bytes;
 }
 
-TEST(BakeFormat, WorksThroughThePageThatTheCodeWrites) {
+TEST(BakeFormat, HasAnExampleThatTheEncoderReproduces) {
   // The -0 in the imported axis selects one of four encodings of -Z.
   const Emitter click{.name = "click", .position_m = {1, 1.5, -3}, .axis = {-0.0, 0, -1}};
   OctreeNode node;

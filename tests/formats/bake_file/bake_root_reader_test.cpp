@@ -169,14 +169,14 @@ std::vector<Hostile> hostile_roots() {
   };
 }
 
-TEST(HostileBakeFile, WithRightChecksumsIsRefusedAllTheSame) {
+TEST(HostileBakeFile, WithInvalidValuesAndValidChecksumsIsRejected) {
   const Bytes whole = written(contents());
   ASSERT_TRUE(read_whole(with_root(whole, [](BakeRoot::Builder) {})).ok());
   for (const Hostile& hostile : hostile_roots())
     EXPECT_FALSE(read_whole(with_root(whole, hostile.change)).ok()) << hostile.what;
 }
 
-TEST(HostileBakeFile, WithARootOfRandomWordsIsRefused) {
+TEST(HostileBakeFile, WithARandomRootIsRejected) {
   const Bytes whole = written(contents());
   Preamble preamble;
   std::memcpy(&preamble, whole.data(), sizeof(preamble));
@@ -192,7 +192,7 @@ TEST(HostileBakeFile, WithARootOfRandomWordsIsRefused) {
   }
 }
 
-TEST(HostileBakeFile, WithRandomWordsOfItsRootChangedNeverCrashes) {
+TEST(HostileBakeFile, WithRandomChangesOfItsRootNeverCrashes) {
   const Bytes whole = written(contents());
   Preamble preamble;
   std::memcpy(&preamble, whole.data(), sizeof(preamble));

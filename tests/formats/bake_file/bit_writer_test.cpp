@@ -40,7 +40,7 @@ Numbers column(std::uint32_t round) {
   return numbers;
 }
 
-TEST(BitWriter, GiveBackAllThatWasPutIn) {
+TEST(BitWriter, RoundTrips) {
   for (std::uint32_t round = 0; round < 2000; ++round) {
     const Numbers a = column(2 * round), b = column(2 * round + 1);
     BitWriter writer;
@@ -65,7 +65,7 @@ TEST(BitWriter, GiveBackAllThatWasPutIn) {
   }
 }
 
-TEST(BitWriter, GiveBackTheExtremes) {
+TEST(BitWriter, RoundTripsExtremes) {
   for (const Numbers& numbers :
        {Numbers{kLeast}, Numbers{kMost}, Numbers{kLeast, kMost}, Numbers{kMost, 0, kLeast},
         Numbers{kLeast, kLeast, kLeast}, Numbers{-1, 0, 1, -2}, Numbers(512, kMost)}) {
@@ -81,7 +81,7 @@ TEST(BitWriter, GiveBackTheExtremes) {
 }
 
 // A Rice code is within 0.04 bits of the entropy of a geometric column at its best ratios.
-TEST(BitWriter, TakeHardlyMoreThanTheEntropyOfAGeometricColumn) {
+TEST(BitWriter, IsCloseToTheEntropyOfAGeometricColumn) {
   Numbers numbers;
   constexpr std::uint32_t kCount = 512;
   for (std::uint32_t i = 0; i < kCount; ++i) {
@@ -94,7 +94,7 @@ TEST(BitWriter, TakeHardlyMoreThanTheEntropyOfAGeometricColumn) {
   EXPECT_NEAR(static_cast<double>(column_bits(numbers)) / kCount, 4.0, 0.2 + 12.0 / kCount);
 }
 
-TEST(BitReader, ReadsNothingBeyondItsEndWhateverTheBytes) {
+TEST(BitReader, NeverReadsBeyondItsEnd) {
   std::size_t refused = 0;
   for (std::uint32_t round = 0; round < 3000; ++round) {
     const std::size_t size = philox(4, {round, 0, 0, 0})[0] % 40;

@@ -36,7 +36,7 @@ void add_run(Root root) {
   put_names(root, std::string("\1viola\0", 7));
 }
 
-TEST(EmitterTable, HasTheEmittersThatARunSaysAreCopies) {
+TEST(EmitterTable, ExpandsRunsOfInstances) {
   const Bytes bytes = with_root(written(contents()), add_run);
   const std::string path = path_of("table.clamor");
   std::ofstream(path, std::ios::binary) << bytes;
@@ -53,7 +53,7 @@ TEST(EmitterTable, HasTheEmittersThatARunSaysAreCopies) {
   EXPECT_EQ(viola.directivity, violin.directivity);
 }
 
-TEST(EmitterTable, KeepsNamesShortOnlyWhereTheyAreThoseOfTheOriginal) {
+TEST(EmitterTable, OmitsInheritedNames) {
   std::vector<Emitter> table(5);
   for (const std::size_t i : {0u, 1u}) table[i].name = "fan " + std::to_string(i);
   table[2].name = "fan 0";
@@ -77,7 +77,7 @@ TEST(EmitterTable, KeepsNamesShortOnlyWhereTheyAreThoseOfTheOriginal) {
   EXPECT_FALSE(names.next(name).ok());
 }
 
-TEST(EmitterTable, ThatCannotBeIsRefused) {
+TEST(EmitterTable, ThatIsInvalidIsRejected) {
   const Bytes whole = written(contents());
   const struct {
     const char* what;
@@ -127,7 +127,7 @@ TEST(EmitterTable, ThatCannotBeIsRefused) {
 }
 
 // Runs that double the table repeatedly: a few kilobytes would expand to gigabytes.
-TEST(EmitterTable, OfASmallFileIsNotLarge) {
+TEST(EmitterTable, HasLimitsThatDependOnTheSizeOfTheFile) {
   const auto doubled = [](unsigned times, unsigned named) {
     return with_root(written(contents()), [=](Root root) {
       auto runs = root.initEmitterInstances(times);
@@ -151,7 +151,7 @@ TEST(EmitterTable, OfASmallFileIsNotLarge) {
 }
 
 // Every instance inherits a long name, which the file stores once and the table once per instance.
-TEST(EmitterTable, ChargesANameForEachCopyThatTakesItOver) {
+TEST(EmitterTable, CountsInheritedNamesForEveryInstance) {
   const auto instanced_with_name = [](std::size_t letters) {
     return with_root(written(contents()), [=](Root root) {
       constexpr unsigned kTimes = 8;

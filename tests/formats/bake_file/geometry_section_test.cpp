@@ -86,7 +86,7 @@ TEST(GeometrySection, TakesAByteForATriangleOfARoom) {
   EXPECT_LT(static_cast<double>(bytes), 1.2 * static_cast<double>(mesh.triangles.size()));
 }
 
-TEST(GeometrySection, HoweverRegularIsNeverTakenForABomb) {
+TEST(GeometrySection, IsNeverRejectedForItsRegularity) {
   for (const std::uint32_t squares : {1u, 5u, 300u, 8192u, 60'000u}) {
     const Mesh mesh = floor_of(squares);
     const PackedGeometry packed = pack_geometry(mesh);
@@ -98,7 +98,7 @@ TEST(GeometrySection, HoweverRegularIsNeverTakenForABomb) {
   }
 }
 
-TEST(GeometrySection, OfAnyNumbersIsRefusedOrWhole) {
+TEST(GeometrySection, OfRandomBytesIsRejectedOrValid) {
   const PackedGeometry packed = pack_geometry(hall(400));
   const PackedGeometryPage& page = packed.pages[0];
   const auto bytes = unpacked(page.frame, 12 * page.counts.vertices + 8 * page.counts.triangles);
@@ -126,7 +126,7 @@ TEST(GeometrySection, OfAnyNumbersIsRefusedOrWhole) {
   EXPECT_LT(refused, 4500);  // positions may be anything
 }
 
-TEST(GeometrySection, CutShortAtAnyByteIsRefused) {
+TEST(GeometrySection, TruncatedAtAnyByteIsRejected) {
   const PackedGeometry packed = pack_geometry(hall(100));
   const PackedGeometryPage& page = packed.pages[0];
   for (std::size_t size = 0; size < page.frame.size(); ++size)
@@ -141,13 +141,13 @@ BakeContents with_hall() {
   return bake;
 }
 
-TEST(GeometrySection, IsTheSameBytesOnOneTwoAndSevenThreads) {
+TEST(GeometrySection, IsTheSameBytesOn1And2And7Threads) {
   const Bytes one = written(with_hall(), 1);
   EXPECT_TRUE(one == written(with_hall(), 2));
   EXPECT_TRUE(one == written(with_hall(), 7));
 }
 
-TEST(GeometrySection, DamagedInOnePageNamesItAndLeavesTheOthersReadable) {
+TEST(GeometrySection, WithADamagedPageNamesItAndKeepsTheOthersReadable) {
   const std::string path = path_of("geometry.clamor");
   ASSERT_TRUE(write_bake(path, with_hall(), 2).ok());
   const auto whole = BakeFile::open(path);

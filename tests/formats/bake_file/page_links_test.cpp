@@ -30,7 +30,7 @@ Bytes with_child(Bytes bytes, std::size_t at, T value) {
   return with_root(bytes, top_with(kHashAt, hash));
 }
 
-TEST(HostileBakeFile, WithAPageThatSpeaksOfWrongChildrenIsRefused) {
+TEST(HostileBakeFile, WithInvalidChildEntriesIsRejected) {
   const Bytes whole = written(contents());
   ASSERT_TRUE(read_whole(with_child<std::uint8_t>(whole, kOctantAt, 3)).ok());
   constexpr std::uint64_t kHuge = 1ull << 63;
@@ -59,7 +59,7 @@ TEST(HostileBakeFile, WithAPageThatSpeaksOfWrongChildrenIsRefused) {
   refused("child of a negative delay", 76, -1.0f);
 }
 
-TEST(HostileBakeFile, InWhichTwoNodesHaveOnePageIsRefused) {
+TEST(HostileBakeFile, WithSiblingsThatShareAPageIsRejected) {
   BakeContents bake = contents(99);
   OctreeNode& child = bake.octree.nodes[1];
   ASSERT_EQ(child.source_count, 40u);
@@ -140,7 +140,7 @@ Bytes with_pages_above(const Bytes& whole,
 }
 
 // A long chain of pages would have to be read one by one.
-TEST(HostileBakeFile, WhoseTreeIsDeeperThanAnyTreeIsRefused) {
+TEST(HostileBakeFile, WithATooDeepTreeIsRejected) {
   const Bytes whole = written(contents());  // with two levels
   const auto with_levels_above = [&](std::size_t levels) {
     return with_pages_above(whole, [&](Pages& pages, PageEntry top) {
@@ -157,7 +157,7 @@ TEST(HostileBakeFile, WhoseTreeIsDeeperThanAnyTreeIsRefused) {
 }
 
 // Cousins that share a page: every level would double the number of paths to it.
-TEST(HostileBakeFile, InWhichNodesOfDifferentParentsHaveOnePageIsRefused) {
+TEST(HostileBakeFile, WithCousinsThatShareAPageIsRejected) {
   const Bytes whole = written(contents());
   const auto read = read_whole(with_pages_above(whole, [](Pages& pages, const PageEntry& top) {
     const PageEntry first = pages.above({top}), second = pages.above({top});

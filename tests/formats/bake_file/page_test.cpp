@@ -162,7 +162,7 @@ class PageTest : public ::testing::Test {
   std::unique_ptr<PageColumns> columns_ = std::make_unique<PageColumns>();
 };
 
-TEST_F(PageTest, GivesBackEveryBitOfSourcesThatWereQuantised) {
+TEST_F(PageTest, RoundTripsQuantizedSourcesExactly) {
   std::uint32_t seed = 0;
   for (const std::size_t count : {1, 2, 3, 4, 5, 7, 8, 9, 64, 200, 511, 512})
     for (const std::uint32_t planes : {0u, 1u, 6u, 40u})
@@ -186,7 +186,7 @@ TEST_F(PageTest, GivesBackEveryBitOfSourcesThatWereQuantised) {
         }
 }
 
-TEST_F(PageTest, KeepsOrderNumberAndPolarityOfSourcesThatWereNot) {
+TEST_F(PageTest, KeepsOrderUAndPolarityOfOtherSources) {
   for (std::uint32_t seed = 0; seed < 50; ++seed) {
     const MadePage page = made(seed, {.by_key = false, .quantised = false});
     const auto after = decoded(page);
@@ -201,7 +201,7 @@ TEST_F(PageTest, KeepsOrderNumberAndPolarityOfSourcesThatWereNot) {
   }
 }
 
-TEST_F(PageTest, StoresNeitherNumberNorPolarityNorOrderWhereTheyCanBeFound) {
+TEST_F(PageTest, StoresUPolarityAndOrderOnlyIfTheyCannotBeDerived) {
   const Mix mix{.count = 512, .emitter_rows = 0};
   const MadePage page = made(1, mix);
   MadePage other_numbers = page, other_order = page, other_signs = page;
@@ -219,14 +219,14 @@ TEST_F(PageTest, StoresNeitherNumberNorPolarityNorOrderWhereTheyCanBeFound) {
   EXPECT_GT(more(other_numbers), 20);
 }
 
-TEST_F(PageTest, SortsAsTheOctreeDoesEvenWhereKeysAreEqual) {
+TEST_F(PageTest, SortsLikeTheOctreeEvenWithEqualKeys) {
   MadePage page = made(3, {.count = 300, .emitter_rows = 0});
   for (std::size_t i = 0; i < page.sources.size(); ++i) page.sources[i] = page.sources[i / 50 * 50];
   const auto after = decoded(page);
   for (std::size_t i = 0; i < after.size(); ++i) expect_same(after[i], page.sources[i]);
 }
 
-TEST_F(PageTest, WithAnyBitFlippedIsRefusedOrHarmless) {
+TEST_F(PageTest, WithAnyFlippedBitIsRejectedOrValid) {
   for (const Mix& mix : {Mix{.count = 60}, Mix{.count = 40, .planes = 0, .by_key = false},
                          Mix{.count = 30, .quantised = false, .silent_bands = true}}) {
     const MadePage page = made(9, mix);
@@ -241,7 +241,7 @@ TEST_F(PageTest, WithAnyBitFlippedIsRefusedOrHarmless) {
   }
 }
 
-TEST_F(PageTest, CutShortAnywhereIsRefused) {
+TEST_F(PageTest, TruncatedAnywhereIsRejected) {
   const MadePage page = made(10, {.count = 100});
   const Bytes bytes = page.encoded(), frame = zstd_compress_fast(bytes);
   for (std::size_t size = 0; size < bytes.size(); ++size)
@@ -254,7 +254,7 @@ TEST_F(PageTest, CutShortAnywhereIsRefused) {
         << size;
 }
 
-TEST_F(PageTest, LongerThanItsSourcesTakeIsRefused) {
+TEST_F(PageTest, WithTrailingBytesIsRejected) {
   const MadePage page = made(11, {.count = 100});
   for (const std::size_t more : {1, 2, 100, 100'000}) {
     Bytes bytes = page.encoded();
@@ -265,7 +265,7 @@ TEST_F(PageTest, LongerThanItsSourcesTakeIsRefused) {
   }
 }
 
-TEST_F(PageTest, OfAnyBitsIsRefusedOrHarmless) {
+TEST_F(PageTest, OfRandomBitsIsRejectedOrValid) {
   MadePage page = made(12, {.count = 20});
   const Bytes whole = page.encoded();
   std::size_t refused = 0;
@@ -283,7 +283,7 @@ TEST_F(PageTest, OfAnyBitsIsRefusedOrHarmless) {
   EXPECT_GT(refused, 15000u);
 }
 
-TEST_F(PageTest, IsHeldAgainstTheTablesAndTheNode) {
+TEST_F(PageTest, IsValidatedAgainstTheTablesAndTheNode) {
   const MadePage page = made(14, {.count = 100});
   const Bytes bytes = page.encoded();
   ASSERT_FALSE(refuses(page, bytes));
@@ -307,7 +307,7 @@ TEST_F(PageTest, IsHeldAgainstTheTablesAndTheNode) {
   EXPECT_TRUE(refused(node, table_, kMaterials));
 }
 
-TEST_F(PageTest, IsNeverLargerThanItMayBe) {
+TEST_F(PageTest, NeverExceedsTheMaximumSize) {
   for (const std::size_t count : {1, 2, 50, 512}) {
     const MadePage page = made(15, {.count = count,
                                     .planes = 0,

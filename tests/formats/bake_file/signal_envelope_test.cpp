@@ -43,7 +43,7 @@ Bands mean_of(const SignalEnvelope& envelope) {
 }
 
 // The band gain for a sine has a closed form.
-TEST(SignalEnvelope, OfASteadyToneIsItsPowerInEveryBandAtEveryMoment) {
+TEST(SignalEnvelope, OfASteadyToneIsConstant) {
   for (const double frequency_hz : {63.0, 88.0, 500.0, 707.0, 1000.0, 8000.0}) {
     const SignalEnvelope envelope(tone(frequency_hz, 0.5, kSampleRate_hz));
     ASSERT_EQ(envelope.moments(), 50u);
@@ -62,7 +62,7 @@ TEST(SignalEnvelope, OfASteadyToneIsItsPowerInEveryBandAtEveryMoment) {
   }
 }
 
-TEST(SignalEnvelope, KeepsAllTheEnergyOfALoopWhateverItsLength) {
+TEST(SignalEnvelope, PreservesTheEnergyOfLoopsOfAnyLength) {
   for (const int frames : {1, 7, 959, 960, 961, 5000, 48'000, 300'001}) {
     if (testing::kSanitized && frames > 5000) continue;  // slow
     const Signal signal = noise(frames, true);
@@ -85,7 +85,7 @@ TEST(SignalEnvelope, KeepsAllTheEnergyOfALoopWhateverItsLength) {
   }
 }
 
-TEST(SignalEnvelope, FindsABurstWhereItIsAndSilenceElsewhere) {
+TEST(SignalEnvelope, LocatesABurst) {
   Signal signal{"burst", std::vector<float>(2 * kSampleRate_hz, 0), false};
   const Signal burst = tone(1000, 1, kSampleRate_hz / 10);
   std::copy(burst.samples.begin(), burst.samples.end(), signal.samples.begin() + kSampleRate_hz);
@@ -110,7 +110,7 @@ TEST(SignalEnvelope, FindsABurstWhereItIsAndSilenceElsewhere) {
   }
 }
 
-TEST(SignalEnvelope, OfAClickHoldsItsWholeEnergyInItsFirstMoment) {
+TEST(SignalEnvelope, OfAClickHasAllEnergyInItsFirstMoment) {
   const SignalEnvelope envelope({"click", {1.0f}, false});
   ASSERT_EQ(envelope.moments(), 1u);
   // An impulse is white, so the energy of a band is the fraction of the spectrum that it passes.
@@ -133,7 +133,7 @@ TEST(SignalEnvelope, OfSilenceIsSilent) {
   EXPECT_FALSE(SignalEnvelope(noise(100, true)).silent());
 }
 
-TEST(SignalEnvelope, DoesNotDependOnHowItWasCutIntoPieces) {
+TEST(SignalEnvelope, DoesNotDependOnItsDivisionIntoPieces) {
   // 10 s are processed in several pieces, 1 s in one; repeated seconds have equal moments.
   const Signal second = noise(kSampleRate_hz, true);
   Signal ten = second;
@@ -145,7 +145,7 @@ TEST(SignalEnvelope, DoesNotDependOnHowItWasCutIntoPieces) {
       EXPECT_NEAR(decibels(many.at(m)[b] / one.at(m % 50)[b]), 0, 0.51);  // half-decibel steps
 }
 
-TEST(SignalEnvelope, IsNotMadeOfWhatCannotBeOne) {
+TEST(SignalEnvelope, RejectsInvalidSteps) {
   const Bands power = same_in_all_bands(0.1f);
   EXPECT_TRUE(SignalEnvelope::from_steps(power, std::vector<std::uint8_t>(8, 255)).ok());
   EXPECT_FALSE(SignalEnvelope::from_steps(power, {}).ok());

@@ -23,7 +23,7 @@ Bytes with_signal_block(const Bytes& whole, const Bytes& block) {
   return with_bytes(bytes, offset, before, block);
 }
 
-TEST(HostileBakeFile, WhoseSignalIsLongerThanItSaysIsDecodedNoFurther) {
+TEST(HostileBakeFile, WithATooLongSignalIsNotDecodedBeyondItsLength) {
   const Bytes whole = written(contents());
   const auto flac_of = [](std::size_t frames) {
     const auto flac = encode_flac(std::vector<float>(frames, 0.0f));
@@ -43,7 +43,7 @@ TEST(HostileBakeFile, WhoseSignalIsLongerThanItSaysIsDecodedNoFurther) {
   }
 }
 
-TEST(HostileBakeFile, WhoseSignalIsAnySoundButFlacIsRefused) {
+TEST(HostileBakeFile, WithASignalOtherThanFlacIsRejected) {
   const Bytes whole = written(contents());
   const std::string path = path_of("signal.wav");
   {

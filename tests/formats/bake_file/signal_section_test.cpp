@@ -43,7 +43,7 @@ struct Written {
   std::unique_ptr<BakeFile> file;
 };
 
-TEST(LongSignal, IsKeptInBlocksThatDecodeAlone) {
+TEST(LongSignal, IsStoredInIndependentBlocks) {
   const Signal sound = long_sound(kSampleRate_hz * 25 + 17, 3);
   const Written written({long_sound(100, 1), sound});
   ASSERT_EQ(written.file->signal(0).blocks, 1u);
@@ -65,7 +65,7 @@ TEST(LongSignal, IsKeptInBlocksThatDecodeAlone) {
     ASSERT_NEAR(whole->samples[i], sound.samples[i], 2.0 / (1 << 23));
 }
 
-TEST(LongSignal, CostsNoMoreThanATwentiethForItsBlocks) {
+TEST(LongSignal, HasAnOverheadBelowATwentieth) {
   Signal noise{"noise", {}, true};
   for (std::uint32_t i = 0; i < 21 * kSampleRate_hz; ++i)
     noise.samples.push_back(static_cast<float>(unit(philox(1, {i, 0, 0, 0})[0]) - 0.5));
@@ -80,7 +80,7 @@ TEST(LongSignal, CostsNoMoreThanATwentiethForItsBlocks) {
             1.05 * 21 / 20 * static_cast<double>((*uncut)[0].size()));
 }
 
-TEST(LongSignal, OfAnyLengthIsCoveredByItsBlocksOnce) {
+TEST(LongSignal, IsPartitionedByItsBlocks) {
   for (const std::uint64_t frames :
        {std::uint64_t{1}, kMaxSingleBlock_frames, kMaxSingleBlock_frames + 1,
         3 * kSignalBlockFrames, std::uint64_t{kSampleRate_hz} * 1800}) {
@@ -94,7 +94,7 @@ TEST(LongSignal, OfAnyLengthIsCoveredByItsBlocksOnce) {
   }
 }
 
-TEST(LongSignal, WithOneDamagedBlockStillGivesTheOthers) {
+TEST(LongSignal, KeepsOtherBlocksReadableIfOneIsDamaged) {
   const Written written({long_sound(kSampleRate_hz * 30, 1)});
   // Damages the second of three blocks.
   std::FILE* const bytes = std::fopen(written.path.c_str(), "r+b");
@@ -111,7 +111,7 @@ TEST(LongSignal, WithOneDamagedBlockStillGivesTheOthers) {
   EXPECT_FALSE(written.file->read_signal(0).ok());
 }
 
-TEST(SignalEnvelopeSection, ComesBackAsItWasWritten) {
+TEST(SignalEnvelopeSection, RoundTrips) {
   std::vector<Signal> signals = {long_sound(100'000, 0.5f),
                                  {"click", {1, 0.5f}, false},
                                  {"nothing", std::vector<float>(3000, 0), true}};
@@ -126,7 +126,7 @@ TEST(SignalEnvelopeSection, ComesBackAsItWasWritten) {
   }
 }
 
-TEST(SignalEnvelopeSection, ThatClaimsMoreThanTheSignalIsLongIsRefused) {
+TEST(SignalEnvelopeSection, LongerThanItsSignalIsRejected) {
   const SignalEnvelope envelope(long_sound(5000, 1));
   const auto section = pack_envelope(envelope);
   EXPECT_TRUE(unpack_envelope(section, 5000, envelope.mean_square()).ok());

@@ -47,7 +47,7 @@ Material shiny(float exponent) {
   return material;
 }
 
-TEST(SourceQuantization, NeverMovesTheWayToAnEarByAWholeSample) {
+TEST(SourceQuantization, NeverChangesAPathDelayByAWholeSample) {
   const std::vector<Source> before = many(20000);
   std::vector<Source> after = before;
   quantize_sources(after, {});
@@ -63,7 +63,7 @@ TEST(SourceQuantization, NeverMovesTheWayToAnEarByAWholeSample) {
   EXPECT_GT(max_samples, 0.8);  // and the bound is nearly reached
 }
 
-TEST(SourceQuantization, KeepsDirectionsWithinWhatTheirLobesAreWide) {
+TEST(SourceQuantization, KeepsDirectionsWithinTheWidthOfTheirLobes) {
   for (const float exponent : {0.f, 20.f, 100.f, 101.f, 400.f, 1000.f}) {
     const std::vector<Material> materials = {shiny(exponent)};
     const std::vector<Source> before = many(5000);
@@ -104,7 +104,7 @@ TEST(SourceQuantization, KeepsPatchesWithinAQuarterOfADecibelOfTheirArea) {
               0.2501);
 }
 
-TEST(SourceQuantization, DoneTwiceIsDoneOnce) {
+TEST(SourceQuantization, IsIdempotent) {
   std::vector<Source> once = many(5000);
   // Directions with two encodings, and the limits of all ranges.
   once[0].mirror = once[0].normal = normalize(Vec3f(1, 0, -1));
@@ -142,7 +142,7 @@ TEST(SourceQuantization, LeavesEmittersAlone) {
 }
 
 // Regular sources: grid points on a wall with equal delays.
-TEST(SourceHash, IsUniformAndKnowsNothingOfItsNeighboursEvenOnAGrid) {
+TEST(SourceHash, IsUniformAndUncorrelatedEvenOnAGrid) {
   constexpr int kEdge = 400, kBins = 64, kAll = kEdge * kEdge;
   std::vector<double> u(kAll);
   std::vector<int> bins(kBins, 0);
@@ -171,7 +171,7 @@ TEST(SourceHash, IsUniformAndKnowsNothingOfItsNeighboursEvenOnAGrid) {
 }
 
 // Every bit of every input changes the hash.
-TEST(SourceHash, ChangesWithEveryBitOfWhatItIsMadeOf) {
+TEST(SourceHash, ChangesWithEveryBitOfItsInput) {
   for (std::uint32_t round = 0; round < 50; ++round) {
     const RandomBits a = philox(31, {round, 0, 0, 0}), b = philox(31, {round, 1, 0, 0});
     const auto of = [&](int word, int bit) {

@@ -23,7 +23,7 @@ std::string what_becomes_of(const std::function<Bytes()>& work, const ChildLimit
   return result.ok() ? "" : result.error().message;
 }
 
-TEST(ChildProcess, GivesBackWhatItFoundHoweverMuchFromAnyThread) {
+TEST(ChildProcess, ReturnsResultsOfAnySizeOnAnyThread) {
   std::vector<std::thread> threads;
   for (std::size_t t = 0; t < 4; ++t)
     threads.emplace_back([t] {
@@ -64,7 +64,7 @@ TEST(ChildProcess, MayHang) {
             "takes more than 1 s to read");
 }
 
-TEST(ChildProcess, MayWaitForEverWithoutTakingAnyTime) {
+TEST(ChildProcess, MayBlockForever) {
   ChildLimits limits;
   limits.wall_s = 1;
   EXPECT_EQ(what_becomes_of(
@@ -75,7 +75,7 @@ TEST(ChildProcess, MayWaitForEverWithoutTakingAnyTime) {
             "takes more than 1 s to read");
 }
 
-TEST(ChildProcess, IsStoppedByAnInterruptThatThisProcessHandles) {
+TEST(ChildProcess, IsStoppedByInterruptsThatTheParentHandles) {
   const auto before = std::signal(SIGINT, [](int) {});
   EXPECT_EQ(what_becomes_of([]() -> Bytes {
               ::raise(SIGINT);
@@ -85,7 +85,7 @@ TEST(ChildProcess, IsStoppedByAnInterruptThatThisProcessHandles) {
   std::signal(SIGINT, before);
 }
 
-TEST(ChildProcess, MayAskForAnyMemoryAndFindAnything) {
+TEST(ChildProcess, MayRequestAnyMemoryAndReturnAnySize) {
   if (testing::kSanitized) GTEST_SKIP() << "a sanitizer ends the child as for a crash";
   ChildLimits limits;
   limits.memory_bytes = 100'000'000;

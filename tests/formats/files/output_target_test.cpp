@@ -44,7 +44,7 @@ class Outputs : public ::testing::Test {
   fs::path folder_;
 };
 
-TEST_F(Outputs, AreWhatStandsAtTheEndOfAllLinks) {
+TEST_F(Outputs, FollowAllLinks) {
   fs::create_symlink("link2", folder_ / "link1");
   fs::create_symlink("folder_link/new", folder_ / "link2");
   for (const char* name : {"link1", "link2", "folder_link/new", "real/new", "real/../real/new"}) {
@@ -63,7 +63,7 @@ TEST_F(Outputs, AreWhatStandsAtTheEndOfAllLinks) {
   EXPECT_TRUE(fs::is_symlink(folder_ / "link1") && fs::is_symlink(folder_ / "link2"));
 }
 
-TEST_F(Outputs, MayBeStreamsButNeitherFoldersNorSocketsNorLinksInACircle) {
+TEST_F(Outputs, MayBeStreamsButNotFoldersSocketsOrCyclicLinks) {
   ASSERT_EQ(::mkfifo(at("pipe").c_str(), 0600), 0);
   fs::create_symlink("/dev/null", folder_ / "null");
   for (const std::string& path : {at("pipe"), at("null"), std::string("/dev/null"),
@@ -91,7 +91,7 @@ TEST_F(Outputs, MayBeStreamsButNeitherFoldersNorSocketsNorLinksInACircle) {
     EXPECT_NE(why_not(path).find(words), std::string::npos) << path << ": " << why_not(path);
 }
 
-TEST_F(Outputs, AreNoInputsUnderAnyOfTheirNames) {
+TEST_F(Outputs, AreNeverInputsUnderAnyName) {
   const std::string input = put("real/input", "precious");
   fs::create_symlink("real/input", folder_ / "link");
   fs::create_hard_link(input, folder_ / "twin");
@@ -106,7 +106,7 @@ TEST_F(Outputs, AreNoInputsUnderAnyOfTheirNames) {
   EXPECT_EQ(why_not(put("real/equal", "precious"), inputs), "") << "equal, but another file";
 }
 
-TEST_F(Outputs, ToAnOpenDescriptorGoOnWhereItStands) {
+TEST_F(Outputs, ToAnOpenDescriptorContinueAtItsPosition) {
   const std::string path = put("log", "before ");
   const int log = ::open(path.c_str(), O_WRONLY | O_APPEND);
   auto file = AtomicFile::create("/dev/fd/" + std::to_string(log));
@@ -122,14 +122,14 @@ TEST_F(Outputs, ToAnOpenDescriptorGoOnWhereItStands) {
   ::close(log);
 }
 
-TEST_F(Outputs, AreNotPrintedOnATerminal) {
+TEST_F(Outputs, AreNeverATerminal) {
   const int terminal = ::posix_openpt(O_RDWR | O_NOCTTY);
   ASSERT_GE(terminal, 0);
   EXPECT_NE(why_not("/dev/fd/" + std::to_string(terminal)).find("terminal"), std::string::npos);
   ::close(terminal);
 }
 
-TEST_F(Outputs, ThatAppearAtOnceGrowAndStay) {
+TEST_F(Outputs, ThatAppearImmediatelyGrowAndRemain) {
   const std::string path = put("file", "older");
   {
     auto file = AtomicFile::create(path);

@@ -42,7 +42,7 @@ Result<std::string> text_of(const RandomAccessFile& file, std::size_t offset,
   return text;
 }
 
-TEST(RandomAccessFile, IsTheSameMappedAndRead) {
+TEST(RandomAccessFile, IsEquivalentMappedAndRead) {
   const std::string bytes = some_bytes(40'001);
   const TemporaryFile stored(".bin", bytes);
   for (const FileAccess way : kWays) {
@@ -61,7 +61,7 @@ TEST(RandomAccessFile, IsTheSameMappedAndRead) {
   }
 }
 
-TEST(RandomAccessFile, ThatShrinksIsAnErrorAndIsBackWhenItGrowsAgain) {
+TEST(RandomAccessFile, ThatShrinksIsAnErrorUntilItGrowsAgain) {
   const std::string bytes = some_bytes(10 * 4096 + 100);
   // With and without SIGBUS blocked.
   sigset_t bus_error, before, after;
@@ -94,7 +94,7 @@ TEST(RandomAccessFile, ThatShrinksIsAnErrorAndIsBackWhenItGrowsAgain) {
 }
 
 // Simulates a disk that succeeds at the second attempt.
-TEST(RandomAccessFile, ThatCannotBeTouchedButCanBeReadIsRead) {
+TEST(RandomAccessFile, IsReadIfItsMappingFaults) {
   const std::string bytes = some_bytes(8 * 4096);
   const TemporaryFile stored(".bin", bytes);
   const auto file = RandomAccessFile::open(stored.path(), FileAccess::kMap);
@@ -114,7 +114,7 @@ TEST(RandomAccessFile, ThatCannotBeTouchedButCanBeReadIsRead) {
   EXPECT_TRUE(seen[1] == bytes);
 }
 
-TEST(RandomAccessFile, IsRightOrAnErrorOnAllThreadsWhileItShrinksAndGrows) {
+TEST(RandomAccessFile, IsCorrectOrAnErrorOnAllThreadsWhileItsSizeChanges) {
   const std::string bytes = some_bytes(16 * 4096);
   const TemporaryFile stored(".bin", bytes);
   const auto file = RandomAccessFile::open(stored.path(), FileAccess::kMap);
@@ -140,7 +140,7 @@ TEST(RandomAccessFile, IsRightOrAnErrorOnAllThreadsWhileItShrinksAndGrows) {
   EXPECT_TRUE(text_of(*file, 0, bytes).ok());
 }
 
-TEST(FileVersion, ChangesWhenAFileIsReplacedOrWrittenTo) {
+TEST(FileVersion, ChangesIfTheFileIsReplacedOrModified) {
   const TemporaryFile stored(".bin", "one");
   const auto file = RandomAccessFile::open(stored.path(), FileAccess::kRead);
   ASSERT_TRUE(file.ok());
@@ -197,7 +197,7 @@ class BusErrorGuardDeathTest : public ::testing::TestWithParam<int> {
   void SetUp() override { GTEST_FLAG_SET(death_test_style, "threadsafe"); }
 };
 
-TEST_P(BusErrorGuardDeathTest, LeavesOtherThreadsOtherAddressesAndSentSignalsToTheHandlerBefore) {
+TEST_P(BusErrorGuardDeathTest, PassesOtherFaultsAndSentSignalsToThePreviousHandler) {
   const auto in_another_thread = [] {
     install_own_handler(GetParam());
     while_guarded([] { std::thread([] { (void)*untouchable(); }).join(); });
@@ -221,7 +221,7 @@ TEST_P(BusErrorGuardDeathTest, LeavesOtherThreadsOtherAddressesAndSentSignalsToT
 INSTANTIATE_TEST_SUITE_P(WithAndWithoutInformation, BusErrorGuardDeathTest,
                          ::testing::Values(0, SA_SIGINFO));
 
-TEST(NoHandlerBeforeDeathTest, EndsTheProgramAsBeforeOrIgnoresWhatIsSent) {
+TEST(NoHandlerBeforeDeathTest, KeepsTheDefaultActionOfUnrelatedSignals) {
   if (kSanitized) GTEST_SKIP() << "sanitizers have a handler";
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto touch = [](void (*before)(int)) {
@@ -240,7 +240,7 @@ TEST(NoHandlerBeforeDeathTest, EndsTheProgramAsBeforeOrIgnoresWhatIsSent) {
   EXPECT_EXIT(send(SIG_IGN), ::testing::ExitedWithCode(kNothingHappened), "");
 }
 
-TEST(NoHandlerBeforeDeathTest, IsNotInstalledByALibraryThatOnlyReads) {
+TEST(NoHandlerBeforeDeathTest, IsNotInstalledWithoutMapping) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto read_only = [] {
     install_own_handler(SA_SIGINFO);

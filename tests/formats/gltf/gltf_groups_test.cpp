@@ -84,7 +84,7 @@ TEST_F(GltfGroups, AreTheSubtreesOfTheSceneInnerOnesFirst) {
   }
 }
 
-TEST_F(GltfGroups, ForgetEmittersThatTheCommandLineReplaces) {
+TEST_F(GltfGroups, DropEmittersThatTheCommandLineReplaces) {
   ImportOptions options;
   options.emitters = {"name=drum 2,signal=noise,at=0,1,0"};
   const auto imported = import(options);
@@ -97,7 +97,7 @@ TEST_F(GltfGroups, ForgetEmittersThatTheCommandLineReplaces) {
           {1, 4}, {0, 4}, {5, 8}, {4, 8}, {0, 8}, {8, 11}, {12, 15}, {11, 15}, {8, 15}, {0, 15}}));
 }
 
-TEST_F(GltfGroups, InstancesStartWhenTheirAttributeSays) {
+TEST_F(GltfGroups, InstancesStartAtTheTimeOfTheirAttribute) {
   const auto imported = import();
   ASSERT_TRUE(imported.ok()) << imported.error().message;
   EXPECT_EQ(imported->level.emitters[0].delay_s, 0);
@@ -106,7 +106,7 @@ TEST_F(GltfGroups, InstancesStartWhenTheirAttributeSays) {
   EXPECT_EQ(imported->level.emitters[3].delay_s, 0.5);
 }
 
-TEST_F(GltfGroups, AStartBeforeTheBeginningIsRefused) {
+TEST_F(GltfGroups, ANegativeStartIsRejected) {
   level_["nodes"][1]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["_DELAY_S"] =
       floats({0, -1, 0}, "SCALAR", 1);
   EXPECT_NE(refusal().find("_DELAY_S"), std::string::npos) << refusal();

@@ -13,7 +13,7 @@ Vec3f corner(const Level& level, std::size_t t, std::size_t c) {
 
 class Geometry : public LevelTest {};
 
-TEST_F(Geometry, OfANodeIsMovedTurnedAndScaledInThatOrderFromTheInside) {
+TEST_F(Geometry, IsScaledRotatedAndTranslatedByItsNode) {
   triangle();
   const double half = std::sqrt(0.5);
   level_["nodes"][0].update({{"translation", {10, 0, 0}},
@@ -70,7 +70,7 @@ TEST_F(Geometry, OfStripsAndFansIsTheSameSurface) {
   for (std::size_t t = 0; t < 3; ++t) EXPECT_EQ(corner(fan, t, 0), Vec3f(0, 0, 0));
 }
 
-TEST_F(Geometry, LeavesOutPointsAndLinesAndSaysSo) {
+TEST_F(Geometry, ReportsSkippedPointsAndLines) {
   triangle();
   mesh({{"attributes", {{"POSITION", positions_}}}, {"mode", 1}});
   node({{"mesh", 1}});
@@ -115,7 +115,7 @@ TEST_F(Geometry, TakesSparseValuesOverAndWithoutABuffer) {
   EXPECT_EQ(corner(level(), 0, 2), Vec3f(0, 5, 0));
 }
 
-TEST_F(Geometry, IsRepeatedAtEveryInstanceAndEachKeepsItsPlace) {
+TEST_F(Geometry, IsRepeatedAtEveryInstance) {
   triangle();
   const int moves = floats({0, 0, 1, 0, 0, 2, 0, 0, 3});
   const int scales = floats({1, 1, 1, 2, 2, 2, 3, 3, 3});
@@ -127,21 +127,21 @@ TEST_F(Geometry, IsRepeatedAtEveryInstanceAndEachKeepsItsPlace) {
   EXPECT_EQ(corner(result, 2, 1), Vec3f(103, 0, 3));
 }
 
-TEST_F(Geometry, HiddenByANodeAboveItIsLeftOutUnlessAskedFor) {
+TEST_F(Geometry, HiddenByAnAncestorIsSkippedUnlessRequested) {
   triangle();
   node({{"children", {0}}, {"extensions", {{"KHR_node_visibility", {{"visible", false}}}}}});
   EXPECT_TRUE(level().mesh.triangles.empty());
   EXPECT_EQ(level({.hidden_meshes = true}).mesh.triangles.size(), 1u);
 }
 
-TEST_F(Geometry, OfNodesOutsideTheSceneIsNoPartOfTheLevel) {
+TEST_F(Geometry, OfNodesOutsideTheSceneIsSkipped) {
   triangle();
   node({{"mesh", 0}});
   level_["scenes"] = {{{"nodes", {1}}}};
   EXPECT_EQ(level().mesh.triangles.size(), 1u);
 }
 
-TEST_F(Geometry, WithoutAreaIsLeftOut) {
+TEST_F(Geometry, WithoutAreaIsSkipped) {
   positions_ = floats({0, 0, 0, 1, 0, 0, 2, 0, 0});
   mesh({{"attributes", {{"POSITION", positions_}}}});
   node({{"mesh", 0}});
@@ -157,7 +157,7 @@ TEST_F(Geometry, DoesNotNeedItsTextures) {
   EXPECT_EQ(level().mesh.triangles.size(), 1u);
 }
 
-TEST_F(Geometry, OfABinaryFileIsThatOfATextFile) {
+TEST_F(Geometry, IsEqualInBinaryAndTextFiles) {
   triangle();
   const Level text = level();
   json document = level_;
@@ -167,7 +167,7 @@ TEST_F(Geometry, OfABinaryFileIsThatOfATextFile) {
   EXPECT_EQ(binary->level.mesh, text.mesh);
 }
 
-TEST_F(Geometry, AtTheEndOfAHundredThousandNodesIsFound) {
+TEST_F(Geometry, InAHierarchyOfDepth100000IsFound) {
   triangle();
   for (int i = 1; i < 100000; ++i) node({{"children", {i - 1}}, {"translation", {0.001, 0, 0}}});
   EXPECT_NEAR(corner(level(), 0, 0).x, 99.999, 1e-3);

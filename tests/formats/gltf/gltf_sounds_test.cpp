@@ -31,7 +31,7 @@ class Sounds : public LevelTest {
   }
 };
 
-TEST_F(Sounds, StandWhereTheirNodeStandsAndFaceItsMinusZ) {
+TEST_F(Sounds, HaveThePositionAndMinusZAxisOfTheirNode) {
   khr({{"gain", 0.5}, {"positional", {{"refDistance", 2}}}});
   const Level result = level();
   ASSERT_EQ(result.emitters.size(), 1u);
@@ -44,7 +44,7 @@ TEST_F(Sounds, StandWhereTheirNodeStandsAndFaceItsMinusZ) {
   EXPECT_EQ(result.signals.at(0).samples.size(), 24000u);
 }
 
-TEST_F(Sounds, OfSeveralChannelsAreFoldedWithAWord) {
+TEST_F(Sounds, OfSeveralChannelsAreDownmixedAndReported) {
   khr();
   EXPECT_THAT(import()->report.ignored, Not(Contains(HasSubstr("channels"))));
   std::string stereo = wav();
@@ -145,7 +145,7 @@ TEST_F(Sounds, AreReadFromOmiAudioEmitter) {
   EXPECT_FALSE(result.signals.at(0).loop);
 }
 
-TEST_F(Sounds, AreRefusedWithASentenceInOlderExtensionsToo) {
+TEST_F(Sounds, AreRejectedWithASentenceInOlderExtensionsToo) {
   khr();
   level_["extensions"] = {{"MSFT_audio_emitter",
                            {{"clips", {{{"uri", "tone.wav"}}}},
@@ -178,7 +178,7 @@ TEST_F(Sounds, OfAnEmitterWithTwoSourcesAreTwoEmitters) {
   EXPECT_FALSE(result.signals.at(result.emitters[1].signal).loop);
 }
 
-TEST_F(Sounds, OfACrowdComeFromEveryInstanceEachAtItsOwnTime) {
+TEST_F(Sounds, OfACrowdComeFromEveryInstanceWithItsOwnDelay) {
   khr();
   level_["nodes"][0]["extensions"]["CLAMOR_emitter"] = {{"directivity", {1, 1, 1, 2, 2, 2, 3, 3}},
                                                         {"gain_db", -20},
@@ -214,7 +214,7 @@ TEST_F(Sounds, TakeClamorsExtrasOnTheKhrEmitterToo) {
   EXPECT_THAT(refusal(), HasSubstr("nearest name is 'directivity'"));
 }
 
-TEST_F(Sounds, OfAConeRadiateItsPower) {
+TEST_F(Sounds, OfAConeRadiateThePowerOfTheCone) {
   // A hemispherical cone radiates half the power: 1 / (p + 1) = 1 / 2.
   EXPECT_NEAR(exponent_of_cone(M_PI, M_PI, 0), 1, 1e-9);
   EXPECT_NEAR(exponent_of_cone(2 * M_PI, 2 * M_PI, 0), 0, 1e-9);
@@ -229,7 +229,7 @@ TEST_F(Sounds, OfAConeRadiateItsPower) {
   EXPECT_THAT(imported->report.ignored, Contains(HasSubstr("'linear'")));
 }
 
-TEST_F(Sounds, WithoutAPlaceAreIgnoredWithAWarning) {
+TEST_F(Sounds, WithoutAPositionAreIgnoredWithAWarning) {
   khr();
   level_["extensions"]["KHR_audio_emitter"]["emitters"][0]["type"] = "global";
   const auto imported = import();
@@ -239,7 +239,7 @@ TEST_F(Sounds, WithoutAPlaceAreIgnoredWithAWarning) {
   EXPECT_THAT(imported->report.warnings, Contains(HasSubstr("--emitter")));
 }
 
-TEST_F(Sounds, OfTheSidecarAndTheCommandLineReplaceThoseOfTheirName) {
+TEST_F(Sounds, OfTheSidecarAndTheCommandLineReplaceSoundsOfTheSameName) {
   khr();
   write("level.acoustics.json", R"({"emitters": [
       {"name": "Radio", "signal": "tone.wav", "at": [0, 0, 0], "gain": "6dB", "loop": false},
@@ -259,7 +259,7 @@ TEST_F(Sounds, OfTheSidecarAndTheCommandLineReplaceThoseOfTheirName) {
 }
 
 // A plain number is an amplitude in a sidecar, so a 0 that was meant as 0 dB is silent.
-TEST_F(Sounds, OfGainZeroAreWarnedOf) {
+TEST_F(Sounds, WithAGainOfZeroCauseAWarning) {
   write("level.acoustics.json", R"({"emitters": [
       {"name": "Choir", "signal": "noise", "at": [0, 0, 0], "gain": 0},
       {"name": "Organ", "signal": "noise", "at": [9, 9, 9]}]})");
@@ -275,7 +275,7 @@ TEST_F(Sounds, OfGainZeroAreWarnedOf) {
   EXPECT_THAT(none->report.warnings, ::testing::Not(Contains(HasSubstr("silent"))));
 }
 
-TEST_F(Sounds, ThatChangeChangeTheHashAndNothingElseDoes) {
+TEST_F(Sounds, DetermineTheHash) {
   khr();
   const auto hash = [&](const ImportOptions& options = {}) { return import(options)->input_hash; };
   const auto before = hash();

@@ -21,7 +21,7 @@ class Materials : public LevelTest {
   }
 };
 
-TEST_F(Materials, TakeTheSidecarBeforeAllElseAndSayWhatItReplaces) {
+TEST_F(Materials, PreferTheSidecarAndReportWhatItReplaces) {
   write("level.acoustics.json", R"({"materials": {"brick": "curtain"}})");
   const json extension = {{"CLAMOR_materials_acoustic", {{"preset", "brick"}}}};
   const auto replaced = with({{"name", "Brick"}, {"extensions", extension}});
@@ -34,14 +34,14 @@ TEST_F(Materials, TakeTheSidecarBeforeAllElseAndSayWhatItReplaces) {
       !::testing::Value(replaced.report.warnings, ::testing::Contains(HasSubstr("sidecar"))));
 }
 
-TEST_F(Materials, TakeTheSidecarBeforeExtras) {
+TEST_F(Materials, PreferTheSidecarToExtras) {
   write("level.acoustics.json", R"({"materials": {"*": "carpet"}})");
   const auto imported = with({{"name", "x"}, {"extras", {{"acoustic", {{"preset", "glass"}}}}}});
   EXPECT_EQ(imported.report.materials.at(0).preset, "carpet");
   EXPECT_EQ(imported.report.materials.at(0).how, "sidecar '*'");
 }
 
-TEST_F(Materials, TakeTheirOwnExtensionBeforeExtrasAndTheirName) {
+TEST_F(Materials, PreferTheirExtensionToExtrasAndName) {
   const auto imported =
       with({{"name", "Brick"},
             {"extensions", {{"CLAMOR_materials_acoustic", {{"absorption", 0.25}, {"phong", 50}}}}},
@@ -54,7 +54,7 @@ TEST_F(Materials, TakeTheirOwnExtensionBeforeExtrasAndTheirName) {
   EXPECT_NEAR(imported.report.materials.at(0).area_m2, 0.5, 1e-12);
 }
 
-TEST_F(Materials, TakeExtrasBeforeTheirName) {
+TEST_F(Materials, PreferExtrasToTheirName) {
   const auto imported =
       with({{"name", "Brick"}, {"extras", {{"acoustic", {{"preset", "glass"}}}}}});
   EXPECT_EQ(imported.report.materials.at(0).preset, "glass");
@@ -71,7 +71,7 @@ TEST_F(Materials, TakeFlatExtrasAsBlenderWritesThem) {
   EXPECT_FLOAT_EQ(imported.level.materials.at(0).absorption[7], 0.3f);
 }
 
-TEST_F(Materials, TakeTheFirstPatternOfTheSidecarBeforeTheirName) {
+TEST_F(Materials, PreferTheFirstMatchingPatternOfTheSidecarToTheirName) {
   write("level.acoustics.json",
         R"({"materials": {"wall_?": {"preset": "brick", "absorption": 0.5}, "*": "carpet"}})");
   const auto imported = with({{"name", "Wall_3"}});
@@ -123,7 +123,7 @@ TEST_F(Materials, OfUnknownNamesGetTheDefaultAndAWarning) {
   EXPECT_THAT(imported.report.warnings, ::testing::Contains(HasSubstr("'stone'")));
 }
 
-TEST_F(Materials, AreOnlyThoseThatTrianglesUse) {
+TEST_F(Materials, AreImportedOnlyIfTrianglesUseThem) {
   const auto imported = with({{"name", "Brick"}});
   EXPECT_EQ(imported.level.materials.size(), 1u);
   level_["materials"].insert(level_["materials"].begin(), json{{"name", "unused"}});
@@ -133,7 +133,7 @@ TEST_F(Materials, AreOnlyThoseThatTrianglesUse) {
   EXPECT_EQ(again.mesh.materials.at(0), 0);
 }
 
-TEST_F(Materials, ThatAreMisspelledGetTheNearestName) {
+TEST_F(Materials, ThatAreMisspelledSuggestTheNearestName) {
   triangle();
   level_["materials"] = {{{"name", "x"}, {"extras", {{"acoustic", "plastr"}}}}};
   level_["meshes"][0]["primitives"][0]["material"] = 0;
@@ -143,7 +143,7 @@ TEST_F(Materials, ThatAreMisspelledGetTheNearestName) {
   EXPECT_THAT(refusal({.material = "velvet"}), HasSubstr("the preset for it is 'curtain'"));
 }
 
-TEST(AcousticValues, AreUnderstoodByTheLengthOfTheirList) {
+TEST(AcousticValues, AreInterpretedByTheLengthOfTheirList) {
   const auto bands = [](std::vector<double> values) {
     const auto result = bands_from_values(values, {}, 0, 1000);
     EXPECT_TRUE(result.ok());

@@ -9,7 +9,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(EmitterSpecs, AreReadWithCommasInsideTheirLists) {
+TEST(EmitterSpecs, AcceptCommasInsideLists) {
   const auto spec = parse_emitter(
       "name=violin,signal=my, old-violin=1.flac,at=1,1.2,-3,facing=0,0,2,gain=-6dB,"
       "directivity=1,2,3,4,5,6,7,8,delay=0.25,loop=no");
@@ -25,7 +25,7 @@ TEST(EmitterSpecs, AreReadWithCommasInsideTheirLists) {
 }
 
 // A bare number is ambiguous: a factor in sidecars, decibels in --gain.
-TEST(EmitterSpecs, HaveGainsInDecibelsOrAsFactorsAndNeverAsNumbersAlone) {
+TEST(EmitterSpecs, AcceptGainsInDecibelsOrAsFactorsButNoBareNumbers) {
   EXPECT_DOUBLE_EQ(*parse_gain("20dB"), 10);
   EXPECT_DOUBLE_EQ(*parse_gain("-20 DB"), 0.1);
   EXPECT_DOUBLE_EQ(*parse_gain("40db"), 100);
@@ -40,7 +40,7 @@ TEST(EmitterSpecs, HaveGainsInDecibelsOrAsFactorsAndNeverAsNumbersAlone) {
   EXPECT_TRUE(parse_gain("81dB", 1e10).ok());
 }
 
-TEST(EmitterSpecs, ThatAreWrongSayWhatToWrite) {
+TEST(EmitterSpecs, AreRejectedWithAnExampleToCopy) {
   const std::pair<const char*, const char*> cases[] = {
       {"", "nearest"},
       {"at=1,2,3", "signal= is missing"},

@@ -12,7 +12,7 @@ class Walks : public LevelTest {
   Result<Walk> walk(const std::string& text) const { return Walk::read(write("walk.json", text)); }
 };
 
-TEST_F(Walks, GoStraightAndTurnTheShorterWay) {
+TEST_F(Walks, InterpolateLinearlyAndTurnAlongTheShorterArc) {
   const auto result = walk(R"({"points": [
       {"time_s": 1, "position_m": [0, 1, 0], "yaw_deg": 170},
       {"time_s": 3, "position_m": [4, 1, 0], "yaw_deg": -170, "pitch_deg": 20}]})");
@@ -26,7 +26,7 @@ TEST_F(Walks, GoStraightAndTurnTheShorterWay) {
   EXPECT_EQ(result->length_s(), 3);
 }
 
-TEST_F(Walks, RollTheHeadTheShorterWay) {
+TEST_F(Walks, RollTheHeadAlongTheShorterArc) {
   const auto result = walk(R"({"points": [
       {"time_s": 0, "position_m": [0, 1, 0], "roll_deg": 170},
       {"time_s": 2, "position_m": [0, 1, 0], "roll_deg": -170}]})");
@@ -36,14 +36,14 @@ TEST_F(Walks, RollTheHeadTheShorterWay) {
   EXPECT_NEAR(length(result->at(1).forward() - Vec3(0, 0, -1)), 0, 1e-12);
 }
 
-TEST_F(Walks, StartAgainWhenTheyLoop) {
+TEST_F(Walks, RestartIfTheyLoop) {
   const auto result = walk(R"({"loop": true, "points": [
       {"time_s": 0, "position_m": [0, 0, 0]}, {"time_s": 2, "position_m": [2, 0, 0]}]})");
   ASSERT_TRUE(result.ok());
   EXPECT_NEAR(result->at(5).position_m.x, 1, 1e-12);
 }
 
-TEST_F(Walks, ThatAreWrongSayWhere) {
+TEST_F(Walks, NameTheInvalidPoint) {
   const std::pair<const char*, const char*> cases[] = {
       {"", "JSON"},
       {"{}", "points"},
