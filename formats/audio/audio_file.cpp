@@ -10,7 +10,7 @@
 #include <soxr.h>
 
 #include "common/sample_rate.h"
-#include "formats/level/level_folder.h"
+#include "formats/files/level_folder.h"
 
 namespace clamor {
 

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/text.h"
-#include "formats/level/level_folder.h"
+#include "formats/files/level_folder.h"
 
 namespace clamor {
 

@@ -10,7 +10,7 @@
 
 #include "common/result.h"
 #include "formats/files/json.h"
-#include "formats/level/level_folder.h"
+#include "formats/files/level_folder.h"
 
 namespace clamor {
 

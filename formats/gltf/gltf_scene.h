@@ -14,7 +14,7 @@
 #include <glm/glm.hpp>
 
 #include "formats/files/json.h"
-#include "formats/level/level_folder.h"
+#include "formats/files/level_folder.h"
 
 namespace clamor {
 

@@ -18,10 +18,10 @@
 #include <vector>
 
 #include "common/result.h"
+#include "formats/files/level_folder.h"
 #include "formats/gltf/gltf_placement.h"
 #include "formats/gltf/gltf_scene.h"
 #include "formats/level/emitter.h"
-#include "formats/level/level_folder.h"
 #include "formats/level/signal_table.h"
 
 namespace clamor {

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "formats/audio/audio_file.h"
+#include "formats/files/level_folder.h"
 #include "formats/gltf/audio_extensions.h"
 #include "formats/gltf/gltf_document.h"
 #include "formats/gltf/gltf_groups.h"
@@ -16,7 +17,6 @@
 #include "formats/gltf/gltf_sounds.h"
 #include "formats/gltf/level_materials.h"
 #include "formats/level/emitter_spec.h"
-#include "formats/level/level_folder.h"
 #include "formats/level/signal_table.h"
 
 namespace clamor {

@@ -5,7 +5,7 @@
 
 #include "formats/audio/audio_file.h"
 #include "formats/files/json.h"
-#include "formats/level/level_folder.h"
+#include "formats/files/level_folder.h"
 #include "formats/level/signal_table.h"
 
 namespace clamor {

@@ -45,7 +45,7 @@ const std::vector<Fence> kFences = {
      {"fmt/*"},
      {"formats/*.cpp", "bake/report/audibility.cpp", "bake/report/level_report.cpp",
       "tools/*/*.cpp"}},
-    {"GLM", {"glm/*"}, {"common/vec.h", "formats/gltf_*"}},
+    {"GLM", {"glm/*"}, {"common/vec.h", "formats/gltf/gltf_*"}},
     {"Google Benchmark",
      {"benchmark/*"},
      {"tools/bench/mixer_benchmark.cpp", "tests/benchmarks/*"}},
@@ -82,12 +82,12 @@ const std::vector<Fence> kFences = {
     {"TBB",
      {"tbb/*", "oneapi/*"},
      {"bake/*.cpp", "formats/bake_file/bake_writer.cpp", "formats/bake_file/geometry_section.cpp",
-      "formats/bake_file/octree_writer.cpp", "formats/signal_*.cpp", "tests/bake/octree/octree_*",
-      "tests/benchmarks/octree_*", "tests/one_tbb_thread.cpp"}},
+      "formats/bake_file/octree_writer.cpp", "formats/bake_file/signal_*.cpp",
+      "tests/bake/octree/octree_*", "tests/benchmarks/octree_*", "tests/one_tbb_thread.cpp"}},
     {"tinygltf", {"tiny_gltf.h"}, {"formats/gltf/gltf_reader.cpp"}},
     {"xxHash",
      {"xxhash.h"},
-     {"formats/bake_file/bake_layout.cpp", "formats/level/level_folder.cpp"}},
+     {"formats/bake_file/bake_layout.cpp", "formats/files/level_folder.cpp"}},
     {"zstd", {"zstd.h"}, {"formats/bake_file/bake_layout.cpp"}},
 };
 
@@ -110,12 +110,13 @@ bool matches(const std::string& name, const std::vector<std::string>& patterns) 
 
 std::string folder_of(const std::string& path) { return path.substr(0, path.find('/')); }
 
-// In which of the runtime's folders a file of the runtime is: how far up, the top for its own.
-std::size_t floor_of(const std::string& path) {
+// Position of the folder of a file among the folders of its library, which are listed from the
+// ground up; files beside the folders are at the top.
+std::size_t floor_of(const std::string& path, const std::vector<std::string>& folders) {
   const std::size_t begin = path.find('/') + 1, end = path.find('/', begin);
-  if (end == std::string::npos) return kRuntimeFolders.size();
-  const auto found = std::ranges::find(kRuntimeFolders, path.substr(begin, end - begin));
-  return static_cast<std::size_t>(found - kRuntimeFolders.begin());
+  if (end == std::string::npos) return folders.size();
+  const auto found = std::ranges::find(folders, path.substr(begin, end - begin));
+  return static_cast<std::size_t>(found - folders.begin());
 }
 
 // What is wrong with `file` including `header`, empty when nothing is.
@@ -136,9 +137,12 @@ std::string complaint(const std::string& file, const std::string& header, bool q
   const auto allowed = kMayInclude.find(folder_of(file));
   if (allowed == kMayInclude.end() || !allowed->second.contains(folder_of(header)))
     return folder_of(file) + " may not know " + folder_of(header);
-  if (folder_of(file) == "runtime" && folder_of(header) == "runtime" &&
-      floor_of(header) > floor_of(file))
-    return "the runtime's folders stand on each other, see kRuntimeFolders";
+  for (const auto& [library, folders] :
+       {std::pair{"formats", &kFormatsFolders}, std::pair{"runtime", &kRuntimeFolders}})
+    if (folder_of(file) == library && folder_of(header) == library &&
+        floor_of(header, *folders) > floor_of(file, *folders))
+      return std::string("the folders of ") + library +
+             " may include only those before them, see source_tree.h";
   return "";
 }
 
@@ -194,6 +198,7 @@ TEST(Includes, ThatBreakTheDesignAreCaught) {
   EXPECT_TRUE(caught("common/air.cpp", "#include \"formats/level/level.h\""));
   EXPECT_TRUE(caught("formats/bake_file/page.cpp", "#include \"bake/bake.h\""));
   EXPECT_TRUE(caught("formats/bake_file/page.cpp", "#include \"runtime/engine/auralizer.h\""));
+  EXPECT_TRUE(caught("formats/files/json.cpp", "#include \"formats/level/level.h\""));
   EXPECT_TRUE(caught("bake/trace/scene.cpp", "#include \"runtime/engine/auralizer.h\""));
   EXPECT_TRUE(
       caught("runtime/mixing/mixer.cpp", "#  include \"bake/trace/scene.h\"  // just this once"));

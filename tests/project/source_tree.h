@@ -20,6 +20,9 @@ inline const std::vector<std::string> kRuntimeFolders = {"realtime", "output", "
                                                          "field",    "sight",  "octree", "sampling",
                                                          "measures", "heads",  "mixing"};
 
+inline const std::vector<std::string> kFormatsFolders = {"files", "audio", "level", "gltf",
+                                                         "bake_file"};
+
 inline std::string read_text(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
-#include "formats/level/level_folder.h"
+#include "formats/files/level_folder.h"
 #include "tests/formats/level_builder.h"
 
 namespace clamor::testing {

@@ -1,4 +1,4 @@
-#include "formats/level/level_folder.h"
+#include "formats/files/level_folder.h"
 
 #include <array>
 #include <cerrno>
