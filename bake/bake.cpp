@@ -13,6 +13,7 @@
 #include "bake/batch_tracing.h"
 #include "bake/instances/emitter_instances.h"
 #include "bake/instances/instance_tree.h"
+#include "bake/journal/journal_set.h"
 #include "bake/journal/run_key.h"
 #include "bake/journal/trace_journal.h"
 #include "bake/octree/octree_builder.h"
@@ -130,7 +131,7 @@ struct TraceSetup {
   PhotonTracer tracer;
 };
 
-// Where the octree can be sorted, or an Error if the plan exceeds the memory limit.
+// Decides where the octree is sorted. Fails if the plan exceeds the memory limit.
 Result<SortStorage> check_memory(const Level& level, const BakePlan& plan,
                                  const BakeOptions& options) {
   const int threads = tbb::this_task_arena::max_concurrency();
@@ -177,18 +178,78 @@ Result<std::vector<TraceJournal>> open_journals(const Level& level, const BakeOp
   return journals;
 }
 
+void describe(const Level& level, const BakeOptions& options, const TraceSetup& setup,
+              const BatchTracing::Assembled& traced, const DecayEstimate& decay,
+              BakeContents& contents) {
+  contents.settings = options.settings;
+  contents.settings.photons = setup.plan.wanted_photons;
+  contents.settings.sources = setup.plan.sources;
+  contents.provenance.tool = std::string("clamor ") + kVersion;
+  contents.provenance.libraries = file_library_versions();
+  contents.provenance.libraries.insert(contents.provenance.libraries.begin(),
+                                       "Embree " + embree_version());
+  contents.statistics = statistics_of(traced.tally, setup.tracer, level);
+  contents.statistics.rooms = setup.plan.rooms;
+  contents.statistics.deposits = traced.deposits;
+  contents.statistics.decay = decay.summary();
+  contents.materials = level.materials;
+  contents.signals = level.signals;
+  contents.mesh = level.mesh;
+}
+
+// Completes secondary sources: patch radii, and the values that the file can hold.
+void finish(std::span<Source> secondary_sources, std::span<const Material> materials) {
+  set_patch_radii(secondary_sources);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, secondary_sources.size(), 4096),
+                    [&](const tbb::blocked_range<std::size_t>& part) {
+                      quantize_sources(secondary_sources.subspan(part.begin(), part.size()),
+                                       materials);
+                    });
+}
+
+// Sorts the sources and the instances into the contents' octree, in memory or, when the contents
+// are written, on disk.
+Result<void> sort_sources(std::vector<Source> sources, EmitterInstances& instances,
+                          const BakeOptions& options, SortStorage storage, BakeContents& contents) {
+  if (storage == SortStorage::kMemory) {
+    contents.octree = with_instances(build_octree(std::move(sources)),
+                                     std::move(instances.instances), instances.tops);
+    return {};
+  }
+  contents.octree = instance_tree(std::move(instances.instances), instances.tops);
+  // The list moves to disk, so that its memory is free for sorting.
+  auto spill = std::make_shared<SourceSpill>(options.spill);
+  if (auto done = spill->append(sources); !done.ok()) return done;
+  contents.streamed_sources = sources.size();
+  const std::uint64_t room_bytes = sources.size() * sizeof(Source);
+  sources = {};
+  contents.stream_octree = [spill, room_bytes](OctreeSink& sink) {
+    return stream_octree(std::move(*spill), room_bytes, sink);
+  };
+  return {};
+}
+
+void compact(TraceJournal& journal, const BakeOptions& options, BakeReport& report) {
+  if (const auto compacted = journal.compact(); !compacted.ok())
+    report.journal_warning = compacted.error().message;
+  report.journal_bytes = journal.bytes();
+  if (journal.damaged() > 0)
+    report.journal_warning = options.journal + ": " + std::to_string(journal.damaged()) +
+                             " of its records were damaged and have been traced again";
+}
+
 Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& options,
                                         BakeReport& report) {
-  const TraceSetup workshop(level, options.settings);
-  const BakePlan& plan = workshop.plan;
-  const auto sorted = check_memory(level, plan, options);
-  if (!sorted.ok()) return sorted.error();
+  const TraceSetup setup(level, options.settings);
+  const auto storage = check_memory(level, setup.plan, options);
+  if (!storage.ok()) return storage.error();
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
   if (!options.journal.empty()) report.journal_runs = journals->front().runs();
-  DecayEstimate decay = workshop.decay_estimate(level);
-  BatchTracing tracing(workshop.tracer, level, plan, options, *journals,
-                       scene_hash(level, workshop.trace), {}, &decay);
+  JournalSet journal_set(*journals, !options.journal.empty(), level, setup.tracer,
+                         scene_hash(level, setup.trace));
+  DecayEstimate decay = setup.decay_estimate(level);
+  BatchTracing tracing(setup.tracer, level, setup.plan, options, journal_set, {}, &decay);
   auto traced = tracing.run();
   if (!traced.ok()) return traced.error();
   report.photons = tracing.progress().photons_done;
@@ -201,74 +262,34 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   }
 
   BakeContents contents;
-  contents.settings = options.settings;
-  contents.settings.photons = plan.wanted_photons;
-  contents.settings.sources = plan.sources;
-  contents.provenance.tool = std::string("clamor ") + kVersion;
-  contents.provenance.libraries = file_library_versions();
-  contents.provenance.libraries.insert(contents.provenance.libraries.begin(),
-                                       "Embree " + embree_version());
-  contents.statistics = statistics_of(traced->tally, workshop.tracer, level);
-  contents.statistics.rooms = plan.rooms;
-  contents.statistics.deposits = traced->left;
-  contents.statistics.decay = decay.summary();
-  contents.materials = level.materials;
-  contents.signals = level.signals;
-  contents.mesh = level.mesh;
-
-  set_patch_radii(traced->deposits);
-  const std::span<Source> deposits = traced->deposits;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, deposits.size(), 4096),
-                    [&](const tbb::blocked_range<std::size_t>& part) {
-                      quantize_sources(deposits.subspan(part.begin(), part.size()),
-                                       level.materials);
-                    });
-  EmitterInstances copies =
+  describe(level, options, setup, *traced, decay, contents);
+  finish(traced->sources, level.materials);
+  EmitterInstances instances =
       instance_emitters(level, options.groups, traced->tally.photons > 0, options.settings.seed);
-  for (const std::uint32_t i : copies.alone)
-    traced->deposits.push_back(
-        emitter_source(level.emitters[i], copies.numbers[i], workshop.tracer.emitter_key(i)));
-  report.instanced_sources = copies.emitters;
-  report.instanced_groups = copies.groups;
-  report.instance_prototypes = copies.models;
-  contents.emitters = std::move(copies.table);
-  contents.prototypes = std::move(copies.trees);
-  contents.signal_maps = std::move(copies.signal_maps);
-  if (*sorted == SortStorage::kMemory) {
-    contents.octree = with_instances(build_octree(std::move(traced->deposits)),
-                                     std::move(copies.instances), copies.tops);
-  } else {
-    contents.octree = instance_tree(std::move(copies.instances), copies.tops);
-    // The list moves to disk, so that its memory is free for sorting.
-    auto spill = std::make_shared<SourceSpill>(options.spill);
-    if (const auto done = spill->append(traced->deposits); !done.ok()) return done.error();
-    contents.streamed_sources = traced->deposits.size();
-    const std::uint64_t room = traced->deposits.size() * sizeof(Source);
-    traced->deposits = {};
-    contents.stream_octree = [spill, room](OctreeSink& sink) {
-      return stream_octree(std::move(*spill), room, sink);
-    };
-  }
-
-  if (!options.journal.empty()) {
-    TraceJournal& journal = journals->front();
-    if (const auto compacted = journal.compact(); !compacted.ok())
-      report.journal_warning = compacted.error().message;
-    report.journal_bytes = journal.bytes();
-    if (journal.damaged() > 0)
-      report.journal_warning = options.journal + ": " + std::to_string(journal.damaged()) +
-                               " of its records were damaged and have been traced again";
-  }
+  for (const std::uint32_t i : instances.alone)
+    traced->sources.push_back(
+        emitter_source(level.emitters[i], instances.table_index[i], setup.tracer.emitter_key(i)));
+  report.instanced_sources = instances.emitters;
+  report.instanced_groups = instances.groups;
+  report.instance_prototypes = instances.prototypes;
+  contents.emitters = std::move(instances.table);
+  contents.prototypes = std::move(instances.trees);
+  contents.signal_maps = std::move(instances.signal_maps);
+  if (const auto sorted =
+          sort_sources(std::move(traced->sources), instances, options, *storage, contents);
+      !sorted.ok())
+    return sorted.error();
+  if (!options.journal.empty()) compact(journals->front(), options, report);
   return contents;
 }
 
 Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& options,
                                        const Shard& shard) {
-  const TraceSetup workshop(level, options.settings);
+  const TraceSetup setup(level, options.settings);
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
-  BatchTracing tracing(workshop.tracer, level, workshop.plan, options, *journals,
-                       scene_hash(level, workshop.trace), shard);
+  JournalSet journal_set(*journals, true, level, setup.tracer, scene_hash(level, setup.trace));
+  BatchTracing tracing(setup.tracer, level, setup.plan, options, journal_set, shard);
   if (const auto traced = tracing.run(); !traced.ok()) return traced.error();
   if (const auto synced = journals->front().sync(); !synced.ok()) return synced.error();
   BakeReport report;

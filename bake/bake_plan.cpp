@@ -15,7 +15,7 @@ constexpr double kSourcesPerRoom = 200'000;
 constexpr double kDepositsPerSource = 4;         // default without --photons
 constexpr double kKeptDepositsPerSource = 1.25;  // before the final, exact thinning
 constexpr std::uint32_t kPilotPhotons = 1024;
-constexpr std::uint64_t kMostPhotons = 4'000'000'000;
+constexpr std::uint64_t kMaxPhotons = 4'000'000'000;
 
 // Power of each pilot deposit, relative to its photon's power. Emitters get photons in proportion
 // to their power. The pilot's seed differs from the bake's, so that the plan is independent of the
@@ -39,7 +39,7 @@ std::vector<double> pilot_deposits(const Scene& scene, const Level& level,
   TracedRuns traced;
   tracer.trace(runs, traced);
   std::vector<double> shares;
-  for (const Source& deposit : traced.deposits())
+  for (const Deposit& deposit : traced.deposits())
     shares.push_back(std::accumulate(deposit.power.begin(), deposit.power.end(), 0.0) /
                      power[deposit.emitter]);
   return shares;
@@ -47,7 +47,7 @@ std::vector<double> pilot_deposits(const Scene& scene, const Level& level,
 
 // The threshold T for which the sum of min(1, (share / T)^(1/4)), times `per_share`, equals
 // `wanted`.
-double least_power_for(std::vector<double> shares, double per_share, double wanted) {
+double deposit_threshold_for(std::vector<double> shares, double per_share, double wanted) {
   if (static_cast<double>(shares.size()) * per_share <= wanted) return 0;
   std::sort(shares.begin(), shares.end());
   for (double& share : shares) share = std::sqrt(std::sqrt(share));
@@ -114,7 +114,7 @@ std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int th
 }
 
 std::uint32_t emitter_rooms(const Scene& scene, const Level& level) {
-  constexpr std::size_t kMostRooms = 64;
+  constexpr std::size_t kMaxRooms = 64;
   std::vector<std::size_t> parent;  // union-find over the rooms found so far
   std::vector<Vec3> place;          // one emitter position per room
   const auto root_of = [&](std::size_t i) {
@@ -137,7 +137,7 @@ std::uint32_t emitter_rooms(const Scene& scene, const Level& level) {
       else
         parent[root_of(i)] = root_of(room);
     }
-    if (room == parent.size() && parent.size() < kMostRooms) {
+    if (room == parent.size() && parent.size() < kMaxRooms) {
       parent.push_back(room);
       place.push_back(emitter.position_m);
     }
@@ -165,7 +165,7 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
   double photons = static_cast<double>(settings.photons);
   if (settings.photons == 0)
     photons = std::clamp(one_digit_up(kDepositsPerSource * sources / per_photon), 1000.0,
-                         static_cast<double>(kMostPhotons));
+                         static_cast<double>(kMaxPhotons));
   if (level.mesh.triangles.empty()) photons = 0;  // no surfaces to hit
   plan.wanted_photons = static_cast<std::uint64_t>(photons);
   for (const double emitted : power) {
@@ -177,8 +177,8 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
                            kKeptDepositsPerSource * sources);
   if (!shares.empty())
     plan.deposit_threshold = power_of_two_down(
-        least_power_for(shares, static_cast<double>(plan.all_photons()) / kPilotPhotons,
-                        kKeptDepositsPerSource * sources));
+        deposit_threshold_for(shares, static_cast<double>(plan.all_photons()) / kPilotPhotons,
+                              kKeptDepositsPerSource * sources));
   return plan;
 }
 

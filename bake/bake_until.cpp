@@ -15,9 +15,9 @@ namespace clamor {
 namespace {
 
 constexpr double kFirstSourcesPerRoom = 20'000;
-constexpr int kMostRounds = 8;
+constexpr int kMaxRounds = 8;
 // Maximum growth per round, because early error estimates are rough.
-constexpr double kMostGrowth = 32;
+constexpr double kMaxGrowth = 32;
 // Safety factor on the extrapolated error; one in ten bakes needs another round.
 constexpr double kMargin = 1.1;
 constexpr double kOfTime = 0.8;    // share of the remaining time to plan for
@@ -71,7 +71,7 @@ Result<BakeContents> bake_until(const Level& level, const BakeOptions& options,
   if (!best.ok()) return best;
   const BakeSettings first = best->settings;
   std::uint64_t times = 1;
-  for (int i = 1; i < kMostRounds; ++i) {
+  for (int i = 1; i < kMaxRounds; ++i) {
     if (best->statistics.photons_traced == 0) break;  // a free field has no error
     const double spent_s = seconds_since(start);
     double growth = 0;
@@ -83,10 +83,10 @@ Result<BakeContents> bake_until(const Level& level, const BakeOptions& options,
       }
       if (error_db <= goal.error_db) break;
       const double above = error_db / goal.error_db;
-      growth = std::clamp(kMargin * above * above, kWorthIt, kMostGrowth);
+      growth = std::clamp(kMargin * above * above, kWorthIt, kMaxGrowth);
     } else {
       growth = std::min(kOfTime * (goal.seconds - spent_s) / std::max(spent_s - begun_s, 0.01),
-                        kMostGrowth);
+                        kMaxGrowth);
       if (growth < kWorthIt) break;
     }
     const std::uint64_t most = kMaxSources / first.sources;

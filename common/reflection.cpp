@@ -203,26 +203,26 @@ Bands ReflectionLaws::density(std::size_t material, double cos_i, double cos_o,
   return result;
 }
 
-ReflectionLaws::Ceiling ReflectionLaws::ceiling(std::size_t material, double cos_i) const {
+ReflectionLaws::UpperBound ReflectionLaws::upper_bound(std::size_t material, double cos_i) const {
   const Law& law = laws_[material];
-  Ceiling ceiling;
+  UpperBound bound;
   bool any_lobe = false;
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    ceiling.diffuse[b] = static_cast<float>(law.scattering[b] / std::numbers::pi);
+    bound.diffuse[b] = static_cast<float>(law.scattering[b] / std::numbers::pi);
     if (const PhongLobe* const lobe = law.lobe[b]) {
       const double rest = 1 - law.scattering[b];
-      ceiling.bounce[b] =
+      bound.compensation[b] =
           static_cast<float>(rest * (1 - lobe->albedo(cos_i)) * (1 - lobe->min_albedo()) /
                              (std::numbers::pi * (1 - lobe->mean_albedo())));
-      ceiling.lobe[b] = static_cast<float>(rest * (lobe->exponent() + 1) / (2 * std::numbers::pi));
+      bound.lobe[b] = static_cast<float>(rest * (lobe->exponent() + 1) / (2 * std::numbers::pi));
       const auto exponent = static_cast<float>(lobe->exponent());
       const auto slope = static_cast<float>(lobe->loss_slope());
-      ceiling.exponent = any_lobe ? std::min(ceiling.exponent, exponent) : exponent;
-      ceiling.slope = any_lobe ? std::min(ceiling.slope, slope) : slope;
+      bound.exponent = any_lobe ? std::min(bound.exponent, exponent) : exponent;
+      bound.slope = any_lobe ? std::min(bound.slope, slope) : slope;
       any_lobe = true;
     }
   }
-  return ceiling;
+  return bound;
 }
 
 Vec3 ReflectionLaws::draw(std::size_t material, std::size_t band, const Vec3& arrival,

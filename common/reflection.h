@@ -15,6 +15,7 @@
 // the same BRDF for kernels.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -98,11 +99,11 @@ class ReflectionLaws {
   //   density_b <= (diffuse_b + compensation_b exp(-slope cos o)) cos o + lobe_b cos^p(a),
   //
   // where p = exponent and slope are the minima over the bands' lobes.
-  struct Ceiling {
-    Bands diffuse{}, bounce{}, lobe{};
+  struct UpperBound {
+    Bands diffuse{}, compensation{}, lobe{};
     float exponent = 0, slope = 0;
   };
-  Ceiling ceiling(std::size_t material, double cos_i) const;
+  UpperBound upper_bound(std::size_t material, double cos_i) const;
 
   // Lambert's share, and the lobe of the remaining share (null if that is 0).
   float scattering(std::size_t material, std::size_t band) const {
@@ -133,6 +134,14 @@ class ReflectionLaws {
   PhongLobes lobes_;
   std::vector<Law> laws_;
 };
+
+// Share of the power per band that a surface transmits: at most what it does not reflect.
+inline Bands transmittance(const Material& material) {
+  Bands result = material.transmission;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    result[b] = std::min(result[b], material.absorption[b]);
+  return result;
+}
 
 // The mirror direction of a unit vector that arrives at a surface.
 inline Vec3 mirrored(const Vec3& arrival, const Vec3& normal) {

@@ -5,24 +5,25 @@
 namespace clamor {
 
 ReflectionTable reflection_table(const ReflectionLaws& laws, std::size_t material) {
-  ReflectionTable rows;
+  ReflectionTable table;
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    const double scattering = static_cast<double>(laws.scattering(material, b));
-    rows.diffuse[b] = static_cast<float>(scattering / std::numbers::pi);
+    table.scattering[b] = laws.scattering(material, b);
+    const double scattering = static_cast<double>(table.scattering[b]);
+    table.diffuse[b] = static_cast<float>(scattering / std::numbers::pi);
     const PhongLobe* const lobe = laws.lobe(material, b);
     if (lobe == nullptr) continue;
-    rows.loss.resize(ReflectionTable::kCells + 1);
-    rows.exponent[b] = static_cast<float>(lobe->exponent());
-    rows.lobe[b] =
+    table.loss.resize(ReflectionTable::kCells + 1);
+    table.exponent[b] = static_cast<float>(lobe->exponent());
+    table.lobe[b] =
         static_cast<float>((1 - scattering) * (lobe->exponent() + 1) / (2 * std::numbers::pi));
-    rows.bounce[b] =
+    table.compensation[b] =
         static_cast<float>((1 - scattering) / (std::numbers::pi * (1 - lobe->mean_albedo())));
-    for (std::size_t k = 0; k < rows.loss.size(); ++k) {
+    for (std::size_t k = 0; k < table.loss.size(); ++k) {
       const double root = static_cast<double>(k) / ReflectionTable::kCells;
-      rows.loss[k][b] = static_cast<float>(1 - lobe->albedo(root * root));
+      table.loss[k][b] = static_cast<float>(1 - lobe->albedo(root * root));
     }
   }
-  return rows;
+  return table;
 }
 
 }  // namespace clamor

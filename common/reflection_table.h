@@ -1,4 +1,6 @@
-// reflection_table.h: a reflection law as numbers side by side, one per band, for kernels to read.
+// reflection_table.h: the BRDF of a material as rows of bands, for vectorised evaluation.
+//
+// The photon tracer and the runtime's kernels evaluate these tables. reflection.h is the reference.
 #pragma once
 
 #include <algorithm>
@@ -10,18 +12,19 @@
 
 namespace clamor {
 
-// The density of reflection.h, per band, as
+// The density of reflection.h per band:
 //
-//   f = diffuse cos o + lobe min(1, cos o / cos i) cos^p(a) + bounce loss(cos i) loss(cos o) cos o
+//   f = diffuse cos o + lobe min(1, cos o / cos i) cos^p(a)
+//       + compensation loss(cos i) loss(cos o) cos o
 //
-// where p = exponent, and loss = 1 - E is tabled over the root of a cosine.
+// with p = exponent, diffuse = scattering / pi and loss = 1 - E, tabulated over sqrt(cosine).
 struct ReflectionTable {
   static constexpr int kCells = 256;
 
-  Bands diffuse{}, lobe{}, exponent{}, bounce{};
-  std::vector<Bands> loss;  // kCells + 1 of them; none if it is all diffuse
+  Bands scattering{}, diffuse{}, lobe{}, exponent{}, compensation{};
+  std::vector<Bands> loss;  // kCells + 1 rows; none if all bands are fully diffuse
 
-  // The cell that a place among them is in; the first for what is not a number.
+  // Cell of a position in `loss`, clamped; the first cell for NaN.
   static int cell_at(float place) { return std::clamp(static_cast<int>(place), 0, kCells - 1); }
 };
 

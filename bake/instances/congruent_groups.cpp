@@ -16,7 +16,7 @@ namespace clamor {
 namespace {
 
 constexpr double kPlace_m = 5e-4, kAxis = 1e-4, kGain = 1e-4, kStart_s = 2e-6;
-constexpr std::size_t kMostModels = 64;  // hash matches to compare in full
+constexpr std::size_t kMaxPrototypes = 64;  // hash matches to compare in full
 constexpr std::uint32_t kUnset = 0xffffffff;
 
 std::uint64_t mixed(std::uint64_t hash, std::uint64_t value) {
@@ -47,53 +47,55 @@ Vec3 middle_of(std::span<const Emitter> emitters) {
 }
 
 // Finds the rotation and uniform scale between two frames; false if the transform has other parts.
-bool find_turn(const SceneGroup& model, const SceneGroup& group, Instance& copy) {
-  if (!(std::abs(glm::determinant(model.axes)) > 1e-30)) return false;
-  const Matrix way = group.axes * glm::inverse(model.axes);
-  const double volume = glm::determinant(way);
+bool find_transform(const SceneGroup& prototype, const SceneGroup& group, Instance& instance) {
+  if (!(std::abs(glm::determinant(prototype.axes)) > 1e-30)) return false;
+  const Matrix transform = group.axes * glm::inverse(prototype.axes);
+  const double volume = glm::determinant(transform);
   if (!(volume > 1e-9 && volume < 1 + 1e-5)) return false;
   const double scale = power(volume, 1.0 / 3);
-  const Matrix turn = way / scale;
+  const Matrix turn = transform / scale;
   const Matrix square = glm::transpose(turn) * turn;
   for (int column = 0; column < 3; ++column)
     for (int row = 0; row < 3; ++row)
       if (!(std::abs(square[column][row] - (column == row ? 1 : 0)) < 1e-4)) return false;
-  copy.scale = static_cast<float>(std::abs(scale - 1) < 1e-6 ? 1 : std::min(scale, 1.0));
-  copy.rotation = Rotation(glm::normalize(glm::quat_cast(turn)));
+  instance.scale = static_cast<float>(std::abs(scale - 1) < 1e-6 ? 1 : std::min(scale, 1.0));
+  instance.rotation = Rotation(glm::normalize(glm::quat_cast(turn)));
   return true;
 }
 
 // The instance transform if the groups are congruent within the tolerances, otherwise nothing.
-std::optional<Instance> copy_of(std::span<const Emitter> model, std::span<const Emitter> group,
-                                Instance copy, std::vector<std::uint32_t>& map) {
-  const Matrix turn = Placement{}.then(copy).rotation;
-  copy.offset_m = middle_of(group) - static_cast<double>(copy.scale) * (turn * middle_of(model));
-  const double first_s = group[0].delay_s - model[0].delay_s;
-  copy.delay_s = static_cast<float>(std::abs(first_s) < kStart_s ? 0 : first_s);
+std::optional<Instance> verified_instance(std::span<const Emitter> prototype,
+                                          std::span<const Emitter> group, Instance instance,
+                                          std::vector<std::uint32_t>& map) {
+  const Matrix turn = Placement{}.then(instance).rotation;
+  instance.offset_m =
+      middle_of(group) - static_cast<double>(instance.scale) * (turn * middle_of(prototype));
+  const double first_s = group[0].delay_s - prototype[0].delay_s;
+  instance.delay_s = static_cast<float>(std::abs(first_s) < kStart_s ? 0 : first_s);
   double gain = 1;
-  for (std::size_t i = 0; i < model.size(); ++i)
-    if (model[i].gain > 0) {
-      gain = group[i].gain / model[i].gain;
+  for (std::size_t i = 0; i < prototype.size(); ++i)
+    if (prototype[i].gain > 0) {
+      gain = group[i].gain / prototype[i].gain;
       break;
     }
-  copy.gain = static_cast<float>(std::abs(gain - 1) < 1e-7 ? 1 : gain);
-  if (!(copy.gain < 1e5f)) return std::nullopt;
-  const Placement placed = Placement{}.then(copy);
+  instance.gain = static_cast<float>(std::abs(gain - 1) < 1e-7 ? 1 : gain);
+  if (!(instance.gain < 1e5f)) return std::nullopt;
+  const Placement placed = Placement{}.then(instance);
   std::iota(map.begin(), map.end(), 0u);
   std::vector<bool> mapped(map.size(), false);
-  for (std::size_t i = 0; i < model.size(); ++i) {
-    const Emitter &from = model[i], &to = group[i];
+  for (std::size_t i = 0; i < prototype.size(); ++i) {
+    const Emitter &from = prototype[i], &to = group[i];
     if (!(length(placed.outside(from.position_m) - to.position_m) <= kPlace_m) ||
         !(length(placed.rotation * from.axis - to.axis) <= kAxis) ||
         from.directivity != to.directivity ||
-        !(std::abs(copy.gain * from.gain - to.gain) <= kGain * to.gain) ||
+        !(std::abs(instance.gain * from.gain - to.gain) <= kGain * to.gain) ||
         !(std::abs(from.delay_s + placed.delay_s - to.delay_s) <= kStart_s))
       return std::nullopt;
     if (mapped[from.signal] && map[from.signal] != to.signal) return std::nullopt;
     mapped[from.signal] = true;
     map[from.signal] = to.signal;
   }
-  return copy;
+  return instance;
 }
 
 }  // namespace
@@ -108,14 +110,14 @@ std::uint32_t SignalMaps::number_of(const std::vector<std::uint32_t>& map) {
 }
 
 std::vector<Congruence> find_congruent_groups(const Level& level, const SceneGroups& groups,
-                                              PrototypeIs model_is, SignalMaps& maps) {
+                                              PrototypeIs prototype_is, SignalMaps& maps) {
   const auto emitters_of = [&](std::size_t group) {
     return std::span(level.emitters).subspan(groups[group].first, groups[group].size());
   };
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     double first = static_cast<double>(groups[g].first);
-    if (model_is == PrototypeIs::kFirstToSound) {
+    if (prototype_is == PrototypeIs::kFirstToSound) {
       first = std::numeric_limits<double>::max();
       for (const Emitter& emitter : emitters_of(g)) first = std::min(first, emitter.delay_s);
     }
@@ -124,25 +126,25 @@ std::vector<Congruence> find_congruent_groups(const Level& level, const SceneGro
   std::sort(order.begin(), order.end());
 
   std::vector<Congruence> found(groups.size());
-  std::unordered_map<std::uint64_t, std::vector<std::size_t>> models;
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> prototypes;
   std::vector<std::uint32_t> first_use(level.signals.size(), kUnset), map(level.signals.size());
   for (const auto& [first, g] : order) {
-    found[g].model = g;
-    auto& like = models[hash_of(emitters_of(g), first_use)];
-    bool is_copy = false;
-    for (const std::size_t model : like) {
-      Instance copy;
-      if (!find_turn(groups[model], groups[g], copy)) continue;
-      auto verified = copy_of(emitters_of(model), emitters_of(g), copy, map);
+    found[g].prototype = g;
+    auto& candidates = prototypes[hash_of(emitters_of(g), first_use)];
+    bool is_instance = false;
+    for (const std::size_t prototype : candidates) {
+      Instance instance;
+      if (!find_transform(groups[prototype], groups[g], instance)) continue;
+      auto verified = verified_instance(emitters_of(prototype), emitters_of(g), instance, map);
       if (!verified || verified->delay_s < 0) {
-        if (!verified || model_is == PrototypeIs::kFirstToSound) continue;
+        if (!verified || prototype_is == PrototypeIs::kFirstToSound) continue;
       }
       verified->signals = maps.number_of(map);
-      found[g] = {model, *verified};
-      is_copy = true;
+      found[g] = {prototype, *verified};
+      is_instance = true;
       break;
     }
-    if (!is_copy && like.size() < kMostModels) like.push_back(g);
+    if (!is_instance && candidates.size() < kMaxPrototypes) candidates.push_back(g);
   }
   return found;
 }

@@ -39,16 +39,16 @@ class SignalMaps {
 
 // The prototype of a group and the transform from it. A prototype refers to itself.
 struct Congruence {
-  std::size_t model = 0;  // a group that is a prototype
-  Instance copy{};        // transform of the emitters; tree, u and emitter offset are unset
+  std::size_t prototype = 0;  // a group that is a prototype
+  Instance instance{};        // transform of the emitters; tree, u and emitter offset are unset
 };
 
-// Which of the congruent groups becomes the prototype.
+// The rule that selects the prototype among congruent groups.
 enum class PrototypeIs { kFirstInList, kFirstToSound };
 
 // Returns one entry per group. A prototype comes before its instances in the order that
 // `prototype_is` names.
 std::vector<Congruence> find_congruent_groups(const Level& level, const SceneGroups& groups,
-                                              PrototypeIs model_is, SignalMaps& maps);
+                                              PrototypeIs prototype_is, SignalMaps& maps);
 
 }  // namespace clamor

@@ -27,11 +27,11 @@ struct EmitterInstances {
   std::vector<std::vector<std::uint32_t>> signal_maps;
   std::vector<Instance> instances;     // of the level's own tree
   std::vector<std::uint32_t> alone;    // level indices of emitters outside all instances
-  std::vector<std::uint32_t> numbers;  // table index of each emitter of the level, if it has one
+  std::vector<std::uint32_t> table_index;  // table index of each emitter of the level, if it has one
   std::vector<Emitter> table;
 
   // Number of instanced groups, nested ones included, and of their prototypes.
-  std::size_t groups = 0, models = 0;
+  std::size_t groups = 0, prototypes = 0;
   std::uint64_t emitters = 0;  // emitters in instanced groups
   std::uint64_t stored = 0;    // emitters stored in prototypes
 };

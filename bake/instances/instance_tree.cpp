@@ -89,6 +89,33 @@ void draw(const std::vector<double>& powers, const std::vector<Vec3>& places, st
   }
 }
 
+struct InstanceRange {
+  std::size_t first, count;
+};
+struct PlacedInstance {
+  Vec3 middle_m;
+  Instance instance;
+};
+
+// Sorts a range along its longest edge and halves it.
+std::array<InstanceRange, 2> split_at_median(std::span<PlacedInstance> placed,
+                                             const InstanceRange& part) {
+  const auto range = placed.subspan(part.first, part.count);
+  Vec3 low(1e300), high(-1e300);
+  for (const PlacedInstance& instance : range) {
+    low = glm::min(low, instance.middle_m);
+    high = glm::max(high, instance.middle_m);
+  }
+  const Vec3 size = high - low;
+  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  const std::size_t half = part.count / 2;
+  std::stable_sort(range.begin(), range.end(),
+                   [axis](const PlacedInstance& a, const PlacedInstance& b) {
+                     return a.middle_m[axis] < b.middle_m[axis];
+                   });
+  return {InstanceRange{part.first, half}, InstanceRange{part.first + half, part.count - half}};
+}
+
 }  // namespace
 
 void draw_prototype_u(std::span<Source> sources, std::uint64_t seed) {
@@ -129,34 +156,11 @@ void draw_instance_u(std::span<Instance> instances, std::uint64_t seed) {
 SourceOctree instance_tree(std::vector<Instance> instances, std::span<const PageEntry> trees) {
   SourceOctree tree;
   if (instances.empty()) return tree;
-  // The tree is built breadth first by median splits along the longest edge, eight parts at a time.
-  struct Part {
-    std::size_t first, count;
-  };
-  struct Placed {
-    Vec3 middle_m;
-    Instance instance;
-  };
-  std::vector<Placed> placed;
+  std::vector<PlacedInstance> placed;
   for (const Instance& instance : instances)
     placed.push_back({middle_of(instance, trees), instance});
-  std::vector<Part> parts = {{0, instances.size()}};
-  const auto split = [&](const Part& part) -> std::array<Part, 2> {
-    const auto begin = placed.begin() + static_cast<std::ptrdiff_t>(part.first);
-    const auto end = begin + static_cast<std::ptrdiff_t>(part.count);
-    Vec3 low(1e300), high(-1e300);
-    for (auto copy = begin; copy != end; ++copy) {
-      low = glm::min(low, copy->middle_m);
-      high = glm::max(high, copy->middle_m);
-    }
-    const Vec3 size = high - low;
-    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    const std::size_t half = part.count / 2;
-    std::stable_sort(begin, end, [axis](const Placed& a, const Placed& b) {
-      return a.middle_m[axis] < b.middle_m[axis];
-    });
-    return {Part{part.first, half}, Part{part.first + half, part.count - half}};
-  };
+  // The tree is built breadth first by median splits, eight parts at a time.
+  std::vector<InstanceRange> parts = {{0, instances.size()}};
   for (std::size_t i = 0; i < parts.size(); ++i) {
     OctreeNode node;
     node.divides_space = false;
@@ -164,11 +168,11 @@ SourceOctree instance_tree(std::vector<Instance> instances, std::span<const Page
       node.first_instance = static_cast<std::uint32_t>(parts[i].first);
       node.instance_count = static_cast<std::uint32_t>(parts[i].count);
     } else {
-      std::vector<Part> into = {parts[i]};
+      std::vector<InstanceRange> into = {parts[i]};
       for (int halvings = 0; halvings < 3; ++halvings) {
-        std::vector<Part> halves;
-        for (const Part& part : into)
-          for (const Part& half : split(part)) halves.push_back(half);
+        std::vector<InstanceRange> halves;
+        for (const InstanceRange& part : into)
+          for (const InstanceRange& half : split_at_median(placed, part)) halves.push_back(half);
         into = halves;
       }
       for (std::size_t k = 0; k < into.size(); ++k) {
@@ -195,13 +199,13 @@ SourceOctree instance_tree(std::vector<Instance> instances, std::span<const Page
 
 SourceOctree with_instances(SourceOctree octree, std::vector<Instance> instances,
                             std::span<const PageEntry> trees) {
-  SourceOctree copies = instance_tree(std::move(instances), trees);
-  if (copies.nodes.empty()) return octree;
-  if (octree.nodes.empty()) return copies;
+  SourceOctree below = instance_tree(std::move(instances), trees);
+  if (below.nodes.empty()) return octree;
+  if (octree.nodes.empty()) return below;
   SourceOctree both;
   OctreeNode top;
   top.divides_space = false;
-  summarise(top, {}, std::array<const NodeSummary*, 2>{&octree.nodes[0], &copies.nodes[0]});
+  summarise(top, {}, std::array<const NodeSummary*, 2>{&octree.nodes[0], &below.nodes[0]});
   both.nodes.push_back(top);
   const auto add = [&both](const SourceOctree& tree) {
     const auto first = static_cast<std::uint32_t>(both.nodes.size());
@@ -215,8 +219,8 @@ SourceOctree with_instances(SourceOctree octree, std::vector<Instance> instances
   };
   both.nodes[0].children[0] = add(octree);
   both.sources = std::move(octree.sources);
-  both.nodes[0].children[1] = add(copies);
-  both.instances = std::move(copies.instances);
+  both.nodes[0].children[1] = add(below);
+  both.instances = std::move(below.instances);
   return both;
 }
 

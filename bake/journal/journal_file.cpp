@@ -21,11 +21,11 @@ namespace {
 constexpr std::array<char, 8> kJournalMagic = {'C', 'L', 'A', 'M', 'O', 'R', 'T', 'J'};
 constexpr std::uint32_t kJournalVersion = 1;
 constexpr std::uint32_t kRecordMagic = 0x6e757254;  // "Trun"
-constexpr std::uint64_t kMostRecordBytes = std::uint64_t{1} << 30;
+constexpr std::uint64_t kMaxRecordBytes = std::uint64_t{1} << 30;
 // A sync takes 0.4 to 20 ms, depending on the disk, and there are some 40 batches per second. One
 // sync per second costs at most 2 %; one per batch costs 5 to 67 %.
 constexpr auto kSyncEvery = std::chrono::seconds(1);
-constexpr std::uint64_t kMostRatio = 4000;  // maximum compression ratio of our zstd frames
+constexpr std::uint64_t kMaxRatio = 4000;  // maximum compression ratio of our zstd frames
 
 struct FileHeader {
   std::array<char, 8> magic = kJournalMagic;
@@ -52,8 +52,8 @@ std::optional<RecordHeader> checked(std::span<const std::byte, sizeof(RecordHead
   RecordHeader header;
   std::memcpy(&header, raw.data(), raw.size());
   if (header.magic != kRecordMagic || header.header_hash != hash_of(raw.first(raw.size() - 8)) ||
-      header.packed_bytes > bytes_left || header.unpacked_bytes > kMostRecordBytes ||
-      header.unpacked_bytes > kMostRatio * header.packed_bytes)
+      header.packed_bytes > bytes_left || header.unpacked_bytes > kMaxRecordBytes ||
+      header.unpacked_bytes > kMaxRatio * header.packed_bytes)
     return std::nullopt;
   return header;
 }

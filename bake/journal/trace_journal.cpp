@@ -18,7 +18,7 @@ namespace clamor {
 
 namespace {
 
-constexpr std::uint64_t kMostNoteBytes = 1 << 20;
+constexpr std::uint64_t kMaxNoteBytes = 1 << 20;
 
 // Header of a run in a record. The headers of all runs come first, then their deposits.
 struct StoredRun {
@@ -28,23 +28,15 @@ struct StoredRun {
 };
 static_assert(std::is_trivially_copyable_v<StoredRun>);
 
-struct StoredDeposit {
-  Vec3f position_m, normal, mirror;
-  float delay_s = 0;
-  Bands power{};
-  float u = 0;
-  std::uint16_t material = 0, photon = 0;
-  std::int32_t polarity = 1;
-};
-static_assert(sizeof(StoredDeposit) == 84 && std::is_trivially_copyable_v<StoredDeposit>);
+static_assert(std::is_trivially_copyable_v<Deposit>);
 
-bool is_valid(const StoredDeposit& deposit, std::size_t materials, std::uint32_t photons) {
-  bool sound = is_finite(Vec3(deposit.position_m)) && is_finite(Vec3(deposit.normal)) &&
+bool is_valid(const Deposit& deposit, std::size_t materials, std::uint32_t photons) {
+  bool valid = is_finite(Vec3(deposit.position_m)) && is_finite(Vec3(deposit.normal)) &&
                is_finite(Vec3(deposit.mirror)) && deposit.delay_s >= 0 && deposit.delay_s < 1e6f &&
-               deposit.u > 0 && deposit.u <= 1 && deposit.material < materials &&
-               deposit.photon < photons && std::abs(deposit.polarity) == 1;
-  for (const float power : deposit.power) sound = sound && power >= 0 && power < 1e30f;
-  return sound;
+               deposit.random > 0 && deposit.random <= 1 && deposit.material < materials &&
+               deposit.photon < photons;
+  for (const float power : deposit.power) valid = valid && power >= 0 && power < 1e30f;
+  return valid;
 }
 
 // The run headers of a record, or nothing if its count exceeds its size.
@@ -79,7 +71,7 @@ struct TraceJournal::State {
       const auto runs = record ? runs_of(*record) : std::nullopt;
       if (!runs) {
         ++damaged;
-      } else if (runs->empty() && record->bytes.size() <= kMostNoteBytes) {
+      } else if (runs->empty() && record->bytes.size() <= kMaxNoteBytes) {
         note.assign(reinterpret_cast<const char*>(record->bytes.data()), record->bytes.size());
         note_record = offset;
       }
@@ -114,7 +106,7 @@ Result<TraceJournal> TraceJournal::open_to_read(const std::string& path, std::si
 const std::string& TraceJournal::note() const { return state_->note; }
 
 Result<void> TraceJournal::set_note(const std::string& note) {
-  assert(note.size() <= kMostNoteBytes);
+  assert(note.size() <= kMaxNoteBytes);
   if (note == state_->note) return {};
   const auto record = state_->file.append(0, std::as_bytes(std::span(note)));
   if (!record.ok()) return record.error();
@@ -144,38 +136,25 @@ bool TraceJournal::find(std::uint64_t key, const PhotonRun& run, TracedRuns& res
   }
   const std::size_t start = runs->size() * sizeof(StoredRun);
   if (stored.key != key || stored.photons != run.count ||
-      start + all * sizeof(StoredDeposit) != record->bytes.size())
+      start + all * sizeof(Deposit) != record->bytes.size())
     return give_up();
 
-  std::vector<Source> deposits;
-  std::vector<std::uint16_t> photons;
-  deposits.reserve(stored.deposits);
-  photons.reserve(stored.deposits);
-  const std::byte* at = record->bytes.data() + start + first * sizeof(StoredDeposit);
-  for (std::uint32_t i = 0; i < stored.deposits; ++i, at += sizeof(StoredDeposit)) {
-    StoredDeposit deposit;
-    std::memcpy(&deposit, at, sizeof deposit);
+  std::vector<Deposit> deposits(stored.deposits);
+  if (!deposits.empty())
+    std::memcpy(deposits.data(), record->bytes.data() + start + first * sizeof(Deposit),
+                deposits.size() * sizeof(Deposit));
+  for (Deposit& deposit : deposits) {
     if (!is_valid(deposit, state_->materials, run.count)) return give_up();
-    Source& source = deposits.emplace_back();
-    source.position_m = deposit.position_m;
-    source.normal = deposit.normal;
-    source.mirror = deposit.mirror;
-    source.delay_s = deposit.delay_s;
-    source.power = deposit.power;
-    source.u = deposit.u;
-    source.emitter = run.emitter;
-    source.material = deposit.material;
-    source.polarity = static_cast<std::int8_t>(deposit.polarity);
-    photons.push_back(deposit.photon);
+    deposit.emitter = run.emitter;  // indices change when emitters are added or removed
   }
-  result.append(run, stored.tally, deposits, photons);
+  result.append(run, stored.tally, deposits);
   state_->used.insert(offset);
   return true;
 }
 
 Result<void> TraceJournal::append(std::span<const std::uint64_t> keys, const TracedRuns& traced) {
   std::vector<std::byte> payload(traced.runs().size() * sizeof(StoredRun) +
-                                 traced.deposits().size() * sizeof(StoredDeposit));
+                                 traced.deposits().size() * sizeof(Deposit));
   std::byte* at = payload.data();
   for (std::size_t i = 0; i < traced.runs().size(); ++i) {
     const TracedRun& run = traced.runs()[i];
@@ -183,15 +162,11 @@ Result<void> TraceJournal::append(std::span<const std::uint64_t> keys, const Tra
     std::memcpy(at, &stored, sizeof stored);
     at += sizeof stored;
   }
-  for (const TracedRun& run : traced.runs())
-    for (std::size_t i = run.first_deposit; i < run.first_deposit + run.deposits; ++i) {
-      const Source& source = traced.deposits()[i];
-      const StoredDeposit deposit{source.position_m, source.normal,       source.mirror,
-                                  source.delay_s,    source.power,        source.u,
-                                  source.material,   traced.photons()[i], source.polarity};
-      std::memcpy(at, &deposit, sizeof deposit);
-      at += sizeof deposit;
-    }
+  for (const TracedRun& run : traced.runs()) {
+    const auto deposits = traced.deposits_of(run);
+    if (!deposits.empty()) std::memcpy(at, deposits.data(), deposits.size_bytes());
+    at += deposits.size_bytes();
+  }
 
   const auto runs = static_cast<std::uint32_t>(traced.runs().size());
   const auto record = state_->file.append(runs, payload);

@@ -36,7 +36,7 @@ class HighestRanks {
  public:
   // Each rank may be offered once.
   void offer(std::uint64_t rank) {
-    if (rank < least_) return;
+    if (rank < lowest_) return;
     ranks_[count_++] = rank;
     if (count_ == ranks_.size()) trim();
   }
@@ -54,13 +54,13 @@ class HighestRanks {
     const auto last = ranks_.begin() + kNodeSources - 1;
     std::nth_element(ranks_.begin(), last, ranks_.begin() + static_cast<std::ptrdiff_t>(count_),
                      std::greater<>());
-    least_ = *last;
+    lowest_ = *last;
     count_ = kNodeSources;
   }
 
   std::array<std::uint64_t, std::size_t{2} * kNodeSources> ranks_;
   std::size_t count_ = 0;
-  std::uint64_t least_ = 0;  // lower ranks cannot be among the highest
+  std::uint64_t lowest_ = 0;  // lower ranks cannot be among the highest
 };
 
 }  // namespace clamor

@@ -18,7 +18,7 @@ namespace clamor {
 namespace {
 
 constexpr std::uint64_t kBuildBytesPerSource = 220;  // 2.5 times sizeof(Source)
-constexpr std::size_t kMostBuffered = 32768;         // sources per buffer; there are ten buffers
+constexpr std::size_t kMaxBuffered = 32768;          // sources per buffer; there are ten buffers
 
 // A finished subtree: its handle in the sink and the summary that its parent needs.
 struct Part {
@@ -41,13 +41,13 @@ class Streamer {
  public:
   Streamer(std::string beside, std::uint64_t memory_bytes, OctreeSink& sink)
       : beside_(std::move(beside)),
-        most_in_memory_(std::max<std::uint64_t>(kLeafSources, memory_bytes / kBuildBytesPerSource)),
-        buffered_(std::clamp<std::size_t>(most_in_memory_ / 10, 1, kMostBuffered)),
+        max_in_memory_(std::max<std::uint64_t>(kLeafSources, memory_bytes / kBuildBytesPerSource)),
+        buffered_(std::clamp<std::size_t>(max_in_memory_ / 10, 1, kMaxBuffered)),
         sink_(sink) {}
 
   Result<Part> build(SourceSpill sources, const OctreeCube& cube) {
     if (const auto done = sources.flush(); !done.ok()) return done.error();
-    if (sources.count() <= most_in_memory_) return build_in_memory(std::move(sources), cube);
+    if (sources.count() <= max_in_memory_) return build_in_memory(std::move(sources), cube);
     if (cube.depth >= OctreeCube::kDeepest || sources.low_m() == sources.high_m())
       return build_chain(std::move(sources), cube);
     std::vector<Source> own;
@@ -154,7 +154,7 @@ class Streamer {
     };
     std::vector<Run> runs;
     const std::size_t block_size =
-        std::max<std::uint64_t>(1, most_in_memory_ / (2 * run_begins->size()));
+        std::max<std::uint64_t>(1, max_in_memory_ / (2 * run_begins->size()));
     // Lowest key first; of equal keys, the later source, which is in the later run.
     std::priority_queue<std::pair<std::uint32_t, std::size_t>,
                         std::vector<std::pair<std::uint32_t, std::size_t>>, LaterFirst>
@@ -209,9 +209,9 @@ class Streamer {
   Result<std::vector<std::uint64_t>> sort_runs(SourceSpill sources, const OctreeCube& cube,
                                                SourceSpill& sorted) const {
     std::vector<std::uint64_t> begins;
-    for (std::uint64_t first = 0; first < sources.count(); first += most_in_memory_) {
+    for (std::uint64_t first = 0; first < sources.count(); first += max_in_memory_) {
       begins.push_back(first);
-      std::vector<Source> list(std::min(most_in_memory_, sources.count() - first));
+      std::vector<Source> list(std::min(max_in_memory_, sources.count() - first));
       if (const auto done = sources.read(first, list); !done.ok()) return done.error();
       const SourceOctree chain = build_octree(std::move(list), cube);
       if (const auto done = sorted.append(chain.sources); !done.ok()) return done.error();
@@ -239,7 +239,7 @@ class Streamer {
   }
 
   std::string beside_;
-  std::uint64_t most_in_memory_;
+  std::uint64_t max_in_memory_;
   std::size_t buffered_;
   OctreeSink& sink_;
 };

@@ -14,7 +14,7 @@ namespace clamor {
 namespace {
 
 // A run almost never has more deposits.
-constexpr std::size_t kSlack = 200'000, kMostAtOnce = 100'000;
+constexpr std::size_t kSlack = 200'000, kMaxAtOnce = 100'000;
 
 double weight_of(const Source& source) {
   double power = 0;
@@ -23,7 +23,7 @@ double weight_of(const Source& source) {
 }
 
 // Hash of the deposit, uniform in (0, 1].
-double source_hash(const Source& source) {
+double thinning_random(const Source& source) {
   const std::uint64_t where =
       (std::uint64_t{std::bit_cast<std::uint32_t>(source.position_m.x)} << 32) |
       std::bit_cast<std::uint32_t>(source.position_m.y);
@@ -36,7 +36,7 @@ double source_hash(const Source& source) {
 
 }  // namespace
 
-SourceThinning::SourceThinning(std::uint64_t most_sources) : most_(most_sources) {}
+SourceThinning::SourceThinning(std::uint64_t max_sources) : max_sources_(max_sources) {}
 
 // Higher keys first; ties are broken by order of arrival.
 bool SourceThinning::before(const Entry& a, const Entry& b) {
@@ -47,14 +47,14 @@ bool SourceThinning::before(const Entry& a, const Entry& b) {
 
 void SourceThinning::add(std::span<const Source> deposits, std::uint64_t order) {
   // Reserved at once, because doubling would need twice the memory at the peak.
-  const std::size_t room = most_ + most_ / 4 + kSlack;
+  const std::size_t room = max_sources_ + max_sources_ / 4 + kSlack;
   if (added_ == 0) {
     entries_.reserve(room);
     sources_.reserve(room);
   }
   added_ += deposits.size();
   for (std::size_t i = 0; i < deposits.size(); ++i) {
-    const double key = weight_of(deposits[i]) / source_hash(deposits[i]);
+    const double key = weight_of(deposits[i]) / thinning_random(deposits[i]);
     if (key < threshold_) continue;  // too low: the kept sources all have higher keys
     if (live_ == entries_.size()) {
       entries_.push_back({0, 0, 0, static_cast<std::uint32_t>(live_)});
@@ -64,15 +64,15 @@ void SourceThinning::add(std::span<const Source> deposits, std::uint64_t order) 
     entry = {key, order, static_cast<std::uint32_t>(i), entry.slot};
     sources_[entry.slot] = deposits[i];
   }
-  if (live_ > room - kMostAtOnce) prune();
+  if (live_ > room - kMaxAtOnce) prune();
 }
 
 void SourceThinning::prune() {
-  if (live_ <= most_) return;
-  const auto begin = entries_.begin(), cut = begin + static_cast<std::ptrdiff_t>(most_);
+  if (live_ <= max_sources_) return;
+  const auto begin = entries_.begin(), cut = begin + static_cast<std::ptrdiff_t>(max_sources_);
   std::nth_element(begin, cut, begin + static_cast<std::ptrdiff_t>(live_), before);
   threshold_ = std::max(threshold_, cut->key);
-  live_ = most_;
+  live_ = max_sources_;
 }
 
 std::vector<Source> SourceThinning::take() {

@@ -31,7 +31,7 @@ namespace clamor {
 
 class SourceThinning {
  public:
-  explicit SourceThinning(std::uint64_t most_sources);
+  explicit SourceThinning(std::uint64_t max_sources);
 
   // Adds deposits. take() returns sources sorted by `order`, then by their position in the call.
   void add(std::span<const Source> deposits, std::uint64_t order);
@@ -52,7 +52,7 @@ class SourceThinning {
   static bool before(const Entry& a, const Entry& b);
   void prune();
 
-  std::uint64_t most_;
+  std::uint64_t max_sources_;
   std::uint64_t added_ = 0;
   double threshold_ = 0;         // highest dropped key
   std::vector<Entry> entries_;   // the first live_ are in use; the slots of the others are free

@@ -14,7 +14,7 @@ namespace clamor {
 namespace {
 
 constexpr std::size_t kPlaces = 4;
-constexpr double kLeastRoom_m = 0.2;
+constexpr double kMinRoom_m = 0.2;
 constexpr double kNearest_m = 0.1;  // minimum distance for 1 / r^2, as in the runtime
 // Fewer photons per emitter give no estimate of their own.
 constexpr std::uint64_t kCrowdPhotons = 1000;
@@ -48,7 +48,7 @@ std::vector<DecayReceiver> decay_receivers(const Scene& scene,
     const auto emitter = static_cast<std::uint32_t>(i * emitters.size() / kPlaces);
     const Vec3 direction = normalize(kDirections[i]);
     const auto hit = scene.intersect(emitters[emitter].position_m, direction);
-    if (hit && hit->distance_m > kLeastRoom_m)
+    if (hit && hit->distance_m > kMinRoom_m)
       places.push_back(
           {emitters[emitter].position_m + direction * (0.5 * hit->distance_m), emitter});
   }
@@ -64,48 +64,47 @@ DecayEstimate::DecayEstimate(const Scene& scene, const Level& level, const Trace
       longest_path_s_(settings.longest_path_s),
       photons_(photons.begin(), photons.end()),
       stride_(std::max<std::uint64_t>(1, stride)),
-      listening_(level.emitters.size()) {
-  for (const DecayReceiver& place : decay_receivers(scene, level.emitters)) {
-    crowd_ |= level.emitters.size() > 1 && photons_[place.emitter] < kCrowdPhotons;
-    places_.push_back({place, {}});
+      progress_(level.emitters.size()) {
+  for (const DecayReceiver& receiver : decay_receivers(scene, level.emitters)) {
+    crowd_ |= level.emitters.size() > 1 && photons_[receiver.emitter] < kCrowdPhotons;
+    receivers_.push_back({receiver, {}});
   }
   if (crowd_)
-    for (Heard& heard : places_) heard.groups.resize(kCrowdGroups);
+    for (Receiver& receiver : receivers_) receiver.groups.resize(kCrowdGroups);
 }
 
 std::uint64_t DecayEstimate::max_bytes(double longest_path_s) {
   const double steps = (longest_path_s + 1) / kStep_s;
-  return static_cast<std::uint64_t>(steps) * kPlaces * kMostGroups * sizeof(Energy);
+  return static_cast<std::uint64_t>(steps) * kPlaces * kMaxGroups * sizeof(Energy);
 }
 
 bool DecayEstimate::wants(const PhotonRun& run) const {
   if (run.first / kRunPhotons % stride_ != 0 || photons_[run.emitter] == 0) return false;
-  return std::any_of(places_.begin(), places_.end(), [&](const Heard& heard) {
-    return crowd_ || heard.place.emitter == run.emitter;
+  return std::any_of(receivers_.begin(), receivers_.end(), [&](const Receiver& receiver) {
+    return crowd_ || receiver.at.emitter == run.emitter;
   });
 }
 
-void DecayEstimate::hear(std::span<const Source> deposits, std::span<const std::uint16_t> photons,
-                         std::vector<ReceivedEnergy>& heard) const {
+void DecayEstimate::receive(std::span<const Deposit> deposits,
+                            std::vector<ReceivedEnergy>& received) const {
   std::vector<Ray> rays;
   std::vector<ReceivedEnergy> candidates;
   std::vector<float> distances_m;
-  for (std::size_t i = 0; i < deposits.size(); ++i) {
-    const Source& deposit = deposits[i];
+  for (const Deposit& deposit : deposits) {
     const Vec3 normal(deposit.normal), mirror(deposit.mirror);
     const Vec3 place_m(deposit.position_m), from_m = scene_.away_from_surface(place_m, normal);
-    for (std::size_t place = 0; place < places_.size(); ++place) {
-      const Vec3& listener_m = places_[place].place.listener_m;
-      if (!crowd_ && places_[place].place.emitter != deposit.emitter) continue;
-      const Vec3 way_m = listener_m - place_m;
-      const double r_m = length(way_m);
-      const double cos_o = r_m > 0 ? dot(way_m, normal) / r_m : 0;
+    for (std::size_t receiver = 0; receiver < receivers_.size(); ++receiver) {
+      const Vec3& position_m = receivers_[receiver].at.position_m;
+      if (!crowd_ && receivers_[receiver].at.emitter != deposit.emitter) continue;
+      const Vec3 offset_m = position_m - place_m;
+      const double r_m = length(offset_m);
+      const double cos_o = r_m > 0 ? dot(offset_m, normal) / r_m : 0;
       if (!(cos_o > 0)) continue;
-      const Vec3 direction = way_m / r_m;
+      const Vec3 direction = offset_m / r_m;
       const double arrival_s = deposit.delay_s + r_m / speed_mps_;
       if (!(arrival_s < longest_path_s_ + 1)) continue;
 
-      ReceivedEnergy one{static_cast<std::uint32_t>(place), photons[i],
+      ReceivedEnergy one{static_cast<std::uint32_t>(receiver), deposit.photon,
                          static_cast<std::uint32_t>(arrival_s / kStep_s),
                          laws_.density(deposit.material, dot(mirror, normal), cos_o,
                                        std::min(1.0, dot(direction, mirror)))};
@@ -116,25 +115,25 @@ void DecayEstimate::hear(std::span<const Source> deposits, std::span<const std::
         one.energy[b] *=
             deposit.power[b] * spread * exp2_of(-air_loss_per_m_[b] * octaves_per_loss);
       candidates.push_back(one);
-      rays.push_back({Vec3f(from_m), Vec3f(normalize(listener_m - from_m))});
-      distances_m.push_back(static_cast<float>(length(listener_m - from_m)));
+      rays.push_back({Vec3f(from_m), Vec3f(normalize(position_m - from_m))});
+      distances_m.push_back(static_cast<float>(length(position_m - from_m)));
     }
   }
   std::vector<SurfaceHit> hits(rays.size());
   scene_.first_hits(rays, hits);
   for (std::size_t i = 0; i < hits.size(); ++i)
     if (hits[i].material == SurfaceHit::kNone || hits[i].distance_m >= distances_m[i])
-      heard.push_back(candidates[i]);
+      received.push_back(candidates[i]);
 }
 
-void DecayEstimate::join_groups(std::uint32_t emitter) {
-  listening_[emitter].units_per_group *= 2;
-  for (Heard& heard : places_) {
-    if (heard.place.emitter != emitter) continue;
-    heard.groups.resize(kMostGroups);
-    for (std::size_t i = 0; i < kMostGroups; ++i) {
-      Histogram from = std::move(heard.groups[i]);
-      Histogram& to = heard.groups[i / 2];
+void DecayEstimate::merge_groups(std::uint32_t emitter) {
+  progress_[emitter].units_per_group *= 2;
+  for (Receiver& receiver : receivers_) {
+    if (receiver.at.emitter != emitter) continue;
+    receiver.groups.resize(kMaxGroups);
+    for (std::size_t i = 0; i < kMaxGroups; ++i) {
+      Histogram from = std::move(receiver.groups[i]);
+      Histogram& to = receiver.groups[i / 2];
       if (i % 2 == 0) {
         to = std::move(from);
         continue;
@@ -143,55 +142,55 @@ void DecayEstimate::join_groups(std::uint32_t emitter) {
       for (std::size_t step = 0; step < from.size(); ++step)
         for (std::size_t b = 0; b < kBandCount; ++b) to[step][b] += from[step][b];
     }
-    for (std::size_t i = kMostGroups / 2; i < kMostGroups; ++i) heard.groups[i].clear();
+    for (std::size_t i = kMaxGroups / 2; i < kMaxGroups; ++i) receiver.groups[i].clear();
   }
 }
 
-void DecayEstimate::add(const PhotonRun& run, std::span<const ReceivedEnergy> heard) {
-  Listening& listening = listening_[crowd_ ? 0 : run.emitter];
-  const std::uint64_t first_unit = listening.units;
+void DecayEstimate::add(const PhotonRun& run, std::span<const ReceivedEnergy> received) {
+  Progress& progress = progress_[crowd_ ? 0 : run.emitter];
+  const std::uint64_t first_unit = progress.units;
   // An incomplete last unit is ignored.
   const std::uint64_t units = crowd_ ? 1 : run.count / kUnitPhotons;
   if (!crowd_)
-    while ((first_unit + units + listening.units_per_group - 1) / listening.units_per_group >
-           kMostGroups)
-      join_groups(run.emitter);
+    while ((first_unit + units + progress.units_per_group - 1) / progress.units_per_group >
+           kMaxGroups)
+      merge_groups(run.emitter);
   const double share = 1 / static_cast<double>(photons_[run.emitter]);
-  for (const ReceivedEnergy& one : heard) {
+  for (const ReceivedEnergy& one : received) {
     const std::uint64_t unit = one.photon / kUnitPhotons;
     if (!crowd_ && unit >= units) continue;
     const std::uint64_t group =
-        crowd_ ? first_unit % kCrowdGroups : (first_unit + unit) / listening.units_per_group;
-    auto& groups = places_[one.place].groups;
+        crowd_ ? first_unit % kCrowdGroups : (first_unit + unit) / progress.units_per_group;
+    auto& groups = receivers_[one.receiver].groups;
     if (groups.size() <= group) groups.resize(group + 1);
     Histogram& histogram = groups[group];
     if (histogram.size() <= one.step) histogram.resize(one.step + 1);
     for (std::size_t b = 0; b < kBandCount; ++b)
       histogram[one.step][b] += share * static_cast<double>(one.energy[b]);
   }
-  listening.units += units;
+  progress.units += units;
   if (crowd_) return;
   const std::uint64_t begun =
-      (listening.units + listening.units_per_group - 1) / listening.units_per_group;
-  for (Heard& place : places_)
-    if (place.place.emitter == run.emitter && place.groups.size() < begun)
-      place.groups.resize(begun);
+      (progress.units + progress.units_per_group - 1) / progress.units_per_group;
+  for (Receiver& receiver : receivers_)
+    if (receiver.at.emitter == run.emitter && receiver.groups.size() < begun)
+      receiver.groups.resize(begun);
 }
 
-std::size_t DecayEstimate::whole_groups(const Heard& heard) const {
-  const Listening& listening = listening_[crowd_ ? 0 : heard.place.emitter];
-  const std::uint64_t whole = crowd_ ? (listening.units >= kCrowdGroups ? kCrowdGroups : 0)
-                                     : listening.units / listening.units_per_group;
-  return std::min<std::size_t>(whole, heard.groups.size());
+std::size_t DecayEstimate::whole_groups(const Receiver& receiver) const {
+  const Progress& progress = progress_[crowd_ ? 0 : receiver.at.emitter];
+  const std::uint64_t whole = crowd_ ? (progress.units >= kCrowdGroups ? kCrowdGroups : 0)
+                                     : progress.units / progress.units_per_group;
+  return std::min<std::size_t>(whole, receiver.groups.size());
 }
 
 std::optional<double> DecayEstimate::error_db() const {
   double variance = 0, terms = 0;
-  for (const Heard& heard : places_) {
-    const std::size_t count = whole_groups(heard);
-    if (count < kLeastGroups) return std::nullopt;
+  for (const Receiver& receiver : receivers_) {
+    const std::size_t count = whole_groups(receiver);
+    if (count < kMinGroups) return std::nullopt;
     std::size_t steps = 0;
-    for (std::size_t i = 0; i < count; ++i) steps = std::max(steps, heard.groups[i].size());
+    for (std::size_t i = 0; i < count; ++i) steps = std::max(steps, receiver.groups[i].size());
     for (std::size_t b = 0; b < kBandCount; ++b) {
       // Backward integrals (M. R. Schroeder, 1965) of all groups together and of each group, down
       // to each level.
@@ -199,7 +198,7 @@ std::optional<double> DecayEstimate::error_db() const {
       for (std::size_t step = steps; step-- > 0;) {
         total[step] = total[step + 1];
         for (std::size_t i = 0; i < count; ++i)
-          if (step < heard.groups[i].size()) total[step] += heard.groups[i][step][b];
+          if (step < receiver.groups[i].size()) total[step] += receiver.groups[i][step][b];
       }
       if (!(total[0] > 0)) continue;
       std::array<std::vector<double>, kFallen_db.size()> without_one;
@@ -210,7 +209,7 @@ std::optional<double> DecayEstimate::error_db() const {
           const double level = total[0] * exp2_of(-kFallen_db[k] / kDecibelsPerOctave);
           while (step > 0 && (total[step] < level || k == 0)) {
             --step;
-            if (step < heard.groups[i].size()) left += heard.groups[i][step][b];
+            if (step < receiver.groups[i].size()) left += receiver.groups[i][step][b];
           }
           const double rest = total[step] - left;
           if (!(rest > 0)) return std::nullopt;  // one group contains all the energy
@@ -227,32 +226,32 @@ std::optional<double> DecayEstimate::error_db() const {
   return std::sqrt(variance / terms / static_cast<double>(stride_));
 }
 
-std::optional<double> DecayEstimate::level_db(std::size_t place, std::size_t band,
+std::optional<double> DecayEstimate::level_db(std::size_t index, std::size_t band,
                                               double time_s) const {
-  const Heard& heard = places_[place];
+  const Receiver& receiver = receivers_[index];
   double energy = 0, all = 0;
-  for (std::size_t i = 0; i < whole_groups(heard); ++i) {
+  for (std::size_t i = 0; i < whole_groups(receiver); ++i) {
     for (std::size_t step = static_cast<std::size_t>(time_s / kStep_s);
-         step < heard.groups[i].size(); ++step)
-      energy += heard.groups[i][step][band];
+         step < receiver.groups[i].size(); ++step)
+      energy += receiver.groups[i][step][band];
     all += 1;
   }
   // Scaled to all photons of the emitter.
-  const Listening& listening = listening_[crowd_ ? 0 : heard.place.emitter];
+  const Progress& progress = progress_[crowd_ ? 0 : receiver.at.emitter];
   if (!crowd_)
-    energy *= static_cast<double>(photons_[heard.place.emitter]) /
-              (all * static_cast<double>(listening.units_per_group * kUnitPhotons));
+    energy *= static_cast<double>(photons_[receiver.at.emitter]) /
+              (all * static_cast<double>(progress.units_per_group * kUnitPhotons));
   if (!(energy > 0)) return std::nullopt;
   return kDecibelsPerOctave * log2_of(energy);
 }
 
-std::optional<double> DecayEstimate::t30_s(const Heard& heard, std::size_t band,
+std::optional<double> DecayEstimate::t30_s(const Receiver& receiver, std::size_t band,
                                            std::size_t left_out) const {
   std::vector<EnergyStep> steps;
-  const std::size_t count = whole_groups(heard);
+  const std::size_t count = whole_groups(receiver);
   for (std::size_t i = 0; i < count; ++i) {
     if (i == left_out) continue;
-    const Histogram& group = heard.groups[i];
+    const Histogram& group = receiver.groups[i];
     for (std::size_t step = steps.size(); step < group.size(); ++step)
       steps.push_back({(static_cast<double>(step) + 0.5) * kStep_s, 0});
     for (std::size_t step = 0; step < group.size(); ++step) steps[step].energy += group[step][band];
@@ -262,12 +261,12 @@ std::optional<double> DecayEstimate::t30_s(const Heard& heard, std::size_t band,
   return DecayCurve(steps, steps.back().time_s).decay_time_s(-5, -35);
 }
 
-std::optional<double> DecayEstimate::mean_t30_s(std::span<const Heard> group, std::size_t band,
+std::optional<double> DecayEstimate::mean_t30_s(std::span<const Receiver> group, std::size_t band,
                                                 std::size_t left_out) const {
   double sum = 0;
   std::size_t known = 0;
-  for (const Heard& heard : group)
-    if (const auto time_s = t30_s(heard, band, left_out)) {
+  for (const Receiver& receiver : group)
+    if (const auto time_s = t30_s(receiver, band, left_out)) {
       sum += *time_s;
       ++known;
     }
@@ -277,22 +276,22 @@ std::optional<double> DecayEstimate::mean_t30_s(std::span<const Heard> group, st
 
 DecaySummary DecayEstimate::summary() const {
   DecaySummary summary;
-  summary.places = static_cast<std::uint32_t>(places_.size());
-  if (places_.empty()) return summary;
+  summary.places = static_cast<std::uint32_t>(receivers_.size());
+  if (receivers_.empty()) return summary;
   summary.error_db = static_cast<float>(std::round(error_db().value_or(0) * 1e3) / 1e3);
   const auto milliseconds = [](double s) { return static_cast<float>(std::round(s * 1e3) / 1e3); };
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    const auto mean_s = mean_t30_s(places_, b, kNone);
+    const auto mean_s = mean_t30_s(receivers_, b, kNone);
     if (!mean_s) continue;
     summary.t30_s[b] = milliseconds(*mean_s);
     // Receivers of one emitter share its photons; those of different emitters are independent.
     double variance = 0;
     bool known = true;
-    for (std::size_t first = 0, last = 0; first < places_.size(); first = last) {
-      while (last < places_.size() &&
-             (crowd_ || places_[last].place.emitter == places_[first].place.emitter))
+    for (std::size_t first = 0, last = 0; first < receivers_.size(); first = last) {
+      while (last < receivers_.size() &&
+             (crowd_ || receivers_[last].at.emitter == receivers_[first].at.emitter))
         ++last;
-      const std::span<const Heard> group(&places_[first], last - first);
+      const std::span<const Receiver> group(&receivers_[first], last - first);
       const std::size_t count = whole_groups(group[0]);
       std::vector<double> without_one;
       for (std::size_t i = 0; i < count && known; ++i) {
@@ -300,11 +299,12 @@ DecaySummary DecayEstimate::summary() const {
         known = time_s.has_value();
         if (known) without_one.push_back(*time_s);
       }
-      if (count < kLeastGroups || !known) {
+      if (count < kMinGroups || !known) {
         known = false;
         break;
       }
-      const double weight = static_cast<double>(group.size()) / static_cast<double>(places_.size());
+      const double weight =
+          static_cast<double>(group.size()) / static_cast<double>(receivers_.size());
       variance += weight * weight * jackknife_variance(without_one);
     }
     if (known) summary.t30_error_s[b] = std::max(1e-3f, milliseconds(std::sqrt(variance)));

@@ -39,7 +39,7 @@ struct Emitter;
 struct Level;
 
 struct DecayReceiver {
-  Vec3 listener_m;
+  Vec3 position_m;
   std::uint32_t emitter = 0;
 };
 
@@ -49,7 +49,7 @@ std::vector<DecayReceiver> decay_receivers(const Scene& scene,
 
 // Energy of one deposit at one receiver.
 struct ReceivedEnergy {
-  std::uint32_t place = 0;
+  std::uint32_t receiver = 0;
   std::uint32_t photon = 0;  // index within the run
   std::uint32_t step = 0;    // time step
   Bands energy{};
@@ -69,11 +69,10 @@ class DecayEstimate {
   bool wants(const PhotonRun& run) const;
 
   // Appends the energies of a run's deposits at all receivers.
-  void hear(std::span<const Source> deposits, std::span<const std::uint16_t> photons,
-            std::vector<ReceivedEnergy>& heard) const;
+  void receive(std::span<const Deposit> deposits, std::vector<ReceivedEnergy>& received) const;
 
   // Accumulates the energies of a run for which wants() holds.
-  void add(const PhotonRun& run, std::span<const ReceivedEnergy> heard);
+  void add(const PhotonRun& run, std::span<const ReceivedEnergy> received);
 
   // Standard error of the decay curves in dB, extrapolated to all runs instead of one in `stride`:
   // the root mean square over receivers, bands and levels of 0, -5 ... -30 dB. Nothing without
@@ -82,7 +81,7 @@ class DecayEstimate {
 
   // Backward-integrated energy at a receiver from `time_s` on, in dB relative to intensity 1 for 1
   // s. Nothing if it is zero.
-  std::optional<double> level_db(std::size_t place, std::size_t band, double time_s) const;
+  std::optional<double> level_db(std::size_t index, std::size_t band, double time_s) const;
 
   // T30 per band as the mean over receivers, where most have one. Values are rounded to
   // milliseconds and thousandths of a decibel, so that they do not depend on the last bit of a
@@ -91,23 +90,24 @@ class DecayEstimate {
 
  private:
   static constexpr std::uint64_t kUnitPhotons = 64;
-  static constexpr std::size_t kMostGroups = 32, kLeastGroups = 8;
+  static constexpr std::size_t kMaxGroups = 32, kMinGroups = 8;
 
   using Energy = std::array<double, kBandCount>;
   using Histogram = std::vector<Energy>;  // indexed by time step
-  struct Heard {
-    DecayReceiver place;
+  struct Receiver {
+    DecayReceiver at;
     std::vector<Histogram> groups;
   };
   // Photons received per emitter. All receivers of an emitter have the same groups.
-  struct Listening {
+  struct Progress {
     std::uint64_t units = 0, units_per_group = 1;
   };
 
-  void join_groups(std::uint32_t emitter);
-  std::size_t whole_groups(const Heard& heard) const;
-  std::optional<double> t30_s(const Heard& heard, std::size_t band, std::size_t left_out) const;
-  std::optional<double> mean_t30_s(std::span<const Heard> group, std::size_t band,
+  void merge_groups(std::uint32_t emitter);
+  std::size_t whole_groups(const Receiver& receiver) const;
+  std::optional<double> t30_s(const Receiver& receiver, std::size_t band,
+                              std::size_t left_out) const;
+  std::optional<double> mean_t30_s(std::span<const Receiver> group, std::size_t band,
                                    std::size_t left_out) const;
 
   const Scene& scene_;
@@ -117,8 +117,8 @@ class DecayEstimate {
   std::vector<std::uint64_t> photons_;  // per emitter
   std::uint64_t stride_;
   bool crowd_ = false;
-  std::vector<Heard> places_;         // sorted by emitter
-  std::vector<Listening> listening_;  // per emitter; a crowd uses the first only
+  std::vector<Receiver> receivers_;  // sorted by emitter
+  std::vector<Progress> progress_;   // per emitter; a crowd uses the first only
 };
 
 }  // namespace clamor

@@ -1,5 +1,4 @@
-// kernel_material.h: what a surface does, as tables in the order in which the trace kernel reads
-// them.
+// kernel_material.h: the surface properties that the trace kernel reads, as rows of bands.
 #pragma once
 
 #include <array>
@@ -10,26 +9,23 @@
 #include "common/bands.h"
 #include "common/material.h"
 #include "common/reflection.h"
+#include "common/reflection_table.h"
 
 namespace clamor {
 
-// A material's numbers in the order in which lanes read them.
 struct alignas(64) KernelMaterial {
-  Bands kept{};               // share of the power that goes on: reflected and let through
-  Bands reflected_of_kept{};  // of which reflected,
-  Bands through_of_kept{};    // and let through
-  Bands scattering{}, exponent{}, inverse_exponent{};  // 1 / (p + 1)
-  Bands lobe{}, compensation{};                        // factors of the law's two terms
-  bool alike = false;                                  // one law in all bands
+  Bands kept{};                    // share of the power that is reflected or transmitted
+  Bands reflected_of_kept{};       // reflected share of that,
+  Bands transmitted_of_kept{};     // and transmitted share
+  Bands inverse_exponent{};        // 1 / (p + 1)
+  ReflectionTable brdf;            // of reflection and, around the other side, of transmission
+  bool same_in_all_bands = false;  // the BRDF
   bool transmits = false;
-  std::vector<Bands> lost;  // 1 - E at cos = (k / kLossCells)^2; 0 in bands that are all Lambert
-  std::array<const PhongLobe*, kBandCount> lobes{};
+  std::array<const PhongLobe*, kBandCount> lobes{};  // null for a fully diffuse band
 };
 
-inline constexpr std::size_t kLossCells = 256;
-
-// The tables of the materials; `lobes` keeps what they point to.
+// One per material of `laws`, which must outlive them.
 std::vector<KernelMaterial> kernel_materials(std::span<const Material> materials,
-                                             PhongLobes& lobes);
+                                             const ReflectionLaws& laws);
 
 }  // namespace clamor

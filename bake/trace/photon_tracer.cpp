@@ -44,11 +44,10 @@ void TracedRuns::clear() {
 }
 
 void TracedRuns::append(const PhotonRun& run, const TraceTally& tally,
-                        std::span<const Source> deposits, std::span<const std::uint16_t> photons) {
+                        std::span<const Deposit> deposits) {
   make_room(count_ + deposits.size());
   std::copy(deposits.begin(), deposits.end(),
             deposits_.begin() + static_cast<std::ptrdiff_t>(count_));
-  std::copy(photons.begin(), photons.end(), photons_.begin() + static_cast<std::ptrdiff_t>(count_));
   runs_.push_back({run, count_, deposits.size(), tally});
   count_ += deposits.size();
 }
@@ -56,7 +55,6 @@ void TracedRuns::append(const PhotonRun& run, const TraceTally& tally,
 void TracedRuns::make_room(std::size_t deposits) {
   if (deposits_.size() >= deposits) return;
   deposits_.resize(std::max(deposits, 2 * deposits_.size()));
-  photons_.resize(deposits_.size());
   run_of_.resize(deposits_.size());
 }
 
@@ -73,22 +71,19 @@ void TracedRuns::sort_by_run(std::size_t first_deposit, std::size_t first_run) {
   if (runs == 1) return;
   const auto begin = static_cast<std::ptrdiff_t>(first_deposit);
   const auto end = static_cast<std::ptrdiff_t>(count_);
-  const std::vector<Source> deposits(deposits_.begin() + begin, deposits_.begin() + end);
-  const std::vector<std::uint16_t> photons(photons_.begin() + begin, photons_.begin() + end);
-  for (std::size_t i = 0; i < deposits.size(); ++i) {
-    const std::size_t place = first_deposit + next[run_of_[first_deposit + i]]++;
-    deposits_[place] = deposits[i];
-    photons_[place] = photons[i];
-  }
+  const std::vector<Deposit> deposits(deposits_.begin() + begin, deposits_.begin() + end);
+  for (std::size_t i = 0; i < deposits.size(); ++i)
+    deposits_[first_deposit + next[run_of_[first_deposit + i]]++] = deposits[i];
 }
 
 PhotonTracer::PhotonTracer(const Scene& scene, const Level& level, const TraceSettings& settings)
     : scene_(scene),
       level_(level),
       settings_(settings),
-      materials_(kernel_materials(level.materials, lobes_)) {
-  kernel_settings_.kappa = static_cast<float>(settings.roulette_exponent);
-  kernel_settings_.longest_m = settings.longest_path_s * settings.speed_mps;
+      laws_(level.materials),
+      materials_(kernel_materials(level.materials, laws_)) {
+  kernel_settings_.roulette_exponent = static_cast<float>(settings.roulette_exponent);
+  kernel_settings_.max_path_m = settings.longest_path_s * settings.speed_mps;
   kernel_settings_.max_bounces = settings.max_bounces;
   kernel_settings_.seconds_per_m = 1 / settings.speed_mps;
   kernel_settings_.offset_m = static_cast<float>(scene.offset_m());
@@ -207,8 +202,7 @@ void PhotonTracer::trace_batch(std::span<const PhotonRun> runs, TracedRuns& resu
   for (std::uint32_t bounce = 1; alive > 0; ++bounce) {
     scene_.first_hits({work.rays.data(), alive}, {work.hits.data(), alive});
     result.make_room(result.count_ + 2 * alive);
-    DepositSink sink{result.deposits_.data(), result.run_of_.data(), result.photons_.data(),
-                     result.count_};
+    DepositSink sink{result.deposits_.data(), result.run_of_.data(), result.count_};
     alive = shade(kernel_settings_, materials_, bounce, work.photons, {work.alive.data(), alive},
                   {work.rays.data(), alive}, work.hits, work.runs, *work.scratch, sink);
     result.count_ = sink.count;

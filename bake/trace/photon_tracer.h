@@ -26,9 +26,9 @@
 #include <span>
 #include <vector>
 
+#include "bake/trace/deposit.h"
 #include "bake/trace/scene.h"
 #include "bake/trace/trace_kernel.h"
-#include "formats/bake_file/source.h"
 
 namespace clamor {
 
@@ -37,8 +37,8 @@ struct Level;
 
 struct TraceSettings {
   std::uint64_t seed = 1;
-  double roulette_exponent =
-      0.5;  // survival probability = (power after / before)^exponent, in the loudest band
+  // Survival probability = (power after / before)^exponent, in the loudest band.
+  double roulette_exponent = 0.5;
   double longest_path_s = 10;  // longer paths end and are counted as unfinished
   double speed_mps = 343.2;
   Bands air_loss_per_m{};
@@ -70,17 +70,16 @@ struct TracedRun {
 class TracedRuns {
  public:
   std::span<const TracedRun> runs() const { return runs_; }
-  std::span<Source> deposits() { return {deposits_.data(), count_}; }
-  std::span<const Source> deposits() const { return {deposits_.data(), count_}; }
+  std::span<const Deposit> deposits() const { return {deposits_.data(), count_}; }
 
-  // Per deposit: which photon of its run.
-  std::span<const std::uint16_t> photons() const { return {photons_.data(), count_}; }
+  std::span<const Deposit> deposits_of(const TracedRun& run) const {
+    return deposits().subspan(run.first_deposit, run.deposits);
+  }
 
   void clear();
 
   // Appends a run traced earlier.
-  void append(const PhotonRun& run, const TraceTally& tally, std::span<const Source> deposits,
-              std::span<const std::uint16_t> photons);
+  void append(const PhotonRun& run, const TraceTally& tally, std::span<const Deposit> deposits);
 
  private:
   friend class PhotonTracer;
@@ -88,8 +87,8 @@ class TracedRuns {
   void sort_by_run(std::size_t first_deposit, std::size_t first_run);
 
   std::vector<TracedRun> runs_;
-  std::vector<Source> deposits_;  // these three are longer than count_
-  std::vector<std::uint16_t> photons_, run_of_;
+  std::vector<Deposit> deposits_;  // both have at least count_ elements
+  std::vector<std::uint16_t> run_of_;
   std::size_t count_ = 0;
 };
 
@@ -117,7 +116,7 @@ class PhotonTracer {
   const Level& level_;
   TraceSettings settings_;
   KernelSettings kernel_settings_;
-  PhongLobes lobes_;
+  ReflectionLaws laws_;
   std::vector<KernelMaterial> materials_;
   std::vector<std::uint64_t> emitter_keys_;  // keys of the random numbers
   std::array<double, kBandCount> power_emitted_{};

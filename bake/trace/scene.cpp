@@ -1,70 +1,16 @@
 #include "bake/trace/scene.h"
 
-#if __has_include(<embree4/rtcore.h>)
-#include <embree4/rtcore.h>
-#else
-#include <embree3/rtcore.h>
-#endif
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <new>
-#include <stdexcept>
 #include <string>
 
 #include <tbb/task_arena.h>
 
+#include "formats/level/embree_mesh.h"
+
 namespace clamor {
-
-struct Scene::Embree {
-  RTCDevice device = nullptr;
-  RTCScene scene = nullptr;
-  RTCGeometry geometry = nullptr;
-
-  // Embree reports a failure by a code that stays until somebody asks for it.
-  void check() const {
-    const RTCError error = rtcGetDeviceError(device);
-    if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
-    if (device == nullptr || error != RTC_ERROR_NONE)
-      throw std::runtime_error("Embree cannot build its tree of the level's surfaces (error " +
-                               std::to_string(error) + ")");
-  }
-
-  ~Embree() {
-    if (geometry != nullptr) rtcReleaseGeometry(geometry);
-    if (scene != nullptr) rtcReleaseScene(scene);
-    if (device != nullptr) rtcReleaseDevice(device);
-  }
-
-  RTCRayHit first_hit(const Ray& from) const {
-    RTCRayHit ray;
-    ray.ray.org_x = from.origin_m.x;
-    ray.ray.org_y = from.origin_m.y;
-    ray.ray.org_z = from.origin_m.z;
-    ray.ray.tnear = 0;
-    ray.ray.dir_x = from.direction.x;
-    ray.ray.dir_y = from.direction.y;
-    ray.ray.dir_z = from.direction.z;
-    ray.ray.time = 0;
-    ray.ray.tfar = std::numeric_limits<float>::infinity();
-    ray.ray.mask = 0xffffffff;
-    ray.ray.id = 0;
-    ray.ray.flags = 0;
-    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    ray.hit.primID = RTC_INVALID_GEOMETRY_ID;
-    ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-#if RTC_VERSION_MAJOR >= 4
-    rtcIntersect1(scene, &ray);
-#else
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(scene, &context, &ray);
-#endif
-    return ray;
-  }
-};
 
 namespace {
 
@@ -85,12 +31,14 @@ Vec3 normal_of(const Mesh& mesh, std::uint32_t triangle) {
 // an edge hits the same one of its two triangles.
 constexpr const char* kDevice = "isa=sse4.2";
 
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
 }  // namespace
 
 const char* embree_device() { return kDevice; }
 std::string embree_version() { return RTC_VERSION_STRING; }
 
-Scene::Scene(const Mesh& mesh, Build build) : mesh_(mesh), embree_(std::make_unique<Embree>()) {
+Scene::Scene(const Mesh& mesh, Build build) : mesh_(mesh) {
   if (mesh.triangles.empty()) return;  // free field
 
   Vec3f low = mesh.vertices_m[mesh.triangles[0][0]], high = low;
@@ -101,31 +49,12 @@ Scene::Scene(const Mesh& mesh, Build build) : mesh_(mesh), embree_(std::make_uni
     }
   offset_m_ = 1e-5 * length(Vec3(high) - Vec3(low));
 
-  embree_->device = rtcNewDevice(kDevice);
-  embree_->check();
-  embree_->scene = rtcNewScene(embree_->device);
-  embree_->check();
-  rtcSetSceneBuildQuality(embree_->scene,
-                          build == Build::kQuick ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_HIGH);
-
-  const RTCGeometry geometry = rtcNewGeometry(embree_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  embree_->geometry = geometry;
-  embree_->check();
-  auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                               RTC_FORMAT_FLOAT3, sizeof(Vec3f),
-                                                               mesh.vertices_m.size()));
-  auto* indices = static_cast<std::array<std::uint32_t, 3>*>(
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                              3 * sizeof(std::uint32_t), mesh.triangles.size()));
-  embree_->check();  // both are null if memory is exhausted
-  std::copy(mesh.vertices_m.begin(), mesh.vertices_m.end(), vertices);
-  std::copy(mesh.triangles.begin(), mesh.triangles.end(), indices);
-  rtcSetGeometryMask(geometry, 0xffffffff);  // Embree 4's default is 1
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(embree_->scene, geometry);
+  embree_ = std::make_unique<EmbreeMesh>(
+      mesh, EmbreeMesh::Options{.device = kDevice,
+                                .quality = build == Build::kQuick ? RTC_BUILD_QUALITY_LOW
+                                                                  : RTC_BUILD_QUALITY_HIGH});
   // An arena of one thread. (The device option "threads=1" would limit all of TBB.)
-  tbb::task_arena(1).execute([this] { rtcCommitScene(embree_->scene); });
-  embree_->check();
+  tbb::task_arena(1).execute([this] { embree_->build(); });
 
   surfaces_.reserve(mesh.triangles.size());
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
@@ -136,9 +65,9 @@ Scene::Scene(const Mesh& mesh, Build build) : mesh_(mesh), embree_(std::make_uni
 Scene::~Scene() = default;
 
 std::optional<Hit> Scene::intersect(const Vec3& origin_m, const Vec3& direction) const {
-  if (embree_->scene == nullptr) return std::nullopt;
+  if (embree_ == nullptr) return std::nullopt;
 
-  const RTCRayHit ray = embree_->first_hit({Vec3f(origin_m), Vec3f(direction)});
+  const RTCRayHit ray = embree_->first_hit(Vec3f(origin_m), Vec3f(direction), 0, kInfinity);
   if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
 
   const Vec3 corner_m = mesh_.vertices_m[mesh_.triangles[ray.hit.primID][0]];
@@ -165,7 +94,7 @@ double Scene::exact_distance_m(std::uint32_t triangle, const Ray& ray, double ot
 }
 
 void Scene::first_hits(std::span<const Ray> rays, std::span<SurfaceHit> hits) const {
-  if (embree_->scene == nullptr) {
+  if (embree_ == nullptr) {
     for (SurfaceHit& hit : hits) hit.material = SurfaceHit::kNone;
     return;
   }
@@ -175,7 +104,8 @@ void Scene::first_hits(std::span<const Ray> rays, std::span<SurfaceHit> hits) co
   for (std::size_t first = 0; first < rays.size(); first += kTogether) {
     const std::size_t count = std::min(kTogether, rays.size() - first);
     for (std::size_t i = 0; i < count; ++i) {
-      const RTCRayHit found = embree_->first_hit(rays[first + i]);
+      const RTCRayHit found =
+          embree_->first_hit(rays[first + i].origin_m, rays[first + i].direction, 0, kInfinity);
       triangles[i] =
           found.hit.geomID == RTC_INVALID_GEOMETRY_ID ? SurfaceHit::kNone : found.hit.primID;
       hits[first + i].distance_m = found.ray.tfar;

@@ -19,6 +19,8 @@
 
 namespace clamor {
 
+class EmbreeMesh;
+
 struct Hit {
   Vec3 point_m;
   Vec3 normal;  // unit, on the ray's side of the surface
@@ -72,7 +74,6 @@ class Scene {
   }
 
  private:
-  struct Embree;
   struct Surface {
     Vec3f corner_m, normal;
     std::uint32_t material, unused;
@@ -84,7 +85,7 @@ class Scene {
   const Mesh& mesh_;
   std::vector<Surface> surfaces_;  // per triangle
   double offset_m_ = 0;
-  std::unique_ptr<Embree> embree_;
+  std::unique_ptr<EmbreeMesh> embree_;  // null for a free field
 };
 
 }  // namespace clamor

@@ -27,22 +27,22 @@ struct alignas(64) ShadeScratch {
   Column<std::uint16_t> slot;
   Column<std::uint32_t> hit;  // index of the hit
   std::array<Column<std::uint32_t>, 2> key, number;
-  RandomColumns fate;
+  RandomColumns surface_bits;
   // Power after the surface, times the path's weights.
   alignas(64) std::array<Bands, kStepPhotons> left;
   Column<float> before, after, reflected, survival;
-  Column<float> u, roulette, keep;
+  Column<float> random, roulette, keep;
 
   // Photons that survive roulette:
-  Column<std::uint16_t> going_slot;
-  Column<std::uint32_t> going_hit;
+  Column<std::uint16_t> survivor_slot;
+  Column<std::uint32_t> survivor_hit;
   Column<std::uint8_t> drawn;  // band that samples the direction
-  RandomColumns way;
+  RandomColumns direction_bits;
   Column<std::uint32_t> band_bits, lambert_bits;
   VectorColumn normal, mirror, direction;
   Column<float> u1, u2, cos_i, cos_o, log2_cos_a, ratio, loss_place_i, loss_place_o;
   Column<float> scattering, inverse_exponent;
-  Column<std::uint8_t> through, rejected;
+  Column<std::uint8_t> transmitted, rejected;
 };
 
 struct ShadeArguments {

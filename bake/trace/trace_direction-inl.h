@@ -24,18 +24,18 @@ namespace {
 // Chooses the band whose BRDF samples the direction, and reflection or transmission. The upper 24
 // bits of the random words are two coordinates of the direction, its acceptance and the
 // compensation term; the low bytes choose the side.
-[[gnu::noinline]] void choose_laws(const ShadeArguments& with, std::size_t count) {
+[[gnu::noinline]] void choose_bands(const ShadeArguments& with, std::size_t count) {
   const auto photons = with.photons;
   const auto hits = with.hits;
   const auto materials = with.materials;
   const auto rays = with.rays;
   ShadeScratch& scratch = with.scratch;
   for (std::size_t k = 0; k < count; ++k) {
-    const KernelPhoton& photon = photons[scratch.going_slot[k]];
-    const SurfaceHit& hit = hits[scratch.going_hit[k]];
+    const KernelPhoton& photon = photons[scratch.survivor_slot[k]];
+    const SurfaceHit& hit = hits[scratch.survivor_hit[k]];
     const KernelMaterial& material = materials[hit.material];
     std::size_t drawn = 0;
-    if (!material.alike || material.transmits) {
+    if (!material.same_in_all_bands || material.transmits) {
       const float place = unit_of(scratch.band_bits[k]) * kBandCount;
       float below = 0;
       for (std::size_t b = 0; b + 1 < kBandCount; ++b) {
@@ -44,24 +44,25 @@ namespace {
       }
     }
     scratch.drawn[k] = static_cast<std::uint8_t>(drawn);
-    const bool through =
-        material.transmits &&
-        unit_of(scratch.way.words[0][k] << 24 | (scratch.way.words[1][k] & 255) << 16 |
-                (scratch.way.words[2][k] & 255) << 8) < material.through_of_kept[drawn];
-    const Vec3f normal = through ? -hit.normal : hit.normal;
-    const Vec3f arrival = rays[scratch.going_hit[k]].direction;
-    const Vec3f mirror = through ? arrival : arrival + hit.normal * (2 * hit.cos_i);
+    const bool transmitted =
+        material.transmits && unit_of(scratch.direction_bits.words[0][k] << 24 |
+                                      (scratch.direction_bits.words[1][k] & 255) << 16 |
+                                      (scratch.direction_bits.words[2][k] & 255) << 8) <
+                                  material.transmitted_of_kept[drawn];
+    const Vec3f normal = transmitted ? -hit.normal : hit.normal;
+    const Vec3f arrival = rays[scratch.survivor_hit[k]].direction;
+    const Vec3f mirror = transmitted ? arrival : arrival + hit.normal * (2 * hit.cos_i);
     for (int axis = 0; axis < 3; ++axis) {
       scratch.normal[axis][k] = normal[axis];
       scratch.mirror[axis][k] = mirror[axis];
     }
-    scratch.through[k] = through ? 1 : 0;
+    scratch.transmitted[k] = transmitted ? 1 : 0;
     scratch.cos_i[k] = hit.cos_i;
-    scratch.scattering[k] = material.scattering[drawn];
+    scratch.scattering[k] = material.brdf.scattering[drawn];
     scratch.inverse_exponent[k] = material.inverse_exponent[drawn];
     const bool first = with.bounce == 1;
-    scratch.u1[k] = first ? photon.first_bounce[0] : unit_of(scratch.way.words[0][k]);
-    scratch.u2[k] = first ? photon.first_bounce[1] : unit_of(scratch.way.words[1][k]);
+    scratch.u1[k] = first ? photon.first_bounce[0] : unit_of(scratch.direction_bits.words[0][k]);
+    scratch.u2[k] = first ? photon.first_bounce[1] : unit_of(scratch.direction_bits.words[1][k]);
   }
 }
 
@@ -80,7 +81,7 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
 }
 
 // Samples Lambert's law or the lobe around the mirror direction.
-[[gnu::noinline]] void propose(ShadeScratch& scratch, std::size_t count) {
+[[gnu::noinline]] void sample_proposals(ShadeScratch& scratch, std::size_t count) {
   for (std::size_t k = 0; k < count; ++k) {
     const bool lambert = unit_of(scratch.lambert_bits[k]) < scratch.scattering[k];
     const float left = 1 - scratch.u1[k];
@@ -88,39 +89,39 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
     const float cos_lobe = exp2_of(log2_of(left) * scratch.inverse_exponent[k]);
     const float nx = scratch.normal[0][k], ny = scratch.normal[1][k], nz = scratch.normal[2][k];
     const float mx = scratch.mirror[0][k], my = scratch.mirror[1][k], mz = scratch.mirror[2][k];
-    const Vec3f way = around(lambert ? nx : mx, lambert ? ny : my, lambert ? nz : mz,
-                             lambert ? cos_lambert : cos_lobe, scratch.u2[k]);
-    const float cos_o = way.x * nx + way.y * ny + way.z * nz;
-    const float u3 = unit_of(scratch.way.words[2][k]);
-    scratch.direction[0][k] = way.x;
-    scratch.direction[1][k] = way.y;
-    scratch.direction[2][k] = way.z;
+    const Vec3f direction = around(lambert ? nx : mx, lambert ? ny : my, lambert ? nz : mz,
+                                   lambert ? cos_lambert : cos_lobe, scratch.u2[k]);
+    const float cos_o = direction.x * nx + direction.y * ny + direction.z * nz;
+    const float u3 = unit_of(scratch.direction_bits.words[2][k]);
+    scratch.direction[0][k] = direction.x;
+    scratch.direction[1][k] = direction.y;
+    scratch.direction[2][k] = direction.z;
     const bool accepted = lambert || (cos_o > 0 && u3 * scratch.cos_i[k] <= cos_o);
     scratch.rejected[k] = accepted ? 0 : 1;
   }
 }
 
 // Samples the compensation term for proposals that were rejected or lie below the surface.
-[[gnu::noinline]] void compensate(const ShadeArguments& with, std::size_t count) {
+[[gnu::noinline]] void sample_compensation(const ShadeArguments& with, std::size_t count) {
   const auto hits = with.hits;
   const auto materials = with.materials;
   ShadeScratch& scratch = with.scratch;
   for (std::size_t k = 0; k < count; ++k) {
     if (scratch.rejected[k] == 0) continue;
-    const KernelMaterial& material = materials[hits[scratch.going_hit[k]].material];
+    const KernelMaterial& material = materials[hits[scratch.survivor_hit[k]].material];
     const PhongLobe& lobe = *material.lobes[scratch.drawn[k]];
     // 16 bits for the angle, 16 for the rotation.
-    const std::uint32_t bits = scratch.way.words[3][k];
+    const std::uint32_t bits = scratch.direction_bits.words[3][k];
     const float cos_o =
         lobe.draw_compensation_cos(static_cast<float>(bits >> 16) * 0x1p-16f + 0x1p-17f);
-    const Vec3f way = around(scratch.normal[0][k], scratch.normal[1][k], scratch.normal[2][k],
-                             cos_o, static_cast<float>(bits & 0xffff) * 0x1p-16f);
-    for (int axis = 0; axis < 3; ++axis) scratch.direction[axis][k] = way[axis];
+    const Vec3f direction = around(scratch.normal[0][k], scratch.normal[1][k], scratch.normal[2][k],
+                                   cos_o, static_cast<float>(bits & 0xffff) * 0x1p-16f);
+    for (int axis = 0; axis < 3; ++axis) scratch.direction[axis][k] = direction[axis];
   }
 }
 
 // Computes the cosines for evaluating the BRDF.
-[[gnu::noinline]] void measure(ShadeScratch& scratch, std::size_t count) {
+[[gnu::noinline]] void compute_cosines(ShadeScratch& scratch, std::size_t count) {
   for (std::size_t k = 0; k < count; ++k) {
     float x = scratch.direction[0][k], y = scratch.direction[1][k], z = scratch.direction[2][k];
     const float scale = 1 / std::sqrt(x * x + y * y + z * z);
@@ -143,14 +144,14 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
     scratch.ratio[k] = ratio < 1 ? ratio : 1.0f;
     const float up_i = cos_i < 1 ? cos_i : 1.0f;
     const float up_o = cos_o < 0 ? 0.0f : cos_o < 1 ? cos_o : 1.0f;
-    scratch.loss_place_i[k] = std::sqrt(up_i) * (kLossCells - 1e-4f);
-    scratch.loss_place_o[k] = std::sqrt(up_o) * (kLossCells - 1e-4f);
+    scratch.loss_place_i[k] = std::sqrt(up_i) * (ReflectionTable::kCells - 1e-4f);
+    scratch.loss_place_o[k] = std::sqrt(up_o) * (ReflectionTable::kCells - 1e-4f);
   }
 }
 
 // Updates the band weights of each path, w <- 8 w q / sum(w q), and creates its next ray. Returns
 // the number of live photons, listed in order.
-[[gnu::noinline]] std::size_t reweight(const ShadeArguments& with, std::size_t count) {
+[[gnu::noinline]] std::size_t update_weights(const ShadeArguments& with, std::size_t count) {
   const auto photons = with.photons;
   const auto hits = with.hits;
   const auto materials = with.materials;
@@ -159,45 +160,46 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
   ShadeScratch& scratch = with.scratch;
   std::size_t alive = 0;
   for (std::size_t k = 0; k < count; ++k) {
-    KernelPhoton& photon = photons[scratch.going_slot[k]];
-    const SurfaceHit& hit = hits[scratch.going_hit[k]];
+    KernelPhoton& photon = photons[scratch.survivor_slot[k]];
+    const SurfaceHit& hit = hits[scratch.survivor_hit[k]];
     const KernelMaterial& material = materials[hit.material];
-    const bool through = scratch.through[k] != 0;
+    const bool transmitted = scratch.transmitted[k] != 0;
     if (!(scratch.cos_o[k] > 0)) continue;
-    if (!material.alike || material.transmits) {
+    if (!material.same_in_all_bands || material.transmits) {
       BandVector q = load(photon.weight);
-      if (!material.alike) {
+      if (!material.same_in_all_bands) {
+        const ReflectionTable& brdf = material.brdf;
         const float place_i = scratch.loss_place_i[k], place_o = scratch.loss_place_o[k];
         const auto row_i = static_cast<std::int32_t>(place_i);
         const auto row_o = static_cast<std::int32_t>(place_o);
-        const Bands* const i = &material.lost[static_cast<std::size_t>(row_i)];
-        const Bands* const o = &material.lost[static_cast<std::size_t>(row_o)];
+        const Bands* const i = &brdf.loss[static_cast<std::size_t>(row_i)];
+        const Bands* const o = &brdf.loss[static_cast<std::size_t>(row_o)];
         const BandVector low_i = load(i[0]), low_o = load(o[0]);
         const BandVector lost_i =
             low_i + (place_i - static_cast<float>(row_i)) * (load(i[1]) - low_i);
         const BandVector lost_o =
             low_o + (place_o - static_cast<float>(row_o)) * (load(o[1]) - low_o);
-        const BandVector lobe = load(material.lobe) *
-                                exp2_of_bands(load(material.exponent) * scratch.log2_cos_a[k]) *
+        const BandVector lobe = load(brdf.lobe) *
+                                exp2_of_bands(load(brdf.exponent) * scratch.log2_cos_a[k]) *
                                 scratch.ratio[k];
-        q *= scratch.cos_o[k] * (load(material.scattering) * std::numbers::inv_pi_v<float> +
-                                 load(material.compensation) * lost_i * lost_o) +
+        q *= scratch.cos_o[k] * (load(brdf.scattering) * std::numbers::inv_pi_v<float> +
+                                 load(brdf.compensation) * lost_i * lost_o) +
              lobe;
       }
       if (material.transmits) {
-        const BandVector share = load(material.through_of_kept);
-        q *= through ? share : 1 - share;
+        const BandVector share = load(material.transmitted_of_kept);
+        q *= transmitted ? share : 1 - share;
       }
       const float sum = sum_of(q);
       if (!(sum > 1e-30f)) continue;
       store(q * (static_cast<float>(kBandCount) / sum), photon.weight);
     }
-    const float offset_m = through ? -with.settings.offset_m : with.settings.offset_m;
-    const Ray& ray = rays[scratch.going_hit[k]];
+    const float offset_m = transmitted ? -with.settings.offset_m : with.settings.offset_m;
+    const Ray& ray = rays[scratch.survivor_hit[k]];
     const Vec3f origin_m = ray.origin_m + ray.direction * hit.distance_m + hit.normal * offset_m;
     rays[alive] = {origin_m,
                    {scratch.direction[0][k], scratch.direction[1][k], scratch.direction[2][k]}};
-    slots[alive++] = scratch.going_slot[k];
+    slots[alive++] = scratch.survivor_slot[k];
   }
   return alive;
 }

@@ -19,15 +19,15 @@ namespace HWY_NAMESPACE {
 namespace {
 
 std::size_t shade_here(const ShadeArguments& with) {
-  const std::size_t met = meet(with);
-  decide(with, met);
-  const std::size_t going = deposit_and_survive(with, met);
-  draw(with.scratch, going, with.bounce, Use::kReflection, with.scratch.way);
-  choose_laws(with, going);
-  propose(with.scratch, going);
-  compensate(with, going);
-  measure(with.scratch, going);
-  return reweight(with, going);
+  const std::size_t hit_count = attenuate(with);
+  draw_decisions(with, hit_count);
+  const std::size_t survivors = deposit_and_survive(with, hit_count);
+  draw(with.scratch, survivors, with.bounce, Use::kReflection, with.scratch.direction_bits);
+  choose_bands(with, survivors);
+  sample_proposals(with.scratch, survivors);
+  sample_compensation(with, survivors);
+  compute_cosines(with.scratch, survivors);
+  return update_weights(with, survivors);
 }
 
 }  // namespace

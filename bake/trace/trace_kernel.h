@@ -17,11 +17,11 @@
 #include <span>
 #include <vector>
 
+#include "bake/trace/deposit.h"
 #include "bake/trace/kernel_material.h"
 #include "bake/trace/scene.h"
 #include "common/bands.h"
 #include "common/vec.h"
-#include "formats/bake_file/source.h"
 
 namespace clamor {
 
@@ -38,8 +38,8 @@ struct alignas(64) KernelPhoton {
 };
 
 struct KernelSettings {
-  float kappa = 0.5f;
-  double longest_m = 0;
+  float roulette_exponent = 0.5f;
+  double max_path_m = 0;
   std::uint32_t max_bounces = 0xffffffff;
   double seconds_per_m = 1 / 343.2;
   Bands air_log2_loss_per_m{};  // attenuation of energy: 2^(-loss r)
@@ -58,9 +58,8 @@ struct TraceTally {
 
 // Output of deposits, with space for two per photon of the step.
 struct DepositSink {
-  Source* deposits = nullptr;
-  std::uint16_t* runs = nullptr;     // of each deposit
-  std::uint16_t* photons = nullptr;  // index within the run
+  Deposit* deposits = nullptr;
+  std::uint16_t* runs = nullptr;  // run of each deposit
   std::size_t count = 0;
 };
 

@@ -21,7 +21,7 @@ namespace {
 
 // Applies air and surface to each photon's bands and tallies photons that leave the level or exceed
 // the longest path. Returns the number of hits.
-[[gnu::noinline]] std::size_t meet(const ShadeArguments& with) {
+[[gnu::noinline]] std::size_t attenuate(const ShadeArguments& with) {
   const auto photons = with.photons;
   const auto hits = with.hits;
   const auto runs = with.runs;
@@ -40,7 +40,7 @@ namespace {
       lost = &tally.power_escaped;
     } else {
       photon.travelled_m += static_cast<double>(hit.distance_m);
-      if (photon.travelled_m > with.settings.longest_m || with.bounce > with.settings.max_bounces)
+      if (photon.travelled_m > with.settings.max_path_m || with.bounce > with.settings.max_bounces)
         lost = &tally.power_unfinished;
     }
     if (lost != nullptr) {
@@ -59,8 +59,8 @@ namespace {
     const BandVector after = left * weight;
     store(left, photon.power);
     store(after, scratch.left[count]);
-    scratch.before[count] = greatest_of(power * weight);
-    scratch.after[count] = greatest_of(after);
+    scratch.before[count] = max_of(power * weight);
+    scratch.after[count] = max_of(after);
     scratch.reflected[count] = sum_of(after * load(material.reflected_of_kept));
     scratch.slot[count] = slots[i];
     scratch.hit[count] = static_cast<std::uint32_t>(i);
@@ -76,54 +76,52 @@ namespace {
 // Computes survival probabilities and random numbers. The upper 24 bits of the four words are the
 // deposit's random number, roulette, the band that samples and the choice of Lambert; the low bytes
 // of the last three decide whether a weak deposit is kept.
-[[gnu::noinline]] void decide(const ShadeArguments& with, std::size_t count) {
+[[gnu::noinline]] void draw_decisions(const ShadeArguments& with, std::size_t count) {
   ShadeScratch& scratch = with.scratch;
-  draw(scratch, count, with.bounce, Use::kPolarity, scratch.fate);
-  const float kappa = with.settings.kappa;
+  draw(scratch, count, with.bounce, Use::kPolarity, scratch.surface_bits);
+  const float exponent = with.settings.roulette_exponent;
   for (std::size_t j = 0; j < count; ++j) {
     const float after = scratch.after[j] > 1e-37f ? scratch.after[j] : 1e-37f;
     const float before = scratch.before[j] > 1e-37f ? scratch.before[j] : 1e-37f;
     const float ratio = after < before ? after / before : 1.0f;
-    scratch.survival[j] = exp2_of(kappa * log2_of(ratio));
-    scratch.u[j] =
-        static_cast<float>(static_cast<std::int32_t>(scratch.fate.words[0][j] >> 8) + 1) * 0x1p-24f;
-    scratch.roulette[j] = unit_of(scratch.fate.words[1][j]);
-    scratch.keep[j] =
-        unit_of((scratch.fate.words[1][j] << 24) | (scratch.fate.words[2][j] & 255) << 16 |
-                (scratch.fate.words[3][j] & 255) << 8);
+    scratch.survival[j] = exp2_of(exponent * log2_of(ratio));
+    scratch.random[j] =
+        static_cast<float>(static_cast<std::int32_t>(scratch.surface_bits.words[0][j] >> 8) + 1) *
+        0x1p-24f;
+    scratch.roulette[j] = unit_of(scratch.surface_bits.words[1][j]);
+    scratch.keep[j] = unit_of((scratch.surface_bits.words[1][j] << 24) |
+                              (scratch.surface_bits.words[2][j] & 255) << 16 |
+                              (scratch.surface_bits.words[3][j] & 255) << 8);
   }
 }
 
-CLAMOR_INLINE void put_deposit(const ShadeArguments& with, const KernelPhoton& photon,
-                               std::uint32_t hit_index, BandVector power, float u, bool positive,
-                               bool through) {
+CLAMOR_INLINE void write_deposit(const ShadeArguments& with, const KernelPhoton& photon,
+                                 std::uint32_t hit_index, BandVector power, float random,
+                                 bool transmitted) {
   const KernelRun& run = with.runs[photon.run];
   const SurfaceHit& hit = with.hits[hit_index];
   const Ray& ray = with.rays[hit_index];
   const Vec3f point_m = ray.origin_m + ray.direction * hit.distance_m;
-  Source& deposit = with.sink.deposits[with.sink.count];
+  Deposit& deposit = with.sink.deposits[with.sink.count];
   deposit.position_m = point_m;
-  deposit.normal = through ? -hit.normal : hit.normal;
-  deposit.mirror = through ? ray.direction : ray.direction + hit.normal * (2 * hit.cos_i);
+  deposit.normal = transmitted ? -hit.normal : hit.normal;
+  deposit.mirror = transmitted ? ray.direction : ray.direction + hit.normal * (2 * hit.cos_i);
   deposit.delay_s = static_cast<float>(photon.travelled_m * with.settings.seconds_per_m);
   store(power, deposit.power);
-  deposit.patch_radius_m = 0;
-  deposit.u = u;
-  deposit.emitter = run.emitter;
+  deposit.random = random;
   deposit.material = static_cast<std::uint16_t>(hit.material);
-  deposit.polarity = positive ? 1 : -1;
-  deposit.is_emitter = false;
+  deposit.photon = photon.index;
+  deposit.emitter = run.emitter;
   with.sink.runs[with.sink.count] = photon.run;
-  with.sink.photons[with.sink.count] = photon.index;
   ++with.sink.count;
 }
 
 // Thinning of weak deposits: certain to be kept from `threshold` on, below it with probability
 // (power / threshold)^(1/4). Returns the factor for the deposit's power, 0 if it is dropped.
-CLAMOR_INLINE float kept_scale(float power, float least, float draw) {
+CLAMOR_INLINE float thinning_factor(float power, float threshold, float draw) {
   if (!(power > 0)) return 0;
-  if (power >= least) return 1;
-  const float odds = std::sqrt(std::sqrt(power / least));
+  if (power >= threshold) return 1;
+  const float odds = std::sqrt(std::sqrt(power / threshold));
   return draw < odds ? 1 / odds : 0;
 }
 
@@ -134,45 +132,44 @@ CLAMOR_INLINE float kept_scale(float power, float least, float draw) {
   const auto materials = with.materials;
   const auto runs = with.runs;
   ShadeScratch& scratch = with.scratch;
-  std::size_t going = 0;
+  std::size_t survivors = 0;
   for (std::size_t j = 0; j < count; ++j) {
     if (!(scratch.after[j] > 0)) continue;
     KernelPhoton& photon = photons[scratch.slot[j]];
     const SurfaceHit& hit = hits[scratch.hit[j]];
     const KernelMaterial& material = materials[hit.material];
-    const float least = runs[photon.run].deposit_threshold;
-    const float scale = kept_scale(scratch.reflected[j], least, scratch.keep[j]);
-    const bool positive = (scratch.fate.words[0][j] & 1) != 0;
+    const float threshold = runs[photon.run].deposit_threshold;
+    const float scale = thinning_factor(scratch.reflected[j], threshold, scratch.keep[j]);
     const BandVector left = load(scratch.left[j]);
     if (scale > 0)
-      put_deposit(with, photon, scratch.hit[j], left * load(material.reflected_of_kept) * scale,
-                  scratch.u[j], positive, false);
+      write_deposit(with, photon, scratch.hit[j], left * load(material.reflected_of_kept) * scale,
+                    scratch.random[j], false);
     if (material.transmits) {
-      const BandVector part = left * load(material.through_of_kept);
+      const BandVector part = left * load(material.transmitted_of_kept);
       const RandomBits bits =
           philox(photon.key, {static_cast<std::uint32_t>(photon.number),
                               static_cast<std::uint32_t>(photon.number >> 32), with.bounce,
                               static_cast<std::uint32_t>(Use::kTransmission)});
-      const float through_scale = kept_scale(sum_of(part), least, unit_of(bits[2]));
-      if (through_scale > 0)
-        put_deposit(with, photon, scratch.hit[j], part * through_scale,
-                    static_cast<float>((bits[0] >> 8) + 1) * 0x1p-24f, (bits[1] & 1) != 0, true);
+      const float transmitted_scale = thinning_factor(sum_of(part), threshold, unit_of(bits[2]));
+      if (transmitted_scale > 0)
+        write_deposit(with, photon, scratch.hit[j], part * transmitted_scale,
+                      static_cast<float>((bits[0] >> 8) + 1) * 0x1p-24f, true);
     }
 
     if (scratch.roulette[j] >= scratch.survival[j]) continue;
     store(load(photon.power) * (1 / scratch.survival[j]), photon.power);
-    scratch.going_slot[going] = scratch.slot[j];
-    scratch.going_hit[going] = scratch.hit[j];
+    scratch.survivor_slot[survivors] = scratch.slot[j];
+    scratch.survivor_hit[survivors] = scratch.hit[j];
     // From here on, the columns of random number keys hold the survivors only.
-    scratch.key[0][going] = scratch.key[0][j];
-    scratch.key[1][going] = scratch.key[1][j];
-    scratch.number[0][going] = scratch.number[0][j];
-    scratch.number[1][going] = scratch.number[1][j];
-    scratch.band_bits[going] = scratch.fate.words[2][j];
-    scratch.lambert_bits[going] = scratch.fate.words[3][j];
-    ++going;
+    scratch.key[0][survivors] = scratch.key[0][j];
+    scratch.key[1][survivors] = scratch.key[1][j];
+    scratch.number[0][survivors] = scratch.number[0][j];
+    scratch.number[1][survivors] = scratch.number[1][j];
+    scratch.band_bits[survivors] = scratch.surface_bits.words[2][j];
+    scratch.lambert_bits[survivors] = scratch.surface_bits.words[3][j];
+    ++survivors;
   }
-  return going;
+  return survivors;
 }
 
 }  // namespace

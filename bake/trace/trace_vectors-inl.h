@@ -40,7 +40,7 @@ CLAMOR_INLINE float sum_of(BandVector x) {
   const FourFloats two = four + __builtin_shufflevector(four, four, 2, 3, 2, 3);
   return two[0] + two[1];
 }
-CLAMOR_INLINE float greatest_of(BandVector x) {
+CLAMOR_INLINE float max_of(BandVector x) {
   const FourFloats low = __builtin_shufflevector(x, x, 0, 1, 2, 3);
   const FourFloats high = __builtin_shufflevector(x, x, 4, 5, 6, 7);
   const FourFloats four = low > high ? low : high;

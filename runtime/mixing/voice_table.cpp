@@ -61,7 +61,7 @@ void VoiceTable::put(std::size_t slot, const Source& source) {
   for (std::size_t b = 0; b < kBandCount; ++b) {
     const PhongLobe* const lobe = field_.laws().lobe(source.material, b);
     bounce[slot][b] = lobe == nullptr ? 0
-                                      : law[slot]->bounce[b] * source.power[b] *
+                                      : law[slot]->compensation[b] * source.power[b] *
                                             static_cast<float>(1 - lobe->albedo(cos_i));
   }
 }

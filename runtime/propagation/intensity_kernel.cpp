@@ -121,8 +121,8 @@ HWY_INLINE void add_up(const RadiationTables& tables, const Source& source, cons
         const auto lobe =
             hn::Mul(hn::Mul(row(law.lobe), hn::Set(d, columns.tilt[i])), to_the(row(law.exponent)));
         const auto lost = hn::Mul(loss_at(columns.cell_i[i]), loss_at(columns.cell_o[i]));
-        const auto bounce = hn::Mul(hn::Mul(row(law.bounce), lost), hn::Set(d, cos_o));
-        density = hn::Add(hn::Add(density, bounce), lobe);
+        const auto compensation = hn::Mul(hn::Mul(row(law.compensation), lost), hn::Set(d, cos_o));
+        density = hn::Add(hn::Add(density, compensation), lobe);
       }
       power = hn::Mul(power, density);
     }

@@ -44,8 +44,8 @@ RadiationModel::RadiationModel(const std::vector<Emitter>& emitters,
   }
 }
 
-RadiationModel::Ceiling RadiationModel::ceiling(const Source& s, const Bands& weight) const {
-  Bands diffuse{}, bounce{}, lobe{};
+RadiationModel::UpperBound RadiationModel::upper_bound(const Source& s, const Bands& weight) const {
+  Bands diffuse{}, compensation{}, lobe{};
   float slope = 0, fall = 0;
   if (s.is_emitter) {
     const Bands& directivity = emitters_[s.emitter].directivity;
@@ -53,11 +53,11 @@ RadiationModel::Ceiling RadiationModel::ceiling(const Source& s, const Bands& we
       lobe[b] = weight[b] * s.power[b] / static_cast<float>(emission_power(directivity[b]));
     fall = *std::min_element(directivity.begin(), directivity.end()) / 2;
   } else {
-    const auto law = laws_.ceiling(s.material, dot(Vec3(s.mirror), Vec3(s.normal)));
+    const auto law = laws_.upper_bound(s.material, dot(Vec3(s.mirror), Vec3(s.normal)));
     for (std::size_t b = 0; b < kBandCount; ++b) {
       const float power = weight[b] * s.power[b];
       diffuse[b] = power * law.diffuse[b];
-      bounce[b] = power * law.bounce[b];
+      compensation[b] = power * law.compensation[b];
       lobe[b] = power * law.lobe[b];
     }
     slope = law.slope;
@@ -74,7 +74,8 @@ RadiationModel::Ceiling RadiationModel::ceiling(const Source& s, const Bands& we
       parts[b] = known ? std::max(parts[b], bands[b] * over_sum) : 1;
     return sum * 1.00001f;  // margin for rounding, so that the bound holds
   };
-  return {sum_of(diffuse), sum_of(bounce), slope, sum_of(lobe), fall, BandMix::at_least(parts)};
+  return {sum_of(diffuse),         sum_of(compensation), slope, sum_of(lobe), fall,
+          BandMix::at_least(parts)};
 }
 
 Bands RadiationModel::max_intensity(const Source& s) const {
@@ -84,9 +85,9 @@ Bands RadiationModel::max_intensity(const Source& s) const {
     for (std::size_t b = 0; b < kBandCount; ++b)
       most[b] = static_cast<float>(s.power[b] / emission_power(directivity[b]));
   } else {
-    const auto law = laws_.ceiling(s.material, dot(Vec3(s.mirror), Vec3(s.normal)));
+    const auto law = laws_.upper_bound(s.material, dot(Vec3(s.mirror), Vec3(s.normal)));
     for (std::size_t b = 0; b < kBandCount; ++b)
-      most[b] = s.power[b] * (law.diffuse[b] + law.bounce[b] + law.lobe[b]);
+      most[b] = s.power[b] * (law.diffuse[b] + law.compensation[b] + law.lobe[b]);
   }
   return most;
 }

@@ -93,11 +93,11 @@ class RadiationModel {
 
   // Upper bound of the weighted sum of bands at 1 m, and of each band's share of it, in any
   // direction.
-  struct Ceiling {
-    float diffuse = 0, bounce = 0, slope = 0, lobe = 0, fall = 0;
+  struct UpperBound {
+    float diffuse = 0, compensation = 0, slope = 0, lobe = 0, fall = 0;
     BandMix mix;
   };
-  Ceiling ceiling(const Source& source, const Bands& weight) const;
+  UpperBound upper_bound(const Source& source, const Bands& weight) const;
 
   // Upper bound per band at 1 m without air attenuation, in any direction.
   Bands max_intensity(const Source& source) const;

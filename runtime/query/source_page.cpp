@@ -8,22 +8,22 @@
 namespace clamor {
 
 CullSource cull_source(const RadiationModel& field, const Bands& weight, const Source& source) {
-  const RadiationModel::Ceiling ceiling = field.ceiling(source, weight);
+  const RadiationModel::UpperBound bound = field.upper_bound(source, weight);
   const double over_u = 1.00001 * (1 + static_cast<double>(field.late_boost().at(source.delay_s))) /
                         std::max(source.u, kMinU);
   return {source.position_m,
           source.normal,
           source.mirror,
           static_cast<float>(source_radius_m(source)),
-          static_cast<float>(ceiling.diffuse * over_u),
-          static_cast<float>(ceiling.bounce * over_u),
-          ceiling.slope,
-          static_cast<float>(ceiling.lobe * over_u),
-          ceiling.fall,
+          static_cast<float>(bound.diffuse * over_u),
+          static_cast<float>(bound.compensation * over_u),
+          bound.slope,
+          static_cast<float>(bound.lobe * over_u),
+          bound.fall,
           source.is_emitter,
           source.delay_s,
           source.emitter,
-          ceiling.mix};
+          bound.mix};
 }
 
 SourcePage::SourcePage(const RadiationModel& field, std::span<const Bands> weights,

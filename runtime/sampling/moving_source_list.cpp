@@ -101,10 +101,10 @@ void MovingSourceList::set(std::size_t slot, double time_s) {
         philox(kSeedOfU, {static_cast<std::uint32_t>(slot), settings.generation, 0, 0})[0]));
     added_.push_back(static_cast<std::uint32_t>(slot));
   }
-  const RadiationModel::Ceiling ceiling = field_.ceiling(source, weights_[field_.signal(source)]);
-  columns_.max_priority[slot] =
-      static_cast<float>(static_cast<double>(ceiling.diffuse + ceiling.lobe) * kBoundSlack /
-                         std::max(source.u, kMinU));
+  const RadiationModel::UpperBound bound =
+      field_.upper_bound(source, weights_[field_.signal(source)]);
+  columns_.max_priority[slot] = static_cast<float>(static_cast<double>(bound.diffuse + bound.lobe) *
+                                                   kBoundSlack / std::max(source.u, kMinU));
 }
 
 // Extrapolates all sources to a time, and records their paths.

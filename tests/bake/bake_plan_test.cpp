@@ -26,7 +26,7 @@ Level room_with(std::size_t emitters) {
   return level;
 }
 
-TEST(BakePlan, SharesPhotonsOutByPowerButGivesEveryEmitterSome) {
+TEST(BakePlan, DistributesPhotonsByPowerWithAMinimumPerEmitter) {
   Level level = room_with(3);
   level.emitters[0].gain = 3;
   level.emitters[2].gain = 0.001;
@@ -36,19 +36,19 @@ TEST(BakePlan, SharesPhotonsOutByPowerButGivesEveryEmitterSome) {
   EXPECT_EQ(found.photons[2], kMinPhotons);
 }
 
-TEST(BakePlan, SpendsNothingOnSilentEmitters) {
+TEST(BakePlan, GivesSilentEmittersNoPhotons) {
   Level level = room_with(2);
   level.emitters[1].gain = 0;
   EXPECT_EQ(plan(level, {.photons = 10000}).photons[1], 0u);
 }
 
-TEST(BakePlan, ManyEmittersShareTheWorkOfOne) {
+TEST(BakePlan, ManyEmittersNeedNoMorePhotonsThanOne) {
   const std::uint64_t one = plan(room_with(1), {}).all_photons();
   const std::uint64_t many = plan(room_with(5000), {}).all_photons();
   EXPECT_LT(many, 2 * one);
 }
 
-TEST(BakePlan, CountsRoomsByWhoSeesWhom) {
+TEST(BakePlan, CountsRoomsByVisibilityBetweenEmitters) {
   // Two separate boxes with a gap between them.
   Level level = room_with(2);
   Mesh other = testing::box({20, 10, 5});
@@ -66,7 +66,7 @@ TEST(BakePlan, CountsRoomsByWhoSeesWhom) {
   EXPECT_EQ(plan(level, {}).sources, 400000u);
 }
 
-TEST(BakePlan, ThinsWhileTracingOnlyWhereFarMoreDepositsAreLeftThanKept) {
+TEST(BakePlan, ThinsWhileTracingOnlyIfDepositsFarExceedSources) {
   EXPECT_EQ(plan(room_with(1), {.photons = 100, .sources = 100000}).deposit_threshold, 0);
   const double some = plan(room_with(1), {.photons = 100000, .sources = 10000}).deposit_threshold;
   const double more = plan(room_with(1), {.photons = 1000000, .sources = 10000}).deposit_threshold;
@@ -74,7 +74,7 @@ TEST(BakePlan, ThinsWhileTracingOnlyWhereFarMoreDepositsAreLeftThanKept) {
   EXPECT_GT(more, 5 * some);
 }
 
-TEST(BakePlan, MovingOneOfFiftyEmittersLeavesTheOthersAsTheyWere) {
+TEST(BakePlan, MovingOneOfFiftyEmittersLeavesTheOthersPhotonsUnchanged) {
   Level level = room_with(50);
   const BakePlan before = plan(level, {});
   level.emitters[17].position_m = {15, 8, 4};
@@ -83,7 +83,7 @@ TEST(BakePlan, MovingOneOfFiftyEmittersLeavesTheOthersAsTheyWere) {
   EXPECT_EQ(before.deposit_threshold, after.deposit_threshold);
 }
 
-TEST(BakePlan, BatchesHoldEveryPhotonOnceAndNoMoreThanTheyMay) {
+TEST(BakePlan, BatchesContainEveryPhotonOnceWithinTheirLimit) {
   BakePlan some;
   some.photons = {5, 0, 2000, 1024, 300, 4, 4, 4000};
   std::vector<std::uint64_t> next(some.photons.size(), 0);

@@ -31,7 +31,7 @@ std::string bytes_of_bake(const Level& level, std::uint64_t seed, int threads) {
   return file.bytes();
 }
 
-TEST(Bake, IsTheSameBytesOnAnyNumberOfThreads) {
+TEST(Bake, HasTheSameBytesOnAnyNumberOfThreads) {
   const std::string one = bytes_of_bake(two_emitters(), 1, 1);
   EXPECT_GT(one.size(), 10000u);
   for (const int threads : {2, 3, 7, 16})
@@ -42,7 +42,7 @@ TEST(Bake, DiffersWithTheSeed) {
   EXPECT_FALSE(bytes_of_bake(two_emitters(), 1, 2) == bytes_of_bake(two_emitters(), 2, 2));
 }
 
-TEST(Bake, HoldsEveryEmitterAndAllItsReflections) {
+TEST(Bake, ContainsEveryEmitterAndItsReflections) {
   const auto contents = bake(two_emitters(), {.settings = {.photons = 1000}});
   ASSERT_TRUE(contents.ok());
   std::size_t emitters = 0;
@@ -52,7 +52,7 @@ TEST(Bake, HoldsEveryEmitterAndAllItsReflections) {
   EXPECT_EQ(contents->statistics.photons_traced, 1000u);
 }
 
-TEST(Bake, ChoosesPhotonsForAboutTwoHundredThousandSourcesIfNotTold) {
+TEST(Bake, DefaultsToPhotonsForAboutTwoHundredThousandSources) {
   const auto contents = bake(two_emitters(), {});
   ASSERT_TRUE(contents.ok());
   EXPECT_GT(contents->settings.photons, 1000u);
@@ -60,7 +60,7 @@ TEST(Bake, ChoosesPhotonsForAboutTwoHundredThousandSourcesIfNotTold) {
   EXPECT_NEAR(static_cast<double>(contents->octree.sources.size()), 200000, 20000);
 }
 
-TEST(Bake, OfALevelWithoutEmittersSaysHowToAddOne) {
+TEST(Bake, WithoutEmittersExplainsHowToAddOne) {
   Level level = two_emitters();
   level.emitters.clear();
   const auto contents = bake(level, {});
@@ -68,7 +68,7 @@ TEST(Bake, OfALevelWithoutEmittersSaysHowToAddOne) {
   EXPECT_NE(contents.error().message.find("--emitter"), std::string::npos);
 }
 
-TEST(Bake, OfALevelWithoutTrianglesIsAFreeFieldWithANote) {
+TEST(Bake, WithoutTrianglesIsAFreeFieldWithAWarning) {
   Level level = two_emitters();
   level.mesh = {};
   const auto contents = bake(level, {.settings = {.photons = 1000}});
@@ -78,7 +78,7 @@ TEST(Bake, OfALevelWithoutTrianglesIsAFreeFieldWithANote) {
   EXPECT_NE(contents->statistics.warnings[0].find("free field"), std::string::npos);
 }
 
-TEST(Bake, StopsWhenAskedAndSaysThatNothingWasWritten) {
+TEST(Bake, StopsOnRequestWithAnError) {
   const std::atomic<bool> stop = true;
   const auto contents = bake(two_emitters(), {.stop = &stop});
   ASSERT_FALSE(contents.ok());

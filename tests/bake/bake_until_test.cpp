@@ -25,7 +25,7 @@ bool same(const Source& a, const Source& b) {
          a.emitter == b.emitter;
 }
 
-TEST(BakeGoal, IsAnErrorOrATimeWithItsUnit) {
+TEST(BakeGoal, ParsesErrorsAndTimesWithTheirUnits) {
   EXPECT_EQ(BakeGoal::from("0.5dB")->error_db, 0.5);
   EXPECT_EQ(BakeGoal::from("0.5dB")->seconds, 0);
   EXPECT_EQ(BakeGoal::from("0.5db")->error_db, 0.5);
@@ -37,7 +37,7 @@ TEST(BakeGoal, IsAnErrorOrATimeWithItsUnit) {
     EXPECT_FALSE(BakeGoal::from(wrong)) << wrong;
 }
 
-TEST(BakeUntil, ReachesTheErrorAndIsThePlainBakeOfThatSize) {
+TEST(BakeUntil, ReachesTheErrorAndEqualsThePlainBakeOfThatSize) {
   BakeOptions options;
   std::string why_not;
   BakeReport report;
@@ -59,13 +59,13 @@ TEST(BakeUntil, ReachesTheErrorAndIsThePlainBakeOfThatSize) {
     ASSERT_TRUE(same(plain->octree.sources[i], fine->octree.sources[i])) << i;
 }
 
-TEST(BakeUntil, WithNoTimeAtAllStillReturnsABake) {
+TEST(BakeUntil, ReturnsABakeEvenWithoutTime) {
   const auto contents = bake_until(room(), {}, {0, 1e-9});
   ASSERT_TRUE(contents.ok());
   EXPECT_GT(contents->octree.sources.size(), 1000u);
 }
 
-TEST(BakeUntil, WithMuchTimeLeftGrowsMuch) {
+TEST(BakeUntil, GrowsQuicklyWithMuchTimeLeft) {
   std::atomic<bool> stop = false;
   std::uint64_t first = 0, second = 0;
   BakeOptions options;
@@ -80,7 +80,7 @@ TEST(BakeUntil, WithMuchTimeLeftGrowsMuch) {
   EXPECT_EQ(second, 32 * first);
 }
 
-TEST(BakeUntil, WhereMemoryEndsKeepsTheBestBakeAndSaysSo) {
+TEST(BakeUntil, ReturnsTheBestBakeWithinTheMemoryLimitAndExplains) {
   BakeOptions options;
   options.memory_bytes = 130'000'000;
   std::string why_not;
@@ -90,7 +90,7 @@ TEST(BakeUntil, WhereMemoryEndsKeepsTheBestBakeAndSaysSo) {
   EXPECT_GT(contents->octree.sources.size(), 1000u);
 }
 
-TEST(BakeUntil, WhereNoErrorCanBeToldSaysSo) {
+TEST(BakeUntil, ExplainsIfTheLevelHasNoErrorEstimate) {
   Level level = room();
   level.materials[0] = uniform_material(1);
   std::string why_not;
@@ -99,7 +99,7 @@ TEST(BakeUntil, WhereNoErrorCanBeToldSaysSo) {
   EXPECT_THAT(why_not, HasSubstr("too dry"));
 }
 
-TEST(BakeUntil, InAFreeFieldIsDoneAtOnce) {
+TEST(BakeUntil, FinishesImmediatelyInAFreeField) {
   Level level = room();
   level.mesh = {};
   std::string why_not;
@@ -109,7 +109,7 @@ TEST(BakeUntil, InAFreeFieldIsDoneAtOnce) {
   EXPECT_EQ(contents->octree.sources.size(), 1u);
 }
 
-TEST(BakeUntil, StopsWhenItIsTold) {
+TEST(BakeUntil, StopsOnRequest) {
   std::atomic<bool> stop = false;
   int rounds = 0;
   BakeOptions options;

@@ -51,7 +51,7 @@ Result<ImportedLevel>* StadiumWalk::level_ = nullptr;
 Scene* StadiumWalk::scene_ = nullptr;
 Result<Walk>* StadiumWalk::walk_ = nullptr;
 
-TEST_F(StadiumWalk, LeadsFromTheMiddleOfThePitchAmongTheFansInAMinuteAndAHalf) {
+TEST_F(StadiumWalk, LeadsFromThePitchIntoTheStandsInNinetySeconds) {
   const Vec3 first = (*walk_)->at(0).position_m, last = places(0.5).back();
   EXPECT_NEAR(length(first - Vec3(0, 1.7, 0)), 0, 0.01);
   EXPECT_GE((*walk_)->length_s(), 60);
@@ -62,7 +62,7 @@ TEST_F(StadiumWalk, LeadsFromTheMiddleOfThePitchAmongTheFansInAMinuteAndAHalf) {
   EXPECT_GT(near, 30u);
 }
 
-TEST_F(StadiumWalk, HasFloorUnderItsFeet) {
+TEST_F(StadiumWalk, HasAFloorUnderTheFeet) {
   double highest_m = 0;
   for (const Vec3& eyes : places(0.5)) {
     const auto floor = scene_->intersect(eyes, {0, -1, 0});
@@ -75,7 +75,7 @@ TEST_F(StadiumWalk, HasFloorUnderItsFeet) {
   EXPECT_GT(highest_m, 6);  // the walkway above the lower tier
 }
 
-TEST_F(StadiumWalk, GoesThroughNothingWithHeadOrKnees) {
+TEST_F(StadiumWalk, CollidesWithNothingAtHeadOrKneeHeight) {
   const std::vector<Vec3> way = places(0.5);
   for (std::size_t i = 1; i < way.size(); ++i)
     for (const double below_m : {0.0, 1.1}) {
@@ -88,7 +88,7 @@ TEST_F(StadiumWalk, GoesThroughNothingWithHeadOrKnees) {
 }
 
 // Fans and rails keep enough distance to walk upright without squeezing through.
-TEST_F(StadiumWalk, HasRoomForShoulders) {
+TEST_F(StadiumWalk, HasSpaceForTheShoulders) {
   for (const Vec3& eyes : places(0.5))
     for (const double below_m : {0.0, 0.4, 1.1})
       for (int i = 0; i < 16; ++i) {

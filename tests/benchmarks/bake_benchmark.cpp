@@ -121,18 +121,18 @@ double mean_chord_m(const Mesh& mesh) {
 }
 
 // The FNV-1a hash.
-std::uint64_t checksum_of(std::span<const Source> deposits) {
+std::uint64_t checksum_of(std::span<const Deposit> deposits) {
   std::uint64_t hash = 0xcbf29ce484222325u;
   const auto add = [&hash](auto value) {
     for (std::size_t i = 0; i < sizeof value; ++i)
       hash = (hash ^ reinterpret_cast<const unsigned char*>(&value)[i]) * 0x100000001b3u;
   };
-  for (const Source& deposit : deposits) {
+  for (const Deposit& deposit : deposits) {
     add(deposit.position_m);
     add(deposit.mirror);
     add(deposit.delay_s);
     add(deposit.power);
-    add(deposit.u);
+    add(deposit.random);
   }
   return hash;
 }

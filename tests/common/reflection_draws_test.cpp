@@ -19,7 +19,7 @@ using testing::off_normal;
 using testing::over_hemisphere;
 using testing::radians;
 
-TEST(ReflectionDraws, AreAsDenseAsTheLaw) {
+TEST(ReflectionDraws, FollowTheDensity) {
   constexpr std::uint32_t kDraws = 100000;
   for (const double exponent : {0.01, 0.3, 2.7, 10.0, 100.0, 1000.0}) {
     Material material;
@@ -54,7 +54,7 @@ TEST(ReflectionDraws, AreAsDenseAsTheLaw) {
   }
 }
 
-TEST(ReflectionDraws, OfTheSecondTermFollowWhatTheLobeLoses) {
+TEST(ReflectionDraws, OfTheCompensationTermFollowTheLobesLoss) {
   constexpr std::uint32_t kDraws = 200000, kSlices = 64;
   for (const double exponent : {0.01, 1.0, 10.0, 100.0, 1000.0}) {
     const PhongLobe lobe(exponent);

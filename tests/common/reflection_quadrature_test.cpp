@@ -83,7 +83,7 @@ Material mixtures(float exponent) {
   return material;
 }
 
-TEST(ReflectionByQuadrature, ReturnsAllEnergyAtEveryExponentAndIncidence) {
+TEST(ReflectionByQuadrature, ConservesEnergyAtEveryExponentAndIncidence) {
   double worst = 0;
   for (const float exponent : kAllExponents) {
     const Material material = mixtures(exponent);
@@ -104,7 +104,7 @@ TEST(ReflectionByQuadrature, ReturnsAllEnergyAtEveryExponentAndIncidence) {
 
 // Reciprocity: f = density / cos o is unchanged if source and receiver are exchanged, in all bands
 // as received_intensity() evaluates them.
-TEST(ReflectionByQuadrature, SendsAsMuchThereAsBackBetweenAllPairsOfAngles) {
+TEST(ReflectionByQuadrature, IsReciprocalBetweenAllPairsOfAngles) {
   for (const float exponent : kAllExponents) {
     const Material material = mixtures(exponent);
     const ReflectionLaws laws(std::span(&material, 1));
@@ -133,7 +133,7 @@ struct Survival {
   std::array<double, 7> albedo;  // at 0, 30, 60, 80, 85, 88 and 89 degrees
 };
 
-TEST(ReflectionByQuadrature, KeepsOfTheLobeWhatAnIndependentIntegrationKeeps) {
+TEST(ReflectionByQuadrature, HasTheAlbedoOfAnIndependentIntegration) {
   constexpr std::array<double, 7> kDegrees = {0, 30, 60, 80, 85, 88, 89};
   constexpr std::array<Survival, 5> kReference = {{
       {0.01, {0.5024876, 0.5302047, 0.5344310, 0.5121114, 0.5060789, 0.5024341, 0.5012172}},

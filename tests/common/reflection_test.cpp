@@ -29,7 +29,7 @@ Material scattering_lobe(double scattering, double exponent) {
 
 ReflectionLaws laws_of(const Material& material) { return ReflectionLaws(std::span(&material, 1)); }
 
-TEST(Reflection, ReturnsAllEnergyInEveryBandOfAMixedMaterial) {
+TEST(Reflection, ConservesEnergyInEveryBandOfAMixedMaterial) {
   Material material;
   material.scattering = {0, 0.1f, 0.2f, 0.5f, 0.9f, 1, 0.3f, 0};
   material.phong = {0, 1, 3, 10, 10, 20, 100, 1000};
@@ -45,7 +45,7 @@ TEST(Reflection, ReturnsAllEnergyInEveryBandOfAMixedMaterial) {
   }
 }
 
-TEST(Reflection, IsTheSameEitherWayRound) {
+TEST(Reflection, IsReciprocal) {
   for (const double exponent : kExponents) {
     const PhongLobe lobe(exponent);
     for (std::uint32_t n = 0; n < 2000; ++n) {
@@ -63,7 +63,7 @@ TEST(Reflection, IsTheSameEitherWayRound) {
   }
 }
 
-TEST(Reflection, LosesAtNormalIncidenceWhatTheClosedFormSays) {
+TEST(Reflection, HasTheClosedFormAlbedoAtNormalIncidence) {
   // E at normal incidence is the mean of cos a over the lobe, (p + 1) / (p + 2).
   for (const double p : kExponents) EXPECT_NEAR(PhongLobe(p).albedo(1), (p + 1) / (p + 2), 5e-6);
 }
@@ -84,7 +84,7 @@ double fine_albedo(double exponent, double cos_i) {
   return sum / (static_cast<double>(kRings) * kTurns);
 }
 
-TEST(Reflection, KeepsOfALobeAboveTheSurfaceWhatAFineSumKeeps) {
+TEST(Reflection, HasTheAlbedoOfAFineSum) {
   for (const double exponent : {0.01, 1.0, 20.0, 1000.0})
     for (const double root : {0.125, 0.5, 0.9375, 0.9921875})  // where the table has a value
       EXPECT_NEAR(PhongLobe(exponent).albedo(root * root), fine_albedo(exponent, root * root), 1e-5)
@@ -92,7 +92,7 @@ TEST(Reflection, KeepsOfALobeAboveTheSurfaceWhatAFineSumKeeps) {
 }
 
 // The loss decreases at least exponentially from grazing angles towards the normal.
-TEST(Reflection, LosesLessByItsSlopeAndNoSteeperOneWouldDo) {
+TEST(Reflection, HasATightExponentialBoundOnItsLoss) {
   for (const double exponent : kExponents) {
     const PhongLobe lobe(exponent);
     double steepest = std::numeric_limits<double>::infinity();
@@ -105,7 +105,7 @@ TEST(Reflection, LosesLessByItsSlopeAndNoSteeperOneWouldDo) {
   }
 }
 
-TEST(Reflection, TakesExponentsToThreeDigits) {
+TEST(Reflection, RoundsExponentsToThreeDigits) {
   PhongLobes lobes;
   const auto lobe_of = [&](double exponent) { return lobes.of(scattering_lobe(0, exponent), 3); };
   for (const float exact : {0.001f, 0.3f, 2.7f, 20.0f, 99.9f, 100.0f, 316.0f, 1000.0f})
@@ -117,7 +117,7 @@ TEST(Reflection, TakesExponentsToThreeDigits) {
 }
 
 // The number of lobes is bounded for any number of materials, because each costs time and memory.
-TEST(Reflection, MakesFewLobesOfManyExponents) {
+TEST(Reflection, SharesLobesBetweenSimilarExponents) {
   std::vector<Material> materials(5000);
   for (std::size_t m = 0; m < materials.size(); ++m) {
     materials[m].scattering = same_in_all_bands(0);
@@ -128,7 +128,7 @@ TEST(Reflection, MakesFewLobesOfManyExponents) {
   EXPECT_EQ(laws.lobe_count(), 81);
 }
 
-TEST(Reflection, IsLambertWhereTheExponentIsZeroOrScatteringComplete) {
+TEST(Reflection, IsLambertForZeroExponentOrFullScattering) {
   for (const Material& material : {scattering_lobe(0, 0), scattering_lobe(1, 50)}) {
     const ReflectionLaws laws = laws_of(material);
     for (const double cos_o : {0.1, 0.5, 1.0})
@@ -219,7 +219,7 @@ Wander wander(const Vec3& size_m, const ReflectionLaws& laws, std::uint32_t phot
   return result;
 }
 
-TEST(Reflection, LeavesADiffuseFieldDiffuse) {
+TEST(Reflection, PreservesADiffuseField) {
   const Vec3 size_m(5, 4, 3);
   const double volume_m3 = 60, surface_m2 = 94;
   for (const double exponent : {1.0, 10.0, 1000.0}) {
@@ -235,7 +235,7 @@ TEST(Reflection, LeavesADiffuseFieldDiffuse) {
   }
 }
 
-TEST(Mirrored, TurnsRoundOnlyWhatGoesAlongTheNormal) {
+TEST(Mirrored, ReversesOnlyTheNormalComponent) {
   const Vec3 arrival = normalize(Vec3(1, -2, 3));
   EXPECT_NEAR(length(mirrored(arrival, Vec3(0, 1, 0)) - normalize(Vec3(1, 2, 3))), 0, 1e-15);
 }

@@ -48,7 +48,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   TracedRuns found;
   for (const std::uint32_t photons : {1u, 4u, 1024u})
     if (journal->find(key, {0, 0, photons}, found))
-      for (const Source& source : found.deposits())
-        if (!(source.u > 0) || source.material >= 3 || source.emitter != 0) std::abort();
+      for (const Deposit& deposit : found.deposits())
+        if (!(deposit.random > 0) || deposit.material >= 3 || deposit.emitter != 0) std::abort();
   return 0;
 }

@@ -83,7 +83,7 @@ double repetition(const std::vector<std::complex<double>>& spectrum, double cent
   return highest;
 }
 
-TEST(Crowd, OfTheStadiumHasNoPeriodAnywhereOnThePitch) {
+TEST(Crowd, OfTheStadiumHasNoAudiblePeriodOnThePitch) {
   if (testing::kSanitized) GTEST_SKIP() << "takes long under sanitizers, and shows nothing new";
   const Fourier fourier(kCrowdFrames);
   for (const Vec3& place : {Vec3(0, 1.7, 0), Vec3(30, 1.7, 20)}) {

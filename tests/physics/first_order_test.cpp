@@ -28,7 +28,7 @@ constexpr std::array<Image, 6> kImages = {{{0.015357441, 0.03239741},
                                            {0.011110534, 0.03438790},
                                            {0.012409988, 0.02205072}}};
 
-TEST(FirstOrder, ArrivesWhenAndAsLoudAsTheImageSourcesOfAShoebox) {
+TEST(FirstOrder, MatchesTimesAndLevelsOfAShoeboxsImageSources) {
   constexpr std::uint64_t kPhotons = 1024 * kRunPhotons;
   const Vec3 listener_m(3.9, 2.4, 1.6);
   Level level = testing::shoebox({5, 4, 3}, {}, {1.3, 1.7, 1.1});
@@ -46,8 +46,9 @@ TEST(FirstOrder, ArrivesWhenAndAsLoudAsTheImageSourcesOfAShoebox) {
     const PhotonRun run{0, first, kRunPhotons};
     traced.clear();
     tracer.trace({&run, 1}, traced);
-    for (const Source& deposit : traced.deposits()) {
-      const Bands heard = received_intensity(deposit, level.emitters, laws, {}, listener_m);
+    for (const Deposit& deposit : traced.deposits()) {
+      const Bands heard =
+          received_intensity(secondary_source(deposit, 1), level.emitters, laws, {}, listener_m);
       const double time_s = deposit.delay_s + length(listener_m - Vec3(deposit.position_m)) / 343.2;
       arrivals[deposit.material].emplace_back(time_s, heard[0] / kPhotons);
     }

@@ -14,7 +14,7 @@
 namespace clamor {
 namespace {
 
-TEST(InverseSquare, HoldsForWhatIsHeardOfABakeInTheFreeField) {
+TEST(InverseSquare, HoldsForABakeInTheFreeField) {
   Level level = testing::shoebox({1, 1, 1}, testing::uniform_material(0), {1, 2, 3});
   level.mesh = {};
   level.emitters[0].gain = 0.5;
@@ -34,7 +34,7 @@ TEST(InverseSquare, HoldsForWhatIsHeardOfABakeInTheFreeField) {
   }
 }
 
-TEST(InverseSquare, HoldsForThePhotonsThatAPlateCatches) {
+TEST(InverseSquare, HoldsForPhotonsHittingAPlate) {
   constexpr std::uint64_t kPhotons = 256 * kRunPhotons;
   for (const double r_m : {0.5, 1.0, 2.0, 4.0, 8.0}) {
     Level level = testing::shoebox({1, 1, 1}, testing::uniform_material(0), {0.5, 0.5, -r_m});
@@ -47,7 +47,7 @@ TEST(InverseSquare, HoldsForThePhotonsThatAPlateCatches) {
       const PhotonRun run{0, first, kRunPhotons};
       TracedRuns traced;
       tracer.trace({&run, 1}, traced);
-      for (const Source& deposit : traced.deposits())
+      for (const Deposit& deposit : traced.deposits())
         caught += static_cast<double>(deposit.power[2]) / kPhotons;
     }
     // Solid angle of a square of side 1, times the emitter's intensity of 1 at 1 m.

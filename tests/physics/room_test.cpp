@@ -242,7 +242,7 @@ double t30_s(const std::vector<double>& decay) {
 
 class ReferenceRoom : public ::testing::TestWithParam<Room> {};
 
-TEST_P(ReferenceRoom, DecaysAndSoundsAsTheIndependentTracerSays) {
+TEST_P(ReferenceRoom, MatchesDecayAndLevelOfTheIndependentTracer) {
   const Room& room = GetParam();
   const Level level = level_of(room);
   const auto contents =

@@ -29,7 +29,7 @@ double revised_theory_db(double t60_s, double distance_m) {
                          31200 * t60_s / kVolume_m3 * std::exp(-0.04 * distance_m / t60_s));
 }
 
-TEST(Strength, OfTheViolinRoomIsWhatTheRevisedTheoryMakesOfItsDecay) {
+TEST(Strength, OfTheViolinRoomMatchesBarronsRevisedTheory) {
   const std::string level = std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb";
   auto imported = import_level(level, ImportOptions{});
   ASSERT_TRUE(imported.ok()) << imported.error().message;

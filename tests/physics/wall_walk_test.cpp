@@ -32,7 +32,7 @@ std::vector<double> levels_along_the_wall_db(const BakeContents& contents) {
   return levels_db;
 }
 
-TEST(WalkAlongAWall, StaysWithinADecibelOfABakeWithSixteenTimesThePhotons) {
+TEST(WalkAlongAWall, StaysWithinOneDecibelOfABakeWithSixteenTimesThePhotons) {
   if (testing::kSanitized) GTEST_SKIP() << "only numbers, which a sanitizer does not judge";
   const Level level =
       testing::shoebox({5, 4, 3}, testing::uniform_material(0.2f, 0.3f, 20), {1.3, 1.7, 1.1});

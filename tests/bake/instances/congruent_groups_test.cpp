@@ -20,7 +20,7 @@ Terraces terraces() {
 
 std::size_t copies_in(const std::vector<Congruence>& found) {
   std::size_t copies = 0;
-  for (std::size_t g = 0; g < found.size(); ++g) copies += found[g].model != g;
+  for (std::size_t g = 0; g < found.size(); ++g) copies += found[g].prototype != g;
   return copies;
 }
 
@@ -28,24 +28,25 @@ std::size_t copies_in(const std::vector<Congruence>& found) {
 void expect_true_copies(const Terraces& all, const std::vector<Congruence>& found,
                         const SignalMaps& maps) {
   for (std::size_t g = 0; g < found.size(); ++g) {
-    const SceneGroup &group = all.groups[g], &model = all.groups[found[g].model];
-    ASSERT_EQ(found[found[g].model].model, found[g].model);
+    const SceneGroup &group = all.groups[g], &model = all.groups[found[g].prototype];
+    ASSERT_EQ(found[found[g].prototype].prototype, found[g].prototype);
     ASSERT_EQ(group.size(), model.size());
-    const Placement placed = Placement{}.then(found[g].copy);
+    const Placement placed = Placement{}.then(found[g].instance);
     for (std::size_t i = 0; i < group.size(); ++i) {
       const Emitter& from = all.level.emitters[model.first + i];
       const Emitter& to = all.level.emitters[group.first + i];
       ASSERT_LT(length(placed.outside(from.position_m) - to.position_m), 1e-3);
       ASSERT_LT(length(placed.rotation * from.axis - to.axis), 1e-4);
-      ASSERT_NEAR(from.gain * static_cast<double>(found[g].copy.gain), to.gain, 0.002 * to.gain);
+      ASSERT_NEAR(from.gain * static_cast<double>(found[g].instance.gain), to.gain,
+                  0.002 * to.gain);
       ASSERT_NEAR(from.delay_s + placed.delay_s, to.delay_s, 1 / 48000.0);
-      const std::uint32_t map = found[g].copy.signals;
+      const std::uint32_t map = found[g].instance.signals;
       ASSERT_EQ(map == kSameSignals ? from.signal : maps.all()[map][from.signal], to.signal);
     }
   }
 }
 
-TEST(CongruentGroups, AreAllBlocksAndAllStandsOfAStadium) {
+TEST(CongruentGroups, IncludeAllBlocksAndStandsOfAStadium) {
   const Terraces all = terraces();
   for (const PrototypeIs model_is : {PrototypeIs::kFirstInList, PrototypeIs::kFirstToSound}) {
     SignalMaps maps;
@@ -54,16 +55,16 @@ TEST(CongruentGroups, AreAllBlocksAndAllStandsOfAStadium) {
     expect_true_copies(all, found, maps);
     for (std::size_t g = 0; g < found.size(); ++g) {
       if (model_is == PrototypeIs::kFirstToSound) {
-        EXPECT_GE(found[g].copy.delay_s, 0);
+        EXPECT_GE(found[g].instance.delay_s, 0);
       } else {
-        EXPECT_LE(all.groups[found[g].model].first, all.groups[g].first);
+        EXPECT_LE(all.groups[found[g].prototype].first, all.groups[g].first);
       }
     }
   }
 }
 
 // Each change makes block 3 of stand 2, and so stand 2, unlike any other.
-TEST(CongruentGroups, AreNotThoseThatOnlyLookAlike) {
+TEST(CongruentGroups, ExcludeGroupsThatOnlyLookAlike) {
   const std::function<void(Emitter&)> changes[] = {
       [](Emitter& fan) { fan.position_m.x += 0.02; },
       [](Emitter& fan) { fan.gain *= 1.1; },
@@ -80,8 +81,8 @@ TEST(CongruentGroups, AreNotThoseThatOnlyLookAlike) {
     const auto found =
         find_congruent_groups(all.level, all.groups, PrototypeIs::kFirstInList, maps);
     EXPECT_EQ(copies_in(found), 6 * 4 - 2 + 2u);
-    EXPECT_EQ(found[block].model, block);
-    EXPECT_EQ(found[stand].model, stand);
+    EXPECT_EQ(found[block].prototype, block);
+    EXPECT_EQ(found[stand].prototype, stand);
     expect_true_copies(all, found, maps);
   }
 }
@@ -116,7 +117,7 @@ bool second_is_copy(const Terraces& all) {
   return copies_in(found) == 1;
 }
 
-TEST(CongruentGroups, MayBeTurnedMovedSmallerAndLouderButNeitherMirroredNorStretchedNorLarger) {
+TEST(CongruentGroups, AllowRotationShrinkingAndGainButNotMirroringStretchingOrEnlarging) {
   const Frame turned = {glm::mat3_cast(glm::angleAxis(1.1, normalize(Vec3(1, 2, -0.5)))),
                         {12, -3, 55}};
   const auto scaled = [&](const Vec3& by) {
@@ -134,7 +135,7 @@ TEST(CongruentGroups, MayBeTurnedMovedSmallerAndLouderButNeitherMirroredNorStret
 }
 
 // Far from the origin, a rotation stored as floats would displace fans by more than the tolerance.
-TEST(CongruentGroups, AreLeftAloneWhereFloatsCannotPlaceThem) {
+TEST(CongruentGroups, AreRejectedWhereFloatsCannotPlaceThem) {
   const Frame far = {glm::mat3_cast(glm::angleAxis(1.1, Vec3(0, 1, 0))), {500'000, 0, 300'000}};
   second_is_copy(two_blocks(far));  // either answer must be correct
 }

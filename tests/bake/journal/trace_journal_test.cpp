@@ -65,7 +65,7 @@ Level fifty_emitters() {
   return level;
 }
 
-TEST_F(Journal, ChangesNoByteAndSparesAllTracingTheSecondTime) {
+TEST_F(Journal, ChangesNoByteAndAvoidsAllTracingTheSecondTime) {
   const Level level = fifty_emitters();
   const std::string without = bake_bytes(level, false);
   EXPECT_TRUE(bake_bytes(level) == without);
@@ -84,7 +84,7 @@ TEST_F(Journal, MovingOneOfFiftyEmittersTracesThatOneAgain) {
   EXPECT_TRUE(found == bake_bytes(level, false));
 }
 
-TEST_F(Journal, AnotherOrderOfEmittersOrAnotherSignalIsNoReasonToTraceAgain) {
+TEST_F(Journal, TracesNothingAgainAfterReorderingEmittersOrChangingSignals) {
   Level level = fifty_emitters();
   bake_bytes(level);
   std::swap(level.emitters[3], level.emitters[40]);
@@ -95,7 +95,7 @@ TEST_F(Journal, AnotherOrderOfEmittersOrAnotherSignalIsNoReasonToTraceAgain) {
   EXPECT_TRUE(found == bake_bytes(level, false));
 }
 
-TEST_F(Journal, AChangedMaterialWallOrSeedIsTracedAgain) {
+TEST_F(Journal, TracesAgainAfterAChangeOfMaterialWallOrSeed) {
   Level level = fifty_emitters();
   bake_bytes(level);
   level.materials[0].absorption[3] = 0.31f;
@@ -106,7 +106,7 @@ TEST_F(Journal, AChangedMaterialWallOrSeedIsTracedAgain) {
   EXPECT_EQ(report_.photons_reused, 0u);
 }
 
-TEST_F(Journal, CutShortAtAnyPlaceGoesOnToTheSameBytes) {
+TEST_F(Journal, ContinuesToTheSameBytesWhereverItWasTruncated) {
   const Level level = fifty_emitters();
   const std::string whole = bake_bytes(level), journal = bytes_at(path());
   std::mt19937 random(1);
@@ -124,7 +124,7 @@ TEST_F(Journal, CutShortAtAnyPlaceGoesOnToTheSameBytes) {
   }
 }
 
-TEST_F(Journal, DamagedRecordsAreTracedAgainAndSaid) {
+TEST_F(Journal, TracesDamagedRecordsAgainAndReportsThem) {
   const Level level = fifty_emitters();
   const std::string whole = bake_bytes(level), journal = bytes_at(path());
   std::string damaged = journal;
@@ -166,7 +166,7 @@ TEST_F(Journal, LeavesAShortFileAndAJournalOfAnotherVersionAlone) {
   }
 }
 
-TEST_F(Journal, WhoseHeaderACrashCutShortIsBegunAgain) {
+TEST_F(Journal, RestartsIfACrashTruncatedItsHeader) {
   bake_bytes(fifty_emitters());
   const std::string journal = bytes_at(path());
   for (std::size_t size = 0; size < 16; ++size) {
@@ -184,7 +184,7 @@ TEST_F(Journal, IsRefusedToASecondBakeAtTheSameTime) {
   EXPECT_NE(second.error().message.find("another bake"), std::string::npos);
 }
 
-TEST_F(Journal, ForgetsWhatBakesNoLongerNeed) {
+TEST_F(Journal, DropsRunsThatAreNoLongerNeeded) {
   Level level = fifty_emitters();
   bake_bytes(level);
   const auto size = std::filesystem::file_size(path());

@@ -78,7 +78,7 @@ TEST(MeshPreparation, LeavesAGapOfAMillimetreOpen) {
   EXPECT_FALSE(prepare_mesh(torn(box({5, 4, 3}), 2e-3)).boundary_edges.empty());
 }
 
-TEST(MeshPreparation, OfAnySoupKeepsEachDistinctTriangleOnceAndAllItsArea) {
+TEST(MeshPreparation, KeepsEachDistinctTriangleOfRandomSoupOnceWithAllArea) {
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     const Mesh soup = random_soup(seed, 50 + 40 * static_cast<std::uint32_t>(seed), 3);
     // Brute force: the first triangle of each set of vertices that has an area.
@@ -112,7 +112,7 @@ TEST(MeshPreparation, OfAnySoupKeepsEachDistinctTriangleOnceAndAllItsArea) {
   }
 }
 
-TEST(MeshPreparation, OfAnySoupMakesSheetsThatOpenMeshTakesWhole) {
+TEST(MeshPreparation, MakesManifoldSheetsOfRandomSoup) {
   for (std::uint64_t seed = 100; seed < 140; ++seed) {
     const PreparedMesh prepared = prepare_mesh(random_soup(seed, 1500, 3 + seed % 4));
     EXPECT_GT(prepared.split_edges, 0u);
@@ -120,7 +120,7 @@ TEST(MeshPreparation, OfAnySoupMakesSheetsThatOpenMeshTakesWhole) {
   }
 }
 
-TEST(MeshPreparation, TurnsNoTriangleRoundAndFindsTheSameEdgesHoweverTheyAreWound) {
+TEST(MeshPreparation, KeepsWindingsAndFindsTheSameEdgesForAnyWinding) {
   const Mesh mesh = fine_box({5, 4, 3}, 4);
   Mesh mixed = mesh;
   for (std::uint32_t t = 0; t < mixed.triangles.size(); ++t)
@@ -136,7 +136,7 @@ TEST(MeshPreparation, TurnsNoTriangleRoundAndFindsTheSameEdgesHoweverTheyAreWoun
   EXPECT_EQ(refused_by_openmesh(b), 0u);
 }
 
-TEST(MeshPreparation, OfCoincidentFacesKeepsTheFirstAndNamesBothMaterials) {
+TEST(MeshPreparation, KeepsTheFirstOfCoincidentFacesAndNamesBothMaterials) {
   Mesh mesh = box({5, 4, 3}, {0, 0, 0, 0, 0, 0});
   Mesh wall = box({5, 4, 3}, {7, 7, 7, 7, 7, 7});
   wall.triangles.resize(2);  // x = 0, 4 m x 3 m
@@ -168,7 +168,7 @@ TEST(MeshPreparation, FindsTheRimOfABoxWithoutALid) {
   EXPECT_EQ(prepared.feature_edges.size(), 8u);
 }
 
-TEST(MeshPreparation, CallsTheEdgesOfAnEightSidedColumnSharpAndThoseOfATwelveSidedOneRound) {
+TEST(MeshPreparation, FindsFeatureEdgesOnEightSidedColumnsButNotOnTwelveSidedOnes) {
   const auto column = [](std::uint32_t sides) {
     const Mesh mesh = patch(sides, 1, [](double u, double v) {
       const double angle = 2 * std::numbers::pi * u;
@@ -181,7 +181,7 @@ TEST(MeshPreparation, CallsTheEdgesOfAnEightSidedColumnSharpAndThoseOfATwelveSid
   EXPECT_EQ(column(12).boundary_edges.size(), 24u);
 }
 
-TEST(MeshPreparation, CutsAFinOffTheBoxItStandsOnAndLeavesTheBoxClosed) {
+TEST(MeshPreparation, SeparatesAFinFromABoxThatStaysClosed) {
   Mesh mesh = box({2, 2, 2});
   Mesh fin;  // a fin on the edge from (2, 2, 0) to (2, 2, 2)
   fin.vertices_m = {{2, 2, 0}, {2, 2, 2}, {3, 3, 1}};
@@ -196,7 +196,7 @@ TEST(MeshPreparation, CutsAFinOffTheBoxItStandsOnAndLeavesTheBoxClosed) {
   EXPECT_EQ(refused_by_openmesh(prepared), 0u);
 }
 
-TEST(MeshPreparation, CutsAStripThatClosesTwisted) {
+TEST(MeshPreparation, CutsAMoebiusStrip) {
   const Mesh strip = patch(40, 2, [](double u, double v) {
     const double turn = 2 * std::numbers::pi * u, w = v - 0.5;
     const double r = 2 + w * std::cos(turn / 2);
@@ -209,7 +209,7 @@ TEST(MeshPreparation, CutsAStripThatClosesTwisted) {
   EXPECT_EQ(refused_by_openmesh(prepared), 0u);
 }
 
-TEST(MeshPreparation, ChangesNothingTheSecondTime) {
+TEST(MeshPreparation, IsIdempotent) {
   const PreparedMesh once = prepare_mesh(random_soup(1, 3000, 5));
   PreparationOptions same;
   same.weld_m = once.weld_m;
@@ -218,13 +218,13 @@ TEST(MeshPreparation, ChangesNothingTheSecondTime) {
   EXPECT_EQ(twice.duplicated + twice.degenerate, 0u);
 }
 
-TEST(MeshPreparation, OfNothingIsNothing) {
+TEST(MeshPreparation, AcceptsAnEmptyMesh) {
   const PreparedMesh prepared = prepare_mesh({});
   EXPECT_TRUE(prepared.mesh.triangles.empty());
   EXPECT_TRUE(prepared.boundary_edges.empty());
 }
 
-TEST(MeshPreparation, TakesNoLongerForMeshesMadeToHurt) {
+TEST(MeshPreparation, IsFastForAdversarialMeshes) {
   constexpr std::uint32_t kMany = 100'000;  // a quadratic algorithm would take minutes
   Mesh fan, same, point;
   fan.vertices_m = {{0, 0, 0}};
@@ -247,7 +247,7 @@ TEST(MeshPreparation, TakesNoLongerForMeshesMadeToHurt) {
   EXPECT_EQ(prepare_mesh(point, wide).degenerate, kMany);
 }
 
-TEST(VertexWelding, JoinsToTheNearestWithinTheDistanceAndLeavesNoTwoCloser) {
+TEST(VertexWelding, JoinsTheNearestWithinTheDistanceAndLeavesNoPairCloser) {
   constexpr double kDistance = 0.1;
   Mesh mesh;
   for (std::uint32_t i = 0; i < 3000; ++i) {
@@ -279,7 +279,7 @@ TEST(VertexWelding, JoinsToTheNearestWithinTheDistanceAndLeavesNoTwoCloser) {
 
 class RealMeshes : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(RealMeshes, LoseNoAreaButWhatIsThereTwiceAndFitTogether) {
+TEST_P(RealMeshes, LoseOnlyDuplicateAreaAndBecomeManifold) {
   const auto level = real_level(GetParam());
   if (!level) GTEST_SKIP() << "not on this machine: " << GetParam();
   const PreparedMesh prepared = prepare_mesh(level->mesh);

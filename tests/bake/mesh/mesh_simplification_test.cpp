@@ -24,7 +24,7 @@ Vec3 on_globe(double u, double v) {
   return {std::cos(rise) * std::cos(turn), std::sin(rise), std::cos(rise) * std::sin(turn)};
 }
 
-TEST(MeshSimplification, OfAFinelyMeshedBoxIsTheBox) {
+TEST(MeshSimplification, ReducesAFinelyMeshedBoxToTheBox) {
   const Mesh mesh = fine_box({5, 4, 3}, 16);
   const Simplification simple = simplified(mesh, 1e-3);
   EXPECT_EQ(simple.mesh.triangles.size(), 12u);
@@ -56,7 +56,7 @@ TEST(MeshSimplification, StaysWithinItsOwnBoundAndTheToleranceBothWays) {
   }
 }
 
-TEST(MeshSimplification, KeepsClosedSurfacesClosedAndEveryVertexOneThatThereWas) {
+TEST(MeshSimplification, KeepsClosedSurfacesClosedAndUsesOriginalVerticesOnly) {
   const Mesh mesh = fine_box({5, 4, 3}, 20, [](const Vec3& p) {
     return p + Vec3(0.05 * std::sin(3 * p.y), 0.05 * std::sin(2 * p.z), 0.05 * std::sin(4 * p.x));
   });
@@ -88,7 +88,7 @@ TEST(MeshSimplification, MovesNoBorderBetweenMaterials) {
   for (std::size_t m = 0; m < 2; ++m) EXPECT_NEAR(after_m2[m], before_m2[m], 1e-4);
 }
 
-TEST(MeshSimplification, OpensNoCrackWhereAWallStandsOnAFloor) {
+TEST(MeshSimplification, OpensNoCrackBetweenWallAndFloor) {
   // A curved, finely divided lower edge of a wall touches the middle of the floor.
   Mesh mesh = patch(10, 10, [](double u, double v) { return Vec3(8 * u, 0, 8 * v); });
   const Mesh wall = patch(64, 8, [](double u, double v) {
@@ -112,7 +112,7 @@ TEST(MeshSimplification, OpensNoCrackWhereAWallStandsOnAFloor) {
   }
 }
 
-TEST(MeshSimplification, OfARealHallKeepsTheToleranceAndItsArea) {
+TEST(MeshSimplification, KeepsToleranceAndAreaOfARealHall) {
   const auto level = real_level("sibenik.glb");
   if (!level) GTEST_SKIP() << "not on this machine: sibenik.glb";
   const PreparedMesh prepared = prepare_mesh(level->mesh);

@@ -7,7 +7,7 @@
 namespace clamor {
 namespace {
 
-TEST(TriangleTree, FindsWhatLookingAtAllTrianglesFinds) {
+TEST(TriangleTree, AgreesWithBruteForce) {
   const Mesh soup = testing::random_soup(3, 700, 6);
   const TriangleTree tree(soup);
   for (std::uint32_t i = 0; i < 500; ++i) {
@@ -35,7 +35,7 @@ TEST(TriangleTree, FindsWhatLookingAtAllTrianglesFinds) {
   }
 }
 
-TEST(TriangleTree, FindsTheNearestPointOfATriangleWhereverThatLies) {
+TEST(TriangleTree, FindsTheNearestPointInsideOnEdgesAndAtVertices) {
   const Vec3 a(0, 0, 0), b(4, 0, 0), c(0, 3, 0);
   for (std::uint32_t i = 0; i < 300; ++i) {
     const RandomBits bits = philox(6, {i, 0, 0, 0});
@@ -51,7 +51,7 @@ TEST(TriangleTree, FindsTheNearestPointOfATriangleWhereverThatLies) {
   }
 }
 
-TEST(TriangleTree, OfManyTrianglesInOnePlaceTakesTheFirst) {
+TEST(TriangleTree, ReturnsTheFirstOfEquallyNearTriangles) {
   Mesh mesh;
   mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh.triangles.assign(50'000, {0, 1, 2});

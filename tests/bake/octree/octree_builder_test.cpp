@@ -68,7 +68,7 @@ TEST(Octree, StoresEverySourceOnceWithTheHighestKeysOnTop) {
             static_cast<std::ptrdiff_t>(tree.nodes.size()) - 1);
 }
 
-TEST(Octree, NodesBoundAllThatLiesBelowThem) {
+TEST(Octree, NodeSummariesBoundTheirSubtrees) {
   const auto tree = build_octree(random_sources(5000));
   for (const OctreeNode& node : tree.nodes) {
     double power = 0;
@@ -98,7 +98,7 @@ TEST(Octree, NodesBoundAllThatLiesBelowThem) {
   }
 }
 
-TEST(Octree, JoinsOctantsThatAreALeafTogether) {
+TEST(Octree, MergesSmallOctantsIntoOneLeaf) {
   const auto tree = build_octree(testing::wall_sources(200'000));
   const auto is_leaf = [&](std::uint32_t n) {
     return std::all_of(tree.nodes[n].children.begin(), tree.nodes[n].children.end(),
@@ -129,7 +129,7 @@ TEST(Octree, TakesAnyNumberOfSourcesInOnePlace) {
   EXPECT_EQ(tree.sources.size(), 5000u);
 }
 
-TEST(Octree, IsThatOfThePlainestCodeOnAnyNumberOfThreads) {
+TEST(Octree, EqualsABruteForceTreeOnAnyNumberOfThreads) {
   // By default TBB has no more threads than the machine has cores.
   const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
   const std::vector<testing::Awkward> lists = {
@@ -157,7 +157,7 @@ TEST(Octree, IsThatOfThePlainestCodeOnAnyNumberOfThreads) {
     }
 }
 
-TEST(Octree, OfManySourcesInOnePlaceTakesNoLongerThanOfOthers) {
+TEST(Octree, IsFastForManySourcesInOnePlace) {
   // The brute-force check would need 4 * 10^9 comparisons, several minutes.
   auto sources = testing::awkward_sources(2'000'000, 1, {.places = 1});
   const auto tree = build_octree(std::move(sources));
@@ -166,7 +166,7 @@ TEST(Octree, OfManySourcesInOnePlaceTakesNoLongerThanOfOthers) {
                              [](const Source& a, const Source& b) { return key(a) > key(b); }));
 }
 
-TEST(Octree, IsBuiltInThreeTimesTheMemoryOfItsSources) {
+TEST(Octree, IsBuiltWithinThreeTimesTheMemoryOfItsSources) {
   if (testing::kSanitized) GTEST_SKIP() << "a sanitizer keeps what is freed";
   constexpr std::uint32_t kCount = 1'000'000;
   auto sources = testing::wall_sources(kCount);

@@ -106,7 +106,7 @@ class OctreeStreaming : public ::testing::Test {
   const std::string output_ = (folder_ / "out.clamor").string();
 };
 
-TEST_F(OctreeStreaming, MakesTheTreeThatIsMadeInMemoryWhateverTheMemory) {
+TEST_F(OctreeStreaming, EqualsTheTreeBuiltInMemoryForAnyMemoryLimit) {
   const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
   const std::vector<testing::Awkward> lists = {
       {},                                          // sources on walls
@@ -140,7 +140,7 @@ TEST_F(OctreeStreaming, MakesTheTreeThatIsMadeInMemoryWhateverTheMemory) {
   EXPECT_EQ(files(), 0u);
 }
 
-TEST_F(OctreeStreaming, OfNothingGivesTheSinkNothing) {
+TEST_F(OctreeStreaming, AcceptsAnEmptyList) {
   CollectingSink sink;
   const auto root = stream_octree(SourceSpill(output_), 1000, sink);
   ASSERT_TRUE(root.ok());
@@ -164,7 +164,7 @@ class CountingSink : public OctreeSink {
   std::size_t sources = 0, largest = 0;
 };
 
-TEST_F(OctreeStreaming, KeepsToTheMemoryItMayTakeForAListTenTimesAsLarge) {
+TEST_F(OctreeStreaming, KeepsTheMemoryLimitForAListTenTimesAsLarge) {
   if (testing::kSanitized) GTEST_SKIP() << "a sanitizer keeps what is freed";
   constexpr std::uint32_t kCount = 1'000'000;
   constexpr std::uint64_t kMemory_bytes = 8'800'000;  // a tenth of the list
@@ -181,7 +181,7 @@ TEST_F(OctreeStreaming, KeepsToTheMemoryItMayTakeForAListTenTimesAsLarge) {
   EXPECT_LE(peak.more_bytes(), 2 * kMemory_bytes);
 }
 
-TEST_F(OctreeStreaming, SaysThatTheDiskIsFullAndLeavesNothingBehind) {
+TEST_F(OctreeStreaming, ReportsAFullDiskAndLeavesNoFileBehind) {
   const auto sources = testing::wall_sources(6000);
   const auto build = [&](std::uint64_t limit_bytes) -> Result<void> {
     rlimit before{};
@@ -212,7 +212,7 @@ TEST_F(OctreeStreaming, SaysThatTheDiskIsFullAndLeavesNothingBehind) {
   EXPECT_TRUE(build(whole_bytes).ok());
 }
 
-TEST_F(OctreeStreaming, SaysWhyWhereItCannotWrite) {
+TEST_F(OctreeStreaming, ExplainsWhyItCannotWrite) {
   const std::string path = (folder_ / "missing" / "out.clamor").string();
   SourceSpill spill(path, 10);
   const auto done = spill.append(testing::wall_sources(20));
@@ -220,7 +220,7 @@ TEST_F(OctreeStreaming, SaysWhyWhereItCannotWrite) {
   EXPECT_TRUE(done.error().message.starts_with(path + ": cannot make")) << done.error().message;
 }
 
-TEST_F(OctreeStreaming, EndsWithTheErrorOfTheSink) {
+TEST_F(OctreeStreaming, ReturnsTheErrorOfTheSink) {
   const auto sources = testing::wall_sources(30'000);
   for (const std::size_t nodes : {1u, 5u, 20u}) {
     CollectingSink sink;

@@ -21,7 +21,7 @@ std::vector<Source> wall(int side, float step) {
   return sources;
 }
 
-TEST(PatchRadius, OfAnEvenWallIsThatOfADiscWithEachSourcesShareOfTheArea) {
+TEST(PatchRadius, OnAUniformWallIsADiscOfTheAreaPerSource) {
   auto sources = wall(41, 0.1f);
   set_patch_radii(sources);
   const Source& middle = sources[20 * 41 + 20];
@@ -31,7 +31,7 @@ TEST(PatchRadius, OfAnEvenWallIsThatOfADiscWithEachSourcesShareOfTheArea) {
   EXPECT_NEAR(middle.patch_radius_m / expected_m, 1, 0.15);
 }
 
-TEST(PatchRadius, GrowsWithTheShareASourceHasOfItsNeighbourhood) {
+TEST(PatchRadius, GrowsWithTheSourcesShareOfTheLocalPower) {
   auto sources = wall(41, 0.1f);
   sources[20 * 41 + 20].power = same_in_all_bands(5);
   set_patch_radii(sources);

@@ -34,7 +34,7 @@ double power(const std::vector<Source>& sources, float below_x) {
   return sum;
 }
 
-TEST(SourceThinning, LeavesWhatFitsAsItIs) {
+TEST(SourceThinning, KeepsListsThatFitUnchanged) {
   const auto all = deposits(100, 1);
   SourceThinning thinning(100);
   thinning.add(all, 0);
@@ -48,7 +48,7 @@ TEST(SourceThinning, LeavesWhatFitsAsItIs) {
 
 double weight(const Source& source) { return std::pow(8.0 * source.power[0], 0.25); }
 
-TEST(SourceThinning, KeepsExactlyAsManyAsAskedForAndThePowerOfAnyPartOnAverage) {
+TEST(SourceThinning, KeepsTheRequestedNumberAndIsUnbiasedForAnySubset) {
   double whole = 0, part = 0, all_whole = 0, all_part = 0, variance = 0, part_variance = 0;
   constexpr int kSeeds = 400;
   constexpr std::size_t kKept = 200;
@@ -76,7 +76,7 @@ TEST(SourceThinning, KeepsExactlyAsManyAsAskedForAndThePowerOfAnyPartOnAverage) 
   EXPECT_NEAR(part, all_part, 3 * std::sqrt(part_variance));
 }
 
-TEST(SourceThinning, LetsNoneGoThatIsStrongerThanOneItLeftAsItWas) {
+TEST(SourceThinning, DropsNoDepositAboveTheThreshold) {
   const auto all = deposits(20000, 5);
   SourceThinning thinning(12000);
   thinning.add(all, 0);
@@ -94,7 +94,7 @@ TEST(SourceThinning, LetsNoneGoThatIsStrongerThanOneItLeftAsItWas) {
     }
 }
 
-TEST(SourceThinning, KeepsTheSameHoweverTheDepositsAreSharedOut) {
+TEST(SourceThinning, IsIndependentOfTheGroupingOfDeposits) {
   const auto all = deposits(50000, 9);
   const std::span<const Source> span(all);
   SourceThinning whole(3000), parts(3000);
@@ -108,7 +108,7 @@ TEST(SourceThinning, KeepsTheSameHoweverTheDepositsAreSharedOut) {
   }
 }
 
-TEST(SourceThinning, DrawsWithNumbersThatHaveNothingToDoWithTheSourcesOwn) {
+TEST(SourceThinning, DrawsIndependentlyOfTheSourcesOwnNumbers) {
   // If u decided, kept sources would have small u. The sampler needs uniform ones.
   SourceThinning thinning(2000);
   thinning.add(deposits(100000, 3), 0);
@@ -118,7 +118,7 @@ TEST(SourceThinning, DrawsWithNumbersThatHaveNothingToDoWithTheSourcesOwn) {
   EXPECT_NEAR(sum / 2000, 0.5, 4 * std::sqrt(1.0 / 12 / 2000));
 }
 
-TEST(SourceThinning, HoldsLittleMoreThanItKeeps) {
+TEST(SourceThinning, UsesLittleMoreMemoryThanItsResult) {
   if (testing::kSanitized) GTEST_SKIP() << "a sanitizer keeps what is freed";
   constexpr std::uint64_t kKept = 1'000'000, kList_bytes = kKept * sizeof(Source);
   const testing::PeakMemory peak;

@@ -41,20 +41,20 @@ DecayEstimate heard(const Room& room, std::uint64_t seed, std::uint64_t photons)
     TracedRuns traced;
     tracer.trace(std::span(&run, 1), traced);
     std::vector<ReceivedEnergy> what;
-    estimate.hear(traced.deposits(), traced.photons(), what);
+    estimate.receive(traced.deposits(), what);
     estimate.add(run, what);
   }
   return estimate;
 }
 
 // A reflection off the middle of the floor.
-Source on_the_floor(double delay_s, float power) {
-  Source source;
-  source.position_m = {2.5f, 0, 1.5f};
-  source.normal = source.mirror = {0, 1, 0};
-  source.delay_s = static_cast<float>(delay_s);
-  source.power.fill(power);
-  return source;
+Deposit on_the_floor(double delay_s, float power) {
+  Deposit deposit;
+  deposit.position_m = {2.5f, 0, 1.5f};
+  deposit.normal = deposit.mirror = {0, 1, 0};
+  deposit.delay_s = static_cast<float>(delay_s);
+  deposit.power.fill(power);
+  return deposit;
 }
 
 TEST(DecayEstimate, MeasuresAnExponentialDecayExactly) {
@@ -62,15 +62,14 @@ TEST(DecayEstimate, MeasuresAnExponentialDecayExactly) {
   constexpr double kT30_s = 0.8;
   const std::vector<std::uint64_t> photons = {1024};
   DecayEstimate estimate(room.scene, room.level, dry_air(), photons, 1);
-  std::vector<Source> deposits;
-  std::vector<std::uint16_t> photon;
+  std::vector<Deposit> deposits;
   for (int i = 0; i < 600; ++i) {  // one per step, the same for all photons
     const double t_s = (i + 0.5) * DecayEstimate::kStep_s;
     deposits.push_back(on_the_floor(t_s, static_cast<float>(std::pow(10.0, -6 * t_s / kT30_s))));
-    photon.push_back(static_cast<std::uint16_t>(i % 1024));
+    deposits.back().photon = static_cast<std::uint16_t>(i);
   }
   std::vector<ReceivedEnergy> what;
-  estimate.hear(deposits, photon, what);
+  estimate.receive(deposits, what);
   estimate.add({0, 0, 1024}, what);
   const DecaySummary summary = estimate.summary();
   EXPECT_EQ(summary.places, 4u);
@@ -80,19 +79,17 @@ TEST(DecayEstimate, MeasuresAnExponentialDecayExactly) {
   EXPECT_NEAR(*estimate.level_db(0, 4, 0.2) - *estimate.level_db(0, 4, 0.6), 30, 0.01);
 }
 
-TEST(DecayEstimate, HearsInverseSquareAndTheReflectionLawAndNothingThroughWalls) {
+TEST(DecayEstimate, AppliesInverseSquareBrdfAndOcclusion) {
   Room room({5, 4, 3});
   const auto places = decay_receivers(room.scene, room.level.emitters);
   ASSERT_EQ(places.size(), 4u);
   const std::vector<std::uint64_t> photons = {1};
   std::vector<ReceivedEnergy> what;
-  const Source floor = on_the_floor(0.1, 2);
-  const std::uint16_t photon = 0;
-  DecayEstimate(room.scene, room.level, dry_air(), photons, 1)
-      .hear(std::span(&floor, 1), std::span(&photon, 1), what);
+  const Deposit floor = on_the_floor(0.1, 2);
+  DecayEstimate(room.scene, room.level, dry_air(), photons, 1).receive(std::span(&floor, 1), what);
   ASSERT_EQ(what.size(), 4u);
   for (const ReceivedEnergy& one : what) {
-    const Vec3 way = places[one.place].listener_m - Vec3(floor.position_m);
+    const Vec3 way = places[one.receiver].position_m - Vec3(floor.position_m);
     const double r = length(way);
     // Lambert: cos / pi.
     EXPECT_NEAR(one.energy[3] / (2 * way.y / r / M_PI / (r * r)), 1, 1e-5);
@@ -110,12 +107,11 @@ TEST(DecayEstimate, HearsInverseSquareAndTheReflectionLawAndNothingThroughWalls)
   }
   const Scene closed(room.level.mesh);
   what.clear();
-  DecayEstimate(closed, room.level, dry_air(), photons, 1)
-      .hear(std::span(&floor, 1), std::span(&photon, 1), what);
+  DecayEstimate(closed, room.level, dry_air(), photons, 1).receive(std::span(&floor, 1), what);
   EXPECT_TRUE(what.empty());
 }
 
-TEST(DecayEstimate, TellsTheDecayTimeOfARoom) {
+TEST(DecayEstimate, EstimatesTheDecayTimeOfARoom) {
   const Room room({5, 4, 3});
   const DecaySummary summary = heard(room, 1, 16384).summary();
   // Exact solution for Lambertian walls without air, from the integral equation: 0.481 s.
@@ -127,7 +123,7 @@ TEST(DecayEstimate, TellsTheDecayTimeOfARoom) {
 }
 
 // The spread of many bakes with different seeds, compared with the error that each of them claims.
-TEST(DecayEstimate, SaysHowMuchBakesWithOtherSeedsDiffer) {
+TEST(DecayEstimate, PredictsTheSpreadBetweenSeeds) {
   const Room room({5, 4, 3}, 0.3f);
   constexpr int kSeeds = 48;
   constexpr std::size_t kFallen = 7;
@@ -157,7 +153,7 @@ TEST(DecayEstimate, SaysHowMuchBakesWithOtherSeedsDiffer) {
   EXPECT_NEAR(std::sqrt(claimed / found), 1, 0.25);
 }
 
-TEST(DecayEstimate, FindsHalfTheErrorWithFourTimesThePhotons) {
+TEST(DecayEstimate, HalvesTheErrorWithFourTimesThePhotons) {
   const Room room({5, 4, 3});
   double few = 0, many = 0;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -169,7 +165,7 @@ TEST(DecayEstimate, FindsHalfTheErrorWithFourTimesThePhotons) {
   EXPECT_NEAR(std::sqrt(few / many), 2, 0.5);
 }
 
-TEST(DecayEstimate, SaysNothingWithoutSurfacesOrWithTooFewPhotons) {
+TEST(DecayEstimate, GivesNoErrorWithoutSurfacesOrWithTooFewPhotons) {
   Room room({5, 4, 3});
   EXPECT_FALSE(heard(room, 1, 256).error_db().has_value());
   EXPECT_EQ(heard(room, 1, 1).summary().error_db, 0);
@@ -183,7 +179,7 @@ TEST(DecayEstimate, SaysNothingWithoutSurfacesOrWithTooFewPhotons) {
   EXPECT_EQ(field.summary(), DecaySummary{});
 }
 
-TEST(DecayEstimate, HearsAWholeCrowdWhereOneOfItHasFewPhotons) {
+TEST(DecayEstimate, CombinesACrowdOfEmittersWithFewPhotonsEach) {
   Level level = testing::shoebox({20, 6, 15}, testing::uniform_material(0.2f), {2, 1.7, 2});
   const Emitter first = level.emitters[0];
   level.emitters.clear();
@@ -209,7 +205,7 @@ TEST(DecayEstimate, HearsAWholeCrowdWhereOneOfItHasFewPhotons) {
   }
 }
 
-TEST(DecayEstimate, IsInTheBakeAndTheSameOnAnyNumberOfThreads) {
+TEST(DecayEstimate, IsPartOfTheBakeAndIndependentOfThreads) {
   const Level level = testing::shoebox({5, 4, 3}, testing::uniform_material(0.2f), {1.3, 1.7, 1.1});
   BakeSettings settings;
   settings.photons = 2000;

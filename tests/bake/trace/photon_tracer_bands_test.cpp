@@ -39,10 +39,10 @@ Spread power_on_the_wall(const Material& material, const Bands& directivity) {
     tracer.trace({&run, 1}, traced);
     std::vector<std::array<double, kBandCount>> of_photon(kRunPhotons);
     for (std::size_t i = 0; i < traced.deposits().size(); ++i) {
-      const Source& deposit = traced.deposits()[i];
+      const Deposit& deposit = traced.deposits()[i];
       if (deposit.position_m.x < 4.999f || deposit.position_m.y > 2) continue;
       for (std::size_t b = 0; b < kBandCount; ++b)
-        of_photon[traced.photons()[i]][b] += static_cast<double>(deposit.power[b]);
+        of_photon[deposit.photon][b] += static_cast<double>(deposit.power[b]);
     }
     for (const auto& photon : of_photon)
       for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -76,7 +76,7 @@ TEST(BandMixture, IsUnbiasedAndNeverWorseThanAnEighthOfThePhotonsForUnlikeLobes)
   compare({1000, 0, 1000, 0, 1000, 0, 1000, 0}, same_in_all_bands(0), 8);
 }
 
-TEST(BandMixture, LosesNearlyNothingForLobesThatAreAlike) {
+TEST(BandMixture, LosesAlmostNothingForSimilarLobes) {
   compare({18, 19, 20, 21, 22, 20, 19, 21}, {1, 1, 1.1f, 1.1f, 1.2f, 1.1f, 1, 1}, 1.1);
 }
 
@@ -90,7 +90,7 @@ double excess(const std::vector<double>& counts) {
   return (chi - freedom) / std::sqrt(2 * freedom);
 }
 
-TEST(Draws, OfTracerFollowTheirDensities) {
+TEST(TracerSampling, FollowsTheDensities) {
   // In a box whose walls absorb half, seen from the centre, every first deposit shows where its
   // photon went. The deposits' random numbers are uniform, and half of the photons survive analog
   // roulette.
@@ -101,19 +101,18 @@ TEST(Draws, OfTracerFollowTheirDensities) {
   const Scene scene(level.mesh);
   const PhotonTracer tracer(scene, level, {.roulette_exponent = 1, .max_bounces = 2});
   const Basis basis = basis_around(level.emitters[0].axis);
-  std::vector<double> cosines(64), turns(64), u(64), signs(2), departures(32);
+  std::vector<double> cosines(64), turns(64), random(64), departures(32);
   double survived = 0, survivors_expected = 0;
   TracedRuns traced;
   for (std::uint32_t first = 0; first < kPhotons; first += kRunPhotons) {
     const PhotonRun run{0, first, kRunPhotons};
     traced.clear();
     tracer.trace({&run, 1}, traced);
-    std::vector<const Source*> before(kRunPhotons, nullptr);
+    std::vector<const Deposit*> before(kRunPhotons, nullptr);
     for (std::size_t i = 0; i < traced.deposits().size(); ++i) {
-      const Source& deposit = traced.deposits()[i];
-      u[std::min<std::size_t>(63, static_cast<std::size_t>(64 * deposit.u))] += 1;
-      signs[deposit.polarity > 0 ? 1 : 0] += 1;
-      const Source*& last = before[traced.photons()[i]];
+      const Deposit& deposit = traced.deposits()[i];
+      random[std::min<std::size_t>(63, static_cast<std::size_t>(64 * deposit.random))] += 1;
+      const Deposit*& last = before[deposit.photon];
       if (last == nullptr) {
         last = &deposit;
         const Vec3 way = normalize(Vec3(deposit.position_m) - Vec3(1));
@@ -139,15 +138,14 @@ TEST(Draws, OfTracerFollowTheirDensities) {
   EXPECT_LT(excess(cosines), 4);
   EXPECT_LT(excess(turns), 4);
   EXPECT_LT(excess(departures), 4);
-  EXPECT_LT(std::abs(excess(u)), 4);
-  EXPECT_LT(std::abs(excess(signs)), 4);
+  EXPECT_LT(std::abs(excess(random)), 4);
   EXPECT_NEAR(survived, survivors_expected, 4 * std::sqrt(kPhotons * 0.25));
 }
 
 // Photons start in all directions from one point. If the BRDF is reciprocal and conserves energy,
 // directions stay isotropic for ever. Photons then hit each wall in proportion to its area, c S /
 // 4V times per second.
-TEST(Equilibrium, OfAClosedRoomKeepsItsMeanChordAndItsWallSharesForEveryExponent) {
+TEST(Equilibrium, OfAClosedRoomKeepsMeanChordAndWallSharesForEveryExponent) {
   constexpr double kFrom_s = 0.1, kTo_s = 0.35, kSpeed_mps = 343.2;  // bounces 13 to 47
   constexpr std::uint64_t kPhotons = 100 * kRunPhotons;
   const std::array<double, 6> area_m2 = {12, 12, 15, 15, 20, 20};
@@ -164,7 +162,7 @@ TEST(Equilibrium, OfAClosedRoomKeepsItsMeanChordAndItsWallSharesForEveryExponent
       const PhotonRun run{0, first, kRunPhotons};
       traced.clear();
       tracer.trace({&run, 1}, traced);
-      for (const Source& deposit : traced.deposits()) {
+      for (const Deposit& deposit : traced.deposits()) {
         if (static_cast<double>(deposit.delay_s) < kFrom_s) continue;
         const Vec3f inwards = deposit.normal;
         const int axis = std::abs(inwards.x) > 0.5f ? 0 : std::abs(inwards.y) > 0.5f ? 1 : 2;

@@ -53,7 +53,7 @@ void check_emission(const Bands& exponents) {
     const PhotonRun run{0, first, kRunPhotons};
     traced.clear();
     tracer.trace({&run, 1}, traced);
-    for (const Source& deposit : traced.deposits()) {
+    for (const Deposit& deposit : traced.deposits()) {
       const Vec3 way = normalize(Vec3(deposit.position_m) - emitter.position_m);
       const double cos_a = dot(way, emitter.axis);
       const double turn = std::atan2(dot(way, basis.bitangent), dot(way, basis.tangent));
@@ -91,12 +91,12 @@ void check_emission(const Bands& exponents) {
   EXPECT_LT(testing::chi_square_excess(drawn, expected), 4);
 }
 
-TEST(Emission, IsDrawnAsDenselyAsTheLawSaysWhereBandsAreAlike) {
+TEST(Emission, FollowsTheEmissionLawIfAllBandsAreEqual) {
   for (const float exponent : {0.0f, 0.3f, 1.0f, 7.0f, 100.0f})
     check_emission(same_in_all_bands(exponent));
 }
 
-TEST(Emission, OfUnlikeBandsIsTheMixtureOfTheirLawsAndGivesEachItsOwn) {
+TEST(Emission, SamplesTheMixtureOfUnequalBandsAndWeightsEachCorrectly) {
   check_emission({0, 0.5f, 1, 2, 4, 8, 16, 64});
   check_emission({64, 0, 1, 0, 64, 0.1f, 0, 200});
 }

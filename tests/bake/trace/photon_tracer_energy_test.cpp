@@ -96,7 +96,7 @@ Level alike_rooms() {
   return two_rooms(outer, thin);
 }
 
-TEST(EnergyBooks, BalanceForEveryPhotonInEveryBandWithoutRoulette) {
+TEST(EnergyBalance, BalancesPerPhotonAndBandWithoutRoulette) {
   const auto books = accounts(alike_rooms(), {.roulette_exponent = 0, .max_bounces = 40}, 3000);
   Power transmitted{}, escaped{};
   for (const Account& a : books)
@@ -110,10 +110,10 @@ TEST(EnergyBooks, BalanceForEveryPhotonInEveryBandWithoutRoulette) {
   EXPECT_GT(escaped[0], 0.3);
 }
 
-TEST(EnergyBooks, WithRouletteBalanceOnceWhatItGaveAndTookIsCounted) {
-  for (const double kappa : {0.15, 0.5, 1.0}) {
+TEST(EnergyBalance, BalancesWithRouletteIncludingItsGainsAndLosses) {
+  for (const double exponent : {0.15, 0.5, 1.0}) {
     const auto books =
-        accounts(alike_rooms(), {.roulette_exponent = kappa, .max_bounces = 40}, 8000);
+        accounts(alike_rooms(), {.roulette_exponent = exponent, .max_bounces = 40}, 8000);
     for (std::size_t b = 0; b < kBandCount; ++b) {
       double sum = 0, squares = 0, given = 0;
       for (const Account& a : books) {
@@ -125,13 +125,13 @@ TEST(EnergyBooks, WithRouletteBalanceOnceWhatItGaveAndTookIsCounted) {
         given += a.gained[b];
       }
       // On average roulette gives survivors what it takes from the others.
-      EXPECT_LT(std::abs(sum), 4 * std::sqrt(squares)) << "kappa " << kappa << ", band " << b;
-      EXPECT_GT(given, 10 * std::sqrt(squares)) << "kappa " << kappa << ", band " << b;
+      EXPECT_LT(std::abs(sum), 4 * std::sqrt(squares)) << "exponent " << exponent << ", band " << b;
+      EXPECT_GT(given, 10 * std::sqrt(squares)) << "exponent " << exponent << ", band " << b;
     }
   }
 }
 
-TEST(EnergyBooks, OfBandsThatGoUnlikeWaysBalanceOnAverage) {
+TEST(EnergyBalance, BalancesOnAverageForBandsWithDifferentBrdfs) {
   Material outer = testing::uniform_material(0.1f, 0.2f);
   outer.phong = {0, 1, 3, 10, 30, 100, 300, 1000};
   Material thin = testing::uniform_material(0.7f, 0.1f);
@@ -151,7 +151,7 @@ TEST(EnergyBooks, OfBandsThatGoUnlikeWaysBalanceOnAverage) {
       spent[b] =
           traced.runs()[0].tally.power_escaped[b] + traced.runs()[0].tally.power_unfinished[b];
     for (std::size_t i = 0; i < traced.deposits().size(); ++i) {
-      const Source& deposit = traced.deposits()[i];
+      const Deposit& deposit = traced.deposits()[i];
       const Material& material = level.materials[deposit.material];
       for (std::size_t b = 0; b < kBandCount; ++b)
         spent[b] += deposit.power[b] / (1 - material.absorption[b]) *

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "common/directivity.h"
+#include "formats/bake_file/source_quantization.h"
 #include "tests/rooms.h"
 
 namespace clamor {
@@ -15,7 +16,7 @@ using testing::shoebox;
 using testing::uniform_material;
 
 struct Outcome {
-  std::vector<Source> deposits;
+  std::vector<Deposit> deposits;
   TraceTally tally;
   std::array<double, kBandCount> emitted{};
 };
@@ -32,7 +33,7 @@ Outcome trace(const Level& level, const TraceSettings& settings, std::uint32_t p
   tracer.trace(runs, traced);
   Outcome outcome{{traced.deposits().begin(), traced.deposits().end()}, {}, tracer.power_emitted()};
   for (const TracedRun& run : traced.runs()) outcome.tally.add(run.tally, 1.0 / photons);
-  for (Source& deposit : outcome.deposits)
+  for (Deposit& deposit : outcome.deposits)
     for (float& power : deposit.power) power /= static_cast<float>(photons);
   return outcome;
 }
@@ -58,7 +59,7 @@ TEST(PhotonTracer, WithoutAbsorptionKeepsAllPowerInEveryBandForAHundredBounces) 
   }
 }
 
-TEST(PhotonTracer, KeepsEachBandsPowerOnAverageWhenBandsReflectUnlike) {
+TEST(PhotonTracer, KeepsEachBandsPowerOnAverageForDifferentBrdfs) {
   Material material = uniform_material(0, 0, 0);
   material.phong = {1, 2, 4, 8, 16, 32, 64, 128};
   const Level level = shoebox({5, 4, 3}, material, {1.3, 1.7, 1.1});
@@ -80,7 +81,7 @@ TEST(PhotonTracer, FindsTheMeanFreePathOfADiffuseRoom) {
   EXPECT_NEAR(found_m / expected_m, 1, 0.005);
 }
 
-TEST(PhotonTracer, PowerIsAbsorbedEscapesOrIsStillUnderWay) {
+TEST(PhotonTracer, PowerIsAbsorbedEscapesOrIsUnfinished) {
   // Without a ceiling some photons escape; without roulette the balance holds per photon.
   Level level = shoebox({5, 4, 3}, uniform_material(0.3f), {1.3, 1.7, 1.1});
   level.mesh.triangles.resize(10);
@@ -89,7 +90,7 @@ TEST(PhotonTracer, PowerIsAbsorbedEscapesOrIsStillUnderWay) {
       trace(level, {.roulette_exponent = 0, .longest_path_s = 1e9, .max_bounces = 50}, 2000);
   // A deposit is 0.7 of the incident power, so 0.3 / 0.7 of it was absorbed.
   double deposited = 0;
-  for (const Source& deposit : outcome.deposits) deposited += deposit.power[3];
+  for (const Deposit& deposit : outcome.deposits) deposited += deposit.power[3];
   const double absorbed = deposited * 0.3 / 0.7;
   EXPECT_GT(outcome.tally.power_escaped[3], 0.1 * outcome.emitted[3]);
   EXPECT_NEAR((absorbed + outcome.tally.power_escaped[3] + outcome.tally.power_unfinished[3]) /
@@ -100,17 +101,17 @@ TEST(PhotonTracer, PowerIsAbsorbedEscapesOrIsStillUnderWay) {
 TEST(PhotonTracer, RouletteDoesNotChangeTheReflectedPowerOnAverage) {
   const Level level = shoebox({5, 4, 3}, uniform_material(0.2f), {1.3, 1.7, 1.1});
   // Geometric series: 0.8 + 0.64 + ... = 4 times the emitted power.
-  for (const double kappa : {0.15, 0.5, 1.0}) {
+  for (const double exponent : {0.15, 0.5, 1.0}) {
     const Outcome outcome =
-        trace(level, {.roulette_exponent = kappa, .longest_path_s = 1e9}, 20000);
+        trace(level, {.roulette_exponent = exponent, .longest_path_s = 1e9}, 20000);
     double deposited = 0;
-    for (const Source& deposit : outcome.deposits) deposited += deposit.power[0];
+    for (const Deposit& deposit : outcome.deposits) deposited += deposit.power[0];
     // Analog roulette (exponent 1) spreads a photon's sum by its mean length of 4; 20 000 photons.
-    EXPECT_NEAR(deposited / outcome.emitted[0] / 4, 1, 0.03) << "kappa " << kappa;
+    EXPECT_NEAR(deposited / outcome.emitted[0] / 4, 1, 0.03) << "exponent " << exponent;
   }
 }
 
-TEST(PhotonTracer, TracesAnEmitterTheSameWhateverOthersAreThereAndWhoeverIsTracedWithIt) {
+TEST(PhotonTracer, TracesAnEmitterIndependentlyOfAllOthers) {
   Level level = shoebox({5, 4, 3}, uniform_material(0.3f, 0.3f, 20), {1.3, 1.7, 1.1});
   const Outcome alone = trace(level, {.seed = 4}, 100);
   Emitter other = level.emitters[0];
@@ -118,14 +119,14 @@ TEST(PhotonTracer, TracesAnEmitterTheSameWhateverOthersAreThereAndWhoeverIsTrace
   other.position_m = {4, 3, 2};
   level.emitters.insert(level.emitters.begin(), other);
   const Outcome together = trace(level, {.seed = 4}, 100);
-  std::vector<Source> mine;
-  for (const Source& deposit : together.deposits)
+  std::vector<Deposit> mine;
+  for (const Deposit& deposit : together.deposits)
     if (deposit.emitter == 1) mine.push_back(deposit);
   ASSERT_EQ(mine.size(), alone.deposits.size());
   for (std::size_t i = 0; i < mine.size(); ++i) {
     EXPECT_EQ(mine[i].power, alone.deposits[i].power);
     EXPECT_EQ(mine[i].position_m, alone.deposits[i].position_m);
-    EXPECT_EQ(mine[i].u, alone.deposits[i].u);
+    EXPECT_EQ(mine[i].random, alone.deposits[i].random);
   }
 }
 
@@ -134,14 +135,14 @@ TEST(PhotonTracer, KeepsFewerDepositsWithoutBias) {
   const Outcome all = trace(level, {.roulette_exponent = 0.15}, 4000);
   const Outcome some = trace(level, {.roulette_exponent = 0.15, .deposit_threshold = 1}, 4000);
   double all_power = 0, some_power = 0, expected = 0, variance = 0;
-  for (const Source& deposit : all.deposits) {
+  for (const Deposit& deposit : all.deposits) {
     const double power = deposit.power[0], share = power * 4000 / all.emitted[0];
     all_power += power;
     const double odds = std::min(1.0, std::pow(share, 0.25));
     expected += odds;
     variance += power * power * (1 / odds - 1);
   }
-  for (const Source& deposit : some.deposits) some_power += deposit.power[0];
+  for (const Deposit& deposit : some.deposits) some_power += deposit.power[0];
   EXPECT_NEAR(static_cast<double>(some.deposits.size()), expected, 4 * std::sqrt(expected));
   EXPECT_LT(expected, 0.6 * static_cast<double>(all.deposits.size()));
   EXPECT_NEAR(some_power, all_power, 4 * std::sqrt(variance));
@@ -155,7 +156,7 @@ TEST(PhotonTracer, EmitsAlongTheDirectivityOfEachBand) {
   level.emitters[0].directivity = {0, 1, 2, 3, 4, 6, 8, 12};
   const Outcome outcome = trace(level, {.longest_path_s = 1e9, .max_bounces = 1}, 20000);
   std::array<double, kBandCount> above{};
-  for (const Source& deposit : outcome.deposits)
+  for (const Deposit& deposit : outcome.deposits)
     if (deposit.position_m.z > 500)
       for (std::size_t b = 0; b < kBandCount; ++b) above[b] += deposit.power[b];
   for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -169,7 +170,7 @@ TEST(PhotonTracer, DelaysAreTheLengthOfThePathOverTheSpeedOfSound) {
   const Level level = shoebox({5, 4, 3}, uniform_material(0.5f), {1.3, 1.7, 1.1});
   const Outcome outcome = trace(level, {.speed_mps = 340, .max_bounces = 1}, 50);
   ASSERT_EQ(outcome.deposits.size(), 50u);
-  for (const Source& deposit : outcome.deposits) {
+  for (const Deposit& deposit : outcome.deposits) {
     const double path_m = length(Vec3(deposit.position_m) - Vec3(1.3, 1.7, 1.1));
     EXPECT_NEAR(deposit.delay_s, path_m / 340, 1e-7);
     EXPECT_NEAR(length(deposit.normal), 1, 1e-6);
@@ -180,34 +181,37 @@ TEST(PhotonTracer, DelaysAreTheLengthOfThePathOverTheSpeedOfSound) {
   }
 }
 
-TEST(PhotonTracer, LeavesTheSameBehindWhereverThePhotonsAreCut) {
+TEST(PhotonTracer, LeavesTheSameDepositsHoweverPhotonsAreDividedIntoRuns) {
   const Level level = shoebox({5, 4, 3}, uniform_material(0.3f, 0.3f, 20), {1.3, 1.7, 1.1});
   const Scene scene(level.mesh);
   const PhotonTracer tracer(scene, level, {.seed = 9});
   const auto by_photon = [&](const std::vector<PhotonRun>& runs) {
     TracedRuns traced;
     tracer.trace(runs, traced);
-    std::vector<std::vector<const Source*>> photons(300);
+    std::vector<std::vector<const Deposit*>> photons(300);
     std::vector<std::pair<float, Bands>> deposits;  // per photon, in bounce order
     for (const TracedRun& run : traced.runs())
-      for (std::size_t i = run.first_deposit; i < run.first_deposit + run.deposits; ++i)
-        photons[run.run.first + traced.photons()[i]].push_back(&traced.deposits()[i]);
+      for (const Deposit& deposit : traced.deposits_of(run))
+        photons[run.run.first + deposit.photon].push_back(&deposit);
     for (const auto& photon : photons)
-      for (const Source* deposit : photon) deposits.emplace_back(deposit->u, deposit->power);
+      for (const Deposit* deposit : photon) deposits.emplace_back(deposit->random, deposit->power);
     return deposits;
   };
   EXPECT_EQ(by_photon({{0, 0, 300}}), by_photon({{0, 217, 83}, {0, 0, 17}, {0, 17, 200}}));
 }
 
-TEST(PhotonTracer, RandomSignsAreAsOftenPlusAsMinus) {
+TEST(PhotonTracer, QuantizedPolaritiesAreBalancedAndUIsUniform) {
   const Level level = shoebox({5, 4, 3}, uniform_material(0.1f), {1.3, 1.7, 1.1});
   const Outcome outcome = trace(level, {}, 2000);
+  std::vector<Source> sources;
+  for (const Deposit& deposit : outcome.deposits) sources.push_back(secondary_source(deposit, 1));
+  quantize_sources(sources, level.materials);
   double sum = 0, u = 0;
-  for (const Source& deposit : outcome.deposits) {
-    sum += deposit.polarity;
-    u += deposit.u;
+  for (const Source& source : sources) {
+    sum += source.polarity;
+    u += source.u;
   }
-  const double n = static_cast<double>(outcome.deposits.size());
+  const double n = static_cast<double>(sources.size());
   EXPECT_LT(std::abs(sum), 4 * std::sqrt(n));
   EXPECT_NEAR(u / n, 0.5, 4 * std::sqrt(1.0 / 12 / n));
 }
@@ -222,7 +226,7 @@ TEST(PhotonTracer, InAFreeFieldEveryPhotonEscapesAndNothingIsDeposited) {
   EXPECT_NEAR(total(outcome.tally.power_escaped) / total(outcome.emitted), 1, 1e-6);
 }
 
-TEST(PhotonTracer, SilentEmittersCostNothingAndBreakNothing) {
+TEST(PhotonTracer, SilentEmittersTraceNothing) {
   Level level = shoebox({5, 4, 3}, uniform_material(0), {1, 1, 1});
   level.emitters[0].gain = 0;
   const Outcome outcome = trace(level, {}, 100);
@@ -248,7 +252,7 @@ TEST(PhotonTracer, LeavesTheSameBitsOnEveryInstructionSet) {
   for (const std::string& target : targets) EXPECT_TRUE(bits_with(target) == best) << target;
 }
 
-TEST(PhotonTracer, LetsThroughAThinWallWhatItsMaterialSays) {
+TEST(PhotonTracer, TransmitsTheMaterialsShareThroughAThinWall) {
   // A box divided by a wall that absorbs half, including 0.2 transmission; the outer walls absorb
   // everything. After one bounce the far side has 0.2 of the incident power.
   Level level = shoebox({6, 4, 3}, uniform_material(1), {1.5, 2, 1.5});
@@ -264,7 +268,7 @@ TEST(PhotonTracer, LetsThroughAThinWallWhatItsMaterialSays) {
 
   const Outcome outcome = trace(level, {.roulette_exponent = 0}, 20000);
   std::array<double, kBandCount> near{}, far{};
-  for (const Source& deposit : outcome.deposits) {
+  for (const Deposit& deposit : outcome.deposits) {
     if (deposit.material != 1) continue;
     const bool beyond = deposit.normal.x > 0;
     EXPECT_NEAR(deposit.position_m.x, 3, 1e-4);
@@ -275,7 +279,7 @@ TEST(PhotonTracer, LetsThroughAThinWallWhatItsMaterialSays) {
     EXPECT_NEAR(far[b] / near[b], thin.transmission[b] / 0.5, 1e-5) << "band " << b;
 }
 
-TEST(PhotonTracer, ThePhotonThatGoesThroughCarriesItsShareIntoTheNextRoom) {
+TEST(PhotonTracer, TransmittedPhotonsCarryTheirShareIntoTheNextRoom) {
   // Like the previous test, but the far room's outer walls reflect a little: they leave their
   // reflectance times the transmitted power. Both rooms see the wall from one emitter.
   Level level = shoebox({6, 4, 3}, uniform_material(1), {1.5, 2, 1.5});
@@ -298,7 +302,7 @@ TEST(PhotonTracer, ThePhotonThatGoesThroughCarriesItsShareIntoTheNextRoom) {
       4 * std::atan(a * b / (d * std::sqrt(a * a + b * b + d * d))) / (4 * std::numbers::pi);
   double found = 0;
   const Outcome outcome = trace(level, {.roulette_exponent = 0, .max_bounces = 2}, 200000);
-  for (const Source& deposit : outcome.deposits)
+  for (const Deposit& deposit : outcome.deposits)
     if (deposit.material == 2) found += deposit.power[0];
   // The lobe's width of 2.6 degrees blurs the rectangle's edge by 1 %; 2 300 of the 200 000 paths
   // contribute.

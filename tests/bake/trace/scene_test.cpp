@@ -20,7 +20,7 @@ Vec3 direction(std::uint32_t i) {
   return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
-TEST(Scene, HitsABoxWhereTheSlabsSay) {
+TEST(Scene, AgreesWithTheSlabTestOnABox) {
   const Mesh mesh = box({5, 4, 3}, {0, 1, 2, 3, 4, 5});
   const Scene scene(mesh);
   const Vec3 origin(1.3, 1.7, 1.1), size(5, 4, 3);

@@ -32,7 +32,7 @@ TEST(Sobol, StratifiesEveryCoordinateAlone) {
   }
 }
 
-TEST(Sobol, IsScrambledUnlikeByUnlikeKeys) {
+TEST(Sobol, IsScrambledDifferentlyByDifferentKeys) {
   int same = 0;
   for (std::uint32_t i = 0; i < 64; ++i)
     for (std::size_t d = 0; d < 4; ++d) same += sobol_point(1, i)[d] == sobol_point(2, i)[d];

@@ -36,10 +36,10 @@ struct Departures {
 };
 
 Departures depart(const Material& material, double cos_i, std::uint32_t bounce,
-                  const Bands& weights = kEven, float kappa = 0) {
-  PhongLobes lobes;
-  const auto materials = kernel_materials(std::span(&material, 1), lobes);
-  const KernelSettings settings{.kappa = kappa, .longest_m = 1e9};
+                  const Bands& weights = kEven, float exponent = 0) {
+  const ReflectionLaws laws(std::span(&material, 1));
+  const auto materials = kernel_materials(std::span(&material, 1), laws);
+  const KernelSettings settings{.roulette_exponent = exponent, .max_path_m = 1e9};
   const auto scratch = make_shade_scratch();
   const auto sin_i = static_cast<float>(std::sqrt(1 - cos_i * cos_i));
   const Ray ray{{0, 0, 1}, {sin_i, 0, static_cast<float>(-cos_i)}};
@@ -47,8 +47,8 @@ Departures depart(const Material& material, double cos_i, std::uint32_t bounce,
                        .cos_i = static_cast<float>(cos_i),
                        .distance_m = static_cast<float>(1 / cos_i),
                        .material = 0};
-  std::vector<Source> deposits(2 * kStepPhotons);
-  std::vector<std::uint16_t> runs(2 * kStepPhotons), indices(2 * kStepPhotons);
+  std::vector<Deposit> deposits(2 * kStepPhotons);
+  std::vector<std::uint16_t> runs(2 * kStepPhotons);
   Departures result;
   for (std::uint32_t first = 0; first < kDraws; first += kStepPhotons) {
     std::vector<KernelPhoton> photons(kStepPhotons);
@@ -66,11 +66,11 @@ Departures depart(const Material& material, double cos_i, std::uint32_t bounce,
       photon.first_bounce = {static_cast<float>(sobol[2]), static_cast<float>(sobol[3])};
       alive[i] = static_cast<std::uint16_t>(i);
     }
-    DepositSink sink{deposits.data(), runs.data(), indices.data(), 0};
-    const std::size_t going =
+    DepositSink sink{deposits.data(), runs.data(), 0};
+    const std::size_t survivors =
         shade(settings, materials, bounce, photons, alive, rays, hits, kernel_runs, *scratch, sink);
-    result.lost += static_cast<double>(kStepPhotons - going);
-    for (std::size_t k = 0; k < going; ++k) {
+    result.lost += static_cast<double>(kStepPhotons - survivors);
+    for (std::size_t k = 0; k < survivors; ++k) {
       result.directions.emplace_back(rays[k].direction);
       result.weights.push_back(photons[alive[k]].weight);
     }
@@ -98,7 +98,7 @@ std::vector<std::array<double, kBandCount>> shares(const Material& material, dou
   return shares;
 }
 
-TEST(TraceKernel, SendsPhotonsOnAsDenselyAsTheLawSays) {
+TEST(TraceKernel, SamplesDirectionsFromTheBrdf) {
   for (const double exponent : {0.0, 0.3, 10.0, 100.0, 1000.0}) {
     const Material material = uniform_material(0, 0.2f, static_cast<float>(exponent));
     for (const double incidence_deg : {20.0, 80.0, 89.0}) {
@@ -123,7 +123,7 @@ TEST(TraceKernel, SendsPhotonsOnAsDenselyAsTheLawSays) {
 
 // Directions follow the mixture of the bands' BRDFs under the path's weights. The new weights,
 // summed over any cell, give each band's own share of it.
-TEST(TraceKernel, DrawsTheMixtureOfUnlikeBandsAndGivesEachBandItsOwnLaw) {
+TEST(TraceKernel, SamplesTheMixtureOfBandsAndReweightsEachToItsBrdf) {
   Material material = uniform_material(0);
   material.scattering = {0.1f, 0.9f, 0, 0.3f, 0.5f, 0.2f, 0, 0.05f};
   material.phong = {0, 1, 3, 10, 30, 100, 300, 1000};
@@ -169,7 +169,7 @@ TEST(TraceKernel, DrawsTheMixtureOfUnlikeBandsAndGivesEachBandItsOwnLaw) {
 
 // Transmitted power continues straight, with the same lobe around that direction. The side is
 // sampled, too, and the weights correct for it per band.
-TEST(TraceKernel, LetsPhotonsThroughAsOftenAndAsDenselyAsTheMaterialSays) {
+TEST(TraceKernel, TransmitsPhotonsWithTheMaterialsShareAndLobe) {
   Material material = uniform_material(0.6f, 0.2f, 20);
   material.transmission = {0.02f, 0.05f, 0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f};
   const Bands weights = {2, 0.5f, 1, 1, 0.5f, 1, 1.5f, 0.5f};
@@ -214,13 +214,13 @@ TEST(TraceKernel, LetsPhotonsThroughAsOftenAndAsDenselyAsTheMaterialSays) {
   }
 }
 
-TEST(TraceKernel, LetsPhotonsLiveOnAsOftenAsRouletteSays) {
+TEST(TraceKernel, EndsPhotonsWithTheRouletteProbability) {
   Material material = uniform_material(0.4f);
   material.absorption[6] = 0.3f;  // the loudest band after the surface decides
-  for (const float kappa : {0.15f, 0.5f, 1.0f}) {
-    const double odds = std::pow(0.7, static_cast<double>(kappa));
-    const double lost = depart(material, 0.5, 2, kEven, kappa).lost;
-    EXPECT_NEAR(lost, kDraws * (1 - odds), 4 * std::sqrt(kDraws * odds * (1 - odds))) << kappa;
+  for (const float exponent : {0.15f, 0.5f, 1.0f}) {
+    const double odds = std::pow(0.7, static_cast<double>(exponent));
+    const double lost = depart(material, 0.5, 2, kEven, exponent).lost;
+    EXPECT_NEAR(lost, kDraws * (1 - odds), 4 * std::sqrt(kDraws * odds * (1 - odds))) << exponent;
   }
 }
 

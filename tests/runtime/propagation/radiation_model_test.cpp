@@ -52,14 +52,14 @@ TEST(RadiationModel, KnowsTheBandsOfItsUpperBounds) {
   for (std::uint32_t s = 0; s < testing::SourcesOfAllKinds::kCount; ++s) {
     Source source = level[s];
     if (source.is_emitter) source.mirror = source.normal;
-    const RadiationModel::Ceiling ceiling = field.ceiling(source, weight);
+    const RadiationModel::UpperBound bound = field.upper_bound(source, weight);
     const Bands most = field.max_intensity(source);
-    const double all = ceiling.diffuse + ceiling.bounce + static_cast<double>(ceiling.lobe);
+    const double all = bound.diffuse + bound.compensation + static_cast<double>(bound.lobe);
     double sum = 0;
     for (std::size_t b = 0; b < kBandCount; ++b) {
       const double part = weight[b] * static_cast<double>(most[b]) / all;
-      ASSERT_GE(ceiling.mix.part(b), part * (1 - 1e-5)) << s << " " << b;
-      sum += ceiling.mix.part(b);
+      ASSERT_GE(bound.mix.part(b), part * (1 - 1e-5)) << s << " " << b;
+      sum += bound.mix.part(b);
     }
     if (!source.is_emitter && source.material <= 1) {
       ASSERT_LT(sum, 1.5) << "one law for all bands leaves rounding errors only";
@@ -71,7 +71,7 @@ TEST(RadiationModel, KnowsTheBandsOfItsUpperBounds) {
       const double now = weighted_sum(weighted(weight, shares), field.intensity(source, place));
       const CullSource sieved = cull_source(field, weight, source);
       const double at_any_time = priority_upper_bound(sieved, place) * std::max(source.u, kMinU);
-      ASSERT_LE(now, at_any_time * ceiling.mix.of(shares) * (1 + 1e-5)) << s;
+      ASSERT_LE(now, at_any_time * bound.mix.of(shares) * (1 + 1e-5)) << s;
     }
   }
 }
@@ -85,11 +85,11 @@ TEST(RadiationModel, TreatsUpperBoundsThatCannotBeDividedAsAnyMixOfBands) {
   source.normal = source.mirror = {0, 1, 0};
   for (const float power : {3e38f, 1e-42f, std::numeric_limits<float>::quiet_NaN()}) {
     source.power = same_in_all_bands(power);
-    const BandMix mix = field.ceiling(source, same_in_all_bands(1)).mix;
+    const BandMix mix = field.upper_bound(source, same_in_all_bands(1)).mix;
     for (std::size_t b = 0; b < kBandCount; ++b) EXPECT_EQ(mix.part(b), 1) << power;
   }
   source.power = {};
-  EXPECT_EQ(field.ceiling(source, same_in_all_bands(1)).mix.packed(), 0u);
+  EXPECT_EQ(field.upper_bound(source, same_in_all_bands(1)).mix.packed(), 0u);
 }
 
 }  // namespace

@@ -1,0 +1,43 @@
+// journal_set.h: the journals of one bake: the one that it writes, and the shards that it reads.
+//
+// Threads: any; a mutex serialises the calls.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "bake/journal/trace_journal.h"
+#include "bake/trace/photon_tracer.h"
+#include "common/result.h"
+
+namespace clamor {
+
+struct Level;
+
+class JournalSet {
+ public:
+  // `writes`: whether the first of `journals` receives new runs. `scene` is scene_hash(). Level,
+  // tracer and journals must outlive the object.
+  JournalSet(std::span<TraceJournal> journals, bool writes, const Level& level,
+             const PhotonTracer& tracer, std::uint64_t scene);
+
+  // Appends the runs that a journal contains to `found` and the others to `missing`.
+  void find(std::span<const PhotonRun> runs, TracedRuns& found, std::vector<PhotonRun>& missing);
+
+  // Writes traced runs to the first journal, if that is to be written.
+  Result<void> append(const TracedRuns& traced);
+
+ private:
+  std::uint64_t key_of(const PhotonRun& run) const;
+
+  std::span<TraceJournal> journals_;
+  bool writes_;
+  const Level& level_;
+  const PhotonTracer& tracer_;
+  std::uint64_t scene_;
+  std::mutex mutex_;
+};
+
+}  // namespace clamor
