@@ -30,6 +30,7 @@
 #include <string>
 #include <vector>
 
+#include "bake/report/space_explorer.h"
 #include "bake/trace/scene.h"
 #include "common/air.h"
 #include "common/material.h"
@@ -60,7 +61,7 @@ class Audibility {
   Audibility(const Scene& scene, const Mesh& mesh, std::span<const Material> materials);
 
   // Finds emitters that cannot be heard where listeners are. Levels without surfaces have none.
-  std::vector<InaudibleEmitter> unheard(std::span<const Emitter> emitters) const;
+  std::vector<InaudibleEmitter> inaudible(std::span<const Emitter> emitters) const;
 
   // For each position, the reason why a listener there hears none of the emitters, or nothing if
   // one is audible.
@@ -69,46 +70,23 @@ class Audibility {
                                                           const Air& air) const;
 
  private:
-  struct Exploration;
   struct AirPlace {
     Vec3 place_m{};
-    bool closed_in = false;
+    bool is_enclosed = false;
   };
   // Kinds of cavities that may be the inside of a solid, most certain first after kNone.
-  enum class Hollow : std::uint8_t { kNone, kNarrow, kThick, kWide };
+  enum class Cavity : std::uint8_t { kNone, kNarrow, kThick, kWide };
+  struct Listening;
 
-  Exploration explore(const Vec3& from_m) const;
-  bool transmits(std::uint16_t material) const;
-  bool sees(const Vec3& from_m, const Vec3& to_m) const;
-  bool bends_to(const Vec3& from_m, const Vec3& to_m) const;
-  bool connected(std::span<const Vec3> some_m, std::span<const Vec3> others_m) const;
-  bool has_clearance(const Vec3& place_m) const;
-  double share_of_bounds(const Exploration& found) const;
-  std::vector<Vec3> grid_m() const;
-  std::vector<Vec3> candidates_m(const Vec3& from_m) const;
-  std::optional<InaudiblePlace> judged(const Vec3& place_m) const;
-  std::optional<Vec3> surface_at(const Vec3& place_m, double within_m) const;
-  std::optional<InaudiblePlace> judged_on_surface(const Vec3& place_m) const;
-  Hollow hollow_of(const Exploration& found) const;
+  Cavity cavity_of(const Exploration& found) const;
   std::optional<AirPlace> nearest_air(const Vec3& from_m) const;
-  std::vector<Vec3> lit_places_m(std::span<const Emitter> emitters) const;
+  std::optional<InaudiblePlace> judge(const Vec3& place_m) const;
+  std::optional<InaudiblePlace> judge_on_surface(const Vec3& place_m) const;
+  std::optional<InaudiblePlace> judge_listener(const Vec3& place_m, const Listening& to) const;
   bool looks_suspicious(const Vec3& place_m) const;
+  std::vector<Vec3> lit_places_m(std::span<const Emitter> emitters) const;
 
-  const Scene& scene_;
-  std::span<const Material> materials_;
-  Vec3 low_m_{}, high_m_{};     // bounds of the triangles
-  bool empty_ = true;           // whether there are no triangles
-  bool closed_ = false;         // whether most of the bounds are enclosed
-  std::vector<Vec3> inside_m_;  // sample points of the enclosed space
+  SpaceExplorer space_;
 };
-
-// Describes inaudible emitters: a sentence without full stop for each of the first few, as in
-// "'violin' is inside a solid ...", and one for all others.
-std::vector<std::string> in_words(std::span<const InaudibleEmitter> unheard,
-                                  std::span<const Emitter> emitters);
-
-// Describes an inaudible listener position, as in "nothing is heard at 1,1.7,3: ...".
-std::string in_words(const InaudiblePlace& unheard, const Vec3& listener_m,
-                     std::span<const Emitter> emitters);
 
 }  // namespace clamor

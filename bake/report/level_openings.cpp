@@ -15,10 +15,10 @@ namespace clamor {
 
 namespace {
 
-constexpr std::uint32_t kWalks = 2048, kLongestWalk = 64;
+constexpr std::uint32_t kWalks = 2048, kMaxWalk = 64;
 constexpr std::uint64_t kKey = 0x6f70656e696e67u;
-constexpr double kLeastPower = 1e-3;  // a walk ends below this share of its initial power
-constexpr std::size_t kMostOpenings = 6;
+constexpr double kMinPower = 1e-3;  // a walk ends below this share of its initial power
+constexpr std::size_t kMaxOpenings = 6;
 constexpr int kTellingLines = 16;
 
 // A bundle is split if two points reduce the sum of squared distances below this share. Cutting one
@@ -51,7 +51,7 @@ Walks walk(const Scene& scene, const Level& level, std::span<const Vec3> starts_
     RandomBits bits = philox(kKey, {i, 0, 0, 0});
     Vec3 direction = on_sphere(1 - 2 * unit(bits[0]), unit(bits[1]));
     double power = 1;
-    for (std::uint32_t leg = 1; leg <= kLongestWalk && power > kLeastPower; ++leg) {
+    for (std::uint32_t leg = 1; leg <= kMaxWalk && power > kMinPower; ++leg) {
       ++walks.rays;
       const auto hit = scene.intersect(from, direction);
       if (!hit) {
@@ -72,9 +72,9 @@ Walks walk(const Scene& scene, const Level& level, std::span<const Vec3> starts_
 }
 
 double distance2_m2(const Escape& line, const Vec3& point_m) {
-  const Vec3 way = point_m - line.origin_m;
-  const double along = dot(way, line.direction);
-  return std::max(0.0, dot(way, way) - along * along);
+  const Vec3 offset_m = point_m - line.origin_m;
+  const double along = dot(offset_m, line.direction);
+  return std::max(0.0, dot(offset_m, offset_m) - along * along);
 }
 
 // A bundle of lines and the point nearest to all of them, where the sum of w (1 - d d^T) (x - o)
@@ -166,8 +166,7 @@ std::vector<Bundle> bundles_of(std::vector<Escape> escapes) {
   while (!waiting.empty()) {
     Bundle bundle = std::move(waiting.back());
     waiting.pop_back();
-    auto halves =
-        whole.size() + waiting.size() + 2 <= kMostOpenings ? in_two(bundle) : std::nullopt;
+    auto halves = whole.size() + waiting.size() + 2 <= kMaxOpenings ? in_two(bundle) : std::nullopt;
     if (halves) {
       waiting.push_back(std::move(halves->first));
       waiting.push_back(std::move(halves->second));

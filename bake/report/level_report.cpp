@@ -7,7 +7,7 @@
 
 #include "bake/mesh/mesh_simplification.h"
 #include "bake/mesh/triangle_tree.h"
-#include "bake/report/audibility.h"
+#include "bake/report/audibility_messages.h"
 #include "bake/trace/scene.h"
 #include "common/result.h"
 #include "formats/level/level.h"
@@ -222,7 +222,7 @@ LevelReport prepare_level(Level& level, const LevelOptions& options) {
     if (!rests) free_edges.push_back(report.boundary_edges[i]);
   }
   const Scene scene(level.mesh, Scene::Build::kQuick);
-  const auto unheard = Audibility(scene, level.mesh, level.materials).unheard(level.emitters);
+  const auto unheard = Audibility(scene, level.mesh, level.materials).inaudible(level.emitters);
   report.unheard_emitters = in_words(unheard, level.emitters);
   report.openings =
       find_openings(scene, level, places_that_work_m(level.emitters, unheard), free_edges);

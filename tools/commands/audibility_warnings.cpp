@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "bake/report/audibility.h"
+#include "bake/report/audibility_messages.h"
 #include "bake/trace/scene.h"
 #include "formats/bake_file/bake_metadata.h"
 
