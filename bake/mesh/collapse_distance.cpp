@@ -8,8 +8,8 @@ namespace clamor {
 
 namespace {
 
-constexpr double kLeastCosine = 0.5;
-constexpr std::size_t kLongestRing = 40;  // the number of crossings is quadratic in this
+constexpr double kMinCosine = 0.5;
+constexpr std::size_t kMaxRing = 40;  // the number of crossings is quadratic in this
 
 // A point projected onto the plane of the fan, with its height above that plane.
 struct Point {
@@ -39,7 +39,21 @@ bool is_thin(const Vec3& a, const Vec3& b, const Vec3& c, double thin_m) {
 bool faces_along(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& normal) {
   const Vec3 across = cross(b - a, c - a);
   const double along = dot(across, normal);
-  return along > 0 && along * along >= kLeastCosine * kLeastCosine * dot(across, across);
+  return along > 0 && along * along >= kMinCosine * kMinCosine * dot(across, across);
+}
+
+// Vertical distance of a point to the fan of triangles from ring[0]; nothing if none lies over it.
+std::optional<double> height_over_fan_m(std::span<const Point> ring, const Point& middle) {
+  std::optional<double> greatest_m;
+  for (std::size_t i = 1; i + 1 < ring.size(); ++i) {
+    const Point &a = ring[0], &b = ring[i], &c = ring[i + 1];
+    const double whole = area_sign(a, b, c);
+    const double at_b = area_sign(a, middle, c) / whole, at_c = area_sign(a, b, middle) / whole;
+    if (at_b < -1e-9 || at_c < -1e-9 || at_b + at_c > 1 + 1e-9) continue;
+    const double height = a.height + at_b * (b.height - a.height) + at_c * (c.height - a.height);
+    greatest_m = std::max(greatest_m.value_or(0), std::abs(height - middle.height));
+  }
+  return greatest_m;
 }
 
 }  // namespace
@@ -47,7 +61,7 @@ bool faces_along(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& normal
 std::optional<double> collapse_distance_m(const Vec3& centre, std::span<const Vec3> ring,
                                           bool closed, double thin_m) {
   const std::size_t count = ring.size();
-  if (count < 3 || count > kLongestRing) return std::nullopt;
+  if (count < 3 || count > kMaxRing) return std::nullopt;
   const std::size_t old_faces = closed ? count : count - 1;
 
   Vec3 normal(0);
@@ -83,7 +97,7 @@ std::optional<double> collapse_distance_m(const Vec3& centre, std::span<const Ve
     const Vec3 from = p - ring[0];
     return Point{dot(from, basis.tangent), dot(from, basis.bitangent), dot(from, normal)};
   };
-  std::array<Point, kLongestRing> points;
+  std::array<Point, kMaxRing> points;
   for (std::size_t i = 0; i < count; ++i) points[i] = flat(ring[i]);
   const Point middle = flat(foot);
 
@@ -94,18 +108,9 @@ std::optional<double> collapse_distance_m(const Vec3& centre, std::span<const Ve
         greatest_m =
             std::max(greatest_m, crossing_m(points[0], points[spoke], middle, points[old]));
   if (closed) {
-    // Distance of the old centre to the new face below it.
-    bool found = false;
-    for (std::size_t i = 1; i + 1 < count; ++i) {
-      const Point &a = points[0], &b = points[i], &c = points[i + 1];
-      const double whole = area_sign(a, b, c);
-      const double at_b = area_sign(a, middle, c) / whole, at_c = area_sign(a, b, middle) / whole;
-      if (at_b < -1e-9 || at_c < -1e-9 || at_b + at_c > 1 + 1e-9) continue;
-      const double height = a.height + at_b * (b.height - a.height) + at_c * (c.height - a.height);
-      greatest_m = std::max(greatest_m, std::abs(height - middle.height));
-      found = true;
-    }
-    if (!found) return std::nullopt;
+    const auto height_m = height_over_fan_m(std::span(points).first(count), middle);
+    if (!height_m) return std::nullopt;
+    greatest_m = std::max(greatest_m, *height_m);
   }
   return greatest_m + length(foot - centre);
 }

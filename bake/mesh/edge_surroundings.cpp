@@ -13,8 +13,8 @@ namespace clamor {
 namespace {
 
 constexpr double kSampleEvery_m = 0.25;
-constexpr double kMostSamples = 8;
-constexpr std::size_t kMostLooks = 20'000'000;  // a few seconds
+constexpr double kMaxSamples = 8;
+constexpr std::size_t kMaxTests = 20'000'000;  // a few seconds
 // Cos 45 degrees: a gap lies within this angle of the direction away from the face.
 constexpr double kAhead = 0.7071067811865476;
 constexpr double kSlender = 5;  // minimum ratio of length to width of a gap
@@ -42,7 +42,7 @@ Vec3 ahead_of(const Mesh& mesh, const MeshEdge& edge) {
 }
 
 int samples_on(const MeshEdge& edge) {
-  return static_cast<int>(std::clamp(std::ceil(edge.length_m / kSampleEvery_m), 2.0, kMostSamples));
+  return static_cast<int>(std::clamp(std::ceil(edge.length_m / kSampleEvery_m), 2.0, kMaxSamples));
 }
 
 // Indices of the edges in order of importance.
@@ -55,8 +55,8 @@ std::vector<std::size_t> longest_first(std::span<const MeshEdge> edges) {
   return order;
 }
 
-EdgeSurroundings look_round(const Mesh& mesh, const TriangleTree& tree, const MeshEdge& edge,
-                            double touch_m, double reach_m, std::size_t& looks) {
+EdgeSurroundings classify_edge(const Mesh& mesh, const TriangleTree& tree, const MeshEdge& edge,
+                               double touch_m, double reach_m, std::size_t& tests) {
   EdgeSurroundings found;
   if (!(edge.length_m > 0)) return found;
   const Vec3 a = corner(mesh, edge.vertices[0]), b = corner(mesh, edge.vertices[1]);
@@ -66,7 +66,7 @@ EdgeSurroundings look_round(const Mesh& mesh, const TriangleTree& tree, const Me
   for (int i = 0; i < samples; ++i) {
     const Vec3 at = a + (b - a) * ((i + 0.5) / samples);
     const auto other = [&](std::uint32_t triangle, const Vec3&) {
-      ++looks;
+      ++tests;
       return triangle != edge.triangle;
     };
     if (const auto touched = tree.nearest(at, touch_m, other, 1000)) {
@@ -75,16 +75,16 @@ EdgeSurroundings look_round(const Mesh& mesh, const TriangleTree& tree, const Me
       continue;
     }
     const auto across = [&](std::uint32_t triangle, const Vec3& point_m) {
-      ++looks;
-      const Vec3 way = point_m - at;
-      return triangle != edge.triangle && dot(way, ahead) >= kAhead * length(way) &&
+      ++tests;
+      const Vec3 offset_m = point_m - at;
+      return triangle != edge.triangle && dot(offset_m, ahead) >= kAhead * length(offset_m) &&
              !shares_a_corner(mesh, triangle, edge);
     };
-    if (const auto met = tree.nearest(at, reach_m, across, 1000)) {
+    if (const auto hit = tree.nearest(at, reach_m, across, 1000)) {
       ++before_gap;
-      if (met->distance_m <= found.gap_m) continue;
-      found.gap_m = met->distance_m;
-      found.triangle = met->triangle;
+      if (hit->distance_m <= found.gap_m) continue;
+      found.gap_m = hit->distance_m;
+      found.triangle = hit->triangle;
       found.place_m = at;
     }
   }
@@ -102,10 +102,10 @@ std::vector<EdgeSurroundings> classify_edges(const Mesh& mesh, const TriangleTre
                                              std::span<const MeshEdge> edges, double touch_m,
                                              double reach_m) {
   std::vector<EdgeSurroundings> all(edges.size());
-  std::size_t looks = 0;
+  std::size_t tests = 0;
   for (const std::size_t i : longest_first(edges)) {
-    if (looks > kMostLooks) break;
-    all[i] = look_round(mesh, tree, edges[i], touch_m, reach_m, looks);
+    if (tests > kMaxTests) break;
+    all[i] = classify_edge(mesh, tree, edges[i], touch_m, reach_m, tests);
   }
   return all;
 }
@@ -114,13 +114,13 @@ std::vector<std::uint32_t> contacts(const Mesh& mesh, const TriangleTree& tree,
                                     std::span<const MeshEdge> edges, double touch_m,
                                     double reach_m) {
   const auto sheet = sheets_of(mesh);
-  std::vector<std::uint32_t> meeting;
-  std::size_t looks = 0;
+  std::vector<std::uint32_t> touching;
+  std::size_t tests = 0;
   for (const std::size_t i : longest_first(edges)) {
     const MeshEdge& edge = edges[i];
     if (!(edge.length_m > 0)) continue;
-    if (looks > kMostLooks) {  // budget exhausted: fix the rest rather than risk a crack
-      meeting.push_back(edge.triangle);
+    if (tests > kMaxTests) {  // budget exhausted: fix the rest rather than risk a crack
+      touching.push_back(edge.triangle);
       continue;
     }
     const Vec3 a = corner(mesh, edge.vertices[0]), b = corner(mesh, edge.vertices[1]);
@@ -130,21 +130,21 @@ std::vector<std::uint32_t> contacts(const Mesh& mesh, const TriangleTree& tree,
     for (int s = 0; s < samples; ++s) {
       const Vec3 at = a + (b - a) * ((s + 0.5) / samples);
       const auto another = [&](std::uint32_t triangle, const Vec3& point_m) {
-        ++looks;
+        ++tests;
         if (triangle == edge.triangle) return false;
         if (sheet[mesh.triangles[triangle][0]] != own_sheet) return true;
-        const Vec3 way = point_m - at;
-        const double away_m = length(way);
+        const Vec3 offset_m = point_m - at;
+        const double away_m = length(offset_m);
         return away_m <= touch_m ||
-               (dot(way, ahead) >= kAhead * away_m && !shares_a_corner(mesh, triangle, edge));
+               (dot(offset_m, ahead) >= kAhead * away_m && !shares_a_corner(mesh, triangle, edge));
       };
-      if (const auto met = tree.nearest(at, reach_m, another, 1000))
-        meeting.insert(meeting.end(), {edge.triangle, met->triangle});
+      if (const auto hit = tree.nearest(at, reach_m, another, 1000))
+        touching.insert(touching.end(), {edge.triangle, hit->triangle});
     }
   }
-  std::sort(meeting.begin(), meeting.end());
-  meeting.erase(std::unique(meeting.begin(), meeting.end()), meeting.end());
-  return meeting;
+  std::sort(touching.begin(), touching.end());
+  touching.erase(std::unique(touching.begin(), touching.end()), touching.end());
+  return touching;
 }
 
 std::vector<ThinGap> thin_gaps(std::span<const MeshEdge> edges,

@@ -86,7 +86,7 @@ void TriangleTree::build(std::uint32_t first, std::uint32_t last) {
 
 std::optional<TriangleTree::Nearest> TriangleTree::nearest(const Vec3& point_m, double within_m,
                                                            const Accepts& accepts,
-                                                           std::size_t most_looks) const {
+                                                           std::size_t max_tests) const {
   if (nodes_.empty()) return std::nullopt;
   std::optional<Nearest> best;
   double best_m2 = within_m * within_m;
@@ -106,7 +106,7 @@ std::optional<TriangleTree::Nearest> TriangleTree::nearest(const Vec3& point_m, 
       continue;
     }
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      if (most_looks-- == 0) return best;
+      if (max_tests-- == 0) return best;
       const std::uint32_t triangle = order_[i];
       const auto& corners = mesh_.triangles[triangle];
       const Vec3 on = nearest_on_triangle(point_m, Vec3(mesh_.vertices_m[corners[0]]),

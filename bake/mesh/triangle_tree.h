@@ -34,10 +34,10 @@ class TriangleTree {
   explicit TriangleTree(const Mesh& mesh);
 
   // The nearest accepted triangle within `within_m`; an empty filter accepts all. At most
-  // `most_looks` triangles are tested, and the nearest of these is returned.
+  // `max_tests` triangles are tested, and the nearest of these is returned.
   std::optional<Nearest> nearest(
       const Vec3& point_m, double within_m, const Accepts& accepts = {},
-      std::size_t most_looks = std::numeric_limits<std::size_t>::max()) const;
+      std::size_t max_tests = std::numeric_limits<std::size_t>::max()) const;
 
  private:
   struct Box {
