@@ -60,14 +60,13 @@ class OcclusionUpperBounds {
     std::int32_t first_word = 0, next_word = 0;  // where the row and the next one begin
     std::uint32_t first = 0;                     // offset of the first number in its row
     std::uint32_t phase = 0, phases = kPhases;
-    std::uint32_t ahead = 0;  // phases ahead that are treated as current
-    float phase_bound = 1;    // least bound in the current phase
+    float phase_bound = 1;  // least bound in the current phase
 
     // Upper bound of the visibility of number first + index, whose stored bound is `known`.
     float upper_bound(std::uint32_t index, float known) const {
       const std::uint32_t since = first + index - phase;
-      if (words == nullptr || (since & (phases - 1)) <= ahead) return 1;
-      return (since & (kPhases - 1)) <= ahead ? std::max(known, phase_bound) : known;
+      if (words == nullptr || (since & (phases - 1)) == 0) return 1;
+      return (since & (kPhases - 1)) == 0 ? std::max(known, phase_bound) : known;
     }
 
     // Prefetches the steps of half a row's numbers, as far as they are in this row.
@@ -107,8 +106,8 @@ class OcclusionUpperBounds {
       phases_ = std::max(phases_ / 2, kPhases);
   }
 
-  // The window from a number on, valid for this keyframe and `ahead` further ones.
-  Window window(std::uint64_t first, std::uint32_t ahead = 0) const {
+  // The window from a number on, valid for this keyframe.
+  Window window(std::uint64_t first) const {
     const std::uint32_t row = find(first / kRow).row, next = find(first / kRow + 1).row;
     if (all_ || (row == 0 && next == 0)) return {};
     return {rows_.front().data(),
@@ -117,7 +116,6 @@ class OcclusionUpperBounds {
             static_cast<std::uint32_t>(first % kRow),
             phase_,
             phases_,
-            ahead,
             phase_bound()};
   }
 

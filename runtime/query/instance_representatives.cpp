@@ -1,78 +1,115 @@
 #include "runtime/query/instance_representatives.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
+
+#include "runtime/query/query_constants.h"
 
 namespace clamor {
 
-void InstanceRepresentatives::follow(const PageOf& page_of) {
+namespace {
+
+// Upper bound of the keys in the node and below but for its leader's.
+double rest_key_of(const ResidentPage& page) {
+  using Leader = ResidentPage::Leader;
+  double key = 0;
+  if (const std::size_t next = page.leader == Leader::kSource ? 1 : 0; next < page.sources.size())
+    key = std::max<double>(key, octree_key(page.sources[next]));
+  const auto& children = page.links.children;
+  for (std::size_t c = 0; c < children.size(); ++c)
+    if (page.leader != Leader::kChild || c != page.leading_child)
+      key = std::max<double>(key, children[c].highest_key);
+  if (const std::size_t next = page.leader == Leader::kCopy ? 1 : 0; next < page.copies.size())
+    key = std::max(key, page.copies[next].key);
+  return key;
+}
+
+}  // namespace
+
+void InstanceRepresentatives::update(const PageOf& page_of) {
   if (all_known_) return;
   all_known_ = true;
-  // Copied trees come before those that copy them. The last one, the level, is not copied.
+  // Trees come before those that have instances of them. The last one, the level, has no instances.
   for (std::size_t tree = 0; tree + 1 < trees_.size(); ++tree) {
-    if (!leads_[tree]) leads_[tree] = lead_of(trees_[tree], page_of);
-    all_known_ = all_known_ && leads_[tree];
+    if (!known_[tree]) known_[tree] = find(trees_[tree], page_of);
+    all_known_ = all_known_ && known_[tree];
   }
 }
 
-std::optional<InstanceRepresentative> InstanceRepresentatives::lead_of(
-    const PageEntry& top, const PageOf& page_of) const {
+std::optional<InstanceRepresentative> InstanceRepresentatives::find(const PageEntry& top,
+                                                                    const PageOf& page_of) const {
   double rest_key = 0;
   std::uint64_t number = 0;
-  for (const PageEntry* entry = &top;;) {
-    const ResidentPage* const page = page_of(*entry);
-    if (page == nullptr) return std::nullopt;
+  const PageEntry* entry = &top;
+  const ResidentPage* page = page_of(top);
+  for (; page != nullptr && page->leader == ResidentPage::Leader::kChild; page = page_of(*entry)) {
+    rest_key = std::max(rest_key, rest_key_of(*page));
     const auto& children = page->links.children;
-    using Leader = ResidentPage::Leader;
-    const bool is_source = page->leader == Leader::kSource, is_copy = page->leader == Leader::kCopy;
-    if (const std::size_t next = is_source ? 1 : 0; next < page->sources.size())
-      rest_key = std::max<double>(rest_key, octree_key(page->sources[next]));
-    for (std::size_t c = 0; c < children.size(); ++c)
-      if (page->leader != Leader::kChild || c != page->leading_child)
-        rest_key = std::max<double>(rest_key, children[c].highest_key);
-    if (const std::size_t next = is_copy ? 1 : 0; next < page->copies.size())
-      rest_key = std::max(rest_key, page->copies[next].key);
-
-    if (page->leader == Leader::kChild) {
-      number += entry->source_count;
-      for (std::size_t c = 0; c < page->leading_child; ++c) number += children[c].sources_below;
-      entry = &children[page->leading_child];
-      continue;
-    }
-    InstanceRepresentative lead;
-    if (is_copy) {
-      const ResidentInstance& copy = page->copies[0];
-      const Instance& instance = page->links.instances[copy.instance];
-      const InstanceRepresentative* const inner = of(instance.tree);
-      if (inner == nullptr) return std::nullopt;
-      lead = *inner;
-      lead.placement = within(copy.placement, inner->placement);
-      if (instance.signals != kSameSignals)
-        lead.signal = maps_.signal(instance.signals, inner->signal);
-      number += copy.first + inner->number;
-      rest_key = std::max(rest_key, copy.placement.power * inner->rest_key);
-    } else {
-      if (page->sources.size() == 0) return std::nullopt;
-      lead.source = page->sources[0];
-      lead.signal = field_.signal(lead.source);
-    }
-    lead.number = number;
-    lead.rest_key = rest_key;
-    finish(lead);
-    return lead;
+    number += entry->source_count;
+    for (std::size_t c = 0; c < page->leading_child; ++c) number += children[c].sources_below;
+    entry = &children[page->leading_child];
   }
+  if (page == nullptr) return std::nullopt;
+  auto found = of_page(*page);
+  if (!found) return std::nullopt;
+  found->number += number;
+  found->rest_key = std::max({found->rest_key, rest_key, rest_key_of(*page)});
+  finish(*found);
+  return found;
 }
 
-void InstanceRepresentatives::finish(InstanceRepresentative& lead) const {
-  const Placement& placement = lead.placement;
-  lead.position_m = placement.outside(Vec3(lead.source.position_m));
-  lead.normal = placement.rotation * Vec3(lead.source.normal);
+// The first source of a page, or the representative of its first instance.
+std::optional<InstanceRepresentative> InstanceRepresentatives::of_page(
+    const ResidentPage& page) const {
+  if (page.leader == ResidentPage::Leader::kSource) {
+    if (page.sources.size() == 0) return std::nullopt;
+    InstanceRepresentative first;
+    first.source = page.sources[0];
+    first.signal = field_.signal(first.source);
+    return first;
+  }
+  const ResidentInstance& resident = page.copies[0];
+  const Instance& instance = page.links.instances[resident.instance];
+  const InstanceRepresentative* const inner = of(instance.tree);
+  if (inner == nullptr) return std::nullopt;
+  InstanceRepresentative outer = *inner;
+  outer.placement = within(resident.placement, inner->placement);
+  if (instance.signals != kSameSignals)
+    outer.signal = maps_.signal(instance.signals, inner->signal);
+  outer.number += resident.first;
+  outer.rest_key = resident.placement.power * inner->rest_key;
+  return outer;
+}
+
+void InstanceRepresentatives::finish(InstanceRepresentative& representative) const {
+  const Placement& placement = representative.placement;
+  const Source& source = representative.source;
+  representative.position_m = placement.outside(Vec3(source.position_m));
+  representative.normal = placement.rotation * Vec3(source.normal);
   // The level's tenth of a metre is more than that here, if anything.
-  lead.radius_m = std::max(placement.scale * lead.source.patch_radius_m, kEmitterRadius_m);
-  const double stored = std::accumulate(lead.source.power.begin(), lead.source.power.end(), 0.0);
-  lead.power = placement.power * stored;
-  lead.most = field_.max_intensity(lead.source);
-  for (float& band : lead.most) band = stored > 0 ? static_cast<float>(band / stored) : 0;
+  representative.radius_m = std::max(placement.scale * source.patch_radius_m, kEmitterRadius_m);
+  const double stored = std::accumulate(source.power.begin(), source.power.end(), 0.0);
+  representative.power = placement.power * stored;
+  representative.max_intensity = field_.max_intensity(source);
+  for (float& band : representative.max_intensity)
+    band = stored > 0 ? static_cast<float>(band / stored) : 0;
+}
+
+double InstanceRepresentatives::bound(const InstanceRepresentative& representative,
+                                      const Bands& weights, double key, const Vec3& place,
+                                      double to_level) const {
+  const Vec3 to_listener = place - representative.position_m;
+  const double distance_m = length(to_listener), error_m = query::kRepresentativeError_m;
+  if (!representative.source.is_emitter &&
+      dot(to_listener, representative.normal) < -1e-5 * distance_m - error_m)
+    return 0;
+  const double near_m = std::max(distance_m - error_m, representative.radius_m);
+  const Bands transmittance = air_transmittance(field_.air_loss_per_m(), near_m * to_level);
+  double sum = 0;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    sum += static_cast<double>(weights[b]) * representative.max_intensity[b] * transmittance[b];
+  return query::kRepresentativeSlack * key * sum / (near_m * near_m);
 }
 
 }  // namespace clamor

@@ -1,14 +1,15 @@
-// instance_representatives.h: which source of a copied tree is heard from afar, and how little the
-// rest is.
+// instance_representatives.h: the source that stands for a distant instance of a tree.
 //
-// Of a tree that is copied one source has a key above the tree's power, its representative
-// (instance.h), and the copy gives that one a key of its own. A copy that is too far away for any
-// other source of it is then a single source, however many trees lie between its top and that
-// source: it need not be walked, and its pages need not be here. So of each tree are kept the
-// representative, where it stands in the tree, and the highest key that any other source has.
+// Of a tree that has instances one source has a key above the tree's power, its representative, and
+// each instance gives that source a key of its own (instance.h). An instance that is too far away
+// for any other source of it to reach the threshold is then that single source, however many trees
+// lie between: it need not be traversed, and its pages need not be in memory. Kept per tree are the
+// representative, its position in the tree, and the highest key of all other sources.
 //
-// Found by following from the top what leads each page (resident_page.h), through copies within
-// copies. Not thread-safe: the sampler's.
+// The representative is found from the top of the tree by following the highest key of each page
+// (resident_page.h), through instances within instances.
+//
+// Threads: the sampler's alone.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +26,7 @@
 
 namespace clamor {
 
-// Where a copy is that stands within another.
+// The placement of an instance within another.
 inline Placement within(const Placement& outer, const Placement& inner) {
   return {outer.rotation * inner.rotation, outer.outside(inner.offset_m),
           outer.scale * inner.scale,       outer.power * inner.power,
@@ -33,43 +34,49 @@ inline Placement within(const Placement& outer, const Placement& inner) {
 }
 
 struct InstanceRepresentative {
-  Source source;             // as it is stored,
-  Placement placement;       // and where what it is stored with stands in the tree
-  std::uint32_t signal = 0;  // in the tree
-  std::uint64_t number = 0;  // of the tree's sources
-  Vec3 position_m{};         // in the tree, as are
-  Vec3 normal{};
-  double radius_m = 0;  // of the source,
-  double power = 0;     // over all bands,
-  Bands most{};         // and the most that it radiates into a direction, for a power of 1
-  double rest_key = 0;  // that no other source of the tree exceeds
+  Source source;                // as it is stored
+  Placement placement;          // in the tree, of the instance that it is stored in
+  std::uint32_t signal = 0;     // in the tree
+  std::uint64_t number = 0;     // among the tree's sources
+  Vec3 position_m{}, normal{};  // in the tree
+  double radius_m = 0;
+  double power = 0;       // sum over all bands
+  Bands max_intensity{};  // in any direction at 1 m, for a power of 1
+  double rest_key = 0;    // upper bound of the keys of all other sources of the tree
 };
 
 class InstanceRepresentatives {
  public:
-  // All must outlive the object. `page_of` gives null for a page that is not here.
+  // All must outlive the object. `page_of` returns null for a page that is not in memory.
   using PageOf = std::function<const ResidentPage*(const PageEntry& entry)>;
   InstanceRepresentatives(const RadiationModel& field, std::span<const PageEntry> trees,
                           SignalMaps& maps)
-      : field_(field), trees_(trees), maps_(maps), leads_(trees.size()) {}
+      : field_(field), trees_(trees), maps_(maps), known_(trees.size()) {}
 
-  // Looks for those that are not known, in what pages are here now. Trees that have no sources, or
-  // none before pages that are missing, stay unknown.
-  void follow(const PageOf& page_of);
+  // Finds those that are not known, from the pages in memory. Trees without sources, or with
+  // missing pages before their first source, stay unknown.
+  void update(const PageOf& page_of);
 
   // Null if it is not known.
   const InstanceRepresentative* of(std::uint32_t tree) const {
-    return leads_[tree] ? &*leads_[tree] : nullptr;
+    return known_[tree] ? &*known_[tree] : nullptr;
   }
 
+  // Upper bound of the representative's priority with key `key` for a listener at `place`, in the
+  // tree's space. `weights` are upper bounds of its signal's; `to_level` scales the tree's metres
+  // to the level's.
+  double bound(const InstanceRepresentative& representative, const Bands& weights, double key,
+               const Vec3& place, double to_level) const;
+
  private:
-  std::optional<InstanceRepresentative> lead_of(const PageEntry& top, const PageOf& page_of) const;
-  void finish(InstanceRepresentative& lead) const;
+  std::optional<InstanceRepresentative> find(const PageEntry& top, const PageOf& page_of) const;
+  std::optional<InstanceRepresentative> of_page(const ResidentPage& page) const;
+  void finish(InstanceRepresentative& representative) const;
 
   const RadiationModel& field_;
   const std::span<const PageEntry> trees_;
   SignalMaps& maps_;
-  std::vector<std::optional<InstanceRepresentative>> leads_;
+  std::vector<std::optional<InstanceRepresentative>> known_;
   bool all_known_ = false;
 };
 

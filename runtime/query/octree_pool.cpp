@@ -1,53 +1,24 @@
 #include "runtime/query/octree_pool.h"
 
 #include <algorithm>
-#include <limits>
+#include <cassert>
 #include <new>
-#include <numeric>
 #include <utility>
+
+#include "runtime/query/query_constants.h"
 
 namespace clamor {
 
-namespace {
-
-constexpr double kSoon_s = 0.5;                   // pages are asked for so long before they sound
-constexpr double kWindow_s = 2, kLeast_s = 1.25;  // that signals are bounded for at a time
-constexpr double kGiveWithoutSources_m = 1;
-constexpr double kGiveInTime_s = 0.05;   // of delays rounded, and of moments
-constexpr double kPlaceGive_m = 0.002;   // quantised positions, 10 km from the origin
-constexpr std::size_t kMostFirst = 256;  // pages of a tree that are always here
-constexpr std::size_t kMostAsked = 256;  // pages at a time
-// Of the time since the last keyframe, that the next may take; and of signals bounded at once.
-constexpr double kTimeOfStep = 1.25, kMostAhead_s = 0.055;
-
-}  // namespace
-
-SignalWeights max_over_instances(const SignalWeights& weights,
-                                 std::span<const std::vector<std::uint32_t>> signal_maps) {
-  SignalWeights highest = weights;
-  // Copies within copies play what one map after another gives.
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (const auto& map : signal_maps)
-      for (std::size_t signal = 0; signal < map.size(); ++signal)
-        for (std::size_t b = 0; b < kBandCount; ++b) {
-          float& here = highest.by_signal[signal][b];
-          const float there = highest.by_signal[map[signal]][b];
-          changed = changed || there > here;
-          here = std::max(here, there);
-        }
-  }
-  return highest;
-}
+using namespace query;
 
 PageLoader::Fetch page_fetch(const BakeFile& file, const RadiationModel& field,
-                             const SignalWeights& ceilings) {
+                             const SignalWeights& weights) {
   return [&](const PageEntry& entry) -> PageLoader::Content {
     try {
       auto page = file.read_page(entry);
       if (!page.ok()) return page.error();
       return std::make_unique<const ResidentPage>(
-          entry, SourcePage(field, ceilings.by_signal, std::move(page->sources)),
+          entry, SourcePage(field, weights.by_signal, std::move(page->sources)),
           std::move(page->links), file.trees());
     } catch (const std::bad_alloc&) {
       return Error(file.path() + ": a page of it finds no memory; close other programs.");
@@ -55,111 +26,80 @@ PageLoader::Fetch page_fetch(const BakeFile& file, const RadiationModel& field,
   };
 }
 
-OctreePool::OctreePool(const RadiationModel& field, const SignalWeights& ceilings,
+// --- A keyframe ---------------------------------------------------------------------------------
+
+OctreePool::OctreePool(const RadiationModel& field, const SignalWeights& weights,
                        std::span<const PageEntry> trees,
                        std::span<const std::vector<std::uint32_t>> signal_maps, PageLoader& loader)
-    : field_(field),
-      trees_(trees),
-      signal_maps_(signal_maps),
-      ceilings_(ceilings),
-      audible_(ceilings.by_signal),
-      priority_bound_(field, ceilings.by_signal),
+    : context_(field, weights, trees, signal_maps),
       loader_(loader),
-      maps_(signal_maps),
-      shortlists_(field, ceilings),
-      leads_(field, trees, maps_) {
+      shortlists_(field, weights),
+      traversal_(context_),
+      fronts_(context_, loader, shortlists_),
+      requests_(loader) {
   for (const PageEntry& top : trees) load_first_pages(top);
   update_representatives();
 }
 
-void OctreePool::update_representatives() {
-  leads_.follow([this](const PageEntry& entry) { return loader_.find(entry); });
-}
-
-bool OctreePool::refresh() {
-  const bool changed = loader_.begin_sample();
-  if (changed) {
-    update_representatives();
-    if (loader_.has_dropped()) rest_from_plans();
-    complete_plan(plan_);
-    complete_plan(next_);
-  }
-  return changed;
-}
-
-// Nodes of copies alone have nothing that could stand for what is missing below them.
+// Nodes that hold instances only have nothing that could stand for what is missing below them.
 void OctreePool::load_first_pages(const PageEntry& top) {
   std::vector<const PageEntry*> first = {&top};
-  for (std::size_t i = 0; i < std::min(first.size(), kMostFirst); ++i)
+  for (std::size_t i = 0; i < std::min(first.size(), kMaxFirstPages); ++i)
     if (loader_.load_now(*first[i]) && first[i]->source_count == 0)
       for (const PageEntry& child : loader_.find(*first[i])->links.children)
         first.push_back(&child);
 }
 
+void OctreePool::update_representatives() {
+  context_.representatives.update([this](const PageEntry& entry) { return loader_.find(entry); });
+}
+
+void OctreePool::ablate(const QuerySwitches& on) {
+  on_ = on;
+  shortlists_.keep(on.shortlists);
+  context_.use_representatives = on.representatives;
+}
+
+bool OctreePool::refresh() {
+  stage_ = Stage::kRefreshed;
+  const bool changed = loader_.begin_sample();
+  if (changed) {
+    update_representatives();
+    fronts_.refresh();
+  }
+  return changed;
+}
+
 void OctreePool::begin(const Vec3& place, double time_s) {
-  steps_left_ = kMostSteps;
-  if (time_s < time_s_) {
-    quiet_.clear();
-    forget_plans();
-  }
-  // The next keyframes most likely come after as long a time as this one.
-  ahead_s_ = kTimeOfStep * (kTurns - 1) * (time_s - time_s_);
-  const bool is_soon = ahead_s_ > 0 && ahead_s_ <= kMostAhead_s;
-  if (!on_.turns || !is_soon || !may_lag_ || trees_.size() != 1) ahead_s_ = 0;
-  turns_ahead_ = ahead_s_ > 0 ? kTurns - 1 : 0;
-  step_m_ = place - std::exchange(keyframe_place_, place);
-  ++keyframe_;
-  time_s_ = time_s;
-  if (ceilings_.steady() || trees_.empty())
-    until_s_ = std::numeric_limits<double>::infinity();
-  else if (time_s < from_s_ || time_s + kLeast_s > until_s_ ||
-           length(place - around_) > PageShortlists::kMostGive_m)
-    bound_signals(place, time_s);
-  shortlists_.begin(place, time_s, ahead_s_, loudest_, until_s_);
-  shortlists_.set_occlusion_bounds(hidden_, turns_ahead_);
+  assert(stage_ == Stage::kRefreshed && "refresh() comes first");
+  stage_ = Stage::kBegun;
+  if (time_s < query_.until_s) fronts_.forget();
+  query_.until_s = time_s;
+  context_.steps_left = kMaxSteps;
+  context_.bounds.begin(place, time_s);
+  shortlists_.begin(place, time_s, context_.bounds.max_share(), context_.bounds.until_s());
 }
 
-void OctreePool::set_occlusion_bounds(const OcclusionUpperBounds* hidden, bool may_lag) {
-  if ((on_.occlusion && hidden != hidden_) || may_lag != may_lag_) plan_.make_parts();
-  hidden_ = on_.occlusion ? hidden : nullptr;
-  may_lag_ = may_lag;
+void OctreePool::set_occlusion_bounds(const OcclusionUpperBounds* bounds) {
+  shortlists_.set_occlusion_bounds(on_.occlusion ? bounds : nullptr);
 }
 
-// For a while, and wherever lists that are made in that while hold: they are made up to that far
-// from here, their middles are nearly as far ahead, and they hold as far round those.
-void OctreePool::bound_signals(const Vec3& place, double time_s) {
-  around_ = place;
-  from_s_ = time_s;
-  until_s_ = time_s + kWindow_s;
-  const PageEntry& top = trees_.back();
-  const Vec3 low(top.low_m), high(top.high_m);
-  const double farthest_m = length(place - (low + high) / 2.0) + length(high - low) / 2 +
-                            kPlaceGive_m + 3 * PageShortlists::kMostGive_m;
-  const double longest_s =
-      top.max_delay_s + farthest_m / field_.speed_of_sound_mps() + kGiveInTime_s;
-  std::vector<Bands> audible;
-  loudest_ = 0;
-  for (const LoudnessTrack& track : ceilings_.tracks) {
-    const Bands& most =
-        audible.emplace_back(track.max_between(time_s - longest_s - field_.latest_start_s(),
-                                               until_s_ + kSoon_s - field_.earliest_start_s()));
-    for (std::size_t b = 0; b < kBandCount; ++b)
-      if (track.max()[b] > 0) loudest_ = std::max<double>(loudest_, most[b] / track.max()[b]);
-  }
-  loudest_ = std::max(loudest_ * (1 + 1e-6), 1e-9);
-  if (audible == audible_) return;
-  audible_ = std::move(audible);
-  SignalWeights weights;
-  weights.by_signal = audible_;
-  priority_bound_ = PriorityBound(field_, max_over_instances(weights, signal_maps_).by_signal);
+void OctreePool::set_late_boost(float strength) {
+  if (!on_.late_boost) strength = 0;
+  if (strength != context_.bounds.late_boost()) fronts_.forget();
+  context_.bounds.set_late_boost(strength);
+}
+
+bool OctreePool::is_exhausted() {
+  spend(shortlists_.take_work() + std::exchange(context_.work, 0));
+  return SourcePool::is_exhausted();
 }
 
 double OctreePool::highest(const Vec3& place) {
-  if (trees_.empty()) return 0;
-  const PageEntry& top = trees_.back();
-  // Its cone may point away from the place, which makes a bound of 0.
-  return std::max(top.highest_key * priority_bound_.per_key(top, place, 1) * most_boost(top),
-                  1e-30);
+  if (context_.trees.empty()) return 0;
+  const PageEntry& top = context_.trees.back();
+  // The emission cone of the top may point away from the place, which makes a bound of 0.
+  return std::max(context_.bounds.bound(top, top.highest_key, place), 1e-30);
 }
 
 Source* OctreePool::placed(const Source& stored, const Placement& placement,
@@ -325,19 +265,19 @@ void OctreePool::pass_met(std::vector<FoundSource>& found) {
 }
 
 // Down through the cubes that hold the source, to the first page that is missing and matters. A
-// child has the octants up to the next one's: those that are empty below stand for it as well,
-// which is as right, since all that is there is here.
+// child has the octants up to the next child's; empty ones among them count as its own, which is
+// right, since everything in them is in memory.
 double OctreePool::unseen_key(const FoundSource& found, double tau) {
-  // A copy that is not walked has no other source that could reach the threshold.
-  if (most_missed_ < tau || found.copy == kNoCopy) return 0;
-  const Copy& copy = copies_[found.copy];
-  const Vec3 position_m = copy.placement.inside(Vec3(found.source->position_m));
-  const PageEntry* entry = copy.tree;
+  // No other source of an instance that was not traversed could reach the threshold.
+  if (!requests_.is_missing(tau) || found.copy == kNoFrame) return 0;
+  const Frame& frame = traversal_.frame(found.copy);
+  const Vec3 position_m = frame.placement.inside(Vec3(found.source->position_m));
+  const PageEntry* entry = frame.tree;
   OctreeCube cube = OctreeCube::around(Vec3(entry->low_m), Vec3(entry->high_m));
   while (entry != nullptr) {
-    if (bound(*entry, copy, entry->highest_key) < tau * copy.to_threshold) return 0;
+    if (traversal_.bound(*entry, frame, entry->highest_key) < tau * frame.to_threshold) return 0;
     const ResidentPage* const page = loader_.find(*entry);
-    if (page == nullptr) return entry->highest_key * copy.placement.power;
+    if (page == nullptr) return entry->highest_key * frame.placement.power;
     const std::size_t octant = cube.octant_of(position_m);
     entry = nullptr;
     for (const PageEntry& child : page->links.children)
@@ -349,39 +289,46 @@ double OctreePool::unseen_key(const FoundSource& found, double tau) {
 }
 
 void OctreePool::ask(const Vec3& soon, double tau) {
-  asked_ = false;
-  shortlists_.expect(looked_for_);
-  plan_ahead(soon);
-  if (trees_.empty()) return;
-  std::vector<WantedPage> wanted;
-  for (const WantedPage& one : missed_)
-    if (one.urgency >= tau && one.urgency > 0) wanted.push_back(one);
-  wanted.insert(wanted.end(), nearly_.begin(), nearly_.end());
-  asked_ = !wanted.empty();
-  look_ahead(soon, tau);
-  for (const WantedPage& one : soon_)
-    if (!loader_.is_here(one.entry)) wanted.push_back(one);
-  // Copies of one tree want the same pages.
-  std::sort(wanted.begin(), wanted.end(), [](const WantedPage& a, const WantedPage& b) {
-    if (a.entry.page.offset != b.entry.page.offset)
-      return a.entry.page.offset < b.entry.page.offset;
-    return a.needed != b.needed ? a.needed : a.urgency > b.urgency;
-  });
-  wanted.erase(std::unique(wanted.begin(), wanted.end(),
-                           [](const WantedPage& a, const WantedPage& b) {
-                             return a.entry.page.offset == b.entry.page.offset;
-                           }),
-               wanted.end());
-  if (wanted.size() > kMostAsked) {
-    std::nth_element(wanted.begin(), wanted.begin() + kMostAsked, wanted.end(),
-                     [](const WantedPage& a, const WantedPage& b) {
-                       return a.needed != b.needed ? a.needed : a.urgency > b.urgency;
-                     });
-    wanted.resize(kMostAsked);
+  assert(stage_ == Stage::kQueried && "look() comes first");
+  stage_ = Stage::kIdle;
+  shortlists_.add_threshold(threshold_);
+  if (on_.front) {
+    std::size_t steps = fronts_.prepare({query_.centre, 0, threshold_, query_.until_s}, soon);
+    for (; steps > 0 && !is_exhausted() && fronts_.grow(); --steps) {
+      spend(WorkBudget::kFrontStep);
+      ++totals_.front_nodes;
+    }
   }
-  loader_.ask(std::move(wanted));
+  if (context_.trees.empty()) return;
+  find_pages_soon(soon, tau);
+  requests_.send(tau);
 }
 
-bool OctreePool::complete() { return !asked_ || !loader_.wait(); }
+// The pages that are missing at the place of the next half second: from the front if it reaches as
+// far, else by a traversal every few keyframes, since they change slowly.
+void OctreePool::find_pages_soon(const Vec3& soon, double tau) {
+  const ValidityRegion query{soon, 0, tau, query_.until_s};
+  const bool by_front = soon != query_.centre && fronts_.holds(query);
+  if (!by_front && !requests_.is_look_ahead_due() && soon != query_.centre) return;
+  requests_.clear_soon();
+  if (soon == query_.centre) return;
+  if (by_front) {
+    for (const NodeFront::Node& node : fronts_.current().nodes()) {
+      if (node.page != nullptr || node.at.bound < tau) continue;
+      const PageEntry& entry = *node.at.entry;
+      const double bound = context_.bounds.bound(entry, entry.highest_key, soon);
+      if (bound >= tau) requests_.add_soon(entry, bound);
+    }
+    return;
+  }
+  traversal_.start(query);
+  for (OctreeTraversal::Node node; traversal_.next(node) && !is_exhausted();) {
+    spend(WorkBudget::kNode);
+    if (const ResidentPage* const page = loader_.find(*node.entry))
+      traversal_.expand(node, *page);
+    else
+      requests_.add_soon(*node.entry, node.bound / traversal_.frame(node.frame).to_threshold);
+  }
+}
 
 }  // namespace clamor

@@ -95,7 +95,7 @@ HWY_INLINE Left left_of(const OcclusionUpperBounds::Window& hidden, const std::u
   const Tag d;
   const hn::RebindToSigned<Tag> di;
   const hn::RebindToUnsigned<Tag> du;
-  const auto index = hn::And(hn::Load(du, source), hn::Set(du, ShortlistBlock::kIndex));
+  const auto index = hn::Load(du, source);
   const auto number = hn::Add(index, hn::Set(du, hidden.first));
   const auto row = hn::BitCast(di, hn::ShiftRight<10>(number));
   const auto in_row = hn::BitCast(di, hn::ShiftRight<3>(hn::And(number, hn::Set(du, kRow - 1))));
@@ -109,10 +109,9 @@ HWY_INLINE Left left_of(const OcclusionUpperBounds::Window& hidden, const std::u
   const auto power = hn::BitCast(d, hn::ShiftLeft<23>(hn::Sub(hn::Set(di, 127), step)));
   const auto known = hn::IfThenZeroElse(hn::RebindMask(d, hn::Eq(step, hn::Set(di, 15))), power);
   const auto since = hn::Sub(number, hn::Set(du, hidden.phase));
-  const auto is_in = [&](std::uint32_t turns) {
-    const auto turn = hn::BitCast(di, hn::And(since, hn::Set(du, turns - 1)));
-    return hn::RebindMask(d,
-                          hn::Lt(turn, hn::Set(di, static_cast<std::int32_t>(hidden.ahead) + 1)));
+  const auto is_in = [&](std::uint32_t phases) {
+    const auto phase = hn::BitCast(di, hn::And(since, hn::Set(du, phases - 1)));
+    return hn::RebindMask(d, hn::Eq(phase, hn::Zero(di)));
   };
   const auto in_turn = hn::IfThenElse(is_in(OcclusionUpperBounds::kPhases),
                                       hn::Max(known, hn::Set(d, hidden.phase_bound)), known);
@@ -213,9 +212,9 @@ namespace clamor {
 namespace {
 HWY_EXPORT(loud_here);
 HWY_EXPORT(ceilings_of_all);
-// So that no keyframe takes longer than a quarter of a millisecond for it. A table of less than
-// half a second is of no use.
-constexpr std::size_t kMostDelays = 1 << 12, kMostShares = 1 << 18, kLeastDelays = 25;
+// A table takes at most a quarter of a millisecond per keyframe; one that is shorter than half a
+// second is of no use.
+constexpr std::size_t kMaxDelays = 1 << 12, kMaxShares = 1 << 18, kMinDelays = 25;
 }  // namespace
 
 std::size_t find_audible(std::span<const ShortlistBlock> blocks, float least,
@@ -228,20 +227,18 @@ void upper_bounds_at(std::span<const SourceShape> shapes, float off_m, float* ce
   HWY_DYNAMIC_DISPATCH(ceilings_of_all)(shapes, off_m, ceilings);
 }
 
-// A row has its first and its last place for delays that are out of its range.
-void LoudnessTable::tabulate(std::span<const LoudnessTrack> signals, double time_s, double ahead_s,
-                             float longest_s, float give_s) {
+// The first and the last entry of a row are for delays out of its range.
+void LoudnessTable::tabulate(std::span<const LoudnessTrack> signals, double time_s,
+                             float max_delay_s, float error_s) {
   const std::size_t most =
-      std::min(kMostShares / std::max<std::size_t>(signals.size(), 1), kMostDelays + 2);
-  const float wanted = std::max(longest_s, 0.0f) * kPerS + 4;
+      std::min(kMaxShares / std::max<std::size_t>(signals.size(), 1), kMaxDelays + 2);
+  const float wanted = std::max(max_delay_s, 0.0f) * kPerS + 4;
   row_ = wanted < static_cast<float>(most) ? static_cast<std::size_t>(wanted) : most;
-  if (signals.empty() || most < kLeastDelays) row_ = 0;
-  give_s_ = give_s;
+  if (signals.empty() || most < kMinDelays) row_ = 0;
   shares_.assign(signals.size() * row_, BandShares::whole());
   if (row_ == 0) return;
   for (std::size_t s = 0; s < signals.size(); ++s)
-    signals[s].shares_by_delay(time_s + ahead_s / 2, kPerS,
-                               static_cast<double>(give_s) + ahead_s / 2,
+    signals[s].shares_by_delay(time_s, kPerS, static_cast<double>(error_s),
                                std::span(shares_).subspan(s * row_ + 1, row_ - 2));
 }
 

@@ -30,15 +30,8 @@ struct alignas(64) ShortlistBlock {
   Row ceiling{};  // wherever the list holds; below 0: none
   Row delay_s{};  // to where the listener was
   std::array<std::uint32_t, kEntries> signal{};
-  std::array<std::uint32_t, kEntries> source{};  // as packed()
+  std::array<std::uint32_t, kEntries> source{};  // index in the page
   std::array<BandMix, kEntries> mix{};
-
-  // Where a source is in its page, and where in the list its shape is: both below 2^16.
-  static constexpr std::uint32_t kIndexBits = 16, kIndex = (1u << kIndexBits) - 1;
-  static_assert(kLeafSources <= kIndex && kNodeSources <= kIndex);
-  static std::uint32_t packed(std::size_t index, std::size_t shape) {
-    return static_cast<std::uint32_t>(index | shape << kIndexBits);
-  }
 };
 
 // What is asked only of those that are loud enough by that: one line of memory each.
@@ -50,24 +43,24 @@ struct alignas(64) SourceShape {
   float boost = 0;                                                    // at full strength, less 1
 };
 
-// No less than the shares of each signal around the moment that is heard with a delay.
+// How loud each signal is around the moment that is heard now, as a share of its maximum: an upper
+// bound, by the delay from the signal to the listener.
 class LoudnessTable {
  public:
-  static constexpr float kPerS = 50;
+  static constexpr float kPerS = 50;  // entries per second of delay
 
-  // From a time until `ahead_s` later, of delays up to `longest_s`, or fewer of many signals, each
-  // of them off by up to `give_s`; longer ones have all, and so have all of far too many signals.
-  void tabulate(std::span<const LoudnessTrack> signals, double time_s, double ahead_s,
-                float longest_s, float give_s);
-  bool hold_for(float give_s) const { return give_s <= give_s_; }
+  // At `time_s`, for delays up to `max_delay_s`, or fewer if there are many signals, each of which
+  // is known up to `error_s`. The share of longer delays is 1, and so is that of all delays if
+  // there are far too many signals.
+  void tabulate(std::span<const LoudnessTrack> signals, double time_s, float max_delay_s,
+                float error_s);
 
   const BandShares* data() const { return shares_.data(); }
-  std::size_t row() const { return row_; }
+  std::size_t row() const { return row_; }  // entries per signal; 0: all shares are 1
 
  private:
-  std::vector<BandShares> shares_;  // by signal and delay; none: all of all
-  std::size_t row_ = 0;             // delays of one
-  float give_s_ = -1;
+  std::vector<BandShares> shares_;  // by signal and delay
+  std::size_t row_ = 0;
 };
 
 // Those of some lists that are loud enough, side by side.

@@ -60,9 +60,9 @@ class SourcePool {
   // never heard.
   virtual void begin(const Vec3& /*place*/, double /*time_s*/) {}
 
-  // Sources that are known to be hidden need not be found; null: none is. `may_lag`: nor those that
-  // were known to be a keyframe ago.
-  virtual void set_occlusion_bounds(const OcclusionUpperBounds* /*hidden*/, bool /*may_lag*/) {}
+  // Upper bounds of what gets past occluders: sources that cannot reach the threshold behind them
+  // need not be found. Null: nothing is occluded.
+  virtual void set_occlusion_bounds(const OcclusionUpperBounds* /*bounds*/) {}
   // How strongly late sources are boosted from now on, 0 to 1 (late_boost.h).
   virtual void set_late_boost(float /*strength*/) {}
 

@@ -19,14 +19,14 @@ class WorkBudget {
   static constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
   // Costs in units, measured on octrees of 10^5 to 10^7 sources.
-  static constexpr std::uint64_t kNode = 50;         // a page of the octree that is visited
-  static constexpr std::uint64_t kPlannedNode = 4;   // a node of a plan that is checked
-  static constexpr std::uint64_t kStepOfPlan = 20;   // a node that is added to a plan
-  static constexpr std::uint64_t kInstance = 2;      // a copy that is checked, but not walked
-  static constexpr std::uint64_t kFound = 12;        // a source that is found, and then weighed
-  static constexpr std::uint64_t kCulledSource = 2;  // a source of a page whose shortlist is made
-  static constexpr std::uint64_t kKeptSource = 6;    // a source that such a list keeps
-  static constexpr std::uint64_t kMovingPer16 = 1;   // 16 moving sources that are checked
+  static constexpr std::uint64_t kNode = 50;         // visiting a page of the octree
+  static constexpr std::uint64_t kFrontNode = 4;     // testing a node of a front again
+  static constexpr std::uint64_t kFrontStep = 20;    // adding a node to a front
+  static constexpr std::uint64_t kInstance = 2;      // testing an instance that is not traversed
+  static constexpr std::uint64_t kFound = 12;        // finding and weighing a source
+  static constexpr std::uint64_t kCulledSource = 2;  // testing a source for a shortlist
+  static constexpr std::uint64_t kListedSource = 3;  // adding a source to a shortlist
+  static constexpr std::uint64_t kMovingPer16 = 1;   // testing 16 moving sources
 
   void limit(std::uint64_t units) { limit_ = units == kUnlimited ? units : spent_ + units; }
   void stop_when(const std::atomic<bool>* stop) { stop_ = stop; }

@@ -103,8 +103,8 @@ class CombinedPool final : public SourcePool {
     static_.begin(place, time_s);
     moving_.begin(place, time_s);
   }
-  void set_occlusion_bounds(const OcclusionUpperBounds* hidden, bool may_lag) override {
-    static_.set_occlusion_bounds(hidden, may_lag);
+  void set_occlusion_bounds(const OcclusionUpperBounds* bounds) override {
+    static_.set_occlusion_bounds(bounds);
   }
   void set_late_boost(float strength) override { static_.set_late_boost(strength); }
   bool look(const Vec3& place, double threshold, std::size_t most,

@@ -58,7 +58,7 @@ class Priority final : public Sampler {
     time_s_ = time_s;
     // What an exact sampler knows to be hidden may be so no more.
     pool_.set_occlusion_bounds(
-        occlusion_ != nullptr && !exact() ? &occlusion_->upper_bounds() : nullptr, !exact());
+        occlusion_ != nullptr && !exact() ? &occlusion_->upper_bounds() : nullptr);
     pool_.begin(place, time_s);
     if (occlusion_ != nullptr && !again) occlusion_->begin_keyframe(place);
     const double tau = choose(place);

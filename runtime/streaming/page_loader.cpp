@@ -22,7 +22,7 @@ constexpr std::size_t kAnnounced = 8;
 struct PageLoader::Shared {
   struct Arrival {
     std::uint64_t page = 0;  // offset
-    double urgency = 0;
+    double bound = 0;
     Content content;
   };
 
@@ -60,7 +60,7 @@ struct PageLoader::Shared {
       auto content = fetch(wanted.entry);
       lock.lock();
       std::erase(under_way, page);
-      arrived.push_back({page, wanted.urgency, std::move(content)});
+      arrived.push_back({page, wanted.bound, std::move(content)});
       arrival.notify_all();
     }
   }
@@ -87,7 +87,7 @@ PageLoader::~PageLoader() {
   for (std::thread& thread : shared_->threads) thread.join();
 }
 
-void PageLoader::take(std::uint64_t offset, double urgency, Content content) {
+void PageLoader::take(std::uint64_t offset, double bound, Content content) {
   PageStatistics& statistics = shared_->statistics;
   Place& slot = slots_[offset];
   if (!content.ok()) {
@@ -101,7 +101,7 @@ void PageLoader::take(std::uint64_t offset, double urgency, Content content) {
   slot.page = std::move(*content);
   slot.bytes = bytes;
   slot.last_use = sample_ - 1;  // so that it is not dropped before it was looked at
-  slot.urgency = urgency;
+  slot.bound = bound;
   ++here_;
   ++statistics.loaded;
 }
@@ -141,13 +141,12 @@ bool PageLoader::begin_sample() {
   const std::lock_guard lock(shared_->mutex);
   PageStatistics& statistics = shared_->statistics;
   ++sample_;
-  std::copy(used_bytes_.begin() + 1, used_bytes_.end(), used_bytes_.begin());
-  used_bytes_.back() = 0;
+  used_bytes_ = 0;
   const bool changed = !shared_->arrived.empty();
   arrived_.clear();
-  for (auto& [page, urgency, content] : shared_->arrived) {
+  for (auto& [page, bound, content] : shared_->arrived) {
     arrived_.push_back(page);
-    take(page, urgency, std::move(content));
+    take(page, bound, std::move(content));
   }
   std::sort(arrived_.begin(), arrived_.end());
   shared_->arrived.clear();
@@ -160,13 +159,13 @@ bool PageLoader::begin_sample() {
   return changed || before != here_;
 }
 
-// By last use, then by urgency. Children are at most as urgent as their parents and come before
+// By last use, then by bound. Children are at most as urgent as their parents and come before
 // them in the file, so of pages used alike they go first.
 void PageLoader::drop_too_much() {
   std::vector<std::tuple<std::uint32_t, double, std::uint64_t>> order;  // and offset
   for (const auto& [offset, slot] : slots_)
     if (slot.page != nullptr && !slot.stays && (budget_.strict || slot.last_use + 1 < sample_))
-      order.emplace_back(slot.last_use, slot.urgency, offset);
+      order.emplace_back(slot.last_use, slot.bound, offset);
   // A heap, as few of many go.
   const std::greater<> last_goes_first;
   std::make_heap(order.begin(), order.end(), last_goes_first);
@@ -180,26 +179,24 @@ void PageLoader::drop_too_much() {
   }
 }
 
-const ResidentPage* PageLoader::use(const PageEntry& entry, double urgency) {
+const ResidentPage* PageLoader::use(const PageEntry& entry, double bound) {
   const auto found = slots_.find(entry.page.offset);
   if (found == slots_.end()) {
     ++late_;
     return nullptr;
   }
   if (!found->second.is_of(entry)) return nullptr;
-  use(found->second, urgency);
+  use(found->second, bound);
   return found->second.page.get();
 }
 
-void PageLoader::use(Place& place, double urgency, std::uint32_t ahead) {
-  if (place.page != nullptr && place.last_use < sample_ + ahead) {
-    if (place.last_use < sample_) place.urgency = 0;
-    const std::uint32_t first = std::max(place.last_use + 1, sample_);
-    for (std::uint32_t s = first; s <= sample_ + ahead; ++s)
-      used_bytes_[s - sample_] += place.bytes;
-    place.last_use = sample_ + ahead;
+void PageLoader::use(Place& place, double bound) {
+  if (place.page != nullptr && place.last_use < sample_) {
+    place.bound = 0;
+    used_bytes_ += place.bytes;
+    place.last_use = sample_;
   }
-  place.urgency = std::max(place.urgency, urgency);
+  place.bound = std::max(place.bound, bound);
 }
 
 PageLoader::Place* PageLoader::place_of(const PageEntry& entry) {
@@ -209,16 +206,15 @@ PageLoader::Place* PageLoader::place_of(const PageEntry& entry) {
 
 std::size_t PageLoader::how_many_fit(std::span<const WantedPage> most_urgent_first) const {
   if (most_page_bytes_ == 0) return most_urgent_first.size();
-  const std::uint64_t room = budget_.bytes > used_bytes_[0] ? budget_.bytes - used_bytes_[0] : 0;
+  const std::uint64_t room = budget_.bytes > used_bytes_ ? budget_.bytes - used_bytes_ : 0;
   std::size_t fit = room / most_page_bytes_;
   if (fit >= most_urgent_first.size()) return most_urgent_first.size();
   std::vector<double> used;  // urgencies of pages that may make room
   for (const auto& [offset, slot] : slots_)
-    if (slot.page != nullptr && !slot.stays && slot.last_use >= sample_)
-      used.push_back(slot.urgency);
+    if (slot.page != nullptr && !slot.stays && slot.last_use >= sample_) used.push_back(slot.bound);
   std::sort(used.begin(), used.end());
-  for (const double urgency : used) {
-    if (fit == most_urgent_first.size() || 2 * urgency >= most_urgent_first[fit].urgency) break;
+  for (const double least : used) {
+    if (fit == most_urgent_first.size() || 2 * least >= most_urgent_first[fit].bound) break;
     ++fit;
   }
   return fit;
@@ -227,8 +223,7 @@ std::size_t PageLoader::how_many_fit(std::span<const WantedPage> most_urgent_fir
 void PageLoader::ask(std::vector<WantedPage> wanted) {
   std::sort(wanted.begin(), wanted.end(), [](const WantedPage& a, const WantedPage& b) {
     if (a.needed != b.needed) return a.needed;
-    return a.urgency != b.urgency ? a.urgency > b.urgency
-                                  : a.entry.page.offset > b.entry.page.offset;
+    return a.bound != b.bound ? a.bound > b.bound : a.entry.page.offset > b.entry.page.offset;
   });
   std::size_t fit = how_many_fit(wanted);
   if (!budget_.strict)

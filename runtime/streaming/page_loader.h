@@ -8,7 +8,6 @@
 // asked for again: the sampler does without, as if it were still on its way.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -31,7 +30,7 @@ struct PageStatistics {
 };
 
 struct WantedPage {
-  double urgency = 0;
+  double bound = 0;
   PageEntry entry;
   bool needed = true;  // by the last sample; otherwise perhaps soon
 };
@@ -67,8 +66,8 @@ class PageLoader {
   // What has arrived since the last, by offset.
   std::span<const std::uint64_t> arrived() const { return arrived_; }
 
-  // Null if it is not here. Valid until the next begin_sample(). `urgency` as in WantedPage.
-  const ResidentPage* use(const PageEntry& entry, double urgency);
+  // Null if it is not here. Valid until the next begin_sample(). `bound` as in WantedPage.
+  const ResidentPage* use(const PageEntry& entry, double bound);
 
   // The same for who asks again and again, without looking for it: where a page is kept that is
   // here. Valid until a begin_sample() that drops any.
@@ -82,13 +81,11 @@ class PageLoader {
     std::unique_ptr<const ResidentPage> page;  // null: it failed
     std::uint64_t bytes = 0;                   // of its memory
     std::uint32_t last_use = 0;                // sample
-    double urgency = 0;                        // in that
+    double bound = 0;                          // in that
     bool stays = false;
   };
   Place* place_of(const PageEntry& entry);
-  // `ahead`: as well by so many samples to come.
-  static constexpr std::uint32_t kMostAhead = 3;
-  void use(Place& place, double urgency, std::uint32_t ahead = 0);
+  void use(Place& place, double bound);
 
   bool is_here(const PageEntry& entry) const { return find(entry) != nullptr; }
   // The same without being counted as used or late.
@@ -107,7 +104,7 @@ class PageLoader {
  private:
   struct Shared;
   // Under the mutex, both.
-  void take(std::uint64_t offset, double urgency, Content content);
+  void take(std::uint64_t offset, double bound, Content content);
   void count_what_is_here();
   void drop_too_much();
   std::size_t how_many_fit(std::span<const WantedPage> most_urgent_first) const;
@@ -121,8 +118,8 @@ class PageLoader {
   std::vector<std::uint64_t> arrived_;
   std::uint32_t sample_ = 1;
   std::uint64_t bytes_ = 0;
-  std::array<std::uint64_t, 1 + kMostAhead> used_bytes_{};  // by this sample, and those to come
-  std::uint64_t most_page_bytes_ = 0;                       // so far
+  std::uint64_t used_bytes_ = 0;       // by this sample
+  std::uint64_t most_page_bytes_ = 0;  // so far
   std::uint64_t late_ = 0;
   std::unique_ptr<Shared> shared_;
 };

@@ -179,11 +179,8 @@ struct Variant {
 const std::vector<Variant>& variants() {
   static const std::vector<Variant> all = {
       {"all parts", {}},
-      {"without plans", {.plans = false}},
-      {"without turns", {.turns = false}},
+      {"without node front", {.front = false}},
       {"without shortlists", {.shortlists = false}},
-      {"without culled node cache", {.culled_nodes = false}},
-      {"without plans, culled node cache", {.plans = false, .culled_nodes = false}},
       {"without representatives", {.representatives = false}},
       {"without occlusion bounds", {.occlusion = false}},
       {"without late boost", {.late_boost = false}},

@@ -145,7 +145,7 @@ TEST(InstanceRepresentatives, AreTheSourcesWithTheHighestKeysAndKnowTheNextKey) 
     PageLoader loader(nested.trees.fetch(field, nested.weights), PageBudget{1'000'000'000});
     SignalMaps maps(nested.maps);
     InstanceRepresentatives leads(field, nested.trees.tops(), maps);
-    leads.follow([&](const PageEntry& entry) {
+    leads.update([&](const PageEntry& entry) {
       EXPECT_TRUE(loader.load_now(entry));
       return loader.find(entry);
     });

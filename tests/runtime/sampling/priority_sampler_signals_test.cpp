@@ -169,40 +169,6 @@ TEST(SignalSampling, GivesTheSampleOfASortToAListenerWhoWalksAndTurns) {
   }
 }
 
-TEST(SignalSampling, RefreshesAThirdOfTheTreePerKeyframeOnAWalk) {
-  const WeightedHall hall(played(), 100'000, 10);
-  const RadiationModel field = hall.field();
-  testing::StoredTrees trees;
-  trees.add(build_octree(hall.all));
-  std::array<std::uint64_t, 2> looked_at{}, found_in_all{};
-  for (const bool may_lag : {false, true}) {
-    PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
-    OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
-    for (std::uint32_t k = 0; k < 200; ++k) {
-      const Vec3 place(4 + 0.03 * k, 1.7, 7), step(0.03, 0, 0);
-      const double threshold = 1e-5 * (1 + 0.05 * std::sin(0.1 * k));
-      const std::uint64_t before = pool.sources_tested();
-      std::vector<FoundSource> found;
-      do {
-        found.clear();
-        pool.refresh();
-        pool.set_occlusion_bounds(nullptr, may_lag);
-        pool.begin(place, 3 + 0.02 * k);
-        ASSERT_TRUE(pool.look(place, threshold, hall.all.size(), found));
-        pool.ask(place + 25.0 * step, threshold);
-      } while (!pool.complete());
-      if (k < 50) continue;  // by now all pages are loaded
-      looked_at[may_lag] += pool.sources_tested() - before;
-      found_in_all[may_lag] += found.size();
-    }
-  }
-  EXPECT_GT(found_in_all[0], 150 * 100u);
-  // Sources that may reach the threshold on the way are found, too.
-  EXPECT_LT(found_in_all[1], 1.5 * static_cast<double>(found_in_all[0]));
-  // A third of the lists is passed per keyframe; the number of lists made anew stays the same.
-  EXPECT_LT(looked_at[1], 0.75 * static_cast<double>(looked_at[0]));
-}
-
 TEST(SignalSampling, GivesNoVoiceToSilentSources) {
   const WeightedHall hall(played(), 2000, 2);
   const RadiationModel field = hall.field();

@@ -135,22 +135,6 @@ TEST_F(PageLoaderTest, LoadsNoMoreThanFitsBesideThePagesInUse) {
   EXPECT_TRUE(loader.is_here(at(1)) && loader.is_here(at(2)) && loader.is_here(at(3)));
 }
 
-TEST_F(PageLoaderTest, CountsPagesUsedAheadOfTheirSamples) {
-  PageLoader loader(fetcher(), PageBudget{4 * page_bytes_});
-  loader.ask({{1, at(1)}, {1, at(2)}});
-  while (loader.wait()) loader.begin_sample();
-  for (const std::uint32_t page : {1u, 2u}) loader.use(*loader.place_of(at(page)), 9, 2);
-  std::uint32_t next = 15;
-  for (int sample = 0; sample < 4; ++sample) {
-    std::vector<WantedPage> wanted;
-    for (int i = 0; i < 4; ++i) wanted.push_back({8, at(next++)});
-    const std::uint64_t asked = loader.statistics().asked;
-    loader.ask(wanted);
-    EXPECT_EQ(loader.statistics().asked - asked, sample < 3 ? 2u : 4u) << sample;
-    loader.begin_sample();
-  }
-}
-
 TEST_F(PageLoaderTest, EvictsPagesOfHalfTheUrgencyWhenTheBudgetIsFull) {
   PageLoader loader(fetcher(), PageBudget{4 * page_bytes_});
   ASSERT_TRUE(loader.load_now(at(0)));

@@ -55,7 +55,7 @@ struct Lobes {
 };
 
 // A list has no nodes and tests all of its sources each time.
-TEST(CulledNodeCache, SkipsNodesOnAWalkWithoutHidingSources) {
+TEST(NodeFront, SkipsNodesOnAWalkWithoutHidingSources) {
   const Lobes lobes(60'000);
   const RadiationModel field(lobes.emitters, lobes.materials, Air{});
   testing::StoredTrees trees;
@@ -140,7 +140,7 @@ Vec3 to_and_fro(int i) {
 }
 
 // Pages arrive while a plan is made and used, and the plan ends where they are evicted.
-TEST(OctreePlan, HidesNothingWhilePagesComeAndGo) {
+TEST(NodeFront, HidesNothingWhilePagesComeAndGo) {
   // The thresholds follow every syllable.
   const ComparedWalk walk = compared_walk(Lobes(60'000, {0, 0, 0}), 3'000'000, to_and_fro);
   EXPECT_EQ(walk.keyframes_that_differ, 0u);
@@ -149,7 +149,7 @@ TEST(OctreePlan, HidesNothingWhilePagesComeAndGo) {
 }
 
 // The thresholds hardly change, so a plan is used for as long as it is valid.
-TEST(OctreePlan, HidesNothingWithSteadySignals) {
+TEST(NodeFront, HidesNothingWithSteadySignals) {
   Lobes lobes(60'000);
   for (const bool smoothed : {true, false}) {
     if (!smoothed) lobes.weights.tracks.clear();
@@ -163,7 +163,7 @@ TEST(OctreePlan, HidesNothingWithSteadySignals) {
 }
 
 // A shortlist is valid within a ball that is smaller than a few such steps.
-TEST(OctreePlan, HidesNothingFromAFastListener) {
+TEST(NodeFront, HidesNothingFromAFastListener) {
   Lobes lobes(60'000);
   lobes.weights.tracks.clear();
   for (const double step_m : {0.03, 0.07, 0.08, 0.1, 0.15, 0.24, 0.26}) {

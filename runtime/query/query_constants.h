@@ -1,0 +1,73 @@
+// query_constants.h: the constants of the octree query, with units and reasons.
+//
+// Bounds are computed in single precision and compared with exact priorities, so each is enlarged
+// by a slack that covers its rounding. A slack that is too small loses sources; one that is larger
+// than necessary costs a few more tests.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace clamor::query {
+
+// --- Slacks: factors unless a unit is given -----------------------------------------------------
+constexpr double kNodeBoundSlack = 1.0001;        // keys, boxes and distances of nodes, float
+constexpr double kRepresentativeSlack = 1.0001;   // upper bound of a representative, float
+constexpr double kCullerKeySlack = 1.00001;       // power over u of one source, float
+constexpr double kThresholdSlack = 1e-6;          // thresholds are lowered by this share
+constexpr double kBoostSlack = 1e-6;              // undoing the late boost of an upper bound
+constexpr double kInstanceThresholdSlack = 1e-5;  // a threshold in the space of an instance
+constexpr double kCulledNodeSlack = 1e-9;         // the threshold above which a node is empty
+constexpr double kPositionError_m = 0.002;        // quantised positions, 10 km from the origin
+constexpr double kRepresentativeError_m = 0.003;  // the same and float
+constexpr double kInstanceErrorPerM = 0x1p-23;    // of an instance, per metre from the origin
+constexpr double kShortlistError_m = 2e-6;        // float, within the radius of a shortlist
+constexpr double kConeError = 1e-3;               // radians, and cosines change no faster
+constexpr double kDelayError_s = 1e-6;            // delays of shortlists, float
+constexpr double kDelayWindowMargin_s = 0.05;     // delays and envelope moments, rounded
+
+// --- How far and how long results hold ----------------------------------------------------------
+// A front holds for 2.5 times the way of the next half second, since listeners turn.
+constexpr double kFrontRadiusPerPath = 2.5, kMinFrontRadius_m = 0.3, kMaxFrontRadius_m = 3;
+constexpr double kFrontThreshold = 0.6;       // of the lowest recent threshold
+constexpr double kFrontRenewThreshold = 0.8;  // a new one is made before the threshold falls so
+constexpr double kMinFrontDuration_s = 0.3;   // a new one is made so long before the old one ends
+constexpr std::size_t kMinFrontSteps = 256,
+                      kFrontStepShare = 8;  // nodes per keyframe: the larger
+                                            // of 256 and 1/8 of the last front
+constexpr std::size_t kMaxFrontNodes = 1 << 18;
+constexpr std::uint32_t kFrontPause_keyframes = 100;  // after pages were dropped for want of memory
+constexpr double kCulledNodeRadius_m = 0.25;          // a node below the threshold is not retested
+
+// A shortlist holds within a twentieth of the distance to its page: upper bounds are then 10 %
+// higher than at its centre.
+constexpr double kListRadiusPerDistance = 1.0 / 20, kMinListRadius_m = 0.15, kMaxListRadius_m = 3;
+constexpr double kListThreshold = 0.9;  // of the threshold that it is made for
+constexpr double kListLead = 0.85;      // of the radius, from the listener to the centre ahead
+constexpr double kMaxListExcess = 3;    // a threshold so many times the list's makes a shorter one
+constexpr std::uint32_t kListLifetime_keyframes = 256;  // since its last use
+
+// Thresholds rise and fall with syllables: caches are made for the lowest of 32 to 64 keyframes.
+constexpr std::uint32_t kThresholdMemory_keyframes = 32;
+constexpr double kMinRecentThreshold = 1.0 / 3;  // of the present threshold
+
+// --- Upper bounds of signals --------------------------------------------------------------------
+constexpr double kSignalWindow_s = 2;        // signals are bounded for so long at a time,
+constexpr double kMinSignalWindow_s = 1.25;  // and again when less is left
+constexpr double kQuietShare = 0.5;          // below it, shortlists end with the window
+constexpr double kPageLookAhead_s = 0.5;     // pages are requested so long before they sound
+
+// --- Bounds of work and memory ------------------------------------------------------------------
+// Nodes and instances per keyframe: a billion sources and 20 000 voices take a fifth of them; a
+// forged file, in which instances double again and again, would take any number.
+constexpr std::uint64_t kMaxSteps = 1 << 20;
+// Sources of instances in a query without a limit, as a render's: half a kilobyte each.
+constexpr std::size_t kMaxPlacedSources = 1 << 21;
+constexpr std::size_t kMaxFirstPages = 256;    // pages of a tree that always stay in memory
+constexpr std::size_t kMaxRequests = 256;      // pages per keyframe
+constexpr std::uint32_t kLookAheadPeriod = 4;  // keyframes between two looks ahead by traversal
+constexpr std::size_t kPendingPages = 64;      // their shortlists are fetched from memory together
+constexpr std::size_t kPrefetchNodes = 8;      // ahead of the node being tested
+constexpr std::size_t kPrefetchBlocks = 3;     // of each shortlist
+
+}  // namespace clamor::query
