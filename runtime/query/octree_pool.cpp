@@ -109,8 +109,8 @@ double OctreePool::highest(const Vec3& place) {
 // right, since everything in them is in memory.
 double OctreePool::unseen_key(const FoundSource& found, double tau) {
   // No other source of an instance that was not traversed could reach the threshold.
-  if (!requests_.is_missing(tau) || found.copy == kNoFrame) return 0;
-  const Frame& frame = traversal_.frame(found.copy);
+  if (!requests_.is_missing(tau) || found.frame == kNoFrame) return 0;
+  const Frame& frame = traversal_.frame(found.frame);
   const Vec3 position_m = frame.placement.inside(Vec3(found.source->position_m));
   const PageEntry* entry = frame.tree;
   OctreeCube cube = OctreeCube::around(Vec3(entry->low_m), Vec3(entry->high_m));
