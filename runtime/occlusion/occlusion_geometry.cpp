@@ -1,36 +1,16 @@
 #include "runtime/occlusion/occlusion_geometry.h"
 
-#if __has_include(<embree4/rtcore.h>)
-#include <embree4/rtcore.h>
-#else
-#include <embree3/rtcore.h>
-#endif
-
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <exception>
-#include <new>
-#include <stdexcept>
-#include <string>
 
+#include "common/reflection.h"
+#include "formats/level/embree_mesh.h"
 #include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
-
-// Owns the Embree objects of one BVH.
-struct OcclusionGeometry::Embree {
-  RTCDevice device = nullptr;
-  RTCScene scene = nullptr;
-  RTCGeometry geometry = nullptr;
-
-  ~Embree() {
-    if (geometry != nullptr) rtcReleaseGeometry(geometry);
-    if (scene != nullptr) rtcReleaseScene(scene);
-    if (device != nullptr) rtcReleaseDevice(device);
-  }
-};
 
 namespace {
 
@@ -41,32 +21,6 @@ constexpr double kSideTest_m = 0.25;
 constexpr float kAmbiguous_m = 0.0045f;
 constexpr int kMaxCrossings = 32;          // a path through more surfaces is silent
 constexpr float kRestartFraction = 1e-5f;  // of a segment, added after a hit to leave the surface
-
-// Throws if an Embree call since the last check failed.
-void check(RTCDevice device) {
-  const RTCError error = rtcGetDeviceError(device);
-  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
-  if (device == nullptr || error != RTC_ERROR_NONE)
-    throw std::runtime_error("Embree cannot build its tree of the level's surfaces (error " +
-                             std::to_string(error) + ")");
-}
-
-RTCRay ray_between(const Vec3f& from_m, const Vec3f& to_m, float near) {
-  RTCRay ray;
-  ray.org_x = from_m.x;
-  ray.org_y = from_m.y;
-  ray.org_z = from_m.z;
-  ray.tnear = near;
-  ray.dir_x = to_m.x - from_m.x;
-  ray.dir_y = to_m.y - from_m.y;
-  ray.dir_z = to_m.z - from_m.z;
-  ray.time = 0;
-  ray.tfar = 1;
-  ray.mask = 0xffffffff;
-  ray.id = 0;
-  ray.flags = 0;
-  return ray;
-}
 
 OccluderPlane plane_of(const Mesh& mesh, const std::array<std::uint32_t, 3>& corners) {
   const Vec3 a = mesh.vertices_m[corners[0]];
@@ -80,47 +34,22 @@ OccluderPlane plane_of(const Mesh& mesh, const std::array<std::uint32_t, 3>& cor
 
 }  // namespace
 
-std::unique_ptr<OcclusionGeometry::Embree> OcclusionGeometry::build_bvh(const Mesh& mesh,
-                                                                        BuildQuality quality) {
-  auto tree = std::make_unique<Embree>();
-  tree->device = rtcNewDevice(nullptr);
-  check(tree->device);
-  tree->scene = rtcNewScene(tree->device);
-  check(tree->device);
-  rtcSetSceneBuildQuality(
-      tree->scene, quality == BuildQuality::kFast ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_HIGH);
+std::unique_ptr<EmbreeMesh> OcclusionGeometry::build_bvh(const Mesh& mesh, BuildQuality quality) {
   // Robust mode keeps rays from slipping through the edge between two triangles.
-  rtcSetSceneFlags(tree->scene, RTC_SCENE_FLAG_ROBUST);
-  tree->geometry = rtcNewGeometry(tree->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  check(tree->device);
+  EmbreeMesh::Options options{.robust = true};
   if (quality == BuildQuality::kFast)
-    rtcSetGeometryBuildQuality(tree->geometry, RTC_BUILD_QUALITY_LOW);
-  auto* vertices = static_cast<Vec3f*>(
-      rtcSetNewGeometryBuffer(tree->geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                              sizeof(Vec3f), mesh.vertices_m.size()));
-  auto* indices = static_cast<std::array<std::uint32_t, 3>*>(
-      rtcSetNewGeometryBuffer(tree->geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                              3 * sizeof(std::uint32_t), mesh.triangles.size()));
-  check(tree->device);  // buffers are null if memory ran out
-  std::copy(mesh.vertices_m.begin(), mesh.vertices_m.end(), vertices);
-  std::copy(mesh.triangles.begin(), mesh.triangles.end(), indices);
-  rtcSetGeometryMask(tree->geometry, 0xffffffff);  // Embree 4's default is 1
-  rtcCommitGeometry(tree->geometry);
-  rtcAttachGeometry(tree->scene, tree->geometry);
-  rtcCommitScene(tree->scene);
-  check(tree->device);
-  return tree;
+    options.quality = options.geometry_quality = RTC_BUILD_QUALITY_LOW;
+  auto bvh = std::make_unique<EmbreeMesh>(mesh, options);
+  bvh->build();
+  return bvh;
 }
 
 OcclusionGeometry::OcclusionGeometry(const Mesh& mesh, std::span<const Material> materials,
                                      BuildQuality quality)
-    : materials_(mesh.materials), embree_(std::make_unique<Embree>()) {
+    : materials_(mesh.materials) {
   for (const Material& material : materials) {
-    Bands& through = transmission_.emplace_back(material.transmission);
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-      through[b] = std::min(through[b], material.absorption[b]);
-      transmits_ |= through[b] > 0;
-    }
+    const Bands& through = transmission_.emplace_back(transmittance(material));
+    for (const float share : through) transmits_ |= share > 0;
   }
   if (mesh.triangles.empty()) return;  // free field
   planes_.reserve(mesh.triangles.size());
@@ -133,7 +62,7 @@ bool OcclusionGeometry::improve() {
   if (mesh_to_improve_ == nullptr) return true;
   if (!better_.valid())
     better_ =
-        std::async(std::launch::async, [mesh = mesh_to_improve_]() -> std::unique_ptr<Embree> {
+        std::async(std::launch::async, [mesh = mesh_to_improve_]() -> std::unique_ptr<EmbreeMesh> {
           name_thread("occlusion bvh");
           try {
             return build_bvh(*mesh, BuildQuality::kHigh);
@@ -152,18 +81,7 @@ OcclusionGeometry::~OcclusionGeometry() = default;
 
 std::uint32_t OcclusionGeometry::first_triangle(const Vec3f& from_m, const Vec3f& to_m,
                                                 float& near) const {
-  RTCRayHit ray;
-  ray.ray = ray_between(from_m, to_m, near);
-  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  ray.hit.primID = RTC_INVALID_GEOMETRY_ID;
-  ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-#if RTC_VERSION_MAJOR >= 4
-  rtcIntersect1(embree_->scene, &ray);
-#else
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(embree_->scene, &context, &ray);
-#endif
+  const RTCRayHit ray = embree_->first_hit(from_m, to_m - from_m, near, 1);
   near = ray.ray.tfar;
   return ray.hit.geomID == RTC_INVALID_GEOMETRY_ID ? kNone : ray.hit.primID;
 }
@@ -200,33 +118,14 @@ void OcclusionGeometry::first_surfaces(
     rays.hit.geomID[l] = rays.hit.primID[l] = rays.hit.instID[0][l] = RTC_INVALID_GEOMETRY_ID;
   }
   if (empty()) return;
-#if RTC_VERSION_MAJOR >= 4
-  RTCIntersectArguments arguments;
-  rtcInitIntersectArguments(&arguments);
-  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-  rtcIntersect16(valid.data(), embree_->scene, &rays, &arguments);
-#else
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect16(valid.data(), embree_->scene, &context, &rays);
-#endif
+  embree_->first_hits(valid.data(), rays);
   for (std::size_t l = 0; l < kPacketRays; ++l)
     if (valid[l] != 0 && rays.hit.geomID[l] != RTC_INVALID_GEOMETRY_ID)
       surfaces[l] = &planes_[rays.hit.primID[l]];
 }
 
 bool OcclusionGeometry::is_free(const Vec3f& from_m, const Vec3f& to_m) const {
-  if (empty()) return true;
-  RTCRay ray = ray_between(from_m, to_m, 0);
-#if RTC_VERSION_MAJOR >= 4
-  rtcOccluded1(embree_->scene, &ray);
-#else
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(embree_->scene, &context, &ray);
-#endif
-  return ray.tfar > 0;
+  return empty() || !embree_->is_occluded(from_m, to_m);
 }
 
 Bands OcclusionGeometry::transmission(const Vec3f& from_m, const Vec3f& to_m,

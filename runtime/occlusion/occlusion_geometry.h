@@ -28,6 +28,8 @@
 
 namespace clamor {
 
+class EmbreeMesh;
+
 // The plane of a triangle: dot(normal, x) = offset.
 struct OccluderPlane {
   Vec3f normal{};
@@ -83,8 +85,7 @@ class OcclusionGeometry {
   std::optional<Vec3f> ray_origin(const Source& source) const;
 
  private:
-  struct Embree;
-  static std::unique_ptr<Embree> build_bvh(const Mesh& mesh, BuildQuality quality);
+  static std::unique_ptr<EmbreeMesh> build_bvh(const Mesh& mesh, BuildQuality quality);
   static constexpr std::uint32_t kNone = 0xffffffff;
 
   // First triangle beyond the fraction `near` of the segment, kNone if there is none. Sets `near`
@@ -95,9 +96,9 @@ class OcclusionGeometry {
   std::vector<std::uint16_t> materials_;  // per triangle
   std::vector<Bands> transmission_;       // per material
   bool transmits_ = false;
-  std::unique_ptr<Embree> embree_;
+  std::unique_ptr<EmbreeMesh> embree_;
   const Mesh* mesh_to_improve_ = nullptr;  // null: the BVH is final
-  std::future<std::unique_ptr<Embree>> better_;
+  std::future<std::unique_ptr<EmbreeMesh>> better_;
 };
 
 }  // namespace clamor
