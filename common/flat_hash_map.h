@@ -27,6 +27,9 @@ class FlatHashMap {
   }
 
   std::size_t size() const { return size_; }
+  bool is_full() const {
+    return 2 * (size_ + 1) > slots_.size();
+  }  // the next insertion may grow it
 
   // The value of a key, or null. Valid until the next insertion.
   const Value* find(std::uint64_t key) const {
@@ -39,7 +42,7 @@ class FlatHashMap {
   Value& operator[](std::uint64_t key) {
     std::size_t place = place_of(key);
     if (!slots_[place].is_used) {
-      if (2 * (size_ + 1) > slots_.size()) {
+      if (is_full()) {
         rehash(2 * slots_.size());
         place = place_of(key);
       }

@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
-
-#include "common/fibonacci_hash.h"
 
 namespace clamor {
 
@@ -50,7 +47,7 @@ std::uint64_t key_of(const Source& source, int level) {
 
 }  // namespace
 
-OcclusionGrid::OcclusionGrid() : table_(kMinTableSize) {}
+OcclusionGrid::OcclusionGrid() : cells_(kMinTableSize) {}
 
 // Factor from 0 to 1 by which a cell's weights have fallen since its last estimate.
 float OcclusionGrid::remaining_weight(const Cell& cell, const Source& source,
@@ -67,40 +64,14 @@ void OcclusionGrid::invalidate_on_change(double mean_error) {
   usual_error_ += kErrorLearningRate * (mean_error - usual_error_);
 }
 
-const OcclusionGrid::Cell* OcclusionGrid::find(std::uint64_t key) const {
-  for (std::size_t at = fibonacci_hash(key);; ++at) {
-    const Cell& cell = table_[at & (table_.size() - 1)];
-    if (cell.key == key) return &cell;
-    if (cell.key == 0) return nullptr;
-  }
-}
-
+// Drops old cells before the map grows.
 OcclusionGrid::Cell& OcclusionGrid::find_or_add(std::uint64_t key, std::uint32_t keyframe) {
-  if (const Cell* const cell = find(key)) return const_cast<Cell&>(*cell);
-  if (2 * (cells_ + 1) > table_.size()) grow(keyframe);
-  std::size_t at = fibonacci_hash(key);
-  while (table_[at & (table_.size() - 1)].key != 0) ++at;
-  ++cells_;
-  Cell& cell = table_[at & (table_.size() - 1)];
-  cell.key = key;
-  return cell;
-}
-
-// Drops old cells, and doubles the table where that frees too little.
-void OcclusionGrid::grow(std::uint32_t keyframe) {
-  std::vector<Cell> old = std::exchange(table_, {});
-  std::erase_if(old, [keyframe](const Cell& cell) {
-    return cell.key == 0 || keyframe - cell.keyframe > kForget_keyframes;
-  });
-  std::size_t size = kMinTableSize;
-  while (size < 4 * old.size()) size *= 2;
-  table_.assign(size, Cell{});
-  cells_ = old.size();
-  for (const Cell& cell : old) {
-    std::size_t at = fibonacci_hash(cell.key);
-    while (table_[at & (size - 1)].key != 0) ++at;
-    table_[at & (size - 1)] = cell;
-  }
+  if (Cell* const cell = cells_.find(key)) return *cell;
+  if (cells_.is_full())
+    cells_.erase_if([keyframe](std::uint64_t, const Cell& cell) {
+      return keyframe - cell.keyframe > kForget_keyframes;
+    });
+  return cells_[key];
 }
 
 // Several sizes get the estimate: the one that suits now may be too fine once the listener has
@@ -127,7 +98,7 @@ void OcclusionGrid::add(const Source& source, const Vec3& place, bool line_is_fr
 
 bool OcclusionGrid::has_estimate_of(std::uint32_t keyframe, const Source& source,
                                     const Vec3& place) const {
-  const Cell* const cell = find(key_of(source, level_at(source, place)));
+  const Cell* const cell = cells_.find(key_of(source, level_at(source, place)));
   return cell != nullptr && cell->keyframe == keyframe;
 }
 
@@ -135,7 +106,7 @@ bool OcclusionGrid::mean(const Source& source, const Vec3& place, bool line_is_f
                          Mean& mean) const {
   const int level = level_at(source, place);
   for (int l = level; l < level + (from_afar ? kLevels : kLevelsNear); ++l) {
-    const Cell* const cell = find(key_of(source, l));
+    const Cell* const cell = cells_.find(key_of(source, l));
     if (cell == nullptr) continue;
     const RunningMean& known = cell->means[line_is_free ? 1 : 0];
     if (known.weight * remaining_weight(*cell, source, place) < kMinWeight) continue;

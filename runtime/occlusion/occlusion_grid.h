@@ -14,9 +14,9 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "common/bands.h"
+#include "common/flat_hash_map.h"
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
 
@@ -55,20 +55,16 @@ class OcclusionGrid {
     Bands sum{};
   };
   struct Cell {
-    std::uint64_t key = 0;  // 0: free
-    Vec3f from_m{};         // the listener, at the last estimate
+    Vec3f from_m{};  // the listener, at the last estimate
     std::uint32_t keyframe = 0;
     float change_clock = 0;
     RunningMean means[2];  // line blocked, line free
   };
 
   Cell& find_or_add(std::uint64_t key, std::uint32_t keyframe);
-  const Cell* find(std::uint64_t key) const;
   float remaining_weight(const Cell& cell, const Source& source, const Vec3& place) const;
-  void grow(std::uint32_t keyframe);
 
-  std::vector<Cell> table_;  // open addressing, a power of two
-  std::size_t cells_ = 0;
+  FlatHashMap<Cell> cells_;
   double change_clock_ = 0, usual_error_ = 0;
 };
 
