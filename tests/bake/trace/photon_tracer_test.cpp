@@ -243,12 +243,12 @@ TEST(PhotonTracer, LeavesTheSameBitsOnEveryInstructionSet) {
     const Outcome outcome = trace(level, {.air_loss_per_m = same_in_all_bands(0.01f)}, 500);
     force_trace_kernel_target("");
     return std::string(reinterpret_cast<const char*>(outcome.deposits.data()),
-                       outcome.deposits.size() * sizeof(Source));
+                       outcome.deposits.size() * sizeof(Deposit));
   };
   const auto targets = trace_kernel_targets();
   ASSERT_GE(targets.size(), 2u);
   const std::string best = bits_with("");
-  EXPECT_GT(best.size(), 1000 * sizeof(Source));
+  EXPECT_GT(best.size(), 1000 * sizeof(Deposit));
   for (const std::string& target : targets) EXPECT_TRUE(bits_with(target) == best) << target;
 }
 
