@@ -11,6 +11,7 @@
 #include "bake/octree/patch_radius.h"
 #include "bake/trace/photon_tracer.h"
 #include "bake/trace/scene.h"
+#include "common/random.h"
 #include "formats/bake_file/source_quantization.h"
 #include "formats/gltf/level_import.h"
 #include "runtime/measures/energy_response.h"
@@ -46,14 +47,22 @@ Violin traced_violin() {
   std::vector<PhotonRun> runs;
   for (std::uint32_t first = 0; first < kPhotons; first += 500) runs.push_back({0, first, 500});
   tracer.trace(runs, traced);
-  for (const Deposit& deposit : traced.deposits())
-    room.traced.push_back(secondary_source(deposit, 1.0 / kPhotons));
+  std::vector<std::uint32_t> bounces(kPhotons, 0);
+  for (const TracedRun& run : traced.runs())
+    for (const Deposit& deposit : traced.deposits_of(run)) {
+      Source& source = room.traced.emplace_back(secondary_source(deposit, 1.0 / kPhotons));
+      const auto photon = static_cast<std::uint32_t>(run.run.first) + deposit.photon;
+      const RandomBits bits =
+          philox(tracer.emitter_key(0),
+                 {photon, 0, ++bounces[photon], static_cast<std::uint32_t>(Use::kPolarity)});
+      source.polarity = (bits[0] & 1) != 0 ? 1 : -1;
+    }
   set_patch_radii(room.traced);
   room.quantised = room.traced;
   quantize_sources(room.quantised, room.level.materials);
   // Polarities must be equal, because other ones would add up to another waveform.
   for (std::size_t i = 0; i < room.traced.size(); ++i)
-    room.traced[i].polarity = room.quantised[i].polarity;
+    room.quantised[i].polarity = room.traced[i].polarity;
   return room;
 }
 
