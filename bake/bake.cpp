@@ -27,6 +27,7 @@
 #include "formats/bake_file/bake_writer.h"
 #include "formats/bake_file/page.h"
 #include "formats/bake_file/source_quantization.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 

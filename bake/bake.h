@@ -11,10 +11,11 @@
 
 #include "common/result.h"
 #include "formats/bake_file/bake_contents.h"
-#include "formats/level/level.h"
 #include "formats/level/scene_group.h"
 
 namespace clamor {
+
+struct Level;
 
 struct BakeProgress {
   const char* stage = "";

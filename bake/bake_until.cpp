@@ -9,6 +9,7 @@
 #include "bake/bake_plan.h"
 #include "bake/trace/scene.h"
 #include "common/text.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 

@@ -24,7 +24,7 @@ struct Seat {
   int block;     // between two aisles of one tier
 };
 
-// Where feet tread on the stairs of an aisle at `out_m`, from the pitch (at a gate) to the walkway
+// Walking height on the stairs of an aisle at `out_m`, from the pitch (at a gate) to the walkway
 // behind the lower tier: the straight line through the middle of the steps, so at most half a step
 // above or below them.
 constexpr double kFootOfGate_m = -1.925, kFirstTread_m = 0.2, kLastTread_m = 10.6;

@@ -24,7 +24,7 @@ struct SignalSections {
   FileSection envelope;
 };
 
-// Where the parts of the file were written.
+// Locations of the parts of the file before its root.
 struct BakeSections {
   std::vector<SignalSections> signals;
   FileSection geometry;  // empty; used by format 3.0 only
