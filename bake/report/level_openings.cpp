@@ -15,8 +15,8 @@ namespace clamor {
 
 namespace {
 
-constexpr std::uint32_t kWalks = 2048, kMaxWalk = 64;
-constexpr std::uint64_t kKey = 0x6f70656e696e67u;
+constexpr std::uint32_t kOpeningWalks = 2048, kMaxWalk = 64;
+constexpr std::uint64_t kOpeningKey = 0x6f70656e696e67u;
 constexpr double kMinPower = 1e-3;  // a walk ends below this share of its initial power
 constexpr std::size_t kMaxOpenings = 6;
 constexpr int kTellingLines = 16;
@@ -46,9 +46,9 @@ struct Walks {
 
 Walks walk(const Scene& scene, const Level& level, std::span<const Vec3> starts_m) {
   Walks walks;
-  for (std::uint32_t i = 0; i < kWalks && !starts_m.empty(); ++i) {
-    Vec3 from = starts_m[i * starts_m.size() / kWalks];
-    RandomBits bits = philox(kKey, {i, 0, 0, 0});
+  for (std::uint32_t i = 0; i < kOpeningWalks && !starts_m.empty(); ++i) {
+    Vec3 from = starts_m[i * starts_m.size() / kOpeningWalks];
+    RandomBits bits = philox(kOpeningKey, {i, 0, 0, 0});
     Vec3 direction = on_sphere(1 - 2 * unit(bits[0]), unit(bits[1]));
     double power = 1;
     for (std::uint32_t leg = 1; leg <= kMaxWalk && power > kMinPower; ++leg) {
@@ -63,7 +63,7 @@ Walks walk(const Scene& scene, const Level& level, std::span<const Vec3> starts_
         walks.legs_m += hit->distance_m;
       }
       power *= reflected(level.materials[hit->material]);
-      bits = philox(kKey, {i, leg, 0, 0});
+      bits = philox(kOpeningKey, {i, leg, 0, 0});
       direction = diffuse_direction(hit->normal, bits);
       from = scene.away_from_surface(hit->point_m, hit->normal);
     }
@@ -246,7 +246,7 @@ LevelOpenings find_openings(const Scene& scene, const Level& level, std::span<co
   const auto chains = chains_of(level.mesh, free_edges);
   for (const Bundle& bundle : bundles_of(walks.escapes)) {
     LevelOpening opening;
-    opening.share = bundle.escaped / kWalks;
+    opening.share = bundle.escaped / kOpeningWalks;
     opening.place_m = glm::clamp(bundle.point_m, Vec3(low), Vec3(high));
     opening.direction = bundle.flow / bundle.escaped;
     // Lines through a disc of radius R, distributed by Lambert's law, have a mean squared distance

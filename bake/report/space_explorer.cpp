@@ -13,10 +13,11 @@ namespace {
 
 constexpr std::uint64_t kKey = 0x61756469626c65u;  // of the random numbers
 constexpr std::uint32_t kLegs = 32;
-constexpr double kFewEscape = 0.1;      // maximum share of escaping walks at an enclosed point
-constexpr double kClosedShare = 0.5;    // enclosed share of the bounds of a closed level
-constexpr double kClearance_m = 0.2;    // clearance of proposed points, in levels of 10 m or more
-constexpr double kSurface_m = 0.01;     // start distance of rays that look for a surface at a point
+constexpr double kFewEscape = 0.1;    // maximum share of escaping walks at an enclosed point
+constexpr double kClosedShare = 0.5;  // enclosed share of the bounds of a closed level
+constexpr double kClearance_m = 0.2;  // clearance of proposed points, in levels of 10 m or more
+constexpr double kAboveSurface_m =
+    0.01;                               // start distance of rays that look for a surface at a point
 constexpr std::size_t kMaxInside = 96;  // sample points of the enclosed space
 
 double interval(std::vector<double> values) {
@@ -196,8 +197,9 @@ std::optional<Vec3> SpaceExplorer::surface_at(const Vec3& place_m, double within
   Vec3 normal{};
   for (std::uint32_t i = 0; i < kRays; ++i) {
     const Vec3 off = spread_direction(i, kRays);
-    const auto hit = scene_.intersect(place_m + kSurface_m * off, -off);
-    if (!hit || std::abs(hit->distance_m - kSurface_m) * std::abs(dot(hit->normal, off)) > within_m)
+    const auto hit = scene_.intersect(place_m + kAboveSurface_m * off, -off);
+    if (!hit ||
+        std::abs(hit->distance_m - kAboveSurface_m) * std::abs(dot(hit->normal, off)) > within_m)
       continue;
     ++at_surface;
     normal = hit->normal;

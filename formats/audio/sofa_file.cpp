@@ -20,7 +20,7 @@ namespace {
 
 constexpr const char* kDefaultHead = "/usr/share/libmysofa/default.sofa";
 constexpr unsigned kFewestDirections = 16, kMaxDirections = 20000, kMaxFrames = 16384;
-constexpr double kMinRate_hz = 8000, kMaxRate_hz = 384000, kMaxLag_s = 0.1;
+constexpr double kMinHrirRate_hz = 8000, kMaxHrirRate_hz = 384000, kMaxLag_s = 0.1;
 constexpr std::uintmax_t kMaxInput_bytes = 1 << 30;
 
 constexpr std::uint64_t kMinMemory_bytes = 1'000'000'000;  // memory limit of the reading process
@@ -149,9 +149,9 @@ Result<void> check_tables(const Tables& tables) {
       tables.samples.size() != 2 * directions * shape.frames ||
       (delay.size() != 2 && delay.size() != 2 * directions))
     return Error("has tables that do not fit together; export it again.");
-  if (!(rate[0] >= kMinRate_hz && rate[0] <= kMaxRate_hz))
+  if (!(rate[0] >= kMinHrirRate_hz && rate[0] <= kMaxHrirRate_hz))
     return Error(fmt::format("has a sampling rate of {} Hz; {} to {} are read.", rate[0],
-                             kMinRate_hz, kMaxRate_hz));
+                             kMinHrirRate_hz, kMaxHrirRate_hz));
   return {};
 }
 

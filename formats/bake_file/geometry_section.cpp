@@ -23,7 +23,7 @@ std::uint64_t page_bytes(const GeometryCounts& counts) {
   return kVertexBytes * counts.vertices + kTriangleBytes * counts.triangles;
 }
 
-std::uint32_t zigzag(std::uint32_t value) { return value << 1 ^ (0u - (value >> 31)); }
+std::uint32_t to_zigzag(std::uint32_t value) { return value << 1 ^ (0u - (value >> 31)); }
 std::uint32_t from_zigzag(std::uint32_t code) { return code >> 1 ^ (0u - (code & 1)); }
 
 // Stores a column byte plane by byte plane, lowest bytes first.
@@ -69,7 +69,7 @@ PackedGeometryPage pack_page(const Mesh& mesh, const Vec3& low_m, std::size_t fi
         const double above_m = static_cast<double>(mesh.vertices_m[vertex][i]) - low_m[i];
         const auto steps =
             static_cast<std::uint32_t>(std::min(std::round(above_m / kStep_m), 4294967295.0));
-        positions[axis].push_back(zigzag(steps - before[axis]));
+        positions[axis].push_back(to_zigzag(steps - before[axis]));
         before[axis] = steps;
       }
     }

@@ -17,7 +17,7 @@ void raise(Bands& max, const Bands& to) {
   for (std::size_t b = 0; b < kBandCount; ++b) max[b] = std::max(max[b], to[b]);
 }
 
-Bands weighted(const Bands& weights, Bands levels) {
+Bands loudness_weighted(const Bands& weights, Bands levels) {
   for (std::size_t b = 0; b < kBandCount; ++b) levels[b] *= weights[b];
   return levels;
 }
@@ -93,11 +93,11 @@ LoudnessTrack::LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frame
   first_ = -static_cast<std::int64_t>(before);
   by_moment_.resize(before + moments + after);
 
-  const Bands mean = weighted(loudness, envelope.mean_square());
+  const Bands mean = loudness_weighted(loudness, envelope.mean_square());
   const double mean_sum = std::accumulate(mean.begin(), mean.end(), 0.0);
   MomentSeries level(by_moment_.size(), loop), sounds(by_moment_.size(), loop);
   for (std::size_t m = 0; m < moments; ++m) {
-    const Bands now = weighted(loudness, envelope.at(m));
+    const Bands now = loudness_weighted(loudness, envelope.at(m));
     if (momentary) by_moment_[m] = now;
     const double now_sum = std::accumulate(now.begin(), now.end(), 0.0);
     if (!(now_sum > 0)) continue;

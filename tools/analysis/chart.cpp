@@ -16,7 +16,7 @@ constexpr std::array<const char*, 9> kPalette = {"#D55E00", "#0072B2", "#009E73"
                                                  "#CC79A7", "#56B4E9", "#E69F00",
                                                  "#7A4FBF", "#8C6D31", "#444444"};
 
-constexpr double kLeft = 74, kTop = 40, kBottom = 56, kLegend = 190, kRight = 18;
+constexpr double kChartLeft = 74, kChartTop = 40, kChartBottom = 56, kLegend = 190, kChartRight = 18;
 
 struct Axis {
   double low = 0, high = 1;
@@ -207,17 +207,17 @@ std::string to_svg(const Chart& chart) {
   const double legend = named > 1 ? kLegend : 0;
   Axis x = axis_over(xs, chart.log_x, chart.log_x), y = axis_over(ys, chart.log_y, true);
   if (chart.y_range) std::tie(y.low, y.high) = *chart.y_range;
-  x.from_px = kLeft;
-  x.to_px = chart.width - kRight - legend;
-  y.from_px = chart.height - kBottom;
-  y.to_px = kTop;
+  x.from_px = kChartLeft;
+  x.to_px = chart.width - kChartRight - legend;
+  y.from_px = chart.height - kChartBottom;
+  y.to_px = kChartTop;
 
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
       "height=\"{1}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" "
       "fill=\"#333\">\n<rect width=\"{0}\" height=\"{1}\" fill=\"#fff\"/>\n",
       chart.width, chart.height);
-  svg += svg_text(kLeft, 24, chart.title, "font-size=\"14\" font-weight=\"bold\" fill=\"#111\"");
+  svg += svg_text(kChartLeft, 24, chart.title, "font-size=\"14\" font-weight=\"bold\" fill=\"#111\"");
   svg += draw_zones(chart, x, y);
   svg += draw_axes(chart, x, y);
   svg += draw_series(chart, x, y, named > 1);

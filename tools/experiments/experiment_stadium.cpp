@@ -14,16 +14,16 @@ namespace clamor {
 
 namespace {
 
-struct Outcome {
+struct RenderOutcome {
   double loudness_db = 0, l2 = 0, renormalised_l2 = 0;
 };
 
 // More seeds for small k, whose results scatter more and cost less.
 std::size_t drawings(std::size_t k) { return std::clamp<std::size_t>(1024 / k, 1, 4); }
 
-Outcome rendered(const ExperimentScene& scene, const Walk& here, double seconds,
+RenderOutcome rendered(const ExperimentScene& scene, const Walk& here, double seconds,
                  const SamplingChoice& choice, const Sound& all) {
-  Outcome outcome;
+  RenderOutcome outcome;
   const double whole = energy(all);
   const std::size_t count = drawings(choice.k);
   for (std::size_t seed = 1; seed <= count; ++seed) {
@@ -39,7 +39,7 @@ Outcome rendered(const ExperimentScene& scene, const Walk& here, double seconds,
 }
 
 void report_waveform_error(const std::vector<SamplingChoice>& choices,
-                           const std::vector<Outcome>& outcomes, double seconds,
+                           const std::vector<RenderOutcome>& outcomes, double seconds,
                            const std::vector<std::size_t>& sizes, ReportPage& report) {
   std::vector<double> ticks(sizes.begin(), sizes.end());
   Chart absolute{.title = "Figure 4: absolute L2 error",
@@ -66,7 +66,7 @@ void report_waveform_error(const std::vector<SamplingChoice>& choices,
     for (std::size_t w = choices.size(); w-- > 0;) {  // in order of ascending k
       if (choices[w].strategy != info.name) continue;
       const auto k = static_cast<double>(choices[w].k);
-      const Outcome& outcome = outcomes[w];
+      const RenderOutcome& outcome = outcomes[w];
       const bool power = choices[w].estimator == Estimator::kPower;
       table.rows.push_back({choices[w].strategy, power ? "power" : "amplitude", k,
                             outcome.loudness_db, outcome.l2, outcome.renormalised_l2});
@@ -116,7 +116,7 @@ void waveform_error(const ExperimentScene& scene, const Walk& here, double secon
       if (const std::string name = info.name; name != "all")
         choices.push_back(
             {name, name == "priority" ? Estimator::kPower : Estimator::kAmplitude, *k});
-  std::vector<Outcome> outcomes(choices.size());
+  std::vector<RenderOutcome> outcomes(choices.size());
   for_each_index(choices.size(), [&](std::size_t w) {
     outcomes[w] = rendered(scene, here, seconds, choices[w], all);
   });
