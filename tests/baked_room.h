@@ -3,6 +3,7 @@
 
 #include "bake/bake.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_input.h"
 #include "tests/rooms.h"
 
 namespace clamor::testing {

@@ -4,6 +4,7 @@
 // references. (The HDF Group. HDF5 File Format Specification, version 3.0.)
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>

@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include "runtime/engine/auralizer_statistics.h"
 #include "runtime/output/device_feed.h"
 #include "runtime/player/audio_callback.h"
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "formats/bake_file/page_links.h"
+#include "runtime/propagation/signal_weights.h"
 #include "runtime/streaming/page_loader.h"
 
 namespace clamor::testing {

@@ -1,5 +1,6 @@
 #include "formats/files/level_folder.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <climits>

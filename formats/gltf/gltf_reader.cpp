@@ -1,6 +1,7 @@
 #include "formats/gltf/gltf_reader.h"
 
 #include <algorithm>
+#include <limits>
 
 #include <glm/gtc/quaternion.hpp>
 #include <tiny_gltf.h>

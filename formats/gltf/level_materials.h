@@ -15,10 +15,11 @@
 #include "common/result.h"
 #include "formats/gltf/gltf_scene.h"
 #include "formats/gltf/level_import.h"
-#include "formats/level/level.h"
 #include "formats/level/sidecar.h"
 
 namespace clamor {
+
+struct Level;
 
 // Fills level.materials with the materials that triangles use, in the order of the glTF file, and
 // renumbers level.mesh.materials, which contains glTF indices before (gltf_mesh.h).

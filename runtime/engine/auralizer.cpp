@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/engine/auralizer_statistics.h"
 #include "runtime/engine/sampling_pipeline.h"
 #include "runtime/mixing/block_mixer.h"
 #include "runtime/mixing/head_rotation.h"
@@ -32,6 +33,8 @@ std::size_t slots_for(const Sampler& sampler) { return 3 * sampler.capacity(); }
 Error nothing_to_hear() {
   return Error("there are no sources to hear; bake the level with an emitter.");
 }
+
+constexpr std::size_t kMaxKeyframesPerSample = kFadeKeyframes;
 
 std::size_t keyframes_of_a_choice(std::size_t voices) {
   return std::clamp<std::size_t>(

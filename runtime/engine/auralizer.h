@@ -23,53 +23,20 @@
 #pragma once
 
 #include <atomic>
-#include <cstdint>
 #include <memory>
 #include <span>
-#include <string>
 
 #include "common/listener.h"
 #include "common/result.h"
-#include "formats/bake_file/bake_file.h"
-#include "runtime/engine/auralizer_input.h"
-#include "runtime/engine/auralizer_options.h"
-#include "runtime/mixing/keyframe_maker.h"
-#include "runtime/mixing/limiter.h"
-#include "runtime/mixing/output_format.h"
 #include "runtime/realtime/realtime.h"
-#include "runtime/sampling/moving_sources.h"
-#include "runtime/streaming/page_loader.h"
-#include "runtime/streaming/sound_loader.h"
-#include "runtime/voices/keyframe.h"
 
 namespace clamor {
 
-inline constexpr int kOutputChannels = 2;  // of the default output shape
-
-// Of more voices, each choice of so many serves one keyframe more.
-inline constexpr std::size_t kVoicesPerKeyframeOfSample = 5000,
-                             kMaxKeyframesPerSample = kFadeKeyframes;
-
-struct AuralizerStatistics {
-  std::uint64_t keyframes = 0;          // made
-  std::uint64_t held_blocks = 0;        // mixed without a new keyframe when one was due
-  std::uint32_t voices = 0;             // in the newest keyframe, fading ones included
-  double sampler_ms = 0;                // the last make_keyframe took
-  float peak[kMaxChannels] = {};        // largest sample since the last call of statistics()
-  std::uint64_t clipped_frames = 0;     // frames beyond full scale so far
-  Limiter::Work limited;                // what the limiter did so far
-  std::uint64_t bad_voices = 0;         // silenced for a keyframe: a gain or delay was not finite
-  std::uint64_t rays = 0;               // cast so far
-  std::uint64_t late_sources = 0;       // times a source was left out for want of rays
-  std::uint64_t bounded_keyframes = 0;  // whose search for sources its budget ended (sampler.h)
-  // What there was no time for. k is how many sources are chosen; the mixer leaves out voices.
-  std::uint32_t k = 0, min_k = 0, max_k = 0;  // now, at least so far, asked for
-  std::uint64_t late_keyframes = 0;  // took longer than what they are for lasts; not the first
-  std::uint32_t shed_voices = 0, max_shed_voices = 0;  // left out now, and at most so far
-  std::uint64_t shedding_blocks = 0;                   // mixed without all voices
-  PageStatistics pages{};
-  SoundStatistics sounds{};
-};
+class BakeFile;
+class MovingSources;
+struct AuralizerInput;
+struct AuralizerOptions;
+struct AuralizerStatistics;
 
 class Auralizer {
  public:

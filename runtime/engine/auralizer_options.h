@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -19,6 +20,11 @@ namespace clamor {
 inline constexpr double kFirstSounds_s = 0.5, kFirstSoundsOfPlayer_s = 0.06;
 inline constexpr std::uint64_t kMinSoundMemory_bytes =
     8'000'000;  // the longest that is not cut, and more
+
+inline constexpr int kOutputChannels = 2;  // of the default output shape
+
+// Of more voices, each choice of so many serves one keyframe more.
+inline constexpr std::size_t kVoicesPerKeyframeOfSample = 5000;
 
 struct AuralizerOptions {
   std::string strategy = "priority";                    // strategies.h lists them

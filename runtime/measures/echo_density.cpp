@@ -1,5 +1,6 @@
 #include "runtime/measures/echo_density.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 

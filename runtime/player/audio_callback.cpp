@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "common/sample_rate.h"
+
 namespace clamor {
 
 namespace {

@@ -11,9 +11,13 @@
 #include <utility>
 
 #include "formats/audio/audio_file.h"
+#include "runtime/engine/auralizer_input.h"
+#include "runtime/engine/auralizer_options.h"
 #include "runtime/output/loudness_meter.h"
 #include "runtime/output/supervised_output.h"
 #include "runtime/player/audio_callback.h"
+#include "runtime/player/player_options.h"
+#include "runtime/player/player_statistics.h"
 #include "runtime/player/render.h"
 #include "runtime/realtime/latest_value.h"
 #include "runtime/realtime/prefault_code.h"

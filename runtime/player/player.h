@@ -9,43 +9,22 @@
 // what is heard is the offline render, sample for sample.
 #pragma once
 
-#include <cstdint>
 #include <memory>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "common/listener.h"
 #include "common/result.h"
-#include "formats/audio/wav_writer.h"
-#include "formats/level/walk_file.h"
-#include "runtime/engine/auralizer.h"
-#include "runtime/output/supervised_output.h"
 #include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
 
-struct PlayerOptions {
-  AuralizerOptions auralizer;
-  Listener listener;         // at the start
-  std::optional<Walk> walk;  // instead of being moved
-  double seconds = 0;        // 0: until stopped
-  std::string device;        // as choose_device() takes it, or "none"
-  int device_rate_hz = 0;    // 0: 48 kHz where the device can
-  int block_frames = 256;
-  bool buffer_may_grow = true;           // where the device runs dry (OutputRequest)
-  std::shared_ptr<OutputDriver> driver;  // instead of the machine's sound devices
-  std::string record;                    // WAV or FLAC file to keep what is heard; empty for none
-  SampleFormat record_format = SampleFormat::kFloat32;
-};
-
-struct PlayerStatistics {
-  AuralizerStatistics auralizer;
-  OutputStatistics output;
-  double time_s = 0;                               // played so far
-  double momentary_lufs = 0, short_term_lufs = 0;  // -infinity in silence
-  std::uint64_t dropped_samples = 0;               // that the recording could not take in time
-};
+class Auralizer;
+class BakeFile;
+class MovingSources;
+struct AuralizerInput;
+struct AuralizerOptions;
+struct PlayerOptions;
+struct PlayerStatistics;
 
 class Player {
  public:

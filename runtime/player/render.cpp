@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "runtime/hrtf/hrtf_filter_bank.h"
+#include "runtime/mixing/limiter.h"
 #include "runtime/realtime/thread_cpu_usage.h"
+#include "runtime/voices/keyframe.h"
 
 namespace clamor {
 

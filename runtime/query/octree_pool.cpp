@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <new>
+#include <numeric>
 #include <utility>
 
 #include "runtime/query/query_constants.h"

@@ -10,6 +10,7 @@
 #include "common/text.h"
 #include "runtime/propagation/loudness.h"
 #include "runtime/propagation/source_weight.h"
+#include "runtime/sampling/moving_source_list.h"
 #include "runtime/sampling/representative_octree.h"
 
 namespace clamor {

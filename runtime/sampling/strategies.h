@@ -41,6 +41,8 @@
 
 namespace clamor {
 
+class MovingSourceList;
+
 enum class Estimator { kPower, kAmplitude };
 
 struct StrategyInfo {

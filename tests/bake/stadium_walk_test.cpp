@@ -1,5 +1,6 @@
 // Tests of the walk that tools/demo plays: a person can walk there.
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>

@@ -19,6 +19,10 @@
 #include "common/thread_time.h"
 #include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/auralizer_statistics.h"
+#include "runtime/streaming/page_loader.h"
+#include "runtime/voices/keyframe.h"
 #include "tests/benchmarks/hall_file.h"
 
 namespace clamor {

@@ -10,6 +10,7 @@
 
 #include "common/thread_time.h"
 #include "runtime/occlusion/visibility_cache.h"
+#include "runtime/voices/keyframe.h"
 #include "tests/benchmarks/memory_latency.h"
 
 namespace clamor::testing {

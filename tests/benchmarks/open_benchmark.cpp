@@ -27,6 +27,7 @@
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/page.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_options.h"
 #include "tests/benchmarks/hall_file.h"
 
 namespace clamor {

@@ -14,6 +14,9 @@
 
 #include "common/random.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_input.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/auralizer_statistics.h"
 #include "runtime/player/render.h"
 
 namespace clamor {

@@ -16,9 +16,12 @@
 
 #include "common/random.h"
 #include "formats/bake_file/bake_contents.h"
+#include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_writer.h"
 #include "formats/bake_file/page.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_input.h"
+#include "runtime/engine/auralizer_options.h"
 #include "runtime/streaming/sound_loader.h"
 
 namespace clamor {

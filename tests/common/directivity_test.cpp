@@ -1,5 +1,6 @@
 #include "common/directivity.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>

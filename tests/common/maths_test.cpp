@@ -1,5 +1,6 @@
 #include "common/maths.h"
 
+#include <algorithm>
 #include <numbers>
 #include <random>
 

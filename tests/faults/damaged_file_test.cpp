@@ -13,6 +13,7 @@
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/bake_writer.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_options.h"
 #include "tests/baked_room.h"
 #include "tests/checksums.h"
 #include "tests/faults/allocations.h"

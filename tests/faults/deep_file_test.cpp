@@ -9,6 +9,7 @@
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_writer.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_options.h"
 #include "runtime/player/render.h"
 #include "tests/baked_room.h"
 #include "tests/sanitized.h"

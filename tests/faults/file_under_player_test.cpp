@@ -2,7 +2,10 @@
 #include <cmath>
 #include <cstring>
 
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/auralizer_statistics.h"
 #include "runtime/player/render.h"
+#include "runtime/streaming/page_loader.h"
 #include "tests/faults/fault_injection.h"
 #include "tests/faults/file_faults.h"
 #include "tests/sanitized.h"

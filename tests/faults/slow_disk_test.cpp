@@ -1,12 +1,17 @@
 // Tests that a listener at 50 m/s in a hall that does not fit into memory never waits for a blocked
 // disk, and that the counters report what was missing.
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <thread>
 
 #include "bake/bake.h"
+#include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_writer.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/auralizer_statistics.h"
+#include "runtime/streaming/page_loader.h"
 #include "tests/faults/fault_injection.h"
 #include "tests/rooms.h"
 #include "tests/tools/run_clamor.h"

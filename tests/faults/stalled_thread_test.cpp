@@ -1,6 +1,7 @@
 // Tests a sampler or loader that stalls for ten seconds: the sound continues at the same loudness,
 // and neither the beginning nor the end of the stall clicks. Time is counted in blocks.
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <thread>
@@ -8,8 +9,11 @@
 #include "common/random.h"
 #include "formats/bake_file/bake_writer.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/auralizer_statistics.h"
 #include "runtime/measures/click_detector.h"
 #include "runtime/measures/programme_loudness.h"
+#include "runtime/streaming/page_loader.h"
 #include "tests/baked_room.h"
 #include "tests/faults/fault_injection.h"
 #include "tests/sanitized.h"

@@ -1,6 +1,7 @@
 // level_fuzz.cpp: glTF as text and as GLB. Input: the JSON and, after a NUL, the binary chunk,
 // combined to a GLB with valid lengths. After a first byte of 1 the rest is a raw .glb, after 2 a
 // .gltf.
+#include <algorithm>
 #include <cstring>
 
 #include "formats/gltf/level_import.h"

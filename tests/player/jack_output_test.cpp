@@ -1,6 +1,7 @@
 // JACK as a device, on a private server.
 #include "runtime/output/jack_output.h"
 
+#include <algorithm>
 #include <atomic>
 
 #include <gtest/gtest.h>

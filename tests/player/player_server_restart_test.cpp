@@ -7,7 +7,11 @@
 
 #include <gtest/gtest.h>
 
+#include "runtime/engine/auralizer_statistics.h"
+#include "runtime/output/supervised_output.h"
 #include "runtime/player/player.h"
+#include "runtime/player/player_options.h"
+#include "runtime/player/player_statistics.h"
 #include "tests/baked_room.h"
 #include "tests/player/fake_devices.h"
 #include "tests/player/jack.h"

@@ -9,7 +9,11 @@
 #include <gtest/gtest.h>
 
 #include "formats/audio/audio_file.h"
+#include "runtime/engine/auralizer_statistics.h"
+#include "runtime/mixing/load_control.h"
 #include "runtime/output/resampler.h"
+#include "runtime/player/player_options.h"
+#include "runtime/player/player_statistics.h"
 #include "runtime/player/render.h"
 #include "tests/baked_room.h"
 #include "tests/player/fake_devices.h"

@@ -9,6 +9,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "runtime/engine/auralizer_options.h"
 #include "runtime/player/render.h"
 #include "runtime/realtime/latest_value.h"
 #include "runtime/realtime/prefault_code.h"

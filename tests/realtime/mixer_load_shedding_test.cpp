@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "runtime/engine/auralizer_options.h"
 #include "runtime/realtime/prefault_code.h"
 #include "runtime/realtime/prefault_stack.h"
 #include "tests/baked_room.h"

@@ -14,6 +14,8 @@
 #include "common/sample_rate.h"
 #include "formats/level/signal.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_input.h"
+#include "runtime/engine/auralizer_options.h"
 
 namespace clamor::testing {
 

@@ -1,6 +1,7 @@
 // run_clamor.h: runs the program inside the test and returns its output as strings.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>

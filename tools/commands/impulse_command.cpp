@@ -15,6 +15,7 @@
 #include "formats/bake_file/expanded_sources.h"
 #include "formats/level/emitter.h"
 #include "formats/level/mesh.h"
+#include "runtime/engine/auralizer_statistics.h"
 #include "runtime/measures/impulse_response.h"
 #include "runtime/measures/room_parameters.h"
 #include "runtime/measures/sampled_response.h"

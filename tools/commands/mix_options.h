@@ -8,6 +8,7 @@
 #include "common/result.h"
 #include "formats/files/file_access.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_options.h"
 #include "tools/program/arguments.h"
 
 namespace clamor {

@@ -14,6 +14,7 @@
 #include "formats/audio/wav_writer.h"
 #include "formats/bake_file/bake_file.h"
 #include "runtime/player/player.h"
+#include "runtime/player/player_options.h"
 #include "tools/analysis/spectrogram.h"
 #include "tools/commands/audibility_warnings.h"
 #include "tools/commands/bake_follower.h"

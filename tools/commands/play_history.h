@@ -11,6 +11,7 @@
 #include "common/result.h"
 #include "formats/files/output_target.h"
 #include "runtime/player/player.h"
+#include "runtime/player/player_statistics.h"
 #include "tools/analysis/report_page.h"
 #include "tools/analysis/spectrogram.h"
 

@@ -5,7 +5,10 @@
 #include <string>
 
 #include "common/listener.h"
+#include "runtime/mixing/limiter.h"
+#include "runtime/output/supervised_output.h"
 #include "runtime/player/player.h"
+#include "runtime/player/player_statistics.h"
 
 namespace clamor {
 

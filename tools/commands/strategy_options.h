@@ -5,6 +5,7 @@
 
 #include "common/result.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_options.h"
 #include "runtime/sampling/strategies.h"
 #include "tools/program/arguments.h"
 

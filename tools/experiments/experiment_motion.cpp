@@ -25,6 +25,8 @@
 
 #include "common/thread_time.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/auralizer_statistics.h"
 #include "runtime/measures/click_detector.h"
 #include "runtime/measures/programme_loudness.h"
 #include "runtime/mixing/block_mixer.h"

@@ -1,5 +1,6 @@
 #include "bake/octree/source_thinning.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <vector>

@@ -1,5 +1,6 @@
 #include "formats/audio/audio_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>

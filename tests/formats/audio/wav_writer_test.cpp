@@ -1,5 +1,7 @@
 #include "formats/audio/wav_writer.h"
 
+#include <algorithm>
+
 #include <fcntl.h>
 #include <signal.h>
 #include <sndfile.h>

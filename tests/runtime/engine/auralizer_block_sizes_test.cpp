@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_options.h"
 #include "tests/baked_room.h"
 #include "tests/sanitized.h"
 #include "tests/sound_device.h"

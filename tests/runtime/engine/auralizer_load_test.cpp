@@ -10,6 +10,8 @@
 
 #include "common/random.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/auralizer_statistics.h"
 #include "runtime/measures/click_detector.h"
 #include "runtime/mixing/load_control.h"
 #include "tests/baked_room.h"

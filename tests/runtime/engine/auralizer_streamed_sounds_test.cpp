@@ -8,6 +8,10 @@
 
 #include "common/random.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_input.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/auralizer_statistics.h"
+#include "runtime/streaming/sound_residency.h"
 #include "tests/city.h"
 #include "tests/sanitized.h"
 #include "tests/temporary_file.h"

@@ -1,6 +1,7 @@
 #include "runtime/engine/auralizer.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -10,7 +11,10 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/auralizer_statistics.h"
 #include "runtime/player/render.h"
+#include "runtime/streaming/page_loader.h"
 #include "tests/baked_room.h"
 #include "tests/sanitized.h"
 #include "tests/temporary_file.h"

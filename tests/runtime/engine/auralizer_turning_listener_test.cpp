@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_options.h"
 #include "runtime/hrtf/hrtf_filter_bank.h"
 #include "runtime/mixing/head_rotation.h"
 #include "runtime/mixing/keyframe_lead.h"

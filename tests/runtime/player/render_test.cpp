@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/auralizer_statistics.h"
 #include "tests/baked_room.h"
 #include "tests/sanitized.h"
 #include "tests/walks.h"

@@ -1,5 +1,6 @@
 #include "runtime/measures/click_detector.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>

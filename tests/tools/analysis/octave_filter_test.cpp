@@ -1,5 +1,6 @@
 #include "runtime/measures/octave_filter.h"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>

@@ -1,5 +1,6 @@
 #include "runtime/measures/sound_comparison.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>

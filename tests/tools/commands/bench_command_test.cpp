@@ -1,5 +1,6 @@
 // Tests that clamor bench prints every figure and that the figures are consistent; times are not
 // checked.
+#include <map>
 #include <set>
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // Tests that the figures of inspect add up and that all of its JSON keys are documented.
 #include <cmath>
+#include <map>
 #include <regex>
 
 #include <gtest/gtest.h>

@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <cstdint>
+#include <numeric>
+#include <set>
 #include <vector>
 
 #include <gtest/gtest.h>

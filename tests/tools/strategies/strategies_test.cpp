@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/auralizer_statistics.h"
 #include "tests/runtime/weighted_room.h"
 #include "tests/sanitized.h"
 
