@@ -1,14 +1,14 @@
-// audio_device.cpp: all sound devices. Those of ALSA are reached through RtAudio 5 or 6, which is
-// visible only here; PulseAudio and JACK have files of their own.
+// audio_device.cpp: lists and opens the devices of all APIs. ALSA is reached through RtAudio 5 or
+// 6, which is visible only here; PulseAudio and JACK have their own files.
 //
-// Version 5 throws and numbers devices from 0; version 6 returns codes and has opaque numbers.
-// Never the UNSPECIFIED API, which takes whichever it finds first.
+// RtAudio 5 throws and numbers devices from 0; RtAudio 6 returns error codes and uses opaque ids.
+// The UNSPECIFIED API is never used: it takes whichever it finds first.
 //
-// Version 5.2.0, as found: when a sound server behind ALSA dies, every write fails at once, so that
-// callbacks come as fast as they can, each with a warning to the error callback; stopping then
-// throws, on whichever thread; closing waits for the callback's thread, which a server that hangs
-// holds for ever. So a device that has failed is not stopped, only closed, on a thread that may
-// hang (output_stream.h).
+// RtAudio 5.2.0 misbehaves when a sound server behind ALSA dies. Every write then fails at once, so
+// callbacks come as fast as they can, each with a warning to the error callback. Stopping throws on
+// whichever thread it runs, and closing waits for the callback thread, which a hanging server holds
+// for ever. A failed device is therefore not stopped but only closed, on a thread that may hang
+// (output_stream.h).
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -33,9 +33,8 @@ constexpr auto kAfterError = std::chrono::milliseconds(5);
 constexpr RtAudio::Api kApi = RtAudio::LINUX_ALSA;
 constexpr const char* kApiName = "alsa";
 
-// ALSA complains to standard error about every card it does not find, and takes a function that
-// does it instead. It is RtAudio's library, not ours, so it is asked by name; where it is not
-// there, nothing complains.
+// Silences ALSA, which reports every card that it does not find to standard error. libasound is a
+// dependency of RtAudio and not ours, so its function is looked up by name.
 void ignore_alsa(const char*, int, const char*, int, const char*, ...) {}
 
 void silence_alsa() {
@@ -82,7 +81,7 @@ std::vector<Found> find_devices() {
                        id});
     }
   } catch (const std::exception&) {
-    return found;  // a device that cannot be asked cannot be used
+    return found;  // a device that cannot be queried cannot be used
   }
   return found;
 }
@@ -99,7 +98,7 @@ class DeviceOutput final : public AudioOutput {
     });
   }
 
-  // Opens it; what went wrong, or empty.
+  // Opens the device. Returns the problem, or an empty string.
   std::string open(unsigned id, const OutputRequest& request, int rate_hz) {
     RtAudio::StreamParameters parameters;
     parameters.deviceId = id;
@@ -162,8 +161,9 @@ class DeviceOutput final : public AudioOutput {
     return 0;
   }
 
-  // On our thread: keeps what went wrong. On the device's: it has failed, unless it only ran dry,
-  // and may not call back as fast as it can, at real-time priority.
+  // On our thread: records the problem. On the device's thread: marks the device as failed, unless
+  // it only ran dry, and sleeps, so that a broken device does not call back in a busy loop at
+  // real-time priority.
   void on_error(const std::string& text) {
     if (attempting_) {
       problem_ = text;
@@ -178,7 +178,7 @@ class DeviceOutput final : public AudioOutput {
     std::this_thread::sleep_for(kAfterError);
   }
 
-  // Runs one call of either version; what went wrong, or empty.
+  // Runs one call of either RtAudio version. Returns the problem, or an empty string.
   template <class Call>
   std::string attempt(Call call) {
     calling_ = this;
@@ -193,7 +193,7 @@ class DeviceOutput final : public AudioOutput {
     return problem_;
   }
 
-  // Version 5 tells its error callback neither who nor where.
+  // RtAudio 5 passes no context to its error callback.
   static thread_local DeviceOutput* calling_;
   static thread_local bool attempting_;
 
@@ -201,17 +201,17 @@ class DeviceOutput final : public AudioOutput {
   const std::string name_;
   unsigned frames_ = 0;
   int rate_hz_ = 0;
-  bool begun_ = false;   // the device's thread alone
-  std::string problem_;  // the calling thread's alone
+  bool begun_ = false;   // used by the device's thread only
+  std::string problem_;  // used by the calling thread only
   std::string failure_;  // written once, before failed_
   std::atomic<bool> failed_{false};
-  std::unique_ptr<RtAudio> audio_;  // first to go
+  std::unique_ptr<RtAudio> audio_;  // destroyed first
 };
 
 thread_local DeviceOutput* DeviceOutput::calling_ = nullptr;
 thread_local bool DeviceOutput::attempting_ = false;
 
-// Opens it by RtAudio; what went wrong in `problem`.
+// Opens the device through RtAudio. Null on failure, with the reason in `problem`.
 std::unique_ptr<AudioOutput> open_alsa(const OutputDevice& device, const OutputRequest& request,
                                        OutputCallback callback, std::string& problem) {
   problem = "it is gone";

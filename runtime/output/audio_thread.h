@@ -3,9 +3,9 @@
 
 namespace clamor {
 
-// Names the calling thread, and puts it before all that is not real time, below the kernel's own.
-// Where that is not allowed, so be it. RtAudio would do the latter too, but prints a line about it;
-// JACK does it for its own where its server does.
+// Names the calling thread and gives it real-time priority, below the kernel's own threads, where
+// the system allows it. RtAudio could set the priority too but prints a line about it; JACK's
+// server sets that of its own clients.
 void begin_audio_thread(bool prioritise = true);
 
 }  // namespace clamor

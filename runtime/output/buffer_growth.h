@@ -1,10 +1,10 @@
-// buffer_growth.h: how much sound a device should hold ahead of time, learnt from its underflows.
+// buffer_growth.h: adapts a device's buffer length to its underflows.
 //
-// A short buffer means low latency, and nobody knows beforehand how short it may be: that depends
-// on the device, its server and what else the machine does. So the buffer starts at kStartBlocks
-// blocks and grows by half when the device has run dry twice within kWindow_s, up to kLongest_s. A
-// single underflow may be the fault of another program and changes nothing. The buffer never
-// shrinks: each change is audible as a gap.
+// A short buffer gives low latency, but how short it may be depends on the device, its server and
+// the load of the machine. The buffer therefore starts at kStartBlocks blocks and grows by half
+// when the device has run dry twice within kWindow_s, up to kLongest_s. A single underflow may be
+// another program's fault and changes nothing. The buffer never shrinks: every change is audible as
+// a gap.
 //
 // Threads: any one.
 #pragma once
@@ -20,13 +20,13 @@ class BufferGrowth {
   static constexpr int kStartBlocks = 4;
   static constexpr double kWindow_s = 30, kLongest_s = 0.2;
 
-  // A buffer that does not grow keeps its first length.
+  // With `grows` false the buffer keeps its initial length.
   BufferGrowth(int block_frames, int rate_hz, bool grows)
       : block_frames_(block_frames), rate_hz_(rate_hz), grows_(grows) {}
 
   int frames() const { return blocks_ * block_frames_; }
 
-  // The device ran dry. Returns true where the buffer is to be longer from now on.
+  // Records an underflow. Returns true if the buffer is to be longer from now on.
   bool underflow(double at_s) {
     const bool is_second = at_s - last_s_ <= kWindow_s;
     last_s_ = is_second ? -std::numeric_limits<double>::infinity() : at_s;

@@ -38,14 +38,14 @@ std::string listed(const Devices& devices) {
   return text;
 }
 
-// The default among them, or the first.
+// The default device among them, or else the first.
 const OutputDevice& preferred(const Devices& devices) {
   const auto is_default = [](const OutputDevice* device) { return device->is_default; };
   const auto found = std::find_if(devices.begin(), devices.end(), is_default);
   return **(found == devices.end() ? devices.begin() : found);
 }
 
-// What nothing answered from, where the word is an API's name.
+// Name of the software behind an API, for error messages.
 struct ApiName {
   const char *name, *is_missing;
 };
@@ -107,7 +107,7 @@ std::vector<int> rates_to_try(const OutputDevice& device, int wanted_hz) {
   std::sort(rates.begin(), rates.end());
   std::stable_partition(rates.begin(), rates.end(),
                         [](int rate) { return rate >= kSampleRate_hz; });
-  // Of those below, the highest first.
+  // Below the preferred rate, the highest comes first.
   const auto below =
       std::find_if(rates.begin(), rates.end(), [](int rate) { return rate < kSampleRate_hz; });
   std::reverse(below, rates.end());

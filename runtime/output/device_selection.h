@@ -1,4 +1,4 @@
-// device_selection.h: which of the sound devices a name means, and at which rate to open it.
+// device_selection.h: resolves a user's device name and lists the sample rates to try.
 #pragma once
 
 #include <span>
@@ -10,21 +10,21 @@
 
 namespace clamor {
 
-// The device meant by `wanted`, upper and lower case alike:
+// Finds the device meant by `wanted`, ignoring case:
 //
 //   ""             the default of the first API that has one (PulseAudio, JACK, ALSA)
-//   "jack"         an API's default, and never a part of another's name
-//   "alsa: hw:1"   a device's full name, its name, how either begins, or a part of it
+//   "jack"         an API's default; API names never match a part of another name
+//   "alsa: hw:1"   a device's full name, its name, a prefix of either, or a substring
 //
-// The first of these that fits one device decides. Errors name what there is.
+// The first of these rules that matches exactly one device decides. Errors list the devices.
 Result<OutputDevice> choose_device(std::span<const OutputDevice> devices,
                                    const std::string& wanted);
 
-// Of a device and what is wrong with it ("does not start (...)"): with what to do about it.
+// An error about a device ("does not start (...)") that ends with advice.
 Error device_error(const std::string& device, const std::string& what);
 
-// Rates to try, best first: `wanted_hz` alone where it is given; else 48 kHz if the device has it,
-// then those above it, which lose nothing, then those below.
+// Sample rates to try, best first: only `wanted_hz` if it is not 0; otherwise 48 kHz if the device
+// has it, then higher rates, which lose nothing, then lower ones.
 std::vector<int> rates_to_try(const OutputDevice& device, int wanted_hz);
 
 }  // namespace clamor

@@ -16,17 +16,18 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kMaxPeriod_frames = 8192;  // asked for at once; no JACK has larger blocks
+// Requested at once; no JACK server has larger blocks.
+constexpr std::size_t kMaxPeriod_frames = 8192;
 
-// JACK's library has one server's memory mapped for the whole process, and changes it when a client
-// is opened on another: one that is left of a server that has died must be closed before that, and
-// not meanwhile, or the process crashes.
+// Serialises the use of libjack. The library maps the memory of one server for the whole process
+// and replaces the mapping when a client opens on another server. A client left over from a dead
+// server must be closed before that and not during it, or the process crashes.
 struct Library {
-  std::mutex calls;          // of those that open and close
+  std::mutex calls;          // serialises opening and closing
   std::atomic<int> dead{0};  // clients to be closed whose server has stopped
 };
 Library& library() {
-  static auto* const one = new Library;  // outlives threads that hang
+  static auto* const one = new Library;  // never destroyed: threads that hang may still use it
   return *one;
 }
 
@@ -41,9 +42,9 @@ struct Closing {
 };
 using Client = std::unique_ptr<jack_client_t, Closing>;
 
-// Null where no server answers, or a client of the last is not closed in time.
+// Null if no server answers, or if a client of the last server is not closed in time.
 Client connect(const char* name) {
-  // The library would complain of what it does not find to standard error.
+  // libjack would report to standard error everything that it does not find.
   ::jack_set_error_function([](const char*) {});
   ::jack_set_info_function([](const char*) {});
   const auto end = std::chrono::steady_clock::now() + kPatience;
@@ -59,7 +60,7 @@ Client connect(const char* name) {
 // "system" of "system:playback_1".
 std::string device_of(const std::string& port) { return port.substr(0, port.find(':')); }
 
-// The ports that take sound, in JACK's order.
+// Input ports, in JACK's order.
 std::vector<std::string> ports_of(jack_client_t* client, unsigned long flags) {
   std::vector<std::string> ports;
   const char** const names =
@@ -132,7 +133,8 @@ class JackOutput final : public AudioOutput {
     return device_error(name_, "does not start (" + why + ")");
   }
 
-  // JACK may cancel its thread at any instruction, which must not be one of the mixer's.
+  // Runs on JACK's thread, which JACK may cancel at any instruction; cancellation is disabled in
+  // the mixer.
   static int on_block(jack_nframes_t frames, void* self) {
     int before = 0, ours = 0;
     ::pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &before);
@@ -145,13 +147,14 @@ class JackOutput final : public AudioOutput {
     if (!begun_) begin_audio_thread(::jack_is_realtime(client_.get()) == 0);
     begun_ = true;
     block_frames_.store(static_cast<unsigned>(frames), std::memory_order_relaxed);
-    // A block that is filled now is played when the next one begins, and then the server's own
-    // latency comes on top.
+    // A block that is filled now plays when the next one begins; the server's latency is added to
+    // that.
     jack_latency_range_t latency{};
     ::jack_port_get_latency_range(ports_.front(), JackPlaybackLatency, &latency);
     latency_frames_.store(static_cast<unsigned>(frames) + latency.max, std::memory_order_relaxed);
     if (!is_heard_) {
-      // Connections count from the next block on: of this one the server may know nothing yet.
+      // New connections take effect with the next block: the server may not know of them in this
+      // one.
       is_heard_ = connected_.load();
       for (jack_port_t* const port : ports_) std::fill_n(buffer_of(port, frames), frames, 0.0f);
       return;
@@ -185,11 +188,11 @@ class JackOutput final : public AudioOutput {
 
   const OutputCallback callback_;
   const std::string name_;
-  const std::vector<std::string> channels_;  // JACK's ports that ours are connected to
+  const std::vector<std::string> channels_;  // JACK ports that ours are connected to
   int rate_hz_ = 0;
   std::vector<jack_port_t*> ports_;
 
-  // JACK's thread's.
+  // Used by JACK's thread.
   bool begun_ = false, is_heard_ = false;
   std::vector<float> interleaved_;
 

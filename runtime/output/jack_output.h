@@ -1,11 +1,11 @@
-// jack_output.h: sound devices of a JACK server, or of PipeWire where it stands in for one.
+// jack_output.h: sound devices of a JACK server, or of PipeWire in its place.
 //
-// JACK's own library is asked, not RtAudio, whose layer above it (5.2.0 and 6.0) gives up for good
-// when the server's block size changes, hangs when it is closed after that, and writes to standard
-// error when the server stops.
+// Uses libjack directly: RtAudio's JACK layer (5.2.0 and 6.0) fails permanently when the server's
+// block size changes, hangs when it is closed after that, and writes to standard error when the
+// server stops.
 //
-// What JACK calls a port of another client that takes sound is a channel here, and a client with
-// such ports a device. The server alone says how long blocks are, and at which rate.
+// An input port of another JACK client is a channel here, and a client with such ports is a device.
+// The server alone decides the block size and the sample rate.
 #pragma once
 
 #include <memory>
@@ -16,12 +16,12 @@
 
 namespace clamor {
 
-// Clients with two channels or more; those of the hardware come first, and the first of them all is
-// the default. None where no server runs: it is not started.
+// Clients with two channels or more. Hardware comes first, and the first of all is the default.
+// Empty if no server runs; none is started.
 std::vector<OutputDevice> jack_devices();
 
-// Plays on its first channels; null where it is gone, has too few, or its server runs at another
-// rate than the one that is asked for, as `problem` then says.
+// Plays on the device's first channels. Null if the device is gone, has too few channels or runs at
+// another rate than the requested one; `problem` tells which.
 std::unique_ptr<AudioOutput> open_jack(const OutputDevice& device, const OutputRequest& request,
                                        OutputCallback callback, std::string& problem);
 

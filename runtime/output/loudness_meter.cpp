@@ -13,7 +13,7 @@ namespace clamor {
 
 namespace {
 
-// Where libebur128 thinks a channel stands: it counts those beside the listener 1.5 dB more.
+// libebur128's channel position, which decides the weight: side channels count 1.5 dB more.
 int place_of(Speaker speaker) {
   switch (speaker) {
     case Speaker::kFrontLeft:

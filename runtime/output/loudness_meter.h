@@ -1,10 +1,10 @@
-// loudness_meter.h: how loud what is played is now, by BS.1770, for a status line.
+// loudness_meter.h: momentary and short-term loudness of the output by BS.1770, for a status line.
 //
-// Momentary over 400 ms, short-term over 3 s (EBU Tech 3341). Loudspeakers at the sides count 1.5
-// dB more, LFE nothing. Ambisonics count as their omnidirectional component in two channels, which
-// is as loud as two omnidirectional receivers in the same place.
+// Momentary is over 400 ms, short-term over 3 s (EBU Tech 3341). Side loudspeakers count 1.5 dB
+// more, the LFE channel is ignored. Ambisonics are measured by their omnidirectional component in
+// two channels, which is as loud as two omnidirectional receivers in the same place.
 //
-// Threads: add() and the figures on one, and not the audio thread: libebur128 allocates.
+// Threads: all members on one thread, which must not be the audio thread: libebur128 allocates.
 #pragma once
 
 #include <memory>
@@ -16,13 +16,13 @@ namespace clamor {
 
 class LoudnessMeter {
  public:
-  // `speakers` is empty for stereo, and for components that are no loudspeakers.
+  // `speakers` is empty for stereo and for Ambisonics.
   LoudnessMeter(int channels, std::span<const Speaker> speakers);
   ~LoudnessMeter();
 
   void add(std::span<const float> interleaved);  // whole frames
 
-  // -infinity in silence.
+  // Loudness now; -infinity in silence.
   double momentary_lufs() const;
   double short_term_lufs() const;
 

@@ -27,10 +27,11 @@ OpenedStream open_stream(OutputDriver& driver, const StreamRequest& request) {
   const auto devices = driver.devices(request.again ? request.again->api : "");
   auto chosen =
       choose_device(devices, request.again ? request.again->full_name() : request.output.device);
-  if (!chosen.ok()) return failed(Failure::kChoice, chosen.error());
-  // A name that begins another's must not find the other in its place.
+  if (!chosen.ok()) return failed(Failure::kNoSuchDevice, chosen.error());
+  // A name that is a prefix of another must not find the other device instead.
   if (request.again && chosen->full_name() != request.again->full_name())
-    return failed(Failure::kChoice, Error(in_quotes(request.again->full_name()) + " is gone"));
+    return failed(Failure::kNoSuchDevice,
+                  Error(in_quotes(request.again->full_name()) + " is gone"));
 
   OpenedStream opened;
   opened.stream.device = *chosen;
@@ -38,7 +39,7 @@ OpenedStream open_stream(OutputDriver& driver, const StreamRequest& request) {
       std::make_shared<DeviceFeed>(request.gate, request.id, request.output.channels);
   auto output = driver.open(*chosen, request.output, opened.stream.feed->callback());
   if (!output.ok()) {
-    opened.failure = Failure::kDevice;
+    opened.failure = Failure::kDoesNotOpen;
     opened.problem = output.error().message;
     return opened;
   }
@@ -47,7 +48,7 @@ OpenedStream open_stream(OutputDriver& driver, const StreamRequest& request) {
   auto done = opened.stream.feed->prepare(device.rate_hz(), device.block_frames());
   if (done.ok()) done = device.start();
   if (done.ok()) return opened;
-  return failed(Failure::kDevice, done.error());
+  return failed(Failure::kDoesNotOpen, done.error());
 }
 
 }  // namespace
@@ -64,7 +65,7 @@ StreamOpening::StreamOpening(std::shared_ptr<OutputDriver> driver, StreamRequest
   std::thread([shared = shared_, driver = std::move(driver), request = std::move(request)] {
     OpenedStream opened = open_stream(*driver, request);
     const std::lock_guard lock(shared->mutex);
-    if (shared->abandoned) return;  // and `opened` closes
+    if (shared->abandoned) return;  // `opened` closes
     shared->opened = std::move(opened);
     shared->done = true;
     shared->changed.notify_all();

@@ -1,6 +1,6 @@
-// output_stream.h: a device with its feed, opened and closed on threads that may hang.
+// output_stream.h: opens and closes a device with its feed on threads that may hang.
 //
-// Threads: those of the supervisor; what runs on others is inside.
+// Threads: the supervisor's. All others are internal.
 #pragma once
 
 #include <chrono>
@@ -16,35 +16,36 @@
 
 namespace clamor {
 
-// The output goes first, since it calls the feed.
+// The output is destroyed first, because it calls the feed.
 struct OutputStream {
   OutputDevice device;
   std::shared_ptr<DeviceFeed> feed;
   std::unique_ptr<AudioOutput> output;
 };
 
-// What to open, again and again.
+// A request that the supervisor repeats until a device opens.
 struct StreamRequest {
   OutputRequest output;
-  std::optional<OutputDevice> again;  // this one and no other; else the one that is asked for
+  // Reopen exactly this device; otherwise resolve the request's name.
+  std::optional<OutputDevice> again;
   std::shared_ptr<CallbackGate> gate;
   std::uint32_t id = 0;
 };
 
-// One opening, on a thread of its own, and the start: what comes out calls its feed already, which
-// gives silence until the gate is given to it. Abandoned when this goes: what is opened after that
-// is closed at once.
+// Opens and starts one device on a separate thread. The started device already calls its feed,
+// which gives silence until the gate admits it. Destruction abandons the attempt: a device that
+// opens later is closed at once.
 class StreamOpening {
  public:
-  enum class Failure { kNone, kChoice, kDevice };  // is there no such device, or does it not open
+  enum class Failure { kNone, kNoSuchDevice, kDoesNotOpen };
 
   StreamOpening(std::shared_ptr<OutputDriver> driver, StreamRequest request);
   ~StreamOpening();
   StreamOpening(const StreamOpening&) = delete;
   StreamOpening& operator=(const StreamOpening&) = delete;
 
-  bool wait_for(std::chrono::milliseconds time);  // true when it is done
-  Failure failure() const;                        // all below: when it is done
+  bool wait_for(std::chrono::milliseconds time);  // true when done
+  Failure failure() const;                        // this and all below: only when done
   std::string problem() const;
   OutputStream take();
 
@@ -53,17 +54,18 @@ class StreamOpening {
   std::shared_ptr<Shared> shared_;
 };
 
-// Closes streams, each on a thread of its own.
+// Closes streams, each on a separate thread.
 class StreamClosing {
  public:
   StreamClosing();
 
   void close(OutputStream stream);
 
-  // Waits until all are closed that are not known to hang, but not longer than that.
+  // Waits for all closings that are not known to hang, but no longer than `time`.
   void wait_for(std::chrono::milliseconds time);
 
-  // Closings that began longer ago than that and have not ended hang. How many ever did.
+  // Number of closings that have ever hung, including those that began longer than `time` ago and
+  // still run.
   std::uint64_t hung(std::chrono::milliseconds time);
 
  private:

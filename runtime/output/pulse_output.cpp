@@ -19,7 +19,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// How long the server may take to answer, and to play what it still has at the end.
+// Time limit for the server's answers, and for playing the rest of the buffer at the end.
 constexpr auto kServerPatience = std::chrono::seconds(2);
 constexpr auto kFirstLatency = std::chrono::milliseconds(100);
 constexpr auto kDrainPatience = std::chrono::milliseconds(500);
@@ -27,14 +27,14 @@ constexpr int kPoll_us = 50'000;
 
 constexpr const char* kServerIsGone = "the PulseAudio server has stopped";
 
-// PulseAudio resamples to whatever the sink has; these rates are worth a line in a list.
+// PulseAudio resamples any rate to the sink's; these are the rates worth listing.
 constexpr std::array<unsigned, 7> kRates_hz = {8000, 16000, 22050, 32000, 44100, 48000, 96000};
 
-// Channels up to this many have the order of a WAV file, whatever order the sink's are in.
+// Up to this many channels use the WAV channel order, whatever the sink's order is.
 constexpr int kMaxInWavOrder = 8;
 
 struct Sink {
-  std::string name;  // PulseAudio's, not the user's
+  std::string name;  // PulseAudio's internal name
   OutputDevice device;
   pa_channel_map map{};
 };
@@ -55,10 +55,10 @@ struct StreamDeleter {
   }
 };
 
-// A client of the server. What it does happens inside wait_until() and iterate().
+// A client of the server. Its work happens inside wait_until() and iterate().
 class Connection {
  public:
-  // Null where no server answers in time.
+  // Null if no server answers in time.
   static std::unique_ptr<Connection> open() {
     std::unique_ptr<Connection> connection(new Connection);
     pa_context* const context = connection->context_.get();
@@ -73,7 +73,7 @@ class Connection {
   bool is_good() const { return PA_CONTEXT_IS_GOOD(::pa_context_get_state(context_.get())) != 0; }
   std::string error() const { return ::pa_strerror(::pa_context_errno(context_.get())); }
 
-  // False if the condition does not come true in time, or the server is lost.
+  // False if the condition does not become true in time or the server is lost.
   template <class Condition>
   bool wait_until(Condition condition, Clock::duration patience) {
     const auto end = Clock::now() + patience;
@@ -86,11 +86,11 @@ class Connection {
     return true;
   }
 
-  // Waits for the server's next message, or for wake(). False if the server is lost.
+  // Waits for the server's next message or for wake(). False if the server is lost.
   bool iterate() { return ::pa_mainloop_iterate(loop_.get(), 1, nullptr) >= 0 && is_good(); }
   void wake() { ::pa_mainloop_wakeup(loop_.get()); }
 
-  // The server's sinks, the default one marked; empty where it does not answer.
+  // The server's sinks with the default marked; empty if it does not answer.
   std::vector<Sink> sinks() {
     struct Answer {
       std::vector<Sink> sinks;
@@ -122,7 +122,7 @@ class Connection {
     const bool answered = wait_until([&] { return answer.pending <= 0; }, kServerPatience);
     for (pa_operation* const operation : {server, list}) {
       if (operation == nullptr) continue;
-      if (!answered) ::pa_operation_cancel(operation);  // `answer` is about to go
+      if (!answered) ::pa_operation_cancel(operation);  // `answer` is about to be destroyed
       ::pa_operation_unref(operation);
     }
     if (!answered) return {};
@@ -146,7 +146,7 @@ class Connection {
         context_(::pa_context_new(::pa_mainloop_get_api(loop_.get()), "clamor")) {}
 
   std::unique_ptr<pa_mainloop, MainLoopDeleter> loop_;
-  std::unique_ptr<pa_context, ContextDeleter> context_;  // goes before the loop
+  std::unique_ptr<pa_context, ContextDeleter> context_;  // destroyed before the loop
 };
 
 pa_channel_map map_for(int channels, const pa_channel_map& of_sink) {
@@ -193,7 +193,7 @@ class PulseOutput final : public AudioOutput {
                                  kServerPatience) ||
         !is_ready())
       return refused();
-    write();  // fills the buffer, so that the latency that is told next is the whole of it
+    write();  // fills the buffer, so that the reported latency is complete
     connection_->wait_until([this] { return tell_latency(); }, kFirstLatency);
     ::pa_stream_set_write_callback(
         stream_.get(),
@@ -223,7 +223,7 @@ class PulseOutput final : public AudioOutput {
     return device_error(name(), "does not start (" + connection_->error() + ")");
   }
 
-  // At least one block is asked for at a time.
+  // The server requests at least one block at a time.
   pa_buffer_attr buffer_attributes() const {
     const auto bytes = [this](int frames) {
       return static_cast<std::uint32_t>(frames * channels_) *
@@ -236,7 +236,7 @@ class PulseOutput final : public AudioOutput {
 
   void run() {
     begin_audio_thread();
-    write();  // what was asked for before the callback was there
+    write();  // for requests from before the callback was set
     while (!stopping_.load())
       if (!connection_->iterate() || !stream_is_good()) {
         failure_ = connection_->is_good() ? "the server has closed the stream" : kServerIsGone;
@@ -251,7 +251,7 @@ class PulseOutput final : public AudioOutput {
     return PA_STREAM_IS_GOOD(::pa_stream_get_state(stream_.get())) != 0;
   }
 
-  // Whole blocks, as many as the server has room for.
+  // Writes whole blocks, as many as the server has room for.
   void write() noexcept {
     const std::size_t bytes = block_.size() * sizeof(float);
     while (!stopping_.load(std::memory_order_relaxed)) {
@@ -265,7 +265,7 @@ class PulseOutput final : public AudioOutput {
     tell_latency();
   }
 
-  // False where the server has not yet told.
+  // False if the server has not reported a latency yet.
   bool tell_latency() noexcept {
     pa_usec_t latency_us = 0;
     int negative = 0;
@@ -285,7 +285,7 @@ class PulseOutput final : public AudioOutput {
       ::pa_operation_unref(operation);
   }
 
-  // The server plays what was written to its end, unless it hangs.
+  // Lets the server play what was written, unless it hangs.
   void drain() {
     bool drained = false;
     pa_operation* const operation = ::pa_stream_drain(
@@ -304,12 +304,12 @@ class PulseOutput final : public AudioOutput {
   std::string failure_;  // written once, before failed_
   std::atomic<double> latency_s_{0};
 
-  // The stream's thread's, once it runs.
+  // Used by the stream's thread once it runs.
   BufferGrowth growth_;
   bool ran_dry_ = false;
   std::vector<float> block_;
   const std::unique_ptr<Connection> connection_;
-  std::unique_ptr<pa_stream, StreamDeleter> stream_;  // goes before the connection
+  std::unique_ptr<pa_stream, StreamDeleter> stream_;  // destroyed before the connection
   std::thread thread_;
 };
 

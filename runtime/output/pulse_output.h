@@ -1,12 +1,12 @@
-// pulse_output.h: sinks of a PulseAudio server, or of PipeWire where it stands in for one.
+// pulse_output.h: sinks of a PulseAudio server, or of PipeWire in its place.
 //
-// PulseAudio's own library is asked, not RtAudio: RtAudio 5.2.0 never tells that the server ran
-// dry, which is heard as a gap, knows no latency, and hangs when it is closed on a server that
-// hangs. Here the server's underflow messages are counted, the buffer grows where they repeat
-// (buffer_growth.h), and latency is what the server says a sample takes to the loudspeaker.
+// Uses libpulse directly: RtAudio 5.2.0 never reports underflows, which are audible gaps, knows no
+// latency, and hangs when it is closed while the server hangs. Here underflow messages are counted,
+// the buffer grows if they repeat (buffer_growth.h), and the latency is the server's own figure to
+// the loudspeaker.
 //
-// Each stream has a thread of its own, which writes whole blocks as the server asks for them. No
-// call waits for the server for longer than two seconds.
+// Each stream has a thread that writes whole blocks on the server's request. No call waits for the
+// server longer than two seconds.
 #pragma once
 
 #include <memory>
@@ -17,10 +17,10 @@
 
 namespace clamor {
 
-// Sinks with two channels or more, called by their descriptions. None where no server answers.
+// Sinks with two channels or more, named by their descriptions. Empty if no server answers.
 std::vector<OutputDevice> pulse_devices();
 
-// Null where it cannot be opened, and why in `problem`.
+// Null if the sink cannot be opened, with the reason in `problem`.
 std::unique_ptr<AudioOutput> open_pulse(const OutputDevice& device, const OutputRequest& request,
                                         OutputCallback callback, std::string& problem);
 

@@ -12,7 +12,7 @@ namespace clamor {
 namespace {
 
 constexpr std::size_t kMaxInput_frames = 8192;
-constexpr double kTouched_s = 2;  // longer than the library's buffers, at any rate
+constexpr double kTouched_s = 2;  // longer than the library's buffers at any rate
 
 }  // namespace
 
@@ -22,10 +22,10 @@ struct Resampler::State {
   }
 
   std::size_t channels = 0;
-  double ratio = 1;  // new rate to old
+  double ratio = 1;  // output rate over input rate
   SRC_STATE* library = nullptr;
   std::vector<float> input;
-  std::size_t input_begin = 0, input_end = 0;  // frames of it not yet used
+  std::size_t input_begin = 0, input_end = 0;  // unused frames of the input
 };
 
 Resampler::Resampler(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -45,7 +45,7 @@ Result<std::unique_ptr<Resampler>> Resampler::create(int channels, int from_hz, 
   state->input.resize(kMaxInput_frames * state->channels);
   std::unique_ptr<Resampler> resampler(new Resampler(std::move(state)));
 
-  // So that no page of the buffers is new to the audio thread.
+  // Touches every page of the library's buffers before the audio thread uses them.
   std::vector<float> silence(static_cast<std::size_t>(kTouched_s * to_hz) *
                              static_cast<std::size_t>(channels));
   const auto nothing = [](void*, std::span<float> interleaved) noexcept {
@@ -74,7 +74,8 @@ void Resampler::read(std::span<float> interleaved, Source source) noexcept {
     data.data_out = interleaved.data() + done * state.channels;
     data.output_frames = static_cast<long>(frames - done);
     data.src_ratio = state.ratio;
-    if (src_process(state.library, &data) != 0) {  // a broken promise of ours: silence, no end
+    // Only a bug of ours leads here: give silence instead of looping.
+    if (src_process(state.library, &data) != 0) {
       std::fill(interleaved.begin() + static_cast<std::ptrdiff_t>(done * state.channels),
                 interleaved.end(), 0.0f);
       return;

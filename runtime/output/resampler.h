@@ -1,10 +1,10 @@
-// resampler.h: sound at another rate, for devices that do not run at the mixer's.
+// resampler.h: sample rate conversion for devices that do not run at the mixer's rate.
 //
-// A windowed sinc by Erik de Castro Lopo's libsamplerate (visible in resampler.cpp only): flat to
-// 90 % of half the lower rate, images and aliases 121 dB down. What is read is late by half the
-// filter's length, about a millisecond. The library's own buffers are touched beforehand.
+// Uses the windowed sinc of libsamplerate (visible in resampler.cpp only): flat to 90 % of half the
+// lower rate, with images and aliases 121 dB down. The latency is half the filter, about a
+// millisecond. The library's buffers are faulted in at construction.
 //
-// Threads: one reads. Costs about 100 multiply-adds per sample, more below 48 kHz.
+// Threads: read() on one thread. Cost: about 100 multiply-adds per sample, more below 48 kHz.
 #pragma once
 
 #include <memory>
@@ -17,7 +17,7 @@ namespace clamor {
 
 class Resampler {
  public:
-  // Where samples come from: fills whole frames.
+  // Supplies input samples in whole frames.
   struct Source {
     void (*fill)(void* context, std::span<float> interleaved) noexcept;
     void* context;
@@ -26,7 +26,8 @@ class Resampler {
   static Result<std::unique_ptr<Resampler>> create(int channels, int from_hz, int to_hz);
   ~Resampler();
 
-  // Fills `interleaved`, whole frames at the new rate, and asks `source` for as many as that takes.
+  // Fills `interleaved` with whole frames at the output rate and pulls the input it needs from
+  // `source`.
   void read(std::span<float> interleaved, Source source) noexcept REALTIME;
 
  private:

@@ -1,4 +1,4 @@
-// silent_output.cpp: an output without a device, which keeps time so that everything else goes on.
+// silent_output.cpp: an output without a device that keeps time in silence.
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -47,7 +47,7 @@ class SilentOutput final : public AudioOutput {
       callback_.fill(callback_.context, block_.data(), static_cast<std::uint32_t>(block_frames()),
                      false);
       next += period;
-      // After a suspension time goes on from now: nobody wants the night before at once.
+      // After a suspend of the machine, continue from now instead of catching up on the whole gap.
       if (const auto now = Clock::now(); now - next > kMaxBehind) next = now;
       std::this_thread::sleep_until(next);
     }

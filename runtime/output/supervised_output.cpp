@@ -17,17 +17,19 @@ using Clock = std::chrono::steady_clock;
 using Milliseconds = std::chrono::milliseconds;
 
 constexpr auto kLook = Milliseconds(10);
-constexpr auto kFirstOpening = std::chrono::seconds(5);  // before the clock begins without it
+constexpr auto kFirstOpening = std::chrono::seconds(5);  // before the clock starts without a device
 
-// A device that asks for nothing for so long is lost. Busy machines have been seen to take 0.2 s.
+// A device that requests no sound for this long is lost. Busy machines have been seen to take 0.2
+// s.
 constexpr auto kSilence = Milliseconds(500);
 constexpr int kSilentBlocks = 4;
 
-// From one attempt to open to the next.
+// Pause between two attempts to open a device.
 constexpr auto kFirstPause = Milliseconds(100), kMaxPause = Milliseconds(500);
-constexpr auto kProven = std::chrono::seconds(2);  // a device that played so long has earned haste
+// After playing this long, a device is reopened without delay.
+constexpr auto kProven = std::chrono::seconds(2);
 
-// When the default device is not back after that, whatever is now the default may play.
+// If the default device is not back after this time, the new default may play instead.
 constexpr auto kFaithful = std::chrono::seconds(5);
 
 double seconds(Clock::duration time) { return std::chrono::duration<double>(time).count(); }
@@ -41,7 +43,7 @@ struct SupervisedOutput::State {
         gate(std::make_shared<CallbackGate>(callback)),
         clock_feed(gate, ++last_id, wanted.channels),
         clock(silent_output(wanted.channels, wanted.block_frames, clock_feed.callback())) {
-    // Without a resampler it cannot fail.
+    // Cannot fail without a resampler.
     if (!clock_feed.prepare(clock->rate_hz(), clock->block_frames()).ok()) return;
     figures.rate_hz = clock->rate_hz();
     figures.block_frames = clock->block_frames();
@@ -55,7 +57,7 @@ struct SupervisedOutput::State {
         driver, StreamRequest{request, playable_again(), gate, ++last_id});
   }
 
-  // The device that was lost, unless it was a default and has not been seen for long.
+  // The device to reopen: the lost one, unless it was a default device that has been gone for long.
   std::optional<OutputDevice> playable_again() const {
     if (!known) return {};
     const bool named = !request.device.empty();
@@ -77,7 +79,7 @@ struct SupervisedOutput::State {
     }
   }
 
-  // What is wrong with the device that plays; empty for nothing.
+  // The problem of the device that plays, or an empty string.
   std::string trouble() {
     if (std::string said = playing->output->failure(); !said.empty()) return said;
     if (playing->feed->ran_away()) return "it asks for sound faster than time goes";
@@ -124,7 +126,7 @@ struct SupervisedOutput::State {
   void play_clock() {
     clock_feed.fade_in();
     gate->give_to(clock_feed.id());
-    if (!clock->start().ok()) return;  // never
+    if (!clock->start().ok()) return;  // cannot fail
   }
 
   void try_again() {
@@ -134,7 +136,7 @@ struct SupervisedOutput::State {
       figures.hung_closings = closing.hung(kPatience);
     }
     if (candidate) {
-      // A device proves itself before it is trusted with the time.
+      // A device must call back twice before it takes over from the clock.
       if (candidate->feed->callbacks() >= 2)
         adopt();
       else if (now - candidate_at > kSilence || !candidate->output->failure().empty())
@@ -169,26 +171,26 @@ struct SupervisedOutput::State {
     figures.problem = figures.opening_problem = why;
   }
 
-  // From the clock to the device that has been opened.
+  // Hands over from the clock to the device that has been opened.
   void adopt() {
     candidate->feed->fade_in();
     play(std::move(*candidate));
     candidate.reset();
     clock->stop();
-    pause = std::min<Milliseconds>(2 * pause, kMaxPause);  // until it is proven
+    pause = std::min<Milliseconds>(2 * pause, kMaxPause);  // until it has played for kProven
     const std::lock_guard lock(mutex);
     ++figures.reopenings;
     end_of_silence();
   }
 
-  // Of the mutex: adds what has passed without a device, which is over.
+  // Ends a period without a device and adds its length. The mutex must be held.
   void end_of_silence() {
     figures = with_silence_until_now();
     figures.without_device_now_s = 0;
     without_since.reset();
   }
 
-  // Of the mutex.
+  // The mutex must be held.
   OutputStatistics with_silence_until_now() const {
     OutputStatistics now = figures;
     if (!without_since) return now;
@@ -223,19 +225,19 @@ struct SupervisedOutput::State {
   DeviceFeed clock_feed;
   const std::unique_ptr<AudioOutput> clock;
 
-  // The supervisor's, while it runs.
+  // Used by the supervisor thread while it runs.
   std::optional<OutputStream> playing, candidate;
   std::unique_ptr<StreamOpening> opening;
-  std::optional<OutputDevice> known;  // that played last
+  std::optional<OutputDevice> known;  // the device that played last
   std::uint64_t heard_callbacks = 0;
   Clock::time_point heard_at, found_at, lost_at, candidate_at, next_attempt;
   Milliseconds pause = kFirstPause;
 
-  mutable std::mutex mutex;  // of what follows
+  mutable std::mutex mutex;  // guards everything below
   std::condition_variable woken;
   bool stopping = false;
   OutputStatistics figures;
-  std::optional<Clock::time_point> without_since;  // while the clock stands in for a device
+  std::optional<Clock::time_point> without_since;  // while the clock replaces a device
 
   std::thread supervisor;
 };
@@ -250,7 +252,7 @@ Result<std::unique_ptr<SupervisedOutput>> SupervisedOutput::open(
     state->begin_opening();
     if (state->opening->wait_for(kFirstOpening)) {
       const auto done = std::move(state->opening);
-      if (done->failure() == StreamOpening::Failure::kChoice) return Error(done->problem());
+      if (done->failure() == StreamOpening::Failure::kNoSuchDevice) return Error(done->problem());
       if (done->failure() == StreamOpening::Failure::kNone) {
         state->candidate = done->take();
         state->figures.device = state->candidate->output->name();
@@ -279,7 +281,7 @@ void SupervisedOutput::start() {
   } else {
     if (state.wants_device()) state.without_since = state.lost_at;
     state.gate->give_to(state.clock_feed.id());
-    if (!state.clock->start().ok()) return;  // never
+    if (!state.clock->start().ok()) return;  // cannot fail
   }
   state.supervisor = std::thread([&state] { state.supervise(); });
 }

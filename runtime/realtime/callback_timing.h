@@ -1,9 +1,10 @@
-// callback_timing.h: how long the audio callbacks take, and how many of them are late.
+// callback_timing.h: measures how long audio callbacks take and counts late ones.
 //
-// A callback is late when it takes longer than the block it fills, when it begins later than the
-// device's buffers last, or when the device says that it ran dry.
+// A callback is late if it takes longer than the block that it fills, if it begins later than the
+// device's buffers last, or if the device reports an underflow.
 //
-// Threads: restart(), begin() and end() on the one that has the sound; counters() on any.
+// Threads: restart(), begin() and end() run on the thread that currently calls back; counters()
+// runs on any.
 #pragma once
 
 #include <algorithm>
@@ -21,12 +22,12 @@ class CallbackTiming {
 
   struct Counters {
     std::uint64_t callbacks = 0, late = 0;
-    double cpu_share = 0;          // of the blocks' time, smoothed over a second or so
-    double cpu_s = 0;              // since the beginning
-    std::uint64_t underflows = 0;  // of the late ones, those before which the device ran dry
+    double cpu_share = 0;          // share of real time, smoothed over about a second
+    double cpu_s = 0;              // total since the beginning
+    std::uint64_t underflows = 0;  // late callbacks that the device reported as underflows
   };
 
-  // Another device goes on: it is not late for what the last one did not do.
+  // Call when another device takes over, so that the gap between the two does not count as late.
   void restart() noexcept REALTIME { last_start_ = {}; }
 
   void begin(Clock::time_point now, double block_s, bool underflow) noexcept REALTIME {
@@ -55,9 +56,9 @@ class CallbackTiming {
   }
 
  private:
-  static constexpr double kBuffersAhead = 4;  // blocks the device has in hand
+  static constexpr double kBuffersAhead = 4;  // blocks buffered by the device
 
-  // One thread writes, so that no read-modify-write is needed.
+  // Adds without a read-modify-write: only one thread writes.
   template <class T>
   static void add(std::atomic<T>& sum, T value) noexcept REALTIME {
     sum.store(sum.load(std::memory_order_relaxed) + value, std::memory_order_relaxed);

@@ -1,5 +1,5 @@
-// flush_denormals.h: while it lives, numbers too small to hear are zero and not a hundred times
-// slower. Per thread; the former state comes back at the end.
+// flush_denormals.h: RAII guard that flushes denormals to zero, because arithmetic on them is up to
+// a hundred times slower. The setting is per thread; the destructor restores the previous one.
 #pragma once
 
 #include <cstdint>

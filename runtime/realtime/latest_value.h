@@ -1,9 +1,9 @@
-// latest_value.h: hands the newest value from one thread to another; neither ever waits.
+// latest_value.h: a triple buffer that hands the newest value from one thread to another without
+// waiting.
 //
-// Carries the listener's pose to the sampler. Only the newest value counts: one that is overtaken
-// before it is read is never seen, by design. There are three slots. The writer owns one, the
-// reader owns one, the third lies between them, and a side is done with its slot when it trades it
-// for the middle one in a single atomic exchange.
+// Carries the listener to the sampler, for example. A value that is overtaken before it is read is
+// never seen, by design. The writer owns one slot, the reader owns one, and the third lies between
+// them. Each side trades its slot for the middle one in a single atomic exchange.
 //
 // Threads: publish() on one thread, latest() on one other.   Memory: three T, inside the object.
 #pragma once
@@ -27,8 +27,8 @@ class LatestValue {
     writing_ = middle_.exchange(writing_ | kFresh, std::memory_order_acq_rel) & kSlot;
   }
 
-  // The newest value, or the same one as last time if nothing came (at first, a T{}).
-  // The reference holds until the next call.
+  // The newest value, the same as last time if none was published, or at first a T{}. The reference
+  // is valid until the next call.
   const T& latest() noexcept REALTIME {
     if (middle_.load(std::memory_order_relaxed) & kFresh)
       reading_ = middle_.exchange(reading_, std::memory_order_acq_rel) & kSlot;
@@ -39,9 +39,9 @@ class LatestValue {
   static constexpr unsigned kSlot = 3, kFresh = 4;
 
   std::array<T, 3> slots_{};
-  unsigned writing_ = 0;                         // the publishing thread's alone
+  unsigned writing_ = 0;                         // owned by the publishing thread
   alignas(64) std::atomic<unsigned> middle_{1};  // slot number, | kFresh until read
-  alignas(64) unsigned reading_ = 2;             // the reading thread's alone
+  alignas(64) unsigned reading_ = 2;             // owned by the reading thread
 };
 
 }  // namespace clamor

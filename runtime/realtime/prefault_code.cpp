@@ -10,8 +10,8 @@ namespace clamor {
 
 namespace {
 
-// Whatever bytes they are: sanitizers would object to what lies between variables, and to variables
-// that another thread writes.
+// Reads one byte of each page without sanitizer checks: the bytes may lie between variables or be
+// written by another thread.
 [[gnu::no_sanitize_address, gnu::no_sanitize_thread, gnu::noinline]] void touch(
     std::uintptr_t first, std::size_t bytes) {
   const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));

@@ -1,13 +1,13 @@
-// prefault_code.h: has in memory beforehand what the audio thread will run.
+// prefault_code.h: loads the program's code into memory before the audio thread runs it.
 //
-// A page that is touched for the first time stops whoever touches it, for as long as the disk
-// likes. What the audio thread reads and writes has been written by whoever made it, and sounds are
-// locked where the system allows; but code is read from the program's file when it first runs.
+// The first access to a page of code waits for the disk. Data needs no such care: what the audio
+// thread reads and writes has been written by another thread before, and sounds are locked in
+// memory where the system allows it.
 #pragma once
 
 namespace clamor {
 
-// Every page of the program and of its libraries. Some milliseconds.
+// Reads every page of the program and of its libraries. Takes some milliseconds.
 void prefault_code();
 
 }  // namespace clamor

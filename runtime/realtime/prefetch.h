@@ -1,4 +1,4 @@
-// prefetch.h: fetching what is read or written next, ahead of time.
+// prefetch.h: cache prefetches of whole objects.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@ namespace clamor {
 
 inline constexpr std::size_t kCacheLine = 64;  // bytes
 
-// All cache lines of so many bytes.
+// Prefetches every cache line of `bytes` bytes.
 inline void prefetch_to_read(const void* first, std::size_t bytes) noexcept REALTIME {
   for (std::size_t at = 0; at < bytes; at += kCacheLine)
     __builtin_prefetch(static_cast<const char*>(first) + at);

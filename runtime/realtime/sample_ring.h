@@ -1,9 +1,9 @@
-// sample_ring.h: carries samples from the audio thread to one that writes them to disk.
+// sample_ring.h: a lock-free ring buffer of samples for one writer and one reader.
 //
-// A ring of a fixed size; what finds no room is dropped and counted, since the audio thread does
-// not wait.
+// Carries samples from the audio thread to a thread that writes files. The capacity is fixed;
+// samples that do not fit are dropped and counted, because the audio thread does not wait.
 //
-// Threads: write() on one, read() on one other.   Memory: the capacity, once.
+// Threads: write() on one thread, read() on one other.   Memory: the capacity, allocated once.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ class SampleRing {
  public:
   explicit SampleRing(std::size_t capacity) : samples_(capacity) {}
 
-  // All of them or none.
+  // Writes all samples or, if they do not fit, none.
   void write(std::span<const float> samples) noexcept REALTIME {
     const std::uint64_t written = written_.load(std::memory_order_relaxed);
     const std::uint64_t used = written - read_.load(std::memory_order_acquire);
@@ -33,7 +33,7 @@ class SampleRing {
     written_.store(written + samples.size(), std::memory_order_release);
   }
 
-  // Takes what is there, up to what fits; returns how many.
+  // Reads up to samples.size() samples; returns how many.
   std::size_t read(std::span<float> samples) noexcept {
     const std::uint64_t read = read_.load(std::memory_order_relaxed);
     const std::uint64_t there = written_.load(std::memory_order_acquire) - read;

@@ -23,7 +23,7 @@ double process_cpu_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// Threads may end while they are listed.
+// Threads may end while they are being listed.
 std::vector<ThreadTime> all_threads() {
   std::vector<ThreadTime> threads;
   std::error_code problem;

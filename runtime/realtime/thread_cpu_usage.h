@@ -1,7 +1,7 @@
-// thread_cpu_usage.h: what share of a core each of the program's threads takes, by name.
+// thread_cpu_usage.h: CPU time of each of the program's threads, by name.
 //
-// From the kernel's own books (/proc/self/task), so that threads of libraries are there too and
-// nobody has to keep count, least of all the audio thread.
+// The kernel keeps the figures (/proc/self/task), so threads of third-party libraries are included
+// and the audio thread does no extra work.
 #pragma once
 
 #include <chrono>
@@ -11,26 +11,27 @@
 
 namespace clamor {
 
-// Of the calling thread, for debuggers and for what follows; 15 letters at most.
+// Names the calling thread for debuggers and for ThreadCpuMeter. Linux keeps 15 characters.
 void name_thread(const char* name);
 
 struct ThreadCpuUsage {
-  std::string name;  // several of one name are added up
+  std::string name;  // threads with the same name are added up
   double share = 0;  // of one core
 };
 
 class ThreadCpuMeter {
  public:
-  // Counts from now on.
+  // Measures from now on.
   ThreadCpuMeter();
 
-  // The largest first. Threads that have ended since are together one, called "ended".
+  // Usage since construction, largest first. Threads that have ended are added up under the name
+  // "ended".
   std::vector<ThreadCpuUsage> now() const;
 
  private:
   std::chrono::steady_clock::time_point start_;
   double process_s_ = 0;
-  std::map<int, double> before_s_;  // by thread
+  std::map<int, double> before_s_;  // by thread id
 };
 
 }  // namespace clamor

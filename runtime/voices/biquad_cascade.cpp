@@ -1,6 +1,6 @@
 #include "runtime/voices/biquad_cascade.h"
 
-// Highway compiles what follows once per instruction set.
+// Highway compiles everything below once per instruction set.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "runtime/voices/biquad_cascade.cpp"
 #include <hwy/foreach_target.h>
@@ -19,7 +19,7 @@ HWY_INLINE void filter(BiquadCascade<kLanes, kSections>& cascade, double* HWY_RE
   const hn::CappedTag<double, 8> d;
   using Vector = hn::Vec<decltype(d)>;
   constexpr int kDoubles = static_cast<int>(hn::MaxLanes(d));
-  constexpr int kTogether = 2;  // sections whose memory is in registers
+  constexpr int kTogether = 2;  // sections whose state is in registers
   static_assert(kSections % kTogether == 0 && kLanes % kDoubles == 0);
   for (int first = 0; first < kSections; first += kTogether)
     for (int lane = 0; lane < kLanes; lane += kDoubles) {

@@ -1,7 +1,6 @@
-// biquad_cascade.h: many cascades of biquads side by side, one per vector lane, in double
-// precision.
+// biquad_cascade.h: cascades of biquad filters in double precision, one cascade per vector lane.
 //
-// Transposed direct form 2, frame by frame: the result does not depend on how calls divide time.
+// Transposed direct form 2, frame by frame, so the result does not depend on how calls divide time.
 // Highway is visible only in biquad_cascade.cpp.
 #pragma once
 
@@ -22,8 +21,8 @@ struct alignas(64) BiquadCascade {
   Memory memory[kSections];
 };
 
-using HighCascade = BiquadCascade<8, 12>;  // 3 bands of 2 ears, and 2 unused
-using LowCascade = BiquadCascade<16, 22>;  // 5 bands of 2 ears, and 6 unused
+using HighCascade = BiquadCascade<8, 12>;  // 3 bands of 2 ears; 2 lanes unused
+using LowCascade = BiquadCascade<16, 22>;  // 5 bands of 2 ears; 6 lanes unused
 
 // Filters lanes[frames][kLanes] in place; 64-byte aligned.
 void filter_lanes(HighCascade& cascade, double* lanes, int frames) noexcept REALTIME;

@@ -1,6 +1,6 @@
 #include "runtime/voices/gain_ramp_kernel.h"
 
-// Highway compiles what follows once per instruction set.
+// Highway compiles everything below once per instruction set.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "runtime/voices/gain_ramp_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -16,7 +16,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Tag = hn::CappedTag<float, kBandLanes>;
 using Vector = hn::Vec<Tag>;
 
-// What both ears have of an octave, by turns; from lane `at` on.
+// An octave's gains of both ears, interleaved, from lane `at` on.
 HWY_INLINE Vector by_turns(const std::array<Bands, kEars>& gain, std::size_t octave,
                            [[maybe_unused]] std::size_t at) {
   const Tag d;
@@ -38,7 +38,7 @@ void bus_lanes_here(const BusGains& buses, const std::array<Bands, kEars>& gain,
   }
 }
 
-// In vectors of which the lanes are a whole number.
+// For lane counts that are a multiple of the vector size.
 template <std::size_t kMost>
 HWY_INLINE bool ramp_in_vectors(const GainRamps& lines) {
   const hn::CappedTag<float, kMost> d;
@@ -100,7 +100,7 @@ HWY_EXPORT(bus_lanes_here);
 HWY_EXPORT(ramp_gains_here);
 HWY_EXPORT(ramp_hrtf_gains_here);
 
-// A pair of lanes is less than a vector: looking for the best code would take as long.
+// Scalar: two lanes are less than a vector, and dispatching would take as long as the work.
 bool slide_ears(const GainRamps& lines) noexcept REALTIME {
   const float per_frame = static_cast<float>(kGainFrames) / static_cast<float>(lines.frames);
   bool heard = false;

@@ -1,7 +1,7 @@
-// gain_ramp_kernel.h: gains of a voice's buses, from a keyframe's to the next one's, in vectors.
+// gain_ramp_kernel.h: linear gain ramps from one keyframe to the next, in vectors.
 //
-// A keyframe of 20 000 voices has 320 000 gains, each of which is a sum over octaves: all the audio
-// thread does at once. Highway is visible only in the .cpp.
+// A keyframe of 20 000 voices has 320 000 gains, each a sum over octaves, which the audio thread
+// computes at once. Highway is visible only in the .cpp.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 
 namespace clamor {
 
-// What voices' gains in octaves are to be multiplied by for the buses to come out with them: by
-// octave, then in the order of lanes, the same for either ear.
+// Turns a voice's octave gains into bus gains that make the filtered sum have them: a matrix by
+// octave and then by lane, the same for both ears.
 struct alignas(64) BusGains {
   std::array<std::array<float, kBandLanes>, kBandCount> columns{};
 
@@ -22,13 +22,13 @@ struct alignas(64) BusGains {
   static BusGains of(const Matrix& matrix);
 };
 
-// The lanes of a voice that has such gains at its ears.
+// The bus gains of a voice with these octave gains at its ears.
 void bus_lanes(const BusGains& buses, const std::array<Bands, kEars>& gain,
                float* lanes) noexcept REALTIME;
 
-// Straight lines from `target`, or from 0 if the voice `starts`, to `targets`, which become the
-// target: first the lanes' values, then how they grow in kGainFrames of `frames`. True if any is
-// heard. `lanes` is kBandLanes, kHrtfLanes or kEars.
+// A linear ramp from `target`, or from 0 if the voice `starts`, to `targets`, which then become the
+// target. Writes the initial gains, then their slopes per kGainFrames. Returns true if any gain is
+// not 0. `lanes` is kBandLanes, kHrtfLanes or kEars.
 struct GainRamps {
   float* target;         // [lanes]
   float* gain;           // [2][lanes]
@@ -39,16 +39,16 @@ struct GainRamps {
 };
 bool ramp_gains(const GainRamps& lines) noexcept REALTIME;
 
-// One of the directions between which a voice lies: what a head makes of its octaves there, and the
-// power that they have there in all.
+// One of the three measured directions around a voice: the HRTF's octave gains there, and the sum
+// of the power of all voices at it.
 struct HrtfCorner {
   const std::array<Bands, kEars>* level;
   std::array<Bands, kEars>* power;
   float share;
 };
 
-// The same to what a head makes of a voice's octaves, whose signal has so much power in each;
-// `targets` are not read.
+// Ramps to the octave gains times the HRTF interpolated between the corners, and adds the voice's
+// power to the corners. `mean_square` is the signal's power by octave; `targets` is not read.
 bool ramp_hrtf_gains(const BusGains& buses, const std::array<HrtfCorner, 3>& corners,
                      const std::array<Bands, kEars>& gain, const Bands& mean_square,
                      const GainRamps& lines) noexcept REALTIME;

@@ -1,8 +1,8 @@
-// keyframe.h: how everything sounds at one moment: the voices, their delays and gains.
+// keyframe.h: the voices at one moment, with their delays and gains.
 //
-// Made by the sampler thread, mixed by the audio thread. Between two keyframes a voice's gains
-// slide in straight lines, and its delays so that pitch does (mixer.h). A voice lives in a slot for
-// as long as its source is heard; the sampler fades a voice to nothing before it leaves it out.
+// The sampler thread makes keyframes, the audio thread mixes them. From one keyframe to the next
+// gains change linearly, and delays so that pitch changes linearly (mixer.h). A voice keeps its
+// slot while its source is audible; the sampler fades it out before it drops it.
 #pragma once
 
 #include <array>
@@ -23,20 +23,21 @@ struct Voice {
   std::uint32_t slot = 0;
   std::uint32_t signal = 0;
   bool starts = false;  // from silence at start_delay_frames; otherwise from the last keyframe
-  // Where it starts: its gains hold from the last keyframe on, because its sound is only beginning.
+  // With `starts`: the sound itself is beginning, so its gains hold from the last keyframe on
+  // instead of fading in.
   bool has_onset = false;
   std::array<double, kEars> start_delay_frames{};
   std::array<double, kEars> delay_frames{};
   std::array<Bands, kEars> gain{};  // amplitude
-  // Where it is heard from, a unit vector: x ahead of the listener, y to the left, z up. For output
-  // that is panned or binaural.
+  // Direction of arrival, a unit vector: x ahead of the listener, y to the left, z up. For panned
+  // and binaural output.
   Vec3f from{1, 0, 0};
-  // Where there is no time for all: the highest rank goes first (load_control.h).
+  // Voices with the highest rank are shed first when time is short (load_control.h).
   std::uint8_t rank = 0;
 };
 inline constexpr std::uint8_t kHighestRank = 255;
 
-// The listener's axes.
+// The listener's axes in world space.
 struct ListenerAxes {
   Vec3f ahead{1, 0, 0}, left{0, 1, 0}, up{0, 0, 1};
   bool is_known = false;
@@ -45,8 +46,8 @@ struct ListenerAxes {
 
 struct Keyframe {
   std::uint64_t number = 0;
-  ListenerAxes facing;        // of the listener for whom it was made
-  std::vector<Voice> voices;  // slots differ; capacity is set once
+  ListenerAxes facing;        // of the listener that it was made for
+  std::vector<Voice> voices;  // one per slot at most; the capacity is set once
 };
 
 }  // namespace clamor

@@ -1,9 +1,11 @@
-// keyframe_queue.h: keyframes on their way from the sampler to the mixer, in order.
+// keyframe_queue.h: a lock-free queue of keyframes from the sampler to the mixer.
 //
-// A ring of keyframes allocated once. The writer fills the next free one in place and publishes it;
-// the reader reads the oldest in place and releases it. Neither ever waits, and nothing is copied.
+// A ring buffer of keyframes that are allocated once. The writer fills the next free keyframe in
+// place and publishes it; the reader reads the oldest in place and releases it. Neither waits, and
+// nothing is copied.
 //
-// Threads: writable() and publish() on one, readable() and release() on one other; size() on both.
+// Threads: writable() and publish() on one thread, readable() and release() on one other; size() on
+// both.
 #pragma once
 
 #include <atomic>
@@ -23,7 +25,7 @@ class KeyframeQueue {
     for (Keyframe& keyframe : ring_) keyframe.voices.reserve(voices);
   }
 
-  // The next free keyframe, or null when all are waiting to be read.
+  // The next free keyframe, or null if all are waiting to be read.
   Keyframe* writable() noexcept REALTIME {
     const std::size_t written = written_.load(std::memory_order_relaxed);
     if (written - read_.load(std::memory_order_acquire) == ring_.size()) return nullptr;
@@ -33,7 +35,7 @@ class KeyframeQueue {
     written_.store(written_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }
 
-  // The oldest keyframe not yet released, or null when there is none.
+  // The oldest keyframe that is not released, or null.
   const Keyframe* readable() noexcept REALTIME {
     const std::size_t read = read_.load(std::memory_order_relaxed);
     if (written_.load(std::memory_order_acquire) == read) return nullptr;
@@ -43,7 +45,7 @@ class KeyframeQueue {
     read_.store(read_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }
 
-  // Keyframes published and not released; the other side may be changing it.
+  // Number of keyframes published and not released. The other thread may be changing it.
   std::size_t size() const noexcept REALTIME {
     const std::size_t read = read_.load(std::memory_order_acquire);
     return written_.load(std::memory_order_acquire) - read;
@@ -51,8 +53,8 @@ class KeyframeQueue {
 
  private:
   std::vector<Keyframe> ring_;
-  alignas(64) std::atomic<std::size_t> written_{0};  // stored by the writer alone
-  alignas(64) std::atomic<std::size_t> read_{0};     // stored by the reader alone
+  alignas(64) std::atomic<std::size_t> written_{0};  // written by the writer only
+  alignas(64) std::atomic<std::size_t> read_{0};     // written by the reader only
 };
 
 }  // namespace clamor

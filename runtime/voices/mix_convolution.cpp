@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-// Highway compiles what follows once per instruction set.
+// Highway compiles everything below once per instruction set.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "runtime/voices/mix_convolution.cpp"
 #include <hwy/foreach_target.h>
@@ -17,7 +17,7 @@
 namespace clamor {
 namespace {
 
-// exp(-2 pi i k / kSpectrumSize), half way round.
+// Twiddle factors exp(-2 pi i k / kSpectrumSize) of half a circle.
 struct Turn {
   float cosine, sine;
 };
@@ -45,10 +45,10 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 using Tag = hn::CappedTag<float, kSpectrumLanes>;
 constexpr int kFloats = static_cast<int>(hn::MaxLanes(Tag()));
-constexpr int kWhole = 128;  // points that L1 holds: from there on stage by stage
+constexpr int kWhole = 128;  // points that fit into L1; larger transforms go stage by stage
 
-// One stage of butterflies of `size` points: forward, turned after the difference; or back, the
-// other way round before it.
+// One stage of butterflies over `size` points. The forward transform multiplies by the twiddle
+// factor after the difference, the inverse by its conjugate before it.
 template <bool kForward>
 HWY_INLINE void stage(const Turn* turn, float* HWY_RESTRICT left, float* HWY_RESTRICT right,
                       int size) {
@@ -153,7 +153,7 @@ void filter_pairs(const SpectrumJob& job) noexcept REALTIME {
 }
 
 std::vector<float> spectra_of(const std::vector<float>& filters, std::size_t taps) {
-  turns();  // what the audio thread shall find made
+  turns();  // compute the table before the audio thread needs it
   constexpr std::size_t kSize = kSpectrumSize, kLanes = kSpectrumLanes;
   const std::size_t count = filters.size() / taps, reach = taps / 2;
   std::vector<double> cosine(kSize);

@@ -1,6 +1,6 @@
 #include "runtime/voices/mix_fir.h"
 
-// Highway compiles what follows once per instruction set.
+// Highway compiles everything below once per instruction set.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "runtime/voices/mix_fir.cpp"
 #include <hwy/foreach_target.h>
@@ -13,7 +13,7 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// kVectors sums stay in registers while all rows and taps pass by.
+// Keeps kVectors sums in registers for all rows and taps.
 template <int kVectors>
 HWY_INLINE int sum_frames(const FirJob& job, int frame) {
   const hn::CappedTag<float, 16> d;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-// Highway compiles what follows once per instruction set.
+// Highway compiles everything below once per instruction set.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "runtime/voices/mix_kernel.cpp"
 #include <hwy/cache_control.h>
@@ -17,9 +17,8 @@ namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
-// Frames of a layer whose sums stay in registers, or, where there are too few, in L1: by the number
-// of buses. None has more than kStepFrames of the full rate, so that calls may divide time
-// anywhere.
+// How many frames of a layer are summed in registers, or in L1 if there are too few registers, for
+// a number of buses. At most kStepFrames at the full rate, so that calls may divide time anywhere.
 constexpr int chunk_frames(int buses, bool low) {
   if (low) return kStepFrames / kLowRate;
   if (buses <= 2) return std::min(64, std::max(16, 4 * kFloats));
@@ -27,8 +26,8 @@ constexpr int chunk_frames(int buses, bool low) {
   return kFloats == 16 ? 32 : 16;
 }
 
-// Adds voices to a chunk of frames, `first` and on of a step, of kBands buses of kEarsHere ears,
-// from ear `ear` on. Their gains begin at kFirstLane of the kLanes of a voice.
+// Adds voices to a chunk of frames that begins at frame `first` of a step, for kBands buses of
+// kEarsHere ears from ear `ear` on. Their gains begin at lane kFirstLane of a voice's kLanes.
 template <bool kCubic, int kBands, int kEarsHere, bool kLow, int kLanes, int kFirstLane,
           int kDelays, bool kTwoLayers, int kReads>
 HWY_INLINE void mix_chunk(const Tile<kDelays, kTwoLayers>& tile, const Lines<kReads>& lines,
@@ -37,13 +36,13 @@ HWY_INLINE void mix_chunk(const Tile<kDelays, kTwoLayers>& tile, const Lines<kRe
   constexpr int kFrames = chunk_frames(kBands * kEarsHere, kLow), kVectors = kFrames / kFloats;
   constexpr int kRate = kLow ? kLowRate : 1, kStep = kStepFrames / kRate;
   constexpr int kRow = kMaxFrames / kRate;
-  constexpr int kStride = kEars / kEarsHere;  // from bus to bus
+  constexpr int kStride = kEars / kEarsHere;  // between buses
 
   FloatVector sum[kBands * kEarsHere][kVectors];
   for (int b = 0; b < kBands * kEarsHere; ++b)
     for (int i = 0; i < kVectors; ++i)
       sum[b][i] = hn::Load(d, out + b * kStride * kRow + i * kFloats);
-  // In units of kGainFrames, as slopes are.
+  // In units of kGainFrames, as the slopes are.
   FloatVector time[kVectors];
   for (int i = 0; i < kVectors; ++i)
     time[i] = hn::MulAdd(hn::Iota(d, static_cast<float>(first + i * kFloats)),
@@ -68,7 +67,8 @@ HWY_INLINE void mix_chunk(const Tile<kDelays, kTwoLayers>& tile, const Lines<kRe
   };
   FloatVector x[kReads][kVectors];
   for_each_of(lines.steady, [&](std::size_t v) HWY_ATTR {
-    // The high layer's first line was the last of the chunk before, or take() fetched it.
+    // The first cache line of the high layer was the last one of the previous chunk, or take() has
+    // prefetched it.
     for (int r = 0; r < kReads; ++r)
       for (int line = kLow ? 0 : 16; line <= kFrames; line += 16)
         hwy::Prefetch(lines.x[r][v + kVoicesAhead] + first + line);
@@ -94,7 +94,7 @@ HWY_INLINE void mix_chunk(const Tile<kDelays, kTwoLayers>& tile, const Lines<kRe
       hn::Store(sum[b][i], d, out + b * kStride * kRow + i * kFloats);
 }
 
-// Adds a step of the tile's voices to `rows`, which begin at the call's first frame.
+// Adds one step of the tile's voices to `rows`, which begin at the first frame of the call.
 template <bool kCubic, int kBands, int kEarsHere, bool kLow, int kLanes, int kFirstLane,
           int kDelays, bool kTwoLayers, int kReads>
 HWY_INLINE void mix_step(const Tile<kDelays, kTwoLayers>& tile, const Lines<kReads>& lines, int ear,
@@ -107,7 +107,7 @@ HWY_INLINE void mix_step(const Tile<kDelays, kTwoLayers>& tile, const Lines<kRea
         tile, lines, ear, now, f, rows + (ear * kMaxFrames + step) / kRate + f);
 }
 
-// Calls mix(tile, step) for all tiles and their steps.
+// Calls mix(tile, step) for all tiles and steps.
 template <int kDelays, bool kTwoLayers, class Mix>
 HWY_INLINE void for_steps(const MixJob& job, int lanes, const Mix& mix) {
   Tile<kDelays, kTwoLayers> tile;
@@ -147,7 +147,7 @@ HWY_NOINLINE void mix_bands_here(const MixJob& job) {
       });
 }
 
-// A dozen bands of one ear at a time: as many as have their sums in registers.
+// Twelve bands of one ear at a time, as many as can be summed in registers.
 template <bool kCubic>
 HWY_NOINLINE void mix_head_here(const MixJob& job) {
   constexpr int kDozen = 12, kDozenLanes = kEars * kDozen;

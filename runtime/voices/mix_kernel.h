@@ -1,36 +1,37 @@
-// mix_kernel.h: the inner loop of the mixer, for whatever vectors the CPU has.
+// mix_kernel.h: the inner loop of the mixer, vectorised for the CPU that runs it.
 //
 // Voices add into buses, one row of frames per band and ear. With eight bands a signal is kept in
 // two layers (prepared_signal.h): the upper three bands at the full rate, the lower five at a
-// quarter of it, so that eight band gains cost 3 + 5 / 4 multiply-adds per ear and frame instead of
-// eight, and one and a quarter reads instead of one. The octave bank filters the buses after the
-// sum.
+// quarter of it. Eight band gains then cost 3 + 5 / 4 multiply-adds per ear and frame instead of
+// eight, and one and a quarter reads instead of one. The octave filter bank filters the buses after
+// the sum.
 //
-// Where 64 voices read is worked out for a step at a time, in columns (mix_tile-inl.h). A chunk of
-// 16 to 64 frames of the buses then stays in registers while voices pass by. Where a voice's whole
-// offset does not change within the step, its neighbours are contiguous loads and its fraction a
-// line; the others, one in sixteen, are read in passes of their own: across the one place where the
-// offset changes, or, if they slide fast, vector by vector. Where voices go on in the next call is
-// known when the last step is done, and written there if that is asked for.
+// Read positions are computed for tiles of 64 voices and one step at a time, in columns
+// (mix_tile-inl.h). A chunk of 16 to 64 frames of the buses stays in registers for all voices of a
+// tile. If a voice's integer offset is constant within the step, it reads contiguous neighbours
+// with linearly changing fractions. The others, one in sixteen, are read in separate passes: across
+// the single change of the offset or, for fast changes, vector by vector. The state for the next
+// call is written back on request.
 //
-// Cubic interpolation is a uniform B-spline over samples that were prefiltered when loaded, so that
-// whole delays give back the signal. Its largest error, at a fraction of one half, relative to the
-// tone: -122 dB at 1 kHz, -98 at 2, -74 at 4, -48 at 8, -31 at 12 and -18 at 16 kHz, some 20 dB
-// below Catmull-Rom at the same cost. The low layer, at a quarter of the rate, has -74 dB at 1 kHz
-// and -61 at 1.4 kHz, where it ends. Linear has -53, -29, -18 and -6 dB at 1, 4, 8 and 16 kHz.
+// Cubic interpolation is a uniform B-spline over samples that were prefiltered at loading, so that
+// whole delays reproduce the signal. Its largest error, at a fraction of one half and relative to
+// the tone, is -122 dB at 1 kHz, -98 at 2, -74 at 4, -48 at 8, -31 at 12 and -18 at 16 kHz: some 20
+// dB below Catmull-Rom at the same cost. The low layer, at a quarter of the rate, has -74 dB at 1
+// kHz and -61 at 1.4 kHz, where it ends. Linear interpolation has -53, -29, -18 and -6 dB at 1, 4,
+// 8 and 16 kHz.
 //
 //     kHz                       1      2      4      8     12     16
 //     cubic, half-way, dB       0      0      0  -0.04  -0.24  -1.16    at its weakest
-//            mean               0      0      0  -0.02  -0.13  -0.58    of a voice that slides
+//            mean               0      0      0  -0.02  -0.13  -0.58    of a moving voice
 //            images          -131   -107    -82    -56    -38    -25    all together
 //     linear, half-way      -0.02  -0.08  -0.30  -1.25  -3.01  -6.02
 //            mean           -0.01  -0.05  -0.20  -0.80  -1.82  -3.29
 //            images           -64    -52    -40    -27    -20    -15
 //
-// Frames are added in the order of the voices, in each 64 of them those that slide last, fast ones
-// after the others; multiply-adds are fused where the CPU can, so CPUs differ in last bits and runs
-// on one CPU do not, however calls divide time. Highway is visible only in mix_*.cpp and
-// mix_*-inl.h.
+// Voices are summed in their order, except that within each tile moving ones come last and fast
+// ones after those. Multiply-adds are fused where the CPU can: CPUs may differ in the last bits,
+// but on one CPU the result does not depend on how calls divide time. Highway is visible only in
+// mix_*.cpp and mix_*-inl.h.
 #pragma once
 
 #include <cstddef>
@@ -53,14 +54,15 @@ inline constexpr int kLowRate = 4;  // frames per frame of the low layer
 inline constexpr int kLowBands = 5;
 inline constexpr int kHighBands = static_cast<int>(kBandCount) - kLowBands;
 
-// Binaural: narrow bands, the lower ones in the low layer, and quadratures (hrtf_filter_bank.h).
+// Binaural output has narrow bands, the lower ones in the low layer, and quadratures
+// (hrtf_filter_bank.h).
 inline constexpr std::size_t kHrtfLowBands = 12, kHrtfHighBands = 24;
 inline constexpr std::size_t kHrtfBands = kHrtfLowBands + kHrtfHighBands;
-inline constexpr std::size_t kHrtfQuadratures = 14;  // also in the low layer
+inline constexpr std::size_t kHrtfQuadratures = 14;  // in the low layer
 inline constexpr std::size_t kHrtfLowRows = kHrtfLowBands + kHrtfQuadratures;
 inline constexpr int kHrtfLanes = kEars * static_cast<int>(kHrtfBands + kHrtfQuadratures);
 
-inline constexpr int kGainFrames = 16;  // slopes of gains are per so many frames: a vector's
+inline constexpr int kGainFrames = 16;  // gain slopes are per this many frames, one vector
 
 constexpr int band_lane(std::size_t band, int ear) { return kEars * static_cast<int>(band) + ear; }
 
@@ -68,32 +70,31 @@ enum class Interpolation : std::uint8_t { kLinear, kCubic };
 
 struct MixMode {
   Interpolation interpolation = Interpolation::kCubic;
-  int delays = 2;           // 1: both ears hear a voice at its first path's delay
-  bool eight_bands = true;  // otherwise each ear has one gain: a voice's band 0
-  // Of output channels. More than one pair takes one delay, and a panner says what goes where.
+  int delays = 2;           // 1: both ears hear a voice at the delay of its first path
+  bool eight_bands = true;  // otherwise each ear has one gain, that of band 0
+  // Pairs of output channels. More than one pair needs delays = 1 and a panner.
   int pairs = 1;
-  bool head =
-      false;  // binaural: a voice's gains are in the bands of hrtf_filter_bank.h; two delays
-  int fine_voices =
-      128;  // binaural: so many have them at a time, the loudest (narrowband_voices.h)
+  bool head = false;  // binaural: gains are in the bands of hrtf_filter_bank.h; needs delays = 2
+  // Binaural: how many voices, the loudest, have narrow bands (narrowband_voices.h).
+  int fine_voices = 128;
 
-  // Gains of a voice: those of the segment's frame 0, then how they grow in kGainFrames.
+  // Gains of a voice: lanes at frame 0 of the segment, followed by as many slopes per kGainFrames.
   constexpr int gain_lanes() const { return head ? kHrtfLanes : eight_bands ? kBandLanes : kEars; }
   constexpr bool two_layers() const { return eight_bands || head; }
 };
 
-// How a voice reaches an ear during one call: its first frame is read at `position`, 32.32 fixed
-// point, of a signal whose frame 0 is at `high`, and a quarter of that in `low`; the next ones each
-// `step` farther, and from one kStepFrames to the next the step grows by `bend`. Of both layers, a
-// frame before and two after must be there.
+// How a voice is read for one ear during one call. Its first frame is read at `position`, 32.32
+// fixed point, of a signal whose frame 0 is at `high`, and at a quarter of that in `low`. Each next
+// frame is `step` farther, and the step grows by `bend` every kStepFrames. Both layers must have a
+// frame before and two after.
 struct VoicePath {
   const float* high = nullptr;
   const float* low = nullptr;
   std::int64_t position = 0;
-  std::int64_t step = std::int64_t{1} << 32;  // always 0 to 2: the caller sees to that
+  std::int64_t step = std::int64_t{1} << 32;  // always 0 to 2, which the caller ensures
   std::int64_t bend = 0;
 
-  // After so many frames of the call.
+  // The state `frame` frames into the call.
   constexpr std::int64_t position_at(std::int64_t frame) const noexcept REALTIME {
     return position + frame * step + bends_at(frame) * bend;
   }
@@ -106,18 +107,18 @@ struct VoicePath {
   }
 };
 
-// How far ahead of its place in the high layer a voice's low layer is read by the left ear, 32.32
-// frames of the full rate, and how that grows per frame; the right ear is as far behind. A head's
-// low frequencies have delays of their own.
+// Offset of the left ear's read position in the low layer, ahead of that in the high layer, in
+// 32.32 frames of the full rate, and its change per frame. The right ear reads as far behind. HRTFs
+// have a longer ITD at low frequencies.
 struct LayerOffset {
   std::int64_t ahead = 0, step = 0;
 };
 
-// Where voices go on in the next call, as they do in this one: in arrays by slot, which may be
-// those that are read. A position that has come as far as its slot's wrap goes back by that.
+// Where to write the state of each voice for the next call. These arrays may be the ones that are
+// read. A position that has reached its slot's `wrap` is reduced by it.
 struct MixContinuation {
-  VoicePath* paths = nullptr;   // [slot][kEars]; null: nothing is written
-  LayerOffset* gaps = nullptr;  // [slot], or null where there are none
+  VoicePath* paths = nullptr;   // [slot][kEars]; null: not written
+  LayerOffset* gaps = nullptr;  // [slot], or null
   const std::int64_t* wraps = nullptr;
 };
 
@@ -128,11 +129,11 @@ struct MixJob {
   std::size_t count;  // of active slots
   int first_frame;    // of the segment
   int frames;         // whole steps, at most kMaxFrames
-  // Rows of kMaxFrames and kMaxFrames / kLowRate, in order of band and ear. Added to. Full-band
-  // voices use the first two of high.
+  // Rows of kMaxFrames and kMaxFrames / kLowRate frames by band and ear, which are added to.
+  // Full-band voices use the first two rows of `high`.
   float* high;
   float* low;
-  const LayerOffset* gaps = nullptr;  // [slot], or null where there are none
+  const LayerOffset* gaps = nullptr;  // [slot], or null
   MixContinuation next = {};
 };
 
@@ -143,9 +144,9 @@ struct MixBuses {
 
 void mix_voices(const MixMode& mode, const MixJob& job) noexcept REALTIME;
 
-// The instruction set that is used, for benchmarks: "AVX3_ZEN4"; and those that could be, best
-// first, "scalar" last. force_mix_kernel() is for tests and benchmarks, between calls only; an
-// empty name goes back to the best.
+// The instruction set in use, such as "AVX3_ZEN4", and all that this CPU has, best first, "scalar"
+// last. force_mix_kernel() is for tests and benchmarks, between calls only; an empty name restores
+// the best.
 std::string mix_kernel_target();
 std::vector<std::string> mix_kernel_targets();
 void force_mix_kernel(const std::string& target);

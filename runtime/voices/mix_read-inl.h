@@ -1,5 +1,5 @@
-// mix_read-inl.h: how a voice's frames are read, for mix_kernel.cpp alone, which compiles it once
-// per instruction set; hence no include guard of the usual kind.
+// mix_read-inl.h: interpolated reads of a voice's frames. For mix_kernel.cpp only, which compiles
+// it once per instruction set; hence the unusual include guard.
 #if defined(CLAMOR_RUNTIME_MIX_READ_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef CLAMOR_RUNTIME_MIX_READ_INL_H
 #undef CLAMOR_RUNTIME_MIX_READ_INL_H
@@ -25,8 +25,8 @@ using FloatTag = hn::CappedTag<float, 16>;
 using FloatVector = hn::Vec<FloatTag>;
 constexpr int kFloats = static_cast<int>(hn::MaxLanes(FloatTag()));
 
-// Loads once what is named more often: compilers load it anew for each time, and unaligned loads
-// are dear.
+// Loads a vector that is used several times. Compilers would load it again for each use, and
+// unaligned loads are expensive.
 HWY_INLINE FloatVector load(const float* HWY_RESTRICT x) {
   auto v = hn::LoadU(FloatTag(), x);
 #if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
@@ -35,7 +35,7 @@ HWY_INLINE FloatVector load(const float* HWY_RESTRICT x) {
   return v;
 }
 
-// Four neighbours of each frame, and how a curve is drawn through them: f is 0 at x1, 1 at x2.
+// Four neighbours of each frame, and the curve through them at the fraction f: 0 at x1, 1 at x2.
 struct Taps {
   FloatVector x0, x1, x2, x3;
 };
@@ -44,8 +44,8 @@ template <bool kCubic>
 HWY_INLINE FloatVector curve(const Taps& t, FloatVector f) {
   const FloatTag d;
   if constexpr (!kCubic) return hn::NegMulAdd(f, hn::Sub(t.x1, t.x2), t.x1);
-  // The B-spline over samples that are half its coefficients, its powers of f
-  // (x0 + 4 x1 + x2) / 3, x2 - x0, x0 - 2 x1 + x2 and (x3 - x0) / 3 + x1 - x2.
+  // The B-spline over half its coefficients. Its polynomial in f has the coefficients (x0 + 4 x1 +
+  // x2) / 3, x2 - x0, x0 - 2 x1 + x2 and (x3 - x0) / 3 + x1 - x2.
   const auto third = hn::Set(d, 1.0f / 3);
   const auto fall = hn::Sub(t.x1, t.x2);
   const auto bend = hn::Sub(hn::Sub(t.x0, t.x1), fall);
@@ -63,10 +63,10 @@ HWY_INLINE FloatVector shifted(FloatVector low, FloatVector high) {
 }
 #endif
 
-// Where a voice reads during one step.
+// A voice's read position during one step.
 struct Reading {
-  const float* x;          // whole part of the first frame's position
-  std::uint32_t fraction;  // the rest of it, 2^-32 frames
+  const float* x;          // at the integer part of the first frame's position
+  std::uint32_t fraction;  // its fractional part, 2^-32 frames
   std::int64_t drift;      // 2^-32 frames per frame beyond 1
 };
 
@@ -77,17 +77,17 @@ HWY_INLINE float fraction_of(std::uint32_t bits) {
   return static_cast<float>(bits >> 8) * 0x1p-24f;
 }
 
-// So far per frame that a vector's neighbours are within two vectors.
+// Up to this drift per frame, a vector's neighbours lie within two vectors.
 constexpr std::int64_t kFar = (std::int64_t{1} << 32) * 3 / 10;
 
-// From the lesser of the two whole offsets of a gentle reading, one that changes its whole offset
-// no more than once in a step: positions from 0 to 2.
+// Reads a vector of a voice whose integer offset changes at most once in a step. `x` is at the
+// smaller of the two offsets, so positions are 0 to 2.
 template <bool kCubic>
 HWY_INLINE FloatVector read_gently(const float* HWY_RESTRICT x, FloatVector position) {
   const FloatTag d;
   const auto one = hn::Set(d, 1.0f);
   const auto x1 = load(x), x2 = load(x + 1), x3 = load(x + 2);
-  if constexpr (!kCubic) {  // a line with a knee
+  if constexpr (!kCubic) {  // a line with one bend
     const auto f = hn::Min(position, one);
     const auto here = hn::NegMulAdd(f, hn::Sub(x1, x2), x1);
     return hn::NegMulAdd(hn::Sub(position, f), hn::Sub(x2, x3), here);
@@ -101,7 +101,7 @@ HWY_INLINE FloatVector read_gently(const float* HWY_RESTRICT x, FloatVector posi
       f);
 }
 
-// One vector of frames whose integer offset changes as it may.
+// Reads one vector of frames at any drift.
 template <bool kCubic>
 HWY_INLINE FloatVector read_widely(const Reading& r, int frame) {
   const FloatTag d;
@@ -110,8 +110,8 @@ HWY_INLINE FloatVector read_widely(const Reading& r, int frame) {
   const auto drift = hn::Set(d, static_cast<float>(r.drift) * 0x1p-32f);
   const auto fraction = hn::Set(d, fraction_of(static_cast<std::uint32_t>(offset)));
   const auto position = hn::MulAdd(hn::Iota(d, 0.0f), drift, fraction);
-  // Down to a whole number, or at a whole number to either: f is 0 to 1. In the last bits of what
-  // is added to it, whole is an integer.
+  // Rounds down, or at an integer to either neighbour, so that f is 0 to 1. Adding `magic` leaves
+  // the integer in the last bits of the sum.
   const auto magic = hn::Set(d, 12582912.0f);
   const auto sum = hn::Add(hn::Sub(position, hn::Set(d, 0.5f)), magic);
   const auto f = hn::Sub(position, hn::Sub(sum, magic));
@@ -142,13 +142,14 @@ HWY_INLINE FloatVector read_widely(const Reading& r, int frame) {
   return curve<kCubic>(taps, f);
 }
 
-// Frames `first` to first + kFrames of a step of kStep.
+// Reads frames `first` to first + kFrames of a step at any drift.
 template <bool kCubic, int kFrames>
 HWY_INLINE void read_fast(const Reading& r, int first, FloatVector (&x)[kFrames / kFloats]) {
   for (int i = 0; i < kFrames / kFloats; ++i) x[i] = read_widely<kCubic>(r, first + i * kFloats);
 }
 
-// The same of a gentle one.
+// Like read_fast(), for a voice whose integer offset changes at most once in a step of kStep
+// frames.
 template <bool kCubic, int kStep, int kFrames>
 HWY_INLINE void read_sliding(const Reading& r, int first, FloatVector (&x)[kFrames / kFloats]) {
   const FloatTag d;
@@ -163,11 +164,11 @@ HWY_INLINE void read_sliding(const Reading& r, int first, FloatVector (&x)[kFram
   }
 }
 
-// The same of a steady one that begins at `from`.
+// Like read_fast(), for a voice whose integer offset is constant and whose samples begin at `from`.
 //
-// Whole vectors of AVX-512 that are not aligned cost two accesses each; shifting instead takes
-// ports from the arithmetic. Of a line's two neighbours one is a shift, which takes a seventh less
-// with the signal in L1; of a curve's four as well, but there two or three take as long.
+// Unaligned AVX-512 loads cost two accesses each, while shifts use ports that the arithmetic needs.
+// For a linear curve, shifting one of its two neighbours takes a seventh less time with the signal
+// in L1. For a cubic one, shifting one of the four helps as well; shifting two or three does not.
 template <bool kCubic, int kFrames>
 HWY_INLINE void read_steadily(const float* HWY_RESTRICT from, const float& fraction,
                               const float& drift, const float& turns, int first,
@@ -182,7 +183,7 @@ HWY_INLINE void read_steadily(const float* HWY_RESTRICT from, const float& fract
   FloatVector low = load(at - kBack);
 #endif
   for (int i = 0; i < kVectors; ++i, at += kFloats) {
-    // Additions are cheaper, but short vectors would make too many of them in a row.
+    // Additions are cheaper but form long dependency chains with short vectors.
     f = i % 4 == 0 ? hn::MulAdd(hn::Iota(d, static_cast<float>(first + i * kFloats)), slope, start)
                    : hn::Add(f, turn);
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3

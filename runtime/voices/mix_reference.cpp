@@ -8,7 +8,7 @@ double read_linear(const float* x, double f) {
   return (1 - f) * static_cast<double>(x[0]) + f * static_cast<double>(x[1]);
 }
 
-// The uniform cubic B-spline, in its weights, over samples that are half its coefficients.
+// The uniform cubic B-spline by its weights, over samples that are half its coefficients.
 double read_cubic(const float* x, double f) {
   const double g = 1 - f;
   const double w0 = g * g * g, w3 = f * f * f;

@@ -1,6 +1,5 @@
-// mix_reference.h: what mix_kernel.h promises, voice by voice and frame by frame in double
-// precision: what every kernel must equal within -100 dB of full scale, and the slow one they are
-// timed against.
+// mix_reference.h: a scalar reference for mix_kernel.h in double precision. Every kernel must match
+// it within -100 dB of full scale; benchmarks compare against its speed.
 #pragma once
 
 #include "runtime/voices/mix_kernel.h"

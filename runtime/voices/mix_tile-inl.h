@@ -1,8 +1,8 @@
-// mix_tile-inl.h: where the voices of a tile read, step by step, for mix_kernel.cpp alone, which
-// compiles it once per instruction set; hence no include guard of the usual kind.
+// mix_tile-inl.h: read positions of a tile of voices, step by step. For mix_kernel.cpp only, which
+// compiles it once per instruction set; hence the unusual include guard.
 //
-// In columns, so that it becomes vector code: what a voice's place in its signal costs, a dozen
-// operations on 64-bit numbers, is then small against reading and adding up.
+// Positions take a dozen 64-bit operations per voice. They are stored in columns so that this
+// becomes vector code, which makes their cost small against reading and adding.
 #if defined(CLAMOR_RUNTIME_MIX_TILE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef CLAMOR_RUNTIME_MIX_TILE_INL_H
 #undef CLAMOR_RUNTIME_MIX_TILE_INL_H
@@ -26,12 +26,12 @@ namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
-// Voices whose numbers stay in L1 from one step to the next.
+// Voices whose positions stay in L1 from one step to the next.
 constexpr std::size_t kTileVoices = 64;
-constexpr std::size_t kVoicesAhead = 12;  // for prefetching: some 300 cycles
+constexpr std::size_t kVoicesAhead = 12;  // prefetch distance, some 300 cycles
 
-// Keeps a loop over voices from being made vectors of, which would be put together lane by lane of
-// what lies all over memory: that takes twice as long.
+// Keeps the compiler from vectorising a loop over voices. It would gather the elements from all
+// over memory, which takes twice as long.
 template <class Path>
 HWY_INLINE void one_by_one([[maybe_unused]] Path*& paths) {
 #if HWY_COMPILER_GCC || HWY_COMPILER_CLANG
@@ -39,7 +39,7 @@ HWY_INLINE void one_by_one([[maybe_unused]] Path*& paths) {
 #endif
 }
 
-// kTwoLayers: the low layer is read as well.
+// With kTwoLayers the low layer is read as well.
 template <int kDelays, bool kTwoLayers>
 struct Tile {
   static constexpr int kLayers = kTwoLayers ? 2 : 1;
@@ -47,11 +47,11 @@ struct Tile {
   std::size_t count;
   const float* gain[kTileVoices];
   const float* signal[kLayers][kDelays][kTileVoices];  // high, low
-  // At the beginning of a step: VoicePath's, less 1 frame per frame.
+  // At the beginning of a step, as in VoicePath; the drift is the step less 1.
   alignas(64) std::int64_t position[kDelays][kTileVoices];
   alignas(64) std::int64_t drift[kDelays][kTileVoices];
   alignas(64) std::int64_t bend[kDelays][kTileVoices];
-  // Of the low layer.
+  // The low layer's offset and its change per frame.
   alignas(64) std::int64_t ahead[kDelays][kTileVoices];
   alignas(64) std::int64_t ahead_step[kDelays][kTileVoices];
 
@@ -68,7 +68,8 @@ struct Tile {
         position[e][v] = paths[e].position;
         drift[e][v] = paths[e].step - kWhole;
         bend[e][v] = paths[e].bend;
-        hwy::Prefetch(paths[e].high + (paths[e].position >> 32));  // further lines: mix_chunk()
+        // mix_chunk() prefetches further lines.
+        hwy::Prefetch(paths[e].high + (paths[e].position >> 32));
       }
       if constexpr (kTwoLayers) {
         const LayerOffset gap = job.gaps == nullptr ? LayerOffset{} : job.gaps[active[v]];
@@ -89,7 +90,7 @@ struct Tile {
       }
   }
 
-  // After the last step: where the next call begins.
+  // Writes the positions for the next call, after the last step.
   HWY_INLINE void put_back(const MixJob& job, const std::uint32_t* active) const {
     const MixContinuation& to = job.next;
     for (std::size_t v = 0; v < count; ++v) {
@@ -107,7 +108,7 @@ struct Tile {
     }
   }
 
-  // Where a layer is read: its own frames, 32.32, and how many more than one per frame.
+  // Read position in a layer, in its own 32.32 frames, and the drift per frame beyond 1.
   template <bool kLow>
   HWY_INLINE std::int64_t at(int e, std::size_t v) const {
     if constexpr (kLow) return (position[e][v] + ahead[e][v]) >> 2;
@@ -120,11 +121,11 @@ struct Tile {
   }
 };
 
-// Sets of a tile's voices.
+// A set of a tile's voices.
 using VoiceSet = std::uint64_t;
 static_assert(kTileVoices == 64);
 
-// Those of which a number is not 0.
+// The voices whose number is not 0.
 HWY_INLINE VoiceSet those_not_zero(const std::int32_t (&numbers)[kTileVoices]) {
   const hn::CappedTag<std::int32_t, 16> d;
   VoiceSet set = 0;
@@ -138,18 +139,19 @@ HWY_INLINE VoiceSet those_not_zero(const std::int32_t (&numbers)[kTileVoices]) {
   return set;
 }
 
-// What is read of one layer in one step by kReads ears at once. A voice is steady if its whole
-// offset to the output does not change in the step, and slides if it changes no more than once.
-// Each kind is read apart, without a branch, which nobody could foretell.
+// Reads of one layer in one step for kReads ears at once. A voice is steady if its integer offset
+// to the output is constant in the step, and slides if the offset changes at most once. Each kind
+// is read in its own loop, since a branch per voice would be unpredictable.
 template <int kReads>
 struct Lines {
   VoiceSet steady, sliding, fast;
-  // Not 0 if it does, and less than kStepFrames: short numbers, so that few vectors are compared.
+  // Not 0 if it slides, and less than kStepFrames. Narrow integers keep the comparisons to few
+  // vectors.
   alignas(64) std::int32_t slides[kTileVoices];
   alignas(64) std::int32_t runs[kTileVoices];
   alignas(64) float fraction[kReads][kTileVoices];
   alignas(64) float drift[kReads][kTileVoices];
-  alignas(64) float turn[kReads][kTileVoices];  // drift of a vector
+  alignas(64) float turn[kReads][kTileVoices];  // drift per vector
   const float* x[kReads][kTileVoices + kVoicesAhead];
 
   template <bool kLow, int kDelays, bool kTwoLayers>
@@ -171,7 +173,7 @@ struct Lines {
         turn[r][v] = drift[r][v] * kFloats;
         x[r][v] = tile.signal[kLow][e][v] + (at >> 32);
       }
-      // The first ones' next step, and, of few voices, later ones.
+      // Prefetch addresses: the next step of the first voices and, of few voices, later steps.
       for (std::size_t v = 0; v < kVoicesAhead; ++v) x[r][count + v] = x[r][v] + kFrames;
     }
     const VoiceSet all = ~VoiceSet{0} >> (kTileVoices - count);
@@ -181,7 +183,7 @@ struct Lines {
   }
 };
 
-// Calls act(v) for those of a set, in order.
+// Calls act(v) for the members of a set, in ascending order.
 template <class Act>
 HWY_INLINE void for_each_of(std::uint64_t set, const Act& act) {
   for (; set != 0; set &= set - 1) act(hwy::Num0BitsBelowLS1Bit_Nonzero64(set));

@@ -9,11 +9,11 @@
 namespace clamor {
 
 namespace {
-constexpr float kStays = 2;  // of power: what a voice that is fine counts for
+constexpr float kStays = 2;  // factor on the power of a narrowband voice: 3 dB of hysteresis
 constexpr std::size_t kLanes = kHrtfLanes;
 }  // namespace
 
-// Twice as many places: those that were chosen slide away while others slide in.
+// Twice as many places as voices: some fade out while others fade in.
 NarrowbandVoices::NarrowbandVoices(std::size_t slots, std::size_t most)
     : most_(std::min(slots, most)),
       place_of_(slots, kNone),
@@ -31,7 +31,7 @@ NarrowbandVoices::NarrowbandVoices(std::size_t slots, std::size_t most)
     free_.push_back(static_cast<std::uint32_t>(place));
 }
 
-// Who has slid to silence, or was left out of a keyframe, makes room.
+// Frees the places of voices that have faded out or have left the keyframe.
 void NarrowbandVoices::begin() noexcept REALTIME {
   for (std::uint32_t place = 0; place < fine_.size(); ++place) {
     Fine& fine = fine_[place];

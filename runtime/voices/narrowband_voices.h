@@ -1,16 +1,15 @@
-// narrowband_voices.h: the voices that are heard through all the narrow bands of a head.
+// narrowband_voices.h: chooses the voices that are filtered in all narrow bands of an HRTF.
 //
-// A voice's colour in 36 bands and 14 quadratures an ear costs six times what its eight octaves do.
-// So at each keyframe the loudest voices get theirs (MixMode::fine_voices, 128), and of the others,
-// each of which has less than a 128th of the power of all, the head colours the octaves only: their
-// energy stays right, and so do the times between the ears, two of them. One source alone, or a
-// hundred, have every narrow band; in a crowd nobody can tell one voice's, and the sum of all has
-// the power that it should have in each, within 1 dB even if all come from one side
-// (diffuse_hrtf_eq.h). A voice that is or was fine lately stays so at up to 3 dB less than others
-// need; one that changes slides from one set of gains to the other within a keyframe.
+// Narrow bands, 36 with 14 quadratures an ear, cost six times as much per voice as eight octaves.
+// At each keyframe the loudest voices therefore get narrow bands (MixMode::fine_voices, 128). Each
+// of the others has less than a 128th of the total power and gets octave gains, which preserve its
+// energy and both of its ITDs. Up to 128 sources are exact. In a larger crowd no single voice's
+// spectrum can be heard, and the sum is corrected per narrow band to within 1 dB, even if all
+// voices come from one side (diffuse_hrtf_eq.h). A narrowband voice stays one until others exceed
+// it by 3 dB (hysteresis); a change crossfades within a keyframe.
 //
-// Threads: the audio thread's, but for the constructor. Memory: 1.3 kB for each of twice
-// fine_voices. Cost: one comparison a voice and keyframe, log n for those that enter.
+// Threads: the audio thread, except for the constructor. Memory: 1.3 kB for each of twice
+// fine_voices. Cost: one comparison per voice and keyframe, log n for those that enter.
 #pragma once
 
 #include <cstdint>
@@ -25,23 +24,23 @@ namespace clamor {
 
 class NarrowbandVoices {
  public:
-  // `slots` of all voices, of which `most` may be fine.
+  // `slots` is the number of all voices, `most` the number of narrowband ones.
   NarrowbandVoices(std::size_t slots, std::size_t most);
 
-  // At a keyframe: begin(), offer() every voice with its power, end(); then, at it and at each
-  // further segment on the way to it, begin_segment() and set() every one.
+  // At a keyframe call begin(), offer() for every voice with its power, and end(). At the start of
+  // each segment call begin_segment(), then set() for every voice.
   void begin() noexcept REALTIME;
   void offer(std::uint32_t slot, float power) noexcept REALTIME;
   void end() noexcept REALTIME;
   void begin_segment() noexcept REALTIME { heard_.clear(); }
   bool chosen(std::uint32_t slot) const noexcept REALTIME { return chosen_[slot]; }
 
-  // Slides to `targets` (kHrtfLanes), or to silence if they are null, in so many frames; from
-  // silence if the voice `starts`. True if anything is heard of it here.
+  // Ramps to `targets` (kHrtfLanes), or to silence if null, in `frames` frames; from silence if the
+  // voice `starts`. Returns true if the voice is audible here.
   bool set(std::uint32_t slot, const float* targets, bool starts, int frames) noexcept REALTIME;
 
-  // Calls change(targets, gains) for a voice that is heard here: kHrtfLanes, and twice as many as
-  // mix_kernel.h has them.
+  // Calls change(targets, gains) for a voice that is audible here, with kHrtfLanes targets and
+  // twice as many gains (mix_kernel.h).
   template <class Change>
   void change(std::uint32_t slot, const Change& change) noexcept REALTIME {
     const std::uint32_t place = place_of_[slot];
@@ -49,20 +48,20 @@ class NarrowbandVoices {
     change(&targets_[place * kHrtfLanes], &gains_[2 * place * kHrtfLanes]);
   }
 
-  // Those that is_over(slot) are not mixed any more in this segment.
+  // Stops mixing the voices with is_over(slot) in this segment.
   template <class IsOver>
   void drop(const IsOver& is_over) noexcept REALTIME {
     std::erase_if(heard_, [&](std::uint32_t place) { return is_over(fine_[place].slot); });
   }
 
-  // Gains stay what they were meant to become.
+  // Holds gains at their targets.
   void hold() noexcept REALTIME;
 
-  // How many are mixed.
+  // Number of voices mixed.
   std::size_t heard() const noexcept REALTIME { return heard_.size(); }
 
-  // Mixes them from where all slots are. When all others have been mixed, who may be these as well,
-  // put_back() says where they go on.
+  // Mixes all narrowband voices from the state of all slots. A voice may be in octaves as well, so
+  // put_back() advances the state only after those have been mixed too.
   void mix(const MixMode& mode, const MixContinuation& slots, int first_frame, int frames,
            float* high, float* low) noexcept REALTIME;
   void put_back(const MixContinuation& slots) const noexcept REALTIME;
@@ -71,18 +70,18 @@ class NarrowbandVoices {
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
   struct Fine {
     std::uint32_t slot = kNone;
-    bool stays = false;  // when the segment ends
+    bool stays = false;  // is still mixed when the segment ends
   };
 
   const std::size_t most_;
-  std::vector<std::uint32_t> place_of_;                   // by slot, in fine_; or kNone
+  std::vector<std::uint32_t> place_of_;                   // by slot: index into fine_, or kNone
   std::vector<bool> chosen_;                              // by slot
-  std::vector<std::pair<float, std::uint32_t>> loudest_;  // a heap, the quietest first
+  std::vector<std::pair<float, std::uint32_t>> loudest_;  // a heap with the quietest first
   std::vector<Fine> fine_;
   std::vector<std::uint32_t> free_;
   std::vector<float> targets_, gains_;  // [place][kHrtfLanes], [place][2][kHrtfLanes]
   std::vector<VoicePath> paths_;        // [place][kEars]
-  std::vector<LayerOffset> gaps_;       // [place], as are the next
+  std::vector<LayerOffset> gaps_;       // [place], as below
   std::vector<std::int64_t> wraps_;
   std::vector<std::uint32_t> heard_;  // places
 };

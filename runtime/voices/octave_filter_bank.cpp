@@ -17,8 +17,8 @@ namespace {
 constexpr std::size_t kParting = kLowBands - 1;  // the edge between the layers
 constexpr double kLowRate_hz = static_cast<double>(kSampleRate_hz) / kLowRate;
 
-// Which side of an edge a band takes on its way through its layer's tree: {5 | {6 | 7}} and
-// {{0 | 1} | {{2 | 3} | 4}}.
+// The side of an edge that a band takes in its layer's tree: {5 | {6 | 7}} and {{0 | 1} | {{2 | 3}
+// | 4}}.
 Side side_of(std::size_t band, std::size_t edge) {
   const bool on_way = edge == 5 || (edge == 6 && band >= 6) || edge == 1 ||
                       (edge == 0 && band <= 1) || (edge == 3 && band >= 2) ||
@@ -34,7 +34,7 @@ struct Layer {
 constexpr Layer kHighLayer{kParting + 1, kBandEdges, kSampleRate_hz};
 constexpr Layer kLowLayer{0, kParting, kLowRate_hz};
 
-// All sections of a band: a side is its Butterworth twice.
+// All sections of a band. One side of a crossover is a Butterworth filter applied twice.
 std::vector<Biquad> sections_of(std::size_t band) {
   const Layer& layer = band <= kParting ? kLowLayer : kHighLayer;
   std::vector<Biquad> sections;
@@ -74,14 +74,14 @@ void set_lanes(Cascade& cascade, std::size_t first_band, std::size_t bands) {
   }
 }
 
-// The modified Bessel function of order 0, by its series.
+// The modified Bessel function of order 0, by its power series.
 double bessel_i0(double x) {
   double sum = 1, term = 1;
   for (int k = 1; k < 60; ++k) sum += term *= x * x / (4.0 * k * k);
   return sum;
 }
 
-// Filters rows of buses, and adds up the bands of an ear into sum[ear][before + frame].
+// Filters rows of buses and adds up the bands of an ear into sum[ear][before + frame].
 template <class Cascade, int kFrames, std::size_t kSum>
 void filter_and_add(Cascade& cascade, const float* rows, int bands, int frames, std::size_t before,
                     double (&sum)[kEars][kSum]) {
@@ -101,8 +101,8 @@ void filter_and_add(Cascade& cascade, const float* rows, int bands, int frames, 
     }
 }
 
-// Scales the sum of the squares of what each lane passes of a layer that is sent to all. It has
-// been playing for `tail` frames before.
+// Mean square of what each lane passes of a layer, scaled. The layer has been playing for `tail`
+// frames before.
 template <class Cascade>
 void add_squares(const std::vector<double>& layer, std::size_t first_band, std::size_t bands,
                  std::size_t tail, double scale, Bands& mean_square) {
@@ -180,7 +180,7 @@ double OctaveFilterBank::magnitude(std::size_t band, double frequency_hz) {
 
 const std::array<std::array<double, kBandCount>, kBandCount>& OctaveFilterBank::bus_gains() {
   static const auto kInverse = [] {
-    // Gauss and Jordan; the diagonal dominates by far.
+    // Gauss-Jordan elimination without pivoting; the diagonal dominates by far.
     std::array<std::array<double, kBandCount>, kBandCount> m{}, inverse{};
     for (std::size_t c = 0; c < kBandCount; ++c) {
       inverse[c][c] = 1;
@@ -205,7 +205,7 @@ const std::array<std::array<double, kBandCount>, kBandCount>& OctaveFilterBank::
 
 namespace {
 
-// Parts in place: `whole` keeps the high layer, what comes back is the low one at the full rate.
+// Splits in place: `whole` keeps the high layer, and the low layer is returned at the full rate.
 std::vector<double> part_in_place(std::vector<double>& whole, std::size_t tail) {
   const auto butterworth = crossover_factors(kParting, kSampleRate_hz, Side::kLow);
   const std::vector<Biquad> low_pass(butterworth.begin(), butterworth.end());
@@ -235,7 +235,7 @@ OctaveFilterBank::Layers OctaveFilterBank::part(const std::vector<double>& sampl
     count = low.size() / std::gcd(low.size(), std::size_t{kLowRate});
   for (std::size_t k = 0; k < count; ++k) layers.low.push_back(low[kLowRate * k % low.size()]);
 
-  // Power has no phase, so it may be taken before that is undone.
+  // Power is independent of phase, so it is measured before the phase is undone.
   if (powers) {
     const auto frames = static_cast<double>(samples.size());
     add_squares<HighCascade>(layers.high, kLowBands, kHighBands, tail(kBankTailFrames), 1 / frames,
