@@ -90,7 +90,7 @@ std::vector<Source> sources_on(const Mesh& mesh, std::uint32_t count) {
   return sources;
 }
 
-// What is walked through: all of it outlives the runs.
+// Level of the walk; everything in it outlives the runs.
 struct Scene {
   std::vector<Material> materials;
   std::vector<Emitter> emitters;

@@ -41,7 +41,7 @@ TEST(Binaural, EqualsConvolutionWithTheHrtfFromTwoHundredDirections) {
     for (std::size_t b = 0; b < kErbBandCount; ++b)
       EXPECT_NEAR(over_db[0][b], over_db[1][b], 1) << "band " << b << ", direction " << d;
   }
-  // The same holds for each ear and band, apart from what all directions have in common.
+  // Each ear and band agrees as well, apart from what all directions have in common.
   for (std::size_t b = 0; b < kErbBandCount; ++b) {
     double common_db = 0;
     for (const auto& ears : level_db)

@@ -38,7 +38,7 @@ class RotatedWorld {
     }
   }
 
-  // What the listener hears, at the ears of a pair or of a head.
+  // Voices of a listener with a pair of receivers or an HRTF.
   Keyframe heard_by(const Listener& listener,
                     KeyframeMaker::Receivers receivers = KeyframeMaker::Receivers::kPair,
                     const ReceiverPattern& pattern = {}) const {
