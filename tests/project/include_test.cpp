@@ -140,7 +140,8 @@ std::string complaint(const std::string& file, const std::string& header, bool q
   if (allowed == kMayInclude.end() || !allowed->second.contains(folder_of(header)))
     return folder_of(file) + " may not know " + folder_of(header);
   for (const auto& [library, folders] :
-       {std::pair{"formats", &kFormatsFolders}, std::pair{"runtime", &kRuntimeFolders}})
+       {std::pair{"formats", &kFormatsFolders}, std::pair{"bake", &kBakeFolders},
+        std::pair{"runtime", &kRuntimeFolders}})
     if (folder_of(file) == library && folder_of(header) == library &&
         floor_of(header, *folders) > floor_of(file, *folders))
       return std::string("the folders of ") + library +
@@ -224,6 +225,7 @@ TEST(Includes, ThatBreakTheDesignAreCaught) {
   EXPECT_FALSE(caught("tools/commands/bake_command.cpp", "#include \"bake/bake.h\""));
   EXPECT_FALSE(caught("formats/level/embree_mesh.h", "#include <embree3/rtcore.h>"));
   EXPECT_FALSE(caught("bake/trace/scene.cpp", "#include \"formats/level/embree_mesh.h\""));
+  EXPECT_TRUE(caught("bake/trace/scene.cpp", "#include \"bake/bake.h\""));
   EXPECT_TRUE(caught("bake/bake.cpp", "#include \"formats/level/embree_mesh.h\""));
   EXPECT_FALSE(caught("common/air.cpp", "// #include \"formats/level/level.h\" would be wrong"));
 }

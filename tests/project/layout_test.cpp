@@ -40,6 +40,8 @@ TEST(Layout, HasNoFolderWithinALibraryButTheRuntimes) {
       EXPECT_EQ(found, std::set(kRuntimeFolders.begin(), kRuntimeFolders.end()));
     else if (folder == "formats")
       EXPECT_EQ(found, std::set(kFormatsFolders.begin(), kFormatsFolders.end()));
+    else if (folder == "bake")
+      EXPECT_EQ(found, std::set(kBakeFolders.begin(), kBakeFolders.end()));
     else
       EXPECT_TRUE(found.empty()) << folder << " has " << *found.begin();
   }

@@ -23,6 +23,9 @@ inline const std::vector<std::string> kRuntimeFolders = {"realtime", "output", "
 inline const std::vector<std::string> kFormatsFolders = {"files", "audio", "level", "gltf",
                                                          "bake_file"};
 
+inline const std::vector<std::string> kBakeFolders = {"mesh",   "trace",     "journal",
+                                                      "octree", "instances", "report"};
+
 inline std::string read_text(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
