@@ -158,7 +158,7 @@ void print_emitters(const BakeFile& file, const BakeOverview& overview, std::ost
 }
 
 void print_materials(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
-  fmt::print(out, "\n{}  at 1 kHz: scattering Phong transmission\n",
+  fmt::print(out, "\n{}  1 kHz: scatter. Phong trans.\n",
              band_header((counted(file.materials().size(), "material") + ": absorption").c_str()));
   const std::size_t shown = shown_of(overview.materials.size(), kShownMaterials);
   for (std::size_t i = 0; i < shown; ++i) {
@@ -167,7 +167,7 @@ void print_materials(const BakeFile& file, const BakeOverview& overview, std::os
     const std::string more =
         group.names.size() > 1 ? fmt::format(" +{} equal", group.names.size() - 1) : "";
     const double through = material.transmission[4];
-    fmt::print(out, "{} {:>21.2f} {:>5.0f} {:>12}\n",
+    fmt::print(out, "{} {:>16.2f} {:>5.0f} {:>6}\n",
                row(shortened(group.names.front(), 24 - more.size()) + more, material.absorption,
                    [](float value) { return fmt::format("{:.2f}", value); }),
                material.scattering[4], material.phong[4],
