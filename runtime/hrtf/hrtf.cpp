@@ -13,7 +13,7 @@
 #include "runtime/hrtf/hrtf_magnitude_fit.h"
 #include "runtime/hrtf/hrtf_phase_fit.h"
 #include "runtime/hrtf/interaural_times.h"
-#include "runtime/measures/erb_bands.h"
+#include "runtime/hrtf/erb_bands.h"
 
 namespace clamor {
 

@@ -45,7 +45,7 @@
 #include "formats/audio/sofa_file.h"
 #include "runtime/hrtf/direction_mesh.h"
 #include "runtime/hrtf/hrtf_filter_bank.h"
-#include "runtime/measures/erb_bands.h"
+#include "runtime/hrtf/erb_bands.h"
 #include "runtime/realtime/realtime.h"
 
 namespace clamor {

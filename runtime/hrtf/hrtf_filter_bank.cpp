@@ -10,7 +10,7 @@
 #include "common/fourier.h"
 #include "common/sample_rate.h"
 #include "formats/level/level.h"
-#include "runtime/measures/erb_bands.h"
+#include "runtime/hrtf/erb_bands.h"
 #include "runtime/voices/mix_fir.h"
 
 namespace clamor {

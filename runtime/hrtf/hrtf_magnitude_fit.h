@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "runtime/hrtf/hrtf_filter_bank.h"
-#include "runtime/measures/erb_bands.h"
+#include "runtime/hrtf/erb_bands.h"
 
 namespace clamor {
 

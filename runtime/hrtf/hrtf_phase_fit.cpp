@@ -7,7 +7,7 @@
 
 #include "common/cholesky.h"
 #include "common/crossover.h"
-#include "runtime/measures/erb_bands.h"
+#include "runtime/hrtf/erb_bands.h"
 
 namespace clamor {
 

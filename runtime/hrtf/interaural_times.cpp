@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "runtime/measures/erb_bands.h"
+#include "runtime/hrtf/erb_bands.h"
 
 namespace clamor {
 

@@ -8,7 +8,7 @@
 #include "bake/bake.h"
 #include "bake/trace/photon_tracer.h"
 #include "common/air.h"
-#include "runtime/measures/energy_response.h"
+#include "tools/analysis/energy_response.h"
 #include "tests/rooms.h"
 
 namespace clamor {

@@ -14,7 +14,7 @@
 #include "bake/bake.h"
 #include "common/random.h"
 #include "common/reflection.h"
-#include "runtime/measures/energy_response.h"
+#include "tools/analysis/energy_response.h"
 #include "tests/rooms.h"
 
 namespace clamor {

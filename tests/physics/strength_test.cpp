@@ -8,8 +8,8 @@
 
 #include "bake/bake.h"
 #include "formats/gltf/level_import.h"
-#include "runtime/measures/energy_response.h"
-#include "runtime/measures/room_parameters.h"
+#include "tools/analysis/energy_response.h"
+#include "tools/analysis/room_parameters.h"
 #include "tests/build_paths.h"
 
 namespace clamor {

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "common/sample_rate.h"
-#include "runtime/measures/click_detector.h"
+#include "tools/analysis/click_detector.h"
 
 namespace clamor {
 namespace {

@@ -65,7 +65,7 @@ const std::vector<Fence> kFences = {
     {"JACK", {"jack/*"}, {"runtime/output/jack_output.cpp", "tests/player/jack_listener.h"}},
     {"libebur128",
      {"ebur128.h"},
-     {"runtime/output/loudness_meter.cpp", "runtime/measures/programme_loudness.cpp", "tests/*"}},
+     {"runtime/output/loudness_meter.cpp", "tools/analysis/programme_loudness.cpp", "tests/*"}},
     {"libmysofa", {"mysofa.h"}, {"formats/audio/sofa_file.cpp"}},
     {"libsamplerate", {"samplerate.h"}, {"runtime/output/resampler.cpp"}},
     {"libsndfile",

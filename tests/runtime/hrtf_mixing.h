@@ -11,7 +11,7 @@
 #include "common/fourier.h"
 #include "formats/audio/sofa_file.h"
 #include "runtime/hrtf/hrtf.h"
-#include "runtime/measures/erb_bands.h"
+#include "runtime/hrtf/erb_bands.h"
 #include "runtime/mixing/mixer.h"
 #include "tests/runtime/mixer_voices.h"
 #include "tests/sanitized.h"

@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "runtime/measures/impulse_response.h"
-#include "runtime/measures/sampled_response.h"
+#include "tools/analysis/impulse_response.h"
+#include "tools/analysis/sampled_response.h"
 #include "tools/experiments/experiments.h"
 
 namespace clamor {

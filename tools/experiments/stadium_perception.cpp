@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "runtime/measures/null_distribution.h"
-#include "runtime/measures/sound_comparison.h"
+#include "tools/analysis/null_distribution.h"
+#include "tools/analysis/sound_comparison.h"
 
 namespace clamor {
 

@@ -12,7 +12,7 @@
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
-#include "runtime/measures/click_detector.h"
+#include "tools/analysis/click_detector.h"
 #include "runtime/mixing/load_control.h"
 #include "tests/baked_room.h"
 

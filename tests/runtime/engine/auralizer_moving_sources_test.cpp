@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/measures/click_detector.h"
+#include "tools/analysis/click_detector.h"
 #include "tests/baked_room.h"
 #include "tests/runtime/hrtf_mixing.h"
 #include "tests/runtime/moving_field.h"

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "runtime/measures/click_detector.h"
+#include "tools/analysis/click_detector.h"
 #include "runtime/player/render.h"
 #include "tests/baked_room.h"
 

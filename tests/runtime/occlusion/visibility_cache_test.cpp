@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "runtime/measures/energy_response.h"
+#include "tools/analysis/energy_response.h"
 #include "runtime/mixing/keyframe_maker.h"
 #include "runtime/occlusion/fresnel_visibility.h"
 #include "runtime/sampling/sampler.h"

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "runtime/measures/sampled_response.h"
+#include "tools/analysis/sampled_response.h"
 #include "tests/paper_scenes.h"
 #include "tests/sanitized.h"
 

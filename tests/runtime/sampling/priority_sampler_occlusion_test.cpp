@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "bake/octree/octree_builder.h"
-#include "runtime/measures/sampled_response.h"
+#include "tools/analysis/sampled_response.h"
 #include "runtime/occlusion/visibility_cache.h"
 #include "runtime/query/octree_pool.h"
 #include "runtime/sampling/sampler.h"

@@ -1,4 +1,4 @@
-#include "runtime/measures/binaural_cues.h"
+#include "tools/analysis/binaural_cues.h"
 
 #include <cmath>
 

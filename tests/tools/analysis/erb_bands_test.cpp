@@ -1,11 +1,11 @@
-#include "runtime/measures/erb_bands.h"
+#include "runtime/hrtf/erb_bands.h"
 
 #include <cmath>
 #include <numeric>
 
 #include <gtest/gtest.h>
 
-#include "runtime/measures/sound_spectrum.h"
+#include "tools/analysis/sound_spectrum.h"
 #include "tests/tools/analysis/test_sounds.h"
 
 namespace clamor {

@@ -1,4 +1,4 @@
-#include "runtime/measures/impulse_response.h"
+#include "tools/analysis/impulse_response.h"
 
 #include <algorithm>
 #include <cmath>

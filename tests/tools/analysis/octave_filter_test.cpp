@@ -1,4 +1,4 @@
-#include "runtime/measures/octave_filter.h"
+#include "tools/analysis/octave_filter.h"
 
 #include <algorithm>
 #include <cmath>

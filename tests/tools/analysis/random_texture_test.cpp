@@ -1,4 +1,4 @@
-#include "runtime/measures/random_texture.h"
+#include "tools/analysis/random_texture.h"
 
 #include <algorithm>
 #include <array>
@@ -10,8 +10,8 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/measures/null_distribution.h"
-#include "runtime/measures/sound_comparison.h"
+#include "tools/analysis/null_distribution.h"
+#include "tools/analysis/sound_comparison.h"
 #include "tests/tools/analysis/test_sounds.h"
 
 namespace clamor {

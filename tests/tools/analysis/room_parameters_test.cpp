@@ -1,4 +1,4 @@
-#include "runtime/measures/room_parameters.h"
+#include "tools/analysis/room_parameters.h"
 
 #include <cmath>
 
@@ -6,7 +6,7 @@
 
 #include "common/decay_curve.h"
 #include "common/random.h"
-#include "runtime/measures/impulse_response.h"
+#include "tools/analysis/impulse_response.h"
 
 namespace clamor {
 namespace {

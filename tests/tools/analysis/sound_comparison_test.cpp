@@ -1,4 +1,4 @@
-#include "runtime/measures/sound_comparison.h"
+#include "tools/analysis/sound_comparison.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
-#include "runtime/measures/sound_spectrum.h"
+#include "tools/analysis/erb_spectrum.h"
+#include "tools/analysis/sound_spectrum.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/measures/erb_bands.h"
+#include "runtime/hrtf/erb_bands.h"
 #include "tests/tools/analysis/test_sounds.h"
 
 namespace clamor {

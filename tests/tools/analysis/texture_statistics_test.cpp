@@ -1,11 +1,11 @@
-#include "runtime/measures/texture_statistics.h"
+#include "tools/analysis/texture_statistics.h"
 
 #include <cmath>
 #include <numeric>
 
 #include <gtest/gtest.h>
 
-#include "runtime/measures/erb_bands.h"
+#include "runtime/hrtf/erb_bands.h"
 #include "tests/tools/analysis/test_sounds.h"
 
 namespace clamor {

@@ -22,7 +22,7 @@
 #include <functional>
 #include <vector>
 
-#include "runtime/measures/sound_comparison.h"
+#include "tools/analysis/sound_comparison.h"
 
 namespace clamor {
 

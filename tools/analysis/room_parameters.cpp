@@ -1,4 +1,4 @@
-#include "runtime/measures/room_parameters.h"
+#include "tools/analysis/room_parameters.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include "common/decay_curve.h"
 #include "common/directivity.h"
 #include "common/sample_rate.h"
-#include "runtime/measures/octave_filter.h"
+#include "tools/analysis/octave_filter.h"
 
 namespace clamor {
 

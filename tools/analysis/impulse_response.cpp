@@ -1,11 +1,11 @@
-#include "runtime/measures/impulse_response.h"
+#include "tools/analysis/impulse_response.h"
 
 #include <array>
 #include <cmath>
 #include <numbers>
 
 #include "common/sample_rate.h"
-#include "runtime/measures/octave_filter.h"
+#include "tools/analysis/octave_filter.h"
 
 namespace clamor {
 

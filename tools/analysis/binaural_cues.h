@@ -22,7 +22,7 @@
 #include <optional>
 
 #include "common/bands.h"
-#include "runtime/measures/sound_spectrum.h"
+#include "tools/analysis/sound_spectrum.h"
 
 namespace clamor {
 

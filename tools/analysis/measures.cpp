@@ -1,4 +1,4 @@
-#include "runtime/measures/measures.h"
+#include "tools/analysis/measures.h"
 
 namespace clamor {
 

@@ -1,4 +1,4 @@
-#include "runtime/measures/binaural_cues.h"
+#include "tools/analysis/binaural_cues.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "runtime/measures/octave_filter.h"
+#include "tools/analysis/octave_filter.h"
 
 namespace clamor {
 

@@ -27,8 +27,8 @@
 #include <span>
 #include <vector>
 
-#include "runtime/measures/measures.h"
-#include "runtime/measures/sound_analysis.h"
+#include "tools/analysis/measures.h"
+#include "tools/analysis/sound_analysis.h"
 
 namespace clamor {
 

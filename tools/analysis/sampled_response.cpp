@@ -1,4 +1,4 @@
-#include "runtime/measures/sampled_response.h"
+#include "tools/analysis/sampled_response.h"
 
 #include <algorithm>
 #include <optional>

@@ -10,12 +10,12 @@
 
 #include "common/bands.h"
 #include "formats/audio/audio_file.h"
-#include "runtime/measures/binaural_cues.h"
-#include "runtime/measures/click_detector.h"
-#include "runtime/measures/erb_bands.h"
-#include "runtime/measures/programme_loudness.h"
-#include "runtime/measures/room_parameters.h"
-#include "runtime/measures/texture_statistics.h"
+#include "tools/analysis/binaural_cues.h"
+#include "tools/analysis/click_detector.h"
+#include "runtime/hrtf/erb_bands.h"
+#include "tools/analysis/programme_loudness.h"
+#include "tools/analysis/room_parameters.h"
+#include "tools/analysis/texture_statistics.h"
 
 namespace clamor {
 

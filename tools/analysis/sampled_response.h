@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "runtime/measures/energy_response.h"
+#include "tools/analysis/energy_response.h"
 #include "runtime/sampling/strategies.h"
 
 namespace clamor {

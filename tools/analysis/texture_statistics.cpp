@@ -1,4 +1,4 @@
-#include "runtime/measures/texture_statistics.h"
+#include "tools/analysis/texture_statistics.h"
 
 #include <algorithm>
 #include <bit>
@@ -8,7 +8,7 @@
 
 #include "common/fourier.h"
 #include "common/sample_rate.h"
-#include "runtime/measures/erb_bands.h"
+#include "runtime/hrtf/erb_bands.h"
 
 namespace clamor {
 

@@ -1,4 +1,4 @@
-#include "runtime/measures/energy_response.h"
+#include "tools/analysis/energy_response.h"
 
 #include <algorithm>
 

@@ -1,8 +1,8 @@
-// erb_bands.h: frequency as the ear divides it.
+// erb_bands.h: the ear's frequency bands (ERB scale).
 //
-// The ear's filter at f kHz is ERB = 24.7 (4.37 f + 1) Hz wide (the rectangle of equal area and
-// height); counted in such widths from 0 Hz up, f lies at number 21.4 log10(4.37 f + 1). The bands
-// here are one number wide, 1 to 40, 26 Hz to 16.8 kHz.
+// The auditory filter at f kHz has an equivalent rectangular bandwidth of ERB = 24.7 (4.37 f + 1)
+// Hz. Counted in such widths from 0 Hz, f lies at number 21.4 log10(4.37 f + 1). The bands are one
+// number wide, 1 to 40, 26 Hz to 16.8 kHz.
 //
 // B. R. Glasberg, B. C. J. Moore. Derivation of auditory filter shapes from notched-noise data.
 // Hearing Research 47, 1990.
@@ -12,7 +12,6 @@
 
 #include <array>
 #include <cstddef>
-#include <span>
 
 namespace clamor {
 
@@ -23,10 +22,7 @@ double erb_width_hz(double frequency_hz);
 double erb_number(double frequency_hz);
 double erb_frequency_hz(double number);
 
-// Middle of a band, half a number from either edge.
+// Centre of a band, half a number from either edge.
 double erb_band_centre_hz(std::size_t band);
-
-// Energies of the bins of a SoundSpectrum, by band; a bin that lies across an edge is divided.
-ErbBands erb_spectrum(std::span<const double> energy);
 
 }  // namespace clamor

@@ -1,4 +1,4 @@
-#include "runtime/measures/null_distribution.h"
+#include "tools/analysis/null_distribution.h"
 
 #include <algorithm>
 #include <atomic>

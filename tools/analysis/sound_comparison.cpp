@@ -1,4 +1,4 @@
-#include "runtime/measures/sound_comparison.h"
+#include "tools/analysis/sound_comparison.h"
 
 #include <algorithm>
 #include <cassert>
@@ -8,7 +8,7 @@
 #include <span>
 
 #include "common/sample_rate.h"
-#include "runtime/measures/time_varying_part.h"
+#include "tools/analysis/time_varying_part.h"
 
 namespace clamor {
 

@@ -1,4 +1,4 @@
-#include "runtime/measures/random_texture.h"
+#include "tools/analysis/random_texture.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 #include "common/fourier.h"
 #include "common/random.h"
 #include "common/sample_rate.h"
-#include "runtime/measures/erb_bands.h"
+#include "runtime/hrtf/erb_bands.h"
 
 namespace clamor {
 

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "runtime/measures/energy_response.h"
+#include "tools/analysis/energy_response.h"
 
 namespace clamor {
 

@@ -1,4 +1,4 @@
-#include "runtime/measures/sound_spectrum.h"
+#include "tools/analysis/sound_spectrum.h"
 
 #include <cassert>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "runtime/measures/time_varying_part.h"
+#include "tools/analysis/time_varying_part.h"
 
 #include <algorithm>
 #include <bit>

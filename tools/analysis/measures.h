@@ -5,7 +5,7 @@
 #include <array>
 #include <optional>
 
-#include "runtime/measures/sound_analysis.h"
+#include "tools/analysis/sound_analysis.h"
 
 namespace clamor {
 

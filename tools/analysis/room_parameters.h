@@ -26,7 +26,7 @@
 
 #include "common/bands.h"
 #include "formats/level/emitter.h"
-#include "runtime/measures/energy_response.h"
+#include "tools/analysis/energy_response.h"
 
 namespace clamor {
 

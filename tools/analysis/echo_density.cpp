@@ -1,4 +1,4 @@
-#include "runtime/measures/echo_density.h"
+#include "tools/analysis/echo_density.h"
 
 #include <algorithm>
 #include <cmath>

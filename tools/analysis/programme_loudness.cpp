@@ -1,4 +1,4 @@
-#include "runtime/measures/programme_loudness.h"
+#include "tools/analysis/programme_loudness.h"
 
 #include <algorithm>
 #include <cassert>

@@ -1,4 +1,4 @@
-#include "runtime/measures/click_detector.h"
+#include "tools/analysis/click_detector.h"
 
 #include <algorithm>
 #include <array>

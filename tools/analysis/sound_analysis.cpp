@@ -1,4 +1,4 @@
-#include "runtime/measures/sound_analysis.h"
+#include "tools/analysis/sound_analysis.h"
 
 #include <algorithm>
 #include <cassert>
@@ -7,9 +7,10 @@
 
 #include "common/decay_curve.h"
 #include "common/sample_rate.h"
-#include "runtime/measures/echo_density.h"
-#include "runtime/measures/octave_filter.h"
-#include "runtime/measures/sound_spectrum.h"
+#include "tools/analysis/echo_density.h"
+#include "tools/analysis/erb_spectrum.h"
+#include "tools/analysis/octave_filter.h"
+#include "tools/analysis/sound_spectrum.h"
 
 namespace clamor {
 
