@@ -11,9 +11,9 @@
 #include "formats/gltf/level_import.h"
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/propagation/loudness.h"
-#include "runtime/sampling/strategies.h"
 #include "runtime/streaming/prepared_signal.h"
 #include "tests/build_paths.h"
+#include "tools/strategies/strategies.h"
 
 namespace clamor::testing {
 

@@ -1,32 +1,29 @@
-// auralizer.h: a bake file made audible: samples sources, makes keyframes, mixes them.
+// auralizer.h: makes a bake audible: samples its sources, makes keyframes and mixes them.
 //
-// One step, used alike by the real-time player and the offline render:
+// The real-time player and the offline render use it in the same way:
 //
 //   sampler thread:  while (auralizer.wants_keyframe())
 //                      auralizer.make_keyframe(listener at auralizer.next_keyframe_time_s());
 //   audio thread:    auralizer.mix(block);
 //
-// Keyframe n says how things are at sample n x kKeyframeFrames if none is late; the mixer slides
-// gains and delays from each to the next. Keyframes travel through a bounded queue, in order, a few
-// of them ahead of the mixer, so what is heard is a function of the listeners alone, never of how
-// the threads were scheduled or how large the device's blocks are. If the mixer finds none, it
-// holds the last one (and counts that). Keyframes made from then on are of so much later moments:
-// time goes on, and what is heard does not stay behind where the listener is.
+// Keyframe n describes the voices at sample n x kKeyframeFrames, unless one was late; the mixer
+// interpolates between keyframes. They travel in order through a bounded queue, a few ahead of the
+// mixer, so the output depends on the listener's movements only, not on thread scheduling or the
+// device's block size. If the queue is empty, the mixer holds the last keyframe and counts that;
+// later keyframes are then for later times, so that the sound does not fall behind the listener.
 //
-// A listener who is moved in real time (AuralizerOptions::tracks_head) is heard sooner: keyframes
-// are made just in time (keyframe_lead.h), and turns of the head go past them to the mixer, by
-// face().
+// For a listener who moves in real time (AuralizerOptions::tracks_head) latency is lower: keyframes
+// are made just in time (keyframe_lead.h), and turn_head() passes rotations directly to the mixer.
 //
-// Crowds are chosen anew less often, up to kMaxKeyframesPerSample keyframes apart, as long as a
-// voice fades; delays and gains of what is chosen follow the listener in each keyframe all the
-// same.
+// Large crowds are sampled less often, up to kMaxKeyframesPerSample keyframes apart, which is as
+// long as a fade. Delays and gains of the sampled sources follow the listener in every keyframe.
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <memory>
 #include <span>
 
-#include "common/listener.h"
 #include "common/result.h"
 #include "runtime/realtime/realtime.h"
 
@@ -34,48 +31,50 @@ namespace clamor {
 
 class BakeFile;
 class MovingSources;
-struct AuralizerInput;
-struct AuralizerOptions;
-struct AuralizerStatistics;
+struct AuralizerInput;       // auralizer_input.h
+struct AuralizerOptions;     // auralizer_options.h
+struct AuralizerStatistics;  // auralizer_statistics.h
+struct Listener;
+
+inline constexpr int kOutputChannels = 2;  // of the default output format
 
 class Auralizer {
  public:
-  // Decodes the file's first page; other pages, and sounds, when they are needed, but for "all" and
-  // the paper's strategies. Errors: bad file, unknown strategy, no sources.
+  // Reads the file's first page; other pages and sounds are streamed, unless the strategy needs all
+  // sources in memory. Errors: bad file, bad options, no sources.
   static Result<std::unique_ptr<Auralizer>> create(std::shared_ptr<const BakeFile> file,
                                                    const AuralizerOptions& options);
-  // From sources that are in memory already.
+  // From sources in memory.
   static Result<std::unique_ptr<Auralizer>> create(AuralizerInput input,
                                                    const AuralizerOptions& options);
   ~Auralizer();
 
-  // Sampler thread. Keyframe 0 also mixes the 85 ms before time 0, so that sound that has always
-  // been playing is there from the first frame on; until it is made, mix() gives silence. It waits
-  // for the sounds that are heard first, but no longer than first_sounds_s.
-  // Between wants_keyframe() and make_keyframe() the next one's time stays what it is.
+  // Sampler thread. Keyframe 0 waits for the sounds that it plays, but no longer than
+  // first_sounds_s, and mixes 85 ms before time 0, so that sounds that have always been playing are
+  // there from the first frame on. Until it is made, mix() gives silence. The time of the next
+  // keyframe is constant between wants_keyframe() and make_keyframe().
   bool wants_keyframe() const;
   double next_keyframe_time_s() const;
   void make_keyframe(const Listener& listener);
 
-  // How the listener's head is turned from now on, where `tracks_head` is asked for; the position
-  // comes with keyframes. On any one thread.
-  void face(const Listener& listener);
+  // Rotates the listener's head at once, with `tracks_head`; positions come with keyframes. On any
+  // one thread.
+  void turn_head(const Listener& listener);
 
-  // Sampler thread, or before there is one: once `*stop` is set, whatever keyframe is being made
-  // ends early, with whatever was chosen so far. It must outlive the auralizer or be taken back.
+  // Sampler thread, or before there is one. Once `*stop` is true, a keyframe in progress ends early
+  // with what has been sampled so far. `stop` must outlive the auralizer or be reset to null.
   void stop_when(const std::atomic<bool>* stop);
 
   int channels() const noexcept REALTIME;
 
-  // Audio thread. Adds nothing to `interleaved`, overwrites it: left, right, left, ... or what the
-  // output's channels are, any number of frames. Costs about voices x frames.
+  // Audio thread. Overwrites `interleaved`, any number of frames of all output channels. The cost
+  // grows with voices x frames.
   void mix(std::span<float> interleaved) noexcept REALTIME;
 
-  // Any one thread.
+  // On any one thread.
   AuralizerStatistics statistics();
 
-  // Sources that come, move and go, on the caller's thread; null unless `moving.max_sources` asks
-  // for any.
+  // Sources that the caller moves, on the caller's thread; null unless the options ask for any.
   MovingSources* moving();
 
  private:

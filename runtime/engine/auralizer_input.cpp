@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/expanded_sources.h"
 
 namespace clamor {
@@ -60,9 +61,9 @@ bool is_loop(const AuralizerInput& input, std::size_t signal) {
   return input.envelopes.empty() ? input.signals[signal].loop : input.envelopes[signal].loop;
 }
 
-// The onset of a loop: what it plays first, from silence, as often round as it takes.
+// The first kOnset_frames of a loop, repeated if it is shorter.
 Result<Signal> onset_of(const AuralizerInput& input, std::size_t signal, const BakeFile* file) {
-  // The signals that the input lacks are the file's first ones.
+  // The file's signals come first; the input has the others.
   const std::size_t of_file = signal_count(input) - input.signals.size();
   std::vector<float> once;
   if (signal >= of_file) {

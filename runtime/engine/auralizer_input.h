@@ -1,4 +1,4 @@
-// auralizer_input.h: what the runtime needs to know of a bake, decoded.
+// auralizer_input.h: the decoded data of a bake that the runtime needs.
 #pragma once
 
 #include <vector>
@@ -6,17 +6,18 @@
 #include "common/air.h"
 #include "common/material.h"
 #include "common/result.h"
-#include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/source.h"
 #include "formats/level/emitter.h"
 #include "formats/level/mesh.h"
 #include "formats/level/signal.h"
-#include "runtime/mixing/keyframe_maker.h"
+#include "runtime/mixing/onset_signals.h"
 #include "runtime/propagation/signal_weights.h"
 #include "runtime/sampling/moving_sources.h"
 
 namespace clamor {
+
+class BakeFile;
 
 struct AuralizerInput {
   std::vector<Source> sources;  // emitters and secondary sources, in any order
@@ -24,38 +25,38 @@ struct AuralizerInput {
   std::vector<Signal> signals;
   std::vector<Material> materials;
   Air air;
-  std::vector<TimedEnvelope> envelopes{};  // of the signals; if none, they are listened to
-  Mesh mesh{};                             // what stands in the way; empty in a free field
-  DecaySummary decay{};                    // late sources are chosen by it (late_boost.h)
-  // How the loops of moving sources begin (keyframe_maker.h): what the mixer plays beside the
-  // signals, and for which of them.
+  std::vector<TimedEnvelope> envelopes{};  // of the signals; computed from them if empty
+  Mesh mesh{};                             // occluders; empty in a free field
+  DecaySummary decay{};                    // decides the boost of late sources (late_boost.h)
+  // Beginnings of loops that moving sources play (keyframe_maker.h): extra signals, and their
+  // loops.
   std::vector<Signal> onsets{};
   std::vector<std::uint32_t> loop_of_onset{};
 };
 
-// Decodes envelopes, no signals, no pages and no geometry: there are no sources yet, and nothing
-// hides them.
+// Reads tables and envelopes, but no signals, no pages and no geometry: there are no sources yet,
+// and nothing occludes.
 Result<AuralizerInput> read_tables(const BakeFile& file);
 
-// And all signals.
+// Reads all signals as well.
 Result<AuralizerInput> read_signals_and_tables(const BakeFile& file);
 
-// Decodes all pages and signals. Memory grows with the file.
+// Reads all pages and signals. Memory grows with the file.
 Result<AuralizerInput> read_auralizer_input(const BakeFile& file);
 
-// Decodes the geometry, which is for those who look through it.
+// Reads the geometry, which is needed for occlusion only.
 Result<void> read_occluders(const BakeFile& file, AuralizerInput& input);
 
-// An Error where an index points nowhere or there is nothing to hear.
+// An error if an index is out of range.
 Result<void> check(const AuralizerInput& input);
 
-// Adds what moving sources may be: an emitter for each kind, their signals, and how loops begin,
-// which is read from `file` where that has the signal and the input does not. Errors: a kind whose
-// signal does not exist or cannot be read.
+// Adds an emitter for each kind of moving source, their signals, and the beginnings of loops, which
+// are read from `file` if the input lacks the signal. Errors: a kind whose signal does not exist or
+// cannot be read.
 Result<void> add_kinds(const MovingOptions& moving, AuralizerInput& input,
                        const BakeFile* file = nullptr);
 
-// By signal, what its beginning is played from. Onsets come after all signals.
+// By signal: the signal that plays its beginning. Onsets are numbered after all signals.
 OnsetSignals onset_signals(const AuralizerInput& input);
 
 }  // namespace clamor

@@ -1,62 +1,57 @@
-// auralizer_options.h: what can be asked of an auralizer.
+// auralizer_options.h: the options of an auralizer.
 #pragma once
 
 #include <atomic>
-#include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <string>
 
 #include "runtime/mixing/load_control.h"
 #include "runtime/mixing/output_format.h"
-#include "runtime/occlusion/visibility_cache.h"
-#include "runtime/sampling/moving_script.h"
+#include "runtime/occlusion/visibility_options.h"
 #include "runtime/sampling/moving_sources.h"
-#include "runtime/sampling/strategies.h"
 #include "runtime/voices/mix_kernel.h"
 
 namespace clamor {
 
+class MovingScript;
+class SamplingStrategy;
+
 inline constexpr double kFirstSounds_s = 0.5, kFirstSoundsOfPlayer_s = 0.06;
-inline constexpr std::uint64_t kMinSoundMemory_bytes =
-    8'000'000;  // the longest that is not cut, and more
+inline constexpr std::uint64_t kMinSoundMemory_bytes = 8'000'000;  // above the longest whole signal
 
-inline constexpr int kOutputChannels = 2;  // of the default output shape
-
-// Of more voices, each choice of so many serves one keyframe more.
+// Samples of more voices than this serve one more keyframe for each, up to as many as a fade takes.
 inline constexpr std::size_t kVoicesPerKeyframeOfSample = 5000;
+inline constexpr std::size_t kMaxKeyframesPerSample = 5;
 
 struct AuralizerOptions {
-  std::string strategy = "priority";                    // strategies.h lists them
-  int voices = 2000;                                    // of the sample; "all" mixes every source
-  Interpolation interpolation = Interpolation::kCubic;  // mix_kernel.h says what linear loses
-  Estimator estimator = Estimator::kPower;
-  StrategyTuning tuning{};
-  bool visibility = true;       // do the level's surfaces hide sources
-  int rays = kRaysPerKeyframe;  // that look for what they hide
-  double gain = 1;              // amplitude, on the whole output
-  bool limit = false;           // true peaks to kLimiterCeiling_db, after the gain
+  int voices = 2000;  // size of a sample
+  // Null: priority sampling. Others are in tools/strategies.
+  std::shared_ptr<const SamplingStrategy> strategy{};
+  Interpolation interpolation = Interpolation::kCubic;  // see mix_kernel.h
+  bool visibility = true;                               // surfaces occlude sources
+  int rays = kRaysPerKeyframe;                          // per keyframe, for occlusion
+  double gain = 1;                                      // amplitude of the whole output
+  bool limit = false;                                   // true peaks to kLimiterCeiling_db
   OutputFormat output;
-  int block_frames = 960;  // largest block of mix(): keyframes are made that far ahead
-  // Of pages and sounds kept: sounds have up to half of it, pages the rest. With less than
-  // 2 kMinSoundMemory_bytes, sounds may take that much all the same: without them pages are silent.
+  int block_frames = 960;  // largest expected block; decides how far ahead keyframes are made
+  // Memory for pages and sounds; sounds may use up to half of it. Below 2 kMinSoundMemory_bytes
+  // sounds may still use kMinSoundMemory_bytes, since pages without sounds are silent.
   std::uint64_t memory_bytes = 64'000'000;
-  // For pages and sounds, as a render does, which then takes what memory one sample needs.
+  // Waits for pages and sounds, as a render does, and may then exceed the memory for one sample.
   bool wait_for_pages = false;
-  // Counted from the creation: so long keyframe 0 may wait for sounds. Voices whose sound comes
+  // Time limit for keyframe 0 to wait for sounds, from creation on. Voices whose sound is loaded
   // later begin then.
   double first_sounds_s = kFirstSounds_s;
-  // For a listener who is moved in real time: keyframes are made as late as the machine allows, one
-  // ahead, and face() is heard at once. What is heard then depends on when it is called.
+  // For a listener who moves in real time: keyframes are made as late as possible, one ahead, and
+  // turn_head() takes effect at once. The output then depends on when it is called.
   bool tracks_head = false;
-  // Choose and mix less where there is no time for all (load_control.h): for real time only, since
-  // what is heard then depends on the machine. Each clock is read on its own thread.
+  // Load shedding: sample and mix fewer sources if time is short (load_control.h). For real time
+  // only, since the output then depends on the machine. Each clock is read on its own thread.
   bool adapt = false;
-  MovingOptions moving{};                  // for priority and all
-  std::shared_ptr<MovingScript> script{};  // moves them instead of the caller; `moving` is its own
   LoadClock sampler_clock{}, audio_clock{};
-  // Once it is true, keyframes that are being made end early with whatever they have found. It
-  // must outlive the auralizer.
+  MovingOptions moving{};
+  std::shared_ptr<MovingScript> script{};  // moves sources instead of the caller; sets `moving`
+  // Once true, keyframes in progress end early. Must outlive the auralizer.
   const std::atomic<bool>* stop = nullptr;
 };
 

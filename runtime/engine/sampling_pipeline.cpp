@@ -2,49 +2,83 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
+
+#include "formats/bake_file/bake_file.h"
+#include "runtime/engine/sample_schedule.h"
+#include "runtime/propagation/loudness.h"
+#include "runtime/voices/keyframe.h"
 
 namespace clamor {
 
-StrategyOptions strategy_options_of(const AuralizerOptions& options) {
-  return {options.strategy, static_cast<std::size_t>(std::max(options.voices, 0)),
-          options.estimator, options.tuning,
-          options.wait_for_pages ? SearchBound::kUnbounded : SearchBound::kBounded};
+namespace {
+
+// Weights by the level of the moment. A source that is sampled less often must be chosen earlier,
+// so that it has faded in when its sound begins.
+SignalWeights weights_over_time(const AuralizerInput& input, int voices) {
+  EnvelopeSmoothing smoothing;
+  const std::size_t later = keyframes_per_sample(static_cast<std::size_t>(voices)) - 1;
+  smoothing.around_s += static_cast<double>(later) * kKeyframeFrames / kSampleRate_hz;
+  if (!input.envelopes.empty()) return make_signal_weights(input.envelopes, smoothing);
+  std::vector<TimedEnvelope> envelopes;
+  for (const Signal& signal : input.signals)
+    envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
+  return make_signal_weights(envelopes, smoothing);
 }
 
-bool looks(const AuralizerOptions& options) {
-  return options.visibility && uses_occlusion(options.strategy);
+}  // namespace
+
+const SamplingStrategy& strategy_options_of(const AuralizerOptions& options) {
+  return options.strategy != nullptr ? *options.strategy : *priority_strategy();
+}
+
+bool uses_occlusion(const AuralizerOptions& options) {
+  return options.visibility && strategy_options_of(options).uses_occlusion();
+}
+
+SignalWeights mean_weights(std::span<const PreparedSignal> signals) {
+  const Bands loudness = loudness_weights();
+  SignalWeights weights;
+  for (const PreparedSignal& signal : signals) {
+    Bands& weight = weights.by_signal.emplace_back();
+    for (std::size_t b = 0; b < kBandCount; ++b) weight[b] = loudness[b] * signal.mean_square()[b];
+  }
+  return weights;
 }
 
 SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
-                                   const RadiationModel& field, const SignalWeights& weights,
-                                   const SignalWeights& ceilings, std::uint64_t sounds_bytes,
-                                   const AuralizerOptions& options) {
-  const StrategyOptions strategy = strategy_options_of(options);
+                                   const RadiationModel& field,
+                                   std::span<const PreparedSignal> signals,
+                                   std::uint64_t sounds_bytes, const AuralizerOptions& options)
+    : weights_(strategy_options_of(options).needs_list()
+                   ? mean_weights(signals)
+                   : weights_over_time(input, options.voices)),
+      max_weights_(file == nullptr ? weights_ : max_over_instances(weights_, file->signal_maps())) {
   add_occlusion(input, field, options);
-  SourceList* listed = nullptr;
+  SourceList* list = nullptr;
   if (file != nullptr) {
     loader_ = std::make_unique<PageLoader>(
-        page_fetch(*file, field, ceilings),
+        page_fetch(*file, field, max_weights_),
         PageBudget{options.memory_bytes - std::min(sounds_bytes, options.memory_bytes / 2),
                    !options.wait_for_pages},
         1, [file](const PageEntry& entry) { file->will_need(entry); });
-    pool_ =
-        std::make_unique<OctreePool>(field, ceilings, file->trees(), file->signal_maps(), *loader_);
+    pool_ = std::make_unique<OctreePool>(field, max_weights_, file->trees(), file->signal_maps(),
+                                         *loader_);
   } else {
-    auto list = std::make_unique<SourceList>(field, weights, std::move(input.sources));
-    listed = list.get();
-    pool_ = std::move(list);
+    auto sources = std::make_unique<SourceList>(field, weights_, std::move(input.sources));
+    list = sources.get();
+    pool_ = std::move(sources);
   }
-  join_moving(input, field, weights, options.moving);
-  SourcePool& all = joined_ != nullptr ? *joined_ : *pool_;
-  sampler_ = listed != nullptr && needs_list(options.strategy)
-                 ? make_sampler(strategy, field, weights, *listed, occlusion_.get(), movers_.get())
-                 : make_sampler(strategy, field, weights, all, occlusion_.get());
+  add_moving(input, field, options.moving);
+  sampler_ = strategy_options_of(options).make_sampler(
+      {field, weights_, joined_ != nullptr ? *joined_ : *pool_, list, occlusion_.get(),
+       moving_list_.get(), static_cast<std::size_t>(std::max(options.voices, 0)),
+       options.wait_for_pages ? SearchBound::kUnbounded : SearchBound::kBounded});
 }
 
 void SamplingPipeline::add_occlusion(const AuralizerInput& input, const RadiationModel& field,
                                      const AuralizerOptions& options) {
-  if (!looks(options) || input.mesh.triangles.empty()) return;
+  if (!uses_occlusion(options) || input.mesh.triangles.empty()) return;
   using BuildQuality = OcclusionGeometry::BuildQuality;
   surfaces_ = std::make_unique<OcclusionGeometry>(
       input.mesh, input.materials,
@@ -58,14 +92,14 @@ void SamplingPipeline::improve_occlusion() {
   if (surfaces_ != nullptr) surfaces_->improve();
 }
 
-// In one ranking with the others.
-void SamplingPipeline::join_moving(const AuralizerInput& input, const RadiationModel& field,
-                                   const SignalWeights& weights, const MovingOptions& options) {
+// Moving sources share one ranking with the others.
+void SamplingPipeline::add_moving(const AuralizerInput& input, const RadiationModel& field,
+                                  const MovingOptions& options) {
   if (options.max_sources == 0) return;
   moving_ = std::make_unique<MovingSources>(options.max_sources, options.kinds.size());
-  movers_ = std::make_unique<MovingSourceList>(*moving_, field, weights.by_signal, input.emitters,
-                                               options.kinds.size());
-  joined_ = std::make_unique<CombinedPool>(*pool_, *movers_);
+  moving_list_ = std::make_unique<MovingSourceList>(*moving_, field, weights_.by_signal,
+                                                    input.emitters, options.kinds.size());
+  joined_ = std::make_unique<CombinedPool>(*pool_, *moving_list_);
 }
 
 }  // namespace clamor

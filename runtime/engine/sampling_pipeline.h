@@ -1,12 +1,11 @@
-// sampling_pipeline.h: what an auralizer chooses its voices from, and the sampler that does it.
+// sampling_pipeline.h: builds what an auralizer samples from (streamed pages or a list of sources,
+// moving sources, occlusion), and the sampler on top.
 //
-// A file's sources come page by page, those of an input are a list; sources that move join either,
-// and what a level's surfaces hide is asked of them where that is wanted.
-//
-// The sampler thread's, but for what says otherwise.
+// Threads: the sampler's unless noted.
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
@@ -15,33 +14,35 @@
 #include "runtime/query/octree_pool.h"
 #include "runtime/sampling/moving_source_list.h"
 #include "runtime/sampling/moving_sources.h"
-#include "runtime/sampling/sampler.h"
-#include "runtime/sampling/strategies.h"
+#include "runtime/sampling/sampling_strategy.h"
 #include "runtime/streaming/page_loader.h"
+#include "runtime/streaming/prepared_signal.h"
 
 namespace clamor {
 
-// The strategy that options name, with what it is to be tuned to.
-StrategyOptions strategy_options_of(const AuralizerOptions& options);
+// The strategy of the options, or the default one.
+const SamplingStrategy& strategy_options_of(const AuralizerOptions& options);
 
-// Do surfaces hide anything from it?
-bool looks(const AuralizerOptions& options);
+// Whether surfaces occlude sources.
+bool uses_occlusion(const AuralizerOptions& options);
+
+// Weights of signals by their mean level, as strategies with a list use them.
+SignalWeights mean_weights(std::span<const PreparedSignal> signals);
 
 class SamplingPipeline {
  public:
-  // From a file, whose pages take what `sounds_bytes` leaves of the memory, or from the input's
-  // sources where there is none. All must outlive it; `ceilings` are what signals count for
-  // wherever they are played (signal_maps.h). An input's sources become its own.
+  // From a file, whose pages may use the memory that `sounds_bytes` leaves, or without one from the
+  // input's sources, which are moved out of it. All references must outlive this.
   SamplingPipeline(AuralizerInput& input, const BakeFile* file, const RadiationModel& field,
-                   const SignalWeights& weights, const SignalWeights& ceilings,
-                   std::uint64_t sounds_bytes, const AuralizerOptions& options);
+                   std::span<const PreparedSignal> signals, std::uint64_t sounds_bytes,
+                   const AuralizerOptions& options);
 
   Sampler& sampler() const { return *sampler_; }
 
-  // Those that move, which are a caller's; null where there are none.
+  // Sources that the caller moves, on any one thread; null if there are none.
   MovingSources* moving() const { return moving_.get(); }
 
-  // After each sample: finds what hides faster from soon on, where that was put off.
+  // Call after each sample: builds the full acceleration structure for rays if that was put off.
   void improve_occlusion();
 
   const VisibilityCache* occlusion() const { return occlusion_.get(); }  // or null
@@ -50,16 +51,18 @@ class SamplingPipeline {
  private:
   void add_occlusion(const AuralizerInput& input, const RadiationModel& field,
                      const AuralizerOptions& options);
-  void join_moving(const AuralizerInput& input, const RadiationModel& field,
-                   const SignalWeights& weights, const MovingOptions& options);
+  void add_moving(const AuralizerInput& input, const RadiationModel& field,
+                  const MovingOptions& options);
 
+  const SignalWeights weights_;
+  const SignalWeights max_weights_;  // over all instances that play a signal (signal_maps.h)
   std::unique_ptr<OcclusionGeometry> surfaces_;
   std::unique_ptr<VisibilityCache> occlusion_;
   std::unique_ptr<PageLoader> loader_;
   std::unique_ptr<SourcePool> pool_;
   std::unique_ptr<MovingSources> moving_;
-  std::unique_ptr<MovingSourceList> movers_;
-  std::unique_ptr<SourcePool> joined_;  // pool and movers
+  std::unique_ptr<MovingSourceList> moving_list_;
+  std::unique_ptr<SourcePool> joined_;  // pool_ and moving_list_
   std::unique_ptr<Sampler> sampler_;
 };
 

@@ -1,18 +1,17 @@
-// diffuse_hrtf_eq.h: what a head makes of a whole crowd, band by band.
+// diffuse_hrtf_eq.h: equalises the octave-band voices of a crowd to the HRTF in narrow bands.
 //
-// Of most voices a head colours the octaves only (narrowband_voices.h), and within an octave nobody
-// can tell one of them. But what they have in common can be heard: a notch that all directions
-// share whence a crowd is heard, more on one side than on the other. So at each keyframe the
-// crowd's power is gathered by the directions in which the head was measured, in octaves; by their
-// energies in ERB bands it follows what the crowd should have in each band and each ear, and what
-// octaves alone give it; and the square root of what is between them is a level for each of a
-// head's bands, which the buses of octaves are given on their way through them
-// (hrtf_filter_bank.h). That costs a voice 48 multiply-adds a keyframe, and all of them together
-// one pass over the directions.
+// Most voices get the HRTF in octaves only (narrowband_voices.h), and within an octave nobody can
+// hear the difference for a single voice. Their sum, however, would lack what all directions of the
+// crowd have in common, such as a notch, which may differ between the ears. At each keyframe the
+// power of these voices is therefore accumulated by measured direction and octave. The ERB-band
+// energies of the HRTF then give the power that the crowd should have in each band at each ear, and
+// the power that octave gains give. The square root of the ratio is a gain for each HRTF band,
+// which is applied to the sum of the octave buses (hrtf_filter_bank.h). The cost is 48
+// multiply-adds per voice and keyframe, plus one pass over the directions.
 //
-// Powers add: voices are taken to be unlike each other, as sounds of a crowd are.
+// Powers are added, as is right for the uncorrelated sounds of a crowd.
 //
-// Threads: the audio thread's, but for the constructor. Memory: 64 bytes a direction.
+// Threads: the audio thread, except for the constructor. Memory: 64 bytes per direction.
 #pragma once
 
 #include <array>
@@ -27,8 +26,8 @@ class DiffuseHrtfEq {
  public:
   explicit DiffuseHrtfEq(const Hrtf& head);
 
-  // At a keyframe: begin(), put every voice that is in octaves between three corners() with its
-  // power in them (gain_ramp_kernel.h), then levels(): 1 where nothing is heard.
+  // At a keyframe call begin(), then accumulate each octave-band voice between three corners() with
+  // its power (gain_ramp_kernel.h), then levels(). Levels are 1 where nothing is audible.
   void begin() noexcept REALTIME;
   std::array<HrtfCorner, 3> corners(const DirectionMesh::Place& place) noexcept REALTIME {
     std::array<HrtfCorner, 3> all;
@@ -39,14 +38,15 @@ class DiffuseHrtfEq {
   std::array<HrtfGains, kEars> levels() const noexcept REALTIME;
 
  private:
-  static constexpr double kMaxChange = 4;  // 12 dB: beyond is no crowd, but a hole in a head
+  // 12 dB; a larger ratio comes from a deep notch of the HRTF, not from a crowd.
+  static constexpr double kMaxChange = 4;
 
   const Hrtf& head_;
   struct alignas(64) Power {
     std::array<Bands, kEars> at{};
   };
   std::vector<Power> power_;  // by direction
-  // Of an ERB band in an octave's power: linear between the octaves' centres.
+  // Weight of an ERB band in an octave's power: linear between the octave centres.
   std::array<std::array<float, kErbBandCount>, kBandCount> hat_{};
 };
 

@@ -14,7 +14,7 @@ constexpr int kLongestWalk = 256, kShortWalk = 4;
 constexpr double kFlatDepth = 1e-3;
 
 struct Face {
-  std::array<std::uint32_t, 3> corner;  // counter-clockwise from outside
+  std::array<std::uint32_t, 3> corner;  // counter-clockwise seen from outside
   Vec3 normal;
   double height = 0;
 };
@@ -25,7 +25,7 @@ Face face_of(const std::vector<Vec3>& points, std::uint32_t a, std::uint32_t b, 
   return face;
 }
 
-// Directions moved a little, each its own way.
+// The directions, each moved by a tiny pseudo-random offset.
 std::vector<Vec3> shaken(std::span<const Vec3f> directions) {
   constexpr double kReach = 2e-7;
   std::vector<Vec3> points;
@@ -37,7 +37,7 @@ std::vector<Vec3> shaken(std::span<const Vec3f> directions) {
   return points;
 }
 
-// Four that are not in a plane: far apart, so that the rest lies outside.
+// Four points that are not coplanar and far apart, so that the rest lies outside.
 std::array<std::uint32_t, 4> first_corners(const std::vector<Vec3>& points) {
   const auto best = [&](auto&& measure) {
     std::uint32_t most = 0;
@@ -63,7 +63,7 @@ std::vector<Face> hull_of(const std::vector<Vec3>& points) {
   for (std::uint32_t p = 0; p < points.size(); ++p) {
     if (p == a || p == b || p == c || p == d) continue;
     const auto seen = [&](const Face& face) { return dot(face.normal, points[p]) > face.height; };
-    // The rim of what is seen: edges whose other side is not.
+    // The horizon of the visible faces: edges whose other side is not visible.
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
     for (const Face& face : faces)
       if (seen(face))
@@ -76,7 +76,8 @@ std::vector<Face> hull_of(const std::vector<Vec3>& points) {
   return faces;
 }
 
-// Of a hull that holds a ball, every face is so far from its middle, however narrow the face.
+// Distance from the centre to the nearest face. The hull contains a ball of this radius, however
+// thin a face is.
 double depth_of(const std::vector<Face>& faces) {
   double depth = 1;
   for (const Face& face : faces) {
@@ -109,7 +110,8 @@ DirectionMesh::DirectionMesh(std::span<const Vec3f> directions) {
         triangle.share[3 * axis + k] = share[static_cast<int>(axis)];
     }
   }
-  // The middle of each cell of a cube round the sphere, from its neighbour's triangle on.
+  // For each cell of a cube around the sphere: the triangle at its middle, found from its
+  // neighbour's.
   near_.resize(6 * kCells * kCells);
   std::uint32_t found = 0;
   for (int face = 0; face < 6; ++face)
@@ -142,7 +144,7 @@ std::size_t DirectionMesh::cell_of(const Vec3f& v) noexcept REALTIME {
 DirectionMesh::Shares DirectionMesh::shares_of(const Triangle& triangle,
                                                const Vec3f& v) noexcept REALTIME {
   const float* const of = triangle.share.data();
-  Shares shares;  // the last one is of nothing, but makes a vector
+  Shares shares;  // a vector of four; the last element is unused
   for (std::size_t k = 0; k < shares.size(); ++k)
     shares[k] = of[k] * v.x + of[3 + k] * v.y + of[6 + k] * v.z;
   return shares;

@@ -10,22 +10,22 @@
 #include "common/fourier.h"
 #include "common/parallel_for.h"
 #include "common/sample_rate.h"
+#include "runtime/hrtf/erb_bands.h"
 #include "runtime/hrtf/hrtf_magnitude_fit.h"
 #include "runtime/hrtf/hrtf_phase_fit.h"
 #include "runtime/hrtf/interaural_times.h"
-#include "runtime/hrtf/erb_bands.h"
 
 namespace clamor {
 
 namespace {
 
 constexpr std::size_t kMinSpectrum = 8192;
-constexpr std::size_t kDirectionsTogether = 8;  // directions of a thread at a time
+constexpr std::size_t kDirectionsTogether = 8;  // directions per task of a thread
 constexpr int kTurns = 6, kPhaseTurns = 4;
 constexpr double kMinDepth = 0.2;      // no gap is wider than 156 degrees
-constexpr double kSteepest_s = 25e-6;  // a degree
-constexpr double kGoodFit = 0.6;       // dB, or of what a phase may be missed by
-constexpr double kQuietest = 1e-6;     // 60 dB below the loudest band: silence has no colour
+constexpr double kSteepest_s = 25e-6;  // per degree
+constexpr double kGoodFit = 0.6;       // dB, or a fraction of the tolerance of a phase
+constexpr double kQuietest = 1e-6;     // 60 dB below the loudest band: silence has no spectrum
 
 using Spectrum = std::vector<std::complex<double>>;
 
@@ -53,9 +53,9 @@ ErbBands energy_of(const Spectrum& spectrum, double bin_hz) {
   return energy;
 }
 
-// No times that differ by more than kSteepest a degree: in the middle between the least and the
-// most that all others allow. Sound comes round the head on more than one way, and where these are
-// equally loud, nearly opposite an ear, the envelopes' time jumps from one to the other.
+// Limits the slope of ITDs over direction to kSteepest per degree: each becomes the middle of the
+// range that all others allow. Sound reaches an ear by more than one path around the head. Where
+// two are equally loud, nearly opposite an ear, the measured ITD jumps from one path to the other.
 void make_smooth(std::span<const Vec3f> directions, std::vector<InterauralTimes>& times) {
   constexpr double kPerRadian_s = kSteepest_s * 180 / std::numbers::pi;
   std::vector<double> smooth_s;
@@ -83,7 +83,7 @@ Result<std::shared_ptr<const Hrtf>> Hrtf::read(const std::string& path) {
   return head;
 }
 
-// What was measured from a direction: energies, of all directions' mean, and times.
+// Measurements of one direction: energies relative to the mean of all directions, and ITDs.
 struct Hrtf::Measured {
   std::array<ErbBands, kEars> energy;
   InterauralTimes times;
@@ -107,7 +107,7 @@ std::vector<Hrtf::Measured> Hrtf::measure(const HrirSet& responses,
     }
   });
   make_smooth(places, times);
-  ErbBands diffuse{};  // mean of all directions and both ears
+  ErbBands diffuse{};  // mean over all directions and both ears
   for (const Measured& one : all)
     for (const ErbBands& ear : one.energy)
       for (std::size_t b = 0; b < kErbBandCount; ++b)
@@ -127,7 +127,7 @@ Hrtf::Direction Hrtf::fitted(const Measured& measured, const HrtfMagnitudeFit& f
   Direction direction{};
   direction.itd_frames = static_cast<float>(times.high_s * kSampleRate_hz);
   direction.low_itd_frames = static_cast<float>(low_lag_s * kSampleRate_hz);
-  // Where the layers part, each ear has them so much out of phase.
+  // Phase between the layers at each ear, at the frequency where they meet.
   const double high_phase = -std::numbers::pi * band_edge_hz(kLowBands - 1) * low_lag_s;
   HrtfMagnitudeFit::Forms forms = fit.forms();
   phase_fit.turn({}, high_phase, forms);
@@ -140,7 +140,8 @@ Hrtf::Direction Hrtf::fitted(const Measured& measured, const HrtfMagnitudeFit& f
     std::ranges::transform(octaves, direction.energies.octaves[e].begin(), narrow);
     levels[e] = fit.levels_for(measured.energy[e], forms);
   }
-  // Phases depend on levels, and levels on phases: of some turns, the one that misses least.
+  // Phases depend on levels and levels on phases, so both fits alternate, and the best result is
+  // kept.
   double least = 1e300;
   for (int turn = 0; turn < kPhaseTurns && least >= kGoodFit; ++turn) {
     const auto phases = phase_fit.phases_for(levels, times.phases, high_phase);
@@ -208,7 +209,8 @@ std::array<Levels, kEars> Hrtf::between(
   return sum;
 }
 
-std::array<HrtfGains, kEars> Hrtf::hear(const DirectionMesh::Place& place) const noexcept REALTIME {
+std::array<HrtfGains, kEars> Hrtf::gains(
+    const DirectionMesh::Place& place) const noexcept REALTIME {
   return between(place, &Direction::level);
 }
 

@@ -1,38 +1,39 @@
-// hrtf.h: what a head does to a sound, by where it comes from: a level in narrow bands at each ear
-// and the time between the ears.
+// hrtf.h: a head-related transfer function: for each direction, gains in narrow bands at each ear
+// and the interaural time difference (ITD).
 //
-// From the impulse responses of a SOFA file. Levels are those that give the same energy in each of
-// 39 ERB bands as the measured response does: first by turns, each band's levels times what is
-// missing, then by Gauss and Newton with a little damping, where deep notches need levels of either
-// sign. Between measured directions, levels and times are linear over triangles (direction_mesh.h).
+// Made from the impulse responses of a SOFA file. Gains reproduce the measured energy in each of 39
+// ERB bands. They are fitted by multiplicative updates, then by damped Gauss-Newton steps, where
+// deep notches need gains of either sign. Between measured directions, gains and ITDs are
+// interpolated linearly over triangles (direction_mesh.h).
 //
-// The time between the ears (interaural_times.h), half of it added at one ear and taken off at the
-// other, is two: above 1.4 kHz that of all envelopes together, and below, in the low layer, that of
-// the wave from 90 to 850 Hz. What a fine voice's ears differ by in each ERB band below 1.4 kHz is
-// phase on top of that (hrtf_phase_fit.h): within 20 us or 5 % of what was measured, from all of
-// KEMAR's directions and from 105 Hz up, below which responses of 11.6 ms tell no phase. A crowd's
-// voices have the two times alone: 13 to 79 us off (medians) in single bands, least at 650 Hz.
+// There are two ITDs (interaural_times.h), half of each added at one ear and subtracted at the
+// other. Above 1.4 kHz the ITD is that of the envelope; below, in the low layer, that of the
+// waveform from 90 to 850 Hz. Narrowband voices also get the phase difference of each ERB band
+// below 1.4 kHz (hrtf_phase_fit.h). It is within 20 us or 5 % of the measurement in all of KEMAR's
+// directions from 105 Hz up; below that, responses of 11.6 ms have no defined phase. Octave-band
+// voices have the two ITDs alone, which are 13 to 79 us off (medians) in single bands, least at 650
+// Hz.
 //
-// Above 1.4 kHz all envelopes together are right within 5 us, but for 42 of KEMAR's 710 directions,
-// opposite an ear: there sound comes round the head on two ways, the measured time jumps from one
-// to the other, and ours slides, by 25 us a degree at most, up to 80 us from it (below the lowest
-// directions measured, 40 degrees under the horizon, by up to 70 us a degree). In one octave
-// alone envelopes may have another time than all together: medians of 30, 18 and 16 us at 2, 4 and
-// 8 kHz.
+// Above 1.4 kHz the ITD of the whole envelope is within 5 us, except for 42 of KEMAR's 710
+// directions opposite an ear. There sound reaches the ear by two paths, and the measured ITD jumps
+// from one to the other. Ours changes by at most 25 us per degree and is up to 80 us off (below the
+// lowest measured directions, 40 degrees below the horizon, by up to 70 us per degree). The
+// envelope of one octave may have another ITD: medians of the difference are 30, 18 and 16 us at 2,
+// 4 and 8 kHz.
 //
-// As the head turns, about any axis, the level at an ear changes by less than 1 dB a degree (0.2
-// where KEMAR was measured), and so does each ERB band below 1.6 kHz. Above, where a notch passes,
-// single bands change by up to 3.8 dB a degree, on no more than 1.5 % of the way: measured bands
-// differ by up to 2.5 dB a degree between neighbours. Below the directions that were measured it is
-// up to 11 dB. (In steps of a quarter of a degree.) Nothing jumps: between directions all is
-// linear.
+// When the head rotates about any axis, the level at an ear changes by less than 1 dB per degree
+// (0.2 where KEMAR was measured), and so does each ERB band below 1.6 kHz. Above, single bands
+// change by up to 3.8 dB per degree at notches, on at most 1.5 % of the way; measured neighbours
+// differ by up to 2.5 dB per degree. Below the measured directions the bound is 11 dB. (In steps of
+// a quarter of a degree.) Interpolation is continuous everywhere.
 //
-// What is common to all directions is taken out, band by band: the resonance of the ear canal,
-// which a listener's own ears add again, and the bass that loudspeakers lose in measuring. So in
-// the mean over all directions and both ears, a head is as loud as none in each band.
+// HRTFs are diffuse-field equalised: the average over all directions is removed in each band. This
+// removes the resonance of the ear canal, which the listener's own ears add again, and the
+// loudspeaker's loss of bass in the measurement. Averaged over all directions and both ears,
+// binaural output is therefore as loud as without an HRTF in each band.
 //
-// Threads: hear(), quadrature_gains(), octaves() and the delays on any. Memory: 1 kB a direction.
-// Cost: reading takes a second of CPU for 710 directions, on all cores.
+// Threads: const members on any. Memory: 1 kB per direction. Cost: reading 710 directions takes a
+// second of CPU time, on all cores.
 #pragma once
 
 #include <array>
@@ -44,8 +45,8 @@
 #include "common/vec.h"
 #include "formats/audio/sofa_file.h"
 #include "runtime/hrtf/direction_mesh.h"
-#include "runtime/hrtf/hrtf_filter_bank.h"
 #include "runtime/hrtf/erb_bands.h"
+#include "runtime/hrtf/hrtf_filter_bank.h"
 #include "runtime/realtime/realtime.h"
 
 namespace clamor {
@@ -55,21 +56,22 @@ class HrtfPhaseFit;
 
 class Hrtf {
  public:
-  // An empty path takes the default head.
+  // An empty path gives the default HRTF.
   static Result<std::shared_ptr<const Hrtf>> read(const std::string& path);
-  // Without directions() where it was not measured from all sides; then nothing can be heard.
+  // directions() is 0 if the measurement does not surround the head; no other member may then be
+  // called.
   explicit Hrtf(const HrirSet& responses);
 
-  // Levels for a sound from a direction: x ahead, y to the left, z up.
-  std::array<HrtfGains, kEars> hear(const DirectionMesh::Place& place) const noexcept REALTIME;
-  std::array<HrtfGains, kEars> hear(const Vec3f& from) const noexcept REALTIME {
-    return hear(place(from));
+  // Gains for a direction of arrival: x ahead, y to the left, z up.
+  std::array<HrtfGains, kEars> gains(const DirectionMesh::Place& place) const noexcept REALTIME;
+  std::array<HrtfGains, kEars> gains(const Vec3f& from) const noexcept REALTIME {
+    return gains(place(from));
   }
-  // Those of the quadratures.
+  // Gains of the quadrature filters.
   std::array<QuadratureGains, kEars> quadrature_gains(
       const DirectionMesh::Place& place) const noexcept REALTIME;
 
-  // The second looks first where the direction was last, at first 0.
+  // The second overload starts its search at the last result, `last`, which is 0 at first.
   DirectionMesh::Place place(const Vec3f& from) const noexcept REALTIME {
     return mesh_->find(from);
   }
@@ -77,9 +79,8 @@ class Hrtf {
     return mesh_->find(from, last);
   }
 
-  // By the number of a measured direction, as a place has them: levels in octaves, for buses of
-  // octaves, with the energy of the ERB bands of each; energies in ERB bands, and those that the
-  // octaves have instead.
+  // By index of a measured direction: octave gains that preserve the energy of the ERB bands in
+  // each octave, and energies in ERB bands, measured and as octave gains produce them.
   const std::array<Bands, kEars>& octaves(std::size_t direction) const noexcept REALTIME {
     return directions_[direction].octave;
   }
@@ -90,20 +91,20 @@ class Hrtf {
   const Energies& energies(std::size_t direction) const noexcept REALTIME {
     return directions_[direction].energies;
   }
-  // Levels of the bands that change each ERB band by a factor, by a few turns.
+  // Band gains that scale each ERB band by `change`, by a few multiplicative updates.
   HrtfGains changed_by(const ErbBands& change) const noexcept REALTIME;
 
-  // How much later than at the middle of the head an ear hears it; less than 0 for the nearer one.
-  // Below the parting the time between the ears is longer by low_itd_frames().
+  // Delay at an ear relative to the centre of the head; negative for the nearer ear. In the low
+  // layer the ITD is longer by low_itd_frames().
   double delay_frames(const Vec3f& from, int ear) const noexcept REALTIME;
   double low_itd_frames(const DirectionMesh::Place& place) const noexcept REALTIME;
 
  private:
-  // First what every voice asks for, in two lines of the cache.
+  // The data that every voice needs comes first, in two cache lines.
   struct alignas(64) Direction {
     std::array<Bands, kEars> octave;
-    float itd_frames;      // of the right ear after the left
-    float low_itd_frames;  // by which that is longer in the low layer
+    float itd_frames;      // positive if the right ear is later
+    float low_itd_frames;  // added to it in the low layer
     std::array<HrtfGains, kEars> level;
     std::array<QuadratureGains, kEars> across;
     Energies energies;
@@ -114,7 +115,7 @@ class Hrtf {
                                        const std::vector<Vec3f>& places);
   static Direction fitted(const Measured& measured, const HrtfMagnitudeFit& fit,
                           const HrtfPhaseFit& phase_fit);
-  // Of the three directions round this one, by their shares.
+  // Interpolates between the three directions of a place.
   template <class Levels>
   std::array<Levels, kEars> between(
       const DirectionMesh::Place& place,
@@ -123,8 +124,8 @@ class Hrtf {
                  float Direction::*frames) const noexcept REALTIME;
 
   std::vector<Direction> directions_;
-  std::array<std::array<float, kErbBandCount>, kHrtfBands> shares_{};  // a band's, in ERB bands
-  std::array<std::array<float, kHrtfBands>, kErbBandCount> parts_{};   // an ERB band's, of bands
+  std::array<std::array<float, kErbBandCount>, kHrtfBands> shares_{};  // of a band, over ERB bands
+  std::array<std::array<float, kHrtfBands>, kErbBandCount> parts_{};   // of an ERB band, over bands
   std::unique_ptr<const DirectionMesh> mesh_;
 };
 

@@ -14,17 +14,17 @@ constexpr double kStep_hz = 6, kMinAudible = 1e-5;
 constexpr int kFitTurns = 60, kOctaveTurns = 20, kNewtonSteps = 40;
 constexpr double kDamping = 0.003, kMaxChange = 0.3, kMostWeight = 100;
 constexpr double kFairMiss = 0.04;   // 0.35 dB
-constexpr double kGoodMiss = 0.005;  // of energy: 0.02 dB, where none would hear the next step
+constexpr double kGoodMiss = 0.005;  // of energy: 0.02 dB, below which further steps are inaudible
 
-// Levels of octaves, as their buses bring them to a head's bands.
+// Octave gains as the octave buses distribute them to the HRTF bands.
 std::array<double, kHrtfBands> at_nodes(const std::array<double, kBandCount>& levels) {
   std::array<double, kHrtfBands> nodes{};
   for (std::size_t bus = 0; bus < kBandCount; ++bus) {
     double gain = 0;
     for (std::size_t c = 0; c < kBandCount; ++c)
-      gain += HrtfFilterBank::bus_gains()[bus][c] * levels[c];
+      gain += HrtfFilters::bus_gains()[bus][c] * levels[c];
     for (std::size_t j = 0; j < kHrtfBands; ++j)
-      nodes[j] += gain * static_cast<double>(HrtfFilterBank::octave_share(bus, j));
+      nodes[j] += gain * static_cast<double>(HrtfFilters::octave_share(bus, j));
   }
   return nodes;
 }
@@ -44,7 +44,7 @@ HrtfMagnitudeFit::HrtfMagnitudeFit() : forms_(kErbBandCount) {
       const double frequency_hz = low_hz + (high_hz - low_hz) * (i + 0.5) / count;
       std::array<double, kHrtfBands> magnitude{};
       for (std::size_t j = 0; j < kHrtfBands; ++j)
-        magnitude[j] = HrtfFilterBank::magnitude(j, frequency_hz);
+        magnitude[j] = HrtfFilters::magnitude(j, frequency_hz);
       for (std::size_t j = 0; j < kHrtfBands; ++j)
         for (std::size_t k = 0; k < kHrtfBands; ++k)
           form.q[j][k] += magnitude[j] * magnitude[k] / count;
@@ -110,7 +110,7 @@ void HrtfMagnitudeFit::by_turns(const ErbBands& energy, const Forms& forms, Leve
   }
 }
 
-// Steps of (J'J + damping) d = J' miss, each level in units of `scale`.
+// Steps (J'J + damping) d = J' residual, with each level in units of `scale`.
 void HrtfMagnitudeFit::by_newton(const ErbBands& energy, const Forms& forms, const Levels& scale,
                                  Levels& levels) const {
   const auto largest_miss = [&](const Levels& at) { return largest_log_miss(energy, forms, at); };

@@ -16,9 +16,9 @@ namespace {
 constexpr double kPhaseStep_hz = 6, kPhaseLeastHeard = 1e-5, kDifference = 1e-3;
 constexpr int kPhaseNewtonSteps = 12;
 constexpr double kMaxPhase = 1.4;
-constexpr double kPhaseDamping = 0.01;  // of what 20 us are at a node
+constexpr double kPhaseDamping = 0.01;  // relative to the phase of 20 us at a node
 constexpr double kDamped_s = 20e-6;
-constexpr double kPhaseFairMiss = 0.5, kPhaseMostWeight = 30;  // of what a band may miss
+constexpr double kPhaseFairMiss = 0.5, kPhaseMostWeight = 30;  // relative to a band's tolerance
 
 }  // namespace
 
@@ -32,11 +32,11 @@ HrtfPhaseFit::HrtfPhaseFit() {
       const double frequency_hz = low_hz + (high_hz - low_hz) * (i + 0.5) / count;
       std::array<double, kParts> heard{};
       for (std::size_t j = 0; j < kHrtfLowBands; ++j)
-        heard[j] = HrtfFilterBank::magnitude(j, frequency_hz);
+        heard[j] = HrtfFilters::magnitude(j, frequency_hz);
       for (std::size_t k = 0; k < kHrtfQuadratures; ++k)
-        heard[kHrtfLowBands + k] = HrtfFilterBank::quadrature_magnitude(k, frequency_hz);
+        heard[kHrtfLowBands + k] = HrtfFilters::quadrature_magnitude(k, frequency_hz);
       for (std::size_t h = 0; h < kHighHere; ++h)
-        heard[kHrtfLowRows + h] = HrtfFilterBank::magnitude(kHrtfLowBands + h, frequency_hz);
+        heard[kHrtfLowRows + h] = HrtfFilters::magnitude(kHrtfLowBands + h, frequency_hz);
       for (std::size_t j = 0; j < kParts; ++j)
         for (std::size_t k = 0; k < kParts; ++k) products[j][k] += heard[j] * heard[k] / count;
     }
@@ -49,7 +49,8 @@ HrtfPhaseFit::HrtfPhaseFit() {
   }
 }
 
-// In proportion to frequency below the first node, as a delay is, and the last one's above it.
+// Below the first node phase is proportional to frequency, as for a delay; above the last node it
+// is constant.
 std::array<double, kHrtfLowBands> HrtfPhaseFit::at_bands(const Phases& phases) {
   std::array<double, kHrtfLowBands> at;
   for (std::size_t j = 0; j < kHrtfLowBands; ++j) {
@@ -75,7 +76,7 @@ HrtfGains HrtfPhaseFit::in_phase(const HrtfGains& levels, const Phases& phases) 
 
 QuadratureGains HrtfPhaseFit::across(const HrtfGains& levels, const Phases& phases,
                                      std::size_t ear) {
-  QuadratureGains across = HrtfFilterBank::at_quadratures(levels);
+  QuadratureGains across = HrtfFilters::at_quadratures(levels);
   for (std::size_t k = 0; k < kHrtfQuadratures; ++k)
     across[k] *= static_cast<float>(std::sin(ear == 0 ? phases[k] : -phases[k]));
   return across;
@@ -94,11 +95,12 @@ HrtfPhaseFit::Ear HrtfPhaseFit::ear_of(const HrtfGains& levels, const Phases& ph
   return parts;
 }
 
-// Of one ear times the conjugate of the other over a band, each with its high layer turned.
+// Sum over an ERB band of one ear's spectrum times the conjugate of the other's, with each high
+// layer rotated.
 std::complex<double> HrtfPhaseFit::sum_over(std::size_t band, const Ear& one, const Ear& other,
                                             double one_phase, double other_phase) const {
   const Form& form = forms_[band];
-  // At this frequency, half the time between the layers.
+  // Half of the phase between the layers at this frequency.
   const auto heard_of = [&](const Ear& ear, std::size_t part, double phase) {
     return part < kHrtfLowRows ? ear[part]
                                : ear[part] * std::polar(1.0, phase * form.share_of_parting);
@@ -126,7 +128,7 @@ HrtfPhaseFit::Misses HrtfPhaseFit::misses(const std::array<HrtfGains, kEars>& le
   return misses;
 }
 
-// A band of the low layer is then a column of what is in phase and of quadratures.
+// Each band of the low layer becomes a column of in-phase and quadrature parts.
 void HrtfPhaseFit::turn(const Phases& phases, double high_phase,
                         HrtfMagnitudeFit::Forms& forms) const {
   std::array<Ear, kHere> columns;
@@ -144,7 +146,7 @@ void HrtfPhaseFit::turn(const Phases& phases, double high_phase,
   }
 }
 
-// Half of what is wanted, between the middles of the ERB bands that tell it.
+// Half of the wanted phase, interpolated between the centres of the defined ERB bands.
 HrtfPhaseFit::Phases HrtfPhaseFit::first_guess(const Wanted& wanted) {
   Phases phases{};
   for (std::size_t k = 0; k < kHrtfQuadratures; ++k) {

@@ -1,12 +1,12 @@
-// hrtf_phase_fit.h: finds the phases at the nodes of a head's quadratures that have given phases
-// between the ears in ERB bands.
+// hrtf_phase_fit.h: fits phases at the quadrature nodes to interaural phase differences in ERB
+// bands.
 //
-// A sound that is ahead by p in one ear's band, and as far behind in the other's, is level cos p in
-// the band and level sin p in its quadrature. Summed over an ERB band, the spectrum of one ear
-// times the conjugate of the other's is u' M_b v*, M_b being the bands' and quadratures' products
-// over its frequencies; its argument is the phase between the ears. By Gauss and Newton, each
-// band's miss in units of what it may be, weights growing where most is missing; with a little
-// damping, since there are fewer nodes than bands to tell them. In double.
+// A band that leads by p at one ear and lags by p at the other has gain cos p in the band and sin p
+// in its quadrature. Summed over an ERB band, the spectrum of one ear times the conjugate of the
+// other's is u' M_b v*, where M_b holds the products of bands and quadratures over its frequencies.
+// Its argument is the interaural phase difference. Solved by Gauss-Newton with errors in units of
+// each band's tolerance, weights growing where the error is largest, and slight damping, since
+// there are fewer nodes than bands. In double precision.
 #pragma once
 
 #include <array>
@@ -24,37 +24,39 @@ class HrtfPhaseFit {
  public:
   HrtfPhaseFit();
 
-  using Phases = std::array<double, kHrtfQuadratures>;  // of the left ear, at the nodes, radians
+  using Phases = std::array<double, kHrtfQuadratures>;  // of the left ear at the nodes, radians
 
   using Wanted = std::array<InterauralTimes::Phase, kPhaseBands>;
 
-  // `levels` of both ears before they are turned. In the high layer, whose delay is its own, the
-  // left ear is ahead by `high_phase` where the layers part.
+  // `levels` are the gains of both ears before rotation. In the high layer, which has its own
+  // delay, the left ear leads by `high_phase` at the frequency where the layers meet.
   Phases phases_for(const std::array<HrtfGains, kEars>& levels, const Wanted& wanted,
                     double high_phase) const;
 
-  // By which most of a band's phase is missed, as a share of what it may be.
+  // The largest error of a band, in units of its tolerance.
   double largest_miss(const std::array<HrtfGains, kEars>& levels, const Phases& phases,
                       const Wanted& wanted, double high_phase) const;
 
-  // Makes `forms` of a hrtf_magnitude_fit.h those of bands that are so turned.
+  // Replaces `forms` of hrtf_magnitude_fit.h by those of the rotated bands.
   void turn(const Phases& phases, double high_phase, HrtfMagnitudeFit::Forms& forms) const;
 
-  // Levels as they are in phase, and those of the quadratures of an ear.
+  // In-phase and quadrature gains of an ear.
   static HrtfGains in_phase(const HrtfGains& levels, const Phases& phases);
   static QuadratureGains across(const HrtfGains& levels, const Phases& phases, std::size_t ear);
 
  private:
   static Phases first_guess(const Wanted& wanted);
   static std::array<double, kHrtfLowBands> at_bands(const Phases& phases);
-  // ERB bands in which the low layer is heard, and bands of the high one that are heard in these.
+  // ERB bands in which the low layer is audible, and high bands that are audible in them.
   static constexpr std::size_t kBandsHere = kPhaseBands + 2, kHighHere = 6;
   static constexpr std::size_t kHere = kHrtfLowBands + kHighHere;
-  static constexpr std::size_t kParts = kHrtfLowRows + kHighHere;  // low bands, quadratures, high
+  // Low bands, quadratures, high bands.
+  static constexpr std::size_t kParts = kHrtfLowRows + kHighHere;
   struct Form {
-    std::vector<std::size_t> parts;  // that are heard in the band
+    std::vector<std::size_t> parts;  // audible in the band
     std::vector<double> products;    // [part][part]
-    double share_of_parting = 0;     // its centre, of the frequency where the layers part
+    // Centre frequency relative to the frequency where the layers meet.
+    double share_of_parting = 0;
   };
   using Ear = std::array<std::complex<double>, kParts>;
   using Misses = std::array<double, kPhaseBands>;

@@ -14,11 +14,11 @@ using Spectrum = std::vector<std::complex<double>>;
 
 constexpr double kMaxDetour_s = 1e-3;
 constexpr double kLowFrom_hz = 90, kLowTo_hz = 850, kHighFrom_hz = 1400, kHighTo_hz = 12000;
-constexpr double kFarthest_s = 0.4e-3;  // of the high layer's time from the low one's
+constexpr double kFarthest_s = 0.4e-3;  // between the ITDs of the high and the low layer
 constexpr double kFineStep_s = 5e-6;
 constexpr double kMost_s = 20e-6, kMaxShare = 0.05;
 
-// A part of a cross-spectrum, whose bins are `bin_hz` apart.
+// A range of a cross-spectrum with bins `bin_hz` apart.
 struct Part {
   std::size_t first = 0, end = 0;  // bins
   double bin_hz = 0;
@@ -41,8 +41,8 @@ struct Part {
   }
 };
 
-// Where value(correlation) is greatest, at most `reach_s` from `near_s`: among the samples of its
-// inverse transform, then in fine steps, then on a parabola.
+// Lag with the largest value(correlation) within `reach_s` of `near_s`: first among the samples of
+// the inverse transform, then in fine steps, then on a parabola.
 template <class Value>
 double greatest_s(const Fourier& fourier, const Part& part, const Spectrum& cross, double near_s,
                   double reach_s, const Value& value) {
@@ -50,7 +50,7 @@ double greatest_s(const Fourier& fourier, const Part& part, const Spectrum& cros
   const double step_s = 1 / (part.bin_hz * static_cast<double>(size));
   Spectrum correlation(size);
   for (std::size_t k = part.first; k < part.end; ++k) correlation[k] = std::conj(cross[k]);
-  fourier.inverse(correlation);  // of the conjugate, so that lags count from sample 0 upwards
+  fourier.inverse(correlation);  // of the conjugate, so that positive lags start at sample 0
   double best = -1e300, lag_s = near_s;
   const auto last = static_cast<int>(std::floor((near_s + reach_s) / step_s));
   for (auto i = static_cast<int>(std::ceil((near_s - reach_s) / step_s)); i <= last; ++i) {

@@ -1,10 +1,10 @@
-// interaural_times.h: how much later the right ear hears a sound than the left, as measured
-// responses of both have it: above 1.4 kHz, below, and band by band below.
+// interaural_times.h: estimates interaural time differences (ITD) from measured responses of both
+// ears: above 1.4 kHz, below, and in single ERB bands below.
 //
-// All from the cross-spectrum L R*, whose phase at a frequency is how much later the right ear is.
-// Above 1.4 kHz, where ears follow the envelope, the time is where the envelope of the
-// cross-correlation has its maximum; below, where they follow the wave, the correlation itself,
-// with all frequencies from 90 to 850 Hz weighing the same: a head holds these up most.
+// All come from the cross-spectrum L R*, whose phase is the delay of the right ear. Above 1.4 kHz
+// ears follow the envelope, and the ITD is the maximum of the envelope of the cross-correlation.
+// Below, ears follow the waveform, and the ITD is the maximum of the cross-correlation itself with
+// equal weights from 90 to 850 Hz, where a head delays sound most.
 #pragma once
 
 #include <array>
@@ -16,23 +16,23 @@
 
 namespace clamor {
 
-// Of the ERB bands below 1.4 kHz, which are followed in phase; from erb_bands.h's first on.
+// The ERB bands below 1.4 kHz, whose phase is matched; counted from the first of erb_bands.h.
 inline constexpr std::size_t kPhaseBands = 17;
 
 struct InterauralTimes {
   double high_s = 0, low_s = 0;
 
   struct Phase {
-    double radians = 0;      // by which the right ear is later than low_s has it
-    double max_radians = 0;  // by which it may be missed: 20 us, or 5 % of the time between ears
-    bool told = false;       // otherwise it means nothing
+    double radians = 0;      // delay of the right ear beyond low_s
+    double max_radians = 0;  // tolerance: 20 us, or 5 % of the ITD
+    bool told = false;       // otherwise the phase is undefined
   };
   std::array<Phase, kPhaseBands> phases{};
 };
 
-// Of responses of `frames` frames, whose spectra have `fourier`'s size. A band's phase is not told
-// if a response is shorter than the period of its centre, as 11.6 ms are below 86 Hz, or if the
-// ears are less alike in it than kMinCoherence.
+// `frames` is the length of the responses; `fourier` has the size of their spectra. A band's phase
+// is undefined if a response is shorter than a period of its centre (11.6 ms is, below 86 Hz), or
+// if the interaural coherence in the band is below kMinCoherence.
 inline constexpr double kMinCoherence = 0.5;
 InterauralTimes interaural_times(const Fourier& fourier, double rate_hz, std::size_t frames,
                                  const std::vector<std::complex<double>>& left,

@@ -7,13 +7,14 @@ namespace clamor {
 
 namespace {
 
-// A device may ask for larger blocks than it was expected to, or change them: there is room for
-// keyframes as far ahead as for these, and they are made as far ahead as it takes.
+// A device may ask for larger blocks than announced. The keyframe queue has room for blocks of this
+// size, and keyframes are made as far ahead as actual blocks need.
 constexpr int kLargestUnexpected_frames = 4096;
 
 }  // namespace
 
-// Two segments beyond the longest block: the one being mixed and the one that may end within it.
+// Two segments more than the longest block: the one being mixed and the one that may end within the
+// block.
 std::size_t keyframes_ahead(int block_frames) noexcept REALTIME {
   return 2 + static_cast<std::size_t>((block_frames + kKeyframeFrames - 1) / kKeyframeFrames);
 }
@@ -55,17 +56,17 @@ void BlockMixer::publish(const Keyframe& written) {
     return;
   }
   if (published_++ == 0) {
-    mixer_.begin(written, -mixer_.lead_frames());  // what the limiter holds back is not later
+    mixer_.begin(written, -mixer_.lead_frames());  // the limiter's delay makes no keyframe later
     return;
   }
-  if (sounds_ != nullptr) sounds_->pass(mixer_.clock_frames());
+  if (sounds_ != nullptr) sounds_->mark_quiescent(mixer_.clock_frames());
   mixer_.load(written);
   mix_lead();
   frames_left_.store(mixer_.frames_left(), std::memory_order_relaxed);
   begun_.store(true, std::memory_order_release);
 }
 
-// Up to time 0; what was mixed beyond is for the first block.
+// Mixes up to time 0; frames beyond are kept for the first block.
 void BlockMixer::mix_lead() {
   static_assert(kHrtfDelayFrames + kLimiterDelayFrames < kKeyframeFrames);
   for (int left = lead_frames_; left > 0;) {
@@ -104,7 +105,7 @@ void BlockMixer::mix(std::span<float> interleaved) noexcept REALTIME {
   if (held) held_blocks_.fetch_add(1, std::memory_order_relaxed);
 }
 
-// From the first block on that is larger than expected, keyframes are made as far ahead.
+// Records a block size. If it is the largest so far, keyframes are made further ahead from now on.
 void BlockMixer::expect(std::size_t frames) noexcept REALTIME {
   if (frames <= largest_block_frames_) return;
   largest_block_frames_ = frames;
@@ -115,15 +116,15 @@ void BlockMixer::expect(std::size_t frames) noexcept REALTIME {
                       std::memory_order_relaxed);
 }
 
-// Mixes steps for up to so many samples; true if it had to do without a keyframe that was due.
+// Mixes steps for up to `samples` samples. Returns true if a due keyframe was missing.
 bool BlockMixer::mix_more(std::size_t samples) noexcept REALTIME {
   bool held = false;
-  if (turns_) mixer_.face(facing_.latest());
+  if (turns_) mixer_.turn_head(axes_.latest());
   const Keyframe* const keyframe = mixer_.wants_keyframe() ? queue_.readable() : nullptr;
   if (adapting_ && keyframe != nullptr) load_.expect(keyframe->voices.size());
   mixer_.allow(load_.allowed());
   if (mixer_.wants_keyframe()) {
-    if (sounds_ != nullptr) sounds_->pass(mixer_.clock_frames());
+    if (sounds_ != nullptr) sounds_->mark_quiescent(mixer_.clock_frames());
     if (keyframe != nullptr) {
       mixer_.load(*keyframe);
       queue_.release();
@@ -132,7 +133,7 @@ bool BlockMixer::mix_more(std::size_t samples) noexcept REALTIME {
       held = true;
     }
   } else {
-    mixer_.turn();
+    mixer_.follow_head();
   }
   const std::size_t step = channels_ * kStepFrames;
   const auto steps =
@@ -151,11 +152,11 @@ void BlockMixer::mix_steps(int steps) noexcept REALTIME {
   finish_mix();
 }
 
-// What mixing those frames took, for the next ones.
+// Reports how long mixing took.
 void BlockMixer::tell_load(double took_s, std::size_t frames,
                            std::size_t sounding) noexcept REALTIME {
   load_.mixed(took_s, static_cast<double>(frames) / kSampleRate_hz, sounding);
-  const auto now_shed = static_cast<std::uint32_t>(mixer_.left_out());
+  const auto now_shed = static_cast<std::uint32_t>(mixer_.shed());
   loaded_.store(static_cast<std::uint32_t>(mixer_.voices()), std::memory_order_relaxed);
   shed_.store(now_shed, std::memory_order_relaxed);
   if (now_shed > max_shed_voices_.load(std::memory_order_relaxed))
@@ -164,7 +165,7 @@ void BlockMixer::tell_load(double took_s, std::size_t frames,
   mixer_is_full_.store(load_.is_full(mixer_.voices()), std::memory_order_relaxed);
 }
 
-// Applies the output gain, limits it and looks for what a listener should know of.
+// Applies the output gain and the limiter, and updates peaks and statistics.
 void BlockMixer::finish_mix() noexcept REALTIME {
   for (std::size_t i = 0; i < mixed_end_; ++i) mixed_[i] *= gain_;
   if (limiter_ != nullptr) limiter_->process(std::span(mixed_).first(mixed_end_));

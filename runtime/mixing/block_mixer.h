@@ -1,20 +1,21 @@
-// block_mixer.h: the audio thread's half of an auralizer: blocks of any size, from keyframes.
+// block_mixer.h: the audio thread's half of an auralizer: turns keyframes into blocks of any size.
 //
-// The mixer takes steps on a grid of its own; a block takes what is left of the last steps, and
-// then as many more as it needs. The output gain and the limiter come after the mix. A keyframe
-// that is due and not here is held for, and counted. With `adapt`, the time that blocks take tells
-// how many voices may sound (load_control.h).
+// The mixer works in steps on a fixed grid. A block takes the rest of the last steps, then as many
+// more as it needs. Output gain and limiter come after the mix. If a due keyframe is missing, the
+// mixer holds the last one and counts that. With `adapt`, the measured load limits the number of
+// voices (load_control.h).
 //
-// What is heard at a time is of the keyframe of that time, whatever lies on its way: the bands of a
-// head take 16 ms, the limiter 1.5. The mixer is that far ahead, from the start: keyframes come
-// through a bounded queue, but the first two go to it without queueing, and what comes out before
-// time 0 is dropped; from then on it is the audio thread's.
+// Latency compensation: output at a given time belongs to the keyframe of that time, although HRTF
+// filters delay it by 16 ms and the limiter by 1.5 ms. The mixer runs ahead by that much from the
+// start. The sampler therefore gives it the first two keyframes directly, and output before time 0
+// is dropped; from then on the mixer belongs to the audio thread and keyframes come through a
+// bounded queue.
 //
-// Keyframes are made a few ahead, or, for a listener who is moved by hand, so late that they come
-// just in time, one ahead. With `turns`, face() is heard without a new keyframe.
+// Keyframes are made a few ahead or, for a listener who moves in real time, as late as possible,
+// one ahead. With `turns`, turn_head() takes effect without a new keyframe.
 //
-// Threads: wants_keyframe(), writable() and publish() are the sampler's, face() one other's, mix()
-// the audio thread's, the rest any one's.
+// Threads: wants_keyframe(), writable() and publish() run on the sampler's thread, turn_head() on
+// one other, mix() on the audio thread, the rest on any one.
 #pragma once
 
 #include <array>
@@ -38,10 +39,10 @@ namespace clamor {
 
 inline constexpr int kLargestBlock_frames = 1 << 16;
 
-// How far ahead keyframes are made for blocks of so many frames.
+// Number of keyframes that must be ready for blocks of this size.
 std::size_t keyframes_ahead(int block_frames) noexcept REALTIME;
 
-// The same for the largest blocks that there is room for, though they were not expected.
+// As keyframes_ahead(), for the largest unannounced blocks that there is room for.
 std::size_t max_keyframes_ahead(int block_frames);
 
 struct BlockOptions {
@@ -50,7 +51,8 @@ struct BlockOptions {
   bool adapt = false;
   int block_frames = 960;  // the largest expected
   LoadClock clock{};
-  const HeadRotation* turns = nullptr;  // must outlive it; null: turns come with keyframes
+  // Must outlive the mixer; null: rotations come with keyframes.
+  const HeadRotation* turns = nullptr;
 };
 
 struct BlockStatistics {
@@ -58,38 +60,37 @@ struct BlockStatistics {
   std::uint32_t shed_voices = 0, max_shed_voices = 0;
   std::uint64_t shedding_blocks = 0;
   Limiter::Work limited{};
-  std::array<float, kMaxChannels> peak{};  // since they were last asked for
+  std::array<float, kMaxChannels> peak{};  // since the last call of statistics()
 };
 
 class BlockMixer {
  public:
-  // `signals`, and `sounds`, `panner` and `head` where they are not null, must outlive it.
+  // `signals`, and `sounds`, `panner` and `head` if not null, must outlive this.
   BlockMixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode,
              const Panner* panner, const Hrtf* head, SoundLoader* sounds,
              const BlockOptions& options);
 
   std::size_t channels() const noexcept REALTIME { return channels_; }
 
-  // `lead_s`: so long before a keyframe is due it is wanted; by default as many ahead as there may
-  // be.
+  // A keyframe is wanted `lead_s` before it is due; by default as soon as there is room for it.
   bool wants_keyframe(double lead_s = kAllAhead_s) const;
   static constexpr double kAllAhead_s = 1e9;
   std::uint64_t held_blocks() const { return held_blocks_.load(std::memory_order_relaxed); }
   Keyframe* writable() { return queue_.writable(); }  // null if none is free
   void publish(const Keyframe& written);
 
-  void face(const ListenerAxes& facing) { facing_.publish(facing); }
+  void turn_head(const ListenerAxes& axes) { axes_.publish(axes); }
 
-  // Costs so much for each frame of each voice, and for each voice of each keyframe that begins;
-  // what is mixed is whole steps, the last of which may be for the next call.
+  // Costs time per frame of each voice and per voice of each new keyframe. Whole steps are mixed,
+  // so the last step may partly belong to the next call.
   void mix(std::span<float> interleaved) noexcept REALTIME;
-  Mixer::Work work() const noexcept REALTIME { return mixer_.work(); }  // the audio thread's
+  Mixer::Work work() const noexcept REALTIME { return mixer_.work(); }  // audio thread
 
-  // How long it has held for keyframes that were due, in all: so much later than planned all others
-  // come.
+  // Total time held for missing keyframes, by which all later keyframes are delayed.
   std::uint64_t held_frames() const { return held_frames_.load(std::memory_order_relaxed); }
 
-  // Of the newest keyframe's voices: the share that is left out now; and no more are taken.
+  // The share of the newest keyframe's voices that is shed now, and whether there is no time for
+  // more.
   double shed_share() const;
   bool is_full() const { return mixer_is_full_.load(std::memory_order_relaxed); }
 
@@ -109,22 +110,22 @@ class BlockMixer {
   const LoadClock clock_;
   SoundLoader* const sounds_;
   std::atomic<std::size_t> ahead_;   // keyframes that may wait for the mixer
-  std::atomic<int> block_frames_;    // the largest, so far or expected
+  std::atomic<int> block_frames_;    // the largest so far or expected
   std::atomic<int> frames_left_{0};  // until the mixer wants the next keyframe
-  LatestValue<ListenerAxes> facing_;
+  LatestValue<ListenerAxes> axes_;
   const bool turns_;
   KeyframeQueue queue_;
-  std::atomic<bool> begun_{false};  // the mixer is the audio thread's
-  std::uint8_t published_ = 0;      // the sampler's: keyframes, up to the first two
+  std::atomic<bool> begun_{false};  // the mixer belongs to the audio thread
+  std::uint8_t published_ = 0;      // sampler's thread: keyframes, counted up to two
 
-  // Audio thread, once begun.
+  // Used by the audio thread once begun_.
   Mixer mixer_;
   std::size_t largest_block_frames_ = 0;
   MixerLoadControl load_;
   const std::unique_ptr<Limiter> limiter_;  // or null
-  const int lead_frames_;                   // by which the mixer's clock is ahead of what goes out
+  const int lead_frames_;                   // by which the mixer's clock is ahead of the output
   std::vector<float> mixed_;
-  std::size_t mixed_end_ = 0, mixed_read_ = 0;  // samples in it, and those already given away
+  std::size_t mixed_end_ = 0, mixed_read_ = 0;  // samples in mixed_, and those already output
 
   // Statistics.
   std::atomic<std::uint64_t> held_blocks_{0}, held_frames_{0}, clipped_frames_{0}, bad_voices_{0},

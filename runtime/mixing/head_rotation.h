@@ -1,12 +1,12 @@
-// head_rotation.h: what changes about a voice when the listener's head turns and nothing else does.
+// head_rotation.h: updates a voice for a rotation of the listener's head.
 //
-// A turn needs no new sample of sources and no ray: a voice keeps its spectrum and its path, comes
-// from another direction of the head, and reaches one ear earlier and the other one later. So the
-// audio thread applies the newest turn itself (mixer.h), and does not wait for the next keyframe.
+// A rotation needs no new sample and no rays: a voice keeps its spectrum and its path, and only its
+// direction and the delays at the ears change. The audio thread therefore applies the newest
+// rotation itself (mixer.h) instead of waiting for the next keyframe.
 //
-// With a head, the time between the ears is the head's (itd_table.h). Two receivers are taken to be
-// far from the source: at 1 m that is wrong by 0.5 frames at most, until the next keyframe says it
-// exactly. Patterns of receivers follow with the next keyframe, too.
+// With an HRTF the ITD comes from itd_table.h. Two plain receivers are treated as far from the
+// source, which at 1 m is wrong by at most 0.5 frames until the next keyframe corrects it.
+// Directivity patterns of receivers also follow with the next keyframe.
 //
 // Threads: any.
 #pragma once
@@ -22,18 +22,18 @@ ListenerAxes listener_axes(const Listener& listener);
 
 class HeadRotation {
  public:
-  // `lags`: of a head, or null; it must outlive this. `receiver_frames`: how long sound takes from
-  // the middle to either of two receivers; 0 where there is only one.
-  HeadRotation(const ItdTable* lags, double receiver_frames)
+  // `lags` is an HRTF's table, or null; it must outlive this. `receiver_frames` is the travel time
+  // of sound from the centre to either of two receivers, 0 for one receiver.
+  constexpr HeadRotation(const ItdTable* lags, double receiver_frames)
       : lags_(lags), receiver_frames_(receiver_frames) {}
 
-  // One turn, from the facing that voices were made for to another.
+  // One rotation, from the axes that voices were made for to new ones.
   class Turn {
    public:
     Turn(const HeadRotation& turns, const ListenerAxes& from,
          const ListenerAxes& to) noexcept REALTIME;
 
-    // Leaves it alone where there is no turn.
+    // Changes nothing if there is no rotation.
     void apply(Voice& voice) const noexcept REALTIME;
 
    private:
@@ -41,7 +41,7 @@ class HeadRotation {
 
     const HeadRotation& turns_;
     const bool none_;
-    Vec3f rows_[3];  // of the matrix that turns directions
+    Vec3f rows_[3];  // of the rotation matrix
   };
 
  private:

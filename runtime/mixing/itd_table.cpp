@@ -8,7 +8,7 @@ namespace clamor {
 
 namespace {
 
-// The direction at a place of the square from -1 to 1.
+// The direction at a point of the square from -1 to 1.
 Vec3f direction_at(float u, float v) {
   Vec3f direction(u, v, 1 - std::abs(u) - std::abs(v));
   if (direction.z < 0) {
@@ -30,7 +30,7 @@ ItdTable::ItdTable(const Hrtf& head) : lags_((kCells + 1) * (kCells + 1)) {
     }
 }
 
-// In the order of operations of voice_kernel.cpp, which gives the same bits.
+// Uses the order of operations of voice_kernel.cpp, so that both have the same bits.
 float ItdTable::operator()(const Vec3f& from) const noexcept REALTIME {
   const float scale = 1 / (std::abs(from.x) + std::abs(from.y) + std::abs(from.z));
   const float a = from.x * scale, b = from.y * scale;

@@ -1,13 +1,13 @@
-// itd_table.h: how much later a head's right ear hears a direction than its left, as a table. Above
-// 1.4 kHz, that is: what low frequencies have more, the mixer adds.
+// itd_table.h: a lookup table of an HRTF's interaural time difference (ITD) by direction, for sound
+// above 1.4 kHz. The mixer adds what is different below.
 //
-// The sphere on a square: the eight faces of an octahedron, folded open, in cells of about 0.7
-// degrees. Between the corners of a cell it is bilinear. Finding the triangle of a head's measured
-// directions costs ten times as much; against that, KEMAR's times are within 1 us in 98.5 % of all
-// directions, and within 10 us where it was measured; below that, 40 degrees under the horizon,
-// where triangles are slivers, within 30 us.
+// The table is an octahedral map: the eight faces of an octahedron unfolded to a square, in cells
+// of about 0.7 degrees, with bilinear interpolation. A search in the triangulation of measured
+// directions would take ten times as long. Against it, KEMAR's ITDs are within 1 us in 98.5 % of
+// all directions, within 10 us where it was measured, and within 30 us elsewhere (40 degrees below
+// the horizon), where triangles are slivers.
 //
-// Immutable once made. Memory: 260 kB.
+// Immutable. Memory: 260 kB.
 #pragma once
 
 #include <cmath>
@@ -26,7 +26,8 @@ class ItdTable {
 
   explicit ItdTable(const Hrtf& head);
 
-  // Frames; from a unit vector in the head's axes: x ahead, y to the left, z up.
+  // Delay of the right ear after the left, in frames, for a unit vector: x ahead, y to the left, z
+  // up.
   float operator()(const Vec3f& from) const noexcept REALTIME;
 
   const float* table() const { return lags_.data(); }  // [kCells + 1][kCells + 1]: v, u

@@ -1,9 +1,9 @@
-// keyframe_lead.h: how long before it is due a keyframe should be begun.
+// keyframe_lead.h: predicts how long before its due time a keyframe must be begun.
 //
-// A keyframe holds the listener's place at the moment when it is begun, so every millisecond that
-// it waits for the mixer is latency. The lead is what keyframes have taken of late, the longest of
-// them counting most, and some reserve for the system's scheduler; where the mixer has nevertheless
-// had to hold, the reserve doubles, and then shrinks again within half a minute.
+// A keyframe has the listener's position at the moment when it is begun, so the time that it waits
+// for the mixer is latency. The lead is the recent maximum of the time that keyframes took (with
+// slow decay) plus a reserve for the system's scheduler. The reserve doubles whenever the mixer had
+// to hold, and shrinks again within half a minute.
 //
 // Threads: the sampler's.
 #pragma once
@@ -17,7 +17,7 @@ class KeyframeLead {
  public:
   static constexpr double kMinReserve_s = 0.004, kMaxReserve_s = 0.064;
 
-  // A keyframe took so long; the mixer has held so many blocks so far.
+  // Records the time that a keyframe took, and the total number of blocks held so far.
   void made(double took_s, std::uint64_t held_blocks) {
     longest_s_ = std::max(took_s, kForget * longest_s_);
     reserve_s_ = held_blocks > held_blocks_ ? 2 * reserve_s_ : kForgive * reserve_s_;
@@ -28,8 +28,8 @@ class KeyframeLead {
   double seconds() const { return 1.25 * longest_s_ + reserve_s_; }
 
  private:
-  static constexpr double kForget = 0.96;    // by half in 0.3 s
-  static constexpr double kForgive = 0.998;  // by half in 7 s
+  static constexpr double kForget = 0.96;    // halves in 0.3 s
+  static constexpr double kForgive = 0.998;  // halves in 7 s
 
   double longest_s_ = 0, reserve_s_ = kMinReserve_s;
   std::uint64_t held_blocks_ = 0;

@@ -10,7 +10,7 @@ namespace clamor {
 
 namespace {
 
-// The phases of BS.1770-4's interpolator; the other two are these backwards.
+// Two phases of BS.1770-4's interpolation filter; the other two are these reversed.
 constexpr float kPhase0[12] = {0.0017089843750f,  0.0109863281250f,  -0.0196533203125f,
                                0.0332031250000f,  -0.0594482421875f, 0.1373291015625f,
                                0.9721679687500f,  -0.1022949218750f, 0.0476074218750f,
@@ -32,7 +32,7 @@ Limiter::Limiter(std::size_t channels)
   held_.fill(1);
 }
 
-// The largest magnitude between and at the samples of any channel, some kTaps / 2 frames ago.
+// The true peak over all channels, kTaps / 2 frames ago.
 float Limiter::peak_ahead() const noexcept REALTIME {
   float peak = 0;
   for (std::size_t c = 0; c < channels_; ++c) {
@@ -41,7 +41,7 @@ float Limiter::peak_ahead() const noexcept REALTIME {
     float highest = 0;
     for (int k = 0; k < kTaps; ++k) highest = std::max(highest, std::abs(x[k]));
     peak = std::max(peak, highest);
-    // No sum of taps is above 1.6 times the largest sample.
+    // The sum of absolute taps is below 1.7, so no interpolated sample can exceed the ceiling.
     if (highest * 1.7f <= kCeiling) continue;
     float sum[kPhases] = {};
     for (int k = 0; k < kTaps; ++k) {

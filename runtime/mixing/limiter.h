@@ -1,16 +1,15 @@
-// limiter.h: keeps the true peaks of the output below full scale, and off the path until it must.
+// limiter.h: a look-ahead true-peak limiter.
 //
-// Sound between the samples counts too: each channel is looked at four times as finely, through the
-// filter of BS.1770 for that, kLimiterDelayFrames ahead of what goes out. Where a peak would pass
-// the ceiling, the gain of all channels falls to it beforehand, by the smallest gain that any frame
-// ahead asks for, averaged over the time that it is known ahead: so it is there when the peak is,
-// and never turns a corner. It comes back by 3 dB in 100 ms. Below the ceiling the gain is 1, and
-// what goes out is what came in, bit by bit, only that much later.
+// Each channel is oversampled four times with the filter of BS.1770, kLimiterDelayFrames ahead of
+// the output. Before a peak would exceed the ceiling, the gain of all channels falls to the
+// smallest gain that any frame ahead requires, averaged over the look-ahead window. The attack is
+// therefore complete when the peak arrives, and the gain is smooth. The release is 3 dB in 100 ms.
+// Below the ceiling the gain is exactly 1, and the output is the delayed input, bit for bit.
 //
-// ITU-R BS.1770-4, annex 2. Its filter misses at most 0.6 dB of a peak at a quarter of the rate,
-// 0.1 dB below 10 kHz; the ceiling, -1 dBFS, leaves room for that.
+// ITU-R BS.1770-4, annex 2. Its filter underestimates a peak by at most 0.6 dB at a quarter of the
+// sample rate, and by 0.1 dB below 10 kHz; the ceiling of -1 dBFS leaves room for that.
 //
-// Threads: process() on the audio thread; worked() on any.
+// Threads: process() on the audio thread; work() on any.
 #pragma once
 
 #include <array>
@@ -31,12 +30,12 @@ class Limiter {
  public:
   explicit Limiter(std::size_t channels);
 
-  // In place, any number of frames: what comes out is what went in kLimiterDelayFrames ago.
+  // Processes any number of frames in place. The output is delayed by kLimiterDelayFrames.
   void process(std::span<float> interleaved) noexcept REALTIME;
 
   struct Work {
-    std::uint64_t frames = 0;  // that went out with less than their own gain
-    float min_gain = 1;        // of them all
+    std::uint64_t frames = 0;  // with gain reduction
+    float min_gain = 1;        // the largest gain reduction, as a gain
   };
   Work worked() const noexcept;
 
@@ -47,14 +46,14 @@ class Limiter {
   float peak_ahead() const noexcept REALTIME;
 
   const std::size_t channels_;
-  std::vector<float> ring_;  // frames on their way out
-  std::size_t at_ = 0;       // the frame of the ring that goes out next
-  // Newest samples of each channel, twice over so that a window never wraps.
+  std::vector<float> ring_;  // delay line
+  std::size_t at_ = 0;       // the next frame of the delay line to be output
+  // The newest samples of each channel, stored twice so that a window never wraps.
   std::vector<float> newest_;
   std::size_t newest_at_ = 0;
 
-  std::array<float, kWindow> wanted_;  // gains that frames ahead ask for, by turns
-  std::array<float, kWindow> held_;    // the least of those, released slowly
+  std::array<float, kWindow> wanted_;  // required by the frames ahead, a ring buffer
+  std::array<float, kWindow> held_;    // their minimum after the release
   std::size_t window_at_ = 0;
   int busy_frames_ = 0;  // until every gain in both is 1 again
   float released_ = 1;

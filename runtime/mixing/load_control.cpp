@@ -12,10 +12,10 @@ namespace clamor {
 namespace {
 
 constexpr double kMostAtOnce = 0.5;
-// Where blocks take less than this, what else there is to do would be taken for voices.
+// Below this share of a block, fixed costs would be mistaken for the cost of voices.
 constexpr double kTellingShare = 0.25;
 constexpr double kSmooth_s = 0.1;
-constexpr double kForget = 0.05;  // of the worst share, a keyframe
+constexpr double kForget = 0.05;  // decay of the worst share per keyframe
 
 }  // namespace
 
@@ -35,30 +35,31 @@ void Backoff::fell() noexcept REALTIME {
 }
 
 void MixerLoadControl::fall_to(double voices) noexcept REALTIME {
-  if (voices >= allowed_) return;  // a first fall is still fading out
+  if (voices >= allowed_) return;  // the previous reduction is still fading out
   allowed_ = voices;
-  patience_.fell();
+  backoff_.fell();
 }
 
 void MixerLoadControl::mixed(double took_s, double block_s, std::size_t voices) noexcept {
   if (!(block_s > 0) || voices == 0) return;
-  patience_.pass(block_s);
+  backoff_.pass(block_s);
   const double share = took_s / block_s;
   const double count = static_cast<double>(voices);
-  const double now = share / count;  // a voice takes no more
+  const double now = share / count;  // an upper bound on the cost of a voice
   if (share > kTellingShare || now < share_per_voice_) {
     const double smoothing = share_per_voice_ > 0 ? std::min(1.0, block_s / kSmooth_s) : 1;
     share_per_voice_ += smoothing * (now - share_per_voice_);
   }
   const bool was_high = std::exchange(high_, share > kHighShare);
   if (share > 1 || (high_ && was_high)) {
-    // Of those that were mixed: the same while a first fall is still fading out.
+    // Relative to the voices that were mixed, which do not change while a reduction fades out.
     fall_to(std::max(kMinVoices, count * std::max(kMostAtOnce, kAimShare / share)));
-  } else if (share < kLowShare && allowed_ < kNoLimit && patience_.over()) {
-    patience_.rose();
+  } else if (share < kLowShare && allowed_ < kNoLimit && backoff_.over()) {
+    backoff_.rose();
     const double faster = share < kLowShare / 2 ? 2 : 1;
     allowed_ *= std::exp2(faster * block_s / kDouble_s);
-    // Once there is as much room again as is needed, the next burden is another one.
+    // Lift the limit once there is room for twice the voices: the next overload will be another
+    // one.
     if (allowed_ > 2 * wanted_) allowed_ = kNoLimit;
   }
 }
@@ -73,28 +74,29 @@ void SamplerLoadControl::fall_by(double factor) {
   const double floor = std::max(1.0, std::floor(static_cast<double>(most_) / kFloor));
   voices_ = std::min(voices_, std::max(floor, voices_ * std::max(kMostAtOnce, factor)));
   min_so_far_ = std::min(min_so_far_, voices());
-  patience_.fell();
+  backoff_.fell();
 }
 
-void SamplerLoadControl::keyframe_took(double share, double left_out, bool full) {
+void SamplerLoadControl::keyframe_took(double share, double shed, bool full) {
   if (share > 1) ++late_;
   if (settling_ > 0) --settling_;
-  patience_.pass(kKeyframe_s);
-  const double told = std::min(share, 1.0);  // how much worse, the fall has answered
+  backoff_.pass(kKeyframe_s);
+  const double told = std::min(share, 1.0);  // the reduction has answered anything beyond
   worst_share_ = std::max(told, worst_share_ + kForget * (told - worst_share_));
   const bool was_high = std::exchange(high_, share > kHighShare);
   if (share > 1 || (high_ && was_high)) {
     fall_by(kAimShare / share);
-  } else if (left_out > 0) {
+  } else if (shed > 0) {
     if (settling_ > 0) return;
-    fall_by(1 - left_out);
+    fall_by(1 - shed);
     settling_ = kSettle;
-  } else if (worst_share_ < kLowShare && !full && patience_.over() &&
+  } else if (worst_share_ < kLowShare && !full && backoff_.over() &&
              voices_ < static_cast<double>(most_)) {
-    patience_.rose();
+    backoff_.rose();
     const double before = voices_;
     voices_ = std::min(static_cast<double>(most_), std::max(voices_ * kRise, voices_ + 0.05));
-    worst_share_ *= voices_ / before;  // no keyframe takes more than so many times as long
+    // A keyframe with more voices takes at most proportionally longer.
+    worst_share_ *= voices_ / before;
   }
 }
 

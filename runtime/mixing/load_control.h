@@ -1,34 +1,35 @@
-// load_control.h: what the machine can take: fewer voices before it is late, all of them after.
+// load_control.h: load shedding: limits the number of voices to what the machine can process in
+// time.
 //
-// Two loops, each on the thread whose time it watches; neither waits for the other.
+// Two control loops run on the threads whose time they measure. Neither waits for the other.
 //
-// The audio thread's, MixerLoadControl, measures what share of its own time a block takes. Above
-// kHighShare in two blocks running (a single one that was in time may be any other program's), in
-// one that was late, or where a new keyframe's voices would take it there by what a voice has cost
-// of late, it allows as many as would take kAimShare, and the mixer fades out the rest, those that
-// the sampler would miss least first. Below kLowShare it allows more: twice as many after
-// kDouble_s, where there is time for far more, after half of that.
+// MixerLoadControl, on the audio thread, measures the share of real time that a block takes. It
+// reduces the number of allowed voices when two blocks in a row exceed kHighShare (a single one may
+// be another program's fault), when a block is late, or when a new keyframe's voices would exceed
+// it at their recent cost. The new limit aims at kAimShare; the mixer fades out the voices that the
+// sampler would miss least. Below kLowShare the limit rises, doubling in kDouble_s, or in half of
+// that with ample time.
 //
-// The sampler's, SamplerLoadControl, says how many sources to choose, k. It falls when a keyframe
-// is late or two running take above kHighShare of their period, and by as much as the mixer had to
-// leave out. It rises by kRise a keyframe while the worst of the last keyframes took less than
-// kLowShare, and the mixer takes more: all that it has are allowed, and take less than kLowShare of
-// a block.
+// SamplerLoadControl limits k, the number of chosen sources. It reduces k when a keyframe is late
+// or two in a row take more than kHighShare of their period, and in proportion to the voices that
+// the mixer sheds. It raises k by kRise per keyframe while the recent worst share is below
+// kLowShare and the mixer has room: all its voices are allowed and take less than kLowShare of a
+// block.
 //
-// In between both stay as they are: a burden would have to grow by a third for a fall after a rise.
-// After a fall both wait before they rise; where a rise soon led to the next fall, twice as long
-// as the last time (Backoff): a burden that comes and goes is met by staying low.
+// Between the thresholds both keep their limits (hysteresis): the load must grow by a third before
+// a rise is followed by a fall. After a fall both wait before they rise. If a rise soon leads to
+// the next fall, the wait doubles (Backoff), so that an intermittent load is met by a low limit.
 //
-// So a sudden burden is first met by the mixer, within a block, which loses what it leaves out, and
-// some keyframes later by the sampler, with which loudness is right again: tau, and with it what
-// stands for the rest, rises as k falls (sampler.h). When it has gone, all voices are back within
-// 4 s, from a sixteenth of them.
+// A sudden load is thus first met by the mixer, within a block, which loses the voices that it
+// sheds. Some keyframes later the sampler follows and restores the loudness: tau, and with it the
+// power scale of each voice, rises as k falls (sampler.h). When the load has gone, all voices are
+// back within 4 s, even from a sixteenth of them.
 //
-// Nothing falls by more than half at once, since one measurement may be of something else, and
-// nothing below a floor, where fewer voices would save little.
+// No step reduces by more than half, since one measurement may be an outlier, and there is a floor
+// below which fewer voices would save little.
 //
-// Both are functions of what they are told: time is measured by their callers, by a clock that may
-// be a test's. Threads: any one each.
+// Both are functions of their inputs: the callers measure time, with a clock that a test may
+// replace. Threads: any one each.
 #pragma once
 
 #include <cstddef>
@@ -39,7 +40,7 @@
 
 namespace clamor {
 
-// Seconds since some moment. Called on the audio thread: must not wait.
+// Seconds since an arbitrary moment. Called on the audio thread, so it must not wait.
 struct LoadClock {
   static double steady_s(void*) noexcept REALTIME;
 
@@ -50,11 +51,12 @@ struct LoadClock {
 
 inline constexpr double kHighShare = 0.9, kAimShare = 0.75, kLowShare = 0.65;
 
-// How long to wait after a fall before rising again.
+// The wait between a fall and the next rise.
 class Backoff {
  public:
   static constexpr double kLeast_s = 0.25, kMost_s = 4;
-  static constexpr double kSoon_s = 5;  // a fall that soon after a rise began is due to it
+  // A fall this soon after the start of a rise was caused by it.
+  static constexpr double kSoon_s = 5;
 
   void pass(double seconds) noexcept REALTIME;
   void rose() noexcept REALTIME { rose_ = true; }
@@ -72,18 +74,18 @@ class MixerLoadControl {
   static constexpr double kMinVoices = 32;
   static constexpr double kDouble_s = 0.7;
 
-  // That many voices were mixed, for sound that lasts `block_s`, in `took_s`.
+  // Records that mixing `voices` voices for `block_s` of sound took `took_s`.
   void mixed(double took_s, double block_s, std::size_t voices) noexcept REALTIME;
 
-  // A keyframe has that many voices, which are about to be mixed.
+  // Announces the number of voices of a keyframe that is about to be mixed.
   void expect(std::size_t voices) noexcept REALTIME;
 
-  // How many voices may sound.
+  // Number of voices that may sound.
   std::size_t allowed() const noexcept REALTIME {
     return allowed_ < kNoLimit ? static_cast<std::size_t>(allowed_) : kUnlimited;
   }
 
-  // Is there no time for more than that many?
+  // Whether there is no time for more than `voices` voices.
   bool is_full(std::size_t voices) const noexcept REALTIME {
     const auto count = static_cast<double>(voices);
     return allowed_ < kNearly * count || share_per_voice_ * count > kLowShare;
@@ -97,16 +99,17 @@ class MixerLoadControl {
 
   double allowed_ = kNoLimit;
   double wanted_ = 0;           // voices of the newest keyframe
-  double share_per_voice_ = 0;  // smoothed; 0: not known
-  bool high_ = false;           // the last block's share
-  Backoff patience_;
+  double share_per_voice_ = 0;  // smoothed; 0: unknown
+  bool high_ = false;           // of the last block
+  Backoff backoff_;
 };
 
 class SamplerLoadControl {
  public:
-  static constexpr double kRise = 1.02;      // a keyframe: twice as many in 0.7 s
-  static constexpr std::size_t kFloor = 16;  // the least is the most, divided by this
-  static constexpr int kSettle = 12;  // keyframes until what the mixer left out is known anew
+  static constexpr double kRise = 1.02;      // per keyframe: doubles in 0.7 s
+  static constexpr std::size_t kFloor = 16;  // the minimum is the maximum divided by this
+  // Keyframes until a reduction shows in the mixer's share of shed voices.
+  static constexpr int kSettle = 12;
 
   explicit SamplerLoadControl(std::size_t most) : most_(most), voices_(static_cast<double>(most)) {}
 
@@ -114,9 +117,9 @@ class SamplerLoadControl {
   std::size_t min_so_far() const { return min_so_far_ < most_ ? min_so_far_ : most_; }
   std::uint64_t late() const { return late_; }  // keyframes that took longer than their period
 
-  // A keyframe took such a share of its period, and the mixer is without such a share of the
-  // voices that it was given; `full`: it takes no more of them.
-  void keyframe_took(double share, double left_out, bool full);
+  // Records the share of its period that a keyframe took and the share of voices that the mixer
+  // sheds; `full`: the mixer has no time for more.
+  void keyframe_took(double share, double shed, bool full);
 
  private:
   void fall_by(double factor);
@@ -124,11 +127,11 @@ class SamplerLoadControl {
   const std::size_t most_;
   double voices_;
   std::size_t min_so_far_ = std::numeric_limits<std::size_t>::max();
-  double worst_share_ = 0;  // of late, as it would be with as many voices as now, or more
-  bool high_ = false;       // the last keyframe's share
+  double worst_share_ = 0;  // recent maximum, scaled to the current number of voices
+  bool high_ = false;       // of the last keyframe
   int settling_ = 0;
   std::uint64_t late_ = 0;
-  Backoff patience_;
+  Backoff backoff_;
 };
 
 }  // namespace clamor

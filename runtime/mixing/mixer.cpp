@@ -30,26 +30,21 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
       mode_(mode),
       bus_mode_(without_head(mode)),
       panner_(panner),
-      head_(head),
       lanes_(bus_mode_.gain_lanes()),
       lead_frames_(mode.head          ? kHrtfDelayFrames
                    : mode.eight_bands ? kBankDelayFrames
                                       : 0),
+      binaural_(mode.head ? std::make_unique<Binaural>(*head, slots,
+                                                       static_cast<std::size_t>(mode.fine_voices))
+                          : nullptr),
       slots_(slots),
       paths_(slots * kEars),
-      gaps_(mode.head ? slots : 0),
-      gap_ends_(gaps_.size()),
       wraps_(slots),
       pairs_(static_cast<std::size_t>(mode.pairs)),
-      turns_(turns) {
+      tracker_(turns, slots) {
   assert(panner == nullptr ? mode.pairs == 1 : panner->channels() == channels());
   assert(mode.pairs == 1 || mode.delays == 1);
   assert(mode.head == (head != nullptr));
-  if (mode.head) {
-    head_bank_ = std::make_unique<HrtfFilterBank>();
-    crowd_ = std::make_unique<DiffuseHrtfEq>(*head);
-    fine_ = std::make_unique<NarrowbandVoices>(slots, static_cast<std::size_t>(mode.fine_voices));
-  }
   for (Pair& pair : pairs_) {
     pair.targets.resize(slots * static_cast<std::size_t>(lanes_));
     pair.gains.resize(2 * pair.targets.size());
@@ -57,18 +52,16 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
   }
   active_.reserve(slots);
   once_.reserve(slots);
-  if (turns_ != nullptr) make_room_for_turns();
-  bus_gains_ =
-      BusGains::of(mode.head ? HrtfFilterBank::bus_gains() : OctaveFilterBank::bus_gains());
+  bus_gains_ = BusGains::of(mode.head ? HrtfFilters::bus_gains() : OctaveFilterBank::bus_gains());
 }
 
 void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
   clock_ = clock_frames - (mode_.two_layers() ? kBankTailFrames : 0);
   frame_ = kKeyframeFrames;
   clear_active();
-  if (mode_.head) {
-    choose_fine(keyframe);
-    crowd_->begin();
+  if (binaural_ != nullptr) {
+    choose_narrowband(keyframe);
+    binaural_->diffuse_eq.begin();
   }
   for (const Voice& voice : keyframe.voices) {
     Voice started = voice;
@@ -77,7 +70,7 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
     load_voice(started);
     activate(voice.slot);
   }
-  if (mode_.head) head_bank_->slide_octaves(crowd_->levels(), 0);
+  if (binaural_ != nullptr) binaural_->bank.slide_octaves(binaural_->diffuse_eq.levels(), 0);
   holding_ = false;
   std::vector<float> unheard(static_cast<std::size_t>(channels() * kStepFrames));
   while (clock_ < clock_frames) {
@@ -89,74 +82,53 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
 
 void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
   if (holding_) end_hold();
-  rank_voices(keyframe);
-  if (mode_.head) choose_fine(keyframe);
-  if (turns_ != nullptr) keep(keyframe);
+  shedding_.load(keyframe.voices);
+  if (binaural_ != nullptr) choose_narrowband(keyframe);
+  if (tracker_.is_on()) tracker_.keep(keyframe);
   load_segment(keyframe.voices, 0, has_turned() ? kKeyframeFrames / 3 : kKeyframeFrames);
 }
 
-// Voices slide to where they are to be so many frames of the period later.
+// Starts a segment in which voices move to their state `frames` frames later in the period.
 void Mixer::load_segment(std::span<const Voice> voices, int elapsed, int frames) noexcept REALTIME {
   segment_ = frames == kKeyframeFrames       ? whole_segment()
              : frames == kKeyframeFrames / 3 ? segment_of(kKeyframeFrames / 3, 192)
                                              : segment_of(2 * kKeyframeFrames / 3, 384);
   elapsed_ = elapsed;
   frame_ = 0;
-  shed_end_ = left_out_ > 0 ? std::min(kShedFrames, frames) : 0;
+  shed_end_ = shedding_.shed() > 0 ? std::min(kShedFrames, frames) : 0;
   clear_active();
   work_.loaded_voices += voices.size();
-  if (mode_.head) {
-    fine_->begin_segment();
-    crowd_->begin();
+  if (binaural_ != nullptr) {
+    binaural_->narrowband.begin_segment();
+    binaural_->diffuse_eq.begin();
   }
-  const bool turns = turns_ != nullptr && facing_.is_known;
-  const HeadRotation none(nullptr, 0);
-  const HeadRotation& how = turns ? *turns_ : none;
-  const HeadRotation::Turn turn(how, current_.facing, facing_),
-      previous_turn(how, previous_.facing, facing_);
+  const HeadTracker::Turns turns = tracker_.turns();
   for (std::size_t v = 0; v < voices.size(); ++v) {
     if (v + kVoicesAhead < voices.size()) prefetch(voices[v + kVoicesAhead].slot);
-    if (turns)
-      load_voice(interpolated_voice(voices[v], turn, previous_turn));
+    if (turns.any)
+      load_voice(tracker_.interpolated(voices[v], turns, elapsed, elapsed + frames));
     else
       load_voice(voices[v]);
     activate(voices[v].slot);
   }
-  if (mode_.head) head_bank_->slide_octaves(crowd_->levels(), frames);
-  applied_ = turns ? facing_ : current_.facing;
+  if (binaural_ != nullptr) binaural_->bank.slide_octaves(binaural_->diffuse_eq.levels(), frames);
+  tracker_.applied(turns);
   holding_ = false;
 }
 
-void Mixer::rank_voices(const Keyframe& keyframe) noexcept REALTIME {
-  up_to_rank_.fill(0);
-  for (const Voice& voice : keyframe.voices) ++up_to_rank_[voice.rank];
-  for (std::size_t r = 1; r < up_to_rank_.size(); ++r) up_to_rank_[r] += up_to_rank_[r - 1];
-  loaded_ = keyframe.voices.size();
-  highest_rank_ = rank_for(allowed_);
-  left_out_ = loaded_ - up_to_rank_[highest_rank_];
-}
-
-// The highest up to which there are no more than so many; of rank 0, all.
-std::uint8_t Mixer::rank_for(std::size_t voices) const noexcept REALTIME {
-  std::size_t rank = kHighestRank;
-  while (rank > 0 && up_to_rank_[rank] > voices) --rank;
-  return static_cast<std::uint8_t>(rank);
-}
-
 void Mixer::allow(std::size_t voices) noexcept REALTIME {
-  allowed_ = voices;
-  if (frame_ == segment_.frames) return;  // the next one comes first
-  const std::uint8_t rank = rank_for(voices);
-  // Near the segment's end, load() sees to it.
+  shedding_.allow(voices);
+  if (frame_ == segment_.frames) return;  // the next load() applies the new limit
+  const std::uint8_t rank = shedding_.wanted_limit();
+  // Near the end of the segment, load() applies the limit.
   const bool has_time = frame_ >= shed_end_ && frame_ + kShedFrames <= segment_.frames;
-  if (rank < highest_rank_ && has_time) fade_above(rank);
+  if (rank < shedding_.limit() && has_time) fade_above(rank);
 }
 
-// In straight lines from where gains are now.
+// Ramps the gains from their current values to 0.
 void Mixer::fade_above(std::uint8_t rank) noexcept REALTIME {
   shed_end_ = frame_ + kShedFrames;
-  highest_rank_ = rank;
-  left_out_ = loaded_ - up_to_rank_[rank];
+  shedding_.limit_to(rank);
   const float here = static_cast<float>(frame_) / kGainFrames;
   constexpr float way = static_cast<float>(kShedFrames) / kGainFrames;
   for (const std::uint32_t s : active_)
@@ -172,11 +144,11 @@ void Mixer::fade_above(std::uint8_t rank) noexcept REALTIME {
 }
 
 void Mixer::drop_shed() noexcept REALTIME {
-  const auto is_shed = [this](std::uint32_t s) { return slots_[s].rank > highest_rank_; };
+  const auto is_shed = [this](std::uint32_t s) { return shedding_.sheds(slots_[s].rank); };
   std::erase_if(active_, is_shed);
   std::erase_if(once_, is_shed);
   for (Pair& pair : pairs_) std::erase_if(pair.active, is_shed);
-  if (mode_.head) fine_->drop(is_shed);
+  if (binaural_ != nullptr) binaural_->narrowband.drop(is_shed);
 }
 
 void Mixer::clear_active() noexcept REALTIME {
@@ -204,22 +176,23 @@ void Mixer::hold() noexcept REALTIME {
         std::fill_n(&pair.gains[(2 * s + 1) * lanes], lanes, 0.0f);
       }
       stay(s);
-      if (mode_.head) set_layer_offset(s, gap_ends_[s], gap_ends_[s]);
+      if (binaural_ != nullptr)
+        set_layer_offset(s, binaural_->offset_ends[s], binaural_->offset_ends[s]);
     }
-    if (mode_.head) fine_->hold();
+    if (binaural_ != nullptr) binaural_->narrowband.hold();
     holding_ = true;
   }
   const bool falling = hold_sounds();
   segment_ = whole_segment();
   elapsed_ = 0;
   frame_ = kKeyframeFrames - kStepFrames;
-  const std::uint8_t rank = rank_for(allowed_);
-  if (falling || rank >= highest_rank_) return;
+  const std::uint8_t rank = shedding_.wanted_limit();
+  if (falling || rank >= shedding_.limit()) return;
   frame_ = kKeyframeFrames - kShedFrames;
   fade_above(rank);
 }
 
-// Before the kernel: where those go on that play once, also where there is nothing to read.
+// Before the kernel: advances signals that play once, even where there is nothing to read.
 void Mixer::advance_once(int frames) noexcept REALTIME {
   for (const std::uint32_t s : once_)
     for (std::size_t e = 0; e < static_cast<std::size_t>(mode_.delays); ++e) {
@@ -229,7 +202,7 @@ void Mixer::advance_once(int frames) noexcept REALTIME {
     }
 }
 
-// After it, which has made all others go on, unless it had them pair by pair.
+// After the kernel, which has advanced all other voices unless it mixes pairs.
 void Mixer::advance(int frames) noexcept REALTIME {
   const auto ears = static_cast<std::size_t>(mode_.delays);
   if (mode_.pairs > 1)
@@ -273,22 +246,26 @@ void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept 
       for (int e = 0; e < kEars; ++e) interleaved[f * stride + e] = buses_.high[e * kMaxFrames + f];
   };
   if (pairs_.size() == 1)
-    interleave(std::integral_constant<int, kEars>{});  // in vectors
+    interleave(std::integral_constant<int, kEars>{});  // a constant stride is vectorised
   else
     interleave(channels());
 }
 
-void Mixer::mix_head(int frames, float* interleaved) noexcept REALTIME {
-  head_bank_->clear();
-  const MixContinuation next{paths_.data(), gaps_.data(), wraps_.data()};
-  fine_->mix(mode_, next, frame_, frames, head_bank_->high(), head_bank_->low());
+void Mixer::mix_binaural(int frames, float* interleaved) noexcept REALTIME {
+  HrtfFilterBank& bank = binaural_->bank;
+  NarrowbandVoices& narrowband = binaural_->narrowband;
+  LayerOffset* const offsets = binaural_->offsets.data();
+  bank.clear();
+  const MixContinuation next{paths_.data(), offsets, wraps_.data()};
+  narrowband.mix(mode_, next, frame_, frames, bank.high(), bank.low());
   const Pair& pair = pairs_[0];
-  MixBuses& octaves = head_bank_->octaves();
-  work_.voice_frames += (fine_->heard() + pair.active.size()) * static_cast<std::size_t>(frames);
+  MixBuses& octaves = bank.octaves();
+  work_.voice_frames +=
+      (narrowband.heard() + pair.active.size()) * static_cast<std::size_t>(frames);
   mix_voices(bus_mode_, {paths_.data(), pair.gains.data(), pair.active.data(), pair.active.size(),
-                         frame_, frames, octaves.high, octaves.low, gaps_.data(), next});
-  fine_->put_back(next);
-  head_bank_->process(frames, interleaved);
+                         frame_, frames, octaves.high, octaves.low, offsets, next});
+  narrowband.put_back(next);
+  bank.process(frames, interleaved);
 }
 
 void Mixer::mix(float* interleaved, int steps) noexcept REALTIME {
@@ -296,8 +273,8 @@ void Mixer::mix(float* interleaved, int steps) noexcept REALTIME {
   const FlushDenormals no_denormals;
   const int frames = steps * kStepFrames;
   advance_once(frames);
-  if (mode_.head)
-    mix_head(frames, interleaved);
+  if (binaural_ != nullptr)
+    mix_binaural(frames, interleaved);
   else
     for (std::size_t p = 0; p < pairs_.size(); ++p) mix_pair(p, frames, interleaved + kEars * p);
   advance(frames);

@@ -1,5 +1,5 @@
-// mixer_keyframes.cpp: how the mixer takes a voice of a keyframe: where it slides to, and how loud
-// in which bands, or that it is silent, since it cannot be used or there is no time for it.
+// mixer_keyframes.cpp: how the mixer loads a voice of a keyframe: its delays and its gains. A voice
+// that is unusable or has been shed ramps to silence.
 #include <algorithm>
 #include <bit>
 #include <cassert>
@@ -27,7 +27,8 @@ bool is_usable(const Voice& voice) {
   if (!(dot(voice.from, voice.from) < 1.01f)) return false;
   const auto bits = std::bit_cast<std::array<std::int32_t, kEars * kBandCount>>(voice.gain);
   constexpr auto kLoudestBits = std::bit_cast<std::int32_t>(kLoudest);
-  std::int32_t loud = 0;  // of finite numbers bits are in their order, and NaN is beyond them
+  // Bits of finite floats are ordered like their values, and NaN is beyond them.
+  std::int32_t loud = 0;
   for (const std::int32_t b : bits) loud |= kLoudestBits - (b & 0x7fffffff);
   if (loud < 0) return false;
   for (int e = 0; e < kEars; ++e) {
@@ -39,7 +40,7 @@ bool is_usable(const Voice& voice) {
 
 std::int64_t fixed(double frames) { return std::llrint(frames * kFixedOne_f); }
 
-// The same of less than 2^19: a number so large beside them has just these bits left.
+// fixed() for values below 2^19: adding a large number leaves exactly these bits.
 std::int64_t fixed_slope(double frames) {
   constexpr double kLarge = 3 << 19;
   return std::bit_cast<std::int64_t>(kLarge + frames) - std::bit_cast<std::int64_t>(kLarge);
@@ -47,8 +48,8 @@ std::int64_t fixed_slope(double frames) {
 
 }  // namespace
 
-// The frame read is clock + lead - delay. Of a loop the ears are as a rule less than one round
-// apart, which spares a division.
+// The frame read is clock + lead - delay. For a loop, the ears are usually less than one loop
+// apart, which saves a division.
 template <std::size_t kDelays>
 CLAMOR_INLINE void Mixer::place(Slot& slot, VoicePath* paths,
                                 const std::array<std::int64_t, kDelays>& delay) noexcept REALTIME {
@@ -67,17 +68,17 @@ CLAMOR_INLINE void Mixer::place(Slot& slot, VoicePath* paths,
   }
 }
 
-// The ears' delays of the low layer go apart from those of the high one in a straight line.
+// The low layer's offset changes linearly.
 void Mixer::set_layer_offset(std::uint32_t slot, std::int64_t from,
                              std::int64_t to) noexcept REALTIME {
-  gaps_[slot] = {from, (to - from) / segment_.frames};
-  gap_ends_[slot] = to;
+  binaural_->offsets[slot] = {from, (to - from) / segment_.frames};
+  binaural_->offset_ends[slot] = to;
 }
 
-// Two parabolas with slopes a at the beginning, b at the knot and c at the end, of m and n steps:
-// each step's slope is its middle's, so what they change in all is, in steps,
-// m (a + b) / 2 + n (b + c) / 2. That gives b. Without divisions, which took half the time, and not
-// inlined: of both ears' numbers compilers would put together vectors, which takes longer.
+// Two parabolas with slopes a at the beginning, b at the knot and c at the end, over m and n steps.
+// A step's slope is that of its middle, so the total change is m (a + b) / 2 + n (b + c) / 2 steps,
+// which gives b. Divisions are avoided, as they took half of the time. The function is not inlined,
+// because compilers would pack both ears into vectors, which takes longer.
 [[gnu::noinline]] void Mixer::slide(Slide& slide, VoicePath& path, Parabola& after_knot,
                                     double change_frames, bool starts) noexcept REALTIME {
   const double mean = change_frames * segment_.per_frame;
@@ -99,9 +100,9 @@ void Mixer::set_layer_offset(std::uint32_t slot, std::int64_t from,
   after_knot = parabola(b, c, segment_.per_n);
 }
 
-// From where they are, or the voice starts, to where they are to be; apart for each number of
-// delays, so that what is known of them stays in registers. False if the voice cannot be used: then
-// they stay; or if what it would read is not here.
+// Moves from the current state, or from where the voice starts, to its new delays. A template by
+// number of delays, so that values stay in registers. Returns false if the voice is unusable, in
+// which case its delays hold, or if its signal is not resident.
 template <std::size_t kDelays>
 bool Mixer::slide_to(const Voice& voice) noexcept REALTIME {
   Slot& slot = slots_[voice.slot];
@@ -160,47 +161,49 @@ float Mixer::power_of(const Voice& voice) const noexcept REALTIME {
   return sum;
 }
 
-void Mixer::choose_fine(const Keyframe& keyframe) noexcept REALTIME {
-  fine_->begin();
+void Mixer::choose_narrowband(const Keyframe& keyframe) noexcept REALTIME {
+  NarrowbandVoices& narrowband = binaural_->narrowband;
+  narrowband.begin();
   for (const Voice& voice : keyframe.voices)
-    if (voice.rank <= highest_rank_) fine_->offer(voice.slot, power_of(voice));
-  fine_->end();
+    if (!shedding_.sheds(voice.rank)) narrowband.offer(voice.slot, power_of(voice));
+  narrowband.end();
 }
 
-// Octaves times the head's levels, in its bands or in octaves. True if anything is heard.
-bool Mixer::set_colours(const Voice& voice, bool usable,
-                        const DirectionMesh::Place& place) noexcept REALTIME {
-  const bool fine = usable && fine_->chosen(voice.slot);
+// Octave gains times the HRTF's gains, in narrow bands or in octaves. Returns true if anything is
+// audible.
+bool Mixer::set_hrtf_gains(const Voice& voice, bool usable,
+                           const DirectionMesh::Place& place) noexcept REALTIME {
+  const bool fine = usable && binaural_->narrowband.chosen(voice.slot);
   std::array<float, kHrtfLanes> colours;
   if (fine) {
-    const auto levels = head_->hear(place);
-    const auto across = head_->quadrature_gains(place);
+    const auto levels = binaural_->hrtf.gains(place);
+    const auto across = binaural_->hrtf.quadrature_gains(place);
     for (std::size_t e = 0; e < kEars; ++e) {
-      const HrtfGains own = HrtfFilterBank::levels_of(voice.gain[e]);
+      const HrtfGains own = HrtfFilters::levels_of(voice.gain[e]);
       for (std::size_t j = 0; j < kHrtfBands; ++j) colours[kEars * j + e] = own[j] * levels[e][j];
-      const QuadratureGains at = HrtfFilterBank::at_quadratures(own);
+      const QuadratureGains at = HrtfFilters::at_quadratures(own);
       for (std::size_t k = 0; k < kHrtfQuadratures; ++k)
         colours[kEars * (kHrtfBands + k) + e] = at[k] * across[e][k];
     }
   }
-  const bool in_bands =
-      fine_->set(voice.slot, fine ? colours.data() : nullptr, voice.starts, slide_frames(voice));
+  const bool in_bands = binaural_->narrowband.set(voice.slot, fine ? colours.data() : nullptr,
+                                                  voice.starts, slide_frames(voice));
   constexpr std::array<float, kBandLanes> kSilence{};
   const GainRamps octaves = gain_ramps(0, voice, kSilence.data());
-  const bool in_octaves = usable && !fine
-                              ? ramp_hrtf_gains(bus_gains_, crowd_->corners(place), voice.gain,
-                                                signals_[voice.signal].mean_square(), octaves)
-                              : ramp_gains(octaves);
+  const bool in_octaves =
+      usable && !fine ? ramp_hrtf_gains(bus_gains_, binaural_->diffuse_eq.corners(place),
+                                        voice.gain, signals_[voice.signal].mean_square(), octaves)
+                      : ramp_gains(octaves);
   if (in_octaves) pairs_[0].active.push_back(voice.slot);
   return in_bands || in_octaves;
 }
 
-// What is known of a voice is all over memory.
+// The state of a voice is scattered over memory.
 void Mixer::prefetch(std::uint32_t slot) const noexcept REALTIME {
   const std::size_t lanes = static_cast<std::size_t>(lanes_);
   prefetch_to_write(&slots_[slot], sizeof(Slot));
   prefetch_to_write(&paths_[slot * std::size_t{kEars}], kEars * sizeof(VoicePath));
-  if (mode_.head) prefetch_to_write(&gaps_[slot], sizeof(LayerOffset));
+  if (binaural_ != nullptr) prefetch_to_write(&binaural_->offsets[slot], sizeof(LayerOffset));
   for (const Pair& pair : pairs_) {
     prefetch_to_write(&pair.targets[slot * lanes], lanes * sizeof(float));
     prefetch_to_write(&pair.gains[2 * slot * lanes], 2 * lanes * sizeof(float));
@@ -215,15 +218,16 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
 
   bool usable = mode_.delays == 1 ? slide_to<1>(voice) : slide_to<2>(voice);
 
-  // Down to silence from where it was, if it cannot be used or there is no time for it.
-  if (voice.rank > highest_rank_) usable = false;
+  // An unusable or shed voice ramps to silence from where it was.
+  if (shedding_.sheds(voice.rank)) usable = false;
   slot.heard = false;
-  if (head_ != nullptr) {
-    const auto place = usable ? head_->place(voice.from, slot.direction) : DirectionMesh::Place{};
-    const std::int64_t from = gap_ends_[voice.slot];
-    const std::int64_t to = usable ? fixed(0.5 * head_->low_itd_frames(place)) : from;
+  if (binaural_ != nullptr) {
+    const Hrtf& hrtf = binaural_->hrtf;
+    const auto place = usable ? hrtf.place(voice.from, slot.direction) : DirectionMesh::Place{};
+    const std::int64_t from = binaural_->offset_ends[voice.slot];
+    const std::int64_t to = usable ? fixed(0.5 * hrtf.low_itd_frames(place)) : from;
     set_layer_offset(voice.slot, voice.starts ? to : from, to);
-    slot.heard = set_colours(voice, usable, place);
+    slot.heard = set_hrtf_gains(voice, usable, place);
     if (voice.starts && voice.has_onset) hold_gains(voice.slot);
     return;
   }
@@ -246,7 +250,7 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
   if (voice.starts && voice.has_onset) hold_gains(voice.slot);
 }
 
-// The segment's gains are those of its end throughout: a sound that begins is not faded in.
+// Gains are constant at their targets: a sound that begins is not faded in.
 void Mixer::hold_gains(std::uint32_t slot) noexcept REALTIME {
   change_gains(slot, [](const float* target, float* gain, std::size_t lanes) noexcept REALTIME {
     std::copy_n(target, lanes, gain);
@@ -254,7 +258,7 @@ void Mixer::hold_gains(std::uint32_t slot) noexcept REALTIME {
   });
 }
 
-// From where they are to `targets`.
+// From the current gains to `targets`.
 GainRamps Mixer::gain_ramps(std::size_t pair, const Voice& voice,
                             const float* targets) noexcept REALTIME {
   const std::size_t lanes = static_cast<std::size_t>(lanes_);

@@ -1,9 +1,9 @@
-// mixer_streaming.cpp: how the mixer does without sound that is not decoded yet (sound_loader.h).
+// mixer_streaming.cpp: how the mixer handles signals that are not resident yet (sound_loader.h).
 //
-// A voice plays a segment only if all is here that it reads in it and in the next one; otherwise it
-// slides to silence in this one, or, if not even that much is here, it is silent at once. It comes
-// back as it went: from silence to its gains in one segment. While the mixer holds, it looks ahead
-// as far at each step.
+// A voice plays a segment only if all pieces that it reads in it and in the next one are resident.
+// Otherwise it ramps to silence in this segment or, if not even this segment's pieces are resident,
+// is muted at once. It comes back with a ramp from silence to its gains in one segment. While the
+// mixer holds, it looks as far ahead at each step.
 #include <algorithm>
 
 #include "runtime/mixing/mixer.h"
@@ -14,10 +14,11 @@ namespace {
 constexpr std::uint8_t kStepsToSilence = kKeyframeFrames / kStepFrames;
 }
 
-// What the voice reads in so many frames from now on while its delays slide from `from`, 32.32.
-bool Mixer::is_here(std::uint32_t s, const std::array<std::int64_t, kEars>& from,
-                    const std::array<double, kEars>& change_frames,
-                    int frames) const noexcept REALTIME {
+// Whether the pieces that the voice reads in the next `frames` frames are resident, while its
+// delays move from `from` (32.32).
+bool Mixer::is_resident(std::uint32_t s, const std::array<std::int64_t, kEars>& from,
+                        const std::array<double, kEars>& change_frames,
+                        int frames) const noexcept REALTIME {
   const PreparedSignal& signal = *slots_[s].signal;
   std::int64_t first = std::numeric_limits<std::int64_t>::max();
   std::int64_t last = std::numeric_limits<std::int64_t>::min();
@@ -27,18 +28,18 @@ bool Mixer::is_here(std::uint32_t s, const std::array<std::int64_t, kEars>& from
     last = std::max(last, at + frames + 2 - static_cast<std::int64_t>(change_frames[e]));
   }
   const std::int64_t near = signal.near(first);
-  return signal.is_here(near, near + (last - first));
+  return signal.is_resident(near, near + (last - first));
 }
 
-// Whether a voice that begins a segment may be heard in it. If not, it is late.
+// Whether a voice may be audible in the segment that begins. If not, it counts as late.
 bool Mixer::may_sound(std::uint32_t s, const std::array<std::int64_t, kEars>& from,
                       const std::array<double, kEars>& change_frames) noexcept REALTIME {
   Slot& slot = slots_[s];
   if (!slot.signal->streams()) return true;
   // Up to the end of the next period.
-  if (is_here(s, from, change_frames, 2 * kKeyframeFrames - elapsed_)) return true;
+  if (is_resident(s, from, change_frames, 2 * kKeyframeFrames - elapsed_)) return true;
   ++late_voices_;
-  if (!is_here(s, from, change_frames, segment_.frames)) silence(s);
+  if (!is_resident(s, from, change_frames, segment_.frames)) silence(s);
   return false;
 }
 
@@ -51,25 +52,25 @@ void Mixer::silence(std::uint32_t s) noexcept REALTIME {
   slots_[s].steps_to_silence = 0;
 }
 
-// For a step of holding, beginning where every voice is placed. True while a voice falls silent:
-// then the step must be one of kStepFrames. Otherwise it may be one of kShedFrames.
+// One step of holding; every voice is at the beginning of a step. Returns true while a voice fades
+// out: then the step must have kStepFrames, otherwise it may have kShedFrames.
 bool Mixer::hold_sounds() noexcept REALTIME {
   bool ended = false, falling = false;
   for (const std::uint32_t s : active_) {
     Slot& slot = slots_[s];
     if (!slot.signal->streams()) continue;
     const bool falls = slot.steps_to_silence > 0;
-    if (!falls && is_here(s, slot.delay, {}, kKeyframeFrames + kShedFrames)) continue;
+    if (!falls && is_resident(s, slot.delay, {}, kKeyframeFrames + kShedFrames)) continue;
     late_voices_ += !falls;
     slot.steps_to_silence =
         falls ? static_cast<std::uint8_t>(slot.steps_to_silence - 1) : kStepsToSilence;
-    if (slot.steps_to_silence == 0 || !is_here(s, slot.delay, {}, kStepFrames)) {
+    if (slot.steps_to_silence == 0 || !is_resident(s, slot.delay, {}, kStepFrames)) {
       silence(s);
       ended = true;
       continue;
     }
     falling = true;
-    // Gains count from the segment's frame 0, and the step is its last.
+    // Gains count from frame 0 of the segment, and this step is its last.
     constexpr float kUnits = static_cast<float>(kKeyframeFrames - kStepFrames) / kGainFrames;
     constexpr float kSlope = -1.0f * kGainFrames / kStepFrames / kStepsToSilence;
     const float now = static_cast<float>(slot.steps_to_silence) / kStepsToSilence;
@@ -85,11 +86,11 @@ bool Mixer::hold_sounds() noexcept REALTIME {
   std::erase_if(active_, is_over);
   std::erase_if(once_, is_over);
   for (Pair& pair : pairs_) std::erase_if(pair.active, is_over);
-  if (mode_.head) fine_->drop(is_over);
+  if (binaural_ != nullptr) binaural_->narrowband.drop(is_over);
   return falling;
 }
 
-// Before the next segment: gains go on from where holding left them.
+// Before the next segment: continues from the gains at which holding ended.
 void Mixer::end_hold() noexcept REALTIME {
   for (const std::uint32_t s : active_) {
     Slot& slot = slots_[s];

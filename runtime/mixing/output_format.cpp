@@ -3,13 +3,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "formats/audio/wav_writer.h"
+#include "runtime/mixing/panner.h"
 #include "runtime/mixing/spherical_harmonics.h"
 
 namespace clamor {
 
 namespace {
 
-// ITU-R BS.1770-4, table 4: loudspeakers at the listener's sides, at ear level, count 1.5 dB more.
+// ITU-R BS.1770-4, table 4: loudspeakers beside the listener at ear level count 1.5 dB more.
 double channel_weight(const Loudspeaker& speaker) {
   if (speaker.speaker == Speaker::kLowFrequency) return 0;
   const double azimuth_deg = std::abs(speaker.azimuth_deg);
@@ -17,9 +19,9 @@ double channel_weight(const Loudspeaker& speaker) {
   return is_beside && std::abs(speaker.elevation_deg) < 30 ? 1.41 : 1;
 }
 
-// Mean over all directions of what a layout's loudspeakers add to loudness.
+// Mean contribution of a layout's loudspeakers to loudness, over all directions.
 double diffuse_power(const LoudspeakerLayout& layout) {
-  constexpr int kDirections = 4000;  // on a spiral of equal areas; right within 0.01 dB
+  constexpr int kDirections = 4000;  // on a spiral of equal areas; accurate to 0.01 dB
   const auto panner = make_loudspeaker_panner(layout);
   double power = 0;
   for (int i = 0; i < kDirections; ++i) {

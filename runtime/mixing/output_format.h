@@ -1,5 +1,5 @@
-// output_format.h: what the channels of the output are: two receivers, a head's ears, loudspeakers
-// or ambisonic components.
+// output_format.h: the meaning of the output channels: two receivers, binaural, loudspeakers or
+// Ambisonics.
 #pragma once
 
 #include <cstdint>
@@ -8,34 +8,36 @@
 #include <vector>
 
 #include "common/result.h"
-#include "formats/audio/wav_writer.h"
-#include "runtime/hrtf/hrtf.h"
-#include "runtime/mixing/panner.h"
 #include "runtime/propagation/reception.h"
 
 namespace clamor {
+
+class Hrtf;
+class Panner;
+enum class Speaker : std::uint32_t;
 
 struct OutputFormat {
   enum class Kind : std::uint8_t { kTwoReceivers, kBinaural, kLoudspeakers, kAmbisonics };
   Kind kind = Kind::kTwoReceivers;
   std::string layout;                // of loudspeakers: "5.1"
-  std::shared_ptr<const Hrtf> head;  // binaural
-  ReceiverPattern receivers;         // of two
+  std::shared_ptr<const Hrtf> head;  // for binaural
+  ReceiverPattern receivers;         // for two receivers
 
-  // From what a user asked for: one of these, or two omnidirectional receivers for none. An Error
-  // for more and for a layout or receivers that do not exist.
+  // The format that a user's options select; two omnidirectional receivers by default. Errors: more
+  // than one format, or an unknown layout or receiver pattern.
   static Result<OutputFormat> from_options(bool binaural, const std::string& layout,
                                            bool ambisonics, const std::string& receivers = "");
 
   int channels() const;
-  std::vector<Speaker> speakers() const;  // for the header of a file; empty where they are none
+  std::vector<Speaker> speakers()
+      const;  // for a file's header; empty if channels are no loudspeakers
 
-  // Amplitude that makes the loudness (BS.1770) of a diffuse field that of two omnidirectional
-  // receivers, so that no kind of output is louder than another. A head already is as loud
-  // (hrtf.h). Ambisonics keep 1 by convention: W is what one such receiver hears.
+  // Gain that makes the loudness (BS.1770) of a diffuse field equal to that of two omnidirectional
+  // receivers, so that all formats are equally loud. HRTFs are already normalised (hrtf.h).
+  // Ambisonics keep 1 by convention: W is the signal of one such receiver.
   double diffuse_gain() const;
 
-  // Null for two receivers and for a head.
+  // Null for two receivers and for binaural output.
   std::unique_ptr<Panner> make_panner() const;
 };
 

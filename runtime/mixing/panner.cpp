@@ -68,8 +68,8 @@ class LoudspeakerPanner final : public Panner {
   int channels() const noexcept REALTIME override { return channels_; }
 
   ChannelGains gains(const Vec3f& from) const noexcept REALTIME override {
-    // What the three corners of each triangle must be given for their sum to be `from`; its least
-    // is negative unless the direction lies within.
+    // Weights of the corners of each triangle whose sum is `from`. The smallest is negative unless
+    // the direction lies within.
     std::array<float, kMaxTriangles> least;
     least.fill(std::numeric_limits<float>::lowest());
     for (std::size_t t = 0; t < triangles_; ++t) {
@@ -78,7 +78,7 @@ class LoudspeakerPanner final : public Panner {
       };
       least[t] = std::min({corner(0), corner(1), corner(2)});
     }
-    // Where four corners lie in a plane, both ways to divide them hold the direction: their mean.
+    // If four corners are coplanar, both ways to split them contain the direction; take the mean.
     const float within = std::min(-1e-6f, *std::ranges::max_element(least));
     std::array<float, kMaxChannels + 2> corner_gains{};
     for (std::size_t t = 0; t < triangles_; ++t) {
@@ -98,7 +98,7 @@ class LoudspeakerPanner final : public Panner {
       gains[channel_of_[c]] = gain;
       power += gain * gain;
     }
-    if (!(power > 0)) return {};  // a direction that is none
+    if (!(power > 0)) return {};  // not a direction
     const float scale = 1 / std::sqrt(power);
     for (float& gain : gains) gain *= scale;
     return gains;
@@ -107,7 +107,7 @@ class LoudspeakerPanner final : public Panner {
  private:
   static constexpr std::size_t kMaxTriangles = 64;
 
-  // Three corners with all others on one side of their plane, or in it.
+  // Triangles of three corners that have all others on one side of their plane or in it.
   void find_triangles(const std::vector<Vec3>& corners) {
     for (std::size_t a = 0; a < corners.size(); ++a)
       for (std::size_t b = a + 1; b < corners.size(); ++b)
@@ -122,7 +122,7 @@ class LoudspeakerPanner final : public Panner {
           }
           if (low < -1e-6 && high > 1e-6) continue;
           const double volume = dot(corners[a], cross(corners[b], corners[c]));
-          // In a plane with the listener: the two halves of a ring, which has no face there.
+          // Coplanar with the listener: the two halves of a ring, which has no face there.
           if (std::abs(volume) < 1e-6 || triangles_ == kMaxTriangles) continue;
           const std::array<Vec3, 3> rows = {cross(corners[b], corners[c]) / volume,
                                             cross(corners[c], corners[a]) / volume,
@@ -137,9 +137,9 @@ class LoudspeakerPanner final : public Panner {
 
   const int channels_;
   std::size_t real_ = 0, triangles_ = 0;
-  std::vector<std::size_t> channel_of_;  // by corner, of the real ones
+  std::vector<std::size_t> channel_of_;  // by corner; real loudspeakers only
   std::array<std::array<std::size_t, 3>, kMaxTriangles> corners_{};
-  // [corner][axis][triangle]: side by side for vectors.
+  // [corner][axis][triangle]: contiguous over triangles for vectors.
   std::array<std::array<std::array<float, kMaxTriangles>, 3>, 3> inverse_{};
 };
 

@@ -1,14 +1,14 @@
-// panner.h: how much of a voice each channel gets, by where the voice is heard from.
+// panner.h: gains of the output channels by direction of arrival.
 //
 // Directions are unit vectors in the listener's axes: x ahead, y to the left, z up.
 //
-// Loudspeakers: vector base amplitude panning over the triangles of the layout's convex hull. Where
-// a layout has none, silent helpers stand above and below and give what they get to all
-// loudspeakers alike. Gains are then scaled so that their squares add up to 1: a voice is as loud
-// from everywhere. LFE is left silent: it is for effects, not for directions.
+// Loudspeakers: vector base amplitude panning (VBAP) over the triangles of the layout's convex
+// hull. Virtual loudspeakers above and below close layouts that have none there; their gain is
+// spread evenly over all real ones. Gains are normalised to a sum of squares of 1, so that a voice
+// is equally loud from every direction. The LFE channel is silent.
 //
 // V. Pulkki. Virtual Sound Source Positioning Using Vector Base Amplitude Panning. J. Audio Eng.
-// Soc. 45(6), 1997. ITU-R BS.2051-3, systems B, I and J, for the places.
+// Soc. 45(6), 1997. Loudspeaker positions: ITU-R BS.2051-3, systems B, I and J.
 //
 // Ambisonics: the spherical harmonics themselves (spherical_harmonics.h).
 //
@@ -26,18 +26,16 @@
 #include "common/result.h"
 #include "common/vec.h"
 #include "formats/audio/wav_writer.h"
+#include "runtime/mixing/output_channels.h"
 #include "runtime/realtime/realtime.h"
 
 namespace clamor {
-
-inline constexpr std::size_t kMaxChannels = 16;
-using ChannelGains = std::array<float, kMaxChannels>;
 
 class Panner {
  public:
   virtual ~Panner() = default;
   virtual int channels() const noexcept REALTIME = 0;  // even, at most kMaxChannels
-  // Those beyond channels() are 0.
+  // Gains beyond channels() are 0.
   virtual ChannelGains gains(const Vec3f& from) const noexcept REALTIME = 0;
 };
 
@@ -48,12 +46,12 @@ struct Loudspeaker {
 };
 struct LoudspeakerLayout {
   std::string_view name;              // "5.1"
-  std::vector<Loudspeaker> speakers;  // in the order of their channels
+  std::vector<Loudspeaker> speakers;  // in channel order
 
   std::vector<Speaker> order() const;
 };
 
-// An Error that names those that there are.
+// The error lists the layouts that exist.
 Result<LoudspeakerLayout> find_layout(std::string_view name);
 
 // x ahead, y left, z up.

@@ -1,13 +1,13 @@
-// spherical_harmonics.h: the real spherical harmonics to order 3, as AmbiX carries them.
+// spherical_harmonics.h: the real spherical harmonics to order 3 in the AmbiX convention.
 //
 // With x ahead, y to the left and z up, azimuth a counter-clockwise from ahead and elevation e,
 //
 //     Y_lm = N_lm P_l|m|(sin e) { cos |m|a for m >= 0, sin |m|a for m < 0 },
 //     N_lm = sqrt((2 - [m = 0]) (l - |m|)! / (l + |m|)!),
 //
-// P without the sign (-1)^m: the normalisation SN3D, in which Y_00 = 1 and the squares of one
-// order add up to 1 in every direction. Channel number l (l + 1) + m (ACN). Written out as
-// polynomials of x, y and z, so that there are no angles and no poles.
+// where P has no Condon-Shortley phase (-1)^m. This is the normalisation SN3D: Y_00 = 1, and the
+// squares of one order add up to 1 in every direction. The channel number is l (l + 1) + m (ACN).
+// Written as polynomials of x, y and z, without angles or poles.
 //
 // C. Nachbar, F. Zotter, E. Deleflie, A. Sontacchi. AmbiX: A Suggested Ambisonics Format.
 // Ambisonics Symposium 2011.
@@ -24,7 +24,7 @@ namespace clamor {
 inline constexpr int kAmbisonicOrder = 3;
 inline constexpr std::size_t kAmbisonicChannels = (kAmbisonicOrder + 1) * (kAmbisonicOrder + 1);
 
-// Of a unit vector.
+// `v` is a unit vector.
 inline std::array<float, kAmbisonicChannels> spherical_harmonics(const Vec3f& v) noexcept REALTIME {
   const float x = v.x, y = v.y, z = v.z;
   constexpr float kRoot3 = 1.7320508f, kRoot6 = 2.4494897f, kRoot10 = 3.1622777f,

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-// Highway compiles what follows once per instruction set.
+// Highway compiles everything below once per instruction set.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "runtime/mixing/voice_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -16,7 +16,7 @@ namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
-// The table of itd_table.h, in the order of operations of its scalar code.
+// The lookup of itd_table.h, in the order of operations of its scalar code.
 template <class D, class V>
 HWY_INLINE V lag_of(D d, V x, V y, V z, const float* table) {
   const hn::RebindToSigned<D> di;
@@ -73,9 +73,9 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& stance, const flo
     const Double normal_x = hn::PromoteTo(dd, normal.x), normal_y = hn::PromoteTo(dd, normal.y),
                  normal_z = hn::PromoteTo(dd, normal.z);
     struct Way {
-      Floats3 towards;  // the listener
+      Floats3 towards;  // from the source to the listener
       Double length;
-      Float along_normal;  // in double until here: near the surface, differences are all there is
+      Float along_normal;  // double until here, because differences near the surface are small
     };
     const auto way_along = [&](Double wx, Double wy, Double wz) {
       const Double length2 = hn::Add(hn::Add(hn::Mul(wx, wx), hn::Mul(wy, wy)), hn::Mul(wz, wz));
@@ -90,7 +90,7 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& stance, const flo
                        hn::Sub(hn::Set(dd, place.z), z));
     };
 
-    // In the listener's axes; ahead for a source within the head.
+    // In the listener's axes; straight ahead for a source inside the head.
     const Way to_centre = way_to(stance.centre_m);
     const Float centre_m = hn::DemoteTo(d, to_centre.length);
     const auto inside = hn::Le(centre_m, hn::Set(d, 1e-6f));
@@ -105,7 +105,8 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& stance, const flo
     hn::StoreU(from_y, d, table.from[1].data() + at);
     hn::StoreU(from_z, d, table.from[2].data() + at);
 
-    // To an ear beside the centre, from where the source was when that ear's sound left it.
+    // To an ear beside the centre, from the position of the source when the sound for that ear left
+    // it.
     const bool moves = table.moves[at / VoiceTable::kTile];
     const auto way_from_moving = [&](const Vec3& place) {
       const Floats3 mach = load(table.mach, at);
@@ -159,7 +160,7 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& stance, const flo
   }
 }
 
-// The bands of one ear, or of both in one vector where it is wide enough.
+// The bands of one ear, or of both in one vector if it is wide enough.
 struct OneEar {
   Eight d;
   std::size_t ear;
@@ -188,7 +189,7 @@ struct BothEars {
 };
 #endif
 
-// What of a voice's gains is one number at each ear.
+// Factors of a voice's gains with one value per ear.
 struct PerEar {
   float away_m[kEars] = {}, outer[kEars] = {}, cos_o[kEars] = {}, log_base[kEars] = {};
   float tilt[kEars] = {}, part[kEars] = {};
@@ -225,7 +226,7 @@ HWY_INLINE void make_gains(const Ears& ears, const VoiceTable& table, std::size_
         exp2_of(d, hn::Mul(ears.row(table.air_log2_loss_per_m.data() + b), ears.each(at.away_m)));
     intensity = hn::Mul(hn::Mul(intensity, ears.each(at.outer)),
                         hn::Mul(air, ears.row(table.visibility[slot].data() + b)));
-    // The root between the bake's power and the mixer's amplitude.
+    // The square root from the bake's power to the mixer's amplitude.
     hn::StoreU(hn::Mul(hn::Sqrt(intensity), hn::Set(d, table.sign[slot])), d, gain + b);
   }
 }

@@ -1,10 +1,10 @@
-// voice_kernel.h: delays and gains of many voices at once, for whatever vectors the CPU has.
+// voice_kernel.h: vectorised delays and gains of many voices.
 //
 // Delays and distances are in double, 2 to 8 voices at a time; gains in float, the bands of a voice
-// at a time. They are what received_intensity() and delay_s() say: gains within 1e-4 (0.001 dB)
-// of the voice's loudest band or of their own, delays within 1e-6 frames. Additions,
-// multiplications, divisions and square roots only, none of them fused, so that every CPU gives the
-// same bits.
+// at a time. Results match received_intensity() and delay_s(): gains within 1e-4 (0.001 dB) of the
+// voice's loudest band or of themselves, delays within 1e-6 frames. Uses only additions,
+// multiplications, divisions and square roots, without fusing, so that every CPU gives the same
+// bits.
 //
 // Highway is visible in voice_kernel.cpp only.
 #pragma once
@@ -21,40 +21,40 @@
 
 namespace clamor {
 
-// Where a listener's receivers are: two, or one in the middle. A source that moves is where it was
-// when the sound left it that arrives in the middle; what arrives at a receiver beside it left the
-// source a little before or after.
+// A listener's receivers, two or one in the centre, and its axes. A moving source is placed where
+// it was when the sound that arrives in the centre left it; the sound that arrives at a receiver
+// beside it left a little earlier or later.
 struct ListenerFrame {
   Vec3 centre_m{};
   std::array<Vec3, kEars> ear_positions_m{};
   Vec3 ahead{}, left{}, up{};
-  int places = kEars;  // that differ
+  int places = kEars;  // distinct receiver positions
   bool operator==(const ListenerFrame&) const = default;
 };
 
-// What the listener's place says about voices in slots first to last, both whole tiles: the table's
-// last columns. With `lags`, which takes one place, the ears' delays differ by those.
+// Computes the listener-dependent columns of the table for slots `first` to `last`, both multiples
+// of a tile. `lags` adds an ITD and needs one receiver position.
 void place_voices(VoiceTable& table, const ListenerFrame& stance, const ItdTable* lags,
                   std::size_t first, std::size_t last);
 
-// A source that moves in a straight line round the moment that it was at a place. Ages and speeds
-// are in metres that sound travels.
+// A source in uniform motion around the moment when it was at a position. Ages and speeds are in
+// metres that sound travels.
 struct MovingSourcePoint {
   Vec3f position_m{};
   Vec3f mach{};
-  double age_m = 0;  // how long before it is heard it was there; of one at rest any number
+  double age_m = 0;  // time from then until it is heard; irrelevant for a source at rest
 
-  // How much later than that it was left by the sound that arrives at `place`: the earlier solution
-  // of age_m - later = |place - position_m - later x mach|.
+  // Time by which the sound that arrives at `place` left the source later, as a path: the earlier
+  // solution of age_m - later = |place - position_m - later x mach|.
   double later_m(const Vec3& place) const;
 };
 
-// The direction and a delay of one source, which need not be in the table: the same bits.
+// Direction and delay of one source, which need not be in the table, with the same bits.
 Vec3f direction_from(const ListenerFrame& stance, const Vec3f& position_m);
 double delay_frames(const VoiceTable& table, const ListenerFrame& stance, const ItdTable* lags,
                     const MovingSourcePoint& source, double emission_frames, int ear);
 
-// Of those slots, which were placed: voices[slot]'s delays, gains and direction.
+// Writes the delays, gains and direction of voices[slot] for slots that have been placed.
 void make_voices(const VoiceTable& table, int places, std::span<const std::uint32_t> slots,
                  Voice* voices);
 

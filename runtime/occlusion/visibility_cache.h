@@ -54,15 +54,9 @@
 #include "runtime/occlusion/occlusion_grid.h"
 #include "runtime/occlusion/occlusion_upper_bounds.h"
 #include "runtime/occlusion/visibility_entries.h"
+#include "runtime/occlusion/visibility_options.h"
 
 namespace clamor {
-
-inline constexpr int kRaysPerKeyframe = 8000;
-
-struct VisibilityOptions {
-  int rays_per_keyframe = kRaysPerKeyframe;
-  bool exact = false;  // no budget: all sources that matter have valid estimates
-};
 
 struct VisibilityStatistics {
   std::uint64_t rays = 0, line_tests = 0, estimates = 0, fine_estimates = 0;

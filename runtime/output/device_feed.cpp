@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kFade_s = 0.01;
 
-// What a device may ask for ahead of time: it fills its buffers first, and catches up when it was
-// late. Its clock may be a little faster than ours.
+// Limits on how far ahead of real time a device may ask for sound: it fills its buffers first and
+// catches up after a delay. Its clock may run slightly faster than ours.
 constexpr double kCredit_s = 0.25, kCreditBlocks = 16, kFastest = 1.02;
 
 }  // namespace
@@ -23,7 +23,7 @@ constexpr double kCredit_s = 0.25, kCreditBlocks = 16, kFastest = 1.02;
 void CallbackGate::give_to(std::uint32_t id) {
   for (;;) {
     std::uint64_t before = state_.load(std::memory_order_relaxed) & ~kBusy;
-    // Held busy for the moment in which the timing is ours.
+    // Take the gate while timing_ is modified.
     if (state_.compare_exchange_weak(before, kBusy, std::memory_order_acquire)) break;
     std::this_thread::sleep_for(std::chrono::microseconds(100));
   }
@@ -62,7 +62,7 @@ void DeviceFeed::fill(void* self, float* output, std::uint32_t frames, bool unde
 void DeviceFeed::fill_at(Clock::time_point now, float* output, std::uint32_t frames,
                          bool underflow) noexcept {
   const FlushDenormals no_denormals;
-  touch_stack();
+  prefault_stack();
   const std::span<float> interleaved(output, frames * channels_);
   callbacks_.store(callbacks_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   block_frames_.store(frames, std::memory_order_relaxed);
@@ -78,7 +78,8 @@ void DeviceFeed::fill_at(Clock::time_point now, float* output, std::uint32_t fra
   gate_->leave(id_);
 }
 
-// Sound is owed as time passes; once a device has asked for far more than that, it is no device.
+// A leaky bucket: credit accrues in real time, and a device that has asked for far more than that
+// is broken.
 bool DeviceFeed::paced(Clock::time_point now, std::uint32_t frames) noexcept {
   const double block_s = frames / rate_hz_;
   if (block_s > longest_block_s_) {

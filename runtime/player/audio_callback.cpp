@@ -12,7 +12,7 @@ namespace {
 constexpr int kSilentBlocks = 2;  // at the end, so that the last sound leaves the device
 
 constexpr std::uint64_t kFadeFrames = kSampleRate_hz / 10;
-constexpr std::size_t kFadePart_frames = 256;  // mixed at a time while two are
+constexpr std::size_t kFadePart_frames = 256;  // mixed at a time during a fade
 
 }  // namespace
 

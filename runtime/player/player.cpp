@@ -10,9 +10,10 @@
 #include <thread>
 #include <utility>
 
+#include "common/sample_rate.h"
 #include "formats/audio/audio_file.h"
+#include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_input.h"
-#include "runtime/engine/auralizer_options.h"
 #include "runtime/output/loudness_meter.h"
 #include "runtime/output/supervised_output.h"
 #include "runtime/player/audio_callback.h"
@@ -22,6 +23,7 @@
 #include "runtime/realtime/latest_value.h"
 #include "runtime/realtime/prefault_code.h"
 #include "runtime/realtime/sample_ring.h"
+#include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
 
@@ -34,13 +36,14 @@ constexpr auto kWriterNap = std::chrono::milliseconds(20);
 constexpr auto kFadeNap = std::chrono::milliseconds(5);
 constexpr auto kMaxFade = std::chrono::seconds(2);  // unless the output stands still
 
-// An auralizer, and when in the player's time it began.
+// An auralizer and the player's time at which it began.
 struct Playing {
   std::unique_ptr<Auralizer> auralizer;
   double begun_s = 0;
 };
 
-// Where a walk is at a keyframe's time is known beforehand; nobody knows where a listener turns.
+// The positions on a walk are known in advance; the rotations of a listener who moves freely are
+// not.
 AuralizerOptions tracking_head(AuralizerOptions options, bool on_walk) {
   options.tracks_head = !on_walk;
   return options;
@@ -62,11 +65,10 @@ struct Player::State {
         moved_to(wanted.listener) {
     current.auralizer->stop_when(&stopping);
     listeners.publish(options.listener);
-    current.auralizer->face(options.listener);
+    current.auralizer->turn_head(options.listener);
   }
 
-  // Makes what an auralizer wants now, for where the listener is, or will be on its walk. False for
-  // nothing.
+  // Makes the keyframe that the auralizer wants now, if any. Returns whether it did.
   bool make_wanted_keyframe(Playing& playing, const Listener& listener) const {
     if (playing.auralizer == nullptr || !playing.auralizer->wants_keyframe()) return false;
     const double time_s = playing.begun_s + playing.auralizer->next_keyframe_time_s();
@@ -84,7 +86,7 @@ struct Player::State {
         was_busy = make_wanted_keyframe(current, listener);
         was_busy = make_wanted_keyframe(outgoing, listener) || was_busy;
       }
-      read_meter();  // however late the keyframes are
+      read_meter();  // even if keyframes are late
       if (!was_busy) std::this_thread::sleep_for(kSamplerNap);
     }
   }
@@ -93,8 +95,8 @@ struct Player::State {
     return static_cast<double>(callback.counters().frames) / kSampleRate_hz;
   }
 
-  // Frees what has been faded from; false if the output stands still, so that it may still be
-  // mixed.
+  // Waits for the end of a fade and frees the old auralizer. False if the output stands still and
+  // may still mix it.
   bool end_fade() {
     const auto start = std::chrono::steady_clock::now();
     while (!callback.has_faded() && !callback.counters().finished) {
@@ -107,7 +109,7 @@ struct Player::State {
     return true;
   }
 
-  // The meter is this thread's, since it may take its time here.
+  // The sampler thread runs the meter, which may allocate.
   void read_meter() {
     std::array<float, 4800> samples;
     while (const std::size_t count = metered.read(samples)) {
@@ -132,30 +134,31 @@ struct Player::State {
   }
 
   const PlayerOptions options;
-  // The sampler holds it while it makes a keyframe, the caller while one takes the other's place.
+  // Held by the sampler while it makes a keyframe, and by the caller while it replaces the
+  // auralizer.
   std::mutex exchange;
-  Playing current, outgoing;  // outgoing: while it fades out
+  Playing current, outgoing;  // outgoing: during a fade
   const int channels;
   const std::unique_ptr<SampleRing> ring;
   SampleRing metered;
   LoudnessMeter meter;
   AudioCallback callback;
   LatestValue<Listener> listeners;
-  Listener moved_to;  // the caller's: the last of them
+  Listener moved_to;  // the last one, for the caller's thread
   std::optional<WavWriter> wav;
-  Result<void> recorded;  // the writer thread's until it has ended
+  Result<void> recorded;  // used by the writer thread until it has ended
   std::atomic<double> momentary_lufs{-std::numeric_limits<double>::infinity()};
   std::atomic<double> short_term_lufs{-std::numeric_limits<double>::infinity()};
   ThreadCpuMeter shares;
   std::atomic<bool> running{false}, stopping{false};
   std::thread sampler, writer;
-  std::unique_ptr<SupervisedOutput> output;  // last: its threads use all the others
+  std::unique_ptr<SupervisedOutput> output;  // destroyed first: its threads use all the others
 };
 
 Player::Player(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
 Player::~Player() {
-  if (!stop().ok()) return;  // the recording is not completed; whoever minds calls stop() first
+  if (!stop().ok()) return;  // errors of the recording are reported by stop() only
 }
 
 Result<std::unique_ptr<Player>> Player::create(std::shared_ptr<const BakeFile> file,
@@ -200,8 +203,8 @@ Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>
 
 Result<void> Player::start() {
   prefault_code();
-  while (state_->make_wanted_keyframe(
-      state_->current, state_->moved_to)) {  // so that the first block has what it needs
+  // The first block finds all keyframes that it needs.
+  while (state_->make_wanted_keyframe(state_->current, state_->moved_to)) {
   }
   state_->shares = ThreadCpuMeter();
   state_->running = true;
@@ -216,7 +219,7 @@ std::vector<ThreadCpuUsage> Player::thread_shares() const { return state_->share
 void Player::move(const Listener& listener) {
   state_->moved_to = listener;
   state_->listeners.publish(listener);
-  state_->current.auralizer->face(listener);
+  state_->current.auralizer->turn_head(listener);
 }
 
 Result<void> Player::replace(std::shared_ptr<const BakeFile> file,
@@ -229,7 +232,7 @@ Result<void> Player::replace(std::shared_ptr<const BakeFile> file,
   if (!next.ok()) return next.error();
   assert((*next)->channels() == state.channels);
   Playing incoming{std::move(*next), state.played_s()};
-  incoming.auralizer->face(state.moved_to);
+  incoming.auralizer->turn_head(state.moved_to);
   incoming.auralizer->stop_when(&state.stopping);
   while (state.make_wanted_keyframe(incoming, state.moved_to)) {
   }
@@ -238,7 +241,7 @@ Result<void> Player::replace(std::shared_ptr<const BakeFile> file,
     state.outgoing = std::exchange(state.current, std::move(incoming));
   }
   state.callback.fade_to(*state.current.auralizer);
-  (void)state.end_fade();  // where the output stands still, the next call frees what was faded from
+  (void)state.end_fade();  // if the output stands still, the next call frees the old auralizer
   return {};
 }
 

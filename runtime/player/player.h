@@ -1,20 +1,20 @@
-// player.h: a bake played in real time, with the threads of the design.
+// player.h: plays a bake in real time.
+//
+// Threads:
 //
 //   caller   moves the listener, reads statistics
-//   sampler  wakes every few milliseconds and makes the keyframes that the auralizer wants
+//   sampler  makes the keyframes that the auralizer wants; wakes every millisecond
 //   audio    the output's: mixes (audio_callback.h)
-//   writer   only where the sound is recorded: from the ring to the WAV file
+//   writer   only while recording: from a ring buffer to the file
 //
-// A scripted walk is asked where the listener is at each keyframe's own moment in sample time, so
-// what is heard is the offline render, sample for sample.
+// A scripted walk is evaluated at the sample time of each keyframe, so the output is that of an
+// offline render, sample for sample.
 #pragma once
 
 #include <memory>
 #include <vector>
 
-#include "common/listener.h"
 #include "common/result.h"
-#include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
 
@@ -23,8 +23,10 @@ class BakeFile;
 class MovingSources;
 struct AuralizerInput;
 struct AuralizerOptions;
-struct PlayerOptions;
-struct PlayerStatistics;
+struct Listener;
+struct PlayerOptions;     // player_options.h
+struct PlayerStatistics;  // player_statistics.h
+struct ThreadCpuUsage;    // runtime/realtime/thread_cpu_usage.h
 
 class Player {
  public:
@@ -36,27 +38,26 @@ class Player {
 
   Result<void> start();
 
-  // Where the listener is from now on. A turn is heard with the next block or the one after it, a
-  // step within two keyframes, where the machine is in time. Not for walks.
+  // Moves the listener. A rotation is heard with the next block or the one after it, a step within
+  // two keyframes, unless the machine is overloaded. Not for walks.
   void move(const Listener& listener);
 
-  // As Auralizer's, for the thread that calls move().
+  // As Auralizer::moving(), for the thread that calls move().
   MovingSources* moving();
 
-  // Plays another bake from now on, the listener where it is; the sound fades over in a tenth of a
-  // second, and what the bake plays begins anew. Takes as long as opening, while the sound goes on,
-  // and memory for both until then.
-  // On an Error what plays goes on playing. For the thread that calls move() and statistics(), once
-  // the player has started; statistics().auralizer then counts from the new bake on, and what
-  // moving() gave is gone.
+  // Crossfades to another bake within a tenth of a second; the listener stays, and sounds begin
+  // anew. Takes as long as opening a bake, during which the old one plays on, and memory for both.
+  // After an error the old bake plays on. For the thread that calls move() and statistics(), after
+  // start(). statistics().auralizer then counts from the change on, and the result of moving() is
+  // no longer valid.
   Result<void> replace(std::shared_ptr<const BakeFile> file, const AuralizerOptions& options);
 
-  bool finished() const;  // options.seconds have been played
+  bool finished() const;  // PlayerOptions::seconds have been played
   PlayerStatistics statistics();
   std::vector<ThreadCpuUsage> thread_shares() const;  // since start(); reads files
 
-  // Ends the sound and, where it was recorded, completes the file, which has grown under its own
-  // name since the first block.
+  // Stops the sound and completes the recording, if any; its file has grown under its final name
+  // since the first block.
   Result<void> stop();
 
  private:

@@ -1,4 +1,4 @@
-// player_options.h: what a player plays, for whom, on which device and into which file.
+// player_options.h: the options of a player.
 #pragma once
 
 #include <memory>
@@ -15,15 +15,15 @@ namespace clamor {
 
 struct PlayerOptions {
   AuralizerOptions auralizer;
-  Listener listener;         // at the start
-  std::optional<Walk> walk;  // instead of being moved
+  Listener listener;         // initial
+  std::optional<Walk> walk;  // instead of Player::move()
   double seconds = 0;        // 0: until stopped
   std::string device;        // as choose_device() takes it, or "none"
-  int device_rate_hz = 0;    // 0: 48 kHz where the device can
+  int device_rate_hz = 0;    // 0: 48 kHz if the device can
   int block_frames = 256;
-  bool buffer_may_grow = true;           // where the device runs dry (OutputRequest)
-  std::shared_ptr<OutputDriver> driver;  // instead of the machine's sound devices
-  std::string record;                    // WAV or FLAC file to keep what is heard; empty for none
+  bool buffer_may_grow = true;           // after underflows (OutputRequest)
+  std::shared_ptr<OutputDriver> driver;  // null: the machine's sound devices
+  std::string record;                    // WAV or FLAC file to record to; empty: none
   SampleFormat record_format = SampleFormat::kFloat32;
 };
 

@@ -1,4 +1,4 @@
-// player_statistics.h: counts and levels of a player, for displays and reports.
+// player_statistics.h: what a player counts while it runs.
 #pragma once
 
 #include <cstdint>

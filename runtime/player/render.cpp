@@ -21,13 +21,13 @@ namespace {
 constexpr std::uint64_t kBlock_frames = kKeyframeFrames;
 constexpr auto kLooksForStop = std::chrono::milliseconds(50);
 
-// Before block n is mixed these are made: 0 to n + 1, between which its voices slide, and the next,
-// since the mixer is ahead by its filters and the limiter, less than a block. Its queue has room
-// for one more.
+// Keyframes needed before block n is mixed: 0 to n + 1, between which its voices are interpolated,
+// and one more, because filters and limiter run ahead by less than a block. The queue has room for
+// one more.
 static_assert(kHrtfDelayFrames + kLimiterDelayFrames < kKeyframeFrames);
 std::uint64_t keyframes_for(std::uint64_t block) { return block + 3; }
 
-// Makes keyframes ahead of whoever mixes blocks, on a thread of its own.
+// Makes keyframes ahead of the mixing thread, on a thread of its own.
 class KeyframesAhead {
  public:
   KeyframesAhead(Auralizer& auralizer, const Walk& walk)
@@ -42,19 +42,19 @@ class KeyframesAhead {
           changed_.notify_all();
         }) {}
 
-  // Until so many are made, or all that there is room for. False if it was stopped before. Throws
-  // what the thread threw, such as std::bad_alloc.
+  // Waits until `count` keyframes are made, or all that there is room for. False if stopped.
+  // Rethrows exceptions of the thread, such as std::bad_alloc.
   bool wait_for_keyframes(std::uint64_t count, const std::atomic<bool>* stop) {
     std::unique_lock lock(mutex_);
     const auto are_made = [&] { return made_ >= count || full_after_ == mixed_ || failure_; };
-    // Whoever sets `stop`, as a signal handler does, cannot wake this thread.
+    // Poll `stop`, because a signal handler that sets it cannot notify this thread.
     while (!changed_.wait_for(lock, kLooksForStop, are_made))
       if (stop != nullptr && *stop) return false;
     if (failure_) std::rethrow_exception(failure_);
     return stop == nullptr || !*stop;
   }
 
-  // There may be room for more.
+  // Makes room for more keyframes.
   void mixed_a_block() { count(mixed_); }
 
  private:
@@ -85,7 +85,7 @@ class KeyframesAhead {
   std::uint64_t made_ = 0, mixed_ = 0;
   std::uint64_t full_after_ = ~std::uint64_t{0};  // blocks
   std::exception_ptr failure_;                    // of the thread
-  std::jthread thread_;                           // is stopped and waited for first
+  std::jthread thread_;                           // stopped and joined first
 };
 
 }  // namespace

@@ -1,9 +1,8 @@
-// render.h: what a listener hears, computed as fast as the machine can: the player's own step, so
-// that the same listeners give the same samples.
+// render.h: offline rendering as fast as the machine can, with the same steps as the player: the
+// same listener movements give the same samples.
 //
-// Keyframes are made on a thread of their own while the caller's mixes those before. Neither ever
-// goes on without the other: the mixer waits for its keyframe, so nothing is held or late, and the
-// samples are those of one thread that does both in turn.
+// Keyframes are made on a separate thread while the caller's thread mixes earlier ones. Each thread
+// waits for the other, so nothing is held or late, and the samples equal those of a single thread.
 #pragma once
 
 #include <atomic>
@@ -17,17 +16,17 @@
 
 namespace clamor {
 
-// Takes each block, interleaved, in order; an Error ends the render.
+// Takes each interleaved block in order; an error ends the render.
 using BlockSink = std::function<Result<void>(std::span<const float>)>;
 
-// Renders `frames` frames of what one hears on the walk. Once `stop` is true, which should be that
-// of the auralizer's options too, it ends with an Error, without waiting for keyframes. The sink,
-// on the caller's thread, must leave the sources that move alone: they are a keyframe or two ahead
-// of it (AuralizerOptions has a script for that).
+// Renders `frames` frames along the walk. Ends with an error once `stop` is true; pass it in the
+// auralizer's options too, so that keyframes in progress end early. The sink runs on the caller's
+// thread and must not move sources, because keyframes are one or two ahead of it (use
+// AuralizerOptions::script).
 Result<void> render(Auralizer& auralizer, const Walk& walk, std::uint64_t frames,
                     const BlockSink& sink, const std::atomic<bool>* stop = nullptr);
 
-// Makes as many keyframes as the auralizer wants, each at the walk's listener of its time.
+// Makes as many keyframes as the auralizer wants, each with the walk's listener at its time.
 void make_keyframes(Auralizer& auralizer, const Walk& walk);
 
 }  // namespace clamor

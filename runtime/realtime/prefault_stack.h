@@ -1,8 +1,8 @@
-// prefault_stack.h: has a thread's stack in memory before it is needed.
+// prefault_stack.h: faults a thread's stack in before it is needed.
 //
-// A stack comes page by page, each by a page fault when it is first used: what mixes voices that
-// slide, say, uses more of it than what mixes others, and may do so only after an hour. So an audio
-// thread takes those faults at its first callback.
+// Each stack page faults at its first use. Some code paths of the mixer use more stack than others
+// and may run for the first time after an hour, so the audio thread takes these page faults in its
+// first callback.
 #pragma once
 
 #include <cstddef>
@@ -11,10 +11,10 @@
 
 namespace clamor {
 
-inline constexpr std::size_t kTouched_bytes = 64 * 1024;  // kernels use a fifth of it
+inline constexpr std::size_t kTouched_bytes = 64 * 1024;  // five times what the kernels use
 
-// The first time that a thread calls it.
-[[gnu::noinline]] inline void touch_stack() noexcept REALTIME {
+// Does its work at the first call on each thread.
+[[gnu::noinline]] inline void prefault_stack() noexcept REALTIME {
   static thread_local bool touched = false;
   if (touched) return;
   touched = true;

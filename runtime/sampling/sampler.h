@@ -132,8 +132,5 @@ std::unique_ptr<Sampler> make_priority_sampler(const RadiationModel& field, Sign
                                                SourcePool& pool, std::size_t voices,
                                                VisibilityCache* occlusion = nullptr,
                                                SearchBound bound = SearchBound::kUnbounded);
-std::unique_ptr<Sampler> make_all_sampler(const RadiationModel& field, const SourceList& list,
-                                          VisibilityCache* occlusion = nullptr,
-                                          MovingSourceList* moving = nullptr);
 
 }  // namespace clamor

@@ -17,17 +17,10 @@
 #include <vector>
 
 #include "common/result.h"
+#include "runtime/streaming/page_statistics.h"
 #include "runtime/streaming/resident_page.h"
 
 namespace clamor {
-
-struct PageStatistics {
-  std::uint64_t asked = 0, loaded = 0, dropped = 0, failed = 0;
-  std::uint64_t late = 0;      // looked for by a sample before they were here
-  std::uint64_t resident = 0;  // pages,
-  std::uint64_t bytes = 0;     // and their memory
-  std::string failure;         // the first, as a sentence
-};
 
 struct WantedPage {
   double bound = 0;

@@ -13,16 +13,16 @@ namespace clamor {
 
 namespace {
 
-// A spline's prefilter is forgotten in so many samples: 0.268^64 is beyond doubles.
+// Length of the spline prefilter's response: 0.268^64 is below double precision.
 constexpr int kSplineTail = 64;
 
-// How far beyond a piece its window reaches.
+// How far a piece's window reaches beyond the piece at its front.
 constexpr int kFramesBefore = kPartingTailFrames + kLowRate * kSplineTail;
 constexpr int kFramesAfter = kPartingTailFrames + kBankTailFrames + kLowRate * kSplineTail;
 static_assert(kFramesBefore % kLowRate == 0 && kPieceFrames % kLowRate == 0);
 
-// Samples to half the coefficients of the cubic B-spline through them: 3 / (z + 4 + 1 / z), its
-// stable half forwards and the other backwards.
+// Replaces samples by half the coefficients of the cubic B-spline through them. Applies 3 / (z + 4
+// + 1 / z): the stable half forwards, the other half backwards.
 void to_spline(std::vector<double>& samples, bool loop) {
   const double pole = std::sqrt(3.0) - 2;
   const std::size_t tail = loop ? std::size_t{kSplineTail} : 0;
@@ -30,8 +30,8 @@ void to_spline(std::vector<double>& samples, bool loop) {
   filter_samples({Biquad{-3 * pole, 0, 0, -pole, 0}}, samples, true, tail);
 }
 
-// `samples` from -guard to size + guard: silence there, or what a loop plays. A loop may come round
-// only after several of its lengths; `size` is of one.
+// `samples` from -guard to size + guard, continued with silence or, for a loop, with the loop.
+// `size` is the length of one loop; the guard may cover several.
 void write_guarded(const std::vector<double>& samples, std::size_t size, std::size_t guard,
                    bool loop, float* to) {
   const auto period = static_cast<std::int64_t>(samples.size());
@@ -55,7 +55,7 @@ PreparedSignal::PreparedSignal(std::uint64_t frames, bool loop, const MixMode& m
     const std::int64_t once = high_frames;
     high_frames *= std::max<std::int64_t>(1, (kReach + once - 1) / once);
     loop_frames_ = high_frames;
-  } else {  // filters, and a spline, reach beyond the samples on both sides
+  } else {  // filters and spline reach beyond the samples on both sides
     front_frames_ = mode.two_layers() ? kBankTailFrames : kSplineTail;
     if (frames > 0)
       high_frames += front_frames_ + (mode.two_layers() ? kPartingTailFrames : kSplineTail);
@@ -68,16 +68,16 @@ PreparedSignal::PreparedSignal(std::uint64_t frames, bool loop, const MixMode& m
   if (mode.two_layers())
     low_bytes_ = SoundMemory::whole_pages(
         static_cast<std::size_t>((buffer_frames_ + kLowRate - 1) / kLowRate) * sizeof(float));
-  here_ = std::make_unique<std::atomic<bool>[]>(pieces_);
+  resident_ = std::make_unique<std::atomic<bool>[]>(pieces_);
 }
 
 PreparedSignal::PreparedSignal(const Signal& signal, const MixMode& mode)
     : PreparedSignal(signal.samples.size(), signal.loop, mode) {
-  here_ = nullptr;
+  resident_ = nullptr;
   use_memory(std::make_shared<SoundMemory>(memory_bytes()), 0);
   const auto frames = static_cast<std::int64_t>(signal.samples.size());
   for (std::size_t piece = 0; piece < pieces_; ++piece) {
-    bring(piece);
+    commit(piece);
     const Window wanted = window(piece);
     std::vector<double> samples(wanted.frames);
     for (std::size_t i = 0; i < wanted.frames; ++i) {
@@ -118,11 +118,11 @@ std::size_t PreparedSignal::piece_bytes(std::size_t piece) const {
   return both[0].bytes + both[1].bytes;
 }
 
-bool PreparedSignal::bring(std::size_t piece) {
+bool PreparedSignal::commit(std::size_t piece) {
   bool locked = true;
   for (const Stretch& stretch : stretches(piece))
     if (stretch.bytes > 0)
-      locked = memory_->bring(offset_ + stretch.first, stretch.bytes) && locked;
+      locked = memory_->commit(offset_ + stretch.first, stretch.bytes) && locked;
   return locked;
 }
 
@@ -156,8 +156,8 @@ void PreparedSignal::make_whole(std::vector<double> samples) {
   while (loop && samples.size() < static_cast<std::size_t>(loop_frames_))
     samples.insert(samples.end(), samples.end() - static_cast<std::ptrdiff_t>(once), samples.end());
   OctaveFilterBank::Layers layers;
-  if (mode_.two_layers() || here_ == nullptr) {
-    const bool knows_power = here_ != nullptr;
+  if (mode_.two_layers() || resident_ == nullptr) {
+    const bool knows_power = resident_ != nullptr;
     layers = OctaveFilterBank::part(samples, loop, !mode_.head, !knows_power);
     if (!knows_power) mean_square_ = layers.mean_square;
   }
@@ -203,7 +203,7 @@ void PreparedSignal::make_part(std::size_t piece, std::vector<double> window) {
 }
 
 std::int64_t PreparedSignal::near(std::int64_t frame) const noexcept REALTIME {
-  // Three hours: no voice is held for so long.
+  // Three hours, longer than any voice is held.
   constexpr std::int64_t kFar = std::int64_t{1} << 29;
   if (loop_frames_ > 0) return frame % loop_frames_;
   return std::clamp(frame, -kFar, end_frames_ + kFar);

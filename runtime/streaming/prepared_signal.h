@@ -1,17 +1,17 @@
-// prepared_signal.h: signals made ready to be read by voices at any delay.
+// prepared_signal.h: signals in the form that the mixer reads, at any delay.
 //
-// For eight bands a signal is parted into the octave bank's two layers; for cubic interpolation the
-// samples of what is read become half the coefficients of the B-spline through them. There are
-// guard samples on both sides, so that one call of the kernel never wraps while it reads. Samples
-// that are NaN or infinite become 0 and are counted.
+// For eight bands a signal is split into the two layers of the octave filter bank. For cubic
+// interpolation its samples become half the coefficients of the B-spline through them. Guard
+// samples on both sides let one kernel call read without wrapping. Samples that are NaN or infinite
+// become 0 and are counted.
 //
-// A signal of up to kMaxWholeSignal_frames is one piece. A longer one is made in pieces of 2.7 s,
-// each from the samples of its own window alone, which reaches as far beyond it as the filters
-// remember (to -150 dB): so that a piece is the same bits whether it is made with the others, or
-// when a player comes to it (sound_loader.h). All pieces lie side by side as if there were but one.
+// A signal of up to kMaxWholeSignal_frames is one piece. A longer one is prepared in pieces of 2.7
+// s, each from a window of samples that reaches beyond the piece as far as the filters remember (to
+// -150 dB). A piece therefore has the same bits whether it is prepared with all others or streamed
+// (sound_loader.h). All pieces of a signal are contiguous in memory.
 //
-// Threads: any may read what is here. Of a signal that streams, one thread at a time may write a
-// piece that is not here.
+// Threads: any may read resident pieces. Of a streamed signal, one thread at a time may write a
+// piece that is not resident.
 #pragma once
 
 #include <algorithm>
@@ -39,15 +39,15 @@ class PreparedSignal {
  public:
   PreparedSignal(const Signal& signal, const MixMode& mode);
 
-  // One that streams: so far none of it is here, and so it stays until somebody gives it memory of
-  // memory_bytes(), from an offset of whole pages on.
+  // A streamed signal. No piece is resident, and none can be until use_memory() provides
+  // memory_bytes() bytes at an offset of whole pages.
   PreparedSignal(std::uint64_t frames, bool loop, const MixMode& mode,
                  const Bands& mean_square = {});
   std::size_t memory_bytes() const { return high_bytes_ + low_bytes_; }
   void use_memory(std::shared_ptr<SoundMemory> memory, std::size_t offset);
 
-  // Where a kernel call must read that starts at `position` (32.32, frames of the signal's own
-  // time). A loop goes on for ever both ways; a signal that plays once is silent before and after.
+  // Sets `path` to read from `position` (32.32 fixed point, frames of the signal). A loop extends
+  // forever in both directions; a signal that plays once is silent before and after.
   void place(std::int64_t position, VoicePath& path) const noexcept REALTIME {
     if (loops()) {
       if (position < 0 || position >= wrap()) {
@@ -64,22 +64,23 @@ class PreparedSignal {
     path.low = low_;
   }
 
-  // A loop may also be followed by subtracting wrap() once it is reached: none is shorter than what
-  // a call may read, because short ones are repeated.
+  // A caller may also follow a loop by subtracting wrap() once it is reached. Short loops are
+  // stored repeatedly, so none is shorter than what a call reads.
   bool loops() const noexcept REALTIME { return loop_frames_ > 0; }
   std::int64_t wrap() const noexcept REALTIME { return loop_frames_ << 32; }
 
-  // The frame that is as good as any other so many loops away or so long before or after the end.
+  // An equivalent frame near the stored samples: some loops away, or just as far before the
+  // beginning or after the end.
   std::int64_t near(std::int64_t frame) const noexcept REALTIME;
 
   const Bands& mean_square() const noexcept REALTIME { return mean_square_; }
   std::uint64_t bad_samples() const { return bad_samples_; }
 
-  bool streams() const noexcept REALTIME { return here_ != nullptr; }
+  bool streams() const noexcept REALTIME { return resident_ != nullptr; }
   std::size_t pieces() const noexcept REALTIME { return pieces_; }
 
-  // Calls visit(piece) for those that a voice reads whose positions go from one frame to another,
-  // until it returns false; then so does this.
+  // Calls visit(piece) for all pieces that a voice reads between two frames, until it returns
+  // false. Returns whether all calls returned true.
   template <class Visit>
   bool for_pieces(std::int64_t from, std::int64_t to, const Visit& visit) const noexcept REALTIME {
     if (loop_frames_ == 0) return in_buffer(from, to, visit);
@@ -91,42 +92,43 @@ class PreparedSignal {
     return in_buffer(first, loop_frames_, visit) && in_buffer(0, last - loop_frames_, visit);
   }
 
-  // Whether all of them are here. The audio thread may read them until it has told the loader that
-  // it is done (SoundLoader::pass()).
-  bool is_here(std::int64_t from, std::int64_t to) const noexcept REALTIME {
+  // Whether all pieces between two frames are resident. The audio thread may then read them until
+  // its next SoundLoader::mark_quiescent().
+  bool is_resident(std::int64_t from, std::int64_t to) const noexcept REALTIME {
     return for_pieces(from, to, [this](std::size_t piece) noexcept REALTIME {
-      return here_[piece].load(std::memory_order_seq_cst);
+      return resident_[piece].load(std::memory_order_seq_cst);
     });
   }
-  void set_resident(std::size_t piece, bool here) {
-    here_[piece].store(here, std::memory_order_seq_cst);
+  void set_resident(std::size_t piece, bool resident) {
+    resident_[piece].store(resident, std::memory_order_seq_cst);
   }
 
-  // The samples that a piece is made of, by frame; beyond the ends of what plays once there are
-  // none, and a loop comes round.
+  // The range of samples that a piece is made from. Samples beyond the ends are silence, or the
+  // loop.
   struct Window {
     std::int64_t first = 0;
     std::size_t frames = 0;
   };
   Window window(std::size_t piece) const;
-  std::uint64_t frames() const { return frames_; }  // of the signal as it is stored
+  std::uint64_t frames() const { return frames_; }  // of the stored signal
 
-  // Makes a piece of the samples in its window; bring() it before.
+  // Prepares a piece from the samples in its window. commit() must come before.
   void make(std::size_t piece, std::vector<double> samples);
 
-  // Its memory, touched, perhaps locked, and given back.
+  // Size of a piece's memory, and calls to fault it in (returns whether it is locked) and to
+  // release it.
   std::size_t piece_bytes(std::size_t piece) const;
-  bool bring(std::size_t piece);
+  bool commit(std::size_t piece);
   void decommit(std::size_t piece);
 
  private:
-  // A call reads no farther: twice as many frames as it mixes, and some vectors.
+  // Bound on how far one kernel call reads: twice as many frames as it mixes, plus some vectors.
   static constexpr int kReach = 2 * kMaxFrames + 64;
   static constexpr int kGuardFrames = 1024;
   static_assert(kGuardFrames >= kReach + 16 && kGuardFrames % kLowRate == 0);
   static const float* silence() noexcept REALTIME;
 
-  // A stretch of a piece's memory, in bytes from the signal's first.
+  // A range of a piece's memory, in bytes from the beginning of the signal.
   struct Stretch {
     std::size_t first = 0, bytes = 0;
   };
@@ -135,7 +137,7 @@ class PreparedSignal {
   void make_whole(std::vector<double> samples);
   void make_part(std::size_t piece, std::vector<double> window);
 
-  // Of frames that are in the buffer, with the guards that a call may read.
+  // for_pieces() for frames in the buffer, including the guards that a call may read.
   template <class Visit>
   bool in_buffer(std::int64_t from, std::int64_t to, const Visit& visit) const noexcept REALTIME {
     from += buffer_front() - kGuardFrames;
@@ -150,18 +152,18 @@ class PreparedSignal {
 
   MixMode mode_;
   std::uint64_t frames_ = 0;
-  std::int64_t loop_frames_ = 0;   // whole loops; 0: plays once
-  std::int64_t front_frames_ = 0;  // what may be heard before frame 0, and where it is over
+  std::int64_t loop_frames_ = 0;   // a multiple of the loop's length; 0: plays once
+  std::int64_t front_frames_ = 0;  // frames before frame 0 that may sound, and the end of the sound
   std::int64_t end_frames_ = 0;
-  std::int64_t buffer_frames_ = 0;  // all of it, guards too
+  std::int64_t buffer_frames_ = 0;  // total, including guards
   std::size_t pieces_ = 1;
   std::size_t high_bytes_ = 0, low_bytes_ = 0;  // whole pages
 
   std::shared_ptr<SoundMemory> memory_;
   std::size_t offset_ = 0;
-  float* high_ = nullptr;  // frame 0
+  float* high_ = nullptr;  // at frame 0
   float* low_ = nullptr;
-  std::unique_ptr<std::atomic<bool>[]> here_;  // per piece, of one that streams
+  std::unique_ptr<std::atomic<bool>[]> resident_;  // by piece; null unless the signal is streamed
   Bands mean_square_{};
   std::uint64_t bad_samples_ = 0;
 };

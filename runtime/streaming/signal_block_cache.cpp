@@ -23,7 +23,7 @@ Result<SignalBlockCache::Block> SignalBlockCache::block(std::size_t signal, std:
   Block samples = std::make_shared<const std::vector<float>>(std::move(*decoded));
   if (!keep || most_ == 0) return samples;
   const std::lock_guard lock(mutex_);
-  if (find() != kept_.end()) return samples;  // another thread was as quick
+  if (find() != kept_.end()) return samples;  // another thread has read it meanwhile
   if (kept_.size() == most_) kept_.erase(kept_.begin());
   kept_.push_back({signal, block, samples});
   return samples;

@@ -1,7 +1,8 @@
-// signal_block_cache.h: samples of a signal from any frame on, out of the blocks that a file keeps
-// it in.
+// signal_block_cache.h: reads samples of a signal from any frame on, from the compressed blocks of
+// a file.
 //
-// A few blocks are kept decoded, because several pieces (prepared_signal.h) are made of each.
+// Keeps the most recently used blocks decoded, because several pieces (prepared_signal.h) are made
+// from each block.
 //
 // Threads: any, several at a time.
 #pragma once
@@ -19,12 +20,13 @@
 
 namespace clamor {
 
-// What a file says of a signal before it is decoded.
+// A signal's description in the file.
 struct SignalDescription {
   std::uint64_t frames = 0;
   bool loop = false;
-  Bands mean_square{};  // as its envelope has it
-  // The signal that a loop may be played from at first: whoever plays that plays the loop next.
+  Bands mean_square{};  // from the envelope
+  // The signal that a loop starts with, if it begins from silence (keyframe_maker.h). A voice that
+  // plays the onset plays the loop next.
   std::uint32_t onset = 0xffffffff;
 };
 
@@ -32,13 +34,13 @@ class SignalBlockCache {
  public:
   static constexpr std::uint64_t kBlockBytes = kSignalBlockFrames * sizeof(float);
 
-  // The samples of a signal's block; may be called by several threads at a time.
+  // Decodes one block of a signal. Several threads may call it at once.
   using Decode = std::function<Result<std::vector<float>>(std::size_t signal, std::size_t block)>;
 
-  // Keeps that many blocks.
+  // `kept` is the capacity in blocks.
   SignalBlockCache(Decode decode, std::size_t kept) : decode_(std::move(decode)), most_(kept) {}
 
-  // Frames before and after a signal that plays once are 0; a loop comes round.
+  // Frames outside a signal that plays once are 0; a loop repeats.
   Result<std::vector<double>> read(std::size_t signal, const SignalDescription& shape,
                                    std::int64_t first, std::size_t frames);
 
@@ -53,7 +55,7 @@ class SignalBlockCache {
   const Decode decode_;
   const std::size_t most_;
   std::mutex mutex_;
-  std::vector<Kept> kept_;  // the last used last
+  std::vector<Kept> kept_;  // least recently used first
 };
 
 }  // namespace clamor

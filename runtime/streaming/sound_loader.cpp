@@ -20,7 +20,7 @@ constexpr std::uint64_t kMaxKeptBlocks = 4;
 std::uint64_t key_of(std::uint32_t signal, std::int32_t step) {
   return std::uint64_t{signal} << 32 | static_cast<std::uint32_t>(step);
 }
-Reading reading_of(std::uint64_t key, float power) {
+ReadPosition read_position(std::uint64_t key, float power) {
   return {static_cast<std::uint32_t>(key >> 32),
           static_cast<std::int32_t>(static_cast<std::uint32_t>(key)), power};
 }
@@ -29,14 +29,14 @@ std::int32_t step_of(double delay_frames) {
   return static_cast<std::int32_t>(std::floor(delay_frames / kDelayStep_frames));
 }
 
-// What each emitter plays, whoever hears it.
-std::vector<Reading> emitted_by(std::span<const Emitter> emitters) {
+// The emitters' signals and delays, whether or not a voice plays them.
+std::vector<ReadPosition> emitted_by(std::span<const Emitter> emitters) {
   std::unordered_map<std::uint64_t, float> powers;
   for (const Emitter& emitter : emitters)
     powers[key_of(emitter.signal, step_of(emitter.delay_s * kSampleRate_hz))] +=
         static_cast<float>(emitter.gain * emitter.gain);
-  std::vector<Reading> emitted;
-  for (const auto& [key, power] : powers) emitted.push_back(reading_of(key, power));
+  std::vector<ReadPosition> emitted;
+  for (const auto& [key, power] : powers) emitted.push_back(read_position(key, power));
   return emitted;
 }
 
@@ -47,7 +47,7 @@ float power_of(const Voice& voice) {
   return power;
 }
 
-// How many decoded blocks may be kept, out of the budget.
+// Number of decoded blocks that the budget has room for.
 std::uint64_t blocks_kept(const std::vector<SignalDescription>& shapes, const SoundBudget& budget) {
   const bool any_long = std::any_of(
       shapes.begin(), shapes.end(),
@@ -57,21 +57,21 @@ std::uint64_t blocks_kept(const std::vector<SignalDescription>& shapes, const So
 
 }  // namespace
 
-// What the sampler and the loader threads share; all under the mutex but for what is said.
+// State shared by the sampler and the loader threads. The mutex guards everything unless noted.
 struct SoundLoader::Shared {
   Shared(std::span<PreparedSignal> signals, SignalBlockCache::Decode decode, std::uint64_t kept,
-         const SoundBudget& budget, const std::atomic<std::uint64_t>& passes)
+         const SoundBudget& budget, const std::atomic<std::uint64_t>& quiescent_points)
       : blocks(std::move(decode), static_cast<std::size_t>(kept)),
         pieces(signals, {budget.bytes - kept * SignalBlockCache::kBlockBytes, budget.strict},
-               passes) {}
+               quiescent_points) {}
 
-  SignalBlockCache blocks;           // has a mutex of its own
-  std::atomic<bool> settled{false};  // all is here for good, or cannot be
+  SignalBlockCache blocks;           // has its own mutex
+  std::atomic<bool> settled{false};  // every piece is resident or has failed
   std::mutex mutex;
   std::condition_variable work, arrival;
   bool closing = false;
   SoundResidency pieces;
-  std::vector<Reading> read, emitted;
+  std::vector<ReadPosition> read, emitted;
   std::int64_t ahead_frames = 0;
   std::vector<std::thread> threads;
 };
@@ -105,9 +105,9 @@ SoundLoader::SoundLoader(const std::vector<SignalDescription>& shapes,
     bytes += signal.memory_bytes();
   }
   shared_ = std::make_unique<Shared>(signals_, std::move(decode), blocks_kept(shapes, budget),
-                                     budget, passes_);
+                                     budget, quiescent_points_);
   shared_->emitted = emitted_by(emitters);
-  // The segment that is mixed, those that wait, and the one that is being made.
+  // One segment is being mixed, `keyframes` wait in the queue, and one is being made.
   shared_->ahead_frames = static_cast<std::int64_t>(keyframes + 2) * kKeyframeFrames;
   for (int i = 0; i < threads; ++i) shared_->threads.emplace_back([this] { run(); });
 }
@@ -125,10 +125,10 @@ void SoundLoader::run() {
   Shared& shared = *shared_;
   std::unique_lock lock(shared.mutex);
   while (!shared.closing) {
-    shared.pieces.give_back();
-    shared.pieces.look(shared.read, shared.emitted, clock_.load(std::memory_order_relaxed),
-                       shared.ahead_frames);
-    SoundResidency::Piece* const piece = shared.pieces.choose();
+    shared.pieces.free_evicted();
+    shared.pieces.update_needs(shared.read, shared.emitted, clock_.load(std::memory_order_relaxed),
+                               shared.ahead_frames);
+    SoundResidency::Piece* const piece = shared.pieces.next_to_load();
     if (piece == nullptr) {
       shared.settled = shared.pieces.all_settled();
       shared.arrival.notify_all();
@@ -145,7 +145,7 @@ void SoundLoader::run() {
                                       window.first, window.frames);
     bool locked = false;
     if (samples.ok()) {
-      locked = signal.bring(piece->piece);
+      locked = signal.commit(piece->piece);
       signal.make(piece->piece, std::move(*samples));
     }
     lock.lock();
@@ -160,7 +160,7 @@ void SoundLoader::run() {
 void SoundLoader::play(std::span<const Voice> voices) {
   ++played_;
   if (shared_->settled.load(std::memory_order_relaxed)) return;
-  constexpr double kMaxSignal_frames = 1 << 30;  // as the mixer's
+  constexpr double kMaxSignal_frames = 1 << 30;  // same limit as the mixer's
   for (const Voice& voice : voices) {
     double least = std::min(voice.delay_frames[0], voice.delay_frames[1]);
     double most = std::max(voice.delay_frames[0], voice.delay_frames[1]);
@@ -172,7 +172,7 @@ void SoundLoader::play(std::span<const Voice> voices) {
     const float power = power_of(voice);
     const auto reads = [&](std::uint32_t signal) {
       for (std::int32_t step = step_of(least); step <= step_of(most); ++step) {
-        Heard& heard = heard_[key_of(signal, step)];
+        RecentRead& heard = recent_reads_[key_of(signal, step)];
         heard.power = heard.keyframe == played_ ? heard.power + power : power;
         heard.keyframe = played_;
       }
@@ -180,10 +180,10 @@ void SoundLoader::play(std::span<const Voice> voices) {
     reads(voice.signal);
     if (const std::uint32_t loop = continuation_[voice.signal]; loop != voice.signal) reads(loop);
   }
-  std::vector<Reading> read;
-  std::erase_if(heard_,
+  std::vector<ReadPosition> read;
+  std::erase_if(recent_reads_,
                 [this](const auto& one) { return one.second.keyframe + keyframes_ + 2 < played_; });
-  for (const auto& [key, heard] : heard_) read.push_back(reading_of(key, heard.power));
+  for (const auto& [key, heard] : recent_reads_) read.push_back(read_position(key, heard.power));
   {
     const std::lock_guard lock(shared_->mutex);
     shared_->read = std::move(read);
@@ -196,8 +196,8 @@ bool SoundLoader::wait(double longest_s) {
   if (shared.settled.load(std::memory_order_relaxed)) return true;
   std::unique_lock lock(shared.mutex);
   const auto complete = [&] {
-    shared.pieces.look(shared.read, shared.emitted, clock_.load(std::memory_order_relaxed),
-                       shared.ahead_frames);
+    shared.pieces.update_needs(shared.read, shared.emitted, clock_.load(std::memory_order_relaxed),
+                               shared.ahead_frames);
     return !shared.pieces.lacks_needed_now();
   };
   if (longest_s < std::numeric_limits<double>::infinity())

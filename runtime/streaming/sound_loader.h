@@ -1,25 +1,27 @@
-// sound_loader.h: keeps the stretches of sound that voices play in memory, and decodes others
+// sound_loader.h: streams sounds: keeps the pieces that voices read in memory and decodes others
 // ahead.
 //
-// Nothing is decoded at the opening. Each keyframe says which signals its voices read and how late;
-// with the mixer's clock that tells which pieces (prepared_signal.h) are read now, and which soon.
-// Loader threads decode them in this order: what is read within a second, then within four, the
-// loudest first, then what emitters play though nobody hears it. Beyond the budget, pieces that
-// are needed less are dropped, the least recently needed first; what is read now never is. A voice
-// whose sound is not here is held back by the mixer and counted; it never reads what is not here.
+// Opening decodes nothing. Each keyframe tells which signals its voices read and at which delays;
+// with the mixer's clock this gives the pieces (prepared_signal.h) that are read now and those that
+// are read soon. Loader threads decode in this order: pieces read within a second, then within four
+// seconds, the loudest first, then those that emitters play although no voice reads them. When the
+// budget is full, pieces that are needed less are evicted, the least recently needed first, but
+// never pieces that are read now. The mixer mutes and counts a voice whose pieces are not resident;
+// it never reads them.
 //
-// A sampler that stands still stops nothing: what the last keyframes' voices read goes on with the
+// If the sampler stalls, loading continues: the voices of the last keyframes read on with the
 // clock.
 //
-// How the audio thread never meets a page that is gone: it looks at the flag of each piece that its
-// next segment reads, and reads no others; between segments it calls pass(). A piece is dropped by
-// clearing its flag, then waiting for a pass() that began later: whoever saw the flag set is done.
-// Both sides do that in sequentially consistent order. Pieces are touched, locked where allowed and
-// filled before their flag is set.
+// Eviction is safe for the audio thread, which takes no locks. It checks the flag of each piece
+// that its next segment reads, reads no others, and calls mark_quiescent() between segments. The
+// loader clears the flag of an evicted piece and frees it only after a later mark_quiescent(): a
+// reader that saw the flag set has then finished. Both sides use sequentially consistent order.
+// Pieces are faulted in, locked where the system allows it, and filled before their flag is set.
 //
-// Threads: play() and wait() are the sampler's, pass() the audio thread's, statistics() any's.
-// Memory: the budget, and some 8 MB of work for each loader thread while it decodes. Decoding and
-// preparing goes 200 to 340 times as fast as real time: tests/benchmarks/sound_benchmark.cpp.
+// Threads: play() and wait() run on the sampler's thread, mark_quiescent() on the audio thread,
+// statistics() on any. Memory: the budget, and some 8 MB of scratch memory per loader thread while
+// it decodes. Decoding and preparing run 200 to 340 times as fast as real time
+// (tests/benchmarks/sound_benchmark.cpp).
 #pragma once
 
 #include <atomic>
@@ -41,7 +43,8 @@ namespace clamor {
 
 class SoundLoader {
  public:
-  // `keyframes` is how many may be on their way to the mixer. `emitters` are known beforehand.
+  // `keyframes` is how many may be queued for the mixer. `emitters` are loaded ahead even if no
+  // voice plays them yet.
   SoundLoader(const std::vector<SignalDescription>& shapes, std::span<const Emitter> emitters,
               const MixMode& mode, SignalBlockCache::Decode decode, const SoundBudget& budget,
               std::size_t keyframes, int threads = 1);
@@ -49,51 +52,52 @@ class SoundLoader {
   SoundLoader(const SoundLoader&) = delete;
   SoundLoader& operator=(const SoundLoader&) = delete;
 
-  // Valid as long as the loader is.
+  // Valid as long as the loader.
   std::span<const PreparedSignal> signals() const { return signals_; }
 
   std::uint64_t budget_bytes() const { return budget_bytes_; }
 
-  // How much all of it would take.
+  // Memory for all signals if every piece were resident.
   static std::uint64_t bytes_of(const std::vector<SignalDescription>& shapes, const MixMode& mode);
 
-  // The sampler: a keyframe with these voices follows.
+  // Sampler: announces a keyframe with these voices.
   void play(std::span<const Voice> voices);
-  // Until all that is read now is here, or cannot be: true; or so long. A strict budget may need a
-  // pass() before it can go on.
+  // Waits until all pieces that are read now are resident or have failed (true), or until the time
+  // limit. With a strict budget, progress may need a mark_quiescent().
   bool wait(double longest_s);
 
-  // The audio thread: between segments, nothing being read; the mixer is at this clock.
-  void pass(std::int64_t clock_frames) noexcept REALTIME {
+  // Audio thread, between segments: it reads no piece at the moment, and the mixer is at this
+  // clock.
+  void mark_quiescent(std::int64_t clock_frames) noexcept REALTIME {
     clock_.store(clock_frames, std::memory_order_relaxed);
-    passes_.fetch_add(1, std::memory_order_seq_cst);
+    quiescent_points_.fetch_add(1, std::memory_order_seq_cst);
   }
 
   SoundStatistics statistics() const;
 
-  // For tests: all memory there may ever be, here or not.
+  // For tests: all memory that pieces may ever use, resident or not.
   std::span<const std::byte> memory() const { return {memory_->data(), memory_->bytes()}; }
 
  private:
   struct Shared;
-  struct Heard {
+  struct RecentRead {
     float power = 0;
     std::uint64_t keyframe = 0;
   };
   void run();
 
   std::vector<PreparedSignal> signals_;
-  std::vector<std::uint32_t>
-      continuation_;  // by signal: the loop of an onset, else the signal itself
+  // By signal: the loop that follows an onset, else the signal itself.
+  std::vector<std::uint32_t> continuation_;
   std::shared_ptr<SoundMemory> memory_;
   const std::uint64_t keyframes_, budget_bytes_;
 
-  // The sampler's: what voices read, by signal and step of delay.
-  std::unordered_map<std::uint64_t, Heard> heard_;
+  // Sampler thread: what voices read, by signal and delay step.
+  std::unordered_map<std::uint64_t, RecentRead> recent_reads_;
   std::uint64_t played_ = 0;
 
   std::atomic<std::int64_t> clock_{0};
-  std::atomic<std::uint64_t> passes_{0};
+  std::atomic<std::uint64_t> quiescent_points_{0};
   std::unique_ptr<Shared> shared_;
 };
 

@@ -27,8 +27,8 @@ SoundMemory::SoundMemory(std::size_t bytes) : bytes_(whole_pages(bytes)) {
   if (data == MAP_FAILED) throw std::bad_alloc();
   data_ = static_cast<std::byte*>(data);
 #ifdef MADV_NOHUGEPAGE
-  // Nobody shall make huge pages of small ones while they are read, nor keep more than was asked
-  // for.
+  // Keep the kernel from merging small pages into huge ones while they are read, which would also
+  // keep more memory than was committed.
   ::madvise(data_, bytes_, MADV_NOHUGEPAGE);
 #endif
 }
@@ -37,9 +37,9 @@ SoundMemory::~SoundMemory() {
   if (data_ != nullptr) ::munmap(data_, bytes_);
 }
 
-bool SoundMemory::bring(std::size_t first, std::size_t bytes) {
+bool SoundMemory::commit(std::size_t first, std::size_t bytes) {
   assert(first % page_bytes() == 0 && bytes % page_bytes() == 0 && first + bytes <= bytes_);
-  // Locking brings pages in by itself; touching is for where it may not.
+  // mlock() faults pages in; if it is not allowed, touching each page does.
   const bool locked = ::mlock(data_ + first, bytes) == 0;
   for (std::size_t at = first; at < first + bytes; at += page_bytes()) {
     volatile std::byte* const page = data_ + at;
@@ -50,7 +50,7 @@ bool SoundMemory::bring(std::size_t first, std::size_t bytes) {
 
 void SoundMemory::decommit(std::size_t first, std::size_t bytes) {
   assert(first % page_bytes() == 0 && bytes % page_bytes() == 0 && first + bytes <= bytes_);
-  // The kernel would not take back what is locked. Unlocking what is not does no harm.
+  // The kernel does not free locked pages. Unlocking pages that are not locked does no harm.
   ::munlock(data_ + first, bytes);
   ::madvise(data_ + first, bytes, MADV_DONTNEED);
 }

@@ -1,11 +1,10 @@
-// sound_memory.h: memory for decoded sound that the audio thread may read without a page fault.
+// sound_memory.h: memory for decoded sound that the audio thread reads without page faults.
 //
-// Address space is reserved for as much as there might ever be and costs nothing; what is wanted of
-// it is brought in page by page, touched and, where the system allows it (RLIMIT_MEMLOCK), locked,
-// so that reading it never waits for the kernel. What was let go reads as zeros, and would fault:
-// who lets go must know that nobody reads it any more.
+// Reserves address space for the largest possible size, which costs nothing. commit() faults pages
+// in and, where the system allows it (RLIMIT_MEMLOCK), locks them. Decommitted memory reads as
+// zeros but faults, so the caller must know that no thread still reads it.
 //
-// Threads: bring() and decommit() of different ranges at once.
+// Threads: commit() and decommit() may run at once on different ranges.
 #pragma once
 
 #include <cstddef>
@@ -14,11 +13,12 @@ namespace clamor {
 
 class SoundMemory {
  public:
-  // Of the system's; ranges that come and go by themselves begin and end on their edges.
+  // The system's page size, and `bytes` rounded up to it. Committed ranges must begin and end at
+  // page boundaries.
   static std::size_t page_bytes();
   static std::size_t whole_pages(std::size_t bytes);
 
-  // Throws std::bad_alloc where there is not even the address space.
+  // Throws std::bad_alloc if the address space is not available.
   explicit SoundMemory(std::size_t bytes);
   ~SoundMemory();
   SoundMemory(const SoundMemory&) = delete;
@@ -27,8 +27,8 @@ class SoundMemory {
   std::byte* data() const { return data_; }
   std::size_t bytes() const { return bytes_; }
 
-  // Of whole pages, both. bring() says whether they are locked.
-  bool bring(std::size_t first, std::size_t bytes);
+  // Both take whole pages. commit() returns whether they are locked.
+  bool commit(std::size_t first, std::size_t bytes);
   void decommit(std::size_t first, std::size_t bytes);
 
  private:

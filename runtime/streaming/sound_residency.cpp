@@ -8,19 +8,19 @@ namespace clamor {
 
 namespace {
 
-// What the mixer may read before the clock less a delay: as it begins, with the bank's tail. And
-// the frames after it in which a piece counts as read now, or soon.
+// The mixer may read this far before (clock - delay), when it starts with the filter bank's tail.
+// Pieces this far after it count as read now, or soon.
 constexpr std::int64_t kBehind_frames = 12 * 1024;
 constexpr std::int64_t kNow_frames = kSampleRate_hz;
 constexpr std::int64_t kSoon_frames = 4 * std::int64_t{kSampleRate_hz};
-// What emitters played may still be on its way.
-constexpr std::int64_t kUnderWay_frames = 2 * std::int64_t{kSampleRate_hz};
+// Sound that emitters have played may still be travelling for this long.
+constexpr std::int64_t kTravel_frames = 2 * std::int64_t{kSampleRate_hz};
 
 }  // namespace
 
 SoundResidency::SoundResidency(std::span<PreparedSignal> signals, const SoundBudget& budget,
-                               const std::atomic<std::uint64_t>& passes)
-    : signals_(signals), budget_(budget), passes_(passes) {
+                               const std::atomic<std::uint64_t>& quiescent_points)
+    : signals_(signals), budget_(budget), quiescent_points_(quiescent_points) {
   std::uint64_t all = 0;
   for (std::uint32_t s = 0; s < signals.size(); ++s) {
     first_piece_.push_back(pieces_.size());
@@ -53,41 +53,44 @@ void SoundResidency::need(std::uint32_t signal, std::int64_t from, std::int64_t 
   });
 }
 
-void SoundResidency::look(std::span<const Reading> read, std::span<const Reading> emitted,
-                          std::int64_t clock_frames, std::int64_t ahead_frames) {
+void SoundResidency::update_needs(std::span<const ReadPosition> read,
+                                  std::span<const ReadPosition> emitted, std::int64_t clock_frames,
+                                  std::int64_t ahead_frames) {
   ++round_;
   needed_.clear();
-  const auto add = [&](const Reading& reading, std::int64_t behind, std::int64_t ahead, Need what) {
+  const auto add = [&](const ReadPosition& reading, std::int64_t behind, std::int64_t ahead,
+                       Need what) {
     const std::int64_t last = clock_frames - reading.step * kDelayStep_frames;
     need(reading.signal, last - kDelayStep_frames - behind, last + ahead_frames + ahead, what,
          reading.power);
   };
-  for (const Reading& reading : read) {
+  for (const ReadPosition& reading : read) {
     add(reading, kBehind_frames, kNow_frames, Need::kNow);
     add(reading, 0, kSoon_frames, Need::kSoon);
   }
-  for (const Reading& reading : emitted)
-    add(reading, kUnderWay_frames, kSoon_frames, Need::kPerhaps);
+  for (const ReadPosition& reading : emitted)
+    add(reading, kTravel_frames, kSoon_frames, Need::kEmitted);
 }
 
 bool SoundResidency::lacks_needed_now() const {
   return std::any_of(needed_.begin(), needed_.end(), [this](std::uint32_t i) {
     const Piece& piece = pieces_[i];
-    const bool comes = piece.place == Place::kAbsent || piece.place == Place::kLoading ||
-                       piece.place == Place::kLeaving;
-    return piece.need == Need::kNow && comes && !piece.crowded;
+    const bool comes = piece.state == State::kAbsent || piece.state == State::kLoading ||
+                       piece.state == State::kEvicting;
+    return piece.need == Need::kNow && comes && !piece.over_budget;
   });
 }
 
-SoundResidency::Piece* SoundResidency::choose() {
+SoundResidency::Piece* SoundResidency::next_to_load() {
   missing_.clear();
   for (const std::uint32_t i : needed_) {
-    if (pieces_[i].place == Place::kLeaving) stay(pieces_[i]);  // its memory is as it was
-    if (pieces_[i].place == Place::kAbsent) missing_.push_back(i);
+    if (pieces_[i].state == State::kEvicting)
+      mark_resident(pieces_[i]);  // its memory is still intact
+    if (pieces_[i].state == State::kAbsent) missing_.push_back(i);
   }
-  if (missing_.empty() && all_fit_)  // no harm in having the short ones
+  if (missing_.empty() && all_fit_)  // with room for everything, load the short signals too
     for (std::uint32_t i = 0; i < pieces_.size() && missing_.empty(); ++i)
-      if (pieces_[i].place == Place::kAbsent && signals_[pieces_[i].signal].pieces() == 1)
+      if (pieces_[i].state == State::kAbsent && signals_[pieces_[i].signal].pieces() == 1)
         missing_.push_back(i);
   std::sort(missing_.begin(), missing_.end(), [this](std::uint32_t a, std::uint32_t b) {
     const Piece &one = pieces_[a], &other = pieces_[b];
@@ -97,29 +100,30 @@ SoundResidency::Piece* SoundResidency::choose() {
   for (const std::uint32_t i : missing_) {
     Piece& piece = pieces_[i];
     if (make_room(piece)) {
-      piece.crowded = false;
-      piece.place = Place::kLoading;
+      piece.over_budget = false;
+      piece.state = State::kLoading;
       statistics_.bytes += piece.bytes;
       statistics_.max_bytes = std::max(statistics_.max_bytes, statistics_.bytes);
       return &piece;
     }
-    if (piece.need != Need::kNow || !leaving_.empty()) continue;
-    statistics_.crowded += !piece.crowded;
-    piece.crowded = true;
+    if (piece.need != Need::kNow || !evicting_.empty()) continue;
+    statistics_.over_budget += !piece.over_budget;
+    piece.over_budget = true;
   }
   return nullptr;
 }
 
-// Makes room for a piece among those that are needed less, the least recently needed first; false
-// if there is none yet.
+// Evicts pieces that are needed less until `wanted` fits, the least recently needed first. False if
+// there is no room yet.
 bool SoundResidency::make_room(const Piece& wanted) {
   const auto fits = [&](std::uint64_t bytes) { return bytes + wanted.bytes <= budget_.bytes; };
   if (fits(statistics_.bytes)) return true;
   std::uint64_t left = statistics_.bytes;
-  for (const std::uint32_t i : leaving_) left -= pieces_[i].bytes;
+  for (const std::uint32_t i : evicting_) left -= pieces_[i].bytes;
   idle_.clear();
   for (std::uint32_t i = 0; i < pieces_.size() && !fits(left); ++i)
-    if (pieces_[i].place == Place::kHere && need_of(pieces_[i]) < wanted.need) idle_.push_back(i);
+    if (pieces_[i].state == State::kResident && need_of(pieces_[i]) < wanted.need)
+      idle_.push_back(i);
   std::sort(idle_.begin(), idle_.end(), [this](std::uint32_t a, std::uint32_t b) {
     const Piece &one = pieces_[a], &other = pieces_[b];
     if (need_of(one) != need_of(other)) return need_of(one) < need_of(other);
@@ -128,32 +132,32 @@ bool SoundResidency::make_room(const Piece& wanted) {
   std::size_t go = 0;
   for (; go < idle_.size() && !fits(left); ++go) left -= pieces_[idle_[go]].bytes;
   if (fits(left))
-    for (std::size_t i = 0; i < go; ++i) leave(idle_[i]);
+    for (std::size_t i = 0; i < go; ++i) evict(idle_[i]);
   return !budget_.strict && wanted.need == Need::kNow;
 }
 
-void SoundResidency::stay(Piece& piece) {
-  piece.place = Place::kHere;
+void SoundResidency::mark_resident(Piece& piece) {
+  piece.state = State::kResident;
   signals_[piece.signal].set_resident(piece.piece, true);
 }
 
-// Nobody begins to read it any more. In this order: see sound_loader.h.
-void SoundResidency::leave(std::uint32_t index) {
+// Stops new reads of the piece; the order of these steps matters (sound_loader.h).
+void SoundResidency::evict(std::uint32_t index) {
   Piece& piece = pieces_[index];
-  piece.place = Place::kLeaving;
+  piece.state = State::kEvicting;
   signals_[piece.signal].set_resident(piece.piece, false);
-  piece.left_at = passes_.load(std::memory_order_seq_cst);
-  leaving_.push_back(index);
+  piece.evicted_at = quiescent_points_.load(std::memory_order_seq_cst);
+  evicting_.push_back(index);
 }
 
-void SoundResidency::give_back() {
-  const std::uint64_t passes = passes_.load(std::memory_order_seq_cst);
-  std::erase_if(leaving_, [&](std::uint32_t i) {
+void SoundResidency::free_evicted() {
+  const std::uint64_t quiescent_points = quiescent_points_.load(std::memory_order_seq_cst);
+  std::erase_if(evicting_, [&](std::uint32_t i) {
     Piece& piece = pieces_[i];
-    if (piece.place != Place::kLeaving) return true;
-    if (piece.left_at == passes) return false;
+    if (piece.state != State::kEvicting) return true;
+    if (piece.evicted_at == quiescent_points) return false;
     signals_[piece.signal].decommit(piece.piece);
-    piece.place = Place::kAbsent;
+    piece.state = State::kAbsent;
     statistics_.bytes -= piece.bytes;
     statistics_.locked_bytes -= piece.locked ? piece.bytes : 0;
     --statistics_.resident;
@@ -168,18 +172,18 @@ void SoundResidency::loaded(Piece& piece, bool locked) {
   statistics_.lock_refused = statistics_.lock_refused || !locked;
   ++statistics_.resident;
   ++statistics_.loaded;
-  stay(piece);
+  mark_resident(piece);
 }
 
 void SoundResidency::failed(Piece& piece, const std::string& why) {
-  piece.place = Place::kFailed;
+  piece.state = State::kFailed;
   statistics_.bytes -= piece.bytes;
   if (statistics_.failed++ == 0) statistics_.failure = why;
 }
 
 bool SoundResidency::all_settled() const {
   return all_fit_ && std::all_of(pieces_.begin(), pieces_.end(), [](const Piece& piece) {
-           return piece.place == Place::kHere || piece.place == Place::kFailed;
+           return piece.state == State::kResident || piece.state == State::kFailed;
          });
 }
 

@@ -1,6 +1,6 @@
-// sound_residency.h: which pieces of the signals are in memory, which should be, and which may go.
+// sound_residency.h: decides which pieces of the signals are loaded and which are evicted.
 //
-// Not thread-safe: what SoundLoader's threads share, under its mutex.
+// Not thread-safe: SoundLoader's threads share it under their mutex.
 #pragma once
 
 #include <atomic>
@@ -10,29 +10,18 @@
 #include <vector>
 
 #include "runtime/streaming/prepared_signal.h"
+#include "runtime/streaming/sound_statistics.h"
 
 namespace clamor {
 
-struct SoundStatistics {
-  std::uint64_t loaded = 0, dropped = 0, failed = 0;  // pieces
-  std::uint64_t resident = 0, bytes = 0;              // pieces, and their memory
-  std::uint64_t max_bytes = 0;                        // that there ever were
-  std::uint64_t locked_bytes = 0;
-  bool lock_refused = false;  // the system would not lock all of it
-  std::uint64_t crowded = 0;  // pieces that were needed now and found no room in the budget
-  std::uint64_t late = 0;     // voices held back for a keyframe: their sound was not here
-  std::string failure;        // the first, as a sentence
-};
-
 struct SoundBudget {
   std::uint64_t bytes = 32'000'000;
-  bool strict = true;  // or may what is read now take more
+  bool strict = true;  // otherwise pieces that are read now may exceed the budget
 };
 
-// That voices read a signal, or will, behind the clock by `step` times kDelayStep_frames and up
-// to one more.
+// A voice's read position: a signal at a delay of `step` to `step` + 1 times kDelayStep_frames.
 inline constexpr std::int64_t kDelayStep_frames = 8192;
-struct Reading {
+struct ReadPosition {
   std::uint32_t signal = 0;
   std::int32_t step = 0;
   float power = 0;
@@ -40,43 +29,43 @@ struct Reading {
 
 class SoundResidency {
  public:
-  enum class Place : std::uint8_t { kAbsent, kLoading, kHere, kLeaving, kFailed };
-  enum class Need : std::uint8_t { kNone, kPerhaps, kSoon, kNow };
+  enum class State : std::uint8_t { kAbsent, kLoading, kResident, kEvicting, kFailed };
+  enum class Need : std::uint8_t { kNone, kEmitted, kSoon, kNow };
 
   struct Piece {
-    std::uint32_t signal = 0, piece = 0;  // piece of the signal
+    std::uint32_t signal = 0, piece = 0;  // index within the signal
     std::uint64_t bytes = 0;
-    Place place = Place::kAbsent;
+    State state = State::kAbsent;
     bool locked = false;
-    bool crowded = false;           // found no room when it was needed now
-    std::uint64_t left_at = 0;      // passes
+    bool over_budget = false;       // did not fit when it was needed now
+    std::uint64_t evicted_at = 0;   // value of `quiescent_points`
     std::uint64_t last_needed = 0;  // round
     Need need = Need::kNone;        // in that round
     float power = 0;
   };
 
-  // `passes` counts the audio thread's (sound_loader.h).
+  // `quiescent_points` counts the audio thread's calls of mark_quiescent() (sound_loader.h).
   SoundResidency(std::span<PreparedSignal> signals, const SoundBudget& budget,
-                 const std::atomic<std::uint64_t>& passes);
+                 const std::atomic<std::uint64_t>& quiescent_points);
 
-  // Begins a round: tells what is needed with the clock where it is, a segment beginning in the
-  // next `ahead_frames`. `emitted` is what emitters play, heard or not.
-  void look(std::span<const Reading> read, std::span<const Reading> emitted,
-            std::int64_t clock_frames, std::int64_t ahead_frames);
+  // Begins a round: computes which pieces are needed at this clock by a segment that begins within
+  // `ahead_frames`. `emitted` lists what emitters play, with or without a voice.
+  void update_needs(std::span<const ReadPosition> read, std::span<const ReadPosition> emitted,
+                    std::int64_t clock_frames, std::int64_t ahead_frames);
 
-  // Of the last look.
+  // As of the last update_needs().
   bool lacks_needed_now() const;
-  // The piece to load first, or null: it counts as loading now. Others may have to leave for it.
-  Piece* choose();
+  // The next piece to load, now marked as loading, or null. May evict others.
+  Piece* next_to_load();
 
-  // What became of it.
+  // The result of loading a piece.
   void loaded(Piece& piece, bool locked);
   void failed(Piece& piece, const std::string& why);
 
-  // Gives back the memory of pieces that left and that nobody can be reading any more.
-  void give_back();
+  // Frees the memory of evicted pieces that no thread can be reading any more.
+  void free_evicted();
 
-  bool all_settled() const;  // here for good, or failed
+  bool all_settled() const;  // every piece is resident or has failed
   const SoundStatistics& statistics() const { return statistics_; }
 
  private:
@@ -85,19 +74,19 @@ class SoundResidency {
     return piece.last_needed == round_ ? piece.need : Need::kNone;
   }
   bool make_room(const Piece& wanted);
-  void stay(Piece& piece);
-  void leave(std::uint32_t index);
+  void mark_resident(Piece& piece);
+  void evict(std::uint32_t index);
 
   const std::span<PreparedSignal> signals_;
   const SoundBudget budget_;
-  const std::atomic<std::uint64_t>& passes_;
+  const std::atomic<std::uint64_t>& quiescent_points_;
   std::vector<Piece> pieces_;
   std::vector<std::size_t> first_piece_;  // by signal
   bool all_fit_ = false;
 
   std::uint64_t round_ = 0;
   std::vector<std::uint32_t> needed_;  // in this round
-  std::vector<std::uint32_t> leaving_, missing_, idle_;
+  std::vector<std::uint32_t> evicting_, missing_, idle_;
   SoundStatistics statistics_;
 };
 

@@ -34,6 +34,7 @@
 #include "common/random.h"
 #include "common/thread_time.h"
 #include "formats/gltf/level_import.h"
+#include "formats/level/walk_file.h"
 #include "tests/benchmarks/bare_embree.h"
 #include "tests/build_paths.h"
 #include "tests/rooms.h"

@@ -18,6 +18,7 @@
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/player/render.h"
+#include "runtime/voices/keyframe.h"
 
 namespace clamor {
 namespace {

@@ -131,7 +131,7 @@ void BM_Piece(benchmark::State& state) {
     const PreparedSignal::Window window = signal.window(piece);
     auto samples = blocks.read(kShort, {kLong_frames, true}, window.first, window.frames);
     if (!samples.ok()) std::abort();
-    signal.bring(piece);
+    signal.commit(piece);
     signal.make(piece, std::move(*samples));
     signal.decommit(piece);
     piece = (piece + 1) % (signal.pieces() - 1);

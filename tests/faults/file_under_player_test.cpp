@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/player/render.h"

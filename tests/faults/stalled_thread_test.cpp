@@ -7,17 +7,18 @@
 #include <thread>
 
 #include "common/random.h"
+#include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_writer.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/streaming/page_loader.h"
-#include "tools/analysis/click_detector.h"
-#include "tools/analysis/programme_loudness.h"
 #include "tests/baked_room.h"
 #include "tests/faults/fault_injection.h"
 #include "tests/sanitized.h"
 #include "tests/tools/run_clamor.h"
+#include "tools/analysis/click_detector.h"
+#include "tools/analysis/programme_loudness.h"
 
 namespace clamor::testing {
 

@@ -10,6 +10,7 @@
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_layout.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
 #include "tests/checksums.h"
 #include "tests/fuzz/fuzz_target.h"

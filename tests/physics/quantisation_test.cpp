@@ -14,10 +14,10 @@
 #include "common/random.h"
 #include "formats/bake_file/source_quantization.h"
 #include "formats/gltf/level_import.h"
-#include "tools/analysis/energy_response.h"
-#include "tools/analysis/impulse_response.h"
 #include "tests/build_paths.h"
 #include "tests/sanitized.h"
+#include "tools/analysis/energy_response.h"
+#include "tools/analysis/impulse_response.h"
 
 namespace clamor {
 namespace {

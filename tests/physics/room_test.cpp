@@ -14,8 +14,8 @@
 #include "bake/bake.h"
 #include "common/random.h"
 #include "common/reflection.h"
-#include "tools/analysis/energy_response.h"
 #include "tests/rooms.h"
+#include "tools/analysis/energy_response.h"
 
 namespace clamor {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "bake/bake.h"
 #include "formats/gltf/level_import.h"
+#include "tests/build_paths.h"
 #include "tools/analysis/energy_response.h"
 #include "tools/analysis/room_parameters.h"
-#include "tests/build_paths.h"
 
 namespace clamor {
 namespace {

@@ -1,4 +1,4 @@
-// What a device is given: at its rate, in blocks of any size, without a tick.
+// device_feed_test.cpp: a device's input at its own rate, in blocks of any size, without clicks.
 #include "runtime/output/device_feed.h"
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kAmplitude = 0.5;
 
-// A mixer of two sines, one an ear, as long as one wishes.
+// A mixer that plays a sine at each ear.
 struct Sines {
   double left_hz, right_hz;
   std::uint64_t frame = 0;
@@ -36,7 +36,7 @@ struct Sines {
   }
 };
 
-// So many blocks as sizes says, from a device that keeps time.
+// Blocks of the given sizes, from a device that keeps time.
 template <class Sizes>
 std::vector<float> played(OutputCallback callback, int rate_hz, double seconds, Sizes sizes) {
   const auto gate = std::make_shared<CallbackGate>(callback);
@@ -67,11 +67,11 @@ auto blocks_of_any_size() {
 }
 
 struct Sine {
-  double level_db;     // of the sine, re what was mixed
-  double residual_db;  // of all else, re the sine
+  double level_db;     // of the sine, relative to the mixer's
+  double residual_db;  // of everything else, relative to the sine
 };
 
-// Fits a sine of that frequency to the second half, by least squares; what is left is not it.
+// Fits a sine of that frequency to the second half by least squares; the rest is the residual.
 Sine fitted(const std::vector<float>& samples, std::size_t channel, double frequency_hz,
             double rate_hz) {
   double ss = 0, cc = 0, sc = 0, xs = 0, xc = 0;
@@ -122,7 +122,7 @@ TEST_P(AtAnotherRate, SinesKeepTheirPitchAndLevelAndGainNothingElse) {
       EXPECT_NEAR(sine.level_db, 0, 0.05) << frequency_hz;
       EXPECT_LT(sine.residual_db, -100) << frequency_hz;
       std::vector<float> steady = channel_of(heard, channel);
-      steady.erase(steady.begin(), steady.begin() + 4096);  // the beginning of a sine is a tick
+      steady.erase(steady.begin(), steady.begin() + 4096);  // the start of a sine is a click
       EXPECT_TRUE(find_clicks(steady, 1e-4 * kAmplitude).empty()) << frequency_hz;
     }
   }
@@ -142,7 +142,7 @@ INSTANTIATE_TEST_SUITE_P(Rates, AtAnotherRate,
 
 TEST(DeviceFeed, BringsNothingDownFromAboveHalfTheRate) {
   for (const int rate_hz : {8000, 22050, 32000, 44100}) {
-    // The filter begins to close at 90 %, and is shut as far above.
+    // The filter's transition begins at 90 % and ends as far above.
     Sines sines{std::min(0.5 * rate_hz * 1.11, 23900.0), 23950};
     const auto heard = played(sines.callback(), rate_hz, 1, blocks_of(256));
     for (std::size_t i = heard.size() / 2; i < heard.size(); ++i)
@@ -150,8 +150,7 @@ TEST(DeviceFeed, BringsNothingDownFromAboveHalfTheRate) {
   }
 }
 
-// A device may fill its buffers ahead of time and be late by a quarter of a second, but time is
-// time.
+// A device may fill its buffers ahead of time and be late by a quarter of a second, but not more.
 TEST(DeviceFeed, FollowsADeviceWhoseClockIsOnePerCentFastForAnHour) {
   const auto gate = std::make_shared<CallbackGate>(
       OutputCallback{[](void*, float*, std::uint32_t, bool) noexcept {}, nullptr});

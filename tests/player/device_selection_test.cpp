@@ -37,7 +37,7 @@ TEST(DeviceChoice, TakesWholeNamesBeginningsAndPartsWhateverTheirCase) {
   EXPECT_EQ(chosen("hw:usb,1"), "alsa: hw:USB,1");
 }
 
-// "usb" begins the headset's name and is a part of others.
+// "usb" is a prefix of the headset's name and a substring of others.
 TEST(DeviceChoice, PrefersABeginningToAPart) { EXPECT_EQ(chosen("usb"), "pulse: USB Headset"); }
 
 TEST(DeviceChoice, SaysWhatANameMayMean) {
@@ -54,7 +54,7 @@ TEST(DeviceChoice, SaysWhatThereIsWhenThereIsNoSuchDevice) {
   EXPECT_NE(choose_device({}, "").error().message.find("--device none"), std::string::npos);
 }
 
-// And takes no card for it that has "jack" in its name.
+// A card with "jack" in its name does not match the API's name.
 TEST(DeviceChoice, SaysThatNoServerIsRunningWhereNothingAnswersForAnApi) {
   const std::vector<OutputDevice> devices = {{"alsa", "hw:Headphone Jack", 2, {48000}, true}};
   const auto missing = choose_device(devices, "JACK");

@@ -1,4 +1,4 @@
-// fake_devices.h: sound devices that do whatever a test wants of them, and a mixer that notices.
+// fake_devices.h: sound devices that misbehave as a test wants, and a mixer that checks its calls.
 #pragma once
 
 #include <atomic>
@@ -15,20 +15,20 @@
 
 namespace clamor::testing {
 
-// What happens to the only device. A test may change it at any time, and it outlives all outputs.
+// The state of the only device. A test may change it at any time; it outlives all outputs.
 struct FakeWorld {
-  std::atomic<bool> is_there{true};  // is it listed
+  std::atomic<bool> is_there{true};  // is listed
   std::atomic<bool> opens{true};
   std::atomic<bool> asks{true};        // false: callbacks stop, as when it is unplugged
-  std::atomic<bool> runs_away{false};  // asks as fast as it can, as PulseAudio's client does
+  std::atomic<bool> runs_away{false};  // calls back in a busy loop, as PulseAudio's client does
   std::atomic<bool> says_so{false};    // reports that it has failed
   std::atomic<bool> opening_hangs{false}, closing_hangs{false};
   std::atomic<int> rate_hz{kSampleRate_hz};
   std::function<std::uint32_t(std::uint64_t)> block_frames = [](std::uint64_t) { return 256u; };
 
   std::atomic<int> openings{0}, open_now{0}, stale_calls{0};
-  std::atomic<bool> stale_sound{false};  // a closing device got anything but silence
-  std::atomic<std::uint64_t> frames{0};  // that devices asked for
+  std::atomic<bool> stale_sound{false};  // a closing device got sound instead of silence
+  std::atomic<std::uint64_t> frames{0};  // requested by devices
 
   void keep(const std::vector<float>& block) {
     const std::lock_guard lock(mutex);
@@ -64,7 +64,8 @@ class FakeOutput final : public AudioOutput {
     ++world_->open_now;
   }
   ~FakeOutput() override {
-    // A device that hangs calls back once more when it wakes up, whoever is gone by then.
+    // A device that hangs calls back once more when it wakes up, even if everything else is gone by
+    // then.
     while (world_->closing_hangs) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     stop();
     if (called_) call(1, true);
@@ -143,7 +144,8 @@ class FakeDevices final : public OutputDriver {
   const std::shared_ptr<FakeWorld> world_;
 };
 
-// Counts: its left channel is the number of the frame, its right one -1. Never called by two.
+// Writes the frame number on the left channel and -1 on the right. Must not be called by two
+// threads.
 class CountingMixer {
  public:
   OutputCallback callback() {

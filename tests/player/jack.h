@@ -1,6 +1,6 @@
 // jack.h: a private JACK server without a sound card.
 //
-// It waits for its clients, so that whatever the machine is busy with, each block is heard once.
+// The server waits for its clients, so each block is heard exactly once even on a busy machine.
 #pragma once
 
 #include <cstdlib>
@@ -31,12 +31,12 @@ class Jack {
     ::setenv("JACK_DEFAULT_SERVER", name_.c_str(), 1);
     start();
   }
-  // JACK knows eight servers of a machine, and forgets one that was killed only when it is started
-  // again under its name and ends as it should.
+  // JACK supports eight servers per machine. One that was killed is forgotten only after it has
+  // been started again under its name and has ended properly.
   ~Jack() {
     if (!ready_) start();
     daemon_.reset();
-    std::error_code ignored;  // and leaves what it shared with its clients when it was killed
+    std::error_code ignored;  // and what a killed server shared with its clients
     for (const auto& shared : std::filesystem::directory_iterator("/dev/shm", ignored))
       if (shared.path().string().find(name_) != std::string::npos)
         std::filesystem::remove(shared.path(), ignored);
@@ -54,24 +54,24 @@ class Jack {
 
   bool ready() const { return ready_; }
 
-  // It hangs, or goes on where it hung.
+  // Stops the server, as if it hung; thaw() continues it.
   void freeze() { daemon_->signal(SIGSTOP); }
   void thaw() { daemon_->signal(SIGCONT); }
 
-  // As a crash would: no word to those who are connected.
+  // Like a crash: clients get no message.
   void kill() {
     daemon_->stop(SIGKILL);
     ready_ = false;
   }
 
-  // Waits until the player sounds, but not for ever.
+  // Waits until the player sounds, with a time limit.
   bool sounds() {
     return std::system(
                (std::string(testing::kJackListener) + " clamor > /dev/null 2>&1").c_str()) == 0;
   }
 
  private:
-  static constexpr std::uintmax_t kShared_bytes = 50'000'000;  // with so few ports it takes 40 MB
+  static constexpr std::uintmax_t kShared_bytes = 50'000'000;  // with few ports it takes 40 MB
 
   const std::string name_ = "clamor_test_" + std::to_string(::getpid());
   const std::string log_ = (std::filesystem::temp_directory_path() / name_).string();

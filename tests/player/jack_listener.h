@@ -1,4 +1,4 @@
-// jack_listener.h: a client of JACK's that hears what others play.
+// jack_listener.h: a JACK client that records what others play.
 #pragma once
 
 #include <atomic>
@@ -9,7 +9,8 @@
 
 namespace clamor::testing {
 
-// A client with two inputs. Another's output may be connected to them, or play to it as a device.
+// A client with two inputs. Another client's output may be connected to them, or play to it as a
+// device.
 class JackListener {
  public:
   static constexpr std::size_t kMaxFrames = 1 << 21;
@@ -33,7 +34,7 @@ class JackListener {
 
   bool connected() const { return client_ != nullptr; }
 
-  // To all outputs of clients whose names begin so.
+  // Connects to all outputs of clients whose names begin with `client`.
   void listen_to(const std::string& client) {
     const char** const outputs = ::jack_get_ports(client_, ("^" + client + ".*:").c_str(),
                                                   JACK_DEFAULT_AUDIO_TYPE, JackPortIsOutput);
@@ -42,7 +43,7 @@ class JackListener {
     ::jack_free(outputs);
   }
 
-  // From now on the server's blocks have so many frames.
+  // Changes the server's block size.
   void set_block_frames(unsigned frames) { ::jack_set_buffer_size(client_, frames); }
 
   std::size_t frames() const { return heard_.load(std::memory_order_acquire); }

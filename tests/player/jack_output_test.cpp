@@ -1,4 +1,4 @@
-// JACK as a device, on a private server.
+// jack_output_test.cpp: JACK devices on a private server.
 #include "runtime/output/jack_output.h"
 
 #include <algorithm>
@@ -28,8 +28,8 @@ class JackDevice : public ::testing::Test {
   static OutputDevice device(const std::string& name) { return {"jack", name, 2, {48000}, false}; }
 };
 
-// Plays the numbers 1, 2, 3, ... on the left, and the same below zero on the right. Floats know
-// whole numbers up to 2^24, which are six minutes.
+// Plays 1, 2, 3, ... on the left and the negative on the right. Floats hold integers up to 2^24,
+// which is six minutes.
 struct Counting {
   std::atomic<std::uint32_t> next{1}, most_frames{0};
 
@@ -46,7 +46,7 @@ struct Counting {
   OutputCallback callback() { return {&Counting::fill, this}; }
 };
 
-// What a listener hears of an output that counts.
+// An output that counts, and its listener.
 struct CountingOutput {
   explicit CountingOutput(const OutputDevice& device)
       : output(open_jack(device, {}, counting.callback(), problem)) {}
@@ -70,7 +70,7 @@ TEST_F(JackDevice, IsListedAsTheServerHasIt) {
   EXPECT_TRUE(devices[0].is_default);
   EXPECT_EQ(devices[1].full_name(), "jack: a listener");
   EXPECT_FALSE(devices[1].is_default);
-  // What the player asks is RtAudio for all others; it must not ask that for this.
+  // The player uses RtAudio for other APIs, but not for JACK.
   const auto all = sound_devices()->devices("jack");
   ASSERT_EQ(all.size(), 2u);
   EXPECT_EQ(all[0].full_name(), devices[0].full_name());
@@ -94,7 +94,7 @@ TEST_F(JackDevice, SaysWhyItCannotBeOpened) {
   EXPECT_TRUE(jack_devices().empty());
 }
 
-// RtAudio's own layer stops at the first change, and hangs when it is closed.
+// RtAudio's own JACK layer stops at the first change, and hangs when it is closed.
 TEST_F(JackDevice, HearsEachFrameOnceWhileTheServerChangesTheSizeOfItsBlocks) {
   const testing::Jack server;
   ASSERT_TRUE(server.ready());
@@ -107,7 +107,7 @@ TEST_F(JackDevice, HearsEachFrameOnceWhileTheServerChangesTheSizeOfItsBlocks) {
     const std::uint32_t before = counting.next;
     ASSERT_TRUE(comes_true([&] { return counting.next > before + 8 * frames + 4000; })) << frames;
     EXPECT_EQ(player.output->block_frames(), static_cast<int>(frames));
-    EXPECT_GE(player.output->latency_s(), frames / 48000.0);  // what is filled now comes next
+    EXPECT_GE(player.output->latency_s(), frames / 48000.0);  // a block filled now comes next
     EXPECT_EQ(player.output->failure(), "");
   }
   EXPECT_EQ(counting.most_frames, 4096u);
@@ -117,14 +117,14 @@ TEST_F(JackDevice, HearsEachFrameOnceWhileTheServerChangesTheSizeOfItsBlocks) {
   std::uint32_t heard = 0;
   for (std::size_t i = 0; i < listener.frames(); ++i) {
     const float number = listener.left(i);
-    if (number == 0) continue;  // before it began, and while the server changes
+    if (number == 0) continue;  // before the start, and while the server changes
     ASSERT_EQ(number, static_cast<float>(++heard)) << "frame " << i;
     ASSERT_EQ(listener.right(i), -number) << "frame " << i;
   }
   EXPECT_GE(heard + 512, played);  // the last block may not have reached the listener
 }
 
-// With blocks of a millisecond some go by before the connections are made.
+// With blocks of a millisecond some pass before the connections are made.
 TEST_F(JackDevice, HearsTheFirstFrame) {
   const testing::Jack server(48000, 64);
   ASSERT_TRUE(server.ready());

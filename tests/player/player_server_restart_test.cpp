@@ -1,8 +1,8 @@
-// Sound servers that are killed and started again under the player: PulseAudio, JACK, and
-// PulseAudio behind ALSA.
+// player_server_restart_test.cpp: sound servers that are killed and restarted under the player:
+// PulseAudio, JACK, and PulseAudio behind ALSA.
 //
-// PulseAudio fifty times, which takes most of a minute; a few where a sanitizer watches and for the
-// others; CLAMOR_RESTARTS of them where that is set.
+// PulseAudio is restarted fifty times, which takes most of a minute; less often under sanitizers
+// and for the other servers; CLAMOR_RESTARTS times if that is set.
 #include <cstdlib>
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kBackWithin_s = 2;
 
-// Libraries that hang with their server; PulseAudio's does not.
+// Whether a library hangs with its server; PulseAudio's does not.
 template <class Server>
 constexpr std::uint64_t kHungClosings = std::is_same_v<Server, testing::Pulse> ? 0 : 1;
 
@@ -85,7 +85,7 @@ TYPED_TEST(SoundServer, ThatIsKilledAndRestartedIsSurvivedAndSoundIsBackWithinTw
   const int times = restarts<TypeParam>();
   for (int i = 0; i < times; ++i) {
     this->server->kill();
-    // Now and then for longer than any pause between attempts, now and then for no time at all.
+    // Sometimes longer than any pause between attempts, sometimes no time at all.
     std::this_thread::sleep_for(std::chrono::milliseconds(i % 4 * 350));
     const double before_s = this->player->statistics().time_s;
     const auto start = Clock::now();
@@ -108,11 +108,11 @@ TYPED_TEST(SoundServer, ThatIsKilledAndRestartedIsSurvivedAndSoundIsBackWithinTw
   EXPECT_EQ(figures.losses, static_cast<std::uint64_t>(times));
   const auto start = Clock::now();
   EXPECT_TRUE(this->player->stop().ok());
-  EXPECT_LT(seconds_since(start), 5);  // it hangs on nothing
+  EXPECT_LT(seconds_since(start), 5);  // does not hang
 }
 
-// One that hangs closes no socket: nothing fails, nothing is said, and RtAudio and JACK's library
-// hang with it.
+// A hanging server closes no socket: nothing fails or is reported, and RtAudio and libjack hang
+// with it.
 TYPED_TEST(SoundServer, ThatHangsIsNoticedAndSoundIsBackWhenItGoesOn) {
   this->server->freeze();
   ASSERT_TRUE(comes_true([&] { return this->output().losses == 1; }));
@@ -134,7 +134,8 @@ TYPED_TEST(SoundServer, ThatHangsDoesNotKeepThePlayerFromEnding) {
   EXPECT_EQ(this->output().hung_closings, kHungClosings<TypeParam>);
   this->player.reset();
   this->server->thaw();
-  std::this_thread::sleep_for(std::chrono::milliseconds(200));  // what hung calls nobody now
+  // The hanging thread calls nothing now.
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
 }
 
 }  // namespace

@@ -9,12 +9,14 @@
 #include <gtest/gtest.h>
 
 #include "formats/audio/audio_file.h"
+#include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/mixing/load_control.h"
 #include "runtime/output/resampler.h"
 #include "runtime/player/player_options.h"
 #include "runtime/player/player_statistics.h"
 #include "runtime/player/render.h"
+#include "runtime/voices/keyframe.h"
 #include "tests/baked_room.h"
 #include "tests/player/fake_devices.h"
 #include "tests/player/pulse.h"
@@ -57,7 +59,7 @@ PlayerOptions walking() {
   return options;
 }
 
-// Plays to the end; what happened.
+// Plays to the end and returns the statistics.
 PlayerStatistics play(const PlayerOptions& options) {
   auto player = Player::create(baked_room(), options);
   EXPECT_TRUE(player.ok()) << (player.ok() ? "" : player.error().message);
@@ -71,20 +73,20 @@ PlayerStatistics play(const PlayerOptions& options) {
   return statistics;
 }
 
-// What the player counts where the machine was too busy for it; "" if nothing ran dry.
+// Describes what the player counted because the machine was too busy; "" if nothing ran dry.
 std::string ran_dry(const PlayerStatistics& played) {
   if (played.output.callbacks.late == 0 && played.auralizer.held_blocks == 0) return "";
   return std::to_string(played.output.callbacks.late) + " callbacks late, " +
          std::to_string(played.auralizer.held_blocks) + " blocks held";
 }
 
-// The same where what comes late is taken for as good: recordings, and devices that wait.
+// The same for recordings and devices that wait, where late sound is as good.
 std::string held(const PlayerStatistics& played) {
   return played.auralizer.held_blocks == 0 ? "" : ran_dry(played);
 }
 
-// A busy machine makes the player or the sound server run dry, which is no reason for another
-// sample: so it is tried again until nothing did. `attempt` says what did.
+// A busy machine makes the player or the sound server run dry, which must not change samples, so
+// the attempt is repeated until nothing does. `attempt` returns what ran dry.
 template <class Attempt>
 void until_nothing_runs_dry(Attempt attempt) {
   for (int i = 1; i <= 8; ++i) {
@@ -107,7 +109,7 @@ class ThroughPulse : public ::testing::Test {
       GTEST_SKIP() << "pulseaudio and pulseaudio-utils are not installed";
   }
 
-  // How often silence was put into what was heard; -1 where it holds anything but `rendered` and
+  // How often silence was inserted into `heard`; -1 if it holds anything but `rendered` and
   // silence.
   static int gaps_in(std::span<const float> heard, std::span<const float> rendered) {
     int gaps = 0;
@@ -126,7 +128,7 @@ class ThroughPulse : public ::testing::Test {
     return gaps;
   }
 
-  // Sample for sample, but for the silence that a sound server puts in where it runs dry.
+  // Compares sample by sample, except for silence that a sound server inserts when it runs dry.
   void expect_heard_is_rendered(PlayerOptions options) {
     testing::Pulse pulse;
     ASSERT_TRUE(pulse.ready());
@@ -204,8 +206,7 @@ TEST(Player, FollowsAListenerWhoIsMoved) {
   EXPECT_TRUE((*player)->stop().ok());
 }
 
-// Keyframes are made ahead for the blocks that were asked for; devices give others, and change
-// them.
+// Keyframes are made ahead for the requested blocks; devices use others, and change them.
 TEST(Player, MakesKeyframesFarEnoughAheadForWhateverBlocksADeviceWants) {
   until_nothing_runs_dry([]() -> std::string {
     const auto world = std::make_shared<testing::FakeWorld>();
@@ -226,7 +227,8 @@ TEST(Player, MakesKeyframesFarEnoughAheadForWhateverBlocksADeviceWants) {
     const std::uint64_t first = played(0.3).auralizer.held_blocks;
     const PlayerStatistics later = played(1.5);
     EXPECT_TRUE((*player)->stop().ok());
-    const bool runs_dry = first > 2 || later.auralizer.held_blocks > first;  // 2: until it is known
+    // 2: until the size is known.
+    const bool runs_dry = first > 2 || later.auralizer.held_blocks > first;
     return runs_dry ? ran_dry(later) : "";
   });
 }
@@ -247,7 +249,7 @@ std::vector<float> resampled(std::vector<float> samples, int rate_hz) {
   return result;
 }
 
-// As `play --rate` asks for them. A block of 256 frames at 8 kHz is one and a half keyframes.
+// As with `play --rate`. A block of 256 frames at 8 kHz is one and a half keyframes.
 TEST(Player, IsHeardAsTheOfflineRenderResampledFrom8To192KHz) {
   for (const int rate_hz : {8000, 32000, 192000}) {
     SCOPED_TRACE(rate_hz);
@@ -274,10 +276,10 @@ TEST(Player, IsHeardAsTheOfflineRenderResampledFrom8To192KHz) {
   }
 }
 
-// A machine on which everything takes as long as the test says, whatever it is.
+// A simulated machine on which everything takes a given time.
 struct Burden {
   std::atomic<double> takes_s{0};
-  double now_s = 0;  // the thread's that reads the clock
+  double now_s = 0;  // of the thread that reads the clock
 
   LoadClock clock() {
     return {[](void* context) noexcept {
@@ -288,7 +290,7 @@ struct Burden {
   }
 };
 
-// With all of its threads, and a listener who walks meanwhile.
+// Runs all threads while the listener walks.
 TEST(Player, LeavesOutVoicesUnderABurdenAndHasAllOfThemBackAfterIt) {
   Burden sampling, mixing;
   PlayerOptions options = standing();

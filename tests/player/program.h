@@ -13,7 +13,7 @@
 
 namespace clamor::testing {
 
-// Starts a program with its output in a file; killed when this goes, or the test does.
+// Starts a program with its output in a file. It is killed on destruction, or when the test dies.
 class Program {
  public:
   Program(const std::vector<std::string>& words, const std::string& output) {
@@ -23,7 +23,7 @@ class Program {
     const std::string errors = output + ".log";
     id_ = ::fork();
     if (id_ != 0) return;
-    ::prctl(PR_SET_PDEATHSIG, SIGTERM);  // a test that crashes leaves none behind
+    ::prctl(PR_SET_PDEATHSIG, SIGTERM);  // a crashing test leaves no process behind
     ::dup2(::open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
     ::dup2(::open(errors.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
     ::execvp(pointers[0], pointers.data());

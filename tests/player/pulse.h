@@ -1,7 +1,8 @@
-// pulse.h: a private PulseAudio with a null sink, and what comes out of its monitor; and ALSA whose
-// only card is that PulseAudio.
+// pulse.h: a private PulseAudio server with a null sink, and its monitor's output; also an ALSA
+// whose only card is that server.
 //
-// No sound card, no root, no session: own folder, own socket. Bit-exact at the sink's rate.
+// Needs no sound card, root or session: it has its own folder and socket. Bit-exact at the sink's
+// rate.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +27,7 @@ class Pulse {
  public:
   static constexpr const char* kDevice = "pulse: clamor";
 
-  // What would have to be installed for it; empty when all is there.
+  // What must be installed for it; empty if everything is.
   static std::string missing() {
     const bool there = installed("pulseaudio") && installed("parec");
     return there ? "" : "pulseaudio and pulseaudio-utils are not installed";
@@ -48,7 +49,7 @@ class Pulse {
 
   void start() {
     const std::string socket = (folder_ / "native").string();
-    std::filesystem::remove(socket);  // of one that was killed
+    std::filesystem::remove(socket);  // left over from a killed server
     daemon_ = std::make_unique<Program>(
         std::vector<std::string>{
             "pulseaudio", "-n", "--daemonize=no", "--use-pid-file=no", "--exit-idle-time=-1",
@@ -69,20 +70,20 @@ class Pulse {
 
   bool ready() const { return ready_; }
 
-  // It hangs, or goes on where it hung.
+  // Stops the server, as if it hung; thaw() continues it.
   void freeze() { daemon_->signal(SIGSTOP); }
   void thaw() { daemon_->signal(SIGCONT); }
 
-  // As a crash would: no word to those who are connected.
+  // Like a crash: clients get no message.
   void kill() {
     daemon_->stop(SIGKILL);
     ready_ = false;
   }
 
-  // Waits until there is sound at the monitor, but not for ever.
+  // Waits for sound at the monitor, with a time limit.
   bool sounds() {
     const std::string path = (folder_ / "sounds.raw").string();
-    std::filesystem::remove(path);  // what was heard the last time
+    std::filesystem::remove(path);  // the previous recording
     Program recorder(recording(), path);
     for (int i = 0; i < 2000; ++i) {
       const auto samples = samples_of(path);
@@ -92,7 +93,7 @@ class Pulse {
     return false;
   }
 
-  // Runs `play` while the sink's monitor is recorded; returns what was heard, interleaved.
+  // Runs `play` while the sink's monitor is recorded; returns the recording, interleaved.
   template <class Play>
   std::vector<float> heard(Play play) {
     const std::string path = (folder_ / "heard.raw").string();
@@ -101,7 +102,7 @@ class Pulse {
       for (int i = 0; i < 100 && size_of(path) == 0; ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
       play();
-      std::this_thread::sleep_for(std::chrono::milliseconds(400));  // the monitor's own latency
+      std::this_thread::sleep_for(std::chrono::milliseconds(400));  // latency of the monitor
     }
     return samples_of(path);
   }
@@ -115,7 +116,7 @@ class Pulse {
             "--rate=48000", "--channels=2", "--raw",          "--latency-msec=20"};
   }
 
-  // The socket's file is there somewhat earlier.
+  // The socket's file exists slightly earlier.
   static bool answers(const std::string& path) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
@@ -147,7 +148,7 @@ class Pulse {
   bool ready_ = false;
 };
 
-// Made before anything asks ALSA in this process.
+// Must be constructed before anything uses ALSA in this process.
 class Alsa : public Pulse {
  public:
   static constexpr const char* kDevice = "alsa: default";

@@ -1,4 +1,4 @@
-// PulseAudio as a device, on a private server; and how its buffer grows.
+// pulse_output_test.cpp: PulseAudio devices on a private server, and the growth of their buffer.
 #include "runtime/output/pulse_output.h"
 
 #include <atomic>
@@ -37,7 +37,7 @@ class PulseDevice : public ::testing::Test {
   std::string problem;
 };
 
-// A mixer that takes as long as a test says.
+// A mixer that takes a given time.
 struct SlowMixer {
   std::atomic<int> takes_ms{0};
   std::atomic<std::uint64_t> blocks{0};
@@ -53,7 +53,7 @@ struct SlowMixer {
   }
 };
 
-// Between two callbacks that are both in time the server may have had nothing to play.
+// The server may run dry between two callbacks that are both in time.
 TEST_F(PulseDevice, CountsEachTimeThatTheServerRanDry) {
   SlowMixer mixer;
   auto opened =
@@ -64,7 +64,7 @@ TEST_F(PulseDevice, CountsEachTimeThatTheServerRanDry) {
   const auto underflows = [&] { return output.statistics().callbacks.underflows; };
   for (std::uint64_t times = 1; times <= 3; ++times) {
     const std::uint64_t before = underflows();
-    mixer.takes_ms = 60;  // for 5 ms of sound, of which there are four in hand
+    mixer.takes_ms = 60;  // for 5 ms of sound, with four blocks buffered
     EXPECT_TRUE(comes_true([&] { return underflows() > before; }));
     mixer.takes_ms = 0;
     const std::uint64_t blocks = mixer.blocks;
@@ -134,7 +134,8 @@ TEST(BufferGrowth, WaitsForASecondUnderflowBeforeItMakesLatencyLonger) {
   EXPECT_EQ(growth.frames(), first);
   EXPECT_TRUE(growth.underflow(11 + BufferGrowth::kWindow_s));
   EXPECT_EQ(growth.frames(), first * 3 / 2);
-  EXPECT_FALSE(growth.underflow(12 + BufferGrowth::kWindow_s));  // of the longer one the first
+  // The first one with the longer buffer.
+  EXPECT_FALSE(growth.underflow(12 + BufferGrowth::kWindow_s));
 }
 
 TEST(BufferGrowth, EndsAtItsLongestAndNeverBeginsWithoutLeave) {
@@ -142,7 +143,7 @@ TEST(BufferGrowth, EndsAtItsLongestAndNeverBeginsWithoutLeave) {
   for (int i = 0; i < 100; ++i) {
     growth.underflow(i);
     EXPECT_FALSE(fixed.underflow(i));
-    EXPECT_FALSE(large.underflow(i));  // which is beyond the longest from the start
+    EXPECT_FALSE(large.underflow(i));  // beyond the maximum from the start
   }
   EXPECT_LE(growth.frames(), BufferGrowth::kLongest_s * 48000);
   EXPECT_GT(growth.frames(), 0.9 * BufferGrowth::kLongest_s * 48000);

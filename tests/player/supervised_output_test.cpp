@@ -1,5 +1,5 @@
-// Whatever a device does, the mixer is called on in time, by one at a time, and never once it may
-// be gone.
+// supervised_output_test.cpp: whatever a device does, the mixer is called in time, by one thread at
+// a time, and never after it may be gone.
 #include "runtime/output/supervised_output.h"
 
 #include <cmath>
@@ -19,7 +19,7 @@ using testing::FakeWorld;
 class Supervised : public ::testing::Test {
  protected:
   ~Supervised() override {
-    // Let go of all that hang, and wait for them, so that no test meets another's.
+    // Releases all hanging threads and waits for them, so that no test meets another's.
     world->opening_hangs = world->closing_hangs = false;
     output.reset();
     EXPECT_TRUE(comes_true([&] { return world->open_now == 0; }));
@@ -40,7 +40,7 @@ class Supervised : public ::testing::Test {
   }
   bool plays() const { return output->statistics().has_device; }
 
-  // The mixer is called on for a quarter of a second of sound, and not at once.
+  // The mixer is called for a quarter of a second of sound, and not all at once.
   void expect_time_goes_on() {
     const std::uint64_t before = mixer->frames();
     const auto start = std::chrono::steady_clock::now();
@@ -59,7 +59,7 @@ TEST_F(Supervised, ADeviceThatWorksHearsEveryFrameOnce) {
   EXPECT_TRUE(plays());
   expect_time_goes_on();
   output->stop();
-  // Silence before the mixer was given to it, every frame in order, silence after.
+  // Silence before the gate admits it, every frame in order, silence after.
   float next = 1;
   const auto heard = world->taken();
   for (std::size_t i = 0; i < heard.size(); i += 2) {
@@ -94,14 +94,14 @@ TEST_F(Supervised, ADeviceThatIsUnpluggedAndPluggedInAgainIsFoundAgain) {
   EXPECT_GT(figures.longest_without_s, 0.2);
   EXPECT_EQ(figures.without_device_s, figures.longest_without_s);
 
-  // Why it was lost again says nothing of why it had not opened.
+  // The reason for a new loss is not the reason why it did not open.
   world->says_so = true;
   ASSERT_TRUE(comes_true([&] { return output->statistics().losses == 2; }));
   EXPECT_EQ(output->statistics().opening_problem, figures.opening_problem);
   EXPECT_NE(output->statistics().problem, figures.opening_problem);
 }
 
-// What one hears then begins in the middle, and must not begin with a step.
+// Sound resumes in the middle and must not begin with a step.
 TEST_F(Supervised, SoundThatComesBackFadesInAndIsWhereTimeIs) {
   play();
   expect_time_goes_on();
@@ -148,7 +148,7 @@ TEST_F(Supervised, ADeviceThatHangsOnOpeningNeitherStopsTimeNorTheEnd) {
   world->says_so = true;
   ASSERT_TRUE(comes_true([&] { return world->openings == 2; }));
   expect_time_goes_on();
-  EXPECT_EQ(world->openings, 2);  // drivers are not asked twice at once
+  EXPECT_EQ(world->openings, 2);  // drivers are never called twice at once
   output->stop();
   const std::uint64_t before = mixer->frames();
   mixer.reset();
@@ -166,12 +166,12 @@ TEST_F(Supervised, ADeviceThatHangsOnClosingIsLeftBehindAndHearsNothingWhenItWak
   ASSERT_TRUE(comes_true([&] { return !plays(); }));
   world->says_so = false;
   ASSERT_TRUE(comes_true([&] { return plays(); }));
-  EXPECT_EQ(world->open_now, 2);  // one of them hangs, and still calls
+  EXPECT_EQ(world->open_now, 2);  // one of them hangs and still calls
   expect_time_goes_on();
   output->stop();  // and hangs as well
   EXPECT_EQ(output->statistics().hung_closings, 2u);
   output.reset();
-  mixer.reset();  // whoever calls it now reads freed memory
+  mixer.reset();  // a call from now on would read freed memory
   world->closing_hangs = false;
   ASSERT_TRUE(comes_true([&] { return world->open_now == 0; }));
   EXPECT_EQ(world->stale_calls, 2);
@@ -184,14 +184,14 @@ TEST_F(Supervised, ADeviceThatAsksAsFastAsItCanIsTakenAway) {
   const std::uint64_t before = mixer->frames();
   world->runs_away = true;
   ASSERT_TRUE(comes_true([&] { return output->statistics().losses == 1; }));
-  // Half a second of sound too early at most, and a little for the time that has gone by.
+  // At most half a second of sound too early, plus the time that has passed.
   EXPECT_LT(mixer->frames() - before, 3u * kSampleRate_hz);
   world->runs_away = false;
   ASSERT_TRUE(comes_true([&] { return plays(); }));
   expect_time_goes_on();
 }
 
-// One that opens and dies at once, for ever, is asked less and less often.
+// A device that opens and dies immediately, forever, is retried less and less often.
 TEST_F(Supervised, ADeviceThatComesAndGoesIsNotTriedWithoutPause) {
   play();
   world->says_so = true;

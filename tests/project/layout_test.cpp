@@ -1,4 +1,4 @@
-// layout_test.cpp: the repository keeps its shape: folders and headers of modules.
+// layout_test.cpp: checks the shape of the repository: folders and module headers.
 
 #include <array>
 #include <regex>
@@ -29,11 +29,10 @@ TEST(Layout, HasTheFoldersOfTheDesignAndNoOthers) {
   EXPECT_EQ(found, expected);
 }
 
-// The runtime is as large as all others together, so it alone has some, and they have none.
-TEST(Layout, HasNoFolderWithinALibraryButTheRuntimes) {
-  for (const std::string& folder : kSourceFolders) {
+TEST(Layout, HasTheFoldersOfTheDesignWithinEachLibraryAndNoneInThose) {
+  for (const auto& [library, folders] : kFolders) {
     std::set<std::string> found;
-    for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder))
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / library))
       if (entry.is_directory())
         found.insert(entry.path().lexically_relative(kRoot / folder).generic_string());
     if (folder == "runtime")
@@ -47,7 +46,7 @@ TEST(Layout, HasNoFolderWithinALibraryButTheRuntimes) {
   }
 }
 
-// "// page.h: what for", in the header of a pair, or in the only file of a module.
+// The module header "// page.h: what for" is in the header of a pair, or in a module's only file.
 TEST(Layout, HasAModuleHeaderThatSaysWhatForInEachModule) {
   for (const std::string& folder : kSourceFolders)
     for (const std::string& file : files_in(folder)) {
@@ -70,12 +69,12 @@ TEST(Layout, HasNoRoomForThingsThatFoundNoPlace) {
     }
 }
 
-// Where bytes of bakes are made, or what decides them, functions of the C library would make others
-// on other CPUs (common/maths.h).
+// Functions of the C library round differently on other CPUs (common/maths.h), so code that decides
+// the bytes of a bake does not use them.
 TEST(Layout, TakesNoFunctionThatRoundsByTheCpuWhereBytesAreMade) {
   const std::regex function(
       R"(std::(pow|exp2?|expm1|log(2|10|1p)?|a?(sin|cos|tan)h?|atan2|cbrt|hypot)\()");
-  // A listener's way to look, and a level in words.
+  // These only orient a listener and print a level.
   const std::set<std::string> others = {"common/listener.h", "formats/audio/audio_file.cpp"};
   for (const std::string folder : {"bake", "common", "formats"})
     for (const std::string& file : files_in(folder)) {
@@ -85,7 +84,7 @@ TEST(Layout, TakesNoFunctionThatRoundsByTheCpuWhereBytesAreMade) {
     }
 }
 
-// What works on one machine only. Written in two halves, so that this file is none of it.
+// Paths of one machine. Each is written in two halves, so that this file does not match.
 TEST(Layout, NamesNoPathOfOneMachine) {
   const std::vector<std::string> places = {
       "/wo"

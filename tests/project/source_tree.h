@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,13 +16,17 @@ namespace clamor::testing {
 
 inline const std::filesystem::path kRoot = kSourceDir;
 
-// From the ground up: each may include those before it, and the runtime's own files all.
-inline const std::vector<std::string> kRuntimeFolders = {"realtime", "output", "voices", "sounds",
-                                                         "field",    "sight",  "octree", "sampling",
-                                                         "measures", "heads",  "mixing"};
-
-inline const std::vector<std::string> kFormatsFolders = {"files", "audio", "level", "gltf",
-                                                         "bake_file"};
+// The folders of each library from the bottom up: each may include those before it, and files
+// outside of a folder may include all.
+inline const std::map<std::string, std::vector<std::string>> kFolders = {
+    {"common", {}},
+    {"formats", {"files", "audio", "level", "gltf", "bake_file"}},
+    {"bake", {"mesh", "trace", "octree", "instances", "journal", "report"}},
+    {"runtime",
+     {"realtime", "output", "voices", "propagation", "occlusion", "streaming", "query", "sampling",
+      "hrtf", "mixing", "engine", "player"}},
+    {"tools", {"program", "strategies", "analysis", "bench", "experiments", "commands"}},
+};
 
 inline const std::vector<std::string> kBakeFolders = {"mesh",   "trace",     "journal",
                                                       "octree", "instances", "report"};

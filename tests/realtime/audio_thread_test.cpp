@@ -10,6 +10,8 @@
 #include <unistd.h>
 
 #include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/auralizer_statistics.h"
+#include "runtime/hrtf/hrtf.h"
 #include "runtime/player/render.h"
 #include "runtime/realtime/latest_value.h"
 #include "runtime/realtime/prefault_code.h"
@@ -25,7 +27,7 @@ using testing::baked_room;
 using testing::Forbidden;
 using testing::SoundDevice;
 
-// Through a pointer that the compiler cannot see through, or it would leave the call out.
+// Calls through a volatile pointer, or the compiler would remove the call.
 void* (*volatile allocate)(std::size_t) = std::malloc;
 
 TEST(Forbidden, CatchesAnAllocation) {
@@ -70,7 +72,7 @@ TEST(Forbidden, CountsPageFaults) {
   ::munmap(fresh, kPages * kPage_bytes);
 }
 
-// One way through the callback: what the channels are, and the device's rate.
+// A path through the callback: output format and device rate.
 struct Way {
   std::string name;
   OutputFormat shape;
@@ -95,7 +97,7 @@ std::unique_ptr<Auralizer> twelve_voices(const OutputFormat& shape, bool tracks_
   options.voices = 12;  // of some 3000 sources: the sample changes as the listener moves
   options.output = shape;
   options.limit = true;
-  options.gain = 4;  // and that it works
+  options.gain = 4;  // and that it limits
   return *Auralizer::create(baked_room(60), options);
 }
 
@@ -103,10 +105,10 @@ Listener running_about(double t) {
   return {{3 + 2.5 * std::sin(3 * t), 4 + 3.5 * std::cos(2 * t), 1.5}, 4 * t, 0.2};
 }
 
-// A million callbacks, with keyframes that arrive, and do not; no allocation, lock or system call.
+// A million callbacks, with and without new keyframes: no allocation, lock or system call.
 TEST(AudioThread, AsksTheSystemForNothingInAMillionCallbacks) {
   prefault_code();
-  touch_stack();  // the only faults that there are, at a thread's first callback
+  prefault_stack();  // the only page faults, at a thread's first callback
   const std::vector<Way> ways = all_ways();
   const int each = 1'000'000 / static_cast<int>(ways.size()) + 1;
   constexpr std::size_t kMost_frames = 8;
@@ -122,14 +124,14 @@ TEST(AudioThread, AsksTheSystemForNothingInAMillionCallbacks) {
     };
     long faults = 0;
     for (int i = 0; i < each; ++i) {
-      if (i % 4096 < 3072) run.make_keyframes(pose_at);  // the sampler stalls, and comes back
+      if (i % 4096 < 3072) run.make_keyframes(pose_at);  // the sampler stalls and returns
       const long before = testing::page_faults();
       run.call<Forbidden>(1 + random() % kMost_frames);
       faults += testing::page_faults() - before;
     }
     callbacks += run.callbacks();
     EXPECT_EQ(faults, 0);
-    EXPECT_GT(run.energy(), 1);  // it did mix
+    EXPECT_GT(run.energy(), 1);  // it has mixed sound
     EXPECT_GT(run.statistics().keyframes, 500u);
     EXPECT_GT(run.statistics().held_blocks, 100u);
     EXPECT_GT(run.statistics().limited.frames, 0u);
@@ -137,10 +139,10 @@ TEST(AudioThread, AsksTheSystemForNothingInAMillionCallbacks) {
   EXPECT_GE(callbacks, 1'000'000u);
 }
 
-// Turns go to the audio thread itself, between keyframes and where none come.
+// Rotations go to the audio thread directly, between keyframes and when none come.
 TEST(AudioThread, AsksTheSystemForNothingWhileTheHeadTurns) {
   prefault_code();
-  touch_stack();
+  prefault_stack();
   constexpr std::size_t kMost_frames = 256;
   std::minstd_rand random(2);
   for (const Way& way : all_ways()) {
@@ -149,7 +151,7 @@ TEST(AudioThread, AsksTheSystemForNothingWhileTheHeadTurns) {
     long faults = 0;
     for (int i = 0; i < 4000; ++i) {
       const double time_s = run.time_s();
-      run.auralizer().face(running_about(time_s));
+      run.auralizer().turn_head(running_about(time_s));
       if (i % 512 < 384) run.make_keyframes([&](double) { return running_about(time_s); });
       const long before = testing::page_faults();
       run.call<Forbidden>(1 + random() % kMost_frames);
@@ -162,7 +164,7 @@ TEST(AudioThread, AsksTheSystemForNothingWhileTheHeadTurns) {
 }
 
 TEST(AudioThread, HasDenormalsOff) {
-  // Half of the smallest number that is none, for whoever is asked on the audio thread.
+  // Halves the smallest normal number on the audio thread.
   static volatile float half = 0;
   half = std::numeric_limits<float>::min();
   half = half * 0.5f;
@@ -194,7 +196,7 @@ TEST(AudioThread, AllocatesNothingWhenTheSamplerHasStopped) {
   EXPECT_GT((*auralizer)->statistics().held_blocks, 900u);
 }
 
-// Whatever both play: each sample is between theirs, and nothing is asked of the system.
+// Each sample lies between those of the two auralizers, and nothing calls the system.
 TEST(AudioCallback, FadesToAnotherAuralizerWithinATenthOfASecond) {
   const auto room = [](double gain) {
     AuralizerOptions options;

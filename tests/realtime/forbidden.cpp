@@ -1,4 +1,4 @@
-// The functions here stand before the C library's own of the same names.
+// forbidden.cpp: these functions replace the C library's functions of the same names.
 #include "tests/realtime/forbidden.h"
 
 #include <array>
@@ -28,8 +28,8 @@ namespace {
 thread_local int forbidden = 0;
 
 // Syscall User Dispatch (Linux, Documentation/admin-guide/syscall-user-dispatch.rst): before each
-// system call of the thread the kernel looks at this byte, and sends SIGSYS where it says so. What
-// the C library reads from the vDSO, as the clock, is none.
+// system call of the thread the kernel checks this byte, and sends SIGSYS if it is set. Reads from
+// the vDSO, such as the clock, are no system calls.
 #ifndef PR_SET_SYSCALL_USER_DISPATCH
 #define PR_SET_SYSCALL_USER_DISPATCH 59
 #endif
@@ -40,7 +40,7 @@ thread_local volatile char selector = kAllow;
 void check(const char* name) {
   if (forbidden == 0) return;
   selector = kAllow;
-  forbidden = 0;  // abort() may do as it likes
+  forbidden = 0;  // abort() may do anything
   const auto put = [](const char* text) {
     if (::write(STDERR_FILENO, text, std::strlen(text)) < 0) std::_Exit(1);
   };
@@ -50,7 +50,7 @@ void check(const char* name) {
   std::abort();
 }
 
-// The C library's own function, found before anything is forbidden.
+// The C library's own function, looked up before anything is forbidden.
 template <class Function>
 Function* own(const char* name) {
   return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
@@ -73,7 +73,7 @@ void on_system_call(int, siginfo_t* what, void*) {
   check(text.data());
 }
 
-// Asked for each time, since a process that forks loses it.
+// Checked each time, since a process that forks loses the setting.
 bool dispatch_system_calls() {
   static const bool has_handler = [] {
     struct sigaction action {};
@@ -141,7 +141,8 @@ int posix_memalign(void** block, std::size_t alignment, std::size_t size) {
 
 int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
   check("pthread_mutex_lock");
-  // Constructors of libraries lock before this file's own are found; they are alone then.
+  // Constructors of libraries lock before this file's functions are resolved; there is only one
+  // thread then.
   return own_lock == nullptr ? 0 : own_lock(mutex);
 }
 int pthread_rwlock_rdlock(pthread_rwlock_t* lock) noexcept {

@@ -1,6 +1,6 @@
-// Too much to do, by turns: voices are left out, fade, and come back, while sources move and sounds
-// are read from a file piece by piece. None of that asks the system for anything on the audio
-// thread.
+// mixer_load_shedding_test.cpp: repeated overload: voices are shed, fade and come back, while
+// sources move and sounds are streamed from a file. The audio thread makes no system call
+// meanwhile.
 #include <cmath>
 #include <random>
 
@@ -8,6 +8,8 @@
 
 #include "common/random.h"
 #include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/auralizer_statistics.h"
+#include "runtime/hrtf/hrtf.h"
 #include "runtime/realtime/prefault_code.h"
 #include "runtime/realtime/prefault_stack.h"
 #include "tests/baked_room.h"
@@ -21,7 +23,7 @@ namespace {
 using testing::Forbidden;
 using testing::SoundDevice;
 
-// Each reading is so much later than the one before.
+// Each reading is later than the one before by a fixed time.
 struct BusyClock {
   double now_s = 0, takes_s = 0;
 
@@ -34,7 +36,7 @@ struct BusyClock {
   }
 };
 
-// A room whose sounds are so long that they are not kept whole.
+// A room whose sounds are too long to be kept whole.
 std::shared_ptr<const BakeFile> file_of_long_sounds() {
   BakeContents contents = testing::baked_contents(2000);
   for (std::uint32_t s = 0; s < contents.signals.size(); ++s) {
@@ -47,7 +49,7 @@ std::shared_ptr<const BakeFile> file_of_long_sounds() {
   return testing::as_file(contents);
 }
 
-// Fifty sources that fly round and round; some go, and others come in their place.
+// Fifty sources that fly in circles; some go, and others take their place.
 class Swarm {
  public:
   explicit Swarm(MovingSources& sources) : sources_(sources) {
@@ -87,8 +89,9 @@ class Shedding : public ::testing::TestWithParam<bool> {};
 
 TEST_P(Shedding, AsksTheSystemForNothingWhileVoicesGoAndComeBack) {
   prefault_code();
-  touch_stack();
-  constexpr double kSeconds = 60, kTurn_s = 15;  // Backoff lasts 4 s, all come back within 4 s
+  prefault_stack();
+  // The backoff lasts 4 s; all voices come back within 4 s.
+  constexpr double kSeconds = 60, kTurn_s = 15;
   constexpr double kBlocksAreLate_s = 1.5, kKeyframesAreLate_s = 2;  // of each turn
   constexpr std::size_t kLeast_frames = 16, kMost_frames = 2048;
   BusyClock audio, sampler;
@@ -99,7 +102,7 @@ TEST_P(Shedding, AsksTheSystemForNothingWhileVoicesGoAndComeBack) {
   options.sampler_clock = sampler.clock();
   options.limit = true;
   options.block_frames = kMost_frames;
-  options.memory_bytes = 1;  // what sounds take anyway, and the first page
+  options.memory_bytes = 1;  // the minimum for sounds, and the first page
   options.moving = {2 * Swarm::kCount, {{.name = "bee", .signal = 1}}};
   if (GetParam()) {
     options.output = *OutputFormat::from_options(true, "", false);
@@ -123,7 +126,7 @@ TEST_P(Shedding, AsksTheSystemForNothingWhileVoicesGoAndComeBack) {
     sampler.takes_s = in_turn_s < kKeyframesAreLate_s ? 0.05 : 0;
     device.make_keyframes(listener);
     const auto frames = kLeast_frames + random() % (kMost_frames - kLeast_frames + 1);
-    // Twice as long as what is mixed lasts, which is a few frames more than are asked for.
+    // Twice as long as the mixed sound, which is a few frames more than requested.
     audio.takes_s = in_turn_s < kBlocksAreLate_s ? 2.0 * (frames + 64) / kSampleRate_hz : 0;
     const long before = testing::page_faults();
     device.call<Forbidden>(frames);

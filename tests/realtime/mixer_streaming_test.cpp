@@ -9,7 +9,7 @@ namespace {
 
 using testing::Forbidden;
 
-// Sounds that come, go, are late and end while the mixer holds.
+// Sounds begin, end and are late while the mixer holds.
 TEST(AudioThread, AllocatesNothingAndLocksNothingWhileSoundsComeAndGo) {
   const std::vector<SignalDescription> shapes = {{1000 * std::uint64_t{kSampleRate_hz}, true},
                                                  {30 * std::uint64_t{kSampleRate_hz}, false}};
@@ -41,7 +41,7 @@ TEST(AudioThread, AllocatesNothingAndLocksNothingWhileSoundsComeAndGo) {
     for (int step = 0; step < kKeyframeFrames / kStepFrames; ++step) {
       const Forbidden forbidden;
       if (mixer.wants_keyframe()) {
-        loader.pass(mixer.clock_frames());
+        loader.mark_quiescent(mixer.clock_frames());
         if (comes)
           mixer.load(keyframe);
         else

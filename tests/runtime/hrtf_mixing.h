@@ -10,8 +10,8 @@
 
 #include "common/fourier.h"
 #include "formats/audio/sofa_file.h"
-#include "runtime/hrtf/hrtf.h"
 #include "runtime/hrtf/erb_bands.h"
+#include "runtime/hrtf/hrtf.h"
 #include "runtime/mixing/mixer.h"
 #include "tests/runtime/mixer_voices.h"
 #include "tests/sanitized.h"

@@ -16,6 +16,8 @@
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
+#include "runtime/voices/keyframe.h"
+#include "tools/strategies/strategies.h"
 
 namespace clamor::testing {
 
@@ -40,7 +42,7 @@ inline std::unique_ptr<Auralizer> empty_field(std::vector<Signal> signals, std::
                                               int voices = 100) {
   AuralizerInput input;
   AuralizerOptions options;
-  options.strategy = strategy;
+  options.strategy = make_strategy(strategy);
   options.voices = voices;
   options.moving.max_sources = most;
   for (std::uint32_t s = 0; s < signals.size(); ++s)

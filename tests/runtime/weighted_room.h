@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "runtime/engine/auralizer_input.h"
 #include "runtime/propagation/source_weight.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/baked_room.h"

@@ -12,24 +12,25 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kFit = 2048, kStep = 1024;  // a fit serves the middle half of its stretch
-constexpr std::size_t kStretch = 256;             // of one median: 5.3 ms
+// The result of a fit is used in the middle half of its range.
+constexpr std::size_t kFit = 2048, kStep = 1024;
+constexpr std::size_t kStretch = 256;  // per median: 5.3 ms
 constexpr double kMedianOfGaussian = 0.6745;
 constexpr auto kSpacing = static_cast<std::size_t>(kClickSpacing_s * kSampleRate_hz);
 
-// -90 dB of white noise, so that pure tones do not leave the fit without a floor.
+// White noise at -90 dB, which keeps the fit of pure tones well conditioned.
 constexpr double kWhitening = 1e-9;
 
 std::vector<double> residual_of(std::span<const float> samples) {
   std::vector<double> window(kFit);
   for (std::size_t i = 0; i < kFit; ++i)
     window[i] = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * (static_cast<double>(i) + 0.5) / kFit);
-  // Zeros on both sides, so that every index below is one.
+  // Zeros on both sides keep every index in range.
   constexpr std::size_t kPad = kFit;
   std::vector<double> padded(samples.size() + 2 * kPad);
   std::copy(samples.begin(), samples.end(), padded.begin() + kPad);
 
-  // Inner loops run over independent sums, so that they become vector code.
+  // Inner loops run over independent sums, so that they are vectorised.
   std::vector<double> residual(samples.size()), stretch(kPredictionOrder + kFit);
   for (std::size_t start = 0; start < samples.size(); start += kStep) {
     const double* const from = &padded[kPad + start - (kFit - kStep) / 2];

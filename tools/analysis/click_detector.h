@@ -1,16 +1,16 @@
-// click_detector.h: finds what a steady hand would not have played: ticks, steps, torn waves.
+// click_detector.h: finds clicks: short discontinuities in a sound.
 //
-// What 32 past samples do not foretell of the next one is the residual of linear prediction. Tones,
-// speech and noise leave little of it, evenly; a jump leaves all of itself. The prediction is
-// fitted to every 43 ms (autocorrelation under a Hann window, Levinson's recursion), and a sample
-// is an outlier where its residual is beyond 12 robust standard deviations: the median magnitude
-// over 5 ms, over 0.6745, the greatest of this stretch and its neighbours, so that a sound that
-// sets in does not count against itself. Outliers less than 5 ms apart are one click.
+// The detector uses the residual of linear prediction from 32 past samples. Tones, speech and noise
+// leave a small and even residual; a discontinuity leaves a large one. The predictor is fitted
+// every 43 ms (autocorrelation under a Hann window, Levinson recursion). A sample is an outlier if
+// its residual exceeds 12 robust standard deviations: the median magnitude over 5 ms divided by
+// 0.6745, the maximum of this interval and its neighbours, so that the onset of a sound is not
+// judged by the silence before it. Outliers less than 5 ms apart form one click.
 //
 // J. Makhoul. Linear prediction: a tutorial review. Proc. IEEE 63, 1975. S. V. Vaseghi, P. J. W.
 // Rayner. Detection and suppression of impulsive noise in speech communication systems. IEE Proc. I
-// 137, 1990. Any click is noticeable; but sharp attacks are clicks too, so compare with the exact
-// mix: only those count that it does not have.
+// 137, 1990. Any click is noticeable, but sharp attacks are clicks too, so only clicks that the
+// exact mix does not have count.
 #pragma once
 
 #include <cstddef>
@@ -20,23 +20,23 @@
 namespace clamor {
 
 struct Click {
-  std::size_t frame = 0;  // its greatest outlier
+  std::size_t frame = 0;  // of its largest outlier
   double sigmas = 0;      // the residual there, in robust standard deviations
 };
 
 inline constexpr std::size_t kPredictionOrder = 32;
 inline constexpr double kClickSigmas = 12, kClickSpacing_s = 0.005;
 
-// At kSampleRate_hz. A residual below `least` is no click whatever surrounds it: give 1e-4 of the
-// peak, as 80 dB below it nobody hears one. A recording may begin anywhere: its first
-// kPredictionOrder samples are none either. About 2 ms per second of sound.
+// `samples` are at kSampleRate_hz. A residual below `least` is never a click; give 1e-4 of the
+// peak, since clicks 80 dB below it are inaudible. The first kPredictionOrder samples are never
+// clicks, since a recording may begin anywhere. Takes about 2 ms per second of sound.
 std::vector<Click> find_clicks(std::span<const float> samples, double least);
 
-// Those of `clicks` that no click of `known` is near, within kClickSpacing_s.
+// Clicks that are farther than kClickSpacing_s from every click in `known`.
 std::vector<Click> new_clicks(std::span<const Click> clicks, std::span<const Click> known);
 
-// Predictor a[0..order) of the next sample: x[n] = sum of a[k] x[n - 1 - k], from autocorrelations
-// r[0..order]. All 0 where r[0] is.
+// The predictor x[n] = sum of a[k] x[n - 1 - k], a[0..order), from autocorrelations r[0..order].
+// All 0 if r[0] is.
 std::vector<double> levinson(std::span<const double> r);
 
 }  // namespace clamor

@@ -10,7 +10,7 @@ namespace clamor {
 
 namespace {
 
-// Takes from arrivals what surfaces keep back.
+// Applies occlusion to arrivals.
 void dim(std::vector<Arrival>& arrivals, const std::vector<const Source*>& sources,
          const OcclusionGeometry& surfaces, double speed_mps, const Vec3& listener_m) {
   const std::vector<Bands> visible = fine_visibility(surfaces, speed_mps, sources, listener_m);

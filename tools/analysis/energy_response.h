@@ -1,11 +1,11 @@
-// energy_response.h: every sound of an impulse that reaches a listener, and when.
+// energy_response.h: all arrivals of an impulse at a listener, with their times and energies.
 //
-// This is what the bake knows before any chance of phase comes in: powers add, nothing interferes.
-// Room-acoustic parameters are exact on it, and the waveform (impulse_response.h) is made from it.
+// Energies of arrivals are added without interference. Room-acoustic parameters of this response
+// are exact, and the waveform (impulse_response.h) is made from it.
 //
-// A source is heard if it radiates towards the listener and as far as it gets past the surfaces in
-// between (fresnel_visibility.h), with so many rays that more would not change it by 1 dB: seconds
-// for 100 000 sources, on all cores.
+// Each source is attenuated by its directivity and by occlusion (fresnel_visibility.h), with so
+// many rays that more would change it by less than 1 dB. Takes seconds for 100 000 sources, on all
+// cores.
 #pragma once
 
 #include <cstdint>
@@ -25,15 +25,14 @@ namespace clamor {
 
 // One pulse of the response.
 struct Arrival {
-  double time_s = 0;  // since the impulse left the emitter
-  Bands energy{};     // intensity, 1 being an emitter of gain 1 at 1 m on its axis
-  int polarity = 1;   // +1 or -1, of its pressure; means nothing to the energy
+  double time_s = 0;  // after emission of the impulse
+  Bands energy{};     // intensity; 1 is an emitter of gain 1 at 1 m on its axis
+  int polarity = 1;   // +1 or -1, sign of the pressure
 };
 
-// The arrivals at an omnidirectional receiver, by time, of an impulse that every emitter, or the
-// given one alone, sends at time 0 (whatever the start delay of its signal). Arrivals without
-// energy are left out. The order is a function of the sources' order alone. Without `surfaces`
-// nothing stands in the way.
+// Arrivals at an omnidirectional receiver, sorted by time, of an impulse that all emitters, or only
+// the given one, emit at time 0 (start delays of signals are ignored). Arrivals without energy are
+// omitted. The order depends on the order of the sources only. Without `surfaces` nothing occludes.
 std::vector<Arrival> energy_response(std::span<const Source> sources,
                                      const std::vector<Emitter>& emitters,
                                      std::span<const Material> materials, const Air& air,

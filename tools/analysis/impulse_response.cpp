@@ -11,12 +11,12 @@ namespace clamor {
 
 namespace {
 
-// Pulses between samples: a sinc under a Kaiser window, tabulated at kPhases fractions of a sample
+// A pulse between samples: a sinc under a Kaiser window, tabulated at kPhases fractions of a sample
 // and linear between them, which is exact to -100 dB.
 class PulseTable {
  public:
   static constexpr int kTaps = 32;
-  static constexpr int kBefore = kTaps / 2 - 1;  // taps before the sample the pulse falls after
+  static constexpr int kBefore = kTaps / 2 - 1;  // taps before the sample that the pulse follows
 
   PulseTable() : taps_((kPhases + 1) * kTaps) {
     for (int phase = 0; phase <= kPhases; ++phase)
@@ -25,7 +25,8 @@ class PulseTable {
         const double sinc = x == 0 ? 1 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x);
         const double edge = 1 - std::pow(x / (kTaps / 2), 2);
         const double window = edge > 0 ? bessel_i0(kBeta * std::sqrt(edge)) / bessel_i0(kBeta) : 0;
-        // Whole phases are one sample of 1, without the dust of sin(pi).
+        // At whole samples the pulse is exactly one sample of 1, without rounding residue of
+        // sin(pi).
         const bool whole = phase == 0 || phase == kPhases;
         taps_[phase * kTaps + tap] = whole ? (std::abs(x) < 0.5 ? 1 : 0) : sinc * window;
       }
@@ -67,7 +68,7 @@ std::size_t whole_response_frames(std::span<const Arrival> arrivals) {
 
 std::vector<float> impulse_response(std::span<const Arrival> arrivals, std::size_t frames) {
   const PulseTable pulses;
-  // Room on both sides for the taps of the first and the last pulse.
+  // Padding on both sides for the taps of the first and the last pulse.
   std::array<std::vector<double>, kBandCount> bands;
   for (auto& band : bands) band.assign(frames + PulseTable::kTaps, 0);
   for (const Arrival& arrival : arrivals) {

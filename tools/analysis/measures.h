@@ -1,5 +1,5 @@
-// measures.h: the measures by which two sounds are compared, each with its source and with the
-// just-noticeable difference (JND): what listeners at their best tell from no difference.
+// measures.h: the measures by which two sounds are compared, each with its source and its
+// just-noticeable difference (JND).
 #pragma once
 
 #include <array>
@@ -35,22 +35,22 @@ enum class Measure {
   kL2,
   kRenormalisedL2,
   kCorrelation,
-  kTimeVaryingPart,  // takes the dry signal too
+  kTimeVaryingPart,  // needs the dry signal too
 };
 
 struct MeasureInfo {
   Measure measure;
   const char* key;                   // in JSON
   const char* title;                 // in tables
-  const char* value_unit;            // of what either sound has
+  const char* value_unit;            // of the value of either sound
   const char* unit;                  // of the difference and the JND
-  int digits;                        // worth printing
+  int digits;                        // significant digits
   std::optional<double> jnd;         // 0: any difference is noticed
-  std::optional<SoundKind> only_in;  // kind of sound that it is taken in
-  const char* place;                 // what Point::at counts: "Hz", "s" or ""
+  std::optional<SoundKind> only_in;  // kind of sound that it applies to
+  const char* place;                 // unit of Point::at: "Hz", "s" or ""
   const char* source;                // of the measure
   const char* jnd_source;
-  bool by_chance = false;  // has no JND; judged by a null distribution alone
+  bool by_chance = false;  // has no JND; judged by a null distribution only
 };
 extern const std::array<MeasureInfo, 26> kMeasures;
 

@@ -26,7 +26,7 @@ struct Biquad {
     a2 = (1 - damping * w + w * w) * scale;
   }
 
-  // In place; transposed direct form II, whose state stays small at low edges.
+  // Filters in place; transposed direct form II, whose state stays small at low edges.
   template <class Iterator>
   void run(Iterator first, Iterator last) const {
     double s1 = 0, s2 = 0;
@@ -40,7 +40,7 @@ struct Biquad {
   }
 };
 
-// 1 / (1 + (w / w_e)^2n). What would ring beyond the ends of `signal` is lost: pad it first.
+// 1 / (1 + (w / w_e)^2n). Ringing beyond the ends of `signal` is lost, so pad it first.
 void low_pass(std::vector<double>& signal, double edge_hz, int order) {
   assert(order % 2 == 0 && edge_hz < kSampleRate_hz / 2.0);
   for (int pair = 0; pair < order / 2; ++pair) {
@@ -60,7 +60,7 @@ double octave_edge_hz(std::size_t band, double octaves) {
   return 1000 * std::pow(10.0, 0.3 * (static_cast<double>(band) - 4 + octaves));
 }
 
-// Edges lie a little further out than half an octave, so that they are 3 dB down and not 6.
+// Edges lie slightly further apart than an octave, so that they are 3 dB down and not 6.
 double outwards() { return std::pow(std::numbers::sqrt2 - 1, -1.0 / (2 * kOctaveOrder)); }
 
 }  // namespace
@@ -70,7 +70,7 @@ double band_edge_hz(std::size_t below, std::size_t above) {
 }
 
 std::vector<double> sum_of_bands(const std::array<std::vector<double>, kBandCount>& bands) {
-  // sum of (L_{b+1} - L_b) x_b  =  x_7 + sum of L_b (x_{b-1} - x_b): bands that are alike cancel.
+  // sum of (L_{b+1} - L_b) x_b  =  x_7 + sum of L_b (x_{b-1} - x_b): equal bands cancel.
   std::vector<double> sum = bands.back();
   std::vector<double> difference(sum.size());
   for (std::size_t b = 1; b < kBandCount; ++b) {

@@ -1,8 +1,9 @@
-// programme_loudness.h: how loud a recording is, by the broadcasters' meter. libebur128 ends here.
+// programme_loudness.h: integrated and momentary loudness of a recording by BS.1770, through
+// libebur128.
 //
-// Loudness is the K-weighted mean square of all channels: 0 LUFS is a 997 Hz sine at full scale in
-// both ears, 1 LU is 1 dB. Integrated over a programme, with pauses gated out; momentary over 400
-// ms, here every 100 ms.
+// Loudness is the K-weighted mean square of all channels: a 997 Hz sine at full scale in both ears
+// is 0 LUFS, and 1 LU is 1 dB. Integrated loudness is gated, so that pauses do not count; momentary
+// loudness is over 400 ms, here every 100 ms.
 //
 // Just noticeable: about 1 dB (E. Zwicker, H. Fastl. Psychoacoustics. 1990).
 //
@@ -15,12 +16,12 @@
 
 namespace clamor {
 
-// Quieter counts as silence, integrated: the absolute gate of BS.1770.
+// The absolute gate of BS.1770: quieter sound counts as silence.
 inline constexpr double kSilence_lufs = -70;
 inline constexpr double kMomentaryHop_s = 0.1, kMomentaryWindow_s = 0.4;
 
 struct ProgrammeLoudness {
-  double integrated_lufs = kSilence_lufs;  // kSilence_lufs where every 400 ms lie below it
+  double integrated_lufs = kSilence_lufs;  // kSilence_lufs if every 400 ms lie below it
   std::vector<double> momentary_lufs;      // window i ends at (i + 4) hops; -infinity in silence
 };
 

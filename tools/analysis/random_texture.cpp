@@ -17,8 +17,8 @@ namespace {
 
 constexpr std::size_t kFrame = 2048, kHop = kFrame / 2, kBins = kFrame / 2 + 1;
 
-// Its squares, half a frame apart, add up to 1, and within a frame to half of it: what it takes
-// from the power of a frame.
+// Squared windows half a frame apart add up to 1; over one frame their mean is one half, by which
+// they reduce its power.
 constexpr double kWindowPower = 0.5;
 std::vector<double> sine_window() {
   std::vector<double> window(kFrame);
@@ -73,7 +73,7 @@ RandomTexture::RandomTexture(const Sound& sound)
   std::vector<std::complex<double>> values(kFrame);
   const auto power_of_frame = [&](std::size_t f) {
     for (std::size_t i = 0; i < kFrame; ++i) {
-      const std::size_t at = f * kHop + i - kHop;  // the first frame hangs over the sound
+      const std::size_t at = f * kHop + i - kHop;  // the first frame begins before the sound
       values[i] = 0;
       if (at < frames_)
         values[i] = {window[i] * sound.channels[0][at],
@@ -92,7 +92,8 @@ RandomTexture::RandomTexture(const Sound& sound)
 
   const std::size_t count = (frames_ + kHop - 1) / kHop + 1;
   shapes_.resize(count * kBins);
-  std::deque<std::vector<Power>> near = {power_of_frame(0)};  // the frame before, this, the next
+  std::deque<std::vector<Power>> near = {
+      power_of_frame(0)};  // the previous, current and next frame
   for (std::size_t f = 0; f < count; ++f) {
     if (f + 1 < count) near.push_back(power_of_frame(f + 1));
     for (std::size_t k = 0; k < kBins; ++k) {
@@ -124,7 +125,7 @@ Sound RandomTexture::roll(std::uint64_t seed, std::uint32_t roll) const {
           philox(seed, {roll, static_cast<std::uint32_t>(f), static_cast<std::uint32_t>(k),
                         static_cast<std::uint32_t>(Use::kPhase)});
       std::complex<double> x = gaussian(bits[0], bits[1]), y = gaussian(bits[2], bits[3]);
-      if (k == 0 || k == kFrame / 2) {  // these are real
+      if (k == 0 || k == kFrame / 2) {  // real bins
         x = x.real() * std::numbers::sqrt2;
         y = y.real() * std::numbers::sqrt2;
       }

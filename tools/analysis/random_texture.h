@@ -1,15 +1,14 @@
-// random_texture.h: other sounds that are the same texture.
+// random_texture.h: resynthesises a sound as random noise with the same texture.
 //
-// The sum of many sounds with random phases is Gaussian noise whose power, per frequency, moment
-// and pair of ears, is all that is left to tell of it. That power is estimated from the recording:
-// in frames of 43 ms, averaged over the frame before and after and over an ERB (at least 5 bins).
-// Each roll then draws new Gaussian noise of that power: level, spectrum, slow envelope and what
-// the ears share are kept, all waveforms and momentary chances are new. Speech or music does not
-// survive it: these are no textures; and null_distribution.h tells of textures that few signals
-// make.
+// The sum of many sounds with random phases is Gaussian noise, which its power per frequency, time
+// and pair of ears describes completely. That power is estimated from the recording, in frames of
+// 43 ms, averaged over the neighbouring frames and over an ERB (at least 5 bins). Each roll then
+// draws new Gaussian noise of that power. Level, spectrum, slow envelope and interaural coherence
+// are preserved; waveforms and momentary fluctuations are new. Speech and music are no textures and
+// do not survive; null_distribution.h discusses textures of few signals.
 //
-// Two rolls differ as two exact renderings do. A roll and the recording itself differ by less,
-// because the chances of the recording are in the estimate; so compare rolls with each other.
+// Two rolls differ as two exact renderings do. A roll and the recording differ by less, because the
+// estimate contains the recording's own fluctuations; so compare rolls with each other.
 #pragma once
 
 #include <complex>
@@ -24,11 +23,11 @@ class RandomTexture {
  public:
   explicit RandomTexture(const Sound& sound);
 
-  // As long and with as many channels as the sound; the same for the same seed and roll.
+  // Has the length and the channels of the sound. Deterministic in seed and roll.
   Sound roll(std::uint64_t seed, std::uint32_t roll) const;
 
  private:
-  // Per frame and bin: left = first x, right = along x + second y, for x and y Gaussian and unit.
+  // Per frame and bin: left = first x, right = along x + second y, for unit Gaussians x and y.
   struct Shape {
     float first = 0;
     std::complex<float> along = 0;

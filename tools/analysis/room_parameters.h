@@ -1,23 +1,23 @@
 // room_parameters.h: the room-acoustic parameters of ISO 3382-1, per octave band.
 //
-// They come from the energy response, which is exact and carries no chance of phase, or from a
-// waveform, as a measurement would find them. All times count from the direct sound: the first
-// arrival of a response; in a waveform, the first sample within 20 dB of its highest peak.
+// They come from the energy response, which is exact and free of interference, or from a waveform,
+// as a measurement would find them. All times count from the direct sound: the first arrival of a
+// response; in a waveform, the first sample within 20 dB of its highest peak.
 //
 //   EDT, T20, T30   decay times from the lines through 0 ... -10, -5 ... -25 and -5 ... -35 dB
 //   C80             energy of the first 80 ms over that of the rest, in dB
 //   D50             energy of the first 50 ms over the whole
-//   Ts              centre time, the mean time of arrival weighed by energy
+//   Ts              centre time, the mean time of arrival weighted by energy
 //   G               energy re that of the same power, omnidirectional, in a free field at 10 m, dB
 //
-// G is re the emitter's radiated power, as the standard asks (it averages the free field over all
-// directions), and without the air's loss over those 10 m.
+// G is relative to the emitter's radiated power, as the standard demands (it averages the free
+// field over all directions), and without air absorption over those 10 m.
 //
-// A parameter is left out where the response is too short to tell (DecayCurve says when), EDT also
-// where the direct sound makes most of its first 10 dB, and C80 where nothing comes late. In a
-// waveform a decay time is also left out below 8 / bandwidth seconds (63 Hz: 0.18 s), near what the
-// octave filter makes of a mere pulse, 3 to 6 / bandwidth. C80 and D50 are windowed before they are
-// filtered, so its ringing carries nothing across 50 or 80 ms.
+// A parameter is missing if the response is too short (see DecayCurve), EDT also if the direct
+// sound makes up most of its first 10 dB, and C80 if nothing arrives late. In a waveform a decay
+// time is also missing below 8 / bandwidth seconds (63 Hz: 0.18 s), close to what the octave filter
+// makes of a single pulse, 3 to 6 / bandwidth. C80 and D50 are windowed before they are filtered,
+// so ringing carries no energy across 50 or 80 ms.
 #pragma once
 
 #include <array>
@@ -38,11 +38,11 @@ struct RoomParameters {
 // Energy of an impulse from an omnidirectional emitter of the same power, at 10 m in a free field.
 Bands free_field_energy_at_10m(const Emitter& emitter);
 
-// Arrivals by ascending time; without any, nothing is known.
+// Arrivals must be sorted by time; without any, all parameters are missing.
 RoomParameters room_parameters(std::span<const Arrival> arrivals, const Bands& energy_at_10m);
 
-// A waveform at kSampleRate_hz in which an impulse of amplitude 1 is one sample of 1. Costs about
-// 0.3 s per second of it.
+// The waveform is at kSampleRate_hz; an impulse of amplitude 1 is one sample of 1. Costs about 0.3
+// s per second.
 RoomParameters room_parameters(std::span<const float> waveform, const Bands& energy_at_10m);
 
 }  // namespace clamor

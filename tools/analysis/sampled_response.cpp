@@ -58,7 +58,8 @@ std::vector<Arrival> sampled_response(const StrategyOptions& options,
   const auto chosen = sampler->sample(listener_m);
   std::vector<SampledSource> sample(chosen.begin(), chosen.end());
   if (occlusion) {
-    // Chosen by looks as a player's, they are heard by close ones, as all sources are.
+    // Occlusion is coarse for choosing, as in a player, and fine for the response, as for all
+    // sources.
     std::vector<const Source*> looked_at;
     for (const SampledSource& one : sample) looked_at.push_back(one.source);
     const std::vector<Bands> visible =

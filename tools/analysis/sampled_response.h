@@ -1,4 +1,4 @@
-// sampled_response.h: what a sample of the sources makes of an impulse (the paper, figure 6).
+// sampled_response.h: the impulse response of a sample of the sources (the paper, figure 6).
 #pragma once
 
 #include <cstdint>
@@ -6,18 +6,18 @@
 #include <vector>
 
 #include "tools/analysis/energy_response.h"
-#include "runtime/sampling/strategies.h"
+#include "tools/strategies/strategies.h"
 
 namespace clamor {
 
-// The arrivals of energy_response.h, of these sources alone, scaled and visible as they are; silent
-// ones too.
+// Arrivals as in energy_response.h, of these sources only, scaled and occluded as given, including
+// silent ones.
 std::vector<Arrival> arrivals_of(std::span<const SampledSource> sample, const RadiationModel& field,
                                  const std::vector<Emitter>& emitters, const Vec3& listener_m);
 
-// Of one emitter's impulse: its sources are chosen by what they make of a single sample of 1,
-// whatever signal it plays. With strategy "all" as energy_response(). "priority" has late sources
-// boosted as a player has, and asks what the surfaces hide; the paper's own strategies do not.
+// Response of one emitter. Sources are sampled by their contribution to a single sample of 1,
+// whatever the emitter's signal. Strategy "all" equals energy_response(). "priority" boosts late
+// sources and handles occlusion as a player does; the paper's own strategies do neither.
 std::vector<Arrival> sampled_response(const StrategyOptions& options,
                                       std::span<const Source> sources,
                                       const std::vector<Emitter>& emitters,

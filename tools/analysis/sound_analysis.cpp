@@ -24,7 +24,7 @@ double peak_of(std::span<const float> samples) {
   return peak;
 }
 
-// The first sample within 20 dB of the highest, as room_parameters() finds it.
+// The first sample within 20 dB of the highest, as in room_parameters().
 std::size_t direct_sound(std::span<const float> samples) {
   const double least = peak_of(samples) / 10;
   return static_cast<std::size_t>(
@@ -47,7 +47,7 @@ void measure_decay(std::span<const float> samples, SoundAnalysis::Ear& ear) {
           (static_cast<double>(i) - static_cast<double>(direct + kOctaveRing)) / kSampleRate_hz,
           octave[i] * octave[i]};
     const DecayCurve curve(steps, length_s);
-    // The end of the file is nobody's decay.
+    // Leave out the end of the file, which is not a decay.
     for (double t_s = 0; t_s < 0.9 * length_s; t_s += kEchoDensityHop_s)
       ear.decay_db[b].push_back(curve.level_db(t_s));
     if (b >= kFirstEchoBand)
@@ -56,7 +56,7 @@ void measure_decay(std::span<const float> samples, SoundAnalysis::Ear& ear) {
   }
 }
 
-// Where the first of the ears that hear anything hears it; the end where there is nothing to hear.
+// The earliest direct sound of the ears; the end of the sound if it is silent.
 std::size_t direct_sound(const Sound& sound) {
   double peak = 0;
   for (const auto& channel : sound.channels) peak = std::max(peak, peak_of(channel));
@@ -66,7 +66,7 @@ std::size_t direct_sound(const Sound& sound) {
   return direct;
 }
 
-// What arrives within 80 ms of the direct sound in the ear that hears it first.
+// The first 80 ms from the direct sound on.
 Sound early_part(const Sound& sound) {
   constexpr std::size_t kEarly = kSampleRate_hz * 8 / 100;
   const std::size_t direct = direct_sound(sound);

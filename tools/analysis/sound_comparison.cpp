@@ -24,7 +24,7 @@ std::optional<double> minus(const std::optional<double>& b, const std::optional<
   return *b - *a;
 }
 
-// What compare() fills in, one measure after the other.
+// Collects the differences of compare(), measure by measure.
 class Comparison {
  public:
   Comparison(const SoundAnalysis& a, const SoundAnalysis& b) : a_(a), b_(b) {
@@ -220,7 +220,7 @@ class Comparison {
   }
 
  private:
-  // Every point of a measure has the JND of the measure, unless it brought its own.
+  // A point has the JND of its measure unless it brings its own.
   void add(Measure measure, DifferencePoint point) {
     Difference& difference = differences_[static_cast<std::size_t>(measure)];
     if (point.jnd == 0) point.jnd = difference.info->jnd.value_or(0);

@@ -12,7 +12,7 @@ namespace clamor {
 namespace {
 
 constexpr std::size_t kHop = kSpectrumFrame / 4;
-constexpr double kSumOfSquares = 1.5;  // of the windows over any sample: 4 x 3 / 8
+constexpr double kSumOfSquares = 1.5;  // of the squared windows over any sample: 4 x 3 / 8
 
 }  // namespace
 
@@ -35,7 +35,7 @@ SoundSpectrum sound_spectrum(const Sound& sound) {
   }
   std::vector<std::complex<double>> values(kSpectrumFrame);
   const std::size_t frames = sound.frames();
-  // `end` is where a frame ends; the first and the last ones hang over the sound.
+  // `end` is where a frame ends. The first and the last frames extend beyond the sound.
   for (std::size_t end = kHop; end < frames + kSpectrumFrame; end += kHop) {
     for (std::size_t i = 0; i < kSpectrumFrame; ++i) {
       const std::size_t at = end + i - kSpectrumFrame;  // wraps round before the sound

@@ -1,10 +1,9 @@
-// sound_spectrum.h: the energy of a sound per frequency, and what its two ears have in common.
+// sound_spectrum.h: power spectrum of a sound and the cross-spectrum of its two channels.
 //
-// Frames of 8192 samples (5.9 Hz a bin) under a Hann window, a quarter of a frame apart, so that
-// the squares of the windows add up to the same everywhere: a click counts as much wherever it
-// falls, and the energies of all bins add up to that of the sound. (P. D. Welch. The Use of Fast
-// Fourier Transform for the Estimation of Power Spectra. IEEE Trans. Audio Electroacoust. 15,
-// 1967.)
+// Frames of 8192 samples (5.9 Hz a bin) under a Hann window, a quarter of a frame apart. Squared
+// windows add up to a constant, so a click counts equally wherever it is, and the energies of all
+// bins add up to that of the sound. (P. D. Welch. The Use of Fast Fourier Transform for the
+// Estimation of Power Spectra. IEEE Trans. Audio Electroacoust. 15, 1967.)
 #pragma once
 
 #include <array>
@@ -18,7 +17,7 @@ namespace clamor {
 
 inline constexpr std::size_t kSpectrumFrame = 8192, kSpectrumBins = kSpectrumFrame / 2 + 1;
 
-// The frequency of a bin's centre; it reaches half a bin to either side.
+// The centre frequency of a bin, which extends half a bin to either side.
 double spectrum_bin_hz(double bin);
 
 struct SoundSpectrum {

@@ -19,7 +19,7 @@ constexpr std::size_t kStep = 64;     // envelope values per block
 constexpr double kCompression = 0.3, kLeast_s = 1.5, kFirstErb = 2;
 constexpr std::size_t kModulationFrame = 256;  // envelope values: 1.46 Hz a bin
 
-// A band moved down to 0 Hz and sampled as seldom as its width allows.
+// A band shifted to 0 Hz and sampled as slowly as its width allows.
 struct Band {
   std::size_t first_bin = 0;  // even, so that blocks half their length apart agree in phase
   std::vector<double> gains;
@@ -38,7 +38,7 @@ struct Band {
   }
 };
 
-// Envelopes of all bands, compressed.
+// Compressed envelopes of all bands.
 std::vector<std::vector<double>> envelopes_of(std::span<const float> samples) {
   const Fourier fourier(kBlock);
   std::vector<double> window(kBlock);
@@ -46,7 +46,7 @@ std::vector<std::vector<double>> envelopes_of(std::span<const float> samples) {
     window[i] = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * static_cast<double>(i) / kBlock);
   std::vector<Band> bands;
   std::vector<Fourier> inverses;
-  std::vector<std::vector<std::complex<double>>> begun(kTextureBands);  // by the block before
+  std::vector<std::vector<std::complex<double>>> begun(kTextureBands);  // by the previous block
   for (std::size_t b = 0; b < kTextureBands; ++b) {
     bands.emplace_back(b);
     inverses.emplace_back(bands[b].size);
@@ -108,7 +108,7 @@ double correlation_of(const std::vector<double>& a, const std::vector<double>& b
   return scale > 0 ? sum / scale : 0;
 }
 
-// Power per octave of modulation, in dB of all of them.
+// Power per octave of modulation, in dB relative to their sum.
 void add_modulation(const std::vector<double>& envelope, const Fourier& fourier,
                     std::vector<double>& modulation_db) {
   const double mean = Moments(envelope).mean;

@@ -1,16 +1,17 @@
-// texture_statistics.h: what a crowd, rain or a fire sounds like, beyond its spectrum.
+// texture_statistics.h: statistics of a texture, such as a crowd, rain or a fire, beyond its
+// spectrum.
 //
-// Listeners tell textures apart by statistics of their envelopes in ERB bands, not by waveforms.
-// Here 32 bands, 55 Hz to 8.6 kHz, each half a cosine two ERB wide; the envelope is compressed
-// (power 0.3) and taken 375 times a second. Per band, of the envelope's values:
+// Listeners distinguish textures by statistics of their envelopes in ERB bands, not by waveforms.
+// There are 32 bands, 55 Hz to 8.6 kHz, each half a cosine two ERB wide. The envelope is compressed
+// (power 0.3) and sampled 375 times a second. Per band and over the values of the envelope:
 //
-//   variation    standard deviation over mean: how grainy it is
-//   skewness, kurtosis   whether single events stand out
-//   modulation   how its power is shared among 1.5-3, 3-6, ... 94-188 Hz, in dB of the whole
-//   correlation  with the band 3 ERB higher: whether the events are broad
+//   variation    standard deviation over mean: graininess
+//   skewness, kurtosis   prominence of single events
+//   modulation   distribution of power over 1.5-3, 3-6, ... 94-188 Hz, in dB of the whole
+//   correlation  with the band 3 ERB higher: whether events are broadband
 //
 // J. H. McDermott, E. P. Simoncelli. Sound Texture Perception via Statistics of the Auditory
-// Periphery. Neuron 71, 2011. No just-noticeable differences are published: hold them against the
+// Periphery. Neuron 71, 2011. No just-noticeable differences are published; compare with the
 // differences of exact renderings (null_distribution.h).
 #pragma once
 
@@ -24,11 +25,11 @@ inline constexpr std::size_t kTextureBands = 32, kModulationBands = 7, kCorrelat
 
 struct TextureStatistics {
   // Per band; modulation per band and octave. All empty for a sound below 1.5 s, which is too short
-  // to have statistics; a silent band has 0 everywhere.
+  // for statistics; all 0 for a silent band.
   std::vector<double> variation, skewness, kurtosis, modulation_db, correlation;
 };
 
-// At kSampleRate_hz. Takes 10 ms per second of sound.
+// `samples` are at kSampleRate_hz. Takes 10 ms per second of sound.
 TextureStatistics texture_statistics(std::span<const float> samples);
 
 }  // namespace clamor

@@ -17,11 +17,12 @@ namespace {
 using Complex = std::complex<double>;
 using Row = std::vector<Complex>;
 
-constexpr double kFloor = 1e-6;  // of the energy: what is fainter is not heard
+constexpr double kFloor = 1e-6;  // of the energy; fainter parts are inaudible
 constexpr int kMaxSteps = 200;
-constexpr double kConverged = 1e-4;   // of the residual, in a step
-constexpr int kConvergedSteps = 5;    // in succession
-constexpr double kLeastPower = 1e-6;  // of the preconditioner, of the mean over frequencies
+constexpr double kConverged = 1e-4;  // of the residual, per step
+constexpr int kConvergedSteps = 5;   // in succession
+// Of the preconditioner, relative to the mean over frequencies.
+constexpr double kLeastPower = 1e-6;
 
 Complex product(const Complex& a, const Complex& b) {
   return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
@@ -29,8 +30,8 @@ Complex product(const Complex& a, const Complex& b) {
 
 Complex conjugate_product(const Complex& a, const Complex& b) { return product(std::conj(a), b); }
 
-// Two real channels are the real and imaginary parts of one complex one: x is real, so the two
-// problems stay apart but for the step sizes, which minimise the sum of both errors.
+// Two real channels are the real and imaginary part of one complex signal. As x is real, the two
+// problems stay separate except for the step sizes, which minimise the sum of both errors.
 class FixedFilterFit {
  public:
   FixedFilterFit(std::span<const float> dry, const Sound& rendering, std::size_t taps)
@@ -101,7 +102,7 @@ class FixedFilterFit {
     return sum;
   }
 
-  // (h * x)[n] from first() on; what wraps round lies before that.
+  // (h * x)[n] from first() on; wrapped samples lie before it.
   Row filter(const Row& taps) const {
     Row values(whole_.size());
     std::copy(taps.begin(), taps.end(), values.begin());
@@ -125,7 +126,7 @@ class FixedFilterFit {
     return values;
   }
 
-  // The power spectrum of x, from its autocorrelation up to the taps, tapered.
+  // The power spectrum of x from its tapered autocorrelation, up to the number of taps.
   void make_preconditioner() {
     Row power(whole_.size());
     for (std::size_t k = 0; k < power.size(); ++k) power[k] = std::norm(spectrum_[k]);

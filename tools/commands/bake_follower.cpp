@@ -6,6 +6,9 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/player/player.h"
+
 namespace clamor {
 
 bool BakeFollower::check(Player& player, AuralizerOptions options, std::ostream& err,

@@ -8,11 +8,9 @@
 #include <span>
 #include <string>
 
-namespace clamor {
+#include "tools/program/exit_codes.h"
 
-inline constexpr int kSuccess = 0;
-inline constexpr int kBadInput = 1;  // a file, device or level that cannot be used
-inline constexpr int kBadUsage = 2;  // invalid command line
+namespace clamor {
 
 int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_merge(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);

@@ -10,6 +10,7 @@
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
+#include "tools/strategies/strategies.h"
 
 namespace clamor {
 

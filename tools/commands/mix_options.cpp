@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "formats/level/emitter_spec.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/sampling/moving_script.h"
 
 namespace clamor {
 

@@ -7,6 +7,7 @@
 
 #include "common/result.h"
 #include "formats/files/file_access.h"
+#include "formats/files/output_target.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_options.h"
 #include "tools/program/arguments.h"

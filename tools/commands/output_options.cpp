@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "runtime/hrtf/hrtf.h"
+
 namespace clamor {
 
 OutputArguments::OutputArguments(Arguments& parser) {

@@ -15,6 +15,8 @@
 #include "formats/bake_file/bake_file.h"
 #include "runtime/player/player.h"
 #include "runtime/player/player_options.h"
+#include "runtime/player/player_statistics.h"
+#include "runtime/realtime/thread_cpu_usage.h"
 #include "tools/analysis/spectrogram.h"
 #include "tools/commands/audibility_warnings.h"
 #include "tools/commands/bake_follower.h"

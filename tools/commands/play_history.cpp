@@ -6,6 +6,10 @@
 
 #include <fmt/format.h>
 
+#include "runtime/engine/auralizer_statistics.h"
+#include "runtime/player/player_statistics.h"
+#include "runtime/realtime/thread_cpu_usage.h"
+
 namespace clamor {
 
 namespace {

@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "runtime/engine/auralizer_statistics.h"
+#include "runtime/player/player_statistics.h"
 #include "tools/program/printable_stream.h"
 
 namespace clamor {

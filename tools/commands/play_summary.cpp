@@ -7,6 +7,9 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "runtime/engine/auralizer_statistics.h"
+#include "runtime/player/player_statistics.h"
+#include "runtime/realtime/thread_cpu_usage.h"
 #include "tools/commands/play_status.h"
 
 namespace clamor {
@@ -83,8 +86,9 @@ void print_sounds(const SoundStatistics& sounds, std::ostream& err) {
   if (sounds.late > 0)
     fmt::print(err, "{} times a voice was silent for 20 ms because its sound was not decoded yet\n",
                sounds.late);
-  if (sounds.crowded > 0)
-    fmt::print(err, "{} times a sound did not fit into memory; raise --memory\n", sounds.crowded);
+  if (sounds.over_budget > 0)
+    fmt::print(err, "{} times a sound did not fit into memory; raise --memory\n",
+               sounds.over_budget);
   if (sounds.failed > 0)
     fmt::print(err, "{} blocks of sounds could not be read and were silent\n", sounds.failed);
 }

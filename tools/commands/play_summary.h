@@ -5,6 +5,7 @@
 #include <span>
 
 #include "runtime/player/player.h"
+#include "runtime/player/player_statistics.h"
 #include "tools/commands/play_history.h"
 
 namespace clamor {

@@ -11,6 +11,7 @@
 #include "formats/audio/audio_file.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/level/walk_file.h"
+#include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/player/render.h"
 #include "tools/commands/audibility_warnings.h"

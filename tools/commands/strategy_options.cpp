@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "runtime/engine/auralizer_options.h"
+#include "tools/strategies/strategies.h"
+
 namespace clamor {
 
 StrategyArguments::StrategyArguments(Arguments& parser, const std::string& usual)
@@ -41,10 +44,8 @@ Result<StrategyOptions> StrategyArguments::read() const {
 }
 
 void use(const StrategyOptions& strategy, AuralizerOptions& options) {
-  options.strategy = strategy.strategy;
+  options.strategy = make_strategy(strategy);
   options.voices = static_cast<int>(strategy.voices);
-  options.estimator = strategy.estimator;
-  options.tuning = strategy.tuning;
 }
 
 }  // namespace clamor

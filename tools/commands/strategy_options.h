@@ -6,8 +6,8 @@
 #include "common/result.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_options.h"
-#include "runtime/sampling/strategies.h"
 #include "tools/program/arguments.h"
+#include "tools/strategies/strategies.h"
 
 namespace clamor {
 

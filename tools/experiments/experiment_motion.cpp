@@ -24,12 +24,14 @@
 #include <fmt/format.h>
 
 #include "common/thread_time.h"
+#include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
+#include "runtime/mixing/block_mixer.h"
 #include "tools/analysis/click_detector.h"
 #include "tools/analysis/programme_loudness.h"
-#include "runtime/mixing/block_mixer.h"
 #include "tools/experiments/experiments.h"
 #include "tools/experiments/motion_scene.h"
 

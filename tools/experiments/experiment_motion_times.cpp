@@ -8,6 +8,7 @@
 
 #include "common/thread_time.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/occlusion/occlusion_geometry.h"

@@ -8,6 +8,8 @@
 
 #include "bake/bake.h"
 #include "common/random.h"
+#include "runtime/engine/auralizer_input.h"
+#include "runtime/engine/sampling_pipeline.h"
 #include "runtime/mixing/keyframe_maker.h"
 #include "runtime/mixing/mixer.h"
 

@@ -15,8 +15,8 @@
 #include "formats/level/walk_file.h"
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/propagation/source_weight.h"
-#include "runtime/sampling/strategies.h"
 #include "runtime/streaming/prepared_signal.h"
+#include "tools/strategies/strategies.h"
 
 namespace clamor {
 

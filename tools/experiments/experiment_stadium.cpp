@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "tools/analysis/null_distribution.h"
+#include "tools/analysis/sound_comparison.h"
 #include "tools/experiments/experiments.h"
 #include "tools/experiments/stadium_perception.h"
 
@@ -22,7 +24,7 @@ struct RenderOutcome {
 std::size_t drawings(std::size_t k) { return std::clamp<std::size_t>(1024 / k, 1, 4); }
 
 RenderOutcome rendered(const ExperimentScene& scene, const Walk& here, double seconds,
-                 const SamplingChoice& choice, const Sound& all) {
+                       const SamplingChoice& choice, const Sound& all) {
   RenderOutcome outcome;
   const double whole = energy(all);
   const std::size_t count = drawings(choice.k);

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "runtime/sampling/strategies.h"
+#include "tools/strategies/strategies.h"
 
 namespace clamor {
 

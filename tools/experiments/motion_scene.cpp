@@ -6,6 +6,8 @@
 #include <limits>
 
 #include "common/random.h"
+#include "runtime/engine/auralizer_input.h"
+#include "tools/strategies/all_sampler.h"
 
 namespace clamor {
 

@@ -18,8 +18,8 @@
 #include "runtime/mixing/keyframe_maker.h"
 #include "runtime/mixing/mixer.h"
 #include "runtime/propagation/radiation_model.h"
-#include "runtime/sampling/strategies.h"
 #include "runtime/streaming/prepared_signal.h"
+#include "tools/strategies/strategies.h"
 
 namespace clamor {
 

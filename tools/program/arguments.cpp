@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "common/text.h"
-#include "tools/commands/commands.h"
+#include "tools/program/exit_codes.h"
 
 namespace clamor {
 

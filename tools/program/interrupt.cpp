@@ -6,7 +6,7 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include "tools/commands/commands.h"
+#include "tools/program/exit_codes.h"
 
 namespace clamor {
 

@@ -6,7 +6,7 @@
 
 #include <unistd.h>
 
-#include "tools/commands/commands.h"
+#include "tools/program/exit_codes.h"
 #include "tools/program/interrupt.h"
 
 namespace clamor {

@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
+#include "runtime/hrtf/hrtf.h"
 #include "tests/baked_room.h"
 #include "tests/sanitized.h"
 #include "tests/sound_device.h"

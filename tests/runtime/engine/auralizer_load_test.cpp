@@ -10,11 +10,12 @@
 
 #include "common/random.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
-#include "tools/analysis/click_detector.h"
 #include "runtime/mixing/load_control.h"
 #include "tests/baked_room.h"
+#include "tools/analysis/click_detector.h"
 
 namespace clamor {
 namespace {

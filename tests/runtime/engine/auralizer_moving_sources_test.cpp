@@ -6,11 +6,14 @@
 
 #include <gtest/gtest.h>
 
-#include "tools/analysis/click_detector.h"
+#include "runtime/engine/auralizer_input.h"
+#include "runtime/engine/auralizer_options.h"
 #include "tests/baked_room.h"
 #include "tests/runtime/hrtf_mixing.h"
 #include "tests/runtime/moving_field.h"
 #include "tests/temporary_file.h"
+#include "tools/analysis/click_detector.h"
+#include "tools/strategies/strategies.h"
 
 namespace clamor {
 namespace {
@@ -150,7 +153,7 @@ TEST(MovingSources, AreOccludedByAWallThatTheyCrossInOneStep) {
 TEST(MovingSources, NeedAStrategyThatSupportsThem) {
   AuralizerOptions options;
   options.moving.max_sources = 1;
-  options.strategy = "importance";
+  options.strategy = make_strategy("importance");
   const auto made = Auralizer::create(testing::baked_room(), options);
   ASSERT_FALSE(made.ok());
   EXPECT_NE(made.error().message.find("knows nothing of moving sources"), std::string::npos);

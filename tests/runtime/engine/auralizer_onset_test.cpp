@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "runtime/engine/auralizer_input.h"
+#include "runtime/engine/auralizer_options.h"
 #include "tests/baked_room.h"
 #include "tests/runtime/hrtf_mixing.h"
 #include "tests/runtime/moving_field.h"

@@ -9,7 +9,9 @@
 
 #include "common/random.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
+#include "runtime/hrtf/hrtf.h"
 #include "runtime/mixing/output_format.h"
 #include "runtime/output/loudness_meter.h"
 #include "tests/baked_room.h"

@@ -11,13 +11,17 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/player/render.h"
+#include "runtime/sampling/sampling_strategy.h"
 #include "runtime/streaming/page_loader.h"
+#include "runtime/voices/keyframe.h"
 #include "tests/baked_room.h"
 #include "tests/sanitized.h"
 #include "tests/temporary_file.h"
+#include "tools/strategies/strategies.h"
 
 namespace clamor {
 namespace {
@@ -30,7 +34,7 @@ std::unique_ptr<Auralizer> auralizer_with(int voices, const std::string& strateg
                                           AuralizerInput input = baked_room()) {
   AuralizerOptions options;
   options.voices = voices;
-  options.strategy = strategy;
+  options.strategy = make_strategy(strategy);
   options.block_frames = 2048;
   auto auralizer = Auralizer::create(std::move(input), options);
   EXPECT_TRUE(auralizer.ok());
@@ -109,7 +113,7 @@ TEST(Auralizer, ReadsTheGeometryOnlyForOcclusion) {
   for (const StrategyInfo& strategy : kStrategies)
     for (const bool visibility : {false, true}) {
       AuralizerOptions options;
-      options.strategy = strategy.name;
+      options.strategy = make_strategy(strategy.name);
       options.visibility = visibility;
       const bool looks = visibility && uses_occlusion(strategy.name);
       EXPECT_EQ(Auralizer::create(file, options).ok(), !looks) << strategy.name << visibility;
@@ -261,9 +265,40 @@ TEST(Auralizer, FollowsTheListenerWithALargeSampleDrawnLessOften) {
   EXPECT_LT(10 * std::log10(error / energy), -80);
 }
 
+// Samples the first source only.
+class FirstSource final : public SamplingStrategy {
+ public:
+  std::string name() const override { return "first"; }
+  bool needs_list() const override { return true; }
+  std::unique_ptr<Sampler> make_sampler(const SamplerInput& input) const override {
+    return std::make_unique<First>(input.list->page()[0]);
+  }
+
+ private:
+  class First final : public Sampler {
+   public:
+    explicit First(const Source& source) { sample_.emplace_back().source = &source; }
+    std::span<const SampledSource> sample(const Listener&, double) override { return sample_; }
+    bool complete() override { return true; }
+    std::size_t capacity() const override { return 1; }
+
+   private:
+    std::vector<SampledSource> sample_;
+  };
+};
+
+TEST(Auralizer, PlaysTheSampleOfAStrategyThatTheApplicationBrings) {
+  AuralizerOptions options;
+  options.strategy = std::make_shared<const FirstSource>();
+  auto auralizer = Auralizer::create(baked_room(), options);
+  ASSERT_TRUE(auralizer.ok()) << auralizer.error().message;
+  make_keyframes(**auralizer, Walk::standing(walking(0)));
+  EXPECT_EQ((*auralizer)->statistics().voices, 1u);
+}
+
 TEST(Auralizer, RejectsInvalidOptionsAndInput) {
   AuralizerOptions options;
-  options.strategy = "best";
+  options.rays = 0;
   EXPECT_FALSE(Auralizer::create(baked_room(), options).ok());
   options = {};
   options.voices = 0;

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/hrtf/hrtf_filter_bank.h"
 #include "runtime/mixing/head_rotation.h"
@@ -19,6 +20,7 @@
 #include "runtime/voices/octave_filter_bank.h"
 #include "tests/baked_room.h"
 #include "tests/runtime/hrtf_mixing.h"
+#include "tools/strategies/strategies.h"
 
 namespace clamor {
 namespace {
@@ -48,7 +50,7 @@ std::size_t lead_frames(TurningOutput output) {
 std::unique_ptr<Auralizer> following_auralizer(TurningOutput output, bool tracks_head,
                                                AuralizerInput input = testing::baked_room(60)) {
   AuralizerOptions options;
-  options.strategy = "all";
+  options.strategy = make_strategy("all");
   options.visibility = false;
   options.output = output_shape_of(output);
   options.block_frames = kBlock;
@@ -69,7 +71,7 @@ std::vector<float> played_blocks(Auralizer& auralizer, std::size_t blocks, std::
   std::vector<float> all(blocks * samples);
   for (std::size_t b = 0; b < blocks; ++b) {
     const std::size_t frame = b * block_frames;
-    auralizer.face(face(frame));
+    auralizer.turn_head(face(frame));
     while (auralizer.wants_keyframe()) {
       const std::optional<Listener> pose = place(frame);
       if (!pose) break;

@@ -21,7 +21,7 @@ using namespace testing;
 TEST(HrtfFilterBank, ReconstructsItsInputWithEqualBands) {
   for (double hz = 20; hz < 20000; hz *= 1.07) {
     double sum = 0;
-    for (std::size_t j = 0; j < kHrtfBands; ++j) sum += HrtfFilterBank::magnitude(j, hz);
+    for (std::size_t j = 0; j < kHrtfBands; ++j) sum += HrtfFilters::magnitude(j, hz);
     EXPECT_NEAR(sum, 1, 1e-3) << hz;
   }
 }

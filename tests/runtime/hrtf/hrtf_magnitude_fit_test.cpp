@@ -44,11 +44,11 @@ struct AtEars {
 };
 
 AtEars at_ears(const Vec3f& from) {
-  static const HrtfGains kFlat = HrtfFilterBank::levels_of(same_in_all_bands(1));
+  static const HrtfGains kFlat = HrtfFilters::levels_of(same_in_all_bands(1));
   static const HrtfMagnitudeFit kFit;
   AtEars ears;
   const auto place = kemar_head().place(from);
-  const auto levels = kemar_head().hear(place);
+  const auto levels = kemar_head().gains(place);
   for (std::size_t e = 0; e < kEars; ++e) {
     std::array<double, kHrtfBands> heard_levels{};
     for (std::size_t j = 0; j < kHrtfBands; ++j) heard_levels[j] = levels[e][j] * kFlat[j];

@@ -60,7 +60,7 @@ TEST(Binaural, AddsNoColourInTheMeanOverAllDirections) {
     return ones;
   }());
   for (const Vec3f& from : kemar().directions)
-    for (const HrtfGains& levels : kemar_head().hear(from)) {
+    for (const HrtfGains& levels : kemar_head().gains(from)) {
       std::array<double, kHrtfBands> heard_levels;
       std::ranges::copy(levels, heard_levels.begin());
       const ErbBands energy = fit.energy_of(heard_levels);
@@ -119,12 +119,12 @@ TEST(Binaural, GivesEachOctaveItsGain) {
       gain = static_cast<float>(std::pow(10, level_db / 20));
       level_db += change_db(random);
     }
-    const HrtfGains levels = HrtfFilterBank::levels_of(gains);
-    const auto own = head.hear(Vec3f(1, 0, 0));
+    const HrtfGains levels = HrtfFilters::levels_of(gains);
+    const auto own = head.gains(Vec3f(1, 0, 0));
     for (std::size_t b = 0; b < kBandCount; ++b) {
       double heard_gain = 0;
       for (std::size_t j = 0; j < kHrtfBands; ++j)
-        heard_gain += levels[j] * own[0][j] * HrtfFilterBank::magnitude(j, kBandCentres_hz[b]);
+        heard_gain += levels[j] * own[0][j] * HrtfFilters::magnitude(j, kBandCentres_hz[b]);
       EXPECT_NEAR(20 * std::log10(heard_gain / gains[b]), 0, 0.5) << shape << ' ' << b;
     }
   }

@@ -36,9 +36,9 @@ TEST(MixerHeadRotation, DoesNotFadeInASoundThatStarts) {
     std::array<float, kEars * kMaxFrames> out;
     for (bool loaded = false; !loaded || !mixer.wants_keyframe(); loaded = true) {
       yaw_rad += 0.01;
-      mixer.face(listener_axes(Listener({}, yaw_rad, 0)));
+      mixer.turn_head(listener_axes(Listener({}, yaw_rad, 0)));
       if (loaded)
-        mixer.turn();
+        mixer.follow_head();
       else
         mixer.load(keyframe);
       const int steps = mixer.steps_left();

@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "tools/analysis/click_detector.h"
 #include "runtime/player/render.h"
 #include "tests/baked_room.h"
+#include "tools/analysis/click_detector.h"
 
 namespace clamor {
 namespace {

@@ -8,11 +8,12 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
-#include "tools/analysis/energy_response.h"
 #include "runtime/mixing/keyframe_maker.h"
 #include "runtime/occlusion/fresnel_visibility.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/runtime/two_rooms.h"
+#include "tools/analysis/energy_response.h"
+#include "tools/strategies/all_sampler.h"
 
 namespace clamor {
 namespace {

@@ -8,9 +8,11 @@
 
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
+#include "runtime/voices/keyframe.h"
 #include "tests/baked_room.h"
 #include "tests/sanitized.h"
 #include "tests/walks.h"
+#include "tools/strategies/strategies.h"
 
 namespace clamor {
 namespace {
@@ -53,7 +55,7 @@ TEST(Render, EqualsOneThreadThatMakesKeyframesAndMixesInTurn) {
         if (testing::kSanitized && block_frames != 960 && (all || limit)) continue;
         const std::uint64_t frames = testing::kSanitized && all ? 2'011 : 6'007;
         AuralizerOptions options;
-        options.strategy = strategy;
+        options.strategy = make_strategy(strategy);
         options.voices = 100;
         options.limit = limit;
         options.block_frames = block_frames;

@@ -4,9 +4,10 @@
 #include <array>
 #include <cmath>
 
-#include "tools/analysis/sampled_response.h"
+#include "runtime/engine/auralizer_input.h"
 #include "tests/paper_scenes.h"
 #include "tests/sanitized.h"
+#include "tools/analysis/sampled_response.h"
 
 namespace clamor {
 namespace {

@@ -12,12 +12,16 @@
 #include "common/directivity.h"
 #include "common/random.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_input.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/hrtf/hrtf.h"
+#include "runtime/mixing/keyframe_maker.h"
 #include "runtime/mixing/output_format.h"
 #include "runtime/output/loudness_meter.h"
-#include "runtime/sampling/representative_octree.h"
 #include "tests/runtime/priority_sample_reference.h"
 #include "tests/runtime/weighted_room.h"
 #include "tests/sanitized.h"
+#include "tools/strategies/representative_octree.h"
 
 namespace clamor {
 namespace {

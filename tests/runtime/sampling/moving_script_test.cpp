@@ -10,6 +10,8 @@
 #include <unistd.h>
 
 #include "formats/audio/audio_file.h"
+#include "runtime/engine/auralizer_input.h"
+#include "runtime/engine/auralizer_options.h"
 #include "tests/runtime/moving_field.h"
 
 namespace clamor {

@@ -11,7 +11,6 @@
 #include <gtest/gtest.h>
 
 #include "bake/octree/octree_builder.h"
-#include "tools/analysis/sampled_response.h"
 #include "runtime/occlusion/visibility_cache.h"
 #include "runtime/query/octree_pool.h"
 #include "runtime/sampling/sampler.h"
@@ -19,6 +18,7 @@
 #include "tests/sanitized.h"
 #include "tests/source_lists.h"
 #include "tests/stored_tree.h"
+#include "tools/analysis/sampled_response.h"
 
 namespace clamor {
 namespace {

@@ -10,6 +10,7 @@
 #include "tests/runtime/priority_sample_reference.h"
 #include "tests/runtime/weighted_room.h"
 #include "tests/sanitized.h"
+#include "tools/strategies/all_sampler.h"
 
 namespace clamor {
 namespace {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "runtime/engine/auralizer_input.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/baked_room.h"
 

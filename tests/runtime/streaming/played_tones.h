@@ -91,9 +91,9 @@ class Playing {
 
   // Memory is freed only by a pass, and requests that wait for it are served after the next.
   void pass(bool wait) {
-    loader_->pass(mixer_.clock_frames());
+    loader_->mark_quiescent(mixer_.clock_frames());
     for (int i = 0; wait && i < 2000 && !loader_->wait(0.005); ++i)
-      loader_->pass(mixer_.clock_frames());
+      loader_->mark_quiescent(mixer_.clock_frames());
   }
 
   SoundLoader* const loader_;

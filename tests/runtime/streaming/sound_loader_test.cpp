@@ -128,7 +128,7 @@ TEST(SoundLoader, KeepsItsBudgetForHalfAnHourAndCountsResidentMemory) {
   }
   EXPECT_LE(statistics.max_bytes, kBudget);
   EXPECT_GT(statistics.dropped, 3u);
-  EXPECT_EQ(statistics.crowded, 0u);
+  EXPECT_EQ(statistics.over_budget, 0u);
   EXPECT_EQ(resident, statistics.bytes);
   EXPECT_GT(statistics.bytes, kBudget / 4);
 }
@@ -180,7 +180,7 @@ TEST(SoundLoader, PlaysTheLoudestVoicesWithTooLittleMemoryAndReportsIt) {
     for (const float x : streamed.segment()) energy += static_cast<double>(x) * x;
   for (std::uint64_t i = 0; i < 100 * kKeyframeFrames; ++i)
     of_loudest += std::pow(sample_at(5, i + 501 * kSecond_frames), 2);
-  EXPECT_GT(loader.statistics().crowded, 0u);
+  EXPECT_GT(loader.statistics().over_budget, 0u);
   EXPECT_LE(loader.statistics().max_bytes, 3'000'000u);
   // The others are 40 dB lower.
   EXPECT_NEAR(energy / of_loudest, 1, 0.05);
@@ -244,7 +244,7 @@ TEST(SoundLoader, ReplacesPiecesUnderJumpingVoicesWithoutAStepOrAPageFault) {
   mixer.begin(voices.keyframe(), 0);
   std::vector<float> both(2 * kMaxFrames);
   float last = 0, max_step = 0, loudest = 0;
-  touch_stack();  // like an audio thread
+  prefault_stack();  // like an audio thread
   long faults = 0;
   // Runs for as many segments as it takes, on a slow machine.
   const int segments = testing::kSanitized ? 300 : 3000;
@@ -254,7 +254,7 @@ TEST(SoundLoader, ReplacesPiecesUnderJumpingVoicesWithoutAStepOrAPageFault) {
   for (int k = 0; goes_on(k); ++k) {
     const Keyframe& keyframe = voices.next();
     loader.play(keyframe.voices);
-    loader.pass(mixer.clock_frames());
+    loader.mark_quiescent(mixer.clock_frames());
     const long before = page_faults();
     mixer.load(keyframe);
     while (!mixer.wants_keyframe()) {

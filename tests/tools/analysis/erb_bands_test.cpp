@@ -5,8 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include "tools/analysis/sound_spectrum.h"
 #include "tests/tools/analysis/test_sounds.h"
+#include "tools/analysis/erb_spectrum.h"
+#include "tools/analysis/sound_spectrum.h"
 
 namespace clamor {
 namespace {

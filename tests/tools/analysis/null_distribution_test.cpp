@@ -7,6 +7,9 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/tools/analysis/test_sounds.h"
+#include "tools/analysis/random_texture.h"
+
 namespace clamor {
 namespace {
 

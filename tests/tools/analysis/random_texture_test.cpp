@@ -10,9 +10,9 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/tools/analysis/test_sounds.h"
 #include "tools/analysis/null_distribution.h"
 #include "tools/analysis/sound_comparison.h"
-#include "tests/tools/analysis/test_sounds.h"
 
 namespace clamor {
 namespace {

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/tools/analysis/test_sounds.h"
+#include "tools/analysis/time_varying_part.h"
 
 namespace clamor {
 namespace {

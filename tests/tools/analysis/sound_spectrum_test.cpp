@@ -1,4 +1,3 @@
-#include "tools/analysis/erb_spectrum.h"
 #include "tools/analysis/sound_spectrum.h"
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 
 #include "runtime/hrtf/erb_bands.h"
 #include "tests/tools/analysis/test_sounds.h"
+#include "tools/analysis/erb_spectrum.h"
 
 namespace clamor {
 namespace {

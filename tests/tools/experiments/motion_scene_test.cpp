@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "runtime/engine/auralizer_input.h"
 #include "tests/baked_room.h"
 
 namespace clamor {

@@ -1,6 +1,6 @@
 // dynamic_sampling_test.cpp: inclusion probabilities, draws and exchanges (sections 3.3 and 3.4 of
 // the paper).
-#include "runtime/sampling/dynamic_sampling.h"
+#include "tools/strategies/dynamic_sampling.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // importance_sampling_test.cpp: inclusion probabilities and draws (section 3.3 of the paper).
-#include "runtime/sampling/importance_sampling.h"
+#include "tools/strategies/importance_sampling.h"
 
 #include <cmath>
 #include <cstdint>

@@ -1,6 +1,6 @@
 // representative_octree_test.cpp: the tree of representatives and its cuts (section 3.5 of the
 // paper).
-#include "runtime/sampling/representative_octree.h"
+#include "tools/strategies/representative_octree.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // strategies_test.cpp: all strategies in one room: size of the sample, bias, and reproducibility.
-#include "runtime/sampling/strategies.h"
+#include "tools/strategies/strategies.h"
 
 #include <cmath>
 #include <set>
@@ -9,6 +9,7 @@
 #include "common/random.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
+#include "runtime/voices/keyframe.h"
 #include "tests/runtime/weighted_room.h"
 #include "tests/sanitized.h"
 
@@ -207,7 +208,7 @@ TEST(Strategies, RejectInvalidOptionsAndNameAllStrategies) {
 TEST(Strategies, AreAudibleInTheAuralizer) {
   for (const StrategyInfo& info : kStrategies) {
     AuralizerOptions options;
-    options.strategy = info.name;
+    options.strategy = make_strategy(info.name);
     options.voices = 50;
     auto auralizer = Auralizer::create(testing::baked_room(50), options);
     ASSERT_TRUE(auralizer.ok()) << auralizer.error().message;

@@ -1,4 +1,4 @@
-#include "runtime/sampling/representative_octree.h"
+#include "tools/strategies/representative_octree.h"
 
 #include <algorithm>
 #include <array>
@@ -8,13 +8,13 @@
 #include <queue>
 
 #include "formats/bake_file/source_octree.h"
-#include "runtime/sampling/importance_sampling.h"
+#include "tools/strategies/importance_sampling.h"
 
 namespace clamor {
 
 namespace {
 
-// Places less than a millionth of the level apart are one: their sources are dealt out in turn.
+// Sources closer than a millionth of the level are treated as one place, and divided in turn.
 constexpr int kDeepest = OctreeCube::kDeepest;
 constexpr double kNearest_m = 1e-3;
 
@@ -41,7 +41,7 @@ RepresentativeOctree::RepresentativeOctree(std::span<const Point> points, double
   points_ = {};
 }
 
-// Children are kept in a row, so all of a node's are made before those of the first.
+// Siblings are contiguous, so all children of a node are made before the first one's children.
 void RepresentativeOctree::build(std::uint32_t node, std::span<std::uint32_t> points,
                                  const Vec3& centre_m, double half_m, int depth) {
   if (points.size() == 1) {
@@ -71,7 +71,7 @@ void RepresentativeOctree::build(std::uint32_t node, std::span<std::uint32_t> po
                                 points.size() * (o + 1) / 8 - points.size() * o / 8);
   }
   const auto full = std::count_if(parts.begin(), parts.end(), [](auto p) { return !p.empty(); });
-  if (full == 1) {  // a chain of only children is no choice: the next cube down is this node
+  if (full == 1) {  // skip chains of single children
     const auto o = static_cast<std::size_t>(
         std::find_if(parts.begin(), parts.end(), [](auto p) { return !p.empty(); }) -
         parts.begin());
@@ -105,7 +105,7 @@ void RepresentativeOctree::represent(std::uint32_t index, std::uint64_t seed) {
     node.radius_m = std::min(node.radius_m, child.radius_m);
     node.volume += child.volume;
   }
-  // Beyond the keyframes, whose drawings have the numbers below.
+  // Drawing numbers above those of the keyframes.
   double at = Draws(seed, (std::uint64_t{1} << 32) + index).next() * node.volume;
   node.point = children.back().point;
   for (const Node& child : children) {

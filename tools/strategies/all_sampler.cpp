@@ -1,10 +1,10 @@
-// all_sampler.cpp: every source, with what surfaces leave of it, and every one that moves.
+#include "tools/strategies/all_sampler.h"
+
 #include <algorithm>
 #include <optional>
 #include <vector>
 
 #include "runtime/sampling/moving_source_list.h"
-#include "runtime/sampling/sampler.h"
 
 namespace clamor {
 
@@ -44,7 +44,8 @@ class All final : public Sampler {
   }
 
  private:
-  static constexpr std::size_t kTogether = 1 << 16;  // looks between which it may be stopped
+  // Visibilities between which sampling may be stopped.
+  static constexpr std::size_t kTogether = 1 << 16;
 
   bool is_stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed); }
 

@@ -1,23 +1,22 @@
-#include "runtime/sampling/strategies.h"
+#include "tools/strategies/strategies.h"
 
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "common/text.h"
-#include "runtime/propagation/loudness.h"
 #include "runtime/propagation/source_weight.h"
 #include "runtime/sampling/moving_source_list.h"
-#include "runtime/sampling/representative_octree.h"
+#include "tools/strategies/all_sampler.h"
+#include "tools/strategies/representative_octree.h"
 
 namespace clamor {
 
 namespace {
 
-// What the samplers below share: a list, and what a source of it weighs.
+// Base of the samplers below: a list, and the weights of its sources.
 class Listed : public Sampler {
  public:
   Listed(const StrategyOptions& options, const RadiationModel& field, const SignalWeights& weights,
@@ -30,7 +29,7 @@ class Listed : public Sampler {
  protected:
   bool amplitudes() const { return options_.estimator == Estimator::kAmplitude; }
 
-  // True unless the listener was there and apply_reception so the last time; first of all, too.
+  // True at first, and when the listener has moved or turned since the last time.
   bool is_elsewhere(const Vec3& place) {
     const bool stays = place_ == place && faced_ == reception();
     place_ = place;
@@ -38,7 +37,7 @@ class Listed : public Sampler {
     return !stays;
   }
 
-  // Multiplies the weight of each by what its source weighs.
+  // Multiplies the weight of each candidate by that of its source.
   void weigh(std::vector<Candidate>& candidates, const Vec3& place) const {
     constexpr std::size_t kTogether = 64;
     std::array<const Source*, kTogether> sources;
@@ -61,7 +60,7 @@ class Listed : public Sampler {
             field_.signal(page_[source])};
   }
 
-  // The tree of section 3.5. What a source radiates in all directions is its volume.
+  // The tree of section 3.5. A source's volume is its radiation in all directions.
   RepresentativeOctree representatives() const {
     std::vector<RepresentativeOctree::Point> points;
     for (std::size_t i = 0; i < page_.size(); ++i) {
@@ -141,8 +140,8 @@ class OctreeCut final : public Listed {
   std::vector<SampledSource> sample_;
 };
 
-// Section 3.5, its end: a larger cut gives the candidates, dynamic sampling (3.4) knows what each
-// sends towards the listener. What is left of the factors is their product.
+// Section 3.5, at its end: a larger cut gives the candidates, and dynamic sampling (3.4) weights
+// them by what they send towards the listener. Factors are multiplied.
 class OctreeDiffusion final : public Listed {
  public:
   OctreeDiffusion(const StrategyOptions& options, const RadiationModel& field,
@@ -177,7 +176,7 @@ class OctreeDiffusion final : public Listed {
   std::vector<SampledSource> sample_;
 };
 
-// A sampler whose factors were meant for powers, used on amplitudes.
+// A sampler with factors for powers, applied to amplitudes.
 class OnAmplitudes final : public Sampler {
  public:
   explicit OnAmplitudes(std::unique_ptr<Sampler> sampler) : sampler_(std::move(sampler)) {}
@@ -199,6 +198,29 @@ class OnAmplitudes final : public Sampler {
  private:
   const std::unique_ptr<Sampler> sampler_;
   std::vector<SampledSource> sample_;
+};
+
+class NamedStrategy final : public SamplingStrategy {
+ public:
+  explicit NamedStrategy(const StrategyOptions& options) : options_(options) {}
+
+  std::string name() const override { return options_.strategy; }
+  bool needs_list() const override { return clamor::needs_list(options_.strategy); }
+  bool takes_moving_sources() const override { return takes_moving(options_.strategy); }
+  bool uses_occlusion() const override { return clamor::uses_occlusion(options_.strategy); }
+
+  std::unique_ptr<Sampler> make_sampler(const SamplerInput& input) const override {
+    StrategyOptions options = options_;
+    options.voices = input.voices;
+    options.bound = input.bound;
+    if (needs_list())
+      return clamor::make_sampler(options, input.field, input.weights, *input.list, input.occlusion,
+                                  input.moving);
+    return clamor::make_sampler(options, input.field, input.weights, input.pool, input.occlusion);
+  }
+
+ private:
+  const StrategyOptions options_;
 };
 
 }  // namespace
@@ -232,14 +254,13 @@ Result<void> check(const StrategyOptions& options) {
   return {};
 }
 
-SignalWeights mean_weights(std::span<const PreparedSignal> signals) {
-  const Bands loudness = loudness_weights();
-  SignalWeights weights;
-  for (const PreparedSignal& signal : signals) {
-    Bands& weight = weights.by_signal.emplace_back();
-    for (std::size_t b = 0; b < kBandCount; ++b) weight[b] = loudness[b] * signal.mean_square()[b];
-  }
-  return weights;
+std::shared_ptr<const SamplingStrategy> make_strategy(const StrategyOptions& options) {
+  assert(check(options).ok());
+  return std::make_shared<const NamedStrategy>(options);
+}
+
+std::shared_ptr<const SamplingStrategy> make_strategy(const std::string& name) {
+  return make_strategy(StrategyOptions{.strategy = name});
 }
 
 std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const RadiationModel& field,

@@ -1,4 +1,4 @@
-#include "runtime/sampling/importance_sampling.h"
+#include "tools/strategies/importance_sampling.h"
 
 #include <algorithm>
 #include <cassert>
@@ -9,8 +9,9 @@ namespace clamor {
 
 namespace {
 
-// Sums of the probabilities over the halves of the halves of ... the list: node 1 is all of it, the
-// halves of node i are 2i and 2i + 1. Added up pair by pair, so that a node's sum is its halves'.
+// Sums of the probabilities over recursive halves of the list: node 1 is the whole list, and the
+// halves of node i are 2i and 2i + 1. Added pairwise, so that a node's sum equals that of its
+// halves.
 class Halves {
  public:
   explicit Halves(std::span<const double> probabilities) {
@@ -27,7 +28,7 @@ class Halves {
     }
   }
 
-  // Samples that all of it gets.
+  // The number of samples of the whole list.
   std::uint32_t whole() const {
     return std::min(static_cast<std::uint32_t>(std::llround(due_[1])), possible_[1]);
   }
@@ -45,11 +46,11 @@ class Halves {
   }
 
  private:
-  // Let the halves be due L and R samples, with fractions l and r. Either gets its due rounded down
-  // or up. If l + r < 1, one sample at most is dealt beyond the whole ones, and it is the left's
-  // with probability l / (l + r); otherwise one at least is, and if it is one, the left has it with
-  // probability (1 - r) / (2 - l - r). Over what the node itself gets, the left is rounded up
-  // with probability l.
+  // The halves are due L and R samples with fractions l and r, and each gets its due rounded down
+  // or up. If l + r < 1, at most one sample exceeds the integer parts, and it goes left with
+  // probability l / (l + r). Otherwise at least one does, and a single one goes left with
+  // probability (1 - r) / (2 - l - r). Averaged over the node's own samples, the left half is
+  // rounded up with probability l.
   std::uint32_t to_the_left(std::size_t node, std::uint32_t samples, Draws& draws) const {
     const double left = due_[2 * node], right = due_[2 * node + 1];
     const double l = left - std::floor(left), r = right - std::floor(right);
@@ -61,7 +62,7 @@ class Halves {
       ++dealt;
     else if (over == 1)
       dealt += draws.next() < (l + r < 1 ? l / (l + r) : (1 - r) / (2 - l - r));
-    // Rounding of the sums must not deal a half more than it can hold.
+    // Rounding of the sums must not assign a half more than it can hold.
     const auto count = static_cast<std::int64_t>(samples);
     const auto most = std::min<std::int64_t>(count, possible_[2 * node]);
     const auto least =
@@ -84,7 +85,7 @@ std::vector<double> inclusion_probabilities(std::span<const double> weights, std
     if (w > 0) above_zero.push_back(w);
   }
   if (k == 0) return probabilities;
-  // The heaviest are certain, as long as their share of the samples that are left is 1 or more.
+  // The heaviest are certain as long as their share of the remaining samples is 1 or more.
   double rest = std::accumulate(above_zero.begin(), above_zero.end(), 0.0);
   std::size_t certain = 0;
   if (above_zero.size() <= k) {
@@ -94,13 +95,13 @@ std::vector<double> inclusion_probabilities(std::span<const double> weights, std
     std::partial_sort(above_zero.begin(), heaviest, above_zero.end(), std::greater<>());
     while (certain < k && above_zero[certain] * static_cast<double>(k - certain) >= rest)
       rest -= above_zero[certain++];
-    // What was taken away is gone to the last bit.
+    // Recompute the sum instead of subtracting, which would leave rounding errors.
     rest = std::accumulate(above_zero.begin() + static_cast<std::ptrdiff_t>(certain),
                            above_zero.end(), 0.0);
   }
   const double per_weight =
       certain < above_zero.size() ? static_cast<double>(k - certain) / rest : 0;
-  // The list is sorted only where some are uncertain.
+  // Sort only if some are uncertain.
   const double least_certain =
       certain == 0 || certain == above_zero.size() ? 0 : above_zero[certain - 1];
   for (std::size_t i = 0; i < weights.size(); ++i) {

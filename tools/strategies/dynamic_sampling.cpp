@@ -1,4 +1,4 @@
-#include "runtime/sampling/dynamic_sampling.h"
+#include "tools/strategies/dynamic_sampling.h"
 
 #include <algorithm>
 #include <cmath>
@@ -46,7 +46,7 @@ void DynamicSample::draw_anew() {
     members_.push_back({c, candidates_[c].number, weights_[c], probabilities_[c]});
 }
 
-// Candidates may have come and gone since: of an octree's cut, not of a list.
+// Candidates of an octree's cut may have come and gone; those of a list do not.
 void DynamicSample::find_members() {
   std::size_t kept = 0;
   for (Member& member : members_) {
@@ -69,7 +69,7 @@ void DynamicSample::leave(std::size_t member) {
 }
 
 // "Chose a small number of q / update_frequency sound sources to be faded out at every keyframe."
-// One at a time, each replaced before the next leaves. Those that are certain never do.
+// Exchanges one at a time and replaces each before the next leaves. Certain ones never leave.
 void DynamicSample::exchange_by_share(Draws& draws) {
   due_ += tuning_.exchange_per_s * kKeyframe_s * static_cast<double>(k_);
   for (; due_ >= 1; due_ -= 1) {
@@ -91,19 +91,19 @@ void DynamicSample::exchange_by_change(Draws& draws) {
       continue;
     }
     if (now > member.weight * tuning_.epsilon) {
-      member.weight = now;  // or it would count again at the next keyframe
+      member.weight = now;  // otherwise it would count again at the next keyframe
       ++grown;
     }
     ++m;
   }
-  // Those that are certain are not representatives of others, and stay.
+  // Certain members do not represent others, and stay.
   for (; grown > 0 && !members_.empty(); --grown) {
     const auto m = static_cast<std::size_t>(draws.next() * static_cast<double>(members_.size()));
     if (probabilities_[members_[m].candidate] < 1) leave(m);
   }
 }
 
-// Brings in unused candidates by importance until there are k; the certain ones first.
+// Draws unused candidates by importance until there are k; certain ones come first.
 void DynamicSample::fill(Draws& draws) {
   if (members_.size() >= k_) return;
   used_.assign(candidates_.size(), 0);
@@ -118,7 +118,7 @@ void DynamicSample::fill(Draws& draws) {
       odds_to_[c] = sum;
     }
     if (sum == 0) return;
-    // When one is drawn that has just come in, the sums are out of date.
+    // The sums are out of date when one is drawn that has just come in.
     for (bool right = true; right && members_.size() < k_;) {
       const auto above =
           std::upper_bound(odds_to_.begin(), odds_to_.end(), draws.next() * sum) - odds_to_.begin();

@@ -1,0 +1,51 @@
+#include "runtime/engine/sample_schedule.h"
+
+#include <algorithm>
+
+namespace clamor {
+
+std::size_t keyframes_per_sample(std::size_t voices) {
+  return std::clamp<std::size_t>(
+      (voices + kVoicesPerKeyframeOfSample - 1) / kVoicesPerKeyframeOfSample, 1,
+      kMaxKeyframesPerSample);
+}
+
+SampleSchedule::SampleSchedule(SamplingPipeline& pipeline, const AuralizerOptions& options)
+    : pipeline_(pipeline),
+      script_(options.script),
+      wait_for_pages_(options.wait_for_pages),
+      clock_(options.sampler_clock),
+      keyframes_(!strategy_options_of(options).needs_list() && pipeline.moving() == nullptr
+                     ? keyframes_per_sample(static_cast<std::size_t>(options.voices))
+                     : 1) {}
+
+std::span<const SampledSource> SampleSchedule::sample(std::uint64_t number,
+                                                      const Listener& listener,
+                                                      const Reception& reception, double time_s) {
+  if (!is_due(number)) return sample_;
+  Sampler& sampler = pipeline_.sampler();
+  sampler.set_reception(reception);
+  if (script_ != nullptr) (void)script_->apply(*pipeline_.moving(), time_s);  // its own sources
+  serves_ = number > 0 ? keyframes_ : 1;
+  const double start_s = serves_ > 1 ? clock_.now() : 0;
+  const auto is_stopped = [this] {
+    return stop_ != nullptr && stop_->load(std::memory_order_relaxed);
+  };
+  sample_ = sampler.sample(listener, time_s);
+  while (wait_for_pages_ && !is_stopped() && !sampler.complete())
+    sample_ = sampler.sample(listener, time_s);
+  next_ = number + serves_;
+  took_s_ = serves_ > 1 ? clock_.now() - start_s : 0;
+  return sample_;
+}
+
+void SampleSchedule::stop_when(const std::atomic<bool>* stop) {
+  stop_ = stop;
+  pipeline_.sampler().stop_when(stop);
+}
+
+MovingSources* SampleSchedule::moving() const {
+  return script_ == nullptr ? pipeline_.moving() : nullptr;
+}
+
+}  // namespace clamor

@@ -1,0 +1,62 @@
+// sample_schedule.h: when the sources are sampled: for each keyframe or, for large crowds, for
+// several at a time.
+//
+// Threads: the sampler's.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "common/listener.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/sampling_pipeline.h"
+#include "runtime/mixing/load_control.h"
+#include "runtime/propagation/reception.h"
+#include "runtime/sampling/moving_script.h"
+
+namespace clamor {
+
+// How many keyframes one sample of so many voices serves.
+std::size_t keyframes_per_sample(std::size_t voices);
+
+class SampleSchedule {
+ public:
+  // `pipeline` must outlive this.
+  SampleSchedule(SamplingPipeline& pipeline, const AuralizerOptions& options);
+
+  // The sample for keyframe `number`, new or from a few keyframes before.
+  std::span<const SampledSource> sample(std::uint64_t number, const Listener& listener,
+                                        const Reception& reception, double time_s);
+  bool is_due(std::uint64_t number) const { return number >= next_; }
+
+  // A keyframe's part of the time `spent_s`, if the sample was new or not: the time of sampling is
+  // shared among the keyframes that a sample serves.
+  double own_s(double spent_s, bool sampled) const {
+    return spent_s - (sampled ? took_s_ : 0) + took_s_ / static_cast<double>(serves_);
+  }
+
+  bool shares_samples() const { return keyframes_ > 1; }
+
+  void stop_when(const std::atomic<bool>* stop);
+
+  // Sources that the caller moves; null if there are none, or if a script moves them.
+  MovingSources* moving() const;
+
+ private:
+  SamplingPipeline& pipeline_;
+  const std::shared_ptr<MovingScript> script_;
+  const bool wait_for_pages_;
+  const LoadClock clock_;
+  // By the requested number of voices. With fewer voices, sampling is hardly faster, so this number
+  // stays, and no keyframe is late because it has to sample more often.
+  const std::size_t keyframes_;
+  const std::atomic<bool>* stop_ = nullptr;
+  std::span<const SampledSource> sample_;  // the sampler's
+  std::uint64_t next_ = 0;                 // keyframe with the next sample
+  std::size_t serves_ = 1;                 // keyframes
+  double took_s_ = 0;                      // if it serves several
+};
+
+}  // namespace clamor

@@ -1,0 +1,178 @@
+// keyframe_maker_slots.cpp: how KeyframeMaker assigns slots to chosen sources and moves them.
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "runtime/mixing/keyframe_maker.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kSlotsAhead = 16;  // prefetch distance for lookups by number
+
+}  // namespace
+
+// Chosen sources that have a slot keep it; others take free slots. Both lists are sorted by number.
+void KeyframeMaker::assign_slots(std::span<const SampledSource> sample) {
+  next_by_number_.clear();
+  std::size_t h = 0;
+  const auto is_used = [this](const SlotOfSource& one) {
+    const Slot& slot = slots_[one.slot];
+    return slot.in_use && !slot.frozen && slot.number == one.number;
+  };
+  // Voices that are not chosen may still fade out.
+  const auto pass_slots_before = [&](std::uint64_t number) {
+    for (; h < slots_by_number_.size() && slots_by_number_[h].number < number; ++h)
+      if (is_used(slots_by_number_[h])) next_by_number_.push_back(slots_by_number_[h]);
+  };
+  for (const SampledSource& chosen : sample) {
+    assert(&chosen == sample.data() || (&chosen)[-1].number < chosen.number);
+    pass_slots_before(chosen.number);
+    if (h + kSlotsAhead < slots_by_number_.size())
+      __builtin_prefetch(&slots_[slots_by_number_[h + kSlotsAhead].slot]);
+    const bool known = h < slots_by_number_.size() && slots_by_number_[h].number == chosen.number;
+    const std::uint32_t slot = known ? slots_by_number_[h].slot : 0;
+    const bool heard = known && is_used(slots_by_number_[h]);
+    h += known;
+    if (heard && keep(slot, chosen))
+      next_by_number_.push_back({chosen.number, slot});
+    else if (!free_.empty())
+      next_by_number_.push_back({chosen.number, start(chosen)});
+  }
+  for (; h < slots_by_number_.size(); ++h)
+    if (is_used(slots_by_number_[h])) next_by_number_.push_back(slots_by_number_[h]);
+  std::swap(slots_by_number_, next_by_number_);
+}
+
+// Returns false if the source has moved too far for its delays to follow; it then fades out where
+// it was.
+bool KeyframeMaker::keep(std::uint32_t s, const SampledSource& chosen) {
+  Slot& slot = slots_[s];
+  if (chosen.moves && !follow(s, chosen)) return false;
+  slot.chosen = made_;
+  slot.set_scale(static_cast<float>(chosen.power_scale));
+  slot.rank = static_cast<float>(chosen.rank);
+  // Without smoothing the current visibility is the target.
+  if ((slot.smooths ? visibility_goal_[s] : table_.visibility[s]) != chosen.visibility) {
+    visibility_goal_[s] = chosen.visibility;
+    slot.smooths = true;
+  }
+  return true;
+}
+
+bool KeyframeMaker::follow(std::uint32_t s, const SampledSource& chosen) {
+  Slot& slot = slots_[s];
+  const Source& source = *chosen.source;
+  if (!slides_to(s, point_of(chosen), table_.emission_frames_of(source))) {
+    slot.frozen = true;
+    return false;
+  }
+  table_.put(s, source);
+  table_.set_velocity(s, chosen.velocity_mps);
+  mark_changed(s);
+  return true;
+}
+
+// Extrapolates a moving source while it fades out, unless that takes it too far.
+void KeyframeMaker::extrapolate(std::uint32_t s) {
+  MovingSourcePoint point{table_.position_of(s), table_.mach_of(s), 0};
+  point.age_m =
+      length(last_head_.centre_m - Vec3(point.position_m)) + kKeyframeFrames / table_.frames_per_m;
+  const Vec3f moved_m(point.later_m(head_.centre_m) * Vec3(point.mach));
+  table_.move(s, moved_m);
+  mark_changed(s);
+  point.position_m += moved_m;
+  point.age_m = length(head_.centre_m - Vec3(point.position_m));
+  if (!slides_to(s, point, table_.emission_frames[s])) slots_[s].frozen = true;
+}
+
+void KeyframeMaker::mark_changed(std::uint32_t s) {
+  slots_[s].changed = true;
+  tile_moved_[s / VoiceTable::kTile] = true;
+}
+
+std::uint32_t KeyframeMaker::start(const SampledSource& chosen) {
+  const std::uint32_t s = free_.back();
+  free_.pop_back();
+  used_ = std::max<std::size_t>(used_, s + 1);
+  const Source& source = *chosen.source;
+  table_.put(s, source);
+  table_.set_velocity(s, chosen.velocity_mps);
+  table_.scale[s] = static_cast<float>(chosen.power_scale);
+  table_.visibility[s] = visibility_goal_[s] = chosen.visibility;
+  slots_[s] = {.number = chosen.number,
+               .chosen = made_,
+               .scale_goal = static_cast<float>(chosen.power_scale),
+               .rank = static_cast<float>(chosen.rank),
+               .in_use = true,
+               .starts = true,
+               .moves = chosen.moves};
+  slots_[s].scale_goals_before.fill(slots_[s].scale_goal);
+  mark_changed(s);
+  ++in_use_;
+  Voice& voice = voices_[s];
+  voice.signal = chosen.signal;
+  // The delays start from the extrapolated position of the last keyframe, unless the listener
+  // jumped.
+  const double emission_frames = table_.emission_frames[s];
+  const MovingSourcePoint point = point_of(chosen);
+  MovingSourcePoint last_point = point;
+  last_point.age_m -= kKeyframeFrames / table_.frames_per_m;
+  for (int e = 0; e < kEars; ++e) {
+    const double now = delay_frames(table_, head_, lags_.get(), point, emission_frames, e);
+    const double last =
+        delay_frames(table_, last_head_, lags_.get(), last_point, emission_frames, e);
+    voice.start_delay_frames[e] = std::abs(now - last) <= kFastestSlide_frames ? last : now;
+  }
+  begin_sound(s, chosen);
+  return s;
+}
+
+// A source whose first sample arrives after the previous keyframe needs no fade-in. A loop emitted
+// at time 0 or earlier has always been playing.
+void KeyframeMaker::begin_sound(std::uint32_t s, const SampledSource& chosen) {
+  Voice& voice = voices_[s];
+  voice.has_onset = false;
+  const std::uint32_t onset = chosen.signal < onsets_.size() ? onsets_[chosen.signal] : kNoOnset;
+  const bool loops = onset != chosen.signal;
+  const bool has_always_played = loops && (!chosen.moves || table_.emission_frames[s] <= 0);
+  if (onset == kNoOnset || has_always_played) return;
+  const double before_frames = now_frames_ - kKeyframeFrames;
+  // Rounding: a source's delay is a float.
+  const double rounds_frames = 1e-7 * table_.emission_frames[s];
+  for (const double delay_frames : voice.start_delay_frames)
+    if (before_frames > delay_frames + rounds_frames) return;
+  voice.has_onset = true;
+  voice.signal = onset;
+  slots_[s].fade = kFadeKeyframes;
+  if (loops) slots_[s].loop = chosen.signal;
+}
+
+// Switches to the loop once the onset has played far enough at both ears.
+void KeyframeMaker::switch_to_loop(std::uint32_t s) {
+  Slot& slot = slots_[s];
+  if (slot.loop == kNoOnset) return;
+  for (const double delay_frames : voices_[s].delay_frames)
+    if (now_frames_ - delay_frames < kOnsetChange_frames) return;
+  voices_[s].signal = std::exchange(slot.loop, kNoOnset);
+}
+
+MovingSourcePoint KeyframeMaker::point_of(const SampledSource& chosen) const {
+  const Vec3f& position_m = chosen.source->position_m;
+  const double speed_of_sound_mps = kSampleRate_hz / table_.frames_per_m;
+  return {position_m, chosen.velocity_mps / static_cast<float>(speed_of_sound_mps),
+          length(head_.centre_m - Vec3(position_m))};
+}
+
+bool KeyframeMaker::slides_to(std::uint32_t s, const MovingSourcePoint& point,
+                              double emission_frames) const {
+  for (int e = 0; e < kEars; ++e) {
+    const double frames = delay_frames(table_, head_, lags_.get(), point, emission_frames, e);
+    if (std::abs(frames - voices_[s].delay_frames[e]) > fastest_slide_frames_) return false;
+  }
+  return true;
+}
+
+}  // namespace clamor
