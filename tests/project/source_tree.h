@@ -28,9 +28,6 @@ inline const std::map<std::string, std::vector<std::string>> kFolders = {
     {"tools", {"program", "strategies", "analysis", "bench", "experiments", "commands"}},
 };
 
-inline const std::vector<std::string> kBakeFolders = {"mesh",   "trace",     "journal",
-                                                      "octree", "instances", "report"};
-
 inline std::string read_text(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
