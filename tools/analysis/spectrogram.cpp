@@ -16,7 +16,7 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kFrame = 16384, kHop = kFrame / 4;
+constexpr std::size_t kFrame = 16384, kSpectrogramHop = kFrame / 4;
 constexpr int kFirstThird = -15;  // index of the lowest band relative to 1 kHz
 constexpr double kRange_db = 60;
 constexpr int kShades = 20;  // 3 dB each
@@ -124,9 +124,9 @@ Spectrogram spectrogram_of(const Sound& sound, std::size_t max_columns) {
   Spectrogram result;
   const std::size_t frames = sound.frames(), channels = sound.channels.size();
   if (frames == 0) return result;
-  const std::size_t hops = (frames + kHop - 1) / kHop;
+  const std::size_t hops = (frames + kSpectrogramHop - 1) / kSpectrogramHop;
   const std::size_t hops_of_column = (hops + max_columns - 1) / max_columns;
-  const std::size_t column_frames = hops_of_column * kHop;
+  const std::size_t column_frames = hops_of_column * kSpectrogramHop;
   result.column_s = static_cast<double>(column_frames) / kSampleRate_hz;
   result.length_s = static_cast<double>(frames) / kSampleRate_hz;
   result.power.resize((hops + hops_of_column - 1) / hops_of_column);
@@ -143,7 +143,8 @@ Spectrogram spectrogram_of(const Sound& sound, std::size_t max_columns) {
   std::vector<std::complex<double>> values(kFrame);
   for (std::size_t hop = 0; hop < hops; ++hop) {
     // The frame centred on the hop; it may extend beyond the ends of the sound.
-    const std::size_t first = hop * kHop + kHop / 2 - kFrame / 2;  // wraps round before the sound
+    const std::size_t first =
+        hop * kSpectrogramHop + kSpectrogramHop / 2 - kFrame / 2;  // wraps round before the sound
     const std::size_t column = hop / hops_of_column;
     const std::size_t hops_here = std::min(hops - column * hops_of_column, hops_of_column);
     for (std::size_t c = 0; c < channels; c += 2) {
