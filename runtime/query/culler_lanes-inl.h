@@ -1,6 +1,6 @@
-// culler_lanes-inl.h: what the kernels that sift sources have in common, 16 sources at a time: for
-// source_culler_kernel.cpp and shortlist_kernel.cpp alone, which compile it once per instruction
-// set; hence no include guard of the usual kind.
+// culler_lanes-inl.h: what the kernels that bound priorities have in common, 16 sources at a time:
+// for source_culler_kernel.cpp and shortlist_kernel.cpp alone, which compile it once per
+// instruction set; hence no include guard of the usual kind.
 #if defined(CLAMOR_RUNTIME_SIEVE_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef CLAMOR_RUNTIME_SIEVE_LANES_INL_H
 #undef CLAMOR_RUNTIME_SIEVE_LANES_INL_H
@@ -53,7 +53,7 @@ HWY_INLINE Vector decay(Tag d, Vector t) {
   return hn::Mul(part, hn::BitCast(d, hn::ShiftLeft<23>(exponent)));
 }
 
-// How much lower a lobe is below the angle it came in at: cos o / cos i, at most 1.
+// Factor of a lobe below the angle of incidence: cos o / cos i, at most 1.
 HWY_INLINE Vector tilt_of(Tag d, Vector cos_o, const Vectors& normal, const Vectors& mirror,
                           hn::Mask<Tag> is_emitter) {
   const auto one = hn::Set(d, 1.0f), rounds = hn::Set(d, 1e-6f);
@@ -61,8 +61,8 @@ HWY_INLINE Vector tilt_of(Tag d, Vector cos_o, const Vectors& normal, const Vect
   return hn::IfThenElse(is_emitter, one, hn::Min(hn::Div(cos_o, cos_i), one));
 }
 
-// What bounces, of all directions whose cosine is at most this one, 0 to 1: the most is 1 / slope.
-// Of an emitter nothing does.
+// Maximum of bounce x exp(-slope x) over all x up to this cosine, 0 to 1; the peak is at 1 / slope.
+// 0 for an emitter.
 HWY_INLINE Vector bounce_up_to(Tag d, Vector cos_o, Vector bounce, Vector slope) {
   slope = hn::Max(slope, hn::Set(d, 1e-6f));
   const auto x = hn::Min(cos_o, hn::Div(hn::Set(d, 1.0f), slope));

@@ -175,7 +175,7 @@ void OctreePool::add_source(const OctreeTraversal::Node& node, const Source& sto
   const Frame& frame = traversal_.frame(node.frame);
   const BoostedBound boosted(passed.boost, frame.is_instance ? 0 : context_.bounds.late_boost(),
                              passed.upper_bound);
-  if (boosted.ceiling < threshold) return;
+  if (boosted.upper_bound < threshold) return;
   const Source* source = &stored;
   if (frame.is_instance) {
     if (!has_emitter(stored, frame.placement)) return;
@@ -184,7 +184,7 @@ void OctreePool::add_source(const OctreeTraversal::Node& node, const Source& sto
   SourcePage::prefetch(stored);  // to be weighed
   spend(WorkBudget::kFound);
   found.push_back({source, node.first + index, passed.signal, node.frame, boosted.boost,
-                   boosted.ceiling / frame.to_threshold});
+                   boosted.upper_bound / frame.to_threshold});
 }
 
 void OctreePool::add_distant(const OctreeTraversal::DistantInstance& distant,

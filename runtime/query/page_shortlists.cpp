@@ -102,7 +102,7 @@ std::size_t PageShortlists::renew(std::uint32_t index, const ShortlistPage& page
   const Vec3 low(page.bounds.low_m), high(page.bounds.high_m), place = page.query.centre;
   const double scale = page.placement != nullptr ? page.placement->scale : 1;
   const double distance_m = length(glm::max(glm::max(low - place, place - high), Vec3(0)));
-  const std::size_t tested = page.sources.pass(
+  const std::size_t tested = page.sources.cull(
       list.region.centre, list.region.threshold / (all_quiet ? now_.max_share : 1),
       [&](std::size_t source, double upper_bound, const CullRecord& record) {
         add(list, page, source, static_cast<float>(upper_bound), record);
@@ -137,9 +137,9 @@ void PageShortlists::add(List& list, const ShortlistPage& page, std::size_t inde
   max_delay_s_ = std::max(max_delay_s_, delay_s);
   page.sources.prefetch(index);
   const std::size_t at = list.count++ % kCullBlock;
-  if (at == 0) list.blocks.emplace_back().ceiling.fill(-1);
+  if (at == 0) list.blocks.emplace_back().upper_bound.fill(-1);
   ShortlistBlock& block = list.blocks.back();
-  block.ceiling[at] = upper_bound;
+  block.upper_bound[at] = upper_bound;
   block.delay_s[at] = delay_s;
   block.signal[at] = page.maps.signal(page.map, field_.signal(record.emitter));
   block.source[at] = static_cast<std::uint32_t>(index);

@@ -16,15 +16,15 @@ namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
-constexpr float kRounds = 4e-6f;   // a few operations of single precision
-constexpr float kSlack = 1.0005f;  // the exponential, and sums
-constexpr float kOnIt2_m2 = 1e-8f;
-constexpr float kRoundsOfSine2 = 1e-5f;  // of a square
-constexpr float kOnItOff = 4;            // times as far as a way is off
+constexpr float kRounding = 4e-6f;         // a few operations in single precision
+constexpr float kSlack = 1.0005f;          // the exponential, and sums
+constexpr float kMinDistance2_m2 = 1e-8f;  // nearer, the direction is unknown
+constexpr float kSine2Rounding = 1e-5f;    // of a squared sine
+constexpr float kMinDistancePerError = 4;
 
 using Integers = hn::RebindToSigned<Tag>;
 
-// The same number of as many shapes as there are lanes, side by side.
+// One member of as many consecutive shapes as there are lanes.
 HWY_INLINE Vector gather(const float& of_first) {
   const Tag d;
   const hn::RebindToSigned<Tag> di;
@@ -35,24 +35,25 @@ HWY_INLINE Vectors gather(const Vec3f& of_first) {
   return {gather(of_first.x), gather(of_first.y), gather(of_first.z)};
 }
 
-// Of the priority at any time.
-HWY_INLINE Vector ceilings_of(const SourceShape& first, float off_m) {
+HWY_INLINE Vector upper_bound_of(const SourceShape& first, float error_m) {
   const Tag d;
-  const auto one = hn::Set(d, 1.0f), zero = hn::Zero(d), off = hn::Set(d, off_m);
+  const auto one = hn::Set(d, 1.0f), zero = hn::Zero(d), off = hn::Set(d, error_m);
   const Vectors position = gather(first.position_m);
   const Vectors way = {hn::Neg(position.x), hn::Neg(position.y), hn::Neg(position.z)};
   const auto r2 = dot(way, way);
-  const auto on_it2 = hn::Set(d, std::max(kOnIt2_m2, kOnItOff * kOnItOff * off_m * off_m));
+  const auto on_it2 = hn::Set(
+      d,
+      std::max(kMinDistance2_m2, kMinDistancePerError * kMinDistancePerError * error_m * error_m));
   const auto on_it = hn::Lt(r2, on_it2);
   const auto over_r = hn::Div(one, hn::Sqrt(hn::Max(r2, on_it2)));
-  const auto near = hn::Sub(hn::Mul(hn::Sqrt(r2), hn::Set(d, 1 - kRounds)), off);
+  const auto near = hn::Sub(hn::Mul(hn::Sqrt(r2), hn::Set(d, 1 - kRounding)), off);
   const auto near2 = hn::Max(hn::Mul(hn::Max(near, zero), near), gather(first.radius2_m2));
-  // A way that is off turns by asin(off / r): the cosine of what is left of an angle.
-  const auto sin_off = hn::Mul(off, over_r), rounds = hn::Set(d, kRounds);
+  // An error of the position turns the direction by asin(error / r).
+  const auto sin_off = hn::Mul(off, over_r), rounds = hn::Set(d, kRounding);
   const auto cos_off = hn::Sqrt(hn::NegMulAdd(sin_off, sin_off, one));
   const auto highest = [&](Vector cos) {
     const auto sin2 = hn::Max(hn::NegMulAdd(cos, cos, one), zero);
-    const auto sin = hn::Sqrt(hn::Add(sin2, hn::Set(d, kRoundsOfSine2)));
+    const auto sin = hn::Sqrt(hn::Add(sin2, hn::Set(d, kSine2Rounding)));
     const auto turned = hn::MulAdd(cos, cos_off, hn::MulAdd(sin, sin_off, rounds));
     return hn::IfThenElse(hn::Lt(cos, cos_off), hn::Min(turned, one), one);
   };
@@ -71,20 +72,20 @@ HWY_INLINE Vector ceilings_of(const SourceShape& first, float off_m) {
   return hn::Div(hn::Mul(hn::Set(d, kSlack), most), near2);
 }
 
-void ceilings_of_all(std::span<const SourceShape> shapes, float off_m, float* ceilings) {
+void upper_bounds_of_all(std::span<const SourceShape> shapes, float error_m, float* upper_bounds) {
   const Tag d;
   std::size_t s = 0;
   for (; s + hn::Lanes(d) <= shapes.size(); s += hn::Lanes(d))
-    hn::StoreU(ceilings_of(shapes[s], off_m), d, ceilings + s);
+    hn::StoreU(upper_bound_of(shapes[s], error_m), d, upper_bounds + s);
   if (s == shapes.size()) return;
   std::array<SourceShape, kCullBlock> last;
   std::copy(shapes.begin() + static_cast<std::ptrdiff_t>(s), shapes.end(), last.begin());
   HWY_ALIGN float some[kCullBlock];
-  hn::Store(ceilings_of(last[0], off_m), d, some);
-  std::copy(some, some + (shapes.size() - s), ceilings + s);
+  hn::Store(upper_bound_of(last[0], error_m), d, some);
+  std::copy(some, some + (shapes.size() - s), upper_bounds + s);
 }
 
-// What is known of some of a page's sources, and OcclusionUpperBounds::upper_bound() of them.
+// Stored bounds of the visibility of some sources of a page, and their upper_bound().
 struct Left {
   Vector known, most;
 };
@@ -122,10 +123,10 @@ HWY_INLINE Left left_of(const OcclusionUpperBounds::Window& hidden, const std::u
           hn::IfThenElse(hn::Or(is_in(hidden.phases), none), one, in_turn)};
 }
 
-// Shares of signals, one each.
+// Loudness of one signal per lane, as shares of its maximum.
 struct Shares {
   Vector share;
-  hn::Vec<Integers> low, high;  // parts of it, of four bands each
+  hn::Vec<Integers> low, high;  // the bands' parts of it, four each
 };
 HWY_INLINE Shares gather_shares(const LoudnessTable& shares, const ShortlistBlock& block,
                                 std::size_t at) {
@@ -144,7 +145,7 @@ HWY_INLINE Shares gather_shares(const LoudnessTable& shares, const ShortlistBloc
           hn::GatherIndex(di, words + 2, word)};
 }
 
-// BandMix::of() of parts.
+// BandMix::of() of the shares.
 HWY_INLINE Vector of_mixes(const BandMix* mixes, const Shares& shares) {
   static_assert(BandMix::kBits == 4 && sizeof(BandMix) == 4 && kBandCount == 8);
   const Tag d;
@@ -173,7 +174,7 @@ std::size_t loud_here(std::span<const ShortlistBlock> blocks, float least,
   for (std::size_t b = 0; b < blocks.size(); ++b)
     for (std::size_t at = 0; at < kCullBlock; at += hn::Lanes(d)) {
       const ShortlistBlock& block = blocks[b];
-      const auto near_by = hn::Load(d, block.ceiling.data() + at);
+      const auto near_by = hn::Load(d, block.upper_bound.data() + at);
       auto loud = hn::Ge(near_by, needed);
       auto share = one, known = one;
       if (shares.row() > 0 && !hn::AllFalse(d, loud)) {
@@ -211,7 +212,7 @@ namespace clamor {
 
 namespace {
 HWY_EXPORT(loud_here);
-HWY_EXPORT(ceilings_of_all);
+HWY_EXPORT(upper_bounds_of_all);
 // A table takes at most a quarter of a millisecond per keyframe; one that is shorter than half a
 // second is of no use.
 constexpr std::size_t kMaxDelays = 1 << 12, kMaxShares = 1 << 18, kMinDelays = 25;
@@ -223,8 +224,8 @@ std::size_t find_audible(std::span<const ShortlistBlock> blocks, float least,
   return HWY_DYNAMIC_DISPATCH(loud_here)(blocks, least, shares, hidden, loud);
 }
 
-void upper_bounds_at(std::span<const SourceShape> shapes, float off_m, float* ceilings) {
-  HWY_DYNAMIC_DISPATCH(ceilings_of_all)(shapes, off_m, ceilings);
+void upper_bounds_at(std::span<const SourceShape> shapes, float error_m, float* upper_bounds) {
+  HWY_DYNAMIC_DISPATCH(upper_bounds_of_all)(shapes, error_m, upper_bounds);
 }
 
 // The first and the last entry of a row are for delays out of its range.

@@ -1,11 +1,14 @@
-// shortlist_kernel.h: which sources of a shortlist are loud enough here and now, 16 at a time.
+// shortlist_kernel.h: tests the sources of a shortlist for this moment and this place, 16 at a
+// time.
 //
-// The signals' shares of their loudest (signal_weights.h) are tabulated once per keyframe, by the
-// delay they are heard at. A source is first asked for its ceiling, which holds near by, then for
-// that times the share of its signal's loudest band, then for the share of its own mix of bands
-// (band_mix.h), then for what is known to be left of that behind what stands in the way
-// (occlusion_upper_bounds.h), and only then for its ceiling at this very place: what that is made
-// of lies elsewhere, and most are not asked for it.
+// Per keyframe the loudness of each signal is tabulated by the delay with which it is heard, as a
+// share of its maximum (signal_weights.h). A source is tested in steps, each of which reads more:
+//
+//   its upper bound wherever the list holds,
+//   x the share of its signal's loudest band,
+//   x the share for its own mix of bands (band_mix.h),
+//   x the upper bound of its visibility (occlusion_upper_bounds.h),
+//   and last its upper bound at this very place, from data that lies elsewhere in memory.
 #pragma once
 
 #include <array>
@@ -22,21 +25,20 @@
 
 namespace clamor {
 
-// 16 sources of a shortlist, each number of all of them side by side: what is asked of all of them
-// in each keyframe.
+// 16 sources of a shortlist, as structure of arrays: what every keyframe tests.
 struct alignas(64) ShortlistBlock {
   static constexpr std::size_t kEntries = kCullBlock;
   using Row = CullBlock::Row;
-  Row ceiling{};  // wherever the list holds; below 0: none
-  Row delay_s{};  // to where the listener was
+  Row upper_bound{};  // of the priority at any time, wherever the list holds; negative: no source
+  Row delay_s{};      // to the centre of the list's region
   std::array<std::uint32_t, kEntries> signal{};
   std::array<std::uint32_t, kEntries> source{};  // index in the page
   std::array<BandMix, kEntries> mix{};
 };
 
-// What is asked only of those that are loud enough by that: one line of memory each.
+// What only sources that pass these tests need, in one cache line each.
 struct alignas(64) SourceShape {
-  Vec3f position_m{};  // seen from where the listener was when the list was made
+  Vec3f position_m{};  // from the centre of the list's region
   Vec3f normal{}, mirror{};
   float radius2_m2 = 0, diffuse = 0, bounce = 0, lobe = 0, fall = 0;  // as in CullBlock
   float slope = 0;                                                    // -1: an emitter
@@ -63,11 +65,11 @@ class LoudnessTable {
   std::size_t row_ = 0;
 };
 
-// Those of some lists that are loud enough, side by side.
+// The sources of some lists that passed, as structure of arrays.
 struct AudibleEntries {
-  std::vector<std::uint32_t> entry;  // where in the list
-  std::vector<float> share;          // of what it is when all bands are at their loudest,
-  std::vector<float> known;          // and what of that is known to get past what is in the way
+  std::vector<std::uint32_t> entry;  // index in the list
+  std::vector<float> share;          // of the maximum loudness
+  std::vector<float> known;          // stored upper bound of the visibility
 
   struct Columns {
     std::uint32_t* entry;
@@ -76,7 +78,7 @@ struct AudibleEntries {
   Columns from(std::size_t first) {
     return {entry.data() + first, share.data() + first, known.data() + first};
   }
-  // For so many. Whole vectors are written, the last may go beyond them.
+  // Makes room for `count` entries, and for the vector that is written beyond the last.
   void make_room(std::size_t count) {
     if (entry.size() >= count + kCullBlock) return;
     entry.resize(count + kCullBlock);
@@ -85,14 +87,15 @@ struct AudibleEntries {
   }
 };
 
-// Writes those of a list that may reach `least` wherever the list holds; there must be room for
-// all. Gives how many. `hidden` begins with the first source of the page.
-std::size_t find_audible(std::span<const ShortlistBlock> blocks, float least,
-                         const LoudnessTable& shares, const OcclusionUpperBounds::Window& hidden,
-                         const AudibleEntries::Columns& loud);
+// Writes those of a list whose priority may reach `threshold` wherever the list holds; there must
+// be room for all. Returns how many. `occlusion` begins with the first source of the page.
+std::size_t find_audible(std::span<const ShortlistBlock> blocks, float threshold,
+                         const LoudnessTable& loudness,
+                         const OcclusionUpperBounds::Window& occlusion,
+                         const AudibleEntries::Columns& audible);
 
-// Ceilings of priorities at any time, at one place and as far round it as `off_m`. `position_m` of
-// these is the way to it from there.
-void upper_bounds_at(std::span<const SourceShape> shapes, float off_m, float* ceilings);
+// Upper bounds of priorities at any time, within `error_m` of a place. `position_m` of these shapes
+// is seen from that place.
+void upper_bounds_at(std::span<const SourceShape> shapes, float error_m, float* upper_bounds);
 
 }  // namespace clamor

@@ -1,20 +1,20 @@
-// source_culler.h: which of a few hundred sources could reach a priority at a place, in vectors.
+// source_culler.h: culls those of a few hundred sources that cannot reach a priority at a place, in
+// vectors.
 //
-// Knows of each source a ceiling of its priority (radiation_model.h),
+// The upper bound of a source's priority (radiation_model.h) is
 //
 //   (diffuse cos o + bounce x exp(-slope x) + lobe min(1, cos o / cos i) exp(-fall (1 - cos a)))
-//   / max(r, radius)^2,   x = min(cos o, 1 / slope),
+//   / max(r, radius)^2,   x = min(cos o, 1 / slope).
 //
-// and asks it in two stages. Sources lie in blocks of 16, sorted first by key, coarsely, and then
-// by direction of their lobes, so that the lobes of a block share a narrow cone: most blocks are
-// left out at once by box, cones and highest parts, 16 blocks at a time; of the rest first the
-// distance of each source is looked at, then its direction. (Design, section 5.)
+// Sources lie in blocks of 16, by descending key. Most blocks are culled as a whole, 16 at a time,
+// by their box and their highest parts; of the others each source is culled first by its distance
+// and then by its direction.
 //
-// Single precision, in metres from the middle of the sources. Whatever rounds, rounds towards
-// letting a source through: distances by `give`, directions by the angle asin(give / r), the sum by
-// kSlack. So no source is ever left out that a sum in double precision would let through.
+// Single precision, in metres from the middle of the sources. All rounding errs towards keeping a
+// source: distances by a margin, directions by the angle asin(margin / r), sums by a slack. So no
+// source is culled that a sum in double precision would keep.
 //
-// Immutable once made. Memory: 82 bytes per source.
+// Immutable once made.   Memory: 78 bytes per source.
 #pragma once
 
 #include <array>
@@ -30,71 +30,69 @@
 
 namespace clamor {
 
-// One as the sieve sees it. An emitter is all lobe, and is heard on all sides.
+// What the culler knows of a source. An emitter is all lobe, and radiates to all sides.
 struct CullSource {
   Vec3f position_m{}, normal{}, mirror{};
   float radius_m = 0, diffuse = 0, bounce = 0, slope = 0, lobe = 0, fall = 0;
   bool is_emitter = false;
-  // Handed on: the sieve itself asks for none of it.
+  // Handed on; the culler itself uses none of these.
   float delay_s = 0;
   std::uint32_t emitter = 0;
   BandMix mix;
 };
 
-// Ceilings that hold for every place within `place_m` of the one that is asked about. They are the
-// tightest for sources that are `about_m` away.
+// Upper bounds then hold within `radius_m` of the place. The bound of the distance is the tightest
+// for sources that are `distance_m` away.
 struct CullMargin {
-  double place_m = 0, about_m = 1;
+  double radius_m = 0, distance_m = 1;
 };
 
 inline constexpr std::size_t kCullerSources = 512, kCullBlock = 16;
 
-// What got through: a bit for each source, and the ceilings of those. `looked_at` were not left out
-// with their block.
+// The sources that were kept, one bit each, and their upper bounds. `tested` sources were not
+// culled with their block.
 struct CullResult {
   std::array<std::uint64_t, kCullerSources / 64> bits;
-  std::array<float, kCullerSources> ceiling;
-  std::array<std::uint16_t, kCullerSources> slot;  // where in the sieve: for SourceCuller::part()
-  std::uint32_t looked_at;
+  std::array<float, kCullerSources> upper_bound;
+  std::uint32_t tested;
 
-  // Calls passed(index, ceiling), ascending.
+  // Calls passed(index, upper bound), ascending.
   template <class Passed>
   void for_each(const Passed& passed) const {
     for (std::size_t word = 0; word < bits.size(); ++word)
       for (std::uint64_t rest = bits[word]; rest != 0; rest &= rest - 1) {
         const std::size_t index = 64 * word + static_cast<std::size_t>(std::countr_zero(rest));
-        passed(index, static_cast<double>(ceiling[index]));
+        passed(index, static_cast<double>(upper_bound[index]));
       }
   }
 };
 
-// 16 sources, each number of all of them side by side; directions of x, then y, then z.
+// 16 sources, as structure of arrays; vectors are rows of x, y and z.
 struct alignas(64) CullBlock {
   using Row = std::array<float, kCullBlock>;
   std::array<Row, 3> position_m{}, normal{}, mirror{};
   Row radius2_m2{}, diffuse{}, bounce{}, lobe{}, fall{};
   Row slope{};  // -1: an emitter
   Row delay_s{};
-  std::array<std::uint32_t, kCullBlock> index{}, emitter{};
+  std::array<std::uint32_t, kCullBlock> emitter{};
   std::array<BandMix, kCullBlock> mix{};
 };
 
-// What is known of a source without touching it.
+// One source of a block, without its directions.
 struct CullRecord {
   float radius2_m2 = 0, diffuse = 0, bounce = 0, lobe = 0, fall = 0;
   float slope = 0;  // -1: an emitter
   float delay_s = 0;
   std::uint32_t emitter = 0;
   BandMix mix;
-  Vec3 position_m{};  // within the give of positions
+  Vec3 position_m{};  // rounded to single precision
 };
 
-// The same of 16 blocks: what none of their sources exceeds.
+// Bounds of 16 blocks, likewise.
 struct alignas(64) CullBounds {
   using Row = CullBlock::Row;
-  std::array<Row, 3> middle_m{}, half_m{}, normal{}, mirror{};  // axes of cones, boxes
-  Row normal_cos{}, normal_sin{}, mirror_cos{}, mirror_sin{};   // of half angles
-  Row radius2_m2{}, diffuse{}, bounce{}, slope{}, lobe{}, fall{};
+  std::array<Row, 3> middle_m{}, half_m{};  // of boxes
+  Row radius2_m2{}, diffuse{}, bounce{}, slope{}, lobe{};
 };
 
 class SourceCuller {
@@ -102,14 +100,13 @@ class SourceCuller {
   // At most kCullerSources, by descending key.
   explicit SourceCuller(std::span<const CullSource> sources);
 
-  // Those whose priority at `place` may be `threshold` or more.
-  void sift(const Vec3& place, double threshold, CullResult& sifted,
-            const CullMargin& give = CullMargin()) const;
+  // Keeps those whose priority at `place` may be `threshold` or more.
+  void cull(const Vec3& place, double threshold, CullResult& result,
+            const CullMargin& margin = CullMargin()) const;
 
-  // What the ceiling of one is made of, its directions aside.
-  CullRecord part(std::size_t slot) const {
-    const CullBlock& block = blocks_[slot / kCullBlock];
-    const std::size_t at = slot % kCullBlock;
+  CullRecord record(std::size_t index) const {
+    const CullBlock& block = blocks_[index / kCullBlock];
+    const std::size_t at = index % kCullBlock;
     return {block.radius2_m2[at],
             block.diffuse[at],
             block.bounce[at],
@@ -137,8 +134,8 @@ class SourceCuller {
   std::vector<CullBounds> bounds_;
 };
 
-// The same for one source at a time, in double precision: below what sift() gives by at most
-// kCullSlack, and the give of positions.
+// The upper bound of one source in double precision; that of cull() is higher by at most this
+// factor and the margin of positions.
 inline constexpr double kCullSlack = 1.003;
 double priority_upper_bound(const CullSource& source, const Vec3& place);
 

@@ -18,10 +18,10 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-constexpr float kRounds = 2e-6f;   // a few operations of single precision
-constexpr float kSlack = 1.0005f;  // the exponential, and sums
+constexpr float kRounding = 2e-6f;  // a few operations in single precision
+constexpr float kSlack = 1.0005f;   // the exponential, and sums
 
-// The lanes that are set, of those before `count`.
+// The mask as bits, of the first `count` lanes.
 HWY_INLINE std::uint32_t bits_of(Tag d, hn::Mask<Tag> mask, std::size_t count) {
   std::uint8_t bits[8] = {};
   hn::StoreMaskBits(d, mask, bits);
@@ -30,25 +30,12 @@ HWY_INLINE std::uint32_t bits_of(Tag d, hn::Mask<Tag> mask, std::size_t count) {
 }
 
 HWY_INLINE Vector nearest2(Tag d, Vector r2, Vector radius2, const CullQuery& query) {
-  return hn::Max(hn::MulSub(r2, hn::Set(d, query.keep - kRounds), hn::Set(d, query.less_m2)),
+  return hn::Max(hn::MulSub(r2, hn::Set(d, query.keep - kRounding), hn::Set(d, query.less_m2)),
                  radius2);
 }
 
-// The highest cosine between a direction within the angle w of a way and one in a cone: with g the
-// angle between way and axis and h the cone's half angle, of g - (w + h), or 1.
-HWY_INLINE Vector highest_cos(Tag d, Vector cos_g, Vector cos_w, Vector sin_w, Vector cos_h,
-                              Vector sin_h) {
-  const auto one = hn::Set(d, 1.0f), give = hn::Set(d, 1e-3f), zero = hn::Zero(d);
-  const auto sin_g = hn::Sqrt(hn::Max(hn::NegMulAdd(cos_g, cos_g, one), zero));
-  const auto cos_both = hn::NegMulAdd(sin_w, sin_h, hn::Mul(cos_w, cos_h));
-  const auto sin_both = hn::MulAdd(sin_w, cos_h, hn::Mul(cos_w, sin_h));
-  const auto outside = hn::And(hn::Gt(sin_both, give), hn::Lt(cos_g, hn::Sub(cos_both, give)));
-  const auto cos_between = hn::MulAdd(cos_g, cos_both, hn::MulAdd(sin_g, sin_both, give));
-  return hn::IfThenElse(outside, hn::Min(cos_between, one), one);
-}
-
-// Which of at most 16 blocks may hold a source that is let through.
-HWY_INLINE std::uint32_t sift_blocks(const CullBounds& bounds, std::size_t blocks,
+// Bits of those of at most 16 blocks that may hold a source to keep.
+HWY_INLINE std::uint32_t cull_blocks(const CullBounds& bounds, std::size_t blocks,
                                      const CullQuery& query) {
   const Tag d;
   const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f);
@@ -68,42 +55,18 @@ HWY_INLINE std::uint32_t sift_blocks(const CullBounds& bounds, std::size_t block
     const auto bounce = hn::Load(d, bounds.bounce.data() + at);
     const auto slope = hn::Load(d, bounds.slope.data() + at);
     const auto lobe = hn::Load(d, bounds.lobe.data() + at);
-    const auto need = hn::Mul(near2, hn::Set(d, query.least));
+    const auto need = hn::Mul(near2, hn::Set(d, query.threshold));
     const auto slack = hn::Set(d, kSlack);
     const auto all = hn::Add(hn::Add(diffuse, lobe), bounce_up_to(d, one, bounce, slope));
-    const auto close = hn::Not(hn::Lt(hn::Mul(all, slack), need));
-    if (hn::AllFalse(d, close)) continue;
-    // The ways to the place, from anywhere in the ball round the box.
-    const auto way2 = hn::Max(dot(way, way), hn::Set(d, 1e-12f));
-    const auto over_way = hn::Div(one, hn::Sqrt(way2));
-    const auto ball = hn::Add(hn::Sqrt(dot(half, half)), hn::Set(d, query.give_m));
-    const auto sin_w = hn::Mul(ball, over_way);
-    const auto inside = hn::Ge(sin_w, one);
-    const auto cos_w = hn::Sqrt(hn::Max(hn::NegMulAdd(sin_w, sin_w, one), zero));
-    const auto cos_o =
-        hn::IfThenElse(inside, one,
-                       highest_cos(d, hn::Mul(dot(way, load(d, bounds.normal, at)), over_way),
-                                   cos_w, sin_w, hn::Load(d, bounds.normal_cos.data() + at),
-                                   hn::Load(d, bounds.normal_sin.data() + at)));
-    const auto cos_a =
-        hn::IfThenElse(inside, one,
-                       highest_cos(d, hn::Mul(dot(way, load(d, bounds.mirror, at)), over_way),
-                                   cos_w, sin_w, hn::Load(d, bounds.mirror_cos.data() + at),
-                                   hn::Load(d, bounds.mirror_sin.data() + at)));
-    const auto left = decay(d, hn::Mul(hn::Load(d, bounds.fall.data() + at), hn::Sub(one, cos_a)));
-    const auto before = hn::Max(cos_o, zero);
-    const auto even = hn::MulAdd(diffuse, before, bounce_up_to(d, before, bounce, slope));
-    const auto most = hn::Mul(slack, hn::MulAdd(lobe, left, even));
-    const auto passes = hn::And(hn::And(close, hn::Gt(cos_o, zero)), hn::Not(hn::Lt(most, need)));
-    which |= bits_of(d, passes, blocks - at) << at;
+    which |= bits_of(d, hn::Not(hn::Lt(hn::Mul(all, slack), need)), blocks - at) << at;
   }
   return which;
 }
 
-HWY_INLINE void sift_block(const CullBlock& block, std::size_t first, std::size_t count,
-                           const CullQuery& query, CullResult& sifted) {
+HWY_INLINE void cull_block(const CullBlock& block, std::size_t first, std::size_t count,
+                           const CullQuery& query, CullResult& result) {
   const Tag d;
-  const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f), least = hn::Set(d, query.least);
+  const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f), least = hn::Set(d, query.threshold);
   const auto slack = hn::Set(d, kSlack);
   for (std::size_t at = 0; at < count; at += hn::Lanes(d)) {
     const Vectors position = load(d, block.position_m, at);
@@ -117,19 +80,19 @@ HWY_INLINE void sift_block(const CullBlock& block, std::size_t first, std::size_
     const auto bounce = hn::Load(d, block.bounce.data() + at);
     const auto slope = hn::Load(d, block.slope.data() + at);
     const auto lobe = hn::Load(d, block.lobe.data() + at);
-    // By negations, so that what is infinite passes.
+    // Negated comparisons keep what is infinite.
     const auto all = hn::Add(hn::Add(diffuse, lobe), bounce_up_to(d, one, bounce, slope));
     const auto close = hn::Not(hn::Lt(hn::Mul(all, slack), need));
     if (hn::AllFalse(d, close)) continue;
     const auto over_r = hn::Div(one, hn::Sqrt(hn::Max(r2, hn::Set(d, 1e-12f))));
-    // A step of `give` turns the way by at most asin(give / r).
-    const auto sin_t = hn::Mul(over_r, hn::Set(d, query.give_m));
+    // An error of the position turns the direction by at most asin(error / r).
+    const auto sin_t = hn::Mul(over_r, hn::Set(d, query.error_m));
     const auto turns_far = hn::Gt(sin_t, hn::Set(d, 0.99f));
     const auto cos_t = hn::Sqrt(hn::Max(hn::NegMulAdd(sin_t, sin_t, one), zero));
     const auto highest = [&](Vector dot_m) {
-      const auto cos = hn::Min(hn::MulAdd(dot_m, over_r, hn::Set(d, kRounds)), one);
+      const auto cos = hn::Min(hn::MulAdd(dot_m, over_r, hn::Set(d, kRounding)), one);
       const auto sin = hn::Sqrt(hn::Max(hn::NegMulAdd(cos, cos, one), zero));
-      const auto nearer = hn::MulAdd(cos, cos_t, hn::MulAdd(sin, sin_t, hn::Set(d, kRounds)));
+      const auto nearer = hn::MulAdd(cos, cos_t, hn::MulAdd(sin, sin_t, hn::Set(d, kRounding)));
       return hn::IfThenElse(hn::Or(turns_far, hn::Ge(cos, cos_t)), one, hn::Min(nearer, one));
     };
     const Vectors normal = load(d, block.normal, at), mirror = load(d, block.mirror, at);
@@ -143,31 +106,30 @@ HWY_INLINE void sift_block(const CullBlock& block, std::size_t first, std::size_
     const auto most = hn::Mul(slack, hn::MulAdd(hn::Mul(lobe, tilt), left, even));
     const auto passes = hn::And(hn::And(close, hn::Gt(cos_o, zero)), hn::Not(hn::Lt(most, need)));
     if (hn::AllFalse(d, passes)) continue;
-    HWY_ALIGN float ceilings[kCullBlock];
-    hn::Store(hn::Div(most, near2), d, ceilings);
+    HWY_ALIGN float upper_bounds[kCullBlock];
+    hn::Store(hn::Div(most, near2), d, upper_bounds);
     for (std::uint32_t bits = bits_of(d, passes, count - at); bits != 0; bits &= bits - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
-      const std::uint32_t index = block.index[at + lane];
-      sifted.bits[index / 64] |= std::uint64_t{1} << (index % 64);
-      sifted.ceiling[index] = ceilings[lane];
-      sifted.slot[index] = static_cast<std::uint16_t>(first + at + lane);
+      const std::size_t index = first + at + lane;
+      result.bits[index / 64] |= std::uint64_t{1} << (index % 64);
+      result.upper_bound[index] = upper_bounds[lane];
     }
   }
 }
 
-void sift_here(std::span<const CullBounds> bounds, std::span<const CullBlock> blocks,
-               std::size_t count, const CullQuery& query, CullResult& sifted) {
+void cull_here(std::span<const CullBounds> bounds, std::span<const CullBlock> blocks,
+               std::size_t count, const CullQuery& query, CullResult& result) {
   for (std::size_t first = 0; first < blocks.size(); first += kCullBlock) {
     std::uint32_t bits =
-        sift_blocks(bounds[first / kCullBlock], std::min(kCullBlock, blocks.size() - first), query);
+        cull_blocks(bounds[first / kCullBlock], std::min(kCullBlock, blocks.size() - first), query);
     for (; bits != 0; bits &= bits - 1) {
       const std::size_t b = first + static_cast<std::size_t>(std::countr_zero(bits));
       if (const std::uint32_t later = bits & (bits - 1); later != 0)
         prefetch_to_read(&blocks[first + static_cast<std::size_t>(std::countr_zero(later))],
                          sizeof(CullBlock));
       const std::size_t in_block = std::min(kCullBlock, count - b * kCullBlock);
-      sifted.looked_at += static_cast<std::uint32_t>(in_block);
-      sift_block(blocks[b], b * kCullBlock, in_block, query, sifted);
+      result.tested += static_cast<std::uint32_t>(in_block);
+      cull_block(blocks[b], b * kCullBlock, in_block, query, result);
     }
   }
 }
@@ -182,12 +144,12 @@ HWY_AFTER_NAMESPACE();
 namespace clamor {
 
 namespace {
-HWY_EXPORT(sift_here);
+HWY_EXPORT(cull_here);
 }  // namespace
 
 void cull_with(std::span<const CullBounds> bounds, std::span<const CullBlock> blocks,
-               std::size_t count, const CullQuery& query, CullResult& sifted) {
-  HWY_DYNAMIC_DISPATCH(sift_here)(bounds, blocks, count, query, sifted);
+               std::size_t count, const CullQuery& query, CullResult& result) {
+  HWY_DYNAMIC_DISPATCH(cull_here)(bounds, blocks, count, query, result);
 }
 
 }  // namespace clamor

@@ -1,4 +1,4 @@
-// source_culler_kernel.h: what source_culler.cpp asks of its vector code.
+// source_culler_kernel.h: the vector code of source_culler.cpp.
 #pragma once
 
 #include <cstddef>
@@ -9,16 +9,16 @@
 namespace clamor {
 
 struct CullQuery {
-  Vec3f from_m{};    // of the sieve's middle
-  float give_m = 0;  // what positions may be off
-  // (r - give)^2 >= keep r^2 - less, whatever r.
+  Vec3f from_m{};     // the listener, from the middle of the sources
+  float error_m = 0;  // of positions
+  // (r - error)^2 >= keep r^2 - less for every r.
   float keep = 1, less_m2 = 0;
-  float least = 0;  // the threshold
+  float threshold = 0;
 };
 
-// Fills `sifted` with those of `count` sources in these blocks that may reach the query's
+// Fills `result` with those of the first `count` sources in these blocks that may reach the query's
 // threshold.
 void cull_with(std::span<const CullBounds> bounds, std::span<const CullBlock> blocks,
-               std::size_t count, const CullQuery& query, CullResult& sifted);
+               std::size_t count, const CullQuery& query, CullResult& result);
 
 }  // namespace clamor

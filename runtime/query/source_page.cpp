@@ -4,12 +4,14 @@
 #include <utility>
 
 #include "runtime/propagation/received_intensity.h"
+#include "runtime/query/query_constants.h"
 
 namespace clamor {
 
 CullSource cull_source(const RadiationModel& field, const Bands& weight, const Source& source) {
   const RadiationModel::UpperBound bound = field.upper_bound(source, weight);
-  const double over_u = 1.00001 * (1 + static_cast<double>(field.late_boost().at(source.delay_s))) /
+  const double over_u = query::kCullerKeySlack *
+                        (1 + static_cast<double>(field.late_boost().at(source.delay_s))) /
                         std::max(source.u, kMinU);
   return {source.position_m,
           source.normal,

@@ -1,10 +1,10 @@
-// source_page.h: sources that are neighbours, laid out for choosing among them.
+// source_page.h: sources that are neighbours, laid out for culling (source_culler.h).
 //
-// Lets only those through that could reach a priority at a place, by ceilings of distance and
-// direction (source_culler.h). In any order of the sources it is as exact, and only slower.
+// Culling is exact for any order of the sources, and fastest by descending key.
 //
-// Immutable once made. Memory: 170 bytes per source. Not in huge pages (madvise): with ten million
-// sources they make a keyframe 5 % quicker besides its rays and first loading a fifth slower.
+// Immutable once made.   Memory: 166 bytes per source. Huge pages (madvise) make a keyframe 5 %
+// faster besides its rays, with ten million sources, and first loading a fifth slower: not worth
+// it.
 #pragma once
 
 #include <cstddef>
@@ -19,26 +19,26 @@
 
 namespace clamor {
 
-// A permanent number below this counts as this, for the priority to stay finite.
+// Smaller permanent numbers count as this, so that priorities stay finite.
 inline constexpr float kMinU = 0x1p-64f;
 
-// Of the priority of a source, as the sieve has it, late ones boosted in full (late_boost.h);
+// What the culler needs to bound the priority of a source with the full late boost (late_boost.h);
 // `weight` is that of its signal.
 CullSource cull_source(const RadiationModel& field, const Bands& weight, const Source& source);
 
 class SourcePage {
  public:
-  // Priority is the sum of bands times weights[signal], boosted, over u.
+  // The priority is the sum of bands times weights[signal], boosted, over u.
   SourcePage(const RadiationModel& field, std::span<const Bands> weights,
              std::vector<Source> sources);
 
   std::size_t size() const { return sources_.size(); }
   const Source& operator[](std::size_t index) const { return sources_[index]; }
-  std::size_t bytes() const { return bytes_; }  // of memory
+  std::size_t bytes() const { return bytes_; }
 
   const Source* data() const { return sources_.data(); }
 
-  // What pass() reads first; and, a little earlier, what leads there.
+  // Prefetches what cull() reads first; and, a little earlier, what points there.
   void prefetch_cullers() const {
     prefetch_to_read(cullers_.data(), cullers_.size() * sizeof(SourceCuller));
   }
@@ -48,33 +48,32 @@ class SourcePage {
   void prefetch(std::size_t index) const { prefetch(sources_[index]); }
   static void prefetch(const Source& source) {
     __builtin_prefetch(&source);
-    __builtin_prefetch(&source + 1);  // it lies across two lines
+    __builtin_prefetch(&source + 1);  // a source lies across two cache lines
   }
 
-  // Calls found(index, ceiling), ascending, for every source whose priority at `place` is at least
-  // `threshold`, and for a few more; `ceiling` is one of the priority. A `found` that takes
-  // its CullRecord as well may do without touching the source. Gives how many sources were
-  // looked at one by one.
+  // Calls found(index, upper bound[, CullRecord]), ascending, for every source whose priority at
+  // `place` is at least `threshold`, and for a few more. Without the record the sources themselves
+  // are prefetched. Returns how many sources were tested one by one.
   template <class Found>
-  std::size_t pass(const Vec3& place, double threshold, const Found& found,
-                   const CullMargin& give = CullMargin()) const {
-    CullResult sifted;
-    std::size_t looked_at = 0;
+  std::size_t cull(const Vec3& place, double threshold, const Found& found,
+                   const CullMargin& margin = CullMargin()) const {
+    CullResult result;
+    std::size_t tested = 0;
     for (std::size_t s = 0; s < cullers_.size(); ++s) {
-      cullers_[s].sift(place, threshold, sifted, give);
-      looked_at += sifted.looked_at;
+      cullers_[s].cull(place, threshold, result, margin);
+      tested += result.tested;
       const std::size_t first = s * kCullerSources;
       if constexpr (std::is_invocable_v<Found, std::size_t, double, const CullRecord&>) {
-        sifted.for_each([&](std::size_t i, double ceiling) {
-          found(first + i, ceiling, cullers_[s].part(sifted.slot[i]));
+        result.for_each([&](std::size_t i, double upper_bound) {
+          found(first + i, upper_bound, cullers_[s].record(i));
         });
       } else {
-        // They are far apart in memory, and all of them are about to be read.
-        sifted.for_each([&](std::size_t i, double) { prefetch(first + i); });
-        sifted.for_each([&](std::size_t i, double ceiling) { found(first + i, ceiling); });
+        // The sources are far apart in memory, and all of them are about to be read.
+        result.for_each([&](std::size_t i, double) { prefetch(first + i); });
+        result.for_each([&](std::size_t i, double upper_bound) { found(first + i, upper_bound); });
       }
     }
-    return looked_at;
+    return tested;
   }
 
  private:

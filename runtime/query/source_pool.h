@@ -1,4 +1,4 @@
-// source_pool.h: where the sampler looks for sources: a list, or an octree whose pages come and go.
+// source_pool.h: where the sampler finds sources: a list, or an octree whose pages come and go.
 #pragma once
 
 #include <cstdint>
@@ -12,84 +12,84 @@
 #include "runtime/occlusion/occlusion_upper_bounds.h"
 #include "runtime/propagation/radiation_model.h"
 #include "runtime/propagation/signal_weights.h"
+#include "runtime/query/query_constants.h"
 #include "runtime/query/source_page.h"
 #include "runtime/query/work_budget.h"
 
 namespace clamor {
 
-// A source where the level has it, though it may be stored as one of a copied tree.
+// A source where the level has it, though it may be stored in a tree that has instances.
 struct FoundSource {
   const Source* source = nullptr;
   std::uint64_t number = 0;
   std::uint32_t signal = 0;
-  std::uint32_t copy = 0;  // the pool's
-  // Its priority is so many times what weight and u alone make it (late_boost.h).
+  std::uint32_t frame = 0;  // of the pool
+  // Factor of its priority by the late boost (late_boost.h).
   float boost = 1;
   // Of its priority at any time.
-  double ceiling = std::numeric_limits<double>::infinity();
-  // Of one that moves: the number it is heard under, `number` being what looks at it are kept
-  // under; and how fast it was at the place that sound left, which is the source's.
-  std::uint64_t voice = 0;  // 0: as `number`
+  double upper_bound = std::numeric_limits<double>::infinity();
+  // A moving source is heard under this number and its occlusion is known under `number`; 0: one
+  // number for both. `velocity_mps` is that at `source`, the place that its sound left.
+  std::uint64_t voice = 0;
   Vec3f velocity_mps{};
 };
 
-// The boost of a source whose page was sifted as if it had all of it, and what is left of the
-// sieve's ceiling.
+// The late boost of a source, and the upper bound of its priority, whose culler assumed `max_boost`
+// at full strength.
 struct BoostedBound {
-  BoostedBound(float most, float strength, double most_ceiling)
-      : boost(1 + strength * most),
-        ceiling(most_ceiling * (1 + 1e-6) * static_cast<double>(boost) /
-                (1 + static_cast<double>(most))) {}
+  BoostedBound(float max_boost, float strength, double max_bound)
+      : boost(1 + strength * max_boost),
+        upper_bound(max_bound * (1 + query::kBoostSlack) * static_cast<double>(boost) /
+                    (1 + static_cast<double>(max_boost))) {}
   float boost;
-  double ceiling;
+  double upper_bound;
 };
 
-// Not thread-safe: the sampler's alone.
+// Sources to sample from. Each keyframe calls refresh(), set_occlusion_bounds() and begin(), then
+// look() once or more often, then ask(). Threads: the sampler's alone.
 class SourcePool {
  public:
   virtual ~SourcePool() = default;
 
-  // Charges all look-ups to a budget, which must outlive the pool or be taken back.
+  // Charges all queries to a budget, which must outlive the pool or be taken back.
   virtual void charge(WorkBudget* budget) { budget_ = budget; }
 
-  // Called before the look-ups of a sample; what was found before is no longer valid. `true` if a
-  // sample at the same place might differ from the last.
+  // Takes in what was loaded; sources found before become invalid. True if a sample at the same
+  // place might differ from the last.
   virtual bool refresh() { return false; }
-
-  // A sample is wanted at a place and time: what may be left out now need not be told from what is
-  // never heard.
-  virtual void begin(const Vec3& /*place*/, double /*time_s*/) {}
 
   // Upper bounds of what gets past occluders: sources that cannot reach the threshold behind them
   // need not be found. Null: nothing is occluded.
   virtual void set_occlusion_bounds(const OcclusionUpperBounds* /*bounds*/) {}
-  // How strongly late sources are boosted from now on, 0 to 1 (late_boost.h).
+  // Strength of the late boost from now on, 0 to 1 (late_boost.h).
   virtual void set_late_boost(float /*strength*/) {}
 
-  // Appends every source that is here and whose priority at `place`, its signal being as loud as it
-  // ever is, is at least `threshold`, and a few more. Gives up, and returns false, where there are
-  // more than `most`, or where the budget is exhausted.
+  // Begins a keyframe at a place and time: signals that are silent then raise no bound.
+  virtual void begin(const Vec3& /*place*/, double /*time_s*/) {}
+
+  // Appends every source in memory whose priority at `place` is at least `threshold`, and a few
+  // more. False, and incomplete, where there are more than `most` or the budget is exhausted.
   virtual bool look(const Vec3& place, double threshold, std::size_t most,
                     std::vector<FoundSource>& found) = 0;
 
-  // No priority at `place` is higher; 0 where looking for all of them is no trouble.
+  // Upper bound of all priorities at `place`; 0 where finding all sources is cheap.
   virtual double highest(const Vec3& /*place*/) { return 0; }
 
-  // The highest static key (power over u) that a source of the same kind might have and not be
-  // here: one that is here stands for these too. 0 where all that could reach `tau` is here.
-  virtual double unseen_key(const FoundSource& /*found*/, double /*tau*/) { return 0; }
+  // Upper bound of the key (power over u) of sources that are missing around one that was found,
+  // which stands for them. 0 where everything that could reach `threshold` is in memory.
+  virtual double unseen_key(const FoundSource& /*found*/, double /*threshold*/) { return 0; }
 
-  // Asks for what the last look would have needed, the most important first, and for what a
-  // listener would need who is soon at `soon`.
-  virtual void ask(const Vec3& /*soon*/, double /*tau*/) {}
+  // Requests the pages that the last query lacked, the most important first, and those that a
+  // listener at `soon` will need.
+  virtual void ask(const Vec3& /*soon*/, double /*threshold*/) {}
 
-  // Was something not here that the last look would have needed?
+  // Did the last query lack a page?
   virtual bool missed() const { return false; }
 
-  // Is everything here that was asked for? If not, waits for it.
+  // True once everything that was requested is in memory; waits for more of it otherwise.
   virtual bool complete() { return true; }
 
-  // Of sources, here or not.
+  // Number of sources, in memory or not.
   virtual std::uint64_t size() const = 0;
 
  protected:
@@ -102,7 +102,7 @@ class SourcePool {
   WorkBudget* budget_ = nullptr;
 };
 
-// All of a list, always here.
+// A list of sources, all in memory.
 class SourceList final : public SourcePool {
  public:
   SourceList(const RadiationModel& field, const SignalWeights& weights, std::vector<Source> sources)
@@ -111,11 +111,12 @@ class SourceList final : public SourcePool {
   bool look(const Vec3& place, double threshold, std::size_t /*most*/,
             std::vector<FoundSource>& found) override {
     const std::size_t before = found.size();
-    page_.pass(place, threshold, [&](std::size_t index, double ceiling) {
+    page_.cull(place, threshold, [&](std::size_t index, double upper_bound) {
       const Source& source = page_[index];
-      const BoostedBound boosted(field_.late_boost().at(source.delay_s), strength_, ceiling);
-      if (boosted.ceiling >= threshold)
-        found.push_back({&source, index, field_.signal(source), 0, boosted.boost, boosted.ceiling});
+      const BoostedBound boosted(field_.late_boost().at(source.delay_s), strength_, upper_bound);
+      if (boosted.upper_bound >= threshold)
+        found.push_back(
+            {&source, index, field_.signal(source), 0, boosted.boost, boosted.upper_bound});
     });
     spend(WorkBudget::kFound * (found.size() - before) + page_.size() / 8);
     return true;

@@ -1,9 +1,9 @@
-// work_budget.h: bounds what a keyframe's look-ups may cost, by counting and never by time.
+// work_budget.h: bounds the cost of a keyframe's queries, by counting work and never by time.
 //
-// A unit is about 10 ns of one core. Whoever looks sources up spends units as it goes and gives up
-// once the budget is exhausted; because work is counted, the same walk gives the same samples on
-// any machine, however busy. A stop flag exhausts every budget, so that ending a program never
-// waits for a long look-up.
+// A unit is about 10 ns of one core. Queries spend units as they proceed and give up once the
+// budget is exhausted. Because work is counted, the same walk gives the same samples on any
+// machine, however busy. A stop flag exhausts every budget, so that ending a program never waits
+// for a long query.
 //
 // Threads: the sampler's alone; the stop flag may be set by any thread.
 #pragma once

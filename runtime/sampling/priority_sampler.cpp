@@ -33,12 +33,12 @@ class Priority final : public Sampler {
   Priority(const Priority&) = delete;
   Priority& operator=(const Priority&) = delete;
 
-  // A function of place, time and what is here alone. Where all signals are steady, one who stands
-  // still costs nothing, once all that matters was looked at.
+  // The sample depends on the place, the time and the pages in memory alone. With steady signals a
+  // listener who stands still costs nothing once the occlusion of all candidates is known.
   //
-  // An exact sampler waits for pages, and is asked again when some came: often or seldom, as it
-  // happens. What is heard must not depend on that: nothing is looked at before all is here that
-  // reaches the threshold, and asking again goes on from there.
+  // An exact sampler waits for pages and is called again whenever some have arrived. So that the
+  // sample does not depend on when they do, no visibility is estimated before all pages that reach
+  // the threshold are in memory, and a repeated call continues the search.
   std::span<const SampledSource> sample(const Listener& listener, double time_s) override {
     const Vec3& place = listener.position_m;
     const bool turned = faced_ != reception();
@@ -56,7 +56,7 @@ class Priority final : public Sampler {
     place_ = place;
     faced_ = reception();
     time_s_ = time_s;
-    // What an exact sampler knows to be hidden may be so no more.
+    // An exact sampler estimates visibilities anew for this place.
     pool_.set_occlusion_bounds(
         occlusion_ != nullptr && !exact() ? &occlusion_->upper_bounds() : nullptr);
     pool_.begin(place, time_s);
@@ -76,7 +76,7 @@ class Priority final : public Sampler {
                          chosen.priority > 0 ? std::min(1.0, tau / chosen.priority) : 1.0});
       if (found.voice != 0) sample_.back().set_moving(found);
     }
-    // Pools without copies find them in this order.
+    // Pools without instances mostly find sources in this order.
     const auto by_number = [](const auto& a, const auto& b) { return a.number < b.number; };
     if (!std::is_sorted(sample_.begin(), sample_.end(), by_number))
       std::sort(sample_.begin(), sample_.end(), by_number);
@@ -91,7 +91,7 @@ class Priority final : public Sampler {
   bool complete() override {
     const bool here = pool_.complete();
     if (!here || !waits()) return here;
-    gave_up_waiting_ = true;  // what is missing does not come: look at what is here
+    gave_up_waiting_ = true;  // what is missing does not arrive: choose from what is in memory
     return false;
   }
 
@@ -116,12 +116,12 @@ class Priority final : public Sampler {
  private:
   static constexpr double kPrefetchAhead_s = 0.5;
   static constexpr double kStep = 16, kStepWhereHidden = 4;
-  // All sources whose priority is lower are, together, some 150 dB below full scale or less.
+  // All sources of lower priority together are some 150 dB below full scale or less.
   static constexpr double kInaudible = 1e-18;
   static constexpr double kNarrow = 1 + 1e-9, kNarrowEnough = 1.25;
-  static constexpr double kGrowth = 1.25;  // of what a look-up costs, at once its threshold
+  static constexpr double kGrowth = 1.25;  // of the cost of a query when its threshold falls
   static constexpr std::size_t kMaxExamined = 100'000;
-  // Looks of an exact search that are made together, at first and later.
+  // Visibilities that an exact search estimates together, at first and at most.
   static constexpr std::size_t kFirstLooks = 256, kMostLooks = 8192;
   static constexpr std::size_t kFetchAhead = 24, kTogether = 32;
   static constexpr Bands kAllHeard = same_in_all_bands(1);
@@ -129,12 +129,12 @@ class Priority final : public Sampler {
 
   struct Candidate {
     double priority, weight;
-    double per_weight;    // the priority
-    std::uint32_t found;  // which of found_
+    double per_weight;    // priority over weight
+    std::uint32_t found;  // index into found_
     VisibilityCache::Index known = VisibilityCache::kUnknown;
-    bool is_dimmed = false;  // by what is known of it
+    bool is_dimmed = false;  // its occlusion is accounted for
   };
-  // Ties go to the lower number, so that the choice is one.
+  // Ties go to the lower number, so that the choice is unique.
   bool comes_before(const Candidate& a, const Candidate& b) const {
     return a.priority != b.priority ? a.priority > b.priority
                                     : found_[a.found].number < found_[b.found].number;
@@ -142,8 +142,8 @@ class Priority final : public Sampler {
 
   bool exact() const { return occlusion_ != nullptr && occlusion_->exact(); }
 
-  // Fills candidates_ with the k + 1 highest priorities, the lowest last; fewer if there are fewer
-  // that reach the threshold which is returned, the last of the k + 1 if there are as many.
+  // Fills candidates_ with the k + 1 highest priorities, the lowest last, and returns that one; or
+  // with fewer, if fewer reach the threshold that is returned.
   double choose(const Vec3& place) {
     const Search found = bounded_ ? search_within_budget(place) : search(place);
     ended_by_budget_ = found.ended_by_budget;
@@ -159,7 +159,7 @@ class Priority final : public Sampler {
     bool ended_by_budget = false;
   };
 
-  // Of thresholds that were tried: the lowest with too few sources, the highest with far too many.
+  // The lowest threshold tried with too few sources, and the highest with far too many.
   struct Bracket {
     double threshold = 0;
     double too_high = std::numeric_limits<double>::infinity(), too_low = 0;
@@ -168,18 +168,18 @@ class Priority final : public Sampler {
   };
 
   double first_threshold(const Vec3& place) {
-    if (pool_.size() <= voices_) return 0;  // all of them
+    if (pool_.size() <= voices_) return 0;  // finds all
     return predictor_.is_known() ? predictor_.next() : pool_.highest(place);
   }
 
-  // The threshold that follows one at which too few were found.
+  // The next threshold after one at which too few sources were found.
   double lowered(double threshold) {
     const double before = std::exchange(last_found_, static_cast<double>(found_.size()));
     if (occlusion_ == nullptr || found_.empty()) return std::max(threshold / kStep, kInaudible);
     double step = kStepWhereHidden;
     if (exact()) {
-      // All that is found will be looked at, so that must not be far more than is needed. It grows
-      // with some power of the step: the first, or less.
+      // The visibility of everything that is found is estimated, so it must not be far more than
+      // needed. The number of sources grows with a power of the step, at most the first.
       const double times = static_cast<double>(max_examined()) / last_found_;
       const double power =
           before > 0 ? 1.5 * std::log(last_found_ / before) / std::log(last_step_) : 1;
@@ -194,12 +194,12 @@ class Priority final : public Sampler {
     Bracket now = paused_.value_or(Bracket{.threshold = first_threshold(place)});
     auto& [threshold, too_high, too_low, unlimited, just_missed] = now;
     if (!paused_) last_found_ = 0;
-    // One who waits, and had to take all there was, begins with that.
+    // A search that had to take every source continues with every source.
     if (exact() && !paused_ && predictor_.starved() && !predictor_.is_known())
       threshold = kInaudible;
     const double close = occlusion_ == nullptr ? kNarrow : kNarrowEnough;
     for (;;) {
-      // That many have one priority; or, where some are hidden, one may look at that many.
+      // Many sources share one priority; or, with occlusion, testing so many is worth while.
       unlimited = unlimited || too_high <= too_low * close;
       const bool all = weigh_above(place, threshold, unlimited || exact() ? kNoLimit : limit());
       if (waits()) {
@@ -222,13 +222,13 @@ class Priority final : public Sampler {
     }
   }
 
-  // Downwards, as long as a look-up at the next threshold is likely to be completed, and the last
-  // one could be repeated if it is not. From below only if the first guess was far too low.
+  // Lowers the threshold as long as the next query is likely to be completed, with enough budget
+  // left to repeat the last one if it is not. Raises it only if the first guess was far too low.
   Search search_within_budget(const Vec3& place) {
     const std::uint64_t whole = work_per_keyframe(voices_), end = budget_.spent() + whole;
     double threshold = first_threshold(place);
     double completed = std::numeric_limits<double>::infinity(), too_low = 0;
-    std::uint64_t completed_cost = 0;  // of the look-up at the lowest threshold that was completed
+    std::uint64_t completed_cost = 0;  // of the completed query with the lowest threshold
     std::uint64_t allowed = whole / 4 * 3;
     for (;;) {
       const std::uint64_t before = budget_.spent();
@@ -248,9 +248,8 @@ class Priority final : public Sampler {
                    ? threshold * ThresholdPredictor::lowered(candidates_.size(), voices_ + 1)
                    : lowered(threshold);
         if (next <= too_low) next = std::sqrt(too_low * completed);
-        // There are up to as many more sources above a threshold as it is lower.
-        // Where most is hidden there is little to gain, keyframe after keyframe: half the budget
-        // does.
+        // The number of sources above a threshold grows at most as the threshold falls. Where most
+        // of them are occluded, lower thresholds gain little, so half the budget is enough.
         const bool mostly_hidden = occlusion_ != nullptr && 2 * candidates_.size() < voices_;
         const std::uint64_t kept = completed_cost + (mostly_hidden ? whole / 2 : 0);
         const double affordable = static_cast<double>(left - std::min(left, kept)) /
@@ -262,13 +261,13 @@ class Priority final : public Sampler {
         next = std::max(next, threshold / affordable);
         allowed = left - completed_cost;
       } else if (std::isinf(completed)) {
-        // Nothing is known yet but that this is too low: what is far above costs little.
+        // This threshold is too low, and no more is known: a far higher one costs little.
         too_low = threshold;
         next = std::max(kStep * threshold, std::sqrt(threshold * pool_.highest(place)));
         if (left < whole / 16) return {threshold, true};
         allowed = left / 2;
       } else {
-        budget_.limit(WorkBudget::kUnlimited);  // what it costs is known
+        budget_.limit(WorkBudget::kUnlimited);  // its cost is known
         weigh_above(place, completed, kNoLimit);
         if (occlusion_ != nullptr) look_at_candidates(completed);
         return {completed, true};
@@ -277,8 +276,7 @@ class Priority final : public Sampler {
     }
   }
 
-  // Keeps the k highest of candidates_ in the order in which they are, and the next one last: its
-  // priority.
+  // Keeps the k highest candidates in their order, then the next one, whose priority is returned.
   double keep_the_first() {
     ranks_.clear();
     for (std::uint32_t c = 0; c < candidates_.size(); ++c)
@@ -294,16 +292,15 @@ class Priority final : public Sampler {
     return next.priority;
   }
 
-  // An exact search goes no lower once so many were found.
+  // An exact search ends once so many sources were found.
   std::size_t max_examined() const { return kMaxExamined + 16 * voices_; }
 
-  // Looking again is cheaper than sorting out more than these. Where signals come and go, most of
-  // what is found by their loudest moment is too quiet now.
+  // A second query is cheaper than weighing more sources than these. With varying signals most of
+  // those found by the maximum of their signal are too quiet now.
   std::size_t limit() const { return (16 * voices_ + 4096) * (weights_.steady() ? 1 : 16); }
 
-  // Every source whose priority is at least `threshold`, and above zero. False if there are more
-  // than `most`, give or take those that the pool cannot tell from them, or if the budget was
-  // exhausted: then some of them.
+  // Makes candidates of all sources whose priority is positive and at least `threshold`. False, with
+  // some of them, if the pool finds more than `most` or if the budget is exhausted.
   bool weigh_above(const Vec3& place, double threshold, std::size_t most) {
     candidates_.clear();
     parts_.clear();
@@ -313,7 +310,7 @@ class Priority final : public Sampler {
     if (!all && (!bounded_ || budget_.is_stopped())) return false;
     for (std::size_t first = 0; first < found_.size(); first += kTogether) {
       const std::size_t end = std::min(first + kTogether, found_.size());
-      // They are far apart in memory.
+      // The sources are far apart in memory.
       for (std::size_t f = end; f < std::min(end + kTogether, found_.size()); ++f) {
         const Source* const soon = found_[f].source;
         __builtin_prefetch(soon);
@@ -333,14 +330,14 @@ class Priority final : public Sampler {
     return known != VisibilityCache::kUnknown && VisibilityCache::is_occluded(known);
   }
 
-  // Makes a candidate of a source, if it reaches the threshold.
+  // Makes a candidate of a source if it reaches the threshold.
   void weigh(std::size_t f, const ReceivedIntensity& received, const Vec3& place,
              double threshold) {
     const FoundSource& found = found_[f];
     const Source& source = *found.source;
     const LoudnessTrack::Moment now =
         weights_at_distance(field_, weights_, found.signal, source, received.way_m, time_s_);
-    if (found.ceiling * now.share < threshold) return;
+    if (found.upper_bound * now.share < threshold) return;
     const Bands intensity = apply_reception(faced_, source, place, received.intensity);
     const double w = weighted_sum(now.weights, intensity);
     const double per_weight = static_cast<double>(found.boost) / std::max(source.u, kMinU);
@@ -352,7 +349,7 @@ class Priority final : public Sampler {
     else if (occlusion_ != nullptr)
       known = occlusion_->find(found.number);
     if (is_hidden(known)) {
-      // Which of them the pool finds depends on what it was asked before.
+      // Which occluded sources the pool finds depends on the phase of their bounds.
       if (!exact()) wanted_.push_back({priority, found.number, known, &source});
       return;
     }
@@ -360,9 +357,9 @@ class Priority final : public Sampler {
     if (occlusion_ != nullptr) parts_.push_back(weighted(now.weights, intensity));
   }
 
-  // Makes of priorities in a free field those that are left of them, for as many candidates as need
-  // to be looked at to know which are the first k + 1, and leaves out those below the threshold.
-  // False if it is no use to ask for weaker ones: there are no more rays, or enough to look at.
+  // Applies the occlusion to as many candidates, loudest first, as decide which are the k + 1
+  // highest, and drops those below the threshold. False if weaker ones are of no use: there are no
+  // rays left, or enough candidates.
   bool look_at_candidates(double threshold) {
     const bool enough = found_.size() > (exact() ? max_examined() : limit() / 2);
     unknown_.clear();
@@ -381,7 +378,7 @@ class Priority final : public Sampler {
     if (!unknown_.empty()) keep_best();
     bool rays_left = true;
     std::size_t u = 0;
-    std::size_t looked = 0, together = kFirstLooks;  // of unknown_, by an exact sampler
+    std::size_t looked = 0, together = kFirstLooks;  // of unknown_, in an exact search
     for (; u < unknown_.size() && rays_left; ++u) {
       const auto [as_if_free, c] = unknown_[u];
       if (best_.size() > voices_ && best_.front() > as_if_free) break;
@@ -412,7 +409,7 @@ class Priority final : public Sampler {
     return rays_left && !enough;
   }
 
-  // Looks at the unknown ones from the first to before the last, on all cores.
+  // Estimates the visibility of unknown_[first, last) on all cores.
   void estimate_now(std::size_t first, std::size_t last) {
     wanted_.clear();
     for (std::size_t u = first; u < last; ++u) {
@@ -422,7 +419,7 @@ class Priority final : public Sampler {
     occlusion_->estimate_now(wanted_);
   }
 
-  // Makes best_ a heap of the k + 1 highest of it, the lowest of them at its front.
+  // Reduces best_ to a heap of its k + 1 highest, the lowest of them in front.
   void keep_best() {
     if (best_.size() > voices_ + 1) {
       std::nth_element(best_.begin(), best_.begin() + static_cast<std::ptrdiff_t>(voices_),
@@ -432,7 +429,7 @@ class Priority final : public Sampler {
     std::make_heap(best_.begin(), best_.end(), std::greater<>());
   }
 
-  // The priority that is left of a candidate.
+  // Applies the visibility to a candidate. Returns its priority.
   double dim(std::uint32_t c, double as_if_free) {
     Candidate& candidate = candidates_[c];
     const FoundSource& found = found_[candidate.found];
@@ -447,8 +444,8 @@ class Priority final : public Sampler {
     return candidate.priority;
   }
 
-  // An exact sampler looks only when everything is here, so that what it sees does not depend on
-  // when pages came.
+  // An exact search estimates visibilities only once no page is missing, so that the sample does not
+  // depend on when pages arrive.
   bool waits() const {
     return occlusion_ != nullptr && occlusion_->exact() && pool_.missed() && !gave_up_waiting_;
   }
@@ -458,25 +455,25 @@ class Priority final : public Sampler {
   SourcePool& pool_;
   const std::size_t most_voices_;
   std::size_t voices_;
-  bool resized_ = false;  // since sample_
+  bool resized_ = false;  // the number of voices, since sample_
   VisibilityCache* const occlusion_;
   const bool bounded_;
   WorkBudget budget_;
-  bool ended_by_budget_ = false;  // sample_
+  bool ended_by_budget_ = false;  // the search for sample_
   std::uint64_t bounded_keyframes_ = 0;
   std::optional<Bracket> paused_;          // a search that waits for pages
-  ThresholdPredictor predictor_, before_;  // before_: the first time that this sample was asked for
+  ThresholdPredictor predictor_, before_;  // before_: at the first call for this sample
   std::vector<FoundSource> found_;
-  std::vector<const Source*> some_;  // of kTogether
+  std::vector<const Source*> some_;  // up to kTogether
   std::vector<ReceivedIntensity> received_;
   std::vector<Candidate> candidates_;
-  std::vector<Bands> parts_;  // of the candidates' weights in a free field
+  std::vector<Bands> parts_;  // weights of the candidates per band, without occlusion
   std::vector<std::pair<double, std::uint32_t>> unknown_;
   std::vector<double> best_;
   std::vector<VisibilityCache::Wanted> wanted_;
   std::vector<std::pair<double, std::uint32_t>> ranks_;
   bool looking_ = false, gave_up_waiting_ = false;
-  bool waited_ = false;        // for pages, before anything was looked at
+  bool waited_ = false;        // for pages
   std::optional<Vec3> place_;  // of sample_
   Reception faced_;            // in sample_
   double time_s_ = 0;

@@ -13,12 +13,12 @@ namespace clamor {
 
 namespace {
 
-// So many pages are on their way from the disk while one is decoded.
+// Pages that are announced to the disk while one is decoded.
 constexpr std::size_t kAnnounced = 8;
 
 }  // namespace
 
-// What the sampler and the loader threads share; all under the mutex.
+// The state that the sampler and the loader threads share, all under the mutex.
 struct PageLoader::Shared {
   struct Arrival {
     std::uint64_t page = 0;  // offset
@@ -29,8 +29,8 @@ struct PageLoader::Shared {
   std::mutex mutex;
   std::condition_variable work, arrival;
   bool closing = false;
-  std::vector<WantedPage> queue;         // the most urgent last
-  std::vector<std::uint64_t> under_way;  // being fetched: offsets
+  std::vector<WantedPage> queue;         // the highest bound last
+  std::vector<std::uint64_t> under_way;  // offsets of pages being read
   std::vector<Arrival> arrived;
   PageStatistics statistics;
   std::vector<std::thread> threads;
@@ -100,7 +100,7 @@ void PageLoader::take(std::uint64_t offset, double bound, Content content) {
   most_page_bytes_ = std::max(most_page_bytes_, bytes);
   slot.page = std::move(*content);
   slot.bytes = bytes;
-  slot.last_use = sample_ - 1;  // so that it is not dropped before it was looked at
+  slot.last_use = sample_ - 1;  // so that it is not evicted before its first use
   slot.bound = bound;
   ++here_;
   ++statistics.loaded;
@@ -111,7 +111,7 @@ void PageLoader::count_what_is_here() {
   shared_->statistics.bytes = bytes_;
 }
 
-// A forged file may say of one page that it is two, of different sources.
+// A forged file may name one page twice, with different sources.
 bool PageLoader::Place::is_of(const PageEntry& entry) const {
   return page != nullptr && page->sources.size() == entry.source_count;
 }
@@ -159,14 +159,14 @@ bool PageLoader::begin_sample() {
   return changed || before != here_;
 }
 
-// By last use, then by bound. Children are at most as urgent as their parents and come before
-// them in the file, so of pages used alike they go first.
+// Evicts by last use, then by bound. Children have no higher bounds than their parents and come
+// before them in the file, so of pages that were used alike they are evicted first.
 void PageLoader::drop_too_much() {
-  std::vector<std::tuple<std::uint32_t, double, std::uint64_t>> order;  // and offset
+  std::vector<std::tuple<std::uint32_t, double, std::uint64_t>> order;  // use, bound, offset
   for (const auto& [offset, slot] : slots_)
     if (slot.page != nullptr && !slot.stays && (budget_.strict || slot.last_use + 1 < sample_))
       order.emplace_back(slot.last_use, slot.bound, offset);
-  // A heap, as few of many go.
+  // A heap, as few of many are evicted.
   const std::greater<> last_goes_first;
   std::make_heap(order.begin(), order.end(), last_goes_first);
   while (bytes_ > budget_.bytes && !order.empty()) {
@@ -209,7 +209,7 @@ std::size_t PageLoader::how_many_fit(std::span<const WantedPage> most_urgent_fir
   const std::uint64_t room = budget_.bytes > used_bytes_ ? budget_.bytes - used_bytes_ : 0;
   std::size_t fit = room / most_page_bytes_;
   if (fit >= most_urgent_first.size()) return most_urgent_first.size();
-  std::vector<double> used;  // urgencies of pages that may make room
+  std::vector<double> used;  // bounds of pages that may be evicted
   for (const auto& [offset, slot] : slots_)
     if (slot.page != nullptr && !slot.stays && slot.last_use >= sample_) used.push_back(slot.bound);
   std::sort(used.begin(), used.end());

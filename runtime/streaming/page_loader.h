@@ -1,11 +1,12 @@
-// page_loader.h: keeps the pages that the sampler uses in memory, and fetches others meanwhile.
+// page_loader.h: keeps the pages that the sampler uses in memory, and loads others meanwhile.
 //
-// One thread (the sampler's) asks, takes what has arrived and never waits; loader threads fetch
-// what was asked last, the most urgent first, and get it ready for the sampler. Pages beyond the
-// budget are dropped, the least recently used first. Where not even those of the last sample fit,
-// the least urgent go: a page comes in the place of another only if it is twice as urgent, so that
-// the two do not take turns. What was under way comes on top. A page that cannot be read is not
-// asked for again: the sampler does without, as if it were still on its way.
+// The sampler's thread requests pages, takes in those that have arrived and never waits. Loader
+// threads read what was requested last, the highest bound of priorities first. Pages beyond the
+// memory budget are evicted, the least recently used first. Where not even the pages of the last
+// sample fit, those of the lowest bound are evicted: a page replaces another only if its bound is
+// twice as high, so that the two do not alternate. Pages that were being read come on top of the
+// budget. A page that cannot be read is not requested again: the sampler does without, as if it had
+// not arrived.
 #pragma once
 
 #include <cstdint>
@@ -23,23 +24,23 @@
 namespace clamor {
 
 struct WantedPage {
-  double bound = 0;
+  double bound = 0;  // upper bound of the priorities in the page and below
   PageEntry entry;
-  bool needed = true;  // by the last sample; otherwise perhaps soon
+  bool needed = true;  // by the last sample; false: soon, perhaps
 };
 
 struct PageBudget {
   std::uint64_t bytes = 64'000'000;
-  bool strict = true;  // or may pages that one sample needs take more
+  bool strict = true;  // false: pages that one sample needs may take more
 };
 
 class PageLoader {
  public:
-  // Called by any loader thread, several at a time; throws nothing.
+  // Reads a page. Called by several loader threads at a time; throws nothing.
   using Content = Result<std::unique_ptr<const ResidentPage>>;
   using Fetch = std::function<Content(const PageEntry& entry)>;
 
-  // Tells the disk what is fetched soon; on a loader thread, so it may take its time.
+  // Tells the disk which page is read soon. Called by a loader thread, so it may take its time.
   using Announce = std::function<void(const PageEntry& entry)>;
 
   PageLoader(Fetch fetch, const PageBudget& budget, int threads = 1, Announce announce = {});
@@ -47,23 +48,24 @@ class PageLoader {
   PageLoader(const PageLoader&) = delete;
   PageLoader& operator=(const PageLoader&) = delete;
 
-  // The sampler's thread, all that follow.
+  // All that follow are for the sampler's thread.
 
-  // Fetches it here and now, to stay for good; false if it cannot be read.
+  // Reads a page at once, to stay in memory for good; false if it cannot be read.
   bool load_now(const PageEntry& entry);
 
-  // Takes in what has arrived, drops what is too much, begins a new sample. True if anything came
-  // or went.
+  // Begins a sample: takes in the pages that have arrived and evicts those beyond the budget. True
+  // if there were any.
   bool begin_sample();
-  bool has_dropped() const { return has_dropped_; }  // any, when this sample began
-  // What has arrived since the last, by offset.
+  // Were pages evicted when this sample began, and which ones arrived? By ascending offset.
+  bool has_dropped() const { return has_dropped_; }
   std::span<const std::uint64_t> arrived() const { return arrived_; }
 
-  // Null if it is not here. Valid until the next begin_sample(). `bound` as in WantedPage.
+  // Marks a page as used. Null if it is not in memory. Valid until the next begin_sample(). `bound`
+  // as in WantedPage.
   const ResidentPage* use(const PageEntry& entry, double bound);
 
-  // The same for who asks again and again, without looking for it: where a page is kept that is
-  // here. Valid until a begin_sample() that drops any.
+  // The place of a page in memory, to use it again without a search. Valid until a begin_sample()
+  // that evicts any.
   class Place {
    public:
     const ResidentPage* resident() const { return page.get(); }
@@ -71,32 +73,33 @@ class PageLoader {
    private:
     friend class PageLoader;
     bool is_of(const PageEntry& entry) const;
-    std::unique_ptr<const ResidentPage> page;  // null: it failed
-    std::uint64_t bytes = 0;                   // of its memory
-    std::uint32_t last_use = 0;                // sample
-    double bound = 0;                          // in that
+    std::unique_ptr<const ResidentPage> page;  // null: it cannot be read
+    std::uint64_t bytes = 0;
+    std::uint32_t last_use = 0;  // number of the sample
+    double bound = 0;            // in that sample
     bool stays = false;
   };
   Place* place_of(const PageEntry& entry);
   void use(Place& place, double bound);
 
   bool is_here(const PageEntry& entry) const { return find(entry) != nullptr; }
-  // The same without being counted as used or late.
+  // Without marking it as used or late.
   const ResidentPage* find(const PageEntry& entry) const;
   bool has_failed(const PageEntry& entry) const;
 
-  // Replaces what was asked before and is not yet under way: what is needed first, then the most
-  // urgent, as many as fit the budget beside what the last sample uses and is not half as urgent.
+  // Replaces all requests that are not being read yet: needed pages first, then those of the
+  // highest bounds, as many as fit the budget beside the pages that the last sample used and whose
+  // bounds are more than half as high.
   void ask(std::vector<WantedPage> wanted);
 
-  // Waits until all that was asked for has arrived; false if nothing is on its way.
+  // Waits until all requested pages have arrived; false if there are none.
   bool wait();
 
   PageStatistics statistics() const;  // any thread
 
  private:
   struct Shared;
-  // Under the mutex, both.
+  // Both under the mutex.
   void take(std::uint64_t offset, double bound, Content content);
   void count_what_is_here();
   void drop_too_much();
@@ -105,7 +108,8 @@ class PageLoader {
   const Fetch fetch_;
   const Announce announce_;
   const PageBudget budget_;
-  std::unordered_map<std::uint64_t, Place> slots_;  // by offset in the file; here, or failed
+  std::unordered_map<std::uint64_t, Place>
+      slots_;  // by offset in the file; in memory, or unreadable
   std::size_t here_ = 0;
   bool has_dropped_ = false;
   std::vector<std::uint64_t> arrived_;

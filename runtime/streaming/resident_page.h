@@ -1,4 +1,4 @@
-// resident_page.h: a page of the file, in memory and ready for the sampler.
+// resident_page.h: a page of the file in memory, ready for queries.
 #pragma once
 
 #include <cstddef>
@@ -11,17 +11,17 @@
 
 namespace clamor {
 
-// A copy as a walk meets it: by descending key, so that it can stop.
+// An instance of a page. Pages hold them by descending key, so that a traversal can stop.
 struct ResidentInstance {
-  double key = 0;  // the choice among copies has it: power over number
+  double key = 0;  // of its representative: power over permanent number
   Placement placement;
-  std::uint64_t first = 0;  // sources of the page and below that are numbered before
+  std::uint64_t first = 0;  // number of its first source, from the page's first
   std::uint32_t instance = 0;
 };
 
 class ResidentPage {
  public:
-  // `entry` is the page's, `trees` the tops of all.
+  // `entry` is that of the page; `trees` holds the tops of all trees.
   ResidentPage(const PageEntry& entry, SourcePage of_node, PageLinks further,
                std::span<const PageEntry> trees);
 
@@ -31,11 +31,11 @@ class ResidentPage {
   const PageLinks links;
   const std::vector<ResidentInstance> copies;
 
-  // What is in the node that has the highest key of all: a source, a child, or a copy, by its place
-  // in the list above.
+  // What has the highest key in the node and below: the first source, a child, or the first
+  // instance.
   enum class Leader : std::uint8_t { kSource, kChild, kCopy };
   Leader leader = Leader::kSource;
-  std::size_t leading_child = 0;  // the copy or the source that leads is the first
+  std::size_t leading_child = 0;
 };
 
 }  // namespace clamor

@@ -52,10 +52,10 @@ struct ScatteredSources {
     }
   }
 
-  std::vector<CullSource> sieve_sources(const RadiationModel& field) const {
-    std::vector<CullSource> sieved;
-    for (const Source& source : sources) sieved.push_back(cull_source(field, weight, source));
-    return sieved;
+  std::vector<CullSource> cull_sources(const RadiationModel& field) const {
+    std::vector<CullSource> culled;
+    for (const Source& source : sources) culled.push_back(cull_source(field, weight, source));
+    return culled;
   }
 
   std::vector<Material> materials;

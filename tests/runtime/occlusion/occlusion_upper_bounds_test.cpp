@@ -86,11 +86,11 @@ std::vector<ShortlistBlock> some_sources(std::uint32_t count, std::uint32_t seed
   for (std::uint32_t i = 0; i < count; ++i) {
     const RandomBits bits = philox(seed, {i, 0, 0, 0});
     const std::size_t at = i % ShortlistBlock::kEntries;
-    if (at == 0) blocks.emplace_back().ceiling.fill(-1);
+    if (at == 0) blocks.emplace_back().upper_bound.fill(-1);
     ShortlistBlock& block = blocks.back();
     index += 1 + bits[0] % 3;
     block.source[at] = index;
-    block.ceiling[at] = static_cast<float>(std::pow(2.0, 16 * unit(bits[1])));
+    block.upper_bound[at] = static_cast<float>(std::pow(2.0, 16 * unit(bits[1])));
   }
   return blocks;
 }
@@ -118,7 +118,7 @@ TEST(OcclusionUpperBounds, AreTheSameInTheShortlistKernel) {
       const ShortlistBlock& block = blocks[e / 16];
       const std::uint32_t index = block.source[e % 16];
       const float left = hidden.upper_bound(first + index);
-      if (block.ceiling[e % 16] * left < 1) {
+      if (block.upper_bound[e % 16] * left < 1) {
         ++left_out;
         continue;
       }

@@ -28,7 +28,7 @@ TEST(RadiationModel, HasTightUpperBoundsForLobes) {
   for (const auto& [exponent, max_db] : {std::pair{3.0f, 1.1}, {20.0f, 0.75}, {100.0f, 1.0}}) {
     level.materials[0].phong = same_in_all_bands(exponent);
     const RadiationModel field(level.emitters, level.materials, Air{});
-    const auto sources = level.sieve_sources(field);
+    const auto sources = level.cull_sources(field);
     double sum_db = 0;
     std::size_t heard = 0;
     for (std::uint32_t s = 0; s < sources.size(); ++s) {
@@ -69,8 +69,9 @@ TEST(RadiationModel, KnowsTheBandsOfItsUpperBounds) {
           Vec3(source.position_m) + 7.0 * Vec3(testing::SourcesOfAllKinds::direction(s, 20 + i));
       const Bands shares = testing::random_fractions(3 * s + i);
       const double now = weighted_sum(weighted(weight, shares), field.intensity(source, place));
-      const CullSource sieved = cull_source(field, weight, source);
-      const double at_any_time = priority_upper_bound(sieved, place) * std::max(source.u, kMinU);
+      const CullSource cull_input = cull_source(field, weight, source);
+      const double at_any_time =
+          priority_upper_bound(cull_input, place) * std::max(source.u, kMinU);
       ASSERT_LE(now, at_any_time * bound.mix.of(shares) * (1 + 1e-5)) << s;
     }
   }

@@ -78,8 +78,7 @@ struct Nested {
         }
         draw_prototype_u(choice, seed_ * 100 + first + v);
         for (std::size_t i = 0; i < sources.size(); ++i) sources[i].u = choice[i].u;
-        for (std::size_t i = 0; i < copies.size(); ++i)
-          copies[i].u = choice[sources.size() + i].u;
+        for (std::size_t i = 0; i < copies.size(); ++i) copies[i].u = choice[sources.size() + i].u;
         add(with_instances(build_octree(std::move(sources)), std::move(copies), tops));
       }
     }

@@ -28,9 +28,9 @@ std::vector<ShortlistBlock> some_list(std::uint32_t seed) {
   for (std::uint32_t i = 0; i < kListed; ++i) {
     const RandomBits a = philox(seed, {i, 0, 0, 0}), b = philox(seed, {i, 1, 0, 0});
     const std::size_t at = i % kCullBlock;
-    if (at == 0) blocks.emplace_back().ceiling.fill(-1);
+    if (at == 0) blocks.emplace_back().upper_bound.fill(-1);
     ShortlistBlock& block = blocks.back();
-    block.ceiling[at] = static_cast<float>(std::pow(2.0, 12 * unit(a[0])));
+    block.upper_bound[at] = static_cast<float>(std::pow(2.0, 12 * unit(a[0])));
     block.delay_s[at] = static_cast<float>(2 * unit(a[1]) - 0.1);
     block.signal[at] = a[2] % kSounds;
     block.source[at] = i;
@@ -68,7 +68,7 @@ TEST_P(ShortlistKernel, FindsSourcesAboveTheThresholdByTheirOwnBands) {
     for (std::uint32_t e = 0; e < kListed; ++e) {
       const ShortlistBlock& block = blocks[e / kCullBlock];
       const float share = share_of(table, block, e % kCullBlock);
-      const float now = block.ceiling[e % kCullBlock] * share;
+      const float now = block.upper_bound[e % kCullBlock] * share;
       if (std::abs(now - 1) < 1e-5f) continue;  // either result is right
       if (now < 1) {
         ++left_out;
@@ -144,7 +144,7 @@ TEST_P(ShortlistKernel, FindsSourcesAboveTheThresholdWithoutATable) {
     const std::size_t end = find_audible(blocks, 100, table, {}, loud.from(0));
     std::size_t next = 0;
     for (std::uint32_t e = 0; e < kListed; ++e) {
-      if (blocks[e / kCullBlock].ceiling[e % kCullBlock] < 100) continue;
+      if (blocks[e / kCullBlock].upper_bound[e % kCullBlock] < 100) continue;
       ASSERT_LT(next, end);
       EXPECT_EQ(loud.entry[next], e);
       EXPECT_EQ(loud.share[next++], 1);

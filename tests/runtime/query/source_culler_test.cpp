@@ -42,8 +42,8 @@ TEST_P(SourceCullerOn, PassesEverySourceAboveTheThresholdAndFewOthers) {
     for (const std::uint32_t count : {1u, 17u, 300u, 512u}) {
       const testing::ScatteredSources level(count, count, where.spread_m, where.middle_m);
       const RadiationModel field(level.emitters, level.materials, Air{});
-      const auto sources = level.sieve_sources(field);
-      const SourceCuller sieve(sources);
+      const auto sources = level.cull_sources(field);
+      const SourceCuller culler(sources);
       std::size_t through = 0, by_the_formula = 0;
       for (std::uint32_t i = 0; i < 30; ++i) {
         const Vec3 place = somewhere(level, where.spread_m, where.middle_m, i);
@@ -53,12 +53,12 @@ TEST_P(SourceCullerOn, PassesEverySourceAboveTheThresholdAndFewOthers) {
         std::vector<double> sorted = ceilings;
         std::sort(sorted.begin(), sorted.end());
         for (const double threshold : {0.0, sorted[count / 2], sorted[count - 1 - count / 16]}) {
-          CullResult sifted;
-          sieve.sift(place, threshold, sifted);
+          CullResult result;
+          culler.cull(place, threshold, result);
           std::vector<double> found(count, -1);
-          sifted.for_each([&](std::size_t s, double ceiling) {
+          result.for_each([&](std::size_t s, double upper_bound) {
             ASSERT_LT(s, count);
-            found[s] = ceiling;
+            found[s] = upper_bound;
             ++through;
           });
           for (std::uint32_t s = 0; s < count; ++s) {
@@ -83,30 +83,30 @@ TEST_P(SourceCullerOn, PassesEverySourceAboveTheThresholdAndFewOthers) {
 TEST_P(SourceCullerOn, BoundsPrioritiesWithinAWholeBall) {
   const testing::ScatteredSources level(5, 512, 10, {3, 2, 1});
   const RadiationModel field(level.emitters, level.materials, Air{});
-  const auto sources = level.sieve_sources(field);
-  const SourceCuller sieve(sources);
+  const auto sources = level.cull_sources(field);
+  const SourceCuller culler(sources);
   std::size_t passed = 0, reached = 0;
   for (std::uint32_t i = 0; i < 60; ++i) {
     const Vec3 middle = somewhere(level, 10, {3, 2, 1}, i);
     const RandomBits bits = philox(78, {i, 0, 0, 0});
-    const CullMargin give{std::pow(10, -2 * unit(bits[0])), std::pow(10, 2 * unit(bits[1]) - 1)};
+    const CullMargin margin{std::pow(10, -2 * unit(bits[0])), std::pow(10, 2 * unit(bits[1]) - 1)};
     const double threshold = priority_upper_bound(sources[bits[2] % 512], middle) + 1e-9;
-    CullResult sifted;
-    sieve.sift(middle, threshold, sifted, give);
+    CullResult result;
+    culler.cull(middle, threshold, result, margin);
     std::vector<double> found(512, 0);
-    sifted.for_each([&](std::size_t s, double ceiling) { found[s] = ceiling; });
-    passed += static_cast<std::size_t>(
-        std::count_if(found.begin(), found.end(), [](double ceiling) { return ceiling > 0; }));
+    result.for_each([&](std::size_t s, double upper_bound) { found[s] = upper_bound; });
+    passed += static_cast<std::size_t>(std::count_if(
+        found.begin(), found.end(), [](double upper_bound) { return upper_bound > 0; }));
     // Samples the surface of the ball and its interior; priorities must not exceed the bound.
     for (std::uint32_t k = 0; k < 40; ++k) {
       const RandomBits step = philox(79, {i, k, 0, 0});
       const Vec3 place =
-          middle + give.place_m * (k % 2 == 0 ? 1.0 : unit(step[3])) * testing::direction(step);
+          middle + margin.radius_m * (k % 2 == 0 ? 1.0 : unit(step[3])) * testing::direction(step);
       for (std::size_t s = 0; s < 512; ++s) {
-        const double ceiling = priority_upper_bound(sources[s], place);
-        if (ceiling < threshold) continue;
+        const double upper_bound = priority_upper_bound(sources[s], place);
+        if (upper_bound < threshold) continue;
         ++reached;
-        ASSERT_GE(found[s], ceiling * (1 - 1e-6)) << i << " " << k << " " << s;
+        ASSERT_GE(found[s], upper_bound * (1 - 1e-6)) << i << " " << k << " " << s;
       }
     }
   }
@@ -137,21 +137,21 @@ double highest_in_ball(const CullSource& s, const Vec3& middle, double radius_m)
 TEST_P(SourceCullerOn, HasTightBoundsForABall) {
   const testing::ScatteredSources level(6, 512, 1, {0, 0, 0});
   const RadiationModel field(level.emitters, level.materials, Air{});
-  const auto sources = level.sieve_sources(field);
-  const SourceCuller sieve(sources);
+  const auto sources = level.cull_sources(field);
+  const SourceCuller culler(sources);
   std::size_t compared = 0, sharp = 0;
   for (std::uint32_t i = 0; i < 40; ++i) {
     const RandomBits bits = philox(80, {i, 0, 0, 0});
     const double away_m = 20, radius_m = unit(bits[3]);
     const Vec3 middle = away_m * testing::direction(bits);
-    CullResult sifted;
-    sieve.sift(middle, 1e-12, sifted, {radius_m, away_m});
-    sifted.for_each([&](std::size_t s, double ceiling) {
+    CullResult result;
+    culler.cull(middle, 1e-12, result, {radius_m, away_m});
+    result.for_each([&](std::size_t s, double upper_bound) {
       const double highest = highest_in_ball(sources[s], middle, radius_m);
       const double in_front = priority_upper_bound(sources[s], Vec3(sources[s].position_m));
       if (highest < 1e-9 * in_front) return;  // nothing remains to compare
       // Single precision rotates the sharpest lobes, of exponent 1000, a little.
-      ASSERT_LE(ceiling, 1.02 * highest) << i << " " << s;
+      ASSERT_LE(upper_bound, 1.02 * highest) << i << " " << s;
       ++compared;
       sharp += sources[s].fall > 50;
     });
@@ -177,7 +177,7 @@ SourceShape shape_of(const CullSource& source, const Vec3& place) {
 TEST_P(SourceCullerOn, GivesTheSameBoundsToSourcesOfAShortlist) {
   const testing::ScatteredSources level(8, 300, 10, {1, 2, 3});
   const RadiationModel field(level.emitters, level.materials, Air{});
-  const auto sources = level.sieve_sources(field);
+  const auto sources = level.cull_sources(field);
   for (const std::uint32_t count : {1u, 15u, 16u, 17u, 300u}) {
     const Vec3 place = Vec3(1, 2, 3) + 12.0 * testing::direction(philox(10, {count, 0, 0, 0}));
     std::vector<SourceShape> shapes(count);
@@ -199,7 +199,7 @@ TEST_P(SourceCullerOn, GivesTheSameBoundsToSourcesOfAShortlist) {
 TEST_P(SourceCullerOn, BoundsSourcesOfAShortlistThatAreDisplaced) {
   const testing::ScatteredSources level(11, 400, 1, {0, 0, 0});
   const RadiationModel field(level.emitters, level.materials, Air{});
-  const auto sources = level.sieve_sources(field);
+  const auto sources = level.cull_sources(field);
   std::vector<SourceShape> shapes(sources.size());
   std::vector<float> ceilings(sources.size());
   std::size_t close = 0;
@@ -228,21 +228,21 @@ TEST_P(SourceCullerOn, BoundsSourcesOfAShortlistThatAreDisplaced) {
 TEST_P(SourceCullerOn, EqualsTheBoundInDoublePrecision) {
   const testing::ScatteredSources level(3, 512, 10, {1, 2, 3});
   const RadiationModel field(level.emitters, level.materials, Air{});
-  const auto sources = level.sieve_sources(field);
-  const SourceCuller sieve(sources);
+  const auto sources = level.cull_sources(field);
+  const SourceCuller culler(sources);
   std::size_t compared = 0;
   for (std::uint32_t i = 0; i < 40; ++i) {
     // Not on a source, where half a centimetre changes the direction.
     const Vec3 place =
         Vec3(1, 2, 3) + (i % 2 == 0 ? 20.0 : 7.0) * testing::direction(philox(9, {i, 0, 0, 0}));
-    CullResult sifted;
-    sieve.sift(place, 1e-12, sifted);
-    sifted.for_each([&](std::size_t s, double ceiling) {
+    CullResult result;
+    culler.cull(place, 1e-12, result);
+    result.for_each([&](std::size_t s, double upper_bound) {
       const double expected = priority_upper_bound(sources[s], place);
       // At the horizon or far from the axis of a narrow lobe, nothing remains to compare.
       if (expected < 1e-9 * priority_upper_bound(sources[s], Vec3(sources[s].position_m))) return;
-      ASSERT_GE(ceiling, expected);
-      ASSERT_LE(ceiling, expected * kCullSlack + 1e-5) << s;
+      ASSERT_GE(upper_bound, expected);
+      ASSERT_LE(upper_bound, expected * kCullSlack + 1e-5) << s;
       ++compared;
     });
   }

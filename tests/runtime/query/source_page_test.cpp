@@ -21,7 +21,7 @@ TEST(SourcePage, FindsTheSameInListsOfAnyLength) {
     const SourcePage page(field, weights, sources);
     const Vec3 place(2, 1, 0);
     std::vector<bool> found(count, false);
-    page.pass(place, 1, [&](std::size_t i, double) { found[i] = true; });
+    page.cull(place, 1, [&](std::size_t i, double) { found[i] = true; });
     for (std::uint32_t i = 0; i < count; ++i)
       EXPECT_TRUE(found[i] || weight(field, level.weight, sources[i], place) / sources[i].u < 1)
           << i;
