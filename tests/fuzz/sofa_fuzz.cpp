@@ -31,7 +31,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     return 0;
   }
   for (const Vec3f& from : {Vec3f(1, 0, 0), Vec3f(0, -1, 0), Vec3f(0.6f, 0.48f, -0.64f)}) {
-    for (const HrtfGains& ear : (*head)->hear(from))
+    for (const HrtfGains& ear : (*head)->gains(from))
       for (const float level : ear) expect_finite(level);
     expect_finite(static_cast<float>((*head)->delay_frames(from, 0)));
   }

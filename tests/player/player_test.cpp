@@ -305,7 +305,8 @@ TEST(Player, LeavesOutVoicesUnderABurdenAndHasAllOfThemBackAfterIt) {
   double way_m = 0;
   const auto comes_to = [&](auto&& state) {
     return testing::comes_true([&] {
-      (*player)->move({{3 + std::sin(way_m += 0.01), 5, 1.6}, way_m, 0});
+      way_m += 0.01;
+      (*player)->move({{3 + std::sin(way_m), 5, 1.6}, way_m, 0});
       return state((*player)->statistics().auralizer);
     });
   };

@@ -42,7 +42,7 @@ TEST(HrtfFromSofa, KeepsLevelsAndTimesAtAnySampleRateAndLength) {
     ASSERT_TRUE(head.ok()) << head.error().message;
     for (const Vec3& to : testing::directions_all_round(directions)) {
       const auto from = Vec3f(to);
-      const auto levels = (*head)->hear(from);
+      const auto levels = (*head)->gains(from);
       // Within a band, the levels at the ears differ as those of the responses do.
       for (std::size_t band = 4; band < kHrtfBands; ++band)
         EXPECT_NEAR(level_db(levels[0], band) - level_db(levels[1], band), 2 * kHalfLevel_db * to.y,
@@ -92,7 +92,7 @@ TEST(HrtfFromSofa, IsFiniteForSilentResponses) {
     for (const Vec3& to : testing::directions_all_round(50)) {
       const auto from = Vec3f(to);
       const auto place = (*head)->place(from);
-      for (const HrtfGains& ear : (*head)->hear(place))
+      for (const HrtfGains& ear : (*head)->gains(place))
         for (const float level : ear) EXPECT_TRUE(std::isfinite(level));
       for (const QuadratureGains& ear : (*head)->quadrature_gains(place))
         for (const float level : ear) EXPECT_TRUE(std::isfinite(level));
