@@ -12,6 +12,7 @@
 
 #include "common/sample_rate.h"
 #include "formats/audio/audio_file.h"
+#include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/output/loudness_meter.h"

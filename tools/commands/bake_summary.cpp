@@ -85,11 +85,10 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
         "photons have changed since it was traced\n",
         journal);
   if (report.instanced_groups > 0)
-    fmt::print(
-        err,
-        "  copied   {} groups of emitters are instances of {} prototypes and share their sources: "
-        "{} sources are not stored\n",
-        report.instanced_groups, report.instance_prototypes, report.instanced_sources);
+    fmt::print(err, "  shared   {} have the sources of {}: {} need not be stored\n",
+               counted(report.instanced_groups, "emitter group"),
+               counted(report.instance_prototypes, "prototype"),
+               counted(report.instanced_sources, "source"));
   // A device or pipe has no size, and cannot be played.
   std::error_code no_file;
   const auto bytes = static_cast<double>(std::filesystem::file_size(output, no_file));

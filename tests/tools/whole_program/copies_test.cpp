@@ -94,7 +94,7 @@ TEST(CopiesCommand, BakeSaysWhatItCopiedAndInspectShowsIt) {
   const Folder folder;
   const std::string level = level_in(folder);
   const auto told = bake(level, folder / "a.clamor");
-  EXPECT_NE(told.err.find("10 groups of emitters are instances of 2"), std::string::npos)
+  EXPECT_NE(told.err.find("10 emitter groups have the sources of 2 prototypes:"), std::string::npos)
       << told.err;
   const json a = inspected(folder / "a.clamor");
   EXPECT_EQ(a["sources"]["emitters"], 240);
@@ -104,7 +104,7 @@ TEST(CopiesCommand, BakeSaysWhatItCopiedAndInspectShowsIt) {
   EXPECT_EQ(a["emitters"].size(), 240u);
 
   const auto off = bake(level, folder / "b.clamor", {"--copies", "off"});
-  EXPECT_EQ(off.err.find("instances of"), std::string::npos) << off.err;
+  EXPECT_EQ(off.err.find("emitter groups"), std::string::npos) << off.err;
   const json b = inspected(folder / "b.clamor");
   EXPECT_EQ(b["copied"]["trees"], 0);
   EXPECT_EQ(b["sources"]["total"], a["sources"]["total"]);
@@ -175,7 +175,7 @@ TEST(CopiesCommand, OfALevelInWhichOneFanMovedTraceThatFanAndSpareItsBlock) {
   const Folder folder;
   bake(level_in(folder), folder / "a.clamor");
   const auto again = bake(level_in(folder, 0.02), folder / "a.clamor");
-  EXPECT_NE(again.err.find("7 groups of emitters are copies of 1"), std::string::npos) << again.err;
+  EXPECT_NE(again.err.find("7 emitter groups have the sources of 1 prototype:"), std::string::npos) << again.err;
   EXPECT_NE(again.err.find("  reused   9560 of 9600 photons"), std::string::npos) << again.err;
   bake(level_in(folder, 0.02), folder / "fresh.clamor", {"--no-journal"});
   EXPECT_TRUE(read(folder / "a.clamor") == read(folder / "fresh.clamor"));
