@@ -30,19 +30,19 @@ struct CitySize {
 inline std::vector<Instance> on_a_grid(std::uint32_t count, double step_m, std::uint32_t first_tree,
                                        std::uint32_t variants, std::uint64_t seed) {
   const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(count)));
-  std::vector<Instance> copies(count);
+  std::vector<Instance> instances(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     const RandomBits bits = philox(seed, {i, 0, first_tree, 0});
-    Instance& copy = copies[i];
-    copy.tree = first_tree + bits[0] % variants;
+    Instance& instance = instances[i];
+    instance.tree = first_tree + bits[0] % variants;
     const double x = i % side, z = static_cast<double>(i / side);
-    copy.offset_m = step_m * Vec3(x + 0.1 * unit(bits[1]), 0, z + 0.1 * unit(bits[2]));
-    copy.rotation = glm::angleAxis(static_cast<float>(std::numbers::pi / 2 * (bits[3] % 4)),
-                                   glm::vec3(0, 1, 0));
-    copy.signals = i % 3 == 0 ? kSameSignals : i % 2;
-    copy.delay_s = static_cast<float>(i % 7);
+    instance.offset_m = step_m * Vec3(x + 0.1 * unit(bits[1]), 0, z + 0.1 * unit(bits[2]));
+    instance.rotation = glm::angleAxis(static_cast<float>(std::numbers::pi / 2 * (bits[3] % 4)),
+                                       glm::vec3(0, 1, 0));
+    instance.signals = i % 3 == 0 ? kSameSignals : i % 2;
+    instance.delay_s = static_cast<float>(i % 7);
   }
-  return copies;
+  return instances;
 }
 
 // `seed` determines only the sources' random numbers u; places and levels are the same for each.
@@ -82,17 +82,17 @@ inline BakeContents city(const CitySize& size, std::uint64_t seed) {
     add(build_octree(fans));
   }
   std::uint32_t first = 0;
-  const auto add_copies = [&](std::uint32_t count, double step_m, std::uint64_t level) {
+  const auto add_instances = [&](std::uint32_t count, double step_m, std::uint64_t level) {
     const auto next = static_cast<std::uint32_t>(tops.size());
     for (std::uint32_t v = 0; v < size.variants; ++v) {
-      auto copies = on_a_grid(count, step_m, first, size.variants, level);
-      draw_prototype_u(copies, tops, seed * 1000 + 100 * level + v);
-      add(instance_tree(std::move(copies), tops));
+      auto instances = on_a_grid(count, step_m, first, size.variants, level);
+      draw_prototype_u(instances, tops, seed * 1000 + 100 * level + v);
+      add(instance_tree(std::move(instances), tops));
     }
     first = next;
   };
-  add_copies(size.blocks, 10, 1);
-  add_copies(size.stands, 150, 2);
+  add_instances(size.blocks, 10, 1);
+  add_instances(size.stands, 150, 2);
   auto stadiums = on_a_grid(size.stadiums, 2000, first, size.variants, 3);
   draw_instance_u(stadiums, seed);
   bake.octree = instance_tree(std::move(stadiums), tops);

@@ -21,7 +21,7 @@ namespace {
 // File size estimates in bytes: an emitter in a page and in the table, an instance in the table,
 // and the overhead of a tree.
 constexpr double kEmitterBytes = 6, kListedBytes = 150, kListedInstanceBytes = 72, kTreeBytes = 400;
-// Minimum group size. Measured with 2000 voices amid 65536 fans (copies_benchmark): instances of
+// Minimum group size. Measured with 2000 voices amid 65536 fans (instances_benchmark): instances of
 // 4, 8, 16, 64 and 256 fans take the sampler 1.4, 2.2, 1.4, 1.2 and 0.6 times as long as the fans
 // alone.
 constexpr std::size_t kMinEmitters = 16;

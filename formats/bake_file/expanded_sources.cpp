@@ -22,8 +22,8 @@ class Reader {
 
   // Not recursive, because the depth of trees is limited by the file size only.
   Result<void> read(const PageEntry& top) {
-    copies_.push_back({});
-    waiting_ = {{top, &copies_.back()}};
+    placed_.push_back({});
+    waiting_ = {{top, &placed_.back()}};
     while (!waiting_.empty()) {
       const Waiting next = waiting_.back();
       waiting_.pop_back();
@@ -35,14 +35,14 @@ class Reader {
   ExpandedSources take() { return std::move(all_); }
 
  private:
-  struct Copy {
+  struct PlacedTree {
     Placement placement;
     std::vector<std::uint32_t> signals;  // replacement of each signal; empty: none
   };
 
   struct Waiting {
     PageEntry entry;
-    const Copy* copy;
+    const PlacedTree* tree;
   };
 
   Result<void> read_one(const Waiting& next) {
@@ -50,28 +50,28 @@ class Reader {
     if (const auto done = file_.read_page(next.entry, decoder_, *columns_, links); !done.ok())
       return done;
     for (std::size_t i = 0; i < columns_->count; ++i) {
-      Source source = next.copy->placement.place(columns_->source(i));
+      Source source = next.tree->placement.place(columns_->source(i));
       if (source.emitter >= file_.emitters().size())
         return Error(file_.path() +
                      ": an instance plays an emitter that does not exist. Bake again.");
       std::uint32_t signal = file_.emitters()[columns_->emitter[i]].signal;
-      if (!next.copy->signals.empty()) signal = next.copy->signals[signal];
+      if (!next.tree->signals.empty()) signal = next.tree->signals[signal];
       source.emitter = playing(source.emitter, signal);
       all_.sources.push_back(source);
     }
     for (std::size_t k = links.instances.size(); k-- > 0;) {
       const Instance& instance = links.instances[k];
-      copies_.push_back(
-          {next.copy->placement.then(instance), composed(next.copy->signals, instance.signals)});
-      wait_for(file_.trees()[instance.tree], &copies_.back());
+      placed_.push_back(
+          {next.tree->placement.then(instance), composed(next.tree->signals, instance.signals)});
+      wait_for(file_.trees()[instance.tree], &placed_.back());
     }
-    for (std::size_t k = links.children.size(); k-- > 0;) wait_for(links.children[k], next.copy);
+    for (std::size_t k = links.children.size(); k-- > 0;) wait_for(links.children[k], next.tree);
     return {};
   }
 
   // Skips subtrees without sources, which a forged file could reach along exponentially many paths.
-  void wait_for(const PageEntry& entry, const Copy* copy) {
-    if (entry.sources_below > 0) waiting_.push_back({entry, copy});
+  void wait_for(const PageEntry& entry, const PlacedTree* tree) {
+    if (entry.sources_below > 0) waiting_.push_back({entry, tree});
   }
 
   // Applies the map of the inner instance, then that of the outer.
@@ -100,7 +100,7 @@ class Reader {
 
   const BakeFile& file_;
   ExpandedSources all_;
-  std::deque<Copy> copies_;
+  std::deque<PlacedTree> placed_;
   std::vector<Waiting> waiting_;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> added_;
   PageDecoder decoder_;
@@ -111,10 +111,10 @@ class Reader {
 
 Result<ExpandedSources> read_expanded_sources(const BakeFile& file) {
   if (file.source_count() > kMaxExpandedSources)
-    return Error(file.path() + ": holds " + std::to_string(file.source_count()) +
-                 " sources, copies counted, too many to be taken all at once (the most are " +
-                 std::to_string(kMaxExpandedSources) +
-                 "). Choose among them with --strategy priority.");
+    return Error(
+        file.path() + ": holds " + std::to_string(file.source_count()) +
+        " sources with those of instances, too many to be taken all at once (the most are " +
+        std::to_string(kMaxExpandedSources) + "). Choose among them with --strategy priority.");
   Reader reader(file);
   if (file.top() != nullptr)
     if (const auto done = reader.read(*file.top()); !done.ok()) return done.error();

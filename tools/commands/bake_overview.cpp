@@ -171,14 +171,14 @@ Result<BakeOverview> overview_of(const BakeFile& file) {
   if (file.top() == nullptr) return overview;
   overview.power = file.top()->power;
   overview.levels = file.levels().back();
-  overview.copied.trees = file.trees().size() - 1;
-  for (std::size_t tree = 0; tree < overview.copied.trees; ++tree)
-    for (const OctreeLevel& level : file.levels()[tree]) add(level, overview.copied.stored);
-  if (overview.copied.trees == 0) return overview;
+  overview.instanced.trees = file.trees().size() - 1;
+  for (std::size_t tree = 0; tree < overview.instanced.trees; ++tree)
+    for (const OctreeLevel& level : file.levels()[tree]) add(level, overview.instanced.stored);
+  if (overview.instanced.trees == 0) return overview;
   for (std::size_t b = 0; b < kBandCount; ++b) {
     double own = 0;
     for (const OctreeLevel& level : overview.levels) own += static_cast<double>(level.power[b]);
-    overview.copied.stored.power[b] =
+    overview.instanced.stored.power[b] =
         static_cast<float>(std::max(0.0, static_cast<double>(overview.power[b]) - own));
   }
   return overview;

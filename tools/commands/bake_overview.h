@@ -30,14 +30,14 @@ struct MaterialGroup {
 };
 
 // Trees that the level's tree instances.
-struct CopiedTrees {
+struct InstancedTrees {
   std::size_t trees = 0;
   OctreeLevel stored;  // each tree counted once, except `power`, which is that of all instances
 };
 
 struct BakeOverview {
   std::vector<OctreeLevel> levels;  // of the level's own tree, by depth
-  CopiedTrees copied;
+  InstancedTrees instanced;
   Bands power{};                                   // including instances
   std::uint64_t emitter_count = 0, secondary = 0;  // including instances
   std::vector<EmitterGroup> emitters;

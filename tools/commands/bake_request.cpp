@@ -39,7 +39,7 @@ void BakeRequest::add_options(Arguments& parser) {
   parser.option(
       "--simplify", simplify_m,
       "remove triangles, moving surfaces by at most this many metres, as in 0.05 [0: off]");
-  parser.option("--copies", copies,
+  parser.option("--instances", instances,
                 "on or off: store groups of emitters that the level repeats once, as instances");
   parser.option(
       "--kappa", kappa,
@@ -59,8 +59,8 @@ std::optional<std::string> BakeRequest::complaint() const {
     return "--sources " + in_quotes(*sources) + " is not a whole number from 1 to 10000000";
   if (seed && !whole_number(*seed)) return "--seed " + in_quotes(*seed) + " is not a whole number";
   if (!(simplify_m >= 0 && simplify_m <= 10)) return "--simplify must lie between 0 and 10 metres";
-  if (copies != "on" && copies != "off")
-    return "--copies " + in_quotes(copies) + " is neither on nor off";
+  if (instances != "on" && instances != "off")
+    return "--instances " + in_quotes(instances) + " is neither on nor off";
   if (!(kappa >= 0 && kappa <= 1)) return "--kappa must lie between 0 and 1";
   if (!(longest_s > 0 && longest_s <= 60)) return "--longest must lie between 0 and 60 seconds";
   return std::nullopt;
@@ -79,7 +79,7 @@ std::vector<std::string> BakeRequest::words() const {
   add("--sources", sources);
   add("--seed", seed);
   if (simplify_m > 0) add("--simplify", fmt::format("{}", simplify_m));
-  if (copies != "on") add("--copies", copies);
+  if (instances != "on") add("--instances", instances);
   if (kappa != BakeSettings{}.roulette_exponent) add("--kappa", fmt::format("{}", kappa));
   if (longest_s != BakeSettings{}.longest_path_s) add("--longest", fmt::format("{}", longest_s));
   return words;

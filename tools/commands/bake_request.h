@@ -18,7 +18,7 @@ struct BakeRequest {
   std::string level_path;
   ImportOptions import;
   std::optional<std::string> seed, photons, sources;
-  std::string copies = "on";
+  std::string instances = "on";
   double simplify_m = 0;
   double kappa = BakeSettings{}.roulette_exponent, longest_s = BakeSettings{}.longest_path_s;
 

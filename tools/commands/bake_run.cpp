@@ -193,7 +193,7 @@ BakeOptions BakeRun::options() const {
   options.settings.roulette_exponent = request_.kappa;
   options.settings.longest_path_s = request_.longest_s;
   options.settings.air = imported_->level.air;
-  if (request_.copies == "on") options.groups = imported_->groups;
+  if (request_.instances == "on") options.groups = imported_->groups;
   options.threads = run_.threads;
   options.memory_bytes = run_.memory_bytes;
   options.spill = target_->temporary_prefix();

@@ -86,7 +86,7 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
       "clamor experiment stadium stadium.clamor -o report");
   parser.positional("experiment", name,
                     "stadium, violin, octave-bands, convergence, walk or motion");
-  parser.positional("level", options.level, "the bake file");
+  parser.positional("bake", options.level, "the bake file");
   parser.option("-o,--output", folder, "folder to write to");
   parser.required("-o");
   add_options(parser, options, listener);

@@ -193,7 +193,7 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
       "from the waveform. A dash (null in --json) means that the response is too "
       "short.",
       "clamor impulse hall.clamor -o ir.wav --listener 2,1.7,-3");
-  parser.positional("level", options.level, "the bake file");
+  parser.positional("bake", options.level, "the bake file");
   parser.option("-o,--output", options.output, "also write the waveform: WAV, mono, 48 kHz, float");
   parser.option("--listener", listener, "position X,Y,Z in metres");
   parser.required("--listener");

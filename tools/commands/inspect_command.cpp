@@ -23,7 +23,7 @@ int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::
               "print everything as JSON; formats/bake_format.md documents the keys");
   parser.flag(
       "--pages", pages,
-      "also print one line per page: tree, depth, offset, bytes, sources, children, copies; "
+      "also print one line per page: tree, depth, offset, bytes, sources, children, instances; "
       "then the pages of the geometry");
   parser.flag("--verify", whole,
               "decode every page, signal and triangle, and name the first damaged one");

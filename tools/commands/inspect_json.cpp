@@ -127,8 +127,8 @@ void add_octree(const BakeOverview& overview, nlohmann::ordered_json& json) {
   json["octree"] = nlohmann::ordered_json::array();
   for (const OctreeLevel& level : overview.levels)
     json["octree"].push_back(as_json(level, overview.power));
-  json["copied"] = as_json(overview.copied.stored, overview.power);
-  json["copied"]["trees"] = overview.copied.trees;
+  json["instanced"] = as_json(overview.instanced.stored, overview.power);
+  json["instanced"]["trees"] = overview.instanced.trees;
 }
 
 Result<void> add_pages(const BakeFile& file, nlohmann::ordered_json& json) {
@@ -149,7 +149,7 @@ Result<void> add_pages(const BakeFile& file, nlohmann::ordered_json& json) {
                              {"packed_bytes", entry.page.bytes()},
                              {"sources", entry.source_count},
                              {"children", page.links.children.size()},
-                             {"copies", page.links.instances.size()}});
+                             {"instances", page.links.instances.size()}});
     return {};
   });
 }

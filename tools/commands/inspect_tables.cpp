@@ -189,8 +189,8 @@ void print_shares(const BakeOverview& overview, std::ostream& out) {
     out << row(d == 0 ? "depth 0, the first page" : fmt::format("depth {}", d),
                shares_of(overview.levels[d].power), as_percent)
         << '\n';
-  if (overview.copied.trees > 0)
-    out << row("in instances", shares_of(overview.copied.stored.power), as_percent) << '\n';
+  if (overview.instanced.trees > 0)
+    out << row("in instances", shares_of(overview.instanced.stored.power), as_percent) << '\n';
 }
 
 void print_octree(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
@@ -206,8 +206,8 @@ void print_octree(const BakeFile& file, const BakeOverview& overview, std::ostre
   };
   for (std::size_t d = 0; d < overview.levels.size(); ++d)
     line(fmt::format("depth {}", d), overview.levels[d]);
-  if (overview.copied.trees > 0)
-    line(counted(overview.copied.trees, "instanced tree"), overview.copied.stored);
+  if (overview.instanced.trees > 0)
+    line(counted(overview.instanced.trees, "instanced tree"), overview.instanced.stored);
 }
 
 void print_bytes(const BakeFile& file, std::ostream& out) {
@@ -252,7 +252,7 @@ void print_tables(const BakeFile& file, const BakeOverview& overview, std::ostre
 }
 
 Result<void> print_pages(const BakeFile& file, std::ostream& out) {
-  fmt::print(out, "  tree depth      offset    bytes sources children copies\n");
+  fmt::print(out, "  tree depth      offset    bytes sources children instances\n");
   const auto of_sources =
       file.for_each_page([&](const PageEntry& entry, const OctreePage& page, std::size_t tree,
                              std::size_t depth) -> Result<void> {

@@ -54,7 +54,7 @@ struct PlayRequest {
 };
 
 void PlayRequest::add_options(Arguments& parser) {
-  parser.positional("level", level, "the bake file");
+  parser.positional("bake", level, "the bake file");
   parser.option(
       "--listener", listener,
       "start position X,Y,Z[,YAW[,PITCH]] in metres and degrees [unset: in front of the first "

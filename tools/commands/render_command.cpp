@@ -44,7 +44,7 @@ struct RenderRequest {
 };
 
 void RenderRequest::add_options(Arguments& parser) {
-  parser.positional("level", level, "the bake file");
+  parser.positional("bake", level, "the bake file");
   parser.option("-o,--output", output,
                 "the .wav or .flac file to write; or a device or pipe such as /dev/stdout, as WAV");
   parser.required("-o");

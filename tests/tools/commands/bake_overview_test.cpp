@@ -40,7 +40,7 @@ nlohmann::json inspected(const std::string& path) {
   return nlohmann::json::parse(outcome.out);
 }
 
-TEST(InspectCopies, CountsEveryEmitterOfALevelAboveAGroundAndInAFreeField) {
+TEST(InspectInstances, CountsEveryEmitterOfALevelAboveAGroundAndInAFreeField) {
   const Folder folder;
   const std::string path = folder / "stadium.clamor";
   for (const bool ground : {true, false})
@@ -63,7 +63,7 @@ TEST(InspectCopies, CountsEveryEmitterOfALevelAboveAGroundAndInAFreeField) {
     }
 }
 
-TEST(InspectCopies, SaysThatAFreeFieldListsThoseThatAreStored) {
+TEST(InspectInstances, SaysThatAFreeFieldListsStoredEmittersOnly) {
   const Folder folder;
   const std::string path = folder / "stadium.clamor";
   write_stadium(path, false, true);

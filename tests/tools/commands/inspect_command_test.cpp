@@ -67,7 +67,7 @@ TEST_F(InspectCommand, TellsOfEachDepthWhatItsSourcesAddUpTo) {
   EXPECT_EQ(nodes, json["page_count"]);
   EXPECT_EQ(count, sources.size());
   EXPECT_EQ(bytes, json["bytes"]["pages"]);
-  EXPECT_EQ(json["copied"]["trees"], 0);
+  EXPECT_EQ(json["instanced"]["trees"], 0);
   std::array<double, kBandCount> expected{};
   for (const Source& source : sources)
     for (std::size_t b = 0; b < kBandCount; ++b)
@@ -168,8 +168,8 @@ TEST_F(InspectCommand, ListsEveryPageWhenItIsAskedTo) {
   std::getline(lines, header);
   for (const Json& page : json["pages"]) {
     std::uint64_t tree = 0, depth = 0, offset = 0, packed = 0, sources = 0, children = 0,
-                  copies = 0;
-    lines >> tree >> depth >> offset >> packed >> sources >> children >> copies;
+                  instances = 0;
+    lines >> tree >> depth >> offset >> packed >> sources >> children >> instances;
     EXPECT_EQ(depth, page["depth"]);
     EXPECT_EQ(offset, page["offset"]);
     EXPECT_EQ(packed, page["packed_bytes"]);

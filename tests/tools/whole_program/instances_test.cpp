@@ -1,4 +1,4 @@
-// copies_test.cpp: the program on a level with repeated groups.
+// instances_test.cpp: the program on a level with repeated groups.
 #include <cmath>
 #include <cstring>
 
@@ -90,7 +90,7 @@ json inspected(const std::string& file) {
   return json::parse(outcome.out);
 }
 
-TEST(CopiesCommand, BakeSaysWhatItCopiedAndInspectShowsIt) {
+TEST(InstancesCommand, BakeSaysWhatInstancesShareAndInspectShowsIt) {
   const Folder folder;
   const std::string level = level_in(folder);
   const auto told = bake(level, folder / "a.clamor");
@@ -100,17 +100,18 @@ TEST(CopiesCommand, BakeSaysWhatItCopiedAndInspectShowsIt) {
   EXPECT_EQ(a["sources"]["emitters"], 240);
   EXPECT_EQ(a["sources"]["total"].get<int>(), 240 + a["sources"]["secondary"].get<int>());
   EXPECT_LT(a["sources"]["stored"], a["sources"]["total"]);
-  EXPECT_GT(a["copied"]["trees"], 0);
+  EXPECT_GT(a["instanced"]["trees"], 0);
   EXPECT_EQ(a["emitters"].size(), 240u);
 
-  const auto off = bake(level, folder / "b.clamor", {"--copies", "off"});
+  const auto off = bake(level, folder / "b.clamor", {"--instances", "off"});
   EXPECT_EQ(off.err.find("emitter groups"), std::string::npos) << off.err;
   const json b = inspected(folder / "b.clamor");
-  EXPECT_EQ(b["copied"]["trees"], 0);
+  EXPECT_EQ(b["instanced"]["trees"], 0);
   EXPECT_EQ(b["sources"]["total"], a["sources"]["total"]);
   EXPECT_LT(a["bytes"]["root"].get<int>(), b["bytes"]["root"].get<int>() / 2);
-  EXPECT_NE(b["provenance"]["command"].get<std::string>().find("--copies off"), std::string::npos);
-  EXPECT_EQ(clamor({"bake", level, "-o", folder / "c.clamor", "--copies", "some"}).code, 2);
+  EXPECT_NE(b["provenance"]["command"].get<std::string>().find("--instances off"),
+            std::string::npos);
+  EXPECT_EQ(clamor({"bake", level, "-o", folder / "c.clamor", "--instances", "some"}).code, 2);
   // Names and everything else are as in the level.
   for (std::size_t e = 0; e < 240; ++e) {
     EXPECT_EQ(a["emitters"][e]["name"], b["emitters"][e]["name"]);
@@ -132,13 +133,13 @@ std::vector<float> samples_of(const std::string& path) {
   return samples;
 }
 
-TEST(CopiesCommand, RenderOfAllSourcesIsTheSameSound) {
+TEST(InstancesCommand, RenderOfAllSourcesIsTheSameSound) {
   const Folder folder;
   const std::string level = level_in(folder);
   std::vector<std::vector<float>> heard;
-  for (const std::string copies : {"on", "off"}) {
-    const std::string file = folder / (copies + ".clamor"), wav = folder / (copies + ".wav");
-    bake(level, file, {"--copies", copies});
+  for (const std::string instances : {"on", "off"}) {
+    const std::string file = folder / (instances + ".clamor"), wav = folder / (instances + ".wav");
+    bake(level, file, {"--instances", instances});
     const auto outcome = clamor({"render", file, "--receivers", "omni", "-o", wav, "--listener",
                                  "1,1.6,2", "--seconds", "0.5", "--strategy", "all"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
@@ -157,7 +158,7 @@ TEST(CopiesCommand, RenderOfAllSourcesIsTheSameSound) {
   EXPECT_LT(10 * std::log10(difference / sum), -80);
 }
 
-TEST(CopiesCommand, ShardsMergeAndThreadsBakeToTheSameBytes) {
+TEST(InstancesCommand, ShardsMergeAndThreadsBakeToTheSameBytes) {
   const Folder folder;
   const std::string level = level_in(folder);
   bake(level, folder / "whole.clamor", {"--threads", "1", "--no-journal"});
@@ -171,22 +172,23 @@ TEST(CopiesCommand, ShardsMergeAndThreadsBakeToTheSameBytes) {
   EXPECT_TRUE(read(folder / "whole.clamor") == read(folder / "merged.clamor"));
 }
 
-TEST(CopiesCommand, OfALevelInWhichOneFanMovedTraceThatFanAndSpareItsBlock) {
+TEST(InstancesCommand, BakeOfALevelInWhichOneFanMovedTracesOnlyThatFan) {
   const Folder folder;
   bake(level_in(folder), folder / "a.clamor");
   const auto again = bake(level_in(folder, 0.02), folder / "a.clamor");
-  EXPECT_NE(again.err.find("7 emitter groups have the sources of 1 prototype:"), std::string::npos) << again.err;
+  EXPECT_NE(again.err.find("7 emitter groups have the sources of 1 prototype:"), std::string::npos)
+      << again.err;
   EXPECT_NE(again.err.find("  reused   9560 of 9600 photons"), std::string::npos) << again.err;
   bake(level_in(folder, 0.02), folder / "fresh.clamor", {"--no-journal"});
   EXPECT_TRUE(read(folder / "a.clamor") == read(folder / "fresh.clamor"));
 }
 
-TEST(CopiesCommand, ImpulseOfOneFanIsThatOfTheFanAlone) {
+TEST(InstancesCommand, ImpulseOfOneInstancedFanIsThatOfTheFanAlone) {
   const Folder folder;
   const std::string level = level_in(folder);
   std::vector<json> g_db;
-  for (const std::string copies : {"on", "off"}) {
-    bake(level, folder / "a.clamor", {"--copies", copies, "--no-journal"});
+  for (const std::string instances : {"on", "off"}) {
+    bake(level, folder / "a.clamor", {"--instances", instances, "--no-journal"});
     const auto outcome = clamor({"impulse", folder / "a.clamor", "-o", folder / "ir.wav",
                                  "--listener", "1,1.6,2", "--emitter", "fan 6.11", "--json"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;

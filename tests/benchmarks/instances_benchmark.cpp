@@ -1,4 +1,4 @@
-// copies_benchmark.cpp: the number of emitters in a group from which instancing pays.
+// instances_benchmark.cpp: the number of emitters in a group from which instancing pays.
 //
 // 65536 fans in groups of a given size are baked with and without instances. Measured are the size
 // of the file, the time of the bake, and the time of a sample with k = 2000 voices in the middle of
@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint32_t kFans = 65536;
 
-void copies_sample(benchmark::State& state) {
+void instances_sample(benchmark::State& state) {
   testing::Terraces level;
   level.fans = static_cast<std::uint32_t>(state.range(0));
   level.stands = 16;
@@ -27,7 +27,7 @@ void copies_sample(benchmark::State& state) {
   level.build();
   BakeOptions options;
   if (state.range(1) != 0) options.groups = level.groups;
-  const auto path = (std::filesystem::temp_directory_path() / "clamor_copies.clamor").string();
+  const auto path = (std::filesystem::temp_directory_path() / "clamor_instances.clamor").string();
   const auto start = std::chrono::steady_clock::now();
   const auto contents = bake(level.level, options);
   if (!contents.ok() || !write_bake(path, *contents, 1).ok()) return state.SkipWithError("no bake");
@@ -57,8 +57,8 @@ void copies_sample(benchmark::State& state) {
   benchmark::DoNotOptimize(sum);
   std::filesystem::remove(path);
 }
-BENCHMARK(copies_sample)
-    ->ArgNames({"fans", "copies"})
+BENCHMARK(instances_sample)
+    ->ArgNames({"fans", "instances"})
     ->ArgsProduct({{2, 4, 8, 16, 64, 256, 1024}, {0, 1}})
     ->Unit(benchmark::kMicrosecond);
 
