@@ -3,49 +3,16 @@
 //   Level -> Scene (Embree) -> BakePlan -> photons -> SourceThinning -> patch radii -> SourceOctree
 #pragma once
 
-#include <atomic>
 #include <cstdint>
-#include <functional>
 #include <string>
-#include <vector>
 
+#include "bake/bake_options.h"
 #include "common/result.h"
 #include "formats/bake_file/bake_contents.h"
-#include "formats/level/scene_group.h"
 
 namespace clamor {
 
 struct Level;
-
-struct BakeProgress {
-  const char* stage = "";
-  std::uint64_t photons_done = 0, photons_total = 0;
-  std::uint64_t photons_reused = 0;  // photons taken from the journal
-  std::uint64_t bounces = 0;         // bounces of the traced photons
-  std::uint64_t escaped = 0;         // photons that left the level
-  double error_db = 0;               // error of the energy decay so far; 0: not yet known
-};
-
-struct BakeOptions {
-  BakeSettings settings{};
-  int threads = 0;                 // 0: all cores; the result does not depend on it
-  std::uint64_t memory_bytes = 0;  // memory limit, checked before tracing starts; 0: none
-  std::string journal{};           // journal file (trace_journal.h); "": none
-  std::string spill{};             // prefix of temporary files for sorting; "": none allowed
-  std::string note{};              // text stored in the journal, for merging shards
-  SceneGroups groups{};  // groups of the level's emitters; congruent ones become instances
-  // Journals that together contain all photons; nothing is traced.
-  std::vector<std::string> shards{};
-  // Called from any thread, one call at a time.
-  std::function<void(const BakeProgress&)> on_progress{};
-  // Set it to cancel the bake, which then returns an Error.
-  const std::atomic<bool>* stop = nullptr;
-};
-
-// Shard `index` of `count`, from 0, consists of every count-th batch of photons.
-struct Shard {
-  std::uint32_t index = 0, count = 1;
-};
 
 // Results of a bake that are not part of its contents.
 struct BakeReport {

@@ -33,7 +33,7 @@ struct BatchTracing::Batch {
   std::size_t index = 0;
   std::vector<PhotonRun> missing;
   TracedRuns found, traced;
-  Received received_found, received_traced;
+  DecayEnergies received_found, received_traced;
 };
 
 BatchTracing::BatchTracing(const PhotonTracer& tracer, const Level& level, const BakePlan& plan,
@@ -76,8 +76,8 @@ Result<BatchTracing::Assembled> BatchTracing::run() {
   const auto parallel_stage = [&](Batch* batch) {
     if (stopped()) return batch;
     tracer_.trace(batch->missing, batch->traced);
-    batch->received_found = receive(batch->found);
-    batch->received_traced = receive(batch->traced);
+    batch->received_found = measure_decay(batch->found);
+    batch->received_traced = measure_decay(batch->traced);
     return batch;
   };
   const auto last_stage = [&](Batch* batch) {
@@ -116,8 +116,8 @@ void BatchTracing::look_up(Batch& batch) {
          "made from another level or with other settings?");
 }
 
-BatchTracing::Received BatchTracing::receive(const TracedRuns& runs) const {
-  Received received(runs.runs().size());
+BatchTracing::DecayEnergies BatchTracing::measure_decay(const TracedRuns& runs) const {
+  DecayEnergies received(runs.runs().size());
   for (std::size_t i = 0; i < received.size(); ++i)
     if (const TracedRun& run = runs.runs()[i]; decay_ != nullptr && decay_->wants(run.run))
       decay_->receive(runs.deposits_of(run), received[i]);

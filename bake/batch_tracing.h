@@ -1,8 +1,10 @@
-// batch_tracing.h: produces all photons of a bake, from the journal or by tracing, and thins them.
+// batch_tracing.h: gets all photons of a bake, from the journal or by tracing, and thins their
+// deposits to the sources of the file.
 //
-// Photons form fixed batches, which pass through a pipeline: look up in the journal (in order),
-// trace (in parallel, in any order), accumulate (in order). Neither sources nor sums therefore
-// depend on the number of threads or on the contents of the journal.
+// A batch is some runs, 1024 photons together. Batches are fixed by the plan, and pass through a
+// pipeline: look up in the journal (in order), trace (in parallel, in any order), accumulate (in
+// order). Neither sources nor sums therefore depend on the number of threads or on the contents of
+// the journal.
 #pragma once
 
 #include <atomic>
@@ -12,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "bake/bake.h"
+#include "bake/bake_options.h"
 #include "bake/bake_plan.h"
 #include "bake/journal/journal_set.h"
 #include "bake/octree/source_thinning.h"
@@ -34,7 +36,8 @@ class BatchTracing {
   };
 
   // Without options.shards, runs that the journals lack are traced; with them, nothing is traced.
-  // `decay` may be null; otherwise it receives every run. All arguments must outlive the object.
+  // `decay` may be null; otherwise it receives the runs that it wants. All arguments must outlive
+  // the object.
   BatchTracing(const PhotonTracer& tracer, const Level& level, const BakePlan& plan,
                const BakeOptions& options, JournalSet& journals, const Shard& shard,
                DecayEstimate* decay = nullptr);
@@ -47,13 +50,13 @@ class BatchTracing {
 
  private:
   struct Batch;
-  using Received = std::vector<std::vector<ReceivedEnergy>>;  // per run
+  using DecayEnergies = std::vector<std::vector<ReceivedEnergy>>;  // per run
 
   bool stopped() const {
     return options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed);
   }
   void look_up(Batch& batch);
-  Received receive(const TracedRuns& runs) const;
+  DecayEnergies measure_decay(const TracedRuns& runs) const;
   void accumulate(Batch& batch);
   void accumulate_run(const TracedRun& run, std::span<const Deposit> deposits, std::uint64_t order,
                       std::span<const ReceivedEnergy> received);

@@ -7,11 +7,13 @@
 
 namespace clamor {
 
+// Code that is built for eight bands says so in a static_assert: git grep "kBandCount == 8".
 inline constexpr std::size_t kBandCount = 8;
 
 // Nominal octave-band centres (IEC 61260-1), for formulas and for tables.
 inline constexpr std::array<double, kBandCount> kBandCentres_hz = {63,   125,  250,  500,
                                                                    1000, 2000, 4000, 8000};
+static_assert(kBandCentres_hz.back() > 0, "a band has no centre");
 
 // One value per octave band: a power, a gain, an absorption, an exponent.
 using Bands = std::array<float, kBandCount>;

@@ -146,28 +146,28 @@ class Sorter {
   std::unique_ptr<std::uint32_t[]> order_;
 };
 
-// Creates all nodes without their summaries. Returns the first node of each level and the end.
+// Creates all nodes without their summaries. Returns the first node of each depth and the end.
 std::vector<std::size_t> make_nodes(Sorter& sorter, const Cell& root,
                                     std::vector<OctreeNode>& nodes) {
-  std::vector<std::size_t> level_begins;
+  std::vector<std::size_t> depth_begins;
   std::uint64_t first_source = 0;
-  for (std::vector<Cell> level{root}; !level.empty();) {
+  for (std::vector<Cell> cells{root}; !cells.empty();) {
     const std::size_t first_node = nodes.size();
-    level_begins.push_back(first_node);
-    for (const Cell& cell : level) {
+    depth_begins.push_back(first_node);
+    for (const Cell& cell : cells) {
       OctreeNode& node = nodes.emplace_back();
       node.first_source = first_source;
       node.source_count = static_cast<std::uint32_t>(cell.own());
       first_source += cell.own();
     }
-    std::vector<OctantCounts> octants(level.size());
-    tbb::parallel_for(std::size_t{0}, level.size(), [&](std::size_t i) {
-      octants[i] = sorter.divide(level[i], nodes[first_node + i].first_source);
+    std::vector<OctantCounts> octants(cells.size());
+    tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t i) {
+      octants[i] = sorter.divide(cells[i], nodes[first_node + i].first_source);
     });
 
     std::vector<Cell> below;
-    for (std::size_t i = 0; i < level.size(); ++i) {
-      const Cell& cell = level[i];
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const Cell& cell = cells[i];
       const auto firsts = first_octants(octants[i]);
       std::size_t first = cell.first + cell.own();
       for (std::size_t o = 0; o < 8; ++o) {
@@ -184,15 +184,15 @@ std::vector<std::size_t> make_nodes(Sorter& sorter, const Cell& root,
         first += count;
       }
     }
-    level = std::move(below);
+    cells = std::move(below);
   }
-  level_begins.push_back(nodes.size());
-  return level_begins;
+  depth_begins.push_back(nodes.size());
+  return depth_begins;
 }
 
-void summarise_all(SourceOctree& tree, const std::vector<std::size_t>& level_begins) {
-  for (std::size_t level = level_begins.size() - 1; level-- > 0;)
-    tbb::parallel_for(level_begins[level], level_begins[level + 1], [&](std::size_t i) {
+void summarise_all(SourceOctree& tree, const std::vector<std::size_t>& depth_begins) {
+  for (std::size_t d = depth_begins.size() - 1; d-- > 0;)
+    tbb::parallel_for(depth_begins[d], depth_begins[d + 1], [&](std::size_t i) {
       OctreeNode& node = tree.nodes[i];
       std::array<const NodeSummary*, 8> children{};
       std::size_t count = 0;
@@ -236,18 +236,18 @@ SourceOctree build_octree(std::vector<Source> sources, const OctreeCube& cube) {
   assert(sources.size() < 0xffffffffu);
   SourceOctree tree;
   if (sources.empty()) return tree;
-  std::vector<std::size_t> level_begins;
+  std::vector<std::size_t> depth_begins;
   std::unique_ptr<std::uint32_t[]> order;
   {
     Sorter sorter(sources);
-    level_begins = make_nodes(sorter, {cube, 0, sources.size()}, tree.nodes);
+    depth_begins = make_nodes(sorter, {cube, 0, sources.size()}, tree.nodes);
     order = std::move(sorter).order();
   }
   tree.sources.resize(sources.size());
   for_parts(sources.size(), [&](std::size_t, std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) tree.sources[i] = sources[order[i]];
   });
-  summarise_all(tree, level_begins);
+  summarise_all(tree, depth_begins);
   return tree;
 }
 

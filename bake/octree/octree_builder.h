@@ -1,9 +1,10 @@
 // octree_builder.h: builds the heap-ordered octree from sources in memory.
 //
-// The builder works level by level, so nodes come out breadth first. Only the key, list position
-// and coordinates of a source (20 bytes) move between two arrays, once per level; the sources
-// themselves move once at the end. Cells of a level are divided in parallel, and large cells in
-// parts. The tree depends on the list alone, not on the number of threads.
+// The builder works depth by depth, so nodes come out breadth first. Only the key, list position
+// and coordinates of a source (20 bytes) move between two arrays, once per depth; the sources
+// themselves move once at the end. A cell is a cube with the sources that are not in a node yet;
+// the cells of a depth are divided in parallel, and large cells in parts. The tree depends on the
+// list alone, not on the number of threads.
 //
 // Threads: those of the calling TBB arena. Memory: the list, the tree and 4 bytes per source, 2.1
 // times the list. For lists that do not fit into memory see octree_streaming.h.
@@ -18,8 +19,8 @@
 
 namespace clamor {
 
-// Merges small octants: given the number of sources in each octant, returns for each octant the
-// first octant of the child node that it belongs to.
+// Joins consecutive octants as long as their sources fit into one leaf: given the number of sources
+// in each octant, returns for each octant the first octant of the child node that it belongs to.
 inline std::array<std::size_t, 8> first_octants(const std::array<std::uint64_t, 8>& counts) {
   std::array<std::size_t, 8> firsts{};
   std::uint64_t together = 0;
@@ -38,7 +39,7 @@ inline std::array<std::size_t, 8> first_octants(const std::array<std::uint64_t, 
 // in a leaf of several octants they are ordered by octant first. Requires fewer than 2^32 sources.
 SourceOctree build_octree(std::vector<Source> sources);
 
-// Builds the subtree of one cube.
+// As above, with this cube as that of the root. All sources must lie in it.
 SourceOctree build_octree(std::vector<Source> sources, const OctreeCube& cube);
 
 }  // namespace clamor

@@ -1,8 +1,8 @@
 // deposit.h: the record that a photon leaves where a surface reflects or transmits it.
 //
-// A deposit becomes a secondary source (formats/source.h) when it is kept. Their powers have
-// different units: a deposit's power assumes that its photon alone carries the emitter's power, a
-// source's power is the share of that photon.
+// A deposit becomes a secondary source (formats/bake_file/source.h) when it is kept. Their powers
+// have different units: a deposit's power assumes that its photon alone carries the emitter's
+// power, a source's power is the share of that photon.
 #pragma once
 
 #include <cstddef>

@@ -19,6 +19,8 @@ namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
+static_assert(kBandCount == 8, "sum_of() and max_of() add and compare eight bands");
+
 // Eight bands in one register, if the instruction set has one of that size.
 typedef float BandVector __attribute__((vector_size(4 * kBandCount)));
 typedef std::int32_t BandInts __attribute__((vector_size(4 * kBandCount)));

@@ -64,11 +64,11 @@ struct BakeFile::State {
   Result<void> decode(const FileSection& section, std::vector<std::byte>& copy,
                       const Decode& decode, bool* rejected = nullptr) const;
 
-  // Sums a member over all levels of all trees.
-  std::uint64_t over_levels(std::uint64_t OctreeLevel::*what) const {
+  // Sums a member over all depths of all trees.
+  std::uint64_t over_depths(std::uint64_t OctreeDepth::*what) const {
     std::uint64_t sum = 0;
-    for (const auto& levels : root.levels)
-      for (const OctreeLevel& level : levels) sum += level.*what;
+    for (const auto& depths : root.depths)
+      for (const OctreeDepth& depth : depths) sum += depth.*what;
     return sum;
   }
 
@@ -147,8 +147,8 @@ const BakeStatistics& BakeFile::statistics() const { return state_->root.statist
 const std::vector<Material>& BakeFile::materials() const { return state_->root.materials; }
 const std::vector<Emitter>& BakeFile::emitters() const { return state_->root.emitters; }
 const std::vector<PageEntry>& BakeFile::trees() const { return state_->root.trees; }
-const std::vector<std::vector<OctreeLevel>>& BakeFile::levels() const {
-  return state_->root.levels;
+const std::vector<std::vector<OctreeDepth>>& BakeFile::depths() const {
+  return state_->root.depths;
 }
 const std::vector<std::vector<std::uint32_t>>& BakeFile::signal_maps() const {
   return state_->root.signal_maps;
@@ -158,16 +158,16 @@ const PageEntry* BakeFile::top() const {
 }
 std::uint64_t BakeFile::source_count() const { return top() == nullptr ? 0 : top()->sources_below; }
 std::uint64_t BakeFile::stored_sources() const {
-  return state_->over_levels(&OctreeLevel::sources);
+  return state_->over_depths(&OctreeDepth::sources);
 }
-std::uint64_t BakeFile::page_count() const { return state_->over_levels(&OctreeLevel::nodes); }
+std::uint64_t BakeFile::page_count() const { return state_->over_depths(&OctreeDepth::nodes); }
 std::size_t BakeFile::signal_count() const { return state_->root.signals.size(); }
 
 BakeBytes BakeFile::bytes() const {
   BakeBytes bytes;
   bytes.file = state_->preamble.file_bytes;
   bytes.root = state_->preamble.root_bytes;
-  bytes.pages = state_->over_levels(&OctreeLevel::packed_bytes);
+  bytes.pages = state_->over_depths(&OctreeDepth::packed_bytes);
   bytes.pages_unpacked = kColumnBytes * stored_sources();
   for (const StoredSignal& signal : state_->root.signals) {
     for (const FileSection& block : signal.blocks) bytes.signals += block.bytes;

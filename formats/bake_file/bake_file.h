@@ -1,6 +1,6 @@
 // bake_file.h: random access to the parts of a .clamor file. bake_format.md specifies the format.
 //
-// Cap'n Proto, zstd and xxHash are visible only behind this header.
+// Cap'n Proto and zstd are visible only behind this header.
 #pragma once
 
 #include <cstdint>
@@ -57,9 +57,10 @@ struct SignalInfo {
 // Threads: all const functions are thread-safe.
 class BakeFile {
  public:
-  // Checks everything except the contents of pages: sizes, offsets, counts, indices, links, floats
-  // and checksums. Allocates no more than a small multiple of the size of the root. Later changes
-  // of the file are detected when a part is read (random_access_file.h).
+  // Checks the preamble and the root: sizes, offsets, counts, indices, floats and their checksums.
+  // Pages, signals and geometry are checked when they are read. Allocates no more than a small
+  // multiple of the size of the root. Later changes of the file are detected when a part is read
+  // (random_access_file.h).
   static Result<BakeFile> open(const std::string& path, FileAccess access = FileAccess::kRead);
   BakeFile(BakeFile&&) noexcept;
   BakeFile& operator=(BakeFile&&) noexcept;
@@ -75,14 +76,14 @@ class BakeFile {
   const BakeStatistics& statistics() const;
   const std::vector<Material>& materials() const;
   const std::vector<Emitter>& emitters() const;
-  // Root entries of all trees: instanced trees first, the level's tree last. Empty if there are no
-  // sources.
+  // The entry of the top node of each tree: instanced trees first, the level's tree last. Empty if
+  // there are no sources.
   const std::vector<PageEntry>& trees() const;
-  const std::vector<std::vector<OctreeLevel>>& levels() const;  // per tree
+  const std::vector<std::vector<OctreeDepth>>& depths() const;  // per tree
   const std::vector<std::vector<std::uint32_t>>& signal_maps() const;
-  const PageEntry* top() const;          // root of the level's tree, or null
-  std::uint64_t source_count() const;    // with emitters and all instances
-  std::uint64_t stored_sources() const;  // without instances
+  const PageEntry* top() const;          // of the level's tree, or null
+  std::uint64_t source_count() const;    // with emitters, each instance's counted
+  std::uint64_t stored_sources() const;  // as stored: those of an instanced tree count once
   std::uint64_t page_count() const;
   BakeBytes bytes() const;
 

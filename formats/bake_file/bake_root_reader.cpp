@@ -175,11 +175,11 @@ Result<void> RootReader::read_trees() {
     const auto stored_levels = stored.getLevels();
     if (stored_levels.size() == 0 || stored_levels.size() > kMaxTreeLevels)
       return Error("a tree has " + std::to_string(stored_levels.size()) + " levels");
-    auto& levels = contents_.levels.emplace_back();
+    auto& depths = contents_.depths.emplace_back();
     for (const auto level : stored_levels) {
       const auto power = read_bands(level.getPower(), 0, kMaxPowerInFile, "the power of a level");
       if (!power.ok()) return power.error();
-      levels.push_back({level.getNodes(), level.getSources(), level.getPackedBytes(), *power});
+      depths.push_back({level.getNodes(), level.getSources(), level.getPackedBytes(), *power});
       if (level.getNodes() > kMaxCounted || level.getSources() > kMaxCounted ||
           level.getPackedBytes() > end_)
         return Error("a level of a tree claims more than the file can hold");

@@ -51,7 +51,7 @@ struct BakeRootContents {
   Vec3 geometry_low_m{};
   std::vector<StoredGeometryPage> geometry;
   std::vector<PageEntry> trees;
-  std::vector<std::vector<OctreeLevel>> levels;  // per tree
+  std::vector<std::vector<OctreeDepth>> depths;  // per tree
   std::vector<std::vector<std::uint32_t>> signal_maps;
 };
 

@@ -118,13 +118,13 @@ void write_trees(BakeRoot::Builder root, std::span<const WrittenTree> written,
     std::vector<std::byte> top;
     put_entry(written[t].top, top);
     trees[t].setTop(kj::arrayPtr(reinterpret_cast<const kj::byte*>(top.data()), top.size()));
-    auto levels = trees[t].initLevels(static_cast<unsigned>(written[t].levels.size()));
-    for (unsigned d = 0; d < levels.size(); ++d) {
-      const OctreeLevel& level = written[t].levels[d];
-      levels[d].setNodes(level.nodes);
-      levels[d].setSources(level.sources);
-      levels[d].setPackedBytes(level.packed_bytes);
-      write_bands(levels[d].initPower(kBandCount), level.power);
+    auto depths = trees[t].initLevels(static_cast<unsigned>(written[t].depths.size()));
+    for (unsigned d = 0; d < depths.size(); ++d) {
+      const OctreeDepth& depth = written[t].depths[d];
+      depths[d].setNodes(depth.nodes);
+      depths[d].setSources(depth.sources);
+      depths[d].setPackedBytes(depth.packed_bytes);
+      write_bands(depths[d].initPower(kBandCount), depth.power);
     }
   }
   auto maps = root.initSignalMaps(static_cast<unsigned>(signal_maps.size()));

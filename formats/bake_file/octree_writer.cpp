@@ -14,11 +14,11 @@ namespace {
 constexpr std::size_t kPagesAtOnce = 1024;  // encoded in parallel, then written in order
 
 std::vector<std::size_t> depths_of(const std::vector<OctreeNode>& nodes) {
-  std::vector<std::size_t> depths(nodes.size(), 0);
+  std::vector<std::size_t> node_depths(nodes.size(), 0);
   for (std::size_t i = 0; i < nodes.size(); ++i)
     for (const std::uint32_t child : nodes[i].children)
-      if (child != kNoNode) depths[child] = depths[i] + 1;
-  return depths;
+      if (child != kNoNode) node_depths[child] = node_depths[i] + 1;
+  return node_depths;
 }
 
 // Summary of a parent of two nodes. One of them contains instances, so the cone covers all
@@ -62,7 +62,7 @@ Result<OctreeWriter::Part> OctreeWriter::write_part(const SourceOctree& octree) 
   // Parents precede children in memory, so iterating backwards visits children first.
   Part part;
   std::vector<PageEntry> entries(nodes.size());
-  const std::vector<std::size_t> depths = depths_of(nodes);
+  const std::vector<std::size_t> node_depths = depths_of(nodes);
   for (std::size_t end = nodes.size(); end > 0;) {
     const std::size_t first = end > kPagesAtOnce ? end - kPagesAtOnce : 0;
     std::vector<std::vector<std::byte>> pages(end - first);
@@ -95,11 +95,11 @@ Result<OctreeWriter::Part> OctreeWriter::write_part(const SourceOctree& octree) 
         ++entry.page.instances;
       }
 
-      if (depths[i] >= part.levels.size()) part.levels.resize(depths[i] + 1);
-      OctreeLevel& level = part.levels[depths[i]].counts;
-      ++level.nodes;
-      level.sources += node.source_count;
-      level.packed_bytes += page.size();
+      if (node_depths[i] >= part.depths.size()) part.depths.resize(node_depths[i] + 1);
+      OctreeDepth& depth = part.depths[node_depths[i]].counts;
+      ++depth.nodes;
+      depth.sources += node.source_count;
+      depth.packed_bytes += page.size();
       if (const auto done = append(std::move(page), entry); !done.ok()) return done.error();
     }
     end = first;
@@ -107,7 +107,7 @@ Result<OctreeWriter::Part> OctreeWriter::write_part(const SourceOctree& octree) 
   for (std::size_t i = 0; i < nodes.size(); ++i)
     for (std::size_t k = 0; k < nodes[i].source_count; ++k)
       for (std::size_t b = 0; b < kBandCount; ++b)
-        part.levels[depths[i]].power[b] += octree.sources[nodes[i].first_source + k].power[b];
+        part.depths[node_depths[i]].power[b] += octree.sources[nodes[i].first_source + k].power[b];
   if (!entries.empty()) part.top = entries[0];
   return part;
 }
@@ -115,10 +115,10 @@ Result<OctreeWriter::Part> OctreeWriter::write_part(const SourceOctree& octree) 
 void OctreeWriter::finish(const Part& part) {
   WrittenTree& tree = trees_.emplace_back();
   tree.top = part.top;
-  for (const Level& level : part.levels) {
-    OctreeLevel& written = tree.levels.emplace_back(level.counts);
+  for (const Depth& depth : part.depths) {
+    OctreeDepth& written = tree.depths.emplace_back(depth.counts);
     for (std::size_t b = 0; b < kBandCount; ++b)
-      written.power[b] = static_cast<float>(level.power[b]);
+      written.power[b] = static_cast<float>(depth.power[b]);
   }
   tops_.push_back(tree.top);
 }
@@ -144,13 +144,13 @@ void OctreeWriter::put_below(std::size_t handle, std::uint8_t octant, std::vecto
   put_entry(below.top, page);
   above.top.sources_below += below.top.sources_below;
   ++above.top.page.children;
-  above.levels.resize(std::max(above.levels.size(), below.levels.size() + 1));
-  for (std::size_t d = 0; d < below.levels.size(); ++d) {
-    Level& level = above.levels[d + 1];
-    level.counts.nodes += below.levels[d].counts.nodes;
-    level.counts.sources += below.levels[d].counts.sources;
-    level.counts.packed_bytes += below.levels[d].counts.packed_bytes;
-    for (std::size_t b = 0; b < kBandCount; ++b) level.power[b] += below.levels[d].power[b];
+  above.depths.resize(std::max(above.depths.size(), below.depths.size() + 1));
+  for (std::size_t d = 0; d < below.depths.size(); ++d) {
+    Depth& depth = above.depths[d + 1];
+    depth.counts.nodes += below.depths[d].counts.nodes;
+    depth.counts.sources += below.depths[d].counts.sources;
+    depth.counts.packed_bytes += below.depths[d].counts.packed_bytes;
+    for (std::size_t b = 0; b < kBandCount; ++b) depth.power[b] += below.depths[d].power[b];
   }
 }
 
@@ -158,7 +158,7 @@ Result<std::size_t> OctreeWriter::add_node(
     const NodeSummary& node, std::span<const Source> sources,
     const std::array<std::optional<std::size_t>, 8>& children) {
   Part part;
-  part.levels.resize(1);
+  part.depths.resize(1);
   static_cast<NodeSummary&>(part.top) = node;
   std::vector<std::byte> page = zstd_compress_fast(encode_page(node, sources, mirror_bits_));
   part.top.page.packed_bytes = static_cast<std::uint32_t>(page.size());
@@ -166,7 +166,7 @@ Result<std::size_t> OctreeWriter::add_node(
   for (std::size_t octant = 0; octant < 8; ++octant)
     if (children[octant])
       put_below(*children[octant], static_cast<std::uint8_t>(octant), page, part);
-  Level& top = part.levels[0];
+  Depth& top = part.depths[0];
   top.counts = {1, sources.size(), page.size(), {}};
   for (const Source& source : sources)
     for (std::size_t b = 0; b < kBandCount; ++b) top.power[b] += source.power[b];
@@ -177,11 +177,11 @@ Result<std::size_t> OctreeWriter::add_node(
 
 Result<std::size_t> OctreeWriter::add_above(std::size_t first, std::size_t second) {
   Part part;
-  part.levels.resize(1);
+  part.depths.resize(1);
   static_cast<NodeSummary&>(part.top) = above(parts_[first].top, parts_[second].top);
   std::vector<std::byte> page;
   for (const std::size_t handle : {first, second}) put_below(handle, kNoOctant, page, part);
-  part.levels[0].counts = {1, 0, page.size(), {}};
+  part.depths[0].counts = {1, 0, page.size(), {}};
   if (const auto done = append(std::move(page), part.top); !done.ok()) return done.error();
   parts_.push_back(std::move(part));
   return parts_.size() - 1;

@@ -16,7 +16,7 @@ namespace clamor {
 
 struct WrittenTree {
   PageEntry top;
-  std::vector<OctreeLevel> levels;  // from the root
+  std::vector<OctreeDepth> depths;  // from the root
 };
 
 // Writes octrees in memory, or one octree piece by piece.
@@ -42,13 +42,13 @@ class OctreeWriter final : public OctreeSink {
 
  private:
   // Sums over one depth, in double precision.
-  struct Level {
-    OctreeLevel counts;
+  struct Depth {
+    OctreeDepth counts;
     std::array<double, kBandCount> power{};
   };
   struct Part {
     PageEntry top;
-    std::vector<Level> levels;
+    std::vector<Depth> depths;
   };
 
   // Adds a part as child of the node whose page is being created.

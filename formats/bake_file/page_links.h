@@ -43,11 +43,11 @@ struct PageEntry : NodeSummary {
 };
 
 // Totals of the nodes of one depth.
-struct OctreeLevel {
+struct OctreeDepth {
   std::uint64_t nodes = 0, sources = 0, packed_bytes = 0;
   Bands power{};
 
-  bool operator==(const OctreeLevel&) const = default;
+  bool operator==(const OctreeDepth&) const = default;
 };
 
 // Power of a node, summed over bands. Over u of an instance, it is the key of the instance.

@@ -53,7 +53,7 @@ ErbBands energy_of(const Spectrum& spectrum, double bin_hz) {
   return energy;
 }
 
-// Limits the slope of ITDs over direction to kSteepest per degree: each becomes the middle of the
+// Limits the slope of ITDs over direction to kSteepest_s per degree: each becomes the middle of the
 // range that all others allow. Sound reaches an ear by more than one path around the head. Where
 // two are equally loud, nearly opposite an ear, the measured ITD jumps from one path to the other.
 void make_smooth(std::span<const Vec3f> directions, std::vector<InterauralTimes>& times) {

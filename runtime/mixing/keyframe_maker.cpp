@@ -139,6 +139,7 @@ std::uint8_t KeyframeMaker::rank_by_level(const Voice& voice) {
   Bands power;
   for (std::size_t b = 0; b < kBandCount; ++b)
     power[b] = voice.gain[0][b] * voice.gain[0][b] + voice.gain[1][b] * voice.gain[1][b];
+  static_assert(kBandCount == 8, "a power of two, for sums in pairs");
   for (std::size_t half = kBandCount / 2; half > 0; half /= 2)
     for (std::size_t b = 0; b < half; ++b) power[b] += power[b + half];
   const float level_db = 10 * std::numbers::ln2_v<float> / std::numbers::ln10_v<float> *

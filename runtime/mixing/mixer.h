@@ -29,7 +29,7 @@
 // (diffuse_hrtf_eq.h). Delays include the ITD. Low frequencies have a longer ITD, so the read
 // positions of the low layer diverge linearly from those of the high layer.
 //
-// Hrtf rotation is followed between keyframes if asked for: voices are rotated from the axes that
+// Head rotation is followed between keyframes if asked for: voices are rotated from the axes that
 // their keyframe was made for to the newest ones, immediately at a keyframe and otherwise at the
 // next third of the period (mixer_head_rotation.cpp). If no keyframe comes, sources stand still but
 // the head still turns.
@@ -39,7 +39,7 @@
 // keyframe.
 //
 // Threads: load(), hold(), allow(), mix() and step() run on the audio thread, begin() before it.
-// Cost: tests/benchmarks/mixer_benchmark.cpp.
+// Cost: `clamor bench mixer` prints it.
 #pragma once
 
 #include <algorithm>

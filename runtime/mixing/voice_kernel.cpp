@@ -199,6 +199,7 @@ struct PerEar {
 template <class Ears>
 HWY_INLINE void make_gains(const Ears& ears, const VoiceTable& table, std::size_t slot,
                            const PerEar& at, float* HWY_RESTRICT gain) {
+  static_assert(kBandCount == 8, "rows of bands fill whole vectors");
   const auto d = ears.d;
   const VoiceTable::Kind kind = table.kind[slot];
   const ReflectionTable* const law = table.law[slot];

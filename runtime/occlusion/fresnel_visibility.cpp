@@ -79,6 +79,7 @@ Bands fresnel_visibility(const OcclusionGeometry& geometry, const LineOfSight& l
   const bool line_free = geometry.is_free(line.from_m, line.to_m);
   if (line_is_free != nullptr) *line_is_free = line_free;
   bool mixed = false;
+  static_assert(kBandCount == 8, "three rings: the first, the middle and the last");
   for (std::size_t r = 0; r < kZoneRings; r += line_free ? kZoneRings / 2 : 1) {
     cast(geometry, frame, zone, r, first_paths, rays);
     mixed = mixed || zone.rings[r].contradicts(line_free);

@@ -99,6 +99,7 @@ HWY_INLINE void add_up(const RadiationTables& tables, const Source& source, cons
     const auto octaves = hn::Mul(p, hn::Set(d, columns.log_base[i]));
     return hn::IfThenElseZero(hn::Ge(octaves, hn::Set(d, -126.0f)), exp2_of(d, octaves));
   };
+  static_assert(kBandCount == 8, "rows of bands fill whole vectors");
   for (std::size_t b = 0; b < kBandCount; b += hn::Lanes(d)) {
     const auto row = [&](const Bands& bands) { return hn::LoadU(d, bands.data() + b); };
     auto power = hn::Mul(row(source.power), hn::Set(d, columns.spread[i]));

@@ -15,6 +15,7 @@ constexpr double kFullSources = 250'000;   // c falls beyond
 // Mean T30 of 2 to 8 kHz; 0 if unknown.
 double t60_of(const DecaySummary& decay) {
   constexpr std::size_t k2000Hz = 5;
+  static_assert(kBandCentres_hz[k2000Hz] == 2000);
   double sum = 0;
   int bands = 0;
   for (std::size_t b = k2000Hz; b < kBandCount; ++b) {

@@ -3,12 +3,14 @@
 // The weighted sum of a source's bands has an upper bound that costs a hundredth of the sum; the
 // sampler rejects almost all sources by it (source_culler.h). With a the angle to the lobe's axis,
 //
-//   sum_b weight_b I_b <= (diffuse cos o + compensation x exp(-slope x)
+//   sum_b weight_b I_b <= (diffuse cos o + compensation y exp(-slope y)
 //                          + lobe min(1, cos o / cos i) exp(-fall (1 - cos a)))
-//                         / max(r, source radius)^2,   x = min(cos o, 1 / slope).
+//                         / max(r, patch radius)^2,   y = min(cos o, 1 / slope),
+//
+// with i and o the angles of the arriving and the leaving sound to the normal.
 //
 // The bound follows from cos^p a <= exp(-p (1 - cos a)) with p at least `fall`, and from air
-// transmittance <= 1. `compensation` bounds the BRDF's compensation term (reflection.h); x makes it
+// transmittance <= 1. `compensation` bounds the BRDF's compensation term (reflection.h); y makes it
 // grow with cos o, so that the maximum over directions is at the largest cos o. An emitter has a
 // lobe only, ((1 + cos a) / 2)^p <= exp(-p (1 - cos a) / 2), on all sides.
 //
@@ -43,7 +45,7 @@ class RadiationModel {
   std::uint32_t signal(const Source& source) const { return signal(source.emitter); }
   std::uint32_t signal(std::uint32_t emitter) const { return played_[emitter].signal; }
 
-  // Intensity per band at `place`; the mixer needs its square root.
+  // Intensity per band at `place`: the square of an amplitude.
   Bands intensity(const Source& source, const Vec3& place) const {
     const Source* const one = &source;
     ReceivedIntensity received;

@@ -4,6 +4,7 @@
 // Highway is visible only in biquad_cascade.cpp.
 #pragma once
 
+#include "common/bands.h"
 #include "runtime/realtime/realtime.h"
 
 namespace clamor {
@@ -21,6 +22,7 @@ struct alignas(64) BiquadCascade {
   Memory memory[kSections];
 };
 
+static_assert(kBandCount == 8, "sections of the longest path through the crossovers");
 using HighCascade = BiquadCascade<8, 12>;  // 3 bands of 2 ears; 2 lanes unused
 using LowCascade = BiquadCascade<16, 22>;  // 5 bands of 2 ears; 6 lanes unused
 

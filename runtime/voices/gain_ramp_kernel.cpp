@@ -65,6 +65,7 @@ bool ramp_gains_here(const GainRamps& lines) {
 bool ramp_hrtf_gains_here(const BusGains& buses, const std::array<HrtfCorner, 3>& corners,
                           const std::array<Bands, kEars>& gain, const Bands& mean_square,
                           GainRamps lines) {
+  static_assert(kBandCount == 8, "rows of bands fill whole vectors");
   const hn::CappedTag<float, kBandCount> d;
   std::array<Bands, kEars> coloured;
   for (std::size_t e = 0; e < kEars; ++e)

@@ -20,6 +20,7 @@ constexpr double kLowRate_hz = static_cast<double>(kSampleRate_hz) / kLowRate;
 // The side of an edge that a band takes in its layer's tree: {5 | {6 | 7}} and {{0 | 1} | {{2 | 3}
 // | 4}}.
 Side side_of(std::size_t band, std::size_t edge) {
+  static_assert(kBandCount == 8, "edges 0 to 6");
   const bool on_way = edge == 5 || (edge == 6 && band >= 6) || edge == 1 ||
                       (edge == 0 && band <= 1) || (edge == 3 && band >= 2) ||
                       (edge == 2 && (band == 2 || band == 3));

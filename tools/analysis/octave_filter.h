@@ -7,7 +7,7 @@
 //
 // There are two sets of bands:
 //
-// * The bands of the mixer (kBandEdges_hz): M_b = L_{b+1} - L_b with n = 4, L_0 = 0 and L_8 = 1.
+// * The bands of the mixer (band_edge_hz()): M_b = L_{b+1} - L_b with n = 4, L_0 = 0 and L_8 = 1.
 //   They sum to one; the lowest reaches down to 0 Hz and the highest up to half the rate.
 // * The bands of a measurement: octaves that also end below 63 Hz and above 8 kHz, within the
 //   limits of IEC 61260-1 class 1 up to two octaves off, n = 6.

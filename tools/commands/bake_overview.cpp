@@ -27,13 +27,13 @@ std::string command_of(const BakeFile& file) {
   return command;
 }
 
-void add(const OctreeLevel& level, OctreeLevel& sum) {
+void add(const OctreeDepth& level, OctreeDepth& sum) {
   sum.nodes += level.nodes;
   sum.sources += level.sources;
   sum.packed_bytes += level.packed_bytes;
 }
 
-bool tell_alike(const OctreeLevel& told, const OctreeLevel& found) {
+bool tell_alike(const OctreeDepth& told, const OctreeDepth& found) {
   if (told.nodes != found.nodes || told.sources != found.sources ||
       told.packed_bytes != found.packed_bytes)
     return false;
@@ -45,7 +45,7 @@ bool tell_alike(const OctreeLevel& told, const OctreeLevel& found) {
 
 Result<void> verify_pages(const BakeFile& file) {
   struct Found {
-    OctreeLevel level;
+    OctreeDepth level;
     std::array<double, kBandCount> power{};
   };
   std::vector<std::vector<Found>> found(file.trees().size());
@@ -61,7 +61,7 @@ Result<void> verify_pages(const BakeFile& file) {
   });
   if (!read.ok()) return read;
   for (std::size_t tree = 0; tree < found.size(); ++tree) {
-    const auto& told = file.levels()[tree];
+    const auto& told = file.depths()[tree];
     bool alike = told.size() == found[tree].size();
     for (std::size_t d = 0; alike && d < told.size(); ++d) {
       for (std::size_t b = 0; b < kBandCount; ++b)
@@ -170,14 +170,14 @@ Result<BakeOverview> overview_of(const BakeFile& file) {
   overview.command = command_of(file);
   if (file.top() == nullptr) return overview;
   overview.power = file.top()->power;
-  overview.levels = file.levels().back();
+  overview.depths = file.depths().back();
   overview.instanced.trees = file.trees().size() - 1;
   for (std::size_t tree = 0; tree < overview.instanced.trees; ++tree)
-    for (const OctreeLevel& level : file.levels()[tree]) add(level, overview.instanced.stored);
+    for (const OctreeDepth& level : file.depths()[tree]) add(level, overview.instanced.stored);
   if (overview.instanced.trees == 0) return overview;
   for (std::size_t b = 0; b < kBandCount; ++b) {
     double own = 0;
-    for (const OctreeLevel& level : overview.levels) own += static_cast<double>(level.power[b]);
+    for (const OctreeDepth& level : overview.depths) own += static_cast<double>(level.power[b]);
     overview.instanced.stored.power[b] =
         static_cast<float>(std::max(0.0, static_cast<double>(overview.power[b]) - own));
   }

@@ -32,11 +32,11 @@ struct MaterialGroup {
 // Trees that the level's tree instances.
 struct InstancedTrees {
   std::size_t trees = 0;
-  OctreeLevel stored;  // each tree counted once, except `power`, which is that of all instances
+  OctreeDepth stored;  // each tree counted once, except `power`, which is that of all instances
 };
 
 struct BakeOverview {
-  std::vector<OctreeLevel> levels;  // of the level's own tree, by depth
+  std::vector<OctreeDepth> depths;  // of the level's own tree, by depth
   InstancedTrees instanced;
   Bands power{};                                   // including instances
   std::uint64_t emitter_count = 0, secondary = 0;  // including instances

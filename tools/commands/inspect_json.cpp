@@ -112,7 +112,7 @@ void add_tables(const BakeFile& file, nlohmann::ordered_json& json) {
          {"delay_s", emitter.delay_s}});
 }
 
-nlohmann::ordered_json as_json(const OctreeLevel& level, const Bands& all) {
+nlohmann::ordered_json as_json(const OctreeDepth& level, const Bands& all) {
   Bands share{};
   for (std::size_t b = 0; b < kBandCount; ++b)
     if (all[b] > 0) share[b] = level.power[b] / all[b];
@@ -125,7 +125,7 @@ nlohmann::ordered_json as_json(const OctreeLevel& level, const Bands& all) {
 
 void add_octree(const BakeOverview& overview, nlohmann::ordered_json& json) {
   json["octree"] = nlohmann::ordered_json::array();
-  for (const OctreeLevel& level : overview.levels)
+  for (const OctreeDepth& level : overview.depths)
     json["octree"].push_back(as_json(level, overview.power));
   json["instanced"] = as_json(overview.instanced.stored, overview.power);
   json["instanced"]["trees"] = overview.instanced.trees;

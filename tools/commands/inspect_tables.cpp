@@ -185,9 +185,9 @@ void print_shares(const BakeOverview& overview, std::ostream& out) {
     return shares;
   };
   fmt::print(out, "\n{}\n", band_header("power by octree depth, %"));
-  for (std::size_t d = 0; d < overview.levels.size(); ++d)
+  for (std::size_t d = 0; d < overview.depths.size(); ++d)
     out << row(d == 0 ? "depth 0, the first page" : fmt::format("depth {}", d),
-               shares_of(overview.levels[d].power), as_percent)
+               shares_of(overview.depths[d].power), as_percent)
         << '\n';
   if (overview.instanced.trees > 0)
     out << row("in instances", shares_of(overview.instanced.stored.power), as_percent) << '\n';
@@ -196,7 +196,7 @@ void print_shares(const BakeOverview& overview, std::ostream& out) {
 void print_octree(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
   fmt::print(out, "\n{:<26}{:>8}{:>12}{:>8}{:>10}{:>14}\n", "octree", "nodes", "sources", "%", "kB",
              "bytes/source");
-  const auto line = [&](const std::string& title, const OctreeLevel& level) {
+  const auto line = [&](const std::string& title, const OctreeDepth& level) {
     const auto sources = static_cast<double>(level.sources);
     fmt::print(out, "  {:<24}{:>8}{:>12}{:>8}{:>10.1f}{:>14.1f}\n", title, level.nodes,
                grouped(level.sources),
@@ -204,8 +204,8 @@ void print_octree(const BakeFile& file, const BakeOverview& overview, std::ostre
                static_cast<double>(level.packed_bytes) / 1e3,
                share_of(static_cast<double>(level.packed_bytes), sources));
   };
-  for (std::size_t d = 0; d < overview.levels.size(); ++d)
-    line(fmt::format("depth {}", d), overview.levels[d]);
+  for (std::size_t d = 0; d < overview.depths.size(); ++d)
+    line(fmt::format("depth {}", d), overview.depths[d]);
   if (overview.instanced.trees > 0)
     line(counted(overview.instanced.trees, "instanced tree"), overview.instanced.stored);
 }

@@ -31,7 +31,7 @@ double factors_between(double before, double now) {
   return before > 0 && now > 0 ? std::abs(std::log(now / before)) / kEpsilon_nepers : 1;
 }
 
-// `powers_at` is shared by all strategies, because it is the most expensive part.
+// `powers` are shared by all strategies, because they are the most expensive part.
 Walked walked(const ExperimentScene& scene, const std::string& strategy, std::size_t k,
               const std::vector<Vec3>& places, const std::vector<std::vector<double>>& powers) {
   SeededSampler sampler = scene.sampler(strategy, k, Estimator::kPower, 1);

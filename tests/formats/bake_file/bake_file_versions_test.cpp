@@ -138,9 +138,9 @@ void add_tables(const BakeFile& file, Json& json) {
                                 emitter.gain, emitter.directivity, emitter.signal,
                                 emitter.delay_s});
   json["signal_maps"] = file.signal_maps();
-  for (const auto& levels : file.levels())
-    for (const OctreeLevel& level : levels)
-      json["levels"].push_back({level.nodes, level.sources, level.packed_bytes, level.power});
+  for (const auto& depths : file.depths())
+    for (const OctreeDepth& depth : depths)
+      json["levels"].push_back({depth.nodes, depth.sources, depth.packed_bytes, depth.power});
 }
 
 // Every value that the reader returns.

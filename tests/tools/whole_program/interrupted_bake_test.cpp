@@ -162,7 +162,7 @@ TEST(MemoryCap, IsSaidBeforeTheBakeStartsAndIsAboveWhatItTakes) {
              sorted = BakeFile::open(folder / "out.clamor");
   ASSERT_TRUE(plain.ok() && sorted.ok());
   EXPECT_EQ(plain->page_count(), sorted->page_count());
-  EXPECT_EQ(plain->levels(), sorted->levels());
+  EXPECT_EQ(plain->depths(), sorted->depths());
   const auto all = read_expanded_sources(*plain), all_sorted = read_expanded_sources(*sorted);
   ASSERT_TRUE(all.ok() && all_sorted.ok());
   ASSERT_EQ(all->sources.size(), all_sorted->sources.size());
