@@ -26,7 +26,7 @@ struct alignas(64) Columns {
   using Column = float[kTogether];
   Column position_m[3], normal[3], mirror[3], radius_m;
   Column lift;  // see log_base_of()
-  double way_m[kTogether];
+  double exact_distance_m[kTogether];
   Column distance_m, spread, cos_o, tilt, log_base, cell_i, cell_o;
 };
 
@@ -65,11 +65,11 @@ HWY_INLINE void place_some(Columns& columns, const Vec3& place, std::size_t i) {
   const Doubles3 way = {hn::Sub(hn::Set(dd, place.x), position.x),
                         hn::Sub(hn::Set(dd, place.y), position.y),
                         hn::Sub(hn::Set(dd, place.z), position.z)};
-  const auto way_m = hn::Sqrt(dot(way, way));
-  const auto r_m = hn::DemoteTo(d, way_m);
+  const auto distance_m = hn::Sqrt(dot(way, way));
+  const auto r_m = hn::DemoteTo(d, distance_m);
   const auto nowhere = hn::Eq(r_m, zero);
   // Division in double, because a lobe of exponent 1000 amplifies its rounding error by 1000.
-  const auto over_m = hn::Div(hn::Set(dd, 1.0), hn::Max(way_m, hn::Set(dd, 1e-300)));
+  const auto over_m = hn::Div(hn::Set(dd, 1.0), hn::Max(distance_m, hn::Set(dd, 1e-300)));
   const auto cos_to = [&](const Doubles3& axis) {
     return hn::DemoteTo(d, hn::Mul(dot(way, axis), over_m));
   };
@@ -77,7 +77,7 @@ HWY_INLINE void place_some(Columns& columns, const Vec3& place, std::size_t i) {
   const auto cos_o = hn::IfThenElse(nowhere, one, cos_to(normal));
   const auto cos_a = hn::Min(hn::IfThenElse(nowhere, cos_i, cos_to(mirror)), one);
   const auto near_m = hn::Max(r_m, hn::Load(d, columns.radius_m + i));
-  hn::Store(way_m, dd, columns.way_m + i);
+  hn::Store(distance_m, dd, columns.exact_distance_m + i);
   hn::Store(r_m, d, columns.distance_m + i);
   hn::Store(hn::Div(one, hn::Mul(near_m, near_m)), d, columns.spread + i);
   hn::Store(cos_o, d, columns.cos_o + i);
@@ -146,7 +146,7 @@ void receive_here(const RadiationTables& tables, std::span<const Source* const> 
     for (std::size_t i = 0; i < count; ++i) {
       ReceivedIntensity& one = received[first + i];
       add_up(tables, *sources[first + i], columns, i, one.intensity);
-      one.way_m = columns.way_m[i];
+      one.distance_m = columns.exact_distance_m[i];
     }
   }
 }

@@ -30,7 +30,7 @@ struct RadiationTables {
 
 struct ReceivedIntensity {
   Bands intensity{};
-  double way_m = 0;  // distance from the source
+  double distance_m = 0;  // distance from the source
 };
 
 // Computes one result per source. The sources' emitter and material indices must be valid for the

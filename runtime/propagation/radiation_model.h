@@ -74,8 +74,8 @@ class RadiationModel {
   double delay_s(const Source& source, const Vec3& place) const {
     return delay_s(source, length(place - Vec3(source.position_m)));
   }
-  double delay_s(const Source& source, double way_m) const {
-    return emission_time_s(source) + way_m / speed_of_sound_mps_;
+  double delay_s(const Source& source, double distance_m) const {
+    return emission_time_s(source) + distance_m / speed_of_sound_mps_;
   }
 
   // Time from the signal's start to its emission by the source.

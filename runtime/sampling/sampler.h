@@ -17,9 +17,9 @@
 // The sample is exact: a threshold predicted from previous samples tells the pool what to cull, and
 // is lowered until k + 1 sources reach it. The pool culls by upper bounds that hold for the loudest
 // moment of every signal. Where pages are not loaded yet, the remaining samples of their parent
-// page replace them. With kappa the highest key P / u that is missing near source i, and P its
-// power over all bands, i is chosen only if u_i < P_i / kappa, so its factor is max(1, tau / w_i,
-// kappa / P_i): still unbiased, with a larger variance.
+// page replace them. With M the highest key P / u that is missing near source i, and P its power
+// over all bands, i is chosen only if u_i < P_i / M, so its factor is max(1, tau / w_i, M / P_i):
+// still unbiased, with a larger variance.
 //
 // Occlusion (visibility_cache.h) only reduces weights. Sources are therefore found without it, and
 // those that would be chosen are tested, best first, until k + 1 tested sources are ahead of all
@@ -37,9 +37,8 @@
 //               query was completed, as when a listener is teleported from silence into a crowd,
 //               the sources found so far are published, which is too quiet for that keyframe.
 //   kUnbounded  offline render. Every source that may be chosen has a valid visibility estimate,
-//   and
-//               t is so low that at least 100 000 sources would reach it without occlusion. Smaller
-//               levels are searched to the last source.
+//               and t is so low that at least 100 000 sources would reach it without occlusion.
+//               Smaller levels are searched to the last source.
 #pragma once
 
 #include <atomic>
@@ -128,8 +127,9 @@ constexpr std::uint64_t work_ahead_per_keyframe(std::size_t voices) {
 }
 
 // All arguments must outlive the sampler. Without `occlusion` no source is occluded.
-std::unique_ptr<Sampler> make_priority_sampler(const RadiationModel& field, SignalWeights weights,
-                                               SourcePool& pool, std::size_t voices,
+std::unique_ptr<Sampler> make_priority_sampler(const RadiationModel& radiation,
+                                               SignalWeights weights, SourcePool& pool,
+                                               std::size_t voices,
                                                VisibilityCache* occlusion = nullptr,
                                                SearchBound bound = SearchBound::kUnbounded);
 

@@ -20,17 +20,18 @@ class ThresholdPredictor {
 
   // Factor for a threshold that too few sources reached. Their number grows about as the threshold
   // falls; a guess that is too low costs more than a second one.
-  static double lowered(std::size_t reached, std::size_t wanted) {
+  static double lowering_factor(std::size_t reached, std::size_t wanted) {
     return std::clamp(0.9 * static_cast<double>(reached) / static_cast<double>(wanted),
                       kCaution * kCaution, 0.9);
   }
 
-  // Changes the number of sources that are wanted.
-  void want(std::size_t before, std::size_t now) {
-    threshold_ *= static_cast<double>(before) / static_cast<double>(now);
+  // Adapts the prediction to another sample size k.
+  void rescale(std::size_t from_k, std::size_t to_k) {
+    threshold_ *= static_cast<double>(from_k) / static_cast<double>(to_k);
   }
 
-  void was(double threshold, bool starved) {
+  // Records the result of a search: the k-th priority, or the lowest threshold of a starved one.
+  void observe(double threshold, bool starved) {
     if (is_known()) changed_by_ = std::max(0.8 * changed_by_, 1 - threshold / threshold_);
     threshold_ = threshold;
     starved_ = starved;

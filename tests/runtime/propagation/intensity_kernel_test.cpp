@@ -43,8 +43,8 @@ TEST(IntensityKernel, EqualsTheExactIntensitiesOnEveryInstructionSet) {
         worst = std::max(worst,
                          error / (1e-4 * static_cast<double>(exact[b]) + 1e-5 * loudest + 1e-18));
       }
-      const double way_m = length(kListener_m - Vec3(sources[i].position_m));
-      worst_m = std::max(worst_m, std::abs(received[i].way_m - way_m));
+      const double distance_m = length(kListener_m - Vec3(sources[i].position_m));
+      worst_m = std::max(worst_m, std::abs(received[i].distance_m - distance_m));
     }
     EXPECT_LT(worst, 1) << target;
     EXPECT_LT(worst_m, 1e-12) << target;
@@ -65,7 +65,8 @@ TEST(IntensityKernel, GivesTheSameBitsOnEveryInstructionSetAndInAnyBatch) {
     for (std::size_t i = 0; i < expected.size(); ++i)
       differ += sources.field().intensity(sources[i], kListener_m) != expected[i].intensity;
     for (std::size_t i = 0; i < some.size(); ++i)
-      differ += some[i].intensity != expected[i].intensity || some[i].way_m != expected[i].way_m;
+      differ += some[i].intensity != expected[i].intensity ||
+                some[i].distance_m != expected[i].distance_m;
     EXPECT_EQ(differ, 0u) << target;
   }
 }
@@ -73,9 +74,9 @@ TEST(IntensityKernel, GivesTheSameBitsOnEveryInstructionSetAndInAnyBatch) {
 TEST(IntensityKernel, GivesNothingForAnEmptyBatch) {
   const SourcesOfAllKinds sources(kListener_m);
   ReceivedIntensity untouched;
-  untouched.way_m = 7;
+  untouched.distance_m = 7;
   sources.field().receive({}, kListener_m, &untouched);
-  EXPECT_EQ(untouched.way_m, 7);
+  EXPECT_EQ(untouched.distance_m, 7);
 }
 
 }  // namespace

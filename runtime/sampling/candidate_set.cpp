@@ -1,0 +1,205 @@
+#include "runtime/sampling/candidate_set.h"
+
+#include <algorithm>
+#include <array>
+#include <functional>
+
+#include "runtime/propagation/source_weight.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kPrefetchDistance = 24;  // in candidates
+constexpr std::size_t kBatchSize = 32;         // sources whose intensities are computed together
+// Number of visibilities that an exact search estimates together, at first and at most.
+constexpr std::size_t kMinBatchEstimates = 256, kMaxBatchEstimates = 8192;
+
+bool is_occluded(VisibilityCache::Index visibility) {
+  return visibility != VisibilityCache::kUnknown && VisibilityCache::is_occluded(visibility);
+}
+
+}  // namespace
+
+bool CandidateSet::find(const Vec3& place, double threshold, std::size_t max_found) {
+  candidates_.clear();
+  band_weights_.clear();
+  found_.clear();
+  wanted_.clear();
+  return inputs_.pool.look(place, threshold, max_found, found_);
+}
+
+void CandidateSet::weigh(const SamplingMoment& moment, double threshold) {
+  std::array<const Source*, kBatchSize> sources;
+  std::array<ReceivedIntensity, kBatchSize> received;
+  for (std::size_t first = 0; first < found_.size(); first += kBatchSize) {
+    const std::size_t last = std::min(first + kBatchSize, found_.size());
+    prefetch(last, std::min(last + kBatchSize, found_.size()));
+    for (std::size_t f = first; f < last; ++f) sources[f - first] = found_[f].source;
+    inputs_.radiation.receive(std::span(sources).first(last - first), moment.place_m,
+                              received.data());
+    for (std::size_t f = first; f < last; ++f)
+      weigh_source(static_cast<std::uint32_t>(f), received[f - first], moment, threshold);
+  }
+}
+
+// Prefetches found sources, which are far apart in memory.
+void CandidateSet::prefetch(std::size_t first, std::size_t last) const {
+  for (std::size_t f = first; f < last; ++f) {
+    const Source* const source = found_[f].source;
+    __builtin_prefetch(source);
+    __builtin_prefetch(&source->power);
+    if (inputs_.occlusion != nullptr) inputs_.occlusion->prefetch(found_[f].number);
+  }
+}
+
+// Makes a candidate of a source if it reaches the threshold.
+void CandidateSet::weigh_source(std::uint32_t index, const ReceivedIntensity& received,
+                                const SamplingMoment& moment, double threshold) {
+  const FoundSource& found = found_[index];
+  const Source& source = *found.source;
+  const LoudnessTrack::Moment signal = weights_at_distance(
+      inputs_.radiation, inputs_.weights, found.signal, source, received.distance_m, moment.time_s);
+  if (found.upper_bound * signal.share < threshold) return;
+  const Bands intensity =
+      apply_reception(moment.reception, source, moment.place_m, received.intensity);
+  const double w = weighted_sum(signal.weights, intensity);
+  const double per_weight = static_cast<double>(found.boost) / std::max(source.u, kMinU);
+  const double priority = w * per_weight;
+  if (!(w > 0 && priority >= threshold)) return;
+  auto visibility = VisibilityCache::kUnknown;
+  if (inputs_.is_exact())
+    visibility = inputs_.occlusion->find_current(found.number, source);
+  else if (inputs_.occlusion != nullptr)
+    visibility = inputs_.occlusion->find(found.number);
+  if (is_occluded(visibility)) {
+    // Which occluded sources the pool finds depends on the phase of their bounds.
+    if (!inputs_.is_exact()) wanted_.push_back({priority, found.number, visibility, &source});
+    return;
+  }
+  candidates_.push_back({priority, w, per_weight, index, visibility});
+  if (inputs_.occlusion != nullptr) band_weights_.push_back(weighted(signal.weights, intensity));
+}
+
+bool CandidateSet::apply_occlusion(double threshold) {
+  apply_known_visibilities();
+  const bool rays_left = test_untested();
+  std::erase_if(candidates_, [threshold](const Candidate& candidate) {
+    return !(candidate.weight > 0 && candidate.priority >= threshold && candidate.priority > 0);
+  });
+  return rays_left;
+}
+
+// Applies known visibilities and lists the other candidates, highest first.
+void CandidateSet::apply_known_visibilities() {
+  untested_.clear();
+  highest_priorities_.clear();
+  for (std::uint32_t c = 0; c < candidates_.size(); ++c) {
+    const Candidate& candidate = candidates_[c];
+    if (const auto ahead = c + kPrefetchDistance; ahead < candidates_.size())
+      if (candidates_[ahead].visibility != VisibilityCache::kUnknown)
+        inputs_.occlusion->prefetch_visibility(candidates_[ahead].visibility);
+    if (candidate.visibility != VisibilityCache::kUnknown)
+      highest_priorities_.push_back(apply_visibility(c, candidate.priority));
+    else
+      untested_.push_back({candidate.priority, c});
+  }
+  std::sort(untested_.begin(), untested_.end(), std::greater<>());
+}
+
+// Tests candidates of unknown visibility until k + 1 tested ones are ahead of all others, and
+// leaves the others without priority. False if no rays were left.
+bool CandidateSet::test_untested() {
+  if (untested_.empty()) return true;
+  keep_highest_priorities();
+  bool rays_left = true;
+  std::size_t next = 0, estimated_end = 0, batch = kMinBatchEstimates;
+  for (; next < untested_.size(); ++next) {
+    const auto [unoccluded_priority, c] = untested_[next];
+    if (highest_priorities_.size() > inputs_.voices &&
+        highest_priorities_.front() > unoccluded_priority)
+      break;
+    const FoundSource& found = source_of(candidates_[c]);
+    VisibilityCache::Index& visibility = candidates_[c].visibility;
+    if (inputs_.is_exact()) {
+      if (next == estimated_end) {
+        if (inputs_.budget.is_stopped()) break;
+        estimated_end = std::min(next + batch, untested_.size());
+        batch = std::min(2 * batch, kMaxBatchEstimates);
+        estimate_untested(next, estimated_end);
+      }
+      visibility = inputs_.occlusion->find(found.number);
+    } else {
+      visibility = inputs_.occlusion->test_new(found.number, *found.source, unoccluded_priority);
+      rays_left = visibility != VisibilityCache::kUnknown;
+      if (!rays_left) break;
+    }
+    highest_priorities_.push_back(apply_visibility(c, unoccluded_priority));
+    std::push_heap(highest_priorities_.begin(), highest_priorities_.end(), std::greater<>());
+    if (highest_priorities_.size() <= inputs_.voices + 1) continue;
+    std::pop_heap(highest_priorities_.begin(), highest_priorities_.end(), std::greater<>());
+    highest_priorities_.pop_back();
+  }
+  for (; next < untested_.size(); ++next) candidates_[untested_[next].second].priority = 0;
+  return rays_left;
+}
+
+// Estimates the visibility of untested_[first, last) on all cores.
+void CandidateSet::estimate_untested(std::size_t first, std::size_t last) {
+  wanted_.clear();
+  for (std::size_t u = first; u < last; ++u) {
+    const FoundSource& found = source_of(candidates_[untested_[u].second]);
+    wanted_.push_back({.number = found.number, .source = found.source});
+  }
+  inputs_.occlusion->estimate_now(wanted_);
+}
+
+// Reduces highest_priorities_ to a heap of the k + 1 highest, the lowest of them in front.
+void CandidateSet::keep_highest_priorities() {
+  auto& heap = highest_priorities_;
+  if (heap.size() > inputs_.voices + 1) {
+    std::nth_element(heap.begin(), heap.begin() + static_cast<std::ptrdiff_t>(inputs_.voices),
+                     heap.end(), std::greater<>());
+    heap.resize(inputs_.voices + 1);
+  }
+  std::make_heap(heap.begin(), heap.end(), std::greater<>());
+}
+
+// Applies the visibility to a candidate. Returns its priority.
+double CandidateSet::apply_visibility(std::uint32_t c, double unoccluded_priority) {
+  Candidate& candidate = candidates_[c];
+  const FoundSource& found = source_of(candidate);
+  const Bands& visibility = inputs_.occlusion->visibility(candidate.visibility);
+  if (!inputs_.is_exact())
+    wanted_.push_back({unoccluded_priority, found.number, candidate.visibility, found.source});
+  double w = 0;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    w += static_cast<double>(band_weights_[c][b]) * visibility[b];
+  candidate.weight = w;
+  candidate.priority = w * candidate.priority_per_weight;
+  candidate.is_occlusion_applied = true;
+  return candidate.priority;
+}
+
+// Ties go to the lower number, so that the choice is unique.
+bool CandidateSet::comes_before(const Candidate& a, const Candidate& b) const {
+  return a.priority != b.priority ? a.priority > b.priority
+                                  : source_of(a).number < source_of(b).number;
+}
+
+double CandidateSet::keep_highest(std::size_t count) {
+  ranked_.clear();
+  for (std::uint32_t c = 0; c < candidates_.size(); ++c)
+    ranked_.push_back({candidates_[c].priority, c});
+  const auto last = ranked_.begin() + static_cast<std::ptrdiff_t>(count);
+  std::nth_element(ranked_.begin(), last, ranked_.end(), [this](const Ranked& a, const Ranked& b) {
+    return a.first != b.first ? a.first > b.first
+                              : comes_before(candidates_[a.second], candidates_[b.second]);
+  });
+  const Candidate next = candidates_[last->second];
+  std::erase_if(candidates_, [&](const Candidate& one) { return !comes_before(one, next); });
+  candidates_.push_back(next);
+  return next.priority;
+}
+
+}  // namespace clamor

@@ -1,0 +1,82 @@
+// candidate_set.h: the sources whose priority reaches a threshold, and the k + 1 highest of them.
+//
+// find() queries the pool, weigh() computes priorities without occlusion, apply_occlusion() applies
+// visibilities to as many candidates, highest first, as decide which are the k + 1 highest, and
+// keep_highest() leaves these.
+//
+// Threads: the sampler's alone.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "common/bands.h"
+#include "runtime/occlusion/visibility_cache.h"
+#include "runtime/propagation/intensity_kernel.h"
+#include "runtime/query/source_pool.h"
+#include "runtime/sampling/sampling_inputs.h"
+
+namespace clamor {
+
+struct Candidate {
+  double priority, weight;
+  double priority_per_weight;
+  std::uint32_t found;  // index of its source
+  VisibilityCache::Index visibility = VisibilityCache::kUnknown;
+  bool is_occlusion_applied = false;  // to priority and weight
+};
+
+class CandidateSet {
+ public:
+  explicit CandidateSet(SamplingInputs& inputs) : inputs_(inputs) {}
+
+  // Starts over with all sources whose priority may reach `threshold`. False, with some of them, if
+  // there are more than `max_found` or if the budget is exhausted.
+  bool find(const Vec3& place, double threshold, std::size_t max_found);
+
+  // Makes candidates of the sources found whose priority is positive and at least `threshold`.
+  void weigh(const SamplingMoment& moment, double threshold);
+
+  // Applies visibilities, and drops candidates below the threshold. False if no rays were left for
+  // a candidate that matters, which then counts as occluded. There must be a visibility cache.
+  bool apply_occlusion(double threshold);
+
+  // Keeps the `count` highest candidates in their order, then the next one, whose priority is
+  // returned. There must be more than `count`.
+  double keep_highest(std::size_t count);
+
+  std::size_t size() const { return candidates_.size(); }
+  const Candidate& operator[](std::size_t index) const { return candidates_[index]; }
+  const FoundSource& source_of(const Candidate& candidate) const { return found_[candidate.found]; }
+  std::size_t found_count() const { return found_.size(); }
+
+  // The sources whose visibility mattered, for VisibilityCache::refresh().
+  std::span<const VisibilityCache::Wanted> wanted() const { return wanted_; }
+
+ private:
+  using Ranked = std::pair<double, std::uint32_t>;  // priority and index of a candidate
+
+  bool comes_before(const Candidate& a, const Candidate& b) const;
+  void prefetch(std::size_t first, std::size_t last) const;
+  void weigh_source(std::uint32_t index, const ReceivedIntensity& received,
+                    const SamplingMoment& moment, double threshold);
+  void apply_known_visibilities();
+  void keep_highest_priorities();
+  bool test_untested();
+  void estimate_untested(std::size_t first, std::size_t last);
+  double apply_visibility(std::uint32_t c, double unoccluded_priority);
+
+  SamplingInputs& inputs_;
+  std::vector<FoundSource> found_;
+  std::vector<Candidate> candidates_;
+  std::vector<Bands> band_weights_;         // of the candidates, without occlusion
+  std::vector<Ranked> untested_;            // candidates of unknown visibility
+  std::vector<double> highest_priorities_;  // up to k + 1 with visibilities, as a min-heap
+  std::vector<VisibilityCache::Wanted> wanted_;
+  std::vector<Ranked> ranked_;  // memory of keep_highest()
+};
+
+}  // namespace clamor

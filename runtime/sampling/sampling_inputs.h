@@ -1,0 +1,37 @@
+// sampling_inputs.h: what a priority sampler draws from, shared by its search and its candidates.
+//
+// Threads: the sampler's alone.
+#pragma once
+
+#include <cstddef>
+
+#include "common/vec.h"
+#include "runtime/occlusion/visibility_cache.h"
+#include "runtime/propagation/radiation_model.h"
+#include "runtime/propagation/reception.h"
+#include "runtime/propagation/signal_weights.h"
+#include "runtime/query/source_pool.h"
+#include "runtime/query/work_budget.h"
+
+namespace clamor {
+
+struct SamplingInputs {
+  const RadiationModel& radiation;
+  const SignalWeights weights;
+  SourcePool& pool;
+  VisibilityCache* const occlusion;  // null: no source is occluded
+  std::size_t voices;                // sample size
+  WorkBudget budget{};               // of all queries
+
+  // Whether every source that may be chosen must have a visibility estimate that is valid here.
+  bool is_exact() const { return occlusion != nullptr && occlusion->exact(); }
+};
+
+// Where, when and by which receivers a sample is heard.
+struct SamplingMoment {
+  Vec3 place_m{};
+  double time_s = 0;
+  Reception reception;
+};
+
+}  // namespace clamor
