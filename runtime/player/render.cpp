@@ -27,14 +27,15 @@ constexpr auto kLooksForStop = std::chrono::milliseconds(50);
 static_assert(kHrtfDelayFrames + kLimiterDelayFrames < kKeyframeFrames);
 std::uint64_t keyframes_for(std::uint64_t block) { return block + 3; }
 
-// Makes keyframes ahead of the mixing thread, on a thread of its own.
+// Makes keyframes ahead of the mixing thread, on a thread of its own, and no more than `total`, so
+// that the statistics do not depend on how far ahead it is when mixing ends.
 class KeyframesAhead {
  public:
-  KeyframesAhead(Auralizer& auralizer, const Walk& walk)
-      : thread_([this, &auralizer, &walk](const std::stop_token& stop) {
+  KeyframesAhead(Auralizer& auralizer, const Walk& walk, std::uint64_t total)
+      : thread_([this, &auralizer, &walk, total](const std::stop_token& stop) {
           name_thread("sampler");
           try {
-            make(auralizer, walk, stop);
+            make(auralizer, walk, total, stop);
           } catch (...) {
             const std::lock_guard lock(mutex_);
             failure_ = std::current_exception();
@@ -58,11 +59,15 @@ class KeyframesAhead {
   void mixed_a_block() { count(mixed_); }
 
  private:
-  void make(Auralizer& auralizer, const Walk& walk, const std::stop_token& stop) {
-    for (std::uint64_t mixed = 0; !stop.stop_requested(); mixed = wait_for_room(stop, mixed))
-      while (!stop.stop_requested() && auralizer.wants_keyframe()) {
+  void make(Auralizer& auralizer, const Walk& walk, std::uint64_t total,
+            const std::stop_token& stop) {
+    std::uint64_t left = total;
+    for (std::uint64_t mixed = 0; left > 0 && !stop.stop_requested();
+         mixed = wait_for_room(stop, mixed))
+      while (left > 0 && !stop.stop_requested() && auralizer.wants_keyframe()) {
         auralizer.make_keyframe(walk.at(auralizer.next_keyframe_time_s()));
         count(made_);
+        --left;
       }
   }
 
@@ -100,7 +105,7 @@ Result<void> render(Auralizer& auralizer, const Walk& walk, std::uint64_t frames
   const auto channels = static_cast<std::size_t>(auralizer.channels());
   std::vector<float> block(kBlock_frames * channels);
   if (frames == 0) return {};
-  KeyframesAhead keyframes(auralizer, walk);
+  KeyframesAhead keyframes(auralizer, walk, keyframes_for((frames - 1) / kBlock_frames));
   for (std::uint64_t done = 0; done < frames;) {
     if (!keyframes.wait_for_keyframes(keyframes_for(done / kBlock_frames), stop))
       return Error("was stopped");

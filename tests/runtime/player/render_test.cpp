@@ -78,6 +78,24 @@ TEST(Render, ContinuesWhereItEnded) {
   EXPECT_EQ(rendered, in_turn(options, walk, rendered.size() / 2));
 }
 
+// Before, the number of voices that a render prints was that of some keyframe after its end.
+TEST(Render, HasTheSameStatisticsHoweverFarAheadKeyframesCouldBeMade) {
+  constexpr std::uint64_t kFrames = 6 * kKeyframeFrames + 7;
+  AuralizerOptions options;
+  options.voices = 100;
+  std::vector<std::uint32_t> voices;
+  for (const int block_frames : {960, 60'000}) {
+    options.block_frames = block_frames;  // for which so many keyframes may wait
+    const auto auralizer = auralizer_of(options);
+    std::vector<float> rendered;
+    ASSERT_TRUE(render(*auralizer, across_the_room(), kFrames, appending_to(rendered)).ok());
+    // Seven blocks lie between eight keyframes, and the filters look ahead to one more.
+    EXPECT_EQ(auralizer->statistics().keyframes, 9u);
+    voices.push_back(auralizer->statistics().voices);
+  }
+  EXPECT_EQ(voices[0], voices[1]);
+}
+
 TEST(Render, ReturnsTheErrorOfItsSink) {
   AuralizerOptions options;
   options.voices = 100;
