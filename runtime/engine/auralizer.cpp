@@ -94,7 +94,7 @@ struct Auralizer::State {
         pacing(options, pipeline.sampler().capacity(),
                schedule.shares_samples() ? kKeyframesToSettle : 1),
         receivers(options.output.receivers),
-        rotation(rotation_for(options, maker.lags(), field)),
+        rotation(rotation_for(options, maker.itd_table(), field)),
         mixer(store.signals(), slots_for(pipeline.sampler()), output.mode, output.panner.get(),
               output.hrtf.get(), store.loader(),
               {static_cast<float>(options.gain * options.output.diffuse_gain()), options.limit,

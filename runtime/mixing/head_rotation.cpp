@@ -28,7 +28,7 @@ void HeadRotation::Turn::apply(Voice& voice) const noexcept {
 
 // Delay at the right ear relative to the centre of the head.
 double HeadRotation::Turn::right_ear_frames(const Vec3f& from) const noexcept {
-  if (turns_.lags_ != nullptr) return 0.5 * static_cast<double>((*turns_.lags_)(from));
+  if (turns_.itd_table_ != nullptr) return 0.5 * static_cast<double>((*turns_.itd_table_)(from));
   return turns_.receiver_frames_ * static_cast<double>(from.y);
 }
 

@@ -22,10 +22,10 @@ ListenerAxes listener_axes(const Listener& listener);
 
 class HeadRotation {
  public:
-  // `lags` is an HRTF's table, or null; it must outlive this. `receiver_frames` is the travel time
-  // of sound from the centre to either of two receivers, 0 for one receiver.
-  constexpr HeadRotation(const ItdTable* lags, double receiver_frames)
-      : lags_(lags), receiver_frames_(receiver_frames) {}
+  // `itd_table` is an HRTF's table, or null; it must outlive this. `receiver_frames` is the travel
+  // time of sound from the centre to either of two receivers, 0 for one receiver.
+  constexpr HeadRotation(const ItdTable* itd_table, double receiver_frames)
+      : itd_table_(itd_table), receiver_frames_(receiver_frames) {}
 
   // One rotation, from the axes that voices were made for to new ones.
   class Turn {
@@ -45,7 +45,7 @@ class HeadRotation {
   };
 
  private:
-  const ItdTable* const lags_;
+  const ItdTable* const itd_table_;
   const double receiver_frames_;
 };
 

@@ -20,12 +20,12 @@ Vec3f direction_at(float u, float v) {
 
 }  // namespace
 
-ItdTable::ItdTable(const Hrtf& head) : lags_((kCells + 1) * (kCells + 1)) {
+ItdTable::ItdTable(const Hrtf& head) : itd_frames_((kCells + 1) * (kCells + 1)) {
   for (int j = 0; j <= kCells; ++j)
     for (int i = 0; i <= kCells; ++i) {
       const Vec3f from = direction_at(2 * static_cast<float>(i) / kCells - 1,
                                       2 * static_cast<float>(j) / kCells - 1);
-      lags_[static_cast<std::size_t>(j * (kCells + 1) + i)] =
+      itd_frames_[static_cast<std::size_t>(j * (kCells + 1) + i)] =
           static_cast<float>(head.delay_frames(from, 1) - head.delay_frames(from, 0));
     }
 }
@@ -41,7 +41,7 @@ float ItdTable::operator()(const Vec3f& from) const noexcept REALTIME {
   const int i = std::clamp(static_cast<int>(x), 0, kCells - 1);
   const int j = std::clamp(static_cast<int>(y), 0, kCells - 1);
   const float s = x - static_cast<float>(i), t = y - static_cast<float>(j);
-  const float* const row = &lags_[static_cast<std::size_t>(j * (kCells + 1) + i)];
+  const float* const row = &itd_frames_[static_cast<std::size_t>(j * (kCells + 1) + i)];
   const float* const next = row + kCells + 1;
   const float low = row[0] + s * (row[1] - row[0]);
   const float high = next[0] + s * (next[1] - next[0]);

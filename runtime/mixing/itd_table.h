@@ -30,10 +30,10 @@ class ItdTable {
   // up.
   float operator()(const Vec3f& from) const noexcept REALTIME;
 
-  const float* table() const { return lags_.data(); }  // [kCells + 1][kCells + 1]: v, u
+  const float* table() const { return itd_frames_.data(); }  // [kCells + 1][kCells + 1]: v, u
 
  private:
-  std::vector<float> lags_;
+  std::vector<float> itd_frames_;
 };
 
 }  // namespace clamor

@@ -17,7 +17,7 @@ namespace {
 // A listener whose speed changes by more than 35 m/s between keyframes was moved abruptly, for
 // example after the sampler had stalled. Delays that followed the jump would be heard as a chirp.
 constexpr double kLeap_m = 0.7;
-constexpr double kSlideAfterLeap_frames = 0.1 * kKeyframeFrames;
+constexpr double kMaxSlideAfterLeap_frames = 0.1 * kKeyframeFrames;
 
 constexpr float kLastRank = kHighestRank - 1;  // of chosen voices
 
@@ -47,23 +47,18 @@ const std::array<float, kFadeKeyframes>& fade_steps() {
 
 }  // namespace
 
-KeyframeMaker::KeyframeMaker(const RadiationModel& field, std::size_t slots, Receivers receivers,
-                             std::shared_ptr<const Hrtf> head, OnsetSignals onsets)
+KeyframeMaker::KeyframeMaker(const RadiationModel& radiation, std::size_t slots,
+                             Receivers receivers, std::shared_ptr<const Hrtf> head,
+                             OnsetSignals onsets)
     : receivers_(receivers),
-      lags_(head == nullptr ? nullptr : std::make_unique<const ItdTable>(*head)),
+      itd_table_(head == nullptr ? nullptr : std::make_unique<const ItdTable>(*head)),
       onsets_(std::move(onsets)),
-      table_(field, slots),
-      last_frames_(table_.delay_frames),
+      table_(radiation, slots),
+      directory_(slots),
       slots_(slots),
       voices_(slots),
-      visibility_goal_(slots),
-      tile_moved_(slots / VoiceTable::kTile + 1) {
-  slots_by_number_.reserve(2 * slots);
-  next_by_number_.reserve(2 * slots);
-  for (std::size_t s = slots; s-- > 0;) {
-    voices_[s].slot = static_cast<std::uint32_t>(s);
-    free_.push_back(static_cast<std::uint32_t>(s));
-  }
+      visibility_targets_(slots) {
+  for (std::size_t s = 0; s < slots; ++s) voices_[s].slot = static_cast<std::uint32_t>(s);
 }
 
 ListenerFrame KeyframeMaker::listener_frame(const Listener& listener) const {
@@ -78,7 +73,7 @@ ListenerFrame KeyframeMaker::listener_frame(const Listener& listener) const {
 void KeyframeMaker::apply_directivity(std::span<const std::uint32_t> slots) {
   for (const std::uint32_t s : slots)
     for (int e = 0; e < kEars; ++e) {
-      const Vec3 ear_m = head_.ear_positions_m[static_cast<std::size_t>(e)];
+      const Vec3 ear_m = listener_.now.ear_positions_m[static_cast<std::size_t>(e)];
       const Bands gain = reception_.gain(e, Vec3f(Vec3(table_.position_of(s)) - ear_m));
       for (std::size_t b = 0; b < kBandCount; ++b) voices_[s].gain[e][b] *= gain[b];
     }
@@ -86,21 +81,24 @@ void KeyframeMaker::apply_directivity(std::span<const std::uint32_t> slots) {
 
 // Recomputes the position of all voices for a new listener. Voices whose delays jumped fade out
 // where they were.
-void KeyframeMaker::place_all(const ListenerFrame& head) {
+void KeyframeMaker::place_all() {
   constexpr std::size_t kTile = VoiceTable::kTile;
-  head_ = head;
-  std::swap(table_.delay_frames, last_frames_);
-  place_voices(table_, head_, lags_.get(), 0, (used_ + kTile - 1) / kTile * kTile);
-  std::fill(tile_moved_.begin(), tile_moved_.end(), false);
-  const auto jumped = [this](std::size_t ear, std::size_t s) {
-    return std::abs(table_.delay_frames[ear][s] - last_frames_[ear][s]) > fastest_slide_frames_;
+  VoiceArrivals& arrivals = table_.arrivals;
+  std::swap(arrivals.delay_frames, arrivals.last_delay_frames);
+  place_voices(table_, listener_.now, itd_table_.get(), 0,
+               (directory_.used + kTile - 1) / kTile * kTile);
+  std::fill(table_.geometry.changed.begin(), table_.geometry.changed.end(), false);
+  const auto jumped = [&arrivals, max_frames = listener_.max_slide_frames](std::size_t ear,
+                                                                           std::size_t s) {
+    return std::abs(arrivals.delay_frames[ear][s] - arrivals.last_delay_frames[ear][s]) >
+           max_frames;
   };
-  for (std::size_t first = 0; first < used_; first += kTile) {
+  for (std::size_t first = 0; first < directory_.used; first += kTile) {
     std::int64_t any = 0;  // a sum, so that the loop is vectorised
     for (std::size_t e = 0; e < kEars; ++e)
       for (std::size_t s = first; s < first + kTile; ++s) any += jumped(e, s) ? 1 : 0;
     if (any == 0) continue;
-    for (std::size_t s = first; s < std::min(first + kTile, used_); ++s)
+    for (std::size_t s = first; s < std::min(first + kTile, directory_.used); ++s)
       if (slots_[s].in_use && !slots_[s].moves && (jumped(0, s) || jumped(1, s)))
         slots_[s].frozen = true;
   }
@@ -109,29 +107,38 @@ void KeyframeMaker::place_all(const ListenerFrame& head) {
 // Moves half of the way to the target visibility.
 void KeyframeMaker::smooth_visibility(std::uint32_t s) {
   constexpr float kNear = 1e-3f;
-  Bands& visibility = table_.visibility[s];
-  const Bands& goal = visibility_goal_[s];
+  Bands& visibility = table_.radiation.visibility[s];
+  const Bands& target = visibility_targets_[s];
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    const float way = goal[b] - visibility[b];
-    visibility[b] = std::abs(way) < kNear ? goal[b] : visibility[b] + way / 2;
+    const float change = target[b] - visibility[b];
+    visibility[b] = std::abs(change) < kNear ? target[b] : visibility[b] + change / 2;
   }
-  slots_[s].smooths = visibility != goal;
+  slots_[s].smooths = visibility != target;
   slots_[s].changed = true;
 }
 
-// Moves the power scale along the course of a fade. Sources that fade in, fade out, and change
-// their scale then have constant total power.
+// Sources that fade in, fade out, and change their scale have constant total power.
+float KeyframeMaker::PowerScale::next() {
+  const std::array<float, kFadeKeyframes>& steps = fade_steps();
+  float scale = steps[0] * target;
+  for (std::size_t f = 1; f < steps.size(); ++f) scale += steps[f] * previous_targets[f - 1];
+  std::shift_right(previous_targets.begin(), previous_targets.end(), 1);
+  previous_targets[0] = target;
+  return --keyframes_left == 0 ? target : scale;
+}
+
 void KeyframeMaker::update_scale(std::uint32_t s) {
   Slot& slot = slots_[s];
-  if (slot.keyframes_to_scale_goal == 0) return;
-  const std::array<float, kFadeKeyframes>& steps = fade_steps();
-  float scale = steps[0] * slot.scale_goal;
-  for (std::size_t f = 1; f < steps.size(); ++f) scale += steps[f] * slot.scale_goals_before[f - 1];
-  std::shift_right(slot.scale_goals_before.begin(), slot.scale_goals_before.end(), 1);
-  slot.scale_goals_before[0] = slot.scale_goal;
-  if (--slot.keyframes_to_scale_goal == 0) scale = slot.scale_goal;
-  table_.scale[s] = scale;
+  if (slot.scale.keyframes_left == 0) return;
+  table_.radiation.scale[s] = slot.scale.next();
   slot.changed = true;
+}
+
+// A listener who leaps was moved abruptly, and delays do not follow.
+void KeyframeMaker::ListenerStep::set_step(const Vec3& next_step_m) {
+  const bool leapt = length(next_step_m - step_m) > kLeap_m;
+  max_slide_frames = leapt ? kMaxSlideAfterLeap_frames : kMaxSlide_frames;
+  step_m = next_step_m;
 }
 
 // For samplers that give no ranks: the level, in steps of half a decibel.
@@ -156,27 +163,24 @@ std::uint8_t KeyframeMaker::rank_of(const Slot& slot, const Voice& voice) const 
 void KeyframeMaker::make(std::span<const SampledSource> sample, const Listener& listener,
                          Keyframe& keyframe, const Reception& reception,
                          std::uint64_t held_frames) {
-  now_frames_ = static_cast<double>(made_ * kKeyframeFrames + held_frames);
-  const ListenerFrame head = listener_frame(listener);
+  due_frames_ = static_cast<double>(made_ * kKeyframeFrames + held_frames);
   reception_ = reception;
-  if (made_ == 0) last_head_ = head;
-  const bool still = made_ > 0 && head == last_head_;
-  const Vec3 step_m = kKeyframe_s * listener.velocity_mps;
-  const bool leapt = length(step_m - last_step_m_) > kLeap_m;
-  fastest_slide_frames_ = leapt ? kSlideAfterLeap_frames : kFastestSlide_frames;
-  last_step_m_ = step_m;
+  const ListenerFrame frame = listener_frame(listener);
+  const bool still = made_ > 0 && frame == listener_.now;
+  listener_.last = made_ > 0 ? listener_.now : frame;
+  listener_.now = frame;
+  listener_.set_step(kKeyframe_s * listener.velocity_mps);
 
-  if (!still) place_all(head);
+  if (!still) place_all();
   assign_slots(sample);
 
   keyframe.number = made_;
-  assert(in_use_ <= keyframe.voices.capacity());
-  keyframe.voices.resize(in_use_);
+  assert(directory_.in_use <= keyframe.voices.capacity());
+  keyframe.voices.resize(directory_.in_use);
   std::size_t count = 0;
-  for (std::size_t first = 0; first < used_; first += VoiceTable::kTile)
+  for (std::size_t first = 0; first < directory_.used; first += VoiceTable::kTile)
     count = make_tile(first, still, keyframe, count);
   assert(count == keyframe.voices.size());
-  last_head_ = head;
   ++made_;
 }
 
@@ -184,9 +188,9 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Listener& 
 // the new count.
 std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& keyframe,
                                      std::size_t count) {
-  const std::size_t last = std::min(first + VoiceTable::kTile, used_);
+  const std::size_t last = std::min(first + VoiceTable::kTile, directory_.used);
   // Prefetch what the next tile writes: stores to uncached memory would stall all others.
-  for (std::size_t s = last; s < std::min(last + VoiceTable::kTile, used_); ++s) {
+  for (std::size_t s = last; s < std::min(last + VoiceTable::kTile, directory_.used); ++s) {
     prefetch_to_write(&voices_[s], sizeof(Voice));
     if (count + s - first < keyframe.voices.size())
       prefetch_to_write(&keyframe.voices[count + s - first], sizeof(Voice));
@@ -208,12 +212,12 @@ std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& ke
     if (!still || slot.changed) made[makes++] = s;
     slot.changed = false;
   }
-  if (tile_moved_[first / VoiceTable::kTile]) {
-    place_voices(table_, head_, lags_.get(), first, first + VoiceTable::kTile);
-    tile_moved_[first / VoiceTable::kTile] = false;
+  if (table_.geometry.changed[first / VoiceTable::kTile]) {
+    place_voices(table_, listener_.now, itd_table_.get(), first, first + VoiceTable::kTile);
+    table_.geometry.changed[first / VoiceTable::kTile] = false;
   }
   if (makes > 0) {
-    make_voices(table_, head_.places, std::span(made).first(makes), voices_.data());
+    make_voices(table_, listener_.now.places, std::span(made).first(makes), voices_.data());
     if (!reception_.is_omnidirectional()) apply_directivity(std::span(made).first(makes));
   }
   for (const std::uint32_t s : std::span(made).first(makes))
@@ -233,8 +237,7 @@ std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& ke
       for (float& band : ear) band *= gain;
     if (slot.fade > 0) continue;
     slot.in_use = false;
-    --in_use_;
-    free_.push_back(s);
+    directory_.give_back(s);
   }
   return count;
 }

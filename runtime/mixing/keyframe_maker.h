@@ -56,9 +56,9 @@ class KeyframeMaker {
   // an HRTF.
   enum class Receivers : std::uint8_t { kPair, kOne };
 
-  // `field` must outlive this. `slots` is how many voices may sound at once, including those that
-  // fade out; a source waits if none is free.
-  KeyframeMaker(const RadiationModel& field, std::size_t slots,
+  // `radiation` must outlive this. `slots` is how many voices may sound at once, including those
+  // that fade out; a source waits if none is free.
+  KeyframeMaker(const RadiationModel& radiation, std::size_t slots,
                 Receivers receivers = Receivers::kPair, std::shared_ptr<const Hrtf> head = nullptr,
                 OnsetSignals onsets = {});
 
@@ -69,19 +69,31 @@ class KeyframeMaker {
             const Reception& reception = Reception(), std::uint64_t held_frames = 0);
 
   // ITDs of the HRTF, or null.
-  const ItdTable* lags() const { return lags_.get(); }
+  const ItdTable* itd_table() const { return itd_table_.get(); }
 
  private:
   // Bound on the change of a delay per keyframe: a delay cannot shrink faster than time passes. A
   // source that approaches at half the speed of sound (kMaxSourceMach) stays below it.
-  static constexpr double kFastestSlide_frames = 0.98 * kKeyframeFrames;
+  static constexpr double kMaxSlide_frames = 0.98 * kKeyframeFrames;
 
+  // The power scale of a source, which follows the curve of a fade to its target.
+  struct PowerScale {
+    float target = 1;
+    // Targets of the previous keyframes, the newest first.
+    std::array<float, kFadeKeyframes - 1> previous_targets{};
+    std::int8_t keyframes_left = 0;  // until the scale is at its target
+
+    void set_target(float scale) {
+      if (scale != target) keyframes_left = kFadeKeyframes;
+      target = scale;
+    }
+    // The scale of the next keyframe, while any are left.
+    float next();
+  };
   struct Slot {
     std::uint64_t number = 0;
     std::uint64_t chosen = 0;  // the last keyframe that it was chosen for
-    float scale_goal = 1;      // of power
-    // Targets of the previous keyframes, the newest first.
-    std::array<float, kFadeKeyframes - 1> scale_goals_before{};
+    PowerScale scale;
     float rank = -1;
     std::int8_t fade = 0;  // of kFadeKeyframes; 0 is silence
     bool in_use = false;
@@ -89,23 +101,36 @@ class KeyframeMaker {
     bool frozen = false;   // its path jumped: fades out as it was
     bool changed = false;  // must be recomputed even if the listener stays
     bool moves = false;
-    bool smooths = false;                     // visibility is moving to its target
-    std::int8_t keyframes_to_scale_goal = 0;  // until the scale is at its target
+    bool smooths = false;           // visibility is moving to its target
     std::uint32_t loop = kNoOnset;  // the loop that follows while the voice plays an onset
-
-    void set_scale(float goal) {
-      if (goal != scale_goal) keyframes_to_scale_goal = kFadeKeyframes;
-      scale_goal = goal;
-    }
   };
-  struct SlotOfSource {
-    std::uint64_t number;
-    std::uint32_t slot;
+  // Which slots are free, and which belong to which source.
+  struct SlotDirectory {
+    struct Entry {
+      std::uint64_t number;
+      std::uint32_t slot;
+    };
+    std::vector<std::uint32_t> free;  // the lowest last
+    std::size_t in_use = 0;
+    std::size_t used = 0;                   // slots ever used; all others are free
+    std::vector<Entry> by_number, updated;  // sorted by number; some no longer in use
+
+    explicit SlotDirectory(std::size_t slots);
+    std::uint32_t take();
+    void give_back(std::uint32_t slot);
+  };
+  // The listener at this keyframe and at the one before.
+  struct ListenerStep {
+    ListenerFrame now{}, last{};
+    Vec3 step_m{0, 0, 0};         // per keyframe, by the listener's velocity
+    double max_slide_frames = 0;  // of delays, for this keyframe
+
+    void set_step(const Vec3& next_step_m);
   };
 
   ListenerFrame listener_frame(const Listener& listener) const;
   void apply_directivity(std::span<const std::uint32_t> slots);
-  void place_all(const ListenerFrame& head);
+  void place_all();
   void assign_slots(std::span<const SampledSource> sample);
   std::uint32_t start(const SampledSource& chosen);
   void begin_sound(std::uint32_t s, const SampledSource& chosen);
@@ -113,7 +138,6 @@ class KeyframeMaker {
   bool keep(std::uint32_t s, const SampledSource& chosen);
   bool follow(std::uint32_t s, const SampledSource& chosen);
   void extrapolate(std::uint32_t s);
-  void mark_changed(std::uint32_t s);
   void smooth_visibility(std::uint32_t s);
   void update_scale(std::uint32_t s);
   MovingSourcePoint point_of(const SampledSource& chosen) const;
@@ -124,25 +148,17 @@ class KeyframeMaker {
   std::size_t make_tile(std::size_t first, bool still, Keyframe& keyframe, std::size_t count);
 
   const Receivers receivers_;
-  Reception reception_;
-  const std::unique_ptr<const ItdTable> lags_;  // null without an HRTF
+  const std::unique_ptr<const ItdTable> itd_table_;  // null without an HRTF
   const OnsetSignals onsets_;
+  Reception reception_;
+  ListenerStep listener_;
   VoiceTable table_;
-  std::array<std::vector<double>, kEars> last_frames_;  // the table's delays in the last keyframe
+  SlotDirectory directory_;
   std::vector<Slot> slots_;
-  std::vector<Voice> voices_;           // by slot: as in the last keyframe, before fading
-  std::vector<Bands> visibility_goal_;  // by slot
-  std::vector<std::uint32_t> free_;     // slots, the lowest last
-  std::size_t used_ = 0;                // slots ever used; all others are free
-  std::vector<SlotOfSource> slots_by_number_,
-      next_by_number_;            // sorted by number; some no longer in use
-  std::vector<bool> tile_moved_;  // since its voices were placed
-  ListenerFrame head_{}, last_head_{};
-  Vec3 last_step_m_{0, 0, 0};
-  double fastest_slide_frames_ = 0;  // for this keyframe
-  std::size_t in_use_ = 0;
-  std::uint64_t made_ = 0;
-  double now_frames_ = 0;  // due time of the keyframe being made
+  std::vector<Voice> voices_;              // by slot: as in the last keyframe, before fading
+  std::vector<Bands> visibility_targets_;  // by slot
+  std::uint64_t made_ = 0;                 // keyframes
+  double due_frames_ = 0;                  // time of the keyframe being made
 };
 
 }  // namespace clamor

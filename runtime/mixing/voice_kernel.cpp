@@ -18,7 +18,7 @@ namespace {
 
 // The lookup of itd_table.h, in the order of operations of its scalar code.
 template <class D, class V>
-HWY_INLINE V lag_of(D d, V x, V y, V z, const float* table) {
+HWY_INLINE V itd_of(D d, V x, V y, V z, const float* table) {
   const hn::RebindToSigned<D> di;
   constexpr int kCells = ItdTable::kCells, kRow = kCells + 1;
   const auto one = hn::Set(d, 1.0f);
@@ -43,7 +43,7 @@ HWY_INLINE V lag_of(D d, V x, V y, V z, const float* table) {
   return hn::Add(low, hn::Mul(t, hn::Sub(high, low)));
 }
 
-void place_voices_here(VoiceTable& table, const ListenerFrame& stance, const float* lags,
+void place_voices_here(VoiceTable& table, const ListenerFrame& listener, const float* itd_table,
                        std::size_t first, std::size_t last) {
   const Doubles dd;
   const Halves d;
@@ -56,7 +56,7 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& stance, const flo
   const auto dot = [](const Floats3& a, const Floats3& b) {
     return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
   };
-  const auto load = [&](const std::array<VoiceTable::Column, 3>& columns, std::size_t at) {
+  const auto load = [&](const std::array<VoiceColumn, 3>& columns, std::size_t at) {
     return Floats3{hn::LoadU(d, columns[0].data() + at), hn::LoadU(d, columns[1].data() + at),
                    hn::LoadU(d, columns[2].data() + at)};
   };
@@ -64,34 +64,35 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& stance, const flo
     return Floats3{hn::Set(d, static_cast<float>(v.x)), hn::Set(d, static_cast<float>(v.y)),
                    hn::Set(d, static_cast<float>(v.z))};
   };
-  const Floats3 ahead = axis(stance.ahead), left = axis(stance.left), up = axis(stance.up);
+  const Floats3 ahead = axis(listener.ahead), left = axis(listener.left), up = axis(listener.up);
   for (std::size_t at = first; at < last; at += hn::Lanes(d)) {
-    const Floats3 position = load(table.position_m, at);
+    const Floats3 position = load(table.geometry.position_m, at);
     const Double x = hn::PromoteTo(dd, position.x), y = hn::PromoteTo(dd, position.y),
                  z = hn::PromoteTo(dd, position.z);
-    const Floats3 normal = load(table.normal, at), mirror = load(table.mirror, at);
+    const Floats3 normal = load(table.geometry.normal, at),
+                  mirror = load(table.geometry.mirror, at);
     const Double normal_x = hn::PromoteTo(dd, normal.x), normal_y = hn::PromoteTo(dd, normal.y),
                  normal_z = hn::PromoteTo(dd, normal.z);
-    struct Way {
+    struct Path {
       Floats3 towards;  // from the source to the listener
       Double length;
       Float along_normal;  // double until here, because differences near the surface are small
     };
-    const auto way_along = [&](Double wx, Double wy, Double wz) {
+    const auto path_along = [&](Double wx, Double wy, Double wz) {
       const Double length2 = hn::Add(hn::Add(hn::Mul(wx, wx), hn::Mul(wy, wy)), hn::Mul(wz, wz));
       const Double along_normal =
           hn::Add(hn::Add(hn::Mul(wx, normal_x), hn::Mul(wy, normal_y)), hn::Mul(wz, normal_z));
-      return Way{{hn::DemoteTo(d, wx), hn::DemoteTo(d, wy), hn::DemoteTo(d, wz)},
-                 hn::Sqrt(length2),
-                 hn::DemoteTo(d, along_normal)};
+      return Path{{hn::DemoteTo(d, wx), hn::DemoteTo(d, wy), hn::DemoteTo(d, wz)},
+                  hn::Sqrt(length2),
+                  hn::DemoteTo(d, along_normal)};
     };
-    const auto way_to = [&](const Vec3& place) {
-      return way_along(hn::Sub(hn::Set(dd, place.x), x), hn::Sub(hn::Set(dd, place.y), y),
-                       hn::Sub(hn::Set(dd, place.z), z));
+    const auto path_to = [&](const Vec3& place) {
+      return path_along(hn::Sub(hn::Set(dd, place.x), x), hn::Sub(hn::Set(dd, place.y), y),
+                        hn::Sub(hn::Set(dd, place.z), z));
     };
 
     // In the listener's axes; straight ahead for a source inside the head.
-    const Way to_centre = way_to(stance.centre_m);
+    const Path to_centre = path_to(listener.centre_m);
     const Float centre_m = hn::DemoteTo(d, to_centre.length);
     const auto inside = hn::Le(centre_m, hn::Set(d, 1e-6f));
     const Float over_m = hn::Div(one, hn::IfThenElse(inside, one, centre_m));
@@ -101,15 +102,15 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& stance, const flo
     const Float from_x = hn::IfThenElse(inside, one, from_along(ahead));
     const Float from_y = hn::IfThenElse(inside, zero, from_along(left));
     const Float from_z = hn::IfThenElse(inside, zero, from_along(up));
-    hn::StoreU(from_x, d, table.from[0].data() + at);
-    hn::StoreU(from_y, d, table.from[1].data() + at);
-    hn::StoreU(from_z, d, table.from[2].data() + at);
+    hn::StoreU(from_x, d, table.arrivals.from[0].data() + at);
+    hn::StoreU(from_y, d, table.arrivals.from[1].data() + at);
+    hn::StoreU(from_z, d, table.arrivals.from[2].data() + at);
 
     // To an ear beside the centre, from the position of the source when the sound for that ear left
     // it.
-    const bool moves = table.moves[at / VoiceTable::kTile];
-    const auto way_from_moving = [&](const Vec3& place) {
-      const Floats3 mach = load(table.mach, at);
+    const bool moves = table.geometry.moves[at / VoiceTable::kTile];
+    const auto path_from_moving = [&](const Vec3& place) {
+      const Floats3 mach = load(table.geometry.mach, at);
       const Double mx = hn::PromoteTo(dd, mach.x), my = hn::PromoteTo(dd, mach.y),
                    mz = hn::PromoteTo(dd, mach.z);
       const auto dot3 = [](Double ax, Double ay, Double az, Double bx, Double by, Double bz) {
@@ -123,39 +124,40 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& stance, const flo
       const Double under = hn::Sub(
           hn::Mul(b, b), hn::Mul(rest, hn::Sub(hn::Mul(age, age), dot3(wx, wy, wz, wx, wy, wz))));
       const Double later = hn::Div(hn::Sub(b, hn::Sqrt(hn::Max(under, hn::Zero(dd)))), rest);
-      return way_along(hn::Sub(wx, hn::Mul(mx, later)), hn::Sub(wy, hn::Mul(my, later)),
-                       hn::Sub(wz, hn::Mul(mz, later)));
+      return path_along(hn::Sub(wx, hn::Mul(mx, later)), hn::Sub(wy, hn::Mul(my, later)),
+                        hn::Sub(wz, hn::Mul(mz, later)));
     };
 
-    const Double leaves = hn::LoadU(dd, table.emission_frames.data() + at);
-    const Float radius_m = hn::LoadU(d, table.radius_m.data() + at);
-    for (int e = 0; e < stance.places; ++e) {
-      const Way way = stance.places == 1 ? to_centre
-                      : moves            ? way_from_moving(stance.ear_positions_m[e])
-                                         : way_to(stance.ear_positions_m[e]);
-      const Double frames = hn::Add(leaves, hn::Mul(way.length, hn::Set(dd, table.frames_per_m)));
-      const Float r_m = stance.places == 1 ? centre_m : hn::DemoteTo(d, way.length);
+    const Double emission = hn::LoadU(dd, table.geometry.emission_frames.data() + at);
+    const Float radius_m = hn::LoadU(d, table.geometry.radius_m.data() + at);
+    for (int e = 0; e < listener.places; ++e) {
+      const Path path = listener.places == 1 ? to_centre
+                        : moves              ? path_from_moving(listener.ear_positions_m[e])
+                                             : path_to(listener.ear_positions_m[e]);
+      const Double frames =
+          hn::Add(emission, hn::Mul(path.length, hn::Set(dd, table.geometry.frames_per_m)));
+      const Float r_m = listener.places == 1 ? centre_m : hn::DemoteTo(d, path.length);
       const auto nowhere = hn::Eq(r_m, zero);
       const Float over_r = hn::Div(one, hn::IfThenElse(nowhere, one, r_m));
       const Float near_m = hn::Max(r_m, radius_m);
-      const Float cos_o = hn::IfThenElse(nowhere, one, hn::Mul(way.along_normal, over_r));
+      const Float cos_o = hn::IfThenElse(nowhere, one, hn::Mul(path.along_normal, over_r));
       const Float cos_a = hn::Min(
-          hn::IfThenElse(nowhere, dot(normal, mirror), hn::Mul(dot(way.towards, mirror), over_r)),
+          hn::IfThenElse(nowhere, dot(normal, mirror), hn::Mul(dot(path.towards, mirror), over_r)),
           one);
-      hn::StoreU(r_m, d, table.distance_m[e].data() + at);
-      hn::StoreU(hn::Div(one, hn::Mul(near_m, near_m)), d, table.spread[e].data() + at);
-      hn::StoreU(cos_o, d, table.cos_o[e].data() + at);
-      hn::StoreU(loss_cell_of(d, cos_o), d, table.loss_cell[e].data() + at);
-      hn::StoreU(log_base_of(d, hn::LoadU(d, table.lift.data() + at), cos_a), d,
-                 table.log_base[e].data() + at);
-      hn::StoreU(frames, dd, table.delay_frames[e].data() + at);
-      if (stance.places > 1) continue;
-      Double half_lag = hn::Zero(dd);
-      if (lags != nullptr)
-        half_lag =
-            hn::Mul(hn::PromoteTo(dd, lag_of(d, from_x, from_y, from_z, lags)), hn::Set(dd, 0.5));
-      hn::StoreU(hn::Sub(frames, half_lag), dd, table.delay_frames[0].data() + at);
-      hn::StoreU(hn::Add(frames, half_lag), dd, table.delay_frames[1].data() + at);
+      hn::StoreU(r_m, d, table.arrivals.distance_m[e].data() + at);
+      hn::StoreU(hn::Div(one, hn::Mul(near_m, near_m)), d, table.arrivals.spread[e].data() + at);
+      hn::StoreU(cos_o, d, table.arrivals.cos_o[e].data() + at);
+      hn::StoreU(loss_cell_of(d, cos_o), d, table.arrivals.loss_cell[e].data() + at);
+      hn::StoreU(log_base_of(d, hn::LoadU(d, table.geometry.lift.data() + at), cos_a), d,
+                 table.arrivals.log_base[e].data() + at);
+      hn::StoreU(frames, dd, table.arrivals.delay_frames[e].data() + at);
+      if (listener.places > 1) continue;
+      Double half_itd = hn::Zero(dd);
+      if (itd_table != nullptr)
+        half_itd = hn::Mul(hn::PromoteTo(dd, itd_of(d, from_x, from_y, from_z, itd_table)),
+                           hn::Set(dd, 0.5));
+      hn::StoreU(hn::Sub(frames, half_itd), dd, table.arrivals.delay_frames[0].data() + at);
+      hn::StoreU(hn::Add(frames, half_itd), dd, table.arrivals.delay_frames[1].data() + at);
     }
   }
 }
@@ -197,84 +199,87 @@ struct PerEar {
 };
 
 template <class Ears>
-HWY_INLINE void make_gains(const Ears& ears, const VoiceTable& table, std::size_t slot,
+HWY_INLINE void make_gains(const Ears& ears, const VoiceRadiation& radiation, std::size_t slot,
                            const PerEar& at, float* HWY_RESTRICT gain) {
   static_assert(kBandCount == 8, "rows of bands fill whole vectors");
   const auto d = ears.d;
-  const VoiceTable::Kind kind = table.kind[slot];
-  const ReflectionTable* const law = table.law[slot];
-  const float* const exponent = table.exponent[slot];
+  const VoiceRadiation::Kind kind = radiation.kind[slot];
+  const ReflectionTable* const law = radiation.law[slot];
+  const float* const exponent = radiation.exponent[slot];
+  const auto power_of_base = [&](std::size_t b) {
+    return exp2_of(d, hn::Mul(ears.row(exponent + b), ears.each(at.log_base)));
+  };
   for (std::size_t b = 0; b < kBandCount; b += hn::Lanes(d)) {
-    auto intensity = ears.row(table.power[slot].data() + b);
-    if (kind == VoiceTable::kEmitter) {
-      const auto power = hn::Mul(ears.row(exponent + b), ears.each(at.log_base));
-      intensity = hn::Mul(intensity, exp2_of(d, power));
-    } else if (kind == VoiceTable::kDiffuse) {
-      intensity =
-          hn::Mul(intensity, hn::Mul(ears.row(law->diffuse.data() + b), ears.each(at.cos_o)));
-    } else if (kind == VoiceTable::kReflection) {
+    const auto row = [&](const Bands& bands) { return ears.row(bands.data() + b); };
+    auto intensity = row(radiation.power[slot]);
+    if (kind == VoiceRadiation::kEmitter) {
+      intensity = hn::Mul(intensity, power_of_base(b));
+    } else if (kind == VoiceRadiation::kDiffuse) {
+      intensity = hn::Mul(intensity, diffuse_term(row(law->diffuse), ears.each(at.cos_o)));
+    } else if (kind == VoiceRadiation::kReflection) {
       const auto cos_o = ears.each(at.cos_o);
-      const auto power = hn::Mul(ears.row(exponent + b), ears.each(at.log_base));
-      const auto lobe =
-          hn::Mul(hn::Mul(ears.row(law->lobe.data() + b), ears.each(at.tilt)), exp2_of(d, power));
-      const auto diffuse = hn::Mul(ears.row(law->diffuse.data() + b), cos_o);
-      const auto here = ears.rows(at.loss, b), next = ears.rows(at.next_loss, b);
-      const auto lost = hn::Add(here, hn::Mul(ears.each(at.part), hn::Sub(next, here)));
-      const auto bounce = hn::Mul(hn::Mul(ears.row(table.bounce[slot].data() + b), lost), cos_o);
-      intensity = hn::Add(hn::Mul(intensity, hn::Add(diffuse, lobe)), bounce);
+      const auto lobe = lobe_term(row(law->lobe), ears.each(at.tilt), power_of_base(b));
+      const auto loss =
+          loss_between(ears.rows(at.loss, b), ears.rows(at.next_loss, b), ears.each(at.part));
+      const auto compensation = compensation_term(row(radiation.compensation[slot]), loss, cos_o);
+      intensity = hn::Add(hn::Mul(intensity, hn::Add(diffuse_term(row(law->diffuse), cos_o), lobe)),
+                          compensation);
     }
     const auto air =
-        exp2_of(d, hn::Mul(ears.row(table.air_log2_loss_per_m.data() + b), ears.each(at.away_m)));
+        air_transmittance_of(d, row(radiation.air_log2_loss_per_m), ears.each(at.away_m));
     intensity = hn::Mul(hn::Mul(intensity, ears.each(at.outer)),
-                        hn::Mul(air, ears.row(table.visibility[slot].data() + b)));
+                        hn::Mul(air, row(radiation.visibility[slot])));
     // The square root from the bake's power to the mixer's amplitude.
-    hn::StoreU(hn::Mul(hn::Sqrt(intensity), hn::Set(d, table.sign[slot])), d, gain + b);
+    hn::StoreU(hn::Mul(hn::Sqrt(intensity), hn::Set(d, radiation.sign[slot])), d, gain + b);
   }
 }
 
 HWY_INLINE void make_voice(const VoiceTable& table, std::size_t places, std::size_t slot,
                            Voice& voice) {
-  const VoiceTable::Kind kind = table.kind[slot];
+  const VoiceRadiation& radiation = table.radiation;
+  const VoiceArrivals& arrivals = table.arrivals;
+  const VoiceRadiation::Kind kind = radiation.kind[slot];
   PerEar at;
-  bool heard = false;
+  bool audible = false;
   for (std::size_t e = 0; e < places; ++e) {
-    const float cos_o = table.cos_o[e][slot];
-    const bool behind = kind >= VoiceTable::kDiffuse && !(cos_o > 0);  // its surface
-    heard |= !behind;
-    at.away_m[e] = -table.distance_m[e][slot];
-    at.outer[e] = behind ? 0 : table.spread[e][slot] * table.scale[slot];
+    const float cos_o = arrivals.cos_o[e][slot];
+    const bool behind = kind >= VoiceRadiation::kDiffuse && !(cos_o > 0);  // its surface
+    audible |= !behind;
+    at.away_m[e] = -arrivals.distance_m[e][slot];
+    at.outer[e] = behind ? 0 : arrivals.spread[e][slot] * radiation.scale[slot];
     at.cos_o[e] = behind ? 0 : cos_o;
-    at.log_base[e] = table.log_base[e][slot];
-    if (kind != VoiceTable::kReflection) continue;
-    at.tilt[e] = std::min(1.0f, at.cos_o[e] * table.over_cos_i[slot]);
-    const float cell = table.loss_cell[e][slot];
+    at.log_base[e] = arrivals.log_base[e][slot];
+    if (kind != VoiceRadiation::kReflection) continue;
+    at.tilt[e] = std::min(1.0f, at.cos_o[e] * radiation.inverse_cos_i[slot]);
+    const float cell = arrivals.loss_cell[e][slot];
     const int k = ReflectionTable::cell_at(cell);
     at.part[e] = cell - static_cast<float>(k);
-    at.loss[e] = table.law[slot]->loss[static_cast<std::size_t>(k)].data();
+    at.loss[e] = radiation.law[slot]->loss[static_cast<std::size_t>(k)].data();
     at.next_loss[e] = at.loss[e] + kBandCount;
   }
-  if (!heard) {
+  if (!audible) {
     voice.gain = {};
     return;
   }
 #if HWY_MAX_BYTES >= 64
   if (places == kEars) {
-    make_gains(BothEars{}, table, slot, at, voice.gain[0].data());
+    make_gains(BothEars{}, radiation, slot, at, voice.gain[0].data());
     return;
   }
 #endif
   for (std::size_t e = 0; e < places; ++e)
-    make_gains(OneEar{{}, e}, table, slot, at, voice.gain[e].data());
+    make_gains(OneEar{{}, e}, radiation, slot, at, voice.gain[e].data());
   if (places == 1) voice.gain[1] = voice.gain[0];
 }
 
 void make_voices_here(const VoiceTable& table, int places, std::span<const std::uint32_t> slots,
                       Voice* voices) {
+  const VoiceArrivals& arrivals = table.arrivals;
   for (const std::uint32_t slot : slots) {
     Voice& voice = voices[slot];
     make_voice(table, static_cast<std::size_t>(places), slot, voice);
-    for (std::size_t e = 0; e < kEars; ++e) voice.delay_frames[e] = table.delay_frames[e][slot];
-    voice.from = {table.from[0][slot], table.from[1][slot], table.from[2][slot]};
+    for (std::size_t e = 0; e < kEars; ++e) voice.delay_frames[e] = arrivals.delay_frames[e][slot];
+    voice.from = {arrivals.from[0][slot], arrivals.from[1][slot], arrivals.from[2][slot]};
   }
 }
 
@@ -292,10 +297,10 @@ HWY_EXPORT(place_voices_here);
 HWY_EXPORT(make_voices_here);
 }  // namespace
 
-void place_voices(VoiceTable& table, const ListenerFrame& stance, const ItdTable* lags,
+void place_voices(VoiceTable& table, const ListenerFrame& listener, const ItdTable* itd_table,
                   std::size_t first, std::size_t last) {
   HWY_DYNAMIC_DISPATCH(place_voices_here)
-  (table, stance, lags == nullptr ? nullptr : lags->table(), first, last);
+  (table, listener, itd_table == nullptr ? nullptr : itd_table->table(), first, last);
 }
 
 void make_voices(const VoiceTable& table, int places, std::span<const std::uint32_t> slots,
@@ -312,30 +317,32 @@ double MovingSourcePoint::later_m(const Vec3& place) const {
   return (b - std::sqrt(std::max(under, 0.0))) / rest;
 }
 
-double delay_frames(const VoiceTable& table, const ListenerFrame& stance, const ItdTable* lags,
-                    const MovingSourcePoint& source, double emission_frames, int ear) {
-  const Vec3 place_m = stance.places == 1 ? stance.centre_m : stance.ear_positions_m[ear];
+double delay_frames(const VoiceTable& table, const ListenerFrame& listener,
+                    const ItdTable* itd_table, const MovingSourcePoint& source,
+                    double emission_frames, int ear) {
+  const Vec3 place_m = listener.places == 1 ? listener.centre_m : listener.ear_positions_m[ear];
   const Vec3 moved_m = source.later_m(place_m) * Vec3(source.mach);
-  const Vec3 way = place_m - Vec3(source.position_m) - moved_m;
-  const double r_m = std::sqrt(way.x * way.x + way.y * way.y + way.z * way.z);
-  const double frames = emission_frames + r_m * table.frames_per_m;
-  if (lags == nullptr || stance.places > 1) return frames;
-  const Vec3f from = direction_from(stance, Vec3f(Vec3(source.position_m) + moved_m));
-  const double half_lag = 0.5 * static_cast<double>((*lags)(from));
-  return ear == 0 ? frames - half_lag : frames + half_lag;
+  const Vec3 path = place_m - Vec3(source.position_m) - moved_m;
+  const double r_m = std::sqrt(path.x * path.x + path.y * path.y + path.z * path.z);
+  const double frames = emission_frames + r_m * table.geometry.frames_per_m;
+  if (itd_table == nullptr || listener.places > 1) return frames;
+  const Vec3f from = direction_from(listener, Vec3f(Vec3(source.position_m) + moved_m));
+  const double half_itd = 0.5 * static_cast<double>((*itd_table)(from));
+  return ear == 0 ? frames - half_itd : frames + half_itd;
 }
 
-Vec3f direction_from(const ListenerFrame& stance, const Vec3f& position_m) {
-  const Vec3 way = stance.centre_m - Vec3(position_m);
-  const auto r_m = static_cast<float>(std::sqrt(way.x * way.x + way.y * way.y + way.z * way.z));
+Vec3f direction_from(const ListenerFrame& listener, const Vec3f& position_m) {
+  const Vec3 path = listener.centre_m - Vec3(position_m);
+  const auto r_m =
+      static_cast<float>(std::sqrt(path.x * path.x + path.y * path.y + path.z * path.z));
   if (r_m <= 1e-6f) return {1, 0, 0};
-  const Vec3f towards(way);
+  const Vec3f towards(path);
   const float over_m = 1 / r_m;
   const auto along = [&](const Vec3& axis) {
     const Vec3f a(axis);
     return -((towards.x * a.x + towards.y * a.y + towards.z * a.z) * over_m);
   };
-  return {along(stance.ahead), along(stance.left), along(stance.up)};
+  return {along(listener.ahead), along(listener.left), along(listener.up)};
 }
 
 }  // namespace clamor

@@ -33,8 +33,8 @@ struct ListenerFrame {
 };
 
 // Computes the listener-dependent columns of the table for slots `first` to `last`, both multiples
-// of a tile. `lags` adds an ITD and needs one receiver position.
-void place_voices(VoiceTable& table, const ListenerFrame& stance, const ItdTable* lags,
+// of a tile. `itd_table` adds an ITD and needs one receiver position.
+void place_voices(VoiceTable& table, const ListenerFrame& listener, const ItdTable* itd_table,
                   std::size_t first, std::size_t last);
 
 // A source in uniform motion around the moment when it was at a position. Ages and speeds are in
@@ -50,9 +50,10 @@ struct MovingSourcePoint {
 };
 
 // Direction and delay of one source, which need not be in the table, with the same bits.
-Vec3f direction_from(const ListenerFrame& stance, const Vec3f& position_m);
-double delay_frames(const VoiceTable& table, const ListenerFrame& stance, const ItdTable* lags,
-                    const MovingSourcePoint& source, double emission_frames, int ear);
+Vec3f direction_from(const ListenerFrame& listener, const Vec3f& position_m);
+double delay_frames(const VoiceTable& table, const ListenerFrame& listener,
+                    const ItdTable* itd_table, const MovingSourcePoint& source,
+                    double emission_frames, int ear);
 
 // Writes the delays, gains and direction of voices[slot] for slots that have been placed.
 void make_voices(const VoiceTable& table, int places, std::span<const std::uint32_t> slots,

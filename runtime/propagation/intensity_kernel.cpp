@@ -110,26 +110,24 @@ HWY_INLINE void add_up(const RadiationTables& tables, const Source& source, cons
       power = hn::Mul(power, hn::Mul(on_axis, to_the(p)));
     } else {
       const ReflectionTable& law = tables.laws[tables.law_of[source.material]];
-      auto density = hn::Mul(row(law.diffuse), hn::Set(d, cos_o));
+      auto density = diffuse_term(row(law.diffuse), hn::Set(d, cos_o));
       if (!law.loss.empty()) {
         const auto loss_at = [&](float cell) {
           const int k = ReflectionTable::cell_at(cell);
           const Bands* const from = law.loss.data() + k;
-          const auto here = row(from[0]), next = row(from[1]);
-          const auto share = hn::Set(d, cell - static_cast<float>(k));
-          return hn::Add(here, hn::Mul(share, hn::Sub(next, here)));
+          return loss_between(row(from[0]), row(from[1]), hn::Set(d, cell - static_cast<float>(k)));
         };
         const auto lobe =
-            hn::Mul(hn::Mul(row(law.lobe), hn::Set(d, columns.tilt[i])), to_the(row(law.exponent)));
-        const auto lost = hn::Mul(loss_at(columns.cell_i[i]), loss_at(columns.cell_o[i]));
-        const auto compensation = hn::Mul(hn::Mul(row(law.compensation), lost), hn::Set(d, cos_o));
+            lobe_term(row(law.lobe), hn::Set(d, columns.tilt[i]), to_the(row(law.exponent)));
+        const auto loss = hn::Mul(loss_at(columns.cell_i[i]), loss_at(columns.cell_o[i]));
+        const auto compensation = compensation_term(row(law.compensation), loss, hn::Set(d, cos_o));
         density = hn::Add(hn::Add(density, compensation), lobe);
       }
       power = hn::Mul(power, density);
     }
-    const auto octaves =
-        hn::Mul(row(tables.air_log2_loss_per_m), hn::Set(d, -columns.distance_m[i]));
-    hn::StoreU(hn::Mul(power, exp2_of(d, octaves)), d, intensity.data() + b);
+    const auto air = air_transmittance_of(d, row(tables.air_log2_loss_per_m),
+                                          hn::Set(d, -columns.distance_m[i]));
+    hn::StoreU(hn::Mul(power, air), d, intensity.data() + b);
   }
 }
 

@@ -1,4 +1,5 @@
-// reflection_lanes-inl.h: evaluates the BRDF (reflection_table.h) in Highway vectors.
+// reflection_lanes-inl.h: evaluates the BRDF (reflection_table.h) and air attenuation in Highway
+// vectors.
 //
 // For propagation/intensity_kernel.cpp and mixing/voice_kernel.cpp, which compile it once per
 // instruction set; hence the unusual include guard.
@@ -41,6 +42,33 @@ HWY_INLINE V log_base_of(D d, V lift, V cos_a) {
   const auto base = hn::Add(lift, hn::Mul(hn::Sub(one, lift), cos_a));
   const auto none = hn::Lt(base, hn::Set(d, 1e-30f));
   return hn::IfThenElse(none, hn::Set(d, -1e30f), log2_of(d, hn::IfThenElse(none, one, base)));
+}
+
+// The terms of the law (reflection_table.h) per band: diffuse cos o; lobe x tilt x base^p with tilt
+// = min(1, cos o / cos i); and compensation x loss x cos o.
+template <class V>
+HWY_INLINE V diffuse_term(V diffuse, V cos_o) {
+  return hn::Mul(diffuse, cos_o);
+}
+template <class V>
+HWY_INLINE V lobe_term(V lobe, V tilt, V power_of_base) {
+  return hn::Mul(hn::Mul(lobe, tilt), power_of_base);
+}
+template <class V>
+HWY_INLINE V compensation_term(V compensation, V loss, V cos_o) {
+  return hn::Mul(hn::Mul(compensation, loss), cos_o);
+}
+
+// The loss between two cells of ReflectionTable::loss.
+template <class V>
+HWY_INLINE V loss_between(V here, V next, V share) {
+  return hn::Add(here, hn::Mul(share, hn::Sub(next, here)));
+}
+
+// The share of energy that air transmits over a distance.
+template <class D, class V>
+HWY_INLINE V air_transmittance_of(D d, V log2_loss_per_m, V minus_distance_m) {
+  return exp2_of(d, hn::Mul(log2_loss_per_m, minus_distance_m));
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace {
 // within less than a cell.
 TEST(ItdTable, EqualsTheHrtfWithinAMicrosecondNearlyEverywhere) {
   const Hrtf& head = testing::kemar_head();
-  const ItdTable lags(head);
+  const ItdTable itd_table(head);
   constexpr std::uint32_t kDirections = 20'000;
   constexpr double kMicrosecond_frames = 1e-6 * kSampleRate_hz;
   constexpr double kMeasuredFrom = -0.64;
@@ -26,7 +26,7 @@ TEST(ItdTable, EqualsTheHrtfWithinAMicrosecondNearlyEverywhere) {
     const double flat = std::sqrt(1 - z * z);
     const Vec3f from(Vec3(flat * std::cos(turn), flat * std::sin(turn), z));
     const double expected = head.delay_frames(from, 1) - head.delay_frames(from, 0);
-    const double error = std::abs(static_cast<double>(lags(from)) - expected);
+    const double error = std::abs(static_cast<double>(itd_table(from)) - expected);
     if (z > kMeasuredFrom) worst_frames = std::max(worst_frames, error);
     worst_below_frames = std::max(worst_below_frames, error);
     beyond += error > kMicrosecond_frames;

@@ -25,9 +25,9 @@ class Voices {
     for (std::uint32_t i = 0; i < kCount; ++i) {
       slots_.push_back(i);
       table_.put(i, sources_[i]);
-      table_.scale[i] = static_cast<float>(1 + 100 * SourcesOfAllKinds::at(i, 20));
+      table_.radiation.scale[i] = static_cast<float>(1 + 100 * SourcesOfAllKinds::at(i, 20));
       for (std::uint32_t b = 0; b < kBandCount; ++b)
-        table_.visibility[i][b] = static_cast<float>(SourcesOfAllKinds::at(i, 30 + b));
+        table_.radiation.visibility[i][b] = static_cast<float>(SourcesOfAllKinds::at(i, 30 + b));
     }
   }
 
@@ -39,9 +39,9 @@ class Voices {
             pose.up(),       places};
   }
 
-  std::vector<Voice> made(int places, const ItdTable* lags = nullptr) {
+  std::vector<Voice> made(int places, const ItdTable* itd_table = nullptr) {
     std::vector<Voice> made(kCount);
-    place_voices(table_, listener(places), lags, 0,
+    place_voices(table_, listener(places), itd_table, 0,
                  (kCount + VoiceTable::kTile - 1) / VoiceTable::kTile * VoiceTable::kTile);
     make_voices(table_, places, slots_, made.data());
     return made;
@@ -70,12 +70,13 @@ TEST(VoiceKernel, EqualsTheRadiationModelOnEveryInstructionSet) {
         for (int e = 0; e < kEars; ++e) {
           const Vec3& ear_m = stance.ear_positions_m[e];
           const Bands intensity = voices.sources().exactly(i, ear_m);
-          const Bands& visibility = voices.table().visibility[i];
+          const Bands& visibility = voices.table().radiation.visibility[i];
           Bands expected;
           float loudest = 0;
           for (std::size_t b = 0; b < kBandCount; ++b) {
-            expected[b] = std::sqrt(intensity[b] * voices.table().scale[i] * visibility[b]) *
-                          static_cast<float>(voices.sources()[i].polarity);
+            expected[b] =
+                std::sqrt(intensity[b] * voices.table().radiation.scale[i] * visibility[b]) *
+                static_cast<float>(voices.sources()[i].polarity);
             loudest = std::max(loudest, std::abs(expected[b]));
           }
           heard += loudest > 0;
@@ -100,13 +101,13 @@ TEST(VoiceKernel, EqualsTheRadiationModelOnEveryInstructionSet) {
 TEST(VoiceKernel, GivesTheSameBitsOnEveryInstructionSet) {
   const KernelGuard guard;
   Voices voices;
-  const ItdTable lags(testing::kemar_head());
+  const ItdTable itd_table(testing::kemar_head());
   for (const int places : {kEars, 1}) {
     force_mix_kernel("");
-    const auto expected = voices.made(places, &lags);
+    const auto expected = voices.made(places, &itd_table);
     for (const std::string& target : mix_kernel_targets()) {
       force_mix_kernel(target);
-      const auto made = voices.made(places, &lags);
+      const auto made = voices.made(places, &itd_table);
       std::size_t differ = 0;
       for (std::size_t i = 0; i < made.size(); ++i)
         differ += made[i].gain != expected[i].gain || made[i].from != expected[i].from ||
@@ -119,16 +120,17 @@ TEST(VoiceKernel, GivesTheSameBitsOnEveryInstructionSet) {
 TEST(VoiceKernel, GivesOneVoiceTheDelaysOfABatch) {
   const KernelGuard guard;
   Voices voices;
-  const ItdTable lags(testing::kemar_head());
+  const ItdTable itd_table(testing::kemar_head());
   for (const std::string& target : mix_kernel_targets()) {
     force_mix_kernel(target);
     for (const int places : {kEars, 1}) {
-      const auto made = voices.made(places, &lags);
+      const auto made = voices.made(places, &itd_table);
       for (std::size_t i = 0; i < made.size(); ++i)
         for (int e = 0; e < kEars; ++e)
-          ASSERT_EQ(made[i].delay_frames[e], delay_frames(voices.table(), Voices::listener(places),
-                                                          &lags, {voices.sources()[i].position_m},
-                                                          voices.table().emission_frames[i], e))
+          ASSERT_EQ(made[i].delay_frames[e],
+                    delay_frames(voices.table(), Voices::listener(places), &itd_table,
+                                 {voices.sources()[i].position_m},
+                                 voices.table().geometry.emission_frames[i], e))
               << target << i;
     }
   }
