@@ -26,28 +26,40 @@ std::size_t max_keyframes_ahead(int block_frames) {
 BlockMixer::BlockMixer(std::span<const PreparedSignal> signals, std::size_t slots,
                        const MixMode& mode, const Panner* panner, const Hrtf* head,
                        SoundLoader* sounds, const BlockOptions& options)
-    : channels_(static_cast<std::size_t>(kEars * mode.pairs)),
-      gain_(options.gain),
-      adapting_(options.adapt),
-      clock_(options.clock),
+    : options_(options),
       sounds_(sounds),
-      ahead_(keyframes_ahead(options.block_frames)),
-      block_frames_(options.block_frames),
-      turns_(options.turns != nullptr),
+      demand_(options.block_frames),
       queue_(max_keyframes_ahead(options.block_frames), slots),
       mixer_(signals, slots, mode, panner, head, options.turns),
-      limiter_(options.limit ? std::make_unique<Limiter>(channels_) : nullptr),
-      lead_frames_(mixer_.lead_frames() + (options.limit ? kLimiterDelayFrames : 0)),
-      mixed_(channels_ * kMaxFrames) {}
+      limiter_(options.limit ? std::make_unique<Limiter>(channels()) : nullptr) {
+  mixed_.samples.resize(channels() * kMaxFrames);
+}
+
+bool BlockMixer::wants_keyframe(double lead_s) const {
+  return published_ < 2 || demand_.wants_another(queue_.size(), lead_s);
+}
+
+BlockMixer::KeyframeDemand::KeyframeDemand(int block_frames)
+    : ahead_(keyframes_ahead(block_frames)), block_frames_(block_frames) {}
 
 // The next block may take as many frames at once as the largest so far.
-bool BlockMixer::wants_keyframe(double lead_s) const {
-  if (published_ < 2) return true;
-  const std::size_t waiting = queue_.size();
+bool BlockMixer::KeyframeDemand::wants_another(std::size_t waiting, double lead_s) const {
   if (waiting >= ahead_.load(std::memory_order_relaxed)) return false;
   const double left_frames =
       static_cast<double>(waiting) * kKeyframeFrames + frames_left_.load(std::memory_order_relaxed);
   return left_frames < block_frames_.load(std::memory_order_relaxed) + lead_s * kSampleRate_hz;
+}
+
+// Records a block size. If it is the largest so far, keyframes are made further ahead from now on.
+void BlockMixer::KeyframeDemand::expect(std::size_t block_frames) noexcept REALTIME {
+  if (block_frames <= largest_block_frames_) return;
+  largest_block_frames_ = block_frames;
+  const auto fits =
+      static_cast<int>(std::min<std::size_t>(block_frames, kLargestUnexpected_frames));
+  ahead_.store(std::max(ahead_.load(std::memory_order_relaxed), keyframes_ahead(fits)),
+               std::memory_order_relaxed);
+  block_frames_.store(std::max(block_frames_.load(std::memory_order_relaxed), fits),
+                      std::memory_order_relaxed);
 }
 
 void BlockMixer::publish(const Keyframe& written) {
@@ -62,66 +74,59 @@ void BlockMixer::publish(const Keyframe& written) {
   if (sounds_ != nullptr) sounds_->mark_quiescent(mixer_.clock_frames());
   mixer_.load(written);
   mix_lead();
-  frames_left_.store(mixer_.frames_left(), std::memory_order_relaxed);
+  demand_.set_frames_left(mixer_.frames_left());
   begun_.store(true, std::memory_order_release);
 }
 
 // Mixes up to time 0; frames beyond are kept for the first block.
 void BlockMixer::mix_lead() {
   static_assert(kHrtfDelayFrames + kLimiterDelayFrames < kKeyframeFrames);
-  for (int left = lead_frames_; left > 0;) {
+  int left = mixer_.lead_frames() + (limiter_ != nullptr ? kLimiterDelayFrames : 0);
+  while (left > 0) {
     mix_steps(std::min((left + kStepFrames - 1) / kStepFrames, mixer_.steps_left()));
-    const int mixed = static_cast<int>(mixed_end_ / channels_);
-    mixed_read_ = static_cast<std::size_t>(std::min(left, mixed)) * channels_;
+    const int mixed = static_cast<int>(mixed_.end / channels());
+    mixed_.read = static_cast<std::size_t>(std::min(left, mixed)) * channels();
     left -= mixed;
   }
-  for (std::atomic<float>& peak : peak_) peak.store(0, std::memory_order_relaxed);
+  for (std::atomic<float>& peak : counters_.peak) peak.store(0, std::memory_order_relaxed);
+}
+
+std::size_t BlockMixer::MixedSteps::take(std::span<float> output) noexcept REALTIME {
+  const std::size_t count = std::min(output.size(), end - read);
+  std::copy_n(samples.begin() + static_cast<std::ptrdiff_t>(read), count, output.begin());
+  read += count;
+  return count;
 }
 
 void BlockMixer::mix(std::span<float> interleaved) noexcept REALTIME {
-  expect(interleaved.size() / channels_);
+  demand_.expect(interleaved.size() / channels());
   bool held = false;
   if (!begun_.load(std::memory_order_acquire)) {
     std::fill(interleaved.begin(), interleaved.end(), 0.0f);
     held = true;
   } else {
-    const double start_s = adapting_ ? clock_.now() : 0;
+    const double start_s = options_.adapt ? options_.clock.now() : 0;
     std::size_t sounding = 0, frames = 0;
     for (std::size_t i = 0; i < interleaved.size();) {
-      if (mixed_read_ == mixed_end_) {
+      if (mixed_.is_empty()) {
         held = mix_more(interleaved.size() - i) || held;
-        frames += mixed_end_ / channels_;
+        frames += mixed_.end / channels();
         sounding = std::max(sounding, mixer_.sounding());
       }
-      const std::size_t count = std::min(interleaved.size() - i, mixed_end_ - mixed_read_);
-      std::copy_n(mixed_.begin() + static_cast<std::ptrdiff_t>(mixed_read_), count,
-                  interleaved.begin() + static_cast<std::ptrdiff_t>(i));
-      mixed_read_ += count;
-      i += count;
+      i += mixed_.take(interleaved.subspan(i));
     }
-    frames_left_.store(mixer_.frames_left(), std::memory_order_relaxed);
-    if (adapting_ && frames > 0) tell_load(clock_.now() - start_s, frames, sounding);
+    demand_.set_frames_left(mixer_.frames_left());
+    if (options_.adapt && frames > 0) tell_load(options_.clock.now() - start_s, frames, sounding);
   }
-  if (held) held_blocks_.fetch_add(1, std::memory_order_relaxed);
-}
-
-// Records a block size. If it is the largest so far, keyframes are made further ahead from now on.
-void BlockMixer::expect(std::size_t frames) noexcept REALTIME {
-  if (frames <= largest_block_frames_) return;
-  largest_block_frames_ = frames;
-  const auto fits = static_cast<int>(std::min<std::size_t>(frames, kLargestUnexpected_frames));
-  ahead_.store(std::max(ahead_.load(std::memory_order_relaxed), keyframes_ahead(fits)),
-               std::memory_order_relaxed);
-  block_frames_.store(std::max(block_frames_.load(std::memory_order_relaxed), fits),
-                      std::memory_order_relaxed);
+  if (held) counters_.held_blocks.fetch_add(1, std::memory_order_relaxed);
 }
 
 // Mixes steps for up to `samples` samples. Returns true if a due keyframe was missing.
 bool BlockMixer::mix_more(std::size_t samples) noexcept REALTIME {
   bool held = false;
-  if (turns_) mixer_.turn_head(axes_.latest());
+  if (options_.turns != nullptr) mixer_.turn_head(axes_.latest());
   const Keyframe* const keyframe = mixer_.wants_keyframe() ? queue_.readable() : nullptr;
-  if (adapting_ && keyframe != nullptr) load_.expect(keyframe->voices.size());
+  if (options_.adapt && keyframe != nullptr) load_.expect(keyframe->voices.size());
   mixer_.allow(load_.allowed());
   if (mixer_.wants_keyframe()) {
     if (sounds_ != nullptr) sounds_->mark_quiescent(mixer_.clock_frames());
@@ -135,20 +140,20 @@ bool BlockMixer::mix_more(std::size_t samples) noexcept REALTIME {
   } else {
     mixer_.follow_head();
   }
-  const std::size_t step = channels_ * kStepFrames;
+  const std::size_t step = channels() * kStepFrames;
   const auto steps =
       static_cast<int>(std::min<std::size_t>((samples + step - 1) / step, mixer_.steps_left()));
   mix_steps(steps);
   if (mixer_.holds())
-    held_frames_.fetch_add(static_cast<std::uint64_t>(steps) * kStepFrames,
-                           std::memory_order_relaxed);
+    counters_.held_frames.fetch_add(static_cast<std::uint64_t>(steps) * kStepFrames,
+                                    std::memory_order_relaxed);
   return held;
 }
 
 void BlockMixer::mix_steps(int steps) noexcept REALTIME {
-  mixer_.mix(mixed_.data(), steps);
-  mixed_end_ = static_cast<std::size_t>(steps) * channels_ * kStepFrames;
-  mixed_read_ = 0;
+  mixer_.mix(mixed_.samples.data(), steps);
+  mixed_.end = static_cast<std::size_t>(steps) * channels() * kStepFrames;
+  mixed_.read = 0;
   finish_mix();
 }
 
@@ -157,53 +162,56 @@ void BlockMixer::tell_load(double took_s, std::size_t frames,
                            std::size_t sounding) noexcept REALTIME {
   load_.mixed(took_s, static_cast<double>(frames) / kSampleRate_hz, sounding);
   const auto now_shed = static_cast<std::uint32_t>(mixer_.shed());
-  loaded_.store(static_cast<std::uint32_t>(mixer_.voices()), std::memory_order_relaxed);
-  shed_.store(now_shed, std::memory_order_relaxed);
-  if (now_shed > max_shed_voices_.load(std::memory_order_relaxed))
-    max_shed_voices_.store(now_shed, std::memory_order_relaxed);
-  if (now_shed > 0) shedding_blocks_.fetch_add(1, std::memory_order_relaxed);
-  mixer_is_full_.store(load_.is_full(mixer_.voices()), std::memory_order_relaxed);
+  counters_.loaded.store(static_cast<std::uint32_t>(mixer_.voices()), std::memory_order_relaxed);
+  counters_.shed.store(now_shed, std::memory_order_relaxed);
+  if (now_shed > counters_.max_shed_voices.load(std::memory_order_relaxed))
+    counters_.max_shed_voices.store(now_shed, std::memory_order_relaxed);
+  if (now_shed > 0) counters_.shedding_blocks.fetch_add(1, std::memory_order_relaxed);
+  counters_.mixer_is_full.store(load_.is_full(mixer_.voices()), std::memory_order_relaxed);
 }
 
 // Applies the output gain and the limiter, and updates peaks and statistics.
 void BlockMixer::finish_mix() noexcept REALTIME {
-  for (std::size_t i = 0; i < mixed_end_; ++i) mixed_[i] *= gain_;
-  if (limiter_ != nullptr) limiter_->process(std::span(mixed_).first(mixed_end_));
+  const std::span<float> mixed = std::span(mixed_.samples).first(mixed_.end);
+  const std::size_t channel_count = channels();
+  const float gain = options_.gain;
+  for (float& sample : mixed) sample *= gain;
+  if (limiter_ != nullptr) limiter_->process(mixed);
   std::array<float, kMaxChannels> highest{};
   std::uint64_t clipped = 0;
-  for (std::size_t f = 0; f < mixed_end_; f += channels_) {
+  for (std::size_t f = 0; f < mixed.size(); f += channel_count) {
     bool clips = false;
-    for (std::size_t c = 0; c < channels_; ++c) {
-      const float sample = mixed_[f + c];
+    for (std::size_t c = 0; c < channel_count; ++c) {
+      const float sample = mixed[f + c];
       highest[c] = std::max(highest[c], std::abs(sample));
       clips = clips || std::abs(sample) > 1;
     }
     clipped += clips;
   }
-  for (std::size_t c = 0; c < channels_; ++c)
-    if (highest[c] > peak_[c].load(std::memory_order_relaxed))
-      peak_[c].store(highest[c], std::memory_order_relaxed);
-  clipped_frames_.fetch_add(clipped, std::memory_order_relaxed);
-  bad_voices_.store(mixer_.bad_voices(), std::memory_order_relaxed);
-  late_voices_.store(mixer_.late_voices(), std::memory_order_relaxed);
+  for (std::size_t c = 0; c < channel_count; ++c)
+    if (highest[c] > counters_.peak[c].load(std::memory_order_relaxed))
+      counters_.peak[c].store(highest[c], std::memory_order_relaxed);
+  counters_.clipped_frames.fetch_add(clipped, std::memory_order_relaxed);
+  counters_.bad_voices.store(mixer_.bad_voices(), std::memory_order_relaxed);
+  counters_.late_voices.store(mixer_.late_voices(), std::memory_order_relaxed);
 }
 
 double BlockMixer::shed_share() const {
-  const double of = loaded_.load(std::memory_order_relaxed);
-  return of > 0 ? shed_.load(std::memory_order_relaxed) / of : 0;
+  const double of = counters_.loaded.load(std::memory_order_relaxed);
+  return of > 0 ? counters_.shed.load(std::memory_order_relaxed) / of : 0;
 }
 
 BlockStatistics BlockMixer::statistics() {
-  BlockStatistics now{.held_blocks = held_blocks_.load(std::memory_order_relaxed),
-                      .clipped_frames = clipped_frames_.load(std::memory_order_relaxed),
-                      .bad_voices = bad_voices_.load(std::memory_order_relaxed),
-                      .late_voices = late_voices_.load(std::memory_order_relaxed),
-                      .shed_voices = shed_.load(std::memory_order_relaxed),
-                      .max_shed_voices = max_shed_voices_.load(std::memory_order_relaxed),
-                      .shedding_blocks = shedding_blocks_.load(std::memory_order_relaxed)};
+  BlockStatistics now{.held_blocks = counters_.held_blocks.load(std::memory_order_relaxed),
+                      .clipped_frames = counters_.clipped_frames.load(std::memory_order_relaxed),
+                      .bad_voices = counters_.bad_voices.load(std::memory_order_relaxed),
+                      .late_voices = counters_.late_voices.load(std::memory_order_relaxed),
+                      .shed_voices = counters_.shed.load(std::memory_order_relaxed),
+                      .max_shed_voices = counters_.max_shed_voices.load(std::memory_order_relaxed),
+                      .shedding_blocks = counters_.shedding_blocks.load(std::memory_order_relaxed)};
   if (limiter_ != nullptr) now.limited = limiter_->worked();
-  for (std::size_t c = 0; c < channels_; ++c)
-    now.peak[c] = peak_[c].exchange(0, std::memory_order_relaxed);
+  for (std::size_t c = 0; c < channels(); ++c)
+    now.peak[c] = counters_.peak[c].exchange(0, std::memory_order_relaxed);
   return now;
 }
 

@@ -70,12 +70,16 @@ class BlockMixer {
              const Panner* panner, const Hrtf* head, SoundLoader* sounds,
              const BlockOptions& options);
 
-  std::size_t channels() const noexcept REALTIME { return channels_; }
+  std::size_t channels() const noexcept REALTIME {
+    return static_cast<std::size_t>(mixer_.channels());
+  }
 
   // A keyframe is wanted `lead_s` before it is due; by default as soon as there is room for it.
   bool wants_keyframe(double lead_s = kAllAhead_s) const;
   static constexpr double kAllAhead_s = 1e9;
-  std::uint64_t held_blocks() const { return held_blocks_.load(std::memory_order_relaxed); }
+  std::uint64_t held_blocks() const {
+    return counters_.held_blocks.load(std::memory_order_relaxed);
+  }
   Keyframe* writable() { return queue_.writable(); }  // null if none is free
   void publish(const Keyframe& written);
 
@@ -87,53 +91,77 @@ class BlockMixer {
   Mixer::Work work() const noexcept REALTIME { return mixer_.work(); }  // audio thread
 
   // Total time held for missing keyframes, by which all later keyframes are delayed.
-  std::uint64_t held_frames() const { return held_frames_.load(std::memory_order_relaxed); }
+  std::uint64_t held_frames() const {
+    return counters_.held_frames.load(std::memory_order_relaxed);
+  }
 
   // The share of the newest keyframe's voices that is shed now, and whether there is no time for
   // more.
   double shed_share() const;
-  bool is_full() const { return mixer_is_full_.load(std::memory_order_relaxed); }
+  bool is_full() const { return counters_.mixer_is_full.load(std::memory_order_relaxed); }
 
   BlockStatistics statistics();
 
  private:
-  void expect(std::size_t frames) noexcept REALTIME;
+  // How many keyframes must wait for the mixer: enough for a block as large as the largest so far.
+  // The audio thread writes, the sampler's reads.
+  class KeyframeDemand {
+   public:
+    explicit KeyframeDemand(int block_frames);
+
+    bool wants_another(std::size_t waiting, double lead_s) const;
+    void expect(std::size_t block_frames) noexcept REALTIME;
+    void set_frames_left(int frames) noexcept REALTIME {
+      frames_left_.store(frames, std::memory_order_relaxed);
+    }
+
+   private:
+    std::atomic<std::size_t> ahead_;        // keyframes that may wait for the mixer
+    std::atomic<int> block_frames_;         // the largest so far or expected
+    std::atomic<int> frames_left_{0};       // until the mixer wants the next keyframe
+    std::size_t largest_block_frames_ = 0;  // so far; the audio thread's alone
+  };
+
+  // Steps that are mixed, and how much of them was output.
+  struct MixedSteps {
+    std::vector<float> samples;
+    std::size_t end = 0, read = 0;
+
+    bool is_empty() const noexcept REALTIME { return read == end; }
+    // Outputs as many samples as there are and fit. Returns their number.
+    std::size_t take(std::span<float> output) noexcept REALTIME;
+  };
+
+  struct Counters {
+    std::atomic<std::uint64_t> held_blocks{0}, held_frames{0}, clipped_frames{0}, bad_voices{0},
+        late_voices{0};
+    std::atomic<std::uint32_t> loaded{0}, shed{0}, max_shed_voices{0};  // of the mixer's voices
+    std::atomic<bool> mixer_is_full{false};
+    std::atomic<std::uint64_t> shedding_blocks{0};
+    std::array<std::atomic<float>, kMaxChannels> peak{};
+  };
+
   bool mix_more(std::size_t samples) noexcept REALTIME;
   void tell_load(double took_s, std::size_t frames, std::size_t sounding) noexcept REALTIME;
   void mix_lead();
   void mix_steps(int steps) noexcept REALTIME;
   void finish_mix() noexcept REALTIME;
 
-  const std::size_t channels_;
-  const float gain_;
-  const bool adapting_;
-  const LoadClock clock_;
+  const BlockOptions options_;
   SoundLoader* const sounds_;
-  std::atomic<std::size_t> ahead_;   // keyframes that may wait for the mixer
-  std::atomic<int> block_frames_;    // the largest so far or expected
-  std::atomic<int> frames_left_{0};  // until the mixer wants the next keyframe
+  KeyframeDemand demand_;
   LatestValue<ListenerAxes> axes_;
-  const bool turns_;
   KeyframeQueue queue_;
   std::atomic<bool> begun_{false};  // the mixer belongs to the audio thread
   std::uint8_t published_ = 0;      // sampler's thread: keyframes, counted up to two
 
   // Used by the audio thread once begun_.
   Mixer mixer_;
-  std::size_t largest_block_frames_ = 0;
   MixerLoadControl load_;
   const std::unique_ptr<Limiter> limiter_;  // or null
-  const int lead_frames_;                   // by which the mixer's clock is ahead of the output
-  std::vector<float> mixed_;
-  std::size_t mixed_end_ = 0, mixed_read_ = 0;  // samples in mixed_, and those already output
+  MixedSteps mixed_;
 
-  // Statistics.
-  std::atomic<std::uint64_t> held_blocks_{0}, held_frames_{0}, clipped_frames_{0}, bad_voices_{0},
-      late_voices_{0};
-  std::atomic<std::uint32_t> loaded_{0}, shed_{0}, max_shed_voices_{0};  // of the mixer's voices
-  std::atomic<bool> mixer_is_full_{false};
-  std::atomic<std::uint64_t> shedding_blocks_{0};
-  std::array<std::atomic<float>, kMaxChannels> peak_{};
+  Counters counters_;
 };
 
 }  // namespace clamor

@@ -27,17 +27,17 @@ const float kRelease =
 }  // namespace
 
 Limiter::Limiter(std::size_t channels)
-    : channels_(channels), ring_(channels * kLimiterDelayFrames), newest_(channels * 2 * kTaps) {
-  wanted_.fill(1);
-  held_.fill(1);
-}
+    : channels_(channels), delayed_(channels * kLimiterDelayFrames), peak_(channels) {}
 
-// The true peak over all channels, kTaps / 2 frames ago.
-float Limiter::peak_ahead() const noexcept REALTIME {
+float Limiter::TruePeak::after(const float* frame) noexcept REALTIME {
+  for (std::size_t c = 0; c < channels_; ++c) {
+    float* const newest = newest_.data() + c * 2 * kTaps + at_;
+    newest[0] = newest[kTaps] = frame[c];
+  }
+  at_ = (at_ + 1) % kTaps;
   float peak = 0;
   for (std::size_t c = 0; c < channels_; ++c) {
-    // Oldest first.
-    const float* x = newest_.data() + c * 2 * kTaps + newest_at_;
+    const float* x = newest_.data() + c * 2 * kTaps + at_;  // oldest first
     float highest = 0;
     for (int k = 0; k < kTaps; ++k) highest = std::max(highest, std::abs(x[k]));
     peak = std::max(peak, highest);
@@ -55,48 +55,50 @@ float Limiter::peak_ahead() const noexcept REALTIME {
   return peak;
 }
 
+Limiter::GainReduction::GainReduction() {
+  required_.fill(1);
+  held_.fill(1);
+}
+
+float Limiter::GainReduction::after(float peak) noexcept REALTIME {
+  if (!(peak <= kCeiling)) busy_frames_ = 2 * kWindow;
+  if (busy_frames_ == 0) return 1;
+  required_[at_] = peak <= kCeiling ? 1 : kCeiling / peak;
+  const float lowest = *std::ranges::min_element(required_);
+  released_ = std::min(lowest, released_ * kRelease);
+  sum_ += static_cast<double>(released_) - static_cast<double>(held_[at_]);
+  held_[at_] = released_;
+  at_ = (at_ + 1) % kWindow;
+  const float gain = std::min(1.0f, static_cast<float>(sum_ / kWindow));
+  if (released_ >= 1 && lowest >= 1 && --busy_frames_ == 0) sum_ = kWindow;
+  return gain;
+}
+
 void Limiter::process(std::span<float> interleaved) noexcept REALTIME {
   assert(interleaved.size() % channels_ == 0);
   std::uint64_t limited = 0;
-  float least = 1;
+  float min_gain = 1;
   for (std::size_t i = 0; i < interleaved.size(); i += channels_) {
     float* const frame = interleaved.data() + i;
+    const float gain = gain_.after(peak_.after(frame));
+    float* const delayed = delayed_.data() + at_ * channels_;
     for (std::size_t c = 0; c < channels_; ++c) {
-      float* const newest = newest_.data() + c * 2 * kTaps + newest_at_;
-      newest[0] = newest[kTaps] = frame[c];
-    }
-    newest_at_ = (newest_at_ + 1) % kTaps;
-    const float peak = peak_ahead();
-    if (!(peak <= kCeiling)) busy_frames_ = 2 * kWindow;
-    float gain = 1;
-    if (busy_frames_ > 0) {
-      wanted_[window_at_] = peak <= kCeiling ? 1 : kCeiling / peak;
-      const float lowest = *std::ranges::min_element(wanted_);
-      released_ = std::min(lowest, released_ * kRelease);
-      sum_ += static_cast<double>(released_) - static_cast<double>(held_[window_at_]);
-      held_[window_at_] = released_;
-      window_at_ = (window_at_ + 1) % kWindow;
-      gain = std::min(1.0f, static_cast<float>(sum_ / kWindow));
-      if (released_ >= 1 && lowest >= 1 && --busy_frames_ == 0) sum_ = kWindow;
-    }
-    float* const old = ring_.data() + at_ * channels_;
-    for (std::size_t c = 0; c < channels_; ++c) {
-      const float out = gain < 1 ? old[c] * gain : old[c];
-      old[c] = frame[c];
+      const float out = gain < 1 ? delayed[c] * gain : delayed[c];
+      delayed[c] = frame[c];
       frame[c] = out;
     }
     at_ = (at_ + 1) % kLimiterDelayFrames;
     limited += gain < 1;
-    least = std::min(least, gain);
+    min_gain = std::min(min_gain, gain);
   }
   if (limited == 0) return;
   limited_.fetch_add(limited, std::memory_order_relaxed);
-  if (least < least_.load(std::memory_order_relaxed))
-    least_.store(least, std::memory_order_relaxed);
+  if (min_gain < min_gain_.load(std::memory_order_relaxed))
+    min_gain_.store(min_gain, std::memory_order_relaxed);
 }
 
 Limiter::Work Limiter::worked() const noexcept {
-  return {limited_.load(std::memory_order_relaxed), least_.load(std::memory_order_relaxed)};
+  return {limited_.load(std::memory_order_relaxed), min_gain_.load(std::memory_order_relaxed)};
 }
 
 }  // namespace clamor

@@ -43,24 +43,46 @@ class Limiter {
   static constexpr int kPhases = 4, kTaps = 12;
   static constexpr int kWindow = kLimiterDelayFrames - kTaps / 2;  // frames known ahead
 
-  float peak_ahead() const noexcept REALTIME;
+  // The true peak over all channels.
+  class TruePeak {
+   public:
+    explicit TruePeak(std::size_t channels) : channels_(channels), newest_(channels * 2 * kTaps) {}
+
+    // Takes the next frame. Returns the peak kTaps / 2 frames before.
+    float after(const float* frame) noexcept REALTIME;
+
+   private:
+    const std::size_t channels_;
+    // The newest samples of each channel, stored twice so that a window never wraps.
+    std::vector<float> newest_;
+    std::size_t at_ = 0;
+  };
+
+  // The gain that holds the peaks of the look-ahead window below the ceiling.
+  class GainReduction {
+   public:
+    GainReduction();
+
+    // Takes the next peak. Returns the gain of the frame that is output.
+    float after(float peak) noexcept REALTIME;
+
+   private:
+    std::array<float, kWindow> required_;  // by the frames ahead, a ring buffer
+    std::array<float, kWindow> held_;      // their minimum after the release
+    std::size_t at_ = 0;
+    int busy_frames_ = 0;  // until every gain in both is 1 again
+    float released_ = 1;
+    double sum_ = kWindow;  // of held_
+  };
 
   const std::size_t channels_;
-  std::vector<float> ring_;  // delay line
-  std::size_t at_ = 0;       // the next frame of the delay line to be output
-  // The newest samples of each channel, stored twice so that a window never wraps.
-  std::vector<float> newest_;
-  std::size_t newest_at_ = 0;
-
-  std::array<float, kWindow> wanted_;  // required by the frames ahead, a ring buffer
-  std::array<float, kWindow> held_;    // their minimum after the release
-  std::size_t window_at_ = 0;
-  int busy_frames_ = 0;  // until every gain in both is 1 again
-  float released_ = 1;
-  double sum_ = kWindow;  // of held_
+  std::vector<float> delayed_;  // a ring buffer of frames
+  std::size_t at_ = 0;          // the next of them to be output
+  TruePeak peak_;
+  GainReduction gain_;
 
   std::atomic<std::uint64_t> limited_{0};
-  std::atomic<float> least_{1};
+  std::atomic<float> min_gain_{1};
 };
 
 }  // namespace clamor

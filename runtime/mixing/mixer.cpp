@@ -28,9 +28,9 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
              const Panner* panner, const Hrtf* head, const HeadRotation* turns)
     : signals_(signals),
       mode_(mode),
-      bus_mode_(without_head(mode)),
+      layout_{without_head(mode), without_head(mode).gain_lanes(),
+              BusGains::of(mode.head ? HrtfFilters::bus_gains() : OctaveFilterBank::bus_gains())},
       panner_(panner),
-      lanes_(bus_mode_.gain_lanes()),
       lead_frames_(mode.head          ? kHrtfDelayFrames
                    : mode.eight_bands ? kBankDelayFrames
                                       : 0),
@@ -46,18 +46,17 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
   assert(mode.pairs == 1 || mode.delays == 1);
   assert(mode.head == (head != nullptr));
   for (Pair& pair : pairs_) {
-    pair.targets.resize(slots * static_cast<std::size_t>(lanes_));
+    pair.targets.resize(slots * static_cast<std::size_t>(layout_.lanes));
     pair.gains.resize(2 * pair.targets.size());
     if (mode.pairs > 1 || mode.head) pair.active.reserve(slots);
   }
   active_.reserve(slots);
   once_.reserve(slots);
-  bus_gains_ = BusGains::of(mode.head ? HrtfFilters::bus_gains() : OctaveFilterBank::bus_gains());
 }
 
 void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
-  clock_ = clock_frames - (mode_.two_layers() ? kBankTailFrames : 0);
-  frame_ = kKeyframeFrames;
+  time_.clock_frames = clock_frames - (mode_.two_layers() ? kBankTailFrames : 0);
+  time_.frame = kKeyframeFrames;
   clear_active();
   if (binaural_ != nullptr) {
     choose_narrowband(keyframe);
@@ -71,17 +70,17 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
     activate(voice.slot);
   }
   if (binaural_ != nullptr) binaural_->bank.slide_octaves(binaural_->diffuse_eq.levels(), 0);
-  holding_ = false;
+  time_.holding = false;
   std::vector<float> unheard(static_cast<std::size_t>(channels() * kStepFrames));
-  while (clock_ < clock_frames) {
+  while (time_.clock_frames < clock_frames) {
     hold();
     step(unheard.data());
   }
-  frame_ = kKeyframeFrames;
+  time_.frame = kKeyframeFrames;
 }
 
 void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
-  if (holding_) end_hold();
+  if (time_.holding) end_hold();
   shedding_.load(keyframe.voices);
   if (binaural_ != nullptr) choose_narrowband(keyframe);
   if (tracker_.is_on()) tracker_.keep(keyframe);
@@ -90,12 +89,12 @@ void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
 
 // Starts a segment in which voices move to their state `frames` frames later in the period.
 void Mixer::load_segment(std::span<const Voice> voices, int elapsed, int frames) noexcept REALTIME {
-  segment_ = frames == kKeyframeFrames       ? whole_segment()
-             : frames == kKeyframeFrames / 3 ? segment_of(kKeyframeFrames / 3, 192)
-                                             : segment_of(2 * kKeyframeFrames / 3, 384);
-  elapsed_ = elapsed;
-  frame_ = 0;
-  shed_end_ = shedding_.shed() > 0 ? std::min(kShedFrames, frames) : 0;
+  constexpr int kThird_frames = MixerTimeline::kThird_frames;
+  time_.begin_segment(frames == kKeyframeFrames ? MixerSegment::whole()
+                      : frames == kThird_frames ? MixerSegment::of(kThird_frames, 192)
+                                                : MixerSegment::of(2 * kThird_frames, 384),
+                      elapsed);
+  time_.shed_end = shedding_.shed() > 0 ? std::min(kShedFrames, frames) : 0;
   clear_active();
   work_.loaded_voices += voices.size();
   if (binaural_ != nullptr) {
@@ -113,42 +112,39 @@ void Mixer::load_segment(std::span<const Voice> voices, int elapsed, int frames)
   }
   if (binaural_ != nullptr) binaural_->bank.slide_octaves(binaural_->diffuse_eq.levels(), frames);
   tracker_.applied(turns);
-  holding_ = false;
+  time_.holding = false;
 }
 
 void Mixer::allow(std::size_t voices) noexcept REALTIME {
   shedding_.allow(voices);
-  if (frame_ == segment_.frames) return;  // the next load() applies the new limit
+  if (time_.is_at_end()) return;  // the next load() applies the new limit
   const std::uint8_t rank = shedding_.wanted_limit();
   // Near the end of the segment, load() applies the limit.
-  const bool has_time = frame_ >= shed_end_ && frame_ + kShedFrames <= segment_.frames;
+  const bool has_time =
+      time_.frame >= time_.shed_end && time_.frame + kShedFrames <= time_.segment.frames;
   if (rank < shedding_.limit() && has_time) fade_above(rank);
 }
 
 // Ramps the gains from their current values to 0.
 void Mixer::fade_above(std::uint8_t rank) noexcept REALTIME {
-  shed_end_ = frame_ + kShedFrames;
+  time_.shed_end = time_.frame + kShedFrames;
   shedding_.limit_to(rank);
-  const float here = static_cast<float>(frame_) / kGainFrames;
-  constexpr float way = static_cast<float>(kShedFrames) / kGainFrames;
+  const float here = static_cast<float>(time_.frame) / kGainFrames;
+  constexpr float fade = static_cast<float>(kShedFrames) / kGainFrames;
   for (const std::uint32_t s : active_)
     if (slots_[s].rank > rank)
       change_gains(s, [&](float* target, float* gain, std::size_t lanes) noexcept REALTIME {
         for (std::size_t lane = 0; lane < lanes; ++lane) {
-          const float slope = -(gain[lane] + here * gain[lanes + lane]) / way;
+          const float slope = -(gain[lane] + here * gain[lanes + lane]) / fade;
           gain[lanes + lane] = slope;
-          gain[lane] = -slope * (here + way);
+          gain[lane] = -slope * (here + fade);
         }
         std::fill_n(target, lanes, 0.0f);
       });
 }
 
 void Mixer::drop_shed() noexcept REALTIME {
-  const auto is_shed = [this](std::uint32_t s) { return shedding_.sheds(slots_[s].rank); };
-  std::erase_if(active_, is_shed);
-  std::erase_if(once_, is_shed);
-  for (Pair& pair : pairs_) std::erase_if(pair.active, is_shed);
-  if (binaural_ != nullptr) binaural_->narrowband.drop(is_shed);
+  drop_if([this](std::uint32_t s) { return shedding_.sheds(slots_[s].rank); });
 }
 
 void Mixer::clear_active() noexcept REALTIME {
@@ -158,7 +154,7 @@ void Mixer::clear_active() noexcept REALTIME {
 }
 
 void Mixer::activate(std::uint32_t slot) noexcept REALTIME {
-  if (!slots_[slot].heard) return;
+  if (!slots_[slot].audible) return;
   active_.push_back(slot);
   const PreparedSignal& signal = *slots_[slot].signal;
   if (!signal.loops()) once_.push_back(slot);
@@ -166,10 +162,10 @@ void Mixer::activate(std::uint32_t slot) noexcept REALTIME {
 }
 
 void Mixer::hold() noexcept REALTIME {
-  if (shed_end_ > 0) drop_shed();
-  shed_end_ = 0;
-  if (!holding_) {
-    const std::size_t lanes = static_cast<std::size_t>(lanes_);
+  if (time_.shed_end > 0) drop_shed();
+  time_.shed_end = 0;
+  if (!time_.holding) {
+    const std::size_t lanes = static_cast<std::size_t>(layout_.lanes);
     for (const std::uint32_t s : active_) {
       for (Pair& pair : pairs_) {
         std::copy_n(&pair.targets[s * lanes], lanes, &pair.gains[2 * s * lanes]);
@@ -180,15 +176,15 @@ void Mixer::hold() noexcept REALTIME {
         set_layer_offset(s, binaural_->offset_ends[s], binaural_->offset_ends[s]);
     }
     if (binaural_ != nullptr) binaural_->narrowband.hold();
-    holding_ = true;
+    time_.holding = true;
   }
   const bool falling = hold_sounds();
-  segment_ = whole_segment();
-  elapsed_ = 0;
-  frame_ = kKeyframeFrames - kStepFrames;
+  time_.segment = MixerSegment::whole();
+  time_.elapsed = 0;
+  time_.frame = kKeyframeFrames - kStepFrames;
   const std::uint8_t rank = shedding_.wanted_limit();
   if (falling || rank >= shedding_.limit()) return;
-  frame_ = kKeyframeFrames - kShedFrames;
+  time_.frame = kKeyframeFrames - kShedFrames;
   fade_above(rank);
 }
 
@@ -215,7 +211,7 @@ void Mixer::advance(int frames) noexcept REALTIME {
   for (const std::uint32_t s : once_)
     for (std::size_t e = 0; e < ears; ++e)
       slots_[s].signal->place(slots_[s].position[e], paths_[s * kEars + e]);
-  if (frame_ + frames == segment_.knot)
+  if (time_.frame + frames == time_.segment.knot)
     for (const std::uint32_t s : active_)
       for (std::size_t e = 0; e < ears; ++e) {
         paths_[s * kEars + e].step = slots_[s].after_knot[e].step;
@@ -233,7 +229,7 @@ void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept 
     std::fill_n(buses_.high, kEars * kMaxFrames, 0.0f);
   }
   work_.voice_frames += active.size() * static_cast<std::size_t>(frames);
-  MixJob job{paths_.data(), here.gains.data(), active.data(), active.size(), frame_,
+  MixJob job{paths_.data(), here.gains.data(), active.data(), active.size(), time_.frame,
              frames,        buses_.high,       buses_.low};
   if (mode_.pairs == 1) job.next = {paths_.data(), nullptr, wraps_.data()};
   mix_voices(mode_, job);
@@ -257,13 +253,14 @@ void Mixer::mix_binaural(int frames, float* interleaved) noexcept REALTIME {
   LayerOffset* const offsets = binaural_->offsets.data();
   bank.clear();
   const MixContinuation next{paths_.data(), offsets, wraps_.data()};
-  narrowband.mix(mode_, next, frame_, frames, bank.high(), bank.low());
+  narrowband.mix(mode_, next, time_.frame, frames, bank.high(), bank.low());
   const Pair& pair = pairs_[0];
   MixBuses& octaves = bank.octaves();
   work_.voice_frames +=
-      (narrowband.heard() + pair.active.size()) * static_cast<std::size_t>(frames);
-  mix_voices(bus_mode_, {paths_.data(), pair.gains.data(), pair.active.data(), pair.active.size(),
-                         frame_, frames, octaves.high, octaves.low, offsets, next});
+      (narrowband.audible_count() + pair.active.size()) * static_cast<std::size_t>(frames);
+  mix_voices(layout_.mode,
+             {paths_.data(), pair.gains.data(), pair.active.data(), pair.active.size(), time_.frame,
+              frames, octaves.high, octaves.low, offsets, next});
   narrowband.put_back(next);
   bank.process(frames, interleaved);
 }
@@ -278,9 +275,8 @@ void Mixer::mix(float* interleaved, int steps) noexcept REALTIME {
   else
     for (std::size_t p = 0; p < pairs_.size(); ++p) mix_pair(p, frames, interleaved + kEars * p);
   advance(frames);
-  clock_ += frames;
-  frame_ += frames;
-  if (frame_ == shed_end_ && frame_ < segment_.frames) drop_shed();
+  time_.advance(frames);
+  if (time_.frame == time_.shed_end && time_.frame < time_.segment.frames) drop_shed();
 }
 
 }  // namespace clamor

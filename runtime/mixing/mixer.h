@@ -53,6 +53,7 @@
 #include "runtime/hrtf/hrtf.h"
 #include "runtime/hrtf/hrtf_filter_bank.h"
 #include "runtime/mixing/head_tracker.h"
+#include "runtime/mixing/mixer_timeline.h"
 #include "runtime/mixing/panner.h"
 #include "runtime/mixing/voice_shedding.h"
 #include "runtime/realtime/realtime.h"
@@ -88,10 +89,10 @@ class Mixer {
   bool wants_keyframe() const noexcept REALTIME { return frames_left() == 0; }
   void load(const Keyframe& keyframe) noexcept REALTIME;
   void hold() noexcept REALTIME;
-  bool holds() const noexcept REALTIME { return holding_; }
+  bool holds() const noexcept REALTIME { return time_.holding; }
 
   // Until it wants a keyframe.
-  int frames_left() const noexcept REALTIME { return kKeyframeFrames - elapsed_ - frame_; }
+  int frames_left() const noexcept REALTIME { return time_.frames_left(); }
 
   // turn_head() sets the listener's newest axes. Before each mix(), follow_head() applies them if
   // no keyframe is wanted; rotate_while_holding() may take the place of hold() and returns false if
@@ -113,17 +114,16 @@ class Mixer {
 
   // The largest number of steps that mix() takes now.
   int steps_left() const noexcept REALTIME {
-    const int knot = frame_ < segment_.knot ? segment_.knot : segment_.frames;
-    int end = frame_ < shed_end_ ? std::min(knot, shed_end_) : knot;
-    if (tracker_.is_on()) end = std::min(end, frame_ + frames_to_next_third());
-    return std::min(kMostSteps, (end - frame_) / kStepFrames);
+    int frames = time_.frames_to_bend();
+    if (tracker_.is_on()) frames = std::min(frames, time_.frames_to_next_third());
+    return std::min(kMaxSteps, frames / kStepFrames);
   }
 
   // Mixes the next steps into interleaved (left, right), overwriting it.
   void mix(float* interleaved, int steps) noexcept REALTIME;
   void step(float* interleaved) noexcept REALTIME { mix(interleaved, 1); }
 
-  std::int64_t clock_frames() const { return clock_; }
+  std::int64_t clock_frames() const { return time_.clock_frames; }
 
   // Work done so far, to which time is proportional: voices times frames, counted once per pair of
   // channels and per filter bank, and voices loaded from keyframes.
@@ -134,26 +134,12 @@ class Mixer {
 
   // Voices muted because a gain or delay was not finite or out of range, or a delay changed faster
   // than real time.
-  std::uint64_t bad_voices() const noexcept REALTIME { return bad_voices_; }
+  std::uint64_t bad_voices() const noexcept REALTIME { return muted_.bad; }
   // Voices muted, each counted once per keyframe, because their signal is not decoded yet.
-  std::uint64_t late_voices() const noexcept REALTIME { return late_voices_; }
+  std::uint64_t late_voices() const noexcept REALTIME { return muted_.late; }
 
  private:
   static constexpr int kShedFrames = 512;  // a slope six times that of a fade
-
-  // A period from keyframe to keyframe, or a part of one. Gains are linear in it; delays follow two
-  // parabolas of m and n steps that meet at the knot.
-  struct Segment {
-    int frames = 0, knot = 0;
-    double per_frame = 0, per_m = 0, per_n = 0, share_m = 0, share_n = 0;
-  };
-  static constexpr Segment segment_of(int frames, int knot) noexcept REALTIME {
-    const double m = 1.0 * knot / kStepFrames, n = 1.0 * frames / kStepFrames - m;
-    return {frames, knot, 1.0 / frames, 1 / m, 1 / n, m / (m + n), n / (m + n)};
-  }
-  static constexpr Segment whole_segment() noexcept REALTIME {
-    return segment_of(kKeyframeFrames, 512);
-  }
 
   // Slope of a delay per frame: mean over the last segment, and at its end.
   struct Slide {
@@ -171,7 +157,7 @@ class Mixer {
     std::array<std::int64_t, kEars> delay{}, position{};
     std::uint32_t direction = 0;  // triangle of the HRTF's mesh, to start the next search
     std::uint8_t rank = 0;
-    bool heard = false;                 // since the last keyframe: some gain is not 0
+    bool audible = false;                 // since the last keyframe: some gain is not 0
     std::uint8_t steps_to_silence = 0;  // while it holds and its sound ends; otherwise 0
   };
 
@@ -183,7 +169,8 @@ class Mixer {
   void clear_active() noexcept REALTIME;
   void fade_above(std::uint8_t rank) noexcept REALTIME;
   int slide_frames(const Voice& voice) const noexcept REALTIME {
-    return shedding_.sheds(voice.rank) ? std::min(kShedFrames, segment_.frames) : segment_.frames;
+    return shedding_.sheds(voice.rank) ? std::min(kShedFrames, time_.segment.frames)
+                                       : time_.segment.frames;
   }
   void load_segment(std::span<const Voice> voices, int elapsed, int frames) noexcept REALTIME;
 
@@ -192,21 +179,25 @@ class Mixer {
     return tracker_.has_turned() && shedding_.shed() == 0;
   }
   void end_segment_here() noexcept REALTIME;
-  int frames_to_next_third() const noexcept REALTIME {
-    constexpr int kThird = kKeyframeFrames / 3;
-    return kThird - (elapsed_ + frame_) % kThird;
-  }
 
   // Calls change(targets, gains, lanes) for all buses in which a slot is audible.
   template <class Change>
   void change_gains(std::uint32_t slot, const Change& change) noexcept REALTIME {
-    const auto lanes = static_cast<std::size_t>(lanes_);
+    const auto lanes = static_cast<std::size_t>(layout_.lanes);
     for (Pair& pair : pairs_)
       change(&pair.targets[slot * lanes], &pair.gains[2 * slot * lanes], lanes);
     if (binaural_ != nullptr)
       binaural_->narrowband.change(slot, [&](float* target, float* gain) noexcept REALTIME {
         change(target, gain, std::size_t{kHrtfLanes});
       });
+  }
+  // No longer mixes voices whose slots satisfy the condition.
+  template <class Condition>
+  void drop_if(const Condition& is_dropped) noexcept REALTIME {
+    std::erase_if(active_, is_dropped);
+    std::erase_if(once_, is_dropped);
+    for (Pair& pair : pairs_) std::erase_if(pair.active, is_dropped);
+    if (binaural_ != nullptr) binaural_->narrowband.drop(is_dropped);
   }
   void drop_shed() noexcept REALTIME;
 
@@ -260,20 +251,28 @@ class Mixer {
 
   // Two output channels.
   struct Pair {
-    std::vector<float> targets;  // [slot][lanes_]: gains at the end of the segment
+    std::vector<float> targets;  // [slot][layout_.lanes]: gains at the end of the segment
     std::vector<float> gains;    // as in MixJob
     // Those of active_ that are audible in it, where they may be fewer.
     std::vector<std::uint32_t> active;
     OctaveFilterBank bank;
   };
 
+  struct MutedVoices {
+    std::uint64_t bad = 0, late = 0;
+  };
+  // Buses of octaves or of the full band.
+  struct BusLayout {
+    MixMode mode;
+    int lanes = 0;  // of gains, per voice
+    BusGains gains;
+  };
+
   const std::span<const PreparedSignal> signals_;
   const MixMode mode_;
-  const MixMode bus_mode_;  // of voices in octave buses or full-band
+  const BusLayout layout_;
   const Panner* const panner_;
-  const int lanes_;
-  const int lead_frames_;  // by which reading is ahead of the output
-  BusGains bus_gains_;
+  const int lead_frames_;                     // by which reading is ahead of the output
   const std::unique_ptr<Binaural> binaural_;  // or null
 
   // By slot.
@@ -286,16 +285,10 @@ class Mixer {
   std::vector<Pair> pairs_;
   MixBuses buses_;
 
-  std::int64_t clock_ = 0;
-  Segment segment_ = whole_segment();
-  int elapsed_ = 0;       // frames of the period before the segment
-  int frame_ = 0;         // of the segment
-  bool holding_ = false;  // slopes are 0 until the next keyframe
-  int shed_end_ = 0;      // the frame_ at which shed voices have faded out
-
+  MixerTimeline time_;
   VoiceShedding shedding_;
   HeadTracker tracker_;
-  std::uint64_t bad_voices_ = 0, late_voices_ = 0;
+  MutedVoices muted_;
   Work work_;
 };
 

@@ -14,15 +14,14 @@ namespace clamor {
 namespace {
 
 constexpr double kWholeFrame = 4294967296.0;  // 32.32 positions
-
-constexpr int kThird_frames = kKeyframeFrames / 3;
+constexpr int kThird_frames = MixerTimeline::kThird_frames;
 
 }  // namespace
 
 bool Mixer::follow_head() noexcept REALTIME {
-  const int at = elapsed_ + frame_;
-  if (!tracker_.is_on() || holding_ || at == kKeyframeFrames) return false;
-  const bool ends = frame_ == segment_.frames;
+  const int at = time_.elapsed + time_.frame;
+  if (!tracker_.is_on() || time_.holding || at == kKeyframeFrames) return false;
+  const bool ends = time_.is_at_end();
   const bool cuts = at > 0 && at % kThird_frames == 0 && has_turned();
   if (!ends && !cuts) return false;
   if (!ends) end_segment_here();
@@ -33,16 +32,16 @@ bool Mixer::follow_head() noexcept REALTIME {
 bool Mixer::rotate_while_holding() noexcept REALTIME {
   assert(wants_keyframe());
   if (!has_turned()) return false;
-  if (holding_) end_hold();
+  if (time_.holding) end_hold();
   load_segment(tracker_.voices(), kKeyframeFrames - kThird_frames, kThird_frames);
   return true;
 }
 
 // Ends the segment at the current gains and delays.
 void Mixer::end_segment_here() noexcept REALTIME {
-  const float here = static_cast<float>(frame_) / kGainFrames;
-  const int to_knot = std::max(0, segment_.knot - frame_);
-  const int after_knot = segment_.frames - frame_ - to_knot;
+  const float here = static_cast<float>(time_.frame) / kGainFrames;
+  const int to_knot = std::max(0, time_.segment.knot - time_.frame);
+  const int after_knot = time_.segment.frames - time_.frame - to_knot;
   for (const std::uint32_t s : active_) {
     change_gains(s, [here](float* target, const float* gain, std::size_t lanes) noexcept REALTIME {
       for (std::size_t lane = 0; lane < lanes; ++lane)
@@ -53,13 +52,13 @@ void Mixer::end_segment_here() noexcept REALTIME {
       VoicePath path = paths_[s * kEars + e];
       slot.slide[e].end = 1 - static_cast<double>(path.step) / kWholeFrame;
       path.position = 0;
-      std::int64_t way = path.position_at(to_knot);
+      std::int64_t advance = path.position_at(to_knot);
       if (to_knot > 0) {
         path.step = slot.after_knot[e].step;
         path.bend = slot.after_knot[e].bend;
       }
-      way += path.position_at(after_knot);
-      slot.delay[e] += way - (std::int64_t{to_knot + after_knot} << 32);
+      advance += path.position_at(after_knot);
+      slot.delay[e] += advance - (std::int64_t{to_knot + after_knot} << 32);
     }
     if (binaural_ != nullptr) binaural_->offset_ends[s] = binaural_->offsets[s].ahead;
   }

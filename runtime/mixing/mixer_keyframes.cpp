@@ -56,7 +56,7 @@ CLAMOR_INLINE void Mixer::place(Slot& slot, VoicePath* paths,
   const PreparedSignal& signal = *slot.signal;
   std::int64_t first = 0, first_near = 0;
   for (std::size_t e = 0; e < kDelays; ++e) {
-    const std::int64_t whole = clock_ + lead_frames_ + (-delay[e] >> 32);
+    const std::int64_t whole = time_.clock_frames + lead_frames_ + (-delay[e] >> 32);
     const bool is_close = e > 0 && std::abs(whole - first) < signal.wrap() >> 32;
     const std::int64_t near = is_close ? first_near + (whole - first) : signal.near(whole);
     if (e == 0) {
@@ -71,7 +71,7 @@ CLAMOR_INLINE void Mixer::place(Slot& slot, VoicePath* paths,
 // The low layer's offset changes linearly.
 void Mixer::set_layer_offset(std::uint32_t slot, std::int64_t from,
                              std::int64_t to) noexcept REALTIME {
-  binaural_->offsets[slot] = {from, (to - from) / segment_.frames};
+  binaural_->offsets[slot] = {from, (to - from) / time_.segment.frames};
   binaural_->offset_ends[slot] = to;
 }
 
@@ -81,12 +81,12 @@ void Mixer::set_layer_offset(std::uint32_t slot, std::int64_t from,
 // because compilers would pack both ears into vectors, which takes longer.
 [[gnu::noinline]] void Mixer::slide(Slide& slide, VoicePath& path, Parabola& after_knot,
                                     double change_frames, bool starts) noexcept REALTIME {
-  const double mean = change_frames * segment_.per_frame;
+  const double mean = change_frames * time_.segment.per_frame;
   double a = mean, b = mean, c = mean;
   if (!starts) {
     a = slide.end;
     c = 1.5 * mean - 0.5 * slide.mean;
-    b = 2 * mean - segment_.share_m * a - segment_.share_n * c;
+    b = 2 * mean - time_.segment.share_m * a - time_.segment.share_n * c;
     if (std::max({std::abs(a), std::abs(b), std::abs(c)}) > kFastestBent) a = b = c = mean;
   }
   slide = {mean, c};
@@ -94,10 +94,10 @@ void Mixer::set_layer_offset(std::uint32_t slot, std::int64_t from,
     const double bend = (to - from) * per_step;
     return Parabola{kFixedOne - fixed_slope(from + 0.5 * bend), -fixed_slope(bend)};
   };
-  const Parabola before_knot = parabola(a, b, segment_.per_m);
+  const Parabola before_knot = parabola(a, b, time_.segment.per_m);
   path.step = before_knot.step;
   path.bend = before_knot.bend;
-  after_knot = parabola(b, c, segment_.per_n);
+  after_knot = parabola(b, c, time_.segment.per_n);
 }
 
 // Moves from the current state, or from where the voice starts, to its new delays. A template by
@@ -114,10 +114,10 @@ bool Mixer::slide_to(const Voice& voice) noexcept REALTIME {
     if (usable && voice.starts) from[e] = fixed(voice.start_delay_frames[e]);
     to[e] = usable ? fixed(voice.delay_frames[e]) : from[e];
     change_frames[e] = static_cast<double>(to[e] - from[e]) / kFixedOne_f;
-    usable = usable && std::abs(change_frames[e]) < segment_.frames;
+    usable = usable && std::abs(change_frames[e]) < time_.segment.frames;
   }
   if (!usable) {
-    ++bad_voices_;
+    ++muted_.bad;
     change_frames = {};
     std::copy_n(slot.delay.begin(), kDelays, from.begin());
     to = from;
@@ -149,7 +149,7 @@ void Mixer::stay(std::uint32_t s) noexcept REALTIME {
 
 void Mixer::set_targets(const std::array<Bands, kEars>& gain,
                         float* targets) const noexcept REALTIME {
-  if (bus_mode_.eight_bands) return bus_lanes(bus_gains_, gain, targets);
+  if (layout_.mode.eight_bands) return bus_lanes(layout_.gains, gain, targets);
   for (std::size_t e = 0; e < kEars; ++e) targets[e] = gain[e][0];
 }
 
@@ -191,7 +191,7 @@ bool Mixer::set_hrtf_gains(const Voice& voice, bool usable,
   constexpr std::array<float, kBandLanes> kSilence{};
   const GainRamps octaves = gain_ramps(0, voice, kSilence.data());
   const bool in_octaves =
-      usable && !fine ? ramp_hrtf_gains(bus_gains_, binaural_->diffuse_eq.corners(place),
+      usable && !fine ? ramp_hrtf_gains(layout_.gains, binaural_->diffuse_eq.corners(place),
                                         voice.gain, signals_[voice.signal].mean_square(), octaves)
                       : ramp_gains(octaves);
   if (in_octaves) pairs_[0].active.push_back(voice.slot);
@@ -200,7 +200,7 @@ bool Mixer::set_hrtf_gains(const Voice& voice, bool usable,
 
 // The state of a voice is scattered over memory.
 void Mixer::prefetch(std::uint32_t slot) const noexcept REALTIME {
-  const std::size_t lanes = static_cast<std::size_t>(lanes_);
+  const std::size_t lanes = static_cast<std::size_t>(layout_.lanes);
   prefetch_to_write(&slots_[slot], sizeof(Slot));
   prefetch_to_write(&paths_[slot * std::size_t{kEars}], kEars * sizeof(VoicePath));
   if (binaural_ != nullptr) prefetch_to_write(&binaural_->offsets[slot], sizeof(LayerOffset));
@@ -220,21 +220,21 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
 
   // An unusable or shed voice ramps to silence from where it was.
   if (shedding_.sheds(voice.rank)) usable = false;
-  slot.heard = false;
+  slot.audible = false;
   if (binaural_ != nullptr) {
     const Hrtf& hrtf = binaural_->hrtf;
     const auto place = usable ? hrtf.place(voice.from, slot.direction) : DirectionMesh::Place{};
     const std::int64_t from = binaural_->offset_ends[voice.slot];
     const std::int64_t to = usable ? fixed(0.5 * hrtf.low_itd_frames(place)) : from;
     set_layer_offset(voice.slot, voice.starts ? to : from, to);
-    slot.heard = set_hrtf_gains(voice, usable, place);
+    slot.audible = set_hrtf_gains(voice, usable, place);
     if (voice.starts && voice.has_onset) hold_gains(voice.slot);
     return;
   }
   std::array<float, kBandLanes> targets{};
   if (usable) set_targets(voice.gain, targets.data());
   if (panner_ == nullptr) {
-    slot.heard = ramp_gains(gain_ramps(0, voice, targets.data()));
+    slot.audible = ramp_gains(gain_ramps(0, voice, targets.data()));
     if (voice.starts && voice.has_onset) hold_gains(voice.slot);
     return;
   }
@@ -244,7 +244,7 @@ void Mixer::load_voice(const Voice& voice) noexcept REALTIME {
     for (std::size_t lane = 0; lane < kBandLanes; ++lane)
       panned[lane] = targets[lane] * gains[kEars * p + lane % kEars];
     if (!ramp_gains(gain_ramps(p, voice, panned.data()))) continue;
-    slot.heard = true;
+    slot.audible = true;
     if (pairs_.size() > 1) pairs_[p].active.push_back(voice.slot);
   }
   if (voice.starts && voice.has_onset) hold_gains(voice.slot);
@@ -261,7 +261,7 @@ void Mixer::hold_gains(std::uint32_t slot) noexcept REALTIME {
 // From the current gains to `targets`.
 GainRamps Mixer::gain_ramps(std::size_t pair, const Voice& voice,
                             const float* targets) noexcept REALTIME {
-  const std::size_t lanes = static_cast<std::size_t>(lanes_);
+  const std::size_t lanes = static_cast<std::size_t>(layout_.lanes);
   return {&pairs_[pair].targets[voice.slot * lanes],
           &pairs_[pair].gains[2 * voice.slot * lanes],
           targets,

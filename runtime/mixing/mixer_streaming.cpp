@@ -23,7 +23,7 @@ bool Mixer::is_resident(std::uint32_t s, const std::array<std::int64_t, kEars>& 
   std::int64_t first = std::numeric_limits<std::int64_t>::max();
   std::int64_t last = std::numeric_limits<std::int64_t>::min();
   for (std::size_t e = 0; e < static_cast<std::size_t>(mode_.delays); ++e) {
-    const std::int64_t at = clock_ + lead_frames_ - (from[e] >> 32);
+    const std::int64_t at = time_.clock_frames + lead_frames_ - (from[e] >> 32);
     first = std::min(first, at - 2);
     last = std::max(last, at + frames + 2 - static_cast<std::int64_t>(change_frames[e]));
   }
@@ -37,9 +37,9 @@ bool Mixer::may_sound(std::uint32_t s, const std::array<std::int64_t, kEars>& fr
   Slot& slot = slots_[s];
   if (!slot.signal->streams()) return true;
   // Up to the end of the next period.
-  if (is_resident(s, from, change_frames, 2 * kKeyframeFrames - elapsed_)) return true;
-  ++late_voices_;
-  if (!is_resident(s, from, change_frames, segment_.frames)) silence(s);
+  if (is_resident(s, from, change_frames, 2 * kKeyframeFrames - time_.elapsed)) return true;
+  ++muted_.late;
+  if (!is_resident(s, from, change_frames, time_.segment.frames)) silence(s);
   return false;
 }
 
@@ -48,7 +48,7 @@ void Mixer::silence(std::uint32_t s) noexcept REALTIME {
     std::fill_n(target, lanes, 0.0f);
     std::fill_n(gain, 2 * lanes, 0.0f);
   });
-  slots_[s].heard = false;
+  slots_[s].audible = false;
   slots_[s].steps_to_silence = 0;
 }
 
@@ -61,7 +61,7 @@ bool Mixer::hold_sounds() noexcept REALTIME {
     if (!slot.signal->streams()) continue;
     const bool falls = slot.steps_to_silence > 0;
     if (!falls && is_resident(s, slot.delay, {}, kKeyframeFrames + kShedFrames)) continue;
-    late_voices_ += !falls;
+    muted_.late += !falls;
     slot.steps_to_silence =
         falls ? static_cast<std::uint8_t>(slot.steps_to_silence - 1) : kStepsToSilence;
     if (slot.steps_to_silence == 0 || !is_resident(s, slot.delay, {}, kStepFrames)) {
@@ -82,11 +82,7 @@ bool Mixer::hold_sounds() noexcept REALTIME {
     });
   }
   if (!ended) return falling;
-  const auto is_over = [this](std::uint32_t s) { return !slots_[s].heard; };
-  std::erase_if(active_, is_over);
-  std::erase_if(once_, is_over);
-  for (Pair& pair : pairs_) std::erase_if(pair.active, is_over);
-  if (binaural_ != nullptr) binaural_->narrowband.drop(is_over);
+  drop_if([this](std::uint32_t s) { return !slots_[s].audible; });
   return falling;
 }
 

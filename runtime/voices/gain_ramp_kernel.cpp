@@ -104,15 +104,15 @@ HWY_EXPORT(ramp_hrtf_gains_here);
 // Scalar: two lanes are less than a vector, and dispatching would take as long as the work.
 bool slide_ears(const GainRamps& lines) noexcept REALTIME {
   const float per_frame = static_cast<float>(kGainFrames) / static_cast<float>(lines.frames);
-  bool heard = false;
+  bool audible = false;
   for (std::size_t e = 0; e < kEars; ++e) {
     const float from = lines.starts ? 0 : lines.target[e], to = lines.targets[e];
     lines.gain[e] = from;
     lines.gain[kEars + e] = (to - from) * per_frame;
     lines.target[e] = to;
-    heard |= from != 0 || to != 0;
+    audible |= from != 0 || to != 0;
   }
-  return heard;
+  return audible;
 }
 }  // namespace
 

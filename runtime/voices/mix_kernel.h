@@ -46,8 +46,8 @@ namespace clamor {
 
 inline constexpr int kEars = 2;
 inline constexpr int kStepFrames = 64;  // calls mix whole steps; divides kKeyframeFrames
-inline constexpr int kMostSteps = 4;    // of one call
-inline constexpr int kMaxFrames = kMostSteps * kStepFrames;
+inline constexpr int kMaxSteps = 4;     // of one call
+inline constexpr int kMaxFrames = kMaxSteps * kStepFrames;
 
 inline constexpr int kBandLanes = kEars * static_cast<int>(kBandCount);
 inline constexpr int kLowRate = 4;  // frames per frame of the low layer

@@ -14,19 +14,19 @@ constexpr std::size_t kLanes = kHrtfLanes;
 }  // namespace
 
 // Twice as many places as voices: some fade out while others fade in.
-NarrowbandVoices::NarrowbandVoices(std::size_t slots, std::size_t most)
-    : most_(std::min(slots, most)),
+NarrowbandVoices::NarrowbandVoices(std::size_t slots, std::size_t max_chosen)
+    : max_chosen_(std::min(slots, max_chosen)),
       place_of_(slots, kNone),
       chosen_(slots),
-      fine_(2 * most_),
+      fine_(2 * max_chosen_),
       targets_(fine_.size() * kLanes),
       gains_(2 * targets_.size()),
       paths_(kEars * fine_.size()),
       gaps_(fine_.size()),
       wraps_(fine_.size()) {
-  loudest_.reserve(most_ + 1);
+  loudest_.reserve(max_chosen_ + 1);
   free_.reserve(fine_.size());
-  heard_.reserve(fine_.size());
+  audible_.reserve(fine_.size());
   for (std::size_t place = fine_.size(); place-- > 0;)
     free_.push_back(static_cast<std::uint32_t>(place));
 }
@@ -42,14 +42,14 @@ void NarrowbandVoices::begin() noexcept REALTIME {
   }
   for (const auto& [power, slot] : loudest_) chosen_[slot] = false;
   loudest_.clear();
-  heard_.clear();
+  audible_.clear();
 }
 
 void NarrowbandVoices::offer(std::uint32_t slot, float power) noexcept REALTIME {
   if (place_of_[slot] != kNone) power *= kStays;
-  if (!(power > 0) || most_ == 0) return;
+  if (!(power > 0) || max_chosen_ == 0) return;
   const auto louder = std::greater<std::pair<float, std::uint32_t>>();
-  if (loudest_.size() == most_) {
+  if (loudest_.size() == max_chosen_) {
     if (power <= loudest_.front().first) return;
     std::pop_heap(loudest_.begin(), loudest_.end(), louder);
     loudest_.pop_back();
@@ -75,16 +75,16 @@ bool NarrowbandVoices::set(std::uint32_t slot, const float* targets, bool starts
     starts = true;
   }
   static constexpr std::array<float, kLanes> kSilence{};
-  const bool heard =
+  const bool audible =
       ramp_gains({&targets_[place * kLanes], &gains_[2 * place * kLanes],
                   targets == nullptr ? kSilence.data() : targets, kLanes, frames, starts});
   fine_[place].stays = targets != nullptr;
-  if (heard) heard_.push_back(place);
-  return heard;
+  if (audible) audible_.push_back(place);
+  return audible;
 }
 
 void NarrowbandVoices::hold() noexcept REALTIME {
-  for (const std::uint32_t place : heard_) {
+  for (const std::uint32_t place : audible_) {
     std::copy_n(&targets_[place * kLanes], kLanes, &gains_[2 * place * kLanes]);
     std::fill_n(&gains_[(2 * place + 1) * kLanes], kLanes, 0.0f);
   }
@@ -92,8 +92,8 @@ void NarrowbandVoices::hold() noexcept REALTIME {
 
 void NarrowbandVoices::mix(const MixMode& mode, const MixContinuation& slots, int first_frame,
                            int frames, float* high, float* low) noexcept REALTIME {
-  if (heard_.empty()) return;
-  for (const std::uint32_t place : heard_) {
+  if (audible_.empty()) return;
+  for (const std::uint32_t place : audible_) {
     const std::uint32_t slot = fine_[place].slot;
     std::copy_n(slots.paths + std::size_t{kEars} * slot, kEars, &paths_[kEars * place]);
     gaps_[place] = slots.gaps[slot];
@@ -101,8 +101,8 @@ void NarrowbandVoices::mix(const MixMode& mode, const MixContinuation& slots, in
   }
   mix_voices(mode, {paths_.data(),
                     gains_.data(),
-                    heard_.data(),
-                    heard_.size(),
+                    audible_.data(),
+                    audible_.size(),
                     first_frame,
                     frames,
                     high,
@@ -112,7 +112,7 @@ void NarrowbandVoices::mix(const MixMode& mode, const MixContinuation& slots, in
 }
 
 void NarrowbandVoices::put_back(const MixContinuation& slots) const noexcept REALTIME {
-  for (const std::uint32_t place : heard_) {
+  for (const std::uint32_t place : audible_) {
     const std::uint32_t slot = fine_[place].slot;
     std::copy_n(&paths_[kEars * place], kEars, slots.paths + std::size_t{kEars} * slot);
     slots.gaps[slot] = gaps_[place];

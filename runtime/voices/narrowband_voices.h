@@ -4,7 +4,7 @@
 // At each keyframe the loudest voices therefore get narrow bands (MixMode::fine_voices, 128). Each
 // of the others has less than a 128th of the total power and gets octave gains, which preserve its
 // energy and both of its ITDs. Up to 128 sources are exact. In a larger crowd no single voice's
-// spectrum can be heard, and the sum is corrected per narrow band to within 1 dB, even if all
+// spectrum can be audible, and the sum is corrected per narrow band to within 1 dB, even if all
 // voices come from one side (diffuse_hrtf_eq.h). A narrowband voice stays one until others exceed
 // it by 3 dB (hysteresis); a change crossfades within a keyframe.
 //
@@ -24,15 +24,15 @@ namespace clamor {
 
 class NarrowbandVoices {
  public:
-  // `slots` is the number of all voices, `most` the number of narrowband ones.
-  NarrowbandVoices(std::size_t slots, std::size_t most);
+  // `slots` is the number of all voices, `max_chosen` the number of narrowband ones.
+  NarrowbandVoices(std::size_t slots, std::size_t max_chosen);
 
   // At a keyframe call begin(), offer() for every voice with its power, and end(). At the start of
   // each segment call begin_segment(), then set() for every voice.
   void begin() noexcept REALTIME;
   void offer(std::uint32_t slot, float power) noexcept REALTIME;
   void end() noexcept REALTIME;
-  void begin_segment() noexcept REALTIME { heard_.clear(); }
+  void begin_segment() noexcept REALTIME { audible_.clear(); }
   bool chosen(std::uint32_t slot) const noexcept REALTIME { return chosen_[slot]; }
 
   // Ramps to `targets` (kHrtfLanes), or to silence if null, in `frames` frames; from silence if the
@@ -51,14 +51,14 @@ class NarrowbandVoices {
   // Stops mixing the voices with is_over(slot) in this segment.
   template <class IsOver>
   void drop(const IsOver& is_over) noexcept REALTIME {
-    std::erase_if(heard_, [&](std::uint32_t place) { return is_over(fine_[place].slot); });
+    std::erase_if(audible_, [&](std::uint32_t place) { return is_over(fine_[place].slot); });
   }
 
   // Holds gains at their targets.
   void hold() noexcept REALTIME;
 
   // Number of voices mixed.
-  std::size_t heard() const noexcept REALTIME { return heard_.size(); }
+  std::size_t audible_count() const noexcept REALTIME { return audible_.size(); }
 
   // Mixes all narrowband voices from the state of all slots. A voice may be in octaves as well, so
   // put_back() advances the state only after those have been mixed too.
@@ -73,7 +73,7 @@ class NarrowbandVoices {
     bool stays = false;  // is still mixed when the segment ends
   };
 
-  const std::size_t most_;
+  const std::size_t max_chosen_;
   std::vector<std::uint32_t> place_of_;                   // by slot: index into fine_, or kNone
   std::vector<bool> chosen_;                              // by slot
   std::vector<std::pair<float, std::uint32_t>> loudest_;  // a heap with the quietest first
@@ -83,7 +83,7 @@ class NarrowbandVoices {
   std::vector<VoicePath> paths_;        // [place][kEars]
   std::vector<LayerOffset> gaps_;       // [place], as below
   std::vector<std::int64_t> wraps_;
-  std::vector<std::uint32_t> heard_;  // places
+  std::vector<std::uint32_t> audible_;  // places
 };
 
 }  // namespace clamor

@@ -44,7 +44,7 @@ class ManyVoices {
         path.position = static_cast<std::int64_t>(between(16, 7000) * 0x1p32);
         const double first = drift(), last = drift();
         path.step = static_cast<std::int64_t>((1 + first) * 0x1p32);
-        path.bend = static_cast<std::int64_t>((last - first) / (kMostSteps - 1) * 0x1p32);
+        path.bend = static_cast<std::int64_t>((last - first) / (kMaxSteps - 1) * 0x1p32);
       }
       gaps_.resize(2 * v + 2);
       if (mode.delays == 2)
@@ -101,7 +101,7 @@ TEST(MixKernel, EqualsTheDoublePrecisionReferenceOnEveryInstructionSet) {
   for (const std::size_t count : {1u, 3u, 70u}) {  // 70 is more than a tile
     for (const MixMode& mode : kModes) {
       const ManyVoices crowd(count, mode, static_cast<unsigned>(count));
-      for (int steps = 1; steps <= kMostSteps; ++steps) {
+      for (int steps = 1; steps <= kMaxSteps; ++steps) {
         const int first = 960 - steps * kStepFrames, frames = steps * kStepFrames;
         const auto expected = std::make_unique<ReferenceBuses>();
         mix_reference(mode, crowd.job(first, frames, nullptr), *expected);
@@ -190,7 +190,7 @@ TEST(MixKernel, GivesTheSameBitsForAnyBlockSizes) {
       const ManyVoices crowd(30, mode, 5);
       const auto whole = std::make_unique<MixBuses>(), parts = std::make_unique<MixBuses>();
       mix_voices(mode, crowd.job(0, kMaxFrames, whole.get()));
-      for (int step = 0; step < kMostSteps; ++step) {
+      for (int step = 0; step < kMaxSteps; ++step) {
         // The second part starts later by these frames, in buses that start there.
         MixJob job = crowd.job(step * kStepFrames, kStepFrames, parts.get());
         std::vector<VoicePath> later(job.paths, job.paths + kEars * (2 * 30));

@@ -15,7 +15,7 @@ namespace {
 
 // Left channel of layers that are sent to the bands with these gains, `steps` steps per call.
 std::vector<float> heard(const OctaveFilterBank::Layers& layers, const Bands& gains,
-                         std::size_t frames, int steps = kMostSteps) {
+                         std::size_t frames, int steps = kMaxSteps) {
   const auto bank = std::make_unique<OctaveFilterBank>();
   const auto buses = std::make_unique<MixBuses>();
   const auto at = [](const std::vector<double>& layer, std::size_t k) {
