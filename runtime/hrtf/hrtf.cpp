@@ -48,8 +48,8 @@ ErbBands energy_of(const Spectrum& spectrum, double bin_hz) {
       energy[b] += share * std::norm(spectrum[k]) / (high - low);
     }
   }
-  const double least = kQuietest * *std::ranges::max_element(energy);
-  for (double& band : energy) band = std::max(band, std::max(least, 1e-30));
+  const double min_energy = std::max(kQuietest * *std::ranges::max_element(energy), 1e-30);
+  for (double& band : energy) band = std::max(band, min_energy);
   return energy;
 }
 
@@ -60,14 +60,14 @@ void make_smooth(std::span<const Vec3f> directions, std::vector<InterauralTimes>
   constexpr double kPerRadian_s = kSteepest_s * 180 / std::numbers::pi;
   std::vector<double> smooth_s;
   for (std::size_t d = 0; d < directions.size(); ++d) {
-    double most = 1, least = -1;
+    double max_s = 1, min_s = -1;
     for (std::size_t k = 0; k < directions.size(); ++k) {
       const float cosine = std::clamp(dot(directions[d], directions[k]), -1.0f, 1.0f);
       const double apart_s = k == d ? 0 : kPerRadian_s * std::acos(static_cast<double>(cosine));
-      most = std::min(most, times[k].high_s + apart_s);
-      least = std::max(least, times[k].high_s - apart_s);
+      max_s = std::min(max_s, times[k].high_s + apart_s);
+      min_s = std::max(min_s, times[k].high_s - apart_s);
     }
-    smooth_s.push_back((most + least) / 2);
+    smooth_s.push_back((max_s + min_s) / 2);
   }
   for (std::size_t d = 0; d < times.size(); ++d) times[d].high_s = smooth_s[d];
 }
@@ -142,8 +142,8 @@ Hrtf::Direction Hrtf::fitted(const Measured& measured, const HrtfMagnitudeFit& f
   }
   // Phases depend on levels and levels on phases, so both fits alternate, and the best result is
   // kept.
-  double least = 1e300;
-  for (int turn = 0; turn < kPhaseTurns && least >= kGoodFit; ++turn) {
+  double min_miss = 1e300;
+  for (int turn = 0; turn < kPhaseTurns && min_miss >= kGoodFit; ++turn) {
     const auto phases = phase_fit.phases_for(levels, times.phases, high_phase);
     phase_fit.turn(phases, high_phase, forms);
     double miss = 0;
@@ -153,8 +153,8 @@ Hrtf::Direction Hrtf::fitted(const Measured& measured, const HrtfMagnitudeFit& f
           std::max(miss, HrtfMagnitudeFit::largest_miss_db(measured.energy[e], forms, levels[e]));
     }
     miss = std::max(miss, phase_fit.largest_miss(levels, phases, times.phases, high_phase));
-    if (miss >= least) continue;
-    least = miss;
+    if (miss >= min_miss) continue;
+    min_miss = miss;
     for (std::size_t e = 0; e < kEars; ++e) {
       direction.level[e] = HrtfPhaseFit::in_phase(levels[e], phases);
       direction.across[e] = HrtfPhaseFit::across(levels[e], phases, e);

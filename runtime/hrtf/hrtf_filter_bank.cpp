@@ -54,22 +54,25 @@ void sum_band(const BandRows& rows, std::size_t band, int ear, const Level& leve
 
 }  // namespace
 
-void HrtfFilterBank::slide_octaves(const std::array<HrtfGains, kEars>& levels,
-                                   int frames) noexcept REALTIME {
+void HrtfFilterBank::LevelRamps::begin(const std::array<HrtfGains, kEars>& levels,
+                                       int ramp_frames) noexcept REALTIME {
   for (std::size_t e = 0; e < kEars; ++e)
     for (std::size_t j = 0; j < kHrtfBands; ++j) {
-      const float from = frames == 0 ? levels[e][j] : slid(static_cast<int>(e), j, 0);
-      slides_[e][j] = {from, frames == 0 ? 0 : (levels[e][j] - from) / static_cast<float>(frames)};
+      const float to = levels[e][j];
+      const float from = ramp_frames == 0 ? to : at(static_cast<int>(e), j, 0);
+      ramps[e][j] = {from, ramp_frames == 0 ? 0 : (to - from) / static_cast<float>(ramp_frames)};
     }
-  slide_frame_ = 0;
-  slide_frames_ = frames;
+  frame = 0;
+  frames = ramp_frames;
 }
 
-// Octave level `frame` frames from now. Calls never go beyond the end of a ramp.
-float HrtfFilterBank::slid(int ear, std::size_t band, int frame) const noexcept REALTIME {
-  const Slide& slide = slides_[static_cast<std::size_t>(ear)][band];
-  const int at = std::min(slide_frame_ + frame, slide_frames_);
-  return slide.level + slide.per_frame * static_cast<float>(at);
+float HrtfFilterBank::LevelRamps::at(int ear, std::size_t band, int ahead) const noexcept REALTIME {
+  const Ramp& ramp = ramps[static_cast<std::size_t>(ear)][band];
+  return ramp.level + ramp.per_frame * static_cast<float>(std::min(frame + ahead, frames));
+}
+
+void HrtfFilterBank::LevelRamps::advance(int by_frames) noexcept REALTIME {
+  frame = std::min(frame + by_frames, frames);
 }
 
 // Appends the call's frames from `first_frame` on to the current block.
@@ -84,7 +87,7 @@ void HrtfFilterBank::take_high(int first_frame, int frames) noexcept REALTIME {
                       frames};
   for (std::size_t b = 0; b < kHrtfHighBands; ++b)
     for (int ear = 0; ear < kEars; ++ear) {
-      const auto level = [&](int f) { return slid(ear, kHrtfLowBands + b, first_frame + f); };
+      const auto level = [&](int f) { return levels_.at(ear, kHrtfLowBands + b, first_frame + f); };
       sum_band(rows, b, ear, level, row);
       const std::size_t group = b / kSpectrumLanes;
       const std::size_t first = (group * kEars + static_cast<std::size_t>(ear)) * kHighWindow +
@@ -127,7 +130,7 @@ void HrtfFilterBank::process(int frames, float* interleaved) noexcept REALTIME {
   for (int ear = 0; ear < kEars; ++ear) {
     float* const rows = low_.data() + ear * kHrtfLowRows * kLowRow;
     for (std::size_t b = 0; b < kHrtfLowBands; ++b) {
-      const auto level = [&](int f) { return slid(ear, b, kLowRate * f); };
+      const auto level = [&](int f) { return levels_.at(ear, b, kLowRate * f); };
       sum_band(low_rows, b, ear, level, rows + b * kLowRow + kLowHistory);
     }
     for (std::size_t row = kHrtfLowBands; row < kHrtfLowRows; ++row)
@@ -149,7 +152,7 @@ void HrtfFilterBank::process(int frames, float* interleaved) noexcept REALTIME {
       std::copy_n(rows + b * kLowRow + low_frames, kLowHistory, rows + b * kLowRow);
   }
   high_due_ -= frames;
-  slide_frame_ = std::min(slide_frame_ + frames, slide_frames_);
+  levels_.advance(frames);
 }
 
 }  // namespace clamor

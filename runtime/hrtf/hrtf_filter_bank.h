@@ -52,7 +52,9 @@ class HrtfFilterBank {
 
   // Ramps the gains of the octave buses' sum to `levels` over the next `frames` frames (initially
   // 1).
-  void slide_octaves(const std::array<HrtfGains, kEars>& levels, int frames) noexcept REALTIME;
+  void slide_octaves(const std::array<HrtfGains, kEars>& levels, int frames) noexcept REALTIME {
+    levels_.begin(levels, frames);
+  }
   void clear() noexcept REALTIME;
 
   // Filters and adds up `frames` (whole steps) into (left, right).
@@ -82,16 +84,23 @@ class HrtfFilterBank {
   };
   static const std::vector<float>& high_spectra();
 
-  struct Slide {
-    float level = 1, per_frame = 0;  // at frame 0
+  // Linear ramps of the octave buses' levels.
+  struct LevelRamps {
+    struct Ramp {
+      float level = 1, per_frame = 0;  // at frame 0
+    };
+    std::array<std::array<Ramp, kHrtfBands>, kEars> ramps{};
+    int frame = 0, frames = 0;  // done, and total
+
+    // The level `ahead` frames from now. Calls never go beyond the end of a ramp.
+    float at(int ear, std::size_t band, int ahead) const noexcept REALTIME;
+    void begin(const std::array<HrtfGains, kEars>& levels, int frames) noexcept REALTIME;
+    void advance(int by_frames) noexcept REALTIME;
   };
-  float slid(int ear, std::size_t band, int frame) const noexcept REALTIME;
   void take_high(int first_frame, int frames) noexcept REALTIME;
   void filter_high_block() noexcept REALTIME;
 
-  std::array<std::array<Slide, kHrtfBands>, kEars> slides_{};
-  int slide_frame_ = 0, slide_frames_ = 0;  // done, and total
-
+  LevelRamps levels_;
   Buses buses_{};
   MixBuses octaves_{};
   std::vector<float> high_;  // [group][ear][frame of kHighWindow][lane]

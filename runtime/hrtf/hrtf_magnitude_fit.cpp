@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kStep_hz = 6, kMinAudible = 1e-5;
 constexpr int kFitTurns = 60, kOctaveTurns = 20, kNewtonSteps = 40;
-constexpr double kDamping = 0.003, kMaxChange = 0.3, kMostWeight = 100;
+constexpr double kDamping = 0.003, kMaxChange = 0.3, kMaxWeight = 100;
 constexpr double kFairMiss = 0.04;   // 0.35 dB
 constexpr double kGoodMiss = 0.005;  // of energy: 0.02 dB, below which further steps are inaudible
 
@@ -117,7 +117,7 @@ void HrtfMagnitudeFit::by_newton(const ErbBands& energy, const Forms& forms, con
   ErbBands weight;
   weight.fill(1);
   Levels best = levels;
-  double least = largest_miss(levels);
+  double min_miss = largest_miss(levels);
   for (int step = 0; step < kNewtonSteps; ++step) {
     std::array<std::array<double, kHrtfBands>, kHrtfBands> a{};
     Levels d{}, unit{};
@@ -135,7 +135,7 @@ void HrtfMagnitudeFit::by_newton(const ErbBands& energy, const Forms& forms, con
       }
       const double miss = 0.5 * std::log(energy[b] / now);
       for (std::size_t j = form.first; j < form.end; ++j) slope[j] *= unit[j] / now;
-      if (std::abs(miss) > kFairMiss) weight[b] = std::min(1.3 * weight[b], kMostWeight);
+      if (std::abs(miss) > kFairMiss) weight[b] = std::min(1.3 * weight[b], kMaxWeight);
       for (std::size_t j = form.first; j < form.end; ++j) {
         d[j] += weight[b] * slope[j] * miss;
         for (std::size_t k = form.first; k <= j; ++k) a[j][k] += weight[b] * slope[j] * slope[k];
@@ -144,10 +144,10 @@ void HrtfMagnitudeFit::by_newton(const ErbBands& energy, const Forms& forms, con
     solve_positive_definite(a, d, first_);
     for (std::size_t j = 0; j < kHrtfBands; ++j)
       levels[j] += std::clamp(d[j], -kMaxChange, kMaxChange) * unit[j];
-    if (const double miss = largest_miss(levels); miss < least) {
-      least = miss;
+    if (const double miss = largest_miss(levels); miss < min_miss) {
+      min_miss = miss;
       best = levels;
-      if (least < kGoodMiss) break;
+      if (min_miss < kGoodMiss) break;
     }
   }
   levels = best;

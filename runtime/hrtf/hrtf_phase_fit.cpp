@@ -18,7 +18,7 @@ constexpr int kPhaseNewtonSteps = 12;
 constexpr double kMaxPhase = 1.4;
 constexpr double kPhaseDamping = 0.01;  // relative to the phase of 20 us at a node
 constexpr double kDamped_s = 20e-6;
-constexpr double kPhaseFairMiss = 0.5, kPhaseMostWeight = 30;  // relative to a band's tolerance
+constexpr double kPhaseFairMiss = 0.5, kPhaseMaxWeight = 30;  // relative to a band's tolerance
 
 }  // namespace
 
@@ -165,10 +165,10 @@ HrtfPhaseFit::Phases HrtfPhaseFit::first_guess(const Wanted& wanted) {
 
 double HrtfPhaseFit::largest_miss(const std::array<HrtfGains, kEars>& levels, const Phases& phases,
                                   const Wanted& wanted, double high_phase) const {
-  double most = 0;
+  double max_miss = 0;
   for (const double miss : misses(levels, phases, high_phase, wanted))
-    most = std::max(most, std::abs(miss));
-  return most;
+    max_miss = std::max(max_miss, std::abs(miss));
+  return max_miss;
 }
 
 HrtfPhaseFit::Phases HrtfPhaseFit::phases_for(const std::array<HrtfGains, kEars>& levels,
@@ -176,19 +176,18 @@ HrtfPhaseFit::Phases HrtfPhaseFit::phases_for(const std::array<HrtfGains, kEars>
   constexpr std::size_t kNodes = kHrtfQuadratures;
   const Phases guess = first_guess(wanted);
   Phases phases = guess, best{};
-  double least = 1e300;
+  double min_miss = 1e300;
   std::array<double, kPhaseBands> weight;
   weight.fill(1);
   for (int step = 0; step <= kPhaseNewtonSteps; ++step) {
     const Misses now = misses(levels, phases, high_phase, wanted);
-    double most = 0;
+    double max_miss = 0;
     for (std::size_t b = 0; b < kPhaseBands; ++b) {
-      most = std::max(most, std::abs(now[b]));
-      if (std::abs(now[b]) > kPhaseFairMiss)
-        weight[b] = std::min(1.5 * weight[b], kPhaseMostWeight);
+      max_miss = std::max(max_miss, std::abs(now[b]));
+      if (std::abs(now[b]) > kPhaseFairMiss) weight[b] = std::min(1.5 * weight[b], kPhaseMaxWeight);
     }
-    if (most < least) {
-      least = most;
+    if (max_miss < min_miss) {
+      min_miss = max_miss;
       best = phases;
     }
     std::array<Misses, kNodes> slope;

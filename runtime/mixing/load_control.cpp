@@ -71,7 +71,7 @@ void MixerLoadControl::expect(std::size_t voices) noexcept {
 }
 
 void SamplerLoadControl::fall_by(double factor) {
-  const double floor = std::max(1.0, std::floor(static_cast<double>(most_) / kFloor));
+  const double floor = std::max(1.0, std::floor(static_cast<double>(max_voices_) / kFloor));
   voices_ = std::min(voices_, std::max(floor, voices_ * std::max(kMostAtOnce, factor)));
   min_so_far_ = std::min(min_so_far_, voices());
   backoff_.fell();
@@ -91,10 +91,10 @@ void SamplerLoadControl::keyframe_took(double share, double shed, bool full) {
     fall_by(1 - shed);
     settling_ = kSettle;
   } else if (worst_share_ < kLowShare && !full && backoff_.over() &&
-             voices_ < static_cast<double>(most_)) {
+             voices_ < static_cast<double>(max_voices_)) {
     backoff_.rose();
     const double before = voices_;
-    voices_ = std::min(static_cast<double>(most_), std::max(voices_ * kRise, voices_ + 0.05));
+    voices_ = std::min(static_cast<double>(max_voices_), std::max(voices_ * kRise, voices_ + 0.05));
     // A keyframe with more voices takes at most proportionally longer.
     worst_share_ *= voices_ / before;
   }

@@ -111,10 +111,11 @@ class SamplerLoadControl {
   // Keyframes until a reduction shows in the mixer's share of shed voices.
   static constexpr int kSettle = 12;
 
-  explicit SamplerLoadControl(std::size_t most) : most_(most), voices_(static_cast<double>(most)) {}
+  explicit SamplerLoadControl(std::size_t max_voices)
+      : max_voices_(max_voices), voices_(static_cast<double>(max_voices)) {}
 
   std::size_t voices() const { return static_cast<std::size_t>(voices_); }
-  std::size_t min_so_far() const { return min_so_far_ < most_ ? min_so_far_ : most_; }
+  std::size_t min_so_far() const { return min_so_far_ < max_voices_ ? min_so_far_ : max_voices_; }
   std::uint64_t late() const { return late_; }  // keyframes that took longer than their period
 
   // Records the share of its period that a keyframe took and the share of voices that the mixer
@@ -124,7 +125,7 @@ class SamplerLoadControl {
  private:
   void fall_by(double factor);
 
-  const std::size_t most_;
+  const std::size_t max_voices_;
   double voices_;
   std::size_t min_so_far_ = std::numeric_limits<std::size_t>::max();
   double worst_share_ = 0;  // recent maximum, scaled to the current number of voices

@@ -70,19 +70,19 @@ class LoudspeakerPanner final : public Panner {
   ChannelGains gains(const Vec3f& from) const noexcept REALTIME override {
     // Weights of the corners of each triangle whose sum is `from`. The smallest is negative unless
     // the direction lies within.
-    std::array<float, kMaxTriangles> least;
-    least.fill(std::numeric_limits<float>::lowest());
+    std::array<float, kMaxTriangles> min_weight;
+    min_weight.fill(std::numeric_limits<float>::lowest());
     for (std::size_t t = 0; t < triangles_; ++t) {
       const auto corner = [&](std::size_t k) {
         return inverse_[k][0][t] * from.x + inverse_[k][1][t] * from.y + inverse_[k][2][t] * from.z;
       };
-      least[t] = std::min({corner(0), corner(1), corner(2)});
+      min_weight[t] = std::min({corner(0), corner(1), corner(2)});
     }
     // If four corners are coplanar, both ways to split them contain the direction; take the mean.
-    const float within = std::min(-1e-6f, *std::ranges::max_element(least));
+    const float within = std::min(-1e-6f, *std::ranges::max_element(min_weight));
     std::array<float, kMaxChannels + 2> corner_gains{};
     for (std::size_t t = 0; t < triangles_; ++t) {
-      if (least[t] < within) continue;
+      if (min_weight[t] < within) continue;
       for (std::size_t k = 0; k < 3; ++k)
         corner_gains[corners_[t][k]] +=
             std::max(0.0f, inverse_[k][0][t] * from.x + inverse_[k][1][t] * from.y +

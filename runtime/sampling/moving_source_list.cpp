@@ -67,16 +67,16 @@ MovingSourceList::MovingSourceList(MovingSources& sources, const RadiationModel&
       history_(sources.max_sources(), field.speed_of_sound_mps()) {}
 
 bool MovingSourceList::refresh() {
-  now_ = &moving_.latest();
-  if (now_->commits == commits_) return in_motion_;
-  commits_ = now_->commits;
-  is_new_ = true;
+  newest_.snapshot = &moving_.latest();
+  if (newest_.snapshot->commits == newest_.commits) return in_motion_;
+  newest_.commits = newest_.snapshot->commits;
+  newest_.is_unused = true;
   return true;
 }
 
 // Takes over a source's settings: it is an emitter of its kind.
 void MovingSourceList::set(std::size_t slot, double time_s) {
-  const MovingSources::Settings& settings = now_->settings[slot];
+  const MovingSources::Settings& settings = newest_.snapshot->settings[slot];
   columns_.versions[slot] = settings.version;
   if (!settings.present) {
     columns_.max_priority[slot] = -1;
@@ -109,10 +109,10 @@ void MovingSourceList::set(std::size_t slot, double time_s) {
 
 // Extrapolates all sources to a time, and records their paths.
 void MovingSourceList::move_all(double time_s) {
-  const std::size_t count = now_->count;
-  const bool extrapolates = std::abs(time_s - snapshot_s_) <= kMaxExtrapolation_s;
+  const std::size_t count = newest_.snapshot->count;
+  const bool extrapolates = std::abs(time_s - newest_.time_s) <= kMaxExtrapolation_s;
   const auto seconds = static_cast<float>(
-      std::clamp(time_s - snapshot_s_, -kMaxExtrapolation_s, kMaxExtrapolation_s));
+      std::clamp(time_s - newest_.time_s, -kMaxExtrapolation_s, kMaxExtrapolation_s));
   const auto extrapolate = [&](const std::vector<float>& from_m, const std::vector<float>& by_mps,
                                std::vector<float>& to_m) {
     float max_mps = 0;
@@ -122,14 +122,15 @@ void MovingSourceList::move_all(double time_s) {
     }
     return max_mps;
   };
-  const float x = extrapolate(now_->x_m, now_->x_mps, columns_.x_m),
-              y = extrapolate(now_->y_m, now_->y_mps, columns_.y_m),
-              z = extrapolate(now_->z_m, now_->z_mps, columns_.z_m);
+  const float x = extrapolate(newest_.snapshot->x_m, newest_.snapshot->x_mps, columns_.x_m),
+              y = extrapolate(newest_.snapshot->y_m, newest_.snapshot->y_mps, columns_.y_m),
+              z = extrapolate(newest_.snapshot->z_m, newest_.snapshot->z_mps, columns_.z_m);
   const auto column = [count](const std::vector<float>& of) { return std::span(of).first(count); };
   history_.record(time_s, column(columns_.x_m), column(columns_.y_m), column(columns_.z_m));
   const auto restart = [&](std::uint32_t i) {
-    history_.restart(
-        i, extrapolates ? Vec3f(now_->x_mps[i], now_->y_mps[i], now_->z_mps[i]) : Vec3f(0));
+    history_.restart(i, extrapolates ? Vec3f(newest_.snapshot->x_mps[i], newest_.snapshot->y_mps[i],
+                                             newest_.snapshot->z_mps[i])
+                                     : Vec3f(0));
   };
   for (const std::uint32_t i : history_.teleported()) restart(i);
   for (const std::uint32_t i : added_) restart(i);
@@ -138,16 +139,16 @@ void MovingSourceList::move_all(double time_s) {
 }
 
 void MovingSourceList::begin(const Vec3& /*place*/, double time_s) {
-  if (now_ == nullptr) now_ = &moving_.latest();
-  if (is_new_) {
-    snapshot_s_ = std::isnan(now_->time_s) ? time_s : now_->time_s;
-    for (std::size_t i = 0; i < now_->count; ++i)
-      if (columns_.versions[i] != now_->settings[i].version) set(i, time_s);
+  if (newest_.snapshot == nullptr) newest_.snapshot = &moving_.latest();
+  if (newest_.is_unused) {
+    newest_.time_s = std::isnan(newest_.snapshot->time_s) ? time_s : newest_.snapshot->time_s;
+    for (std::size_t i = 0; i < newest_.snapshot->count; ++i)
+      if (columns_.versions[i] != newest_.snapshot->settings[i].version) set(i, time_s);
   }
-  if (is_new_ || time_s_ != time_s) move_all(time_s);
+  if (newest_.is_unused || time_s_ != time_s) move_all(time_s);
   ++sample_;
   time_s_ = time_s;
-  is_new_ = false;
+  newest_.is_unused = false;
 }
 
 // Finds where a source was, and how fast, when the sound left it that the listener hears now.
@@ -163,8 +164,8 @@ void MovingSourceList::look(const Vec3& place, double threshold, std::vector<Fou
   const Vec3f from(place);
   const auto min_priority = static_cast<float>(threshold * kThresholdSlack);
   constexpr auto kMinDistance2_m2 = static_cast<float>(kEmitterRadius_m * kEmitterRadius_m);
-  for (std::size_t first = 0; first < now_->count; first += kBlock) {
-    const std::size_t count = std::min(kBlock, now_->count - first);
+  for (std::size_t first = 0; first < newest_.snapshot->count; first += kBlock) {
+    const std::size_t count = std::min(kBlock, newest_.snapshot->count - first);
     const float* const x = columns_.x_m.data() + first;
     const float* const y = columns_.y_m.data() + first;
     const float* const z = columns_.z_m.data() + first;
@@ -196,8 +197,8 @@ void MovingSourceList::look(const Vec3& place, double threshold, std::vector<Fou
 
 double MovingSourceList::highest(const Vec3& place) const {
   double highest = 0;
-  if (now_ == nullptr) return 0;
-  for (std::size_t i = 0; i < now_->count; ++i) {
+  if (newest_.snapshot == nullptr) return 0;
+  for (std::size_t i = 0; i < newest_.snapshot->count; ++i) {
     const Vec3 away_m(place.x - columns_.x_m[i], place.y - columns_.y_m[i],
                       place.z - columns_.z_m[i]);
     const double r2_m2 = std::max(dot(away_m, away_m), kEmitterRadius_m * kEmitterRadius_m);

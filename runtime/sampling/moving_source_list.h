@@ -64,6 +64,14 @@ class MovingSourceList {
     std::vector<std::uint32_t> emission_of;  // in the sample of this number
   };
 
+  // The newest commit.
+  struct Newest {
+    const MovingSources::Snapshot* snapshot = nullptr;
+    std::uint64_t commits = 0;  // of the snapshot
+    double time_s = 0;          // that its positions are of
+    bool is_unused = false;     // by samples
+  };
+
   void set(std::size_t slot, double time_s);
   void move_all(double time_s);
   void find_emission(std::size_t slot, const Vec3& listener_m);
@@ -73,11 +81,8 @@ class MovingSourceList {
   const std::span<const Bands> weights_;
   const std::span<const Emitter> kinds_;
   const std::uint32_t first_emitter_;
-  const MovingSources::Snapshot* now_ = nullptr;
-  std::uint64_t commits_ = 0;     // of the snapshot
-  double snapshot_s_ = 0;         // the time that its positions are of
+  Newest newest_;
   std::optional<double> time_s_;  // of the last sample
-  bool is_new_ = false;           // no sample has used the snapshot yet
   bool in_motion_ = false;
   std::uint32_t sample_ = 0;  // counts samples
   Columns columns_;

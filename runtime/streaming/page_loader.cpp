@@ -96,19 +96,19 @@ void PageLoader::take(std::uint64_t offset, double bound, Content content) {
     return;
   }
   const std::uint64_t bytes = (*content)->bytes();
-  bytes_ += bytes;
-  most_page_bytes_ = std::max(most_page_bytes_, bytes);
+  usage_.bytes += bytes;
+  usage_.max_page_bytes = std::max(usage_.max_page_bytes, bytes);
   slot.page = std::move(*content);
   slot.bytes = bytes;
   slot.last_use = sample_ - 1;  // so that it is not evicted before its first use
   slot.bound = bound;
-  ++here_;
+  ++usage_.pages;
   ++statistics.loaded;
 }
 
 void PageLoader::count_what_is_here() {
-  shared_->statistics.resident = here_;
-  shared_->statistics.bytes = bytes_;
+  shared_->statistics.resident = usage_.pages;
+  shared_->statistics.bytes = usage_.bytes;
 }
 
 // A forged file may name one page twice, with different sources.
@@ -141,7 +141,7 @@ bool PageLoader::begin_sample() {
   const std::lock_guard lock(shared_->mutex);
   PageStatistics& statistics = shared_->statistics;
   ++sample_;
-  used_bytes_ = 0;
+  usage_.used_bytes = 0;
   const bool changed = !shared_->arrived.empty();
   arrived_.clear();
   for (auto& [page, bound, content] : shared_->arrived) {
@@ -150,13 +150,13 @@ bool PageLoader::begin_sample() {
   }
   std::sort(arrived_.begin(), arrived_.end());
   shared_->arrived.clear();
-  const std::size_t before = here_;
-  if (bytes_ > budget_.bytes) drop_too_much();
-  has_dropped_ = here_ != before;
-  statistics.dropped += before - here_;
+  const std::size_t before = usage_.pages;
+  if (usage_.bytes > budget_.bytes) drop_too_much();
+  has_dropped_ = usage_.pages != before;
+  statistics.dropped += before - usage_.pages;
   count_what_is_here();
   statistics.late = late_;
-  return changed || before != here_;
+  return changed || before != usage_.pages;
 }
 
 // Evicts by last use, then by bound. Children have no higher bounds than their parents and come
@@ -169,13 +169,13 @@ void PageLoader::drop_too_much() {
   // A heap, as few of many are evicted.
   const std::greater<> last_goes_first;
   std::make_heap(order.begin(), order.end(), last_goes_first);
-  while (bytes_ > budget_.bytes && !order.empty()) {
+  while (usage_.bytes > budget_.bytes && !order.empty()) {
     std::pop_heap(order.begin(), order.end(), last_goes_first);
     const auto slot = slots_.find(std::get<std::uint64_t>(order.back()));
     order.pop_back();
-    bytes_ -= slot->second.bytes;
+    usage_.bytes -= slot->second.bytes;
     slots_.erase(slot);
-    --here_;
+    --usage_.pages;
   }
 }
 
@@ -193,7 +193,7 @@ const ResidentPage* PageLoader::use(const PageEntry& entry, double bound) {
 void PageLoader::use(Place& place, double bound) {
   if (place.page != nullptr && place.last_use < sample_) {
     place.bound = 0;
-    used_bytes_ += place.bytes;
+    usage_.used_bytes += place.bytes;
     place.last_use = sample_;
   }
   place.bound = std::max(place.bound, bound);
@@ -204,17 +204,18 @@ PageLoader::Place* PageLoader::place_of(const PageEntry& entry) {
   return slot == slots_.end() || !slot->second.is_of(entry) ? nullptr : &slot->second;
 }
 
-std::size_t PageLoader::how_many_fit(std::span<const WantedPage> most_urgent_first) const {
-  if (most_page_bytes_ == 0) return most_urgent_first.size();
-  const std::uint64_t room = budget_.bytes > used_bytes_ ? budget_.bytes - used_bytes_ : 0;
-  std::size_t fit = room / most_page_bytes_;
-  if (fit >= most_urgent_first.size()) return most_urgent_first.size();
+std::size_t PageLoader::count_that_fit(std::span<const WantedPage> by_urgency) const {
+  if (usage_.max_page_bytes == 0) return by_urgency.size();
+  const std::uint64_t room =
+      budget_.bytes > usage_.used_bytes ? budget_.bytes - usage_.used_bytes : 0;
+  std::size_t fit = room / usage_.max_page_bytes;
+  if (fit >= by_urgency.size()) return by_urgency.size();
   std::vector<double> used;  // bounds of pages that may be evicted
   for (const auto& [offset, slot] : slots_)
     if (slot.page != nullptr && !slot.stays && slot.last_use >= sample_) used.push_back(slot.bound);
   std::sort(used.begin(), used.end());
-  for (const double least : used) {
-    if (fit == most_urgent_first.size() || 2 * least >= most_urgent_first[fit].bound) break;
+  for (const double bound : used) {
+    if (fit == by_urgency.size() || 2 * bound >= by_urgency[fit].bound) break;
     ++fit;
   }
   return fit;
@@ -225,7 +226,7 @@ void PageLoader::ask(std::vector<WantedPage> wanted) {
     if (a.needed != b.needed) return a.needed;
     return a.bound != b.bound ? a.bound > b.bound : a.entry.page.offset > b.entry.page.offset;
   });
-  std::size_t fit = how_many_fit(wanted);
+  std::size_t fit = count_that_fit(wanted);
   if (!budget_.strict)
     fit =
         std::max<std::size_t>(fit, std::count_if(wanted.begin(), wanted.end(),

@@ -103,20 +103,25 @@ class PageLoader {
   void take(std::uint64_t offset, double bound, Content content);
   void count_what_is_here();
   void drop_too_much();
-  std::size_t how_many_fit(std::span<const WantedPage> most_urgent_first) const;
+  std::size_t count_that_fit(std::span<const WantedPage> by_urgency) const;
+
+  // What is in memory.
+  struct Usage {
+    std::size_t pages = 0;
+    std::uint64_t bytes = 0;
+    std::uint64_t used_bytes = 0;      // by this sample
+    std::uint64_t max_page_bytes = 0;  // so far
+  };
 
   const Fetch fetch_;
   const Announce announce_;
   const PageBudget budget_;
-  std::unordered_map<std::uint64_t, Place>
-      slots_;  // by offset in the file; in memory, or unreadable
-  std::size_t here_ = 0;
+  // By offset in the file: those in memory, and those that cannot be read.
+  std::unordered_map<std::uint64_t, Place> slots_;
+  Usage usage_;
   bool has_dropped_ = false;
   std::vector<std::uint64_t> arrived_;
   std::uint32_t sample_ = 1;
-  std::uint64_t bytes_ = 0;
-  std::uint64_t used_bytes_ = 0;       // by this sample
-  std::uint64_t most_page_bytes_ = 0;  // so far
   std::uint64_t late_ = 0;
   std::unique_ptr<Shared> shared_;
 };

@@ -54,21 +54,24 @@ PreparedSignal::PreparedSignal(std::uint64_t frames, bool loop, const MixMode& m
   if (loop && frames > 0) {
     const std::int64_t once = high_frames;
     high_frames *= std::max<std::int64_t>(1, (kReach + once - 1) / once);
-    loop_frames_ = high_frames;
+    layout_.loop_frames = high_frames;
   } else {  // filters and spline reach beyond the samples on both sides
-    front_frames_ = mode.two_layers() ? kBankTailFrames : kSplineTail;
+    layout_.front_frames = mode.two_layers() ? kBankTailFrames : kSplineTail;
     if (frames > 0)
-      high_frames += front_frames_ + (mode.two_layers() ? kPartingTailFrames : kSplineTail);
+      high_frames += layout_.front_frames + (mode.two_layers() ? kPartingTailFrames : kSplineTail);
   }
-  end_frames_ = high_frames - front_frames_ + 2;
-  buffer_frames_ = high_frames + 2 * kGuardFrames;
+  layout_.end_frames = high_frames - layout_.front_frames + 2;
+  layout_.buffer_frames = high_frames + 2 * kGuardFrames;
   if (frames > kMaxWholeSignal_frames)
-    pieces_ = (static_cast<std::size_t>(buffer_frames_) + kPieceFrames - 1) / kPieceFrames;
-  high_bytes_ = SoundMemory::whole_pages(static_cast<std::size_t>(buffer_frames_) * sizeof(float));
+    layout_.pieces =
+        (static_cast<std::size_t>(layout_.buffer_frames) + kPieceFrames - 1) / kPieceFrames;
+  layout_.high_bytes =
+      SoundMemory::whole_pages(static_cast<std::size_t>(layout_.buffer_frames) * sizeof(float));
   if (mode.two_layers())
-    low_bytes_ = SoundMemory::whole_pages(
-        static_cast<std::size_t>((buffer_frames_ + kLowRate - 1) / kLowRate) * sizeof(float));
-  resident_ = std::make_unique<std::atomic<bool>[]>(pieces_);
+    layout_.low_bytes = SoundMemory::whole_pages(
+        static_cast<std::size_t>((layout_.buffer_frames + kLowRate - 1) / kLowRate) *
+        sizeof(float));
+  resident_ = std::make_unique<std::atomic<bool>[]>(layout_.pieces);
 }
 
 PreparedSignal::PreparedSignal(const Signal& signal, const MixMode& mode)
@@ -76,7 +79,7 @@ PreparedSignal::PreparedSignal(const Signal& signal, const MixMode& mode)
   resident_ = nullptr;
   use_memory(std::make_shared<SoundMemory>(memory_bytes()), 0);
   const auto frames = static_cast<std::int64_t>(signal.samples.size());
-  for (std::size_t piece = 0; piece < pieces_; ++piece) {
+  for (std::size_t piece = 0; piece < layout_.pieces; ++piece) {
     commit(piece);
     const Window wanted = window(piece);
     std::vector<double> samples(wanted.frames);
@@ -87,7 +90,7 @@ PreparedSignal::PreparedSignal(const Signal& signal, const MixMode& mode)
     }
     make(piece, std::move(samples));
   }
-  if (pieces_ > 1) mean_square_ = SignalEnvelope(signal).mean_square();
+  if (layout_.pieces > 1) mean_square_ = SignalEnvelope(signal).mean_square();
   bad_samples_ = static_cast<std::uint64_t>(
       std::count_if(signal.samples.begin(), signal.samples.end(),
                     [](float sample) { return !std::isfinite(sample); }));
@@ -95,22 +98,25 @@ PreparedSignal::PreparedSignal(const Signal& signal, const MixMode& mode)
 
 void PreparedSignal::use_memory(std::shared_ptr<SoundMemory> memory, std::size_t offset) {
   assert(offset + memory_bytes() <= memory->bytes());
-  memory_ = std::move(memory);
-  offset_ = offset;
-  auto* const high = reinterpret_cast<float*>(memory_->data() + offset);
-  high_ = high + buffer_front();
-  low_ = high_;
-  if (mode_.two_layers()) low_ = high + high_bytes_ / sizeof(float) + buffer_front() / kLowRate;
+  buffer_.memory = std::move(memory);
+  buffer_.offset = offset;
+  auto* const high = reinterpret_cast<float*>(buffer_.memory->data() + offset);
+  buffer_.high = high + buffer_front();
+  buffer_.low = buffer_.high;
+  if (mode_.two_layers())
+    buffer_.low = high + layout_.high_bytes / sizeof(float) + buffer_front() / kLowRate;
 }
 
 std::array<PreparedSignal::Stretch, 2> PreparedSignal::stretches(std::size_t piece) const {
-  if (pieces_ == 1) return {Stretch{0, high_bytes_}, Stretch{high_bytes_, low_bytes_}};
+  if (layout_.pieces == 1)
+    return {Stretch{0, layout_.high_bytes}, Stretch{layout_.high_bytes, layout_.low_bytes}};
   const auto of = [&](std::size_t first, std::size_t whole, std::size_t each) {
     const std::size_t at = piece * each;
     return at < whole ? Stretch{first + at, std::min(each, whole - at)} : Stretch{};
   };
   constexpr std::size_t kBytes = kPieceFrames * sizeof(float);
-  return {of(0, high_bytes_, kBytes), of(high_bytes_, low_bytes_, kBytes / kLowRate)};
+  return {of(0, layout_.high_bytes, kBytes),
+          of(layout_.high_bytes, layout_.low_bytes, kBytes / kLowRate)};
 }
 
 std::size_t PreparedSignal::piece_bytes(std::size_t piece) const {
@@ -122,20 +128,20 @@ bool PreparedSignal::commit(std::size_t piece) {
   bool locked = true;
   for (const Stretch& stretch : stretches(piece))
     if (stretch.bytes > 0)
-      locked = memory_->commit(offset_ + stretch.first, stretch.bytes) && locked;
+      locked = buffer_.memory->commit(buffer_.offset + stretch.first, stretch.bytes) && locked;
   return locked;
 }
 
 void PreparedSignal::decommit(std::size_t piece) {
   for (const Stretch& stretch : stretches(piece))
-    if (stretch.bytes > 0) memory_->decommit(offset_ + stretch.first, stretch.bytes);
+    if (stretch.bytes > 0) buffer_.memory->decommit(buffer_.offset + stretch.first, stretch.bytes);
 }
 
 PreparedSignal::Window PreparedSignal::window(std::size_t piece) const {
-  if (pieces_ == 1) return {0, static_cast<std::size_t>(frames_)};
+  if (layout_.pieces == 1) return {0, static_cast<std::size_t>(frames_)};
   const std::size_t first = piece * kPieceFrames;
   const std::size_t frames =
-      std::min(kPieceFrames, static_cast<std::size_t>(buffer_frames_) - first);
+      std::min(kPieceFrames, static_cast<std::size_t>(layout_.buffer_frames) - first);
   return {static_cast<std::int64_t>(first) - buffer_front() - kFramesBefore,
           frames + kFramesBefore + kFramesAfter};
 }
@@ -144,7 +150,7 @@ void PreparedSignal::make(std::size_t piece, std::vector<double> samples) {
   assert(samples.size() == window(piece).frames);
   for (double& sample : samples)
     if (!std::isfinite(sample)) sample = 0;
-  if (pieces_ == 1)
+  if (layout_.pieces == 1)
     make_whole(std::move(samples));
   else
     make_part(piece, std::move(samples));
@@ -153,7 +159,7 @@ void PreparedSignal::make(std::size_t piece, std::vector<double> samples) {
 void PreparedSignal::make_whole(std::vector<double> samples) {
   const bool loop = loops();
   const std::size_t once = samples.size();
-  while (loop && samples.size() < static_cast<std::size_t>(loop_frames_))
+  while (loop && samples.size() < static_cast<std::size_t>(layout_.loop_frames))
     samples.insert(samples.end(), samples.end() - static_cast<std::ptrdiff_t>(once), samples.end());
   OctaveFilterBank::Layers layers;
   if (mode_.two_layers() || resident_ == nullptr) {
@@ -172,12 +178,12 @@ void PreparedSignal::make_whole(std::vector<double> samples) {
   if (mode_.interpolation == Interpolation::kCubic) to_spline(layers.high, loop);
   to_spline(layers.low, loop);
 
-  write_guarded(layers.high, layers.high.size(), kGuardFrames, loop, high_ - buffer_front());
+  write_guarded(layers.high, layers.high.size(), kGuardFrames, loop, buffer_.high - buffer_front());
   const std::size_t low_size =
       loop ? (layers.high.size() + kLowRate - 1) / kLowRate : layers.low.size();
   if (mode_.two_layers())
     write_guarded(layers.low, low_size, kGuardFrames / kLowRate, loop,
-                  low_ - buffer_front() / kLowRate);
+                  buffer_.low - buffer_front() / kLowRate);
 }
 
 void PreparedSignal::make_part(std::size_t piece, std::vector<double> window) {
@@ -192,21 +198,21 @@ void PreparedSignal::make_part(std::size_t piece, std::vector<double> window) {
   const auto write = [&](const std::vector<double>& layer, float* buffer, int rate) {
     const std::size_t first = piece * kPieceFrames;
     const std::size_t end =
-        std::min(first + kPieceFrames, static_cast<std::size_t>(buffer_frames_));
+        std::min(first + kPieceFrames, static_cast<std::size_t>(layout_.buffer_frames));
     const auto step = static_cast<std::size_t>(rate);
     const std::size_t behind = kFramesBefore / step;
     for (std::size_t i = first / step; i < (end + step - 1) / step; ++i)
       buffer[i] = static_cast<float>(layer[behind + i - first / step]);
   };
-  write(layers.high, high_ - buffer_front(), 1);
-  if (mode_.two_layers()) write(layers.low, low_ - buffer_front() / kLowRate, kLowRate);
+  write(layers.high, buffer_.high - buffer_front(), 1);
+  if (mode_.two_layers()) write(layers.low, buffer_.low - buffer_front() / kLowRate, kLowRate);
 }
 
 std::int64_t PreparedSignal::near(std::int64_t frame) const noexcept REALTIME {
   // Three hours, longer than any voice is held.
   constexpr std::int64_t kFar = std::int64_t{1} << 29;
-  if (loop_frames_ > 0) return frame % loop_frames_;
-  return std::clamp(frame, -kFar, end_frames_ + kFar);
+  if (layout_.loop_frames > 0) return frame % layout_.loop_frames;
+  return std::clamp(frame, -kFar, layout_.end_frames + kFar);
 }
 
 const float* PreparedSignal::silence() noexcept REALTIME {

@@ -43,7 +43,7 @@ class PreparedSignal {
   // memory_bytes() bytes at an offset of whole pages.
   PreparedSignal(std::uint64_t frames, bool loop, const MixMode& mode,
                  const Bands& mean_square = {});
-  std::size_t memory_bytes() const { return high_bytes_ + low_bytes_; }
+  std::size_t memory_bytes() const { return layout_.high_bytes + layout_.low_bytes; }
   void use_memory(std::shared_ptr<SoundMemory> memory, std::size_t offset);
 
   // Sets `path` to read from `position` (32.32 fixed point, frames of the signal). A loop extends
@@ -54,20 +54,21 @@ class PreparedSignal {
         position %= wrap();
         if (position < 0) position += wrap();
       }
-    } else if (position < -((front_frames_ + kReach) << 32) || position >= end_frames_ << 32) {
+    } else if (position < -((layout_.front_frames + kReach) << 32) || position >= layout_.end_frames
+                                                                                      << 32) {
       path.high = path.low = silence();
       path.position = 0;
       return;
     }
     path.position = position;
-    path.high = high_;
-    path.low = low_;
+    path.high = buffer_.high;
+    path.low = buffer_.low;
   }
 
   // A caller may also follow a loop by subtracting wrap() once it is reached. Short loops are
   // stored repeatedly, so none is shorter than what a call reads.
-  bool loops() const noexcept REALTIME { return loop_frames_ > 0; }
-  std::int64_t wrap() const noexcept REALTIME { return loop_frames_ << 32; }
+  bool loops() const noexcept REALTIME { return layout_.loop_frames > 0; }
+  std::int64_t wrap() const noexcept REALTIME { return layout_.loop_frames << 32; }
 
   // An equivalent frame near the stored samples: some loops away, or just as far before the
   // beginning or after the end.
@@ -77,19 +78,20 @@ class PreparedSignal {
   std::uint64_t bad_samples() const { return bad_samples_; }
 
   bool streams() const noexcept REALTIME { return resident_ != nullptr; }
-  std::size_t pieces() const noexcept REALTIME { return pieces_; }
+  std::size_t pieces() const noexcept REALTIME { return layout_.pieces; }
 
   // Calls visit(piece) for all pieces that a voice reads between two frames, until it returns
   // false. Returns whether all calls returned true.
   template <class Visit>
   bool for_pieces(std::int64_t from, std::int64_t to, const Visit& visit) const noexcept REALTIME {
-    if (loop_frames_ == 0) return in_buffer(from, to, visit);
-    if (to - from >= loop_frames_) return in_buffer(0, loop_frames_, visit);
-    const std::int64_t wrapped = from % loop_frames_,
-                       first = wrapped < 0 ? wrapped + loop_frames_ : wrapped;
+    if (layout_.loop_frames == 0) return in_buffer(from, to, visit);
+    if (to - from >= layout_.loop_frames) return in_buffer(0, layout_.loop_frames, visit);
+    const std::int64_t wrapped = from % layout_.loop_frames,
+                       first = wrapped < 0 ? wrapped + layout_.loop_frames : wrapped;
     const std::int64_t last = first + (to - from);
-    if (last < loop_frames_) return in_buffer(first, last, visit);
-    return in_buffer(first, loop_frames_, visit) && in_buffer(0, last - loop_frames_, visit);
+    if (last < layout_.loop_frames) return in_buffer(first, last, visit);
+    return in_buffer(first, layout_.loop_frames, visit) &&
+           in_buffer(0, last - layout_.loop_frames, visit);
   }
 
   // Whether all pieces between two frames are resident. The audio thread may then read them until
@@ -133,7 +135,9 @@ class PreparedSignal {
     std::size_t first = 0, bytes = 0;
   };
   std::array<Stretch, 2> stretches(std::size_t piece) const;
-  std::int64_t buffer_front() const noexcept REALTIME { return kGuardFrames + front_frames_; }
+  std::int64_t buffer_front() const noexcept REALTIME {
+    return kGuardFrames + layout_.front_frames;
+  }
   void make_whole(std::vector<double> samples);
   void make_part(std::size_t piece, std::vector<double> window);
 
@@ -142,27 +146,36 @@ class PreparedSignal {
   bool in_buffer(std::int64_t from, std::int64_t to, const Visit& visit) const noexcept REALTIME {
     from += buffer_front() - kGuardFrames;
     to += buffer_front() + kGuardFrames;
-    if (to < 0 || from >= buffer_frames_) return true;
-    const std::int64_t per_piece = pieces_ == 1 ? buffer_frames_ : std::int64_t{kPieceFrames};
-    const std::int64_t last = std::min(to, buffer_frames_ - 1) / per_piece;
+    if (to < 0 || from >= layout_.buffer_frames) return true;
+    const std::int64_t per_piece =
+        layout_.pieces == 1 ? layout_.buffer_frames : std::int64_t{kPieceFrames};
+    const std::int64_t last = std::min(to, layout_.buffer_frames - 1) / per_piece;
     for (std::int64_t p = std::max<std::int64_t>(from, 0) / per_piece; p <= last; ++p)
       if (!visit(static_cast<std::size_t>(p))) return false;
     return true;
   }
 
+  // How the prepared samples lie in memory.
+  struct Layout {
+    std::int64_t loop_frames = 0;  // a multiple of the loop's length; 0: plays once
+    // Frames before frame 0 that may sound, and the end of the sound.
+    std::int64_t front_frames = 0, end_frames = 0;
+    std::int64_t buffer_frames = 0;  // total, including guards
+    std::size_t pieces = 1;
+    std::size_t high_bytes = 0, low_bytes = 0;  // whole pages
+  };
+  // The memory itself.
+  struct Buffer {
+    std::shared_ptr<SoundMemory> memory;
+    std::size_t offset = 0;
+    float* high = nullptr;  // at frame 0
+    float* low = nullptr;
+  };
+
   MixMode mode_;
   std::uint64_t frames_ = 0;
-  std::int64_t loop_frames_ = 0;   // a multiple of the loop's length; 0: plays once
-  std::int64_t front_frames_ = 0;  // frames before frame 0 that may sound, and the end of the sound
-  std::int64_t end_frames_ = 0;
-  std::int64_t buffer_frames_ = 0;  // total, including guards
-  std::size_t pieces_ = 1;
-  std::size_t high_bytes_ = 0, low_bytes_ = 0;  // whole pages
-
-  std::shared_ptr<SoundMemory> memory_;
-  std::size_t offset_ = 0;
-  float* high_ = nullptr;  // at frame 0
-  float* low_ = nullptr;
+  Layout layout_;
+  Buffer buffer_;
   std::unique_ptr<std::atomic<bool>[]> resident_;  // by piece; null unless the signal is streamed
   Bands mean_square_{};
   std::uint64_t bad_samples_ = 0;

@@ -21,10 +21,10 @@ Result<SignalBlockCache::Block> SignalBlockCache::block(std::size_t signal, std:
   auto decoded = decode_(signal, block);
   if (!decoded.ok()) return decoded.error();
   Block samples = std::make_shared<const std::vector<float>>(std::move(*decoded));
-  if (!keep || most_ == 0) return samples;
+  if (!keep || max_kept_ == 0) return samples;
   const std::lock_guard lock(mutex_);
   if (find() != kept_.end()) return samples;  // another thread has read it meanwhile
-  if (kept_.size() == most_) kept_.erase(kept_.begin());
+  if (kept_.size() == max_kept_) kept_.erase(kept_.begin());
   kept_.push_back({signal, block, samples});
   return samples;
 }

@@ -38,7 +38,7 @@ class SignalBlockCache {
   using Decode = std::function<Result<std::vector<float>>(std::size_t signal, std::size_t block)>;
 
   // `kept` is the capacity in blocks.
-  SignalBlockCache(Decode decode, std::size_t kept) : decode_(std::move(decode)), most_(kept) {}
+  SignalBlockCache(Decode decode, std::size_t kept) : decode_(std::move(decode)), max_kept_(kept) {}
 
   // Frames outside a signal that plays once are 0; a loop repeats.
   Result<std::vector<double>> read(std::size_t signal, const SignalDescription& shape,
@@ -53,7 +53,7 @@ class SignalBlockCache {
   Result<Block> block(std::size_t signal, std::size_t block, bool keep);
 
   const Decode decode_;
-  const std::size_t most_;
+  const std::size_t max_kept_;
   std::mutex mutex_;
   std::vector<Kept> kept_;  // least recently used first
 };

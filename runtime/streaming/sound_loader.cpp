@@ -162,19 +162,19 @@ void SoundLoader::play(std::span<const Voice> voices) {
   if (shared_->settled.load(std::memory_order_relaxed)) return;
   constexpr double kMaxSignal_frames = 1 << 30;  // same limit as the mixer's
   for (const Voice& voice : voices) {
-    double least = std::min(voice.delay_frames[0], voice.delay_frames[1]);
-    double most = std::max(voice.delay_frames[0], voice.delay_frames[1]);
+    double min_frames = std::min(voice.delay_frames[0], voice.delay_frames[1]);
+    double max_frames = std::max(voice.delay_frames[0], voice.delay_frames[1]);
     if (voice.starts) {
-      least = std::min({least, voice.start_delay_frames[0], voice.start_delay_frames[1]});
-      most = std::max({most, voice.start_delay_frames[0], voice.start_delay_frames[1]});
+      min_frames = std::min({min_frames, voice.start_delay_frames[0], voice.start_delay_frames[1]});
+      max_frames = std::max({max_frames, voice.start_delay_frames[0], voice.start_delay_frames[1]});
     }
-    if (!(least > -kMaxSignal_frames && most < kMaxSignal_frames)) continue;
+    if (!(min_frames > -kMaxSignal_frames && max_frames < kMaxSignal_frames)) continue;
     const float power = power_of(voice);
     const auto reads = [&](std::uint32_t signal) {
-      for (std::int32_t step = step_of(least); step <= step_of(most); ++step) {
-        RecentRead& heard = recent_reads_[key_of(signal, step)];
-        heard.power = heard.keyframe == played_ ? heard.power + power : power;
-        heard.keyframe = played_;
+      for (std::int32_t step = step_of(min_frames); step <= step_of(max_frames); ++step) {
+        RecentRead& recent = recent_reads_[key_of(signal, step)];
+        recent.power = recent.keyframe == played_ ? recent.power + power : power;
+        recent.keyframe = played_;
       }
     };
     reads(voice.signal);
@@ -183,7 +183,7 @@ void SoundLoader::play(std::span<const Voice> voices) {
   std::vector<ReadPosition> read;
   std::erase_if(recent_reads_,
                 [this](const auto& one) { return one.second.keyframe + keyframes_ + 2 < played_; });
-  for (const auto& [key, heard] : recent_reads_) read.push_back(read_position(key, heard.power));
+  for (const auto& [key, recent] : recent_reads_) read.push_back(read_position(key, recent.power));
   {
     const std::lock_guard lock(shared_->mutex);
     shared_->read = std::move(read);
