@@ -46,8 +46,7 @@ void DeviceFeed::fade_in() { fade_frames_ = static_cast<std::size_t>(kFade_s * r
 Result<void> DeviceFeed::prepare(int rate_hz, int block_frames) {
   rate_hz_ = rate_hz;
   block_frames_ = static_cast<std::uint32_t>(block_frames);
-  longest_block_s_ = static_cast<double>(block_frames) / rate_hz;
-  credit_s_ = kCredit_s + kCreditBlocks * longest_block_s_;
+  pace_.restart(static_cast<double>(block_frames) / rate_hz);
   if (rate_hz == kSampleRate_hz) return {};
   auto resampler = Resampler::create(static_cast<int>(channels_), kSampleRate_hz, rate_hz);
   if (!resampler.ok()) return resampler.error();
@@ -67,7 +66,7 @@ void DeviceFeed::fill_at(Clock::time_point now, float* output, std::uint32_t fra
   callbacks_.store(callbacks_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   block_frames_.store(frames, std::memory_order_relaxed);
   if (frames == 0) return;
-  if (!paced(now, frames) || !gate_->enter(id_)) {
+  if (!pace_.allows(now, frames / rate_hz_) || !gate_->enter(id_)) {
     std::fill(interleaved.begin(), interleaved.end(), 0.0f);
     return;
   }
@@ -78,21 +77,26 @@ void DeviceFeed::fill_at(Clock::time_point now, float* output, std::uint32_t fra
   gate_->leave(id_);
 }
 
-// A leaky bucket: credit accrues in real time, and a device that has asked for far more than that
-// is broken.
-bool DeviceFeed::paced(Clock::time_point now, std::uint32_t frames) noexcept {
-  const double block_s = frames / rate_hz_;
+void DeviceFeed::PaceLimit::restart(double block_s) {
+  longest_block_s_ = block_s;
+  credit_s_ = max_credit_s();
+}
+
+double DeviceFeed::PaceLimit::max_credit_s() const noexcept {
+  return kCredit_s + kCreditBlocks * longest_block_s_;
+}
+
+bool DeviceFeed::PaceLimit::allows(Clock::time_point now, double block_s) noexcept {
   if (block_s > longest_block_s_) {
     credit_s_ += kCreditBlocks * (block_s - longest_block_s_);
     longest_block_s_ = block_s;
   }
-  const double most_s = kCredit_s + kCreditBlocks * longest_block_s_;
   if (last_ != Clock::time_point{})
     credit_s_ += kFastest * std::chrono::duration<double>(now - last_).count();
   last_ = now;
-  credit_s_ = std::min(credit_s_, most_s) - block_s;
-  if (credit_s_ < 0) ran_away_.store(true, std::memory_order_relaxed);
-  return !ran_away_.load(std::memory_order_relaxed);
+  credit_s_ = std::min(credit_s_, max_credit_s()) - block_s;
+  if (credit_s_ < 0) exceeded_.store(true, std::memory_order_relaxed);
+  return !is_exceeded();
 }
 
 void DeviceFeed::mix(std::span<float> interleaved, bool underflow) noexcept {

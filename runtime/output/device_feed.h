@@ -74,12 +74,29 @@ class DeviceFeed {
   // Any thread.
   std::uint64_t callbacks() const { return callbacks_.load(std::memory_order_relaxed); }
   std::uint32_t block_frames() const { return block_frames_.load(std::memory_order_relaxed); }
-  bool ran_away() const { return ran_away_.load(std::memory_order_relaxed); }
+  bool ran_away() const { return pace_.is_exceeded(); }
   bool resamples() const { return resampler_ != nullptr; }
 
  private:
+  // A leaky bucket: credit accrues in real time, and a device that asks for far more than that is
+  // broken.
+  class PaceLimit {
+   public:
+    void restart(double block_s);
+    // False once a device has asked for too much.
+    bool allows(Clock::time_point now, double block_s) noexcept REALTIME;
+    bool is_exceeded() const noexcept { return exceeded_.load(std::memory_order_relaxed); }
+
+   private:
+    double max_credit_s() const noexcept REALTIME;
+
+    Clock::time_point last_{};
+    double credit_s_ = 0;  // sound that the device may still ask for ahead of real time
+    double longest_block_s_ = 0;
+    std::atomic<bool> exceeded_{false};
+  };
+
   static void fill(void* self, float* output, std::uint32_t frames, bool underflow) noexcept;
-  bool paced(Clock::time_point now, std::uint32_t frames) noexcept REALTIME;
   void mix(std::span<float> interleaved, bool underflow) noexcept REALTIME;
   void fade(std::span<float> interleaved) noexcept REALTIME;
 
@@ -91,13 +108,10 @@ class DeviceFeed {
 
   // Used by the device's thread.
   std::size_t fade_frames_ = 0, faded_frames_ = 0;
-  Clock::time_point last_{};
-  double credit_s_ = 0;  // sound that the device may still ask for ahead of real time
-  double longest_block_s_ = 0;
+  PaceLimit pace_;
 
   std::atomic<std::uint64_t> callbacks_{0};
   std::atomic<std::uint32_t> block_frames_{0};
-  std::atomic<bool> ran_away_{false};
 };
 
 }  // namespace clamor

@@ -162,9 +162,7 @@ class PulseOutput final : public AudioOutput {
               int rate_hz, OutputCallback callback)
       : callback_(callback),
         sink_(std::move(sink)),
-        channels_(request.channels),
-        frames_(request.block_frames),
-        rate_hz_(rate_hz),
+        format_{request.channels, request.block_frames, rate_hz},
         growth_(request.block_frames, rate_hz, request.buffer_may_grow),
         block_(static_cast<std::size_t>(request.channels) *
                static_cast<std::size_t>(request.block_frames)),
@@ -175,9 +173,9 @@ class PulseOutput final : public AudioOutput {
   Result<void> start() override {
     pa_sample_spec spec{};
     spec.format = PA_SAMPLE_FLOAT32NE;
-    spec.rate = static_cast<std::uint32_t>(rate_hz_);
-    spec.channels = static_cast<std::uint8_t>(channels_);
-    const pa_channel_map map = map_for(channels_, sink_.map);
+    spec.rate = static_cast<std::uint32_t>(format_.rate_hz);
+    spec.channels = static_cast<std::uint8_t>(format_.channels);
+    const pa_channel_map map = map_for(format_.channels, sink_.map);
     stream_.reset(::pa_stream_new(connection_->context(), "clamor", &spec, &map));
     if (stream_ == nullptr) return refused();
     ::pa_stream_set_underflow_callback(
@@ -211,14 +209,23 @@ class PulseOutput final : public AudioOutput {
   }
 
   std::string name() const override { return sink_.device.full_name(); }
-  int block_frames() const override { return frames_; }
-  int rate_hz() const override { return rate_hz_; }
+  int block_frames() const override { return format_.frames; }
+  int rate_hz() const override { return format_.rate_hz; }
   double latency_s() const override { return latency_s_.load(std::memory_order_relaxed); }
   std::string failure() const override {
-    return failed_.load(std::memory_order_acquire) ? failure_ : "";
+    return failure_.is_set.load(std::memory_order_acquire) ? failure_.text : "";
   }
 
  private:
+  struct Format {
+    int channels, frames, rate_hz;  // frames of a block
+  };
+  // Why the stream ended by itself. Written once, by the stream's thread.
+  struct Failure {
+    std::string text;
+    std::atomic<bool> is_set{false};  // after the text
+  };
+
   Error refused() const {
     return device_error(name(), "does not start (" + connection_->error() + ")");
   }
@@ -226,11 +233,11 @@ class PulseOutput final : public AudioOutput {
   // The server requests at least one block at a time.
   pa_buffer_attr buffer_attributes() const {
     const auto bytes = [this](int frames) {
-      return static_cast<std::uint32_t>(frames * channels_) *
+      return static_cast<std::uint32_t>(frames * format_.channels) *
              static_cast<std::uint32_t>(sizeof(float));
     };
     constexpr std::uint32_t kServersChoice = ~std::uint32_t{0};
-    return {kServersChoice, bytes(growth_.frames()), kServersChoice, bytes(frames_),
+    return {kServersChoice, bytes(growth_.frames()), kServersChoice, bytes(format_.frames),
             kServersChoice};
   }
 
@@ -239,8 +246,8 @@ class PulseOutput final : public AudioOutput {
     write();  // for requests from before the callback was set
     while (!stopping_.load())
       if (!connection_->iterate() || !stream_is_good()) {
-        failure_ = connection_->is_good() ? "the server has closed the stream" : kServerIsGone;
-        failed_.store(true, std::memory_order_release);
+        failure_.text = connection_->is_good() ? "the server has closed the stream" : kServerIsGone;
+        failure_.is_set.store(true, std::memory_order_release);
         return;
       }
     drain();
@@ -257,7 +264,7 @@ class PulseOutput final : public AudioOutput {
     while (!stopping_.load(std::memory_order_relaxed)) {
       const std::size_t room = ::pa_stream_writable_size(stream_.get());
       if (room == static_cast<std::size_t>(-1) || room < bytes) break;
-      callback_.fill(callback_.context, block_.data(), static_cast<std::uint32_t>(frames_),
+      callback_.fill(callback_.context, block_.data(), static_cast<std::uint32_t>(format_.frames),
                      std::exchange(ran_dry_, false));
       if (::pa_stream_write(stream_.get(), block_.data(), bytes, nullptr, 0, PA_SEEK_RELATIVE) < 0)
         break;
@@ -291,7 +298,7 @@ class PulseOutput final : public AudioOutput {
     pa_operation* const operation = ::pa_stream_drain(
         stream_.get(), [](pa_stream*, int, void* to) { *static_cast<bool*>(to) = true; }, &drained);
     if (operation == nullptr) return;
-    const auto buffer = std::chrono::milliseconds(1000LL * growth_.frames() / rate_hz_);
+    const auto buffer = std::chrono::milliseconds(1000LL * growth_.frames() / format_.rate_hz);
     connection_->wait_until([&] { return drained; }, buffer + kDrainPatience);
     if (!drained) ::pa_operation_cancel(operation);
     ::pa_operation_unref(operation);
@@ -299,9 +306,9 @@ class PulseOutput final : public AudioOutput {
 
   const OutputCallback callback_;
   const Sink sink_;
-  const int channels_, frames_, rate_hz_;
-  std::atomic<bool> stopping_{false}, failed_{false};
-  std::string failure_;  // written once, before failed_
+  const Format format_;
+  std::atomic<bool> stopping_{false};
+  Failure failure_;
   std::atomic<double> latency_s_{0};
 
   // Used by the stream's thread once it runs.

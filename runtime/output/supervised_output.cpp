@@ -1,5 +1,3 @@
-#include "runtime/output/supervised_output.h"
-
 #include <algorithm>
 #include <condition_variable>
 #include <mutex>
@@ -7,6 +5,7 @@
 #include <thread>
 
 #include "runtime/output/output_stream.h"
+#include "runtime/output/supervised_output.h"
 #include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
@@ -34,165 +33,77 @@ constexpr auto kFaithful = std::chrono::seconds(5);
 
 double seconds(Clock::duration time) { return std::chrono::duration<double>(time).count(); }
 
-}  // namespace
+// Takes blocks by the computer's clock, in the place of a device.
+struct FallbackClock {
+  FallbackClock(const std::shared_ptr<CallbackGate>& gate, std::uint32_t id,
+                const OutputRequest& request)
+      : feed(gate, id, request.channels),
+        output(silent_output(request.channels, request.block_frames, feed.callback())) {}
 
-struct SupervisedOutput::State {
-  State(std::shared_ptr<OutputDriver> from, const OutputRequest& wanted, OutputCallback callback)
-      : driver(std::move(from)),
-        request(wanted),
-        gate(std::make_shared<CallbackGate>(callback)),
-        clock_feed(gate, ++last_id, wanted.channels),
-        clock(silent_output(wanted.channels, wanted.block_frames, clock_feed.callback())) {
-    // Cannot fail without a resampler.
-    if (!clock_feed.prepare(clock->rate_hz(), clock->block_frames()).ok()) return;
-    figures.rate_hz = clock->rate_hz();
-    figures.block_frames = clock->block_frames();
-    figures.device = clock->name();
-  }
+  DeviceFeed feed;
+  const std::unique_ptr<AudioOutput> output;
+};
 
-  bool wants_device() const { return request.device != "none"; }
+// The device that plays, and when it last asked for sound.
+class PlayingStream {
+ public:
+  explicit PlayingStream(OutputStream stream)
+      : stream_(std::move(stream)),
+        begun_at_(Clock::now()),
+        callbacks_(stream_.feed->callbacks()),
+        called_at_(begun_at_) {}
 
-  void begin_opening() {
-    opening = std::make_unique<StreamOpening>(
-        driver, StreamRequest{request, playable_again(), gate, ++last_id});
-  }
+  const OutputStream& stream() const { return stream_; }
+  OutputStream take() { return std::move(stream_); }
+  bool is_proven() const { return Clock::now() - begun_at_ > kProven; }
 
-  // The device to reopen: the lost one, unless it was a default device that has been gone for long.
-  std::optional<OutputDevice> playable_again() const {
-    if (!known) return {};
-    const bool named = !request.device.empty();
-    return named || Clock::now() - lost_at < kFaithful ? known : std::nullopt;
-  }
-
-  void supervise() {
-    name_thread("supervisor");
-    std::unique_lock lock(mutex);
-    while (!stopping) {
-      woken.wait_for(lock, kLook, [this] { return stopping; });
-      if (stopping) break;
-      lock.unlock();
-      if (playing)
-        watch();
-      else if (wants_device())
-        try_again();
-      lock.lock();
-    }
-  }
-
-  // The problem of the device that plays, or an empty string.
+  // The problem of the device, or an empty string.
   std::string trouble() {
-    if (std::string said = playing->output->failure(); !said.empty()) return said;
-    if (playing->feed->ran_away()) return "it asks for sound faster than time goes";
-    const std::uint64_t callbacks = playing->feed->callbacks();
+    if (std::string said = stream_.output->failure(); !said.empty()) return said;
+    if (stream_.feed->ran_away()) return "it asks for sound faster than time goes";
+    const std::uint64_t callbacks = stream_.feed->callbacks();
     const auto now = Clock::now();
-    if (callbacks != heard_callbacks) {
-      heard_callbacks = callbacks;
-      heard_at = now;
+    if (callbacks != callbacks_) {
+      callbacks_ = callbacks;
+      called_at_ = now;
       return "";
     }
     const double limit_s =
-        seconds(kSilence) +
-        kSilentBlocks * static_cast<double>(playing->feed->block_frames()) / figures.rate_hz;
-    return seconds(now - heard_at) > limit_s ? "it asks for no more sound" : "";
+        seconds(kSilence) + kSilentBlocks * static_cast<double>(stream_.feed->block_frames()) /
+                                stream_.output->rate_hz();
+    return seconds(now - called_at_) > limit_s ? "it asks for no more sound" : "";
   }
 
-  void watch() {
-    if (const std::string why = trouble(); !why.empty()) {
-      lose(why);
-      return;
-    }
-    const std::lock_guard lock(mutex);
-    figures.block_frames = static_cast<int>(playing->feed->block_frames());
-    if (const double latency_s = playing->output->latency_s(); latency_s > 0)
-      figures.latency_s = latency_s;
-    figures.hung_closings = closing.hung(kPatience);
-  }
+ private:
+  OutputStream stream_;
+  Clock::time_point begun_at_;
+  std::uint64_t callbacks_;  // so far
+  Clock::time_point called_at_;
+};
 
-  void lose(const std::string& why) {
-    play_clock();
-    closing.close(std::move(*playing));
-    playing.reset();
-    const auto now = Clock::now();
-    if (now - found_at > kProven) pause = kFirstPause;
-    next_attempt = now + pause;
-    lost_at = now;
-    const std::lock_guard lock(mutex);
-    ++figures.losses;
-    figures.has_device = false;
-    figures.problem = why;
-    without_since = now;
-  }
+// The device that is to play next. Attempts to open one are further and further apart.
+struct NextDevice {
+  std::unique_ptr<StreamOpening> opening;
+  std::optional<OutputStream> candidate;  // opened, and has not called back twice
+  Clock::time_point candidate_at, next_attempt;
+  Milliseconds pause = kFirstPause;
 
-  void play_clock() {
-    clock_feed.fade_in();
-    gate->give_to(clock_feed.id());
-    if (!clock->start().ok()) return;  // cannot fail
-  }
+  void lengthen_pause() { pause = std::min<Milliseconds>(2 * pause, kMaxPause); }
+};
 
-  void try_again() {
-    const auto now = Clock::now();
-    {
-      const std::lock_guard lock(mutex);
-      figures.hung_closings = closing.hung(kPatience);
-    }
-    if (candidate) {
-      // A device must call back twice before it takes over from the clock.
-      if (candidate->feed->callbacks() >= 2)
-        adopt();
-      else if (now - candidate_at > kSilence || !candidate->output->failure().empty())
-        reject("it asks for no sound");
-      return;
-    }
-    if (opening) {
-      if (!opening->wait_for(Milliseconds(0))) return;
-      const auto done = std::move(opening);
-      if (done->failure() == StreamOpening::Failure::kNone) {
-        candidate = done->take();
-        candidate_at = now;
-      } else {
-        count_failure(done->problem());
-      }
-      return;
-    }
-    if (now >= next_attempt) begin_opening();
-  }
+// The device that played last.
+struct LastDevice {
+  std::optional<OutputDevice> device;
+  Clock::time_point lost_at;
+};
 
-  void reject(const std::string& why) {
-    closing.close(std::move(*candidate));
-    candidate.reset();
-    count_failure(why);
-  }
+// Statistics, and since when there has been no device.
+struct OutputRecord {
+  OutputStatistics statistics;
+  std::optional<Clock::time_point> without_since;  // while the clock replaces a device
 
-  void count_failure(const std::string& why) {
-    pause = std::min<Milliseconds>(2 * pause, kMaxPause);
-    next_attempt = Clock::now() + pause;
-    const std::lock_guard lock(mutex);
-    ++figures.failed_openings;
-    figures.problem = figures.opening_problem = why;
-  }
-
-  // Hands over from the clock to the device that has been opened.
-  void adopt() {
-    candidate->feed->fade_in();
-    play(std::move(*candidate));
-    candidate.reset();
-    clock->stop();
-    pause = std::min<Milliseconds>(2 * pause, kMaxPause);  // until it has played for kProven
-    const std::lock_guard lock(mutex);
-    ++figures.reopenings;
-    end_of_silence();
-  }
-
-  // Ends a period without a device and adds its length. The mutex must be held.
-  void end_of_silence() {
-    figures = with_silence_until_now();
-    figures.without_device_now_s = 0;
-    without_since.reset();
-  }
-
-  // The mutex must be held.
-  OutputStatistics with_silence_until_now() const {
-    OutputStatistics now = figures;
+  OutputStatistics now() const {
+    OutputStatistics now = statistics;
     if (!without_since) return now;
     now.without_device_now_s = seconds(Clock::now() - *without_since);
     now.without_device_s += now.without_device_now_s;
@@ -200,46 +111,186 @@ struct SupervisedOutput::State {
     return now;
   }
 
-  void play(OutputStream stream) {
-    known = stream.device;
-    found_at = heard_at = Clock::now();
-    heard_callbacks = stream.feed->callbacks();
+  // Ends a period without a device and adds its length.
+  void end_of_silence() {
+    statistics = now();
+    statistics.without_device_now_s = 0;
+    without_since.reset();
+  }
+};
+
+}  // namespace
+
+struct SupervisedOutput::State {
+  State(std::shared_ptr<OutputDriver> from, const OutputRequest& wanted, OutputCallback callback)
+      : driver(std::move(from)),
+        request(wanted),
+        gate(std::make_shared<CallbackGate>(callback)),
+        clock(gate, ++last_id, wanted) {
+    const AudioOutput& output = *clock.output;
+    // Cannot fail without a resampler.
+    if (!clock.feed.prepare(output.rate_hz(), output.block_frames()).ok()) return;
+    record.statistics.rate_hz = output.rate_hz();
+    record.statistics.block_frames = output.block_frames();
+    record.statistics.device = output.name();
+  }
+
+  bool wants_device() const { return request.device != "none"; }
+
+  void begin_opening() {
+    next.opening = std::make_unique<StreamOpening>(
+        driver, StreamRequest{request, playable_again(), gate, ++last_id});
+  }
+
+  // The device to reopen: the lost one, unless it was a default device that has been gone for long.
+  std::optional<OutputDevice> playable_again() const {
+    if (!last.device) return {};
+    const bool named = !request.device.empty();
+    return named || Clock::now() - last.lost_at < kFaithful ? last.device : std::nullopt;
+  }
+
+  void supervise(const std::stop_token& stop) {
+    name_thread("supervisor");
+    std::mutex nothing;
+    std::condition_variable_any woken;
+    std::unique_lock lock(nothing);
+    for (;;) {
+      woken.wait_for(lock, stop, kLook, [] { return false; });
+      if (stop.stop_requested()) break;
+      if (playing)
+        watch();
+      else if (wants_device())
+        try_again();
+    }
+  }
+
+  void watch() {
+    if (const std::string why = playing->trouble(); !why.empty()) {
+      lose(why);
+      return;
+    }
+    const OutputStream& stream = playing->stream();
+    const std::lock_guard lock(mutex);
+    record.statistics.block_frames = static_cast<int>(stream.feed->block_frames());
+    if (const double latency_s = stream.output->latency_s(); latency_s > 0)
+      record.statistics.latency_s = latency_s;
+    record.statistics.hung_closings = closing.hung(kPatience);
+  }
+
+  void lose(const std::string& why) {
+    clock.feed.fade_in();
+    play_clock();
+    if (playing->is_proven()) next.pause = kFirstPause;
+    closing.close(playing->take());
+    playing.reset();
+    const auto now = Clock::now();
+    next.next_attempt = now + next.pause;
+    last.lost_at = now;
+    const std::lock_guard lock(mutex);
+    ++record.statistics.losses;
+    record.statistics.has_device = false;
+    record.statistics.problem = why;
+    record.without_since = now;
+  }
+
+  void play_clock() {
+    gate->give_to(clock.feed.id());
+    (void)clock.output->start();  // cannot fail
+  }
+
+  void try_again() {
+    const auto now = Clock::now();
     {
       const std::lock_guard lock(mutex);
-      figures.has_device = true;
-      figures.device = stream.output->name();
-      figures.rate_hz = stream.output->rate_hz();
-      figures.block_frames = static_cast<int>(stream.feed->block_frames());
-      figures.resamples = stream.feed->resamples();
-      figures.latency_s = stream.output->latency_s();
+      record.statistics.hung_closings = closing.hung(kPatience);
     }
-    playing = std::move(stream);
-    gate->give_to(playing->feed->id());
+    if (next.candidate) {
+      // A device must call back twice before it takes over from the clock.
+      if (next.candidate->feed->callbacks() >= 2)
+        adopt();
+      else if (now - next.candidate_at > kSilence || !next.candidate->output->failure().empty())
+        reject("it asks for no sound");
+      return;
+    }
+    if (next.opening) {
+      if (!next.opening->wait_for(Milliseconds(0))) return;
+      const auto done = std::move(next.opening);
+      if (done->failure() == StreamOpening::Failure::kNone) {
+        next.candidate = done->take();
+        next.candidate_at = now;
+      } else {
+        count_failure(done->problem());
+      }
+      return;
+    }
+    if (now >= next.next_attempt) begin_opening();
+  }
+
+  void reject(const std::string& why) {
+    closing.close(std::move(*next.candidate));
+    next.candidate.reset();
+    count_failure(why);
+  }
+
+  void count_failure(const std::string& why) {
+    next.lengthen_pause();
+    next.next_attempt = Clock::now() + next.pause;
+    const std::lock_guard lock(mutex);
+    ++record.statistics.failed_openings;
+    record.statistics.problem = record.statistics.opening_problem = why;
+  }
+
+  // Hands over from the clock to the device that has been opened.
+  void adopt() {
+    next.candidate->feed->fade_in();
+    play_candidate();
+    clock.output->stop();
+    next.lengthen_pause();  // until it has played for kProven
+    const std::lock_guard lock(mutex);
+    ++record.statistics.reopenings;
+    record.end_of_silence();
+  }
+
+  void play_candidate() {
+    playing.emplace(std::move(*next.candidate));
+    next.candidate.reset();
+    const OutputStream& stream = playing->stream();
+    last.device = stream.device;
+    {
+      const std::lock_guard lock(mutex);
+      record.statistics.has_device = true;
+      describe(stream);
+      record.statistics.block_frames = static_cast<int>(stream.feed->block_frames());
+    }
+    gate->give_to(stream.feed->id());
+  }
+
+  // The mutex must be held, or no thread run.
+  void describe(const OutputStream& stream) {
+    OutputStatistics& statistics = record.statistics;
+    statistics.device = stream.output->name();
+    statistics.rate_hz = stream.output->rate_hz();
+    statistics.block_frames = stream.output->block_frames();
+    statistics.resamples = stream.feed->resamples();
+    statistics.latency_s = stream.output->latency_s();
   }
 
   const std::shared_ptr<OutputDriver> driver;
   const OutputRequest request;
   const std::shared_ptr<CallbackGate> gate;
-  std::uint32_t last_id = 0;
+  std::uint32_t last_id = 0;  // of a feed
   StreamClosing closing;
-  DeviceFeed clock_feed;
-  const std::unique_ptr<AudioOutput> clock;
+  FallbackClock clock;
 
   // Used by the supervisor thread while it runs.
-  std::optional<OutputStream> playing, candidate;
-  std::unique_ptr<StreamOpening> opening;
-  std::optional<OutputDevice> known;  // the device that played last
-  std::uint64_t heard_callbacks = 0;
-  Clock::time_point heard_at, found_at, lost_at, candidate_at, next_attempt;
-  Milliseconds pause = kFirstPause;
+  std::optional<PlayingStream> playing;
+  NextDevice next;
+  LastDevice last;
 
-  mutable std::mutex mutex;  // guards everything below
-  std::condition_variable woken;
-  bool stopping = false;
-  OutputStatistics figures;
-  std::optional<Clock::time_point> without_since;  // while the clock replaces a device
+  mutable std::mutex mutex;  // guards the record
+  OutputRecord record;
 
-  std::thread supervisor;
+  std::jthread supervisor;
 };
 
 SupervisedOutput::SupervisedOutput(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -250,21 +301,18 @@ Result<std::unique_ptr<SupervisedOutput>> SupervisedOutput::open(
   auto state = std::make_unique<State>(std::move(driver), request, callback);
   if (state->wants_device()) {
     state->begin_opening();
-    if (state->opening->wait_for(kFirstOpening)) {
-      const auto done = std::move(state->opening);
+    NextDevice& next = state->next;
+    if (next.opening->wait_for(kFirstOpening)) {
+      const auto done = std::move(next.opening);
       if (done->failure() == StreamOpening::Failure::kNoSuchDevice) return Error(done->problem());
       if (done->failure() == StreamOpening::Failure::kNone) {
-        state->candidate = done->take();
-        state->figures.device = state->candidate->output->name();
-        state->figures.rate_hz = state->candidate->output->rate_hz();
-        state->figures.block_frames = state->candidate->output->block_frames();
-        state->figures.resamples = state->candidate->feed->resamples();
-        state->figures.latency_s = state->candidate->output->latency_s();
+        next.candidate = done->take();
+        state->describe(*next.candidate);
       } else {
         state->count_failure(done->problem());
       }
     } else {
-      state->figures.problem = "it has not answered";
+      state->record.statistics.problem = "it has not answered";
     }
   }
   return std::unique_ptr<SupervisedOutput>(new SupervisedOutput(std::move(state)));
@@ -273,46 +321,38 @@ Result<std::unique_ptr<SupervisedOutput>> SupervisedOutput::open(
 void SupervisedOutput::start() {
   State& state = *state_;
   if (state.supervisor.joinable()) return;
-  state.lost_at = Clock::now();
-  state.stopping = false;
-  if (state.candidate) {
-    state.play(std::move(*state.candidate));
-    state.candidate.reset();
+  state.last.lost_at = Clock::now();
+  if (state.next.candidate) {
+    state.play_candidate();
   } else {
-    if (state.wants_device()) state.without_since = state.lost_at;
-    state.gate->give_to(state.clock_feed.id());
-    if (!state.clock->start().ok()) return;  // cannot fail
+    if (state.wants_device()) state.record.without_since = state.last.lost_at;
+    state.play_clock();
   }
-  state.supervisor = std::thread([&state] { state.supervise(); });
+  state.supervisor = std::jthread([&state](const std::stop_token& stop) { state.supervise(stop); });
 }
 
 void SupervisedOutput::stop() {
   State& state = *state_;
-  {
-    const std::lock_guard lock(state.mutex);
-    state.stopping = true;
-    state.woken.notify_all();
-  }
+  state.supervisor.request_stop();
   if (state.supervisor.joinable()) state.supervisor.join();
   state.gate->give_to(0);
-  state.clock->stop();
-  state.opening.reset();
-  for (std::optional<OutputStream>* stream : {&state.playing, &state.candidate})
-    if (*stream) {
-      state.closing.close(std::move(**stream));
-      stream->reset();
-    }
+  state.clock.output->stop();
+  state.next.opening.reset();
+  if (state.playing) state.closing.close(state.playing->take());
+  state.playing.reset();
+  if (state.next.candidate) state.closing.close(std::move(*state.next.candidate));
+  state.next.candidate.reset();
   state.closing.wait_for(kPatience);
   const std::lock_guard lock(state.mutex);
-  state.figures.hung_closings = state.closing.hung(Milliseconds(0));
-  state.end_of_silence();
+  state.record.statistics.hung_closings = state.closing.hung(Milliseconds(0));
+  state.record.end_of_silence();
 }
 
 OutputStatistics SupervisedOutput::statistics() const {
   const std::lock_guard lock(state_->mutex);
-  OutputStatistics figures = state_->with_silence_until_now();
-  figures.callbacks = state_->gate->counters();
-  return figures;
+  OutputStatistics statistics = state_->record.now();
+  statistics.callbacks = state_->gate->counters();
+  return statistics;
 }
 
 }  // namespace clamor

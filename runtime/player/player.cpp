@@ -1,5 +1,3 @@
-#include "runtime/player/player.h"
-
 #include <array>
 #include <atomic>
 #include <cassert>
@@ -18,6 +16,7 @@
 #include "runtime/output/loudness_meter.h"
 #include "runtime/output/supervised_output.h"
 #include "runtime/player/audio_callback.h"
+#include "runtime/player/player.h"
 #include "runtime/player/player_options.h"
 #include "runtime/player/player_statistics.h"
 #include "runtime/player/render.h"
@@ -43,6 +42,76 @@ struct Playing {
   double begun_s = 0;
 };
 
+// Writes what is played to a file, on a thread of its own.
+class Recording {
+ public:
+  Recording(WavWriter wav, int channels)
+      : ring_(kRecordFrames * static_cast<std::size_t>(channels)), wav_(std::move(wav)) {}
+
+  SampleRing& ring() { return ring_; }
+
+  void start() {
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      name_thread("recording");
+      while (!stop.stop_requested()) {
+        drain();
+        std::this_thread::sleep_for(kWriterNap);
+      }
+    });
+  }
+
+  // Writes the rest, once nothing more is played. Further calls do nothing.
+  Result<void> finish() {
+    thread_ = {};
+    if (!wav_) return {};
+    drain();
+    const auto finished = written_.ok() ? wav_->finish() : written_;
+    wav_.reset();
+    return finished;
+  }
+
+ private:
+  void drain() {
+    std::array<float, 4800> samples;  // whole frames of 2, 6, 8, 12 or 16 channels
+    while (const std::size_t count = ring_.read(samples))
+      if (written_.ok()) written_ = wav_->write(std::span(samples).first(count));
+  }
+
+  SampleRing ring_;
+  std::optional<WavWriter> wav_;
+  Result<void> written_;  // used by the thread until it has ended
+  std::jthread thread_;   // stopped and joined first
+};
+
+// Measures the loudness of what is played.
+class LoudnessReading {
+ public:
+  LoudnessReading(int channels, std::span<const Speaker> speakers)
+      : ring_(kMeterFrames * static_cast<std::size_t>(channels)), meter_(channels, speakers) {}
+
+  SampleRing& ring() { return ring_; }
+
+  // Reads what was played since the last call. Allocates.
+  void update() {
+    std::array<float, 4800> samples;
+    while (const std::size_t count = ring_.read(samples)) {
+      meter_.add(std::span(samples).first(count));
+      momentary_lufs_.store(meter_.momentary_lufs(), std::memory_order_relaxed);
+      short_term_lufs_.store(meter_.short_term_lufs(), std::memory_order_relaxed);
+    }
+  }
+
+  // Any thread.
+  double momentary_lufs() const { return momentary_lufs_.load(std::memory_order_relaxed); }
+  double short_term_lufs() const { return short_term_lufs_.load(std::memory_order_relaxed); }
+
+ private:
+  SampleRing ring_;
+  LoudnessMeter meter_;
+  std::atomic<double> momentary_lufs_{-std::numeric_limits<double>::infinity()};
+  std::atomic<double> short_term_lufs_{-std::numeric_limits<double>::infinity()};
+};
+
 // The positions on a walk are known in advance; the rotations of a listener who moves freely are
 // not.
 AuralizerOptions tracking_head(AuralizerOptions options, bool on_walk) {
@@ -53,21 +122,21 @@ AuralizerOptions tracking_head(AuralizerOptions options, bool on_walk) {
 }  // namespace
 
 struct Player::State {
-  State(std::unique_ptr<Auralizer> from, const PlayerOptions& wanted, std::uint64_t frames)
+  State(std::unique_ptr<Auralizer> from, const PlayerOptions& wanted,
+        std::unique_ptr<Recording> made, std::uint64_t frames)
       : options(wanted),
-        current{std::move(from)},
-        channels(current.auralizer->channels()),
-        ring(wanted.record.empty() ? nullptr
-                                   : std::make_unique<SampleRing>(
-                                         kRecordFrames * static_cast<std::size_t>(channels))),
-        metered(kMeterFrames * static_cast<std::size_t>(channels)),
-        meter(channels, wanted.auralizer.output.speakers()),
-        callback(*current.auralizer, ring.get(), frames, &metered),
+        auralizers(std::move(from)),
+        recording(std::move(made)),
+        loudness(channels(), wanted.auralizer.output.speakers()),
+        callback(*auralizers.current.auralizer, recording ? &recording->ring() : nullptr, frames,
+                 &loudness.ring()),
         moved_to(wanted.listener) {
-    current.auralizer->stop_when(&stopping);
+    auralizers.current.auralizer->stop_when(&stopping);
     listeners.publish(options.listener);
-    current.auralizer->turn_head(options.listener);
+    auralizers.current.auralizer->turn_head(options.listener);
   }
+
+  int channels() const { return auralizers.current.auralizer->channels(); }
 
   // Makes the keyframe that the auralizer wants now, if any. Returns whether it did.
   bool make_wanted_keyframe(Playing& playing, const Listener& listener) const {
@@ -77,17 +146,17 @@ struct Player::State {
     return true;
   }
 
-  void run_sampler() {
+  void run_sampler(const std::stop_token& stop) {
     name_thread("sampler");
-    while (running.load(std::memory_order_relaxed)) {
+    while (!stop.stop_requested()) {
       bool was_busy = false;
       {
-        const std::lock_guard lock(exchange);
+        const std::lock_guard lock(auralizers.exchange);
         const Listener& listener = listeners.latest();
-        was_busy = make_wanted_keyframe(current, listener);
-        was_busy = make_wanted_keyframe(outgoing, listener) || was_busy;
+        was_busy = make_wanted_keyframe(auralizers.current, listener);
+        was_busy = make_wanted_keyframe(auralizers.outgoing, listener) || was_busy;
       }
-      read_meter();  // even if keyframes are late
+      loudness.update();  // even if keyframes are late
       if (!was_busy) std::this_thread::sleep_for(kSamplerNap);
     }
   }
@@ -105,54 +174,30 @@ struct Player::State {
       std::this_thread::sleep_for(kFadeNap);
     }
     if (!callback.has_faded()) return false;
-    const std::lock_guard lock(exchange);
-    outgoing = {};
+    const std::lock_guard lock(auralizers.exchange);
+    auralizers.outgoing = {};
     return true;
   }
 
-  // The sampler thread runs the meter, which may allocate.
-  void read_meter() {
-    std::array<float, 4800> samples;
-    while (const std::size_t count = metered.read(samples)) {
-      meter.add(std::span(samples).first(count));
-      momentary_lufs.store(meter.momentary_lufs(), std::memory_order_relaxed);
-      short_term_lufs.store(meter.short_term_lufs(), std::memory_order_relaxed);
-    }
-  }
+  struct Auralizers {
+    explicit Auralizers(std::unique_ptr<Auralizer> first) : current{std::move(first)} {}
 
-  void drain() {
-    std::array<float, 4800> samples;  // whole frames of 2, 6, 8, 12 or 16 channels
-    while (const std::size_t count = ring->read(samples))
-      if (recorded.ok()) recorded = wav->write(std::span(samples).first(count));
-  }
-
-  void run_writer() {
-    name_thread("recording");
-    while (running.load(std::memory_order_relaxed)) {
-      drain();
-      std::this_thread::sleep_for(kWriterNap);
-    }
-  }
+    // Held by the sampler while it makes a keyframe, and by the caller while it replaces the
+    // auralizer.
+    std::mutex exchange;
+    Playing current, outgoing;  // outgoing: during a fade
+  };
 
   const PlayerOptions options;
-  // Held by the sampler while it makes a keyframe, and by the caller while it replaces the
-  // auralizer.
-  std::mutex exchange;
-  Playing current, outgoing;  // outgoing: during a fade
-  const int channels;
-  const std::unique_ptr<SampleRing> ring;
-  SampleRing metered;
-  LoudnessMeter meter;
+  Auralizers auralizers;
+  const std::unique_ptr<Recording> recording;  // or null
+  LoudnessReading loudness;                    // updated by the sampler, because it allocates
   AudioCallback callback;
   LatestValue<Listener> listeners;
   Listener moved_to;  // the last one, for the caller's thread
-  std::optional<WavWriter> wav;
-  Result<void> recorded;  // used by the writer thread until it has ended
-  std::atomic<double> momentary_lufs{-std::numeric_limits<double>::infinity()};
-  std::atomic<double> short_term_lufs{-std::numeric_limits<double>::infinity()};
   ThreadCpuMeter shares;
-  std::atomic<bool> running{false}, stopping{false};
-  std::thread sampler, writer;
+  std::atomic<bool> stopping{false};
+  std::jthread sampler;
   std::unique_ptr<SupervisedOutput> output;  // destroyed first: its threads use all the others
 };
 
@@ -179,21 +224,23 @@ Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>
                                                const PlayerOptions& options) {
   if (!auralizer.ok()) return auralizer.error();
   const auto frames = static_cast<std::uint64_t>(std::llround(options.seconds * kSampleRate_hz));
-  auto state = std::make_unique<State>(std::move(*auralizer), options, frames);
+  const int channels = (*auralizer)->channels();
+  std::unique_ptr<Recording> recording;
   if (!options.record.empty()) {
-    auto wav =
-        WavWriter::create(options.record, state->channels, kSampleRate_hz, options.record_format,
-                          options.auralizer.output.speakers(), Appearance::kAtOnce);
+    auto wav = WavWriter::create(options.record, channels, kSampleRate_hz, options.record_format,
+                                 options.auralizer.output.speakers(), Appearance::kAtOnce);
     if (!wav.ok()) return wav.error();
-    state->wav = std::move(*wav);
+    recording = std::make_unique<Recording>(std::move(*wav), channels);
   }
+  auto state =
+      std::make_unique<State>(std::move(*auralizer), options, std::move(recording), frames);
   const OutputCallback callback{
       [](void* context, float* output, std::uint32_t block_frames, bool) noexcept {
         auto& audio = *static_cast<AudioCallback*>(context);
         audio.fill({output, block_frames * audio.channels()});
       },
       &state->callback};
-  const OutputRequest request{options.device, state->channels, options.block_frames,
+  const OutputRequest request{options.device, channels, options.block_frames,
                               options.device_rate_hz, options.buffer_may_grow};
   auto output =
       SupervisedOutput::open(options.driver ? options.driver : sound_devices(), request, callback);
@@ -205,12 +252,12 @@ Result<std::unique_ptr<Player>> Player::create(Result<std::unique_ptr<Auralizer>
 Result<void> Player::start() {
   prefault_code();
   // The first block finds all keyframes that it needs.
-  while (state_->make_wanted_keyframe(state_->current, state_->moved_to)) {
+  while (state_->make_wanted_keyframe(state_->auralizers.current, state_->moved_to)) {
   }
   state_->shares = ThreadCpuMeter();
-  state_->running = true;
-  state_->sampler = std::thread([this] { state_->run_sampler(); });
-  if (state_->ring) state_->writer = std::thread([this] { state_->run_writer(); });
+  state_->sampler =
+      std::jthread([this](const std::stop_token& stop) { state_->run_sampler(stop); });
+  if (state_->recording) state_->recording->start();
   state_->output->start();
   return {};
 }
@@ -220,7 +267,7 @@ std::vector<ThreadCpuUsage> Player::thread_shares() const { return state_->share
 void Player::move(const Listener& listener) {
   state_->moved_to = listener;
   state_->listeners.publish(listener);
-  state_->current.auralizer->turn_head(listener);
+  state_->auralizers.current.auralizer->turn_head(listener);
 }
 
 Result<void> Player::replace(std::shared_ptr<const BakeFile> file,
@@ -231,48 +278,43 @@ Result<void> Player::replace(std::shared_ptr<const BakeFile> file,
   auto next =
       Auralizer::create(std::move(file), tracking_head(options, state.options.walk.has_value()));
   if (!next.ok()) return next.error();
-  assert((*next)->channels() == state.channels);
+  assert((*next)->channels() == state.channels());
   Playing incoming{std::move(*next), state.played_s()};
   incoming.auralizer->turn_head(state.moved_to);
   incoming.auralizer->stop_when(&state.stopping);
   while (state.make_wanted_keyframe(incoming, state.moved_to)) {
   }
   {
-    const std::lock_guard lock(state.exchange);
-    state.outgoing = std::exchange(state.current, std::move(incoming));
+    const std::lock_guard lock(state.auralizers.exchange);
+    state.auralizers.outgoing = std::exchange(state.auralizers.current, std::move(incoming));
   }
-  state.callback.fade_to(*state.current.auralizer);
+  state.callback.fade_to(*state.auralizers.current.auralizer);
   (void)state.end_fade();  // if the output stands still, the next call frees the old auralizer
   return {};
 }
 
-MovingSources* Player::moving() { return state_->current.auralizer->moving(); }
+MovingSources* Player::moving() { return state_->auralizers.current.auralizer->moving(); }
 
 bool Player::finished() const { return state_->callback.counters().finished; }
 
 PlayerStatistics Player::statistics() {
   const auto counters = state_->callback.counters();
   PlayerStatistics statistics;
-  statistics.auralizer = state_->current.auralizer->statistics();
+  statistics.auralizer = state_->auralizers.current.auralizer->statistics();
   statistics.output = state_->output->statistics();
   statistics.time_s = static_cast<double>(counters.frames) / kSampleRate_hz;
-  statistics.dropped_samples = state_->ring ? state_->ring->dropped() : 0;
-  statistics.momentary_lufs = state_->momentary_lufs.load(std::memory_order_relaxed);
-  statistics.short_term_lufs = state_->short_term_lufs.load(std::memory_order_relaxed);
+  statistics.dropped_samples = state_->recording ? state_->recording->ring().dropped() : 0;
+  statistics.momentary_lufs = state_->loudness.momentary_lufs();
+  statistics.short_term_lufs = state_->loudness.short_term_lufs();
   return statistics;
 }
 
 Result<void> Player::stop() {
   state_->output->stop();
-  state_->running = false;
+  state_->sampler.request_stop();
   state_->stopping = true;
   if (state_->sampler.joinable()) state_->sampler.join();
-  if (state_->writer.joinable()) state_->writer.join();
-  if (!state_->wav) return {};
-  state_->drain();
-  const auto finished = state_->recorded.ok() ? state_->wav->finish() : state_->recorded;
-  state_->wav.reset();
-  return finished;
+  return state_->recording ? state_->recording->finish() : Result<void>();
 }
 
 }  // namespace clamor
