@@ -1,42 +1,19 @@
 #include "runtime/propagation/received_intensity.h"
 
-#include <bit>
+#include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <numbers>
 
 #include "common/directivity.h"
+#include "common/maths.h"
 
 namespace clamor {
 
-namespace {
-
-// exp(-x) for x >= 0, with an error below 3e-7 for x < 1 and a result of at least 2e-38. The loop
-// vectorises, and gives the same bits on all machines, unlike std::exp.
-Bands exp_of_negative(const Bands& x) {
-  Bands result;
-  for (std::size_t b = 0; b < kBandCount; ++b) {
-    // 2^-y with y = whole + part; 2^-part by its Taylor series up to the 7th power.
-    const float y = std::min(x[b] * std::numbers::log2e_v<float>, 125.0f);
-    const auto whole = static_cast<std::int32_t>(y + 0.5f);
-    const float z = (static_cast<float>(whole) - y) * std::numbers::ln2_v<float>;
-    const float part =
-        1 +
-        z * (1 + z * (1 / 2.f +
-                      z * (1 / 6.f +
-                           z * (1 / 24.f + z * (1 / 120.f + z * (1 / 720.f + z * (1 / 5040.f)))))));
-    result[b] = part * std::bit_cast<float>((127 - whole) << 23);
-  }
-  return result;
-}
-
-}  // namespace
-
 Bands air_transmittance(const Bands& loss_per_m, double r_m) {
-  const auto r = static_cast<float>(r_m);
-  Bands loss;
-  for (std::size_t b = 0; b < kBandCount; ++b) loss[b] = loss_per_m[b] * r;
-  return exp_of_negative(loss);
+  const auto r_log2e = static_cast<float>(r_m) * std::numbers::log2e_v<float>;
+  Bands left;
+  for (std::size_t b = 0; b < kBandCount; ++b) left[b] = exp2_of(-loss_per_m[b] * r_log2e);
+  return left;
 }
 
 Bands received_intensity(const Source& source, const std::vector<Emitter>& emitters,
