@@ -21,8 +21,8 @@ struct Scene {
   explicit Scene(AuralizerInput from)
       : input(std::move(from)),
         signals(prepare_signals(input.signals)),
-        field(input.emitters, input.materials, input.air,
-              LateBoost(input.decay, input.sources.size())) {
+        radiation(input.emitters, input.materials, input.air,
+                  LateBoost(input.decay, input.sources.size())) {
     const Bands loudness = loudness_weights();
     for (const PreparedSignal& signal : signals) {
       Bands& weight = weights.by_signal.emplace_back();
@@ -63,8 +63,8 @@ struct Scene {
   // Mean square received from a source, per band.
   Bands received(std::size_t i, const Vec3& place) const {
     const Source& source = input.sources[i];
-    Bands power = field.intensity(source, place);
-    const Bands& of_signal = signals[field.signal(source)].mean_square();
+    Bands power = radiation.intensity(source, place);
+    const Bands& of_signal = signals[radiation.signal(source)].mean_square();
     for (std::size_t b = 0; b < kBandCount; ++b) power[b] *= of_signal[b];
     return power;
   }
@@ -90,7 +90,7 @@ struct Scene {
 
   AuralizerInput input;
   std::vector<PreparedSignal> signals;
-  RadiationModel field;
+  RadiationModel radiation;
   SignalWeights weights;
 };
 

@@ -66,13 +66,13 @@ class StoredTrees {
   std::size_t page_count() const { return pages_.size(); }
 
   // Nodes deeper than `deepest` have no pages. All arguments must outlive the loader.
-  PageLoader::Fetch fetch(const RadiationModel& field, const SignalWeights& ceilings,
+  PageLoader::Fetch fetch(const RadiationModel& radiation, const SignalWeights& ceilings,
                           int deepest = 1 << 30) const {
-    return [this, &field, &ceilings, deepest](const PageEntry& entry) -> PageLoader::Content {
+    return [this, &radiation, &ceilings, deepest](const PageEntry& entry) -> PageLoader::Content {
       const Page& page = pages_.at(entry.page.offset);
       if (page.depth > deepest) return Error("not here");
       return std::make_unique<const ResidentPage>(
-          entry, SourcePage(field, ceilings.by_signal, page.sources), page.links, tops_);
+          entry, SourcePage(radiation, ceilings.by_signal, page.sources), page.links, tops_);
     };
   }
 

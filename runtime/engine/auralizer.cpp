@@ -58,12 +58,12 @@ struct OutputStage {
 // Null if head rotation comes with keyframes only.
 std::unique_ptr<const HeadRotation> rotation_for(const AuralizerOptions& options,
                                                  const ItdTable* itd_table,
-                                                 const RadiationModel& field) {
+                                                 const RadiationModel& radiation) {
   if (!options.tracks_head) return nullptr;
   const bool pair = options.output.kind == OutputFormat::Kind::kTwoReceivers;
   const double receiver_m = pair ? kEarDistance_m / 2 : 0;
   return std::make_unique<const HeadRotation>(
-      itd_table, receiver_m * kSampleRate_hz / field.speed_of_sound_mps());
+      itd_table, receiver_m * kSampleRate_hz / radiation.speed_of_sound_mps());
 }
 
 // Written by the sampler thread, read by any.
@@ -84,17 +84,17 @@ struct Auralizer::State {
         file(std::move(opened)),
         output(options),
         store(file.get(), input, output.mode, options),
-        field(
+        radiation(
             input.emitters, input.materials, input.air,
             LateBoost(input.decay, file == nullptr ? input.sources.size() : file->source_count())),
-        pipeline(input, file.get(), field, store.signals(), store.budget_bytes(), options),
+        pipeline(input, file.get(), radiation, store.signals(), store.budget_bytes(), options),
         schedule(pipeline, options),
-        maker(field, slots_for(pipeline.sampler()), output.receivers(), output.hrtf,
+        maker(radiation, slots_for(pipeline.sampler()), output.receivers(), output.hrtf,
               onset_signals(input)),
         pacing(options, pipeline.sampler().capacity(),
                schedule.shares_samples() ? kKeyframesToSettle : 1),
         receivers(options.output.receivers),
-        rotation(rotation_for(options, maker.itd_table(), field)),
+        rotation(rotation_for(options, maker.itd_table(), radiation)),
         mixer(store.signals(), slots_for(pipeline.sampler()), output.mode, output.panner.get(),
               output.hrtf.get(), store.loader(),
               {static_cast<float>(options.gain * options.output.diffuse_gain()), options.limit,
@@ -122,7 +122,7 @@ struct Auralizer::State {
   const std::shared_ptr<const BakeFile> file;  // or null
   const OutputStage output;
   SignalStore store;
-  const RadiationModel field;
+  const RadiationModel radiation;
 
   // Used by the sampler thread.
   SamplingPipeline pipeline;

@@ -47,36 +47,36 @@ SignalWeights mean_weights(std::span<const PreparedSignal> signals) {
 }
 
 SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
-                                   const RadiationModel& field,
+                                   const RadiationModel& radiation,
                                    std::span<const PreparedSignal> signals,
                                    std::uint64_t sounds_bytes, const AuralizerOptions& options)
     : weights_(strategy_options_of(options).needs_list()
                    ? mean_weights(signals)
                    : weights_over_time(input, options.voices)),
       max_weights_(file == nullptr ? weights_ : max_over_instances(weights_, file->signal_maps())) {
-  add_occlusion(input, field, options);
+  add_occlusion(input, radiation, options);
   SourceList* list = nullptr;
   if (file != nullptr) {
     loader_ = std::make_unique<PageLoader>(
-        page_fetch(*file, field, max_weights_),
+        page_fetch(*file, radiation, max_weights_),
         PageBudget{options.memory_bytes - std::min(sounds_bytes, options.memory_bytes / 2),
                    !options.wait_for_pages},
         1, [file](const PageEntry& entry) { file->will_need(entry); });
-    pool_ = std::make_unique<OctreePool>(field, max_weights_, file->trees(), file->signal_maps(),
-                                         *loader_);
+    pool_ = std::make_unique<OctreePool>(radiation, max_weights_, file->trees(),
+                                         file->signal_maps(), *loader_);
   } else {
-    auto sources = std::make_unique<SourceList>(field, weights_, std::move(input.sources));
+    auto sources = std::make_unique<SourceList>(radiation, weights_, std::move(input.sources));
     list = sources.get();
     pool_ = std::move(sources);
   }
-  add_moving(input, field, options.moving);
+  add_moving(input, radiation, options.moving);
   sampler_ = strategy_options_of(options).make_sampler(
-      {field, weights_, joined_ != nullptr ? *joined_ : *pool_, list, occlusion_.get(),
+      {radiation, weights_, joined_ != nullptr ? *joined_ : *pool_, list, occlusion_.get(),
        moving_list_.get(), static_cast<std::size_t>(std::max(options.voices, 0)),
        options.wait_for_pages ? SearchBound::kUnbounded : SearchBound::kBounded});
 }
 
-void SamplingPipeline::add_occlusion(const AuralizerInput& input, const RadiationModel& field,
+void SamplingPipeline::add_occlusion(const AuralizerInput& input, const RadiationModel& radiation,
                                      const AuralizerOptions& options) {
   if (!uses_occlusion(options) || input.mesh.triangles.empty()) return;
   using BuildQuality = OcclusionGeometry::BuildQuality;
@@ -84,7 +84,7 @@ void SamplingPipeline::add_occlusion(const AuralizerInput& input, const Radiatio
       input.mesh, input.materials,
       options.wait_for_pages ? BuildQuality::kHigh : BuildQuality::kFast);
   occlusion_ = std::make_unique<VisibilityCache>(
-      *surfaces_, field.speed_of_sound_mps(),
+      *surfaces_, radiation.speed_of_sound_mps(),
       VisibilityOptions{.rays_per_keyframe = options.rays, .exact = options.wait_for_pages});
 }
 
@@ -93,11 +93,11 @@ void SamplingPipeline::improve_occlusion() {
 }
 
 // Moving sources share one ranking with the others.
-void SamplingPipeline::add_moving(const AuralizerInput& input, const RadiationModel& field,
+void SamplingPipeline::add_moving(const AuralizerInput& input, const RadiationModel& radiation,
                                   const MovingOptions& options) {
   if (options.max_sources == 0) return;
   moving_ = std::make_unique<MovingSources>(options.max_sources, options.kinds.size());
-  moving_list_ = std::make_unique<MovingSourceList>(*moving_, field, weights_.by_signal,
+  moving_list_ = std::make_unique<MovingSourceList>(*moving_, radiation, weights_.by_signal,
                                                     input.emitters, options.kinds.size());
   joined_ = std::make_unique<CombinedPool>(*pool_, *moving_list_);
 }

@@ -33,7 +33,7 @@ class SamplingPipeline {
  public:
   // From a file, whose pages may use the memory that `sounds_bytes` leaves, or without one from the
   // input's sources, which are moved out of it. All references must outlive this.
-  SamplingPipeline(AuralizerInput& input, const BakeFile* file, const RadiationModel& field,
+  SamplingPipeline(AuralizerInput& input, const BakeFile* file, const RadiationModel& radiation,
                    std::span<const PreparedSignal> signals, std::uint64_t sounds_bytes,
                    const AuralizerOptions& options);
 
@@ -49,9 +49,9 @@ class SamplingPipeline {
   const PageLoader* loader() const { return loader_.get(); }             // null without a file
 
  private:
-  void add_occlusion(const AuralizerInput& input, const RadiationModel& field,
+  void add_occlusion(const AuralizerInput& input, const RadiationModel& radiation,
                      const AuralizerOptions& options);
-  void add_moving(const AuralizerInput& input, const RadiationModel& field,
+  void add_moving(const AuralizerInput& input, const RadiationModel& radiation,
                   const MovingOptions& options);
 
   const SignalWeights weights_;

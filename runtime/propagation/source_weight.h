@@ -33,21 +33,21 @@ inline Bands apply_reception(const Reception& reception, const Source& source, c
 }
 
 // Weight of a source whose signal has these weights.
-double weight(const RadiationModel& field, const Bands& signal_weights, const Source& source,
+double weight(const RadiationModel& radiation, const Bands& signal_weights, const Source& source,
               const Vec3& place, const Reception& reception = Reception());
 
 // Weights of a signal as received at a time from a source at a distance.
-inline LoudnessTrack::Moment weights_at_distance(const RadiationModel& field,
+inline LoudnessTrack::Moment weights_at_distance(const RadiationModel& radiation,
                                                  const SignalWeights& weights, std::uint32_t signal,
                                                  const Source& source, double distance_m,
                                                  double time_s) {
   if (weights.steady()) return {weights.by_signal[signal], 1};
-  return weights.tracks[signal].at(time_s - field.delay_s(source, distance_m));
+  return weights.tracks[signal].at(time_s - radiation.delay_s(source, distance_m));
 }
 
 // Weights of a signal as received at a time and place.
-LoudnessTrack::Moment weights_at_place(const RadiationModel& field, const SignalWeights& weights,
-                                       std::uint32_t signal, const Source& source,
-                                       const Vec3& place, double time_s);
+LoudnessTrack::Moment weights_at_place(const RadiationModel& radiation,
+                                       const SignalWeights& weights, std::uint32_t signal,
+                                       const Source& source, const Vec3& place, double time_s);
 
 }  // namespace clamor

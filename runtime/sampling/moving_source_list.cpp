@@ -55,16 +55,16 @@ MovingSourceList::Columns::Columns(std::size_t slots)
       velocity_mps(slots),
       emission_of(slots) {}
 
-MovingSourceList::MovingSourceList(MovingSources& sources, const RadiationModel& field,
+MovingSourceList::MovingSourceList(MovingSources& sources, const RadiationModel& radiation,
                                    std::span<const Bands> weights,
                                    std::span<const Emitter> emitters, std::size_t kinds)
     : moving_(sources),
-      field_(field),
+      radiation_(radiation),
       weights_(weights),
       kinds_(emitters.last(kinds)),
       first_emitter_(static_cast<std::uint32_t>(emitters.size() - kinds)),
       columns_(sources.max_sources()),
-      history_(sources.max_sources(), field.speed_of_sound_mps()) {}
+      history_(sources.max_sources(), radiation.speed_of_sound_mps()) {}
 
 bool MovingSourceList::refresh() {
   newest_.snapshot = &moving_.latest();
@@ -102,7 +102,7 @@ void MovingSourceList::set(std::size_t slot, double time_s) {
     added_.push_back(static_cast<std::uint32_t>(slot));
   }
   const RadiationModel::UpperBound bound =
-      field_.upper_bound(source, weights_[field_.signal(source)]);
+      radiation_.upper_bound(source, weights_[radiation_.signal(source)]);
   columns_.max_priority[slot] = static_cast<float>(static_cast<double>(bound.diffuse + bound.lobe) *
                                                    kBoundSlack / std::max(source.u, kMinU));
 }
@@ -188,7 +188,7 @@ void MovingSourceList::look(const Vec3& place, double threshold, std::vector<Fou
       const double r_m = std::max(length(place - Vec3(source.position_m)), source_radius_m(source));
       const std::uint64_t number = number_of(i, columns_.generations[i]);
       found.push_back({&source, number ^ (cell_of(source.position_m, place) & ~kMovingSourceBit),
-                       field_.signal(source), 0, 1,
+                       radiation_.signal(source), 0, 1,
                        static_cast<double>(columns_.max_priority[i]) / (r_m * r_m), number,
                        columns_.velocity_mps[i]});
     }

@@ -35,7 +35,7 @@ class MovingSourceList {
  public:
   // The last `kinds` emitters are the kinds of moving sources; `weights` are the maximum of each
   // signal. All arguments must outlive the list.
-  MovingSourceList(MovingSources& sources, const RadiationModel& field,
+  MovingSourceList(MovingSources& sources, const RadiationModel& radiation,
                    std::span<const Bands> weights, std::span<const Emitter> emitters,
                    std::size_t kinds);
 
@@ -77,7 +77,7 @@ class MovingSourceList {
   void find_emission(std::size_t slot, const Vec3& listener_m);
 
   MovingSources& moving_;
-  const RadiationModel& field_;
+  const RadiationModel& radiation_;
   const std::span<const Bands> weights_;
   const std::span<const Emitter> kinds_;
   const std::uint32_t first_emitter_;

@@ -8,7 +8,7 @@ class PriorityStrategy final : public SamplingStrategy {
  public:
   std::string name() const override { return "priority"; }
   std::unique_ptr<Sampler> make_sampler(const SamplerInput& input) const override {
-    return make_priority_sampler(input.field, input.weights, input.pool, input.voices,
+    return make_priority_sampler(input.radiation, input.weights, input.pool, input.voices,
                                  input.occlusion, input.bound);
   }
 };

@@ -18,7 +18,7 @@ inline constexpr int kMaxVoices = 1'000'000;  // ten times what a core mixes
 
 // What a sampler draws from. Everything must outlive the sampler.
 struct SamplerInput {
-  const RadiationModel& field;
+  const RadiationModel& radiation;
   const SignalWeights& weights;
   SourcePool& pool;            // all sources, including moving ones
   SourceList* list;            // the baked sources; null unless the strategy needs_list()

@@ -56,15 +56,15 @@ void city_sample(benchmark::State& state) {
   const auto stadiums = static_cast<std::uint32_t>(state.range(0));
   const auto file = BakeFile::open(city_file(stadiums));
   if (!file.ok()) return state.SkipWithError(file.error().message.c_str());
-  const RadiationModel field(file->emitters(), file->materials(), Air{});
+  const RadiationModel radiation(file->emitters(), file->materials(), Air{});
   SignalWeights weights;
   weights.by_signal = {
       {1, 2, 3, 4, 5, 4, 3, 2}, {2, 2, 1, 1, 1, 1, 2, 2}, {1, 1, 1, 4, 4, 1, 1, 1}};
   const SignalWeights ceilings = max_over_instances(weights, file->signal_maps());
-  PageLoader loader(page_fetch(*file, field, ceilings), PageBudget{20'000'000});
-  OctreePool pool(field, ceilings, file->trees(), file->signal_maps(), loader);
+  PageLoader loader(page_fetch(*file, radiation, ceilings), PageBudget{20'000'000});
+  OctreePool pool(radiation, ceilings, file->trees(), file->signal_maps(), loader);
   const auto sampler =
-      make_priority_sampler(field, weights, pool, static_cast<std::size_t>(state.range(1)));
+      make_priority_sampler(radiation, weights, pool, static_cast<std::size_t>(state.range(1)));
   double time_s = 0;
   ListenerMotion motion(0.02);
   const auto walk = [&] {

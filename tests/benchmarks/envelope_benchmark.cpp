@@ -46,13 +46,13 @@ void standing_still(benchmark::State& state) {
   if (!file.ok()) return state.SkipWithError(file.error().message.c_str());
   const auto tables = read_tables(*file);
   if (!tables.ok()) return state.SkipWithError(tables.error().message.c_str());
-  const RadiationModel field(tables->emitters, tables->materials, tables->air);
+  const RadiationModel radiation(tables->emitters, tables->materials, tables->air);
   const SignalWeights weights = weights_for(static_cast<Weighing>(state.range(0)), *tables);
   const SignalWeights ceilings = max_over_instances(weights, file->signal_maps());
-  PageLoader loader(page_fetch(*file, field, ceilings), PageBudget{4'000'000'000});
-  OctreePool pool(field, ceilings, file->trees(), file->signal_maps(), loader);
+  PageLoader loader(page_fetch(*file, radiation, ceilings), PageBudget{4'000'000'000});
+  OctreePool pool(radiation, ceilings, file->trees(), file->signal_maps(), loader);
   const auto voices = static_cast<std::size_t>(state.range(1));
-  const auto sampler = make_priority_sampler(field, weights, pool, voices);
+  const auto sampler = make_priority_sampler(radiation, weights, pool, voices);
   const bool walks = state.range(2) != 0;
   const PageEntry& root = *file->top();
   const Vec3 middle = (Vec3(root.low_m) + Vec3(root.high_m)) / 2.0;

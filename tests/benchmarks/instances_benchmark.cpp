@@ -38,13 +38,13 @@ void instances_sample(benchmark::State& state) {
   state.counters["file_kB"] = static_cast<double>(file->bytes().file) / 1e3;
   state.counters["trees"] = static_cast<double>(file->trees().size());
 
-  const RadiationModel field(file->emitters(), file->materials(), Air{});
+  const RadiationModel radiation(file->emitters(), file->materials(), Air{});
   SignalWeights weights;
   weights.by_signal.assign(file->signal_count(), same_in_all_bands(1));
   const SignalWeights ceilings = max_over_instances(weights, file->signal_maps());
-  PageLoader loader(page_fetch(*file, field, ceilings), PageBudget{1'000'000'000});
-  OctreePool pool(field, ceilings, file->trees(), file->signal_maps(), loader);
-  const auto sampler = make_priority_sampler(field, weights, pool, 2000);
+  PageLoader loader(page_fetch(*file, radiation, ceilings), PageBudget{1'000'000'000});
+  OctreePool pool(radiation, ceilings, file->trees(), file->signal_maps(), loader);
+  const auto sampler = make_priority_sampler(radiation, weights, pool, 2000);
   sampler->sample(Vec3(0, 2, 0));
   while (!sampler->complete()) sampler->sample(Vec3(0, 2, 0));
   double x_m = 0, sum = 0;

@@ -41,7 +41,7 @@ void intensity(benchmark::State& state) {
   materials[0].scattering = {0.05f, 0.05f, 0.07f, 0.1f, 0.15f, 0.2f, 0.3f, 0.4f};
   materials[0].phong = same_in_all_bands(20);
   const std::vector<Emitter> emitters(1);
-  const RadiationModel field(emitters, materials, Air{});
+  const RadiationModel radiation(emitters, materials, Air{});
   const std::vector<Source> sources = wall_sources();
   std::vector<const Source*> all;
   for (const Source& source : sources) all.push_back(&source);
@@ -56,16 +56,16 @@ void intensity(benchmark::State& state) {
   for (auto _ : state) {
     time(exact_ns, [&] {
       for (std::uint32_t i = 0; i < kSources; ++i)
-        received[i].intensity =
-            received_intensity(sources[i], emitters, field.laws(), field.air_loss_per_m(), kPlace);
+        received[i].intensity = received_intensity(sources[i], emitters, radiation.laws(),
+                                                   radiation.air_loss_per_m(), kPlace);
     });
     benchmark::DoNotOptimize(received.data());
     time(alone_ns, [&] {
       for (std::uint32_t i = 0; i < kSources; ++i)
-        received[i].intensity = field.intensity(sources[i], kPlace);
+        received[i].intensity = radiation.intensity(sources[i], kPlace);
     });
     benchmark::DoNotOptimize(received.data());
-    time(kernel_ns, [&] { field.receive(all, kPlace, received.data()); });
+    time(kernel_ns, [&] { radiation.receive(all, kPlace, received.data()); });
     benchmark::DoNotOptimize(received.data());
   }
   state.counters["exact_ns"] = exact_ns;

@@ -31,7 +31,7 @@ void keyframe(benchmark::State& state, bool moving, const Make& make, const Args
   const std::vector<Emitter> emitters = {Emitter{.name = "source", .position_m = {10, 1.7, 12}}};
   std::vector<Material> materials(1);
   materials[0].scattering = same_in_all_bands(0.5f);
-  const RadiationModel field(emitters, materials, Air{});
+  const RadiationModel radiation(emitters, materials, Air{});
   std::vector<Source> sources(kVoices);
   std::vector<SampledSource> sample(kVoices);
   for (std::uint32_t i = 0; i < kVoices; ++i) {
@@ -48,7 +48,7 @@ void keyframe(benchmark::State& state, bool moving, const Make& make, const Args
       source.power[b] = static_cast<float>(random_unit(i, 6 + b) / kVoices);
     sample[i] = {i, 1.0, &source, 0, same_in_all_bands(1), random_unit(i, 20)};
   }
-  Maker maker(field, kVoices, args...);
+  Maker maker(radiation, kVoices, args...);
   KeyframeQueue queue(2, kVoices);
   ListenerMotion motion(kKeyframe_s);
   double turn = 0;

@@ -18,14 +18,14 @@ namespace {
 void moving_keyframe(benchmark::State& state) {
   const auto count = static_cast<std::uint32_t>(state.range(0));
   const std::vector<Emitter> emitters(1);
-  const RadiationModel field(emitters, {}, Air{});
+  const RadiationModel radiation(emitters, {}, Air{});
   SignalWeights weights;
   weights.by_signal = {same_in_all_bands(1)};
   MovingSources moving(count, 1);
-  MovingSourceList list(moving, field, weights.by_signal, emitters, 1);
-  SourceList none(field, weights, {});
+  MovingSourceList list(moving, radiation, weights.by_signal, emitters, 1);
+  SourceList none(radiation, weights, {});
   CombinedPool pool(none, list);
-  const auto sampler = make_priority_sampler(field, weights, pool, 2000);
+  const auto sampler = make_priority_sampler(radiation, weights, pool, 2000);
   std::vector<MovingHandle> handles;
   const auto place = [](std::uint32_t i, double time_s) {
     const RandomBits bits = philox(8, {i, 0, 0, 0});

@@ -110,7 +110,7 @@ struct SponzaScene {
   SponzaScene(const Level& level, std::uint32_t sources, bool full)
       : materials(full ? level.materials : std::vector<Material>(1)),
         emitters(one_emitter_per_signal(full ? kSignals : 1)),
-        field(emitters, materials, Air{}),
+        radiation(emitters, materials, Air{}),
         surfaces(level.mesh, level.materials) {
     trees.add(build_octree(surface_sources(level.mesh, sources, full)));
     weights.by_signal = {same_in_all_bands(1)};
@@ -123,7 +123,7 @@ struct SponzaScene {
   BandPower received(std::span<const SampledSource> sample, const Vec3& place) const {
     BandPower power{};
     for (const SampledSource& one : sample) {
-      const Bands intensity = field.intensity(*one.source, place);
+      const Bands intensity = radiation.intensity(*one.source, place);
       for (std::size_t b = 0; b < kBandCount; ++b)
         power[b] += one.power_scale * static_cast<double>(intensity[b] * one.visibility[b]);
     }
@@ -132,7 +132,7 @@ struct SponzaScene {
 
   const std::vector<Material> materials;
   const std::vector<Emitter> emitters;
-  const RadiationModel field;
+  const RadiationModel radiation;
   const OcclusionGeometry surfaces;
   testing::StoredTrees trees;
   SignalWeights weights;
@@ -143,9 +143,9 @@ class SponzaListener {
  public:
   SponzaListener(const SponzaScene& scene, VisibilityCache* cache)
       : scene_(scene),
-        loader_(scene.trees.fetch(scene.field, scene.weights), PageBudget{4'000'000'000}),
-        pool_(scene.field, scene.weights, scene.trees.tops(), {}, loader_),
-        sampler_(make_priority_sampler(scene.field, scene.weights, pool_, 2000, cache)) {}
+        loader_(scene.trees.fetch(scene.radiation, scene.weights), PageBudget{4'000'000'000}),
+        pool_(scene.radiation, scene.weights, scene.trees.tops(), {}, loader_),
+        sampler_(make_priority_sampler(scene.radiation, scene.weights, pool_, 2000, cache)) {}
 
   // Samples until all pages of the next `keyframes` places are loaded.
   void load(int keyframes) {
@@ -164,7 +164,7 @@ class SponzaListener {
   // Error per band in dB against a sample in which every source is tested from here.
   double error_db() {
     const BandPower now = scene_.received(sampler_->sample(place(), time_s_), place());
-    VisibilityCache all(scene_.surfaces, scene_.field.speed_of_sound_mps(), {.exact = true});
+    VisibilityCache all(scene_.surfaces, scene_.radiation.speed_of_sound_mps(), {.exact = true});
     SponzaListener exact(scene_, &all);
     exact.path_m_ = path_m_ - 0.03;
     exact.time_s_ = time_s_ - 0.02;
@@ -201,7 +201,7 @@ void occlusion(benchmark::State& state) {
   if (!level.ok()) return state.SkipWithError(level.error().message.c_str());
   const SponzaScene scene(level->level, static_cast<std::uint32_t>(state.range(0)),
                           state.range(2) != 0);
-  VisibilityCache cache(scene.surfaces, scene.field.speed_of_sound_mps(),
+  VisibilityCache cache(scene.surfaces, scene.radiation.speed_of_sound_mps(),
                         {.rays_per_keyframe = static_cast<int>(state.range(1))});
   SponzaListener listener(scene, &cache);
   listener.load(100);

@@ -26,13 +26,13 @@ constexpr int kWalks = 5;
 // A listener who walks back and forth through the middle of a bake.
 class BakeListener {
  public:
-  BakeListener(const BakeFile& file, const RadiationModel& field, const SignalWeights& weights,
+  BakeListener(const BakeFile& file, const RadiationModel& radiation, const SignalWeights& weights,
                const SignalWeights& bounds, VisibilityCache& cache)
       : low_m_(file.top()->low_m),
         high_m_(file.top()->high_m),
-        loader_(page_fetch(file, field, bounds), PageBudget{4'000'000'000}),
-        pool_(field, bounds, file.trees(), file.signal_maps(), loader_),
-        sampler_(make_priority_sampler(field, weights, pool_, 2000, &cache)) {}
+        loader_(page_fetch(file, radiation, bounds), PageBudget{4'000'000'000}),
+        pool_(radiation, bounds, file.trees(), file.signal_maps(), loader_),
+        sampler_(make_priority_sampler(radiation, weights, pool_, 2000, &cache)) {}
 
   void go_back() { path_m_ = 0; }
   // Samples until all pages of the next `keyframes` places are loaded.
@@ -72,7 +72,7 @@ void occlusion_of_bake(benchmark::State& state) {
   if (!tables.ok()) return state.SkipWithError(tables.error().message.c_str());
   const auto mesh = file->read_mesh();
   if (!mesh.ok()) return state.SkipWithError(mesh.error().message.c_str());
-  const RadiationModel field(tables->emitters, tables->materials, tables->air);
+  const RadiationModel radiation(tables->emitters, tables->materials, tables->air);
   const SignalWeights weights = make_signal_weights(tables->envelopes);
   const SignalWeights bounds = max_over_instances(weights, file->signal_maps());
   const OcclusionGeometry surfaces(*mesh, tables->materials);
@@ -80,9 +80,9 @@ void occlusion_of_bake(benchmark::State& state) {
   testing::KeyframeTimes times;
   // Calls timed(keyframe), which calls keyframe() once for each keyframe.
   const auto walk = [&](const auto& timed) {
-    VisibilityCache cache(surfaces, field.speed_of_sound_mps(),
+    VisibilityCache cache(surfaces, radiation.speed_of_sound_mps(),
                           {.rays_per_keyframe = static_cast<int>(state.range(0))});
-    BakeListener listener(*file, field, weights, bounds, cache);
+    BakeListener listener(*file, radiation, weights, bounds, cache);
     listener.load(100 + keyframes);
     listener.go_back();
     listener.load(100);

@@ -97,7 +97,7 @@ struct Scene {
   Air air;
   testing::StoredTrees trees;
   std::unique_ptr<BakeFile> file;
-  std::unique_ptr<RadiationModel> field;
+  std::unique_ptr<RadiationModel> radiation;
   SignalWeights weights, ceilings;
   std::unique_ptr<OcclusionGeometry> surfaces;
   std::unique_ptr<PageLoader> loader;
@@ -124,14 +124,15 @@ std::unique_ptr<Scene> mesh_scene(const char* name, std::uint32_t count) {
   scene->materials = level->level.materials;
   scene->emitters.resize(kSignals);
   for (std::uint32_t e = 0; e < kSignals; ++e) scene->emitters[e].signal = e;
-  scene->field = std::make_unique<RadiationModel>(scene->emitters, scene->materials, scene->air);
+  scene->radiation =
+      std::make_unique<RadiationModel>(scene->emitters, scene->materials, scene->air);
   std::vector<TimedEnvelope> envelopes;
   for (std::uint32_t s = 0; s < kSignals; ++s) envelopes.push_back(speech_of(s));
   scene->weights = make_signal_weights(envelopes);
   scene->ceilings = scene->weights;
   scene->surfaces = std::make_unique<OcclusionGeometry>(mesh, level->level.materials);
-  scene->loader = std::make_unique<PageLoader>(scene->trees.fetch(*scene->field, scene->weights),
-                                               PageBudget{8'000'000'000});
+  scene->loader = std::make_unique<PageLoader>(
+      scene->trees.fetch(*scene->radiation, scene->weights), PageBudget{8'000'000'000});
   scene->tops = scene->trees.tops();
   scene->low_m = Vec3(scene->tops.back().low_m);
   scene->high_m = Vec3(scene->tops.back().high_m);
@@ -152,14 +153,14 @@ std::unique_ptr<Scene> city_scene(std::uint32_t count) {
   if (!file.ok()) return nullptr;
   scene->file = std::make_unique<BakeFile>(std::move(*file));
   std::filesystem::remove(path);
-  scene->field = std::make_unique<RadiationModel>(scene->file->emitters(), scene->file->materials(),
-                                                  scene->air);
+  scene->radiation = std::make_unique<RadiationModel>(scene->file->emitters(),
+                                                      scene->file->materials(), scene->air);
   std::vector<TimedEnvelope> envelopes;
   for (std::uint32_t s = 0; s < 3; ++s) envelopes.push_back(speech_of(s));
   scene->weights = make_signal_weights(envelopes);
   scene->ceilings = max_over_instances(scene->weights, scene->file->signal_maps());
   scene->loader = std::make_unique<PageLoader>(
-      page_fetch(*scene->file, *scene->field, scene->ceilings), PageBudget{8'000'000'000});
+      page_fetch(*scene->file, *scene->radiation, scene->ceilings), PageBudget{8'000'000'000});
   scene->tops = scene->file->trees();
   scene->maps = scene->file->signal_maps();
   return scene;
@@ -202,12 +203,12 @@ struct Times {
 
 struct Run {
   Run(Scene& at, const Variant& what)
-      : scene(at), pool(*at.field, at.ceilings, at.tops, at.maps, *at.loader) {
+      : scene(at), pool(*at.radiation, at.ceilings, at.tops, at.maps, *at.loader) {
     pool.ablate(what.query);
     if (at.surfaces != nullptr)
-      cache = std::make_unique<VisibilityCache>(*at.surfaces, at.field->speed_of_sound_mps(),
+      cache = std::make_unique<VisibilityCache>(*at.surfaces, at.radiation->speed_of_sound_mps(),
                                                 VisibilityOptions{});
-    sampler = make_priority_sampler(*at.field, at.weights, pool, kVoices, cache.get(),
+    sampler = make_priority_sampler(*at.radiation, at.weights, pool, kVoices, cache.get(),
                                     SearchBound::kBounded);
   }
   void keyframe(double step_m, Times* times) {

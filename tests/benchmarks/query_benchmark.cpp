@@ -43,12 +43,12 @@ void query(benchmark::State& state) {
   materials[0].scattering = same_in_all_bands(exponent > 0 ? 0.0f : 1.0f);
   materials[0].phong = same_in_all_bands(exponent);
   const std::vector<Emitter> emitters(1);
-  const RadiationModel field(emitters, materials, Air{});
+  const RadiationModel radiation(emitters, materials, Air{});
   SignalWeights weights;
   weights.by_signal = {same_in_all_bands(1)};
-  PageLoader loader(trees.fetch(field, weights), PageBudget{4'000'000'000});
-  OctreePool pool(field, weights, trees.tops(), {}, loader);
-  const auto sampler = make_priority_sampler(field, weights, pool, voices);
+  PageLoader loader(trees.fetch(radiation, weights), PageBudget{4'000'000'000});
+  OctreePool pool(radiation, weights, trees.tops(), {}, loader);
+  const auto sampler = make_priority_sampler(radiation, weights, pool, voices);
   double time_s = 0;
   ListenerMotion motion(0.02);
   const auto walk = [&] {
@@ -82,8 +82,8 @@ void query(benchmark::State& state) {
   state.counters["pages"] = per_sample(pool.nodes_visited() - pages_before);
   state.counters["entries"] = per_sample(pool.sources_tested() - entries_before);
   if (pool.size() > kMaxToScan) return;
-  SourceList list(field, weights, trees.all_sources());
-  const auto scan = make_priority_sampler(field, weights, list, voices);
+  SourceList list(radiation, weights, trees.all_sources());
+  const auto scan = make_priority_sampler(radiation, weights, list, voices);
   time_s = 0;
   scan->sample(walk());
   testing::SampleTimes scans;

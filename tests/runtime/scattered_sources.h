@@ -52,9 +52,9 @@ struct ScatteredSources {
     }
   }
 
-  std::vector<CullSource> cull_sources(const RadiationModel& field) const {
+  std::vector<CullSource> cull_sources(const RadiationModel& radiation) const {
     std::vector<CullSource> culled;
-    for (const Source& source : sources) culled.push_back(cull_source(field, weight, source));
+    for (const Source& source : sources) culled.push_back(cull_source(radiation, weight, source));
     return culled;
   }
 

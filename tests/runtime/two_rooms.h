@@ -41,7 +41,7 @@ struct World {
   World(const Level& level, std::uint64_t photons)
       : contents(baked(level, photons)),
         sources(contents.octree.sources),
-        field(contents.emitters, contents.materials, contents.settings.air),
+        radiation(contents.emitters, contents.materials, contents.settings.air),
         surfaces(contents.mesh, contents.materials) {
     weights.by_signal.assign(contents.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
   }
@@ -54,7 +54,7 @@ struct World {
 
   BakeContents contents;
   const std::vector<Source>& sources;
-  RadiationModel field;
+  RadiationModel radiation;
   OcclusionGeometry surfaces;
   SignalWeights weights;
 };
@@ -65,7 +65,7 @@ inline std::array<double, kBandCount> heard(const World& world,
                                             const Vec3& place) {
   std::array<double, kBandCount> power{};
   for (const SampledSource& one : sample) {
-    const Bands intensity = world.field.intensity(*one.source, place);
+    const Bands intensity = world.radiation.intensity(*one.source, place);
     for (std::size_t b = 0; b < kBandCount; ++b)
       power[b] += one.power_scale * static_cast<double>(intensity[b]) * one.visibility[b];
   }

@@ -33,7 +33,7 @@ class SourcesOfAllKinds {
     materials_[3].phong = same_in_all_bands(1000);
     materials_[4].scattering = same_in_all_bands(0.1f);
     materials_[4].phong = {0, 20, 20, 20, 0, 20, 20, 0.25f};
-    field_ = std::make_unique<RadiationModel>(emitters_, materials_, Air{});
+    radiation_ = std::make_unique<RadiationModel>(emitters_, materials_, Air{});
     for (std::uint32_t i = 0; i < kCount; ++i) {
       Source source;
       source.position_m = Vec3f(20 * at(i, 0), 20 * at(i, 1), 20 * at(i, 2));
@@ -57,13 +57,13 @@ class SourcesOfAllKinds {
     }
   }
 
-  const RadiationModel& field() const { return *field_; }
+  const RadiationModel& radiation() const { return *radiation_; }
   const Source& operator[](std::size_t i) const { return sources_[i]; }
 
   // In double precision, one band after the other.
   Bands exactly(std::size_t i, const Vec3& place) const {
-    return received_intensity(sources_[i], emitters_, field_->laws(), field_->air_loss_per_m(),
-                              place);
+    return received_intensity(sources_[i], emitters_, radiation_->laws(),
+                              radiation_->air_loss_per_m(), place);
   }
 
   // Random number in [0, 1).
@@ -80,7 +80,7 @@ class SourcesOfAllKinds {
  private:
   std::vector<Emitter> emitters_;
   std::vector<Material> materials_;
-  std::unique_ptr<RadiationModel> field_;
+  std::unique_ptr<RadiationModel> radiation_;
   std::vector<Source> sources_;
 };
 

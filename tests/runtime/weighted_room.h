@@ -13,19 +13,20 @@ namespace clamor::testing {
 
 struct WeightedRoom {
   explicit WeightedRoom(std::uint64_t photons, const LateBoost& late_boost = {})
-      : input(baked_room(photons)), field(input.emitters, input.materials, input.air, late_boost) {
+      : input(baked_room(photons)),
+        radiation(input.emitters, input.materials, input.air, late_boost) {
     weights.by_signal.assign(input.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
   }
   const std::vector<Source>& sources() const { return input.sources; }
-  SourceList list() const { return {field, weights, input.sources}; }
+  SourceList list() const { return {radiation, weights, input.sources}; }
   double weight_of(std::size_t source, const Vec3& place,
                    const Reception& reception = Reception()) const {
-    return weight(field, weights.by_signal[field.signal(sources()[source])], sources()[source],
-                  place, reception);
+    return weight(radiation, weights.by_signal[radiation.signal(sources()[source])],
+                  sources()[source], place, reception);
   }
 
   AuralizerInput input;
-  RadiationModel field;
+  RadiationModel radiation;
   SignalWeights weights;
 };
 

@@ -10,15 +10,16 @@
 
 namespace clamor {
 
-std::vector<Arrival> arrivals_of(std::span<const SampledSource> sample, const RadiationModel& field,
+std::vector<Arrival> arrivals_of(std::span<const SampledSource> sample,
+                                 const RadiationModel& radiation,
                                  const std::vector<Emitter>& emitters, const Vec3& listener_m) {
   std::vector<Arrival> arrivals;
   arrivals.reserve(sample.size());
   for (const SampledSource& chosen : sample) {
     const Source& source = *chosen.source;
     Arrival arrival;
-    arrival.time_s = field.delay_s(source, listener_m) - emitters[source.emitter].delay_s;
-    arrival.energy = field.intensity(source, listener_m);
+    arrival.time_s = radiation.delay_s(source, listener_m) - emitters[source.emitter].delay_s;
+    arrival.energy = radiation.intensity(source, listener_m);
     for (std::size_t b = 0; b < kBandCount; ++b)
       arrival.energy[b] *= static_cast<float>(chosen.power_scale) * chosen.visibility[b];
     arrival.polarity = source.is_emitter ? 1 : source.polarity;
@@ -43,18 +44,18 @@ std::vector<Arrival> sampled_response(const StrategyOptions& options,
     if (source.emitter == emitter) of_emitter.push_back(source);
   std::vector<Emitter> playing = emitters;
   for (Emitter& one : playing) one.signal = 0;
-  const RadiationModel field(playing, materials, air, late_boost);
+  const RadiationModel radiation(playing, materials, air, late_boost);
   const std::vector<Signal> impulse = {{"impulse", {1}, false}};
   Bands weight = loudness_weights();
   const Bands power = prepare_signals(impulse)[0].mean_square();
   for (std::size_t b = 0; b < kBandCount; ++b) weight[b] *= power[b];
   const SignalWeights weights{{weight}};
-  SourceList list(field, weights, std::move(of_emitter));
+  SourceList list(radiation, weights, std::move(of_emitter));
   std::optional<VisibilityCache> occlusion;
   if (surfaces != nullptr && uses_occlusion(options.strategy))
-    occlusion.emplace(*surfaces, field.speed_of_sound_mps(), VisibilityOptions{.exact = true});
+    occlusion.emplace(*surfaces, radiation.speed_of_sound_mps(), VisibilityOptions{.exact = true});
   const auto sampler =
-      make_sampler(options, field, weights, list, occlusion ? &*occlusion : nullptr);
+      make_sampler(options, radiation, weights, list, occlusion ? &*occlusion : nullptr);
   const auto chosen = sampler->sample(listener_m);
   std::vector<SampledSource> sample(chosen.begin(), chosen.end());
   if (occlusion) {
@@ -63,10 +64,10 @@ std::vector<Arrival> sampled_response(const StrategyOptions& options,
     std::vector<const Source*> looked_at;
     for (const SampledSource& one : sample) looked_at.push_back(one.source);
     const std::vector<Bands> visible =
-        fine_visibility(*surfaces, field.speed_of_sound_mps(), looked_at, listener_m);
+        fine_visibility(*surfaces, radiation.speed_of_sound_mps(), looked_at, listener_m);
     for (std::size_t i = 0; i < sample.size(); ++i) sample[i].visibility = visible[i];
   }
-  std::vector<Arrival> arrivals = arrivals_of(sample, field, playing, listener_m);
+  std::vector<Arrival> arrivals = arrivals_of(sample, radiation, playing, listener_m);
   std::erase_if(arrivals, [](const Arrival& arrival) { return arrival.energy == Bands{}; });
   return arrivals;
 }

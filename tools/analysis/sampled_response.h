@@ -12,7 +12,8 @@ namespace clamor {
 
 // Arrivals as in energy_response.h, of these sources only, scaled and occluded as given, including
 // silent ones.
-std::vector<Arrival> arrivals_of(std::span<const SampledSource> sample, const RadiationModel& field,
+std::vector<Arrival> arrivals_of(std::span<const SampledSource> sample,
+                                 const RadiationModel& radiation,
                                  const std::vector<Emitter>& emitters, const Vec3& listener_m);
 
 // Response of one emitter. Sources are sampled by their contribution to a single sample of 1,

@@ -52,7 +52,7 @@ double occluded_share(const ExperimentScene& scene, const OcclusionGeometry& sur
   std::size_t hidden = 0, all = 0;
   for (const SampledSource& chosen : sampler.sample(place)) {
     if (all++ % 8 != 0) continue;  // a sample is enough
-    hidden += fine_visibility(surfaces, scene.field().speed_of_sound_mps(), *chosen.source,
+    hidden += fine_visibility(surfaces, scene.radiation().speed_of_sound_mps(), *chosen.source,
                               place) == Bands{};
   }
   return all == 0 ? 0 : static_cast<double>(hidden) / std::ceil(static_cast<double>(all) / 8);

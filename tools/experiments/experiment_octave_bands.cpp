@@ -71,8 +71,8 @@ Result<ReportPage> octave_bands_experiment(const ExperimentOptions& options, std
   BandLevels whole{};
   const auto prepared = prepare_signals((*scene)->input().signals);
   for (const Source& source : sources) {
-    Bands power = (*scene)->field().intensity(source, place);
-    const Bands& signal = prepared[(*scene)->field().signal(source)].mean_square();
+    Bands power = (*scene)->radiation().intensity(source, place);
+    const Bands& signal = prepared[(*scene)->radiation().signal(source)].mean_square();
     for (std::size_t b = 0; b < kBandCount; ++b) {
       power[b] *= signal[b];
       whole[b] += power[b];

@@ -18,10 +18,10 @@ namespace clamor {
 ExperimentScene::ExperimentScene(AuralizerInput input)
     : input_(std::move(input)),
       signals_(prepare_signals(input_.signals)),
-      field_(input_.emitters, input_.materials, input_.air,
-             LateBoost(input_.decay, input_.sources.size())),
+      radiation_(input_.emitters, input_.materials, input_.air,
+                 LateBoost(input_.decay, input_.sources.size())),
       weights_(mean_weights(signals_)),
-      list_(std::make_shared<SourceList>(field_, weights_, input_.sources)) {}
+      list_(std::make_shared<SourceList>(radiation_, weights_, input_.sources)) {}
 
 Result<std::unique_ptr<ExperimentScene>> ExperimentScene::open(const std::string& path,
                                                                std::size_t max_sources) {
@@ -49,11 +49,11 @@ SeededSampler ExperimentScene::sampler(const std::string& strategy, std::size_t 
       const RandomBits bits = philox(seed, {static_cast<std::uint32_t>(i), 0, 0, use});
       sources[i].u = static_cast<float>(unit_above_zero(bits[0]));
     }
-    result.list = std::make_shared<SourceList>(field_, weights_, std::move(sources));
+    result.list = std::make_shared<SourceList>(radiation_, weights_, std::move(sources));
   }
   StrategyOptions options{strategy, voices, estimator, {}};
   options.tuning.seed = seed;
-  result.sampler = make_sampler(options, field_, weights_, *result.list);
+  result.sampler = make_sampler(options, radiation_, weights_, *result.list);
   return result;
 }
 
@@ -76,10 +76,10 @@ Sound ExperimentScene::render(Sampler& sampler, const Walk& walk, double seconds
       emitters[e].delay_s = longest_s * unit(bits[0]);
     }
   }
-  const RadiationModel field(emitters, input_.materials, input_.air,
-                             LateBoost(input_.decay, input_.sources.size()));
+  const RadiationModel radiation(emitters, input_.materials, input_.air,
+                                 LateBoost(input_.decay, input_.sources.size()));
   const std::size_t slots = 3 * sampler.capacity();
-  KeyframeMaker maker(field, slots);
+  KeyframeMaker maker(radiation, slots);
   Keyframe keyframe;
   keyframe.voices.reserve(slots);
   ListenerMotion motion(kKeyframe_s);

@@ -40,7 +40,7 @@ class ExperimentScene {
                                                        std::size_t max_sources);
 
   const AuralizerInput& input() const { return input_; }
-  const RadiationModel& field() const { return field_; }
+  const RadiationModel& radiation() const { return radiation_; }
   std::size_t size() const { return input_.sources.size(); }
 
   // The paper's strategies use `seed`. For priority, seed 1 keeps the numbers u of the bake, and
@@ -51,12 +51,12 @@ class ExperimentScene {
   // Weight of each source at a place: its loudness-weighted received power.
   std::vector<double> powers(const Vec3& place) const;
   double power(const Source& source, const Vec3& place) const {
-    return weight(field_, weights_.by_signal[field_.signal(source)], source, place);
+    return weight(radiation_, weights_.by_signal[radiation_.signal(source)], source, place);
   }
 
   // Mean square of the signal of a source, per band.
   const Bands& mean_square(const Source& source) const {
-    return signals_[field_.signal(source)].mean_square();
+    return signals_[radiation_.signal(source)].mean_square();
   }
 
   // Renders both ears. `phases` other than 0 draws other start times for the emitters' loops,
@@ -69,7 +69,7 @@ class ExperimentScene {
  private:
   AuralizerInput input_;
   std::vector<PreparedSignal> signals_;
-  RadiationModel field_;
+  RadiationModel radiation_;
   SignalWeights weights_;
   std::shared_ptr<SourceList> list_;
 };

@@ -21,7 +21,7 @@ constexpr double kJudged_s = 0.3, kStep_s = 0.005;
 // Renders an impulse response. `slower` stretches time, as a slower speed of sound does.
 std::vector<Arrival> arrivals(const ExperimentScene& scene, std::span<const SampledSource> sample,
                               const Vec3& place, double slower = 1) {
-  auto arrivals = arrivals_of(sample, scene.field(), scene.input().emitters, place);
+  auto arrivals = arrivals_of(sample, scene.radiation(), scene.input().emitters, place);
   for (Arrival& arrival : arrivals) arrival.time_s *= slower;
   return arrivals;
 }
@@ -201,7 +201,7 @@ Result<ReportPage> violin_experiment(const ExperimentOptions& options, std::ostr
       }
     shown.push_back({std::move(pictures), decay("Energy, " + name, curves), name});
     if (exponent == 0) {
-      const double speed_mps = (*scene)->field().speed_of_sound_mps();
+      const double speed_mps = (*scene)->radiation().speed_of_sound_mps();
       slower.push_back(picture(fmt::format("sound at {:.0f} m/s, all sources", speed_mps), all));
       slower.push_back(picture(fmt::format("sound at {:.0f} m/s, all sources", speed_mps / 2),
                                arrivals(**scene, everything.sample(place), place, 2)));

@@ -68,16 +68,16 @@ Listener ListenerPath::at(double distance_m) const {
 MotionScene::MotionScene(AuralizerInput input, std::uint64_t roll)
     : input_(rolled(std::move(input), roll)),
       signals_(prepare_signals(input_.signals)),
-      field_(input_.emitters, input_.materials, input_.air,
-             LateBoost(input_.decay, input_.sources.size())),
+      radiation_(input_.emitters, input_.materials, input_.air,
+                 LateBoost(input_.decay, input_.sources.size())),
       weights_(weights_of(input_, {})),
       moments_(weights_of(input_, {0, 0, 0})),
-      list_(std::make_shared<SourceList>(field_, weights_, input_.sources)) {}
+      list_(std::make_shared<SourceList>(radiation_, weights_, input_.sources)) {}
 
 std::unique_ptr<Sampler> MotionScene::sampler(const std::string& strategy,
                                               std::size_t voices) const {
-  if (strategy == "all") return make_all_sampler(field_, *list_);
-  return make_priority_sampler(field_, weights_, *list_, voices);
+  if (strategy == "all") return make_all_sampler(radiation_, *list_);
+  return make_priority_sampler(radiation_, weights_, *list_, voices);
 }
 
 double MotionScene::power(const Keyframe& keyframe, double time_s) const {
@@ -103,7 +103,7 @@ MotionTrack::MotionTrack(const MotionScene& scene, const ListenerPath& path, dou
       path_(path),
       speed_mps_(speed_mps),
       sampler_(scene.sampler(strategy, voices)),
-      maker_(scene.field(), slots_for(strategy, *sampler_)),
+      maker_(scene.radiation(), slots_for(strategy, *sampler_)),
       mixer_(scene.signals(), slots_for(strategy, *sampler_)),
       number_(first_keyframe) {
   keyframe_.voices.reserve(slots_for(strategy, *sampler_));

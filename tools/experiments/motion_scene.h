@@ -46,7 +46,7 @@ class MotionScene {
   MotionScene& operator=(const MotionScene&) = delete;
 
   std::unique_ptr<Sampler> sampler(const std::string& strategy, std::size_t voices) const;
-  const RadiationModel& field() const { return field_; }
+  const RadiationModel& radiation() const { return radiation_; }
   const std::vector<PreparedSignal>& signals() const { return signals_; }
 
   // Loudness-weighted power of all voices of a keyframe at that time, averaged over phases, so
@@ -56,7 +56,7 @@ class MotionScene {
  private:
   AuralizerInput input_;
   std::vector<PreparedSignal> signals_;
-  RadiationModel field_;
+  RadiationModel radiation_;
   SignalWeights weights_;  // smoothed over time, as in the player
   SignalWeights moments_;  // momentary
   std::shared_ptr<SourceList> list_;

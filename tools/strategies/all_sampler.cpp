@@ -12,12 +12,12 @@ namespace {
 
 class All final : public Sampler {
  public:
-  All(const RadiationModel& field, const SourceList& list, VisibilityCache* occlusion,
+  All(const RadiationModel& radiation, const SourceList& list, VisibilityCache* occlusion,
       MovingSourceList* moving)
       : occlusion_(occlusion), moving_(moving), still_(list.page().size()) {
     const SourcePage& page = list.page();
     for (std::size_t i = 0; i < page.size(); ++i)
-      sample_.push_back({i, 1, &page[i], field.signal(page[i])});
+      sample_.push_back({i, 1, &page[i], radiation.signal(page[i])});
   }
   std::span<const SampledSource> sample(const Listener& listener, double time_s) override {
     const Vec3& place = listener.position_m;
@@ -76,9 +76,9 @@ class All final : public Sampler {
 
 }  // namespace
 
-std::unique_ptr<Sampler> make_all_sampler(const RadiationModel& field, const SourceList& list,
+std::unique_ptr<Sampler> make_all_sampler(const RadiationModel& radiation, const SourceList& list,
                                           VisibilityCache* occlusion, MovingSourceList* moving) {
-  return std::make_unique<All>(field, list, occlusion, moving);
+  return std::make_unique<All>(radiation, list, occlusion, moving);
 }
 
 }  // namespace clamor

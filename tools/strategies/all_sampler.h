@@ -9,7 +9,7 @@ namespace clamor {
 
 // Everything must outlive the sampler. Without `occlusion` nothing is occluded, without `moving`
 // nothing moves.
-std::unique_ptr<Sampler> make_all_sampler(const RadiationModel& field, const SourceList& list,
+std::unique_ptr<Sampler> make_all_sampler(const RadiationModel& radiation, const SourceList& list,
                                           VisibilityCache* occlusion = nullptr,
                                           MovingSourceList* moving = nullptr);
 

@@ -19,9 +19,9 @@ namespace {
 // Base of the samplers below: a list, and the weights of its sources.
 class Listed : public Sampler {
  public:
-  Listed(const StrategyOptions& options, const RadiationModel& field, const SignalWeights& weights,
-         const SourceList& list)
-      : options_(options), field_(field), weights_(weights), page_(list.page()) {}
+  Listed(const StrategyOptions& options, const RadiationModel& radiation,
+         const SignalWeights& weights, const SourceList& list)
+      : options_(options), radiation_(radiation), weights_(weights), page_(list.page()) {}
 
   bool complete() override { return true; }
   std::size_t capacity() const override { return std::min(options_.voices, page_.size()); }
@@ -45,11 +45,11 @@ class Listed : public Sampler {
     for (std::size_t first = 0; first < candidates.size(); first += kTogether) {
       const std::size_t count = std::min(kTogether, candidates.size() - first);
       for (std::size_t i = 0; i < count; ++i) sources[i] = &page_[candidates[first + i].number];
-      field_.receive(std::span(sources).first(count), place, received.data());
+      radiation_.receive(std::span(sources).first(count), place, received.data());
       for (std::size_t i = 0; i < count; ++i) {
         const Source& source = *sources[i];
         const Bands intensity = apply_reception(reception(), source, place, received[i].intensity);
-        const double power = weighted_sum(weights_.by_signal[field_.signal(source)], intensity);
+        const double power = weighted_sum(weights_.by_signal[radiation_.signal(source)], intensity);
         candidates[first + i].weight *= amplitudes() ? std::sqrt(power) : power;
       }
     }
@@ -57,7 +57,7 @@ class Listed : public Sampler {
 
   SampledSource scaled(std::size_t source, double factor) const {
     return {source, amplitudes() ? factor * factor : factor, &page_[source],
-            field_.signal(page_[source])};
+            radiation_.signal(page_[source])};
   }
 
   // The tree of section 3.5. A source's volume is its radiation in all directions.
@@ -65,7 +65,7 @@ class Listed : public Sampler {
     std::vector<RepresentativeOctree::Point> points;
     for (std::size_t i = 0; i < page_.size(); ++i) {
       const Source& source = page_[i];
-      const Bands& by_band = weights_.by_signal[field_.signal(source)];
+      const Bands& by_band = weights_.by_signal[radiation_.signal(source)];
       double power = 0;
       for (std::size_t b = 0; b < kBandCount; ++b)
         power += static_cast<double>(by_band[b]) * source.power[b];
@@ -76,7 +76,7 @@ class Listed : public Sampler {
   }
 
   const StrategyOptions options_;
-  const RadiationModel& field_;
+  const RadiationModel& radiation_;
   const SignalWeights& weights_;
   const SourcePage& page_;
 
@@ -88,9 +88,9 @@ class Listed : public Sampler {
 // Sections 3.3 and 3.4: from the whole list.
 class FromList final : public Listed {
  public:
-  FromList(const StrategyOptions& options, const RadiationModel& field,
+  FromList(const StrategyOptions& options, const RadiationModel& radiation,
            const SignalWeights& weights, const SourceList& list, DynamicSample::Rule rule)
-      : Listed(options, field, weights, list),
+      : Listed(options, radiation, weights, list),
         once_(rule == DynamicSample::Rule::kOnce),
         even_(options.strategy == "random"),
         dynamic_(rule, options.voices, options.tuning) {
@@ -122,9 +122,9 @@ class FromList final : public Listed {
 // Section 3.5: the cut alone.
 class OctreeCut final : public Listed {
  public:
-  OctreeCut(const StrategyOptions& options, const RadiationModel& field,
+  OctreeCut(const StrategyOptions& options, const RadiationModel& radiation,
             const SignalWeights& weights, const SourceList& list)
-      : Listed(options, field, weights, list), tree_(representatives()) {}
+      : Listed(options, radiation, weights, list), tree_(representatives()) {}
 
   std::span<const SampledSource> sample(const Listener& listener, double /*time_s*/) override {
     const Vec3& place = listener.position_m;
@@ -144,9 +144,9 @@ class OctreeCut final : public Listed {
 // them by what they send towards the listener. Factors are multiplied.
 class OctreeDiffusion final : public Listed {
  public:
-  OctreeDiffusion(const StrategyOptions& options, const RadiationModel& field,
+  OctreeDiffusion(const StrategyOptions& options, const RadiationModel& radiation,
                   const SignalWeights& weights, const SourceList& list)
-      : Listed(options, field, weights, list),
+      : Listed(options, radiation, weights, list),
         tree_(representatives()),
         dynamic_(DynamicSample::Rule::kAdaptive, options.voices, options.tuning) {}
 
@@ -214,9 +214,10 @@ class NamedStrategy final : public SamplingStrategy {
     options.voices = input.voices;
     options.bound = input.bound;
     if (needs_list())
-      return clamor::make_sampler(options, input.field, input.weights, *input.list, input.occlusion,
-                                  input.moving);
-    return clamor::make_sampler(options, input.field, input.weights, input.pool, input.occlusion);
+      return clamor::make_sampler(options, input.radiation, input.weights, *input.list,
+                                  input.occlusion, input.moving);
+    return clamor::make_sampler(options, input.radiation, input.weights, input.pool,
+                                input.occlusion);
   }
 
  private:
@@ -263,31 +264,32 @@ std::shared_ptr<const SamplingStrategy> make_strategy(const std::string& name) {
   return make_strategy(StrategyOptions{.strategy = name});
 }
 
-std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const RadiationModel& field,
-                                      const SignalWeights& weights, SourceList& list,
-                                      VisibilityCache* occlusion, MovingSourceList* moving) {
+std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options,
+                                      const RadiationModel& radiation, const SignalWeights& weights,
+                                      SourceList& list, VisibilityCache* occlusion,
+                                      MovingSourceList* moving) {
   using Rule = DynamicSample::Rule;
   const std::string& name = options.strategy;
   const auto from_list = [&](Rule rule) -> std::unique_ptr<Sampler> {
-    return std::make_unique<FromList>(options, field, weights, list, rule);
+    return std::make_unique<FromList>(options, radiation, weights, list, rule);
   };
-  if (name == "all") return make_all_sampler(field, list, occlusion, moving);
+  if (name == "all") return make_all_sampler(radiation, list, occlusion, moving);
   if (name == "random" || name == "importance") return from_list(Rule::kOnce);
   if (name == "full-resampling") return from_list(Rule::kFull);
   if (name == "stochastic-diffusion") return from_list(Rule::kStochastic);
   if (name == "adaptive-diffusion") return from_list(Rule::kAdaptive);
-  if (name == "octree") return std::make_unique<OctreeCut>(options, field, weights, list);
+  if (name == "octree") return std::make_unique<OctreeCut>(options, radiation, weights, list);
   if (name == "octree-diffusion")
-    return std::make_unique<OctreeDiffusion>(options, field, weights, list);
-  return make_sampler(options, field, weights, static_cast<SourcePool&>(list), occlusion);
+    return std::make_unique<OctreeDiffusion>(options, radiation, weights, list);
+  return make_sampler(options, radiation, weights, static_cast<SourcePool&>(list), occlusion);
 }
 
-std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const RadiationModel& field,
-                                      const SignalWeights& weights, SourcePool& pool,
-                                      VisibilityCache* occlusion) {
+std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options,
+                                      const RadiationModel& radiation, const SignalWeights& weights,
+                                      SourcePool& pool, VisibilityCache* occlusion) {
   assert(!needs_list(options.strategy));
   auto sampler =
-      make_priority_sampler(field, weights, pool, options.voices, occlusion, options.bound);
+      make_priority_sampler(radiation, weights, pool, options.voices, occlusion, options.bound);
   if (options.estimator == Estimator::kPower) return sampler;
   return std::make_unique<OnAmplitudes>(std::move(sampler));
 }

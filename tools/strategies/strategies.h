@@ -87,14 +87,14 @@ std::shared_ptr<const SamplingStrategy> make_strategy(const StrategyOptions& opt
 std::shared_ptr<const SamplingStrategy> make_strategy(const std::string& name);
 
 // The sampler of options that have passed check(). Everything must outlive it.
-std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const RadiationModel& field,
-                                      const SignalWeights& weights, SourceList& list,
-                                      VisibilityCache* occlusion = nullptr,
+std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options,
+                                      const RadiationModel& radiation, const SignalWeights& weights,
+                                      SourceList& list, VisibilityCache* occlusion = nullptr,
                                       MovingSourceList* moving = nullptr);
 
 // For strategies that need no list. Moving sources are in the pool (moving_source_list.h).
-std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options, const RadiationModel& field,
-                                      const SignalWeights& weights, SourcePool& pool,
-                                      VisibilityCache* occlusion = nullptr);
+std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options,
+                                      const RadiationModel& radiation, const SignalWeights& weights,
+                                      SourcePool& pool, VisibilityCache* occlusion = nullptr);
 
 }  // namespace clamor

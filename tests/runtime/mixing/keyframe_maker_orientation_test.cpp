@@ -24,7 +24,7 @@ class RotatedWorld {
 
   explicit RotatedWorld(const Quaternion& rotation = {1, 0, 0, 0}) : emitters_(2), materials_(1) {
     emitters_[1].directivity = same_in_all_bands(2);
-    field_ = std::make_unique<RadiationModel>(emitters_, materials_, Air{});
+    radiation_ = std::make_unique<RadiationModel>(emitters_, materials_, Air{});
     for (std::uint32_t i = 0; i < kSources; ++i) {
       Source& source = sources_.emplace_back();
       source.position_m = Vec3f(rotation * (8.0 * random(i, 0)));
@@ -48,7 +48,7 @@ class RotatedWorld {
         receivers == KeyframeMaker::Receivers::kPair
             ? nullptr
             : std::shared_ptr<const Hrtf>(std::shared_ptr<void>(), &testing::kemar_head());
-    KeyframeMaker maker(*field_, kSources, receivers, head);
+    KeyframeMaker maker(*radiation_, kSources, receivers, head);
     Keyframe keyframe;
     keyframe.voices.reserve(kSources);
     maker.make(sample, listener, keyframe, Reception(pattern, listener));
@@ -63,20 +63,20 @@ class RotatedWorld {
 
   std::vector<Emitter> emitters_;
   std::vector<Material> materials_;
-  std::unique_ptr<RadiationModel> field_;
+  std::unique_ptr<RadiationModel> radiation_;
   std::vector<Source> sources_;
 };
 
 Keyframe lone_emitter_at(const Vec3& position_m, const Listener& listener) {
   const std::vector<Emitter> emitters(1);
-  const RadiationModel field(emitters, {}, Air{});
+  const RadiationModel radiation(emitters, {}, Air{});
   Source source;
   source.position_m = Vec3f(position_m);
   source.normal = source.mirror = {0, -1, 0};
   source.is_emitter = true;
   source.power = same_in_all_bands(1);
   const SampledSource sampled{0, 1, &source};
-  KeyframeMaker maker(field, 1);
+  KeyframeMaker maker(radiation, 1);
   Keyframe keyframe;
   keyframe.voices.reserve(1);
   maker.make({&sampled, 1}, listener, keyframe);

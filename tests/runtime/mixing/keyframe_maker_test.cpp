@@ -32,7 +32,7 @@ class Crowd {
   Crowd() : emitters_(3), materials_(2) {
     emitters_[1].directivity = same_in_all_bands(2);
     materials_[1].scattering = same_in_all_bands(0.3f);
-    field_ = std::make_unique<RadiationModel>(emitters_, materials_, Air{});
+    radiation_ = std::make_unique<RadiationModel>(emitters_, materials_, Air{});
     sources_.resize(kSources);
     for (std::uint32_t i = 0; i < kSources; ++i) {
       Source& source = sources_[i];
@@ -83,7 +83,7 @@ class Crowd {
     return sample_;
   }
 
-  const RadiationModel& field() const { return *field_; }
+  const RadiationModel& radiation() const { return *radiation_; }
 
  private:
   static float between(std::uint32_t i, std::uint32_t use, float low, float high) {
@@ -92,7 +92,7 @@ class Crowd {
 
   std::vector<Emitter> emitters_;
   std::vector<Material> materials_;
-  std::unique_ptr<RadiationModel> field_;
+  std::unique_ptr<RadiationModel> radiation_;
   std::vector<Source> sources_;
   std::vector<SampledSource> sample_;
 };
@@ -106,8 +106,8 @@ TEST(KeyframeMaker, MakesTheVoicesOfTheReference) {
     Crowd crowd;
     const auto receivers = binaural ? Receivers::kOne : Receivers::kPair;
     const auto head = binaural ? kemar() : nullptr;
-    KeyframeMaker maker(crowd.field(), Crowd::kSlots, receivers, head);
-    testing::KeyframeReference reference(crowd.field(), Crowd::kSlots, receivers, head);
+    KeyframeMaker maker(crowd.radiation(), Crowd::kSlots, receivers, head);
+    testing::KeyframeReference reference(crowd.radiation(), Crowd::kSlots, receivers, head);
     Keyframe made, expected;
     made.voices.reserve(Crowd::kSlots);
     ListenerMotion motion(kKeyframe_s);
@@ -155,7 +155,7 @@ TEST(KeyframeMaker, MakesTheSameVoicesOnEveryInstructionSet) {
   for (const std::string& target : mix_kernel_targets()) {
     force_mix_kernel(target);
     Crowd crowd;
-    KeyframeMaker maker(crowd.field(), Crowd::kSlots, Receivers::kOne, kemar());
+    KeyframeMaker maker(crowd.radiation(), Crowd::kSlots, Receivers::kOne, kemar());
     Keyframe keyframe;
     keyframe.voices.reserve(Crowd::kSlots);
     std::vector<std::vector<Voice>> all;
@@ -181,7 +181,7 @@ TEST(KeyframeMaker, MakesTheSameVoicesOnEveryInstructionSet) {
 
 TEST(KeyframeMaker, DelaysAVoiceUntilASlotIsFree) {
   Crowd crowd;
-  KeyframeMaker maker(crowd.field(), 40);
+  KeyframeMaker maker(crowd.radiation(), 40);
   Keyframe keyframe;
   keyframe.voices.reserve(40);
   ListenerMotion motion(kKeyframe_s);
@@ -203,7 +203,7 @@ double power_off_dB(const VoiceCourse& course, int keyframes) {
   constexpr std::size_t kSources = 20'000, kMaxVoices = 2000;
   const std::vector<Emitter> emitters(1);
   const std::vector<Material> materials(1);
-  const RadiationModel field(emitters, materials, Air{});
+  const RadiationModel radiation(emitters, materials, Air{});
   std::vector<Source> sources(kSources);
   for (std::uint32_t i = 0; i < kSources; ++i) {
     Source& source = sources[i];
@@ -215,9 +215,9 @@ double power_off_dB(const VoiceCourse& course, int keyframes) {
   }
   SignalWeights weights;
   weights.by_signal.assign(1, same_in_all_bands(1));
-  SourceList list(field, weights, sources);
-  const auto sampler = make_priority_sampler(field, weights, list, kMaxVoices);
-  KeyframeMaker maker(field, 2 * kMaxVoices, Receivers::kOne);
+  SourceList list(radiation, weights, sources);
+  const auto sampler = make_priority_sampler(radiation, weights, list, kMaxVoices);
+  KeyframeMaker maker(radiation, 2 * kMaxVoices, Receivers::kOne);
   Keyframe keyframe;
   keyframe.voices.reserve(2 * kMaxVoices);
   const Vec3 place(0, 1.5, 0);
@@ -228,7 +228,7 @@ double power_off_dB(const VoiceCourse& course, int keyframes) {
     const auto sample = sampler->sample(place, k * kKeyframe_s);
     double& estimate = estimates.emplace_front(0);
     for (const SampledSource& one : sample)
-      for (const float band : field.intensity(*one.source, place))
+      for (const float band : radiation.intensity(*one.source, place))
         estimate += one.power_scale * static_cast<double>(band);
     while (estimates.size() <= kFadeKeyframes) estimates.push_back(estimate);
     double expected = 0, power = 0;

@@ -27,7 +27,7 @@ class KeyframeReference {
  public:
   using Receivers = KeyframeMaker::Receivers;
 
-  KeyframeReference(const RadiationModel& field, std::size_t slots,
+  KeyframeReference(const RadiationModel& radiation, std::size_t slots,
                     Receivers receivers = Receivers::kPair,
                     std::shared_ptr<const Hrtf> head = nullptr);
 
@@ -61,7 +61,7 @@ class KeyframeReference {
   ListenerFrame head_at(const Listener& pose) const;
   // Velocity as a fraction of the speed of sound.
   Vec3 mach_of(const Vec3f& velocity_mps) const {
-    return Vec3(velocity_mps / static_cast<float>(field_.speed_of_sound_mps()));
+    return Vec3(velocity_mps / static_cast<float>(radiation_.speed_of_sound_mps()));
   }
   static double later_m(const Source& source, const Vec3& mach, double age_m, const Vec3& place);
   double delay_frames(const Source& source, const Vec3f& velocity_mps, double age_m,
@@ -84,7 +84,7 @@ class KeyframeReference {
   void coast(Slot& slot, const ListenerFrame& head);
   void freeze(Slot& slot);
 
-  const RadiationModel& field_;
+  const RadiationModel& radiation_;
   const Receivers receivers_;
   const std::shared_ptr<const Hrtf> ears_;
   std::vector<Slot> slots_;
@@ -108,9 +108,9 @@ inline double fade_gain(int fade) {
   return fade == kFadeKeyframes ? 1 : std::sin(std::numbers::pi / 2 * fade / kFadeKeyframes);
 }
 
-inline KeyframeReference::KeyframeReference(const RadiationModel& field, std::size_t slots,
+inline KeyframeReference::KeyframeReference(const RadiationModel& radiation, std::size_t slots,
                                             Receivers receivers, std::shared_ptr<const Hrtf> head)
-    : field_(field), receivers_(receivers), ears_(std::move(head)), slots_(slots) {
+    : radiation_(radiation), receivers_(receivers), ears_(std::move(head)), slots_(slots) {
   slot_of_number_.reserve(slots);
   for (std::size_t s = slots; s-- > 0;) {
     slots_[s].voice.slot = static_cast<std::uint32_t>(s);
@@ -144,13 +144,13 @@ inline double KeyframeReference::delay_frames(const Source& source, const Vec3f&
                                               double age_m, const ListenerFrame& head,
                                               int ear) const {
   Source there = source;
-  double frames = field_.delay_s(source, head.ear_positions_m[ear]) * kSampleRate_hz;
+  double frames = radiation_.delay_s(source, head.ear_positions_m[ear]) * kSampleRate_hz;
   if (velocity_mps != Vec3f(0)) {
     const Vec3 mach = mach_of(velocity_mps);
     const double later = later_m(source, mach, age_m, head.ear_positions_m[ear]);
     there.position_m = Vec3f(Vec3(source.position_m) + later * mach);
-    frames = field_.delay_s(source, length(head.ear_positions_m[ear] - Vec3(source.position_m) -
-                                           later * mach)) *
+    frames = radiation_.delay_s(source, length(head.ear_positions_m[ear] - Vec3(source.position_m) -
+                                               later * mach)) *
              kSampleRate_hz;
   }
   return ears_ == nullptr ? frames : frames + ears_->delay_frames(direction_from(there, head), ear);
@@ -168,7 +168,7 @@ inline void KeyframeReference::listen(Slot& slot, const ListenerFrame& head) con
       there.position_m += Vec3f(
           later_m(there, mach, age_m, head.ear_positions_m[static_cast<std::size_t>(e)]) * mach);
     const Bands intensity =
-        field_.intensity(there, head.ear_positions_m[static_cast<std::size_t>(e)]);
+        radiation_.intensity(there, head.ear_positions_m[static_cast<std::size_t>(e)]);
     slot.voice.delay_frames[e] = delay_frames(slot.source, slot.velocity_mps, head, e);
     // The square root converts the power of the bake to the amplitude of the mixer.
     for (std::size_t b = 0; b < kBandCount; ++b)
@@ -254,7 +254,7 @@ inline void KeyframeReference::start(const SampledSource& chosen, const Listener
   slot.velocity_mps = chosen.velocity_mps;
   // The delay slides from its value at the last keyframe, unless the listener jumped.
   const double age_m = length(head.centre_m - Vec3(slot.source.position_m)) -
-                       kKeyframe_s * field_.speed_of_sound_mps();
+                       kKeyframe_s * radiation_.speed_of_sound_mps();
   for (int e = 0; e < kEars; ++e) {
     const double now_frames = delay_frames(slot.source, slot.velocity_mps, head, e);
     const double last_frames = delay_frames(slot.source, slot.velocity_mps, age_m, last_head_, e);
@@ -267,7 +267,7 @@ inline void KeyframeReference::start(const SampledSource& chosen, const Listener
 inline void KeyframeReference::coast(Slot& slot, const ListenerFrame& head) {
   const Vec3 mach = mach_of(slot.velocity_mps);
   const double age_m = length(last_head_.centre_m - Vec3(slot.source.position_m)) +
-                       kKeyframe_s * field_.speed_of_sound_mps();
+                       kKeyframe_s * radiation_.speed_of_sound_mps();
   slot.source.position_m += Vec3f(later_m(slot.source, mach, age_m, head.centre_m) * mach);
   slot.changed = true;
   if (jumped(slot, head)) freeze(slot);

@@ -33,13 +33,13 @@ std::vector<Moment> faded(int keyframes, Choice is_second) {
   const auto signals = prepare_signals(sounds, mode);
 
   const std::vector<Emitter> emitters(1);
-  const RadiationModel field(emitters, std::vector<Material>(1), Air{});
+  const RadiationModel radiation(emitters, std::vector<Material>(1), Air{});
   // The distance is a whole number of frames, so nothing is interpolated.
-  const double away_m = 96.0 / kSampleRate_hz * field.speed_of_sound_mps();
+  const double away_m = 96.0 / kSampleRate_hz * radiation.speed_of_sound_mps();
   Source source;
   source.is_emitter = true;
   source.power = same_in_all_bands(1);
-  KeyframeMaker maker(field, 4, KeyframeMaker::Receivers::kOne);
+  KeyframeMaker maker(radiation, 4, KeyframeMaker::Receivers::kOne);
   Mixer mixer(signals, 4, mode);
   const auto out = testing::heard_of(mixer, keyframes * kKeyframeFrames, [&](int k) {
     SampledSource chosen;

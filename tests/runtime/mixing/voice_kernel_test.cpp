@@ -21,7 +21,7 @@ class Voices {
  public:
   static constexpr std::uint32_t kCount = SourcesOfAllKinds::kCount;
 
-  Voices() : sources_(listener().centre_m), table_(sources_.field(), kCount) {
+  Voices() : sources_(listener().centre_m), table_(sources_.radiation(), kCount) {
     for (std::uint32_t i = 0; i < kCount; ++i) {
       slots_.push_back(i);
       table_.put(i, sources_[i]);
@@ -87,7 +87,7 @@ TEST(VoiceKernel, EqualsTheRadiationModelOnEveryInstructionSet) {
                                              1e-5 * static_cast<double>(loudest) + 1e-18));
           }
           const double frames =
-              voices.sources().field().delay_s(voices.sources()[i], ear_m) * kSampleRate_hz;
+              voices.sources().radiation().delay_s(voices.sources()[i], ear_m) * kSampleRate_hz;
           worst_frames = std::max(worst_frames, std::abs(made[i].delay_frames[e] - frames));
         }
       EXPECT_LT(worst, 1) << target << ", " << places << " places";

@@ -75,12 +75,12 @@ double exact_power(const Vec3& from_m, const Vec3& to_m, std::size_t band) {
   for (int step = 0; step < kSteps; ++step) {
     const double hz = 1000 * std::exp2(static_cast<double>(band) - 4.5 + (step + 0.5) / kSteps);
     const double k = 2 * kPi * hz / kSound_mps;
-    const auto field = [&](double distance_m, double phi) {
+    const auto radiation = [&](double distance_m, double phi) {
       const double xi = 2 * std::sqrt(k * r * r0 / (round_m + distance_m)) * std::cos(phi / 2);
       return std::polar(1 / distance_m, k * distance_m) * macdonald(k * distance_m, xi);
     };
-    power += std::norm(field(direct_m, angle(to_m) - angle(from_m)) +
-                       field(image_m, angle(to_m) + angle(from_m)));
+    power += std::norm(radiation(direct_m, angle(to_m) - angle(from_m)) +
+                       radiation(image_m, angle(to_m) + angle(from_m)));
   }
   return power / kSteps * direct_m * direct_m;
 }

@@ -46,7 +46,7 @@ template <class Visibility>
 Power power_of_all(const World& world, const Vec3& place, const Visibility& visibility) {
   Power power{};
   for (const Source& source : world.sources) {
-    const Bands intensity = world.field.intensity(source, place);
+    const Bands intensity = world.radiation.intensity(source, place);
     if (intensity == Bands{}) continue;
     const Power visible = visibility(source);
     for (std::size_t b = 0; b < kBandCount; ++b)
@@ -115,11 +115,11 @@ void expect_as_a_reference_through_a_door(std::uint64_t photons, std::size_t min
                                           int every) {
   const World world(two_rooms(true), photons);
   ASSERT_GT(world.sources.size(), min_sources);
-  SourceList list(world.field, world.weights, world.sources);
+  SourceList list(world.radiation, world.weights, world.sources);
   VisibilityCache occlusion(world.surfaces, kSpeed_mps, {});
   // All sources are voices, so only visibility differs from the reference.
   const auto sampler =
-      make_priority_sampler(world.field, world.weights, list, world.sources.size(), &occlusion);
+      make_priority_sampler(world.radiation, world.weights, list, world.sources.size(), &occlusion);
   FastLevel is(0.02 * every), should_be(0.02 * every);
   double fell_db = 0;
   for (int keyframe = 0; keyframe <= last; ++keyframe) {
@@ -155,10 +155,11 @@ TEST(VisibilityCache, DeterminesTheSampleOfAnOctree) {
   trees.add(build_octree(world.sources));
   const std::vector<Source> all = trees.all_sources();
   constexpr std::size_t kVoices = 200;
-  PageLoader loader(trees.fetch(world.field, world.weights), PageBudget{100'000'000});
-  OctreePool pool(world.field, world.weights, trees.tops(), {}, loader);
+  PageLoader loader(trees.fetch(world.radiation, world.weights), PageBudget{100'000'000});
+  OctreePool pool(world.radiation, world.weights, trees.tops(), {}, loader);
   VisibilityCache occlusion(world.surfaces, kSpeed_mps, {.rays_per_keyframe = 0, .exact = true});
-  const auto sampler = make_priority_sampler(world.field, world.weights, pool, kVoices, &occlusion);
+  const auto sampler =
+      make_priority_sampler(world.radiation, world.weights, pool, kVoices, &occlusion);
   std::uint64_t hidden = 0, exchanged = 0;
   std::set<std::uint64_t> before;
   for (int keyframe = 0; keyframe < 150; ++keyframe) {
@@ -172,9 +173,9 @@ TEST(VisibilityCache, DeterminesTheSampleOfAnOctree) {
     std::vector<testing::WeightedSource> known;
     double unknown = 0;
     for (std::uint64_t i = 0; i < all.size(); ++i) {
-      const auto now = weights_at_place(world.field, world.weights, world.field.signal(all[i]),
-                                        all[i], place, time_s);
-      const Bands intensity = world.field.intensity(all[i], place);
+      const auto now = weights_at_place(world.radiation, world.weights,
+                                        world.radiation.signal(all[i]), all[i], place, time_s);
+      const Bands intensity = world.radiation.intensity(all[i], place);
       const auto index = occlusion.find(i);
       const bool is_known = index != VisibilityCache::kUnknown;
       const Bands visible = is_known ? occlusion.visibility(index) : same_in_all_bands(1);

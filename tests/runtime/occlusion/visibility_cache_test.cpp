@@ -26,13 +26,13 @@ using testing::World;
 TEST(VisibilityCache, GivesTheSampleOfAFullScanWithVisibility) {
   const World world(two_rooms(true), 150);
   constexpr std::size_t kVoices = 100;
-  SourceList list(world.field, world.weights, world.sources);
+  SourceList list(world.radiation, world.weights, world.sources);
   for (const Vec3& place : {Vec3(1, 1, 1.6), Vec3(4.5, 3.5, 1.6), Vec3(6.2, 2, 1.6),
                             Vec3(8, 3.6, 1.2), Vec3(5.3, 0.4, 0.3)}) {
     VisibilityCache occlusion(world.surfaces, kSpeed_mps,
                               {.rays_per_keyframe = 1000, .exact = true});
     const auto sampler =
-        make_priority_sampler(world.field, world.weights, list, kVoices, &occlusion);
+        make_priority_sampler(world.radiation, world.weights, list, kVoices, &occlusion);
     const auto sample = sampler->sample(place);
 
     struct Entry {
@@ -45,7 +45,7 @@ TEST(VisibilityCache, GivesTheSampleOfAFullScanWithVisibility) {
       const Source& source = world.sources[i];
       const Bands visible =
           source_visibility(world.surfaces, kSpeed_mps, source, place, kMediumPaths, rays);
-      const Bands intensity = world.field.intensity(source, place);
+      const Bands intensity = world.radiation.intensity(source, place);
       double w = 0;
       for (std::size_t b = 0; b < kBandCount; ++b)
         w += static_cast<double>(intensity[b] * world.weights.by_signal[0][b]) * visible[b];
@@ -84,9 +84,10 @@ TEST(VisibilityCache, IsZeroThroughAWallWithoutTransmission) {
 TEST(VisibilityCache, IsZeroThroughAWallEvenIfNeighboursStandForASource) {
   const World world(two_rooms(false), 300);
   for (const int rays : {2000, kRaysPerKeyframe}) {
-    SourceList list(world.field, world.weights, world.sources);
+    SourceList list(world.radiation, world.weights, world.sources);
     VisibilityCache occlusion(world.surfaces, kSpeed_mps, {.rays_per_keyframe = rays});
-    const auto sampler = make_priority_sampler(world.field, world.weights, list, 500, &occlusion);
+    const auto sampler =
+        make_priority_sampler(world.radiation, world.weights, list, 500, &occlusion);
     // The listener jumps from where all sources are visible to where none is.
     double before = 0;
     for (int keyframe = 0; keyframe < 10; ++keyframe) {
@@ -109,9 +110,9 @@ TEST(VisibilityCache, IsZeroThroughAWallEvenIfNeighboursStandForASource) {
 
 TEST(VisibilityCache, ConvergesForAListenerAtRestAndThenCostsNothing) {
   const World world(two_rooms(true), 40);
-  SourceList list(world.field, world.weights, world.sources);
+  SourceList list(world.radiation, world.weights, world.sources);
   VisibilityCache occlusion(world.surfaces, kSpeed_mps, {.rays_per_keyframe = 3000});
-  const auto sampler = make_priority_sampler(world.field, world.weights, list, 300, &occlusion);
+  const auto sampler = make_priority_sampler(world.radiation, world.weights, list, 300, &occlusion);
   const Vec3 place(6.2, 2.4, 1.6);
   std::uint64_t last = 0, most = 0;
   int keyframes = 0;
@@ -140,7 +141,7 @@ TEST(VisibilityCache, ConvergesForAListenerAtRestAndThenCostsNothing) {
 
 TEST(VisibilityCache, ChangesTheGainOfAVoiceSmoothly) {
   const World world(two_rooms(true), 10);
-  KeyframeMaker maker(world.field, 10);
+  KeyframeMaker maker(world.radiation, 10);
   Keyframe keyframe;
   keyframe.voices.reserve(10);
   const Source& source = *std::find_if(world.sources.begin(), world.sources.end(),
@@ -166,9 +167,9 @@ TEST(VisibilityCache, ChangesTheGainOfAVoiceSmoothly) {
 
 TEST(VisibilityCache, CoversAllSourcesForStrategyAll) {
   const World world(two_rooms(true), 20);
-  const SourceList list(world.field, world.weights, world.sources);
+  const SourceList list(world.radiation, world.weights, world.sources);
   VisibilityCache occlusion(world.surfaces, kSpeed_mps, {.rays_per_keyframe = 1});
-  const auto sampler = make_all_sampler(world.field, list, &occlusion);
+  const auto sampler = make_all_sampler(world.radiation, list, &occlusion);
   std::uint64_t rays = 0;
   for (const SampledSource& one : sampler->sample(Vec3(8, 1, 1.5)))
     EXPECT_EQ(one.visibility, source_visibility(world.surfaces, kSpeed_mps, *one.source,

@@ -21,7 +21,7 @@ std::vector<ReceivedIntensity> received_together(const SourcesOfAllKinds& source
   std::vector<const Source*> all;
   for (std::size_t i = 0; i < count; ++i) all.push_back(&sources[i]);
   std::vector<ReceivedIntensity> received(count);
-  sources.field().receive(all, kListener_m, received.data());
+  sources.radiation().receive(all, kListener_m, received.data());
   return received;
 }
 
@@ -63,7 +63,7 @@ TEST(IntensityKernel, GivesTheSameBitsOnEveryInstructionSetAndInAnyBatch) {
     const auto some = received_together(sources, 21);  // not a multiple of the vector size
     std::size_t differ = 0;
     for (std::size_t i = 0; i < expected.size(); ++i)
-      differ += sources.field().intensity(sources[i], kListener_m) != expected[i].intensity;
+      differ += sources.radiation().intensity(sources[i], kListener_m) != expected[i].intensity;
     for (std::size_t i = 0; i < some.size(); ++i)
       differ += some[i].intensity != expected[i].intensity ||
                 some[i].distance_m != expected[i].distance_m;
@@ -75,7 +75,7 @@ TEST(IntensityKernel, GivesNothingForAnEmptyBatch) {
   const SourcesOfAllKinds sources(kListener_m);
   ReceivedIntensity untouched;
   untouched.distance_m = 7;
-  sources.field().receive({}, kListener_m, &untouched);
+  sources.radiation().receive({}, kListener_m, &untouched);
   EXPECT_EQ(untouched.distance_m, 7);
 }
 

@@ -27,13 +27,13 @@ TEST(RadiationModel, HasTightUpperBoundsForLobes) {
   level.materials[0].scattering = same_in_all_bands(0.1f);
   for (const auto& [exponent, max_db] : {std::pair{3.0f, 1.1}, {20.0f, 0.75}, {100.0f, 1.0}}) {
     level.materials[0].phong = same_in_all_bands(exponent);
-    const RadiationModel field(level.emitters, level.materials, Air{});
-    const auto sources = level.cull_sources(field);
+    const RadiationModel radiation(level.emitters, level.materials, Air{});
+    const auto sources = level.cull_sources(radiation);
     double sum_db = 0;
     std::size_t heard = 0;
     for (std::uint32_t s = 0; s < sources.size(); ++s) {
       const Vec3 place = 5.0 * testing::direction(philox(11, {s, 0, 0, 0}));
-      const double priority = weight(field, level.weight, level.sources[s], place) /
+      const double priority = weight(radiation, level.weight, level.sources[s], place) /
                               std::max(level.sources[s].u, kMinU);
       if (priority <= 0) continue;
       sum_db += 10 * std::log10(priority_upper_bound(sources[s], place) / priority);
@@ -48,12 +48,12 @@ TEST(RadiationModel, HasTightUpperBoundsForLobes) {
 TEST(RadiationModel, KnowsTheBandsOfItsUpperBounds) {
   const testing::SourcesOfAllKinds level({1, 2, 3});
   const Bands weight = {1, 2, 3, 4, 5, 4, 3, 2};
-  const RadiationModel& field = level.field();
+  const RadiationModel& radiation = level.radiation();
   for (std::uint32_t s = 0; s < testing::SourcesOfAllKinds::kCount; ++s) {
     Source source = level[s];
     if (source.is_emitter) source.mirror = source.normal;
-    const RadiationModel::UpperBound bound = field.upper_bound(source, weight);
-    const Bands most = field.max_intensity(source);
+    const RadiationModel::UpperBound bound = radiation.upper_bound(source, weight);
+    const Bands most = radiation.max_intensity(source);
     const double all = bound.diffuse + bound.compensation + static_cast<double>(bound.lobe);
     double sum = 0;
     for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -68,8 +68,8 @@ TEST(RadiationModel, KnowsTheBandsOfItsUpperBounds) {
       const Vec3 place =
           Vec3(source.position_m) + 7.0 * Vec3(testing::SourcesOfAllKinds::direction(s, 20 + i));
       const Bands shares = testing::random_fractions(3 * s + i);
-      const double now = weighted_sum(weighted(weight, shares), field.intensity(source, place));
-      const CullSource cull_input = cull_source(field, weight, source);
+      const double now = weighted_sum(weighted(weight, shares), radiation.intensity(source, place));
+      const CullSource cull_input = cull_source(radiation, weight, source);
       const double at_any_time =
           priority_upper_bound(cull_input, place) * std::max(source.u, kMinU);
       ASSERT_LE(now, at_any_time * bound.mix.of(shares) * (1 + 1e-5)) << s;
@@ -81,16 +81,16 @@ TEST(RadiationModel, KnowsTheBandsOfItsUpperBounds) {
 TEST(RadiationModel, TreatsUpperBoundsThatCannotBeDividedAsAnyMixOfBands) {
   const std::vector<Emitter> emitters(1);
   const std::vector<Material> materials(1);
-  const RadiationModel field(emitters, materials, Air{});
+  const RadiationModel radiation(emitters, materials, Air{});
   Source source;
   source.normal = source.mirror = {0, 1, 0};
   for (const float power : {3e38f, 1e-42f, std::numeric_limits<float>::quiet_NaN()}) {
     source.power = same_in_all_bands(power);
-    const BandMix mix = field.upper_bound(source, same_in_all_bands(1)).mix;
+    const BandMix mix = radiation.upper_bound(source, same_in_all_bands(1)).mix;
     for (std::size_t b = 0; b < kBandCount; ++b) EXPECT_EQ(mix.part(b), 1) << power;
   }
   source.power = {};
-  EXPECT_EQ(field.upper_bound(source, same_in_all_bands(1)).mix.packed(), 0u);
+  EXPECT_EQ(radiation.upper_bound(source, same_in_all_bands(1)).mix.packed(), 0u);
 }
 
 }  // namespace

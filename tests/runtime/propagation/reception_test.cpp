@@ -119,12 +119,12 @@ TEST(Reception, WeighsASourceByTheMeanOfBothReceivers) {
   for (std::uint32_t i = 0; i < 300; ++i) {
     const Listener pose = pose_at(i);
     const Source& source = room.sources()[i];
-    const Bands free = room.field.intensity(source, pose.position_m);
+    const Bands free = room.radiation.intensity(source, pose.position_m);
     const Vec3 towards = normalize(Vec3(source.position_m) - pose.position_m);
     double expected = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
       for (int e = 0; e < kEars; ++e)
-        expected += static_cast<double>(room.weights.by_signal[room.field.signal(source)][b]) *
+        expected += static_cast<double>(room.weights.by_signal[room.radiation.signal(source)][b]) *
                     free[b] * intensity(uneven(), pose, e, b, towards) / 2;
     EXPECT_NEAR(room.weight_of(i, pose.position_m, Reception(uneven(), pose)), expected,
                 1e-5 * expected);
@@ -137,7 +137,7 @@ TEST(Reception, EntersThePrioritiesExactly) {
   const ReceptionRoom room(400);
   constexpr std::size_t kVoices = 200;
   SourceList list = room.list();
-  const auto sampler = make_priority_sampler(room.field, room.weights, list, kVoices);
+  const auto sampler = make_priority_sampler(room.radiation, room.weights, list, kVoices);
   for (std::uint32_t step = 0; step < 90; ++step) {
     Listener pose{{1 + 0.05 * step, 2 + 0.03 * step, 1.5}, 0.1 * step, 0.2};
     if (step >= 40) pose.position_m = {3, 4, 1.5};  // turns on the spot
@@ -182,12 +182,12 @@ TEST(Reception, OpensTheNodesOfTheRepresentativeOctreeInFront) {
 TEST(Reception, EntersTheGainsOfVoicesAtEachReceiver) {
   const ReceptionRoom room(400);
   using Receivers = KeyframeMaker::Receivers;
-  KeyframeMaker even(room.field, 400, Receivers::kPair);
-  KeyframeMaker maker(room.field, 400, Receivers::kPair);
+  KeyframeMaker even(room.radiation, 400, Receivers::kPair);
+  KeyframeMaker maker(room.radiation, 400, Receivers::kPair);
   std::vector<SampledSource> sample;
   for (std::uint64_t i = 0; i < 300; ++i) {
     const Source& source = room.sources()[i];
-    sample.push_back({i, 1, &source, room.field.signal(source)});
+    sample.push_back({i, 1, &source, room.radiation.signal(source)});
   }
   Keyframe with, without;
   with.voices.reserve(400);

@@ -140,10 +140,10 @@ struct Nested {
 TEST(InstanceRepresentatives, AreTheSourcesWithTheHighestKeysAndKnowTheNextKey) {
   for (std::uint64_t seed = 0; seed < 3; ++seed) {
     const Nested nested(seed);
-    const RadiationModel field(nested.emitters, nested.materials, Air{});
-    PageLoader loader(nested.trees.fetch(field, nested.weights), PageBudget{1'000'000'000});
+    const RadiationModel radiation(nested.emitters, nested.materials, Air{});
+    PageLoader loader(nested.trees.fetch(radiation, nested.weights), PageBudget{1'000'000'000});
     SignalMaps maps(nested.maps);
-    InstanceRepresentatives leads(field, nested.trees.tops(), maps);
+    InstanceRepresentatives leads(radiation, nested.trees.tops(), maps);
     leads.update([&](const PageEntry& entry) {
       EXPECT_TRUE(loader.load_now(entry));
       return loader.find(entry);
@@ -175,14 +175,14 @@ TEST(InstanceRepresentatives, GiveTheSampleOfAScanOfAllSourcesOfNestedInstances)
   const std::uint64_t seeds = testing::kSanitized ? 1 : 3;
   for (std::uint64_t seed = 0; seed < seeds; ++seed) {
     const Nested nested(seed);
-    const RadiationModel field(nested.emitters, nested.materials, Air{});
+    const RadiationModel radiation(nested.emitters, nested.materials, Air{});
     const SignalWeights ceilings = max_over_instances(nested.weights, nested.maps);
     const std::vector<Source> all = nested.trees.all_sources();
     const auto signals = nested.trees.signals(nested.emitters, nested.maps);
-    PageLoader loader(nested.trees.fetch(field, ceilings), PageBudget{1'000'000'000});
-    OctreePool pool(field, ceilings, nested.trees.tops(), nested.maps, loader);
+    PageLoader loader(nested.trees.fetch(radiation, ceilings), PageBudget{1'000'000'000});
+    OctreePool pool(radiation, ceilings, nested.trees.tops(), nested.maps, loader);
     for (const std::size_t voices : {1u, 20u, 400u}) {
-      const auto sampler = make_priority_sampler(field, nested.weights, pool, voices);
+      const auto sampler = make_priority_sampler(radiation, nested.weights, pool, voices);
       for (std::uint32_t i = 0; i < 6; ++i) {
         const RandomBits bits = philox(seed, {i, 3, 3, 3});
         const double far_m = i % 3 == 2 ? 5000 : 900;
@@ -197,12 +197,13 @@ TEST(InstanceRepresentatives, GiveTheSampleOfAScanOfAllSourcesOfNestedInstances)
           chosen[one.number] = true;
           ASSERT_EQ(one.signal, signals[one.number]);
           ASSERT_NEAR(one.source->u, all[one.number].u, 1e-4 * one.source->u);
-          const double w = weight(field, nested.weights.by_signal[one.signal], *one.source, place);
+          const double w =
+              weight(radiation, nested.weights.by_signal[one.signal], *one.source, place);
           least = std::min(least, w / one.source->u);
         }
         for (std::size_t s = 0; s < all.size(); ++s)
           if (!chosen[s] && sample.size() == voices) {
-            const double w = weight(field, nested.weights.by_signal[signals[s]], all[s], place);
+            const double w = weight(radiation, nested.weights.by_signal[signals[s]], all[s], place);
             ASSERT_LE(w / all[s].u, least * (1 + 1e-3)) << seed << " " << voices << " " << i;
           }
         ASSERT_GT(sample.size(), 0u);

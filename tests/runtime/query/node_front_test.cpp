@@ -57,13 +57,13 @@ struct Lobes {
 // A list has no nodes and tests all of its sources each time.
 TEST(NodeFront, SkipsNodesOnAWalkWithoutHidingSources) {
   const Lobes lobes(60'000);
-  const RadiationModel field(lobes.emitters, lobes.materials, Air{});
+  const RadiationModel radiation(lobes.emitters, lobes.materials, Air{});
   testing::StoredTrees trees;
   trees.add(build_octree(lobes.sources));
-  SourceList list(field, lobes.weights, trees.all_sources());
-  PageLoader loader(trees.fetch(field, lobes.weights), PageBudget{1'000'000'000});
-  OctreePool pool(field, lobes.weights, trees.tops(), {}, loader);
-  const auto sampler = make_priority_sampler(field, lobes.weights, pool, 300);
+  SourceList list(radiation, lobes.weights, trees.all_sources());
+  PageLoader loader(trees.fetch(radiation, lobes.weights), PageBudget{1'000'000'000});
+  OctreePool pool(radiation, lobes.weights, trees.tops(), {}, loader);
+  const auto sampler = make_priority_sampler(radiation, lobes.weights, pool, 300);
   std::uint64_t visited = 0, visited_afresh = 0;
   for (int i = 0; i < 160; ++i) {
     // The listener walks, stops, runs, and jumps back in place and time.
@@ -75,15 +75,15 @@ TEST(NodeFront, SkipsNodesOnAWalkWithoutHidingSources) {
     while (!sampler->complete()) sample = sampler->sample(place, time_s);
     visited += pool.nodes_visited() - before;
     if (i % 5 != 0) continue;
-    const auto afresh = make_priority_sampler(field, lobes.weights, list, 300);
+    const auto afresh = make_priority_sampler(radiation, lobes.weights, list, 300);
     const auto expected = afresh->sample(place, time_s);
     ASSERT_EQ(sample.size(), expected.size()) << i;
     for (std::size_t s = 0; s < sample.size(); ++s) {
       ASSERT_EQ(sample[s].number, expected[s].number) << i;
       ASSERT_NEAR(sample[s].power_scale / expected[s].power_scale, 1, 1e-9) << i;
     }
-    OctreePool other(field, lobes.weights, trees.tops(), {}, loader);
-    const auto stranger = make_priority_sampler(field, lobes.weights, other, 300);
+    OctreePool other(radiation, lobes.weights, trees.tops(), {}, loader);
+    const auto stranger = make_priority_sampler(radiation, lobes.weights, other, 300);
     stranger->sample(place, time_s);
     const std::uint64_t first = other.nodes_visited();
     // The second query knows the threshold, but nothing that helps at another place.
@@ -103,14 +103,14 @@ struct ComparedWalk {
 };
 ComparedWalk compared_walk(const Lobes& lobes, std::uint64_t page_bytes,
                            const std::function<Vec3(int)>& place_at) {
-  const RadiationModel field(lobes.emitters, lobes.materials, Air{});
+  const RadiationModel radiation(lobes.emitters, lobes.materials, Air{});
   testing::StoredTrees trees;
   trees.add(build_octree(lobes.sources));
-  SourceList list(field, lobes.weights, trees.all_sources());
-  PageLoader loader(trees.fetch(field, lobes.weights), PageBudget{page_bytes, false});
-  OctreePool pool(field, lobes.weights, trees.tops(), {}, loader);
-  const auto sampler = make_priority_sampler(field, lobes.weights, pool, 300);
-  const auto by_list = make_priority_sampler(field, lobes.weights, list, 300);
+  SourceList list(radiation, lobes.weights, trees.all_sources());
+  PageLoader loader(trees.fetch(radiation, lobes.weights), PageBudget{page_bytes, false});
+  OctreePool pool(radiation, lobes.weights, trees.tops(), {}, loader);
+  const auto sampler = make_priority_sampler(radiation, lobes.weights, pool, 300);
+  const auto by_list = make_priority_sampler(radiation, lobes.weights, list, 300);
   ComparedWalk walk;
   for (int i = 0; i < 200; ++i) {
     const Vec3 place = place_at(i);

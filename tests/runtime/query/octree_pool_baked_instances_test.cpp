@@ -174,19 +174,19 @@ TEST(BakedInstances, KeepTheEmitterTableThatReflectionsUse) {
 class Listening {
  public:
   explicit Listening(const Baked& baked) : baked_(baked) {
-    field_ =
+    radiation_ =
         std::make_unique<RadiationModel>(baked.file->emitters(), baked.file->materials(), Air{});
     for (std::size_t s = 0; s < baked.file->signal_count(); ++s)
       weights_.by_signal.push_back(same_in_all_bands(1.0f + 0.3f * static_cast<float>(s)));
     ceilings_ = max_over_instances(weights_, baked.file->signal_maps());
-    loader_ = std::make_unique<PageLoader>(page_fetch(*baked.file, *field_, ceilings_),
+    loader_ = std::make_unique<PageLoader>(page_fetch(*baked.file, *radiation_, ceilings_),
                                            PageBudget{200'000'000});
-    pool_ = std::make_unique<OctreePool>(*field_, ceilings_, baked.file->trees(),
+    pool_ = std::make_unique<OctreePool>(*radiation_, ceilings_, baked.file->trees(),
                                          baked.file->signal_maps(), *loader_);
   }
 
   std::array<double, kBandCount> sampled(std::size_t voices, const Vec3& place) {
-    const auto sampler = make_priority_sampler(*field_, weights_, *pool_, voices);
+    const auto sampler = make_priority_sampler(*radiation_, weights_, *pool_, voices);
     auto sample = sampler->sample(place);
     while (!sampler->complete()) sample = sampler->sample(place);
     EXPECT_EQ(sample.size(), voices);
@@ -218,11 +218,11 @@ class Listening {
   void add(const Source& source, std::uint32_t signal, double scale, const Vec3& place,
            std::array<double, kBandCount>& heard) const {
     for (std::size_t b = 0; b < kBandCount; ++b)
-      heard[b] += scale * weight(*field_, only(b, signal), source, place);
+      heard[b] += scale * weight(*radiation_, only(b, signal), source, place);
   }
 
   const Baked& baked_;
-  std::unique_ptr<RadiationModel> field_, field_all_;
+  std::unique_ptr<RadiationModel> radiation_, field_all_;
   SignalWeights weights_, ceilings_;
   std::unique_ptr<PageLoader> loader_;
   std::unique_ptr<OctreePool> pool_;

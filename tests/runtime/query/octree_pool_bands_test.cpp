@@ -20,7 +20,7 @@ namespace {
 TEST(OctreePool, FindsFewSourcesBelowTheCurrentThreshold) {
   const std::vector<Emitter> emitters(1);
   const std::vector<Material> materials(1);
-  const RadiationModel field(emitters, materials, Air{});
+  const RadiationModel radiation(emitters, materials, Air{});
   const std::vector<TimedEnvelope> sounds = {testing::syllables(3)};
   const SignalWeights weights = make_signal_weights(sounds);
   std::vector<Source> sources(30'000);
@@ -35,8 +35,8 @@ TEST(OctreePool, FindsFewSourcesBelowTheCurrentThreshold) {
   }
   testing::StoredTrees trees;
   trees.add(build_octree(std::move(sources)));
-  PageLoader loader(trees.fetch(field, weights), PageBudget{1'000'000'000});
-  OctreePool pool(field, weights, trees.tops(), {}, loader);
+  PageLoader loader(trees.fetch(radiation, weights), PageBudget{1'000'000'000});
+  OctreePool pool(radiation, weights, trees.tops(), {}, loader);
   constexpr double kThreshold = 0.1;
   std::size_t found_in_all = 0, reach = 0;
   for (int i = 0; i < 50; ++i) {
@@ -53,8 +53,8 @@ TEST(OctreePool, FindsFewSourcesBelowTheCurrentThreshold) {
     if (i < 10) continue;  // shortlists are made first
     found_in_all += found.size();
     for (const FoundSource& one : found) {
-      const auto now = weights_at_place(field, weights, one.signal, *one.source, place, time_s);
-      const double priority = weight(field, now.weights, *one.source, place) * one.boost /
+      const auto now = weights_at_place(radiation, weights, one.signal, *one.source, place, time_s);
+      const double priority = weight(radiation, now.weights, *one.source, place) * one.boost /
                               static_cast<double>(one.source->u);
       reach += priority >= kThreshold;
     }

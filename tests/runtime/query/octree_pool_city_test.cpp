@@ -17,18 +17,18 @@ namespace {
 struct OpenCity {
   OpenCity(const testing::CitySize& size, std::uint64_t seed)
       : file(testing::as_file(testing::city(size, seed))) {
-    field = std::make_unique<RadiationModel>(file->emitters(), file->materials(), Air{});
+    radiation = std::make_unique<RadiationModel>(file->emitters(), file->materials(), Air{});
     weights.by_signal = {
         {1, 2, 3, 4, 5, 4, 3, 2}, {2, 2, 1, 1, 1, 1, 2, 2}, {1, 1, 1, 4, 4, 1, 1, 1}};
     ceilings = max_over_instances(weights, file->signal_maps());
-    loader =
-        std::make_unique<PageLoader>(page_fetch(*file, *field, ceilings), PageBudget{20'000'000});
-    pool =
-        std::make_unique<OctreePool>(*field, ceilings, file->trees(), file->signal_maps(), *loader);
+    loader = std::make_unique<PageLoader>(page_fetch(*file, *radiation, ceilings),
+                                          PageBudget{20'000'000});
+    pool = std::make_unique<OctreePool>(*radiation, ceilings, file->trees(), file->signal_maps(),
+                                        *loader);
   }
 
   const std::shared_ptr<const BakeFile> file;
-  std::unique_ptr<RadiationModel> field;
+  std::unique_ptr<RadiationModel> radiation;
   SignalWeights weights, ceilings;
   std::unique_ptr<PageLoader> loader;
   std::unique_ptr<OctreePool> pool;
@@ -64,7 +64,8 @@ class WholeCity {
               if (copy->signals != kSameSignals) signal = maps_[copy->signals][signal];
           if (length(placed.offset_m - place) < 150) {
             for (const Source& fan : fans_)
-              sum += weight(*city_.field, city_.weights.by_signal[plays[city_.field->signal(fan)]],
+              sum += weight(*city_.radiation,
+                            city_.weights.by_signal[plays[city_.radiation->signal(fan)]],
                             placed.place(fan), place);
           } else {
             for (std::uint32_t s = 0; s < 3; ++s) {
@@ -72,7 +73,7 @@ class WholeCity {
               together.is_emitter = true;
               together.power = power_[s];
               together.position_m = Vec3f(placed.outside({0, 2, 0}));
-              sum += weight(*city_.field, city_.weights.by_signal[plays[s]], together, place);
+              sum += weight(*city_.radiation, city_.weights.by_signal[plays[s]], together, place);
             }
           }
         }
@@ -92,7 +93,7 @@ TEST(City, OfABillionFansNeedsAFewMegabytesOfDiskAndMemory) {
   const OpenCity city(size, 1);
   EXPECT_EQ(city.file->source_count(), 1'000'000'000u);
   EXPECT_LT(city.file->bytes().file, 20'000'000u);
-  const auto sampler = make_priority_sampler(*city.field, city.weights, *city.pool, 2000);
+  const auto sampler = make_priority_sampler(*city.radiation, city.weights, *city.pool, 2000);
   for (int i = 0; i < 20; ++i)
     testing::complete_sample(*sampler, {1000.0 * i, 2, 10'000 - 400.0 * i});
   EXPECT_EQ(city.loader->statistics().failed, 0u);
@@ -114,14 +115,14 @@ TEST(City, IsUnbiased) {
       whole_inside = whole.at(inside);
       whole_above = whole.at(above);
     }
-    const auto sampler = make_priority_sampler(*city.field, city.weights, *city.pool, 2000);
+    const auto sampler = make_priority_sampler(*city.radiation, city.weights, *city.pool, 2000);
     const auto heard = [&](const Vec3& place) {
       double sum = 0;
       const auto sample = testing::complete_sample(*sampler, place);
       EXPECT_EQ(sample.size(), 2000u);
       for (const SampledSource& one : sample)
         sum += one.power_scale *
-               weight(*city.field, city.weights.by_signal[one.signal], *one.source, place);
+               weight(*city.radiation, city.weights.by_signal[one.signal], *one.source, place);
       return sum;
     };
     ratios_inside.push_back(heard(inside) / whole_inside);

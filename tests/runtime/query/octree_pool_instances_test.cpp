@@ -103,7 +103,7 @@ struct Stadium {
     return copies;
   }
 
-  RadiationModel field(const LateBoost& late_boost = {}) const {
+  RadiationModel radiation(const LateBoost& late_boost = {}) const {
     return {emitters, materials, Air{}, late_boost};
   }
 
@@ -155,15 +155,15 @@ TEST(Instances, GiveTheSampleOfAScanOfAllTheirSources) {
   for (std::uint64_t seed = 0; seed < seeds; ++seed) {
     const Stadium stadium(seed, seed % 2 == 0 ? 40 : 1500, 20, 30, seed < 2 ? 3000 : 0);
     // Late sources are boosted, but not those of instances; the last seeds boost none.
-    const RadiationModel field = stadium.field(LateBoost(seed < 2 ? 0 : 0.6));
+    const RadiationModel radiation = stadium.radiation(LateBoost(seed < 2 ? 0 : 0.6));
     const SignalWeights ceilings = max_over_instances(stadium.weights, stadium.maps);
     const std::vector<Source> all = stadium.trees.all_sources();
     const std::vector<std::uint32_t> signals = stadium.played();
     ASSERT_EQ(all.size(), stadium.tops.back().sources_below);
     for (const std::size_t voices : {1u, 40u, 1000u}) {
-      PageLoader loader(stadium.trees.fetch(field, ceilings), PageBudget{1'000'000'000});
-      OctreePool pool(field, ceilings, stadium.trees.tops(), stadium.maps, loader);
-      const auto sampler = make_priority_sampler(field, stadium.weights, pool, voices);
+      PageLoader loader(stadium.trees.fetch(radiation, ceilings), PageBudget{1'000'000'000});
+      OctreePool pool(radiation, ceilings, stadium.trees.tops(), stadium.maps, loader);
+      const auto sampler = make_priority_sampler(radiation, stadium.weights, pool, voices);
       for (std::uint32_t i = 0; i < 4; ++i) {
         const RandomBits bits = philox(seed, {i, 9, 0, 0});
         const Vec3 place = i < 2
@@ -183,13 +183,15 @@ TEST(Instances, GiveTheSampleOfAScanOfAllTheirSources) {
           ASSERT_NEAR(one.source->u, expected.u, 1e-5 * expected.u);
           ASSERT_NEAR(band_sum(*one.source), band_sum(expected), 1e-5 * band_sum(expected));
           ASSERT_EQ(one.source->emitter, expected.emitter);
-          const double w = weight(field, stadium.weights.by_signal[one.signal], *one.source, place);
+          const double w =
+              weight(radiation, stadium.weights.by_signal[one.signal], *one.source, place);
           least = std::min(least, w / one.source->u);
           chosen[one.number] = true;
         }
         for (std::size_t s = 0; s < all.size(); ++s)
           if (!chosen[s]) {
-            const double w = weight(field, stadium.weights.by_signal[signals[s]], all[s], place);
+            const double w =
+                weight(radiation, stadium.weights.by_signal[signals[s]], all[s], place);
             ASSERT_LE(w / all[s].u, least * (1 + 1e-4)) << seed << " " << voices << " " << s;
           }
       }
@@ -210,13 +212,13 @@ TEST(Instances, MissNoSourceFarFromTheOrigin) {
   copy.scale = 0.05f;
   stadium.add(build_octree(std::move(block)));
   stadium.add(instance_tree({copy}, stadium.tops));
-  const RadiationModel field = stadium.field();
+  const RadiationModel radiation = stadium.radiation();
   const SignalWeights ceilings = max_over_instances(stadium.weights, stadium.maps);
   const std::vector<Source> all = stadium.trees.all_sources();
   const auto signals = stadium.played();
-  PageLoader loader(stadium.trees.fetch(field, ceilings), PageBudget{1'000'000'000});
-  OctreePool pool(field, ceilings, stadium.trees.tops(), stadium.maps, loader);
-  const auto sampler = make_priority_sampler(field, stadium.weights, pool, 100);
+  PageLoader loader(stadium.trees.fetch(radiation, ceilings), PageBudget{1'000'000'000});
+  OctreePool pool(radiation, ceilings, stadium.trees.tops(), stadium.maps, loader);
+  const auto sampler = make_priority_sampler(radiation, stadium.weights, pool, 100);
   for (std::uint32_t i = 0; i < 200; ++i) {
     const RandomBits bits = philox(32, {i, 0, 0, 0});
     const Vec3 place =
@@ -224,7 +226,7 @@ TEST(Instances, MissNoSourceFarFromTheOrigin) {
     double least = 1e300;
     std::vector<bool> chosen(all.size(), false);
     const auto priority = [&](std::size_t s) {
-      return weight(field, stadium.weights.by_signal[signals[s]], all[s], place) / all[s].u;
+      return weight(radiation, stadium.weights.by_signal[signals[s]], all[s], place) / all[s].u;
     };
     for (const SampledSource& one : testing::complete_sample(*sampler, place)) {
       least = std::min(least, priority(one.number));
@@ -245,22 +247,22 @@ TEST(Instances, AreUnbiased) {
   std::array<double, std::size(kVoices)> sum{}, squares{};
   for (int seed = 0; seed < kSeeds; ++seed) {
     const Stadium stadium(1000 + static_cast<std::uint64_t>(seed), 60, 40, 60, 0);
-    const RadiationModel field = stadium.field();
+    const RadiationModel radiation = stadium.radiation();
     const SignalWeights ceilings = max_over_instances(stadium.weights, stadium.maps);
     const Vec3 place(100, 60, 75);
     const auto signals = stadium.played();
     const auto all = stadium.trees.all_sources();
     double whole = 0;
     for (std::size_t s = 0; s < all.size(); ++s)
-      whole += weight(field, stadium.weights.by_signal[signals[s]], all[s], place);
+      whole += weight(radiation, stadium.weights.by_signal[signals[s]], all[s], place);
     for (std::size_t v = 0; v < std::size(kVoices); ++v) {
-      PageLoader loader(stadium.trees.fetch(field, ceilings), PageBudget{1'000'000'000});
-      OctreePool pool(field, ceilings, stadium.trees.tops(), stadium.maps, loader);
-      const auto sampler = make_priority_sampler(field, stadium.weights, pool, kVoices[v]);
+      PageLoader loader(stadium.trees.fetch(radiation, ceilings), PageBudget{1'000'000'000});
+      OctreePool pool(radiation, ceilings, stadium.trees.tops(), stadium.maps, loader);
+      const auto sampler = make_priority_sampler(radiation, stadium.weights, pool, kVoices[v]);
       double heard = 0;
       for (const SampledSource& one : testing::complete_sample(*sampler, place))
         heard += one.power_scale *
-                 weight(field, stadium.weights.by_signal[one.signal], *one.source, place);
+                 weight(radiation, stadium.weights.by_signal[one.signal], *one.source, place);
       sum[v] += heard / whole;
       squares[v] += heard / whole * heard / whole;
     }

@@ -72,14 +72,14 @@ struct Hall {
     all = trees.all_sources();
   }
 
-  RadiationModel field(const LateBoost& late_boost = {}) const {
+  RadiationModel radiation(const LateBoost& late_boost = {}) const {
     return {emitters, materials, Air{}, late_boost};
   }
 
-  double total_power_at(const RadiationModel& field, const Vec3& place) const {
+  double total_power_at(const RadiationModel& radiation, const Vec3& place) const {
     double sum = 0;
     for (const Source& source : all)
-      sum += weight(field, weights.by_signal[field.signal(source)], source, place);
+      sum += weight(radiation, weights.by_signal[radiation.signal(source)], source, place);
     return sum;
   }
 
@@ -100,13 +100,13 @@ TEST(OctreePool, GivesTheSampleOfAScanOfAllSources) {
   for (std::uint64_t seed = 0; seed < 6; ++seed) {
     const Hall hall(seed, seed % 2 == 0 ? 3000 : 20'000);
     // Two of three seeds boost late sources.
-    const RadiationModel field = hall.field(LateBoost(0.6 * static_cast<double>(seed % 3)));
+    const RadiationModel radiation = hall.radiation(LateBoost(0.6 * static_cast<double>(seed % 3)));
     for (const std::size_t voices : {1u, 30u, 500u, 5000u}) {
-      PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
-      OctreePool pool(field, hall.weights, hall.trees.tops(), {}, loader);
-      SourceList list(field, hall.weights, hall.all);
-      const auto by_tree = make_priority_sampler(field, hall.weights, pool, voices);
-      const auto by_scan = make_priority_sampler(field, hall.weights, list, voices);
+      PageLoader loader(hall.trees.fetch(radiation, hall.weights), PageBudget{1'000'000'000});
+      OctreePool pool(radiation, hall.weights, hall.trees.tops(), {}, loader);
+      SourceList list(radiation, hall.weights, hall.all);
+      const auto by_tree = make_priority_sampler(radiation, hall.weights, pool, voices);
+      const auto by_scan = make_priority_sampler(radiation, hall.weights, list, voices);
       for (std::uint32_t i = 0; i < 20; ++i) {
         const Vec3 place = i < 10 ? Vec3(3 + 0.1 * i, 1.7, 4) : random_place(seed, i);
         const auto found = testing::complete_sample(*by_tree, place),
@@ -124,10 +124,10 @@ TEST(OctreePool, GivesTheSampleOfAScanOfAllSources) {
 TEST(OctreePool, VisitsFewNodes) {
   Hall hall(1, 200'000);
   for (Material& material : hall.materials) material.scattering = same_in_all_bands(1);
-  const RadiationModel field = hall.field();
-  PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
-  OctreePool pool(field, hall.weights, hall.trees.tops(), {}, loader);
-  const auto sampler = make_priority_sampler(field, hall.weights, pool, 200);
+  const RadiationModel radiation = hall.radiation();
+  PageLoader loader(hall.trees.fetch(radiation, hall.weights), PageBudget{1'000'000'000});
+  OctreePool pool(radiation, hall.weights, hall.trees.tops(), {}, loader);
+  const auto sampler = make_priority_sampler(radiation, hall.weights, pool, 200);
   testing::complete_sample(*sampler, {10, 1.7, 7});
   const std::uint64_t before = pool.nodes_visited();
   sampler->sample(Vec3(10.03, 1.7, 7));
@@ -138,13 +138,13 @@ TEST(OctreePool, VisitsFewNodes) {
 // long.
 TEST(OctreePool, TestsNoMoreSourcesForLongAfterTheThresholdFellOnce) {
   const Hall hall(2, 100'000);
-  const RadiationModel field = hall.field();
-  PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
-  OctreePool pool(field, hall.weights, hall.trees.tops(), {}, loader);
+  const RadiationModel radiation = hall.radiation();
+  PageLoader loader(hall.trees.fetch(radiation, hall.weights), PageBudget{1'000'000'000});
+  OctreePool pool(radiation, hall.weights, hall.trees.tops(), {}, loader);
   std::vector<double> priorities;
   for (const Source& source : hall.all)
     priorities.push_back(
-        weight(field, hall.weights.by_signal[field.signal(source)], source, {10, 1.7, 7}) /
+        weight(radiation, hall.weights.by_signal[radiation.signal(source)], source, {10, 1.7, 7}) /
         std::max<double>(source.u, kMinU));
   std::nth_element(priorities.begin(), priorities.begin() + 300, priorities.end(),
                    std::greater<>());
@@ -178,9 +178,9 @@ TEST(OctreePool, TestsNoMoreSourcesForLongAfterTheThresholdFellOnce) {
 // source.
 TEST(OctreePool, FindsEverySourceOnAnyPathOfTheListener) {
   const Hall hall(4, 20'000);
-  const RadiationModel field = hall.field();
-  PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
-  OctreePool pool(field, hall.weights, hall.trees.tops(), {}, loader);
+  const RadiationModel radiation = hall.radiation();
+  PageLoader loader(hall.trees.fetch(radiation, hall.weights), PageBudget{1'000'000'000});
+  OctreePool pool(radiation, hall.weights, hall.trees.tops(), {}, loader);
   Vec3 place(10, 1.7, 7), home = place;
   std::size_t found_in_all = 0;
   constexpr std::uint32_t kKeyframes = 600;
@@ -208,7 +208,8 @@ TEST(OctreePool, FindsEverySourceOnAnyPathOfTheListener) {
     for (std::size_t s = 0; s < hall.all.size(); ++s) {
       const Source& source = hall.all[s];
       const double priority =
-          weight(field, hall.weights.by_signal[field.signal(source)], source, place) / source.u;
+          weight(radiation, hall.weights.by_signal[radiation.signal(source)], source, place) /
+          source.u;
       if (priority < threshold) continue;
       ++found_in_all;
       ASSERT_TRUE(is_found[s]) << keyframe << " " << s;
@@ -248,10 +249,10 @@ TEST(OctreePool, AcceptsInnerNodesWithoutSources) {
   trees.add(tree);
   const std::vector<Emitter> emitters(1);
   const std::vector<Material> materials(1);
-  const RadiationModel field(emitters, materials, Air{});
+  const RadiationModel radiation(emitters, materials, Air{});
   const SignalWeights weights{{same_in_all_bands(1)}};
-  PageLoader loader(trees.fetch(field, weights), PageBudget{1'000'000'000});
-  OctreePool pool(field, weights, trees.tops(), {}, loader);
+  PageLoader loader(trees.fetch(radiation, weights), PageBudget{1'000'000'000});
+  OctreePool pool(radiation, weights, trees.tops(), {}, loader);
   std::vector<FoundSource> found;
   bool had_missed = false;
   for (int keyframe = 0; keyframe < 5; ++keyframe) {
@@ -277,16 +278,17 @@ std::vector<double> relative_powers(int deepest, int seeds, std::uint32_t source
   std::vector<double> ratios;
   for (int seed = 0; seed < seeds; ++seed) {
     const Hall hall(100 + static_cast<std::uint64_t>(seed), sources);
-    const RadiationModel field = hall.field(LateBoost(seed % 2 == 0 ? 0 : 0.6));
-    PageLoader loader(hall.trees.fetch(field, hall.weights, deepest), PageBudget{1'000'000'000});
-    OctreePool pool(field, hall.weights, hall.trees.tops(), {}, loader);
-    const auto sampler = make_priority_sampler(field, hall.weights, pool, 2000);
+    const RadiationModel radiation = hall.radiation(LateBoost(seed % 2 == 0 ? 0 : 0.6));
+    PageLoader loader(hall.trees.fetch(radiation, hall.weights, deepest),
+                      PageBudget{1'000'000'000});
+    OctreePool pool(radiation, hall.weights, hall.trees.tops(), {}, loader);
+    const auto sampler = make_priority_sampler(radiation, hall.weights, pool, 2000);
     const Vec3 place(10, 1.7, 5);
     double heard = 0;
     for (const SampledSource& one : testing::complete_sample(*sampler, place))
-      heard +=
-          one.power_scale * weight(field, hall.weights.by_signal[one.signal], *one.source, place);
-    ratios.push_back(heard / hall.total_power_at(field, place));
+      heard += one.power_scale *
+               weight(radiation, hall.weights.by_signal[one.signal], *one.source, place);
+    ratios.push_back(heard / hall.total_power_at(radiation, place));
   }
   return ratios;
 }
@@ -321,10 +323,11 @@ TEST(OctreePool, IsUnbiasedAndMorePreciseWithThreeLevelsOfPages) {
 
 TEST(OctreePool, FindsNothingWithoutSources) {
   const Hall hall(1, 10);
-  const RadiationModel field = hall.field();
-  PageLoader loader(hall.trees.fetch(field, hall.weights), PageBudget{1000});
-  OctreePool pool(field, hall.weights, {}, {}, loader);
-  EXPECT_TRUE(make_priority_sampler(field, hall.weights, pool, 5)->sample(Vec3(0, 0, 0)).empty());
+  const RadiationModel radiation = hall.radiation();
+  PageLoader loader(hall.trees.fetch(radiation, hall.weights), PageBudget{1000});
+  OctreePool pool(radiation, hall.weights, {}, {}, loader);
+  EXPECT_TRUE(
+      make_priority_sampler(radiation, hall.weights, pool, 5)->sample(Vec3(0, 0, 0)).empty());
 }
 
 }  // namespace

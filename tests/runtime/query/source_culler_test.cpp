@@ -41,8 +41,8 @@ TEST_P(SourceCullerOn, PassesEverySourceAboveTheThresholdAndFewOthers) {
                              Place{300, {-8000, 20, 9000}}, Place{20'000, {0, 0, 0}}})
     for (const std::uint32_t count : {1u, 17u, 300u, 512u}) {
       const testing::ScatteredSources level(count, count, where.spread_m, where.middle_m);
-      const RadiationModel field(level.emitters, level.materials, Air{});
-      const auto sources = level.cull_sources(field);
+      const RadiationModel radiation(level.emitters, level.materials, Air{});
+      const auto sources = level.cull_sources(radiation);
       const SourceCuller culler(sources);
       std::size_t through = 0, by_the_formula = 0;
       for (std::uint32_t i = 0; i < 30; ++i) {
@@ -64,7 +64,7 @@ TEST_P(SourceCullerOn, PassesEverySourceAboveTheThresholdAndFewOthers) {
           for (std::uint32_t s = 0; s < count; ++s) {
             const Source& source = level.sources[s];
             const double priority =
-                weight(field, level.weight, source, place) / std::max(source.u, kMinU);
+                weight(radiation, level.weight, source, place) / std::max(source.u, kMinU);
             ASSERT_LE(priority, ceilings[s] * (1 + 1e-6));
             if (found[s] >= 0)
               ASSERT_GE(found[s], ceilings[s]);
@@ -82,8 +82,8 @@ TEST_P(SourceCullerOn, PassesEverySourceAboveTheThresholdAndFewOthers) {
 // A validity radius asks which sources may reach the threshold within a ball.
 TEST_P(SourceCullerOn, BoundsPrioritiesWithinAWholeBall) {
   const testing::ScatteredSources level(5, 512, 10, {3, 2, 1});
-  const RadiationModel field(level.emitters, level.materials, Air{});
-  const auto sources = level.cull_sources(field);
+  const RadiationModel radiation(level.emitters, level.materials, Air{});
+  const auto sources = level.cull_sources(radiation);
   const SourceCuller culler(sources);
   std::size_t passed = 0, reached = 0;
   for (std::uint32_t i = 0; i < 60; ++i) {
@@ -136,8 +136,8 @@ double highest_in_ball(const CullSource& s, const Vec3& middle, double radius_m)
 // Loose bounds would triple the number of sources that the runtime tests.
 TEST_P(SourceCullerOn, HasTightBoundsForABall) {
   const testing::ScatteredSources level(6, 512, 1, {0, 0, 0});
-  const RadiationModel field(level.emitters, level.materials, Air{});
-  const auto sources = level.cull_sources(field);
+  const RadiationModel radiation(level.emitters, level.materials, Air{});
+  const auto sources = level.cull_sources(radiation);
   const SourceCuller culler(sources);
   std::size_t compared = 0, sharp = 0;
   for (std::uint32_t i = 0; i < 40; ++i) {
@@ -176,8 +176,8 @@ SourceShape shape_of(const CullSource& source, const Vec3& place) {
 // Shortlists evaluate the bounds of any number of sources at once.
 TEST_P(SourceCullerOn, GivesTheSameBoundsToSourcesOfAShortlist) {
   const testing::ScatteredSources level(8, 300, 10, {1, 2, 3});
-  const RadiationModel field(level.emitters, level.materials, Air{});
-  const auto sources = level.cull_sources(field);
+  const RadiationModel radiation(level.emitters, level.materials, Air{});
+  const auto sources = level.cull_sources(radiation);
   for (const std::uint32_t count : {1u, 15u, 16u, 17u, 300u}) {
     const Vec3 place = Vec3(1, 2, 3) + 12.0 * testing::direction(philox(10, {count, 0, 0, 0}));
     std::vector<SourceShape> shapes(count);
@@ -198,8 +198,8 @@ TEST_P(SourceCullerOn, GivesTheSameBoundsToSourcesOfAShortlist) {
 // from the origin in single precision, and for a listener who walks on.
 TEST_P(SourceCullerOn, BoundsSourcesOfAShortlistThatAreDisplaced) {
   const testing::ScatteredSources level(11, 400, 1, {0, 0, 0});
-  const RadiationModel field(level.emitters, level.materials, Air{});
-  const auto sources = level.cull_sources(field);
+  const RadiationModel radiation(level.emitters, level.materials, Air{});
+  const auto sources = level.cull_sources(radiation);
   std::vector<SourceShape> shapes(sources.size());
   std::vector<float> ceilings(sources.size());
   std::size_t close = 0;
@@ -227,8 +227,8 @@ TEST_P(SourceCullerOn, BoundsSourcesOfAShortlistThatAreDisplaced) {
 
 TEST_P(SourceCullerOn, EqualsTheBoundInDoublePrecision) {
   const testing::ScatteredSources level(3, 512, 10, {1, 2, 3});
-  const RadiationModel field(level.emitters, level.materials, Air{});
-  const auto sources = level.cull_sources(field);
+  const RadiationModel radiation(level.emitters, level.materials, Air{});
+  const auto sources = level.cull_sources(radiation);
   const SourceCuller culler(sources);
   std::size_t compared = 0;
   for (std::uint32_t i = 0; i < 40; ++i) {

@@ -26,9 +26,9 @@ struct Stage {
 
   explicit Stage(std::size_t most)
       : input(with_kinds()),
-        field(input.emitters, input.materials, input.air),
+        radiation(input.emitters, input.materials, input.air),
         moving(most, kKinds),
-        list(moving, field, by_signal(), input.emitters, kKinds) {}
+        list(moving, radiation, by_signal(), input.emitters, kKinds) {}
 
   static AuralizerInput with_kinds() {
     AuralizerInput input = testing::baked_room(400);
@@ -52,7 +52,7 @@ struct Stage {
     return *handle;
   }
   double weight_of(const Source& source, const Vec3& place) const {
-    return weight(field, weights.by_signal[field.signal(source)], source, place);
+    return weight(radiation, weights.by_signal[radiation.signal(source)], source, place);
   }
   // All moving sources as of the last commit.
   std::vector<FoundSource> all_moving(const Vec3& place, double time_s) {
@@ -65,7 +65,7 @@ struct Stage {
 
   SignalWeights weights;
   AuralizerInput input;
-  RadiationModel field;
+  RadiationModel radiation;
   MovingSources moving;
   MovingSourceList list;
 };
@@ -73,9 +73,9 @@ struct Stage {
 TEST(MovingSources, AreSampledLikeASortOfAllSources) {
   constexpr std::size_t kVoices = 150;
   Stage stage(2000);
-  SourceList still(stage.field, stage.weights, stage.input.sources);
+  SourceList still(stage.radiation, stage.weights, stage.input.sources);
   CombinedPool pool(still, stage.list);
-  const auto sampler = make_priority_sampler(stage.field, stage.weights, pool, kVoices);
+  const auto sampler = make_priority_sampler(stage.radiation, stage.weights, pool, kVoices);
   std::vector<MovingHandle> handles;
   for (std::uint32_t step = 0; step < 60; ++step) {
     const Vec3 listener(1 + 0.05 * step, 2 + 0.03 * step, 1.5);
@@ -112,9 +112,9 @@ TEST(MovingSources, AreUnbiasedInTotalPower) {
   constexpr std::size_t kVoices = 20, kSources = 200;
   constexpr int kRolls = 1000;
   Stage stage(kSources);
-  SourceList none(stage.field, stage.weights, {});
+  SourceList none(stage.radiation, stage.weights, {});
   CombinedPool pool(none, stage.list);
-  const auto sampler = make_priority_sampler(stage.field, stage.weights, pool, kVoices);
+  const auto sampler = make_priority_sampler(stage.radiation, stage.weights, pool, kVoices);
   const Vec3 listener(4, 5, 1.6);
   std::vector<MovingHandle> handles;
   testing::PriorityEstimates estimates;
@@ -178,9 +178,9 @@ TEST(MovingSources, ReportErrorsAndThenChangeNothing) {
 TEST(MovingSources, AreSampledLikeASortWhenAHundredThousandMove) {
   constexpr std::size_t kMany = 100'000, kVoices = 500;
   Stage stage(kMany);
-  SourceList still(stage.field, stage.weights, stage.input.sources);
+  SourceList still(stage.radiation, stage.weights, stage.input.sources);
   CombinedPool pool(still, stage.list);
-  const auto sampler = make_priority_sampler(stage.field, stage.weights, pool, kVoices);
+  const auto sampler = make_priority_sampler(stage.radiation, stage.weights, pool, kVoices);
   std::vector<MovingHandle> handles;
   for (std::uint32_t i = 0; i < kMany; ++i) handles.push_back(stage.add(i, 0.01));
   const Vec3 listener(3, 4, 1.5);

@@ -41,14 +41,15 @@ class OccludedListener {
   OccludedListener(const World& world, std::vector<Source> sources, std::size_t voices, bool exact)
       : world_(world) {
     trees_.add(build_octree(std::move(sources)));
-    loader_ = std::make_unique<PageLoader>(trees_.fetch(world.field, world.weights),
+    loader_ = std::make_unique<PageLoader>(trees_.fetch(world.radiation, world.weights),
                                            PageBudget{4'000'000'000});
-    pool_ = std::make_unique<OctreePool>(world.field, world.weights, trees_.tops(),
+    pool_ = std::make_unique<OctreePool>(world.radiation, world.weights, trees_.tops(),
                                          std::span<const std::vector<std::uint32_t>>(), *loader_);
     occlusion_ = std::make_unique<VisibilityCache>(world.surfaces, testing::kSpeed_mps,
                                                    VisibilityOptions{.exact = exact});
-    sampler_ = make_priority_sampler(world.field, world.weights, *pool_, voices, occlusion_.get(),
-                                     exact ? SearchBound::kUnbounded : SearchBound::kBounded);
+    sampler_ =
+        make_priority_sampler(world.radiation, world.weights, *pool_, voices, occlusion_.get(),
+                              exact ? SearchBound::kUnbounded : SearchBound::kBounded);
   }
 
   // All requested pages arrive before the next keyframe.

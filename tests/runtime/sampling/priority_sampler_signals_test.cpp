@@ -74,7 +74,7 @@ struct WeightedHall {
     }
   }
 
-  RadiationModel field() const { return {emitters, materials, Air{}}; }
+  RadiationModel radiation() const { return {emitters, materials, Air{}}; }
 
   std::vector<Signal> signals;
   SignalWeights weights;
@@ -93,7 +93,7 @@ std::vector<Signal> played() {
 
 // Numbers and power scales of the sample.
 std::map<std::uint64_t, double> expected_sample(const WeightedHall& hall,
-                                                const RadiationModel& field,
+                                                const RadiationModel& radiation,
                                                 std::span<const Source> sources, std::size_t voices,
                                                 const Vec3& place, double time_s) {
   std::vector<testing::WeightedSource> all;
@@ -103,7 +103,7 @@ std::map<std::uint64_t, double> expected_sample(const WeightedHall& hall,
     const double heard_s = time_s - emitter.delay_s - source.delay_s -
                            length(place - Vec3(source.position_m)) / speed_of_sound_mps(Air{});
     const auto now = hall.weights.tracks[emitter.signal].at(heard_s);
-    const Bands intensity = field.intensity(source, place);
+    const Bands intensity = radiation.intensity(source, place);
     double weight = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
       weight += static_cast<double>(now.weights[b]) * intensity[b];
@@ -114,14 +114,14 @@ std::map<std::uint64_t, double> expected_sample(const WeightedHall& hall,
 
 TEST(SignalSampling, GivesTheSampleOfASortOfAllSourcesAtAnyTime) {
   const WeightedHall hall(played(), 6000, 1);
-  const RadiationModel field = hall.field();
+  const RadiationModel radiation = hall.radiation();
   testing::StoredTrees trees;
   trees.add(build_octree(hall.all));
   const std::vector<Source> sources = trees.all_sources();
   for (const std::size_t voices : {1u, 50u, 1000u}) {
-    PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
-    OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
-    const auto sampler = make_priority_sampler(field, hall.weights, pool, voices);
+    PageLoader loader(trees.fetch(radiation, hall.weights), PageBudget{1'000'000'000});
+    OctreePool pool(radiation, hall.weights, trees.tops(), {}, loader);
+    const auto sampler = make_priority_sampler(radiation, hall.weights, pool, voices);
     // The listener stands still, walks, and jumps in place and time.
     for (std::uint32_t i = 0; i < 40; ++i) {
       const RandomBits bits = philox(6, {i, 0, 0, 0});
@@ -131,8 +131,8 @@ TEST(SignalSampling, GivesTheSampleOfASortOfAllSourcesAtAnyTime) {
                                   : Vec3(20 * unit(bits[1]), 1.7, 15 * unit(bits[2]));
       auto sample = sampler->sample(place, time_s);
       while (!sampler->complete()) sample = sampler->sample(place, time_s);
-      testing::expect_sample(sample, expected_sample(hall, field, sources, voices, place, time_s),
-                             1e-9);
+      testing::expect_sample(
+          sample, expected_sample(hall, radiation, sources, voices, place, time_s), 1e-9);
       if (HasFatalFailure()) FAIL() << voices << " voices, " << i;
     }
   }
@@ -142,14 +142,14 @@ TEST(SignalSampling, GivesTheSampleOfASortOfAllSourcesAtAnyTime) {
 // or is late gets the same sample as well.
 TEST(SignalSampling, GivesTheSampleOfASortToAListenerWhoWalksAndTurns) {
   const WeightedHall hall(played(), 20'000, 9);
-  const RadiationModel field = hall.field();
+  const RadiationModel radiation = hall.radiation();
   testing::StoredTrees trees;
   trees.add(build_octree(hall.all));
   const std::vector<Source> sources = trees.all_sources();
-  PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
-  OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
+  PageLoader loader(trees.fetch(radiation, hall.weights), PageBudget{1'000'000'000});
+  OctreePool pool(radiation, hall.weights, trees.tops(), {}, loader);
   constexpr std::size_t kVoices = 200;
-  const auto sampler = make_priority_sampler(field, hall.weights, pool, kVoices);
+  const auto sampler = make_priority_sampler(radiation, hall.weights, pool, kVoices);
   Vec3 place(3, 1.7, 3);
   double heading = 0, time_s = 3;
   constexpr std::uint32_t kKeyframes = testing::kSanitized ? 120 : 200;
@@ -163,24 +163,24 @@ TEST(SignalSampling, GivesTheSampleOfASortToAListenerWhoWalksAndTurns) {
     time_s += k / 100 % 2 == 1 ? 0.06 : in_round == 50 ? 0.035 : 0.02;
     auto sample = sampler->sample(place, time_s);
     while (!sampler->complete()) sample = sampler->sample(place, time_s);
-    testing::expect_sample(sample, expected_sample(hall, field, sources, kVoices, place, time_s),
-                           1e-9);
+    testing::expect_sample(sample,
+                           expected_sample(hall, radiation, sources, kVoices, place, time_s), 1e-9);
     if (HasFatalFailure()) FAIL() << k;
   }
 }
 
 TEST(SignalSampling, GivesNoVoiceToSilentSources) {
   const WeightedHall hall(played(), 2000, 2);
-  const RadiationModel field = hall.field();
-  SourceList list(field, hall.weights, hall.all);
-  const auto sampler = make_priority_sampler(field, hall.weights, list, 5000);
+  const RadiationModel radiation = hall.radiation();
+  SourceList list(radiation, hall.weights, hall.all);
+  const auto sampler = make_priority_sampler(radiation, hall.weights, list, 5000);
   std::vector<int> heard(hall.signals.size());
   for (double time_s = 0; time_s < 12; time_s += 0.1) {
     for (const SampledSource& chosen : sampler->sample(Vec3(5, 1.7, 5), time_s)) {
       const Source& source = *chosen.source;
       ++heard[chosen.signal];
       // A one-shot is silent before it starts and long after its end.
-      const double at_s = time_s - field.delay_s(source, {5, 1.7, 5});
+      const double at_s = time_s - radiation.delay_s(source, {5, 1.7, 5});
       if (chosen.signal == 2) {
         EXPECT_TRUE(at_s > -0.15 && at_s < 1) << at_s;
       }
@@ -201,12 +201,12 @@ TEST(SignalSampling, GivesNoVoiceToSilentSources) {
 
 TEST(SignalSampling, ChoosesNothingAfterAllSoundsHaveEnded) {
   const WeightedHall hall({gated_noise(0.3, false, 1)}, 1000, 3);
-  const RadiationModel field = hall.field();
+  const RadiationModel radiation = hall.radiation();
   testing::StoredTrees trees;
   trees.add(build_octree(hall.all));
-  PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
-  OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
-  const auto sampler = make_priority_sampler(field, hall.weights, pool, 100);
+  PageLoader loader(trees.fetch(radiation, hall.weights), PageBudget{1'000'000'000});
+  OctreePool pool(radiation, hall.weights, trees.tops(), {}, loader);
+  const auto sampler = make_priority_sampler(radiation, hall.weights, pool, 100);
   EXPECT_EQ(sampler->sample(Vec3(5, 1.7, 5), 1).size(), 100u);
   EXPECT_TRUE(sampler->sample(Vec3(5, 1.7, 5), 10).empty());
 }
@@ -226,14 +226,14 @@ TEST(SignalSampling, CostsNoMoreAfterALoudSound) {
     Signal bang = gated_noise(0.3, false, 1);
     for (float& sample : bang.samples) sample *= static_cast<float>(loud);
     const WeightedHall hall({quiet, bang}, 60'000, 4);
-    const RadiationModel field = hall.field();
+    const RadiationModel radiation = hall.radiation();
     testing::StoredTrees trees;
     trees.add(build_octree(hall.all));
-    PageLoader loader(trees.fetch(field, hall.weights), PageBudget{1'000'000'000});
+    PageLoader loader(trees.fetch(radiation, hall.weights), PageBudget{1'000'000'000});
     // All pages are loaded in advance, because the time of their arrival changes what is queried.
     load_all(loader, trees.tops().back());
-    OctreePool pool(field, hall.weights, trees.tops(), {}, loader);
-    const auto sampler = make_priority_sampler(field, hall.weights, pool, 100);
+    OctreePool pool(radiation, hall.weights, trees.tops(), {}, loader);
+    const auto sampler = make_priority_sampler(radiation, hall.weights, pool, 100);
     // The threshold predictor recovers from the fall of the threshold within half a second.
     std::vector<double> times_s = {0.5};
     for (int i = 0; i < 300; ++i) times_s.push_back(20 + 0.02 * i);
@@ -256,11 +256,11 @@ TEST(SignalSampling, CostsNoMoreAfterALoudSound) {
 }
 
 // Received power with the current level of the source's signal.
-double heard_now(const WeightedHall& hall, const RadiationModel& field, const SignalWeights& raw,
-                 const Source& source, const Vec3& place, double time_s) {
+double heard_now(const WeightedHall& hall, const RadiationModel& radiation,
+                 const SignalWeights& raw, const Source& source, const Vec3& place, double time_s) {
   const auto now =
-      weights_at_place(field, raw, hall.emitters[source.emitter].signal, source, place, time_s);
-  return weight(field, now.weights, source, place);
+      weights_at_place(radiation, raw, hall.emitters[source.emitter].signal, source, place, time_s);
+  return weight(radiation, now.weights, source, place);
 }
 
 // Two loops alternate, so half of the sources are silent at any time.
@@ -270,7 +270,7 @@ TEST(SignalSampling, IsUnbiasedAndMorePreciseThanByMeanLevelsWhenHalfIsSilent) {
   constexpr std::size_t kVoices = 150;
   constexpr int kSeeds = 40;
   WeightedHall hall(turns, 4000, 5);
-  const RadiationModel field = hall.field();
+  const RadiationModel radiation = hall.radiation();
   std::vector<TimedEnvelope> envelopes;
   for (const Signal& signal : turns)
     envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
@@ -285,17 +285,18 @@ TEST(SignalSampling, IsUnbiasedAndMorePreciseThanByMeanLevelsWhenHalfIsSilent) {
     for (std::uint32_t i = 0; i < hall.all.size(); ++i)
       hall.all[i].u = static_cast<float>(
           unit_above_zero(philox(100 + static_cast<std::uint64_t>(seed), {i, 0, 0, 0})[0]));
-    SourceList list(field, hall.weights, hall.all), mean_list(field, by_mean, hall.all);
-    const std::array samplers = {make_priority_sampler(field, hall.weights, list, kVoices),
-                                 make_priority_sampler(field, by_mean, mean_list, kVoices)};
+    SourceList list(radiation, hall.weights, hall.all), mean_list(radiation, by_mean, hall.all);
+    const std::array samplers = {make_priority_sampler(radiation, hall.weights, list, kVoices),
+                                 make_priority_sampler(radiation, by_mean, mean_list, kVoices)};
     for (double time_s = 10; time_s < 12; time_s += 0.25) {
       double whole = 0;
       for (const Source& source : hall.all)
-        whole += heard_now(hall, field, raw, source, place, time_s);
+        whole += heard_now(hall, radiation, raw, source, place, time_s);
       for (std::size_t s = 0; s < samplers.size(); ++s) {
         double heard = 0;
         for (const SampledSource& chosen : samplers[s]->sample(place, time_s))
-          heard += chosen.power_scale * heard_now(hall, field, raw, *chosen.source, place, time_s);
+          heard +=
+              chosen.power_scale * heard_now(hall, radiation, raw, *chosen.source, place, time_s);
         sum[s] += heard / whole;
         squares[s] += (heard / whole - 1) * (heard / whole - 1);
         if (s == 0) far += std::abs(10 * std::log10(heard / whole)) > 0.8;

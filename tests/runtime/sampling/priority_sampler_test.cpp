@@ -24,7 +24,7 @@ std::map<std::uint64_t, double> reference_priority_sample(const Room& room, cons
   std::vector<testing::WeightedSource> all;
   for (std::uint32_t i = 0; i < room.sources().size(); ++i) {
     const Source& source = room.sources()[i];
-    const float late = room.field.late_boost().at(source.delay_s);
+    const float late = room.radiation.late_boost().at(source.delay_s);
     all.push_back(
         {i, room.weight_of(i, place) * (1 + LateBoost::strength(voices) * late), source.u});
   }
@@ -38,7 +38,7 @@ Vec3 place(std::uint32_t i) {
 
 void expect_sorted_choice(const Room& room, std::size_t max_voices) {
   SourceList list = room.list();
-  const auto sampler = make_priority_sampler(room.field, room.weights, list, max_voices);
+  const auto sampler = make_priority_sampler(room.radiation, room.weights, list, max_voices);
   // In small steps the last threshold predicts the next; jumps mislead the predictor.
   for (std::uint32_t step = 0; step < 120; ++step) {
     const std::size_t voices = step < 90 ? max_voices : max_voices / 2;
@@ -71,7 +71,7 @@ TEST(PrioritySampler, IsUnbiasedInTotalPower) {
       room.input.sources[i].u = static_cast<float>(unit_above_zero(philox(9, {i, roll, 0, 0})[0]));
     double estimate = 0;
     SourceList list = room.list();
-    const auto sampler = make_priority_sampler(room.field, room.weights, list, kSampleVoices);
+    const auto sampler = make_priority_sampler(room.radiation, room.weights, list, kSampleVoices);
     for (const SampledSource& chosen : sampler->sample(listener))
       estimate += chosen.power_scale * room.weight_of(chosen.number, listener);
     estimates.add(estimate / whole);
@@ -82,7 +82,7 @@ TEST(PrioritySampler, IsUnbiasedInTotalPower) {
 TEST(PrioritySampler, TakesEverythingWhenThereIsRoom) {
   const Room room(400);
   SourceList list = room.list();
-  const auto sampler = make_priority_sampler(room.field, room.weights, list, 100000);
+  const auto sampler = make_priority_sampler(room.radiation, room.weights, list, 100000);
   std::size_t audible = 0;
   for (std::uint32_t i = 0; i < room.sources().size(); ++i)
     audible += room.weight_of(i, {3, 4, 1.5}) > 0;
@@ -94,7 +94,7 @@ TEST(PrioritySampler, TakesEverythingWhenThereIsRoom) {
 TEST(AllSampler, TakesEverySourceUnscaled) {
   const Room room(400);
   const SourceList list = room.list();
-  const auto sampler = make_all_sampler(room.field, list);
+  const auto sampler = make_all_sampler(room.radiation, list);
   const auto sample = sampler->sample(Vec3(3, 4, 1.5));
   EXPECT_EQ(sample.size(), room.sources().size());
   for (const SampledSource& chosen : sample) EXPECT_EQ(chosen.power_scale, 1);

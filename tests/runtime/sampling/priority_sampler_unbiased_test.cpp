@@ -60,13 +60,14 @@ struct PlacedSource {
   }
 };
 
-std::vector<PlacedSource> placed_sources(const AuralizerInput& input, const RadiationModel& field) {
+std::vector<PlacedSource> placed_sources(const AuralizerInput& input,
+                                         const RadiationModel& radiation) {
   std::vector<PlacedSource> sources;
   for (const Source& source : input.sources) {
     const Vec3 from = Vec3(source.position_m) - kListener;
     const double delay_s =
-        field.delay_s(source, kListener) - input.emitters[source.emitter].delay_s;
-    sources.push_back({field.intensity(source, kListener),
+        radiation.delay_s(source, kListener) - input.emitters[source.emitter].delay_s;
+    sources.push_back({radiation.intensity(source, kListener),
                        (from.x > 0 ? 1u : 0u) + (from.y > 0 ? 2u : 0u) + (from.z > 0 ? 4u : 0u),
                        std::min(static_cast<std::size_t>(delay_s / kDelayBin_s), kDelays - 1)});
   }
@@ -95,10 +96,10 @@ void expect_unbiased_sums(PowerSums<Statistics>& sums) {
 void expect_unbiased_sampling(const LateBoost& late_boost, std::size_t voices,
                               std::uint64_t rolls) {
   AuralizerInput input = testing::baked_room(60);
-  const RadiationModel field(input.emitters, input.materials, input.air, late_boost);
+  const RadiationModel radiation(input.emitters, input.materials, input.air, late_boost);
   SignalWeights weights;
   weights.by_signal.assign(input.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
-  const std::vector<PlacedSource> sources = placed_sources(input, field);
+  const std::vector<PlacedSource> sources = placed_sources(input, radiation);
   PowerSums<Statistics> sums;
   for (const PlacedSource& source : sources)
     source.add_to(sums, 1, [](Statistics& of, double power) { of.whole += power; });
@@ -106,8 +107,8 @@ void expect_unbiased_sampling(const LateBoost& late_boost, std::size_t voices,
   for (std::uint32_t roll = 0; roll < kRolls; ++roll) {
     for (std::uint32_t i = 0; i < input.sources.size(); ++i)
       input.sources[i].u = static_cast<float>(unit_above_zero(philox(rolls, {i, roll, 0, 0})[0]));
-    SourceList list(field, weights, input.sources);
-    const auto sampler = make_priority_sampler(field, weights, list, voices);
+    SourceList list(radiation, weights, input.sources);
+    const auto sampler = make_priority_sampler(radiation, weights, list, voices);
     PowerSums<double> estimates;
     for (const SampledSource& chosen : sampler->sample(kListener))
       sources[chosen.number].add_to(estimates, chosen.power_scale,

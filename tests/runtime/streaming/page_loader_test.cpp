@@ -15,7 +15,8 @@ constexpr std::size_t kPages = 40;
 // Pages of 100 sources each, the first at x = page; page 13 cannot be read.
 class PageLoaderTest : public ::testing::Test {
  protected:
-  PageLoaderTest() : field_(emitters_, materials_, Air{}), page_bytes_((*fetch(at(0)))->bytes()) {}
+  PageLoaderTest()
+      : radiation_(emitters_, materials_, Air{}), page_bytes_((*fetch(at(0)))->bytes()) {}
 
   static PageEntry at(std::uint64_t page) {
     PageEntry entry;
@@ -33,9 +34,9 @@ class PageLoaderTest : public ::testing::Test {
     if (page == 13) return Error("page 13 is damaged");
     std::vector<Source> sources(100);
     for (Source& source : sources) source.position_m.x = static_cast<float>(page);
-    return std::make_unique<const ResidentPage>(entry,
-                                                SourcePage(field_, weights_, std::move(sources)),
-                                                PageLinks{}, std::span<const PageEntry>());
+    return std::make_unique<const ResidentPage>(
+        entry, SourcePage(radiation_, weights_, std::move(sources)), PageLinks{},
+        std::span<const PageEntry>());
   }
   PageLoader::Fetch fetcher() {
     return [this](const PageEntry& entry) { return fetch(entry); };
@@ -43,7 +44,7 @@ class PageLoaderTest : public ::testing::Test {
 
   const std::vector<Emitter> emitters_{1};
   const std::vector<Material> materials_{1};
-  const RadiationModel field_;
+  const RadiationModel radiation_;
   const std::vector<Bands> weights_{same_in_all_bands(1)};
   std::mutex mutex_;
   std::vector<std::uint32_t> fetched_;

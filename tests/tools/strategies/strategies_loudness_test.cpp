@@ -64,7 +64,7 @@ class PlacedScene {
       for (std::size_t b = 0; b < kBandCount; ++b)
         weight += static_cast<double>(loudness[b]) * power[b];
       if (weight == 0) continue;
-      const float late = scene.field.late_boost().at(scene.input.sources[i].delay_s);
+      const float late = scene.radiation.late_boost().at(scene.input.sources[i].delay_s);
       sources_.push_back({weight, power, late, i});
       whole_ += weight;
       for (std::size_t b = 0; b < kBandCount; ++b) bands_[b] += power[b];
@@ -145,11 +145,11 @@ TEST_P(PaperScene, IsWithinTheLevelToleranceByPriorityIn95Of100Bakes) {
 class Waveforms {
  public:
   Waveforms(const Scene& scene, const Vec3& place)
-      : scene_(scene), place_(place), list_(scene.field, scene.weights, scene.input.sources) {
+      : scene_(scene), place_(place), list_(scene.radiation, scene.weights, scene.input.sources) {
     for (std::size_t i = 0; i < scene.size(); ++i) {
-      powers_.push_back(weight(scene.field,
-                               scene.weights.by_signal[scene.field.signal(scene.input.sources[i])],
-                               scene.input.sources[i], place));
+      powers_.push_back(weight(
+          scene.radiation, scene.weights.by_signal[scene.radiation.signal(scene.input.sources[i])],
+          scene.input.sources[i], place));
       whole_ += powers_.back();
     }
   }
@@ -158,7 +158,7 @@ class Waveforms {
               std::uint64_t seed = 1) {
     StrategyOptions options{strategy, k, estimator, {}};
     options.tuning.seed = seed;
-    const auto sampler = make_sampler(options, scene_.field, scene_.weights, list_);
+    const auto sampler = make_sampler(options, scene_.radiation, scene_.weights, list_);
     Waveform waveform;
     for (const SampledSource& chosen : sampler->sample(place_)) {
       waveform.power += chosen.power_scale * powers_[chosen.number] / whole_;

@@ -26,7 +26,7 @@ struct StrategyRoom : testing::WeightedRoom {
                                    std::uint64_t seed = 1) const {
     StrategyOptions options{strategy, kVoices, estimator, {}};
     options.tuning.seed = seed;
-    return make_sampler(options, field, weights, *all);
+    return make_sampler(options, radiation, weights, *all);
   }
 
   const std::unique_ptr<SourceList> all;
@@ -93,7 +93,7 @@ TEST(Strategies, AreUnbiasedInTheirOwnEstimate) {
     for (const std::string& name : paper_strategies()) {
       const auto value = [&](const Source& source, std::size_t number) {
         if (source.is_emitter || number % 3 != 0) return 0.0;
-        const Bands intensity = room.field.intensity(source, kPlace);
+        const Bands intensity = room.radiation.intensity(source, kPlace);
         const double power = intensity[6];
         return estimator == Estimator::kPower ? power : std::sqrt(power);
       };
