@@ -8,6 +8,7 @@
 
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
+#include "runtime/mixing/keyframe_maker.h"
 #include "tests/baked_room.h"
 #include "tests/runtime/hrtf_mixing.h"
 #include "tests/runtime/moving_field.h"

@@ -11,6 +11,7 @@
 
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
+#include "runtime/mixing/keyframe_maker.h"
 #include "tests/rooms.h"
 #include "tests/runtime/hrtf_mixing.h"
 #include "tests/runtime/moving_field.h"

@@ -12,6 +12,7 @@
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/hrtf/hrtf.h"
+#include "runtime/mixing/keyframe_maker.h"
 #include "runtime/mixing/output_format.h"
 #include "runtime/output/loudness_meter.h"
 #include "tests/baked_room.h"
