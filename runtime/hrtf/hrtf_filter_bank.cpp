@@ -39,8 +39,8 @@ struct BandRows {
 };
 
 // Visits the frames of a band's bus plus, times its level, its share of the octave buses.
-template <class Level>
-void sum_band(const BandRows& rows, std::size_t band, int ear, const Level& level,
+template <class LevelAt>
+void sum_band(const BandRows& rows, std::size_t band, int ear, const LevelAt& level,
               float* out) noexcept REALTIME {
   const auto row = [&](std::size_t k) { return (kEars * static_cast<int>(k) + ear) * rows.stride; };
   std::copy_n(rows.buses + row(band), rows.frames, out);
