@@ -86,15 +86,6 @@ BakeStatistics statistics_of(const TraceTally& tally, const PhotonTracer& tracer
                                   " of the power was still under way at the longest path");
   if (level.mesh.triangles.empty())
     statistics.warnings.push_back("The level has no triangles: sound meets nothing, a free field.");
-  for (const Material& material : level.materials)
-    for (std::size_t b = 0; b < kBandCount; ++b)
-      if (material.transmission[b] > material.absorption[b]) {
-        statistics.warnings.push_back(
-            "Material " + in_quotes(material.name) +
-            " lets more sound through than it does not reflect (transmission above absorption); it "
-            "lets through what it does not reflect.");
-        break;
-      }
   return statistics;
 }
 

@@ -1,6 +1,7 @@
 // material.h: acoustic properties of a surface, per octave band.
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 #include "common/bands.h"
@@ -19,5 +20,13 @@ struct Material {
 
   bool operator==(const Material&) const = default;
 };
+
+// Returns whether no band transmits more than it absorbs. The level import and the reader of bake
+// files clamp transmission, so that all other code can rely on it.
+inline bool conserves_energy(const Material& material) {
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    if (material.transmission[b] > material.absorption[b]) return false;
+  return true;
+}
 
 }  // namespace clamor

@@ -97,11 +97,11 @@ PhongLobe::PhongLobe(double exponent) : exponent_(exponent) {
     const double root = static_cast<double>(k) / kCells;
     albedo_[k] = static_cast<float>(lobe_albedo(exponent_, std::max(root * root, 1e-9)));
   }
-  least_albedo_ = *std::min_element(albedo_.begin(), albedo_.end());
+  min_albedo_ = *std::min_element(albedo_.begin(), albedo_.end());
   loss_slope_ = std::numeric_limits<double>::infinity();
   for (std::size_t k = 1; k <= kCells; ++k) {
     const double root = static_cast<double>(k) / kCells;
-    const double lost = (1 - static_cast<double>(albedo_[k])) / (1 - least_albedo_);
+    const double lost = (1 - static_cast<double>(albedo_[k])) / (1 - min_albedo_);
     loss_slope_ = std::min(loss_slope_, -std::numbers::ln2 * log2_of(lost) / (root * root));
   }
   loss_slope_ *= 0.99;  // margin between cells

@@ -15,7 +15,6 @@
 // the same BRDF for kernels.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -41,7 +40,7 @@ class PhongLobe {
   // E(i), within 2e-4 of the integral of the lobe over the hemisphere.
   double albedo(double cos_i) const;
   double mean_albedo() const { return mean_albedo_; }
-  double min_albedo() const { return least_albedo_; }
+  double min_albedo() const { return min_albedo_; }
   // Slope of the bound 1 - E(o) <= (1 - min_albedo()) exp(-loss_slope() cos o): 0.34 for an
   // exponent of 1, 1.7 for 20, 3.8 for 100.
   double loss_slope() const { return loss_slope_; }
@@ -61,7 +60,7 @@ class PhongLobe {
   static constexpr std::size_t kCells = 256;  // cells in sqrt(mu), which resolves grazing angles
 
   double exponent_;
-  double mean_albedo_ = 0, least_albedo_ = 0, loss_slope_ = 0;
+  double mean_albedo_ = 0, min_albedo_ = 0, loss_slope_ = 0;
   std::array<float, kCells + 1> albedo_{};        // at mu = (k / kCells)^2
   std::array<float, kCells + 1> compensation_{};  // cumulative share below that mu
   std::array<float, kCells + 1> square_{};        // mu^2 at the start of cell k,
@@ -134,14 +133,6 @@ class ReflectionLaws {
   PhongLobes lobes_;
   std::vector<Law> laws_;
 };
-
-// Share of the power per band that a surface transmits: at most what it does not reflect.
-inline Bands transmittance(const Material& material) {
-  Bands result = material.transmission;
-  for (std::size_t b = 0; b < kBandCount; ++b)
-    result[b] = std::min(result[b], material.absorption[b]);
-  return result;
-}
 
 // The mirror direction of a unit vector that arrives at a surface.
 inline Vec3 mirrored(const Vec3& arrival, const Vec3& normal) {

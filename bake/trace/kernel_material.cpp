@@ -1,6 +1,7 @@
 #include "bake/trace/kernel_material.h"
 
 #include <algorithm>
+#include <cassert>
 
 namespace clamor {
 
@@ -17,14 +18,14 @@ std::vector<KernelMaterial> kernel_materials(std::span<const Material> materials
   std::vector<KernelMaterial> tables;
   for (std::size_t m = 0; m < materials.size(); ++m) {
     const Material& material = materials[m];
-    const Bands transmitted_share = transmittance(material);
+    assert(conserves_energy(material));
     KernelMaterial table;
     table.brdf = reflection_table(laws, m);
     table.same_in_all_bands =
         is_constant(table.brdf.scattering) && is_constant(table.brdf.exponent);
     for (std::size_t b = 0; b < kBandCount; ++b) {
       const float reflected = 1 - material.absorption[b];
-      const float transmitted = transmitted_share[b];
+      const float transmitted = material.transmission[b];
       table.kept[b] = reflected + transmitted;
       table.transmitted_of_kept[b] = transmitted > 0 ? transmitted / table.kept[b] : 0;
       table.reflected_of_kept[b] = 1 - table.transmitted_of_kept[b];

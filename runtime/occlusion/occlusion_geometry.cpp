@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <chrono>
 #include <cmath>
 #include <exception>
 
-#include "common/reflection.h"
 #include "formats/level/embree_mesh.h"
 #include "runtime/realtime/thread_cpu_usage.h"
 
@@ -48,8 +48,9 @@ OcclusionGeometry::OcclusionGeometry(const Mesh& mesh, std::span<const Material>
                                      BuildQuality quality)
     : materials_(mesh.materials) {
   for (const Material& material : materials) {
-    const Bands& through = transmission_.emplace_back(transmittance(material));
-    for (const float share : through) transmits_ |= share > 0;
+    assert(conserves_energy(material));
+    transmission_.push_back(material.transmission);
+    for (const float share : material.transmission) transmits_ |= share > 0;
   }
   if (mesh.triangles.empty()) return;  // free field
   planes_.reserve(mesh.triangles.size());

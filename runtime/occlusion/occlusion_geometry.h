@@ -76,8 +76,7 @@ class OcclusionGeometry {
                       std::span<const OccluderPlane*, kPacketRays> surfaces) const;
 
   // Share of the power transmitted straight through all surfaces on the segment. Both sides of a
-  // wall that is modelled with two surfaces count. No surface transmits what it reflects. Adds the
-  // rays cast to `rays`.
+  // wall that is modelled with two surfaces count. Adds the rays cast to `rays`.
   Bands transmission(const Vec3f& from_m, const Vec3f& to_m, std::uint64_t& rays) const;
   bool transmits() const { return transmits_; }  // whether any material does
 

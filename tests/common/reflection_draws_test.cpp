@@ -1,4 +1,5 @@
 // reflection_draws_test.cpp: chi-square tests of the samplers of the reflection law.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>

@@ -176,6 +176,20 @@ TEST(HostileBakeFile, WithInvalidValuesAndValidChecksumsIsRejected) {
     EXPECT_FALSE(read_whole(with_root(whole, hostile.change)).ok()) << hostile.what;
 }
 
+// Files of older versions may hold materials that transmit more than they absorb.
+TEST(BakeFile, IsReadWithMaterialsThatTransmitAtMostWhatTheyAbsorb) {
+  const std::string path = path_of("transmission.clamor");
+  std::ofstream(path, std::ios::binary)
+      << with_root(written(contents()), [](BakeRoot::Builder root) {
+           root.getMaterials()[0].getAbsorption().set(2, 0.25f);
+           root.getMaterials()[0].getTransmission().set(2, 0.5f);
+         });
+  const auto file = BakeFile::open(path, FileAccess::kRead);
+  std::filesystem::remove(path);
+  ASSERT_TRUE(file.ok());
+  EXPECT_EQ(file->materials()[0].transmission[2], 0.25f);
+}
+
 TEST(HostileBakeFile, WithARandomRootIsRejected) {
   const Bytes whole = written(contents());
   Preamble preamble;

@@ -71,6 +71,17 @@ TEST_F(Materials, TakeFlatExtrasAsBlenderWritesThem) {
   EXPECT_FLOAT_EQ(imported.level.materials.at(0).absorption[7], 0.3f);
 }
 
+TEST_F(Materials, TransmitAtMostWhatTheyAbsorbWithAWarning) {
+  const json written = {{"absorption", {0.1, 0.5}}, {"transmission", 0.3}, {"bandsHz", {63, 8000}}};
+  const auto imported = with({{"name", "paper"}, {"extras", {{"acoustic", written}}}});
+  const Material& material = imported.level.materials.at(0);
+  EXPECT_TRUE(conserves_energy(material));
+  EXPECT_EQ(material.transmission.front(), 0.1f);
+  EXPECT_EQ(material.transmission.back(), 0.3f);
+  EXPECT_THAT(imported.report.warnings,
+              ::testing::Contains(HasSubstr("'paper' transmits more than it absorbs")));
+}
+
 TEST_F(Materials, PreferTheFirstMatchingPatternOfTheSidecarToTheirName) {
   write("level.acoustics.json",
         R"({"materials": {"wall_?": {"preset": "brick", "absorption": 0.5}, "*": "carpet"}})");
