@@ -27,6 +27,7 @@ class FlatHashMap {
   }
 
   std::size_t size() const { return size_; }
+  std::size_t slot_count() const { return slots_.size(); }
   bool is_full() const {
     return 2 * (size_ + 1) > slots_.size();
   }  // the next insertion may grow it

@@ -22,7 +22,7 @@
 #include <tuple>
 #include <vector>
 
-#include "common/fibonacci_hash.h"
+#include "common/flat_hash_map.h"
 #include "runtime/realtime/prefetch.h"
 
 namespace clamor {
@@ -93,7 +93,7 @@ class OcclusionUpperBounds {
     return static_cast<std::uint32_t>(number % kPhases);
   }
   bool retests_all() const { return all_; }
-  // Whether the keyframe treats a number as unoccluded.
+  // Returns whether the keyframe treats a number as unoccluded.
   bool is_retested(std::uint64_t number) const { return all_ || number % phases_ == phase_; }
   std::uint32_t phases() const { return phases_; }
 
@@ -108,7 +108,7 @@ class OcclusionUpperBounds {
 
   // The window from a number on, valid for this keyframe.
   Window window(std::uint64_t first) const {
-    const std::uint32_t row = find(first / kRow).row, next = find(first / kRow + 1).row;
+    const std::uint32_t row = row_of(first), next = row_of(first + kRow);
     if (all_ || (row == 0 && next == 0)) return {};
     return {rows_.front().data(),
             static_cast<std::int32_t>(row * std::tuple_size_v<Row>),
@@ -121,7 +121,7 @@ class OcclusionUpperBounds {
 
   // Upper bound of a number's visibility in this keyframe.
   float upper_bound(std::uint64_t number) const {
-    const std::uint32_t word = rows_[find(number / kRow).row][number % kRow / kPerWord];
+    const std::uint32_t word = rows_[row_of(number)][number % kRow / kPerWord];
     return upper_bound(number, bound_of(word >> (4 * (number % kPerWord)) & 15));
   }
   // Upper bound of a number whose stored bound is `known`.
@@ -137,19 +137,14 @@ class OcclusionUpperBounds {
     return share * share * share;
   }
 
-  struct Slot {
-    std::uint64_t key = 0;  // 1 + number / kRow; 0: free
-    std::uint32_t row = 0;  // index into rows_; row 0 has no occluded number
-  };
-  const Slot& find(std::uint64_t key) const {
-    for (std::size_t at = fibonacci_hash(key);; ++at) {
-      const Slot& here = slots_[at & (slots_.size() - 1)];
-      if (here.key == key + 1 || here.key == 0) return here;
-    }
+  // Index into rows_ of a number's row.
+  std::uint32_t row_of(std::uint64_t number) const {
+    const std::uint32_t* row = row_of_.find(number / kRow);
+    return row != nullptr ? *row : 0;
   }
 
-  std::vector<Slot> slots_;  // open addressing, a power of two
-  std::vector<Row> rows_;
+  FlatHashMap<std::uint32_t> row_of_;  // by number / kRow
+  std::vector<Row> rows_;              // row 0 has no occluded number
   std::uint32_t phase_ = 0, phases_ = kPhases;
   bool all_ = true;
 };

@@ -5,11 +5,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "common/bands.h"
-#include "common/fibonacci_hash.h"
+#include "common/flat_hash_map.h"
 #include "common/vec.h"
 #include "runtime/occlusion/occlusion_upper_bounds.h"
 
@@ -42,73 +41,47 @@ class VisibilityEntries {
   using Index = std::uint32_t;
   static constexpr Index kUnknown = 0xffffffff, kOccluded = 0x80000000;
 
-  VisibilityEntries() : slots_(kMinSlots) {}
-
   VisibilityEntry& operator[](Index index) { return entries_[index & ~kOccluded]; }
   const VisibilityEntry& operator[](Index index) const { return entries_[index & ~kOccluded]; }
 
   // Prefetches what find() reads.
-  void prefetch(std::uint64_t number) const {
-    __builtin_prefetch(&slots_[fibonacci_hash(number) & (slots_.size() - 1)]);
-  }
+  void prefetch(std::uint64_t number) const { indices_.prefetch(number); }
 
   Index find(std::uint64_t number) const {
-    return const_cast<VisibilityEntries*>(this)->slot_of(number).index;
+    const Index* index = indices_.find(number);
+    return index != nullptr ? *index : kUnknown;
   }
 
   // Adds a number that is not known yet.
   Index add(std::uint64_t number) {
     const auto index = static_cast<Index>(entries_.size());
     entries_.emplace_back().number = number;
-    if (2 * entries_.size() > slots_.size()) {
-      std::vector<Slot> old(2 * slots_.size());
-      slots_.swap(old);
-      for (const Slot& slot : old)
-        if (slot.index != kUnknown) slot_of(slot.number) = slot;
-    }
-    slot_of(number) = {number, index};
-    return index;
+    return indices_[number] = index;
   }
 
   void set_occluded(VisibilityEntry& entry, bool occluded) {
     if (occluded == entry.occluded) return;
     entry.occluded = occluded;
-    slot_of(entry.number).index ^= kOccluded;
+    *indices_.find(entry.number) ^= kOccluded;
   }
 
-  // Whether so many numbers are known that unused ones should be removed.
-  bool is_crowded() const { return 4 * entries_.size() > slots_.size(); }
+  // Returns whether so many numbers are known that unused ones should be removed.
+  bool is_crowded() const { return 4 * entries_.size() > indices_.slot_count(); }
 
   // Removes the entries that `is_unused`; all indices change. Returns the entries that stay.
   template <class Predicate>
   const std::vector<VisibilityEntry>& remove_unused(const Predicate& is_unused) {
     std::erase_if(entries_, is_unused);
-    std::size_t size = kMinSlots;
-    while (size < 4 * entries_.size() + 4) size *= 2;
-    slots_.assign(size, Slot{});
+    indices_.clear(entries_.size() + 1);
     for (Index i = 0; i < entries_.size(); ++i)
-      slot_of(entries_[i].number) = {entries_[i].number,
-                                     i | (entries_[i].occluded ? kOccluded : 0)};
+      indices_[entries_[i].number] = i | (entries_[i].occluded ? kOccluded : 0);
     return entries_;
   }
 
  private:
   static constexpr std::size_t kMinSlots = 1 << 12;
 
-  struct Slot {
-    std::uint64_t number = 0;
-    Index index = kUnknown;  // of the entry, with its flag; kUnknown: the slot is free
-  };
-
-  // The number's slot, or the free one that it would take.
-  Slot& slot_of(std::uint64_t number) {
-    for (std::size_t at = fibonacci_hash(number);; ++at) {
-      Slot& slot = slots_[at & (slots_.size() - 1)];
-      if (slot.index == kUnknown || slot.number == number) return slot;
-    }
-  }
-
-  std::vector<Slot> slots_;  // open addressing, a power of two
+  FlatHashMap<Index> indices_{kMinSlots};  // by source number, with the flag
   std::vector<VisibilityEntry> entries_;
 };
 
