@@ -85,6 +85,25 @@ class Swarm {
   std::minstd_rand random_{4};
 };
 
+constexpr std::size_t kMinBlock_frames = 16, kMaxBlock_frames = 2048;  // of a block
+
+AuralizerOptions shedding_options(BusyClock& audio, BusyClock& sampler, bool binaural) {
+  AuralizerOptions options;
+  options.voices = 300;
+  options.adapt = true;
+  options.audio_clock = audio.clock();
+  options.sampler_clock = sampler.clock();
+  options.limit = true;
+  options.block_frames = kMaxBlock_frames;
+  options.memory_bytes = 1;  // the minimum for sounds, and the first page
+  options.moving = {2 * Swarm::kCount, {{.name = "bee", .signal = 1}}};
+  if (binaural) {
+    options.output = *OutputFormat::from_options(true, "", false);
+    options.output.head = *Hrtf::read("");
+  }
+  return options;
+}
+
 class Shedding : public ::testing::TestWithParam<bool> {};
 
 TEST_P(Shedding, AsksTheSystemForNothingWhileVoicesGoAndComeBack) {
@@ -93,24 +112,11 @@ TEST_P(Shedding, AsksTheSystemForNothingWhileVoicesGoAndComeBack) {
   // The backoff lasts 4 s; all voices come back within 4 s.
   constexpr double kSeconds = 60, kTurn_s = 15;
   constexpr double kBlocksAreLate_s = 1.5, kKeyframesAreLate_s = 2;  // of each turn
-  constexpr std::size_t kLeast_frames = 16, kMost_frames = 2048;
   BusyClock audio, sampler;
-  AuralizerOptions options;
-  options.voices = 300;
-  options.adapt = true;
-  options.audio_clock = audio.clock();
-  options.sampler_clock = sampler.clock();
-  options.limit = true;
-  options.block_frames = kMost_frames;
-  options.memory_bytes = 1;  // the minimum for sounds, and the first page
-  options.moving = {2 * Swarm::kCount, {{.name = "bee", .signal = 1}}};
-  if (GetParam()) {
-    options.output = *OutputFormat::from_options(true, "", false);
-    options.output.head = *Hrtf::read("");
-  }
-  auto auralizer = Auralizer::create(file_of_long_sounds(), options);
+  auto auralizer =
+      Auralizer::create(file_of_long_sounds(), shedding_options(audio, sampler, GetParam()));
   ASSERT_TRUE(auralizer.ok()) << auralizer.error().message;
-  SoundDevice device(std::move(*auralizer), kSampleRate_hz, kMost_frames);
+  SoundDevice device(std::move(*auralizer), kSampleRate_hz, kMaxBlock_frames);
   Swarm swarm(*device.auralizer().moving());
   const auto listener = [&](double t) {
     swarm.fly(t);
@@ -125,7 +131,7 @@ TEST_P(Shedding, AsksTheSystemForNothingWhileVoicesGoAndComeBack) {
     const double in_turn_s = std::fmod(device.time_s(), kTurn_s);
     sampler.takes_s = in_turn_s < kKeyframesAreLate_s ? 0.05 : 0;
     device.make_keyframes(listener);
-    const auto frames = kLeast_frames + random() % (kMost_frames - kLeast_frames + 1);
+    const auto frames = kMinBlock_frames + random() % (kMaxBlock_frames - kMinBlock_frames + 1);
     // Twice as long as the mixed sound, which is a few frames more than requested.
     audio.takes_s = in_turn_s < kBlocksAreLate_s ? 2.0 * (frames + 64) / kSampleRate_hz : 0;
     const long before = testing::page_faults();

@@ -42,7 +42,7 @@ namespace {
 constexpr double kLateKeyframe_ms = 100, kLoudnessGoal_lu = 0.5;
 constexpr std::size_t kChunk_frames = 10 * kSampleRate_hz;
 constexpr std::size_t kReadingKeyframes = 20;  // 400 ms
-constexpr double kHeardFromPeak =
+constexpr double kAudibleFromPeak =
     1e-4;  // smallest audible residual of a click, relative to the peak
 constexpr std::uint64_t kRoll = 7;
 
@@ -58,8 +58,8 @@ struct Played {
   std::uint64_t late_sources = 0;
 };
 
-// When each keyframe would be ready on a core of its own: keyframes are made as soon as the queue
-// has room, a few ahead of the one that is needed at the beginning of its segment.
+// Tells when each keyframe would be ready on a core of its own: keyframes are made as soon as the
+// queue has room, a few ahead of the one that is needed at the beginning of its segment.
 class Punctuality {
  public:
   void made(std::size_t keyframe, double took_ms) {
@@ -79,7 +79,7 @@ void find_clicks_in(std::array<std::vector<float>, kEars>& ears, double end_s, P
   for (std::size_t e = 0; e < kEars; ++e) {
     double peak = 0;
     for (const float sample : ears[e]) peak = std::max(peak, static_cast<double>(std::abs(sample)));
-    for (const Click& click : find_clicks(ears[e], kHeardFromPeak * peak))
+    for (const Click& click : find_clicks(ears[e], kAudibleFromPeak * peak))
       played.clicks.push_back(
           {e, end_s - static_cast<double>(ears[e].size() - click.frame) / kSampleRate_hz});
     ears[e].clear();
@@ -129,7 +129,7 @@ std::size_t clicks_beyond_all(const Played& played, const MotionScene& scene,
     double peak = 0;
     for (const float sample : ear) peak = std::max(peak, static_cast<double>(std::abs(sample)));
     const Click here{static_cast<std::size_t>((click.time_s - from_s) * kSampleRate_hz), 0};
-    beyond += new_clicks(std::span(&here, 1), find_clicks(ear, kHeardFromPeak * peak)).size();
+    beyond += new_clicks(std::span(&here, 1), find_clicks(ear, kAudibleFromPeak * peak)).size();
   }
   return beyond;
 }
@@ -198,6 +198,84 @@ std::string said_of(const Differences& all) {
              quantile(all.few_lu, 0.95), quantile(all.many_lu, 0.95));
 }
 
+// Tables and charts of all speeds.
+class MotionFigures {
+ public:
+  MotionFigures() {
+    clicks_.columns = {"speed_mps", "seconds", "clicks", "clicks_beyond_all"};
+    loudness_.columns = {"speed_mps",       "readings",        "heard_95_lu", "heard_worst_lu",
+                         "chance_95_lu",    "chance_worst_lu", "power_95_lu", "power_worst_lu",
+                         "quarter_k_95_lu", "four_k_95_lu"};
+    times_.columns = {
+        "speed_mps", "keyframes", "median_ms",         "p99_ms",
+        "worst_ms",  "held",      "later_than_100_ms", "sources_late_for_want_of_rays"};
+  }
+
+  void add_playback(double speed_mps, double seconds, const Played& played, std::size_t beyond) {
+    clicks_.rows.push_back({speed_mps, seconds, static_cast<double>(played.clicks.size()),
+                            static_cast<double>(beyond)});
+    times_.rows.push_back(
+        {speed_mps, static_cast<double>(played.times_ms.size()), quantile(played.times_ms, 0.5),
+         quantile(played.times_ms, 0.99), worst(played.times_ms), static_cast<double>(played.held),
+         static_cast<double>(played.late), static_cast<double>(played.late_sources)});
+    beyond_ += beyond;
+    late_ += played.late;
+  }
+
+  void add_differences(double speed_mps, const Differences& now) {
+    loudness_.rows.push_back({speed_mps, static_cast<double>(now.heard_lu.size()),
+                              quantile(now.heard_lu, 0.95), worst(now.heard_lu),
+                              quantile(now.chance_lu, 0.95), worst(now.chance_lu),
+                              quantile(now.power_lu, 0.95), worst(now.power_lu),
+                              quantile(now.few_lu, 0.95), quantile(now.many_lu, 0.95)});
+    for (const auto part : {&Differences::heard_lu, &Differences::chance_lu, &Differences::power_lu,
+                            &Differences::few_lu, &Differences::many_lu})
+      (all_.*part).insert((all_.*part).end(), (now.*part).begin(), (now.*part).end());
+  }
+
+  void write_to(ReportPage& report) && {
+    report.claim(
+        "Sampling all anew leads to \"rather strong noise artefacts\"; dynamic sampling lets "
+        "sources fade in and out one by one (3.4).",
+        fmt::format("{} clicks that all sources do not have; {} keyframes later than {:.0f} ms. {}",
+                    beyond_, late_, kLateKeyframe_ms, said_of(all_)));
+    report.chart(
+        loudness_chart(),
+        "Readings of 400 ms spread over the path, BS.1770, in a free field, at all speeds; "
+        "chance is the difference of all sources with other random polarities.");
+    report.table(std::move(clicks_));
+    report.table(std::move(loudness_));
+    report.paragraph(
+        "Keyframes are timed by the thread's CPU time, as if it had a core to itself. A block is "
+        "held "
+        "when its keyframe is not ready in time, including the delay of those before it.");
+    report.table(std::move(times_));
+  }
+
+ private:
+  Chart loudness_chart() const {
+    Chart chart{.title = "Difference of momentary loudness from all sources",
+                .x_label = "share of the readings (%)",
+                .y_label = "at most (LU)"};
+    int colour = 0;
+    for (const auto& [name, values] : {std::pair("heard", &all_.heard_lu),
+                                       std::pair("chance: all, other polarities", &all_.chance_lu),
+                                       std::pair("power", &all_.power_lu)}) {
+      Chart::Series& series =
+          chart.series.emplace_back(Chart::Series{.name = name, .colour = colour++});
+      for (int percent = 0; percent <= 100; percent += 2)
+        series.points.emplace_back(percent, quantile(*values, percent / 100.0));
+    }
+    return chart;
+  }
+
+  ReportTable clicks_{"clicks", "Clicks over the whole time", {}, {}};
+  ReportTable loudness_{"loudness", "Momentary loudness against all sources", {}, {}};
+  ReportTable times_{"keyframes", "Keyframes, with occlusion", {}, {}};
+  Differences all_;
+  std::size_t beyond_ = 0, late_ = 0;
+};
+
 }  // namespace
 
 Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostream& err) {
@@ -221,20 +299,7 @@ Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostr
           "The bake {}: {} sources, k = {}; {:.0f} s at each speed round {:.1f}, {:.1f}, {:.1f} m; "
           "{} readings of 400 ms of each against all sources",
           options.level, input.sources.size(), k, seconds, start.x, start.y, start.z, readings));
-  ReportTable clicks{"clicks", "Clicks over the whole time", {}, {}};
-  clicks.columns = {"speed_mps", "seconds", "clicks", "clicks_beyond_all"};
-  ReportTable loudness{"loudness", "Momentary loudness against all sources", {}, {}};
-  loudness.columns = {"speed_mps",       "readings",        "heard_95_lu", "heard_worst_lu",
-                      "chance_95_lu",    "chance_worst_lu", "power_95_lu", "power_worst_lu",
-                      "quarter_k_95_lu", "four_k_95_lu"};
-  ReportTable times{"keyframes", "Keyframes, with occlusion", {}, {}};
-  times.columns = {"speed_mps", "keyframes", "median_ms",         "p99_ms",
-                   "worst_ms",  "held",      "later_than_100_ms", "sources_late_for_want_of_rays"};
-  Chart chart{.title = "Difference of momentary loudness from all sources",
-              .x_label = "share of the readings (%)",
-              .y_label = "at most (LU)"};
-  Differences all;
-  std::size_t beyond = 0, late = 0;
+  MotionFigures figures;
   for (const double speed_mps : {1.5, 5.0, 30.0}) {
     err << fmt::format("  {} m/s", speed_mps) << std::endl;
     AuralizerOptions player;
@@ -245,52 +310,14 @@ Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostr
     const auto auralizer = Auralizer::create(baked, player);
     if (!auralizer.ok()) return auralizer.error();
     const Played played = play(**auralizer, path, speed_mps, seconds);
-    const std::size_t new_ones = clicks_beyond_all(played, scene, path, speed_mps);
-    clicks.rows.push_back({speed_mps, seconds, static_cast<double>(played.clicks.size()),
-                           static_cast<double>(new_ones)});
-    times.rows.push_back(
-        {speed_mps, static_cast<double>(played.times_ms.size()), quantile(played.times_ms, 0.5),
-         quantile(played.times_ms, 0.99), worst(played.times_ms), static_cast<double>(played.held),
-         static_cast<double>(played.late), static_cast<double>(played.late_sources)});
-    beyond += new_ones;
-    late += played.late;
-
-    const Differences now = differences(scene, rolled, path, speed_mps, seconds, readings, k);
-    loudness.rows.push_back({speed_mps, static_cast<double>(now.heard_lu.size()),
-                             quantile(now.heard_lu, 0.95), worst(now.heard_lu),
-                             quantile(now.chance_lu, 0.95), worst(now.chance_lu),
-                             quantile(now.power_lu, 0.95), worst(now.power_lu),
-                             quantile(now.few_lu, 0.95), quantile(now.many_lu, 0.95)});
-    for (const auto part : {&Differences::heard_lu, &Differences::chance_lu, &Differences::power_lu,
-                            &Differences::few_lu, &Differences::many_lu})
-      (all.*part).insert((all.*part).end(), (now.*part).begin(), (now.*part).end());
-  }
-  int colour = 0;
-  for (const auto& [name, values] : {std::pair("heard", &all.heard_lu),
-                                     std::pair("chance: all, other polarities", &all.chance_lu),
-                                     std::pair("power", &all.power_lu)}) {
-    Chart::Series& series =
-        chart.series.emplace_back(Chart::Series{.name = name, .colour = colour++});
-    for (int percent = 0; percent <= 100; percent += 2)
-      series.points.emplace_back(percent, quantile(*values, percent / 100.0));
+    figures.add_playback(speed_mps, seconds, played,
+                         clicks_beyond_all(played, scene, path, speed_mps));
+    figures.add_differences(speed_mps,
+                            differences(scene, rolled, path, speed_mps, seconds, readings, k));
   }
   auto against = keyframe_times(options, err);
   if (!against.ok()) return against.error();
-  report.claim(
-      "Sampling all anew leads to \"rather strong noise artefacts\"; dynamic sampling lets sources "
-      "fade in and out one by one (3.4).",
-      fmt::format("{} clicks that all sources do not have; {} keyframes later than {:.0f} ms. {}",
-                  beyond, late, kLateKeyframe_ms, said_of(all)));
-  report.chart(chart,
-               "Readings of 400 ms spread over the path, BS.1770, in a free field, at all speeds; "
-               "chance is the difference of all sources with other random polarities.");
-  report.table(std::move(clicks));
-  report.table(std::move(loudness));
-  report.paragraph(
-      "Keyframes are timed by the thread's CPU time, as if it had a core to itself. A block is "
-      "held "
-      "when its keyframe is not ready in time, including the delay of those before it.");
-  report.table(std::move(times));
+  std::move(figures).write_to(report);
   report.table(std::move(*against));
   return report;
 }

@@ -38,6 +38,68 @@ Spread spread_of(const std::vector<BandLevels>& drawings, const BandLevels& whol
   return spread;
 }
 
+// Power and weight of each band of each source at a place.
+struct BandPowers {
+  std::vector<double> weights;  // [source][band]
+  std::vector<Bands> powers;    // [source]
+  BandLevels whole{};           // of all sources
+};
+
+BandPowers band_powers(const ExperimentScene& scene, const Vec3& place) {
+  BandPowers result;
+  const Bands loudness = loudness_weights();
+  const auto prepared = prepare_signals(scene.input().signals);
+  for (const Source& source : scene.input().sources) {
+    Bands power = scene.radiation().intensity(source, place);
+    const Bands& signal = prepared[scene.radiation().signal(source)].mean_square();
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      power[b] *= signal[b];
+      result.whole[b] += power[b];
+      result.weights.push_back(static_cast<double>(loudness[b]) * power[b]);
+    }
+    result.powers.push_back(power);
+  }
+  return result;
+}
+
+// Band levels of k samples for each seed: pairs of a source and a band, or sources with all bands.
+struct DrawnLevels {
+  std::vector<BandLevels> apart, together;
+};
+
+DrawnLevels draw_levels(const ExperimentScene& scene, const Vec3& place, const BandPowers& all,
+                        std::size_t k, std::size_t seeds) {
+  DrawnLevels drawn{std::vector<BandLevels>(seeds), std::vector<BandLevels>(seeds)};
+  const auto probabilities = inclusion_probabilities(all.weights, k);
+  for_each_index(seeds, [&](std::size_t i) {
+    Draws draws(2 + i, 0);
+    for (const std::uint32_t pair : choose_without_replacement(probabilities, draws))
+      drawn.apart[i][pair % kBandCount] +=
+          all.powers[pair / kBandCount][pair % kBandCount] / probabilities[pair];
+    SeededSampler sampler = scene.sampler("priority", k, Estimator::kPower, 2 + i);
+    for (const SampledSource& chosen : sampler.sample(place))
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        drawn.together[i][b] += chosen.power_scale * all.powers[chosen.number][b];
+  });
+  return drawn;
+}
+
+void add_spread(const Spread& spread, bool together, std::size_t k, int colour, ReportTable& table,
+                Chart& chart) {
+  std::vector<ReportTable::Cell> row = {together ? "in one source (priority)" : "apart (paper)",
+                                        static_cast<double>(k)};
+  Chart::Series series{fmt::format("{}, k = {}", together ? "in one" : "apart", k),
+                       {},
+                       together ? Chart::Series::Look::kLineAndDots : Chart::Series::Look::kDashes,
+                       colour};
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    row.emplace_back(spread.rms_db[b]);
+    series.points.emplace_back(kBandCentres_hz[b], spread.rms_db[b]);
+  }
+  table.rows.push_back(std::move(row));
+  chart.series.push_back(series);
+}
+
 }  // namespace
 
 std::string bands_text(const ReportTable& table) {
@@ -61,31 +123,13 @@ Result<ReportPage> octave_bands_experiment(const ExperimentOptions& options, std
   const auto scene = level->rebake(options.quick ? kQuickSources : 50000);
   if (!scene.ok()) return scene.error();
   const Vec3 place = options.listener_m.value_or((*scene)->default_listener_m());
-  const auto& sources = (*scene)->input().sources;
   const auto seeds = static_cast<std::size_t>(options.quick ? 10 : options.seeds);
-
-  // Power and weight of each band of each source.
-  const Bands loudness = loudness_weights();
-  std::vector<double> weights;
-  std::vector<Bands> powers;
-  BandLevels whole{};
-  const auto prepared = prepare_signals((*scene)->input().signals);
-  for (const Source& source : sources) {
-    Bands power = (*scene)->radiation().intensity(source, place);
-    const Bands& signal = prepared[(*scene)->radiation().signal(source)].mean_square();
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-      power[b] *= signal[b];
-      whole[b] += power[b];
-      weights.push_back(static_cast<double>(loudness[b]) * power[b]);
-    }
-    powers.push_back(power);
-  }
-
+  const BandPowers all = band_powers(**scene, place);
   ReportPage report(
       "octave-bands", "Eight octave bands: apart, or in one source",
       fmt::format("The level of {} with Phong exponents from diffuse at 63 Hz to 100 at 8 kHz; {} "
                   "sources; {} drawings each",
-                  options.level, sources.size(), seeds));
+                  options.level, all.powers.size(), seeds));
   ReportTable table{"bands", "Spread of band levels over drawings (dB, RMS)", {}, {}};
   table.columns = {"bands", "k"};
   for (const double hz : kBandCentres_hz) table.columns.push_back(fmt::format("{:g}_hz", hz));
@@ -100,33 +144,9 @@ Result<ReportPage> octave_bands_experiment(const ExperimentOptions& options, std
   int colour = 0;
   for (const std::size_t k : sizes) {
     err << "  k = " << k << std::endl;
-    std::vector<BandLevels> apart(seeds), together(seeds);
-    const auto probabilities = inclusion_probabilities(weights, k);
-    for_each_index(seeds, [&](std::size_t i) {
-      Draws draws(2 + i, 0);
-      for (const std::uint32_t pair : choose_without_replacement(probabilities, draws))
-        apart[i][pair % kBandCount] +=
-            powers[pair / kBandCount][pair % kBandCount] / probabilities[pair];
-      SeededSampler sampler = (*scene)->sampler("priority", k, Estimator::kPower, 2 + i);
-      for (const SampledSource& chosen : sampler.sample(place))
-        for (std::size_t b = 0; b < kBandCount; ++b)
-          together[i][b] += chosen.power_scale * powers[chosen.number][b];
-    });
-    for (const bool one : {false, true}) {
-      const Spread spread = spread_of(one ? together : apart, whole);
-      std::vector<ReportTable::Cell> row = {one ? "in one source (priority)" : "apart (paper)",
-                                            static_cast<double>(k)};
-      Chart::Series series{fmt::format("{}, k = {}", one ? "in one" : "apart", k),
-                           {},
-                           one ? Chart::Series::Look::kLineAndDots : Chart::Series::Look::kDashes,
-                           colour};
-      for (std::size_t b = 0; b < kBandCount; ++b) {
-        row.emplace_back(spread.rms_db[b]);
-        series.points.emplace_back(kBandCentres_hz[b], spread.rms_db[b]);
-      }
-      table.rows.push_back(std::move(row));
-      chart.series.push_back(series);
-    }
+    const DrawnLevels drawn = draw_levels(**scene, place, all, k, seeds);
+    add_spread(spread_of(drawn.apart, all.whole), false, k, colour, table, chart);
+    add_spread(spread_of(drawn.together, all.whole), true, k, colour, table, chart);
     ++colour;
   }
   report.claim(

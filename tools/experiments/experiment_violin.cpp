@@ -18,11 +18,9 @@ namespace {
 constexpr double kShown_s = 0.4;  // the paper's time axis
 constexpr double kJudged_s = 0.3, kStep_s = 0.005;
 
-// Renders an impulse response. `slower` stretches time, as a slower speed of sound does.
-std::vector<Arrival> arrivals(const ExperimentScene& scene, std::span<const SampledSource> sample,
-                              const Vec3& place, double slower = 1) {
-  auto arrivals = arrivals_of(sample, scene.radiation(), scene.input().emitters, place);
-  for (Arrival& arrival : arrivals) arrival.time_s *= slower;
+// Stretches time, as a slower speed of sound does.
+std::vector<Arrival> slowed(std::vector<Arrival> arrivals, double factor) {
+  for (Arrival& arrival : arrivals) arrival.time_s *= factor;
   return arrivals;
 }
 
@@ -41,7 +39,7 @@ std::vector<double> steps_of(const std::vector<Arrival>& arrivals, double first_
 }
 
 // The error weighted by the energy of each step.
-double weighed_rms_db(const std::vector<double>& steps, const std::vector<double>& all) {
+double weighted_rms_db(const std::vector<double>& steps, const std::vector<double>& all) {
   double squares = 0, whole = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (all[i] == 0) continue;
@@ -109,6 +107,129 @@ Chart decay(const std::string& title,
   return chart;
 }
 
+// The impulse response of all sources, against which samples are measured.
+class WholeResponse {
+ public:
+  WholeResponse(const ExperimentScene& scene, const Vec3& place)
+      : scene_(scene),
+        place_(place),
+        arrivals_(sampled("all", 1, Estimator::kPower, 1)),
+        steps_(steps_of(arrivals_)),
+        energy_(std::accumulate(steps_.begin(), steps_.end(), 0.0)) {}
+
+  const std::vector<Arrival>& arrivals() const { return arrivals_; }
+  const std::vector<double>& steps() const { return steps_; }
+  double energy() const { return energy_; }
+
+  std::vector<Arrival> sampled(const std::string& strategy, std::size_t k, Estimator estimator,
+                               std::uint64_t seed) const {
+    SeededSampler sampler = scene_.sampler(strategy, k, estimator, seed);
+    return arrivals_of(sampler.sample(place_), scene_.radiation(), scene_.input().emitters, place_);
+  }
+
+  // Energy of a response in steps of 5 ms from the direct sound of all sources on.
+  std::vector<double> steps_of(const std::vector<Arrival>& arrivals) const {
+    return clamor::steps_of(arrivals, arrivals_.front().time_s,
+                            scene_.mean_square(scene_.input().sources[0]));
+  }
+
+ private:
+  const ExperimentScene& scene_;
+  const Vec3 place_;
+  const std::vector<Arrival> arrivals_;
+  const std::vector<double> steps_;
+  const double energy_;
+};
+
+// Errors of a strategy's impulse responses over the seeds, and the response of the first seed.
+struct SampledResponses {
+  double rms_db = 0, weighted_rms_db = 0, level_db = 0;
+  std::vector<Arrival> first;
+  std::vector<double> first_steps;
+};
+
+SampledResponses compare_to_whole(const WholeResponse& whole, const std::string& strategy,
+                                  std::size_t k, Estimator estimator) {
+  constexpr std::uint64_t kSeeds = 10;
+  SampledResponses result;
+  double squares = 0, weighted = 0, power = 0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto some = whole.sampled(strategy, k, estimator, seed);
+    const auto steps = whole.steps_of(some);
+    const double sum = std::accumulate(steps.begin(), steps.end(), 0.0);
+    power += sum / whole.energy() / kSeeds;
+    // Normalised to the same level, as in the paper.
+    std::vector<double> alike = steps;
+    if (estimator == Estimator::kAmplitude)
+      for (double& step : alike) step *= whole.energy() / sum;
+    squares += std::pow(rms_db(alike, whole.steps()), 2) / kSeeds;
+    weighted += std::pow(weighted_rms_db(alike, whole.steps()), 2) / kSeeds;
+    if (seed > 1) continue;
+    result.first = some;
+    result.first_steps = steps;
+  }
+  result.rms_db = std::sqrt(squares);
+  result.weighted_rms_db = std::sqrt(weighted);
+  result.level_db = 10 * std::log10(power);
+  return result;
+}
+
+// Charts of one reflection law.
+struct ReflectionCharts {
+  std::vector<Chart> pictures;
+  Chart energy;
+  std::string name;
+};
+
+// Compares all strategies and sample sizes; adds a row for each to the table.
+ReflectionCharts compare_strategies(const ExperimentScene& scene, const WholeResponse& whole,
+                                    const std::string& name, bool has_pictures,
+                                    const std::vector<std::size_t>& sizes, ReportTable& table) {
+  ReflectionCharts charts;
+  std::vector<std::pair<std::string, std::vector<double>>> curves = {{"all", whole.steps()}};
+  for (const std::string strategy : {"octree", "octree-diffusion", "importance", "priority"})
+    for (const std::size_t k : sizes) {
+      if (k >= scene.size()) continue;
+      const bool is_priority = strategy == "priority";
+      const SampledResponses sampled = compare_to_whole(
+          whole, strategy, k, is_priority ? Estimator::kPower : Estimator::kAmplitude);
+      if (has_pictures && (strategy == "octree" || is_priority))
+        charts.pictures.push_back(
+            picture(fmt::format("{}, {}, k = {}", name, strategy, k), sampled.first));
+      if (is_priority) curves.emplace_back(fmt::format("priority, k = {}", k), sampled.first_steps);
+      table.rows.push_back({name, strategy, is_priority ? "power" : "amplitude",
+                            static_cast<double>(k), sampled.rms_db, sampled.weighted_rms_db,
+                            sampled.level_db});
+    }
+  charts.energy = decay("Energy, " + name, curves);
+  charts.name = name;
+  return charts;
+}
+
+void add_figure_6(ReportPage& report, const std::vector<ReflectionCharts>& shown, std::size_t sizes,
+                  ReportTable table) {
+  report.heading("Figure 6: impulse responses");
+  report.claim(
+      "\"The specular version tends to show a few distinguished echoes while the diffuse version "
+      "shows "
+      "a more continuous impulse response. The 150-sources diffuse version approximates the final "
+      "function "
+      "only roughly, still showing temporal undersampling. 2000 comes already quite close to "
+      "20000. In the "
+      "specular case, the 150 source impulse response is merely random.\" (5.2)",
+      figure_6_text(table));
+  for (const ReflectionCharts& one : shown) {
+    if (!one.pictures.empty())
+      report.charts(one.pictures, static_cast<int>(std::min<std::size_t>(3, sizes)),
+                    one.name +
+                        ": 400 ms from the impulse on, normalised to the highest peak and drawn "
+                        "four times as high, so that the direct sound is cut. The paper's octree "
+                        "(amplitudes) comes first, then priority (powers).");
+    report.chart(one.energy, "One drawing each.");
+  }
+  report.table(std::move(table));
+}
+
 }  // namespace
 
 std::string figure_6_text(const ReportTable& table) {
@@ -146,12 +267,7 @@ Result<ReportPage> violin_experiment(const ExperimentOptions& options, std::ostr
   table.columns = {"reflection", "strategy",     "estimator",
                    "k",          "steps_rms_db", "steps_rms_by_energy_db",
                    "level_db"};
-  struct Shown {
-    std::vector<Chart> pictures;
-    Chart energy;
-    std::string name;
-  };
-  std::vector<Shown> shown;
+  std::vector<ReflectionCharts> shown;
   level->set_impulse();
   std::vector<Chart> slower;
   for (const float exponent : {0.0f, 20.0f, 100.0f}) {
@@ -160,73 +276,17 @@ Result<ReportPage> violin_experiment(const ExperimentOptions& options, std::ostr
     level->set_phong(same_in_all_bands(exponent));
     const auto scene = level->rebake(sources);
     if (!scene.ok()) return scene.error();
-    const Vec3 place = options.listener_m.value_or((*scene)->default_listener_m());
-    SeededSampler everything = (*scene)->sampler("all", 1, Estimator::kPower, 1);
-    const auto all = arrivals(**scene, everything.sample(place), place);
-    const double first_s = all.front().time_s;
-    const Bands& band_power = (*scene)->mean_square((*scene)->input().sources[0]);
-    const auto all_steps = steps_of(all, first_s, band_power);
-    const double whole = std::accumulate(all_steps.begin(), all_steps.end(), 0.0);
-    std::vector<Chart> pictures;
-    std::vector<std::pair<std::string, std::vector<double>>> curves = {{"all", all_steps}};
-    for (const std::string strategy : {"octree", "octree-diffusion", "importance", "priority"})
-      for (const std::size_t k : sizes) {
-        if (k >= (*scene)->size()) continue;
-        const Estimator estimator =
-            strategy == "priority" ? Estimator::kPower : Estimator::kAmplitude;
-        double squares = 0, weighed = 0, power = 0;
-        constexpr std::uint64_t kSeeds = 10;
-        for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-          SeededSampler sampler = (*scene)->sampler(strategy, k, estimator, seed);
-          const auto some = arrivals(**scene, sampler.sample(place), place);
-          const auto steps = steps_of(some, first_s, band_power);
-          const double sum = std::accumulate(steps.begin(), steps.end(), 0.0);
-          power += sum / whole / kSeeds;
-          // Normalised to the same level, as in the paper.
-          std::vector<double> alike = steps;
-          if (estimator == Estimator::kAmplitude)
-            for (double& step : alike) step *= whole / sum;
-          squares += std::pow(rms_db(alike, all_steps), 2) / kSeeds;
-          weighed += std::pow(weighed_rms_db(alike, all_steps), 2) / kSeeds;
-          if (seed > 1) continue;
-          if (exponent <= 20 && (strategy == "octree" || strategy == "priority"))
-            pictures.push_back(picture(fmt::format("{}, {}, k = {}", name, strategy, k), some));
-          if (strategy == "priority")
-            curves.emplace_back(fmt::format("priority, k = {}", k), steps);
-        }
-        table.rows.push_back({name, strategy,
-                              estimator == Estimator::kPower ? "power" : "amplitude",
-                              static_cast<double>(k), std::sqrt(squares), std::sqrt(weighed),
-                              10 * std::log10(power)});
-      }
-    shown.push_back({std::move(pictures), decay("Energy, " + name, curves), name});
+    const WholeResponse whole(**scene, options.listener_m.value_or((*scene)->default_listener_m()));
+    shown.push_back(compare_strategies(**scene, whole, name, exponent <= 20, sizes, table));
     if (exponent == 0) {
       const double speed_mps = (*scene)->radiation().speed_of_sound_mps();
-      slower.push_back(picture(fmt::format("sound at {:.0f} m/s, all sources", speed_mps), all));
+      slower.push_back(
+          picture(fmt::format("sound at {:.0f} m/s, all sources", speed_mps), whole.arrivals()));
       slower.push_back(picture(fmt::format("sound at {:.0f} m/s, all sources", speed_mps / 2),
-                               arrivals(**scene, everything.sample(place), place, 2)));
+                               slowed(whole.arrivals(), 2)));
     }
   }
-  report.heading("Figure 6: impulse responses");
-  report.claim(
-      "\"The specular version tends to show a few distinguished echoes while the diffuse version "
-      "shows "
-      "a more continuous impulse response. The 150-sources diffuse version approximates the final "
-      "function "
-      "only roughly, still showing temporal undersampling. 2000 comes already quite close to "
-      "20000. In the "
-      "specular case, the 150 source impulse response is merely random.\" (5.2)",
-      figure_6_text(table));
-  for (const Shown& one : shown) {
-    if (!one.pictures.empty())
-      report.charts(one.pictures, static_cast<int>(std::min<std::size_t>(3, sizes.size())),
-                    one.name +
-                        ": 400 ms from the impulse on, normalised to the highest peak and drawn "
-                        "four times as high, so that the direct sound is cut. The paper's octree "
-                        "(amplitudes) comes first, then priority (powers).");
-    report.chart(one.energy, "One drawing each.");
-  }
-  report.table(std::move(table));
+  add_figure_6(report, shown, sizes.size(), std::move(table));
   report.heading("Two speeds of sound");
   report.claim("The video shows ideal diffuse reflection with two different speeds of sound (5.2).",
                "Every arrival is made to come twice as late, as it does at half the speed; what "

@@ -65,6 +65,92 @@ Walked walked(const ExperimentScene& scene, const std::string& strategy, std::si
   return result;
 }
 
+// A circle, so that the listener stays inside the level: several rounds at 30 m/s.
+std::vector<Vec3> circle(const Vec3& start, double speed_mps, std::size_t keyframes) {
+  std::vector<Vec3> places;
+  const double radius_m = 1.5 * 5 / 2 / 3.14159;
+  for (std::size_t i = 0; i < keyframes; ++i) {
+    const double angle = speed_mps * kKeyframe_s * static_cast<double>(i) / radius_m;
+    places.push_back(start + radius_m * Vec3(1 - std::cos(angle), 0, std::sin(angle)));
+  }
+  return places;
+}
+
+// Tables and charts of all strategies at all speeds.
+class WalkFigures {
+ public:
+  explicit WalkFigures(const std::vector<std::string>& strategies) : strategies_(strategies) {
+    walk_.columns = {
+        "strategy",        "speed_mps",        "exchanged_percent_per_m", "exchanged_percent_per_s",
+        "loudness_rms_db", "loudness_worst_db"};
+    for (const std::string& name : strategies)
+      exchange_.series.push_back({.name = name, .colour = colour_of(name)});
+  }
+
+  void add(double speed_mps, const std::vector<Walked>& results) {
+    for (std::size_t s = 0; s < strategies_.size(); ++s) {
+      const Walked& result = results[s];
+      walk_.rows.push_back({strategies_[s], speed_mps, 100 * result.exchanged_per_m,
+                            100 * result.exchanged_per_s, result.rms_db, result.worst_db});
+      if (strategies_[s] == "adaptive-diffusion")
+        due_.rows.push_back({speed_mps, 100 * result.exchanged_per_m, 100 * result.due_per_m});
+      if (result.exchanged_per_m > 0)
+        exchange_.series[s].points.emplace_back(speed_mps, 100 * result.exchanged_per_m);
+      if (speed_mps == 1.5)
+        loudness_.series.push_back({strategies_[s], result.loudness_error_db,
+                                    Chart::Series::Look::kLine, colour_of(strategies_[s])});
+    }
+  }
+
+  void write_to(ReportPage& report) && {
+    report.claim(
+        "Full resampling turns the static error into noise; stochastic diffusion exchanges at most "
+        "q = 20 % per second, whether anything has changed or not; adaptive diffusion adapts the "
+        "rate of change to the changes of the weights (3.4).",
+        walk_text(walk_));
+    std::vector<std::string> still;
+    for (const Chart::Series& series : exchange_.series)
+      if (series.points.empty()) still.push_back(series.name);
+    std::erase_if(exchange_.series, [](const auto& series) { return series.points.empty(); });
+    report.chart(
+        exchange_,
+        "Sources of the sample that the keyframe before did not have." +
+            (still.empty() ? std::string()
+                           : " Left out, because they exchanged none: " + listed(still) + "."));
+    report.chart(loudness_,
+                 "Power of the sample over that of all sources, --estimator power. importance and "
+                 "random are drawn for the first place and keep their factors.");
+    report.table(std::move(walk_));
+    report.paragraph(fmt::format(
+        "Adaptive diffusion exchanges a source when its weight has fallen by the factor epsilon, "
+        "{}, since it was chosen, and another when one has risen as much. So of every hundred "
+        "chosen it exchanges as many per metre as their weights change by such factors, or fewer: "
+        "those that come begin anew. A source r metres away changes by up to 2 / (r ln epsilon) of "
+        "them a metre by its distance alone; lobes add to it. At the three speeds the rule asked "
+        "for {} % per metre, and {} % were exchanged.",
+        StrategyTuning{}.epsilon, range_text(column_of(due_, "due_percent_per_m"), 1),
+        range_text(column_of(due_, "exchanged_percent_per_m"), 1)));
+    report.table(std::move(due_));
+  }
+
+ private:
+  const std::vector<std::string>& strategies_;
+  ReportTable walk_{"walk", "Walking, running, flying", {}, {}};
+  ReportTable due_{"adaptive",
+                   "Adaptive diffusion: exchanged, and at most due",
+                   {"speed_mps", "exchanged_percent_per_m", "due_percent_per_m"},
+                   {}};
+  Chart loudness_{.title = "Loudness along a walk at 1.5 m/s, relative to all sources",
+                  .x_label = "way (m)",
+                  .y_label = "error (dB)"};
+  Chart exchange_{.title = "Sample exchanged per metre",
+                  .x_label = "speed (m/s)",
+                  .y_label = "share of the sample (% per m)",
+                  .log_x = true,
+                  .log_y = true,
+                  .x_ticks = {1.5, 5, 30}};
+};
+
 }  // namespace
 
 std::string walk_text(const ReportTable& table) {
@@ -96,83 +182,21 @@ Result<ReportPage> walk_experiment(const ExperimentOptions& options, std::ostrea
                   "50 keyframes a second",
                   options.level, scene.size(), k, static_cast<double>(keyframes) * kKeyframe_s,
                   start.x, start.y, start.z));
-  ReportTable table{"walk", "Walking, running, flying", {}, {}};
-  table.columns = {
-      "strategy",        "speed_mps",        "exchanged_percent_per_m", "exchanged_percent_per_s",
-      "loudness_rms_db", "loudness_worst_db"};
-  ReportTable due{"adaptive",
-                  "Adaptive diffusion: exchanged, and at most due",
-                  {"speed_mps", "exchanged_percent_per_m", "due_percent_per_m"},
-                  {}};
-  Chart chart{.title = "Loudness along a walk at 1.5 m/s, relative to all sources",
-              .x_label = "way (m)",
-              .y_label = "error (dB)"};
-  Chart exchange{.title = "Sample exchanged per metre",
-                 .x_label = "speed (m/s)",
-                 .y_label = "share of the sample (% per m)",
-                 .log_x = true,
-                 .log_y = true,
-                 .x_ticks = {1.5, 5, 30}};
   std::vector<std::string> names;
   for (const StrategyInfo& info : kStrategies)
     if (std::string(info.name) != "all") names.emplace_back(info.name);
-  for (const std::string& name : names)
-    exchange.series.push_back({.name = name, .colour = colour_of(name)});
+  WalkFigures figures(names);
   for (const double speed_mps : {1.5, 5.0, 30.0}) {
     err << fmt::format("  {} m/s", speed_mps) << std::endl;
-    std::vector<Vec3> places;
-    // A circle, so that the listener stays inside the level: several rounds at 30 m/s.
-    const double radius_m = 1.5 * 5 / 2 / 3.14159;
-    for (std::size_t i = 0; i < keyframes; ++i) {
-      const double angle = speed_mps * kKeyframe_s * static_cast<double>(i) / radius_m;
-      places.push_back(start + radius_m * Vec3(1 - std::cos(angle), 0, std::sin(angle)));
-    }
+    const std::vector<Vec3> places = circle(start, speed_mps, keyframes);
     std::vector<std::vector<double>> powers(keyframes);
     for_each_index(keyframes, [&](std::size_t i) { powers[i] = scene.powers(places[i]); });
     std::vector<Walked> results(names.size());
     for_each_index(names.size(),
                    [&](std::size_t s) { results[s] = walked(scene, names[s], k, places, powers); });
-    for (std::size_t s = 0; s < names.size(); ++s) {
-      const Walked& result = results[s];
-      table.rows.push_back({names[s], speed_mps, 100 * result.exchanged_per_m,
-                            100 * result.exchanged_per_s, result.rms_db, result.worst_db});
-      if (names[s] == "adaptive-diffusion")
-        due.rows.push_back({speed_mps, 100 * result.exchanged_per_m, 100 * result.due_per_m});
-      if (result.exchanged_per_m > 0)
-        exchange.series[s].points.emplace_back(speed_mps, 100 * result.exchanged_per_m);
-      if (speed_mps == 1.5)
-        chart.series.push_back(
-            {names[s], result.loudness_error_db, Chart::Series::Look::kLine, colour_of(names[s])});
-    }
+    figures.add(speed_mps, results);
   }
-  report.claim(
-      "Full resampling turns the static error into noise; stochastic diffusion exchanges at most "
-      "q = 20 % per second, whether anything has changed or not; adaptive diffusion adapts the "
-      "rate of change to the changes of the weights (3.4).",
-      walk_text(table));
-  std::vector<std::string> still;
-  for (const Chart::Series& series : exchange.series)
-    if (series.points.empty()) still.push_back(series.name);
-  std::erase_if(exchange.series, [](const auto& series) { return series.points.empty(); });
-  report.chart(
-      exchange,
-      "Sources of the sample that the keyframe before did not have." +
-          (still.empty() ? std::string()
-                         : " Left out, because they exchanged none: " + listed(still) + "."));
-  report.chart(chart,
-               "Power of the sample over that of all sources, --estimator power. importance and "
-               "random are drawn for the first place and keep their factors.");
-  report.table(std::move(table));
-  report.paragraph(fmt::format(
-      "Adaptive diffusion exchanges a source when its weight has fallen by the factor epsilon, {}, "
-      "since it was chosen, and another when one has risen as much. So of every hundred chosen it "
-      "exchanges as many per metre as their weights change by such factors, or fewer: those that "
-      "come begin anew. A source r metres away changes by up to 2 / (r ln epsilon) of them a metre "
-      "by its distance alone; lobes add to it. At the three speeds the rule asked for {} % per "
-      "metre, and {} % were exchanged.",
-      StrategyTuning{}.epsilon, range_text(column_of(due, "due_percent_per_m"), 1),
-      range_text(column_of(due, "exchanged_percent_per_m"), 1)));
-  report.table(std::move(due));
+  std::move(figures).write_to(report);
   return report;
 }
 
