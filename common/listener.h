@@ -44,7 +44,7 @@ class Orientation {
   const Vec3& right() const { return right_; }
   const Vec3& up() const { return up_; }
 
-  // This orientation after a turn to the left about the world's vertical axis.
+  // Returns this orientation after a turn to the left about the world's vertical axis.
   Orientation turned_left(double rad) const {
     return Orientation(glm::angleAxis(rad, Vec3(0, 1, 0)) * rotation_);
   }

@@ -26,7 +26,7 @@ std::size_t length_from(unsigned char first) {
 }
 
 // Lowest code point that needs this many bytes.
-constexpr std::array<char32_t, 5> kLeast = {0, 0, 0x80, 0x800, 0x10000};
+constexpr std::array<char32_t, 5> kMinCode = {0, 0, 0x80, 0x800, 0x10000};
 
 Character next_of(std::string_view text) {
   const auto first = static_cast<unsigned char>(text[0]);
@@ -40,7 +40,7 @@ Character next_of(std::string_view text) {
     code = code << 6 | (byte & 0x3fu);
   }
   const bool is_surrogate = code >= 0xd800 && code < 0xe000;
-  if (code < kLeast[length] || code > 0x10ffff || is_surrogate) return {};
+  if (code < kMinCode[length] || code > 0x10ffff || is_surrogate) return {};
   return {code, length};
 }
 

@@ -12,7 +12,7 @@
 
 namespace clamor {
 
-// Whether line ends and tabs are replaced or kept.
+// kOne replaces line ends and tabs, kMany keeps them.
 enum class Lines { kOne, kMany };
 
 std::string printable(std::string_view text, Lines lines = Lines::kOne);

@@ -24,7 +24,7 @@ inline BakeContents baked_contents(std::uint64_t photons) {
   return *bake(level, options);
 }
 
-// The same room as input of an Auralizer.
+// Returns the baked room as input of an Auralizer.
 inline AuralizerInput baked_room(std::uint64_t photons = 300) {
   const BakeContents contents = baked_contents(photons);
   return {contents.octree.sources, contents.emitters, contents.signals, contents.materials,

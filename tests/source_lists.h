@@ -38,7 +38,7 @@ inline std::vector<Source> wall_sources(std::uint32_t count, std::uint64_t seed 
 }
 
 // Properties that make a list difficult.
-struct Awkward {
+struct DegenerateList {
   std::uint32_t keys = 0;      // number of different keys; 0: all differ
   std::uint32_t places = 0;    // number of different places; 0: all differ
   double spread_m = 0;         // extent of all places; 0: that of the hall
@@ -46,23 +46,23 @@ struct Awkward {
   std::uint32_t emitters = 0;  // the first `emitters` sources are omnidirectional
 };
 
-inline std::vector<Source> awkward_sources(std::uint32_t count, std::uint64_t seed,
-                                           const Awkward& awkward) {
+inline std::vector<Source> degenerate_sources(std::uint32_t count, std::uint64_t seed,
+                                              const DegenerateList& list) {
   std::vector<Source> sources = wall_sources(count, seed);
   for (std::uint32_t i = 0; i < count; ++i) {
     Source& source = sources[i];
     const RandomBits bits = philox(seed, {i, 2, 0, 0});
-    if (awkward.keys > 0) {
+    if (list.keys > 0) {
       // zero included
-      source.power = same_in_all_bands(static_cast<float>(bits[0] % awkward.keys));
+      source.power = same_in_all_bands(static_cast<float>(bits[0] % list.keys));
       source.u = 1;
     }
-    if (awkward.places > 0)
-      source.position_m = sources[bits[1] % std::min(awkward.places, count)].position_m;
-    if (awkward.spread_m > 0)
-      source.position_m = Vec3f(1, 2, 3) + source.position_m * static_cast<float>(awkward.spread_m);
-    if (i == 0) source.position_m.x += static_cast<float>(awkward.far_m);
-    source.is_emitter = i < awkward.emitters;
+    if (list.places > 0)
+      source.position_m = sources[bits[1] % std::min(list.places, count)].position_m;
+    if (list.spread_m > 0)
+      source.position_m = Vec3f(1, 2, 3) + source.position_m * static_cast<float>(list.spread_m);
+    if (i == 0) source.position_m.x += static_cast<float>(list.far_m);
+    source.is_emitter = i < list.emitters;
   }
   return sources;
 }

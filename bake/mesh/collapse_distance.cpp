@@ -29,7 +29,7 @@ double crossing_m(const Point& a, const Point& b, const Point& c, const Point& d
   return std::abs((a.height + s * (b.height - a.height)) - (c.height + t * (d.height - c.height)));
 }
 
-// Whether the smallest height of the triangle is at most `thin_m`.
+// Returns whether the smallest height of the triangle is at most `thin_m`.
 bool is_thin(const Vec3& a, const Vec3& b, const Vec3& c, double thin_m) {
   const double longest2 = std::max({dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)});
   const Vec3 across = cross(b - a, c - a);

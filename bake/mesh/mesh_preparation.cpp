@@ -136,8 +136,8 @@ class Preparation {
     materials_.resize(kept);
   }
 
-  // Whether two faces agree in orientation after flipping those marked as turned: their half-edges
-  // then run in opposite directions.
+  // Returns whether two faces agree in orientation after flipping those marked as turned: their
+  // half-edges then run in opposite directions.
   bool face_alike(const Side& a, const Side& b) const {
     const auto forward = [this](const Side& side) {
       return (triangles_[side.triangle][side.corner] == side.low) !=

@@ -116,8 +116,8 @@ class Simplifier {
     }
   }
 
-  // Whether the collapse preserves topology, constraint lines and tolerance. On success moved_
-  // holds the new bound of each fan.
+  // Returns whether the collapse preserves topology, constraint lines and tolerance. On success
+  // moved_ holds the new bound of each fan.
   bool may_collapse(Halfedge halfedge) {
     if (!surface_.is_collapse_ok(halfedge)) return false;
     // Two constraint lines must not coincide.

@@ -39,7 +39,7 @@ inline std::array<std::size_t, 8> first_octants(const std::array<std::uint64_t, 
 // in a leaf of several octants they are ordered by octant first. Requires fewer than 2^32 sources.
 SourceOctree build_octree(std::vector<Source> sources);
 
-// As above, with this cube as that of the root. All sources must lie in it.
+// Builds the octree with this cube as that of the root. All sources must lie in it.
 SourceOctree build_octree(std::vector<Source> sources, const OctreeCube& cube);
 
 }  // namespace clamor

@@ -210,8 +210,8 @@ double edge_round_m(const Mesh& mesh, std::span<const MeshEdge> edges,
   return edges.empty() || !(near_m[best] > 0) ? 0 : all_m[best];
 }
 
-// Whether the bundle locates an opening. Lines straight from one emitter all meet at that emitter,
-// so bundles dominated by them do not.
+// Returns whether the bundle locates an opening. Lines straight from one emitter all meet at that
+// emitter, so bundles dominated by them do not.
 bool tells_of_opening(const Bundle& bundle) {
   std::vector<std::array<double, 3>> origins;
   for (const Escape& line : bundle.lines)

@@ -154,7 +154,7 @@ std::string question(const LevelOpening& opening) {
   return "the level stands in the open";
 }
 
-// Whether an opening is probably unintended: one in a floor, or one that is small.
+// Returns whether an opening is probably unintended: one in a floor, or one that is small.
 bool is_suspicious(const LevelReport& report) {
   const LevelOpenings& found = report.openings;
   return !found.openings.empty() &&

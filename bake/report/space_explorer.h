@@ -56,17 +56,17 @@ class SpaceExplorer {
   // Share of the level's bounds that the walks covered, ignoring outliers.
   double share_of_bounds(const Exploration& found) const;
 
-  // Whether the line between two points is free, except for surfaces that transmit sound.
+  // Returns whether the line between two points is free, except for surfaces that transmit sound.
   bool sees(const Vec3& from_m, const Vec3& to_m) const;
 
-  // Whether any of the points sees any of the others.
+  // Returns whether any of the points sees any of the others.
   bool any_sees(std::span<const Vec3> some_m, std::span<const Vec3> others_m) const;
 
-  // Whether sound may be diffracted around an obstacle: there is a free path over a point beside
-  // the middle of the line. The longest wavelengths reach 8 m beside it.
+  // Returns whether sound may be diffracted around an obstacle: there is a free path over a point
+  // beside the middle of the line. The longest wavelengths reach 8 m beside it.
   bool bends_to(const Vec3& from_m, const Vec3& to_m) const;
 
-  // Whether a listener could stand there: no surface is very near.
+  // Returns whether a listener could stand there: no surface is very near.
   bool has_clearance(const Vec3& place_m) const;
 
   // Alternative points, nearest first: on spheres around the point and on a grid.

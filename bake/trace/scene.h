@@ -26,7 +26,7 @@ struct Hit {
   Vec3 normal;  // unit, on the ray's side of the surface
   double distance_m;
   std::uint16_t material;
-  // Whether the triangle's winding is clockwise as seen from the ray's origin.
+  // The triangle's winding is clockwise as seen from the ray's origin.
   bool from_behind = false;
 };
 

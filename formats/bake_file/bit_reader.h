@@ -109,7 +109,7 @@ class BitReader {
 
   CLAMOR_INLINE bool ok() const { return ok_; }
 
-  // Whether all bits were read and the padding of the last byte is zero.
+  // Returns whether all bits were read and the padding of the last byte is zero.
   CLAMOR_INLINE bool at_end() {
     return ok_ && end_ - at_ < 8 && get(static_cast<int>(end_ - at_)) == 0;
   }

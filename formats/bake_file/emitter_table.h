@@ -37,7 +37,7 @@ constexpr std::uint64_t max_name_bytes(std::uint64_t file_bytes) { return 250 * 
 // Disjoint runs, in order, that instances in `contents` reproduce.
 std::vector<EmitterInstance> find_emitter_instances(const BakeContents& contents);
 
-// Whether the values of a run are in range, for a table that already has `run.at` emitters.
+// Returns whether the values of a run are in range, for a table that already has `run.at` emitters.
 bool is_valid(const EmitterInstance& run, std::size_t signal_maps);
 
 // The instance of an emitter, with the name of the original.

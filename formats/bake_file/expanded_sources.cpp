@@ -20,7 +20,7 @@ class Reader {
     std::iota(all_.stored_as.begin(), all_.stored_as.end(), 0u);
   }
 
-  // Not recursive, because the depth of trees is limited by the file size only.
+  // The traversal is not recursive, because the depth of trees is limited by the file size only.
   Result<void> read(const PageEntry& top) {
     placed_.push_back({});
     waiting_ = {{top, &placed_.back()}};

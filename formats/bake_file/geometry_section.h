@@ -38,7 +38,7 @@ struct PackedGeometry {
 // The bytes are a function of the mesh alone. Unused vertices are dropped.
 PackedGeometry pack_geometry(const Mesh& mesh);
 
-// Whether a page of that size is plausible. A compression ratio above 1000 is considered a
+// Returns whether a page of that size is plausible. A compression ratio above 1000 is considered a
 // decompression bomb, which the writer never produces.
 bool is_geometry_page(const GeometryCounts& counts, std::uint64_t packed_bytes);
 

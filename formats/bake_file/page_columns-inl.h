@@ -37,7 +37,7 @@ HWY_INLINE std::int32_t difference(std::int32_t a, std::int32_t b) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) - static_cast<std::uint32_t>(b));
 }
 
-// Whether the first n numbers are in [min, max].
+// Returns whether the first n numbers are in [min, max].
 HWY_INLINE bool all_in_range(const Numbers& numbers, std::size_t n, std::int32_t min,
                              std::int32_t max) {
   std::int32_t low = 0x7fffffff, high = -0x7fffffff - 1;

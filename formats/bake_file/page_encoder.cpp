@@ -111,7 +111,7 @@ void PageEncoder::sort_into_groups() {
   }
 }
 
-// Whether a stable sort by descending key, as in the decoder, restores the order.
+// Returns whether a stable sort by descending key, as in the decoder, restores the order.
 bool PageEncoder::order_can_be_found() const {
   std::vector<std::pair<float, std::uint32_t>> found;
   for (const Row& row : rows_) found.push_back({octree_key(sources_[row.place]), row.place});

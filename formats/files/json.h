@@ -82,7 +82,7 @@ class JsonFields {
   // The first error, if any.
   Result<void> result() const;
 
-  // As result(), but members that were never asked for are an Error, which suggests the nearest
+  // Like result(), but members that were never asked for are an Error, which suggests the nearest
   // name.
   Result<void> result_without_unknown() const;
 

@@ -40,7 +40,7 @@ class GltfReader {
   std::size_t element_bytes_ = 0;
 };
 
-// Whether the component type is an unsigned integer.
+// Returns whether the component type is an unsigned integer.
 bool is_unsigned(const GltfAccessor& accessor);
 
 }  // namespace clamor

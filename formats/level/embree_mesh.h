@@ -51,7 +51,7 @@ class EmbreeMesh {
     return ray;
   }
 
-  // Whether any triangle lies on the segment from `from_m` to `to_m`.
+  // Returns whether any triangle lies on the segment from `from_m` to `to_m`.
   bool is_occluded(const Vec3f& from_m, const Vec3f& to_m) const {
     RTCRay ray = ray_of(from_m, to_m - from_m, 0, 1);
 #if RTC_VERSION_MAJOR >= 4

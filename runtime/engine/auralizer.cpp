@@ -34,7 +34,7 @@ Error nothing_to_hear() {
   return Error("there are no sources to hear; bake the level with an emitter.");
 }
 
-// How the output channels are made.
+// The last stage makes the output channels.
 struct OutputStage {
   explicit OutputStage(const AuralizerOptions& options)
       : panner(options.output.make_panner()), hrtf(options.output.head) {

@@ -24,7 +24,7 @@ class KeyframePacing {
 
   double now_s() const { return clock_.now(); }
 
-  // How long before it is due the next keyframe must be begun.
+  // The next keyframe must be begun this long before it is due.
   double lead_s() const { return lead_.seconds(); }
 
   // Records that keyframe `number` took `spent_s`, of which `own_s` is its own part: a sample that

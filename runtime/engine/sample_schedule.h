@@ -18,7 +18,7 @@
 
 namespace clamor {
 
-// How many keyframes one sample of so many voices serves.
+// Returns how many keyframes one sample of so many voices serves.
 std::size_t keyframes_per_sample(std::size_t voices);
 
 class SampleSchedule {

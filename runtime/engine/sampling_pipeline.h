@@ -23,7 +23,7 @@ namespace clamor {
 // The strategy of the options, or the default one.
 const SamplingStrategy& strategy_options_of(const AuralizerOptions& options);
 
-// Whether surfaces occlude sources.
+// Returns whether surfaces occlude sources.
 bool uses_occlusion(const AuralizerOptions& options);
 
 // Weights of signals by their mean level, as strategies with a list use them.

@@ -16,7 +16,8 @@ constexpr double kMaxDetour_s = 1e-3;
 constexpr double kLowFrom_hz = 90, kLowTo_hz = 850, kHighFrom_hz = 1400, kHighTo_hz = 12000;
 constexpr double kFarthest_s = 0.4e-3;  // between the ITDs of the high and the low layer
 constexpr double kFineStep_s = 5e-6;
-constexpr double kMost_s = 20e-6, kMaxShare = 0.05;
+// A phase may be off by this time or this share of the ITD, whichever is larger.
+constexpr double kMinTolerance_s = 20e-6, kToleranceShare = 0.05;
 
 // A range of a cross-spectrum with bins `bin_hz` apart.
 struct Part {
@@ -99,7 +100,7 @@ InterauralTimes interaural_times(const Fourier& fourier, double rate_hz, std::si
     InterauralTimes::Phase& phase = times.phases[b];
     phase.radians = std::arg(sum);
     const double time_s = times.low_s + phase.radians / per_second;
-    phase.max_radians = per_second * std::max(kMost_s, kMaxShare * std::abs(time_s));
+    phase.max_radians = per_second * std::max(kMinTolerance_s, kToleranceShare * std::abs(time_s));
     phase.told = centre_hz * static_cast<double>(frames) >= rate_hz &&
                  std::abs(sum) >= kMinCoherence * std::sqrt(left_energy * right_energy);
   }

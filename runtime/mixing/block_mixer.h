@@ -42,7 +42,7 @@ inline constexpr int kLargestBlock_frames = 1 << 16;
 // Number of keyframes that must be ready for blocks of this size.
 std::size_t keyframes_ahead(int block_frames) noexcept REALTIME;
 
-// As keyframes_ahead(), for the largest unannounced blocks that there is room for.
+// Returns keyframes_ahead() for the largest unannounced blocks that there is room for.
 std::size_t max_keyframes_ahead(int block_frames);
 
 struct BlockOptions {
@@ -103,8 +103,8 @@ class BlockMixer {
   BlockStatistics statistics();
 
  private:
-  // How many keyframes must wait for the mixer: enough for a block as large as the largest so far.
-  // The audio thread writes, the sampler's reads.
+  // Returns how many keyframes must wait for the mixer: enough for a block as large as the largest
+  // so far. The audio thread writes, the sampler's reads.
   class KeyframeDemand {
    public:
     explicit KeyframeDemand(int block_frames);

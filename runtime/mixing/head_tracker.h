@@ -30,7 +30,8 @@ class HeadTracker {
   void keep(const Keyframe& keyframe) noexcept REALTIME;
   std::span<const Voice> voices() const noexcept REALTIME { return current_.voices; }
 
-  // Whether the newest axes differ from the applied ones and there are keyframes to interpolate.
+  // Returns whether the newest axes differ from the applied ones and there are keyframes to
+  // interpolate.
   bool has_turned() const noexcept REALTIME {
     return is_on() && newest_.is_known && newest_ != applied_ && !current_.voices.empty() &&
            !previous_.voices.empty();

@@ -11,7 +11,7 @@ namespace clamor {
 
 namespace {
 
-constexpr double kMostAtOnce = 0.5;
+constexpr double kMinKeptShare = 0.5;  // of the voices, by one reduction
 // Below this share of a block, fixed costs would be mistaken for the cost of voices.
 constexpr double kTellingShare = 0.25;
 constexpr double kSmooth_s = 0.1;
@@ -29,7 +29,7 @@ void Backoff::pass(double seconds) noexcept REALTIME {
 }
 
 void Backoff::fell() noexcept REALTIME {
-  if (rose_) wait_s_ = since_rise_s_ < kSoon_s ? std::min(2 * wait_s_, kMost_s) : kLeast_s;
+  if (rose_) wait_s_ = since_rise_s_ < kSoon_s ? std::min(2 * wait_s_, kMaxWait_s) : kMinWait_s;
   rose_ = false;
   since_fall_s_ = since_rise_s_ = 0;
 }
@@ -53,7 +53,7 @@ void MixerLoadControl::mixed(double took_s, double block_s, std::size_t voices) 
   const bool was_high = std::exchange(high_, share > kHighShare);
   if (share > 1 || (high_ && was_high)) {
     // Relative to the voices that were mixed, which do not change while a reduction fades out.
-    fall_to(std::max(kMinVoices, count * std::max(kMostAtOnce, kAimShare / share)));
+    fall_to(std::max(kMinVoices, count * std::max(kMinKeptShare, kAimShare / share)));
   } else if (share < kLowShare && allowed_ < kNoLimit && backoff_.over()) {
     backoff_.rose();
     const double faster = share < kLowShare / 2 ? 2 : 1;
@@ -72,7 +72,7 @@ void MixerLoadControl::expect(std::size_t voices) noexcept {
 
 void SamplerLoadControl::fall_by(double factor) {
   const double floor = std::max(1.0, std::floor(static_cast<double>(max_voices_) / kFloor));
-  voices_ = std::min(voices_, std::max(floor, voices_ * std::max(kMostAtOnce, factor)));
+  voices_ = std::min(voices_, std::max(floor, voices_ * std::max(kMinKeptShare, factor)));
   min_so_far_ = std::min(min_so_far_, voices());
   backoff_.fell();
 }

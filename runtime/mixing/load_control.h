@@ -54,7 +54,7 @@ inline constexpr double kHighShare = 0.9, kAimShare = 0.75, kLowShare = 0.65;
 // The wait between a fall and the next rise.
 class Backoff {
  public:
-  static constexpr double kLeast_s = 0.25, kMost_s = 4;
+  static constexpr double kMinWait_s = 0.25, kMaxWait_s = 4;
   // A fall this soon after the start of a rise was caused by it.
   static constexpr double kSoon_s = 5;
 
@@ -85,7 +85,7 @@ class MixerLoadControl {
     return allowed_ < kNoLimit ? static_cast<std::size_t>(allowed_) : kUnlimited;
   }
 
-  // Whether there is no time for more than `voices` voices.
+  // Returns whether there is no time for more than `voices` voices.
   bool is_full(std::size_t voices) const noexcept REALTIME {
     const auto count = static_cast<double>(voices);
     return allowed_ < kNearly * count || share_per_voice_ * count > kLowShare;

@@ -157,7 +157,7 @@ class Mixer {
     std::array<std::int64_t, kEars> delay{}, position{};
     std::uint32_t direction = 0;  // triangle of the HRTF's mesh, to start the next search
     std::uint8_t rank = 0;
-    bool audible = false;                 // since the last keyframe: some gain is not 0
+    bool audible = false;               // since the last keyframe: some gain is not 0
     std::uint8_t steps_to_silence = 0;  // while it holds and its sound ends; otherwise 0
   };
 
@@ -253,7 +253,7 @@ class Mixer {
   struct Pair {
     std::vector<float> targets;  // [slot][layout_.lanes]: gains at the end of the segment
     std::vector<float> gains;    // as in MixJob
-    // Those of active_ that are audible in it, where they may be fewer.
+    // Voices of active_ that are audible in these channels, where they may be fewer.
     std::vector<std::uint32_t> active;
     OctaveFilterBank bank;
   };

@@ -14,8 +14,8 @@ namespace {
 constexpr std::uint8_t kStepsToSilence = kKeyframeFrames / kStepFrames;
 }
 
-// Whether the pieces that the voice reads in the next `frames` frames are resident, while its
-// delays move from `from` (32.32).
+// Returns whether the pieces that the voice reads in the next `frames` frames are resident, while
+// its delays move from `from` (32.32).
 bool Mixer::is_resident(std::uint32_t s, const std::array<std::int64_t, kEars>& from,
                         const std::array<double, kEars>& change_frames,
                         int frames) const noexcept REALTIME {
@@ -31,7 +31,7 @@ bool Mixer::is_resident(std::uint32_t s, const std::array<std::int64_t, kEars>& 
   return signal.is_resident(near, near + (last - first));
 }
 
-// Whether a voice may be audible in the segment that begins. If not, it counts as late.
+// Returns whether a voice may be audible in the segment that begins. If not, it counts as late.
 bool Mixer::may_sound(std::uint32_t s, const std::array<std::int64_t, kEars>& from,
                       const std::array<double, kEars>& change_frames) noexcept REALTIME {
   Slot& slot = slots_[s];

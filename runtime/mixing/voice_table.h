@@ -21,7 +21,7 @@ namespace clamor {
 
 using VoiceColumn = std::vector<float>;
 
-// Where sources are, how they are oriented and move, and when their sound leaves them.
+// Positions, orientations and motions of sources, and the times when their sound leaves them.
 struct VoiceGeometry {
   std::array<VoiceColumn, 3> position_m, normal, mirror;  // an emitter's mirror is its axis
   std::array<VoiceColumn, 3> mach;                        // velocities over the speed of sound
@@ -34,7 +34,7 @@ struct VoiceGeometry {
   double frames_per_m = 0;
 };
 
-// How strongly sources radiate: power per band, the part of the reflection law that does not depend
+// Radiation of sources: power per band, the part of the reflection law that does not depend
 // on the listener, and what scales it.
 struct VoiceRadiation {
   enum Kind : std::uint8_t { kOmnidirectional, kEmitter, kDiffuse, kReflection };
@@ -50,7 +50,7 @@ struct VoiceRadiation {
   Bands air_log2_loss_per_m{};  // powers of 1/2
 };
 
-// How sound arrives at the listener, by receiver. Written by place_voices().
+// Sound at the listener, by receiver. Written by place_voices().
 struct VoiceArrivals {
   std::array<std::vector<double>, kEars> delay_frames, last_delay_frames;  // last: before a move
   std::array<VoiceColumn, kEars> distance_m, spread, cos_o, loss_cell;

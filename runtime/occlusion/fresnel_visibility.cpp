@@ -10,7 +10,7 @@ namespace clamor {
 
 namespace {
 
-// Whether the path is unoccluded; nothing if it got lost between surfaces.
+// Returns whether the path is unoccluded; nothing if it got lost between surfaces.
 std::optional<bool> is_free(const OcclusionGeometry& geometry, const LineOfSight& line,
                             DetourPath path, std::uint64_t& rays) {
   for (std::size_t i = 1; i <= DetourPath::kSegments; ++i) {

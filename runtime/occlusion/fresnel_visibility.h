@@ -57,7 +57,7 @@ float diffracted_amplitude(float free_fraction);
 // Wavelength at the centre of a band.
 double wavelength_m(std::size_t band, double speed_of_sound_mps);
 
-// Whether the path that is `detour_m` longer than the straight line, on the side given by
+// Returns whether the path that is `detour_m` longer than the straight line, on the side given by
 // `azimuth_rad`, is unoccluded. Nothing if the path gets lost between surfaces.
 std::optional<bool> path_is_free(const OcclusionGeometry& geometry, const LineOfSight& line,
                                  double detour_m, double azimuth_rad, std::uint64_t& rays);

@@ -104,7 +104,7 @@ double FresnelZone::detour_m(std::size_t ring, int i) const {
   return std::sqrt(length_m * length_m + area_m2) - length_m;
 }
 
-// Whether both rings have free paths only, or blocked paths only.
+// Returns whether both rings have free paths only, or blocked paths only.
 bool FresnelZone::agree(std::size_t a, std::size_t b) const {
   return !rings[a].mixed() && !rings[b].mixed() &&
          (rings[a].counted == 0 || rings[b].counted == 0 ||

@@ -77,7 +77,8 @@ struct FresnelZone {
   // Detour of the ring's i-th path.
   double detour_m(std::size_t ring, int i) const;
 
-  // Whether the neighbouring rings agree with this one, so that more paths would tell no more.
+  // Returns whether the neighbouring rings agree with this one, so that more paths would tell no
+  // more.
   bool is_settled(std::size_t ring) const;
 
   // Share of the power that arrives, per band, from the paths cast so far.

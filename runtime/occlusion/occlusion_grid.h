@@ -46,7 +46,7 @@ class OcclusionGrid {
   // Counts changes of the whole scene: what was stored more than one unit ago is invalid.
   double change_clock() const { return change_clock_; }
 
-  // Whether a neighbour was estimated in this keyframe.
+  // Returns whether a neighbour was estimated in this keyframe.
   bool has_estimate_of(std::uint32_t keyframe, const Source& source, const Vec3& place) const;
 
  private:

@@ -67,7 +67,8 @@ void VisibilityCache::begin_keyframe(const Vec3& place) {
 
 // --- Entries ------------------------------------------------------------------------------------
 
-// Whether the listener, and a moving source, are within so many validity radii of where they were.
+// Returns whether the listener, and a moving source, are within so many validity radii of where
+// they were.
 bool VisibilityCache::is_within(const VisibilityEntry& entry, const Source& source,
                                 double radii) const {
   const double limit_m = radii * entry.validity_radius_m;

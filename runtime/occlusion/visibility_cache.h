@@ -72,7 +72,7 @@ Bands source_visibility(const OcclusionGeometry& geometry, double speed_of_sound
                         const Source& source, const Vec3& place, int paths_per_ring,
                         std::uint64_t& rays);
 
-// Whether an edge partly occludes the source, so that more rays would refine the estimate.
+// Returns whether an edge partly occludes the source, so that more rays would refine the estimate.
 bool is_partial(const Bands& visibility);
 
 // A visibility from as many rays as it takes, for references.

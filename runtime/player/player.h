@@ -42,7 +42,7 @@ class Player {
   // two keyframes, unless the machine is overloaded. Not for walks.
   void move(const Listener& listener);
 
-  // As Auralizer::moving(), for the thread that calls move().
+  // Returns Auralizer::moving(), for the thread that calls move().
   MovingSources* moving();
 
   // Crossfades to another bake within a tenth of a second; the listener stays, and sounds begin

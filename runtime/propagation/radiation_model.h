@@ -86,7 +86,7 @@ class RadiationModel {
     return played_[emitter].delay_s + static_cast<double>(delay_s);
   }
 
-  // When the first and the last emitter start to play.
+  // Times at which the first and the last emitter start to play.
   double earliest_start_s() const { return earliest_start_s_; }
   double latest_start_s() const { return latest_start_s_; }
 

@@ -91,7 +91,7 @@ class LoudnessTrack {
   // Maximum of each band's weight from one time to another, and over all time.
   Bands max_between(double from_s, double to_s) const;
   const Bands& max() const { return max_; }
-  // Whether the weights are constant.
+  // Returns whether the weights are constant.
   bool steady() const { return steady_; }
 
  private:

@@ -16,7 +16,7 @@ namespace {
 // Length of the spline prefilter's response: 0.268^64 is below double precision.
 constexpr int kSplineTail = 64;
 
-// How far a piece's window reaches beyond the piece at its front.
+// A piece's window reaches so many frames beyond the piece at its front and at its end.
 constexpr int kFramesBefore = kPartingTailFrames + kLowRate * kSplineTail;
 constexpr int kFramesAfter = kPartingTailFrames + kBankTailFrames + kLowRate * kSplineTail;
 static_assert(kFramesBefore % kLowRate == 0 && kPieceFrames % kLowRate == 0);

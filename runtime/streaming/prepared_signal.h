@@ -94,8 +94,8 @@ class PreparedSignal {
            in_buffer(0, last - layout_.loop_frames, visit);
   }
 
-  // Whether all pieces between two frames are resident. The audio thread may then read them until
-  // its next SoundLoader::mark_quiescent().
+  // Returns whether all pieces between two frames are resident. The audio thread may then read them
+  // until its next SoundLoader::mark_quiescent().
   bool is_resident(std::int64_t from, std::int64_t to) const noexcept REALTIME {
     return for_pieces(from, to, [this](std::size_t piece) noexcept REALTIME {
       return resident_[piece].load(std::memory_order_seq_cst);
@@ -155,7 +155,7 @@ class PreparedSignal {
     return true;
   }
 
-  // How the prepared samples lie in memory.
+  // Layout of the prepared samples in memory.
   struct Layout {
     std::int64_t loop_frames = 0;  // a multiple of the loop's length; 0: plays once
     // Frames before frame 0 that may sound, and the end of the sound.

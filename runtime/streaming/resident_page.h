@@ -31,7 +31,7 @@ class ResidentPage {
   const PageLinks links;
   const std::vector<ResidentInstance> copies;
 
-  // What has the highest key in the node and below: the first source, a child, or the first
+  // The holder of the highest key in the node and below: the first source, a child, or the first
   // instance.
   enum class Leader : std::uint8_t { kSource, kChild, kCopy };
   Leader leader = Leader::kSource;

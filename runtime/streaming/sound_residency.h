@@ -53,7 +53,7 @@ class SoundResidency {
   void update_needs(std::span<const ReadPosition> read, std::span<const ReadPosition> emitted,
                     std::int64_t clock_frames, std::int64_t ahead_frames);
 
-  // As of the last update_needs().
+  // Returns whether pieces were lacking at the last update_needs().
   bool lacks_needed_now() const;
   // The next piece to load, now marked as loading, or null. May evict others.
   Piece* next_to_load();

@@ -23,7 +23,7 @@ struct Voice {
   std::uint32_t slot = 0;
   std::uint32_t signal = 0;
   bool starts = false;  // from silence at start_delay_frames; otherwise from the last keyframe
-  // With `starts`: the sound itself is beginning, so its gains hold from the last keyframe on
+  // The sound itself is beginning, so its gains hold from the last keyframe on
   // instead of fading in.
   bool has_onset = false;
   std::array<double, kEars> start_delay_frames{};

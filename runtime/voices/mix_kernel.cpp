@@ -17,8 +17,9 @@ namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
-// How many frames of a layer are summed in registers, or in L1 if there are too few registers, for
-// a number of buses. At most kStepFrames at the full rate, so that calls may divide time anywhere.
+// Returns how many frames of a layer are summed in registers, or in L1 if there are too few
+// registers, for a number of buses. At most kStepFrames at the full rate, so that calls may divide
+// time anywhere.
 constexpr int chunk_frames(int buses, bool low) {
   if (low) return kStepFrames / kLowRate;
   if (buses <= 2) return std::min(64, std::max(16, 4 * kFloats));

@@ -83,10 +83,10 @@ struct MixMode {
   constexpr bool two_layers() const { return eight_bands || head; }
 };
 
-// How a voice is read for one ear during one call. Its first frame is read at `position`, 32.32
-// fixed point, of a signal whose frame 0 is at `high`, and at a quarter of that in `low`. Each next
-// frame is `step` farther, and the step grows by `bend` every kStepFrames. Both layers must have a
-// frame before and two after.
+// The path along which a voice is read for one ear during one call. Its first frame is read at
+// `position`, 32.32 fixed point, of a signal whose frame 0 is at `high`, and at a quarter of that
+// in `low`. Each next frame is `step` farther, and the step grows by `bend` every kStepFrames. Both
+// layers must have a frame before and two after.
 struct VoicePath {
   const float* high = nullptr;
   const float* low = nullptr;
@@ -114,7 +114,7 @@ struct LayerOffset {
   std::int64_t ahead = 0, step = 0;
 };
 
-// Where to write the state of each voice for the next call. These arrays may be the ones that are
+// Arrays for the state of each voice in the next call. These arrays may be the ones that are
 // read. A position that has reached its slot's `wrap` is reduced by it.
 struct MixContinuation {
   VoicePath* paths = nullptr;   // [slot][kEars]; null: not written

@@ -145,8 +145,8 @@ HWY_INLINE VoiceSet those_not_zero(const std::int32_t (&numbers)[kTileVoices]) {
 template <int kReads>
 struct Lines {
   VoiceSet steady, sliding, fast;
-  // Not 0 if it slides, and less than kStepFrames. Narrow integers keep the comparisons to few
-  // vectors.
+  // The slide is 0 for a steady delay and less than kStepFrames. Narrow integers keep the
+  // comparisons to few vectors.
   alignas(64) std::int32_t slides[kTileVoices];
   alignas(64) std::int32_t runs[kTileVoices];
   alignas(64) float fraction[kReads][kTileVoices];

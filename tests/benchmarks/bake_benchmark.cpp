@@ -181,7 +181,7 @@ Walk plain_walk(const Scene& scene, const Vec3f& start, std::uint32_t photons,
   return walk;
 }
 
-// As many runs as a round of the benchmark traces.
+// A round of the benchmark traces so many runs.
 constexpr std::uint32_t kRuns = 6;
 
 // Results go into memory that is reused from run to run, as in a bake. `traced` holds the last run

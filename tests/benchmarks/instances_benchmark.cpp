@@ -12,7 +12,7 @@
 #include "formats/bake_file/bake_writer.h"
 #include "runtime/query/octree_pool.h"
 #include "runtime/sampling/sampler.h"
-#include "tests/terraces.h"
+#include "tests/stadium_level.h"
 
 namespace clamor {
 namespace {
@@ -20,7 +20,7 @@ namespace {
 constexpr std::uint32_t kFans = 65536;
 
 void instances_sample(benchmark::State& state) {
-  testing::Terraces level;
+  testing::StadiumLevel level;
   level.fans = static_cast<std::uint32_t>(state.range(0));
   level.stands = 16;
   level.blocks = kFans / level.fans / level.stands;

@@ -47,11 +47,11 @@ void intensity(benchmark::State& state) {
   for (const Source& source : sources) all.push_back(&source);
   std::vector<ReceivedIntensity> received(kSources);
   double exact_ns = 1e9, kernel_ns = 1e9, alone_ns = 1e9;
-  const auto time = [](double& least_ns, const auto& run) {
+  const auto time = [](double& min_ns, const auto& run) {
     const auto start = std::chrono::steady_clock::now();
     run();
     const std::chrono::duration<double, std::nano> took = std::chrono::steady_clock::now() - start;
-    least_ns = std::min(least_ns, took.count() / kSources);
+    min_ns = std::min(min_ns, took.count() / kSources);
   };
   for (auto _ : state) {
     time(exact_ns, [&] {

@@ -46,7 +46,7 @@ class KeyframeTimes {
     state.counters["memory_ns"] = testing::memory_latency_ns();
   }
 
-  double median_of_least_ms() const {
+  double median_of_min_ms() const {
     std::vector<double> sorted = min_ms_;
     std::sort(sorted.begin(), sorted.end());
     return sorted[sorted.size() / 2];

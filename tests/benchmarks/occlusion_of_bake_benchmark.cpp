@@ -2,7 +2,7 @@
 // names, with its sounds, materials and surfaces.
 //
 // The listener walks back and forth through the middle, after a first walk that loads all pages.
-// The walk is repeated five times, and `least_ms` is the median over keyframes of the shortest time
+// The walk is repeated five times, and `min_ms` is the median over keyframes of the shortest time
 // of each: other work of the machine varies between walks, the keyframe does not. Other counters
 // are those of occlusion_benchmark.cpp.
 #include <cmath>
@@ -97,7 +97,7 @@ void occlusion_of_bake(benchmark::State& state) {
     for (auto _ : state) keyframe();
   });
   times.report(state);
-  state.counters["least_ms"] = times.median_of_least_ms();
+  state.counters["min_ms"] = times.median_of_min_ms();
   state.counters["sources"] = static_cast<double>(file->top()->sources_below);
 }
 BENCHMARK(occlusion_of_bake)

@@ -106,11 +106,11 @@ struct Scene {
   Vec3 low_m{}, high_m{};
   double city_m = 0;
 
-  Vec3 at(double way_m) const {
-    if (file != nullptr) return Vec3(city_m + way_m, 2, city_m);
+  Vec3 at(double path_length_m) const {
+    if (file != nullptr) return Vec3(city_m + path_length_m, 2, city_m);
     const Vec3 middle_m = (low_m + high_m) / 2.0, reach_m = 0.3 * (high_m - low_m);
-    return Vec3(middle_m.x + reach_m.x * std::sin(way_m / reach_m.x), low_m.y + 1.7,
-                middle_m.z + 0.3 * reach_m.z * std::cos(way_m / reach_m.x));
+    return Vec3(middle_m.x + reach_m.x * std::sin(path_length_m / reach_m.x), low_m.y + 1.7,
+                middle_m.z + 0.3 * reach_m.z * std::cos(path_length_m / reach_m.x));
   }
 };
 
@@ -212,9 +212,9 @@ struct Run {
                                     SearchBound::kBounded);
   }
   void keyframe(double step_m, Times* times) {
-    way_m += step_m;
+    path_length_m += step_m;
     time_s += 0.02;
-    const Listener listener = motion.next(scene.at(way_m));
+    const Listener listener = motion.next(scene.at(path_length_m));
     const double cast_ms = cache ? cache->statistics().ray_ms : 0;
     const double start_s = thread_time_s();
     const std::size_t chosen = sampler->sample(listener, time_s).size();
@@ -228,13 +228,13 @@ struct Run {
   }
   void warm_up() {
     for (int i = 0; i < 100 + kSlices * kSlice_keyframes; ++i) {
-      way_m += 0.03;
+      path_length_m += 0.03;
       time_s += 0.02;
-      const Listener listener = motion.next(scene.at(way_m));
+      const Listener listener = motion.next(scene.at(path_length_m));
       sampler->sample(listener, time_s);
       while (!sampler->complete()) sampler->sample(listener, time_s);
     }
-    way_m = 0;
+    path_length_m = 0;
     for (int i = 0; i < 100; ++i) keyframe(0.03, nullptr);
     voices = frames = 0;
   }
@@ -244,7 +244,7 @@ struct Run {
   std::unique_ptr<VisibilityCache> cache;
   std::unique_ptr<Sampler> sampler;
   ListenerMotion motion{0.02};
-  double way_m = 0, time_s = 10;
+  double path_length_m = 0, time_s = 10;
   std::size_t voices = 0, frames = 0;
   Times walking, standing;
 };

@@ -2,7 +2,7 @@
 // depend on n.
 //
 // The sources lie on the walls of a 20 x 8 x 15 m hall, with powers spread over 60 dB and lobes of
-// one exponent in all eight bands (0: Lambertian). `median_ms` and `least_ms` are the thread's CPU
+// one exponent in all eight bands (0: Lambertian). `median_ms` and `min_ms` are the thread's CPU
 // time of one sample of the octree with all pages in memory. `pages` are visited and `entries` are
 // sources in them that were not culled with their neighbours. `scan_ms` is the time of scanning all
 // sources for the same sample, where they fit into memory twice. city_benchmark.cpp measures a

@@ -25,7 +25,7 @@ class SampleTimes {
   void report(benchmark::State& state) {
     if (times_ms_.empty()) return;
     state.counters["median_ms"] = median_ms();
-    state.counters["least_ms"] = times_ms_.front();
+    state.counters["min_ms"] = times_ms_.front();
   }
 
   double median_ms() {

@@ -229,7 +229,7 @@ int rename(const char* from, const char* to) noexcept {
   return own_rename(from, to);
 }
 
-// As on Linux, the descriptor is closed whatever close() returns.
+// The descriptor is closed whatever close() returns, as on Linux.
 int close(int descriptor) {
   static auto* const own_close = own<int(int)>("close");
   const Verdict verdict = verdict_on("close", descriptor);

@@ -15,15 +15,15 @@ namespace clamor::testing {
 
 namespace {
 
-struct Heard {
+struct Playback {
   double energy = 0;
   PageStatistics pages;
 };
 
 // Walks through the room for two seconds with almost no memory, so that pages are loaded and
 // evicted. The fault happens after half a second.
-Heard walked(const std::string& path, const std::function<void()>& strike,
-             FileAccess access = FileAccess::kRead) {
+Playback walked(const std::string& path, const std::function<void()>& strike,
+                FileAccess access = FileAccess::kRead) {
   auto file = BakeFile::open(path, access);
   EXPECT_TRUE(file.ok());
   AuralizerOptions options;
@@ -32,7 +32,7 @@ Heard walked(const std::string& path, const std::function<void()>& strike,
   options.memory_bytes = 300'000;
   auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
   EXPECT_TRUE(auralizer.ok());
-  Heard heard;
+  Playback played;
   std::vector<float> block(2 * 960);
   for (int i = 0; i < 100; ++i) {
     if (i == 25) strike();
@@ -44,10 +44,10 @@ Heard walked(const std::string& path, const std::function<void()>& strike,
     (*auralizer)->mix(block);
     const double energy = energy_of(block);
     EXPECT_TRUE(std::isfinite(energy));
-    if (i >= 25) heard.energy += energy;
+    if (i >= 25) played.energy += energy;
   }
-  heard.pages = (*auralizer)->statistics().pages;
-  return heard;
+  played.pages = (*auralizer)->statistics().pages;
+  return played;
 }
 
 TEST(FileUnderAPlayer, MayBeCutOverwrittenReplacedOrDeletedAndSoundsAsLoudAsBefore) {
@@ -55,17 +55,17 @@ TEST(FileUnderAPlayer, MayBeCutOverwrittenReplacedOrDeletedAndSoundsAsLoudAsBefo
   const std::string path = folder / "a.clamor";
   ASSERT_TRUE(write_bake(path, room(), 1).ok());
   const std::string whole = read(path);
-  const Heard undisturbed = walked(path, [] {});
+  const Playback undisturbed = walked(path, [] {});
   ASSERT_GT(undisturbed.pages.dropped, 20u);  // pages are read again
   for (const FileAccess access : {FileAccess::kRead, FileAccess::kMap})
     for (const FileFault& fault : file_faults()) {
       std::ofstream(path, std::ios::binary) << whole;
-      const Heard heard = walked(
+      const Playback played = walked(
           path, [&] { fault.strike(path); }, access);
-      EXPECT_EQ(heard.pages.failed > 0, fault.is_noticed) << fault.what;
-      EXPECT_EQ(heard.pages.failure.find(path) == 0, fault.is_noticed) << heard.pages.failure;
+      EXPECT_EQ(played.pages.failed > 0, fault.is_noticed) << fault.what;
+      EXPECT_EQ(played.pages.failure.find(path) == 0, fault.is_noticed) << played.pages.failure;
       // The pages in memory represent the rest: unbiased, with a spread of 0.8 dB for one page.
-      EXPECT_NEAR(10 * std::log10(heard.energy / undisturbed.energy), 0,
+      EXPECT_NEAR(10 * std::log10(played.energy / undisturbed.energy), 0,
                   fault.is_noticed ? 2.5 : 1e-9)
           << fault.what;
     }
@@ -75,7 +75,7 @@ TEST(FileUnderAPlayer, WhoseDiskFailsSoundsAsLoudAsBefore) {
   const Folder folder;
   const std::string path = folder / "a.clamor";
   ASSERT_TRUE(write_bake(path, room(), 1).ok());
-  const Heard undisturbed = walked(path, [] {});
+  const Playback undisturbed = walked(path, [] {});
   for (const long at : {20, 40, 80}) {
     if (kSanitized && at != 40) continue;  // slow
     for (const FaultKind fate : {FaultKind::kFails, FaultKind::kPersistentFailure}) {
@@ -85,12 +85,12 @@ TEST(FileUnderAPlayer, WhoseDiskFailsSoundsAsLoudAsBefore) {
                                    .fail_at_call = at,
                                    .fate = fate,
                                    .error = EIO});
-      const Heard heard = walked(path, [] {});
+      const Playback played = walked(path, [] {});
       EXPECT_TRUE(faults.struck());
-      EXPECT_EQ(heard.pages.failed, fate == FaultKind::kFails ? 1u : heard.pages.failed);
-      EXPECT_NE(heard.pages.failure.find(std::strerror(EIO)), std::string::npos)
-          << heard.pages.failure;
-      EXPECT_NEAR(10 * std::log10(heard.energy / undisturbed.energy), 0, 2.5) << at;
+      EXPECT_EQ(played.pages.failed, fate == FaultKind::kFails ? 1u : played.pages.failed);
+      EXPECT_NE(played.pages.failure.find(std::strerror(EIO)), std::string::npos)
+          << played.pages.failure;
+      EXPECT_NEAR(10 * std::log10(played.energy / undisturbed.energy), 0, 2.5) << at;
     }
   }
   // Interrupted and short reads are no failures.
@@ -101,10 +101,10 @@ TEST(FileUnderAPlayer, WhoseDiskFailsSoundsAsLoudAsBefore) {
                                  .fail_at_call = 40,
                                  .fate = fate,
                                  .error = EINTR});
-    const Heard heard = walked(path, [] {});
+    const Playback played = walked(path, [] {});
     EXPECT_TRUE(faults.struck());
-    EXPECT_EQ(heard.pages.failed, 0u);
-    EXPECT_EQ(heard.energy, undisturbed.energy);
+    EXPECT_EQ(played.pages.failed, 0u);
+    EXPECT_EQ(played.energy, undisturbed.energy);
   }
 }
 
@@ -114,7 +114,7 @@ TEST(FileUnderAPlayer, WhoseDiskFailsUnderAMappingSoundsAsLoudAsBefore) {
   const Folder folder;
   const std::string path = folder / "a.clamor";
   ASSERT_TRUE(write_bake(path, room(), 1).ok());
-  const Heard undisturbed = walked(path, [] {});
+  const Playback undisturbed = walked(path, [] {});
   const FaultInjection faults({.folder = folder.path(),
                                .calls = "pread",
                                .thread = kPageLoader,
@@ -126,12 +126,13 @@ TEST(FileUnderAPlayer, WhoseDiskFailsUnderAMappingSoundsAsLoudAsBefore) {
                 .energy,
             undisturbed.energy);
   EXPECT_FALSE(faults.struck());  // no read that could be intercepted
-  const Heard heard = walked(
+  const Playback played = walked(
       path, [&] { std::filesystem::resize_file(path, 0); }, FileAccess::kMap);
   EXPECT_TRUE(faults.struck());
-  EXPECT_GT(heard.pages.failed, 0u);
-  EXPECT_NE(heard.pages.failure.find(std::strerror(EIO)), std::string::npos) << heard.pages.failure;
-  EXPECT_NEAR(10 * std::log10(heard.energy / undisturbed.energy), 0, 2.5);
+  EXPECT_GT(played.pages.failed, 0u);
+  EXPECT_NE(played.pages.failure.find(std::strerror(EIO)), std::string::npos)
+      << played.pages.failure;
+  EXPECT_NEAR(10 * std::log10(played.energy / undisturbed.energy), 0, 2.5);
 }
 
 }  // namespace

@@ -19,12 +19,12 @@ namespace clamor::testing {
 
 namespace {
 
-// Whether that much was recorded, under any name, without silence at the end.
+// Returns whether 10 000 frames were recorded, under any name, without silence at the end.
 bool is_heard(const Folder& folder) {
-  constexpr std::size_t kHeard_bytes = 10000 * 2 * sizeof(float), kEnd_bytes = 4800;
+  constexpr std::size_t kRecorded_bytes = 10000 * 2 * sizeof(float), kEnd_bytes = 4800;
   for (const std::string& name : folder.names()) {
     const std::string bytes = name.starts_with("heard.wav") ? read(folder / name) : "";
-    if (bytes.size() > kHeard_bytes &&
+    if (bytes.size() > kRecorded_bytes &&
         bytes.find_first_not_of('\0', bytes.size() - kEnd_bytes) != std::string::npos)
       return true;
   }
@@ -284,7 +284,7 @@ TEST(RenderCommand, WritesTheSameBytesHoweverSlowTheDiskIs) {
   };
   const std::string at_once = rendered(FileAccess::kRead);
   EXPECT_TRUE(rendered(FileAccess::kMap) == at_once);
-  for (const auto& [most_ms, access] :
+  for (const auto& [delay_ms, access] :
        {std::pair(1u, FileAccess::kRead), std::pair(4u, FileAccess::kRead),
         std::pair(4u, FileAccess::kMap)}) {
     std::atomic<unsigned> reads{0};
@@ -292,13 +292,13 @@ TEST(RenderCommand, WritesTheSameBytesHoweverSlowTheDiskIs) {
                                  .calls = access == FileAccess::kMap ? "madvise" : "pread",
                                  .fail_at_call = 0,
                                  .fate = FaultKind::kRunCallbackFromThenOn,
-                                 .meanwhile = [&, most = most_ms] {
+                                 .meanwhile = [&, delay = delay_ms] {
                                    const unsigned n = reads++;
-                                   const auto bits = philox(most, {n, 0, 0, 0});
+                                   const auto bits = philox(delay, {n, 0, 0, 0});
                                    std::this_thread::sleep_for(
-                                       std::chrono::microseconds(bits[0] % (1000 * most)));
+                                       std::chrono::microseconds(bits[0] % (1000 * delay)));
                                  }});
-    EXPECT_TRUE(rendered(access) == at_once) << most_ms << " ms";
+    EXPECT_TRUE(rendered(access) == at_once) << delay_ms << " ms";
     EXPECT_GT(reads, 20u);
   }
 }

@@ -201,10 +201,10 @@ std::vector<double> mean_reflected_decay(const Room& room, std::size_t box, cons
     for (std::size_t n = i % 4; n < bake.octree.sources.size(); n += 4) {
       const Source& source = bake.octree.sources[n];
       if (source.is_emitter) continue;
-      const Vec3 at_m(source.position_m), way_m = listener_m - at_m;
+      const Vec3 at_m(source.position_m), path_m = listener_m - at_m;
       const std::size_t from = box_of(room, at_m.x + 1e-3 * static_cast<double>(source.normal.x));
       const double plane_m = room.boxes[std::max(from, box)].low_m.x;
-      if (from == box || through_the_portal(room, at_m + way_m * ((plane_m - at_m.x) / way_m.x)))
+      if (from == box || through_the_portal(room, at_m + path_m * ((plane_m - at_m.x) / path_m.x)))
         seen.push_back(source);
     }
     const auto arrivals =

@@ -112,9 +112,8 @@ class AtAnotherRate : public ::testing::TestWithParam<int> {};
 TEST_P(AtAnotherRate, SinesKeepTheirPitchAndLevelAndGainNothingElse) {
   const double rate_hz = GetParam();
   // Up to 90 % of half the lower rate, where the filter is flat.
-  const double most_hz = 0.9 * std::min(rate_hz, 1.0 * kSampleRate_hz) / 2;
-  for (const auto& [left_hz, right_hz] :
-       {std::pair{63.0, 1000.0}, {0.4 * most_hz, 0.9 * most_hz}}) {
+  const double max_hz = 0.9 * std::min(rate_hz, 1.0 * kSampleRate_hz) / 2;
+  for (const auto& [left_hz, right_hz] : {std::pair{63.0, 1000.0}, {0.4 * max_hz, 0.9 * max_hz}}) {
     Sines sines{left_hz, right_hz};
     const auto heard = played(sines.callback(), GetParam(), 1, blocks_of_any_size());
     for (const auto& [channel, frequency_hz] : {std::pair{0u, left_hz}, {1u, right_hz}}) {

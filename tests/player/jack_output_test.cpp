@@ -31,7 +31,7 @@ class JackDevice : public ::testing::Test {
 // Plays 1, 2, 3, ... on the left and the negative on the right. Floats hold integers up to 2^24,
 // which is six minutes.
 struct Counting {
-  std::atomic<std::uint32_t> next{1}, most_frames{0};
+  std::atomic<std::uint32_t> next{1}, max_frames{0};
 
   static void fill(void* self, float* output, std::uint32_t frames, bool) noexcept {
     auto& counting = *static_cast<Counting*>(self);
@@ -40,7 +40,7 @@ struct Counting {
       output[2 * i] = number;
       output[2 * i + 1] = -number;
     }
-    counting.most_frames.store(std::max(counting.most_frames.load(), frames));
+    counting.max_frames.store(std::max(counting.max_frames.load(), frames));
   }
 
   OutputCallback callback() { return {&Counting::fill, this}; }
@@ -110,7 +110,7 @@ TEST_F(JackDevice, HearsEachFrameOnceWhileTheServerChangesTheSizeOfItsBlocks) {
     EXPECT_GE(player.output->latency_s(), frames / 48000.0);  // a block filled now comes next
     EXPECT_EQ(player.output->failure(), "");
   }
-  EXPECT_EQ(counting.most_frames, 4096u);
+  EXPECT_EQ(counting.max_frames, 4096u);
   player.output->stop();
   const std::uint32_t played = counting.next - 1;
 

@@ -26,7 +26,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kBackWithin_s = 2;
 
-// Whether a library hangs with its server; PulseAudio's does not.
+// A library may hang with its server; PulseAudio's does not.
 template <class Server>
 constexpr std::uint64_t kHungClosings = std::is_same_v<Server, testing::Pulse> ? 0 : 1;
 

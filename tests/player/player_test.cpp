@@ -80,7 +80,7 @@ std::string ran_dry(const PlayerStatistics& played) {
          std::to_string(played.auralizer.held_blocks) + " blocks held";
 }
 
-// The same for recordings and devices that wait, where late sound is as good.
+// Like ran_dry(), for recordings and devices that wait, where late sound is as good.
 std::string held(const PlayerStatistics& played) {
   return played.auralizer.held_blocks == 0 ? "" : ran_dry(played);
 }
@@ -109,7 +109,7 @@ class ThroughPulse : public ::testing::Test {
       GTEST_SKIP() << "pulseaudio and pulseaudio-utils are not installed";
   }
 
-  // How often silence was inserted into `heard`; -1 if it holds anything but `rendered` and
+  // Returns how often silence was inserted into `heard`; -1 if it holds anything but `rendered` and
   // silence.
   static int gaps_in(std::span<const float> heard, std::span<const float> rendered) {
     int gaps = 0;
@@ -249,7 +249,8 @@ std::vector<float> resampled(std::vector<float> samples, int rate_hz) {
   return result;
 }
 
-// As with `play --rate`. A block of 256 frames at 8 kHz is one and a half keyframes.
+// The player resamples as with `play --rate`. A block of 256 frames at 8 kHz is one and a half
+// keyframes.
 TEST(Player, IsHeardAsTheOfflineRenderResampledFrom8To192KHz) {
   for (const int rate_hz : {8000, 32000, 192000}) {
     SCOPED_TRACE(rate_hz);
@@ -302,11 +303,11 @@ TEST(Player, LeavesOutVoicesUnderABurdenAndHasAllOfThemBackAfterIt) {
   auto player = Player::create(baked_room(), options);
   ASSERT_TRUE(player.ok()) << player.error().message;
   ASSERT_TRUE((*player)->start().ok());
-  double way_m = 0;
+  double path_m = 0;
   const auto comes_to = [&](auto&& state) {
     return testing::comes_true([&] {
-      way_m += 0.01;
-      (*player)->move({{3 + std::sin(way_m), 5, 1.6}, way_m, 0});
+      path_m += 0.01;
+      (*player)->move({{3 + std::sin(path_m), 5, 1.6}, path_m, 0});
       return state((*player)->statistics().auralizer);
     });
   };

@@ -27,7 +27,7 @@ class Pulse {
  public:
   static constexpr const char* kDevice = "pulse: clamor";
 
-  // What must be installed for it; empty if everything is.
+  // Returns what must be installed to run a server; empty if everything is.
   static std::string missing() {
     const bool there = installed("pulseaudio") && installed("parec");
     return there ? "" : "pulseaudio and pulseaudio-utils are not installed";

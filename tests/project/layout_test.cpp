@@ -67,7 +67,7 @@ TEST(Layout, HasNoRoomForThingsThatFoundNoPlace) {
 TEST(Layout, TakesNoFunctionThatRoundsByTheCpuWhereBytesAreMade) {
   const std::regex function(
       R"(std::(pow|exp2?|expm1|log(2|10|1p)?|a?(sin|cos|tan)h?|atan2|cbrt|hypot)\()");
-  // These only orient a listener and print a level.
+  // These files only orient a listener and print a level.
   const std::set<std::string> others = {"common/listener.h", "formats/audio/audio_file.cpp"};
   for (const std::string folder : {"bake", "common", "formats"})
     for (const std::string& file : files_in(folder)) {

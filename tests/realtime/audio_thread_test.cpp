@@ -111,12 +111,12 @@ TEST(AudioThread, AsksTheSystemForNothingInAMillionCallbacks) {
   prefault_stack();  // the only page faults, at a thread's first callback
   const std::vector<Way> ways = all_ways();
   const int each = 1'000'000 / static_cast<int>(ways.size()) + 1;
-  constexpr std::size_t kMost_frames = 8;
+  constexpr std::size_t kMaxBlock_frames = 8;
   std::minstd_rand random(1);
   std::uint64_t callbacks = 0;
   for (const Way& way : ways) {
     SCOPED_TRACE(way.name);
-    SoundDevice run(twelve_voices(way.shape), way.rate_hz, kMost_frames);
+    SoundDevice run(twelve_voices(way.shape), way.rate_hz, kMaxBlock_frames);
     LatestValue<Listener> poses;
     const auto pose_at = [&](double t) {
       poses.publish(running_about(t));
@@ -126,7 +126,7 @@ TEST(AudioThread, AsksTheSystemForNothingInAMillionCallbacks) {
     for (int i = 0; i < each; ++i) {
       if (i % 4096 < 3072) run.make_keyframes(pose_at);  // the sampler stalls and returns
       const long before = testing::page_faults();
-      run.call<Forbidden>(1 + random() % kMost_frames);
+      run.call<Forbidden>(1 + random() % kMaxBlock_frames);
       faults += testing::page_faults() - before;
     }
     callbacks += run.callbacks();
@@ -143,18 +143,18 @@ TEST(AudioThread, AsksTheSystemForNothingInAMillionCallbacks) {
 TEST(AudioThread, AsksTheSystemForNothingWhileTheHeadTurns) {
   prefault_code();
   prefault_stack();
-  constexpr std::size_t kMost_frames = 256;
+  constexpr std::size_t kMaxBlock_frames = 256;
   std::minstd_rand random(2);
   for (const Way& way : all_ways()) {
     SCOPED_TRACE(way.name);
-    SoundDevice run(twelve_voices(way.shape, true), way.rate_hz, kMost_frames);
+    SoundDevice run(twelve_voices(way.shape, true), way.rate_hz, kMaxBlock_frames);
     long faults = 0;
     for (int i = 0; i < 4000; ++i) {
       const double time_s = run.time_s();
       run.auralizer().turn_head(running_about(time_s));
       if (i % 512 < 384) run.make_keyframes([&](double) { return running_about(time_s); });
       const long before = testing::page_faults();
-      run.call<Forbidden>(1 + random() % kMost_frames);
+      run.call<Forbidden>(1 + random() % kMaxBlock_frames);
       faults += testing::page_faults() - before;
     }
     EXPECT_EQ(faults, 0);

@@ -39,9 +39,9 @@ struct SoundAnalysis {
   std::vector<Ear> ears = {};
 };
 
-// Whether a sound begins abruptly and decays to silence: the energy centroid after the direct sound
-// lies in the first eighth of the rest, and the last tenth has less than a thousandth of the
-// energy.
+// Returns whether a sound begins abruptly and decays to silence: the energy centroid after the
+// direct sound lies in the first eighth of the rest, and the last tenth has less than a thousandth
+// of the energy.
 bool looks_like_impulse_response(const Sound& sound);
 
 // One or two channels of finite samples, at least one sample. Takes 16 ms per second and channel of

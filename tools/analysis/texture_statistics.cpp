@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kBlock = 8192;  // 171 ms
 constexpr std::size_t kStep = 64;     // envelope values per block
-constexpr double kCompression = 0.3, kLeast_s = 1.5, kFirstErb = 2;
+constexpr double kCompression = 0.3, kMin_s = 1.5, kFirstErb = 2;
 constexpr std::size_t kModulationFrame = 256;  // envelope values: 1.46 Hz a bin
 
 // A band shifted to 0 Hz and sampled as slowly as its width allows.
@@ -134,7 +134,7 @@ void add_modulation(const std::vector<double>& envelope, const Fourier& fourier,
 
 TextureStatistics texture_statistics(std::span<const float> samples) {
   TextureStatistics statistics;
-  if (static_cast<double>(samples.size()) < kLeast_s * kSampleRate_hz) return statistics;
+  if (static_cast<double>(samples.size()) < kMin_s * kSampleRate_hz) return statistics;
   const std::vector<std::vector<double>> envelopes = envelopes_of(samples);
   const Fourier fourier(kModulationFrame);
   for (std::size_t b = 0; b < kTextureBands; ++b) {

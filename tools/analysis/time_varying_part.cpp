@@ -21,8 +21,8 @@ constexpr double kFloor = 1e-6;  // of the energy; fainter parts are inaudible
 constexpr int kMaxSteps = 200;
 constexpr double kConverged = 1e-4;  // of the residual, per step
 constexpr int kConvergedSteps = 5;   // in succession
-// Of the preconditioner, relative to the mean over frequencies.
-constexpr double kLeastPower = 1e-6;
+// Least power in the preconditioner, relative to the mean over frequencies.
+constexpr double kMinPower = 1e-6;
 
 Complex product(const Complex& a, const Complex& b) {
   return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
@@ -131,18 +131,19 @@ class FixedFilterFit {
     Row power(whole_.size());
     for (std::size_t k = 0; k < power.size(); ++k) power[k] = std::norm(spectrum_[k]);
     whole_.inverse(power);
-    Row lags(short_.size());
+    Row autocorrelation(short_.size());
     for (std::size_t k = 0; k < taps_; ++k) {
       const double taper = 1 - static_cast<double>(k) / static_cast<double>(taps_);
-      lags[k] = taper * power[k].real();
-      if (k > 0) lags[lags.size() - k] = lags[k];
+      autocorrelation[k] = taper * power[k].real();
+      if (k > 0) autocorrelation[autocorrelation.size() - k] = autocorrelation[k];
     }
-    short_.forward(lags);
+    short_.forward(autocorrelation);
     double mean = 0;
-    for (const Complex& value : lags) mean += value.real() / static_cast<double>(lags.size());
-    inverse_power_.resize(lags.size());
-    for (std::size_t k = 0; k < lags.size(); ++k)
-      inverse_power_[k] = 1 / std::max(lags[k].real(), kLeastPower * mean);
+    for (const Complex& value : autocorrelation)
+      mean += value.real() / static_cast<double>(autocorrelation.size());
+    inverse_power_.resize(autocorrelation.size());
+    for (std::size_t k = 0; k < autocorrelation.size(); ++k)
+      inverse_power_[k] = 1 / std::max(autocorrelation[k].real(), kMinPower * mean);
   }
 
   Row preconditioned(const Row& gradient) const {

@@ -76,8 +76,8 @@ Result<void> verify_pages(const BakeFile& file) {
   return {};
 }
 
-// Whether any source is a secondary source. A bake that traced photons has their number; other
-// files with instances are decided by their pages.
+// Returns whether any source is a secondary source. A bake that traced photons has their number;
+// other files with instances are decided by their pages.
 Result<bool> anything_reflected(const BakeFile& file) {
   if (file.statistics().photons_traced > 0) return true;
   constexpr const char* kEnough = "is enough to know";

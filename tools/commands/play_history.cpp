@@ -71,7 +71,7 @@ ReportTable PlayHistory::figures_of(const PlayerStatistics& played) const {
   row("late_keyframes", static_cast<double>(played.auralizer.late_keyframes));
   row("bounded_keyframes", static_cast<double>(played.auralizer.bounded_keyframes));
   row("mean_voices", mean_voices());
-  row("least_voices", min_voices());
+  row("min_voices", min_voices());
   row("loudness_lufs", std::max(loudness_lufs(), -99.9));
   row("clipped_frames", static_cast<double>(played.auralizer.clipped_frames));
   row("limited_frames", static_cast<double>(played.auralizer.limited.frames));

@@ -43,7 +43,7 @@ class Interrupt {
   SavedSignalHandlers signals_;
 };
 
-// Whether standard output or error is a pipe without a reader.
+// Returns whether standard output or error is a pipe without a reader.
 bool output_reader_is_gone();
 
 // During its lifetime, SIGINT, SIGTERM and SIGHUP end the program at once, with exit code 1 and a

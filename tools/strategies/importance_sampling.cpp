@@ -102,12 +102,12 @@ std::vector<double> inclusion_probabilities(std::span<const double> weights, std
   const double per_weight =
       certain < above_zero.size() ? static_cast<double>(k - certain) / rest : 0;
   // Sort only if some are uncertain.
-  const double least_certain =
+  const double min_certain =
       certain == 0 || certain == above_zero.size() ? 0 : above_zero[certain - 1];
   for (std::size_t i = 0; i < weights.size(); ++i) {
     if (weights[i] == 0) continue;
     probabilities[i] =
-        certain > 0 && weights[i] >= least_certain ? 1 : std::min(1.0, weights[i] * per_weight);
+        certain > 0 && weights[i] >= min_certain ? 1 : std::min(1.0, weights[i] * per_weight);
   }
   return probabilities;
 }

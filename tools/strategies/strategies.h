@@ -69,11 +69,11 @@ struct StrategyOptions {
 // Errors list the strategies that exist, or give the valid range.
 Result<void> check(const StrategyOptions& options);
 
-// Whether a strategy needs a list of all sources; otherwise any pool will do.
+// Returns whether a strategy needs a list of all sources; otherwise any pool will do.
 inline bool needs_list(const std::string& strategy) { return strategy != "priority"; }
 
-// Whether a strategy samples moving sources, and whether it knows of occlusion. The paper's do
-// neither.
+// Returns whether a strategy samples moving sources, and whether it knows of occlusion. The paper's
+// do neither.
 inline bool takes_moving(const std::string& strategy) {
   return strategy == "priority" || strategy == "all";
 }

@@ -4,16 +4,16 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/terraces.h"
+#include "tests/stadium_level.h"
 
 namespace clamor {
 namespace {
 
 using testing::Frame;
-using testing::Terraces;
+using testing::StadiumLevel;
 
-Terraces terraces() {
-  Terraces all;
+StadiumLevel stadium_level() {
+  StadiumLevel all;
   all.build();
   return all;
 }
@@ -25,7 +25,7 @@ std::size_t copies_in(const std::vector<Congruence>& found) {
 }
 
 // Compares every instance, as the file will place it, with the emitters it replaces.
-void expect_true_copies(const Terraces& all, const std::vector<Congruence>& found,
+void expect_true_copies(const StadiumLevel& all, const std::vector<Congruence>& found,
                         const SignalMaps& maps) {
   for (std::size_t g = 0; g < found.size(); ++g) {
     const SceneGroup &group = all.groups[g], &model = all.groups[found[g].prototype];
@@ -47,7 +47,7 @@ void expect_true_copies(const Terraces& all, const std::vector<Congruence>& foun
 }
 
 TEST(CongruentGroups, IncludeAllBlocksAndStandsOfAStadium) {
-  const Terraces all = terraces();
+  const StadiumLevel all = stadium_level();
   for (const PrototypeIs model_is : {PrototypeIs::kFirstInList, PrototypeIs::kFirstToSound}) {
     SignalMaps maps;
     const auto found = find_congruent_groups(all.level, all.groups, model_is, maps);
@@ -74,7 +74,7 @@ TEST(CongruentGroups, ExcludeGroupsThatOnlyLookAlike) {
       [](Emitter& fan) { fan.axis = normalize(fan.axis + Vec3(0, 0.01, 0)); },
   };
   for (const auto& change : changes) {
-    Terraces all = terraces();
+    StadiumLevel all = stadium_level();
     const std::size_t block = 2 * 7 + 3, stand = 2 * 7 + 6;
     change(all.level.emitters[all.groups[block].first + 11]);
     SignalMaps maps;
@@ -88,8 +88,8 @@ TEST(CongruentGroups, ExcludeGroupsThatOnlyLookAlike) {
 }
 
 // Two equal blocks in different frames.
-Terraces two_blocks(const Frame& second, double gain = 1) {
-  Terraces all;
+StadiumLevel two_blocks(const Frame& second, double gain = 1) {
+  StadiumLevel all;
   all.blocks = 1;
   all.stands = 2;
   all.build();
@@ -110,7 +110,7 @@ Terraces two_blocks(const Frame& second, double gain = 1) {
   return all;
 }
 
-bool second_is_copy(const Terraces& all) {
+bool second_is_copy(const StadiumLevel& all) {
   SignalMaps maps;
   const auto found = find_congruent_groups(all.level, all.groups, PrototypeIs::kFirstInList, maps);
   expect_true_copies(all, found, maps);

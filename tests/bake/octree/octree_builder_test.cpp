@@ -132,7 +132,7 @@ TEST(Octree, TakesAnyNumberOfSourcesInOnePlace) {
 TEST(Octree, EqualsABruteForceTreeOnAnyNumberOfThreads) {
   // By default TBB has no more threads than the machine has cores.
   const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
-  const std::vector<testing::Awkward> lists = {
+  const std::vector<testing::DegenerateList> lists = {
       {},                                 // sources on walls
       {.keys = 7},                        // equal keys: the list order decides
       {.keys = 1, .places = 2},           // chains of equal sources at the depth limit
@@ -146,7 +146,7 @@ TEST(Octree, EqualsABruteForceTreeOnAnyNumberOfThreads) {
       if (count > 70'000 && (lists[i].places > 0 || lists[i].far_m > 0))
         continue;                                                  // brute force takes minutes
       if (count > 5000 && i > 0 && testing::kSanitized) continue;  // slow
-      const auto sources = testing::awkward_sources(count, count + i, lists[i]);
+      const auto sources = testing::degenerate_sources(count, count + i, lists[i]);
       const SourceOctree expected = testing::build_octree_serially(sources);
       for (const int threads : {1, 2, 8}) {
         SourceOctree tree;
@@ -159,7 +159,7 @@ TEST(Octree, EqualsABruteForceTreeOnAnyNumberOfThreads) {
 
 TEST(Octree, IsFastForManySourcesInOnePlace) {
   // The brute-force check would need 4 * 10^9 comparisons, several minutes.
-  auto sources = testing::awkward_sources(2'000'000, 1, {.places = 1});
+  auto sources = testing::degenerate_sources(2'000'000, 1, {.places = 1});
   const auto tree = build_octree(std::move(sources));
   ASSERT_EQ(tree.nodes.size(), 1 + (2'000'000 - kLeafSources + kNodeSources - 1) / kNodeSources);
   EXPECT_TRUE(std::is_sorted(tree.sources.begin(), tree.sources.end(),

@@ -108,7 +108,7 @@ class OctreeStreaming : public ::testing::Test {
 
 TEST_F(OctreeStreaming, EqualsTheTreeBuiltInMemoryForAnyMemoryLimit) {
   const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
-  const std::vector<testing::Awkward> lists = {
+  const std::vector<testing::DegenerateList> lists = {
       {},                                          // sources on walls
       {.keys = 5},                                 // equal keys: the list order decides
       {.places = 1},                               // a chain, sorted by merging
@@ -120,7 +120,7 @@ TEST_F(OctreeStreaming, EqualsTheTreeBuiltInMemoryForAnyMemoryLimit) {
     for (const std::uint32_t count : {1u, 600u, 1200u, 12'000u, 100'000u}) {
       if (count > 12'000 && i > 3) continue;                         // twenty passes over the disk
       if (count > 12'000 && i > 0 && testing::kSanitized) continue;  // slow
-      const auto sources = testing::awkward_sources(count, 10 + i, lists[i]);
+      const auto sources = testing::degenerate_sources(count, 10 + i, lists[i]);
       const SourceOctree expected = build_octree(sources);
       for (const std::uint64_t memory_bytes :
            {1'000ull, 500'000ull, 8'000'000ull, 1'000'000'000ull})

@@ -84,13 +84,13 @@ TEST(SourceThinning, DropsNoDepositAboveTheThreshold) {
   const auto kept = thinning.take();
   std::map<float, float> power_at;  // by position
   for (const Source& source : kept) power_at[source.position_m.x] = source.power[0];
-  float least_unchanged = 1e9f;
+  float min_unchanged = 1e9f;
   for (const Source& source : all)
     if (power_at.contains(source.position_m.x) && power_at[source.position_m.x] == source.power[0])
-      least_unchanged = std::min(least_unchanged, source.power[0]);
-  ASSERT_LT(least_unchanged, 1.0f);
+      min_unchanged = std::min(min_unchanged, source.power[0]);
+  ASSERT_LT(min_unchanged, 1.0f);
   for (const Source& source : all)
-    if (source.power[0] > 1.0001f * least_unchanged) {
+    if (source.power[0] > 1.0001f * min_unchanged) {
       EXPECT_TRUE(power_at.contains(source.position_m.x));
     }
 }

@@ -78,10 +78,10 @@ Json as_json(const Source& source) {
 }
 
 Json as_json(const NodeSummary& node) {
-  return {{"low_m", xyz(node.low_m)},          {"high_m", xyz(node.high_m)},
-          {"highest_key", node.highest_key},   {"power", node.power},
-          {"cone_axis", xyz(node.cone_axis)},  {"cone_cos", node.cone_cos},
-          {"least_delay_s", node.min_delay_s}, {"most_delay_s", node.max_delay_s},
+  return {{"low_m", xyz(node.low_m)},         {"high_m", xyz(node.high_m)},
+          {"highest_key", node.highest_key},  {"power", node.power},
+          {"cone_axis", xyz(node.cone_axis)}, {"cone_cos", node.cone_cos},
+          {"min_delay_s", node.min_delay_s},  {"max_delay_s", node.max_delay_s},
           {"source_count", node.source_count}};
 }
 

@@ -14,8 +14,8 @@ namespace {
 
 using Numbers = std::vector<std::int32_t>;
 
-constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
-constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
+constexpr std::int32_t kMin = std::numeric_limits<std::int32_t>::min();
+constexpr std::int32_t kMax = std::numeric_limits<std::int32_t>::max();
 
 std::vector<std::byte> with_slack(std::vector<std::byte> bytes) {
   bytes.resize(bytes.size() + BitReader::kSlackBytes, std::byte{0xff});
@@ -67,8 +67,8 @@ TEST(BitWriter, RoundTrips) {
 
 TEST(BitWriter, RoundTripsExtremes) {
   for (const Numbers& numbers :
-       {Numbers{kLeast}, Numbers{kMost}, Numbers{kLeast, kMost}, Numbers{kMost, 0, kLeast},
-        Numbers{kLeast, kLeast, kLeast}, Numbers{-1, 0, 1, -2}, Numbers(512, kMost)}) {
+       {Numbers{kMin}, Numbers{kMax}, Numbers{kMin, kMax}, Numbers{kMax, 0, kMin},
+        Numbers{kMin, kMin, kMin}, Numbers{-1, 0, 1, -2}, Numbers(512, kMax)}) {
     BitWriter writer;
     writer.put_column(numbers);
     const auto bytes = writer.take(), all = with_slack(bytes);

@@ -140,7 +140,7 @@ void expect_harmless(const MadePage& page, const PageColumns& columns) {
 
 class PageTest : public ::testing::Test {
  protected:
-  // Whether the page is refused. Accepted pages must satisfy the invariants.
+  // Returns whether the page is refused. Accepted pages must satisfy the invariants.
   bool refuses(const MadePage& page, const Bytes& bytes) {
     const auto done = decoder_.decode_unpacked(page.node, bytes, table_, kMaterials, *columns_);
     if (done.ok())

@@ -51,14 +51,14 @@ TEST(SourceQuantization, NeverChangesAPathDelayByAWholeSample) {
   const std::vector<Source> before = many(20000);
   std::vector<Source> after = before;
   quantize_sources(after, {});
-  double most_m = 0, max_samples = 0;
+  double max_m = 0, max_samples = 0;
   for (std::size_t i = 0; i < before.size(); ++i) {
     const double moved_m = length(Vec3(after[i].position_m) - Vec3(before[i].position_m));
     const double late_s = std::abs(static_cast<double>(after[i].delay_s) - before[i].delay_s);
-    most_m = std::max(most_m, moved_m);
+    max_m = std::max(max_m, moved_m);
     max_samples = std::max(max_samples, (late_s + moved_m / 331) * kSampleRate_hz);  // at 0 C
   }
-  EXPECT_LT(most_m, std::sqrt(3.0) / 512 + 1e-5);
+  EXPECT_LT(max_m, std::sqrt(3.0) / 512 + 1e-5);
   EXPECT_LT(max_samples, 1);
   EXPECT_GT(max_samples, 0.8);  // and the bound is nearly reached
 }

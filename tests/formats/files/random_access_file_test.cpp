@@ -63,7 +63,7 @@ TEST(RandomAccessFile, IsEquivalentMappedAndRead) {
 
 TEST(RandomAccessFile, ThatShrinksIsAnErrorUntilItGrowsAgain) {
   const std::string bytes = some_bytes(10 * 4096 + 100);
-  // With and without SIGBUS blocked.
+  // The handler is called with and without SIGBUS blocked.
   sigset_t bus_error, before, after;
   ::sigemptyset(&bus_error);
   ::sigaddset(&bus_error, SIGBUS);

@@ -66,17 +66,17 @@ std::vector<float> ride_past(const Case& ride) {
   return left;
 }
 
-// Delay of `heard(t)` against `meant(t)`: the shift that fits best in least squares over a fifth of
-// a second around the closest approach, for any factor between the two.
-template <class Heard, class Meant>
-double late_s(const Heard& heard, const Meant& meant) {
+// Delay of `measured(t)` against `expected(t)`: the shift that fits best in least squares over a
+// fifth of a second around the closest approach, for any factor between the two.
+template <class Measured, class Expected>
+double late_s(const Measured& measured, const Expected& expected) {
   double least = std::numeric_limits<double>::infinity(), late = 0;
   std::vector<double> is;
-  for (int i = -100; i <= 100; ++i) is.push_back(heard(kPasses_s + 1e-3 * i));
+  for (int i = -100; i <= 100; ++i) is.push_back(measured(kPasses_s + 1e-3 * i));
   for (double shift = -0.03; shift <= 0.03; shift += 5e-5) {
     double xx = 0, xy = 0, yy = 0;
     for (int i = -100; i <= 100; ++i) {
-      const double x = meant(kPasses_s + 1e-3 * i - shift),
+      const double x = expected(kPasses_s + 1e-3 * i - shift),
                    y = is[static_cast<std::size_t>(i + 100)];
       xx += x * x, xy += x * y, yy += y * y;
     }

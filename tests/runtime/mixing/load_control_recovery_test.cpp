@@ -154,8 +154,8 @@ TEST(LoadControlRecovery, AnIntermittentBurdenKeepsTheLimitLow) {
     machine.run(60, on_and_off, none);
     // There are 60 / every_s returns, and each of the first ones makes two keyframes late; later,
     // at most one in 4 s finds many voices.
-    EXPECT_LE(machine.limit.late() - late, 2 * 60 / Backoff::kMost_s) << every_s;
-    EXPECT_LE(machine.turns, 2 * 60 / Backoff::kMost_s) << every_s;
+    EXPECT_LE(machine.limit.late() - late, 2 * 60 / Backoff::kMaxWait_s) << every_s;
+    EXPECT_LE(machine.turns, 2 * 60 / Backoff::kMaxWait_s) << every_s;
     machine.run(8, none, none);
     EXPECT_EQ(machine.limit.voices(), kMost) << every_s;
   }

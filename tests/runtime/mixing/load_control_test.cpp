@@ -89,16 +89,16 @@ TEST(MixerLoadControl, DoublesTheLimitInHalfTheUsualTimeWhenMuchTimeIsLeft) {
   const double least = static_cast<double>(machine.load.allowed());
   machine.share_per_voice = 0.2 / 2000;  // enough time left to double the rate
   double seconds = 0;
-  for (; seconds < Backoff::kLeast_s - kBlock_s; seconds += kBlock_s) machine.mix_block();
+  for (; seconds < Backoff::kMinWait_s - kBlock_s; seconds += kBlock_s) machine.mix_block();
   EXPECT_EQ(static_cast<double>(machine.load.allowed()), least)
       << "the limit must wait before it rises";
-  for (; seconds < Backoff::kLeast_s + MixerLoadControl::kDouble_s / 2; seconds += kBlock_s)
+  for (; seconds < Backoff::kMinWait_s + MixerLoadControl::kDouble_s / 2; seconds += kBlock_s)
     machine.mix_block();
   // Whole blocks are counted: up to one more at either end of the rise, 1.06 % each.
   const double two_blocks = std::exp2(2 * 2 * kBlock_s / MixerLoadControl::kDouble_s);
   EXPECT_GE(static_cast<double>(machine.load.allowed()), 2 * least / two_blocks);
   EXPECT_LE(static_cast<double>(machine.load.allowed()), 2 * least * two_blocks);
-  for (; seconds < Backoff::kLeast_s + 3 * MixerLoadControl::kDouble_s; seconds += kBlock_s)
+  for (; seconds < Backoff::kMinWait_s + 3 * MixerLoadControl::kDouble_s; seconds += kBlock_s)
     machine.mix_block();
   EXPECT_EQ(machine.load.allowed(), MixerLoadControl::kUnlimited);
 }

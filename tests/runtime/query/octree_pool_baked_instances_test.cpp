@@ -17,12 +17,12 @@
 #include "runtime/query/octree_pool.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/sanitized.h"
-#include "tests/terraces.h"
+#include "tests/stadium_level.h"
 
 namespace clamor {
 namespace {
 
-using testing::Terraces;
+using testing::StadiumLevel;
 
 struct How {
   std::uint64_t seed = 1;
@@ -33,16 +33,16 @@ struct How {
 
 // A bake of the level, written to a file and opened.
 struct Baked {
-  Baked(const Terraces& terraces, const How& how)
+  Baked(const StadiumLevel& stadium_level, const How& how)
       : path((std::filesystem::temp_directory_path() /
-              ("clamor_terraces_" + std::to_string(::getpid()) + "_" + std::to_string(next_++) +
+              ("clamor_stadium_" + std::to_string(::getpid()) + "_" + std::to_string(next_++) +
                ".clamor"))
                  .string()) {
     BakeOptions options{
         .settings = {.seed = how.seed, .photons = how.photons, .sources = how.sources},
         .threads = how.threads};
-    if (how.copies) options.groups = terraces.groups;
-    const auto contents = bake(terraces.level, options, &report);
+    if (how.copies) options.groups = stadium_level.groups;
+    const auto contents = bake(stadium_level.level, options, &report);
     EXPECT_TRUE(contents.ok()) << (contents.ok() ? "" : contents.error().message);
     const auto done = write_bake(path, *contents, how.threads);
     EXPECT_TRUE(done.ok()) << (done.ok() ? "" : done.error().message);
@@ -63,8 +63,8 @@ struct Baked {
   std::unique_ptr<BakeFile> file;
 };
 
-Terraces terraces(bool ground) {
-  Terraces all;
+StadiumLevel stadium_level(bool ground) {
+  StadiumLevel all;
   all.fans = 60;
   all.blocks = 8;
   all.stands = 5;
@@ -74,7 +74,7 @@ Terraces terraces(bool ground) {
 }
 
 // For each direct source, the emitter of the level at its place.
-std::vector<std::size_t> emitters_of(const Terraces& level, const ExpandedSources& all) {
+std::vector<std::size_t> emitters_of(const StadiumLevel& level, const ExpandedSources& all) {
   std::vector<std::size_t> found;
   for (const Source& source : all.sources) {
     if (!source.is_emitter) continue;
@@ -94,7 +94,7 @@ std::vector<std::size_t> emitters_of(const Terraces& level, const ExpandedSource
 
 TEST(BakedInstances, HaveTheEmittersOfTheLevel) {
   for (const bool ground : {false, true}) {
-    const Terraces level = terraces(ground);
+    const StadiumLevel level = stadium_level(ground);
     const Baked baked(level, {});
     EXPECT_GT(baked.report.instanced_groups, 0u);
     EXPECT_EQ(baked.report.instanced_sources, level.count());
@@ -131,7 +131,7 @@ TEST(BakedInstances, HaveTheEmittersOfTheLevel) {
 }
 
 TEST(BakedInstances, KeepTheEmitterTableThatReflectionsUse) {
-  const Terraces level = terraces(true);
+  const StadiumLevel level = stadium_level(true);
   const Baked with(level, {}), without(level, {.copies = false});
   ASSERT_EQ(with.file->emitters().size(), level.count());
   for (std::size_t e = 0; e < level.count(); ++e) {
@@ -231,7 +231,7 @@ class Listening {
 const Vec3 kPlaces[] = {{0, 2, 0}, {30, 3, 25}};
 
 TEST(BakedInstances, AreUnbiasedInEveryBand) {
-  const Terraces level = terraces(false);
+  const StadiumLevel level = stadium_level(false);
   const int seeds = testing::kSanitized ? 8 : 40;
   std::array<std::array<double, kBandCount>, 2> whole{};
   std::array<std::array<std::vector<double>, kBandCount>, 2> ratios;
@@ -257,7 +257,7 @@ TEST(BakedInstances, AreUnbiasedInEveryBand) {
 
 TEST(BakedInstances, HaveTheTotalPowerOfTheLevel) {
   for (const bool ground : {false, true}) {
-    const Terraces level = terraces(ground);
+    const StadiumLevel level = stadium_level(ground);
     for (const Vec3& place : kPlaces) {
       const auto with = Listening(Baked(level, {})).whole(place);
       const auto without = Listening(Baked(level, {.copies = false})).whole(place);
@@ -269,7 +269,7 @@ TEST(BakedInstances, HaveTheTotalPowerOfTheLevel) {
 }
 
 TEST(BakedInstances, AreTheSameBytesWithAnyNumberOfThreads) {
-  const Terraces level = terraces(true);
+  const StadiumLevel level = stadium_level(true);
   const std::string one = Baked(level, {.threads = 1}).bytes();
   for (const int threads : {2, 5}) EXPECT_TRUE(one == Baked(level, {.threads = threads}).bytes());
   EXPECT_FALSE(one == Baked(level, {.seed = 2}).bytes());
@@ -277,7 +277,7 @@ TEST(BakedInstances, AreTheSameBytesWithAnyNumberOfThreads) {
 
 // With little memory the bake sorts the octree on disk and adds the instances all the same.
 TEST(BakedInstances, AreTheSameSourcesWithAnyMemoryLimit) {
-  const Terraces level = terraces(true);
+  const StadiumLevel level = stadium_level(true);
   const Baked whole(level, {});
   BakeOptions options{.settings = {.photons = 500, .sources = 1'000'000}, .threads = 1};
   options.groups = level.groups;
@@ -305,7 +305,7 @@ TEST(BakedInstances, AreTheSameSourcesWithAnyMemoryLimit) {
 
 TEST(BakedInstances, StoreAMillionFansInAFewHundredKilobytes) {
   for (const bool ground : {false, true}) {
-    Terraces level;
+    StadiumLevel level;
     level.fans = testing::kSanitized ? 100 : 1000;
     level.blocks = 25;
     level.stands = 40;

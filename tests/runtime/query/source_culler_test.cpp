@@ -232,7 +232,7 @@ TEST_P(SourceCullerOn, EqualsTheBoundInDoublePrecision) {
   const SourceCuller culler(sources);
   std::size_t compared = 0;
   for (std::uint32_t i = 0; i < 40; ++i) {
-    // Not on a source, where half a centimetre changes the direction.
+    // The place is not on a source, where half a centimetre changes the direction.
     const Vec3 place =
         Vec3(1, 2, 3) + (i % 2 == 0 ? 20.0 : 7.0) * testing::direction(philox(9, {i, 0, 0, 0}));
     CullResult result;

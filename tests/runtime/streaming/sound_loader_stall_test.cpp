@@ -33,7 +33,7 @@ struct Stall {
     stalled = now;
     changed.notify_all();
   }
-  // Whether the loader is stalled; everything decoded before is loaded.
+  // Returns whether the loader is stalled; everything decoded before is loaded.
   bool holds() {
     const std::lock_guard lock(mutex);
     return waiting > 0;

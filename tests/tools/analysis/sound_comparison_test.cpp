@@ -207,7 +207,7 @@ TEST(Comparison, JudgesTextureStatisticsByChance) {
 }
 
 TEST(Comparison, OfDecaysFindsTheirClosedForms) {
-  // The same noise under two envelopes, so only the envelope differs.
+  // Both sounds are the same noise; only their envelopes differ.
   constexpr double kA_s = 1.0, kB_s = 1.2;
   const auto differences =
       compare_sounds(mono(decaying(8, kA_s, 1.5)), mono(decaying(8, kB_s, 1.5)), kResponse);

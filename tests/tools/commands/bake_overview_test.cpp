@@ -7,7 +7,7 @@
 #include "bake/bake.h"
 #include "formats/bake_file/bake_writer.h"
 #include "formats/bake_file/expanded_sources.h"
-#include "tests/terraces.h"
+#include "tests/stadium_level.h"
 #include "tests/tools/run_clamor.h"
 
 namespace clamor::testing {
@@ -17,7 +17,7 @@ namespace {
 // Fans in blocks in stands and three alone, above ground or in a free field. `told`: with the
 // statistics of the tracing, which other writers of the format may leave out.
 void write_stadium(const std::string& path, bool ground, bool told) {
-  Terraces stadium;
+  StadiumLevel stadium;
   stadium.ground = ground;
   stadium.build();
   for (int i = 0; i < 3; ++i) {

@@ -30,18 +30,18 @@ struct Ended {
 };
 
 // Bakes the violin room in a process of its own, with its messages in `log`. After `signal_after`
-// it gets the signal, if it still runs. Files may grow to `most_file_bytes`.
+// it gets the signal, if it still runs. Files may grow to `max_file_bytes`.
 Ended run_bake(const std::vector<std::string>& arguments, const std::string& log,
                std::chrono::microseconds signal_after = std::chrono::hours(1), int signal = SIGKILL,
-               rlim_t most_file_bytes = RLIM_INFINITY, const char* tunables = nullptr) {
+               rlim_t max_file_bytes = RLIM_INFINITY, const char* tunables = nullptr) {
   const pid_t child = ::fork();
   if (child == 0) {
     const int descriptor = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     ::dup2(descriptor, STDERR_FILENO);
     ::dup2(descriptor, STDOUT_FILENO);
-    if (most_file_bytes != RLIM_INFINITY) {
+    if (max_file_bytes != RLIM_INFINITY) {
       std::signal(SIGXFSZ, SIG_IGN);
-      const rlimit limit{most_file_bytes, most_file_bytes};
+      const rlimit limit{max_file_bytes, max_file_bytes};
       ::setrlimit(RLIMIT_FSIZE, &limit);
     }
     if (tunables != nullptr) ::setenv("GLIBC_TUNABLES", tunables, 1);

@@ -20,7 +20,7 @@ struct RealLevel {
   const char* file;
   const char* emitter_at;  // somewhere inside
   const char* listener;
-  double most_escaped;    // share of photons that may leave: 0 where the level is closed
+  double max_escaped;     // share of photons that may leave: 0 where the level is closed
   bool is_large = false;  // millions of triangles
 };
 
@@ -49,7 +49,7 @@ TEST_P(RealLevels, BakeInspectRenderAndMeasureSanely) {
   EXPECT_EQ(json["photons"]["traced"], photons);
   EXPECT_GE(json["sources"]["emitters"], 1);
   EXPECT_GT(json["sources"]["secondary"], photons / 10);
-  EXPECT_LE(json["photons"]["escaped_share"], level.most_escaped) << level.file;
+  EXPECT_LE(json["photons"]["escaped_share"], level.max_escaped) << level.file;
   EXPECT_EQ(json["bytes"]["file"], std::filesystem::file_size(bake));
 
   const auto rendered =

@@ -157,7 +157,7 @@ TEST_F(SoundFiles, ComeWithAReportOfWhatWasPlayed) {
   const std::string figures = read(report + "/play_figures.csv");
   for (const char* figure :
        {"late_callbacks,", "gaps,", "device_latency_ms,", "held_blocks,", "late_keyframes,",
-        "bounded_keyframes,", "mean_voices,1\n", "least_voices,1\n", "loudness_lufs,-"})
+        "bounded_keyframes,", "mean_voices,1\n", "min_voices,1\n", "loudness_lufs,-"})
     EXPECT_NE(figures.find(figure), std::string::npos) << figure << " in\n" << figures;
   EXPECT_NE(read(report + "/play_threads.csv").find("sampler,"), std::string::npos);
   EXPECT_NE(read(report + "/play.html").find("<svg"), std::string::npos);

@@ -79,7 +79,7 @@ class ChildProgram {
            info.si_pid == 0;
   }
 
-  // Whether the process catches a signal, according to the kernel.
+  // Returns whether the process catches a signal, according to the kernel.
   bool catches(int number) const {
     std::ifstream status("/proc/" + std::to_string(id_) + "/status");
     for (std::string line; std::getline(status, line);)

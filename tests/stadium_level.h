@@ -1,4 +1,4 @@
-// terraces.h: a stadium of stands of blocks of fans, as a level and its groups.
+// stadium_level.h: a stadium of stands of blocks of fans, as a level and its groups.
 //
 // Blocks differ only in place, signals and start times, and so do stands. Fans face the pitch,
 // differ in level and directivity, and play `signals` sounds. The groups are in an importer's
@@ -23,7 +23,7 @@ struct Frame {
   Vec3 operator()(const Vec3& place_m) const { return origin_m + axes * place_m; }
 };
 
-struct Terraces {
+struct StadiumLevel {
   std::uint32_t fans = 40;  // per block
   std::uint32_t blocks = 6, stands = 4;
   std::uint32_t signals = 5;
