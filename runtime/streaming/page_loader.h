@@ -105,7 +105,7 @@ class PageLoader {
   void drop_too_much();
   std::size_t count_that_fit(std::span<const WantedPage> by_urgency) const;
 
-  // What is in memory.
+  // Pages in memory, and their bytes.
   struct Usage {
     std::size_t pages = 0;
     std::uint64_t bytes = 0;
