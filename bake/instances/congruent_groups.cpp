@@ -100,7 +100,7 @@ std::optional<Instance> verified_instance(std::span<const Emitter> prototype,
 
 }  // namespace
 
-std::uint32_t SignalMaps::number_of(const std::vector<std::uint32_t>& map) {
+std::uint32_t UniqueSignalMaps::number_of(const std::vector<std::uint32_t>& map) {
   bool same = true;
   for (std::size_t i = 0; i < map.size(); ++i) same = same && map[i] == i;
   if (same) return kSameSignals;
@@ -110,7 +110,7 @@ std::uint32_t SignalMaps::number_of(const std::vector<std::uint32_t>& map) {
 }
 
 std::vector<Congruence> find_congruent_groups(const Level& level, const SceneGroups& groups,
-                                              PrototypeIs prototype_is, SignalMaps& maps) {
+                                              PrototypeIs prototype_is, UniqueSignalMaps& maps) {
   const auto emitters_of = [&](std::size_t group) {
     return std::span(level.emitters).subspan(groups[group].first, groups[group].size());
   };

@@ -26,7 +26,7 @@ namespace clamor {
 struct Level;
 
 // The unique signal substitutions of a bake file.
-class SignalMaps {
+class UniqueSignalMaps {
  public:
   // Index of the map, added if new; kSameSignals for the identity.
   std::uint32_t number_of(const std::vector<std::uint32_t>& map);
@@ -49,6 +49,6 @@ enum class PrototypeIs { kFirstInList, kFirstToSound };
 // Returns one entry per group. A prototype comes before its instances in the order that
 // `prototype_is` names.
 std::vector<Congruence> find_congruent_groups(const Level& level, const SceneGroups& groups,
-                                              PrototypeIs prototype_is, SignalMaps& maps);
+                                              PrototypeIs prototype_is, UniqueSignalMaps& maps);
 
 }  // namespace clamor

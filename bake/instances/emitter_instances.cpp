@@ -242,7 +242,7 @@ class EmitterInstancer {
   const SceneGroups& groups_;
   const bool reflected_;
   const std::uint64_t seed_;
-  SignalMaps maps_;
+  UniqueSignalMaps maps_;
   std::vector<Congruence> found_;
   std::vector<std::vector<std::size_t>> children_;
   std::vector<std::size_t> top_;  // groups without a parent

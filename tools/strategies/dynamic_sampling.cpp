@@ -7,7 +7,7 @@
 
 namespace clamor {
 
-std::span<const ChosenCandidate> DynamicSample::next(std::span<const Candidate> candidates) {
+std::span<const DynamicSample::Choice> DynamicSample::next(std::span<const Candidate> candidates) {
   candidates_ = candidates;
   Draws draws(tuning_.seed, keyframes_);
   if (rule_ != Rule::kOnce || keyframes_ == 0) {

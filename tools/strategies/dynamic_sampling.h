@@ -42,19 +42,18 @@ struct StrategyTuning {
   int candidates_per_voice = 10;  // octree-diffusion
 };
 
-// A source that may be chosen.
-struct Candidate {
-  std::uint64_t number = 0;
-  double weight = 0;
-};
-
-struct ChosenCandidate {
-  std::uint32_t candidate = 0;  // index
-  double factor = 1;            // scale factor that makes sums unbiased
-};
-
 class DynamicSample {
  public:
+  // A source that may be chosen.
+  struct Candidate {
+    std::uint64_t number = 0;
+    double weight = 0;
+  };
+  struct Choice {
+    std::uint32_t candidate = 0;  // index
+    double factor = 1;            // scale factor that makes sums unbiased
+  };
+
   enum class Rule { kOnce, kFull, kStochastic, kAdaptive };
 
   DynamicSample(Rule rule, std::size_t k, const StrategyTuning& tuning)
@@ -63,7 +62,7 @@ class DynamicSample {
   // The sample of the next keyframe, sorted by candidate; valid until the next call. Candidates
   // must be sorted by number. Chooses k of them, or all with a positive weight if there are fewer.
   // O(n).
-  std::span<const ChosenCandidate> next(std::span<const Candidate> candidates);
+  std::span<const Choice> next(std::span<const Candidate> candidates);
 
  private:
   struct Member {
@@ -91,7 +90,7 @@ class DynamicSample {
   std::vector<double> odds_to_;  // cumulative sums over the candidates
   std::vector<char> used_;
   std::vector<Member> members_;
-  std::vector<ChosenCandidate> sample_;
+  std::vector<Choice> sample_;
 };
 
 }  // namespace clamor

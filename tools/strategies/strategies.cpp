@@ -38,7 +38,7 @@ class Listed : public Sampler {
   }
 
   // Multiplies the weight of each candidate by that of its source.
-  void weigh(std::vector<Candidate>& candidates, const Vec3& place) const {
+  void weigh(std::vector<DynamicSample::Candidate>& candidates, const Vec3& place) const {
     constexpr std::size_t kTogether = 64;
     std::array<const Source*, kTogether> sources;
     std::array<ReceivedIntensity, kTogether> received;
@@ -102,11 +102,11 @@ class FromList final : public Listed {
     if (begun_ && once_) return sample_;
     begun_ = true;
     if (!even_ && is_elsewhere(place)) {
-      for (Candidate& candidate : candidates_) candidate.weight = 1;
+      for (DynamicSample::Candidate& candidate : candidates_) candidate.weight = 1;
       weigh(candidates_, place);
     }
     sample_.clear();
-    for (const ChosenCandidate& chosen : dynamic_.next(candidates_))
+    for (const DynamicSample::Choice& chosen : dynamic_.next(candidates_))
       sample_.push_back(scaled(chosen.candidate, chosen.factor));
     return sample_;
   }
@@ -115,7 +115,7 @@ class FromList final : public Listed {
   const bool once_, even_;
   bool begun_ = false;
   DynamicSample dynamic_;
-  std::vector<Candidate> candidates_;
+  std::vector<DynamicSample::Candidate> candidates_;
   std::vector<SampledSource> sample_;
 };
 
@@ -161,7 +161,7 @@ class OctreeDiffusion final : public Listed {
       weigh(candidates_, place);
     }
     sample_.clear();
-    for (const ChosenCandidate& chosen : dynamic_.next(candidates_)) {
+    for (const DynamicSample::Choice& chosen : dynamic_.next(candidates_)) {
       const auto& [point, factor] = cut_[chosen.candidate];
       sample_.push_back(scaled(point, factor * chosen.factor));
     }
@@ -172,7 +172,7 @@ class OctreeDiffusion final : public Listed {
   const RepresentativeOctree tree_;
   DynamicSample dynamic_;
   std::vector<RepresentativeOctree::Representative> cut_;
-  std::vector<Candidate> candidates_;
+  std::vector<DynamicSample::Candidate> candidates_;
   std::vector<SampledSource> sample_;
 };
 
