@@ -26,7 +26,7 @@ std::size_t copies_in(const std::vector<Congruence>& found) {
 
 // Compares every instance, as the file will place it, with the emitters it replaces.
 void expect_true_copies(const StadiumLevel& all, const std::vector<Congruence>& found,
-                        const SignalMaps& maps) {
+                        const UniqueSignalMaps& maps) {
   for (std::size_t g = 0; g < found.size(); ++g) {
     const SceneGroup &group = all.groups[g], &model = all.groups[found[g].prototype];
     ASSERT_EQ(found[found[g].prototype].prototype, found[g].prototype);
@@ -49,7 +49,7 @@ void expect_true_copies(const StadiumLevel& all, const std::vector<Congruence>& 
 TEST(CongruentGroups, IncludeAllBlocksAndStandsOfAStadium) {
   const StadiumLevel all = stadium_level();
   for (const PrototypeIs model_is : {PrototypeIs::kFirstInList, PrototypeIs::kFirstToSound}) {
-    SignalMaps maps;
+    UniqueSignalMaps maps;
     const auto found = find_congruent_groups(all.level, all.groups, model_is, maps);
     EXPECT_EQ(copies_in(found), 6 * 4 - 1 + 3u);
     expect_true_copies(all, found, maps);
@@ -77,7 +77,7 @@ TEST(CongruentGroups, ExcludeGroupsThatOnlyLookAlike) {
     StadiumLevel all = stadium_level();
     const std::size_t block = 2 * 7 + 3, stand = 2 * 7 + 6;
     change(all.level.emitters[all.groups[block].first + 11]);
-    SignalMaps maps;
+    UniqueSignalMaps maps;
     const auto found =
         find_congruent_groups(all.level, all.groups, PrototypeIs::kFirstInList, maps);
     EXPECT_EQ(copies_in(found), 6 * 4 - 2 + 2u);
@@ -111,7 +111,7 @@ StadiumLevel two_blocks(const Frame& second, double gain = 1) {
 }
 
 bool second_is_copy(const StadiumLevel& all) {
-  SignalMaps maps;
+  UniqueSignalMaps maps;
   const auto found = find_congruent_groups(all.level, all.groups, PrototypeIs::kFirstInList, maps);
   expect_true_copies(all, found, maps);
   return copies_in(found) == 1;
