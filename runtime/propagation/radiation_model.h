@@ -1,7 +1,7 @@
 // radiation_model.h: intensity of a source at a place (received_intensity.h), and its upper bounds.
 //
 // The weighted sum of a source's bands has an upper bound that costs a hundredth of the sum; the
-// sampler rejects almost all sources by it (source_culler.h). With a the angle to the lobe's axis,
+// sampler rejects almost all sources by it (source_page.h). With a the angle to the lobe's axis,
 //
 //   sum_b weight_b I_b <= (diffuse cos o + compensation y exp(-slope y)
 //                          + lobe min(1, cos o / cos i) exp(-fall (1 - cos a)))

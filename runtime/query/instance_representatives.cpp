@@ -20,8 +20,9 @@ double rest_key_of(const ResidentPage& page) {
   for (std::size_t c = 0; c < children.size(); ++c)
     if (page.leader != Leader::kChild || c != page.leading_child)
       key = std::max<double>(key, children[c].highest_key);
-  if (const std::size_t next = page.leader == Leader::kCopy ? 1 : 0; next < page.copies.size())
-    key = std::max(key, page.copies[next].key);
+  if (const std::size_t next = page.leader == Leader::kInstance ? 1 : 0;
+      next < page.instances.size())
+    key = std::max(key, page.instances[next].key);
   return key;
 }
 
@@ -66,10 +67,10 @@ std::optional<InstanceRepresentative> InstanceRepresentatives::of_page(
     if (page.sources.size() == 0) return std::nullopt;
     InstanceRepresentative first;
     first.source = page.sources[0];
-    first.signal = field_.signal(first.source);
+    first.signal = radiation_.signal(first.source);
     return first;
   }
-  const ResidentInstance& resident = page.copies[0];
+  const ResidentInstance& resident = page.instances[0];
   const Instance& instance = page.links.instances[resident.instance];
   const InstanceRepresentative* const inner = of(instance.tree);
   if (inner == nullptr) return std::nullopt;
@@ -91,7 +92,7 @@ void InstanceRepresentatives::finish(InstanceRepresentative& representative) con
   representative.radius_m = std::max(placement.scale * source.patch_radius_m, kEmitterRadius_m);
   const double stored = std::accumulate(source.power.begin(), source.power.end(), 0.0);
   representative.power = placement.power * stored;
-  representative.max_intensity = field_.max_intensity(source);
+  representative.max_intensity = radiation_.max_intensity(source);
   for (float& band : representative.max_intensity)
     band = stored > 0 ? static_cast<float>(band / stored) : 0;
 }
@@ -105,7 +106,7 @@ double InstanceRepresentatives::bound(const InstanceRepresentative& representati
       dot(to_listener, representative.normal) < -1e-5 * distance_m - error_m)
     return 0;
   const double near_m = std::max(distance_m - error_m, representative.radius_m);
-  const Bands transmittance = air_transmittance(field_.air_loss_per_m(), near_m * to_level);
+  const Bands transmittance = air_transmittance(radiation_.air_loss_per_m(), near_m * to_level);
   double sum = 0;
   for (std::size_t b = 0; b < kBandCount; ++b)
     sum += static_cast<double>(weights[b]) * representative.max_intensity[b] * transmittance[b];

@@ -49,9 +49,9 @@ class InstanceRepresentatives {
  public:
   // All must outlive the object. `page_of` returns null for a page that is not in memory.
   using PageOf = std::function<const ResidentPage*(const PageEntry& entry)>;
-  InstanceRepresentatives(const RadiationModel& field, std::span<const PageEntry> trees,
+  InstanceRepresentatives(const RadiationModel& radiation, std::span<const PageEntry> trees,
                           SignalMaps& maps)
-      : field_(field), trees_(trees), maps_(maps), known_(trees.size()) {}
+      : radiation_(radiation), trees_(trees), maps_(maps), known_(trees.size()) {}
 
   // Finds those that are not known, from the pages in memory. Trees without sources, or with
   // missing pages before their first source, stay unknown.
@@ -73,7 +73,7 @@ class InstanceRepresentatives {
   std::optional<InstanceRepresentative> of_page(const ResidentPage& page) const;
   void finish(InstanceRepresentative& representative) const;
 
-  const RadiationModel& field_;
+  const RadiationModel& radiation_;
   const std::span<const PageEntry> trees_;
   SignalMaps& maps_;
   std::vector<std::optional<InstanceRepresentative>> known_;

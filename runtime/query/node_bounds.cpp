@@ -52,10 +52,10 @@ SignalWeights max_over_instances(const SignalWeights& weights,
   return raised;
 }
 
-NodeBounds::NodeBounds(const RadiationModel& field, const SignalWeights& weights,
+NodeBounds::NodeBounds(const RadiationModel& radiation, const SignalWeights& weights,
                        std::span<const PageEntry> trees,
                        std::span<const std::vector<std::uint32_t>> signal_maps)
-    : field_(field),
+    : radiation_(radiation),
       weights_(weights),
       trees_(trees),
       signal_maps_(signal_maps),
@@ -64,8 +64,8 @@ NodeBounds::NodeBounds(const RadiationModel& field, const SignalWeights& weights
 }
 
 void NodeBounds::tabulate(std::span<const Bands> weights) {
-  const Bands max_weight = field_.max_weight_per_power(weights);
-  const Bands& loss_per_m = field_.air_loss_per_m();
+  const Bands max_weight = radiation_.max_weight_per_power(weights);
+  const Bands& loss_per_m = radiation_.air_loss_per_m();
   at_distance_.fill(0);
   for (std::uint32_t i = 0; i < kDistances; ++i) {
     const float nearest_m = i > 0 ? std::bit_cast<float>((kFirstEntry + i) << 20) : 0;
@@ -108,13 +108,13 @@ void NodeBounds::begin(const Vec3& place, double time_s) {
   const double max_distance_m = length(place - (low + high) / 2.0) + length(high - low) / 2 +
                                 kPositionError_m + 3 * kMaxListRadius_m;
   const double max_delay_s =
-      top.max_delay_s + max_distance_m / field_.speed_of_sound_mps() + kDelayWindowMargin_s;
+      top.max_delay_s + max_distance_m / radiation_.speed_of_sound_mps() + kDelayWindowMargin_s;
   std::vector<Bands> max_weights;
   max_share_ = 0;
   for (const LoudnessTrack& track : weights_.tracks) {
     const Bands& bands = max_weights.emplace_back(
-        track.max_between(time_s - max_delay_s - field_.latest_start_s(),
-                          until_s_ + kPageLookAhead_s - field_.earliest_start_s()));
+        track.max_between(time_s - max_delay_s - radiation_.latest_start_s(),
+                          until_s_ + kPageLookAhead_s - radiation_.earliest_start_s()));
     for (std::size_t b = 0; b < kBandCount; ++b)
       if (track.max()[b] > 0) max_share_ = std::max<double>(max_share_, bands[b] / track.max()[b]);
   }

@@ -41,7 +41,7 @@ inline double distance_m(const NodeSummary& node, const Vec3& place) {
 class NodeBounds {
  public:
   // `weights` are those of max_over_instances(). All must outlive the object.
-  NodeBounds(const RadiationModel& field, const SignalWeights& weights,
+  NodeBounds(const RadiationModel& radiation, const SignalWeights& weights,
              std::span<const PageEntry> trees,
              std::span<const std::vector<std::uint32_t>> signal_maps);
 
@@ -55,7 +55,7 @@ class NodeBounds {
   // Upper bound of the priority of any source with at most this key in a node or below, within
   // `radius_m` of `place`.
   double bound(const NodeSummary& node, double key, const Vec3& place, double radius_m = 0) const {
-    const float boost = field_.late_boost().at(node.max_delay_s);
+    const float boost = radiation_.late_boost().at(node.max_delay_s);
     return key * per_key(node, place, 1, radius_m) *
            (1 + static_cast<double>(boost_strength_ * boost));
   }
@@ -78,7 +78,7 @@ class NodeBounds {
   double per_key(const NodeSummary& node, const Vec3& place, double to_level,
                  double radius_m) const;
 
-  const RadiationModel& field_;
+  const RadiationModel& radiation_;
   const SignalWeights& weights_;
   const std::span<const PageEntry> trees_;
   const std::span<const std::vector<std::uint32_t>> signal_maps_;

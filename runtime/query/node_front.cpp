@@ -81,7 +81,7 @@ void NodeFronts::refresh() {
   next_.add_arrived(loader_, lists_);
 }
 
-std::size_t NodeFronts::prepare(const ValidityRegion& query, const Vec3& soon) {
+std::size_t NodeFronts::prepare(const ValidityRegion& query, const Vec3& next_place) {
   if (context_.trees.size() != 1) return 0;
   if (pause_ > 0) {
     --pause_;
@@ -89,10 +89,10 @@ std::size_t NodeFronts::prepare(const ValidityRegion& query, const Vec3& soon) {
   }
   if (!next_.is_started()) {
     const double margin_m = current_.region().radius_m / 4;
-    if (holds({soon, margin_m, kFrontRenewThreshold * query.threshold,
+    if (holds({next_place, margin_m, kFrontRenewThreshold * query.threshold,
                query.until_s + kMinFrontDuration_s}))
       return 0;
-    const Vec3 path_m = soon - query.centre;
+    const Vec3 path_m = next_place - query.centre;
     const double radius_m = std::max(kFrontRadiusPerPath * length(path_m), kMinFrontRadius_m);
     if (radius_m > kMaxFrontRadius_m) return 0;
     next_.start({query.centre + path_m / 2.0, radius_m, kFrontThreshold * lists_.lowest_threshold(),

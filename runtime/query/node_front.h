@@ -84,8 +84,8 @@ class NodeFronts {
   // than fits: there is none for a while.
   void refresh();
   // Starts the next front, if the present one ends soon, for a listener who goes from the query's
-  // place to `soon`. Returns how many nodes to add to it in this keyframe.
-  std::size_t prepare(const ValidityRegion& query, const Vec3& soon);
+  // place to `next_place`. Returns how many nodes to add to it in this keyframe.
+  std::size_t prepare(const ValidityRegion& query, const Vec3& next_place);
   // Adds one; false if the next front is complete, and then in use.
   bool grow();
 

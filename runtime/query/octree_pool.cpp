@@ -12,14 +12,14 @@ namespace clamor {
 
 using namespace query;
 
-PageLoader::Fetch page_fetch(const BakeFile& file, const RadiationModel& field,
+PageLoader::Fetch page_fetch(const BakeFile& file, const RadiationModel& radiation,
                              const SignalWeights& weights) {
   return [&](const PageEntry& entry) -> PageLoader::Content {
     try {
       auto page = file.read_page(entry);
       if (!page.ok()) return page.error();
       return std::make_unique<const ResidentPage>(
-          entry, SourcePage(field, weights.by_signal, std::move(page->sources)),
+          entry, SourcePage(radiation, weights.by_signal, std::move(page->sources)),
           std::move(page->links), file.trees());
     } catch (const std::bad_alloc&) {
       return Error(file.path() + ": a page of it finds no memory; close other programs.");
@@ -29,12 +29,12 @@ PageLoader::Fetch page_fetch(const BakeFile& file, const RadiationModel& field,
 
 // --- A keyframe ---------------------------------------------------------------------------------
 
-OctreePool::OctreePool(const RadiationModel& field, const SignalWeights& weights,
+OctreePool::OctreePool(const RadiationModel& radiation, const SignalWeights& weights,
                        std::span<const PageEntry> trees,
                        std::span<const std::vector<std::uint32_t>> signal_maps, PageLoader& loader)
-    : context_(field, weights, trees, signal_maps),
+    : context_(radiation, weights, trees, signal_maps),
       loader_(loader),
-      shortlists_(field, weights),
+      shortlists_(radiation, weights),
       traversal_(context_),
       fronts_(context_, loader, shortlists_),
       requests_(loader) {
@@ -71,14 +71,14 @@ bool OctreePool::refresh() {
   return changed;
 }
 
-void OctreePool::begin(const Vec3& place, double time_s) {
+void OctreePool::begin(const Listener& listener, double time_s) {
   assert(stage_ == Stage::kRefreshed && "refresh() comes first");
   stage_ = Stage::kBegun;
   if (time_s < query_.until_s) fronts_.forget();
   query_.until_s = time_s;
   context_.steps_left = kMaxSteps;
-  context_.bounds.begin(place, time_s);
-  shortlists_.begin(place, time_s, context_.bounds.max_share(), context_.bounds.until_s());
+  context_.bounds.begin(listener.position_m, time_s);
+  shortlists_.begin(listener, time_s, context_.bounds.max_share(), context_.bounds.until_s());
 }
 
 void OctreePool::set_occlusion_bounds(const OcclusionUpperBounds* bounds) {
@@ -96,7 +96,7 @@ bool OctreePool::is_exhausted() {
   return SourcePool::is_exhausted();
 }
 
-double OctreePool::highest(const Vec3& place) {
+double OctreePool::upper_bound(const Vec3& place) {
   if (context_.trees.empty()) return 0;
   const PageEntry& top = context_.trees.back();
   // The emission cone of the top may point away from the place, which makes a bound of 0.
@@ -108,15 +108,16 @@ double OctreePool::highest(const Vec3& place) {
 // Down through the cubes that hold the source, to the first page that is missing and matters. A
 // child has the octants up to the next child's; empty ones among them count as its own, which is
 // right, since everything in them is in memory.
-double OctreePool::unseen_key(const FoundSource& found, double tau) {
+double OctreePool::missing_key(const FoundSource& found, double threshold) {
   // No other source of an instance that was not traversed could reach the threshold.
-  if (!requests_.is_missing(tau) || found.frame == kNoFrame) return 0;
+  if (!requests_.is_missing(threshold) || found.frame == kNoFrame) return 0;
   const Frame& frame = traversal_.frame(found.frame);
   const Vec3 position_m = frame.placement.inside(Vec3(found.source->position_m));
   const PageEntry* entry = frame.tree;
   OctreeCube cube = OctreeCube::around(Vec3(entry->low_m), Vec3(entry->high_m));
   while (entry != nullptr) {
-    if (traversal_.bound(*entry, frame, entry->highest_key) < tau * frame.to_threshold) return 0;
+    if (traversal_.bound(*entry, frame, entry->highest_key) < threshold * frame.to_threshold)
+      return 0;
     const ResidentPage* const page = loader_.find(*entry);
     if (page == nullptr) return entry->highest_key * frame.placement.power;
     const std::size_t octant = cube.octant_of(position_m);
@@ -129,36 +130,36 @@ double OctreePool::unseen_key(const FoundSource& found, double tau) {
   return 0;
 }
 
-void OctreePool::ask(const Vec3& soon, double tau) {
-  assert(stage_ == Stage::kQueried && "look() comes first");
+void OctreePool::request_pages(const Vec3& next_place, double threshold) {
+  assert(stage_ == Stage::kQueried && "find_above() comes first");
   stage_ = Stage::kIdle;
   shortlists_.add_threshold(threshold_);
   if (on_.front) {
-    std::size_t steps = fronts_.prepare({query_.centre, 0, threshold_, query_.until_s}, soon);
+    std::size_t steps = fronts_.prepare({query_.centre, 0, threshold_, query_.until_s}, next_place);
     for (; steps > 0 && !is_exhausted() && fronts_.grow(); --steps) {
       spend(WorkBudget::kFrontStep);
       ++totals_.front_nodes;
     }
   }
   if (context_.trees.empty()) return;
-  find_pages_soon(soon, tau);
-  requests_.send(tau);
+  find_pages_ahead(next_place, threshold);
+  requests_.send(threshold);
 }
 
 // The pages that are missing at the place of the next half second: from the front if it reaches as
 // far, else by a traversal every few keyframes, since they change slowly.
-void OctreePool::find_pages_soon(const Vec3& soon, double tau) {
-  const ValidityRegion query{soon, 0, tau, query_.until_s};
-  const bool by_front = soon != query_.centre && fronts_.holds(query);
-  if (!by_front && !requests_.is_look_ahead_due() && soon != query_.centre) return;
-  requests_.clear_soon();
-  if (soon == query_.centre) return;
+void OctreePool::find_pages_ahead(const Vec3& next_place, double threshold) {
+  const ValidityRegion query{next_place, 0, threshold, query_.until_s};
+  const bool by_front = next_place != query_.centre && fronts_.holds(query);
+  if (!by_front && !requests_.is_look_ahead_due() && next_place != query_.centre) return;
+  requests_.clear_ahead();
+  if (next_place == query_.centre) return;
   if (by_front) {
     for (const NodeFront::Node& node : fronts_.current().nodes()) {
-      if (node.page != nullptr || node.at.bound < tau) continue;
+      if (node.page != nullptr || node.at.bound < threshold) continue;
       const PageEntry& entry = *node.at.entry;
-      const double bound = context_.bounds.bound(entry, entry.highest_key, soon);
-      if (bound >= tau) requests_.add_soon(entry, bound);
+      const double bound = context_.bounds.bound(entry, entry.highest_key, next_place);
+      if (bound >= threshold) requests_.add_ahead(entry, bound);
     }
     return;
   }
@@ -168,7 +169,7 @@ void OctreePool::find_pages_soon(const Vec3& soon, double tau) {
     if (const ResidentPage* const page = loader_.find(*node.entry))
       traversal_.expand(node, *page);
     else
-      requests_.add_soon(*node.entry, node.bound / traversal_.frame(node.frame).to_threshold);
+      requests_.add_ahead(*node.entry, node.bound / traversal_.frame(node.frame).to_threshold);
   }
 }
 

@@ -32,7 +32,7 @@
 namespace clamor {
 
 // Reads pages from a file for a loader. Everything must outlive what comes out.
-PageLoader::Fetch page_fetch(const BakeFile& file, const RadiationModel& field,
+PageLoader::Fetch page_fetch(const BakeFile& file, const RadiationModel& radiation,
                              const SignalWeights& weights);
 
 // Parts of the query that can be turned off, to measure what each of them saves. All but
@@ -50,7 +50,7 @@ class OctreePool final : public SourcePool {
   // `trees` and `signal_maps` as in BakeFile; the last tree is the level's. `weights` are those of
   // max_over_instances(). All must outlive the pool. Reads the first pages with sources of each
   // tree, which stay in memory.
-  OctreePool(const RadiationModel& field, const SignalWeights& weights,
+  OctreePool(const RadiationModel& radiation, const SignalWeights& weights,
              std::span<const PageEntry> trees,
              std::span<const std::vector<std::uint32_t>> signal_maps, PageLoader& loader);
 
@@ -58,15 +58,15 @@ class OctreePool final : public SourcePool {
   void ablate(const QuerySwitches& on);
 
   bool refresh() override;
-  void begin(const Vec3& place, double time_s) override;
+  void begin(const Listener& listener, double time_s) override;
   void set_occlusion_bounds(const OcclusionUpperBounds* bounds) override;
   void set_late_boost(float strength) override;
-  bool look(const Vec3& place, double threshold, std::size_t most,
-            std::vector<FoundSource>& found) override;
-  double highest(const Vec3& place) override;
-  double unseen_key(const FoundSource& found, double tau) override;
-  void ask(const Vec3& soon, double tau) override;
-  bool missed() const override { return requests_.any_missing(); }
+  bool find_above(const Vec3& place, double threshold, std::size_t max_count,
+                  std::vector<FoundSource>& found) override;
+  double upper_bound(const Vec3& place) override;
+  double missing_key(const FoundSource& found, double threshold) override;
+  void request_pages(const Vec3& next_place, double threshold) override;
+  bool lacks_pages() const override { return requests_.any_missing(); }
   bool complete() override { return requests_.wait(); }
   std::uint64_t size() const override {
     return context_.trees.empty() ? 0 : context_.trees.back().sources_below;
@@ -76,7 +76,7 @@ class OctreePool final : public SourcePool {
   // was made, nodes that fronts were made of, sources that were tested one by one, and instances
   // whose representative stood for them.
   std::uint64_t nodes_visited() const { return totals_.visited; }
-  std::uint64_t nodes_planned() const { return totals_.front_nodes; }
+  std::uint64_t front_nodes() const { return totals_.front_nodes; }
   std::uint64_t sources_tested() const { return totals_.tested; }
   std::uint64_t representatives_found() const { return totals_.representatives; }
 
@@ -108,16 +108,16 @@ class OctreePool final : public SourcePool {
     double threshold = 0;      // in its tree
     bool skips_first = false;  // which is the representative, and was found already
   };
-  // The calls of a keyframe, in this order; look() may be repeated.
+  // The calls of a keyframe, in this order; find_above() may be repeated.
   enum class Stage : std::uint8_t { kIdle, kRefreshed, kBegun, kQueried };
 
   void load_first_pages(const PageEntry& top);
   void update_representatives();
 
-  bool find_by_traversal(std::size_t most, std::vector<FoundSource>& found);
+  bool find_by_traversal(std::size_t max_count, std::vector<FoundSource>& found);
   void visit_page(const OctreeTraversal::Node& node, const ResidentPage& page,
                   std::vector<FoundSource>& found);
-  bool find_in_front(std::size_t most, std::vector<FoundSource>& found);
+  bool find_in_front(std::size_t max_count, std::vector<FoundSource>& found);
   NodeFront::Result test_front_node(const NodeFront::Node& node);
   void prefetch(const NodeFront::Node& node) const;
   void add_pending(const Pending& page, std::vector<FoundSource>& found);
@@ -130,7 +130,7 @@ class OctreePool final : public SourcePool {
   bool has_emitter(const Source& stored, const Placement& placement) const;
   void note_missing(const OctreeTraversal::Node& node, double bound);
 
-  void find_pages_soon(const Vec3& soon, double tau);
+  void find_pages_ahead(const Vec3& next_place, double threshold);
   // Charges the work of traversals and shortlists first.
   bool is_exhausted();
 

@@ -12,8 +12,8 @@ namespace clamor {
 
 using namespace query;
 
-bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
-                      std::vector<FoundSource>& found) {
+bool OctreePool::find_above(const Vec3& place, double threshold, std::size_t max_count,
+                            std::vector<FoundSource>& found) {
   assert((stage_ == Stage::kBegun || stage_ == Stage::kQueried) && "begin() comes first");
   stage_ = Stage::kQueried;
   query_ = {place, 0, threshold, query_.until_s};
@@ -21,16 +21,16 @@ bool OctreePool::look(const Vec3& place, double threshold, std::size_t most,
   pending_.clear();
   requests_.begin_query();
   const bool all =
-      fronts_.holds(query_) ? find_in_front(most, found) : find_by_traversal(most, found);
+      fronts_.holds(query_) ? find_in_front(max_count, found) : find_by_traversal(max_count, found);
   if (!all) return false;
   test_pending(found);
   threshold_ = threshold;
-  return found.size() <= most && !is_exhausted();
+  return found.size() <= max_count && !is_exhausted();
 }
 
-bool OctreePool::find_by_traversal(std::size_t most, std::vector<FoundSource>& found) {
+bool OctreePool::find_by_traversal(std::size_t max_count, std::vector<FoundSource>& found) {
   fronts_.current().forget_results();  // shortlists are made anew for this place
-  const bool is_unlimited = most > kMaxPlacedSources;
+  const bool is_unlimited = max_count > kMaxPlacedSources;
   traversal_.start(query_);
   for (OctreeTraversal::Node node; traversal_.next(node);) {
     spend(WorkBudget::kNode);
@@ -43,7 +43,7 @@ bool OctreePool::find_by_traversal(std::size_t most, std::vector<FoundSource>& f
     }
     if (node.entry->source_count > 0) visit_page(node, *page, found);
     if (is_unlimited && placed_.size() >= kMaxPlacedSources) context_.steps_left = 0;
-    if (found.size() > most || is_exhausted()) return false;
+    if (found.size() > max_count || is_exhausted()) return false;
     // The page itself may be far away in memory, and most are leaves.
     if (node.entry->sources_below == node.entry->source_count) continue;
     traversal_.expand(node, *page);
@@ -62,10 +62,10 @@ void OctreePool::visit_page(const OctreeTraversal::Node& node, const ResidentPag
   // The key of a representative is the instance's, which its shortlist does not know.
   if (has_representative) {
     const std::uint32_t signal =
-        context_.maps.signal(frame.map, context_.field.signal(page.sources[0]));
+        context_.maps.signal(frame.map, context_.radiation.signal(page.sources[0]));
     add_source(node, page.sources[0], 0,
                {0, 0, signal, std::numeric_limits<double>::infinity(),
-                context_.field.late_boost().at(page.sources[0].delay_s)},
+                context_.radiation.late_boost().at(page.sources[0].delay_s)},
                threshold, node.representative_key, found);
   }
   const std::uint32_t list = shortlists_.list_of(node.first);
@@ -82,7 +82,7 @@ void OctreePool::visit_page(const OctreeTraversal::Node& node, const ResidentPag
     add_pending({node, page.sources.data(), list, threshold, has_representative}, found);
 }
 
-bool OctreePool::find_in_front(std::size_t most, std::vector<FoundSource>& found) {
+bool OctreePool::find_in_front(std::size_t max_count, std::vector<FoundSource>& found) {
   NodeFront& front = fronts_.current();
   traversal_.take_frames(front.traversal(), query_.centre);
   const std::span<const NodeFront::Node> nodes = front.nodes();
@@ -98,7 +98,7 @@ bool OctreePool::find_in_front(std::size_t most, std::vector<FoundSource>& found
     if (results[n].is_empty) continue;
     loader_.use(*nodes[n].place, nodes[n].at.bound);
     add_pending({nodes[n].at, nodes[n].sources, nodes[n].list, query_.threshold, false}, found);
-    if (found.size() > most || is_exhausted()) return false;
+    if (found.size() > max_count || is_exhausted()) return false;
   }
   return true;
 }
@@ -119,17 +119,17 @@ NodeFront::Result OctreePool::test_front_node(const NodeFront::Node& node) {
     return {region, true};
   }
   if (node.page == nullptr || !shortlists_.holds(node.list, query_)) {
-    const double highest = context_.bounds.bound(entry, entry.highest_key, query_.centre);
-    if (!(highest > 0 && highest >= query_.threshold)) {
-      const double near =
+    const double upper_bound = context_.bounds.bound(entry, entry.highest_key, query_.centre);
+    if (!(upper_bound > 0 && upper_bound >= query_.threshold)) {
+      const double near_by =
           context_.bounds.bound(entry, entry.highest_key, query_.centre, kCulledNodeRadius_m);
-      return {{query_.centre, kCulledNodeRadius_m, near * (1 + kCulledNodeSlack),
+      return {{query_.centre, kCulledNodeRadius_m, near_by * (1 + kCulledNodeSlack),
                context_.bounds.until_s()},
               true};
     }
     if (node.page == nullptr) {
-      loader_.use(entry, highest);  // counts it as late
-      note_missing(node.at, highest);
+      loader_.use(entry, upper_bound);  // counts it as late
+      note_missing(node.at, upper_bound);
       return {};
     }
     const ShortlistPage page{node.page->sources, entry, query_, nullptr, context_.maps};
@@ -213,7 +213,7 @@ const Source* OctreePool::PlacedSources::add(const Source& stored, const Placeme
 
 // Of a forged file, an emitter may not exist.
 bool OctreePool::has_emitter(const Source& stored, const Placement& placement) const {
-  return std::uint64_t{stored.emitter} + placement.emitters < context_.field.emitter_count();
+  return std::uint64_t{stored.emitter} + placement.emitters < context_.radiation.emitter_count();
 }
 
 }  // namespace clamor

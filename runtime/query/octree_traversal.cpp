@@ -10,6 +10,15 @@ namespace clamor {
 
 using namespace query;
 
+namespace {
+
+// A bound of 0 is that of a node without sources or that radiates away, for any threshold.
+bool reaches(double upper_bound, double threshold) {
+  return upper_bound > 0 && upper_bound >= threshold;
+}
+
+}  // namespace
+
 void OctreeTraversal::start(const ValidityRegion& region) {
   assert(region.radius_m == 0 || context_->trees.size() == 1);
   region_ = region;
@@ -20,8 +29,8 @@ void OctreeTraversal::start(const ValidityRegion& region) {
   Frame& level = frames_.emplace_back();
   level.tree = &top;
   level.place = region.centre;
-  const double highest = bound(top, level, top.highest_key, region.radius_m);
-  if (highest > 0 && highest >= region.threshold) stack_.push_back({&top, 0, 0, 0, highest});
+  const double upper_bound = bound(top, level, top.highest_key, region.radius_m);
+  if (reaches(upper_bound, region.threshold)) stack_.push_back({&top, 0, 0, 0, upper_bound});
 }
 
 bool OctreeTraversal::next(Node& node) {
@@ -34,7 +43,7 @@ bool OctreeTraversal::next(Node& node) {
 
 void OctreeTraversal::expand(const Node& node, const ResidentPage& page) {
   distant_.clear();
-  if (!page.copies.empty()) add_instances(node, page);
+  if (!page.instances.empty()) add_instances(node, page);
   add_children(node, page);
 }
 
@@ -57,15 +66,15 @@ void OctreeTraversal::add_children(const Node& from, const ResidentPage& page) {
     const double representative_key =
         has_representative && page.leading_child == c ? from.representative_key : 0;
     const double key = representative_key > 0 ? representative_key : child.highest_key;
-    const double highest = bound(child, frame, key, region_.radius_m);
-    if (highest > 0 && highest >= threshold) {
+    const double upper_bound = bound(child, frame, key, region_.radius_m);
+    if (reaches(upper_bound, threshold)) {
       std::uint32_t index = from.frame;
       if (child.octant == kNoOctant) {  // an octree of its own
         index = static_cast<std::uint32_t>(frames_.size());
         frames_.push_back(frame);
         frames_.back().tree = &child;
       }
-      stack_.push_back({&child, index, first, representative_key, highest});
+      stack_.push_back({&child, index, first, representative_key, upper_bound});
     }
     first += child.sources_below;
   }
@@ -75,18 +84,19 @@ void OctreeTraversal::add_children(const Node& from, const ResidentPage& page) {
 // By descending keys, down to one that is too low wherever in the node its instance is.
 void OctreeTraversal::add_instances(const Node& from, const ResidentPage& page) {
   const Frame outer = frames_[from.frame];
-  const bool leads = from.representative_key > 0 && page.leader == ResidentPage::Leader::kCopy;
+  const bool leads = from.representative_key > 0 && page.leader == ResidentPage::Leader::kInstance;
   const double per_key = bound(*from.entry, outer, 1);
-  for (std::size_t c = 0; c < page.copies.size() && context_->steps_left > 0; ++c) {
+  for (std::size_t c = 0; c < page.instances.size() && context_->steps_left > 0; ++c) {
     --context_->steps_left;
     context_->work += WorkBudget::kInstance;
     const bool is_leader = leads && c == 0;
-    const double key = is_leader ? from.representative_key : page.copies[c].key;
+    const double key = is_leader ? from.representative_key : page.instances[c].key;
     if (key * per_key < region_.threshold * outer.to_threshold) {
       if (is_leader) continue;
       break;
     }
-    add_instance(from, outer, page.links.instances[page.copies[c].instance], page.copies[c], key);
+    add_instance(from, outer, page.links.instances[page.instances[c].instance], page.instances[c],
+                 key);
   }
 }
 
@@ -109,22 +119,22 @@ void OctreeTraversal::add_instance(const Node& from, const Frame& outer, const I
                                                     : std::max<double>(representative_key, 0);
   const double rest_bound = bound(*inner.tree, inner, rest_key);
   const std::uint64_t first = from.first + resident.first;
-  if (rest_bound > 0 && rest_bound >= threshold) {
+  if (reaches(rest_bound, threshold)) {
     inner.placement = within(outer.placement, placement);
     inner.map = context_->maps.composed(outer.map, instance.signals);
     frames_.push_back(inner);
-    const double highest = bound(*inner.tree, inner, std::max(representative_key, rest_key));
+    const double upper_bound = bound(*inner.tree, inner, std::max(representative_key, rest_key));
     stack_.push_back({inner.tree, static_cast<std::uint32_t>(frames_.size() - 1), first,
-                      representative_key, highest});
+                      representative_key, upper_bound});
   } else if (representative != nullptr) {
     const std::uint32_t signal = context_->maps.signal(
         context_->maps.composed(outer.map, instance.signals), representative->signal);
-    const double highest =
+    const double upper_bound =
         context_->representatives.bound(*representative, context_->bounds.max_weights(signal),
                                         representative_key, inner.place, inner.placement.scale);
-    if (highest > 0 && highest >= threshold)
+    if (reaches(upper_bound, threshold))
       distant_.push_back({representative, within(outer.placement, placement), signal, first,
-                          representative_key, highest / inner.to_threshold});
+                          representative_key, upper_bound / inner.to_threshold});
   }
 }
 

@@ -33,13 +33,13 @@ struct QueryContext {
   QueryContext(const RadiationModel& model, const SignalWeights& weights,
                std::span<const PageEntry> tree_tops,
                std::span<const std::vector<std::uint32_t>> signal_maps)
-      : field(model),
+      : radiation(model),
         trees(tree_tops),
         maps(signal_maps),
         bounds(model, weights, tree_tops, signal_maps),
         representatives(model, tree_tops, maps) {}
 
-  const RadiationModel& field;
+  const RadiationModel& radiation;
   std::span<const PageEntry> trees;  // the last is the level's
   SignalMaps maps;
   NodeBounds bounds;

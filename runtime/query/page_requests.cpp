@@ -14,8 +14,8 @@ void PageRequests::add_missing(const PageEntry& entry, double bound, double max_
   if (!loader_.has_failed(entry)) missing_.push_back({bound, entry, true});
 }
 
-void PageRequests::add_soon(const PageEntry& entry, double bound) {
-  if (bound > 0 && !loader_.has_failed(entry)) soon_.push_back({bound, entry, false});
+void PageRequests::add_ahead(const PageEntry& entry, double bound) {
+  if (bound > 0 && !loader_.has_failed(entry)) ahead_.push_back({bound, entry, false});
 }
 
 void PageRequests::send(double threshold) {
@@ -23,7 +23,7 @@ void PageRequests::send(double threshold) {
   for (const WantedPage& one : missing_)
     if (one.bound >= threshold && one.bound > 0) wanted.push_back(one);
   lacked_any_ = !wanted.empty();
-  for (const WantedPage& one : soon_)
+  for (const WantedPage& one : ahead_)
     if (!loader_.is_here(one.entry)) wanted.push_back(one);
   const auto is_more_urgent = [](const WantedPage& a, const WantedPage& b) {
     return a.needed != b.needed ? a.needed : a.bound > b.bound;

@@ -24,10 +24,10 @@ class PageRequests {
   // Is a source missing that could reach the threshold?
   bool is_missing(double threshold) const { return max_missing_ >= threshold; }
 
-  void clear_soon() { soon_.clear(); }
+  void clear_ahead() { ahead_.clear(); }
   // Where only a traversal can tell: pages that are needed soon change slowly.
   bool is_look_ahead_due() { return ++look_aheads_ % query::kLookAheadPeriod == 1; }
-  void add_soon(const PageEntry& entry, double bound);
+  void add_ahead(const PageEntry& entry, double bound);
 
   // Requests all of these from the loader, the most important first.
   void send(double threshold);
@@ -36,7 +36,7 @@ class PageRequests {
 
  private:
   PageLoader& loader_;
-  std::vector<WantedPage> missing_, soon_;
+  std::vector<WantedPage> missing_, ahead_;
   double max_missing_ = -1;
   std::uint32_t look_aheads_ = 0;
   bool lacked_any_ = false;  // at the last send()

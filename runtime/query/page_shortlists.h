@@ -1,7 +1,7 @@
 // page_shortlists.h: per page, the sources that can reach the threshold while the listener is near.
 //
 // One keyframe later the listener has moved by 3 cm, and nearly the same sources of a page could
-// reach the threshold. So what the culler (source_culler.h) lets through is kept with upper bounds
+// reach the threshold. So what culling (source_page.h) leaves is kept with upper bounds
 // that hold in a ball, a twentieth of the distance to the page wide, ahead of the listener. A
 // keyframe tests only those, 16 at a time: the upper bound, the loudness of the signal's bands at
 // the moment that is heard, what is known of the occlusion (occlusion_upper_bounds.h), and at last
@@ -20,7 +20,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/fibonacci_hash.h"
+#include "common/flat_hash_map.h"
+#include "common/listener.h"
 #include "common/vec.h"
 #include "formats/bake_file/instance.h"
 #include "formats/bake_file/source_octree.h"
@@ -28,8 +29,9 @@
 #include "runtime/propagation/radiation_model.h"
 #include "runtime/propagation/signal_maps.h"
 #include "runtime/propagation/signal_weights.h"
+#include "runtime/propagation/source_page.h"
+#include "runtime/query/node_bounds.h"
 #include "runtime/query/shortlist_kernel.h"
-#include "runtime/query/source_page.h"
 #include "runtime/query/threshold_history.h"
 #include "runtime/query/validity_region.h"
 #include "runtime/query/work_budget.h"
@@ -51,10 +53,10 @@ struct ShortlistPage {
 class PageShortlists {
  public:
   // `weights` are those of max_over_instances(); both must outlive the lists.
-  PageShortlists(const RadiationModel& field, const SignalWeights& weights);
+  PageShortlists(const RadiationModel& radiation, const SignalWeights& weights);
 
   // A new keyframe. Until `until_s` no signal is louder than `max_share` of its maximum.
-  void begin(const Vec3& place, double time_s, double max_share, double until_s);
+  void begin(const Listener& listener, double time_s, double max_share, double until_s);
   // The threshold of this keyframe, in the level.
   void add_threshold(double threshold) { thresholds_.add(threshold, keyframe_); }
   double lowest_threshold() const { return thresholds_.lowest(); }
@@ -103,68 +105,66 @@ class PageShortlists {
   // Calls found(Passed), ascending.
   template <class Found>
   void test(std::span<const Test> tests, const Found& found) {
-    find_loud(tests);
+    find_audible_entries(tests);
     bound_at_place(tests);
     std::size_t l = 0;
     for (std::uint32_t t = 0; t < tests.size(); ++t) {
       const List& list = lists_[tests[t].list];
       const auto threshold = static_cast<float>(tests[t].threshold * (1 - query::kThresholdSlack));
       for (; l < scratch_.ends[t]; ++l) {
-        const float loud = scratch_.bounds[l] * scratch_.loud.share[l];
-        if (loud < threshold) continue;
-        const std::uint32_t entry = scratch_.loud.entry[l];
+        const float bound = scratch_.upper_bounds[l] * scratch_.audible.share[l];
+        if (bound < threshold) continue;
+        const std::uint32_t entry = scratch_.audible.entry[l];
         const ShortlistBlock& block = list.blocks[entry / kCullBlock];
         const std::uint32_t index = block.source[entry % kCullBlock];
-        if (loud * scratch_.near[t].upper_bound(index, scratch_.loud.known[l]) < threshold)
+        if (bound * scratch_.occlusion[t].upper_bound(index, scratch_.audible.known[l]) < threshold)
           continue;
         found(Passed{t, index, block.signal[entry % kCullBlock],
-                     static_cast<double>(scratch_.bounds[l]), scratch_.here[l].boost});
+                     static_cast<double>(scratch_.upper_bounds[l]), scratch_.here[l].boost});
       }
     }
   }
 
  private:
   struct List {
-    explicit List(std::pmr::memory_resource* memory) : blocks(memory), shapes(memory) {}
+    explicit List(std::pmr::memory_resource* memory) : blocks(memory), bounds(memory) {}
 
     std::uint64_t first = 0;
     ValidityRegion region;
     std::uint32_t used = 0, count = 0;
     std::pmr::vector<ShortlistBlock> blocks;
-    std::pmr::vector<SourceShape> shapes;  // of each source
+    std::pmr::vector<SourceBound> bounds;  // of each source, from the centre of the region
   };
-  // The listener, and how loud signals are for a while.
+  // How the listener moves, and how loud signals are for a while.
   struct Now {
-    Vec3 place{}, step_m{};  // from keyframe to keyframe
+    Vec3 velocity_mps{};
     double time_s = 0, max_share = 1, until_s = 0;
   };
-  // Of test(): per test, and per source that is loud enough.
+  // Of test(): per test, and per source that is audible.
   struct Scratch {
-    std::vector<OcclusionUpperBounds::Window> near;
-    std::vector<std::size_t> ends;  // of the test's loud sources
-    AudibleEntries loud;
-    std::vector<SourceShape> here;  // as seen from the listener
-    std::vector<float> bounds;
+    std::vector<OcclusionUpperBounds::Window> occlusion;
+    std::vector<std::size_t> ends;  // of the test's audible entries
+    AudibleEntries audible;
+    std::vector<SourceBound> here;  // from the listener; and room for one vector more
+    std::vector<float> upper_bounds;
   };
 
   void drop_lists(bool all);
-  void rehash(std::size_t size);
-  Vec3 centre_ahead(const ShortlistPage& page, double radius_m) const;
   ValidityRegion region_for(const ShortlistPage& page) const;
-  void add(List& list, const ShortlistPage& page, std::size_t index, float upper_bound,
-           const CullRecord& record);
-  void find_loud(std::span<const Test> tests);
+  void add(List& list, const ShortlistPage& page, std::size_t index, float upper_bound);
+  void find_audible_entries(std::span<const Test> tests);
   void bound_at_place(std::span<const Test> tests);
 
-  const RadiationModel& field_;
+  const RadiationModel& radiation_;
   const SignalWeights& weights_;
   const OcclusionUpperBounds* occlusion_ = nullptr;
   // One pool for all lists, so that they share few memory pages.
   std::pmr::unsynchronized_pool_resource memory_{std::pmr::pool_options{0, 1 << 16}};
   std::vector<List> lists_;
-  std::vector<std::uint32_t> slots_;  // 1 + list, open addressing, a power of two; 0: free
+  FlatHashMap<std::uint32_t> list_of_;  // 1 + list, by the number of its first source
   LoudnessTable loudness_;
   float max_delay_s_ = 0;  // of any source in a list
+  CulledPage culled_;
   Scratch scratch_;
   Now now_;
   ThresholdHistory thresholds_;

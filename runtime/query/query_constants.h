@@ -13,7 +13,6 @@ namespace clamor::query {
 // --- Slacks: factors unless a unit is given -----------------------------------------------------
 constexpr double kNodeBoundSlack = 1.0001;        // keys, boxes and distances of nodes, float
 constexpr double kRepresentativeSlack = 1.0001;   // upper bound of a representative, float
-constexpr double kCullerKeySlack = 1.00001;       // power over u of one source, float
 constexpr double kThresholdSlack = 1e-6;          // thresholds are lowered by this share
 constexpr double kBoostSlack = 1e-6;              // undoing the late boost of an upper bound
 constexpr double kInstanceThresholdSlack = 1e-5;  // a threshold in the space of an instance
@@ -42,9 +41,10 @@ constexpr double kCulledNodeRadius_m = 0.25;          // a node below the thresh
 // A shortlist holds within a twentieth of the distance to its page: upper bounds are then 10 %
 // higher than at its centre.
 constexpr double kListRadiusPerDistance = 1.0 / 20, kMinListRadius_m = 0.15, kMaxListRadius_m = 3;
-constexpr double kListThreshold = 0.9;  // of the threshold that it is made for
-constexpr double kListLead = 0.85;      // of the radius, from the listener to the centre ahead
-constexpr double kMaxListExcess = 3;    // a threshold so many times the list's makes a shorter one
+constexpr double kListThreshold = 0.9;       // of the threshold that it is made for
+constexpr double kListLead = 0.85;           // of the radius, from the listener to the centre ahead
+constexpr double kMinListDuration_s = 0.04;  // a list whose ball is left sooner holds for a place
+constexpr double kMaxListExcess = 3;  // a threshold so many times the list's makes a shorter one
 constexpr std::uint32_t kListLifetime_keyframes = 256;  // since its last use
 
 // Thresholds rise and fall with syllables: caches are made for the lowest of 32 to 64 keyframes.

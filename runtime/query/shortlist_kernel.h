@@ -21,28 +21,18 @@
 #include "formats/bake_file/source_octree.h"
 #include "runtime/occlusion/occlusion_upper_bounds.h"
 #include "runtime/propagation/signal_weights.h"
-#include "runtime/query/source_culler.h"
+#include "runtime/propagation/source_page.h"
 
 namespace clamor {
 
 // 16 sources of a shortlist, as structure of arrays: what every keyframe tests.
 struct alignas(64) ShortlistBlock {
-  static constexpr std::size_t kEntries = kCullBlock;
   using Row = CullBlock::Row;
   Row upper_bound{};  // of the priority at any time, wherever the list holds; negative: no source
   Row delay_s{};      // to the centre of the list's region
-  std::array<std::uint32_t, kEntries> signal{};
-  std::array<std::uint32_t, kEntries> source{};  // index in the page
-  std::array<BandMix, kEntries> mix{};
-};
-
-// What only sources that pass these tests need, in one cache line each.
-struct alignas(64) SourceShape {
-  Vec3f position_m{};  // from the centre of the list's region
-  Vec3f normal{}, mirror{};
-  float radius2_m2 = 0, diffuse = 0, bounce = 0, lobe = 0, fall = 0;  // as in CullBlock
-  float slope = 0;                                                    // -1: an emitter
-  float boost = 0;                                                    // at full strength, less 1
+  std::array<std::uint32_t, kCullBlock> signal{};
+  std::array<std::uint32_t, kCullBlock> source{};  // index in the page
+  std::array<BandMix, kCullBlock> mix{};
 };
 
 // How loud each signal is around the moment that is heard now, as a share of its maximum: an upper
@@ -67,35 +57,29 @@ class LoudnessTable {
 
 // The sources of some lists that passed, as structure of arrays.
 struct AudibleEntries {
+  std::size_t count = 0;
   std::vector<std::uint32_t> entry;  // index in the list
   std::vector<float> share;          // of the maximum loudness
   std::vector<float> known;          // stored upper bound of the visibility
 
-  struct Columns {
-    std::uint32_t* entry;
-    float *share, *known;
-  };
-  Columns from(std::size_t first) {
-    return {entry.data() + first, share.data() + first, known.data() + first};
-  }
-  // Makes room for `count` entries, and for the vector that is written beyond the last.
-  void make_room(std::size_t count) {
-    if (entry.size() >= count + kCullBlock) return;
-    entry.resize(count + kCullBlock);
-    share.resize(count + kCullBlock);
-    known.resize(count + kCullBlock);
+  // Removes all, and makes room for so many and for the vector that is written beyond the last.
+  void clear(std::size_t max_count) {
+    count = 0;
+    if (entry.size() >= max_count + kCullBlock) return;
+    for (auto* const column : {&share, &known}) column->resize(max_count + kCullBlock);
+    entry.resize(max_count + kCullBlock);
   }
 };
 
-// Writes those of a list whose priority may reach `threshold` wherever the list holds; there must
-// be room for all. Returns how many. `occlusion` begins with the first source of the page.
-std::size_t find_audible(std::span<const ShortlistBlock> blocks, float threshold,
-                         const LoudnessTable& loudness,
-                         const OcclusionUpperBounds::Window& occlusion,
-                         const AudibleEntries::Columns& audible);
+// Appends those of a list whose priority may reach `threshold` wherever the list holds; there must
+// be room for all. `occlusion` begins with the first source of the page.
+void find_audible(std::span<const ShortlistBlock> blocks, float threshold,
+                  const LoudnessTable& loudness, const OcclusionUpperBounds::Window& occlusion,
+                  AudibleEntries& audible);
 
-// Upper bounds of priorities at any time, within `error_m` of a place. `position_m` of these shapes
-// is seen from that place.
-void upper_bounds_at(std::span<const SourceShape> shapes, float error_m, float* upper_bounds);
+// Upper bounds of priorities at any time, within `error_m` of the place that the sources' positions
+// are relative to. Reads and writes a vector beyond the last.
+void upper_bounds_at(const SourceBound* sources, std::size_t count, float error_m,
+                     float* upper_bounds);
 
 }  // namespace clamor

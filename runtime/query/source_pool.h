@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "common/bands.h"
+#include "common/listener.h"
 #include "common/vec.h"
 #include "runtime/occlusion/occlusion_upper_bounds.h"
 #include "runtime/propagation/radiation_model.h"
 #include "runtime/propagation/signal_weights.h"
+#include "runtime/propagation/source_page.h"
 #include "runtime/query/query_constants.h"
-#include "runtime/query/source_page.h"
 #include "runtime/query/work_budget.h"
 
 namespace clamor {
@@ -46,7 +47,7 @@ struct BoostedBound {
 };
 
 // Sources to sample from. Each keyframe calls refresh(), set_occlusion_bounds() and begin(), then
-// look() once or more often, then ask(). Threads: the sampler's alone.
+// find_above() once or more often, then request_pages(). Threads: the sampler's alone.
 class SourcePool {
  public:
   virtual ~SourcePool() = default;
@@ -65,26 +66,26 @@ class SourcePool {
   virtual void set_late_boost(float /*strength*/) {}
 
   // Begins a keyframe at a place and time: signals that are silent then raise no bound.
-  virtual void begin(const Vec3& /*place*/, double /*time_s*/) {}
+  virtual void begin(const Listener& /*listener*/, double /*time_s*/) {}
 
   // Appends every source in memory whose priority at `place` is at least `threshold`, and a few
-  // more. False, and incomplete, where there are more than `most` or the budget is exhausted.
-  virtual bool look(const Vec3& place, double threshold, std::size_t most,
-                    std::vector<FoundSource>& found) = 0;
+  // more. False, and incomplete, where there are more than `max_count` or the budget is exhausted.
+  virtual bool find_above(const Vec3& place, double threshold, std::size_t max_count,
+                          std::vector<FoundSource>& found) = 0;
 
   // Upper bound of all priorities at `place`; 0 where finding all sources is cheap.
-  virtual double highest(const Vec3& /*place*/) { return 0; }
+  virtual double upper_bound(const Vec3& /*place*/) { return 0; }
 
   // Upper bound of the key (power over u) of sources that are missing around one that was found,
   // which stands for them. 0 where everything that could reach `threshold` is in memory.
-  virtual double unseen_key(const FoundSource& /*found*/, double /*threshold*/) { return 0; }
+  virtual double missing_key(const FoundSource& /*found*/, double /*threshold*/) { return 0; }
 
   // Requests the pages that the last query lacked, the most important first, and those that a
-  // listener at `soon` will need.
-  virtual void ask(const Vec3& /*soon*/, double /*threshold*/) {}
+  // listener at `next_place` will need.
+  virtual void request_pages(const Vec3& /*next_place*/, double /*threshold*/) {}
 
   // Did the last query lack a page?
-  virtual bool missed() const { return false; }
+  virtual bool lacks_pages() const { return false; }
 
   // True once everything that was requested is in memory; waits for more of it otherwise.
   virtual bool complete() { return true; }
@@ -105,19 +106,23 @@ class SourcePool {
 // A list of sources, all in memory.
 class SourceList final : public SourcePool {
  public:
-  SourceList(const RadiationModel& field, const SignalWeights& weights, std::vector<Source> sources)
-      : field_(field), page_(field, weights.by_signal, std::move(sources)) {}
+  SourceList(const RadiationModel& radiation, const SignalWeights& weights,
+             std::vector<Source> sources)
+      : radiation_(radiation), page_(radiation, weights.by_signal, std::move(sources)) {}
 
-  bool look(const Vec3& place, double threshold, std::size_t /*most*/,
-            std::vector<FoundSource>& found) override {
+  bool find_above(const Vec3& place, double threshold, std::size_t /*max_count*/,
+                  std::vector<FoundSource>& found) override {
     const std::size_t before = found.size();
-    page_.cull(place, threshold, [&](std::size_t index, double upper_bound) {
-      const Source& source = page_[index];
-      const BoostedBound boosted(field_.late_boost().at(source.delay_s), strength_, upper_bound);
+    page_.cull(place, 0, threshold, culled_);
+    for (std::size_t s = 0; s < culled_.count; ++s) SourcePage::prefetch(page_[culled_.index[s]]);
+    for (std::size_t s = 0; s < culled_.count; ++s) {
+      const Source& source = page_[culled_.index[s]];
+      const BoostedBound boosted(radiation_.late_boost().at(source.delay_s), strength_,
+                                 static_cast<double>(culled_.upper_bound[s]));
       if (boosted.upper_bound >= threshold)
-        found.push_back(
-            {&source, index, field_.signal(source), 0, boosted.boost, boosted.upper_bound});
-    });
+        found.push_back({&source, culled_.index[s], radiation_.signal(source), 0, boosted.boost,
+                         boosted.upper_bound});
+    }
     spend(WorkBudget::kFound * (found.size() - before) + page_.size() / 8);
     return true;
   }
@@ -126,8 +131,9 @@ class SourceList final : public SourcePool {
   const SourcePage& page() const { return page_; }
 
  private:
-  const RadiationModel& field_;
+  const RadiationModel& radiation_;
   const SourcePage page_;
+  CulledPage culled_;
   float strength_ = 1;
 };
 

@@ -26,7 +26,7 @@ bool CandidateSet::find(const Vec3& place, double threshold, std::size_t max_fou
   band_weights_.clear();
   found_.clear();
   wanted_.clear();
-  return inputs_.pool.look(place, threshold, max_found, found_);
+  return inputs_.pool.find_above(place, threshold, max_found, found_);
 }
 
 void CandidateSet::weigh(const SamplingMoment& moment, double threshold) {

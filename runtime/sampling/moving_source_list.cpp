@@ -6,7 +6,7 @@
 #include "common/directivity.h"
 #include "common/random.h"
 #include "formats/level/emitter.h"
-#include "runtime/query/source_page.h"
+#include "runtime/propagation/source_bound.h"
 #include "runtime/voices/keyframe.h"
 
 namespace clamor {
@@ -138,7 +138,7 @@ void MovingSourceList::move_all(double time_s) {
   in_motion_ = std::max({x, y, z}) > 0 || !history_.settled();
 }
 
-void MovingSourceList::begin(const Vec3& /*place*/, double time_s) {
+void MovingSourceList::begin(double time_s) {
   if (newest_.snapshot == nullptr) newest_.snapshot = &moving_.latest();
   if (newest_.is_unused) {
     newest_.time_s = std::isnan(newest_.snapshot->time_s) ? time_s : newest_.snapshot->time_s;
@@ -160,7 +160,8 @@ void MovingSourceList::find_emission(std::size_t slot, const Vec3& listener_m) {
   columns_.velocity_mps[slot] = emission.velocity_mps;
 }
 
-void MovingSourceList::look(const Vec3& place, double threshold, std::vector<FoundSource>& found) {
+void MovingSourceList::find_above(const Vec3& place, double threshold,
+                                  std::vector<FoundSource>& found) {
   const Vec3f from(place);
   const auto min_priority = static_cast<float>(threshold * kThresholdSlack);
   constexpr auto kMinDistance2_m2 = static_cast<float>(kEmitterRadius_m * kEmitterRadius_m);
@@ -195,7 +196,7 @@ void MovingSourceList::look(const Vec3& place, double threshold, std::vector<Fou
   }
 }
 
-double MovingSourceList::highest(const Vec3& place) const {
+double MovingSourceList::upper_bound(const Vec3& place) const {
   double highest = 0;
   if (newest_.snapshot == nullptr) return 0;
   for (std::size_t i = 0; i < newest_.snapshot->count; ++i) {
@@ -208,19 +209,19 @@ double MovingSourceList::highest(const Vec3& place) const {
   return highest * kBoundSlack;
 }
 
-bool CombinedPool::look(const Vec3& place, double threshold, std::size_t most,
-                        std::vector<FoundSource>& found) {
-  if (!static_.look(place, threshold, most, found)) return false;
+bool CombinedPool::find_above(const Vec3& place, double threshold, std::size_t max_count,
+                              std::vector<FoundSource>& found) {
+  if (!static_.find_above(place, threshold, max_count, found)) return false;
   const std::size_t before = found.size();
-  moving_.look(place, threshold, found);
+  moving_.find_above(place, threshold, found);
   spend(WorkBudget::kFound * (found.size() - before) +
         WorkBudget::kMovingPer16 * (moving_.max_sources() / 16));
   // A threshold of zero asks for all sources, however many there are.
-  return found.size() <= most || threshold == 0;
+  return found.size() <= max_count || threshold == 0;
 }
 
-double CombinedPool::highest(const Vec3& place) {
-  return std::max(static_.highest(place), moving_.highest(place));
+double CombinedPool::upper_bound(const Vec3& place) {
+  return std::max(static_.upper_bound(place), moving_.upper_bound(place));
 }
 
 }  // namespace clamor

@@ -43,11 +43,11 @@ class MovingSourceList {
   bool refresh();
 
   // Moves all sources to their positions at a time.
-  void begin(const Vec3& place, double time_s);
+  void begin(double time_s);
 
   // As in SourcePool.
-  void look(const Vec3& place, double threshold, std::vector<FoundSource>& found);
-  double highest(const Vec3& place) const;
+  void find_above(const Vec3& place, double threshold, std::vector<FoundSource>& found);
+  double upper_bound(const Vec3& place) const;
 
   std::size_t max_sources() const { return moving_.max_sources(); }
 
@@ -104,22 +104,22 @@ class CombinedPool final : public SourcePool {
     const bool changed = moving_.refresh();
     return static_.refresh() || changed;
   }
-  void begin(const Vec3& place, double time_s) override {
-    static_.begin(place, time_s);
-    moving_.begin(place, time_s);
+  void begin(const Listener& listener, double time_s) override {
+    static_.begin(listener, time_s);
+    moving_.begin(time_s);
   }
   void set_occlusion_bounds(const OcclusionUpperBounds* bounds) override {
     static_.set_occlusion_bounds(bounds);
   }
   void set_late_boost(float strength) override { static_.set_late_boost(strength); }
-  bool look(const Vec3& place, double threshold, std::size_t most,
-            std::vector<FoundSource>& found) override;
-  double highest(const Vec3& place) override;
-  double unseen_key(const FoundSource& found, double tau) override {
-    return found.voice == 0 ? static_.unseen_key(found, tau) : 0;
+  bool find_above(const Vec3& place, double threshold, std::size_t max_count,
+                  std::vector<FoundSource>& found) override;
+  double upper_bound(const Vec3& place) override;
+  double missing_key(const FoundSource& found, double tau) override {
+    return found.voice == 0 ? static_.missing_key(found, tau) : 0;
   }
-  void ask(const Vec3& soon, double tau) override { static_.ask(soon, tau); }
-  bool missed() const override { return static_.missed(); }
+  void request_pages(const Vec3& soon, double tau) override { static_.request_pages(soon, tau); }
+  bool lacks_pages() const override { return static_.lacks_pages(); }
   bool complete() override { return static_.complete(); }
   std::uint64_t size() const override { return static_.size() + moving_.max_sources(); }
 

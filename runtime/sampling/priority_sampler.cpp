@@ -52,14 +52,14 @@ class PrioritySampler final : public Sampler {
     // An exact sampler estimates visibilities anew for this place.
     const bool is_cached = occlusion != nullptr && !inputs_.is_exact();
     pool.set_occlusion_bounds(is_cached ? &occlusion->upper_bounds() : nullptr);
-    pool.begin(place, time_s);
+    pool.begin(listener, time_s);
     if (occlusion != nullptr && !continues) occlusion->begin_keyframe(place);
     const auto [tau, ended_by_budget] = search_.run(*moment_);
     bounded_keyframes_ += ended_by_budget;
     publish(tau);
     if (bound_ == SearchBound::kBounded)
       inputs_.budget.limit(work_ahead_per_keyframe(inputs_.voices));
-    pool.ask(place + kPrefetchAhead_s * listener.velocity_mps, tau);
+    pool.request_pages(place + kPrefetchAhead_s * listener.velocity_mps, tau);
     if (inputs_.is_exact()) {
       unfinished_ = search_.waits_for_pages();
     } else {
@@ -103,9 +103,9 @@ class PrioritySampler final : public Sampler {
       const FoundSource& found = candidates_.source_of(chosen);
       const Source& source = *found.source;
       double scale = std::max(1.0, tau / (chosen.weight * found.boost));
-      if (const double missing_key = inputs_.pool.unseen_key(found, tau); missing_key > 0)
-        scale = std::max(
-            scale, missing_key / std::accumulate(source.power.begin(), source.power.end(), 0.0));
+      if (const double key = inputs_.pool.missing_key(found, tau); key > 0)
+        scale =
+            std::max(scale, key / std::accumulate(source.power.begin(), source.power.end(), 0.0));
       sample_.push_back({found.number, scale, &source, found.signal,
                          chosen.is_occlusion_applied
                              ? inputs_.occlusion->visibility(chosen.visibility)

@@ -17,9 +17,9 @@
 // The sample is exact: a threshold predicted from previous samples tells the pool what to cull, and
 // is lowered until k + 1 sources reach it. The pool culls by upper bounds that hold for the loudest
 // moment of every signal. Where pages are not loaded yet, the remaining samples of their parent
-// page replace them. With M the highest key P / u that is missing near source i, and P its power
-// over all bands, i is chosen only if u_i < P_i / M, so its factor is max(1, tau / w_i, M / P_i):
-// still unbiased, with a larger variance.
+// page replace them. With m the missing key, the highest P / u that is not in memory near source i,
+// and P its power over all bands, i is chosen only if u_i < P_i / m, so its factor is
+// max(1, tau / w_i, m / P_i): still unbiased, with a larger variance.
 //
 // Occlusion (visibility_cache.h) only reduces weights. Sources are therefore found without it, and
 // those that would be chosen are tested, best first, until k + 1 tested sources are ahead of all

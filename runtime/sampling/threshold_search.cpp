@@ -37,7 +37,7 @@ ThresholdSearch::Result ThresholdSearch::run(const SamplingMoment& moment) {
 }
 
 bool ThresholdSearch::waits_for_pages() const {
-  return inputs_.is_exact() && inputs_.pool.missed() && !stopped_waiting_;
+  return inputs_.is_exact() && inputs_.pool.lacks_pages() && !stopped_waiting_;
 }
 
 ThresholdSearch::Result ThresholdSearch::search(const SamplingMoment& moment) {
@@ -119,8 +119,8 @@ ThresholdSearch::Result ThresholdSearch::search_within_budget(const SamplingMome
     } else if (std::isinf(completed)) {
       // This threshold is too low, and no more is known: a far higher one costs little.
       too_low = threshold;
-      next =
-          std::max(kStep * threshold, std::sqrt(threshold * inputs_.pool.highest(moment.place_m)));
+      next = std::max(kStep * threshold,
+                      std::sqrt(threshold * inputs_.pool.upper_bound(moment.place_m)));
       if (left < whole / 16) return {threshold, true};
       allowed = left / 2;
     } else {
@@ -136,7 +136,7 @@ ThresholdSearch::Result ThresholdSearch::search_within_budget(const SamplingMome
 
 double ThresholdSearch::first_threshold(const SamplingMoment& moment) const {
   if (inputs_.pool.size() <= inputs_.voices) return 0;  // finds all
-  return predictor_.is_known() ? predictor_.next() : inputs_.pool.highest(moment.place_m);
+  return predictor_.is_known() ? predictor_.next() : inputs_.pool.upper_bound(moment.place_m);
 }
 
 // The next threshold after a prediction that too few candidates reached.

@@ -7,27 +7,27 @@ namespace clamor {
 
 namespace {
 
-std::vector<ResidentInstance> copies_of(const PageEntry& entry, const PageLinks& links,
-                                        std::span<const PageEntry> trees) {
+std::vector<ResidentInstance> instances_of(const PageEntry& entry, const PageLinks& links,
+                                           std::span<const PageEntry> trees) {
   std::uint64_t first = entry.source_count;
   for (const PageEntry& child : links.children) first += child.sources_below;
-  std::vector<ResidentInstance> copies;
-  copies.reserve(links.instances.size());
+  std::vector<ResidentInstance> instances;
+  instances.reserve(links.instances.size());
   for (std::uint32_t i = 0; i < links.instances.size(); ++i) {
     const Instance& instance = links.instances[i];
     const PageEntry& tree = trees[instance.tree];
-    ResidentInstance copy;
-    copy.placement = Placement{}.then(instance);
-    copy.key = copy.placement.power * total_power(tree) / instance.u;
-    copy.first = first;
-    copy.instance = i;
+    ResidentInstance resident;
+    resident.placement = Placement{}.then(instance);
+    resident.key = resident.placement.power * total_power(tree) / instance.u;
+    resident.first = first;
+    resident.instance = i;
     first += tree.sources_below;
-    copies.push_back(copy);
+    instances.push_back(resident);
   }
   std::stable_sort(
-      copies.begin(), copies.end(),
+      instances.begin(), instances.end(),
       [](const ResidentInstance& a, const ResidentInstance& b) { return a.key > b.key; });
-  return copies;
+  return instances;
 }
 
 }  // namespace
@@ -36,7 +36,7 @@ ResidentPage::ResidentPage(const PageEntry& entry, SourcePage of_node, PageLinks
                            std::span<const PageEntry> trees)
     : sources(std::move(of_node)),
       links(std::move(further)),
-      copies(copies_of(entry, links, trees)) {
+      instances(instances_of(entry, links, trees)) {
   double highest = sources.size() > 0 ? octree_key(sources[0]) : -1;
   for (std::size_t c = 0; c < links.children.size(); ++c)
     if (links.children[c].highest_key > highest) {
@@ -44,12 +44,12 @@ ResidentPage::ResidentPage(const PageEntry& entry, SourcePage of_node, PageLinks
       leader = Leader::kChild;
       leading_child = c;
     }
-  if (!copies.empty() && copies[0].key > highest) leader = Leader::kCopy;
+  if (!instances.empty() && instances[0].key > highest) leader = Leader::kInstance;
 }
 
 std::size_t ResidentPage::bytes() const {
   return sources.bytes() + sizeof(ResidentPage) + links.children.size() * sizeof(PageEntry) +
-         links.instances.size() * sizeof(Instance) + copies.size() * sizeof(ResidentInstance);
+         links.instances.size() * sizeof(Instance) + instances.size() * sizeof(ResidentInstance);
 }
 
 }  // namespace clamor

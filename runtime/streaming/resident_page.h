@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/bake_file/page_links.h"
-#include "runtime/query/source_page.h"
+#include "runtime/propagation/source_page.h"
 
 namespace clamor {
 
@@ -29,11 +29,11 @@ class ResidentPage {
 
   const SourcePage sources;
   const PageLinks links;
-  const std::vector<ResidentInstance> copies;
+  const std::vector<ResidentInstance> instances;
 
   // The holder of the highest key in the node and below: the first source, a child, or the first
   // instance.
-  enum class Leader : std::uint8_t { kSource, kChild, kCopy };
+  enum class Leader : std::uint8_t { kSource, kChild, kInstance };
   Leader leader = Leader::kSource;
   std::size_t leading_child = 0;
 };

@@ -58,7 +58,7 @@ const std::vector<Fence> kFences = {
       "formats/bake_file/page_columns-inl.h", "formats/bake_file/page_output-inl.h",
       "runtime/voices/gain_ramp_kernel.cpp", "runtime/voices/biquad_cascade.cpp",
       "runtime/voices/mix_*", "runtime/query/shortlist_kernel.cpp",
-      "runtime/query/culler_lanes-inl.h", "runtime/query/source_culler_kernel.cpp",
+      "runtime/propagation/source_bound_lanes-inl.h", "runtime/propagation/source_page_kernel.cpp",
       "runtime/mixing/voice_kernel.cpp", "common/maths_lanes-inl.h",
       "runtime/propagation/intensity_kernel.cpp", "runtime/propagation/reflection_lanes-inl.h",
       "tools/bench/machine_peak.cpp"}},
@@ -121,12 +121,6 @@ std::size_t level_of(const std::string& path) {
   return static_cast<std::size_t>(found - folders.begin());
 }
 
-// Includes of a folder above, each with a reason.
-const std::set<std::pair<std::string, std::string>> kUpward = {
-    // A page in memory has its sources in the form that the query culls.
-    {"runtime/streaming/resident_page.h", "runtime/query/source_page.h"},
-};
-
 // The problem with `file` including `header`, or an empty string.
 std::string complaint(const std::string& file, const std::string& header, bool quoted) {
   for (const Fence& fence : kFences)
@@ -146,7 +140,7 @@ std::string complaint(const std::string& file, const std::string& header, bool q
   if (allowed == kMayInclude.end() || !allowed->second.contains(folder_of(header)))
     return folder_of(file) + " may not know " + folder_of(header);
   if (folder_of(file) == folder_of(header) && kFolders.contains(folder_of(file)) &&
-      level_of(header) > level_of(file) && !kUpward.contains({file, header}))
+      level_of(header) > level_of(file))
     return "the folder of the header lies above that of the file, see kFolders";
   return "";
 }

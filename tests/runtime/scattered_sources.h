@@ -12,7 +12,7 @@
 #include "formats/bake_file/source.h"
 #include "formats/level/emitter.h"
 #include "runtime/propagation/radiation_model.h"
-#include "runtime/query/source_page.h"
+#include "runtime/propagation/source_bound.h"
 
 namespace clamor::testing {
 
@@ -52,10 +52,11 @@ struct ScatteredSources {
     }
   }
 
-  std::vector<CullSource> cull_sources(const RadiationModel& radiation) const {
-    std::vector<CullSource> culled;
-    for (const Source& source : sources) culled.push_back(cull_source(radiation, weight, source));
-    return culled;
+  std::vector<SourceBound> bounds(const RadiationModel& radiation) const {
+    std::vector<SourceBound> bounds;
+    for (const Source& source : sources)
+      bounds.push_back(source_bound(radiation, source, radiation.upper_bound(source, weight)));
+    return bounds;
   }
 
   std::vector<Material> materials;

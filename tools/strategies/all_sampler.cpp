@@ -51,9 +51,9 @@ class All final : public Sampler {
 
   void add_moving(const Vec3& place, double time_s) {
     moving_->refresh();
-    moving_->begin(place, time_s);
+    moving_->begin(time_s);
     found_.clear();
-    moving_->look(place, 0, found_);
+    moving_->find_above(place, 0, found_);
     sample_.resize(still_);
     for (const FoundSource& found : found_) {
       SampledSource& sampled =

@@ -85,7 +85,7 @@ std::vector<ShortlistBlock> some_sources(std::uint32_t count, std::uint32_t seed
   std::uint32_t index = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     const RandomBits bits = philox(seed, {i, 0, 0, 0});
-    const std::size_t at = i % ShortlistBlock::kEntries;
+    const std::size_t at = i % kCullBlock;
     if (at == 0) blocks.emplace_back().upper_bound.fill(-1);
     ShortlistBlock& block = blocks.back();
     index += 1 + bits[0] % 3;
@@ -111,8 +111,9 @@ TEST(OcclusionUpperBounds, AreTheSameInTheShortlistKernel) {
     }
     const OcclusionUpperBounds::Window window = hidden.window(first);
     AudibleEntries loud;
-    loud.make_room(16 * blocks.size());
-    const std::size_t end = find_audible(blocks, 1, LoudnessTable(), window, loud.from(0));
+    loud.clear(kCullBlock * blocks.size());
+    find_audible(blocks, 1, LoudnessTable(), window, loud);
+    const std::size_t end = loud.count;
     std::size_t next = 0;
     for (std::uint32_t e = 0; e < 300; ++e) {
       const ShortlistBlock& block = blocks[e / 16];

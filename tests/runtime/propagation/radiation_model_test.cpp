@@ -14,6 +14,7 @@
 #include "runtime/propagation/source_weight.h"
 #include "tests/runtime/random_fractions.h"
 #include "tests/runtime/scattered_sources.h"
+#include "tests/runtime/source_bound_reference.h"
 #include "tests/runtime/varied_sources.h"
 
 namespace clamor {
@@ -28,7 +29,7 @@ TEST(RadiationModel, HasTightUpperBoundsForLobes) {
   for (const auto& [exponent, max_db] : {std::pair{3.0f, 1.1}, {20.0f, 0.75}, {100.0f, 1.0}}) {
     level.materials[0].phong = same_in_all_bands(exponent);
     const RadiationModel radiation(level.emitters, level.materials, Air{});
-    const auto sources = level.cull_sources(radiation);
+    const auto sources = level.bounds(radiation);
     double sum_db = 0;
     std::size_t heard = 0;
     for (std::uint32_t s = 0; s < sources.size(); ++s) {
@@ -36,7 +37,7 @@ TEST(RadiationModel, HasTightUpperBoundsForLobes) {
       const double priority = weight(radiation, level.weight, level.sources[s], place) /
                               std::max(level.sources[s].u, kMinU);
       if (priority <= 0) continue;
-      sum_db += 10 * std::log10(priority_upper_bound(sources[s], place) / priority);
+      sum_db += 10 * std::log10(testing::priority_upper_bound(sources[s], place) / priority);
       ++heard;
     }
     ASSERT_GT(heard, 1500u);
@@ -69,9 +70,9 @@ TEST(RadiationModel, KnowsTheBandsOfItsUpperBounds) {
           Vec3(source.position_m) + 7.0 * Vec3(testing::SourcesOfAllKinds::direction(s, 20 + i));
       const Bands shares = testing::random_fractions(3 * s + i);
       const double now = weighted_sum(weighted(weight, shares), radiation.intensity(source, place));
-      const CullSource cull_input = cull_source(radiation, weight, source);
       const double at_any_time =
-          priority_upper_bound(cull_input, place) * std::max(source.u, kMinU);
+          testing::priority_upper_bound(source_bound(radiation, source, bound), place) *
+          std::max(source.u, kMinU);
       ASSERT_LE(now, at_any_time * bound.mix.of(shares) * (1 + 1e-5)) << s;
     }
   }

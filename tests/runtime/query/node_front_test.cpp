@@ -115,11 +115,11 @@ ComparedWalk compared_walk(const Lobes& lobes, std::uint64_t page_bytes,
   for (int i = 0; i < 200; ++i) {
     const Vec3 place = place_at(i);
     const double time_s = 3 + 0.02 * i;
-    const std::uint64_t planned = pool.nodes_planned(), loaded = loader.statistics().loaded;
+    const std::uint64_t planned = pool.front_nodes(), loaded = loader.statistics().loaded;
     auto sample = sampler->sample(place, time_s);
     while (!sampler->complete()) sample = sampler->sample(place, time_s);
     if (loader.statistics().loaded > loaded)
-      walk.planned_while_pages_came += pool.nodes_planned() - planned;
+      walk.planned_while_pages_came += pool.front_nodes() - planned;
     const auto expected = by_list->sample(place, time_s);
     walk.keyframes_that_differ += !std::equal(
         sample.begin(), sample.end(), expected.begin(), expected.end(),
@@ -128,7 +128,7 @@ ComparedWalk compared_walk(const Lobes& lobes, std::uint64_t page_bytes,
         });
     loader.wait();
   }
-  walk.planned = pool.nodes_planned();
+  walk.planned = pool.front_nodes();
   walk.dropped = loader.statistics().dropped;
   return walk;
 }

@@ -160,8 +160,8 @@ TEST(OctreePool, TestsNoMoreSourcesForLongAfterTheThresholdFellOnce) {
         std::vector<FoundSource> found;
         pool.refresh();
         pool.begin(place, path_m);
-        pool.look(place, least, hall.all.size(), found);
-        pool.ask(place, least);
+        pool.find_above(place, least, hall.all.size(), found);
+        pool.request_pages(place, least);
       } while (!pool.complete());
     }
     return static_cast<double>(pool.sources_tested() - before) / keyframes;
@@ -200,8 +200,8 @@ TEST(OctreePool, FindsEverySourceOnAnyPathOfTheListener) {
       found.clear();
       pool.refresh();
       pool.begin(place, 0.02 * keyframe);
-      ASSERT_TRUE(pool.look(place, threshold, hall.all.size(), found));
-      pool.ask(place + 25.0 * (place - before), threshold);
+      ASSERT_TRUE(pool.find_above(place, threshold, hall.all.size(), found));
+      pool.request_pages(place + 25.0 * (place - before), threshold);
     } while (!pool.complete());
     std::vector<bool> is_found(hall.all.size());
     for (const FoundSource& one : found) is_found[one.number] = true;
@@ -261,11 +261,11 @@ TEST(OctreePool, AcceptsInnerNodesWithoutSources) {
       found.clear();
       pool.refresh();
       pool.begin(place, 0);
-      EXPECT_TRUE(pool.look(place, 1e-2, 10, found));
-      had_missed = had_missed || pool.missed();
-      pool.ask(place + Vec3(0, 0, 0.1), 1e-2);
+      EXPECT_TRUE(pool.find_above(place, 1e-2, 10, found));
+      had_missed = had_missed || pool.lacks_pages();
+      pool.request_pages(place + Vec3(0, 0, 0.1), 1e-2);
     } while (!pool.complete());
-    EXPECT_FALSE(pool.missed());
+    EXPECT_FALSE(pool.lacks_pages());
     ASSERT_EQ(found.size(), 1u);
     EXPECT_EQ(found[0].number, 0u);
   }

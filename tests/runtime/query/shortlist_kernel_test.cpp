@@ -10,6 +10,8 @@
 
 #include "common/random.h"
 #include "tests/runtime/instruction_sets.h"
+#include "tests/runtime/scattered_sources.h"
+#include "tests/runtime/source_bound_reference.h"
 #include "tests/runtime/syllables.h"
 
 namespace clamor {
@@ -62,8 +64,9 @@ TEST_P(ShortlistKernel, FindsSourcesAboveTheThresholdByTheirOwnBands) {
     LoudnessTable table;
     table.tabulate(weights.tracks, 3 + 0.1 * seed, kLongest_s, 0.005f);
     AudibleEntries loud;
-    loud.make_room(kCullBlock * blocks.size());
-    const std::size_t end = find_audible(blocks, 1, table, {}, loud.from(0));
+    loud.clear(kCullBlock * blocks.size());
+    find_audible(blocks, 1, table, {}, loud);
+    const std::size_t end = loud.count;
     std::size_t next = 0;
     for (std::uint32_t e = 0; e < kListed; ++e) {
       const ShortlistBlock& block = blocks[e / kCullBlock];
@@ -140,8 +143,9 @@ TEST_P(ShortlistKernel, FindsSourcesAboveTheThresholdWithoutATable) {
   ASSERT_EQ(of_too_many.row(), 0u);
   for (const LoudnessTable& table : {LoudnessTable(), of_too_many}) {
     AudibleEntries loud;
-    loud.make_room(kCullBlock * blocks.size());
-    const std::size_t end = find_audible(blocks, 100, table, {}, loud.from(0));
+    loud.clear(kCullBlock * blocks.size());
+    find_audible(blocks, 100, table, {}, loud);
+    const std::size_t end = loud.count;
     std::size_t next = 0;
     for (std::uint32_t e = 0; e < kListed; ++e) {
       if (blocks[e / kCullBlock].upper_bound[e % kCullBlock] < 100) continue;
@@ -151,6 +155,68 @@ TEST_P(ShortlistKernel, FindsSourcesAboveTheThresholdWithoutATable) {
     }
     EXPECT_EQ(next, end);
   }
+}
+
+// The source relative to the listener, as in a shortlist.
+SourceBound seen_from(const Vec3& place, const SourceBound& source) {
+  SourceBound seen = source;
+  seen.position_m = Vec3f(Vec3(source.position_m) - place);
+  return seen;
+}
+
+// Shortlists evaluate the bounds of any number of sources at once.
+TEST_P(ShortlistKernel, GivesTheSameBoundsToSourcesOfAShortlist) {
+  const testing::ScatteredSources level(8, 300, 10, {1, 2, 3});
+  const RadiationModel field(level.emitters, level.materials, Air{});
+  const auto sources = level.bounds(field);
+  for (const std::uint32_t count : {1u, 15u, 16u, 17u, 300u}) {
+    const Vec3 place = Vec3(1, 2, 3) + 12.0 * testing::direction(philox(10, {count, 0, 0, 0}));
+    std::vector<SourceBound> seen(count + kCullBlock);
+    for (std::size_t s = 0; s < count; ++s) seen[s] = seen_from(place, sources[s]);
+    std::vector<float> ceilings(count + kCullBlock);
+    upper_bounds_at(seen.data(), count, 0, ceilings.data());
+    for (std::size_t s = 0; s < count; ++s) {
+      const double expected = testing::priority_upper_bound(sources[s], place);
+      const double in_front =
+          testing::priority_upper_bound(sources[s], Vec3(sources[s].position_m));
+      EXPECT_GE(ceilings[s], expected * (1 - 1e-6)) << s;
+      EXPECT_LE(ceilings[s], expected * testing::kMaxBoundExcess * 1.01 + 1e-7 * in_front) << s;
+    }
+  }
+}
+
+// The bounds allow for sources that are displaced by up to `off_m`, like those of instances far
+// from the origin in single precision, and for a listener who walks on.
+TEST_P(ShortlistKernel, BoundsSourcesOfAShortlistThatAreDisplaced) {
+  const testing::ScatteredSources level(11, 400, 1, {0, 0, 0});
+  const RadiationModel field(level.emitters, level.materials, Air{});
+  const auto sources = level.bounds(field);
+  std::vector<SourceBound> seen(sources.size() + kCullBlock);
+  std::vector<float> ceilings(seen.size());
+  std::size_t close = 0;
+  for (const float off_m : {1e-6f, 2e-3f, 0.04f})
+    for (std::uint32_t i = 0; i < 100; ++i) {
+      const RandomBits bits = philox(77, {i, 0, 0, 0});
+      const Vec3 place = i % 5 == 0
+                             ? Vec3(level.sources[i].position_m)
+                             : std::pow(10, 2 * unit(bits[3]) - 1) * testing::direction(bits);
+      std::vector<Vec3> at;
+      for (std::uint32_t s = 0; s < sources.size(); ++s) {
+        const SourceBound& source = sources[s];
+        at.push_back(Vec3(source.position_m) +
+                     0.99 * off_m * testing::direction(philox(12, {i, s, 0, 0})));
+        seen[s] = seen_from(place, source);
+      }
+      upper_bounds_at(seen.data(), sources.size(), off_m, ceilings.data());
+      for (std::size_t s = 0; s < sources.size(); ++s) {
+        SourceBound there = sources[s];
+        const double expected =
+            testing::priority_upper_bound(there, place - (at[s] - Vec3(there.position_m)));
+        ASSERT_GE(ceilings[s], expected * (1 - 1e-6)) << off_m << " " << i << " " << s;
+        close += ceilings[s] < 1.1 * expected;
+      }
+    }
+  EXPECT_GT(close, 20'000u);
 }
 
 }  // namespace

@@ -58,8 +58,8 @@ struct Stage {
   std::vector<FoundSource> all_moving(const Vec3& place, double time_s) {
     std::vector<FoundSource> found;
     list.refresh();
-    list.begin(place, time_s);
-    list.look(place, 0, found);
+    list.begin(time_s);
+    list.find_above(place, 0, found);
     return found;
   }
 

@@ -1,0 +1,114 @@
+// source_bound_lanes-inl.h: evaluates upper bounds of priorities (source_bound.h), one per lane.
+//
+// All rounding errs towards a higher bound: distances by a margin, directions by the angle that the
+// margin is seen under, sums by a slack. So no bound is lower than a sum in double precision.
+//
+// For source_page_kernel.cpp and query/shortlist_kernel.cpp, which compile it once per instruction
+// set; hence the unusual include guard.
+#if defined(CLAMOR_RUNTIME_SOURCE_BOUND_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef CLAMOR_RUNTIME_SOURCE_BOUND_LANES_INL_H
+#undef CLAMOR_RUNTIME_SOURCE_BOUND_LANES_INL_H
+#else
+#define CLAMOR_RUNTIME_SOURCE_BOUND_LANES_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include "common/vec.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace clamor {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Tag = hn::CappedTag<float, 16>;
+using Vector = hn::Vec<Tag>;
+
+struct Vectors {
+  Vector x, y, z;
+};
+
+// A SourceBound per lane.
+struct SourceLanes {
+  Vectors position, normal, mirror;
+  Vector radius2, diffuse, bounce, lobe, fall, slope;
+};
+
+constexpr float kBoundRounding = 2e-6f;  // a few operations in single precision
+constexpr float kBoundSlack = 1.0005f;   // the exponential, and sums
+constexpr float kMinDistance_m = 1e-4f;  // nearer, the direction is unknown
+
+HWY_INLINE Vectors from_to(const Vectors& from, const Vec3f& to) {
+  const Tag d;
+  return {hn::Sub(hn::Set(d, to.x), from.x), hn::Sub(hn::Set(d, to.y), from.y),
+          hn::Sub(hn::Set(d, to.z), from.z)};
+}
+
+HWY_INLINE Vector dot(const Vectors& a, const Vectors& b) {
+  return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
+}
+
+// exp(-t) for t >= 0, within 1e-4; never below 2^-100.
+HWY_INLINE Vector decay(Vector t) {
+  const Tag d;
+  const hn::RebindToSigned<Tag> di;
+  const auto y = hn::Min(hn::Mul(t, hn::Set(d, 1.44269504f)), hn::Set(d, 100.0f));
+  const auto whole = hn::Round(y);
+  const auto z = hn::Sub(whole, y);  // 2^z, z in [-1/2, 1/2], by the Taylor series
+  auto part = hn::MulAdd(z, hn::Set(d, 0.00961813f), hn::Set(d, 0.05550411f));
+  part = hn::MulAdd(part, z, hn::Set(d, 0.24022651f));
+  part = hn::MulAdd(part, z, hn::Set(d, 0.69314718f));
+  part = hn::MulAdd(part, z, hn::Set(d, 1.0f));
+  const auto exponent = hn::Sub(hn::Set(di, 127), hn::ConvertTo(di, whole));
+  return hn::Mul(part, hn::BitCast(d, hn::ShiftLeft<23>(exponent)));
+}
+
+// Lower bound of max(r, radius)^2 for distances within `error_m` of r.
+HWY_INLINE Vector nearest2(Vector r, Vector radius2, float error_m) {
+  const Tag d;
+  const auto near = hn::MulSub(r, hn::Set(d, 1 - kBoundRounding), hn::Set(d, error_m));
+  return hn::Max(hn::Mul(hn::Max(near, hn::Zero(d)), near), radius2);
+}
+
+// Upper bounds for all places within `error_m` of the listener's.
+HWY_INLINE Vector upper_bound_of(const SourceLanes& source, const Vec3f& listener_m,
+                                 float error_m) {
+  const Tag d;
+  const auto one = hn::Set(d, 1.0f), zero = hn::Zero(d), rounding = hn::Set(d, kBoundRounding);
+  const Vectors way = from_to(source.position, listener_m);
+  const auto r = hn::Sqrt(dot(way, way)), min_r = hn::Set(d, kMinDistance_m);
+  const auto over_r = hn::Div(one, hn::Max(r, min_r));
+  // An error of the position turns the direction by at most t = asin(error / r).
+  const auto sin_t = hn::Mul(over_r, hn::Set(d, error_m));
+  const auto any_direction = hn::Or(hn::Gt(sin_t, hn::Set(d, 0.99f)), hn::Lt(r, min_r));
+  const auto cos_t = hn::Sqrt(hn::Max(hn::NegMulAdd(sin_t, sin_t, one), zero));
+  const auto highest_cosine = [&](const Vectors& axis) {
+    const auto cos = hn::Min(hn::MulAdd(dot(way, axis), over_r, rounding), one);
+    const auto sin = hn::Sqrt(hn::Max(hn::NegMulAdd(cos, cos, one), zero));
+    const auto turned = hn::MulAdd(cos, cos_t, hn::MulAdd(sin, sin_t, rounding));
+    return hn::IfThenElse(hn::Or(any_direction, hn::Ge(cos, cos_t)), one, hn::Min(turned, one));
+  };
+  const auto is_emitter = hn::Lt(source.slope, zero);
+  const auto cos_o = hn::IfThenElse(is_emitter, one, hn::Max(highest_cosine(source.normal), zero));
+  const auto cos_a = highest_cosine(source.mirror);
+  // The lobe is lower below the angle of incidence.
+  const auto min_cosine = hn::Set(d, 1e-6f);
+  const auto cos_i = hn::Max(hn::Sub(dot(source.mirror, source.normal), min_cosine), min_cosine);
+  const auto tilt = hn::IfThenElse(is_emitter, one, hn::Min(hn::Div(cos_o, cos_i), one));
+  const auto lobe =
+      hn::Mul(hn::Mul(source.lobe, tilt), decay(hn::Mul(source.fall, hn::Sub(one, cos_a))));
+  const auto slope = hn::Max(source.slope, hn::Set(d, 1e-6f));
+  const auto x = hn::Min(cos_o, hn::Div(one, slope));
+  const auto bounce = hn::Mul(hn::Mul(source.bounce, x), decay(hn::Mul(slope, x)));
+  const auto sum = hn::MulAdd(source.diffuse, cos_o, hn::Add(bounce, lobe));
+  return hn::Div(hn::Mul(hn::Set(d, kBoundSlack), sum), nearest2(r, source.radius2, error_m));
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace clamor
+HWY_AFTER_NAMESPACE();
+
+#endif

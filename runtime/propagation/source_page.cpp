@@ -1,0 +1,111 @@
+#include "runtime/propagation/source_page.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "runtime/propagation/source_page_kernel.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr double kCullThreshold = 1 - 1e-6;  // factor that covers the rounding of a threshold
+
+using Rows = std::array<CullBlock::Row, 3>;
+
+void put(const Vec3f& v, Rows& rows, std::size_t at) {
+  for (int axis = 0; axis < 3; ++axis) rows[static_cast<std::size_t>(axis)][at] = v[axis];
+}
+Vec3f get(const Rows& rows, std::size_t at) { return {rows[0][at], rows[1][at], rows[2][at]}; }
+
+void put(const SourceBound& bound, CullBlock& block, std::size_t at) {
+  put(bound.normal, block.normal, at);
+  put(bound.mirror, block.mirror, at);
+  block.radius2_m2[at] = bound.radius2_m2;
+  block.diffuse[at] = bound.diffuse;
+  block.bounce[at] = bound.bounce;
+  block.lobe[at] = bound.lobe;
+  block.fall[at] = bound.fall;
+  block.slope[at] = bound.slope;
+}
+
+// The highest bound in any direction: x exp(-slope x) is highest at 1 / slope.
+float peak_of(const CullBlock& block, std::size_t at) {
+  const float slope = block.slope[at], x = slope > 1 ? 1 / slope : 1;
+  return block.diffuse[at] + block.lobe[at] + block.bounce[at] * x * std::exp(-slope * x);
+}
+
+void put(const CullBlock& block, std::size_t count, CullBounds& bounds, std::size_t at) {
+  constexpr float kHuge = std::numeric_limits<float>::max();
+  Vec3f low(kHuge), high(-kHuge);
+  float radius2 = kHuge, peak = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    low = glm::min(low, get(block.position_m, i));
+    high = glm::max(high, get(block.position_m, i));
+    radius2 = std::min(radius2, block.radius2_m2[i]);
+    peak = std::max(peak, peak_of(block, i));
+  }
+  put(low, bounds.low_m, at);
+  put(high, bounds.high_m, at);
+  bounds.radius2_m2[at] = radius2;
+  bounds.peak[at] = peak;
+}
+
+}  // namespace
+
+SourcePage::SourcePage(const RadiationModel& radiation, std::span<const Bands> weights,
+                       std::vector<Source> sources)
+    : sources_(std::move(sources)),
+      blocks_((size() + kCullBlock - 1) / kCullBlock),
+      bounds_((blocks_.size() + kCullBlock - 1) / kCullBlock) {
+  if (sources_.empty()) return;
+  Vec3 low(sources_[0].position_m), high(low);
+  for (const Source& source : sources_) {
+    low = glm::min(low, Vec3(source.position_m));
+    high = glm::max(high, Vec3(source.position_m));
+  }
+  middle_m_ = (low + high) / 2.0;
+  extent_m_ = length(high - low) / 2;
+  for (std::size_t i = 0; i < size(); ++i) {
+    const Source& source = sources_[i];
+    CullBlock& block = blocks_[i / kCullBlock];
+    const auto at_1m = radiation.upper_bound(source, weights[radiation.signal(source)]);
+    put(source_bound(radiation, source, at_1m), block, i % kCullBlock);
+    put(Vec3f(Vec3(source.position_m) - middle_m_), block.position_m, i % kCullBlock);
+    block.mix[i % kCullBlock] = at_1m.mix;
+  }
+  for (std::size_t b = 0; b < blocks_.size(); ++b)
+    put(blocks_[b], std::min(kCullBlock, size() - b * kCullBlock), bounds_[b / kCullBlock],
+        b % kCullBlock);
+}
+
+std::size_t SourcePage::bytes() const {
+  return sizeof(SourcePage) + size() * sizeof(Source) + blocks_.size() * sizeof(CullBlock) +
+         bounds_.size() * sizeof(CullBounds);
+}
+
+void SourcePage::cull(const Vec3& place, double radius_m, double threshold,
+                      CulledPage& culled) const {
+  const Vec3 from_m = place - middle_m_;
+  // Positions and the place are rounded to 24 bits each. A listener on the source hears it from
+  // wherever it is the loudest.
+  const double error_m = radius_m + 1e-6 + 0x1p-22 * (length(from_m) + extent_m_);
+  cull_blocks(
+      bounds_, blocks_, size(),
+      {Vec3f(from_m), static_cast<float>(error_m), static_cast<float>(threshold * kCullThreshold)},
+      culled);
+}
+
+SourceBound SourcePage::bound(std::size_t index) const {
+  const CullBlock& block = blocks_[index / kCullBlock];
+  const std::size_t at = index % kCullBlock;
+  const Source& source = sources_[index];
+  return {source.position_m,    source.normal,     source.mirror,
+          block.radius2_m2[at], block.diffuse[at], block.bounce[at],
+          block.lobe[at],       block.fall[at],    block.slope[at]};
+}
+
+}  // namespace clamor
