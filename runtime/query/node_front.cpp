@@ -12,7 +12,15 @@ using namespace query;
 void NodeFront::start(const ValidityRegion& region, const PageShortlists& lists) {
   clear();
   traversal_.start(region);
-  numbering_ = lists.numbering();
+  generation_ = lists.generation();
+}
+
+void NodeFront::find_lists(PageShortlists& lists) {
+  if (generation_ == lists.generation()) return;
+  generation_ = lists.generation();
+  for (Node& node : nodes_)
+    if (node.page != nullptr) node.list = lists.list_of(node.at.first);
+  forget_results();
 }
 
 void NodeFront::clear() {

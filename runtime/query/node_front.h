@@ -45,11 +45,13 @@ class NodeFront {
   // Adds what is at and below nodes whose pages have arrived since.
   void add_arrived(PageLoader& loader, PageShortlists& lists);
   void forget_results() { results_.assign(nodes_.size(), {}); }
+  // Looks the nodes' shortlists up again if some lists were dropped.
+  void find_lists(PageShortlists& lists);
 
   bool is_started() const { return region().radius_m >= 0; }
   bool is_growing() const { return is_started() && !traversal_.is_done(); }
-  bool holds(const ValidityRegion& query, const PageShortlists& lists) const {
-    return region().contains(query) && traversal_.is_done() && numbering_ == lists.numbering();
+  bool holds(const ValidityRegion& query) const {
+    return region().contains(query) && traversal_.is_done();
   }
 
   const ValidityRegion& region() const { return traversal_.region(); }
@@ -64,8 +66,8 @@ class NodeFront {
   std::vector<Node> nodes_;
   std::vector<Result> results_;  // of each node; apart, as every keyframe reads all of them
   std::vector<std::uint32_t> due_;
-  std::uint32_t numbering_ = 0;  // of the shortlists
-  std::size_t missing_ = 0;      // nodes
+  std::uint32_t generation_ = 0;  // of the shortlists
+  std::size_t missing_ = 0;       // nodes
 };
 
 // The front in use, and the next one, which is made before the first ends.
@@ -75,10 +77,15 @@ class NodeFronts {
       : context_(context), loader_(loader), lists_(lists), current_(context), next_(context) {}
 
   NodeFront& current() { return current_; }
-  bool holds(const ValidityRegion& query) const { return current_.holds(query, lists_); }
+  bool holds(const ValidityRegion& query) const { return current_.holds(query); }
   void forget() {
     current_.clear();
     next_.clear();
+  }
+  // After lists may have been dropped.
+  void find_lists() {
+    current_.find_lists(lists_);
+    next_.find_lists(lists_);
   }
   // Adds pages that have arrived. Where others were dropped, a new front would at once ask for more
   // than fits: there is none for a while.

@@ -79,6 +79,7 @@ void OctreePool::begin(const Listener& listener, double time_s) {
   context_.steps_left = kMaxSteps;
   context_.bounds.begin(listener.position_m, time_s);
   shortlists_.begin(listener, time_s, context_.bounds.max_share(), context_.bounds.until_s());
+  fronts_.find_lists();
 }
 
 void OctreePool::set_occlusion_bounds(const OcclusionUpperBounds* bounds) {

@@ -28,7 +28,7 @@ void PageShortlists::drop_lists(bool all) {
   if (dropped == 0) return;
   list_of_.clear(lists_.size());
   for (std::uint32_t l = 0; l < lists_.size(); ++l) list_of_[lists_[l].first] = l + 1;
-  ++numbering_;
+  ++generation_;
 }
 
 std::uint32_t PageShortlists::list_of(std::uint64_t first) {
@@ -51,24 +51,28 @@ std::size_t PageShortlists::use(std::uint32_t list) {
 
 // A listener who walks on reaches the centre of the ball first, and then its far side. One who
 // leaves the ball at once gets a list that holds here and now only.
-ValidityRegion PageShortlists::region_for(const ShortlistPage& page) const {
+ValidityRegion PageShortlists::region_for(const List& list, const ShortlistPage& page) const {
   const double scale = page.placement != nullptr ? page.placement->scale : 1;
   const double speed_mps = length(now_.velocity_mps);
+  const bool is_new = list.region.radius_m < 0;
+  const ListReach& reach = is_new || list.count > kShortList ? kListReach
+                           : list.count > 0                  ? kShortListReach
+                                                             : kEmptyListReach;
   const double radius_m =
-      std::clamp(kListRadiusPerDistance * distance_m(page.bounds, page.query.centre),
-                 kMinListRadius_m / scale, kMaxListRadius_m / scale);
+      std::clamp(reach.radius_per_distance * distance_m(page.bounds, page.query.centre),
+                 reach.min_radius_m / scale, kMaxListRadius_m / scale);
   if (!keeps_) return page.query;
   if (kMinListDuration_s * speed_mps >= scale * radius_m)
-    return {page.query.centre, 0, kListThreshold * page.query.threshold};
+    return {page.query.centre, 0, kListReach.threshold * page.query.threshold};
   Vec3 ahead = speed_mps > 0 ? now_.velocity_mps / speed_mps : Vec3(0);
   if (page.placement != nullptr) ahead = glm::transpose(page.placement->rotation) * ahead;
   return {page.query.centre + kListLead * radius_m * ahead, radius_m,
-          kListThreshold * thresholds_.share() * page.query.threshold};
+          reach.threshold * thresholds_.share() * page.query.threshold};
 }
 
 std::size_t PageShortlists::renew(std::uint32_t index, const ShortlistPage& page) {
   List& list = lists_[index];
-  list.region = region_for(page);
+  list.region = region_for(list, page);
   list.used = keyframe_;
   list.count = 0;
   list.blocks.clear();

@@ -64,9 +64,9 @@ class PageShortlists {
   void set_occlusion_bounds(const OcclusionUpperBounds* bounds) { occlusion_ = bounds; }
 
   // The list of the page whose first source has this number, empty at first. Its index holds until
-  // numbering() changes.
+  // generation() changes.
   std::uint32_t list_of(std::uint64_t first);
-  std::uint32_t numbering() const { return numbering_; }
+  std::uint32_t generation() const { return generation_; }
 
   bool holds(std::uint32_t list, const ValidityRegion& query) const {
     const List& one = lists_[list];
@@ -150,7 +150,7 @@ class PageShortlists {
   };
 
   void drop_lists(bool all);
-  ValidityRegion region_for(const ShortlistPage& page) const;
+  ValidityRegion region_for(const List& list, const ShortlistPage& page) const;
   void add(List& list, const ShortlistPage& page, std::size_t index, float upper_bound);
   void find_audible_entries(std::span<const Test> tests);
   void bound_at_place(std::span<const Test> tests);
@@ -169,7 +169,7 @@ class PageShortlists {
   Now now_;
   ThresholdHistory thresholds_;
   bool keeps_ = true;
-  std::uint32_t numbering_ = 0, keyframe_ = 0;
+  std::uint32_t generation_ = 0, keyframe_ = 0;
   std::uint64_t work_ = 0;
 };
 

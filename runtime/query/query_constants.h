@@ -38,10 +38,17 @@ constexpr std::size_t kMaxFrontNodes = 1 << 18;
 constexpr std::uint32_t kFrontPause_keyframes = 100;  // after pages were dropped for want of memory
 constexpr double kCulledNodeRadius_m = 0.25;          // a node below the threshold is not retested
 
-// A shortlist holds within a twentieth of the distance to its page: upper bounds are then 10 %
-// higher than at its centre.
-constexpr double kListRadiusPerDistance = 1.0 / 20, kMinListRadius_m = 0.15, kMaxListRadius_m = 3;
-constexpr double kListThreshold = 0.9;       // of the threshold that it is made for
+// A shortlist holds in a ball. Its radius is a share of the distance to its page, so that upper
+// bounds are at most 10 % higher than at its centre, and its threshold a share of the lowest recent
+// one. A list that had few sources or none probably keeps so few, and is cheap to test even if it
+// holds further: these are most lists, and would else be made anew most often.
+struct ListReach {
+  double radius_per_distance, min_radius_m, threshold;
+};
+constexpr ListReach kListReach{1.0 / 20, 0.15, 0.9}, kShortListReach{1.0 / 12, 0.25, 0.75},
+    kEmptyListReach{1.0 / 8, 0.4, 0.6};
+constexpr std::uint32_t kShortList = 8;  // sources, at most
+constexpr double kMaxListRadius_m = 3;
 constexpr double kListLead = 0.85;           // of the radius, from the listener to the centre ahead
 constexpr double kMinListDuration_s = 0.04;  // a list whose ball is left sooner holds for a place
 constexpr double kMaxListExcess = 3;  // a threshold so many times the list's makes a shorter one

@@ -29,10 +29,11 @@ HWY_INLINE Vectors gather(const Vec3f& of_first) {
   return {gather(of_first.x), gather(of_first.y), gather(of_first.z)};
 }
 HWY_INLINE Vector upper_bound_at(const SourceBound& first, float error_m) {
-  return upper_bound_of({gather(first.position_m), gather(first.normal), gather(first.mirror),
-                         gather(first.radius2_m2), gather(first.diffuse), gather(first.bounce),
-                         gather(first.lobe), gather(first.fall), gather(first.slope)},
-                        Vec3f(0), error_m);
+  return upper_bound_of(
+      {gather(first.position_m), gather(first.normal), gather(first.mirror),
+       gather(first.radius2_m2), gather(first.diffuse), gather(first.compensation),
+       gather(first.lobe), gather(first.fall), gather(first.slope)},
+      Vec3f(0), error_m);
 }
 
 void bound_sources(const SourceBound* sources, std::size_t count, float error_m,

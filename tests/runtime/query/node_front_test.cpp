@@ -1,5 +1,5 @@
-// culled_node_cache_test.cpp: nodes that the sampler skips from keyframe to keyframe, and plans of
-// the nodes it visits, against a list of all sources.
+// node_front_test.cpp: samples through fronts that are kept from keyframe to keyframe, against a
+// list of all sources.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

@@ -83,6 +83,18 @@ struct Hall {
     return sum;
   }
 
+  double priority_of_rank(std::ptrdiff_t rank, const RadiationModel& radiation,
+                          const Vec3& place) const {
+    std::vector<double> priorities;
+    for (const Source& source : all)
+      priorities.push_back(
+          weight(radiation, weights.by_signal[radiation.signal(source)], source, place) /
+          std::max<double>(source.u, kMinU));
+    const auto ranked = priorities.begin() + rank;
+    std::nth_element(priorities.begin(), ranked, priorities.end(), std::greater<>());
+    return *ranked;
+  }
+
   std::vector<Material> materials;
   std::vector<Emitter> emitters;
   SignalWeights weights;
@@ -134,6 +146,36 @@ TEST(OctreePool, VisitsFewNodes) {
   EXPECT_LT(pool.nodes_visited() - before, hall.trees.page_count() / 4);
 }
 
+// Shortlists of pages that have not mattered for long are dropped. If that ended the front, the
+// next keyframes would traverse the tree, which takes several times as long.
+TEST(OctreePool, KeepsItsFrontWhenUnusedShortlistsAreDropped) {
+  const Hall hall(3, 100'000);
+  const RadiationModel radiation = hall.radiation();
+  PageLoader loader(hall.trees.fetch(radiation, hall.weights), PageBudget{1'000'000'000});
+  OctreePool pool(radiation, hall.weights, hall.trees.tops(), {}, loader);
+  double time_s = 0;
+  const auto query = [&](const Vec3& place, double threshold) {
+    do {
+      std::vector<FoundSource> found;
+      pool.refresh();
+      pool.begin(place, time_s += 0.02);
+      pool.find_above(place, threshold, hall.all.size(), found);
+      pool.request_pages(place + Vec3(0.1, 0, 0), threshold);
+    } while (!pool.complete());
+  };
+  query({10, 1.7, 7}, 0);  // loads all pages and makes a list for each
+  const double threshold = hall.priority_of_rank(300, radiation, {10, 1.7, 7});
+  const auto sway = [&](double x_m, int keyframes) {
+    for (int k = 0; k < keyframes; ++k) query({x_m + 0.001 * (k % 2), 1.7, 7}, threshold);
+  };
+  sway(25, 100);  // the threshold of 0 is forgotten
+  sway(10, 100);  // makes a front that needs few of the lists
+  const std::uint64_t before = pool.front_nodes();
+  EXPECT_GT(before, 0u);
+  sway(10, 600);  // the other lists are dropped
+  EXPECT_EQ(pool.front_nodes(), before);
+}
+
 // The threshold falls for a moment, as when a door opens; sources tested then are not tested for
 // long.
 TEST(OctreePool, TestsNoMoreSourcesForLongAfterTheThresholdFellOnce) {
@@ -141,14 +183,7 @@ TEST(OctreePool, TestsNoMoreSourcesForLongAfterTheThresholdFellOnce) {
   const RadiationModel radiation = hall.radiation();
   PageLoader loader(hall.trees.fetch(radiation, hall.weights), PageBudget{1'000'000'000});
   OctreePool pool(radiation, hall.weights, hall.trees.tops(), {}, loader);
-  std::vector<double> priorities;
-  for (const Source& source : hall.all)
-    priorities.push_back(
-        weight(radiation, hall.weights.by_signal[radiation.signal(source)], source, {10, 1.7, 7}) /
-        std::max<double>(source.u, kMinU));
-  std::nth_element(priorities.begin(), priorities.begin() + 300, priorities.end(),
-                   std::greater<>());
-  const double threshold = priorities[300];
+  const double threshold = hall.priority_of_rank(300, radiation, {10, 1.7, 7});
   constexpr int kRound = 942;  // keyframes per round
   double path_m = 0;
   const auto walk = [&](int keyframes, double least) {
