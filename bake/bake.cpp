@@ -171,7 +171,7 @@ Result<std::vector<TraceJournal>> open_journals(const Level& level, const BakeOp
 }
 
 void describe(const Level& level, const BakeOptions& options, const TraceSetup& setup,
-              const BatchTracing::Assembled& traced, const DecayEstimate& decay,
+              const BatchTracing::Output& traced, const DecayEstimate& decay,
               BakeContents& contents) {
   contents.settings = options.settings;
   contents.settings.photons = setup.plan.wanted_photons;

@@ -52,7 +52,7 @@ BatchTracing::BatchTracing(const PhotonTracer& tracer, const Level& level, const
     for (const PhotonRun& run : batch) progress_.photons_total += run.count;
 }
 
-Result<BatchTracing::Assembled> BatchTracing::run() {
+Result<BatchTracing::Output> BatchTracing::run() {
   const std::size_t at_once = 4 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
   std::vector<std::unique_ptr<Batch>> free;
   for (std::size_t i = 0; i < at_once; ++i) free.push_back(std::make_unique<Batch>());
@@ -91,13 +91,13 @@ Result<BatchTracing::Assembled> BatchTracing::run() {
                    tbb::make_filter<Batch*, Batch*>(tbb::filter_mode::parallel, parallel_stage) &
                    tbb::make_filter<Batch*, void>(kInOrder, last_stage));
   if (failed_) return Error(failure_);
-  Assembled assembled;
+  Output output;
   if (thinning_) {
-    assembled.deposits = thinning_->added();
-    assembled.sources = thinning_->take();
+    output.deposits = thinning_->added();
+    output.sources = thinning_->take();
   }
-  assembled.tally = tally_;
-  return assembled;
+  output.tally = tally_;
+  return output;
 }
 
 void BatchTracing::fail(std::string message) {

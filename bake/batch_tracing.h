@@ -29,7 +29,7 @@ struct Level;
 class BatchTracing {
  public:
   // The accumulated result of all batches.
-  struct Assembled {
+  struct Output {
     std::vector<Source> sources;  // thinned to the plan's number; empty for a shard
     TraceTally tally;
     std::uint64_t deposits = 0;  // before thinning
@@ -44,7 +44,7 @@ class BatchTracing {
 
   // Runs in the calling TBB arena. Fails if the journal cannot be written or if shards lack
   // photons. Returns a partial result when options.stop is set.
-  Result<Assembled> run();
+  Result<Output> run();
 
   const BakeProgress& progress() const { return progress_; }
 

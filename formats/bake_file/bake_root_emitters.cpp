@@ -162,9 +162,9 @@ void write_emitter_table(BakeRoot::Builder root, const BakeContents& contents,
   if (instanced_name_bytes(table, runs) > max_name_bytes(file_bytes)) runs.clear();
   const std::string names = list_names(table, runs);
   if (names.size() > max_name_bytes(file_bytes)) runs.clear();
-  std::size_t told = table.size();
-  for (const EmitterInstance& run : runs) told -= run.count;
-  auto emitters = root.initEmitters(static_cast<unsigned>(told));
+  std::size_t count = table.size();
+  for (const EmitterInstance& run : runs) count -= run.count;
+  auto emitters = root.initEmitters(static_cast<unsigned>(count));
   std::size_t next = 0;
   auto run = runs.begin();
   for (unsigned i = 0; i < emitters.size(); ++i, ++next) {

@@ -147,7 +147,7 @@ Result<void> Auralizer::check(const AuralizerOptions& options) {
     return Error("cannot mix " + std::to_string(options.voices) + " voices; ask for 1 to " +
                  std::to_string(kMaxVoices) + ".");
   if (options.rays < 1)
-    return Error("cannot look for what hides sources with " + std::to_string(options.rays) +
+    return Error("cannot trace occlusion with " + std::to_string(options.rays) +
                  " rays a keyframe; ask for 1 or more, or for no visibility.");
   if (!std::isfinite(options.gain) || options.gain < 0)
     return Error("the output gain must be a finite amplitude, 0 or more; 1 leaves it as it is.");

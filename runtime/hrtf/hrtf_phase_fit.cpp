@@ -121,7 +121,7 @@ HrtfPhaseFit::Misses HrtfPhaseFit::misses(const std::array<HrtfGains, kEars>& le
   const Ear left = ear_of(levels[0], phases, 0), right = ear_of(levels[1], phases, 1);
   Misses misses{};
   for (std::size_t b = 0; b < kPhaseBands; ++b) {
-    if (!wanted[b].told) continue;
+    if (!wanted[b].is_defined) continue;
     const std::complex<double> sum = sum_over(b, left, right, high_phase, -high_phase);
     misses[b] = std::arg(sum * std::polar(1.0, -wanted[b].radians)) / wanted[b].max_radians;
   }
@@ -152,7 +152,7 @@ HrtfPhaseFit::Phases HrtfPhaseFit::first_guess(const Wanted& wanted) {
   for (std::size_t k = 0; k < kHrtfQuadratures; ++k) {
     double from_hz = 0, from = 0, to_hz = 0, to = 0;
     for (std::size_t b = 0; b < kPhaseBands && to_hz < kQuadratureNodes_hz[k]; ++b) {
-      if (!wanted[b].told) continue;
+      if (!wanted[b].is_defined) continue;
       from_hz = std::exchange(to_hz, erb_band_centre_hz(b));
       from = std::exchange(to, 0.5 * wanted[b].radians);
     }

@@ -101,8 +101,8 @@ InterauralTimes interaural_times(const Fourier& fourier, double rate_hz, std::si
     phase.radians = std::arg(sum);
     const double time_s = times.low_s + phase.radians / per_second;
     phase.max_radians = per_second * std::max(kMinTolerance_s, kToleranceShare * std::abs(time_s));
-    phase.told = centre_hz * static_cast<double>(frames) >= rate_hz &&
-                 std::abs(sum) >= kMinCoherence * std::sqrt(left_energy * right_energy);
+    phase.is_defined = centre_hz * static_cast<double>(frames) >= rate_hz &&
+                       std::abs(sum) >= kMinCoherence * std::sqrt(left_energy * right_energy);
   }
   return times;
 }

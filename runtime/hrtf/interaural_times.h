@@ -23,9 +23,9 @@ struct InterauralTimes {
   double high_s = 0, low_s = 0;
 
   struct Phase {
-    double radians = 0;      // delay of the right ear beyond low_s
-    double max_radians = 0;  // tolerance: 20 us, or 5 % of the ITD
-    bool told = false;       // otherwise the phase is undefined
+    double radians = 0;       // delay of the right ear beyond low_s
+    double max_radians = 0;   // tolerance: 20 us, or 5 % of the ITD
+    bool is_defined = false;  // otherwise the phase is undefined
   };
   std::array<Phase, kPhaseBands> phases{};
 };

@@ -163,25 +163,25 @@ std::uint8_t KeyframeMaker::rank_of(const Slot& slot, const Voice& voice) const 
 void KeyframeMaker::make(std::span<const SampledSource> sample, const Listener& listener,
                          Keyframe& keyframe, const Reception& reception,
                          std::uint64_t held_frames) {
-  due_frames_ = static_cast<double>(made_ * kKeyframeFrames + held_frames);
+  due_frames_ = static_cast<double>(keyframe_count_ * kKeyframeFrames + held_frames);
   reception_ = reception;
   const ListenerFrame frame = listener_frame(listener);
-  const bool still = made_ > 0 && frame == listener_.now;
-  listener_.last = made_ > 0 ? listener_.now : frame;
+  const bool still = keyframe_count_ > 0 && frame == listener_.now;
+  listener_.last = keyframe_count_ > 0 ? listener_.now : frame;
   listener_.now = frame;
   listener_.set_step(kKeyframe_s * listener.velocity_mps);
 
   if (!still) place_all();
   assign_slots(sample);
 
-  keyframe.number = made_;
+  keyframe.number = keyframe_count_;
   assert(directory_.in_use <= keyframe.voices.capacity());
   keyframe.voices.resize(directory_.in_use);
   std::size_t count = 0;
   for (std::size_t first = 0; first < directory_.used; first += VoiceTable::kTile)
     count = make_tile(first, still, keyframe, count);
   assert(count == keyframe.voices.size());
-  ++made_;
+  ++keyframe_count_;
 }
 
 // Appends the voices of a tile of slots to the keyframe, which has `count` voices so far. Returns
@@ -200,7 +200,7 @@ std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& ke
   for (auto s = static_cast<std::uint32_t>(first); s < last; ++s) {
     Slot& slot = slots_[s];
     if (!slot.in_use) continue;
-    if (made_ == 0)
+    if (keyframe_count_ == 0)
       slot.fade = kFadeKeyframes;
     else
       slot.fade = static_cast<std::int8_t>(

@@ -92,7 +92,7 @@ class KeyframeMaker {
   };
   struct Slot {
     std::uint64_t number = 0;
-    std::uint64_t chosen = 0;  // the last keyframe that it was chosen for
+    std::uint64_t last_chosen = 0;  // keyframe
     PowerScale scale;
     float rank = -1;
     std::int8_t fade = 0;  // of kFadeKeyframes; 0 is silence
@@ -144,7 +144,7 @@ class KeyframeMaker {
   bool slides_to(std::uint32_t s, const MovingSourcePoint& point, double emission_frames) const;
   static std::uint8_t rank_by_level(const Voice& voice);
   std::uint8_t rank_of(const Slot& slot, const Voice& voice) const;
-  bool is_chosen(const Slot& slot) const { return slot.chosen == made_; }
+  bool is_chosen(const Slot& slot) const { return slot.last_chosen == keyframe_count_; }
   std::size_t make_tile(std::size_t first, bool still, Keyframe& keyframe, std::size_t count);
 
   const Receivers receivers_;
@@ -157,8 +157,8 @@ class KeyframeMaker {
   std::vector<Slot> slots_;
   std::vector<Voice> voices_;              // by slot: as in the last keyframe, before fading
   std::vector<Bands> visibility_targets_;  // by slot
-  std::uint64_t made_ = 0;                 // keyframes
-  double due_frames_ = 0;                  // time of the keyframe being made
+  std::uint64_t keyframe_count_ = 0;
+  double due_frames_ = 0;  // time of the keyframe being made
 };
 
 }  // namespace clamor

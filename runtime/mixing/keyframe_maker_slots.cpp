@@ -71,7 +71,7 @@ void KeyframeMaker::assign_slots(std::span<const SampledSource> sample) {
 bool KeyframeMaker::keep(std::uint32_t s, const SampledSource& chosen) {
   Slot& slot = slots_[s];
   if (chosen.moves && !follow(s, chosen)) return false;
-  slot.chosen = made_;
+  slot.last_chosen = keyframe_count_;
   slot.scale.set_target(static_cast<float>(chosen.power_scale));
   slot.rank = static_cast<float>(chosen.rank);
   // Without smoothing the current visibility is the target.
@@ -117,7 +117,7 @@ std::uint32_t KeyframeMaker::start(const SampledSource& chosen) {
   table_.radiation.scale[s] = static_cast<float>(chosen.power_scale);
   table_.radiation.visibility[s] = visibility_targets_[s] = chosen.visibility;
   slots_[s] = {.number = chosen.number,
-               .chosen = made_,
+               .last_chosen = keyframe_count_,
                .scale = {.target = static_cast<float>(chosen.power_scale)},
                .rank = static_cast<float>(chosen.rank),
                .in_use = true,

@@ -81,8 +81,8 @@ void SamplerLoadControl::keyframe_took(double share, double shed, bool full) {
   if (share > 1) ++late_;
   if (settling_ > 0) --settling_;
   backoff_.pass(kKeyframe_s);
-  const double told = std::min(share, 1.0);  // the reduction has answered anything beyond
-  worst_share_ = std::max(told, worst_share_ + kForget * (told - worst_share_));
+  const double reported = std::min(share, 1.0);  // the reduction has answered anything beyond
+  worst_share_ = std::max(reported, worst_share_ + kForget * (reported - worst_share_));
   const bool was_high = std::exchange(high_, share > kHighShare);
   if (share > 1 || (high_ && was_high)) {
     fall_by(kAimShare / share);

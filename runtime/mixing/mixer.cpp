@@ -34,8 +34,8 @@ Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const M
       lead_frames_(mode.head          ? kHrtfDelayFrames
                    : mode.eight_bands ? kBankDelayFrames
                                       : 0),
-      binaural_(mode.head ? std::make_unique<Binaural>(*head, slots,
-                                                       static_cast<std::size_t>(mode.fine_voices))
+      binaural_(mode.head ? std::make_unique<Binaural>(
+                                *head, slots, static_cast<std::size_t>(mode.narrowband_voices))
                           : nullptr),
       slots_(slots),
       paths_(slots * kEars),

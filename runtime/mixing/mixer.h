@@ -142,7 +142,7 @@ class Mixer {
   static constexpr int kShedFrames = 512;  // a slope six times that of a fade
 
   // Slope of a delay per frame: mean over the last segment, and at its end.
-  struct Slide {
+  struct DelaySlope {
     double mean = 0, end = 0;
   };
   struct Parabola {
@@ -150,7 +150,7 @@ class Mixer {
   };
   struct Slot {
     const PreparedSignal* signal = nullptr;
-    std::array<Slide, kEars> slide{};
+    std::array<DelaySlope, kEars> slopes{};
     std::array<Parabola, kEars> after_knot{};
     // 32.32 fixed point: the delay at the end of the segment, and the next read position if the
     // signal plays once.
@@ -209,7 +209,7 @@ class Mixer {
   void set_layer_offset(std::uint32_t slot, std::int64_t from, std::int64_t to) noexcept REALTIME;
   void prefetch(std::uint32_t slot) const noexcept REALTIME;
   void load_voice(const Voice& voice) noexcept REALTIME;
-  void slide(Slide& slide, VoicePath& path, Parabola& after_knot, double change_frames,
+  void slide(DelaySlope& slope, VoicePath& path, Parabola& after_knot, double change_frames,
              bool starts) noexcept REALTIME;
   template <std::size_t kDelays>
   void place(Slot& slot, VoicePath* paths,

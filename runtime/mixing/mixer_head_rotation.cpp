@@ -50,7 +50,7 @@ void Mixer::end_segment_here() noexcept REALTIME {
     Slot& slot = slots_[s];
     for (std::size_t e = 0; e < static_cast<std::size_t>(mode_.delays); ++e) {
       VoicePath path = paths_[s * kEars + e];
-      slot.slide[e].end = 1 - static_cast<double>(path.step) / kWholeFrame;
+      slot.slopes[e].end = 1 - static_cast<double>(path.step) / kWholeFrame;
       path.position = 0;
       std::int64_t advance = path.position_at(to_knot);
       if (to_knot > 0) {

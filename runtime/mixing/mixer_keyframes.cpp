@@ -79,17 +79,17 @@ void Mixer::set_layer_offset(std::uint32_t slot, std::int64_t from,
 // A step's slope is that of its middle, so the total change is m (a + b) / 2 + n (b + c) / 2 steps,
 // which gives b. Divisions are avoided, as they took half of the time. The function is not inlined,
 // because compilers would pack both ears into vectors, which takes longer.
-[[gnu::noinline]] void Mixer::slide(Slide& slide, VoicePath& path, Parabola& after_knot,
+[[gnu::noinline]] void Mixer::slide(DelaySlope& slope, VoicePath& path, Parabola& after_knot,
                                     double change_frames, bool starts) noexcept REALTIME {
   const double mean = change_frames * time_.segment.per_frame;
   double a = mean, b = mean, c = mean;
   if (!starts) {
-    a = slide.end;
-    c = 1.5 * mean - 0.5 * slide.mean;
+    a = slope.end;
+    c = 1.5 * mean - 0.5 * slope.mean;
     b = 2 * mean - time_.segment.share_m * a - time_.segment.share_n * c;
     if (std::max({std::abs(a), std::abs(b), std::abs(c)}) > kFastestBent) a = b = c = mean;
   }
-  slide = {mean, c};
+  slope = {mean, c};
   const auto parabola = [](double from, double to, double per_step) {
     const double bend = (to - from) * per_step;
     return Parabola{kFixedOne - fixed_slope(from + 0.5 * bend), -fixed_slope(bend)};
@@ -124,7 +124,7 @@ bool Mixer::slide_to(const Voice& voice) noexcept REALTIME {
   }
   VoicePath* const paths = &paths_[voice.slot * std::size_t{kEars}];
   for (std::size_t e = 0; e < kDelays; ++e) {
-    slide(slot.slide[e], paths[e], slot.after_knot[e], change_frames[e], voice.starts || !usable);
+    slide(slot.slopes[e], paths[e], slot.after_knot[e], change_frames[e], voice.starts || !usable);
     slot.delay[e] = to[e];
   }
   place(slot, paths, from);
@@ -140,7 +140,7 @@ void Mixer::stay(std::uint32_t s) noexcept REALTIME {
   Slot& slot = slots_[s];
   VoicePath* const paths = &paths_[s * std::size_t{kEars}];
   for (std::size_t e = 0; e < static_cast<std::size_t>(mode_.delays); ++e)
-    slide(slot.slide[e], paths[e], slot.after_knot[e], 0, true);
+    slide(slot.slopes[e], paths[e], slot.after_knot[e], 0, true);
   if (mode_.delays == 1)
     place(slot, paths, std::array{slot.delay[0]});
   else

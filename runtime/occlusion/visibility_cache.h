@@ -17,11 +17,11 @@
 // Each keyframe has a budget of rays, twice as many where the whole scene changed at once, as it
 // does behind a door. The budget pays, in this order, for
 //
-//   1. line tests of new sources that may be chosen, loudest first, with up to half of the rays,
+//   1. line tests of new sources that may be chosen, by priority, with up to half of the rays,
 //   2. line tests of sources with stale estimates, oldest first, with up to a quarter of the rays,
 //      which corrects all of them within a few keyframes,
 //   3. new estimates for these, mostly coarse, by weight times age, one per neighbourhood first,
-//   4. medium estimates where there is a coarse one, and then fine ones, loudest first.
+//   4. medium estimates where there is a coarse one, and then fine ones, by priority.
 //
 // Steps 2 to 4 (visibility_refresh.cpp) consider a quarter of the sources at a time
 // (occlusion_upper_bounds.h), the next quarter where there is nothing to do, and all sources where

@@ -35,9 +35,9 @@ RadiationModel::RadiationModel(const std::vector<Emitter>& emitters,
     if (is_new) radiation_.laws.push_back(reflection_table(laws_, m));
     radiation_.law_of.push_back(same->second);
   }
-  played_.reserve(emitters.size());
+  timings_.reserve(emitters.size());
   for (const Emitter& emitter : emitters) {
-    played_.push_back({emitter.delay_s, emitter.signal});
+    timings_.push_back({emitter.delay_s, emitter.signal});
     const bool first = &emitter == emitters.data();
     earliest_start_s_ = first ? emitter.delay_s : std::min(earliest_start_s_, emitter.delay_s);
     latest_start_s_ = first ? emitter.delay_s : std::max(latest_start_s_, emitter.delay_s);

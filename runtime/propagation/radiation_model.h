@@ -43,7 +43,7 @@ class RadiationModel {
 
   std::size_t emitter_count() const { return emitters_.size(); }
   std::uint32_t signal(const Source& source) const { return signal(source.emitter); }
-  std::uint32_t signal(std::uint32_t emitter) const { return played_[emitter].signal; }
+  std::uint32_t signal(std::uint32_t emitter) const { return timings_[emitter].signal; }
 
   // Intensity per band at `place`: the square of an amplitude.
   Bands intensity(const Source& source, const Vec3& place) const {
@@ -83,7 +83,7 @@ class RadiationModel {
     return emission_time_s(source.emitter, source.delay_s);
   }
   double emission_time_s(std::uint32_t emitter, float delay_s) const {
-    return played_[emitter].delay_s + static_cast<double>(delay_s);
+    return timings_[emitter].delay_s + static_cast<double>(delay_s);
   }
 
   // Times at which the first and the last emitter start to play.
@@ -113,13 +113,13 @@ class RadiationModel {
 
  private:
   // The emitter values that are read most, so that thousands fit in the cache.
-  struct Played {
+  struct EmitterTiming {
     double delay_s = 0;
     std::uint32_t signal = 0;
   };
 
   const std::vector<Emitter>& emitters_;
-  std::vector<Played> played_;
+  std::vector<EmitterTiming> timings_;
   ReflectionLaws laws_;
   RadiationTables radiation_;
   LateBoost late_boost_;

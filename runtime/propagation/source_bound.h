@@ -3,8 +3,8 @@
 // With r the distance of the listener, o the angle between its direction and the normal, a that
 // between its direction and the mirror direction, and i that between normal and mirror direction:
 //
-//   (diffuse cos o + bounce x exp(-slope x) + lobe min(1, cos o / cos i) exp(-fall (1 - cos a)))
-//   / max(r, radius)^2,   x = min(cos o, 1 / slope).
+//   (diffuse cos o + compensation x exp(-slope x) + lobe min(1, cos o / cos i) exp(-fall (1 - cos
+//   a))) / max(r, radius)^2,   x = min(cos o, 1 / slope).
 //
 // The constants are those of RadiationModel::UpperBound over u, with the full late boost
 // (late_boost.h). An emitter is all lobe and radiates to all sides. source_bound_lanes-inl.h
@@ -22,7 +22,7 @@ inline constexpr float kMinU = 0x1p-64f;
 
 struct alignas(64) SourceBound {
   Vec3f position_m{}, normal{}, mirror{};
-  float radius2_m2 = 0, diffuse = 0, bounce = 0, lobe = 0, fall = 0;
+  float radius2_m2 = 0, diffuse = 0, compensation = 0, lobe = 0, fall = 0;
   float slope = 0;  // -1: an emitter
   float boost = 0;  // late boost at full strength, less 1
 };

@@ -33,7 +33,7 @@ struct Vectors {
 // A SourceBound per lane.
 struct SourceLanes {
   Vectors position, normal, mirror;
-  Vector radius2, diffuse, bounce, lobe, fall, slope;
+  Vector radius2, diffuse, compensation, lobe, fall, slope;
 };
 
 constexpr float kBoundRounding = 2e-6f;  // a few operations in single precision
@@ -101,8 +101,8 @@ HWY_INLINE Vector upper_bound_of(const SourceLanes& source, const Vec3f& listene
       hn::Mul(hn::Mul(source.lobe, tilt), decay(hn::Mul(source.fall, hn::Sub(one, cos_a))));
   const auto slope = hn::Max(source.slope, hn::Set(d, 1e-6f));
   const auto x = hn::Min(cos_o, hn::Div(one, slope));
-  const auto bounce = hn::Mul(hn::Mul(source.bounce, x), decay(hn::Mul(slope, x)));
-  const auto sum = hn::MulAdd(source.diffuse, cos_o, hn::Add(bounce, lobe));
+  const auto compensation = hn::Mul(hn::Mul(source.compensation, x), decay(hn::Mul(slope, x)));
+  const auto sum = hn::MulAdd(source.diffuse, cos_o, hn::Add(compensation, lobe));
   return hn::Div(hn::Mul(hn::Set(d, kBoundSlack), sum), nearest2(r, source.radius2, error_m));
 }
 

@@ -26,7 +26,7 @@ void put(const SourceBound& bound, CullBlock& block, std::size_t at) {
   put(bound.mirror, block.mirror, at);
   block.radius2_m2[at] = bound.radius2_m2;
   block.diffuse[at] = bound.diffuse;
-  block.bounce[at] = bound.bounce;
+  block.compensation[at] = bound.compensation;
   block.lobe[at] = bound.lobe;
   block.fall[at] = bound.fall;
   block.slope[at] = bound.slope;
@@ -35,7 +35,7 @@ void put(const SourceBound& bound, CullBlock& block, std::size_t at) {
 // The highest bound in any direction: x exp(-slope x) is highest at 1 / slope.
 float peak_of(const CullBlock& block, std::size_t at) {
   const float slope = block.slope[at], x = slope > 1 ? 1 / slope : 1;
-  return block.diffuse[at] + block.lobe[at] + block.bounce[at] * x * std::exp(-slope * x);
+  return block.diffuse[at] + block.lobe[at] + block.compensation[at] * x * std::exp(-slope * x);
 }
 
 void put(const CullBlock& block, std::size_t count, CullBounds& bounds, std::size_t at) {
@@ -104,7 +104,7 @@ SourceBound SourcePage::bound(std::size_t index) const {
   const std::size_t at = index % kCullBlock;
   const Source& source = sources_[index];
   return {source.position_m,    source.normal,     source.mirror,
-          block.radius2_m2[at], block.diffuse[at], block.bounce[at],
+          block.radius2_m2[at], block.diffuse[at], block.compensation[at],
           block.lobe[at],       block.fall[at],    block.slope[at]};
 }
 

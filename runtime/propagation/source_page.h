@@ -33,7 +33,7 @@ inline constexpr std::size_t kCullBlock = 16;
 struct alignas(64) CullBlock {
   using Row = std::array<float, kCullBlock>;
   std::array<Row, 3> position_m{}, normal{}, mirror{};
-  Row radius2_m2{}, diffuse{}, bounce{}, lobe{}, fall{}, slope{};
+  Row radius2_m2{}, diffuse{}, compensation{}, lobe{}, fall{}, slope{};
   std::array<BandMix, kCullBlock> mix{};
 };
 

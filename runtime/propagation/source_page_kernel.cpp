@@ -58,7 +58,7 @@ HWY_INLINE void cull_block(const CullBlock& block, std::size_t first, std::size_
   for (std::size_t at = 0; at < count; at += hn::Lanes(d)) {
     const SourceLanes sources = {
         load(block.position_m, at), load(block.normal, at),  load(block.mirror, at),
-        load(block.radius2_m2, at), load(block.diffuse, at), load(block.bounce, at),
+        load(block.radius2_m2, at), load(block.diffuse, at), load(block.compensation, at),
         load(block.lobe, at),       load(block.fall, at),    load(block.slope, at)};
     const auto bound = upper_bound_of(sources, query.listener_m, query.error_m);
     const auto is_culled =

@@ -1,15 +1,15 @@
 // narrowband_voices.h: chooses the voices that are filtered in all narrow bands of an HRTF.
 //
 // Narrow bands, 36 with 14 quadratures an ear, cost six times as much per voice as eight octaves.
-// At each keyframe the loudest voices therefore get narrow bands (MixMode::fine_voices, 128). Each
-// of the others has less than a 128th of the total power and gets octave gains, which preserve its
-// energy and both of its ITDs. Up to 128 sources are exact. In a larger crowd no single voice's
+// At each keyframe the loudest voices therefore get narrow bands (MixMode::narrowband_voices, 128).
+// Each of the others has less than a 128th of the total power and gets octave gains, which preserve
+// its energy and both of its ITDs. Up to 128 sources are exact. In a larger crowd no single voice's
 // spectrum can be audible, and the sum is corrected per narrow band to within 1 dB, even if all
 // voices come from one side (diffuse_hrtf_eq.h). A narrowband voice stays one until others exceed
 // it by 3 dB (hysteresis); a change crossfades within a keyframe.
 //
 // Threads: the audio thread, except for the constructor. Memory: 1.3 kB for each of twice
-// fine_voices. Cost: one comparison per voice and keyframe, log n for those that enter.
+// narrowband_voices. Cost: one comparison per voice and keyframe, log n for those that enter.
 #pragma once
 
 #include <cstdint>

@@ -17,7 +17,7 @@ inline double priority_upper_bound(const SourceBound& s, const Vec3& place) {
   const double spread = 1 / std::max<double>(r_m * r_m, s.radius2_m2);
   const auto bounce_up_to = [&](double cos_o) {
     const double x = s.slope * cos_o > 1 ? 1 / static_cast<double>(s.slope) : cos_o;
-    return s.bounce * x * std::exp(-s.slope * x);
+    return s.compensation * x * std::exp(-s.slope * x);
   };
   if (r_m == 0) return (s.diffuse + bounce_up_to(1) + static_cast<double>(s.lobe)) * spread;
   const double cos_a = std::min(dot(to_listener, mirror) / r_m, 1.0),

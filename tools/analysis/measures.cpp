@@ -151,7 +151,7 @@ const std::array<MeasureInfo, 26> kMeasures = {{
      {},
      "",
      "Wand and Strasser 2004, figure 4, absolute",
-     "none: told, not judged"},
+     "none: for information"},
     {Measure::kRenormalisedL2,
      "l2_renormalised",
      "  renormalised",
@@ -162,7 +162,7 @@ const std::array<MeasureInfo, 26> kMeasures = {{
      {},
      "",
      "Wand and Strasser 2004, figure 4, relative",
-     "none: told, not judged"},
+     "none: for information"},
     {Measure::kCorrelation,
      "correlation",
      "correlation",
@@ -173,7 +173,7 @@ const std::array<MeasureInfo, 26> kMeasures = {{
      {},
      "",
      "of the waveforms",
-     "none: told, not judged"},
+     "none: for information"},
     {Measure::kTimeVaryingPart,
      "time_varying_part",
      "changes with time",
@@ -184,7 +184,7 @@ const std::array<MeasureInfo, 26> kMeasures = {{
      {},
      "",
      "with --dry: what the best fixed filter leaves, re the whole",
-     "none: told, not judged"},
+     "none: for information"},
 }};
 
 }  // namespace clamor

@@ -72,7 +72,7 @@ KernelVoices::KernelVoices(const MixMode& mode, std::uint32_t count, BenchVoiceK
       prepared(mode)[signal_of(v, count)].place(static_cast<std::int64_t>(at * 0x1p32), path);
     }
   const std::uint32_t fine =
-      mode.head ? std::min(count, static_cast<std::uint32_t>(mode.fine_voices)) : 0;
+      mode.head ? std::min(count, static_cast<std::uint32_t>(mode.narrowband_voices)) : 0;
   parts_.resize(mode.head ? 2 : 1);
   for (Part& part : parts_) part.mode = mode;
   parts_[0].mode.head = false;

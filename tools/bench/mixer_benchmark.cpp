@@ -39,7 +39,7 @@ VoiceCost cost_of(const MixMode& mode, std::uint32_t voices) {
     buses = kHighBands + 1.0 * kLowBands / kLowRate;
   }
   if (mode.head) {
-    const double fine = std::min(1.0, 1.0 * mode.fine_voices / voices);
+    const double fine = std::min(1.0, 1.0 * mode.narrowband_voices / voices);
     buses += fine * (kHrtfHighBands + 1.0 * kHrtfLowRows / kLowRate - buses);
   }
   work.reading = work.multiply_adds;

@@ -33,12 +33,13 @@ void add(const OctreeDepth& level, OctreeDepth& sum) {
   sum.packed_bytes += level.packed_bytes;
 }
 
-bool tell_alike(const OctreeDepth& told, const OctreeDepth& found) {
-  if (told.nodes != found.nodes || told.sources != found.sources ||
-      told.packed_bytes != found.packed_bytes)
+bool are_alike(const OctreeDepth& recorded, const OctreeDepth& found) {
+  if (recorded.nodes != found.nodes || recorded.sources != found.sources ||
+      recorded.packed_bytes != found.packed_bytes)
     return false;
   for (std::size_t b = 0; b < kBandCount; ++b)
-    if (std::abs(told.power[b] - found.power[b]) > 1e-3f * std::max(told.power[b], found.power[b]))
+    if (std::abs(recorded.power[b] - found.power[b]) >
+        1e-3f * std::max(recorded.power[b], found.power[b]))
       return false;
   return true;
 }
@@ -61,12 +62,12 @@ Result<void> verify_pages(const BakeFile& file) {
   });
   if (!read.ok()) return read;
   for (std::size_t tree = 0; tree < found.size(); ++tree) {
-    const auto& told = file.depths()[tree];
-    bool alike = told.size() == found[tree].size();
-    for (std::size_t d = 0; alike && d < told.size(); ++d) {
+    const auto& recorded = file.depths()[tree];
+    bool alike = recorded.size() == found[tree].size();
+    for (std::size_t d = 0; alike && d < recorded.size(); ++d) {
       for (std::size_t b = 0; b < kBandCount; ++b)
         found[tree][d].level.power[b] = static_cast<float>(found[tree][d].power[b]);
-      alike = tell_alike(told[d], found[tree][d].level);
+      alike = are_alike(recorded[d], found[tree][d].level);
     }
     if (!alike)
       return Error(file.path() + ": the root's summary of tree " + std::to_string(tree + 1) +

@@ -51,7 +51,7 @@ struct FoundClick {
   double time_s = 0;
 };
 
-struct Played {
+struct Playback {
   std::vector<FoundClick> clicks;
   std::vector<double> times_ms;  // CPU time of each keyframe
   std::size_t held = 0, late = 0;
@@ -75,19 +75,19 @@ class Punctuality {
   double done_ms_ = 0, late_ms_ = 0;
 };
 
-void find_clicks_in(std::array<std::vector<float>, kEars>& ears, double end_s, Played& played) {
+void find_clicks_in(std::array<std::vector<float>, kEars>& ears, double end_s, Playback& playback) {
   for (std::size_t e = 0; e < kEars; ++e) {
     double peak = 0;
     for (const float sample : ears[e]) peak = std::max(peak, static_cast<double>(std::abs(sample)));
     for (const Click& click : find_clicks(ears[e], kAudibleFromPeak * peak))
-      played.clicks.push_back(
+      playback.clicks.push_back(
           {e, end_s - static_cast<double>(ears[e].size() - click.frame) / kSampleRate_hz});
     ears[e].clear();
   }
 }
 
-Played play(Auralizer& auralizer, const ListenerPath& path, double speed_mps, double seconds) {
-  Played played;
+Playback play(Auralizer& auralizer, const ListenerPath& path, double speed_mps, double seconds) {
+  Playback playback;
   Punctuality punctuality;
   std::array<std::vector<float>, kEars> ears;
   std::vector<float> block(kEars * kKeyframeFrames);
@@ -97,29 +97,29 @@ Played play(Auralizer& auralizer, const ListenerPath& path, double speed_mps, do
     while (auralizer.wants_keyframe()) {
       auralizer.make_keyframe(path.at(speed_mps * auralizer.next_keyframe_time_s()));
       if (made++ == 0) continue;  // made before playback starts
-      played.times_ms.push_back(auralizer.statistics().sampler_ms);
-      punctuality.made(made - 1, played.times_ms.back());
-      played.held += punctuality.late_ms() > 0;
-      played.late += punctuality.late_ms() > kLateKeyframe_ms;
+      playback.times_ms.push_back(auralizer.statistics().sampler_ms);
+      punctuality.made(made - 1, playback.times_ms.back());
+      playback.held += punctuality.late_ms() > 0;
+      playback.late += punctuality.late_ms() > kLateKeyframe_ms;
     }
     auralizer.mix(block);
     for (std::size_t f = 0; f < block.size(); f += kEars)
       for (std::size_t e = 0; e < kEars; ++e) ears[e].push_back(block[f + e]);
     if (ears[0].size() >= kChunk_frames || b == blocks)
-      find_clicks_in(ears, static_cast<double>(b) * kKeyframe_s, played);
+      find_clicks_in(ears, static_cast<double>(b) * kKeyframe_s, playback);
   }
-  played.late_sources = auralizer.statistics().late_sources;
-  return played;
+  playback.late_sources = auralizer.statistics().late_sources;
+  return playback;
 }
 
 // Counts the clicks that are not in the mix of all sources. That mix begins at a common multiple of
 // the detector's hop and of keyframes, so that the detector sees the same frames.
-std::size_t clicks_beyond_all(const Played& played, const MotionScene& scene,
+std::size_t clicks_beyond_all(const Playback& playback, const MotionScene& scene,
                               const ListenerPath& path, double speed_mps) {
   constexpr double kGrid_s = 0.32;  // 15 hops of 1024 frames, 16 keyframes of 960
   constexpr double kChunk_s = static_cast<double>(kChunk_frames) / kSampleRate_hz;
   std::size_t beyond = 0;
-  for (const FoundClick& click : played.clicks) {
+  for (const FoundClick& click : playback.clicks) {
     const double chunk_s = kChunk_s * std::floor(click.time_s / kChunk_s);
     const double before = std::floor((click.time_s - chunk_s) / kGrid_s - 0.5);
     const double from_s = chunk_s + kGrid_s * std::max(0.0, before);
@@ -211,15 +211,17 @@ class MotionFigures {
         "worst_ms",  "held",      "later_than_100_ms", "sources_late_for_want_of_rays"};
   }
 
-  void add_playback(double speed_mps, double seconds, const Played& played, std::size_t beyond) {
-    clicks_.rows.push_back({speed_mps, seconds, static_cast<double>(played.clicks.size()),
+  void add_playback(double speed_mps, double seconds, const Playback& playback,
+                    std::size_t beyond) {
+    clicks_.rows.push_back({speed_mps, seconds, static_cast<double>(playback.clicks.size()),
                             static_cast<double>(beyond)});
-    times_.rows.push_back(
-        {speed_mps, static_cast<double>(played.times_ms.size()), quantile(played.times_ms, 0.5),
-         quantile(played.times_ms, 0.99), worst(played.times_ms), static_cast<double>(played.held),
-         static_cast<double>(played.late), static_cast<double>(played.late_sources)});
+    times_.rows.push_back({speed_mps, static_cast<double>(playback.times_ms.size()),
+                           quantile(playback.times_ms, 0.5), quantile(playback.times_ms, 0.99),
+                           worst(playback.times_ms), static_cast<double>(playback.held),
+                           static_cast<double>(playback.late),
+                           static_cast<double>(playback.late_sources)});
     beyond_ += beyond;
-    late_ += played.late;
+    late_ += playback.late;
   }
 
   void add_differences(double speed_mps, const Differences& now) {
@@ -309,9 +311,9 @@ Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostr
     player.sampler_clock.now_s = [](void*) noexcept { return thread_time_s(); };
     const auto auralizer = Auralizer::create(baked, player);
     if (!auralizer.ok()) return auralizer.error();
-    const Played played = play(**auralizer, path, speed_mps, seconds);
-    figures.add_playback(speed_mps, seconds, played,
-                         clicks_beyond_all(played, scene, path, speed_mps));
+    const Playback playback = play(**auralizer, path, speed_mps, seconds);
+    figures.add_playback(speed_mps, seconds, playback,
+                         clicks_beyond_all(playback, scene, path, speed_mps));
     figures.add_differences(speed_mps,
                             differences(scene, rolled, path, speed_mps, seconds, readings, k));
   }

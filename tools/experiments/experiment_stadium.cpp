@@ -129,18 +129,18 @@ void waveform_error(const ExperimentScene& scene, const Walk& here, double secon
 }  // namespace
 
 std::string figure_4_text(const ReportTable& table) {
-  struct Off {
+  struct LevelError {
     double db = 0, k = 0;
     std::string strategy;
   };
-  Off ours, theirs;  // largest level errors
+  LevelError ours, theirs;  // the largest ones
   std::map<std::size_t, double> our_error, best_of_paper;
   const auto k_of = column_of(table, "k"), level_db = column_of(table, "loudness_db"),
              error = column_of(table, "renormalised_l2");
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const std::string& strategy = std::get<std::string>(table.rows[i][0]);
-    Off& furthest = strategy == "priority" ? ours : theirs;
-    if (std::abs(level_db[i]) >= std::abs(furthest.db)) furthest = {level_db[i], k_of[i], strategy};
+    LevelError& largest = strategy == "priority" ? ours : theirs;
+    if (std::abs(level_db[i]) >= std::abs(largest.db)) largest = {level_db[i], k_of[i], strategy};
     const auto k = static_cast<std::size_t>(k_of[i]);
     if (strategy == "priority")
       our_error[k] = error[i];

@@ -18,15 +18,15 @@ StadiumLevel stadium_level() {
   return all;
 }
 
-std::size_t copies_in(const std::vector<Congruence>& found) {
+std::size_t instances_in(const std::vector<Congruence>& found) {
   std::size_t copies = 0;
   for (std::size_t g = 0; g < found.size(); ++g) copies += found[g].prototype != g;
   return copies;
 }
 
 // Compares every instance, as the file will place it, with the emitters it replaces.
-void expect_true_copies(const StadiumLevel& all, const std::vector<Congruence>& found,
-                        const UniqueSignalMaps& maps) {
+void expect_true_instances(const StadiumLevel& all, const std::vector<Congruence>& found,
+                           const UniqueSignalMaps& maps) {
   for (std::size_t g = 0; g < found.size(); ++g) {
     const SceneGroup &group = all.groups[g], &model = all.groups[found[g].prototype];
     ASSERT_EQ(found[found[g].prototype].prototype, found[g].prototype);
@@ -51,8 +51,8 @@ TEST(CongruentGroups, IncludeAllBlocksAndStandsOfAStadium) {
   for (const PrototypeIs model_is : {PrototypeIs::kFirstInList, PrototypeIs::kFirstToSound}) {
     UniqueSignalMaps maps;
     const auto found = find_congruent_groups(all.level, all.groups, model_is, maps);
-    EXPECT_EQ(copies_in(found), 6 * 4 - 1 + 3u);
-    expect_true_copies(all, found, maps);
+    EXPECT_EQ(instances_in(found), 6 * 4 - 1 + 3u);
+    expect_true_instances(all, found, maps);
     for (std::size_t g = 0; g < found.size(); ++g) {
       if (model_is == PrototypeIs::kFirstToSound) {
         EXPECT_GE(found[g].instance.delay_s, 0);
@@ -80,10 +80,10 @@ TEST(CongruentGroups, ExcludeGroupsThatOnlyLookAlike) {
     UniqueSignalMaps maps;
     const auto found =
         find_congruent_groups(all.level, all.groups, PrototypeIs::kFirstInList, maps);
-    EXPECT_EQ(copies_in(found), 6 * 4 - 2 + 2u);
+    EXPECT_EQ(instances_in(found), 6 * 4 - 2 + 2u);
     EXPECT_EQ(found[block].prototype, block);
     EXPECT_EQ(found[stand].prototype, stand);
-    expect_true_copies(all, found, maps);
+    expect_true_instances(all, found, maps);
   }
 }
 
@@ -113,8 +113,8 @@ StadiumLevel two_blocks(const Frame& second, double gain = 1) {
 bool second_is_copy(const StadiumLevel& all) {
   UniqueSignalMaps maps;
   const auto found = find_congruent_groups(all.level, all.groups, PrototypeIs::kFirstInList, maps);
-  expect_true_copies(all, found, maps);
-  return copies_in(found) == 1;
+  expect_true_instances(all, found, maps);
+  return instances_in(found) == 1;
 }
 
 TEST(CongruentGroups, AllowRotationShrinkingAndGainButNotMirroringStretchingOrEnlarging) {

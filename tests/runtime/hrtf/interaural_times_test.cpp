@@ -28,9 +28,9 @@ Range erb_band(std::size_t band) {
   return {erb_frequency_hz(number), erb_frequency_hz(number + 1)};
 }
 
-MixMode with_fine_voices_of(int fine_voices) {
+MixMode with_narrowband_voices_of(int narrowband_voices) {
   MixMode mode = kBinaural;
-  mode.fine_voices = fine_voices;
+  mode.narrowband_voices = narrowband_voices;
   return mode;
 }
 
@@ -166,7 +166,7 @@ TEST(Binaural, HasTheEnvelopeLagOfConvolutionAbove1400Hz) {
 // Voices in octaves have two lags and no phases: one for low frequencies, and one for the rest.
 TEST(NarrowbandVoices, LeaveTheOtherVoicesTwoInterauralTimes) {
   for (const std::size_t d : two_hundred()) {
-    const Ears made = mixed_click(d, with_fine_voices_of(0)), measured = convolved_click(d);
+    const Ears made = mixed_click(d, with_narrowband_voices_of(0)), measured = convolved_click(d);
     const double near_s = broad_lag_s(measured, kDirectBin_hz);
     EXPECT_NEAR(broad_lag_s(made, kBin_hz), near_s, std::max(25e-6, 0.05 * std::abs(near_s))) << d;
     for (std::size_t b = 0; b < kPhaseBands; ++b) {
@@ -190,7 +190,7 @@ TEST(NarrowbandVoices, LeaveADiffuseCrowdAsWideAsConvolution) {
   for (const std::size_t d : two_hundred())
     for (const int mixed_here : {0, 1}) {
       const Ears ears =
-          mixed_here == 0 ? convolved_click(d) : mixed_click(d, with_fine_voices_of(0));
+          mixed_here == 0 ? convolved_click(d) : mixed_click(d, with_narrowband_voices_of(0));
       const double bin_hz = mixed_here == 0 ? kDirectBin_hz : kBin_hz;
       Sums& sum = sums[mixed_here];
       for (std::size_t b = 0; b < kErbBandCount; ++b) {
@@ -227,7 +227,7 @@ TEST(Binaural, ChangesTheTimeOfLowFrequenciesWithoutAStep) {
           return testing::heard(kemar_head(), places[k % 4], 4000, static_cast<float>(kAmplitude),
                                 k == 0);
         },
-        with_fine_voices_of(fine));
+        with_narrowband_voices_of(fine));
     for (const auto& ear : out)
       for (std::size_t n = kKeyframeFrames; n + 1 < ear.size(); ++n)
         // The near ear is 6 dB louder; the rest of the factor allows for the change of delay.
@@ -251,7 +251,7 @@ TEST(InterauralTimes, AreTheDelayBetweenTwoPulses) {
     EXPECT_NEAR(times.high_s, later_s, 0.2e-6);
     for (std::size_t b = 0; b < kPhaseBands; ++b) {
       EXPECT_NEAR(times.phases[b].radians, 0, 2e-3);
-      EXPECT_EQ(times.phases[b].told, erb_band_centre_hz(b) >= kSampleRate_hz / 512.0) << b;
+      EXPECT_EQ(times.phases[b].is_defined, erb_band_centre_hz(b) >= kSampleRate_hz / 512.0) << b;
     }
   }
 }

@@ -40,7 +40,7 @@ class Callbacks {
       mode_.pairs = panner_->channels() / kEars;
     }
     mode_.head = output == Output::kHead;
-    mode_.fine_voices = 20;
+    mode_.narrowband_voices = 20;
     signals_ = prepare_signals(std::vector<Signal>{testing::sine(200), testing::sine(300)}, mode_);
     mixer_ = std::make_unique<BlockMixer>(
         signals_, kSlots, mode_, panner_.get(), mode_.head ? &testing::kemar_head() : nullptr,

@@ -93,7 +93,7 @@ class KeyframeReference {
   ListenerFrame last_head_{};
   Vec3 last_step_m_{0, 0, 0};
   double fastest_slide_frames_ = 0;  // in this keyframe
-  std::uint64_t made_ = 0;
+  std::uint64_t keyframe_count_ = 0;
 };
 
 // Upper bound of a change of delay per keyframe: a delay cannot shrink as fast as time passes.
@@ -296,7 +296,7 @@ inline bool KeyframeReference::follow(Slot& slot, const SampledSource& chosen,
 inline void KeyframeReference::make(std::span<const SampledSource> sample, const Listener& pose,
                                     Keyframe& keyframe) {
   const ListenerFrame head = head_at(pose);
-  if (made_ == 0) last_head_ = head;
+  if (keyframe_count_ == 0) last_head_ = head;
   const bool still = head == last_head_;
   const Vec3 step_m = head.centre_m - last_head_.centre_m;
   const bool leapt = length(step_m - last_step_m_) > kLeap_m;
@@ -322,11 +322,11 @@ inline void KeyframeReference::make(std::span<const SampledSource> sample, const
     }
   }
 
-  keyframe.number = made_;
+  keyframe.number = keyframe_count_;
   keyframe.voices.clear();
   for (Slot& slot : slots_) {
     if (!slot.in_use) continue;
-    if (made_ == 0)
+    if (keyframe_count_ == 0)
       slot.fade = kFadeKeyframes;
     else
       slot.fade = std::clamp(slot.fade + (slot.chosen ? 1 : -1), 0, kFadeKeyframes);
@@ -347,7 +347,7 @@ inline void KeyframeReference::make(std::span<const SampledSource> sample, const
     free_.push_back(slot.voice.slot);
   }
   last_head_ = head;
-  ++made_;
+  ++keyframe_count_;
 }
 
 }  // namespace clamor::testing

@@ -73,7 +73,7 @@ TEST(OcclusionGeometry, ThatIsBuiltFastGivesTheSameAnswersBeforeAndAfterItsRefin
     mesh.materials.push_back(0);
   }
   std::vector<Material> materials(1);
-  materials[0].transmission = same_in_all_bands(0.5f);
+  materials[0].absorption = materials[0].transmission = same_in_all_bands(0.5f);
   using BuildQuality = OcclusionGeometry::BuildQuality;
   const OcclusionGeometry whole(mesh, materials);
   OcclusionGeometry soon(mesh, materials, BuildQuality::kFast);

@@ -128,7 +128,7 @@ double highest_in_ball(const SourceBound& s, const Vec3& middle, double radius_m
   const double cos_o = std::max(turned(s.normal), 0.0);
   const double cos_i = std::max<double>(dot(s.mirror, s.normal), 1e-9);
   const double x = std::min(cos_o, 1 / std::max<double>(s.slope, 1e-9));
-  const double even = s.diffuse * cos_o + s.bounce * x * std::exp(-s.slope * x);
+  const double even = s.diffuse * cos_o + s.compensation * x * std::exp(-s.slope * x);
   return (even + lobe * std::min(1.0, cos_o / cos_i)) / (near_m * near_m);
 }
 

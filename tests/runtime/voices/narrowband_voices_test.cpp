@@ -13,9 +13,9 @@ namespace {
 
 using namespace testing;
 
-MixMode with_fine_voices(int fine_voices) {
+MixMode with_narrowband_voices(int narrowband_voices) {
   MixMode mode = kBinaural;
-  mode.fine_voices = fine_voices;
+  mode.narrowband_voices = narrowband_voices;
   return mode;
 }
 
@@ -64,9 +64,9 @@ TEST(NarrowbandVoices, LeaveTheOtherVoicesTheirOctaveLevels) {
   ErbBands common{}, our_common{};
   for (const std::size_t d : two_hundred()) {
     const Vec3f from = kemar().directions[d];
-    const auto out = mixed_crowd(kemar_head(), signals, with_fine_voices(0), 1, 4096, [&](int k) {
-      return keyframe_of({heard(kemar_head(), from, 2000, 1, k == 0)});
-    });
+    const auto out = mixed_crowd(
+        kemar_head(), signals, with_narrowband_voices(0), 1, 4096,
+        [&](int k) { return keyframe_of({heard(kemar_head(), from, 2000, 1, k == 0)}); });
     std::array<Spectrum, kEars> spectra, measured;
     ours.emplace_back();
     direct.emplace_back();
@@ -114,11 +114,11 @@ void compare_crowds(const Vec3f& middle, float spread) {
   }
   std::array<std::array<ErbBands, kEars>, 2> energy{};
   for (const int fine : {0, static_cast<int>(kVoices)}) {
-    const auto out =
-        mixed_crowd(kemar_head(), sounds, with_fine_voices(fine), kVoices, kFrames, [&](int k) {
-          for (Voice& voice : voices) voice.starts = k == 0;
-          return keyframe_of(voices);
-        });
+    const auto out = mixed_crowd(kemar_head(), sounds, with_narrowband_voices(fine), kVoices,
+                                 kFrames, [&](int k) {
+                                   for (Voice& voice : voices) voice.starts = k == 0;
+                                   return keyframe_of(voices);
+                                 });
     for (std::size_t e = 0; e < kEars; ++e)
       for (std::size_t at = 0; at + kSize <= kFrames; at += kSize) {
         const ErbBands part = energy_of(spectrum_of(out[e].data() + at, kSize), kBin_hz);
@@ -173,8 +173,8 @@ TEST(NarrowbandVoices, CrossfadeToOctavesAndBackWithoutATrace) {
     }
     return keyframe_of(voices);
   };
-  const auto changing = mixed_crowd(head, sounds, with_fine_voices(1), 2, kFrames, by_turns);
-  const auto fine = mixed_crowd(head, sounds, with_fine_voices(2), 2, kFrames, by_turns);
+  const auto changing = mixed_crowd(head, sounds, with_narrowband_voices(1), 2, kFrames, by_turns);
+  const auto fine = mixed_crowd(head, sounds, with_narrowband_voices(2), 2, kFrames, by_turns);
   double error = 0, power = 0;
   for (std::size_t e = 0; e < kEars; ++e)
     for (std::size_t n = 0; n < fine[e].size(); ++n) {

@@ -93,7 +93,7 @@ TEST(Bench, CountsWhatAFrameOfAVoiceTakes) {
   // A quarter of the voices are mixed in 24 high and 12 low HRTF bands and 14 quadratures.
   MixMode binaural;
   binaural.head = true;
-  binaural.fine_voices = 25;
+  binaural.narrowband_voices = 25;
   EXPECT_EQ(cost_of(binaural, 100).multiply_adds,
             2 * (5 + 5 / 4.0) + 2 * 2 * (0.75 * (3 + 5 / 4.0) + 0.25 * (24 + (12 + 14) / 4.0)));
 }

@@ -14,13 +14,14 @@ namespace {
 
 using Rule = DynamicSample::Rule;
 
-std::vector<Candidate> candidates_of(const std::vector<double>& weights) {
-  std::vector<Candidate> candidates;
+std::vector<DynamicSample::Candidate> candidates_of(const std::vector<double>& weights) {
+  std::vector<DynamicSample::Candidate> candidates;
   for (std::size_t i = 0; i < weights.size(); ++i) candidates.push_back({10 + 3 * i, weights[i]});
   return candidates;
 }
 
-std::set<std::uint32_t> next(DynamicSample& sample, const std::vector<Candidate>& candidates) {
+std::set<std::uint32_t> next(DynamicSample& sample,
+                             const std::vector<DynamicSample::Candidate>& candidates) {
   std::set<std::uint32_t> chosen;
   for (const auto& one : sample.next(candidates)) chosen.insert(one.candidate);
   return chosen;
@@ -35,7 +36,8 @@ TEST(DynamicSampling, KeepsASampleThatIsDrawnOnce) {
   DynamicSample sample(Rule::kOnce, 50, {});
   auto candidates = candidates_of(std::vector<double>(500, 1));
   const auto first = next(sample, candidates);
-  for (Candidate& candidate : candidates) candidate.weight = 1 + candidate.number % 5;
+  for (DynamicSample::Candidate& candidate : candidates)
+    candidate.weight = 1 + candidate.number % 5;
   EXPECT_EQ(next(sample, candidates), first);
 }
 
@@ -114,7 +116,8 @@ TEST(DynamicSampling, ByAdaptiveDiffusionKeepsSourcesThatChangeLessThanEpsilon) 
   DynamicSample sample(Rule::kAdaptive, 100, {});  // 1.25
   auto candidates = candidates_of(std::vector<double>(1000, 1));
   const auto first = next(sample, candidates);
-  for (Candidate& candidate : candidates) candidate.weight = candidate.number % 2 ? 1.24 : 0.81;
+  for (DynamicSample::Candidate& candidate : candidates)
+    candidate.weight = candidate.number % 2 ? 1.24 : 0.81;
   EXPECT_EQ(next(sample, candidates), first);
 }
 
