@@ -25,7 +25,7 @@ namespace clamor::testing {
 namespace {
 
 constexpr std::size_t kMuchMemory = 4 << 20;
-constexpr int kFlips = kSanitized ? 5'000 : 100'000;
+constexpr int kFlips = kSanitized ? 5'000 : 20'000;
 
 // A bake with several pages and tiny signals.
 BakeContents small_contents() {
@@ -108,7 +108,7 @@ bool read_pages(const Damaged& damaged) {
   return done.ok() || refused(done.error());
 }
 
-TEST(DamagedFile, WithAnyOfAHundredThousandBitsOfItsPagesFlippedIsRefused) {
+TEST(DamagedFile, WithAnyBitOfItsPagesFlippedIsRefused) {
   Damaged damaged;
   ASSERT_GT(damaged.page_count(), 3u);
   std::mt19937_64 random(1);
@@ -124,7 +124,7 @@ TEST(DamagedFile, WithAnyOfAHundredThousandBitsOfItsPagesFlippedIsRefused) {
   EXPECT_TRUE(read_pages(damaged));
 }
 
-TEST(ForgedFile, WithAnyOfAHundredThousandBitsOfItsPagesFlippedIsRefusedOrHarmless) {
+TEST(ForgedFile, WithAnyBitOfItsPagesFlippedIsRefusedOrHarmless) {
   const ChecksumsOff off;
   Damaged damaged;
   std::mt19937_64 random(2);

@@ -232,15 +232,20 @@ TEST(ListenerWarnings, OfEveryCommandSayWhyNothingIsHeardAndWhereSomethingIs) {
                     "--no-journal"})
                 .code,
             0);
+  const auto render = [&](const std::vector<std::string>& listener) {
+    std::vector<std::string> words = {"render",      bake,   "-o",        folder / "out.wav",
+                                      "--receivers", "omni", "--seconds", "0.1"};
+    words.insert(words.end(), listener.begin(), listener.end());
+    return clamor(words);
+  };
   const std::string outside = "44,1.5,0", reason =
                                               "nothing is heard at 44,1.5,0: the listener is "
                                               "outside the level, which is closed";
-  const auto silent =
-      clamor({"render", bake, "-o", folder / "out.wav", "--listener", outside, "--seconds", "0.1"});
+  const auto silent = render({"--listener", outside});
   EXPECT_EQ(silent.code, 0) << silent.err;
   EXPECT_NE(silent.err.find("warning: " + reason), std::string::npos) << silent.err;
-  const auto played =
-      clamor({"play", bake, "--device", "none", "--seconds", "0.1", "--listener", outside});
+  const auto played = clamor({"play", bake, "--device", "none", "--seconds", "0.1", "--listener",
+                              outside, "--receivers", "omni"});
   EXPECT_NE(played.err.find("warning: " + reason), std::string::npos) << played.err;
   const auto impulse = clamor({"impulse", bake, "--listener", outside});
   EXPECT_EQ(impulse.code, 1);
@@ -250,25 +255,22 @@ TEST(ListenerWarnings, OfEveryCommandSayWhyNothingIsHeardAndWhereSomethingIs) {
   const std::string before = "where an emitter is heard is ";
   const std::size_t begin = silent.err.find(before) + before.size();
   const std::string place = silent.err.substr(begin, silent.err.find('\n', begin) - begin);
-  const auto heard =
-      clamor({"render", bake, "-o", folder / "out.wav", "--listener", place, "--seconds", "0.1"});
+  const auto heard = render({"--listener", place});
   EXPECT_EQ(heard.code, 0) << heard.err;
   EXPECT_EQ(heard.err.find("warning"), std::string::npos) << heard.err;
   EXPECT_EQ(heard.err.find(" 0 voices"), std::string::npos) << heard.err;
 
   // Without occlusion, only distance counts.
-  const auto open = clamor({"render", bake, "-o", folder / "out.wav", "--listener", outside,
-                            "--seconds", "0.1", "--visibility", "off"});
+  const auto open = render({"--listener", outside, "--visibility", "off"});
   EXPECT_EQ(open.err.find("warning"), std::string::npos) << open.err;
-  const auto far = clamor({"render", bake, "-o", folder / "out.wav", "--listener", "1e9,0,0",
-                           "--seconds", "0.1", "--visibility", "off"});
+  const auto far = render({"--listener", "1e9,0,0", "--visibility", "off"});
   EXPECT_NE(far.err.find("too far from every emitter"), std::string::npos) << far.err;
 
   // The walk leaves the room half way.
   const auto walk = folder.write(
       "walk.json",
       R"({"points": [{"time_s": 0, "position_m": [0, 1.7, 3]}, {"time_s": 0.1, "position_m": [12, 1.7, 3]}]})");
-  const auto left = clamor({"render", bake, "-o", folder / "out.wav", "--walk", walk});
+  const auto left = render({"--walk", walk});
   EXPECT_NE(left.err.find("s into the walk; of 33 positions tested along it"), std::string::npos)
       << left.err;
 }

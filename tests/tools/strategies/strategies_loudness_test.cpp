@@ -290,9 +290,9 @@ TEST_P(PaperScene, IsLouderStillByTheOctreeOfThePaper) {
 }
 
 // Uniform draws scale a source by n / k, and the mean square error is n / k - 1, which falls with
-// the root of the sample, too. Hundreds of draws are needed.
+// the root of the sample, too. A hundred draws are needed.
 TEST_P(PaperScene, IsTooLoudByUniformDrawsByTheirScale) {
-  constexpr std::uint64_t kSeeds = testing::kSanitized ? 60 : 400;
+  constexpr std::uint64_t kSeeds = testing::kSanitized ? 60 : 100;
   const auto n = static_cast<double>(scene().size());
   for (std::size_t p = 0; p < 20; p += testing::kSanitized ? 12 : 6) {
     Waveforms waveforms(scene(), scene().places()[p]);

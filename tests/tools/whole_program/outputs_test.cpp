@@ -123,7 +123,8 @@ TEST_F(Outputs, OfRenderPlayAndImpulseNeverReplaceBakesWalksScriptsSoundsOrHeads
   const std::string head =
       folder_.write("head.sofa", testing::SofaWriter(testing::plain_head(48000, 20, 64)).bytes());
   const std::vector<std::string> inputs = {bake_, walk, script, folder_ / "click.wav"};
-  const std::vector<std::string> options = {"--walk", walk, "--moving", script, "--seconds", "0.1"};
+  const std::vector<std::string> options = {"--walk",    walk,  "--moving",    script,
+                                            "--seconds", "0.1", "--receivers", "omni"};
   expect_spared(
       inputs,
       [&](const std::string& output) {

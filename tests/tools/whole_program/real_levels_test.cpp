@@ -52,6 +52,8 @@ TEST_P(RealLevels, BakeInspectRenderAndMeasureSanely) {
   EXPECT_LE(json["photons"]["escaped_share"], level.max_escaped) << level.file;
   EXPECT_EQ(json["bytes"]["file"], std::filesystem::file_size(bake));
 
+  if (level.is_large) return;  // its mesh is read and traced; the rest is as for the others
+
   const auto rendered =
       clamor({"render", bake, "--receivers", "omni", "-o", wav, "--listener", level.listener,
               "--seconds", "1", "--voices", "500", "--gain", "-12dB"});
