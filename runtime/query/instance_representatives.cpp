@@ -10,17 +10,18 @@ namespace clamor {
 
 namespace {
 
-// Upper bound of the keys in the node and below but for its leader's.
+// Upper bound of the keys in the node and below but for the highest one.
 double rest_key_of(const ResidentPage& page) {
-  using Leader = ResidentPage::Leader;
+  using HighestKeyIn = ResidentPage::HighestKeyIn;
   double key = 0;
-  if (const std::size_t next = page.leader == Leader::kSource ? 1 : 0; next < page.sources.size())
+  if (const std::size_t next = page.highest_key_in == HighestKeyIn::kSource ? 1 : 0;
+      next < page.sources.size())
     key = std::max<double>(key, octree_key(page.sources[next]));
   const auto& children = page.links.children;
   for (std::size_t c = 0; c < children.size(); ++c)
-    if (page.leader != Leader::kChild || c != page.leading_child)
+    if (page.highest_key_in != HighestKeyIn::kChild || c != page.highest_key_child)
       key = std::max<double>(key, children[c].highest_key);
-  if (const std::size_t next = page.leader == Leader::kInstance ? 1 : 0;
+  if (const std::size_t next = page.highest_key_in == HighestKeyIn::kInstance ? 1 : 0;
       next < page.instances.size())
     key = std::max(key, page.instances[next].key);
   return key;
@@ -44,12 +45,13 @@ std::optional<InstanceRepresentative> InstanceRepresentatives::find(const PageEn
   std::uint64_t number = 0;
   const PageEntry* entry = &top;
   const ResidentPage* page = page_of(top);
-  for (; page != nullptr && page->leader == ResidentPage::Leader::kChild; page = page_of(*entry)) {
+  for (; page != nullptr && page->highest_key_in == ResidentPage::HighestKeyIn::kChild;
+       page = page_of(*entry)) {
     rest_key = std::max(rest_key, rest_key_of(*page));
     const auto& children = page->links.children;
     number += entry->source_count;
-    for (std::size_t c = 0; c < page->leading_child; ++c) number += children[c].sources_below;
-    entry = &children[page->leading_child];
+    for (std::size_t c = 0; c < page->highest_key_child; ++c) number += children[c].sources_below;
+    entry = &children[page->highest_key_child];
   }
   if (page == nullptr) return std::nullopt;
   auto found = of_page(*page);
@@ -63,7 +65,7 @@ std::optional<InstanceRepresentative> InstanceRepresentatives::find(const PageEn
 // The first source of a page, or the representative of its first instance.
 std::optional<InstanceRepresentative> InstanceRepresentatives::of_page(
     const ResidentPage& page) const {
-  if (page.leader == ResidentPage::Leader::kSource) {
+  if (page.highest_key_in == ResidentPage::HighestKeyIn::kSource) {
     if (page.sources.size() == 0) return std::nullopt;
     InstanceRepresentative first;
     first.source = page.sources[0];

@@ -58,7 +58,7 @@ void OctreePool::visit_page(const OctreeTraversal::Node& node, const ResidentPag
   const Frame& frame = traversal_.frame(node.frame);
   const double threshold = query_.threshold * frame.to_threshold;
   const bool has_representative =
-      node.representative_key > 0 && page.leader == ResidentPage::Leader::kSource;
+      node.representative_key > 0 && page.highest_key_in == ResidentPage::HighestKeyIn::kSource;
   // The key of a representative is the instance's, which its shortlist does not know.
   if (has_representative) {
     const std::uint32_t signal =

@@ -55,7 +55,7 @@ void OctreeTraversal::take_frames(const OctreeTraversal& other, const Vec3& plac
 // The last child goes first onto the stack, so that nodes are visited by ascending numbers.
 void OctreeTraversal::add_children(const Node& from, const ResidentPage& page) {
   const bool has_representative =
-      from.representative_key > 0 && page.leader == ResidentPage::Leader::kChild;
+      from.representative_key > 0 && page.highest_key_in == ResidentPage::HighestKeyIn::kChild;
   const Frame frame = frames_[from.frame];
   const double threshold = region_.threshold * frame.to_threshold;
   std::uint64_t first = from.first + from.entry->source_count;
@@ -64,7 +64,7 @@ void OctreeTraversal::add_children(const Node& from, const ResidentPage& page) {
     const PageEntry& child = page.links.children[c];
     // In an instance the stored key of the representative, which may be any, does not count.
     const double representative_key =
-        has_representative && page.leading_child == c ? from.representative_key : 0;
+        has_representative && page.highest_key_child == c ? from.representative_key : 0;
     const double key = representative_key > 0 ? representative_key : child.highest_key;
     const double upper_bound = bound(child, frame, key, region_.radius_m);
     if (reaches(upper_bound, threshold)) {
@@ -84,15 +84,16 @@ void OctreeTraversal::add_children(const Node& from, const ResidentPage& page) {
 // By descending keys, down to one that is too low wherever in the node its instance is.
 void OctreeTraversal::add_instances(const Node& from, const ResidentPage& page) {
   const Frame outer = frames_[from.frame];
-  const bool leads = from.representative_key > 0 && page.leader == ResidentPage::Leader::kInstance;
+  const bool by_instance =
+      from.representative_key > 0 && page.highest_key_in == ResidentPage::HighestKeyIn::kInstance;
   const double per_key = bound(*from.entry, outer, 1);
   for (std::size_t c = 0; c < page.instances.size() && context_->steps_left > 0; ++c) {
     --context_->steps_left;
     context_->work += WorkBudget::kInstance;
-    const bool is_leader = leads && c == 0;
-    const double key = is_leader ? from.representative_key : page.instances[c].key;
+    const bool has_highest_key = by_instance && c == 0;
+    const double key = has_highest_key ? from.representative_key : page.instances[c].key;
     if (key * per_key < region_.threshold * outer.to_threshold) {
-      if (is_leader) continue;
+      if (has_highest_key) continue;
       break;
     }
     add_instance(from, outer, page.links.instances[page.instances[c].instance], page.instances[c],

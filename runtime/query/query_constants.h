@@ -51,7 +51,9 @@ constexpr std::uint32_t kShortList = 8;  // sources, at most
 constexpr double kMaxListRadius_m = 3;
 constexpr double kListLead = 0.85;           // of the radius, from the listener to the centre ahead
 constexpr double kMinListDuration_s = 0.04;  // a list whose ball is left sooner holds for a place
-constexpr double kMaxListExcess = 3;  // a threshold so many times the list's makes a shorter one
+// A threshold so many times the list's makes a shorter one. A search tries thresholds that differ
+// by 4 to 16: with 3, each of them made the lists of the other anew.
+constexpr double kMaxListExcess = 12;
 constexpr std::uint32_t kListLifetime_keyframes = 256;  // since its last use
 
 // Thresholds rise and fall with syllables: caches are made for the lowest of 32 to 64 keyframes.

@@ -41,10 +41,10 @@ ResidentPage::ResidentPage(const PageEntry& entry, SourcePage of_node, PageLinks
   for (std::size_t c = 0; c < links.children.size(); ++c)
     if (links.children[c].highest_key > highest) {
       highest = links.children[c].highest_key;
-      leader = Leader::kChild;
-      leading_child = c;
+      highest_key_in = HighestKeyIn::kChild;
+      highest_key_child = c;
     }
-  if (!instances.empty() && instances[0].key > highest) leader = Leader::kInstance;
+  if (!instances.empty() && instances[0].key > highest) highest_key_in = HighestKeyIn::kInstance;
 }
 
 std::size_t ResidentPage::bytes() const {

@@ -33,9 +33,9 @@ class ResidentPage {
 
   // The holder of the highest key in the node and below: the first source, a child, or the first
   // instance.
-  enum class Leader : std::uint8_t { kSource, kChild, kInstance };
-  Leader leader = Leader::kSource;
-  std::size_t leading_child = 0;
+  enum class HighestKeyIn : std::uint8_t { kSource, kChild, kInstance };
+  HighestKeyIn highest_key_in = HighestKeyIn::kSource;
+  std::size_t highest_key_child = 0;
 };
 
 }  // namespace clamor

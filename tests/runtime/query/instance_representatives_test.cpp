@@ -143,8 +143,8 @@ TEST(InstanceRepresentatives, AreTheSourcesWithTheHighestKeysAndKnowTheNextKey) 
     const RadiationModel radiation(nested.emitters, nested.materials, Air{});
     PageLoader loader(nested.trees.fetch(radiation, nested.weights), PageBudget{1'000'000'000});
     SignalMaps maps(nested.maps);
-    InstanceRepresentatives leads(radiation, nested.trees.tops(), maps);
-    leads.update([&](const PageEntry& entry) {
+    InstanceRepresentatives representatives(radiation, nested.trees.tops(), maps);
+    representatives.update([&](const PageEntry& entry) {
       EXPECT_TRUE(loader.load_now(entry));
       return loader.find(entry);
     });
@@ -155,16 +155,17 @@ TEST(InstanceRepresentatives, AreTheSourcesWithTheHighestKeysAndKnowTheNextKey) 
       const auto key = [&](std::size_t i) { return power_of(all[i]) / all[i].u; };
       for (std::size_t i = 0; i < all.size(); ++i)
         if (key(i) > key(first)) first = i;
-      const InstanceRepresentative* const lead = leads.of(static_cast<std::uint32_t>(tree));
-      ASSERT_NE(lead, nullptr);
-      EXPECT_EQ(lead->number, first) << tree;
-      EXPECT_LT(length(lead->position_m - Vec3(all[first].position_m)), 1e-3);
-      EXPECT_NEAR(lead->power, power_of(all[first]), 1e-5 * lead->power);
-      EXPECT_EQ(lead->signal, signals[first]);
+      const InstanceRepresentative* const representative =
+          representatives.of(static_cast<std::uint32_t>(tree));
+      ASSERT_NE(representative, nullptr);
+      EXPECT_EQ(representative->number, first) << tree;
+      EXPECT_LT(length(representative->position_m - Vec3(all[first].position_m)), 1e-3);
+      EXPECT_NEAR(representative->power, power_of(all[first]), 1e-5 * representative->power);
+      EXPECT_EQ(representative->signal, signals[first]);
       double next = 0;
       for (std::size_t i = 0; i < all.size(); ++i)
         if (i != first) next = std::max(next, key(i));
-      EXPECT_GE(lead->rest_key, next * (1 - 1e-5));
+      EXPECT_GE(representative->rest_key, next * (1 - 1e-5));
       EXPECT_LT(next, total_power(nested.tops[tree]) * (1 + 1e-5));
     }
   }
