@@ -1,10 +1,10 @@
 // batch_tracing.h: gets all photons of a bake, from the journal or by tracing, and thins their
 // deposits to the sources of the file.
 //
-// A batch is some runs, 1024 photons together. Batches are fixed by the plan, and pass through a
-// pipeline: look up in the journal (in order), trace (in parallel, in any order), accumulate (in
-// order). Neither sources nor sums therefore depend on the number of threads or on the contents of
-// the journal.
+// A batch is one or more runs, of at most 1024 photons together. Batches are fixed by the plan, and
+// pass through a pipeline: look up in the journal (in order), trace (in parallel, in any order),
+// accumulate (in order). Neither sources nor sums therefore depend on the number of threads or on
+// the contents of the journal.
 #pragma once
 
 #include <atomic>
@@ -32,7 +32,7 @@ class BatchTracing {
   struct Output {
     std::vector<Source> sources;  // thinned to the plan's number; empty for a shard
     TraceTally tally;
-    std::uint64_t deposits = 0;  // before thinning
+    std::uint64_t deposits = 0;  // before thinning; 0 for a shard
   };
 
   // Without options.shards, runs that the journals lack are traced; with them, nothing is traced.

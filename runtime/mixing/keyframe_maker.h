@@ -13,18 +13,20 @@
 //
 // Occlusion changes in steps, as rays are cast, so a voice's visibility moves half of the way to
 // its target at each keyframe. A source's power scale changes with tau, as k changes or the
-// listener walks. Each change follows the curve of a fade over as many keyframes, so that voices
-// that enter, leave and stay keep the total power that the sampler intends. (Exponential smoothing
-// instead was 0.7 dB too loud after k was halved, 1.0 dB when it was halved in each of four
-// keyframes, and 1.3 dB too quiet after it was doubled; now the errors are 0.00, 0.3 and 0.00.)
+// listener walks. Each change of scale follows the curve of a fade over kFadeKeyframes, so that
+// voices that enter, leave and stay keep the total power that the sampler intends. (Exponential
+// smoothing instead was 0.7 dB too loud after k was halved, 1.0 dB when it was halved in each of
+// four keyframes, and 1.3 dB too quiet after it was doubled; now the errors are 0.00, 0.3 and 0.00
+// dB.)
 //
 // A moving source takes its voice along, so that its delays change smoothly, and moves on while it
 // fades out; if it jumps, it is heard as two. A moving source is heard at the position where the
 // sound left it.
 //
-// A voice whose source and listener have not moved keeps its values. All others are computed a tile
-// of slots at a time by vector code (voice_kernel.h) from data prepared when they took their slots
-// (voice_table.h). Intensity becomes amplitude there and nowhere else.
+// A voice whose source and listener have not moved, and whose visibility, scale and fade are
+// constant, keeps its values. All others are computed a tile of slots at a time by vector code
+// (voice_kernel.h) from data prepared when they took their slots (voice_table.h). Intensity becomes
+// amplitude there and nowhere else.
 #pragma once
 
 #include <array>

@@ -3,13 +3,14 @@
 //
 // Sources lie in blocks of 16. Most blocks are culled as a whole, 16 at a time, by their box and
 // the highest bound of their sources in any direction (source_bound.h); of the others, each source
-// by its own bound. That is exact for any order of the sources, and fastest by descending key.
+// by its own bound. No source that can reach the priority is lost in any order of the sources;
+// culling is fastest if they are sorted by descending key.
 //
-// Single precision, in metres from the middle of the sources. The rounding of positions is added to
-// the radius within which bounds hold, so no source is culled that double precision would keep.
+// Positions are in single precision, in metres from the middle of the sources. Their rounding is
+// added to the radius of cull(), so no source is culled that double precision would keep.
 //
 // Immutable once made.   Memory: 150 bytes per source. Huge pages (madvise) make a keyframe 5 %
-// faster besides its rays, with ten million sources, and first loading a fifth slower: not worth
+// faster without its rays, with ten million sources, and first loading a fifth slower: not worth
 // it.
 #pragma once
 
@@ -37,8 +38,8 @@ struct alignas(64) CullBlock {
   std::array<BandMix, kCullBlock> mix{};
 };
 
-// Boxes of 16 blocks, likewise, their smallest radii, and the highest bounds at 1 m in any
-// direction.
+// The same for 16 blocks: their boxes, smallest patch radii, squared, and highest bounds at 1 m in
+// any direction.
 struct alignas(64) CullBounds {
   using Row = CullBlock::Row;
   std::array<Row, 3> low_m{}, high_m{};
@@ -48,14 +49,15 @@ struct alignas(64) CullBounds {
 // The sources that were not culled, ascending, with the upper bounds of their priorities.
 struct CulledPage {
   std::size_t count = 0;
-  std::vector<std::uint32_t> index;  // and room for one vector more
+  std::vector<std::uint32_t> index;  // padded by one vector
   std::vector<float> upper_bound;
   std::size_t tested = 0;  // sources that were not culled with their block
 };
 
 class SourcePage {
  public:
-  // The priority is the sum of bands times weights[signal], boosted, over u.
+  // The priority is the sum over bands of intensity times weights[signal], times the late boost,
+  // over u.
   SourcePage(const RadiationModel& radiation, std::span<const Bands> weights,
              std::vector<Source> sources);
 

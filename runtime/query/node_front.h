@@ -1,11 +1,12 @@
-// node_front.h: the nodes of an octree that can hold an audible source wherever the listener will
-// be for a while: a front through the tree, as collision detection keeps one through a BVH.
+// node_front.h: the nodes of an octree that can hold a source above the threshold wherever the
+// listener will be for a while: a front through the tree, as collision detection keeps one through
+// a BVH.
 //
 // A traversal costs a microsecond per node, of which there are thousands where lobes are sharp, and
 // one keyframe later it would visit nearly the same. So a front is made for all places in a ball
-// around the next steps, a few hundred nodes per keyframe, and while it holds a keyframe tests its
-// nodes without traversing the tree. Pages that arrive are added; pages that are dropped end it.
-// Levels with instances have no front: their sources are placed anew in each keyframe anyway.
+// around the next steps, bit by bit in each keyframe, and while it holds a keyframe tests its nodes
+// without traversing the tree. Pages that arrive are added; pages that are dropped end it. Levels
+// with instances have no front: their sources are placed anew in each keyframe anyway.
 //
 // Threads: the sampler's alone.   Memory: 150 bytes per node.
 #pragma once
@@ -93,7 +94,7 @@ class NodeFronts {
   // Starts the next front, if the present one ends soon, for a listener who goes from the query's
   // place to `next_place`. Returns how many nodes to add to it in this keyframe.
   std::size_t prepare(const ValidityRegion& query, const Vec3& next_place);
-  // Adds one; false if the next front is complete, and then in use.
+  // Adds one; false if there is none to add. A complete front is then in use.
   bool grow();
 
  private:

@@ -7,8 +7,9 @@
 //   page_shortlists.h     has kept the sources of each node's page that can reach it near by;
 //   shortlist_kernel.h    tests these, 16 at a time, for this moment and this very place.
 //
-// Nothing is left out but by upper bounds, so the result is that of testing all sources. Each
-// cached result knows the region of place, threshold and time that it holds in (validity_region.h).
+// Of the pages in memory, nothing is left out but by upper bounds, so within its budget a query
+// finds what testing all sources would find. Each cached result knows the region of place,
+// threshold and time that it holds in (validity_region.h).
 // What each part saves: runtime/README.md.
 //
 // The bound of a page that is missing is known from its parent's page, so missing pages are
@@ -35,11 +36,11 @@ namespace clamor {
 PageLoader::Fetch page_fetch(const BakeFile& file, const RadiationModel& radiation,
                              const SignalWeights& weights);
 
-// Parts of the query that can be turned off, to measure what each of them saves. All but
-// `late_boost` leave the sample as it is.
+// Parts of the query that can be turned off, to measure what each of them saves. As long as the
+// budget suffices, all but `late_boost` leave the sample as it is.
 struct QuerySwitches {
   bool front = true;            // NodeFront
-  bool shortlists = true;       // or lists that hold for one keyframe only
+  bool shortlists = true;       // false: lists hold for one keyframe only
   bool representatives = true;  // InstanceRepresentatives
   bool occlusion = true;        // OcclusionUpperBounds
   bool late_boost = true;
@@ -72,9 +73,9 @@ class OctreePool final : public SourcePool {
     return context_.trees.empty() ? 0 : context_.trees.back().sources_below;
   }
 
-  // Totals of all queries so far: pages that had a source above the threshold or whose shortlist
-  // was made, nodes that fronts were made of, sources that were tested one by one, and instances
-  // whose representative stood for them.
+  // Totals of all queries so far: nodes that were traversed or whose shortlist was made, nodes that
+  // fronts were made of, sources that were tested with their own bound or in a shortlist, and
+  // instances whose representative stood for them.
   std::uint64_t nodes_visited() const { return totals_.visited; }
   std::uint64_t front_nodes() const { return totals_.front_nodes; }
   std::uint64_t sources_tested() const { return totals_.tested; }
@@ -92,12 +93,12 @@ class OctreePool final : public SourcePool {
    public:
     void clear() { count_ = 0; }
     std::size_t size() const { return count_; }
-    // With a key the source is the representative, whose permanent number follows from that. Valid
+    // A positive `key` marks the representative, whose permanent number follows from it. Valid
     // until the next query.
     const Source* add(const Source& stored, const Placement& placement, double key);
 
    private:
-    std::deque<Source> sources_;  // the first so many; the others are free
+    std::deque<Source> sources_;  // the first count_ are in use
     std::size_t count_ = 0;
   };
   // A page whose shortlist is about to be tested.

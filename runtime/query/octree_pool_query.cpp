@@ -115,15 +115,15 @@ NodeFront::Result OctreePool::test_front_node(const NodeFront::Node& node) {
   const PageEntry& entry = *node.at.entry;
   if (node.at.bound < query_.threshold) {
     ValidityRegion region = fronts_.current().region();
-    region.threshold = node.at.bound * (1 + kCulledNodeSlack);
+    region.threshold = node.at.bound * (1 + kEmptyNodeSlack);
     return {region, true};
   }
   if (node.page == nullptr || !shortlists_.holds(node.list, query_)) {
     const double upper_bound = context_.bounds.bound(entry, entry.highest_key, query_.centre);
     if (!(upper_bound > 0 && upper_bound >= query_.threshold)) {
       const double near_by =
-          context_.bounds.bound(entry, entry.highest_key, query_.centre, kCulledNodeRadius_m);
-      return {{query_.centre, kCulledNodeRadius_m, near_by * (1 + kCulledNodeSlack),
+          context_.bounds.bound(entry, entry.highest_key, query_.centre, kEmptyNodeRadius_m);
+      return {{query_.centre, kEmptyNodeRadius_m, near_by * (1 + kEmptyNodeSlack),
                context_.bounds.until_s()},
               true};
     }

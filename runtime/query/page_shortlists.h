@@ -1,12 +1,13 @@
 // page_shortlists.h: per page, the sources that can reach the threshold while the listener is near.
 //
 // One keyframe later the listener has moved by 3 cm, and nearly the same sources of a page could
-// reach the threshold. So what culling (source_page.h) leaves is kept with upper bounds
-// that hold in a ball, a twentieth of the distance to the page wide, ahead of the listener. A
-// keyframe tests only those, 16 at a time: the upper bound, the loudness of the signal's bands at
-// the moment that is heard, what is known of the occlusion (occlusion_upper_bounds.h), and at last
-// the upper bound at this very place (shortlist_kernel.h). Outside the ball, or below its
-// threshold, a list is made anew. Lists are made for the lowest recent threshold.
+// reach the threshold. So what culling (source_page.h) leaves is kept with upper bounds that hold
+// in a ball ahead of the listener, whose radius is a twentieth of the distance to the page (more
+// for short lists: ListReach). A keyframe tests only those, 16 at a time: the upper bound, the
+// loudness of the signal's bands at the moment that is heard, what is known of the occlusion
+// (occlusion_upper_bounds.h), and at last the upper bound at this very place (shortlist_kernel.h).
+// A list is made for a share of the lowest recent threshold, and anew outside its ball, after its
+// time, below its threshold, or far above it (kMaxListExcess).
 //
 // Most of the cost is waiting for memory (tests/benchmarks/query_ablation_benchmark.cpp), so what
 // is read for every source lies apart from what is read for few.
@@ -78,7 +79,7 @@ class PageShortlists {
   std::size_t renew(std::uint32_t list, const ShortlistPage& page);
   const ValidityRegion& region(std::uint32_t list) const { return lists_[list].region; }
   bool is_empty(std::uint32_t list) const { return lists_[list].count == 0; }
-  // Keeps a list alive. Returns the number of its sources.
+  // Marks a list as used and charges its test. Returns the number of its sources.
   std::size_t use(std::uint32_t list);
   void prefetch(std::uint32_t list) const { prefetch_to_read(&lists_[list], sizeof(List)); }
 
@@ -102,7 +103,7 @@ class PageShortlists {
     double upper_bound = 0;  // of its priority at any time
     float boost = 0;         // late boost at full strength, less 1
   };
-  // Calls found(Passed), ascending.
+  // Calls found(Passed), by test and then by index.
   template <class Found>
   void test(std::span<const Test> tests, const Found& found) {
     find_audible_entries(tests);
@@ -140,12 +141,12 @@ class PageShortlists {
     Vec3 velocity_mps{};
     double time_s = 0, max_share = 1, until_s = 0;
   };
-  // Of test(): per test, and per source that is audible.
+  // Memory of test(): per test, and per source that passed the test of loudness.
   struct Scratch {
     std::vector<OcclusionUpperBounds::Window> occlusion;
     std::vector<std::size_t> ends;  // of the test's audible entries
     AudibleEntries audible;
-    std::vector<SourceBound> here;  // from the listener; and room for one vector more
+    std::vector<SourceBound> here;  // from the listener; padded by one vector
     std::vector<float> upper_bounds;
   };
 

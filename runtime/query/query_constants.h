@@ -16,7 +16,7 @@ constexpr double kRepresentativeSlack = 1.0001;   // upper bound of a representa
 constexpr double kThresholdSlack = 1e-6;          // thresholds are lowered by this share
 constexpr double kBoostSlack = 1e-6;              // undoing the late boost of an upper bound
 constexpr double kInstanceThresholdSlack = 1e-5;  // a threshold in the space of an instance
-constexpr double kCulledNodeSlack = 1e-9;         // the threshold above which a node is empty
+constexpr double kEmptyNodeSlack = 1e-9;          // the threshold above which a node is empty
 constexpr double kPositionError_m = 0.002;        // quantised positions, 10 km from the origin
 constexpr double kRepresentativeError_m = 0.003;  // the same and float
 constexpr double kInstanceErrorPerM = 0x1p-23;    // of an instance, per metre from the origin
@@ -31,12 +31,11 @@ constexpr double kFrontRadiusPerPath = 2.5, kMinFrontRadius_m = 0.3, kMaxFrontRa
 constexpr double kFrontThreshold = 0.6;       // of the lowest recent threshold
 constexpr double kFrontRenewThreshold = 0.8;  // a new one is made before the threshold falls so
 constexpr double kMinFrontDuration_s = 0.3;   // a new one is made so long before the old one ends
-constexpr std::size_t kMinFrontSteps = 256,
-                      kFrontStepShare = 8;  // nodes per keyframe: the larger
-                                            // of 256 and 1/8 of the last front
+// Nodes added per keyframe: so many, and this fraction of the present front's.
+constexpr std::size_t kMinFrontSteps = 256, kFrontStepShare = 8;
 constexpr std::size_t kMaxFrontNodes = 1 << 18;
 constexpr std::uint32_t kFrontPause_keyframes = 100;  // after pages were dropped for want of memory
-constexpr double kCulledNodeRadius_m = 0.25;          // a node below the threshold is not retested
+constexpr double kEmptyNodeRadius_m = 0.25;           // a node below the threshold is not retested
 
 // A shortlist holds in a ball. Its radius is a share of the distance to its page, so that upper
 // bounds are at most 10 % higher than at its centre, and its threshold a share of the lowest recent

