@@ -95,6 +95,8 @@ void PageLoader::take(std::uint64_t offset, double bound, Content content) {
     if (statistics.failure.empty()) statistics.failure = content.error().message;
     return;
   }
+  // load_now() may have been faster than a thread. Those who found that page keep it.
+  if (slot.page != nullptr) return;
   const std::uint64_t bytes = (*content)->bytes();
   usage_.bytes += bytes;
   usage_.max_page_bytes = std::max(usage_.max_page_bytes, bytes);

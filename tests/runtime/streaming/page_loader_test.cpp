@@ -66,6 +66,32 @@ TEST_F(PageLoaderTest, LoadsRequestedPagesAndNothingElse) {
   EXPECT_EQ(loader.statistics().loaded, 2u);
 }
 
+// A page that arrives a second time must not replace the first, which a query may hold.
+TEST_F(PageLoaderTest, KeepsAPageThatWasLoadedAtOnceWhileAThreadReadIt) {
+  std::atomic<bool> reads = false, may_go_on = false;
+  const auto self = std::this_thread::get_id();
+  PageLoader loader(
+      [&](const PageEntry& entry) {
+        if (std::this_thread::get_id() != self) {
+          reads = true;
+          while (!may_go_on) std::this_thread::yield();
+        }
+        return fetch(entry);
+      },
+      PageBudget{1'000'000});
+  loader.begin_sample();
+  loader.use(at(3), 1);
+  loader.ask({{1, at(3)}});
+  while (!reads) std::this_thread::yield();
+  ASSERT_TRUE(loader.load_now(at(3)));
+  const ResidentPage* const page = loader.find(at(3));
+  may_go_on = true;
+  while (loader.wait()) loader.begin_sample();
+  loader.begin_sample();
+  EXPECT_EQ(loader.find(at(3)), page);
+  EXPECT_EQ(loader.statistics().bytes, page_bytes_);
+}
+
 // A forged file may name one page twice, with different sources.
 TEST_F(PageLoaderTest, RejectsAnEntryThatDisagreesWithThePage) {
   PageLoader loader(fetcher(), PageBudget{1'000'000});
