@@ -38,8 +38,8 @@ struct alignas(64) CullBlock {
   std::array<BandMix, kCullBlock> mix{};
 };
 
-// The same for 16 blocks: their boxes, smallest patch radii, squared, and highest bounds at 1 m in
-// any direction.
+// CullBounds holds 16 blocks as structure of arrays: the box of each, its smallest patch radius,
+// squared, and the highest bound of its sources at 1 m in any direction.
 struct alignas(64) CullBounds {
   using Row = CullBlock::Row;
   std::array<Row, 3> low_m{}, high_m{};
@@ -69,7 +69,7 @@ class SourcePage {
   // Finds every source whose priority may reach `threshold` within `radius_m` of `place`.
   void cull(const Vec3& place, double radius_m, double threshold, CulledPage& culled) const;
 
-  // All of a source but its late boost, with the position as it is stored.
+  // Returns a source's bound without its late boost, at the position as it is stored.
   SourceBound bound(std::size_t index) const;
   BandMix mix(std::size_t index) const {
     return blocks_[index / kCullBlock].mix[index % kCullBlock];

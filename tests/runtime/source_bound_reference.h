@@ -8,7 +8,7 @@
 
 namespace clamor::testing {
 
-// Those of vector code are higher by at most this factor and the error of positions.
+// Bounds of vector code are higher by at most this factor and the error of positions.
 inline constexpr double kMaxBoundExcess = 1.003;
 
 inline double priority_upper_bound(const SourceBound& s, const Vec3& place) {
