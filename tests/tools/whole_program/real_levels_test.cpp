@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/audio/audio_file.h"
-#include "tests/sanitized.h"
 #include "tests/tools/run_clamor.h"
 
 namespace clamor {
@@ -33,22 +32,21 @@ TEST_P(RealLevels, BakeInspectRenderAndMeasureSanely) {
   const RealLevel& level = GetParam();
   const std::string path = testing::shared_level(level.file);
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "not on this machine: " << level.file;
-  if (testing::kSanitized && level.is_large) GTEST_SKIP() << "slow under a sanitizer";
   const Folder folder;
   const std::string bake = folder / "level.clamor", wav = folder / "out.wav";
-  const int photons = testing::kSanitized ? 100 : 1000;
+  constexpr int kPhotons = 1000;
 
   const auto baked =
-      clamor({"bake", path, "-o", bake, "--photons", std::to_string(photons), "--emitter",
+      clamor({"bake", path, "-o", bake, "--photons", std::to_string(kPhotons), "--emitter",
               std::string("name=try,signal=noise,at=") + level.emitter_at});
   ASSERT_EQ(baked.code, 0) << baked.err;
 
   const auto inspected = clamor({"inspect", bake, "--json"});
   ASSERT_EQ(inspected.code, 0) << inspected.err;
   const auto json = nlohmann::json::parse(inspected.out);
-  EXPECT_EQ(json["photons"]["traced"], photons);
+  EXPECT_EQ(json["photons"]["traced"], kPhotons);
   EXPECT_GE(json["sources"]["emitters"], 1);
-  EXPECT_GT(json["sources"]["secondary"], photons / 10);
+  EXPECT_GT(json["sources"]["secondary"], kPhotons / 10);
   EXPECT_LE(json["photons"]["escaped_share"], level.max_escaped) << level.file;
   EXPECT_EQ(json["bytes"]["file"], std::filesystem::file_size(bake));
 
