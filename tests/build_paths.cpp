@@ -6,4 +6,8 @@ const char kSourceDir[] = CLAMOR_SOURCE_DIR;
 const char kProgram[] = CLAMOR_PROGRAM;
 const char kJackListener[] = CLAMOR_JACK_LISTENER;
 
+std::string shared_level(const std::string& name) {
+  return std::string(kSourceDir) + "/../shared/levels/" + name;
+}
+
 }  // namespace clamor::testing

@@ -36,23 +36,16 @@
 #include "formats/gltf/level_import.h"
 #include "formats/level/walk_file.h"
 #include "tests/benchmarks/bare_embree.h"
+#include "tests/benchmarks/wall_times.h"
 #include "tests/build_paths.h"
 #include "tests/rooms.h"
 
 namespace clamor {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
+using testing::Clock;
+using testing::median;
+using testing::seconds_since;
 
 Material unlike_bands() {
   Material material = testing::uniform_material(0.1f, 0.2f, 20);
@@ -97,8 +90,7 @@ Level bumpy_hall(std::uint32_t cells) {
 Level sponza() {
   ImportOptions options;
   options.emitters = {"name=source,signal=impulse,at=0,2,0"};
-  auto imported =
-      import_level(std::string(testing::kSourceDir) + "/../shared/levels/sponza.glb", options);
+  auto imported = import_level(testing::shared_level("sponza.glb"), options);
   if (!imported.ok()) return {};
   imported->level.materials.assign(imported->level.materials.size(), unlike_bands());
   return std::move(imported->level);

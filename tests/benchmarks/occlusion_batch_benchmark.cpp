@@ -22,8 +22,6 @@
 namespace clamor {
 namespace {
 
-const std::string kSponza = std::string(testing::kSourceDir) + "/../shared/levels/sponza.glb";
-
 // Evenly distributed over all surfaces, like reflections.
 std::vector<LineOfSight> lines_from(const Mesh& mesh, const Vec3f& to_m) {
   constexpr std::uint32_t kLines = 60'000;
@@ -52,11 +50,11 @@ std::vector<LineOfSight> lines_from(const Mesh& mesh, const Vec3f& to_m) {
 }
 
 void looks(benchmark::State& state) {
-  if (!std::filesystem::exists(kSponza)) {
+  if (!std::filesystem::exists(testing::shared_level("sponza.glb"))) {
     state.SkipWithError("needs ../shared/levels/sponza.glb");
     return;
   }
-  const auto imported = import_level(kSponza, ImportOptions{});
+  const auto imported = import_level(testing::shared_level("sponza.glb"), ImportOptions{});
   const OcclusionGeometry geometry(imported->level.mesh, imported->level.materials);
   const std::vector<LineOfSight> lines = lines_from(imported->level.mesh, {0, 2, 0});
   double one_s = 0, many_s = 0;

@@ -60,8 +60,6 @@ TimedEnvelope speech(std::uint32_t seed) {
           kMoments * kMomentFrames, true};
 }
 
-const std::string kSponza = std::string(testing::kSourceDir) + "/../shared/levels/sponza.glb";
-
 std::vector<Source> surface_sources(const Mesh& mesh, std::uint32_t count, bool full) {
   std::vector<double> area(mesh.triangles.size());
   const auto corner = [&](std::size_t t, int c) {
@@ -196,8 +194,9 @@ double time_without_occlusion_ms(const SponzaScene& scene) {
 }
 
 void occlusion(benchmark::State& state) {
-  if (!std::filesystem::exists(kSponza)) return state.SkipWithError("Sponza is not here");
-  const auto level = import_level(kSponza, {});
+  if (!std::filesystem::exists(testing::shared_level("sponza.glb")))
+    return state.SkipWithError("Sponza is not here");
+  const auto level = import_level(testing::shared_level("sponza.glb"), {});
   if (!level.ok()) return state.SkipWithError(level.error().message.c_str());
   const SponzaScene scene(level->level, static_cast<std::uint32_t>(state.range(0)),
                           state.range(2) != 0);

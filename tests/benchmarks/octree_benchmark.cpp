@@ -25,6 +25,7 @@
 
 #include "bake/octree/octree_builder.h"
 #include "bake/octree/octree_streaming.h"
+#include "tests/benchmarks/wall_times.h"
 #include "tests/octree_reference.h"
 #include "tests/peak_memory.h"
 #include "tests/source_lists.h"
@@ -32,11 +33,9 @@
 namespace clamor {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
+using testing::Clock;
+using testing::median;
+using testing::seconds_since;
 
 // An octree sink that discards its input.
 class Drain : public OctreeSink {
@@ -65,11 +64,6 @@ double external_seconds(std::span<const Source> sources) {
     done = done && stream_octree(std::move(spill), sources.size_bytes() / 10, drain).ok();
   });
   return done && drain.sources == sources.size() ? seconds_since(start) : 0;
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 void octree(benchmark::State& state) {

@@ -116,7 +116,7 @@ struct Scene {
 
 std::unique_ptr<Scene> mesh_scene(const char* name, std::uint32_t count) {
   auto scene = std::make_unique<Scene>();
-  const std::string path = std::string(testing::kSourceDir) + "/../shared/levels/" + name + ".glb";
+  const std::string path = testing::shared_level(name + std::string(".glb"));
   const auto level = import_level(path, {});
   if (!level.ok()) return nullptr;
   const Mesh& mesh = level->level.mesh;

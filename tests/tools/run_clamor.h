@@ -77,8 +77,4 @@ inline std::string violin_room() {
   return std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb";
 }
 
-inline std::string shared_level(const std::string& name) {
-  return std::string(testing::kSourceDir) + "/../shared/levels/" + name;
-}
-
 }  // namespace clamor::testing

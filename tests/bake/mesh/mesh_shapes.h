@@ -115,7 +115,7 @@ inline double furthest_m(const Mesh& from, const Mesh& to, std::uint32_t samples
 
 // A level from the shared folder, or nothing if this machine does not have it.
 inline std::optional<Level> real_level(const std::string& name) {
-  const std::string path = std::string(testing::kSourceDir) + "/../shared/levels/" + name;
+  const std::string path = shared_level(name);
   if (!std::filesystem::exists(path)) return std::nullopt;
   auto imported = import_level(path, {});
   if (!imported.ok()) return std::nullopt;

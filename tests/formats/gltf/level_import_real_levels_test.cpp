@@ -9,10 +9,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string real_level(const char* name) {
-  return std::string(testing::kSourceDir) + "/../shared/levels/" + name;
-}
-
 #define SKIP_WITHOUT(path) \
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not here"
 
@@ -24,9 +20,9 @@ TEST(RealLevel, HasAllItsTriangles) {
   } levels[] = {{"bathroom.glb", 14358, 2},   {"sampleroom.gltf", 2180, 0},
                 {"shoebox_5x4x3.glb", 12, 0}, {"sibenik.glb", 75284, 9},
                 {"sponza.glb", 66454, 1},     {"stadium.glb", 3900, 260}};
-  SKIP_WITHOUT(real_level("sponza.glb"));
+  SKIP_WITHOUT(shared_level("sponza.glb"));
   for (const auto& [name, triangles, without_area] : levels) {
-    const auto imported = import_level(real_level(name), {});
+    const auto imported = import_level(shared_level(name), {});
     ASSERT_TRUE(imported.ok()) << imported.error().message;
     EXPECT_EQ(imported->level.mesh.triangles.size(), triangles - without_area) << name;
     std::size_t reported = 0;
@@ -36,15 +32,15 @@ TEST(RealLevel, HasAllItsTriangles) {
 }
 
 TEST(RealLevel, ShoeboxHasTheAreaOfItsWalls) {
-  SKIP_WITHOUT(real_level("shoebox_5x4x3.glb"));
-  const auto imported = import_level(real_level("shoebox_5x4x3.glb"), {});
+  SKIP_WITHOUT(shared_level("shoebox_5x4x3.glb"));
+  const auto imported = import_level(shared_level("shoebox_5x4x3.glb"), {});
   ASSERT_TRUE(imported.ok());
   EXPECT_NEAR(imported->report.materials.at(0).area_m2, 2 * (5 * 4 + 5 * 3 + 4 * 3), 1e-5);
 }
 
 TEST(RealLevel, BoomBoxPlaysItsMusic) {
-  SKIP_WITHOUT(real_level("boom_box/boom_box.gltf"));
-  const auto imported = import_level(real_level("boom_box/boom_box.gltf"), {});
+  SKIP_WITHOUT(shared_level("boom_box/boom_box.gltf"));
+  const auto imported = import_level(shared_level("boom_box/boom_box.gltf"), {});
   ASSERT_TRUE(imported.ok()) << imported.error().message;
   ASSERT_EQ(imported->level.emitters.size(), 1u);
   EXPECT_NEAR(imported->level.emitters[0].gain, 0.3, 1e-12);
@@ -52,8 +48,8 @@ TEST(RealLevel, BoomBoxPlaysItsMusic) {
 }
 
 TEST(RealLevel, TeapotsStandAtEveryInstance) {
-  SKIP_WITHOUT(real_level("teapots/teapots_galore.gltf"));
-  const auto imported = import_level(real_level("teapots/teapots_galore.gltf"), {});
+  SKIP_WITHOUT(shared_level("teapots/teapots_galore.gltf"));
+  const auto imported = import_level(shared_level("teapots/teapots_galore.gltf"), {});
   ASSERT_TRUE(imported.ok()) << imported.error().message;
   // 958 + 941 pots of 4032 triangles on two of ground; what has no area is left out.
   EXPECT_LE(imported->level.mesh.triangles.size(), 1899u * 4032 + 2);
@@ -61,10 +57,10 @@ TEST(RealLevel, TeapotsStandAtEveryInstance) {
 }
 
 TEST(RealLevel, ThatIsCompressedIsRejectedWithAWorkaround) {
-  SKIP_WITHOUT(real_level("meshopt_compressed.glb"));
-  EXPECT_THAT(import_level(real_level("meshopt_compressed.glb"), {}).error().message,
+  SKIP_WITHOUT(shared_level("meshopt_compressed.glb"));
+  EXPECT_THAT(import_level(shared_level("meshopt_compressed.glb"), {}).error().message,
               HasSubstr("gltf-transform dequantize in.glb out.glb"));
-  EXPECT_THAT(import_level(real_level("draco_compressed.glb"), {}).error().message,
+  EXPECT_THAT(import_level(shared_level("draco_compressed.glb"), {}).error().message,
               HasSubstr("gltf-transform copy in.glb out.glb"));
 }
 
