@@ -21,20 +21,15 @@ class Orientation {
   Orientation() = default;  // looks along -Z
 
   explicit Orientation(const HeadAngles& angles)
-      : rotation_(glm::angleAxis(angles.yaw_rad, Vec3(0, 1, 0)) *
-                  glm::angleAxis(angles.pitch_rad, Vec3(1, 0, 0)) *
-                  glm::angleAxis(angles.roll_rad, Vec3(0, 0, -1))) {
-    const double yaw = angles.yaw_rad, pitch = angles.pitch_rad, roll = angles.roll_rad;
-    forward_ = {-std::sin(yaw) * std::cos(pitch), std::sin(pitch),
-                -std::cos(yaw) * std::cos(pitch)};
-    right_ = {std::cos(yaw), 0, -std::sin(yaw)};
-    if (roll != 0) right_ = std::cos(roll) * right_ - std::sin(roll) * cross(right_, forward_);
-    up_ = cross(right_, forward_);
-  }
+      : Orientation(glm::angleAxis(angles.yaw_rad, Vec3(0, 1, 0)) *
+                    glm::angleAxis(angles.pitch_rad, Vec3(1, 0, 0)) *
+                    glm::angleAxis(angles.roll_rad, Vec3(0, 0, -1))) {}
 
-  // From a quaternion of any length but zero.
+  // From a quaternion of any length but zero. One of length 1 is taken as it is, so that rotation()
+  // of another orientation gives the same axes to the last bit.
   explicit Orientation(const Quaternion& rotation)
-      : rotation_(glm::normalize(rotation)),
+      : rotation_(std::abs(glm::dot(rotation, rotation) - 1) < 1e-12 ? rotation
+                                                                     : glm::normalize(rotation)),
         forward_(rotation_ * Vec3(0, 0, -1)),
         right_(rotation_ * Vec3(1, 0, 0)),
         up_(cross(right_, forward_)) {}

@@ -103,7 +103,15 @@ BakeFile::~BakeFile() = default;
 Result<BakeFile> BakeFile::open(const std::string& path, FileAccess access) {
   auto opened = RandomAccessFile::open(path, access);
   if (!opened.ok()) return opened.error();
-  auto state = std::make_unique<State>(std::move(*opened));
+  return open(std::move(*opened), path);
+}
+
+Result<BakeFile> BakeFile::open(SuppliedBytes bytes, const std::string& name) {
+  return open(RandomAccessFile(std::move(bytes)), name);
+}
+
+Result<BakeFile> BakeFile::open(RandomAccessFile file, const std::string& path) {
+  auto state = std::make_unique<State>(std::move(file));
   state->path = path;
   const std::uint64_t size = state->file.size();
   std::vector<std::byte> copy;

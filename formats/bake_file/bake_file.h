@@ -25,7 +25,9 @@ struct Signal;
 class SignalEnvelope;
 
 class PageDecoder;
+class RandomAccessFile;
 struct PageColumns;
+struct SuppliedBytes;  // formats/files/random_access_file.h
 
 // Sizes of the parts of a file.
 struct BakeBytes {
@@ -62,6 +64,8 @@ class BakeFile {
   // multiple of the size of the root. Later changes of the file are detected when a part is read
   // (random_access_file.h).
   static Result<BakeFile> open(const std::string& path, FileAccess access = FileAccess::kRead);
+  // From bytes that the application supplies; `name` stands for the path in errors.
+  static Result<BakeFile> open(SuppliedBytes bytes, const std::string& name);
   BakeFile(BakeFile&&) noexcept;
   BakeFile& operator=(BakeFile&&) noexcept;
   ~BakeFile();
@@ -121,6 +125,7 @@ class BakeFile {
  private:
   struct State;
   explicit BakeFile(std::unique_ptr<State> state);
+  static Result<BakeFile> open(RandomAccessFile file, const std::string& path);
   std::unique_ptr<State> state_;
 };
 

@@ -46,6 +46,10 @@ Result<RandomAccessFile> RandomAccessFile::open(const std::string& path, FileAcc
   return file;
 }
 
+RandomAccessFile::RandomAccessFile(SuppliedBytes bytes) : supplied_(std::move(bytes)) {
+  version_.bytes = supplied_.size;
+}
+
 void RandomAccessFile::map() {
   if (size() == 0 || size() > std::numeric_limits<std::size_t>::max()) return;
   if (!BusErrorGuard::install()) return;
@@ -72,6 +76,10 @@ Result<void> RandomAccessFile::read(std::uint64_t offset, std::uint64_t bytes,
   } catch (const std::exception&) {  // out of memory, or larger than a vector can be
     return Error("takes more memory than there is");
   }
+  if (descriptor_ < 0) {
+    if (offset > size() || bytes > size() - offset) return Error("is shorter than it should be");
+    return supplied_.read ? supplied_.read(offset, into) : Error("is empty");
+  }
   std::uint64_t done = 0;
   while (done < bytes) {
     const auto got = retry_on_eintr([&] {
@@ -86,7 +94,7 @@ Result<void> RandomAccessFile::read(std::uint64_t offset, std::uint64_t bytes,
 }
 
 void RandomAccessFile::will_need(std::uint64_t offset, std::uint64_t bytes) const {
-  if (!holds(offset, bytes)) return;
+  if (!holds(offset, bytes) || descriptor_ < 0) return;
   if (!is_mapped()) {
     ::posix_fadvise(descriptor_, static_cast<off_t>(offset), static_cast<off_t>(bytes),
                     POSIX_FADV_WILLNEED);
@@ -99,12 +107,14 @@ void RandomAccessFile::will_need(std::uint64_t offset, std::uint64_t bytes) cons
 RandomAccessFile::RandomAccessFile(RandomAccessFile&& other) noexcept
     : descriptor_(std::exchange(other.descriptor_, -1)),
       version_(std::exchange(other.version_, {})),
-      mapped_(std::exchange(other.mapped_, nullptr)) {}
+      mapped_(std::exchange(other.mapped_, nullptr)),
+      supplied_(std::exchange(other.supplied_, {})) {}
 
 RandomAccessFile& RandomAccessFile::operator=(RandomAccessFile&& other) noexcept {
   std::swap(descriptor_, other.descriptor_);
   std::swap(version_, other.version_);
   std::swap(mapped_, other.mapped_);
+  std::swap(supplied_, other.supplied_);
   return *this;
 }
 

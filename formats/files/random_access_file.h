@@ -30,12 +30,16 @@
 // checksum, the guard and page faults. Its gain is that players of one level share the page cache,
 // which the kernel can reclaim.
 //
+// An application may also supply the bytes itself, from its own archive or in memory.
+//
 // Threads: all const functions are thread-safe. They may block, so the audio thread and the
 // sampler's thread must not call them.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -46,9 +50,21 @@
 
 namespace clamor {
 
+// Bytes that an application supplies. `owner` is released when they are no longer needed.
+struct SuppliedBytes {
+  // Copies a range within `size` into `into`. Called by several threads at a time.
+  using Read = std::function<Result<void>(std::uint64_t offset, std::span<std::byte> into)>;
+
+  std::uint64_t size = 0;
+  Read read;                          // not called for bytes in memory
+  std::span<const std::byte> memory;  // all of the bytes, which must not change; or empty
+  std::shared_ptr<const void> owner;
+};
+
 class RandomAccessFile {
  public:
   static Result<RandomAccessFile> open(const std::string& path, FileAccess access);
+  explicit RandomAccessFile(SuppliedBytes bytes);
   RandomAccessFile(RandomAccessFile&& other) noexcept;
   RandomAccessFile& operator=(RandomAccessFile&& other) noexcept;
   RandomAccessFile(const RandomAccessFile&) = delete;
@@ -66,6 +82,8 @@ class RandomAccessFile {
   template <class Decode>
   Result<void> with(std::uint64_t offset, std::uint64_t bytes, std::vector<std::byte>& copy,
                     const Decode& decode) const {
+    if (!supplied_.memory.empty() && holds(offset, bytes))
+      return decode(supplied_.memory.subspan(offset, bytes), false);
     if (is_mapped() && holds(offset, bytes)) {
       will_need(offset, bytes);  // one request instead of one per memory page
       BusErrorGuard guard({mapped_ + offset, bytes});
@@ -93,6 +111,7 @@ class RandomAccessFile {
   int descriptor_ = -1;
   FileVersion version_;
   std::byte* mapped_ = nullptr;  // the whole file, or null
+  SuppliedBytes supplied_;       // instead of a file
 };
 
 }  // namespace clamor

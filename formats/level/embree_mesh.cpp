@@ -7,9 +7,11 @@
 #include <stdexcept>
 #include <string>
 
+#include <tbb/task_arena.h>
+
 namespace clamor {
 
-EmbreeMesh::EmbreeMesh(const Mesh& mesh, const Options& options) {
+EmbreeMesh::EmbreeMesh(const Mesh& mesh, const Options& options) : alone_(options.alone) {
   try {
     create(mesh, options);
   } catch (...) {
@@ -44,7 +46,10 @@ void EmbreeMesh::create(const Mesh& mesh, const Options& options) {
 }
 
 void EmbreeMesh::build() {
-  rtcCommitScene(scene_);
+  if (alone_)
+    tbb::task_arena(1).execute([this] { rtcCommitScene(scene_); });
+  else
+    rtcCommitScene(scene_);
   check();
 }
 

@@ -23,6 +23,7 @@ class EmbreeMesh {
     RTCBuildQuality quality = RTC_BUILD_QUALITY_HIGH;
     RTCBuildQuality geometry_quality = RTC_BUILD_QUALITY_MEDIUM;  // Embree's default
     bool robust = false;  // no ray slips through the edge between two triangles
+    bool alone = false;   // build() takes the calling thread only
   };
 
   // Copies the mesh, which must have triangles. Throws std::bad_alloc, or std::runtime_error if
@@ -32,7 +33,8 @@ class EmbreeMesh {
   EmbreeMesh(const EmbreeMesh&) = delete;
   EmbreeMesh& operator=(const EmbreeMesh&) = delete;
 
-  // Builds the BVH with the threads of the calling TBB arena. Throws like the constructor.
+  // Builds the BVH with the threads of the calling TBB arena, or alone. Throws like the
+  // constructor.
   void build();
 
   // The first hit of origin + t direction with t from `near` to `far`; geomID is
@@ -100,6 +102,7 @@ class EmbreeMesh {
   void check() const;
   void release();
 
+  const bool alone_;
   RTCDevice device_ = nullptr;
   RTCScene scene_ = nullptr;
   RTCGeometry geometry_ = nullptr;

@@ -232,6 +232,12 @@ void Auralizer::make_keyframe(const Listener& at) {
   state.mixer.publish(*keyframe);
 }
 
+bool Auralizer::load() {
+  PageLoader* const pages = state_->pipeline.loader();
+  SoundLoader* const sounds = state_->store.loader();
+  return (pages != nullptr && pages->load_next()) || (sounds != nullptr && sounds->load_next());
+}
+
 void Auralizer::turn_head(const Listener& listener) {
   state_->mixer.turn_head(listener_axes(listener));
 }

@@ -57,6 +57,10 @@ class Auralizer {
   double next_keyframe_time_s() const;
   void make_keyframe(const Listener& listener);
 
+  // Without threads of its own: loads the most urgent page or piece of a sound; false if nothing is
+  // requested. Takes a millisecond or, where the disk is slow, longer. Sampler thread.
+  bool load();
+
   // Rotates the listener's head at once, with `tracks_head`; positions come with keyframes. On any
   // one thread.
   void turn_head(const Listener& listener);

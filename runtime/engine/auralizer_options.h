@@ -45,6 +45,11 @@ struct AuralizerOptions {
   // For a listener who moves in real time: keyframes are made as late as possible, one ahead, and
   // turn_head() takes effect at once. The output then depends on when it is called.
   bool tracks_head = false;
+  // The longest time between two calls of wants_keyframe() where it is above a millisecond, for
+  // `tracks_head`.
+  double sampler_period_s = 0;
+  // Loads pages and sounds on threads of the auralizer's own. Otherwise the caller calls load().
+  bool own_threads = true;
   // Load shedding: sample and mix fewer sources if time is short (load_control.h). For real time
   // only, since the output then depends on the machine. Each clock is read on its own thread.
   bool adapt = false;

@@ -20,7 +20,8 @@ class KeyframePacing {
       : clock_(options.sampler_clock),
         adapting_(options.adapt),
         settled_(settled),
-        load_(max_voices) {}
+        load_(max_voices),
+        lead_(options.sampler_period_s) {}
 
   double now_s() const { return clock_.now(); }
 

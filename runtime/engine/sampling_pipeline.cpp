@@ -61,7 +61,7 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
         page_fetch(*file, radiation, max_weights_),
         PageBudget{options.memory_bytes - std::min(sounds_bytes, options.memory_bytes / 2),
                    !options.wait_for_pages},
-        1, [file](const PageEntry& entry) { file->will_need(entry); });
+        options.own_threads ? 1 : 0, [file](const PageEntry& entry) { file->will_need(entry); });
     pool_ = std::make_unique<OctreePool>(radiation, max_weights_, file->trees(),
                                          file->signal_maps(), *loader_);
   } else {
@@ -80,9 +80,10 @@ void SamplingPipeline::add_occlusion(const AuralizerInput& input, const Radiatio
                                      const AuralizerOptions& options) {
   if (!uses_occlusion(options) || input.mesh.triangles.empty()) return;
   using BuildQuality = OcclusionGeometry::BuildQuality;
-  surfaces_ = std::make_unique<OcclusionGeometry>(
-      input.mesh, input.materials,
-      options.wait_for_pages ? BuildQuality::kHigh : BuildQuality::kFast);
+  surfaces_ = std::make_unique<OcclusionGeometry>(input.mesh, input.materials,
+                                                  !options.own_threads ? BuildQuality::kHighAlone
+                                                  : options.wait_for_pages ? BuildQuality::kHigh
+                                                                           : BuildQuality::kFast);
   occlusion_ = std::make_unique<VisibilityCache>(
       *surfaces_, radiation.speed_of_sound_mps(),
       VisibilityOptions{.rays_per_keyframe = options.rays, .exact = options.wait_for_pages});

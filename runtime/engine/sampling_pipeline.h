@@ -46,7 +46,7 @@ class SamplingPipeline {
   void improve_occlusion();
 
   const VisibilityCache* occlusion() const { return occlusion_.get(); }  // or null
-  const PageLoader* loader() const { return loader_.get(); }             // null without a file
+  PageLoader* loader() const { return loader_.get(); }                   // null without a file
 
  private:
   void add_occlusion(const AuralizerInput& input, const RadiationModel& radiation,

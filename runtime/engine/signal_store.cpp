@@ -48,7 +48,9 @@ std::unique_ptr<SoundLoader> stream(const BakeFile& file, const AuralizerInput& 
         return block_of(input.onsets[signal - input.envelopes.size()], block);
       },
       SoundBudget{bytes, !options.wait_for_pages}, max_keyframes_ahead(options.block_frames),
-      std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / 2, 1, 4));
+      options.own_threads
+          ? std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / 2, 1, 4)
+          : 0);
 }
 
 }  // namespace

@@ -74,10 +74,10 @@ void make_smooth(std::span<const Vec3f> directions, std::vector<InterauralTimes>
 
 }  // namespace
 
-Result<std::shared_ptr<const Hrtf>> Hrtf::read(const std::string& path) {
+Result<std::shared_ptr<const Hrtf>> Hrtf::read(const std::string& path, unsigned threads) {
   auto responses = read_sofa(path);
   if (!responses.ok()) return responses.error();
-  auto head = std::make_shared<const Hrtf>(*responses);
+  auto head = std::make_shared<const Hrtf>(*responses, threads);
   if (head->directions() == 0)
     return Error(path + ": was not measured from all sides; give a head that was.");
   return head;
@@ -91,12 +91,12 @@ struct Hrtf::Measured {
 
 std::vector<Hrtf::Measured> Hrtf::measure(const HrirSet& responses,
                                           const std::vector<std::size_t>& kept,
-                                          const std::vector<Vec3f>& places) {
+                                          const std::vector<Vec3f>& places, unsigned threads) {
   const Fourier fourier(std::max(kMinSpectrum, std::bit_ceil(responses.frames)));
   const double bin_hz = responses.rate_hz / static_cast<double>(fourier.size());
   std::vector<Measured> all(kept.size());
   std::vector<InterauralTimes> times(kept.size());
-  parallel_for(kept.size(), kDirectionsTogether, 0, [&](std::size_t first, std::size_t end) {
+  parallel_for(kept.size(), kDirectionsTogether, threads, [&](std::size_t first, std::size_t end) {
     for (std::size_t d = first; d < end; ++d) {
       std::array<Spectrum, kEars> ears;
       for (std::size_t e = 0; e < kEars; ++e) {
@@ -163,7 +163,7 @@ Hrtf::Direction Hrtf::fitted(const Measured& measured, const HrtfMagnitudeFit& f
   return direction;
 }
 
-Hrtf::Hrtf(const HrirSet& responses) {
+Hrtf::Hrtf(const HrirSet& responses, unsigned threads) {
   // A pole may have been measured many times.
   std::vector<std::size_t> kept;
   std::vector<Vec3f> places;
@@ -179,11 +179,11 @@ Hrtf::Hrtf(const HrirSet& responses) {
   mesh_ = std::make_unique<const DirectionMesh>(places);
   if (mesh_->depth() < kMinDepth) return;
 
-  const std::vector<Measured> measured = measure(responses, kept, places);
+  const std::vector<Measured> measured = measure(responses, kept, places, threads);
   const HrtfMagnitudeFit fit;
   const HrtfPhaseFit phase_fit;
   directions_.resize(kept.size());
-  parallel_for(kept.size(), kDirectionsTogether, 0, [&](std::size_t first, std::size_t end) {
+  parallel_for(kept.size(), kDirectionsTogether, threads, [&](std::size_t first, std::size_t end) {
     for (std::size_t d = first; d < end; ++d) directions_[d] = fitted(measured[d], fit, phase_fit);
   });
   for (std::size_t b = 0; b < kErbBandCount; ++b) {

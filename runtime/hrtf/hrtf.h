@@ -56,11 +56,11 @@ class HrtfPhaseFit;
 
 class Hrtf {
  public:
-  // An empty path gives the default HRTF.
-  static Result<std::shared_ptr<const Hrtf>> read(const std::string& path);
+  // An empty path gives the default HRTF. `threads`: 0 takes one per core.
+  static Result<std::shared_ptr<const Hrtf>> read(const std::string& path, unsigned threads = 0);
   // directions() is 0 if the measurement does not surround the head; no other member may then be
   // called.
-  explicit Hrtf(const HrirSet& responses);
+  explicit Hrtf(const HrirSet& responses, unsigned threads = 0);
 
   // Gains for a direction of arrival: x ahead, y to the left, z up.
   std::array<HrtfGains, kEars> gains(const DirectionMesh::Place& place) const noexcept REALTIME;
@@ -112,7 +112,7 @@ class Hrtf {
   struct Measured;
   static std::vector<Measured> measure(const HrirSet& responses,
                                        const std::vector<std::size_t>& kept,
-                                       const std::vector<Vec3f>& places);
+                                       const std::vector<Vec3f>& places, unsigned threads);
   static Direction fitted(const Measured& measured, const HrtfMagnitudeFit& fit,
                           const HrtfPhaseFit& phase_fit);
   // Interpolates between the three directions of a place.

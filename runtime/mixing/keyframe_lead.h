@@ -17,11 +17,18 @@ class KeyframeLead {
  public:
   static constexpr double kMinReserve_s = 0.004, kMaxReserve_s = 0.064;
 
+  // `period_s`: the longest time between two looks whether a keyframe must be begun, above a
+  // millisecond.
+  explicit KeyframeLead(double period_s = 0)
+      : min_reserve_s_(kMinReserve_s + period_s),
+        max_reserve_s_(kMaxReserve_s + period_s),
+        reserve_s_(min_reserve_s_) {}
+
   // Records the time that a keyframe took, and the total number of blocks held so far.
   void made(double took_s, std::uint64_t held_blocks) {
     longest_s_ = std::max(took_s, kForget * longest_s_);
     reserve_s_ = held_blocks > held_blocks_ ? 2 * reserve_s_ : kForgive * reserve_s_;
-    reserve_s_ = std::clamp(reserve_s_, kMinReserve_s, kMaxReserve_s);
+    reserve_s_ = std::clamp(reserve_s_, min_reserve_s_, max_reserve_s_);
     held_blocks_ = held_blocks;
   }
 
@@ -31,7 +38,8 @@ class KeyframeLead {
   static constexpr double kForget = 0.96;    // halves in 0.3 s
   static constexpr double kForgive = 0.998;  // halves in 7 s
 
-  double longest_s_ = 0, reserve_s_ = kMinReserve_s;
+  const double min_reserve_s_, max_reserve_s_;
+  double longest_s_ = 0, reserve_s_;
   std::uint64_t held_blocks_ = 0;
 };
 

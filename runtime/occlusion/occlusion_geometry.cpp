@@ -39,6 +39,7 @@ std::unique_ptr<EmbreeMesh> OcclusionGeometry::build_bvh(const Mesh& mesh, Build
   EmbreeMesh::Options options{.robust = true};
   if (quality == BuildQuality::kFast)
     options.quality = options.geometry_quality = RTC_BUILD_QUALITY_LOW;
+  options.alone = quality == BuildQuality::kHighAlone;
   auto bvh = std::make_unique<EmbreeMesh>(mesh, options);
   bvh->build();
   return bvh;

@@ -53,8 +53,9 @@ class OcclusionGeometry {
 
   // kHigh builds the best BVH in the constructor. kFast takes a third of the time and builds one
   // whose rays take a third longer, until improve() swaps in the better BVH, which a thread builds
-  // from its first call on. `mesh` must outlive that thread.
-  enum class BuildQuality { kHigh, kFast };
+  // from its first call on. `mesh` must outlive that thread. kHighAlone is kHigh without any other
+  // thread than the caller's.
+  enum class BuildQuality { kHigh, kFast, kHighAlone };
   // Throws std::bad_alloc if Embree runs out of memory.
   OcclusionGeometry(const Mesh& mesh, std::span<const Material> materials,
                     BuildQuality quality = BuildQuality::kHigh);

@@ -20,7 +20,7 @@
 
 #include "common/result.h"
 #include "runtime/output/audio_output.h"
-#include "runtime/output/resampler.h"
+#include "runtime/mixing/resampler.h"
 #include "runtime/realtime/callback_timing.h"
 #include "runtime/realtime/realtime.h"
 

@@ -1,18 +1,14 @@
 // audio_callback.h: the player's work on the audio thread: mixes blocks, passes them on to the
 // recording and the loudness meter, and ends in silence.
 //
-// fade_to() hands over to another auralizer in a linear crossfade, during which both are mixed.
-// Each output sample lies between those of the two, so a limiter's ceiling holds throughout.
-//
 // Threads: fill() on the audio thread; fade_to() and has_faded() on one other; counters() on any.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <span>
-#include <vector>
 
-#include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_crossfade.h"
 #include "runtime/realtime/realtime.h"
 #include "runtime/realtime/sample_ring.h"
 
@@ -30,26 +26,18 @@ class AudioCallback {
   AudioCallback(Auralizer& auralizer, SampleRing* record, std::uint64_t frames,
                 SampleRing* meter = nullptr);
 
-  std::size_t channels() const noexcept REALTIME { return channels_; }
+  std::size_t channels() const noexcept REALTIME { return playing_.channels(); }
 
-  // Crossfades from the next block on to `next`, which must have as many channels and its first
-  // keyframes. Both are mixed until has_faded(), so keyframes must be made for both. Fades must not
-  // overlap.
-  void fade_to(Auralizer& next);
-  bool has_faded() const { return next_.load(std::memory_order_acquire) == nullptr; }
+  // As those of AuralizerCrossfade.
+  void fade_to(Auralizer& next) { playing_.fade_to(next); }
+  bool has_faded() const { return playing_.has_faded(); }
 
   void fill(std::span<float> interleaved) noexcept REALTIME;
 
   Counters counters() const;
 
  private:
-  void mix(std::span<float> interleaved) noexcept REALTIME;
-
-  Auralizer* playing_;  // used by the audio thread
-  const std::size_t channels_;
-  std::atomic<Auralizer*> next_{nullptr};  // target of a fade
-  std::uint64_t faded_frames_ = 0;
-  std::vector<float> faded_in_;  // part of a block of the target
+  AuralizerCrossfade playing_;  // mixed by the audio thread
   SampleRing* record_;
   SampleRing* meter_;
   const std::uint64_t frames_;

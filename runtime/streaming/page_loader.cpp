@@ -42,27 +42,31 @@ struct PageLoader::Shared {
   }
 
   void run(const Fetch& fetch, const Announce& announce) {
-    std::vector<PageEntry> soon;
     std::unique_lock lock(mutex);
     for (;;) {
       work.wait(lock, [this] { return closing || !queue.empty(); });
       if (closing) return;
-      const WantedPage wanted = queue.back();
-      const std::uint64_t page = wanted.entry.page.offset;
-      queue.pop_back();
-      under_way.push_back(page);
-      soon.clear();
-      if (announce)
-        for (std::size_t i = 0; i < std::min(kAnnounced, queue.size()); ++i)
-          soon.push_back(queue[queue.size() - 1 - i].entry);
-      lock.unlock();
-      for (const PageEntry& entry : soon) announce(entry);
-      auto content = fetch(wanted.entry);
-      lock.lock();
-      std::erase(under_way, page);
-      arrived.push_back({page, wanted.bound, std::move(content)});
-      arrival.notify_all();
+      load_next(lock, fetch, announce);
     }
+  }
+
+  // Reads the most urgent page, of which there must be one. Holds no lock meanwhile.
+  void load_next(std::unique_lock<std::mutex>& lock, const Fetch& fetch, const Announce& announce) {
+    const WantedPage wanted = queue.back();
+    const std::uint64_t page = wanted.entry.page.offset;
+    queue.pop_back();
+    under_way.push_back(page);
+    std::vector<PageEntry> soon;
+    if (announce)
+      for (std::size_t i = 0; i < std::min(kAnnounced, queue.size()); ++i)
+        soon.push_back(queue[queue.size() - 1 - i].entry);
+    lock.unlock();
+    for (const PageEntry& entry : soon) announce(entry);
+    auto content = fetch(wanted.entry);
+    lock.lock();
+    std::erase(under_way, page);
+    arrived.push_back({page, wanted.bound, std::move(content)});
+    arrival.notify_all();
   }
 };
 
@@ -254,8 +258,17 @@ bool PageLoader::wait() {
     return shared_->queue.empty() && shared_->under_way.empty() && shared_->arrived.empty();
   };
   if (nothing()) return false;
+  while (shared_->threads.empty() && !shared_->queue.empty())
+    shared_->load_next(lock, fetch_, announce_);
   shared_->arrival.wait(lock,
                         [this] { return shared_->queue.empty() && shared_->under_way.empty(); });
+  return true;
+}
+
+bool PageLoader::load_next() {
+  std::unique_lock lock(shared_->mutex);
+  if (shared_->queue.empty()) return false;
+  shared_->load_next(lock, fetch_, announce_);
   return true;
 }
 

@@ -95,6 +95,10 @@ class PageLoader {
   // Waits until all requested pages have arrived; false if there are none.
   bool wait();
 
+  // For a loader without threads: reads the most urgent page now; false if none is requested. On
+  // any one thread.
+  bool load_next();
+
   PageStatistics statistics() const;  // any thread
 
  private:

@@ -125,36 +125,47 @@ void SoundLoader::run() {
   Shared& shared = *shared_;
   std::unique_lock lock(shared.mutex);
   while (!shared.closing) {
-    shared.pieces.free_evicted();
-    shared.pieces.update_needs(shared.read, shared.emitted, clock_.load(std::memory_order_relaxed),
-                               shared.ahead_frames);
-    SoundResidency::Piece* const piece = shared.pieces.next_to_load();
-    if (piece == nullptr) {
-      shared.settled = shared.pieces.all_settled();
-      shared.arrival.notify_all();
-      if (shared.settled)
-        shared.work.wait(lock);
-      else
-        shared.work.wait_for(lock, kNap);
-      continue;
-    }
-    lock.unlock();
-    PreparedSignal& signal = signals_[piece->signal];
-    const PreparedSignal::Window window = signal.window(piece->piece);
-    auto samples = shared.blocks.read(piece->signal, {signal.frames(), signal.loops()},
-                                      window.first, window.frames);
-    bool locked = false;
-    if (samples.ok()) {
-      locked = signal.commit(piece->piece);
-      signal.make(piece->piece, std::move(*samples));
-    }
-    lock.lock();
-    if (samples.ok())
-      shared.pieces.loaded(*piece, locked);
+    if (load_next(lock)) continue;
+    if (shared.settled)
+      shared.work.wait(lock);
     else
-      shared.pieces.failed(*piece, samples.error().message);
-    shared.arrival.notify_all();
+      shared.work.wait_for(lock, kNap);
   }
+}
+
+bool SoundLoader::load_next() {
+  std::unique_lock lock(shared_->mutex);
+  return load_next(lock);
+}
+
+bool SoundLoader::load_next(std::unique_lock<std::mutex>& lock) {
+  Shared& shared = *shared_;
+  shared.pieces.free_evicted();
+  shared.pieces.update_needs(shared.read, shared.emitted, clock_.load(std::memory_order_relaxed),
+                             shared.ahead_frames);
+  SoundResidency::Piece* const piece = shared.pieces.next_to_load();
+  if (piece == nullptr) {
+    shared.settled = shared.pieces.all_settled();
+    shared.arrival.notify_all();
+    return false;
+  }
+  lock.unlock();
+  PreparedSignal& signal = signals_[piece->signal];
+  const PreparedSignal::Window window = signal.window(piece->piece);
+  auto samples = shared.blocks.read(piece->signal, {signal.frames(), signal.loops()}, window.first,
+                                    window.frames);
+  bool locked = false;
+  if (samples.ok()) {
+    locked = signal.commit(piece->piece);
+    signal.make(piece->piece, std::move(*samples));
+  }
+  lock.lock();
+  if (samples.ok())
+    shared.pieces.loaded(*piece, locked);
+  else
+    shared.pieces.failed(*piece, samples.error().message);
+  shared.arrival.notify_all();
+  return true;
 }
 
 void SoundLoader::play(std::span<const Voice> voices) {
@@ -200,6 +211,8 @@ bool SoundLoader::wait(double longest_s) {
                                shared.ahead_frames);
     return !shared.pieces.lacks_needed_now();
   };
+  while (shared.threads.empty() && !complete())
+    if (!load_next(lock)) return false;
   if (longest_s < std::numeric_limits<double>::infinity())
     return shared.arrival.wait_for(lock, std::chrono::duration<double>(longest_s), complete);
   shared.arrival.wait(lock, complete);

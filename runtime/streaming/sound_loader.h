@@ -63,8 +63,13 @@ class SoundLoader {
   // Sampler: announces a keyframe with these voices.
   void play(std::span<const Voice> voices);
   // Waits until all pieces that are read now are resident or have failed (true), or until the time
-  // limit. With a strict budget, progress may need a mark_quiescent().
+  // limit. With a strict budget, progress may need a mark_quiescent(). Without threads it loads
+  // them itself, without a time limit.
   bool wait(double longest_s);
+
+  // For a loader without threads: loads the most urgent piece now; false if there is none. On any
+  // one thread.
+  bool load_next();
 
   // Audio thread, between segments: it reads no piece at the moment, and the mixer is at this
   // clock.
@@ -85,6 +90,7 @@ class SoundLoader {
     std::uint64_t keyframe = 0;
   };
   void run();
+  bool load_next(std::unique_lock<std::mutex>& lock);  // which is released meanwhile
 
   std::vector<PreparedSignal> signals_;
   // By signal: the loop that follows an onset, else the signal itself.

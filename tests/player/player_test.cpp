@@ -12,7 +12,7 @@
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/mixing/load_control.h"
-#include "runtime/output/resampler.h"
+#include "runtime/mixing/resampler.h"
 #include "runtime/player/player_options.h"
 #include "runtime/player/player_statistics.h"
 #include "runtime/player/render.h"

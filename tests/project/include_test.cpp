@@ -67,7 +67,7 @@ const std::vector<Fence> kFences = {
      {"ebur128.h"},
      {"runtime/output/loudness_meter.cpp", "tools/analysis/programme_loudness.cpp", "tests/*"}},
     {"libmysofa", {"mysofa.h"}, {"formats/audio/sofa_file.cpp"}},
-    {"libsamplerate", {"samplerate.h"}, {"runtime/output/resampler.cpp"}},
+    {"libsamplerate", {"samplerate.h"}, {"runtime/mixing/resampler.cpp"}},
     {"libsndfile",
      {"sndfile.h"},
      {"formats/audio/audio_file.cpp", "formats/audio/wav_writer.cpp", "tests/*"}},
@@ -77,6 +77,9 @@ const std::vector<Fence> kFences = {
      {"nlohmann/*"},
      {"formats/files/json.cpp", "tools/*_command.cpp", "tools/*_json.cpp",
       "tools/analysis/report_page.cpp", "tests/*"}},
+    {"The installed library",
+     {"clamor.h", "clamor.hpp"},
+     {"runtime/examples/*", "runtime/clamor.hpp"}},
     {"OpenAL Soft", {"AL/*"}, {"tools/bench/openal_voices.cpp"}},
     {"OpenMesh", {"OpenMesh/*"}, {"bake/mesh/collapsible_surface.h", "tests/bake/mesh/mesh_*"}},
     {"PulseAudio", {"pulse/*"}, {"runtime/output/pulse_output.cpp"}},
@@ -85,7 +88,8 @@ const std::vector<Fence> kFences = {
      {"tbb/*", "oneapi/*"},
      {"bake/*.cpp", "formats/bake_file/bake_writer.cpp", "formats/bake_file/geometry_section.cpp",
       "formats/bake_file/octree_writer.cpp", "formats/bake_file/signal_*.cpp",
-      "tests/bake/octree/octree_*", "tests/benchmarks/octree_*", "tests/one_tbb_thread.cpp"}},
+      "formats/level/embree_mesh.cpp", "tests/bake/octree/octree_*", "tests/benchmarks/octree_*",
+      "tests/one_tbb_thread.cpp"}},
     {"tinygltf", {"tiny_gltf.h"}, {"formats/gltf/gltf_reader.cpp"}},
     {"xxHash",
      {"xxhash.h"},
@@ -96,10 +100,10 @@ const std::vector<Fence> kFences = {
 // Headers of the C library, POSIX and the compiler. C++ headers have no dot in their names.
 bool is_system_header(const std::string& header) {
   static const std::set<std::string> kHeaders = {
-      "dirent.h",    "dlfcn.h",  "fcntl.h",  "fnmatch.h", "immintrin.h", "poll.h",
-      "pthread.h",   "pwd.h",    "sched.h",  "signal.h",  "termios.h",   "time.h",
-      "ucontext.h",  "unistd.h", "malloc.h", "errno.h",   "glob.h",      "emmintrin.h",
-      "semaphore.h", "link.h",   "spawn.h",  "stdlib.h",  "xmmintrin.h"};
+      "dirent.h", "dlfcn.h",  "fcntl.h",  "fnmatch.h",   "immintrin.h", "poll.h",     "pthread.h",
+      "pwd.h",    "sched.h",  "signal.h", "termios.h",   "time.h",      "ucontext.h", "unistd.h",
+      "malloc.h", "errno.h",  "glob.h",   "emmintrin.h", "semaphore.h", "link.h",     "spawn.h",
+      "stddef.h", "stdint.h", "stdlib.h", "xmmintrin.h"};
   return header.find_first_of("./") == std::string::npos || header.starts_with("sys/") ||
          kHeaders.contains(header);
 }

@@ -47,7 +47,8 @@ TEST(Layout, HasAModuleHeaderThatSaysWhatForInEachModule) {
       const fs::path path = kRoot / file;
       if (file.ends_with(".cpp") && fs::exists(fs::path(path).replace_extension(".h"))) continue;
       const std::string text = read_text(path);
-      EXPECT_TRUE(text.starts_with("// " + path.filename().string() + ": "))
+      const std::string name = path.filename().string() + ": ";
+      EXPECT_TRUE(text.starts_with("// " + name) || text.starts_with("/* " + name))  // C
           << file << " starts with " << text.substr(0, text.find('\n'));
     }
 }

@@ -23,8 +23,8 @@ inline const std::map<std::string, std::vector<std::string>> kFolders = {
     {"formats", {"files", "audio", "level", "gltf", "bake_file"}},
     {"bake", {"mesh", "trace", "octree", "instances", "journal", "report"}},
     {"runtime",
-     {"realtime", "output", "voices", "propagation", "occlusion", "streaming", "query", "sampling",
-      "hrtf", "mixing", "engine", "player"}},
+     {"realtime", "voices", "propagation", "occlusion", "streaming", "query", "sampling", "hrtf",
+      "mixing", "engine", "world", "output", "player", "examples"}},
     {"tools", {"program", "strategies", "analysis", "bench", "experiments", "commands"}},
 };
 

@@ -1,4 +1,4 @@
-#include "runtime/output/resampler.h"
+#include "runtime/mixing/resampler.h"
 
 #include <algorithm>
 #include <cmath>

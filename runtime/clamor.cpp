@@ -1,0 +1,443 @@
+#include "runtime/clamor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <string>
+#include <utility>
+
+#include "common/listener.h"
+#include "common/sample_rate.h"
+#include "formats/bake_file/bake_file.h"
+#include "formats/files/random_access_file.h"
+#include "formats/level/emitter.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/mixing/block_mixer.h"
+#include "runtime/world/world.h"
+
+struct clamor_context {
+  explicit clamor_context(bool caller_updates) : world(!caller_updates) {}
+
+  clamor::World world;
+  bool caller_updates = false;
+  double update_period_s = 0;
+};
+
+namespace {
+
+using clamor::Error;
+using clamor::Listener;
+using clamor::Orientation;
+using clamor::OutputFormat;
+using clamor::Quaternion;
+using clamor::Result;
+using clamor::WorldListener;
+
+constexpr std::uint32_t kMinRate_hz = 8000, kMaxRate_hz = 192'000;
+constexpr std::uint32_t kMaxVoices = 100'000;
+constexpr std::uint32_t kDefaultBlock_frames = 1024;
+constexpr double kMaxGain = 1e10;  // 200 dB
+constexpr double kMaxPosition_m = 1e9;
+constexpr double kMaxUpdatePeriod_s = 0.1;
+
+// Writes a failure where the caller wants it.
+clamor_result fail(clamor_error* error, clamor_result code, const std::string& sentence = "") {
+  if (error == nullptr) return code;
+  const std::string text = sentence.empty() ? clamor_result_text(code) : sentence;
+  error->code = code;
+  const std::size_t length = std::min(text.size(), sizeof(error->sentence) - 1);
+  std::memcpy(error->sentence, text.data(), length);
+  error->sentence[length] = 0;
+  return code;
+}
+
+// Runs what an interface function does; no exception leaves it.
+template <class Act>
+clamor_result guarded(clamor_error* error, const Act& act) noexcept {
+  try {
+    if (error != nullptr) *error = {};
+    return act();
+  } catch (const std::bad_alloc&) {
+    return fail(error, CLAMOR_ERROR_MEMORY);
+  } catch (const std::exception& thrown) {
+    return fail(error, CLAMOR_ERROR_INTERNAL, thrown.what());
+  } catch (...) {
+    return fail(error, CLAMOR_ERROR_INTERNAL);
+  }
+}
+
+// Copies a structure of the caller's, which may be of an older version and shorter, or of a newer
+// one whose further members are all 0. False if it is neither.
+template <class T>
+bool copy_from_caller(const T* given, T& copy) {
+  copy = {};
+  if (given == nullptr) return true;
+  const std::size_t bytes = given->bytes;
+  if (bytes < sizeof(given->bytes)) return false;
+  std::memcpy(&copy, given, std::min(bytes, sizeof(T)));
+  const auto* const all = reinterpret_cast<const unsigned char*>(given);
+  for (std::size_t i = sizeof(T); i < bytes; ++i)
+    if (all[i] != 0) return false;
+  return true;
+}
+
+// Writes a result into a structure of the caller's, as much of it as it has room for.
+template <class T>
+bool copy_to_caller(T filled, T* into) {
+  if (into == nullptr || into->bytes < sizeof(into->bytes)) return false;
+  filled.bytes = into->bytes;
+  const std::size_t room = into->bytes;
+  if (room > sizeof(T))
+    std::memset(reinterpret_cast<unsigned char*>(into) + sizeof(T), 0, room - sizeof(T));
+  std::memcpy(into, &filled, std::min(room, sizeof(T)));
+  return true;
+}
+
+bool read_pose(const clamor_pose& pose, Listener& listener) {
+  for (const double metre : pose.position_m)
+    if (!(std::abs(metre) <= kMaxPosition_m)) return false;
+  double square = 0;
+  for (const double part : pose.orientation) {
+    if (!(std::abs(part) <= kMaxPosition_m)) return false;
+    square += part * part;
+  }
+  if (!(square > 1e-12)) return false;
+  const auto& [x, y, z, w] = pose.orientation;
+  listener = Listener({pose.position_m[0], pose.position_m[1], pose.position_m[2]},
+                      Orientation(Quaternion(w, x, y, z)));
+  return true;
+}
+
+Result<OutputFormat> read_output(clamor_context& context, const clamor_listener_options& options) {
+  const bool speakers = options.output == CLAMOR_OUTPUT_LOUDSPEAKERS;
+  auto output = OutputFormat::from_options(options.output == CLAMOR_OUTPUT_BINAURAL,
+                                           !speakers                   ? ""
+                                           : options.layout != nullptr ? options.layout
+                                                                       : "stereo",
+                                           options.output == CLAMOR_OUTPUT_AMBISONICS);
+  if (!output.ok() || options.output != CLAMOR_OUTPUT_BINAURAL) return output;
+  auto head = context.world.head(options.sofa != nullptr ? options.sofa : "");
+  if (!head.ok()) return head.error();
+  output->head = std::move(*head);
+  return output;
+}
+
+// Fills in the defaults; false if a member is out of range.
+bool complete(clamor_listener_options& options) {
+  if (options.rate_hz == 0) options.rate_hz = clamor::kSampleRate_hz;
+  if (options.max_block_frames == 0) options.max_block_frames = kDefaultBlock_frames;
+  const clamor::AuralizerOptions defaults;
+  if (options.voices == 0) options.voices = static_cast<std::uint32_t>(defaults.voices);
+  if (options.memory_bytes == 0) options.memory_bytes = defaults.memory_bytes;
+  if (options.gain == 0) options.gain = 1;
+  double* const orientation = options.pose.orientation;
+  if (std::all_of(orientation, orientation + 4, [](double part) { return part == 0; }))
+    orientation[3] = 1;
+  return options.output <= CLAMOR_OUTPUT_RECEIVERS && options.rate_hz >= kMinRate_hz &&
+         options.rate_hz <= kMaxRate_hz &&
+         options.max_block_frames <= static_cast<std::uint32_t>(clamor::kLargestBlock_frames) &&
+         options.voices <= kMaxVoices && options.gain > 0 && options.gain <= kMaxGain;
+}
+
+// The auralizer's options. The largest block is one of the mixer's frames, of which a slower output
+// takes more.
+clamor::AuralizerOptions auralizer_options(const clamor_context& context,
+                                           const clamor_listener_options& options,
+                                           OutputFormat output) {
+  clamor::AuralizerOptions made;
+  made.output = std::move(output);
+  made.voices = static_cast<int>(options.voices);
+  made.memory_bytes = options.memory_bytes;
+  made.gain = options.gain;
+  made.limit = options.limits != 0;
+  const double mixed_frames =
+      std::ceil(1.0 * options.max_block_frames * clamor::kSampleRate_hz / options.rate_hz);
+  made.block_frames = static_cast<int>(std::min(mixed_frames, 1.0 * clamor::kLargestBlock_frames));
+  made.wait_for_pages = options.offline != 0;
+  made.tracks_head = options.offline == 0;
+  made.own_threads = !context.caller_updates;
+  made.sampler_period_s = context.update_period_s;
+  return made;
+}
+
+clamor_result add_level(clamor_context& context, Result<clamor::BakeFile> file, clamor_level* level,
+                        clamor_error* error) {
+  if (!file.ok()) return fail(error, CLAMOR_ERROR_FILE, file.error().message);
+  *level = context.world.add_level(std::make_shared<const clamor::BakeFile>(std::move(*file)));
+  return *level == 0 ? fail(error, CLAMOR_ERROR_FULL) : CLAMOR_OK;
+}
+
+// Enters the listener for one block on the audio thread.
+template <class Render>
+clamor_result rendered(clamor_context* context, clamor_listener handle,
+                       const Render& render) noexcept {
+  using Table = clamor::HandleTable<WorldListener>;
+  if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+  Table& table = context->world.rendered();
+  WorldListener* listener = nullptr;
+  switch (table.enter(handle, listener)) {
+    case Table::Entry::kUnknown:
+      return CLAMOR_ERROR_HANDLE;
+    case Table::Entry::kBusy:
+      return CLAMOR_ERROR_BUSY;
+    case Table::Entry::kEntered:
+      break;
+  }
+  const clamor_result result = render(*listener);
+  table.leave(handle);
+  return result;
+}
+
+}  // namespace
+
+extern "C" {
+
+const char* clamor_result_text(clamor_result result) {
+  switch (result) {
+    case CLAMOR_OK:
+      return "no error";
+    case CLAMOR_ERROR_ARGUMENT:
+      return "an argument is null, not finite or out of range";
+    case CLAMOR_ERROR_HANDLE:
+      return "the handle names no object of this context";
+    case CLAMOR_ERROR_FILE:
+      return "a file cannot be read or is damaged";
+    case CLAMOR_ERROR_MEMORY:
+      return "there is not enough memory";
+    case CLAMOR_ERROR_FULL:
+      return "the context holds as many such objects as it can";
+    case CLAMOR_ERROR_BUSY:
+      return "another thread is rendering this listener";
+    case CLAMOR_ERROR_STATE:
+      return "the call is not possible now, or not with these options";
+    case CLAMOR_ERROR_INTERNAL:
+      return "a fault of the library";
+    default:
+      return "an unknown code";
+  }
+}
+
+uint32_t clamor_version(void) {
+  return CLAMOR_VERSION_MAJOR << 16 | CLAMOR_VERSION_MINOR << 8 | CLAMOR_VERSION_PATCH;
+}
+
+uint32_t clamor_abi_version(void) { return CLAMOR_ABI_VERSION; }
+
+clamor_result clamor_create(const clamor_options* options, clamor_context** context,
+                            clamor_error* error) {
+  return guarded(error, [&] {
+    if (context == nullptr) return fail(error, CLAMOR_ERROR_ARGUMENT);
+    *context = nullptr;
+    clamor_options chosen;
+    if (!copy_from_caller(options, chosen)) return fail(error, CLAMOR_ERROR_ARGUMENT);
+    if (chosen.update_period_s == 0) chosen.update_period_s = 1.0 / 30;
+    if (!(chosen.update_period_s > 0 && chosen.update_period_s <= kMaxUpdatePeriod_s))
+      return fail(error, CLAMOR_ERROR_ARGUMENT, "update_period_s must lie between 0 and 0.1 s");
+    auto made = std::make_unique<clamor_context>(chosen.caller_updates != 0);
+    made->caller_updates = chosen.caller_updates != 0;
+    if (made->caller_updates) made->update_period_s = chosen.update_period_s;
+    *context = made.release();
+    return CLAMOR_OK + 0;
+  });
+}
+
+void clamor_destroy(clamor_context* context) { delete context; }
+
+clamor_result clamor_update(clamor_context* context, double loading_s, uint32_t* made) {
+  return guarded(nullptr, [&]() -> clamor_result {
+    if (context == nullptr || !(loading_s >= 0)) return CLAMOR_ERROR_ARGUMENT;
+    if (!context->caller_updates) return CLAMOR_ERROR_STATE;
+    const std::size_t count = context->world.update(std::min(loading_s, 3600.0));
+    if (made != nullptr) *made = static_cast<uint32_t>(count);
+    return CLAMOR_OK;
+  });
+}
+
+clamor_result clamor_open_level(clamor_context* context, const char* path, clamor_level* level,
+                                clamor_error* error) {
+  return guarded(error, [&] {
+    if (context == nullptr || path == nullptr || level == nullptr)
+      return fail(error, CLAMOR_ERROR_ARGUMENT);
+    return add_level(*context, clamor::BakeFile::open(path), level, error);
+  });
+}
+
+clamor_result clamor_open_level_with(clamor_context* context, const clamor_reader* reader,
+                                     clamor_level* level, clamor_error* error) {
+  return guarded(error, [&] {
+    clamor_reader chosen;
+    if (context == nullptr || level == nullptr || reader == nullptr ||
+        !copy_from_caller(reader, chosen) ||
+        (chosen.read == nullptr && (chosen.memory == nullptr || chosen.size > SIZE_MAX)))
+      return fail(error, CLAMOR_ERROR_ARGUMENT);
+    // The bytes are the application's again if opening fails.
+    const auto keeps = std::make_shared<bool>(false);
+    clamor::SuppliedBytes bytes;
+    bytes.size = chosen.size;
+    bytes.owner = std::shared_ptr<const void>(
+        nullptr, [keeps, release = chosen.release, user = chosen.user](const void*) {
+          if (*keeps && release != nullptr) release(user);
+        });
+    if (chosen.memory != nullptr)
+      bytes.memory = {static_cast<const std::byte*>(chosen.memory),
+                      static_cast<std::size_t>(chosen.size)};
+    else
+      bytes.read = [read = chosen.read, user = chosen.user](
+                       std::uint64_t offset, std::span<std::byte> into) -> Result<void> {
+        if (read(user, offset, into.size(), into.data()) == 0) return {};
+        return Error("cannot be read by the application");
+      };
+    const std::string name = chosen.name != nullptr ? chosen.name : "the level";
+    const clamor_result added =
+        add_level(*context, clamor::BakeFile::open(std::move(bytes), name), level, error);
+    *keeps = added == CLAMOR_OK;
+    return added;
+  });
+}
+
+clamor_result clamor_close_level(clamor_context* context, clamor_level level) {
+  return guarded(nullptr, [&]() -> clamor_result {
+    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    return context->world.remove_level(level) ? CLAMOR_OK : CLAMOR_ERROR_HANDLE;
+  });
+}
+
+clamor_result clamor_get_level_info(clamor_context* context, clamor_level level,
+                                    clamor_level_info* info) {
+  return guarded(nullptr, [&]() -> clamor_result {
+    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    const auto file = context->world.level(level);
+    if (file == nullptr) return CLAMOR_ERROR_HANDLE;
+    clamor_level_info filled{};
+    filled.emitters = static_cast<uint32_t>(file->emitters().size());
+    filled.sounds = static_cast<uint32_t>(file->signal_count());
+    filled.sources = file->source_count();
+    return copy_to_caller(filled, info) ? CLAMOR_OK : CLAMOR_ERROR_ARGUMENT;
+  });
+}
+
+clamor_result clamor_create_listener(clamor_context* context, clamor_level level,
+                                     const clamor_listener_options* options,
+                                     clamor_listener* listener, clamor_error* error) {
+  return guarded(error, [&]() -> clamor_result {
+    clamor_listener_options chosen;
+    WorldListener::Options made;
+    if (context == nullptr || listener == nullptr || !copy_from_caller(options, chosen) ||
+        !complete(chosen) || !read_pose(chosen.pose, made.listener))
+      return fail(error, CLAMOR_ERROR_ARGUMENT);
+    if (chosen.offline != 0 && !context->caller_updates)
+      return fail(error, CLAMOR_ERROR_STATE,
+                  "an offline listener needs a context with caller_updates");
+    const auto file = context->world.level(level);
+    if (file == nullptr) return fail(error, CLAMOR_ERROR_HANDLE);
+    auto output = read_output(*context, chosen);
+    if (!output.ok()) return fail(error, CLAMOR_ERROR_FILE, output.error().message);
+    made.auralizer = auralizer_options(*context, chosen, std::move(*output));
+    made.rate_hz = static_cast<int>(chosen.rate_hz);
+    auto created = WorldListener::create(file, made);
+    if (!created.ok()) return fail(error, CLAMOR_ERROR_FILE, created.error().message);
+    *listener = context->world.add_listener(std::move(*created));
+    return *listener == 0 ? fail(error, CLAMOR_ERROR_FULL) : CLAMOR_OK;
+  });
+}
+
+clamor_result clamor_destroy_listener(clamor_context* context, clamor_listener listener) {
+  return guarded(nullptr, [&]() -> clamor_result {
+    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    return context->world.remove_listener(listener) ? CLAMOR_OK : CLAMOR_ERROR_HANDLE;
+  });
+}
+
+clamor_result clamor_enter_level(clamor_context* context, clamor_listener listener,
+                                 clamor_level level, clamor_error* error) {
+  return guarded(error, [&] {
+    if (context == nullptr) return fail(error, CLAMOR_ERROR_ARGUMENT);
+    const auto mover = context->world.listener(listener);
+    const auto file = context->world.level(level);
+    if (mover == nullptr || file == nullptr) return fail(error, CLAMOR_ERROR_HANDLE);
+    const auto entered = mover->enter(file);
+    return entered.ok() ? CLAMOR_OK + 0 : fail(error, CLAMOR_ERROR_FILE, entered.error().message);
+  });
+}
+
+clamor_result clamor_move_listener(clamor_context* context, clamor_listener listener,
+                                   const clamor_pose* pose) {
+  return guarded(nullptr, [&]() -> clamor_result {
+    Listener moved;
+    if (context == nullptr || pose == nullptr || !read_pose(*pose, moved))
+      return CLAMOR_ERROR_ARGUMENT;
+    const auto mover = context->world.listener(listener);
+    if (mover == nullptr) return CLAMOR_ERROR_HANDLE;
+    const std::lock_guard lock(context->world.changes());
+    mover->move(moved);
+    return CLAMOR_OK;
+  });
+}
+
+clamor_result clamor_next_keyframe(clamor_context* context, clamor_listener listener,
+                                   uint32_t* wanted, double* time_s) {
+  return guarded(nullptr, [&]() -> clamor_result {
+    if (context == nullptr || wanted == nullptr || time_s == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    const auto asked = context->world.listener(listener);
+    if (asked == nullptr) return CLAMOR_ERROR_HANDLE;
+    const auto next_s = asked->wanted_keyframe_s();
+    *wanted = next_s.has_value();
+    *time_s = next_s.value_or(0);
+    return CLAMOR_OK;
+  });
+}
+
+clamor_result clamor_get_channels(clamor_context* context, clamor_listener listener,
+                                  uint32_t* channels) {
+  return guarded(nullptr, [&]() -> clamor_result {
+    if (context == nullptr || channels == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    const auto asked = context->world.listener(listener);
+    if (asked == nullptr) return CLAMOR_ERROR_HANDLE;
+    *channels = static_cast<uint32_t>(asked->channels());
+    return CLAMOR_OK;
+  });
+}
+
+clamor_result clamor_get_listener_statistics(clamor_context* context, clamor_listener listener,
+                                             clamor_listener_statistics* statistics) {
+  return guarded(nullptr, [&]() -> clamor_result {
+    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    const auto asked = context->world.listener(listener);
+    if (asked == nullptr) return CLAMOR_ERROR_HANDLE;
+    const clamor::AuralizerStatistics counted = asked->statistics();
+    clamor_listener_statistics filled{};
+    filled.voices = counted.voices;
+    filled.keyframes = counted.keyframes;
+    filled.held_blocks = counted.held_blocks;
+    filled.keyframe_ms = counted.sampler_ms;
+    filled.pages = counted.pages.resident;
+    filled.page_bytes = counted.pages.bytes;
+    filled.sound_bytes = counted.sounds.bytes;
+    filled.failures = counted.pages.failed + counted.sounds.failed;
+    return copy_to_caller(filled, statistics) ? CLAMOR_OK : CLAMOR_ERROR_ARGUMENT;
+  });
+}
+
+clamor_result clamor_render(clamor_context* context, clamor_listener listener, float* interleaved,
+                            uint32_t frames) {
+  if (interleaved == nullptr) return CLAMOR_ERROR_ARGUMENT;
+  return rendered(context, listener, [=](WorldListener& heard) noexcept -> clamor_result {
+    heard.render(std::span(interleaved, frames * heard.channels()));
+    return CLAMOR_OK;
+  });
+}
+
+clamor_result clamor_render_planar(clamor_context* context, clamor_listener listener,
+                                   float* const* planes, uint32_t frames) {
+  if (planes == nullptr) return CLAMOR_ERROR_ARGUMENT;
+  return rendered(context, listener, [=](WorldListener& heard) noexcept -> clamor_result {
+    for (std::size_t c = 0; c < heard.channels(); ++c)
+      if (planes[c] == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    heard.render(planes, frames);
+    return CLAMOR_OK;
+  });
+}
+
+}  // extern "C"

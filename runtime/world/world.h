@@ -1,0 +1,73 @@
+// world.h: the levels that an application has opened and the listeners in them, with the thread
+// that makes their keyframes.
+//
+// Threads: all functions on any, except where noted.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/result.h"
+#include "runtime/world/handle_table.h"
+#include "runtime/world/world_listener.h"
+
+namespace clamor {
+
+class BakeFile;
+class Hrtf;
+
+class World {
+ public:
+  static constexpr std::size_t kMaxLevels = 256, kMaxListeners = 64;
+
+  // With `own_thread`, keyframes are made on a thread of the world's. Otherwise the caller calls
+  // update().
+  explicit World(bool own_thread);
+  ~World();
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  // The handles of new objects; 0 if there are as many as there can be.
+  std::uint64_t add_level(std::shared_ptr<const BakeFile> file);
+  std::uint64_t add_listener(std::shared_ptr<WorldListener> listener);
+
+  // Null if the handle names none.
+  std::shared_ptr<const BakeFile> level(std::uint64_t handle) const;
+  std::shared_ptr<WorldListener> listener(std::uint64_t handle) const;
+
+  // False if the handle names none. Removing a listener waits until the audio thread has left it.
+  bool remove_level(std::uint64_t handle);
+  bool remove_listener(std::uint64_t handle);
+
+  // Makes the keyframes that are wanted now and returns how many. Without a thread of its own, the
+  // world then loads pages and sounds for `loading_s` seconds, or until none are requested. One
+  // thread at a time.
+  std::size_t update(double loading_s);
+
+  // The head of a SOFA file, read once; the head that Clamor brings if the path is empty.
+  Result<std::shared_ptr<const Hrtf>> head(const std::string& sofa);
+
+  // Locks the calls that change one listener, which take turns.
+  std::mutex& changes() { return changes_; }
+
+  // For the audio thread, without a lock.
+  HandleTable<WorldListener>& rendered() noexcept { return listeners_; }
+
+ private:
+  std::vector<std::shared_ptr<WorldListener>> present() const;
+
+  mutable std::mutex tables_;  // guards the tables, and is held for moments only
+  HandleTable<const BakeFile> levels_;
+  HandleTable<WorldListener> listeners_;
+  std::mutex changes_, heads_mutex_;
+  std::map<std::string, std::shared_ptr<const Hrtf>> heads_;
+  std::jthread sampler_;  // stopped and joined first
+};
+
+}  // namespace clamor

@@ -1,0 +1,116 @@
+// installed_library_test.cpp: the installed library as an application's build finds it: by CMake
+// and by pkg-config, with GCC and with clang, in C and in C++.
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "formats/audio/audio_file.h"
+#include "tests/baked_room.h"
+#include "tests/build_paths.h"
+#include "tests/temporary_file.h"
+
+namespace clamor {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Runs a command and returns what it printed; a failure fails the test.
+std::string run(const std::string& command) {
+  const testing::TemporaryFile output(".txt");
+  const int result = std::system((command + " >" + output.path() + " 2>&1").c_str());
+  EXPECT_EQ(result, 0) << command << "\n" << output.bytes();
+  return output.bytes();
+}
+
+bool has(const std::string& program) {
+  return std::system(("command -v " + program + " >/dev/null").c_str()) == 0;
+}
+
+// The installed tree, and the examples built against it.
+class InstalledLibrary : public ::testing::TestWithParam<const char*> {
+ protected:
+  static void SetUpTestSuite() {
+    const fs::path build = fs::path(testing::kProgram).parent_path();
+    prefix_ =
+        (fs::temp_directory_path() / ("clamor_installed_" + std::to_string(::getpid()))).string();
+    run("cmake --install " + build.string() + " --prefix " + prefix_);
+    const auto written = write_bake(level(), testing::baked_contents(300), 1);
+    EXPECT_TRUE(written.ok());
+  }
+
+  static void TearDownTestSuite() { fs::remove_all(prefix_); }
+
+  static std::string level() { return prefix_ + "/room.clamor"; }
+  // The folder with the library, whose name depends on the system.
+  static std::string libraries() {
+    for (const auto& entry : fs::recursive_directory_iterator(prefix_ + "/lib"))
+      if (entry.path().filename() == "libclamor.so") return entry.path().parent_path().string();
+    ADD_FAILURE() << "there is no libclamor.so";
+    return "";
+  }
+  static std::string examples() { return std::string(testing::kSourceDir) + "/runtime/examples"; }
+
+  static inline std::string prefix_;
+};
+
+TEST_P(InstalledLibrary, IsFoundByCMakeAndPlaysLikeTheProgram) {
+  const std::string compiler = GetParam(), built = prefix_ + "/examples_" + compiler;
+  if (!has(compiler)) GTEST_SKIP() << "not on this machine: " << compiler;
+  const bool clang = compiler == "clang";
+  run("cmake -S " + examples() + " -B " + built + " -G Ninja -DCMAKE_PREFIX_PATH=" + prefix_ +
+      " -DCMAKE_C_COMPILER=" + compiler + " -DCMAKE_CXX_COMPILER=" + (clang ? "clang++" : "g++") +
+      " -DCMAKE_C_FLAGS='-Wall -Wextra -Wpedantic -Werror'" +
+      " -DCMAKE_CXX_FLAGS='-Wall -Wextra -Wpedantic -Werror'");
+  run("cmake --build " + built);
+  const std::string ours = built + "/ours.wav", theirs = built + "/theirs.wav";
+  run(built + "/play_to_wav " + level() + " " + ours + " 0.5 3 4 1.5");
+  run(std::string(testing::kProgram) + " render " + level() + " -o " + theirs +
+      " --listener 3,4,1.5 --seconds 0.5");
+  const auto played = read_channels(ours, 2), rendered = read_channels(theirs, 2);
+  ASSERT_TRUE(played.ok() && rendered.ok());
+  EXPECT_EQ(played->channels, rendered->channels);
+  EXPECT_THAT(run(built + "/turn_around " + level() + " 3 4 1.5"),
+              ::testing::HasSubstr("turned 270 to 360 degrees: left"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Compilers, InstalledLibrary, ::testing::Values("gcc", "clang"));
+
+using PackagedLibrary = InstalledLibrary;
+
+TEST_F(PackagedLibrary, IsFoundByPkgConfig) {
+  if (!has("pkg-config")) GTEST_SKIP() << "not on this machine: pkg-config";
+  const std::string program = prefix_ + "/by_pkg_config";
+  run("cc -std=c99 " + examples() + "/play_to_wav.c -o " + program +
+      " $(PKG_CONFIG_PATH=" + libraries() + "/pkgconfig pkg-config --cflags --libs clamor)");
+  run("LD_LIBRARY_PATH=" + libraries() + " " + program + " " + level() + " " + prefix_ +
+      "/out.wav 0.1 3 4 1.5");
+}
+
+// The whole interface begins with clamor_, and what is in the library besides cannot clash with an
+// application's own symbols.
+TEST_F(PackagedLibrary, ShowsNothingButItsInterface) {
+  std::istringstream symbols(run("nm -D --defined-only " + libraries() + "/libclamor.so"));
+  std::string address, kind, name;
+  int count = 0;
+  while (symbols >> address >> kind >> name) {
+    EXPECT_TRUE(name.starts_with("clamor_")) << name;
+    ++count;
+  }
+  EXPECT_GT(count, 15);
+}
+
+// No sound device's library and none under the GPL comes with it.
+TEST_F(PackagedLibrary, LinksNoSoundDevice) {
+  const std::string needed = run("objdump -p " + libraries() + "/libclamor.so | grep NEEDED");
+  for (const char* library : {"rtaudio", "jack", "pulse", "asound", "portaudio"})
+    EXPECT_THAT(needed, ::testing::Not(::testing::HasSubstr(library)));
+}
+
+}  // namespace
+}  // namespace clamor

@@ -1,0 +1,71 @@
+// library_room.h: a context of the C interface, and a small baked room to open in it.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "common/listener.h"
+#include "runtime/clamor.h"
+#include "tests/baked_room.h"
+#include "tests/temporary_file.h"
+
+namespace clamor::testing {
+
+// A bake of a small room, written once.
+inline const std::string& room() {
+  static const TemporaryFile file(".clamor");
+  static const bool written = write_bake(file.path(), baked_contents(300), 1).ok();
+  EXPECT_TRUE(written);
+  return file.path();
+}
+
+struct DestroysContext {
+  void operator()(clamor_context* context) const { clamor_destroy(context); }
+};
+using Context = std::unique_ptr<clamor_context, DestroysContext>;
+
+inline Context make_context(bool caller_updates = true) {
+  clamor_options options{};
+  options.bytes = sizeof(options);
+  options.caller_updates = caller_updates;
+  clamor_context* context = nullptr;
+  EXPECT_EQ(clamor_create(&options, &context, nullptr), CLAMOR_OK);
+  return Context(context);
+}
+
+inline clamor_level open_level(const Context& context, const std::string& path = room()) {
+  clamor_level level = 0;
+  clamor_error error;
+  EXPECT_EQ(clamor_open_level(context.get(), path.c_str(), &level, &error), CLAMOR_OK)
+      << error.sentence;
+  return level;
+}
+
+inline clamor_pose pose_of(const Listener& listener) {
+  const auto& at = listener.position_m;
+  const Quaternion& turned = listener.orientation.rotation();
+  return {{at.x, at.y, at.z}, {turned.x, turned.y, turned.z, turned.w}};
+}
+
+inline clamor_listener_options offline() {
+  clamor_listener_options options{};
+  options.bytes = sizeof(options);
+  options.offline = 1;
+  options.output = CLAMOR_OUTPUT_RECEIVERS;
+  options.voices = 100;
+  options.pose = {{2, 4, 1.6}, {}};
+  return options;
+}
+
+inline clamor_listener add_listener(const Context& context, clamor_level level,
+                                    const clamor_listener_options& options = offline()) {
+  clamor_listener listener = 0;
+  clamor_error error;
+  EXPECT_EQ(clamor_create_listener(context.get(), level, &options, &listener, &error), CLAMOR_OK)
+      << error.sentence;
+  return listener;
+}
+
+}  // namespace clamor::testing
