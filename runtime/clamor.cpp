@@ -239,7 +239,7 @@ clamor_result clamor_create(const clamor_options* options, clamor_context** cont
     made->caller_updates = chosen.caller_updates != 0;
     if (made->caller_updates) made->update_period_s = chosen.update_period_s;
     *context = made.release();
-    return CLAMOR_OK + 0;
+    return clamor_result{CLAMOR_OK};
   });
 }
 
@@ -247,6 +247,7 @@ void clamor_destroy(clamor_context* context) { delete context; }
 
 clamor_result clamor_update(clamor_context* context, double loading_s, uint32_t* made) {
   return guarded(nullptr, [&]() -> clamor_result {
+    if (made != nullptr) *made = 0;
     if (context == nullptr || !(loading_s >= 0)) return CLAMOR_ERROR_ARGUMENT;
     if (!context->caller_updates) return CLAMOR_ERROR_STATE;
     const std::size_t count = context->world.update(std::min(loading_s, 3600.0));
@@ -358,7 +359,8 @@ clamor_result clamor_enter_level(clamor_context* context, clamor_listener listen
     const auto file = context->world.level(level);
     if (mover == nullptr || file == nullptr) return fail(error, CLAMOR_ERROR_HANDLE);
     const auto entered = mover->enter(file);
-    return entered.ok() ? CLAMOR_OK + 0 : fail(error, CLAMOR_ERROR_FILE, entered.error().message);
+    if (!entered.ok()) return fail(error, CLAMOR_ERROR_FILE, entered.error().message);
+    return clamor_result{CLAMOR_OK};
   });
 }
 

@@ -78,6 +78,7 @@ Result<void> RandomAccessFile::read(std::uint64_t offset, std::uint64_t bytes,
   }
   if (descriptor_ < 0) {
     if (offset > size() || bytes > size() - offset) return Error("is shorter than it should be");
+    if (bytes == 0) return {};
     return supplied_.read ? supplied_.read(offset, into) : Error("is empty");
   }
   std::uint64_t done = 0;

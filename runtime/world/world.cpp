@@ -24,7 +24,9 @@ std::uint64_t tag_of(const World* world, std::uint64_t table) {
 }  // namespace
 
 World::World(bool own_thread)
-    : levels_(kMaxLevels, tag_of(this, 1)), listeners_(kMaxListeners, tag_of(this, 2)) {
+    : own_thread_(own_thread),
+      levels_(kMaxLevels, tag_of(this, 1)),
+      listeners_(kMaxListeners, tag_of(this, 2)) {
   if (!own_thread) return;
   sampler_ = std::jthread([this](const std::stop_token& stop) {
     name_thread("sampler");
@@ -80,7 +82,7 @@ std::size_t World::update(double loading_s) {
   const auto listeners = present();
   std::size_t made = 0;
   for (const auto& listener : listeners) made += listener->make_keyframes();
-  if (sampler_.joinable()) return made;
+  if (own_thread_) return made;
   using Clock = std::chrono::steady_clock;
   const auto end = Clock::now() + std::chrono::duration<double>(loading_s);
   for (bool loaded = true; loaded;) {
@@ -94,7 +96,7 @@ std::size_t World::update(double loading_s) {
 Result<std::shared_ptr<const Hrtf>> World::head(const std::string& sofa) {
   const std::lock_guard lock(heads_mutex_);
   if (const auto found = heads_.find(sofa); found != heads_.end()) return found->second;
-  auto read = Hrtf::read(sofa, sampler_.joinable() ? 0 : 1);
+  auto read = Hrtf::read(sofa, own_thread_ ? 0 : 1);
   if (read.ok()) heads_[sofa] = *read;
   return read;
 }

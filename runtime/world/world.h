@@ -62,6 +62,7 @@ class World {
  private:
   std::vector<std::shared_ptr<WorldListener>> present() const;
 
+  const bool own_thread_;
   mutable std::mutex tables_;  // guards the tables, and is held for moments only
   HandleTable<const BakeFile> levels_;
   HandleTable<WorldListener> listeners_;

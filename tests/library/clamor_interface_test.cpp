@@ -141,6 +141,7 @@ TEST(ClamorInterface, WritesPlanesThatEqualTheInterleavedChannels) {
 }
 
 int32_t read_from(void* user, uint64_t offset, uint64_t count, void* into) {
+  EXPECT_GT(count, 0u);
   const auto& bytes = *static_cast<const std::string*>(user);
   if (offset > bytes.size() || count > bytes.size() - offset) return 1;
   std::memcpy(into, bytes.data() + offset, count);

@@ -2,12 +2,17 @@
 // watches.
 #include <array>
 #include <atomic>
+#include <string>
 #include <thread>
 
 #include <gtest/gtest.h>
 
+#include "formats/bake_file/bake_contents.h"
+#include "formats/bake_file/bake_writer.h"
 #include "runtime/clamor.h"
+#include "tests/baked_room.h"
 #include "tests/library/library_room.h"
+#include "tests/temporary_file.h"
 
 namespace clamor {
 namespace {
@@ -19,10 +24,22 @@ using testing::offline;
 using testing::open_level;
 using testing::pose_of;
 
+// The bake of the room without its walls. The library would improve the tree of their surfaces on a
+// thread of its own, in TBB, which ThreadSanitizer cannot see into.
+const std::string& room_without_walls() {
+  static const testing::TemporaryFile file(".clamor");
+  static const bool written = [] {
+    BakeContents contents = testing::baked_contents(300);
+    contents.mesh = {};
+    return write_bake(file.path(), contents, 1).ok();
+  }();
+  EXPECT_TRUE(written);
+  return file.path();
+}
+
 // Levels and listeners come and go while one listener is rendered.
-TEST(ClamorThreads, MayBeCalledByAllThreadsAtOnce) {
-  const Context context = make_context(false);
-  const clamor_level level = open_level(context);
+void call_on_all_threads(const Context& context, const std::string& path) {
+  const clamor_level level = open_level(context, path);
   clamor_listener_options options = offline();
   options.offline = 0;
   const clamor_listener listener = add_listener(context, level, options);
@@ -35,10 +52,13 @@ TEST(ClamorThreads, MayBeCalledByAllThreadsAtOnce) {
     for (int i = 0; !stop; ++i) {
       const clamor_pose pose = pose_of(Listener(Vec3(2 + 0.01 * (i % 100), 4, 1.6)));
       EXPECT_EQ(clamor_move_listener(context.get(), listener, &pose), CLAMOR_OK);
+      clamor_listener_statistics statistics{};
+      statistics.bytes = sizeof(statistics);
+      EXPECT_EQ(clamor_get_listener_statistics(context.get(), listener, &statistics), CLAMOR_OK);
     }
   });
   for (int i = 0; i < 10; ++i) {
-    const clamor_level again = open_level(context);
+    const clamor_level again = open_level(context, path);
     const clamor_listener other = add_listener(context, again, options);
     std::array<float, 64> block{};
     EXPECT_EQ(clamor_render(context.get(), other, block.data(), 32), CLAMOR_OK);
@@ -47,6 +67,19 @@ TEST(ClamorThreads, MayBeCalledByAllThreadsAtOnce) {
     EXPECT_EQ(clamor_destroy_listener(context.get(), other), CLAMOR_OK);
   }
   stop = true;
+}
+
+TEST(ClamorThreads, MayCallAtOnceWhileTheLibraryUpdates) {
+  call_on_all_threads(make_context(false), room_without_walls());
+}
+
+TEST(ClamorThreads, MayCallAtOnceWhileOneOfThemUpdates) {
+  const Context context = make_context(true);
+  std::jthread updater([&](const std::stop_token& stop) {
+    while (!stop.stop_requested())
+      EXPECT_EQ(clamor_update(context.get(), 0.001, nullptr), CLAMOR_OK);
+  });
+  call_on_all_threads(context, testing::room());
 }
 
 }  // namespace
