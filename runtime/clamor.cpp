@@ -18,11 +18,14 @@
 #include "runtime/world/world.h"
 
 struct clamor_context {
-  explicit clamor_context(bool caller_updates) : world(!caller_updates) {}
+  explicit clamor_context(const clamor_options& options)
+      : caller_updates(options.caller_updates != 0),
+        update_period_s(caller_updates ? options.update_period_s : 0),
+        world(!caller_updates) {}
 
+  const bool caller_updates;
+  const double update_period_s;
   clamor::World world;
-  bool caller_updates = false;
-  double update_period_s = 0;
 };
 
 namespace {
@@ -235,10 +238,7 @@ clamor_result clamor_create(const clamor_options* options, clamor_context** cont
     if (chosen.update_period_s == 0) chosen.update_period_s = 1.0 / 30;
     if (!(chosen.update_period_s > 0 && chosen.update_period_s <= kMaxUpdatePeriod_s))
       return fail(error, CLAMOR_ERROR_ARGUMENT, "update_period_s must lie between 0 and 0.1 s");
-    auto made = std::make_unique<clamor_context>(chosen.caller_updates != 0);
-    made->caller_updates = chosen.caller_updates != 0;
-    if (made->caller_updates) made->update_period_s = chosen.update_period_s;
-    *context = made.release();
+    *context = new clamor_context(chosen);
     return clamor_result{CLAMOR_OK};
   });
 }
@@ -372,7 +372,6 @@ clamor_result clamor_move_listener(clamor_context* context, clamor_listener list
       return CLAMOR_ERROR_ARGUMENT;
     const auto mover = context->world.listener(listener);
     if (mover == nullptr) return CLAMOR_ERROR_HANDLE;
-    const std::lock_guard lock(context->world.changes());
     mover->move(moved);
     return CLAMOR_OK;
   });

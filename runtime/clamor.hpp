@@ -5,14 +5,14 @@
 // which is for the audio thread and returns the code. Objects must not outlive their Clamor.
 #pragma once
 
-#include <clamor.h>
-
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
+
+#include <clamor.h>
 
 namespace clamor {
 
@@ -44,50 +44,47 @@ inline clamor_listener_options listener_options() {
   return options;
 }
 
-// An open level; closed at the end.
-class OpenLevel {
+// A handle that is given back at the end, once.
+template <clamor_result (*Release)(clamor_context*, std::uint64_t)>
+class OwnedHandle {
  public:
-  OpenLevel(clamor_context* context, clamor_level handle) : context_(context), handle_(handle) {}
-  OpenLevel(OpenLevel&& other) noexcept
+  OwnedHandle(clamor_context* context, std::uint64_t handle) : context_(context), handle_(handle) {}
+  OwnedHandle(OwnedHandle&& other) noexcept
       : context_(other.context_), handle_(std::exchange(other.handle_, 0)) {}
-  OpenLevel& operator=(OpenLevel&& other) noexcept {
+  OwnedHandle& operator=(OwnedHandle&& other) noexcept {
     std::swap(context_, other.context_);
     std::swap(handle_, other.handle_);
     return *this;
   }
-  ~OpenLevel() {
-    if (handle_ != 0) clamor_close_level(context_, handle_);
+  ~OwnedHandle() {
+    if (handle_ != 0) Release(context_, handle_);
   }
 
-  clamor_level handle() const noexcept { return handle_; }
+  std::uint64_t handle() const noexcept { return handle_; }
+
+ protected:
+  clamor_context* context_;
+  std::uint64_t handle_;
+};
+
+// An open level; closed at the end.
+class OpenLevel : public OwnedHandle<clamor_close_level> {
+ public:
+  using OwnedHandle::OwnedHandle;
+
   clamor_level_info info() const {
     clamor_level_info info{};
     info.bytes = sizeof(info);
     check(clamor_get_level_info(context_, handle_, &info));
     return info;
   }
-
- private:
-  clamor_context* context_;
-  clamor_level handle_;
 };
 
 // A listener; removed at the end.
-class Ears {
+class Ears : public OwnedHandle<clamor_destroy_listener> {
  public:
-  Ears(clamor_context* context, clamor_listener handle) : context_(context), handle_(handle) {}
-  Ears(Ears&& other) noexcept
-      : context_(other.context_), handle_(std::exchange(other.handle_, 0)) {}
-  Ears& operator=(Ears&& other) noexcept {
-    std::swap(context_, other.context_);
-    std::swap(handle_, other.handle_);
-    return *this;
-  }
-  ~Ears() {
-    if (handle_ != 0) clamor_destroy_listener(context_, handle_);
-  }
+  using OwnedHandle::OwnedHandle;
 
-  clamor_listener handle() const noexcept { return handle_; }
   void move(const clamor_pose& pose) { check(clamor_move_listener(context_, handle_, &pose)); }
   void enter(const OpenLevel& level) {
     clamor_error error;
@@ -116,10 +113,6 @@ class Ears {
   clamor_result render(std::span<float> interleaved, std::uint32_t frames) noexcept {
     return clamor_render(context_, handle_, interleaved.data(), frames);
   }
-
- private:
-  clamor_context* context_;
-  clamor_listener handle_;
 };
 
 // A context; destroyed at the end.
@@ -150,8 +143,7 @@ class Clamor {
     check(clamor_open_level_with(context_, &reader, &level, &error), error);
     return {context_, level};
   }
-  Ears listen(const OpenLevel& level,
-              const clamor_listener_options& options = listener_options()) {
+  Ears listen(const OpenLevel& level, const clamor_listener_options& options = listener_options()) {
     clamor_listener listener = 0;
     clamor_error error;
     check(clamor_create_listener(context_, level.handle(), &options, &listener, &error), error);

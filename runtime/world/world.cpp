@@ -57,19 +57,18 @@ std::shared_ptr<WorldListener> World::listener(std::uint64_t handle) const {
   return listeners_.find(handle);
 }
 
-bool World::remove_level(std::uint64_t handle) {
+// The object is freed after the lock, because the application's release callback may call back.
+template <class T>
+bool World::remove(HandleTable<T>& table, std::uint64_t handle) {
+  std::shared_ptr<T> removed;
   const std::lock_guard lock(tables_);
-  return levels_.remove(handle) != nullptr;
+  removed = table.remove(handle);
+  return removed != nullptr;
 }
 
-bool World::remove_listener(std::uint64_t handle) {
-  std::shared_ptr<WorldListener> removed;
-  {
-    const std::lock_guard lock(tables_);
-    removed = listeners_.remove(handle);
-  }
-  return removed != nullptr;  // freed here, or by the sampler if it is at work on it
-}
+bool World::remove_level(std::uint64_t handle) { return remove(levels_, handle); }
+
+bool World::remove_listener(std::uint64_t handle) { return remove(listeners_, handle); }
 
 std::vector<std::shared_ptr<WorldListener>> World::present() const {
   std::vector<std::shared_ptr<WorldListener>> listeners;

@@ -53,20 +53,19 @@ class World {
   // The head of a SOFA file, read once; the head that Clamor brings if the path is empty.
   Result<std::shared_ptr<const Hrtf>> head(const std::string& sofa);
 
-  // Locks the calls that change one listener, which take turns.
-  std::mutex& changes() { return changes_; }
-
   // For the audio thread, without a lock.
   HandleTable<WorldListener>& rendered() noexcept { return listeners_; }
 
  private:
+  template <class T>
+  bool remove(HandleTable<T>& table, std::uint64_t handle);
   std::vector<std::shared_ptr<WorldListener>> present() const;
 
   const bool own_thread_;
   mutable std::mutex tables_;  // guards the tables, and is held for moments only
   HandleTable<const BakeFile> levels_;
   HandleTable<WorldListener> listeners_;
-  std::mutex changes_, heads_mutex_;
+  std::mutex heads_mutex_;
   std::map<std::string, std::shared_ptr<const Hrtf>> heads_;
   std::jthread sampler_;  // stopped and joined first
 };

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/sample_rate.h"
 #include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer.h"
 

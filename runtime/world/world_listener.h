@@ -1,9 +1,7 @@
 // world_listener.h: one of the listeners of a world: what it hears of a level, at any sample rate,
 // and the crossfade when it enters another level.
 //
-// Threads: enter(), move() and statistics() on one at a time, the caller's; make_keyframes() and
-// load() on one at a time, the sampler's; render() on one at a time, the audio thread. The three
-// may run at once.
+// Threads: render() on one at a time, the audio thread; all others on any.
 #pragma once
 
 #include <cstdint>
@@ -15,6 +13,7 @@
 
 #include "common/listener.h"
 #include "common/result.h"
+#include "common/sample_rate.h"
 #include "runtime/engine/auralizer_crossfade.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
@@ -30,8 +29,8 @@ class WorldListener {
  public:
   struct Options {
     AuralizerOptions auralizer;
-    int rate_hz = 48000;  // of the output
-    Listener listener;    // at first
+    int rate_hz = kSampleRate_hz;  // of the output
+    Listener listener;             // at first
   };
 
   // Errors are those of Auralizer::create() and Resampler::create().
@@ -43,7 +42,10 @@ class WorldListener {
   // long as opening the level, during which the old one plays on. After an Error it plays on, too.
   Result<void> enter(std::shared_ptr<const BakeFile> level);
 
-  void move(const Listener& listener) { moved_.publish(listener); }
+  void move(const Listener& listener) {
+    const std::lock_guard lock(moving_);
+    moved_.publish(listener);
+  }
 
   AuralizerStatistics statistics();
 
@@ -73,6 +75,7 @@ class WorldListener {
   std::unique_ptr<Auralizer> current_;
   std::unique_ptr<Auralizer> outgoing_;  // during a fade
   std::unique_ptr<Auralizer> incoming_;  // once that fade has ended
+  std::mutex moving_;                    // held by move() alone, which does not wait for a keyframe
   LatestValue<Listener> moved_;
 
   // Used by the audio thread.

@@ -178,6 +178,30 @@ TEST(ClamorInterface, ReadsALevelFromMemoryOrTheApplicationLikeAFile) {
   }
 }
 
+// A callback that calls the library must not find it locked by the call that it is called from.
+TEST(ClamorInterface, MayBeCalledFromTheReleaseOfALevel) {
+  const Context context = make_context();
+  std::string bytes = bytes_of_room();
+  struct Archive {
+    clamor_context* context;
+    clamor_level other;
+    clamor_result result;
+  } archive{context.get(), open_level(context), CLAMOR_ERROR_INTERNAL};
+  clamor_reader reader{};
+  reader.bytes = sizeof(reader);
+  reader.size = bytes.size();
+  reader.memory = bytes.data();
+  reader.user = &archive;
+  reader.release = [](void* user) {
+    auto& called = *static_cast<Archive*>(user);
+    called.result = clamor_close_level(called.context, called.other);
+  };
+  clamor_level level = 0;
+  ASSERT_EQ(clamor_open_level_with(context.get(), &reader, &level, nullptr), CLAMOR_OK);
+  EXPECT_EQ(clamor_close_level(context.get(), level), CLAMOR_OK);
+  EXPECT_EQ(archive.result, CLAMOR_OK);
+}
+
 TEST(ClamorInterface, NamesWhatIsWrongWithALevel) {
   const Context context = make_context();
   clamor_level level = 0;
